@@ -1,0 +1,61 @@
+"""gonio: how light leaves a surface, measured and modelled.
+
+    import gonio as gn
+    m = gn.Lambertian(0.2) + gn.Microfacet(gn.GGX(0.1), gn.Dielectric(1.5))
+    m.f(wi, wo)            # [1/sr], wi to the light, wo to the viewer, (..., 3)
+    gn.check(m)            # reciprocity, energy, sampling ... with numbers
+    gn.render(m, gn.ConstantLight(1.0)).save("sphere.png")
+
+Conventions: docs/conventions.md. Every model, light and file format is one file in models/, lights/, measured/.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import Any
+
+from . import discover, errors
+from .errors import Error
+from .param import CLASSES
+from .reflectance import Reflectance, Sample, angles, direction
+
+__version__ = "0.1.0"
+
+_ON_USE = {
+    "load": "measured",
+    "save": "measured",
+    "material": "catalogue",
+    "materials": "catalogue",
+    "albedo": "integrate",
+    "reflected_radiance": "illumination",
+    "check": "check",
+    "expression": "expression",
+    "render": "render",
+    "read_image": "image",
+    "Image": "image",
+    "radiometry": "",
+    "cite": "cite",
+}
+"""Public names whose modules are imported when first used -> module ("" for a module itself)."""
+
+discover.modules("gonio.models")
+discover.modules("gonio.lights")
+globals().update(CLASSES)
+
+__all__ = sorted(  # noqa: PLE0605  (models and lights are found, not listed)
+    ["Error", "Reflectance", "Sample", "angles", "direction", "errors", *CLASSES, *_ON_USE]
+)
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _ON_USE:
+        raise AttributeError(f"module 'gonio' has no attribute {name!r}")
+    home = _ON_USE[name]
+    module = import_module(f".{home or name}", __name__)
+    value = getattr(module, name) if home else module
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return [*__all__, "__version__"]

@@ -1,0 +1,444 @@
+"""Pictures of linear light: the `Image` class, its files (.png, .exr, .hdr) and the sRGB transfer function.
+
+Files are recognised by their first bytes, never by their suffix. What a format cannot hold is refused, not
+clipped; .png alone is for looking at.
+"""
+
+import contextlib
+import importlib
+import io
+import os
+import re
+import secrets
+import struct
+import threading
+import warnings
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from . import errors
+
+__all__ = ["Image", "read_image", "srgb_decode", "srgb_encode"]
+
+_MAX_PIXELS = 2**29  # 32768 x 16384
+_PIXELS_PER_BYTE = 2**16  # no encoder of these formats packs more, even for a single colour
+_SRGB_XY = (0.64, 0.33, 0.30, 0.60, 0.15, 0.06, 0.3127, 0.3290)  # ITU-R BT.709: red, green, blue, white
+_STDOUT_LOCK = threading.Lock()
+
+
+def srgb_encode(linear: ArrayLike) -> NDArray[Any]:
+    r"""Linear value to sRGB code value, both 1 at white.
+
+    $$V = 12.92\,L \;\; (L \le 0.0031308), \qquad V = 1.055\,L^{1/2.4} - 0.055 \;\; \text{otherwise}$$
+
+    Shapes   any, elementwise; floats keep their dtype, integers become float64.
+    Units    none. Nothing is clamped: negative values follow the straight line, NaN stays NaN.
+    Error    rounding, and 3e-8 where the two rounded thresholds of the standard do not quite meet.
+    Source   IEC 61966-2-1:1999, 5.2.
+    """
+    x = _real(linear)
+    power = 1.055 * np.maximum(x, 0.0031308) ** (1.0 / 2.4) - 0.055
+    return np.where(x <= 0.0031308, 12.92 * x, power)[()]
+
+
+def srgb_decode(encoded: ArrayLike) -> NDArray[Any]:
+    r"""sRGB code value to linear value, both 1 at white: the inverse of `srgb_encode`.
+
+    $$L = V / 12.92 \;\; (V \le 0.04045), \qquad L = ((V + 0.055) / 1.055)^{2.4} \;\; \text{otherwise}$$
+
+    Shapes, units, error, source: as `srgb_encode`. An 8-bit code is divided by 255 first.
+    """
+    x = _real(encoded)
+    return np.where(x <= 0.04045, x / 12.92, ((np.maximum(x, 0.04045) + 0.055) / 1.055) ** 2.4)[()]
+
+
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class Image:
+    """A picture: linear pixels, row 0 at the top.
+
+    Shapes   `pixels` (H, W, C) float32; `alpha` (H, W) float32 or None; `channels` C names or None.
+    Units    `pixels` as rendered (radiance, when the lights are), linear sRGB primaries for C = 3; `alpha` is
+             coverage, 0 to 1. They lie side by side: nothing here multiplies or divides one by the other.
+    Errors   ShapeError; ArrayTypeError (not floats); ParameterError (names). float32 arrays are not copied.
+    """
+
+    pixels: NDArray[np.float32]
+    alpha: NDArray[np.float32] | None = None
+    channels: tuple[str, ...] | None = None
+
+    def __post_init__(self) -> None:
+        pixels = _float32(self.pixels, "pixels")
+        if pixels.ndim != 3 or 0 in pixels.shape:
+            raise errors.ShapeError(
+                f"pixels are {pixels.shape}, expected (H, W, C); for gray, pixels[..., None]"
+            )
+        object.__setattr__(self, "pixels", pixels)
+        if self.alpha is not None:
+            alpha = _float32(self.alpha, "alpha")
+            if alpha.shape != pixels.shape[:2]:
+                raise errors.ShapeError(
+                    f"alpha is {alpha.shape}, expected {pixels.shape[:2]}, as the pixels are"
+                )
+            object.__setattr__(self, "alpha", alpha)
+        if self.channels is not None:
+            names = tuple(map(str, self.channels))
+            distinct = {n for n in names if n.isprintable() and 0 < len(n.encode()) < 256} - {"A"}
+            if len(distinct) != pixels.shape[2] or len(names) != pixels.shape[2]:
+                rule = f"{pixels.shape[2]} different short names, none of them 'A'; coverage goes into alpha"
+                raise errors.ParameterError(f"channels are {names}, expected {rule}")
+            object.__setattr__(self, "channels", names)
+
+    def __repr__(self) -> str:
+        height, width, count = self.pixels.shape
+        names = ", ".join(self.channels) if self.channels and count <= 4 else f"{count} channels"
+        return f"Image({width} x {height}, {names}{'' if self.alpha is None else ', alpha'})"
+
+    def save(self, path: str | os.PathLike[str], exposure: float = 0.0) -> None:
+        """Write the picture whole or not at all (beside the target, then renamed); the suffix is the format.
+
+        .png     8 bits: round(255 srgb_encode(clamp(2^exposure pixels, 0, 1))); C = 1 or 3; alpha as it is.
+                 NaN becomes 0, and a MissingDataWarning says how many.
+        .exr     float32, lossless, NaN and infinity kept: R, G, B, or Y, or the given names; and A.
+        .hdr     Radiance RGBE, flat; C = 3, or 1 written three times; no alpha; values 0 to 1.7e38, rounded
+                 to nearest: error at most 1/256 of a pixel's largest channel.
+
+        Units    `exposure` in stops, for .png only: the other two hold the values themselves.
+        Errors   ParameterError (suffix, exposure, values the format cannot hold), ShapeError (channel count),
+                 NotFoundError (no such directory), DependencyError (pillow or OpenEXR is not installed).
+        """
+        target = Path(os.path.realpath(path))
+        suffix = target.suffix.lower()
+        if suffix not in _ENCODERS:
+            raise errors.ParameterError(
+                f"{path}: suffix is {suffix!r}, expected one of {', '.join(_ENCODERS)}"
+            )
+        if not abs(exposure) <= (200.0 if suffix == ".png" else 0.0):
+            rule = "within 200 stops for .png, 0 for .exr and .hdr; scale the pixels instead"
+            raise errors.ParameterError(f"{path}: exposure is {exposure}, expected {rule}")
+        if not target.parent.is_dir():
+            raise errors.NotFoundError(f"{path}: there is no directory {target.parent}; make it first")
+        if target.is_dir():
+            raise errors.ParameterError(f"{path}: is a directory, expected a file name; choose another")
+        write = _ENCODERS[suffix](self, os.fspath(path), float(exposure))
+        temporary = target.with_name(f".{secrets.token_hex(6)}{suffix}")
+        try:
+            write(str(temporary))
+            os.replace(temporary, target)
+        finally:
+            temporary.unlink(missing_ok=True)
+
+
+def read_image(path: str | os.PathLike[str]) -> Image:
+    """Read an OpenEXR, Radiance, PNG or JPEG picture, recognised by its first bytes.
+
+    OpenEXR    half, float or uint as float32 (uint above 2^24 rounds). R, G, B first, then the other channels by
+               name; A becomes `alpha`. The first of several parts. Deep or subsampled channels are refused.
+    Radiance   value = mantissa 2^(E - 136), 0 where E = 0, divided by all EXPOSURE and COLORCORR lines. Radiance
+               itself adds 1/2 to the mantissa since its writer truncates; Mitsuba and OpenCV do not, nor do we:
+               1.0 reads as 1.0, and a truncating writer's picture as half a step (0.2 to 0.4 % of the largest
+               channel) too dark. Flat, old and new run-length scanlines, all orientations; XYZE is refused.
+    PNG, JPEG  `srgb_decode` of what pillow reads; profiles and gamma are ignored; 16-bit colour comes as 8-bit.
+
+    Primaries that are not sRGB's give a warning, and the values stay as they are.
+
+    Shapes   `pixels` (H, W, C), row 0 at the top.
+    Errors   NotFoundError (missing or not readable), FormatError (whatever else is wrong with the file).
+    Source   G. Ward, "Radiance File Formats" (filefmts.pdf); "OpenEXR File Layout" (openexr.com).
+    """
+    try:
+        data = Path(path).read_bytes()
+    except IsADirectoryError:
+        raise errors.FormatError(f"{path}: is a directory, expected a picture; name a file in it") from None
+    except OSError as error:
+        raise errors.NotFoundError(f"{path}: {error.strerror}; check the name and its permissions") from error
+    for magic, (kind, reader) in _READERS.items():
+        if data.startswith(magic):
+            try:
+                return reader(data, os.fspath(path))
+            except (errors.DependencyError, Warning):
+                raise
+            except Exception as error:  # damage makes pillow and OpenEXR raise nearly every type there is
+                text = f"{path}: damaged or unsupported {kind} picture: {error}; copy or export it again"
+                raise errors.FormatError(text) from error
+    known = ", ".join(f"{magic!r} ({kind})" for magic, (kind, _) in _READERS.items())
+    text = (
+        f"not a picture gonio reads: starts with {data[:10]!r}, expected {known}; convert it to .exr or .hdr"
+    )
+    raise errors.FormatError(f"{path}: {text} first")
+
+
+def _read_exr(data: bytes, path: str) -> Image:
+    openexr = _library("OpenEXR", "OpenEXR")
+    parts = _exr_headers(data)
+    for part in reversed(parts):  # ends with the first; the library decodes all of them
+        left, top, right, bottom = struct.unpack("<4i", part[b"dataWindow"])
+        width, height = right - left + 1, bottom - top + 1
+        _check_size(width, height, data)
+        # The library allocates whole tiles before it reads their data: 6.6 GB for a damaged file of 2 kB.
+        tile = struct.unpack_from("<2I", part.get(b"tiles", bytes(8)))
+        if tile[0] > max(width, 4096) or tile[1] > max(height, 4096):
+            raise ValueError(f"tiles of {tile[0]} x {tile[1]} pixels, expected less than the picture or 4096")
+    if b"deep" in parts[0].get(b"type", b""):
+        raise ValueError("deep pixels, expected one sample in each; flatten it first")
+    if b"chromaticities" in parts[0]:
+        _warn_primaries(struct.unpack("<8f", parts[0][b"chromaticities"]), path)
+    # The library does not raise for a damaged part: it prints, drops the part and counts the rest from 0.
+    said = io.StringIO()
+    with _STDOUT_LOCK, contextlib.redirect_stdout(said):
+        found = openexr.File(path, separate_channels=True).parts
+    if not found or found[0].part_index != 0:
+        raise ValueError(said.getvalue().strip())
+    planes = {name: channel.pixels for name, channel in found[0].channels.items()}
+    if any(p.shape != (height, width) or p.dtype.kind not in "fu" for p in planes.values()):
+        raise ValueError(
+            f"channels of {[p.shape for p in planes.values()]} pixels, expected {(height, width)}"
+        )
+    alpha = planes.pop("A") if "A" in planes and len(planes) > 1 else None
+    rgb = tuple("RGB") if {"R", "G", "B"} <= planes.keys() else ()
+    names = (*rgb, *sorted(planes.keys() - set(rgb)))
+    pixels = np.stack([planes[n].astype(np.float32) for n in names], axis=-1)
+    return Image(
+        pixels, None if alpha is None else alpha.astype(np.float32), names if names != ("A",) else None
+    )
+
+
+def _exr_headers(data: bytes) -> list[dict[bytes, bytes]]:
+    """The attributes of every part, as raw bytes by name."""
+    several = struct.unpack_from("<I", data, 4)[0] & 0x1000
+    parts: list[dict[bytes, bytes]] = []
+    at = 8
+    while not parts or (several and data[at]):
+        parts.append({})
+        while data[at]:
+            name = data.index(b"\0", at)
+            kind = data.index(b"\0", name + 1)
+            end = kind + 5 + struct.unpack_from("<I", data, kind + 1)[0]
+            parts[-1][data[at:name]] = data[kind + 5 : end]
+            at = end
+        at += 1
+    return parts
+
+
+def _read_radiance(data: bytes, path: str) -> Image:
+    divisor = np.ones(3)
+    at = 0
+    while line := data[at : (end := data.index(b"\n", at))].rstrip(b"\r"):
+        at = end + 1
+        key, _, value = line.partition(b"=")
+        if key == b"FORMAT" and value.strip() != b"32-bit_rle_rgbe":
+            raise ValueError(
+                f"FORMAT is {value[:40]!r}, expected b'32-bit_rle_rgbe' (ra_xyze -r converts XYZE)"
+            )
+        if count := {b"EXPOSURE": 1, b"COLORCORR": 3, b"PRIMARIES": 8}.get(key):
+            numbers = [float(v) for v in value.split()]
+            if len(numbers) != count or not all(0.0 < v < np.inf for v in numbers):
+                raise ValueError(f"header line is {line[:80]!r}, expected {count} positive numbers")
+            if key == b"PRIMARIES":
+                _warn_primaries(numbers, path)
+            else:
+                divisor *= numbers
+    line = data[end + 1 : (last := data.index(b"\n", end + 1))]
+    size = re.fullmatch(rb"([+-])([XY]) +(\d{1,9}) +([+-])([XY]) +(\d{1,9})\s*", line)
+    if size is None or size[2] == size[5]:
+        raise ValueError(f"resolution line is {line[:40]!r}, expected '-Y height +X width'")
+    _check_size(int(size[3]), int(size[6]), data)
+    rgbe = _scanlines(data, last + 1, int(size[3]), int(size[6]))
+    # A scanline runs along the second axis named; +Y goes up and -X left, against the order of the array.
+    if size[2] == b"X":
+        rgbe = rgbe.swapaxes(0, 1)
+    signs = {size[2]: size[1], size[5]: size[4]}
+    rgbe = rgbe[:: 1 if signs[b"Y"] == b"-" else -1, :: 1 if signs[b"X"] == b"+" else -1]
+    unit = np.ldexp(np.float32(1.0), np.arange(256) - 136)
+    unit[0] = 0.0
+    pixels = rgbe[..., :3] * unit[rgbe[..., 3]][..., None]
+    if np.any(divisor != 1.0):
+        pixels = pixels / divisor
+    return Image(pixels, channels=tuple("RGB"))
+
+
+def _scanlines(data: bytes, at: int, rows: int, columns: int) -> NDArray[np.uint8]:
+    """RGBE bytes (rows, columns, 4) of new run-length, old run-length and flat scanlines, in any mixture."""
+    if 4 * rows > len(data) - at:
+        raise ValueError(
+            f"{len(data) - at} bytes of pixels, expected at least 4 for each of {rows} scanlines"
+        )
+    packable = 8 <= columns <= 0x7FFF
+    if len(data) - at == 4 * rows * columns:  # flat throughout, unless some pixel is a run-length mark
+        flat = np.frombuffer(data, np.uint8, offset=at).reshape(rows, columns, 4)
+        packed = packable and np.any((flat[:, 0, :2] == 2).all(-1) & (flat[:, 0, 2] < 128))
+        if not packed and not (flat[..., :3] == 1).all(-1).any():
+            return flat
+    out = np.empty((rows, columns, 4), np.uint8)
+    for row in range(rows):
+        packed = packable and data[at : at + 2] == b"\2\2" and data[at + 2 : at + 3] < b"\x80"
+        try:
+            out[row], at = (_new_scanline if packed else _old_scanline)(data, at, columns)
+        except (IndexError, ValueError) as error:
+            raise ValueError(f"scanline {row} of {rows}: {error}") from None
+    return out
+
+
+def _new_scanline(data: bytes, at: int, columns: int) -> tuple[NDArray[np.uint8], int]:
+    """One scanline of run-length coded components (columns, 4), and where the next one starts."""
+    if int.from_bytes(data[at + 2 : at + 4]) != columns:
+        raise ValueError(f"its length is {int.from_bytes(data[at + 2 : at + 4])}, expected {columns}")
+    at += 4
+    pieces = []
+    for _ in range(4):
+        left = columns
+        while left > 0:
+            code = data[at]
+            if code > 128:
+                code -= 128
+                pieces.append(data[at + 1 : at + 2] * code)
+                at += 2
+            else:
+                pieces.append(data[at + 1 : at + 1 + code])
+                at += 1 + code
+            left -= code
+        if left or at > len(data):
+            raise ValueError(f"a run goes {-left} pixels beyond it" if left else "the file ends in it")
+    return np.frombuffer(b"".join(pieces), np.uint8).reshape(4, columns).T, at
+
+
+def _old_scanline(data: bytes, at: int, columns: int) -> tuple[NDArray[np.uint8], int]:
+    """One flat or old run-length scanline (columns, 4), and where the next one starts.
+
+    (1, 1, 1, n) repeats the pixel before it n times; following another repeat, 256 n times, and so on.
+    """
+    count = min(columns, (len(data) - at) // 4)
+    quads = np.frombuffer(data, np.uint8, 4 * count, at).reshape(count, 4)
+    repeats = (quads[:, :3] == 1).all(axis=1)
+    index = np.arange(count)
+    source = np.maximum.accumulate(np.where(repeats, -1, index))
+    times = np.where(repeats, quads[:, 3].astype(np.int64) << np.minimum(8 * (index - source - 1), 32), 1)
+    total = np.cumsum(times)
+    last = int(np.searchsorted(total, columns))
+    if last == count or source[0] < 0:
+        raise ValueError("the file ends in it" if last == count else "it starts with a repeat")
+    times[last] -= total[last] - columns  # as the reference reader, which drops what a repeat has over
+    return np.repeat(quads[source[: last + 1]], times[: last + 1], axis=0), at + 4 * (last + 1)
+
+
+def _read_pillow(data: bytes, path: str) -> Image:
+    with _library("PIL.Image", "pillow").open(io.BytesIO(data), formats=("PNG", "JPEG")) as picture:
+        _check_size(*picture.size, data)
+        if picture.mode.startswith("I"):  # 16-bit gray
+            codes = np.asarray(picture).astype(np.float32)[..., None]
+            return Image(srgb_decode(codes / np.float32(65535.0)), channels=("Y",))
+        names = "Y" if picture.mode in ("1", "L", "LA") else "RGB"
+        covered = "A" in picture.mode or "transparency" in picture.info
+        codes = np.asarray(picture.convert(names.replace("Y", "L") + "A" * covered))
+    codes = codes.reshape(*codes.shape[:2], -1)
+    light = srgb_decode(np.arange(256) / 255.0).astype(np.float32)
+    alpha = codes[..., -1].astype(np.float32) / np.float32(255.0) if covered else None
+    return Image(light[codes[..., : len(names)]], alpha, tuple(names))
+
+
+def _encode_png(image: Image, path: str, exposure: float) -> Callable[[str], object]:
+    pillow, info = _library("PIL.Image", "pillow"), _library("PIL.PngImagePlugin", "pillow").PngInfo()
+    pixels = _gray_or_rgb(image, path).astype(np.float64)
+    if missing := int(np.isnan(pixels).any(axis=-1).sum()):
+        text = f"{path}: {missing} of {pixels[..., 0].size} pixels are NaN and become 0; .exr keeps them"
+        warnings.warn(text, errors.MissingDataWarning, stacklevel=3)
+    codes = srgb_encode(np.clip(pixels * 2.0**exposure, 0.0, 1.0))
+    if image.alpha is not None:
+        codes = np.concatenate([codes, np.clip(image.alpha, 0.0, 1.0)[..., None]], axis=-1)
+    codes = np.floor(np.nan_to_num(codes) * 255.0 + 0.5).astype(np.uint8)
+    info.add(b"sRGB", b"\0")
+    picture = pillow.fromarray(codes[..., 0] if codes.shape[-1] == 1 else codes)
+    return lambda name: picture.save(name, format="PNG", pnginfo=info)
+
+
+def _encode_exr(image: Image, path: str, exposure: float) -> Callable[[str], object]:
+    openexr = _library("OpenEXR", "OpenEXR")
+    count = image.pixels.shape[2]
+    names = image.channels or {1: ("Y",), 3: tuple("RGB")}.get(count) or [f"C{i:04d}" for i in range(count)]
+    planes = dict(zip(names, np.ascontiguousarray(np.moveaxis(image.pixels, -1, 0)), strict=True))
+    if image.alpha is not None:
+        planes["A"] = np.ascontiguousarray(image.alpha)
+    header = {"compression": openexr.ZIP_COMPRESSION, "type": openexr.scanlineimage}
+    return lambda name: openexr.File(header, planes).write(name)
+
+
+def _encode_hdr(image: Image, path: str, exposure: float) -> Callable[[str], object]:
+    pixels = _gray_or_rgb(image, path)
+    if image.alpha is not None:
+        raise errors.ParameterError(
+            f"{path}: has an alpha, which .hdr cannot hold; write .exr, or set it to None"
+        )
+    if bad := int((~((pixels >= 0.0) & (pixels < 1.7e38))).any(axis=-1).sum()):
+        rule = "expected none in a Radiance file; write .exr"
+        raise errors.ParameterError(f"{path}: {bad} pixels are negative, NaN or above 1.7e38, {rule}")
+    largest = pixels.max(axis=-1)
+    mantissa, exponent = np.frexp(largest)
+    exponent = exponent + (mantissa >= 255.5 / 256.0)  # would round up to 256
+    codes = np.zeros((*largest.shape, 4), np.uint8)
+    codes[..., :3] = np.rint(np.ldexp(pixels.astype(np.float64), (8 - exponent)[..., None]))
+    codes[..., 3] = np.maximum(exponent + 128, 0)
+    codes[(largest == 0.0) | (exponent < -127)] = 0
+    # Flat: the largest mantissa is at least 128, so no pixel looks like a run-length mark.
+    header = f"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y {largest.shape[0]} +X {largest.shape[1]}\n"
+    return lambda name: Path(name).write_bytes(header.encode() + codes.tobytes())
+
+
+_READERS: dict[bytes, tuple[str, Callable[[bytes, str], Image]]] = {
+    b"#?RADIANCE": ("Radiance", _read_radiance),
+    b"#?RGBE": ("Radiance", _read_radiance),
+    b"v/1\x01": ("OpenEXR", _read_exr),
+    b"\x89PNG\r\n\x1a\n": ("PNG", _read_pillow),
+    b"\xff\xd8\xff": ("JPEG", _read_pillow),
+}
+_ENCODERS = {
+    ".png": _encode_png,
+    ".exr": _encode_exr,
+    ".hdr": _encode_hdr,
+}  # each returns what writes the file
+
+
+def _check_size(width: int, height: int, data: bytes) -> None:
+    if min(width, height) < 1 or width * height > min(_MAX_PIXELS, _PIXELS_PER_BYTE * len(data)):
+        limit = f"1 to {_MAX_PIXELS} pixels, and what {len(data)} bytes can hold"
+        raise ValueError(f"the header says {width} x {height} pixels, expected {limit}")
+
+
+def _warn_primaries(xy: Sequence[float], path: str) -> None:
+    if not np.allclose(xy, _SRGB_XY, atol=0.002):
+        text = (
+            f"{path}: its primaries are {' '.join(f'{v:.4g}' for v in xy)}, not sRGB's; nothing is converted"
+        )
+        warnings.warn(text, stacklevel=4)
+
+
+def _gray_or_rgb(image: Image, path: str) -> NDArray[np.float32]:
+    if (count := image.pixels.shape[2]) in (1, 3):
+        return image.pixels
+    raise errors.ShapeError(f"{path}: {count} channels, expected 1 or 3; pick some of them, or write .exr")
+
+
+def _real(values: ArrayLike) -> NDArray[Any]:
+    x = np.asarray(values)
+    return x if x.dtype.kind == "f" else x.astype(np.float64)
+
+
+def _float32(values: ArrayLike, name: str) -> NDArray[np.float32]:
+    x = np.asarray(values)
+    if x.dtype.kind != "f":
+        raise errors.ArrayTypeError(
+            f"{name}: dtype is {x.dtype}, expected a float; codes: srgb_decode(x / 255)"
+        )
+    with np.errstate(over="ignore"):
+        return x.astype(np.float32, copy=False)
+
+
+def _library(module: str, package: str) -> Any:
+    try:
+        return importlib.import_module(module)
+    except ImportError as error:
+        text = f"{package} reads and writes this format and is not installed; pip install {package}"
+        raise errors.DependencyError(text) from error

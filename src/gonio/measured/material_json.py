@@ -1,0 +1,40 @@
+"""gonio's own material files: a model or a sum of models with its parameters, as JSON."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+from ..errors import Error, FormatError
+from ..files import replacing
+from ..param import from_json
+from ..reflectance import Reflectance
+
+NAME = "gonio JSON"
+SUFFIXES = (".json",)
+DESCRIPTION = "a model and its parameters"
+
+
+def matches(head: bytes, size: int) -> bool:
+    """Whether a file that starts so can be one of these."""
+    return head.lstrip()[:1] == b"{" and b'"type"' in head
+
+
+def read(path: Path) -> Reflectance:
+    """The material of a JSON file."""
+    try:
+        m = from_json(json.loads(path.read_text(encoding="utf-8")))
+    except Error as error:
+        raise FormatError(f"{path}: {error}") from None
+    except (ValueError, TypeError, RecursionError, AttributeError) as error:
+        raise FormatError(f"{path}: not a gonio material file: {error}") from None
+    if not isinstance(m, Reflectance):
+        raise FormatError(f"{path}: holds a {type(m).__name__}, expected a reflectance")
+    return m
+
+
+def write(m: Reflectance, path: Path) -> None:
+    """Write a material as JSON."""
+    text = json.dumps(m.to_json(), indent=2) + "\n"
+    with replacing(path) as temporary:
+        temporary.write_text(text, encoding="utf-8")

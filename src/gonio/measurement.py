@@ -1,0 +1,53 @@
+"""A measurement is a reflectance like any other: the base class of what file formats are read into."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from .errors import ParameterError
+from .reflectance import Reflectance
+
+if TYPE_CHECKING:
+    import xarray
+
+
+class Measured(Reflectance):
+    """Base of the measured reflectances. A subclass declares its tables as fields and writes `formula`.
+
+    path      the file it was read from, or ""
+    quantity  what the file held, in words ("brdf", "brdf * cos(theta_o)"); `f` is always the BRDF [1/sr]
+    about     what the file says about itself, name -> value
+    """
+
+    quantity = "brdf"
+    format = ""
+
+    def __init__(self, path: str = "", about: dict[str, Any] | None = None, **fields: Any):
+        self.__dict__.update(path=path, about=dict(about or {}))
+        super().__init__(**fields)
+
+    @property
+    def valid(self) -> np.ndarray:
+        """True where the file holds a usable value; shape of the main table."""
+        raise NotImplementedError
+
+    @property
+    def data(self) -> xarray.Dataset:
+        """The file's content as it was stored, with named axes and CF units."""
+        raise NotImplementedError
+
+    def __eq__(self, other: object) -> bool:
+        if type(self) is not type(other):
+            return NotImplemented
+        mine, theirs = self._key(), other._key()  # type: ignore[attr-defined]
+        return all(a[0] == b[0] and np.array_equal(a[1], b[1], equal_nan=True) for a, b in zip(mine, theirs, strict=True))
+
+    __hash__ = Reflectance.__hash__
+
+    def __repr__(self) -> str:
+        return f"load({self.path!r})" if self.path else f"<{type(self).__name__} measurement in memory>"
+
+    def to_json(self) -> dict[str, Any]:
+        raise ParameterError(f"{self!r}: a measurement has no JSON form; save it in its own format with gonio.save")

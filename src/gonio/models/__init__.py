@@ -1,0 +1,1 @@
+"""The models of reflectance, one file each: every public class in this folder's files is found and exported."""

@@ -1,0 +1,36 @@
+"""Ideal specular: a perfect mirror, as a delta lobe."""
+
+from __future__ import annotations
+
+from typing import Any, ClassVar
+
+from ..fresnel import Constant, Fresnel, as_fresnel
+from ..geometry import Direction
+from ..param import part
+from ..reflectance import Reflectance
+
+
+class IdealSpecular(Reflectance):
+    """Mirror: f = k delta(theta_i - theta_o) delta(phi_i + pi - phi_o) / (sin theta_i cos theta_i).
+
+    `f` is 0 pointwise; `sample`, `albedo`, `reflected_radiance` and `render` treat the delta exactly, so that
+    L_o(wo) = k L_i(mirror of wo).
+
+    Shapes   reflectance: a number, (..., C), or a Fresnel term: `IdealSpecular(Conductor(0.2, 3.9))`.
+    Units    reflectance k: 1.
+    Error    rounding.
+    Source   lecture 4, eq. 4.3 to 4.6 with their errata (docs/equations.md).
+    """
+
+    reflectance = part(Fresnel, Constant(1.0), "reflectance of the mirror", coerce=as_fresnel)
+
+    is_delta: ClassVar[bool] = True
+
+    def formula(self, wi: Direction, wo: Direction) -> Any:
+        return 0.0 * self.reflectance.F(wo.z)
+
+    def mirror(self, wo: Direction) -> Any:
+        return self.reflectance.F(wo.z)
+
+    def estimate(self, wo: Direction) -> Any:
+        return self.reflectance.F(wo.z)

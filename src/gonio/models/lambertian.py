@@ -1,0 +1,28 @@
+"""Lambertian: equally bright from everywhere."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from ..geometry import Direction
+from ..param import param
+from ..reflectance import Reflectance
+
+
+class Lambertian(Reflectance):
+    """Ideal diffuse reflection: f = rho / pi.
+
+    Shapes   rho: a number or (..., C).
+    Units    f: 1/sr; rho: 1.
+    Error    rounding.
+    Source   Lambert 1760; lecture 4, eq. 4.2 (docs/equations.md).
+    """
+
+    rho = param(0.5, 0.0, 1.0, "albedo: the fraction of light that is reflected")
+
+    def formula(self, wi: Direction, wo: Direction) -> Any:
+        return self.rho * (1.0 / math.pi)
+
+    def estimate(self, wo: Direction) -> Any:
+        return self.rho + 0.0 * wo.z

@@ -1,0 +1,292 @@
+"""The one interface: a reflectance gives f, pdf and sample, lists its parameters, and adds and scales.
+
+A model writes `formula(wi, wo)`, and for importance sampling `warp(wo, u0, u1)` with its `density(wi, wo)`; everything
+else here follows from these. `wi` points to the light, `wo` to the viewer, both away from the surface.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any, ClassVar, NamedTuple
+
+from . import batch, geometry, ops, warp
+from .errors import ArrayTypeError, ParameterError
+from .geometry import HORIZON, NORMAL, Direction
+from .param import Field, Parametrised, literal, param, part
+
+
+class Sample(NamedTuple):
+    """What `sample` returns: incident directions drawn for given `wo`.
+
+    wi      (..., 3)     unit vectors
+    weight  (...[, C])   f cos(theta_i) / pdf, with the total f and the pdf of the whole material; for a delta sample
+                         its reflectance over the probability of choosing it; 0 for a sample below the horizon
+    pdf     (...)        density per solid angle [1/sr]; 1 for a delta sample, 0 below the horizon
+    delta   (...)        whether wi came from a delta lobe (a perfect mirror)
+    """
+
+    wi: Any
+    weight: Any
+    pdf: Any
+    delta: Any
+
+
+class Reflectance(Parametrised):
+    """Base of everything that reflects. See `f`, `pdf`, `sample`, `parameters`, `replace`, `+`, `*`."""
+
+    breaks: ClassVar[dict[str, str]] = {}
+    """Laws of `gonio.check` that this model does not obey for all parameters, each with the reason."""
+
+    channel_names: tuple | None = None
+    """Names of the channels, or their wavelengths [nm]; None for what the parameters imply (three: linear sRGB)."""
+
+    # What a model writes (components in, numbers out).
+
+    def formula(self, wi: Direction, wo: Direction) -> Any:
+        """f [1/sr] for directions above the horizon, without the cosine."""
+        raise NotImplementedError
+
+    def warp(self, wo: Direction, u0: Any, u1: Any) -> Direction:
+        """A direction wi for two uniform numbers; its density is `density`."""
+        return warp.cosine_hemisphere(u0, u1)
+
+    def density(self, wi: Direction, wo: Direction) -> Any:
+        """Density per solid angle [1/sr] of `warp`."""
+        return warp.cosine_hemisphere_density(wi)
+
+    def estimate(self, wo: Direction) -> Any:
+        """Roughly which share of the light is reflected: how often a sum samples this lobe."""
+        return 1.0 + 0.0 * wo.z
+
+    def mirror(self, wo: Direction) -> Any:
+        """Reflectance of a delta lobe at the mirror direction; only of models that are one."""
+        raise NotImplementedError
+
+    is_delta: ClassVar[bool] = False
+
+    def lobes(self) -> Iterable[tuple[Any, Reflectance]]:
+        """Pairs (weight, model) of the sum that this is."""
+        yield 1.0, self
+
+    # What everyone uses (arrays in, arrays out).
+
+    def f(self, wi: Any, wo: Any, out: Any = None) -> Any:
+        """The BRDF f(wi, wo), radiance out over irradiance in.
+
+        Shapes   wi, wo: (..., 3), broadcast against each other; result (...), or (..., C) for C channels.
+        Units    [1/sr], without the cosine. 0 where a direction is below the horizon (cosine <= 1e-6), NaN where a
+                 direction is NaN. A delta lobe contributes 0.
+        """
+        return batch.run(_value, ("value",), self, (wi, wo), (3, 3), out)[0]
+
+    def pdf(self, wi: Any, wo: Any) -> Any:
+        """Density [1/sr] with which `sample` draws wi for given wo, delta lobes left out; shape (...)."""
+        return batch.run(_pdf, ("scalar",), self, (wi, wo), (3, 3))[0]
+
+    def sample(self, wo: Any, u: Any) -> Sample:
+        """Incident directions for given wo (..., 3) and uniform numbers u (..., 2) in [0, 1)."""
+        return Sample(*batch.run(_sample, ("vector", "value", "scalar", "scalar"), self, (wo, u), (3, 2)))
+
+    def f_angles(self, theta_i: Any, phi_i: Any, theta_o: Any, phi_o: Any) -> Any:
+        """f of polar angles and azimuths [rad]; the four broadcast against each other."""
+        return self.f(direction(theta_i, phi_i), direction(theta_o, phi_o))
+
+    def delta_reflectance(self, wo: Any) -> Any:
+        """Reflectance (...[, C]) of all delta lobes together at the mirror direction of wo (..., 3)."""
+        return batch.run(_delta_reflectance, ("value",), self, (wo,), (3,))[0]
+
+    @property
+    def has_delta(self) -> bool:
+        """Whether any lobe is a delta lobe."""
+        return any(lobe.is_delta for _, lobe in self.lobes())
+
+    def __add__(self, other: Any) -> Sum:
+        if not isinstance(other, Reflectance):
+            return NotImplemented
+        terms = [t for m in (self, other) for t in (m.terms if isinstance(m, Sum) else (m,))]
+        return Sum(*terms)
+
+    def __mul__(self, weight: Any) -> Scaled:
+        if isinstance(weight, Reflectance):
+            raise ArrayTypeError("a reflectance times a reflectance; expected a number or an array of weights")
+        return Scaled(weight, self)
+
+    __rmul__ = __mul__
+    __array_ufunc__ = None  # np.float64(0.4) * m is ours to compute
+
+
+class Scaled(Reflectance):
+    """A reflectance times a weight: f = weight * of.f.
+
+    Shapes   weight: a number, or an array whose last axis is the channel axis.
+    Units    weight: 1.
+    Error    none of its own.
+    Source   linearity of the reflection integral, Szeliski 2.83 (docs/equations.md).
+    """
+
+    weight = param(1.0, 0.0, 1e9, "factor")
+    of = part(Reflectance, None, "what is scaled")
+
+    def formula(self, wi: Direction, wo: Direction) -> Any:
+        return self.weight * self.of.formula(wi, wo)
+
+    def lobes(self) -> Iterable[tuple[Any, Reflectance]]:
+        for weight, lobe in self.of.lobes():
+            yield self.weight * weight, lobe
+
+    def __repr__(self) -> str:
+        inner = f"({self.of!r})" if isinstance(self.of, Sum) else repr(self.of)
+        return f"{literal(self.weight)} * {inner}"
+
+
+class Sum(Reflectance):
+    """Sum of reflectances: f = f_0 + f_1 + ...; the terms are numbered from 0 in parameter paths.
+
+    Shapes   the terms' channels broadcast: one channel beside C gives C.
+    Units    [1/sr].
+    Error    rounding of the sum.
+    Source   "diffuse + specular", lecture 4, eq. 4.7, corrected (docs/equations.md).
+    """
+
+    def __init__(self, *terms: Reflectance):
+        if not terms or not all(isinstance(t, Reflectance) for t in terms):
+            raise ParameterError(f"Sum{terms!r:.60}: expected at least one reflectance and nothing else")
+        self.__dict__.update(fields={str(i): _term(i) for i in range(len(terms))}, _tied={})
+        self.__dict__.update({str(i): t for i, t in enumerate(terms)})
+
+    @property
+    def terms(self) -> tuple[Reflectance, ...]:
+        """The reflectances that are added."""
+        return tuple(self.__dict__[i] for i in self.fields)
+
+    def formula(self, wi: Direction, wo: Direction) -> Any:
+        total = self.terms[0].formula(wi, wo)
+        for term in self.terms[1:]:
+            total = total + term.formula(wi, wo)
+        return total
+
+    def lobes(self) -> Iterable[tuple[Any, Reflectance]]:
+        for term in self.terms:
+            yield from term.lobes()
+
+    def __repr__(self) -> str:
+        return " + ".join(map(repr, self.terms))
+
+    def to_json(self) -> dict[str, Any]:
+        return {"type": "Sum", "terms": [t.to_json() for t in self.terms]}
+
+
+def _term(i: int) -> Field:
+    field: Field = part(Reflectance, None, f"term {i}")
+    field.name = str(i)
+    return field
+
+
+# Kernels: what `batch.run` runs over arrays. `m` computes values per channel, `mean` one number for sampling.
+
+
+def _nan_of(*directions: Direction) -> Any:
+    """0, or NaN where a component is NaN or infinite: keeps NaN through the horizon mask."""
+    total = 0.0
+    for w in directions:
+        total = total + (w.x + w.y + w.z)
+    return 0.0 * total
+
+
+def _value(m: Reflectance, mean: Reflectance, wi: Any, wo: Any) -> tuple:
+    # Directions below the horizon are replaced before the formula, not only masked after it: a masked inf still
+    # turns gradients into NaN.
+    wi, wo = Direction(*wi), Direction(*wo)
+    below = (wi.z <= HORIZON) | (wo.z <= HORIZON)
+    value = m.formula(geometry.where(below, NORMAL, wi), geometry.where(below, NORMAL, wo))
+    return (ops.where(below, 0.0, value) + _nan_of(wi, wo),)
+
+
+def _shares(mean: Reflectance, wo: Direction) -> list[tuple[Any, Reflectance]]:
+    """The probability with which each lobe is sampled."""
+    lobes = [(weight * lobe.estimate(wo) + 1e-6, lobe) for weight, lobe in mean.lobes()]
+    total = lobes[0][0]
+    for share, _ in lobes[1:]:
+        total = total + share
+    return [(share / total, lobe) for share, lobe in lobes]
+
+
+def _mixture(shares: list[tuple[Any, Reflectance]], wi: Direction, wo: Direction) -> Any:
+    total = 0.0 * wi.z
+    for share, lobe in shares:
+        if not lobe.is_delta:
+            total = total + share * lobe.density(wi, wo)
+    return total
+
+
+def _pdf(m: Reflectance, mean: Reflectance, wi: Any, wo: Any) -> tuple:
+    wi, wo = Direction(*wi), Direction(*wo)
+    below = (wi.z <= HORIZON) | (wo.z <= HORIZON)
+    wi_up, wo_up = geometry.where(below, NORMAL, wi), geometry.where(below, NORMAL, wo)
+    return (ops.where(below, 0.0, _mixture(_shares(mean, wo_up), wi_up, wo_up)) + _nan_of(wi, wo),)
+
+
+def _sample(m: Reflectance, mean: Reflectance, wo: Any, u: Any) -> tuple:
+    wo, (u0, u1) = Direction(*wo), u
+    hidden = wo.z <= HORIZON
+    wo_up = geometry.where(hidden, NORMAL, wo)
+    shares = _shares(mean, wo_up)
+    wi, mirrored, start = geometry.mirror(wo_up), u0 < -1.0, 0.0 * u0
+    delta_weight: Any = 0.0 * wo_up.z
+    for i, (share, lobe) in enumerate(shares):
+        end = start + share if i < len(shares) - 1 else 2.0
+        here = (u0 >= start) & (u0 < end)
+        if lobe.is_delta:
+            mirrored = mirrored | here
+            delta_weight = ops.where(here, _delta_lobe(m, i, wo_up) / share, delta_weight)
+        else:
+            v = ops.clip((u0 - start) / share, 0.0, 1.0 - 6e-8)
+            wi = geometry.where(here, lobe.warp(wo_up, v, u1), wi)
+        start = end
+    lost = (wi.z <= HORIZON) | hidden
+    wi_up = geometry.where(lost, NORMAL, wi)
+    pdf = _mixture(shares, wi_up, wo_up)
+    usable = (pdf > 0.0) & (pdf < float("inf"))
+    weight = ops.where(usable, m.formula(wi_up, wo_up) * wi_up.z / ops.where(usable, pdf, 1.0), 0.0)
+    weight = ops.where(mirrored, delta_weight, weight)
+    nan = _nan_of(wo) + 0.0 * (u0 + u1)
+    return (
+        Direction(wi.x + nan, wi.y + nan, wi.z + nan),
+        ops.where(lost, 0.0, weight) + nan,
+        ops.where(lost, 0.0, ops.where(mirrored, 1.0, pdf)) + nan,
+        mirrored & (wo.z > HORIZON),
+    )
+
+
+def _delta_lobe(m: Reflectance, i: int, wo: Direction) -> Any:
+    weight, lobe = list(m.lobes())[i]
+    return weight * lobe.mirror(wo)
+
+
+def _delta_reflectance(m: Reflectance, mean: Reflectance, wo: Any) -> tuple:
+    wo = Direction(*wo)
+    below = wo.z <= HORIZON
+    wo_up = geometry.where(below, NORMAL, wo)
+    total = 0.0 * wo_up.z
+    for weight, lobe in m.lobes():
+        if lobe.is_delta:
+            total = total + weight * lobe.mirror(wo_up)
+    return (ops.where(below, 0.0, total) + _nan_of(wo),)
+
+
+# Angles and unit vectors, the public pair.
+
+
+def direction(theta: Any, phi: Any) -> Any:
+    """Unit vectors (sin theta cos phi, sin theta sin phi, cos theta), shape (..., 3); angles [rad] broadcast."""
+    theta, phi = (float(x) if isinstance(x, int) else x for x in (theta, phi))
+    lib = ops.library(theta, phi)
+    s = ops.sin(theta)
+    return lib.stack([s * ops.cos(phi), s * ops.sin(phi), ops.cos(theta) + 0.0 * phi])
+
+
+def angles(w: Any) -> tuple[Any, Any]:
+    """theta in [0, pi] and phi in (-pi, pi] [rad] of vectors (..., 3); any length. phi = 0 at the poles."""
+    lib, (w,) = ops.as_arrays(w)
+    x, y, z = lib.split(w, lib.shape(w)[:-1], False)
+    return ops.arctan2(ops.sqrt(x * x + y * y), z), ops.arctan2(y + 0.0, x)
