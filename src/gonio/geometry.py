@@ -77,6 +77,13 @@ def polar_angle(w: Direction) -> Any:
     return ops.arctan2(ops.sqrt(w.x * w.x + w.y * w.y + 1e-20), w.z)
 
 
+def azimuth(w: Direction, sin_theta: Any) -> tuple[Any, Any]:
+    """(cos phi, sin phi) of w, whose distance from the pole is `sin_theta`; phi = 0 at the pole."""
+    pole = sin_theta < 1e-10
+    safe = ops.where(pole, 1.0, sin_theta)
+    return ops.where(pole, 1.0, w.x / safe), ops.where(pole, 0.0, w.y / safe)
+
+
 def frame(n: Direction) -> tuple[Direction, Direction]:
     """Two unit vectors that complete n to a right-handed frame (t, b, n), t in the plane of n and the z axis.
 

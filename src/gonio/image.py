@@ -1,7 +1,7 @@
 """Pictures of linear light: the `Image` class, its files (.png, .exr, .hdr) and the sRGB transfer function.
 
-Files are recognised by their first bytes, never by their suffix. What a format cannot hold is refused, not
-clipped; .png alone is for looking at.
+Files are recognised by their first bytes, never by their suffix. What a format cannot hold is refused or
+announced; .png alone is for looking at.
 """
 
 import contextlib
@@ -41,7 +41,7 @@ def srgb_encode(linear: ArrayLike) -> NDArray[Any]:
     Error    rounding, and 3e-8 where the two rounded thresholds of the standard do not quite meet.
     Source   IEC 61966-2-1:1999, 5.2.
     """
-    x = _real(linear)
+    x = np.asarray(linear) * 1.0
     power = 1.055 * np.maximum(x, 0.0031308) ** (1.0 / 2.4) - 0.055
     return np.where(x <= 0.0031308, 12.92 * x, power)[()]
 
@@ -53,7 +53,7 @@ def srgb_decode(encoded: ArrayLike) -> NDArray[Any]:
 
     Shapes, units, error, source: as `srgb_encode`. An 8-bit code is divided by 255 first.
     """
-    x = _real(encoded)
+    x = np.asarray(encoded) * 1.0
     return np.where(x <= 0.04045, x / 12.92, ((np.maximum(x, 0.04045) + 0.055) / 1.055) ** 2.4)[()]
 
 
@@ -74,16 +74,12 @@ class Image:
     def __post_init__(self) -> None:
         pixels = _float32(self.pixels, "pixels")
         if pixels.ndim != 3 or 0 in pixels.shape:
-            raise errors.ShapeError(
-                f"pixels are {pixels.shape}, expected (H, W, C); for gray, pixels[..., None]"
-            )
+            raise errors.ShapeError(f"pixels are {pixels.shape}, expected (H, W, C); gray: pixels[..., None]")
         object.__setattr__(self, "pixels", pixels)
         if self.alpha is not None:
             alpha = _float32(self.alpha, "alpha")
             if alpha.shape != pixels.shape[:2]:
-                raise errors.ShapeError(
-                    f"alpha is {alpha.shape}, expected {pixels.shape[:2]}, as the pixels are"
-                )
+                raise errors.ShapeError(f"alpha is {alpha.shape}, expected (H, W), here {pixels.shape[:2]}")
             object.__setattr__(self, "alpha", alpha)
         if self.channels is not None:
             names = tuple(map(str, self.channels))
@@ -104,8 +100,9 @@ class Image:
         .png     8 bits: round(255 srgb_encode(clamp(2^exposure pixels, 0, 1))); C = 1 or 3; alpha as it is.
                  NaN becomes 0, and a MissingDataWarning says how many.
         .exr     float32, lossless, NaN and infinity kept: R, G, B, or Y, or the given names; and A.
-        .hdr     Radiance RGBE, flat; C = 3, or 1 written three times; no alpha; values 0 to 1.7e38, rounded
-                 to nearest: error at most 1/256 of a pixel's largest channel.
+        .hdr     Radiance RGBE, flat; C = 3, or 1 written three times; no alpha; rounded to nearest: error at
+                 most 1/256 of a pixel's largest channel. NaN becomes 0, and what lies outside 0 to 1.69e38 is
+                 clamped: a MissingDataWarning says how many.
 
         Units    `exposure` in stops, for .png only: the other two hold the values themselves.
         Errors   ParameterError (suffix, exposure, values the format cannot hold), ShapeError (channel count),
@@ -120,8 +117,10 @@ class Image:
         if not abs(exposure) <= (200.0 if suffix == ".png" else 0.0):
             rule = "within 200 stops for .png, 0 for .exr and .hdr; scale the pixels instead"
             raise errors.ParameterError(f"{path}: exposure is {exposure}, expected {rule}")
-        if not target.parent.is_dir():
-            raise errors.NotFoundError(f"{path}: there is no directory {target.parent}; make it first")
+        if not (target.parent.is_dir() and os.access(target.parent, os.W_OK)):
+            raise errors.NotFoundError(
+                f"{path}: there is no writable directory {target.parent}; make it first"
+            )
         if target.is_dir():
             raise errors.ParameterError(f"{path}: is a directory, expected a file name; choose another")
         write = _ENCODERS[suffix](self, os.fspath(path), float(exposure))
@@ -136,13 +135,13 @@ class Image:
 def read_image(path: str | os.PathLike[str]) -> Image:
     """Read an OpenEXR, Radiance, PNG or JPEG picture, recognised by its first bytes.
 
-    OpenEXR    half, float or uint as float32 (uint above 2^24 rounds). R, G, B first, then the other channels by
-               name; A becomes `alpha`. The first of several parts. Deep or subsampled channels are refused.
-    Radiance   value = mantissa 2^(E - 136), 0 where E = 0, divided by all EXPOSURE and COLORCORR lines. Radiance
-               itself adds 1/2 to the mantissa since its writer truncates; Mitsuba and OpenCV do not, nor do we:
-               1.0 reads as 1.0, and a truncating writer's picture as half a step (0.2 to 0.4 % of the largest
-               channel) too dark. Flat, old and new run-length scanlines, all orientations; XYZE is refused.
-    PNG, JPEG  `srgb_decode` of what pillow reads; profiles and gamma are ignored; 16-bit colour comes as 8-bit.
+    OpenEXR    half, float or uint as float32 (uint above 2^24 rounds). R, G, B first, then the other
+               channels by name; A becomes `alpha`. Of several parts the first; nothing deep or subsampled.
+    Radiance   value = mantissa 2^(E - 136), 0 where E = 0, divided by all EXPOSURE and COLORCORR lines.
+               Radiance itself adds 1/2 to the mantissa, for its writer truncates; Mitsuba and OpenCV do not,
+               nor do we: 1.0 reads as 1.0, and a truncating writer's picture half a step (0.2 to 0.4 % of
+               the largest channel) too dark. Flat, old and new run-length coding, every orientation; no XYZE.
+    PNG, JPEG  `srgb_decode` of what pillow reads, without profiles or gamma; 16-bit colour comes as 8-bit.
 
     Primaries that are not sRGB's give a warning, and the values stay as they are.
 
@@ -156,23 +155,28 @@ def read_image(path: str | os.PathLike[str]) -> Image:
         raise errors.FormatError(f"{path}: is a directory, expected a picture; name a file in it") from None
     except OSError as error:
         raise errors.NotFoundError(f"{path}: {error.strerror}; check the name and its permissions") from error
-    for magic, (kind, reader) in _READERS.items():
-        if data.startswith(magic):
-            try:
-                return reader(data, os.fspath(path))
-            except (errors.DependencyError, Warning):
-                raise
-            except Exception as error:  # damage makes pillow and OpenEXR raise nearly every type there is
-                text = f"{path}: damaged or unsupported {kind} picture: {error}; copy or export it again"
-                raise errors.FormatError(text) from error
-    known = ", ".join(f"{magic!r} ({kind})" for magic, (kind, _) in _READERS.items())
-    text = (
-        f"not a picture gonio reads: starts with {data[:10]!r}, expected {known}; convert it to .exr or .hdr"
-    )
-    raise errors.FormatError(f"{path}: {text} first")
+    format_ = next((f for magic, f in _READERS.items() if data.startswith(magic)), None)
+    if format_ is None:
+        known = ", ".join(f"{magic!r} ({kind})" for magic, (kind, _) in _READERS.items())
+        rule = f"starts with {data[:10]!r}, expected {known}; convert it to .exr or .hdr first"
+        raise errors.FormatError(f"{path}: not a picture gonio reads: {rule}")
+    kind, reader = format_
+    try:
+        with np.errstate(all="ignore"):
+            image, primaries = reader(data, os.fspath(path))
+    except errors.DependencyError:
+        raise
+    except Exception as error:  # damage makes pillow and OpenEXR raise nearly every type there is
+        why = error if isinstance(error, errors.Error) else repr(error)
+        text = f"{path}: damaged or unsupported {kind} picture: {why}; copy or export it again"
+        raise errors.FormatError(text) from error
+    if not np.allclose(primaries, _SRGB_XY, atol=0.002):
+        text = f"primaries are {tuple(np.round(primaries, 4).tolist())}, not sRGB's {_SRGB_XY}"
+        warnings.warn(f"{path}: {text}; nothing is converted", stacklevel=2)
+    return image
 
 
-def _read_exr(data: bytes, path: str) -> Image:
+def _read_exr(data: bytes, path: str) -> tuple[Image, Sequence[float]]:
     openexr = _library("OpenEXR", "OpenEXR")
     parts = _exr_headers(data)
     for part in reversed(parts):  # ends with the first; the library decodes all of them
@@ -182,29 +186,26 @@ def _read_exr(data: bytes, path: str) -> Image:
         # The library allocates whole tiles before it reads their data: 6.6 GB for a damaged file of 2 kB.
         tile = struct.unpack_from("<2I", part.get(b"tiles", bytes(8)))
         if tile[0] > max(width, 4096) or tile[1] > max(height, 4096):
-            raise ValueError(f"tiles of {tile[0]} x {tile[1]} pixels, expected less than the picture or 4096")
-    if b"deep" in parts[0].get(b"type", b""):
-        raise ValueError("deep pixels, expected one sample in each; flatten it first")
-    if b"chromaticities" in parts[0]:
-        _warn_primaries(struct.unpack("<8f", parts[0][b"chromaticities"]), path)
+            raise errors.FormatError(f"tiles of {tile} pixels, expected at most the picture or 4096")
     # The library does not raise for a damaged part: it prints, drops the part and counts the rest from 0.
     said = io.StringIO()
     with _STDOUT_LOCK, contextlib.redirect_stdout(said):
         found = openexr.File(path, separate_channels=True).parts
     if not found or found[0].part_index != 0:
-        raise ValueError(said.getvalue().strip())
+        raise errors.FormatError(said.getvalue().strip())
     planes = {name: channel.pixels for name, channel in found[0].channels.items()}
     if any(p.shape != (height, width) or p.dtype.kind not in "fu" for p in planes.values()):
-        raise ValueError(
-            f"channels of {[p.shape for p in planes.values()]} pixels, expected {(height, width)}"
+        kinds = {name: f"{p.shape} {p.dtype}" for name, p in planes.items()}
+        raise errors.FormatError(
+            f"channels are {kinds}, expected {(height, width)} numbers, neither deep nor less"
         )
+    planes = {name: p.astype(np.float32) for name, p in planes.items()}
     alpha = planes.pop("A") if "A" in planes and len(planes) > 1 else None
     rgb = tuple("RGB") if {"R", "G", "B"} <= planes.keys() else ()
     names = (*rgb, *sorted(planes.keys() - set(rgb)))
-    pixels = np.stack([planes[n].astype(np.float32) for n in names], axis=-1)
-    return Image(
-        pixels, None if alpha is None else alpha.astype(np.float32), names if names != ("A",) else None
-    )
+    image = Image(np.stack([planes[n] for n in names], axis=-1), alpha, None if names == ("A",) else names)
+    chromaticities = parts[0].get(b"chromaticities")
+    return image, struct.unpack("<8f", chromaticities) if chromaticities else _SRGB_XY
 
 
 def _exr_headers(data: bytes) -> list[dict[bytes, bytes]]:
@@ -224,28 +225,27 @@ def _exr_headers(data: bytes) -> list[dict[bytes, bytes]]:
     return parts
 
 
-def _read_radiance(data: bytes, path: str) -> Image:
-    divisor = np.ones(3)
+def _read_radiance(data: bytes, path: str) -> tuple[Image, Sequence[float]]:
+    known = {b"EXPOSURE": np.ones(1), b"COLORCORR": np.ones(3), b"PRIMARIES": np.array(_SRGB_XY)}
     at = 0
     while line := data[at : (end := data.index(b"\n", at))].rstrip(b"\r"):
         at = end + 1
         key, _, value = line.partition(b"=")
         if key == b"FORMAT" and value.strip() != b"32-bit_rle_rgbe":
-            raise ValueError(
-                f"FORMAT is {value[:40]!r}, expected b'32-bit_rle_rgbe' (ra_xyze -r converts XYZE)"
+            raise errors.FormatError(
+                f"FORMAT is {value[:40]!r}, expected b'32-bit_rle_rgbe' (XYZ: ra_xyze -r)"
             )
-        if count := {b"EXPOSURE": 1, b"COLORCORR": 3, b"PRIMARIES": 8}.get(key):
-            numbers = [float(v) for v in value.split()]
-            if len(numbers) != count or not all(0.0 < v < np.inf for v in numbers):
-                raise ValueError(f"header line is {line[:80]!r}, expected {count} positive numbers")
-            if key == b"PRIMARIES":
-                _warn_primaries(numbers, path)
-            else:
-                divisor *= numbers
+        if key in known:
+            numbers = np.array([float(v) for v in value.split()])
+            if numbers.shape != known[key].shape or not np.all((numbers > 0.0) & (numbers < np.inf)):
+                raise errors.FormatError(
+                    f"{line[:60]!r} in the header, expected {known[key].size} positive numbers"
+                )
+            known[key] = numbers if key == b"PRIMARIES" else known[key] * numbers  # the others accumulate
     line = data[end + 1 : (last := data.index(b"\n", end + 1))]
     size = re.fullmatch(rb"([+-])([XY]) +(\d{1,9}) +([+-])([XY]) +(\d{1,9})\s*", line)
     if size is None or size[2] == size[5]:
-        raise ValueError(f"resolution line is {line[:40]!r}, expected '-Y height +X width'")
+        raise errors.FormatError(f"resolution line is {line[:40]!r}, expected '-Y height +X width'")
     _check_size(int(size[3]), int(size[6]), data)
     rgbe = _scanlines(data, last + 1, int(size[3]), int(size[6]))
     # A scanline runs along the second axis named; +Y goes up and -X left, against the order of the array.
@@ -255,23 +255,26 @@ def _read_radiance(data: bytes, path: str) -> Image:
     rgbe = rgbe[:: 1 if signs[b"Y"] == b"-" else -1, :: 1 if signs[b"X"] == b"+" else -1]
     unit = np.ldexp(np.float32(1.0), np.arange(256) - 136)
     unit[0] = 0.0
-    pixels = rgbe[..., :3] * unit[rgbe[..., 3]][..., None]
+    pixels: NDArray[Any] = rgbe[..., :3] * unit[rgbe[..., 3]][..., None]
+    divisor = known[b"EXPOSURE"] * known[b"COLORCORR"]
     if np.any(divisor != 1.0):
-        pixels = pixels / divisor
-    return Image(pixels, channels=tuple("RGB"))
+        pixels = (pixels / divisor).astype(np.float32)
+    return Image(pixels, channels=tuple("RGB")), known[b"PRIMARIES"].tolist()
 
 
 def _scanlines(data: bytes, at: int, rows: int, columns: int) -> NDArray[np.uint8]:
     """RGBE bytes (rows, columns, 4) of new run-length, old run-length and flat scanlines, in any mixture."""
     if 4 * rows > len(data) - at:
-        raise ValueError(
-            f"{len(data) - at} bytes of pixels, expected at least 4 for each of {rows} scanlines"
+        raise errors.FormatError(
+            f"{len(data) - at} bytes of pixels, expected at least 4 per scanline ({rows})"
         )
     packable = 8 <= columns <= 0x7FFF
     if len(data) - at == 4 * rows * columns:  # flat throughout, unless some pixel is a run-length mark
         flat = np.frombuffer(data, np.uint8, offset=at).reshape(rows, columns, 4)
-        packed = packable and np.any((flat[:, 0, :2] == 2).all(-1) & (flat[:, 0, 2] < 128))
-        if not packed and not (flat[..., :3] == 1).all(-1).any():
+        if (
+            not (packable and ((flat[:, 0, :2] == 2).all(-1) & (flat[:, 0, 2] < 128)).any())
+            and not (flat[..., :3] == 1).all(-1).any()
+        ):
             return flat
     out = np.empty((rows, columns, 4), np.uint8)
     for row in range(rows):
@@ -279,30 +282,29 @@ def _scanlines(data: bytes, at: int, rows: int, columns: int) -> NDArray[np.uint
         try:
             out[row], at = (_new_scanline if packed else _old_scanline)(data, at, columns)
         except (IndexError, ValueError) as error:
-            raise ValueError(f"scanline {row} of {rows}: {error}") from None
+            why = "the file ends in it" if isinstance(error, IndexError) else error
+            raise errors.FormatError(f"scanline {row} of {rows}: {why}") from None
     return out
 
 
 def _new_scanline(data: bytes, at: int, columns: int) -> tuple[NDArray[np.uint8], int]:
     """One scanline of run-length coded components (columns, 4), and where the next one starts."""
     if int.from_bytes(data[at + 2 : at + 4]) != columns:
-        raise ValueError(f"its length is {int.from_bytes(data[at + 2 : at + 4])}, expected {columns}")
+        raise errors.FormatError(f"its length is {int.from_bytes(data[at + 2 : at + 4])}, expected {columns}")
     at += 4
-    pieces = []
+    pieces: list[bytes] = []
     for _ in range(4):
         left = columns
         while left > 0:
             code = data[at]
-            if code > 128:
-                code -= 128
-                pieces.append(data[at + 1 : at + 2] * code)
-                at += 2
-            else:
-                pieces.append(data[at + 1 : at + 1 + code])
-                at += 1 + code
-            left -= code
-        if left or at > len(data):
-            raise ValueError(f"a run goes {-left} pixels beyond it" if left else "the file ends in it")
+            end = at + 2 if code > 128 else at + 1 + code
+            pieces.append(data[at + 1 : end] * (code - 128 if code > 128 else 1))
+            left -= code - 128 if code > 128 else code
+            at = end
+        if left:
+            raise errors.FormatError(f"a run goes {-left} pixels beyond it")
+    if at > len(data):
+        raise IndexError
     return np.frombuffer(b"".join(pieces), np.uint8).reshape(4, columns).T, at
 
 
@@ -319,33 +321,33 @@ def _old_scanline(data: bytes, at: int, columns: int) -> tuple[NDArray[np.uint8]
     times = np.where(repeats, quads[:, 3].astype(np.int64) << np.minimum(8 * (index - source - 1), 32), 1)
     total = np.cumsum(times)
     last = int(np.searchsorted(total, columns))
-    if last == count or source[0] < 0:
-        raise ValueError("the file ends in it" if last == count else "it starts with a repeat")
+    if last == count:
+        raise IndexError
+    if source[0] < 0:
+        raise errors.FormatError("it starts with a repeat, expected a pixel")
     times[last] -= total[last] - columns  # as the reference reader, which drops what a repeat has over
     return np.repeat(quads[source[: last + 1]], times[: last + 1], axis=0), at + 4 * (last + 1)
 
 
-def _read_pillow(data: bytes, path: str) -> Image:
+def _read_pillow(data: bytes, path: str) -> tuple[Image, Sequence[float]]:
     with _library("PIL.Image", "pillow").open(io.BytesIO(data), formats=("PNG", "JPEG")) as picture:
-        _check_size(*picture.size, data)
+        _check_size(picture.width, picture.height, data)
         if picture.mode.startswith("I"):  # 16-bit gray
             codes = np.asarray(picture).astype(np.float32)[..., None]
-            return Image(srgb_decode(codes / np.float32(65535.0)), channels=("Y",))
+            return Image(srgb_decode(codes / np.float32(65535.0)), channels=("Y",)), _SRGB_XY
         names = "Y" if picture.mode in ("1", "L", "LA") else "RGB"
         covered = "A" in picture.mode or "transparency" in picture.info
         codes = np.asarray(picture.convert(names.replace("Y", "L") + "A" * covered))
     codes = codes.reshape(*codes.shape[:2], -1)
     light = srgb_decode(np.arange(256) / 255.0).astype(np.float32)
-    alpha = codes[..., -1].astype(np.float32) / np.float32(255.0) if covered else None
-    return Image(light[codes[..., : len(names)]], alpha, tuple(names))
+    alpha = np.float32(1.0 / 255.0) * codes[..., -1] if covered else None
+    return Image(light[codes[..., : len(names)]], alpha, tuple(names)), _SRGB_XY
 
 
 def _encode_png(image: Image, path: str, exposure: float) -> Callable[[str], object]:
     pillow, info = _library("PIL.Image", "pillow"), _library("PIL.PngImagePlugin", "pillow").PngInfo()
     pixels = _gray_or_rgb(image, path).astype(np.float64)
-    if missing := int(np.isnan(pixels).any(axis=-1).sum()):
-        text = f"{path}: {missing} of {pixels[..., 0].size} pixels are NaN and become 0; .exr keeps them"
-        warnings.warn(text, errors.MissingDataWarning, stacklevel=3)
+    _warn_lost(np.isnan(pixels), path, "NaN and become 0")
     codes = srgb_encode(np.clip(pixels * 2.0**exposure, 0.0, 1.0))
     if image.alpha is not None:
         codes = np.concatenate([codes, np.clip(image.alpha, 0.0, 1.0)[..., None]], axis=-1)
@@ -372,9 +374,10 @@ def _encode_hdr(image: Image, path: str, exposure: float) -> Callable[[str], obj
         raise errors.ParameterError(
             f"{path}: has an alpha, which .hdr cannot hold; write .exr, or set it to None"
         )
-    if bad := int((~((pixels >= 0.0) & (pixels < 1.7e38))).any(axis=-1).sum()):
-        rule = "expected none in a Radiance file; write .exr"
-        raise errors.ParameterError(f"{path}: {bad} pixels are negative, NaN or above 1.7e38, {rule}")
+    _warn_lost(
+        ~((pixels >= 0.0) & (pixels <= 1.69e38)), path, "NaN (now 0) or outside 0 to 1.69e38 (clamped)"
+    )
+    pixels = np.clip(np.nan_to_num(pixels), 0.0, np.float32(1.69e38))
     largest = pixels.max(axis=-1)
     mantissa, exponent = np.frexp(largest)
     exponent = exponent + (mantissa >= 255.5 / 256.0)  # would round up to 256
@@ -387,7 +390,7 @@ def _encode_hdr(image: Image, path: str, exposure: float) -> Callable[[str], obj
     return lambda name: Path(name).write_bytes(header.encode() + codes.tobytes())
 
 
-_READERS: dict[bytes, tuple[str, Callable[[bytes, str], Image]]] = {
+_READERS: dict[bytes, tuple[str, Callable[[bytes, str], tuple[Image, Sequence[float]]]]] = {
     b"#?RADIANCE": ("Radiance", _read_radiance),
     b"#?RGBE": ("Radiance", _read_radiance),
     b"v/1\x01": ("OpenEXR", _read_exr),
@@ -404,26 +407,19 @@ _ENCODERS = {
 def _check_size(width: int, height: int, data: bytes) -> None:
     if min(width, height) < 1 or width * height > min(_MAX_PIXELS, _PIXELS_PER_BYTE * len(data)):
         limit = f"1 to {_MAX_PIXELS} pixels, and what {len(data)} bytes can hold"
-        raise ValueError(f"the header says {width} x {height} pixels, expected {limit}")
+        raise errors.FormatError(f"the header says {width} x {height} pixels, expected {limit}")
 
 
-def _warn_primaries(xy: Sequence[float], path: str) -> None:
-    if not np.allclose(xy, _SRGB_XY, atol=0.002):
-        text = (
-            f"{path}: its primaries are {' '.join(f'{v:.4g}' for v in xy)}, not sRGB's; nothing is converted"
-        )
-        warnings.warn(text, stacklevel=4)
+def _warn_lost(lost: NDArray[np.bool_], path: str, what: str) -> None:
+    if count := int(lost.any(axis=-1).sum()):
+        text = f"{path}: {count} of {lost[..., 0].size} pixels are {what}; .exr keeps them"
+        warnings.warn(text, errors.MissingDataWarning, stacklevel=4)
 
 
 def _gray_or_rgb(image: Image, path: str) -> NDArray[np.float32]:
     if (count := image.pixels.shape[2]) in (1, 3):
         return image.pixels
     raise errors.ShapeError(f"{path}: {count} channels, expected 1 or 3; pick some of them, or write .exr")
-
-
-def _real(values: ArrayLike) -> NDArray[Any]:
-    x = np.asarray(values)
-    return x if x.dtype.kind == "f" else x.astype(np.float64)
 
 
 def _float32(values: ArrayLike, name: str) -> NDArray[np.float32]:

@@ -13,7 +13,7 @@ import numpy as np
 
 from . import ops
 from .errors import ParameterError
-from .geometry import Direction, dot, normalize, polar_angle
+from .geometry import Direction, azimuth, dot, normalize, polar_angle
 from .param import Parametrised, param
 
 ALPHA_LOW, ALPHA_HIGH = 1e-3, 1.0
@@ -109,7 +109,7 @@ class Beckmann(Distribution):
         s = normalize(_stretched(wo, self.alpha_x, self.alpha_y))
         sin_theta = ops.sqrt(s.x * s.x + s.y * s.y + 1e-24)
         x, y = _visible_gaussian_slope(sin_theta / s.z, u0), ops.clip(ops.erfinv(2.0 * u1 - 1.0), -6.0, 6.0)
-        cos_phi, sin_phi = s.x / sin_theta, s.y / sin_theta
+        cos_phi, sin_phi = azimuth(s, sin_theta)
         slope_x, slope_y = cos_phi * x - sin_phi * y, sin_phi * x + cos_phi * y
         return normalize(Direction(-self.alpha_x * slope_x, -self.alpha_y * slope_y, 1.0 + 0.0 * x))
 

@@ -91,8 +91,13 @@ class Library:
                 out.append(result[..., 0] if channels and kind == "scalar" else result)
         return out
 
+    def broadcast(self, *arrays: Array) -> Sequence[Array]:
+        """The arrays, broadcast against each other."""
+        return self.module.broadcast_arrays(*arrays)
+
     def stack(self, components: Sequence[Array]) -> Array:
-        return self.module.stack(self.module.broadcast_arrays(*components), -1)
+        """Components along a new last axis."""
+        return self.module.stack(self.broadcast(*components), -1)
 
     def op_take(self, table: Array, index: Array) -> Array:
         return table[index]
@@ -138,8 +143,8 @@ class Torch(Library):
             cache[key] = self.convert(value, like)
         return cache[key]
 
-    def stack(self, components: Sequence[Array]) -> Array:
-        return self.module.stack(self.module.broadcast_tensors(*components), -1)
+    def broadcast(self, *arrays: Array) -> Sequence[Array]:
+        return self.module.broadcast_tensors(*arrays)
 
     def _pair(self, a: Array, b: Array) -> tuple[Array, Array]:
         like = a if isinstance(a, self.module.Tensor) else b

@@ -113,6 +113,30 @@ class Table(Field):
         return array
 
 
+class Vector(Field):
+    """Three numbers in world space; unit vectors are normalised."""
+
+    def __init__(self, default: Any, doc: str, unit: bool):
+        super().__init__(default, doc)
+        self.unit = unit
+
+    def check(self, owner: str, value: Any) -> Any:
+        where = f"{owner}({self.name}={value!r:.60})"
+        try:
+            array = np.array(value, dtype=float)
+        except (TypeError, ValueError):
+            raise ParameterError(f"{where}: expected three numbers ({self.doc})") from None
+        if array.shape != (3,) or not np.all(np.isfinite(array)):
+            raise ParameterError(f"{where}: expected three finite numbers ({self.doc})")
+        if self.unit:
+            length = float(np.linalg.norm(array))
+            if length == 0.0:
+                raise ParameterError(f"{where}: a vector of length 0 is no direction; expected {self.doc}")
+            array = array / length
+        array.flags.writeable = False
+        return array
+
+
 class Channels(Field):
     """The numbers 0, 1, ... of the channels of a table, along the channel axis; set from the channel count."""
 
@@ -138,6 +162,11 @@ def option(default: str, *choices: str, doc: str) -> Any:
 def part(kind: type, default: Any, doc: str, coerce: Callable[[Any], Any] | None = None) -> Any:
     """A component of the given kind; `coerce` may turn other values (a number) into one."""
     return Part(kind, default, doc, coerce)
+
+
+def vector(default: Any, doc: str, unit: bool = False) -> Any:
+    """Three numbers in world space, a position or (`unit`) a direction."""
+    return Vector(default, doc, unit)
 
 
 def table(doc: str) -> Any:

@@ -1,16 +1,19 @@
 """Radiometric quantities, the relations between them, and exact solid angles.
 
-Plain functions of numbers or NumPy arrays that broadcast; float32 in gives float32 out. SI units, angles in
-radians, wavelengths in nanometres. Directions, vertices and edges are `(..., 3)` and seen from the observer, who
-is the origin; `w` and `normal` are unit vectors (the caller's duty). NaN in gives NaN out; other values out of
-range raise. "Rounding" in a docstring's Error line means a few units in the last place, below 1e-15 relative.
+Plain functions of numbers or NumPy arrays that broadcast; float32 arrays give float32. SI units, angles in
+radians, wavelengths in vacuum in nanometres. Directions, vertices and edges are `(..., 3)` as seen from the
+observer, the origin; `w` and `normal` are unit vectors (the caller's duty). NaN in gives NaN out; other values
+out of range raise. "Error rounding" is a relative error below 1e-15 in float64.
 """
 
+import functools
+import inspect
+from collections.abc import Callable
 from types import MappingProxyType
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple, TypeVar, cast
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from .errors import ArrayTypeError, ParameterError, ShapeError
 
@@ -39,10 +42,12 @@ _ROWS = (
     Quantity("intensity", "I", "W sr-1", "flux leaving a small source per solid angle, dΦ/dω", _ISO),
     Quantity("irradiance", "E", "W m-2", "flux arriving per area, ∫ L_i cosθ_i dω_i", _ISO),
     Quantity("exitance", "M", "W m-2", "flux emitted per area, ∫ L_e cosθ_e dω_e", _ISO),
-    Quantity("radiosity", "B", "W m-2", "flux leaving per area, emitted + reflected, ∫ L_o cosθ_o dω_o", _GORAL),
+    Quantity("radiosity", "B", "W m-2", "flux leaving per area, for any reason, ∫ L_o cosθ_o dω_o", _GORAL),
     Quantity("radiant_exposure", "H", "J m-2", "energy arriving per area, ∫ E dt", _ISO),
-    Quantity("radiance", "L", "W m-2 sr-1", "flux per projected area and solid angle, d²Φ/(dA cosθ dω)", _ISO),
-    Quantity("basic_radiance", "L/n²", "W m-2 sr-1", "radiance over index squared, constant along a ray", _NBS),
+    Quantity(
+        "radiance", "L", "W m-2 sr-1", "flux per projected area and solid angle, d²Φ/(dA cosθ dω)", _ISO
+    ),
+    Quantity("basic_radiance", "L/n²", "W m-2 sr-1", "radiance over index², constant along a ray", _NBS),
     Quantity("spectral_radiance", "L_λ", "W m-2 sr-1 nm-1", "radiance per wavelength, dL/dλ", _ISO),
     Quantity("spectral_irradiance", "E_λ", "W m-2 nm-1", "irradiance per wavelength, dE/dλ", _ISO),
     Quantity("solid_angle", "ω", "sr", "area on the unit sphere, dω = dA cosθ/r²", _ISO),
@@ -61,595 +66,576 @@ QUANTITIES = MappingProxyType({quantity.name: quantity for quantity in _ROWS})
 
 
 class _Range(NamedTuple):
+    """The values that a number may have; it stands in the signature, and `_checked` enforces it."""
+
     low: float
     high: float
     rule: str
-    hint: str
+    hint: str = "check the sign, the unit and the order of the arguments"
     open: bool = False  # True: the low end itself is excluded
 
-
-# Dot products of unit vectors exceed 1 by rounding; 1e-6 is enough for float32.
-_ONE = 1.0 + 1e-6
-_ORDER = "check the sign, the unit and the order of the arguments"
-_REAL = _Range(-np.inf, np.inf, "be a real number", _ORDER)
-_POSITIVE = _Range(0.0, np.inf, "be greater than 0", _ORDER, open=True)
-_NOT_NEGATIVE = _Range(0.0, np.inf, "be 0 or greater", _ORDER)
-_REFLECTANCE = _Range(0.0, 1.0, "lie in [0, 1]", "a surface that adds no light reflects at most what arrives")
-_COSINE = _Range(0.0, _ONE, "lie in [0, 1]", "give a cosine, not an angle, and abs() of it if the side is open")
-_DIVISOR = _Range(0.0, _ONE, "lie in (0, 1]", "at grazing the quotient is undefined: leave those out", open=True)
-_EITHER_SIDE = _Range(-_ONE, _ONE, "lie in [-1, 1]", "give a cosine, not an angle")
-_POLAR = _Range(0.0, np.pi, "lie in [0, pi]", "angles are in radians: numpy.radians(degrees)")
-_AZIMUTH = _Range(0.0, 2.0 * np.pi, "lie in [0, 2 pi]", "angles are in radians: numpy.radians(degrees)")
+    def __repr__(self) -> str:
+        return self.rule
 
 
-def _real(name: str, value: ArrayLike) -> Array:
+class _Points(NamedTuple):
+    """Vectors x, y, z on the last axis; `axes` counts the axes that do not broadcast."""
+
+    rule: str
+    axes: int = 1
+
+    def __repr__(self) -> str:
+        return self.rule
+
+
+_RADIANS = "angles are in radians, numpy.radians(degrees)"
+_NOT_AN_ANGLE = "pass a cosine, not an angle, of the lit side"
+_ONE = 1.0 + 1e-6  # dot products of unit vectors exceed 1 by rounding; this is enough for float32
+_Real = Annotated[Any, _Range(-np.inf, np.inf, "a real number")]
+_Positive = Annotated[Any, _Range(0.0, np.inf, "greater than 0", open=True)]
+_NotNegative = Annotated[Any, _Range(0.0, np.inf, "0 or greater")]
+_Reflectance = Annotated[Any, _Range(0.0, 1.0, "in [0, 1]", "no surface reflects more than arrives")]
+_Cosine = Annotated[Any, _Range(0.0, _ONE, "in [0, 1]", _NOT_AN_ANGLE)]
+_Divisor = Annotated[Any, _Range(0.0, _ONE, "in (0, 1]", "leave grazing directions out", open=True)]
+_EitherSide = Annotated[Any, _Range(-_ONE, _ONE, "in [-1, 1]", _NOT_AN_ANGLE)]
+_Polar = Annotated[Any, _Range(0.0, np.pi, "in [0, pi]", _RADIANS)]
+_Azimuth = Annotated[Any, _Range(0.0, 2.0 * np.pi, "in [0, 2 pi]", _RADIANS)]
+_VECTOR = _Points("of shape (..., 3)")
+_Vector = Annotated[Any, _VECTOR]
+_Polygon = Annotated[Any, _Points("of shape (..., V, 3), V >= 3", axes=2)]
+
+_F = TypeVar("_F", bound=Callable[..., Any])
+
+
+def _numbers(name: str, value: Any) -> Array:
     try:
         array = np.asarray(value)
-    except Exception as error:  # ragged lists, and arrays of other libraries that refuse to be converted
+    except Exception as error:  # ragged lists, and arrays of other libraries that refuse
         got = type(value).__name__
-        raise ArrayTypeError(f"{name} must be real numbers, got a {got} NumPy cannot read: convert it") from error
+        raise ArrayTypeError(f"{name} must be real numbers, got {got}: make it a NumPy array") from error
     if array.dtype.kind not in "iuf":
         raise ArrayTypeError(f"{name} must be real numbers, got dtype {array.dtype}: convert it to float64")
     return array if array.dtype.kind == "f" else array.astype(np.float64)
 
 
-def _read(**arguments: tuple[ArrayLike, _Range]) -> Any:
-    """The checked arguments in order. Python numbers stay such, so that float32 arrays keep their dtype."""
-    values = []
-    for name, (value, allowed) in arguments.items():
-        array = _real(name, value)
-        wrong = (array < allowed.low) | (array > allowed.high) | (allowed.open & (array == allowed.low))
-        if np.any(wrong):
-            count = f" ({np.sum(wrong)} of {array.size} values)" if array.ndim else ""
-            raise ParameterError(f"{name} must {allowed.rule}, got {array[wrong][0]:.9g}{count}: {allowed.hint}")
-        values.append(float(array) if isinstance(value, int | float) else array)
-    _broadcast(**{name: np.shape(value) for name, value in zip(arguments, values, strict=True)})
-    return values if len(values) > 1 else values[0]
+def _in_range(name: str, value: Any, allowed: _Range) -> Any:
+    array = _numbers(name, value)
+    wrong = (array < allowed.low) | (array > allowed.high) | (allowed.open & (array == allowed.low))
+    if np.any(wrong):
+        got = f"{array[wrong][0]:.9g}" + (f" ({np.sum(wrong)} of {array.size} values)" if array.ndim else "")
+        raise ParameterError(f"{name} must be {allowed.rule}, got {got}: {allowed.hint}")
+    # A Python number stays one: as an array it would turn float32 results into float64.
+    return float(array) if isinstance(value, int | float) else array
 
 
-def _broadcast(**shapes: tuple[int, ...]) -> tuple[int, ...]:
-    try:
-        return np.broadcast_shapes(*shapes.values())
-    except ValueError:
-        got = ", ".join(f"{name} {shape}" for name, shape in shapes.items())
-        raise ShapeError(f"shapes must broadcast, expected equal axes or 1, got {got}: add axes of 1") from None
+def _points(name: str, value: Any, allowed: _Points) -> Array:
+    array = _numbers(name, value)
+    if array.ndim < allowed.axes or array.shape[-1] != 3 or (allowed.axes == 2 and array.shape[-2] < 3):
+        raise ShapeError(f"{name} must be {allowed.rule}, got {array.shape}: put x, y, z on the last axis")
+    if np.any(np.isinf(array)):
+        raise ParameterError(f"{name} must be finite, got inf: use a distant point, or a direction")
+    return array
 
 
-def _vectors(**arguments: ArrayLike) -> list[Array]:
-    """Finite `(..., 3)` arrays."""
-    vectors = [_real(name, value) for name, value in arguments.items()]
-    for name, v in zip(arguments, vectors, strict=True):
-        if v.ndim == 0 or v.shape[-1] != 3:
-            raise ShapeError(f"{name} must have shape (..., 3), got {v.shape}: put x, y, z on the last axis")
-        if np.any(np.isinf(v)):
-            raise ParameterError(f"{name} must be finite, got inf: use a distant point or a direction instead")
-    return vectors
+def _checked(function: _F) -> _F:
+    """Check each call against the `_Range` and `_Points` in the signature, and that the shapes broadcast."""
+    signature = inspect.signature(function)
+    marked = [p for p in signature.parameters.values() if p.annotation not in (str, bool)]
+    rules = {p.name: p.annotation.__metadata__[0] for p in marked}
+
+    @functools.wraps(function)
+    def checked(*args: Any, **kwargs: Any) -> Any:
+        call = signature.bind(*args, **kwargs)
+        call.apply_defaults()
+        shapes = {}
+        for name, rule in rules.items():
+            value = call.arguments[name]
+            if value is None:
+                continue
+            read = _in_range if isinstance(rule, _Range) else _points
+            call.arguments[name] = value = read(name, value, rule)
+            shapes[name] = np.shape(value)[: np.ndim(value) - getattr(rule, "axes", 0)]
+        try:
+            np.broadcast_shapes(*shapes.values())
+        except ValueError:
+            got = ", ".join(f"{name} {shape}" for name, shape in shapes.items())
+            raise ShapeError(f"shapes must broadcast (axes equal or 1), got {got}: add axes of 1") from None
+        return function(*call.args, **call.kwargs)
+
+    return cast(_F, checked)
 
 
 def _dot(a: Array, b: Array) -> Array:
     return np.sum(a * b, axis=-1)
 
 
-# Flux, intensity, radiance, irradiance --------------------------------------------------------------------
+# Flux, intensity, radiance, irradiance
 
 
-def solid_angle(area: ArrayLike, distance: ArrayLike, cos_theta: ArrayLike = 1.0) -> Array:
+@_checked
+def solid_angle(area: _NotNegative, distance: _Positive, cos_theta: _Cosine = 1.0) -> Array:
     """Solid angle of a small area: dω = dA cosθ/r², θ between its normal and the line of sight.
 
-    Shapes   all broadcast.
-    Units    m², m, 1 -> sr.
-    Error    For an area of diameter d, about (d/r)²: 2.0e-3 for a square of side 0.063 at distance 1.
-    Source   Nicodemus et al. 1977, NBS Monograph 160.
+    Shapes broadcast. Units m², m, 1 -> sr.
+    Error  Of a square of diagonal d straight ahead, (d/r)²/8 relative: 2.5e-3 for side 0.1 at distance 1.
+    Source Nicodemus et al. 1977, NBS Monograph 160.
     """
-    a, r, c = _read(
-        area=(area, _NOT_NEGATIVE), distance=(distance, _POSITIVE), cos_theta=(cos_theta, _COSINE)
-    )
-    return a / r * c / r
+    return area / distance * cos_theta / distance
 
 
-def radiance(flux: ArrayLike, area: ArrayLike, dw: ArrayLike, cos_theta: ArrayLike = 1.0) -> Array:
+@_checked
+def radiance(flux: _Real, area: _Positive, dw: _Positive, cos_theta: _Divisor = 1.0) -> Array:
     """Radiance of a beam: L = d²Φ/(dA cosθ dω).
 
-    Shapes   all broadcast.
-    Units    W, m², sr, 1 -> W m⁻² sr⁻¹.
-    Error    Rounding.
-    Source   Nicodemus et al. 1977, NBS Monograph 160.
+    Shapes broadcast. Units W, m², sr, 1 -> W m⁻² sr⁻¹. Error rounding.
+    Source Nicodemus et al. 1977, NBS Monograph 160.
     """
-    phi, a, w, c = _read(
-        flux=(flux, _REAL), area=(area, _POSITIVE), dw=(dw, _POSITIVE), cos_theta=(cos_theta, _DIVISOR)
-    )
-    return phi / a / w / c
+    return flux / area / dw / cos_theta
 
 
-def basic_radiance(L: ArrayLike, n: ArrayLike = 1.0) -> Array:
-    """Basic radiance L/n², which is constant along a ray without losses, through refraction too.
+@_checked
+def basic_radiance(L: _Real, n: _Positive = 1.0) -> Array:
+    """Basic radiance L/n²: constant along a ray without losses, through refraction too (L₁/n₁² = L₂/n₂²).
 
-    In vacuum (n = 1) it is the radiance itself: what leaves p towards q arrives at q from p, at any distance. Of
-    the light that crosses a boundary L₁/n₁² = L₂/n₂²; multiply by the Fresnel transmittance for what crosses.
+    In vacuum it is L itself: what leaves p towards q arrives at q from p, at any distance.
 
-    Shapes   all broadcast.
-    Units    W m⁻² sr⁻¹, refractive index 1 -> W m⁻² sr⁻¹.
-    Error    Rounding.
-    Source   Nicodemus et al. 1977, NBS Monograph 160.
+    Shapes broadcast. Units W m⁻² sr⁻¹, refractive index -> W m⁻² sr⁻¹. Error rounding.
+    Source Nicodemus et al. 1977, NBS Monograph 160.
     """
-    value, index = _read(L=(L, _REAL), n=(n, _POSITIVE))
-    return value / index / index
+    return L / n / n
 
 
+@_checked
 def etendue(
-    area_1: ArrayLike,
-    area_2: ArrayLike,
-    distance: ArrayLike,
-    cos_theta_1: ArrayLike = 1.0,
-    cos_theta_2: ArrayLike = 1.0,
-    n: ArrayLike = 1.0,
+    area_1: _NotNegative,
+    area_2: _NotNegative,
+    distance: _Positive,
+    cos_theta_1: _Cosine = 1.0,
+    cos_theta_2: _Cosine = 1.0,
+    n: _Positive = 1.0,
 ) -> Array:
     """Étendue of the beam between two small areas: G = n² dA₁ cosθ₁ dA₂ cosθ₂/r², the same from either end.
 
-    Shapes   all broadcast.
-    Units    m², m², m, 1, 1, index n of the medium between -> m² sr.
-    Error    As `solid_angle`: about (d/r)² for areas of diameter d.
-    Source   Nicodemus et al. 1977, NBS Monograph 160.
+    Shapes broadcast. Units m², m², m, 1, 1, refractive index -> m² sr. Error as `solid_angle`.
+    Source Nicodemus et al. 1977, NBS Monograph 160.
     """
-    a, b, r, c, k, index = _read(
-        area_1=(area_1, _NOT_NEGATIVE),
-        area_2=(area_2, _NOT_NEGATIVE),
-        distance=(distance, _POSITIVE),
-        cos_theta_1=(cos_theta_1, _COSINE),
-        cos_theta_2=(cos_theta_2, _COSINE),
-        n=(n, _POSITIVE),
-    )
-    return index * index * (a / r * c) * (b / r * k)
+    return (n * area_1 * cos_theta_1 / distance) * (n * area_2 * cos_theta_2 / distance)
 
 
-def flux(L: ArrayLike, G: ArrayLike, n: ArrayLike = 1.0) -> Array:
-    """Flux in a beam of étendue G and radiance L: Φ = G L/n².
+@_checked
+def flux(L: _Real, G: _NotNegative, n: _Positive = 1.0) -> Array:
+    """Flux of radiance L, given where the index is n, in a beam of étendue G: Φ = G L/n².
 
-    Shapes   all broadcast.
-    Units    W m⁻² sr⁻¹, m² sr, index n where L is given -> W.
-    Error    Rounding.
-    Source   Nicodemus et al. 1977, NBS Monograph 160.
+    Shapes broadcast. Units W m⁻² sr⁻¹, m² sr, refractive index -> W. Error rounding.
+    Source Nicodemus et al. 1977, NBS Monograph 160.
     """
-    value, g, index = _read(L=(L, _REAL), G=(G, _NOT_NEGATIVE), n=(n, _POSITIVE))
-    return value / index / index * g
+    return L / n / n * G
 
 
-def intensity(L: ArrayLike, area: ArrayLike, cos_theta: ArrayLike = 1.0) -> Array:
-    """Intensity of a small flat emitter of radiance L, at θ from its normal: I = L dA cosθ.
+@_checked
+def intensity(L: _Real, area: _NotNegative, cos_theta: _Cosine = 1.0) -> Array:
+    """Intensity of a small flat emitter at θ from its normal: I = L dA cosθ.
 
-    Shapes   all broadcast.
-    Units    W m⁻² sr⁻¹, m², 1 -> W sr⁻¹.
-    Error    Rounding.
-    Source   Nicodemus et al. 1977, NBS Monograph 160.
+    Shapes broadcast. Units W m⁻² sr⁻¹, m², 1 -> W sr⁻¹. Error rounding.
+    Source Nicodemus et al. 1977, NBS Monograph 160.
     """
-    value, a, c = _read(L=(L, _REAL), area=(area, _NOT_NEGATIVE), cos_theta=(cos_theta, _COSINE))
-    return value * a * c
+    return L * area * cos_theta
 
 
-def point_irradiance(I: ArrayLike, distance: ArrayLike, cos_theta: ArrayLike = 1.0) -> Array:  # noqa: E741
-    """Irradiance by a point source of intensity I: E = I cos⁺θ/r², zero where it shines on the back.
+@_checked
+def point_irradiance(I: _Real, distance: _Positive, cos_theta: _EitherSide = 1.0) -> Array:  # noqa: E741
+    """Irradiance by a point source: E = I cos⁺θ/r², zero from behind; θ is at the receiver.
 
-    Shapes   all broadcast.
-    Units    W sr⁻¹, m, 1 (θ between the receiver's normal and the direction to the source) -> W m⁻².
-    Error    Rounding.
-    Source   Nicodemus et al. 1977, NBS Monograph 160.
+    Shapes broadcast. Units W sr⁻¹, m, 1 -> W m⁻². Error rounding.
+    Source Nicodemus et al. 1977, NBS Monograph 160.
     """
-    value, r, c = _read(I=(I, _REAL), distance=(distance, _POSITIVE), cos_theta=(cos_theta, _EITHER_SIDE))
-    return value / r * np.maximum(c, 0.0) / r
+    return I / distance * np.maximum(cos_theta, 0.0) / distance
 
 
-def _cosine_sum(L: ArrayLike, w: ArrayLike, dw: ArrayLike, normal: ArrayLike) -> Array:
-    directions, n = _vectors(w=w, normal=normal)
-    value, weight = _real("L", L), _real("dw", dw)
-    samples = directions.shape[:-1]
-    channels = value.shape[-1:] if value.ndim > len(samples) else ()
-    try:
-        value = np.broadcast_to(value, samples + channels)
-        weight = np.broadcast_to(weight, samples)
-    except ValueError:
-        raise ShapeError(
-            f"L must have shape {samples} or {samples} + (C,) and dw {samples}, the batch shape of w, "
-            f"got L {value.shape} and dw {weight.shape}: one radiance and one solid angle per direction"
-        ) from None
-    cosine = np.maximum(n @ directions.reshape(-1, 3).T, 0.0)
-    total = cosine @ (value.reshape(-1, *(channels or (1,))) * weight.reshape(-1, 1))
-    return total if channels else total[..., 0]
-
-
-def irradiance(L: ArrayLike, w: ArrayLike, dw: ArrayLike, normal: ArrayLike = (0.0, 0.0, 1.0)) -> Array:
+def irradiance(L: Any, w: Any, dw: Any, normal: Any = (0.0, 0.0, 1.0)) -> Array:
     """Irradiance by light that arrives from directions w: E = Σ L cos⁺θ dω, summed over all of them.
 
     `irradiance(image, *latlong_pixels(*image.shape[:2]), normal)` is that of an environment map.
 
-    Shapes   w: (..., 3); dw: ...; L: ... or (..., C) with a last channel axis; normal: (3,) or any (N..., 3).
-             The result is N... or (N..., C).
-    Units    W m⁻² sr⁻¹, 1, sr, 1 -> W m⁻².
-    Error    That of the quadrature: for L = 1 on `latlong_pixels(64, 128)` 4.0e-4 relative, falling as 1/height².
-    Source   Nicodemus et al. 1977, NBS Monograph 160.
+    Shapes w (..., 3); dw ...; L ... or (..., C); normal N... + (3,) -> N... or N... + (C,).
+    Units  W m⁻² sr⁻¹, 1, sr, 1 -> W m⁻².
+    Error  Of the sum for the integral, relative, L = 1: 3.0e-4 on `latlong_pixels(64, 128)`, as 1/height².
+    Source Nicodemus et al. 1977, NBS Monograph 160.
     """
-    return _cosine_sum(L, w, dw, normal)
+    directions, n = _points("w", w, _VECTOR), _points("normal", normal, _VECTOR)
+    samples, value, weight = directions.shape[:-1], _numbers("L", L), _numbers("dw", dw)
+    channels = value.shape[-1:] if value.ndim > len(samples) else ()
+    try:
+        terms = np.broadcast_to(value, samples + channels).reshape(-1, *(channels or (1,)))
+        terms = terms * np.broadcast_to(weight, samples).reshape(-1, 1)
+    except ValueError:
+        raise ShapeError(
+            f"L must have shape {samples} or {(*samples, 'C')} and dw {samples}, one for each direction w, "
+            f"got L {value.shape} and dw {weight.shape}: put channels on the last axis"
+        ) from None
+    total = np.maximum(n @ directions.reshape(-1, 3).T, 0.0) @ terms
+    return total if channels else total[..., 0]
 
 
-def exitance(L: ArrayLike, w: ArrayLike, dw: ArrayLike, normal: ArrayLike = (0.0, 0.0, 1.0)) -> Array:
+def exitance(L: Any, w: Any, dw: Any, normal: Any = (0.0, 0.0, 1.0)) -> Array:
     """Exitance of a surface that emits L towards directions w: M = Σ L_e cos⁺θ dω.
 
-    Shapes   as `irradiance`.
-    Units    W m⁻² sr⁻¹, 1, sr, 1 -> W m⁻².
-    Error    as `irradiance`.
-    Source   Nicodemus et al. 1977, NBS Monograph 160.
+    Shapes, units and error of `irradiance`; the light leaves.
+    Source Nicodemus et al. 1977, NBS Monograph 160.
     """
-    return _cosine_sum(L, w, dw, normal)
+    return irradiance(L, w, dw, normal)
 
 
-def radiosity(L: ArrayLike, w: ArrayLike, dw: ArrayLike, normal: ArrayLike = (0.0, 0.0, 1.0)) -> Array:
-    """Radiosity of a surface that sends L, emitted and reflected, towards w: B = Σ L_o cos⁺θ dω.
+def radiosity(L: Any, w: Any, dw: Any, normal: Any = (0.0, 0.0, 1.0)) -> Array:
+    """Radiosity of a surface that sends L, emitted and reflected, towards directions w: B = Σ L_o cos⁺θ dω.
 
-    Shapes   as `irradiance`.
-    Units    W m⁻² sr⁻¹, 1, sr, 1 -> W m⁻².
-    Error    as `irradiance`.
-    Source   Goral et al. 1984, doi:10.1145/964965.808601.
+    Shapes, units and error of `irradiance`; the light leaves.
+    Source Goral et al. 1984, doi:10.1145/964965.808601.
     """
-    return _cosine_sum(L, w, dw, normal)
+    return irradiance(L, w, dw, normal)
 
 
-def radiosity_balance(exitance: ArrayLike, reflectance: ArrayLike, irradiance: ArrayLike) -> Array:
+@_checked
+def radiosity_balance(exitance: _Real, reflectance: _Reflectance, irradiance: _Real) -> Array:
     """Radiosity as what a surface emits plus what it reflects: B = M + ρ E.
 
-    Shapes   all broadcast.
-    Units    W m⁻², 1, W m⁻² -> W m⁻².
-    Error    Rounding.
-    Source   Goral et al. 1984, doi:10.1145/964965.808601.
+    Shapes broadcast. Units W m⁻², 1, W m⁻² -> W m⁻². Error rounding.
+    Source Goral et al. 1984, doi:10.1145/964965.808601.
     """
-    m, rho, e = _read(
-        exitance=(exitance, _REAL), reflectance=(reflectance, _REFLECTANCE), irradiance=(irradiance, _REAL)
-    )
-    return m + rho * e
+    return exitance + reflectance * irradiance
 
 
-def uniform_irradiance(L: ArrayLike) -> Array:
-    """Irradiance by the same radiance L from the whole hemisphere: E = π L.
+@_checked
+def uniform_irradiance(L: _Real) -> Array:
+    """Irradiance by the same radiance from the whole hemisphere: E = π L.
 
-    Shapes   any.
-    Units    W m⁻² sr⁻¹ -> W m⁻².
-    Error    Rounding.
-    Source   Nicodemus et al. 1977, NBS Monograph 160.
+    Shapes any. Units W m⁻² sr⁻¹ -> W m⁻². Error rounding.
+    Source Nicodemus et al. 1977, NBS Monograph 160.
     """
-    return np.pi * _read(L=(L, _REAL))
+    return np.pi * L
 
 
-def lambertian_exitance(L: ArrayLike) -> Array:
-    """Exitance of a Lambertian emitter, whose radiance is L in every direction: M = π L.
+@_checked
+def lambertian_exitance(L: _Real) -> Array:
+    """Exitance (or radiosity) of a surface whose radiance is the same in every direction: M = π L.
 
-    Shapes   any.
-    Units    W m⁻² sr⁻¹ -> W m⁻².
-    Error    Rounding.
-    Source   Nicodemus et al. 1977, NBS Monograph 160.
+    Shapes any. Units W m⁻² sr⁻¹ -> W m⁻². Error rounding.
+    Source Nicodemus et al. 1977, NBS Monograph 160.
     """
-    return np.pi * _read(L=(L, _REAL))
+    return np.pi * L
 
 
-def lambertian_radiance(M: ArrayLike) -> Array:
-    """Radiance of a Lambertian surface of exitance (or radiosity) M: L = M/π.
+# Reflectance
 
-    Shapes   any.
-    Units    W m⁻² -> W m⁻² sr⁻¹.
-    Error    Rounding.
-    Source   Nicodemus et al. 1977, NBS Monograph 160.
+
+@_checked
+def brdf(dL: _Real, L_i: _Positive, cos_theta_i: _Divisor, dw_i: _Positive) -> Array:
+    """BRDF as it is measured, reflected radiance over incident irradiance: f = dL/(L_i cosθ_i dω_i).
+
+    Shapes broadcast. Units W m⁻² sr⁻¹, W m⁻² sr⁻¹, 1, sr -> sr⁻¹. Error rounding.
+    Source Nicodemus et al. 1977, NBS Monograph 160.
     """
-    return _read(M=(M, _REAL)) / np.pi
+    return dL / L_i / cos_theta_i / dw_i
 
 
-# Reflectance ----------------------------------------------------------------------------------------------
-
-
-def brdf(dL: ArrayLike, L_i: ArrayLike, cos_theta_i: ArrayLike, dw_i: ArrayLike) -> Array:
-    """BRDF from what is measured, reflected radiance over incident irradiance: f = dL/(L_i cosθ_i dω_i).
-
-    Shapes   all broadcast.
-    Units    W m⁻² sr⁻¹, W m⁻² sr⁻¹, 1, sr -> sr⁻¹.
-    Error    Rounding.
-    Source   Nicodemus et al. 1977, NBS Monograph 160.
-    """
-    out, light, c, w = _read(
-        dL=(dL, _REAL), L_i=(L_i, _POSITIVE), cos_theta_i=(cos_theta_i, _DIVISOR), dw_i=(dw_i, _POSITIVE)
-    )
-    return out / light / c / w
-
-
-def lambertian_brdf(albedo: ArrayLike) -> Array:
-    """BRDF of a Lambertian surface: f = ρ/π.
-
-    Shapes   any.
-    Units    1 -> sr⁻¹.
-    Error    Rounding.
-    Source   Nicodemus et al. 1977, NBS Monograph 160.
-    """
-    return _read(albedo=(albedo, _REFLECTANCE)) / np.pi
-
-
-def lambertian_albedo(f: ArrayLike) -> Array:
+@_checked
+def lambertian_albedo(f: _Real) -> Array:
     """Directional-hemispherical reflectance of a constant BRDF: ρ = π f.
 
-    Shapes   any.
-    Units    sr⁻¹ -> 1.
-    Error    Rounding.
-    Source   Nicodemus et al. 1977, NBS Monograph 160.
+    Shapes any. Units sr⁻¹ -> 1. Error rounding.
+    Source Nicodemus et al. 1977, NBS Monograph 160.
     """
-    return np.pi * _read(f=(f, _REAL))
+    return np.pi * f
 
 
+@_checked
 def convert_reflectance(
-    value: ArrayLike,
-    source: str,
-    target: str,
-    cos_theta_i: ArrayLike | None = None,
-    cos_theta_o: ArrayLike | None = None,
+    value: _Real, source: str, target: str, cos_theta_i: _Cosine = None, cos_theta_o: _Cosine = None
 ) -> Array:
     """Convert between "brdf" f, "reflectance_factor" π f, "brdf_cos_theta_i" f cosθ_i and "dsf" f cosθ_o.
 
-    A cosine is needed only where its quantity is the source or the target. Dividing by a cosine of 0 gives NaN:
-    at grazing, f cosθ does not say what f is.
+    A cosine is needed only for its own quantity. Dividing by a cosine of 0 gives NaN: f is not known there.
 
-    Shapes   all broadcast.
-    Units    of the names, see `QUANTITIES`; for transmission give |cosθ|.
-    Error    Rounding.
-    Source   Nicodemus et al. 1977, NBS Monograph 160; ASTM E2387 (DSF).
+    Shapes broadcast. Units as in `QUANTITIES`; for transmission pass |cosθ|. Error rounding.
+    Source Nicodemus et al. 1977, NBS Monograph 160; ASTM E2387 for the DSF.
     """
-    cosines = {"brdf_cos_theta_i": ("cos_theta_i", cos_theta_i), "dsf": ("cos_theta_o", cos_theta_o)}
-    factor: dict[str, Any] = {"brdf": 1.0, "reflectance_factor": np.pi}
-    for name, (argument, cosine) in cosines.items():
-        if cosine is not None:
-            factor[name] = _read(**{argument: (cosine, _COSINE)})
-        elif name in (source, target):
-            raise ParameterError(f"{name} needs {argument}, got None: pass the cosine of each value's direction")
+    factor = {"brdf": 1.0, "reflectance_factor": np.pi, "brdf_cos_theta_i": cos_theta_i, "dsf": cos_theta_o}
     for name in (source, target):
         if name not in factor:
-            names = ", ".join(["brdf", "reflectance_factor", *cosines])
-            raise ParameterError(f"quantity must be one of {names}, got {name!r}: name what the data hold")
-    number, divisor, multiplier = _read(
-        value=(value, _REAL), source=(factor[source], _REAL), target=(factor[target], _REAL)
-    )
+            raise ParameterError(
+                f"quantity must be one of {', '.join(factor)}, got {name!r}: name what it is"
+            )
+        if factor[name] is None:
+            missing = "cos_theta_o" if name == "dsf" else "cos_theta_i"
+            raise ParameterError(f"{name} must come with {missing}, got None: pass {missing}=")
     if source == target:
-        return number
+        return +value
+    divisor = factor[source]
     if np.any(np.equal(divisor, 0.0)):
         divisor = np.where(np.equal(divisor, 0.0), np.nan, divisor)
-    return number / divisor * multiplier
+    return value / divisor * factor[target]
 
 
-# Wavelength, frequency, photons ---------------------------------------------------------------------------
+# Wavelength, frequency, photons
 
 
-def convert_spectral(value: ArrayLike, wavelength: ArrayLike, source: str, target: str) -> Array:
-    """Convert a spectral density (of radiance, flux, ...) between "wavelength", "frequency" and "wavenumber".
+@_checked
+def convert_spectral(value: _Real, wavelength: _Positive, source: str, target: str) -> Array:
+    """Convert a density (of radiance, flux, ...) between per "wavelength", "frequency" and "wavenumber".
 
-    L_ν = L_λ λ²/c and L_σ = L_λ λ², because L_λ dλ = L_ν dν = L_σ dσ in magnitude.
+    L_ν = L_λ λ²/c and L_σ = L_λ λ², because the energy L_λ dλ = L_ν dν = L_σ dσ of an interval stays.
 
-    Shapes   all broadcast.
-    Units    per nm, per Hz, per cm⁻¹; the wavelength in vacuum, nm (in air it is 0.03 % shorter).
-    Error    Rounding.
-    Source   The chain rule; the speed of light is exact in the SI.
+    Shapes broadcast. Units nm⁻¹, Hz⁻¹, (cm⁻¹)⁻¹; the wavelength in nm. Error rounding.
+    Source The chain rule; the speed of light is exact in the SI.
     """
-    number, nm = _read(value=(value, _REAL), wavelength=(wavelength, _POSITIVE))
-    nm_per = {"wavelength": 1.0, "frequency": nm * nm * (1e-9 / SPEED_OF_LIGHT), "wavenumber": nm * nm * 1e-7}
+    area = wavelength * wavelength
+    nm_per = {"wavelength": 1.0, "frequency": area * (1e-9 / SPEED_OF_LIGHT), "wavenumber": area * 1e-7}
     for name in (source, target):
         if name not in nm_per:
-            raise ParameterError(f"density must be one of {', '.join(nm_per)}, got {name!r}: name the abscissa")
-    return number / nm_per[source] * nm_per[target]
+            raise ParameterError(f"density must be per {', '.join(nm_per)}, got {name!r}: name one of these")
+    return value / nm_per[source] * nm_per[target]
 
 
-def photon_flux(flux: ArrayLike, wavelength: ArrayLike) -> Array:
+@_checked
+def photon_flux(flux: _Real, wavelength: _Positive) -> Array:
     """Photons per second in a monochromatic flux: Φ_p = Φ λ/(h c).
 
-    Shapes   all broadcast.
-    Units    W, nm in vacuum -> s⁻¹ (an irradiance gives s⁻¹ m⁻², and so on).
-    Error    Rounding.
-    Source   Planck's E = h c/λ; h and c are exact in the SI.
+    Shapes broadcast. Units W, nm -> s⁻¹ (an irradiance gives s⁻¹ m⁻²). Error rounding.
+    Source Planck's E = h c/λ; h and c are exact in the SI.
     """
-    phi, nm = _read(flux=(flux, _REAL), wavelength=(wavelength, _POSITIVE))
-    return phi * nm / (1e9 * PLANCK * SPEED_OF_LIGHT)
+    return flux * wavelength / (1e9 * PLANCK * SPEED_OF_LIGHT)
 
 
-def radiant_flux(photon_flux: ArrayLike, wavelength: ArrayLike) -> Array:
-    """Monochromatic flux of so many photons per second: Φ = Φ_p h c/λ.
+@_checked
+def radiant_flux(photon_flux: _Real, wavelength: _Positive) -> Array:
+    """Flux of so many photons per second of one wavelength: Φ = Φ_p h c/λ.
 
-    Shapes   all broadcast.
-    Units    s⁻¹, nm in vacuum -> W.
-    Error    Rounding.
-    Source   Planck's E = h c/λ; h and c are exact in the SI.
+    Shapes broadcast. Units s⁻¹, nm -> W. Error rounding.
+    Source Planck's E = h c/λ; h and c are exact in the SI.
     """
-    photons, nm = _read(photon_flux=(photon_flux, _REAL), wavelength=(wavelength, _POSITIVE))
-    return photons / nm * (1e9 * PLANCK * SPEED_OF_LIGHT)
+    return photon_flux / wavelength * (1e9 * PLANCK * SPEED_OF_LIGHT)
 
 
-# Solid angles ---------------------------------------------------------------------------------------------
+# Solid angles
 
 
-def solid_angle_cone(half_angle: ArrayLike) -> Array:
+@_checked
+def solid_angle_cone(half_angle: _Polar) -> Array:
     """Solid angle of a circular cone: ω = 2π (1 − cos a) = 4π sin²(a/2).
 
-    Shapes   any.
-    Units    rad, 0 to π -> sr.
-    Error    Rounding, also for a = 1e-8.
-    Source   Archimedes' theorem on the area of a spherical cap.
+    Shapes any. Units rad -> sr. Error rounding, also for a = 1e-8.
+    Source Archimedes, On the Sphere and Cylinder: the area of a cap.
     """
-    half = np.sin(0.5 * _read(half_angle=(half_angle, _POLAR)))
-    return 4.0 * np.pi * half * half
+    return 4.0 * np.pi * np.square(np.sin(0.5 * half_angle))
 
 
-def solid_angle_cap(theta_0: ArrayLike, theta_1: ArrayLike) -> Array:
+@_checked
+def solid_angle_cap(theta_0: _Polar, theta_1: _Polar) -> Array:
     """Solid angle between two polar angles, all around: ω = 2π (cosθ₀ − cosθ₁); negative for θ₁ < θ₀.
 
-    Shapes   all broadcast.
-    Units    rad, 0 to π -> sr.
-    Error    Rounding, also for thin belts.
-    Source   Archimedes' theorem on the area of a spherical cap.
+    Shapes broadcast. Units rad -> sr. Error rounding, also for thin belts.
+    Source Archimedes, On the Sphere and Cylinder: the area of a cap.
     """
     return solid_angle_latlong_pixel(theta_0, theta_1, 2.0 * np.pi)
 
 
-def solid_angle_latlong_pixel(theta_0: ArrayLike, theta_1: ArrayLike, width: ArrayLike) -> Array:
+@_checked
+def solid_angle_latlong_pixel(theta_0: _Polar, theta_1: _Polar, width: _Azimuth) -> Array:
     """Solid angle of a latitude–longitude pixel: ω = Δφ (cosθ₀ − cosθ₁) = 2Δφ sin((θ₀+θ₁)/2) sin((θ₁−θ₀)/2).
 
-    Shapes   all broadcast.
-    Units    polar angles 0 to π, width Δφ up to 2π, rad -> sr.
-    Error    Rounding, also for thin pixels.
-    Source   The integral of sinθ dθ dφ.
+    Shapes broadcast. Units polar angles and width Δφ in rad -> sr. Error rounding, also for thin pixels.
+    Source The integral of sinθ dθ dφ.
     """
-    low, high, dphi = _read(theta_0=(theta_0, _POLAR), theta_1=(theta_1, _POLAR), width=(width, _AZIMUTH))
-    return 2.0 * dphi * np.sin(0.5 * (low + high)) * np.sin(0.5 * (high - low))
+    return 2.0 * width * np.sin(0.5 * (theta_0 + theta_1)) * np.sin(0.5 * (theta_1 - theta_0))
 
 
 def latlong_pixels(height: int, width: int) -> tuple[Array, Array]:
-    """Directions of the pixel centres of an equirectangular map, and the exact solid angles of its pixels.
+    """Directions w of the pixel centres of an equirectangular map and the pixels' exact solid angles dw.
 
     z is up, θ = 0 at the upper edge of row 0, φ = 0 at the left edge of column 0, φ from +x towards +y.
 
-    Shapes   -> w: (height, width, 3), dw: (height, width).
-    Units    unit vectors; sr.
-    Error    MEASURE_MAP
-    Source   The integral of sinθ dθ dφ.
+    Shapes (height, width, 3), (height, width). Units 1, sr. Error rounding.
+    Source The integral of sinθ dθ dφ.
     """
     for name, value in (("height", height), ("width", width)):
         if not isinstance(value, int | np.integer) or value < 1:
-            raise ParameterError(f"{name} must be a whole number from 1, got {value!r}: give a number of pixels")
-    edge = np.linspace(0.0, np.pi, height + 1)
-    theta = 0.5 * (edge[:-1] + edge[1:])[:, None]
-    phi = (np.arange(width) + 0.5) * (2.0 * np.pi / width)
-    w = np.broadcast_arrays(np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta))
-    row = solid_angle_latlong_pixel(edge[:-1], edge[1:], 2.0 * np.pi / width)
-    return np.stack(w, axis=-1), np.repeat(row[:, None], width, axis=1)
+            raise ParameterError(f"{name} must be a whole number from 1, got {value!r}: count the pixels")
+    row, step = np.arange(height), np.pi / height
+    polar, phi = (row + 0.5)[:, None] * step, (np.arange(width) + 0.5) * (2.0 * np.pi / width)
+    # The sine of the mirrored angle: that of an angle near pi has few good digits.
+    sine = np.sin((np.minimum(row, row[::-1]) + 0.5) * step)[:, None]
+    w = np.stack(np.broadcast_arrays(sine * np.cos(phi), sine * np.sin(phi), np.cos(polar)), axis=-1)
+    return w, np.broadcast_to(4.0 * np.pi / width * np.sin(0.5 * step) * sine, (height, width)).copy()
 
 
-def solid_angle_sphere(radius: ArrayLike, distance: ArrayLike) -> Array:
-    """Solid angle of a sphere whose centre is at a distance: ω = 2π (1 − √(1 − r²/d²)); 4π from inside it.
+@_checked
+def solid_angle_sphere(radius: _NotNegative, distance: _Positive) -> Array:
+    """Solid angle of a sphere from a distance to its centre: ω = 2π (1 − √(1 − r²/d²)), 4π from inside it.
 
-    Shapes   all broadcast.
-    Units    m, m -> sr. On the surface, d = r: 2π, the limit from outside.
-    Error    Rounding, also for d/r = 1e12.
-    Source   The tangent cone, sin a = r/d.
+    On the surface it is 2π, the limit from outside.
+
+    Shapes broadcast. Units m, m -> sr. Error rounding, also for d/r = 1e12.
+    Source The tangent cone, sin a = r/d.
     """
-    r, d = _read(radius=(radius, _NOT_NEGATIVE), distance=(distance, _POSITIVE))
-    s = np.minimum(r / d, 1.0)
-    outside = 2.0 * np.pi * s * s / (1.0 + np.sqrt((1.0 - s) * (1.0 + s)))
-    return np.where(np.less(d, r), 4.0 * np.pi, outside)[()]
+    sine = np.minimum(radius / distance, 1.0)
+    cosine = np.sqrt(np.maximum(distance - radius, 0.0)) * np.sqrt(distance + radius) / distance
+    return np.where(np.less(distance, radius), 4.0 * np.pi, 2.0 * np.pi * sine * sine / (1.0 + cosine))[()]
 
 
 def _scaled(*vectors: Array) -> Array:
-    """The vectors on axis −2, over a power of two near the largest: exact, and products cannot overflow."""
-    try:
-        v = np.stack(np.broadcast_arrays(*vectors), axis=-2)
-    except ValueError:
-        got = ", ".join(str(v.shape) for v in vectors)
-        raise ShapeError(f"vertices and edges must broadcast against each other, got {got}: add axes of 1") from None
-    exponent = np.frexp(np.max(np.abs(v), axis=(-2, -1), keepdims=True))[1]
-    return np.ldexp(v, -exponent)
+    """The vectors on axis −2, over a power of two near the largest: exact, and no product overflows."""
+    v = np.stack(np.broadcast_arrays(*vectors), axis=-2)
+    return np.ldexp(v, -np.frexp(np.max(np.abs(v), axis=(-2, -1), keepdims=True))[1])
 
 
 def _triangle(volume: Array, a: Array, b: Array, c: Array) -> Array:
-    """Signed solid angle from the triple product a·(b×c), which callers know better ways to compute."""
+    """Signed solid angle from the triple product a·(b×c), which the callers compute with care."""
     u, v, w = (np.linalg.norm(x, axis=-1) for x in (a, b, c))
     return 2.0 * np.arctan2(volume, u * v * w + _dot(a, b) * w + _dot(b, c) * u + _dot(c, a) * v)
 
 
-def solid_angle_triangle(a: ArrayLike, b: ArrayLike, c: ArrayLike, signed: bool = False) -> Array:
+@_checked
+def solid_angle_triangle(a: _Vector, b: _Vector, c: _Vector, signed: bool = False) -> Array:
     """Solid angle of a triangle: tan(ω/2) = a·(b×c)/(|a||b||c| + (a·b)|c| + (b·c)|a| + (c·a)|b|).
 
-    With `signed` it is positive where a·(b×c) is; over a closed mesh it then sums to ±4π inside and 0 outside.
+    With `signed` it has the sign of a·(b×c): over a closed mesh it sums to ±4π from inside, 0 from outside.
     In the plane of the triangle it is 2π inside and 0 outside.
 
-    Shapes   vertices (..., 3), relative to the observer, all broadcast; the result is `...`.
-    Units    m (or any length) -> sr.
-    Error    MEASURE_TRI
-    Source   Van Oosterom & Strackee 1983, doi:10.1109/TBME.1983.325207.
+    Shapes vertices (..., 3) broadcast -> ... Units any length -> sr.
+    Error  Of 300 random triangles each of size 1 to 1e-8 at distance 1, relative: median 1.3e-16, largest
+           6e-14 (seen from the side). From 1e-12 above a triangle, absolute: 6e-13, next to an edge.
+    Source Van Oosterom & Strackee 1983, doi:10.1109/TBME.1983.325207.
     """
-    corners = _scaled(*_vectors(a=a, b=b, c=c))
+    corners = _scaled(a, b, c)
     nearest = np.argmin(np.linalg.norm(corners, axis=-1), axis=-1, keepdims=True)
     turn = (nearest + np.arange(3)) % 3
-    p, q, s = np.moveaxis(np.take_along_axis(corners, turn[..., None], axis=-2), -2, 0)
-    # Differences of neighbouring corners are exact; the nearest one as the apex loses least where they are not.
-    angle = _triangle(_dot(p, np.cross(q - p, s - p)), p, q, s)
+    p, q, r = np.moveaxis(np.take_along_axis(corners, turn[..., None], axis=-2), -2, 0)
+    # p·(q×r) = p·((q−p)×(r−p)): differences of neighbours are exact, and p, the nearest, loses least.
+    angle = _triangle(_dot(p, np.cross(q - p, r - p)), p, q, r)
     return angle if signed else np.abs(angle)
 
 
-def solid_angle_rectangle(corner: ArrayLike, edge_u: ArrayLike, edge_v: ArrayLike) -> Array:
-    """Solid angle of a rectangle in any position, from one corner and the two edges that leave it.
+@_checked
+def solid_angle_rectangle(corner: _Vector, edge_u: _Vector, edge_v: _Vector) -> Array:
+    """Solid angle of a rectangle anywhere, from one corner and the two edges that leave it.
 
-    Where the foot of the perpendicular lies inside, ω = Σ atan(|x y|/(z √(x² + y² + z²))) over the four corners
-    (x, y, z) in the rectangle's frame, which is stable close to it; elsewhere two triangles, stable far away.
+    From above it, ω = Σ atan(|x y|/(z √(x²+y²+z²))) over its corners x, y in its own frame and z, the height
+    over it, which is stable close to it; from beside it, two triangles, which are stable far away.
 
-    Shapes   all (..., 3), the corner relative to the observer, all broadcast; the result is `...`.
-    Units    m (or any length) -> sr.
-    Error    MEASURE_RECT
-    Source   Integral of z dx dy/(x² + y² + z²)^(3/2); triangles as `solid_angle_triangle`.
+    Shapes (..., 3) broadcast -> ... Units any length -> sr.
+    Error  Of 300 random rectangles each of size 1 to 1e-9 at distance 1, relative: median 1.4e-16, largest
+           6e-14. From 1e-12 above its plane, absolute: 8e-15.
+    Source The integral of z dx dy/(x²+y²+z²)^(3/2); Van Oosterom & Strackee 1983 for the triangles.
     """
-    p, u, v = np.moveaxis(_scaled(*_vectors(corner=corner, edge_u=edge_u, edge_v=edge_v)), -2, 0)
+    p, u, v = np.moveaxis(_scaled(corner, edge_u, edge_v), -2, 0)
     length_u, length_v = np.linalg.norm(u, axis=-1), np.linalg.norm(v, axis=-1)
     if np.any(np.abs(_dot(u, v)) > 1e-6 * length_u * length_v):
-        worst = np.nanmax(np.abs(_dot(u, v)) / np.maximum(length_u * length_v, np.finfo(p.dtype).tiny))
-        raise ParameterError(f"edges of a rectangle must be perpendicular, got cosine {worst:.3g}: use two triangles")
+        raise ParameterError("edge_u and edge_v must be perpendicular to 1e-6, got others: use two triangles")
     safe_u, safe_v = np.where(length_u > 0.0, length_u, 1.0), np.where(length_v > 0.0, length_v, 1.0)
     x0, y0 = _dot(p, u) / safe_u, _dot(p, v) / safe_v
     x1, y1 = x0 + length_u, y0 + length_v
     z = np.abs(_dot(p, np.cross(u, v))) / (safe_u * safe_v)
-    above = sum(np.arctan2(np.abs(x * y), z * np.sqrt(x * x + y * y + z * z)) for x in (x0, x1) for y in (y0, y1))
-    flip_u, flip_v = np.abs(x1) < np.abs(x0), np.abs(y1) < np.abs(y0)
-    p = p + np.where(flip_u[..., None], u, 0.0) + np.where(flip_v[..., None], v, 0.0)
-    u, v = np.where(flip_u[..., None], -u, u), np.where(flip_v[..., None], -v, v)
+    corners = [(x, y) for x in (x0, x1) for y in (y0, y1)]
+    over = sum(np.arctan2(np.abs(x * y), z * np.sqrt(x * x + y * y + z * z)) for x, y in corners)
+    flip_u, flip_v = (np.abs(x1) < np.abs(x0))[..., None], (np.abs(y1) < np.abs(y0))[..., None]
+    p = p + np.where(flip_u, u, 0.0) + np.where(flip_v, v, 0.0)  # the nearest corner, as for a triangle
+    u, v = np.where(flip_u, -u, u), np.where(flip_v, -v, v)
     volume = np.abs(_dot(p, np.cross(u, v)))
     beside = _triangle(volume, p, p + u, p + u + v) + _triangle(volume, p, p + u + v, p + v)
-    return np.where((x0 <= 0.0) & (x1 >= 0.0) & (y0 <= 0.0) & (y1 >= 0.0), above, beside)[()]
+    return np.where((x0 <= 0.0) & (x1 >= 0.0) & (y0 <= 0.0) & (y1 >= 0.0), over, beside)[()]
 
 
-def solid_angle_rectangle_on_axis(width: ArrayLike, height: ArrayLike, distance: ArrayLike) -> Array:
-    """Solid angle of a rectangle seen from straight above its centre: ω = 4 atan(w h/(2d √(4d² + w² + h²))).
-
-    Shapes   all broadcast.
-    Units    m, m, m -> sr.
-    Error    Rounding.
-    Source   Integral of z dx dy/(x² + y² + z²)^(3/2).
-    """
-    w, h, d = _read(width=(width, _NOT_NEGATIVE), height=(height, _NOT_NEGATIVE), distance=(distance, _POSITIVE))
-    d = d + d
-    return 4.0 * np.arctan2(w / d * h, np.hypot(d, np.hypot(w, h)))
+# Projected solid angles: the irradiance by uniform light of radiance 1
 
 
-# Projected solid angles: the irradiance of uniform light of radiance 1 ------------------------------------
+@_checked
+def projected_solid_angle_cone(half_angle: _Polar, theta: _Polar = 0.0) -> Array:
+    """Projected solid angle of a cone about an axis at θ from the normal, above the horizon.
 
-
-def projected_solid_angle_cone(half_angle: ArrayLike, theta: ArrayLike = 0.0) -> Array:
-    """Projected solid angle of the visible part of a cone whose axis is at θ from the normal.
-
-    π sin²a cosθ above the horizon. Across it, with s = √(−cos(θ + a) cos(θ − a)), it is
+    π sin²a cosθ if the horizon does not cut it; in general, with s = √max(0, −cos(θ+a) cos(θ−a)),
     atan2(s, cos a) + atan2(s, −cos a cosθ) sin²a cosθ − s cos a. A sphere is the cone of sin a = r/d.
 
-    Shapes   all broadcast.
-    Units    rad, 0 to π -> sr.
-    Error    MEASURE_PCONE
-    Source   Lambert 1760, Photometria: the contour integral, here over the cone's arc and the horizon's.
+    Shapes broadcast. Units rad -> sr.
+    Error  Absolute, 8e-16; relative, 3e-16 of a cone that the horizon does not cut, for a from 1e-8 to 0.1.
+    Source Lambert 1760, Photometria: the contour integral, here along the circle and the horizon.
     """
-    a, t = _read(half_angle=(half_angle, _POLAR), theta=(theta, _POLAR))
-    k, c, sine = np.cos(a), np.cos(t), np.sin(a)
-    s = np.sqrt(np.maximum(-np.cos(t + a) * np.cos(t - a), 0.0))
-    return np.arctan2(s, k) + np.arctan2(s, -k * c) * sine * sine * c - k * s
+    k, c = np.cos(half_angle), np.cos(theta)
+    s = np.sqrt(np.maximum(-np.cos(theta + half_angle) * np.cos(theta - half_angle), 0.0))
+    full = np.square(np.sin(half_angle)) * c
+    return np.arctan2(s, k) + np.arctan2(s, -k * c) * full - k * s
 
 
-def projected_solid_angle_latlong_pixel(theta_0: ArrayLike, theta_1: ArrayLike, width: ArrayLike) -> Array:
-    """Projected solid angle of a pixel about the normal: ½ Δφ (sin²θ₁ − sin²θ₀) of what is above the horizon.
+@_checked
+def projected_solid_angle_latlong_pixel(theta_0: _Polar, theta_1: _Polar, width: _Azimuth) -> Array:
+    """Projected solid angle of a pixel about the normal: Ω = ½ Δφ (sin²θ₁ − sin²θ₀), above the horizon.
 
-    Shapes   all broadcast.
-    Units    polar angles 0 to π, width Δφ up to 2π, rad -> sr; negative for θ₁ < θ₀.
-    Error    Rounding, also for thin pixels, but for the last digits of π/2 − θ next to the horizon.
-    Source   The integral of cosθ sinθ dθ dφ.
+    Shapes broadcast. Units polar angles and width Δφ in rad -> sr.
+    Error  Rounding, also for thin pixels; relative to π/2 − θ next to the horizon.
+    Source The integral of cosθ sinθ dθ dφ.
     """
-    low, high, dphi = _read(theta_0=(theta_0, _POLAR), theta_1=(theta_1, _POLAR), width=(width, _AZIMUTH))
-    low, high = np.minimum(low, 0.5 * np.pi), np.minimum(high, 0.5 * np.pi)
-    return 0.5 * dphi * np.sin(high + low) * np.sin(high - low)
+    low, high = np.minimum(theta_0, 0.5 * np.pi), np.minimum(theta_1, 0.5 * np.pi)
+    return 0.5 * width * np.sin(high + low) * np.sin(high - low)
 
 
-def _clip(offset: Array, height: Array) -> Array:
-    """Triangles (..., 3, 3) cut at height 0: rings of 6 corners, of which some coincide."""
-    ring = []
-    for i in range(3):
-        here, there = offset[..., i, :], offset[..., (i + 1) % 3, :]
-        h, k = height[..., i], height[..., (i + 1) % 3]
-        up, next_up = h > 0.0, k > 0.0
+def _above_horizon(offset: Array, height: Array) -> Array:
+    """Triangles (..., 3, 3) cut at height 0: rings (..., 6, 3), whose corners may coincide."""
+    after, height_after = np.roll(offset, -1, axis=-2), np.roll(height, -1, axis=-1)
+    up, up_after = (height > 0.0)[..., None], (height_after > 0.0)[..., None]
+    # Cuts run from the upper end: both triangles at an edge get the same bits, and their errors cancel.
+    first = (height >= height_after)[..., None]
+    upper, lower = np.where(first, offset, after), np.where(first, after, offset)
+    fall = np.abs(height - height_after)
+    share = np.maximum(height, height_after) / np.where(fall > 0.0, fall, 1.0)
+    cut = upper + share[..., None] * (lower - upper)
+    before = np.roll(cut, 1, axis=-2)
+    start = np.where(up, offset, np.where(up_after, cut, before))
+    end = np.where(up_after, after, np.where(up, cut, before))
+    return np.stack([start, end], axis=-2).reshape(*offset.shape[:-2], 6, 3)
+
+
+def _close(step: Array, r: Array, r_1: Array) -> Array:
+    return np.linalg.norm(step, axis=-1, keepdims=True) < 0.5 * np.minimum(r, r_1)
+
+
+@_checked
+def projected_solid_angle_polygon(vertices: _Polygon, normal: _Vector = (0.0, 0.0, 1.0)) -> Array:
+    """Projected solid angle of a plane polygon above the horizon; times L, its irradiance if it is uniform.
+
+    Lambert's formula Ω = ½ Σ θ_i n·γ_i, θ_i the angle of an edge and γ_i along v_i × v_i₊₁, computed as
+    ½ n·(Σ v̂_i × v̂_i₊₁ + Σ (θ_i/sinθ_i − 1) v̂_i × v̂_i₊₁), which keeps the digits of small polygons.
+
+    Shapes vertices (..., V, 3) in order, convex or not; normal (..., 3) -> ... Units any length -> sr.
+    Error  Of 300 random triangles and hexagons of size 1, absolute: 9e-16. Of 300 triangles each of size 1e-2
+           to 1e-8 at distance 1, cosθ > 0.1, relative: median 3e-16, largest 4e-12 (seen from the side).
+           From h above a polygon that the horizon cuts, absolute: 1e-15; below h = 1e-6 about (3e-16/h)².
+    Source Lambert 1760, Photometria.
+    """
+    corners = _scaled(*np.moveaxis(vertices, -2, 0))
+    base, n = corners[..., :1, :], normal[..., None, :]
+    offset = corners - base
+    fan = np.stack([np.zeros_like(offset[..., 2:, :]), offset[..., 1:-1, :], offset[..., 2:, :]], axis=-2)
+    base, n = base[..., None, :], n[..., None, :]
+    height = _dot(base + fan, n)
+    ring = _above_horizon(fan, height)
+    v = base + ring
+    r = np.linalg.norm(v, axis=-1, keepdims=True)
+    r = np.where(r > 0.0, r, 1.0)
+    unit = v / r
+    # Unit vectors of neighbours differ by little: from their exact offsets, not by subtraction.
+    step, v_0, r_0 = ring - ring[..., :1, :], v[..., :1, :], r[..., :1, :]
+    longer = _dot(step, v + v_0)[..., None] / (r + r_0)
+    chord = np.where(_close(step, r, r_0), (step - unit[..., :1, :] * longer) / r, unit - unit[..., :1, :])
+    after, v_1, r_1, unit_1 = (np.roll(x, -1, axis=-2) for x in (ring, v, r, unit))
+    side = after - ring
+    far = ~_close(side, r, r_1)
+    cross = np.where(far, np.cross(unit, unit_1), np.cross(0.5 * (v + v_1), side) / (r * r_1))
+    sine = np.linalg.norm(cross, axis=-1, keepdims=True)
+    t = np.arctan2(sine, _dot(unit, unit_1)[..., None])
+    q = t * t
+    series = q * (1 / 6 + q * (7 / 360 + q * (31 / 15120 + q * (127 / 604800 + q * (73 / 3421440)))))
+    excess = np.where(t < 0.1, series, t / np.where(sine > 0.0, sine, 1.0) - 1.0)
+    total = np.sum(np.cross(chord[..., 1:-1, :], chord[..., 2:, :]), axis=-2) + np.sum(
+        excess * cross, axis=-2
+    )
+    part = np.where(np.all(height <= 0.0, axis=-1), 0.0, 0.5 * _dot(total, n[..., 0, :]))
+    return np.abs(np.sum(part, axis=-1))

@@ -64,6 +64,9 @@ class Reflectance(Parametrised):
 
     is_delta: ClassVar[bool] = False
 
+    seam: ClassVar[float] = 0.0
+    """Value of u0 at which `warp` jumps from one strategy to another, or 0; quadrature splits there."""
+
     def lobes(self) -> Iterable[tuple[Any, Reflectance]]:
         """Pairs (weight, model) of the sum that this is."""
         yield 1.0, self

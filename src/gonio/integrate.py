@@ -1,0 +1,133 @@
+"""Integrals of a reflectance over directions, by quadrature in the coordinates of its own sampling."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from . import batch, geometry, ops
+from .errors import ArrayTypeError, MissingDataWarning
+from .geometry import HORIZON, NORMAL, Direction
+from .quadrature import gauss_square
+from .reflectance import Reflectance
+
+ORDERS = (16, 32, 64, 128, 256, 512)
+"""Nodes per axis, tried in turn until two agree."""
+
+
+def albedo(m: Reflectance, wi: Any, tolerance: float = 1e-4) -> Any:
+    """Directional-hemispherical reflectance: the fraction of light arriving from wi that leaves, to all sides.
+
+    rho(wi) = integral of f(wi, wo) cos(theta_o) dwo, delta lobes included exactly.
+
+    Shapes   wi: (..., 3) NumPy array; result (...[, C]).
+    Units    1.
+    Error    Each lobe is integrated by Gauss–Legendre products in the unit square of its own sampling, with the
+             number of nodes doubled until two results agree to `tolerance`, absolute (at most 512 by 512; at 89.9 degrees V-grooves then still err by up to 4e-4).
+    Source   lecture 4, eq. 4.2; Nicodemus et al. 1977, NBS Monograph 160. Directions without measured data count
+             as 0 and are reported by a MissingDataWarning.
+    """
+    return integrate(m, wi, tolerance, incident=True)
+
+
+def integrate(
+    m: Reflectance,
+    w: Any,
+    tolerance: float = 1e-4,
+    incident: bool = True,
+    radiance: Callable[[Any], Any] | None = None,
+) -> np.ndarray:
+    """Integral over the hemisphere of f cos, times `radiance(w')` (..., 1 or C) if given, lobe by lobe.
+
+    `incident`: whether w is the incident direction and the integral runs over wo, or the other way round.
+    """
+    w = np.asarray(w, dtype=None if hasattr(w, "dtype") else float)
+    if ops.library(w).name != "numpy":
+        raise ArrayTypeError("integrals take NumPy directions; convert them first")
+    total = np.zeros((1,), w.dtype)
+    missing = 0.0
+    channels = radiance is not None or any(getattr(v, "ndim", 0) for v in m.leaves())
+    for weight, lobe in m.lobes():
+        if lobe.is_delta:
+            part = lobe.delta_reflectance(w)
+            part = part if part.ndim == w.ndim else part[..., None]
+            if radiance is not None:
+                part = part * radiance(w * np.array([-1, -1, 1], w.dtype))
+        else:
+            part, lost = _lobe(lobe, w, tolerance, incident, radiance)
+            missing = max(missing, lost)
+        total = total + np.asarray(weight, w.dtype) * part
+    if missing > 0.0:
+        warnings.warn(
+            f"{missing:.1%} of the directions of an integral hold no measured data and counted as 0",
+            MissingDataWarning,
+            stacklevel=3,
+        )
+    return total if channels else total[..., 0]
+
+
+def _lobe(
+    lobe: Reflectance, w: np.ndarray, tolerance: float, incident: bool, radiance: Callable | None
+) -> tuple[np.ndarray, float]:
+    flat = w.reshape(-1, 3)
+    todo = np.arange(len(flat))
+    result: np.ndarray | None = None
+    lost = 0.0
+    for n in ORDERS:
+        nodes, weights = gauss_square(n, lobe.seam)
+        step = max(1, (1 << 21) // len(nodes))
+        pieces = []
+        for start in range(0, len(todo), step):
+            known = flat[todo[start : start + step], None, :]
+            there, values = batch.run(
+                _integrand_incident if incident else _integrand_outgoing,
+                ("vector", "value"),
+                lobe,
+                (known, nodes.astype(w.dtype)),
+                (3, 2),
+            )
+            if values.ndim == 2:
+                values = values[..., None]
+            if radiance is not None:
+                values = values * radiance(there)
+            absent = np.isnan(values) & ~np.isnan(known[..., :1])
+            lost = max(lost, float(absent.mean())) if absent.any() else lost
+            values = np.where(absent, 0.0, values)
+            pieces.append(np.einsum("q,nqc->nc", weights.astype(values.dtype), values))
+        new = np.concatenate(pieces) if pieces else np.zeros((0, 1), w.dtype)
+        if result is None:
+            result = new
+            continue
+        moved = np.abs(new - result[todo]).max(axis=-1) > tolerance
+        result[todo] = new
+        todo = todo[moved]
+        if len(todo) == 0:
+            break
+    assert result is not None
+    return result.reshape(*w.shape[:-1], result.shape[-1]), lost
+
+
+def _integrand_incident(m: Reflectance, mean: Reflectance, w: Any, u: Any) -> tuple:
+    return _integrand(m, mean, w, u, lambda m, known, there: m.formula(known, there))
+
+
+def _integrand_outgoing(m: Reflectance, mean: Reflectance, w: Any, u: Any) -> tuple:
+    return _integrand(m, mean, w, u, lambda m, known, there: m.formula(there, known))
+
+
+def _integrand(m: Reflectance, mean: Reflectance, w: Any, u: Any, value: Callable) -> tuple:
+    """Kernel: the direction drawn for u, and f cos/pdf there."""
+    w, (u0, u1) = Direction(*w), u
+    hidden = w.z <= HORIZON
+    known = geometry.where(hidden, NORMAL, w)
+    there = mean.warp(known, u0, u1)
+    lost = (there.z <= HORIZON) | hidden
+    safe = geometry.where(lost, NORMAL, there)
+    pdf = mean.density(safe, known)
+    usable = pdf > 0.0
+    result = value(m, known, safe) * safe.z / ops.where(usable, pdf, 1.0)
+    nan = 0.0 * (w.x + w.y + w.z)
+    return there, ops.where(lost | ~usable, 0.0, result) + nan

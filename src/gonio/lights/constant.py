@@ -1,0 +1,23 @@
+"""The same radiance from every direction: an overcast day, or the furnace of a test."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from ..light import Light, channel_vector
+from ..param import param
+
+
+class ConstantLight(Light):
+    """Constant illumination: L(w) = radiance.
+
+    Shapes   radiance: a number or (C,).
+    Units    radiance: W m-2 sr-1.
+    Error    none.
+    Source   lecture 4, eq. 4.11 (docs/equations.md).
+    """
+
+    radiance_ = param(1.0, 0.0, 1e30, "radiance", unit="W m-2 sr-1", alias="radiance")
+
+    def radiance(self, w: Any) -> Any:
+        return channel_vector(self.radiance_, w) + 0.0 * w[..., :1]

@@ -1,0 +1,30 @@
+"""A source so far away that its light is parallel: the sun."""
+
+from __future__ import annotations
+
+from typing import Any, ClassVar
+
+import numpy as np
+
+from .. import ops
+from ..light import Arrival, Light, channel_vector
+from ..param import param, vector
+
+
+class DistantLight(Light):
+    """Distant point source: L_i = E delta(theta_i - theta_s) delta(phi_i - phi_s)/sin(theta_s).
+
+    Shapes   direction: (3,), to the light, of any length; irradiance: a number or (C,).
+    Units    irradiance E on a plane perpendicular to the beam: W m-2.
+    Error    rounding.
+    Source   lecture 4, eq. 4.9 and 4.10 (docs/equations.md).
+    """
+
+    direction = vector((0.0, 0.0, 1.0), "direction to the light", unit=True)
+    irradiance = param(1.0, 0.0, 1e30, "irradiance on a plane perpendicular to the beam", unit="W m-2")
+
+    is_delta: ClassVar[bool] = True
+
+    def arrival(self, position: Any) -> Arrival:
+        lib = ops.library(position)
+        return Arrival(lib.convert(np.array(self.direction), position), channel_vector(self.irradiance, position))

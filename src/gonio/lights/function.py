@@ -1,0 +1,39 @@
+"""Any incident radiance, as a function of direction."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from ..errors import ParameterError, ShapeError
+from ..light import Light
+from ..param import Field
+
+
+class _Callable(Field):
+    def check(self, owner: str, value: Any) -> Any:
+        if not callable(value):
+            raise ParameterError(f"{owner}({self.name}={value!r:.60}): expected a function L(w) of directions (..., 3)")
+        return value
+
+
+class FunctionLight(Light):
+    """Incident radiance given as a function: L(w) of world directions (..., 3), which may depend on anything.
+
+    Shapes   L: (..., 3) -> (...), or (..., C) with a channel axis.
+    Units    L: W m-2 sr-1.
+    Error    that of the integral that uses it; L should be smooth, or use an EnvironmentLight.
+    Source   the general L_i of the reflection integral, Szeliski 2.83 (docs/equations.md).
+    """
+
+    L = _Callable(None, "radiance of world directions")
+
+    def radiance(self, w: Any) -> Any:
+        value = self.L(w)
+        if value.shape == w.shape[:-1]:
+            return value[..., None]
+        if value.ndim == w.ndim and value.shape[:-1] == w.shape[:-1]:
+            return value
+        raise ShapeError(
+            f"FunctionLight: L returned shape {tuple(value.shape)} for directions {tuple(w.shape)}; expected "
+            f"{tuple(w.shape[:-1])} or that with a channel axis"
+        )

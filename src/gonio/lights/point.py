@@ -1,0 +1,32 @@
+"""A small source at a place: irradiance falls with the squared distance."""
+
+from __future__ import annotations
+
+from typing import Any, ClassVar
+
+import numpy as np
+
+from .. import ops
+from ..light import Arrival, Light, channel_vector
+from ..param import param, vector
+
+
+class PointLight(Light):
+    """Nearby point source: E = I cos(theta)/r^2 at distance r, from the direction of `position`.
+
+    Shapes   position: (3,); intensity: a number or (C,).
+    Units    position: m; intensity I: W sr-1.
+    Error    rounding. At the light's own place the direction is undefined: NaN.
+    Source   "nearby point source", slides B (docs/equations.md), whose N.S/r^2 has the 1/pi rolled into S.
+    """
+
+    position = vector((0.0, 0.0, 1.0), "where the light is [m]")
+    intensity = param(1.0, 0.0, 1e30, "radiant intensity", unit="W sr-1")
+
+    is_delta: ClassVar[bool] = True
+
+    def arrival(self, position: Any) -> Arrival:
+        lib = ops.library(position)
+        to = lib.convert(np.array(self.position), position) - position
+        r2 = (to * to).sum(-1)[..., None]
+        return Arrival(to / ops.sqrt(r2), channel_vector(self.intensity, position) / r2)
