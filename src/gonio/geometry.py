@@ -107,16 +107,21 @@ def half_difference(wi: Direction, wo: Direction) -> HalfDifference:
     """Half and difference angles (theta_h, theta_d, phi_d) of a pair.
 
     wi is expressed in the frame whose z is the half vector and whose x lies in the plane of the half vector and the
-    normal, turned away from the normal; phi_d in (-pi, pi] is its azimuth. At theta_h = 0 the x axis is d_x.
+    normal, turned away from the normal; phi_d in [-pi, pi] is its azimuth. At theta_h = 0 the x axis is d_x, at
+    theta_d = 0 phi_d is 0; all three have finite derivatives everywhere above the horizon.
     Source: Rusinkiewicz 1998, "A new change of variables for efficient BRDF representation", EGSR.
     """
-    h = half_vector(wi, wo)
-    s = ops.sqrt(h.x * h.x + h.y * h.y)
-    flat = s < 1e-12
-    safe = ops.where(flat, 1.0, s)
-    cos_phi = ops.where(flat, 1.0, h.x / safe)
-    sin_phi = ops.where(flat, 0.0, h.y / safe)
-    across = wi.y * cos_phi - wi.x * sin_phi  # along the axis perpendicular to half vector and normal
-    along = h.z * (wi.x * cos_phi + wi.y * sin_phi) - s * wi.z
-    theta_d = ops.arctan2(ops.sqrt(across * across + along * along + 1e-30), dot(wi, h))
-    return HalfDifference(ops.arctan2(s, h.z), theta_d, ops.arctan2(across, along))
+    total = add(wi, wo)
+    length = ops.sqrt(dot(total, total))
+    h = scale(1.0 / length, total)
+    s = ops.sqrt(h.x * h.x + h.y * h.y + 1e-30)
+    cos_phi, sin_phi = azimuth(h, s)
+    # Half the difference is the part of wi perpendicular to h: it has no cancellation where theta_d is small, and
+    # exchanging wi and wo negates it exactly.
+    d = Direction(0.5 * (wi.x - wo.x), 0.5 * (wi.y - wo.y), 0.5 * (wi.z - wo.z))
+    across = d.y * cos_phi - d.x * sin_phi  # along the axis perpendicular to half vector and normal
+    along = h.z * (d.x * cos_phi + d.y * sin_phi) - s * d.z
+    sin2 = across * across + along * along
+    theta_d = ops.arctan2(ops.sqrt(sin2 + 1e-30), 0.5 * length)
+    phi_d = ops.arctan2(across, ops.where(sin2 < 1e-30, 1.0, along))
+    return HalfDifference(ops.arctan2(s, h.z), theta_d, phi_d)

@@ -61,7 +61,7 @@ def reflected_radiance(
     fields = [light for light in lights if not light.is_delta]
     for light in lights:
         if light.is_delta:
-            parts.append(_delta(m, light, local, local_wo, arrays[2]))
+            parts.append(delta_radiance(m, light, local, local_wo, arrays[2]))
     if fields and lib.name != "numpy":
         raise ArrayTypeError(
             f"{type(fields[0]).__name__} under {lib.name} directions: lights with extent are integrated on NumPy arrays"
@@ -139,7 +139,8 @@ def _channelled(value: Any, w: Any) -> Any:
     return value if value.ndim == w.ndim else value[..., None]
 
 
-def _delta(m: Reflectance, light: Light, local: Frame, wo: Any, position: Any) -> Any:
+def delta_radiance(m: Reflectance, light: Light, local: Frame, wo: Any, position: Any) -> Any:
+    """Radiance (..., C) that a delta light causes towards local wo (..., 3) at world positions: E f cos+(theta_i)."""
     lib = ops.library(wo)
     arrival = light.arrival(position)
     wi = to_local(lib, local, arrival.w)
@@ -174,21 +175,31 @@ def _sampled(m: Reflectance, light: Light, local: Frame, wo: np.ndarray, samples
     points = lattice(samples).astype(wo.dtype).reshape(samples, *(1 for _ in batch), 2)
     step = max(1, (1 << 19) // max(1, int(np.prod(batch, dtype=int))))
     total: Any = 0.0
+    missing = 0
     for start in range(0, samples, step):
         u = points[start : start + step]
         u = np.broadcast_to(u, (len(u), *batch, 2))
-        total = total + estimate(m, light, local, wo, u, u).sum(axis=0)
+        part, holes = estimate(m, light, local, wo, u, u)
+        total, missing = total + part.sum(axis=0), missing + holes
+    if missing:
+        warnings.warn(
+            f"{missing} samples met directions without measured data, which count as 0", MissingDataWarning, stacklevel=3
+        )
     return total / samples
 
 
-def estimate(m: Reflectance, light: Light, local: Frame, wo: np.ndarray, u: np.ndarray, v: np.ndarray) -> np.ndarray:
-    """One-sample estimates (..., C) of the radiance that a light with extent causes towards local wo (..., 3).
+def estimate(
+    m: Reflectance, light: Light, local: Frame, wo: np.ndarray, u: np.ndarray, v: np.ndarray
+) -> tuple[np.ndarray, int]:
+    """One-sample estimates (..., C) of the radiance that a light with extent causes towards local wo (..., 3), and
+    how many samples met directions without measured data (they count as 0).
 
     Every lobe of the material is sampled with u (..., 2) and, where the light can be sampled, the light with v; the
     two are combined by the balance heuristic. Delta lobes are exact.
     """
     lib = ops.library(wo)
     total: Any = 0.0
+    missing = 0
     if light.can_sample:
         w, light_pdf = light.sample(v)
         to_light = to_local(lib, local, w)
@@ -203,23 +214,23 @@ def estimate(m: Reflectance, light: Light, local: Frame, wo: np.ndarray, u: np.n
             continue
         s = lobe.sample(wo, u)
         w_material = to_world(lib, local, s.wi)
-        part = _known(_channelled(s.weight, s.wi)) * light.radiance(w_material)
+        material_weight, holes = without_holes(_channelled(s.weight, s.wi))
+        part = material_weight * light.radiance(w_material)
+        missing += holes
         if light.can_sample:
             other = light.pdf(w_material)
             part = part * (s.pdf / np.maximum(s.pdf + other, 1e-30))[..., None]
             both = (lobe.pdf(to_light, wo) + light_pdf)[..., None]
-            f = _known(_channelled(lobe.f(to_light, wo), to_light))
+            f, holes = without_holes(_channelled(lobe.f(to_light, wo), to_light))
+            missing += holes
             part = part + np.where(seen, f * incoming / np.where(seen, both, 1.0), 0.0)
         total = total + weight * part
-    return total
+    return total, missing
 
 
-def _known(values: np.ndarray) -> np.ndarray:
-    """Values with 0 where a measurement holds none; says so."""
+def without_holes(values: np.ndarray) -> tuple[np.ndarray, int]:
+    """Values (..., C) with 0 where a measurement holds none, and at how many places."""
     absent = np.isnan(values)
-    if absent.any():
-        warnings.warn(
-            f"{absent.mean():.1%} of the directions hold no measured data and counted as 0", MissingDataWarning, stacklevel=4
-        )
-        values = np.where(absent, 0.0, values)
-    return values
+    if not absent.any():
+        return values, 0
+    return np.where(absent, 0.0, values).astype(values.dtype), int(absent.any(axis=-1).sum())

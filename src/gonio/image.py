@@ -22,11 +22,14 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import errors
+from .errors import FormatError, ParameterError, ShapeError
 
 __all__ = ["Image", "read_image", "srgb_decode", "srgb_encode"]
 
 _MAX_PIXELS = 2**29  # 32768 x 16384
-_PIXELS_PER_BYTE = 2**16  # no encoder of these formats packs more, even for a single colour
+_PIXELS_PER_BYTE = (
+    2**14
+)  # one colour, 8192 x 4096: 8089 as 1-bit PNG, 5189 as DWAB, 449 in the rest of OpenEXR
 _SRGB_XY = (0.64, 0.33, 0.30, 0.60, 0.15, 0.06, 0.3127, 0.3290)  # ITU-R BT.709: red, green, blue, white
 _STDOUT_LOCK = threading.Lock()
 
@@ -74,19 +77,19 @@ class Image:
     def __post_init__(self) -> None:
         pixels = _float32(self.pixels, "pixels")
         if pixels.ndim != 3 or 0 in pixels.shape:
-            raise errors.ShapeError(f"pixels are {pixels.shape}, expected (H, W, C); gray: pixels[..., None]")
+            raise ShapeError(f"pixels are {pixels.shape}, expected (H, W, C); gray: pixels[..., None]")
         object.__setattr__(self, "pixels", pixels)
         if self.alpha is not None:
             alpha = _float32(self.alpha, "alpha")
             if alpha.shape != pixels.shape[:2]:
-                raise errors.ShapeError(f"alpha is {alpha.shape}, expected (H, W), here {pixels.shape[:2]}")
+                raise ShapeError(f"alpha is {alpha.shape}, expected (H, W), here {pixels.shape[:2]}")
             object.__setattr__(self, "alpha", alpha)
         if self.channels is not None:
             names = tuple(map(str, self.channels))
             distinct = {n for n in names if n.isprintable() and 0 < len(n.encode()) < 256} - {"A"}
             if len(distinct) != pixels.shape[2] or len(names) != pixels.shape[2]:
                 rule = f"{pixels.shape[2]} different short names, none of them 'A'; coverage goes into alpha"
-                raise errors.ParameterError(f"channels are {names}, expected {rule}")
+                raise ParameterError(f"channels are {names}, expected {rule}")
             object.__setattr__(self, "channels", names)
 
     def __repr__(self) -> str:
@@ -106,23 +109,20 @@ class Image:
 
         Units    `exposure` in stops, for .png only: the other two hold the values themselves.
         Errors   ParameterError (suffix, exposure, values the format cannot hold), ShapeError (channel count),
-                 NotFoundError (no such directory), DependencyError (pillow or OpenEXR is not installed).
+                 NotFoundError (no such directory), DependencyError (pillow or OpenEXR is not installed);
+                 OSError (disk full and the like).
         """
         target = Path(os.path.realpath(path))
         suffix = target.suffix.lower()
         if suffix not in _ENCODERS:
-            raise errors.ParameterError(
-                f"{path}: suffix is {suffix!r}, expected one of {', '.join(_ENCODERS)}"
-            )
+            raise ParameterError(f"{path}: suffix is {suffix!r}, expected one of {', '.join(_ENCODERS)}")
         if not abs(exposure) <= (200.0 if suffix == ".png" else 0.0):
             rule = "within 200 stops for .png, 0 for .exr and .hdr; scale the pixels instead"
-            raise errors.ParameterError(f"{path}: exposure is {exposure}, expected {rule}")
+            raise ParameterError(f"{path}: exposure is {exposure}, expected {rule}")
         if not (target.parent.is_dir() and os.access(target.parent, os.W_OK)):
-            raise errors.NotFoundError(
-                f"{path}: there is no writable directory {target.parent}; make it first"
-            )
+            raise errors.NotFoundError(f"{path}: no writable directory {target.parent}; make it first")
         if target.is_dir():
-            raise errors.ParameterError(f"{path}: is a directory, expected a file name; choose another")
+            raise ParameterError(f"{path}: is a directory, expected a file name; choose another")
         write = _ENCODERS[suffix](self, os.fspath(path), float(exposure))
         temporary = target.with_name(f".{secrets.token_hex(6)}{suffix}")
         try:
@@ -152,15 +152,15 @@ def read_image(path: str | os.PathLike[str]) -> Image:
     try:
         data = Path(path).read_bytes()
     except IsADirectoryError:
-        raise errors.FormatError(f"{path}: is a directory, expected a picture; name a file in it") from None
+        raise FormatError(f"{path}: is a directory, expected a picture; name a file in it") from None
     except OSError as error:
         raise errors.NotFoundError(f"{path}: {error.strerror}; check the name and its permissions") from error
-    format_ = next((f for magic, f in _READERS.items() if data.startswith(magic)), None)
-    if format_ is None:
+    found = next((reader for magic, reader in _READERS.items() if data.startswith(magic)), None)
+    if found is None:
         known = ", ".join(f"{magic!r} ({kind})" for magic, (kind, _) in _READERS.items())
         rule = f"starts with {data[:10]!r}, expected {known}; convert it to .exr or .hdr first"
-        raise errors.FormatError(f"{path}: not a picture gonio reads: {rule}")
-    kind, reader = format_
+        raise FormatError(f"{path}: not a picture gonio reads: {rule}")
+    kind, reader = found
     try:
         with np.errstate(all="ignore"):
             image, primaries = reader(data, os.fspath(path))
@@ -169,7 +169,7 @@ def read_image(path: str | os.PathLike[str]) -> Image:
     except Exception as error:  # damage makes pillow and OpenEXR raise nearly every type there is
         why = error if isinstance(error, errors.Error) else repr(error)
         text = f"{path}: damaged or unsupported {kind} picture: {why}; copy or export it again"
-        raise errors.FormatError(text) from error
+        raise FormatError(text) from error
     if not np.allclose(primaries, _SRGB_XY, atol=0.002):
         text = f"primaries are {tuple(np.round(primaries, 4).tolist())}, not sRGB's {_SRGB_XY}"
         warnings.warn(f"{path}: {text}; nothing is converted", stacklevel=2)
@@ -182,23 +182,23 @@ def _read_exr(data: bytes, path: str) -> tuple[Image, Sequence[float]]:
     for part in reversed(parts):  # ends with the first; the library decodes all of them
         left, top, right, bottom = struct.unpack("<4i", part[b"dataWindow"])
         width, height = right - left + 1, bottom - top + 1
-        _check_size(width, height, data)
+        dwa = part.get(b"compression") in (b"\x08", b"\x09")
+        _check_size(width, height, data, _PIXELS_PER_BYTE if dwa else 2**10)
         # The library allocates whole tiles before it reads their data: 6.6 GB for a damaged file of 2 kB.
         tile = struct.unpack_from("<2I", part.get(b"tiles", bytes(8)))
         if tile[0] > max(width, 4096) or tile[1] > max(height, 4096):
-            raise errors.FormatError(f"tiles of {tile} pixels, expected at most the picture or 4096")
-    # The library does not raise for a damaged part: it prints, drops the part and counts the rest from 0.
+            raise FormatError(f"tiles of {tile} pixels, expected at most the picture or 4096")
+    # The library raises nothing for a damaged part: it prints, drops the part and counts the rest from 0.
+    # The lock keeps threads from putting each other's standard output back.
     said = io.StringIO()
     with _STDOUT_LOCK, contextlib.redirect_stdout(said):
         found = openexr.File(path, separate_channels=True).parts
     if not found or found[0].part_index != 0:
-        raise errors.FormatError(said.getvalue().strip())
+        raise FormatError(said.getvalue().strip())
     planes = {name: channel.pixels for name, channel in found[0].channels.items()}
     if any(p.shape != (height, width) or p.dtype.kind not in "fu" for p in planes.values()):
         kinds = {name: f"{p.shape} {p.dtype}" for name, p in planes.items()}
-        raise errors.FormatError(
-            f"channels are {kinds}, expected {(height, width)} numbers, neither deep nor less"
-        )
+        raise FormatError(f"channels are {kinds}, expected {(height, width)} numbers, not deep ones")
     planes = {name: p.astype(np.float32) for name, p in planes.items()}
     alpha = planes.pop("A") if "A" in planes and len(planes) > 1 else None
     rgb = tuple("RGB") if {"R", "G", "B"} <= planes.keys() else ()
@@ -232,20 +232,16 @@ def _read_radiance(data: bytes, path: str) -> tuple[Image, Sequence[float]]:
         at = end + 1
         key, _, value = line.partition(b"=")
         if key == b"FORMAT" and value.strip() != b"32-bit_rle_rgbe":
-            raise errors.FormatError(
-                f"FORMAT is {value[:40]!r}, expected b'32-bit_rle_rgbe' (XYZ: ra_xyze -r)"
-            )
+            raise FormatError(f"FORMAT is {value[:40]!r}, expected b'32-bit_rle_rgbe' (XYZ: ra_xyze -r)")
         if key in known:
             numbers = np.array([float(v) for v in value.split()])
             if numbers.shape != known[key].shape or not np.all((numbers > 0.0) & (numbers < np.inf)):
-                raise errors.FormatError(
-                    f"{line[:60]!r} in the header, expected {known[key].size} positive numbers"
-                )
+                raise FormatError(f"header has {line[:50]!r}, expected {known[key].size} positive numbers")
             known[key] = numbers if key == b"PRIMARIES" else known[key] * numbers  # the others accumulate
     line = data[end + 1 : (last := data.index(b"\n", end + 1))]
     size = re.fullmatch(rb"([+-])([XY]) +(\d{1,9}) +([+-])([XY]) +(\d{1,9})\s*", line)
     if size is None or size[2] == size[5]:
-        raise errors.FormatError(f"resolution line is {line[:40]!r}, expected '-Y height +X width'")
+        raise FormatError(f"resolution line is {line[:40]!r}, expected '-Y height +X width'")
     _check_size(int(size[3]), int(size[6]), data)
     rgbe = _scanlines(data, last + 1, int(size[3]), int(size[6]))
     # A scanline runs along the second axis named; +Y goes up and -X left, against the order of the array.
@@ -265,32 +261,28 @@ def _read_radiance(data: bytes, path: str) -> tuple[Image, Sequence[float]]:
 def _scanlines(data: bytes, at: int, rows: int, columns: int) -> NDArray[np.uint8]:
     """RGBE bytes (rows, columns, 4) of new run-length, old run-length and flat scanlines, in any mixture."""
     if 4 * rows > len(data) - at:
-        raise errors.FormatError(
-            f"{len(data) - at} bytes of pixels, expected at least 4 per scanline ({rows})"
-        )
+        raise FormatError(f"{len(data) - at} bytes of pixels, expected at least 4 per scanline ({rows})")
     packable = 8 <= columns <= 0x7FFF
     if len(data) - at == 4 * rows * columns:  # flat throughout, unless some pixel is a run-length mark
         flat = np.frombuffer(data, np.uint8, offset=at).reshape(rows, columns, 4)
-        if (
-            not (packable and ((flat[:, 0, :2] == 2).all(-1) & (flat[:, 0, 2] < 128)).any())
-            and not (flat[..., :3] == 1).all(-1).any()
-        ):
+        packed = (flat[:, 0, :2] == 2).all(-1) & (flat[:, 0, 2] < 128) & packable
+        if not packed.any() and not (flat[..., :3] == 1).all(-1).any():
             return flat
     out = np.empty((rows, columns, 4), np.uint8)
     for row in range(rows):
-        packed = packable and data[at : at + 2] == b"\2\2" and data[at + 2 : at + 3] < b"\x80"
+        new = packable and data[at : at + 2] == b"\2\2" and data[at + 2 : at + 3] < b"\x80"
         try:
-            out[row], at = (_new_scanline if packed else _old_scanline)(data, at, columns)
+            out[row], at = (_new_scanline if new else _old_scanline)(data, at, columns)
         except (IndexError, ValueError) as error:
             why = "the file ends in it" if isinstance(error, IndexError) else error
-            raise errors.FormatError(f"scanline {row} of {rows}: {why}") from None
+            raise FormatError(f"scanline {row} of {rows}: {why}") from None
     return out
 
 
 def _new_scanline(data: bytes, at: int, columns: int) -> tuple[NDArray[np.uint8], int]:
     """One scanline of run-length coded components (columns, 4), and where the next one starts."""
     if int.from_bytes(data[at + 2 : at + 4]) != columns:
-        raise errors.FormatError(f"its length is {int.from_bytes(data[at + 2 : at + 4])}, expected {columns}")
+        raise FormatError(f"its length is {int.from_bytes(data[at + 2 : at + 4])}, expected {columns}")
     at += 4
     pieces: list[bytes] = []
     for _ in range(4):
@@ -302,7 +294,7 @@ def _new_scanline(data: bytes, at: int, columns: int) -> tuple[NDArray[np.uint8]
             left -= code - 128 if code > 128 else code
             at = end
         if left:
-            raise errors.FormatError(f"a run goes {-left} pixels beyond it")
+            raise FormatError(f"a run goes {-left} pixels beyond it")
     if at > len(data):
         raise IndexError
     return np.frombuffer(b"".join(pieces), np.uint8).reshape(4, columns).T, at
@@ -324,7 +316,7 @@ def _old_scanline(data: bytes, at: int, columns: int) -> tuple[NDArray[np.uint8]
     if last == count:
         raise IndexError
     if source[0] < 0:
-        raise errors.FormatError("it starts with a repeat, expected a pixel")
+        raise FormatError("it starts with a repeat, expected a pixel")
     times[last] -= total[last] - columns  # as the reference reader, which drops what a repeat has over
     return np.repeat(quads[source[: last + 1]], times[: last + 1], axis=0), at + 4 * (last + 1)
 
@@ -371,12 +363,9 @@ def _encode_exr(image: Image, path: str, exposure: float) -> Callable[[str], obj
 def _encode_hdr(image: Image, path: str, exposure: float) -> Callable[[str], object]:
     pixels = _gray_or_rgb(image, path)
     if image.alpha is not None:
-        raise errors.ParameterError(
-            f"{path}: has an alpha, which .hdr cannot hold; write .exr, or set it to None"
-        )
-    _warn_lost(
-        ~((pixels >= 0.0) & (pixels <= 1.69e38)), path, "NaN (now 0) or outside 0 to 1.69e38 (clamped)"
-    )
+        raise ParameterError(f"{path}: has an alpha, expected none in .hdr; write .exr, or set it to None")
+    outside = ~((pixels >= 0.0) & (pixels <= 1.69e38))
+    _warn_lost(outside, path, "NaN (now 0) or outside 0 to 1.69e38 (clamped)")
     pixels = np.clip(np.nan_to_num(pixels), 0.0, np.float32(1.69e38))
     largest = pixels.max(axis=-1)
     mantissa, exponent = np.frexp(largest)
@@ -397,17 +386,13 @@ _READERS: dict[bytes, tuple[str, Callable[[bytes, str], tuple[Image, Sequence[fl
     b"\x89PNG\r\n\x1a\n": ("PNG", _read_pillow),
     b"\xff\xd8\xff": ("JPEG", _read_pillow),
 }
-_ENCODERS = {
-    ".png": _encode_png,
-    ".exr": _encode_exr,
-    ".hdr": _encode_hdr,
-}  # each returns what writes the file
+_ENCODERS = {".png": _encode_png, ".exr": _encode_exr, ".hdr": _encode_hdr}  # check, and return a writer
 
 
-def _check_size(width: int, height: int, data: bytes) -> None:
-    if min(width, height) < 1 or width * height > min(_MAX_PIXELS, _PIXELS_PER_BYTE * len(data)):
+def _check_size(width: int, height: int, data: bytes, per_byte: int = _PIXELS_PER_BYTE) -> None:
+    if min(width, height) < 1 or width * height > min(_MAX_PIXELS, per_byte * len(data)):
         limit = f"1 to {_MAX_PIXELS} pixels, and what {len(data)} bytes can hold"
-        raise errors.FormatError(f"the header says {width} x {height} pixels, expected {limit}")
+        raise FormatError(f"the header says {width} x {height} pixels, expected {limit}")
 
 
 def _warn_lost(lost: NDArray[np.bool_], path: str, what: str) -> None:
@@ -419,15 +404,13 @@ def _warn_lost(lost: NDArray[np.bool_], path: str, what: str) -> None:
 def _gray_or_rgb(image: Image, path: str) -> NDArray[np.float32]:
     if (count := image.pixels.shape[2]) in (1, 3):
         return image.pixels
-    raise errors.ShapeError(f"{path}: {count} channels, expected 1 or 3; pick some of them, or write .exr")
+    raise ShapeError(f"{path}: {count} channels, expected 1 or 3; pick some of them, or write .exr")
 
 
 def _float32(values: ArrayLike, name: str) -> NDArray[np.float32]:
     x = np.asarray(values)
     if x.dtype.kind != "f":
-        raise errors.ArrayTypeError(
-            f"{name}: dtype is {x.dtype}, expected a float; codes: srgb_decode(x / 255)"
-        )
+        raise errors.ArrayTypeError(f"{name} are {x.dtype}, expected floats; codes: srgb_decode(x / 255)")
     with np.errstate(over="ignore"):
         return x.astype(np.float32, copy=False)
 

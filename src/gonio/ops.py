@@ -62,8 +62,11 @@ class Library:
         return self.module.asarray(value, dtype=like.dtype)
 
     def table(self, value: np.ndarray, like: Array, cache: dict) -> Array:
-        """A lookup table, ready for `take`; `cache` may keep what was converted."""
-        return self.convert(value, like)
+        """A lookup table, ready for `take`; `cache` keeps what was converted."""
+        key = like.dtype
+        if key not in cache:
+            cache[key] = self.convert(value, like)
+        return cache[key]
 
     def mean_channels(self, value: Array) -> Array:
         """A parameter, as it was given, averaged over its channels: what sampling uses."""
@@ -170,6 +173,12 @@ class Torch(Library):
 
 
 class Jax(Library):
+    def table(self, value: np.ndarray, like: Array, cache: dict) -> Array:
+        from jax import ensure_compile_time_eval
+
+        with ensure_compile_time_eval():  # inside jit or grad too what is kept is an array, not a tracer
+            return super().table(value, like, cache)
+
     def op_erf(self, x: Array) -> Array:
         from jax.scipy.special import erf
 

@@ -108,7 +108,7 @@ class Table(Field):
     """Fixed numbers of a measurement: not a parameter, flat in formulas, ready for `ops.take`."""
 
     def check(self, owner: str, value: Any) -> Any:
-        array = np.asarray(value)
+        array = np.asarray(value).view()  # the caller's own array stays writeable
         array.flags.writeable = False
         return array
 
@@ -291,6 +291,8 @@ class Parametrised:
                 values.update({n: f.default for n, f in self.fields.items() if f.default == name})
         new = object.__new__(type(self))
         new.__dict__.update({k: v for k, v in self.__dict__.items() if k not in self.fields})
+        if any(isinstance(self.fields.get(name), Table) for name in grouped):
+            new.__dict__.pop("_tables", None)  # converted from the tables as they were
         new._set(values)
         new.validate()
         return new

@@ -2,8 +2,8 @@
 
 Plain functions of numbers or NumPy arrays that broadcast; float32 arrays give float32. SI units, angles in
 radians, wavelengths in vacuum in nanometres. Directions, vertices and edges are `(..., 3)` as seen from the
-observer, the origin; `w` and `normal` are unit vectors (the caller's duty). NaN in gives NaN out; other values
-out of range raise. "Error rounding" is a relative error below 1e-15 in float64.
+observer, the origin; `w` and `normal` are unit vectors (the caller's duty). NaN in gives NaN out; other
+values out of range raise. "Error rounding" is a relative error below 1e-15 in float64.
 """
 
 import functools
@@ -118,14 +118,13 @@ def _numbers(name: str, value: Any) -> Array:
     return array if array.dtype.kind == "f" else array.astype(np.float64)
 
 
-def _in_range(name: str, value: Any, allowed: _Range) -> Any:
+def _in_range(name: str, value: Any, allowed: _Range) -> Array:
     array = _numbers(name, value)
     wrong = (array < allowed.low) | (array > allowed.high) | (allowed.open & (array == allowed.low))
     if np.any(wrong):
         got = f"{array[wrong][0]:.9g}" + (f" ({np.sum(wrong)} of {array.size} values)" if array.ndim else "")
         raise ParameterError(f"{name} must be {allowed.rule}, got {got}: {allowed.hint}")
-    # A Python number stays one: as an array it would turn float32 results into float64.
-    return float(array) if isinstance(value, int | float) else array
+    return array
 
 
 def _points(name: str, value: Any, allowed: _Points) -> Array:
@@ -135,6 +134,13 @@ def _points(name: str, value: Any, allowed: _Points) -> Array:
     if np.any(np.isinf(array)):
         raise ParameterError(f"{name} must be finite, got inf: use a distant point, or a direction")
     return array
+
+
+def _one_dtype(read: dict[str, Array], given: dict[str, Any]) -> dict[str, Array]:
+    """Python numbers and lists take the dtype of the arrays: they must not turn float32 into float64."""
+    arrays = [array.dtype for name, array in read.items() if hasattr(given[name], "dtype")]
+    dtype = np.result_type(*arrays) if arrays else np.dtype(np.float64)
+    return {name: array.astype(dtype, copy=False) for name, array in read.items()}
 
 
 def _checked(function: _F) -> _F:
@@ -147,14 +153,15 @@ def _checked(function: _F) -> _F:
     def checked(*args: Any, **kwargs: Any) -> Any:
         call = signature.bind(*args, **kwargs)
         call.apply_defaults()
-        shapes = {}
+        read, shapes = {}, {}
         for name, rule in rules.items():
-            value = call.arguments[name]
-            if value is None:
+            if call.arguments[name] is None:
                 continue
-            read = _in_range if isinstance(rule, _Range) else _points
-            call.arguments[name] = value = read(name, value, rule)
-            shapes[name] = np.shape(value)[: np.ndim(value) - getattr(rule, "axes", 0)]
+            read[name] = (_in_range if isinstance(rule, _Range) else _points)(
+                name, call.arguments[name], rule
+            )
+            shapes[name] = read[name].shape[: read[name].ndim - getattr(rule, "axes", 0)]
+        call.arguments |= _one_dtype(read, call.arguments)
         try:
             np.broadcast_shapes(*shapes.values())
         except ValueError:
@@ -262,8 +269,10 @@ def irradiance(L: Any, w: Any, dw: Any, normal: Any = (0.0, 0.0, 1.0)) -> Array:
     Error  Of the sum for the integral, relative, L = 1: 3.0e-4 on `latlong_pixels(64, 128)`, as 1/height².
     Source Nicodemus et al. 1977, NBS Monograph 160.
     """
-    directions, n = _points("w", w, _VECTOR), _points("normal", normal, _VECTOR)
-    samples, value, weight = directions.shape[:-1], _numbers("L", L), _numbers("dw", dw)
+    read = {"L": _numbers("L", L), "w": _points("w", w, _VECTOR), "dw": _numbers("dw", dw)}
+    read["normal"] = _points("normal", normal, _VECTOR)
+    value, directions, weight, n = _one_dtype(read, {"L": L, "w": w, "dw": dw, "normal": normal}).values()
+    samples = directions.shape[:-1]
     channels = value.shape[-1:] if value.ndim > len(samples) else ()
     try:
         terms = np.broadcast_to(value, samples + channels).reshape(-1, *(channels or (1,)))
@@ -362,9 +371,7 @@ def convert_reflectance(
     factor = {"brdf": 1.0, "reflectance_factor": np.pi, "brdf_cos_theta_i": cos_theta_i, "dsf": cos_theta_o}
     for name in (source, target):
         if name not in factor:
-            raise ParameterError(
-                f"quantity must be one of {', '.join(factor)}, got {name!r}: name what it is"
-            )
+            raise ParameterError(f"quantity must be one of {', '.join(factor)}, got {name!r}: name one")
         if factor[name] is None:
             missing = "cos_theta_o" if name == "dsf" else "cos_theta_i"
             raise ParameterError(f"{name} must come with {missing}, got None: pass {missing}=")
@@ -590,11 +597,33 @@ def _above_horizon(offset: Array, height: Array) -> Array:
     before = np.roll(cut, 1, axis=-2)
     start = np.where(up, offset, np.where(up_after, cut, before))
     end = np.where(up_after, after, np.where(up, cut, before))
-    return np.stack([start, end], axis=-2).reshape(*offset.shape[:-2], 6, 3)
+    return np.stack([start, end], axis=-2).reshape(*end.shape[:-2], 6, 3)
 
 
-def _close(step: Array, r: Array, r_1: Array) -> Array:
-    return np.linalg.norm(step, axis=-1, keepdims=True) < 0.5 * np.minimum(r, r_1)
+def _contour(base: Array, ring: Array) -> Array:
+    """Σ θ_i γ_i around the corners base + ring, (..., V, 3); the offsets are exact even if far and tiny."""
+    v = base + ring
+    r = np.linalg.norm(v, axis=-1, keepdims=True)
+    r = np.where(r > 0.0, r, 1.0)
+    unit = v / r
+
+    def near(step: Array, other: Array) -> Array:
+        return np.linalg.norm(step, axis=-1, keepdims=True) < 0.5 * np.minimum(r, other)
+
+    # Unit vectors of neighbours differ by little: from their offsets then, not by subtraction.
+    step, v_0, r_0, unit_0 = ring - ring[..., :1, :], v[..., :1, :], r[..., :1, :], unit[..., :1, :]
+    longer = _dot(step, v + v_0)[..., None] / (r + r_0)
+    chord = np.where(near(step, r_0), (step - unit_0 * longer) / r, unit - unit_0)
+    after, v_1, r_1, unit_1 = (np.roll(x, -1, axis=-2) for x in (ring, v, r, unit))
+    beside = np.cross(0.5 * (v + v_1), after - ring) / (r * r_1)
+    cross = np.where(near(after - ring, r_1), beside, np.cross(unit, unit_1))
+    sine = np.linalg.norm(cross, axis=-1, keepdims=True)
+    t = np.arctan2(sine, _dot(unit, unit_1)[..., None])
+    q = t * t
+    series = q * (1 / 6 + q * (7 / 360 + q * (31 / 15120 + q * (127 / 604800 + q * (73 / 3421440)))))
+    excess = np.where(t < 0.1, series, t / np.where(sine > 0.0, sine, 1.0) - 1.0)
+    loop = np.cross(chord[..., 1:-1, :], chord[..., 2:, :])  # sums to Σ v̂_i × v̂_i₊₁
+    return np.sum(loop, axis=-2) + np.sum(excess * cross, axis=-2)
 
 
 @_checked
@@ -611,31 +640,9 @@ def projected_solid_angle_polygon(vertices: _Polygon, normal: _Vector = (0.0, 0.
     Source Lambert 1760, Photometria.
     """
     corners = _scaled(*np.moveaxis(vertices, -2, 0))
-    base, n = corners[..., :1, :], normal[..., None, :]
-    offset = corners - base
+    base, n = corners[..., None, :1, :], normal[..., None, None, :]
+    offset = corners - corners[..., :1, :]
     fan = np.stack([np.zeros_like(offset[..., 2:, :]), offset[..., 1:-1, :], offset[..., 2:, :]], axis=-2)
-    base, n = base[..., None, :], n[..., None, :]
     height = _dot(base + fan, n)
-    ring = _above_horizon(fan, height)
-    v = base + ring
-    r = np.linalg.norm(v, axis=-1, keepdims=True)
-    r = np.where(r > 0.0, r, 1.0)
-    unit = v / r
-    # Unit vectors of neighbours differ by little: from their exact offsets, not by subtraction.
-    step, v_0, r_0 = ring - ring[..., :1, :], v[..., :1, :], r[..., :1, :]
-    longer = _dot(step, v + v_0)[..., None] / (r + r_0)
-    chord = np.where(_close(step, r, r_0), (step - unit[..., :1, :] * longer) / r, unit - unit[..., :1, :])
-    after, v_1, r_1, unit_1 = (np.roll(x, -1, axis=-2) for x in (ring, v, r, unit))
-    side = after - ring
-    far = ~_close(side, r, r_1)
-    cross = np.where(far, np.cross(unit, unit_1), np.cross(0.5 * (v + v_1), side) / (r * r_1))
-    sine = np.linalg.norm(cross, axis=-1, keepdims=True)
-    t = np.arctan2(sine, _dot(unit, unit_1)[..., None])
-    q = t * t
-    series = q * (1 / 6 + q * (7 / 360 + q * (31 / 15120 + q * (127 / 604800 + q * (73 / 3421440)))))
-    excess = np.where(t < 0.1, series, t / np.where(sine > 0.0, sine, 1.0) - 1.0)
-    total = np.sum(np.cross(chord[..., 1:-1, :], chord[..., 2:, :]), axis=-2) + np.sum(
-        excess * cross, axis=-2
-    )
-    part = np.where(np.all(height <= 0.0, axis=-1), 0.0, 0.5 * _dot(total, n[..., 0, :]))
-    return np.abs(np.sum(part, axis=-1))
+    part = 0.5 * _dot(_contour(base, _above_horizon(fan, height)), n[..., 0, :])
+    return np.abs(np.sum(np.where(np.all(height <= 0.0, axis=-1), 0.0, part), axis=-1))
