@@ -125,23 +125,66 @@ def test_degenerate_triangles():
     assert rad.solid_angle_triangle(*(around + 3.0 * AXES[0])) == 0.0  # in its plane, outside
 
 
-def exact_tiny_solid_angle(a, b, c):
-    """tan(w/2) in 60 digits; w = 2 (t - t³/3) is enough for a tiny triangle."""
+def dot(p, q):
+    return sum(x * y for x, y in zip(p, q, strict=True))
+
+
+def cross(p, q):
+    return [p[i - 2] * q[i - 1] - p[i - 1] * q[i - 2] for i in range(3)]
+
+
+def exact(function, *vectors):
+    """function of the vectors in 60 decimal digits."""
     with localcontext() as context:
         context.prec = 60
-        a, b, c = ([Decimal(float(x)) for x in v] for v in (a, b, c))
-        dot = lambda p, q: sum(x * y for x, y in zip(p, q, strict=True))  # noqa: E731
-        cross = [b[1] * c[2] - b[2] * c[1], b[2] * c[0] - b[0] * c[2], b[0] * c[1] - b[1] * c[0]]
-        ra, rb, rc = (dot(v, v).sqrt() for v in (a, b, c))
-        t = dot(a, cross) / (ra * rb * rc + dot(a, b) * rc + dot(b, c) * ra + dot(c, a) * rb)
-        return float(abs(2 * (t - t**3 / 3)))
+        return float(abs(function(*([Decimal(float(x)) for x in v] for v in vectors))))
+
+
+def exact_thin_triangle(a, b, c):
+    """Van Oosterom and Strackee; w = 2 (t - t³/3 + t⁵/5) is enough for a thin or tiny triangle."""
+    ra, rb, rc = (dot(v, v).sqrt() for v in (a, b, c))
+    t = dot(a, cross(b, c)) / (ra * rb * rc + dot(a, b) * rc + dot(b, c) * ra + dot(c, a) * rb)
+    return 2 * (t - t**3 / 3 + t**5 / 5)
+
+
+def exact_tiny_polygon(n, *vertices):
+    """Lambert's formula; theta/sin theta = 1 + s²/6 + 3 s⁴/40 + 5 s⁶/112 is enough for a tiny polygon."""
+    unit = [[x / dot(v, v).sqrt() for x in v] for v in vertices]
+    total = Decimal(0)
+    for p, q in zip(unit, [*unit[1:], unit[0]], strict=True):
+        normal = cross(p, q)
+        s2 = dot(normal, normal)
+        total += dot(n, normal) * (1 + s2 / 6 + 3 * s2**2 / 40 + 5 * s2**3 / 112)
+    return total / 2
+
+
+TINY = np.array([[0.0, 0.0, 0.0], [1.0, 0.2, -0.1], [-0.3, 0.9, 0.4], [-0.6, 0.2, 0.25]])
 
 
 @pytest.mark.parametrize("size", [1e-4, 1e-6, 1e-8])
 def test_tiny_far_triangles_keep_their_digits(size):
-    offsets = np.array([[0.0, 0.0, 0.0], [1.0, 0.2, -0.1], [-0.3, 0.9, 0.4]])
-    a, b, c = np.array([0.3, -0.4, 1.2]) + size * offsets
-    close(rad.solid_angle_triangle(a, b, c), exact_tiny_solid_angle(a, b, c), rel=2e-15)
+    polygon = np.array([0.3, -0.4, 1.2]) + size * TINY
+    close(rad.solid_angle_triangle(*polygon[:3]), exact(exact_thin_triangle, *polygon[:3]), rel=1e-15)
+    n = np.array([0.36, 0.48, 0.8])
+    for vertices in (polygon[:3], polygon):
+        want = exact(exact_tiny_polygon, n, *vertices)
+        close(rad.projected_solid_angle_polygon(vertices, n), want, rel=3e-15)
+
+
+def test_triangles_with_one_corner_far_away_keep_their_digits():
+    # One long, thin triangle by the observer: the triple product must start at a near corner.
+    corners = np.array([[3e7, 1e7, 2e7], [0.6, 0.3, 0.51], [0.6, 0.2, 0.5]])
+    want = exact(exact_thin_triangle, *corners)
+    for k in range(3):
+        close(rad.solid_angle_triangle(*np.roll(corners, k, axis=0)), want, rel=1e-14)
+
+
+def test_long_rectangles_keep_their_digits():
+    along, across = np.array([3e7, 4e7, 0.0]), np.array([-0.4, 0.3, 1.2])
+    near = np.array([0.3, 0.1, 0.2])
+    want = rad.solid_angle_rectangle(near, along, across)
+    assert want > 0.1
+    close(rad.solid_angle_rectangle(near + along, -along, across), want, rel=1e-7)
 
 
 @pytest.mark.parametrize("scale", [1e-200, 1e-30, 1e30, 1e200])
@@ -357,6 +400,15 @@ def test_a_ceiling_close_above_a_tilted_receiver(height):
     normal = np.stack([np.sin(tilt) * 0.6, np.sin(tilt) * 0.8, np.cos(tilt)], axis=-1)
     got = rad.projected_solid_angle_polygon(square(1e6, height), normal)
     close(got, PI * (1.0 + np.cos(tilt)) / 2.0, rel=2e-6 * height, abs=2e-15)
+
+
+@pytest.mark.parametrize("height", [0.1, 1e-3, 1e-6, 1e-8])
+def test_a_diagonal_over_the_observer_does_no_harm(height):
+    # Fans from different corners meet the observer with different diagonals.
+    quad = np.array([[-1, -1, height], [1.1, -1, height], [1, 1, height], [-1, 1.2, height]])
+    for normal in unit_vectors(20, seed=11):
+        want = rad.projected_solid_angle_polygon(np.roll(quad, 1, axis=0), normal)
+        close(rad.projected_solid_angle_polygon(quad, normal), want, rel=1e-14, abs=1e-14)
 
 
 def test_form_factors_of_unit_squares():

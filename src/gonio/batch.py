@@ -21,7 +21,7 @@ from . import ops
 from .errors import ArrayTypeError, ShapeError
 from .param import Parametrised
 
-BLOCK = 1 << 15  # directions per block: some twenty float64 temporaries of a formula fit a second-level cache
+BLOCK = 1 << 16  # directions per block: large enough for the cost of Python to vanish, small enough for the cache
 
 Kernel = Callable[..., tuple]
 

@@ -20,7 +20,7 @@ from .quadrature import lattice
 from .reflectance import Reflectance
 from .spectrum import to_rgb
 
-TILE = 8192  # samples that are worked on at a time: small enough to stay in a processor's cache
+TILE = 1 << 14  # samples that are worked on at a time: few enough to stay in a processor's cache
 MARGIN = 1.06  # half width of the picture in radii of the sphere
 
 Progress = Callable[[int, int], None]

@@ -1,0 +1,176 @@
+"""Lookup in tables over the unit square that depend on parameters, and the warp that has such a table as its density.
+
+A table is bilinear over the square and linear in its parameters. The warp maps a uniform point (sx, sy) to (x, y): first
+y by the marginal density of the rows, then x by the density along the row; its inverse is the pair of distribution
+functions. Interpolating normalised tables interpolates these functions, so between parameters it is exact too.
+Source: Dupuy & Jakob 2018, ACM TOG 37(6), "An adaptive parameterization for efficient material acquisition and
+rendering", sections 4 and 5; inversion of the piecewise linear densities derived here.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from .. import ops
+
+Slices = Sequence[tuple[Any, Any]]
+"""Which tables are interpolated: pairs of their number and their weight."""
+
+ONE: Slices = ((0, 1.0),)
+"""The only table of a set of one."""
+
+
+def bracket(nodes: Any, count: int, x: Any) -> Slices:
+    """The two of `count` increasing nodes that x lies between, with linear weights; held constant outside."""
+    if count == 1:
+        return ONE
+    i, _ = _last(count - 1, lambda k: ops.take(nodes, k) < x, x)
+    low, high = ops.take(nodes, i), ops.take(nodes, i + 1)
+    w = ops.clip((x - low) / (high - low), 0.0, 1.0)
+    return ((i, 1.0 - w), (i + 1, w))
+
+
+def both(outer: Slices, inner: Slices, count: int) -> Slices:
+    """Slices of a set with two parameters, of which the inner one has `count` nodes."""
+    return tuple((i * count + j, v * w) for i, v in outer for j, w in inner)
+
+
+def gather(table: Any, at: Slices, size: int, index: Any) -> Any:
+    """Entry `index` of the interpolated table; `size` entries make one table."""
+    total: Any = None
+    for number, weight in at:
+        term = weight * ops.take(table, number * size + index)
+        total = term if total is None else total + term
+    return total
+
+
+def bilinear(
+    table: Any, at: Slices, shape: tuple[int, int], x: Any, y: Any, plane: Any = 0, planes: int = 1
+) -> Any:
+    """Value at (x, y) in [0, 1]^2, first entries at 0 and last at 1; `shape` = (rows, columns); x runs along a row.
+
+    Each slice may hold several `planes`, of which `plane` is looked up.
+    """
+    rows, columns = shape
+    (row, v), (column, u) = _cell(y, rows), _cell(x, columns)
+    first = plane * (rows * columns) + (row * columns + column)
+    v00, v01, v10, v11 = (
+        gather(table, at, planes * rows * columns, first + step) for step in (0, 1, columns, columns + 1)
+    )
+    return _lerp(_lerp(v00, v01, u), _lerp(v10, v11, u), v)
+
+
+class MarginalWarp(NamedTuple):
+    """The warp with its three flat tables, as `tables` makes them.
+
+    Shapes   x, y, sx, sy: any batch, values in [0, 1]; density per unit of the square's area, 1 on average.
+    Error    rounding; where a whole row of the table is 0 the inverse puts sx = 0.
+    """
+
+    density: Any
+    conditional: Any
+    marginal: Any
+    shape: tuple[int, int]
+
+    def eval(self, at: Slices, x: Any, y: Any) -> Any:
+        """Density at (x, y)."""
+        return bilinear(self.density, at, self.shape, x, y)
+
+    def invert(self, at: Slices, x: Any, y: Any) -> tuple[Any, Any, Any]:
+        """(sx, sy) that `sample` maps to (x, y), and the density there, which is the Jacobian of this inverse."""
+        rows, columns = self.shape
+        size = rows * columns
+        (row, v), (column, u) = _cell(y, rows), _cell(x, columns)
+        first = row * columns + column
+        v00, v01, v10, v11 = (gather(self.density, at, size, first + k) for k in (0, 1, columns, columns + 1))
+        left, right = _lerp(v00, v10, v), _lerp(v01, v11, v)
+        before = _lerp(*(gather(self.conditional, at, size, first + k) for k in (0, columns)), v)
+        low, high = self._row_totals(at, row)
+        total = _lerp(low, high, v)
+        empty = total <= 0.0
+        along = before + _segment(u, left, right) * (1.0 / (columns - 1))
+        sx = ops.where(empty, 0.0, along / ops.where(empty, 1.0, total))
+        sy = gather(self.marginal, at, rows, row) + _segment(v, low, high) * (1.0 / (rows - 1))
+        return sx, sy, _lerp(left, right, u)
+
+    def sample(self, at: Slices, sx: Any, sy: Any) -> tuple[Any, Any]:
+        """(x, y) for two uniform numbers."""
+        rows, columns = self.shape
+        size = rows * columns
+        row, row_start = _last(rows - 1, lambda k: gather(self.marginal, at, rows, k) < sy, sy)
+        low, high = self._row_totals(at, row)
+        v = _invert_segment((sy - gather(self.marginal, at, rows, row)) * (rows - 1.0), low, high)
+        wanted = sx * _lerp(low, high, v)
+        first = row * columns
+
+        def before(k: Any) -> Any:
+            return _lerp(*(gather(self.conditional, at, size, first + k + j) for j in (0, columns)), v)
+
+        column, column_start = _last(columns - 1, lambda k: before(k) < wanted, wanted)
+        first = first + column
+        v00, v01, v10, v11 = (gather(self.density, at, size, first + k) for k in (0, 1, columns, columns + 1))
+        first = first - column
+        left, right = _lerp(v00, v10, v), _lerp(v01, v11, v)
+        u = _invert_segment((wanted - before(column)) * (columns - 1.0), left, right)
+        return (column_start + u) * (1.0 / (columns - 1)), (row_start + v) * (1.0 / (rows - 1))
+
+    def _row_totals(self, at: Slices, row: Any) -> tuple[Any, Any]:
+        rows, columns = self.shape
+        low, high = (gather(self.conditional, at, rows * columns, row * columns + k - 1) for k in (columns, 2 * columns))
+        return low, high
+
+
+def tables(values: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Density, conditional and marginal distribution functions, and the integrals, of tables (..., rows, columns).
+
+    The distribution functions start with 0, so that a lookup needs no special case. `values` are not negative and
+    every table has a positive integral; computed in float64.
+    """
+    values = np.asarray(values, dtype=np.float64)
+    rows, columns = values.shape[-2:]
+    conditional = np.zeros(values.shape)
+    np.cumsum((values[..., :-1] + values[..., 1:]) * (0.5 / (columns - 1)), axis=-1, out=conditional[..., 1:])
+    totals = conditional[..., -1]
+    marginal = np.zeros(totals.shape)
+    np.cumsum((totals[..., :-1] + totals[..., 1:]) * (0.5 / (rows - 1)), axis=-1, out=marginal[..., 1:])
+    integral = marginal[..., -1].copy()
+    scale = integral[..., None, None]
+    return values / scale, conditional / scale, marginal / integral[..., None], integral
+
+
+def _last(count: int, below: Callable[[Any], Any], like: Any) -> tuple[Any, Any]:
+    """The last k < count for which the monotone `below(k)` holds, or 0; as a whole number and as a real one."""
+    real = 0.0 * like
+    k = ops.to_index(real)
+    step = 1 << max(count - 1, 1).bit_length() - 1
+    while step:
+        k_next, real_next = ops.minimum(k + step, count - 1), ops.minimum(real + step, count - 1.0)
+        found = below(k_next)
+        k, real = ops.where(found, k_next, k), ops.where(found, real_next, real)
+        step >>= 1
+    return k, real
+
+
+def _cell(x: Any, count: int) -> tuple[Any, Any]:
+    """Which of the count - 1 cells of [0, 1] x lies in, and where in it."""
+    position = ops.clip(x, 0.0, 1.0) * (count - 1.0)
+    start = ops.minimum(ops.floor(position), count - 2.0)
+    return ops.to_index(start), position - start
+
+
+def _lerp(a: Any, b: Any, t: Any) -> Any:
+    return a + t * (b - a)
+
+
+def _segment(t: Any, a: Any, b: Any) -> Any:
+    """Integral from 0 to t of the linear function with values a at 0 and b at 1."""
+    return t * (a + 0.5 * t * (b - a))
+
+
+def _invert_segment(area: Any, a: Any, b: Any) -> Any:
+    """t in [0, 1] for which `_segment(t, a, b)` is `area`: the root of the quadratic in the form that never cancels."""
+    divisor = a + ops.sqrt(ops.maximum(a * a + 2.0 * area * (b - a), 1e-30))
+    return ops.clip(2.0 * area / divisor, 0.0, 1.0)
