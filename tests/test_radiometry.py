@@ -180,11 +180,13 @@ def test_triangles_with_one_corner_far_away_keep_their_digits():
 
 
 def test_long_rectangles_keep_their_digits():
-    along, across = np.array([3e7, 4e7, 0.0]), np.array([-0.4, 0.3, 1.2])
-    near = np.array([0.3, 0.1, 0.2])
+    # The far corner is a float too, so that only the arithmetic differs.
+    along = 11184811.0 * np.array([3.0, 4.0, 0.0])
+    across = np.array([-0.4, 0.3, 1.2])
+    near = np.array([314573, 104857, 209713]) / 2.0**20
     want = rad.solid_angle_rectangle(near, along, across)
     assert want > 0.1
-    close(rad.solid_angle_rectangle(near + along, -along, across), want, rel=1e-7)
+    close(rad.solid_angle_rectangle(near + along, -along, across), want, rel=1e-13)
 
 
 @pytest.mark.parametrize("scale", [1e-200, 1e-30, 1e30, 1e200])
@@ -356,7 +358,7 @@ def test_projected_triangle_is_its_defining_integral():
 def test_what_is_below_the_horizon_gives_nothing():
     rng = np.random.default_rng(9)
     cut = 0
-    for polygon, normal in zip(rng.normal(size=(300, 3, 3)), unit_vectors(300, seed=9), strict=True):
+    for polygon, normal in zip(rng.normal(size=(150, 3, 3)), unit_vectors(150, seed=9), strict=True):
         visible = clipped(polygon, normal)
         cut += len(visible) not in (0, 3)
         want = rad.projected_solid_angle_polygon(visible, normal) if len(visible) else 0.0
@@ -369,7 +371,7 @@ def test_what_is_below_the_horizon_gives_nothing():
             vector = 0.5 * np.sum((np.arctan2(sine, cosine) / sine)[:, None] * cross, axis=0)
             assert np.all(r > 0.0)
             close(np.abs(want - flipped), np.abs(vector @ normal), rel=1e-9, abs=1e-14)
-    assert cut > 50
+    assert cut > 30
     assert rad.projected_solid_angle_polygon(square(1.0, -1.0)) == 0.0
 
 

@@ -8,7 +8,7 @@ import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 
-from .errors import NotFoundError
+from .errors import NotFoundError, ParameterError
 
 
 @contextlib.contextmanager
@@ -17,11 +17,13 @@ def replacing(path: str | os.PathLike) -> Iterator[Path]:
 
     Raises NotFoundError if the directory does not exist.
     """
-    target = Path(path)
+    target = Path(os.path.realpath(path))
     if not target.parent.is_dir():
-        raise NotFoundError(f"{target}: the directory {target.parent} does not exist; create it first")
+        raise NotFoundError(f"{path}: the directory {target.parent} does not exist; create it first")
+    if not os.access(target.parent, os.W_OK):
+        raise NotFoundError(f"{path}: the directory {target.parent} may not be written to; choose another")
     if target.is_dir():
-        raise NotFoundError(f"{target}: is a directory; expected a file name")
+        raise ParameterError(f"{path}: is a directory, expected a file name; choose another")
     handle, name = tempfile.mkstemp(prefix=f".{target.stem}-", suffix=target.suffix, dir=target.parent)
     os.close(handle)
     temporary = Path(name)

@@ -9,7 +9,6 @@ import importlib
 import io
 import os
 import re
-import secrets
 import struct
 import threading
 import warnings
@@ -23,6 +22,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import errors
 from .errors import FormatError, ParameterError, ShapeError
+from .files import replacing
+from .radiance_rle import scanlines
 
 __all__ = ["Image", "read_image", "srgb_decode", "srgb_encode"]
 
@@ -66,7 +67,8 @@ class Image:
 
     Shapes   `pixels` (H, W, C) float32; `alpha` (H, W) float32 or None; `channels` C names or None.
     Units    `pixels` as rendered (radiance, when the lights are), linear sRGB primaries for C = 3; `alpha` is
-             coverage, 0 to 1. They lie side by side: nothing here multiplies or divides one by the other.
+             coverage, 0 to 1, not multiplied into `pixels` (as in .png; .exr files hold the product, and are
+             divided on reading).
     Errors   ShapeError; ArrayTypeError (not floats); ParameterError (names). float32 arrays are not copied.
     """
 
@@ -102,8 +104,9 @@ class Image:
 
         .png     8 bits: round(255 srgb_encode(clamp(2^exposure pixels, 0, 1))); C = 1 or 3; alpha as it is.
                  NaN becomes 0, and a MissingDataWarning says how many.
-        .exr     float32, lossless, NaN and infinity kept: R, G, B, or Y, or the given names; and A.
-        .hdr     Radiance RGBE, flat; C = 3, or 1 written three times; no alpha; rounded to nearest: error at
+        .exr     float32, lossless, NaN and infinity kept: R, G, B, or Y, or the given names; with an alpha
+                 also A, and the others multiplied by it, as OpenEXR has it.
+        .hdr     Radiance RGBE, flat; C = 3, or 1 written three times; over black; rounded to nearest: error at
                  most 1/256 of a pixel's largest channel. NaN becomes 0, and what lies outside 0 to 1.69e38 is
                  clamped: a MissingDataWarning says how many.
 
@@ -112,24 +115,16 @@ class Image:
                  NotFoundError (no such directory), DependencyError (pillow or OpenEXR is not installed);
                  OSError (disk full and the like).
         """
-        target = Path(os.path.realpath(path))
+        target = Path(path)
         suffix = target.suffix.lower()
         if suffix not in _ENCODERS:
             raise ParameterError(f"{path}: suffix is {suffix!r}, expected one of {', '.join(_ENCODERS)}")
         if not abs(exposure) <= (200.0 if suffix == ".png" else 0.0):
             rule = "within 200 stops for .png, 0 for .exr and .hdr; scale the pixels instead"
             raise ParameterError(f"{path}: exposure is {exposure}, expected {rule}")
-        if not (target.parent.is_dir() and os.access(target.parent, os.W_OK)):
-            raise errors.NotFoundError(f"{path}: no writable directory {target.parent}; make it first")
-        if target.is_dir():
-            raise ParameterError(f"{path}: is a directory, expected a file name; choose another")
         write = _ENCODERS[suffix](self, os.fspath(path), float(exposure))
-        temporary = target.with_name(f".{secrets.token_hex(6)}{suffix}")
-        try:
+        with replacing(target) as temporary:
             write(str(temporary))
-            os.replace(temporary, target)
-        finally:
-            temporary.unlink(missing_ok=True)
 
 
 def read_image(path: str | os.PathLike[str]) -> Image:
@@ -203,7 +198,10 @@ def _read_exr(data: bytes, path: str) -> tuple[Image, Sequence[float]]:
     alpha = planes.pop("A") if "A" in planes and len(planes) > 1 else None
     rgb = tuple("RGB") if {"R", "G", "B"} <= planes.keys() else ()
     names = (*rgb, *sorted(planes.keys() - set(rgb)))
-    image = Image(np.stack([planes[n] for n in names], axis=-1), alpha, None if names == ("A",) else names)
+    pixels = np.stack([planes[n] for n in names], axis=-1)
+    if alpha is not None:
+        pixels = np.where(alpha[..., None] > 0.0, pixels / alpha[..., None], pixels)
+    image = Image(pixels, alpha, None if names == ("A",) else names)
     chromaticities = parts[0].get(b"chromaticities")
     return image, struct.unpack("<8f", chromaticities) if chromaticities else _SRGB_XY
 
@@ -243,7 +241,7 @@ def _read_radiance(data: bytes, path: str) -> tuple[Image, Sequence[float]]:
     if size is None or size[2] == size[5]:
         raise FormatError(f"resolution line is {line[:40]!r}, expected '-Y height +X width'")
     _check_size(int(size[3]), int(size[6]), data)
-    rgbe = _scanlines(data, last + 1, int(size[3]), int(size[6]))
+    rgbe = scanlines(data, last + 1, int(size[3]), int(size[6]))
     # A scanline runs along the second axis named; +Y goes up and -X left, against the order of the array.
     if size[2] == b"X":
         rgbe = rgbe.swapaxes(0, 1)
@@ -256,69 +254,6 @@ def _read_radiance(data: bytes, path: str) -> tuple[Image, Sequence[float]]:
     if np.any(divisor != 1.0):
         pixels = (pixels / divisor).astype(np.float32)
     return Image(pixels, channels=tuple("RGB")), known[b"PRIMARIES"].tolist()
-
-
-def _scanlines(data: bytes, at: int, rows: int, columns: int) -> NDArray[np.uint8]:
-    """RGBE bytes (rows, columns, 4) of new run-length, old run-length and flat scanlines, in any mixture."""
-    if 4 * rows > len(data) - at:
-        raise FormatError(f"{len(data) - at} bytes of pixels, expected at least 4 per scanline ({rows})")
-    packable = 8 <= columns <= 0x7FFF
-    if len(data) - at == 4 * rows * columns:  # flat throughout, unless some pixel is a run-length mark
-        flat = np.frombuffer(data, np.uint8, offset=at).reshape(rows, columns, 4)
-        packed = (flat[:, 0, :2] == 2).all(-1) & (flat[:, 0, 2] < 128) & packable
-        if not packed.any() and not (flat[..., :3] == 1).all(-1).any():
-            return flat
-    out = np.empty((rows, columns, 4), np.uint8)
-    for row in range(rows):
-        new = packable and data[at : at + 2] == b"\2\2" and data[at + 2 : at + 3] < b"\x80"
-        try:
-            out[row], at = (_new_scanline if new else _old_scanline)(data, at, columns)
-        except (IndexError, ValueError) as error:
-            why = "the file ends in it" if isinstance(error, IndexError) else error
-            raise FormatError(f"scanline {row} of {rows}: {why}") from None
-    return out
-
-
-def _new_scanline(data: bytes, at: int, columns: int) -> tuple[NDArray[np.uint8], int]:
-    """One scanline of run-length coded components (columns, 4), and where the next one starts."""
-    if int.from_bytes(data[at + 2 : at + 4]) != columns:
-        raise FormatError(f"its length is {int.from_bytes(data[at + 2 : at + 4])}, expected {columns}")
-    at += 4
-    pieces: list[bytes] = []
-    for _ in range(4):
-        left = columns
-        while left > 0:
-            code = data[at]
-            end = at + 2 if code > 128 else at + 1 + code
-            pieces.append(data[at + 1 : end] * (code - 128 if code > 128 else 1))
-            left -= code - 128 if code > 128 else code
-            at = end
-        if left:
-            raise FormatError(f"a run goes {-left} pixels beyond it")
-    if at > len(data):
-        raise IndexError
-    return np.frombuffer(b"".join(pieces), np.uint8).reshape(4, columns).T, at
-
-
-def _old_scanline(data: bytes, at: int, columns: int) -> tuple[NDArray[np.uint8], int]:
-    """One flat or old run-length scanline (columns, 4), and where the next one starts.
-
-    (1, 1, 1, n) repeats the pixel before it n times; following another repeat, 256 n times, and so on.
-    """
-    count = min(columns, (len(data) - at) // 4)
-    quads = np.frombuffer(data, np.uint8, 4 * count, at).reshape(count, 4)
-    repeats = (quads[:, :3] == 1).all(axis=1)
-    index = np.arange(count)
-    source = np.maximum.accumulate(np.where(repeats, -1, index))
-    times = np.where(repeats, quads[:, 3].astype(np.int64) << np.minimum(8 * (index - source - 1), 32), 1)
-    total = np.cumsum(times)
-    last = int(np.searchsorted(total, columns))
-    if last == count:
-        raise IndexError
-    if source[0] < 0:
-        raise FormatError("it starts with a repeat, expected a pixel")
-    times[last] -= total[last] - columns  # as the reference reader, which drops what a repeat has over
-    return np.repeat(quads[source[: last + 1]], times[: last + 1], axis=0), at + 4 * (last + 1)
 
 
 def _read_pillow(data: bytes, path: str) -> tuple[Image, Sequence[float]]:
@@ -353,7 +288,7 @@ def _encode_exr(image: Image, path: str, exposure: float) -> Callable[[str], obj
     openexr = _library("OpenEXR", "OpenEXR")
     count = image.pixels.shape[2]
     names = image.channels or {1: ("Y",), 3: tuple("RGB")}.get(count) or [f"C{i:04d}" for i in range(count)]
-    planes = dict(zip(names, np.ascontiguousarray(np.moveaxis(image.pixels, -1, 0)), strict=True))
+    planes = dict(zip(names, np.ascontiguousarray(np.moveaxis(_over_black(image), -1, 0)), strict=True))
     if image.alpha is not None:
         planes["A"] = np.ascontiguousarray(image.alpha)
     header = {"compression": openexr.ZIP_COMPRESSION, "type": openexr.scanlineimage}
@@ -361,9 +296,8 @@ def _encode_exr(image: Image, path: str, exposure: float) -> Callable[[str], obj
 
 
 def _encode_hdr(image: Image, path: str, exposure: float) -> Callable[[str], object]:
-    pixels = _gray_or_rgb(image, path)
-    if image.alpha is not None:
-        raise ParameterError(f"{path}: has an alpha, expected none in .hdr; write .exr, or set it to None")
+    _gray_or_rgb(image, path)
+    pixels = _over_black(image)
     outside = ~((pixels >= 0.0) & (pixels <= 1.69e38))
     _warn_lost(outside, path, "NaN (now 0) or outside 0 to 1.69e38 (clamped)")
     pixels = np.clip(np.nan_to_num(pixels), 0.0, np.float32(1.69e38))
@@ -399,6 +333,10 @@ def _warn_lost(lost: NDArray[np.bool_], path: str, what: str) -> None:
     if count := int(lost.any(axis=-1).sum()):
         text = f"{path}: {count} of {lost[..., 0].size} pixels are {what}; .exr keeps them"
         warnings.warn(text, errors.MissingDataWarning, stacklevel=4)
+
+
+def _over_black(image: Image) -> NDArray[np.float32]:
+    return image.pixels if image.alpha is None else image.pixels * image.alpha[..., None]
 
 
 def _gray_or_rgb(image: Image, path: str) -> NDArray[np.float32]:

@@ -62,8 +62,8 @@ class Library:
         return self.module.asarray(value, dtype=like.dtype)
 
     def table(self, value: np.ndarray, like: Array, cache: dict) -> Array:
-        """A lookup table, ready for `take`; `cache` keeps what was converted."""
-        key = like.dtype
+        """A lookup table, ready for `take`; `cache`, shared by all libraries, keeps what was converted."""
+        key = (self.name, like.dtype)
         if key not in cache:
             cache[key] = self.convert(value, like)
         return cache[key]

@@ -606,23 +606,19 @@ def _contour(base: Array, ring: Array) -> Array:
     r = np.linalg.norm(v, axis=-1, keepdims=True)
     r = np.where(r > 0.0, r, 1.0)
     unit = v / r
-
-    def near(step: Array, other: Array) -> Array:
-        return np.linalg.norm(step, axis=-1, keepdims=True) < 0.5 * np.minimum(r, other)
-
     # Unit vectors of neighbours differ by little: from their offsets then, not by subtraction.
     step, v_0, r_0, unit_0 = ring - ring[..., :1, :], v[..., :1, :], r[..., :1, :], unit[..., :1, :]
+    near = np.linalg.norm(step, axis=-1, keepdims=True) < 0.5 * np.minimum(r, r_0)
     longer = _dot(step, v + v_0)[..., None] / (r + r_0)
-    chord = np.where(near(step, r_0), (step - unit_0 * longer) / r, unit - unit_0)
-    after, v_1, r_1, unit_1 = (np.roll(x, -1, axis=-2) for x in (ring, v, r, unit))
-    beside = np.cross(0.5 * (v + v_1), after - ring) / (r * r_1)
-    cross = np.where(near(after - ring, r_1), beside, np.cross(unit, unit_1))
+    chord = np.where(near, (step - unit_0 * longer) / r, unit - unit_0)
+    loop = np.cross(chord[..., 1:-1, :], chord[..., 2:, :])  # sums to Σ v̂_i × v̂_i₊₁
+    after = np.roll(unit, -1, axis=-2)
+    cross = np.cross(unit, after)
     sine = np.linalg.norm(cross, axis=-1, keepdims=True)
-    t = np.arctan2(sine, _dot(unit, unit_1)[..., None])
+    t = np.arctan2(sine, _dot(unit, after)[..., None])
     q = t * t
     series = q * (1 / 6 + q * (7 / 360 + q * (31 / 15120 + q * (127 / 604800 + q * (73 / 3421440)))))
     excess = np.where(t < 0.1, series, t / np.where(sine > 0.0, sine, 1.0) - 1.0)
-    loop = np.cross(chord[..., 1:-1, :], chord[..., 2:, :])  # sums to Σ v̂_i × v̂_i₊₁
     return np.sum(loop, axis=-2) + np.sum(excess * cross, axis=-2)
 
 
@@ -635,7 +631,7 @@ def projected_solid_angle_polygon(vertices: _Polygon, normal: _Vector = (0.0, 0.
 
     Shapes vertices (..., V, 3) in order, convex or not; normal (..., 3) -> ... Units any length -> sr.
     Error  Of 300 random triangles and hexagons of size 1, absolute: 9e-16. Of 300 triangles each of size 1e-2
-           to 1e-8 at distance 1, cosθ > 0.1, relative: median 3e-16, largest 4e-12 (seen from the side).
+           to 1e-8 at distance 1, cosθ > 0.1, relative: median 3e-16, largest 7e-12 (seen from the side).
            From h above a polygon that the horizon cuts, absolute: 1e-15; below h = 1e-6 about (3e-16/h)².
     Source Lambert 1760, Photometria.
     """

@@ -104,15 +104,14 @@ class MarginalWarp(NamedTuple):
         low, high = self._row_totals(at, row)
         v = _invert_segment((sy - gather(self.marginal, at, rows, row)) * (rows - 1.0), low, high)
         wanted = sx * _lerp(low, high, v)
-        first = row * columns
+        start = row * columns
 
         def before(k: Any) -> Any:
-            return _lerp(*(gather(self.conditional, at, size, first + k + j) for j in (0, columns)), v)
+            return _lerp(*(gather(self.conditional, at, size, start + k + j) for j in (0, columns)), v)
 
         column, column_start = _last(columns - 1, lambda k: before(k) < wanted, wanted)
-        first = first + column
+        first = start + column
         v00, v01, v10, v11 = (gather(self.density, at, size, first + k) for k in (0, 1, columns, columns + 1))
-        first = first - column
         left, right = _lerp(v00, v10, v), _lerp(v01, v11, v)
         u = _invert_segment((wanted - before(column)) * (columns - 1.0), left, right)
         return (column_start + u) * (1.0 / (columns - 1)), (row_start + v) * (1.0 / (rows - 1))
@@ -145,7 +144,7 @@ def _last(count: int, below: Callable[[Any], Any], like: Any) -> tuple[Any, Any]
     """The last k < count for which the monotone `below(k)` holds, or 0; as a whole number and as a real one."""
     real = 0.0 * like
     k = ops.to_index(real)
-    step = 1 << max(count - 1, 1).bit_length() - 1
+    step = 1 << (max(count - 1, 1).bit_length() - 1)
     while step:
         k_next, real_next = ops.minimum(k + step, count - 1), ops.minimum(real + step, count - 1.0)
         found = below(k_next)

@@ -1,15 +1,17 @@
 """MERL's `.binary`: isotropic RGB measurements on a grid of half and difference angles.
 
-A file is three little-endian int32 (90, 90, 180 cells of theta_h, theta_d, phi_d; 360 in the variant without
-reciprocity), then float64: planes R, G, B, each [theta_h][theta_d][phi_d] with phi_d fastest, divided by `SCALE`.
-Negative or not finite: no data.
+A file is three little-endian int32, the numbers of cells of theta_h, theta_d, phi_d (90, 90, 180; 360 in the variant
+without reciprocity), then float64: planes R, G, B, each [theta_h][theta_d][phi_d] with phi_d fastest, of f/`SCALE`;
+negative or not finite where there is no data. Checked against files written from this description and against the
+sizes of the published ones, which may not be passed on.
 """
 
 from __future__ import annotations
 
 import hashlib
 import math
-from collections.abc import Callable
+import os
+from collections.abc import Callable, Sequence
 from functools import cache
 from importlib import resources
 from pathlib import Path
@@ -38,39 +40,44 @@ SCALE = (1.0 / 1500.0, 1.15 / 1500.0, 1.66 / 1500.0)
 
 N = 90
 SHAPES = ((N, N, 180), (N, N, 360))
+AXES = {
+    "theta_h": "half angle",
+    "theta_d": "difference angle",
+    "phi_d": "azimuth of wi about the half vector",
+}
 HEADER = 12
 
-# A material's rings of half vectors, as one flat table of three rows of 128: the probability of all rings before
-# this one, 1 - cos(theta_h) and the relative density at its inner edge. Choice 90 is the cosine hemisphere.
+# Sampling looks up one flat table of three rows of 128, by ring of theta_h: the probability of all rings before this
+# one, then 1 - cos(theta_h) and the relative density at its inner edge. Ring 90 stands for the cosine hemisphere.
 ROW = 128
 ALBEDO = 3 * ROW - 1
 """Where that table keeps the share of diffuse light that is reflected."""
 
 
 class MERL(Measured):
-    r"""Measured BRDF of an isotropic material, f(theta_h, theta_d, phi_d), from a MERL file.
+    """Measured BRDF of an isotropic material, f(theta_h, theta_d, phi_d), from a MERL file.
 
-    Cell (i, j, k) is centred at theta_h = ((i + 1/2)^2/90) deg, theta_d = (j + 1/2) deg, phi_d = (k + 1/2) deg.
-    "trilinear" interpolates between centres, linearly in 90 sqrt(theta_h/(pi/2)), theta_d and phi_d; theta_h and
-    theta_d stay at the outermost centres beyond them, phi_d wraps with period pi (reciprocity), with 360 cells of
-    phi_d with 2 pi. Corners without data are left out and the weights of the others renormalised; f is NaN where
-    these hold less than 1/1000 of the weight, so also at the centre of a cell without data. "nearest" is the cell
-    around the pair, NaN if that has no data.
+    Cell (i, j, k) is centred at theta_h = ((i + 1/2)^2/90), theta_d = (j + 1/2), phi_d = (k + 1/2) degrees.
+    "trilinear" interpolates between centres, linearly in sqrt(theta_h), theta_d and phi_d; beyond the outermost
+    centres theta_h and theta_d stay there, phi_d wraps with period pi (reciprocity), or 2 pi with 360 cells.
+    Corners without data are left out and the weights of the others renormalised; f is NaN where these hold less
+    than 1/1000 of the weight, so also at the very centre of a cell without data. "nearest" is the value of the
+    cell around the pair, NaN if it has none.
 
-    Sampling: half vectors in 90 rings of theta_h, with the light the table sends there, mixed with the cosine
-    hemisphere by the share that looks diffuse (at least a tenth): weights stay below 10 pi f.
+    Sampling: half vectors as in diffuse light of the table's own, in 90 rings of theta_h, mixed with a share of
+    the cosine hemisphere of at least a tenth: weights stay below 10 pi f.
 
     Shapes   raw: (3, 90, 90, 180 or 360), as in the file. f: (..., 3), RGB as stored.
-    Units    f: 1/sr; raw: see `SCALE`.
-    Error    of the grid, found by writing 0.1/pi + 0.9 GGX and reading it, both cosines above 0.2: trilinear 6e-4
-             (median) to 6e-3 (largest) at alpha = 0.3, 2e-4 to 1.5e-2 at alpha = 0.05; nearest 9e-3 to 8e-2 and
-             2e-3 to 0.22. With all cosines: trilinear 3 % and 6 % (99th percentile), NaN for 2e-5 of the pairs.
+    Units    f: 1/sr; raw: f/`SCALE`.
+    Error    of the grid, for 0.1/pi + 0.9 GGX written and read, both cosines above 0.2: trilinear 6e-4 (median)
+             to 6e-3 (largest) at alpha = 0.3, 2e-4 to 1.5e-2 at alpha = 0.05; nearest 9e-3 to 8e-2 and 2e-3 to
+             0.22. Down to the horizon: trilinear 3 % and 6 % (99th percentiles), NaN for 2e-5 of the pairs.
              Rounding in float32: 8e-7 (99th percentile), 9e-6 (largest).
     Source   Matusik, Pfister, Brand & McMillan 2003, "A data-driven reflectance model", ACM TOG 22(3):759.
              Angles: Rusinkiewicz 1998, "A new change of variables for efficient BRDF representation".
     """
 
-    interpolation = option("trilinear", "nearest", doc="between the centres of cells, or the cell's own value")
+    interpolation = option("trilinear", "nearest", doc="between centres of cells, or the cell's own value")
     raw = table("the numbers of the file, (3, theta_h, theta_d, phi_d)")
     channel = channels("red, green, blue")
 
@@ -80,7 +87,11 @@ class MERL(Measured):
     phi_cells: int
 
     def __init__(
-        self, raw: Any = None, interpolation: str = "trilinear", path: str = "", about: dict[str, Any] | None = None
+        self,
+        raw: Any = None,
+        interpolation: str = "trilinear",
+        path: str = "",
+        about: dict[str, Any] | None = None,
     ):
         raw = np.ascontiguousarray(raw, dtype=np.float64) if raw is not None else np.empty(0)
         super().__init__(path, about, raw=raw, interpolation=interpolation, channel=len(SCALE))
@@ -109,21 +120,16 @@ class MERL(Measured):
         """Variables `raw` (channel, theta_h, theta_d, phi_d), as stored, and `scale`: f = raw * scale."""
         import xarray
 
-        names = ("theta_h", "theta_d", "phi_d")
-        meanings = ("half angle", "difference angle", "azimuth of the light about the half vector")
         axes: dict[str, Any] = {"channel": ("channel", list("RGB"), {"long_name": "linear RGB as stored"})}
-        for name, meaning, centres in zip(names, meanings, _centres(self.raw.shape[3]), strict=True):
-            axes[name] = (name, np.degrees(centres), {"units": "degree", "long_name": f"{meaning}, cell centres"})
-        raw_attributes = {"units": "1", "long_name": "stored number; negative or not finite: no data"}
-        scale_attributes = {"units": "sr-1", "long_name": "BRDF per stored number"}
-        return xarray.Dataset(
-            {
-                "raw": (("channel", *names), self.raw, raw_attributes),
-                "scale": ("channel", np.array(SCALE), scale_attributes),
-            },
-            axes,
-            {"quantity": self.quantity, "source": self.path, **self.about},
-        )
+        for name, degrees in zip(AXES, map(np.degrees, _centres(self.raw.shape[3])), strict=True):
+            axes[name] = (name, degrees, {"units": "degree", "long_name": f"{AXES[name]}, centres of cells"})
+        stored = {"units": "1", "long_name": "stored number; negative or not finite: no data"}
+        scale = {"units": "sr-1", "long_name": "BRDF per stored number"}
+        variables = {
+            "raw": (("channel", *AXES), self.raw, stored),
+            "scale": ("channel", np.array(SCALE), scale),
+        }
+        return xarray.Dataset(variables, axes, {"quantity": self.quantity, "source": self.path})
 
     def bind(self, convert: Callable, table: Callable) -> MERL:
         """As the base's, with the tables made from `raw` when first needed, which the formulas look up."""
@@ -149,23 +155,23 @@ class MERL(Measured):
             row = ops.to_index(ops.clip(h, 0.0, N - 1.0)) * N + ops.to_index(ops.clip(d, 0.0, N - 1.0))
             value = ops.take(self.cells, self._entry(row * self.phi_cells + ops.to_index(at_phi)))
             return ops.where(value >= 0.0, value, math.nan)
-        h, d, p = (ops.clip(h - 0.5, 0.0, N - 1.0), ops.clip(d - 0.5, 0.0, N - 1.0), p - 0.5)
+        h, d, p = ops.clip(h - 0.5, 0.0, N - 1.0), ops.clip(d - 0.5, 0.0, N - 1.0), p - 0.5
         h0, d0, p0 = ops.minimum(ops.floor(h), N - 2.0), ops.minimum(ops.floor(d), N - 2.0), ops.floor(p)
         before = ops.where(p0 < 0.0, self.phi_cells - 1.0, p0)
         after = ops.where(p0 > self.phi_cells - 1.5, 0.0, p0 + 1.0)
         corner = (ops.to_index(h0) * N + ops.to_index(d0)) * self.phi_cells
         first, second = self._entry(corner + ops.to_index(before)), self._entry(corner + ops.to_index(after))
-        # From here on every channel has its own copy of the weights: arrays of one shape are combined several times
-        # faster than by broadcasting.
+        # From here on every channel has its own copy of the weights: arrays of one shape are combined several
+        # times faster than by broadcasting.
         every = 0.0 * self.channel
         h, d, p = h - h0 + every, d - d0 + every, p - p0 + every
         total, known = 0.0, 0.0
-        for step, weight in ((0, (1.0 - h) * (1.0 - d)), (1, (1.0 - h) * d), (N, h * (1.0 - d)), (N + 1, h * d)):
-            for entry, share in ((first, 1.0 - p), (second, p)):
-                value = ops.take(self.cells, entry + step * self.phi_cells * len(SCALE))
-                w = ops.where(value >= 0.0, weight * share, 0.0)
-                total = total + w * value
-                known = known + w
+        for row, along_h in ((0, 1.0 - h), (N, h)):
+            for step, along_d in ((row, 1.0 - d), (row + 1, d)):
+                for entry, along_p in ((first, 1.0 - p), (second, p)):
+                    value = ops.take(self.cells, entry + step * self.phi_cells * len(SCALE))
+                    weight = ops.where(value >= 0.0, along_h * along_d * along_p, 0.0)
+                    total, known = total + weight * value, known + weight
         enough = known > 1e-3
         return ops.where(enough, total / ops.where(enough, known, 1.0), math.nan)
 
@@ -201,8 +207,8 @@ class MERL(Measured):
         spread = 1.0 - ops.take(self.rings, 0 * ring + N)
         return by_ring / (4.0 * dot(wo, wm)) + spread * cosine_hemisphere_density(wi)
 
-    def _edge(self, ring: Any) -> tuple[Any, Any, Any]:
-        return ops.take(self.rings, ring), ops.take(self.rings, ring + ROW), ops.take(self.rings, ring + 2 * ROW)
+    def _edge(self, ring: Any) -> tuple[Any, ...]:
+        return tuple(ops.take(self.rings, ring + row * ROW) for row in range(3))
 
     @property
     def seam(self) -> float:  # type: ignore[override]
@@ -233,7 +239,7 @@ def _centres(phi_cells: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 
 def _pairs(theta_h: Any, theta_d: Any, phi_d: Any) -> tuple[np.ndarray, np.ndarray]:
-    """wi and wo (..., 3) of half and difference angles, with the half vector in the plane of d_x and the normal."""
+    """wi and wo (..., 3) of half and difference angles; the half vector is in the plane of d_x and the normal."""
     along, across, mean = np.sin(theta_d) * np.cos(phi_d), np.sin(theta_d) * np.sin(phi_d), np.cos(theta_d)
     s, c = np.sin(theta_h), np.cos(theta_h)
     wi = np.broadcast_arrays(c * along + s * mean, across, c * mean - s * along)
@@ -253,39 +259,33 @@ def _cells(raw: np.ndarray) -> np.ndarray:
 def _rings(raw: np.ndarray) -> np.ndarray:
     """The table of rings that sampling looks up; flat.
 
-    Diffuse light that meets the surface leaves with half vectors of density  integral of f cos(theta_i) cos(theta_o)
-    4 cos(theta_d) dw_d: that, without nine tenths of what the least bright ring has everywhere, is the rings' density.
+    Of diffuse light the surface sends out what has half vectors of density  (integral of f cos(theta_i)
+    cos(theta_o) 4 cos(theta_d) dw_d). The rings get that, but for nine tenths of what the dimmest ring has
+    everywhere, which is left to the cosine hemisphere.
     """
     theta_h, theta_d, phi_d = _centres(raw.shape[3])
-    edges = 2.0 * np.sin(0.25 * math.pi * (np.arange(N + 1) / N) ** 2) ** 2
     mean, room = np.zeros(N), np.zeros(N)
     for i in range(N):
         wi, wo = _pairs(theta_h[i], theta_d[:, None], phi_d)
         cosines = np.maximum(wi[..., 2] * wo[..., 2], 0.0) * np.sin(2.0 * theta_d)[:, None]
         valid = _valid(raw[:, i])
-        known = float((cosines * valid).sum())
         f = np.where(valid, raw[:, i], 0.0) * np.array(SCALE)[:, None, None]
-        mean[i] = (cosines * f).sum() / known if known > 0.0 else np.nan
+        mean[i] = (cosines * f).sum() / (cosines * valid).sum()  # NaN without data
         room[i] = cosines.mean() * 2.0 * math.pi**2
-    measured = mean[~np.isnan(mean)]
-    mean = np.where(np.isnan(mean), measured.min(initial=np.inf) if measured.size else 0.0, mean)
-    diffuse = 0.9 * mean.min()
+    least = np.nan_to_num(np.fmin.reduce(mean[:73]))  # up to 60 degrees: beyond, there is little data
+    mean = np.where(np.isnan(mean), least, mean) + 1e-9
+    edges = 2.0 * np.sin(0.25 * math.pi * (np.arange(N + 1) / N) ** 2) ** 2
     solid_angle = 2.0 * math.pi * np.diff(edges)
-    reflected = float((mean * room * solid_angle).sum())
-    share = diffuse * float((room * solid_angle).sum()) / reflected if reflected > 0.0 else 0.9
-    centre = (mean - diffuse) * room if reflected > 0.0 else room
-    centre = centre + 1e-6 * (centre * solid_angle).sum() / (2.0 * math.pi)
+    reflected = (mean * room * solid_angle).sum()
+    share = np.clip(0.9 * least * (room * solid_angle).sum() / reflected, 0.1, 0.9)
+    centre = np.maximum(mean - 0.9 * least, 0.0) * room + 1e-6 * reflected
     inner = np.concatenate([centre[:1], 0.5 * (centre[:-1] + centre[1:]), centre[-1:]])
-    held = 0.5 * (inner[:-1] + inner[1:]) * solid_angle
-    rings = np.ones((3, ROW))
-    rings[0] = 2.0
-    rings[0, : N + 1] = np.concatenate([[0.0], np.cumsum(held)]) / held.sum() * (1.0 - max(share, 0.1))
-    rings[0, N + 1] = 1.0
-    rings[1, : N + 1] = edges
-    rings[2, : N + 1] = inner / inner.max()
-    rings = rings.reshape(-1)
-    rings[ALBEDO] = reflected / math.pi
-    return rings
+    held = np.cumsum((inner[:-1] + inner[1:]) * solid_angle)
+    rings = np.full((3, ROW), [[2.0], [1.0], [1.0]])
+    rings[0, : N + 2] = [0.0, *held / held[-1] * (1.0 - share), 1.0]
+    rings[1, : N + 1], rings[2, : N + 1] = edges, inner / inner.max()
+    rings[2, -1] = reflected / math.pi
+    return rings.reshape(-1)
 
 
 @cache
@@ -299,38 +299,36 @@ def matches(head: bytes, size: int) -> bool:
     """Whether a file that starts so can be one of these; also one with three other small numbers in its header."""
     if len(head) < HEADER:
         return False
-    numbers = np.frombuffer(head[:16].ljust(16, b"\xff"), "<i4").tolist()
-    dims, following = tuple(numbers[:3]), numbers[3]
-    small = all(0 < n <= 2048 for n in dims)
-    # Four small numbers and more are the start of other formats' headers, unless the file is exactly as long as ours.
-    return dims in SHAPES or (small and (size == _size(dims) or not 0 < following <= 2048))
+    *dims, following = np.frombuffer(head[:16].ljust(16, b"\xff"), "<i4").tolist()
+    if tuple(dims) in SHAPES:
+        return True
+    # More than three small numbers are the start of another format's header, unless the length is right for three.
+    return all(0 < n <= 2048 for n in dims) and (size == _size(dims) or not 0 < following <= 2048)
 
 
-def _size(dims: tuple[int, ...]) -> int:
+def _size(dims: Sequence[int]) -> int:
     return HEADER + 8 * 3 * math.prod(dims)
 
 
 def read(path: Path) -> MERL:
-    """The material of a MERL file. Raises FormatError where its size or header is another."""
+    """The material of a MERL file. Raises FormatError where its header or its length is another."""
     with Path(path).open("rb") as file:
-        head = file.read(HEADER)
-        size = file.seek(0, 2)
-        if len(head) < HEADER:
-            raise FormatError(f"{path}: not a MERL file: {size} bytes, expected {_size(SHAPES[0])}; fetch it again")
-        dims = tuple(np.frombuffer(head, "<i4").tolist())
+        head, size = file.read(HEADER), file.seek(0, os.SEEK_END)
+        dims = tuple(np.frombuffer(head.ljust(HEADER, b"\0"), "<i4").tolist())
+        says = "×".join(map(str, dims))
         if dims not in SHAPES:
             raise FormatError(
-                f"{path}: not a MERL file: header says {'×'.join(map(str, dims))}, expected 90×90×180 or 90×90×360 "
-                f"(theta_h × theta_d × phi_d); resample it to these cells, or check that it is not damaged"
+                f"{path}: not a MERL file: header says {says}, expected 90×90×180 or 90×90×360 cells of theta_h, "
+                f"theta_d, phi_d; fetch it again if it should be one, else convert it with the program it is from"
             )
         if size != _size(dims):
             raise FormatError(
-                f"{path}: MERL file is {'too long' if size > _size(dims) else 'cut short'}: {size} bytes, expected "
-                f"{_size(dims)} for {'×'.join(map(str, dims))}; fetch it again"
+                f"{path}: MERL file {'too long' if size > _size(dims) else 'cut short'}: {size} bytes, expected "
+                f"{_size(dims)} for {says} cells; fetch it again"
             )
         file.seek(HEADER)
         raw = np.fromfile(file, "<f8", 3 * math.prod(dims)).reshape(3, *dims)
-    return MERL(raw, path=str(path), about=dict(zip(("theta_h", "theta_d", "phi_d"), dims, strict=True)))
+    return MERL(raw, path=str(path), about=dict(zip(AXES, dims, strict=True)))
 
 
 def write(m: Reflectance, path: Path, phi_d: int = 180) -> None:
@@ -351,10 +349,14 @@ def _tabulate(m: Reflectance, phi_cells: int) -> np.ndarray:
     if (N, N, phi_cells) not in SHAPES:
         raise ParameterError(f"phi_d={phi_cells}: expected 180 or 360 cells")
     if m.has_delta:
-        raise ParameterError(f"{m!r:.80}: a table cannot hold a perfect mirror; write the material without it")
+        raise ParameterError(
+            f"{m!r:.80}: a table cannot hold a perfect mirror; write the material without it"
+        )
     shape = m.f([0.0, 0.0, 1.0], [0.0, 0.0, 1.0]).shape
     if shape not in ((), (1,), (3,)):
-        raise ParameterError(f"{m!r:.80}: values have shape {shape}, expected () or (1,) for gray or (3,) for RGB")
+        raise ParameterError(
+            f"{m!r:.80}: values have shape {shape}, expected () or (1,) for gray or (3,) for RGB"
+        )
     raw = np.full((3, N, N, phi_cells), -1.0)
     theta_h, theta_d, phi_d = _centres(phi_cells)
     for i in range(0, N, 10):

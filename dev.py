@@ -1,0 +1,73 @@
+"""Set up gonio on a machine that has only Python and pip, and use it.
+
+    python3 dev.py demo    install gonio, check a measured material, render it
+    python3 dev.py test    install what the tests need, run them
+    python3 dev.py lint    ruff and mypy
+
+Everything goes into the virtual environment .venv beside this file, or into the one this is run from.
+"""
+
+import hashlib
+import os
+import subprocess
+import sys
+import venv
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent
+
+
+def python() -> str:
+    """The interpreter of the virtual environment, which is made if there is none."""
+    if sys.prefix != sys.base_prefix:
+        return sys.executable
+    home = ROOT / ".venv"
+    found = home / ("Scripts/python.exe" if os.name == "nt" else "bin/python")
+    if not found.exists():
+        print(f"making a virtual environment in {home}", flush=True)
+        try:
+            venv.create(home, with_pip=True, clear=True)
+        except subprocess.CalledProcessError:
+            sys.exit("this Python cannot make virtual environments; on Debian and Ubuntu: apt install python3-venv")
+    return str(found)
+
+
+def install(interpreter: str, extras: str) -> None:
+    """Install gonio from this folder, unless this very setup is installed already."""
+    state = hashlib.sha256((ROOT / "pyproject.toml").read_bytes() + extras.encode()).hexdigest()
+    stamp = Path(interpreter).parent / f"gonio-installed-{extras or 'plain'}"
+    if stamp.exists() and stamp.read_text() == state:
+        return
+    print("installing gonio" + (f" with the extras {extras}" if extras else ""), flush=True)
+    target = f"{ROOT}[{extras}]" if extras else str(ROOT)
+    subprocess.run([interpreter, "-m", "pip", "install", "--quiet", "--editable", target], check=True)
+    stamp.write_text(state)
+
+
+def main() -> int:
+    task = sys.argv[1] if len(sys.argv) > 1 else ""
+    interpreter = python() if task in ("demo", "test", "lint") else ""
+    if task == "demo":
+        install(interpreter, "")
+        for command in (["check", "gold-metallic-paint"], ["render", "gold-metallic-paint", "-o", "gold.png"]):
+            print("\n$ gonio " + " ".join(command), flush=True)
+            code = subprocess.run([interpreter, "-m", "gonio", *command]).returncode
+            if code:
+                return code
+        return 0
+    if task == "test":
+        install(interpreter, "test")
+        return subprocess.run([interpreter, "-m", "pytest", *sys.argv[2:]], cwd=ROOT).returncode
+    if task == "lint":
+        install(interpreter, "test,lint")
+        codes = [
+            subprocess.run([interpreter, "-m", *command], cwd=ROOT).returncode
+            for command in (["ruff", "check", "."], ["ruff", "format", "--check", "."], ["mypy"])
+        ]
+        return max(codes)
+    print(__doc__)
+    return 2
+
+
+if __name__ == "__main__":
+    sys.exit(main())

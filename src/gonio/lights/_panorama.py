@@ -1,0 +1,216 @@
+"""A picture of the whole sphere: which pixel lies in which direction, radiance between pixels, and sampling.
+
+The picture is equirectangular: theta = 0 at its upper edge, phi = 0 at its left edge and growing to the right.
+The pixel in row i and column j of an H by W picture covers pi i/H <= theta < pi (i + 1)/H and
+2 pi j/W <= phi < 2 pi (j + 1)/W, and holds the radiance at the centre of that. Other tools place pixels
+otherwise: `_layouts.py`.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .. import ops
+from ..errors import ArrayTypeError, ParameterError, ShapeError
+from ..geometry import Direction, polar_angle
+from ..image import Image, read_image
+
+_LAST = 1.0 - 2.0**-32  # keeps u = 1 in the last pixel
+
+
+def pixel_directions(height: int, width: int, per_pixel: int = 1) -> NDArray[np.float64]:
+    """Unit directions (H, W, 3) of the pixel centres, or of the centres of finer pixels, `per_pixel` each way."""
+    theta = (np.arange(height * per_pixel) + 0.5)[:, None] * (math.pi / (height * per_pixel))
+    phi = (np.arange(width * per_pixel) + 0.5) * (2.0 * math.pi / (width * per_pixel))
+    sin = np.sin(theta)
+    return np.stack(np.broadcast_arrays(sin * np.cos(phi), sin * np.sin(phi), np.cos(theta)), -1)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Panorama:
+    """Pixels (H, W, C) of a picture of the sphere, float32 or float64 and read-only, and the file they are from."""
+
+    pixels: NDArray[Any]
+    path: str | None = None
+
+    def __post_init__(self) -> None:
+        self.pixels.flags.writeable = False
+
+    @classmethod
+    def of(cls, value: Any) -> Panorama:
+        """A panorama from an array (H, W, C) or (H, W), an Image, or the path of a picture."""
+        if isinstance(value, Panorama):
+            return value
+        path = None
+        if isinstance(value, (str, os.PathLike)):
+            path, value = os.fspath(value), read_image(value)
+        if isinstance(value, Image):
+            value = value.pixels
+        if not isinstance(value, (list, tuple, np.ndarray)):
+            raise ParameterError(
+                f"image={value!r:.60}: a {type(value).__name__}; expected a NumPy array (H, W, C) or (H, W) of "
+                f"radiances, an Image, or the path of an equirectangular picture"
+            )
+        array = np.array(value, dtype=float if isinstance(value, (list, tuple)) else None, order="C")
+        if array.dtype not in (np.float32, np.float64):
+            raise ArrayTypeError(
+                f"image: pixels are {array.dtype}, expected float32 or float64 radiances; 8-bit sRGB codes: "
+                f"gonio.image.srgb_decode(x / 255)"
+            )
+        if array.ndim not in (2, 3) or 0 in array.shape:
+            raise ShapeError(f"image: pixels are {array.shape}, expected (H, W, C) or (H, W)")
+        return cls(array if array.ndim == 3 else array[..., None], path)
+
+    def checked(self, replace_invalid: bool) -> Panorama:
+        """This, if every pixel is a radiance; else one with 0 for those that are none, or a ParameterError."""
+        good = np.isfinite(self.pixels) & (self.pixels >= 0.0)
+        if good.all():
+            return self
+        if replace_invalid:
+            return Panorama(np.where(good, self.pixels, self.pixels.dtype.type(0.0)), self.path)
+        bad = ~good.all(axis=-1)
+        row, column = (int(i) for i in np.argwhere(bad)[0])
+        values = ", ".join(f"{v:g}" for v in self.pixels[row, column])
+        raise ParameterError(
+            f"{self.path or 'image'}: {int(bad.sum())} of {bad.size} pixels are negative, NaN or infinite, the "
+            f"first in row {row}, column {column}: ({values}); expected radiances from 0 up; repair the picture, or "
+            f"pass invalid='zero' to count such values as 0"
+        )
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Panorama) and (
+            self.pixels is other.pixels or np.array_equal(self.pixels, other.pixels)
+        )
+
+    def __hash__(self) -> int:
+        return hash(self.pixels.shape)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return Panorama, (self.pixels, self.path)
+
+    def __repr__(self) -> str:
+        height, width, channels = self.pixels.shape
+        origin = "" if self.path is None else f", {self.path!r}"
+        return f"<{width} x {height}, {channels} channel{'s' * (channels > 1)}{origin}>"
+
+    def tolist(self) -> Any:
+        """What a JSON file holds for it: its path, or its numbers."""
+        return self.path or self.pixels.tolist()
+
+    @cached_property
+    def _planes(self) -> list[tuple[NDArray[Any], dict[Any, Any]]]:
+        """Every channel, flat, with the first column again on the right and the last row again below, so that the
+        neighbours of a pixel are at fixed distances; and what libraries keep of it."""
+        padded = np.pad(self.pixels, ((0, 0), (0, 1), (0, 0)), "wrap")
+        padded = np.pad(padded, ((0, 1), (0, 0), (0, 0)), "edge")
+        return [(np.ascontiguousarray(plane).reshape(-1), {}) for plane in np.moveaxis(padded, -1, 0)]
+
+    def radiance(self, w: Any) -> Any:
+        """Bilinear interpolation at directions w (..., 3) of any library -> (..., C)."""
+        height, width, _ = self.pixels.shape
+        lib, x, y = self._position(w)
+        x = x - 0.5
+        y = ops.clip(y - 0.5, 0.0, height - 1.0)
+        x0, y0 = ops.floor(x), ops.floor(y)
+        fx, fy = x - x0, y - y0
+        column = ops.where(x0 < 0.0, x0 + float(width), x0)
+        # The row is scaled as a whole number: the product would not be exact in float32.
+        upper = ops.to_index(y0) * (width + 1) + ops.to_index(column)
+        lower = upper + (width + 1)
+        found = []
+        for plane, cache in self._planes:
+            table = lib.table(plane, w, cache)
+            a, b = ops.take(table, upper), ops.take(table, lower)
+            a = a + fx * (ops.take(table, upper + 1) - a)
+            b = b + fx * (ops.take(table, lower + 1) - b)
+            found.append(a + fy * (b - a))
+        return lib.stack(found)
+
+    def _position(self, w: Any) -> tuple[ops.Library, Any, Any]:
+        """The library of w, and where w lies in the picture, in pixels from its upper left corner (x may be a whole
+        width too small)."""
+        lib, (w,) = ops.as_arrays(w)
+        if not lib.shape(w) or lib.shape(w)[-1] != 3:
+            raise ShapeError(f"directions have shape {lib.shape(w)}, expected (..., 3)")
+        height, width, _ = self.pixels.shape
+        d = Direction(*lib.split(w, (), False))
+        pole = (d.x == 0.0) & (d.y == 0.0)  # where the azimuth has no derivative
+        phi = ops.arctan2(d.y, ops.where(pole, 1.0 + 0.0 * d.x, d.x))
+        return lib, phi * (0.5 * width / math.pi), polar_angle(d) * (height / math.pi)
+
+    @cached_property
+    def _cells(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Probability of every pixel (H, W), and its solid angle [sr] (H, 1).
+
+        The probability is that of the mean radiance of all channels over the pixel, interpolation included: what
+        shines into a black pixel from its neighbours gives it a share.
+        """
+        height, width, _ = self.pixels.shape
+        mean = self.pixels.mean(axis=-1, dtype=np.float64)
+        mean = 0.75 * mean + 0.125 * (np.roll(mean, 1, axis=1) + np.roll(mean, -1, axis=1))
+        tall = np.pad(mean, ((1, 1), (0, 0)), "edge")
+        mean = 0.75 * mean + 0.125 * (tall[:-2] + tall[2:])
+        edges = np.linspace(0.0, math.pi, height + 1)
+        # cos a - cos b = 2 sin((a + b)/2) sin((b - a)/2) keeps its digits at the poles.
+        bands = 2.0 * np.sin(0.5 * (edges[1:] + edges[:-1])) * math.sin(0.5 * math.pi / height)
+        solid_angle = (2.0 * math.pi / width * bands)[:, None]
+        share = (mean if mean.any() else np.ones_like(mean)) * solid_angle
+        return share / share.sum(), solid_angle
+
+    @cached_property
+    def _density(self) -> tuple[NDArray[np.float64], dict[Any, Any]]:
+        share, solid_angle = self._cells
+        return (share / solid_angle).reshape(-1), {}
+
+    @cached_property
+    def _distribution(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Probability of all rows above each edge of a row (H + 1,); and i + the probability, within row i, of the
+        pixels up to column j, flat: increasing all through, so that one search finds a pixel of a given row."""
+        share, _ = self._cells
+        rows = share.sum(axis=1)
+        above = np.concatenate([[0.0], np.cumsum(rows)])
+        within = np.cumsum(np.where(rows[:, None] > 0.0, share, 1.0), axis=1)
+        within /= within[:, -1:]
+        return above / above[-1], (within + np.arange(len(rows))[:, None]).reshape(-1)
+
+    def sample(self, u: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]:
+        """Directions (..., 3) and densities [1/sr] (...) for NumPy u (..., 2): u[..., 0] moves along a row."""
+        lib, (u,) = ops.as_arrays(u, name="u")
+        if lib.name != "numpy":
+            raise ArrayTypeError(f"u: an array of {lib.name}; environment maps are sampled with NumPy arrays only")
+        if u.shape[-1:] != (2,):
+            raise ShapeError(f"u: shape {u.shape}, expected (..., 2)")
+        height, width, _ = self.pixels.shape
+        above, within = self._distribution
+        u0, u1 = (np.minimum(u[..., i].astype(np.float64), _LAST) for i in range(2))
+        row = np.searchsorted(above, u1, side="right") - 1
+        down = (u1 - above[row]) / (above[row + 1] - above[row])
+        u0 += row
+        pixel = np.searchsorted(within, u0, side="right")
+        column = pixel - row * width
+        left = np.where(column == 0, row, within[pixel - 1])
+        across = (u0 - left) / (within[pixel] - left)
+        edge = np.cos(np.linspace(0.0, math.pi, height + 1))
+        z = edge[row] + down * (edge[row + 1] - edge[row])
+        phi = (column + across) * (2.0 * math.pi / width)
+        sin = np.sqrt((1.0 - z) * (1.0 + z))
+        w = np.stack([sin * np.cos(phi), sin * np.sin(phi), z], -1)
+        return w.astype(u.dtype), np.take(self._density[0], pixel).astype(u.dtype)
+
+    def pdf(self, w: Any) -> Any:
+        """Density [1/sr] (...) of `sample` at directions w (..., 3) of any library."""
+        height, width, _ = self.pixels.shape
+        lib, x, y = self._position(w)
+        column = ops.floor(ops.where(x < 0.0, x + float(width), x))
+        row = ops.floor(ops.minimum(y, height - 1.0))
+        # x + width rounds up to the right edge where x is a tiny negative number.
+        pixel = ops.to_index(row) * width + ops.to_index(ops.minimum(column, width - 1.0))
+        density, cache = self._density
+        return ops.take(lib.table(density, w, cache), pixel) + 0.0 * (x + y)
