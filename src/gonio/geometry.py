@@ -106,9 +106,9 @@ class HalfDifference(NamedTuple):
 def half_difference(wi: Direction, wo: Direction) -> HalfDifference:
     """Half and difference angles (theta_h, theta_d, phi_d) of a pair.
 
-    wi is expressed in the frame whose z is the half vector and whose x lies in the plane of the half vector and the
-    normal, turned away from the normal; phi_d in [-pi, pi] is its azimuth. At theta_h = 0 the x axis is d_x, at
-    theta_d = 0 phi_d is 0; all three have finite derivatives everywhere above the horizon.
+    wi is expressed in the frame whose z is the half vector and whose x lies in the plane of the half vector
+    and the normal, turned away from the normal; phi_d in [-pi, pi] is its azimuth. At theta_h = 0 the x axis
+    is d_x, at theta_d = 0 phi_d is 0; all three have finite derivatives everywhere above the horizon.
     Source: Rusinkiewicz 1998, "A new change of variables for efficient BRDF representation", EGSR.
     """
     total = add(wi, wo)
@@ -116,8 +116,8 @@ def half_difference(wi: Direction, wo: Direction) -> HalfDifference:
     h = scale(1.0 / length, total)
     s = ops.sqrt(h.x * h.x + h.y * h.y + 1e-30)
     cos_phi, sin_phi = azimuth(h, s)
-    # Half the difference is the part of wi perpendicular to h: it has no cancellation where theta_d is small, and
-    # exchanging wi and wo negates it exactly.
+    # Half the difference is the part of wi perpendicular to h: it has no cancellation where theta_d is small,
+    # and exchanging wi and wo negates it exactly.
     d = Direction(0.5 * (wi.x - wo.x), 0.5 * (wi.y - wo.y), 0.5 * (wi.z - wo.z))
     across = d.y * cos_phi - d.x * sin_phi  # along the axis perpendicular to half vector and normal
     along = h.z * (d.x * cos_phi + d.y * sin_phi) - s * d.z

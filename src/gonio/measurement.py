@@ -21,6 +21,8 @@ class Measured(Reflectance):
     about     what the file says about itself, name -> value
     """
 
+    path: str
+    about: dict[str, Any]
     quantity = "brdf"
     format = ""
 

@@ -60,7 +60,9 @@ class Param(Field):
                 raise ParameterError(f"{where}: not a number; {rule}") from None
             if not np.all(np.isfinite(array)):
                 raise ParameterError(f"{where}: NaN or infinite; {rule}")
-            if array.size and (array.min() < self.low or array.max() > self.high):
+            if array.size == 0:
+                raise ParameterError(f"{where}: no numbers; {rule}")
+            if (array.min() < self.low or array.max() > self.high):
                 got = array.min() if array.min() < self.low else array.max()
                 raise ParameterError(f"{where}: {got:g} is out of bounds; {rule}")
             if array.ndim == 0:
@@ -80,7 +82,7 @@ class Option(Field):
         self.choices = choices
 
     def check(self, owner: str, value: Any) -> Any:
-        if value not in self.choices:
+        if not isinstance(value, str) or value not in self.choices:
             listed = ", ".join(map(repr, self.choices))
             raise ParameterError(f"{owner}({self.name}={value!r}): expected one of {listed}")
         return value
@@ -218,7 +220,7 @@ class Parametrised:
         tied = {}
         for name, field in self.fields.items():
             value = given.get(name, field.default)
-            if isinstance(field, Param) and isinstance(value, str) and value in self.fields:
+            if isinstance(field, Param) and isinstance(value, str) and value == field.default:
                 tied[name] = value
                 value = self.__dict__[value]
             elif not (isinstance(field, Table) and value is None):
@@ -240,6 +242,9 @@ class Parametrised:
         raise AttributeError(
             f"{type(self).__name__} is a value and cannot be changed; use m.replace({name}=...) for a new one"
         )
+
+    def __delattr__(self, name: str) -> None:
+        raise AttributeError(f"{type(self).__name__} is a value and cannot be changed")
 
     def _free(self) -> Iterator[tuple[str, Field, Any]]:
         """Declared fields with their values, without those that are tied to another."""
@@ -279,6 +284,8 @@ class Parametrised:
         values.update(self._tied)
         for head, value in grouped.items():
             name = aliases.get(head, head)
+            if head in aliases and name in grouped:
+                raise ParameterError(f"{kind}: {name} is given twice")
             if name not in self.fields:
                 raise NotFoundError(_unknown(kind, head, list(self.parameters) or list(self.fields)))
             child = self.__dict__[name]
@@ -295,6 +302,20 @@ class Parametrised:
             new.__dict__.pop("_tables", None)  # converted from the tables as they were
         new._set(values)
         new.validate()
+        return new
+
+    def with_values(self, values: dict[str, Any]) -> Self:
+        """A copy with other numbers, by path, unchecked: for libraries that pass their own kinds of value through."""
+        new = object.__new__(type(self))
+        new.__dict__.update(self.__dict__)
+        for name, field, child in self._free():
+            if isinstance(field, Param) and name in values:
+                new.__dict__[name] = values[name]
+            elif isinstance(child, Parametrised):
+                below = {p.partition(".")[2]: v for p, v in values.items() if p.partition(".")[0] == name}
+                new.__dict__[name] = child.with_values(below)
+        for name, source in self._tied.items():
+            new.__dict__[name] = new.__dict__[source]
         return new
 
     def bind(self, convert: Callable[[Any], Any], table: Callable[[str, np.ndarray, dict], Any]) -> Self:
@@ -338,6 +359,12 @@ class Parametrised:
     def __getstate__(self) -> dict[str, Any]:
         return {k: v for k, v in self.__dict__.items() if k != "_tables"}
 
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        for value in state.values():
+            if isinstance(value, np.ndarray):
+                value.flags.writeable = False  # pickles and deep copies forget it
+        self.__dict__.update(state)
+
     def __repr__(self) -> str:
         shown = [
             f"{n}={literal(v)}" for n, f, v in self._free() if not isinstance(f, (Table, Channels))
@@ -368,9 +395,11 @@ def from_json(data: Any) -> Any:
 
 
 def _same(a: Any, b: Any) -> bool:
-    if isinstance(a, np.ndarray) or isinstance(b, np.ndarray):
-        return np.array_equal(a, b)
-    return a is b or bool(a == b)
+    if a is b:
+        return True
+    if ops.library_of_type(type(a)) is None or ops.library_of_type(type(b)) is None:
+        return type(a) is type(b) and bool(a == b)
+    return type(a) is type(b) and np.array_equal(ops.to_numpy(a), ops.to_numpy(b))
 
 
 def literal(value: Any) -> str:
@@ -385,7 +414,7 @@ def _json(value: Any) -> Any:
         return value.to_json()
     if isinstance(value, (list, tuple)):
         return [_json(v) for v in value]
-    return value.tolist() if hasattr(value, "tolist") else value
+    return value if ops.library_of_type(type(value)) is None else ops.to_numpy(value).tolist()
 
 
 def _unknown(owner: str, name: str, known: list[str], what: str = "parameter") -> str:

@@ -22,8 +22,6 @@ from ..errors import ArrayTypeError, ParameterError, ShapeError
 from ..geometry import Direction, polar_angle
 from ..image import Image, read_image
 
-_LAST = 1.0 - 2.0**-32  # keeps u = 1 in the last pixel
-
 
 def pixel_directions(height: int, width: int, per_pixel: int = 1) -> NDArray[np.float64]:
     """Unit directions (H, W, 3) of the pixel centres, or of the centres of finer pixels, `per_pixel` each way."""
@@ -165,44 +163,53 @@ class Panorama:
         return share / share.sum(), solid_angle
 
     @cached_property
-    def _density(self) -> tuple[NDArray[np.float64], dict[Any, Any]]:
+    def _tables(self) -> dict[str, tuple[NDArray[np.float64], dict[Any, Any]]]:
+        """What `sample` and `pdf` look up, flat, each with what libraries keep of it.
+
+        density: [1/sr] of every pixel. row, column: probability of what lies before, over all rows and within one.
+        row_share, column_share: probabilities. down, up: 1 - cos theta and 1 + cos theta at the edges of the rows.
+        """
         share, solid_angle = self._cells
-        return (share / solid_angle).reshape(-1), {}
-
-    @cached_property
-    def _distribution(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Probability of all rows above each edge of a row (H + 1,); and i + the probability, within row i, of the
-        pixels up to column j, flat: increasing all through, so that one search finds a pixel of a given row."""
-        share, _ = self._cells
         rows = share.sum(axis=1)
-        above = np.concatenate([[0.0], np.cumsum(rows)])
-        within = np.cumsum(np.where(rows[:, None] > 0.0, share, 1.0), axis=1)
-        within /= within[:, -1:]
-        return above / above[-1], (within + np.arange(len(rows))[:, None]).reshape(-1)
+        within = np.where(rows[:, None] > 0.0, share, 1.0)
+        within /= within.sum(axis=1, keepdims=True)
+        half = np.linspace(0.0, 0.5 * math.pi, len(rows) + 1)
+        tables = {
+            "density": share / solid_angle,
+            "row": _starts(rows),
+            "row_share": rows,
+            "column": _starts(within),
+            "column_share": within,
+            "down": 2.0 * np.sin(half) ** 2,
+            "up": 2.0 * np.sin(half[::-1]) ** 2,
+        }
+        return {name: (table.reshape(-1), {}) for name, table in tables.items()}
 
-    def sample(self, u: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]:
-        """Directions (..., 3) and densities [1/sr] (...) for NumPy u (..., 2): u[..., 0] moves along a row."""
-        lib, (u,) = ops.as_arrays(u, name="u")
-        if lib.name != "numpy":
-            raise ArrayTypeError(f"u: an array of {lib.name}; environment maps are sampled with NumPy arrays only")
-        if u.shape[-1:] != (2,):
-            raise ShapeError(f"u: shape {u.shape}, expected (..., 2)")
+    def sample(self, u: Any) -> tuple[Any, Any]:
+        """Directions (..., 3) and densities [1/sr] (...) for u (..., 2) of any library; u[..., 0] moves in a row."""
         height, width, _ = self.pixels.shape
-        above, within = self._distribution
-        u0, u1 = (np.minimum(u[..., i].astype(np.float64), _LAST) for i in range(2))
-        row = np.searchsorted(above, u1, side="right") - 1
-        down = (u1 - above[row]) / (above[row + 1] - above[row])
-        u0 += row
-        pixel = np.searchsorted(within, u0, side="right")
-        column = pixel - row * width
-        left = np.where(column == 0, row, within[pixel - 1])
-        across = (u0 - left) / (within[pixel] - left)
-        edge = np.cos(np.linspace(0.0, math.pi, height + 1))
-        z = edge[row] + down * (edge[row + 1] - edge[row])
-        phi = (column + across) * (2.0 * math.pi / width)
-        sin = np.sqrt((1.0 - z) * (1.0 + z))
-        w = np.stack([sin * np.cos(phi), sin * np.sin(phi), z], -1)
-        return w.astype(u.dtype), np.take(self._density[0], pixel).astype(u.dtype)
+        lib, (u,) = ops.as_arrays(u, name="u")
+        if not lib.shape(u) or lib.shape(u)[-1] != 2:
+            raise ShapeError(f"u: shape {lib.shape(u)}, expected (..., 2)")
+        u0, u1 = lib.split(u, (), False)
+        table = {name: lib.table(values, u, cache) for name, (values, cache) in self._tables.items()}
+        first = ops.to_index(0.0 * u1)
+        row = _last_at_most(u1, table["row"], first, _power_of_two(height))
+        t = (u1 - ops.take(table["row"], row)) / ops.take(table["row_share"], row)
+        count = _power_of_two(width)
+        entry = _last_at_most(u0, table["column"], row * count, count)
+        column = entry - row * count
+        pixel = row * width + column
+        s = (u0 - ops.take(table["column"], entry)) / ops.take(table["column_share"], pixel)
+        # Uniform in cos theta between the edges of the row; from both poles, to keep its digits at either.
+        t = ops.clip(t, 0.0, 1.0)
+        down, up = (
+            (1.0 - t) * ops.take(table[edge], row) + t * ops.take(table[edge], row + 1) for edge in ("down", "up")
+        )
+        sin = ops.sqrt(down * up)
+        phi = (column + ops.clip(s, 0.0, 1.0)) * (2.0 * math.pi / width)
+        w = lib.stack([sin * ops.cos(phi), sin * ops.sin(phi), 0.5 * (up - down)])
+        return w, ops.take(table["density"], pixel)
 
     def pdf(self, w: Any) -> Any:
         """Density [1/sr] (...) of `sample` at directions w (..., 3) of any library."""
@@ -212,5 +219,33 @@ class Panorama:
         row = ops.floor(ops.minimum(y, height - 1.0))
         # x + width rounds up to the right edge where x is a tiny negative number.
         pixel = ops.to_index(row) * width + ops.to_index(ops.minimum(column, width - 1.0))
-        density, cache = self._density
+        density, cache = self._tables["density"]
         return ops.take(lib.table(density, w, cache), pixel) + 0.0 * (x + y)
+
+
+def _power_of_two(n: int) -> int:
+    """The smallest power of two that is not below n."""
+    return 1 << (n - 1).bit_length()
+
+
+def _starts(share: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Sums of the shares before each, along the last axis, which grows to a power of two; infinite where nothing but
+    zeros follows, so that a search for the last one that is at most u never ends on a share of 0."""
+    n = share.shape[-1]
+    start = np.full((*share.shape[:-1], _power_of_two(n)), np.inf)
+    start[..., 0] = 0.0
+    np.cumsum(share[..., :-1], axis=-1, out=start[..., 1:n])
+    rest = np.cumsum(share[..., ::-1], axis=-1)[..., ::-1]
+    start[..., :n][rest == 0.0] = np.inf
+    return start
+
+
+def _last_at_most(x: Any, table: Any, first: Any, count: int) -> Any:
+    """Index of the last of `count` increasing entries from `first` on that is at most x; count: a power of two.
+
+    Halving without branches, all elements at once: several times as fast as NumPy's `searchsorted` on x in no order.
+    """
+    found = first
+    while count := count // 2:
+        found = ops.where(ops.take(table, found + count) <= x, found + count, found)
+    return found

@@ -118,7 +118,10 @@ class MarginalWarp(NamedTuple):
 
     def _row_totals(self, at: Slices, row: Any) -> tuple[Any, Any]:
         rows, columns = self.shape
-        low, high = (gather(self.conditional, at, rows * columns, row * columns + k - 1) for k in (columns, 2 * columns))
+        low, high = (
+            gather(self.conditional, at, rows * columns, row * columns + k - 1)
+            for k in (columns, 2 * columns)
+        )
         return low, high
 
 

@@ -120,7 +120,9 @@ def serialise(fields: Mapping[str, np.ndarray]) -> bytes:
     for field, array in fields.items():
         little = np.asarray(array).dtype.newbyteorder("<")
         if little not in codes:
-            raise ParameterError(f"field {field!r} is {little.name}, expected an integer or floating-point type")
+            raise ParameterError(
+                f"field {field!r} is {little.name}, expected an integer or floating-point type"
+            )
         arrays.append(np.asarray(array, dtype=little))
     at = _START + sum(_SMALLEST_ENTRY + len(n) + 8 * a.ndim for n, a in zip(names, arrays, strict=True))
     header, body = [MAGIC, bytes(VERSION), struct.pack("<I", len(names))], []

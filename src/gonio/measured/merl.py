@@ -1,9 +1,9 @@
 """MERL's `.binary`: isotropic RGB measurements on a grid of half and difference angles.
 
-A file is three little-endian int32, the numbers of cells of theta_h, theta_d, phi_d (90, 90, 180; 360 in the variant
-without reciprocity), then float64: planes R, G, B, each [theta_h][theta_d][phi_d] with phi_d fastest, of f/`SCALE`;
-negative or not finite where there is no data. Checked against files written from this description and against the
-sizes of the published ones, which may not be passed on.
+A file is three little-endian int32, the numbers of cells of theta_h, theta_d, phi_d (90, 90, 180; 360 in the
+variant without reciprocity), then float64: planes R, G, B, each [theta_h][theta_d][phi_d] with phi_d fastest,
+of f/`SCALE`; negative or not finite where there is no data. Checked against files written from this
+description and against the length of the published ones, which may not be passed on.
 """
 
 from __future__ import annotations
@@ -47,8 +47,9 @@ AXES = {
 }
 HEADER = 12
 
-# Sampling looks up one flat table of three rows of 128, by ring of theta_h: the probability of all rings before this
-# one, then 1 - cos(theta_h) and the relative density at its inner edge. Ring 90 stands for the cosine hemisphere.
+# Sampling looks up one flat table of three rows of 128, by ring of theta_h: the probability of all rings
+# before this one, then 1 - cos(theta_h) and the relative density at its inner edge. Ring 90 stands for the
+# cosine hemisphere.
 ROW = 128
 ALBEDO = 3 * ROW - 1
 """Where that table keeps the share of diffuse light that is reflected."""
@@ -58,21 +59,21 @@ class MERL(Measured):
     """Measured BRDF of an isotropic material, f(theta_h, theta_d, phi_d), from a MERL file.
 
     Cell (i, j, k) is centred at theta_h = ((i + 1/2)^2/90), theta_d = (j + 1/2), phi_d = (k + 1/2) degrees.
-    "trilinear" interpolates between centres, linearly in sqrt(theta_h), theta_d and phi_d; beyond the outermost
-    centres theta_h and theta_d stay there, phi_d wraps with period pi (reciprocity), or 2 pi with 360 cells.
-    Corners without data are left out and the weights of the others renormalised; f is NaN where these hold less
-    than 1/1000 of the weight, so also at the very centre of a cell without data. "nearest" is the value of the
-    cell around the pair, NaN if it has none.
+    "trilinear" interpolates between centres, linearly in sqrt(theta_h), theta_d and phi_d; beyond the
+    outermost centres theta_h and theta_d stay there, phi_d wraps with period pi (reciprocity), or 2 pi with
+    360 cells. Corners without data are left out and the weights of the others renormalised; f is NaN where
+    these hold less than 1/1000 of the weight, so also at the very centre of a cell without data. "nearest" is
+    the value of the cell around the pair, NaN if it has none.
 
-    Sampling: half vectors as in diffuse light of the table's own, in 90 rings of theta_h, mixed with a share of
-    the cosine hemisphere of at least a tenth: weights stay below 10 pi f.
+    Sampling: half vectors as this table has them in diffuse light, in 90 rings of theta_h, mixed with the
+    cosine hemisphere, whose share is at least a tenth: weights stay below 10 pi f.
 
     Shapes   raw: (3, 90, 90, 180 or 360), as in the file. f: (..., 3), RGB as stored.
     Units    f: 1/sr; raw: f/`SCALE`.
-    Error    of the grid, for 0.1/pi + 0.9 GGX written and read, both cosines above 0.2: trilinear 6e-4 (median)
-             to 6e-3 (largest) at alpha = 0.3, 2e-4 to 1.5e-2 at alpha = 0.05; nearest 9e-3 to 8e-2 and 2e-3 to
-             0.22. Down to the horizon: trilinear 3 % and 6 % (99th percentiles), NaN for 2e-5 of the pairs.
-             Rounding in float32: 8e-7 (99th percentile), 9e-6 (largest).
+    Error    of the grid, for 0.1/pi + 0.9 GGX written and read, both cosines above 0.2: trilinear 6e-4
+             (median) to 6e-3 (largest) at alpha = 0.3, 2e-4 to 1.5e-2 at alpha = 0.05; nearest 9e-3 to 8e-2
+             and 2e-3 to 0.22. Down to the horizon: trilinear 3 % and 6 % (99th percentiles), NaN for 2e-5 of
+             the pairs. Rounding in float32: 8e-7 (99th percentile), 9e-6 (largest).
     Source   Matusik, Pfister, Brand & McMillan 2003, "A data-driven reflectance model", ACM TOG 22(3):759.
              Angles: Rusinkiewicz 1998, "A new change of variables for efficient BRDF representation".
     """
@@ -239,7 +240,7 @@ def _centres(phi_cells: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 
 def _pairs(theta_h: Any, theta_d: Any, phi_d: Any) -> tuple[np.ndarray, np.ndarray]:
-    """wi and wo (..., 3) of half and difference angles; the half vector is in the plane of d_x and the normal."""
+    """wi and wo (..., 3) of half and difference angles; the half vector has azimuth 0."""
     along, across, mean = np.sin(theta_d) * np.cos(phi_d), np.sin(theta_d) * np.sin(phi_d), np.cos(theta_d)
     s, c = np.sin(theta_h), np.cos(theta_h)
     wi = np.broadcast_arrays(c * along + s * mean, across, c * mean - s * along)
@@ -259,9 +260,9 @@ def _cells(raw: np.ndarray) -> np.ndarray:
 def _rings(raw: np.ndarray) -> np.ndarray:
     """The table of rings that sampling looks up; flat.
 
-    Of diffuse light the surface sends out what has half vectors of density  (integral of f cos(theta_i)
-    cos(theta_o) 4 cos(theta_d) dw_d). The rings get that, but for nine tenths of what the dimmest ring has
-    everywhere, which is left to the cosine hemisphere.
+    What diffuse light becomes has half vectors with the density  integral of f cos(theta_i) cos(theta_o)
+    4 cos(theta_d) dw_d. The rings get that without nine tenths of the f that the dimmest of them has, which is
+    left to the cosine hemisphere.
     """
     theta_h, theta_d, phi_d = _centres(raw.shape[3])
     mean, room = np.zeros(N), np.zeros(N)
@@ -296,13 +297,13 @@ def _published() -> dict[str, str]:
 
 
 def matches(head: bytes, size: int) -> bool:
-    """Whether a file that starts so can be one of these; also one with three other small numbers in its header."""
+    """Whether a file that starts so can be one of these, or looks meant to: three small numbers first."""
     if len(head) < HEADER:
         return False
     *dims, following = np.frombuffer(head[:16].ljust(16, b"\xff"), "<i4").tolist()
     if tuple(dims) in SHAPES:
         return True
-    # More than three small numbers are the start of another format's header, unless the length is right for three.
+    # More than three small numbers start another format's header, unless the length is right for three.
     return all(0 < n <= 2048 for n in dims) and (size == _size(dims) or not 0 < following <= 2048)
 
 
@@ -318,13 +319,13 @@ def read(path: Path) -> MERL:
         says = "×".join(map(str, dims))
         if dims not in SHAPES:
             raise FormatError(
-                f"{path}: not a MERL file: header says {says}, expected 90×90×180 or 90×90×360 cells of theta_h, "
-                f"theta_d, phi_d; fetch it again if it should be one, else convert it with the program it is from"
+                f"{path}: not a MERL file: header says {says}, expected 90×90×180 or 90×90×360 cells of "
+                f"theta_h, theta_d, phi_d; fetch it again, or resample it to these cells"
             )
         if size != _size(dims):
+            fault = "too long" if size > _size(dims) else "cut short"
             raise FormatError(
-                f"{path}: MERL file {'too long' if size > _size(dims) else 'cut short'}: {size} bytes, expected "
-                f"{_size(dims)} for {says} cells; fetch it again"
+                f"{path}: MERL file {fault}: {size} bytes, expected {_size(dims)} for {says}; fetch it again"
             )
         file.seek(HEADER)
         raw = np.fromfile(file, "<f8", 3 * math.prod(dims)).reshape(3, *dims)
@@ -334,10 +335,10 @@ def read(path: Path) -> MERL:
 def write(m: Reflectance, path: Path, phi_d: int = 180) -> None:
     """Write f at the centres of cells; a MERL is written as it was read, bit by bit.
 
-    The half vector is put in the plane of d_x and the normal: what an anisotropic material does elsewhere is lost,
-    and with 180 cells of `phi_d`, so is half of one without reciprocity (360 cells keep it). One channel is written
-    as gray. -1 stands for below the horizon, and for values that are negative, NaN or infinite.
-    Raises ParameterError for a material with a delta lobe, with another number of channels, or that varies in space.
+    The half vector has azimuth 0: what an anisotropic material does elsewhere is lost, and with 180 cells of
+    `phi_d`, so is one half of a material without reciprocity; 360 cells keep it. One channel becomes gray.
+    -1 stands for below the horizon, and for values that are negative, NaN or infinite.
+    Raises ParameterError for a material with a delta lobe, with other than 1 or 3 channels, or with maps.
     """
     raw = m.raw if isinstance(m, MERL) else _tabulate(m, phi_d)
     with replacing(path) as temporary, temporary.open("wb") as file:

@@ -42,7 +42,9 @@ def read(path: Path) -> RGL:
 def write(m: RGL, path: Path) -> None:
     """Write a measurement with every field as it was read, bit by bit."""
     if not isinstance(m, RGL):
-        raise ParameterError(f"{m!r:.80}: expected an RGL measurement; other materials cannot be written as RGL files")
+        raise ParameterError(
+            f"{m!r:.80}: expected an RGL measurement; other materials cannot be written as RGL files"
+        )
     _tensor_file.write(path, m.stored)
 
 
@@ -69,7 +71,9 @@ class RGL(Measured):
     """
 
     format = NAME
-    quantity = "brdf * cos(theta_o) [1/sr], divided by the microfacet factors ndf / (4 sigma) if jacobian is 1"
+    quantity = (
+        "brdf * cos(theta_o) [1/sr], divided by the microfacet factors ndf / (4 sigma) if jacobian is 1"
+    )
     seam = COSINE_SHARE
     breaks: ClassVar[dict[str, str]] = {
         "positivity": "the file's values are kept as they are, with noise around 0",
@@ -94,7 +98,10 @@ class RGL(Measured):
 
     def __init__(self, fields: Mapping[str, np.ndarray], path: str = ""):
         """A measurement of the fields of a tensor file, name -> array. Raises FormatError where they do not fit."""
-        fields = {name: np.array(a) if np.asarray(a).flags.writeable else np.asarray(a) for name, a in fields.items()}
+        fields = {
+            name: np.array(a) if np.asarray(a).flags.writeable else np.asarray(a)
+            for name, a in fields.items()
+        }
         where = path or "RGL fields"
         main, reduction = _check(fields, where)
         spectral, values = main == "spectra", fields[main]
@@ -107,8 +114,12 @@ class RGL(Measured):
             "jacobian": jacobian,
             "resolution": values.shape,
         }
-        self.__dict__.update(stored=fields, main=main, reduction=reduction, jacobian=jacobian != 0, channel_names=names)
-        lit = np.maximum(np.nan_to_num(fields["luminance"].astype(np.float64), nan=0.0, posinf=0.0, neginf=0.0), 0.0)
+        self.__dict__.update(
+            stored=fields, main=main, reduction=reduction, jacobian=jacobian != 0, channel_names=names
+        )
+        lit = np.maximum(
+            np.nan_to_num(fields["luminance"].astype(np.float64), nan=0.0, posinf=0.0, neginf=0.0), 0.0
+        )
         lit[lit.sum(axis=(-2, -1)) <= 0.0] = 1.0
         vndf, lum = tables(fields["vndf"]), tables(lit)
         super().__init__(
@@ -120,7 +131,13 @@ class RGL(Measured):
             ndf=_finite_or_nan(fields["ndf"]),
             sigma=fields["sigma"],
             **dict(zip(("vndf", "vndf_conditional", "vndf_marginal"), vndf, strict=False)),
-            **dict(zip(("luminance", "luminance_conditional", "luminance_marginal", "brightness"), lum, strict=True)),
+            **dict(
+                zip(
+                    ("luminance", "luminance_conditional", "luminance_marginal", "brightness"),
+                    lum,
+                    strict=True,
+                )
+            ),
             channel=values.shape[2],
         )
 
@@ -214,7 +231,9 @@ class RGL(Measured):
         vndf, lum = self._shape("vndf")[2:], self._shape("luminance")[2:]
         return (
             MarginalWarp(self.vndf, self.vndf_conditional, self.vndf_marginal, (vndf[0], vndf[1])),
-            MarginalWarp(self.luminance, self.luminance_conditional, self.luminance_marginal, (lum[0], lum[1])),
+            MarginalWarp(
+                self.luminance, self.luminance_conditional, self.luminance_marginal, (lum[0], lum[1])
+            ),
         )
 
 
@@ -251,7 +270,9 @@ def _check(fields: Mapping[str, np.ndarray], where: str) -> tuple[str, int]:
     at = (len(phi), len(theta))
     main = "spectra" if "spectra" in fields else "rgb"
     if main not in fields:
-        raise FormatError(f"{where}: holds neither spectra nor rgb; its fields: {', '.join(map(repr, fields)):.200}")
+        raise FormatError(
+            f"{where}: holds neither spectra nor rgb; its fields: {', '.join(map(repr, fields)):.200}"
+        )
     n_channels = 3 if main == "rgb" else len(_field(fields, where, "wavelengths", (None,)))
     lum = _field(fields, where, "luminance", (*at, None, None))
     _field(fields, where, main, (*at, n_channels, *lum.shape[2:]))
@@ -262,14 +283,20 @@ def _check(fields: Mapping[str, np.ndarray], where: str) -> tuple[str, int]:
     _field(fields, where, "jacobian", (1,), "uint8")
     for name in ("ndf", "sigma", "vndf", "luminance"):
         if min(fields[name].shape[-2:]) < 2:
-            raise FormatError(f"{where}: {name} has shape {fields[name].shape}, expected at least 2 rows and columns")
+            raise FormatError(
+                f"{where}: {name} has shape {fields[name].shape}, expected at least 2 rows and columns"
+            )
     if main == "spectra":
         nm = fields["wavelengths"]
         if not (np.isfinite(nm).all() and (nm > 0.0).all() and (np.diff(nm) > 0.0).all()):
-            raise FormatError(f"{where}: wavelengths is {_short(nm)}, expected positive, increasing numbers [nm]")
+            raise FormatError(
+                f"{where}: wavelengths is {_short(nm)}, expected positive, increasing numbers [nm]"
+            )
     if not (np.isfinite(sigma).all() and (sigma > 0.0).all()):
         raise FormatError(f"{where}: sigma holds {np.min(sigma):g}, expected positive, finite areas")
-    if not (np.isfinite(vndf).all() and (vndf >= 0.0).all() and (vndf.sum(axis=(2, 3), dtype=float) > 0.0).all()):
+    if not (
+        np.isfinite(vndf).all() and (vndf >= 0.0).all() and (vndf.sum(axis=(2, 3), dtype=float) > 0.0).all()
+    ):
         raise FormatError(
             f"{where}: vndf holds numbers from {np.min(vndf):g} to {np.max(vndf):g}, expected finite ones that are not "
             f"negative, some of them positive for every phi_i and theta_i"
@@ -278,16 +305,26 @@ def _check(fields: Mapping[str, np.ndarray], where: str) -> tuple[str, int]:
 
 
 def _field(
-    fields: Mapping[str, np.ndarray], where: str, name: str, shape: tuple[int | None, ...], dtype: str = "float32"
+    fields: Mapping[str, np.ndarray],
+    where: str,
+    name: str,
+    shape: tuple[int | None, ...],
+    dtype: str = "float32",
 ) -> np.ndarray:
     """The field of that name, if it has these axes (None: any length but 0) and this type."""
     if name not in fields:
-        raise FormatError(f"{where}: field {name!r} is missing; its fields: {', '.join(map(repr, fields)):.200}")
+        raise FormatError(
+            f"{where}: field {name!r} is missing; its fields: {', '.join(map(repr, fields)):.200}"
+        )
     a = fields[name]
-    fits = a.ndim == len(shape) and all(n == want if want is not None else n > 0 for n, want in zip(a.shape, shape))
+    fits = a.ndim == len(shape) and all(
+        n == want if want is not None else n > 0 for n, want in zip(a.shape, shape)
+    )
     if not fits or a.dtype != dtype:
         wanted = ", ".join("n" if n is None else str(n) for n in shape)
-        raise FormatError(f"{where}: {name} is {a.dtype} of shape {a.shape}, expected {dtype} of shape ({wanted})")
+        raise FormatError(
+            f"{where}: {name} is {a.dtype} of shape {a.shape}, expected {dtype} of shape ({wanted})"
+        )
     return a
 
 
@@ -306,7 +343,11 @@ def _dataset(m: RGL) -> xarray.Dataset:
         "wavelengths": (("wavelength",), "nm", "wavelength"),
         "ndf": (("phi_ndf", "theta_ndf"), "sr-1", "distribution of the half vectors"),
         "sigma": (("phi_sigma", "theta_sigma"), "1", "projected area of the facets"),
-        "vndf": ((*lit, "phi_m", "theta_m"), "1", "distribution of the visible half vectors, per area of its grid"),
+        "vndf": (
+            (*lit, "phi_m", "theta_m"),
+            "1",
+            "distribution of the visible half vectors, per area of its grid",
+        ),
         "luminance": ((*lit, "s_y", "s_x"), "1", "luminance of the values"),
         m.main: ((*lit, third, "s_y", "s_x"), "1" if m.jacobian else "sr-1", m.quantity),
         "description": (("character",), "1", "description, UTF-8"),
@@ -324,5 +365,9 @@ def _dataset(m: RGL) -> xarray.Dataset:
         (phi, theta), (rows, columns) = axes[name][0][-2:], m.stored[name].shape[-2:]
         coordinates[phi] = (phi, np.linspace(-math.pi, math.pi, rows), {"units": "rad"})
         coordinates[theta] = (theta, 0.5 * math.pi * np.linspace(0.0, 1.0, columns) ** 2, {"units": "rad"})
-    coordinates[third] = (third, list(m.channel_names or ()), {"units": "nm"} if third == "wavelength" else {})
+    coordinates[third] = (
+        third,
+        list(m.channel_names or ()),
+        {"units": "nm"} if third == "wavelength" else {},
+    )
     return xarray.Dataset(variables, coordinates, {"source": m.path, "quantity": m.quantity, **m.about})

@@ -1,0 +1,34 @@
+"""Materials as JAX pytrees: `import gonio.bridges.jax`, then pass materials through jax.grad, jax.jit and jax.tree.
+
+The leaves are the numbers of `m.parameters`, in that order; everything else (classes, options, tables) is structure.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import jax
+
+from ..param import CLASSES, Parametrised
+
+
+def _flatten(m: Parametrised) -> tuple[list[Any], tuple]:
+    paths = tuple(m.parameters)
+    return [p.value for p in m.parameters.values()], (m, paths)
+
+
+def _unflatten(structure: tuple, leaves: Any) -> Parametrised:
+    m, paths = structure
+    return m.with_values(dict(zip(paths, leaves, strict=True)))
+
+
+def register() -> None:
+    """Make pytrees of all classes known so far; call it again after defining a model of your own."""
+    for kind in CLASSES.values():
+        if kind not in _REGISTERED:
+            jax.tree_util.register_pytree_node(kind, _flatten, _unflatten)
+            _REGISTERED.add(kind)
+
+
+_REGISTERED: set[type] = set()
+register()

@@ -1,0 +1,81 @@
+"""Radiometric quantities, the relations between them, and exact solid angles.
+
+Plain functions of numbers or NumPy arrays that broadcast; float32 arrays give float32. SI units, angles in
+radians, wavelengths in vacuum in nanometres. Directions, vertices and edges are `(..., 3)` as seen from the
+observer, the origin; `w` and `normal` are unit vectors (the caller's duty). NaN in gives NaN out; other
+values out of range raise. "Error rounding" is a relative error below 1e-15 in float64.
+"""
+
+from .quantities import (
+    PLANCK,
+    QUANTITIES,
+    SPEED_OF_LIGHT,
+    Quantity,
+    basic_radiance,
+    brdf,
+    convert_reflectance,
+    convert_spectral,
+    etendue,
+    exitance,
+    flux,
+    intensity,
+    irradiance,
+    lambertian_albedo,
+    lambertian_exitance,
+    photon_flux,
+    point_irradiance,
+    radiance,
+    radiant_flux,
+    radiosity,
+    radiosity_balance,
+    solid_angle,
+    uniform_irradiance,
+)
+from .solid_angles import (
+    latlong_pixels,
+    projected_solid_angle_cone,
+    projected_solid_angle_latlong_pixel,
+    projected_solid_angle_polygon,
+    solid_angle_cap,
+    solid_angle_cone,
+    solid_angle_latlong_pixel,
+    solid_angle_rectangle,
+    solid_angle_sphere,
+    solid_angle_triangle,
+)
+
+__all__ = [
+    "PLANCK",
+    "QUANTITIES",
+    "SPEED_OF_LIGHT",
+    "Quantity",
+    "basic_radiance",
+    "brdf",
+    "convert_reflectance",
+    "convert_spectral",
+    "etendue",
+    "exitance",
+    "flux",
+    "intensity",
+    "irradiance",
+    "lambertian_albedo",
+    "lambertian_exitance",
+    "latlong_pixels",
+    "photon_flux",
+    "point_irradiance",
+    "projected_solid_angle_cone",
+    "projected_solid_angle_latlong_pixel",
+    "projected_solid_angle_polygon",
+    "radiance",
+    "radiant_flux",
+    "radiosity",
+    "radiosity_balance",
+    "solid_angle",
+    "solid_angle_cap",
+    "solid_angle_cone",
+    "solid_angle_latlong_pixel",
+    "solid_angle_rectangle",
+    "solid_angle_sphere",
+    "solid_angle_triangle",
+    "uniform_irradiance",
+]

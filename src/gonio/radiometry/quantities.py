@@ -1,0 +1,315 @@
+"""The radiometric quantities by name, and the relations between them."""
+
+from types import MappingProxyType
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..errors import ParameterError, ShapeError
+from ._checked import (
+    _VECTOR,
+    Array,
+    _checked,
+    _Cosine,
+    _Divisor,
+    _EitherSide,
+    _NotNegative,
+    _numbers,
+    _one_dtype,
+    _points,
+    _Positive,
+    _Real,
+    _Reflectance,
+)
+
+SPEED_OF_LIGHT = 299_792_458.0  # m s-1, exact in the SI
+PLANCK = 6.626_070_15e-34  # J s, exact in the SI
+
+
+class Quantity(NamedTuple):
+    """One row of `QUANTITIES`; the unit is a CF string, as in the attributes of a data set."""
+
+    name: str
+    symbol: str
+    unit: str
+    definition: str
+    source: str
+
+
+_ISO, _NBS, _ASTM = "ISO 80000-7", "Nicodemus et al. 1977, NBS Monograph 160", "ASTM E2387"
+_GORAL = "Goral et al. 1984, doi:10.1145/964965.808601"
+_ROWS = (
+    Quantity("radiant_energy", "Q", "J", "energy carried by light", _ISO),
+    Quantity("flux", "Φ", "W", "power carried by light, dQ/dt", _ISO),
+    Quantity("photon_flux", "Φ_p", "s-1", "photons per time, Φ λ/(h c) at one wavelength", _ISO),
+    Quantity("intensity", "I", "W sr-1", "flux leaving a small source per solid angle, dΦ/dω", _ISO),
+    Quantity("irradiance", "E", "W m-2", "flux arriving per area, ∫ L_i cosθ_i dω_i", _ISO),
+    Quantity("exitance", "M", "W m-2", "flux emitted per area, ∫ L_e cosθ_e dω_e", _ISO),
+    Quantity("radiosity", "B", "W m-2", "flux leaving per area, for any reason, ∫ L_o cosθ_o dω_o", _GORAL),
+    Quantity("radiant_exposure", "H", "J m-2", "energy arriving per area, ∫ E dt", _ISO),
+    Quantity(
+        "radiance", "L", "W m-2 sr-1", "flux per projected area and solid angle, d²Φ/(dA cosθ dω)", _ISO
+    ),
+    Quantity("basic_radiance", "L/n²", "W m-2 sr-1", "radiance over index², constant along a ray", _NBS),
+    Quantity("spectral_radiance", "L_λ", "W m-2 sr-1 nm-1", "radiance per wavelength, dL/dλ", _ISO),
+    Quantity("spectral_irradiance", "E_λ", "W m-2 nm-1", "irradiance per wavelength, dE/dλ", _ISO),
+    Quantity("solid_angle", "ω", "sr", "area on the unit sphere, dω = dA cosθ/r²", _ISO),
+    Quantity("projected_solid_angle", "Ω", "sr", "∫ cosθ dω, π for a hemisphere", _NBS),
+    Quantity("etendue", "G", "m2 sr", "n² ∫∫ dA cosθ dω of a beam, which carries the flux G L/n²", _ISO),
+    Quantity("brdf", "f", "sr-1", "radiance out per irradiance in, dL_o/(L_i cosθ_i dω_i)", _NBS),
+    Quantity("brdf_cos_theta_i", "f cosθ_i", "sr-1", "BRDF times the cosine at the light", _NBS),
+    Quantity("dsf", "f cosθ_o", "sr-1", "flux out per solid angle and flux in, (1/Φ_i) dΦ_o/dω_o", _ASTM),
+    Quantity("reflectance_factor", "R", "1", "flux out over that of the ideal Lambertian, π f", _NBS),
+    Quantity("directional_hemispherical_reflectance", "ρ(ω_i; 2π)", "1", "albedo, ∫ f cosθ_o dω_o", _NBS),
+    Quantity("hemispherical_directional_reflectance_factor", "R(2π; ω_o)", "1", "∫ f cosθ_i dω_i", _NBS),
+    Quantity("bihemispherical_reflectance", "ρ(2π; 2π)", "1", "∫∫ f cosθ_i cosθ_o dω_i dω_o/π", _NBS),
+)
+QUANTITIES = MappingProxyType({quantity.name: quantity for quantity in _ROWS})
+"""The quantities by name: `for q in QUANTITIES.values(): print(q)`."""
+
+
+# Flux, intensity, radiance, irradiance
+
+
+@_checked
+def solid_angle(area: _NotNegative, distance: _Positive, cos_theta: _Cosine = 1.0) -> Array:
+    """Solid angle of a small area: dω = dA cosθ/r², θ between its normal and the line of sight.
+
+    Shapes broadcast. Units m², m, 1 -> sr.
+    Error  Of a square of diagonal d straight ahead, (d/r)²/8 relative: 2.5e-3 for side 0.1 at distance 1.
+    Source Nicodemus et al. 1977, NBS Monograph 160.
+    """
+    return area / distance * cos_theta / distance
+
+
+@_checked
+def radiance(flux: _Real, area: _Positive, dw: _Positive, cos_theta: _Divisor = 1.0) -> Array:
+    """Radiance of a beam: L = d²Φ/(dA cosθ dω).
+
+    Shapes broadcast. Units W, m², sr, 1 -> W m⁻² sr⁻¹. Error rounding.
+    Source Nicodemus et al. 1977, NBS Monograph 160.
+    """
+    return flux / area / dw / cos_theta
+
+
+@_checked
+def basic_radiance(L: _Real, n: _Positive = 1.0) -> Array:
+    """Basic radiance L/n²: constant along a ray without losses, through refraction too (L₁/n₁² = L₂/n₂²).
+
+    In vacuum it is L itself: what leaves p towards q arrives at q from p, at any distance.
+
+    Shapes broadcast. Units W m⁻² sr⁻¹, refractive index -> W m⁻² sr⁻¹. Error rounding.
+    Source Nicodemus et al. 1977, NBS Monograph 160.
+    """
+    return L / n / n
+
+
+@_checked
+def etendue(
+    area_1: _NotNegative,
+    area_2: _NotNegative,
+    distance: _Positive,
+    cos_theta_1: _Cosine = 1.0,
+    cos_theta_2: _Cosine = 1.0,
+    n: _Positive = 1.0,
+) -> Array:
+    """Étendue of the beam between two small areas: G = n² dA₁ cosθ₁ dA₂ cosθ₂/r², the same from either end.
+
+    Shapes broadcast. Units m², m², m, 1, 1, refractive index -> m² sr. Error as `solid_angle`.
+    Source Nicodemus et al. 1977, NBS Monograph 160.
+    """
+    return (n * area_1 * cos_theta_1 / distance) * (n * area_2 * cos_theta_2 / distance)
+
+
+@_checked
+def flux(L: _Real, G: _NotNegative, n: _Positive = 1.0) -> Array:
+    """Flux of radiance L, given where the index is n, in a beam of étendue G: Φ = G L/n².
+
+    Shapes broadcast. Units W m⁻² sr⁻¹, m² sr, refractive index -> W. Error rounding.
+    Source Nicodemus et al. 1977, NBS Monograph 160.
+    """
+    return L / n / n * G
+
+
+@_checked
+def intensity(L: _Real, area: _NotNegative, cos_theta: _Cosine = 1.0) -> Array:
+    """Intensity of a small flat emitter at θ from its normal: I = L dA cosθ.
+
+    Shapes broadcast. Units W m⁻² sr⁻¹, m², 1 -> W sr⁻¹. Error rounding.
+    Source Nicodemus et al. 1977, NBS Monograph 160.
+    """
+    return L * area * cos_theta
+
+
+@_checked
+def point_irradiance(I: _Real, distance: _Positive, cos_theta: _EitherSide = 1.0) -> Array:  # noqa: E741
+    """Irradiance by a point source: E = I cos⁺θ/r², zero from behind; θ is at the receiver.
+
+    Shapes broadcast. Units W sr⁻¹, m, 1 -> W m⁻². Error rounding.
+    Source Nicodemus et al. 1977, NBS Monograph 160.
+    """
+    return I / distance * np.maximum(cos_theta, 0.0) / distance
+
+
+def irradiance(L: Any, w: Any, dw: Any, normal: Any = (0.0, 0.0, 1.0)) -> Array:
+    """Irradiance by light that arrives from directions w: E = Σ L cos⁺θ dω, summed over all of them.
+
+    `irradiance(image, *latlong_pixels(*image.shape[:2]), normal)` is that of an environment map.
+
+    Shapes w (..., 3); dw ...; L ... or (..., C); normal N... + (3,) -> N... or N... + (C,).
+    Units  W m⁻² sr⁻¹, 1, sr, 1 -> W m⁻².
+    Error  Of the sum for the integral, relative, L = 1: 3.0e-4 on `latlong_pixels(64, 128)`, as 1/height².
+    Source Nicodemus et al. 1977, NBS Monograph 160.
+    """
+    read = {"L": _numbers("L", L), "w": _points("w", w, _VECTOR), "dw": _numbers("dw", dw)}
+    read["normal"] = _points("normal", normal, _VECTOR)
+    value, directions, weight, n = _one_dtype(read, {"L": L, "w": w, "dw": dw, "normal": normal}).values()
+    samples = directions.shape[:-1]
+    channels = value.shape[-1:] if value.ndim > len(samples) else ()
+    try:
+        terms = np.broadcast_to(value, samples + channels).reshape(-1, *(channels or (1,)))
+        terms = terms * np.broadcast_to(weight, samples).reshape(-1, 1)
+    except ValueError:
+        raise ShapeError(
+            f"L must have shape {samples} or {(*samples, 'C')} and dw {samples}, one for each direction w, "
+            f"got L {value.shape} and dw {weight.shape}: put channels on the last axis"
+        ) from None
+    total = np.maximum(n @ directions.reshape(-1, 3).T, 0.0) @ terms
+    return total if channels else total[..., 0]
+
+
+def exitance(L: Any, w: Any, dw: Any, normal: Any = (0.0, 0.0, 1.0)) -> Array:
+    """Exitance of a surface that emits L towards directions w: M = Σ L_e cos⁺θ dω.
+
+    Shapes, units and error of `irradiance`; the light leaves.
+    Source Nicodemus et al. 1977, NBS Monograph 160.
+    """
+    return irradiance(L, w, dw, normal)
+
+
+def radiosity(L: Any, w: Any, dw: Any, normal: Any = (0.0, 0.0, 1.0)) -> Array:
+    """Radiosity of a surface that sends L, emitted and reflected, towards directions w: B = Σ L_o cos⁺θ dω.
+
+    Shapes, units and error of `irradiance`; the light leaves.
+    Source Goral et al. 1984, doi:10.1145/964965.808601.
+    """
+    return irradiance(L, w, dw, normal)
+
+
+@_checked
+def radiosity_balance(exitance: _Real, reflectance: _Reflectance, irradiance: _Real) -> Array:
+    """Radiosity as what a surface emits plus what it reflects: B = M + ρ E.
+
+    Shapes broadcast. Units W m⁻², 1, W m⁻² -> W m⁻². Error rounding.
+    Source Goral et al. 1984, doi:10.1145/964965.808601.
+    """
+    return exitance + reflectance * irradiance
+
+
+@_checked
+def uniform_irradiance(L: _Real) -> Array:
+    """Irradiance by the same radiance from the whole hemisphere: E = π L.
+
+    Shapes any. Units W m⁻² sr⁻¹ -> W m⁻². Error rounding.
+    Source Nicodemus et al. 1977, NBS Monograph 160.
+    """
+    return np.pi * L
+
+
+@_checked
+def lambertian_exitance(L: _Real) -> Array:
+    """Exitance (or radiosity) of a surface whose radiance is the same in every direction: M = π L.
+
+    Shapes any. Units W m⁻² sr⁻¹ -> W m⁻². Error rounding.
+    Source Nicodemus et al. 1977, NBS Monograph 160.
+    """
+    return np.pi * L
+
+
+# Reflectance
+
+
+@_checked
+def brdf(dL: _Real, L_i: _Positive, cos_theta_i: _Divisor, dw_i: _Positive) -> Array:
+    """BRDF as it is measured, reflected radiance over incident irradiance: f = dL/(L_i cosθ_i dω_i).
+
+    Shapes broadcast. Units W m⁻² sr⁻¹, W m⁻² sr⁻¹, 1, sr -> sr⁻¹. Error rounding.
+    Source Nicodemus et al. 1977, NBS Monograph 160.
+    """
+    return dL / L_i / cos_theta_i / dw_i
+
+
+@_checked
+def lambertian_albedo(f: _Real) -> Array:
+    """Directional-hemispherical reflectance of a constant BRDF: ρ = π f.
+
+    Shapes any. Units sr⁻¹ -> 1. Error rounding.
+    Source Nicodemus et al. 1977, NBS Monograph 160.
+    """
+    return np.pi * f
+
+
+@_checked
+def convert_reflectance(
+    value: _Real, source: str, target: str, cos_theta_i: _Cosine = None, cos_theta_o: _Cosine = None
+) -> Array:
+    """Convert between "brdf" f, "reflectance_factor" π f, "brdf_cos_theta_i" f cosθ_i and "dsf" f cosθ_o.
+
+    A cosine is needed only for its own quantity. Dividing by a cosine of 0 gives NaN: f is not known there.
+
+    Shapes broadcast. Units as in `QUANTITIES`; for transmission pass |cosθ|. Error rounding.
+    Source Nicodemus et al. 1977, NBS Monograph 160; ASTM E2387 for the DSF.
+    """
+    factor = {"brdf": 1.0, "reflectance_factor": np.pi, "brdf_cos_theta_i": cos_theta_i, "dsf": cos_theta_o}
+    for name in (source, target):
+        if name not in factor:
+            raise ParameterError(f"quantity must be one of {', '.join(factor)}, got {name!r}: name one")
+        if factor[name] is None:
+            missing = "cos_theta_o" if name == "dsf" else "cos_theta_i"
+            raise ParameterError(f"{name} must come with {missing}, got None: pass {missing}=")
+    if source == target:
+        return +value
+    divisor = factor[source]
+    if np.any(np.equal(divisor, 0.0)):
+        divisor = np.where(np.equal(divisor, 0.0), np.nan, divisor)
+    return value / divisor * factor[target]
+
+
+# Wavelength, frequency, photons
+
+
+@_checked
+def convert_spectral(value: _Real, wavelength: _Positive, source: str, target: str) -> Array:
+    """Convert a density (of radiance, flux, ...) between per "wavelength", "frequency" and "wavenumber".
+
+    L_ν = L_λ λ²/c and L_σ = L_λ λ², because the energy L_λ dλ = L_ν dν = L_σ dσ of an interval stays.
+
+    Shapes broadcast. Units nm⁻¹, Hz⁻¹, (cm⁻¹)⁻¹; the wavelength in nm. Error rounding.
+    Source The chain rule; the speed of light is exact in the SI.
+    """
+    area = wavelength * wavelength
+    nm_per = {"wavelength": 1.0, "frequency": area * (1e-9 / SPEED_OF_LIGHT), "wavenumber": area * 1e-7}
+    for name in (source, target):
+        if name not in nm_per:
+            raise ParameterError(f"density must be per {', '.join(nm_per)}, got {name!r}: name one of these")
+    return value / nm_per[source] * nm_per[target]
+
+
+@_checked
+def photon_flux(flux: _Real, wavelength: _Positive) -> Array:
+    """Photons per second in a monochromatic flux: Φ_p = Φ λ/(h c).
+
+    Shapes broadcast. Units W, nm -> s⁻¹ (an irradiance gives s⁻¹ m⁻²). Error rounding.
+    Source Planck's E = h c/λ; h and c are exact in the SI.
+    """
+    return flux * wavelength / (1e9 * PLANCK * SPEED_OF_LIGHT)
+
+
+@_checked
+def radiant_flux(photon_flux: _Real, wavelength: _Positive) -> Array:
+    """Flux of so many photons per second of one wavelength: Φ = Φ_p h c/λ.
+
+    Shapes broadcast. Units s⁻¹, nm -> W. Error rounding.
+    Source Planck's E = h c/λ; h and c are exact in the SI.
+    """
+    return photon_flux / wavelength * (1e9 * PLANCK * SPEED_OF_LIGHT)
