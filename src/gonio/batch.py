@@ -50,7 +50,7 @@ def run(
         def convert(value: Any, channel: int | None) -> Any:
             if at is not None and isinstance(value, np.ndarray):
                 value = _cut(value, batch, at)
-            return lib.convert(value, like, channel)
+            return lib.convert(value, like, channel, shape)
 
         runs = []
         for c in range(channels or 1) if lib.channel_loop else [None]:
@@ -67,11 +67,15 @@ def run(
     if lib.name != "numpy":
         if out is not None:
             raise ArrayTypeError(f"out= is for NumPy arrays; got {lib.name} directions")
+        if lib.channel_loop and 0 in batch:
+            return [lib.empty(kind, inputs[0], batch, channels) for kind in kinds]
         return evaluate(inputs, batch, None)
     with np.errstate(all="ignore"):
         results = _in_blocks(evaluate, kinds, inputs, batch, channels)
     if out is None:
         return results
+    if not isinstance(out, np.ndarray):
+        raise ArrayTypeError(f"out: got {type(out).__name__}, expected a NumPy array")
     if out.shape != results[0].shape or out.dtype != results[0].dtype:
         raise ShapeError(
             f"out: got {out.dtype} {out.shape}, expected {results[0].dtype} {results[0].shape}"

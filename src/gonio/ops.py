@@ -57,9 +57,15 @@ class Library:
         """Shape with the vector (or channel) axis last."""
         return tuple(x.shape)
 
-    def convert(self, value: Array, like: Array, channel: int | None = None) -> Array:
-        """A parameter with the dtype and device of `like`."""
+    def convert(
+        self, value: Array, like: Array, channel: int | None = None, shape: tuple[int, ...] | None = None
+    ) -> Array:
+        """A parameter with the dtype and device of `like`; where `channel_loop`, one channel of it over the batch."""
         return self.module.asarray(value, dtype=like.dtype)
+
+    def to_numpy(self, x: Array) -> np.ndarray:
+        """The values of an array, without their derivatives."""
+        return np.asarray(x)
 
     def table(self, value: np.ndarray, like: Array, cache: dict) -> Array:
         """A lookup table, ready for `take`; `cache`, shared by all libraries, keeps what was converted."""
@@ -135,7 +141,9 @@ class NumPy(Library):
 
 
 class Torch(Library):
-    def convert(self, value: Array, like: Array, channel: int | None = None) -> Array:
+    def convert(
+        self, value: Array, like: Array, channel: int | None = None, shape: tuple[int, ...] | None = None
+    ) -> Array:
         if isinstance(value, np.ndarray) and not value.flags.writeable:
             value = value.copy()
         return self.module.as_tensor(value, dtype=like.dtype, device=like.device)
@@ -145,6 +153,9 @@ class Torch(Library):
         if key not in cache:
             cache[key] = self.convert(value, like)
         return cache[key]
+
+    def to_numpy(self, x: Array) -> np.ndarray:
+        return x.detach().cpu().numpy()
 
     def broadcast(self, *arrays: Array) -> Sequence[Array]:
         return self.module.broadcast_tensors(*arrays)
@@ -224,16 +235,21 @@ class DrJit(Library):
             return kind(float(values.reshape(-1)[0]))
         return kind(np.ascontiguousarray(values, dtype=self.dtype(like)).reshape(-1))
 
-    def convert(self, value: Array, like: Array, channel: int | None = None) -> Array:
+    def convert(
+        self, value: Array, like: Array, channel: int | None = None, shape: tuple[int, ...] | None = None
+    ) -> Array:
         if isinstance(value, (int, float)):
             return self._float(like)(value)
         if isinstance(value, np.ndarray):
             if value.ndim:
                 value = value[..., min(channel or 0, value.shape[-1] - 1)]
+            if value.size > 1 and shape is not None:
+                value = np.broadcast_to(value, shape)
             return self._lanes(value, like)
         if self.module.is_tensor_v(value):
             n = value.shape[-1]
-            return self._component(value, n, min(channel or 0, n - 1), len(value.array) // n, like)
+            count, spread = len(value.array) // n, self._spread(tuple(value.shape[:-1]), shape, like)
+            return self._component(value, n, min(channel or 0, n - 1), count, like, spread)
         if self.module.depth_v(value) > 1 or not self.module.is_jit_v(value):
             return value[min(channel or 0, len(value) - 1)]
         return value
@@ -266,13 +282,17 @@ class DrJit(Library):
     def split(self, w: Array, shape: tuple[int, ...], channels: bool) -> tuple[Array, ...]:
         if not self.module.is_tensor_v(w):
             return tuple(w[i] for i in range(len(w)))
-        n, batch = w.shape[-1], tuple(w.shape[:-1])
-        count = len(w.array) // n
-        spread = None
-        if batch != shape and count > 1:  # general broadcasting: lanes repeat
-            lanes = np.broadcast_to(np.arange(count, dtype=np.uint32).reshape(batch), shape)
-            spread = self.module.uint32_array_t(self._float(w))(np.ascontiguousarray(lanes).reshape(-1))
+        n = w.shape[-1]
+        count, spread = len(w.array) // n, self._spread(tuple(w.shape[:-1]), shape, w)
         return tuple(self._component(w, n, i, count, w, spread) for i in range(n))
+
+    def _spread(self, batch: tuple[int, ...], shape: tuple[int, ...] | None, like: Array) -> Array:
+        """Which lane of a `batch` each lane of `shape` reads; None where they are the same, or only one."""
+        count = int(np.prod(batch, dtype=int))
+        if shape is None or batch == shape or count == 1:
+            return None
+        lanes = np.broadcast_to(np.arange(count, dtype=np.uint32).reshape(batch), shape)
+        return self.module.uint32_array_t(self._float(like))(np.ascontiguousarray(lanes).reshape(-1))
 
     def assemble(
         self, kinds: Sequence[str], runs: list, like: Array, shape: tuple[int, ...], channels: bool
@@ -305,6 +325,23 @@ class DrJit(Library):
             return type(like)(*components)
         name = "ArrayXf" if self.dtype(like) == "float32" else "ArrayXf64"
         return getattr(sys.modules[type(like).__module__], name)(*components)
+
+    def empty(self, kind: str, like: Array, shape: tuple[int, ...], channels: int | None) -> Array:
+        """A result of `assemble` for a batch without elements: Dr.Jit cannot compute with those."""
+        width = {"value": (channels,) if channels else (), "scalar": (), "vector": (3,)}[kind]
+        if self.module.is_tensor_v(like):
+            return self.module.zeros(type(like), (*shape, *width))
+        return self.module.zeros(type(like) if width else self._float(like), 0)
+
+    def stack(self, components: Sequence[Array]) -> Array:
+        like = next(c for c in components if library_of_type(type(c)) is self)
+        if self.module.is_tensor_v(like):
+            parts = [c + self.module.zeros(type(like), 1) if not self.module.is_tensor_v(c) else c for c in components]
+            shape = tuple(np.broadcast_shapes(*(tuple(c.shape) for c in parts)))
+            flat = [(c + self.module.zeros(type(like), shape)).array for c in parts]
+            return self._gathered(flat, like, (*shape, len(flat)))
+        suffix = "f" if self.dtype(like) == "float32" else "f64"
+        return getattr(sys.modules[type(like).__module__], f"Array{len(components)}{suffix}")(*components)
 
     def op_where(self, condition: Array, a: Array, b: Array) -> Array:
         return self.module.select(condition, a, b)
@@ -414,7 +451,10 @@ def square(x: Array) -> Array:
 
 def as_arrays(*arrays: Array, name: str = "directions") -> tuple[Library, list[Array]]:
     """The arrays of one call with their library: lists become float64, dtypes must agree and be floating point."""
-    arrays = tuple(np.asarray(x, dtype=float) if isinstance(x, (list, tuple)) else x for x in arrays)
+    try:
+        arrays = tuple(np.asarray(x, dtype=float) if isinstance(x, (list, tuple)) else x for x in arrays)
+    except (TypeError, ValueError):
+        raise ArrayTypeError(f"{name}: got a list that is no array of numbers; expected rows of equal length") from None
     lib = library(*arrays)
     out = []
     for x in arrays:
@@ -429,6 +469,11 @@ def as_arrays(*arrays: Array, name: str = "directions") -> tuple[Library, list[A
             f"{name}: got dtype {' and '.join(dtypes)}, expected one of float32, float64 for all; convert first"
         )
     return lib, out
+
+
+def to_numpy(x: Array) -> np.ndarray:
+    """The values of an array of any library, without their derivatives."""
+    return library(x).to_numpy(x)
 
 
 def broadcast_shape(shapes: Sequence[tuple[int, ...]], what: str) -> tuple[int, ...]:

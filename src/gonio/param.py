@@ -62,7 +62,7 @@ class Param(Field):
                 raise ParameterError(f"{where}: NaN or infinite; {rule}")
             if array.size == 0:
                 raise ParameterError(f"{where}: no numbers; {rule}")
-            if (array.min() < self.low or array.max() > self.high):
+            if array.min() < self.low or array.max() > self.high:
                 got = array.min() if array.min() < self.low else array.max()
                 raise ParameterError(f"{where}: {got:g} is out of bounds; {rule}")
             if array.ndim == 0:

@@ -27,7 +27,8 @@ class Material(torch.nn.Module):
                 raise NotFoundError(f"trainable={path!r}: no such parameter; known: {', '.join(m.parameters)}")
             name = path.replace(".", "_")
             self._names[path] = name
-            value = torch.as_tensor(m.parameters[path].value, dtype=dtype).clone()
+            value = m.parameters[path].value
+            value = torch.tensor(value.tolist() if hasattr(value, "tolist") else value, dtype=dtype)
             self.register_parameter(name, torch.nn.Parameter(value))
 
     @property
