@@ -1,11 +1,10 @@
-"""RGL tensor files: real and synthetic files against analytic content, Mitsuba's `measured`, laws and damage."""
+"""RGL tensor files, real and synthetic: against analytic content and Mitsuba's `measured`; laws; damage."""
 
 from __future__ import annotations
 
 import math
 import pickle
 import struct
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -34,8 +33,8 @@ def directions(rng: np.random.Generator, n: int, lowest: float = 0.01) -> np.nda
     return np.stack([s * np.cos(phi), s * np.sin(phi), z], -1)
 
 
-# Synthetic files: the content is a formula without any symmetry beyond the file's, so that a swapped or flipped axis
-# shows. `r` is the reduction (how often the content repeats around the circle), 0 an isotropic file.
+# Synthetic files: the content is a formula without any symmetry beyond the file's, so that a swapped or
+# flipped axis shows. `r` is the reduction (how often the content repeats around the circle), 0 if isotropic.
 
 
 def D(m, r):
@@ -131,6 +130,18 @@ def test_synthetic_file_gives_the_content_it_was_made_from(r, channels, tmp_path
     assert error.max() < 0.08
 
 
+@pytest.mark.parametrize("r", [2, 4])
+@pytest.mark.parametrize("zero", [0.0, -0.0])
+@pytest.mark.parametrize("axis", [0, 1])
+def test_folded_files_are_right_on_the_axes_they_are_folded_at(r, axis, zero):
+    """Mitsuba is not: its arctan2(-0, -1) is +pi, the wrong end of phi_i."""
+    rng = np.random.default_rng(1)
+    wi, wo = directions(rng, 200), directions(rng, 200)
+    wi[:, axis] = zero
+    wi /= np.linalg.norm(wi, axis=-1, keepdims=True)
+    np.testing.assert_allclose(rgl.RGL(synthetic(r)).f(wi, wo), expected(wi, wo, r), rtol=0.05)
+
+
 @pytest.mark.parametrize("field", ["rgb", "ndf", "sigma", "vndf"])
 def test_synthetic_content_tells_axes_apart(field):
     fields = synthetic(2, n_ndf=20)
@@ -142,11 +153,13 @@ def test_synthetic_content_tells_axes_apart(field):
 
 @pytest.mark.parametrize("r", [0, 1, 2, 4])
 def test_nodes_are_met_exactly(r):
-    """Without Jacobian f cos(theta_o) at a node of all axes is the stored number: every axis, stride and warp."""
+    """Without Jacobian, f cos(theta_o) at a node of all axes is the stored number: axes, strides and warp."""
     n, fields = 9, synthetic(r, n=9, jacobian=0)
     m = rgl.RGL(fields)
     rng, found = np.random.default_rng(5), 0
-    i, j = rng.integers(0, len(fields["phi_i"]), 400), rng.integers(1, len(fields["theta_i"]) - 1, 400)
+    inner = 0 if r == 0 else 1  # the outermost azimuths of a folded file are each other's, turned
+    i = rng.integers(inner, len(fields["phi_i"]) - inner, 400)
+    j = rng.integers(1, len(fields["theta_i"]) - 1, 400)
     p, q = rng.integers(1, n - 1, (2, 400))  # rows and columns of the grid of s
     theta, phi = fields["theta_i"].astype(float)[j], fields["phi_i"].astype(float)[i]
     a, b = slopes(theta, phi)
@@ -176,7 +189,7 @@ def mitsuba():
 
 
 def mitsuba_f_pdf(mi, path, wi, wo, wavelengths=None):
-    """f(wi, wo), and the density of wi for given wo, of Mitsuba's plugin: its si.wi is our wi for f, our wo for pdf."""
+    """f(wi, wo), and the density of wi for given wo: Mitsuba's si.wi is our wi for f, our wo for pdf."""
     bsdf = mi.load_dict({"type": "measured", "filename": str(path)})
     context, si = mi.BSDFContext(), mi.SurfaceInteraction3f()
     if wavelengths is not None:
@@ -215,9 +228,6 @@ def test_anisotropic_files_agree_with_mitsuba(r, mitsuba, tmp_path):
     _tensor_file.write(path, synthetic(r, n=16, n_ndf=20))
     m, rng = load(path), np.random.default_rng(r)
     wi, wo = directions(rng, 1500), directions(rng, 1500)
-    wi[:60, 1] *= 0.0  # the edges of the parts of the circle that are folded
-    wi[60:120, 0] *= 0.0
-    wi[:120] /= np.linalg.norm(wi[:120], axis=-1, keepdims=True)
     f, pdf = mitsuba_f_pdf(mitsuba, path, wi, wo)
     assert agreement(m.f(wi, wo), f) >= 0.999
     assert agreement(table_pdf(m, wi, wo), pdf) >= 0.999
@@ -271,7 +281,7 @@ def test_density_is_the_jacobian_of_the_table_warp(source):
 @pytest.mark.parametrize("source", [0, 1, 4, PAPER])
 def test_pdf_integrates_to_one_less_what_is_lost(source):
     m = rgl.RGL(synthetic(source, n=12, n_ndf=16)) if isinstance(source, int) else load(real(source))
-    n = 400
+    n = 250
     t = (np.arange(n) + 0.5) / n
     u = np.stack(np.meshgrid(t, t, indexing="ij"), -1).reshape(-1, 2)
     for wo in directions(np.random.default_rng(6), 3, 0.3):
@@ -350,11 +360,13 @@ def test_libraries_agree(convert, r, channels):
         a.astype(np.float32)
         for a in (directions(rng, 200), directions(rng, 200), rng.uniform(0, 1, (200, 2)))
     )
+    wi[:20, 1], wi[20:40, 1], wi[40:60, 0] = 0.0, -0.0, 0.0  # where folded files' azimuths jump
+    wi[:60] /= np.linalg.norm(wi[:60], axis=-1, keepdims=True)
     lib = [convert(a) for a in (wi, wo, u)]
-    np.testing.assert_allclose(np.array(m.f(*lib[:2])), m.f(wi, wo), rtol=3e-4)
-    np.testing.assert_allclose(np.array(m.pdf(*lib[:2])), m.pdf(wi, wo), rtol=3e-4)
+    np.testing.assert_allclose(np.asarray(m.f(*lib[:2])), m.f(wi, wo), rtol=3e-4)
+    np.testing.assert_allclose(np.asarray(m.pdf(*lib[:2])), m.pdf(wi, wo), rtol=3e-4)
     got, want = m.sample(lib[1], lib[2]), m.sample(wo, u)
-    close = np.abs(np.array(got.wi) - want.wi).max(-1) < 1e-4
+    close = np.abs(np.asarray(got.wi) - want.wi).max(-1) < 1e-4
     assert (
         close.mean() > 0.99
     )  # the others are at the jump between the two strategies, or on an edge of cells
@@ -399,7 +411,7 @@ def test_negative_values_are_kept_and_invalid_ones_poison_only_their_cells():
     m = rgl.RGL(damaged)
     assert (~m.valid).sum() == 2 and m.valid.shape == (1, 9, 3, 12, 12)
     f, nan = m.f(wi, wo), np.isnan(m.f(wi, wo))
-    assert nan[:, 1].any() and not nan[:, [0, 2]].any() and nan.mean() < 0.02
+    assert nan[:, 1].any() and not nan[:, [0, 2]].any() and nan.mean() < 0.03
     np.testing.assert_array_equal(f[~nan], clean.f(wi, wo)[~nan])
     assert np.isfinite(m.pdf(wi, wo)).all()
 
@@ -415,7 +427,8 @@ def test_real_file_is_written_bit_by_bit(name, tmp_path):
 
 
 def test_written_file_is_read_as_the_same_material(tmp_path):
-    fields = {**synthetic(4, n=6, n_ndf=8, channels=5), "note": np.arange(6, dtype=np.int16).reshape(2, 3)}
+    note = {"note": np.arange(6, dtype=np.int16).reshape(2, 3), "nothing": np.empty((0, 2), np.float16)}
+    fields = {**synthetic(4, n=6, n_ndf=8, channels=5, description=""), **note}
     m = rgl.RGL(fields)
     save(m, tmp_path / "a.bsdf", format="RGL")
     again = load(tmp_path / "a.bsdf")
@@ -482,7 +495,7 @@ BROKEN_FIELDS = {
     "theta NaN": (changed(theta_i=put(1, np.nan)), "theta_i is .* expected finite, increasing"),
     "phi infinite": (changed(phi_i=put(-1, np.inf)), "phi_i is .* expected finite, increasing"),
     "theta in degrees": (changed(theta_i=lambda a: a * 57.3), "theta_i runs from 0 to 90"),
-    "third of circle": (changed(phi_i=lambda a: (a + np.float32(np.pi)) * np.float32(2 / 3) - np.float32(np.pi)), "phi_i covers"),
+    "third of circle": (changed(phi_i=lambda a: a * np.float32(2 / 3) - np.float32(1.04)), "phi_i covers"),
     "other half": (changed(phi_i=lambda a: a + np.float32(np.pi)), "phi_i covers"),
     "sigma zero": (changed(sigma=put((1, 1), 0.0)), "sigma holds 0, expected positive"),
     "vndf negative": (changed(vndf=put((0, 0, 0, 0), -1.0)), "vndf holds numbers from -1"),
@@ -509,7 +522,7 @@ def test_inconsistent_fields_are_named(name, tmp_path):
 def test_wavelengths_must_increase():
     fields = synthetic(0, n_theta=3, n=4, n_ndf=4, channels=5)
     fields["wavelengths"] = fields["wavelengths"][::-1]
-    with pytest.raises(FormatError, match="wavelengths is .* expected positive, increasing"):
+    with pytest.raises(FormatError, match=r"wavelengths is .* expected positive, increasing"):
         rgl.RGL(fields)
 
 
@@ -540,7 +553,7 @@ BROKEN_BYTES = {
         "'phi_i' occurs twice",
     ),
     "name": (lambda d: d.replace(b"sigma", b"s\xff\xfema", 1), "expected UTF-8 text"),
-    "header cut": (lambda d: d[:60], "truncated: .* the file has 60"),
+    "header cut": (lambda d: d[:200], "truncated: .* the file has 200"),
     "data cut": (lambda d: d[:-1], "'valid', uint8 of shape .* truncated or damaged"),
 }
 
@@ -586,7 +599,3 @@ def test_other_tensor_files_are_left_to_other_formats(tmp_path):
     _tensor_file.write(tmp_path / "a.bsdf", {"M": np.zeros(3), "theta_h": np.zeros(3)})
     with pytest.raises(FormatError, match="not a known format"):
         load(tmp_path / "a.bsdf")
-
-
-def test_loading_imports_no_heavy_library():
-    assert "xarray" not in sys.modules or "gonio.measured.rgl" in sys.modules  # see test_data_has_named_axes

@@ -84,6 +84,23 @@ def run(
     return [out]
 
 
+def full_shape(material: Parametrised, shape: tuple[int, ...]) -> tuple[int, ...]:
+    """The batch shape of directions together with the maps (parameters with batch axes) of a material."""
+    maps = [tuple(v.shape[:-1]) for v in material.leaves() if getattr(v, "ndim", 0) > 1]
+    return ops.broadcast_shape([shape, *maps], "directions and parameters") if maps else shape
+
+
+def texels(material: Parametrised, batch: tuple[int, ...], index: np.ndarray) -> Parametrised:
+    """The material at elements `index` (n,) of a flattened batch: its maps as (n, 1, C), to meet (n, 1, 3)."""
+
+    def pick(value: Any) -> Any:
+        if getattr(value, "ndim", 0) < 2:
+            return value
+        return np.broadcast_to(value, (*batch, value.shape[-1])).reshape(-1, 1, value.shape[-1])[index]
+
+    return material.each(pick) if full_shape(material, ()) else material
+
+
 def _parameter_shapes(material: Parametrised, lib: ops.Library, like: Any) -> tuple[int | None, list]:
     """The number of channels (None without a channel axis) and the batch shapes of the parameters."""
     channels, batches, widths = None, [], set()

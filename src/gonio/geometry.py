@@ -85,9 +85,9 @@ def azimuth(w: Direction, sin_theta: Any) -> tuple[Any, Any]:
 
 
 def frame(n: Direction) -> tuple[Direction, Direction]:
-    """Two unit vectors that complete n to a right-handed frame (t, b, n), t in the plane of n and the z axis.
+    """Two unit vectors that complete n to a right-handed frame (t, b, n): x and y, turned as z is turned into n.
 
-    n must not point along the negative z axis. At n = z the frame is (x, y, z).
+    n must not point along the negative z axis.
     Source: Duff et al. 2017, JCGT 6(1), "Building an orthonormal basis, revisited", for n.z > 0.
     """
     a = -1.0 / (1.0 + n.z)

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from . import ops
+from . import batch, ops
 from .errors import ArrayTypeError, MissingDataWarning, ParameterError
 from .geometry import Direction, cross, dot, frame, normalize, where
 from .integrate import integrate
@@ -55,6 +55,10 @@ def reflected_radiance(
     """
     lights = as_lights(lights)
     lib, wo, arrays = _world_arrays(wo, normal, tangent, position)
+    shape = batch.full_shape(m, np.broadcast_shapes(*(tuple(x.shape[:-1]) for x in (wo, *arrays) if x is not None)))
+    wo = lib.module.broadcast_to(wo, (*shape, 3))
+    if lib.name == "numpy":
+        _check_frame(arrays[0], arrays[1])
     local = surface_frame(lib, arrays[0], arrays[1])
     local_wo = to_local(lib, local, wo)
     parts = []
@@ -106,6 +110,16 @@ def _world_arrays(wo: Any, *others: Any) -> tuple[ops.Library, Any, list[Any]]:
     return lib, wo, arrays
 
 
+def _check_frame(normal: np.ndarray, tangent: np.ndarray | None) -> None:
+    length = np.linalg.norm(normal, axis=-1)
+    if (length == 0.0).any():
+        raise ParameterError("normal: a vector of length 0 is no direction; expected the surface normal")
+    if tangent is not None:
+        across = np.linalg.norm(np.cross(normal, tangent), axis=-1)
+        if (across <= 1e-6 * length * np.linalg.norm(tangent, axis=-1)).any():
+            raise ParameterError("tangent: parallel to the normal, or 0; expected d_x, a direction along the surface")
+
+
 def surface_frame(lib: ops.Library, normal: Any, tangent: Any) -> Frame:
     """Local axes for world normals (..., 3), and tangents if given."""
     n = normalize(Direction(*lib.split(normal, (), False)))
@@ -150,35 +164,25 @@ def delta_radiance(m: Reflectance, light: Light, local: Frame, wo: Any, position
 
 
 def _smooth(m: Reflectance, light: Light, local: Frame, wo: np.ndarray, tolerance: float) -> np.ndarray:
-    batch = np.broadcast_shapes(wo.shape[:-1], *(np.shape(c) for c in local.n))
-    flat = np.broadcast_to(wo, (*batch, 3)).reshape(-1, 3)
-    axes = [[np.broadcast_to(c, batch).reshape(-1) for c in axis] for axis in local]
     lib = ops.library(wo)
-    pieces = []
-    for i in range(len(flat)):  # each point has a frame of its own
-        here = Frame(*(Direction(*(c[i] for c in axis)) for axis in axes))
-        pieces.append(
-            integrate(
-                m,
-                flat[i : i + 1],
-                tolerance,
-                incident=False,
-                radiance=lambda w, here=here: light.radiance(to_world(lib, here, w)),
-            )
-        )
-    return np.concatenate(pieces).reshape(*batch, -1)
+    axes = [[np.broadcast_to(c, wo.shape[:-1]).reshape(-1, 1) for c in axis] for axis in local]
+
+    def radiance(w: np.ndarray, index: np.ndarray) -> np.ndarray:
+        here = Frame(*(Direction(*(c[index] for c in axis)) for axis in axes))
+        return light.radiance(to_world(lib, here, w))
+
+    return integrate(m, wo, tolerance, incident=False, radiance=radiance)
 
 
 def _sampled(m: Reflectance, light: Light, local: Frame, wo: np.ndarray, samples: int) -> np.ndarray:
-    batch = np.broadcast_shapes(wo.shape[:-1], np.shape(local.n.x))
-    wo = np.broadcast_to(wo, (*batch, 3))
-    points = lattice(samples).astype(wo.dtype).reshape(samples, *(1 for _ in batch), 2)
-    step = max(1, (1 << 19) // max(1, int(np.prod(batch, dtype=int))))
+    shape = wo.shape[:-1]
+    points = lattice(samples).astype(wo.dtype).reshape(samples, *(1 for _ in shape), 2)
+    step = max(1, (1 << 19) // max(1, int(np.prod(shape, dtype=int))))
     total: Any = 0.0
     missing = 0
     for start in range(0, samples, step):
         u = points[start : start + step]
-        u = np.broadcast_to(u, (len(u), *batch, 2))
+        u = np.broadcast_to(u, (len(u), *shape, 2))
         part, holes = estimate(m, light, local, wo, u, u)
         total, missing = total + part.sum(axis=0), missing + holes
     if missing:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from . import batch, geometry, ops
-from .errors import ArrayTypeError, MissingDataWarning
+from .errors import ArrayTypeError, MissingDataWarning, ShapeError
 from .geometry import HORIZON, NORMAL, Direction
 from .quadrature import gauss_square
 from .reflectance import Reflectance
@@ -38,15 +38,20 @@ def integrate(
     w: Any,
     tolerance: float = 1e-4,
     incident: bool = True,
-    radiance: Callable[[Any], Any] | None = None,
+    radiance: Callable[[Any, Any], Any] | None = None,
 ) -> np.ndarray:
-    """Integral over the hemisphere of f cos, times `radiance(w')` (..., 1 or C) if given, lobe by lobe.
+    """Integral over the hemisphere of f cos, times `radiance(w', index)` if given, lobe by lobe.
 
     `incident`: whether w is the incident direction and the integral runs over wo, or the other way round.
+    `radiance` is given directions (n, k, 3) and the places (n,) in the flattened batch that they belong to, and
+    returns (n, k, 1 or C).
     """
-    w = np.asarray(w, dtype=None if hasattr(w, "dtype") else float)
-    if ops.library(w).name != "numpy":
-        raise ArrayTypeError("integrals take NumPy directions; convert them first")
+    lib, (w,) = ops.as_arrays(w)
+    if lib.name != "numpy":
+        raise ArrayTypeError(f"integrals take NumPy directions; got {lib.name}; convert them first")
+    if w.shape[-1:] != (3,):
+        raise ShapeError(f"directions: got shape {w.shape}, expected (..., 3)")
+    w = np.broadcast_to(w, (*batch.full_shape(m, w.shape[:-1]), 3))
     total = np.zeros((1,), w.dtype)
     missing = 0.0
     channels = radiance is not None or any(getattr(v, "ndim", 0) for v in m.leaves())
@@ -55,7 +60,9 @@ def integrate(
             part = lobe.delta_reflectance(w)
             part = part if part.ndim == w.ndim else part[..., None]
             if radiance is not None:
-                part = part * radiance(w * np.array([-1, -1, 1], w.dtype))
+                mirrored = (w * np.array([-1, -1, 1], w.dtype)).reshape(-1, 1, 3)
+                light = radiance(mirrored, np.arange(len(mirrored)))
+                part = part * light.reshape(*w.shape[:-1], -1)
         else:
             part, lost = _lobe(lobe, w, tolerance, incident, radiance)
             missing = max(missing, lost)
@@ -81,18 +88,19 @@ def _lobe(
         step = max(1, (1 << 21) // len(nodes))
         pieces = []
         for start in range(0, len(todo), step):
-            known = flat[todo[start : start + step], None, :]
+            index = todo[start : start + step]
+            known = flat[index, None, :]
             there, values = batch.run(
                 _integrand_incident if incident else _integrand_outgoing,
                 ("vector", "value"),
-                lobe,
+                batch.texels(lobe, w.shape[:-1], index),
                 (known, nodes.astype(w.dtype)),
                 (3, 2),
             )
             if values.ndim == 2:
                 values = values[..., None]
             if radiance is not None:
-                values = values * radiance(there)
+                values = values * radiance(there, index)
             absent = np.isnan(values) & ~np.isnan(known[..., :1])
             lost = max(lost, float(absent.mean())) if absent.any() else lost
             values = np.where(absent, 0.0, values)

@@ -43,8 +43,8 @@ class Measured(Reflectance):
     def __eq__(self, other: object) -> bool:
         if type(self) is not type(other):
             return NotImplemented
-        mine, theirs = self._key(), other._key()  # type: ignore[attr-defined]
-        return all(a[0] == b[0] and np.array_equal(a[1], b[1], equal_nan=True) for a, b in zip(mine, theirs, strict=True))
+        mine, theirs = dict(self._key()), dict(other._key())
+        return all(_same(value, theirs[name]) for name, value in mine.items())
 
     __hash__ = Reflectance.__hash__
 
@@ -53,3 +53,9 @@ class Measured(Reflectance):
 
     def to_json(self) -> dict[str, Any]:
         raise ParameterError(f"{self!r}: a measurement has no JSON form; save it in its own format with gonio.save")
+
+
+def _same(a: Any, b: Any) -> bool:
+    if isinstance(a, np.ndarray):
+        return np.array_equal(a, b, equal_nan=a.dtype.kind == "f")
+    return bool(a == b)

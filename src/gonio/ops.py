@@ -251,8 +251,8 @@ class DrJit(Library):
             count, spread = len(value.array) // n, self._spread(tuple(value.shape[:-1]), shape, like)
             return self._component(value, n, min(channel or 0, n - 1), count, like, spread)
         if self.module.depth_v(value) > 1 or not self.module.is_jit_v(value):
-            return value[min(channel or 0, len(value) - 1)]
-        return value
+            value = value[min(channel or 0, len(value) - 1)]
+        return self._float(like)(value)
 
     def table(self, value: np.ndarray, like: Array, cache: dict) -> Array:
         kind = self._float(like)
@@ -271,13 +271,14 @@ class DrJit(Library):
         total = self.convert(value, value, 0)
         for c in range(1, n):
             total = total + self.convert(value, value, c)
-        return total / n
+        total = total / n
+        return type(value)(total, (*value.shape[:-1], 1)) if self.module.is_tensor_v(value) else total
 
     def _component(self, w: Array, n: int, i: int, count: int, like: Array, spread: Array = None) -> Array:
         kind = self._float(like)
         if spread is None:
             spread = self.module.arange(self.module.uint32_array_t(kind), count)
-        return self.module.gather(kind, w.array, spread * n + i)
+        return kind(self.module.gather(self._float(w), w.array, spread * n + i))
 
     def split(self, w: Array, shape: tuple[int, ...], channels: bool) -> tuple[Array, ...]:
         if not self.module.is_tensor_v(w):

@@ -9,6 +9,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Any, ClassVar, NamedTuple
 
+import numpy as np
+
 from . import batch, geometry, ops, warp
 from .errors import ArrayTypeError, ParameterError
 from .geometry import HORIZON, NORMAL, Direction
@@ -138,7 +140,7 @@ class Scaled(Reflectance):
             yield self.weight * weight, lobe
 
     def __repr__(self) -> str:
-        inner = f"({self.of!r})" if isinstance(self.of, Sum) else repr(self.of)
+        inner = f"({self.of!r})" if isinstance(self.of, (Sum, Scaled)) else repr(self.of)
         return f"{literal(self.weight)} * {inner}"
 
 
@@ -173,7 +175,9 @@ class Sum(Reflectance):
             yield from term.lobes()
 
     def __repr__(self) -> str:
-        return " + ".join(map(repr, self.terms))
+        joined = " + ".join(map(repr, self.terms))
+        plain = len(self.terms) > 1 and not any(isinstance(t, Sum) for t in self.terms)
+        return joined if plain else f"Sum({', '.join(map(repr, self.terms))})"
 
     def to_json(self) -> dict[str, Any]:
         return {"type": "Sum", "terms": [t.to_json() for t in self.terms]}
@@ -282,7 +286,9 @@ def _delta_reflectance(m: Reflectance, mean: Reflectance, wo: Any) -> tuple:
 
 def direction(theta: Any, phi: Any) -> Any:
     """Unit vectors (sin theta cos phi, sin theta sin phi, cos theta), shape (..., 3); angles [rad] broadcast."""
-    theta, phi = (float(x) if isinstance(x, int) else x for x in (theta, phi))
+    theta, phi = (np.asarray(x, dtype=float) if isinstance(x, (list, tuple)) else x for x in (theta, phi))
+    # Numbers become arrays of the other's library.
+    theta, phi = (b * 0.0 + a if isinstance(a, (int, float)) else a for a, b in ((theta, phi), (phi, theta)))
     lib = ops.library(theta, phi)
     s = ops.sin(theta)
     return lib.stack([s * ops.cos(phi), s * ops.sin(phi), ops.cos(theta) + 0.0 * phi])
@@ -292,4 +298,4 @@ def angles(w: Any) -> tuple[Any, Any]:
     """theta in [0, pi] and phi in (-pi, pi] [rad] of vectors (..., 3); any length. phi = 0 at the poles."""
     lib, (w,) = ops.as_arrays(w)
     x, y, z = lib.split(w, lib.shape(w)[:-1], False)
-    return ops.arctan2(ops.sqrt(x * x + y * y), z), ops.arctan2(y + 0.0, x)
+    return ops.arctan2(ops.sqrt(x * x + y * y), z), ops.arctan2(y + 0.0, x + 0.0)

@@ -23,10 +23,10 @@ from ..geometry import Direction, polar_angle
 from ..image import Image, read_image
 
 
-def pixel_directions(height: int, width: int, per_pixel: int = 1) -> NDArray[np.float64]:
-    """Unit directions (H, W, 3) of the pixel centres, or of the centres of finer pixels, `per_pixel` each way."""
-    theta = (np.arange(height * per_pixel) + 0.5)[:, None] * (math.pi / (height * per_pixel))
-    phi = (np.arange(width * per_pixel) + 0.5) * (2.0 * math.pi / (width * per_pixel))
+def pixel_directions(height: int, width: int, rows: slice = slice(None)) -> NDArray[np.float64]:
+    """Unit directions (H, W, 3) of the pixel centres, of all rows or of some."""
+    theta = (np.arange(height)[rows, None] + 0.5) * (math.pi / height)
+    phi = (np.arange(width) + 0.5) * (2.0 * math.pi / width)
     sin = np.sin(theta)
     return np.stack(np.broadcast_arrays(sin * np.cos(phi), sin * np.sin(phi), np.cos(theta)), -1)
 
@@ -207,7 +207,7 @@ class Panorama:
             (1.0 - t) * ops.take(table[edge], row) + t * ops.take(table[edge], row + 1) for edge in ("down", "up")
         )
         sin = ops.sqrt(down * up)
-        phi = (column + ops.clip(s, 0.0, 1.0)) * (2.0 * math.pi / width)
+        phi = (lib.convert(column, u) + ops.clip(s, 0.0, 1.0)) * (2.0 * math.pi / width)
         w = lib.stack([sin * ops.cos(phi), sin * ops.sin(phi), 0.5 * (up - down)])
         return w, ops.take(table["density"], pixel)
 
@@ -247,5 +247,5 @@ def _last_at_most(x: Any, table: Any, first: Any, count: int) -> Any:
     """
     found = first
     while count := count // 2:
-        found = ops.where(ops.take(table, found + count) <= x, found + count, found)
+        found = found + count * (ops.take(table, found + count) <= x)
     return found

@@ -1,10 +1,11 @@
-"""Lookup in tables over the unit square that depend on parameters, and the warp that has such a table as its density.
+"""Tables over the unit square that depend on parameters, and the warp that has such a table as its density.
 
-A table is bilinear over the square and linear in its parameters. The warp maps a uniform point (sx, sy) to (x, y): first
-y by the marginal density of the rows, then x by the density along the row; its inverse is the pair of distribution
-functions. Interpolating normalised tables interpolates these functions, so between parameters it is exact too.
-Source: Dupuy & Jakob 2018, ACM TOG 37(6), "An adaptive parameterization for efficient material acquisition and
-rendering", sections 4 and 5; inversion of the piecewise linear densities derived here.
+A table is bilinear over the square and linear in its parameters. The warp maps a uniform point (sx, sy) to
+(x, y): first y by the marginal density of the rows, then x by the density along the row; its inverse is the
+pair of distribution functions. Interpolating normalised tables interpolates these functions, so the warp is
+exact between the parameters' nodes too.
+Source: Dupuy & Jakob 2018, "An adaptive parameterization for efficient material acquisition and rendering",
+ACM TOG 37(6):274; the inversion of the piecewise linear densities is derived here.
 """
 
 from __future__ import annotations
@@ -50,9 +51,9 @@ def gather(table: Any, at: Slices, size: int, index: Any) -> Any:
 def bilinear(
     table: Any, at: Slices, shape: tuple[int, int], x: Any, y: Any, plane: Any = 0, planes: int = 1
 ) -> Any:
-    """Value at (x, y) in [0, 1]^2, first entries at 0 and last at 1; `shape` = (rows, columns); x runs along a row.
+    """Value at (x, y) in [0, 1]^2 of a table with entries from 0 to 1; x runs along a row.
 
-    Each slice may hold several `planes`, of which `plane` is looked up.
+    `shape`: (rows, columns). Each slice may hold several `planes`, of which `plane` is looked up.
     """
     rows, columns = shape
     (row, v), (column, u) = _cell(y, rows), _cell(x, columns)
@@ -80,14 +81,15 @@ class MarginalWarp(NamedTuple):
         return bilinear(self.density, at, self.shape, x, y)
 
     def invert(self, at: Slices, x: Any, y: Any) -> tuple[Any, Any, Any]:
-        """(sx, sy) that `sample` maps to (x, y), and the density there, which is the Jacobian of this inverse."""
+        """(sx, sy) that `sample` maps to (x, y), and the density there: the Jacobian of this inverse."""
         rows, columns = self.shape
         size = rows * columns
         (row, v), (column, u) = _cell(y, rows), _cell(x, columns)
         first = row * columns + column
         v00, v01, v10, v11 = (gather(self.density, at, size, first + k) for k in (0, 1, columns, columns + 1))
         left, right = _lerp(v00, v10, v), _lerp(v01, v11, v)
-        before = _lerp(*(gather(self.conditional, at, size, first + k) for k in (0, columns)), v)
+        below, above = (gather(self.conditional, at, size, first + k) for k in (0, columns))
+        before = _lerp(below, above, v)
         low, high = self._row_totals(at, row)
         total = _lerp(low, high, v)
         empty = total <= 0.0
@@ -107,7 +109,8 @@ class MarginalWarp(NamedTuple):
         start = row * columns
 
         def before(k: Any) -> Any:
-            return _lerp(*(gather(self.conditional, at, size, start + k + j) for j in (0, columns)), v)
+            below, above = (gather(self.conditional, at, size, start + k + j) for j in (0, columns))
+            return _lerp(below, above, v)
 
         column, column_start = _last(columns - 1, lambda k: before(k) < wanted, wanted)
         first = start + column
@@ -126,10 +129,10 @@ class MarginalWarp(NamedTuple):
 
 
 def tables(values: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Density, conditional and marginal distribution functions, and the integrals, of tables (..., rows, columns).
+    """Density, conditional and marginal distribution functions, and integrals of tables (..., rows, columns).
 
-    The distribution functions start with 0, so that a lookup needs no special case. `values` are not negative and
-    every table has a positive integral; computed in float64.
+    The distribution functions start with 0, so that a lookup needs no special case. `values` are not negative
+    and every table has a positive integral; computed in float64.
     """
     values = np.asarray(values, dtype=np.float64)
     rows, columns = values.shape[-2:]
@@ -144,7 +147,7 @@ def tables(values: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.n
 
 
 def _last(count: int, below: Callable[[Any], Any], like: Any) -> tuple[Any, Any]:
-    """The last k < count for which the monotone `below(k)` holds, or 0; as a whole number and as a real one."""
+    """The last k < count for which the monotone `below(k)` holds, or 0; as a whole number and a real one."""
     real = 0.0 * like
     k = ops.to_index(real)
     step = 1 << (max(count - 1, 1).bit_length() - 1)
@@ -173,6 +176,6 @@ def _segment(t: Any, a: Any, b: Any) -> Any:
 
 
 def _invert_segment(area: Any, a: Any, b: Any) -> Any:
-    """t in [0, 1] for which `_segment(t, a, b)` is `area`: the root of the quadratic in the form that never cancels."""
+    """t in [0, 1] for which `_segment(t, a, b)` is `area`: the root in the form without cancellation."""
     divisor = a + ops.sqrt(ops.maximum(a * a + 2.0 * area * (b - a), 1e-30))
     return ops.clip(2.0 * area / divisor, 0.0, 1.0)

@@ -1,8 +1,8 @@
 """The container that RGL's material files are stored in: named arrays of numbers, "tensor files".
 
-Layout, little-endian: 12 bytes "tensor_file\\0"; version u8 major, u8 minor; u32 number of fields; per field u16 length
-of the name, the name, u16 number of axes, u8 type, u64 offset of the data in the file, u64 length of each axis; then
-the data, each field at a multiple of 8 bytes.
+Layout, little-endian: 12 bytes "tensor_file\\0"; version u8 major, u8 minor; u32 number of fields; per field
+u16 length of the name, the name, u16 number of axes, u8 type, u64 offset of the data in the file, u64 length
+of each axis; then the data, each field at a multiple of 8 bytes.
 Source: Dupuy & Jakob 2018 (the material files of that paper); checked against files of their database.
 """
 
@@ -20,10 +20,8 @@ from ..files import replacing
 
 MAGIC = b"tensor_file\0"
 VERSION = (1, 0)
-TYPES = {
-    code: np.dtype(name)
-    for code, name in enumerate("u1 i1 <u2 <i2 <u4 <i4 <u8 <i8 <f2 <f4 <f8".split(), start=1)
-}
+_NAMES = ("u1", "i1", "<u2", "<i2", "<u4", "<i4", "<u8", "<i8", "<f2", "<f4", "<f8")
+TYPES = {code: np.dtype(name) for code, name in enumerate(_NAMES, start=1)}
 _START = len(MAGIC) + 2 + 4
 _SMALLEST_ENTRY = 2 + 2 + 1 + 8
 _MOST_AXES = 32
@@ -39,7 +37,8 @@ class _Header:
         end = self.at + count
         if end > len(self.data):
             raise FormatError(
-                f"{self.name}: truncated: {what} needs bytes {self.at} to {end}, the file has {len(self.data)}"
+                f"{self.name}: truncated: {what} needs bytes {self.at} to {end}, "
+                f"the file has {len(self.data)}; fetch it again"
             )
         piece, self.at = self.data[self.at : end], end
         return piece
@@ -111,6 +110,33 @@ def read(path: Path) -> dict[str, np.ndarray]:
     except OSError as error:
         raise NotFoundError(f"{path}: cannot be read: {error.strerror}") from None
     return parse(data, str(path))
+
+
+def expect(
+    fields: Mapping[str, np.ndarray],
+    where: str,
+    name: str,
+    shape: tuple[int | None, ...],
+    dtype: str = "float32",
+) -> np.ndarray:
+    """The field of that name, which must have these axes (None: any length but 0) and this type.
+
+    `where` names the file in the FormatError that is raised otherwise.
+    """
+    if name not in fields:
+        raise FormatError(
+            f"{where}: field {name!r} is missing; its fields: {', '.join(map(repr, fields)):.200}"
+        )
+    a = fields[name]
+    fits = a.ndim == len(shape) and all(
+        n == want or (want is None and n > 0) for n, want in zip(a.shape, shape, strict=True)
+    )
+    if not fits or a.dtype != dtype:
+        wanted = ", ".join("n" if n is None else str(n) for n in shape)
+        raise FormatError(
+            f"{where}: {name} is {a.dtype} of shape {a.shape}, expected {dtype} of shape ({wanted})"
+        )
+    return a
 
 
 def serialise(fields: Mapping[str, np.ndarray]) -> bytes:

@@ -261,8 +261,8 @@ def _rings(raw: np.ndarray) -> np.ndarray:
     """The table of rings that sampling looks up; flat.
 
     What diffuse light becomes has half vectors with the density  integral of f cos(theta_i) cos(theta_o)
-    4 cos(theta_d) dw_d. The rings get that without nine tenths of the f that the dimmest of them has, which is
-    left to the cosine hemisphere.
+    4 cos(theta_d) dw_d. The rings get that without nine tenths of the f that the dimmest of them has, which
+    is left to the cosine hemisphere.
     """
     theta_h, theta_d, phi_d = _centres(raw.shape[3])
     mean, room = np.zeros(N), np.zeros(N)
@@ -273,8 +273,10 @@ def _rings(raw: np.ndarray) -> np.ndarray:
         f = np.where(valid, raw[:, i], 0.0) * np.array(SCALE)[:, None, None]
         mean[i] = (cosines * f).sum() / (cosines * valid).sum()  # NaN without data
         room[i] = cosines.mean() * 2.0 * math.pi**2
-    least = np.nan_to_num(np.fmin.reduce(mean[:73]))  # up to 60 degrees: beyond, there is little data
-    mean = np.where(np.isnan(mean), least, mean) + 1e-9
+    mean += 1e-9  # black is sampled too
+    # The dimmest up to 60 degrees: beyond, there is little data.
+    least = np.nan_to_num(np.fmin.reduce(mean[:73]), nan=1e-9)
+    mean = np.where(np.isnan(mean), least, mean)
     edges = 2.0 * np.sin(0.25 * math.pi * (np.arange(N + 1) / N) ** 2) ** 2
     solid_angle = 2.0 * math.pi * np.diff(edges)
     reflected = (mean * room * solid_angle).sum()

@@ -1,0 +1,119 @@
+"""The array libraries as a fixture: a test that takes `library` runs on each one that can be used here."""
+
+from __future__ import annotations
+
+import os
+
+# Before any of them is imported: double precision for JAX, and one thread, so that small arrays cost nothing.
+os.environ.setdefault("JAX_ENABLE_X64", "1")
+os.environ.setdefault("JAX_PLATFORMS", "cpu")
+os.environ.setdefault("XLA_FLAGS", "--xla_cpu_multi_thread_eigen=false intra_op_parallelism_threads=1")
+
+from importlib import import_module
+from typing import Any
+
+import numpy as np
+import pytest
+
+
+class Library:
+    """How the tests make arrays of a library and read them back."""
+
+    name = "numpy"
+
+    def array(self, x: Any, dtype: str = "float64") -> Any:
+        return np.asarray(x, dtype)
+
+    def numpy(self, x: Any) -> np.ndarray:
+        return np.asarray(x)
+
+    def dtype(self, x: Any) -> str:
+        return str(x.dtype).rpartition(".")[2]
+
+
+class Torch(Library):
+    name = "torch"
+
+    def __init__(self) -> None:
+        self.module = import_module("torch")
+        self.module.set_num_threads(1)
+
+    def array(self, x: Any, dtype: str = "float64") -> Any:
+        return self.module.tensor(np.asarray(x), dtype=getattr(self.module, dtype))
+
+    def numpy(self, x: Any) -> np.ndarray:
+        return x.detach().numpy()
+
+
+class Jax(Library):
+    name = "jax"
+
+    def __init__(self) -> None:
+        self.module = import_module("jax")
+
+    def array(self, x: Any, dtype: str = "float64") -> Any:
+        return self.module.numpy.asarray(np.asarray(x, dtype))
+
+
+class DrJitTensor(Library):
+    """Dr.Jit's TensorXf, of any shape."""
+
+    name = "drjit"
+
+    def __init__(self) -> None:
+        drjit = import_module("drjit")
+        if not drjit.has_backend(drjit.JitBackend.LLVM):
+            pytest.skip("drjit: no LLVM back end here (install libLLVM, or set DRJIT_LIBLLVM_PATH)")
+        drjit.set_thread_count(0)
+        self.module = import_module("drjit.llvm.ad")
+
+    def array(self, x: Any, dtype: str = "float64") -> Any:
+        return getattr(self.module, "TensorXf" + ("64" if dtype == "float64" else ""))(np.asarray(x, dtype))
+
+    def numpy(self, x: Any) -> np.ndarray:
+        return x.numpy()
+
+    def dtype(self, x: Any) -> str:
+        return import_module("drjit").type_v(x).name.lower()
+
+
+class DrJitArray(DrJitTensor):
+    """Dr.Jit's Array2f, Array3f: a batch (N, 2 or 3) only."""
+
+    name = "drjit-array"
+
+    def array(self, x: Any, dtype: str = "float64") -> Any:
+        x = np.asarray(x, dtype)
+        suffix = "f64" if dtype == "float64" else "f"
+        if x.ndim == 1:
+            return getattr(self.module, "Float" + suffix[1:])(x)
+        return getattr(self.module, f"Array{x.shape[-1]}{suffix}")(np.ascontiguousarray(x.T))
+
+    def numpy(self, x: Any) -> np.ndarray:
+        return np.moveaxis(x.numpy(), 0, -1)
+
+
+KINDS = (Library, Torch, Jax, DrJitTensor, DrJitArray)
+
+
+def opened(kind: type[Library]) -> Library:
+    """The library, or a skip that says why not."""
+    try:
+        return kind()
+    except ImportError as error:
+        pytest.skip(f"{kind.name} cannot be imported: {error}")
+
+
+@pytest.fixture(params=KINDS, ids=lambda kind: kind.name, scope="session")
+def library(request: pytest.FixtureRequest) -> Library:
+    return opened(request.param)
+
+
+@pytest.fixture(scope="session")
+def torch() -> Any:
+    return opened(Torch).module  # type: ignore[attr-defined]
+
+
+@pytest.fixture(scope="session")
+def jax() -> Any:
+    return opened(Jax).module  # type: ignore[attr-defined]

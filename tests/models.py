@@ -1,0 +1,231 @@
+"""What the law tests run on: random instances of every model, and one sourced number for each.
+
+A new model needs one line here, in REFERENCE. Models, distributions and Fresnel terms are found in the package, and
+their random parameters come from their `param` lines.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Callable, Iterator
+from functools import cache
+from types import ModuleType
+from typing import Any, NamedTuple
+
+import numpy as np
+
+import gonio as gn
+from gonio import discover, fresnel, microfacet
+from gonio.errors import ParameterError
+from gonio.fresnel import Fresnel
+from gonio.geometry import Direction
+from gonio.microfacet import Distribution
+from gonio.param import Option, Param, Parametrised, Part
+from gonio.reflectance import Reflectance
+
+
+def public(kind: type, modules: list[ModuleType]) -> list[type]:
+    """The public classes of a kind that the modules define, its base class left out."""
+    classes = [v for module in modules for v in vars(module).values() if isinstance(v, type)]
+    names = {m.__name__ for m in modules}
+    own = {v for v in classes if issubclass(v, kind) and v is not kind and v.__module__ in names}
+    return sorted((v for v in own if not v.__name__.startswith("_")), key=lambda v: v.__name__)
+
+
+MODELS = public(Reflectance, discover.modules("gonio.models"))
+DISTRIBUTIONS = public(Distribution, [microfacet])
+FRESNELS = public(Fresnel, [fresnel])
+KINDS = {Distribution: DISTRIBUTIONS, Fresnel: FRESNELS}
+
+
+# One number per model, with its source.
+
+
+def at(theta_i: float, phi_i: float, theta_o: float, phi_o: float) -> Callable[[Any], float]:
+    """f at angles in degrees."""
+    return lambda m: float(m.f_angles(*np.radians([theta_i, phi_i, theta_o, phi_o])))
+
+
+def albedo(theta: float) -> Callable[[Any], float]:
+    """Albedo at an angle in degrees."""
+    return lambda m: float(gn.albedo(m, gn.direction(math.radians(theta), 0.0), tolerance=1e-9))
+
+
+def mirrored(theta: float) -> Callable[[Any], float]:
+    """Reflectance of the delta lobe at an angle in degrees."""
+    return lambda m: float(m.delta_reflectance(gn.direction(math.radians(theta), 0.0)))
+
+
+def F(theta: float) -> Callable[[Any], float]:
+    """A Fresnel term at an angle in degrees."""
+    return lambda m: float(m.F(math.cos(math.radians(theta))))
+
+
+def D(theta: float, phi: float) -> Callable[[Any], float]:
+    """A distribution of normals at an angle in degrees."""
+    return lambda m: float(m.D(Direction(*gn.direction(*np.radians([theta, phi])))))
+
+
+class Reference(NamedTuple):
+    """`value(made)` is `expected`, by `source`."""
+
+    made: Any
+    value: Callable[[Any], float]
+    expected: float
+    source: str
+    relative: float = 1e-9
+
+    @property
+    def model(self) -> type:
+        return type(self.made)
+
+
+REFERENCE = [
+    Reference(gn.Lambertian(0.5), at(30, 0, 50, 90), 0.15915494309189535, "0.5/pi (lecture 4, eq. 4.2)"),
+    Reference(gn.IdealSpecular(gn.Dielectric(1.5)), mirrored(0), 0.04, "((n - 1)/(n + 1))^2"),
+    Reference(gn.Phong(0.7, 10.0), albedo(0), 0.36651914291880916, "2 pi rho_s/(n + 2)", 1e-6),
+    Reference(gn.OriginalPhong(1.0, 4.0), at(60, 0, 30, 180), 1.125, "cos(30)^4/cos(60), lecture 4, eq. 4.7"),
+    Reference(gn.ModifiedPhong(1.0, 20.0), albedo(30), 0.86602541, "by integration, two sources", 1e-6),
+    Reference(gn.BlinnPhong(1.0, 2.0), at(60, 0, 60, 0), 0.0954929658551372, "24/(20 pi) cos(60)^2"),
+    Reference(
+        gn.Microfacet(gn.GGX(1.0)), albedo(0), 0.30685281944005469, "1 - ln 2, height-correlated", 1e-5
+    ),
+    Reference(gn.TorranceSparrow(0.3), at(30, 0, 75, 150), 0.228630248401647, "1967, by mpmath; G = 0.7225"),
+    Reference(gn.ABC(2.0, 100.0, 0.5, 1.5), at(0, 0, 0, 0), 0.08, "A F(0), F = 0.04, Löw et al. 2012"),
+    Reference(gn.GGX(0.5), D(45, 20), 0.203718327157626, "16/(25 pi), Walter et al. 2007, eq. 33"),
+    Reference(gn.Beckmann(0.5), D(45, 20), 0.0932807828809022, "16 exp(-4)/pi, Walter et al. 2007, eq. 25"),
+    Reference(gn.GaussianFacets(0.2), D(0, 0), 8.17222585880376, "1/(pi alpha Dawson(alpha)), mpmath"),
+    Reference(gn.Constant(0.3), F(77), 0.3, "definition"),
+    Reference(
+        gn.Dielectric(1.5), F(45), 0.0502399110122359, "-0.30333704, 0.09201336: Mitsuba 3 test_fresnel.py"
+    ),
+    Reference(gn.Conductor(2.0, 4.0), F(0), 0.68, "((n - 1)^2 + k^2)/((n + 1)^2 + k^2)"),
+    Reference(gn.Schlick(0.04), F(60), 0.07, "0.04 + 0.96/2^5, Schlick 1994"),
+]
+
+
+# Random instances.
+
+
+def concrete(part: Part) -> list[type]:
+    """The classes that a part may be."""
+    return KINDS[part.kind]
+
+
+def structures(model: type[Parametrised]) -> list[dict[str, Any]]:
+    """Every valid choice of a class's options and of the classes of its parts."""
+    choices = {
+        name: field.choices if isinstance(field, Option) else concrete(field)
+        for name, field in model.fields.items()
+        if isinstance(field, (Option, Part))
+    }
+    found = []
+    for values in itertools.product(*choices.values()):
+        chosen = dict(zip(choices, values, strict=True))
+        try:
+            model(**{n: v() if isinstance(v, type) else v for n, v in chosen.items()})
+        except ParameterError:
+            continue
+        found.append(chosen)
+    return found
+
+
+def number(field: Param, rng: np.random.Generator, channels: int | None) -> Any:
+    """A value within the bounds: log-uniform where these are wide, sometimes 0 where that is the lower one."""
+    low, high = field.low, field.high
+    start = low if low > 0.0 else min(1e-2, 0.1 * high)
+    wide = high > 30.0 * start if low > 0.0 or high > 1.0 else False
+    shape = (channels,) if channels and rng.random() < 0.7 else ()
+    x = np.exp(rng.uniform(math.log(start), math.log(high), shape)) if wide else rng.uniform(low, high, shape)
+    if low == 0.0 and rng.random() < 0.1:
+        x = x * 0.0
+    return np.clip(x, low, high) if shape else float(min(max(float(x), low), high))
+
+
+def random(model: type[Parametrised], rng: np.random.Generator, channels: int | None, structure: dict) -> Any:
+    """An instance of a class with random parameters, of the given structure."""
+    values = {}
+    for name, field in model.fields.items():
+        if name in structure:
+            chosen = structure[name]
+            values[name] = random(chosen, rng, channels, {}) if isinstance(chosen, type) else chosen
+        elif isinstance(field, Param) and not (isinstance(field.default, str) and rng.random() < 0.3):
+            values[name] = number(field, rng, channels)
+    return model(**values)
+
+
+class Draw(NamedTuple):
+    """A model class and the seed of its parameters: what identifies a random material in a test id."""
+
+    model: type
+    seed: int
+
+    def material(self, channels: int | None = None) -> Any:
+        """The material, with one channel or, in part of its parameters, `channels`."""
+        return _material(self.model, self.seed, channels)
+
+    def __str__(self) -> str:
+        return f"{self.model.__name__}-{self.seed}"
+
+
+@cache
+def _material(model: type, seed: int, channels: int | None) -> Any:
+    choices = structures(model)
+    rng = np.random.default_rng([seed, channels or 0, *model.__name__.encode()])
+    return random(model, rng, channels, choices[seed % len(choices)])
+
+
+def draws(least: int = 4, every: int = 1) -> list[Draw]:
+    """Draws of each model: all its structures, and at least `least`; of many structures only every so many."""
+    found = []
+    for model in MODELS:
+        count = max(least, len(structures(model)))
+        found += [Draw(model, seed) for seed in range(0, count, every if count > least else 1)]
+    return found
+
+
+def at_bounds(model: type[Reflectance]) -> Iterator[Reflectance]:
+    """The model with each of its parameters, one by one, at its lower and its upper bound."""
+    for structure in structures(model):
+        m = random(model, np.random.default_rng(7), None, structure)
+        for path, p in m.parameters.items():
+            for bound in (p.low, p.high):
+                yield m.replace({path: bound})
+
+
+# Pairs of directions.
+
+
+def on_sphere(theta: Any, phi: Any) -> np.ndarray:
+    """Unit vectors of angles in radians, with exact zeros for theta = 0."""
+    return gn.direction(np.asarray(theta, float), np.asarray(phi, float))
+
+
+@cache
+def pairs(seed: int = 0, count: int = 192) -> tuple[np.ndarray, np.ndarray]:
+    """wi, wo (N, 3) above the horizon: random, near the mirror pair at all scales, and the awkward ones."""
+    rng = np.random.default_rng(seed)
+    half = count // 2
+    ti, pi = np.arccos(rng.uniform(0.02, 1.0, count)), rng.uniform(-np.pi, np.pi, count)
+    to, po = np.arccos(rng.uniform(0.02, 1.0, count)), rng.uniform(-np.pi, np.pi, count)
+    scale = 10.0 ** rng.uniform(-5, -0.5, half)
+    to[half:] = np.clip(ti[half:] + scale * rng.normal(size=half), 0.0, np.radians(89.0))
+    po[half:] = pi[half:] + np.pi + scale * rng.normal(size=half)
+    wi, wo = [on_sphere(ti, pi)], [on_sphere(to, po)]
+    a, b = awkward()
+    return np.concatenate([*wi, a]), np.concatenate([*wo, b])
+
+
+def awkward() -> tuple[np.ndarray, np.ndarray]:
+    """Pairs (N, 3) where formulas break: normal incidence, grazing, exactly wi = wo, exactly mirrored."""
+    grazing = np.radians(89.99)
+    some = on_sphere([0.0, 0.3, 1.0, 1.5, grazing], [0.0, 2.0, -1.0, 0.5, 2.5])
+    normal = np.broadcast_to([0.0, 0.0, 1.0], some.shape)
+    edge = np.broadcast_to(on_sphere(grazing, 0.4), some.shape)
+    axis = on_sphere([0.7, 0.7, 0.7, 0.7, 0.0], [0.0, np.pi / 2, np.pi, -np.pi / 2, 0.0])
+    mirror = np.array([-1.0, -1.0, 1.0])
+    pairs = [(some, normal), (normal, some), (some, some), (some, some * mirror), (edge, some), (some, edge)]
+    pairs += [(edge, edge * mirror), (axis, axis * mirror), (axis, np.roll(axis, 1, axis=0)), (axis, normal)]
+    wi, wo = (np.concatenate(side) for side in zip(*pairs, strict=True))
+    return wi, wo
