@@ -1,7 +1,7 @@
 """The manual runs: its Python blocks, the values they print, and the names, links and figures it mentions.
 
 A block is run as it stands, all blocks of a page in one process; "```python notest" is left out. Where a comment follows
-a print, as in `print(f"{x:.3f}")  # 0.125`, it must be what is printed. A block that starts with `# src/gonio/...py` is a new file of the package: it is put into
+a print, as in `print(f"{x:.3f}")  # 0.125`, or the loop that it ends, it must be what is printed. A block that starts with `# src/gonio/...py` is a new file of the package: it is put into
 a copy of gonio, which the page's other blocks then use.
 """
 
@@ -24,7 +24,7 @@ PAGES = [p for p in (*sorted((ROOT / "docs").glob("*.md")), ROOT / "CONTRIBUTING
 BLOCK = re.compile(r"^```python\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 ANY_BLOCK = re.compile(r"^```.*?^```$", re.MULTILINE | re.DOTALL)
 NEW_FILE = re.compile(r"# src/gonio/(\S+\.py)\n")
-PRINTED = re.compile(r"^ *print\(.*\)  # (.+)$", re.MULTILINE)
+PRINTED = re.compile(r"^ *print\(.*\)  # (.+)$|^ +print\(.*\)\n((?:# .*\n)+)", re.MULTILINE)
 LINK = re.compile(r"\]\(([^)\s]+)\)|(?:src|href)=\"([^\"]+)\"")
 NAME = re.compile(r"\bgn((?:\.[A-Za-z_]\w*)+)")
 MODULE = re.compile(r"`((?:\w+/)*\w+\.py)`")
@@ -50,6 +50,12 @@ def script(page: Path) -> str:
             body = block.group(1).splitlines()
             lines[first : first + len(body)] = body
     return "\n".join(lines)
+
+
+def told(program: str) -> list[str]:
+    """What the comments of a program say that it prints, line by line."""
+    found = [one or several for one, several in PRINTED.findall(program)]
+    return [line.removeprefix("# ") for part in found for line in part.splitlines()]
 
 
 def slugs(page: Path) -> set[str]:
@@ -79,7 +85,7 @@ def test_page_runs(page, tmp_path):
     done = subprocess.run(command, cwd=work, env=environment, capture_output=True, encoding="utf-8")
     assert done.returncode == 0, f"line numbers are those of {page.name}\n{done.stderr}"
     lines = iter(done.stdout.splitlines())
-    wrong = [told for told in PRINTED.findall(program.read_text(encoding="utf-8")) if told not in lines]
+    wrong = [line for line in told(program.read_text(encoding="utf-8")) if line not in lines]
     assert not wrong, f"{page.name} tells otherwise; printed was\n{done.stdout}"
 
 

@@ -320,6 +320,7 @@ def test_a_failed_write_leaves_the_old_file(tmp_path, monkeypatch, asymmetric):
         (gn.Lambertian([0.1, 0.2, 0.3, 0.4]), r"shape \(4,\), expected \(\) or \(1,\) for gray or \(3,\)"),
         (gn.Lambertian(np.full((2, 2, 3), 0.5)), "shape"),
         (gn.IdealSpecular(0.9) + gn.Lambertian(0.1), "perfect mirror"),
+        (gn.Microfacet(gn.GGX(0.2, 0.5)), "anisotropic"),
     ],
 )
 def test_materials_that_a_table_cannot_hold(tmp_path, m, text):

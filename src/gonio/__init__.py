@@ -29,12 +29,12 @@ _ON_USE = {
     "albedo": "integrate",
     "reflected_radiance": "illumination",
     "check": "laws",
-    "expression": "expression",
+    "expression": "expressions",
     "render": "rendering",
     "read_image": "image",
     "Image": "image",
     "radiometry": "",
-    "cite": "cite",
+    "cite": "citations",
 }
 """Public names whose modules are imported when first used -> module ("" for a module itself)."""
 

@@ -106,7 +106,7 @@ def material(name: str, *, alpha: float | None = None, wavelengths: Any = None) 
 
     A measured fit is `Lambertian(rho) + ABC(A, B, C, eta)` in linear RGB. A metal or dielectric is a microfacet
     surface (GGX) with the exact Fresnel reflectance of its refractive index: `Conductor`, or `Dielectric` where k is
-    below 0.001 (which changes the reflectance by less than 1e-6). Of a dielectric this is the light reflected at the
+    below 0.001 (which changes the reflectance by 1e-6). Of a dielectric this is the light reflected at the
     surface alone, not what comes back from inside.
 
     alpha        slope scale of a metal or dielectric, 0.1 if not given; 0 is a perfect mirror, `IdealSpecular`

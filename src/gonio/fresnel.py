@@ -46,7 +46,8 @@ def fresnel_conductor(cos_theta: Any, eta: Any, k: Any) -> Any:
     """
     c2 = cos_theta * cos_theta
     s2 = 1.0 - c2
-    real, imag = (eta - 1.0) * (eta + 1.0) + c2 - k * k, 2.0 * eta * k
+    difference = ops.where(c2 > 0.5, eta * eta - s2, (eta - 1.0) * (eta + 1.0) + c2)  # eta^2 - s2, no cancellation
+    real, imag = difference - k * k, 2.0 * eta * k
     modulus = ops.sqrt(real * real + imag * imag + 1e-36)  # a^2 + b^2
     # The larger of a and b comes from a sum, the other from a b = eta k: no cancellation.
     larger = ops.sqrt(0.5 * (modulus + ops.absolute(real)) + 1e-30)

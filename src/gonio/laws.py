@@ -168,16 +168,8 @@ def _reciprocity(m: Reflectance) -> Law:
     return Law("reciprocity", value <= tolerance, value, tolerance, rule, _degrees(wi[at], wo[at]) if why else {}, why)
 
 
-def _is_isotropic(m: Reflectance) -> bool:
-    wi, wo = (w[:: PAIRS // 512] for w in _pairs())
-    c, s = math.cos(1.1), math.sin(1.1)
-    turn = np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
-    f, g = _values(m, wi, wo), _values(m, wi @ turn, wo @ turn)
-    return bool(np.allclose(f, g, rtol=1e-6, atol=1e-9, equal_nan=True))
-
-
 def _albedos(m: Reflectance, incident: bool) -> tuple[np.ndarray, np.ndarray]:
-    phi = np.array([0.3]) if _is_isotropic(m) else np.radians([0.0, 45.0, 90.0, 200.0])
+    phi = np.array([0.3]) if m.is_isotropic() else np.radians([0.0, 45.0, 90.0, 200.0])
     w = direction(INCIDENCE[:, None], phi[None, :]).reshape(-1, 3)
     a = integrate(m, w, tolerance=5e-4, incident=incident)
     return w, a if a.ndim == 2 else a[:, None]

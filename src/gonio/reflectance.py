@@ -15,6 +15,7 @@ from . import batch, geometry, ops, warp
 from .errors import ArrayTypeError, ParameterError
 from .geometry import HORIZON, NORMAL, Direction
 from .param import Field, Parametrised, literal, param, part
+from .quadrature import lattice
 
 
 class Sample(NamedTuple):
@@ -104,6 +105,19 @@ class Reflectance(Parametrised):
     def has_delta(self) -> bool:
         """Whether any lobe is a delta lobe."""
         return any(lobe.is_delta for _, lobe in self.lobes())
+
+    def is_isotropic(self) -> bool:
+        """Whether turning both directions together about the normal changes nothing: f(theta_i, theta_o, phi_o - phi_i).
+
+        Tested at 512 pairs of directions, to 1e-6 relative (Szeliski 2.82).
+        """
+        u, v = lattice(512), lattice(512)[::-1]
+        theta_i, theta_o = np.arccos(1.0 - u[:, 0]), np.arccos(1.0 - v[:, 1])
+        turned = [
+            self.f_angles(theta_i, turn + 2.0 * np.pi * u[:, 1], theta_o, turn + 2.0 * np.pi * v[:, 0])
+            for turn in (0.0, 1.1)
+        ]
+        return bool(np.allclose(*turned, rtol=1e-6, atol=1e-9, equal_nan=True))
 
     def __add__(self, other: Any) -> Sum:
         if not isinstance(other, Reflectance):

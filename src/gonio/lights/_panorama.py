@@ -53,17 +53,20 @@ class Panorama:
             value = value.pixels
         if not isinstance(value, (list, tuple, np.ndarray)):
             raise ParameterError(
-                f"image={value!r:.60}: a {type(value).__name__}; expected a NumPy array (H, W, C) or (H, W) of "
+                f"environment map: got a {type(value).__name__}; expected a NumPy array (H, W, C) or (H, W) of "
                 f"radiances, an Image, or the path of an equirectangular picture"
             )
-        array = np.array(value, dtype=float if isinstance(value, (list, tuple)) else None, order="C")
+        try:
+            array = np.array(value, dtype=float if isinstance(value, (list, tuple)) else None, order="C")
+        except (TypeError, ValueError):
+            raise ParameterError("environment map: got nested lists that are no (H, W, C) of numbers") from None
         if array.dtype not in (np.float32, np.float64):
             raise ArrayTypeError(
-                f"image: pixels are {array.dtype}, expected float32 or float64 radiances; 8-bit sRGB codes: "
-                f"gonio.image.srgb_decode(x / 255)"
+                f"environment map: pixels are {array.dtype}, expected float32 or float64 radiances; "
+                f"8-bit codes: gonio.image.srgb_decode(x / 255)"
             )
         if array.ndim not in (2, 3) or 0 in array.shape:
-            raise ShapeError(f"image: pixels are {array.shape}, expected (H, W, C) or (H, W)")
+            raise ShapeError(f"environment map: pixels are {array.shape}, expected (H, W, C) or (H, W)")
         return cls(array if array.ndim == 3 else array[..., None], path)
 
     def checked(self, replace_invalid: bool) -> Panorama:
@@ -77,7 +80,7 @@ class Panorama:
         row, column = (int(i) for i in np.argwhere(bad)[0])
         values = ", ".join(f"{v:g}" for v in self.pixels[row, column])
         raise ParameterError(
-            f"{self.path or 'image'}: {int(bad.sum())} of {bad.size} pixels are negative, NaN or infinite, the "
+            f"{self.path or 'environment map'}: {int(bad.sum())} of {bad.size} pixels are negative, NaN or infinite, the "
             f"first in row {row}, column {column}: ({values}); expected radiances from 0 up; repair the picture, or "
             f"pass invalid='zero' to count such values as 0"
         )
@@ -147,19 +150,22 @@ class Panorama:
     def _cells(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Probability of every pixel (H, W), and its solid angle [sr] (H, 1).
 
-        The probability is that of the mean radiance of all channels over the pixel, interpolation included: what
-        shines into a black pixel from its neighbours gives it a share.
+        The probability is that of half the mean and half the largest interpolated radiance within the pixel: what
+        shines into a black pixel from its neighbours gives it a share, and radiance over density stays bounded.
         """
         height, width, _ = self.pixels.shape
-        mean = self.pixels.mean(axis=-1, dtype=np.float64)
-        mean = 0.75 * mean + 0.125 * (np.roll(mean, 1, axis=1) + np.roll(mean, -1, axis=1))
-        tall = np.pad(mean, ((1, 1), (0, 0)), "edge")
-        mean = 0.75 * mean + 0.125 * (tall[:-2] + tall[2:])
-        edges = np.linspace(0.0, math.pi, height + 1)
-        # cos a - cos b = 2 sin((a + b)/2) sin((b - a)/2) keeps its digits at the poles.
-        bands = 2.0 * np.sin(0.5 * (edges[1:] + edges[:-1])) * math.sin(0.5 * math.pi / height)
-        solid_angle = (2.0 * math.pi / width * bands)[:, None]
-        share = (mean if mean.any() else np.ones_like(mean)) * solid_angle
+        centre = self.pixels.mean(axis=-1, dtype=np.float64)
+        tall = np.pad(centre, ((1, 1), (0, 0)), "edge")
+        edges = 0.5 * (tall[:-1] + tall[1:])
+        mean = largest = np.zeros_like(centre)
+        for part, level in ((0.25, edges[:-1]), (0.5, centre), (0.25, edges[1:])):
+            left = 0.5 * (level + np.roll(level, 1, axis=1))
+            right = np.roll(left, -1, axis=1)
+            mean = mean + part * (0.25 * left + 0.5 * level + 0.25 * right)
+            largest = np.maximum.reduce([largest, left, level, right])
+        theta = (np.arange(height) + 0.5) * (math.pi / height)
+        solid_angle = (4.0 * math.pi / width * math.sin(0.5 * math.pi / height) * np.sin(theta))[:, None]
+        share = (mean + largest if largest.any() else np.ones_like(mean)) * solid_angle
         return share / share.sum(), solid_angle
 
     @cached_property

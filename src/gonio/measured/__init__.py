@@ -10,6 +10,7 @@ import os
 from functools import cache
 from pathlib import Path
 from types import ModuleType
+from typing import Any
 
 from .. import discover
 from ..errors import FormatError, NotFoundError, ParameterError
@@ -46,10 +47,10 @@ def load(path: str | os.PathLike) -> Reflectance:
     raise FormatError(f"{path}: not a known format: starts with {head[:16]!r}, {size} bytes; known formats: {known}")
 
 
-def save(m: Reflectance, path: str | os.PathLike, format: str | None = None) -> None:
+def save(m: Reflectance, path: str | os.PathLike, format: str | None = None, **options: Any) -> None:
     """Write a reflectance to a file; the format is that of the suffix, or the one named.
 
-    A failed or interrupted write leaves an existing file as it was.
+    `options` are the format's own, see its `write`. A failed or interrupted write leaves an existing file as it was.
     Raises ParameterError where the suffix names no format, or several, and `format` is not given.
     """
     path = Path(path)
@@ -57,9 +58,9 @@ def save(m: Reflectance, path: str | os.PathLike, format: str | None = None) -> 
     if format is not None:
         if format not in writers:
             raise ParameterError(f"format={format!r}: expected one of {', '.join(map(repr, writers))}")
-        return writers[format].write(m, path)
+        return writers[format].write(m, path, **options)
     named = [w for w in writers.values() if path.suffix.lower() in w.SUFFIXES and not getattr(w, "SHARED_SUFFIX", False)]
     if len(named) != 1:
         listed = ", ".join(f"{n!r} ({' '.join(w.SUFFIXES)})" for n, w in writers.items())
         raise ParameterError(f"{path}: the suffix {path.suffix!r} does not say which format; give format=, one of {listed}")
-    return named[0].write(m, path)
+    return named[0].write(m, path, **options)

@@ -41,9 +41,13 @@ def both(outer: Slices, inner: Slices, count: int) -> Slices:
 
 def gather(table: Any, at: Slices, size: int, index: Any) -> Any:
     """Entry `index` of the interpolated table; `size` entries make one table."""
+    return _weighted(table, [(number * size, weight) for number, weight in at], index)
+
+
+def _weighted(table: Any, starts: Slices, index: Any) -> Any:
     total: Any = None
-    for number, weight in at:
-        term = weight * ops.take(table, number * size + index)
+    for start, weight in starts:
+        term = weight * ops.take(table, start + index)
         total = term if total is None else total + term
     return total
 
@@ -102,21 +106,20 @@ class MarginalWarp(NamedTuple):
         """(x, y) for two uniform numbers."""
         rows, columns = self.shape
         size = rows * columns
-        row, row_start = _last(rows - 1, lambda k: gather(self.marginal, at, rows, k) < sy, sy)
+        # What the searches look up at every step is prepared outside them: they take most of the time.
+        starts = [(number * rows, weight) for number, weight in at]
+        row, row_start = _last(rows - 1, lambda k: _weighted(self.marginal, starts, k) < sy, sy)
         low, high = self._row_totals(at, row)
-        v = _invert_segment((sy - gather(self.marginal, at, rows, row)) * (rows - 1.0), low, high)
+        v = _invert_segment((sy - _weighted(self.marginal, starts, row)) * (rows - 1.0), low, high)
+        first, edges = row * columns, ((0, 1.0 - v), (columns, v))
+        starts_x = [(number * size + first + k, w * weight) for number, weight in at for k, w in edges]
         wanted = sx * _lerp(low, high, v)
-        start = row * columns
-
-        def before(k: Any) -> Any:
-            below, above = (gather(self.conditional, at, size, start + k + j) for j in (0, columns))
-            return _lerp(below, above, v)
-
-        column, column_start = _last(columns - 1, lambda k: before(k) < wanted, wanted)
-        first = start + column
-        v00, v01, v10, v11 = (gather(self.density, at, size, first + k) for k in (0, 1, columns, columns + 1))
-        left, right = _lerp(v00, v10, v), _lerp(v01, v11, v)
-        u = _invert_segment((wanted - before(column)) * (columns - 1.0), left, right)
+        column, column_start = _last(
+            columns - 1, lambda k: _weighted(self.conditional, starts_x, k) < wanted, wanted
+        )
+        left, right = (_weighted(self.density, starts_x, column + k) for k in (0, 1))
+        before = _weighted(self.conditional, starts_x, column)
+        u = _invert_segment((wanted - before) * (columns - 1.0), left, right)
         return (column_start + u) * (1.0 / (columns - 1)), (row_start + v) * (1.0 / (rows - 1))
 
     def _row_totals(self, at: Slices, row: Any) -> tuple[Any, Any]:

@@ -337,10 +337,10 @@ def read(path: Path) -> MERL:
 def write(m: Reflectance, path: Path, phi_d: int = 180) -> None:
     """Write f at the centres of cells; a MERL is written as it was read, bit by bit.
 
-    The half vector has azimuth 0: what an anisotropic material does elsewhere is lost, and with 180 cells of
-    `phi_d`, so is one half of a material without reciprocity; 360 cells keep it. One channel becomes gray.
-    -1 stands for below the horizon, and for values that are negative, NaN or infinite.
-    Raises ParameterError for a material with a delta lobe, with other than 1 or 3 channels, or with maps.
+    With 180 cells of `phi_d` one half of a material without reciprocity is lost; 360 cells keep it. One channel
+    becomes gray. -1 stands for below the horizon, and for values that are negative, NaN or infinite.
+    Raises ParameterError for a material that is anisotropic, that has a delta lobe, other than 1 or 3 channels, or
+    maps: no such table could hold it.
     """
     raw = m.raw if isinstance(m, MERL) else _tabulate(m, phi_d)
     with replacing(path) as temporary, temporary.open("wb") as file:
@@ -360,6 +360,8 @@ def _tabulate(m: Reflectance, phi_cells: int) -> np.ndarray:
         raise ParameterError(
             f"{m!r:.80}: values have shape {shape}, expected () or (1,) for gray or (3,) for RGB"
         )
+    if not m.is_isotropic():
+        raise ParameterError(f"{m!r:.80}: is anisotropic, and MERL files hold isotropic materials only")
     raw = np.full((3, N, N, phi_cells), -1.0)
     theta_h, theta_d, phi_d = _centres(phi_cells)
     for i in range(0, N, 10):

@@ -1,0 +1,184 @@
+"""What the words on a command line stand for: materials, lights and `name=value`."""
+
+from __future__ import annotations
+
+import difflib
+import math
+import os
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+from typing import Any
+
+from . import catalogue
+from .errors import Error, ExpressionError, NotFoundError, ParameterError
+from .expressions import describe, expression, names, read
+from .light import Light
+from .lights.constant import ConstantLight
+from .lights.distant import DistantLight
+from .lights.environment import EnvironmentLight
+from .lights.point import PointLight
+from .measured import formats, load
+from .param import Channels, Field, Option, Param, Parametrised, Part, Table
+from .reflectance import Reflectance, direction
+
+PICTURES = (".exr", ".hdr", ".png", ".jpg", ".jpeg")
+LIGHTS = "FILE, sky, constant[:L], distant:THETA,PHI[,E], point:X,Y,Z[,I]"
+
+
+def resolve(text: str) -> Reflectance:
+    """What MATERIAL means: an existing file, else the name of a built-in material, else an expression."""
+    if os.path.isfile(text):
+        return load(text)
+    if catalogue.find(text) is not None:
+        return catalogue.material(text)
+    suffixes = {suffix for module in formats() for suffix in module.SUFFIXES}
+    if ("(" in text or text in names()) and Path(text).suffix.lower() not in suffixes:
+        return expression(text)
+    raise NotFoundError(
+        f"{text!r:.90}: no such file, no built-in material, and no expression such as \"Lambertian(0.5)\""
+        f"{_files_like(text) or catalogue.hint(text)}; `gonio materials` lists the built-in ones"
+    )
+
+
+def _files_like(text: str) -> str:
+    folder, name = os.path.split(text)
+    if os.path.isdir(text):
+        return "; it is a directory"
+    try:
+        close = difflib.get_close_matches(name, os.listdir(folder or "."), n=1, cutoff=0.8)
+    except (OSError, ValueError):
+        return f"; there is no directory {folder!r}"
+    return f"; did you mean {os.path.join(folder, close[0])}?" if close else ""
+
+
+def resolve_light(text: str) -> Light:
+    """What LIGHT means. Angles in degrees; a spectrum is one number or one per channel.
+
+    FILE                         an environment map, .exr or .hdr
+    sky                          a procedural sky, the default
+    constant[:L]                 radiance L from everywhere, 1 if not given
+    distant:THETA,PHI[,E]        a parallel beam of irradiance E, pi if not given: a white surface facing it is at 1
+    point:X,Y,Z[,I]              a point source of intensity I, pi (X^2 + Y^2 + Z^2) if not given; the sphere has
+                                 radius 1 and is at 0, 0, 0
+    an expression                DistantLight([1, 0, 1], 3), EnvironmentLight("studio.exr", scale=2), ...
+    """
+    if os.path.isfile(text):
+        return EnvironmentLight(text)
+    kind, colon, rest = text.partition(":")
+    kind = kind.strip().lower()
+    if kind in _LIGHTS:
+        return _LIGHTS[kind](text, _numbers(text, rest) if colon else [])
+    if Path(text).suffix.lower() in PICTURES:
+        raise NotFoundError(f"light {text!r:.90}: no such file{_files_like(text)}")
+    if "(" in text:
+        found = read(text)
+        if not isinstance(found, Light):
+            kind = type(found).__name__ if isinstance(found, Parametrised) else describe(found)
+            raise ExpressionError(f"light {text!r:.90}: {kind}, expected a light such as ConstantLight(1.0)")
+        return found
+    close = difflib.get_close_matches(kind, _LIGHTS, n=1)
+    guess = f"; did you mean {close[0]}?" if close else ""
+    raise NotFoundError(f"light {text!r:.90}: no such file and no light{guess} Expected one of: {LIGHTS}")
+
+
+def _numbers(text: str, rest: str) -> list[float]:
+    try:
+        found = [float(part) for part in rest.split(",")]
+    except ValueError:
+        raise ParameterError(f"light {text!r:.90}: {rest!r:.60} is not a list of numbers; expected {LIGHTS}") from None
+    if not all(map(math.isfinite, found)):
+        raise ParameterError(f"light {text!r:.90}: NaN or infinite; expected finite numbers")
+    return found
+
+
+def _spectrum(numbers: list[float], default: float) -> Any:
+    return default if not numbers else numbers[0] if len(numbers) == 1 else numbers
+
+
+def _sky(text: str, numbers: list[float]) -> Light:
+    if numbers:
+        raise ParameterError(f"light {text!r:.90}: sky takes no numbers; use --exposure")
+    return EnvironmentLight.sky()
+
+
+def _constant(text: str, numbers: list[float]) -> Light:
+    return ConstantLight(_spectrum(numbers, 1.0))
+
+
+def _distant(text: str, numbers: list[float]) -> Light:
+    if len(numbers) < 2:
+        raise ParameterError(f"light {text!r:.90}: expected distant:THETA,PHI[,E] in degrees, such as distant:45,-60")
+    theta, phi, *irradiance = numbers
+    if not 0.0 <= theta <= 180.0:
+        raise ParameterError(f"light {text!r:.90}: theta is {theta:g} degrees, expected 0 (up) to 180 (down)")
+    w = direction(math.radians(theta), math.radians(phi))
+    return DistantLight(w, _spectrum(irradiance, math.pi))
+
+
+def _point(text: str, numbers: list[float]) -> Light:
+    if len(numbers) < 3:
+        raise ParameterError(f"light {text!r:.90}: expected point:X,Y,Z[,I] in metres, such as point:2,-3,3")
+    position, intensity = numbers[:3], numbers[3:]
+    return PointLight(position, _spectrum(intensity, math.pi * sum(x * x for x in position)))
+
+
+_LIGHTS = {"sky": _sky, "constant": _constant, "distant": _distant, "point": _point}
+
+
+def with_parameters(m: Reflectance, assignments: Iterable[str]) -> Reflectance:
+    """The material with parameters replaced, each given as "name=value".
+
+    A name is a path of `settable`, or its end where that is unique: `alpha` for `1.distribution.alpha`. A value is a
+    number, a list (`0.1,0.2,0.3`), a word, or a piece such as `Dielectric(1.4)`.
+    """
+    changes: dict[str, Any] = {}
+    for text in assignments:
+        name, equals, value = text.partition("=")
+        if not equals or not name.strip() or not value.strip():
+            raise ParameterError(f"-p {text!r:.60}: expected name=value, such as alpha=0.2")
+        path = _path(m, name.strip())
+        for other in changes:
+            if other == path or other.startswith(f"{path}.") or path.startswith(f"{other}."):
+                raise ParameterError(f"-p {text!r:.60}: {other} is given already")
+        try:
+            changes[path] = read(value, words=True)
+        except ExpressionError as error:
+            raise ExpressionError(f"-p {name.strip()}: {error}") from None
+    try:
+        return m.replace(changes) if changes else m
+    except Error:
+        raise
+    except (TypeError, ValueError) as error:
+        raise ParameterError(f"-p {', '.join(changes)}: {error}") from None
+
+
+def settable(m: Parametrised, prefix: str = "") -> Iterator[tuple[str, Field, Any]]:
+    """Path, declaration and value of everything that `replace` can set: numbers, words and pieces."""
+    for name, declared in m.fields.items():
+        if isinstance(declared, (Table, Channels)):
+            continue
+        value = getattr(m, name)
+        yield prefix + name, declared, value
+        if isinstance(value, Parametrised):
+            yield from settable(value, f"{prefix}{name}.")
+
+
+def _path(m: Reflectance, name: str) -> str:
+    paths = []
+    for path, declared, _ in settable(m):
+        paths.append(path)
+        if isinstance(declared, Param) and declared.alias:
+            paths.append(path.removesuffix(declared.name) + declared.alias)
+    if name in paths:
+        return name
+    found = [p for p in paths if p.endswith(f".{name}")]
+    if len(found) == 1:
+        return found[0]
+    if found:
+        raise ParameterError(f"-p {name}: stands for several parameters; name one of {', '.join(found)}")
+    ends = {p.rpartition(".")[2]: p for p in paths}
+    close = difflib.get_close_matches(name, [*paths, *ends], n=1)
+    guess = f"; did you mean {close[0]}?" if close else ""
+    known = [p for p, declared, _ in settable(m) if isinstance(declared, (Param, Option, Part)) and not p.isdigit()]
+    listed = f" Known: {', '.join(known)}" if known else " This material has none"
+    raise NotFoundError(f"-p {name}: no such parameter{guess}{listed}")
