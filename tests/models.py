@@ -22,7 +22,7 @@ from gonio.fresnel import Fresnel
 from gonio.geometry import Direction
 from gonio.microfacet import Distribution
 from gonio.param import Option, Param, Parametrised, Part
-from gonio.reflectance import Reflectance
+from gonio.reflectance import Reflectance, Scaled, Sum
 
 
 def public(kind: type, modules: list[ModuleType]) -> list[type]:
@@ -133,7 +133,7 @@ def structures(model: type[Parametrised]) -> list[dict[str, Any]]:
 
 def number(field: Param, rng: np.random.Generator, channels: int | None) -> Any:
     """A value within the bounds: log-uniform where these are wide, sometimes 0 where that is the lower one."""
-    low, high = field.low, field.high
+    low, high = field.low, min(field.high, 1e8)
     start = low if low > 0.0 else min(1e-2, 0.1 * high)
     wide = high > 30.0 * start if low > 0.0 or high > 1.0 else False
     shape = (channels,) if channels and rng.random() < 0.7 else ()
@@ -171,15 +171,23 @@ class Draw(NamedTuple):
 
 @cache
 def _material(model: type, seed: int, channels: int | None) -> Any:
-    choices = structures(model)
     rng = np.random.default_rng([seed, channels or 0, *model.__name__.encode()])
+    if model is Sum:
+        lobes = [Draw(MODELS[i], seed).material(channels) for i in rng.permutation(len(MODELS))[: 2 + seed % 2]]
+        return Sum(lobes[0], *(number(Scaled.fields["weight"], rng, channels) * m for m in lobes[1:]))
+    choices = structures(model)
     return random(model, rng, channels, choices[seed % len(choices)])
+
+
+def breaks(m: Reflectance) -> set[str]:
+    """The laws that a material, or a term of it, declares to break."""
+    return {law for _, lobe in m.lobes() for law in lobe.breaks}
 
 
 def draws(least: int = 4, every: int = 1) -> list[Draw]:
     """Draws of each model: all its structures, and at least `least`; of many structures only every so many."""
     found = []
-    for model in MODELS:
+    for model in [*MODELS, Sum]:
         count = max(least, len(structures(model)))
         found += [Draw(model, seed) for seed in range(0, count, every if count > least else 1)]
     return found

@@ -2,7 +2,7 @@
 
 A block is run as it stands, all blocks of a page in one process; "```python notest" is left out. Where a comment follows
 a print, as in `print(f"{x:.3f}")  # 0.125`, or the loop that it ends, it must be what is printed. A block that starts with `# src/gonio/...py` is a new file of the package: it is put into
-a copy of gonio, which the page's other blocks then use.
+a copy of gonio, which the page's other blocks then use. One that starts with `# tests/models.py` holds rows of REFERENCE.
 """
 
 import os
@@ -19,10 +19,15 @@ import gonio as gn
 
 ROOT = Path(__file__).resolve().parents[1]
 PACKAGE = Path(gn.__file__).resolve().parent
-PAGES = [p for p in (*sorted((ROOT / "docs").glob("*.md")), ROOT / "CONTRIBUTING.md", ROOT / "README.md") if p.exists()]
+PAGES = [
+    p
+    for p in (*sorted((ROOT / "docs").glob("*.md")), ROOT / "CONTRIBUTING.md", ROOT / "README.md")
+    if p.exists()
+]
 
 BLOCK = re.compile(r"^```python\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 ANY_BLOCK = re.compile(r"^```.*?^```$", re.MULTILINE | re.DOTALL)
+ROWS = "# tests/models.py"
 NEW_FILE = re.compile(r"# src/gonio/(\S+\.py)\n")
 PRINTED = re.compile(r"^ *print\(.*\)  # (.+)$|^ +print\(.*\)\n((?:# .*\n)+)", re.MULTILINE)
 LINK = re.compile(r"\]\(([^)\s]+)\)|(?:src|href)=\"([^\"]+)\"")
@@ -48,6 +53,11 @@ def script(page: Path) -> str:
         if not NEW_FILE.match(block.group(1)):
             first = text.count("\n", 0, block.start(1))
             body = block.group(1).splitlines()
+            if body[0] == ROWS:
+                body[0] = "import pytest; from models import *; rows = ["
+                body.append(
+                    "]; assert all(r.value(r.made) == pytest.approx(r.expected, r.relative) for r in rows)"
+                )
             lines[first : first + len(body)] = body
     return "\n".join(lines)
 
@@ -80,7 +90,12 @@ def test_page_runs(page, tmp_path):
             (home / "gonio" / name).write_text(text, encoding="utf-8")
     program = tmp_path / page.with_suffix(".py").name
     program.write_text(script(page), encoding="utf-8")
-    environment = {**os.environ, "PYTHONPATH": str(home), "MPLBACKEND": "Agg", "PYTHONIOENCODING": "utf-8"}
+    environment = {
+        **os.environ,
+        "PYTHONPATH": f"{home}{os.pathsep}{ROOT / 'tests'}",
+        "MPLBACKEND": "Agg",
+        "PYTHONIOENCODING": "utf-8",
+    }
     command = [sys.executable, "-W", "error", str(program)]
     done = subprocess.run(command, cwd=work, env=environment, capture_output=True, encoding="utf-8")
     assert done.returncode == 0, f"line numbers are those of {page.name}\n{done.stderr}"
@@ -91,7 +106,9 @@ def test_page_runs(page, tmp_path):
 
 @pytest.mark.parametrize("page", PAGES, ids=by_name)
 def test_names_exist(page):
-    own = {name for text in new_files(page).values() for name in re.findall(r"^class (\w+)", text, re.MULTILINE)}
+    own = {
+        name for text in new_files(page).values() for name in re.findall(r"^class (\w+)", text, re.MULTILINE)
+    }
     for path in sorted(set(NAME.findall(page.read_text(encoding="utf-8")))):
         names = path[1:].split(".")
         if names[0] not in own:
@@ -111,7 +128,9 @@ def test_links_lead_somewhere(page):
 
 
 def test_every_equation_has_a_heading():
-    headings = re.findall(r"^#+ (.*)$", (ROOT / "docs" / "equations.md").read_text(encoding="utf-8"), re.MULTILINE)
+    headings = re.findall(
+        r"^#+ (.*)$", (ROOT / "docs" / "equations.md").read_text(encoding="utf-8"), re.MULTILINE
+    )
     numbers = {n for h in headings for n in re.findall(r"\b[RS] (\d\.[\d.]*\d)\b", h)}
     wanted = {f"4.{i}" for i in range(1, 12)} | {"4.1.3", "4.1.5"} | {f"2.{i}" for i in range(81, 86)}
     assert wanted - numbers == set()

@@ -172,7 +172,9 @@ def _half_vector(axes: Axes) -> None:
     arc(middle, viewer, 0.62, HALF, r"$\theta_d$", 0.5 * viewer)
     arc(middle, 0.0, 0.44, INK, r"$\theta_m$", 0.55 * middle)
     text(
-        axes, (0.0, -0.26), r"$\mathbf{w}_m = (\mathbf{w}_i + \mathbf{w}_o)\,/\,|\mathbf{w}_i + \mathbf{w}_o|$"
+        axes,
+        (0.0, -0.26),
+        r"$\mathbf{w}_m = (\mathbf{w}_i + \mathbf{w}_o)\,/\,|\mathbf{w}_i + \mathbf{w}_o|$",
     )
     bare(axes, (-1.22, 1.32), (-0.42, 1.30))
 
@@ -190,7 +192,9 @@ def quantities() -> None:
         axes = figure.add_axes((0.05 + 0.5 * i, -0.14, 0.40, 1.22), projection="polar")
         f = m.f(gn.direction(np.radians(60.0), np.pi), wo)
         axes.plot(view, f, color=INK, lw=2.2, label="$f$: what gonio returns")
-        axes.plot(view, f * np.cos(view), color=VIEWER, lw=2.0, ls=(0, (5, 2)), label=r"$f\,\cos\theta_o$: DSF")
+        axes.plot(
+            view, f * np.cos(view), color=VIEWER, lw=2.0, ls=(0, (5, 2)), label=r"$f\,\cos\theta_o$: DSF"
+        )
         top = 1.22 * float(f.max())
         axes.set_theta_zero_location("N")
         axes.set_theta_direction(-1)
@@ -211,7 +215,14 @@ def quantities() -> None:
             )
             axes.text(start, 0.5 * top, "light", color=LIGHT, ha="center", va="center", fontsize=10)
         figure.text(0.25 + 0.5 * i, 0.94, f"{title}: values in sr$^{{-1}}$", ha="center", va="center")
-        axes.legend(loc="center", bbox_to_anchor=(0.25 + 0.5 * i, 0.04), bbox_transform=figure.transFigure, ncols=2, fontsize=10, frameon=False)
+        axes.legend(
+            loc="center",
+            bbox_to_anchor=(0.25 + 0.5 * i, 0.04),
+            bbox_transform=figure.transFigure,
+            ncols=2,
+            fontsize=10,
+            frameon=False,
+        )
     save(figure, "quantities")
 
 
@@ -235,7 +246,14 @@ def _picture(axes: Axes) -> None:
         axes.plot(*place, "o", color=VIEWER, ms=6, clip_on=False, zorder=5)
         box = {"boxstyle": "round,pad=0.15", "fc": "white", "ec": "none"}
         axes.annotate(
-            label, place, (0, -13), textcoords="offset points", ha="center", va="center", color=VIEWER, bbox=box
+            label,
+            place,
+            (0, -13),
+            textcoords="offset points",
+            ha="center",
+            va="center",
+            color=VIEWER,
+            bbox=box,
         )
     for row, label in ((0.0, "+z: the whole upper edge"), (4.0, "−z: the whole lower edge")):
         axes.plot([0, columns], [row, row], color=LIGHT, lw=2.5, clip_on=False)
@@ -263,7 +281,15 @@ def _picture(axes: Axes) -> None:
         side.set_visible(False)
     axes.tick_params(axis="x", length=0)
     axes.tick_params(axis="y", length=0, pad=10)
-    axes.text(4, 4.42, "dots: pixel centres, where the samples are", ha="center", va="center", fontsize=10, color=GREY)
+    axes.text(
+        4,
+        4.42,
+        "dots: pixel centres, where the samples are",
+        ha="center",
+        va="center",
+        fontsize=10,
+        color=GREY,
+    )
 
 
 def _world(axes: Axes) -> None:
@@ -326,7 +352,14 @@ def microfacets() -> None:
         ("v_groove", LIGHT, (0, (1.5, 1.5))),
     ):
         m = gn.Microfacet(gn.GGX(1.0), 1.0, masking)
-        right.plot(theta, gn.albedo(m, gn.direction(np.radians(theta), 0.0)), color=colour, ls=style, lw=2.0, label=masking)
+        right.plot(
+            theta,
+            gn.albedo(m, gn.direction(np.radians(theta), 0.0)),
+            color=colour,
+            ls=style,
+            lw=2.0,
+            label=masking,
+        )
     right.set_ylim(0.0, 1.05)
     right.set_xlim(0, 90)
     right.set_xticks(range(0, 91, 15))

@@ -22,7 +22,7 @@ from .param import Channels, Field, Option, Param, Parametrised, Part, Table
 from .reflectance import Reflectance, direction
 
 PICTURES = (".exr", ".hdr", ".png", ".jpg", ".jpeg")
-LIGHTS = "FILE, sky, constant[:L], distant:THETA,PHI[,E], point:X,Y,Z[,I]"
+LIGHTS = "FILE, studio, constant[:L], distant:THETA,PHI[,E], point:X,Y,Z[,I]"
 
 
 def resolve(text: str) -> Reflectance:
@@ -55,7 +55,7 @@ def resolve_light(text: str) -> Light:
     """What LIGHT means. Angles in degrees; a spectrum is one number or one per channel.
 
     FILE                         an environment map, .exr or .hdr
-    sky                          a procedural sky, the default
+    studio[:THETA,PHI]           a made-up place with a sun (there), a sky, a window and a floor; also "sky"
     constant[:L]                 radiance L from everywhere, 1 if not given
     distant:THETA,PHI[,E]        a parallel beam of irradiance E, pi if not given: a white surface facing it is at 1
     point:X,Y,Z[,I]              a point source of intensity I, pi (X^2 + Y^2 + Z^2) if not given; the sphere has
@@ -77,8 +77,8 @@ def resolve_light(text: str) -> Light:
             raise ExpressionError(f"light {text!r:.90}: {kind}, expected a light such as ConstantLight(1.0)")
         return found
     close = difflib.get_close_matches(kind, _LIGHTS, n=1)
-    guess = f"; did you mean {close[0]}?" if close else ""
-    raise NotFoundError(f"light {text!r:.90}: no such file and no light{guess} Expected one of: {LIGHTS}")
+    guess = f"; did you mean {close[0]}?" if close else ";"
+    raise NotFoundError(f"light {text!r:.90}: no such file and no such light{guess} expected one of {LIGHTS}")
 
 
 def _numbers(text: str, rest: str) -> list[float]:
@@ -95,10 +95,18 @@ def _spectrum(numbers: list[float], default: float) -> Any:
     return default if not numbers else numbers[0] if len(numbers) == 1 else numbers
 
 
-def _sky(text: str, numbers: list[float]) -> Light:
-    if numbers:
-        raise ParameterError(f"light {text!r:.90}: sky takes no numbers; use --exposure")
-    return EnvironmentLight.sky()
+def _studio(text: str, numbers: list[float]) -> Light:
+    if not numbers:
+        return EnvironmentLight.studio()
+    if len(numbers) != 2:
+        raise ParameterError(f"light {text!r:.90}: expected studio, or studio:THETA,PHI of the sun in degrees")
+    return EnvironmentLight.studio(_direction(text, *numbers))
+
+
+def _direction(text: str, theta: float, phi: float) -> Any:
+    if not 0.0 <= theta <= 180.0:
+        raise ParameterError(f"light {text!r:.90}: theta is {theta:g} degrees, expected 0 (up) to 180 (down)")
+    return direction(math.radians(theta), math.radians(phi))
 
 
 def _constant(text: str, numbers: list[float]) -> Light:
@@ -108,11 +116,7 @@ def _constant(text: str, numbers: list[float]) -> Light:
 def _distant(text: str, numbers: list[float]) -> Light:
     if len(numbers) < 2:
         raise ParameterError(f"light {text!r:.90}: expected distant:THETA,PHI[,E] in degrees, such as distant:45,-60")
-    theta, phi, *irradiance = numbers
-    if not 0.0 <= theta <= 180.0:
-        raise ParameterError(f"light {text!r:.90}: theta is {theta:g} degrees, expected 0 (up) to 180 (down)")
-    w = direction(math.radians(theta), math.radians(phi))
-    return DistantLight(w, _spectrum(irradiance, math.pi))
+    return DistantLight(_direction(text, *numbers[:2]), _spectrum(numbers[2:], math.pi))
 
 
 def _point(text: str, numbers: list[float]) -> Light:
@@ -122,7 +126,7 @@ def _point(text: str, numbers: list[float]) -> Light:
     return PointLight(position, _spectrum(intensity, math.pi * sum(x * x for x in position)))
 
 
-_LIGHTS = {"sky": _sky, "constant": _constant, "distant": _distant, "point": _point}
+_LIGHTS = {"studio": _studio, "sky": _studio, "constant": _constant, "distant": _distant, "point": _point}
 
 
 def with_parameters(m: Reflectance, assignments: Iterable[str]) -> Reflectance:

@@ -11,20 +11,29 @@ from pathlib import Path
 from .errors import NotFoundError, ParameterError
 
 
+def target(path: str | os.PathLike) -> Path:
+    """Where a file of this name is written to, links followed.
+
+    Raises NotFoundError or ParameterError where it cannot be: work that takes long asks this first.
+    """
+    found = Path(os.path.realpath(path))
+    if not found.parent.is_dir():
+        raise NotFoundError(f"{path}: the directory {found.parent} does not exist; create it first")
+    if not os.access(found.parent, os.W_OK):
+        raise NotFoundError(f"{path}: the directory {found.parent} may not be written to; choose another")
+    if found.is_dir():
+        raise ParameterError(f"{path}: is a directory, expected a file name; choose another")
+    return found
+
+
 @contextlib.contextmanager
 def replacing(path: str | os.PathLike) -> Iterator[Path]:
     """A temporary file beside `path` to write to; it takes the place of `path` if the block ends well, else it goes.
 
-    Raises NotFoundError if the directory does not exist.
+    Raises what `target` raises.
     """
-    target = Path(os.path.realpath(path))
-    if not target.parent.is_dir():
-        raise NotFoundError(f"{path}: the directory {target.parent} does not exist; create it first")
-    if not os.access(target.parent, os.W_OK):
-        raise NotFoundError(f"{path}: the directory {target.parent} may not be written to; choose another")
-    if target.is_dir():
-        raise ParameterError(f"{path}: is a directory, expected a file name; choose another")
-    handle, name = tempfile.mkstemp(prefix=f".{target.stem}-", suffix=target.suffix, dir=target.parent)
+    final = target(path)
+    handle, name = tempfile.mkstemp(prefix=f".{final.stem}-", suffix=final.suffix, dir=final.parent)
     os.close(handle)
     temporary = Path(name)
     try:
@@ -32,6 +41,6 @@ def replacing(path: str | os.PathLike) -> Iterator[Path]:
         os.umask(umask)
         temporary.chmod(0o666 & ~umask)
         yield temporary
-        os.replace(temporary, target)
+        os.replace(temporary, final)
     finally:
         temporary.unlink(missing_ok=True)

@@ -184,6 +184,7 @@ def _sampled(m: Reflectance, light: Light, local: Frame, wo: np.ndarray, samples
         u = points[start : start + step]
         u = np.broadcast_to(u, (len(u), *shape, 2))
         part, holes = estimate(m, light, local, wo, u, u)
+        part = np.broadcast_to(part, (*u.shape[:-1], part.shape[-1]))  # that of a delta lobe has no axis of samples
         total, missing = total + part.sum(axis=0), missing + holes
     if missing:
         warnings.warn(

@@ -22,7 +22,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import errors
 from .errors import FormatError, ParameterError, ShapeError
-from .files import replacing
+from .files import replacing, target
 from .radiance_rle import scanlines
 
 __all__ = ["Image", "read_image", "srgb_decode", "srgb_encode"]
@@ -115,16 +115,21 @@ class Image:
                  NotFoundError (no such directory), DependencyError (pillow or OpenEXR is not installed);
                  OSError (disk full and the like).
         """
-        target = Path(path)
-        suffix = target.suffix.lower()
-        if suffix not in _ENCODERS:
-            raise ParameterError(f"{path}: suffix is {suffix!r}, expected one of {', '.join(_ENCODERS)}")
-        if not abs(exposure) <= (200.0 if suffix == ".png" else 0.0):
-            rule = "within 200 stops for .png, 0 for .exr and .hdr; scale the pixels instead"
-            raise ParameterError(f"{path}: exposure is {exposure}, expected {rule}")
-        write = _ENCODERS[suffix](self, os.fspath(path), float(exposure))
-        with replacing(target) as temporary:
+        check_target(path, exposure)
+        write = _ENCODERS[Path(path).suffix.lower()](self, os.fspath(path), float(exposure))
+        with replacing(path) as temporary:
             write(str(temporary))
+
+
+def check_target(path: str | os.PathLike[str], exposure: float = 0.0) -> None:
+    """Raise what `Image.save` raises for this name and exposure: to be asked before a picture is made for it."""
+    suffix = Path(path).suffix.lower()
+    if suffix not in _ENCODERS:
+        raise ParameterError(f"{path}: suffix is {suffix!r}, expected one of {', '.join(_ENCODERS)}")
+    if not abs(exposure) <= (200.0 if suffix == ".png" else 0.0):
+        rule = "within 200 stops for .png, 0 for .exr and .hdr; scale the pixels instead"
+        raise ParameterError(f"{path}: exposure is {exposure}, expected {rule}")
+    target(path)
 
 
 def read_image(path: str | os.PathLike[str]) -> Image:

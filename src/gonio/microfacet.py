@@ -97,7 +97,8 @@ class Beckmann(Distribution):
 
     def D(self, wm: Direction) -> Any:
         sx, sy, z2 = wm.x / self.alpha_x, wm.y / self.alpha_y, wm.z * wm.z
-        return ops.exp(-(sx * sx + sy * sy) / z2) / (math.pi * self.alpha_x * self.alpha_y * z2 * z2)
+        # Divided one by one: derivatives square the divisor, which must stay representable in float32 at grazing.
+        return ops.exp(-(sx * sx + sy * sy) / z2) / z2 / z2 / (math.pi * self.alpha_x * self.alpha_y)
 
     def Lambda(self, w: Direction) -> Any:
         sx, sy = self.alpha_x * w.x, self.alpha_y * w.y

@@ -101,10 +101,6 @@ class Panorama:
         origin = "" if self.path is None else f", {self.path!r}"
         return f"<{width} x {height}, {channels} channel{'s' * (channels > 1)}{origin}>"
 
-    def tolist(self) -> Any:
-        """What a JSON file holds for it: its path, or its numbers."""
-        return self.path or self.pixels.tolist()
-
     @cached_property
     def _planes(self) -> list[tuple[NDArray[Any], dict[Any, Any]]]:
         """Every channel, flat, with the first column again on the right and the last row again below, so that the

@@ -58,6 +58,9 @@ class EnvironmentLight(Light):
                 f"EnvironmentLight: scale has shape {shape}, expected a number or one per channel ({channels},)"
             )
 
+    def to_json(self) -> dict[str, Any]:
+        return {**super().to_json(), "image": self.image.path or self.image.pixels.tolist()}
+
     def radiance(self, w: Any) -> Any:
         found = self.image.radiance(w)
         return found * ops.library(found).convert(self.scale, found)

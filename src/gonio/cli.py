@@ -1,0 +1,267 @@
+"""The command line, `gonio`. What takes time to import is imported by the commands that use it."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import sys
+import time
+import warnings
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NoReturn
+
+import click
+
+from . import __version__
+from .errors import Error, ExpressionError, MissingDataWarning, NotFoundError, ParameterError
+
+if TYPE_CHECKING:
+    from .reflectance import Reflectance
+
+BAD_INPUT, INTERRUPTED = 2, 130
+
+
+class _Gonio(click.Group):
+    """The group of commands: every failure that is the input's becomes one line and exit code 2."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        return list(self.commands)
+
+    def main(self, args: Sequence[str] | None = None, prog_name: str | None = None, **extra: Any) -> NoReturn:  # type: ignore[override]
+        extra["standalone_mode"] = False
+        try:
+            with _announced_warnings():
+                code = super().main(args, "gonio", **extra)
+        except click.UsageError as error:
+            help_ = f"; see {error.ctx.command_path} --help" if error.ctx else ""
+            _stop(f"{_one_line(error.format_message()).rstrip('.')}{help_}")
+        except click.ClickException as error:
+            _stop(_one_line(error.format_message()))
+        except click.Abort:
+            _stop("interrupted", INTERRUPTED)
+        except ExpressionError as error:
+            _stop(str(error).partition("\n")[0])
+        except Error as error:
+            _stop(_one_line(str(error)))
+        except OSError as error:
+            place = f"{error.filename}: " if error.filename else ""
+            _stop(f"{place}{error.strerror or error}")
+        sys.exit(code if isinstance(code, int) else 0)
+
+
+def _one_line(text: str) -> str:
+    return " ".join(text.split())
+
+
+def _stop(message: str, code: int = BAD_INPUT) -> NoReturn:
+    click.echo(f"gonio: error: {message}", err=True)
+    sys.exit(code)
+
+
+@contextlib.contextmanager
+def _announced_warnings() -> Iterator[None]:
+    """Warnings as one line each on stderr, without the place in the code."""
+
+    def show(message: Warning | str, *rest: Any, **named: Any) -> None:
+        click.echo(f"gonio: warning: {_one_line(str(message))}", err=True)
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("default", MissingDataWarning)
+        warnings.showwarning = show
+        yield
+
+
+@click.group(cls=_Gonio, invoke_without_command=True, context_settings={"help_option_names": ["-h", "--help"]})
+@click.version_option(__version__, message="gonio %(version)s")
+@click.pass_context
+def cli(ctx: click.Context) -> None:
+    """BRDFs, measured and modelled: list, inspect, check, show, light and convert them.
+
+    MATERIAL is a file (RGL .bsdf, MERL .binary, gonio .json), the name of a built-in material (gold-metallic-paint),
+    or an expression ("Lambertian(0.2) + 0.5 * Microfacet(GGX(0.1), Dielectric(1.5))"). -p replaces parameters of
+    any of them: -p alpha=0.3.
+
+    \b
+    gonio materials paint                          built-in materials with "paint" in their name
+    gonio render gold-metallic-paint -o gold.png   a lit sphere
+    gonio check measured.binary                    does it obey the laws?
+    gonio show gold -p alpha=0.3 -o gold.pdf       slices, albedo and sphere in one figure
+
+    Exit code: 0 good, 1 a law failed, 2 bad input.
+    """
+    if ctx.invoked_subcommand is None:
+        click.echo(ctx.get_help())
+
+
+_material = click.argument("material")
+_replace = click.option(
+    "-p",
+    "--parameter",
+    "replaced",
+    metavar="NAME=VALUE",
+    multiple=True,
+    help="Replace a parameter; may be repeated. `gonio info MATERIAL` lists them.",
+)
+_lights = click.option(
+    "-l",
+    "--light",
+    "lights",
+    metavar="LIGHT",
+    multiple=True,
+    default=("studio",),
+    help="An environment map (.exr, .hdr), or one of the lights below; may be repeated.  [default: studio]",
+)
+_json = click.option("--json", "as_json", is_flag=True, help="Print JSON.")
+_samples = click.option("--samples", default=64, show_default=True, help="Samples per pixel.")
+
+
+def _output(help_: str) -> Callable:
+    return click.option("-o", "--output", required=True, type=click.Path(path_type=Path), help=help_)
+
+
+LIGHT_HELP = """
+
+    \b
+    LIGHT                    (angles in degrees; camera along +y, z up; sphere of radius 1 at 0,0,0)
+    FILE                     equirectangular environment map
+    studio[:THETA,PHI]       sun (there), sky, window and floor, made up
+    constant[:L]             radiance L from everywhere  [1]
+    distant:THETA,PHI[,E]    parallel beam of irradiance E  [pi: lights white to 1]
+    point:X,Y,Z[,I]          point source of intensity I  [irradiance pi at 0,0,0]
+
+    L, E and I are a number, or one number per channel: constant:1,0.9,0.8
+"""
+
+
+def _with_light_help(command: Callable) -> Callable:
+    command.__doc__ = (command.__doc__ or "").rstrip() + LIGHT_HELP
+    return command
+
+
+def _get(material: str, replaced: Sequence[str]) -> Reflectance:
+    from .arguments import resolve, with_parameters
+
+    return with_parameters(resolve(material), replaced)
+
+
+@cli.command()
+@click.argument("pattern", required=False)
+@_json
+def materials(pattern: str | None, as_json: bool) -> None:
+    """List the built-in materials, those that match PATTERN (a word, or with * and ?)."""
+    from .listing import matching, table
+
+    entries = matching(pattern)
+    if as_json:
+        from dataclasses import asdict
+
+        _print_json([asdict(entry) for entry in entries])
+        return
+    rows = [(e.name, e.kind, e.description) for e in entries]
+    click.echo(table(("name", "kind", "what it is"), rows))
+
+
+@cli.command()
+@_material
+@_replace
+@_json
+def info(material: str, replaced: tuple[str, ...], as_json: bool) -> None:
+    """Say what MATERIAL is: formula, parameters, channels, albedo; of a file also what it holds and lacks."""
+    from .listing import facts, facts_as_text
+
+    found = facts(material, _get(material, replaced))
+    if as_json:
+        _print_json(found)
+    else:
+        click.echo(facts_as_text(found))
+
+
+@cli.command()
+@_material
+@_replace
+@_json
+@click.pass_context
+def check(ctx: click.Context, material: str, replaced: tuple[str, ...], as_json: bool) -> None:
+    """Hold MATERIAL to the laws: positivity, reciprocity, energy, pdf, sampling, furnace.
+
+    Exit code 1 if one of them does not hold.
+    """
+    from dataclasses import replace
+
+    from .laws import check as check_laws
+
+    m = _get(material, replaced)
+    with _bar("checking") as progress:
+        report = check_laws(m, progress=progress)
+    if as_json:
+        _print_json(report.to_json())
+    else:
+        title = " ".join([material, *(f"-p {text}" for text in replaced)])
+        click.echo(_coloured(str(replace(report, material=title))))
+    ctx.exit(0 if report.passed else 1)
+
+
+def _coloured(report: str) -> str:
+    for word, colour in (("  pass  ", "green"), ("  FAIL  ", "red")):
+        report = report.replace(f"\n{word}", "\n" + click.style(word, fg=colour, bold=True))
+    return report
+
+
+@cli.command()
+@_material
+@_output("Picture to write: .png, .exr or .hdr.")
+@_lights
+@_replace
+@click.option("--shape", default="sphere", show_default=True, help="What to render: sphere.")
+@click.option("--size", default=512, show_default=True, help="Width and height in pixels.")
+@_samples
+@click.option("--seed", default=0, show_default=True, help="Of the random numbers: the same seed, the same picture.")
+@click.option("--exposure", default=0.0, show_default=True, help="Stops by which a .png is brightened.")
+@_with_light_help
+def render(
+    material: str,
+    output: Path,
+    lights: tuple[str, ...],
+    replaced: tuple[str, ...],
+    shape: str,
+    size: int,
+    samples: int,
+    seed: int,
+    exposure: float,
+) -> None:
+    """Render a sphere of MATERIAL.
+
+    A .png is sRGB with a transparent background; .exr and .hdr hold linear radiance.
+    """
+    from .arguments import resolve_light
+    from .image import check_target
+    from .rendering import render as render_image
+
+    start = time.perf_counter()
+    check_target(output, exposure)
+    m = _get(material, replaced)
+    sources = [resolve_light(text) for text in lights]
+    with _bar("rendering") as progress:
+        picture = render_image(m, sources, shape, size, samples, seed, progress=progress)
+    picture.save(output, exposure)
+    click.echo(f"{output}: {material} under {', '.join(lights)}, {size} x {size}, {samples} samples per pixel, {_since(start)}")
+
+
+@cli.command()
+@_material
+@_output("Figure to write: .png, .pdf or .svg.")
+@_lights
+@_replace
+@click.option("--size", default=256, show_default=True, help="Width and height of the sphere in pixels.")
+@_samples
+@_with_light_help
+def show(
+    material: str, output: Path, lights: tuple[str, ...], replaced: tuple[str, ...], size: int, samples: int
+) -> None:
+    """Draw MATERIAL in one figure: slices in the plane of incidence, albedo against angle, a lit sphere."""
+    from .arguments import resolve_light
+    from .files import replacing
+    from .plots import SUFFIXES
+    from .plots import show as draw
