@@ -1,8 +1,9 @@
 """The manual runs: its Python blocks, the values they print, and the names, links and figures it mentions.
 
-A block is run as it stands, all blocks of a page in one process; "```python notest" is left out. Where a comment follows
-a print, as in `print(f"{x:.3f}")  # 0.125`, or the loop that it ends, it must be what is printed. A block that starts with `# src/gonio/...py` is a new file of the package: it is put into
-a copy of gonio, which the page's other blocks then use. One that starts with `# tests/models.py` holds rows of REFERENCE.
+A block is run as it stands, all blocks of a page as one program; "```python notest" is left out. Comments behind or
+below a `print` say what it prints, and are held to it. A block that starts with `# src/gonio/...py` is a new file
+of the package: it is put into a copy of gonio, which the page's other blocks then use. One that starts with
+`# tests/models.py` holds rows of its table REFERENCE.
 """
 
 import os
@@ -19,105 +20,102 @@ import gonio as gn
 
 ROOT = Path(__file__).resolve().parents[1]
 PACKAGE = Path(gn.__file__).resolve().parent
-PAGES = [
-    p
-    for p in (*sorted((ROOT / "docs").glob("*.md")), ROOT / "CONTRIBUTING.md", ROOT / "README.md")
-    if p.exists()
-]
+EQUATIONS, ARCHITECTURE = ROOT / "docs" / "equations.md", ROOT / "docs" / "architecture.md"
+FIGURES = ROOT / "docs" / "figures"
 
 BLOCK = re.compile(r"^```python\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 ANY_BLOCK = re.compile(r"^```.*?^```$", re.MULTILINE | re.DOTALL)
-ROWS = "# tests/models.py"
+HEADING = re.compile(r"^#+ (.*)$", re.MULTILINE)
 NEW_FILE = re.compile(r"# src/gonio/(\S+\.py)\n")
-PRINTED = re.compile(r"^ *print\(.*\)  # (.+)$|^ +print\(.*\)\n((?:# .*\n)+)", re.MULTILINE)
+ROWS = "# tests/models.py"
+PRINTED = re.compile(r"^ *print\(.*\)(?:  # (.+)\n|\n((?:# .*\n)+))", re.MULTILINE)
 LINK = re.compile(r"\]\(([^)\s]+)\)|(?:src|href)=\"([^\"]+)\"")
 NAME = re.compile(r"\bgn((?:\.[A-Za-z_]\w*)+)")
 MODULE = re.compile(r"`((?:\w+/)*\w+\.py)`")
 
 
-def by_name(page: Path) -> str:
-    return page.name
+def read(page: Path) -> str:
+    return page.read_text(encoding="utf-8")
+
+
+PAGES = {p.name: p for p in (*sorted((ROOT / "docs").glob("*.md")), *sorted(ROOT.glob("*.md"))) if BLOCK.search(read(p))}
+each_page = pytest.mark.parametrize("page", PAGES.values(), ids=PAGES)
 
 
 def new_files(page: Path) -> dict[str, str]:
     """The package's files that a page shows -> their text."""
-    blocks = (m.group(1) for m in BLOCK.finditer(page.read_text(encoding="utf-8")))
-    return {head.group(1): block for block in blocks if (head := NEW_FILE.match(block))}
+    blocks = (block.group(1) for block in BLOCK.finditer(read(page)))
+    return {head.group(1): text for text in blocks if (head := NEW_FILE.match(text))}
 
 
-def script(page: Path) -> str:
-    """The page as a program: its blocks at their own line numbers, all else left out."""
-    text = page.read_text(encoding="utf-8")
+def program(page: Path) -> str:
+    """The page's blocks at their own line numbers, all else left out."""
+    text = read(page)
     lines = [""] * (text.count("\n") + 1)
     for block in BLOCK.finditer(text):
-        if not NEW_FILE.match(block.group(1)):
-            first = text.count("\n", 0, block.start(1))
-            body = block.group(1).splitlines()
-            if body[0] == ROWS:
-                body[0] = "import pytest; from models import *; rows = ["
-                body.append(
-                    "]; assert all(r.value(r.made) == pytest.approx(r.expected, r.relative) for r in rows)"
-                )
-            lines[first : first + len(body)] = body
-    return "\n".join(lines)
+        if NEW_FILE.match(block.group(1)):
+            continue
+        first = text.count("\n", 0, block.start(1))
+        body = block.group(1).splitlines()
+        if body[0] == ROWS:  # the fence below the rows makes room for their test
+            body[0] = "from models import *; from pytest import approx; rows = ["
+            body.append("]; assert all(row.value(row.made) == approx(row.expected, row.relative) for row in rows)")
+        lines[first : first + len(body)] = body
+    return "\n".join(lines) + "\n"
 
 
-def told(program: str) -> list[str]:
+def told(text: str) -> list[str]:
     """What the comments of a program say that it prints, line by line."""
-    found = [one or several for one, several in PRINTED.findall(program)]
+    found = [behind or below for behind, below in PRINTED.findall(text)]
     return [line.removeprefix("# ") for part in found for line in part.splitlines()]
 
 
 def slugs(page: Path) -> set[str]:
     """Anchors of a page's headings, as GitHub makes them."""
-    text = ANY_BLOCK.sub("", page.read_text(encoding="utf-8"))
-    headings = re.findall(r"^#+ (.*)$", text, re.MULTILINE)
+    headings = HEADING.findall(ANY_BLOCK.sub("", read(page)))
     return {re.sub(r"[^\w\- ]", "", h.lower()).replace(" ", "-") for h in headings}
 
 
-def test_there_is_a_manual():
-    assert ROOT / "docs" / "equations.md" in PAGES
+def test_the_equations_are_there():
+    assert EQUATIONS.name in PAGES
 
 
-@pytest.mark.parametrize("page", PAGES, ids=by_name)
+@each_page
 def test_page_runs(page, tmp_path):
-    home, work = PACKAGE.parent, tmp_path / "work"
+    home, work, file = PACKAGE.parent, tmp_path / "work", tmp_path / f"{page.stem}.py"
     work.mkdir()
-    if files := new_files(page):
+    if added := new_files(page):
         home = tmp_path / "package"
         shutil.copytree(PACKAGE, home / "gonio", ignore=shutil.ignore_patterns("__pycache__"))
-        for name, text in files.items():
+        for name, text in added.items():
             (home / "gonio" / name).write_text(text, encoding="utf-8")
-    program = tmp_path / page.with_suffix(".py").name
-    program.write_text(script(page), encoding="utf-8")
+    file.write_text(program(page), encoding="utf-8")
     environment = {
         **os.environ,
-        "PYTHONPATH": f"{home}{os.pathsep}{ROOT / 'tests'}",
-        "MPLBACKEND": "Agg",
+        "PYTHONPATH": os.pathsep.join(map(str, (home, ROOT / "tests"))),
         "PYTHONIOENCODING": "utf-8",
+        "MPLBACKEND": "Agg",
     }
-    command = [sys.executable, "-W", "error", str(program)]
+    command = [sys.executable, "-W", "error", str(file)]
     done = subprocess.run(command, cwd=work, env=environment, capture_output=True, encoding="utf-8")
     assert done.returncode == 0, f"line numbers are those of {page.name}\n{done.stderr}"
     lines = iter(done.stdout.splitlines())
-    wrong = [line for line in told(program.read_text(encoding="utf-8")) if line not in lines]
+    wrong = [line for line in told(program(page)) if line not in lines]
     assert not wrong, f"{page.name} tells otherwise; printed was\n{done.stdout}"
 
 
-@pytest.mark.parametrize("page", PAGES, ids=by_name)
+@each_page
 def test_names_exist(page):
-    own = {
-        name for text in new_files(page).values() for name in re.findall(r"^class (\w+)", text, re.MULTILINE)
-    }
-    for path in sorted(set(NAME.findall(page.read_text(encoding="utf-8")))):
+    own = {name for text in new_files(page).values() for name in re.findall(r"^class (\w+)", text, re.MULTILINE)}
+    for path in sorted(set(NAME.findall(read(page)))):
         names = path[1:].split(".")
         if names[0] not in own:
             reduce(getattr, names, gn)  # AttributeError names what is missing
 
 
-@pytest.mark.parametrize("page", PAGES, ids=by_name)
+@each_page
 def test_links_lead_somewhere(page):
-    for groups in LINK.findall(ANY_BLOCK.sub("", page.read_text(encoding="utf-8"))):
+    for groups in LINK.findall(ANY_BLOCK.sub("", read(page))):
         link = "".join(groups)
         if re.match(r"[a-z]+:", link):
             continue
@@ -128,28 +126,23 @@ def test_links_lead_somewhere(page):
 
 
 def test_every_equation_has_a_heading():
-    headings = re.findall(
-        r"^#+ (.*)$", (ROOT / "docs" / "equations.md").read_text(encoding="utf-8"), re.MULTILINE
-    )
-    numbers = {n for h in headings for n in re.findall(r"\b[RS] (\d\.[\d.]*\d)\b", h)}
+    numbers = {n for h in HEADING.findall(read(EQUATIONS)) for n in re.findall(r"\b[RS] (\d\.[\d.]*\d)\b", h)}
     wanted = {f"4.{i}" for i in range(1, 12)} | {"4.1.3", "4.1.5"} | {f"2.{i}" for i in range(81, 86)}
     assert wanted - numbers == set()
 
 
 def test_figures_are_small_and_shown():
-    shown = "".join(p.read_text(encoding="utf-8") for p in PAGES)
-    maker = ROOT / "docs" / "figures" / "make.py"
-    figures = [p for p in maker.parent.iterdir() if p.suffix in (".svg", ".png")]
-    assert {p.stem for p in figures} >= set(re.findall(r'save\(figure, "(\w+)"\)', maker.read_text()))
+    shown = "".join(map(read, PAGES.values()))
+    figures = [p for p in FIGURES.iterdir() if p.suffix in (".svg", ".png")]
+    assert {p.stem for p in figures} >= set(re.findall(r'save\(figure, "(\w+)"\)', read(FIGURES / "make.py")))
     for figure in figures:
         assert f"figures/{figure.name}" in shown, f"{figure.name}: on no page"
         assert figure.stat().st_size < 150_000, figure.name
 
 
 def test_architecture_names_every_module():
-    text = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
-    named = {n for n in MODULE.findall(text) if not n.startswith(("tests/", "docs/", "dev"))}
-    files = {p.relative_to(PACKAGE).as_posix() for p in PACKAGE.rglob("*.py")}
-    public = {n for n in files if not Path(n).name.startswith("_")}
-    assert named - files == set(), "named, but not there"
+    named = {name for name in MODULE.findall(read(ARCHITECTURE)) if not name.startswith("tests/")}
+    there = {path.relative_to(PACKAGE).as_posix() for path in PACKAGE.rglob("*.py")}
+    assert named - there == set(), "named, but not there"
+    public = {path for path in there if not Path(path).name.startswith("_")}
     assert public - named == set(), "there, but not named"

@@ -37,7 +37,9 @@ def solid_angles(height: int, width: int) -> np.ndarray:
 def smooth(w: np.ndarray) -> np.ndarray:
     """A radiance without symmetry: integral over the sphere 4 pi (1.6, 2, 1.5), times cosine above z = 0 below."""
     x, y, z = np.moveaxis(w, -1, 0)
-    return np.stack([1.6 + 0.5 * x + 0.3 * y * z + 0.4 * z, 2.0 + x * y + 0.7 * y - z, 1.5 + 0.9 * x * z - 0.4 * y], -1)
+    return np.stack(
+        [1.6 + 0.5 * x + 0.3 * y * z + 0.4 * z, 2.0 + x * y + 0.7 * y - z, 1.5 + 0.9 * x * z - 0.4 * y], -1
+    )
 
 
 SMOOTH_IRRADIANCE_UP = np.pi * np.array([1.6 + 0.8 / 3.0, 2.0 - 2.0 / 3.0, 1.5])
@@ -250,7 +252,9 @@ def test_one_bright_pixel_is_a_distant_light():
     pixels = np.zeros((height, width))
     pixels[70, 400] = 1000.0
     step = math.pi / height
-    theta = 70.5 * step  # the pixel's tent, integrated: step in phi, 2 sin(theta) (1 - cos(step))/step in theta
+    theta = (
+        70.5 * step
+    )  # the pixel's tent, integrated: step in phi, 2 sin(theta) (1 - cos(step))/step in theta
     irradiance = 1000.0 * 2.0 * math.pi / width * 2.0 * math.sin(theta) * (1.0 - math.cos(step)) / step
     distant = gn.DistantLight(gn.direction(theta, 400.5 * 2.0 * math.pi / width), irradiance)
     wo = gn.direction(np.array([0.0, 0.8]), np.array([0.0, 1.1]))
@@ -320,7 +324,9 @@ def test_pictures_from_mitsuba_look_as_there():
     for w in random_directions(200):
         si = mi.SurfaceInteraction3f()
         si.wi = mi.Vector3f(*(-w))
-        atol = 2e-3 if abs(w[2]) < 0.99 else 0.05  # pixels that lie half a row apart; at the poles, the last half
+        atol = (
+            2e-3 if abs(w[2]) < 0.99 else 0.05
+        )  # pixels that lie half a row apart; at the poles, the last half
         np.testing.assert_allclose(np.array(emitter.eval(si)), light.radiance(w), rtol=0, atol=atol)
 
 
@@ -346,7 +352,10 @@ def test_the_equal_area_square():
     d = random_directions(20_000)
     np.testing.assert_allclose(square_to_direction(direction_to_square(d)), d, atol=1e-14)
     step = 1e-6  # equal areas: |dw/ds| = 4 pi, but across the edges of the map's eight triangles
-    a, b = ((square_to_direction(points + s) - square_to_direction(points - s)) / (2 * step) for s in step * np.eye(2))
+    a, b = (
+        (square_to_direction(points + s) - square_to_direction(points - s)) / (2 * step)
+        for s in step * np.eye(2)
+    )
     area = np.linalg.norm(np.cross(a, b), axis=-1)
     edges = np.abs(points - 0.5).min(axis=-1), np.abs(np.abs(2.0 * points - 1.0).sum(axis=-1) - 1.0)
     np.testing.assert_allclose(area[np.minimum(*edges) > 3 * step], 4.0 * np.pi, rtol=1e-5)

@@ -1,7 +1,7 @@
 """Draw the figures of the manual: `python docs/figures/make.py` writes every .svg beside this file.
 
-The same numbers give the same bytes (with one version of matplotlib): no dates, no random identifiers. Every figure
-has a white ground of its own, so that it reads on a dark page too.
+The same numbers give the same bytes (with one version of matplotlib): no dates, no random identifiers. Every
+figure has a white ground of its own, so that it reads on a dark page too.
 """
 
 from __future__ import annotations

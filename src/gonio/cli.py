@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import json
-import os
 import sys
 import time
 import warnings
@@ -15,7 +14,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 import click
 
 from . import __version__
-from .errors import Error, ExpressionError, MissingDataWarning, NotFoundError, ParameterError
+from .errors import Error, ExpressionError, MissingDataWarning
 
 if TYPE_CHECKING:
     from .reflectance import Reflectance
@@ -198,8 +197,7 @@ def check(ctx: click.Context, material: str, replaced: tuple[str, ...], as_json:
     if as_json:
         _print_json(report.to_json())
     else:
-        title = " ".join([material, *(f"-p {text}" for text in replaced)])
-        click.echo(_coloured(str(replace(report, material=title))))
+        click.echo(_coloured(str(replace(report, material=_title(material, replaced)))))
     ctx.exit(0 if report.passed else 1)
 
 
@@ -246,7 +244,8 @@ def render(
     with _bar("rendering") as progress:
         picture = render_image(m, sources, shape, size, samples, seed, progress=progress)
     picture.save(output, exposure)
-    click.echo(f"{output}: {material} under {', '.join(lights)}, {size} x {size}, {samples} samples per pixel, {_since(start)}")
+    what = f"{_title(material, replaced)} under {', '.join(lights)}"
+    click.echo(f"{output}: {what}, {size} x {size}, {samples} samples per pixel, {_since(start)}")
 
 
 @cli.command()
@@ -262,6 +261,85 @@ def show(
 ) -> None:
     """Draw MATERIAL in one figure: slices in the plane of incidence, albedo against angle, a lit sphere."""
     from .arguments import resolve_light
-    from .files import replacing
-    from .plots import SUFFIXES
+    from .files import target
     from .plots import show as draw
+
+    start = time.perf_counter()
+    target(output)
+    m = _get(material, replaced)
+    sources = [resolve_light(text) for text in lights]
+    with _bar("drawing") as progress:
+        draw(m, output, sources, title=_title(material, replaced), size=size, samples=samples, progress=progress)
+    click.echo(f"{output}: {_title(material, replaced)} under {', '.join(lights)}, {_since(start)}")
+
+
+@cli.command()
+@_material
+@_output("File to write; its suffix is the format: .binary, .json.")
+@_replace
+@click.option("--format", "format_", metavar="FORMAT", help="Format, where the suffix does not say: merl, json.")
+def convert(material: str, output: Path, replaced: tuple[str, ...], format_: str | None) -> None:
+    """Write MATERIAL to a file of another format."""
+    from .files import target
+    from .measured import save
+
+    start = time.perf_counter()
+    target(output)
+    m = _get(material, replaced)
+    save(m, output, _format_name(format_) if format_ else None)
+    click.echo(f"{output}: {_title(material, replaced)}, {output.stat().st_size / 1e6:.3g} MB, {_since(start)}")
+
+
+def _format_name(name: str) -> str:
+    """The name of a format, from that in any case, or from its suffix: "merl", ".json", "json"."""
+    from .measured import formats
+
+    for module in formats():
+        if name.lower() in (module.NAME.lower(), *module.SUFFIXES, *(x[1:] for x in module.SUFFIXES)):
+            return module.NAME
+    return name
+
+
+@cli.command()
+@_material
+@_replace
+def cite(material: str, replaced: tuple[str, ...]) -> None:
+    """Print BibTeX for the sources of MATERIAL: of its model, of its pieces and of its numbers."""
+    from .citations import cite as bibtex
+
+    click.echo(bibtex(_get(material, replaced)))
+
+
+def _title(material: str, replaced: Sequence[str]) -> str:
+    return ", ".join([material, *replaced])
+
+
+def _since(start: float) -> str:
+    return f"{time.perf_counter() - start:.1f} s"
+
+
+def _print_json(data: Any) -> None:
+    click.echo(json.dumps(data, indent=2, ensure_ascii=False, allow_nan=True))
+
+
+@contextlib.contextmanager
+def _bar(what: str) -> Iterator[Callable[[int, int], None] | None]:
+    """A `progress(done, total)` that draws a bar on stderr, if that is a terminal; the bar goes when all is done."""
+    if not sys.stderr.isatty():
+        yield None
+        return
+    from rich.console import Console
+    from rich.progress import Progress
+
+    with Progress(console=Console(stderr=True), transient=True) as progress:
+        task = progress.add_task(what)
+        yield lambda done, total: progress.update(task, completed=done, total=total)
+
+
+def main() -> None:
+    """Run the command line."""
+    cli()
+
+
+if __name__ == "__main__":
+    main()

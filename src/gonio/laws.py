@@ -93,9 +93,9 @@ def check(m: Reflectance, progress: Callable[[int, int], None] | None = None) ->
             law = step(m)
         laws.append(law)
         reason = next((lobe.breaks[law.name] for _, lobe in m.lobes() if law.name in lobe.breaks), "")
-        if reason and law.passed:
-            notes.append(f"{law.name} holds at these parameters but not at all: {reason}")
-        elif reason:
+        if reason and law.passed and m.parameters:
+            notes.append(f"{law.name} holds at these parameters, but not at all parameters: {reason}")
+        if reason and not law.passed:
             laws[-1] = Law(**{**asdict(law), "why": f"{law.why}; {reason}"})
         if progress is not None:
             progress(i + 1, len(steps))
@@ -151,7 +151,7 @@ def _positivity(m: Reflectance) -> Law:
 def _reciprocity(m: Reflectance) -> Law:
     wi, wo = _pairs()
     there, back = _values(m, wi, wo), _values(m, wo, wi)
-    scale = 0.5 * np.abs(there + back) + 1e-6 * np.nanmedian(np.abs(there)) + 1e-30
+    scale = 0.5 * (np.abs(there) + np.abs(back)) + 1e-6 * np.nanmedian(np.abs(there)) + 1e-30
     error = np.nan_to_num(np.abs(there - back) / scale)
     worst = error.max(axis=-1)
     at = int(worst.argmax())

@@ -122,7 +122,9 @@ def from_pbrt(picture: Panorama, height: int | None = None) -> NDArray[Any]:
         texel = np.minimum((direction_to_square(w) * size).astype(np.intp), size - 1)
         found = picture.pixels[texel[..., 1], texel[..., 0]].reshape(rows, fine, 2 * height, fine, channels)
         sin = np.hypot(w[:, 0, 0], w[:, 0, 1]).reshape(rows, fine)
-        out[start : start + rows] = np.einsum("rf,rfcgk->rck", sin / (fine * sin.sum(axis=1, keepdims=True)), found)
+        out[start : start + rows] = np.einsum(
+            "rf,rfcgk->rck", sin / (fine * sin.sum(axis=1, keepdims=True)), found
+        )
     return out
 
 

@@ -59,7 +59,9 @@ class Panorama:
         try:
             array = np.array(value, dtype=float if isinstance(value, (list, tuple)) else None, order="C")
         except (TypeError, ValueError):
-            raise ParameterError("environment map: got nested lists that are no (H, W, C) of numbers") from None
+            raise ParameterError(
+                "environment map: got nested lists that are no (H, W, C) of numbers"
+            ) from None
         if array.dtype not in (np.float32, np.float64):
             raise ArrayTypeError(
                 f"environment map: pixels are {array.dtype}, expected float32 or float64 radiances; "
@@ -206,7 +208,8 @@ class Panorama:
         # Uniform in cos theta between the edges of the row; from both poles, to keep its digits at either.
         t = ops.clip(t, 0.0, 1.0)
         down, up = (
-            (1.0 - t) * ops.take(table[edge], row) + t * ops.take(table[edge], row + 1) for edge in ("down", "up")
+            (1.0 - t) * ops.take(table[edge], row) + t * ops.take(table[edge], row + 1)
+            for edge in ("down", "up")
         )
         sin = ops.sqrt(down * up)
         phi = (lib.convert(column, u) + ops.clip(s, 0.0, 1.0)) * (2.0 * math.pi / width)

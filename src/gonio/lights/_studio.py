@@ -73,7 +73,12 @@ def _below(value: Array, limit: Any, width: float) -> Array:
 
 def _seen(w: Array, azimuth: float, elevation: float) -> tuple[Array, Array]:
     """Where directions meet the plane at distance 1 that faces us from there: to the side, and up; far off behind."""
-    cos_a, sin_a, cos_e, sin_e = math.cos(azimuth), math.sin(azimuth), math.cos(elevation), math.sin(elevation)
+    cos_a, sin_a, cos_e, sin_e = (
+        math.cos(azimuth),
+        math.sin(azimuth),
+        math.cos(elevation),
+        math.sin(elevation),
+    )
     ahead = w @ np.array([cos_a * cos_e, sin_a * cos_e, sin_e])
     side, up = w @ np.array([-sin_a, cos_a, 0.0]), w @ np.array([-cos_a * sin_e, -sin_a * sin_e, cos_e])
     seen = ahead > 1e-3

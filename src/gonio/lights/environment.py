@@ -84,7 +84,9 @@ class EnvironmentLight(Light):
         """
         axis = np.asarray(sun, dtype=float)
         if axis.shape != (3,) or not np.all(np.isfinite(axis)) or not axis.any():
-            raise ParameterError(f"studio: sun={sun!r:.60}, expected a direction, three numbers such as (1, 0, 1)")
+            raise ParameterError(
+                f"studio: sun={sun!r:.60}, expected a direction, three numbers such as (1, 0, 1)"
+            )
         return cls(studio_pixels(axis / np.linalg.norm(axis), height))
 
     @classmethod

@@ -75,15 +75,16 @@ class ABC(Reflectance):
         x = ops.clip(v * _log1p_over(t), 0.0, end)
         return ops.sqrt(x * _expm1_over(x) / self.B + 1e-30)
 
-    def _half_arc(self, s2: Any, r: Any, wo: Direction) -> Any:
-        cosine = (s2 - wo.z * wo.z) / ops.maximum(2.0 * ops.sqrt(s2 + 1e-30) * r, 1e-12)
-        inner = ops.arccos(ops.clip(cosine, -1.0 + 1e-12, 1.0 - 1e-12))
-        return ops.where(cosine <= -1.0, math.pi, inner)
+    def _half_arc(self, s: Any, r: Any, z2: Any) -> Any:
+        # cos = (s^2 + r^2 - 1)/(2 s r) by its half angle. A direction on the arc has z^2 below 1 - (s - r)^2, so that
+        # z2 keeps rounding from closing the arc.
+        inside, outside = 1.0 - (s - r) * (s - r), (s + r) * (s + r) - 1.0
+        return 2.0 * ops.arctan2(ops.sqrt(ops.maximum(inside, z2)), ops.sqrt(ops.maximum(outside, 0.0) + 1e-30))
 
     def warp(self, wo: Direction, u0: Any, u1: Any) -> Direction:
         r = ops.sqrt(wo.x * wo.x + wo.y * wo.y + 1e-24)
         s = self._radius(r, u0)
-        delta = self._half_arc(s * s, r, wo) * (2.0 * u1 - 1.0)
+        delta = self._half_arc(s, r, 1e-30) * (2.0 * u1 - 1.0)
         a, b = s * ops.cos(delta), s * ops.sin(delta)
         ex, ey = azimuth(wo, r)
         x, y = ex * a - ey * b - wo.x, ey * a + ex * b - wo.y
@@ -94,7 +95,8 @@ class ABC(Reflectance):
         dx, dy = wi.x + wo.x, wi.y + wo.y
         d2 = dx * dx + dy * dy
         _, whole = self._whole(r)
-        return self.B / whole * self._spectrum(d2) * wi.z / self._half_arc(d2, r, wo)
+        arc = self._half_arc(ops.sqrt(d2 + 1e-30), r, wi.z * wi.z)
+        return self.B / whole * self._spectrum(d2) * wi.z / arc
 
     def estimate(self, wo: Direction) -> Any:
         s = self._radius(0.0 * wo.z, 0.5)
