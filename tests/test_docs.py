@@ -1,9 +1,9 @@
 """The manual runs: its Python blocks, the values they print, and the names, links and figures it mentions.
 
-A block is run as it stands, all blocks of a page as one program; "```python notest" is left out. Comments behind or
-below a `print` say what it prints, and are held to it. A block that starts with `# src/gonio/...py` is a new file
-of the package: it is put into a copy of gonio, which the page's other blocks then use. One that starts with
-`# tests/models.py` holds rows of its table REFERENCE.
+A block is run as it stands, all blocks of a page as one program; "```python notest" is left out. Comments
+behind or below a `print` say what it prints, and are held to it. A block starting with `# src/gonio/...py` is
+a new file of the package: it is put into a copy of gonio, which the page's other blocks then use. One that
+starts with `# tests/models.py` holds rows of its table REFERENCE.
 """
 
 import os
@@ -38,7 +38,7 @@ def read(page: Path) -> str:
     return page.read_text(encoding="utf-8")
 
 
-PAGES = {p.name: p for p in (*sorted((ROOT / "docs").glob("*.md")), *sorted(ROOT.glob("*.md"))) if BLOCK.search(read(p))}
+PAGES = {page.name: page for folder in (ROOT / "docs", ROOT) for page in sorted(folder.glob("*.md"))}
 each_page = pytest.mark.parametrize("page", PAGES.values(), ids=PAGES)
 
 
@@ -59,7 +59,7 @@ def program(page: Path) -> str:
         body = block.group(1).splitlines()
         if body[0] == ROWS:  # the fence below the rows makes room for their test
             body[0] = "from models import *; from pytest import approx; rows = ["
-            body.append("]; assert all(row.value(row.made) == approx(row.expected, row.relative) for row in rows)")
+            body.append("]; assert all(r.value(r.made) == approx(r.expected, r.relative) for r in rows)")
         lines[first : first + len(body)] = body
     return "\n".join(lines) + "\n"
 
@@ -101,12 +101,12 @@ def test_page_runs(page, tmp_path):
     assert done.returncode == 0, f"line numbers are those of {page.name}\n{done.stderr}"
     lines = iter(done.stdout.splitlines())
     wrong = [line for line in told(program(page)) if line not in lines]
-    assert not wrong, f"{page.name} tells otherwise; printed was\n{done.stdout}"
+    assert not wrong, f"{page.name} says {wrong[0]!r}; printed was\n{done.stdout}"
 
 
 @each_page
 def test_names_exist(page):
-    own = {name for text in new_files(page).values() for name in re.findall(r"^class (\w+)", text, re.MULTILINE)}
+    own = set(re.findall(r"^class (\w+)", "\n".join(new_files(page).values()), re.MULTILINE))
     for path in sorted(set(NAME.findall(read(page)))):
         names = path[1:].split(".")
         if names[0] not in own:

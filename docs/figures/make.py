@@ -15,6 +15,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 import gonio as gn
+from gonio.geometry import Direction
 
 HERE = Path(__file__).resolve().parent
 INK, GREY, LIGHT, VIEWER, HALF = "#1a1a1a", "#7a7a7a", "#c46a00", "#1c5fa8", "#2e7d32"
@@ -329,8 +330,6 @@ def microfacets() -> None:
     left, right = figure.add_axes((0.085, 0.15, 0.39, 0.75)), figure.add_axes((0.58, 0.15, 0.39, 0.75))
     degrees = np.linspace(0.0, 75.0, 301)
     normal = gn.direction(np.radians(degrees), 0.0)
-    from gonio.geometry import Direction
-
     wm = Direction(normal[:, 0], normal[:, 1], normal[:, 2])
     for distribution, colour, style, label in (
         (gn.GGX(0.3), INK, "-", "GGX(0.3)"),

@@ -182,7 +182,7 @@ def _path(m: Reflectance, name: str) -> str:
         raise ParameterError(f"-p {name}: stands for several parameters; name one of {', '.join(found)}")
     ends = {p.rpartition(".")[2]: p for p in paths}
     close = difflib.get_close_matches(name, [*paths, *ends], n=1)
-    guess = f"; did you mean {close[0]}?" if close else ""
+    guess = f"; did you mean {close[0]}?" if close else ";"
     known = [p for p, declared, _ in settable(m) if isinstance(declared, (Param, Option, Part)) and not p.isdigit()]
-    listed = f" Known: {', '.join(known)}" if known else " This material has none"
+    listed = f" expected one of {', '.join(known)}" if known else " this material has none"
     raise NotFoundError(f"-p {name}: no such parameter{guess}{listed}")

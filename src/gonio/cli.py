@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import json
+import math
 import sys
 import time
 import warnings
@@ -72,21 +73,25 @@ def _announced_warnings() -> Iterator[None]:
         yield
 
 
-@click.group(cls=_Gonio, invoke_without_command=True, context_settings={"help_option_names": ["-h", "--help"]})
+_SETTINGS = {"help_option_names": ["-h", "--help"], "max_content_width": 100}
+
+
+@click.group(cls=_Gonio, invoke_without_command=True, context_settings=_SETTINGS)
 @click.version_option(__version__, message="gonio %(version)s")
 @click.pass_context
 def cli(ctx: click.Context) -> None:
     """BRDFs, measured and modelled: list, inspect, check, show, light and convert them.
 
     MATERIAL is a file (RGL .bsdf, MERL .binary, gonio .json), the name of a built-in material (gold-metallic-paint),
-    or an expression ("Lambertian(0.2) + 0.5 * Microfacet(GGX(0.1), Dielectric(1.5))"). -p replaces parameters of
-    any of them: -p alpha=0.3.
+    or an expression ("Lambertian(0.2) + 0.5 * Microfacet(GGX(0.1), Dielectric(1.5))"). -p alpha=0.3 replaces a
+    parameter of any of them.
 
     \b
-    gonio materials paint                          built-in materials with "paint" in their name
-    gonio render gold-metallic-paint -o gold.png   a lit sphere
-    gonio check measured.binary                    does it obey the laws?
-    gonio show gold -p alpha=0.3 -o gold.pdf       slices, albedo and sphere in one figure
+    Examples:
+      gonio materials paint                         built-in paints
+      gonio render gold-metallic-paint -o gold.png  a lit sphere
+      gonio check measured.binary                   does it obey the laws?
+      gonio show gold -p alpha=0.3 -o gold.pdf      slices, albedo and a sphere
 
     Exit code: 0 good, 1 a law failed, 2 bad input.
     """
@@ -110,7 +115,7 @@ _lights = click.option(
     metavar="LIGHT",
     multiple=True,
     default=("studio",),
-    help="An environment map (.exr, .hdr), or one of the lights below; may be repeated.  [default: studio]",
+    help="Where the light comes from, see above; may be repeated.  [default: studio]",
 )
 _json = click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 _samples = click.option("--samples", default=64, show_default=True, help="Samples per pixel.")
@@ -123,14 +128,17 @@ def _output(help_: str) -> Callable:
 LIGHT_HELP = """
 
     \b
-    LIGHT                    (angles in degrees; camera along +y, z up; sphere of radius 1 at 0,0,0)
-    FILE                     equirectangular environment map
-    studio[:THETA,PHI]       sun (there), sky, window and floor, made up
-    constant[:L]             radiance L from everywhere  [1]
-    distant:THETA,PHI[,E]    parallel beam of irradiance E  [pi: lights white to 1]
-    point:X,Y,Z[,I]          point source of intensity I  [irradiance pi at 0,0,0]
+    LIGHT is one of
+      FILE                   equirectangular environment map
+      studio[:THETA,PHI]     made up: a sun (there), sky, window and floor
+      constant[:L]           radiance L from everywhere; default 1
+      distant:THETA,PHI[,E]  parallel beam of irradiance E; default pi, which
+                             lights a white surface that faces it to radiance 1
+      point:X,Y,Z[,I]        point source of intensity I; default: irradiance
+                             pi at the centre of the sphere
 
-    L, E and I are a number, or one number per channel: constant:1,0.9,0.8
+    Angles are in degrees, PHI from +x towards +y; the sphere has radius 1 and is at 0,0,0, z is up, the camera looks
+    along +y: distant:45,-90 comes from behind it. L, E and I are a number, or one per channel (constant:1,0.9,0.8).
 """
 
 
@@ -145,7 +153,7 @@ def _get(material: str, replaced: Sequence[str]) -> Reflectance:
     return with_parameters(resolve(material), replaced)
 
 
-@cli.command()
+@cli.command(short_help="List the built-in materials.")
 @click.argument("pattern", required=False)
 @_json
 def materials(pattern: str | None, as_json: bool) -> None:
@@ -160,9 +168,11 @@ def materials(pattern: str | None, as_json: bool) -> None:
         return
     rows = [(e.name, e.kind, e.description) for e in entries]
     click.echo(table(("name", "kind", "what it is"), rows))
+    if sys.stdout.isatty():
+        click.echo(f"\n{len(rows)} materials; gonio info NAME says more about one, gonio cite NAME where it is from.")
 
 
-@cli.command()
+@cli.command(short_help="Say what MATERIAL is, and what a file holds.")
 @_material
 @_replace
 @_json
@@ -177,7 +187,7 @@ def info(material: str, replaced: tuple[str, ...], as_json: bool) -> None:
         click.echo(facts_as_text(found))
 
 
-@cli.command()
+@cli.command(short_help="Hold MATERIAL to the laws of physics.")
 @_material
 @_replace
 @_json
@@ -195,7 +205,7 @@ def check(ctx: click.Context, material: str, replaced: tuple[str, ...], as_json:
     with _bar("checking") as progress:
         report = check_laws(m, progress=progress)
     if as_json:
-        _print_json(report.to_json())
+        _print_json({"name": _title(material, replaced), **report.to_json()})
     else:
         click.echo(_coloured(str(replace(report, material=_title(material, replaced)))))
     ctx.exit(0 if report.passed else 1)
@@ -207,7 +217,7 @@ def _coloured(report: str) -> str:
     return report
 
 
-@cli.command()
+@cli.command(short_help="Render a sphere of MATERIAL.")
 @_material
 @_output("Picture to write: .png, .exr or .hdr.")
 @_lights
@@ -215,7 +225,7 @@ def _coloured(report: str) -> str:
 @click.option("--shape", default="sphere", show_default=True, help="What to render: sphere.")
 @click.option("--size", default=512, show_default=True, help="Width and height in pixels.")
 @_samples
-@click.option("--seed", default=0, show_default=True, help="Of the random numbers: the same seed, the same picture.")
+@click.option("--seed", default=0, type=click.IntRange(min=0), show_default=True, help="Of the random numbers: the same seed, the same picture.")
 @click.option("--exposure", default=0.0, show_default=True, help="Stops by which a .png is brightened.")
 @_with_light_help
 def render(
@@ -248,7 +258,7 @@ def render(
     click.echo(f"{output}: {what}, {size} x {size}, {samples} samples per pixel, {_since(start)}")
 
 
-@cli.command()
+@cli.command(short_help="Draw MATERIAL in one figure.")
 @_material
 @_output("Figure to write: .png, .pdf or .svg.")
 @_lights
@@ -273,7 +283,7 @@ def show(
     click.echo(f"{output}: {_title(material, replaced)} under {', '.join(lights)}, {_since(start)}")
 
 
-@cli.command()
+@cli.command(short_help="Write MATERIAL to a file of another format.")
 @_material
 @_output("File to write; its suffix is the format: .binary, .json.")
 @_replace
@@ -281,13 +291,15 @@ def show(
 def convert(material: str, output: Path, replaced: tuple[str, ...], format_: str | None) -> None:
     """Write MATERIAL to a file of another format."""
     from .files import target
+    from .listing import size_in_words
     from .measured import save
 
     start = time.perf_counter()
     target(output)
     m = _get(material, replaced)
     save(m, output, _format_name(format_) if format_ else None)
-    click.echo(f"{output}: {_title(material, replaced)}, {output.stat().st_size / 1e6:.3g} MB, {_since(start)}")
+    size = size_in_words(output.stat().st_size)
+    click.echo(f"{output}: {_title(material, replaced)}, {size}, {_since(start)}")
 
 
 def _format_name(name: str) -> str:
@@ -300,7 +312,7 @@ def _format_name(name: str) -> str:
     return name
 
 
-@cli.command()
+@cli.command(short_help="Print BibTeX for the sources of MATERIAL.")
 @_material
 @_replace
 def cite(material: str, replaced: tuple[str, ...]) -> None:
@@ -319,7 +331,16 @@ def _since(start: float) -> str:
 
 
 def _print_json(data: Any) -> None:
-    click.echo(json.dumps(data, indent=2, ensure_ascii=False, allow_nan=True))
+    click.echo(json.dumps(_finite(data), indent=2, ensure_ascii=False, allow_nan=False))
+
+
+def _finite(data: Any) -> Any:
+    """The data with null for NaN and infinity, which JSON has not."""
+    if isinstance(data, dict):
+        return {k: _finite(v) for k, v in data.items()}
+    if isinstance(data, (list, tuple)):
+        return [_finite(v) for v in data]
+    return None if isinstance(data, float) and not math.isfinite(data) else data
 
 
 @contextlib.contextmanager

@@ -2,7 +2,7 @@
 
 An expression is made of constructors of models and their pieces with positional and keyword arguments, numbers, lists
 of numbers, words in quotes, `+`, `*`, parentheses, `material("name")` and `load("path")`; `gn.` before a name is read
-over. Numbers may be computed with + - * /.
+over. Numbers may be computed with + - * / and `pi`.
 """
 
 from __future__ import annotations
@@ -35,6 +35,7 @@ _ARITHMETIC: dict[type[ast.operator], tuple[str, Callable[[float, float], float]
     ast.Mult: ("*", operator.mul),
     ast.Div: ("/", operator.truediv),
 }
+_NUMBERS = {"pi": math.pi, "inf": math.inf, "nan": math.nan}
 _FUNCTIONS: dict[str, Callable[..., Any]] = {"load": load, "material": material}
 
 
@@ -141,6 +142,8 @@ class _Reader:
         if name is None:
             kind = "".join(f" {c.lower()}" if c.isupper() else c for c in type(node).__name__)
             self._fail(node, f"a{kind} is no part of an expression; expected numbers, names with (...), + and *")
+        if name in _NUMBERS:
+            return _NUMBERS[name]
         if self.words and depth == 0 and name not in names():
             return name
         if name in names() or name in _FUNCTIONS:

@@ -33,7 +33,10 @@ def replacing(path: str | os.PathLike) -> Iterator[Path]:
     Raises what `target` raises.
     """
     final = target(path)
-    handle, name = tempfile.mkstemp(prefix=f".{final.stem}-", suffix=final.suffix, dir=final.parent)
+    try:
+        handle, name = tempfile.mkstemp(prefix=f".{final.stem}-", suffix=final.suffix, dir=final.parent)
+    except OSError as error:
+        raise NotFoundError(f"{path}: no file can be made in {final.parent}: {error.strerror}") from None
     os.close(handle)
     temporary = Path(name)
     try:

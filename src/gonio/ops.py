@@ -6,6 +6,7 @@ calls the function. Adding a library is one entry there. Python numbers count as
 
 from __future__ import annotations
 
+import math
 import sys
 from collections.abc import Callable, Sequence
 from types import ModuleType
@@ -346,6 +347,13 @@ class DrJit(Library):
 
     def op_where(self, condition: Array, a: Array, b: Array) -> Array:
         return self.module.select(condition, a, b)
+
+    def op_erfinv(self, x: Array) -> Array:
+        dr = self.module  # whose own is of single precision, which a Newton step amends, and NaN at -1 and 1
+        inside = dr.abs(x) < 1.0
+        y = dr.erfinv(dr.select(inside, x, 0.0))
+        y = y - (dr.erf(y) - x) * dr.exp(y * y) * (0.5 * math.sqrt(math.pi))
+        return dr.select(inside, y, x * float("inf"))
 
     def op_take(self, table: Array, index: Array) -> Array:
         if isinstance(table, np.ndarray):

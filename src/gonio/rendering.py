@@ -70,6 +70,9 @@ def render(
     for name, value, high in (("size", size, 16384), ("samples", samples, 1 << 20)):
         if not (isinstance(value, (int, np.integer)) and 1 <= value <= high):
             raise ParameterError(f"{name}={value!r}: expected a whole number from 1 to {high}")
+    if not (isinstance(seed, (int, np.integer)) and seed >= 0):
+        raise ParameterError(f"seed={seed!r}: expected a whole number from 0")
+    _check_channels(m, lights)
     per_tile = max(1, TILE // samples)
     jobs: dict[Any, int] = {}
     tiles: dict[int, tuple[np.ndarray, np.ndarray, int]] = {}
@@ -97,6 +100,19 @@ def render(
     if names is not None and not isinstance(names[0], str):
         colour = colour @ to_rgb(names).astype(np.float32) if colour.shape[-1] == len(names) else colour
     return Image(colour.reshape(size, size, -1), alpha=alpha.reshape(size, size))
+
+
+def _check_channels(m: Reflectance, lights: list[Light]) -> None:
+    up = np.array([[0.0, 0.0, 1.0]])
+    f = m.f(up, up)
+    own = f.shape[-1] if f.ndim > 1 else 1
+    for light in lights:
+        lit = (light.arrival(up).irradiance if light.is_delta else light.radiance(up)).shape[-1]
+        if own != lit and 1 not in (own, lit):
+            raise ParameterError(
+                f"{type(light).__name__} has {lit} channels and the material has {own}; expected as many, or a light of "
+                f"one channel such as ConstantLight(1.0)"
+            )
 
 
 def _tile(

@@ -1,4 +1,4 @@
-"""Pictures of the sphere as other renderers lay them out: Mitsuba 3's `envmap` and pbrt-v4's equal-area square."""
+"""How other renderers lay out the sphere: Mitsuba 3's `envmap`, and pbrt-v4's equal-area square."""
 
 from __future__ import annotations
 
@@ -8,13 +8,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import ParameterError, ShapeError
-from ._panorama import Panorama, pixel_directions
+from ..errors import ShapeError
+from ._panorama import Panorama, pixel_count, pixel_directions
 
 MITSUBA_TO_WORLD: NDArray[np.float64] = np.array(
     [[0.0, 0.0, -1.0, 0.0], [-1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]]
 )
-"""Mitsuba's `to_world` of an `envmap` under which its world is gonio's (z up), for pictures from `to_mitsuba`."""
+"""The `to_world` of Mitsuba's `envmap` that turns pictures of `to_mitsuba` into gonio's world, z up."""
 MITSUBA_TO_WORLD.flags.writeable = False
 
 _BLOCK = 1 << 18  # directions that are looked up at a time
@@ -23,8 +23,10 @@ _BLOCK = 1 << 18  # directions that are looked up at a time
 def to_mitsuba(picture: Panorama) -> NDArray[Any]:
     """Pixels (2H + 1, W, C) with which Mitsuba 3 interpolates to the same radiance in every direction.
 
-    Mitsuba's azimuth runs the other way round, and its rows lie at theta = pi i/(rows - 1), from pole to pole: with
-    2H + 1 rows, those of odd number are the rows of `picture`, the others lie half-way between two of them.
+    Mitsuba's azimuth runs the other way round, and its rows lie at theta = pi i/(rows - 1), from pole to
+    pole: with 2H + 1 rows, those of odd number are the rows of `picture`, the others lie half-way between
+    two of them.
+    Source: src/emitters/envmap.cpp of Mitsuba 3.
     """
     pixels = picture.pixels[:, ::-1]
     height, width, channels = pixels.shape
@@ -42,7 +44,7 @@ def from_mitsuba(picture: Panorama, height: int | None = None) -> NDArray[Any]:
     """
     pixels = picture.pixels[:, ::-1]
     rows = pixels.shape[0]
-    height = rows if height is None else _size("height", height)
+    height = rows if height is None else pixel_count("height", height)
     if rows < 2:
         raise ShapeError(f"picture has {rows} row, expected at least 2 in Mitsuba's layout")
     at = (np.arange(height) + 0.5) * ((rows - 1) / height)
@@ -55,12 +57,12 @@ def square_to_direction(s: NDArray[Any]) -> NDArray[Any]:
     """Unit directions (..., 3) of points (..., 2) of the unit square, by an area-preserving map.
 
     The centre of the square is +z, its corners are -z, the middles of its sides +x, -x, +y, -y. With both
-    coordinates from -1 to 1, |u| + |v| = r <= 1 is the upper hemisphere: the square of radius r has the area 2 r^2
-    and becomes the cap of area 2 pi r^2, 1 - z = r^2; along its sides the azimuth grows evenly. The triangles beyond
-    are folded over their diagonals to the lower hemisphere.
+    coordinates from -1 to 1, |u| + |v| = r <= 1 is the upper hemisphere: the square of radius r has the area
+    2 r^2 and becomes the cap of area 2 pi r^2, 1 - z = r^2; along its sides the azimuth grows evenly. The
+    triangles beyond are folded over their diagonals to the lower hemisphere.
 
-    Source: Clarberg 2008, "Fast equal-area mapping of the (hemi)sphere using SIMD", J. Graphics Tools 13(3); as
-    pbrt-v4's `EqualAreaSquareToSphere`.
+    Source: Clarberg 2008, "Fast equal-area mapping of the (hemi)sphere using SIMD", J. Graphics Tools 13(3),
+    as used in PBRT-4 section 3.8.3.
     """
     u, v = (2.0 * s[..., i] - 1.0 for i in range(2))
     a, b = np.abs(u), np.abs(v)
@@ -75,7 +77,7 @@ def square_to_direction(s: NDArray[Any]) -> NDArray[Any]:
 
 
 def direction_to_square(w: NDArray[Any]) -> NDArray[Any]:
-    """Points (..., 2) of the unit square of unit directions (..., 3): the inverse of `square_to_direction`."""
+    """Points (..., 2) of the unit square for unit directions (..., 3): undoes `square_to_direction`."""
     x, y, z = (w[..., i] for i in range(3))
     r = np.sqrt((x * x + y * y) / (1.0 + np.abs(z)))  # 1 - |z|, without cancellation at the poles
     b = r * np.arctan2(np.abs(y), np.abs(x)) * (2.0 / math.pi)
@@ -87,11 +89,11 @@ def direction_to_square(w: NDArray[Any]) -> NDArray[Any]:
 def to_pbrt(picture: Panorama, size: int | None = None) -> NDArray[Any]:
     """Texels (N, N, C) of pbrt-v4's equal-area layout, each the mean radiance over its solid angle 4 pi/N^2.
 
-    `size`: N; without it, 2H/sqrt(pi), which gives texels the solid angle of the pixels at the equator. pbrt's x, y
-    and z are the world's. It takes the radiance of the texel that a direction lies in, without interpolation.
+    `size`: N; without it, 2H/sqrt(pi), which gives texels the solid angle of the pixels at the equator. pbrt
+    takes the radiance of the texel that a direction lies in, without interpolation.
     """
     height, width, channels = picture.pixels.shape
-    size = round(2.0 * height / math.sqrt(math.pi)) if size is None else _size("size", size)
+    size = round(2.0 * height / math.sqrt(math.pi)) if size is None else pixel_count("size", size)
     # At least four points per texel, and two across a pixel.
     fine = max(2, math.ceil(4.0 * max(height, width / 2.0) / (math.sqrt(math.pi) * size)))
     along = (np.arange(size * fine) + 0.5) / (size * fine)
@@ -105,14 +107,14 @@ def to_pbrt(picture: Panorama, size: int | None = None) -> NDArray[Any]:
 
 
 def from_pbrt(picture: Panorama, height: int | None = None) -> NDArray[Any]:
-    """Pixels (H, 2H, C) of a picture in pbrt-v4's equal-area layout: the means of what pbrt shows over each pixel.
+    """Pixels (H, 2H, C) of a picture in pbrt-v4's equal-area layout: means of what pbrt shows in each.
 
     `height`: H; without it, sqrt(pi) N/2, which undoes `to_pbrt`.
     """
     size, width, channels = picture.pixels.shape
     if size != width:
         raise ShapeError(f"picture is {width} x {size}, expected a square in pbrt-v4's layout")
-    height = round(0.5 * math.sqrt(math.pi) * size) if height is None else _size("height", height)
+    height = round(0.5 * math.sqrt(math.pi) * size) if height is None else pixel_count("height", height)
     fine = max(2, math.ceil(math.sqrt(math.pi) * size / height))
     out = np.empty((height, 2 * height, channels), picture.pixels.dtype)
     step = max(1, _BLOCK // (2 * height * fine * fine))
@@ -122,13 +124,6 @@ def from_pbrt(picture: Panorama, height: int | None = None) -> NDArray[Any]:
         texel = np.minimum((direction_to_square(w) * size).astype(np.intp), size - 1)
         found = picture.pixels[texel[..., 1], texel[..., 0]].reshape(rows, fine, 2 * height, fine, channels)
         sin = np.hypot(w[:, 0, 0], w[:, 0, 1]).reshape(rows, fine)
-        out[start : start + rows] = np.einsum(
-            "rf,rfcgk->rck", sin / (fine * sin.sum(axis=1, keepdims=True)), found
-        )
+        weight = sin / (fine * sin.sum(axis=1, keepdims=True))  # solid angles of finer pixels
+        out[start : start + rows] = np.einsum("rf,rfcgk->rck", weight, found)
     return out
-
-
-def _size(name: str, value: Any) -> int:
-    if not (isinstance(value, (int, np.integer)) and 1 <= value <= 1 << 15):
-        raise ParameterError(f"{name}={value!r}: expected a whole number from 1 to {1 << 15}")
-    return int(value)

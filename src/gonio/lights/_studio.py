@@ -27,7 +27,7 @@ def studio_pixels(sun: Array, height: int) -> NDArray[np.float32]:
     sky      from the horizon to the zenith by (1 - z)^3, and a glow exp(-angle to the sun/0.3)
     sun      a disc of radius 0.05, its edge 0.02 wide
     hills    up to the elevation 0.07 + 0.03 sin(3 phi) + 0.02 sin(7 phi + 1) + 0.012 sin(16 phi + 2)
-    floor    a plane one tile below: tiles (x/z, y/z), which fade into the horizon with distance
+    floor    a plane below, of square tiles, 2/3 of its distance wide, which fade with distance
     window   2 by 2 panes, 53 x 37 degrees, 85 degrees of azimuth from the sun, 32 degrees up
     strip    a lamp, 5 x 58 degrees, 105 degrees of azimuth the other way, 30 degrees up
     """
@@ -72,13 +72,9 @@ def _below(value: Array, limit: Any, width: float) -> Array:
 
 
 def _seen(w: Array, azimuth: float, elevation: float) -> tuple[Array, Array]:
-    """Where directions meet the plane at distance 1 that faces us from there: to the side, and up; far off behind."""
-    cos_a, sin_a, cos_e, sin_e = (
-        math.cos(azimuth),
-        math.sin(azimuth),
-        math.cos(elevation),
-        math.sin(elevation),
-    )
+    """Where directions meet the plane at distance 1 that faces us from there: to the left, and up."""
+    cos_a, sin_a = math.cos(azimuth), math.sin(azimuth)
+    cos_e, sin_e = math.cos(elevation), math.sin(elevation)
     ahead = w @ np.array([cos_a * cos_e, sin_a * cos_e, sin_e])
     side, up = w @ np.array([-sin_a, cos_a, 0.0]), w @ np.array([-cos_a * sin_e, -sin_a * sin_e, cos_e])
     seen = ahead > 1e-3

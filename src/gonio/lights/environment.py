@@ -13,7 +13,7 @@ from ..image import Image
 from ..light import Light
 from ..param import Field, option, param
 from ._layouts import MITSUBA_TO_WORLD, from_mitsuba, from_pbrt, to_mitsuba, to_pbrt
-from ._panorama import Panorama
+from ._panorama import Panorama, pixel_count
 from ._studio import studio_pixels
 
 
@@ -23,29 +23,33 @@ class _Picture(Field):
 
 
 class EnvironmentLight(Light):
-    r"""Light from infinitely far away on all sides, $L(\omega)$ = scale times an equirectangular picture.
+    r"""Light from infinitely far away on all sides: $L(\omega)$ = scale times an equirectangular picture.
 
-    Row i, column j is the radiance at $\theta = \pi (i + 1/2)/H$, $\phi = 2\pi (j + 1/2)/W$ (z up, $\phi$ from +x
-    towards +y); between these it is bilinear in $(\theta, \phi)$, across $\phi = 0$ too, and constant in $\theta$ for
-    the last half pixel at the poles. Seen from inside, $\phi$ grows to the left: a photographed panorama is laid out
-    the other way round. `from_mitsuba` reads it unmirrored; used as it is, its light comes from a mirrored place.
+    Row i, column j is the radiance at $\theta = \pi (i + 1/2)/H$, $\phi = 2\pi (j + 1/2)/W$ (z up, $\phi$
+    from +x towards +y). Between these it is bilinear in $(\theta, \phi)$, across $\phi = 0$ too; in the last
+    half pixel at the poles it does not depend on $\theta$. Seen from inside, $\phi$ grows to the left: a
+    photographed panorama, which runs to the right, gives a mirrored place unless it is turned round,
+    `pixels[:, ::-1]`.
 
-    `sample` maps u monotonically: u[1] to the row and $\cos\theta$ within it, u[0] to the column and $\phi$. Its
-    density is constant within a pixel, proportional to the mean plus the maximum of the radiance there (mean of
-    the channels), and positive wherever the radiance is. A black map is sampled uniformly.
+    `sample` takes u[1] to the row and to $\cos\theta$ within it, and u[0] to the column and to $\phi$, both
+    monotonically. The density is constant within a pixel, proportional to the mean plus the maximum over the
+    pixel of the radiance (averaged over the channels), and so positive wherever there is light; uniform for a
+    black map.
 
-    Shapes   image: a NumPy array (H, W, C) or (H, W), an `Image`, or the path of a picture (.exr, .hdr, ...); scale:
-             a number or (C,). `radiance` (..., 3) -> (..., C), `sample` (..., 2) -> (..., 3) and (...), `pdf`
-             (..., 3) -> (...): arrays of NumPy, PyTorch or JAX, float32 or float64, which is what they return.
-    Units    image times scale: W m-2 sr-1; density: sr-1. Pixels are kept as float32, or float64 if given so.
-    Error    as a picture: none but rounding. float32 directions move by at most @@ pixel at 512 rows. As a sample of a
-             smooth field: (pi/H)^2/8 of its second derivative.
-    Source   layout: docs/conventions.md; the light of an infinite area source: PBRT-4 section 12.5.
+    Shapes   image: a NumPy array (H, W, C) or (H, W), an `Image`, or the path of a picture (.exr, .hdr,
+             ...); scale: a number or (C,). `radiance` (..., 3) -> (..., C), `sample` (..., 2) -> (..., 3)
+             and (...), `pdf` (..., 3) -> (...), for arrays of NumPy, PyTorch or JAX, float32 or float64,
+             whose library and dtype the results have. Pixels stay float32 or float64.
+    Units    image times scale: W m-2 sr-1; densities: sr-1.
+    Error    rounding: in float32 a direction is found within 1.2e-7 H pixels (6e-5 pixels at 512 rows). As
+             an approximation of the field that the pixels are samples of: at most (pi/H)^2/8 times the sum
+             of its second derivatives by theta and phi.
+    Source   PBRT-4 section 12.5, for infinite lights and their sampling; the layout: docs/conventions.md.
     """
 
     image: Any = _Picture(None, "equirectangular picture: an array, an Image or a path")
     scale = param(1.0, 0.0, 1e30, "factor on the pixels", unit="W m-2 sr-1")
-    invalid = option("error", "zero", doc="negative, NaN and infinite pixels: an error, or 0")
+    invalid = option("error", "zero", doc="what negative, NaN and infinite pixels are: an error, or 0")
 
     can_sample: ClassVar[bool] = True
     MITSUBA_TO_WORLD: ClassVar[NDArray[np.float64]] = MITSUBA_TO_WORLD
@@ -55,7 +59,7 @@ class EnvironmentLight(Light):
         shape, channels = tuple(getattr(self.scale, "shape", ())), self.image.pixels.shape[-1]
         if len(shape) > 1 or (shape and channels > 1 and shape[0] not in (1, channels)):
             raise ShapeError(
-                f"EnvironmentLight: scale has shape {shape}, expected a number or one per channel ({channels},)"
+                f"EnvironmentLight: scale has shape {shape}, expected a number or one per channel: {channels}"
             )
 
     def to_json(self) -> dict[str, Any]:
@@ -73,57 +77,55 @@ class EnvironmentLight(Light):
 
     @classmethod
     def studio(cls, sun: ArrayLike = (-0.8, -0.7, 0.8), height: int = 256) -> Self:
-        """A made-up place to judge materials in, (H, 2H, 3): what `gonio render` lights with by default.
+        """A made-up place to judge materials in, of (H, 2H, 3) pixels.
 
-        A small warm sun for highlights, a window and a light strip for the shape of reflections, a sky with hills
-        and a tiled floor for mirrors; `_studio.py` has the formulas. Everything turns with the azimuth of `sun`, a
-        direction; by default the sun is on the left, behind a camera that looks along +y.
+        A small warm sun for highlights, a window and a light strip for the shape of reflections, a sky with
+        hills and a tiled floor for mirrors; the formulas are in `_studio.py`. `sun` is the direction to the
+        sun, and everything but the floor turns with its azimuth: by default it is on the upper left, on the
+        side of a camera that looks along +y.
 
-        The largest irradiance on any plane is pi in the strongest channel, so that no Lambertian surface exceeds
-        radiance 1. Brightest pixel over mean radiance: about @@. Below 128 rows the sun is smaller than 3 pixels.
+        The irradiance is at most pi, on the plane that gets most, in red: a Lambertian surface stays below
+        radiance 1. The brightest pixel has 550 times the mean radiance. Below 128 rows the sun is less than 4
+        pixels wide.
         """
         axis = np.asarray(sun, dtype=float)
         if axis.shape != (3,) or not np.all(np.isfinite(axis)) or not axis.any():
-            raise ParameterError(
-                f"studio: sun={sun!r:.60}, expected a direction, three numbers such as (1, 0, 1)"
-            )
-        return cls(studio_pixels(axis / np.linalg.norm(axis), height))
+            raise ParameterError(f"studio: sun={sun!r:.60}, expected a direction such as (1, 0, 1)")
+        return cls(studio_pixels(axis / np.linalg.norm(axis), pixel_count("height", height)))
 
     @classmethod
-    def from_mitsuba(cls, image: Any, height: int | None = None, scale: Any = 1.0) -> Self:
-        """The light of a picture that Mitsuba 3's `envmap` shows, as under `to_world=MITSUBA_TO_WORLD`.
+    def from_mitsuba(cls, image: Any, height: int | None = None, **options: Any) -> Self:
+        """The light of a picture as Mitsuba 3's `envmap` shows it with `to_world=MITSUBA_TO_WORLD`.
 
-        Also the way to read a photographed panorama, up in its upper rows, without mirroring the place: its left
-        edge is then seen along +x, and what lies to the right of it along -y.
-
-        `height`: rows; without it, as many as the picture has. Mitsuba's rows reach from pole to pole, so that pixel
-        centres lie between them: what they hold is interpolated. Exact, with their height, for pictures of
-        `to_mitsuba`.
+        `height`: rows; without it, as many as the picture has. Mitsuba's rows reach from pole to pole, so
+        that pixel centres lie between them and are interpolated; exact for pictures of `to_mitsuba` and the
+        height that they came from. `options`: scale and invalid, as for the class.
         """
-        return cls(from_mitsuba(Panorama.of(image), height), scale)
+        return cls(from_mitsuba(Panorama.of(image), height), **options)
 
     def to_mitsuba(self) -> Image:
-        """A picture (2H + 1, W, C) for Mitsuba 3's `envmap` with `to_world=EnvironmentLight.MITSUBA_TO_WORLD`.
+        """A picture (2H + 1, W, C) for Mitsuba 3's `envmap` with `to_world=light.MITSUBA_TO_WORLD`.
 
-        Mitsuba's world is then this one (z up), and so is its radiance, to rounding: @@ of the
-        largest neighbour in its single precision. C is to be 1 or 3. Only at exactly -z does Mitsuba (up to 3.9) show the upper pole.
+        Mitsuba's world is then this one, z up, and its radiance is this one in every direction but for its
+        single precision (1.4e-5 of the contrast between pixels at 128 columns). It takes C = 1 and C = 3.
         """
         return self._picture(to_mitsuba(self.image))
 
     @classmethod
-    def from_pbrt(cls, image: Any, height: int | None = None, scale: Any = 1.0) -> Self:
-        """The light of a square picture in pbrt-v4's equal-area layout, (H, 2H, C); pbrt's light axes become x, y, z.
+    def from_pbrt(cls, image: Any, height: int | None = None, **options: Any) -> Self:
+        """The light of a square picture in pbrt-v4's equal-area layout; pbrt's light axes become x, y, z.
 
-        `height`: H; without it, sqrt(pi)/2 times the rows of the square. Pixels are means over their solid angle.
+        `height`: rows H of the (H, 2H, C) pixels, each the mean over its solid angle of what pbrt shows;
+        without it, sqrt(pi)/2 times the rows of the square. `options`: scale and invalid, as for the class.
         """
-        return cls(from_pbrt(Panorama.of(image), height), scale)
+        return cls(from_pbrt(Panorama.of(image), height), **options)
 
     def to_pbrt(self, size: int | None = None) -> Image:
         """A square picture (N, N, C) for pbrt-v4's infinite light, in its equal-area layout.
 
-        x, y, z become pbrt's light axes; its world is left-handed, so that it shows gonio's in a mirror unless the
-        scene begins with `Scale -1 1 1`. `size`: N; without it, 2H/sqrt(pi), texels as large as pixels at the
-        equator. A texel holds the mean over its solid angle: the total flux is kept to @@.
+        x, y, z become pbrt's light axes. pbrt's world is left-handed and would show gonio's in a mirror:
+        begin the scene with `Scale -1 1 1`. `size`: N; without it, 2H/sqrt(pi), texels as large as pixels at
+        the equator. A texel holds the mean over its solid angle: the flux of `studio()` is kept to 4e-4.
         """
         return self._picture(to_pbrt(self.image, size))
 

@@ -75,16 +75,16 @@ class ABC(Reflectance):
         x = ops.clip(v * _log1p_over(t), 0.0, end)
         return ops.sqrt(x * _expm1_over(x) / self.B + 1e-30)
 
-    def _half_arc(self, s: Any, r: Any, z2: Any) -> Any:
-        # cos = (s^2 + r^2 - 1)/(2 s r) by its half angle. A direction on the arc has z^2 below 1 - (s - r)^2, so that
-        # z2 keeps rounding from closing the arc.
-        inside, outside = 1.0 - (s - r) * (s - r), (s + r) * (s + r) - 1.0
-        return 2.0 * ops.arctan2(ops.sqrt(ops.maximum(inside, z2)), ops.sqrt(ops.maximum(outside, 0.0) + 1e-30))
+    def _half_arc(self, s: Any, r: Any, inside: Any) -> Any:
+        # cos = (s^2 + r^2 - 1)/(2 s r) by its half angle; `inside` = 1 - (s - r)^2.
+        outside = (s + r) * (s + r) - 1.0
+        return 2.0 * ops.arctan2(ops.sqrt(inside), ops.sqrt(ops.maximum(outside, 0.0) + 1e-30))
 
     def warp(self, wo: Direction, u0: Any, u1: Any) -> Direction:
         r = ops.sqrt(wo.x * wo.x + wo.y * wo.y + 1e-24)
         s = self._radius(r, u0)
-        delta = self._half_arc(s, r, 1e-30) * (2.0 * u1 - 1.0)
+        inside = ops.maximum(1.0 - (s - r) * (s - r), 1e-30)
+        delta = self._half_arc(s, r, inside) * (2.0 * u1 - 1.0)
         a, b = s * ops.cos(delta), s * ops.sin(delta)
         ex, ey = azimuth(wo, r)
         x, y = ex * a - ey * b - wo.x, ey * a + ex * b - wo.y
@@ -95,7 +95,12 @@ class ABC(Reflectance):
         dx, dy = wi.x + wo.x, wi.y + wo.y
         d2 = dx * dx + dy * dy
         _, whole = self._whole(r)
-        arc = self._half_arc(ops.sqrt(d2 + 1e-30), r, wi.z * wi.z)
+        s = ops.sqrt(d2 + 1e-30)
+        # 1 - (s - r)^2 = z_i^2 + 2 (s r - D . wo), without cancellation at grazing.
+        along, across = dx * wo.x + dy * wo.y, dx * wo.y - dy * wo.x
+        ahead = along > 0.0
+        gap = ops.where(ahead, across * across / ops.where(ahead, s * r + along, 1.0), s * r - along)
+        arc = self._half_arc(s, r, wi.z * wi.z + 2.0 * gap)
         return self.B / whole * self._spectrum(d2) * wi.z / arc
 
     def estimate(self, wo: Direction) -> Any:
