@@ -48,7 +48,7 @@ SMOOTH_IRRADIANCE_UP = np.pi * np.array([1.6 + 0.8 / 3.0, 2.0 - 2.0 / 3.0, 1.5])
 @pytest.mark.parametrize("shape", [(1, 1), (1, 4), (2, 1), (7, 5), (16, 32)])
 def test_pixel_centres_hold_the_pixels(shape):
     pixels = noise(*shape)
-    found = gn.EnvironmentLight(pixels).radiance(pixel_directions(*shape))
+    found = gn.EnvironmentLight(pixels).incident(pixel_directions(*shape))
     np.testing.assert_allclose(found, pixels, rtol=0, atol=1e-12)
 
 
@@ -57,16 +57,16 @@ def test_rows_go_down_from_z_and_columns_from_x_to_y():
     pixels[0, :], pixels[2, 0], pixels[2, 2] = 5.0, 1.0, 3.0
     light = gn.EnvironmentLight(pixels)
     theta = 5.0 * math.pi / 8.0
-    assert light.radiance(Z)[0] == 5.0
-    assert light.radiance(gn.direction(theta, math.pi / 8))[0] == pytest.approx(1.0)
-    assert light.radiance(gn.direction(theta, 5.0 * math.pi / 8))[0] == pytest.approx(3.0)
-    assert light.radiance(gn.direction(theta, -math.pi / 8))[0] == pytest.approx(0.0)
+    assert light.incident(Z)[0] == 5.0
+    assert light.incident(gn.direction(theta, math.pi / 8))[0] == pytest.approx(1.0)
+    assert light.incident(gn.direction(theta, 5.0 * math.pi / 8))[0] == pytest.approx(3.0)
+    assert light.incident(gn.direction(theta, -math.pi / 8))[0] == pytest.approx(0.0)
 
 
 def test_between_pixels_it_is_bilinear():
     pixels = noise(6, 10)
     light = gn.EnvironmentLight(pixels)
-    found = light.radiance(gn.direction(np.pi * 2.75 / 6, 2.0 * np.pi * 3.9 / 10))
+    found = light.incident(gn.direction(np.pi * 2.75 / 6, 2.0 * np.pi * 3.9 / 10))
     upper, lower = (0.6 * pixels[i, 3] + 0.4 * pixels[i, 4] for i in (2, 3))
     np.testing.assert_allclose(found, 0.75 * upper + 0.25 * lower, rtol=1e-12)
 
@@ -76,10 +76,10 @@ def test_it_is_continuous_where_the_picture_ends():
     light = gn.EnvironmentLight(pixels)
     theta = (np.arange(8) + 0.5) * math.pi / 8
     tiny = 1e-9
-    sides = [light.radiance(gn.direction(theta, phi)) for phi in (-tiny, 0.0, tiny, 2.0 * math.pi - tiny)]
+    sides = [light.incident(gn.direction(theta, phi)) for phi in (-tiny, 0.0, tiny, 2.0 * math.pi - tiny)]
     for side in sides:
         np.testing.assert_allclose(side, 0.5 * (pixels[:, 0] + pixels[:, -1]), rtol=0, atol=1e-8)
-    back = [light.radiance(gn.direction(theta, phi)) for phi in (math.pi - tiny, math.pi, -math.pi + tiny)]
+    back = [light.incident(gn.direction(theta, phi)) for phi in (math.pi - tiny, math.pi, -math.pi + tiny)]
     for side in back:
         np.testing.assert_allclose(side, 0.5 * (pixels[:, 7] + pixels[:, 8]), rtol=0, atol=1e-8)
 
@@ -88,17 +88,17 @@ def test_the_poles_have_the_last_rows():
     pixels = noise(8, 16)
     light = gn.EnvironmentLight(pixels)
     phi = (np.arange(16) + 0.5) * math.pi / 8
-    np.testing.assert_allclose(light.radiance(gn.direction(1e-7, phi)), pixels[0], atol=1e-7)
-    np.testing.assert_allclose(light.radiance(gn.direction(math.pi - 1e-7, phi)), pixels[-1], atol=1e-7)
+    np.testing.assert_allclose(light.incident(gn.direction(1e-7, phi)), pixels[0], atol=1e-7)
+    np.testing.assert_allclose(light.incident(gn.direction(math.pi - 1e-7, phi)), pixels[-1], atol=1e-7)
     for pole, row in ((Z, 0), (-Z, -1)):
-        np.testing.assert_allclose(light.radiance(pole), 0.5 * (pixels[row, 0] + pixels[row, -1]), rtol=1e-12)
+        np.testing.assert_allclose(light.incident(pole), 0.5 * (pixels[row, 0] + pixels[row, -1]), rtol=1e-12)
         assert light.pdf(pole) > 0.0
 
 
 def test_nan_directions_give_nan():
     light = gn.EnvironmentLight(noise(4, 8))
     w = np.array([[np.nan, 0.0, 1.0], [0.0, 0.0, 1.0]])
-    assert np.isnan(light.radiance(w)).any(axis=-1).tolist() == [True, False]
+    assert np.isnan(light.incident(w)).any(axis=-1).tolist() == [True, False]
     assert np.isnan(light.pdf(w)).tolist() == [True, False]
 
 
@@ -106,11 +106,11 @@ def test_flux_and_irradiance_of_a_smooth_map_have_the_closed_form():
     height, width = 128, 256
     w = pixel_directions(height, width)
     light = gn.EnvironmentLight(smooth(w))
-    energy = (light.radiance(w) * solid_angles(height, width)[..., None]).reshape(-1, 3).sum(axis=0)
+    energy = (light.incident(w) * solid_angles(height, width)[..., None]).reshape(-1, 3).sum(axis=0)
     np.testing.assert_allclose(energy, 4.0 * np.pi * np.array([1.6, 2.0, 1.5]), rtol=1e-6)
     points = np.array(lattice(1 << 16))
     w, pdf = light.sample(points)
-    estimates = light.radiance(w) / pdf[:, None] * np.maximum(w[:, 2:], 0.0)
+    estimates = light.incident(w) / pdf[:, None] * np.maximum(w[:, 2:], 0.0)
     np.testing.assert_allclose(estimates.mean(axis=0), SMOOTH_IRRADIANCE_UP, rtol=2e-4)
 
 
@@ -119,7 +119,7 @@ def test_interpolation_error_falls_with_the_square_of_the_pixels():
     errors = []
     for height in (32, 64, 128):
         light = gn.EnvironmentLight(smooth(pixel_directions(height, 2 * height)))
-        errors.append(np.abs(light.radiance(w) - smooth(w))[np.abs(w[:, 2]) < 0.95].max())
+        errors.append(np.abs(light.incident(w) - smooth(w))[np.abs(w[:, 2]) < 0.95].max())
     assert errors[2] < 4e-4
     np.testing.assert_allclose(np.array(errors[:-1]) / errors[1:], 4.0, rtol=0.15)
 
@@ -178,7 +178,7 @@ def test_no_light_is_missed_beside_one_bright_pixel(at, dtype):
     pixels[at] = 0.0, 0.0, 7.0
     light = gn.EnvironmentLight(pixels)
     w = random_directions(50_000).astype(dtype)
-    lit = light.radiance(w)[:, 2] > 0.0
+    lit = light.incident(w)[:, 2] > 0.0
     assert lit.any()
     assert np.all(light.pdf(w)[lit] > 0.0)
     ends = np.array([0.0, np.finfo(dtype).tiny, 0.5, np.nextafter(dtype(1), dtype(0)), 1.0], dtype)
@@ -186,7 +186,7 @@ def test_no_light_is_missed_beside_one_bright_pixel(at, dtype):
     w, pdf = light.sample(u)
     assert np.all(pdf > 0.0)
     assert np.all(np.isfinite(w))
-    estimates = light.radiance(w)[:, 2] / pdf
+    estimates = light.incident(w)[:, 2] / pdf
     assert estimates.max() < 5.0 * estimates.mean()  # the sum of mean + maximum over that of the mean
 
 
@@ -197,7 +197,7 @@ def test_a_black_map_gives_no_light_and_is_sampled_uniformly():
     np.testing.assert_allclose(pdf, 0.25 / np.pi, rtol=1e-12)
     np.testing.assert_allclose(w[:, 2], 1.0 - 2.0 * u[:, 1], atol=1e-12)
     np.testing.assert_allclose(light.pdf(w), 0.25 / np.pi, rtol=1e-12)
-    assert not light.radiance(w).any()
+    assert not light.incident(w).any()
     out = gn.reflected_radiance(gn.Lambertian(0.5), light, Z)
     np.testing.assert_array_equal(out, np.zeros(3))
 
@@ -208,8 +208,8 @@ def test_float32_stays_float32_and_close_to_float64(shape):
     light = gn.EnvironmentLight(pixels)
     w, u = random_directions(20_000), np.array(lattice(20_000))
     single = w.astype(np.float32)
-    assert light.radiance(single).dtype == light.pdf(single).dtype == np.float32
-    error = np.abs(light.radiance(single) - light.radiance(w)).max()
+    assert light.incident(single).dtype == light.pdf(single).dtype == np.float32
+    error = np.abs(light.incident(single) - light.incident(w)).max()
     assert error < 1.5e-7 * shape[1]  # at most 6e-8 W of a pixel, each way, times the contrast
     directions, pdf = light.sample(u.astype(np.float32))
     assert directions.dtype == pdf.dtype == np.float32
@@ -244,7 +244,7 @@ def test_a_mirror_shows_the_map():
     light = gn.EnvironmentLight(smooth(pixel_directions(64, 128)))
     wo = gn.direction(np.array([0.2, 1.0]), np.array([0.4, 2.0]))
     found = gn.reflected_radiance(gn.IdealSpecular(0.9), light, wo)
-    np.testing.assert_allclose(found, 0.9 * light.radiance(wo * (-1.0, -1.0, 1.0)), rtol=1e-12)
+    np.testing.assert_allclose(found, 0.9 * light.incident(wo * (-1.0, -1.0, 1.0)), rtol=1e-12)
 
 
 def test_one_bright_pixel_is_a_distant_light():
@@ -269,23 +269,23 @@ def test_torch_agrees_with_numpy(torch):
     w, u = random_directions(500), np.array(lattice(500))
     for dtype, tolerance in ((torch.float64, 1e-12), (torch.float32, 2e-5)):
         there = torch.as_tensor(w, dtype=dtype)
-        assert light.radiance(there).dtype == dtype
-        np.testing.assert_allclose(light.radiance(there).numpy(), light.radiance(w), atol=tolerance)
+        assert light.incident(there).dtype == dtype
+        np.testing.assert_allclose(light.incident(there).numpy(), light.incident(w), atol=tolerance)
         directions, pdf = light.sample(torch.as_tensor(u, dtype=dtype))
         assert directions.dtype == pdf.dtype == dtype
         np.testing.assert_allclose(directions.numpy(), light.sample(u)[0], atol=20 * tolerance)
     np.testing.assert_allclose(light.pdf(torch.as_tensor(w)).numpy(), light.pdf(w), rtol=1e-12)
     there = torch.as_tensor(np.concatenate([w, [Z, -Z]])).requires_grad_()
-    light.radiance(there).sum().backward()
+    light.incident(there).sum().backward()
     assert torch.isfinite(there.grad).all()
 
 
 def test_jax_agrees_with_numpy_and_compiles(jax):
     light = gn.EnvironmentLight(noise(16, 32), scale=2.0)
     w, u = random_directions(500).astype(np.float32), lattice(500).astype(np.float32)
-    found = jax.jit(light.radiance)(jax.numpy.asarray(w))
+    found = jax.jit(light.incident)(jax.numpy.asarray(w))
     assert found.dtype == np.float32
-    np.testing.assert_allclose(found, light.radiance(w), atol=1e-4)
+    np.testing.assert_allclose(found, light.incident(w), atol=1e-4)
     np.testing.assert_allclose(jax.jit(light.pdf)(jax.numpy.asarray(w)), light.pdf(w), rtol=1e-5)
     directions, pdf = jax.jit(light.sample)(jax.numpy.asarray(u))
     np.testing.assert_allclose(directions, light.sample(u)[0], atol=2e-3)
@@ -306,7 +306,7 @@ def test_mitsuba_sees_the_same_radiance():
     for w in random_directions(400):
         si = mi.SurfaceInteraction3f()
         si.wi = mi.Vector3f(*(-w))
-        np.testing.assert_allclose(np.array(emitter.eval(si)), light.radiance(w), rtol=0, atol=5e-6)
+        np.testing.assert_allclose(np.array(emitter.eval(si)), light.incident(w), rtol=0, atol=5e-6)
 
 
 def test_pictures_from_mitsuba_look_as_there():
@@ -327,7 +327,7 @@ def test_pictures_from_mitsuba_look_as_there():
         atol = (
             2e-3 if abs(w[2]) < 0.99 else 0.05
         )  # pixels that lie half a row apart; at the poles, the last half
-        np.testing.assert_allclose(np.array(emitter.eval(si)), light.radiance(w), rtol=0, atol=atol)
+        np.testing.assert_allclose(np.array(emitter.eval(si)), light.incident(w), rtol=0, atol=atol)
 
 
 def test_mitsuba_layout_and_back_is_exact():
@@ -368,11 +368,11 @@ def test_pbrt_layout():
     np.testing.assert_allclose(there.mean(axis=(0, 1)), 2.0 * np.array([1.6, 2.0, 1.5]), rtol=5e-4)
     grid = (np.arange(96) + 0.5) / 96
     v, u = np.meshgrid(grid, grid, indexing="ij")  # texel (row, column) is at v, u
-    np.testing.assert_allclose(there, light.radiance(square_to_direction(np.stack([u, v], -1))), atol=3e-2)
+    np.testing.assert_allclose(there, light.incident(square_to_direction(np.stack([u, v], -1))), atol=3e-2)
     back = gn.EnvironmentLight.from_pbrt(there, height=64)
     w = random_directions(2000)
-    assert np.abs(back.radiance(w) - light.radiance(w)).max() < 0.1
-    assert np.sqrt(np.mean((back.radiance(w) - light.radiance(w)) ** 2)) < 0.02
+    assert np.abs(back.incident(w) - light.incident(w)).max() < 0.1
+    assert np.sqrt(np.mean((back.incident(w) - light.incident(w)) ** 2)) < 0.02
 
 
 def test_default_sizes_undo_each_other_and_keep_the_flux():
@@ -437,9 +437,9 @@ def test_gray_maps_and_scales_with_channels():
     w = random_directions(50)
     gray = noise(4, 8, 1)
     light = gn.EnvironmentLight(gray[..., 0], scale=(1.0, 2.0, 3.0))
-    one = gn.EnvironmentLight(gray).radiance(w)
+    one = gn.EnvironmentLight(gray).incident(w)
     assert one.shape == (50, 1)
-    np.testing.assert_allclose(light.radiance(w), one * (1.0, 2.0, 3.0))
+    np.testing.assert_allclose(light.incident(w), one * (1.0, 2.0, 3.0))
     assert gn.reflected_radiance(gn.Lambertian(0.5), gn.EnvironmentLight(gray), Z).shape == ()
     with pytest.raises(ShapeError, match=r"scale has shape \(2,\)"):
         gn.EnvironmentLight(noise(4, 8), scale=(1.0, 2.0))
@@ -478,7 +478,7 @@ def test_bad_arguments_are_errors():
         gn.EnvironmentLight(np.zeros((4, 8)), scale=-1.0)
     light = gn.EnvironmentLight(np.zeros((4, 8)))
     with pytest.raises(ShapeError, match=r"expected \(..., 3\)"):
-        light.radiance(np.zeros((5, 2)))
+        light.incident(np.zeros((5, 2)))
     with pytest.raises(ShapeError, match=r"expected \(..., 2\)"):
         light.sample(np.zeros((5, 3)))
     with pytest.raises(ShapeError, match="square"):
@@ -501,7 +501,7 @@ def test_a_real_map():
     assert pixels.shape == (512, 1024, 3)
     flux = (pixels * weight[..., None]).sum(axis=(0, 1))
     w, pdf = light.sample(np.array(lattice(1 << 15)))
-    estimates = light.radiance(w) / pdf[:, None]
+    estimates = light.incident(w) / pdf[:, None]
     np.testing.assert_allclose(estimates.mean(axis=0), flux, rtol=2e-3)
     cosine = np.maximum(pixel_directions(512, 1024)[..., 2:], 0.0)
     expected = (pixels * weight[..., None] * cosine).sum(axis=(0, 1)) / np.pi

@@ -11,6 +11,7 @@ Conventions: docs/conventions.md. Every model, light and file format is one file
 
 from __future__ import annotations
 
+import difflib
 from importlib import import_module
 from typing import Any
 
@@ -43,13 +44,15 @@ discover.modules("gonio.lights")
 globals().update(CLASSES)
 
 __all__ = sorted(  # noqa: PLE0605  (models and lights are found, not listed)
-    ["Error", "Reflectance", "Sample", "angles", "direction", "errors", *CLASSES, *_ON_USE]
+    {"Error", "Reflectance", "Sample", "angles", "direction", "errors", *CLASSES, *_ON_USE}
 )
 
 
 def __getattr__(name: str) -> Any:
     if name not in _ON_USE:
-        raise AttributeError(f"module 'gonio' has no attribute {name!r}")
+        close = difflib.get_close_matches(name, __all__, n=1)
+        hint = f"; did you mean {close[0]!r}?" if close else ""
+        raise AttributeError(f"module 'gonio' has no attribute {name!r}{hint}")
     home = _ON_USE[name]
     module = import_module(f".{home or name}", __name__)
     value = getattr(module, name) if home else module

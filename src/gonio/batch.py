@@ -189,4 +189,4 @@ def _cut(x: np.ndarray, batch: tuple[int, ...], at: tuple[slice, ...]) -> np.nda
 def _full(r: Any, kind: str, batch: tuple[int, ...], channels: int | None) -> np.ndarray:
     shape = batch + ({"value": (channels,) if channels else (), "scalar": (), "vector": (3,)}[kind])
     r = np.asarray(r)
-    return r if r.shape == shape else np.broadcast_to(r, shape).copy()
+    return r[()] if r.shape == shape else np.broadcast_to(r, shape).copy()[()]

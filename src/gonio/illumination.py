@@ -169,7 +169,7 @@ def _smooth(m: Reflectance, light: Light, local: Frame, wo: np.ndarray, toleranc
 
     def radiance(w: np.ndarray, index: np.ndarray) -> np.ndarray:
         here = Frame(*(Direction(*(c[index] for c in axis)) for axis in axes))
-        return light.radiance(to_world(lib, here, w))
+        return light.incident(to_world(lib, here, w))
 
     return integrate(m, wo, tolerance, incident=False, radiance=radiance)
 
@@ -208,19 +208,19 @@ def estimate(
     if light.can_sample:
         w, light_pdf = light.sample(v)
         to_light = to_local(lib, local, w)
-        incoming = light.radiance(w) * np.maximum(to_light[..., 2:3], 0.0)
+        incoming = light.incident(w) * np.maximum(to_light[..., 2:3], 0.0)
         seen = light_pdf[..., None] > 0.0
     for weight, lobe in m.lobes():
         weight = np.asarray(weight, wo.dtype)
         if lobe.is_delta:
             mirrored = wo * np.array([-1, -1, 1], wo.dtype)
-            part = _channelled(lobe.delta_reflectance(wo), wo) * light.radiance(to_world(lib, local, mirrored))
+            part = _channelled(lobe.delta_reflectance(wo), wo) * light.incident(to_world(lib, local, mirrored))
             total = total + weight * part
             continue
         s = lobe.sample(wo, u)
         w_material = to_world(lib, local, s.wi)
         material_weight, holes = without_holes(_channelled(s.weight, s.wi))
-        part = material_weight * light.radiance(w_material)
+        part = material_weight * light.incident(w_material)
         missing += holes
         if light.can_sample:
             other = light.pdf(w_material)

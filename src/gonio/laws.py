@@ -162,7 +162,7 @@ def _reciprocity(m: Reflectance) -> Law:
         median = float(np.median(error[error > 0.0])) if (error > 0.0).any() else 0.0
         why = (
             f"f(wi, wo) = {there[at, c]:.4g} but f(wo, wi) = {back[at, c]:.4g} sr-1; "
-            f"half of the pairs differ by more than {median:.2g}"
+            f"of the pairs that differ, half do by more than {median:.2g}"
         )
     rule = "|f - f swapped|/mean = {value} <= {tolerance}"
     return Law("reciprocity", value <= tolerance, value, tolerance, rule, _degrees(wi[at], wo[at]) if why else {}, why)
@@ -193,7 +193,8 @@ def _channel(m: Reflectance, c: int) -> str:
     return str(names[c]) if isinstance(names[c], str) else f"{names[c]:g} nm"
 
 
-RING_EDGES = np.concatenate([[0.0], np.geomspace(1e-5, np.pi, 97)])
+# The quarter circle is an edge, for there seen along the normal is the horizon, where densities may jump.
+RING_EDGES = np.concatenate([[0.0], np.geomspace(1e-5, 0.5 * np.pi, 85), np.linspace(0.5, 1.0, 13)[1:] * np.pi])
 
 
 def _mirror_axes(view: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -20,7 +20,7 @@ class Arrival(NamedTuple):
 
 
 class Light(Parametrised):
-    """Base of the lights. A subclass is a delta light with `arrival`, or gives `radiance`, and `sample` and `pdf` if
+    """Base of the lights. A subclass is a delta light with `arrival`, or gives `incident`, and `sample` and `pdf` if
     it can be sampled."""
 
     is_delta: ClassVar[bool] = False
@@ -30,7 +30,7 @@ class Light(Parametrised):
         """What a delta light sends to `position` (..., 3)."""
         raise NotImplementedError
 
-    def radiance(self, w: Any) -> Any:
+    def incident(self, w: Any) -> Any:
         """Radiance [W m-2 sr-1] from unit world directions w (..., 3), with a channel axis: (..., 1) or (..., C)."""
         raise NotImplementedError
 

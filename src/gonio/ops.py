@@ -459,9 +459,12 @@ def square(x: Array) -> Array:
 
 
 def as_arrays(*arrays: Array, name: str = "directions") -> tuple[Library, list[Array]]:
-    """The arrays of one call with their library: lists become float64, dtypes must agree and be floating point."""
+    """The arrays of one call with their library: lists join the others, dtypes must agree and be floating point."""
+    like = next((x for x in arrays if library_of_type(type(x)) is not None), np.zeros(0))
     try:
-        arrays = tuple(np.asarray(x, dtype=float) if isinstance(x, (list, tuple)) else x for x in arrays)
+        lists = [np.asarray(x, dtype=float) if isinstance(x, (list, tuple)) else None for x in arrays]
+        own = library(like)
+        arrays = tuple(x if a is None else own.convert(a, like) for x, a in zip(arrays, lists, strict=True))
     except (TypeError, ValueError):
         raise ArrayTypeError(f"{name}: got a list that is no array of numbers; expected rows of equal length") from None
     lib = library(*arrays)

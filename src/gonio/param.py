@@ -431,5 +431,5 @@ def _json(value: Any) -> Any:
 
 def _unknown(owner: str, name: str, known: list[str], what: str = "parameter") -> str:
     close = difflib.get_close_matches(name, known, n=1)
-    hint = f"; did you mean {close[0]!r}?" if close else ""
+    hint = f"; did you mean {close[0]!r}?" if close else "."
     return f"{owner} has no {what} {name!r}{hint} Known: {', '.join(known)}"

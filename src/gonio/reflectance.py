@@ -131,6 +131,10 @@ class Reflectance(Parametrised):
         return Scaled(weight, self)
 
     __rmul__ = __mul__
+
+    def __truediv__(self, number: Any) -> Scaled:
+        return self * (1.0 / np.asarray(number, dtype=float))
+
     __array_ufunc__ = None  # np.float64(0.4) * m is ours to compute
 
 

@@ -107,7 +107,7 @@ def _check_channels(m: Reflectance, lights: list[Light]) -> None:
     f = m.f(up, up)
     own = f.shape[-1] if f.ndim > 1 else 1
     for light in lights:
-        lit = (light.arrival(up).irradiance if light.is_delta else light.radiance(up)).shape[-1]
+        lit = (light.arrival(up).irradiance if light.is_delta else light.incident(up)).shape[-1]
         if own != lit and 1 not in (own, lit):
             raise ParameterError(
                 f"{type(light).__name__} has {lit} channels and the material has {own}; expected as many, or a light of "

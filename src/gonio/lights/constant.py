@@ -17,7 +17,7 @@ class ConstantLight(Light):
     Source   lecture 4, eq. 4.11 (docs/equations.md).
     """
 
-    radiance_ = param(1.0, 0.0, 1e30, "radiance", unit="W m-2 sr-1", alias="radiance")
+    radiance = param(1.0, 0.0, 1e30, "radiance", unit="W m-2 sr-1")
 
-    def radiance(self, w: Any) -> Any:
-        return channel_vector(self.radiance_, w) + 0.0 * w[..., :1]
+    def incident(self, w: Any) -> Any:
+        return channel_vector(self.radiance, w) + 0.0 * w[..., :1]

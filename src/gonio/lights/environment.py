@@ -65,7 +65,7 @@ class EnvironmentLight(Light):
     def to_json(self) -> dict[str, Any]:
         return {**super().to_json(), "image": self.image.path or self.image.pixels.tolist()}
 
-    def radiance(self, w: Any) -> Any:
+    def incident(self, w: Any) -> Any:
         found = self.image.radiance(w)
         return found * ops.library(found).convert(self.scale, found)
 

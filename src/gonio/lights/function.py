@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from .. import ops
 from ..errors import ParameterError, ShapeError
 from ..light import Light
 from ..param import Field
@@ -27,8 +28,8 @@ class FunctionLight(Light):
 
     L = _Callable(None, "radiance of world directions")
 
-    def radiance(self, w: Any) -> Any:
-        value = self.L(w)
+    def incident(self, w: Any) -> Any:
+        value = ops.library(w).convert(self.L(w), w)
         if value.shape == w.shape[:-1]:
             return value[..., None]
         if value.ndim == w.ndim and value.shape[:-1] == w.shape[:-1]:
