@@ -255,7 +255,7 @@ def test_light_from_a_picture(tmp_path):
 
     Image(np.ones((4, 8, 3), np.float32)).save(tmp_path / "sky.hdr")
     light = resolve_light(str(tmp_path / "sky.hdr"))
-    assert np.allclose(light.radiance(np.array([[0.0, 0.0, 1.0]])), 1.0)
+    assert np.allclose(light.incident(np.array([[0.0, 0.0, 1.0]])), 1.0)
 
 
 @pytest.mark.parametrize(

@@ -153,14 +153,20 @@ def _channelled(value: Any, w: Any) -> Any:
     return value if value.ndim == w.ndim else value[..., None]
 
 
-def delta_radiance(m: Reflectance, light: Light, local: Frame, wo: Any, position: Any) -> Any:
-    """Radiance (..., C) that a delta light causes towards local wo (..., 3) at world positions: E f cos+(theta_i)."""
+def delta_radiance(
+    m: Reflectance, light: Light, local: Frame, wo: Any, position: Any, colour: np.ndarray | None = None
+) -> Any:
+    """Radiance (..., C) that a delta light causes towards local wo (..., 3) at world positions: E f cos+(theta_i).
+
+    `colour`, here and in `estimate`: a matrix (C, 3) that turns the reflectance's channels into others first.
+    """
     lib = ops.library(wo)
     arrival = light.arrival(position)
     wi = to_local(lib, local, arrival.w)
     wi, wo = lib.broadcast(wi, wo)
     cos = ops.maximum(wi[..., 2:3], 0.0)
-    return _channelled(m.f(wi, wo), wi) * arrival.irradiance * cos
+    f = _channelled(m.f(wi, wo), wi)
+    return (f if colour is None else f @ colour) * arrival.irradiance * cos
 
 
 def _smooth(m: Reflectance, light: Light, local: Frame, wo: np.ndarray, tolerance: float) -> np.ndarray:
@@ -194,7 +200,13 @@ def _sampled(m: Reflectance, light: Light, local: Frame, wo: np.ndarray, samples
 
 
 def estimate(
-    m: Reflectance, light: Light, local: Frame, wo: np.ndarray, u: np.ndarray, v: np.ndarray
+    m: Reflectance,
+    light: Light,
+    local: Frame,
+    wo: np.ndarray,
+    u: np.ndarray,
+    v: np.ndarray,
+    colour: np.ndarray | None = None,
 ) -> tuple[np.ndarray, int]:
     """One-sample estimates (..., C) of the radiance that a light with extent causes towards local wo (..., 3), and
     how many samples met directions without measured data (they count as 0).
@@ -211,25 +223,30 @@ def estimate(
         incoming = light.incident(w) * np.maximum(to_light[..., 2:3], 0.0)
         seen = light_pdf[..., None] > 0.0
     for weight, lobe in m.lobes():
-        weight = np.asarray(weight, wo.dtype)
+
+        def seen_values(values: np.ndarray, w: np.ndarray, weight: Any = weight) -> tuple[np.ndarray, int]:
+            values, holes = without_holes(_channelled(values, w))
+            values = np.asarray(weight, wo.dtype) * values
+            return values if colour is None else values @ colour, holes
+
         if lobe.is_delta:
             mirrored = wo * np.array([-1, -1, 1], wo.dtype)
-            part = _channelled(lobe.delta_reflectance(wo), wo) * light.incident(to_world(lib, local, mirrored))
-            total = total + weight * part
+            reflectance, _ = seen_values(lobe.delta_reflectance(wo), wo)
+            total = total + reflectance * light.incident(to_world(lib, local, mirrored))
             continue
         s = lobe.sample(wo, u)
         w_material = to_world(lib, local, s.wi)
-        material_weight, holes = without_holes(_channelled(s.weight, s.wi))
+        material_weight, holes = seen_values(s.weight, s.wi)
         part = material_weight * light.incident(w_material)
         missing += holes
         if light.can_sample:
             other = light.pdf(w_material)
             part = part * (s.pdf / np.maximum(s.pdf + other, 1e-30))[..., None]
             both = (lobe.pdf(to_light, wo) + light_pdf)[..., None]
-            f, holes = without_holes(_channelled(lobe.f(to_light, wo), to_light))
+            f, holes = seen_values(lobe.f(to_light, wo), to_light)
             missing += holes
             part = part + np.where(seen, f * incoming / np.where(seen, both, 1.0), 0.0)
-        total = total + weight * part
+        total = total + part
     return total, missing
 
 

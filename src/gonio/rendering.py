@@ -51,7 +51,7 @@ def render(
     lights: Light | Iterable[Light],
     shape: str = "sphere",
     size: int = 512,
-    samples: int = 64,
+    samples: int = 32,
     seed: int = 0,
     progress: Progress | None = None,
 ) -> Image:
@@ -72,14 +72,14 @@ def render(
             raise ParameterError(f"{name}={value!r}: expected a whole number from 1 to {high}")
     if not (isinstance(seed, (int, np.integer)) and seed >= 0):
         raise ParameterError(f"seed={seed!r}: expected a whole number from 0")
-    _check_channels(m, lights)
+    colour_before, colour_after = _colour(m, lights)
     per_tile = max(1, TILE // samples)
     jobs: dict[Any, int] = {}
     tiles: dict[int, tuple[np.ndarray, np.ndarray, int]] = {}
     with ThreadPoolExecutor(os.cpu_count()) as pool:
         for start in range(0, size * size, per_tile):
             stop = min(start + per_tile, size * size)
-            jobs[pool.submit(_tile, m, lights, SHAPES[shape], size, samples, seed, start, stop)] = start
+            jobs[pool.submit(_tile, m, lights, colour_before, SHAPES[shape], size, samples, seed, start, stop)] = start
         try:
             for done, job in enumerate(as_completed(jobs)):
                 tiles[jobs[job]] = job.result()
@@ -96,16 +96,24 @@ def render(
         warnings.warn(
             f"{missing} samples met directions without measured data, which count as black", MissingDataWarning, stacklevel=2
         )
-    names = m.channel_names
-    if names is not None and not isinstance(names[0], str):
-        colour = colour @ to_rgb(names).astype(np.float32) if colour.shape[-1] == len(names) else colour
+    if colour_after is not None:
+        colour = colour @ colour_after
     return Image(colour.reshape(size, size, -1), alpha=alpha.reshape(size, size))
 
 
-def _check_channels(m: Reflectance, lights: list[Light]) -> None:
+def _colour(m: Reflectance, lights: list[Light]) -> tuple[np.ndarray | None, np.ndarray | None]:
+    """Matrices (C, 3) that turn a spectral material into RGB: its reflectance, for lights of one channel or RGB, or
+    the radiance in the end, for lights with the same wavelengths. None where there is nothing to turn."""
     up = np.array([[0.0, 0.0, 1.0]])
     f = m.f(up, up)
     own = f.shape[-1] if f.ndim > 1 else 1
+    after = None
+    if m.channel_names is not None and not isinstance(m.channel_names[0], str) and own == len(m.channel_names) > 1:
+        matrix = to_rgb(m.channel_names).astype(np.float32)
+        lit = {(x.arrival(up).irradiance if x.is_delta else x.incident(up)).shape[-1] for x in lights}
+        if lit <= {1, 3}:
+            return matrix, None
+        after = matrix
     for light in lights:
         lit = (light.arrival(up).irradiance if light.is_delta else light.incident(up)).shape[-1]
         if own != lit and 1 not in (own, lit):
@@ -113,18 +121,27 @@ def _check_channels(m: Reflectance, lights: list[Light]) -> None:
                 f"{type(light).__name__} has {lit} channels and the material has {own}; expected as many, or a light of "
                 f"one channel such as ConstantLight(1.0)"
             )
+    return None, after
 
 
 def _tile(
-    m: Reflectance, lights: list[Light], shape: Callable, size: int, samples: int, seed: int, start: int, stop: int
+    m: Reflectance,
+    lights: list[Light],
+    colour: np.ndarray | None,
+    shape: Callable,
+    size: int,
+    samples: int,
+    seed: int,
+    start: int,
+    stop: int,
 ) -> tuple[np.ndarray, np.ndarray, int]:
     """Radiance (pixels, C), coverage (pixels,) and the number of samples without data, for a run of pixels."""
     rng = np.random.default_rng([seed, start])
     count = stop - start
-    points = lattice(samples)
+    points = lattice(samples).astype(np.float32)
     # A lattice per pixel, shifted at random: evenly spread within the pixel, independent between pixels. The three
     # uses take it in different orders.
-    shift = rng.random((3, count, 1, 2))
+    shift = rng.random((3, count, 1, 2), dtype=np.float32)
     at, u, v = ((np.roll(points, 7 * k * samples // 23, axis=0)[None] + shift[k]) % 1.0 for k in range(3))
     index = np.arange(start, stop)
     x = ((index % size)[:, None] + at[..., 0]) * (2.0 * MARGIN / size) - MARGIN
@@ -143,9 +160,9 @@ def _tile(
     missing = 0
     for light in lights:
         if light.is_delta:
-            part, holes = without_holes(delta_radiance(m, light, local, wo, n))
+            part, holes = without_holes(delta_radiance(m, light, local, wo, n, colour))
         else:
-            part, holes = estimate(m, light, local, wo, u, v)
+            part, holes = estimate(m, light, local, wo, u, v, colour)
         total, missing = total + part, missing + holes
     radiance = np.zeros((*hit.shape, total.shape[-1]), np.float32)
     radiance[hit] = total
