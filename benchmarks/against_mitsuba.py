@@ -2,7 +2,7 @@
 
     python benchmarks/against_mitsuba.py [environment.exr] [material.bsdf ...]
 
-Needs `pip install mitsuba`. Without an environment the built-in sky is used.
+Needs `pip install mitsuba`. Without an environment the built-in studio is used.
 """
 
 from __future__ import annotations
@@ -19,7 +19,6 @@ from gonio.rendering import MARGIN
 
 def mitsuba_sphere(mi, bsdf: dict, light: EnvironmentLight, size: int, samples: int) -> np.ndarray:
     """The scene of `gonio.render` in Mitsuba: unit sphere, parallel camera along +y, z up; pixels (size, size, 3)."""
-    pixels, to_world = light.to_mitsuba()
     scene = mi.load_dict(
         {
             "type": "scene",
@@ -34,8 +33,8 @@ def mitsuba_sphere(mi, bsdf: dict, light: EnvironmentLight, size: int, samples: 
             "sphere": {"type": "sphere", "bsdf": bsdf},
             "light": {
                 "type": "envmap",
-                "bitmap": mi.Bitmap(np.ascontiguousarray(pixels, dtype=np.float32)),
-                "to_world": mi.ScalarTransform4f(to_world.tolist()),
+                "bitmap": mi.Bitmap(np.ascontiguousarray(light.to_mitsuba().pixels, dtype=np.float32)),
+                "to_world": mi.ScalarTransform4f(light.MITSUBA_TO_WORLD.tolist()),
             },
         }
     )
@@ -59,8 +58,8 @@ def main() -> None:
     import mitsuba as mi
 
     arguments = sys.argv[1:]
-    environment = EnvironmentLight(arguments.pop(0)) if arguments and not arguments[0].endswith(".bsdf") else None
-    environment = environment or EnvironmentLight.sky()
+    environment = EnvironmentLight(arguments.pop(0), invalid="zero") if arguments and not arguments[0].endswith(".bsdf") else None
+    environment = environment or EnvironmentLight.studio()
     mi.set_variant("llvm_ad_rgb" if "llvm_ad_rgb" in mi.variants() else "scalar_rgb")
     conductor = {"type": "roughconductor", "distribution": "ggx", "specular_reflectance": 1.0, "material": "none"}
     cases = {

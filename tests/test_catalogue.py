@@ -17,7 +17,7 @@ from gonio.measured import formats
 from gonio.param import CLASSES, Parametrised
 
 ENTRIES = gn.materials()
-SYMBOLS = "Ag Al Au Cr Cu Fe H2O MgF2 Ni SiO2 Ti TiO2 W".split()
+SYMBOLS = {"Ag", "Al", "Au", "Cr", "Cu", "Fe", "H2O", "MgF2", "Ni", "SiO2", "Ti", "TiO2", "W"}
 
 
 def test_there_are_100_fits_and_13_substances():
@@ -109,7 +109,7 @@ def test_fits_have_no_options():
     ],
 )
 def test_refractive_indices(substance, nm, n, k, tolerance):
-    assert refractive_index(substance, nm) == pytest.approx((n, k), abs=tolerance)
+    assert gn.refractive_index(substance, nm) == pytest.approx((n, k), abs=tolerance)
 
 
 def test_refractive_index_keeps_shapes():
@@ -117,12 +117,12 @@ def test_refractive_index_keeps_shapes():
     assert n.shape == k.shape == (2, 3)
     assert isinstance(refractive_index("Au", 550)[0], float)
     assert all(np.all(np.diff(t[:, 0]) > 0) for t in catalogue._indices().values())
-    assert set(catalogue._indices()) == set(SYMBOLS)
+    assert set(catalogue._indices()) == SYMBOLS
 
 
 @pytest.mark.parametrize("nm", [250.0, 2000.0, [500.0, 0.5], np.nan, np.inf, -1.0])
 def test_nothing_is_extrapolated(nm):
-    with pytest.raises(ParameterError, match="292.4 to 1216 nm"):
+    with pytest.raises(ParameterError, match="to 1216 nm"):
         refractive_index("gold", nm)
     with pytest.raises(ParameterError, match="nothing is extrapolated"):
         gn.material("gold", wavelengths=nm)
@@ -175,7 +175,9 @@ def test_reflectance_at_normal_incidence():
     gold = gn.material("gold", alpha=0)
     at = gn.direction(0.0, 0.0)
     n, k = 0.18836065573770486, 3.4033817330210776
-    assert gold.delta_reflectance(at)[0] == pytest.approx(((n - 1) ** 2 + k**2) / ((n + 1) ** 2 + k**2), rel=1e-12)
+    assert gold.delta_reflectance(at)[0] == pytest.approx(
+        ((n - 1) ** 2 + k**2) / ((n + 1) ** 2 + k**2), rel=1e-12
+    )
     assert gn.albedo(gn.material("water", alpha=0), at) == pytest.approx([0.0203, 0.0206, 0.0209], abs=2e-4)
 
 
@@ -202,7 +204,9 @@ def test_cite_gives_the_papers_of_model_pieces_and_numbers():
 
 def test_every_class_names_a_source_and_every_entry_is_used():
     formats()  # these classes are found when they are first used
-    sources = {n: _source(k) for n, k in CLASSES.items() if Parametrised not in k.__bases__ and n != "Measured"}
+    sources = {
+        n: _source(k) for n, k in CLASSES.items() if Parametrised not in k.__bases__ and n != "Measured"
+    }
     assert [n for n, s in sources.items() if not s] == []
     texts = [*sources.values(), *(e.source for e in ENTRIES)]
     assert [phrase for phrase in _entries() if not any(phrase in t for t in texts)] == []
@@ -221,4 +225,4 @@ def test_a_source_without_entry_is_passed_on():
         """
 
     assert "doi = {10.1000/182}" in gn.cite(_Hair())
-    assert "note = {Somebody 2031, \"On hair\", doi:10.1000/182. Derived here.}" in gn.cite(_Hair())
+    assert 'note = {Somebody 2031, "On hair", doi:10.1000/182. Derived here.}' in gn.cite(_Hair())

@@ -177,7 +177,7 @@ def uniform(count: int) -> np.ndarray:
     """Random numbers (N, 2) for sampling, with the ends of the interval among them."""
     u = np.random.default_rng(3).random((count, 2))
     top = 1.0 - 2.0**-24
-    u[:5] = [[0.0, 0.0], [top, top], [0.5, 0.0], [0.0, 0.5], [top, 0.0]]
+    u[5:10] = [[0.0, 0.0], [top, top], [0.5, 0.0], [0.0, 0.5], [top, 0.0]]
     return u
 
 
@@ -196,61 +196,64 @@ def test_libraries_agree_on_samples(library, draw):
         assert (delta == want.delta).all()
 
 
+COUNT = len(pairs()[0])  # one batch shape everywhere: libraries that compile do so once per shape
+
+
 def below() -> np.ndarray:
     """Directions (N, 3) below the horizon or too close to it."""
-    rng = np.random.default_rng(4)
-    w = rng.normal(size=(20, 3))
+    w = np.random.default_rng(4).normal(size=(COUNT, 3))
     w[:, 2] = -np.abs(w[:, 2])
-    w[:4, 2] = [0.0, -0.0, 0.5 * HORIZON, -1e-3]
-    return w / np.linalg.norm(w, axis=1, keepdims=True)
+    w /= np.linalg.norm(w, axis=1, keepdims=True)
+    w[:40, :2] /= np.linalg.norm(w[:40, :2], axis=1, keepdims=True)
+    w[:40, 2] = np.resize([0.0, -0.0, 0.5 * HORIZON, -1e-6], 40)
+    return w
 
 
 @FEW
 @each_dtype
 def test_nothing_below_the_horizon(library, draw, dtype):
-    down = library.array(below(), dtype)
-    up = library.array(pairs()[0][: len(below())], dtype)
-    u = library.array(uniform(len(below())), dtype)
-    for channels in CHANNELS:
-        m = draw.material(channels)
-        for a, b in ((down, up), (up, down), (down, down)):
-            assert (library.numpy(m.f(a, b)) == 0.0).all()
-            assert (library.numpy(m.pdf(a, b)) == 0.0).all()
-        s = m.sample(down, u)
-        assert (library.numpy(s.weight) == 0.0).all()
-        assert (library.numpy(s.pdf) == 0.0).all()
-        assert not library.numpy(s.delta).any()
-        assert (library.numpy(m.delta_reflectance(down)) == 0.0).all()
+    down, up = below(), pairs()[0]
+    which = np.arange(COUNT)[:, None] % 3
+    wi, wo = np.where(which == 0, up, down), np.where(which == 1, up, down)
+    wi, wo, down = (library.array(w, dtype) for w in (wi, wo, down))
+    m = draw.material(3 if draw.seed % 2 else None)
+    np.testing.assert_array_equal(library.numpy(m.f(wi, wo)), 0.0)
+    np.testing.assert_array_equal(library.numpy(m.pdf(wi, wo)), 0.0)
+    s = m.sample(down, library.array(uniform(COUNT), dtype))
+    np.testing.assert_array_equal(library.numpy(s.weight), 0.0)
+    np.testing.assert_array_equal(library.numpy(s.pdf), 0.0)
+    assert not library.numpy(s.delta).any()
+    np.testing.assert_array_equal(library.numpy(m.delta_reflectance(down)), 0.0)
 
 
 @FEW
 @each_dtype
 def test_nan_in_nan_out(library, draw, dtype):
-    good = np.concatenate([pairs()[0][:6], below()[:6]])
-    places = np.arange(12) % 3
+    i = np.arange(COUNT)
+    good = np.where(i[:, None] % 2, pairs()[0], below())
     bad = good.copy()
-    bad[np.arange(12), places] = [*[np.nan] * 9, np.inf, np.inf, -np.inf]
-    good, bad = library.array(good, dtype), library.array(bad, dtype)
-    u = library.array(uniform(12), dtype)
-    for channels in CHANNELS:
-        m = draw.material(channels)
-        for a, b in ((bad, good), (good, bad), (bad, bad)):
-            assert np.isnan(library.numpy(m.f(a, b))).all()
-            assert np.isnan(library.numpy(m.pdf(a, b))).all()
-        s = m.sample(bad, u)
-        assert np.isnan(library.numpy(s.wi)).all()
-        assert np.isnan(library.numpy(s.weight)).all()
-        assert np.isnan(library.numpy(s.pdf)).all()
-        assert np.isnan(library.numpy(m.delta_reflectance(bad))).all()
+    bad[i, i % 3] = np.resize([np.nan, np.nan, np.nan, np.nan, np.inf, -np.inf], COUNT)
+    which = i[:, None] % 4
+    wi, wo = np.where(which == 0, good, bad), np.where(which == 1, good, bad)
+    wi, wo, bad = (library.array(w, dtype) for w in (wi, wo, bad))
+    m = draw.material(3 if draw.seed % 2 else None)
+    np.testing.assert_array_equal(library.numpy(m.f(wi, wo)), np.nan)
+    np.testing.assert_array_equal(library.numpy(m.pdf(wi, wo)), np.nan)
+    s = m.sample(bad, library.array(uniform(COUNT), dtype))
+    np.testing.assert_array_equal(library.numpy(s.wi), np.nan)
+    np.testing.assert_array_equal(library.numpy(s.weight), np.nan)
+    np.testing.assert_array_equal(library.numpy(s.pdf), np.nan)
+    np.testing.assert_array_equal(library.numpy(m.delta_reflectance(bad)), np.nan)
 
 
 def test_nan_random_numbers_give_nan(library):
-    wo = pairs()[1][:4]
-    u = library.array([[0.5, np.nan], [np.nan, 0.5], [np.nan, np.nan], [0.2, 0.3]])
-    for m in (gn.Lambertian(0.5), gn.Microfacet(gn.Beckmann(0.3)), gn.IdealSpecular(), gn.ABC() + gn.Lambertian()):
-        s = m.sample(library.array(wo), u)
-        assert np.isnan(library.numpy(s.weight)).tolist() == [True, True, True, False]
-        assert np.isnan(library.numpy(s.pdf)).tolist() == [True, True, True, False]
+    u = uniform(COUNT)
+    u[:3] = [[0.5, np.nan], [np.nan, 0.5], [np.nan, np.nan]]
+    bad = np.arange(COUNT) < 3
+    for m in (gn.Lambertian(0.5), gn.Microfacet(gn.GGX(0.3)), gn.IdealSpecular(), gn.ABC() + gn.Lambertian()):
+        s = m.sample(library.array(pairs()[1]), library.array(u))
+        assert (np.isnan(library.numpy(s.weight)) == bad).all()
+        assert (np.isnan(library.numpy(s.pdf)) == bad).all()
 
 
 # Gradients.
@@ -278,6 +281,12 @@ def jax_gradients(jax: Any, m: Any, dtype: str, wi: np.ndarray, wo: np.ndarray) 
     return {n: np.asarray(g) for n, g in {**found, "wi": a, "wo": b}.items()}
 
 
+def generic() -> tuple[np.ndarray, np.ndarray]:
+    """Random pairs only: the exact ones lie on kinks, where derivatives are a matter of taste."""
+    wi, wo = (np.resize(w[:96], (COUNT, 3)) for w in pairs())
+    return wi, wo
+
+
 @ALL
 @each_dtype
 def test_gradients_are_finite(torch, draw, dtype):
@@ -301,8 +310,7 @@ def test_jax_gradients(torch, jax, draw, channels):
     m = draw.material(channels)
     for name, g in jax_gradients(jax, m, "float32", *pairs()).items():
         assert np.isfinite(g).all(), (name, m)
-    n = 96  # the random pairs only: the exact ones lie on kinks, where derivatives are a matter of taste
-    wi, wo = (w[:n] for w in pairs())
+    wi, wo = generic()
     ours, theirs = (of(lib, m, "float64", wi, wo) for of, lib in ((jax_gradients, jax), (torch_gradients, torch)))
     for name, g in ours.items():
         assert np.isfinite(g).all(), (name, m)
@@ -311,8 +319,7 @@ def test_jax_gradients(torch, jax, draw, channels):
 
 @ALL
 def test_gradients_against_differences(torch, draw):
-    n = 96
-    wi, wo = (w[:n] for w in pairs())
+    wi, wo = generic()
     m = draw.material()
     found = torch_gradients(torch, m, "float64", wi, wo)
     for path, p in m.parameters.items():
@@ -322,7 +329,8 @@ def test_gradients_against_differences(torch, draw):
         above, below = (m.replace({path: p.value + s}).f(wi, wo) for s in (h, -h))
         terms = (above - below) / (2.0 * h)
         expected = terms.sum()
-        np.testing.assert_allclose(found[path], expected, atol=1e-7 * (np.abs(terms).sum() + m.f(wi, wo).sum() / p.value))
+        noise = np.abs(terms).sum() + m.f(wi, wo).sum() / p.value
+        np.testing.assert_allclose(found[path], expected, rtol=0.0, atol=3e-5 * noise, err_msg=path)
 
 
 # Declared breaches, and energy.
@@ -343,8 +351,8 @@ def test_declared_laws_are_broken(model, law):
     wi, wo = pairs()
     candidates = [draw.material() for draw in draws(12) if draw.model is model]
     if law == "reciprocity":
-        f, back = zip(*((m.f(wi, wo), m.f(wo, wi)) for m in candidates), strict=True)
-        assert max(np.abs(a - b).max() / a.max() for a, b in zip(f, back, strict=True)) > 0.1
+        values = [(m.f(wi, wo), m.f(wo, wi)) for m in candidates]
+        assert any(np.abs(f - back).max() > 0.1 * f.max() for f, back in values)
     else:
         up = gn.direction(np.radians([0.0, 60.0, 85.0]), 0.0)
         assert max(gn.albedo(m, up, tolerance=1e-2).max() for m in candidates) > 1.1

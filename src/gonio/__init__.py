@@ -27,6 +27,7 @@ _ON_USE = {
     "save": "measured",
     "material": "catalogue",
     "materials": "catalogue",
+    "refractive_index": "catalogue",
     "albedo": "integrate",
     "reflected_radiance": "illumination",
     "check": "laws",

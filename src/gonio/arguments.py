@@ -35,7 +35,7 @@ def resolve(text: str) -> Reflectance:
     if ("(" in text or text in names()) and Path(text).suffix.lower() not in suffixes:
         return expression(text)
     raise NotFoundError(
-        f"{text!r:.90}: no such file, no built-in material, and no expression such as \"Lambertian(0.5)\""
+        f'{text!r:.90}: no such file, no built-in material, and no expression such as "Lambertian(0.5)"'
         f"{_files_like(text) or catalogue.hint(text)}; `gonio materials` lists the built-in ones"
     )
 
@@ -57,9 +57,9 @@ def resolve_light(text: str) -> Light:
     FILE                         an environment map, .exr or .hdr
     studio[:THETA,PHI]           a made-up place with a sun (there), a sky, a window and a floor; also "sky"
     constant[:L]                 radiance L from everywhere, 1 if not given
-    distant:THETA,PHI[,E]        a parallel beam of irradiance E, pi if not given: a white surface facing it is at 1
-    point:X,Y,Z[,I]              a point source of intensity I, pi (X^2 + Y^2 + Z^2) if not given; the sphere has
-                                 radius 1 and is at 0, 0, 0
+    distant:THETA,PHI[,E]        a parallel beam of irradiance E, pi if not given: white facing it is at 1
+    point:X,Y,Z[,I]              a point source of intensity I, pi (X^2 + Y^2 + Z^2) if not given; `render`'s
+                                 sphere has radius 1 and is at 0, 0, 0
     an expression                DistantLight([1, 0, 1], 3), EnvironmentLight("studio.exr", scale=2), ...
     """
     if os.path.isfile(text):
@@ -85,7 +85,9 @@ def _numbers(text: str, rest: str) -> list[float]:
     try:
         found = [float(part) for part in rest.split(",")]
     except ValueError:
-        raise ParameterError(f"light {text!r:.90}: {rest!r:.60} is not a list of numbers; expected {LIGHTS}") from None
+        raise ParameterError(
+            f"light {text!r:.90}: {rest!r:.60} is not a list of numbers; expected {LIGHTS}"
+        ) from None
     if not all(map(math.isfinite, found)):
         raise ParameterError(f"light {text!r:.90}: NaN or infinite; expected finite numbers")
     return found
@@ -99,7 +101,9 @@ def _studio(text: str, numbers: list[float]) -> Light:
     if not numbers:
         return EnvironmentLight.studio()
     if len(numbers) != 2:
-        raise ParameterError(f"light {text!r:.90}: expected studio, or studio:THETA,PHI of the sun in degrees")
+        raise ParameterError(
+            f"light {text!r:.90}: expected studio, or studio:THETA,PHI of the sun in degrees"
+        )
     return EnvironmentLight.studio(_direction(text, *numbers))
 
 
@@ -115,7 +119,9 @@ def _constant(text: str, numbers: list[float]) -> Light:
 
 def _distant(text: str, numbers: list[float]) -> Light:
     if len(numbers) < 2:
-        raise ParameterError(f"light {text!r:.90}: expected distant:THETA,PHI[,E] in degrees, such as distant:45,-60")
+        raise ParameterError(
+            f"light {text!r:.90}: expected distant:THETA,PHI[,E] in degrees, such as distant:45,-60"
+        )
     return DistantLight(_direction(text, *numbers[:2]), _spectrum(numbers[2:], math.pi))
 
 
@@ -132,8 +138,8 @@ _LIGHTS = {"studio": _studio, "sky": _studio, "constant": _constant, "distant": 
 def with_parameters(m: Reflectance, assignments: Iterable[str]) -> Reflectance:
     """The material with parameters replaced, each given as "name=value".
 
-    A name is a path of `settable`, or its end where that is unique: `alpha` for `1.distribution.alpha`. A value is a
-    number, a list (`0.1,0.2,0.3`), a word, or a piece such as `Dielectric(1.4)`.
+    A name is a path of `settable`, or its end where that is unique: `alpha` for `1.distribution.alpha`. A
+    value is a number, a list (`0.1,0.2,0.3`), a word, or a piece such as `Dielectric(1.4)`.
     """
     changes: dict[str, Any] = {}
     for text in assignments:
@@ -183,6 +189,8 @@ def _path(m: Reflectance, name: str) -> str:
     ends = {p.rpartition(".")[2]: p for p in paths}
     close = difflib.get_close_matches(name, [*paths, *ends], n=1)
     guess = f"; did you mean {close[0]}?" if close else ";"
-    known = [p for p, declared, _ in settable(m) if isinstance(declared, (Param, Option, Part)) and not p.isdigit()]
+    known = [
+        p for p, declared, _ in settable(m) if isinstance(declared, (Param, Option, Part)) and not p.isdigit()
+    ]
     listed = f" expected one of {', '.join(known)}" if known else " this material has none"
     raise NotFoundError(f"-p {name}: no such parameter{guess}{listed}")

@@ -1,4 +1,4 @@
-"""Built-in materials: published fits of the MERL measurements, and metals and dielectrics by complex refractive index."""
+"""Built-in materials: published fits of the MERL measurements, metals and dielectrics by refractive index."""
 
 from __future__ import annotations
 
@@ -45,8 +45,8 @@ _FIT_SOURCE = (
     "Matusik, Pfister, Brand & McMillan 2003, doi:10.1145/882262.882343"
 )
 
-# Two metals share their name with a measured sample. The plain name is the sample's, as in the database and in all of
-# its literature; the metal goes by its symbol and as "pure-...".
+# Two metals share their name with a measured sample. The plain name is the sample's, as in the database and
+# in all of its literature; the metal goes by its symbol and as "pure-...".
 _SUBSTANCES = {
     "Ag": (METAL, ("silver",), "Johnson & Christy 1972, doi:10.1103/PhysRevB.6.4370"),
     "Al": (METAL, ("pure-aluminium", "pure-aluminum"), "Rakić 1995, doi:10.1364/AO.34.004755"),
@@ -97,25 +97,25 @@ _FAMILIES = {  # by the first word, here in order, that the name of a fit holds
 
 
 def materials() -> list[Entry]:
-    """Every built-in material: 100 measured fits, 9 metals, 4 dielectrics. `material` makes the one of a name."""
+    """Every built-in material: 9 metals, 4 dielectrics, 100 measured fits; `material` makes one by name."""
     return list(_entries())
 
 
 def material(name: str, *, alpha: float | None = None, wavelengths: Any = None) -> Reflectance:
-    """The built-in material of a name, as an ordinary model: `material("gold-metallic-paint")`, `material("Au")`.
+    """The built-in material of a name, an ordinary model: `material("brass")`, `material("Au", alpha=0.2)`.
 
-    A measured fit is `Lambertian(rho) + ABC(A, B, C, eta)` in linear RGB. A metal or dielectric is a microfacet
-    surface (GGX) with the exact Fresnel reflectance of its refractive index: `Conductor`, or `Dielectric` where k is
-    below 0.001 (which changes the reflectance by 1e-6). Of a dielectric this is the light reflected at the
-    surface alone, not what comes back from inside.
+    A measured fit is `Lambertian(rho) + ABC(A, B, C, eta)` in linear RGB. A metal or dielectric is a
+    microfacet surface (GGX) with the exact Fresnel reflectance of its refractive index: `Conductor`, or
+    `Dielectric` where k is below 0.001 (which changes the reflectance by 1e-6). Of a dielectric this is the
+    light reflected at the surface alone, not what comes back from inside.
 
-    alpha        slope scale of a metal or dielectric, 0.1 if not given; 0 is a perfect mirror, `IdealSpecular`
-    wavelengths  [nm] of the channels of a metal or dielectric, interpolated linearly in the table; a number gives no
-                 channel axis. Not given: 630, 532 and 465 nm, which stand for linear RGB.
+    alpha        slope scale of a metal or dielectric, 0.1 if not given; 0 is a mirror, `IdealSpecular`
+    wavelengths  [nm] of the channels of a metal or dielectric, interpolated linearly in the table; a number
+                 gives no channel axis. Not given: 630, 532 and 465 nm, which stand for linear RGB.
 
-    Names are read without regard to case, with spaces or underscores for hyphens, and substances also by symbol.
-    `aluminium` and `nickel` are the measured samples; the metals by refractive index are `pure-aluminium` or `Al` and
-    `pure-nickel` or `Ni`.
+    Case does not matter, spaces and underscores are hyphens, and substances go by their symbols too.
+    `aluminium` and `nickel` are the measured samples; the metals by refractive index are `pure-aluminium` or
+    `Al`, and `pure-nickel` or `Ni`.
 
     Raises NotFoundError for an unknown name; ParameterError for wavelengths outside the table (nothing is
     extrapolated) and for options on a measured fit, which has none.
@@ -154,9 +154,9 @@ def refractive_index(substance: str, wavelengths: Any) -> tuple[Any, Any]:
 
     Shapes   wavelengths: any; n, k: the same.
     Units    wavelengths: nm, in vacuum or air as the source has them; n, k: 1.
-    Error    that of the measurement: about 0.02 in n for metals. Linear interpolation between the table's rows adds
-             at most 1e-5 for H2O, MgF2, SiO2.
-    Source   per substance, see `materials`; database of M. N. Polyanskiy 2024, doi:10.1038/s41597-023-02898-2.
+    Error    that of the measurement: about 0.02 in n for metals. Linear interpolation between the table's
+             rows adds at most 1e-5 for H2O, MgF2, SiO2.
+    Source   per substance, see `materials`; database: Polyanskiy 2024, doi:10.1038/s41597-023-02898-2.
 
     Raises NotFoundError for a name that is no substance, ParameterError outside the table's range.
     """
@@ -173,8 +173,8 @@ def refractive_index(substance: str, wavelengths: Any) -> tuple[Any, Any]:
     outside = ~((at >= low) & (at <= high))
     if outside.any():
         raise ParameterError(
-            f"{entry.name} at {at[outside].flat[0]:g} nm: outside the table, which holds {low:g} to {high:g} nm; "
-            f"nothing is extrapolated"
+            f"{entry.name} at {at[outside].flat[0]:g} nm: outside the table, which holds {low:g} to {high:g} "
+            f"nm; nothing is extrapolated"
         )
     n, k = (np.interp(at, table[:, 0], column) for column in (table[:, 1], table[:, 2]))
     return (n, k) if at.ndim else (float(n), float(k))
@@ -191,7 +191,9 @@ def _polished(entry: Entry, alpha: Any, wavelengths: Any) -> Reflectance:
     at = RGB_WAVELENGTHS if wavelengths is None else wavelengths
     n, k = refractive_index(entry.name, at)
     if np.ndim(n) > 1 or np.size(n) == 0:
-        raise ParameterError(f"wavelengths: got shape {np.shape(n)}, expected a number or a list of numbers [nm]")
+        raise ParameterError(
+            f"wavelengths: got shape {np.shape(n)}, expected a number or a list of numbers [nm]"
+        )
     fresnel = Conductor(n, k) if np.any(np.asarray(k) > TRANSPARENT) else Dielectric(n)
     mirror = isinstance(alpha, (int, float)) and alpha == 0
     m: Reflectance = IdealSpecular(fresnel) if mirror else Microfacet(GGX(alpha), fresnel)
@@ -202,7 +204,7 @@ def _polished(entry: Entry, alpha: Any, wavelengths: Any) -> Reflectance:
 
 
 def _note_source(m: Reflectance, entry: Entry) -> None:
-    """Keep with the numbers where they are from; `cite` reads it. No field: equality and repr are those of the model."""
+    """Keep where the numbers are from, for `cite`; not as a field, so equality and repr stay the model's."""
     m.__dict__["provenance"] = entry.source
 
 

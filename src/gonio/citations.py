@@ -1,8 +1,8 @@
 """What to cite: BibTeX for the sources of a material, of its pieces and of its numbers.
 
-The "Source" part of a class's docstring names its papers ("Walter et al. 2007"), and so does the origin of a built-in
-material; `data/references.bib` holds the entry of each under the same words (`cited = {...}`). A source without entry
-is passed on as it is written.
+The "Source" part of a class's docstring names its papers ("Walter et al. 2007"), and so does the origin of a
+built-in material; `data/references.bib` holds the entry of each under the same words (`cited = {...}`). A
+source without entry is passed on as it is written.
 """
 
 from __future__ import annotations
@@ -20,10 +20,10 @@ from .reflectance import Scaled, Sum
 
 
 def cite(m: Any) -> str:
-    """BibTeX entries for everything a material rests on, and for gonio; each after a comment that says what for.
+    """BibTeX entries for all that a material rests on, and for gonio; a comment says what each is for.
 
-    `m` is a material, a piece of one such as a light or a distribution, the name of a built-in material, or the name
-    of a class ("GGX"). Raises NotFoundError for an unknown name.
+    `m` is a material, a piece of one such as a light or a distribution, the name of a built-in material, or
+    the name of a class ("GGX"). Raises NotFoundError for an unknown name.
     """
     uses: dict[str, list[str]] = {}  # entry or text -> names of what rests on it
     for name, source in _named(m):
@@ -43,7 +43,9 @@ def _named(m: Any) -> Iterator[tuple[str, str]]:
             return
         entry = catalogue.find(m)
         if entry is None:
-            raise NotFoundError(f"no built-in material {m!r:.60} and no model of this name{catalogue.hint(m)}")
+            raise NotFoundError(
+                f"no built-in material {m!r:.60} and no model of this name{catalogue.hint(m)}"
+            )
         yield from _sources(catalogue.material(m))
     elif isinstance(m, Parametrised):
         yield from _sources(m)
@@ -65,7 +67,9 @@ def _sources(m: Parametrised) -> Iterator[tuple[str, str]]:
 
 def _source(kind: type) -> str:
     """The "Source" part of a docstring, on one line."""
-    found = re.search(r"^ *Source +(.*?)(?=\n *\n|\n {0,4}\S|\Z)", kind.__doc__ or "", re.MULTILINE | re.DOTALL)
+    found = re.search(
+        r"^ *Source +(.*?)(?=\n *\n|\n {0,4}\S|\Z)", kind.__doc__ or "", re.MULTILINE | re.DOTALL
+    )
     return " ".join(found[1].split()) if found else ""
 
 

@@ -2,89 +2,32 @@
 
 from __future__ import annotations
 
-import contextlib
-import json
-import math
 import sys
 import time
-import warnings
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NoReturn
+from typing import TYPE_CHECKING
 
 import click
 
 from . import __version__
-from .errors import Error, ExpressionError, MissingDataWarning
+from .terminal import Program, any_encoding, bar, print_json
 
 if TYPE_CHECKING:
     from .reflectance import Reflectance
 
-BAD_INPUT, INTERRUPTED = 2, 130
-
-
-class _Gonio(click.Group):
-    """The group of commands: every failure that is the input's becomes one line and exit code 2."""
-
-    def list_commands(self, ctx: click.Context) -> list[str]:
-        return list(self.commands)
-
-    def main(self, args: Sequence[str] | None = None, prog_name: str | None = None, **extra: Any) -> NoReturn:  # type: ignore[override]
-        extra["standalone_mode"] = False
-        try:
-            with _announced_warnings():
-                code = super().main(args, "gonio", **extra)
-        except click.UsageError as error:
-            help_ = f"; see {error.ctx.command_path} --help" if error.ctx else ""
-            _stop(f"{_one_line(error.format_message()).rstrip('.')}{help_}")
-        except click.ClickException as error:
-            _stop(_one_line(error.format_message()))
-        except click.Abort:
-            _stop("interrupted", INTERRUPTED)
-        except ExpressionError as error:
-            _stop(str(error).partition("\n")[0])
-        except Error as error:
-            _stop(_one_line(str(error)))
-        except OSError as error:
-            place = f"{error.filename}: " if error.filename else ""
-            _stop(f"{place}{error.strerror or error}")
-        sys.exit(code if isinstance(code, int) else 0)
-
-
-def _one_line(text: str) -> str:
-    return " ".join(text.split())
-
-
-def _stop(message: str, code: int = BAD_INPUT) -> NoReturn:
-    click.echo(f"gonio: error: {message}", err=True)
-    sys.exit(code)
-
-
-@contextlib.contextmanager
-def _announced_warnings() -> Iterator[None]:
-    """Warnings as one line each on stderr, without the place in the code."""
-
-    def show(message: Warning | str, *rest: Any, **named: Any) -> None:
-        click.echo(f"gonio: warning: {_one_line(str(message))}", err=True)
-
-    with warnings.catch_warnings():
-        warnings.simplefilter("default", MissingDataWarning)
-        warnings.showwarning = show
-        yield
-
-
 _SETTINGS = {"help_option_names": ["-h", "--help"], "max_content_width": 100}
 
 
-@click.group(cls=_Gonio, invoke_without_command=True, context_settings=_SETTINGS)
+@click.group(name="gonio", cls=Program, invoke_without_command=True, context_settings=_SETTINGS)
 @click.version_option(__version__, message="gonio %(version)s")
 @click.pass_context
 def cli(ctx: click.Context) -> None:
     """BRDFs, measured and modelled: list, inspect, check, show, light and convert them.
 
-    MATERIAL is a file (RGL .bsdf, MERL .binary, gonio .json), the name of a built-in material (gold-metallic-paint),
-    or an expression ("Lambertian(0.2) + 0.5 * Microfacet(GGX(0.1), Dielectric(1.5))"). -p alpha=0.3 replaces a
-    parameter of any of them.
+    MATERIAL is a file (RGL .bsdf, MERL .binary, gonio .json), the name of a built-in material
+    (gold-metallic-paint), or an expression ("Lambertian(0.2) + 0.5 * Microfacet(GGX(0.1), Dielectric(1.5))").
+    -p alpha=0.3 replaces a parameter of any of them.
 
     \b
     Examples:
@@ -118,7 +61,7 @@ _lights = click.option(
     help="Where the light comes from, see above; may be repeated.  [default: studio]",
 )
 _json = click.option("--json", "as_json", is_flag=True, help="Print JSON.")
-_samples = click.option("--samples", default=64, show_default=True, help="Samples per pixel.")
+_samples = click.option("--samples", default=32, show_default=True, help="Samples per pixel.")
 
 
 def _output(help_: str) -> Callable:
@@ -137,8 +80,9 @@ LIGHT_HELP = """
       point:X,Y,Z[,I]        point source of intensity I; default: irradiance
                              pi at the centre of the sphere
 
-    Angles are in degrees, PHI from +x towards +y; the sphere has radius 1 and is at 0,0,0, z is up, the camera looks
-    along +y: distant:45,-90 comes from behind it. L, E and I are a number, or one per channel (constant:1,0.9,0.8).
+    Angles are in degrees, PHI from +x towards +y; the sphere has radius 1 and is at 0,0,0, z is up, the
+    camera looks along +y: distant:45,-90 comes from behind it. L, E and I are a number, or one per channel
+    (constant:1,0.9,0.8).
 """
 
 
@@ -164,12 +108,12 @@ def materials(pattern: str | None, as_json: bool) -> None:
     if as_json:
         from dataclasses import asdict
 
-        _print_json([asdict(entry) for entry in entries])
+        print_json([asdict(entry) for entry in entries])
         return
     rows = [(e.name, e.kind, e.description) for e in entries]
     click.echo(table(("name", "kind", "what it is"), rows))
     if sys.stdout.isatty():
-        click.echo(f"\n{len(rows)} materials; gonio info NAME says more about one, gonio cite NAME where it is from.")
+        click.echo(f"\n{len(rows)} materials; gonio info NAME says more, gonio cite NAME where it is from.")
 
 
 @cli.command(short_help="Say what MATERIAL is, and what a file holds.")
@@ -182,7 +126,7 @@ def info(material: str, replaced: tuple[str, ...], as_json: bool) -> None:
 
     found = facts(material, _get(material, replaced))
     if as_json:
-        _print_json(found)
+        print_json(found)
     else:
         click.echo(facts_as_text(found))
 
@@ -202,10 +146,10 @@ def check(ctx: click.Context, material: str, replaced: tuple[str, ...], as_json:
     from .laws import check as check_laws
 
     m = _get(material, replaced)
-    with _bar("checking") as progress:
+    with bar("checking") as progress:
         report = check_laws(m, progress=progress)
     if as_json:
-        _print_json({"name": _title(material, replaced), **report.to_json()})
+        print_json({"name": _title(material, replaced), **report.to_json()})
     else:
         click.echo(_coloured(str(replace(report, material=_title(material, replaced)))))
     ctx.exit(0 if report.passed else 1)
@@ -225,7 +169,13 @@ def _coloured(report: str) -> str:
 @click.option("--shape", default="sphere", show_default=True, help="What to render: sphere.")
 @click.option("--size", default=512, show_default=True, help="Width and height in pixels.")
 @_samples
-@click.option("--seed", default=0, type=click.IntRange(min=0), show_default=True, help="Of the random numbers: the same seed, the same picture.")
+@click.option(
+    "--seed",
+    default=0,
+    type=click.IntRange(min=0),
+    show_default=True,
+    help="Of the random numbers: the same seed, the same picture.",
+)
 @click.option("--exposure", default=0.0, show_default=True, help="Stops by which a .png is brightened.")
 @_with_light_help
 def render(
@@ -251,7 +201,7 @@ def render(
     check_target(output, exposure)
     m = _get(material, replaced)
     sources = [resolve_light(text) for text in lights]
-    with _bar("rendering") as progress:
+    with bar("rendering") as progress:
         picture = render_image(m, sources, shape, size, samples, seed, progress=progress)
     picture.save(output, exposure)
     what = f"{_title(material, replaced)} under {', '.join(lights)}"
@@ -278,8 +228,16 @@ def show(
     target(output)
     m = _get(material, replaced)
     sources = [resolve_light(text) for text in lights]
-    with _bar("drawing") as progress:
-        draw(m, output, sources, title=_title(material, replaced), size=size, samples=samples, progress=progress)
+    with bar("drawing") as progress:
+        draw(
+            m,
+            output,
+            sources,
+            title=_title(material, replaced),
+            size=size,
+            samples=samples,
+            progress=progress,
+        )
     click.echo(f"{output}: {_title(material, replaced)} under {', '.join(lights)}, {_since(start)}")
 
 
@@ -287,7 +245,9 @@ def show(
 @_material
 @_output("File to write; its suffix is the format: .binary, .json.")
 @_replace
-@click.option("--format", "format_", metavar="FORMAT", help="Format, where the suffix does not say: merl, json.")
+@click.option(
+    "--format", "format_", metavar="FORMAT", help="Format, where the suffix does not say: merl, json."
+)
 def convert(material: str, output: Path, replaced: tuple[str, ...], format_: str | None) -> None:
     """Write MATERIAL to a file of another format."""
     from .files import target
@@ -330,35 +290,9 @@ def _since(start: float) -> str:
     return f"{time.perf_counter() - start:.1f} s"
 
 
-def _print_json(data: Any) -> None:
-    click.echo(json.dumps(_finite(data), indent=2, ensure_ascii=False, allow_nan=False))
-
-
-def _finite(data: Any) -> Any:
-    """The data with null for NaN and infinity, which JSON has not."""
-    if isinstance(data, dict):
-        return {k: _finite(v) for k, v in data.items()}
-    if isinstance(data, (list, tuple)):
-        return [_finite(v) for v in data]
-    return None if isinstance(data, float) and not math.isfinite(data) else data
-
-
-@contextlib.contextmanager
-def _bar(what: str) -> Iterator[Callable[[int, int], None] | None]:
-    """A `progress(done, total)` that draws a bar on stderr, if that is a terminal; the bar goes when all is done."""
-    if not sys.stderr.isatty():
-        yield None
-        return
-    from rich.console import Console
-    from rich.progress import Progress
-
-    with Progress(console=Console(stderr=True), transient=True) as progress:
-        task = progress.add_task(what)
-        yield lambda done, total: progress.update(task, completed=done, total=total)
-
-
 def main() -> None:
     """Run the command line."""
+    any_encoding()
     cli()
 
 

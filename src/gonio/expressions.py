@@ -1,8 +1,8 @@
-"""Material expressions: `Lambertian(0.2) + 0.5 * Microfacet(GGX(0.1), Dielectric(1.5))`, parsed and never executed.
+"""Material expressions, parsed and never executed: `0.2 * Lambertian(0.5) + Microfacet(GGX(0.1), 0.9)`.
 
-An expression is made of constructors of models and their pieces with positional and keyword arguments, numbers, lists
-of numbers, words in quotes, `+`, `*`, parentheses, `material("name")` and `load("path")`; `gn.` before a name is read
-over. Numbers may be computed with + - * / and `pi`.
+An expression is made of constructors of models and their pieces with positional and keyword arguments,
+numbers, lists of numbers, words in quotes, `+`, `*`, parentheses, `material("name")` and `load("path")`;
+`gn.` before a name is read over. Numbers may be computed with + - * / and `pi`.
 """
 
 from __future__ import annotations
@@ -42,8 +42,8 @@ _FUNCTIONS: dict[str, Callable[..., Any]] = {"load": load, "material": material}
 def expression(text: str) -> Reflectance:
     """The reflectance that an expression describes: `expression(repr(m)) == m`.
 
-    Nothing is executed: names stand for gonio's classes only. Raises ExpressionError that says the column, what stands
-    there and what was expected; ParameterError where a value is out of its bounds.
+    Nothing is executed: names stand for gonio's classes only. Raises ExpressionError that says the column,
+    what stands there and what was expected; ParameterError where a value is out of its bounds.
     """
     found = read(text)
     if not isinstance(found, Reflectance):
@@ -93,8 +93,8 @@ class _Reader:
             raise ExpressionError("an empty expression; expected one such as Lambertian(0.5)")
         if len(self.text) > MAX_LENGTH:
             raise ExpressionError(
-                f"an expression of {len(self.text)} characters; expected at most {MAX_LENGTH}; write the material to "
-                f"a .json file instead"
+                f"an expression of {len(self.text)} characters; expected at most {MAX_LENGTH}; write "
+                f"the material to a .json file instead"
             )
         self._check_nesting()
         try:
@@ -103,9 +103,14 @@ class _Reader:
                 body = ast.parse(self.text, mode="eval").body
         except SyntaxError as error:
             column = error.offset or 1
-            self._fail(column, f"{error.msg}; expected an expression such as 0.5 * Lambertian(0.2) + Phong(0.1, 20)")
+            self._fail(
+                column, f"{error.msg}; expected an expression such as 0.5 * Lambertian(0.2) + Phong(0.1, 20)"
+            )
         except (ValueError, MemoryError, RecursionError) as error:
-            self._fail(1, f"cannot be read ({error or type(error).__name__}); expected printable text and less nesting")
+            self._fail(
+                1,
+                f"cannot be read ({error or type(error).__name__}); expected printable text and less nesting",
+            )
         return self._value(body, 0)
 
     def _check_nesting(self) -> None:
@@ -141,14 +146,16 @@ class _Reader:
         name = self._name(node)
         if name is None:
             kind = "".join(f" {c.lower()}" if c.isupper() else c for c in type(node).__name__)
-            self._fail(node, f"a{kind} is no part of an expression; expected numbers, names with (...), + and *")
+            self._fail(
+                node, f"a{kind} is no part of an expression; expected numbers, names with (...), + and *"
+            )
         if name in _NUMBERS:
             return _NUMBERS[name]
         if self.words and depth == 0 and name not in names():
             return name
         if name in names() or name in _FUNCTIONS:
             self._fail(node, f"{name} without arguments; write {name}(...)")
-        self._unknown(node, name)
+        return self._unknown(node, name)
 
     def _constant(self, node: ast.Constant) -> Any:
         value = node.value
@@ -203,7 +210,7 @@ class _Reader:
             return Scaled(b, a)
         rule = "expected reflectance + reflectance, number * reflectance, or numbers with + - * /"
         symbol = sign or type(node.op).__name__
-        self._fail(node.right, f"{describe(a)} {symbol} {describe(b)}; {rule}")
+        return self._fail(node.right, f"{describe(a)} {symbol} {describe(b)}; {rule}")
 
     def _call(self, node: ast.Call, depth: int) -> Any:
         name = self._name(node.func)
@@ -229,7 +236,11 @@ class _Reader:
             self._fail(node, f"{name}(...): {error}")
 
     def _name(self, node: ast.expr) -> str | None:
-        if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id in ("gn", "gonio"):
+        if (
+            isinstance(node, ast.Attribute)
+            and isinstance(node.value, ast.Name)
+            and node.value.id in ("gn", "gonio")
+        ):
             return node.attr
         return node.id if isinstance(node, ast.Name) else None
 

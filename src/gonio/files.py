@@ -28,7 +28,7 @@ def target(path: str | os.PathLike) -> Path:
 
 @contextlib.contextmanager
 def replacing(path: str | os.PathLike) -> Iterator[Path]:
-    """A temporary file beside `path` to write to; it takes the place of `path` if the block ends well, else it goes.
+    """A temporary file beside `path` to write to; it replaces `path` if the block ends well, else it goes.
 
     Raises what `target` raises.
     """

@@ -122,7 +122,7 @@ class Image:
 
 
 def check_target(path: str | os.PathLike[str], exposure: float = 0.0) -> None:
-    """Raise what `Image.save` raises for this name and exposure: to be asked before a picture is made for it."""
+    """Raise what `Image.save` raises for this name and exposure: to be asked before a picture is made."""
     suffix = Path(path).suffix.lower()
     if suffix not in _ENCODERS:
         raise ParameterError(f"{path}: suffix is {suffix!r}, expected one of {', '.join(_ENCODERS)}")

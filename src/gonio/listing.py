@@ -29,7 +29,7 @@ INCIDENCE = (0.0, 45.0, 75.0)
 
 
 def matching(pattern: str | None) -> list[Entry]:
-    """Built-in materials whose name, kind, description or alias matches: a part of it, or a pattern with * and ?."""
+    """Built-in materials of which name, kind, description or alias holds the word, or matches its * and ?."""
     entries = catalogue.materials()
     if not pattern:
         return entries
@@ -45,7 +45,7 @@ def matching(pattern: str | None) -> list[Entry]:
 
 
 def table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    """Aligned columns. On a terminal the last one is wrapped to its width, below the others where it has no room."""
+    """Aligned columns. On a terminal the last is wrapped to the width, below the others for want of room."""
     lines = [tuple(header), *rows]
     widths = [max(len(line[c]) for line in lines) for c in range(len(header) - 1)]
     start = sum(w + 2 for w in widths)
@@ -103,14 +103,20 @@ def facts(text: str, m: Reflectance) -> dict[str, Any]:
             if declared.alias:
                 parameters[path]["alias"] = path.removesuffix(declared.name) + declared.alias
         elif isinstance(declared, Option):
-            options[path] = {"value": value, "choices": list(dict.fromkeys(declared.choices)), "doc": declared.doc}
+            options[path] = {
+                "value": value,
+                "choices": list(dict.fromkeys(declared.choices)),
+                "doc": declared.doc,
+            }
     return found | {"parameters": parameters, "options": options}
 
 
 def _file_facts(m: Measured) -> dict[str, Any]:
     """What a file holds: of all numbers of its main table, those missing and those below 0."""
     valid = m.valid
-    values = next(v for n, f in m.fields.items() if isinstance(f, Table) and (v := getattr(m, n)).shape == valid.shape)
+    values = next(
+        v for n, f in m.fields.items() if isinstance(f, Table) and (v := getattr(m, n)).shape == valid.shape
+    )
     about = {k: v.tolist() if hasattr(v, "tolist") else v for k, v in m.about.items()}
     return {
         "path": m.path,
@@ -131,7 +137,12 @@ def facts_as_text(found: dict[str, Any]) -> str:
     if "built_in" in found:
         rows.append(("built in", f"{found['built_in']}: {found['description']}"))
     if "format" in found:
-        rows.append(("format", f"{found['format']}, {size_in_words(found['bytes'])}" if found["bytes"] else found["format"]))
+        rows.append(
+            (
+                "format",
+                f"{found['format']}, {size_in_words(found['bytes'])}" if found["bytes"] else found["format"],
+            )
+        )
         rows.append(("quantity", found["quantity"]))
         if found["published_as"]:
             rows.append(("recognised", f"bit by bit the published file of {found['published_as']}"))
@@ -156,7 +167,10 @@ def facts_as_text(found: dict[str, Any]) -> str:
         (path, _value(p["value"]), f"{_number(p['low'])} ... {_number(p['high'])}", _meaning(p))
         for path, p in found["parameters"].items()
     ]
-    listed += [(path, o["value"], "a word", f"{o['doc']}: {', '.join(o['choices'])}") for path, o in found["options"].items()]
+    listed += [
+        (path, o["value"], "a word", f"{o['doc']}: {', '.join(o['choices'])}")
+        for path, o in found["options"].items()
+    ]
     if listed:
         text += "\n\n" + table(("parameter", "value", "bounds", "meaning"), listed)
     return text

@@ -215,7 +215,7 @@ def _nan_of(*directions: Direction) -> Any:
     total = 0.0
     for w in directions:
         total = total + (w.x + w.y + w.z)
-    return 0.0 * total
+    return total - total  # not 0 * total, which Dr.Jit takes for 0 without looking
 
 
 def _value(m: Reflectance, mean: Reflectance, wi: Any, wo: Any) -> tuple:
@@ -274,7 +274,7 @@ def _sample(m: Reflectance, mean: Reflectance, wo: Any, u: Any) -> tuple:
     usable = (pdf > 0.0) & (pdf < float("inf"))
     weight = ops.where(usable, m.formula(wi_up, wo_up) * wi_up.z / ops.where(usable, pdf, 1.0), 0.0)
     weight = ops.where(mirrored, delta_weight, weight)
-    nan = _nan_of(wo) + 0.0 * (u0 + u1)
+    nan = _nan_of(wo) + ((u0 + u1) - (u0 + u1))
     return (
         Direction(wi.x + nan, wi.y + nan, wi.z + nan),
         ops.where(lost, 0.0, weight) + nan,

@@ -1,0 +1,44 @@
+"""Make the README's pictures: python docs/pictures/make.py"""
+
+from pathlib import Path
+
+import numpy as np
+from PIL import Image
+
+import gonio as gn
+from gonio.image import srgb_encode
+from gonio.plots import show
+
+HERE = Path(__file__).parent
+SIZE, SAMPLES, EXPOSURE = 300, 256, 0.4
+
+SPHERES = [
+    gn.material("gold"),
+    gn.Microfacet(gn.GGX(0.08, 0.35), gn.material("pure-aluminium").fresnel),
+    gn.material("copper", alpha=0),
+    gn.material("green-metallic-paint"),
+    gn.material("red-fabric"),
+    gn.material("blue-acrylic"),
+    gn.Lambertian([0.75, 0.72, 0.68]) + gn.Microfacet(gn.GGX(0.05), gn.Dielectric(1.5)),
+    gn.material("yellow-matte-plastic"),
+]
+
+
+def hero() -> None:
+    """Eight spheres in two rows, on white."""
+    light = gn.EnvironmentLight.studio()
+    cells = []
+    for m in SPHERES:
+        picture = gn.render(m, light, size=SIZE, samples=SAMPLES)
+        assert picture.alpha is not None
+        alpha = picture.alpha[..., None]
+        cells.append(alpha * np.clip(srgb_encode(picture.pixels * 2.0**EXPOSURE), 0.0, 1.0) + (1.0 - alpha))
+    rows = [np.concatenate(cells[i : i + 4], axis=1) for i in (0, 4)]
+    codes = np.rint(255.0 * np.concatenate(rows, axis=0)).astype(np.uint8)
+    Image.fromarray(codes).convert("P", palette=Image.Palette.ADAPTIVE, colors=256).save(HERE / "materials.png")
+
+
+if __name__ == "__main__":
+    hero()
+    m = gn.Lambertian(0.2) + gn.Microfacet(gn.GGX(0.1), gn.Dielectric(1.5))
+    show(m, HERE / "show.png", gn.EnvironmentLight.studio(), size=320, samples=128)

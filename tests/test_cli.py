@@ -1,0 +1,341 @@
+"""The command line: what each command prints and writes; bad input ends in one line and exit code 2."""
+
+import json
+import os
+import re
+import subprocess
+import sys
+import warnings
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+import gonio as gn
+from gonio.cli import cli
+from gonio.errors import MissingDataWarning
+from gonio.image import read_image
+
+SMALL = ["--size", "16", "--samples", "4"]
+
+
+@pytest.fixture
+def run(tmp_path, monkeypatch):
+    """Runs a command in an empty folder and returns its result."""
+    monkeypatch.chdir(tmp_path)
+    return lambda *args: CliRunner().invoke(cli, [str(a) for a in args])
+
+
+def process(*args, **extra):
+    return subprocess.run([sys.executable, *args], capture_output=True, text=True, timeout=60, **extra)
+
+
+# What works.
+
+
+def test_help_and_version(run):
+    result = run("--help")
+    assert result.exit_code == 0
+    assert all(name in result.stdout for name in cli.commands)
+    assert run().stdout == result.stdout
+    assert run("--version").stdout == f"gonio {gn.__version__}\n"
+    for name in cli.commands:
+        text = run(name, "--help").stdout
+        assert "Usage:" in text and max(map(len, text.splitlines())) <= 80
+
+
+def test_the_installed_program_and_its_imports():
+    assert process("-m", "gonio", "--version").stdout == f"gonio {gn.__version__}\n"
+    shown = process("-X", "importtime", "-m", "gonio", "--help")
+    assert shown.returncode == 0
+    imported = {line.rpartition("|")[2].strip() for line in shown.stderr.splitlines()}
+    assert "click" in imported
+    assert not imported & {
+        "scipy",
+        "xarray",
+        "rich",
+        "matplotlib",
+        "PIL",
+        "OpenEXR",
+        "gonio.catalogue",
+        "gonio.rendering",
+    }
+
+
+def test_materials(run):
+    lines = run("materials").stdout.splitlines()
+    assert len(lines) == 1 + 113
+    assert lines[0].split()[:2] == ["name", "kind"]
+    assert len({line.index("measured fit") for line in lines if "measured fit" in line}) == 1
+    listed = json.loads(run("materials", "--json").stdout)
+    assert {"name", "kind", "description", "source", "aliases"} == set(listed[0])
+    assert [e["name"] for e in listed] == [e.name for e in gn.materials()]
+    assert len(run("materials", "rubber").stdout.splitlines()) == 1 + 4
+    assert len(run("materials", "*-rubber").stdout.splitlines()) == 1 + 4
+    assert run("materials", "au").stdout.count("\ngold ") == 1
+
+
+def test_info_of_models(run):
+    text = run("info", "gold").stdout
+    assert "metal: Au" in text and "distribution.alpha_x" in text and "3: linear RGB" in text
+    found = json.loads(run("info", "--json", "0.5 * Lambertian(0.2) + Phong(0.1, 20)").stdout)
+    assert gn.expression(found["expression"]) == gn.expression("0.5 * Lambertian(0.2) + Phong(0.1, 20)")
+    assert found["channels"] == 1 and found["channel_names"] is None
+    assert found["albedo"]["values"][0] == pytest.approx(0.1 + 0.2 * np.pi / 22, abs=1e-3)
+    assert found["parameters"]["1.n"] == {
+        "value": 20.0, "low": 0.0, "high": 1e4, "unit": "1", "doc": "exponent: the larger, the narrower"
+    }  # fmt: skip
+    assert "energy" in found["breaks"]
+    assert "450, 550 nm" in run("info", "material('gold', wavelengths=[450, 550])").stdout
+    assert "delta lobe" in run("info", "IdealSpecular(0.9)").stdout
+
+
+def test_info_of_a_measured_file(run):
+    assert run("convert", "Lambertian([0.2, 0.3, 0.4])", "-o", "m.binary").exit_code == 0
+    found = json.loads(run("info", "m.binary", "--json").stdout)
+    assert found["format"] == "MERL" and found["shape"] == [3, 90, 90, 180]
+    assert 0.2 < found["missing"] < 0.3 and found["negative"] == 0.0
+    assert np.allclose(found["albedo"]["values"][0], [0.2, 0.3, 0.4], atol=2e-3)
+    text = run("info", "m.binary").stdout
+    assert "missing" in text and "35 MB" in text and "interpolation" in text
+
+
+def test_check(run):
+    good = run("check", "Lambertian(0.5)")
+    assert good.exit_code == 0 and good.stdout.startswith("Lambertian(0.5)\n  pass  positivity")
+    bad = run("check", "Phong()", "--json", "-p", "rho_s=1")
+    assert bad.exit_code == 1 and bad.stderr == ""
+    report = json.loads(bad.stdout)
+    assert report["passed"] is False and report["name"] == "Phong(), rho_s=1"
+    failed = [law["name"] for law in report["laws"] if not law["passed"]]
+    assert failed == ["energy", "furnace"]
+
+
+def test_render(run):
+    result = run("render", "gold-metallic-paint", "-o", "a.png", *SMALL)
+    assert result.exit_code == 0, result.stderr
+    assert re.fullmatch(
+        r"a.png: gold-metallic-paint under studio, 16 x 16, 4 samples per pixel, [\d.]+ s\n", result.stdout
+    )
+    assert read_image("a.png").pixels.shape == (16, 16, 3)
+    assert run("render", "Lambertian(0.5)", "-o", "a.exr", "-l", "constant:2", *SMALL).exit_code == 0
+    assert read_image("a.exr").pixels[8, 8] == pytest.approx(1.0, rel=0.3)
+    lit = ["-l", "distant:45,-60", "-l", "point:2,-3,3", "-l", "constant:0.1,0.1,0.2"]
+    assert run("render", "gold", "-o", "b.exr", *lit, *SMALL).exit_code == 0
+    picture = read_image("b.exr")
+    assert run("render", "gold", "-o", "c.exr", *lit, *SMALL).exit_code == 0
+    assert np.array_equal(picture.pixels, read_image("c.exr").pixels)
+    assert run("render", "gold", "-o", "d.exr", *lit, *SMALL, "--seed", 1).exit_code == 0
+    assert not np.array_equal(picture.pixels, read_image("d.exr").pixels)
+    assert run("render", "gold", "-o", "e.png", "-l", "b.exr", *SMALL).exit_code == 0
+
+
+def test_exposure_brightens_the_png(run):
+    mean = []
+    for exposure in (0, -2):
+        run("render", "Lambertian(0.5)", "-o", "a.png", "-l", "constant", *SMALL, "--exposure", exposure)
+        mean.append(read_image("a.png").pixels[8, 8].mean())
+    assert mean[1] == pytest.approx(mean[0] / 4, rel=0.05)
+
+
+def test_show(run):
+    result = run("show", "Lambertian(0.5)", "-o", "a.png", "-l", "constant", *SMALL)
+    assert result.exit_code == 0, result.stderr
+    assert result.stdout.startswith("a.png: Lambertian(0.5) under constant, ")
+    assert min(read_image("a.png").pixels.shape[:2]) > 500
+
+
+def test_convert(run):
+    assert run("convert", "brass", "-o", "m.json", "-p", "C=1").exit_code == 0
+    assert gn.load("m.json") == gn.material("brass").replace({"1.C": 1.0})
+    assert run("convert", "brass", "-o", "m.txt", "--format", "JSON").exit_code == 0
+    assert gn.load("m.txt") == gn.material("brass")
+    assert run("convert", "m.txt", "-o", "n.json", "--format", "gonio json").exit_code == 0
+
+
+def test_cite(run):
+    assert run("cite", "gold").stdout == gn.cite("gold") + "\n"
+    assert "@article{schlick1994," in run("cite", "Microfacet(GGX(0.1), Schlick(0.5))").stdout
+
+
+@pytest.mark.parametrize(
+    "command", ["info", "check", "render -o a.png", "show -o a.png", "convert -o a.json", "cite"]
+)
+def test_every_command_takes_parameters(run, command):
+    name, *options = command.split()
+    result = run(name, "gold", *options, "-p", "alpha=2")
+    assert result.exit_code == 2
+    assert "GGX(alpha_x=2.0)" in result.stderr
+
+
+# What does not.
+
+
+@pytest.fixture
+def files(tmp_path):
+    """Damaged files in the folder that `run` works in."""
+    (tmp_path / "hello.bsdf").write_text("hello\n")
+    (tmp_path / "empty.binary").write_bytes(b"")
+    (tmp_path / "short.binary").write_bytes(np.array([90, 90, 180], "<i4").tobytes() + b"\0" * 1000)
+    (tmp_path / "cut.bsdf").write_bytes(b"tensor_file\0\1\0\3\0\0\0" + b"\xff" * 20)
+    (tmp_path / "bad.json").write_text('{"type": "Lambertian", "rho": 2}')
+    (tmp_path / "deep.json").write_text('{"type": ' + "[" * 100000)
+    (tmp_path / "light.json").write_text('{"type": "ConstantLight"}')
+    (tmp_path / "bad.exr").write_bytes(b"v/1\x01" + b"\0" * 100)
+    (tmp_path / "folder").mkdir()
+
+
+BAD = [
+    ("info golden", "nearest: gold"),
+    ("info", "Missing argument 'MATERIAL'"),
+    ("info nothing.bsdf", "no such file"),
+    ("info nowhere/a.bsdf", "no directory 'nowhere'"),
+    ("info folder", "it is a directory"),
+    ("info hello.bsdf", "known formats"),
+    ("info empty.binary", "0 bytes"),
+    ("info short.binary", "short.binary"),
+    ("check cut.bsdf", "cut.bsdf"),
+    ("info bad.json", "2 is out of bounds"),
+    ("info deep.json", "deep.json"),
+    ("info light.json", "expected a reflectance"),
+    ("info Lambertian(1.5)", "0 <= rho <= 1"),
+    ("info Lambertian(nan)", "NaN"),
+    ("info Lambertian(0.5", "never closed"),
+    ("info Lambertain(0.5)", "did you mean Lambertian?"),
+    ("info Microfacet(GGX(0))", "0.001 <= alpha_x"),
+    ("info Microfacet(GGX(-0.1))", "0.001 <= alpha_x"),
+    ("info Lambertian([0.1,0.2])+Lambertian([0.1,0.2,0.3])", "channels"),
+    ("info gold -p alpha=0", "0 is out of bounds"),
+    ("info gold -p alpah=1", "did you mean alpha?"),
+    ("info gold -p alpha", "name=value"),
+    ("info gold --foo", "No such option"),
+    ("check material('gold',wavelengths=2000)", "292.4 to 1216 nm"),
+    ("check Lambertian([[[0.1,0.2],[0.1,0.2]]])", "shapes"),
+    ("render gold", "Missing option '-o'"),
+    ("render gold -o a.tif", "'.tif'"),
+    ("render gold -o nowhere/a.png", "does not exist"),
+    ("render gold -o folder", "suffix"),
+    ("render gold -o a.exr --exposure 1", "exposure"),
+    ("render gold -o a.png --exposure nan", "exposure"),
+    ("render gold -o a.png --size 0", "size=0"),
+    ("render gold -o a.png --size 1e3", "valid integer"),
+    ("render gold -o a.png --samples 0", "samples=0"),
+    ("render gold -o a.png --seed -1", "--seed"),
+    ("render gold -o a.png --shape cube", "'sphere'"),
+    ("render gold -o a.png -l moon", "expected one of FILE"),
+    ("render gold -o a.png -l nothing.exr", "no such file"),
+    ("render gold -o a.png -l bad.exr", "bad.exr"),
+    ("render gold -o a.png -l hello.bsdf", "not a picture"),
+    ("render gold -o a.png -l constant:nan", "NaN"),
+    ("render gold -o a.png -l constant:-1", "out of bounds"),
+    ("render gold -o a.png -l distant:45", "THETA,PHI"),
+    ("render gold -o a.png -l constant:1,2", "channels"),
+    ("show gold -o a.jpg", ".png, .pdf, .svg"),
+    ("show gold -o nowhere/a.png", "does not exist"),
+    ("convert gold -o a.xyz", "'.xyz'"),
+    ("convert gold -o a.binary --format foo", "'foo'"),
+    ("convert gold -o nowhere/a.binary", "does not exist"),
+    ("convert IdealSpecular(0.5) -o a.binary", "mirror"),
+    ("convert Lambertian([0.1,0.2]) -o a.binary", "RGB"),
+    ("materials zzz", "'zzz'"),
+    ("cite zzz", "no built-in material"),
+    ("nonsense", "No such command 'nonsense'"),
+    ("chek gold", "check"),
+]
+
+
+@pytest.mark.parametrize(("command", "said"), BAD, ids=[b[0] for b in BAD])
+def test_bad_input_is_one_line_and_exit_code_2(run, files, tmp_path, command, said):
+    before = sorted(p.name for p in tmp_path.iterdir())
+    result = run(*command.split())
+    assert result.exit_code == 2
+    assert isinstance(result.exception, SystemExit)
+    assert result.stdout == ""
+    assert re.fullmatch(r"gonio: error: [^\n]+\n", result.stderr), result.stderr
+    assert said in result.stderr
+    assert sorted(p.name for p in tmp_path.iterdir()) == before
+
+
+def test_a_failure_leaves_an_existing_file_alone(run, tmp_path):
+    (tmp_path / "a.png").write_text("old")
+    assert run("render", "Lambertian(2)", "-o", "a.png").exit_code == 2
+    late = run("render", "Lambertian(1)", "-o", "a.png", "-l", "constant:1,2", *SMALL)
+    assert late.exit_code == 2 and "2 channels, expected 1 or 3" in late.stderr  # known when it is written
+    assert (tmp_path / "a.png").read_text() == "old"
+    assert [p.name for p in tmp_path.iterdir()] == ["a.png"]
+
+
+@pytest.mark.skipif(not Path("/proc/self").exists(), reason="needs a folder where nobody can write: /proc")
+def test_a_folder_where_nothing_can_be_written(run):
+    result = run("render", "gold", "-o", "/proc/a.png", *SMALL)
+    assert result.exit_code == 2
+    assert re.fullmatch(r"gonio: error: /proc/a\.png: [^\n]+\n", result.stderr)
+
+
+def test_other_failures_of_the_system_are_one_line(run, monkeypatch):
+    def full(*args, **kwargs):
+        raise OSError(28, "No space left on device", "a.png")
+
+    monkeypatch.setattr("gonio.image.Image.save", full)
+    result = run("render", "gold", "-o", "a.png", *SMALL)
+    assert result.exit_code == 2
+    assert result.stderr == "gonio: error: a.png: No space left on device\n"
+
+
+def test_an_interrupt_is_said_and_leaves_nothing(run, tmp_path, monkeypatch):
+    def interrupted(*args, **kwargs):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("gonio.rendering.render", interrupted)
+    result = run("render", "gold", "-o", "a.png", *SMALL)
+    assert result.exit_code == 130
+    assert result.stderr.strip() == "gonio: error: interrupted"
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_missing_data_is_announced_in_one_line(run, monkeypatch):
+    from gonio.rendering import render
+
+    def holes(*args, **kwargs):
+        warnings.warn("3 samples met directions\nwithout data", MissingDataWarning, stacklevel=1)
+        return render(*args, **kwargs)
+
+    monkeypatch.setattr("gonio.rendering.render", holes)
+    result = run("render", "gold", "-o", "a.png", "-l", "constant", *SMALL)
+    assert result.exit_code == 0
+    assert result.stderr == "gonio: warning: 3 samples met directions without data\n"
+
+
+def test_a_real_process_fails_in_one_line(tmp_path):
+    result = process(
+        "-m", "gonio", "render", "Lambertian(7)", "-o", "a.png", cwd=tmp_path, env=_environment()
+    )
+    assert result.returncode == 2
+    assert result.stdout == ""
+    assert re.fullmatch(r"gonio: error: Lambertian[^\n]+\n", result.stderr)
+
+
+@pytest.mark.skipif(not hasattr(os, "openpty"), reason="needs a terminal to draw on")
+def test_a_terminal_gets_a_progress_bar(tmp_path):
+    ours, theirs = os.openpty()
+    command = [sys.executable, "-m", "gonio", "render", "gold", "-o", "a.png", "-l", "constant", *SMALL]
+    done = subprocess.run(
+        command,
+        cwd=tmp_path,
+        env=_environment() | {"TERM": "xterm"},
+        stdout=subprocess.PIPE,
+        stderr=theirs,
+        timeout=60,
+    )
+    os.close(theirs)
+    drawn = os.read(ours, 1 << 16).decode()
+    os.close(ours)
+    assert done.returncode == 0 and done.stdout.startswith(b"a.png: gold under constant")
+    assert "rendering" in drawn and "100%" in drawn
+
+
+def _environment():
+    """Where the package is found, from another folder."""
+    found = str(Path(gn.__file__).parents[1])
+    return os.environ | {"PYTHONPATH": os.pathsep.join([found, os.environ.get("PYTHONPATH", "")])}
