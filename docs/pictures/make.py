@@ -10,7 +10,7 @@ from gonio.image import srgb_encode
 from gonio.plots import show
 
 HERE = Path(__file__).parent
-SIZE, SAMPLES, EXPOSURE = 300, 256, 0.4
+SIZE, SAMPLES, EXPOSURE = 300, 160, 0.4
 
 SPHERES = [
     gn.material("gold"),
@@ -35,7 +35,7 @@ def hero() -> None:
         cells.append(alpha * np.clip(srgb_encode(picture.pixels * 2.0**EXPOSURE), 0.0, 1.0) + (1.0 - alpha))
     rows = [np.concatenate(cells[i : i + 4], axis=1) for i in (0, 4)]
     codes = np.rint(255.0 * np.concatenate(rows, axis=0)).astype(np.uint8)
-    Image.fromarray(codes).convert("P", palette=Image.Palette.ADAPTIVE, colors=256).save(HERE / "materials.png")
+    Image.fromarray(codes).save(HERE / "materials.jpg", quality=93, subsampling=0)
 
 
 if __name__ == "__main__":

@@ -99,7 +99,7 @@ class Part(Field):
         if self.coerce is not None and not isinstance(value, self.kind):
             value = self.coerce(value)
         if not isinstance(value, self.kind):
-            known = ", ".join(sorted(k for k, c in CLASSES.items() if issubclass(c, self.kind)))
+            known = ", ".join(sorted(k for k, c in CLASSES.items() if issubclass(c, self.kind) and c is not self.kind))
             raise ParameterError(
                 f"{owner}({self.name}={value!r:.60}): expected a {self.kind.__name__} ({self.doc}): one of {known}"
             )

@@ -35,7 +35,7 @@ class Phong(_MirrorLobe):
     Shapes   rho_s, n: numbers or (..., C).
     Units    f and rho_s: 1/sr (rho_s is no albedo); n: 1.
     Error    rounding.
-    Source   lecture 4, section 4.1.3 (docs/equations.md).
+    Source   lecture 4, section 4.1.3 (docs/equations.md), after Phong 1975, Commun. ACM 18(6):311.
     """
 
     rho_s = param(1.0, 0.0, 1.0, "height of the lobe", unit="sr-1")
