@@ -27,7 +27,13 @@ def mitsuba_sphere(mi, bsdf: dict, light: EnvironmentLight, size: int, samples: 
                 "type": "orthographic",
                 "to_world": mi.ScalarTransform4f().look_at(origin=[0, -4, 0], target=[0, 0, 0], up=[0, 0, 1])
                 @ mi.ScalarTransform4f().scale([MARGIN, MARGIN, 1.0]),
-                "film": {"type": "hdrfilm", "width": size, "height": size, "rfilter": {"type": "box"}, "pixel_format": "rgb"},
+                "film": {
+                    "type": "hdrfilm",
+                    "width": size,
+                    "height": size,
+                    "rfilter": {"type": "box"},
+                    "pixel_format": "rgb",
+                },
                 "sampler": {"type": "independent", "sample_count": samples},
             },
             "sphere": {"type": "sphere", "bsdf": bsdf},
@@ -58,7 +64,9 @@ def main() -> None:
     import mitsuba as mi
 
     arguments = sys.argv[1:]
-    environment = EnvironmentLight(arguments.pop(0), invalid="zero") if arguments and not arguments[0].endswith(".bsdf") else None
+    environment = (
+        EnvironmentLight(arguments.pop(0), invalid="zero") if arguments and not arguments[0].endswith(".bsdf") else None
+    )
     environment = environment or EnvironmentLight.studio()
     mi.set_variant("llvm_ad_rgb" if "llvm_ad_rgb" in mi.variants() else "scalar_rgb")
     conductor = {"type": "roughconductor", "distribution": "ggx", "specular_reflectance": 1.0, "material": "none"}

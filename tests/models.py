@@ -21,7 +21,8 @@ from gonio.errors import ParameterError
 from gonio.fresnel import Fresnel
 from gonio.geometry import Direction
 from gonio.microfacet import Distribution
-from gonio.param import Option, Param, Parametrised, Part
+from gonio.param import Option, Param, Part
+from gonio.parametrised import Parametrised
 from gonio.reflectance import Reflectance, Scaled, Sum
 
 
@@ -88,18 +89,14 @@ REFERENCE = [
     Reference(gn.OriginalPhong(1.0, 4.0), at(60, 0, 30, 180), 1.125, "cos(30)^4/cos(60), lecture 4, eq. 4.7"),
     Reference(gn.ModifiedPhong(1.0, 20.0), albedo(30), 0.86602541, "by integration, two sources", 1e-6),
     Reference(gn.BlinnPhong(1.0, 2.0), at(60, 0, 60, 0), 0.0954929658551372, "24/(20 pi) cos(60)^2"),
-    Reference(
-        gn.Microfacet(gn.GGX(1.0)), albedo(0), 0.30685281944005469, "1 - ln 2, height-correlated", 1e-5
-    ),
+    Reference(gn.Microfacet(gn.GGX(1.0)), albedo(0), 0.30685281944005469, "1 - ln 2, height-correlated", 1e-5),
     Reference(gn.TorranceSparrow(0.3), at(30, 0, 75, 150), 0.228630248401647, "1967, by mpmath; G = 0.7225"),
     Reference(gn.ABC(2.0, 100.0, 0.5, 1.5), at(0, 0, 0, 0), 0.08, "A F(0), F = 0.04, Löw et al. 2012"),
     Reference(gn.GGX(0.5), D(45, 20), 0.203718327157626, "16/(25 pi), Walter et al. 2007, eq. 33"),
     Reference(gn.Beckmann(0.5), D(45, 20), 0.0932807828809022, "16 exp(-4)/pi, Walter et al. 2007, eq. 25"),
     Reference(gn.GaussianFacets(0.2), D(0, 0), 8.17222585880376, "1/(pi alpha Dawson(alpha)), mpmath"),
     Reference(gn.Constant(0.3), F(77), 0.3, "definition"),
-    Reference(
-        gn.Dielectric(1.5), F(45), 0.0502399110122359, "-0.30333704, 0.09201336: Mitsuba 3 test_fresnel.py"
-    ),
+    Reference(gn.Dielectric(1.5), F(45), 0.0502399110122359, "-0.30333704, 0.09201336: Mitsuba 3 test_fresnel.py"),
     Reference(gn.Conductor(2.0, 4.0), F(0), 0.68, "((n - 1)^2 + k^2)/((n + 1)^2 + k^2)"),
     Reference(gn.Schlick(0.04), F(60), 0.07, "0.04 + 0.96/2^5, Schlick 1994"),
 ]

@@ -14,7 +14,8 @@ from gonio.citations import _entries, _source
 from gonio.errors import NotFoundError, ParameterError
 from gonio.fresnel import fresnel_conductor, fresnel_dielectric
 from gonio.measured import formats
-from gonio.param import CLASSES, Parametrised
+from gonio.param import CLASSES
+from gonio.parametrised import Parametrised
 
 ENTRIES = gn.materials()
 SYMBOLS = {"Ag", "Al", "Au", "Cr", "Cu", "Fe", "H2O", "MgF2", "Ni", "SiO2", "Ti", "TiO2", "W"}
@@ -175,9 +176,7 @@ def test_reflectance_at_normal_incidence():
     gold = gn.material("gold", alpha=0)
     at = gn.direction(0.0, 0.0)
     n, k = 0.18836065573770486, 3.4033817330210776
-    assert gold.delta_reflectance(at)[0] == pytest.approx(
-        ((n - 1) ** 2 + k**2) / ((n + 1) ** 2 + k**2), rel=1e-12
-    )
+    assert gold.delta_reflectance(at)[0] == pytest.approx(((n - 1) ** 2 + k**2) / ((n + 1) ** 2 + k**2), rel=1e-12)
     assert gn.albedo(gn.material("water", alpha=0), at) == pytest.approx([0.0203, 0.0206, 0.0209], abs=2e-4)
 
 
@@ -204,9 +203,7 @@ def test_cite_gives_the_papers_of_model_pieces_and_numbers():
 
 def test_every_class_names_a_source_and_every_entry_is_used():
     formats()  # these classes are found when they are first used
-    sources = {
-        n: _source(k) for n, k in CLASSES.items() if Parametrised not in k.__bases__ and n != "Measured"
-    }
+    sources = {n: _source(k) for n, k in CLASSES.items() if Parametrised not in k.__bases__ and n != "Measured"}
     assert [n for n, s in sources.items() if not s] == []
     texts = [*sources.values(), *(e.source for e in ENTRIES)]
     assert [phrase for phrase in _entries() if not any(phrase in t for t in texts)] == []

@@ -159,9 +159,7 @@ def test_cite(run):
     assert "@article{schlick1994," in run("cite", "Microfacet(GGX(0.1), Schlick(0.5))").stdout
 
 
-@pytest.mark.parametrize(
-    "command", ["info", "check", "render -o a.png", "show -o a.png", "convert -o a.json", "cite"]
-)
+@pytest.mark.parametrize("command", ["info", "check", "render -o a.png", "show -o a.png", "convert -o a.json", "cite"])
 def test_every_command_takes_parameters(run, command):
     name, *options = command.split()
     result = run(name, "gold", *options, "-p", "alpha=2")
@@ -308,9 +306,7 @@ def test_missing_data_is_announced_in_one_line(run, monkeypatch):
 
 
 def test_a_real_process_fails_in_one_line(tmp_path):
-    result = process(
-        "-m", "gonio", "render", "Lambertian(7)", "-o", "a.png", cwd=tmp_path, env=_environment()
-    )
+    result = process("-m", "gonio", "render", "Lambertian(7)", "-o", "a.png", cwd=tmp_path, env=_environment())
     assert result.returncode == 2
     assert result.stdout == ""
     assert re.fullmatch(r"gonio: error: Lambertian[^\n]+\n", result.stderr)

@@ -37,9 +37,7 @@ def solid_angles(height: int, width: int) -> np.ndarray:
 def smooth(w: np.ndarray) -> np.ndarray:
     """A radiance without symmetry; its integral over the sphere is 4 pi (1.6, 2, 1.5)."""
     x, y, z = np.moveaxis(w, -1, 0)
-    return np.stack(
-        [1.6 + 0.5 * x + 0.3 * y * z + 0.4 * z, 2.0 + x * y + 0.7 * y - z, 1.5 + 0.9 * x * z - 0.4 * y], -1
-    )
+    return np.stack([1.6 + 0.5 * x + 0.3 * y * z + 0.4 * z, 2.0 + x * y + 0.7 * y - z, 1.5 + 0.9 * x * z - 0.4 * y], -1)
 
 
 SMOOTH_IRRADIANCE_UP = np.pi * np.array([1.6 + 0.8 / 3.0, 2.0 - 2.0 / 3.0, 1.5])
@@ -252,9 +250,7 @@ def test_one_bright_pixel_is_a_distant_light():
     pixels = np.zeros((height, width))
     pixels[70, 400] = 1000.0
     step = math.pi / height
-    theta = (
-        70.5 * step
-    )  # the pixel's tent, integrated: step in phi, 2 sin(theta) (1 - cos(step))/step in theta
+    theta = 70.5 * step  # the pixel's tent, integrated: step in phi, 2 sin(theta) (1 - cos(step))/step in theta
     irradiance = 1000.0 * 2.0 * math.pi / width * 2.0 * math.sin(theta) * (1.0 - math.cos(step)) / step
     distant = gn.DistantLight(gn.direction(theta, 400.5 * 2.0 * math.pi / width), irradiance)
     wo = gn.direction(np.array([0.0, 0.8]), np.array([0.0, 1.1]))
@@ -324,9 +320,7 @@ def test_pictures_from_mitsuba_look_as_there():
     for w in random_directions(200):
         si = mi.SurfaceInteraction3f()
         si.wi = mi.Vector3f(*(-w))
-        atol = (
-            2e-3 if abs(w[2]) < 0.99 else 0.05
-        )  # pixels that lie half a row apart; at the poles, the last half
+        atol = 2e-3 if abs(w[2]) < 0.99 else 0.05  # pixels that lie half a row apart; at the poles, the last half
         np.testing.assert_allclose(np.array(emitter.eval(si)), light.incident(w), rtol=0, atol=atol)
 
 
@@ -352,10 +346,7 @@ def test_the_equal_area_square():
     d = random_directions(20_000)
     np.testing.assert_allclose(square_to_direction(direction_to_square(d)), d, atol=1e-14)
     step = 1e-6  # equal areas: |dw/ds| = 4 pi, but across the edges of the map's eight triangles
-    a, b = (
-        (square_to_direction(points + s) - square_to_direction(points - s)) / (2 * step)
-        for s in step * np.eye(2)
-    )
+    a, b = ((square_to_direction(points + s) - square_to_direction(points - s)) / (2 * step) for s in step * np.eye(2))
     area = np.linalg.norm(np.cross(a, b), axis=-1)
     edges = np.abs(points - 0.5).min(axis=-1), np.abs(np.abs(2.0 * points - 1.0).sum(axis=-1) - 1.0)
     np.testing.assert_allclose(area[np.minimum(*edges) > 3 * step], 4.0 * np.pi, rtol=1e-5)
@@ -398,9 +389,7 @@ def test_the_studio_is_fit_for_looking_at_materials():
     brightest = np.argmax(pixels.sum(axis=-1))
     assert w.reshape(-1, 3)[brightest] @ np.array([-0.8, -0.7, 0.8]) / math.sqrt(1.77) > math.cos(0.06)
     flux = (pixels * weight[..., None]).reshape(-1, 3)
-    irradiance = [
-        np.maximum(w.reshape(-1, 3) @ n, 0.0) @ flux for n in pixel_directions(6, 12).reshape(-1, 3)
-    ]
+    irradiance = [np.maximum(w.reshape(-1, 3) @ n, 0.0) @ flux for n in pixel_directions(6, 12).reshape(-1, 3)]
     assert 0.9 * np.pi < np.max(irradiance) < np.pi
     low = gn.EnvironmentLight.studio(sun=(0.0, 3.0, 0.0), height=32)
     assert low.image.pixels.shape == (32, 64, 3)

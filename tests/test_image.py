@@ -54,11 +54,7 @@ def run_length(codes):
                 while run < 127 and at + run < len(row) and component[at + run] == component[at]:
                     run += 1
                 literal = min(7, len(row) - at)
-                out += (
-                    bytes([128 + run, component[at]])
-                    if run > 1
-                    else bytes([literal, *component[at : at + literal]])
-                )
+                out += bytes([128 + run, component[at]]) if run > 1 else bytes([literal, *component[at : at + literal]])
                 at += run if run > 1 else literal
     return bytes(out)
 
@@ -170,9 +166,7 @@ def test_other_png_and_jpeg_modes(tmp_path):
     pillow = pytest.importorskip("PIL.Image", reason="pillow writes the files")
     ramp = (np.arange(64).reshape(8, 8) * 1024).astype(np.uint16)
     pillow.fromarray(ramp).save(tmp_path / "deep.png")
-    np.testing.assert_allclose(
-        read_image(tmp_path / "deep.png").pixels[..., 0], srgb_decode(ramp / 65535.0), rtol=1e-6
-    )
+    np.testing.assert_allclose(read_image(tmp_path / "deep.png").pixels[..., 0], srgb_decode(ramp / 65535.0), rtol=1e-6)
     flat = pillow.new("RGB", (8, 8), (200, 100, 50))
     flat.convert("P", palette=pillow.Palette.ADAPTIVE).save(tmp_path / "palette.png")
     flat.save(tmp_path / "a.jpg", quality=100)
@@ -306,9 +300,7 @@ def test_a_real_environment_map(openexr, mitsuba):
     image = read_image(STUDIO)
     assert image.pixels.shape == (512, 1024, 3) and image.channels == ("R", "G", "B") and image.alpha is None
     # Its coding (DWAB) is lossy, and builds of the library round its cosine transform differently.
-    np.testing.assert_allclose(
-        image.pixels, np.array(mitsuba.Bitmap(str(STUDIO)))[..., :3], rtol=0.01, atol=1e-5
-    )
+    np.testing.assert_allclose(image.pixels, np.array(mitsuba.Bitmap(str(STUDIO)))[..., :3], rtol=0.01, atol=1e-5)
 
 
 # Radiance -----------------------------------------------------------------------------------------
@@ -355,9 +347,7 @@ def test_hdr_flat_new_and_mixed_scanlines_agree(tmp_path):
 def test_hdr_old_run_lengths(tmp_path):
     """(1, 1, 1, n) repeats n times, a second one in a row 256 n times; a run ends with its scanline."""
     a, b, zero = (128, 64, 32, 129), (200, 100, 50, 120), (9, 9, 9, 0)
-    body = bytes([*a, 1, 1, 1, 2, *b, *zero, 1, 1, 1, 43, 1, 1, 1, 1]) + bytes(
-        [*b, 1, 1, 1, 255, 1, 1, 1, 255]
-    )
+    body = bytes([*a, 1, 1, 1, 2, *b, *zero, 1, 1, 1, 43, 1, 1, 1, 1]) + bytes([*b, 1, 1, 1, 255, 1, 1, 1, 255])
     codes = np.array([[a] * 3 + [b] + [zero] * 300, [b] * 304])
     np.testing.assert_array_equal(
         read_image(write(tmp_path, hdr(codes, body))).pixels, np.where(codes[..., 3:] == 0, 0, decode(codes))
@@ -402,9 +392,7 @@ def test_hdr_header_lines(tmp_path):
     lines = b"rpict -vf x\nEXPOSURE=2.0\n\tEXPOSURE=7\nCOLORCORR= 1 2 4\nEXPOSURE=0.25\nSOFTWARE=x\n"
     image = read_image(write(tmp_path, hdr(codes, header=lines)))
     np.testing.assert_allclose(image.pixels, decode(codes) / 0.5 / np.array([1, 2, 4]), rtol=1e-6)
-    windows = (
-        HDR.replace(b"#?RADIANCE", b"#?RGBE").replace(b"\n", b"\r\n") + b"\r\n-Y 9 +X 17\n" + codes.tobytes()
-    )
+    windows = HDR.replace(b"#?RADIANCE", b"#?RGBE").replace(b"\n", b"\r\n") + b"\r\n-Y 9 +X 17\n" + codes.tobytes()
     np.testing.assert_array_equal(read_image(write(tmp_path, windows)).pixels, decode(codes))
     srgb = b"PRIMARIES= 0.64 0.33 0.30 0.60 0.15 0.06 0.3127 0.329\n"
     read_image(write(tmp_path, hdr(codes, header=srgb)))
@@ -558,9 +546,7 @@ def test_damaged_files_raise_only_gonio_errors(tmp_path, kind, capfd):
         openexr = pytest.importorskip("OpenEXR", reason="OpenEXR writes the file to damage")
         planes = {n: np.ascontiguousarray(smooth(40, 40)[..., i]) for i, n in enumerate("RGB")}
         if kind == "tiled.exr":
-            openexr.File({"type": openexr.tiledimage, "tiles": openexr.TileDescription()}, planes).write(
-                str(path)
-            )
+            openexr.File({"type": openexr.tiledimage, "tiles": openexr.TileDescription()}, planes).write(str(path))
         else:
             header = {"type": openexr.scanlineimage, "compression": openexr.ZIP_COMPRESSION}
             parts = [openexr.Part(dict(header), planes, n) for n in ("one", "two")]

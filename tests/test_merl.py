@@ -167,9 +167,7 @@ def test_angles_at_the_poles_and_in_single_precision():
     for a, b, bound in zip(double, single, (5e-6, 5e-6, 1e-3), strict=True):
         assert b.dtype == np.float32
         assert np.max(np.abs(np.sin(a - b))) < bound
-    np.testing.assert_allclose(
-        double, np.array([scalar_angles(*w) for w in zip(wi, wo, strict=True)]).T, atol=1e-7
-    )
+    np.testing.assert_allclose(double, np.array([scalar_angles(*w) for w in zip(wi, wo, strict=True)]).T, atol=1e-7)
     swapped = half_difference(Direction(*wo.T), Direction(*wi.T))
     assert np.array_equal(swapped.theta_h, double.theta_h)
     assert np.array_equal(swapped.theta_d, double.theta_d)
@@ -274,9 +272,7 @@ def test_one_channel_is_written_as_gray_and_360_cells_on_demand(tmp_path):
 def test_derived_materials_keep_the_gaps(tmp_path, gaps):
     file = tmp_path / "half.binary"
     save(0.5 * gaps, file)
-    wi, wo = zip(
-        *(pair((i + 0.5) ** 2 / 90, j + 0.5, 90.5) for i in range(80) for j in range(5)), strict=True
-    )
+    wi, wo = zip(*(pair((i + 0.5) ** 2 / 90, j + 0.5, 90.5) for i in range(80) for j in range(5)), strict=True)
     at = np.array([(i, j) for i in range(80) for j in range(5)]).T
     up = (np.array(wi)[:, 2] > 1e-6) & (np.array(wo)[:, 2] > 1e-6)
     raw, half = gaps.raw[:, at[0], at[1], 90][:, up], load(file).raw[:, at[0], at[1], 90][:, up]
@@ -380,9 +376,7 @@ def test_single_precision(measured):
     np.testing.assert_allclose(measured.pdf(*single[:2]), measured.pdf(wi, wo), rtol=1e-4)
     a, b = measured.sample(*single[1:]), measured.sample(wo, u)
     close = np.abs(a.wi - b.wi).max(-1) < 2e-4
-    assert (
-        close.mean() > 0.998
-    )  # u beside the edge of a ring or of the cosine hemisphere may go to the other side
+    assert close.mean() > 0.998  # u beside the edge of a ring or of the cosine hemisphere may go to the other side
     np.testing.assert_allclose(a.weight[close], b.weight[close], rtol=2e-2, atol=1e-3)
 
 
@@ -478,9 +472,7 @@ def test_density_is_the_inverse_of_the_jacobian(jax_double, measured):
     def drawn(wo, u):
         return measured.sample(wo, u).wi
 
-    columns = jax_double.jit(jax_double.vmap(jax_double.jacfwd(drawn, argnums=1)))(
-        jnp.asarray(wo), jnp.asarray(u)
-    )
+    columns = jax_double.jit(jax_double.vmap(jax_double.jacfwd(drawn, argnums=1)))(jnp.asarray(wo), jnp.asarray(u))
     area = np.linalg.norm(np.cross(columns[..., 0], columns[..., 1]), axis=-1)
     s = measured.sample(wo, u)
     kept = s.pdf > 0.0

@@ -325,9 +325,7 @@ def test_projected_cone_is_its_defining_integral_across_the_horizon(a, theta):
 
 
 def square(half, height):
-    return np.array(
-        [[-half, -half, height], [half, -half, height], [half, half, height], [-half, half, height]]
-    )
+    return np.array([[-half, -half, height], [half, -half, height], [half, half, height], [-half, half, height]])
 
 
 def parallel_square(half, height):
@@ -379,17 +377,13 @@ def test_four_walls_and_a_lid_fill_the_hemisphere():
     lid = rad.projected_solid_angle_polygon(square(1.0, 0.7))
     wall = np.array([[1.0, -1.0, -0.5], [1.0, 1.0, -0.5], [1.0, 1.0, 0.7], [1.0, -1.0, 0.7]])
     quarter = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
-    walls = sum(
-        rad.projected_solid_angle_polygon(wall @ np.linalg.matrix_power(quarter, k).T) for k in range(4)
-    )
+    walls = sum(rad.projected_solid_angle_polygon(wall @ np.linalg.matrix_power(quarter, k).T) for k in range(4))
     close(lid + walls, PI, rel=1e-14)
 
 
 def test_a_polygon_may_be_concave_and_start_at_any_vertex_in_either_sense():
     arrow = np.array([[0.0, 1.0, -0.4], [-1.0, 1.0, 1.0], [0.0, 1.0, 0.3], [1.2, 1.0, 0.9]])
-    parts = rad.projected_solid_angle_polygon(arrow[[0, 1, 2]]) + rad.projected_solid_angle_polygon(
-        arrow[[0, 2, 3]]
-    )
+    parts = rad.projected_solid_angle_polygon(arrow[[0, 1, 2]]) + rad.projected_solid_angle_polygon(arrow[[0, 2, 3]])
     for k in range(4):
         close(rad.projected_solid_angle_polygon(np.roll(arrow, k, axis=0)), parts, rel=1e-14)
         close(rad.projected_solid_angle_polygon(np.roll(arrow[::-1], k, axis=0)), parts, rel=1e-14)
@@ -625,9 +619,7 @@ def test_float32_stays_float32_and_agrees():
         "etendue": lambda x, v, up, u, w: rad.etendue(x, x, 2.0),
         "point": lambda x, v, up, u, w: rad.point_irradiance(x, 2.0),
         "uniform": lambda x, v, up, u, w: rad.uniform_irradiance(x),
-        "convert": lambda x, v, up, u, w: rad.convert_reflectance(
-            x, "reflectance_factor", "dsf", cos_theta_o=x
-        ),
+        "convert": lambda x, v, up, u, w: rad.convert_reflectance(x, "reflectance_factor", "dsf", cos_theta_o=x),
         "spectral": lambda x, v, up, u, w: rad.convert_spectral(x, 500.0, "wavelength", "wavenumber"),
         "cone": lambda x, v, up, u, w: rad.solid_angle_cone(x),
         "pixel": lambda x, v, up, u, w: rad.solid_angle_latlong_pixel(x, 1.0, 0.1),
@@ -657,9 +649,7 @@ def test_nan_in_gives_nan_out_and_leaves_the_others_alone():
         rad.convert_reflectance([nan, 1.0], "brdf", "reflectance_factor"),
         rad.solid_angle_triangle([[nan, 0, 1], [1, 0, 1]], [0, 1, 1], [1, 1, 1]),
         rad.solid_angle_rectangle([[nan, 0, 1], [1, 0, 1]], [0, 1, 0], [1, 0, 0]),
-        rad.projected_solid_angle_polygon(
-            [[[1, 0, 1], [0, nan, 1], [1, 1, 1]], [[1, 0, 1], [0, 1, 1], [1, 1, 1]]]
-        ),
+        rad.projected_solid_angle_polygon([[[1, 0, 1], [0, nan, 1], [1, 1, 1]], [[1, 0, 1], [0, 1, 1], [1, 1, 1]]]),
         rad.projected_solid_angle_polygon([[1, 0, 1], [0, 1, 1], [1, 1, 1]], [[nan, 0, 0], [0, 0, 1]]),
         rad.irradiance(np.array([[nan, 1.0]]), [[0, 0, 1]], 1.0),
     ):

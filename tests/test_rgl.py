@@ -42,18 +42,14 @@ def D(m, r):
 
 
 def sigma(w, r):
-    return (
-        0.6
-        + 0.3 * w[2] ** 2
-        + (0.2 * w[0] ** 2 + (r <= 2) * 0.1 * w[0] * w[1] + (r <= 1) * 0.1 * w[1]) * (r > 0)
-    )
+    return 0.6 + 0.3 * w[2] ** 2 + (0.2 * w[0] ** 2 + (r <= 2) * 0.1 * w[0] * w[1] + (r <= 1) * 0.1 * w[1]) * (r > 0)
 
 
 def S(w, m, c, r):
     even = 0.8 + 0.4 * w[0] * m[0] + 0.3 * w[1] * m[1] + 0.3 * w[2] ** 2 - 0.2 * m[0] ** 2
-    return (1.0 + 0.3 * c) * (
-        even + (r <= 2) * 0.3 * w[0] * m[1] + (r <= 1) * (0.1 * w[0] + 0.2 * m[1])
-    ) + 0.1 * c * m[2]
+    return (1.0 + 0.3 * c) * (even + (r <= 2) * 0.3 * w[0] * m[1] + (r <= 1) * (0.1 * w[0] + 0.2 * m[1])) + 0.1 * c * m[
+        2
+    ]
 
 
 def slopes(theta, phi):
@@ -348,9 +344,7 @@ def test_libraries_draw_the_same_samples(library):
     wo, u = directions(rng, 200), rng.uniform(0, 1, (200, 2))
     got, want = m.sample(library.array(wo), library.array(u)), m.sample(wo, u)
     for name in ("wi", "weight", "pdf"):
-        np.testing.assert_allclose(
-            library.numpy(getattr(got, name)), getattr(want, name), rtol=1e-6, atol=1e-9
-        )
+        np.testing.assert_allclose(library.numpy(getattr(got, name)), getattr(want, name), rtol=1e-6, atol=1e-9)
 
 
 @pytest.mark.parametrize("r", [0, 2])

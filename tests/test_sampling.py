@@ -10,6 +10,7 @@ import pytest
 from models import Draw, draws, on_sphere, pairs
 
 import gonio as gn
+from gonio.quadrature import lattice
 
 LOBES = [d for d in draws() if d.model not in (gn.IdealSpecular, gn.Sum)]
 CHANNELS = (None, 3)
@@ -48,9 +49,13 @@ def jacobian(model: type, seed: int) -> Any:
     return jax.jit(evaluate)
 
 
-STRUCTURES = {
-    d.model if d.model is not gn.Microfacet else type(d.material().distribution): d for d in LOBES
-}
+def kind_of(draw: Draw) -> type:
+    """What decides the sampling: the model, or a microfacet's distribution of normals."""
+    return type(getattr(draw.material(), "distribution", draw.material()))
+
+
+# One draw per kind to compile, with as many free parameters as any.
+STRUCTURES = {kind_of(d): d for d in sorted(LOBES, key=lambda d: len(d.material().parameters))}
 
 
 @pytest.mark.parametrize("kind", STRUCTURES, ids=lambda c: c.__name__)
@@ -62,9 +67,9 @@ def test_pdf_is_the_jacobian(jax, kind):
     wo = np.repeat(VIEWS, 24, axis=0)
     used = 0
     for draw in LOBES:
-        m = draw.material()
-        if kind not in (draw.model, type(getattr(m, "distribution", None))):
+        if kind_of(draw) is not kind:
             continue
+        m = draw.material()
         values = {path: float(p.value) for path, p in own.material().parameters.items()}
         values.update({path: float(p.value) for path, p in m.parameters.items() if path in values})
         wi, area, pdf = (np.asarray(x) for x in evaluate(values, wo, u))
@@ -72,6 +77,81 @@ def test_pdf_is_the_jacobian(jax, kind):
         used += up.sum()
         np.testing.assert_allclose(pdf[up] * area[up], 1.0, rtol=1e-6, err_msg=str(m))
     assert used > 100
+
+
+# Quadrature of the hemisphere, independent of the models' own sampling.
+
+
+class Hemisphere:
+    """Polar coordinates (psi, r) about the mirror direction of a view, r in units of the horizon's distance."""
+
+    SECTORS, SEGMENTS, EDGES = 360, 12, np.concatenate([[0.0], np.geomspace(1e-6, 1.0, 48)])
+
+    def __init__(self, view: np.ndarray):
+        self.pole = view * np.array([-1.0, -1.0, 1.0])
+        self.t = np.cross(self.pole, [0.3, -0.8, 0.5])
+        self.t /= np.linalg.norm(self.t)
+        self.b = np.cross(self.pole, self.t)
+        psi = ((np.arange(self.SECTORS) + 0.5) * 2.0 * np.pi / self.SECTORS)[:, None]
+        side = np.cos(psi) * self.t + np.sin(psi) * self.b
+        end = self.horizon(psi)
+        x, weight = np.polynomial.legendre.leggauss(6)
+        half, middle = 0.5 * np.diff(self.EDGES)[:, None], 0.5 * (self.EDGES[1:] + self.EDGES[:-1])[:, None]
+        r, dr = end * (middle + half * x).ravel(), end * (half * weight).ravel()
+        self.w = np.cos(r)[..., None] * self.pole + np.sin(r)[..., None] * side[:, None, :]
+        self.solid = np.sin(r) * dr * (2.0 * np.pi / self.SECTORS)
+
+    def horizon(self, psi: np.ndarray) -> np.ndarray:
+        return np.arctan2(self.pole[2], -(np.cos(psi) * self.t[2] + np.sin(psi) * self.b[2]))
+
+    def integral(self, f: np.ndarray) -> np.ndarray:
+        """Integral of values (SECTORS, R[, C]) at `w`."""
+        return np.tensordot(self.solid, f, 2)
+
+    def histogram(self, pdf: np.ndarray) -> np.ndarray:
+        """Integrals of a density (SECTORS, R) over 12 by 48 bins."""
+        return (self.solid * pdf).reshape(self.SEGMENTS, self.SECTORS // self.SEGMENTS, -1, 6).sum((1, 3))
+
+    def counts(self, w: np.ndarray) -> np.ndarray:
+        """How many of the directions (N, 3) lie in each of these bins."""
+        psi = np.arctan2(w @ self.b, w @ self.t) % (2.0 * np.pi)
+        r = np.arctan2(np.linalg.norm(np.cross(w, self.pole), axis=-1), w @ self.pole) / self.horizon(psi)
+        bins = (self.SEGMENTS, len(self.EDGES) - 1)
+        sector = np.minimum(psi * self.SEGMENTS / (2.0 * np.pi), self.SEGMENTS - 1).astype(int)
+        ring = np.clip(np.searchsorted(self.EDGES, r, side="right") - 1, 0, bins[1] - 1)
+        return np.bincount(np.ravel_multi_index((sector, ring), bins), minlength=bins[0] * bins[1]).reshape(bins)
+
+
+@cache
+def hemispheres() -> list[tuple[np.ndarray, Hemisphere]]:
+    return [(view, Hemisphere(view)) for view in on_sphere(np.radians([0.0, 40.0, 75.0]), [0.0, 0.5, 2.0])]
+
+
+def test_quadrature_of_the_hemisphere():
+    for _, hemisphere in hemispheres():
+        assert hemisphere.integral(np.ones_like(hemisphere.solid)) == pytest.approx(2.0 * np.pi, rel=1e-5)
+        assert hemisphere.integral(hemisphere.w[..., 2]) == pytest.approx(np.pi, rel=1e-5)
+
+
+def tamed(m: Any) -> Any:
+    """The material with an anisotropy of at most 8, which the quadrature resolves."""
+    x, y = (getattr(getattr(m, "distribution", None), f"alpha_{c}", None) for c in "xy")
+    if x is None:
+        return m
+    return m.replace({"distribution.alpha_x": max(x, y / 8.0), "distribution.alpha_y": max(y, x / 8.0)})
+
+
+@pytest.mark.parametrize("draw", [d for d in draws(2, every=3) if d in LOBES], ids=str)
+def test_lobes_by_quadrature(draw):
+    """The density integrates to what is not lost below the horizon, the weights to f cos."""
+    m = tamed(draw.material())
+    u = grid(256)
+    for view, hemisphere in hemispheres():
+        s = m.sample(np.broadcast_to(view, (len(u), 3)), u)
+        lost = (s.pdf == 0.0).mean()
+        assert hemisphere.integral(m.pdf(hemisphere.w, view)) + lost == pytest.approx(1.0, abs=2.5e-3)
+        reflected = hemisphere.integral(m.f(hemisphere.w, view) * hemisphere.w[..., 2])
+        assert s.weight.mean() == pytest.approx(reflected, rel=4e-3, abs=1e-6)
 
 
 # Weights.
@@ -93,3 +173,103 @@ def test_weight_is_f_cos_over_pdf(draw):
         expected = f * (cos / s.pdf[up] if f.ndim == 1 else (cos / s.pdf[up])[:, None])
         np.testing.assert_allclose(s.weight[up], expected, rtol=1e-9, atol=1e-300)
         np.testing.assert_array_equal(s.weight[~up], 0.0)
+
+
+@pytest.mark.parametrize("draw", draws(), ids=str)
+def test_samples_in_float32(draw):
+    u = np.random.default_rng(6).random((512, 2))
+    top = 1.0 - 2.0**-24
+    u[:4] = [[0.0, 0.0], [top, top], [0.0, top], [top, 0.0]]
+    for channels in CHANNELS:
+        m = draw.material(channels)
+        for view in VIEWS:
+            wo = np.broadcast_to(view, (len(u), 3))
+            s = m.sample(wo.astype("float32"), u.astype("float32"))
+            assert s.wi.dtype == s.weight.dtype == s.pdf.dtype == np.float32
+            assert s.delta.dtype == bool
+            for x in s:
+                assert np.isfinite(x).all()
+            assert s.weight.min() >= 0.0
+            assert s.pdf.min() >= 0.0
+            np.testing.assert_allclose(np.linalg.norm(s.wi.astype(float), axis=-1), 1.0, atol=3e-6)
+
+
+# Sums: lobes are chosen with their shares.
+
+MIXED = {
+    "two lobes": gn.Lambertian(0.6) + gn.Microfacet(gn.GGX(0.1, 0.3), gn.Dielectric(1.5)),
+    "mirror": gn.Lambertian([0.2, 0.4, 0.6]) + gn.IdealSpecular(gn.Conductor([0.2, 0.9, 1.2], [3.9, 2.4, 2.3])),
+    "two mirrors": 0.3 * gn.IdealSpecular(0.9) + gn.ABC(20.0, 500.0, 1.1) + [0.1, 0.2, 0.3] * gn.IdealSpecular(1.0),
+    "scaled": 2.0 * (0.5 * gn.Lambertian(0.5) + 0.25 * gn.ModifiedPhong(0.8, 30.0)) + gn.TorranceSparrow(0.2),
+    "nothing": gn.Lambertian(0.0) + 0.0 * gn.IdealSpecular() + gn.Microfacet(gn.Beckmann(0.4), 0.8),
+}
+
+
+@pytest.mark.parametrize("m", MIXED.values(), ids=MIXED)
+def test_sums_sample_what_they_say(m):
+    u = lattice(1 << 17)
+    for view, hemisphere in hemispheres():
+        s = m.sample(np.broadcast_to(view, (len(u), 3)), u)
+        pdf = m.pdf(hemisphere.w, view)
+        mirror = view * np.array([-1.0, -1.0, 1.0])
+
+        # Delta samples: as many as the density leaves, at the mirror direction, with reflectance over probability.
+        lost = (s.pdf == 0.0).mean()
+        fraction = s.delta.mean()
+        assert fraction == pytest.approx(1.0 - hemisphere.integral(pdf) - lost, abs=2e-3)
+        np.testing.assert_allclose(s.wi[s.delta], np.broadcast_to(mirror, (s.delta.sum(), 3)), atol=1e-15)
+        assert (s.pdf[s.delta] == 1.0).all()
+        delta = s.weight[s.delta].sum(axis=0) / len(u)
+        np.testing.assert_allclose(delta, m.delta_reflectance(view), rtol=5e-3, atol=1e-9)
+
+        # The others: distributed as the density, with the weight of the whole sum.
+        smooth = ~s.delta & (s.pdf > 0.0)
+        observed, expected = hemisphere.counts(s.wi[smooth]) / len(u), hemisphere.histogram(pdf)
+        assert 0.5 * np.abs(observed - expected).sum() < 0.01
+        np.testing.assert_allclose(s.pdf[smooth], m.pdf(s.wi[smooth], view), rtol=1e-9)
+        f, cos = m.f(s.wi[smooth], view), s.wi[smooth, 2]
+        ratio = cos / s.pdf[smooth]
+        np.testing.assert_allclose(s.weight[smooth], f * (ratio if f.ndim == 1 else ratio[:, None]), rtol=1e-9)
+
+        # All: their mean is the reflected fraction.
+        f = m.f(hemisphere.w, view)
+        cos = hemisphere.w[..., 2] if f.ndim == 2 else hemisphere.w[..., 2:]
+        reflected = hemisphere.integral(f * cos) + m.delta_reflectance(view)
+        np.testing.assert_allclose(s.weight.mean(axis=0), reflected, rtol=4e-3)
+        np.testing.assert_allclose(gn.albedo(m, view), reflected, rtol=2e-3)
+
+
+def test_a_delta_lobe_alone():
+    m = gn.IdealSpecular([0.2, 0.5, 0.9])
+    wo = pairs()[1]
+    s = m.sample(wo, np.random.default_rng(0).random((len(wo), 2)))
+    assert s.delta.all()
+    assert (s.pdf == 1.0).all()
+    np.testing.assert_allclose(s.weight, np.broadcast_to([0.2, 0.5, 0.9], (len(wo), 3)), rtol=1e-12)
+    np.testing.assert_array_equal(m.f(wo * [-1.0, -1.0, 1.0], wo), 0.0)
+    np.testing.assert_array_equal(m.pdf(wo * [-1.0, -1.0, 1.0], wo), 0.0)
+    np.testing.assert_allclose(m.delta_reflectance(wo), np.broadcast_to([0.2, 0.5, 0.9], (len(wo), 3)))
+    np.testing.assert_allclose(gn.albedo(m, wo), np.broadcast_to([0.2, 0.5, 0.9], (len(wo), 3)))
+
+
+@pytest.mark.parametrize(
+    "m",
+    [
+        gn.Microfacet(gn.GGX([0.05, 0.2, 0.6])),
+        gn.Microfacet(gn.Beckmann([0.05, 0.2, 0.6])),
+        gn.TorranceSparrow([0.05, 0.2, 0.6]),
+        gn.ModifiedPhong(0.5, [500.0, 50.0, 5.0]),
+        gn.BlinnPhong(0.5, [500.0, 50.0, 5.0]),
+        gn.ABC(1.0, [1e4, 1e3, 1e2], [1.2, 1.0, 0.8]),
+    ],
+    ids=lambda m: type(getattr(m, "distribution", m)).__name__,
+)
+def test_channels_of_different_width(m):
+    """One sampling serves all channels: no channel's weights may run away, and each has its own albedo."""
+    u = grid(256)
+    for view, hemisphere in hemispheres():
+        s = m.sample(np.broadcast_to(view, (len(u), 3)), u)
+        reflected = hemisphere.integral(m.f(hemisphere.w, view) * hemisphere.w[..., 2:])
+        np.testing.assert_allclose(gn.albedo(m, view), reflected, rtol=2e-3)
+        np.testing.assert_allclose(s.weight.mean(axis=0), reflected, rtol=1e-2)
+        assert s.weight.max() < 300.0

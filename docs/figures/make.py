@@ -51,9 +51,7 @@ def page(points: Any) -> np.ndarray:
     p = np.asarray(points, dtype=float)
     azimuth, elevation = CAMERA
     right = np.array([-np.sin(azimuth), np.cos(azimuth), 0.0])
-    up = np.array(
-        [-np.cos(azimuth) * np.sin(elevation), -np.sin(azimuth) * np.sin(elevation), np.cos(elevation)]
-    )
+    up = np.array([-np.cos(azimuth) * np.sin(elevation), -np.sin(azimuth) * np.sin(elevation), np.cos(elevation)])
     return np.stack([p @ right, p @ up], -1)
 
 
@@ -193,9 +191,7 @@ def quantities() -> None:
         axes = figure.add_axes((0.05 + 0.5 * i, -0.14, 0.40, 1.22), projection="polar")
         f = m.f(gn.direction(np.radians(60.0), np.pi), wo)
         axes.plot(view, f, color=INK, lw=2.2, label="$f$: what gonio returns")
-        axes.plot(
-            view, f * np.cos(view), color=VIEWER, lw=2.0, ls=(0, (5, 2)), label=r"$f\,\cos\theta_o$: DSF"
-        )
+        axes.plot(view, f * np.cos(view), color=VIEWER, lw=2.0, ls=(0, (5, 2)), label=r"$f\,\cos\theta_o$: DSF")
         top = 1.22 * float(f.max())
         axes.set_theta_zero_location("N")
         axes.set_theta_direction(-1)

@@ -15,10 +15,14 @@ import difflib
 from importlib import import_module
 from typing import Any
 
-from . import discover, errors
-from .errors import Error
+from . import discover
+from . import errors as errors
+from .errors import Error as Error
 from .param import CLASSES
-from .reflectance import Reflectance, Sample, angles, direction
+from .reflectance import Reflectance as Reflectance
+from .reflectance import Sample as Sample
+from .reflectance import angles as angles
+from .reflectance import direction as direction
 
 __version__ = "0.1.0"
 
@@ -44,7 +48,7 @@ discover.modules("gonio.models")
 discover.modules("gonio.lights")
 globals().update(CLASSES)
 
-__all__ = sorted(  # noqa: PLE0605  (models and lights are found, not listed)
+__all__ = sorted(  # models and lights are found, not listed
     {"Error", "Reflectance", "Sample", "angles", "direction", "errors", *CLASSES, *_ON_USE}
 )
 

@@ -18,7 +18,8 @@ from .lights.distant import DistantLight
 from .lights.environment import EnvironmentLight
 from .lights.point import PointLight
 from .measured import formats, load
-from .param import Channels, Field, Option, Param, Parametrised, Part, Table
+from .param import Channels, Field, Option, Param, Part, Table
+from .parametrised import Parametrised
 from .reflectance import Reflectance, direction
 
 PICTURES = (".exr", ".hdr", ".png", ".jpg", ".jpeg")
@@ -85,9 +86,7 @@ def _numbers(text: str, rest: str) -> list[float]:
     try:
         found = [float(part) for part in rest.split(",")]
     except ValueError:
-        raise ParameterError(
-            f"light {text!r:.90}: {rest!r:.60} is not a list of numbers; expected {LIGHTS}"
-        ) from None
+        raise ParameterError(f"light {text!r:.90}: {rest!r:.60} is not a list of numbers; expected {LIGHTS}") from None
     if not all(map(math.isfinite, found)):
         raise ParameterError(f"light {text!r:.90}: NaN or infinite; expected finite numbers")
     return found
@@ -101,9 +100,7 @@ def _studio(text: str, numbers: list[float]) -> Light:
     if not numbers:
         return EnvironmentLight.studio()
     if len(numbers) != 2:
-        raise ParameterError(
-            f"light {text!r:.90}: expected studio, or studio:THETA,PHI of the sun in degrees"
-        )
+        raise ParameterError(f"light {text!r:.90}: expected studio, or studio:THETA,PHI of the sun in degrees")
     return EnvironmentLight.studio(_direction(text, *numbers))
 
 
@@ -119,9 +116,7 @@ def _constant(text: str, numbers: list[float]) -> Light:
 
 def _distant(text: str, numbers: list[float]) -> Light:
     if len(numbers) < 2:
-        raise ParameterError(
-            f"light {text!r:.90}: expected distant:THETA,PHI[,E] in degrees, such as distant:45,-60"
-        )
+        raise ParameterError(f"light {text!r:.90}: expected distant:THETA,PHI[,E] in degrees, such as distant:45,-60")
     return DistantLight(_direction(text, *numbers[:2]), _spectrum(numbers[2:], math.pi))
 
 
@@ -189,8 +184,6 @@ def _path(m: Reflectance, name: str) -> str:
     ends = {p.rpartition(".")[2]: p for p in paths}
     close = difflib.get_close_matches(name, [*paths, *ends], n=1)
     guess = f"; did you mean {close[0]}?" if close else ";"
-    known = [
-        p for p, declared, _ in settable(m) if isinstance(declared, (Param, Option, Part)) and not p.isdigit()
-    ]
+    known = [p for p, declared, _ in settable(m) if isinstance(declared, (Param, Option, Part)) and not p.isdigit()]
     listed = f" expected one of {', '.join(known)}" if known else " this material has none"
     raise NotFoundError(f"-p {name}: no such parameter{guess}{listed}")

@@ -12,14 +12,14 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from functools import cache
+from functools import cache, partial
 from typing import Any
 
 import numpy as np
 
 from . import ops
 from .errors import ArrayTypeError, ShapeError
-from .param import Parametrised
+from .parametrised import Parametrised
 
 BLOCK = 1 << 16  # directions per block: large enough for the cost of Python to vanish, small enough for the cache
 
@@ -54,7 +54,7 @@ def run(
 
         runs = []
         for c in range(channels or 1) if lib.channel_loop else [None]:
-            m = material.bind(lambda v, c=c: convert(v, c), lambda _, v, cache: lib.table(v, like, cache))
+            m = material.bind(partial(convert, channel=c), lambda _, v, cache: lib.table(v, like, cache))
             mean = m
             if channels:
                 mean = material.bind(
@@ -77,9 +77,7 @@ def run(
     if not isinstance(out, np.ndarray):
         raise ArrayTypeError(f"out: got {type(out).__name__}, expected a NumPy array")
     if out.shape != results[0].shape or out.dtype != results[0].dtype:
-        raise ShapeError(
-            f"out: got {out.dtype} {out.shape}, expected {results[0].dtype} {results[0].shape}"
-        )
+        raise ShapeError(f"out: got {out.dtype} {out.shape}, expected {results[0].dtype} {results[0].shape}")
     out[...] = results[0]
     return [out]
 
@@ -136,7 +134,6 @@ def _in_blocks(
         return [_full(r, kind, batch, channels) for r, kind in zip(results, kinds, strict=True)]
     dtype = inputs[0].dtype
     widths = {"value": (channels,) if channels else (), "scalar": (), "vector": (3,)}
-    outs: list[np.ndarray | None] = [None] * len(kinds)
 
     def work(at: tuple[slice, ...]) -> list[np.ndarray]:
         shape = tuple(s.stop - s.start for s in at)
@@ -144,15 +141,18 @@ def _in_blocks(
             return evaluate([_cut(x, batch, at) for x in inputs], shape, at)
 
     def store(at: tuple[slice, ...], results: list[np.ndarray]) -> None:
-        for i, (r, kind) in enumerate(zip(results, kinds, strict=True)):
-            if outs[i] is None:
-                outs[i] = np.empty(batch + widths[kind], r.dtype if kind == "scalar" else dtype)
-            outs[i][at] = r
+        for whole, part in zip(outs, results, strict=True):
+            whole[at] = part
 
     pieces = list(_pieces(batch, block))
-    store(pieces[0], work(pieces[0]))
+    first = work(pieces[0])
+    outs = [
+        np.empty(batch + widths[kind], part.dtype if kind == "scalar" else dtype)
+        for part, kind in zip(first, kinds, strict=True)
+    ]
+    store(pieces[0], first)
     list(_pool().map(lambda at: store(at, work(at)), pieces[1:]))
-    return outs  # type: ignore[return-value]
+    return outs
 
 
 @cache

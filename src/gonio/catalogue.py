@@ -89,9 +89,7 @@ _FAMILIES = {  # by the first word, here in order, that the name of a fit holds
     "nitrade": "ceramic",
     "carbide": "hard metal",
     **dict.fromkeys(("bronze", "aluminium", "brass", "chrome", "nickel", "steel", "ss440"), "metal"),
-    **dict.fromkeys(
-        ("plastic", "acrylic", "delrin", "nylon", "polyethylene", "foam", "pvc", "teflon"), "plastic"
-    ),
+    **dict.fromkeys(("plastic", "acrylic", "delrin", "nylon", "polyethylene", "foam", "pvc", "teflon"), "plastic"),
     **dict.fromkeys(("cherry", "maple", "fruitwood", "pine", "natural", "oak", "walnut"), "stained wood"),
 }
 
@@ -191,9 +189,7 @@ def _polished(entry: Entry, alpha: Any, wavelengths: Any) -> Reflectance:
     at = RGB_WAVELENGTHS if wavelengths is None else wavelengths
     n, k = refractive_index(entry.name, at)
     if np.ndim(n) > 1 or np.size(n) == 0:
-        raise ParameterError(
-            f"wavelengths: got shape {np.shape(n)}, expected a number or a list of numbers [nm]"
-        )
+        raise ParameterError(f"wavelengths: got shape {np.shape(n)}, expected a number or a list of numbers [nm]")
     fresnel = Conductor(n, k) if np.any(np.asarray(k) > TRANSPARENT) else Dielectric(n)
     mirror = isinstance(alpha, (int, float)) and alpha == 0
     m: Reflectance = IdealSpecular(fresnel) if mirror else Microfacet(GGX(alpha), fresnel)

@@ -15,7 +15,8 @@ from typing import Any
 
 from . import catalogue
 from .errors import NotFoundError, ParameterError
-from .param import CLASSES, Parametrised
+from .param import CLASSES
+from .parametrised import Parametrised
 from .reflectance import Scaled, Sum
 
 
@@ -43,9 +44,7 @@ def _named(m: Any) -> Iterator[tuple[str, str]]:
             return
         entry = catalogue.find(m)
         if entry is None:
-            raise NotFoundError(
-                f"no built-in material {m!r:.60} and no model of this name{catalogue.hint(m)}"
-            )
+            raise NotFoundError(f"no built-in material {m!r:.60} and no model of this name{catalogue.hint(m)}")
         yield from _sources(catalogue.material(m))
     elif isinstance(m, Parametrised):
         yield from _sources(m)
@@ -67,9 +66,7 @@ def _sources(m: Parametrised) -> Iterator[tuple[str, str]]:
 
 def _source(kind: type) -> str:
     """The "Source" part of a docstring, on one line."""
-    found = re.search(
-        r"^ *Source +(.*?)(?=\n *\n|\n {0,4}\S|\Z)", kind.__doc__ or "", re.MULTILINE | re.DOTALL
-    )
+    found = re.search(r"^ *Source +(.*?)(?=\n *\n|\n {0,4}\S|\Z)", kind.__doc__ or "", re.MULTILINE | re.DOTALL)
     return " ".join(found[1].split()) if found else ""
 
 

@@ -245,9 +245,7 @@ def show(
 @_material
 @_output("File to write; its suffix is the format: .binary, .json.")
 @_replace
-@click.option(
-    "--format", "format_", metavar="FORMAT", help="Format, where the suffix does not say: merl, json."
-)
+@click.option("--format", "format_", metavar="FORMAT", help="Format, where the suffix does not say: merl, json.")
 def convert(material: str, output: Path, replaced: tuple[str, ...], format_: str | None) -> None:
     """Write MATERIAL to a file of another format."""
     from .files import target

@@ -20,7 +20,8 @@ from .errors import Error, ExpressionError
 from .light import Light
 from .measured import load
 from .measurement import Measured
-from .param import CLASSES, Parametrised
+from .param import CLASSES
+from .parametrised import Parametrised
 from .reflectance import Reflectance, Scaled
 
 MAX_LENGTH = 20_000
@@ -103,9 +104,7 @@ class _Reader:
                 body = ast.parse(self.text, mode="eval").body
         except SyntaxError as error:
             column = error.offset or 1
-            self._fail(
-                column, f"{error.msg}; expected an expression such as 0.5 * Lambertian(0.2) + Phong(0.1, 20)"
-            )
+            self._fail(column, f"{error.msg}; expected an expression such as 0.5 * Lambertian(0.2) + Phong(0.1, 20)")
         except (ValueError, MemoryError, RecursionError) as error:
             self._fail(
                 1,
@@ -146,9 +145,7 @@ class _Reader:
         name = self._name(node)
         if name is None:
             kind = "".join(f" {c.lower()}" if c.isupper() else c for c in type(node).__name__)
-            self._fail(
-                node, f"a{kind} is no part of an expression; expected numbers, names with (...), + and *"
-            )
+            self._fail(node, f"a{kind} is no part of an expression; expected numbers, names with (...), + and *")
         if name in _NUMBERS:
             return _NUMBERS[name]
         if self.words and depth == 0 and name not in names():
@@ -236,11 +233,7 @@ class _Reader:
             self._fail(node, f"{name}(...): {error}")
 
     def _name(self, node: ast.expr) -> str | None:
-        if (
-            isinstance(node, ast.Attribute)
-            and isinstance(node.value, ast.Name)
-            and node.value.id in ("gn", "gonio")
-        ):
+        if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id in ("gn", "gonio"):
             return node.attr
         return node.id if isinstance(node, ast.Name) else None
 

@@ -8,7 +8,8 @@ from __future__ import annotations
 from typing import Any
 
 from . import ops
-from .param import Parametrised, param
+from .param import param
+from .parametrised import Parametrised
 
 
 def fresnel_dielectric(cos_theta: Any, eta: Any) -> Any:

@@ -67,9 +67,7 @@ def mirror(w: Direction) -> Direction:
 
 def where(condition: Any, a: Direction, b: Direction) -> Direction:
     """a where the condition holds, else b, component by component."""
-    return Direction(
-        ops.where(condition, a.x, b.x), ops.where(condition, a.y, b.y), ops.where(condition, a.z, b.z)
-    )
+    return Direction(ops.where(condition, a.x, b.x), ops.where(condition, a.y, b.y), ops.where(condition, a.z, b.z))
 
 
 def polar_angle(w: Direction) -> Any:

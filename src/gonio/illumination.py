@@ -126,7 +126,7 @@ def surface_frame(lib: ops.Library, normal: Any, tangent: Any) -> Frame:
     if tangent is None:
         up = n.z >= 0.0
         flipped = where(up, n, Direction(n.x, n.y, -n.z))
-        t, b = frame(flipped)
+        t, _ = frame(flipped)
         t = where(up, t, Direction(t.x, t.y, -t.z))
         return Frame(t, cross(n, t), n)
     t = Direction(*lib.split(tangent, (), False))
@@ -194,7 +194,9 @@ def _sampled(m: Reflectance, light: Light, local: Frame, wo: np.ndarray, samples
         total, missing = total + part.sum(axis=0), missing + holes
     if missing:
         warnings.warn(
-            f"{missing} samples met directions without measured data, which count as 0", MissingDataWarning, stacklevel=3
+            f"{missing} samples met directions without measured data, which count as 0",
+            MissingDataWarning,
+            stacklevel=3,
         )
     return total / samples
 

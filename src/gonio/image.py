@@ -28,9 +28,7 @@ from .radiance_rle import scanlines
 __all__ = ["Image", "read_image", "srgb_decode", "srgb_encode"]
 
 _MAX_PIXELS = 2**29  # 32768 x 16384
-_PIXELS_PER_BYTE = (
-    2**14
-)  # one colour, 8192 x 4096: 8089 as 1-bit PNG, 5189 as DWAB, 449 in the rest of OpenEXR
+_PIXELS_PER_BYTE = 2**14  # one colour, 8192 x 4096: 8089 as 1-bit PNG, 5189 as DWAB, 449 in the rest of OpenEXR
 _SRGB_XY = (0.64, 0.33, 0.30, 0.60, 0.15, 0.06, 0.3127, 0.3290)  # ITU-R BT.709: red, green, blue, white
 _STDOUT_LOCK = threading.Lock()
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -26,7 +27,8 @@ def albedo(m: Reflectance, wi: Any, tolerance: float = 1e-4) -> Any:
     Shapes   wi: (..., 3) NumPy array; result (...[, C]).
     Units    1.
     Error    Each lobe is integrated by Gauss–Legendre products in the unit square of its own sampling, with the
-             number of nodes doubled until two results agree to `tolerance`, absolute (at most 512 by 512; at 89.9 degrees V-grooves then still err by up to 4e-4).
+             number of nodes doubled until two results agree to `tolerance`, absolute (at most 512 by 512; at 89.9
+             degrees V-grooves then still err by up to 4e-4).
     Source   lecture 4, eq. 4.2; Nicodemus et al. 1977, NBS Monograph 160. Directions without measured data count
              as 0 and are reported by a MissingDataWarning.
     """
@@ -64,7 +66,7 @@ def integrate(
                 light = radiance(mirrored, np.arange(len(mirrored)))
                 part = part * light.reshape(*w.shape[:-1], -1)
         else:
-            part, lost = _lobe(lobe, w, tolerance, incident, radiance)
+            part, lost = _channels(lobe, w, tolerance, incident, radiance)
             missing = max(missing, lost)
         total = total + np.asarray(weight, w.dtype) * part
     if missing > 0.0:
@@ -74,6 +76,28 @@ def integrate(
             stacklevel=3,
         )
     return total if channels else total[..., 0]
+
+
+def _channels(
+    lobe: Reflectance, w: np.ndarray, tolerance: float, incident: bool, radiance: Callable | None
+) -> tuple[np.ndarray, float]:
+    """`_lobe` channel by channel: each is integrated in the coordinates of its own sampling."""
+    widths: list[int] = []
+    lobe.each(lambda value: widths.append(np.shape(value)[-1] if np.ndim(value) else 1))
+    count = max(widths, default=1)
+    if count == 1:
+        return _lobe(lobe, w, tolerance, incident, radiance)
+    parts, lost = [], 0.0
+    for c in range(count):
+        one = lobe.each(partial(_channel, c=c))
+        part, missing = _lobe(one, w, tolerance, incident, radiance)
+        parts.append(part[..., min(c, part.shape[-1] - 1)])
+        lost = max(lost, missing)
+    return np.stack(parts, axis=-1), lost
+
+
+def _channel(value: Any, c: int) -> Any:
+    return value[..., min(c, value.shape[-1] - 1), None] if np.ndim(value) else value
 
 
 def _lobe(

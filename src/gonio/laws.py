@@ -86,7 +86,9 @@ def check(m: Reflectance, progress: Callable[[int, int], None] | None = None) ->
     steps: list[Callable[[Reflectance], Law]] = [_positivity, _reciprocity, _energy, _pdf, _sampling, _furnace]
     missing = _missing(m)
     if missing > 0.0:
-        notes.append(f"{missing:.2%} of the pairs of directions hold no data; they are left out, and count as 0 in integrals")
+        notes.append(
+            f"{missing:.2%} of the pairs of directions hold no data; they are left out, and count as 0 in integrals"
+        )
     for i, step in enumerate(steps):
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", MissingDataWarning)
@@ -183,7 +185,9 @@ def _energy(m: Reflectance) -> Law:
     if value > tolerance:
         where = f" in channel {_channel(m, int(c))}" if a.shape[-1] > 1 else ""
         why = f"{value:.4g} of the light that arrives there leaves again{where}"
-    return Law("energy", value <= tolerance, value, tolerance, "max albedo = {value} <= {tolerance}", _degrees(w[at]), why)
+    return Law(
+        "energy", value <= tolerance, value, tolerance, "max albedo = {value} <= {tolerance}", _degrees(w[at]), why
+    )
 
 
 def _channel(m: Reflectance, c: int) -> str:
@@ -292,5 +296,9 @@ def _furnace(m: Reflectance) -> Law:
     value_at = np.stack([np.atleast_1d(x) for x in mean])
     at, c = np.unravel_index(int(value_at.argmax()), value_at.shape)
     value, tolerance = float(value_at[at, c]), 1.0 + 5e-3
-    why = f"a body of this material would outshine a surround of radiance 1: L = {value:.4g}" if value > tolerance else ""
-    return Law("furnace", value <= tolerance, value, tolerance, "max L = {value} <= {tolerance}", _degrees(wo=views[at]), why)
+    why = (
+        f"a body of this material would outshine a surround of radiance 1: L = {value:.4g}" if value > tolerance else ""
+    )
+    return Law(
+        "furnace", value <= tolerance, value, tolerance, "max L = {value} <= {tolerance}", _degrees(wo=views[at]), why
+    )

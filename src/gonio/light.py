@@ -8,7 +8,7 @@ from __future__ import annotations
 from typing import Any, ClassVar, NamedTuple
 
 from . import ops
-from .param import Parametrised
+from .parametrised import Parametrised
 
 
 class Arrival(NamedTuple):
@@ -41,7 +41,6 @@ class Light(Parametrised):
     def pdf(self, w: Any) -> Any:
         """Density [1/sr] (...) of `sample` at world directions w (..., 3)."""
         raise NotImplementedError
-
 
 
 def channel_vector(value: Any, like: Any) -> Any:

@@ -21,7 +21,8 @@ from .catalogue import Entry
 from .errors import MissingDataWarning, NotFoundError
 from .integrate import albedo
 from .measurement import Measured
-from .param import Option, Param, Table, literal
+from .param import Option, Param, Table
+from .parametrised import literal
 from .reflectance import Reflectance, direction
 
 INCIDENCE = (0.0, 45.0, 75.0)
@@ -114,9 +115,7 @@ def facts(text: str, m: Reflectance) -> dict[str, Any]:
 def _file_facts(m: Measured) -> dict[str, Any]:
     """What a file holds: of all numbers of its main table, those missing and those below 0."""
     valid = m.valid
-    values = next(
-        v for n, f in m.fields.items() if isinstance(f, Table) and (v := getattr(m, n)).shape == valid.shape
-    )
+    values = next(v for n, f in m.fields.items() if isinstance(f, Table) and (v := getattr(m, n)).shape == valid.shape)
     about = {k: v.tolist() if hasattr(v, "tolist") else v for k, v in m.about.items()}
     return {
         "path": m.path,
@@ -168,8 +167,7 @@ def facts_as_text(found: dict[str, Any]) -> str:
         for path, p in found["parameters"].items()
     ]
     listed += [
-        (path, o["value"], "a word", f"{o['doc']}: {', '.join(o['choices'])}")
-        for path, o in found["options"].items()
+        (path, o["value"], "a word", f"{o['doc']}: {', '.join(o['choices'])}") for path, o in found["options"].items()
     ]
     if listed:
         text += "\n\n" + table(("parameter", "value", "bounds", "meaning"), listed)

@@ -14,7 +14,8 @@ import numpy as np
 from . import ops
 from .errors import ParameterError
 from .geometry import Direction, azimuth, dot, normalize, polar_angle
-from .param import Parametrised, param
+from .param import param
+from .parametrised import Parametrised
 
 ALPHA_LOW, ALPHA_HIGH = 1e-3, 1.0
 
@@ -37,7 +38,7 @@ class Distribution(Parametrised):
         raise NotImplementedError
 
     def normal_density(self, wo: Direction, wm: Direction) -> Any:
-        """Density [1/sr] of `warp_normal` over facet normals: those visible from wo, D_v = G1 D (wo . wm)/cos(theta_o)."""
+        """Density [1/sr] of `warp_normal`: of the normals visible from wo, D_v = G1 D (wo . wm)/cos(theta_o)."""
         return self.D(wm) * dot(wo, wm) / ((1.0 + self.Lambda(wo)) * wo.z)
 
 

@@ -1,19 +1,18 @@
-"""Parameters of reflectances and of their pieces: declared in one line each, checked once, found by dotted path.
+"""Parameters of reflectances and of their pieces: declared in one line each, checked once.
 
 The same line is read by the constructor, `repr`, the manual, the command line, fits and the random tests.
 """
 
 from __future__ import annotations
 
-import difflib
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, Self
+from typing import Any
 
 import numpy as np
 
 from . import ops
-from .errors import NotFoundError, ParameterError
+from .errors import ParameterError
 
 
 @dataclass(frozen=True)
@@ -146,9 +145,7 @@ class Channels(Field):
         return np.arange(value, dtype=float) if isinstance(value, int) else value
 
 
-def param(
-    default: Any, low: float, high: float, doc: str, unit: str = "1", alias: str | None = None
-) -> Any:
+def param(default: Any, low: float, high: float, doc: str, unit: str = "1", alias: str | None = None) -> Any:
     """A parameter with its bounds. A default that names another parameter ties this one to it until it is given.
 
     `alias`: a keyword that sets this parameter and everything tied to it (`GGX(alpha=0.3)`).
@@ -181,255 +178,5 @@ def channels(doc: str) -> Any:
     return Channels(None, doc)
 
 
-CLASSES: dict[str, type[Parametrised]] = {}
+CLASSES: dict[str, type[Any]] = {}
 """Every public class with parameters, by name: what material expressions and JSON files may name."""
-
-
-class Parametrised:
-    """An immutable value made of declared fields: equality, repr, replace, paths and JSON come from the fields."""
-
-    fields: dict[str, Field] = {}  # noqa: RUF012  (filled per class below)
-
-    def __init_subclass__(cls, **kwargs: Any) -> None:
-        super().__init_subclass__(**kwargs)
-        own = {k: v for k, v in vars(cls).items() if isinstance(v, Field)}
-        cls.fields = {**cls.fields, **own}
-        if not cls.__name__.startswith("_"):
-            CLASSES[cls.__name__] = cls
-
-    def __init__(self, *args: Any, **kwargs: Any) -> None:
-        kind, fields = type(self).__name__, self.fields
-        settable = [n for n, f in fields.items() if not isinstance(f, (Table, Channels))]
-        if len(args) > len(settable):
-            raise ParameterError(
-                f"{kind}: got {len(args)} values, expected at most {len(settable)}: {chr(44).join(settable)}"
-            )
-        given = dict(zip(settable, args, strict=False))
-        aliases = {f.alias: n for n, f in fields.items() if isinstance(f, Param) and f.alias}
-        for name, value in kwargs.items():
-            target = aliases.get(name, name)
-            if target not in fields:
-                raise NotFoundError(_unknown(kind, name, [*settable, *aliases]))
-            if target in given:
-                raise ParameterError(f"{kind}: {target} is given twice")
-            given[target] = value
-        self._set(given)
-        self.validate()
-
-    def _set(self, given: dict[str, Any]) -> None:
-        tied = {}
-        for name, field in self.fields.items():
-            value = given.get(name, field.default)
-            if isinstance(field, Param) and isinstance(value, str) and value == field.default:
-                tied[name] = value
-                value = self.__dict__[value]
-            elif not (isinstance(field, Table) and value is None):
-                value = field.check(type(self).__name__, value)
-            self.__dict__[name] = value
-        self.__dict__["_tied"] = tied
-
-    @classmethod
-    def unchecked(cls, **values: Any) -> Self:
-        """An instance made inside a formula, of numbers that are checked and converted already."""
-        new = object.__new__(cls)
-        new.__dict__.update(values, _tied={})
-        return new
-
-    def validate(self) -> None:
-        """Rules between fields; raises ParameterError. Overridden where there are any."""
-
-    def __setattr__(self, name: str, value: Any) -> None:
-        raise AttributeError(
-            f"{type(self).__name__} is a value and cannot be changed; use m.replace({name}=...) for a new one"
-        )
-
-    def __delattr__(self, name: str) -> None:
-        raise AttributeError(f"{type(self).__name__} is a value and cannot be changed")
-
-    def _free(self) -> Iterator[tuple[str, Field, Any]]:
-        """Declared fields with their values, without those that are tied to another."""
-        for name, field in self.fields.items():
-            if name not in self._tied:
-                yield name, field, self.__dict__[name]
-
-    @property
-    def parameters(self) -> dict[str, Parameter]:
-        """Dotted path -> value, bounds, meaning and unit of every number this depends on."""
-        found: dict[str, Parameter] = {}
-        for name, field, value in self._free():
-            if isinstance(field, Param):
-                found[name] = Parameter(value, field.low, field.high, field.doc, field.unit)
-            elif isinstance(value, Parametrised):
-                found.update({f"{name}.{path}": p for path, p in value.parameters.items()})
-        return found
-
-    def replace(self, changes: dict[str, Any] | None = None, /, **kwargs: Any) -> Self:
-        """A copy with other values; keys are the paths of `parameters`, or names of options and parts.
-
-        `m.replace(alpha=0.3)`, `m.replace({"1.distribution.alpha_x": 0.3})`.
-        """
-        grouped: dict[str, Any] = {}
-        for path, value in {**(changes or {}), **kwargs}.items():
-            head, _, rest = path.partition(".")
-            if rest:
-                grouped.setdefault(head, {})[rest] = value
-            else:
-                grouped[head] = value
-        return self._replaced(grouped)
-
-    def _replaced(self, grouped: dict[str, Any]) -> Self:
-        kind = type(self).__name__
-        aliases = {f.alias: n for n, f in self.fields.items() if isinstance(f, Param) and f.alias}
-        values = {name: self.__dict__[name] for name, _, _ in self._free()}
-        values.update(self._tied)
-        for head, value in grouped.items():
-            name = aliases.get(head, head)
-            if head in aliases and name in grouped:
-                raise ParameterError(f"{kind}: {name} is given twice")
-            if name not in self.fields:
-                raise NotFoundError(_unknown(kind, head, list(self.parameters) or list(self.fields)))
-            child = self.__dict__[name]
-            if isinstance(value, dict) and isinstance(child, Parametrised):
-                value = child.replace(value)
-            elif isinstance(value, dict):
-                raise NotFoundError(_unknown(kind, f"{head}.{next(iter(value))}", list(self.parameters)))
-            values[name] = value
-            if head in aliases:
-                values.update({n: f.default for n, f in self.fields.items() if f.default == name})
-        new = object.__new__(type(self))
-        new.__dict__.update({k: v for k, v in self.__dict__.items() if k not in self.fields})
-        if any(isinstance(self.fields.get(name), Table) for name in grouped):
-            new.__dict__.pop("_tables", None)  # converted from the tables as they were
-        new._set(values)
-        new.validate()
-        return new
-
-    def with_values(self, values: dict[str, Any]) -> Self:
-        """A copy with other numbers, by path, unchecked: for libraries that pass their own kinds of value through."""
-        new = object.__new__(type(self))
-        new.__dict__.update(self.__dict__)
-        for name, field, child in self._free():
-            if isinstance(field, Param) and name in values:
-                new.__dict__[name] = values[name]
-            elif isinstance(child, Parametrised):
-                below = {p.partition(".")[2]: v for p, v in values.items() if p.partition(".")[0] == name}
-                new.__dict__[name] = child.with_values(below)
-        for name, source in self._tied.items():
-            new.__dict__[name] = new.__dict__[source]
-        return new
-
-    def bind(self, convert: Callable[[Any], Any], table: Callable[[str, np.ndarray, dict], Any]) -> Self:
-        """A copy for evaluation, unchecked: `convert` applied to every number, `table` to every lookup table."""
-        new = object.__new__(type(self))
-        data = new.__dict__
-        data.update(self.__dict__)
-        for name, field in self.fields.items():
-            value = data[name]
-            if isinstance(field, (Param, Channels)):
-                data[name] = data[self._tied[name]] if name in self._tied else convert(value)
-            elif isinstance(field, Table) and value is not None:
-                caches = self.__dict__.setdefault("_tables", {})
-                data[name] = table(name, value.reshape(-1), caches.setdefault(name, {}))
-            elif isinstance(value, Parametrised):
-                data[name] = value.bind(convert, table)
-        return new
-
-    def each(self, change: Callable[[Any], Any]) -> Self:
-        """A copy, unchecked, with `change` applied to the value of every parameter."""
-        new = object.__new__(type(self))
-        data = new.__dict__
-        data.update(self.__dict__)
-        for name, field in self.fields.items():
-            if isinstance(field, Param):
-                data[name] = change(data[name])
-            elif isinstance(data[name], Parametrised):
-                data[name] = data[name].each(change)
-        return new
-
-    def leaves(self) -> Iterator[Any]:
-        """Values of all numbers, for shapes and libraries."""
-        for _, field, value in self._free():
-            if isinstance(field, (Param, Channels)):
-                yield value
-            elif isinstance(value, Parametrised):
-                yield from value.leaves()
-
-    def _key(self) -> tuple:
-        return tuple((n, self.__dict__[n]) for n, _, _ in self._free())
-
-    def __eq__(self, other: object) -> bool:
-        if type(self) is not type(other):
-            return NotImplemented
-        mine, theirs = self._key(), other._key()  # type: ignore[attr-defined]
-        return len(mine) == len(theirs) and all(
-            a[0] == b[0] and _same(a[1], b[1]) for a, b in zip(mine, theirs, strict=True)
-        )
-
-    def __hash__(self) -> int:
-        return hash((type(self), *(v for _, v in self._key() if isinstance(v, (float, str, Parametrised)))))
-
-    def __getstate__(self) -> dict[str, Any]:
-        return {k: v for k, v in self.__dict__.items() if k != "_tables"}
-
-    def __setstate__(self, state: dict[str, Any]) -> None:
-        for value in state.values():
-            if isinstance(value, np.ndarray):
-                value.flags.writeable = False  # pickles and deep copies forget it
-        self.__dict__.update(state)
-
-    def __repr__(self) -> str:
-        shown = [
-            f"{n}={literal(v)}" for n, f, v in self._free() if not isinstance(f, (Table, Channels))
-        ]
-        return f"{type(self).__name__}({', '.join(shown)})"
-
-    def to_json(self) -> dict[str, Any]:
-        """This value as JSON data: its class by name, its fields as numbers, lists, words and further objects."""
-        return {
-            "type": type(self).__name__,
-            **{n: _json(v) for n, f, v in self._free() if not isinstance(f, (Table, Channels))},
-        }
-
-
-def from_json(data: Any) -> Any:
-    """The value that `to_json` described. Raises NotFoundError for an unknown type."""
-    if isinstance(data, dict):
-        rest = {k: from_json(v) for k, v in data.items() if k != "type"}
-        kind = CLASSES.get(data.get("type", ""))
-        if kind is None:
-            raise NotFoundError(_unknown("material file", str(data.get("type")), list(CLASSES), what="type"))
-        if "terms" in rest:
-            return kind(*rest["terms"])
-        return kind(**rest)
-    if isinstance(data, list) and any(isinstance(x, dict) for x in data):
-        return [from_json(x) for x in data]
-    return data
-
-
-def _same(a: Any, b: Any) -> bool:
-    if a is b:
-        return True
-    if ops.library_of_type(type(a)) is None or ops.library_of_type(type(b)) is None:
-        return type(a) is type(b) and bool(a == b)
-    return type(a) is type(b) and np.array_equal(ops.to_numpy(a), ops.to_numpy(b))
-
-
-def literal(value: Any) -> str:
-    """A value as it is written in a material expression."""
-    if isinstance(value, np.ndarray):
-        return repr(value.tolist()) if value.size <= 64 else f"array{value.shape}"
-    return repr(value)
-
-
-def _json(value: Any) -> Any:
-    if isinstance(value, Parametrised):
-        return value.to_json()
-    if isinstance(value, (list, tuple)):
-        return [_json(v) for v in value]
-    return value if ops.library_of_type(type(value)) is None else ops.to_numpy(value).tolist()
-
-
-def _unknown(owner: str, name: str, known: list[str], what: str = "parameter") -> str:
-    close = difflib.get_close_matches(name, known, n=1)
-    hint = f"; did you mean {close[0]!r}?" if close else "."
-    return f"{owner} has no {what} {name!r}{hint} Known: {', '.join(known)}"

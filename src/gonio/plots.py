@@ -65,7 +65,7 @@ def show(
             figure.savefig(temporary, dpi=120, format=path.suffix[1:].lower())
 
 
-_STYLE = {
+_STYLE: Any = {
     "font.size": 10,
     "axes.spines.top": False,
     "axes.spines.right": False,
@@ -161,10 +161,7 @@ def _albedo(axes: Any, m: Reflectance) -> None:
     rho = rho if rho.ndim == 2 else rho[:, None]
     names = m.channel_names
     if rho.shape[1] > 3:
-        if names is not None:
-            rho = rho @ to_rgb(names)
-        else:
-            rho = rho.mean(axis=1, keepdims=True)
+        rho = rho @ to_rgb(names) if names is not None else rho.mean(axis=1, keepdims=True)
     colours = _RGB if rho.shape[1] == 3 else ["#333333"]
     for c, colour in zip(range(rho.shape[1]), colours, strict=False):
         label = "RGB"[c] if rho.shape[1] == 3 else None

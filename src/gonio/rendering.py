@@ -94,7 +94,9 @@ def render(
     missing = sum(holes for _, _, holes in ordered)
     if missing:
         warnings.warn(
-            f"{missing} samples met directions without measured data, which count as black", MissingDataWarning, stacklevel=2
+            f"{missing} samples met directions without measured data, which count as black",
+            MissingDataWarning,
+            stacklevel=2,
         )
     if colour_after is not None:
         colour = colour @ colour_after
@@ -118,8 +120,8 @@ def _colour(m: Reflectance, lights: list[Light]) -> tuple[np.ndarray | None, np.
         lit = (light.arrival(up).irradiance if light.is_delta else light.incident(up)).shape[-1]
         if own != lit and 1 not in (own, lit):
             raise ParameterError(
-                f"{type(light).__name__} has {lit} channels and the material has {own}; expected as many, or a light of "
-                f"one channel such as ConstantLight(1.0)"
+                f"{type(light).__name__} has {lit} channels and the material has {own}; expected as many, or a light "
+                f"of one channel such as ConstantLight(1.0)"
             )
     return None, after
 

@@ -27,7 +27,9 @@ def colour_matching(wavelengths: Any) -> np.ndarray:
     x = np.asarray(wavelengths, dtype=float)
     return np.stack(
         [
-            1.056 * _lobe(x, 599.8, 37.9, 31.0) + 0.362 * _lobe(x, 442.0, 16.0, 26.7) - 0.065 * _lobe(x, 501.1, 20.4, 26.2),
+            1.056 * _lobe(x, 599.8, 37.9, 31.0)
+            + 0.362 * _lobe(x, 442.0, 16.0, 26.7)
+            - 0.065 * _lobe(x, 501.1, 20.4, 26.2),
             0.821 * _lobe(x, 568.8, 46.9, 40.5) + 0.286 * _lobe(x, 530.9, 16.3, 31.1),
             1.217 * _lobe(x, 437.0, 11.8, 36.0) + 0.681 * _lobe(x, 459.0, 26.0, 13.8),
         ],

@@ -9,7 +9,8 @@ from typing import Any
 
 import jax
 
-from ..param import CLASSES, Parametrised
+from ..param import CLASSES
+from ..parametrised import Parametrised
 
 
 def _flatten(m: Parametrised) -> tuple[list[Any], tuple]:

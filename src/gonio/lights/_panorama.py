@@ -220,8 +220,7 @@ class Panorama:
         # Uniform in cos theta between the edges of the row; from both poles, to keep its digits at either.
         t = ops.clip(t, 0.0, 1.0)
         down, up = (
-            (1.0 - t) * ops.take(table[edge], row) + t * ops.take(table[edge], row + 1)
-            for edge in ("down", "up")
+            (1.0 - t) * ops.take(table[edge], row) + t * ops.take(table[edge], row + 1) for edge in ("down", "up")
         )
         sin = ops.sqrt(down * up)
         phi = (lib.convert(column, u) + ops.clip(s, 0.0, 1.0)) * (2.0 * math.pi / width)

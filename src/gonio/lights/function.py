@@ -26,7 +26,7 @@ class FunctionLight(Light):
     Source   the general L_i of the reflection integral, Szeliski 2.83 (docs/equations.md).
     """
 
-    L = _Callable(None, "radiance of world directions")
+    L: Any = _Callable(None, "radiance of world directions")
 
     def incident(self, w: Any) -> Any:
         value = ops.library(w).convert(self.L(w), w)

@@ -59,8 +59,12 @@ def save(m: Reflectance, path: str | os.PathLike, format: str | None = None, **o
         if format not in writers:
             raise ParameterError(f"format={format!r}: expected one of {', '.join(map(repr, writers))}")
         return writers[format].write(m, path, **options)
-    named = [w for w in writers.values() if path.suffix.lower() in w.SUFFIXES and not getattr(w, "SHARED_SUFFIX", False)]
+    named = [
+        w for w in writers.values() if path.suffix.lower() in w.SUFFIXES and not getattr(w, "SHARED_SUFFIX", False)
+    ]
     if len(named) != 1:
         listed = ", ".join(f"{n!r} ({' '.join(w.SUFFIXES)})" for n, w in writers.items())
-        raise ParameterError(f"{path}: the suffix {path.suffix!r} does not say which format; give format=, one of {listed}")
+        raise ParameterError(
+            f"{path}: the suffix {path.suffix!r} does not say which format; give format=, one of {listed}"
+        )
     return named[0].write(m, path, **options)

@@ -52,9 +52,7 @@ def _weighted(table: Any, starts: Slices, index: Any) -> Any:
     return total
 
 
-def bilinear(
-    table: Any, at: Slices, shape: tuple[int, int], x: Any, y: Any, plane: Any = 0, planes: int = 1
-) -> Any:
+def bilinear(table: Any, at: Slices, shape: tuple[int, int], x: Any, y: Any, plane: Any = 0, planes: int = 1) -> Any:
     """Value at (x, y) in [0, 1]^2 of a table with entries from 0 to 1; x runs along a row.
 
     `shape`: (rows, columns). Each slice may hold several `planes`, of which `plane` is looked up.
@@ -114,9 +112,7 @@ class MarginalWarp(NamedTuple):
         first, edges = row * columns, ((0, 1.0 - v), (columns, v))
         starts_x = [(number * size + first + k, w * weight) for number, weight in at for k, w in edges]
         wanted = sx * _lerp(low, high, v)
-        column, column_start = _last(
-            columns - 1, lambda k: _weighted(self.conditional, starts_x, k) < wanted, wanted
-        )
+        column, column_start = _last(columns - 1, lambda k: _weighted(self.conditional, starts_x, k) < wanted, wanted)
         left, right = (_weighted(self.density, starts_x, column + k) for k in (0, 1))
         before = _weighted(self.conditional, starts_x, column)
         u = _invert_segment((wanted - before) * (columns - 1.0), left, right)
@@ -125,8 +121,7 @@ class MarginalWarp(NamedTuple):
     def _row_totals(self, at: Slices, row: Any) -> tuple[Any, Any]:
         rows, columns = self.shape
         low, high = (
-            gather(self.conditional, at, rows * columns, row * columns + k - 1)
-            for k in (columns, 2 * columns)
+            gather(self.conditional, at, rows * columns, row * columns + k - 1) for k in (columns, 2 * columns)
         )
         return low, high
 

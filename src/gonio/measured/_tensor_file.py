@@ -124,18 +124,14 @@ def expect(
     `where` names the file in the FormatError that is raised otherwise.
     """
     if name not in fields:
-        raise FormatError(
-            f"{where}: field {name!r} is missing; its fields: {', '.join(map(repr, fields)):.200}"
-        )
+        raise FormatError(f"{where}: field {name!r} is missing; its fields: {', '.join(map(repr, fields)):.200}")
     a = fields[name]
     fits = a.ndim == len(shape) and all(
         n == want or (want is None and n > 0) for n, want in zip(a.shape, shape, strict=True)
     )
     if not fits or a.dtype != dtype:
         wanted = ", ".join("n" if n is None else str(n) for n in shape)
-        raise FormatError(
-            f"{where}: {name} is {a.dtype} of shape {a.shape}, expected {dtype} of shape ({wanted})"
-        )
+        raise FormatError(f"{where}: {name} is {a.dtype} of shape {a.shape}, expected {dtype} of shape ({wanted})")
     return a
 
 
@@ -146,9 +142,7 @@ def serialise(fields: Mapping[str, np.ndarray]) -> bytes:
     for field, array in fields.items():
         little = np.asarray(array).dtype.newbyteorder("<")
         if little not in codes:
-            raise ParameterError(
-                f"field {field!r} is {little.name}, expected an integer or floating-point type"
-            )
+            raise ParameterError(f"field {field!r} is {little.name}, expected an integer or floating-point type")
         arrays.append(np.asarray(array, dtype=little))
     at = _START + sum(_SMALLEST_ENTRY + len(n) + 8 * a.ndim for n, a in zip(names, arrays, strict=True))
     header, body = [MAGIC, bytes(VERSION), struct.pack("<I", len(names))], []

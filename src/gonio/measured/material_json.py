@@ -7,7 +7,7 @@ from pathlib import Path
 
 from ..errors import Error, FormatError
 from ..files import replacing
-from ..param import from_json
+from ..parametrised import from_json
 from ..reflectance import Reflectance
 
 NAME = "gonio JSON"

@@ -352,14 +352,10 @@ def _tabulate(m: Reflectance, phi_cells: int) -> np.ndarray:
     if (N, N, phi_cells) not in SHAPES:
         raise ParameterError(f"phi_d={phi_cells}: expected 180 or 360 cells")
     if m.has_delta:
-        raise ParameterError(
-            f"{m!r:.80}: a table cannot hold a perfect mirror; write the material without it"
-        )
+        raise ParameterError(f"{m!r:.80}: a table cannot hold a perfect mirror; write the material without it")
     shape = m.f([0.0, 0.0, 1.0], [0.0, 0.0, 1.0]).shape
     if shape not in ((), (1,), (3,)):
-        raise ParameterError(
-            f"{m!r:.80}: values have shape {shape}, expected () or (1,) for gray or (3,) for RGB"
-        )
+        raise ParameterError(f"{m!r:.80}: values have shape {shape}, expected () or (1,) for gray or (3,) for RGB")
     if not m.is_isotropic():
         raise ParameterError(f"{m!r:.80}: is anisotropic, and MERL files hold isotropic materials only")
     raw = np.full((3, N, N, phi_cells), -1.0)

@@ -43,9 +43,7 @@ def read(path: Path) -> RGL:
 def write(m: RGL, path: Path) -> None:
     """Write a measurement with every field as it was read, bit by bit."""
     if not isinstance(m, RGL):
-        raise ParameterError(
-            f"{m!r:.80}: expected an RGL measurement; other materials cannot be written as RGL files"
-        )
+        raise ParameterError(f"{m!r:.80}: expected an RGL measurement; other materials cannot be written as RGL files")
     _tensor_file.write(path, m.stored)
 
 
@@ -77,9 +75,7 @@ class RGL(Measured):
     """
 
     format = NAME
-    quantity = (
-        "brdf * cos(theta_o) [1/sr], divided by the microfacet factors ndf / (4 sigma) if jacobian is 1"
-    )
+    quantity = "brdf * cos(theta_o) [1/sr], divided by the microfacet factors ndf / (4 sigma) if jacobian is 1"
     seam = COSINE_SHARE
     breaks: ClassVar[dict[str, str]] = {
         "positivity": "the file's values are kept as they are, with noise around 0",
@@ -256,8 +252,7 @@ def _check(fields: Mapping[str, np.ndarray], where: str) -> tuple[str, int]:
             raise FormatError(f"{where}: {name} is {_short(nodes)}, expected finite, increasing numbers")
         if nodes[0] < low - 0.01 or nodes[-1] > high + 0.01:
             raise FormatError(
-                f"{where}: {name} runs from {nodes[0]:g} to {nodes[-1]:g} rad, "
-                f"expected {low:g} to {high:g} at most"
+                f"{where}: {name} runs from {nodes[0]:g} to {nodes[-1]:g} rad, expected {low:g} to {high:g} at most"
             )
     reduction = 1
     if len(phi) > 2:
@@ -271,9 +266,7 @@ def _check(fields: Mapping[str, np.ndarray], where: str) -> tuple[str, int]:
     at = (len(phi), len(theta))
     main = "spectra" if "spectra" in fields else "rgb"
     if main not in fields:
-        raise FormatError(
-            f"{where}: holds neither spectra nor rgb; its fields: {', '.join(map(repr, fields)):.200}"
-        )
+        raise FormatError(f"{where}: holds neither spectra nor rgb; its fields: {', '.join(map(repr, fields)):.200}")
     n_channels = 3 if main == "rgb" else len(expect(fields, where, "wavelengths", (None,)))
     lum = expect(fields, where, "luminance", (*at, None, None))
     expect(fields, where, main, (*at, n_channels, *lum.shape[2:]))
@@ -284,15 +277,11 @@ def _check(fields: Mapping[str, np.ndarray], where: str) -> tuple[str, int]:
     expect(fields, where, "jacobian", (1,), "uint8")
     for name in ("ndf", "sigma", "vndf", "luminance"):
         if min(fields[name].shape[-2:]) < 2:
-            raise FormatError(
-                f"{where}: {name} has shape {fields[name].shape}, expected at least 2 rows and columns"
-            )
+            raise FormatError(f"{where}: {name} has shape {fields[name].shape}, expected at least 2 rows and columns")
     if main == "spectra":
         nm = fields["wavelengths"]
         if not (np.isfinite(nm).all() and (nm > 0.0).all() and (np.diff(nm) > 0.0).all()):
-            raise FormatError(
-                f"{where}: wavelengths is {_short(nm)}, expected positive, increasing numbers [nm]"
-            )
+            raise FormatError(f"{where}: wavelengths is {_short(nm)}, expected positive, increasing numbers [nm]")
     if not (np.isfinite(sigma).all() and (sigma > 0.0).all()):
         raise FormatError(f"{where}: sigma holds {np.min(sigma):g}, expected positive, finite areas")
     lit = np.isfinite(vndf).all() and (vndf >= 0.0).all()

@@ -54,7 +54,7 @@ class Phong(_MirrorLobe):
 
 
 class OriginalPhong(_MirrorLobe):
-    """Phong's lobe used for radiance without a cosine, as in 1975 and in eq. 4.7: f = rho_s max(s . wo, 0)^n / cos(theta_i).
+    """Phong's lobe used for radiance without a cosine, as in eq. 4.7: f = rho_s max(s . wo, 0)^n / cos(theta_i).
 
     Shapes   rho_s, n: numbers or (..., C).
     Units    f and rho_s: 1/sr; n: 1.

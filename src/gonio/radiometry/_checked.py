@@ -105,9 +105,7 @@ def _checked(function: _F) -> _F:
         for name, rule in rules.items():
             if call.arguments[name] is None:
                 continue
-            read[name] = (_in_range if isinstance(rule, _Range) else _points)(
-                name, call.arguments[name], rule
-            )
+            read[name] = (_in_range if isinstance(rule, _Range) else _points)(name, call.arguments[name], rule)
             shapes[name] = read[name].shape[: read[name].ndim - getattr(rule, "axes", 0)]
         call.arguments |= _one_dtype(read, call.arguments)
         try:

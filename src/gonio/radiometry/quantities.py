@@ -47,9 +47,7 @@ _ROWS = (
     Quantity("exitance", "M", "W m-2", "flux emitted per area, ∫ L_e cosθ_e dω_e", _ISO),
     Quantity("radiosity", "B", "W m-2", "flux leaving per area, for any reason, ∫ L_o cosθ_o dω_o", _GORAL),
     Quantity("radiant_exposure", "H", "J m-2", "energy arriving per area, ∫ E dt", _ISO),
-    Quantity(
-        "radiance", "L", "W m-2 sr-1", "flux per projected area and solid angle, d²Φ/(dA cosθ dω)", _ISO
-    ),
+    Quantity("radiance", "L", "W m-2 sr-1", "flux per projected area and solid angle, d²Φ/(dA cosθ dω)", _ISO),
     Quantity("basic_radiance", "L/n²", "W m-2 sr-1", "radiance over index², constant along a ray", _NBS),
     Quantity("spectral_radiance", "L_λ", "W m-2 sr-1 nm-1", "radiance per wavelength, dL/dλ", _ISO),
     Quantity("spectral_irradiance", "E_λ", "W m-2 nm-1", "irradiance per wavelength, dE/dλ", _ISO),

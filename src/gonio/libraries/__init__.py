@@ -1,0 +1,50 @@
+"""The array libraries that formulas run on: the only package (with `bridges`) that knows which exist.
+
+The table `LIBRARIES` says which library an array belongs to and what that library calls a function. Adding a library
+in the manner of NumPy is one entry there.
+"""
+
+from __future__ import annotations
+
+from ..errors import ArrayTypeError
+from .dr_jit import DrJit
+from .in_numpys_manner import Array, Jax, Library, NumPy, Torch
+
+LIBRARIES: dict[str, Library] = {
+    "numpy": NumPy("numpy", absolute="abs"),
+    "torch": Torch("torch", absolute="abs"),
+    "jax": Jax("jax.numpy", absolute="abs"),
+    "cupy": Library("cupy", absolute="abs"),
+    "drjit": DrJit("drjit", absolute="abs", arccos="acos", arctan2="atan2"),
+}
+"""Library name -> how to use it. A module name that is not a key belongs to the library named in `_ALIASES`."""
+
+_ALIASES = {"jaxlib": "jax", "mitsuba": "drjit"}
+_BY_TYPE: dict[type, Library | None] = {int: None, float: None, bool: None}
+
+
+def library_of_type(kind: type) -> Library | None:
+    """The library that arrays of this type belong to; None for numbers and for what is no array."""
+    if kind not in _BY_TYPE:
+        found = None
+        for base in kind.__mro__:
+            root = base.__module__.partition(".")[0]
+            found = found or LIBRARIES.get(_ALIASES.get(root, root))
+        _BY_TYPE[kind] = found
+    return _BY_TYPE[kind]
+
+
+def library(*arrays: Array) -> Library:
+    """The one library that `arrays` belong to; numbers belong to any. Raises ArrayTypeError if they are mixed."""
+    found: Library | None = None
+    for x in arrays:
+        own = library_of_type(type(x))
+        if own is None or own is found:
+            continue
+        if found is not None:
+            raise ArrayTypeError(
+                f"arrays of different libraries in one call: {found.name} and {own.name}; "
+                f"expected one library; convert one side first"
+            )
+        found = own
+    return found or LIBRARIES["numpy"]

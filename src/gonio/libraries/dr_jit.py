@@ -1,0 +1,170 @@
+"""Dr.Jit: arrays of components rather than of vectors, evaluated once per channel."""
+
+from __future__ import annotations
+
+import math
+import sys
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from .in_numpys_manner import Array, Library
+
+
+class DrJit(Library):
+    """Dr.Jit: `Array3f` and the like, whose components are `Float`, and `TensorXf` of shape (..., 3)."""
+
+    channel_loop = True
+
+    def _float(self, like: Array) -> Any:
+        """The type of one component of `like`."""
+        return self.module.array_t(like) if self.module.is_tensor_v(like) else self.module.value_t(like)
+
+    def dtype(self, x: Array) -> str:
+        return self.module.type_v(x).name.lower()
+
+    def shape(self, x: Array) -> tuple[int, ...]:
+        if self.module.is_tensor_v(x):
+            return tuple(x.shape)
+        if self.module.depth_v(x) == 1 and self.module.is_jit_v(x):
+            return ()  # a Float: one value per lane, no channels
+        width = self.module.width(x[0]) if self.module.depth_v(x) > 1 else 1
+        return (len(x),) if width == 1 else (width, len(x))
+
+    def _lanes(self, values: np.ndarray, like: Array) -> Array:
+        kind = self._float(like)
+        if kind is float or values.size == 1:
+            return kind(float(values.reshape(-1)[0]))
+        return kind(np.ascontiguousarray(values, dtype=self.dtype(like)).reshape(-1))
+
+    def convert(
+        self, value: Array, like: Array, channel: int | None = None, shape: tuple[int, ...] | None = None
+    ) -> Array:
+        if isinstance(value, (int, float)):
+            return self._float(like)(value)
+        if isinstance(value, np.ndarray):
+            if value.ndim:
+                value = value[..., min(channel or 0, value.shape[-1] - 1)]
+            if value.size > 1 and shape is not None:
+                value = np.broadcast_to(value, shape)
+            return self._lanes(value, like)
+        if self.module.is_tensor_v(value):
+            n = value.shape[-1]
+            count, spread = len(value.array) // n, self._spread(tuple(value.shape[:-1]), shape, like)
+            return self._component(value, n, min(channel or 0, n - 1), count, like, spread)
+        if self.module.depth_v(value) > 1 or not self.module.is_jit_v(value):
+            value = value[min(channel or 0, len(value) - 1)]
+        return self._float(like)(value)
+
+    def table(self, value: np.ndarray, like: Array, cache: dict) -> Array:
+        kind = self._float(like)
+        key = kind
+        if key not in cache:
+            flat = np.ascontiguousarray(value, dtype=self.dtype(like))
+            cache[key] = flat if kind is float else kind(flat)
+        return cache[key]
+
+    def mean_channels(self, value: Array) -> Array:
+        if isinstance(value, (int, float, np.ndarray)):
+            return super().mean_channels(value)
+        if self.shape(value) == ():
+            return value
+        n = self.shape(value)[-1]
+        total = self.convert(value, value, 0)
+        for c in range(1, n):
+            total = total + self.convert(value, value, c)
+        total = total / n
+        return type(value)(total, (*value.shape[:-1], 1)) if self.module.is_tensor_v(value) else total
+
+    def _component(self, w: Array, n: int, i: int, count: int, like: Array, spread: Array = None) -> Array:
+        kind = self._float(like)
+        if spread is None:
+            spread = self.module.arange(self.module.uint32_array_t(kind), count)
+        return kind(self.module.gather(self._float(w), w.array, spread * n + i))
+
+    def split(self, w: Array, shape: tuple[int, ...], channels: bool) -> tuple[Array, ...]:
+        if not self.module.is_tensor_v(w):
+            return tuple(w[i] for i in range(len(w)))
+        n = w.shape[-1]
+        count, spread = len(w.array) // n, self._spread(tuple(w.shape[:-1]), shape, w)
+        return tuple(self._component(w, n, i, count, w, spread) for i in range(n))
+
+    def _spread(self, batch: tuple[int, ...], shape: tuple[int, ...] | None, like: Array) -> Array:
+        """Which lane of a `batch` each lane of `shape` reads; None where they are the same, or only one."""
+        count = int(np.prod(batch, dtype=int))
+        if shape is None or batch == shape or count == 1:
+            return None
+        lanes = np.broadcast_to(np.arange(count, dtype=np.uint32).reshape(batch), shape)
+        return self.module.uint32_array_t(self._float(like))(np.ascontiguousarray(lanes).reshape(-1))
+
+    def assemble(
+        self, kinds: Sequence[str], runs: list, like: Array, shape: tuple[int, ...], channels: bool
+    ) -> list[Array]:
+        out = []
+        for i, kind in enumerate(kinds):
+            if kind == "value" and channels:
+                out.append(self._gathered([run[i] for run in runs], like, (*shape, len(runs))))
+            elif kind == "vector":
+                out.append(self._gathered(runs[0][i], like, (*shape, len(runs[0][i]))))
+            elif self.module.is_tensor_v(like):
+                out.append(self._gathered([runs[0][i]], like, shape))
+            else:
+                out.append(runs[0][i])
+        return out
+
+    def _gathered(self, components: Sequence[Array], like: Array, shape: tuple[int, ...]) -> Array:
+        """One array of the kind of `like` from its components."""
+        dr, n = self.module, len(components)
+        if dr.is_tensor_v(like):
+            masks = dr.is_mask_v(components[0])
+            tensor = dr.mask_t(like) if masks else type(like)
+            count = int(np.prod(shape, dtype=int)) // n
+            flat = dr.zeros(dr.array_t(tensor), count * n)
+            lanes = dr.arange(dr.uint32_array_t(self._float(like)), count)
+            for i, component in enumerate(components):
+                dr.scatter(flat, component, lanes * n + i)
+            return tensor(flat, shape)
+        if n == len(like):
+            return type(like)(*components)
+        name = "ArrayXf" if self.dtype(like) == "float32" else "ArrayXf64"
+        return getattr(sys.modules[type(like).__module__], name)(*components)
+
+    def empty(self, kind: str, like: Array, shape: tuple[int, ...], channels: int | None) -> Array:
+        """A result of `assemble` for a batch without elements: Dr.Jit cannot compute with those."""
+        width = {"value": (channels,) if channels else (), "scalar": (), "vector": (3,)}[kind]
+        if self.module.is_tensor_v(like):
+            return self.module.zeros(type(like), (*shape, *width))
+        return self.module.zeros(type(like) if width else self._float(like), 0)
+
+    def stack(self, components: Sequence[Array]) -> Array:
+        like = next(c for c in components if self.module.is_array_v(c))
+        if self.module.is_tensor_v(like):
+            parts = [c + self.module.zeros(type(like), 1) if not self.module.is_tensor_v(c) else c for c in components]
+            shape = tuple(np.broadcast_shapes(*(tuple(c.shape) for c in parts)))
+            flat = [(c + self.module.zeros(type(like), shape)).array for c in parts]
+            return self._gathered(flat, like, (*shape, len(flat)))
+        suffix = "f" if self.dtype(like) == "float32" else "f64"
+        return getattr(sys.modules[type(like).__module__], f"Array{len(components)}{suffix}")(*components)
+
+    def op_where(self, condition: Array, a: Array, b: Array) -> Array:
+        return self.module.select(condition, a, b)
+
+    def op_erfinv(self, x: Array) -> Array:
+        dr = self.module  # whose own is of single precision, which a Newton step amends, and NaN at -1 and 1
+        inside = dr.abs(x) < 1.0
+        y = dr.erfinv(dr.select(inside, x, 0.0))
+        y = y - (dr.erf(y) - x) * dr.exp(y * y) * (0.5 * math.sqrt(math.pi))
+        return dr.select(inside, y, x * float("inf"))
+
+    def op_take(self, table: Array, index: Array) -> Array:
+        if isinstance(table, np.ndarray):
+            return float(table[int(index)])
+        return self.module.gather(type(table), table, index)
+
+    def op_to_index(self, x: Array) -> Array:
+        x = self.module.select(self.module.isfinite(x), x, 0)
+        return self.module.uint32_array_t(type(x))(x)
+
+    def op_stop_gradient(self, x: Array) -> Array:
+        return self.module.detach(x)

@@ -1,0 +1,208 @@
+"""Array libraries in the manner of NumPy: NumPy itself, PyTorch, JAX, and (as they are) CuPy and the like."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Sequence
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+
+Array = Any  # an array of any library, or a number
+
+
+class Library:
+    """An array library in the manner of NumPy: what its functions are called, and how vectors become components."""
+
+    # Libraries whose arrays hold one component each (Dr.Jit) evaluate a formula once per channel instead of
+    # broadcasting over a channel axis.
+    channel_loop = False
+
+    def __init__(self, namespace: str, **names: str):
+        self.namespace = namespace
+        self._names = names
+        self._functions: dict[str, Callable] = {}
+
+    @property
+    def name(self) -> str:
+        return self.namespace.partition(".")[0]
+
+    @property
+    def module(self) -> ModuleType:
+        if self.namespace not in sys.modules:
+            __import__(self.namespace)
+        return sys.modules[self.namespace]
+
+    def function(self, name: str) -> Callable:
+        """What this library has for the ops function `name`."""
+        found = self._functions.get(name)
+        if found is None:
+            found = getattr(self, "op_" + name, None)
+            if found is None:
+                found = getattr(self.module, self._names.get(name, name))
+            self._functions[name] = found
+        return found
+
+    def dtype(self, x: Array) -> str:
+        return str(x.dtype).rpartition(".")[2]
+
+    def shape(self, x: Array) -> tuple[int, ...]:
+        """Shape with the vector (or channel) axis last."""
+        return tuple(x.shape)
+
+    def convert(
+        self, value: Array, like: Array, channel: int | None = None, shape: tuple[int, ...] | None = None
+    ) -> Array:
+        """A parameter with the dtype and device of `like`; where `channel_loop`, one channel of it over the batch."""
+        return self.module.asarray(value, dtype=like.dtype)
+
+    def to_numpy(self, x: Array) -> np.ndarray:
+        """The values of an array, without their derivatives."""
+        return np.asarray(x)
+
+    def table(self, value: np.ndarray, like: Array, cache: dict) -> Array:
+        """A lookup table, ready for `take`; `cache`, shared by all libraries, keeps what was converted."""
+        key = (self.name, like.dtype)
+        if key not in cache:
+            cache[key] = self.convert(value, like)
+        return cache[key]
+
+    def mean_channels(self, value: Array) -> Array:
+        """A parameter, as it was given, averaged over its channels: what sampling uses."""
+        return value.mean(-1, keepdims=True) if getattr(value, "ndim", 0) else value
+
+    def split(self, w: Array, shape: tuple[int, ...], channels: bool) -> tuple[Array, ...]:
+        """Components of `w`; with `channels` each keeps a last axis of length 1. `shape`: the whole batch's."""
+        if channels:
+            return tuple(w[..., i : i + 1] for i in range(w.shape[-1]))
+        return tuple(w[..., i] for i in range(w.shape[-1]))
+
+    def assemble(
+        self, kinds: Sequence[str], runs: list, like: Array, shape: tuple[int, ...], channels: bool
+    ) -> list[Array]:
+        """Undo `split` for what a kernel returned, once per run (a channel, where `channel_loop`).
+
+        A result is a "value" (has the channel axis), a "scalar" (has not) or a "vector" (three components).
+        """
+        out = []
+        for kind, result in zip(kinds, runs[0], strict=True):
+            if kind == "vector":
+                stacked = self.stack(result)
+                out.append(stacked[..., 0, :] if channels else stacked)
+            else:
+                out.append(result[..., 0] if channels and kind == "scalar" else result)
+        return out
+
+    def empty(self, kind: str, like: Array, shape: tuple[int, ...], channels: int | None) -> Array:
+        """A result of `assemble` for a batch without elements."""
+        width = {"value": (channels,) if channels else (), "scalar": (), "vector": (3,)}[kind]
+        return self.module.zeros((*shape, *width), dtype=like.dtype)
+
+    def broadcast(self, *arrays: Array) -> Sequence[Array]:
+        """The arrays, broadcast against each other."""
+        return self.module.broadcast_arrays(*arrays)
+
+    def stack(self, components: Sequence[Array]) -> Array:
+        """Components along a new last axis."""
+        return self.module.stack(self.broadcast(*components), -1)
+
+    def op_take(self, table: Array, index: Array) -> Array:
+        return table[index]
+
+    def op_stop_gradient(self, x: Array) -> Array:
+        return x
+
+
+class NumPy(Library):
+    def table(self, value: np.ndarray, like: Array, cache: dict) -> Array:
+        key = like.dtype
+        if key not in cache:
+            cache[key] = np.ascontiguousarray(value, dtype=like.dtype)
+        return cache[key]
+
+    def op_take(self, table: Array, index: Array) -> Array:
+        return np.take(table, index)
+
+    def op_erf(self, x: Array) -> Array:
+        from scipy.special import erf
+
+        return erf(x)
+
+    def op_erfinv(self, x: Array) -> Array:
+        from scipy.special import erfinv
+
+        return erfinv(x)
+
+    def op_to_index(self, x: Array) -> Array:
+        # NaN has no index: it looks up entry 0, and the NaN of the direction is restored by the caller.
+        return np.nan_to_num(x, nan=0.0, posinf=0.0, neginf=0.0).astype(np.intp)
+
+
+class Torch(Library):
+    def convert(
+        self, value: Array, like: Array, channel: int | None = None, shape: tuple[int, ...] | None = None
+    ) -> Array:
+        if isinstance(value, np.ndarray) and not value.flags.writeable:
+            value = value.copy()
+        return self.module.as_tensor(value, dtype=like.dtype, device=like.device)
+
+    def table(self, value: np.ndarray, like: Array, cache: dict) -> Array:
+        key = (like.dtype, like.device)
+        if key not in cache:
+            cache[key] = self.convert(value, like)
+        return cache[key]
+
+    def to_numpy(self, x: Array) -> np.ndarray:
+        return x.detach().cpu().numpy()
+
+    def broadcast(self, *arrays: Array) -> Sequence[Array]:
+        return self.module.broadcast_tensors(*arrays)
+
+    def _pair(self, a: Array, b: Array) -> tuple[Array, Array]:
+        like = a if isinstance(a, self.module.Tensor) else b
+        return self.convert(a, like), self.convert(b, like)
+
+    def op_maximum(self, a: Array, b: Array) -> Array:
+        return self.module.maximum(*self._pair(a, b))
+
+    def op_minimum(self, a: Array, b: Array) -> Array:
+        return self.module.minimum(*self._pair(a, b))
+
+    def op_arctan2(self, y: Array, x: Array) -> Array:
+        return self.module.arctan2(*self._pair(y, x))
+
+    def op_power(self, x: Array, y: Array) -> Array:
+        return self.module.pow(x, y)
+
+    def op_to_index(self, x: Array) -> Array:
+        return self.module.nan_to_num(x, 0.0, 0.0, 0.0).long()
+
+    def op_stop_gradient(self, x: Array) -> Array:
+        return x.detach()
+
+
+class Jax(Library):
+    def table(self, value: np.ndarray, like: Array, cache: dict) -> Array:
+        from jax import ensure_compile_time_eval
+
+        with ensure_compile_time_eval():  # inside jit or grad too what is kept is an array, not a tracer
+            return super().table(value, like, cache)
+
+    def op_erf(self, x: Array) -> Array:
+        from jax.scipy.special import erf
+
+        return erf(x)
+
+    def op_erfinv(self, x: Array) -> Array:
+        from jax.scipy.special import erfinv
+
+        return erfinv(x)
+
+    def op_to_index(self, x: Array) -> Array:
+        return self.module.nan_to_num(x, nan=0.0, posinf=0.0, neginf=0.0).astype("int32")
+
+    def op_stop_gradient(self, x: Array) -> Array:
+        from jax.lax import stop_gradient
+
+        return stop_gradient(x)
