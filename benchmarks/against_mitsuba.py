@@ -2,7 +2,8 @@
 
     python benchmarks/against_mitsuba.py [environment.exr] [material.bsdf ...]
 
-Needs `pip install mitsuba`. Without an environment the built-in studio is used.
+Needs `pip install mitsuba`. Without an environment the built-in studio is used. Mitsuba's `measured` plugin takes the
+camera's direction for the one the sample was lit from, so measured materials are swapped here before they are compared.
 """
 
 from __future__ import annotations
@@ -14,7 +15,24 @@ import numpy as np
 
 import gonio as gn
 from gonio.lights.environment import EnvironmentLight
+from gonio.param import part
+from gonio.reflectance import Reflectance
 from gonio.rendering import MARGIN
+
+
+class Swapped(Reflectance):
+    """f(wi, wo) of another reflectance with its directions exchanged."""
+
+    of = part(Reflectance, None, "what is swapped")
+
+    def formula(self, wi, wo):
+        return self.of.formula(wo, wi)
+
+    def warp(self, wo, u0, u1):
+        return self.of.warp(wo, u0, u1)
+
+    def density(self, wi, wo):
+        return self.of.density(wi, wo)
 
 
 def mitsuba_sphere(mi, bsdf: dict, light: EnvironmentLight, size: int, samples: int) -> np.ndarray:
@@ -79,15 +97,18 @@ def main() -> None:
             gn.Microfacet(gn.GGX(0.1, 0.4), 1.0, "separable"),
             {**conductor, "alpha_u": 0.1, "alpha_v": 0.4},
         ),
-        **{path: (gn.load(path), {"type": "measured", "filename": path}) for path in arguments},
+        **{path: (Swapped(gn.load(path)), {"type": "measured", "filename": path}) for path in arguments},
     }
-    size = 128
+    size, samples = 64, 8192
+    print(
+        f"{size} x {size} pixels; samples: gonio {gn.__version__} {samples}, Mitsuba {mi.__version__} {4 * samples}"
+    )
     print(f"{'material':<40} {'max':>8} {'median':>8} {'gonio s':>8} {'mitsuba s':>9}")
     for name, (m, bsdf) in cases.items():
         start = time.perf_counter()
-        ours = gn.render(m, environment, size=size, samples=1024)
+        ours = gn.render(m, environment, size=size, samples=samples)
         middle = time.perf_counter()
-        theirs = mitsuba_sphere(mi, bsdf, environment, size, 4096)
+        theirs = mitsuba_sphere(mi, bsdf, environment, size, 4 * samples)
         end = time.perf_counter()
         assert ours.alpha is not None
         worst, median = block_difference(ours.pixels, theirs, ours.alpha)

@@ -15,7 +15,7 @@ from click.testing import CliRunner
 import gonio as gn
 from gonio.cli import cli
 from gonio.errors import MissingDataWarning
-from gonio.image import read_image
+from gonio.image import Image, read_image
 
 SMALL = ["--size", "16", "--samples", "4"]
 
@@ -335,3 +335,18 @@ def _environment():
     """Where the package is found, from another folder."""
     found = str(Path(gn.__file__).parents[1])
     return os.environ | {"PYTHONPATH": os.pathsep.join([found, os.environ.get("PYTHONPATH", "")])}
+
+
+def test_a_photograph_with_values_below_zero_lights_with_a_warning(tmp_path):
+    pixels = np.full((8, 16, 3), 0.5, np.float32)
+    pixels[3, 4] = (-1e-6, 0.1, 0.1)
+    Image(pixels).save(tmp_path / "sky.exr")
+    out = tmp_path / "a.exr"
+    command = ["render", "gold", "--light", str(tmp_path / "sky.exr"), "--size", "8", "--samples", "1", "-o", str(out)]
+    result = CliRunner().invoke(cli, command)
+    assert result.exit_code == 0 and out.exists()
+    assert "1 of 128 pixels are negative (down to -1e-06) and count as 0" in result.stderr
+    pixels[3, 4] = np.nan
+    Image(pixels).save(tmp_path / "sky.exr")
+    result = CliRunner().invoke(cli, command)
+    assert result.exit_code == 2 and "NaN" in result.stderr

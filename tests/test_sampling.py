@@ -72,7 +72,7 @@ def test_pdf_is_the_jacobian(jax, kind):
         m = draw.material()
         values = {path: float(p.value) for path, p in own.material().parameters.items()}
         values.update({path: float(p.value) for path, p in m.parameters.items() if path in values})
-        wi, area, pdf = (np.asarray(x) for x in evaluate(values, wo, u))
+        area, pdf = (np.asarray(x) for x in evaluate(values, wo, u)[1:])
         up = pdf > 0.0
         used += up.sum()
         np.testing.assert_allclose(pdf[up] * area[up], 1.0, rtol=1e-6, err_msg=str(m))
@@ -255,12 +255,12 @@ def test_a_delta_lobe_alone():
 @pytest.mark.parametrize(
     "m",
     [
-        gn.Microfacet(gn.GGX([0.05, 0.2, 0.6])),
-        gn.Microfacet(gn.Beckmann([0.05, 0.2, 0.6])),
-        gn.TorranceSparrow([0.05, 0.2, 0.6]),
-        gn.ModifiedPhong(0.5, [500.0, 50.0, 5.0]),
-        gn.BlinnPhong(0.5, [500.0, 50.0, 5.0]),
-        gn.ABC(1.0, [1e4, 1e3, 1e2], [1.2, 1.0, 0.8]),
+        gn.Microfacet(gn.GGX([0.1, 0.2, 0.4])),
+        gn.Microfacet(gn.Beckmann([0.1, 0.2, 0.4])),
+        gn.TorranceSparrow([0.1, 0.2, 0.4]),
+        gn.ModifiedPhong(0.5, [100.0, 40.0, 5.0]),
+        gn.BlinnPhong(0.5, [100.0, 40.0, 5.0]),
+        gn.ABC(1.0, [1e3, 3e2, 1e2], [1.2, 1.0, 0.8]),
     ],
     ids=lambda m: type(getattr(m, "distribution", m)).__name__,
 )
@@ -272,4 +272,4 @@ def test_channels_of_different_width(m):
         reflected = hemisphere.integral(m.f(hemisphere.w, view) * hemisphere.w[..., 2:])
         np.testing.assert_allclose(gn.albedo(m, view), reflected, rtol=2e-3)
         np.testing.assert_allclose(s.weight.mean(axis=0), reflected, rtol=1e-2)
-        assert s.weight.max() < 300.0
+        assert s.weight.max() < 40.0

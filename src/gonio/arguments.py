@@ -5,13 +5,17 @@ from __future__ import annotations
 import difflib
 import math
 import os
+import warnings
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from . import catalogue
-from .errors import Error, ExpressionError, NotFoundError, ParameterError
+from .errors import Error, ExpressionError, MissingDataWarning, NotFoundError, ParameterError
 from .expressions import describe, expression, names, read
+from .image import read_image
 from .light import Light
 from .lights.constant import ConstantLight
 from .lights.distant import DistantLight
@@ -64,7 +68,7 @@ def resolve_light(text: str) -> Light:
     an expression                DistantLight([1, 0, 1], 3), EnvironmentLight("studio.exr", scale=2), ...
     """
     if os.path.isfile(text):
-        return EnvironmentLight(text)
+        return _photograph(text)
     kind, colon, rest = text.partition(":")
     kind = kind.strip().lower()
     if kind in _LIGHTS:
@@ -94,6 +98,22 @@ def _numbers(text: str, rest: str) -> list[float]:
 
 def _spectrum(numbers: list[float], default: float) -> Any:
     return default if not numbers else numbers[0] if len(numbers) == 1 else numbers
+
+
+def _photograph(path: str) -> Light:
+    """An environment map from a file. Resampled photographs often hold values a little below 0: these count as 0 and
+    are announced; NaN and infinity are errors."""
+    picture = read_image(path)
+    negative = (picture.pixels < 0.0).any(axis=-1)
+    if not (negative.any() and np.isfinite(picture.pixels).all()):
+        return EnvironmentLight(path)
+    warnings.warn(
+        f"{path}: {int(negative.sum())} of {negative.size} pixels are negative (down to {picture.pixels.min():.3g}) and "
+        f"count as 0",
+        MissingDataWarning,
+        stacklevel=2,
+    )
+    return EnvironmentLight(path, invalid="zero")
 
 
 def _studio(text: str, numbers: list[float]) -> Light:

@@ -57,8 +57,9 @@ def run(
             m = material.bind(partial(convert, channel=c), lambda _, v, cache: lib.table(v, like, cache))
             mean = m
             if channels:
-                mean = material.bind(
-                    lambda v: convert(lib.mean_channels(v), None), lambda _, v, cache: lib.table(v, like, cache)
+                mean = material.merged(lib.merge_channels).bind(
+                    lambda v: convert(lib.merge_channels(v, "mean"), None),
+                    lambda _, v, cache: lib.table(v, like, cache),
                 )
             parts = [lib.split(x, shape, channels is not None) for x in arrays]
             runs.append(kernel(m, mean, *parts))

@@ -45,9 +45,11 @@ class Field:
 class Param(Field):
     """A real number, or an array of them whose last axis is the channel axis."""
 
-    def __init__(self, default: Any, low: float, high: float, doc: str, unit: str, alias: str | None):
+    def __init__(
+        self, default: Any, low: float, high: float, doc: str, unit: str, alias: str | None, sampled: str
+    ):
         super().__init__(default, doc)
-        self.low, self.high, self.unit, self.alias = low, high, unit, alias
+        self.low, self.high, self.unit, self.alias, self.sampled = low, high, unit, alias, sampled
 
     def check(self, owner: str, value: Any) -> Any:
         where = f"{owner}({self.name}={value!r:.60})"
@@ -145,12 +147,22 @@ class Channels(Field):
         return np.arange(value, dtype=float) if isinstance(value, int) else value
 
 
-def param(default: Any, low: float, high: float, doc: str, unit: str = "1", alias: str | None = None) -> Any:
+def param(
+    default: Any,
+    low: float,
+    high: float,
+    doc: str,
+    unit: str = "1",
+    alias: str | None = None,
+    sampled: str = "mean",
+) -> Any:
     """A parameter with its bounds. A default that names another parameter ties this one to it until it is given.
 
     `alias`: a keyword that sets this parameter and everything tied to it (`GGX(alpha=0.3)`).
+    `sampled`: which of its channels' values sampling uses, which is one for all channels: the "mean", or for the
+    width of a lobe the "max" or "min", whichever is the widest, so that no channel's weights run away.
     """
-    return Param(default, low, high, doc, unit, alias)
+    return Param(default, low, high, doc, unit, alias, sampled)
 
 
 def option(default: str, *choices: str, doc: str) -> Any:

@@ -175,6 +175,21 @@ class Parametrised:
                 data[name] = data[name].each(change)
         return new
 
+    def merged(self, merge: Callable[[Any, str], Any]) -> Self:
+        """A copy, unchecked, with `merge` applied to every parameter and its way of merging channels for sampling."""
+        changes = {}
+        for name, field in self.fields.items():
+            value = self.__dict__[name]
+            if isinstance(field, Param):
+                changes[name] = merge(value, field.sampled)
+            elif isinstance(value, Parametrised):
+                changes[name] = value.merged(merge)
+        if all(value is self.__dict__[name] for name, value in changes.items()):
+            return self
+        new = object.__new__(type(self))
+        new.__dict__.update({**self.__dict__, **changes})
+        return new
+
     def leaves(self) -> Iterator[Any]:
         """Values of all numbers, for shapes and libraries."""
         for _, field, value in self._free():

@@ -65,16 +65,17 @@ class DrJit(Library):
             cache[key] = flat if kind is float else kind(flat)
         return cache[key]
 
-    def mean_channels(self, value: Array) -> Array:
+    def merge_channels(self, value: Array, how: str) -> Array:
         if isinstance(value, (int, float, np.ndarray)):
-            return super().mean_channels(value)
+            return super().merge_channels(value, how)
         if self.shape(value) == ():
             return value
         n = self.shape(value)[-1]
+        join = {"mean": lambda a, b: a + b, "max": self.module.maximum, "min": self.module.minimum}[how]
         total = self.convert(value, value, 0)
         for c in range(1, n):
-            total = total + self.convert(value, value, c)
-        total = total / n
+            total = join(total, self.convert(value, value, c))
+        total = total / n if how == "mean" else total
         return type(value)(total, (*value.shape[:-1], 1)) if self.module.is_tensor_v(value) else total
 
     def _component(self, w: Array, n: int, i: int, count: int, like: Array, spread: Array = None) -> Array:

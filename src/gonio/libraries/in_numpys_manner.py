@@ -68,9 +68,9 @@ class Library:
             cache[key] = self.convert(value, like)
         return cache[key]
 
-    def mean_channels(self, value: Array) -> Array:
-        """A parameter, as it was given, averaged over its channels: what sampling uses."""
-        return value.mean(-1, keepdims=True) if getattr(value, "ndim", 0) else value
+    def merge_channels(self, value: Array, how: str) -> Array:
+        """The "mean", "max" or "min" over the channels of a parameter, as it was given: what sampling uses."""
+        return getattr(value, how)(-1, keepdims=True) if getattr(value, "ndim", 0) else value
 
     def split(self, w: Array, shape: tuple[int, ...], channels: bool) -> tuple[Array, ...]:
         """Components of `w`; with `channels` each keeps a last axis of length 1. `shape`: the whole batch's."""
@@ -158,6 +158,11 @@ class Torch(Library):
 
     def broadcast(self, *arrays: Array) -> Sequence[Array]:
         return self.module.broadcast_tensors(*arrays)
+
+    def merge_channels(self, value: Array, how: str) -> Array:
+        if not isinstance(value, self.module.Tensor):
+            return super().merge_channels(value, how)
+        return getattr(value, {"mean": "mean"}.get(how, "a" + how))(-1, keepdim=True) if value.ndim else value
 
     def _pair(self, a: Array, b: Array) -> tuple[Array, Array]:
         like = a if isinstance(a, self.module.Tensor) else b

@@ -43,8 +43,8 @@ class ABC(Reflectance):
     """
 
     A = param(10.0, 0.0, 1e4, "height of the lobe, before Fresnel", unit="sr-1")
-    B = param(1e3, 1e-3, 1e8, "inverse squared width of the lobe's centre")
-    C = param(1.2, 1e-3, 4.0, "fall-off of the tails")
+    B = param(1e3, 1e-3, 1e8, "inverse squared width of the lobe's centre", sampled="min")
+    C = param(1.2, 1e-3, 4.0, "fall-off of the tails", sampled="min")
     eta = param(1.5, 1.0, 20.0, "refractive index behind the surface")
 
     breaks: ClassVar[dict[str, str]] = {

@@ -58,7 +58,7 @@ class TorranceSparrow(Reflectance):
     Source   Torrance & Sparrow 1967, J. Opt. Soc. Am. 57(9):1105; with N where the paper has a free constant.
     """
 
-    alpha = param(0.2, 1e-3, 1.0, "angular width of the facets (1/c)", unit="rad")
+    alpha = param(0.2, 1e-3, 1.0, "angular width of the facets (1/c)", unit="rad", sampled="max")
     fresnel = part(Fresnel, Constant(1.0), "reflectance of a facet", coerce=as_fresnel)
 
     @property

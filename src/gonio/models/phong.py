@@ -39,7 +39,7 @@ class Phong(_MirrorLobe):
     """
 
     rho_s = param(1.0, 0.0, 1.0, "height of the lobe", unit="sr-1")
-    n = param(4.0, 0.0, 1e4, "exponent: the larger, the narrower")
+    n = param(4.0, 0.0, 1e4, "exponent: the larger, the narrower", sampled="min")
 
     breaks: ClassVar[dict[str, str]] = {
         "energy": "nothing normalises rho_s (s.wo)^n: its albedo at normal incidence is 2 pi rho_s/(n + 2), "
@@ -63,7 +63,7 @@ class OriginalPhong(_MirrorLobe):
     """
 
     rho_s = param(1.0, 0.0, 1.0, "radiance of the lobe's centre under unit irradiance", unit="sr-1")
-    n = param(4.0, 0.0, 1e4, "exponent: the larger, the narrower")
+    n = param(4.0, 0.0, 1e4, "exponent: the larger, the narrower", sampled="min")
 
     breaks: ClassVar[dict[str, str]] = {
         "reciprocity": "the light's cosine is missing, which acts as a division by cos(theta_i) alone: exchanging "
@@ -89,7 +89,7 @@ class ModifiedPhong(_MirrorLobe):
     """
 
     rho_s = param(0.5, 0.0, 1.0, "albedo at normal incidence, the largest of any incidence")
-    n = param(20.0, 0.0, 1e4, "exponent: the larger, the narrower")
+    n = param(20.0, 0.0, 1e4, "exponent: the larger, the narrower", sampled="min")
 
     def formula(self, wi: Direction, wo: Direction) -> Any:
         lobe = power_positive(self.cos_to_mirror(wi, wo), self.n)
@@ -112,7 +112,7 @@ class BlinnPhong(Reflectance):
     """
 
     rho_s = param(0.5, 0.0, 1.0, "albedo at normal incidence")
-    n = param(40.0, 0.0, 1e4, "exponent: the larger, the narrower")
+    n = param(40.0, 0.0, 1e4, "exponent: the larger, the narrower", sampled="min")
 
     def formula(self, wi: Direction, wo: Direction) -> Any:
         norm = (self.n + 2.0) * (self.n + 4.0) / (8.0 * math.pi * (ops.exp(-0.5 * math.log(2.0) * self.n) + self.n))
