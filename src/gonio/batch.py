@@ -1,7 +1,7 @@
 """From arrays to formulas and back: a kernel written on components is run over any batch, channels and library.
 
 A kernel is a function `kernel(m, mean, *inputs)`: `m` is the material with parameters ready to compute with, `mean`
-the same with channels averaged (what sampling uses), each input a tuple of components. What it returns is declared as
+the same with channels merged (what sampling uses), each input a tuple of components. What it returns is declared as
 "value" (has the channel axis), "scalar" (has none) or "vector". Kernels see no axis, no channel and no library.
 
 NumPy batches are cut into blocks that stay in the processor's cache and are shared out to threads.

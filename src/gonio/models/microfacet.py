@@ -11,7 +11,36 @@ from ..param import option, param, part
 from ..reflectance import Reflectance
 
 
-class Microfacet(Reflectance):
+class _Facets(Reflectance):
+    """Reflection by mirror facets: D F G / (4 cos cos), sampled by drawing a facet's normal."""
+
+    fresnel: Any
+
+    @property
+    def facets(self) -> Distribution:
+        """The distribution of normals."""
+        raise NotImplementedError
+
+    def G(self, wi: Direction, wo: Direction, wm: Direction) -> Any:
+        """The fraction of facets wm that is both lit and seen."""
+        raise NotImplementedError
+
+    def formula(self, wi: Direction, wo: Direction) -> Any:
+        wm = half_vector(wi, wo)
+        return self.facets.D(wm) * self.fresnel.F(dot(wo, wm)) * self.G(wi, wo, wm) / (4.0 * wi.z * wo.z)
+
+    def warp(self, wo: Direction, u0: Any, u1: Any) -> Direction:
+        return reflect(wo, self.facets.warp_normal(wo, u0, u1))
+
+    def density(self, wi: Direction, wo: Direction) -> Any:
+        wm = half_vector(wi, wo)
+        return self.facets.normal_density(wo, wm) / (4.0 * dot(wo, wm))
+
+    def estimate(self, wo: Direction) -> Any:
+        return self.fresnel.F(wo.z)
+
+
+class Microfacet(_Facets):
     """Rough mirror: f = D(wm) F(wo . wm) G(wi, wo) / (4 cos(theta_i) cos(theta_o)), wm = (wi + wo)/|wi + wo|.
 
     Shapes   the parts' parameters: numbers or (..., C).
@@ -28,25 +57,15 @@ class Microfacet(Reflectance):
     def validate(self) -> None:
         check_masking(self.distribution, self.masking)
 
-    def formula(self, wi: Direction, wo: Direction) -> Any:
-        wm = half_vector(wi, wo)
-        D = self.distribution.D(wm)
-        F = self.fresnel.F(dot(wo, wm))
-        G = MASKINGS[self.masking](self.distribution, wi, wo, wm)
-        return D * F * G / (4.0 * wi.z * wo.z)
+    @property
+    def facets(self) -> Distribution:
+        return self.distribution
 
-    def warp(self, wo: Direction, u0: Any, u1: Any) -> Direction:
-        return reflect(wo, self.distribution.warp_normal(wo, u0, u1))
-
-    def density(self, wi: Direction, wo: Direction) -> Any:
-        wm = half_vector(wi, wo)
-        return self.distribution.normal_density(wo, wm) / (4.0 * dot(wo, wm))
-
-    def estimate(self, wo: Direction) -> Any:
-        return self.fresnel.F(wo.z)
+    def G(self, wi: Direction, wo: Direction, wm: Direction) -> Any:
+        return MASKINGS[self.masking](self.distribution, wi, wo, wm)
 
 
-class TorranceSparrow(Reflectance):
+class TorranceSparrow(_Facets):
     """Torrance and Sparrow's model of 1967: mirror facets with Gaussian angles, in long symmetric V-grooves.
 
     f = D(theta_m) F(wo . wm) G(wi, wo) / (4 cos(theta_i) cos(theta_o)),  D = exp(-(theta_m/alpha)^2)/N,
@@ -62,21 +81,8 @@ class TorranceSparrow(Reflectance):
     fresnel = part(Fresnel, Constant(1.0), "reflectance of a facet", coerce=as_fresnel)
 
     @property
-    def facets(self) -> GaussianFacets:
-        """The distribution of normals."""
+    def facets(self) -> Distribution:
         return GaussianFacets.unchecked(alpha=self.alpha)
 
-    def formula(self, wi: Direction, wo: Direction) -> Any:
-        wm = half_vector(wi, wo)
-        F = self.fresnel.F(dot(wo, wm))
-        return self.facets.D(wm) * F * v_groove(self.facets, wi, wo, wm) / (4.0 * wi.z * wo.z)
-
-    def warp(self, wo: Direction, u0: Any, u1: Any) -> Direction:
-        return reflect(wo, self.facets.warp_normal(wo, u0, u1))
-
-    def density(self, wi: Direction, wo: Direction) -> Any:
-        wm = half_vector(wi, wo)
-        return self.facets.normal_density(wo, wm) / (4.0 * dot(wo, wm))
-
-    def estimate(self, wo: Direction) -> Any:
-        return self.fresnel.F(wo.z)
+    def G(self, wi: Direction, wo: Direction, wm: Direction) -> Any:
+        return v_groove(self.facets, wi, wo, wm)
