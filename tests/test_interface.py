@@ -181,6 +181,22 @@ def test_lists_and_layouts():
         np.testing.assert_array_equal(x, y)
 
 
+def test_lists_join_the_other_arrays(library):
+    """Lists take the library and the dtype of the arrays beside them."""
+    wi, wo = grid(4), grid(4, seed=1)
+    for dtype in ("float32", "float64"):
+        own = library.array(wo, dtype)
+        expected = library.numpy(RGB.f(library.array(wi, dtype), own))
+        f = RGB.f(wi.tolist(), own)
+        assert library.dtype(f) == dtype
+        np.testing.assert_array_equal(library.numpy(f), expected)
+        np.testing.assert_allclose(library.numpy(RGB.f(own, wi.tolist())), expected, rtol=1e-5)
+        one = library.numpy(RGB.f(own, WI.tolist()))
+        np.testing.assert_allclose(one, RGB.f(wo, WI), rtol=1e-5)
+        u = [[0.3, 0.4]] * 4
+        np.testing.assert_allclose(library.numpy(RGB.sample(own, u).weight), RGB.sample(wo, u).weight, rtol=1e-4)
+
+
 def test_arrays_are_left_alone():
     wi, wo = grid(5), grid(5, seed=1)
     kept = wi.copy(), wo.copy()
@@ -279,7 +295,7 @@ def test_wrong_types(library):
     good = grid(4)
     own = library.array(good)
     if library.name != "numpy":
-        for call in (lambda: GREY.f(good, own), lambda: GREY.f(own, good), lambda: GREY.f(good.tolist(), own)):
+        for call in (lambda: GREY.f(good, own), lambda: GREY.f(own, good), lambda: GREY.sample(own, good[:, :2])):
             with pytest.raises(ArrayTypeError, match="different libraries"):
                 call()
         with pytest.raises(ArrayTypeError, match="parameter"):

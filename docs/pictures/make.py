@@ -10,7 +10,7 @@ from gonio.image import srgb_encode
 from gonio.plots import show
 
 HERE = Path(__file__).parent
-SIZE, SAMPLES, EXPOSURE = 300, 160, 0.4
+SIZE, SAMPLES, EXPOSURE = 300, 128, 0.4
 
 SPHERES = [
     gn.material("gold"),

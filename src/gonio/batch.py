@@ -68,9 +68,13 @@ def run(
     if lib.name != "numpy":
         if out is not None:
             raise ArrayTypeError(f"out= is for NumPy arrays; got {lib.name} directions")
+        whole = [_shape(kind, batch, channels) for kind in kinds]
         if lib.channel_loop and 0 in batch:
-            return [lib.empty(kind, inputs[0], batch, channels) for kind in kinds]
-        return evaluate(inputs, batch, None)
+            return [lib.empty(inputs[0], shape, len(shape) > len(batch)) for shape in whole]
+        results = evaluate(inputs, batch, None)
+        if lib.channel_loop:
+            return results
+        return [lib.module.broadcast_to(r, shape) for r, shape in zip(results, whole, strict=True)]
     with np.errstate(all="ignore"):
         results = _in_blocks(evaluate, kinds, inputs, batch, channels)
     if out is None:
@@ -132,9 +136,8 @@ def _in_blocks(
     block = max(BLOCK // (channels or 1), 1024)
     if size <= block:
         results = evaluate(inputs, batch, None)
-        return [_full(r, kind, batch, channels) for r, kind in zip(results, kinds, strict=True)]
+        return [_full(r, _shape(kind, batch, channels)) for r, kind in zip(results, kinds, strict=True)]
     dtype = inputs[0].dtype
-    widths = {"value": (channels,) if channels else (), "scalar": (), "vector": (3,)}
 
     def work(at: tuple[slice, ...]) -> list[np.ndarray]:
         shape = tuple(s.stop - s.start for s in at)
@@ -148,7 +151,7 @@ def _in_blocks(
     pieces = list(_pieces(batch, block))
     first = work(pieces[0])
     outs = [
-        np.empty(batch + widths[kind], part.dtype if kind == "scalar" else dtype)
+        np.empty(_shape(kind, batch, channels), part.dtype if kind == "scalar" else dtype)
         for part, kind in zip(first, kinds, strict=True)
     ]
     store(pieces[0], first)
@@ -187,7 +190,10 @@ def _cut(x: np.ndarray, batch: tuple[int, ...], at: tuple[slice, ...]) -> np.nda
     return x[tuple(index)] if own > 0 else x
 
 
-def _full(r: Any, kind: str, batch: tuple[int, ...], channels: int | None) -> np.ndarray:
-    shape = batch + ({"value": (channels,) if channels else (), "scalar": (), "vector": (3,)}[kind])
+def _shape(kind: str, batch: tuple[int, ...], channels: int | None) -> tuple[int, ...]:
+    return batch + {"value": (channels,) if channels else (), "scalar": (), "vector": (3,)}[kind]
+
+
+def _full(r: Any, shape: tuple[int, ...]) -> np.ndarray:
     r = np.asarray(r)
     return r[()] if r.shape == shape else np.broadcast_to(r, shape).copy()[()]

@@ -120,7 +120,7 @@ def _degrees(wi: Any = None, wo: Any = None) -> dict[str, float]:
 def _pairs() -> tuple[np.ndarray, np.ndarray]:
     """Pairs of directions: most spread evenly over both hemispheres, the rest close to mirror pairs and to grazing."""
     n = PAIRS
-    a, b = lattice(n), np.roll(lattice(n), n // 3, axis=0)[:, ::-1]
+    a, b = lattice(n, 4)[:, :2], lattice(n, 4)[:, 2:]
     theta_i, theta_o = np.arccos(1.0 - 0.9998 * a[:, 0]), np.arccos(1.0 - 0.9998 * b[:, 0])
     phi_i, phi_o = 2 * np.pi * a[:, 1], 2 * np.pi * b[:, 1]
     near = slice(0, n // 4)  # within a few degrees of the mirror pair, where glossy materials change fastest

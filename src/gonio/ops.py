@@ -64,7 +64,7 @@ def as_arrays(*arrays: Array, name: str = "directions") -> tuple[Library, list[A
     try:
         lists = [np.asarray(x, dtype=float) if isinstance(x, (list, tuple)) else None for x in arrays]
         own = library(like)
-        arrays = tuple(x if a is None else own.convert(a, like) for x, a in zip(arrays, lists, strict=True))
+        arrays = tuple(x if a is None else own.vectors(a, like) for x, a in zip(arrays, lists, strict=True))
     except (TypeError, ValueError):
         raise ArrayTypeError(f"{name}: got a list that is no array of numbers; expected rows of equal length") from None
     lib = library(*arrays)

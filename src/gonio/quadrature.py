@@ -26,13 +26,18 @@ def gauss_square(n: int, seam: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
 
 
 @cache
-def lattice(n: int) -> np.ndarray:
-    """n points (n, 2) of a rank-1 lattice with the generator of the plastic number, evenly spread at every n.
+def lattice(n: int, dimensions: int = 2) -> np.ndarray:
+    """n points (n, dimensions) of the unit cube, evenly spread in all its dimensions at every n.
 
-    Source: Roberts 2018, "The unreasonable effectiveness of quasirandom sequences" (R2 sequence).
+    Point k is the fractional part of 1/2 + k (1/g, 1/g^2, ...), g^(d + 1) = g + 1. Two such sequences side by side
+    differ by a constant, so they fill a surface only: what needs four numbers asks for four dimensions.
+
+    Source: Roberts 2018, "The unreasonable effectiveness of quasirandom sequences" (R_d sequence).
     """
-    g = 1.324717957244746
+    g = 2.0
+    for _ in range(64):
+        g = (1.0 + g) ** (1.0 / (dimensions + 1))
     k = np.arange(1, n + 1)[:, None]
-    points = (0.5 + k * np.array([1.0 / g, 1.0 / (g * g)])) % 1.0
+    points = (0.5 + k * g ** -np.arange(1.0, dimensions + 1)) % 1.0
     points.flags.writeable = False
     return points

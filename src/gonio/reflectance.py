@@ -112,7 +112,7 @@ class Reflectance(Parametrised):
 
         Tested at 512 pairs of directions, to 1e-6 relative (Szeliski 2.82).
         """
-        u, v = lattice(512), lattice(512)[::-1]
+        u, v = lattice(512, 4)[:, :2], lattice(512, 4)[:, 2:]
         theta_i, theta_o = np.arccos(1.0 - u[:, 0]), np.arccos(1.0 - v[:, 1])
         turned = [
             self.f_angles(theta_i, turn + 2.0 * np.pi * u[:, 1], theta_o, turn + 2.0 * np.pi * v[:, 0])

@@ -21,6 +21,7 @@ from .reflectance import Reflectance
 from .spectrum import to_rgb
 
 TILE = 1 << 14  # samples that are worked on at a time: few enough to stay in a processor's cache
+ORDERS = 16  # of a lattice's points, to choose from for each pixel of a tile
 MARGIN = 1.06  # half width of the picture in radii of the sphere
 
 Progress = Callable[[int, int], None]
@@ -141,10 +142,14 @@ def _tile(
     rng = np.random.default_rng([seed, start])
     count = stop - start
     points = lattice(samples).astype(np.float32)
-    # A lattice per pixel, shifted at random: evenly spread within the pixel, independent between pixels. The three
-    # uses take it in different orders.
+    # A lattice per pixel and use, shifted at random: evenly spread within the pixel, independent between pixels. The
+    # uses take its points in unrelated orders, for in one order they would fill a plane of the six dimensions only.
     shift = rng.random((3, count, 1, 2), dtype=np.float32)
-    at, u, v = ((np.roll(points, 7 * k * samples // 23, axis=0)[None] + shift[k]) % 1.0 for k in range(3))
+    orders = rng.permuted(np.tile(np.arange(samples), (2 * ORDERS, 1)), axis=1)
+    pick = rng.integers(ORDERS, size=(2, count))
+    at = (points + shift[0]) % 1.0
+    u = (points[orders[pick[0]]] + shift[1]) % 1.0
+    v = (points[orders[ORDERS + pick[1]]] + shift[2]) % 1.0
     index = np.arange(start, stop)
     x = ((index % size)[:, None] + at[..., 0]) * (2.0 * MARGIN / size) - MARGIN
     y = MARGIN - ((index // size)[:, None] + at[..., 1]) * (2.0 * MARGIN / size)

@@ -57,6 +57,12 @@ class DrJit(Library):
             value = value[min(channel or 0, len(value) - 1)]
         return self._float(like)(value)
 
+    def vectors(self, values: np.ndarray, like: Array) -> Array:
+        values = np.ascontiguousarray(values, dtype=self.dtype(like))
+        if self.module.is_tensor_v(like):
+            return type(like)(values)
+        return self.stack([self._lanes(x, like) for x in np.moveaxis(values, -1, 0)])
+
     def table(self, value: np.ndarray, like: Array, cache: dict) -> Array:
         kind = self._float(like)
         key = kind
@@ -131,12 +137,11 @@ class DrJit(Library):
         name = "ArrayXf" if self.dtype(like) == "float32" else "ArrayXf64"
         return getattr(sys.modules[type(like).__module__], name)(*components)
 
-    def empty(self, kind: str, like: Array, shape: tuple[int, ...], channels: int | None) -> Array:
-        """A result of `assemble` for a batch without elements: Dr.Jit cannot compute with those."""
-        width = {"value": (channels,) if channels else (), "scalar": (), "vector": (3,)}[kind]
+    def empty(self, like: Array, shape: tuple[int, ...], vectors: bool) -> Array:
+        # Dr.Jit cannot compute with batches without elements.
         if self.module.is_tensor_v(like):
-            return self.module.zeros(type(like), (*shape, *width))
-        return self.module.zeros(type(like) if width else self._float(like), 0)
+            return self.module.zeros(type(like), shape)
+        return self.module.zeros(type(like) if vectors else self._float(like), 0)
 
     def stack(self, components: Sequence[Array]) -> Array:
         like = next(c for c in components if self.module.is_array_v(c))
@@ -145,8 +150,8 @@ class DrJit(Library):
             shape = tuple(np.broadcast_shapes(*(tuple(c.shape) for c in parts)))
             flat = [(c + self.module.zeros(type(like), shape)).array for c in parts]
             return self._gathered(flat, like, (*shape, len(flat)))
-        suffix = "f" if self.dtype(like) == "float32" else "f64"
-        return getattr(sys.modules[type(like).__module__], f"Array{len(components)}{suffix}")(*components)
+        kind = f"Array{len(components)}f" + ("64" if self.dtype(like) == "float64" else "")
+        return getattr(sys.modules[type(like).__module__], kind)(*components)
 
     def op_where(self, condition: Array, a: Array, b: Array) -> Array:
         return self.module.select(condition, a, b)

@@ -57,6 +57,10 @@ class Library:
         """A parameter with the dtype and device of `like`; where `channel_loop`, one channel of it over the batch."""
         return self.module.asarray(value, dtype=like.dtype)
 
+    def vectors(self, values: np.ndarray, like: Array) -> Array:
+        """Vectors (..., n) as an array of this library with the dtype and device of `like`."""
+        return self.convert(values, like)
+
     def to_numpy(self, x: Array) -> np.ndarray:
         """The values of an array, without their derivatives."""
         return np.asarray(x)
@@ -94,10 +98,9 @@ class Library:
                 out.append(result[..., 0] if channels and kind == "scalar" else result)
         return out
 
-    def empty(self, kind: str, like: Array, shape: tuple[int, ...], channels: int | None) -> Array:
-        """A result of `assemble` for a batch without elements."""
-        width = {"value": (channels,) if channels else (), "scalar": (), "vector": (3,)}[kind]
-        return self.module.zeros((*shape, *width), dtype=like.dtype)
+    def empty(self, like: Array, shape: tuple[int, ...], vectors: bool) -> Array:
+        """A result for a batch without elements, `vectors` if it has a last axis of components or channels."""
+        return self.module.zeros(shape, dtype=like.dtype)
 
     def broadcast(self, *arrays: Array) -> Sequence[Array]:
         """The arrays, broadcast against each other."""
