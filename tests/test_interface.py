@@ -406,7 +406,7 @@ def test_round_trips(m):
     for other in again:
         assert type(other) is type(m)
         assert other == m
-        assert not other != m
+        assert (other != m) is False
         assert hash(other) == hash(m)
         assert repr(other) == repr(m)
         assert list(other.parameters) == list(m.parameters)

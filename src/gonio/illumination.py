@@ -80,7 +80,7 @@ def reflected_radiance(
     for part in parts[1:]:
         total = total + part
     has_channels = any(getattr(v, "ndim", 0) for x in (m, *lights) for v in x.leaves())
-    return total if has_channels or total.shape[-1] > 1 else total[..., 0]
+    return total if has_channels or total.shape[-1] > 1 else total[..., 0][()]
 
 
 def as_lights(lights: Any) -> list[Light]:

@@ -75,7 +75,7 @@ def integrate(
             MissingDataWarning,
             stacklevel=3,
         )
-    return total if channels else total[..., 0]
+    return total if channels else total[..., 0][()]
 
 
 def _channels(

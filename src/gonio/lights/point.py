@@ -29,4 +29,5 @@ class PointLight(Light):
         lib = ops.library(position)
         to = lib.convert(np.array(self.position), position) - position
         r2 = (to * to).sum(-1)[..., None]
-        return Arrival(to / ops.sqrt(r2), channel_vector(self.intensity, position) / r2)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return Arrival(to / ops.sqrt(r2), channel_vector(self.intensity, position) / r2)
