@@ -64,7 +64,6 @@ class DrJitTensor(Library):
         drjit = import_module("drjit")
         if not drjit.has_backend(drjit.JitBackend.LLVM):
             pytest.skip("drjit: no LLVM back end here (install libLLVM, or set DRJIT_LIBLLVM_PATH)")
-        drjit.set_thread_count(0)
         self.module = import_module("drjit.llvm.ad")
 
     def array(self, x: Any, dtype: str = "float64") -> Any:

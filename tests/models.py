@@ -84,7 +84,7 @@ class Reference(NamedTuple):
 
 REFERENCE = [
     Reference(gn.Lambertian(0.5), at(30, 0, 50, 90), 0.15915494309189535, "0.5/pi (lecture 4, eq. 4.2)"),
-    Reference(gn.IdealSpecular(gn.Dielectric(1.5)), mirrored(0), 0.04, "((n - 1)/(n + 1))^2"),
+    Reference(gn.IdealSpecular(gn.Dielectric(1.5)), mirrored(45), 0.0502399110122359, "Fresnel, as below"),
     Reference(gn.Phong(0.7, 10.0), albedo(0), 0.36651914291880916, "2 pi rho_s/(n + 2)", 1e-6),
     Reference(gn.OriginalPhong(1.0, 4.0), at(60, 0, 30, 180), 1.125, "cos(30)^4/cos(60), lecture 4, eq. 4.7"),
     Reference(gn.ModifiedPhong(1.0, 20.0), albedo(30), 0.86602541, "by integration, two sources", 1e-6),
