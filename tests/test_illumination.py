@@ -9,7 +9,9 @@ import pytest
 from models import MODELS, breaks, draws, on_sphere
 
 import gonio as gn
+from gonio import ops
 from gonio.errors import ArrayTypeError, ParameterError, ShapeError
+from gonio.illumination import surface_frame
 
 PI = math.pi
 UP = np.array([0.0, 0.0, 1.0])
@@ -96,6 +98,14 @@ def test_white_furnace(model):
         wo = on_sphere([0.0, 0.9, 1.45], [0.0, 1.0, -2.0])
         radiance = gn.reflected_radiance(m, gn.ConstantLight(1.0), wo)
         np.testing.assert_allclose(radiance, gn.albedo(m, wo), rtol=1e-9)
+
+
+def test_which_side_is_integrated():
+    """Albedo integrates over viewers, radiance over light: a model that is not reciprocal tells them apart."""
+    m = gn.OriginalPhong(0.1, 4.0)  # f = rho_s (s.wo)^n / cos(theta_i)
+    assert gn.albedo(m, UP, tolerance=1e-6) == pytest.approx(2.0 * PI * 0.1 / 6.0, rel=1e-5)
+    seen = gn.reflected_radiance(m, gn.ConstantLight(1.0), UP, tolerance=1e-6)
+    assert seen == pytest.approx(2.0 * PI * 0.1 / 5.0, rel=1e-5)
 
 
 def test_lambertian_under_a_sky():
@@ -207,6 +217,22 @@ def test_normals_of_any_length_and_side():
         radiance = gn.reflected_radiance(gn.Lambertian(1.0), light, n, normal=normal)
         # Integral of (2 + w.x) cos(theta)/pi about n: 2 + 2/3 n.x
         assert radiance == pytest.approx(2.0 + 2.0 / 3.0 * n[0], rel=1e-5)
+
+
+def test_frames_are_right_handed():
+    """d_x, d_y, normal, with and without a tangent; no symmetric material would show a mirrored frame."""
+    rng = np.random.default_rng(6)
+    normal, tangent = rng.normal(size=(2, 50, 3))
+    normal[:4] = [[0, 0, 1], [0, 0, -1], [1, 0, 0], [1e-9, 0, -2]]
+    for given in (None, tangent):
+        t, b, n = (np.stack(axis, -1) for axis in surface_frame(ops.library(normal), normal, given))
+        np.testing.assert_allclose(
+            np.stack([t, b, n], -2) @ np.stack([t, b, n], -1), np.broadcast_to(np.eye(3), (50, 3, 3)), atol=1e-12
+        )
+        np.testing.assert_allclose(np.cross(t, b), n, atol=1e-12)
+        np.testing.assert_allclose(n * np.linalg.norm(normal, axis=-1, keepdims=True), normal, atol=1e-12)
+        if given is not None:
+            assert ((t * given).sum(-1) > 0.0).all()
 
 
 # Shapes, libraries, gradients.

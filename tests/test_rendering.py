@@ -105,7 +105,7 @@ def test_spectra_become_colours():
     assert r > g > b
 
 
-class Holed(gn.Reflectance):
+class _Holed(gn.Reflectance):
     """NaN for half of the light, as a measurement with a hole has it."""
 
     def formula(self, wi, wo):
@@ -114,7 +114,7 @@ class Holed(gn.Reflectance):
 
 def test_directions_without_data_are_black_and_are_counted():
     with pytest.warns(MissingDataWarning, match=r"[0-9]+ samples met directions without measured data"):
-        picture = gn.render(Holed(), gn.ConstantLight(1.0), size=16, samples=64)
+        picture = gn.render(_Holed(), gn.ConstantLight(1.0), size=16, samples=64)
     np.testing.assert_allclose(centre(picture), 0.5, atol=0.05)
 
 
