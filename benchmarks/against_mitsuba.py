@@ -100,9 +100,7 @@ def main() -> None:
         **{path: (Swapped(gn.load(path)), {"type": "measured", "filename": path}) for path in arguments},
     }
     size, samples = 64, 8192
-    print(
-        f"{size} x {size} pixels; samples: gonio {gn.__version__} {samples}, Mitsuba {mi.__version__} {4 * samples}"
-    )
+    print(f"{size} x {size} pixels; samples: gonio {gn.__version__} {samples}, Mitsuba {mi.__version__} {4 * samples}")
     print(f"{'material':<40} {'max':>8} {'median':>8} {'gonio s':>8} {'mitsuba s':>9}")
     for name, (m, bsdf) in cases.items():
         start = time.perf_counter()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import cmath
 import math
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -27,7 +28,7 @@ def gauss(low: float, high: float, n: int) -> tuple[np.ndarray, np.ndarray]:
 def graded(high: float, panels: int = 60, smallest: float = 1e-5) -> tuple[np.ndarray, np.ndarray]:
     """Nodes and weights on [0, high], dense towards 0."""
     edges = np.concatenate([[0.0], np.geomspace(smallest, high, panels)])
-    nodes, weights = zip(*(gauss(a, b, 8) for a, b in zip(edges[:-1], edges[1:], strict=True)), strict=True)
+    nodes, weights = zip(*(gauss(a, b, 8) for a, b in pairwise(edges)), strict=True)
     return np.concatenate(nodes), np.concatenate(weights)
 
 

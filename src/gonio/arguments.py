@@ -108,8 +108,8 @@ def _photograph(path: str) -> Light:
     if not (negative.any() and np.isfinite(picture.pixels).all()):
         return EnvironmentLight(path)
     warnings.warn(
-        f"{path}: {int(negative.sum())} of {negative.size} pixels are negative (down to {picture.pixels.min():.3g}) and "
-        f"count as 0",
+        f"{path}: {int(negative.sum())} of {negative.size} pixels are negative (down to {picture.pixels.min():.3g}) "
+        f"and count as 0",
         MissingDataWarning,
         stacklevel=2,
     )

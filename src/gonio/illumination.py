@@ -48,8 +48,8 @@ def reflected_radiance(
     Units    W m-2 sr-1; position: m.
     Error    Delta lights and delta lobes: rounding. Lights that cannot be sampled (constant, functions): `tolerance`
              times the light's scale, see `albedo`. Environment maps: multiple importance sampling with `samples`
-             points per lobe and for the light: up to 6e-3 relative at 4096, 1e-3 at 16384. A delta light in a delta lobe
-             contributes 0, by definition.
+             points per lobe and for the light: up to 6e-3 relative at 4096, 1e-3 at 16384. A delta light in a
+             delta lobe contributes 0, by definition.
     Source   Szeliski 2.83 to 2.85; lecture 4, eq. 4.10 and 4.11 (docs/equations.md). Balance heuristic: Veach &
              Guibas 1995.
     """

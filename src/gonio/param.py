@@ -45,9 +45,7 @@ class Field:
 class Param(Field):
     """A real number, or an array of them whose last axis is the channel axis."""
 
-    def __init__(
-        self, default: Any, low: float, high: float, doc: str, unit: str, alias: str | None, sampled: str
-    ):
+    def __init__(self, default: Any, low: float, high: float, doc: str, unit: str, alias: str | None, sampled: str):
         super().__init__(default, doc)
         self.low, self.high, self.unit, self.alias, self.sampled = low, high, unit, alias, sampled
 
