@@ -19,7 +19,6 @@ from numpy.typing import NDArray
 from .. import ops
 from ..errors import ArrayTypeError, ParameterError, ShapeError
 from ..geometry import Direction, polar_angle
-from ..image import Image, read_image
 
 
 def pixel_directions(height: int, width: int, rows: slice = slice(None)) -> NDArray[np.float64]:
@@ -52,6 +51,8 @@ class Panorama:
         """A panorama from an array (H, W, C) or (H, W), an Image, or the path of a picture."""
         if isinstance(value, Panorama):
             return value
+        from ..image import Image, read_image  # not at the top: `import gonio` need not read pictures
+
         path = None
         if isinstance(value, (str, os.PathLike)):
             path, value = os.fspath(value), read_image(value)

@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
-from typing import Any, ClassVar, Self
+from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .. import ops
 from ..errors import ParameterError, ShapeError
-from ..image import Image
 from ..light import Light
 from ..param import Field, option, param
 from ._layouts import MITSUBA_TO_WORLD, from_mitsuba, from_pbrt, to_mitsuba, to_pbrt
 from ._panorama import Panorama, pixel_count
 from ._studio import studio_pixels
+
+if TYPE_CHECKING:
+    from ..image import Image
 
 
 class _Picture(Field):
@@ -130,4 +132,6 @@ class EnvironmentLight(Light):
         return self._picture(to_pbrt(self.image, size))
 
     def _picture(self, pixels: NDArray[Any]) -> Image:
+        from ..image import Image
+
         return Image((pixels * np.asarray(self.scale)).astype(np.float32))
