@@ -596,8 +596,12 @@ def test_the_table_of_quantities():
 FUNCTIONS = {
     name: f
     for name, f in vars(rad).items()
-    if inspect.isfunction(f) and f.__module__ == rad.__name__ and not name.startswith("_")
+    if inspect.isfunction(f) and f.__module__.startswith(rad.__name__) and not name.startswith("_")
 }
+
+
+def test_every_function_is_found():
+    assert set(FUNCTIONS) == {name for name in rad.__all__ if name.islower()}
 
 
 @pytest.mark.parametrize("name", FUNCTIONS)
