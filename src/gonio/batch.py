@@ -2,25 +2,26 @@
 
 A kernel is a function `kernel(m, mean, *inputs)`: `m` is the material with parameters ready to compute with, `mean`
 the same with channels merged (what sampling uses), each input a tuple of components. What it returns is declared as
-"value" (has the channel axis), "scalar" (has none) or "vector". Kernels see no axis, no channel and no library.
+"value" (has the channel axis), "scalar" (has none), "vector", or "total": a value, summed over the last axis of the
+batch. Kernels see no axis, no channel and no library.
 
-NumPy batches are cut into blocks that stay in the processor's cache and are shared out to threads.
+For NumPy arrays kernels are compiled (`engine.py`). Where that cannot be, or a formula cannot be traced, batches are
+cut into blocks that stay in the processor's cache and are shared out to threads.
 """
 
 from __future__ import annotations
 
-import os
-from collections.abc import Callable, Iterator, Sequence
-from functools import cache, partial
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from functools import partial
 from typing import Any
 
 import numpy as np
 
-from . import ops
-from .errors import ArrayTypeError, ShapeError
+from . import engine, ops
+from .blocks import cut, in_blocks, result_shape
+from .errors import ArrayTypeError, ShapeError, TraceError
 from .parametrised import Parametrised
-
-BLOCK = 1 << 16  # directions per block: large enough for the cost of Python to vanish, small enough for the cache
 
 Kernel = Callable[..., tuple]
 
@@ -34,21 +35,17 @@ def run(
     out: np.ndarray | None = None,
 ) -> list[Any]:
     """Results of `kernel` over the broadcast batch of `inputs`, whose last axes have lengths `widths`."""
-    lib, inputs = ops.as_arrays(*inputs)
-    shapes = [lib.shape(x) for x in inputs]
-    for shape, width in zip(shapes, widths, strict=True):
-        if not shape or shape[-1] != width:
-            what = "directions" if width == 3 else "random numbers"
-            raise ShapeError(f"{what}: got shape {shape}, expected (..., {width})")
-    channels, parameter_shapes = _parameter_shapes(material, lib, inputs[0])
-    batch = ops.broadcast_shape([s[:-1] for s in shapes] + parameter_shapes, "directions and parameters")
+    plan = engine.known(kernel, kinds, material, inputs)
+    if plan is not None and out is None:
+        return engine.call(plan, inputs, None)
+    lib, inputs, channels, batch = _checked(material, inputs, widths)
 
     def evaluate(arrays: Sequence[Any], shape: tuple[int, ...], at: tuple[slice, ...] | None) -> list[Any]:
         like = arrays[0]
 
         def convert(value: Any, channel: int | None) -> Any:
             if at is not None and isinstance(value, np.ndarray):
-                value = _cut(value, batch, at)
+                value = cut(value, batch, at)
             return lib.convert(value, like, channel, shape)
 
         runs = []
@@ -67,23 +64,83 @@ def run(
     if lib.name != "numpy":
         if out is not None:
             raise ArrayTypeError(f"out= is for NumPy arrays; got {lib.name} directions")
-        whole = [_shape(kind, batch, channels) for kind in kinds]
+        whole = [result_shape(kind, batch, channels) for kind in kinds]
         if lib.channel_loop and 0 in batch:
             return [lib.empty(inputs[0], shape, len(shape) > len(batch)) for shape in whole]
         results = evaluate(inputs, batch, None)
         if lib.channel_loop:
             return results
         return [lib.module.broadcast_to(r, shape) for r, shape in zip(results, whole, strict=True)]
-    with np.errstate(all="ignore"):
-        results = _in_blocks(evaluate, kinds, inputs, batch, channels)
+    if out is not None:
+        _check_out(out, result_shape(kinds[0], batch, channels), inputs[0].dtype)
+    if engine.available() and 0 not in batch:
+        with suppress(TraceError):
+            plan = engine.plan(kernel, tuple(kinds), material, inputs, tuple(widths), batch, channels)
+            return engine.call(plan, inputs, out)
+    results = in_blocks(evaluate, kinds, inputs, batch, channels)
     if out is None:
         return results
-    if not isinstance(out, np.ndarray):
-        raise ArrayTypeError(f"out: got {type(out).__name__}, expected a NumPy array")
-    if out.shape != results[0].shape or out.dtype != results[0].dtype:
-        raise ShapeError(f"out: got {out.dtype} {out.shape}, expected {results[0].dtype} {results[0].shape}")
     out[...] = results[0]
     return [out]
+
+
+def jacobian(
+    kernel: Kernel,
+    material: Parametrised,
+    inputs: Sequence[Any],
+    widths: Sequence[int],
+    leaves: tuple[int, ...],
+    by_inputs: tuple[int, ...],
+) -> list[Any]:
+    """The value of a kernel and its derivatives by the numbers of a material, and by inputs; see `engine.jacobian`.
+
+    Raises TraceError where the formula cannot be traced.
+    """
+    lib, inputs, channels, batch = _checked(material, inputs, widths)
+    if lib.name != "numpy":
+        raise ArrayTypeError(f"jacobian takes NumPy directions; got {lib.name}, which differentiates m.f by itself")
+    if engine.available() and 0 not in batch:
+        plan = engine.jacobian_plan(kernel, material, inputs, widths, batch, channels, leaves, by_inputs)
+        return engine.call(plan, inputs, None)
+    trace = engine.jacobian(kernel, material, widths, channels, leaves, by_inputs)
+    parts = in_blocks(
+        lambda _, __, at: engine.interpreted(trace, material, inputs, batch, at),
+        ["scalar"] * sum(map(len, trace.results)),
+        inputs,
+        batch,
+        None,
+    )
+    results, start = [], 0
+    for nodes in trace.results:
+        stacked = np.stack(parts[start : start + len(nodes)], -1)
+        start += len(nodes)
+        results.append(stacked)
+    own = (channels,) if channels else ()
+    ends = [own] * (1 + len(leaves)) + [(*own, widths[k]) for k in by_inputs]
+    return [r.reshape(*batch, *end)[()] for r, end in zip(results, ends, strict=True)]
+
+
+def _checked(
+    material: Parametrised, inputs: Sequence[Any], widths: Sequence[int]
+) -> tuple[ops.Library, list[Any], int | None, tuple[int, ...]]:
+    """The inputs of a call as arrays of one library, the number of channels, and the shape of the batch."""
+    lib, arrays = ops.as_arrays(*inputs)
+    shapes = [lib.shape(x) for x in arrays]
+    for shape, width in zip(shapes, widths, strict=True):
+        if not shape or shape[-1] != width:
+            what = {3: "directions", 2: "random numbers"}.get(width, "weights")
+            raise ShapeError(f"{what}: got shape {shape}, expected (..., {width})")
+    channels, parameter_shapes = _parameter_shapes(material, lib, arrays[0])
+    return lib, arrays, channels, ops.broadcast_shape([s[:-1] for s in shapes] + parameter_shapes, "directions and parameters")
+
+
+def _check_out(out: Any, shape: tuple[int, ...], dtype: np.dtype) -> None:
+    if not isinstance(out, np.ndarray):
+        raise ArrayTypeError(f"out: got {type(out).__name__}, expected a NumPy array")
+    if out.shape != shape or out.dtype != dtype:
+        raise ShapeError(f"out: got {out.dtype} {out.shape}, expected {dtype} {shape}")
+    if not out.flags.writeable:
+        raise ArrayTypeError("out: the array is read-only; expected one that may be written to")
 
 
 def full_shape(material: Parametrised, shape: tuple[int, ...]) -> tuple[int, ...]:
@@ -126,75 +183,3 @@ def _parameter_shapes(material: Parametrised, lib: ops.Library, like: Any) -> tu
                 f"parameters have {sorted(widths)} channels (lengths of their last axes); expected 1 or one number"
             )
     return channels, batches
-
-
-def _in_blocks(
-    evaluate: Callable, kinds: Sequence[str], inputs: Sequence[np.ndarray], batch: tuple[int, ...], channels: int | None
-) -> list[np.ndarray]:
-    size = int(np.prod(batch, dtype=int))
-    block = max(BLOCK // (channels or 1), 1024)
-    if size <= block:
-        results = evaluate(inputs, batch, None)
-        return [_full(r, _shape(kind, batch, channels)) for r, kind in zip(results, kinds, strict=True)]
-    dtype = inputs[0].dtype
-
-    def work(at: tuple[slice, ...]) -> list[np.ndarray]:
-        shape = tuple(s.stop - s.start for s in at)
-        with np.errstate(all="ignore"):
-            return evaluate([_cut(x, batch, at) for x in inputs], shape, at)
-
-    def store(at: tuple[slice, ...], results: list[np.ndarray]) -> None:
-        for whole, part in zip(outs, results, strict=True):
-            whole[at] = part
-
-    pieces = list(_pieces(batch, block))
-    first = work(pieces[0])
-    outs = [
-        np.empty(_shape(kind, batch, channels), part.dtype if kind == "scalar" else dtype)
-        for part, kind in zip(first, kinds, strict=True)
-    ]
-    store(pieces[0], first)
-    list(_pool().map(lambda at: store(at, work(at)), pieces[1:]))
-    return outs
-
-
-@cache
-def _pool() -> Any:
-    from concurrent.futures import ThreadPoolExecutor
-
-    return ThreadPoolExecutor(os.cpu_count(), thread_name_prefix="gonio")
-
-
-def _pieces(shape: tuple[int, ...], size: int) -> Iterator[tuple[slice, ...]]:
-    """Boxes of at most `size` elements that tile `shape`, longest runs along the last axes."""
-
-    def cut(box: tuple[slice, ...]) -> Iterator[tuple[slice, ...]]:
-        lengths = [s.stop - s.start for s in box]
-        if np.prod(lengths, dtype=int) <= size:
-            yield box
-            return
-        axis = next(i for i, n in enumerate(lengths) if n > 1)
-        inner = int(np.prod(lengths[axis + 1 :], dtype=int))
-        step = max(size // inner, 1) if inner < size else 1
-        for start in range(box[axis].start, box[axis].stop, step):
-            stop = min(start + step, box[axis].stop)
-            yield from cut((*box[:axis], slice(start, stop), *box[axis + 1 :]))
-
-    if 0 not in shape:
-        yield from cut(tuple(slice(0, n) for n in shape))
-
-
-def _cut(x: np.ndarray, batch: tuple[int, ...], at: tuple[slice, ...]) -> np.ndarray:
-    """The part of `x` (batch axes broadcastable to `batch`, then one more) that belongs to the box `at`."""
-    own = x.ndim - 1
-    index = [slice(None) if x.shape[i] == 1 else at[len(batch) - own + i] for i in range(own)]
-    return x[tuple(index)] if own > 0 else x
-
-
-def _shape(kind: str, batch: tuple[int, ...], channels: int | None) -> tuple[int, ...]:
-    return batch + {"value": (channels,) if channels else (), "scalar": (), "vector": (3,)}[kind]
-
-
-def _full(r: Any, shape: tuple[int, ...]) -> np.ndarray:
-    r = np.asarray(r)
-    return r[()] if r.shape == shape else np.broadcast_to(r, shape).copy()[()]

@@ -33,5 +33,13 @@ class DependencyError(Error, ImportError):
     """An optional library is needed for this and is not installed."""
 
 
+class TraceError(Error, TypeError):
+    """A formula does what cannot be traced, and so not be compiled; it still runs on arrays."""
+
+
+class TooLargeError(Error, MemoryError):
+    """A result would not fit into this machine's memory."""
+
+
 class MissingDataWarning(UserWarning):
     """Part of an integral or a picture needed directions that a measurement does not hold."""

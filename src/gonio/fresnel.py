@@ -55,10 +55,11 @@ def fresnel_conductor(cos_theta: Any, eta: Any, k: Any) -> Any:
     smaller = eta * k / larger
     a, b = ops.where(real >= 0.0, larger, smaller), ops.where(real >= 0.0, smaller, larger)
     b2 = b * b
-    rs = (ops.square(a - cos_theta) + b2) / (ops.square(a + cos_theta) + b2)
-    # R_p/R_s, multiplied through by cos^2 so that grazing stays finite.
+    s, s_all = ops.square(a - cos_theta) + b2, ops.square(a + cos_theta) + b2  # R_s = s / s_all
+    # R_p/R_s = p / p_all, multiplied through by cos^2 so that grazing stays finite.
     ac, b2 = a * cos_theta, b2 * c2
-    return 0.5 * rs * (1.0 + (ops.square(ac - s2) + b2) / (ops.square(ac + s2) + b2))
+    p, p_all = ops.square(ac - s2) + b2, ops.square(ac + s2) + b2
+    return 0.5 * s * (p_all + p) / (s_all * p_all)
 
 
 class Fresnel(Parametrised):

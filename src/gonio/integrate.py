@@ -109,27 +109,13 @@ def _lobe(
     lost = 0.0
     for n in ORDERS:
         nodes, weights = gauss_square(n, lobe.seam)
-        step = max(1, (1 << 21) // len(nodes))
-        pieces = []
-        for start in range(0, len(todo), step):
-            index = todo[start : start + step]
-            known = flat[index, None, :]
-            there, values = batch.run(
-                _integrand_incident if incident else _integrand_outgoing,
-                ("vector", "value"),
-                batch.texels(lobe, w.shape[:-1], index),
-                (known, nodes.astype(w.dtype)),
-                (3, 2),
-            )
-            if values.ndim == 2:
-                values = values[..., None]
-            if radiance is not None:
-                values = values * radiance(there, index)
-            absent = np.isnan(values) & ~np.isnan(known[..., :1])
-            lost = max(lost, float(absent.mean())) if absent.any() else lost
-            values = np.where(absent, 0.0, values)
-            pieces.append(np.einsum("q,nqc->nc", weights.astype(values.dtype), values))
-        new = np.concatenate(pieces) if pieces else np.zeros((0, 1), w.dtype)
+        nodes, weights = nodes.astype(w.dtype), weights.astype(w.dtype)[:, None]
+        if radiance is None:
+            m = batch.texels(lobe, w.shape[:-1], todo)
+            new, absent = _total(m, flat[todo], nodes, weights, incident)
+        else:
+            new, absent = _lit_total(lobe, w, todo, nodes, weights, incident, radiance)
+        lost = max(lost, absent)
         if result is None:
             result = new
             continue
@@ -139,18 +125,70 @@ def _lobe(
         if len(todo) == 0:
             break
     assert result is not None
-    return result.reshape(*w.shape[:-1], result.shape[-1]), lost
+    return result.reshape(*w.shape[:-1], result.shape[-1]).astype(w.dtype), lost
+
+
+def _total(
+    m: Reflectance, known: np.ndarray, nodes: np.ndarray, weights: np.ndarray, incident: bool
+) -> tuple[np.ndarray, float]:
+    """Integrals (n, C) for known directions (n, 3), and which share of the directions holds no data."""
+    kernel = _total_incident if incident else _total_outgoing
+    inputs = (known[:, None, :], nodes, weights)
+    total, absent = batch.run(kernel, ("total", "total"), m, inputs, (3, 2, 1))
+    absent = absent.max(initial=0.0) / len(nodes)
+    return (total if total.ndim == 2 else total[:, None]), float(absent)
+
+
+def _lit_total(
+    lobe: Reflectance,
+    w: np.ndarray,
+    todo: np.ndarray,
+    nodes: np.ndarray,
+    weights: np.ndarray,
+    incident: bool,
+    radiance: Callable,
+) -> tuple[np.ndarray, float]:
+    """`_total` under a radiance that is asked for the directions where light comes from."""
+    kernel = _integrand_incident if incident else _integrand_outgoing
+    flat = w.reshape(-1, 3)
+    step = max(1, (1 << 21) // len(nodes))
+    pieces, lost = [np.zeros((0, 1))], 0.0
+    for start in range(0, len(todo), step):
+        index = todo[start : start + step]
+        known = flat[index, None, :]
+        m = batch.texels(lobe, w.shape[:-1], index)
+        there, values = batch.run(kernel, ("vector", "value"), m, (known, nodes), (3, 2))
+        values = (values if values.ndim == 3 else values[..., None]) * radiance(there, index)
+        absent = np.isnan(values) & ~np.isnan(known[..., :1])
+        lost = max(lost, float(absent.mean())) if absent.any() else lost
+        pieces.append(np.einsum("q,nqc->nc", weights[:, 0], np.where(absent, 0.0, values)))
+    return np.concatenate(pieces[1:] or pieces), lost
 
 
 def _integrand_incident(m: Reflectance, mean: Reflectance, w: Any, u: Any) -> tuple:
-    return _integrand(m, mean, w, u, lambda m, known, there: m.formula(known, there))
+    return _integrand(mean, w, u, m.formula)
 
 
 def _integrand_outgoing(m: Reflectance, mean: Reflectance, w: Any, u: Any) -> tuple:
-    return _integrand(m, mean, w, u, lambda m, known, there: m.formula(there, known))
+    return _integrand(mean, w, u, lambda known, there: m.formula(there, known))
 
 
-def _integrand(m: Reflectance, mean: Reflectance, w: Any, u: Any, value: Callable) -> tuple:
+def _total_incident(m: Reflectance, mean: Reflectance, w: Any, u: Any, weight: Any) -> tuple:
+    return _weighted(w, weight, *_integrand_incident(m, mean, w, u))
+
+
+def _total_outgoing(m: Reflectance, mean: Reflectance, w: Any, u: Any, weight: Any) -> tuple:
+    return _weighted(w, weight, *_integrand_outgoing(m, mean, w, u))
+
+
+def _weighted(w: Any, weight: Any, there: Direction, value: Any) -> tuple:
+    """A term of an integral, 0 where a measurement holds no data, and whether it is such a one."""
+    known = w[0] + w[1] + w[2]
+    absent = (value != value) & (known == known)
+    return weight[0] * ops.where(absent, 0.0, value), ops.where(absent, 1.0, 0.0)
+
+
+def _integrand(mean: Reflectance, w: Any, u: Any, value: Callable) -> tuple:
     """Kernel: the direction drawn for u, and f cos/pdf there."""
     w, (u0, u1) = Direction(*w), u
     hidden = w.z <= HORIZON
@@ -160,6 +198,6 @@ def _integrand(m: Reflectance, mean: Reflectance, w: Any, u: Any, value: Callabl
     safe = geometry.where(lost, NORMAL, there)
     pdf = mean.density(safe, known)
     usable = pdf > 0.0
-    result = value(m, known, safe) * safe.z / ops.where(usable, pdf, 1.0)
+    result = value(known, safe) * safe.z / ops.where(usable, pdf, 1.0)
     nan = 0.0 * (w.x + w.y + w.z)
     return there, ops.where(lost | ~usable, 0.0, result) + nan

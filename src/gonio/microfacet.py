@@ -68,8 +68,8 @@ class GGX(Distribution):
 
     def Lambda(self, w: Direction) -> Any:
         sx, sy = self.alpha_x * w.x, self.alpha_y * w.y
-        t = (sx * sx + sy * sy) / (w.z * w.z)
-        return 0.5 * t / (ops.sqrt(1.0 + t) + 1.0)  # (sqrt(1 + t) - 1)/2 without cancellation
+        s2 = sx * sx + sy * sy
+        return 0.5 * s2 / (w.z * (ops.sqrt(w.z * w.z + s2) + w.z))  # (sqrt(1 + s2/z^2) - 1)/2 without cancellation
 
     def warp_normal(self, wo: Direction, u0: Any, u1: Any) -> Direction:
         s = normalize(_stretched(wo, self.alpha_x, self.alpha_y))

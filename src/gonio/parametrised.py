@@ -13,6 +13,11 @@ from .errors import NotFoundError, ParameterError
 from .param import CLASSES, Channels, Field, Param, Parameter, Table
 
 
+_MADE = {"_tables", "_plans", "_identity"}
+"""What an instance keeps for later that follows from the rest."""
+_BESIDE_FIELDS = {"fields", "_tied", *_MADE}
+
+
 class Parametrised:
     """An immutable value made of declared fields: equality, repr, replace, paths and JSON come from the fields."""
 
@@ -126,17 +131,29 @@ class Parametrised:
             if head in aliases:
                 values.update({n: f.default for n, f in self.fields.items() if f.default == name})
         new = object.__new__(type(self))
-        new.__dict__.update({k: v for k, v in self.__dict__.items() if k not in self.fields})
+        new.__dict__.update({k: v for k, v in self.__dict__.items() if k not in self.fields and k != "_plans"})
         if any(isinstance(self.fields.get(name), Table) for name in grouped):
-            new.__dict__.pop("_tables", None)  # converted from the tables as they were
+            for made in ("_tables", "_identity"):  # from the tables as they were
+                new.__dict__.pop(made, None)
         new._set(values)
         new.validate()
         return new
 
-    def with_values(self, values: dict[str, Any]) -> Self:
-        """A copy with other numbers, by path, unchecked: for libraries that pass their own kinds of value through."""
+    def _copied(self) -> Self:
         new = object.__new__(type(self))
         new.__dict__.update(self.__dict__)
+        new.__dict__.pop("_plans", None)  # hold the numbers as they were
+        return new
+
+    def identity(self) -> object | None:
+        """Something that this shares with its copies alone, if formulas may depend on more than declared fields."""
+        if self.__dict__.keys() <= self.fields.keys() | _BESIDE_FIELDS:
+            return None
+        return self.__dict__.setdefault("_identity", object())
+
+    def with_values(self, values: dict[str, Any]) -> Self:
+        """A copy with other numbers, by path, unchecked: for libraries that pass their own kinds of value through."""
+        new = self._copied()
         for name, field, child in self._free():
             if isinstance(field, Param) and name in values:
                 new.__dict__[name] = values[name]
@@ -149,9 +166,8 @@ class Parametrised:
 
     def bind(self, convert: Callable[[Any], Any], table: Callable[[str, np.ndarray, dict], Any]) -> Self:
         """A copy for evaluation, unchecked: `convert` applied to every number, `table` to every lookup table."""
-        new = object.__new__(type(self))
+        new = self._copied()
         data = new.__dict__
-        data.update(self.__dict__)
         for name, field in self.fields.items():
             value = data[name]
             if isinstance(field, (Param, Channels)):
@@ -165,9 +181,8 @@ class Parametrised:
 
     def each(self, change: Callable[[Any], Any]) -> Self:
         """A copy, unchecked, with `change` applied to the value of every parameter."""
-        new = object.__new__(type(self))
+        new = self._copied()
         data = new.__dict__
-        data.update(self.__dict__)
         for name, field in self.fields.items():
             if isinstance(field, Param):
                 data[name] = change(data[name])
@@ -186,8 +201,8 @@ class Parametrised:
                 changes[name] = value.merged(merge)
         if all(value is self.__dict__[name] for name, value in changes.items()):
             return self
-        new = object.__new__(type(self))
-        new.__dict__.update({**self.__dict__, **changes})
+        new = self._copied()
+        new.__dict__.update(changes)
         return new
 
     def leaves(self) -> Iterator[Any]:
@@ -197,6 +212,14 @@ class Parametrised:
                 yield value
             elif isinstance(value, Parametrised):
                 yield from value.leaves()
+
+    def leaf_paths(self) -> Iterator[str]:
+        """The dotted path of each of `leaves`; "" for one that is no parameter."""
+        for name, field, value in self._free():
+            if isinstance(field, (Param, Channels)):
+                yield name if isinstance(field, Param) else ""
+            elif isinstance(value, Parametrised):
+                yield from (path and f"{name}.{path}" for path in value.leaf_paths())
 
     def _key(self) -> tuple:
         return tuple((n, self.__dict__[n]) for n, _, _ in self._free())
@@ -213,7 +236,7 @@ class Parametrised:
         return hash((type(self), *(v for _, v in self._key() if isinstance(v, (float, str, Parametrised)))))
 
     def __getstate__(self) -> dict[str, Any]:
-        return {k: v for k, v in self.__dict__.items() if k != "_tables"}
+        return {k: v for k, v in self.__dict__.items() if k not in _MADE}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         for value in state.values():

@@ -12,7 +12,7 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 
 from . import batch, geometry, ops, warp
-from .errors import ArrayTypeError, ParameterError
+from .errors import ArrayTypeError, NotFoundError, ParameterError
 from .geometry import HORIZON, NORMAL, Direction
 from .param import Field, param, part
 from .parametrised import Parametrised, literal
@@ -33,6 +33,16 @@ class Sample(NamedTuple):
     weight: Any
     pdf: Any
     delta: Any
+
+
+class Jacobian(NamedTuple):
+    """What `jacobian` returns: the value f [1/sr], and its derivative by each parameter or direction asked for."""
+
+    f: Any
+    by: dict[str, Any]
+
+
+_DIRECTIONS = {"wi": 0, "wo": 1}
 
 
 class Reflectance(Parametrised):
@@ -93,6 +103,29 @@ class Reflectance(Parametrised):
     def sample(self, wo: Any, u: Any) -> Sample:
         """Incident directions for given wo (..., 3) and uniform numbers u (..., 2) in [0, 1)."""
         return Sample(*batch.run(_sample, ("vector", "value", "scalar", "scalar"), self, (wo, u), (3, 2)))
+
+    def jacobian(self, wi: Any, wo: Any, by: Iterable[str] | None = None) -> Jacobian:
+        """f(wi, wo) and its exact derivatives, at the cost of a few evaluations.
+
+        `by`: paths of `parameters`, and "wi" or "wo" for the components of a direction; all parameters if not given.
+        The derivative by a parameter is that of each value by the number that it depends on: of channel c by the
+        parameter's entry c, of a place on a map by the parameter there. Derivatives by a direction are those of the
+        formula by x, y and z as three free numbers; for what happens along the sphere take the tangential part.
+
+        Shapes   wi, wo: (..., 3) NumPy arrays; derivatives (...[, C]) by a parameter, (...[, C], 3) by a direction.
+        Units    1/sr over the unit of the parameter. 0 below the horizon.
+        Error    rounding: the formula's graph is differentiated, nothing is approximated.
+        """
+        numbers = {path: i for i, path in enumerate(self.leaf_paths()) if path}
+        wanted = list(self.parameters if by is None else by)
+        for path in wanted:
+            if path not in numbers and path not in _DIRECTIONS:
+                raise NotFoundError(f"jacobian(by={path!r}): expected one of {', '.join([*numbers, *_DIRECTIONS])}")
+        paths = [p for p in wanted if p in numbers]
+        directions = [p for p in wanted if p in _DIRECTIONS]
+        leaves, inputs = tuple(numbers[p] for p in paths), tuple(_DIRECTIONS[p] for p in directions)
+        value, *slopes = batch.jacobian(_value, self, (wi, wo), (3, 3), leaves, inputs)
+        return Jacobian(value, dict(zip([*paths, *directions], slopes, strict=True)))
 
     def f_angles(self, theta_i: Any, phi_i: Any, theta_o: Any, phi_o: Any) -> Any:
         """f of polar angles and azimuths [rad]; the four broadcast against each other."""

@@ -6,7 +6,10 @@ in the manner of NumPy is one entry there.
 
 from __future__ import annotations
 
+from typing import Any
+
 from ..errors import ArrayTypeError
+from ..trace.symbol import Symbol, Symbols, TableSymbol
 from .dr_jit import DrJit
 from .in_numpys_manner import Array, Jax, Library, NumPy, Torch
 
@@ -20,10 +23,11 @@ LIBRARIES: dict[str, Library] = {
 """Library name -> how to use it. A module name that is not a key belongs to the library named in `_ALIASES`."""
 
 _ALIASES = {"jaxlib": "jax", "mitsuba": "drjit"}
-_BY_TYPE: dict[type, Library | None] = {int: None, float: None, bool: None}
+_SYMBOLS = Symbols()
+_BY_TYPE: dict[type, Any] = {int: None, float: None, bool: None, Symbol: _SYMBOLS, TableSymbol: _SYMBOLS}
 
 
-def library_of_type(kind: type) -> Library | None:
+def library_of_type(kind: type) -> Any:
     """The library that arrays of this type belong to; None for numbers and for what is no array."""
     if kind not in _BY_TYPE:
         found = None

@@ -1,0 +1,216 @@
+"""Instructions on vectors of numbers, written as LLVM IR: what kernels and elementary functions are composed of."""
+
+from __future__ import annotations
+
+import struct
+from typing import NamedTuple
+
+FLOAT32, FLOAT64 = "float32", "float64"
+
+
+class Value(NamedTuple):
+    """A value in LLVM IR: its type ("real", "index", "bits", "mask") and its name or constant."""
+
+    kind: str
+    name: str
+
+
+class Lanes:
+    """Writes instructions for `width` lanes of `dtype`, one line each, to `lines`.
+
+    Kinds of values: "real" (float or double), "index" (i32), "bits" (an integer as wide as a real, for bit patterns and
+    exponents) and "mask" (one bit). Products and sums may be contracted to fused multiply-adds; nothing else is
+    rearranged, so NaN, infinities and signs of zero keep their meaning. `exact` forbids contraction too. `estimates`:
+    whether the processor estimates reciprocal roots as AVX-512 does, to 14 bits.
+    """
+
+    def __init__(self, dtype: str, width: int, estimates: bool = False):
+        self.dtype, self.width, self.estimates = dtype, width, estimates
+        self.lanes_at_once = 16 if dtype == FLOAT32 else 8
+        real, bits = {FLOAT32: ("float", "i32"), FLOAT64: ("double", "i64")}[dtype]
+        self.scalar = {"real": real, "index": "i32", "bits": bits, "mask": "i1"}
+        self.types = {kind: f"<{width} x {scalar}>" for kind, scalar in self.scalar.items()}
+        self.lines: list[str] = []
+        self.declared: set[str] = set()
+        self.exact = False
+        self._count = 0
+
+    def name(self) -> str:
+        """A name that nothing else has."""
+        self._count += 1
+        return f"%v{self._count}"
+
+    def emit(self, kind: str, text: str) -> Value:
+        """One instruction with a result of this kind."""
+        name = self.name()
+        self.lines.append(f"{name} = {text}")
+        return Value(kind, name)
+
+    def declare(self, text: str) -> None:
+        """Declare an intrinsic function."""
+        self.declared.add(f"declare {text}")
+
+    # Constants.
+
+    def real(self, x: float) -> Value:
+        """The number x in every lane, rounded to the dtype."""
+        return Value("real", f"splat ({self.scalar['real']} {self.literal(x)})")
+
+    def literal(self, x: float) -> str:
+        """x as LLVM writes it: the bit pattern of a double, also for floats."""
+        if self.dtype == FLOAT32:
+            try:
+                x = struct.unpack("<f", struct.pack("<f", x))[0]
+            except OverflowError:
+                x = float("inf") if x > 0 else float("-inf")
+        return "0x" + struct.pack(">d", x).hex().upper()
+
+    def index(self, n: int) -> Value:
+        return Value("index", f"splat (i32 {n})")
+
+    def pattern(self, n: int) -> Value:
+        """The integer n as "bits"."""
+        return Value("bits", f"splat ({self.scalar['bits']} {n})")
+
+    def mask(self, truth: bool) -> Value:
+        return Value("mask", f"splat (i1 {'true' if truth else 'false'})")
+
+    # Arithmetic of reals.
+
+    def _real(self, op: str, a: Value, b: Value) -> Value:
+        flags = "" if self.exact or op == "fdiv" else "contract "
+        return self.emit("real", f"{op} {flags}{self.types['real']} {a.name}, {b.name}")
+
+    def add(self, a: Value, b: Value) -> Value:
+        return self._real("fadd", a, b)
+
+    def sub(self, a: Value, b: Value) -> Value:
+        return self._real("fsub", a, b)
+
+    def mul(self, a: Value, b: Value) -> Value:
+        return self._real("fmul", a, b)
+
+    def div(self, a: Value, b: Value) -> Value:
+        return self._real("fdiv", a, b)
+
+    def neg(self, a: Value) -> Value:
+        return self.emit("real", f"fneg {self.types['real']} {a.name}")
+
+    def call(self, function: str, *args: Value) -> Value:
+        """An LLVM intrinsic from reals to a real: "sqrt", "floor", "fma" ..."""
+        real = self.types["real"]
+        full = f"@llvm.{function}.v{self.width}f{32 if self.dtype == FLOAT32 else 64}"
+        self.declare(f"{real} {full}({', '.join([real] * len(args))})")
+        return self.emit("real", f"call {real} {full}({', '.join(f'{real} {a.name}' for a in args)})")
+
+    def fma(self, a: Value, b: Value, c: Value) -> Value:
+        """a b + c, rounded once."""
+        return self.call("fma", a, b, c)
+
+    def sqrt(self, a: Value) -> Value:
+        """The square root, within 1 ulp; by an estimate twice as fast as the processor's own."""
+        if not self.estimates or self.exact:
+            return self.call("sqrt", a)
+        y = self._estimate(a)
+        if self.dtype == FLOAT64:
+            y = self._better_rsqrt(a, y)
+        s = self.mul(a, y)
+        s = self.fma(self.fma(self.neg(s), s, a), self.mul(y, self.real(0.5)), s)
+        return self.select(self._zero_or_infinite(a), a, s)
+
+    def rsqrt(self, a: Value) -> Value:
+        """1 / sqrt(a), within 2 ulp."""
+        if not self.estimates or self.exact:
+            return self.div(self.real(1.0), self.sqrt(a))
+        rough = y = self._estimate(a)
+        for _ in range(2 if self.dtype == FLOAT64 else 1):
+            y = self._better_rsqrt(a, y)
+        return self.select(self.is_nan(y), rough, y)
+
+    def _better_rsqrt(self, a: Value, y: Value) -> Value:
+        error = self.fma(self.neg(self.mul(a, y)), y, self.real(1.0))
+        return self.fma(self.mul(y, self.real(0.5)), error, y)
+
+    def _estimate(self, a: Value) -> Value:
+        """1 / sqrt(a) to 14 bits, as many lanes at a time as the processor has."""
+        real, mask = self.types["real"], f"i{max(8, self.lanes_at_once)}"
+        suffix = f"p{'s' if self.dtype == FLOAT32 else 'd'}.512"
+        full, kind = f"@llvm.x86.avx512.rsqrt14.{suffix}", f"<{self.lanes_at_once} x {self.scalar['real']}>"
+        self.declare(f"{kind} {full}({kind}, {kind}, {mask})")
+        if self.width == self.lanes_at_once:
+            return self.emit("real", f"call {real} {full}({real} {a.name}, {real} zeroinitializer, {mask} -1)")
+        parts = []
+        for start in range(0, self.width, self.lanes_at_once):
+            pick = ", ".join(f"i32 {start + i}" for i in range(self.lanes_at_once))
+            shape = f"<{self.lanes_at_once} x i32>"
+            part = self.emit("real", f"shufflevector {real} {a.name}, {real} poison, {shape} <{pick}>")
+            parts.append(self.emit("real", f"call {kind} {full}({kind} {part.name}, {kind} zeroinitializer, {mask} -1)"))
+        pick = ", ".join(f"i32 {i}" for i in range(self.width))
+        first, second = (p.name for p in parts)
+        return self.emit("real", f"shufflevector {kind} {first}, {kind} {second}, <{self.width} x i32> <{pick}>")
+
+    def _zero_or_infinite(self, a: Value) -> Value:
+        full = f"@llvm.is.fpclass.v{self.width}f{32 if self.dtype == FLOAT32 else 64}"
+        self.declare(f"{self.types['mask']} {full}({self.types['real']}, i32 immarg)")
+        positive_infinity, zeros = 0x200, 0x60
+        return self.emit(
+            "mask", f"call {self.types['mask']} {full}({self.types['real']} {a.name}, i32 {positive_infinity | zeros})"
+        )
+
+    def absolute(self, a: Value) -> Value:
+        return self.call("fabs", a)
+
+    def floor(self, a: Value) -> Value:
+        return self.call("floor", a)
+
+    def rint(self, a: Value) -> Value:
+        """The nearest integer, ties to even."""
+        return self.call("rint", a)
+
+    def copysign(self, magnitude: Value, sign: Value) -> Value:
+        return self.call("copysign", magnitude, sign)
+
+    # Comparisons: false where a side is NaN, but "ne", which is true.
+
+    def compare(self, how: str, a: Value, b: Value) -> Value:
+        """`how`: "lt", "le", "gt", "ge", "eq" or "ne"."""
+        if a.kind == "real":
+            return self.emit("mask", f"fcmp {'u' if how == 'ne' else 'o'}{how} {self.types['real']} {a.name}, {b.name}")
+        sign = "" if how in ("eq", "ne") else "s"
+        return self.emit("mask", f"icmp {sign}{how} {self.types[a.kind]} {a.name}, {b.name}")
+
+    def is_nan(self, a: Value) -> Value:
+        return self.emit("mask", f"fcmp uno {self.types['real']} {a.name}, {a.name}")
+
+    def select(self, condition: Value, a: Value, b: Value) -> Value:
+        """a where the condition holds, else b."""
+        kind = self.types[a.kind]
+        return self.emit(a.kind, f"select {self.types['mask']} {condition.name}, {kind} {a.name}, {kind} {b.name}")
+
+    # Integers and masks.
+
+    def integer(self, op: str, a: Value, b: Value) -> Value:
+        """`op` of LLVM on two values of one kind: add, sub, mul, and, or, xor, shl, lshr, ashr."""
+        return self.emit(a.kind, f"{op} {self.types[a.kind]} {a.name}, {b.name}")
+
+    def invert(self, a: Value) -> Value:
+        """Not, of a mask."""
+        return self.emit("mask", f"xor {self.types['mask']} {a.name}, splat (i1 true)")
+
+    # Conversions.
+
+    def bits(self, a: Value) -> Value:
+        """The bit pattern of a real."""
+        return self.emit("bits", f"bitcast {self.types['real']} {a.name} to {self.types['bits']}")
+
+    def from_bits(self, a: Value) -> Value:
+        """The real with this bit pattern."""
+        return self.emit("real", f"bitcast {self.types['bits']} {a.name} to {self.types['real']}")
+
+    def truncated(self, a: Value, kind: str) -> Value:
+        """A real as "index" or "bits", towards zero; undefined beyond the range of that kind."""
+        return self.emit(kind, f"fptosi {self.types['real']} {a.name} to {self.types[kind]}")
+
+    def as_real(self, a: Value) -> Value:
+        """An integer as a real."""
+        return self.emit("real", f"sitofp {self.types[a.kind]} {a.name} to {self.types['real']}")

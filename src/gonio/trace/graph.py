@@ -1,0 +1,148 @@
+"""An expression graph: every operation of a formula once, in the order in which it can be computed."""
+
+from __future__ import annotations
+
+import hashlib
+import math
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+REAL, INDEX, MASK = "real", "index", "mask"
+
+UNARY = ("neg", "sqrt", "exp", "log", "sin", "cos", "tan", "arccos", "erf", "erfinv", "absolute", "floor", "stop")
+BINARY = ("add", "sub", "mul", "div", "power", "arctan2", "minimum", "maximum")
+COMPARISONS = ("lt", "le", "gt", "ge", "eq", "ne")
+LOGIC = ("and", "or", "xor")
+
+_COMMUTE = {"add", "mul", "eq", "ne", "and", "or", "xor"}
+
+
+class Graph:
+    """Nodes in order: node i has an operation, arguments and a kind ("real", "index" or "mask").
+
+    Leaves are "constant" (value), "load" (array, component): a component of an input array. "take" (table, node) looks
+    up a table. The arguments of every other operation are earlier nodes. Equal nodes are one node, and what changes
+    no value (x * 1, x / 1, - - x, a choice between equals) is left out.
+    """
+
+    def __init__(self) -> None:
+        self.operations: list[str] = []
+        self.arguments: list[tuple] = []
+        self.kinds: list[str] = []
+        self._known: dict[tuple, int] = {}
+
+    def __len__(self) -> int:
+        return len(self.operations)
+
+    def _node(self, operation: str, arguments: tuple, kind: str) -> int:
+        ordered = sorted(arguments) if operation in _COMMUTE else arguments
+        key = (operation, kind, *ordered)
+        found = self._known.get(key)
+        if found is None:
+            found = self._known[key] = len(self.operations)
+            self.operations.append(operation)
+            self.arguments.append(arguments)
+            self.kinds.append(kind)
+        return found
+
+    def constant(self, value: float, kind: str = REAL) -> int:
+        if kind == REAL:
+            value = float(value)
+            # 0.0 and -0.0 are equal keys, but different numbers; NaN is no key at all.
+            return self._node("constant", (value, math.copysign(1.0, value) if value == value else "nan"), kind)
+        return self._node("constant", (int(value), 1), kind)
+
+    def load(self, array: int, component: int) -> int:
+        """Component of input array number `array`."""
+        return self._node("load", (array, component), REAL)
+
+    def take(self, table: int, index: int) -> int:
+        """Entry of table number `table`."""
+        return self._node("take", (table, index), REAL)
+
+    def value(self, node: int) -> float | None:
+        """The value of a constant node, else None."""
+        return self.arguments[node][0] if self.operations[node] == "constant" else None
+
+    def apply(self, operation: str, *nodes: int) -> int:
+        """A node that applies `operation` to other nodes."""
+        same = self._simplified(operation, nodes)
+        if same is not None:
+            return same
+        kind = self.kinds[nodes[-1]]
+        if operation in COMPARISONS:
+            kind = MASK
+        elif operation == "to_index":
+            kind = INDEX
+        elif operation == "to_real":
+            kind = REAL
+        return self._node(operation, nodes, kind)
+
+    def _simplified(self, operation: str, nodes: Sequence[int]) -> int | None:
+        """An existing node with the same value, bit by bit, if there is one."""
+        if operation == "mul":
+            for one, other in (nodes, nodes[::-1]):
+                if self.value(one) == 1:
+                    return other
+        elif operation == "div" and self.value(nodes[1]) == 1:
+            return nodes[0]
+        elif operation == "neg":
+            if self.operations[nodes[0]] == "neg":
+                return self.arguments[nodes[0]][0]
+            value = self.value(nodes[0])
+            if value is not None:
+                return self.constant(-value, self.kinds[nodes[0]])
+        elif operation == "select":
+            if nodes[1] == nodes[2]:
+                return nodes[1]
+            truth = self.value(nodes[0])
+            if truth is not None:
+                return nodes[1] if truth else nodes[2]
+        elif operation in ("and", "or") and nodes[0] == nodes[1]:
+            return nodes[0]
+        elif operation == "to_real":
+            value = self.value(nodes[0])
+            return None if value is None else self.constant(value)
+        elif operation == "to_index":
+            value = self.value(nodes[0])
+            return None if value is None else self.constant(value if math.isfinite(value) else 0, INDEX)
+        elif self.kinds[nodes[0]] == INDEX and operation in ("add", "sub", "mul"):
+            a, b = (self.value(n) for n in nodes)
+            if a is not None and b is not None:
+                return self.constant({"add": a + b, "sub": a - b, "mul": a * b}[operation], INDEX)
+            if operation != "mul" and b == 0:
+                return nodes[0]
+        return None
+
+    def inputs(self, node: int) -> Sequence[int]:
+        """The nodes that a node is computed from."""
+        operation = self.operations[node]
+        if operation in ("constant", "load"):
+            return ()
+        return self.arguments[node][1:] if operation == "take" else self.arguments[node]
+
+    def reachable(self, outputs: Iterable[int]) -> list[int]:
+        """The nodes that `outputs` depend on, in order."""
+        needed = bytearray(len(self))
+        for node in outputs:
+            needed[node] = 1
+        for node in range(len(self) - 1, -1, -1):
+            if needed[node]:
+                for source in self.inputs(node):
+                    needed[source] = 1
+        return [node for node in range(len(self)) if needed[node]]
+
+    def digest(self, outputs: Sequence[int], *facts: Any) -> str:
+        """A name for what is computed (and `facts`): equal for equal graphs, in any process."""
+        numbers: dict[int, int] = {}
+        text = []
+        for node in self.reachable(outputs):
+            numbers[node] = len(numbers)
+            operation, arguments = self.operations[node], self.arguments[node]
+            if operation == "take":
+                arguments = (arguments[0], numbers[arguments[1]])
+            elif operation not in ("constant", "load"):
+                arguments = tuple(numbers[a] for a in arguments)
+            text.append(f"{operation}{arguments}{self.kinds[node]}")
+        text.append(repr(([numbers[node] for node in outputs], facts)))
+        return hashlib.sha256("\n".join(text).encode()).hexdigest()

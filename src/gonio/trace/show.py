@@ -1,0 +1,68 @@
+"""A graph as text to read: one line per result that is used more than once, formulas in between written out."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from .graph import COMPARISONS, MASK, Graph
+
+_SIGNS = {"add": ("+", 1), "sub": ("-", 1), "mul": ("*", 2), "div": ("/", 2)}
+_SIGNS |= dict(zip(COMPARISONS, (("<", 0), ("<=", 0), (">", 0), (">=", 0), ("==", 0), ("!=", 0)), strict=True))
+_SIGNS |= {"and": ("&", -1), "or": ("|", -1), "xor": ("^", -1)}
+_NAMES = {"select": "where", "absolute": "abs", "stop": "stop_gradient", "to_index": "int", "to_real": "float"}
+_ATOM, _MINUS = 9, 3
+LENGTH = 90
+
+
+def show(
+    graph: Graph,
+    outputs: Mapping[str, int],
+    loads: Mapping[tuple[int, int], str],
+    tables: Sequence[str],
+) -> str:
+    """Assignments that end with `outputs`; `loads` names components of inputs, `tables` the tables."""
+    order = graph.reachable(outputs.values())
+    uses = dict.fromkeys(order, 0)
+    for node in order:
+        for source in graph.inputs(node):
+            uses[source] += 1
+    names: dict[int, tuple[str, int]] = {}  # text and how tightly it binds
+    lines: list[str] = []
+    count = 0
+    for node in order:
+        text, binding = _text(graph, node, names, loads, tables)
+        leaf = graph.operations[node] in ("constant", "load")
+        if not leaf and (uses[node] > 1 or len(text) > LENGTH):
+            count += 1
+            lines.append(f"t{count} = {text}")
+            text, binding = f"t{count}", _ATOM
+        names[node] = (text, binding)
+    lines += [f"{name} = {names[node][0]}" for name, node in outputs.items()]
+    return "\n".join(lines)
+
+
+def _text(
+    graph: Graph,
+    node: int,
+    names: Mapping[int, tuple[str, int]],
+    loads: Mapping[tuple[int, int], str],
+    tables: Sequence[str],
+) -> tuple[str, int]:
+    operation, arguments = graph.operations[node], graph.arguments[node]
+    if operation == "constant":
+        value = arguments[0]
+        text = ("True" if value else "False") if graph.kinds[node] == MASK else repr(value)
+        return text, _ATOM if arguments[1] == 1.0 else _MINUS
+    if operation == "load":
+        return loads[arguments], _ATOM
+    if operation == "take":
+        return f"{tables[arguments[0]]}[{names[arguments[1]][0]}]", _ATOM
+    if operation == "neg":
+        text, binding = names[arguments[0]]
+        return (f"-{text}" if binding > 1 else f"-({text})"), 1
+    if operation in _SIGNS:
+        sign, own = _SIGNS[operation]
+        (a, left), (b, right) = (names[x] for x in arguments)
+        a = a if left >= own else f"({a})"
+        return f"{a} {sign} {b if right > own else f'({b})'}", own
+    return f"{_NAMES.get(operation, operation)}({', '.join(names[x][0] for x in arguments)})", _ATOM

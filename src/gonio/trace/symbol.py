@@ -1,0 +1,156 @@
+"""Symbols: what formulas are called with when they are traced. They record every operation in a graph."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from ..errors import TraceError
+from .graph import BINARY, INDEX, MASK, REAL, UNARY, Graph
+
+
+class Symbol:
+    """A node of a graph, with the operators of a number."""
+
+    __slots__ = ("graph", "node")
+    __array_ufunc__ = None  # numpy.float64(0.5) * symbol is the symbol's to compute
+
+    def __init__(self, graph: Graph, node: int):
+        self.graph, self.node = graph, node
+
+    @property
+    def kind(self) -> str:
+        return self.graph.kinds[self.node]
+
+    def __repr__(self) -> str:
+        return f"<{self.kind} symbol {self.node}: {self.graph.operations[self.node]}>"
+
+    def __bool__(self) -> bool:
+        raise TraceError("a formula decides on a value (if, and, or, min, max); expected ops.where and its like")
+
+    def __float__(self) -> float:
+        raise TraceError("a formula asks for a number where there is a symbol (math.*, float); expected functions of ops")
+
+    __int__ = __index__ = __float__  # type: ignore[assignment]
+
+    def __iter__(self) -> Any:
+        raise TraceError("a formula takes a component apart; components are single numbers")
+
+    __hash__ = None  # type: ignore[assignment]
+
+    def __neg__(self) -> Symbol:
+        return _apply("neg", self)
+
+    def __pos__(self) -> Symbol:
+        return self
+
+    def __abs__(self) -> Symbol:
+        return _apply("absolute", self)
+
+    def __invert__(self) -> Symbol:
+        return Symbol(self.graph, self.graph.apply("xor", self.node, self.graph.constant(1, MASK)))
+
+    def __pow__(self, exponent: Any) -> Symbol:
+        if exponent == 2:
+            return self * self
+        return _apply("power", self, exponent)
+
+    def __rpow__(self, base: Any) -> Symbol:
+        return _apply("power", base, self)
+
+
+def _operator(name: str, swapped: bool = False) -> Callable[[Symbol, Any], Symbol]:
+    def operator(self: Symbol, other: Any) -> Symbol:
+        return _apply(name, other, self) if swapped else _apply(name, self, other)
+
+    return operator
+
+
+for _name, _symbols in {"add": "add", "sub": "sub", "mul": "mul", "truediv": "div", "and": "and", "or": "or"}.items():
+    setattr(Symbol, f"__{_name}__", _operator(_symbols))
+    setattr(Symbol, f"__r{_name}__", _operator(_symbols, swapped=True))
+for _name in ("lt", "le", "gt", "ge", "eq", "ne"):
+    setattr(Symbol, f"__{_name}__", _operator(_name))
+
+
+def _graph(*values: Any) -> Graph:
+    return next(v.graph for v in values if isinstance(v, Symbol))
+
+
+def nodes(graph: Graph, *values: Any) -> list[int]:
+    """Nodes of one kind for symbols and numbers: whole numbers beside indices stay whole, all else becomes real."""
+    kinds = {v.kind for v in values if isinstance(v, Symbol)}
+    if any(isinstance(v, float) for v in values):
+        kinds.add(REAL)
+    kind = MASK if kinds == {MASK} else INDEX if kinds == {INDEX} else REAL
+    return [_node(graph, v, kind) for v in values]
+
+
+def _node(graph: Graph, value: Any, kind: str) -> int:
+    if not isinstance(value, Symbol):
+        try:
+            return graph.constant(value, kind)
+        except (TypeError, ValueError):
+            raise TraceError(f"a formula combines a {type(value).__name__} with its components") from None
+    if value.graph is not graph:
+        raise TraceError("a formula combines symbols of two traces; it must not keep results between calls")
+    if value.kind == INDEX and kind == REAL:
+        return graph.apply("to_real", value.node)
+    if value.kind == MASK and kind == REAL:
+        return graph.apply("select", value.node, graph.constant(1.0), graph.constant(0.0))
+    return value.node
+
+
+def _apply(operation: str, *values: Any) -> Symbol:
+    graph = _graph(*values)
+    return Symbol(graph, graph.apply(operation, *nodes(graph, *values)))
+
+
+class Symbols:
+    """The functions of `ops` on symbols: an entry of the table of array libraries."""
+
+    name = "symbols"
+
+    def function(self, name: str) -> Callable[..., Any]:
+        found = _FUNCTIONS.get(name)
+        if found is None:
+            raise TraceError(f"ops.{name} cannot be traced")
+        return found
+
+
+def _where(condition: Any, a: Any, b: Any) -> Any:
+    if not isinstance(condition, Symbol):
+        return a if condition else b
+    graph = condition.graph
+    return Symbol(graph, graph.apply("select", condition.node, *nodes(graph, a, b)))
+
+
+def _to_index(x: Symbol) -> Symbol:
+    return x if x.kind == INDEX else Symbol(x.graph, x.graph.apply("to_index", x.node))
+
+
+def _take(table: Any, index: Any) -> Symbol:
+    if not isinstance(table, TableSymbol):
+        raise TraceError(f"ops.take: the table is a {type(table).__name__}; expected one declared with `table(...)`")
+    graph = table.graph
+    return Symbol(graph, graph.take(table.number, _node(graph, index, INDEX)))
+
+
+class TableSymbol:
+    """A lookup table of a material, known by its number."""
+
+    __slots__ = ("graph", "number")
+
+    def __init__(self, graph: Graph, number: int):
+        self.graph, self.number = graph, number
+
+
+def _function(operation: str) -> Callable[..., Symbol]:
+    def function(*values: Any) -> Symbol:
+        return _apply(operation, *values)
+
+    return function
+
+
+_FUNCTIONS: dict[str, Callable[..., Any]] = {name: _function(name) for name in (*UNARY, *BINARY)}
+_FUNCTIONS.update(where=_where, take=_take, to_index=_to_index, stop_gradient=_FUNCTIONS["stop"])
