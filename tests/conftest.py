@@ -15,6 +15,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from gonio import engine
+
 
 class Library:
     """How the tests make arrays of a library and read them back."""
@@ -29,6 +31,12 @@ class Library:
 
     def dtype(self, x: Any) -> str:
         return str(x.dtype).rpartition(".")[2]
+
+
+class Uncompiled(Library):
+    """NumPy in blocks, as where llvmlite is missing."""
+
+    name = "numpy-uncompiled"
 
 
 class Torch(Library):
@@ -92,7 +100,7 @@ class DrJitArray(DrJitTensor):
         return np.moveaxis(x.numpy(), 0, -1)
 
 
-KINDS = (Library, Torch, Jax, DrJitTensor, DrJitArray)
+KINDS = (Library, Uncompiled, Torch, Jax, DrJitTensor, DrJitArray)
 
 
 def opened(kind: type[Library]) -> Library:
@@ -106,6 +114,28 @@ def opened(kind: type[Library]) -> Library:
 @pytest.fixture(params=KINDS, ids=lambda kind: kind.name, scope="session")
 def library(request: pytest.FixtureRequest) -> Library:
     return opened(request.param)
+
+
+def switch_off(patch: pytest.MonkeyPatch) -> None:
+    """Nothing is compiled from here on, as where llvmlite is missing."""
+    patch.setattr(engine, "available", lambda: False)
+    patch.setattr(engine, "known", lambda *_: None)
+
+
+@pytest.fixture(autouse=True)
+def _as_the_library_says(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
+    if "library" in request.fixturenames and isinstance(request.getfixturevalue("library"), Uncompiled):
+        switch_off(monkeypatch)
+
+
+@pytest.fixture(params=["compiled", "uncompiled"])
+def evaluation(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> str:
+    """NumPy both ways: by compiled kernels, and in blocks."""
+    if request.param == "uncompiled":
+        switch_off(monkeypatch)
+    elif not engine.available():
+        pytest.skip("nothing can be compiled here: llvmlite is missing, or the processor has no fused multiply-add")
+    return request.param
 
 
 @pytest.fixture(scope="session")

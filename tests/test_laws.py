@@ -7,10 +7,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+from conftest import switch_off
 from models import MODELS, at_bounds, breaks, draws, pairs
 
 import gonio as gn
-from gonio import batch
+from gonio import blocks
 from gonio.geometry import HORIZON
 
 CHANNELS = (None, 3)
@@ -60,11 +61,14 @@ def close(got: np.ndarray, want: np.ndarray, allowed: Any) -> None:
     assert excess[at] <= 1.0, f"at {at}: got {got[at]!r}, want {want[at]!r}, {excess[at]:.3g} times what is allowed"
 
 
-# NumPy: every structure of every model.
+# NumPy: every structure of every model, compiled and not.
+
+both_ways = pytest.mark.usefixtures("evaluation")
 
 
 @ALL
 @each_dtype
+@both_ways
 def test_finite_and_not_negative(draw, dtype):
     for channels in CHANNELS:
         m = draw.material(channels)
@@ -79,6 +83,7 @@ def test_finite_and_not_negative(draw, dtype):
 
 @pytest.mark.parametrize("model", MODELS, ids=lambda c: c.__name__)
 @each_dtype
+@both_ways
 def test_finite_and_not_negative_at_the_bounds(model, dtype):
     wi, wo = (w.astype(dtype) for w in pairs())
     for m in at_bounds(model):
@@ -90,6 +95,7 @@ def test_finite_and_not_negative_at_the_bounds(model, dtype):
 
 
 @ALL
+@both_ways
 def test_reciprocal(draw):
     wi, wo = pairs()
     for channels in CHANNELS:
@@ -105,6 +111,7 @@ def test_reciprocal(draw):
 
 
 @ALL
+@both_ways
 def test_float32_against_float64(draw):
     wi, wo = (w.astype("float32") for w in pairs())
     for channels in CHANNELS:
@@ -115,6 +122,7 @@ def test_float32_against_float64(draw):
 
 
 @ALL
+@both_ways
 def test_rgb_is_three_materials(draw):
     wi, wo = pairs()
     m = draw.material(3)
@@ -127,6 +135,7 @@ def test_rgb_is_three_materials(draw):
 
 
 @ALL
+@both_ways
 def test_isotropic_where_nothing_says_otherwise(draw):
     m = draw.material()
     if any(path.endswith("alpha_y") for path in m.parameters):
@@ -139,17 +148,40 @@ def test_isotropic_where_nothing_says_otherwise(draw):
 
 
 @SOME
+def test_compiled_is_as_on_arrays(draw, monkeypatch):
+    """Kernels give what the formula gives on NumPy arrays, for every method, shape of parameter and dtype."""
+    wi64, wo64 = (w[:700] for w in pairs())
+    u64 = uniform(len(wo64))
+    for channels in CHANNELS:
+        for dtype, unit in DTYPES.items():
+            m = rounded(draw.material(channels), dtype)
+            wi, wo, u = (x.astype(dtype) for x in (wi64, wo64, u64))
+            compiled = (m.f(wi, wo), m.pdf(wi, wo), *m.sample(wo, u))
+            with monkeypatch.context() as patch:
+                switch_off(patch)
+                arrays = (m.f(wi, wo), m.pdf(wi, wo), *m.sample(wo, u))
+            allowed = 20.0 * unavoidable(m, wi.astype(float), wo.astype(float), unit) + smallest(arrays[0], unit)
+            close(compiled[0], arrays[0], allowed)
+            np.testing.assert_allclose(compiled[1], arrays[1], rtol=2e4 * unit, atol=1e-30)
+            if dtype == "float64":
+                np.testing.assert_allclose(compiled[2], arrays[2], rtol=0.0, atol=1e-7)
+                np.testing.assert_allclose(compiled[3], arrays[3], rtol=1e-8, atol=1e-8)
+                np.testing.assert_array_equal(compiled[5], arrays[5])
+
+
+@SOME
 def test_blocks_change_nothing(draw, monkeypatch):
+    switch_off(monkeypatch)
     wi, wo = (np.tile(w, (5, 3, 1)).reshape(5, -1, 3) for w in pairs())
     u = np.random.default_rng(2).random((*wo.shape[:-1], 2))
     for channels in CHANNELS:
         m = draw.material(channels)
         whole = (m.f(wi, wo), m.pdf(wi, wo), *m.sample(wo, u))
         with monkeypatch.context() as patch:
-            patch.setattr(batch, "BLOCK", 1024)
+            patch.setattr(blocks, "BLOCK", 1024)
             assert wi[..., 0].size > 3 * 1024
-            blocks = (m.f(wi, wo), m.pdf(wi, wo), *m.sample(wo, u))
-        for a, b in zip(whole, blocks, strict=True):
+            cut = (m.f(wi, wo), m.pdf(wi, wo), *m.sample(wo, u))
+        for a, b in zip(whole, cut, strict=True):
             assert a.dtype == b.dtype
             np.testing.assert_allclose(a, b, rtol=1e-12, atol=1e-15)
 

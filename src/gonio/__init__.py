@@ -41,6 +41,8 @@ _ON_USE = {
     "Image": "image",
     "radiometry": "",
     "cite": "citations",
+    "kernel": "kernels",
+    "threads": "compile.threads",
 }
 """Public names whose modules are imported when first used -> module ("" for a module itself)."""
 

@@ -131,7 +131,12 @@ def _checked(
             what = {3: "directions", 2: "random numbers"}.get(width, "weights")
             raise ShapeError(f"{what}: got shape {shape}, expected (..., {width})")
     channels, parameter_shapes = _parameter_shapes(material, lib, arrays[0])
-    return lib, arrays, channels, ops.broadcast_shape([s[:-1] for s in shapes] + parameter_shapes, "directions and parameters")
+    return (
+        lib,
+        arrays,
+        channels,
+        ops.broadcast_shape([s[:-1] for s in shapes] + parameter_shapes, "directions and parameters"),
+    )
 
 
 def _check_out(out: Any, shape: tuple[int, ...], dtype: np.dtype) -> None:

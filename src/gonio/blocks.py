@@ -31,7 +31,8 @@ def in_blocks(
         with np.errstate(all="ignore"):
             shape = tuple(s.stop - s.start for s in at)
             parts = evaluate([cut(x, batch, at) for x in inputs], shape, at)
-            return [np.broadcast_to(p, result_shape(_stored(k), shape, channels)) for p, k in zip(parts, kinds, strict=True)]
+            shapes = [result_shape("value" if kind == "total" else kind, shape, channels) for kind in kinds]
+            return [np.broadcast_to(part, s) for part, s in zip(parts, shapes, strict=True)]
 
     def store(at: Box, parts: Sequence[np.ndarray]) -> None:
         for whole, part, kind in zip(outs, parts, kinds, strict=True):
@@ -60,10 +61,6 @@ def result_shape(kind: str, batch: tuple[int, ...], channels: int | None) -> tup
     if kind == "total":
         batch = batch[:-1]
     return batch + {"scalar": (), "vector": (3,)}.get(kind, (channels,) if channels else ())
-
-
-def _stored(kind: str) -> str:
-    return "value" if kind == "total" else kind
 
 
 def _boxes(shape: tuple[int, ...], size: int) -> Iterator[Box]:

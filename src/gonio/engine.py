@@ -167,7 +167,7 @@ def jacobian(
     """
     key = (kernel, tuple(widths), channels, tuple(leaves), tuple(inputs), _structure(material))
     found = _TRACES.get(key)
-    if found is None:
+    if not isinstance(found, Trace):
         found = _TRACES[key] = _jacobian(kernel, material, widths, channels, leaves, inputs)
     return found
 
@@ -269,7 +269,7 @@ def _plan(
     given = [(x[..., None, :] if as_axis else x, w) for x, w in zip(inputs, widths, strict=True)]
     arrays = [x if k in trace.read else None for k, x in enumerate(given)]
     arrays += _parameters(trace, material, dtype, as_axis, channels is not None)
-    shape = (*batch, channels) if as_axis else batch
+    shape = batch if channels is None or not as_axis else (*batch, channels)
     return prepare(trace.graph, results, arrays, trace.inputs, _tables(material, inputs[0]), shape, dtype)
 
 
@@ -283,12 +283,13 @@ def interpreted(
 ) -> list[np.ndarray]:
     """The nodes of all results of a trace, computed by NumPy for a box of a batch."""
     like = inputs[0]
-    arrays = [x for x in inputs] + [
-        None if x is None else x[0] for x in _parameters(trace, material, like.dtype, False, True)
-    ]
+    parameters = _parameters(trace, material, like.dtype, False, True)
+    arrays = [*inputs, *(x and x[0] for x in parameters)]
 
     def load(k: int, c: int) -> Any:
-        return cut(arrays[k], batch, at)[..., c]
+        array = arrays[k]
+        assert array is not None  # what the graph reads is there
+        return cut(array, batch, at)[..., c]
 
     nodes = [n for result in trace.results for n in result]
     with np.errstate(all="ignore"):

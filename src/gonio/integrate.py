@@ -111,7 +111,7 @@ def _lobe(
         nodes, weights = gauss_square(n, lobe.seam)
         nodes, weights = nodes.astype(w.dtype), weights.astype(w.dtype)[:, None]
         if radiance is None:
-            m = batch.texels(lobe, w.shape[:-1], todo)
+            m: Any = batch.texels(lobe, w.shape[:-1], todo)
             new, absent = _total(m, flat[todo], nodes, weights, incident)
         else:
             new, absent = _lit_total(lobe, w, todo, nodes, weights, incident, radiance)

@@ -12,7 +12,6 @@ from . import ops
 from .errors import NotFoundError, ParameterError
 from .param import CLASSES, Channels, Field, Param, Parameter, Table
 
-
 _MADE = {"_tables", "_plans", "_identity"}
 """What an instance keeps for later that follows from the rest."""
 _BESIDE_FIELDS = {"fields", "_tied", *_MADE}

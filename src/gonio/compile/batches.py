@@ -15,7 +15,7 @@ import numpy as np
 
 from ..trace.graph import MASK, Graph
 from . import memory, store
-from .codegen import EACH, ONCE, PACKED, PLANES, ROW, SAME, STRIDED, TOTAL, Array, Output, Program
+from .codegen import EACH, PACKED, PLANES, ROW, SAME, STRIDED, TOTAL, Array, Output, Program
 from .threads import share, threads
 
 PARALLEL = 32_768  # elements from which on threads are worth their start
@@ -26,7 +26,7 @@ DTYPES = {np.dtype(np.float32): "float32", np.dtype(np.float64): "float64"}
 
 
 class Result(NamedTuple):
-    """What a kernel computes: nodes side by side, what becomes of them (see `codegen`), and the shape of one element."""
+    """What a kernel computes: nodes side by side, what becomes of them (see `codegen`), and its shape."""
 
     nodes: tuple[int, ...]
     use: str
@@ -89,9 +89,7 @@ def prepare(
     whole = all(r.use == EACH for r in results)
     axes = _axes(shape, [v.strides for v in views] + stores, keep_last=not whole)
     layouts = tuple(_layout(v, axes, k, dtype.itemsize) for k, v in enumerate(views))
-    program = Program(
-        graph, tuple(Output(r.nodes, r.use) for r in results), layouts, len(tables), DTYPES[dtype]
-    )
+    program = Program(graph, tuple(Output(r.nodes, r.use) for r in results), layouts, len(tables), DTYPES[dtype])
     inner, outer, above = axes[-1], axes[-2], axes[:-2]
     words: list[int] = []
     places, inputs, outputs = [], [], []

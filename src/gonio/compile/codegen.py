@@ -82,7 +82,8 @@ class _Writer:
     def _decided(self) -> dict[int, int]:
         """Choices whose result matters only where another choice by the same condition takes its second side: node ->
         that side. So a formula that is given replaced directions and masked afterwards is computed without them."""
-        graph, under = self.program.graph, {}
+        graph = self.program.graph
+        under: dict[int, list[int]] = {}
         for node in self.order:
             if graph.operations[node] == "select":
                 under.setdefault(graph.arguments[node][0], []).append(node)
@@ -163,9 +164,7 @@ class _Writer:
         v.lines.append("%last = sub i64 %left, 1")
         v.lines.append(f"%last.some = insertelement {self.index_type} poison, i64 %last, i64 0")
         zeros = f"<{self.width} x i32> zeroinitializer"
-        v.lines.append(
-            f"%last.all = shufflevector {self.index_type} %last.some, {self.index_type} poison, {zeros}"
-        )
+        v.lines.append(f"%last.all = shufflevector {self.index_type} %last.some, {self.index_type} poison, {zeros}")
         v.lines.append(f"%inside = icmp ule {self.index_type} <{lane}>, %last.all")
         v.lines.append(
             f"%lanes = select <{self.width} x i1> %inside, {self.index_type} <{lane}>, {self.index_type} %last.all"
@@ -176,10 +175,8 @@ class _Writer:
         self.into("body")
         kind = v.types["real"]
         for node, a, b in zip(varying, full, part, strict=True):
-            self.values[node] = v.emit(
-                "real", f"phi {kind} [ {a.name}, %load.full ], [ {b.name}, %load.part ]"
-            )
-        true = f"splat (i1 true)"
+            self.values[node] = v.emit("real", f"phi {kind} [ {a.name}, %load.full ], [ {b.name}, %load.part ]")
+        true = "splat (i1 true)"
         v.lines.append(f"%valid = phi <{self.width} x i1> [ {true}, %load.full ], [ %inside, %load.part ]")
         self.compute(2)
         for k in totals:
@@ -211,7 +208,8 @@ class _Writer:
         attributes = f'nounwind "prefer-vector-width"="{bits}" "min-legal-vector-width"="{bits}"'
         return (
             "\n".join(sorted(v.declared))
-            + "\ndefine void @kernel(ptr noalias readonly %args, i64 %start0, i64 %stop0, i64 %start1, i64 %stop1) #0 {\n"
+            + "\ndefine void @kernel(ptr noalias readonly %args, i64 %start0, i64 %stop0, i64 %start1, i64 %stop1) #0 {"
+            + "\n"
             + body
             + "\n}\nattributes #0 = { "
             + attributes
@@ -306,7 +304,10 @@ class _Writer:
             address = self.v.name()
             self.v.lines.append(f"{address} = getelementptr i8, ptr {base}, i64 {i * w * self.size}")
             parts.append(self.vector_load(address))
-        return [self.merged(parts, [(l * n + c) // w for l in range(w)], [(l * n + c) % w for l in range(w)]) for c in components]
+        return [
+            self.merged(parts, [p // w for p in range(c, n * w, n)], [p % w for p in range(c, n * w, n)])
+            for c in components
+        ]
 
     def merged(self, parts: Sequence[Value], which: Sequence[int], lane: Sequence[int]) -> Value:
         """The vector whose lane l is lane[l] of parts[which[l]], by one shuffle for every part but the first."""
@@ -316,11 +317,11 @@ class _Writer:
         placed = False
         for i in range(1, len(parts)):
             picks = []
-            for l in range(self.width):
-                if which[l] == i:
-                    picks.append(f"i32 {self.width + lane[l]}")
-                elif which[l] < i:
-                    picks.append(f"i32 {l if placed else lane[l]}")
+            for to, (part, at) in enumerate(zip(which, lane, strict=True)):
+                if part == i:
+                    picks.append(f"i32 {self.width + at}")
+                elif part < i:
+                    picks.append(f"i32 {to if placed else at}")
                 else:
                     picks.append("i32 poison")
             picked = ", ".join(picks)
@@ -360,7 +361,8 @@ class _Writer:
         full = f"@llvm.masked.gather.{self.suffix()}.v{w}p0"
         self.v.declare(f"{kind} {full}(<{w} x ptr>, i32, <{w} x i1>, {kind})")
         return self.v.emit(
-            "real", f"call {kind} {full}(<{w} x ptr> {pointers}, i32 {align}, <{w} x i1> splat (i1 true), {kind} poison)"
+            "real",
+            f"call {kind} {full}(<{w} x ptr> {pointers}, i32 {align}, <{w} x i1> splat (i1 true), {kind} poison)",
         )
 
     # Operations.
@@ -474,7 +476,7 @@ class _Writer:
                 self.scatter(k, "splat (i1 true)", values)
                 continue
             for i in range(n):
-                places = [i * w + l for l in range(w)]
+                places = range(i * w, (i + 1) * w)
                 part = self.merged([x for x, _, _ in values], [p % n for p in places], [p // n for p in places])
                 address = self.output_address(k, n * size, i * w * size)
                 self.v.lines.append(f"store {kind} {part.name}, ptr {address}, align 1")
@@ -488,14 +490,12 @@ class _Writer:
         n, w = len(values), self.width
         for c, (value, kind, size) in enumerate(values):
             address, name = self.output_address(k, n * size, c * size), self.v.name()
-            steps = ", ".join(f"i64 {l * n * size}" for l in range(w))
+            steps = ", ".join(f"i64 {lane * n * size}" for lane in range(w))
             self.v.lines.append(f"{name} = getelementptr i8, ptr {address}, {self.index_type} <{steps}>")
             element = "i8" if size == 1 else f"f{8 * size}"
             full = f"@llvm.masked.scatter.v{w}{element}.v{w}p0"
             self.v.declare(f"void {full}({kind}, <{w} x ptr>, i32, <{w} x i1>)")
-            self.v.lines.append(
-                f"call void {full}({kind} {value.name}, <{w} x ptr> {name}, i32 1, <{w} x i1> {mask})"
-            )
+            self.v.lines.append(f"call void {full}({kind} {value.name}, <{w} x ptr> {name}, i32 1, <{w} x i1> {mask})")
 
     def accumulate(self, k: int) -> None:
         wide = f"<{self.width} x double>"

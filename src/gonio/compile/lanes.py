@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import struct
+from collections.abc import Iterable
 from typing import NamedTuple
 
 FLOAT32, FLOAT64 = "float32", "float64"
@@ -26,7 +27,6 @@ class Lanes:
 
     def __init__(self, dtype: str, width: int, estimates: bool = False):
         self.dtype, self.width, self.estimates = dtype, width, estimates
-        self.lanes_at_once = 16 if dtype == FLOAT32 else 8
         real, bits = {FLOAT32: ("float", "i32"), FLOAT64: ("double", "i64")}[dtype]
         self.scalar = {"real": real, "index": "i32", "bits": bits, "mask": "i1"}
         self.types = {kind: f"<{width} x {scalar}>" for kind, scalar in self.scalar.items()}
@@ -133,21 +133,27 @@ class Lanes:
 
     def _estimate(self, a: Value) -> Value:
         """1 / sqrt(a) to 14 bits, as many lanes at a time as the processor has."""
-        real, mask = self.types["real"], f"i{max(8, self.lanes_at_once)}"
-        suffix = f"p{'s' if self.dtype == FLOAT32 else 'd'}.512"
-        full, kind = f"@llvm.x86.avx512.rsqrt14.{suffix}", f"<{self.lanes_at_once} x {self.scalar['real']}>"
+        once = 16 if self.dtype == FLOAT32 else 8
+        if self.width % once:
+            return self.div(self.real(1.0), self.call("sqrt", a))
+        suffix, mask = ("ps", "i16") if self.dtype == FLOAT32 else ("pd", "i8")
+        full, kind = f"@llvm.x86.avx512.rsqrt14.{suffix}.512", f"<{once} x {self.scalar['real']}>"
         self.declare(f"{kind} {full}({kind}, {kind}, {mask})")
-        if self.width == self.lanes_at_once:
-            return self.emit("real", f"call {real} {full}({real} {a.name}, {real} zeroinitializer, {mask} -1)")
         parts = []
-        for start in range(0, self.width, self.lanes_at_once):
-            pick = ", ".join(f"i32 {start + i}" for i in range(self.lanes_at_once))
-            shape = f"<{self.lanes_at_once} x i32>"
-            part = self.emit("real", f"shufflevector {real} {a.name}, {real} poison, {shape} <{pick}>")
-            parts.append(self.emit("real", f"call {kind} {full}({kind} {part.name}, {kind} zeroinitializer, {mask} -1)"))
-        pick = ", ".join(f"i32 {i}" for i in range(self.width))
-        first, second = (p.name for p in parts)
-        return self.emit("real", f"shufflevector {kind} {first}, {kind} {second}, <{self.width} x i32> <{pick}>")
+        for start in range(0, self.width, once):
+            part = self._shuffle(a, a, self.width, range(start, start + once))
+            call = f"call {kind} {full}({kind} {part.name}, {kind} zeroinitializer, {mask} -1)"
+            parts.append(self.emit("real", call))
+        while len(parts) > 1:
+            once *= 2
+            parts = [self._shuffle(*pair, once // 2, range(once)) for pair in zip(parts[::2], parts[1::2], strict=True)]
+        return parts[0]
+
+    def _shuffle(self, a: Value, b: Value, width: int, picks: Iterable[int]) -> Value:
+        """Lanes of two reals of `width` lanes, numbered one behind the other."""
+        kind, listed = f"<{width} x {self.scalar['real']}>", [f"i32 {i}" for i in picks]
+        shape = f"<{len(listed)} x i32> <{', '.join(listed)}>"
+        return self.emit("real", f"shufflevector {kind} {a.name}, {kind} {b.name}, {shape}")
 
     def _zero_or_infinite(self, a: Value) -> Value:
         full = f"@llvm.is.fpclass.v{self.width}f{32 if self.dtype == FLOAT32 else 64}"

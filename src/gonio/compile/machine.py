@@ -131,5 +131,3 @@ def _own_machine() -> Any:
     return llvm.Target.from_default_triple().create_target_machine(
         cpu=llvm.get_host_cpu_name(), features=_features_text(), opt=2, jit=True
     )
-
-

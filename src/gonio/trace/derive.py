@@ -21,7 +21,7 @@ def gradient(graph: Graph, output: int, inputs: Sequence[int]) -> list[int]:
     sums: dict[int, int] = {output: constant(1.0)}
     for node in reversed(order):
         slope = sums.get(node)
-        if slope is None or node in inputs and node != output:
+        if slope is None or (node in inputs and node != output):
             continue
         rule = _RULES.get(graph.operations[node])
         if rule is None:
@@ -140,8 +140,6 @@ _RULES: dict[str, Callable[[Graph, int, int], Terms]] = {
     "erf": _unary(
         lambda do, number, x, r: do("mul", number(2.0 / math.sqrt(math.pi)), do("exp", do("neg", do("mul", x, x))))
     ),
-    "erfinv": _unary(
-        lambda do, number, x, r: do("mul", number(0.5 * math.sqrt(math.pi)), do("exp", do("mul", r, r)))
-    ),
+    "erfinv": _unary(lambda do, number, x, r: do("mul", number(0.5 * math.sqrt(math.pi)), do("exp", do("mul", r, r)))),
     "absolute": _unary(lambda do, number, x, r: do("select", do("lt", x, number(0.0)), number(-1.0), number(1.0))),
 }

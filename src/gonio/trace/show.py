@@ -6,9 +6,9 @@ from collections.abc import Mapping, Sequence
 
 from .graph import COMPARISONS, MASK, Graph
 
-_SIGNS = {"add": ("+", 1), "sub": ("-", 1), "mul": ("*", 2), "div": ("/", 2)}
+_SIGNS: dict[str, tuple[str, float]] = {"add": ("+", 1), "sub": ("-", 1), "mul": ("*", 2), "div": ("/", 2)}
 _SIGNS |= dict(zip(COMPARISONS, (("<", 0), ("<=", 0), (">", 0), (">=", 0), ("==", 0), ("!=", 0)), strict=True))
-_SIGNS |= {"and": ("&", -1), "or": ("|", -1), "xor": ("^", -1)}
+_SIGNS |= {"and": ("&", 0.5), "or": ("|", 0.5), "xor": ("^", 0.5)}
 _NAMES = {"select": "where", "absolute": "abs", "stop": "stop_gradient", "to_index": "int", "to_real": "float"}
 _ATOM, _MINUS = 9, 3
 LENGTH = 90
@@ -26,7 +26,7 @@ def show(
     for node in order:
         for source in graph.inputs(node):
             uses[source] += 1
-    names: dict[int, tuple[str, int]] = {}  # text and how tightly it binds
+    names: dict[int, tuple[str, float]] = {}  # text and how tightly it binds
     lines: list[str] = []
     count = 0
     for node in order:
@@ -44,10 +44,10 @@ def show(
 def _text(
     graph: Graph,
     node: int,
-    names: Mapping[int, tuple[str, int]],
+    names: Mapping[int, tuple[str, float]],
     loads: Mapping[tuple[int, int], str],
     tables: Sequence[str],
-) -> tuple[str, int]:
+) -> tuple[str, float]:
     operation, arguments = graph.operations[node], graph.arguments[node]
     if operation == "constant":
         value = arguments[0]

@@ -29,9 +29,9 @@ class Symbol:
         raise TraceError("a formula decides on a value (if, and, or, min, max); expected ops.where and its like")
 
     def __float__(self) -> float:
-        raise TraceError("a formula asks for a number where there is a symbol (math.*, float); expected functions of ops")
+        raise TraceError("a formula asks for the value of a number (math.*, float); expected functions of ops")
 
-    __int__ = __index__ = __float__  # type: ignore[assignment]
+    __int__ = __index__ = __float__
 
     def __iter__(self) -> Any:
         raise TraceError("a formula takes a component apart; components are single numbers")
@@ -52,7 +52,7 @@ class Symbol:
 
     def __pow__(self, exponent: Any) -> Symbol:
         if exponent == 2:
-            return self * self
+            return _apply("mul", self, self)
         return _apply("power", self, exponent)
 
     def __rpow__(self, base: Any) -> Symbol:
