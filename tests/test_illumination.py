@@ -283,7 +283,7 @@ def test_libraries_agree(library):
     single = gn.reflected_radiance(BRUSHED, lights, library.array(wo, "float32"), normal, (0.0, 1.0, 0.0))
     assert library.dtype(single) == "float32"
     np.testing.assert_allclose(library.numpy(single), expected, rtol=1e-5)
-    if library.name != "numpy":
+    if not library.name.startswith("numpy"):
         with pytest.raises(ArrayTypeError, match="ConstantLight"):
             gn.reflected_radiance(BRUSHED, gn.ConstantLight(), own)
 

@@ -294,7 +294,7 @@ def test_wrong_shapes():
 def test_wrong_types(library):
     good = grid(4)
     own = library.array(good)
-    if library.name != "numpy":
+    if not library.name.startswith("numpy"):
         for call in (lambda: GREY.f(good, own), lambda: GREY.f(own, good), lambda: GREY.sample(own, good[:, :2])):
             with pytest.raises(ArrayTypeError, match="different libraries"):
                 call()

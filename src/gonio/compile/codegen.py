@@ -204,8 +204,8 @@ class _Writer:
         v.lines.append("ret void")
 
         body = "\n".join(f"{name}:\n  " + "\n  ".join(lines) for name, lines in self.blocks.items())
-        bits = self.width * self.size * 8
-        attributes = f'nounwind "prefer-vector-width"="{bits}" "min-legal-vector-width"="{bits}"'
+        bits = min(self.width * self.size * 8, 512)
+        attributes = f'nounwind alignstack=64 "prefer-vector-width"="{bits}" "min-legal-vector-width"="{bits}"'
         return (
             "\n".join(sorted(v.declared))
             + "\ndefine void @kernel(ptr noalias readonly %args, i64 %start0, i64 %stop0, i64 %start1, i64 %stop1) #0 {"

@@ -1,0 +1,77 @@
+"""What engine.py runs in fresh processes. Prints numbers for engine.py to read; not meant to be run by hand.
+
+python child.py numpy blocks|whole    m.f of the pickled (m, wi, wo) on standard input, once per line of it
+python child.py first                 seconds: import numpy, import gonio, first and second f of 1000 directions
+python child.py memory N              bytes that the process grew by for f of N directions, and those of the arrays
+"""
+
+from __future__ import annotations
+
+import pickle
+import sys
+import time
+from pathlib import Path
+
+
+def serve_numpy(how: str) -> None:
+    """Evaluates with NumPy, in gonio's blocks or (its block made endless) on whole arrays."""
+    from gonio import batch
+
+    if how == "whole":
+        if not hasattr(batch, "BLOCK"):
+            raise SystemExit("gonio.batch has no BLOCK any more: child.py must learn how to turn blocks off")
+        batch.BLOCK = 1 << 60
+    m, wi, wo = pickle.load(sys.stdin.buffer)
+    for _ in sys.stdin.buffer:
+        m.f(wi, wo)
+        print(flush=True)
+
+
+def first() -> None:
+    """Times of the first steps of a process."""
+    times = [time.perf_counter()]
+    import numpy as np
+
+    times.append(time.perf_counter())
+    import gonio as gn
+
+    times.append(time.perf_counter())
+    m = gn.Microfacet(gn.GGX(0.3), gn.Conductor(0.2, 3.9))
+    w = np.tile(np.array([0.6, 0.0, 0.8], np.float32), (1000, 1))
+    for _ in range(2):
+        start = time.perf_counter()
+        m.f(w, w)
+        times.append(time.perf_counter() - start)
+    print(times[1] - times[0], times[2] - times[1], *times[3:])
+
+
+def peak() -> int:
+    """The most memory [bytes] this program had at once; getrusage's ru_maxrss begins with that of its parent."""
+    status = dict(line.split(":", 1) for line in Path("/proc/self/status").read_text().splitlines())
+    return 1024 * int(status["VmHWM"].split()[0])
+
+
+def memory(count: int) -> None:
+    """Growth of the largest memory the process ever had, from before it makes its arrays to after f."""
+    import numpy as np
+
+    import gonio as gn
+
+    m = gn.Microfacet(gn.GGX(0.3), gn.Conductor(0.2, 3.9))
+    small = np.tile(np.array([0.6, 0.0, 0.8], np.float32), (1000, 1))
+    m.f(small, small)
+    before = peak()
+    wi, wo = np.empty((count, 3), np.float32), np.empty((count, 3), np.float32)
+    wi[...] = wo[...] = small[0]
+    value = m.f(wi, wo)
+    print(peak() - before, wi.nbytes + wo.nbytes + value.nbytes)
+
+
+if __name__ == "__main__":
+    command, *arguments = sys.argv[1:]
+    if command == "numpy":
+        serve_numpy(arguments[0])
+    elif command == "first":
+        first()
+    else:
+        memory(int(arguments[0]))
