@@ -15,12 +15,12 @@ from pathlib import Path
 
 def serve_numpy(how: str) -> None:
     """Evaluates with NumPy, in gonio's blocks or (its block made endless) on whole arrays."""
-    from gonio import batch
+    from gonio import blocks
 
     if how == "whole":
-        if not hasattr(batch, "BLOCK"):
-            raise SystemExit("gonio.batch has no BLOCK any more: child.py must learn how to turn blocks off")
-        batch.BLOCK = 1 << 60
+        if not hasattr(blocks, "BLOCK"):
+            raise SystemExit("gonio.blocks has no BLOCK any more: child.py must learn how to turn blocks off")
+        blocks.BLOCK = 1 << 60
     m, wi, wo = pickle.load(sys.stdin.buffer)
     for _ in sys.stdin.buffer:
         m.f(wi, wo)

@@ -15,7 +15,7 @@ import gonio as gn
 from gonio import engine, ops
 from gonio.compile import store
 from gonio.compile.batches import Result, carry_out, prepare
-from gonio.compile.codegen import EACH
+from gonio.compile.program import EACH
 from gonio.geometry import Direction
 from gonio.param import param
 from gonio.trace import interpret
@@ -119,7 +119,8 @@ def steady(graph: Graph, nodes: list[int], x: np.ndarray, tables: list[np.ndarra
     for error in (1e-14, -1e-14, 3e-14):
         with pytest.MonkeyPatch.context() as patch:
             for name in ROUNDED & set(dir(ops)):
-                patch.setattr(ops, name, lambda *v, exact=getattr(ops, name), e=error: near(exact(*v), e))
+                exact = getattr(ops, name)
+                patch.setattr(ops, name, lambda *v, exact=exact, e=error: near(exact(*v), e))
             for name in ROUNDED & set(interpret._OPERATORS):
                 exact = interpret._OPERATORS[name]
                 patch.setitem(interpret._OPERATORS, name, lambda *v, exact=exact, e=error: near(exact(*v), e))

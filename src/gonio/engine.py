@@ -16,9 +16,9 @@ import numpy as np
 from .blocks import Box, cut
 from .compile import machine
 from .compile.batches import Plan, Result, carry_out, prepare
-from .compile.codegen import EACH, ONCE, TOTAL
+from .compile.program import EACH, ONCE, TOTAL
 from .errors import DependencyError, TraceError
-from .libraries import LIBRARIES
+from .libraries import LIBRARIES, Fixed
 from .param import Channels, Option, Param
 from .parametrised import Parametrised
 from .trace.derive import gradient
@@ -39,7 +39,7 @@ def available() -> bool:
     if os.environ.get("GONIO_ENGINE", "") == "numpy" or machine.lane_bits() == 0:
         return False
     try:
-        machine.version()
+        machine.compiler()
     except DependencyError:
         return False
     return True
@@ -58,21 +58,12 @@ class _Content(NamedTuple):
     """The numbers and tables of a material, in the order in which `bind` meets them."""
 
     leaves: list[Any]
-    tables: dict[int, tuple[np.ndarray, dict]]
+    tables: list[Fixed]
 
 
 def _content(material: Parametrised) -> _Content:
-    found = _Content([], {})
-
-    def convert(value: Any) -> Any:
-        found.leaves.append(value)
-        return value
-
-    def table(_: str, value: np.ndarray, kept: dict) -> Any:
-        found.tables.setdefault(id(kept), (value, kept))
-        return value
-
-    material.bind(convert, table)
+    found = _Content([], [])
+    material.bind(found.leaves.append, found.tables.append)
     return found
 
 
@@ -119,8 +110,8 @@ def _trace(
     kernel: Kernel, kinds: Sequence[str], material: Parametrised, widths: Sequence[int], channels: int | None
 ) -> Trace:
     graph, own, first = Graph(), _content(material), len(widths)
-    numbers = {kept: i for i, kept in enumerate(own.tables)}
-    lengths = [np.shape(v)[-1] if np.ndim(v) else 1 for v in own.leaves]
+    numbers = {id(table): i for i, table in enumerate(own.tables)}
+    lengths = [_length(v) for v in own.leaves]
 
     def bound(start: int, channel: int) -> Parametrised:
         order = iter(range(len(own.leaves)))
@@ -129,7 +120,7 @@ def _trace(
             k = next(order)
             return Symbol(graph, graph.load(start + k, min(channel, lengths[k] - 1)))
 
-        return material.bind(convert, lambda _, __, kept: TableSymbol(graph, numbers[id(kept)]))
+        return material.bind(convert, lambda table: TableSymbol(graph, numbers[id(table)]))
 
     parts = [tuple(Symbol(graph, graph.load(k, c)) for c in range(w)) for k, w in enumerate(widths)]
     mean = bound(first if channels is None else first + len(own.leaves), 0)
@@ -182,7 +173,7 @@ def _jacobian(
 ) -> Trace:
     trace = traced(kernel, ("value",), material, widths, channels)
     graph, first = trace.graph, trace.inputs
-    lengths = [np.shape(v)[-1] if np.ndim(v) else 1 for v in _content(material).leaves]
+    lengths = [_length(v) for v in _content(material).leaves]
     slopes: list[list[int]] = [[] for _ in (*leaves, *inputs)]
     for c, node in enumerate(trace.results[0]):
         by = [graph.load(first + k, min(c, lengths[k] - 1)) for k in leaves]
@@ -275,7 +266,7 @@ def _plan(
 
 def _tables(material: Parametrised, like: np.ndarray) -> list[np.ndarray]:
     with np.errstate(all="ignore"):
-        return [LIBRARIES["numpy"].table(v, like, kept) for v, kept in _content(material).tables.values()]
+        return [LIBRARIES["numpy"].fixed(table, like) for table in _content(material).tables]
 
 
 def interpreted(
@@ -307,17 +298,25 @@ def _parameters(
         first += len(leaves)
         merged: list[Any] = [None] * len(leaves)
         if any(k >= first for k in trace.read):
-            merge = LIBRARIES["numpy"].merge_channels
-            merged = [merge(v, "mean") for v in _content(material.merged(merge)).leaves]
+            merged = _content(material.merged(LIBRARIES["numpy"].merge_channels)).leaves
         arrays += [_parameter(v, dtype, as_axis) if first + k in trace.read else None for k, v in enumerate(merged)]
     return arrays
 
 
 def _parameter(value: Any, dtype: np.dtype, as_axis: bool) -> tuple[np.ndarray, int]:
-    array = np.ascontiguousarray(value, dtype)
+    if isinstance(value, Fixed):
+        array = value.once(np.ascontiguousarray, dtype)
+    else:
+        array = np.ascontiguousarray(value, dtype).reshape(np.shape(value) or 1)
     if as_axis:
         array = array[..., None]
-    return (array, array.shape[-1]) if np.ndim(value) else (array.reshape(1), 1)
+    return array, array.shape[-1]
+
+
+def _length(value: Any) -> int:
+    """How many channels a parameter has."""
+    numbers = value.numbers if isinstance(value, Fixed) else value
+    return np.shape(numbers)[-1] if np.ndim(numbers) else 1
 
 
 def _result(kind: str, nodes: tuple[int, ...], channels: int | None, as_axis: bool) -> Result:

@@ -9,7 +9,7 @@ import numpy as np
 
 from . import engine, reflectance
 from .compile import store
-from .compile.codegen import EACH, PACKED, SAME, Array, Output, Program
+from .compile.program import EACH, PACKED, SAME, Array, Output, Program
 from .errors import NotFoundError
 from .reflectance import Reflectance
 from .trace.show import show

@@ -90,8 +90,13 @@ def to_numpy(x: Array) -> np.ndarray:
 
 def broadcast_shape(shapes: Sequence[tuple[int, ...]], what: str) -> tuple[int, ...]:
     """The shape that all broadcast to, or a ShapeError that names them."""
-    try:
-        return np.broadcast_shapes(*shapes)
-    except ValueError:
-        listed = ", ".join(str(s) for s in shapes)
-        raise ShapeError(f"{what}: shapes {listed} do not broadcast against each other") from None
+    # By hand, because lengths may be symbols of a compiler.
+    found = [1] * max([len(shape) for shape in shapes])
+    for shape in shapes:
+        for i, n in enumerate(shape, len(found) - len(shape)):
+            if found[i] == 1:
+                found[i] = n
+            elif n not in (1, found[i]):
+                listed = ", ".join(str(s) for s in shapes)
+                raise ShapeError(f"{what}: shapes {listed} do not broadcast against each other")
+    return tuple(found)

@@ -10,11 +10,10 @@ import numpy as np
 
 from . import ops
 from .errors import NotFoundError, ParameterError
-from .param import CLASSES, Channels, Field, Param, Parameter, Table
+from .libraries import Fixed
+from .param import CLASSES, Channels, Field, Param, Parameter, Part, Table
 
-_MADE = {"_tables", "_plans", "_identity"}
-"""What an instance keeps for later that follows from the rest."""
-_BESIDE_FIELDS = {"fields", "_tied", *_MADE}
+_BESIDE_FIELDS = {"fields", "_tied", "_kept", "_plans", "_identity"}
 
 
 class Parametrised:
@@ -22,6 +21,7 @@ class Parametrised:
 
     fields: dict[str, Field] = {}  # noqa: RUF012  (each class gets its own below)
     _tied: dict[str, str]
+    _kept: dict[str, Fixed] = {}  # noqa: RUF012  (each instance with arrays gets its own)
 
     def __init_subclass__(cls, **kwargs: Any) -> None:
         super().__init_subclass__(**kwargs)
@@ -59,7 +59,21 @@ class Parametrised:
             elif not (isinstance(field, Table) and value is None):
                 value = field.check(type(self).__name__, value)
             self.__dict__[name] = value
-        self.__dict__["_tied"] = tied
+        self.__dict__.update(_tied=tied, _kept=self._keep())
+
+    def _keep(self) -> dict[str, Fixed]:
+        """Arrays by name, which libraries convert once: tables, flat, and parameters given as NumPy arrays."""
+        arrays = {n: (f, self.__dict__[n]) for n, f in self.fields.items() if isinstance(self.__dict__[n], np.ndarray)}
+        return {n: Fixed(a.reshape(-1) if isinstance(f, Table) else a) for n, (f, a) in arrays.items()}
+
+    def _changed(self, values: dict[str, Any]) -> Self:
+        """A copy, unchecked, with other values of fields."""
+        new = object.__new__(type(self))
+        new.__dict__.update(self.__dict__)
+        new.__dict__.update(values)
+        new.__dict__.pop("_plans", None)  # hold the numbers as they were
+        new.__dict__["_kept"] = {n: kept for n, kept in self._kept.items() if n not in values}
+        return new
 
     @classmethod
     def unchecked(cls, **values: Any) -> Self:
@@ -92,7 +106,7 @@ class Parametrised:
         for name, field, value in self._free():
             if isinstance(field, Param):
                 found[name] = Parameter(value, field.low, field.high, field.doc, field.unit)
-            elif isinstance(value, Parametrised):
+            elif isinstance(field, Part):
                 found.update({f"{name}.{path}": p for path, p in value.parameters.items()})
         return found
 
@@ -131,85 +145,74 @@ class Parametrised:
                 values.update({n: f.default for n, f in self.fields.items() if f.default == name})
         new = object.__new__(type(self))
         new.__dict__.update({k: v for k, v in self.__dict__.items() if k not in self.fields and k != "_plans"})
-        if any(isinstance(self.fields.get(name), Table) for name in grouped):
-            for made in ("_tables", "_identity"):  # from the tables as they were
-                new.__dict__.pop(made, None)
         new._set(values)
         new.validate()
+        if any(isinstance(self.fields.get(name), Table) for name in grouped):
+            new.__dict__.pop("_identity", None)
+        else:
+            tables = {n: k for n, k in self._kept.items() if not isinstance(self.fields.get(n), (Param, Channels))}
+            new._kept.update(tables)  # with what was made of them
         return new
-
-    def _copied(self) -> Self:
-        new = object.__new__(type(self))
-        new.__dict__.update(self.__dict__)
-        new.__dict__.pop("_plans", None)  # hold the numbers as they were
-        return new
-
-    def identity(self) -> object | None:
-        """Something that this shares with its copies alone, if formulas may depend on more than declared fields."""
-        if self.__dict__.keys() <= self.fields.keys() | _BESIDE_FIELDS:
-            return None
-        return self.__dict__.setdefault("_identity", object())
 
     def with_values(self, values: dict[str, Any]) -> Self:
         """A copy with other numbers, by path, unchecked: for libraries that pass their own kinds of value through."""
-        new = self._copied()
+        changes = {}
         for name, field, child in self._free():
             if isinstance(field, Param) and name in values:
-                new.__dict__[name] = values[name]
-            elif isinstance(child, Parametrised):
+                changes[name] = values[name]
+            elif isinstance(field, Part):
                 below = {p.partition(".")[2]: v for p, v in values.items() if p.partition(".")[0] == name}
-                new.__dict__[name] = child.with_values(below)
+                changes[name] = child.with_values(below)
         for name, source in self._tied.items():
-            new.__dict__[name] = new.__dict__[source]
-        return new
+            if source in changes:
+                changes[name] = changes[source]
+        return self._changed(changes)
 
-    def bind(self, convert: Callable[[Any], Any], table: Callable[[str, np.ndarray, dict], Any]) -> Self:
+    def bind(self, convert: Callable[[Any], Any], table: Callable[[Fixed], Any]) -> Self:
         """A copy for evaluation, unchecked: `convert` applied to every number, `table` to every lookup table."""
-        new = self._copied()
-        data = new.__dict__
+        changes: dict[str, Any] = {}
         for name, field in self.fields.items():
-            value = data[name]
             if isinstance(field, (Param, Channels)):
-                data[name] = data[self._tied[name]] if name in self._tied else convert(value)
-            elif isinstance(field, Table) and value is not None:
-                caches = self.__dict__.setdefault("_tables", {})
-                data[name] = table(name, value.reshape(-1), caches.setdefault(name, {}))
-            elif isinstance(value, Parametrised):
-                data[name] = value.bind(convert, table)
-        return new
+                tied = name in self._tied
+                value = self._kept[name] if name in self._kept else self.__dict__[name]
+                changes[name] = changes[self._tied[name]] if tied else convert(value)
+            elif isinstance(field, Part):
+                changes[name] = self.__dict__[name].bind(convert, table)
+        for name, kept in self._kept.items():
+            if name not in changes:
+                changes[name] = table(kept)
+        return self._changed(changes)
 
     def each(self, change: Callable[[Any], Any]) -> Self:
         """A copy, unchecked, with `change` applied to the value of every parameter."""
-        new = self._copied()
-        data = new.__dict__
-        for name, field in self.fields.items():
-            if isinstance(field, Param):
-                data[name] = change(data[name])
-            elif isinstance(data[name], Parametrised):
-                data[name] = data[name].each(change)
-        return new
-
-    def merged(self, merge: Callable[[Any, str], Any]) -> Self:
-        """A copy, unchecked, with `merge` applied to every parameter and its way of merging channels for sampling."""
         changes = {}
         for name, field in self.fields.items():
-            value = self.__dict__[name]
             if isinstance(field, Param):
-                changes[name] = merge(value, field.sampled)
-            elif isinstance(value, Parametrised):
-                changes[name] = value.merged(merge)
+                changes[name] = change(self.__dict__[name])
+            elif isinstance(field, Part):
+                changes[name] = self.__dict__[name].each(change)
+        return self._changed(changes)
+
+    def merged(self, merge: Callable[[Any, str], Any]) -> Self:
+        """A copy, unchecked, with `merge` applied to every number and its way of merging channels for sampling."""
+        changes = {}
+        for name, field in self.fields.items():
+            if isinstance(field, Param):
+                changes[name] = merge(self.__dict__[name], field.sampled)
+            elif isinstance(field, Channels):
+                changes[name] = merge(self.__dict__[name], "mean")
+            elif isinstance(field, Part):
+                changes[name] = self.__dict__[name].merged(merge)
         if all(value is self.__dict__[name] for name, value in changes.items()):
             return self
-        new = self._copied()
-        new.__dict__.update(changes)
-        return new
+        return self._changed(changes)
 
     def leaves(self) -> Iterator[Any]:
         """Values of all numbers, for shapes and libraries."""
         for _, field, value in self._free():
             if isinstance(field, (Param, Channels)):
                 yield value
-            elif isinstance(value, Parametrised):
+            elif isinstance(field, Part):
                 yield from value.leaves()
 
     def leaf_paths(self) -> Iterator[str]:
@@ -217,8 +220,14 @@ class Parametrised:
         for name, field, value in self._free():
             if isinstance(field, (Param, Channels)):
                 yield name if isinstance(field, Param) else ""
-            elif isinstance(value, Parametrised):
+            elif isinstance(field, Part):
                 yield from (path and f"{name}.{path}" for path in value.leaf_paths())
+
+    def identity(self) -> object | None:
+        """Something that this shares with its copies alone, if formulas may depend on more than declared fields."""
+        if self.__dict__.keys() <= self.fields.keys() | _BESIDE_FIELDS:
+            return None
+        return self.__dict__.setdefault("_identity", object())
 
     def _key(self) -> tuple:
         return tuple((n, self.__dict__[n]) for n, _, _ in self._free())
@@ -235,13 +244,14 @@ class Parametrised:
         return hash((type(self), *(v for _, v in self._key() if isinstance(v, (float, str, Parametrised)))))
 
     def __getstate__(self) -> dict[str, Any]:
-        return {k: v for k, v in self.__dict__.items() if k not in _MADE}
+        return {k: v for k, v in self.__dict__.items() if k not in ("_kept", "_plans", "_identity")}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         for value in state.values():
             if isinstance(value, np.ndarray):
                 value.flags.writeable = False  # pickles and deep copies forget it
         self.__dict__.update(state)
+        self.__dict__["_kept"] = self._keep()
 
     def __repr__(self) -> str:
         shown = [f"{n}={literal(v)}" for n, f, v in self._free() if not isinstance(f, (Table, Channels))]

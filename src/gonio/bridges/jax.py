@@ -15,7 +15,7 @@ from ..parametrised import Parametrised
 
 def _flatten(m: Parametrised) -> tuple[list[Any], tuple]:
     paths = tuple(m.parameters)
-    return [p.value for p in m.parameters.values()], (m, paths)
+    return [p.value for p in m.parameters.values()], (m.with_values(dict.fromkeys(paths)), paths)
 
 
 def _unflatten(structure: tuple, leaves: Any) -> Parametrised:

@@ -15,7 +15,7 @@ import numpy as np
 
 from ..trace.graph import MASK, Graph
 from . import memory, store
-from .codegen import EACH, PACKED, PLANES, ROW, SAME, STRIDED, TOTAL, Array, Output, Program
+from .program import EACH, PACKED, PLANES, ROW, SAME, STRIDED, TOTAL, Array, Output, Program
 from .threads import share, threads
 
 PARALLEL = 32_768  # elements from which on threads are worth their start

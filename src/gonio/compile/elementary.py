@@ -11,9 +11,9 @@ interval and the largest relative error of the function composed with the rounde
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
-from gonio.compile.lanes import FLOAT32, FLOAT64, Lanes, Value
+from .lanes import FLOAT32, FLOAT64, Lanes, Value
 
 MANTISSA = {FLOAT32: 23, FLOAT64: 52}  # stored bits
 BIAS = {FLOAT32: 127, FLOAT64: 1023}
@@ -499,7 +499,7 @@ def erfinv(v: Lanes, x: Value) -> Value:
     return v.select(v.compare("lt", magnitude, v.real(1)), result, special)
 
 
-FUNCTIONS = {
+FUNCTIONS: dict[str, Callable[..., Value]] = {
     "exp": exp,
     "log": log,
     "power": power,

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import importlib.util
+import os
 import platform
 import sys
 from functools import cache
@@ -76,14 +78,12 @@ def _features_text() -> str:
 
 
 @cache
-def version() -> str:
-    """The compiler's version, without importing it: what is compiled by another is compiled anew."""
-    from importlib.metadata import PackageNotFoundError, version
-
-    try:
-        return version("llvmlite")
-    except PackageNotFoundError:
-        raise DependencyError("kernels need llvmlite, which is not installed") from None
+def compiler() -> tuple[str, int]:
+    """Which llvmlite there is, without importing it: what another has compiled is compiled anew."""
+    found = importlib.util.find_spec("llvmlite")
+    if found is None or found.origin is None:
+        raise DependencyError("kernels need llvmlite, which is not installed")
+    return found.origin, os.stat(found.origin).st_mtime_ns
 
 
 def to_object(text: str) -> bytes:

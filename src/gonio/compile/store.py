@@ -19,8 +19,8 @@ from typing import Any
 
 from .. import files
 from ..errors import Error
-from . import codegen, image, machine
-from .codegen import Program
+from . import image, machine
+from .program import Program
 
 MAGIC = b"gonio kernel 1\n"
 FILES_KEPT = 2000
@@ -46,6 +46,8 @@ def kernel(program: Program) -> Function:
 
 def source(program: Program) -> str:
     """The LLVM IR of a program, for this processor."""
+    from . import codegen  # needed to compile only
+
     return codegen.generate(program, _width(program), machine.lane_bits() == 512)
 
 
@@ -91,9 +93,12 @@ def _function(address: int, keeper: Any) -> Function:
 def _versions() -> str:
     """What the code of a program depends on beside the program itself."""
     here = Path(__file__).parent
-    sources = [os.stat(here / f"{part}.py") for part in ("codegen", "lanes", "elementary", "image", "machine", "store")]
+    sources = [
+        os.stat(here / f"{part}.py")
+        for part in ("codegen", "program", "lanes", "elementary", "image", "machine", "store")
+    ]
     stamps = [(s.st_mtime_ns, s.st_size) for s in sources]
-    return repr((machine.version(), machine.processor(), stamps))
+    return repr((machine.compiler(), machine.processor(), stamps))
 
 
 def _name(program: Program) -> str:

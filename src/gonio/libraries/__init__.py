@@ -12,6 +12,7 @@ from ..errors import ArrayTypeError
 from ..trace.symbol import Symbol, Symbols, TableSymbol
 from .dr_jit import DrJit
 from .in_numpys_manner import Array, Jax, Library, NumPy, Torch
+from .in_numpys_manner import Fixed as Fixed
 
 LIBRARIES: dict[str, Library] = {
     "numpy": NumPy("numpy", absolute="abs"),
@@ -20,22 +21,25 @@ LIBRARIES: dict[str, Library] = {
     "cupy": Library("cupy", absolute="abs"),
     "drjit": DrJit("drjit", absolute="abs", arccos="acos", arctan2="atan2"),
 }
-"""Library name -> how to use it. A module name that is not a key belongs to the library named in `_ALIASES`."""
+"""Library name -> how to use it."""
 
-_ALIASES = {"jaxlib": "jax", "mitsuba": "drjit"}
 _SYMBOLS = Symbols()
-_BY_TYPE: dict[type, Any] = {int: None, float: None, bool: None, Symbol: _SYMBOLS, TableSymbol: _SYMBOLS}
+_BY_PACKAGE: dict[str, Library | None] = {
+    "builtins": None,
+    **LIBRARIES,
+    "jaxlib": LIBRARIES["jax"],
+    "mitsuba": LIBRARIES["drjit"],
+}
 
 
-def library_of_type(kind: type) -> Any:
+def library_of_type(kind: Any) -> Any:
     """The library that arrays of this type belong to; None for numbers and for what is no array."""
-    if kind not in _BY_TYPE:
-        found = None
-        for base in kind.__mro__:
-            root = base.__module__.partition(".")[0]
-            found = found or LIBRARIES.get(_ALIASES.get(root, root))
-        _BY_TYPE[kind] = found
-    return _BY_TYPE[kind]
+    if kind in (float, int, bool):
+        return None
+    if kind in (Symbol, TableSymbol):
+        return _SYMBOLS
+    package = str(kind.__module__).partition(".")[0]  # `str`, because torch.compile knows it no other way
+    return _BY_PACKAGE[package] if package in _BY_PACKAGE else library_of_type(kind.__base__)
 
 
 def library(*arrays: Array) -> Library:

@@ -9,7 +9,12 @@ from typing import Any
 
 import numpy as np
 
-from .in_numpys_manner import Array, Library
+from .in_numpys_manner import Array, Fixed, Library
+
+
+def _table(numbers: np.ndarray, kind: type, dtype: str) -> Array:
+    flat = np.ascontiguousarray(numbers, dtype=dtype)
+    return flat if kind is float else kind(flat)
 
 
 class DrJit(Library):
@@ -63,13 +68,8 @@ class DrJit(Library):
             return type(like)(values)
         return self.stack([self._lanes(x, like) for x in np.moveaxis(values, -1, 0)])
 
-    def table(self, value: np.ndarray, like: Array, cache: dict) -> Array:
-        kind = self._float(like)
-        key = kind
-        if key not in cache:
-            flat = np.ascontiguousarray(value, dtype=self.dtype(like))
-            cache[key] = flat if kind is float else kind(flat)
-        return cache[key]
+    def fixed(self, value: Fixed, like: Array) -> Array:
+        return value.once(_table, self._float(like), self.dtype(like))
 
     def merge_channels(self, value: Array, how: str) -> Array:
         if isinstance(value, (int, float, np.ndarray)):

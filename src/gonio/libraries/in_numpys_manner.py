@@ -12,6 +12,34 @@ import numpy as np
 Array = Any  # an array of any library, or a number
 
 
+class Fixed:
+    """Numbers that never change, with what libraries made of them; `numbers` may be a function that makes them."""
+
+    def __init__(self, numbers: np.ndarray | Callable[[], np.ndarray]):
+        self._numbers = numbers
+        self._made: dict[tuple, Array] = {}
+
+    @property
+    def numbers(self) -> np.ndarray:
+        """The numbers, as a NumPy array."""
+        if callable(self._numbers):
+            self._numbers = self._numbers()
+        return self._numbers
+
+    def once(self, make: Callable[..., Array], *args: Any) -> Array:
+        """`make(numbers, *args)`, as it was when first asked for."""
+        self._make(make, *args)
+        return self._made[make, *args]
+
+    def _make(self, make: Callable[..., Array], *args: Any) -> None:
+        if (make, *args) not in self._made:
+            self._made[make, *args] = make(self.numbers, *args)
+
+    # What torch.compiler.assume_constant_result does: torch.compile does not trace this but calls it, and then finds
+    # what was made. The numbers must not become an input of its graph: NumPy arrays there are made writeable.
+    _make._dynamo_marked_constant = True  # type: ignore[attr-defined]
+
+
 class Library:
     """An array library in the manner of NumPy: what its functions are called, and how vectors become components."""
 
@@ -22,7 +50,7 @@ class Library:
     def __init__(self, namespace: str, **names: str):
         self.namespace = namespace
         self._names = names
-        self._functions: dict[str, Callable] = {}
+        self._own = {name[3:]: getattr(self, name) for name in dir(self) if name.startswith("op_")}
 
     @property
     def name(self) -> str:
@@ -36,13 +64,7 @@ class Library:
 
     def function(self, name: str) -> Callable:
         """What this library has for the ops function `name`."""
-        found = self._functions.get(name)
-        if found is None:
-            found = getattr(self, "op_" + name, None)
-            if found is None:
-                found = getattr(self.module, self._names.get(name, name))
-            self._functions[name] = found
-        return found
+        return self._own[name] if name in self._own else getattr(self.module, self._names.get(name, name))
 
     def dtype(self, x: Array) -> str:
         return str(x.dtype).rpartition(".")[2]
@@ -55,6 +77,8 @@ class Library:
         self, value: Array, like: Array, channel: int | None = None, shape: tuple[int, ...] | None = None
     ) -> Array:
         """A parameter with the dtype and device of `like`; where `channel_loop`, one channel of it over the batch."""
+        if isinstance(value, Fixed):
+            return self.fixed(value, like)
         return self.module.asarray(value, dtype=like.dtype)
 
     def vectors(self, values: np.ndarray, like: Array) -> Array:
@@ -65,12 +89,9 @@ class Library:
         """The values of an array, without their derivatives."""
         return np.asarray(x)
 
-    def table(self, value: np.ndarray, like: Array, cache: dict) -> Array:
-        """A lookup table, ready for `take`; `cache`, shared by all libraries, keeps what was converted."""
-        key = (self.name, like.dtype)
-        if key not in cache:
-            cache[key] = self.convert(value, like)
-        return cache[key]
+    def fixed(self, value: Fixed, like: Array) -> Array:
+        """Fixed numbers with the dtype and device of `like`, converted once."""
+        return value.once(self.module.asarray, like.dtype)
 
     def merge_channels(self, value: Array, how: str) -> Array:
         """The "mean", "max" or "min" over the channels of a parameter, as it was given: what sampling uses."""
@@ -118,11 +139,8 @@ class Library:
 
 
 class NumPy(Library):
-    def table(self, value: np.ndarray, like: Array, cache: dict) -> Array:
-        key = like.dtype
-        if key not in cache:
-            cache[key] = np.ascontiguousarray(value, dtype=like.dtype)
-        return cache[key]
+    def fixed(self, value: Fixed, like: Array) -> Array:
+        return value.once(np.ascontiguousarray, like.dtype)
 
     def op_take(self, table: Array, index: Array) -> Array:
         return np.take(table, index)
@@ -142,19 +160,33 @@ class NumPy(Library):
         return np.nan_to_num(x, nan=0.0, posinf=0.0, neginf=0.0).astype(np.intp)
 
 
+def _tensor(numbers: np.ndarray, dtype: Any, device: Any) -> Array:
+    import torch
+
+    with torch.inference_mode(False):  # what is kept serves calls with gradients too
+        return torch.tensor(numbers, dtype=dtype, device=device)
+
+
 class Torch(Library):
+    @property
+    def module(self) -> ModuleType:
+        import torch  # torch.compile is quick with this, and slow with `sys.modules`
+
+        return torch
+
     def convert(
         self, value: Array, like: Array, channel: int | None = None, shape: tuple[int, ...] | None = None
     ) -> Array:
-        if isinstance(value, np.ndarray) and not value.flags.writeable:
-            value = value.copy()
-        return self.module.as_tensor(value, dtype=like.dtype, device=like.device)
+        if isinstance(value, Fixed):
+            return self.fixed(value, like)
+        if isinstance(value, (int, float)):
+            return self.module.full((), value, dtype=like.dtype, device=like.device)
+        if isinstance(value, self.module.Tensor):
+            return value.to(dtype=like.dtype, device=like.device)
+        return self.module.tensor(value, dtype=like.dtype, device=like.device)
 
-    def table(self, value: np.ndarray, like: Array, cache: dict) -> Array:
-        key = (like.dtype, like.device)
-        if key not in cache:
-            cache[key] = self.convert(value, like)
-        return cache[key]
+    def fixed(self, value: Fixed, like: Array) -> Array:
+        return value.once(_tensor, like.dtype, like.device)
 
     def to_numpy(self, x: Array) -> np.ndarray:
         return x.detach().cpu().numpy()
@@ -191,11 +223,11 @@ class Torch(Library):
 
 
 class Jax(Library):
-    def table(self, value: np.ndarray, like: Array, cache: dict) -> Array:
+    def fixed(self, value: Fixed, like: Array) -> Array:
         from jax import ensure_compile_time_eval
 
         with ensure_compile_time_eval():  # inside jit or grad too what is kept is an array, not a tracer
-            return super().table(value, like, cache)
+            return super().fixed(value, like)
 
     def op_erf(self, x: Array) -> Array:
         from jax.scipy.special import erf

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from .. import ops
 from ..errors import ArrayTypeError, ParameterError, ShapeError
 from ..geometry import Direction, polar_angle
+from ..libraries import Fixed
 
 
 def pixel_directions(height: int, width: int, rows: slice = slice(None)) -> NDArray[np.float64]:
@@ -109,15 +110,15 @@ class Panorama:
         return f"<{width} x {height}, {channels} channel{'s' * (channels > 1)}{origin}>"
 
     @cached_property
-    def _planes(self) -> list[tuple[NDArray[Any], dict[Any, Any]]]:
-        """Every channel, flat, and what libraries keep of it.
+    def _planes(self) -> list[Fixed]:
+        """Every channel, flat.
 
         The first column comes again on the right and the last row again below, so that the neighbours of a
         pixel are at fixed distances.
         """
         padded = np.pad(self.pixels, ((0, 0), (0, 1), (0, 0)), "wrap")
         padded = np.pad(padded, ((0, 1), (0, 0), (0, 0)), "edge")
-        return [(np.ascontiguousarray(plane).reshape(-1), {}) for plane in np.moveaxis(padded, -1, 0)]
+        return [Fixed(np.ascontiguousarray(plane).reshape(-1)) for plane in np.moveaxis(padded, -1, 0)]
 
     def radiance(self, w: Any) -> Any:
         """Bilinear interpolation at directions w (..., 3) of any library -> (..., C)."""
@@ -132,8 +133,8 @@ class Panorama:
         upper = ops.to_index(y0) * (width + 1) + ops.to_index(column)
         lower = upper + (width + 1)
         found = []
-        for plane, cache in self._planes:
-            table = lib.table(plane, w, cache)
+        for plane in self._planes:
+            table = lib.fixed(plane, w)
             a, b = ops.take(table, upper), ops.take(table, lower)
             a = a + fx * (ops.take(table, upper + 1) - a)
             b = b + fx * (ops.take(table, lower + 1) - b)
@@ -179,8 +180,8 @@ class Panorama:
         return share / share.sum(), solid_angle
 
     @cached_property
-    def _tables(self) -> dict[str, tuple[NDArray[np.float64], dict[Any, Any]]]:
-        """What `sample` and `pdf` look up, flat, each with what libraries keep of it.
+    def _tables(self) -> dict[str, Fixed]:
+        """What `sample` and `pdf` look up, flat.
 
         density: of every pixel, [1/sr]. row_share, column_share: probabilities of a row, and of a column
         within a row. row, column: sums of these over what lies before. down, up: 1 - cos theta and 1 + cos
@@ -200,7 +201,7 @@ class Panorama:
             "down": 2.0 * np.sin(half) ** 2,
             "up": 2.0 * np.sin(half[::-1]) ** 2,
         }
-        return {name: (table.reshape(-1), {}) for name, table in tables.items()}
+        return {name: Fixed(table.reshape(-1)) for name, table in tables.items()}
 
     def sample(self, u: Any) -> tuple[Any, Any]:
         """Directions (..., 3) and densities [1/sr] (...) for u (..., 2) of any library."""
@@ -209,7 +210,7 @@ class Panorama:
         if not lib.shape(u) or lib.shape(u)[-1] != 2:
             raise ShapeError(f"u: shape {lib.shape(u)}, expected (..., 2)")
         u0, u1 = lib.split(u, (), False)
-        table = {name: lib.table(values, u, cache) for name, (values, cache) in self._tables.items()}
+        table = {name: lib.fixed(values, u) for name, values in self._tables.items()}
         first = ops.to_index(0.0 * u1)
         row = _last_at_most(u1, table["row"], first, _power_of_two(height))
         t = (u1 - ops.take(table["row"], row)) / ops.take(table["row_share"], row)
@@ -236,8 +237,7 @@ class Panorama:
         row = ops.floor(ops.minimum(y, height - 1.0))
         # x + width rounds up to the right edge where x is a tiny negative number.
         pixel = ops.to_index(row) * width + ops.to_index(ops.minimum(column, width - 1.0))
-        density, cache = self._tables["density"]
-        return ops.take(lib.table(density, w, cache), pixel) + 0.0 * (x + y)
+        return ops.take(lib.fixed(self._tables["density"], w), pixel) + 0.0 * (x + y)
 
 
 def _power_of_two(n: int) -> int:

@@ -11,7 +11,7 @@ from __future__ import annotations
 import hashlib
 import math
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import cache
 from importlib import resources
 from pathlib import Path
@@ -23,6 +23,7 @@ from .. import ops
 from ..errors import FormatError, ParameterError
 from ..files import replacing
 from ..geometry import HORIZON, Direction, dot, half_difference, half_vector, reflect
+from ..libraries import Fixed
 from ..measurement import Measured
 from ..param import channels, option, table
 from ..reflectance import Reflectance
@@ -83,7 +84,7 @@ class MERL(Measured):
     channel = channels("red, green, blue")
 
     format = NAME
-    cells: Any  # what formulas look up; made by `bind`
+    cells: Any  # what formulas look up, of bound materials only
     rings: Any
     phi_cells: int
 
@@ -103,6 +104,7 @@ class MERL(Measured):
                 f"MERL(raw): got shape {self.raw.shape}, expected (3, 90, 90, 180) or (3, 90, 90, 360); "
                 f"read files with gonio.load"
             )
+        self.__dict__["phi_cells"] = self.raw.shape[3]
 
     @property
     def valid(self) -> np.ndarray:
@@ -132,21 +134,11 @@ class MERL(Measured):
         }
         return xarray.Dataset(variables, axes, {"quantity": self.quantity, "source": self.path})
 
-    def bind(self, convert: Callable, table: Callable) -> MERL:
-        """As the base's, with the tables made from `raw` when first needed, which the formulas look up."""
-        new = super().bind(convert, lambda *_: None)
-        kept = self._made()
-        for name in ("cells", "rings"):
-            new.__dict__[name] = table(name, kept[name]["made"], kept[name])
-        new.__dict__["phi_cells"] = self.raw.shape[3]
-        return new
-
-    def _made(self) -> dict[str, dict]:
-        kept = self.__dict__.setdefault("_tables", {})
-        if "cells" not in kept:
-            with np.errstate(all="ignore"):
-                kept.update(rings={"made": _rings(self.raw)}, cells={"made": _cells(self.raw)})
-        return kept
+    def _keep(self) -> dict[str, Fixed]:
+        """As the base's, with tables made from `raw` when first needed in its place, which the formulas look up."""
+        kept, raw = super()._keep(), self.raw
+        del kept["raw"]
+        return {**kept, "cells": Fixed(lambda: _cells(raw)), "rings": Fixed(lambda: _rings(raw))}
 
     def formula(self, wi: Direction, wo: Direction) -> Any:
         h, d, p = self._coordinates(wi, wo)
@@ -214,7 +206,7 @@ class MERL(Measured):
     @property
     def seam(self) -> float:  # type: ignore[override]
         """Where `warp` changes from the rings to the cosine hemisphere."""
-        return float(self._made()["rings"]["made"][N])
+        return float(self._kept["rings"].numbers[N])
 
     def estimate(self, wo: Direction) -> Any:
         return ops.take(self.rings, ops.to_index(0.0 * wo.z) + ALBEDO)

@@ -100,6 +100,8 @@ class RGL(Measured):
 
     stored: dict[str, np.ndarray]
     """The file's fields in their order, as they were read."""
+    shapes: dict[str, tuple[int, ...]]
+    """Their shapes."""
     main: str
     """Name of the field that holds S: "spectra" or "rgb"."""
     reduction: int
@@ -129,7 +131,8 @@ class RGL(Measured):
         made |= {name: stored[name] for name in ("theta_i", "phi_i", "sigma")}
         made |= {"values": _finite_or_nan(stored[main]), "ndf": _finite_or_nan(stored["ndf"])}
         names = tuple(stored["wavelengths"].tolist()) if spectral else ("R", "G", "B")
-        self.__dict__.update(stored=stored, main=main, reduction=reduction, channel_names=names)
+        shapes = {name: a.shape for name, a in stored.items()}
+        self.__dict__.update(stored=stored, shapes=shapes, main=main, reduction=reduction, channel_names=names)
         super().__init__(path, about, **made, channel=len(names))
 
     @property
@@ -206,7 +209,7 @@ class RGL(Measured):
         folded = self.reduction > 1
         phi = -_azimuth(Direction(w.x, ops.absolute(w.y), w.z)) if folded else _azimuth(w)
         theta = polar_angle(w)
-        n_phi, n_theta = len(self.stored["phi_i"]), len(self.stored["theta_i"])
+        (n_phi,), (n_theta,) = self.shapes["phi_i"], self.shapes["theta_i"]
         at = both(bracket(self.phi_i, n_phi, phi), bracket(self.theta_i, n_theta, theta), n_theta)
         return at, ops.sqrt(theta * (2.0 / math.pi)), (phi + math.pi) * (0.5 / math.pi), phi
 
@@ -218,7 +221,7 @@ class RGL(Measured):
 
     def _grid(self, name: str) -> tuple[int, int]:
         """Rows and columns of a field's tables."""
-        rows, columns = self.stored[name].shape[-2:]
+        rows, columns = self.shapes[name][-2:]
         return rows, columns
 
     @property
