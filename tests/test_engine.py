@@ -155,7 +155,8 @@ def test_random_graphs(seed):
     ]
     tables = [rng.normal(size=7), rng.normal(size=7)]
     results = [Result((node,), EACH, ()) for node in nodes]
-    plan = prepare(graph, results, [(x, 3)], 1, tables, (500,), x.dtype)
+    padded = [np.append(t, 0.0) for t in tables]
+    plan = prepare(graph, results, [(x, 3)], 1, padded, (500,), x.dtype)
     with np.errstate(all="ignore"):
         want = evaluate(graph, nodes, lambda a, c: x[:, c], tables, x.dtype)
         sure = steady(graph, nodes, x, tables, want)
@@ -174,6 +175,7 @@ def test_every_width_of_vectors(width, monkeypatch):
     want = METAL.f(WI, WO)
     monkeypatch.setattr(store, "_width", lambda program: width)
     monkeypatch.setattr(store, "_versions", lambda: f"width {width}")
+    monkeypatch.setattr(store, "folder", lambda: None)
     m = METAL.replace()
     np.testing.assert_allclose(m.f(WI, WO), want, rtol=1e-13)
     np.testing.assert_allclose(m.f(WI[:3], WO[:3]), want[:3], rtol=1e-13)
@@ -539,11 +541,13 @@ def test_llvms_own_loader_gives_the_same(monkeypatch):
     want = METAL.f(WI, WO)
     monkeypatch.setattr(store.image, "flatten", lambda code: None)
     monkeypatch.setattr(store, "_versions", lambda: "by LLVM's loader")
+    monkeypatch.setattr(store, "folder", lambda: None)
     np.testing.assert_array_equal(METAL.replace().f(WI, WO), want)
 
 
 def test_threads_compile_at_once(monkeypatch):
     monkeypatch.setattr(store, "_versions", lambda: "compiled by many threads")
+    monkeypatch.setattr(store, "folder", lambda: None)
     wi, wo = directions(50), directions(50, seed=1)
     want = [uncompiled(lambda n=n: gn.ModifiedPhong(np.full(n, 0.5), 3.0).f(wi, wo)) for n in range(1, 7)]
 

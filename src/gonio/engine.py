@@ -112,12 +112,15 @@ def _trace(
     graph, own, first = Graph(), _content(material), len(widths)
     numbers = {id(table): i for i, table in enumerate(own.tables)}
     lengths = [_length(v) for v in own.leaves]
+    numbered = [not path for path in material.leaf_paths()]
 
     def bound(start: int, channel: int) -> Parametrised:
         order = iter(range(len(own.leaves)))
 
         def convert(_: Any) -> Symbol:
             k = next(order)
+            if numbered[k] and start == first and lengths[k] == (channels or 1):
+                return Symbol(graph, graph.constant(channel))
             return Symbol(graph, graph.load(start + k, min(channel, lengths[k] - 1)))
 
         return material.bind(convert, lambda table: TableSymbol(graph, numbers[id(table)]))
@@ -266,7 +269,12 @@ def _plan(
 
 def _tables(material: Parametrised, like: np.ndarray) -> list[np.ndarray]:
     with np.errstate(all="ignore"):
-        return [LIBRARIES["numpy"].fixed(table, like) for table in _content(material).tables]
+        return [table.once(_padded, like.dtype) for table in _content(material).tables]
+
+
+def _padded(numbers: np.ndarray, dtype: np.dtype) -> np.ndarray:
+    """A table with an entry more: kernels read two at a time."""
+    return np.append(numbers.astype(dtype, copy=False), dtype.type(0.0))
 
 
 def interpreted(

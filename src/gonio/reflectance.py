@@ -277,6 +277,8 @@ def _value(m: Reflectance, mean: Reflectance, wi: Any, wo: Any) -> tuple:
 
 def _shares(mean: Reflectance, wo: Direction) -> list[tuple[Any, Reflectance]]:
     """The probability with which each lobe is sampled."""
+    if len(only := list(mean.lobes())) == 1:
+        return [(1.0, only[0][1])]
     lobes = [(weight * lobe.estimate(wo) + 1e-6, lobe) for weight, lobe in mean.lobes()]
     total = lobes[0][0]
     for share, _ in lobes[1:]:

@@ -16,10 +16,10 @@ import numpy as np
 from ..trace.graph import MASK, Graph
 from . import memory, store
 from .program import EACH, PACKED, PLANES, ROW, SAME, STRIDED, TOTAL, Array, Output, Program
-from .threads import share, threads
+from .threads import threads, together
 
 PARALLEL = 32_768  # elements from which on threads are worth their start
-PIECES = 4  # parts of a batch for each thread, so that none waits long for another
+PIECES = 8  # parts of a batch for each thread, so that none waits long for another
 GRAIN = 4096  # elements that a part has at least
 
 DTYPES = {np.dtype(np.float32): "float32", np.dtype(np.float64): "float64"}
@@ -75,7 +75,7 @@ def prepare(
     """A plan to evaluate a graph over a batch of this shape.
 
     `arrays`: (array, length of its vectors), whose other axes broadcast to `shape`; None for one that nothing reads.
-    The first `brought` ones come with each call, in the same shapes and strides. Results that are not stored for each
+    `tables` have an entry at their end that is none. The first `brought` arrays come with each call, in the same shapes and strides. Results that are not stored for each
     element are so for the last axis as a whole.
     """
     views = [_View(1, (0,) * len(shape), 0) if x is None else _view(*x, len(shape)) for x in arrays]
@@ -100,14 +100,14 @@ def prepare(
         fixed = 0 if given is None or k < brought else _address(given[0])
         words += [fixed, outer.steps[k], inner.steps[k], view.component]
     for table in tables:
-        words += [_address(table), len(table) - 1]
+        words += [_address(table), len(table) - 2]
     for k, (r, s, kind) in enumerate(zip(results, shapes, kinds, strict=True), len(arrays)):
         places.append(len(words))
         outputs.append((len(words), (*s, *r.element), kind))
         words += [0, outer.steps[k]]
     return Plan(
         store.kernel(program),
-        partial((c_int64 * len(words)).from_buffer_copy, (c_int64 * len(words))(*words)),
+        partial((c_int64 * (len(words) + 1)).from_buffer_copy, (c_int64 * (len(words) + 1))(*words)),
         tuple(inputs),
         tuple(outputs),
         tuple((axis.length, axis.steps) for axis in above),
@@ -135,28 +135,23 @@ def carry_out(plan: Plan, inputs: Sequence[np.ndarray], out: np.ndarray | None =
         for at in np.ndindex(*(length for length, _ in plan.above)):
             for i, word in enumerate(plan.addresses):
                 block[word] = start[i] + sum(n * steps[i] for n, (_, steps) in zip(at, plan.above, strict=True))
-            _run(plan, addressof(block))
+            _run(plan, block)
     else:
-        _run(plan, addressof(block))
+        _run(plan, block)
     return results
 
 
-def _run(plan: Plan, block: int) -> None:
-    outer, inner, function = plan.outer, plan.inner, plan.function
-    if outer * inner < PARALLEL or threads() == 1:
-        function(block, 0, outer, 0, inner)
-        return
-    pieces = min(PIECES * threads(), outer * inner // GRAIN)
-    if outer >= pieces or not plan.divisible:
-        share(function, [(block, a, b, 0, inner) for a, b in _pieces(outer, pieces, 1)])
+def _run(plan: Plan, block: Any) -> None:
+    outer, inner, function, count = plan.outer, plan.inner, plan.function, threads()
+    block[-1] = 0
+    address = addressof(block)
+    if outer * inner < PARALLEL or count == 1:
+        function(address, outer, inner, -outer)
+    elif outer >= PIECES * count or not plan.divisible:
+        together(function, address, outer, inner, -max(outer // (PIECES * count), 1))
     else:
-        share(function, [(block, 0, outer, a, b) for a, b in _pieces(inner, pieces, 64)])
-
-
-def _pieces(length: int, count: int, multiple: int) -> list[tuple[int, int]]:
-    step = -(-length // count)
-    step += -step % multiple
-    return [(start, min(start + step, length)) for start in range(0, length, step)]
+        grain = max(inner // (PIECES * count), GRAIN // outer)
+        together(function, address, outer, inner, grain + -grain % 64)
 
 
 def _address(array: np.ndarray) -> int:

@@ -1,8 +1,10 @@
-"""A graph as LLVM IR: one function that runs over two axes of a batch, the inner one several lanes at a time.
+"""A graph as LLVM IR: a function that runs over two axes of a batch, the inner one several lanes at a time.
 
-The function is `kernel(args, start0, stop0, start1, stop1)`. `args` is a block of 64-bit words: for every array its
-address and three strides in bytes (outer axis, inner axis, component), for every table its address and the number of
-its last entry, for every output its address and its outer stride in bytes. What depends on no axis is computed before
+The function is `kernel(args, outer, inner, grain)`, with the lengths of the axes. Threads that call it with the same block
+of arguments share the work: each takes `grain` elements of the inner axis at a time, or -`grain` of the outer one. `args`
+is a block of 64-bit words: for every array its address and three strides in bytes (outer axis, inner axis, component), for
+every table its address and the number of its last entry, for every output its address and its outer stride in bytes; and
+at last where the next part begins. What depends on no axis is computed before
 the loops, what depends on the outer axis alone outside the inner loop.
 """
 
@@ -16,6 +18,40 @@ from .lanes import FLOAT32, Lanes, Value
 from .program import EACH, ONCE, PACKED, PLANES, ROW, SAME, TOTAL, Program
 
 INLINE = 4  # components of a vector that are taken apart by shuffles; of longer ones by gathers
+
+
+_SHARED = """
+define void @kernel(ptr %args, i64 %outer, i64 %inner, i64 %grain) nounwind {
+entry:
+  %next = getelementptr i64, ptr %args, i64 WORDS
+  %rows = icmp slt i64 %grain, 0
+  br i1 %rows, label %down, label %along
+along:
+  %a = atomicrmw add ptr %next, i64 %grain monotonic
+  %a.more = icmp ult i64 %a, %inner
+  br i1 %a.more, label %along.part, label %exit
+along.part:
+  %a.end = add i64 %a, %grain
+  %a.less = icmp ult i64 %a.end, %inner
+  %a.stop = select i1 %a.less, i64 %a.end, i64 %inner
+  call void @part(ptr %args, i64 0, i64 %outer, i64 %a, i64 %a.stop)
+  br label %along
+down:
+  %step = sub i64 0, %grain
+  %d = atomicrmw add ptr %next, i64 %step monotonic
+  %d.more = icmp ult i64 %d, %outer
+  br i1 %d.more, label %down.part, label %exit
+down.part:
+  %d.end = add i64 %d, %step
+  %d.less = icmp ult i64 %d.end, %outer
+  %d.stop = select i1 %d.less, i64 %d.end, i64 %outer
+  call void @part(ptr %args, i64 %d, i64 %d.stop, i64 0, i64 %inner)
+  br label %down
+exit:
+  ret void
+}
+"""
+"""What is called: takes parts of the batch, as long as there are any that no other thread has taken."""
 
 
 def generate(program: Program, width: int, estimates: bool) -> str:
@@ -35,6 +71,8 @@ class _Writer:
         graph = program.graph
         self.order = graph.reachable([node for output in program.outputs for node in output.nodes])
         self.decided = self._decided()
+        self.paired = self.pairs() if program.dtype == FLOAT32 else {}
+        self.read: dict[int, tuple[Value, Value]] = {}
         self.level = self._levels()
         self.loads = [node for node in self.order if graph.operations[node] == "load"]
 
@@ -165,14 +203,13 @@ class _Writer:
         body = "\n".join(f"{name}:\n  " + "\n  ".join(lines) for name, lines in self.blocks.items())
         bits = min(self.width * self.size * 8, 512)
         attributes = f'nounwind alignstack=64 "prefer-vector-width"="{bits}" "min-legal-vector-width"="{bits}"'
+        declared = "\n".join(sorted(v.declared))
+        part = "ptr noalias readonly %args, i64 %start0, i64 %stop0, i64 %start1, i64 %stop1"
         return (
-            "\n".join(sorted(v.declared))
-            + "\ndefine void @kernel(ptr noalias readonly %args, i64 %start0, i64 %stop0, i64 %start1, i64 %stop1) #0 {"
-            + "\n"
-            + body
-            + "\n}\nattributes #0 = { "
-            + attributes
-            + " }\n"
+            f"{declared}\n"
+            f"define internal void @part({part}) noinline #0 {{\n{body}\n}}\n"
+            f"{_SHARED.replace('WORDS', str(self.program.words()))}"
+            f"attributes #0 = {{ {attributes} }}\n"
         )
 
     def into(self, block: str) -> None:
@@ -341,6 +378,8 @@ class _Writer:
             kind = graph.kinds[node]
             return v.real(value) if kind == REAL else v.index(value) if kind == INDEX else v.mask(bool(value))
         if operation == "take":
+            if node in self.paired:
+                return self.partner(node)
             return self.lookup(arguments[0], self.values[arguments[1]])
         a = [self.values[x] for x in arguments]
         if operation in ("lt", "le", "gt", "ge", "eq", "ne"):
@@ -397,15 +436,62 @@ class _Writer:
             return v.select(v.compare(how, b, a), b, a)
         return v.select(v.is_nan(a), a, v.select(v.compare(how, a, b), a, b))
 
+    def pairs(self) -> dict[int, tuple[int, int]]:
+        """Lookups of entries side by side, which are read together: node -> (the first of the two, 0 or 1)."""
+        graph = self.program.graph
+        places: dict[tuple, dict[int, int]] = {}
+        for node in self.order:
+            if graph.operations[node] == "take":
+                table, index = graph.arguments[node]
+                base, offset = graph.split(index)
+                if base is not None:
+                    places.setdefault((table, base), {})[int(offset)] = node
+        found: dict[int, tuple[int, int]] = {}
+        for members in places.values():
+            for offset in sorted(members):
+                if offset + 1 in members and members[offset] not in found:
+                    found[members[offset]] = (members[offset], 0)
+                    found[members[offset + 1]] = (members[offset], 1)
+        return found
+
+    def partner(self, node: int) -> Value:
+        """An entry that is read together with a neighbour."""
+        first, which = self.paired[node]
+        if first not in self.read:
+            self.read[first] = self.pair(first)
+        return self.read[first][which]
+
+    def pair(self, node: int) -> tuple[Value, Value]:
+        """Two neighbouring entries of a table, for which the processor loads one number of twice the length."""
+        table, index = self.program.graph.arguments[node]
+        w, real = self.width, f"<{2 * self.width} x {self.real}>"
+        full, name = f"@llvm.masked.gather.v{w}f64.v{w}p0", self.v.name()
+        self.v.declare(f"<{w} x double> {full}(<{w} x ptr>, i32, <{w} x i1>, <{w} x double>)")
+        pointers = self.pointers(table, self.values[index])
+        self.v.lines.append(
+            f"{name}.two = call <{w} x double> {full}(<{w} x ptr> {pointers}, i32 4, <{w} x i1> splat (i1 true), "
+            f"<{w} x double> poison)"
+        )
+        self.v.lines.append(f"{name} = bitcast <{w} x double> {name}.two to {real}")
+        both = []
+        for start in (0, 1):
+            picks = ", ".join(f"i32 {i}" for i in range(start, 2 * w, 2))
+            both.append(self.v.emit("real", f"shufflevector {real} {name}, {real} poison, <{w} x i32> <{picks}>"))
+        return both[0], both[1]
+
     def lookup(self, table: int, index: Value) -> Value:
         """Entries of a table; an index beyond it reads its last entry."""
+        return self.gather(self.pointers(table, index), self.size)
+
+    def pointers(self, table: int, index: Value) -> str:
+        """Where entries of a table are."""
         v, w = self.v, self.width
         kind = v.types["index"]
         v.declare(f"{kind} @llvm.umin.v{w}i32({kind}, {kind})")
         safe = v.emit("index", f"call {kind} @llvm.umin.v{w}i32({kind} {index.name}, {kind} %t{table}.end)")
         pointers = v.name()
         v.lines.append(f"{pointers} = getelementptr {self.real}, ptr %t{table}, {kind} {safe.name}")
-        return self.gather(pointers, self.size)
+        return pointers
 
     # Outputs.
 

@@ -119,7 +119,7 @@ def linked(code: bytes) -> tuple[int, Any]:
     llvm = _llvm()
     with _LOCK:
         empty = llvm.parse_assembly("")
-        engine = llvm.create_mcjit_compiler(empty, _own_machine())
+        engine = llvm.create_mcjit_compiler(empty, _own_machine(), use_lmm=True)  # keeps sections within reach
         engine.add_object_file(llvm.ObjectFileRef.from_data(code))
         engine.finalize_object()
         return engine.get_function_address("kernel"), engine

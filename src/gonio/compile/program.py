@@ -44,5 +44,5 @@ class Program(NamedTuple):
         return self.graph.digest(nodes, *facts)
 
     def words(self) -> int:
-        """Length of the block of arguments."""
+        """Length of the block of arguments, without its last word."""
         return 4 * len(self.arrays) + 2 * self.tables + 2 * len(self.outputs)

@@ -25,11 +25,11 @@ from .program import Program
 MAGIC = b"gonio kernel 1\n"
 FILES_KEPT = 2000
 
-Function = Callable[[int, int, int, int, int], None]
-"""kernel(args, start0, stop0, start1, stop1)"""
+Function = Callable[[int, int, int, int], None]
+"""kernel(args, outer, inner, grain), see `codegen`"""
 
 _KNOWN: dict[Program | str, Function] = {}
-_PROTOTYPE = ctypes.CFUNCTYPE(None, ctypes.c_void_p, *[ctypes.c_int64] * 4)
+_PROTOTYPE = ctypes.CFUNCTYPE(None, ctypes.c_void_p, *[ctypes.c_int64] * 3)
 
 
 def kernel(program: Program) -> Function:

@@ -107,12 +107,38 @@ class Graph:
             value = self.value(nodes[0])
             return None if value is None else self.constant(value if math.isfinite(value) else 0, INDEX)
         elif self.kinds[nodes[0]] == INDEX and operation in ("add", "sub", "mul"):
-            a, b = (self.value(n) for n in nodes)
-            if a is not None and b is not None:
-                return self.constant({"add": a + b, "sub": a - b, "mul": a * b}[operation], INDEX)
-            if operation != "mul" and b == 0:
-                return nodes[0]
+            return self._simplified_index(operation, nodes)
         return None
+
+    def _simplified_index(self, operation: str, nodes: Sequence[int]) -> int | None:
+        """Whole numbers have no rounding: sums are written with one constant, and that last."""
+        a, b = (self.value(n) for n in nodes)
+        if a is not None and b is not None:
+            return self.constant({"add": a + b, "sub": a - b, "mul": a * b}[operation], INDEX)
+        if operation == "mul":
+            return None
+        sign = 1 if operation == "add" else -1
+        (x, c), (y, d) = (self.split(n) for n in nodes)
+        offset = int(c + sign * d)
+        if offset == 0 and (c != 0 or b == 0):
+            return x if y is None else self.apply(operation, x, y) if x is not None else None
+        if y is None and x is not None and (c != 0 or sign < 0):
+            return self._node("add", (x, self.constant(offset, INDEX)), INDEX)
+        if x is not None and y is not None and (c != 0 or d != 0):
+            return self._node("add", (self.apply(operation, x, y), self.constant(offset, INDEX)), INDEX)
+        return None
+
+    def split(self, node: int) -> tuple[int | None, float]:
+        """An index as node + constant; no node for a constant."""
+        value = self.value(node)
+        if value is not None:
+            return None, value
+        if self.operations[node] == "add":
+            a, b = self.arguments[node]
+            last = self.value(b)
+            if last is not None:
+                return a, last
+        return node, 0
 
     def inputs(self, node: int) -> Sequence[int]:
         """The nodes that a node is computed from."""
