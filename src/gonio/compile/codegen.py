@@ -1,11 +1,11 @@
 """A graph as LLVM IR: a function that runs over two axes of a batch, the inner one several lanes at a time.
 
-The function is `kernel(args, outer, inner, grain)`, with the lengths of the axes. Threads that call it with the same block
-of arguments share the work: each takes `grain` elements of the inner axis at a time, or -`grain` of the outer one. `args`
-is a block of 64-bit words: for every array its address and three strides in bytes (outer axis, inner axis, component), for
-every table its address and the number of its last entry, for every output its address and its outer stride in bytes; and
-at last where the next part begins. What depends on no axis is computed before
-the loops, what depends on the outer axis alone outside the inner loop.
+The function is `kernel(args, outer, inner, grain)`, with the lengths of the axes. Threads that call it with the same
+block of arguments share the work: each takes `grain` elements of the inner axis at a time, or -`grain` of the outer one.
+`args` is a block of 64-bit words: for every array its address and three strides in bytes (outer axis, inner axis,
+component), for every table its address and the number of its last entry, for every output its address and its outer
+stride in bytes; and at last where the next part begins. What depends on no axis is computed before the loops, what
+depends on the outer axis alone outside the inner loop.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ from collections.abc import Sequence
 
 from ..trace.graph import INDEX, MASK, REAL
 from . import elementary
+from .divisions import fewer_divisions
 from .lanes import FLOAT32, Lanes, Value
 from .program import EACH, ONCE, PACKED, PLANES, ROW, SAME, TOTAL, Program
 
@@ -56,7 +57,11 @@ exit:
 
 def generate(program: Program, width: int, estimates: bool) -> str:
     """The IR of a kernel for vectors of `width` lanes; `estimates`: see `Lanes`."""
-    return _Writer(program, width, estimates).text()
+    nodes = [node for output in program.outputs for node in output.nodes]
+    graph, renamed = fewer_divisions(program.graph, nodes, program.dtype)
+    new = iter(renamed)
+    outputs = tuple(output._replace(nodes=tuple(next(new) for _ in output.nodes)) for output in program.outputs)
+    return _Writer(program._replace(graph=graph, outputs=outputs), width, estimates).text()
 
 
 class _Writer:
@@ -204,10 +209,10 @@ class _Writer:
         bits = min(self.width * self.size * 8, 512)
         attributes = f'nounwind alignstack=64 "prefer-vector-width"="{bits}" "min-legal-vector-width"="{bits}"'
         declared = "\n".join(sorted(v.declared))
-        part = "ptr noalias readonly %args, i64 %start0, i64 %stop0, i64 %start1, i64 %stop1"
+        signature = "ptr noalias readonly %args, i64 %start0, i64 %stop0, i64 %start1, i64 %stop1"
         return (
             f"{declared}\n"
-            f"define internal void @part({part}) noinline #0 {{\n{body}\n}}\n"
+            f"define internal void @part({signature}) noinline #0 {{\n{body}\n}}\n"
             f"{_SHARED.replace('WORDS', str(self.program.words()))}"
             f"attributes #0 = {{ {attributes} }}\n"
         )

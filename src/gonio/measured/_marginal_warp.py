@@ -20,6 +20,8 @@ from .. import ops
 Slices = Sequence[tuple[Any, Any]]
 """Which tables are interpolated: pairs of their number and their weight."""
 
+FEW = 16  # nodes up to which each is compared: quicker than to look them up
+
 ONE: Slices = ((0, 1.0),)
 """The only table of a set of one."""
 
@@ -28,8 +30,16 @@ def bracket(nodes: Any, count: int, x: Any) -> Slices:
     """The two of `count` increasing nodes that x lies between, with linear weights; held constant outside."""
     if count == 1:
         return ONE
-    i, _ = _last(count - 1, lambda k: ops.take(nodes, k) < x, x)
-    low, high = ops.take(nodes, i), ops.take(nodes, i + 1)
+    if count <= FEW:
+        i, low, high = ops.to_index(0.0 * x), ops.take(nodes, 0), ops.take(nodes, 1)
+        for k in range(1, count - 1):
+            node = ops.take(nodes, k)
+            passed = node < x
+            i, low = ops.where(passed, k, i), ops.where(passed, node, low)
+            high = ops.where(passed, ops.take(nodes, k + 1), high)
+    else:
+        i, _ = _last(count - 1, lambda k: ops.take(nodes, k) < x, x)
+        low, high = ops.take(nodes, i), ops.take(nodes, i + 1)
     w = ops.clip((x - low) / (high - low), 0.0, 1.0)
     return ((i, 1.0 - w), (i + 1, w))
 
@@ -90,7 +100,7 @@ class MarginalWarp(NamedTuple):
         first = row * columns + column
         v00, v01, v10, v11 = (gather(self.density, at, size, first + k) for k in (0, 1, columns, columns + 1))
         left, right = _lerp(v00, v10, v), _lerp(v01, v11, v)
-        below, above = (gather(self.conditional, at, size, first + k) for k in (0, columns))
+        below, above = (gather(self.conditional, at, size, column * rows + row + k) for k in (0, 1))
         before = _lerp(below, above, v)
         low, high = self._row_totals(at, row)
         total = _lerp(low, high, v)
@@ -109,28 +119,34 @@ class MarginalWarp(NamedTuple):
         row, row_start = _last(rows - 1, lambda k: _weighted(self.marginal, starts, k) < sy, sy)
         low, high = self._row_totals(at, row)
         v = _invert_segment((sy - _weighted(self.marginal, starts, row)) * (rows - 1.0), low, high)
-        first, edges = row * columns, ((0, 1.0 - v), (columns, v))
-        starts_x = [(number * size + first + k, w * weight) for number, weight in at for k, w in edges]
+        edges = ((0, 1.0 - v), (1, v))
+        starts_x = [(number * size + row + k, w * weight) for number, weight in at for k, w in edges]
         wanted = sx * _lerp(low, high, v)
-        column, column_start = _last(columns - 1, lambda k: _weighted(self.conditional, starts_x, k) < wanted, wanted)
-        left, right = (_weighted(self.density, starts_x, column + k) for k in (0, 1))
-        before = _weighted(self.conditional, starts_x, column)
+
+        def reached(k: Any) -> Any:
+            return _weighted(self.conditional, starts_x, k * rows)
+
+        column, column_start = _last(columns - 1, lambda k: reached(k) < wanted, wanted)
+        first = row * columns + column
+        cells = [(number * size + first + k * columns, w * weight) for number, weight in at for k, w in edges]
+        left, right = (_weighted(self.density, cells, k) for k in (0, 1))
+        before = reached(column)
         u = _invert_segment((wanted - before) * (columns - 1.0), left, right)
         return (column_start + u) * (1.0 / (columns - 1)), (row_start + v) * (1.0 / (rows - 1))
 
     def _row_totals(self, at: Slices, row: Any) -> tuple[Any, Any]:
         rows, columns = self.shape
-        low, high = (
-            gather(self.conditional, at, rows * columns, row * columns + k - 1) for k in (columns, 2 * columns)
-        )
+        end = (columns - 1) * rows
+        low, high = (gather(self.conditional, at, rows * columns, end + row + k) for k in (0, 1))
         return low, high
 
 
 def tables(values: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Density, conditional and marginal distribution functions, and integrals of tables (..., rows, columns).
 
-    The distribution functions start with 0, so that a lookup needs no special case. `values` are not negative
-    and every table has a positive integral; computed in float64.
+    The conditional ones are (..., columns, rows): what is looked up together, of a row and the next, lies together.
+    The distribution functions start with 0, so that a lookup needs no special case. `values` are not negative and
+    every table has a positive integral; computed in float64.
     """
     values = np.asarray(values, dtype=np.float64)
     rows, columns = values.shape[-2:]
@@ -141,7 +157,12 @@ def tables(values: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.n
     np.cumsum((totals[..., :-1] + totals[..., 1:]) * (0.5 / (rows - 1)), axis=-1, out=marginal[..., 1:])
     integral = marginal[..., -1].copy()
     scale = integral[..., None, None]
-    return values / scale, conditional / scale, marginal / integral[..., None], integral
+    return (
+        values / scale,
+        np.ascontiguousarray((conditional / scale).swapaxes(-2, -1)),
+        marginal / integral[..., None],
+        integral,
+    )
 
 
 def _last(count: int, below: Callable[[Any], Any], like: Any) -> tuple[Any, Any]:

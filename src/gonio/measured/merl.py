@@ -143,17 +143,15 @@ class MERL(Measured):
     def formula(self, wi: Direction, wo: Direction) -> Any:
         h, d, p = self._coordinates(wi, wo)
         if self.interpolation == "nearest":
-            at_phi = ops.floor(p)
-            at_phi = ops.where(at_phi < self.phi_cells, at_phi, 0.0)
+            at_phi = ops.floor(p) + 1.0
             row = ops.to_index(ops.clip(h, 0.0, N - 1.0)) * N + ops.to_index(ops.clip(d, 0.0, N - 1.0))
-            value = ops.take(self.cells, self._entry(row * self.phi_cells + ops.to_index(at_phi)))
+            value = ops.take(self.cells, self._entry(row * (self.phi_cells + 2) + ops.to_index(at_phi)))
             return ops.where(value >= 0.0, value, math.nan)
         h, d, p = ops.clip(h - 0.5, 0.0, N - 1.0), ops.clip(d - 0.5, 0.0, N - 1.0), p - 0.5
         h0, d0, p0 = ops.minimum(ops.floor(h), N - 2.0), ops.minimum(ops.floor(d), N - 2.0), ops.floor(p)
-        before = ops.where(p0 < 0.0, self.phi_cells - 1.0, p0)
-        after = ops.where(p0 > self.phi_cells - 1.5, 0.0, p0 + 1.0)
-        corner = (ops.to_index(h0) * N + ops.to_index(d0)) * self.phi_cells
-        first, second = self._entry(corner + ops.to_index(before)), self._entry(corner + ops.to_index(after))
+        stride = self.phi_cells + 2
+        corner = (ops.to_index(h0) * N + ops.to_index(d0)) * stride + ops.to_index(p0 + 1.0)
+        first, second = self._entry(corner), self._entry(corner + 1)
         # From here on every channel has its own copy of the weights: arrays of one shape are combined several
         # times faster than by broadcasting.
         every = 0.0 * self.channel
@@ -162,7 +160,7 @@ class MERL(Measured):
         for row, along_h in ((0, 1.0 - h), (N, h)):
             for step, along_d in ((row, 1.0 - d), (row + 1, d)):
                 for entry, along_p in ((first, 1.0 - p), (second, p)):
-                    value = ops.take(self.cells, entry + step * self.phi_cells * len(SCALE))
+                    value = ops.take(self.cells, entry + step * stride * len(SCALE))
                     weight = ops.where(value >= 0.0, along_h * along_d * along_p, 0.0)
                     total, known = total + weight * value, known + weight
         enough = known > 1e-3
@@ -241,11 +239,15 @@ def _pairs(theta_h: Any, theta_d: Any, phi_d: Any) -> tuple[np.ndarray, np.ndarr
 
 
 def _cells(raw: np.ndarray) -> np.ndarray:
-    """f [1/sr] with the channels of a cell side by side, -1 where there is no data; flat."""
-    cells = np.empty((*raw.shape[1:], len(SCALE)))
+    """f [1/sr] with the channels of a cell side by side, -1 where there is no data; flat.
+
+    Rows of phi_d begin with a copy of their last cell and end with one of their first: neighbours always lie together.
+    """
+    cells = np.empty((*raw.shape[1:3], raw.shape[3] + 2, len(SCALE)))
     for c, scale in enumerate(SCALE):
-        np.multiply(raw[c], scale, out=cells[..., c])
-        cells[..., c][~_valid(raw[c])] = -1.0
+        np.multiply(raw[c], scale, out=cells[..., 1:-1, c])
+        cells[..., 1:-1, c][~_valid(raw[c])] = -1.0
+    cells[..., 0, :], cells[..., -1, :] = cells[..., -2, :], cells[..., 1, :]
     return cells.reshape(-1)
 
 
