@@ -284,7 +284,9 @@ def row_9(settings: Settings) -> Iterator[str]:
 def _child(*arguments: str, **environment: str) -> list[float]:
     """The numbers that child.py prints."""
     command = [sys.executable, str(others.CHILD), *arguments]
-    done = subprocess.run(command, env={**os.environ, **environment}, capture_output=True, text=True)
+    env = {**os.environ, **environment}
+    env.pop("PYTHONDONTWRITEBYTECODE", None)  # installed packages are not compiled anew in each process
+    done = subprocess.run(command, env=env, capture_output=True, text=True)
     if done.returncode:
         raise RuntimeError(f"child.py {' '.join(arguments)}: {done.stderr.strip().splitlines()[-1]}")
     return [float(x) for x in done.stdout.split()]

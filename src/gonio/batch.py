@@ -40,7 +40,7 @@ def run(
         plan = engine.known(kernel, kinds, material, inputs)
         if plan is not None:
             if out is not None:
-                _check_out(out, *plan.outputs[0][1:])
+                _check_out(out, *plan.outputs[0][1:3])
             return engine.call(plan, inputs, out)
     lib, inputs = _checked(inputs, widths)
     if lib.name != "numpy":

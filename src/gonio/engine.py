@@ -197,14 +197,18 @@ def _complete(graph: Graph, results: Sequence[tuple[int, ...]], inputs: int) -> 
     return Trace(graph, tuple(results), inputs, read)
 
 
-def known(kernel: Kernel, kinds: Sequence[str], material: Parametrised, inputs: Sequence[Any]) -> Plan | None:
+def known(kernel: Kernel, kinds: tuple[str, ...], material: Parametrised, inputs: Sequence[Any]) -> Plan | None:
     """The plan of an earlier call with arrays of these shapes, strides and dtypes."""
     plans = material.__dict__.get("_plans")
     return plans.get(_key(kernel, kinds, inputs)) if plans else None
 
 
-def _key(what: Any, kinds: Sequence[Any], inputs: Sequence[Any]) -> tuple:
-    return (what, kinds, *[(x.dtype, x.shape, x.strides) for x in inputs if type(x) is np.ndarray])
+def _key(kernel: Kernel, kinds: tuple[str, ...], inputs: Sequence[Any]) -> tuple:
+    key: tuple = (kernel, kinds)
+    for x in inputs:
+        if type(x) is np.ndarray:
+            key += (x.dtype, x.shape, x.strides)
+    return key
 
 
 def plan(

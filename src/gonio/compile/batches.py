@@ -55,7 +55,7 @@ class Plan(NamedTuple):
     function: store.Function
     block: Any  # makes a copy of the block of arguments, without addresses that a call brings
     inputs: tuple[tuple[int, int], ...]  # word and number of the arrays that a call brings
-    outputs: tuple[tuple[int, tuple[int, ...], np.dtype], ...]  # word, shape and dtype
+    outputs: tuple[tuple[int, tuple[int, ...], np.dtype, int], ...]  # word, shape, dtype and bytes
     above: tuple[tuple[int, tuple[int, ...]], ...]  # further axes: length, and what a step adds to each address
     addresses: tuple[int, ...]  # the words that hold addresses
     outer: int
@@ -104,7 +104,8 @@ def prepare(
         words += [_address(table), len(table) - 2]
     for k, (r, s, kind) in enumerate(zip(results, shapes, kinds, strict=True), len(arrays)):
         places.append(len(words))
-        outputs.append((len(words), (*s, *r.element), kind))
+        full = (*s, *r.element)
+        outputs.append((len(words), full, kind, math.prod(full) * kind.itemsize))
         words += [0, outer.steps[k]]
     return Plan(
         store.kernel(program),
@@ -126,9 +127,13 @@ def carry_out(plan: Plan, inputs: Sequence[np.ndarray], out: np.ndarray | None =
     for word, k in plan.inputs:
         block[word] = _address(inputs[k])
     results = []
-    for word, shape, dtype in plan.outputs:
-        result = memory.empty(shape, dtype) if out is None else out
-        out = None
+    for word, shape, dtype, size in plan.outputs:
+        if out is not None:
+            result, out = out, None
+        elif size < memory.SMALL:
+            result = np.empty(shape, dtype)
+        else:
+            result = memory.empty(shape, dtype)
         block[word] = _address(result)
         results.append(result)
     if plan.above:

@@ -53,7 +53,7 @@ class _Rewriting:
 
     def inner(self) -> set[int]:
         """Factors used once, by another factor, as a numerator."""
-        found = set()
+        found: set[int] = set()
         for node in self.order:
             if self.is_factor(node):
                 sources = self.graph.arguments[node]

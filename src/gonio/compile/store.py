@@ -95,7 +95,7 @@ def _versions() -> str:
     here = Path(__file__).parent
     sources = [
         os.stat(here / f"{part}.py")
-        for part in ("codegen", "divisions", "program", "lanes", "elementary", "image", "machine", "store")
+        for part in ("codegen", "access", "divisions", "program", "lanes", "elementary", "image", "machine", "store")
     ]
     stamps = [(s.st_mtime_ns, s.st_size) for s in sources]
     return repr((machine.compiler(), machine.processor(), stamps))

@@ -87,6 +87,7 @@ class MarginalWarp(NamedTuple):
     conditional: Any
     marginal: Any
     shape: tuple[int, int]
+    number: int  # of tables in the set
 
     def eval(self, at: Slices, x: Any, y: Any) -> Any:
         """Density at (x, y)."""
@@ -107,7 +108,7 @@ class MarginalWarp(NamedTuple):
         empty = total <= 0.0
         along = before + _segment(u, left, right) * (1.0 / (columns - 1))
         sx = ops.where(empty, 0.0, along / ops.where(empty, 1.0, total))
-        sy = gather(self.marginal, at, rows, row) + _segment(v, low, high) * (1.0 / (rows - 1))
+        sy = gather(self.marginal, at, 1, row * self.number) + _segment(v, low, high) * (1.0 / (rows - 1))
         return sx, sy, _lerp(left, right, u)
 
     def sample(self, at: Slices, sx: Any, sy: Any) -> tuple[Any, Any]:
@@ -115,10 +116,9 @@ class MarginalWarp(NamedTuple):
         rows, columns = self.shape
         size = rows * columns
         # What the searches look up at every step is prepared outside them: they take most of the time.
-        starts = [(number * rows, weight) for number, weight in at]
-        row, row_start = _last(rows - 1, lambda k: _weighted(self.marginal, starts, k) < sy, sy)
+        row, row_start = _last(rows - 1, lambda k: _weighted(self.marginal, at, k * self.number) < sy, sy)
         low, high = self._row_totals(at, row)
-        v = _invert_segment((sy - _weighted(self.marginal, starts, row)) * (rows - 1.0), low, high)
+        v = _invert_segment((sy - _weighted(self.marginal, at, row * self.number)) * (rows - 1.0), low, high)
         edges = ((0, 1.0 - v), (1, v))
         starts_x = [(number * size + row + k, w * weight) for number, weight in at for k, w in edges]
         wanted = sx * _lerp(low, high, v)
@@ -144,7 +144,8 @@ class MarginalWarp(NamedTuple):
 def tables(values: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Density, conditional and marginal distribution functions, and integrals of tables (..., rows, columns).
 
-    The conditional ones are (..., columns, rows): what is looked up together, of a row and the next, lies together.
+    What is looked up together lies together: the conditional ones are (..., columns, rows), and the marginal ones
+    (rows, ...), for a row and the next, and a table and the next.
     The distribution functions start with 0, so that a lookup needs no special case. `values` are not negative and
     every table has a positive integral; computed in float64.
     """
@@ -157,12 +158,9 @@ def tables(values: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.n
     np.cumsum((totals[..., :-1] + totals[..., 1:]) * (0.5 / (rows - 1)), axis=-1, out=marginal[..., 1:])
     integral = marginal[..., -1].copy()
     scale = integral[..., None, None]
-    return (
-        values / scale,
-        np.ascontiguousarray((conditional / scale).swapaxes(-2, -1)),
-        marginal / integral[..., None],
-        integral,
-    )
+    conditional = np.ascontiguousarray((conditional / scale).swapaxes(-2, -1))
+    marginal = np.moveaxis(marginal / integral[..., None], -1, 0).copy()
+    return values / scale, conditional, marginal, integral
 
 
 def _last(count: int, below: Callable[[Any], Any], like: Any) -> tuple[Any, Any]:

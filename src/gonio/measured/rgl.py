@@ -227,9 +227,10 @@ class RGL(Measured):
     @property
     def _warps(self) -> tuple[MarginalWarp, MarginalWarp]:
         vndf, lum = self._grid("vndf"), self._grid("luminance")
+        count = math.prod(self.shapes["phi_i"] + self.shapes["theta_i"])
         return (
-            MarginalWarp(self.vndf, self.vndf_conditional, self.vndf_marginal, vndf),
-            MarginalWarp(self.luminance, self.luminance_conditional, self.luminance_marginal, lum),
+            MarginalWarp(self.vndf, self.vndf_conditional, self.vndf_marginal, vndf, count),
+            MarginalWarp(self.luminance, self.luminance_conditional, self.luminance_marginal, lum, count),
         )
 
 
