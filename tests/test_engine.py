@@ -13,7 +13,7 @@ from conftest import switch_off
 
 import gonio as gn
 from gonio import engine, ops
-from gonio.compile import store
+from gonio.compile import batches, store, workers
 from gonio.compile.batches import Result, carry_out, prepare
 from gonio.compile.program import EACH
 from gonio.geometry import Direction
@@ -557,3 +557,23 @@ def test_threads_compile_at_once(monkeypatch):
     with ThreadPoolExecutor(6) as pool:
         for got, expected in zip(pool.map(work, list(range(1, 7)) * 3), want * 3, strict=True):
             np.testing.assert_allclose(got, expected, rtol=1e-12)
+
+
+def test_callers_share_the_threads(monkeypatch):
+    """Many callers at once get their own results, and an error in a thread reaches its caller."""
+    monkeypatch.setattr(batches, "PARALLEL", 100)
+    wi, wo = directions(20_000), directions(20_000, seed=1)
+    materials = [gn.ModifiedPhong(0.5, float(n)) for n in range(1, 9)]
+    want = [m.f(wi, wo) for m in materials]
+    with ThreadPoolExecutor(8) as pool:
+        for got, expected in zip(pool.map(lambda m: m.f(wi, wo), materials * 6), want * 6, strict=True):
+            np.testing.assert_array_equal(got, expected)
+
+    def fails():
+        raise RuntimeError("from a thread")
+
+    for count in (1, 2, 5):
+        with pytest.raises(RuntimeError, match="from a thread"):
+            workers.together(count, fails)
+    assert gn.threads() >= 1
+    np.testing.assert_array_equal(materials[0].f(wi, wo), want[0])

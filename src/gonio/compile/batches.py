@@ -17,7 +17,8 @@ import numpy as np
 from ..trace.graph import MASK, Graph
 from . import memory, store
 from .program import EACH, PACKED, PLANES, ROW, SAME, STRIDED, TOTAL, Array, Output, Program
-from .threads import threads, together
+from .threads import threads
+from .workers import together
 
 PARALLEL = 32_768  # elements from which on threads are worth their start
 PIECES = 8  # parts of a batch for each thread, so that none waits long for another
@@ -154,10 +155,10 @@ def _run(plan: Plan, block: Any) -> None:
     if outer * inner < PARALLEL or count == 1:
         function(address, outer, inner, -outer)
     elif outer >= PIECES * count or not plan.divisible:
-        together(function, address, outer, inner, -max(outer // (PIECES * count), 1))
+        together(count, function, address, outer, inner, -max(outer // (PIECES * count), 1))
     else:
         grain = max(inner // (PIECES * count), GRAIN // outer)
-        together(function, address, outer, inner, grain + -grain % 64)
+        together(count, function, address, outer, inner, grain + -grain % 64)
 
 
 def _slow_address(array: np.ndarray) -> int:

@@ -28,18 +28,23 @@ FILES_KEPT = 2000
 Function = Callable[[int, int, int, int], None]
 """kernel(args, outer, inner, grain), see `codegen`"""
 
-_KNOWN: dict[Program | str, Function] = {}
+_KNOWN: dict[str, Any] = {}
 _PROTOTYPE = ctypes.CFUNCTYPE(None, ctypes.c_void_p, *[ctypes.c_int64] * 3)
 
 
 def kernel(program: Program) -> Function:
     """The compiled program: from memory, from disk, or compiled now."""
-    name = _name(program)
+    return function(program.digest(), lambda: source(program), _PROTOTYPE)
+
+
+def function(name: str, text: Callable[[], str], prototype: Any) -> Any:
+    """`kernel` of the IR that `text` gives, as a Python function; `name` stands for the text."""
+    name = hashlib.sha256((name + _versions()).encode()).hexdigest()[:40]
     found = _KNOWN.get(name)
     if found is None:
-        found = _read(name)
-        if found is None:
-            found = _compiled(program, name)
+        address, keeper = _read(name) or _compiled(text(), name)
+        found = prototype(address)
+        found.keeper = keeper
         _KNOWN[name] = found
     return found
 
@@ -61,32 +66,26 @@ def _width(program: Program) -> int:
     return 2 * machine.lanes(program.dtype)
 
 
-def _compiled(program: Program, name: str) -> Function:
-    code = machine.to_object(source(program))
+_Placed = tuple[int, Any]
+"""The address of a function, and what keeps it in memory."""
+
+
+def _compiled(text: str, name: str) -> _Placed:
+    code = machine.to_object(text)
     flat = image.flatten(code)
     if flat is not None:
         payload, entry = flat
-        loaded = _from_image(payload, entry)
-        if loaded is not None:
+        placed = _from_image(payload, entry)
+        if placed is not None:
             _write(name, b"i" + entry.to_bytes(8, "little") + payload)
-            return loaded
+            return placed
     _write(name, b"o" + bytes(8) + code)
-    return _from_object(code)
+    return machine.linked(code)
 
 
-def _from_image(payload: bytes, entry: int) -> Function | None:
+def _from_image(payload: bytes, entry: int) -> _Placed | None:
     placed = image.mapped(payload)
-    return None if placed is None else _function(placed[0] + entry, placed[1])
-
-
-def _from_object(code: bytes) -> Function:
-    return _function(*machine.linked(code))
-
-
-def _function(address: int, keeper: Any) -> Function:
-    function: Any = _PROTOTYPE(address)
-    function.keeper = keeper
-    return function
+    return None if placed is None else (placed[0] + entry, placed[1])
 
 
 @cache
@@ -99,10 +98,6 @@ def _versions() -> str:
     ]
     stamps = [(s.st_mtime_ns, s.st_size) for s in sources]
     return repr((machine.compiler(), machine.processor(), stamps))
-
-
-def _name(program: Program) -> str:
-    return hashlib.sha256((program.digest() + _versions()).encode()).hexdigest()[:40]
 
 
 @cache
@@ -126,7 +121,7 @@ def folder() -> Path | None:
     return home
 
 
-def _read(name: str) -> Function | None:
+def _read(name: str) -> _Placed | None:
     home = folder()
     if home is None:
         return None
@@ -138,7 +133,7 @@ def _read(name: str) -> Function | None:
     if head != MAGIC + hashlib.sha256(body).digest() or len(body) < 10:
         return None
     kind, entry, payload = body[:1], int.from_bytes(body[1:9], "little"), body[9:]
-    return _from_image(payload, entry) if kind == b"i" else _from_object(payload)
+    return _from_image(payload, entry) if kind == b"i" else machine.linked(payload)
 
 
 def _write(name: str, body: bytes) -> None:

@@ -45,15 +45,6 @@ def share(work: Callable[..., Any], parts: Iterable[tuple]) -> None:
             raise error
 
 
-def together(work: Callable[..., Any], *args: Any) -> None:
-    """Call `work(*args)`, which takes its parts itself, here and on the other threads until nothing is left."""
-    jobs = [pool().submit(work, *args) for _ in range(threads() - 1)]
-    work(*args)
-    for job in jobs:
-        if not job.cancel():
-            job.result()
-
-
 def pool() -> Any:
     """The threads, made when first needed; in a forked process anew, for threads do not survive a fork."""
     key = os.getpid() * 8192 + threads()
