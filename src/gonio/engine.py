@@ -27,7 +27,8 @@ from .trace.interpret import evaluate
 from .trace.symbol import Symbol, TableSymbol
 
 UNROLLED = 8  # channels up to which each has its own copy of a formula; more are an axis of the batch
-PLANS_KEPT = 64
+PLANS_KEPT = 64  # for a material
+TRACES_KEPT = 1000
 
 Kernel = Callable[..., tuple]
 
@@ -100,6 +101,8 @@ def traced(
             found = error
         except Exception as error:  # a formula may do anything; on arrays it says itself what is wrong
             found = TraceError(f"the formula of {type(material).__name__} fails on symbols: {error!r}")
+        if len(_TRACES) >= TRACES_KEPT:
+            _TRACES.clear()
         _TRACES[key] = found
     if isinstance(found, TraceError):
         raise found

@@ -260,9 +260,10 @@ def _term(i: int) -> Field:
 
 def _nan_of(*directions: Direction) -> Any:
     """0, or NaN where a component is NaN or infinite: keeps NaN through the horizon mask."""
-    total = 0.0
-    for w in directions:
-        total = total + (w.x + w.y + w.z)
+    x, y, z = directions[0]
+    for w in directions[1:]:  # by component: formulas that need the half vector have these sums already
+        x, y, z = x + w.x, y + w.y, z + w.z
+    total = x + y + z
     return total - total  # not 0 * total, which Dr.Jit takes for 0 without looking
 
 

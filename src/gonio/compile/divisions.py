@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from ..trace.graph import Graph
 
-TOGETHER = {"float32": 2, "float64": 4}
+TOGETHER = {"float32": 3, "float64": 4}
 """How many divisors are multiplied: few in float32, so that products of small ones stay representable."""
 
 _Fraction = tuple[list[int], list[int]]

@@ -149,14 +149,16 @@ class Graph:
 
     def reachable(self, outputs: Iterable[int]) -> list[int]:
         """The nodes that `outputs` depend on, in order."""
-        needed = bytearray(len(self))
-        for node in outputs:
+        ends = list(outputs)
+        count = max(ends, default=-1) + 1
+        needed = bytearray(count)
+        for node in ends:
             needed[node] = 1
-        for node in range(len(self) - 1, -1, -1):
+        for node in range(count - 1, -1, -1):
             if needed[node]:
                 for source in self.inputs(node):
                     needed[source] = 1
-        return [node for node in range(len(self)) if needed[node]]
+        return [node for node in range(count) if needed[node]]
 
     def digest(self, outputs: Sequence[int], *facts: Any) -> str:
         """A name for what is computed (and `facts`): equal for equal graphs, in any process."""
