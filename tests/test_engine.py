@@ -169,6 +169,27 @@ def test_random_graphs(seed):
             np.testing.assert_allclose(got[ok], expected, rtol=1e-7, atol=1e-280)
 
 
+@pytest.mark.parametrize("dtype", DTYPES)
+def test_a_table_is_never_read_outside(dtype):
+    """An index before the table or behind it reads some entry of it; alone, and together with its neighbour."""
+    graph = Graph()
+    index = graph.apply("to_index", graph.load(0, 0))
+    nodes = [
+        graph.take(0, index),
+        graph.take(0, graph.apply("add", index, graph.constant(1, INDEX))),
+        graph.take(1, index),
+    ]
+    table = np.arange(1.0, 8.0).astype(dtype)
+    padded = np.append(table, table[:1] * 0)
+    x = np.array([0, 3, 5, 6, 7, 8, 100, -1, -2, 2.0**28, -(2.0**28), 2.0**31 - 128, np.nan, np.inf], dtype)[:, None]
+    plan = prepare(graph, [Result((n,), EACH, ()) for n in nodes], [(x, 1)], 1, [padded] * 2, (len(x),), x.dtype)
+    entries = np.where(np.isfinite(x[:, 0]), x[:, 0], 0).astype(np.int64)
+    for got, shift in zip(carry_out(plan, [x]), (0, 1, 0), strict=True):
+        there = (entries >= 0) & (entries + shift < len(table))
+        np.testing.assert_array_equal(got[there], table[(entries + shift)[there]])
+        assert np.isin(got[~there], padded).all()
+
+
 @pytest.mark.parametrize("width", [4, 8, 16, 64])
 def test_every_width_of_vectors(width, monkeypatch):
     """Narrower vectors than this processor's are what others have, and wider ones are split."""

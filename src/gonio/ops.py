@@ -43,7 +43,10 @@ power = _elementary("power", "power(x, y): x to the y.")
 minimum = _elementary("minimum", "The smaller of two.")
 maximum = _elementary("maximum", "The larger of two.")
 where = _elementary("where", "where(condition, a, b): a where the condition holds, else b.")
-take = _elementary("take", "take(table, index): gather from a flat table.")
+take = _elementary(
+    "take",
+    "take(table, index): gather from a flat table, of indices that are in it (others give any number, or an error).",
+)
 to_index = _elementary("to_index", "Whole number for `take`; NaN and infinity become 0.")
 stop_gradient = _elementary("stop_gradient", "The value, as a constant for differentiation.")
 
