@@ -14,9 +14,9 @@ import time
 import numpy as np
 
 import gonio as gn
+from gonio.interface import Reflectance
 from gonio.lights.environment import EnvironmentLight
 from gonio.param import part
-from gonio.reflectance import Reflectance
 from gonio.rendering import MARGIN
 
 

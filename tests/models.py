@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import itertools
 import math
+import zlib
 from collections.abc import Callable, Iterator
 from functools import cache
 from types import ModuleType
@@ -16,14 +17,14 @@ from typing import Any, NamedTuple
 import numpy as np
 
 import gonio as gn
-from gonio import discover, fresnel, microfacet
+from gonio import discover, fresnel
 from gonio.errors import ParameterError
 from gonio.fresnel import Fresnel
 from gonio.geometry import Direction
+from gonio.interface import Reflectance, Scaled, Sum
 from gonio.microfacet import Distribution
 from gonio.param import Option, Param, Part
 from gonio.parametrised import Parametrised
-from gonio.reflectance import Reflectance, Scaled, Sum
 
 
 def public(kind: type, modules: list[ModuleType]) -> list[type]:
@@ -35,7 +36,7 @@ def public(kind: type, modules: list[ModuleType]) -> list[type]:
 
 
 MODELS = public(Reflectance, discover.modules("gonio.models"))
-DISTRIBUTIONS = public(Distribution, [microfacet])
+DISTRIBUTIONS = public(Distribution, discover.modules("gonio.distributions"))
 FRESNELS = public(Fresnel, [fresnel])
 KINDS = {Distribution: DISTRIBUTIONS, Fresnel: FRESNELS}
 
@@ -111,15 +112,18 @@ def concrete(part: Part) -> list[type]:
 
 
 def structures(model: type[Parametrised]) -> list[dict[str, Any]]:
-    """Every valid choice of a class's options and of the classes of its parts."""
+    """Every valid choice of a class's options and distributions, with the Fresnel terms in turn."""
     choices = {
         name: field.choices if isinstance(field, Option) else concrete(field)
         for name, field in model.fields.items()
-        if isinstance(field, (Option, Part))
+        if isinstance(field, (Option, Part)) and not is_fresnel(field)
     }
+    terms = [name for name, field in model.fields.items() if is_fresnel(field)]
+    rows = list(itertools.product(*choices.values()))
     found = []
-    for values in itertools.product(*choices.values()):
-        chosen = dict(zip(choices, values, strict=True))
+    for i in range(max(len(rows), len(FRESNELS) if terms else 1)):
+        chosen = dict(zip(choices, rows[i % len(rows)], strict=True))
+        chosen |= {name: FRESNELS[(i + k) % len(FRESNELS)] for k, name in enumerate(terms)}
         try:
             model(**{n: v() if isinstance(v, type) else v for n, v in chosen.items()})
         except ParameterError:
@@ -128,12 +132,19 @@ def structures(model: type[Parametrised]) -> list[dict[str, Any]]:
     return found
 
 
+def is_fresnel(field: Any) -> bool:
+    return isinstance(field, Part) and field.kind is Fresnel
+
+
 def number(field: Param, rng: np.random.Generator, channels: int | None) -> Any:
-    """A value within the bounds: log-uniform where these are wide, sometimes 0 where that is the lower one."""
+    """A value within the bounds: log-uniform where these are wide, sometimes 0 where that is the lower one.
+
+    Which of the parameters have channels is the same for all seeds, so that kernels are compiled once.
+    """
     low, high = field.low, min(field.high, 1e8)
     start = low if low > 0.0 else min(1e-2, 0.1 * high)
     wide = high > 30.0 * start if low > 0.0 or high > 1.0 else False
-    shape = (channels,) if channels and rng.random() < 0.7 else ()
+    shape = (channels,) if channels and zlib.crc32(field.name.encode()) % 10 < 7 else ()
     x = np.exp(rng.uniform(math.log(start), math.log(high), shape)) if wide else rng.uniform(low, high, shape)
     if low == 0.0 and rng.random() < 0.1:
         x = x * 0.0

@@ -9,9 +9,9 @@ import gonio as gn
 from gonio.arguments import resolve, resolve_light, with_parameters
 from gonio.errors import ExpressionError, NotFoundError, ParameterError
 from gonio.expressions import MAX_LENGTH, expression, names, read
+from gonio.interface import Reflectance
 from gonio.param import CLASSES, Param
 from gonio.parametrised import Parametrised
-from gonio.reflectance import Reflectance
 
 MODELS = {n: k for n, k in names().items() if issubclass(k, Reflectance) and n not in ("Sum", "Scaled")}
 

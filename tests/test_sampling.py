@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from models import Draw, draws, on_sphere, pairs
+from models import Draw, breaks, draws, on_sphere, pairs
 
 import gonio as gn
 from gonio.quadrature import lattice
@@ -189,7 +189,7 @@ def test_samples_in_float32(draw):
             assert s.delta.dtype == bool
             for x in s:
                 assert np.isfinite(x).all()
-            assert s.weight.min() >= 0.0
+            assert s.weight.min() >= 0.0 or "positivity" in breaks(m)
             assert s.pdf.min() >= 0.0
             np.testing.assert_allclose(np.linalg.norm(s.wi.astype(float), axis=-1), 1.0, atol=3e-6)
 

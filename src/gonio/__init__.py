@@ -6,7 +6,8 @@
     gn.check(m)            # reciprocity, energy, sampling ... with numbers
     gn.render(m, gn.ConstantLight(1.0)).save("sphere.png")
 
-Conventions: docs/conventions.md. Every model, light and file format is one file in models/, lights/, measured/.
+Conventions: docs/conventions.md. Every model, distribution of normals, light and file format is one file in models/,
+distributions/, lights/, measured/.
 """
 
 from __future__ import annotations
@@ -18,11 +19,11 @@ from typing import Any
 from . import discover
 from . import errors as errors
 from .errors import Error as Error
+from .interface import Reflectance as Reflectance
+from .interface import Sample as Sample
+from .interface import angles as angles
+from .interface import direction as direction
 from .param import CLASSES
-from .reflectance import Reflectance as Reflectance
-from .reflectance import Sample as Sample
-from .reflectance import angles as angles
-from .reflectance import direction as direction
 
 __version__ = "0.1.0"
 
@@ -46,6 +47,7 @@ _ON_USE = {
 }
 """Public names whose modules are imported when first used -> module ("" for a module itself)."""
 
+discover.modules("gonio.distributions")
 discover.modules("gonio.models")
 discover.modules("gonio.lights")
 globals().update(CLASSES)

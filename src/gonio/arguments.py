@@ -16,6 +16,7 @@ from . import catalogue
 from .errors import Error, ExpressionError, MissingDataWarning, NotFoundError, ParameterError
 from .expressions import describe, expression, names, read
 from .image import read_image
+from .interface import Reflectance, direction
 from .light import Light
 from .lights.constant import ConstantLight
 from .lights.distant import DistantLight
@@ -24,7 +25,6 @@ from .lights.point import PointLight
 from .measured import formats, load
 from .param import Channels, Field, Option, Param, Part, Table
 from .parametrised import Parametrised
-from .reflectance import Reflectance, direction
 
 PICTURES = (".exr", ".hdr", ".png", ".jpg", ".jpeg")
 LIGHTS = "FILE, studio, constant[:L], distant:THETA,PHI[,E], point:X,Y,Z[,I]"

@@ -10,14 +10,14 @@ from typing import Any
 
 import numpy as np
 
+from .distributions.ggx import GGX
 from .errors import NotFoundError, ParameterError
 from .fresnel import Conductor, Dielectric
-from .microfacet import GGX
+from .interface import Reflectance
 from .models.abc import ABC
 from .models.ideal_specular import IdealSpecular
 from .models.lambertian import Lambertian
 from .models.microfacet import Microfacet
-from .reflectance import Reflectance
 from .spectrum import RGB_WAVELENGTHS
 
 POLISHED = 0.1

@@ -15,9 +15,9 @@ from typing import Any
 
 from . import catalogue
 from .errors import NotFoundError, ParameterError
+from .interface import Scaled, Sum
 from .param import CLASSES
 from .parametrised import Parametrised
-from .reflectance import Scaled, Sum
 
 
 def cite(m: Any) -> str:

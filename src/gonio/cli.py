@@ -14,7 +14,7 @@ from . import __version__
 from .terminal import Program, any_encoding, bar, print_json
 
 if TYPE_CHECKING:
-    from .reflectance import Reflectance
+    from .interface import Reflectance
 
 _SETTINGS = {"help_option_names": ["-h", "--help"], "max_content_width": 100}
 

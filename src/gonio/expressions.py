@@ -17,12 +17,12 @@ from typing import Any, NoReturn
 
 from .catalogue import find, material
 from .errors import Error, ExpressionError
+from .interface import Reflectance, Scaled
 from .light import Light
 from .measured import load
 from .measurement import Measured
 from .param import CLASSES
 from .parametrised import Parametrised
-from .reflectance import Reflectance, Scaled
 
 MAX_LENGTH = 20_000
 """Longest expression, in characters."""

@@ -15,9 +15,9 @@ from . import batch, ops
 from .errors import ArrayTypeError, MissingDataWarning, ParameterError
 from .geometry import Direction, cross, dot, frame, normalize, where
 from .integrate import integrate
+from .interface import Reflectance
 from .light import Light
 from .quadrature import lattice
-from .reflectance import Reflectance
 
 
 class Frame(NamedTuple):

@@ -12,8 +12,8 @@ import numpy as np
 from . import batch, geometry, ops
 from .errors import ArrayTypeError, MissingDataWarning, ShapeError
 from .geometry import HORIZON, NORMAL, Direction
+from .interface import Reflectance
 from .quadrature import gauss_square
-from .reflectance import Reflectance
 
 ORDERS = (16, 32, 64, 128, 256, 512)
 """Nodes per axis, tried in turn until two agree."""

@@ -11,7 +11,7 @@ from . import engine, reflectance
 from .compile import store
 from .compile.program import EACH, PACKED, SAME, Array, Output, Program
 from .errors import NotFoundError
-from .reflectance import Reflectance
+from .interface import Reflectance
 from .trace.show import show
 
 _KERNELS: dict[str, tuple[Callable, tuple[tuple[str, str], ...], tuple[str, ...]]] = {

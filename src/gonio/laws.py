@@ -13,8 +13,8 @@ import numpy as np
 
 from .errors import MissingDataWarning
 from .integrate import integrate
+from .interface import Reflectance, angles, direction
 from .quadrature import lattice
-from .reflectance import Reflectance, angles, direction
 
 PAIRS = 1 << 17
 SAMPLES = 1 << 16

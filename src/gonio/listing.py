@@ -20,10 +20,10 @@ from .arguments import settable
 from .catalogue import Entry
 from .errors import MissingDataWarning, NotFoundError
 from .integrate import albedo
+from .interface import Reflectance, direction
 from .measurement import Measured
 from .param import Option, Param, Table
 from .parametrised import literal
-from .reflectance import Reflectance, direction
 
 INCIDENCE = (0.0, 45.0, 75.0)
 """Angles [degrees] at which `facts` gives the albedo."""

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .errors import ParameterError
-from .reflectance import Reflectance
+from .interface import Reflectance
 
 if TYPE_CHECKING:
     import xarray

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Callable, Iterator
-from typing import Any, Self
+from typing import Any, ClassVar, Self
 
 import numpy as np
 
@@ -20,6 +20,9 @@ class Parametrised:
     """An immutable value made of declared fields: equality, repr, replace, paths and JSON come from the fields."""
 
     fields: dict[str, Field] = {}  # noqa: RUF012  (each class gets its own below)
+    oriented: ClassVar[bool] = False
+    """Whether x and y differ for this class: turning all directions about the normal may change its values."""
+
     _tied: dict[str, str]
     _kept: dict[str, Fixed] = {}  # noqa: RUF012  (each instance with arrays gets its own)
 
@@ -222,6 +225,11 @@ class Parametrised:
                 yield name if isinstance(field, Param) else ""
             elif isinstance(field, Part):
                 yield from (path and f"{name}.{path}" for path in value.leaf_paths())
+
+    def is_oriented(self) -> bool:
+        """Whether this, or a part of it, is `oriented`."""
+        parts = (self.__dict__[name] for name, field in self.fields.items() if isinstance(field, Part))
+        return self.oriented or any(p.is_oriented() for p in parts)
 
     def identity(self) -> object | None:
         """Something that this shares with its copies alone, if formulas may depend on more than declared fields."""

@@ -15,8 +15,8 @@ from .errors import DependencyError, MissingDataWarning, ParameterError
 from .files import replacing
 from .image import srgb_encode
 from .integrate import albedo
+from .interface import Reflectance, direction
 from .light import Light
-from .reflectance import Reflectance, direction
 from .rendering import render
 from .spectrum import to_rgb
 

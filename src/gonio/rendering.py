@@ -15,9 +15,9 @@ from .errors import MissingDataWarning, ParameterError
 from .geometry import Direction
 from .illumination import Frame, as_lights, delta_radiance, estimate, to_local, without_holes
 from .image import Image
+from .interface import Reflectance
 from .light import Light
 from .quadrature import lattice
-from .reflectance import Reflectance
 from .spectrum import to_rgb
 
 TILE = 1 << 14  # samples that are worked on at a time: few enough to stay in a processor's cache

@@ -8,7 +8,7 @@ from typing import Any
 import torch
 
 from ..errors import NotFoundError
-from ..reflectance import Reflectance
+from ..interface import Reflectance
 
 
 class Material(torch.nn.Module):

@@ -14,7 +14,7 @@ from typing import Any
 
 from .. import discover
 from ..errors import FormatError, NotFoundError, ParameterError
-from ..reflectance import Reflectance
+from ..interface import Reflectance
 
 HEAD = 4096
 """How many of a file's first bytes `matches` is given."""

@@ -7,8 +7,8 @@ from pathlib import Path
 
 from ..errors import Error, FormatError
 from ..files import replacing
+from ..interface import Reflectance
 from ..parametrised import from_json
-from ..reflectance import Reflectance
 
 NAME = "gonio JSON"
 SUFFIXES = (".json",)

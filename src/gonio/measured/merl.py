@@ -23,10 +23,10 @@ from .. import ops
 from ..errors import FormatError, ParameterError
 from ..files import replacing
 from ..geometry import HORIZON, Direction, dot, half_difference, half_vector, reflect
+from ..interface import Reflectance
 from ..libraries import Fixed
 from ..measurement import Measured
 from ..param import channels, option, table
-from ..reflectance import Reflectance
 from ..warp import cosine_hemisphere, cosine_hemisphere_density
 
 if TYPE_CHECKING:

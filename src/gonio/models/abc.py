@@ -8,25 +8,9 @@ from typing import Any, ClassVar
 from .. import ops
 from ..fresnel import fresnel_dielectric
 from ..geometry import Direction, azimuth
+from ..interface import Reflectance
 from ..param import param
-from ..reflectance import Reflectance
-
-
-def _expm1_over(x: Any) -> Any:
-    """(exp(x) - 1)/x, 1 at x = 0, without cancellation."""
-    small = ops.absolute(x) < 1e-2
-    safe = ops.where(small, 1.0, x)
-    series = 1.0 + x * (1.0 / 2 + x * (1.0 / 6 + x * (1.0 / 24 + x * (1.0 / 120 + x * (1.0 / 720)))))
-    return ops.where(small, series, (ops.exp(safe) - 1.0) / safe)
-
-
-def _log1p_over(t: Any) -> Any:
-    """log(1 + t)/t, 1 at t = 0, without cancellation; t > -1."""
-    small = ops.absolute(t) < 1e-2
-    safe = ops.where(small, 1.0, t)
-    s = ops.where(small, t, 0.0)
-    series = 1.0 - s * (1.0 / 2 - s * (1.0 / 3 - s * (1.0 / 4 - s * (1.0 / 5 - s * (1.0 / 6 - s * (1.0 / 7))))))
-    return ops.where(small, series, ops.log(1.0 + safe) / safe)
+from ..special import expm1_over, log1p_over
 
 
 class ABC(Reflectance):
@@ -66,14 +50,14 @@ class ABC(Reflectance):
 
     def _whole(self, r: Any) -> tuple[Any, Any]:
         end = ops.log(1.0 + self.B * (1.0 + r) * (1.0 + r))
-        return end, end * _expm1_over((1.0 - self.C) * end)
+        return end, end * expm1_over((1.0 - self.C) * end)
 
     def _radius(self, r: Any, u: Any) -> Any:
         end, whole = self._whole(r)
         v = u * whole
         t = ops.maximum((1.0 - self.C) * v, -1.0 + 1e-7)
-        x = ops.clip(v * _log1p_over(t), 0.0, end)
-        return ops.sqrt(x * _expm1_over(x) / self.B + 1e-30)
+        x = ops.clip(v * log1p_over(t), 0.0, end)
+        return ops.sqrt(x * expm1_over(x) / self.B + 1e-30)
 
     def _half_arc(self, s: Any, r: Any, inside: Any) -> Any:
         # cos = (s^2 + r^2 - 1)/(2 s r) by its half angle; `inside` = 1 - (s - r)^2.

@@ -6,8 +6,8 @@ from typing import Any, ClassVar
 
 from ..fresnel import Constant, Fresnel, as_fresnel
 from ..geometry import Direction
+from ..interface import Reflectance
 from ..param import part
-from ..reflectance import Reflectance
 
 
 class IdealSpecular(Reflectance):

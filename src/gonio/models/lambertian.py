@@ -6,8 +6,8 @@ import math
 from typing import Any
 
 from ..geometry import Direction
+from ..interface import Reflectance
 from ..param import param
-from ..reflectance import Reflectance
 
 
 class Lambertian(Reflectance):

@@ -7,8 +7,8 @@ from typing import Any, ClassVar
 
 from .. import ops
 from ..geometry import Direction, dot, half_vector, mirror, reflect
+from ..interface import Reflectance
 from ..param import param
-from ..reflectance import Reflectance
 from ..warp import around, power_cosine, power_cosine_density, power_positive
 
 

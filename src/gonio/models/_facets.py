@@ -1,0 +1,38 @@
+"""What all models with mirror facets share."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from ..geometry import Direction, dot, half_vector, reflect
+from ..interface import Reflectance
+from ..microfacet import Distribution
+
+
+class Facets(Reflectance):
+    """Reflection by mirror facets: D F G / (4 cos cos), sampled by drawing a facet's normal."""
+
+    fresnel: Any
+
+    @property
+    def facets(self) -> Distribution:
+        """The distribution of normals."""
+        raise NotImplementedError
+
+    def G(self, wi: Direction, wo: Direction, wm: Direction) -> Any:
+        """The fraction of facets wm that is both lit and seen."""
+        raise NotImplementedError
+
+    def formula(self, wi: Direction, wo: Direction) -> Any:
+        wm = half_vector(wi, wo)
+        return self.facets.D(wm) * self.fresnel.F(dot(wo, wm)) * self.G(wi, wo, wm) / (4.0 * wi.z * wo.z)
+
+    def warp(self, wo: Direction, u0: Any, u1: Any) -> Direction:
+        return reflect(wo, self.facets.warp_normal(wo, u0, u1))
+
+    def density(self, wi: Direction, wo: Direction) -> Any:
+        wm = half_vector(wi, wo)
+        return self.facets.normal_density(wo, wm) / (4.0 * dot(wo, wm))
+
+    def estimate(self, wo: Direction) -> Any:
+        return self.fresnel.F(wo.z)

@@ -1,0 +1,35 @@
+"""Torrance and Sparrow's model of 1967, from which all models with facets descend."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from ..distributions.gaussian_facets import GaussianFacets
+from ..fresnel import Constant, Fresnel, as_fresnel
+from ..geometry import Direction
+from ..microfacet import Distribution, v_groove
+from ..param import param, part
+from ._facets import Facets
+
+
+class TorranceSparrow(Facets):
+    """Torrance and Sparrow's model of 1967: mirror facets with Gaussian angles, in long symmetric V-grooves.
+
+    f = D(theta_m) F(wo . wm) G(wi, wo) / (4 cos(theta_i) cos(theta_o)),  D = exp(-(theta_m/alpha)^2)/N,
+    G = min(1, 2 z_m z_o/(wo . wm), 2 z_m z_i/(wo . wm)). The paper adds a diffuse part: `+ Lambertian(...)`.
+
+    Shapes   alpha and the Fresnel term's parameters: numbers or (..., C).
+    Units    f: 1/sr; alpha: rad (the paper's 1/c).
+    Error    rounding; N see `GaussianFacets`.
+    Source   Torrance & Sparrow 1967, J. Opt. Soc. Am. 57(9):1105; with N where the paper has a free constant.
+    """
+
+    alpha = param(0.2, 1e-3, 1.0, "angular width of the facets (1/c)", unit="rad", sampled="max")
+    fresnel = part(Fresnel, Constant(1.0), "reflectance of a facet", coerce=as_fresnel)
+
+    @property
+    def facets(self) -> Distribution:
+        return GaussianFacets.unchecked(alpha=self.alpha)
+
+    def G(self, wi: Direction, wo: Direction, wm: Direction) -> Any:
+        return v_groove(self.facets, wi, wo, wm)

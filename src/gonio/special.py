@@ -1,0 +1,24 @@
+"""Special functions that formulas need and array libraries lack, written with those of `ops`."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from . import ops
+
+
+def expm1_over(x: Any) -> Any:
+    """(exp(x) - 1)/x, 1 at x = 0, without cancellation."""
+    small = ops.absolute(x) < 1e-2
+    safe = ops.where(small, 1.0, x)
+    series = 1.0 + x * (1.0 / 2 + x * (1.0 / 6 + x * (1.0 / 24 + x * (1.0 / 120 + x * (1.0 / 720)))))
+    return ops.where(small, series, (ops.exp(safe) - 1.0) / safe)
+
+
+def log1p_over(t: Any) -> Any:
+    """log(1 + t)/t, 1 at t = 0, without cancellation; t > -1."""
+    small = ops.absolute(t) < 1e-2
+    safe = ops.where(small, 1.0, t)
+    s = ops.where(small, t, 0.0)
+    series = 1.0 - s * (1.0 / 2 - s * (1.0 / 3 - s * (1.0 / 4 - s * (1.0 / 5 - s * (1.0 / 6 - s * (1.0 / 7))))))
+    return ops.where(small, series, ops.log(1.0 + safe) / safe)
