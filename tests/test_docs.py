@@ -13,6 +13,7 @@ import subprocess
 import sys
 from functools import reduce
 from pathlib import Path
+from runpy import run_path
 
 import pytest
 
@@ -39,7 +40,9 @@ def read(page: Path) -> str:
 
 
 PAGES = {page.name: page for folder in (ROOT / "docs", ROOT) for page in sorted(folder.glob("*.md"))}
+MODELS = {f"models/{page.name}": page for page in sorted((ROOT / "docs" / "models").glob("*.md"))}
 each_page = pytest.mark.parametrize("page", PAGES.values(), ids=PAGES)
+every_page = pytest.mark.parametrize("page", [*PAGES.values(), *MODELS.values()], ids=[*PAGES, *MODELS])
 
 
 def new_files(page: Path) -> dict[str, str]:
@@ -104,7 +107,7 @@ def test_page_runs(page, tmp_path):
     assert not wrong, f"{page.name} says {wrong[0]!r}; printed was\n{done.stdout}"
 
 
-@each_page
+@every_page
 def test_names_exist(page):
     own = set(re.findall(r"^class (\w+)", "\n".join(new_files(page).values()), re.MULTILINE))
     for path in sorted(set(NAME.findall(read(page)))):
@@ -113,7 +116,7 @@ def test_names_exist(page):
             reduce(getattr, names, gn)  # AttributeError names what is missing
 
 
-@each_page
+@every_page
 def test_links_lead_somewhere(page):
     for groups in LINK.findall(ANY_BLOCK.sub("", read(page))):
         link = "".join(groups)
@@ -146,3 +149,20 @@ def test_architecture_names_every_module():
     assert named - there == set(), "named, but not there"
     public = {path for path in there if not Path(path).name.startswith("_")}
     assert public - named == set(), "there, but not named"
+
+
+def test_pages_of_models_say_what_their_docstrings_say():
+    make = run_path(str(ROOT / "docs" / "models" / "make.py"))
+    wanted = make["pages"]()
+    assert set(wanted) == {p.name for p in MODELS.values()} - {"choose.md", "laws.md"}, "run docs/models/make.py"
+    for name, text in wanted.items():
+        assert read(ROOT / "docs" / "models" / name) == text, f"{name} is older than the docstring: run make.py --text"
+    for line in re.findall(r"^m = (.*)$", "\n".join(wanted.values()), re.MULTILINE):
+        assert gn.expression(line.replace("gn.", "")).f([0.6, 0.0, 0.8], [0.0, 0.6, 0.8]) >= 0.0
+
+
+def test_pictures_of_models_are_small_and_shown():
+    shown = "".join(map(read, MODELS.values()))
+    for picture in (ROOT / "docs" / "models" / "pictures").iterdir():
+        assert f"pictures/{picture.name}" in shown, f"{picture.name}: on no page"
+        assert picture.stat().st_size < 60_000, picture.name

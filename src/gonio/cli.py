@@ -210,7 +210,7 @@ def render(
 
 @cli.command(short_help="Draw MATERIAL in one figure.")
 @_material
-@_output("Figure to write: .png, .pdf or .svg.")
+@_output("Figure to write: .png, .jpg, .pdf or .svg.")
 @_lights
 @_replace
 @click.option("--size", default=256, show_default=True, help="Width and height of the sphere in pixels.")

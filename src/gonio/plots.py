@@ -1,11 +1,12 @@
-"""One figure that shows a material: polar slices in the plane of incidence, albedo against angle, a lit sphere."""
+"""Figures that show a material: polar slices in the plane of incidence, albedo against angle, a lit sphere."""
 
 from __future__ import annotations
 
 import math
 import textwrap
 import warnings
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -22,7 +23,7 @@ from .spectrum import to_rgb
 
 SLICES = (0.0, 15.0, 30.0, 45.0, 60.0, 75.0)
 INCIDENCE = (0.0, 10.0, 20.0, 30.0, 40.0, 50.0, 60.0, 70.0, 75.0, 80.0, 85.0, 88.0)
-SUFFIXES = (".png", ".pdf", ".svg")
+SUFFIXES = (".png", ".jpg", ".pdf", ".svg")
 
 
 def show(
@@ -34,13 +35,36 @@ def show(
     samples: int = 32,
     progress: Callable[[int, int], None] | None = None,
 ) -> None:
-    """Write the figure to a .png, .pdf or .svg file.
+    """Write the figure to a .png, .jpg, .pdf or .svg file.
 
     Above: f [1/sr] in the plane of incidence as polar slices, one per angle of incidence, with a logarithmic radius,
     and a lit sphere. Below: the same slices against the viewing angle, and albedo against the angle of incidence, per
     channel. Ticks on the axis mark the mirror directions, those on the half circle the light. The plane of incidence
     is the x-z plane.
     """
+    with _figure(path, (11.0, 8.6), title or repr(m)) as figure:
+        grid = figure.add_gridspec(2, 2, width_ratios=[1.25, 1.0])
+        slices = _slice_values(m)
+        _polar(figure.add_subplot(grid[0, 0], projection="polar"), slices)
+        picture = render(m, lights, size=size, samples=samples, progress=progress)
+        _sphere(figure.add_subplot(grid[0, 1]), picture)
+        _cartesian(figure.add_subplot(grid[1, 0]), slices)
+        _albedo(figure.add_subplot(grid[1, 1]), m)
+
+
+def portrait(m: Reflectance, path: str | Path, lights: Light | Iterable[Light]) -> None:
+    """Write a small figure: a lit sphere beside the polar slices of f in the plane of incidence."""
+    with _figure(path, (6.4, 2.9), "") as figure:
+        grid = figure.add_gridspec(1, 2, width_ratios=[1.0, 1.35])
+        _sphere(figure.add_subplot(grid[0]), render(m, lights, size=256, samples=64))
+        _polar(figure.add_subplot(grid[1], projection="polar"), _slice_values(m))
+        for axes in figure.axes:
+            axes.set_title("")
+
+
+@contextmanager
+def _figure(path: str | Path, size: tuple[float, float], title: str) -> Iterator[Any]:
+    """A figure to draw in, which is written when all is drawn."""
     path = Path(path)
     if path.suffix.lower() not in SUFFIXES:
         raise ParameterError(f"{path}: expected a name that ends in {', '.join(SUFFIXES)}")
@@ -51,16 +75,9 @@ def show(
         raise DependencyError("figures need matplotlib; pip install matplotlib") from None
     with warnings.catch_warnings(), matplotlib.rc_context(_STYLE):
         warnings.simplefilter("ignore", MissingDataWarning)
-        figure = Figure(figsize=(11.0, 8.6), layout="constrained")
-        grid = figure.add_gridspec(2, 2, width_ratios=[1.25, 1.0])
-        slices = _slice_values(m)
-        _polar(figure.add_subplot(grid[0, 0], projection="polar"), slices)
-        picture = render(m, lights, size=size, samples=samples, progress=progress)
-        _sphere(figure.add_subplot(grid[0, 1]), picture)
-        _cartesian(figure.add_subplot(grid[1, 0]), slices)
-        _albedo(figure.add_subplot(grid[1, 1]), m)
-        name = title or repr(m)
-        figure.suptitle("\n".join(textwrap.wrap(name, 120, max_lines=2, placeholder=" …")), fontsize=12)
+        figure = Figure(figsize=size, layout="constrained")
+        yield figure
+        figure.suptitle("\n".join(textwrap.wrap(title, 120, max_lines=2, placeholder=" …")) or None, fontsize=12)
         with replacing(path) as temporary:
             figure.savefig(temporary, dpi=120, format=path.suffix[1:].lower())
 
