@@ -346,9 +346,8 @@ def test_gradients_are_finite_at_the_bounds(torch, model, dtype):
 
 
 @FEW
-@pytest.mark.parametrize("channels", CHANNELS)
-def test_jax_gradients(torch, jax, draw, channels):
-    m = draw.material(channels)
+def test_jax_gradients(torch, jax, draw):
+    m = draw.material(CHANNELS[len(draw.model.__name__) % 2])  # with channels for about half of the models
     for name, g in jax_gradients(jax, m, "float32", *everywhere()).items():
         assert np.isfinite(g).all(), (name, m)
     wi, wo = generic()
