@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from . import engine, reflectance
+from . import engine, interface
 from .compile import store
 from .compile.program import EACH, PACKED, SAME, Array, Output, Program
 from .errors import NotFoundError
@@ -15,10 +15,10 @@ from .interface import Reflectance
 from .trace.show import show
 
 _KERNELS: dict[str, tuple[Callable, tuple[tuple[str, str], ...], tuple[str, ...]]] = {
-    "f": (reflectance._value, (("value", "f"),), ("wi", "wo")),
-    "pdf": (reflectance._pdf, (("scalar", "pdf"),), ("wi", "wo")),
+    "f": (interface._value, (("value", "f"),), ("wi", "wo")),
+    "pdf": (interface._pdf, (("scalar", "pdf"),), ("wi", "wo")),
     "sample": (
-        reflectance._sample,
+        interface._sample,
         (("vector", "wi"), ("value", "weight"), ("scalar", "pdf"), ("scalar", "delta")),
         ("wo", "u"),
     ),

@@ -30,7 +30,7 @@ class Parametrised:
         super().__init_subclass__(**kwargs)
         own = {k: v for k, v in vars(cls).items() if isinstance(v, Field)}
         cls.fields = {**cls.fields, **own}
-        if not cls.__name__.startswith("_"):
+        if not (cls.__name__.startswith("_") or cls.__module__.rpartition(".")[2].startswith("_")):
             CLASSES[cls.__name__] = cls
 
     def __init__(self, *args: Any, **kwargs: Any) -> None:
