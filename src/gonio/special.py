@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 from . import ops
@@ -22,3 +23,13 @@ def log1p_over(t: Any) -> Any:
     s = ops.where(small, t, 0.0)
     series = 1.0 - s * (1.0 / 2 - s * (1.0 / 3 - s * (1.0 / 4 - s * (1.0 / 5 - s * (1.0 / 6 - s * (1.0 / 7))))))
     return ops.where(small, series, ops.log(1.0 + safe) / safe)
+
+
+def sin_minus_x_cos(x: Any) -> Any:
+    """sin(x) - x cos(x), about x^3/3, without cancellation."""
+    small = ops.absolute(x) < 0.7
+    s = ops.where(small, x, 0.0)
+    s2, series = s * s, 0.0 * s
+    for n in (7, 6, 5, 4, 3, 2, 1):
+        series = (-1.0) ** (n + 1) * 2.0 * n / math.factorial(2 * n + 1) + s2 * series
+    return ops.where(small, s * s2 * series, ops.sin(x) - x * ops.cos(x))
