@@ -100,6 +100,15 @@ REFERENCE = [
     Reference(gn.Dielectric(1.5), F(45), 0.0502399110122359, "-0.30333704, 0.09201336: Mitsuba 3 test_fresnel.py"),
     Reference(gn.Conductor(2.0, 4.0), F(0), 0.68, "((n - 1)^2 + k^2)/((n + 1)^2 + k^2)"),
     Reference(gn.Schlick(0.04), F(60), 0.07, "0.04 + 0.96/2^5, Schlick 1994"),
+    Reference(gn.RossLi(0.0, 1.0, 0.0), at(30, 0, 30, 0), 0.0386751345948128, "(pi/(4 cos 30) - pi/4)/pi; MODIS' K"),
+    Reference(gn.Roujean(0.0, 1.0, 0.0), at(45, 0, 45, 180), -0.405284734569351, "-4/pi^2, Roujean et al. 1992"),
+    Reference(gn.RPV(0.2, 0.5, 0.0, 1.0), at(60, 0, 60, 0), 0.127323954473516, "0.2 (1/4)^(-1/2)/pi"),
+    Reference(gn.Walthall(0.1, 0.02, 0.03, 0.04), at(30, 0, 60, 180), 0.0364472694148456, "polynomial, by mpmath"),
+    Reference(gn.Hapke(0.3, 0.3, 0.2, 1.0, 0.06, 0.35), at(60, 0, 30, 90), 0.0204272973370668, "1984, by mpmath"),
+    Reference(
+        gn.CoxMunk(5.0, slopes="isotropic", masking="none"), at(30, 0, 30, 180), 0.0823544222463702, "F/(3 pi 0.0286)"
+    ),
+    Reference(gn.SnowART(1.0), at(0, 0, 0, 0), 0.352707539608619, "R0(0)/pi, by mpmath"),
 ]
 
 
@@ -208,6 +217,15 @@ def at_bounds(model: type[Reflectance]) -> Iterator[Reflectance]:
         for path, p in m.parameters.items():
             for bound in (p.low, p.high):
                 yield m.replace({path: bound})
+
+
+def at_corners(model: type[Reflectance], count: int = 16) -> Iterator[Reflectance]:
+    """The model with every one of its parameters at its lower or its upper bound, by chance."""
+    choices = structures(model)
+    for seed in range(count):
+        rng = np.random.default_rng([seed, *model.__name__.encode()])
+        m = random(model, rng, None, choices[seed % len(choices)])
+        yield m.replace({path: (p.low, p.high)[rng.integers(2)] for path, p in m.parameters.items()})
 
 
 # Pairs of directions.

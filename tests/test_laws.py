@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from conftest import switch_off
-from models import MODELS, at_bounds, breaks, draws, pairs
+from models import MODELS, at_bounds, at_corners, breaks, draws, pairs
 
 import gonio as gn
 from gonio import blocks
@@ -131,7 +131,7 @@ def test_rgb_is_three_materials(draw):
         return  # no parameter drew a channel axis
     for c in range(3):
         one = m.each(lambda v, c=c: float(v[min(c, len(v) - 1)]) if np.ndim(v) else v)
-        np.testing.assert_allclose(f[:, c], one.f(wi, wo), rtol=1e-12)
+        np.testing.assert_allclose(f[:, c], one.f(wi, wo), rtol=1e-12, atol=1e-15 * np.abs(f).max())
 
 
 @ALL
@@ -389,7 +389,7 @@ DECLARED = [(model, law) for model in MODELS for law in model.breaks]
 def test_declared_laws_are_broken(model, law):
     """Some parameters within the bounds break the law: what is declared is not an excuse."""
     wi, wo = pairs()
-    candidates = [draw.material() for draw in draws(12) if draw.model is model]
+    candidates = [*(draw.material() for draw in draws(12) if draw.model is model), *at_corners(model)]
     if law == "reciprocity":
         values = [(m.f(wi, wo), m.f(wo, wi)) for m in candidates]
         assert any(np.abs(f - back).max() > 0.1 * f.max() for f, back in values)
@@ -397,7 +397,7 @@ def test_declared_laws_are_broken(model, law):
         assert any(m.f(wi, wo).min() < 0.0 for m in candidates)
     else:
         up = gn.direction(np.radians([0.0, 60.0, 85.0, 89.9]), 0.0)
-        assert max(gn.albedo(m, up, tolerance=1e-2).max() for m in candidates) > 1.1
+        assert any(gn.albedo(m, up, tolerance=1e-2).max() > 1.1 for m in candidates)
 
 
 @ALL

@@ -26,7 +26,8 @@ class Hapke(Reflectance):
 
     Shapes   w, b, c, B0, h, theta_bar: numbers or (..., C).
     Units    f: 1/sr; theta_bar: rad; the others: 1.
-    Error    rounding. Against exact isotropic scattering H of 1981 is off by up to 4 %, H of 2002 by up to 1 %.
+    Error    rounding. White isotropic particles (w = 1, b = 0, no surge, smooth) should reflect 1: they reflect up to
+             1.04 with the H of 1981, 1.014 with that of 2002.
     Source   Hapke 1981, J. Geophys. Res. 86(B4):3039; roughness: Hapke 1984, Icarus 59:41; surge: Hapke 1986, Icarus
              67:264; H: Hapke 2002, Icarus 157:523; the phase function as in Hapke 2012, Theory of Reflectance and
              Emittance Spectroscopy, 2nd ed. Equations as in three independent descriptions. c here = 2 c - 1 of
@@ -43,7 +44,7 @@ class Hapke(Reflectance):
 
     breaks: ClassVar[dict[str, str]] = {
         "energy": "the multiple scattering is that of isotropic particles, and the surge adds light: w = 1, b = 0.5, "
-        "c = 1, B0 = 1, h = 1 reflects 1.6 times the light that arrives along the normal",
+        "c = 1, B0 = 1, h = 1, theta_bar = 0 reflects 1.46 times the light that arrives along the normal",
     }
 
     def formula(self, wi: Direction, wo: Direction) -> Any:

@@ -85,6 +85,14 @@ def _stretched_tangents(w: Direction, b_r: Any) -> Direction:
 
 VOLUMETRIC: dict[str, Callable[..., Any]] = {k.__name__: k for k in (ross_thick, ross_thin, ross_thick_hotspot)}
 GEOMETRIC: dict[str, Callable[..., Any]] = {k.__name__: k for k in (li_sparse_r, li_dense_r)}
+WHITE_SKY = {
+    "ross_thick": 0.19,
+    "ross_thin": 3.14,
+    "ross_thick_hotspot": 0.10,
+    "li_sparse_r": -1.38,
+    "li_dense_r": -0.29,
+}
+"""The kernels' means over all cos(theta) dw of light and viewer, for the papers' crowns."""
 
 
 class RossLi(Reflectance):
@@ -113,9 +121,9 @@ class RossLi(Reflectance):
 
     breaks: ClassVar[dict[str, str]] = {
         "positivity": "a sum of signed kernels: with f_iso = 0.1, f_geo = 0.1 the BRF at 45 degrees in the forward "
-        "direction is -0.13",
+        "direction is -0.08",
         "energy": "kernels grow without bound towards grazing, and their weights are free: f_iso = 0.5, f_vol = 2 "
-        "reflects 1.3 times the light that arrives at 80 degrees",
+        "reflects twice the light that arrives at 80 degrees",
     }
 
     def formula(self, wi: Direction, wo: Direction) -> Any:
@@ -131,5 +139,6 @@ class RossLi(Reflectance):
 
     def estimate(self, wo: Direction) -> Any:
         spread = ops.absolute(self.f_vol) + ops.absolute(self.f_geo)
-        white_sky = self.f_iso + 0.19 * self.f_vol - 1.38 * self.f_geo
+        k_vol, k_geo = WHITE_SKY[self.volumetric], WHITE_SKY[self.geometric]
+        white_sky = self.f_iso + k_vol * self.f_vol + k_geo * self.f_geo
         return ops.maximum(white_sky, 0.1 * (self.f_iso + spread)) + 0.0 * wo.z

@@ -22,8 +22,8 @@ class SnowART(Reflectance):
 
     Shapes   r_s: a number or (..., C).
     Units    f: 1/sr; r_s: 1.
-    Error    rounding. R0 reflects 0.99 to 1.02 of the light up to 80 degrees, and its white-sky albedo is 1.005; the
-             theory holds for r_s above about 0.5.
+    Error    rounding. R0 reflects 0.993 to 1.018 of the light up to 80 degrees, and its white-sky albedo is 1.003;
+             that of r_s = 0.7 is 0.707. The theory holds for r_s above about 0.5.
     Source   Kokhanovsky & Zege 2004, Appl. Opt. 43(7):1589; R0 and p: Kokhanovsky, Aoki, Hachikubo, Hori & Zege 2005,
              IEEE TGRS 43(7):1529. Constants as remembered in many later papers, held here to reflecting 1.
     """
