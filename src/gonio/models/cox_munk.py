@@ -20,15 +20,15 @@ class CoxMunk(Reflectance):
     p is the density of slopes, z_u along the direction that the wind comes from, z_c across; W the wind speed:
     "isotropic"      Gaussian, sigma^2 = 0.003 + 0.00512 W for both together;
     "anisotropic"    Gaussian, sigma_u^2 = 0.00316 W (not below 1e-4), sigma_c^2 = 0.003 + 0.00192 W;
-    "gram_charlier"  the latter times 1 - c21 (xi^2 - 1) eta/2 - c03 (eta^3 - 3 eta)/6 + 0.40 (xi^4 - 6 xi^2 + 3)/24
-                     + 0.12 (xi^2 - 1)(eta^2 - 1)/4 + 0.23 (eta^4 - 6 eta^2 + 3)/24, xi = z_c/sigma_c, eta = z_u/sigma_u,
+    "gram_charlier"  the latter times 1 - c21 (x^2 - 1) y/2 - c03 (y^3 - 3 y)/6 + 0.40 (x^4 - 6 x^2 + 3)/24
+                     + 0.12 (x^2 - 1)(y^2 - 1)/4 + 0.23 (y^4 - 6 y^2 + 3)/24, x = z_c/sigma_c, y = z_u/sigma_u,
                      c21 = 0.01 - 0.0086 W, c03 = 0.04 - 0.033 W, and 0 where that is negative: lee faces are steeper.
     G is Smith's for the Gaussian slopes, or 1 ("none") as in 6S and the paper. The glint's BRF, the reflectance of
     ocean colour, is pi f. Foam and water below: `(1 - a) * CoxMunk(W) + a * Lambertian(0.2) + Lambertian(0.02)`.
 
     Shapes   wind_speed, wind_azimuth, eta: numbers or (..., C).
     Units    f: 1/sr; wind_speed: m/s, 12.5 m above the sea; wind_azimuth: rad; eta: 1.
-    Error    rounding. Slopes were measured for 1 to 14 m/s, and the series for |xi|, |eta| < 2.5; negative density cut
+    Error    rounding. Slopes were measured for 1 to 14 m/s, and the series for |x|, |y| < 2.5; negative density cut
              off adds nothing to the integral of p at 5 m/s, 0.04 % at 14 and 0.22 % at 20. No light is reflected twice.
     Source   Cox & Munk 1954, J. Opt. Soc. Am. 44(11):838. Equations as in two independent descriptions, the sign of
              z_u from the paper's abstract. Smith's G: see `Beckmann`, whose visible normals are sampled.
@@ -43,8 +43,8 @@ class CoxMunk(Reflectance):
     masking = option("height_correlated", "separable", "none", doc="which facets are lit and seen")
 
     breaks: ClassVar[dict[str, str]] = {
-        "energy": 'with masking="none" the glint grows as 1/cos(theta) towards grazing: 13 times the light that arrives '
-        "at 89.9 degrees for W = 5 m/s; with Smith's masking nothing is gained",
+        "energy": 'with masking="none" the glint grows as 1/cos(theta) towards grazing: 13 times the light that '
+        "arrives at 89.9 degrees for W = 5 m/s; with Smith's masking nothing is gained",
     }
 
     def formula(self, wi: Direction, wo: Direction) -> Any:
@@ -72,13 +72,13 @@ class CoxMunk(Reflectance):
             return 1.0
         upwind, crosswind = self._variances()
         # Beyond 12 standard deviations nothing is left, and fourth powers of slopes overflow at grazing.
-        eta = ops.clip(-wm.x / (wm.z * ops.sqrt(upwind)), -12.0, 12.0)
-        xi = ops.clip(-wm.y / (wm.z * ops.sqrt(crosswind)), -12.0, 12.0)
+        y = ops.clip(-wm.x / (wm.z * ops.sqrt(upwind)), -12.0, 12.0)
+        x = ops.clip(-wm.y / (wm.z * ops.sqrt(crosswind)), -12.0, 12.0)
         c21, c03 = 0.01 - 0.0086 * self.wind_speed, 0.04 - 0.033 * self.wind_speed
-        xi2, eta2 = xi * xi, eta * eta
-        skewness = c21 * (1.0 / 2) * (xi2 - 1.0) * eta + c03 * (1.0 / 6) * (eta2 - 3.0) * eta
-        peakedness = (0.40 / 24) * (xi2 * (xi2 - 6.0) + 3.0) + (0.23 / 24) * (eta2 * (eta2 - 6.0) + 3.0)
-        return ops.maximum(1.0 - skewness + peakedness + (0.12 / 4) * (xi2 - 1.0) * (eta2 - 1.0), 0.0)
+        x2, y2 = x * x, y * y
+        skewness = c21 * (1.0 / 2) * (x2 - 1.0) * y + c03 * (1.0 / 6) * (y2 - 3.0) * y
+        peakedness = (0.40 / 24) * (x2 * (x2 - 6.0) + 3.0) + (0.23 / 24) * (y2 * (y2 - 6.0) + 3.0)
+        return ops.maximum(1.0 - skewness + peakedness + (0.12 / 4) * (x2 - 1.0) * (y2 - 1.0), 0.0)
 
     # The frame of the wind: x points to where it comes from.
 

@@ -7,11 +7,11 @@ from collections.abc import Callable
 from typing import Any, ClassVar
 
 from .. import ops
-from ..geometry import Direction, add, dot
+from ..geometry import Direction, dot
 from ..interface import Reflectance
 from ..param import option, param
 from ..warp import power_cosine, power_cosine_density
-from ._phase_angle import difference, length, phase_angle
+from ._phase_angle import difference, phase_angle
 
 HOT_SPOT_WIDTH = math.radians(1.5)
 """Half width xi_0 [rad] of the hot spot in `ross_thick_hotspot`, as fitted to POLDER's measurements."""
@@ -104,7 +104,7 @@ class RossLi(Reflectance):
     (MCD43A1, VNP43) are those of the defaults; the papers' Li-dense has h_b = 2, b_r = 2.5.
 
     Shapes   f_iso, f_vol, f_geo, h_b, b_r: numbers or (..., C).
-    Units    f: 1/sr; the others: 1. All kernels but `ross_thick_hotspot` (1/3) are 0 with light and viewer at the zenith.
+    Units    f: 1/sr; the others: 1. With light and viewer at the zenith K is 0, of `ross_thick_hotspot` 1/3.
     Error    rounding. Sampling is uniform over the hemisphere, for kernels grow as 1/cos(theta).
     Source   Wanner, Li & Strahler 1995, J. Geophys. Res. 100(D10):21077; the reciprocal Li kernels and MODIS'
              defaults: Lucht, Schaaf & Strahler 2000, IEEE TGRS 38(2):977; hot spot: Maignan, Bréon & Lacaze 2004,

@@ -37,8 +37,8 @@ class Roujean(Reflectance):
     breaks: ClassVar[dict[str, str]] = {
         "positivity": "a sum of signed kernels: with k0 = 0.1, k1 = 0.1 the BRF at 45 degrees in the forward direction "
         "is -0.03",
-        "energy": "the weights are free and f1 is unbounded towards grazing: k0 = 0.2, k1 = -1 reflects 1.5 times the light "
-        "that arrives at 60 degrees, 4.4 times at 85",
+        "energy": "the weights are free and f1 has no bound towards grazing: k0 = 0.2, k1 = -1 reflects 1.5 times the "
+        "light that arrives at 60 degrees, 4.4 times at 85",
     }
 
     def formula(self, wi: Direction, wo: Direction) -> Any:

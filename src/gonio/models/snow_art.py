@@ -31,8 +31,8 @@ class SnowART(Reflectance):
     r_s = param(0.9, 0.01, 1.0, "white-sky albedo: how much of diffuse light is reflected")
 
     breaks: ClassVar[dict[str, str]] = {
-        "energy": "R0 is a fit that overshoots at grazing: for r_s = 1 it reflects 1.06 of the light that arrives at 85 "
-        "degrees, 1.20 at 89.9",
+        "energy": "R0 is a fit that overshoots at grazing: for r_s = 1 it reflects 1.06 of the light that arrives at "
+        "85 degrees, 1.20 at 89.9",
     }
 
     def formula(self, wi: Direction, wo: Direction) -> Any:
