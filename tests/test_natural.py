@@ -44,7 +44,7 @@ def hemispheres(n: int, azimuths: int) -> tuple[Direction, Direction, np.ndarray
 def compared(
     scalar: Callable[..., float], made: Callable[[np.random.Generator], tuple[Any, dict]], count: int = 200
 ) -> None:
-    """f of random materials and directions against a scalar implementation in angles, to 1e-9."""
+    """f of random materials and directions against a scalar implementation in angles, to 1e-11."""
     rng = np.random.default_rng(11)
     for k in range(count):
         m, values = made(rng)
@@ -55,7 +55,7 @@ def compared(
             theta_o = abs(min(theta_o, 1.5))
         expected = scalar(theta_i, phi_i, theta_o, phi_o, **values)
         scale = max(abs(expected), values.get("scale", 0.0))
-        assert m.f_angles(theta_i, phi_i, theta_o, phi_o) == pytest.approx(expected, abs=1e-9 * scale)
+        assert m.f_angles(theta_i, phi_i, theta_o, phi_o) == pytest.approx(expected, abs=1e-11 * scale)
 
 
 # Ross–Li and Roujean.

@@ -30,8 +30,8 @@ class CoxMunk(Reflectance):
     Units    f: 1/sr; wind_speed: m/s, 12.5 m above the sea; wind_azimuth: rad; eta: 1.
     Error    rounding. Slopes were measured for 1 to 14 m/s, and the series for |x|, |y| < 2.5; negative density cut
              off adds nothing to the integral of p at 5 m/s, 0.04 % at 14 and 0.22 % at 20. No light is reflected twice.
-    Source   Cox & Munk 1954, J. Opt. Soc. Am. 44(11):838. Equations as in two independent descriptions, the sign of
-             z_u from the paper's abstract. Smith's G: see `Beckmann`, whose visible normals are sampled.
+    Source   Cox & Munk 1954, J. Opt. Soc. Am. 44(11):838. Equations as in two independent descriptions; the sign
+             of z_u makes the most probable slope ascend downwind, as the paper's abstract says. Smith's G: see `Beckmann`, whose visible normals are sampled.
     """
 
     oriented: ClassVar[bool] = True

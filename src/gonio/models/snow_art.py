@@ -25,7 +25,7 @@ class SnowART(Reflectance):
     Error    rounding. R0 reflects 0.993 to 1.018 of the light up to 80 degrees, and its white-sky albedo is 1.003;
              that of r_s = 0.7 is 0.707. The theory holds for r_s above about 0.5.
     Source   Kokhanovsky & Zege 2004, Appl. Opt. 43(7):1589; R0 and p: Kokhanovsky, Aoki, Hachikubo, Hori & Zege 2005,
-             IEEE TGRS 43(7):1529. Constants as remembered in many later papers, held here to reflecting 1.
+             IEEE TGRS 43(7):1529. Constants as in three independent implementations.
     """
 
     r_s = param(0.9, 0.01, 1.0, "white-sky albedo: how much of diffuse light is reflected")
