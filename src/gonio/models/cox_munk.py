@@ -23,7 +23,7 @@ class CoxMunk(Reflectance):
     "gram_charlier"  the latter times 1 - c21 (x^2 - 1) y/2 - c03 (y^3 - 3 y)/6 + 0.40 (x^4 - 6 x^2 + 3)/24
                      + 0.12 (x^2 - 1)(y^2 - 1)/4 + 0.23 (y^4 - 6 y^2 + 3)/24, x = z_c/sigma_c, y = z_u/sigma_u,
                      c21 = 0.01 - 0.0086 W, c03 = 0.04 - 0.033 W, and 0 where that is negative: lee faces are steeper.
-    G is Smith's for the Gaussian slopes, or 1 ("none") as in 6S and the paper. The glint's BRF, the reflectance of
+    G is Smith's for the Gaussian slopes, or 1 ("none") as in 6S. The glint's BRF, the reflectance of
     ocean colour, is pi f. Foam and water below: `(1 - a) * CoxMunk(W) + a * Lambertian(0.2) + Lambertian(0.02)`.
 
     Shapes   wind_speed, wind_azimuth, eta: numbers or (..., C).
@@ -31,7 +31,8 @@ class CoxMunk(Reflectance):
     Error    rounding. Slopes were measured for 1 to 14 m/s, and the series for |x|, |y| < 2.5; negative density cut
              off adds nothing to the integral of p at 5 m/s, 0.04 % at 14 and 0.22 % at 20. No light is reflected twice.
     Source   Cox & Munk 1954, J. Opt. Soc. Am. 44(11):838. Equations as in two independent descriptions; the sign
-             of z_u makes the most probable slope ascend downwind, as the paper's abstract says. Smith's G: see `Beckmann`, whose visible normals are sampled.
+             of z_u makes the most probable slope ascend downwind, as the paper's abstract says. Smith's G: see
+             `Beckmann`, whose visible normals are sampled.
     """
 
     oriented: ClassVar[bool] = True
