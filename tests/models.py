@@ -109,6 +109,17 @@ REFERENCE = [
         gn.CoxMunk(5.0, slopes="isotropic", masking="none"), at(30, 0, 30, 180), 0.0823544222463702, "F/(3 pi 0.0286)"
     ),
     Reference(gn.SnowART(1.0), at(0, 0, 0, 0), 0.352707539608619, "R0(0)/pi, by mpmath"),
+    Reference(gn.OrenNayar(0.9, 0.5), at(30, 0, 60, 120), 0.233142050767063, "Oren & Nayar 1994, by mpmath in angles"),
+    Reference(gn.QualitativeOrenNayar(1.0, 0.5), albedo(0), 0.784482758620690, "A = 1 - 0.5 0.25/(0.25 + 0.33)"),
+    Reference(gn.FujiiOrenNayar(1.0, 1.0), albedo(60), 0.865319548261148, "integral over angles, mpmath", 1e-5),
+    Reference(gn.EON(0.5, 1.0), at(30, 0, 60, 180), 0.0823895665480625, "2025, with the integral of Fujii's by mpmath"),
+    Reference(gn.Minnaert(1.0, 0.5), albedo(60), 1.88561808316413, "4/3 sqrt(2): 2/(k + 1) cos(60)^(k - 1)"),
+    Reference(gn.LommelSeeliger(1.0), albedo(0), 0.15342640972002735, "(1 - ln 2)/2, by integration", 1e-7),
+    Reference(gn.Chandrasekhar(1.0), at(0, 0, 0, 0), 0.336428167, "H(1)^2/(8 pi), H(1) = 2.907810529", 4e-6),
+    Reference(gn.AshikhminShirleyDiffuse(1.0, 0.04), albedo(0), 0.93, "0.96 (1 - 1/2^5), by integration", 1e-7),
+    Reference(gn.DisneyDiffuse(1.0, 1.0), at(60, 0, 60, 0), 0.348850849384531, "(1 + 1.5/32)^2/pi, Burley 2012"),
+    Reference(gn.FrostbiteDiffuse(1.0, 1.0), at(60, 0, 60, 0), 0.231027052572537, "(1 + 1.5/32)^2/(1.51 pi), 2014"),
+    Reference(gn.Wolff(1.0, 1.5), at(0, 0, 0, 0), 0.293354391106981, "0.96^2/pi, F = 0.04 at normal incidence"),
 ]
 
 

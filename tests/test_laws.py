@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -385,19 +386,31 @@ def test_only_laws_that_exist_are_declared():
 DECLARED = [(model, law) for model in MODELS for law in model.breaks]
 
 
+def extreme(model: type) -> Iterator[Any]:
+    """Random materials of a model, each also with one parameter at a bound, and some with all of them there."""
+    for m in [d.material() for d in draws(12) if d.model is model]:
+        yield m
+        for path, p in m.parameters.items():
+            yield from (m.replace({path: bound}) for bound in (p.low, p.high))
+    yield from at_corners(model, 48)
+
+
 @pytest.mark.parametrize(("model", "law"), DECLARED, ids=lambda x: getattr(x, "__name__", x))
 def test_declared_laws_are_broken(model, law):
     """Some parameters within the bounds break the law: what is declared is not an excuse."""
     wi, wo = pairs()
-    candidates = [*(draw.material() for draw in draws(12) if draw.model is model), *at_corners(model)]
-    if law == "reciprocity":
-        values = [(m.f(wi, wo), m.f(wo, wi)) for m in candidates]
-        assert any(np.abs(f - back).max() > 0.1 * f.max() for f, back in values)
-    elif law == "positivity":
-        assert any(m.f(wi, wo).min() < 0.0 for m in candidates)
-    else:
-        up = gn.direction(np.radians([0.0, 60.0, 85.0, 89.9]), 0.0)
-        assert any(gn.albedo(m, up, tolerance=1e-2).max() > 1.1 for m in candidates)
+    up = gn.direction(np.radians([0.0, 60.0, 85.0, 89.9]), 0.0)
+    for m in extreme(model):
+        f = m.f(wi, wo)
+        if law == "reciprocity":
+            broken = np.abs(f - m.f(wo, wi)).max() > 0.1 * f.max()
+        elif law == "positivity":
+            broken = f.min() < 0.0
+        else:
+            broken = gn.albedo(m, up, tolerance=1e-3).max() > 1.003  # test_energy allows 1.001
+        if broken:
+            return
+    raise AssertionError(f"{model.__name__} obeys {law} at all parameters tried")
 
 
 @ALL

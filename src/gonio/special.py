@@ -33,3 +33,8 @@ def sin_minus_x_cos(x: Any) -> Any:
     for n in (7, 6, 5, 4, 3, 2, 1):
         series = (-1.0) ** (n + 1) * 2.0 * n / math.factorial(2 * n + 1) + s2 * series
     return ops.where(small, s * s2 * series, ops.sin(x) - x * ops.cos(x))
+
+
+def less_fifth_power(x: Any) -> Any:
+    """1 - (1 - x)^5, without cancellation where x is small."""
+    return x * (5.0 - x * (10.0 - x * (10.0 - x * (5.0 - x))))
