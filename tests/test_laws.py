@@ -399,7 +399,7 @@ def extreme(model: type) -> Iterator[Any]:
 def test_declared_laws_are_broken(model, law):
     """Some parameters within the bounds break the law: what is declared is not an excuse."""
     wi, wo = pairs()
-    up = gn.direction(np.radians([0.0, 60.0, 85.0, 89.9]), 0.0)
+    up = gn.direction(np.radians([0.0, 60.0, 85.0, 89.99]), 0.0)
     for m in extreme(model):
         f = m.f(wi, wo)
         if law == "reciprocity":

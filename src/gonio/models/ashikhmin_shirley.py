@@ -1,0 +1,67 @@
+"""Ashikhmin and Shirley's anisotropic Phong lobe."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, ClassVar
+
+from .. import ops
+from ..fresnel import Schlick
+from ..geometry import Direction, add, dot, half_vector, reflect, scale
+from ..interface import Reflectance
+from ..param import param
+from ..special import log1p_over
+
+
+class AshikhminShirley(Reflectance):
+    """Anisotropic Phong lobe with Fresnel reflection, the specular part of Ashikhmin and Shirley's model.
+
+    f = sqrt((n_u + 1)(n_v + 1))/(8 pi) h_z^(n_u cos^2(phi) + n_v sin^2(phi)) F(wo . h) / (wo . h max(cos_i, cos_o)),
+    with the azimuth phi of the half vector h and Schlick's F = R_s + (1 - R_s)(1 - wo . h)^5. The complete model is
+    `AshikhminShirley(R_s, n_u, n_v) + AshikhminShirleyDiffuse(R_d, R_s)`.
+
+    Shapes   R_s, n_u, n_v: numbers or (..., C). `AshikhminShirley(0.05, n=100)` is isotropic.
+    Units    f: 1/sr; the rest: 1.
+    Error    rounding.
+    Source   Ashikhmin & Shirley 2000, "An anisotropic Phong BRDF model", with its sampling. The four quadrants of
+             azimuth, which the paper samples one by one, are one map here.
+    """
+
+    oriented: ClassVar[bool] = True
+
+    R_s = param(0.05, 0.0, 1.0, "reflectance at normal incidence of a facet")
+    n_u = param(100.0, 0.0, 1e4, "exponent along x: the larger, the narrower", alias="n", sampled="min")
+    n_v = param("n_u", 0.0, 1e4, "exponent along y", sampled="min")
+
+    def _normals(self, h: Direction) -> Any:
+        """Density of half vectors: sqrt((n_u + 1)(n_v + 1))/(2 pi) h_z^(n_u cos^2(phi) + n_v sin^2(phi))."""
+        s2 = h.x * h.x + h.y * h.y
+        low = s2 < 0.5
+        near = log1p_over(-ops.where(low, s2, 0.0))
+        rate = ops.where(low, near, -ops.log(h.z * h.z) / ops.where(low, 1.0, s2))  # -log(h_z^2)/sin^2
+        lobe = ops.exp(-0.5 * (self.n_u * h.x * h.x + self.n_v * h.y * h.y) * rate)
+        return (0.5 / math.pi) * ops.sqrt((self.n_u + 1.0) * (self.n_v + 1.0)) * lobe
+
+    def formula(self, wi: Direction, wo: Direction) -> Any:
+        H = add(wi, wo)
+        length = ops.sqrt(dot(H, H))
+        h, cos_d = scale(1.0 / length, H), 0.5 * length
+        fresnel = Schlick.unchecked(F0=self.R_s).F(cos_d)
+        return self._normals(h) * fresnel / (4.0 * cos_d * ops.maximum(wi.z, wo.z))
+
+    def warp(self, wo: Direction, u0: Any, u1: Any) -> Direction:
+        psi = 2.0 * math.pi * u0
+        x, y = ops.cos(psi) / ops.sqrt(self.n_u + 1.0), ops.sin(psi) / ops.sqrt(self.n_v + 1.0)
+        r = ops.sqrt(x * x + y * y)
+        cos_phi, sin_phi = x / r, y / r
+        n = self.n_u * cos_phi * cos_phi + self.n_v * sin_phi * sin_phi
+        cos_theta = ops.power(ops.maximum(1.0 - u1, 1e-30), 1.0 / (n + 1.0))
+        sin_theta = ops.sqrt(ops.maximum(1.0 - cos_theta * cos_theta, 0.0))
+        return reflect(wo, Direction(sin_theta * cos_phi, sin_theta * sin_phi, cos_theta))
+
+    def density(self, wi: Direction, wo: Direction) -> Any:
+        h = half_vector(wi, wo)
+        return self._normals(h) / (4.0 * dot(wo, h))
+
+    def estimate(self, wo: Direction) -> Any:
+        return Schlick.unchecked(F0=self.R_s).F(wo.z)
