@@ -73,7 +73,11 @@ class Reflectance(Parametrised):
         return 1.0 + 0.0 * wo.z
 
     def mirror(self, wo: Direction) -> Any:
-        """Reflectance of a delta lobe at the mirror direction; only of models that are one."""
+        """Reflectance of a delta lobe at the mirror direction: of a model that is one, or in the limit becomes one.
+
+        A model that becomes a mirror as its widths (parameters of which sampling takes the "max" or "min") go to
+        their narrow bounds may say so by writing this; `gonio.check` then holds it to that.
+        """
         raise NotImplementedError
 
     is_delta: ClassVar[bool] = False

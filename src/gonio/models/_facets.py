@@ -36,3 +36,6 @@ class Facets(Reflectance):
 
     def estimate(self, wo: Direction) -> Any:
         return self.fresnel.F(wo.z)
+
+    def mirror(self, wo: Direction) -> Any:
+        return self.fresnel.F(wo.z)

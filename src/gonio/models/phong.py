@@ -52,6 +52,9 @@ class Phong(_MirrorLobe):
     def estimate(self, wo: Direction) -> Any:
         return self.rho_s * (2.0 * math.pi) / (self.n + 2.0) + 0.0 * wo.z
 
+    def mirror(self, wo: Direction) -> Any:
+        return self.rho_s * (2.0 * math.pi) / (self.n + 1.0) * wo.z  # as n goes to infinity
+
 
 class OriginalPhong(_MirrorLobe):
     """Phong's lobe used for radiance without a cosine, as in eq. 4.7: f = rho_s max(s . wo, 0)^n / cos(theta_i).
@@ -77,6 +80,9 @@ class OriginalPhong(_MirrorLobe):
     def estimate(self, wo: Direction) -> Any:
         return self.rho_s * (2.0 * math.pi) / (self.n + 1.0) + 0.0 * wo.z
 
+    def mirror(self, wo: Direction) -> Any:
+        return self.rho_s * (2.0 * math.pi) / (self.n + 1.0) + 0.0 * wo.z  # as n goes to infinity
+
 
 class ModifiedPhong(_MirrorLobe):
     """Phong's lobe normalised: f = rho_s (n + 2)/(2 pi) max(s . wo, 0)^n; rho_s is the albedo at normal incidence.
@@ -97,6 +103,9 @@ class ModifiedPhong(_MirrorLobe):
 
     def estimate(self, wo: Direction) -> Any:
         return self.rho_s + 0.0 * wo.z
+
+    def mirror(self, wo: Direction) -> Any:
+        return self.rho_s * wo.z  # as n goes to infinity
 
 
 class BlinnPhong(Reflectance):
@@ -127,3 +136,6 @@ class BlinnPhong(Reflectance):
 
     def estimate(self, wo: Direction) -> Any:
         return self.rho_s + 0.0 * wo.z
+
+    def mirror(self, wo: Direction) -> Any:
+        return self.rho_s * wo.z * wo.z  # as n goes to infinity

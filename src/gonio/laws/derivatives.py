@@ -1,0 +1,114 @@
+"""Derivatives: f can be differentiated by its parameters and directions; `jacobian` is finite, and what differences say.
+
+Where f has a kink (a V-groove's edge, a total reflection) the slopes of both sides differ, and anything from one to the
+other will do.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+
+from ..errors import TraceError
+from ..interface import Reflectance
+from ..measurement import Measured
+from .probes import degrees, pairs, values
+from .verdict import Law
+
+COUNT = 2048
+STEP_OF_DIRECTIONS, STEP_OF_PARAMETERS = 1e-6, 1e-5  # the latter relative
+TOLERANCE = 1e-3  # differences err by 1e-6 in lobes 1e-3 wide; a missing term is off by more
+
+
+class Slopes(NamedTuple):
+    """Derivatives (N, C) and their differences' slopes to both sides; `size` is what an error is relative to."""
+
+    name: str
+    exact: np.ndarray
+    below: np.ndarray
+    above: np.ndarray
+    size: np.ndarray
+
+    @property
+    def middle(self) -> np.ndarray:
+        """The central difference."""
+        return 0.5 * (self.below + self.above)
+
+    @property
+    def error(self) -> np.ndarray:
+        """|exact - difference|/size (N, C), less the difference of both sides; infinite where `exact` is not finite."""
+        error = np.abs(self.exact - self.middle) - np.abs(self.above - self.below)
+        lost = ~np.isfinite(self.exact) & np.isfinite(self.middle)
+        return np.where(lost, np.inf, np.maximum(np.nan_to_num(error / self.size), 0.0))
+
+
+def directions() -> tuple[np.ndarray, np.ndarray]:
+    """Pairs (N, 3): spread out and near mirror pairs, and the exact ones where formulas break."""
+    wi, wo = pairs(COUNT)
+    few, up = wi[:: COUNT // 16], np.array([0.0, 0.0, 1.0])
+    normal = np.broadcast_to(up, few.shape)
+    mirror = few * np.array([-1.0, -1.0, 1.0])
+    exact = [(few, few), (few, mirror), (few, normal), (normal, few), (up[None], up[None])]
+    a, b = zip((wi, wo), *exact, strict=True)
+    return np.concatenate(a), np.concatenate(b)
+
+
+def inner(m: Reflectance) -> tuple[Reflectance, dict[str, float]]:
+    """The material with parameters moved off their bounds, and the step for each: so that both sides are allowed."""
+    steps, moved = {}, {}
+    for path, p in m.parameters.items():
+        size = float(np.abs(p.value).max()) or 1e-2 * min(1.0, p.high - p.low)
+        h = min(STEP_OF_PARAMETERS * size, 0.25 * (p.high - p.low))
+        if h > 0.0:
+            steps[path] = h
+            moved[path] = np.clip(p.value, p.low + 2.0 * h, p.high - 2.0 * h)
+    return (m.replace(moved) if moved else m), steps
+
+
+def slopes(m: Reflectance) -> Iterator[Slopes]:
+    """By each parameter, and by each component of both directions. Raises TraceError where there is no jacobian."""
+    m, steps = inner(m)
+    wi, wo = directions()
+    exact = m.jacobian(wi, wo, [*steps, "wi", "wo"])
+    f = values(m, wi, wo)
+
+    def sides(name: str, slope: np.ndarray, low: np.ndarray, high: np.ndarray, h: float, unit: float) -> Slopes:
+        slope = slope.reshape(f.shape)
+        below, above = (f - low) / h, (high - f) / h
+        size = np.abs(slope) + 0.5 * np.abs(below + above) + np.abs(f) / unit + 1e-30
+        return Slopes(name, slope, below, above, size)
+
+    for path, h in steps.items():
+        value = m.parameters[path].value
+        low, high = (values(m.replace({path: value + s}), wi, wo) for s in (-h, h))
+        yield sides(path, exact.by[path], low, high, h, h / STEP_OF_PARAMETERS)
+    for name in ("wi", "wo"):
+        for k, axis in enumerate("xyz"):
+            moved = STEP_OF_DIRECTIONS * np.eye(3)[k]
+            low, high = (
+                values(m, wi + s * moved, wo) if name == "wi" else values(m, wi, wo + s * moved) for s in (-1.0, 1.0)
+            )
+            yield sides(f"{name}.{axis}", exact.by[name][..., k], low, high, STEP_OF_DIRECTIONS, 1.0)
+
+
+def law(m: Reflectance) -> Iterator[Law | str]:
+    """The largest error of a derivative, relative to it and to f over the parameter (for directions, over 1)."""
+    if any(isinstance(lobe, Measured) for _, lobe in m.lobes()):
+        yield "derivatives: not tested, those of a table are its interpolation's"
+        return
+    try:
+        found = list(slopes(m))
+    except TraceError as error:
+        yield f"derivatives: not tested, {error}"
+        return
+    wi, wo = directions()
+    worst = max(found, key=lambda s: float(s.error.max()))
+    n, c = np.unravel_index(int(worst.error.argmax()), worst.error.shape)
+    value = float(worst.error[n, c])
+    passed, why = value <= TOLERANCE, ""
+    if not passed:
+        why = f"by {worst.name} it is {worst.exact[n, c]:.6g}, but differences give {worst.middle[n, c]:.6g}"
+    rule = "|jacobian - difference| = {value} <= {tolerance}"
+    yield Law("derivatives", passed, value, TOLERANCE, rule, {} if passed else degrees(wi[n], wo[n]), why)

@@ -1,0 +1,52 @@
+"""Isotropy: turning both directions about the normal changes nothing, unless the class says that x and y differ."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+
+from ..interface import Reflectance
+from .probes import degrees, difference, pairs, values
+from .verdict import Law
+
+TOLERANCE = 1e-4  # as for reciprocity
+TURNS = np.radians([23.0, 63.0, 90.0, 143.0])
+COUNT = 1 << 14  # pairs that are turned
+
+
+def turned(w: np.ndarray, turn: float) -> np.ndarray:
+    """Directions turned about the normal, from x towards y."""
+    c, s = math.cos(turn), math.sin(turn)
+    return w @ np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
+
+
+def mirrored(w: np.ndarray) -> np.ndarray:
+    """Directions with phi replaced by -phi."""
+    return w * np.array([1.0, -1.0, 1.0])
+
+
+def law(m: Reflectance) -> Iterator[Law | str]:
+    """The largest change of f by any of TURNS, relative; notes where angles can be saved, and where they cannot."""
+    wi, wo = pairs(COUNT)
+    f = values(m, wi, wo)
+    changes = np.stack([difference(f, values(m, turned(wi, t), turned(wo, t))).max(axis=-1) for t in TURNS])
+    k, at = np.unravel_index(int(changes.argmax()), changes.shape)
+    value, turn = float(changes[k, at]), math.degrees(TURNS[k])
+    flipped = float(difference(f, values(m, mirrored(wi), mirrored(wo))).max())
+    isotropic, bilateral = value <= TOLERANCE, flipped <= TOLERANCE
+    if isotropic and bilateral:
+        yield "three angles are enough: f depends on theta_i, theta_o and |phi_i - phi_o|"
+    elif isotropic:
+        yield (
+            f"isotropic, but handed: phi -> -phi changes f by up to {flipped:.2g} of its mean; f depends on theta_i, "
+            "theta_o and phi_o - phi_i with its sign"
+        )
+    if not isotropic and any(lobe.is_oriented() for _, lobe in m.lobes()):
+        changes_too = "phi -> -phi changes nothing" if bilateral else "so does phi -> -phi"
+        yield f"anisotropic: turning by {turn:.0f} degrees changes f by {value:.2g} of its mean, {changes_too}"
+        return
+    why = "" if isotropic else f"turning both directions by {turn:.0f} degrees changes f; `oriented = True` declares it"
+    rule = "|f - f turned|/mean = {value} <= {tolerance}"
+    yield Law("isotropy", isotropic, value, TOLERANCE, rule, {} if isotropic else degrees(wi[at], wo[at]), why)

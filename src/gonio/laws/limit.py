@@ -1,0 +1,108 @@
+"""Limit: as the widths of a lobe go to their narrow bounds it becomes a mirror, of the reflectance that `mirror` says.
+
+A width is a parameter of which sampling takes the "max" (narrow at its lower bound: alpha) or the "min" (narrow at its
+upper: n). A class that has widths and defines `mirror` is held to it; a delta lobe is there already.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..geometry import Direction
+from ..interface import Reflectance, direction
+from ..param import Param, Part
+from ..parametrised import Parametrised
+from ..quadrature import lattice
+from .probes import degrees, with_channels
+from .rings import distance
+from .verdict import Law
+
+COUNT = 1 << 14
+STEPS = 5
+VIEWS = np.radians([0.0, 40.0, 70.0])
+CONE = np.radians(6.0)  # about the mirror direction; lobes at n = 1e4 and alpha = 1e-3 are narrower than 2 degrees
+TOLERANCE = 0.02  # of the light outside the cone, or of albedo: ten times what GGX's tails leave at alpha = 1e-3
+
+
+class Narrowing(NamedTuple):
+    """A lobe on its way to the limit: share of the light outside CONE, albedo and the mirror's, each (STEPS, V)."""
+
+    lobe: Reflectance
+    outside: np.ndarray
+    albedo: np.ndarray
+    mirror: np.ndarray
+
+
+def narrow_ends(m: Parametrised, prefix: str = "") -> Iterator[tuple[str, Any, float]]:
+    """Path, value and narrow bound of every width."""
+    for name, field, value in m._free():
+        if isinstance(field, Param) and field.sampled in ("max", "min"):
+            yield prefix + name, value, field.low if field.sampled == "max" else field.high
+        elif isinstance(field, Part):
+            yield from narrow_ends(value, f"{prefix}{name}.")
+
+
+def lobes(m: Reflectance) -> list[Reflectance]:
+    """The lobes of a material that say to be mirrors in the limit."""
+    declared = (lobe for _, lobe in m.lobes() if type(lobe).mirror is not Reflectance.mirror and not lobe.is_delta)
+    return [lobe for lobe in declared if any(True for _ in narrow_ends(lobe))]
+
+
+def narrowing(lobe: Reflectance) -> Narrowing:
+    """The lobe followed to its limit, all widths together, in equal ratios."""
+    outside, albedo, mirrors = [], [], []
+    for t in np.linspace(0.0, 1.0, STEPS):
+        changes = {
+            path: np.clip(_between(value, end, float(t)), min(np.min(value), end), max(np.max(value), end))
+            for path, value, end in narrow_ends(lobe)
+        }
+        m = lobe.replace(changes)
+        rows = [_seen(m, view) for view in direction(VIEWS, 0.3)]
+        outside.append([row[0] for row in rows])
+        albedo.append([row[1] for row in rows])
+        mirrors.append([row[2] for row in rows])
+    return Narrowing(lobe, np.array(outside), np.array(albedo), np.array(mirrors))
+
+
+def _between(value: Any, end: float, t: float) -> Any:
+    """From value to end in equal ratios; a bound of 0 is reached in the last step."""
+    if t == 1.0:
+        return np.full_like(value, end) if np.ndim(value) else end
+    goal = end if end > 0.0 else 1e-3 * np.maximum(value, 1e-30)
+    start = np.maximum(value, 1e-3 * goal)
+    return start * (goal / start) ** t
+
+
+def _seen(m: Reflectance, view: np.ndarray) -> tuple[float, float, float]:
+    """Share of the light outside the cone, albedo and reflectance of the mirror, of the channel that is worst."""
+    s = m.sample(np.broadcast_to(view, (COUNT, 3)), lattice(COUNT))
+    weight = np.nan_to_num(with_channels(s.weight, s.wi))
+    total = weight.sum(axis=0)
+    far = weight[distance(view, s.wi)[0] > CONE].sum(axis=0) / np.maximum(total, 1e-300)
+    mean = total / COUNT
+    mirror = np.broadcast_to(np.asarray(m.mirror(Direction(*view)), dtype=float), mean.shape)
+    c = int(np.abs(mean - mirror).argmax())
+    return float(far.max()), float(mean[c]), float(mirror[c])
+
+
+def law(m: Reflectance) -> Iterator[Law | str]:
+    """What is outside the cone, or the albedo's distance from the mirror's, whichever is larger, at the narrow end."""
+    found: list[Law] = []
+    for n in map(narrowing, lobes(m)):
+        off = np.abs(n.albedo[-1] - n.mirror[-1])
+        if n.outside[-1].max() >= off.max():
+            v = int(n.outside[-1].argmax())
+            value, why = float(n.outside[-1, v]), f"{n.outside[-1, v]:.1%} of the light stays away from the mirror"
+        else:
+            v = int(off.argmax())
+            value, why = float(off[v]), f"the albedo goes to {n.albedo[-1, v]:.4g}, the mirror's is {n.mirror[-1, v]:.4g}"
+        passed = value <= TOLERANCE
+        ends = ", ".join(f"{path} = {end:g}" for path, _, end in narrow_ends(n.lobe))
+        place = {} if passed else degrees(wo=direction(VIEWS[v], 0.3))
+        rule = "distance from a mirror = {value} <= {tolerance}"
+        found.append(Law("limit", passed, value, TOLERANCE, rule, place, "" if passed else f"at {ends} {why}"))
+    if found:
+        yield max(found, key=lambda law: law.value)

@@ -1,0 +1,27 @@
+"""Positivity: f >= 0. No surface sends back a negative amount of light."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from ..interface import Reflectance
+from .probes import degrees, pairs, values
+from .verdict import Law
+
+
+def law(m: Reflectance) -> Iterator[Law | str]:
+    """The lowest value at the pairs of `probes`; not below 0, exactly. Says where data are missing."""
+    wi, wo = pairs()
+    f = values(m, wi, wo)
+    missing = float(np.isnan(f).mean())
+    if missing > 0.0:
+        yield f"{missing:.2%} of the pairs of directions hold no data; they are left out, and count as 0 in integrals"
+    worst = np.where(np.isnan(f), np.inf, f).min(axis=-1)
+    at = int(worst.argmin())
+    value = float(worst[at])
+    share = float((f < 0.0).mean())
+    why = f"{share:.2%} of the values are negative, the lowest is {value:.4g} sr-1" if value < 0.0 else ""
+    place = degrees(wi[at], wo[at]) if why else {}
+    yield Law("positivity", value >= 0.0, value, 0.0, "min f = {value}", place, why)

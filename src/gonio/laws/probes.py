@@ -1,0 +1,79 @@
+"""Directions at which laws are tried, and how values there are compared. Nothing is random: two runs agree."""
+
+from __future__ import annotations
+
+import math
+from functools import cache
+from typing import Any
+
+import numpy as np
+
+from ..interface import Reflectance, angles, direction
+from ..quadrature import lattice
+
+PAIRS = 1 << 17
+SAMPLES = 1 << 16
+INCIDENCE = np.radians([0.0, 15.0, 30.0, 45.0, 60.0, 70.0, 80.0, 85.0, 88.0, 89.5, 89.9])
+VIEWS = np.radians([0.0, 30.0, 60.0, 80.0])
+
+
+@cache
+def pairs(n: int = PAIRS) -> tuple[np.ndarray, np.ndarray]:
+    """Pairs of directions: most spread evenly over both hemispheres, the rest close to mirror pairs and to grazing."""
+    a, b = lattice(n, 4)[:, :2], lattice(n, 4)[:, 2:]
+    theta_i, theta_o = np.arccos(1.0 - 0.9998 * a[:, 0]), np.arccos(1.0 - 0.9998 * b[:, 0])
+    phi_i, phi_o = 2 * np.pi * a[:, 1], 2 * np.pi * b[:, 1]
+    near = slice(0, n // 4)  # within a few degrees of the mirror pair, where glossy materials change fastest
+    spread = 0.3 * b[near] ** 4 * np.where(a[near] > 0.5, 1.0, -1.0)
+    theta_o[near] = np.clip(theta_i[near] + spread[:, 0], 0.0, np.radians(89.99))
+    phi_o[near] = phi_i[near] + np.pi + spread[:, 1]
+    wi, wo = direction(theta_i, phi_i), direction(theta_o, phi_o)
+    wi.flags.writeable = wo.flags.writeable = False
+    return wi, wo
+
+
+def azimuths(m: Reflectance) -> np.ndarray:
+    """Azimuths [rad] of incidence that stand for all: one where the material is isotropic."""
+    return np.array([0.3]) if m.is_isotropic() else np.radians([0.0, 45.0, 90.0, 200.0])
+
+
+def values(m: Reflectance, wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
+    """f with a channel axis: (..., C)."""
+    return with_channels(m.f(wi, wo), wi, wo)
+
+
+def with_channels(f: np.ndarray, *w: np.ndarray) -> np.ndarray:
+    """Values over directions, with a channel axis even where there is one channel."""
+    return f if f.ndim == max(x.ndim for x in w) else f[..., None]
+
+
+def difference(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """How far values of f are apart, relative to their mean; 0 where data are missing.
+
+    Values below a millionth of the median count as being of that size: there a difference means nothing.
+    """
+    scale = 0.5 * (np.abs(a) + np.abs(b)) + 1e-6 * np.nanmedian(np.abs(a)) + 1e-30
+    return np.nan_to_num(np.abs(a - b) / scale)
+
+
+def degrees(wi: Any = None, wo: Any = None) -> dict[str, float]:
+    """Directions as angles in degrees, by name."""
+    found = {}
+    for name, w in (("i", wi), ("o", wo)):
+        if w is not None:
+            theta, phi = angles(np.asarray(w, dtype=float))
+            found[f"theta_{name}"], found[f"phi_{name}"] = math.degrees(float(theta)), math.degrees(float(phi))
+    return found
+
+
+def channel(m: Reflectance, c: int) -> str:
+    """Name of a channel: its wavelength, its word or its number."""
+    names = m.channel_names
+    if names is None:
+        return str(c)
+    return str(names[c]) if isinstance(names[c], str) else f"{names[c]:g} nm"
+
+
+def in_channel(m: Reflectance, c: int, count: int) -> str:
+    """ " in channel ...", where there are several."""
+    return f" in channel {channel(m, c)}" if count > 1 else ""

@@ -1,0 +1,88 @@
+"""What a law finds: one verdict with its number, tolerance, place and reason; and the report of all."""
+
+from __future__ import annotations
+
+import textwrap
+from dataclasses import asdict, dataclass, field
+from typing import Any
+
+
+@dataclass(frozen=True)
+class Law:
+    """One verdict. `value` is compared with `tolerance` as `rule` says; `where` holds angles [degrees].
+
+    `why` says what was found where the law fails, `declared` the reason that the material's class gives for that.
+    """
+
+    name: str
+    passed: bool
+    value: float
+    tolerance: float
+    rule: str
+    where: dict[str, float] = field(default_factory=dict)
+    why: str = ""
+    declared: str = ""
+
+    @property
+    def verdict(self) -> str:
+        """ "pass", "breaks" where the law fails as the class declares, "FAIL" where it fails otherwise."""
+        return "pass" if self.passed else "breaks" if self.declared else "FAIL"
+
+    @property
+    def finding(self) -> str:
+        """The rule with its numbers."""
+        return self.rule.format(value=f"{self.value:.4g}", tolerance=f"{self.tolerance:.4g}")
+
+    @property
+    def place(self) -> str:
+        """`where` in words."""
+        return ", ".join(f"{name} {angle:.4g}" for name, angle in self.where.items())
+
+
+@dataclass(frozen=True)
+class Report:
+    """What `check` found: `passed` if every law holds. Prints as a table."""
+
+    material: str
+    laws: tuple[Law, ...]
+    notes: tuple[str, ...] = ()
+
+    @property
+    def passed(self) -> bool:
+        """Whether every law holds."""
+        return all(law.passed for law in self.laws)
+
+    @property
+    def lawful(self) -> bool:
+        """Whether every law holds, or fails as the class declares."""
+        return not any(law.verdict == "FAIL" for law in self.laws)
+
+    @property
+    def verdicts(self) -> dict[str, str]:
+        """Law -> "pass", "breaks" or "FAIL"; laws that do not apply are left out."""
+        return {law.name: law.verdict for law in self.laws}
+
+    def __getitem__(self, name: str) -> Law:
+        return next(law for law in self.laws if law.name == name)
+
+    def to_json(self) -> dict[str, Any]:
+        """The report as JSON data."""
+        laws = [{**asdict(law), "verdict": law.verdict} for law in self.laws]
+        return {**asdict(self), "laws": laws, "passed": self.passed, "lawful": self.lawful}
+
+    def __str__(self) -> str:
+        lines = [self.material]
+        width = max((len(law.name) for law in self.laws), default=0)
+        room = max((len(law.finding) for law in self.laws), default=0)
+        indent = " " * (10 + width)
+        told: dict[str, str] = {}
+        for law in self.laws:
+            verdict = "pass" if law.passed else "FAIL"
+            lines.append(f"  {verdict}  {law.name:<{width}}  {law.finding:<{room}}  {law.place}".rstrip())
+            as_before = f"as for {told[law.declared]}" if law.declared in told else law.declared
+            told.setdefault(law.declared, law.name)
+            for text in (law.why, f"declared: {as_before}" if law.declared else ""):
+                lines += textwrap.wrap(text, 100, initial_indent=indent, subsequent_indent=indent)
+        for note in self.notes:
+            lines += textwrap.wrap(note, 100, initial_indent="  note  ", subsequent_indent=" " * 8)
+        return "\n".join(lines)
