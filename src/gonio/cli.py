@@ -132,27 +132,91 @@ def info(material: str, replaced: tuple[str, ...], as_json: bool) -> None:
 
 
 @cli.command(short_help="Hold MATERIAL to the laws of physics.")
-@_material
+@click.argument("material", required=False)
 @_replace
 @_json
+@click.option("--plot", type=click.Path(path_type=Path), help="Figure to write that explains: .png, .pdf or .svg.")
+@click.option("--sampling", is_flag=True, help="Say also how well sampling does, by angle of view and lobe.")
+@click.option("--all", "every", is_flag=True, help="Check every model instead, and print one table.")
 @click.pass_context
-def check(ctx: click.Context, material: str, replaced: tuple[str, ...], as_json: bool) -> None:
-    """Hold MATERIAL to the laws: positivity, reciprocity, energy, pdf, sampling, furnace.
+def check(
+    ctx: click.Context,
+    material: str | None,
+    replaced: tuple[str, ...],
+    as_json: bool,
+    plot: Path | None,
+    sampling: bool,
+    every: bool,
+) -> None:
+    """Hold MATERIAL to the laws.
 
-    Exit code 1 if one of them does not hold.
+    \b
+    positivity   f is not negative
+    reciprocity  light takes the same way back
+    isotropy     turning the surface changes nothing, unless it may
+    energy       no more light leaves than arrives: albedo
+    furnace      the same by sampling, in a uniform surround
+    cavity       the same over many bounces between two plates
+    pdf          the density of sampling integrates to 1
+    sampling     samples follow that density, with the right weight
+    grazing      f stays finite and has no jump towards the horizon
+    derivatives  are finite, and what differences say
+    limit        with widths near 0 a lobe is a mirror
+
+    Exit code 1 if one of them does not hold; with --all, if one fails that
+    the model does not declare to break.
     """
+    if every == (material is not None):
+        raise click.UsageError("expected one of MATERIAL and --all", ctx)
+    if material is None:
+        if replaced or plot or sampling:
+            raise click.UsageError("--all takes no -p, --plot or --sampling", ctx)
+        ctx.exit(_check_all(as_json))
     from dataclasses import replace
 
     from .laws import check as check_laws
 
+    if plot is not None:
+        from .files import target
+
+        target(plot)
     m = _get(material, replaced)
+    title = _title(material, replaced)
     with bar("checking") as progress:
-        report = check_laws(m, progress=progress)
+        report = replace(check_laws(m, progress=progress), material=title)
+    rows = []
+    if sampling:
+        from .efficiency import sampling_efficiency
+
+        rows = sampling_efficiency(m)
+    if plot is not None:
+        from .law_plots import draw
+
+        draw(m, report, plot)
     if as_json:
-        print_json({"name": _title(material, replaced), **report.to_json()})
+        more = {"sampling": [row._asdict() for row in rows]} if sampling else {}
+        print_json({"name": title, **report.to_json(), **more})
     else:
-        click.echo(_coloured(str(replace(report, material=_title(material, replaced)))))
+        click.echo(_coloured(str(report)))
+        if sampling:
+            from .listing import efficiency_table
+
+            click.echo(f"\n{efficiency_table(rows)}")
     ctx.exit(0 if report.passed else 1)
+
+
+def _check_all(as_json: bool) -> int:
+    """Print the laws of every model; the exit code."""
+    from .laws import check_all, table
+    from .laws.overview import as_text
+
+    with bar("checking all models") as progress:
+        reports = check_all(progress)
+    if as_json:
+        print_json([{"name": name, **report.to_json()} for name, report in reports.items()])
+    else:
+        click.echo(as_text(table(reports), reports))
+    return 0 if all(report.lawful for report in reports.values()) else 1
 
 
 def _coloured(report: str) -> str:

@@ -18,6 +18,7 @@ import numpy as np
 from . import catalogue
 from .arguments import settable
 from .catalogue import Entry
+from .efficiency import Efficiency
 from .errors import MissingDataWarning, NotFoundError
 from .integrate import albedo
 from .interface import Reflectance, direction
@@ -63,6 +64,21 @@ def table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
             text.append(_heading((first + wrapped.pop(0)).rstrip(), i == 0))
         text += [_heading(" " * start + more, i == 0) for more in wrapped]
     return "\n".join(text)
+
+
+def efficiency_table(rows: Iterable[Efficiency]) -> str:
+    """Rows of `sampling_efficiency`, aligned, with what the columns mean."""
+    header = ("theta_o", "lobe", "chosen", "mean weight", "scatter", "effective", "lost")
+    cells = [
+        (f"{r.theta_o:g}", r.lobe, f"{r.chosen:.1%}", f"{r.mean:.4g}", f"{r.scatter:.3g}", f"{r.effective:.1%}",
+         f"{r.lost:.2%}")
+        for r in rows
+    ]  # fmt: skip
+    meaning = (
+        "scatter: standard deviation of a weight over the mean; effective: as many samples of equal weight would say "
+        "as much; lost: below the horizon"
+    )
+    return table(header, cells) + "\n" + "\n".join(textwrap.wrap(meaning, min(_width(), 100)))
 
 
 def _heading(line: str, bold: bool) -> str:

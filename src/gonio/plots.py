@@ -73,7 +73,7 @@ def _figure(path: str | Path, size: tuple[float, float], title: str) -> Iterator
         from matplotlib.figure import Figure
     except ImportError:
         raise DependencyError("figures need matplotlib; pip install matplotlib") from None
-    with warnings.catch_warnings(), matplotlib.rc_context(_STYLE):
+    with warnings.catch_warnings(), matplotlib.rc_context(STYLE):
         warnings.simplefilter("ignore", MissingDataWarning)
         figure = Figure(figsize=size, layout="constrained")
         yield figure
@@ -82,7 +82,7 @@ def _figure(path: str | Path, size: tuple[float, float], title: str) -> Iterator
             figure.savefig(temporary, dpi=120, format=path.suffix[1:].lower())
 
 
-_STYLE: Any = {
+STYLE: Any = {
     "font.size": 10,
     "axes.spines.top": False,
     "axes.spines.right": False,
@@ -91,7 +91,7 @@ _STYLE: Any = {
     "legend.frameon": False,
 }
 _SEQUENCE = ["#0b1f4b", "#234f9a", "#2f86c1", "#37b59d", "#8cc63f", "#e3a72f"]
-_RGB = ["#c8362f", "#2f8f46", "#2f5fc8"]
+RGB = ["#c8362f", "#2f8f46", "#2f5fc8"]
 
 
 def _brightness(m: Reflectance, f: np.ndarray, ndim: int) -> np.ndarray:
@@ -179,7 +179,7 @@ def _albedo(axes: Any, m: Reflectance) -> None:
     names = m.channel_names
     if rho.shape[1] > 3:
         rho = rho @ to_rgb(names) if names is not None else rho.mean(axis=1, keepdims=True)
-    colours = _RGB if rho.shape[1] == 3 else ["#333333"]
+    colours = RGB if rho.shape[1] == 3 else ["#333333"]
     for c, colour in zip(range(rho.shape[1]), colours, strict=False):
         label = "RGB"[c] if rho.shape[1] == 3 else None
         axes.plot(INCIDENCE, rho[:, c], color=colour, lw=1.8, marker="o", ms=3.5, label=label)

@@ -12,7 +12,20 @@ from dataclasses import replace
 from .. import batch
 from ..errors import MissingDataWarning, NotFoundError, ShapeError
 from ..interface import Reflectance
-from . import cavity, density, derivatives, energy, furnace, grazing, isotropy, limit, positivity, reciprocity, sampling
+from . import (
+    cavity,
+    density,
+    derivatives,
+    energy,
+    furnace,
+    grazing,
+    isotropy,
+    limit,
+    overview,
+    positivity,
+    reciprocity,
+    sampling,
+)
 from .verdict import Law as Law
 from .verdict import Report as Report
 
@@ -79,6 +92,24 @@ def check(
         if progress is not None:
             progress(i + 1, len(wanted))
     return Report(repr(m), tuple(verdicts), tuple(notes))
+
+
+def check_all(progress: Callable[[int, int], None] | None = None) -> dict[str, Report]:
+    """Name -> report of every model of gonio, with its default parameters; `table` makes rows of them."""
+    kinds = overview.models()
+    reports = {}
+    for i, (name, kind) in enumerate(kinds.items()):
+        reports[name] = check(kind())
+        if progress is not None:
+            progress(i + 1, len(kinds))
+    return reports
+
+
+def table(reports: dict[str, Report]) -> list[tuple[str, ...]]:
+    """Rows of words: a header, then per model its name and its verdicts; "–" where a law does not apply."""
+    names = list(LAWS)
+    rows = [tuple(report.verdicts.get(law, "–") for law in names) for report in reports.values()]
+    return [("model", *names), *((model, *row) for model, row in zip(reports, rows, strict=True))]
 
 
 def declared(m: Reflectance, name: str) -> str:

@@ -37,7 +37,7 @@ def radiance(m: Reflectance, bounces: int = BOUNCES) -> tuple[np.ndarray, np.nda
     u = lattice(PATHS, 2 * bounces)
     wo = np.repeat(starts()[:, None, :], PATHS, axis=1)
     mean, error = [], []
-    throughput: np.ndarray | float = 1.0
+    throughput = np.ones(1)
     for k in range(bounces):
         s = m.sample(wo, u[:, 2 * k : 2 * k + 2])
         throughput = throughput * np.nan_to_num(with_channels(s.weight, wo))
@@ -71,4 +71,6 @@ def law(m: Reflectance) -> Iterator[Law | str]:
     where = in_channel(m, int(c), mean.shape[-1])
     why = "" if passed else f"between two plates radiance 1 has grown to {mean[k, at, c]:.4g} at bounce {k + 1}{where}"
     place = {} if passed else degrees(wo=starts()[at])
-    yield Law("cavity", passed, value, TOLERANCE, f"max L in {BOUNCES} bounces = {{value}} <= {{tolerance}}", place, why)
+    yield Law(
+        "cavity", passed, value, TOLERANCE, f"max L in {BOUNCES} bounces = {{value}} <= {{tolerance}}", place, why
+    )

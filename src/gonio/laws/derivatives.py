@@ -1,4 +1,4 @@
-"""Derivatives: f can be differentiated by its parameters and directions; `jacobian` is finite, and what differences say.
+"""Derivatives: by its parameters and by directions, the `jacobian` of f is finite, and what differences say.
 
 Where f has a kink (a V-groove's edge, a total reflection) the slopes of both sides differ, and anything from one to the
 other will do.

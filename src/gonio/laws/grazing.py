@@ -76,7 +76,7 @@ def _growth(m: Reflectance, way: Way) -> Law:
     if not passed:
         who = "light" if way.light_moves else "viewer"
         why = "f is infinite" if np.isinf(value) else f"f cos(theta) grows {value:.3g}-fold as the {who} goes on"
-    rule = "f cos at 89.999 / at 89.99 degrees = {value} <= {tolerance}"
+    rule = "f cos at 89.999/at 89.99 deg = {value} <= {tolerance}"
     return Law("grazing", passed, value, GROWTH, rule, {} if passed else _place(way, n, float(np.cos(FAR[1]))), why)
 
 

@@ -38,11 +38,12 @@ class Narrowing(NamedTuple):
 
 def narrow_ends(m: Parametrised, prefix: str = "") -> Iterator[tuple[str, Any, float]]:
     """Path, value and narrow bound of every width."""
-    for name, field, value in m._free():
-        if isinstance(field, Param) and field.sampled in ("max", "min"):
-            yield prefix + name, value, field.low if field.sampled == "max" else field.high
-        elif isinstance(field, Part):
+    for name, field in m.fields.items():
+        value = getattr(m, name)
+        if isinstance(field, Part):
             yield from narrow_ends(value, f"{prefix}{name}.")
+        elif isinstance(field, Param) and name in m.parameters and field.sampled in ("max", "min"):
+            yield prefix + name, value, field.low if field.sampled == "max" else field.high
 
 
 def lobes(m: Reflectance) -> list[Reflectance]:
@@ -98,7 +99,10 @@ def law(m: Reflectance) -> Iterator[Law | str]:
             value, why = float(n.outside[-1, v]), f"{n.outside[-1, v]:.1%} of the light stays away from the mirror"
         else:
             v = int(off.argmax())
-            value, why = float(off[v]), f"the albedo goes to {n.albedo[-1, v]:.4g}, the mirror's is {n.mirror[-1, v]:.4g}"
+            value, why = (
+                float(off[v]),
+                f"the albedo goes to {n.albedo[-1, v]:.4g}, the mirror's is {n.mirror[-1, v]:.4g}",
+            )
         passed = value <= TOLERANCE
         ends = ", ".join(f"{path} = {end:g}" for path, _, end in narrow_ends(n.lobe))
         place = {} if passed else degrees(wo=direction(VIEWS[v], 0.3))

@@ -135,6 +135,10 @@ class RGL(Measured):
         self.__dict__.update(stored=stored, shapes=shapes, main=main, reduction=reduction, channel_names=names)
         super().__init__(path, about, **made, channel=len(names))
 
+    def is_oriented(self) -> bool:
+        """Whether the file holds data that change as the sample is turned."""
+        return not self.about["isotropic"]
+
     @property
     def valid(self) -> np.ndarray:
         return np.isfinite(self.stored[self.main])

@@ -1,0 +1,51 @@
+"""For tests with pytest: hold reflectances of your own to the laws of `gonio.check`.
+
+from gonio.testing import assert_lawful, each_law
+
+def test_my_paint():
+    assert_lawful(MyPaint(0.3))
+
+@each_law                                   # one test per law, named after it
+def test_my_measurement(law):
+    assert_lawful(gonio.load("paint.bsdf"), laws=[law])
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+from .errors import DependencyError, NotFoundError
+from .interface import Reflectance
+from .laws import LAWS, Report, check
+
+
+def assert_lawful(m: Reflectance, except_: str | Iterable[str] = (), laws: str | Iterable[str] | None = None) -> Report:
+    """Raise AssertionError, with the report, unless `m` obeys the laws; returns the report.
+
+    A breach that the class declares in `breaks` passes. So does one named in `except_`, but only if it happens: an
+    exception for a law that holds is an error too. `laws`: only these.
+    """
+    excused = {except_} if isinstance(except_, str) else set(except_)
+    wanted = [laws] if isinstance(laws, str) else list(LAWS if laws is None else laws)
+    unknown = sorted(excused - set(LAWS))
+    if unknown:
+        raise NotFoundError(f"assert_lawful(except_={unknown}): no such laws; expected some of {', '.join(LAWS)}")
+    report = check(m, laws=wanted)
+    broken = [law.name for law in report.laws if law.verdict == "FAIL" and law.name not in excused]
+    if broken:
+        raise AssertionError(f"breaks {', '.join(broken)}\n{report}")
+    idle = sorted(law.name for law in report.laws if law.passed and law.name in excused)
+    if idle:
+        raise AssertionError(f"{', '.join(idle)}: excepted, but obeyed; drop the exception\n{report}")
+    return report
+
+
+def __getattr__(name: str) -> Any:
+    if name != "each_law":
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    try:
+        import pytest
+    except ImportError:
+        raise DependencyError("each_law needs pytest; pip install pytest") from None
+    return pytest.mark.parametrize("law", list(LAWS))
