@@ -109,7 +109,7 @@ def test_check(run):
     report = json.loads(bad.stdout)
     assert report["passed"] is False and report["name"] == "Phong(), rho_s=1"
     failed = [law["name"] for law in report["laws"] if not law["passed"]]
-    assert failed == ["energy", "furnace"]
+    assert failed == ["energy", "furnace", "cavity"]
 
 
 def test_render(run):

@@ -1,4 +1,4 @@
-"""Make the README's pictures: python docs/pictures/make.py"""
+"""Make the pictures of the README and of docs/check.md: python docs/pictures/make.py"""
 
 from pathlib import Path
 
@@ -7,6 +7,7 @@ from PIL import Image
 
 import gonio as gn
 from gonio.image import srgb_encode
+from gonio.law_plots import draw
 from gonio.plots import show
 
 HERE = Path(__file__).parent
@@ -42,3 +43,5 @@ if __name__ == "__main__":
     hero()
     m = gn.Lambertian(0.2) + gn.Microfacet(gn.GGX(0.1), gn.Dielectric(1.5))
     show(m, HERE / "show.png", gn.EnvironmentLight.studio(), size=320, samples=128)
+    paint = gn.OriginalPhong(0.25, 8.0)
+    draw(paint, gn.check(paint), HERE / "check.png")

@@ -14,7 +14,7 @@ from .errors import DependencyError, MissingDataWarning, ParameterError, TraceEr
 from .files import replacing
 from .interface import Reflectance, direction
 from .laws import cavity, derivatives, energy, furnace, grazing, isotropy, limit, reciprocity
-from .laws.probes import INCIDENCE, SAMPLES, difference, values
+from .laws.probes import INCIDENCE, SAMPLES, difference, is_measured, values
 from .laws.rings import EDGES, distance, rings
 from .laws.verdict import Report
 from .plots import RGB, STYLE, SUFFIXES
@@ -95,7 +95,9 @@ def _reciprocity(figure: Any, axes: Any, m: Reflectance) -> None:
     if error.max() > reciprocity.TOLERANCE:
         middle = 0.5 * (edges[1:] + edges[:-1])
         axes.contour(middle, middle, error.T, [reciprocity.TOLERANCE], colors=BAD, linewidths=1.2)
-    bar = figure.colorbar(shown, ax=axes, ticks=[1e-16, 1e-12, 1e-8, 1e-4, 1.0])
+    beside = axes.inset_axes((1.05, 0.0, 0.06, 1.0))
+    beside.set_in_layout(False)
+    bar = figure.colorbar(shown, cax=beside, ticks=[1e-16, 1e-12, 1e-8, 1e-4, 1.0])
     bar.ax.axhline(reciprocity.TOLERANCE, color=BAD, lw=2.0)
     axes.set_aspect("equal")
     axes.grid(False)
@@ -125,13 +127,13 @@ def _isotropy(axes: Any, m: Reflectance) -> None:
     axes.set_rlim(0.0, 1.15 * top)
     axes.set_rlabel_position(112)
     axes.set_thetagrids(np.arange(0, 360, 45), fontsize=8)
-    axes.set_rticks([1.0] if top < 1.5 else [1.0, top], ["mean"] if top < 1.5 else ["mean", f"{top:.2g}×"], fontsize=8)
+    axes.set_rticks([1.0] if top < 1.5 else [1.0, top], [""] if top < 1.5 else ["", f"{top:.2g}×"], fontsize=8)
     if axes.lines:
         pairs_shown = {"fontsize": 8, "title": "θᵢ, θₒ, φₒ − φᵢ", "title_fontsize": 8}
-        axes.legend(**pairs_shown, loc="lower left", bbox_to_anchor=(1.0, -0.1)).set_in_layout(False)
+        axes.legend(**pairs_shown, loc="lower right", bbox_to_anchor=(0.0, -0.17)).set_in_layout(False)
     else:
         _says(axes, "f = 0 away from\nthe mirror direction")
-    _title(axes, "isotropy: f as the surface turns")
+    _title(axes, "isotropy: f as the surface turns, over its mean")
 
 
 def _energy(axes: Any, m: Reflectance) -> None:
@@ -178,7 +180,7 @@ def _cavity(axes: Any, m: Reflectance) -> None:
     axes.set_xlabel("bounces")
     axes.set_ylabel("radiance")
     steady = cavity.steady(m).max()
-    words = f"if the plates emit 1: {steady:.4g}" if np.isfinite(steady) else "if the plates emit, it never settles"
+    words = f"plates that emit 1 settle at {steady:.4g}" if np.isfinite(steady) else "plates that emit never settle"
     axes.legend(fontsize=9, loc="lower left", title=words, title_fontsize=9)
     _title(axes, "cavity: radiance 1 between two plates, by bounces")
 
@@ -237,10 +239,12 @@ def _grazing(axes: Any, m: Reflectance) -> None:
 def _derivatives(axes: Any, m: Reflectance) -> None:
     _title(axes, "derivatives: jacobian against differences")
     try:
-        found = list(derivatives.slopes(m))
+        found = [] if is_measured(m) else list(derivatives.slopes(m))
     except TraceError:
+        found = []
+    if not found:
         axes.set_axis_off()
-        _says(axes, "no jacobian:\nthe formula cannot be traced")
+        _says(axes, "not tested: a table,\nor a formula that cannot be traced")
         return
     errors: dict[str, list[np.ndarray]] = {}
     for s in found:
@@ -257,6 +261,7 @@ def _derivatives(axes: Any, m: Reflectance) -> None:
     axes.axvline(derivatives.TOLERANCE, color=BAD, lw=1.2)
     axes.set_xscale("log")
     axes.set_xlim(0.5e-16, 1e2)
+    axes.set_xticks(10.0 ** np.arange(-15, 1, 3))
     axes.set_yticks(range(len(errors)), [name.rpartition(".")[2] for name in errors])
     axes.set_ylim(len(errors) - 0.4, -0.6)
     axes.set_xlabel("relative error: from the median (bar: 99 %) to the largest")
@@ -273,7 +278,7 @@ def _limit(axes: Any, m: Reflectance) -> None:
     axes.set_xticks(step, ["as given", *[""] * (len(step) - 2), "narrow"])
     axes.set_xlabel(", ".join(f"{name}: {value:g} → {end:g}" for name, value, end in ends))
     axes.set_ylim(0.0, max(1.02, 1.05 * float(n.albedo.max())))
-    axes.legend(fontsize=8, loc="upper right")
+    axes.legend(fontsize=8, loc="best")
     _title(axes, "limit: light outside 6° of the mirror, albedo")
 
 

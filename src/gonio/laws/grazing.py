@@ -11,12 +11,11 @@ from typing import NamedTuple
 import numpy as np
 
 from ..interface import Reflectance, direction
-from ..measurement import Measured
-from .probes import degrees, values
+from .probes import degrees, is_measured, values
 from .verdict import Law
 
 GROWTH = 1.25  # of f cos per tenth of the cosine: what tends to a limit is at 1, what grows as 1/sqrt(cos) at 3.2
-JUMP = 1e-2  # of the largest f cos on the way; a square root's kink leaves 1e-4
+JUMP = 1e-2  # of the value there, from a millionth of the largest up; a square root's kink leaves 1e-4
 HALVINGS = 24
 FAR = np.radians([89.99, 89.999])
 COSINES = np.geomspace(np.cos(np.radians(80.0)), 1e-5, 64)
@@ -51,9 +50,8 @@ def law(m: Reflectance) -> Iterator[Law | str]:
     """Growth from 89.99 to 89.999 degrees, and the largest jump between 80 and 89.9994, whichever is worse."""
     found = [verdict for way in ways() for verdict in (_growth(m, way), _jump(m, way))]
     worst = max(found, key=lambda law: law.value / law.tolerance)
-    measured = any(isinstance(lobe, Measured) for _, lobe in m.lobes())
-    if measured and not worst.passed and worst.tolerance == JUMP:
-        yield f"towards grazing the data jump, by {worst.value:.2g} of the largest f cos(theta) on the way"
+    if is_measured(m) and not worst.passed and worst.tolerance == JUMP:
+        yield f"towards grazing the data jump, by up to {worst.value:.2g} of their value"
         worst = max((law for law in found if law.tolerance == GROWTH), key=lambda law: law.value)
     yield worst
 
@@ -67,8 +65,8 @@ def _growth(m: Reflectance, way: Way) -> Law:
     whole = np.abs(along(m, way, COSINES[:, None]))
     near, last = np.abs(along(m, way, np.cos(FAR)[:, None]))
     infinite = np.isinf(whole).any(axis=(0, 2)) | np.isinf(last).any(axis=-1)
-    floor = 1e-6 * np.nan_to_num(np.where(np.isinf(whole), 0.0, whole)).max(axis=0) + 1e-30
-    growth = np.nan_to_num(last / np.fmax(near, floor), posinf=np.inf).max(axis=-1)
+    floor = 1e-6 * np.fmax.reduce(_finite(whole), axis=0) + 1e-30
+    growth = np.nan_to_num(_finite(last) / np.fmax(_finite(near), floor)).max(axis=-1)
     growth = np.where(infinite, np.inf, growth)
     n = int(growth.argmax())
     value = float(growth[n])
@@ -81,31 +79,31 @@ def _growth(m: Reflectance, way: Way) -> Law:
 
 
 def _jump(m: Reflectance, way: Way) -> Law:
-    """The largest change between neighbours is halved again and again: what is smooth loses it, a jump keeps it."""
-    whole = along(m, way, COSINES[:, None])
-    size = np.fmax.reduce(np.abs(_finite(whole)), axis=0) + 1e-30
-    step = _change(whole[:-1], whole[1:], size).argmax(axis=0)
-    high, low = COSINES[step], COSINES[step + 1]
-    f_high, f_low = (np.take_along_axis(whole, i[None, :, None], 0)[0] for i in (step, step + 1))
+    """Every step on the way is halved again and again, towards the larger change: what is smooth loses it."""
+    high, low = (np.repeat(c[:, None], len(way.phi), axis=1) for c in (COSINES[:-1], COSINES[1:]))
+    whole = along(m, way, COSINES[:, None]) / COSINES[:, None, None]
+    above, below = whole[:-1], whole[1:]
+    floor = 1e-6 * np.fmax.reduce(_finite(np.abs(whole)), axis=0) + 1e-30
     for _ in range(HALVINGS):
         middle = 0.5 * (high + low)
-        f = along(m, way, middle)
-        upper = _change(f_high, f, size) > _change(f, f_low, size)
+        f = along(m, way, middle) / middle[..., None]
+        upper = _change(above, f, floor) > _change(f, below, floor)
         high, low = np.where(upper, high, middle), np.where(upper, middle, low)
-        f_high, f_low = np.where(upper[:, None], f_high, f), np.where(upper[:, None], f, f_low)
-    jump = _change(f_high, f_low, size)
-    n = int(jump.argmax())
-    value = float(jump[n])
+        above, below = np.where(upper[..., None], above, f), np.where(upper[..., None], f, below)
+    jump = _change(above, below, floor)
+    k, n = np.unravel_index(int(jump.argmax()), jump.shape)
+    value = float(jump[k, n])
     passed = value <= JUMP
-    why = "" if passed else f"f cos(theta) jumps by {value:.3g} of its largest value on the way to the horizon"
-    rule = "largest jump of f cos = {value} <= {tolerance}"
-    return Law("grazing", passed, value, JUMP, rule, {} if passed else _place(way, n, float(low[n])), why)
+    why = "" if passed else f"f jumps by {value:.3g} of its value there"
+    rule = "largest jump of f = {value} <= {tolerance}"
+    return Law("grazing", passed, value, JUMP, rule, {} if passed else _place(way, int(n), float(low[k, n])), why)
 
 
 def _finite(f: np.ndarray) -> np.ndarray:
     return np.where(np.isinf(f), 0.0, f)
 
 
-def _change(a: np.ndarray, b: np.ndarray, size: np.ndarray) -> np.ndarray:
-    """Relative to the largest value on the way, over channels; 0 beside a hole in the data."""
-    return np.nan_to_num(np.abs(_finite(a) - _finite(b)) / size).max(axis=-1)
+def _change(a: np.ndarray, b: np.ndarray, floor: np.ndarray) -> np.ndarray:
+    """Relative to the larger value, the worst over channels; 0 beside a hole in the data."""
+    a, b = _finite(a), _finite(b)
+    return np.nan_to_num(np.abs(a - b) / np.maximum(np.maximum(np.abs(a), np.abs(b)), floor)).max(axis=-1)

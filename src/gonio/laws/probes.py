@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from ..interface import Reflectance, angles, direction
+from ..measurement import Measured
 from ..quadrature import lattice
 
 PAIRS = 1 << 17
@@ -35,6 +36,11 @@ def pairs(n: int = PAIRS) -> tuple[np.ndarray, np.ndarray]:
 def azimuths(m: Reflectance) -> np.ndarray:
     """Azimuths [rad] of incidence that stand for all: one where the material is isotropic."""
     return np.array([0.3]) if m.is_isotropic() else np.radians([0.0, 45.0, 90.0, 200.0])
+
+
+def is_measured(m: Reflectance) -> bool:
+    """Whether a measurement is part of the material: what it is between its numbers is the interpolation's doing."""
+    return any(isinstance(lobe, Measured) for _, lobe in m.lobes())
 
 
 def values(m: Reflectance, wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
