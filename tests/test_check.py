@@ -45,6 +45,14 @@ class _Negative(Reflectance):
         return 0.1 - 0.2 * (wi.z * wo.z) * (wi.z * wo.z)
 
 
+class _NaN(Reflectance):
+    """0/0 for light and viewer at the same place."""
+
+    def formula(self, wi: Direction, wo: Direction) -> Any:
+        d = (wi.x - wo.x) * (wi.x - wo.x) + (wi.y - wo.y) * (wi.y - wo.y)
+        return 0.1 * d / d
+
+
 class _OneWay(Reflectance):
     """Depends on the light's angle alone."""
 
@@ -181,6 +189,8 @@ class _Declared(_Bright):
 
 BROKEN = [
     (_Negative(), "positivity"),
+    (_NaN(), "positivity"),
+    (_Infinite(), "positivity"),
     (_OneWay(), "reciprocity"),
     (_Brushed(), "isotropy"),
     (_Bright(), "energy"),

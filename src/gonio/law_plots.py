@@ -36,7 +36,7 @@ def draw(m: Reflectance, report: Report, path: str | Path) -> None:
         from matplotlib.layout_engine import ConstrainedLayoutEngine
     except ImportError:
         raise DependencyError("figures need matplotlib; pip install matplotlib") from None
-    with warnings.catch_warnings(), matplotlib.rc_context(STYLE):
+    with warnings.catch_warnings(), np.errstate(all="ignore"), matplotlib.rc_context(STYLE):
         warnings.simplefilter("ignore", MissingDataWarning)
         figure = Figure(figsize=(14.0, 10.8), layout=ConstrainedLayoutEngine(w_pad=0.1, h_pad=0.1))
         grid = figure.add_gridspec(3, 3)
@@ -140,6 +140,7 @@ def _energy(axes: Any, m: Reflectance) -> None:
     degrees = np.degrees(INCIDENCE)
     _, a = energy.albedos(m)
     _, L = furnace.radiance(m)
+    a, L = (np.nan_to_num(x, nan=np.inf, posinf=np.inf) for x in (a, L))
     a, L = (x.reshape(len(degrees), -1, x.shape[-1]).max(axis=1) for x in (a, L))
     top = min(max(1.12, 1.1 * float(max(a.max(), L.max()))), 3.0)
     axes.axhspan(1.0, top, color=BAD, alpha=0.08, lw=0)
@@ -163,7 +164,7 @@ def _energy(axes: Any, m: Reflectance) -> None:
 
 
 def _cavity(axes: Any, m: Reflectance) -> None:
-    mean = cavity.radiance(m)[0].max(axis=-1)
+    mean = np.nan_to_num(cavity.radiance(m)[0].max(axis=-1), posinf=1e9)
     mean = np.concatenate([np.ones_like(mean[:1]), mean])
     bounce = np.arange(len(mean))
     axes.axhspan(1.0, 1e9, color=BAD, alpha=0.08, lw=0)
@@ -217,7 +218,7 @@ def _grazing(axes: Any, m: Reflectance) -> None:
     away = np.degrees(np.pi / 2 - np.arccos(grazing.COSINES))
     way = grazing.ways()[0]
     f = np.abs(grazing.along(m, way, grazing.COSINES[:, None])).max(axis=-1)
-    top = float(np.nanmax(f, initial=0.0))
+    top = float(f[np.isfinite(f)].max(initial=0.0))
     for k, theta in enumerate(np.degrees(grazing.OTHERS)):
         mine = f[:, k * len(grazing.AZIMUTHS) : (k + 1) * len(grazing.AZIMUTHS)]
         with np.errstate(invalid="ignore"):

@@ -9,6 +9,8 @@ import warnings
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
 
+import numpy as np
+
 from .. import batch
 from ..errors import MissingDataWarning, NotFoundError, ShapeError
 from ..interface import Reflectance
@@ -53,7 +55,7 @@ def check(
 ) -> Report:
     """Hold a reflectance to the laws.
 
-    positivity   f >= 0
+    positivity   f >= 0, and finite
     reciprocity  f(wi, wo) = f(wo, wi)
     isotropy     turning both directions about the normal changes nothing, unless the class is `oriented`
     energy       albedo <= 1 at every incidence, by quadrature
@@ -79,7 +81,7 @@ def check(
         raise ShapeError(f"check: parameters are maps of shape {maps}; expected one value, or one per channel")
     verdicts, notes = [], []
     for i, name in enumerate(wanted):
-        with warnings.catch_warnings():
+        with warnings.catch_warnings(), np.errstate(all="ignore"):
             warnings.simplefilter("ignore", MissingDataWarning)
             for found in LAWS[name](m):
                 if isinstance(found, str):

@@ -13,7 +13,7 @@ import numpy as np
 
 from ..errors import TraceError
 from ..interface import Reflectance
-from .probes import degrees, is_measured, pairs, values
+from .probes import degrees, exact_pairs, is_measured, pairs, values
 from .verdict import Law
 
 COUNT = 2048
@@ -45,13 +45,8 @@ class Slopes(NamedTuple):
 
 def directions() -> tuple[np.ndarray, np.ndarray]:
     """Pairs (N, 3): spread out and near mirror pairs, and the exact ones where formulas break."""
-    wi, wo = pairs(COUNT)
-    few, up = wi[:: COUNT // 16], np.array([0.0, 0.0, 1.0])
-    normal = np.broadcast_to(up, few.shape)
-    mirror = few * np.array([-1.0, -1.0, 1.0])
-    exact = [(few, few), (few, mirror), (few, normal), (normal, few), (up[None], up[None])]
-    a, b = zip((wi, wo), *exact, strict=True)
-    return np.concatenate(a), np.concatenate(b)
+    wi, wo = zip(pairs(COUNT), exact_pairs(), strict=True)
+    return np.concatenate(wi), np.concatenate(wo)
 
 
 def inner(m: Reflectance) -> tuple[Reflectance, dict[str, float]]:

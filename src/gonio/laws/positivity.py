@@ -1,4 +1,4 @@
-"""Positivity: f >= 0. No surface sends back a negative amount of light."""
+"""Positivity: f is a number and not below 0. No surface sends back a negative amount of light."""
 
 from __future__ import annotations
 
@@ -7,15 +7,21 @@ from collections.abc import Iterator
 import numpy as np
 
 from ..interface import Reflectance
-from .probes import degrees, pairs, values
+from .probes import degrees, exact_pairs, is_measured, pairs, values
 from .verdict import Law
 
 
 def law(m: Reflectance) -> Iterator[Law | str]:
-    """The lowest value at the pairs of `probes`; not below 0, exactly. Says where data are missing."""
-    wi, wo = pairs()
+    """The lowest value at the pairs of `probes`; not below 0, exactly. NaN is for missing data only."""
+    wi, wo = (np.concatenate(w) for w in zip(pairs(), exact_pairs(), strict=True))
     f = values(m, wi, wo)
     missing = float(np.isnan(f).mean())
+    bad = np.isinf(f) if is_measured(m) else ~np.isfinite(f)
+    if bad.any():
+        n, c = np.unravel_index(int(bad.argmax()), bad.shape)
+        value, why = float(f[n, c]), f"{bad.mean():.2g} of the values are no finite numbers"
+        yield Law("positivity", False, value, 0.0, "f = {value}", degrees(wi[n], wo[n]), why)
+        return
     if missing > 0.0:
         yield f"{missing:.2%} of the pairs of directions hold no data; they are left out, and count as 0 in integrals"
     worst = np.where(np.isnan(f), np.inf, f).min(axis=-1)

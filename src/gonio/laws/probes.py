@@ -33,6 +33,15 @@ def pairs(n: int = PAIRS) -> tuple[np.ndarray, np.ndarray]:
     return wi, wo
 
 
+@cache
+def exact_pairs() -> tuple[np.ndarray, np.ndarray]:
+    """Pairs of directions where formulas break: wi = wo, mirror pairs, one or both along the normal."""
+    few, up = pairs()[0][:: PAIRS // 16], np.array([[0.0, 0.0, 1.0]])
+    normal, mirror = np.broadcast_to(up, few.shape), few * np.array([-1.0, -1.0, 1.0])
+    wi, wo = zip((few, few), (few, mirror), (few, normal), (normal, few), (up, up), strict=True)
+    return np.concatenate(wi), np.concatenate(wo)
+
+
 def azimuths(m: Reflectance) -> np.ndarray:
     """Azimuths [rad] of incidence that stand for all: one where the material is isotropic."""
     return np.array([0.3]) if m.is_isotropic() else np.radians([0.0, 45.0, 90.0, 200.0])
