@@ -15,7 +15,7 @@ from .files import replacing
 from .interface import Reflectance, direction
 from .laws import cavity, derivatives, energy, furnace, grazing, isotropy, limit, reciprocity
 from .laws.probes import INCIDENCE, SAMPLES, difference, is_measured, values
-from .laws.rings import EDGES, distance, rings
+from .laws.rings import distance, rings
 from .laws.verdict import Report
 from .plots import RGB, STYLE, SUFFIXES
 from .quadrature import lattice
@@ -187,7 +187,7 @@ def _cavity(axes: Any, m: Reflectance) -> None:
 
 
 def _density(axes: Any, m: Reflectance) -> None:
-    edges = np.degrees(EDGES[1:])
+    edges = np.geomspace(1e-3, 180.0, 85)
     low = 0
     for theta, colour in ((30.0, "#2f86c1"), (75.0, "#c47a00")):
         view = direction(np.radians(theta), 0.3)

@@ -1,12 +1,13 @@
 """Derivatives: by its parameters and by directions, the `jacobian` of f is finite, and what differences say.
 
 Where f has a kink (a V-groove's edge, a total reflection) the slopes of both sides differ, and anything from one to the
-other will do.
+other will do. Where wi = wo, at mirror pairs and along the normal, derivatives have to be finite, no more.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
@@ -39,14 +40,24 @@ class Slopes(NamedTuple):
     def error(self) -> np.ndarray:
         """|exact - difference|/size (N, C), less the difference of both sides; infinite where `exact` is not finite."""
         error = np.abs(self.exact - self.middle) - np.abs(self.above - self.below)
+        error[~apart()] = 0.0
         lost = ~np.isfinite(self.exact) & np.isfinite(self.middle)
         return np.where(lost, np.inf, np.maximum(np.nan_to_num(error / self.size), 0.0))
 
 
+@cache
 def directions() -> tuple[np.ndarray, np.ndarray]:
     """Pairs (N, 3): spread out and near mirror pairs, and the exact ones where formulas break."""
     wi, wo = zip(pairs(COUNT), exact_pairs(), strict=True)
     return np.concatenate(wi), np.concatenate(wo)
+
+
+@cache
+def apart() -> np.ndarray:
+    """Which of `directions` are a hundred steps away from pairs where slopes may depend on the way one comes."""
+    wi, wo = directions()
+    meeting = [(wi + wo)[:, :2], wi - wo, wi[:, :2], wo[:, :2]]
+    return np.min([np.linalg.norm(d, axis=-1) for d in meeting], axis=0) > 100.0 * STEP_OF_DIRECTIONS
 
 
 def inner(m: Reflectance) -> tuple[Reflectance, dict[str, float]]:

@@ -36,6 +36,3 @@ class Facets(Reflectance):
 
     def estimate(self, wo: Direction) -> Any:
         return self.fresnel.F(wo.z)
-
-    def mirror(self, wo: Direction) -> Any:
-        return self.fresnel.F(wo.z)

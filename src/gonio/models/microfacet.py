@@ -35,3 +35,6 @@ class Microfacet(Facets):
 
     def G(self, wi: Direction, wo: Direction, wm: Direction) -> Any:
         return MASKINGS[self.masking](self.distribution, wi, wo, wm)
+
+    def mirror(self, wo: Direction) -> Any:
+        return self.fresnel.F(wo.z)

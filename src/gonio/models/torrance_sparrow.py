@@ -33,3 +33,6 @@ class TorranceSparrow(Facets):
 
     def G(self, wi: Direction, wo: Direction, wm: Direction) -> Any:
         return v_groove(self.facets, wi, wo, wm)
+
+    def mirror(self, wo: Direction) -> Any:
+        return self.fresnel.F(wo.z)
