@@ -15,7 +15,7 @@ from .files import replacing
 from .interface import Reflectance, direction
 from .laws import cavity, derivatives, energy, furnace, grazing, isotropy, limit, reciprocity
 from .laws.probes import INCIDENCE, SAMPLES, difference, is_measured, values
-from .laws.rings import distance, rings
+from .laws.rings import around, distance
 from .laws.verdict import Report
 from .plots import RGB, STYLE, SUFFIXES
 from .quadrature import lattice
@@ -188,22 +188,23 @@ def _cavity(axes: Any, m: Reflectance) -> None:
 
 def _density(axes: Any, m: Reflectance) -> None:
     edges = np.geomspace(1e-3, 180.0, 85)
-    low = 0
+    low = 0.0
     for theta, colour in ((30.0, "#2f86c1"), (75.0, "#c47a00")):
         view = direction(np.radians(theta), 0.3)
-        grid = rings(view)
-        expected = np.histogram(np.degrees(grid.radius), edges, weights=m.pdf(grid.w, view) * grid.solid)[0]
+        r = np.geomspace(1e-3, 180.0, 400)[:, None]
+        psi = np.linspace(0.0, 2.0 * np.pi, 193)[None, 1:]
+        pdf = m.pdf(around(view, np.radians(r), psi), view).mean(axis=1)
+        expected = pdf * 2.0 * np.pi * np.sin(np.radians(r[:, 0])) * np.radians(r[:, 0]) * np.log(10.0)
         s = m.sample(np.broadcast_to(view, (SAMPLES, 3)), lattice(SAMPLES))
         used = (s.pdf > 0.0) & ~s.delta
         observed = np.histogram(np.degrees(distance(view, s.wi[used])[0]), edges)[0] / SAMPLES
         width = np.diff(np.log10(edges))
         axes.stairs(observed / width, edges, color=colour, fill=True, alpha=0.35, label=f"samples, θₒ = {theta:.0f}°")
-        middle = np.sqrt(edges[1:] * edges[:-1])
-        axes.plot(middle, expected / width, color=colour, lw=1.6, label="density")
-        seen = np.flatnonzero(np.cumsum(expected) > 1e-4)
-        low = min(low or len(edges), int(seen[0])) if len(seen) else low
+        axes.plot(r[:, 0], expected, color=colour, lw=1.6, label="density")
+        seen = r[expected > 1e-3 * max(float(expected.max()), 1e-30), 0]
+        low = min(low or 180.0, float(seen[0])) if len(seen) else low
     axes.set_xscale("log")
-    axes.set_xlim(max(edges[low], 1e-3), 180.0)
+    axes.set_xlim(low or 1e-3, 180.0)
     axes.set_ylim(0.0, None)
     axes.set_xlabel("distance from the mirror direction [°]")
     axes.set_ylabel("share per decade")

@@ -40,16 +40,21 @@ def _horizon(view: np.ndarray, psi: np.ndarray) -> np.ndarray:
     return np.arctan2(mirror[2], -(np.cos(psi) * t[2] + np.sin(psi) * b[2]))
 
 
+def around(view: np.ndarray, r: np.ndarray, psi: np.ndarray) -> np.ndarray:
+    """Directions (..., 3) at distances r from the mirror direction of `view`, on the ways psi [rad]."""
+    mirror, t, b = _axes(view)
+    r, psi = r[..., None], psi[..., None]
+    return np.cos(r) * mirror + np.sin(r) * (np.cos(psi) * t + np.sin(psi) * b)
+
+
 def rings(view: np.ndarray) -> Rings:
     """The grid for a view."""
-    mirror, t, b = _axes(view)
     psi = ((np.arange(SECTORS) + 0.5) * 2.0 * np.pi / SECTORS)[:, None]
     x, gauss = np.polynomial.legendre.leggauss(NODES)
     half, middle = 0.5 * np.diff(EDGES)[:, None], 0.5 * (EDGES[1:] + EDGES[:-1])[:, None]
     end = _horizon(view, psi)
     r, dr = end * (middle + half * x).ravel(), end * (half * gauss).ravel()
-    side = np.cos(psi) * t + np.sin(psi) * b
-    w = np.cos(r)[..., None] * mirror + np.sin(r)[..., None] * side[:, None, :]
+    w = around(view, r, psi)
     ring = np.arange(r.shape[1]) // (NODES * TOGETHER)
     bins = ring * PARTS + np.arange(SECTORS)[:, None] * PARTS // SECTORS
     solid = np.sin(r) * dr * (2.0 * np.pi / SECTORS)
