@@ -16,8 +16,9 @@ import gonio as gn
 from gonio import discover, fresnel
 from gonio.fresnel import Fresnel
 from gonio.interface import Reflectance
+from gonio.laws import check_all, table
 from gonio.microfacet import Distribution
-from gonio.param import Option, Param, Part
+from gonio.param import CLASSES, Option, Param, Part
 from gonio.parametrised import Parametrised, literal
 from gonio.plots import portrait
 
@@ -121,12 +122,34 @@ def pages() -> dict[str, str]:
     return {f"{own.__name__}.md": page(own) for own in every} | {"README.md": index()}
 
 
+def lawful() -> str:
+    """The page with the verdicts of `gonio check --all`, and the reasons of declared breaches."""
+    reports = check_all()
+    header, *rows = table(reports)
+    lines = [
+        "# What holds for which model",
+        "",
+        "`gonio check --all`, every model with its default parameters; what each ",
+    ]
+    lines[-1] += "law measures: [the laws](../check.md). Made by `python docs/models/make.py`."
+    lines += ["", f"| {' | '.join(header)} |", "|---" * len(header) + "|"]
+    for name, *verdicts in rows:
+        cells = [f"**{v}**" if v not in ("pass", "–") else v for v in verdicts]
+        lines.append(f"| [`{name}`]({name}.md) | {' | '.join(cells)} |")
+    lines += ["", "“–”: does not apply. “breaks”: declared, with a reason:", ""]
+    for name in reports:
+        lines += [f"- `{name}`, {law}: {markdown(why)}" for law, why in CLASSES[name].breaks.items()]
+    return "\n".join(lines) + "\n"
+
+
 def main() -> None:
-    names = [a for a in sys.argv[1:] if a != "--text"]
+    names = [a for a in sys.argv[1:] if a[:2] != "--"]
     for name, text in pages().items():
         (HERE / name).write_text(text, encoding="utf-8")
     if "--text" in sys.argv:
         return
+    if not names:
+        (HERE / "laws.md").write_text(lawful(), encoding="utf-8")
     (HERE / "pictures").mkdir(exist_ok=True)
     for kind, modules in KINDS.values():
         for own in classes(kind, modules):

@@ -77,7 +77,8 @@ def _figure(path: str | Path, size: tuple[float, float], title: str) -> Iterator
         warnings.simplefilter("ignore", MissingDataWarning)
         figure = Figure(figsize=size, layout="constrained")
         yield figure
-        figure.suptitle("\n".join(textwrap.wrap(title, 120, max_lines=2, placeholder=" …")) or None, fontsize=12)
+        if title:
+            figure.suptitle("\n".join(textwrap.wrap(title, 120, max_lines=2, placeholder=" …")), fontsize=12)
         with replacing(path) as temporary:
             figure.savefig(temporary, dpi=120, format=path.suffix[1:].lower())
 
