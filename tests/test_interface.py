@@ -532,11 +532,6 @@ def test_sums():
         (lambda: gn.Microfacet(masking="smith"), "height_correlated"),
         (lambda: gn.Microfacet(masking=["separable"]), "height_correlated"),
         (lambda: gn.Microfacet(masking=np.array(["a", "b"])), "height_correlated"),
-        (lambda: gn.Microfacet(gn.GaussianFacets(0.2)), "v_groove"),
-        (
-            lambda: gn.Microfacet(gn.GaussianFacets(), masking="v_groove").replace(masking="separable"),
-            "v_groove",
-        ),
         (lambda: gn.Microfacet.replace(GREY, {"distribution.alpha_x": -1.0}), "alpha_x"),
         (lambda: gn.Scaled(0.5), "expected a Reflectance"),
         (lambda: gn.ConstantLight(-1.0), "radiance"),

@@ -110,7 +110,7 @@ def tamed(m: Any) -> Any:
                 m = m.replace({path: max(x, y / most), beside: max(y, x / most)})
         if path == "C_x":
             m = m.replace(n=min(found["n"], 20.0))
-        if path in (least := {"p": 0.25, "r": 0.2}):
+        if path in (least := {"p": 0.25, "r": 0.2, "fresnel.k": 0.3}):
             m = m.replace({path: max(x, least[path])})
     return m
 

@@ -41,6 +41,7 @@ _ON_USE = {
     "read_image": "image",
     "Image": "image",
     "radiometry": "",
+    "roughness": "",
     "cite": "citations",
     "kernel": "kernels",
     "threads": "compile.threads",

@@ -7,7 +7,7 @@ from typing import Any
 from ..distributions.ggx import GGX
 from ..fresnel import Constant, Fresnel, as_fresnel
 from ..geometry import Direction
-from ..microfacet import MASKINGS, Distribution, check_masking
+from ..microfacet import MASKINGS, Distribution
 from ..param import option, part
 from ._facets import Facets
 
@@ -25,9 +25,6 @@ class Microfacet(Facets):
     distribution = part(Distribution, GGX(0.2), "distribution of the facets' normals")
     fresnel = part(Fresnel, Constant(1.0), "reflectance of a facet", coerce=as_fresnel)
     masking = option("height_correlated", "separable", "v_groove", doc="which facets are lit and seen")
-
-    def validate(self) -> None:
-        check_masking(self.distribution, self.masking)
 
     @property
     def facets(self) -> Distribution:
