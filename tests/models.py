@@ -38,7 +38,11 @@ def public(kind: type, modules: list[ModuleType]) -> list[type]:
 MODELS = public(Reflectance, discover.modules("gonio.models"))
 DISTRIBUTIONS = public(Distribution, discover.modules("gonio.distributions"))
 FRESNELS = public(Fresnel, [fresnel])
-KINDS = {Distribution: DISTRIBUTIONS, Fresnel: FRESNELS}
+KINDS = {
+    Distribution: DISTRIBUTIONS,
+    Fresnel: FRESNELS,
+    Reflectance: [gn.Lambertian, gn.Microfacet, gn.ModifiedPhong, gn.IdealSpecular],  # what wrappers are tried on
+}
 
 
 # One number per model, with its source.
@@ -93,6 +97,18 @@ REFERENCE = [
     Reference(gn.Microfacet(gn.GGX(1.0)), albedo(0), 0.30685281944005469, "1 - ln 2, height-correlated", 1e-5),
     Reference(gn.TorranceSparrow(0.3), at(30, 0, 75, 150), 0.228630248401647, "1967, by mpmath; G = 0.7225"),
     Reference(gn.ABC(2.0, 100.0, 0.5, 1.5), at(0, 0, 0, 0), 0.08, "A F(0), F = 0.04, Löw et al. 2012"),
+    Reference(gn.Coated(gn.Lambertian(1.0)), albedo(30), 1.0, "no light is absorbed: energy is conserved", 1e-5),
+    Reference(gn.RoughCoated(gn.Lambertian(0.0), alpha=0.5), at(0, 0, 0, 0), 0.012732395447351628, "0.04/pi"),
+    Reference(
+        gn.Rotated(gn.Microfacet(gn.GGX(0.1, 0.4)), math.pi / 2),
+        at(0, 0, 60, 0),
+        0.6713494380974913,
+        "D 1.48809, G 0.90230",
+    ),
+    Reference(gn.ShadingNormal(gn.Lambertian(1.0), 0.6), at(60, 0, 0, 0), 0.5854452462001077, "cos(23.1)/(pi cos 60)"),
+    Reference(
+        gn.NormalMapped(gn.Lambertian(1.0), 0.6), at(0, 0, 0, 0), 0.25464790894703254, "0.8/pi: one mirror unlit"
+    ),
     Reference(gn.GGX(0.5), D(45, 20), 0.203718327157626, "16/(25 pi), Walter et al. 2007, eq. 33"),
     Reference(gn.Beckmann(0.5), D(45, 20), 0.0932807828809022, "16 exp(-4)/pi, Walter et al. 2007, eq. 25"),
     Reference(gn.GaussianFacets(0.2), D(0, 0), 8.17222585880376, "1/(pi alpha Dawson(alpha)), mpmath"),
@@ -203,7 +219,8 @@ def random(model: type[Parametrised], rng: np.random.Generator, channels: int | 
     for name, field in model.fields.items():
         if name in structure:
             chosen = structure[name]
-            values[name] = random(chosen, rng, channels, {}) if isinstance(chosen, type) else chosen
+            inner = structures(chosen)[0] if isinstance(chosen, type) else {}
+            values[name] = random(chosen, rng, channels, inner) if isinstance(chosen, type) else chosen
         elif isinstance(field, Param) and not (isinstance(field.default, str) and rng.random() < 0.3):
             values[name] = number(field, rng, channels)
     return model(**values)
@@ -234,8 +251,8 @@ def _material(model: type, seed: int, channels: int | None) -> Any:
 
 
 def breaks(m: Reflectance) -> set[str]:
-    """The laws that a material, or a term of it, declares to break."""
-    return {law for _, lobe in m.lobes() for law in lobe.breaks}
+    """The laws that a material, or a part of it, declares to break."""
+    return set(m.breaches())
 
 
 def draws(least: int = 4, every: int = 1) -> list[Draw]:

@@ -12,7 +12,7 @@ from models import breaks, draws, on_sphere, pairs
 import gonio as gn
 from gonio.quadrature import lattice
 
-LOBES = [d for d in draws() if d.model is not gn.Sum and not d.model.is_delta]
+LOBES = [d for d in draws() if d.model is not gn.Sum and not d.material().has_delta]
 CHANNELS = (None, 3)
 each_lobe = pytest.mark.parametrize("draw", LOBES, ids=str)
 
@@ -175,6 +175,10 @@ MIXED = {
     "mirror": gn.Lambertian([0.2, 0.4, 0.6]) + gn.IdealSpecular(gn.Conductor([0.2, 0.9, 1.2], [3.9, 2.4, 2.3])),
     "two mirrors": 0.3 * gn.IdealSpecular(0.9) + gn.ABC(20.0, 500.0, 1.1) + [0.1, 0.2, 0.3] * gn.IdealSpecular(1.0),
     "scaled": 2.0 * (0.5 * gn.Lambertian(0.5) + 0.25 * gn.ModifiedPhong(0.8, 30.0)) + gn.TorranceSparrow(0.2),
+    "coat": gn.Coated(gn.Lambertian([0.2, 0.4, 0.6]) + 0.5 * gn.Microfacet(gn.GGX(0.2), 0.8), 1.4, [0.1, 0.2, 0.3]),
+    "coat over a mirror": gn.Coated(gn.IdealSpecular(0.9) + gn.Rotated(gn.Microfacet(gn.GGX(0.1, 0.3)), 0.6)),
+    "rough coat": gn.RoughCoated(gn.Lambertian([0.2, 0.4, 0.6]) + 0.5 * gn.ModifiedPhong(0.4, 30.0), alpha=0.2),
+    "normal map": gn.NormalMapped(gn.Lambertian(0.4) + gn.Microfacet(gn.GGX(0.3), 0.5), 0.3, -0.4),
     "nothing": gn.Lambertian(0.0) + 0.0 * gn.IdealSpecular() + gn.Microfacet(gn.Beckmann(0.4), 0.8),
 }
 

@@ -37,6 +37,7 @@ _ON_USE = {
     "reflected_radiance": "illumination",
     "check": "laws",
     "expression": "expressions",
+    "tabulate": "tabulated",
     "render": "rendering",
     "read_image": "image",
     "Image": "image",

@@ -232,7 +232,7 @@ def estimate(
             return values if colour is None else values @ colour, holes
 
         if lobe.is_delta:
-            mirrored = wo * np.array([-1, -1, 1], wo.dtype)
+            mirrored = lobe.sample(wo, np.zeros(2, wo.dtype)).wi
             reflectance, _ = seen_values(lobe.delta_reflectance(wo), wo)
             total = total + reflectance * light.incident(to_world(lib, local, mirrored))
             continue

@@ -62,7 +62,7 @@ def integrate(
             part = lobe.delta_reflectance(w)
             part = part if part.ndim == w.ndim else part[..., None]
             if radiance is not None:
-                mirrored = (w * np.array([-1, -1, 1], w.dtype)).reshape(-1, 1, 3)
+                mirrored = lobe.sample(w, np.zeros(2, w.dtype)).wi.reshape(-1, 1, 3)
                 light = radiance(mirrored, np.arange(len(mirrored)))
                 part = part * light.reshape(*w.shape[:-1], -1)
         else:

@@ -14,7 +14,7 @@ import numpy as np
 from . import batch, geometry, ops, warp
 from .errors import ArrayTypeError, NotFoundError, ParameterError
 from .geometry import HORIZON, NORMAL, Direction
-from .param import Field, param, part
+from .param import Field, Part, param, part
 from .parametrised import Parametrised, literal
 from .quadrature import lattice
 
@@ -80,6 +80,10 @@ class Reflectance(Parametrised):
         """
         raise NotImplementedError
 
+    def mirrored(self, wo: Direction) -> Direction:
+        """The direction wi that a delta lobe reflects into wo."""
+        return geometry.mirror(wo)
+
     is_delta: ClassVar[bool] = False
 
     seam: ClassVar[float] = 0.0
@@ -88,6 +92,10 @@ class Reflectance(Parametrised):
     def lobes(self) -> Iterable[tuple[Any, Reflectance]]:
         """Pairs (weight, model) of the sum that this is."""
         yield 1.0, self
+
+    def diffuse(self) -> Any:
+        """Albedo of the Lambertian part of f, which is never below this over pi; None of models that have none."""
+        return None
 
     # What everyone uses (arrays in, arrays out).
 
@@ -138,6 +146,12 @@ class Reflectance(Parametrised):
     def delta_reflectance(self, wo: Any) -> Any:
         """Reflectance (...[, C]) of all delta lobes together at the mirror direction of wo (..., 3)."""
         return batch.run(_delta_reflectance, ("value",), self, (wo,), (3,))[0]
+
+    def breaches(self) -> dict[str, str]:
+        """Laws of `gonio.check` that this, or a reflectance it is made of, does not obey, each with the reason."""
+        parts = (self.__dict__[name] for name, field in self.fields.items() if isinstance(field, Part))
+        inner = [p.breaches() for p in parts if isinstance(p, Reflectance)]
+        return {law: why for found in (*inner, self.breaks) for law, why in found.items()}
 
     @property
     def has_delta(self) -> bool:
@@ -200,6 +214,10 @@ class Scaled(Reflectance):
         for weight, lobe in self.of.lobes():
             yield self.weight * weight, lobe
 
+    def diffuse(self) -> Any:
+        own = self.of.diffuse()
+        return None if own is None else self.weight * own
+
     def __repr__(self) -> str:
         inner = f"({self.of!r})" if isinstance(self.of, (Sum, Scaled)) else repr(self.of)
         return f"{literal(self.weight)} * {inner}"
@@ -243,6 +261,10 @@ class Sum(Reflectance):
     def lobes(self) -> Iterable[tuple[Any, Reflectance]]:
         for term in self.terms:
             yield from term.lobes()
+
+    def diffuse(self) -> Any:
+        found = [own for term in self.terms if (own := term.diffuse()) is not None]
+        return sum(found[1:], found[0]) if found else None
 
     def __repr__(self) -> str:
         joined = " + ".join(map(repr, self.terms))
@@ -318,6 +340,7 @@ def _sample(m: Reflectance, mean: Reflectance, wo: Any, u: Any) -> tuple:
         here = (u0 >= start) & (u0 < end)
         if lobe.is_delta:
             mirrored = mirrored | here
+            wi = geometry.where(here, lobe.mirrored(wo_up), wi)
             delta_weight = ops.where(here, _delta_lobe(m, i, wo_up) / share, delta_weight)
         else:
             v = ops.clip((u0 - start) / share, 0.0, 1.0 - 6e-8)
@@ -334,7 +357,7 @@ def _sample(m: Reflectance, mean: Reflectance, wo: Any, u: Any) -> tuple:
         Direction(wi.x + nan, wi.y + nan, wi.z + nan),
         ops.where(lost, 0.0, weight) + nan,
         ops.where(lost, 0.0, ops.where(mirrored, 1.0, pdf)) + nan,
-        mirrored & (wo.z > HORIZON),
+        mirrored & ~lost,
     )
 
 

@@ -105,7 +105,7 @@ def facts(text: str, m: Reflectance) -> dict[str, Any]:
     found["channels"] = shape[-1] if shape else 1
     found["channel_names"] = list(names) if names is not None else list("RGB") if shape[-1:] == (3,) else None
     found["has_delta"] = bool(m.has_delta)
-    found["breaks"] = {law: why for _, lobe in m.lobes() for law, why in lobe.breaks.items()}
+    found["breaks"] = m.breaches()
     if len(shape) < 2:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", MissingDataWarning)

@@ -115,9 +115,6 @@ def table(reports: dict[str, Report]) -> list[tuple[str, ...]]:
 
 
 def declared(m: Reflectance, name: str) -> str:
-    """The reason that a lobe's class gives for not obeying a law, or one that this follows from; "" if none does."""
-    for law in (name, *FOLLOWS.get(name, ())):
-        for _, lobe in m.lobes():
-            if law in lobe.breaks:
-                return lobe.breaks[law]
-    return ""
+    """The reason that a material's classes give for not obeying a law, or one it follows from; "" if there is none."""
+    reasons = m.breaches()
+    return next((reasons[law] for law in (name, *FOLLOWS.get(name, ())) if law in reasons), "")

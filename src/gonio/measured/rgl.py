@@ -12,10 +12,10 @@ import numpy as np
 from .. import ops, warp
 from ..errors import FormatError, ParameterError
 from ..geometry import Direction, add, dot, normalize, polar_angle, reflect
+from ..marginal_warp import ONE, MarginalWarp, Slices, bilinear, both, bracket, gather, tables
 from ..measurement import Measured
 from ..param import channels, table
 from . import _tensor_file
-from ._marginal_warp import ONE, MarginalWarp, Slices, bilinear, both, bracket, gather, tables
 from ._tensor_file import expect
 
 if TYPE_CHECKING:

@@ -26,3 +26,6 @@ class Lambertian(Reflectance):
 
     def estimate(self, wo: Direction) -> Any:
         return self.rho + 0.0 * wo.z
+
+    def diffuse(self) -> Any:
+        return self.rho

@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from .. import ops
+from . import ops
 
 Slices = Sequence[tuple[Any, Any]]
 """Which tables are interpolated: pairs of their number and their weight."""

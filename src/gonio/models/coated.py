@@ -1,0 +1,273 @@
+"""A clear dielectric coat over any reflectance: smooth, as varnish that has flowed, or rough."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+
+from .. import geometry, ops
+from ..distributions.ggx import GGX
+from ..fresnel import Dielectric
+from ..geometry import Direction
+from ..interface import Reflectance
+from ..microfacet import ALPHA_HIGH, ALPHA_LOW
+from ..param import option, param, part
+from .ideal_specular import IdealSpecular
+from .lambertian import Lambertian
+from .microfacet import Microfacet
+
+ETA_HIGH, TAU_HIGH = 3.0, 50.0
+
+
+class _Coat(Reflectance):
+    """What both coats share: the light reflected by the coat, and the base as it is seen through it."""
+
+    base: Any
+    eta: Any
+    tau: Any
+    internal: str
+
+    def _surface(self) -> Reflectance:
+        raise NotImplementedError
+
+    def _below(self, weight: Any, of: Reflectance) -> _Below:
+        return _Below.unchecked(**self._of_coat(weight, of))
+
+    def _of_coat(self, weight: Any, of: Reflectance) -> dict[str, Any]:
+        own = self.base.diffuse()
+        rho = 0.0 if own is None else ops.minimum(own, 1.0)
+        return {"weight": weight, "of": of, "eta": self.eta, "tau": self.tau, "rho": rho, "internal": self.internal}
+
+    def formula(self, wi: Direction, wo: Direction) -> Any:
+        total = self._surface().formula(wi, wo)
+        for weight, lobe in self.base.lobes():
+            total = total + self._below(weight, lobe).formula(wi, wo)
+        return total
+
+    def lobes(self) -> Iterable[tuple[Any, Reflectance]]:
+        yield 1.0, self._surface()
+        for weight, lobe in self.base.lobes():
+            yield 1.0, self._below(weight, lobe)
+
+    @property
+    def channel_names(self) -> tuple | None:  # type: ignore[override]
+        """Those of the base."""
+        return self.base.channel_names
+
+
+class Coated(_Coat):
+    """A smooth clear coat over a base: a mirror of the coat's Fresnel reflectance F, and the base through the coat,
+
+    f = (1 - F_i)(1 - F_o)/eta^2 exp(-tau (1/cos(theta_i') + 1/cos(theta_o'))) (f_base(wi', wo') + f_more),
+
+    wi', wo' refracted by Snell's law. Beams widen on their way out: radiance shrinks by eta^2.
+    internal = "followed" adds the light that the coat sends back to the base. Of Lambertian lobes, of albedo rho
+    together, f_more = rho/pi rho R/(1 - rho R), where R is the share of diffuse light that the coat reflects inside,
+    absorption included; a mirror k below becomes k/(1 - k F). Both are exact for these bases alone. Other lobes count
+    as mirrors, with k their estimated albedo and F the smaller of F_i and F_o: so energy is conserved over any base,
+    and almost all light is there again over narrow lobes. Of wide ones what the coat reflects totally is lost: over
+    perfect mirrors of GGX(0.1) 93 % returns at normal incidence and 71 % at 60 degrees, of GGX(0.3) 61 % and 49 %; of
+    a base that is nearly diffuse without being `Lambertian`, R = 0.6 of what it reflects is lost. "lost" leaves all of
+    it out.
+
+    Shapes   eta, tau: numbers or (..., C); eta may differ by channel (dispersion), sampling takes the mean.
+    Units    f: 1/sr; tau: 1, the coat's absorption coefficient times its thickness.
+    Error    rounding; R: below 1e-6, by a quadrature with 24 nodes. White Lambertian base, tau = 0: the albedo is 1
+             within 1e-6.
+    Source   Weidlich & Wilkie 2007, "Arbitrarily layered micro-facet surfaces" (layers, absorption along slanted
+             paths; without eta^2); Elias, Simonot & Menu 2001, "Bidirectional reflectance of a diffuse background
+             covered by a partly absorbing layer"; R: Saunderson 1942, J. Opt. Soc. Am. 32(12):727. Derived here.
+    """
+
+    base = part(Reflectance, Lambertian(0.5), "what lies under the coat")
+    eta = param(1.5, 1.0, ETA_HIGH, "refractive index of the coat over that in front of it")
+    tau = param(0.0, 0.0, TAU_HIGH, "optical depth of the coat, straight through once")
+    internal = option("followed", "lost", doc="what becomes of light that the coat reflects back to the base")
+
+    def _surface(self) -> Reflectance:
+        return IdealSpecular.unchecked(reflectance=Dielectric.unchecked(eta=self.eta))
+
+
+class RoughCoated(_Coat):
+    """A rough clear coat over a base: GGX facets of the coat, and the base through it as in `Coated`.
+
+    A coat's reflectance F, where light passes, is now the mean over the facets seen, F(wo . wm) with their density;
+    this much is reflected, or lost to facets behind (as in `Microfacet`). Refraction is that of the flat surface: the
+    base is tinted and dimmed as under the rough coat, but not blurred, and a mirror below stays a mirror.
+
+    Shapes   alpha, eta, tau: numbers or (..., C).
+    Units    f: 1/sr; alpha, tau: 1.
+    Error    F: 8e-3. White Lambertian base, tau = 0: the albedo is 1 less what the facets lose, 0.9995 at normal
+             incidence and 0.95 at 80 degrees for alpha = 0.1, 0.98 and 0.96 for 0.4.
+    Source   as `Coated`; facets: Walter et al. 2007, EGSR; those seen: Heitz 2014, JCGT 3(2). F is derived here.
+    """
+
+    base = part(Reflectance, Lambertian(0.5), "what lies under the coat")
+    eta = param(1.5, 1.0, ETA_HIGH, "refractive index of the coat over that in front of it")
+    tau = param(0.0, 0.0, TAU_HIGH, "optical depth of the coat, straight through once")
+    internal = option("followed", "lost", doc="what becomes of light that the coat reflects back to the base")
+    alpha = param(0.1, ALPHA_LOW, ALPHA_HIGH, "slope scale of the coat", sampled="max")
+
+    def _surface(self) -> Reflectance:
+        facets = GGX.unchecked(alpha_x=self.alpha, alpha_y=self.alpha)
+        fresnel = Dielectric.unchecked(eta=self.eta)
+        return Microfacet.unchecked(distribution=facets, fresnel=fresnel, masking="height_correlated")
+
+    def _below(self, weight: Any, of: Reflectance) -> _Below:
+        return _BelowRough.unchecked(alpha=self.alpha, **self._of_coat(weight, of))
+
+
+def refracted(w: Direction, eta: Any) -> Direction:
+    """The direction w inside a coat of index eta, by Snell's law."""
+    return Direction(w.x / eta, w.y / eta, ops.sqrt((eta - 1.0) * (eta + 1.0) + w.z * w.z) / eta)
+
+
+def transmitted(cos_theta: Any, eta: Any) -> Any:
+    """1 - `fresnel_dielectric` for eta >= 1, to rounding also where that is near 1."""
+    ct = ops.sqrt((eta - 1.0) * (eta + 1.0) + cos_theta * cos_theta) / eta
+    s, p = cos_theta + eta * ct, eta * cos_theta + ct
+    return 2.0 * eta * cos_theta * ct * (1.0 / (s * s) + 1.0 / (p * p))
+
+
+def _panel(n: int, power: float, falling: bool = False) -> list[tuple[float, float]]:
+    """Gauss–Legendre nodes and weights on [0, 1], crowded at 0 (or 1, if `falling`) by a power."""
+    t, w = np.polynomial.legendre.leggauss(n)
+    t, w = 0.5 * (t + 1.0), 0.5 * w
+    nodes, weights = t**power, w * t ** (power - 1.0)
+    weights = weights / weights.sum()
+    return list(zip((1.0 - nodes if falling else nodes).tolist(), weights.tolist(), strict=True))
+
+
+class _Below(Reflectance):
+    """A base, or a lobe of it, through the coat. `rho` is the albedo of all Lambertian lobes of the base."""
+
+    weight = param(1.0, 0.0, 1e9, "factor")
+    of = part(Reflectance, None, "what lies under the coat")
+    eta = param(1.5, 1.0, ETA_HIGH, "refractive index")
+    tau = param(0.0, 0.0, TAU_HIGH, "optical depth")
+    rho = param(0.0, 0.0, 1.0, "diffuse albedo")
+    internal = option("followed", "lost", doc="what becomes of light that the coat reflects back to the base")
+
+    total_nodes = nodes = _panel(12, 2.0)
+
+    def T(self, w: Direction) -> Any:
+        """Share of light from w that enters the coat, as of light inside that leaves along w."""
+        return transmitted(w.z, self.eta)
+
+    def R(self) -> Any:
+        """Share of diffuse light from the base that the coat reflects, absorption both ways included."""
+        # 2 mu' dmu' is integrated up to the critical angle, and beyond it over mu outside: mu' dmu' = mu dmu/eta^2.
+        beyond = (self.eta - 1.0) * (self.eta + 1.0) / (self.eta * self.eta)
+        edge, total = ops.sqrt(beyond + 1e-12), 0.0
+        for mu, weight in self.total_nodes:
+            total = total + 2.0 * mu * weight * beyond * ops.exp(-2.0 * self.tau / (edge * mu))
+        for mu, weight in self.nodes:
+            w = Direction(math.sqrt(1.0 - mu * mu) + 0.0 * self.eta, 0.0, mu)
+            passed = ops.exp(-2.0 * self.tau / refracted(w, self.eta).z)
+            total = total + 2.0 * mu * weight / (self.eta * self.eta) * (1.0 - self.T(w)) * passed
+        return total
+
+    def formula(self, wi: Direction, wo: Direction) -> Any:
+        ti, to = refracted(wi, self.eta), refracted(wo, self.eta)
+        f, own = self.of.formula(ti, to), self.of.diffuse()
+        if own is None:
+            k = self.weight * ops.minimum(self.of.estimate(ti), self.of.estimate(to))
+            return self._passed(wi, wo, ti, to, k) / (self.eta * self.eta) * self.weight * f
+        if self.internal == "followed":
+            again = self.rho * self.R()
+            f = f + own * again / (1.0 - again) * (1.0 / math.pi)
+        return self._passed(wi, wo, ti, to, None) / (self.eta * self.eta) * self.weight * f
+
+    def _passed(self, wi: Direction, wo: Direction, ti: Direction, to: Direction, k: Any) -> Any:
+        """T_i T_o with absorption, over 1 - k F where light goes to and fro between the coat and a mirror k."""
+        (a, b), absorbed = (self.T(wi), self.T(wo)), ops.exp(-self.tau * (1.0 / ti.z + 1.0 / to.z))
+        if self.internal == "lost" or k is None:
+            return a * b * absorbed
+        # With the smaller F no more leaves than arrives, whatever the base: (1 - F_o)/(1 - min(F_i, F_o)) <= 1.
+        again = ops.clip(k, 0.0, 1.0) * absorbed
+        return a * b * absorbed / ((1.0 - again) + again * ops.maximum(a, b))
+
+    @property
+    def is_delta(self) -> bool:  # type: ignore[override]
+        """Whether the base is a delta lobe."""
+        return self.of.is_delta
+
+    @property
+    def seam(self) -> float:  # type: ignore[override]
+        """That of the base."""
+        return 0.0 if self._wide() else self.of.seam
+
+    def mirrored(self, wo: Direction) -> Direction:
+        return self._emerging(self.of.mirrored(refracted(wo, self.eta)))
+
+    def mirror(self, wo: Direction) -> Any:
+        to = refracted(wo, self.eta)
+        ti = self.of.mirrored(to)
+        wi = self._emerging(ti)
+        out = wi.z > geometry.HORIZON
+        wi, ti = geometry.where(out, wi, geometry.NORMAL), geometry.where(out, ti, geometry.NORMAL)
+        k = self.weight * self.of.mirror(to)
+        return ops.where(out, k * self._passed(wi, wo, ti, to, k), 0.0)
+
+    # Wide lobes are sampled outside the coat: of light that is diffuse inside more than half does not get out.
+
+    def _wide(self) -> bool:
+        return self.of.diffuse() is not None or type(self.of).warp is Reflectance.warp
+
+    def warp(self, wo: Direction, u0: Any, u1: Any) -> Direction:
+        if self._wide():
+            return super().warp(wo, u0, u1)
+        return self._emerging(self.of.warp(refracted(wo, self.eta), u0, u1))
+
+    def density(self, wi: Direction, wo: Direction) -> Any:
+        if self._wide():
+            return super().density(wi, wo)
+        ti = refracted(wi, self.eta)
+        return self.of.density(ti, refracted(wo, self.eta)) * wi.z / (self.eta * self.eta * ti.z)
+
+    def _emerging(self, t: Direction) -> Direction:
+        """The inverse of `refracted`; below the horizon what is reflected totally."""
+        x, y = self.eta * t.x, self.eta * t.y
+        z2 = 1.0 - x * x - y * y
+        out = (z2 > 0.0) & (t.z > 0.0)
+        w = Direction(x, y, ops.sqrt(ops.where(out, z2, 1.0)))
+        return geometry.where(out, w, Direction(t.x, t.y, -ops.absolute(t.z)))
+
+    def estimate(self, wo: Direction) -> Any:
+        to = refracted(wo, self.eta)
+        inside = self.weight * self.of.estimate(to) * ops.exp(-2.0 * self.tau / to.z)
+        eta2 = self.eta * self.eta
+        leaving = 1.0 / (eta2 - self.rho * (eta2 - 1.0)) if self._wide() else 1.0  # R is about 1 - 1/eta^2
+        return self.T(wo) * inside * leaving
+
+
+class _BelowRough(_Below):
+    """The same through a rough coat."""
+
+    alpha = param(0.1, ALPHA_LOW, ALPHA_HIGH, "slope scale of the coat", sampled="max")
+
+    nodes = _panel(5, 2.0)
+    caps, turns = _panel(3, 1.5, True), [(math.cos(math.pi * u), w) for u, w in _panel(3, 1.35, True)]
+
+    def T(self, w: Direction) -> Any:
+        # Facets seen from w, with their density: a cap of directions about s, w as a facet of slope scale 1 sees it.
+        # These nodes err by at most 8e-3, and never let more pass than the facets do not reflect, plus 2e-5 (eta from
+        # 1.02 to 3, all alpha).
+        across2 = self.alpha * self.alpha * (w.x * w.x + w.y * w.y)
+        length = ops.sqrt(w.z * w.z + across2)
+        sx, sz = ops.sqrt(across2 + 1e-20) / length, w.z / length
+        total = 0.0
+        for u, weight in self.caps:
+            v = u * (1.0 + sz)
+            z, r2 = 1.0 - v, v * (2.0 - v)
+            r = ops.sqrt(r2)
+            for turn, share in self.turns:
+                along = sx * r * turn
+                hz = sz + z
+                h2 = self.alpha * self.alpha * (sx * sx + 2.0 * along + r2) + hz * hz
+                cos = length * (1.0 + along + sz * z) / ops.sqrt(h2)
+                total = total + weight * share * transmitted(ops.minimum(cos, 1.0), self.eta)
+        return total

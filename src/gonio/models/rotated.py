@@ -1,0 +1,49 @@
+"""A reflectance turned about the normal: the brushing direction lies elsewhere."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from .. import ops
+from ..distributions.ggx import GGX
+from ..geometry import Direction
+from ..interface import Reflectance
+from ..param import param, part
+from ._reframed import _Reframed
+from .microfacet import Microfacet
+
+
+class Rotated(_Reframed):
+    """Another reflectance with its tangent turned by `angle` about the normal, from x towards y: f = of.f(R wi, R wo).
+
+    R turns directions by -angle, so that what was along x lies at azimuth `angle`.
+
+    Shapes   angle: a number or (..., C), a map of brushing directions for example.
+    Units    angle: rad.
+    Error    rounding.
+    Source   definition.
+    """
+
+    of = part(Reflectance, Microfacet(GGX(0.1, 0.4)), "what is turned")
+    angle = param(0.0, -2.0 * math.pi, 2.0 * math.pi, "azimuth of its tangent", unit="rad")
+
+    def light_within(self, wi: Direction) -> Direction:
+        return _turned(wi, -self.angle)
+
+    def light_outside(self, wi: Direction) -> Direction:
+        return _turned(wi, self.angle)
+
+    def formula(self, wi: Direction, wo: Direction) -> Any:
+        return self.of.formula(self.light_within(wi), self.viewer_within(wo))
+
+    def mirror(self, wo: Direction) -> Any:
+        return self.of.mirror(self.viewer_within(wo))
+
+    def diffuse(self) -> Any:
+        return self.of.diffuse()
+
+
+def _turned(w: Direction, angle: Any) -> Direction:
+    c, s = ops.cos(angle), ops.sin(angle)
+    return Direction(c * w.x - s * w.y, s * w.x + c * w.y, w.z)
