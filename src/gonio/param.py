@@ -98,9 +98,10 @@ class Part(Field):
         if self.coerce is not None and not isinstance(value, self.kind):
             value = self.coerce(value)
         if not isinstance(value, self.kind):
-            known = ", ".join(sorted(k for k, c in CLASSES.items() if issubclass(c, self.kind) and c is not self.kind))
+            known = sorted(k for k, c in CLASSES.items() if issubclass(c, self.kind) and c is not self.kind)
+            listed = ", ".join(known) if len(known) < 15 else f"{', '.join(known[:6])} ... ({len(known)} in all)"
             raise ParameterError(
-                f"{owner}({self.name}={value!r:.60}): expected a {self.kind.__name__} ({self.doc}): one of {known}"
+                f"{owner}({self.name}={value!r:.60}): expected a {self.kind.__name__} ({self.doc}): one of {listed}"
             )
         return value
 
