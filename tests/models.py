@@ -159,6 +159,21 @@ REFERENCE = [
     Reference(gn.HeTorranceSpecular(50.0, 900.0), mirrored(60), 0.6825599179694748, "F exp(-g) S, test_glossy.py"),
     Reference(gn.Schlick1994(0.4, 0.3, 0.5), at(30, 0, 50, 150), 0.12176209333048252, "1994, test_glossy.py"),
     Reference(gn.Schlick1994Specular(0.4, 0.3), mirrored(60), 0.067, "(1 - 2 r)^2 (0.4 + 0.6/2^5)"),
+    Reference(gn.F82Tint(0.9, 0.8), F(81.78678929826181), 0.7570131492830369, "0.8 (0.9 + 0.1 (6/7)^5) at cos = 1/7"),
+    Reference(gn.KullaConty(1.0), albedo(60), 1.0, "mirrors lose nothing", 5e-4),
+    Reference(gn.Turquin(1.0), at(0, 0, 60, 0), 0.23542210318758106, "1/(3 pi E), E = 1 - ln(3)/2", 2e-3),
+    Reference(gn.FdezAguera(1.0, 1.0), at(0, 0, 60, 0), 0.28095287167762684, "1/(3 pi) + (1 - E)/pi, same E", 1e-3),
+    Reference(gn.RetroMicrofacet(gn.GGX(0.5)), at(60, 0, 60, 0), 0.9624786270806683, "4/(pi sqrt(1.75)) by hand"),
+    Reference(gn.CharlieSheen(1.0, 0.5), at(60, 0, 60, 0), 0.16534202023488478, "1.5/(pi (1 + 2 exp(L(1/2)))), table"),
+    Reference(gn.AshikhminVelvet(1.0, 0.5), at(60, 0, 60, 0), 0.1524952921796569, "(1 + 64/9 exp(-4/3))/(6 pi)"),
+    Reference(
+        gn.OpenPBRMetal(0.5, 1.0, 0.5, 1.0),
+        at(0, 0, 60, 0),
+        0.026526968784528614,
+        "F/(6 pi), F = (1 + (1 - cos(30))^5)/2",
+    ),
+    Reference(gn.OpenPBRGlossyDiffuse(1.0), albedo(60), 1.0, "nothing is lost", 1e-3),
+    Reference(gn.DisneyPrincipled(0.5), at(0, 0, 0, 0), 0.21008452488130186, "0.5/pi + 0.04 (16/pi)/4, Burley 2012"),
 ]
 
 

@@ -21,7 +21,7 @@ def _drawn(kind, rng):
     values = {}
     for name, field in kind.fields.items():
         if isinstance(field, Param):
-            high = min(field.high, 10.0)
+            high = min(field.high, max(10.0, 2.0 * field.low))
             values[name] = field.low + (high - field.low) * rng.random(3 if rng.random() < 0.5 else ())
         elif isinstance(field.default, Parametrised):
             values[name] = _drawn(type(field.default), rng)

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from ..geometry import Direction, dot, half_vector, reflect
+from .. import ops
+from ..geometry import Direction, add, dot, half_vector, reflect, scale
 from ..interface import Reflectance
 from ..microfacet import Distribution
 
@@ -36,3 +37,10 @@ class Facets(Reflectance):
 
     def estimate(self, wo: Direction) -> Any:
         return self.fresnel.F(wo.z)
+
+
+def half_and_cosine(wi: Direction, wo: Direction) -> tuple[Direction, Any]:
+    """The half vector wm, and wo . wm by the length of wi + wo: the same to the last digit when these are exchanged."""
+    total = add(wi, wo)
+    twice = ops.sqrt(dot(total, total))
+    return scale(1.0 / twice, total), ops.minimum(0.5 * twice, 1.0)

@@ -1,0 +1,135 @@
+"""Two slabs of OpenPBR, the standard for materials of film and design: its metal, and its glossy-diffuse base."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from typing import Any, ClassVar
+
+from .. import ops
+from ..distributions.ggx import GGX
+from ..fresnel import F82Tint, Schlick
+from ..geometry import Direction
+from ..interface import Reflectance
+from ..microfacet import Distribution, height_correlated
+from ..param import param
+from ._facets import Facets, half_and_cosine
+from ._ggx_albedo import lost, lost_on_average, schlick_share, schlick_share_on_average
+from .microfacet import Microfacet
+
+
+class OpenPBRMetal(Facets):
+    """OpenPBR's metal: GGX facets with the F82 tint, f = specular_weight D F G/(4 cos(theta_i) cos(theta_o)).
+
+    alpha_x = roughness^2 sqrt(2/(1 + (1 - a)^2)), alpha_y = (1 - a) alpha_x, at least 0.001; a is the anisotropy. A
+    base of metalness M is `(1 - M) * OpenPBRGlossyDiffuse(...) + M * OpenPBRMetal(...)`.
+
+    Shapes   all: numbers or (..., C).
+    Units    f: 1/sr; all others: 1.
+    Error    rounding. Light scattered twice or more is lost, which the specification leaves to the implementation.
+    Source   Andersson et al. 2024, "OpenPBR Surface", specification 1.1, sections on microfacets and on metal; F82:
+             Kutz, Hašan & Edmondson 2021.
+    """
+
+    oriented: ClassVar[bool] = True
+
+    base_color = param(0.8, 0.0, 1.0, "reflectance at normal incidence, times base_weight")
+    specular_color = param(1.0, 0.0, 1.0, "tint of the edge, at cos theta = 1/7")
+    specular_weight = param(1.0, 0.0, 1.0, "factor of the whole")
+    specular_roughness = param(0.3, 0.0, 1.0, "alpha = roughness^2", sampled="max")
+    specular_roughness_anisotropy = param(0.0, 0.0, 1.0, "1 - alpha_y/alpha_x")
+
+    @property
+    def facets(self) -> Distribution:
+        thin, r = 1.0 - self.specular_roughness_anisotropy, self.specular_roughness
+        along = r * r * ops.sqrt(2.0 / (1.0 + thin * thin))
+        return GGX.unchecked(alpha_x=ops.maximum(along, 1e-3), alpha_y=ops.maximum(thin * along, 1e-3))
+
+    @property
+    def fresnel(self) -> Any:
+        return F82Tint.unchecked(F0=self.base_color, tint=self.specular_color)
+
+    def G(self, wi: Direction, wo: Direction, wm: Direction) -> Any:
+        return height_correlated(self.facets, wi, wo, wm)
+
+    def formula(self, wi: Direction, wo: Direction) -> Any:
+        wm, cos_d = half_and_cosine(wi, wo)
+        G = self.G(wi, wo, wm)
+        return self.specular_weight * self.facets.D(wm) * self.fresnel.F(cos_d) * G / (4.0 * wi.z * wo.z)
+
+    def estimate(self, wo: Direction) -> Any:
+        return self.specular_weight * super().estimate(wo)
+
+
+class _GlossyDiffuse(Facets):
+    """The parameters, and what both lobes need."""
+
+    base_color = param(0.8, 0.0, 1.0, "share that returns of the light that enters, times base_weight")
+    specular_weight = param(1.0, 0.0, 1.0, "factor of the reflectance at normal incidence")
+    specular_roughness = param(0.3, 0.0, 1.0, "alpha = roughness^2", sampled="max")
+    specular_ior = param(1.5, 1.0, 3.0, "refractive index below over that above")
+
+    @property
+    def alpha(self) -> Any:
+        """Slope scale of the interface."""
+        return ops.maximum(self.specular_roughness * self.specular_roughness, 1e-3)
+
+    @property
+    def facets(self) -> Distribution:
+        return GGX.unchecked(alpha_x=self.alpha, alpha_y=self.alpha)
+
+    @property
+    def fresnel(self) -> Any:
+        amplitude = (self.specular_ior - 1.0) / (self.specular_ior + 1.0)
+        return Schlick.unchecked(F0=self.specular_weight * amplitude * amplitude)
+
+    def G(self, wi: Direction, wo: Direction, wm: Direction) -> Any:
+        return height_correlated(self.facets, wi, wo, wm)
+
+    def entering(self, w: Direction) -> Any:
+        """1 - E(mu): what the interface does not reflect, E = F0 (E_1 - B) + B."""
+        F0 = self.fresnel.F0
+        gone = lost(w.z, self.alpha)
+        return F0 * gone + (1.0 - F0) * (1.0 - schlick_share(w.z, self.alpha))
+
+    def below(self, wi: Direction, wo: Direction) -> Any:
+        """The diffuse lobe."""
+        F0 = self.fresnel.F0
+        mean = F0 * lost_on_average(self.alpha) + (1.0 - F0) * (1.0 - schlick_share_on_average(self.alpha))
+        return self.base_color * (1.0 / math.pi) * self.entering(wi) * self.entering(wo) / mean
+
+
+class OpenPBRGlossyDiffuse(_GlossyDiffuse):
+    """OpenPBR's glossy-diffuse base: f = f_gloss + base_color (1 - E(mu_i))(1 - E(mu_o))/(pi (1 - E_avg)).
+
+    f_gloss is `Microfacet(GGX(alpha), Schlick(F0))`, alpha = roughness^2 (at least 0.001), F0 = specular_weight
+    ((ior - 1)/(ior + 1))^2; E is its albedo, E_avg the mean of that over diffuse light. This is the reciprocal one of
+    the two forms that the specification offers; with base_color = 1 all light returns.
+    Left out: the exact Fresnel term, in whose place is Schlick's, which rises to 1 at grazing also where F0 = 0;
+    base_diffuse_roughness, anisotropy, and tints; the coat and the fuzz above this slab.
+
+    Shapes   all: numbers or (..., C).
+    Units    f: 1/sr; all others: 1.
+    Error    E, a fit: 7e-4; so is the albedo.
+    Source   Andersson et al. 2024, "OpenPBR Surface", specification 1.1, section on the glossy-diffuse slab, after
+             Kelemen & Szirmay-Kalos 2001.
+    """
+
+    def formula(self, wi: Direction, wo: Direction) -> Any:
+        return super().formula(wi, wo) + self.below(wi, wo)
+
+    def lobes(self) -> Iterable[tuple[Any, Reflectance]]:
+        yield 1.0, Microfacet.unchecked(distribution=self.facets, fresnel=self.fresnel, masking="height_correlated")
+        yield 1.0, _Below.unchecked(**{name: self.__dict__[name] for name in self.fields})
+
+
+class _Below(_GlossyDiffuse):
+    """The diffuse lobe, drawn from the cosine hemisphere."""
+
+    warp, density = Reflectance.warp, Reflectance.density
+
+    def formula(self, wi: Direction, wo: Direction) -> Any:
+        return self.below(wi, wo)
+
+    def estimate(self, wo: Direction) -> Any:
+        return self.base_color * self.entering(wo)
