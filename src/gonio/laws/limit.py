@@ -47,9 +47,13 @@ def narrow_ends(m: Parametrised, prefix: str = "") -> Iterator[tuple[str, Any, f
 
 
 def lobes(m: Reflectance) -> list[Reflectance]:
-    """The lobes of a material that say to be mirrors in the limit."""
+    """The lobes of a material that say to be mirrors in the limit; what wraps another is what that is."""
     declared = (lobe for _, lobe in m.lobes() if type(lobe).mirror is not Reflectance.mirror and not lobe.is_delta)
-    return [lobe for lobe in declared if any(True for _ in narrow_ends(lobe))]
+    return [lobe for lobe in declared if not _wraps(lobe) and any(True for _ in narrow_ends(lobe))]
+
+
+def _wraps(m: Reflectance) -> bool:
+    return any(isinstance(field, Part) and field.kind is Reflectance for field in m.fields.values())
 
 
 def narrowing(lobe: Reflectance) -> Narrowing:
