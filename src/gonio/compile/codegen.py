@@ -51,6 +51,11 @@ exit:
 """What is called: takes parts of the batch, as long as there are any that no other thread has taken."""
 
 
+INLINE = 40
+"""How many elementary functions a kernel has at most before each becomes a function of its own: compilers take long
+over long blocks."""
+
+
 def generate(program: Program, width: int, estimates: bool) -> str:
     """The IR of a kernel for vectors of `width` lanes; `estimates`: see `Lanes`."""
     nodes = [node for output in program.outputs for node in output.nodes]
@@ -73,6 +78,8 @@ class _Writer:
         self.access = Access(program, self.v, self.order, self.values)
         self.level = self._levels()
         self.loads = [node for node in self.order if graph.operations[node] == "load"]
+        many = sum(graph.operations[node] in elementary.FUNCTIONS for node in self.order) > INLINE
+        self.functions: dict[str, str] | None = {} if many else None
 
     def _decided(self) -> dict[int, int]:
         """Choices whose result matters only where another choice by the same condition takes its second side: node ->
@@ -187,14 +194,15 @@ class _Writer:
 
         body = "\n".join(f"{name}:\n  " + "\n  ".join(lines) for name, lines in self.blocks.items())
         bits = min(self.width * access.size * 8, 512)
-        attributes = f'nounwind alignstack=64 "prefer-vector-width"="{bits}" "min-legal-vector-width"="{bits}"'
+        attributes = f'nounwind "prefer-vector-width"="{bits}" "min-legal-vector-width"="{bits}"'
         declared = "\n".join(sorted(v.declared))
         signature = "ptr noalias readonly %args, i64 %start0, i64 %stop0, i64 %start1, i64 %stop1"
         return (
             f"{declared}\n"
+            f"{''.join((self.functions or {}).values())}"
             f"define internal void @part({signature}) noinline #0 {{\n{body}\n}}\n"
             f"{_SHARED.replace('WORDS', str(self.program.words()))}"
-            f"attributes #0 = {{ {attributes} }}\n"
+            f"attributes #0 = {{ alignstack=64 {attributes} }}\nattributes #1 = {{ {attributes} }}\n"
         )
 
     def into(self, block: str) -> None:
@@ -242,8 +250,24 @@ class _Writer:
                 return v.integer("sub", v.index(0), a[0])
             return v.integer(operation, *a)
         if operation in elementary.FUNCTIONS:
-            return elementary.FUNCTIONS[operation](v, *a)
+            return self.elementary(operation, a)
         return getattr(v, operation)(*a)
+
+    def elementary(self, name: str, a: list[Value]) -> Value:
+        """An elementary function: its instructions here, or where there are many of them a call."""
+        v, function = self.v, elementary.FUNCTIONS[name]
+        if self.functions is None:
+            return function(v, *a)
+        kind = v.types["real"]
+        if name not in self.functions:
+            outside, v.lines = v.lines, []
+            inner = [Value("real", f"%x{i}") for i in range(len(a))]
+            result = function(v, *inner)
+            signature = ", ".join(f"{kind} {x.name}" for x in inner)
+            body = "\n  ".join([*v.lines, f"ret {kind} {result.name}"])
+            self.functions[name] = f"define internal {kind} @{name}({signature}) noinline #1 {{\n  {body}\n}}\n"
+            v.lines = outside
+        return v.emit("real", f"call {kind} @{name}({', '.join(f'{kind} {x.name}' for x in a)})")
 
     def quotient(self, top: int, bottom: int) -> Value:
         """top / bottom: by the reciprocal where that is the same for more elements, or the reciprocal of a root."""
