@@ -174,6 +174,19 @@ REFERENCE = [
     ),
     Reference(gn.OpenPBRGlossyDiffuse(1.0), albedo(60), 1.0, "nothing is lost", 1e-3),
     Reference(gn.DisneyPrincipled(0.5), at(0, 0, 0, 0), 0.21008452488130186, "0.5/pi + 0.04 (16/pi)/4, Burley 2012"),
+    Reference(
+        gn.OpenPBRCoat(gn.Lambertian(1.0), 1.0, 0.5, 1.0, 1.5),
+        at(0, 0, 0, 0),
+        0.160379420347193,
+        "0.01/pi + (1 - E) 0.5/pi, E = 0.04 (1 - ln 2) + 0.96 integral of 2 (1 - c)^5 (2c^2 - 1)/c, by mpmath",
+        8e-4,
+    ),
+    Reference(
+        gn.OpenPBRFuzz(gn.Lambertian(0.0), 0.5, 0.6, 0.5),
+        at(60, 0, 60, 0),
+        0.049602606070466454,
+        "0.3 times CharlieSheen's",
+    ),
 ]
 
 

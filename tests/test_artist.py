@@ -428,6 +428,93 @@ def test_average_schlick_share(alpha):
     )
 
 
+# OpenPBR's layers.
+
+BASES = {
+    "Lambertian": gn.Lambertian([0.2, 0.5, 1.0]),
+    "slabs": 0.3 * gn.OpenPBRGlossyDiffuse([0.2, 0.5, 0.9])
+    + 0.7 * gn.OpenPBRMetal([0.9, 0.6, 0.2], 0.8, 1.0, 0.4, 0.3),
+    "mirror": 0.5 * gn.IdealSpecular(0.9) + gn.Lambertian(0.4),
+}
+each_base = pytest.mark.parametrize("base", BASES.values(), ids=BASES)
+
+
+@pytest.mark.parametrize("roughness", [0.2, 0.6, 1.0])
+def test_openpbr_coat_against_plain_python(roughness):
+    """In angles, with the albedo by the integrals above."""
+    C, color, ior, alpha = 0.7, 0.4, 1.7, roughness**2
+    F0 = ((ior - 1.0) / (ior + 1.0)) ** 2
+    base = gn.OpenPBRMetal(0.8, 0.6, 0.7, 0.5, 0.4)
+
+    def F(theta: float) -> float:
+        return F0 + (1.0 - F0) * (1.0 - math.cos(theta)) ** 5
+
+    def E(mu: float) -> float:
+        return SLOPES.over(mu, alpha, lambda cos, seen: seen * (F0 + (1.0 - F0) * (1.0 - cos) ** 5))
+
+    def coated(wi: np.ndarray, wo: np.ndarray) -> float:
+        ti, to, *_ = angles_of(wi, wo)
+        passes = [math.sqrt(color) ** (1.0 / math.cos(math.asin(math.sin(t) / ior))) for t in (ti, to)]
+        reflected = max(E(math.cos(ti)), E(math.cos(to)))
+        through = (1.0 - C * reflected) * (1.0 - C + C * passes[0] * passes[1])
+        return C * ggx_f(wi, wo, alpha, F) + through * float(base.f(wi, wo))
+
+    held(gn.OpenPBRCoat(base, C, color, roughness, ior), coated, 2e-3, 60)
+
+
+@pytest.mark.parametrize("r", [0.0, 0.1, 0.17, 0.33, 0.62, 1.0])
+def test_openpbr_fuzz_and_the_albedo_of_its_sheen(r):
+    """What the base loses is the sheen's albedo, and up to 0.0065 more."""
+    W, color, base = 0.8, 0.4, gn.OpenPBRMetal(0.8, 0.6, 0.7, 0.5, 0.4)
+    sheen = gn.CharlieSheen(1.0, max(r, 0.1))
+    wi, wo = (np.array(w) for w in zip(*some_pairs(40, least=1e-3), strict=True))
+    E = np.maximum(*(gn.albedo(sheen, w, tolerance=1e-5) for w in (wi, wo)))
+    f = gn.OpenPBRFuzz(base, W, color, r).f(wi, wo)
+    lost = (1.0 - (f - W * color * sheen.f(wi, wo)) / base.f(wi, wo)) / W
+    assert (lost - E).min() > -1e-4
+    assert (lost - E).max() < 0.0065
+    assert np.abs(lost - E).mean() < 0.005
+
+
+def layers(base: gn.Reflectance) -> list[gn.Reflectance]:
+    found = [gn.OpenPBRCoat(base, 1.0, 1.0, r, n) for r in (0.0, 0.4, 1.0) for n in (1.0, 1.6, 3.0)]
+    found += [gn.OpenPBRFuzz(base, 1.0, 1.0, r) for r in (0.0, 0.3, 0.6, 1.0)]
+    return [*found, gn.OpenPBRFuzz(gn.OpenPBRCoat(base, 0.6, 1.0, 0.3), 0.5, 1.0, 0.7)]
+
+
+def test_openpbr_layers_in_the_furnace():
+    """Over white: never more than what comes in, and at grazing all of it."""
+    for base in (gn.Lambertian(1.0), gn.OpenPBRGlossyDiffuse(1.0), gn.IdealSpecular(1.0)):
+        for m in layers(base):
+            a = gn.albedo(m, VIEWS, tolerance=3e-4)
+            assert a.max() < 1.0 + 1e-3, m
+            assert a.min() > 0.84, m
+    up, slant = gn.direction(0.0, 0.0), gn.direction(math.radians(89.0), 0.0)
+    varnish, dust = gn.OpenPBRCoat(gn.Lambertian(1.0)), gn.OpenPBRFuzz(gn.Lambertian(1.0))
+    assert gn.albedo(varnish, up) == pytest.approx(0.955, abs=2e-3)
+    assert gn.albedo(varnish, slant) == pytest.approx(1.0, abs=1e-3)
+    assert gn.albedo(dust, up) == pytest.approx(0.858, abs=2e-3)
+    assert gn.albedo(dust, slant) == pytest.approx(1.0, abs=7e-3)
+
+
+@each_base
+def test_openpbr_layers_of_no_weight(base):
+    wi, wo = (np.array(w) for w in zip(*some_pairs(60), strict=True))
+    for m in (gn.OpenPBRCoat(base, 0.0, 0.3, 0.4, 2.0), gn.OpenPBRFuzz(base, 0.0, 0.3, 0.4)):
+        np.testing.assert_array_equal(m.f(wi, wo), base.f(wi, wo))
+        np.testing.assert_array_equal(m.delta_reflectance(wo), base.delta_reflectance(wo))
+
+
+@each_base
+def test_openpbr_layers_lobe_by_lobe(base):
+    wi, wo = (np.array(w) for w in zip(*some_pairs(60), strict=True))
+    m = gn.OpenPBRFuzz(gn.OpenPBRCoat(base, 0.5, [0.8, 0.9, 1.0], 0.2), 0.3, [0.9, 0.5, 0.4], 0.6)
+    assert len(list(m.lobes())) == 2 + len(list(base.lobes()))
+    f = sum(np.asarray(weight) * np.reshape(lobe.f(wi, wo), (60, -1)) for weight, lobe in m.lobes())
+    np.testing.assert_allclose(f, m.f(wi, wo), rtol=1e-12)
+    np.testing.assert_allclose(m.f(wo, wi), m.f(wi, wo), rtol=1e-11)
+
+
 # Sampling of what has several lobes: densities integrate to 1, samples follow them.
 
 
@@ -437,6 +524,7 @@ def test_average_schlick_share(alpha):
         gn.KullaConty(0.7, gn.Conductor([0.2, 0.9, 1.2], [3.9, 2.4, 2.3])),
         gn.FdezAguera([0.2, 0.5, 0.9], 0.8),
         gn.OpenPBRGlossyDiffuse(0.7, 1.0, 0.3, 1.8),
+        gn.OpenPBRFuzz(gn.OpenPBRCoat(BASES["slabs"], 0.5, [0.8, 0.9, 1.0], 0.2), 0.3, [0.9, 0.5, 0.4], 0.6),
         gn.DisneyPrincipled(0.4, roughness=0.4, anisotropic=0.6, clearcoat=1.0, clearcoat_gloss=0.4, sheen=0.3),
     ],
     ids=lambda m: type(m).__name__,
@@ -514,4 +602,5 @@ def test_cited():
         assert "@" in gn.cite(name).partition("% the software")[0], name
     assert "burley2012" in gn.cite("DisneyPrincipled")
     assert "openpbr2024" in gn.cite("OpenPBRMetal")
-    assert "openpbr2024" in gn.cite("OpenPBRGlossyDiffuse")
+    for name in ("OpenPBRGlossyDiffuse", "OpenPBRCoat", "OpenPBRFuzz"):
+        assert "openpbr2024" in gn.cite(name)
