@@ -41,6 +41,8 @@ WI, WO = directions(200, 1), directions(200, 2)
 WRAPPERS = {
     "Coated": lambda m: gn.Coated(m, 1.4, [0.1, 0.3, 0.0]),
     "RoughCoated": lambda m: gn.RoughCoated(m, 1.4, [0.1, 0.3, 0.0], alpha=0.2),
+    "OpenPBRCoat": lambda m: gn.OpenPBRCoat(m, 0.7, [0.9, 0.5, 0.7], 0.4),
+    "OpenPBRFuzz": lambda m: gn.OpenPBRFuzz(m, 0.4, [0.9, 0.5, 0.7], 0.6),
     "Rotated": lambda m: gn.Rotated(m, 0.6),
     "ShadingNormal": lambda m: gn.ShadingNormal(m, 0.3, -0.2),
     "NormalMapped": lambda m: gn.NormalMapped(m, 0.3, -0.2),
