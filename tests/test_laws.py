@@ -21,6 +21,7 @@ CHANNELS = (None, 3)
 ALL = pytest.mark.parametrize("draw", draws(), ids=str)
 SOME = pytest.mark.parametrize("draw", draws(2, every=3), ids=str)
 FEW = pytest.mark.parametrize("draw", draws(1, every=5), ids=str)
+HANDFUL = pytest.mark.parametrize("draw", draws(1, every=5)[::4], ids=str)  # for what the interface does, not formulas
 FLOAT32, FLOAT64 = 2.0**-24, 2.0**-52  # roundings; the latter so that 1 + FLOAT64 is not 1
 DTYPES = {"float32": FLOAT32, "float64": FLOAT64}
 each_dtype = pytest.mark.parametrize("dtype", DTYPES)
@@ -76,7 +77,7 @@ both_ways = pytest.mark.usefixtures("evaluation")
 @each_dtype
 @both_ways
 def test_finite_and_not_negative(draw, dtype):
-    for channels in CHANNELS:
+    for channels in draw.layouts:
         m = draw.material(channels)
         wi, wo = (w.astype(dtype) for w in pairs())
         f, pdf = m.f(wi, wo), m.pdf(wi, wo)
@@ -104,7 +105,7 @@ def test_finite_and_not_negative_at_the_bounds(model, dtype):
 @both_ways
 def test_reciprocal(draw):
     wi, wo = pairs()
-    for channels in CHANNELS:
+    for channels in draw.layouts:
         m = draw.material(channels)
         if "reciprocity" in breaks(m):
             continue  # test_declared_laws_are_broken demands the breach
@@ -120,7 +121,7 @@ def test_reciprocal(draw):
 @both_ways
 def test_float32_against_float64(draw):
     wi, wo = (w.astype("float32") for w in pairs())
-    for channels in CHANNELS:
+    for channels in draw.layouts:
         m = rounded(draw.material(channels), "float32")
         wi64, wo64 = wi.astype(float), wo.astype(float)
         f = m.f(wi64, wo64)
@@ -195,7 +196,7 @@ def test_blocks_change_nothing(draw, monkeypatch):
 # Every library.
 
 
-@SOME
+@FEW
 @each_dtype
 def test_libraries_agree(library, draw, dtype):
     unit = DTYPES[dtype]
@@ -247,7 +248,7 @@ def below() -> np.ndarray:
     return w
 
 
-@FEW
+@HANDFUL
 @each_dtype
 def test_nothing_below_the_horizon(library, draw, dtype):
     down, up = below(), pairs()[0]
@@ -264,7 +265,7 @@ def test_nothing_below_the_horizon(library, draw, dtype):
     np.testing.assert_array_equal(library.numpy(m.delta_reflectance(down)), 0.0)
 
 
-@FEW
+@HANDFUL
 @each_dtype
 def test_nan_in_nan_out(library, draw, dtype):
     i = np.arange(COUNT)
@@ -335,7 +336,7 @@ def generic() -> tuple[np.ndarray, np.ndarray]:
 @ALL
 @each_dtype
 def test_gradients_are_finite(torch, draw, dtype):
-    for channels in CHANNELS:
+    for channels in draw.layouts:
         m = draw.material(channels)
         for name, g in torch_gradients(torch, m, dtype, *everywhere()).items():
             assert np.isfinite(g).all(), (name, m)

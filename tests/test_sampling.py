@@ -13,7 +13,6 @@ import gonio as gn
 from gonio.quadrature import lattice
 
 LOBES = [d for d in draws() if d.model is not gn.Sum and not d.material().has_delta]
-CHANNELS = (None, 3)
 each_lobe = pytest.mark.parametrize("draw", LOBES, ids=str)
 
 VIEWS = on_sphere(np.radians([0.0, 30.0, 60.0, 80.0, 89.0]), [0.0, 0.5, 2.0, -2.5, 1.0])
@@ -139,7 +138,7 @@ def test_lobes_by_quadrature(draw):
 def test_weight_is_f_cos_over_pdf(draw):
     wo = pairs()[1]
     u = np.random.default_rng(5).random((len(wo), 2))
-    for channels in CHANNELS:
+    for channels in draw.layouts:
         m = draw.material(channels)
         s = m.sample(wo, u)
         assert not s.delta.any()
@@ -158,7 +157,7 @@ def test_samples_in_float32(draw):
     u = np.random.default_rng(6).random((512, 2))
     top = 1.0 - 2.0**-24
     u[:4] = [[0.0, 0.0], [top, top], [0.0, top], [top, 0.0]]
-    for channels in CHANNELS:
+    for channels in draw.layouts:
         m = draw.material(channels)
         for view in VIEWS:
             wo = np.broadcast_to(view, (len(u), 3))
