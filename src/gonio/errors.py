@@ -43,3 +43,7 @@ class TooLargeError(Error, MemoryError):
 
 class MissingDataWarning(UserWarning):
     """Part of an integral or a picture needed directions that a measurement does not hold."""
+
+
+class ToleranceWarning(UserWarning):
+    """An integral is less exact than was asked for."""
