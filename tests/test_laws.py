@@ -110,10 +110,10 @@ def test_reciprocal(draw):
         if "reciprocity" in breaks(m):
             continue  # test_declared_laws_are_broken demands the breach
         f = m.f(wi, wo)
-        np.testing.assert_allclose(m.f(wo, wi), f, rtol=1e-12)
+        close(m.f(wo, wi), f, 1e-12 * np.abs(f) + 16.0 * unavoidable(m, wi, wo, FLOAT64))
         wi32, wo32 = wi.astype("float32"), wo.astype("float32")
         f32 = m.f(wi32, wo32)
-        allowed = 16.0 * unavoidable(rounded(m, "float32"), wi32.astype(float), wo32.astype(float), FLOAT32)
+        allowed = 20.0 * unavoidable(rounded(m, "float32"), wi32.astype(float), wo32.astype(float), FLOAT32)
         close(m.f(wo32, wi32), f32, allowed + smallest(f, FLOAT32))
 
 

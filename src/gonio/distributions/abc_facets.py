@@ -38,18 +38,19 @@ class ABCFacets(Distribution):
         next_moment = end * expm1_over((2.0 - self.C) * end)
         return 0.5 * self.B / (math.pi * ((1.0 + 1.0 / self.B) * self._whole() - next_moment / self.B))
 
-    def _spectrum(self, x: Any) -> Any:
-        return ops.exp(-self.C * ops.log(1.0 + self.B * x))
+    def _root(self, x: Any) -> Any:
+        return ops.exp(-0.5 * self.C * ops.log(1.0 + self.B * x))
 
     def D(self, wm: Direction) -> Any:
-        return self._height() * self._spectrum((wm.x * wm.x + wm.y * wm.y) / (1.0 + wm.z))
+        root = self._root((wm.x * wm.x + wm.y * wm.y) / (1.0 + wm.z))
+        return self._height() * root * root  # in this order: the square alone may be too small for float32
 
     def Lambda(self, w: Direction) -> Any:
         height = self._height()
 
         def p(q: Any) -> Any:
             c2 = 1.0 / (1.0 + q)
-            return height * c2 * c2 * self._spectrum(q * c2 / (1.0 + ops.sqrt(c2)))
+            return height * c2 * c2 * ops.square(self._root(q * c2 / (1.0 + ops.sqrt(c2))))
 
         return smith_of_angles(p, cotangent(w), self._nodes())
 
@@ -68,4 +69,5 @@ class ABCFacets(Distribution):
 
     def normal_density(self, wo: Direction, wm: Direction) -> Any:
         s2 = wm.x * wm.x + wm.y * wm.y
-        return self.B * (0.5 / math.pi) / self._whole() * self._spectrum(s2 / (1.0 + wm.z))
+        root = self._root(s2 / (1.0 + wm.z))
+        return self.B * (0.5 / math.pi) / self._whole() * root * root

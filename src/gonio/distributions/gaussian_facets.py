@@ -7,7 +7,7 @@ from typing import Any
 
 from .. import ops
 from ..geometry import Direction, polar_angle
-from ..microfacet import ALPHA_HIGH, ALPHA_LOW, Distribution, cotangent, gauss, sinh_nodes, smith_of_angles
+from ..microfacet import ALPHA_HIGH, ALPHA_LOW, Distribution, cotangent, gauss, smith_of_angles
 from ..param import param
 
 
@@ -46,7 +46,8 @@ class GaussianFacets(Distribution):
             return scale * c2 * c2 * ops.exp(-s * s)
 
         reach = ops.minimum(4.2 * self.alpha, 0.5 * math.pi)
-        return smith_of_angles(p, cotangent(w), sinh_nodes(16, 100.0, reach))
+        nodes = [(reach * t**1.5, 1.5 * reach * weight * t**0.5) for t, weight in gauss(16)]
+        return smith_of_angles(p, cotangent(w), nodes)
 
     # Normals are drawn with density ~ exp(-(theta/alpha)^2) theta dtheta dphi, which has an inverse, and differs
     # from D cos(theta) by the bounded factor sin(2 theta)/(2 theta).

@@ -34,7 +34,10 @@ class StudentT(Distribution):
     def D(self, wm: Direction) -> Any:
         sx, sy, z2 = wm.x / self.alpha_x, wm.y / self.alpha_y, wm.z * wm.z
         s2 = (sx * sx + sy * sy) / z2 / (self.gamma - 1.0)
-        return ops.exp(-self.gamma * log1p(s2)) / z2 / z2 / (math.pi * self.alpha_x * self.alpha_y)
+        root = (
+            ops.exp(-0.5 * self.gamma * log1p(s2)) / z2
+        )  # squared last: its square alone may be too small for float32
+        return root * (root / (math.pi * self.alpha_x * self.alpha_y))
 
     def Lambda(self, w: Direction) -> Any:
         return student_lambda(cotangent(w, self.alpha_x, self.alpha_y), self.gamma - 1.0)
