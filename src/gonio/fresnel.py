@@ -33,6 +33,13 @@ def fresnel_dielectric(cos_theta: Any, eta: Any) -> Any:
     return ops.where(total, 1.0, 0.5 * (rs * rs + rp * rp))
 
 
+def dielectric_transmittance(cos_theta: Any, eta: Any) -> Any:
+    """1 - `fresnel_dielectric` for eta >= 1, without the cancellation where that is near 1: at grazing."""
+    ct = ops.sqrt((eta - 1.0) * (eta + 1.0) + cos_theta * cos_theta) / eta
+    s, p = cos_theta + eta * ct, eta * cos_theta + ct
+    return 2.0 * eta * cos_theta * ct * (1.0 / (s * s) + 1.0 / (p * p))
+
+
 def fresnel_conductor(cos_theta: Any, eta: Any, k: Any) -> Any:
     """Unpolarised reflectance of a conductor of complex index eta + i k, seen from vacuum.
 

@@ -2,22 +2,19 @@
 
 from __future__ import annotations
 
-import textwrap
-import warnings
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from .efficiency import VIEWS, sampling_efficiency
-from .errors import DependencyError, MissingDataWarning, ParameterError, TraceError
-from .files import replacing
+from .errors import TraceError
 from .interface import Reflectance, direction
 from .laws import cavity, derivatives, energy, furnace, grazing, isotropy, limit, reciprocity
 from .laws.probes import INCIDENCE, SAMPLES, difference, is_measured, values
 from .laws.rings import around, distance
 from .laws.verdict import Report
-from .plots import RGB, STYLE, SUFFIXES
+from .plots import RGB, new_figure
 from .quadrature import lattice
 
 GOOD, BAD, DECLARED, INK, GREY = "#2f8f46", "#c8362f", "#c47a00", "#1f3f77", "#8a8a8a"
@@ -27,18 +24,8 @@ LINES = ["#1f3f77", "#2f86c1", "#37b59d", "#e3a72f", "#c8362f"]
 
 def draw(m: Reflectance, report: Report, path: str | Path) -> None:
     """Write the figure to a .png, .pdf or .svg file: the verdicts of `report`, and panel by panel what was measured."""
-    path = Path(path)
-    if path.suffix.lower() not in SUFFIXES:
-        raise ParameterError(f"{path}: expected a name that ends in {', '.join(SUFFIXES)}")
-    try:
-        import matplotlib
-        from matplotlib.figure import Figure
-        from matplotlib.layout_engine import ConstrainedLayoutEngine
-    except ImportError:
-        raise DependencyError("figures need matplotlib; pip install matplotlib") from None
-    with warnings.catch_warnings(), np.errstate(all="ignore"), matplotlib.rc_context(STYLE):
-        warnings.simplefilter("ignore", MissingDataWarning)
-        figure = Figure(figsize=(14.0, 10.8), layout=ConstrainedLayoutEngine(w_pad=0.1, h_pad=0.1))
+    with np.errstate(all="ignore"), new_figure(path, (14.0, 10.8), report.material) as figure:
+        figure.get_layout_engine().set(w_pad=0.1, h_pad=0.1)
         grid = figure.add_gridspec(3, 3)
         _verdicts(figure.add_subplot(grid[0, 0]), report)
         _reciprocity(figure, figure.add_subplot(grid[0, 1]), m)
@@ -50,10 +37,6 @@ def draw(m: Reflectance, report: Report, path: str | Path) -> None:
         _derivatives(figure.add_subplot(grid[2, 1]), m)
         last = figure.add_subplot(grid[2, 2])
         _limit(last, m) if limit.lobes(m) else _efficiency(last, m)
-        name = "\n".join(textwrap.wrap(report.material, 130, max_lines=2, placeholder=" …"))
-        figure.suptitle(name, fontsize=13)
-        with replacing(path) as temporary:
-            figure.savefig(temporary, dpi=120, format=path.suffix[1:].lower())
 
 
 def _title(axes: Any, text: str) -> None:

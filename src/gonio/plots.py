@@ -42,7 +42,7 @@ def show(
     channel. Ticks on the axis mark the mirror directions, those on the half circle the light. The plane of incidence
     is the x-z plane.
     """
-    with _figure(path, (11.0, 8.6), title or repr(m)) as figure:
+    with new_figure(path, (11.0, 8.6), title or repr(m)) as figure:
         grid = figure.add_gridspec(2, 2, width_ratios=[1.25, 1.0])
         slices = _slice_values(m)
         _polar(figure.add_subplot(grid[0, 0], projection="polar"), slices)
@@ -54,7 +54,7 @@ def show(
 
 def portrait(m: Reflectance, path: str | Path, lights: Light | Iterable[Light]) -> None:
     """Write a small figure: a lit sphere beside the polar slices of f in the plane of incidence."""
-    with _figure(path, (6.4, 2.9), "") as figure:
+    with new_figure(path, (6.4, 2.9), "") as figure:
         grid = figure.add_gridspec(1, 2, width_ratios=[1.0, 1.35])
         _sphere(figure.add_subplot(grid[0]), render(m, lights, size=256, samples=64))
         _polar(figure.add_subplot(grid[1], projection="polar"), _slice_values(m))
@@ -63,7 +63,7 @@ def portrait(m: Reflectance, path: str | Path, lights: Light | Iterable[Light]) 
 
 
 @contextmanager
-def _figure(path: str | Path, size: tuple[float, float], title: str) -> Iterator[Any]:
+def new_figure(path: str | Path, size: tuple[float, float], title: str) -> Iterator[Any]:
     """A figure to draw in, which is written when all is drawn."""
     path = Path(path)
     if path.suffix.lower() not in SUFFIXES:
@@ -150,7 +150,7 @@ def _polar(axes: Any, slices: list[np.ndarray]) -> None:
         axes.plot([-math.radians(theta)] * 2, [top - 0.08 * (top - bottom), top], color=colour, lw=2.5)
     axes.set_rlim(bottom, top)
     decades = range(bottom + 1, math.floor(top) + 1)
-    step = max(1, len(decades) // 4)
+    step = max(1, -(-len(decades) // 3))  # more labels would touch in small figures
     axes.set_rgrids(list(decades)[::step], [f"$10^{{{d}}}$" for d in list(decades)[::step]], angle=-90, fontsize=8)
 
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from .. import geometry, ops
 from ..distributions.ggx import GGX
-from ..fresnel import Dielectric
+from ..fresnel import Dielectric, dielectric_transmittance
 from ..geometry import Direction
 from ..interface import Reflectance
 from ..microfacet import ALPHA_HIGH, ALPHA_LOW
@@ -125,13 +125,6 @@ def refracted(w: Direction, eta: Any) -> Direction:
     return Direction(w.x / eta, w.y / eta, ops.sqrt((eta - 1.0) * (eta + 1.0) + w.z * w.z) / eta)
 
 
-def transmitted(cos_theta: Any, eta: Any) -> Any:
-    """1 - `fresnel_dielectric` for eta >= 1, to rounding also where that is near 1."""
-    ct = ops.sqrt((eta - 1.0) * (eta + 1.0) + cos_theta * cos_theta) / eta
-    s, p = cos_theta + eta * ct, eta * cos_theta + ct
-    return 2.0 * eta * cos_theta * ct * (1.0 / (s * s) + 1.0 / (p * p))
-
-
 def _panel(n: int, power: float, falling: bool = False) -> list[tuple[float, float]]:
     """Gauss–Legendre nodes and weights on [0, 1], crowded at 0 (or 1, if `falling`) by a power."""
     t, w = np.polynomial.legendre.leggauss(n)
@@ -155,7 +148,7 @@ class _Below(Reflectance):
 
     def T(self, w: Direction) -> Any:
         """Share of light from w that enters the coat, as of light inside that leaves along w."""
-        return transmitted(w.z, self.eta)
+        return dielectric_transmittance(w.z, self.eta)
 
     def R(self) -> Any:
         """Share of diffuse light from the base that the coat reflects, absorption both ways included."""
@@ -269,5 +262,5 @@ class _BelowRough(_Below):
                 hz = sz + z
                 h2 = self.alpha * self.alpha * (sx * sx + 2.0 * along + r2) + hz * hz
                 cos = length * (1.0 + along + sz * z) / ops.sqrt(h2)
-                total = total + weight * share * transmitted(ops.minimum(cos, 1.0), self.eta)
+                total = total + weight * share * dielectric_transmittance(ops.minimum(cos, 1.0), self.eta)
         return total

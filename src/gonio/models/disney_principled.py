@@ -13,7 +13,7 @@ from ..distributions.ggx import GGX
 from ..geometry import Direction, add, dot, half_vector, reflect
 from ..interface import Reflectance
 from ..param import option, param
-from ..special import expm1_over
+from ..special import expm1_over, less_fifth_power
 
 
 class _Disney(Reflectance):
@@ -44,7 +44,7 @@ class _Disney(Reflectance):
         """Diffuse or subsurface lobe, and sheen: nothing of a metal."""
         cos_d, grazing = _difference(wi, wo)
         bright = cos_d * cos_d * self.roughness
-        gi, go = _not_fifth(wi.z), _not_fifth(wo.z)
+        gi, go = less_fifth_power(wi.z), less_fifth_power(wo.z)
         edge = 0.5 + 2.0 * bright  # F_D90
         diffuse = (gi + edge * (1.0 - gi)) * (go + edge * (1.0 - go))
         below = (gi + bright * (1.0 - gi)) * (go + bright * (1.0 - go))
@@ -188,11 +188,6 @@ def _difference(wi: Direction, wo: Direction) -> tuple[Any, Any]:
 def _fifth(x: Any) -> Any:
     x2 = x * x
     return x2 * x2 * x
-
-
-def _not_fifth(z: Any) -> Any:
-    """1 - (1 - z)^5, without cancellation."""
-    return z * (5.0 - z * (10.0 - z * (10.0 - z * (5.0 - z))))
 
 
 def _toward(tint: Any, share: Any) -> Any:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from .. import ops
+from ..fresnel import dielectric_transmittance
 from ..geometry import Direction
 from ..interface import Reflectance
 from ..param import param
@@ -27,14 +27,12 @@ class Wolff(Reflectance):
     eta = param(1.5, 1.0, 5.0, "refractive index behind the surface")
 
     def formula(self, wi: Direction, wo: Direction) -> Any:
-        return self.rho * (1.0 / math.pi) * transmittance(wi.z, self.eta) * transmittance(wo.z, self.eta)
+        return (
+            self.rho
+            * (1.0 / math.pi)
+            * dielectric_transmittance(wi.z, self.eta)
+            * dielectric_transmittance(wo.z, self.eta)
+        )
 
     def estimate(self, wo: Direction) -> Any:
-        return self.rho * transmittance(wo.z, self.eta)
-
-
-def transmittance(c: Any, eta: Any) -> Any:
-    """1 - F for a dielectric of index eta >= 1 seen from outside, without the cancellation of 1 - F at grazing."""
-    ct = ops.sqrt((eta - 1.0) * (eta + 1.0) + c * c) / eta
-    s, p = c + eta * ct, eta * c + ct
-    return 2.0 * eta * c * ct * (1.0 / (s * s) + 1.0 / (p * p))
+        return self.rho * dielectric_transmittance(wo.z, self.eta)
