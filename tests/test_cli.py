@@ -229,7 +229,7 @@ BAD = [
     ("render gold -o a.png -l constant:-1", "out of bounds"),
     ("render gold -o a.png -l distant:45", "THETA,PHI"),
     ("render gold -o a.png -l constant:1,2", "channels"),
-    ("show gold -o a.jpg", ".png, .pdf, .svg"),
+    ("show gold -o a.gif", ".png, .jpg, .pdf, .svg"),
     ("show gold -o nowhere/a.png", "does not exist"),
     ("convert gold -o a.xyz", "'.xyz'"),
     ("convert gold -o a.binary --format foo", "'foo'"),
