@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 import gonio as gn
-from gonio import laws, ops, plots, rendering
+from gonio import ops, plots, rendering
 from gonio.errors import MissingDataWarning, ParameterError
+from gonio.laws import probes
 from gonio.quadrature import lattice
 from gonio.spectrum import to_rgb
 
@@ -141,7 +142,7 @@ def test_lattices_fill_every_dimension():
     points = lattice(1 << 14, 4)
     cells = np.bincount((points * 4).astype(int) @ np.array([1, 4, 16, 64]), minlength=256)
     assert cells.min() > 48 and cells.max() < 80
-    wi, wo = laws._pairs()
+    wi, wo = probes.pairs()
     cells = np.histogramdd(np.concatenate([wi[:, :2], wo[:, :2]], axis=-1), bins=4, range=[(-0.7, 0.7)] * 4)[0]
     assert (cells > 0).mean() > 0.95
 
@@ -153,7 +154,7 @@ def test_figures(tmp_path):
     ):
         plots.show(m, tmp_path / name, gn.ConstantLight(1.0), size=16, samples=1)
         assert (tmp_path / name).stat().st_size > 10_000
-    with pytest.raises(ParameterError, match=r"\.png, \.pdf, \.svg"):
+    with pytest.raises(ParameterError, match=r"\.png, \.jpg, \.pdf, \.svg"):
         plots.show(MATTE, tmp_path / "a.gif", gn.ConstantLight(1.0))
 
 
