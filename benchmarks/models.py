@@ -20,8 +20,8 @@ from gonio import discover
 from gonio.interface import Reflectance
 from gonio.microfacet import Distribution
 
-COUNT = 1 << 20
-ROUNDS = 9
+COUNT = 1 << 18
+ROUNDS = 7
 
 
 def classes(kind: type, package: str) -> list[Any]:
