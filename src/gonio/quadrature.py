@@ -101,7 +101,8 @@ def cubature(
 
     Cells are halved along the axes that their errors come from, those of the largest errors first, until all errors
     together are small enough. The error of a cell is the size of the highest coefficients of the integrand by Legendre
-    polynomials times `SAFETY`, or a quarter of what its division changed, if that is more; all first cells are divided once.
+    polynomials, times `SAFETY`, or a quarter of what its division changed, if that is more; all first cells are divided
+    once.
 
     `tolerance`, `unit`: numbers or (count,). `seam`: where the integrand jumps along the first axis, or 0. `seeds`
     (count, K, 4): points near which cells are made as narrow as the two lengths that come with them before anything is
