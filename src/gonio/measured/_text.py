@@ -28,12 +28,16 @@ _SEPARATORS = str.maketrans(",;", "  ")
 _NUMBER = re.compile(r"[-+]?(?:(?:\d+\.?\d*|\.\d+)(?:e[-+]?\d+)?|inf(?:inity)?|nan)", re.ASCII | re.IGNORECASE)
 
 
-def read(path: str | os.PathLike, comment: str | tuple[str, ...] = ()) -> Lines:
-    """The lines of a text file; those that begin with `comment` are passed over. Raises what `decode` raises."""
+def read(path: str | os.PathLike, comment: str | tuple[str, ...] = (), mixed: bool = False) -> Lines:
+    """The lines of a text file; those that begin with `comment` are passed over. Raises what `decode` raises.
+
+    `mixed`: there are binary numbers between lines; the text is Latin-1 then, and `Lines.bytes` can be used.
+    """
     size = os.path.getsize(path)
     if size > LIMIT:
         raise FormatError(f"{path}: {size} bytes, expected a text file of at most {LIMIT}; split it into several")
-    return Lines(path, decode(path, Path(path).read_bytes()), comment)
+    content = Path(path).read_bytes()
+    return Lines(path, content.decode("latin-1") if mixed else decode(path, content), comment)
 
 
 def decode(path: str | os.PathLike, content: bytes) -> str:
@@ -85,6 +89,14 @@ class Lines:
         line = self.next()
         self._at, self.number = at, number
         return line
+
+    def bytes(self, count: int, expected: str) -> bytes:
+        """The next bytes of a mixed file. Raises FormatError at the end of the file."""
+        left = len(self._text) - self._at
+        if count > left:
+            raise FormatError(f"{self.path}: cut short: {left} bytes after line {self.number}, expected {count}: {expected}")
+        self._at += count
+        return self._text[self._at - count : self._at].encode("latin-1")
 
     def take(self, expected: str) -> str:
         """The next line. Raises FormatError at the end of the file: it should have held what is `expected`."""
