@@ -60,13 +60,14 @@ def decode(path: str | os.PathLike, content: bytes) -> str:
 class Lines:
     """Lines of a text, one after the other, stripped, without blank ones and comments.
 
-    path    for messages
-    number  of the line read last, counted from 1
+    path     for messages
+    number   of the line read last, counted from 1
+    comment  how lines begin that are passed over
     """
 
     def __init__(self, path: str | os.PathLike, text: str, comment: str | tuple[str, ...] = ()):
         self.path, self.number = str(path), 0
-        self._text, self._at, self._comment = text, 0, comment
+        self._text, self._at, self.comment = text, 0, comment
 
     def __iter__(self) -> Iterator[str]:
         while (line := self.next()) is not None:
@@ -79,7 +80,7 @@ class Lines:
             end = len(self._text) if end < 0 else end
             line = self._text[self._at : end].strip()
             self._at, self.number = end + 1, self.number + 1
-            if line and not line.startswith(self._comment):
+            if line and not line.startswith(self.comment):
                 return line
         return None
 
@@ -153,7 +154,7 @@ class Lines:
                 for line in lines:
                     if len(row := line.split()) == columns:
                         out.extend(map(float, row))
-                    elif row and not line.lstrip().startswith(self._comment):
+                    elif row and not line.lstrip().startswith(self.comment):
                         raise ValueError
             except ValueError:
                 del out[start:]

@@ -144,7 +144,7 @@ def write(
     degrees = _text.degrees(pairs.angles)
     theta, phi = (_text.number(x) for x in degrees[0, :2])
     with replacing(path) as temporary, temporary.open("w", encoding="utf-8") as file:
-        file.writelines(f"#{key} {value}\n" for key, value in _said(m).items())
+        file.writelines(f"#{key}{':' if key == 'colorimetry' else ''} {value}\n" for key, value in _said(m).items())
         if pairs.channels:
             file.write("#colorimetry: CIE-XYZ\n")
         file.write(f"#incident_angle {theta} {phi}\n#intheta {theta}\n#inphi {phi}\n")
@@ -154,7 +154,7 @@ def write(
 
 
 def _said(m: Reflectance) -> dict[str, str]:
-    """What the file that a measurement came from says about it, but for the colours."""
+    """What the file that a measurement came from says about it."""
     about = getattr(m, "about", {})
     known = {k: v for k, v in about.items() if isinstance(v, str) and "\n" not in v and re.fullmatch(r"\w+", k)}
-    return {k: v for k, v in known.items() if k.lower() != "colorimetry"}
+    return {k: v for k, v in known.items() if v.strip().upper() != "CIE-XYZ"}
