@@ -137,9 +137,7 @@ PARAMETERS = {
     "COS_TK": Parameters(1, lambda c: (np.arccos(c), 0.0 * c, np.arccos(c), 0.0 * c + math.pi)),
     "COS_TLV": Parameters(1, lambda c: (0.0 * c, 0.0 * c, np.arccos(c), 0.0 * c)),
     "COS_TLR": Parameters(1, lambda c: (0.0 * c, 0.0 * c, np.arccos(c), 0.0 * c + math.pi)),
-    "RUSIN_TH_TD": Parameters(
-        2, lambda h, d: _half(h, 0.0, d, 0.0 * d + 0.5 * math.pi), half=("theta_h", "theta_d")
-    ),
+    "RUSIN_TH_TD": Parameters(2, lambda h, d: _half(h, 0.0, d, 0.0 * d + 0.5 * math.pi), half=("theta_h", "theta_d")),
     "COS_TH_TD": Parameters(
         2, lambda h, d: _half(np.arccos(h), 0.0, np.arccos(d), 0.0 * d), half=("theta_h", "theta_d")
     ),
@@ -153,9 +151,7 @@ PARAMETERS = {
         lambda *a: (lambda h, _, d, p: (h, d, p))(*_to_half(*a)),
         ("theta_h", "theta_d", "phi_d"),
     ),
-    "RUSIN_TH_PH_TD": Parameters(
-        3, lambda h, p, d: _half(h, p, d, 0.0 * d), half=("theta_h", "phi_h", "theta_d")
-    ),
+    "RUSIN_TH_PH_TD": Parameters(3, lambda h, p, d: _half(h, p, d, 0.0 * d), half=("theta_h", "phi_h", "theta_d")),
     "RUSIN_VH": Parameters(3, lambda x, y, z: (lambda w: _of_vectors(w, w))(_stack(x, y, z))),
     "SCHLICK_TL_TK_PROJ_DPHI": Parameters(3, _schlick),
     "RETRO_TL_TVL_PROJ_DPHI": Parameters(3, _retro),

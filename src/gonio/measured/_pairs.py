@@ -154,7 +154,11 @@ def of(m: Reflectance, resolution: Sequence[int] | None = None, incident: tuple[
         raise ParameterError(f"resolution={resolution!r}: expected whole numbers of theta_i, theta_o and azimuths")
     thetas = [np.radians(90.0 / n * np.arange(n)) for n in counts[:2]]
     turns = np.radians(360.0 / counts[2] * np.arange(counts[2]))
-    lit = [[thetas[0]], [np.zeros(1) if m.is_isotropic() else turns]] if incident is None else np.reshape(incident, (2, 1, 1))
+    lit = (
+        [[thetas[0]], [np.zeros(1) if m.is_isotropic() else turns]]
+        if incident is None
+        else np.reshape(incident, (2, 1, 1))
+    )
     nodes = np.meshgrid(lit[0], lit[1], thetas[1], turns, indexing="ij")
     rows = np.stack([x.reshape(-1) for x in nodes], axis=1)
     f = m.f_angles(*rows.T)

@@ -95,7 +95,9 @@ class Lines:
         """The next bytes of a mixed file. Raises FormatError at the end of the file."""
         left = len(self._text) - self._at
         if count > left:
-            raise FormatError(f"{self.path}: cut short: {left} bytes after line {self.number}, expected {count}: {expected}")
+            raise FormatError(
+                f"{self.path}: cut short: {left} bytes after line {self.number}, expected {count}: {expected}"
+            )
         self._at += count
         return self._text[self._at - count : self._at].encode("latin-1")
 

@@ -89,7 +89,9 @@ def _dimensions(path: str, header: Mapping[str, str]) -> tuple[int, int, int]:
     """Columns of x and y, and what #VS says."""
     words = [*header.get("DIM", "").split(), *dict.fromkeys(header.get("VS", "0").split())]
     if len(words) != 3 or not all(re.fullmatch(r"\d{1,4}", w) for w in words):
-        raise FormatError(f"{path}: #DIM {header.get('DIM')}, #VS {header.get('VS')}: expected two numbers, and 0, 1 or 2")
+        raise FormatError(
+            f"{path}: #DIM {header.get('DIM')}, #VS {header.get('VS')}: expected two numbers, and 0, 1 or 2"
+        )
     nx, ny, kind = map(int, words)
     name = header.get("PARAM_IN", "UNKNOWN_INPUT")
     if name not in PARAMETERS:
@@ -97,7 +99,9 @@ def _dimensions(path: str, header: Mapping[str, str]) -> tuple[int, int, int]:
             f"{path}: #PARAM_IN {name}: expected one of {', '.join(PARAMETERS)}; give param_in= if you know which"
         )
     if header.get("PARAM_OUT", "INV_STERADIAN") not in QUANTITIES:
-        raise FormatError(f"{path}: #PARAM_OUT {header['PARAM_OUT']}: is no BRDF, expected one of {', '.join(QUANTITIES)}")
+        raise FormatError(
+            f"{path}: #PARAM_OUT {header['PARAM_OUT']}: is no BRDF, expected one of {', '.join(QUANTITIES)}"
+        )
     if nx != PARAMETERS[name].count or ny < 1 or kind > 2:
         raise FormatError(
             f"{path}: #DIM {nx} {ny}, #VS {kind}: expected {PARAMETERS[name].count} numbers for {name}, values, and 0, 1 or 2"

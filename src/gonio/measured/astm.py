@@ -61,7 +61,9 @@ def read(path: Path, side: str = "front") -> Gridded:
         raise lines.fault(", ".join(names), f"{', '.join(ANGLES)}, each once, and at least one channel")
     rows = lines.rows(len(names))
     if count not in (None, len(rows)) or not len(rows):
-        raise FormatError(f"{path}: NUM_POINTS says {count} rows, got {len(rows)}; fetch it again or correct the number")
+        raise FormatError(
+            f"{path}: NUM_POINTS says {count} rows, got {len(rows)}; fetch it again or correct the number"
+        )
     angles = [rows[:, columns[name]] if name in columns else np.zeros(len(rows)) for name in ANGLES]
     channels = _channels([names[k] for k in values])
     if channels is None:
