@@ -1,0 +1,305 @@
+"""Integra's diffuse distributions, `.ddr`: grids about the mirror direction.
+
+Words and numbers over any number of lines; lines that begin with `;;` are comments. `TypeSym` says which half of the azimuths
+there is, `TypeColorModel` BW, RGB or spectral, `TypeData` what the values are: Luminance is pi f, Intensity f cos(theta_o),
+each times the block's `kbdf`; Relative ones are scaled so that the directional-hemispherical reflectance is `kbdf`. `sigma`,
+`psi` are theta and phi of wi, `theta`, `phi` those of wo about the mirror direction, or about `sigmaT`, in degrees; lists
+begin with their length. Then per channel `bw`, `red`, `gre`, `blu` or `wl` nm: `kbdf` and numbers by psi, sigma; `def` and
+numbers by psi, sigma, phi, theta; `enddef`. Integra's specification was not seen: this follows libbsdf's DdrReader and
+DdrWriter. Checked against its own generator only. `.ddt` files look the same but are transmission.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..errors import FormatError, ParameterError
+from ..files import replacing
+from ..geometry import HORIZON
+from ..gridded import Gridded
+from ..interface import Reflectance
+from ..parameterisations import PARAMETERISATIONS
+from . import _specular, _text
+
+NAME = "Integra"
+SUFFIXES = (".ddr",)
+DESCRIPTION = "grid about the mirror direction (Integra Diffuse Distribution, libbsdf)"
+ORACLE = "own generator only"
+
+SYMMETRIES = ("axisymmetrical", "dirsymmetrical", "planesymmetrical", "asymmetrical")
+QUANTITIES = {"luminance": "reflectance factor", "intensity": "brdf * cos(theta_o)"}
+CHANNELS = {"bw": "BW", "red": "R", "gre": "G", "green": "G", "blu": "B", "blue": "B", "wl": ""}
+LISTS = ("psi", "sigma", "sigmat", "phi", "theta")
+RESOLUTION = (18, 61, 37)
+"""Nodes of theta_i, radial and azimuth that a model is written at."""
+
+_TYPE = re.compile(rb"(?:^|[\r\n])[ \t]*Type(Sym|Data|ColorModel)[ \t]+\w+", re.IGNORECASE)
+
+
+def matches(head: bytes, size: int) -> bool:
+    """Whether a file that starts so can be one of these: lines TypeSym, TypeData or TypeColorModel, two of them."""
+    return len({found.lower() for found in _TYPE.findall(head)}) >= 2
+
+
+class _Words:
+    """The words of a file, with the lines they are in."""
+
+    def __init__(self, path: Path):
+        self.lines = _text.read(path, comment=";;")
+        self.left: list[str] = []
+
+    def next(self) -> str | None:
+        while not self.left:
+            line = self.lines.next()
+            if line is None:
+                return None
+            self.left = _text.split(line)
+        return self.left.pop(0)
+
+    def take(self, expected: str) -> str:
+        word = self.next()
+        if word is None:
+            raise self.lines.cut_short(expected)
+        return word
+
+    def numbers(self, count: int, expected: str) -> np.ndarray:
+        first = [self.lines.float(word, expected) for word in self.left[:count]]
+        del self.left[:count]
+        if self.left:
+            return np.array(first)
+        return np.concatenate([first, self.lines.numbers(count - len(first), expected)])
+
+    def one_of(self, known: Sequence[str]) -> str:
+        word = self.take(f"one of {', '.join(known)}")
+        if word.lower() not in known:
+            raise self.lines.fault(word, f"one of {', '.join(known)}")
+        return word.lower()
+
+
+def read(path: Path) -> Gridded:
+    """The measurement in a file; one about `sigmaT` becomes `Scattered`.
+
+    Raises FormatError where the file is damaged, with the line, and for the transmission of `.ddt` files.
+    """
+    if Path(path).suffix.lower() == ".ddt":
+        raise FormatError(
+            f"{path}: .ddt files are transmission, which gonio does not read yet; expected reflection, .ddr"
+        )
+    words = _Words(path)
+    header, lists, about = _header(words)
+    shape = tuple(len(lists[name]) for name in ("psi", "sigma", "phi", "theta"))
+    names, tables, scales = [], [], []
+    while (word := words.next()) is not None:
+        if word.lower() not in CHANNELS:
+            raise words.lines.fault(word, f"one of {', '.join(CHANNELS)}")
+        name, table, scale = _channel(words, word.lower(), shape)
+        names.append(name)
+        tables.append(table)
+        scales.append(scale)
+    channels = _channels(words.lines, header, names)
+    values, kbdf = (np.stack([x[names.index(c)] for c in channels], axis=-1) for x in (tables, scales))
+    return _material(str(path), header, lists, values, kbdf, channels, about)
+
+
+def _header(words: _Words) -> tuple[dict[str, str], dict[str, np.ndarray], dict[str, str]]:
+    """What the types are, the lists [degrees], and entries that are not known."""
+    header = {"symmetry": "planesymmetrical", "colour": "", "data": "luminance", "scale": "absolute"}
+    lists: dict[str, np.ndarray] = {}
+    about: dict[str, str] = {}
+    while (word := words.take("a list or a channel")).lower() not in CHANNELS:
+        key = word.lower()
+        if key == "typesym":
+            header["symmetry"] = words.one_of(SYMMETRIES)
+            if words.left[:1] in (["4D"], ["4d"]):
+                words.next()
+        elif key == "typecolormodel":
+            header["colour"] = words.one_of(("rgb", "spectral", "bw"))
+            if header["colour"] == "spectral":
+                header["count"] = words.take("the number of wavelengths")
+        elif key == "typedata":
+            header["data"], header["scale"] = words.one_of(tuple(QUANTITIES)), words.one_of(("absolute", "relative"))
+        elif key in LISTS:
+            if key in lists:
+                raise words.lines.fault(word, "each list once")
+            count = words.take("a length") if key != "sigmat" else str(len(lists.get("sigma", ())))
+            lists[key] = words.numbers(words.lines.count(count), f"angles of {word}")
+        else:
+            about[word], words.left = " ".join(words.left), []
+    words.left.insert(0, word)
+    lists.setdefault("psi", np.zeros(1))
+    if header["symmetry"] == "axisymmetrical":
+        lists.setdefault("phi", np.zeros(1))
+    for name in ("psi", "sigma", "phi", "theta"):
+        if not len(lists.get(name, ())) or not (np.diff(lists[name]) > 0.0).all():
+            raise words.lines.fault(word, f"a list {name} of rising angles before it")
+    return header, lists, about
+
+
+def _channel(words: _Words, kind: str, shape: tuple[int, ...]) -> tuple[str | float, np.ndarray, np.ndarray]:
+    """Name, values (psi, sigma, phi, theta) and kbdf (psi, sigma) of a channel."""
+    name: str | float = CHANNELS[kind]
+    if kind == "wl":
+        name = words.lines.float(words.take("a wavelength"), "a wavelength [nm]")
+    scale = np.ones(shape[:2])
+    if words.one_of(("kbdf", "def")) == "kbdf":
+        scale = words.numbers(shape[0] * shape[1], "numbers of kbdf").reshape(shape[:2])
+        words.one_of(("def",))
+    count = shape[0] * shape[1] * shape[2] * shape[3]
+    table = words.numbers(count, "values by psi, sigma, phi, theta").reshape(shape)
+    end = words.next()
+    if end is not None and end.lower() != "enddef":
+        raise words.lines.fault(end, f"enddef after {count} values")
+    return name, table, scale
+
+
+def _channels(lines: _text.Lines, header: Mapping[str, str], names: list) -> list[str | float]:
+    """The channels in their order; FormatError where some are missing or twice."""
+    expected = {"rgb": ["R", "G", "B"], "bw": ["BW"]}.get(header["colour"], names)
+    if header["colour"] == "spectral" and str(len(names)) != header["count"]:
+        raise lines.fault(f"{len(names)} channels", f"{header['count']} wavelengths")
+    if sorted(map(str, names)) != sorted(map(str, expected)) or len(set(names)) < len(names):
+        raise lines.fault(f"channels {names}", f"{header['colour'] or 'channels'} {expected}, each once")
+    return expected
+
+
+def _material(
+    path: str,
+    header: Mapping[str, str],
+    lists: Mapping[str, np.ndarray],
+    values: np.ndarray,
+    kbdf: np.ndarray,
+    channels: Sequence[str | float],
+    about: Mapping[str, str],
+) -> Gridded:
+    mirrored, oriented = header["symmetry"] == "planesymmetrical", len(lists["psi"]) > 1 or lists["psi"].any()
+    relative = header["scale"] == "relative"
+    values = values if relative else values * kbdf[:, :, None, None]
+    values = values.transpose(1, 3, 2, 0, 4)  # sigma, theta, phi, psi
+    phi = lists["phi"]
+    if mirrored and oriented:
+        phi, values = _specular.expand(phi, values, 2)
+        mirrored = False
+    azimuth, values = _specular.azimuths(phi, values, 2, mirrored)
+    axes = {"theta_i": np.radians(lists["sigma"]), "radial": np.radians(lists["theta"]), "azimuth": azimuth}
+    if oriented:
+        axes["phi_i"] = np.radians(lists["psi"])
+    names = None if list(channels) == ["BW"] else tuple(channels)
+    held = values if names is not None else values[..., 0]
+    held = np.ascontiguousarray(held if oriented else held[:, :, :, 0])
+    quantity = QUANTITIES[header["data"]]
+    centres = lists.get("sigmat", lists["sigma"])
+    try:
+        made = Gridded(
+            "specular", axes, held, quantity=quantity, channels=names, mirrored=mirrored, path=path, about=about
+        )
+    except ParameterError as error:
+        raise FormatError(f"{path}: {error}") from None
+    if relative:
+        made = _scaled(made, kbdf.transpose(1, 0, 2))
+    if np.array_equal(centres, lists["sigma"]):
+        return made
+    return _specular.offset(made.axes, made.brdf(), np.radians(centres), names, path, about)
+
+
+def _scaled(m: Gridded, albedo: np.ndarray) -> Gridded:
+    """The same with these directional-hemispherical reflectances (theta_i, phi_i, channel)."""
+    (radial, d_radial), (azimuth, d_azimuth) = (_between(m, name) for name in ("radial", "azimuth"))
+    factor = np.empty((len(m.axes["theta_i"]), albedo.shape[1], albedo.shape[2]))
+    for i, theta_i in enumerate(m.axes["theta_i"]):
+        for j, phi_i in enumerate(m.axes.get("phi_i", np.zeros(1))):
+            wi, wo = PARAMETERISATIONS["specular"].pairs(theta_i, radial[:, None], azimuth, phi_i)
+            projected = (np.sin(radial) * d_radial)[:, None] * d_azimuth * np.maximum(wo[..., 2], 0.0)
+            f = m.f(np.broadcast_to(wi, wo.shape), wo).reshape(*projected.shape, -1)
+            factor[i, j] = albedo[i, j] / np.nansum(f * projected[..., None], axis=(0, 1))
+    if m.channel_names is None:
+        factor = factor[..., 0]
+    return m.with_brdf(m.brdf() * (factor[:, 0] if len(m.axes) == 3 else factor)[:, None, None])
+
+
+def _between(m: Gridded, name: str) -> tuple[np.ndarray, np.ndarray]:
+    """Midpoints and widths of eighths of the intervals between nodes of an axis, and up to its ends."""
+    ends = (0.0, np.pi) if name == "radial" else (m.axes[name][0], m.axes[name][0] + 2.0 * np.pi)
+    nodes = np.unique([*ends, *m.axes[name]])
+    width = np.repeat(np.diff(nodes) / 8.0, 8)
+    return np.repeat(nodes[:-1], 8) + (np.tile(np.arange(8), len(nodes) - 1) + 0.5) * width, width
+
+
+def write(m: Reflectance, path: Path, resolution: Sequence[int] | None = None) -> None:
+    """Write the grid of a measurement about the mirror direction; of anything else f at such a grid (`resolution`: numbers
+    of theta_i, radial and azimuth nodes; where these are below the horizon f at the horizon).
+
+    f cos(theta_o) stays that, other quantities become pi f. Lost: uncertainties, and how to interpolate. Raises
+    ParameterError for data with holes, delta lobes, maps, and channels other than one, RGB or wavelengths.
+    """
+    table = m if isinstance(m, Gridded) and m.parameterisation == "specular" else _sampled(m, resolution)
+    intensity = table.quantity == QUANTITIES["intensity"]
+    values = table.stored if table.quantity in QUANTITIES.values() else np.pi * table.brdf()
+    if not np.isfinite(values).all():
+        raise ParameterError(f"{m!r:.80}: has nodes without data, which the format cannot say; fill them first")
+    names = table.channel_names
+    values = values if names is not None else values[..., None]
+    values = values if len(table.axes) == 4 else values[:, :, :, None]
+    phi, values = _specular.degrees(table.axes["azimuth"], values, 2, table.is_mirrored)
+    lists = {"psi": table.axes.get("phi_i", np.zeros(1)), "sigma": table.axes["theta_i"], "theta": table.axes["radial"]}
+    degrees = {key: _text.degrees(x) for key, x in lists.items()} | {"phi": phi}
+    heads = _heads(m, names)
+    symmetry = "PlaneSymmetrical" if table.is_mirrored else "ASymmetrical" + " 4D" * (len(table.axes) == 4)
+    colour = (
+        {1: "BW", 3: "RGB"}.get(len(heads), "")
+        if names is None or isinstance(names[0], str)
+        else f"spectral {len(names)}"
+    )
+    source = str(table.about.get("Source", "Measured")).split()[0]
+    with replacing(path) as temporary, temporary.open("w", encoding="utf-8") as file:
+        file.write(f"Source {source}\nTypeSym {symmetry}\nTypeColorModel {colour}\n")
+        file.write(f"TypeData {'Intensity' if intensity else 'Luminance'} Absolute\n")
+        for key in ("psi", "sigma", "phi", "theta"):
+            if key != "psi" or len(table.axes) == 4:
+                file.write(f"{key} {len(degrees[key])}\n{' '.join(map(_text.number, degrees[key]))}\n")
+        for k, head in enumerate(heads):
+            rows = values[..., k].transpose(3, 0, 2, 1).reshape(-1, values.shape[1])
+            ones = " ".join(["1"] * (values.shape[0] * values.shape[3]))
+            file.write(f"{head}\nkbdf\n{ones}\ndef\n")
+            file.writelines(_text.join(rows))
+            file.write("enddef\n")
+
+
+def _heads(m: Reflectance, names: tuple | None) -> list[str]:
+    if names is None:
+        return ["bw"]
+    if names == ("R", "G", "B"):
+        return ["red", "gre", "blu"]
+    if any(isinstance(n, str) for n in names):
+        raise ParameterError(f"{m!r:.80}: has channels {names}, expected one, R, G, B or wavelengths [nm]")
+    return [f"wl {_text.number(n)}" for n in names]
+
+
+def _sampled(m: Reflectance, resolution: Sequence[int] | None) -> Gridded:
+    counts = tuple(resolution or RESOLUTION)
+    if m.has_delta or len(counts) != 3 or min(counts) < 2:
+        raise ParameterError(f"{m!r:.80}, resolution={resolution!r}: expected no delta lobe, and three numbers from 2")
+    steps = [
+        np.arange(counts[0]) / counts[0],
+        (np.arange(counts[1]) / (counts[1] - 1)) ** 2,
+        np.linspace(0, 4, counts[2]),
+    ]
+    axes = {
+        n: np.radians(np.round(90.0 * x * k, 6))
+        for n, x, k in zip(("theta_i", "radial", "azimuth"), steps, (1, 2, 1), strict=True)
+    }
+    if not m.is_isotropic():
+        axes["phi_i"] = axes["azimuth"][:-1]
+    wi, wo = PARAMETERISATIONS["specular"].pairs(*np.meshgrid(*axes.values(), indexing="ij"))
+    wo = np.concatenate([wo[..., :2], np.maximum(wo[..., 2:], 10.0 * HORIZON)], axis=-1)
+    f = m.f(wi, wo / np.linalg.norm(wo, axis=-1, keepdims=True))
+    if f.ndim not in (len(axes), len(axes) + 1):
+        raise ParameterError(
+            f"{m!r:.80}: values have shape {f.shape[len(axes) :]}, expected one material, without maps"
+        )
+    names = None if f.ndim == len(axes) else m.channel_names or tuple("RGB")[: f.shape[-1]]
+    return Gridded("specular", axes, np.pi * f, quantity="reflectance factor", channels=names)
