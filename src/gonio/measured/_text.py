@@ -9,7 +9,7 @@ from __future__ import annotations
 import os
 import re
 from array import array
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 
 import numpy as np
@@ -100,6 +100,10 @@ class Lines:
             )
         self._at += count
         return self._text[self._at - count : self._at].encode("latin-1")
+
+    def edit(self, change: Callable[[str], str]) -> None:
+        """Change the text that is left, but not its lines."""
+        self._text, self._at = change(self._text[self._at :]), 0
 
     def take(self, expected: str) -> str:
         """The next line. Raises FormatError at the end of the file: it should have held what is `expected`."""
