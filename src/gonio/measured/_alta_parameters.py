@@ -1,9 +1,9 @@
 """ALTA's parametrisations: from the numbers of a row to the angles of wi (light) and wo (view), and back.
 
-Definitions are those of ALTA's params.h. Where its params.cpp contradicts them or itself this keeps the definition: there,
-STARK_3D and NEUMANN_3D exchange light and view, STEREOGRAPHIC does not invert, azimuths between light and view change
-their sign. All of that is invisible in data of reciprocal materials with a plane of symmetry. Parametrisations with
-fewer than three numbers stand for one pair of directions each, as there.
+Definitions are those of ALTA's params.h. Where its params.cpp contradicts them or itself this keeps the definition:
+there, STARK_3D and NEUMANN_3D exchange light and view, STEREOGRAPHIC does not invert, azimuths between light and view
+change their sign. All of that is invisible in data of reciprocal materials with a plane of symmetry. Parametrisations
+with fewer than three numbers stand for one pair of directions each, as there.
 """
 
 from __future__ import annotations
@@ -21,13 +21,13 @@ from ..parameterisations import PARAMETERISATIONS
 class Parameters(NamedTuple):
     """A parametrisation.
 
-    count      numbers per row
+    size       numbers per row
     to_angles  of the columns of numbers: theta_i, phi_i, theta_o, phi_o [rad], each (n,)
     of_angles  of those angles: the columns; None where no file is written
     half       which of theta_h, phi_h, theta_d, phi_d the columns are, if they are; phi_d that of wo
     """
 
-    count: int
+    size: int
     to_angles: Callable[..., tuple]
     of_angles: Callable[..., tuple] | None = None
     half: tuple[str, ...] = ()

@@ -79,8 +79,12 @@ def material(pairs: Pairs, path: str, about: Mapping[str, Any], side: str = "fro
     if not here.all():
         about["other_pairs"] = pairs.only(~here)
     kept = pairs._replace(angles=np.stack([theta_i, phi_i, theta_o, phi_o], axis=1)).only(here)
+    theta_i, phi_i, theta_o, phi_o = kept.angles.T
     return _as_grid(kept, path, about) or gridded_or_scattered(
-        *kept.angles.T,
+        theta_i,
+        phi_i,
+        theta_o,
+        phi_o,
         kept.values,
         quantity=kept.quantity,
         uncertainty=kept.uncertainty,
@@ -214,11 +218,12 @@ def as_quantity(pairs: Pairs, quantity: str) -> Pairs:
     if quantity == pairs.quantity:
         return pairs
     cosines = [np.cos(pairs.angles[:, k]).reshape(-1, *(1,) * (pairs.values.ndim - 1)) for k in (0, 2)]
-    values, spread = (
-        None if v is None else from_brdf(quantity, to_brdf(pairs.quantity, v, *cosines), *cosines)
-        for v in (pairs.values, pairs.uncertainty)
-    )
-    converted = pairs._replace(values=values, uncertainty=spread, quantity=quantity)
+
+    def convert(v: np.ndarray) -> np.ndarray:
+        return from_brdf(quantity, to_brdf(pairs.quantity, v, *cosines), *cosines)
+
+    spread = None if pairs.uncertainty is None else convert(pairs.uncertainty)
+    converted = pairs._replace(values=convert(pairs.values), uncertainty=spread, quantity=quantity)
     return converted.only(np.isfinite(converted.columns()).any(axis=1))
 
 

@@ -1,11 +1,11 @@
 """ALTA's data files, text or binary: rows of numbers of a parametrisation, values, and bounds of the values.
 
 Lines `#KEY value` come first: `#DIM nX nY`, `#PARAM_IN` (the parametrisation, see `_alta_parameters`), `#PARAM_OUT`
-(INV_STERADIAN is f, INV_STERADIAN_COSINE_FACTOR f cos(theta_o), RGB_COLOR and XYZ_COLOR f of three channels), `#VS` (1: the
-values are given within plus or minus a bound, 2: within a lower and an upper one). Then rows x1 ... y1 ... and bounds, of
-the first value or of all; in binary files, after `#BEGIN_STREAM`, `#SAMPLE_COUNT` rows of float64 in the order that
-`#ENDIAN` says. Angles are radians, view first where it is so named (TV_TL) and in CARTESIAN. This follows ALTA's
-data_storage.cpp and params.h. Checked against its own generator only.
+(INV_STERADIAN is f, INV_STERADIAN_COSINE_FACTOR f cos(theta_o), RGB_COLOR and XYZ_COLOR f of three channels), `#VS`
+(1: the values are given within plus or minus a bound, 2: within a lower and an upper one). Then rows x1 ... y1 ...
+and bounds, of the first value or of all; in binary files, after `#BEGIN_STREAM`, `#SAMPLE_COUNT` rows of float64 in
+the order that `#ENDIAN` says. Angles are radians, view first where it is so named (TV_TL) and in CARTESIAN. This
+follows ALTA's data_storage.cpp and params.h. Checked against its own generator only.
 """
 
 from __future__ import annotations
@@ -102,9 +102,10 @@ def _dimensions(path: str, header: Mapping[str, str]) -> tuple[int, int, int]:
         raise FormatError(
             f"{path}: #PARAM_OUT {header['PARAM_OUT']}: is no BRDF, expected one of {', '.join(QUANTITIES)}"
         )
-    if nx != PARAMETERS[name].count or ny < 1 or kind > 2:
+    if nx != PARAMETERS[name].size or ny < 1 or kind > 2:
         raise FormatError(
-            f"{path}: #DIM {nx} {ny}, #VS {kind}: expected {PARAMETERS[name].count} numbers for {name}, values, and 0, 1 or 2"
+            f"{path}: #DIM {nx} {ny}, #VS {kind}: expected {PARAMETERS[name].size} numbers for {name}, "
+            f"at least one value, and 0, 1 or 2"
         )
     return nx, ny, kind
 
@@ -126,8 +127,8 @@ def _stream(lines: _text.Lines, header: Mapping[str, str]) -> np.ndarray:
     precision, count = header.get("PRECISION", "ieee754-double"), header.get("SAMPLE_COUNT", "")
     if order is None or precision != "ieee754-double" or not re.fullmatch(r"\d{1,15}", count):
         raise FormatError(
-            f"{lines.path}: #ENDIAN {header.get('ENDIAN')}, #PRECISION {precision}, #SAMPLE_COUNT {count}: expected little "
-            f"or big, ieee754-double and a whole number"
+            f"{lines.path}: #ENDIAN {header.get('ENDIAN')}, #PRECISION {precision}, #SAMPLE_COUNT {count}: expected "
+            f"little or big, ieee754-double and a whole number"
         )
     columns = nx + ny + kind * ny
     held = lines.bytes(8 * columns * int(count), f"{count} rows of {columns} numbers")
@@ -241,10 +242,10 @@ def _made(pairs: _pairs.Pairs, param_in: str | None, binary: bool) -> tuple[dict
     if of_angles is None:
         known = ", ".join(n for n, p in PARAMETERS.items() if p.of_angles is not None)
         raise ParameterError(f"param_in={name!r}: expected one of {known}")
-    if PARAMETERS[name].count < 4 and len(np.unique(pairs.angles[pairs.angles[:, 0] > 0.0, 1])) > 1:
+    if PARAMETERS[name].size < 4 and len(np.unique(pairs.angles[pairs.angles[:, 0] > 0.0, 1])) > 1:
         raise ParameterError(f"param_in={name!r}: holds no azimuth of wi, and there are several; leave param_in out")
     columns = [*of_angles(*pairs.angles.T), *pairs.columns().T]
-    header = {"DIM": f"{PARAMETERS[name].count} {len(pairs.columns().T)}", "PARAM_IN": name}
+    header = {"DIM": f"{PARAMETERS[name].size} {len(pairs.columns().T)}", "PARAM_IN": name}
     header["PARAM_OUT"] = "INV_STERADIAN" if pairs.quantity == "brdf" else "INV_STERADIAN_COSINE_FACTOR"
     if pairs.uncertainty is not None:
         header["VS"] = "1"

@@ -1,19 +1,20 @@
 """CSV tables of measurements: gonio's own, also what a spreadsheet exports with these column names.
 
-Lines `# key: value`, then a line of column names, then rows of numbers; separated by commas, semicolons (then a comma may be
-the decimal point), tabs or blanks. Columns, in any order and case:
+Lines `# key: value`, then a line of column names, then rows of numbers; separated by commas, semicolons (then a comma
+may be the decimal point), tabs or blanks. Columns, in any order and case:
 
     theta_i, phi_i, theta_o, phi_o    directions; phi = phi_o - phi_i in place of both azimuths, or neither
-    theta_h, theta_d, phi_d, phi_h    half and difference angles (phi_d: of wi); phi_h only where the material is anisotropic
+    theta_h, theta_d, phi_d, phi_h    half and difference angles (phi_d: of wi); phi_h of anisotropic materials only
     theta_i, radial, azimuth, phi_i   wo about the mirror direction, see `parameterisations`
     f or brdf; f_cos or dsf (f cos(theta_o)); f_cos_i (f cos(theta_i)); brf (pi f)
                                       values; with several channels one column each: f_R, f_450nm
     u_f, u_f_R, ...                   standard uncertainty of the values, in the same quantity
     wavelength                        [nm]: rows then hold one channel each
 
-Angles are degrees, or what `# angle_unit: rad` says. Empty cells and nan are values that are not there. Rows that are all
-nodes of a grid, each once, become a `Gridded`, others `Scattered`; `# mirrored`, `# period_phi_d`, `# interpolation` and
-`# outside` are options of the grid, other keys are kept. Checked against its own generator only, as it is defined here.
+Angles are degrees, or what `# angle_unit: rad` says. Empty cells and nan are values that are not there. Rows that are
+all nodes of a grid, each once, become a `Gridded`, others `Scattered`; `# mirrored`, `# period_phi_d`, `#
+interpolation` and `# outside` are options of the grid, other keys are kept. Checked against its own generator only,
+as it is defined here.
 """
 
 from __future__ import annotations
@@ -47,8 +48,9 @@ COLUMNS = {
     "f_cos_i": "brdf * cos(theta_i)",
     "brf": "reflectance factor",
 }
+AZIMUTHS = ("phi", "phi_i", "phi_o", "phi_d", "phi_h", "azimuth")
 NAMES = ("theta_i", "phi_i", "theta_o", "phi_o", "phi", "theta_h", "theta_d", "phi_d", "phi_h", "radial", "azimuth")
-OPTIONS = ("angle_unit", "mirrored", "interpolation", "outside", "period_phi", "period_phi_d", "isotropic")
+OPTIONS = ("angle_unit", "mirrored", "interpolation", "outside", "isotropic", *(f"period_{n}" for n in AZIMUTHS))
 
 MARK = "# gonio measurement"
 """The first line of what `write` makes."""
@@ -265,14 +267,15 @@ def _by_wavelength(
         or 16 * len(cell) < len(pairs) * len(wavelengths)
     ):
         raise FormatError(
-            f"{path}: {len(cell)} values at {len(pairs)} pairs and {len(wavelengths)} wavelengths, expected each pair once at "
-            f"each wavelength, or nearly so; split the file"
+            f"{path}: {len(cell)} values at {len(pairs)} pairs and {len(wavelengths)} wavelengths, expected each pair "
+            f"once at each wavelength, or nearly so; split the file"
         )
-    wide = [
-        None if v is None else _wide(v, cell, (len(pairs), len(wavelengths)))
-        for v in (measured.values, measured.uncertainty)
-    ]
-    made = measured._replace(values=wide[0], uncertainty=wide[1], channels=tuple(wavelengths.tolist()))
+    shape = (len(pairs), len(wavelengths))
+    made = measured._replace(
+        values=_wide(measured.values, cell, shape),
+        uncertainty=None if measured.uncertainty is None else _wide(measured.uncertainty, cell, shape),
+        channels=tuple(wavelengths.tolist()),
+    )
     return dict(zip(names, pairs.T, strict=True)), made
 
 
@@ -283,36 +286,18 @@ def _wide(column: np.ndarray, cell: np.ndarray, shape: tuple[int, int]) -> np.nd
 
 
 def write(m: Reflectance, path: Path, resolution: Sequence[int] | None = None) -> None:
-    """Write a measurement, grid or rows, as it is held, with its options and uncertainty; of anything else f at a grid of
-    angles (`resolution`: numbers of theta_i, theta_o and azimuths).
+    """Write a measurement, grid or rows, as it is held, with its options and uncertainty; of anything else f at a grid
+    of angles (`resolution`: numbers of theta_i, theta_o and azimuths).
 
     Angles are degrees if these read back as the same numbers, else radians. Of `about` texts and numbers are kept, as
     texts. Raises ParameterError for delta lobes, maps, and channels whose names cannot be in a column's.
     """
     table = m if isinstance(m, Gridded) else _pairs.material(_pairs.of(m, resolution), "", {})
-    if isinstance(table, Scattered) or "other_pairs" in table.about:
-        pairs = _pairs.with_others(_pairs.of(table), table)
-        names, columns = ["theta_i", "phi_i", "theta_o", "phi_o"], pairs.angles
-        said = {"outside": table.outside, "isotropic": str(len(table.axes) == 3).lower()}
-    else:
-        nodes = np.meshgrid(*table.axes.values(), indexing="ij")
-        names, columns = [*table.axes], np.stack([x.reshape(-1) for x in nodes], axis=1)
-        count = len(columns)
-        flat = [
-            None if v is None else v.reshape(count, *v.shape[len(names) :]) for v in (table.stored, table.uncertainty)
-        ]
-        pairs = _pairs.Pairs(columns, flat[0], table.quantity, flat[1], table.channel_names)
-        said = {
-            "outside": table.outside,
-            "interpolation": table.interpolation,
-            "mirrored": str(table.is_mirrored).lower(),
-        }
-        said |= {
-            f"period_{n}": _text.number(math.degrees(p)) for n, p in table.periods.items() if n in ("phi", "phi_d")
-        }
-    degrees = _text.degrees(columns)
-    if not (np.radians(degrees) == columns).all():
-        said, degrees = {**said, "angle_unit": "rad"}, columns
+    rows = isinstance(table, Scattered) or "other_pairs" in table.about
+    names, pairs, said = _of_rows(table) if rows else _of_grid(table)
+    degrees = _text.degrees(pairs.angles)
+    if not (np.radians(degrees) == pairs.angles).all():
+        said, degrees = {**said, "angle_unit": "rad"}, pairs.angles
     heads = _heads(m, pairs)
     held = [degrees, pairs.columns()]
     if pairs.uncertainty is not None:
@@ -323,6 +308,24 @@ def write(m: Reflectance, path: Path, resolution: Sequence[int] | None = None) -
         file.writelines(f"# {key}: {value}\n" for key, value in (_kept(table.about) | said).items())
         file.write(",".join([*names, *heads]) + "\n")
         file.writelines(_text.join(np.concatenate(held, axis=1), ","))
+
+
+def _of_rows(m: Gridded) -> tuple[list[str], _pairs.Pairs, dict[str, str]]:
+    """Names of the columns of angles, the rows, and the options."""
+    said = {"outside": m.outside, "isotropic": str(len(m.axes) == 3).lower()}
+    return ["theta_i", "phi_i", "theta_o", "phi_o"], _pairs.with_others(_pairs.of(m), m), said
+
+
+def _of_grid(m: Gridded) -> tuple[list[str], _pairs.Pairs, dict[str, str]]:
+    """The same, with the angles of the grid itself."""
+    nodes = np.stack([x.reshape(-1) for x in np.meshgrid(*m.axes.values(), indexing="ij")], axis=1)
+    values = m.stored.reshape(len(nodes), *m.stored.shape[len(m.axes) :])
+    spread = None if m.uncertainty is None else m.uncertainty.reshape(values.shape)
+    said = {"outside": m.outside, "interpolation": m.interpolation, "mirrored": str(m.is_mirrored).lower()}
+    for name, period in m.periods.items():
+        if name == "phi_d" or period != 2.0 * math.pi:
+            said[f"period_{name}"] = _text.number(math.degrees(period))
+    return [*m.axes], _pairs.Pairs(nodes, values, m.quantity, spread, m.channel_names), said
 
 
 def _kept(about: Mapping[str, Any]) -> dict[str, str]:

@@ -1,12 +1,13 @@
 """Integra's diffuse distributions, `.ddr`: grids about the mirror direction.
 
-Words and numbers over any number of lines; lines that begin with `;;` are comments. `TypeSym` says which half of the azimuths
-there is, `TypeColorModel` BW, RGB or spectral, `TypeData` what the values are: Luminance is pi f, Intensity f cos(theta_o),
-each times the block's `kbdf`; Relative ones are scaled so that the directional-hemispherical reflectance is `kbdf`. `sigma`,
-`psi` are theta and phi of wi, `theta`, `phi` those of wo about the mirror direction, or about `sigmaT`, in degrees; lists
-begin with their length. Then per channel `bw`, `red`, `gre`, `blu` or `wl` nm: `kbdf` and numbers by psi, sigma; `def` and
-numbers by psi, sigma, phi, theta; `enddef`. Integra's specification was not seen: this follows libbsdf's DdrReader and
-DdrWriter. Checked against its own generator only. `.ddt` files look the same but are transmission.
+Words and numbers over any number of lines; lines that begin with `;;` are comments. `TypeSym` says which half of the
+azimuths there is, `TypeColorModel` BW, RGB or spectral, `TypeData` what the values are: Luminance is pi f, Intensity
+f cos(theta_o), each times the block's `kbdf`; Relative ones are scaled so that the directional-hemispherical
+reflectance is `kbdf`. `sigma`, `psi` are theta and phi of wi, `theta`, `phi` those of wo about the mirror direction,
+or about `sigmaT`, in degrees; lists begin with their length. Then per channel `bw`, `red`, `gre`, `blu` or `wl` nm:
+`kbdf` and numbers by psi, sigma; `def` and numbers by psi, sigma, phi, theta; `enddef`. Integra's specification was
+not seen: this follows libbsdf's DdrReader and DdrWriter. Checked against its own generator only. `.ddt` files look
+the same but are transmission.
 """
 
 from __future__ import annotations
@@ -14,7 +15,6 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -230,8 +230,8 @@ def _between(m: Gridded, name: str) -> tuple[np.ndarray, np.ndarray]:
 
 
 def write(m: Reflectance, path: Path, resolution: Sequence[int] | None = None) -> None:
-    """Write the grid of a measurement about the mirror direction; of anything else f at such a grid (`resolution`: numbers
-    of theta_i, radial and azimuth nodes; where these are below the horizon f at the horizon).
+    """Write the grid of a measurement about the mirror direction; of anything else f at such a grid (`resolution`:
+    numbers of theta_i, radial and azimuth nodes; where these are below the horizon f at the horizon).
 
     f cos(theta_o) stays that, other quantities become pi f. Lost: uncertainties, and how to interpolate. Raises
     ParameterError for data with holes, delta lobes, maps, and channels other than one, RGB or wavelengths.

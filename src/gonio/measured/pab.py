@@ -1,11 +1,11 @@
 """pab-opto text: scattered light of one incident direction, rows of theta, phi and DSF or BSDF.
 
-Lines that begin with `#` come first. Of these, `#intheta` and `#inphi` or `#incident_angle theta phi` say where the light
-came from, `#format: theta phi DSF` (or BSDF, BRDF, BTDF) what the rows hold, `#colorimetry: CIE-XYZ` that there are
-three values, `#upphi` which azimuth is up on the sample. DSF is BSDF times the cosine of the scattered direction. All
-angles are in degrees, both directions point away from the sample, and theta above 90 is behind it; azimuths are kept
-as they are, whatever `#upphi` says. This follows what Radiance's pabopto2bsdf and pabopto2xyz read. Checked against
-its own generator only.
+Lines that begin with `#` come first. Of these, `#intheta` and `#inphi` or `#incident_angle theta phi` say where the
+light came from, `#format: theta phi DSF` (or BSDF, BRDF, BTDF) what the rows hold, `#colorimetry: CIE-XYZ` that there
+are three values, `#upphi` which azimuth is up on the sample. DSF is BSDF times the cosine of the scattered direction.
+All angles are in degrees, both directions point away from the sample, and theta above 90 is behind it; azimuths are
+kept as they are, whatever `#upphi` says. This follows what Radiance's pabopto2bsdf and pabopto2xyz read. Checked
+against its own generator only.
 """
 
 from __future__ import annotations
@@ -109,7 +109,7 @@ def _incident(lines: _text.Lines, numbers: dict[str, list[float]]) -> tuple[floa
     said = [x for x in (both, single) if x]
     if not said or any(len(x) != 2 for x in said):
         raise FormatError(
-            f"{lines.path}: does not say the incident direction, expected #intheta and #inphi, or #incident_angle with two"
+            f"{lines.path}: no incident direction, expected #intheta and #inphi, or #incident_angle with two numbers"
         )
     if not np.allclose(said[0], said[-1], atol=0.06) or not np.isfinite(said).all():
         raise FormatError(f"{lines.path}: #incident_angle is {both}, but #intheta, #inphi are {single}")

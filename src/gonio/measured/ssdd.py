@@ -1,12 +1,12 @@
 """SSDD, libbsdf's format: a grid of a BRDF, with transmission and specular values beside it; text, or binary tables.
 
-Entries `NAME value`: of the file (`VERSION` first), then of up to four blocks that begin with `DATA_TYPE` (brdf, btdf,
-specular_reflectance, specular_transmittance) and end with `DATA ascii` or `binary` and the table: a line, or float32
-numbers, per colour, with PARAM0 fastest, then PARAM1, 2, 3. Parameters are degrees: theta and phi of wi, then of wo
-(`spherical_coordinate_system`), of wo about the mirror direction (`specular_coordinate_system`), or theta_h, phi_h,
-theta_d, phi_d (`half_difference_coordinate_system`). Follows the format's specification, version 0.2, and libbsdf's
-reader for what that leaves open (float32, zero of azimuths). Checked against the specification's examples and its own
-generator.
+Entries `NAME value`: of the file (`VERSION` first), then of up to four blocks that begin with `DATA_TYPE` (brdf,
+btdf, specular_reflectance, specular_transmittance) and end with `DATA ascii` or `binary` and the table: a line, or
+float32 numbers, per colour, with PARAM0 fastest, then PARAM1, 2, 3. Parameters are degrees: theta and phi of wi, then
+of wo (`spherical_coordinate_system`), of wo about the mirror direction (`specular_coordinate_system`), or theta_h,
+phi_h, theta_d, phi_d (`half_difference_coordinate_system`). Follows the format's specification, version 0.2, and
+libbsdf's reader for what that leaves open (float32, zero of azimuths). Checked against the specification's examples
+and its own generator.
 """
 
 from __future__ import annotations
@@ -101,10 +101,10 @@ def _block(lines: _text.Lines, mixed: bool) -> Block:
         if name in entries:
             raise lines.fault(name, "each entry of a block once")
         if name in LISTS:
-            lists[name] = np.array(lines.floats(value, "a list of numbers"))
-            if not len(lists[name]) or not np.isfinite(lists[name]).all() or (np.diff(lists[name]) <= 0.0).any():
-                if name != "PARAM4_LIST":
-                    raise lines.fault(value, f"{name} with rising numbers")
+            lists[name] = found = np.array(lines.floats(value, "a list of numbers"))
+            rising = name == "PARAM4_LIST" or (np.diff(found) > 0.0).all()
+            if not len(found) or not np.isfinite(found).all() or not rising:
+                raise lines.fault(value, f"{name} with rising numbers")
         entries[name] = value if name in (*OF_BLOCK, *LISTS) else value.strip().lower()
     return Block(entries, lists, _table(lines, entries, lists))
 
