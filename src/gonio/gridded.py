@@ -124,7 +124,6 @@ class Gridded(Sampled):
             uncertainty.flags.writeable = False
             _check_values("uncertainty", uncertainty, grid, names)
         self.__dict__.update(uncertainty=uncertainty, quantity=quantity_named(quantity))
-        self.__dict__["holes"] = not np.isfinite(stored).all() or self._is_undetermined()
         super().__init__(
             path,
             dict(about or {}),
@@ -134,6 +133,7 @@ class Gridded(Sampled):
             stored=stored,
             channel=0.0 if names is None else len(names),
         )
+        self.__dict__["holes"] = not np.isfinite(stored).all() or self._is_undetermined()
 
     def _is_undetermined(self) -> bool:
         """Whether f does not follow from what is stored at some nodes: where it was multiplied by a cosine of 0."""
