@@ -15,14 +15,19 @@ from gonio.measured import formats
 CORPUS = Path(__file__).parent / "corpus"
 
 
+@pytest.fixture(autouse=True)
+def plain(monkeypatch):
+    """No kernels: one for every damaged table would take the time, and LLVM more memory than files may."""
+    monkeypatch.setattr(engine, "available", lambda: False)
+
+
 def numbers(name: str) -> list[int]:
     file = CORPUS / f"{name.replace(' ', '_').replace('/', '_')}.txt"
     return np.loadtxt(file, dtype=int, ndmin=1).tolist() if file.exists() else list(range(20))
 
 
 @pytest.mark.parametrize("name", SEEDS)
-def test_damaged_files(name, tmp_path, monkeypatch):
-    monkeypatch.setattr(engine, "available", lambda: False)  # a kernel for every damaged table would take the time
+def test_damaged_files(name, tmp_path):
     seed = SEEDS[name]()
     for number in numbers(name):
         outcome(mutated(seed, number), tmp_path / "damaged", evaluate=number % 16 == 0)
