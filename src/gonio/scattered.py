@@ -87,6 +87,7 @@ class Scattered(Gridded):
             uncertainty=uncertain,
             channels=channels,
             mirrored=mirrored,
+            outside=outside,
             path=path,
             about=about,
         )
@@ -179,7 +180,8 @@ def gridded_or_scattered(
     }
     found = _as_grid(rows, four)
     if found is None:
-        return Scattered(*rows.T, measured, uncertainty=spread, isotropic=not four, **more)
+        theta_i, phi_i, theta_o, phi_o = rows.T
+        return Scattered(theta_i, phi_i, theta_o, phi_o, measured, uncertainty=spread, isotropic=not four, **more)
     axes, index, mirrored = found
     names = ("theta_i", "theta_o", "phi_i", "phi_o") if four else ("theta_i", "theta_o", "phi")
     return Gridded(
@@ -251,26 +253,36 @@ def _of(nodes: np.ndarray, x: np.ndarray) -> np.ndarray:
 def _as_grid(rows: np.ndarray, four: bool) -> tuple[list[np.ndarray], np.ndarray, bool] | None:
     """Nodes of the axes, which row is at each, and whether azimuths are mirrored; None if the rows are no grid."""
     theta_i, phi_i, theta_o, phi_o = rows.T
-    azimuths = [_turned(phi_i), _turned(phi_o)] if four else [_turned(phi_o - phi_i)]
-    poles = [(theta_i, theta_o)] if not four else [(theta_i,), (theta_o,)]
-    sets = []
-    for phi, polar in zip(azimuths, poles, strict=True):
-        free = np.any([theta <= SAME for theta in polar], axis=0)
-        sets.append((phi, free, _distinct(phi[~free]) if (~free).any() else np.zeros(1)))
-    axes = [_distinct(theta_i), _distinct(theta_o), *(nodes for _, _, nodes in sets)]
+    if four:
+        turns = [(_turned(phi_i), theta_i <= SAME), (_turned(phi_o), theta_o <= SAME)]
+    else:
+        phi = _turned(phi_o - phi_i)
+        turns = [(_turned(-phi) if phi[phi > SAME].min(initial=4.0) >= math.pi - SAME else phi, _polar(rows))]
+    axes = [_distinct(theta_i), _distinct(theta_o)]
+    axes += [_distinct(phi[~free]) if not free.all() else np.zeros(1) for phi, free in turns]
     size = math.prod(map(len, axes))
     if size > 4 * len(rows) + 64:
         return None
-    index = np.full(tuple(map(len, axes)), -1)
-    for row, (i, o) in enumerate(zip(_of(axes[0], theta_i), _of(axes[1], theta_o), strict=True)):
-        at = [slice(None) if free[row] else int(_of(nodes, phi[row])) for phi, free, nodes in sets]
-        if (index[(i, o, *at)] >= 0).any():
-            return None
-        index[(i, o, *at)] = row
-    if (index < 0).any():
+    index, taken = np.zeros(tuple(map(len, axes)), int), np.zeros(tuple(map(len, axes)), int)
+    first, second = _of(axes[0], theta_i), _of(axes[1], theta_o)
+    at = [_of(nodes, phi) for nodes, (phi, _) in zip(axes[2:], turns, strict=True)]
+    anywhere = np.any([free for _, free in turns], axis=0)
+    one = tuple(x[~anywhere] for x in (first, second, *at))
+    index[one] = np.flatnonzero(~anywhere)
+    np.add.at(taken, one, 1)
+    for row in np.flatnonzero(anywhere):
+        around = [slice(None) if free[row] else k[row] for k, (_, free) in zip(at, turns, strict=True)]
+        index[(first[row], second[row], *around)] = row
+        taken[(first[row], second[row], *around)] += 1
+    if (taken != 1).any():
         return None
-    one_side = not four and len(axes[2]) > 1 and axes[2][-1] <= math.pi + SAME and axes[2][0] <= SAME
-    return axes, index, bool(one_side)
+    mirrored = not four and len(axes[2]) > 1 and axes[2][-1] <= math.pi + SAME
+    return axes, index, bool(mirrored)
+
+
+def _polar(rows: np.ndarray) -> np.ndarray:
+    """Whether a direction is the normal, so that the azimuth between both is not determined."""
+    return (rows[:, 0] <= SAME) | (rows[:, 2] <= SAME)
 
 
 def _grid(rows: np.ndarray, four: bool) -> tuple[dict[str, np.ndarray], bool]:
