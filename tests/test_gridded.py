@@ -271,7 +271,7 @@ def test_scattered_rows():
     assert isinstance(m, Scattered)
     assert m.residual.rms < 0.04
     np.testing.assert_array_equal(m.stored, values)
-    assert m.data["values"].dims == ("row",)
+    assert m.data["values"].dims == ("measurement",)
     assert m.brdf_uncertainty().max() == pytest.approx(0.01 / math.pi)
     wi, wo = pairs()
     near = (wi[:, 2] > 0.3) & (wo[:, 2] > 0.3)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Self
 
 import numpy as np
 
+from . import schema
 from .errors import ParameterError
 from .gridded import Gridded
 from .interface import direction
@@ -132,20 +133,20 @@ class Scattered(Gridded):
 
     @property
     def data(self) -> xarray.Dataset:
-        """`values` by row (and channel or wavelength), as given, with the angles [rad] of each row."""
-        import xarray
-
-        dims: list[str] = ["row"]
-        axes: dict[str, Any] = {n: ("row", x, {"units": "rad"}) for n, x in zip(ANGLES, self.rows.T, strict=True)}
-        if self.channel_names is not None:
-            spectral = not isinstance(self.channel_names[0], str)
-            dims.append("wavelength" if spectral else "channel")
-            axes[dims[-1]] = (dims[-1], list(self.channel_names), {"units": "nm"} if spectral else {})
-        units = {"units": "1" if self.quantity == "reflectance factor" else "sr-1"}
-        held = {"values": (dims, self.stored, {**units, "long_name": self.quantity})}
-        if self.uncertainty is not None:
-            held["uncertainty"] = (dims, self.uncertainty, {**units, "long_name": "standard uncertainty of values"})
-        return xarray.Dataset(held, axes, {"quantity": self.quantity, "source": self.path})
+        """As given, in the layout of docs/data-model.md: `values`, `valid`, `uncertainty`, angles by measurement."""
+        return schema.described(
+            dict(zip(ANGLES, self.rows.T, strict=True)),
+            [schema.ROW],
+            self.stored,
+            self.uncertainty,
+            self.channel_names,
+            parameterisation=self.parameterisation,
+            quantity=self.quantity,
+            isotropic=not self.is_oriented(),
+            outside=self.outside,
+            source=self.path,
+            **schema.known(self.about),
+        )
 
     def brdf(self) -> np.ndarray:
         """f [1/sr] at the nodes of the grid."""
