@@ -1,9 +1,10 @@
 """Spectra of reflectance, as panels are calibrated with: two or three columns, wavelength, reflectance, uncertainty.
 
 Wavelengths are in nm and rise; reflectances are fractions; lines that begin with "#" or ";" are passed over, and up to
-three lines of words come before the numbers. Such a file says nothing of directions: it is read as a Lambertian surface, which is an assumption.
-Checked against a real file (Labsphere's 8 degrees/hemispherical calibration of a Spectralon panel, published by GRIT
-Lab). Whether its uncertainties are standard or expanded ones the file does not say: they are taken as they are.
+three lines of words come before the numbers. Such a file says nothing of directions: it is read as a Lambertian
+surface, which is an assumption. Checked against a real file (Labsphere's 8 degrees/hemispherical calibration of a
+Spectralon panel, published by GRIT Lab). Whether its uncertainties are standard or expanded ones the file does not say:
+they are taken as they are.
 """
 
 from __future__ import annotations
