@@ -196,13 +196,21 @@ def _provenance(m: Gridded) -> list[Any]:
     return [step]
 
 
+def check_plain(m: Reflectance) -> None:
+    """ParameterError for a material with a delta lobe or with maps: no table of f could hold it."""
+    if m.has_delta:
+        raise ParameterError(f"{m!r:.80}: a table of f cannot hold a perfect mirror; write the material without it")
+    shape = m.f([0.0, 0.0, 1.0], [0.0, 0.0, 1.0]).shape
+    if len(shape) > 1:
+        raise ParameterError(f"{m!r:.80}: values have shape {shape} for a pair, expected () or (C,); it has maps")
+
+
 def on_grid(m: Reflectance, parameterisation: str, resolution: Sequence[int] | None = None) -> Gridded:
     """f of any reflectance on a grid of angles; NaN for pairs below the horizon.
 
     theta_h is spaced as its square root. Raises ParameterError for a material with a delta lobe or with maps.
     """
-    if m.has_delta:
-        raise ParameterError(f"{m!r:.80}: a grid cannot hold a perfect mirror; leave it out")
+    check_plain(m)
     oriented = not m.is_isotropic()
     kind = parameterisation_named(parameterisation)
     counts = tuple(resolution or RESOLUTION[parameterisation, oriented])
@@ -220,8 +228,6 @@ def on_grid(m: Reflectance, parameterisation: str, resolution: Sequence[int] | N
     wi, wo = kind.pairs(*np.meshgrid(*nodes.values(), indexing="ij"))
     up = (wi[..., 2] > 1e-6) & (wo[..., 2] > 1e-6)
     f = m.f(wi[up], wo[up])
-    if f.shape[:1] != (int(up.sum()),) or f.ndim > 2:
-        raise ParameterError(f"{m!r:.80}: values have shape {f.shape[1:]} for a pair, expected none or (C,): no maps")
     values = np.full((*up.shape, *f.shape[1:]), np.nan)
     values[up] = f
     names_ = m.channel_names or (("R", "G", "B") if f.shape[1:] == (3,) else tuple(map(str, range(f.shape[-1]))))

@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..dataset import check_plain
 from ..errors import FormatError, ParameterError
 from ..geometry import HORIZON
 from ..gridded import Gridded
@@ -47,8 +48,7 @@ def rows_of(m: Reflectance, resolution: Sequence[int] | None = None, quantity: s
         return _with(m.rows, m.quantity, m.stored, m.uncertainty, quantity)
     if isinstance(m, Gridded):
         return _of_grid(m, quantity)
-    if m.has_delta:
-        raise ParameterError(f"{m!r:.80}: rows of f cannot hold a perfect mirror; write the material without it")
+    check_plain(m)
     if resolution is None:
         resolution = RESOLUTION if m.is_isotropic() else RESOLUTION_ORIENTED
     if len(resolution) not in (3, 4) or min(resolution) < 1:
@@ -57,10 +57,7 @@ def rows_of(m: Reflectance, resolution: Sequence[int] | None = None, quantity: s
     phis = [np.radians(np.linspace(0.0, 360.0, n, endpoint=False)) for n in resolution[2:]]
     nodes = np.meshgrid(*thetas, *([np.zeros(1)] if len(phis) == 1 else []), *phis, indexing="ij")
     rows = np.stack([nodes[k].reshape(-1) for k in (0, 2, 1, 3)], axis=1)
-    f = m.f_angles(*rows.T)
-    if f.shape[:1] != rows.shape[:1] or f.ndim > 2:
-        raise ParameterError(f"{m!r:.80}: values have shape {f.shape[1:]} for a pair, expected none or (C,): no maps")
-    return _with(rows, "brdf", f, None, quantity)
+    return _with(rows, "brdf", m.f_angles(*rows.T), None, quantity)
 
 
 def _of_grid(m: Gridded, quantity: str) -> Rows:

@@ -76,9 +76,9 @@ def write(
     for materials that do not say. Uncertainties are lost. Raises ParameterError for anisotropic materials, negative
     values, no wavelengths, delta lobes and maps: the format has no place for them.
     """
+    rows = _rows.rows_of(m, resolution)
     if not m.is_isotropic():
         raise ParameterError(f"{m!r:.80}: is anisotropic, and OpenMATERIAL's tables hold isotropic materials only")
-    rows = _rows.rows_of(m, resolution)
     f = rows.values.reshape(len(rows.values), -1)
     nm = _rows.wavelengths_of(m, wavelengths, f.shape[1])
     if np.nanmin(f, initial=0.0) < 0.0 or np.isinf(f).any():
