@@ -151,6 +151,17 @@ def test_quantities(quantity):
     assert again.about["repaired"] == "nothing"
 
 
+def test_undetermined_at_the_horizon():
+    """A table of f cos(theta_o) says nothing of f at 90 degrees: a hole, not an infinity."""
+    axes = {"theta_i": EVEN, "theta_o": EVEN, "phi": [0.0]}
+    values = np.broadcast_to(0.25 * np.cos(EVEN)[:, None], (7, 7, 1))
+    m = Gridded("angles", axes, values, quantity="brdf * cos(theta_o)")
+    np.testing.assert_allclose(m.f(*pairs()), 0.25, rtol=1e-9)
+    infinite = np.full((7, 7, 1), np.inf)
+    infinite[:3] = 0.25
+    assert np.isnan(Gridded("angles", axes, infinite).f_angles(1.5, 0.0, 0.3, 0.0))
+
+
 def test_holes():
     """A node without data is left out; where only such nodes count, f is NaN."""
     axes = {"theta_i": EVEN, "theta_o": EVEN, "phi": [0.0]}
@@ -258,7 +269,7 @@ def test_scattered_rows():
     m = gridded_or_scattered(theta_i, phi_i, theta_o, phi_o, values, quantity="reflectance factor", uncertainty=0.01)
     assert isinstance(m, Scattered)
     assert m.residual.rms < 0.04
-    np.testing.assert_array_equal(m.measured, values)
+    np.testing.assert_array_equal(m.stored, values)
     assert m.data["values"].dims == ("row",)
     assert m.brdf_uncertainty().max() == pytest.approx(0.01 / math.pi)
     wi, wo = pairs()
@@ -285,13 +296,15 @@ def test_far_from_all_rows():
         m = Scattered(theta_i, 0.0, theta_o, phi, 1.0 + 0.0 * phi, outside=outside)
         assert np.isfinite(m.f_angles(1.4, 0.0, 1.4, 1.0)) == known
         assert m.f_angles(0.2, 0.0, 0.3, 1.0) == pytest.approx(1.0)
+        again = m.replace(outside="hold")
+        assert np.isfinite(again.f_angles(1.4, 0.0, 1.4, 1.0))
 
 
 def test_repeated_rows_are_averaged():
     theta = np.array([0.2, 0.2, 0.5, 0.9])
     m = Scattered(0.3, 0.0, theta, [0.1, 0.1, 2.0, 3.0], [1.0, 3.0, 4.0, 5.0], uncertainty=0.2)
     assert m.f_angles(0.3, 0.0, 0.2, 0.0) > 1.0
-    assert len(m.measured) == 4
+    assert len(m.stored) == 4
 
 
 @pytest.mark.parametrize(
