@@ -93,7 +93,7 @@ class Repair(NamedTuple):
             ) from None
 
     def __str__(self) -> str:
-        given = ", ".join(f"{k}={v!r:.40}" for k, v in self.parameters.items())
+        given = ", ".join(f"{k}={_short(v)}" for k, v in self.parameters.items())
         text = f"{self.operation}({given}): {self.cells} cells ({self.share:.2%})"
         if self.filled:
             text += f", {self.filled} of them filled"
@@ -149,6 +149,12 @@ class Measured(Reflectance):
 
     def to_json(self) -> dict[str, Any]:
         raise ParameterError(f"{self!r}: a measurement has no JSON form; save it in its own format with gonio.save")
+
+
+def _short(value: Any) -> str:
+    if isinstance(value, (list, tuple)):
+        return f"({', '.join(map(_short, value))})"
+    return f"{value:.4g}" if isinstance(value, float) else f"{value!r:.60}"
 
 
 def _same(a: Any, b: Any) -> bool:

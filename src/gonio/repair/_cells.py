@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import warnings
 from collections.abc import Mapping
 from typing import Any
@@ -13,11 +14,17 @@ from ..geometry import HORIZON
 from ..gridded import Gridded
 from ..integrate import integrate
 from ..interface import direction
+from ..measured.merl import AXES, MERL, SCALE, centres
 from ..measurement import ALBEDO_AT, Measured, Repair, from_brdf
+from ..scattered import Scattered
 
 ALBEDO_TOLERANCE = 1e-3
 BATCH = 1 << 20
 """How many pairs are evaluated at a time."""
+
+
+ROUNDING = 1e-14
+"""Relative change of f up to which a cell counts as unchanged."""
 
 
 class Cells:
@@ -27,12 +34,15 @@ class Cells:
     wraps   for each axis, whether it closes to a circle
     """
 
-    def __init__(self, m: Gridded):
+    def __init__(self, m: Measured):
+        if isinstance(m, MERL):
+            m = _gridded(m)
         if not isinstance(m, Gridded):
             raise ParameterError(
                 f"{m!r:.80}: got a {type(m).__name__}, expected a Gridded measurement; "
                 f"make one with gonio.repair.resample, which reports what that changes"
             )
+        m = m.with_brdf(m.brdf(), m.brdf_uncertainty()) if isinstance(m, Scattered) else m
         self.m, self.nodes = m, list(m.axes.values())
         self.wi, self.wo = m.directions()
         self.up = (self.wi[..., 2] > HORIZON) & (self.wo[..., 2] > HORIZON)
@@ -52,7 +62,7 @@ class Cells:
     @property
     def wraps(self) -> tuple[bool, ...]:
         return tuple(
-            name in self.m.periods and not (self.m.mirrored and k == 2) and len(nodes) > 2
+            name in self.m.periods and not (self.m.is_mirrored and k == 2) and len(nodes) > 2
             for k, (name, nodes) in enumerate(self.m.axes.items())
         )
 
@@ -84,6 +94,7 @@ class Cells:
         known = ~np.isnan(before)
         filled = ~known & ~np.isnan(after)
         step = np.where(known, np.abs(after - before), 0.0)
+        step = np.where(step > ROUNDING * np.abs(before), step, 0.0)
         touched = (step > 0.0) | filled | (known & np.isnan(after))
         step = step[np.isfinite(step) & (step > 0.0)]
         cells = int(touched.any(axis=-1).sum())
@@ -109,12 +120,11 @@ def like(
         "quantity": m.quantity,
         "uncertainty": uncertainty if uncertainty is None or not plain else uncertainty[..., 0],
         "channels": m.channel_names,
-        "mirrored": m.mirrored,
+        "mirrored": m.is_mirrored,
         "periods": m.periods,
         "interpolation": m.interpolation,
         "outside": m.outside,
-        "path": m.path,
-        "about": m.about,
+        "about": {"made_of": repr(m), **m.about},
         **other,
     }
     parameterisation = keywords.pop("parameterisation", m.parameterisation)
@@ -130,19 +140,35 @@ def reported(
     figures: Mapping[str, float] | None = None,
 ) -> Gridded:
     """The measurement with one more record in its history, after those of the one it was made of."""
-    albedos = [None if m is None else black_sky(m) for m in (before, made)]
-    record = Repair(operation, dict(parameters), **changes, albedo_before=albedos[0], albedo_after=albedos[1],
-                    figures=dict(figures or {}))  # fmt: skip
+    record = Repair(
+        operation,
+        {name: np.asarray(x).tolist() for name, x in parameters.items()},
+        **changes,
+        albedo_before=None if before is None else black_sky(before),
+        albedo_after=black_sky(made),
+        figures=dict(figures or {}),
+    )
     history = [] if before is None else list(before.about.get("repairs", ()))
     made.about["repairs"] = [*history, record.to_json()]
     return made
+
+
+def _gridded(m: MERL) -> Gridded:
+    """The same cells, as a grid of BRDFs."""
+    f = np.where(m.valid, m.raw, np.nan) * np.reshape(SCALE, (3, 1, 1, 1))
+    period = math.radians(m.phi_cells)
+    axes = dict(zip(AXES, centres(m.phi_cells), strict=True))
+    return Gridded(
+        "half_difference", axes, np.moveaxis(f, 0, -1), channels="RGB", periods={"phi_d": period},
+        about={"made_of": repr(m), **m.about},
+    )  # fmt: skip
 
 
 def black_sky(m: Any) -> tuple[float, ...]:
     """Albedos of the mean of all channels at `ALBEDO_AT`; directions without data count as 0."""
     if isinstance(m, Gridded) and m.channel_names is not None:
         m = Gridded(
-            m.parameterisation, m.axes, m.brdf().mean(axis=-1), mirrored=m.mirrored, periods=m.periods,
+            m.parameterisation, m.axes, m.brdf().mean(axis=-1), mirrored=m.is_mirrored, periods=m.periods,
             interpolation=m.interpolation, outside=m.outside,
         )  # fmt: skip
     with warnings.catch_warnings():
@@ -170,7 +196,7 @@ def variances(m: Gridded) -> Gridded:
     u = m.brdf_uncertainty()
     assert u is not None
     return Gridded(
-        m.parameterisation, m.axes, u * u, channels=m.channel_names, mirrored=m.mirrored, periods=m.periods,
+        m.parameterisation, m.axes, u * u, channels=m.channel_names, mirrored=m.is_mirrored, periods=m.periods,
         interpolation=m.interpolation, outside=m.outside,
     )  # fmt: skip
 

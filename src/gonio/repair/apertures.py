@@ -1,4 +1,4 @@
-"""Finite apertures: what an instrument measures whose detector and source are no points, and what it would have else."""
+"""Finite apertures: what an instrument measures whose detector and source are no points, and the way back."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from ..errors import ParameterError
 from ..geometry import HORIZON
 from ..gridded import Gridded
 from ..interface import Reflectance, angles
-from ._cells import BATCH, Cells, evaluated, like, spread
+from ._cells import BATCH, Cells, evaluated, spread
 
 Opening = float | tuple[float, float]
-"""Half-angle [rad] of a round aperture seen from the sample, or (along theta, across) of a rectangular one; 0: a point."""
+"""Half-angle [rad] of a round aperture; those along theta and across of a rectangular one; 0: a point."""
 
 HORIZONS = ("visible", "full")
 METHODS = ("van_cittert", "richardson_lucy")
@@ -44,7 +44,7 @@ def through_aperture(
 
     Shapes   wi, wo: (..., 3); result (...), or (..., C).
     Units    1/sr; half-angles in rad.
-    Error    of the quadrature, relative, for GGX of width alpha and an aperture of half-angle alpha: see docs/repair.md.
+    Error    of the quadrature, relative, see docs/repair.md.
     Source   biconical reflectance factor: Nicodemus et al. 1977, NBS Monograph 160; Schaepman-Strub et al. 2006.
     """
     wi, wo = (np.asarray(w, dtype=float) for w in (wi, wo))
@@ -84,10 +84,10 @@ def aperture_removed(
 ) -> Gridded:
     """An estimate of what an instrument with point-like apertures would have measured: `aperture_averaged` undone.
 
-    van_cittert       f <- f + (g - A f), with g the table and A the average over the apertures; linear, keeps the noise's
-                      mean, may give negative values
-    richardson_lucy   f <- f A(g/(A f)): never negative; g must not be. A, which is symmetric but for the cosines, stands
-                      for its transpose
+    van_cittert       f <- f + (g - A f), with g the table and A the average over the apertures; linear, keeps the mean
+                      of the noise, may give negative values
+    richardson_lucy   f <- f A(g/(A f)): never negative; g must not be. A, which is symmetric but for the cosines,
+                      stands for its transpose
 
     Each step sharpens, and raises the noise. One step of van Cittert removes the error of first order. With
     uncertainties the steps end once root mean square (g - A f)/u is 1 or less: what is left is noise. Detail smaller
@@ -103,21 +103,19 @@ def aperture_removed(
         raise ParameterError(f"iterations={iterations!r}: expected a whole number from 1")
     cells = Cells(m)
     if method == "richardson_lucy" and (cells.f[cells.up] < 0.0).any():
-        raise ParameterError(
-            "method='richardson_lucy': f is negative in some cells; use 'van_cittert', or repair these"
-        )
+        raise ParameterError("method='richardson_lucy': some f are negative; use 'van_cittert', or repair them first")
     blur = _Blur(m, detector, source, horizon, rings)
     f, steps, (first, last) = _sharpened(cells, cells.f, blur, method, iterations, cells.u)
     figures: dict[str, float] = {"steps": steps, "residual_before": first, "residual": last}
     u = None
     if cells.u is not None:
-        rng, squares = np.random.default_rng(0), np.zeros(f.shape)
-        for _ in range(DRAWS):
-            g = cells.f + cells.u * rng.standard_normal(f.shape)
-            if method == "richardson_lucy":
-                g = np.maximum(g, 0.0)
-            squares += (_sharpened(cells, g, blur, method, steps, None)[0] - f) ** 2
-        u = np.sqrt(squares / DRAWS)
+        # The copies are channels of one table: their geometry is shared.
+        noise = np.random.default_rng(0).standard_normal((*f.shape, DRAWS))
+        g = cells.f[..., None] + cells.u[..., None] * noise
+        if method == "richardson_lucy":
+            g = np.maximum(g, 0.0)
+        copies = _sharpened(cells, g.reshape(*cells.grid, -1), blur, method, steps, None)[0]
+        u = np.sqrt(((copies.reshape(*f.shape, DRAWS) - f[..., None]) ** 2).mean(axis=-1))
         at = cells.up & np.isfinite(u).all(axis=-1)
         figures["noise"] = float(u[at].mean() / max(float(cells.u[at].mean()), 1e-300))
     parameters = {"method": method, "iterations": iterations, **blur.parameters}
@@ -149,8 +147,7 @@ class _Blur:
     """The average over both apertures, of values (grid..., C) on a measurement's grid; NaN stays NaN."""
 
     def __init__(self, m: Gridded, detector: Opening, source: Opening, horizon: str, rings: int):
-        self.m, self.horizon = m, _checked(horizon)
-        self.cells = Cells(m)
+        self.cells, self.horizon = Cells(m), _checked(horizon)
         self.passes = [(_points(detector, rings), _POINT), (_POINT, _points(source, rings))]
         self.passes = [p for p in self.passes if len(p[0][1]) + len(p[1][1]) > 2]
         self.parameters = {"detector": detector, "source": source, "horizon": horizon, "rings": rings}
@@ -158,11 +155,25 @@ class _Blur:
     def __call__(self, values: np.ndarray) -> np.ndarray:
         at, missing = self.cells.up, np.isnan(values)
         for detector, source in self.passes:
-            table = like(self.m, self.m.axes, values, None, quantity="brdf", about={}, path="")
+            table = _plain(self.cells.m, values)
             blurred = np.full(values.shape, np.nan)
             blurred[at] = _through(table, self.cells.wi[at], self.cells.wo[at], detector, source, self.horizon)
             values = np.where(at[..., None], blurred, values)
         return np.where(missing, np.nan, values)
+
+
+def _plain(m: Gridded, f: np.ndarray) -> Gridded:
+    """A table of f (grid..., n), on the grid of a measurement and with any number of channels."""
+    return Gridded(
+        m.parameterisation,
+        m.axes,
+        f,
+        channels=range(f.shape[-1]),
+        mirrored=m.is_mirrored,
+        periods=m.periods,
+        interpolation=m.interpolation,
+        outside=m.outside,
+    )
 
 
 _POINT = (np.zeros((1, 2)), np.ones(1))
@@ -225,11 +236,13 @@ def _batch(m: Reflectance, wi: np.ndarray, wo: np.ndarray, detector: Any, source
         visible = np.where(w[..., 2] > HORIZON, projected, 0.0)
         whole = (visible if horizon == "visible" else projected).sum(axis=1, keepdims=True)
         weights.append(visible / np.maximum(whole, 1e-12))
-    f = evaluated(m, lit[:, :, None], seen[:, None, :])
-    weight = (weights[0][:, :, None] * weights[1][:, None, :])[..., None]
-    known = np.where(np.isnan(f), 0.0, weight).sum(axis=(1, 2))
-    whole = weight.sum(axis=(1, 2))
-    mean = np.where(np.isnan(f), 0.0, weight * f).sum(axis=(1, 2))
+    weight = (weights[0][:, :, None] * weights[1][:, None, :]).reshape(len(wi), 1, -1)
+    f = evaluated(m, lit[:, :, None], seen[:, None, :]).reshape(len(wi), weight.shape[-1], -1)
+    hole = np.isnan(f)
+    if not hole.any():
+        return (weight @ f)[:, 0]
+    whole, known = weight.sum(axis=-1), (weight @ ~hole)[:, 0]
+    mean = (weight @ np.where(hole, 0.0, f))[:, 0]
     with np.errstate(invalid="ignore", divide="ignore"):
         return np.where(known > 0.5 * whole, mean * (whole / known), np.nan)
 

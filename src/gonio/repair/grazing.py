@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -51,21 +52,18 @@ def extrapolate_to_grazing(m: Gridded, method: str, reach: float | tuple[float, 
     cells = Cells(m)
     end = _reach(cells, reach)
     figures: dict[str, float] = {}
-    extend: Callable[..., tuple[np.ndarray, np.ndarray | None]]
+    extend: Callable[..., tuple[np.ndarray, np.ndarray | None]] = partial(_EXTENSIONS.get(method, _held), cells.m)
     if method == "model":
         lobe, figures = fitted_lobe(cells, _within(cells.wi, cells.wo, end))
-        extend = lambda wi, wo, end: _by_model(m, lobe, wi, wo, end)  # noqa: E731
-    elif method == "hold":
-        extend = lambda wi, wo, end: _held(m, wi, wo, end)  # noqa: E731
-    else:
-        extend = lambda wi, wo, end: _linear(m, wi, wo, end)  # noqa: E731
+        extend = partial(_by_model, cells.m, lobe)
     rehearsal = _rehearsal(cells, extend, end)
     made = _with_nodes(cells, end)
     new = Cells(made)
-    beyond = new.up & ~_within(new.wi, new.wo, end)
+    lowest = np.minimum(new.wi[..., 2], new.wo[..., 2])
+    beyond = (lowest > -1e-9) & ~_within(new.wi, new.wo, end)
     f, u = new.f.copy(), None if new.u is None else new.u.copy()
     f[beyond], spread = extend(new.wi[beyond], new.wo[beyond], end)
-    if u is not None:
+    if u is not None and spread is not None:
         guess = rehearsal * np.abs(f[beyond]) * (_excess(new.wi[beyond], new.wo[beyond], end) / STEP)[:, None]
         u[beyond] = np.hypot(np.sqrt(spread), guess)
     figures |= {"rehearsal": rehearsal, "negative": int((f[beyond] < 0.0).any(axis=-1).sum())}
@@ -135,6 +133,9 @@ def _by_model(m: Gridded, lobe: Any, wi: np.ndarray, wo: np.ndarray, end: _Reach
     return f * ratio, None if variance is None else variance * ratio**2
 
 
+_EXTENSIONS = {"hold": _held, "linear in cosine": _linear}
+
+
 def _rehearsal(cells: Cells, extend: Any, end: _Reach) -> float:
     """Root mean square of the relative error at cells up to `STEP` within reach, predicted from those before."""
     short = _Reach(*(max(theta - STEP, 0.5 * theta) for theta in end))
@@ -152,16 +153,15 @@ def _with_nodes(cells: Cells, end: _Reach) -> Gridded:
     m = cells.m
     if m.parameterisation != "angles":
         return m
-    axes, f, u = dict(m.axes), cells.with_channels(m.stored), m.uncertainty
-    u = None if u is None else cells.with_channels(u)
+    axes = dict(m.axes)
+    arrays = [cells.with_channels(a) for a in (m.stored, m.uncertainty) if a is not None]
     for k, name in enumerate(("theta_i", "theta_o")):
         nodes = axes[name]
         step = min(float(nodes[-1] - nodes[-2]), STEP) if len(nodes) > 1 else STEP
         more = math.ceil((0.5 * math.pi - nodes[-1]) / step - 1e-6) if nodes[-1] < 0.5 * math.pi - 1e-6 else 0
         axes[name] = np.append(nodes, np.linspace(nodes[-1], 0.5 * math.pi, more + 1)[1:])
-        f, u = (None if a is None else np.pad(a, _after(a.ndim, k, more), constant_values=np.nan) for a in (f, u))
-    assert f is not None
-    return like(m, axes, f, u)
+        arrays = [np.pad(a, _after(a.ndim, k, more), constant_values=np.nan) for a in arrays]
+    return like(m, axes, arrays[0], arrays[1] if len(arrays) > 1 else None)
 
 
 def _after(dimensions: int, axis: int, count: int) -> list[tuple[int, int]]:

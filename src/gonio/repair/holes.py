@@ -112,9 +112,9 @@ def filled_from_neighbours(values: np.ndarray, wraps: tuple[bool, ...]) -> tuple
         reached = count > 0
         if not reached.any():
             raise ParameterError("fill_holes: a channel has no value in any cell; expected some to fill from")
-        at = tuple(missing[reached].T)
-        filled[at] = total[reached] / count[reached]
-        depth[at] = layer
+        cells = tuple(missing[reached].T)
+        filled[cells] = total[reached] / count[reached]
+        depth[cells] = layer
         missing = missing[~reached]
     return filled, depth
 

@@ -22,12 +22,10 @@ def remove_negatives(m: Gridded, floor: float | str = 0.0) -> Gridded:
         if floor != "uncertainty":
             raise ParameterError(f"remove_negatives(floor={floor!r}): expected a number [1/sr] or 'uncertainty'")
         if cells.u is None:
-            raise ParameterError(
-                "remove_negatives(floor='uncertainty'): the measurement has none; give a number [1/sr]"
-            )
+            raise ParameterError("remove_negatives(floor='uncertainty'): there is none; give a number [1/sr]")
         least = cells.u
     else:
-        least = np.float64(floor)
+        least = np.array(floor, dtype=float)
         if not 0.0 <= floor < np.inf:
             raise ParameterError(f"remove_negatives(floor={floor!r}): expected 0 or a small positive number [1/sr]")
     with np.errstate(invalid="ignore"):

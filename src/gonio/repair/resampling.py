@@ -33,19 +33,20 @@ def resample(
     parameterisation: str = "half_difference",
     axes: Mapping[str, Any] | None = None,
     resolution: Sequence[int] | None = None,
+    periods: Mapping[str, float] | None = None,
 ) -> Gridded:
     """Any reflectance as a Gridded measurement: f at the nodes of a grid, without data where the horizon cuts them off.
 
     axes         nodes [rad] of each axis, in the parameterisation's order
-    resolution   or how many: theta_h is spaced as its square root, radial too, others evenly from 0 to pi/2 (radial: pi)
-                 and around the circle; if neither is given, 2 to 4 degrees for isotropic materials
+    resolution   or how many: theta_h and radial are spaced as their square roots, others evenly, from 0 to pi/2
+                 (radial: pi) and around the circle; if neither is given, 2 to 5 degrees for isotropic materials
+    periods      of azimuths [rad] where they are not 2 pi: {"phi_d": math.pi} for a reciprocal table
 
     `figures`, all of relative differences |f - true f|/true f:
     "error_rms", "error_largest"   to the original at 16384 pairs with cosines above 0.1
     "back_rms", "back_largest"     there and back: to a Gridded original at its own nodes
-    "half_rms"                     of every second node interpolated between the others, to what it was: the error of
-                                   a grid half as fine. It is about four times that of this grid where f is smooth
-                                   compared with it; where "error_rms" is not below half of this, refine the grid
+    "half_rms"                     of every second node, interpolated between the others, to what it was: the error of
+                                   a grid half as fine, and about four times that of this one where f is smooth
 
     `largest` and `mean` of the record are those of |f - true f| [1/sr] at these pairs. Uncertainties are interpolated
     as variances, an upper bound for independent errors at the nodes. Raises ParameterError for a material with a delta
@@ -61,9 +62,9 @@ def resample(
     u = None
     if isinstance(m, Gridded) and m.uncertainty is not None:
         u = np.sqrt(_on(variances(m), wi, wo, up)[0])
-    about = dict(m.about) if isinstance(m, Measured) else {"made_of": repr(m)}
+    about = {"made_of": repr(m), **(m.about if isinstance(m, Measured) else {})}
     made = Gridded(
-        parameterisation, nodes, f, uncertainty=u, channels=names, path=getattr(m, "path", ""), about=about,
+        parameterisation, nodes, f, uncertainty=u, channels=names, about=about, periods=periods,
         outside=m.outside if isinstance(m, Gridded) else "hold",
     )  # fmt: skip
     pairs = _pairs()

@@ -9,9 +9,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..errors import ParameterError
+from ..geometry import HORIZON
 from ..gridded import Gridded
-from ..interface import angles
-from ..measurement import Measured
+from ..interface import angles, direction
+from ..measurement import Measured, to_brdf
+from ..scattered import Scattered
 from ._cells import Cells, reported, spread
 
 SAME = 1e-4
@@ -129,6 +131,14 @@ def _of_one(m: Measured, oriented: bool) -> Iterable[_Line]:
 
 def _rows(m: Measured) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray | None]:
     """wi, wo (n, 3), f (n, C) and u of all measured pairs."""
+    if isinstance(m, Scattered):
+        theta_i, phi_i, theta_o, phi_o = m.rows.T
+        wi, wo = direction(theta_i, phi_i), direction(theta_o, phi_o)
+        cosines = (wi[:, 2, None], wo[:, 2, None])
+        f = to_brdf(m.quantity, m.stored.reshape(len(wi), -1), *cosines)
+        u = None if m.uncertainty is None else to_brdf(m.quantity, m.uncertainty.reshape(len(wi), -1), *cosines)
+        use = (wi[:, 2] > HORIZON) & (wo[:, 2] > HORIZON) & np.isfinite(f).all(axis=-1)
+        return wi[use], wo[use], f[use], None if u is None else u[use]
     if isinstance(m, Gridded):
         cells = Cells(m)
         use = cells.up & np.isfinite(cells.f).all(axis=-1)
@@ -167,7 +177,7 @@ def _on_nodes(
     everywhere = not oriented and line.theta_i <= SAME
     k = np.arange(len(phi)) if everywhere else np.array([_nearest(phi, line.phi, 2.0 * math.pi)])
     j = _nearest(phi_i, line.phi_i, 2.0 * math.pi)
-    index = np.ix_([i], inside, [j], k)
+    index = np.ix_(np.array([i]), inside, np.array([j]), k)
     f, w = (np.repeat(x[None, :, None, None, :], len(k), axis=3) for x in (f, 1.0 / u2))
     return index, f, w
 

@@ -87,13 +87,15 @@ def _mapped(wi: np.ndarray, wo: np.ndarray, kind: str, plane: float) -> tuple[np
     return wi @ mirror, wo @ mirror
 
 
-_AXES_OF = {  # (parameterisation, kind) -> axes whose nodes are exchanged; azimuth -> sign and shift, 2 plane for None
-    ("angles", "reciprocity"): (("theta_i", "theta_o"), {"phi": (-1.0, 0.0)}),
-    ("angles", "plane"): ((), {"phi": (-1.0, 0.0), "phi_i": (-1.0, None), "phi_o": (-1.0, None)}),
-    ("half_difference", "reciprocity"): ((), {"phi_d": (1.0, math.pi)}),
-    ("half_difference", "plane"): ((), {"phi_d": (-1.0, 0.0), "phi_h": (-1.0, None)}),
-    ("specular", "plane"): ((), {"azimuth": (-1.0, 0.0), "phi_i": (-1.0, None)}),
+_Turns = dict[str, tuple[float, float | None]]
+_IMAGES: dict[tuple[str, str], tuple[bool, _Turns]] = {
+    ("angles", "reciprocity"): (True, {"phi": (-1.0, 0.0)}),
+    ("angles", "plane"): (False, {"phi": (-1.0, 0.0), "phi_i": (-1.0, None), "phi_o": (-1.0, None)}),
+    ("half_difference", "reciprocity"): (False, {"phi_d": (1.0, math.pi)}),
+    ("half_difference", "plane"): (False, {"phi_d": (-1.0, 0.0), "phi_h": (-1.0, None)}),
+    ("specular", "plane"): (False, {"azimuth": (-1.0, 0.0), "phi_i": (-1.0, None)}),
 }
+"""(parameterisation, kind) -> whether wi and wo are exchanged; azimuth -> sign and shift, twice the plane for None."""
 
 
 def _positions(m: Gridded, kind: str, plane: float) -> tuple[list[int], list[np.ndarray]] | None:
@@ -101,20 +103,17 @@ def _positions(m: Gridded, kind: str, plane: float) -> tuple[list[int], list[np.
 
     Of a node (i, j, ...) it makes the node whose number along axis order[k] is numbers[k][node's number along k].
     """
-    if (m.parameterisation, kind) not in _AXES_OF:
+    if (m.parameterisation, kind) not in _IMAGES:
         return None
-    exchanged, turned = _AXES_OF[m.parameterisation, kind]
+    exchanged, turned = _IMAGES[m.parameterisation, kind]
     names = list(m.axes)
-    order = list(range(len(names)))
-    if exchanged:
-        order[:2] = 1, 0
-        if len(names) == 4:
-            order[2:] = 3, 2
+    order = [1, 0, 3, 2] if exchanged else [0, 1, 2, 3]
+    order = [k for k in order if k < len(names)]
     numbers = []
     for k, name in enumerate(names):
         sign, shift = turned.get(name, (1.0, 0.0))
         nodes = sign * m.axes[name] + (2.0 * plane if shift is None else shift)
-        at = _numbers(m.axes[names[order[k]]], nodes, m.periods.get(name, 0.0), m.mirrored and k == 2)
+        at = _numbers(m.axes[names[order[k]]], nodes, m.periods.get(name, 0.0), m.is_mirrored and k == 2)
         if at is None:
             return None
         numbers.append(at)
@@ -144,8 +143,9 @@ def _moved(values: np.ndarray, order: list[int], numbers: list[np.ndarray]) -> n
 
 
 def _isotropic(m: Gridded) -> Gridded:
-    """The mean over azimuths of wi, or of the half vector, at fixed relative ones; weighted by the arcs around nodes."""
+    """The mean over azimuths of wi, or of the half vector, at fixed relative ones, by the arcs around nodes."""
     cells = Cells(m)
+    m = cells.m
     names = list(m.axes)
     if len(names) == 3:
         nothing = {"asymmetry_rms": 0.0, "asymmetry_largest": 0.0, "on_grid": 1}
