@@ -187,18 +187,34 @@ def evaluated(m: Any, wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
     return found.reshape(*shape, found.shape[1] if found.ndim > 1 else 1)
 
 
-def variances(m: Gridded) -> Gridded:
-    """The square of a measurement's standard uncertainty [1/sr^2], to be interpolated as f is.
+class Values(Gridded):
+    """Any numbers (grid..., n) on the grid of a measurement, to be interpolated as its f are and never sampled."""
+
+    def __init__(self, m: Gridded, values: np.ndarray):
+        super().__init__(
+            m.parameterisation,
+            m.axes,
+            values,
+            channels=range(values.shape[-1]),
+            mirrored=m.is_mirrored,
+            periods=m.periods,
+            interpolation=m.interpolation,
+            outside=m.outside,
+        )
+
+    def _keep(self) -> Any:
+        return self._looked_up()  # without the tables of sampling, which take longer than all else
+
+
+def variances(m: Gridded) -> Values:
+    """The square of a measurement's standard uncertainty [1/sr^2], with a channel axis.
 
     Between nodes that is an upper bound: errors at the nodes are taken as independent, and then a weighted mean has the
     variance sum w^2 u^2, which is at most sum w u^2.
     """
     u = m.brdf_uncertainty()
     assert u is not None
-    return Gridded(
-        m.parameterisation, m.axes, u * u, channels=m.channel_names, mirrored=m.is_mirrored, periods=m.periods,
-        interpolation=m.interpolation, outside=m.outside,
-    )  # fmt: skip
+    return Values(m, u**2 if m.channel_names is not None else u[..., None] ** 2)
 
 
 def relative(found: np.ndarray, true: np.ndarray, of: np.ndarray) -> np.ndarray:

@@ -11,7 +11,7 @@ from ..errors import ParameterError
 from ..geometry import HORIZON
 from ..gridded import Gridded
 from ..interface import Reflectance, angles
-from ._cells import BATCH, Cells, evaluated, spread
+from ._cells import BATCH, Cells, Values, evaluated, spread
 
 Opening = float | tuple[float, float]
 """Half-angle [rad] of a round aperture; those along theta and across of a rectangular one; 0: a point."""
@@ -155,25 +155,11 @@ class _Blur:
     def __call__(self, values: np.ndarray) -> np.ndarray:
         at, missing = self.cells.up, np.isnan(values)
         for detector, source in self.passes:
-            table = _plain(self.cells.m, values)
+            table = Values(self.cells.m, values)
             blurred = np.full(values.shape, np.nan)
             blurred[at] = _through(table, self.cells.wi[at], self.cells.wo[at], detector, source, self.horizon)
             values = np.where(at[..., None], blurred, values)
         return np.where(missing, np.nan, values)
-
-
-def _plain(m: Gridded, f: np.ndarray) -> Gridded:
-    """A table of f (grid..., n), on the grid of a measurement and with any number of channels."""
-    return Gridded(
-        m.parameterisation,
-        m.axes,
-        f,
-        channels=range(f.shape[-1]),
-        mirrored=m.is_mirrored,
-        periods=m.periods,
-        interpolation=m.interpolation,
-        outside=m.outside,
-    )
 
 
 _POINT = (np.zeros((1, 2)), np.ones(1))

@@ -55,13 +55,18 @@ def resample(
     if m.has_delta:
         raise ParameterError(f"{m!r:.80}: a grid cannot hold a perfect mirror; resample the material without it")
     kind = named(parameterisation)
+    shape = m.f([0.0, 0.0, 1.0], [0.0, 0.0, 1.0]).shape
+    if len(shape) > 1:
+        raise ParameterError(f"{m!r:.80}: values have shape {shape}, expected one material, without maps")
     nodes = _nodes(m, parameterisation, axes, resolution)
     wi, wo = kind.pairs(*np.meshgrid(*nodes.values(), indexing="ij"))
     up = (wi[..., 2] > HORIZON) & (wo[..., 2] > HORIZON)
-    f, names = _on(m, wi, wo, up)
+    f, names = _on(m, wi, wo, up), None
+    if shape:
+        names = m.channel_names or (tuple("RGB") if shape == (3,) else tuple(map(str, range(shape[0]))))
     u = None
     if isinstance(m, Gridded) and m.uncertainty is not None:
-        u = np.sqrt(_on(variances(m), wi, wo, up)[0])
+        u = np.sqrt(_on(variances(m), wi, wo, up)).reshape(f.shape)
     about = {"made_of": repr(m), **(m.about if isinstance(m, Measured) else {})}
     made = Gridded(
         parameterisation, nodes, f, uncertainty=u, channels=names, about=about, periods=periods,
@@ -115,17 +120,12 @@ def _isotropic(m: Reflectance) -> bool:
     return not m.is_oriented() if isinstance(m, Gridded) else m.is_isotropic()
 
 
-def _on(m: Reflectance, wi: np.ndarray, wo: np.ndarray, up: np.ndarray) -> tuple[np.ndarray, Any]:
-    """f at the nodes above the horizon, NaN at the others, and the names of the channels."""
-    shape = m.f([0.0, 0.0, 1.0], [0.0, 0.0, 1.0]).shape
-    if len(shape) > 1:
-        raise ParameterError(f"{m!r:.80}: values have shape {shape}, expected one material, without maps")
-    values = evaluated(m, wi[up], wo[up])
-    f = np.full((*up.shape, values.shape[-1]), np.nan)
+def _on(m: Reflectance, wi: np.ndarray, wo: np.ndarray, up: np.ndarray) -> np.ndarray:
+    """f at the nodes above the horizon, NaN at the others."""
+    values = m.f(wi[up], wo[up])
+    f = np.full((*up.shape, *values.shape[1:]), np.nan)
     f[up] = values
-    if not shape:
-        return f[..., 0], None
-    return f, m.channel_names or (tuple("RGB") if shape == (3,) else tuple(map(str, range(shape[0]))))
+    return f
 
 
 def _pairs() -> tuple[np.ndarray, np.ndarray]:
