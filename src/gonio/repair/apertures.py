@@ -19,6 +19,8 @@ Opening = float | tuple[float, float]
 HORIZONS = ("visible", "full")
 METHODS = ("van_cittert", "richardson_lucy")
 DRAWS = 16
+DISCREPANCY = 2.0
+"""Mean square of residual over uncertainty at which sharpening ends."""
 
 
 def through_aperture(
@@ -90,8 +92,8 @@ def aperture_removed(
                       stands for its transpose
 
     Each step sharpens, and raises the noise. One step of van Cittert removes the error of first order. With
-    uncertainties the steps end once root mean square (g - A f)/u is 1 or less: what is left is noise. Detail smaller
-    than the aperture does not come back.
+    uncertainties the steps end once mean (g - A f)^2/u^2 is 2 or less: noise alone leaves 1, and what else is left is
+    no more than that (the discrepancy principle). Detail smaller than the aperture does not come back.
 
     `figures`: "steps"; "residual_before", "residual": root mean square of g - A f, relative to that of g, for f = g and
     at the end; "noise", by how much the mean uncertainty has grown. Uncertainties are propagated by repeating the steps
@@ -130,7 +132,7 @@ def _sharpened(
     rest = g - blur(f)
     scale = max(spread(g[cells.up])[0], 1e-300)
     first, done = spread(rest[cells.up])[0] / scale, 0
-    while done < steps and not (u is not None and spread((rest / u)[cells.up])[0] <= 1.0):
+    while done < steps and not (u is not None and spread((rest / u)[cells.up])[0] ** 2 <= DISCREPANCY):
         if method == "van_cittert":
             f = np.where(np.isnan(rest), f, f + rest)
         else:

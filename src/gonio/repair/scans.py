@@ -36,8 +36,8 @@ def merge_scans(scans: Sequence[Measured], oriented: bool = False) -> Gridded:
 
     The merged grid has every theta_i, theta_o and phi = phi_o - phi_i at which there is a scan (with `oriented`: every
     theta_i, theta_o, phi_i and phi_o). Along theta_o each scan is interpolated linearly to the nodes of the others, and
-    nowhere extrapolated; where no scan has been, there is a hole. A measurement's value at theta_o = 0 belongs to all its
-    azimuths, and a scan at theta_i = 0 to all azimuths of the grid (unless `oriented`).
+    nowhere extrapolated; where no scan has been, there is a hole. A measurement's value at theta_o = 0 belongs to all
+    its azimuths, and a scan at theta_i = 0 to all azimuths of the grid (unless `oriented`).
 
     Where scans overlap, the result is their mean, weighted by 1/u^2, with u = 1/sqrt(sum 1/u^2); a plain mean where no
     scan has uncertainties. `figures`: "overlapping", how many cells have several scans; "scatter_rms" and
