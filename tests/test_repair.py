@@ -605,7 +605,7 @@ def test_scans_that_do_not_fit():
         (
             [
                 scan(0.0, theta, 0.0),
-                gn.repair.resample(gn.Lambertian(np.array([0.1, 0.2])), "angles", resolution=(2, 2, 2)),
+                colour,
             ],
             "channels differ",
         ),
