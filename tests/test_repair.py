@@ -81,6 +81,8 @@ def test_what_is_no_record_is_refused(whole):
     for bad in ({}, {**record, "albedo_after": 3}, {**record, "figures": [1]}, "text", {**record, "albedo_after": "x"}):
         with pytest.raises(gn.errors.FormatError, match="no record of a repair"):
             Repair.from_json(bad)
+    with pytest.raises(gn.errors.FormatError, match="no record of a repair"):
+        _ = Gridded("angles", whole.axes, whole.stored, about={"repairs": 5}).repairs
 
 
 def test_info_prints_the_history(whole):

@@ -124,7 +124,8 @@ class Measured(Reflectance):
     @property
     def repairs(self) -> tuple[Repair, ...]:
         """What was done to the measurement by `gonio.repair`, in order."""
-        return tuple(map(Repair.from_json, self.about.get("repairs", ())))
+        held = self.about.get("repairs", ())
+        return tuple(map(Repair.from_json, held if isinstance(held, (list, tuple)) else [held]))
 
     @property
     def valid(self) -> np.ndarray:

@@ -38,15 +38,18 @@ def through_aperture(
     the power that a detector of even sensitivity collects, over what a Lambertian surface would send there.
 
     horizon   "visible": over the parts above the horizon, so that a Lambertian surface measures the same everywhere.
-              "full": over the projected solid angle of the whole apertures, as instruments do whose software knows
-              nothing of the horizon: what is cut off there is missing (vignetting), half where the centre is on it
+              "full": over the projected solid angle of the whole apertures, Omega cos(theta), as instruments do whose
+              software knows nothing of the horizon: readings rise without bound towards it, because what is left of
+              an aperture there (vignetting) does not go to 0, and the cosine of its centre does
     rings     of points over an aperture: 3 rings^2 points of a round one, 4 rings^2 of a rectangular one
 
     Where f has no value in more than half of the apertures' weight the result is NaN, else the mean of the rest.
 
     Shapes   wi, wo: (..., 3); result (...), or (..., C).
     Units    1/sr; half-angles in rad.
-    Error    of the quadrature, relative, see docs/repair.md.
+    Error    of the quadrature, largest relative, for 0.1 Lambertian + GGX, glass, near the mirror direction: alpha =
+             0.3, half-angle 5 degrees 1e-6; 0.1, 2 degrees 3e-6; 0.1, 5 degrees 1e-3 (rings=8: 2e-6); 0.05, 5 degrees
+             2e-2 (rings=8: 3e-4). Where the horizon cuts an aperture 3e-3.
     Source   biconical reflectance factor: Nicodemus et al. 1977, NBS Monograph 160; Schaepman-Strub et al. 2006.
     """
     wi, wo = (np.asarray(w, dtype=float) for w in (wi, wo))

@@ -46,6 +46,10 @@ def extrapolate_to_grazing(m: Gridded, method: str, reach: float | tuple[float, 
     exist); "negative", how many cells became negative; for "model" its "alpha", "f0", and "fit", the root mean square
     of the relative difference to what was fitted. The standard uncertainty of an extrapolated cell is that of what it
     was made of and, in quadrature, rehearsal * |f| * (angle beyond reach)/5 degrees.
+
+    Error    0.3 Lambertian + GGX(0.3), glass, measured to 75 degrees: at 80 and 85 degrees hold 0.063 rms, relative,
+             linear in cosine 0.051, model 0.019; rehearsals 0.029, 0.008, 0.011: f rises ever faster, and the rehearsal
+             is too good. Of a material that is such a lobe, the model finds alpha to 1e-4.
     """
     if method not in METHODS:
         raise ParameterError(f"method={method!r}: expected one of {', '.join(map(repr, METHODS))}")

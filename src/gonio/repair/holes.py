@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
+import warnings
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..errors import ParameterError
+from ..errors import ParameterError, ToleranceWarning
 from ._cells import Cells, relative
 
 if TYPE_CHECKING:
@@ -32,8 +33,10 @@ def fill_holes(m: Gridded, method: str = "neighbours") -> Gridded:
     its neighbours and, in quadrature, rehearsal * |f| * (cells to the next known one): an estimate, NaN where no
     rehearsal was possible.
 
-    Error    0.3 Lambertian + GGX(0.3), 19 x 37 x 36 angles, a hole of 5 x 5 x 5 cells in the lobe's flank: largest
-             relative error see docs/repair.md.
+    Error    0.3 Lambertian + GGX(0.3), glass, 18 x 18 x 36 nodes of angles, a hole of 5 x 5 x 5 in the flank of the
+             lobe: neighbours 0.06 rms and 0.20 largest, relative, smooth 0.04 and 0.09; rehearsals 0.055 and 0.044; of
+             the filled cells 97 % and 100 % within two uncertainties. Holes of more than 20000 cells are solved for by
+             conjugate gradients, to 1e-5; a ToleranceWarning says where that did not succeed.
     """
     if method not in METHODS:
         raise ParameterError(f"fill_holes(method={method!r}): expected one of {', '.join(map(repr, METHODS))}")
@@ -157,7 +160,9 @@ def smoothest(values: np.ndarray, unknown: np.ndarray, nodes: list[np.ndarray], 
         found = linalg.spsolve(normal, b)
     else:
         start = sparse.diags(1.0 / normal.diagonal())
-        found, _ = linalg.cg(normal, b, x0=guess, rtol=1e-7, maxiter=2000, M=start)
+        found, unfinished = linalg.cg(normal, b, x0=guess, rtol=1e-5, maxiter=2000, M=start)
+        if unfinished:
+            warnings.warn("the smoothest surface was not found to 1e-5 in 2000 steps", ToleranceWarning, stacklevel=5)
     result = values.copy()
     result[unknown] = found
     return result

@@ -51,6 +51,9 @@ def resample(
     `largest` and `mean` of the record are those of |f - true f| [1/sr] at these pairs. Uncertainties are interpolated
     as variances, an upper bound for independent errors at the nodes. Raises ParameterError for a material with a delta
     lobe or with maps.
+
+    Error    by default "error_rms" for 0.3 Lambertian + GGX(0.3), glass: half_difference 2e-3,
+             specular 3e-3, angles 9e-3.
     """
     if m.has_delta:
         raise ParameterError(f"{m!r:.80}: a grid cannot hold a perfect mirror; resample the material without it")
