@@ -145,7 +145,7 @@ def test_interpolation_against_a_scalar_implementation(cells, asymmetric):
     assert m.pdf(wi, wo).shape == (300,)
 
 
-def test_wraps_in_phi_and_stays_at_the_outermost_centres(asymmetric):
+def test_wraps_in_phi_and_stays_at_the_outermostcentres(asymmetric):
     full = MERL(random_table(360))
     for m, around in ((asymmetric, 180.0), (full, 360.0)):
         for theta_d in (0.5, 30.0, 60.0):

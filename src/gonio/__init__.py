@@ -54,6 +54,7 @@ _ON_USE = {
     "Image": "image",
     "radiometry": "",
     "roughness": "",
+    "repair": "",
     "cite": "citations",
     "kernel": "kernels",
     "threads": "compile.threads",

@@ -132,7 +132,7 @@ def _file_facts(m: Measured) -> dict[str, Any]:
     """What a file holds: of all numbers of its main table, those missing and those below 0."""
     valid = m.valid
     values = next(v for n, f in m.fields.items() if isinstance(f, Table) and (v := getattr(m, n)).shape == valid.shape)
-    about = {k: v.tolist() if hasattr(v, "tolist") else v for k, v in m.about.items()}
+    about = {k: v.tolist() if hasattr(v, "tolist") else v for k, v in m.about.items() if k != "repairs"}
     return {
         "path": m.path,
         "bytes": os.path.getsize(m.path) if os.path.exists(m.path) else None,
@@ -143,6 +143,7 @@ def _file_facts(m: Measured) -> dict[str, Any]:
         "shape": list(valid.shape),
         "missing": float(1.0 - valid.mean()),
         "negative": float((values[valid] < 0.0).mean()) if valid.any() else 0.0,
+        "repairs": [{**r.to_json(), "summary": str(r)} for r in m.repairs],
     }
 
 
@@ -165,6 +166,7 @@ def facts_as_text(found: dict[str, Any]) -> str:
         rows.append(("table", " x ".join(map(str, found["shape"]))))
         rows.append(("missing", _share(found["missing"])))
         rows.append(("negative", _share(found["negative"])))
+        rows += [("repaired", r["summary"]) for r in found["repairs"]]
     else:
         rows.append(("formula", found["expression"]))
     rows.append(("channels", _channels(found)))

@@ -124,7 +124,7 @@ class MERL(Measured):
         import xarray
 
         axes: dict[str, Any] = {"channel": ("channel", list("RGB"), {"long_name": "linear RGB as stored"})}
-        for name, degrees in zip(AXES, map(np.degrees, _centres(self.raw.shape[3])), strict=True):
+        for name, degrees in zip(AXES, map(np.degrees, centres(self.raw.shape[3])), strict=True):
             axes[name] = (name, degrees, {"units": "degree", "long_name": f"{AXES[name]}, centres of cells"})
         stored = {"units": "1", "long_name": "stored number; negative or not finite: no data"}
         scale = {"units": "sr-1", "long_name": "BRDF per stored number"}
@@ -223,7 +223,7 @@ def _header(raw: np.ndarray) -> bytes:
     return np.array(raw.shape[1:], "<i4").tobytes()
 
 
-def _centres(phi_cells: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def centres(phi_cells: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """theta_h, theta_d, phi_d [rad] of the centres of cells."""
     i = np.arange(N) + 0.5
     return np.radians(i * i / N), np.radians(i), np.radians(np.arange(phi_cells) + 0.5)
@@ -258,7 +258,7 @@ def _rings(raw: np.ndarray) -> np.ndarray:
     4 cos(theta_d) dw_d. The rings get that without nine tenths of the f that the dimmest of them has, which
     is left to the cosine hemisphere.
     """
-    theta_h, theta_d, phi_d = _centres(raw.shape[3])
+    theta_h, theta_d, phi_d = centres(raw.shape[3])
     mean, room = np.zeros(N), np.zeros(N)
     for i in range(N):
         wi, wo = _pairs(theta_h[i], theta_d[:, None], phi_d)
@@ -353,7 +353,7 @@ def _tabulate(m: Reflectance, phi_cells: int) -> np.ndarray:
     if not m.is_isotropic():
         raise ParameterError(f"{m!r:.80}: is anisotropic, and MERL files hold isotropic materials only")
     raw = np.full((3, N, N, phi_cells), -1.0)
-    theta_h, theta_d, phi_d = _centres(phi_cells)
+    theta_h, theta_d, phi_d = centres(phi_cells)
     for i in range(0, N, 10):
         rows = slice(i, i + 10)
         wi, wo = _pairs(theta_h[rows, None, None], theta_d[:, None], phi_d)
