@@ -29,6 +29,11 @@ def chances(weights: np.ndarray, solid: np.ndarray) -> tuple[np.ndarray, np.ndar
     return probability / solid, before
 
 
+def magnitude(values: np.ndarray) -> np.ndarray:
+    """|f| as samples are drawn by: 0 where there is no number, and never so large that sums overflow."""
+    return np.minimum(np.abs(np.where(np.isfinite(values), values, 0.0)), 1e100)
+
+
 def choose(before: Any, start: Any, count: int, u: Any) -> tuple[Any, Any]:
     """The cell that the uniform number u falls into, and where in it, from 0 to 1.
 
@@ -44,12 +49,6 @@ def choose(before: Any, start: Any, count: int, u: Any) -> tuple[Any, Any]:
     is_last = cell > count - 2
     high = ops.where(is_last, 1.0, ops.take(before, start + ops.where(is_last, cell, cell + 1)))
     return cell, ops.clip((u - low) / (high - low), 0.0, 1.0)
-
-
-def turns(x: Any, y: Any) -> Any:
-    """Azimuth of (x, y) over 2 pi, in [-1/2, 1/2]; 0 along the normal, with a finite derivative there."""
-    flat = x * x + y * y < 1e-30
-    return ops.arctan2(ops.where(flat, 0.0 * y, y), ops.where(flat, 1.0, x)) * (0.5 / np.pi)
 
 
 def lifted(x: Any, y: Any) -> Direction:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import cache
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -18,7 +19,7 @@ class Tree(NamedTuple):
     """Values that are constant in cubes.
 
     first    (n,) number of a node's first child, the 2^dimensions of which lie side by side; 0 for a leaf
-    values   (n,) of a leaf its value; of another node the mean over it, where NaN counts as 0
+    values   (n,) of a leaf its value; of another node the mean over it, where what is no number counts as 0
     depth    levels below the root, which is node 0
     Bit d of a child's place says in which half of dimension d it lies.
     """
@@ -58,8 +59,10 @@ def parse(text: str, dimensions: int, where: str) -> Tree:
     for k in set(grids.tolist()) - {0}:
         rows = before[groups][grids == k][:, None]
         stored[rows + np.arange(1 << (dimensions * k))] = stored[rows + _order(dimensions, k)]
-    texts = _levels(opens, depth, groups, before, grids, dimensions, where)
-    return _assembled(texts, stored, dimensions)
+    size = np.zeros(len(at), int)
+    size[groups] = grids
+    levels = _levels(opens, depth, groups, dimensions, where)
+    return _assembled([(groups[a], size[a], before[a]) for a in levels], stored, dimensions)
 
 
 @cache
@@ -73,27 +76,25 @@ def _order(dimensions: int, k: int) -> np.ndarray:
     return place
 
 
-Level = tuple[np.ndarray, np.ndarray, np.ndarray]
-"""Nodes of one level of a text: whether a node is a grid, its log2 size, and where its values are."""
-
-
-def _levels(opens, depth, groups, before, grids, dimensions, where) -> list[Level]:  # type: ignore[no-untyped-def]
-    size, levels = np.full(len(opens), -1), []
-    size[groups] = grids
-    parents, ends = np.array([0]), np.array([len(opens)])
+def _levels(opens: np.ndarray, depth: np.ndarray, groups: np.ndarray, dimensions: int, where: str) -> list[np.ndarray]:
+    """The opening braces of each level, in order."""
+    levels = []
     here = np.flatnonzero(opens & (depth == 1))
     while len(here):
-        counts = np.searchsorted(here, ends) - np.searchsorted(here, parents)
-        if levels and not (counts == 1 << dimensions).all():
-            wrong = counts[counts != 1 << dimensions][0]
-            raise FormatError(f"{where}: {wrong} trees in a pair of braces, expected {1 << dimensions}")
-        levels.append((groups[here], size[here], before[here]))
-        level = len(levels)
-        closes = np.flatnonzero(~opens & (depth == level - 1))
+        levels.append(here)
+        closing = np.flatnonzero(~opens & (depth == len(levels) - 1))
         branch = ~groups[here]
-        parents, ends = here[branch], closes[branch]
-        here = np.flatnonzero(opens & (depth == level + 1))
+        below = np.flatnonzero(opens & (depth == len(levels) + 1))
+        counts = np.searchsorted(below, closing[branch]) - np.searchsorted(below, here[branch])
+        wrong = counts[counts != 1 << dimensions]
+        if len(wrong):
+            raise FormatError(f"{where}: {wrong[0]} trees in a pair of braces, expected {1 << dimensions}")
+        here = below
     return levels
+
+
+Level = tuple[np.ndarray, np.ndarray, np.ndarray]
+"""Nodes of one level of a text: whether a node is a grid, its log2 size, and where its values are."""
 
 
 def _assembled(texts: list[Level], stored: np.ndarray, dimensions: int) -> Tree:
@@ -126,10 +127,10 @@ def _assembled(texts: list[Level], stored: np.ndarray, dimensions: int) -> Tree:
 def _with_means(first: np.ndarray, values: np.ndarray, starts: list[int], dimensions: int) -> Tree:
     """The tree of nodes whose levels begin at `starts`, with means in its branches."""
     many = 1 << dimensions
-    for low, high in reversed(list(zip(starts, starts[1:], strict=False))):
+    for low, high in reversed(list(pairwise(starts))):
         branch = low + np.flatnonzero(first[low:high])
         below = values[first[branch][:, None] + np.arange(many)]
-        values[branch] = np.where(np.isfinite(below), below, 0.0).mean(axis=1)
+        values[branch] = np.where(np.abs(below) < 1e100, below, 0.0).mean(axis=1)
     return Tree(first, values, dimensions, len(starts) - 2)
 
 

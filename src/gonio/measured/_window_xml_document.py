@@ -15,6 +15,9 @@ from ..errors import FormatError
 DEEPEST = 64
 """Levels of tags; the schema needs ten."""
 
+MOST = 100_000
+"""Azimuths of a ring."""
+
 _START_TAG = re.compile(rb"""<(?:[^>"']|"[^"]*"|'[^']*')*>""")
 _DECLARED = re.compile(rb"""(<\?xml[^>]*encoding\s*=\s*["'])[^"']*""")
 
@@ -125,7 +128,9 @@ def parse(path: Path) -> Document:
     root = parser.root()
     layer = root.find("Optical/Layer")
     if root.tag != "WindowElement" or layer is None:
-        raise FormatError(f"{path}: starts with <{root.tag}>, expected <WindowElement> with <Optical> and <Layer> in it")
+        raise FormatError(
+            f"{path}: starts with <{root.tag}>, expected <WindowElement> with <Optical> and <Layer> in it"
+        )
     structure = _text(layer, "DataDefinition/IncidentDataStructure")
     known = {name.lower(): name for name in ("Columns", "Rows", "TensorTree3", "TensorTree4")}
     if structure.lower() not in known:
@@ -184,6 +189,8 @@ def _basis(element: Any, path: Path) -> tuple[str, tuple[float, ...], tuple[int,
         low, high, count = (_text(ring, t) for t in ("ThetaBounds/LowerTheta", "ThetaBounds/UpperTheta", "nPhis"))
         try:
             bounds, number = [float(low or edges[-1]), float(high)], int(count)
+            if number > MOST:
+                raise ValueError
         except ValueError:
             raise FormatError(
                 f"{path}: angle basis {name!r:.60}: theta {low!r:.20} to {high!r:.20} with nPhis {count!r:.20}, "

@@ -72,7 +72,10 @@ def around(
     else:
         over = f"\t\t\t<ColumnAngleBasis>{escape(incident.name)}</ColumnAngleBasis>\n"
         over += f"\t\t\t<RowAngleBasis>{escape(outgoing.name)}</RowAngleBasis>\n"
-    starts = [_BLOCK.format(unit=u or "Integral", band=b, spectra=_spectra(b), direction=direction, over=over) for b, u in bands]
+    starts = [
+        _BLOCK.format(unit=u or "Integral", band=b, spectra=_spectra(b), direction=direction, over=over)
+        for b, u in bands
+    ]
     pieces = [_START.format(name=escape(name or "BRDF"), structure=structure, bases=bases) + starts[0]]
     pieces += [_AFTER + start for start in starts[1:]]
     return [*pieces, _AFTER + _END]
@@ -87,7 +90,10 @@ def _spectra(band: str) -> str:
 
 def _defined(basis: AngleBasis) -> str:
     rings = zip(basis.edges, basis.edges[1:], basis.counts, strict=False)
-    middle = [0.0 if low == 0.0 and n == 1 else 0.5 * (low + high) for low, high, n in zip(basis.edges, basis.edges[1:], basis.counts, strict=False)]
+    middle = [
+        0.0 if low == 0.0 and n == 1 else 0.5 * (low + high)
+        for low, high, n in zip(basis.edges, basis.edges[1:], basis.counts, strict=False)
+    ]
     text = "".join(
         _RING.format(theta=theta, count=count, low=float(low), high=float(high))
         for theta, (low, high, count) in zip(middle, rings, strict=True)

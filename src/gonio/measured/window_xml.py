@@ -13,26 +13,20 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from .. import spectrum
 from ..errors import FormatError, ParameterError
 from ..files import replacing
 from ..interface import Reflectance
-from . import _tree
-from ._klems import FULL, HALF, KNOWN, MIRRORED, QUARTER, AngleBasis, Klems, averages
-from ._tensor_tree import TensorTree, grids
+from . import _tree, _window_xml_new
+from ._klems import KNOWN, MIRRORED, AngleBasis, Klems
+from ._tensor_tree import TensorTree
 from ._tree import Tree
 from ._window_xml_document import Block, Document, numbers, parse
-from ._window_xml_frame import around
 
 NAME = "WINDOW XML"
 SUFFIXES = (".xml",)
 SHARED_SUFFIX = True
 DESCRIPTION = "BSDF of WINDOW and Radiance: Klems matrices and tensor trees"
-ORACLE = "Radiance 6.1 (pyradiance 1.3.1), reading and writing"
-
-BASES = {"full": FULL, "half": HALF, "quarter": QUARTER}
-FINEST = {3: 256, 4: 64}
-"""Largest resolution of trees that are written."""
+ORACLE = "Radiance (pyradiance 1.3.1), reading and writing"
 
 REFLECTING = ("", "btdf", "brdf", "bsdf")
 """Kinds of data that are f; WINDOW writes BTDF of reflection too."""
@@ -55,35 +49,39 @@ def read(path: Path, side: str | None = None, wavelength: str | None = None) -> 
     if side is not None and side not in MIRRORED:
         raise ParameterError(f"side={side!r}: expected 'front' or 'back'")
     trees = document.structure.startswith("TensorTree")
-    held = tuple((_tree_of if trees else _matrix_of)(document, b, path) for b in document.blocks)
+    bases: list[tuple[AngleBasis, AngleBasis]] = []
+    held: list[Any] = []
+    for block in document.blocks:
+        if trees:
+            held.append(_tree_of(document, block, path))
+        else:
+            incident, outgoing, values = _matrix_of(document, block, path)
+            bases.append((incident, outgoing))
+            held.append(values)
     found = _choice(document.blocks, side, wavelength, path)
-    document = document._replace(blocks=tuple(b._replace(text="") for b in document.blocks))
     about = {**document.about, "structure": document.structure, "blocks": [b.label for b in document.blocks]}
     about |= {"side": found.side, "bands": [document.blocks[i].wavelength for i in found.blocks]}
     used = [held[i] for i in found.blocks]
-    names = found.names if len(used) > 1 else None
     m: Klems | TensorTree
     if trees:
-        m = TensorTree(used, found.side, found.colour, names, str(path), about)
-        rest = held
+        m = TensorTree(used, found.side, found.colour, found.names, str(path), about)
     else:
-        incident, outgoing, _ = used[0]
-        if any(bases != [incident, outgoing] for *bases, _ in used):
+        if len({bases[i] for i in found.blocks}) > 1:
             raise FormatError(f"{path}: the bands {', '.join(about['bands'])} have different angle bases; name one")
-        matrices = [values for _, _, values in used]
-        values = np.stack(matrices, axis=2) if names else matrices[0]
-        m = Klems(values, incident, outgoing, found.side, names, str(path), about)
-        rest = tuple(values for _, _, values in held)
-    chosen = (found.blocks, tuple(None if i in found.blocks else h for i, h in enumerate(rest)))
-    m.__dict__.update(document=document, chosen=chosen)
+        incident, outgoing = bases[found.blocks[0]]
+        values = np.stack(used, axis=2) if found.names else used[0]
+        m = Klems(values, incident, outgoing, found.side, found.names, str(path), about)
+    document = document._replace(blocks=tuple(b._replace(text="") for b in document.blocks))
+    others = tuple(None if i in found.blocks else h for i, h in enumerate(held))
+    m.__dict__.update(document=document, chosen=(found.blocks, others))
     return m
 
 
 class _Choice(NamedTuple):
-    """Numbers of the blocks that are read, whose they are, and whether they are colours in Y, u', v'."""
+    """Numbers of the blocks that are read, names of their channels if several, and "uv" where they are Y, u', v'."""
 
     blocks: tuple[int, ...]
-    names: tuple[str | float, ...]
+    names: tuple[str | float, ...] | None
     side: str
     colour: str = ""
 
@@ -111,7 +109,7 @@ def _choice(blocks: tuple[Block, ...], side: str | None, wavelength: str | None,
         if wavelength.lower() not in bands:
             listed = ", ".join(repr(blocks[i].wavelength) for i in bands.values())
             raise FormatError(f"{path}: no band {wavelength!r} of the {side}; expected one of {listed:.300}")
-        return _Choice((bands[wavelength.lower()],), (), side)
+        return _Choice((bands[wavelength.lower()],), None, side)
     y = next((name for name in ("visible", "cie-y") if name in bands), None)
     for others, colour in ((("cie-x", "cie-z"), ""), (("cie-u", "cie-v"), "uv")):
         if y and all(name in bands for name in others):
@@ -119,7 +117,7 @@ def _choice(blocks: tuple[Block, ...], side: str | None, wavelength: str | None,
             return _Choice(tuple(bands[name] for name in order), ("X", "Y", "Z"), side, colour)
     if y is None and spectral:
         return spectrum_of
-    return _Choice((bands[y] if y else next(iter(bands.values())),), (), side)
+    return _Choice((bands[y] if y else next(iter(bands.values())),), None, side)
 
 
 def _nanometres(name: str, unit: str) -> float | None:
@@ -145,8 +143,8 @@ def _matrix_of(document: Document, block: Block, path: Path) -> tuple[AngleBasis
     if not fitting:
         a, b = pairs[0]
         raise FormatError(
-            f"{where}: {len(values)} numbers, expected {a.size * b.size}: {b.size} patches of {b.name!r:.40} for each of "
-            f"{a.size} of {a.name!r:.40}; fetch it again"
+            f"{where}: {len(values)} numbers, expected {a.size * b.size}: {b.size} patches of {b.name!r:.40} for each "
+            f"of {a.size} of {a.name!r:.40}; fetch it again"
         )
     a, b = fitting[0]
     if document.structure == "Rows":
@@ -160,7 +158,9 @@ def _bases(document: Document, name: str, where: str) -> list[AngleBasis]:
     if not name and len(document.bases) == 1:
         own = {AngleBasis(*document.bases[0])}
     if len(own) > 1:
-        raise FormatError(f"{where}: the angle basis {name!r:.60} is defined twice, differently; expected one definition")
+        raise FormatError(
+            f"{where}: the angle basis {name!r:.60} is defined twice, differently; expected one definition"
+        )
     found = list(own) or [basis for basis in KNOWN if basis.name.lower() == name.lower()]
     if not found:
         raise FormatError(f"{where}: the angle basis {name!r:.60} is neither defined in the file nor known; define it")
@@ -187,7 +187,7 @@ def write(
     points: int | None = None,
     name: str = "",
 ) -> None:
-    """Write a reflectance as a matrix, or as a tree; one that was read from such a file as it was, unless told to change.
+    """Write a reflectance as a matrix, or as a tree; one that was read from such a file, as it was unless told more.
 
     basis       "full" (145 patches; the default), "half" (77), "quarter" (41), or an `AngleBasis`: means over patches
     tree        3 (isotropic) or 4: a tensor tree instead, with means over cells
@@ -203,18 +203,14 @@ def write(
     Raises ParameterError for a delta lobe, for maps and other channels, and where f has no value in a patch or cell.
     """
     if isinstance(m, (Klems, TensorTree)) and basis is None and tree is None:
-        pieces = _as_it_was(m) if m.document is not None else _own(m, name)
+        pieces = _as_it_was(m) if m.document is not None else _window_xml_new.own(m, name)
     else:
         if basis is not None and tree is not None:
             raise ParameterError(f"basis={basis!r:.40} and tree={tree!r}: expected one of them")
-        if side not in MIRRORED:
-            raise ParameterError(f"side={side!r}: expected 'front' or 'back'")
-        if m.has_delta:
-            raise ParameterError(f"{m!r:.80}: means cannot hold a perfect mirror; write the material without it")
         if tree is None:
-            pieces = _new_matrix(m, _basis_named(basis or "full"), side, points or 4, name)
+            pieces = _window_xml_new.matrix(m, basis or "full", side, 4 if points is None else points, name)
         else:
-            pieces = _new_tree(m, tree, resolution or {4: 32}.get(tree, 64), tolerance, side, points or 2, name)
+            pieces = _window_xml_new.tree(m, tree, resolution, tolerance, side, 2 if points is None else points, name)
     with replacing(path) as temporary:
         temporary.write_bytes(b"".join(pieces))
 
@@ -232,118 +228,5 @@ def _as_it_was(m: Klems | TensorTree) -> list[bytes]:
         held[i] = numbers_of
     pieces = [m.document.pieces[0]]
     for content, after in zip(held, m.document.pieces[1:], strict=True):
-        pieces += [_text(content, m.document.structure).encode("ascii"), after]
+        pieces += [_window_xml_new.text(content, m.document.structure).encode("ascii"), after]
     return pieces
-
-
-def _text(content: np.ndarray | Tree, structure: str) -> str:
-    if isinstance(content, Tree):
-        return _tree.text(content)
-    rows = content.T if structure == "Rows" else content
-    return "\n" + "\n".join(", ".join(map(repr, row)) + "," for row in rows.tolist()) + "\n"
-
-
-def _own(m: Klems | TensorTree, name: str) -> list[bytes]:
-    """A new file with the numbers of a measurement as they are."""
-    if isinstance(m, Klems):
-        values = m.values.reshape(*m.values.shape[:2], -1)
-        bands = _bands(m, values.shape[2])
-        content: list[Any] = [(band, values @ weights) for band, weights in bands]
-        return _framed(content, "Columns", m.side, name, m.incident, m.outgoing)
-    if m.colour:
-        content = list(zip((("Visible", ""), ("CIE-u", ""), ("CIE-v", "")), m.trees, strict=True))
-    elif m.channel_names is None or m.channel_names == ("X", "Y", "Z"):
-        labels = [("Visible", "")] if m.channel_names is None else [("CIE-X", ""), ("Visible", ""), ("CIE-Z", "")]
-        content = list(zip(labels, m.trees, strict=True))
-    else:
-        content = [((str(n), "Nanometer"), t) for n, t in zip(m.channel_names, m.trees, strict=True)]
-    return _framed(content, f"TensorTree{m.dimensions}", m.side, name)
-
-
-def _framed(
-    content: list[Any], structure: str, side: str, name: str, incident: Any = None, outgoing: Any = None
-) -> list[bytes]:
-    """A new file of bands: ((name, unit), numbers)."""
-    frame = around([band for band, _ in content], structure, f"Reflection {side.capitalize()}", name, incident, outgoing)
-    pieces = [frame[0]]
-    for (_, held), after in zip(content, frame[1:], strict=True):
-        pieces += [_text(held, structure), after]
-    return [p.encode("utf-8") for p in pieces]
-
-
-Bands = list[tuple[tuple[str, str], np.ndarray]]
-"""((name, unit), weights (C,) of the channels in it)."""
-
-
-def _bands(m: Reflectance, width: int) -> Bands:
-    """The bands that a material's channels are written as."""
-    names = m.channel_names
-    if width == 1:
-        return [(("Visible", ""), np.ones(1))]
-    if names is not None and not isinstance(names[0], str):
-        matching = spectrum.colour_matching(names) * np.gradient(np.asarray(names, float))[:, None]
-        by_wavelength = [((f"{n:g}", "Nanometer"), w) for n, w in zip(names, np.eye(width), strict=True)]
-        return _xyz(matching / matching.sum(axis=0)) + by_wavelength
-    if width == 3 and names in (None, ("R", "G", "B")):
-        xyz = np.linalg.inv(spectrum.XYZ_TO_SRGB)
-        return _xyz((xyz / xyz.sum(axis=1, keepdims=True)).T)
-    if names == ("X", "Y", "Z"):
-        return _xyz(np.eye(3))
-    raise ParameterError(
-        f"{m!r:.80}: {width} channels named {names!r:.60}; expected one, RGB, XYZ, or wavelengths: write one at a time"
-    )
-
-
-def _xyz(weights: np.ndarray) -> Bands:
-    """X, Y, Z in the order of files; weights (C, 3)."""
-    return [(("Visible", ""), weights[:, 1]), (("CIE-X", ""), weights[:, 0]), (("CIE-Z", ""), weights[:, 2])]
-
-
-def _basis_named(basis: str | AngleBasis) -> AngleBasis:
-    if isinstance(basis, AngleBasis):
-        if basis.problem():
-            raise ParameterError(f"basis={basis.name!r}: {basis.problem()}")
-        return basis
-    if basis.lower() not in BASES:
-        raise ParameterError(f"basis={basis!r}: expected one of {', '.join(map(repr, BASES))}, or an AngleBasis")
-    return BASES[basis.lower()]
-
-
-def _new_matrix(m: Reflectance, basis: AngleBasis, side: str, points: int, name: str) -> list[bytes]:
-    values = averages(m, basis, side, points)
-    _refuse_holes(m, values)
-    content = [(band, values @ weights) for band, weights in _bands(m, values.shape[2])]
-    return _framed(content, "Columns", side, name, basis, basis)
-
-
-def _new_tree(
-    m: Reflectance, tree: int, resolution: int, tolerance: float, side: str, points: int, name: str
-) -> list[bytes]:
-    if tree not in FINEST:
-        raise ParameterError(f"tree={tree!r}: expected 3 (isotropic) or 4")
-    if resolution < 2 or resolution & (resolution - 1) or resolution > FINEST[tree]:
-        raise ParameterError(f"resolution={resolution!r}: expected a power of 2, from 2 to {FINEST[tree]} for {tree}")
-    if not 0.0 <= tolerance < 1.0:
-        raise ParameterError(f"tolerance={tolerance!r}: expected a share, from 0 to below 1")
-    if tree == 3 and not m.is_isotropic():
-        raise ParameterError(f"{m!r:.80}: is anisotropic; write it with tree=4")
-    values = grids(m, tree, resolution, side, points)
-    _refuse_holes(m, values)
-    bands: Any = [(band, values @ weights) for band, weights in _bands(m, values.shape[-1])]
-    if len(bands) >= 3:
-        (_, Y), (_, X), (_, Z) = bands[:3]
-        total = X + 15.0 * Y + 3.0 * Z
-        lit = total > 0.0
-        u, v = (np.where(lit, a / np.where(lit, total, 1.0), flat / 19.0) for a, flat in ((4.0 * X, 4.0), (9.0 * Y, 9.0)))
-        bands = [(("Visible", ""), Y), (("CIE-u", ""), u), (("CIE-v", ""), v), *bands[3:]]
-    content = [(band, _tree.from_grid(grid, tolerance)) for band, grid in bands]
-    return _framed(content, f"TensorTree{tree}", side, name)
-
-
-def _refuse_holes(m: Reflectance, values: np.ndarray) -> None:
-    missing = np.isnan(values).any(axis=-1)
-    if missing.any():
-        raise ParameterError(
-            f"{m!r:.80}: no value at all in {missing.sum()} of {missing.size} pairs of patches or cells, and the format "
-            f"has no mark for that; fill the gaps first"
-        )
