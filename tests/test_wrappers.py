@@ -452,7 +452,7 @@ def test_a_table_at_its_nodes():
 def test_tables_without_reciprocity():
     m = gn.ShadingNormal(gn.Lambertian(0.5), 0.2)
     k = gn.tabulate(m, resolution=(16, 12, 12, 16))
-    assert k.period == pytest.approx(2.0 * PI)
+    assert k.periods["phi_d"] == pytest.approx(2.0 * PI)
     assert "reciprocity" in k.breaches()
     up = (WI[:, 2] > 0.5) & (WO[:, 2] > 0.5)
     np.testing.assert_allclose(k.f(WI[up], WO[up]), m.f(WI[up], WO[up]), rtol=0.1)

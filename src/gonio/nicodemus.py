@@ -402,7 +402,8 @@ def _by_quadrature(
     w, solid = of.points(*u)
     size = float(np.abs(light.incident(w) * np.broadcast_to(solid, u[0].shape)[..., None]).mean())
     E = cubature(evaluate, 1, 0.1 * tolerance, size, seam=of.seam).value[0]
-    unit = float(np.abs(E).max()) / of.projected
+    size = np.abs(E)  # what each channel of the factor is divided by
+    unit = float(max(size.min(), 1e-3 * size.max())) / of.projected
 
     def radiance(there: np.ndarray, index: np.ndarray) -> np.ndarray:
         return light.incident(there)

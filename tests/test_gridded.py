@@ -1,0 +1,220 @@
+"""Grids of angles: parameterisations, spacing of nodes, wrap-around, holes, what lies beyond; scattered rows."""
+
+import math
+import pickle
+
+import numpy as np
+import pytest
+
+import gonio as gn
+from gonio.errors import ParameterError
+from gonio.geometry import Direction
+from gonio.gridded import Gridded
+from gonio.integrate import integrate
+from gonio.measurement import QUANTITIES, from_brdf, to_brdf
+from gonio.parameterisations import PARAMETERISATIONS
+from gonio.quadrature import lattice
+
+rng = np.random.default_rng(5)
+EVEN = np.linspace(0.0, 0.5 * math.pi, 7)
+UNEVEN = np.radians([0.0, 5.0, 20.0, 33.0, 51.0, 75.0, 88.0])
+MANY = np.radians(np.sort(rng.uniform(1.0, 89.0, 25)))  # looked up by bisection
+SQUARES = np.radians((np.arange(9) + 0.5) ** 2 / 9.0)
+TURN = np.radians([0.0, 20.0, 90.0, 200.0, 300.0])
+AXES = {
+    ("angles", 3): [EVEN, UNEVEN, TURN],
+    ("angles", 4): [UNEVEN, EVEN, TURN, np.radians(np.arange(0.0, 360.0, 45.0))],
+    ("half_difference", 3): [SQUARES, MANY, np.radians(np.arange(0.5, 180.0, 30.0))],
+    ("half_difference", 4): [SQUARES, EVEN, TURN, TURN],
+    ("specular", 3): [UNEVEN, np.radians([0.0, 10.0, 30.0, 90.0, 170.0]), TURN],
+    ("specular", 4): [UNEVEN, np.radians([0.0, 10.0, 30.0, 90.0, 170.0]), TURN, TURN],
+}
+
+
+def grid(name, count, values=None, **more):
+    axes = dict(zip(PARAMETERISATIONS[name].names(count), AXES[name, count], strict=True))
+    if values is None:
+        values = np.random.default_rng(1).uniform(0.1, 1.0, tuple(map(len, axes.values())))
+    return Gridded(name, axes, values, **more)
+
+
+def pairs(n=400):
+    u = lattice(n, 4)
+    theta = np.arccos(1.0 - 0.99 * u[:, :2])
+    return gn.direction(theta[:, 0], 6.2 * u[:, 2]), gn.direction(theta[:, 1], 6.2 * u[:, 3])
+
+
+@pytest.mark.parametrize(("name", "count"), AXES)
+def test_directions_to_angles_and_back(name, count):
+    kind = PARAMETERISATIONS[name]
+    wi, wo = pairs()
+    found = kind.angles(Direction(*wi.T), Direction(*wo.T), count == 4)
+    back = kind.pairs(*found)
+    if count == 4:
+        np.testing.assert_allclose(back[0], wi, atol=1e-12)
+        np.testing.assert_allclose(back[1], wo, atol=1e-12)
+    else:
+        again = kind.angles(*(Direction(*w.T) for w in back), False)
+        np.testing.assert_allclose(again, found, atol=1e-9)
+        np.testing.assert_allclose(np.sum(back[0] * back[1], -1), np.sum(wi * wo, -1), atol=1e-12)
+
+
+def test_specular_angles_by_hand():
+    """For wi = (sin t, 0, cos t): radial 0 is the mirror direction, azimuth 0 towards the horizon, pi/2 s x e1."""
+    pairs = PARAMETERISATIONS["specular"].pairs
+    t, r = math.radians(40.0), math.radians(10.0)
+    for azimuth, theta, phi in ((0.0, 50.0, 180.0), (math.pi, 30.0, 180.0)):
+        wi, wo = pairs(np.array(t), np.array(r), np.array(azimuth))
+        np.testing.assert_allclose(wi, gn.direction(t, 0.0), atol=1e-15)
+        np.testing.assert_allclose(wo, gn.direction(math.radians(theta), math.radians(phi)), atol=1e-15)
+    _, wo = pairs(np.array(t), np.array(0.5 * math.pi), np.array(0.5 * math.pi))
+    np.testing.assert_allclose(wo, [0.0, -1.0, 0.0], atol=1e-15)
+
+
+@pytest.mark.parametrize(("name", "count"), AXES)
+def test_exact_at_nodes(name, count):
+    m = grid(name, count)
+    wi, wo = m.directions()
+    up = (wi[..., 2] > 1e-3) & (wo[..., 2] > 1e-3)
+    # Where an angle is 0 the azimuth about it is not determined; and nodes on the seam of a polar axis.
+    for k, name_ in enumerate(m.axes):
+        if name_ in ("theta_i", "theta_o", "theta_h", "theta_d", "radial"):
+            up &= (np.moveaxis(np.broadcast_to(m.axes[name_], (*np.delete(up.shape, k), up.shape[k])), -1, k)) > 1e-6
+    assert up.sum() > 50
+    np.testing.assert_allclose(m.f(wi[up], wo[up]), m.stored[up], rtol=1e-9)
+
+
+@pytest.mark.parametrize(("name", "count"), AXES)
+def test_linear_between_nodes(name, count):
+    """Against a direct interpolation by SciPy, over the closed circle."""
+    from scipy.interpolate import RegularGridInterpolator
+
+    m = grid(name, count)
+    values, nodes = m.stored, []
+    for k, (axis, x) in enumerate(m.axes.items()):
+        if axis in m.periods:
+            values = np.concatenate([values, values.take([0], axis=k)], axis=k)
+            x = np.append(x, x[0] + 2.0 * math.pi)
+        nodes.append(x)
+    wi, wo = pairs()
+    angles = PARAMETERISATIONS[name].angles(Direction(*wi.T), Direction(*wo.T), count == 4)
+    at = [
+        x[0] + np.mod(a - x[0], 2.0 * math.pi) if axis in m.periods else np.clip(a, x[0], x[-1])
+        for axis, a, x in zip(m.axes, angles, nodes, strict=True)
+    ]
+    if name == "half_difference":  # spaced as its square root
+        nodes[0], at[0] = np.sqrt(nodes[0]), np.sqrt(at[0])
+    expected = RegularGridInterpolator(nodes, values)(np.stack(at, -1))
+    np.testing.assert_allclose(m.f(wi, wo), expected, rtol=1e-9)
+
+
+def test_mirrored_and_period():
+    axes = {"theta_i": EVEN, "theta_o": EVEN, "phi": np.radians([0.0, 60.0, 120.0, 180.0])}
+    m = Gridded("angles", axes, rng.uniform(size=(7, 7, 4)), mirrored=True)
+    wi, wo = pairs()
+    flip = np.array([1.0, -1.0, 1.0])
+    np.testing.assert_allclose(m.f(wi, wo), m.f(wi * flip, wo * flip), rtol=1e-9)
+    half = {"theta_h": EVEN, "theta_d": EVEN, "phi_d": np.radians([0.0, 60.0, 120.0])}
+    m = Gridded("half_difference", half, rng.uniform(size=(7, 7, 3)), periods={"phi_d": math.pi})
+    np.testing.assert_allclose(m.f(wi, wo), m.f(wo, wi), rtol=1e-9)
+
+
+def test_channels_uncertainty_and_names():
+    axes = {"theta_i": EVEN, "theta_o": EVEN, "phi": [0.0]}
+    values = rng.uniform(size=(7, 7, 1, 2))
+    m = Gridded("angles", axes, values, channels=[450.0, 550.0], uncertainty=0.1 * values)
+    assert m.channel_names == (450.0, 550.0)
+    assert m.f(*pairs()).shape == (400, 2)
+    assert m.data["uncertainty"].shape == (7, 7, 1, 2)
+    assert m.data["wavelength"].attrs["units"] == "nm"
+    assert pickle.loads(pickle.dumps(m)) == m
+    assert m != Gridded("angles", axes, values, channels=[450.0, 560.0], uncertainty=0.1 * values)
+    assert m != Gridded("angles", axes, values, channels=[450.0, 550.0])
+    assert m != Gridded("angles", {**axes, "phi": [1.0]}, values, channels=[450.0, 550.0], uncertainty=0.1 * values)
+
+
+@pytest.mark.parametrize("quantity", QUANTITIES)
+def test_quantities(quantity):
+    """A Lambertian surface, whatever the table holds of it."""
+    axes = {"theta_i": UNEVEN, "theta_o": UNEVEN, "phi": TURN}
+    flat = Gridded("angles", axes, np.full((7, 7, 5), 0.25))
+    wi, wo = flat.directions()
+    values = from_brdf(quantity, np.full((7, 7, 5), 0.25), wi[..., 2], wo[..., 2])
+    np.testing.assert_allclose(to_brdf(quantity, values, wi[..., 2], wo[..., 2]), 0.25)
+    m = Gridded("angles", axes, values, quantity=quantity, uncertainty=0.1 * values)
+    np.testing.assert_allclose(m.f(*pairs()), 0.25, rtol=1e-12)
+    np.testing.assert_allclose(m.brdf_uncertainty(), 0.025, rtol=1e-12)
+    again = m.with_brdf(m.brdf(), m.brdf_uncertainty(), repaired="nothing")
+    np.testing.assert_allclose(again.stored, m.stored, rtol=1e-14)
+    assert again.quantity == quantity
+    assert again.about["repaired"] == "nothing"
+
+
+def test_holes():
+    """A node without data is left out; where only such nodes count, f is NaN."""
+    axes = {"theta_i": EVEN, "theta_o": EVEN, "phi": [0.0]}
+    values = np.ones((7, 7, 1))
+    values[3, 3] = np.nan
+    m = Gridded("angles", axes, values)
+    inside, beside = np.array([EVEN[3], EVEN[3] + 0.02]), np.array([EVEN[3], EVEN[3] + 0.1])
+    f = m.f_angles(inside, 0.0, beside, 0.0)
+    assert np.isnan(f[0])
+    assert f[1] == pytest.approx(1.0)
+    assert not m.valid[3, 3, 0]
+    nearest = Gridded("angles", axes, values, interpolation="nearest")
+    assert np.isnan(nearest.f_angles(EVEN[3] + 0.1, 0.0, EVEN[3] - 0.1, 0.0))
+
+
+def test_beyond_the_nodes():
+    axes = {"theta_i": UNEVEN, "theta_o": np.radians([10.0, 80.0]), "phi": [0.0]}
+    values = np.broadcast_to(np.array([1.0, 2.0])[:, None], (7, 2, 1))
+    low, high = np.radians([5.0, 85.0])
+    for outside, expected in (("hold", [1.0, 2.0]), ("missing", [np.nan, np.nan]), ("zero", [0.0, 0.0])):
+        m = Gridded("angles", axes, values, outside=outside)
+        np.testing.assert_array_equal(m.f_angles(0.5, 0.0, np.array([low, high]), 0.0), expected)
+        assert m.f_angles(0.5, 0.0, np.radians(45.0), 0.0) == pytest.approx(1.5)
+
+
+@pytest.mark.parametrize(("name", "count"), AXES)
+def test_sampling(name, count):
+    m = grid(name, count)
+    u = lattice(1 << 16)
+    wo = gn.direction(0.7, 0.4)
+    s = m.sample(np.broadcast_to(wo, (len(u), 3)), u)
+    used = s.pdf > 0.0
+    np.testing.assert_allclose(m.pdf(s.wi, wo)[used], s.pdf[used], rtol=1e-7)
+    weight = np.where(used, s.weight, 0.0)
+    assert weight.mean() == pytest.approx(float(integrate(m, wo, 1e-3, incident=False)), rel=1e-2)
+    assert weight.max() < 5.01 * math.pi
+
+
+def test_every_library(library):
+    m = grid("specular", 3)
+    wi, wo = pairs(50)
+    found = library.numpy(m.f(library.array(wi), library.array(wo)))
+    np.testing.assert_allclose(found, m.f(wi, wo), rtol=1e-9)
+
+
+GOOD = {"theta_i": EVEN, "theta_o": EVEN, "phi": TURN}
+
+
+@pytest.mark.parametrize(
+    ("make", "words"),
+    [
+        (lambda: Gridded("polar", GOOD, np.ones((7, 7, 5))), "expected one of 'angles'"),
+        (lambda: Gridded("angles", {"theta_o": EVEN, "theta_i": EVEN, "phi": TURN}, np.ones((7, 7, 5))), "this order"),
+        (lambda: Gridded("angles", GOOD, np.ones((7, 7))), "shape"),
+        (lambda: Gridded("angles", GOOD, np.ones((7, 7, 5, 2)), channels="RGB"), "shape"),
+        (lambda: Gridded("angles", GOOD, np.ones((7, 7, 5)), uncertainty=np.ones(3)), "uncertainty"),
+        (lambda: Gridded("angles", {**GOOD, "theta_i": np.degrees(EVEN)}, np.ones((7, 7, 5))), "degrees"),
+        (lambda: Gridded("angles", {**GOOD, "phi": TURN[::-1]}, np.ones((7, 7, 5))), "increasing"),
+        (lambda: Gridded("angles", {**GOOD, "phi": [0.0, 7.0]}, np.ones((7, 7, 2))), "period"),
+        (lambda: Gridded("angles", GOOD, np.ones((7, 7, 5)), mirrored=True), "mirrored"),
+        (lambda: Gridded("angles", GOOD, np.ones((7, 7, 5)), quantity="radiance"), "quantity"),
+        (lambda: Gridded("angles", GOOD, np.ones((7, 7, 5)), periods={"theta_i": 1.0}), "azimuths"),
+        (lambda: Gridded("angles", GOOD, np.ones((7, 7, 5)), outside="guess"), "outside"),
+    ],
+)
+def test_what_bad_input_says(make, words):
+    with pytest.raises(ParameterError, match=words):
+        make()
