@@ -22,8 +22,8 @@ from ..files import replacing
 from ..geometry import Direction
 from ..interface import Reflectance, direction
 from ..marginal_warp import bracket
-from ..measurement import Measured
 from ..param import channels, table
+from ..sampled import Sampled
 
 if TYPE_CHECKING:
     import xarray
@@ -46,7 +46,7 @@ Y, R, B = 1.39829, -0.297375, -0.100913
 """Green from luminance, red and blue, as pbrt has it."""
 
 
-class Scatfun(Measured):
+class Scatfun(Sampled):
     """f = 1/cos(theta_i) sum_k a_k(mu_i, mu_o) cos(k phi), mu_i = -cos(theta_i), mu_o = cos(theta_o).
 
     phi = phi_o - phi_i - pi is 0 in the forward direction. The a_k are Catmull-Rom splines along mu_i and mu_o through
@@ -55,6 +55,8 @@ class Scatfun(Measured):
     luminance, red and blue; green follows. Where the series rings below 0 it is kept as it is (pbrt makes it 0).
     A file has four quarters: light from in front or behind, reflected or transmitted. f is what `side` reflects;
     all of them are kept, and written.
+
+    Sampling: see `Sampled`.
 
     Shapes   f: (...) for one channel, (..., 3), RGB, for three.
     Units    f: 1/sr.
@@ -155,9 +157,9 @@ def _spline(nodes: Any, count: int, x: Any) -> list[tuple[Any, Any]]:
 def _cubic(t: Any, values: list[Any]) -> Any:
     """At t in [0, 1] between the second and the third of four values with equal steps: of degree 3 through them all."""
     a, b, c, d = values
-    return b + t * (c - b) + t * (t - 1.0) * (
-        (c + a - 2.0 * b) * (2.0 - t) + (d + b - 2.0 * c) * (1.0 + t)
-    ) * (1.0 / 6.0)
+    return (
+        b + t * (c - b) + t * (t - 1.0) * ((c + a - 2.0 * b) * (2.0 - t) + (d + b - 2.0 * c) * (1.0 + t)) * (1.0 / 6.0)
+    )
 
 
 def _beyond(mu: np.ndarray, sign: float) -> slice:
