@@ -9,8 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from ..errors import FormatError, NotFoundError
+from ..errors import FormatError, NotFoundError, ParameterError
 from ..gridded import Gridded
+from ..interface import Reflectance
 from ..measurement import Measured, quantity_named
 
 MAPPED = 1 << 26
@@ -33,6 +34,17 @@ def numbers(path: str | os.PathLike, dtype: str, shape: tuple[int, ...], offset:
         raise NotFoundError(f"{path}: cannot be read: {error.strerror}") from None
     found.flags.writeable = False
     return found
+
+
+def expect_channels(m: Reflectance, format: str) -> int:
+    """How many channels m has, 1 or 3. Raises ParameterError for what no table of RGB can hold."""
+    shape = m.f([0.0, 0.0, 1.0], [0.0, 0.0, 1.0]).shape
+    if m.has_delta or shape not in ((), (1,), (3,)):
+        raise ParameterError(
+            f"{m!r:.80}: {format} files hold 3 channels, or 1, without delta lobes or maps; this has values of shape "
+            f"{shape}{' and a delta lobe' * m.has_delta}; leave out what is more"
+        )
+    return shape[0] if shape else 1
 
 
 class Mapped(Gridded):

@@ -20,7 +20,7 @@ from ..errors import FormatError, ParameterError
 from ..files import replacing
 from ..interface import Reflectance
 from ..parameterisations import parameterisation
-from ._mapped import Mapped, numbers
+from ._mapped import Mapped, expect_channels, numbers
 
 NAME = "CSAIL"
 SUFFIXES = (".dat",)
@@ -121,8 +121,8 @@ def read(path: Path, scale: float = 1.0) -> CSAIL:
             raise FormatError(f"{path}: {what} is {header[at]}, expected {' or '.join(map(str, allowed))}")
     if min(counts) < 1 or size != _size(counts):
         raise FormatError(
-            f"{path}: {size} bytes, expected {_size(counts)} for {'×'.join(map(str, counts))} bins of theta_i, theta_o, "
-            f"phi, phi_i: cut short or damaged; fetch it again"
+            f"{path}: {size} bytes, expected {_size(counts)} for {'×'.join(map(str, counts))} bins of theta_i, "
+            f"theta_o, phi, phi_i: cut short or damaged; fetch it again"
         )
     return CSAIL(numbers(path, "<f4", (3, *counts), HEADER), header, scale, str(path))
 
@@ -141,11 +141,7 @@ def write(m: Reflectance, path: Path, resolution: tuple[int, int, int, int] = RE
 
 
 def _tabulated(m: Reflectance, resolution: tuple[int, int, int, int]) -> tuple[np.ndarray, np.ndarray]:
-    shape = m.f([0.0, 0.0, 1.0], [0.0, 0.0, 1.0]).shape
-    if m.has_delta or shape not in ((), (1,), (3,)):
-        raise ParameterError(
-            f"{m!r:.80}: CSAIL files hold 3 channels, or 1 for gray, without delta lobes or maps; leave out what is more"
-        )
+    expect_channels(m, NAME)
     if len(resolution) != 4 or min(resolution) < 1:
         raise ParameterError(f"resolution={resolution!r}: expected bins of theta_i, theta_o, phi and phi_i")
     header = np.zeros(COUNT, "<i4")

@@ -57,7 +57,7 @@ def read(
     """One sample: of a table a `Scattered`, taken as isotropic; of Oren-Nayar fits gn.OrenNayar.
 
     sample  its number, as in the first column; needed where there are several
-    rgb     whether to read the files of the other two colours beside this one too: `rbrdf.dat`, `gbrdf.dat`, `bbrdf.dat`
+    rgb     whether to read the files of the other two colours too: those of rbrdf.dat, gbrdf.dat, bbrdf.dat beside it
     kd      whether an Oren-Nayar fit is multiplied by its kd; how kd enters was not found
     modes   (n, m, l) of the columns of Koenderink fits: their order was not found
 

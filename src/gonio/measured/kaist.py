@@ -95,7 +95,7 @@ class KAIST(Mapped):
 
 def _nodes(fields: Mapping[str, np.ndarray], where: str, name: str) -> np.ndarray:
     """Nodes of an axis [rad]; those that are even but for the rounding of float32 are made even."""
-    found = expect(fields, where, name, (1, None) if np.ndim(fields.get(name)) == 2 else (None,)).reshape(-1)
+    found = expect(fields, where, name, (1, None) if name in fields and fields[name].ndim == 2 else (None,)).reshape(-1)
     exact = found.astype(float)
     even = np.linspace(exact[0], exact[-1], len(exact))
     return even if np.abs(even - exact).max() <= 1e-6 else exact

@@ -45,7 +45,8 @@ class Neural(Sampled):
     Shapes   kernels: (6, 21), (21, 21), (21, 3), biases: (21,), (21,), (3,). f: (..., 3), RGB.
     Units    f: 1/sr.
     Error    rounding; float32 against float64: 2e-6 of the largest f.
-    Source   Sztrajman, Rainer, Ritschel & Weyrich 2021, "Neural BRDF representation and importance sampling", CGF 40(6).
+    Source   Sztrajman, Rainer, Ritschel & Weyrich 2021, "Neural BRDF representation and importance sampling",
+             Computer Graphics Forum 40(6).
     """
 
     format = NAME
@@ -85,7 +86,7 @@ class Neural(Sampled):
         """Kernels and biases."""
         import xarray
 
-        held = {}
+        held: dict[str, Any] = {}
         for k in (1, 2, 3):
             held[f"kernel_{k}"] = ((f"layer_{k - 1}", f"layer_{k}"), self.__dict__[f"kernel_{k}"])
             held[f"bias_{k}"] = ((f"layer_{k}",), self.__dict__[f"bias_{k}"])
@@ -128,26 +129,23 @@ def read(path: Path) -> Neural:
             kernels, biases = zip(*(_layer(file, k, shape) for k, shape in enumerate(SHAPES, start=1)), strict=True)
     except FileNotFoundError:
         raise NotFoundError(f"{path}: no such file") from None
-    except (OSError, KeyError, RuntimeError, ValueError, TypeError) as error:
-        if isinstance(error, FormatError):
-            raise FormatError(f"{path}: {error}") from None
-        raise FormatError(
-            f"{path}: damaged, or no network of 6, 21, 21 and 3 neurons: {error}; fetch it again"
-        ) from None
+    except (OSError, KeyError, RuntimeError, ValueError, TypeError, AttributeError) as error:
+        raise FormatError(f"{path}: damaged, or no network of 6, 21, 21 and 3 neurons: {error}") from None
     return Neural(kernels, biases, str(path))
 
 
 def _layer(file: Any, k: int, shape: tuple[int, int]) -> tuple[np.ndarray, np.ndarray]:
-    """Kernel and bias of a layer; their shapes are compared before they are read."""
-    group = file[f"dense_{k}"]
-    group = group[f"dense_{k}"] if f"dense_{k}" in group else group
+    """Kernel and bias of a layer; what they are is compared before they are read, and no other file is."""
     found = []
-    for name, expected in (("kernel:0", shape), ("bias:0", shape[1:])):
-        if group[name].shape != expected or group[name].dtype.kind != "f":
-            raise FormatError(
-                f"dense_{k}/{name} is {group[name].dtype} of shape {group[name].shape}, expected floats of shape {expected}"
-            )
-        found.append(group[name][()].astype("f4"))
+    for what, expected in (("kernel:0", shape), ("bias:0", shape[1:])):
+        at = file
+        for name in (f"dense_{k}", f"dense_{k}", what):
+            if type(at.get(name, getlink=True)).__name__ != "HardLink":
+                raise FormatError(f"dense_{k}: {name} is missing, or in another file")
+            at = at[name]
+        if at.shape != expected or at.dtype.kind != "f" or at.external or at.is_virtual:
+            raise FormatError(f"dense_{k}/{what}: {at.dtype} of shape {at.shape}, expected floats of shape {expected}")
+        found.append(at[()].astype("f4"))
     return found[0], found[1]
 
 

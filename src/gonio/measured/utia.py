@@ -1,9 +1,9 @@
 """UTIA's `.bin`: anisotropic RGB measurements on a grid of both directions' angles, without a header.
 
-float64, little-endian, [plane][theta_i][phi_i][theta_o][phi_o]: 3 planes, theta 0 to 75 degrees by 15, phi 0 to 352.5 by
-7.5, 1 990 656 bytes. The "dense" variant has 44 theta and 180 phi, 1.5 GB; its theta are taken to be 2 degrees apart
-(no description of them was seen). Known from the sources of four readers, which disagree about colour, see
-`DECODINGS`; no specification and no published file was at hand, and files of their EXR variant are not read.
+float64, little-endian, [plane][theta_i][phi_i][theta_o][phi_o]: 3 planes, theta 0 to 75 degrees by 15, phi 0 to 352.5
+by 7.5, 1 990 656 bytes. The "dense" variant has 44 theta and 180 phi, 1.5 GB; its theta are taken to be 2 degrees
+apart (no description of them was seen). Known from the sources of four readers, which disagree about colour, see
+`DECODINGS`; no specification and no published file was at hand, and files of the EXR variant are not read.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ import numpy as np
 from ..errors import FormatError, ParameterError
 from ..files import replacing
 from ..interface import Reflectance
-from ._mapped import MAPPED, Mapped, numbers
+from ._mapped import MAPPED, Mapped, expect_channels, numbers
 
 NAME = "UTIA"
 SUFFIXES = (".bin",)
@@ -38,8 +38,8 @@ DECODINGS: dict[str, Callable[[np.ndarray], np.ndarray]] = {
     "srgb": _srgb,
     "dj_brdf": lambda v: 100.0 * _srgb(v / 140.0, 0.0375),
 }
-"""f [1/sr] from stored numbers: as they are (ALTA, asztr's UTIA-brdf), sRGB-encoded (Fichet's reader), or as dj_brdf has
-it, which divides by 140 and calls that a constant from the database's author (and makes negative numbers 0)."""
+"""f [1/sr] from stored numbers: as they are (ALTA, asztr's UTIA-brdf), sRGB-encoded (Fichet's reader), or as dj_brdf
+has it, which divides by 140 and calls that a constant from the database's author (and makes negative numbers 0)."""
 
 
 class UTIA(Mapped):
@@ -133,11 +133,7 @@ def write(m: Reflectance, path: Path) -> None:
 
 
 def _tabulated(m: Reflectance) -> np.ndarray:
-    shape = m.f([0.0, 0.0, 1.0], [0.0, 0.0, 1.0]).shape
-    if m.has_delta or shape not in ((), (1,), (3,)):
-        raise ParameterError(
-            f"{m!r:.80}: UTIA files hold 3 channels, or 1 for gray, without delta lobes or maps; leave out what is more"
-        )
+    expect_channels(m, NAME)
     (count, turns), step = next(iter(GRIDS.items()))
     theta, phi = np.radians(step * np.arange(count)), np.radians(360.0 / turns) * np.arange(turns)
     angles: list[Any] = [theta[:, None, None, None], phi[:, None, None], theta[:, None], phi]
