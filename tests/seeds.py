@@ -114,6 +114,43 @@ src_z\tsrc_a\tview_z\tview_a\t450.5nm\t633nm
  12.000\t  0.000\t  0.000\t  0.000\t1.05\t1.06
  45.000\t  0.000\t 45.000\t180.000\t1.06\t1.08
 """
+def _kaist() -> bytes:
+    from test_binary_formats import polarised
+
+    from gonio.measured import _tensor_file
+
+    return _tensor_file.serialise(polarised(counts=(2, 3, 3), wavelengths=(450, 550)))
+
+
+def _utia() -> bytes:
+    return np.linspace(0.0, 1.0, 3 * 288**2).astype("<f8").tobytes()
+
+
+def _csail() -> bytes:
+    from test_binary_formats import ngan
+
+    return b"".join(a.tobytes() for a in ngan((2, 2, 4, 3), holes=0.2))
+
+
+def _curet() -> bytes:
+    from test_binary_formats import curet_table, lambertian_table
+
+    return curet_table(lambertian_table(1))
+
+
+def _scatfun(packed: bool) -> bytes:
+    import gzip
+
+    from test_binary_formats import random_layered
+
+    return gzip.compress(random_layered(3)) if packed else random_layered(1)
+
+
+def _neural() -> bytes:
+    from test_binary_formats import random_network
+
+    return saved(random_network(), ".h5")
+
 
 SEEDS: dict[str, Callable[[], bytes]] = {
     "netCDF": lambda: saved(small_grid(), ".nc"),
@@ -128,5 +165,13 @@ SEEDS: dict[str, Callable[[], bytes]] = {
     "MCD43A1": mcd43,
     "MERL": _merl,
     "RGL": _rgl,
+    "KAIST": _kaist,
+    "UTIA": _utia,
+    "CSAIL": _csail,
+    "CUReT": _curet,
+    "CUReT Oren-Nayar": lambda: b"1 0.5 0.3 0.8\n",
+    "SCATFUN": lambda: _scatfun(packed=False),
+    "SCATFUN gzip": lambda: _scatfun(packed=True),
+    "Neural-BRDF": _neural,
     "gonio JSON": _material,
 }

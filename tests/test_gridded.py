@@ -25,6 +25,8 @@ TURN = np.radians([0.0, 20.0, 90.0, 200.0, 300.0])
 AXES = {
     ("angles", 3): [EVEN, UNEVEN, TURN],
     ("angles", 4): [UNEVEN, EVEN, TURN, np.radians(np.arange(0.0, 360.0, 45.0))],
+    ("relative", 3): [EVEN, UNEVEN, TURN],
+    ("relative", 4): [UNEVEN, EVEN, TURN, np.radians(np.arange(0.0, 360.0, 45.0))],
     ("half_difference", 3): [SQUARES, MANY, np.radians(np.arange(0.5, 180.0, 30.0))],
     ("half_difference", 4): [SQUARES, EVEN, TURN, TURN],
     ("specular", 3): [UNEVEN, np.radians([0.0, 10.0, 30.0, 90.0, 170.0]), TURN],

@@ -52,6 +52,7 @@ class Gridded(Sampled):
     """Values at the nodes of a grid of angles, linear between them along every axis.
 
     angles            theta_i, theta_o, phi = phi_o - phi_i; or theta_i, theta_o, phi_i, phi_o
+    relative          theta_i, theta_o, phi; or with phi_i
     half_difference   theta_h, theta_d, phi_d; or with phi_h (Rusinkiewicz)
     specular          theta_i, radial, azimuth of wo about the mirror direction of wi; or with phi_i
 
@@ -81,7 +82,7 @@ class Gridded(Sampled):
         "grazing": "beyond the outermost nodes nothing is known",
     }
 
-    parameterisation = option("angles", "half_difference", "specular", doc="what the axes of the grid are")
+    parameterisation = option("angles", "relative", "half_difference", "specular", doc="what the axes of the grid are")
     interpolation = option("linear", "nearest", doc="between nodes, or the value of the nearest")
     outside = option("hold", "missing", "zero", doc="beyond the outermost nodes")
     stored = table("the values as given, by the axes and channel")
