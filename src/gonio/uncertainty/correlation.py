@@ -81,6 +81,7 @@ class Factors:
     """The factors of a table's axes and of its channels: errors = (F_1 x F_2 x ... ) independent errors.
 
     angles     a factor per axis of the grid, None where errors are independent
+    shared     (nodes, n): which nodes have the error of one measurement, where there are more nodes than these
     channels   (C, r)
     """
 
@@ -90,10 +91,15 @@ class Factors:
         channels: int | np.ndarray,
         lengths_: Lengths,
         periods: Mapping[str, float],
+        shared: np.ndarray | None = None,
     ):
-        """`channels`: how many, or their wavelengths [nm]."""
+        """`channels`: how many, or their wavelengths [nm]. `shared`: the number of the measurement of each node."""
         self.shape = tuple(len(x) for x in axes.values())
         self.angles = [factor(x, lengths_[name], periods.get(name)) for name, x in axes.items()]
+        self.shared = None
+        if shared is not None and not any(lengths_[name] for name in axes):
+            flat = np.unique(shared, return_inverse=True)[1].reshape(-1)
+            self.shared = sparse.csr_array((np.ones(flat.size), (np.arange(flat.size), flat)))
         length = lengths_[CHANNEL]
         if isinstance(channels, int) and 0.0 < length < math.inf:
             raise ParameterError(
@@ -106,25 +112,29 @@ class Factors:
 
     def on_angles(self, rows: sparse.csr_array) -> sparse.csr_array:
         """Rows (n, nodes) of sensitivities to errors of the table -> to the independent errors that make them."""
-        if all(f is None for f in self.angles):
-            return rows
-        done = []
-        for i in range(rows.shape[0]):
-            table = rows[i : i + 1].toarray().reshape(self.shape)
-            for axis, f in enumerate(self.angles):
-                if f is not None:
-                    table = np.moveaxis(np.tensordot(table, f, (axis, 0)), -1, axis)
-            done.append(sparse.csr_array(table.reshape(1, -1)))
-        return sparse.vstack(done, format="csr")
+        if self.shared is not None:
+            return sparse.csr_array(rows @ self.shared)
+        sizes = list(self.shape)
+        for axis, f in enumerate(self.angles):
+            if f is not None:
+                before, behind = (sparse.eye_array(math.prod(part)) for part in (sizes[:axis], sizes[axis + 1 :]))
+                rows = sparse.csr_array(rows @ sparse.kron(sparse.kron(before, f), behind, format="csr"))
+                sizes[axis] = f.shape[1]
+        return rows
 
     def draw(self, random: np.random.Generator, count: int) -> np.ndarray:
-        """`count` tables of errors with standard deviation 1: (*grid, C, count)."""
-        sizes = [n if f is None else f.shape[1] for n, f in zip(self.shape, self.angles, strict=True)]
-        found = random.standard_normal((*sizes, self.channels.shape[1], count))
-        for axis, f in enumerate((*self.angles, self.channels)):
-            if f is not None:
-                found = np.moveaxis(np.tensordot(found, f, (axis, 1)), -1, axis)
-        return found
+        """`count` tables of errors with standard deviation 1: (nodes, C, count)."""
+        own = [len(self.channels[0]), count]
+        if self.shared is not None:
+            found = random.standard_normal((self.shared.shape[1], *own))[self.shared.indices]
+        else:
+            sizes = [n if f is None else f.shape[1] for n, f in zip(self.shape, self.angles, strict=True)]
+            found = random.standard_normal((*sizes, *own))
+            for axis, f in enumerate(self.angles):
+                if f is not None:
+                    found = np.moveaxis(np.tensordot(found, f, (axis, 1)), -1, axis)
+            found = found.reshape(-1, *own)
+        return np.einsum("cr,nrk->nck", self.channels, found)
 
 
 def in_words(correlation: Any) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -74,5 +75,7 @@ class Latent:
             self._made = []
             for value, row, unknown in zip(values, coefficients, self.unknown, strict=True):
                 terms = [c * z for c, z in zip(row, self.ledger.variables, strict=False) if c != 0.0]
-                self._made.append(ufloat(value, np.nan) if unknown else sum(terms, ufloat(value, 0.0)))
+                with warnings.catch_warnings():
+                    warnings.simplefilter("ignore", UserWarning)  # that an uncertainty may be 0 is known here
+                    self._made.append(ufloat(value, np.nan if unknown else 0.0) + sum(terms))
         return self._made

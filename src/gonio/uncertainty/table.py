@@ -13,6 +13,7 @@ from scipy import sparse
 from ..errors import ParameterError
 from ..gridded import Gridded
 from ..interface import Reflectance
+from ..scattered import Scattered
 from .correlation import Factors, in_words, lengths
 from .functionals import Linear
 from .latent import Latent, Ledger
@@ -39,18 +40,19 @@ class TableErrors:
         numbers = names is not None and not any(isinstance(x, str) for x in names)
         channels: Any = np.array(names, dtype=float) if numbers else self.u.shape[1]
         periods = {} if m.is_mirrored else m.periods
-        self.factors = Factors(m.axes, channels, self.lengths, periods)
+        shared = m.nodes[2] if isinstance(m, Scattered) else None
+        self.factors = Factors(m.axes, channels, self.lengths, periods, shared)
         self.ledger = Ledger()
 
     def results(self, of: Linear, values: Any) -> Latent:
         """Results (...[, C]) of a linear function in terms of independent errors."""
         n = self._enough(of) if of.sampled else 1
-        return self._latent(coefficients(self.m, of, n), np.reshape(values, (-1, self.u.shape[1])))
+        return self.latent(coefficients(self.m, of, n), np.reshape(values, (-1, self.u.shape[1])))
 
     def roughly(self, of: Linear) -> float:
         """The smallest standard uncertainty of a few results of a linear function, NaN if there is none."""
         found = coefficients(self.m, of, FEWEST, min(math.prod(of.shape), TRIED))
-        u = self._latent(found, np.full((found.rows[0].shape[0], self.u.shape[1]), 0.0)).u
+        u = self.latent(found, np.full((found.rows[0].shape[0], self.u.shape[1]), 0.0)).u
         return float(np.min(u[u > 0.0], initial=math.inf))
 
     def _enough(self, of: Linear) -> int:
@@ -59,13 +61,13 @@ class TableErrors:
         few = min(math.prod(of.shape), TRIED)
         while n < MOST:
             found = coefficients(self.m, of, n, few)
-            u = self._latent(found, np.zeros((few, self.u.shape[1]))).u
+            u = self.latent(found, np.zeros((few, self.u.shape[1]))).u
             if before.size and not (np.abs(u - before) > STEADY * u).any():
                 break
             before, n = u, 2 * n
         return n
 
-    def _latent(self, found: Coefficients, values: np.ndarray) -> Latent:
+    def latent(self, found: Coefficients, values: np.ndarray) -> Latent:
         count, channels = values.shape
         rows, unknown = [], []
         for c in range(channels):
@@ -85,7 +87,7 @@ class TableErrors:
     def draw(self, random: np.random.Generator, count: int) -> np.ndarray:
         """`count` tables of f [1/sr] (count, grid...[, C]) as they may have been measured; unknown errors are 0."""
         f = self.m.brdf()
-        noise = np.moveaxis(self.factors.draw(random, count), -1, 0).reshape(count, *self.u.shape)
+        noise = np.moveaxis(self.factors.draw(random, count), -1, 0)
         tables = f + (noise * np.nan_to_num(self.u)).reshape(count, *f.shape)
         if self.scale:
             tables = tables * (1.0 + self.scale * random.standard_normal((count, *(1 for _ in f.shape))))
