@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import inspect
-import math
 import warnings
 from collections.abc import Callable, Mapping
 from typing import Any
@@ -11,10 +10,9 @@ from typing import Any
 import numpy as np
 
 from ..errors import MissingDataWarning, ParameterError
-from ..gridded import Gridded
 from .functionals import KNOWN_NAMES, linear, named
 from .quoted import Quoted as Quoted
-from .table import TableErrors, has_uncertainty, table_errors
+from .table import TableErrors, table_errors
 
 METHODS = ("first order", "Monte Carlo")
 
@@ -93,8 +91,8 @@ def _warn_of_unknown(u: Any, value: Any) -> None:
     lost = np.isnan(u) & ~np.isnan(value)
     if lost.any():
         warnings.warn(
-            f"the uncertainty of {lost.sum()} of {lost.size} results is unknown, because that of some values which they "
-            f"depend on is (NaN); fill those in",
+            f"the uncertainty of {lost.sum()} of {lost.size} results is unknown (NaN), because that of some values "
+            f"behind them is; fill it in, as m.with_brdf(m.brdf(), u)",
             MissingDataWarning,
             stacklevel=4,
         )

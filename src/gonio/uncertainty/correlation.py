@@ -60,8 +60,8 @@ def lengths(correlation: str | float | Mapping[str, float], axes: Sequence[str])
 def factor(nodes: np.ndarray, length: float, period: float | None = None) -> np.ndarray | None:
     """F (n, r) with the correlation matrix R = F F^T of the nodes of an axis; None where R is the identity.
 
-    R = exp(-d^2 / 2 length^2) with the distance d of two nodes, round a circle exp(-(p/pi)^2 sin^2(pi d/p) / 2 length^2)
-    with the period p, which is the same for small d. Both are correlation matrices whatever the nodes are (their
+    R = exp(-d^2 / 2 length^2) with the distance d of two nodes; round a circle of period p, d is p/pi sin(pi d/p),
+    which is the same for small d. Both are correlation matrices whatever the nodes are (their
     Fourier transforms are positive). Components that hold `LOST` of the variance are left out.
     """
     n = len(nodes)

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from .. import nicodemus
-from ..cones import Cone, Geometry, Hemisphere
+from ..cones import Cone, Hemisphere
 from ..errors import ParameterError
 from ..integrate import albedo, directions, in_double
 from ..interface import Reflectance, direction
@@ -53,14 +53,14 @@ def named(function: Callable, m: Any, args: tuple, named_args: dict[str, Any]) -
 def _values(wi: Any, wo: Any, out: Any = None) -> Linear:
     if out is not None:
         raise ParameterError("out=...: expected None; a result with its uncertainty is an object of its own")
-    wi, wo = directions(wi), directions(wo)
-    shape = np.broadcast_shapes(wi.shape[:-1], wo.shape[:-1])
-    flat = [in_double(np.broadcast_to(w, (*shape, 3))) for w in (wi, wo)]
+    sides = directions(wi), directions(wo)
+    shape = np.broadcast_shapes(*(w.shape[:-1] for w in sides))
+    flat = [in_double(np.broadcast_to(w, (*shape, 3))) for w in sides]
 
     def pairs(n: int) -> Iterator[Pairs]:
         for start in range(0, len(flat[0]), 1 << 16):
-            part = [w[start : start + (1 << 16)] for w in flat]
-            yield Pairs(np.arange(start, start + len(part[0])), *part, np.ones(len(part[0])))
+            wi, wo = (w[start : start + (1 << 16)] for w in flat)
+            yield Pairs(np.arange(start, start + len(wi)), wi, wo, np.ones(len(wi)))
 
     return Linear(shape, False, pairs)
 

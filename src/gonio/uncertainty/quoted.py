@@ -65,7 +65,7 @@ class Quoted:
     def text(self, k: float = 1.0) -> Any:
         """ "0.1234 ± 0.0056 (k = 1)": the value with the expanded uncertainty k u, two digits of it; an array of these
         for an array."""
-        return _each(lambda v, u: f"{_rounded(v, k * u, '')} (k = {k:g})".replace("+/-", " ± "), self.value, self.u)
+        return _each(lambda v, u: f"{rounded(v, k * u, ' ± ')} (k = {k:g})", self.value, self.u)
 
     def ufloat(self) -> UFloat | np.ndarray:
         """The same for calculations with the package `uncertainties`: a number, or an array (dtype object) of them.
@@ -77,16 +77,13 @@ class Quoted:
         from uncertainties import correlated_values
 
         flat = np.ravel(self.value).astype(float)
-        if self.latent is not None:
-            found = self.latent.ufloats(flat)
-        else:
-            found = list(correlated_values(flat, self.covariance))
-        array = np.empty(len(found), dtype=object)
-        array[:] = found
+        own = self.latent
+        array = np.empty(flat.size, dtype=object)
+        array[:] = correlated_values(flat, self.covariance) if own is None else own.ufloats(flat)
         return array.reshape(np.shape(self.value))[()]
 
     def __str__(self) -> str:
-        return str(_each(lambda v, u: _rounded(v, u, "S"), self.value, self.u)).replace("'", "")
+        return str(_each(rounded, self.value, self.u)).replace("'", "")
 
     __repr__ = __str__
 
@@ -98,10 +95,15 @@ def _each(write: Any, value: Any, u: Any) -> Any:
     return np.array(flat).reshape(np.shape(value))
 
 
-def _rounded(value: float, u: float, style: str) -> str:
-    """As the GUM writes it (7.2.2), with two digits of the uncertainty."""
+def rounded(value: float, u: float, sign: str = "") -> str:
+    """A value with two digits of its uncertainty, as the GUM writes it (7.2.2): 0.1234(56), or with a sign between
+    them, 0.1234 ± 0.0056."""
     from uncertainties import ufloat
 
+    if not math.isfinite(value):
+        return f"{value:g}"
     if not math.isfinite(u) or u == 0.0:
-        return f"{value:.6g}" + ("(unknown)" if math.isnan(u) else "(0)" if style else "+/-0")
-    return f"{ufloat(value, u):.2u{style}}"
+        said = "unknown" if not math.isfinite(u) else "0"
+        return f"{value:.6g}{sign}{said}" if sign else f"{value:.6g}({said})"
+    text = f"{ufloat(value, u):.2u{'' if sign else 'S'}}"
+    return text.replace("+/-", sign)

@@ -80,7 +80,8 @@ class TableErrors:
         stacked = sparse.csr_array(sparse.vstack(rows, format="csr"))[order]
         flat = values.reshape(-1)
         if self.scale:
-            stacked = sparse.hstack([stacked, sparse.csr_array(self.scale * np.nan_to_num(flat)[:, None])], format="csr")
+            common = sparse.csr_array(self.scale * np.nan_to_num(flat)[:, None])
+            stacked = sparse.hstack([stacked, common], format="csr")
         missing = np.stack(unknown, axis=1).reshape(-1) | np.isnan(flat)
         return Latent(sparse.csr_array(stacked), missing, self.ledger)
 
@@ -98,7 +99,8 @@ def table_errors(m: Reflectance, correlation: Any, scale: float | None = None) -
     """The errors of a table: the same object for the same table and assumption, so that results know of each other."""
     if not isinstance(m, Gridded):
         raise ParameterError(
-            f"{m!r:.80}: expected a measured table (Gridded) with uncertainties; other reflectances have none"
+            f"{m!r:.80}: expected a measured table with uncertainties; gn.tabulate makes a table of any reflectance, "
+            f"and t.with_brdf(t.brdf(), u) gives it the standard uncertainties u [1/sr]"
         )
     said = tuple(correlation.items()) if isinstance(correlation, Mapping) else correlation
     kept = _KEPT.setdefault(id(m), {})
@@ -116,6 +118,19 @@ _KEPT: dict[int, dict[Any, TableErrors]] = {}
 def has_uncertainty(m: Any) -> bool:
     """Whether a reflectance is a measured table with uncertainties."""
     return isinstance(m, Gridded) and (m.uncertainty is not None or bool(_scale(m, None)))
+
+
+def stated(m: Gridded) -> dict[str, float]:
+    """What a measurement says about its uncertainty: the median relative one of its values, the share of values of
+    which it is unknown, and that of scale."""
+    f, u = m.brdf(), m.brdf_uncertainty()
+    found = {"scale": _scale(m, None)}
+    if u is not None:
+        known = np.isfinite(f) & np.isfinite(u)
+        relative = u[known] / np.maximum(np.abs(f[known]), 1e-300)
+        found["relative"] = float(np.median(relative)) if known.any() else math.nan
+        found["unknown"] = 1.0 - float(known.sum()) / max(1, int(np.isfinite(f).sum()))
+    return found
 
 
 def _scale(m: Gridded, given: float | None) -> float:
