@@ -43,6 +43,7 @@ _ON_USE = {
     "Hemisphere": "cones",
     "reflected_radiance": "illumination",
     "check": "laws",
+    "with_uncertainty": "uncertainty",
     "expression": "expressions",
     "tabulate": "tabulated",
     "Gridded": "gridded",

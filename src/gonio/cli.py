@@ -131,6 +131,46 @@ def info(material: str, replaced: tuple[str, ...], as_json: bool) -> None:
         click.echo(facts_as_text(found))
 
 
+@cli.command(short_help="Quote the albedo of MATERIAL, with its uncertainty.")
+@_material
+@_replace
+@_json
+@click.option("--theta", default="0,45,75", show_default=True, help="Polar angles of incidence [degrees].")
+@click.option("--phi", default="0", show_default=True, help="Azimuths of incidence [degrees].")
+@click.option(
+    "--uncertainty",
+    "assumed",
+    type=click.Choice(["independent", "common", "channel"]),
+    multiple=True,
+    help="What the errors of the values are taken to be; may be repeated.  [default: independent, common]",
+)
+@click.option("--scale", type=float, metavar="U", help="Relative standard uncertainty of all values together.")
+@click.option("-k", "factor", default=1.0, show_default=True, help="Coverage factor of what is printed.")
+def albedo(
+    material: str,
+    replaced: tuple[str, ...],
+    as_json: bool,
+    theta: str,
+    phi: str,
+    assumed: tuple[str, ...],
+    scale: float | None,
+    factor: float,
+) -> None:
+    """Quote the albedo of MATERIAL: its directional-hemispherical reflectance, by angle of incidence and channel.
+
+    Of a measurement that states the uncertainty of its values also the uncertainty that follows: little if their errors
+    are independent, most if one error is common to all.
+    """
+    from .quotes import albedos, angles, as_text
+
+    at = angles(theta, "theta", below=90.0), angles(phi, "phi")
+    rows = albedos(_get(material, replaced), *at, assumed, scale)
+    if as_json:
+        print_json(rows)
+    else:
+        click.echo(as_text(rows, factor))
+
+
 @cli.command(short_help="Hold MATERIAL to the laws of physics.")
 @click.argument("material", required=False)
 @_replace

@@ -260,6 +260,17 @@ class Gridded(Sampled):
         return np.ascontiguousarray(values).reshape(-1)
 
     def formula(self, wi: Direction, wo: Direction) -> Any:
+        corners, beyond = self.corners(wi, wo)
+        value = self._combined(corners)
+        if self.outside == "hold":
+            return value
+        return ops.where(beyond, math.nan if self.outside == "missing" else 0.0, value)
+
+    def corners(self, wi: Direction, wo: Direction) -> tuple[Slices, Any]:
+        """The nodes around a pair with their weights, as if none were without data; and whether it is beyond the grid.
+
+        Of bound materials. Nodes are counted through the grid with its circles closed: `layout[k].size` along axis k.
+        """
         corners: list[tuple[Any, Any]] = [(0, 1.0)]
         beyond: Any = False
         for k, angle in enumerate(self.kind.angles(wi, wo, len(self.layout) == 4)):
@@ -268,10 +279,7 @@ class Gridded(Sampled):
                 beyond = beyond | (angle < axis.first - INSIDE) | (angle > axis.last + INSIDE)
             around = self._around(k, angle)
             corners = [(at * axis.size + i, v * u) for at, v in corners for i, u in around]
-        value = self._combined(corners)
-        if self.outside == "hold":
-            return value
-        return ops.where(beyond, math.nan if self.outside == "missing" else 0.0, value)
+        return corners, beyond
 
     def _around(self, k: int, angle: Any) -> Slices:
         """The nodes of axis k around an angle, with their weights; the nearest one alone, if that is wanted."""

@@ -20,6 +20,7 @@ from .arguments import settable
 from .catalogue import Entry
 from .efficiency import Efficiency
 from .errors import MissingDataWarning, NotFoundError
+from .gridded import Gridded
 from .integrate import albedo
 from .interface import Reflectance, direction
 from .measurement import Measured
@@ -111,6 +112,8 @@ def facts(text: str, m: Reflectance) -> dict[str, Any]:
             warnings.simplefilter("ignore", MissingDataWarning)
             rho = albedo(m, direction(np.radians(INCIDENCE), 0.0), tolerance=1e-3)
         found["albedo"] = {"theta_i": list(INCIDENCE), "values": rho.tolist()}
+    if isinstance(m, Gridded):
+        found |= _uncertainty(m)
     parameters, options = {}, {}
     for path, declared, value in settable(m):
         if isinstance(declared, Param) and path in m.parameters:
@@ -147,6 +150,36 @@ def _file_facts(m: Measured) -> dict[str, Any]:
     }
 
 
+def _uncertainty(m: Gridded) -> dict[str, Any]:
+    """What a table says about its uncertainty, and what follows for its albedo."""
+    from .uncertainty import with_uncertainty
+    from .uncertainty.table import has_uncertainty, stated
+
+    if not has_uncertainty(m):
+        return {}
+    at = direction(np.radians(INCIDENCE), 0.0)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", MissingDataWarning)
+        u = {c: with_uncertainty(albedo, m, at, correlation=c, tolerance=1e-3).u for c in ("independent", "common")}
+    return {"uncertainty": {**stated(m), "of_albedo": {c: x.tolist() for c, x in u.items()}}}
+
+
+def _uncertainty_rows(found: dict[str, Any]) -> list[tuple[str, str]]:
+    said = found["uncertainty"]
+    parts = []
+    if "relative" in said:
+        parts.append(f"{said['relative']:.2g} of the value (median)")
+        if said["unknown"] > 0.0:
+            parts.append(f"unknown for {said['unknown']:.2%} of the values")
+    if said["scale"]:
+        parts.append(f"{said['scale']:.2g} of scale")
+    rows = [("standard u", ", ".join(parts))]
+    for assumed, values in said["of_albedo"].items():
+        at = ", ".join(f"{_spectrum(v)} at {t:g}°" for t, v in zip(INCIDENCE, values, strict=True))
+        rows.append(("u of albedo", f"{at}, of {assumed} errors"))
+    return rows
+
+
 def facts_as_text(found: dict[str, Any]) -> str:
     """The same for people."""
     rows = [("name", found["material"])]
@@ -174,6 +207,8 @@ def facts_as_text(found: dict[str, Any]) -> str:
         values = found["albedo"]["values"]
         parts = [f"{_spectrum(v)} at {t:g}°" for t, v in zip(found["albedo"]["theta_i"], values, strict=True)]
         rows.append(("albedo", ", ".join(parts)))
+    if "uncertainty" in found:
+        rows += _uncertainty_rows(found)
     if found["has_delta"]:
         rows.append(("mirror", "has a delta lobe: f is 0 pointwise, sampling and integrals are exact"))
     rows += [("may break", f"{law}: {why}") for law, why in found["breaks"].items()]

@@ -92,8 +92,8 @@ class Scattered(Gridded):
         )
 
     @cached_property
-    def nodes(self) -> tuple[np.ndarray, np.ndarray | None]:
-        """f [1/sr] at the nodes of the grid, and its standard uncertainty."""
+    def nodes(self) -> tuple[np.ndarray, np.ndarray | None, np.ndarray]:
+        """f [1/sr] at the nodes of the grid, its standard uncertainty, and the number of the nearest measurement."""
         spread = None if self.uncertainty is None else self._of_rows(self.uncertainty)
         f = self._of_rows(self.stored)
         return _interpolated(self.rows, f, spread, self.axes, self.is_oriented(), self.is_mirrored, self.outside)
@@ -354,8 +354,8 @@ def _interpolated(
     four: bool,
     mirrored: bool,
     outside: str,
-) -> tuple[np.ndarray, np.ndarray | None]:
-    """f at the nodes of a grid (grid...[, C]), and its standard uncertainty: that of the nearest row."""
+) -> tuple[np.ndarray, np.ndarray | None, np.ndarray]:
+    """f at the nodes of a grid (grid...[, C]), its standard uncertainty: that of the nearest row; and which that is."""
     from scipy.interpolate import RBFInterpolator
     from scipy.spatial import KDTree
 
@@ -380,7 +380,8 @@ def _interpolated(
         if outside == "missing":
             found[~near] = np.nan
     shape = (*grid, *f.shape[1:])
-    return found.reshape(shape), None if spreads is None else spreads[nearest].reshape(shape)
+    spread = None if spreads is None else spreads[nearest].reshape(shape)
+    return found.reshape(shape), spread, nearest.reshape(grid)
 
 
 def _merged(
