@@ -11,6 +11,8 @@ from pathlib import Path
 
 import numpy as np
 
+from optical_files import SEEDS as OPTICAL
+
 import gonio as gn
 
 
@@ -46,4 +48,5 @@ SEEDS: dict[str, Callable[[], bytes]] = {
     "MERL": _merl,
     "RGL": _rgl,
     "gonio JSON": _material,
+    **OPTICAL,
 }

@@ -20,6 +20,9 @@ XYZ_OF_RGB = np.array(
 )
 """CIE 1931 XYZ of linear sRGB (primaries of ITU-R BT.709, white D65 with Y = 1); IEC 61966-2-1."""
 
+SAME = 1e-8
+"""Angles closer than this [degrees] are the same."""
+
 FULLEST = 0.5
 """Rows that fill at least this share of the grid of their angles are a grid with holes, others are scattered."""
 
@@ -45,7 +48,7 @@ def as_filed(m: Reflectance, kind: type) -> Any:
 def increasing(path: Any, name: str, nodes: Sequence[float], low: float, high: float) -> None:
     """Raises FormatError unless angles [degrees] increase, and lie between two."""
     x = np.asarray(nodes, dtype=float)
-    if not x.size or not np.isfinite(x).all() or not (np.diff(x) > 0.0).all():
+    if not x.size or not np.isfinite(x).all() or not (np.diff(x) > SAME).all():
         raise FormatError(f"{path}: {name} is {_short(x)}, expected increasing angles in degrees")
     if x[0] < low or x[-1] > high:
         raise FormatError(f"{path}: {name} runs from {x[0]:g} to {x[-1]:g}, expected {low:g} to {high:g} degrees")
@@ -74,14 +77,14 @@ def from_rows(
     if mirrored:
         turn = np.minimum(turn, 360.0 - turn)
     columns = [theta_i, theta_o, *([] if around is None else [np.mod(around, 360.0)]), turn]
-    nodes, at = zip(*(np.unique(column, return_inverse=True) for column in columns), strict=True)
+    nodes, at = zip(*(np.unique(np.round(column, 8), return_inverse=True) for column in columns), strict=True)
     shape = tuple(map(len, nodes))
     if math.prod(shape) * FULLEST > len(values):
         from ..scattered import Scattered
 
         named.pop("filed", None)
-        angles = (np.radians(x) for x in (theta_i, phi_i, theta_o, phi_o))
-        return Scattered(*angles, values, isotropic=around is None, **named)
+        a, b, c, d = (np.radians(x) for x in (theta_i, phi_i, theta_o, phi_o))
+        return Scattered(a, b, c, d, values, isotropic=around is None, **named)
     table, count = np.zeros(shape), np.zeros(shape)
     np.add.at(table, at, values)
     np.add.at(count, at, 1.0)

@@ -1,8 +1,8 @@
 """Tables of the RT-300S goniophotometer (J&C Technology): how its arms count angles, in whatever file they come.
 
-Incidence I is theta_i. The receiver turns in a plane by Receive R (or Polar) from the normal, to either side; that plane
-is turned about the normal by Azimuth A. theta_o = |R|, and phi = phi_o - phi_i is A + 270 degrees for R above 0 and
-A + 90 degrees below it, so that A = -90 is the plane of incidence and there R = +I the mirror direction.
+Incidence I is theta_i. The receiver turns in a plane by Receive R (or Polar) from the normal, to either side; that
+plane is turned about the normal by Azimuth A. theta_o = |R|, and phi = phi_o - phi_i is A + 270 degrees for R above 0
+and A + 90 degrees below it, so that A = -90 is the plane of incidence and there R = +I the mirror direction.
 
 Values are RT = pi f cos(theta_o), as the laboratory that published such files converts them; gonio keeps RT / pi,
 "brdf * cos(theta_o)". Nothing is subtracted or masked: a measurement without light (blank), and the directions in which
@@ -34,14 +34,12 @@ class Scan(NamedTuple):
     values: np.ndarray
 
 
-def measured(
-    path: Path, incidence: Any, azimuth: Any, receive: Any, values: Any, about: dict[str, Any]
-) -> Measured:
-    """The reflectance of points (n,) in the instrument's angles [degrees]. Raises FormatError where these are beyond."""
+def measured(path: Path, incidence: Any, azimuth: Any, receive: Any, values: Any, about: dict[str, Any]) -> Measured:
+    """The reflectance of points (n,) in the instrument's angles [degrees]; FormatError where these are too large."""
     i, a, r, v = (np.asarray(x, dtype=float) for x in (incidence, azimuth, receive, values))
-    if not len(v):
+    if not np.isfinite(v).any():
         raise FormatError(f"{path}: no measured points, expected angles and values")
-    within = (0.0 <= i) & (i <= 90.0) & (np.abs(r) <= 90.0) & (np.abs(a) <= 360.0)
+    within = (i >= 0.0) & (i <= 90.0) & (np.abs(r) <= 90.0) & (np.abs(a) <= 360.0)
     if not within.all():
         k = int(np.flatnonzero(~within)[0])
         raise FormatError(
@@ -59,6 +57,8 @@ def of_scans(path: Path, scans: Sequence[Scan], measurement: int) -> Measured:
 
     Where angles of incidence are repeated, another measurement begins; `measurement` says which one, -1 is the last.
     """
+    if not scans:
+        raise FormatError(f"{path}: no measured points, expected angles and values")
     sets: list[list[Scan]] = [[]]
     for scan in scans:
         if any(scan.incidence == other.incidence for other in sets[-1]):
@@ -70,5 +70,9 @@ def of_scans(path: Path, scans: Sequence[Scan], measurement: int) -> Measured:
     grids = [np.meshgrid([s.incidence], s.azimuth, s.receive, indexing="ij") for s in chosen]
     points = [np.concatenate([g[k].reshape(-1) for g in grids]) for k in range(3)]
     values = np.concatenate([s.values.reshape(-1) for s in chosen])
-    about = {"samples": tuple(s.name for s in chosen), "measurements": len(sets), "measurement": measurement % len(sets)}
-    return measured(path, *points, values, about)
+    about = {
+        "samples": tuple(s.name for s in chosen),
+        "measurements": len(sets),
+        "measurement": measurement % len(sets),
+    }
+    return measured(path, points[0], points[1], points[2], values, about)

@@ -18,7 +18,6 @@ from __future__ import annotations
 
 import os
 from array import array
-from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -29,7 +28,7 @@ from ..gridded import Gridded
 from ..interface import Reflectance, direction
 from ..measurement import Measured
 from . import _text
-from ._optical import Filed, angle_list, as_filed, from_rows, steps, values_at
+from ._optical import angle_list, as_filed, from_rows, steps, values_at
 
 NAME = "FRED"
 SUFFIXES = (".txt",)
@@ -67,6 +66,8 @@ def read(path: str | os.PathLike) -> Measured:
     theta_i, phi_i, theta_s, phi_s, number = sheet.rows.T
     if not in_degrees:
         theta_i, phi_i, theta_s, phi_s = np.degrees((theta_i, phi_i, theta_s, phi_s)).round(9)
+    if not (np.abs(sheet.rows[:, [1, 3]]) <= 720.0).all() or not np.isfinite(number).any():
+        raise FormatError(f"{path}: azimuths beyond -720 to 720 degrees, or no value that is a number")
     if not ((theta_i >= 0.0) & (theta_i <= 90.0) & (theta_s >= 0.0) & (theta_s <= 90.0)).all():
         raise FormatError(f"{path}: polar angles beyond 0 to 90 degrees, expected reflection only")
     about = {"format": words, "scale": scale}
@@ -164,7 +165,9 @@ def _table(m: Reflectance, angles: list[np.ndarray], f: np.ndarray, channel: Any
     """Rows sorted by direction of incidence, one of several along the normal, none without data."""
     names = m.channel_names or tuple(range(f.shape[-1]))
     if channel is None and f.shape[-1] > 1:
-        raise ParameterError(f"{m!r:.80}: has channels {names!r:.80}, and FRED's table has one; choose it with channel=")
+        raise ParameterError(
+            f"{m!r:.80}: has channels {names!r:.80}, and FRED's table has one; choose it with channel="
+        )
     if channel is not None and channel not in names:
         raise ParameterError(f"channel={channel!r}: expected one of {', '.join(map(repr, names))}")
     column = f[..., names.index(channel) if channel is not None else 0]
@@ -174,5 +177,7 @@ def _table(m: Reflectance, angles: list[np.ndarray], f: np.ndarray, channel: Any
     rows = np.stack([theta_i, phi_i, theta_s, phi_s, column.reshape(-1)], axis=-1)
     rows = rows[np.isfinite(rows[:, 4])]
     rows = rows[np.lexsort(rows.T[3::-1])]
-    along_normal = np.concatenate([[False], (rows[1:, 2] == 0.0) & (rows[1:, [0, 1, 2, 4]] == rows[:-1, [0, 1, 2, 4]]).all(1)])
+    along_normal = np.concatenate(
+        [[False], (rows[1:, 2] == 0.0) & (rows[1:, [0, 1, 2, 4]] == rows[:-1, [0, 1, 2, 4]]).all(1)]
+    )
     return rows[~along_normal]

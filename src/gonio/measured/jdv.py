@@ -2,13 +2,15 @@
 
 Four dialects of the same tables, one record for each angle of incidence, one after the other:
 
-    RT-300S   `DataType: BRDF(RT-300S)`, `SampleID:`, `Incidence:`, `Polar: first,last,step`, `Azimuth: ...`, `Raw data`,
-              then a row of Polar and rows of Azimuth and values
+    RT-300S   `DataType: BRDF(RT-300S)`, `SampleID:`, `Incidence:`, `Polar: first,last,step`, `Azimuth: ...`,
+              `Raw data`, then a row of Polar and rows of Azimuth and values
     Raywiz    `DataType: BRDF(Raywiz)`, `SampleID:`, counts, first and last Azimuth and Polar, the angle of incidence,
               then a row of values by Azimuth for each Polar
-    Reflet    `Name / Comment :`, `Theta measure beginning :` and others, `Theta Lighting`, then rows of Polar and values
-    Speos     `OPTIS - Anisotropic BSDF surface file v1.0`, `SampleID: Sample 60` (the only place that tells the angle of
-              incidence), a header, then a row of Azimuth and rows of Polar and values; a second table is derived from it
+    Reflet    `Name / Comment :`, `Theta measure beginning :` and others, `Theta Lighting`, then rows of Polar and
+              values
+    Speos     `OPTIS - Anisotropic BSDF surface file v1.0`, `SampleID: Sample 60` (the only place that tells the angle
+              of incidence), a header, then a row of Azimuth and rows of Polar and values; a second table is derived
+              from it
 
 For the angles and the quantity see `_rt300s`. Of a file with several measurements the last is read, or the one named.
 Checked against four exports of one measurement, which give the same table; they hold test data only, whose values mean
@@ -35,7 +37,12 @@ SHARED_SUFFIX = True
 DESCRIPTION = "exports of the RT-300S goniophotometer: .jdv, Raywiz, Reflet (LightTools), Speos"
 ORACLE = "real files (University of Arizona), the same measurement in four dialects"
 
-RAW, RAYWIZ, REFLET, SPEOS = "datatype: brdf(rt-300s)", "datatype: brdf(raywiz)", "name / comment :", "optis - anisotropic"
+RAW, RAYWIZ, REFLET, SPEOS = (
+    "datatype: brdf(rt-300s)",
+    "datatype: brdf(raywiz)",
+    "name / comment :",
+    "optis - anisotropic",
+)
 
 
 def matches(head: bytes, size: int) -> bool:
@@ -84,13 +91,16 @@ def _raywiz(lines: _text.Lines) -> Iterator[Scan]:
         if len(ends) != 4 or len(incidence) != 1 or not columns:
             raise lines.fault(f"{len(ends)} and {len(incidence)} numbers", "4 angles, then the angle of incidence")
         rows = _rows(lines, columns)
-        azimuth, receive = np.linspace(*ends[:2], columns), np.linspace(*ends[2:], len(rows))
+        azimuth, receive = np.linspace(ends[0], ends[1], columns), np.linspace(ends[2], ends[3], len(rows))
         yield Scan(words.get("sampleid", ""), incidence[0], azimuth.tolist(), receive.tolist(), np.array(rows).T)
 
 
 def _reflet(lines: _text.Lines) -> Iterator[Scan]:
     while (words := _words(lines, "theta lighting")) is not None:
-        phi = [lines.float(words.get(f"phi measure {end}", ""), f"Phi measure {end}") for end in ("beginning", "end", "step")]
+        phi = [
+            lines.float(words.get(f"phi measure {end}", ""), f"Phi measure {end}")
+            for end in ("beginning", "end", "step")
+        ]
         azimuth = _range(lines, phi)
         rows = _rows(lines, len(azimuth) + 1)
         receive = [row[0] for row in rows]
@@ -159,10 +169,10 @@ def _rows(lines: _text.Lines, columns: int) -> list[list[float]]:
 def _range(lines: _text.Lines, ends: list[float]) -> list[float]:
     """first, first + step, ... last."""
     first, last, step = ends
-    count = 1 + (round((last - first) / step) if step else 0)
-    if not 1 <= count <= 100_000:
+    count = 1.0 + (np.round((last - first) / step) if step else 0.0)
+    if not 1.0 <= count <= 100_000.0:
         raise lines.fault(repr(ends), "first and last angle, and the step between")
-    return (first + step * np.arange(count)).tolist()
+    return (first + step * np.arange(int(count))).tolist()
 
 
 def _agree(lines: _text.Lines, name: str, given: str, found: list[float]) -> None:

@@ -147,7 +147,7 @@ def _as_axes(
 ) -> tuple[dict[str, np.ndarray], np.ndarray, bool]:
     """Axes [rad] of a `Gridded`, values with the channel last, and whether they are mirrored."""
     azimuth, half = np.array(sheet.azimuth), False
-    axes = {"theta_i": theta_i, "theta_o": sheet.radial}
+    axes: dict[str, Any] = {"theta_i": theta_i, "theta_o": sheet.radial}
     if len(phi_i) > 1:
         axes |= {"phi_i": phi_i, "phi_o": azimuth}
         values = grid.transpose(0, 4, 1, 3, 2)
@@ -197,7 +197,9 @@ def _sheet(path: Path) -> Sheet:
             f"plane that light comes from at {LIGHT:g} degrees: -90 to 90, or 90 to 270"
         )
     content = "XYZ" if content.lower() == "xyz" else "Monochrome"
-    return Sheet(symmetry, content, azimuth, radial, tuple(_blocks(lines, content, len(azimuth), len(radial))), comments)
+    return Sheet(
+        symmetry, content, azimuth, radial, tuple(_blocks(lines, content, len(azimuth), len(radial))), comments
+    )
 
 
 def _blocks(lines: _text.Lines, content: str, azimuths: int, radials: int) -> Iterator[Block]:
@@ -252,10 +254,10 @@ def write(
 ) -> None:
     """Write f by angles; a material read from such a file is written with the same numbers, all blocks of it.
 
-    A table with `angles` axes keeps its grid. Of others f is taken at the given angles [degrees], by default theta_i and
-    azimuths every 2 `resolution`, theta_o every `resolution` up to 85 and at 89; of anisotropic materials phi_i every
-    30, and `phi` is phi_o. RGB becomes XYZ (linear sRGB, D65), wavelengths stay, and `channel` picks one channel by name;
-    one without a wavelength is said to be of `wavelength` [nm]. No data becomes 0. TIS is integrated.
+    A table with `angles` axes keeps its grid. Of others f is taken at the given angles [degrees], by default theta_i
+    and azimuths every 2 `resolution`, theta_o every `resolution` up to 85 and at 89; of anisotropic materials phi_i
+    every 30, and `phi` is phi_o. RGB becomes XYZ (linear sRGB, D65), wavelengths stay, and `channel` picks one channel
+    by name; one without a wavelength is said to be of `wavelength` [nm]. No data becomes 0. TIS is integrated.
     Raises ParameterError for a delta lobe, maps, and channels with other names.
     """
     sheet = as_filed(m, Sheet)

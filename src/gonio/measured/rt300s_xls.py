@@ -67,12 +67,24 @@ def _sheets(path: Path) -> list[list[list[Any]]]:
     """Cells of a workbook, by sheet, row and column."""
     try:
         import xlrd
+        import xlrd.compdoc
     except ImportError:
-        raise DependencyError(f"{path}: Excel workbooks are read with xlrd; install it: pip install gonio[xls]") from None
+        raise DependencyError(
+            f"{path}: Excel workbooks are read with xlrd; install it: pip install gonio[xls]"
+        ) from None
     # What xlrd raises on damaged files; it checks little.
-    faults = (xlrd.XLRDError, struct.error, LookupError, ValueError, TypeError, ArithmeticError, AssertionError)
+    faults = (
+        xlrd.XLRDError,
+        xlrd.compdoc.CompDocError,
+        struct.error,
+        LookupError,
+        ValueError,
+        TypeError,
+        ArithmeticError,
+        AssertionError,
+    )
     try:
         book = xlrd.open_workbook(path, logfile=io.StringIO(), on_demand=False, ragged_rows=True)
         return [[sheet.row_values(k) for k in range(sheet.nrows)] for sheet in book.sheets()]
-    except (*faults, AttributeError, NotImplementedError, MemoryError) as error:
+    except (*faults, AttributeError, NotImplementedError, RecursionError, MemoryError) as error:
         raise FormatError(f"{path}: not a workbook that can be read: {type(error).__name__}: {error}") from None

@@ -11,8 +11,8 @@ then `Monochrome` (or `TristimulusX`, `Y`, `Z` in turn), `DataBegin`, and for ea
 
 Geometry. Radial is the angle between wo and the mirror direction s of wi, azimuth 0 points from s to the normal, and
 azimuths grow counterclockwise seen against s. The rule is that of the format's description (Zemax knowledge base,
-R. Rykowski). Checked on two real files: no value above 0 lies below the horizon, and no 0 more than 10 degrees above it;
-the other way round 443 of 2996 values would lie below. And against the same measurement in FRED's format, which its
+R. Rykowski). Checked on two real files: no value above 0 lies below the horizon, and no 0 more than 10 degrees above
+it; the other way round 443 of 2996 values would lie below. And against the same measurement in FRED's format, which its
 laboratory processed in another way: 7 % median difference, 16 % at the 90th percentile, 65 % the other way round.
 PlaneSymmetrical files hold azimuths 0 to 180, mirrored. In a table of rotations the sample is turned
 counterclockwise by SampleRotation, and at 0 the plane of incidence is at right angles to its x axis, light from +y:
@@ -54,7 +54,9 @@ NAME = "Zemax"
 SUFFIXES = (".bsdf",)
 SHARED_SUFFIX = True
 DESCRIPTION = "Zemax OpticStudio's tabular BSDF: about the mirror direction"
-ORACLE = "real files (BrownVinyl, as shipped with OpticStudio; University of Arizona), the latter's FRED file and raw data"
+ORACLE = (
+    "real files (BrownVinyl, as shipped with OpticStudio; University of Arizona), the latter's FRED file and raw data"
+)
 
 SYMMETRIES = ("PlaneSymmetrical", "ASymmetrical", "ASymmetrical4D")
 AXES = {"SampleRotation": (-360.0, 360.0), "AngleOfIncidence": (0.0, 90.0)}
@@ -147,7 +149,9 @@ def _sheet(path: Path) -> Sheet:
         half = name == "ScatterAzimuth" and symmetry == SYMMETRIES[0]
         increasing(path, name, angles[name], *((0.0, 180.0) if half else (low, high)))
     values, tis = _blocks(lines, tuple(len(angles[name]) for name in AXES), 3 if colour else 1)
-    return Sheet(symmetry, *(angles[name] for name in AXES), values, tis, comments, words.get("source", ""))
+    rotation, incidence, azimuth, radial = (angles[name] for name in AXES)
+    source = words.get("source", "")
+    return Sheet(symmetry, rotation, incidence, azimuth, radial, values, tis, comments, source)
 
 
 def _header(lines: _text.Lines) -> tuple[dict[str, str], dict[str, list[float]]]:
@@ -221,10 +225,10 @@ def write(
     """Write f about the mirror direction; a material read from such a file is written with the same numbers.
 
     A `specular` table keeps its grid and its numbers. Of others f is taken at the given angles [degrees], or by default
-    at incidences and azimuths every 2 `resolution`, and radial angles every `resolution`, ten times denser at the mirror
-    direction. PlaneSymmetrical if f is the same on both sides of the plane of incidence; ASymmetrical4D, every 30
-    degrees of rotation, if the material is anisotropic. RGB becomes XYZ (linear sRGB, D65); `channel` picks one by name
-    as Monochrome. TIS is integrated (`_optical.total`). Lost: the difference between 0 and no data.
+    at incidences and azimuths every 2 `resolution`, and radial angles every `resolution`, ten times denser at the
+    mirror direction. PlaneSymmetrical if f is the same on both sides of the plane of incidence; ASymmetrical4D, every
+    30 degrees of rotation, if the material is anisotropic. RGB becomes XYZ (linear sRGB, D65); `channel` picks one by
+    name as Monochrome. TIS is integrated (`_optical.total`). Lost: the difference between 0 and no data.
     Raises ParameterError for a delta lobe, maps, and channels other than one, RGB or XYZ.
     """
     sheet = as_filed(m, Sheet)
@@ -247,7 +251,7 @@ def _made_of(
         own, axes = None, _axes(m, given, resolution)
         wi, wo = parameterisation("specular").pairs(*np.meshgrid(*axes.values(), indexing="ij"))
         f = values_at(m, wi, wo)
-    labels, f = spectral(m, f, channel)
+    _, f = spectral(m, f, channel)
     f = np.nan_to_num(f, nan=0.0, posinf=np.nan, neginf=np.nan)
     if np.isnan(f).any():
         raise ParameterError(f"{m!r:.80}: has infinite values, which the format cannot hold; choose other angles")
@@ -309,8 +313,9 @@ def _from_axes(axes: dict[str, np.ndarray], f: np.ndarray, symmetry: str) -> She
         rotation, f = np.round(90.0 - degrees["phi_i"][::-1], 9).tolist(), f[:, :, :, ::-1]
     else:
         f = f[:, :, :, None]
-    lists = (rotation, degrees["theta_i"].tolist(), np.round(azimuth, 9).tolist(), degrees["radial"].tolist())
-    return Sheet(symmetry, *lists, f.transpose(4, 3, 0, 2, 1), np.empty(0))
+    incidence, radial = degrees["theta_i"].tolist(), degrees["radial"].tolist()
+    around = np.round(azimuth, 9).tolist()
+    return Sheet(symmetry, rotation, incidence, around, radial, f.transpose(4, 3, 0, 2, 1), np.empty(0))
 
 
 def _written(sheet: Sheet) -> Any:
