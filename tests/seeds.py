@@ -11,6 +11,8 @@ from pathlib import Path
 
 import numpy as np
 
+from optical_files import SEEDS as OPTICAL
+
 import gonio as gn
 
 
@@ -174,4 +176,5 @@ SEEDS: dict[str, Callable[[], bytes]] = {
     "SCATFUN gzip": lambda: _scatfun(packed=True),
     "Neural-BRDF": _neural,
     "gonio JSON": _material,
+    **OPTICAL,
 }
