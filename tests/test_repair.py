@@ -210,6 +210,7 @@ def test_reciprocity_is_exact_on_a_symmetric_grid_and_asymmetry_is_reported(whol
     assert figures["asymmetry_rms"] == pytest.approx(0.02 * math.sqrt(2.0), rel=0.03)
     assert figures["chi2"] == pytest.approx(1.0, abs=0.05)
     off = np.abs(g.stored - reversed_pairs(g.stored)) / (0.5 * (g.stored + reversed_pairs(g.stored)))
+    assert figures["asymmetry_median"] == pytest.approx(np.median(off), rel=0.01)
     assert figures["asymmetry_largest"] == pytest.approx(off.max(), rel=1e-9)
     # Pairs that are their own image keep their value and uncertainty; others have 1/sqrt(2) of it.
     own = reversed_pairs(np.arange(g.stored.size).reshape(g.stored.shape)) == np.arange(g.stored.size).reshape(

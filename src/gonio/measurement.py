@@ -101,7 +101,7 @@ class Repair(NamedTuple):
             text += f"; f changed by {self.mean:.3g}/sr, at most {self.largest:.3g}/sr"
         before = "" if self.albedo_before is None else " ".join(f"{a:.4f}" for a in self.albedo_before) + " to "
         text += f"; albedo {before}{' '.join(f'{a:.4f}' for a in self.albedo_after)}"
-        return text + "".join(f"; {name.replace('_', ' ')} {value:.3g}" for name, value in self.figures.items())
+        return text + "".join(f"; {name.replace('_', ' ')} {_short(value)}" for name, value in self.figures.items())
 
 
 class Measured(Reflectance):
@@ -155,7 +155,7 @@ class Measured(Reflectance):
 def _short(value: Any) -> str:
     if isinstance(value, (list, tuple)):
         return f"({', '.join(map(_short, value))})"
-    return f"{value:.4g}" if isinstance(value, float) else f"{value!r:.60}"
+    return f"{value:.3g}" if isinstance(value, float) else f"{value!r:.60}"
 
 
 def _same(a: Any, b: Any) -> bool:

@@ -42,13 +42,13 @@ def fill_holes(m: Gridded, method: str = "neighbours") -> Gridded:
         raise ParameterError(f"fill_holes(method={method!r}): expected one of {', '.join(map(repr, METHODS))}")
     cells = Cells(m)
     f, depth = _fill(cells, cells.f, method)
-    figures = {"rehearsal": _rehearsal(cells, method), "deepest": int(depth.max(initial=0))}
+    figures = {"rehearsal": _rehearsal(cells, method), "deepest": int(depth[cells.up].max(initial=0))}
     u = None
     if cells.u is not None:
         carried, _ = filled_from_neighbours(np.where(np.isnan(cells.f), np.nan, cells.u), cells.wraps)
         guess = figures["rehearsal"] * np.abs(f) * depth
         u = np.where(depth > 0, np.hypot(carried, guess), cells.u)
-    figures["negative"] = int(((depth > 0) & (f < 0.0)).sum())
+    figures["negative"] = int(((depth > 0) & (f < 0.0))[cells.up].any(axis=-1).sum())
     return cells.repaired("fill_holes", {"method": method}, f, u, figures)
 
 

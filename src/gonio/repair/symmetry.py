@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 
@@ -28,9 +27,9 @@ def symmetrise(m: Gridded, kind: str, plane: float = 0.0) -> Gridded:
     rounding; else the other value is interpolated, and it has it about as well as the grid resolves the material.
     Of a pair of which one value is missing, both get the other. Averages of two have u = sqrt(u1^2 + u2^2)/2.
 
-    `figures`: "asymmetry_rms", "asymmetry_largest": |f1 - f2|/mean, of pairs (of all azimuths of wi and their mean for
-    "isotropy"), a measure of the data's quality; "on_grid", 1 if no value was interpolated, else 0; and with
-    uncertainties "chi2", the mean of (f1 - f2)^2/(u1^2 + u2^2): about 1 if these explain the asymmetry.
+    `figures`: "asymmetry_median", "asymmetry_rms", "asymmetry_largest": |f1 - f2|/mean, of pairs (of all azimuths of wi
+    and their mean for "isotropy"), a measure of the data's quality; "on_grid", 1 if no value was interpolated, else 0;
+    and with uncertainties "chi2", the mean of (f1 - f2)^2/(u1^2 + u2^2): about 1 if these explain the asymmetry.
     """
     if kind not in KINDS:
         raise ParameterError(f"symmetrise(kind={kind!r}): expected one of {', '.join(map(repr, KINDS))}")
@@ -62,8 +61,7 @@ def _paired(cells: Cells, kind: str, plane: float) -> tuple[np.ndarray, np.ndarr
     f = np.where(np.isnan(cells.f), other, np.where(np.isnan(other), cells.f, 0.5 * (cells.f + other)))
     apart = cells.up & ~itself
     first, second = cells.f[apart], other[apart]
-    rms, largest = _asymmetry(first, second, cells.f)
-    figures = {"asymmetry_rms": rms, "asymmetry_largest": largest, "on_grid": int(found is not None)}
+    figures = {**_asymmetry(first, second, cells.f), "on_grid": int(found is not None)}
     if cells.u is None:
         return f, None, figures
     assert other_u is not None
@@ -72,10 +70,13 @@ def _paired(cells: Cells, kind: str, plane: float) -> tuple[np.ndarray, np.ndarr
     return f, np.where(itself[..., None], cells.u, u), figures
 
 
-def _asymmetry(first: np.ndarray, second: np.ndarray, of: np.ndarray) -> tuple[float, float]:
-    """Root mean square and largest of |first - second| over their mean, or over a thousandth of the table's."""
+def _asymmetry(first: np.ndarray, second: np.ndarray, of: np.ndarray) -> dict[str, float]:
+    """Figures of |first - second| over their mean, or over a thousandth of the table's."""
     floor = 1e-3 * float(np.nanmean(np.abs(of))) + 1e-300
-    return spread((first - second) / np.maximum(0.5 * (np.abs(first) + np.abs(second)), floor))
+    off = np.abs(first - second) / np.maximum(0.5 * (np.abs(first) + np.abs(second)), floor)
+    rms, largest = spread(off)
+    median = float(np.median(off[np.isfinite(off)])) if np.isfinite(off).any() else 0.0
+    return {"asymmetry_median": median, "asymmetry_rms": rms, "asymmetry_largest": largest}
 
 
 def _mapped(wi: np.ndarray, wo: np.ndarray, kind: str, plane: float) -> tuple[np.ndarray, np.ndarray]:
@@ -148,7 +149,7 @@ def _isotropic(m: Gridded) -> Gridded:
     m = cells.m
     names = list(m.axes)
     if len(names) == 3:
-        nothing = {"asymmetry_rms": 0.0, "asymmetry_largest": 0.0, "on_grid": 1}
+        nothing = {**_asymmetry(cells.f, cells.f, cells.f), "on_grid": 1}
         return cells.repaired("symmetrise", {"kind": "isotropy"}, cells.f, cells.u, nothing)
     axis = 2 if m.parameterisation == "angles" else 3
     turns, weights = _arcs(m.axes[names[axis]], m.periods[names[axis]])
@@ -177,8 +178,7 @@ def _isotropic(m: Gridded) -> Gridded:
     u = None
     if squares is not None:
         u = np.sqrt(np.where(known, share**2 * np.stack(squares), 0.0).sum(axis=0))
-    rms, largest = _asymmetry(stack, np.broadcast_to(f, stack.shape), cells.f)
-    figures: dict[str, Any] = {"asymmetry_rms": rms, "asymmetry_largest": largest, "on_grid": int(on_grid)}
+    figures = {**_asymmetry(stack, np.broadcast_to(f, stack.shape), cells.f), "on_grid": int(on_grid)}
     made = like(m, axes, f, u, quantity="brdf", periods=periods)
     off = np.abs(stack - f)
     changes = {"cells": int(Cells(made).up.sum()), "share": 1.0, "filled": 0}
