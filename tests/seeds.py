@@ -11,6 +11,8 @@ from pathlib import Path
 
 import numpy as np
 
+from text_files import SEEDS as TEXT
+
 import gonio as gn
 
 
@@ -46,4 +48,5 @@ SEEDS: dict[str, Callable[[], bytes]] = {
     "MERL": _merl,
     "RGL": _rgl,
     "gonio JSON": _material,
+    **TEXT,
 }
