@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from optical_files import SEEDS as OPTICAL
+from text_files import SEEDS as TEXT
 
 import gonio as gn
 
@@ -177,4 +178,5 @@ SEEDS: dict[str, Callable[[], bytes]] = {
     "Neural-BRDF": _neural,
     "gonio JSON": _material,
     **OPTICAL,
+    **TEXT,
 }

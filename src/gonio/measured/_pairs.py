@@ -80,19 +80,22 @@ def material(pairs: Pairs, path: str, about: Mapping[str, Any], side: str = "fro
         about["other_pairs"] = pairs.only(~here)
     kept = pairs._replace(angles=np.stack([theta_i, phi_i, theta_o, phi_o], axis=1)).only(here)
     theta_i, phi_i, theta_o, phi_o = kept.angles.T
-    return _as_grid(kept, path, about) or gridded_or_scattered(
-        theta_i,
-        phi_i,
-        theta_o,
-        phi_o,
-        kept.values,
-        quantity=kept.quantity,
-        uncertainty=kept.uncertainty,
-        channels=kept.channels,
-        path=path,
-        about=about,
-        **options,
-    )
+    try:
+        return _as_grid(kept, path, about) or gridded_or_scattered(
+            theta_i,
+            phi_i,
+            theta_o,
+            phi_o,
+            kept.values,
+            quantity=kept.quantity,
+            uncertainty=kept.uncertainty,
+            channels=kept.channels,
+            path=path,
+            about=about,
+            **options,
+        )
+    except ParameterError as error:
+        raise FormatError(f"{path}: {error}") from None
 
 
 def _as_grid(pairs: Pairs, path: str, about: Mapping[str, Any]) -> Gridded | None:
@@ -148,11 +151,10 @@ def of(m: Reflectance, resolution: Sequence[int] | None = None, incident: tuple[
     Raises ParameterError for a material with a delta lobe or with maps.
     """
     if isinstance(m, Scattered):
-        return _lit_from(incident, Pairs(m.rows, m.measured, m.quantity, m.measured_uncertainty, m.channel_names))
+        return _lit_from(incident, Pairs(m.rows, m.stored, m.quantity, m.uncertainty, m.channel_names))
     if isinstance(m, Gridded):
         return _lit_from(incident, _of_grid(m))
-    if m.has_delta:
-        raise ParameterError(f"{m!r:.80}: rows of f cannot hold a perfect mirror; write the material without it")
+    plain(m)
     counts = RESOLUTION if resolution is None else tuple(resolution)
     if len(counts) != 3 or not all(isinstance(n, (int, np.integer)) and n >= 1 for n in counts):
         raise ParameterError(f"resolution={resolution!r}: expected whole numbers of theta_i, theta_o and azimuths")
@@ -166,10 +168,17 @@ def of(m: Reflectance, resolution: Sequence[int] | None = None, incident: tuple[
     nodes = np.meshgrid(lit[0], lit[1], thetas[1], turns, indexing="ij")
     rows = np.stack([x.reshape(-1) for x in nodes], axis=1)
     f = m.f_angles(*rows.T)
-    if f.ndim > 2 or f.shape[0] != len(rows):
-        raise ParameterError(f"{m!r:.80}: values have shape {f.shape[1:]}, expected one material, without maps")
     names = None if f.ndim == 1 else m.channel_names or _numbered(f.shape[1])
     return Pairs(rows, f, channels=names)
+
+
+def plain(m: Reflectance) -> None:
+    """Raises ParameterError for a material that no table can hold: with a delta lobe, or with maps."""
+    if m.has_delta:
+        raise ParameterError(f"{m!r:.80}: a table cannot hold a perfect mirror; write the material without it")
+    shape = m.f([0.0, 0.0, 1.0], [0.0, 0.0, 1.0]).shape
+    if len(shape) > 1:
+        raise ParameterError(f"{m!r:.80}: values have shape {shape}, expected one material, without maps")
 
 
 def _lit_from(incident: tuple[float, float] | None, pairs: Pairs) -> Pairs:

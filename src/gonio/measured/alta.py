@@ -43,14 +43,15 @@ QUANTITIES = {
 ORIENTED = ("RUSIN_TH_PH_TD", "RUSIN_VH")
 """Parametrisations of three numbers of which one is an azimuth of the sample."""
 
-_DIM = re.compile(rb"(?:^|[\r\n])#[ \t]*DIM[ \t]+\d+[ \t]+\d+[ \t]*[\r\n]")
-_FUNCTION = re.compile(rb"(?:^|[\r\n])#[ \t]*FUNC\b")
+_DIM = re.compile(r"^[ \t]*#[ \t]*DIM[ \t]+\d+[ \t]+\d+[ \t]*$", re.MULTILINE)
+_FUNCTION = re.compile(r"^[ \t]*#[ \t]*FUNC\b", re.MULTILINE)
 _KEY = re.compile(r"#\s*([A-Z_]+)\s+(\S.*)")
 
 
 def matches(head: bytes, size: int) -> bool:
     """Whether a file that starts so can be one of these: it has a line #DIM, and no #FUNC as ALTA's functions have."""
-    return bool(_DIM.search(head)) and not _FUNCTION.search(head)
+    text = _text.start(head)
+    return bool(_DIM.search(text)) and not _FUNCTION.search(text)
 
 
 def read(path: Path, param_in: str | None = None, param_out: str | None = None) -> Gridded:

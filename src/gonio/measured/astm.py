@@ -28,13 +28,13 @@ ORACLE = "own generator only"
 
 ANGLES = ("theta_i", "phi_i", "theta_s", "phi_s")
 
-_VARS = re.compile(rb"(?:^|[\r\n])[ \t]*VARS[ \t:=]+[^\r\n]*theta_i[^\r\n]*theta_s", re.IGNORECASE)
+_VARS = re.compile(r"^[ \t]*VARS[ \t]+(?=.*theta_i)(?=.*theta_s)", re.IGNORECASE | re.MULTILINE)
 _WAVELENGTH = re.compile(r"(\d+\.?\d*|\.\d+)\s*nm", re.IGNORECASE)
 
 
 def matches(head: bytes, size: int) -> bool:
     """Whether a file that starts so can be one of these: it has a line VARS with the names of angles."""
-    return bool(_VARS.search(head))
+    return bool(_VARS.search(_text.start(head)))
 
 
 def read(path: Path, side: str = "front") -> Gridded:

@@ -62,7 +62,7 @@ _KEY = re.compile(r"#\s*(\w[^:]*?)\s*:\s*(.*)")
 
 def matches(head: bytes, size: int) -> bool:
     """Whether a file that starts so can be one of these: its first line that is no comment names such columns."""
-    text = head.decode("latin-1").removeprefix("\xef\xbb\xbf").replace("\r", "\n")
+    text = _text.start(head)
     if text.startswith(MARK + "\n"):
         return True
     lines = [line.strip() for line in text.split("\n")]
@@ -117,6 +117,8 @@ def _numbers(lines: _text.Lines, separator: str | None, columns: int) -> np.ndar
 def _filled(text: str, separator: str) -> str:
     if separator == ";":
         text = text.replace(",", ".")
+    if f"{separator} " in text or " \n" in text:
+        text = re.sub(rf" +(?=[{separator}\n])|(?<={separator}) +", "", text)
     for _ in range(2):
         text = text.replace(2 * separator, f"{separator}nan{separator}")
     text = text.replace(f"{separator}\n", f"{separator}nan\n").replace(f"\n{separator}", f"\nnan{separator}")

@@ -24,7 +24,7 @@ from ..geometry import HORIZON
 from ..gridded import Gridded
 from ..interface import Reflectance
 from ..parameterisations import PARAMETERISATIONS
-from . import _specular, _text
+from . import _pairs, _specular, _text
 
 NAME = "Integra"
 SUFFIXES = (".ddr",)
@@ -38,12 +38,12 @@ LISTS = ("psi", "sigma", "sigmat", "phi", "theta")
 RESOLUTION = (18, 61, 37)
 """Nodes of theta_i, radial and azimuth that a model is written at."""
 
-_TYPE = re.compile(rb"(?:^|[\r\n])[ \t]*Type(Sym|Data|ColorModel)[ \t]+\w+", re.IGNORECASE)
+_TYPE = re.compile(r"\bType(Sym|Data|ColorModel)[ \t]+\w+", re.IGNORECASE)
 
 
 def matches(head: bytes, size: int) -> bool:
     """Whether a file that starts so can be one of these: lines TypeSym, TypeData or TypeColorModel, two of them."""
-    return len({found.lower() for found in _TYPE.findall(head)}) >= 2
+    return len({found.lower() for found in _TYPE.findall(_text.start(head))}) >= 2
 
 
 class _Words:
@@ -281,8 +281,11 @@ def _heads(m: Reflectance, names: tuple | None) -> list[str]:
 
 def _sampled(m: Reflectance, resolution: Sequence[int] | None) -> Gridded:
     counts = tuple(resolution or RESOLUTION)
-    if m.has_delta or len(counts) != 3 or min(counts) < 2:
-        raise ParameterError(f"{m!r:.80}, resolution={resolution!r}: expected no delta lobe, and three numbers from 2")
+    if len(counts) != 3 or not all(isinstance(n, (int, np.integer)) and n >= 2 for n in counts):
+        raise ParameterError(
+            f"resolution={resolution!r}: expected whole numbers of theta_i, radial and azimuth, from 2"
+        )
+    _pairs.plain(m)
     steps = [
         np.arange(counts[0]) / counts[0],
         (np.arange(counts[1]) / (counts[1] - 1)) ** 2,
@@ -297,9 +300,5 @@ def _sampled(m: Reflectance, resolution: Sequence[int] | None) -> Gridded:
     wi, wo = PARAMETERISATIONS["specular"].pairs(*np.meshgrid(*axes.values(), indexing="ij"))
     wo = np.concatenate([wo[..., :2], np.maximum(wo[..., 2:], 10.0 * HORIZON)], axis=-1)
     f = m.f(wi, wo / np.linalg.norm(wo, axis=-1, keepdims=True))
-    if f.ndim not in (len(axes), len(axes) + 1):
-        raise ParameterError(
-            f"{m!r:.80}: values have shape {f.shape[len(axes) :]}, expected one material, without maps"
-        )
     names = None if f.ndim == len(axes) else m.channel_names or tuple("RGB")[: f.shape[-1]]
     return Gridded("specular", axes, np.pi * f, quantity="reflectance factor", channels=names)

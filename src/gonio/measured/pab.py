@@ -38,13 +38,13 @@ QUANTITIES = {
 }
 CHANNELS = ("X", "Y", "Z")
 
-_FORMAT = re.compile(rb"(?:^|[\r\n])[ \t]*#[ \t]*format:[ \t]*theta[ \t,]+phi[ \t,]+\S", re.IGNORECASE)
+_FORMAT = re.compile(r"^[ \t]*#[ \t]*format:[ \t]*theta[ \t,]+phi[ \t,]+\S", re.IGNORECASE | re.MULTILINE)
 _KEY = re.compile(r"#\s*(\w+)\s*:?\s*(.*)")
 
 
 def matches(head: bytes, size: int) -> bool:
     """Whether a file that starts so can be one of these: it says `#format: theta phi ...`."""
-    return bool(_FORMAT.search(head))
+    return bool(_FORMAT.search(_text.start(head)))
 
 
 def read(path: Path, side: str = "front", more: Sequence[str | os.PathLike] = ()) -> Gridded:

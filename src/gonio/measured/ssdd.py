@@ -42,7 +42,8 @@ OF_FILE = ("SOFTWARE", "API", "DATE")
 OF_BLOCK = ("NAME", "SOURCE_TYPE", "DEVICE", "CREATION_DATE", "MEASUREMENT_DATE")
 LISTS = ("WAVELENGTH_LIST", *(f"PARAM{k}_LIST" for k in range(5)))
 
-_START = re.compile(rb"\s*(?:#[^\r\n]*\s*)*VERSION[ \t]+\d+\.\d+", re.IGNORECASE)
+_START = re.compile(r"\s*(?:#.*\s+)*VERSION[ \t]+\d+\.\d+")
+_TYPE = re.compile(r"^[ \t]*DATA_TYPE[ \t]+\w+", re.MULTILINE)
 
 
 class Block:
@@ -54,7 +55,8 @@ class Block:
 
 def matches(head: bytes, size: int) -> bool:
     """Whether a file that starts so can be one of these: VERSION, then a DATA_TYPE of theirs."""
-    return bool(_START.match(head)) and bool(re.search(rb"(?m)^[ \t]*DATA_TYPE[ \t]+\w+", head.replace(b"\r", b"\n")))
+    text = _text.start(head)
+    return bool(_START.match(text)) and bool(_TYPE.search(text))
 
 
 def read(path: Path) -> Gridded:
