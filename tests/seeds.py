@@ -10,7 +10,6 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
-
 from optical_files import SEEDS as OPTICAL
 
 import gonio as gn

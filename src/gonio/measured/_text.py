@@ -1,0 +1,239 @@
+"""Text files of numbers: lines with their numbers for messages, rows read fast, numbers written without loss.
+
+Memory stays below a small multiple of the file's size: the text is kept whole, numbers are collected as they are
+read, and what a header promises is never allocated.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+from array import array
+from collections.abc import Callable, Iterable, Iterator
+from pathlib import Path
+
+import numpy as np
+
+from ..errors import FormatError
+
+LIMIT = 2**30
+"""Longest text file that is read, in bytes."""
+
+CHUNK = 2**20
+"""Characters that `Lines.rows` works on at a time."""
+
+BLOCK = 4096
+"""Rows that `join` writes at a time."""
+
+BOMS = ((b"\xef\xbb\xbf", "utf-8-sig"), (b"\xff\xfe", "utf-16"), (b"\xfe\xff", "utf-16"))
+
+_SEPARATORS = str.maketrans(",;", "  ")
+_NUMBER = re.compile(r"[-+]?(?:(?:\d+\.?\d*|\.\d+)(?:e[-+]?\d+)?|inf(?:inity)?|nan)", re.ASCII | re.IGNORECASE)
+
+
+def read(path: str | os.PathLike, comment: str | tuple[str, ...] = (), mixed: bool = False) -> Lines:
+    """The lines of a text file; those that begin with `comment` are passed over. Raises what `decode` raises.
+
+    `mixed`: there are binary numbers between lines; the text is Latin-1 then, and `Lines.bytes` can be used.
+    """
+    size = os.path.getsize(path)
+    if size > LIMIT:
+        raise FormatError(f"{path}: {size} bytes, expected a text file of at most {LIMIT}; split it into several")
+    content = Path(path).read_bytes()
+    return Lines(path, content.decode("latin-1") if mixed else decode(path, content), comment)
+
+
+def decode(path: str | os.PathLike, content: bytes) -> str:
+    """Text of a file: UTF-8, or Latin-1 where it is not, or UTF-16 with its mark; lines end with "\\n" alone.
+
+    Raises FormatError where there are zero bytes or half characters, as in files that are not text.
+    """
+    encoding = next((name for mark, name in BOMS if content.startswith(mark)), "utf-8")
+    try:
+        text = content.decode(encoding)
+    except UnicodeDecodeError as error:
+        if encoding == "utf-16":
+            raise FormatError(f"{path}: expected UTF-16 text, as its first bytes say: {error.reason}") from None
+        text = content.decode("latin-1")
+    if "\0" in text:
+        raise FormatError(f"{path}: not a text file: zero byte at {text.index(chr(0))}, expected text only")
+    return text.replace("\r\n", "\n").replace("\r", "\n")
+
+
+def start(head: bytes) -> str:
+    """The first characters of what may be a text file: without its mark, lines ending with "\\n" alone."""
+    encoding = next((name for mark, name in BOMS if head.startswith(mark)), "latin-1")
+    text = head.decode("latin-1" if encoding == "utf-8-sig" else encoding, "replace").removeprefix("\xef\xbb\xbf")
+    return text.replace("\r\n", "\n").replace("\r", "\n")
+
+
+class Lines:
+    """Lines of a text, one after the other, stripped, without blank ones and comments.
+
+    path     for messages
+    number   of the line read last, counted from 1
+    comment  how lines begin that are passed over
+    """
+
+    def __init__(self, path: str | os.PathLike, text: str, comment: str | tuple[str, ...] = ()):
+        self.path, self.number = str(path), 0
+        self._text, self._at, self.comment = text, 0, comment
+
+    def __iter__(self) -> Iterator[str]:
+        while (line := self.next()) is not None:
+            yield line
+
+    def next(self) -> str | None:
+        """The next line, or None at the end."""
+        while self._at < len(self._text):
+            end = self._text.find("\n", self._at)
+            end = len(self._text) if end < 0 else end
+            line = self._text[self._at : end].strip()
+            self._at, self.number = end + 1, self.number + 1
+            if line and not line.startswith(self.comment):
+                return line
+        return None
+
+    def peek(self) -> str | None:
+        """The next line, or None at the end, without taking it."""
+        at, number = self._at, self.number
+        line = self.next()
+        self._at, self.number = at, number
+        return line
+
+    def bytes(self, count: int, expected: str) -> bytes:
+        """The next bytes of a mixed file. Raises FormatError at the end of the file."""
+        left = len(self._text) - self._at
+        if count > left:
+            raise FormatError(
+                f"{self.path}: cut short: {left} bytes after line {self.number}, expected {count}: {expected}"
+            )
+        self._at += count
+        return self._text[self._at - count : self._at].encode("latin-1")
+
+    def edit(self, change: Callable[[str], str]) -> None:
+        """Change the text that is left, but not its lines."""
+        self._text, self._at = change(self._text[self._at :]), 0
+
+    def take(self, expected: str) -> str:
+        """The next line. Raises FormatError at the end of the file: it should have held what is `expected`."""
+        line = self.next()
+        if line is None:
+            raise self.cut_short(expected)
+        return line
+
+    def fault(self, found: object, expected: str) -> FormatError:
+        """The error for the line read last."""
+        text = found if isinstance(found, str) else repr(found)
+        return FormatError(f"{self.path}, line {self.number}: got {text[:60]!r}, expected {expected}")
+
+    def cut_short(self, expected: str) -> FormatError:
+        return FormatError(f"{self.path}: cut short: ends after line {self.number}, expected {expected}")
+
+    def floats(self, line: str, expected: str = "numbers") -> list[float]:
+        """The numbers of a line that was read, separated by blanks, commas or semicolons."""
+        return [self.float(token, expected) for token in split(line)]
+
+    def float(self, token: str, expected: str = "a number") -> float:
+        """A number: nan and inf are such, "1_0" is not."""
+        if not _NUMBER.fullmatch(token):
+            raise self.fault(token, expected)
+        return float(token)
+
+    def count(self, token: str, expected: str = "a count") -> int:
+        """A whole number, 0 or above; "3.0" is such too."""
+        value = self.float(token, expected)
+        if not (value >= 0.0 and value == int(min(value, 2.0**53))):
+            raise self.fault(token, expected)
+        return int(value)
+
+    def numbers(self, count: int, expected: str = "numbers") -> np.ndarray:
+        """The next `count` numbers (count,), over as many lines as they take; the last line holds no more."""
+        out = array("d")
+        while len(out) < count:
+            out.extend(self.floats(self.take(f"{count} {expected}, got {len(out)}"), expected))
+        if len(out) > count:
+            raise self.fault(f"{len(out)} numbers", f"{count} {expected}")
+        return _array(out)
+
+    def rows(self, columns: int, count: int | None = None, expected: str = "numbers") -> np.ndarray:
+        """The next `count` lines, or all that are left, of so many numbers each: (rows, columns)."""
+        out = array("d")
+        while count is None or len(out) < count * columns:
+            lines, at = self._chunk(CHUNK if count is None else min(CHUNK, count - len(out) // columns))
+            if not lines:
+                break
+            start = len(out)
+            try:
+                if any("_" in line for line in lines):
+                    raise ValueError
+                for line in lines:
+                    if len(row := line.split()) == columns:
+                        out.extend(map(float, row))
+                    elif row and not line.lstrip().startswith(self.comment):
+                        raise ValueError
+            except ValueError:
+                del out[start:]
+                self._row_by_row(out, columns, at)
+                continue
+            self._at, self.number = at, self.number + len(lines)
+        if count is not None and len(out) < count * columns:
+            raise self.cut_short(f"{count} rows of {columns} {expected}, got {len(out) // columns}")
+        return _array(out).reshape(-1, columns)
+
+    def _chunk(self, count: int) -> tuple[list[str], int]:
+        """At most `count` whole lines from here on, blanks as separators, and where the next one begins."""
+        end = self._text.find("\n", self._at + CHUNK)
+        text = self._text[self._at : end if end >= 0 else len(self._text)]
+        lines = text.translate(_SEPARATORS).split("\n", count) if text else []
+        rest = len(lines.pop()) if len(lines) > count else -1
+        return lines, self._at + len(text) - rest
+
+    def _row_by_row(self, out: array, columns: int, at: int) -> None:
+        while self._at < at and (line := self.next()) is not None:
+            row = self.floats(line)
+            if len(row) != columns:
+                raise self.fault(line, f"{columns} numbers, not {len(row)}")
+            out.extend(row)
+
+
+def split(line: str) -> list[str]:
+    """What blanks, commas or semicolons separate in a line."""
+    return line.translate(_SEPARATORS).split()
+
+
+def _array(numbers: array) -> np.ndarray:
+    return np.frombuffer(numbers, np.float64) if numbers else np.empty(0)
+
+
+def number(value: float) -> str:
+    """Shortest text that reads back as the same float64; whole numbers below 1e16 without a point."""
+    return repr(float(value)).removesuffix(".0")
+
+
+def join(rows: Iterable[Iterable[float | str]], separator: str = " ") -> Iterator[str]:
+    """Lines, with their ends, of rows of numbers or words; many at a time of an array (n, columns)."""
+    if isinstance(rows, np.ndarray):
+        for start in range(0, len(rows), BLOCK):
+            # str() of a list is several times faster than one of each number.
+            block = str(rows[start : start + BLOCK].tolist())[2:-2].replace("], [", "\n") + "\n"
+            yield block.replace(".0, ", ", ").replace(".0\n", "\n").replace(", ", separator)
+        return
+    for row in rows:
+        yield separator.join([x if isinstance(x, str) else number(x) for x in row]) + "\n"
+
+
+def degrees(radians: np.ndarray) -> np.ndarray:
+    """Angles in degrees, with the fewest decimals that read back as the same radians where there are such.
+
+    np.radians of the result is the argument, bit by bit, for angles that were read in degrees; else within 1 unit
+    in the last place.
+    """
+    exact = np.degrees(np.asarray(radians, np.float64))
+    result, open_ = exact.copy(), np.isfinite(exact)
+    for decimals in range(15):
+        near = np.round(exact, decimals)
+        good = open_ & (np.radians(near) == radians)
+        result[good] = near[good]
+        open_ &= ~good
+    return result
