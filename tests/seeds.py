@@ -10,7 +10,6 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
-
 from optical_files import SEEDS as OPTICAL
 from text_files import SEEDS as TEXT
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -103,20 +103,22 @@ def _spread(theta_o: np.ndarray, table: np.ndarray, count: np.ndarray) -> None:
             held[:, 0] = held[:, 0].sum(-1, keepdims=True)
 
 
-def values_at(m: Reflectance, wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
-    """f (grid..., C) at pairs of directions (grid..., 3), 0 below the horizon and NaN where m has no data.
-
-    Raises ParameterError for what no table holds: a delta lobe, maps.
-    """
+def check_writable(m: Reflectance) -> None:
+    """Raises ParameterError for what no table holds: a delta lobe, maps."""
     if m.has_delta:
         raise ParameterError(f"{m!r:.80}: a table cannot hold a perfect mirror; write the material without it")
     shape = m.f([0.0, 0.0, 1.0], [0.0, 0.0, 1.0]).shape
     if len(shape) > 1:
         raise ParameterError(f"{m!r:.80}: values have shape {shape}, a map; a table holds one place, take `m` there")
+
+
+def values_at(m: Reflectance, wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
+    """f (grid..., C) at pairs of directions (grid..., 3), 0 below the horizon and NaN where m has no data."""
     wi, wo = np.broadcast_arrays(wi, wo)
     up = (wi[..., 2] > HORIZON) & (wo[..., 2] > HORIZON)
-    f = np.zeros((*wi.shape[:-1], *(shape or (1,))))
-    f[up] = m.f(np.ascontiguousarray(wi[up]), np.ascontiguousarray(wo[up])).reshape(-1, f.shape[-1])
+    found = m.f(np.ascontiguousarray(wi[up]), np.ascontiguousarray(wo[up]))
+    f = np.zeros((*wi.shape[:-1], found.shape[-1] if found.ndim > 1 else 1))
+    f[up] = found.reshape(-1, f.shape[-1])
     return f
 
 
@@ -186,6 +188,30 @@ def angle_list(name: str, given: Any, default: Sequence[float], low: float, high
     if not x.size or not np.isfinite(x).all() or (np.diff(x) <= 0.0).any() or x[0] < low or x[-1] > high:
         raise ParameterError(f"{name}={_short(x)}: expected increasing angles from {low:g} to {high:g} degrees")
     return x.tolist()
+
+
+class Angles(NamedTuple):
+    """Lists [degrees] that writers use by default: `circle` without its end, `turns` every few of its steps."""
+
+    theta_i: list[float]
+    theta_o: list[float]
+    half: list[float]
+    circle: list[float]
+    turns: list[float]
+
+
+def default_angles(resolution: float) -> Angles:
+    """theta_o every `resolution` degrees, theta_i and azimuths every two of them, turns of the sample some 30."""
+    theta_o = steps(85.0, resolution)
+    count = max(4, 2 * round(90.0 / resolution))
+    circle = (np.arange(count) * (360.0 / count)).round(9).tolist()
+    return Angles(
+        steps(80.0, min(2.0 * resolution, 80.0)),
+        theta_o,
+        [*circle[: count // 2], 180.0],
+        circle,
+        circle[:: max(1, round(count / 12))],
+    )
 
 
 def steps(last: float, step: float) -> list[float]:

@@ -28,7 +28,7 @@ from ..gridded import Gridded
 from ..interface import Reflectance, direction
 from ..measurement import Measured
 from . import _text
-from ._optical import angle_list, as_filed, from_rows, steps, values_at
+from ._optical import angle_list, as_filed, check_writable, default_angles, from_rows, values_at
 
 NAME = "FRED"
 SUFFIXES = (".txt",)
@@ -66,12 +66,14 @@ def read(path: str | os.PathLike) -> Measured:
     theta_i, phi_i, theta_s, phi_s, number = sheet.rows.T
     if not in_degrees:
         theta_i, phi_i, theta_s, phi_s = np.degrees((theta_i, phi_i, theta_s, phi_s)).round(9)
-    if not (np.abs(sheet.rows[:, [1, 3]]) <= 720.0).all() or not np.isfinite(number).any():
+    with np.errstate(over="ignore", invalid="ignore"):
+        f = number * scale
+    if not (np.abs(sheet.rows[:, [1, 3]]) <= 720.0).all() or not np.isfinite(f).any():
         raise FormatError(f"{path}: azimuths beyond -720 to 720 degrees, or no value that is a number")
     if not ((theta_i >= 0.0) & (theta_i <= 90.0) & (theta_s >= 0.0) & (theta_s <= 90.0)).all():
         raise FormatError(f"{path}: polar angles beyond 0 to 90 degrees, expected reflection only")
     about = {"format": words, "scale": scale}
-    return from_rows(theta_i, phi_i + 180.0, theta_s, phi_s, number * scale, path=str(path), about=about, filed=sheet)
+    return from_rows(theta_i, phi_i + 180.0, theta_s, phi_s, f, path=str(path), about=about, filed=sheet)
 
 
 def _format(lines: _text.Lines, words: dict[str, str]) -> tuple[bool, float]:
@@ -116,6 +118,7 @@ def write(
     others are refused unless `channel` names one.
     Raises ParameterError for a delta lobe, maps, and several channels.
     """
+    check_writable(m)
     sheet = as_filed(m, Sheet)
     if sheet is None or any(x is not None for x in (theta_i, theta_o, phi, phi_i, channel)):
         words = {"angles": "deg", "bsdf": "value", "scale": "1"}
@@ -142,16 +145,17 @@ def _made_of(
         turn = angles[2] if len(angles) == 4 else np.zeros(1)
         angles, f = (angles, f) if len(angles) == 4 else ([*angles[:2], turn, angles[2]], f[:, :, None])
         incidence, polar, light, away = np.meshgrid(*angles, indexing="ij")
-        light = light if own.is_oriented() else light + 180.0
-        rows = [incidence, light + 180.0, polar, away if own.is_oriented() else away + 180.0]
+        if not own.is_oriented():
+            light, away = light + 180.0, 180.0 - away if own.is_mirrored else away + 180.0
+        rows = [incidence, light + 180.0, polar, away]
     else:
         isotropic = phi_i is None and m.is_isotropic()
-        step = min(2.0 * resolution, 90.0)
+        usual = default_angles(resolution)
         grid = [
-            angle_list("theta_i", theta_i, steps(80.0, min(step, 80.0)), 0.0, 90.0),
-            angle_list("phi_i", phi_i, [0.0] if isotropic else steps(330.0, 30.0), -360.0, 360.0),
-            angle_list("theta_o", theta_o, steps(85.0, resolution), 0.0, 90.0),
-            angle_list("phi", phi, steps(180.0 if isotropic else 360.0 - step, step), 0.0, 360.0),
+            angle_list("theta_i", theta_i, usual.theta_i, 0.0, 90.0),
+            angle_list("phi_i", phi_i, [0.0] if isotropic else usual.turns, -360.0, 360.0),
+            angle_list("theta_o", theta_o, usual.theta_o, 0.0, 90.0),
+            angle_list("phi", phi, usual.half if isotropic else usual.circle, 0.0, 360.0),
         ]
         incidence, light, polar, away = np.meshgrid(*grid, indexing="ij")
         away = away + light

@@ -35,9 +35,10 @@ from ._optical import (
     Filed,
     angle_list,
     as_filed,
+    check_writable,
+    default_angles,
     increasing,
     spectral,
-    steps,
     totals,
     values_at,
 )
@@ -260,6 +261,7 @@ def write(
     by name; one without a wavelength is said to be of `wavelength` [nm]. No data becomes 0. TIS is integrated.
     Raises ParameterError for a delta lobe, maps, and channels with other names.
     """
+    check_writable(m)
     sheet = as_filed(m, Sheet)
     if sheet is None or any(x is not None for x in (theta_i, theta_o, phi, phi_i, channel)):
         sheet = _made_of(m, (theta_i, theta_o, phi_i, phi), resolution, channel, wavelength)
@@ -316,16 +318,16 @@ def _axes(m: Reflectance, given: tuple, resolution: float) -> tuple[dict[str, np
     """Nodes [rad], and whether they are on one side of the plane of incidence."""
     theta_i, theta_o, phi_i, phi = given
     isotropic = phi_i is None and m.is_isotropic()
-    step = min(2.0 * resolution, 90.0)
+    usual = default_angles(resolution)
     axes = {
-        "theta_i": angle_list("theta_i", theta_i, steps(80.0, min(step, 80.0)), 0.0, 90.0),
-        "theta_o": angle_list("theta_o", theta_o, [*steps(85.0, resolution), 89.0], 0.0, 90.0),
+        "theta_i": angle_list("theta_i", theta_i, usual.theta_i, 0.0, 90.0),
+        "theta_o": angle_list("theta_o", theta_o, [*usual.theta_o, 89.0], 0.0, 90.0),
     }
     if isotropic:
-        axes["phi"] = angle_list("phi", phi, steps(180.0, step), 0.0, 360.0)
+        axes["phi"] = angle_list("phi", phi, usual.half, 0.0, 360.0)
     else:
-        axes["phi_i"] = angle_list("phi_i", phi_i, steps(330.0, 30.0), -360.0, 360.0)
-        axes["phi_o"] = angle_list("phi", phi, steps(360.0 - step, step), -360.0, 360.0)
+        axes["phi_i"] = angle_list("phi_i", phi_i, usual.turns, -360.0, 360.0)
+        axes["phi_o"] = angle_list("phi", phi, usual.circle, -360.0, 360.0)
     return {name: np.radians(x) for name, x in axes.items()}, isotropic and axes["phi"][-1] <= 180.0
 
 

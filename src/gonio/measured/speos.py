@@ -39,7 +39,7 @@ from ..files import replacing
 from ..gridded import Gridded
 from ..interface import Reflectance, direction
 from . import _text
-from ._optical import NO_TRANSMISSION, Filed, angle_list, as_filed, reflected, steps, values_at
+from ._optical import NO_TRANSMISSION, Filed, angle_list, as_filed, check_writable, default_angles, reflected, values_at
 from ._speos_text import ANISOTROPIC, BRDF, START, Part, Sheet, Table, read_sheet, written
 
 NAME = "Speos"
@@ -76,12 +76,13 @@ def read(path: str | os.PathLike, wavelengths: Sequence[float] | None = None) ->
             raise FormatError(
                 f"{path}: tables of different theta or phi, expected the same; resample them in Ansys' viewer"
             )
-    if sheet.is_anisotropic:
-        axes, f, names = _anisotropic(path, sheet, part, wavelengths)
-    elif wavelengths is None:
-        axes, f, names = _isotropic(sheet, part)
-    else:
+    if wavelengths is not None and not sheet.is_anisotropic:
         raise ParameterError("wavelengths=: expected for .anisotropicbsdf only; a .brdf has a table for each")
+    with np.errstate(over="ignore", invalid="ignore"):
+        if sheet.is_anisotropic:
+            axes, f, names = _anisotropic(path, sheet, part, wavelengths)
+        else:
+            axes, f, names = _isotropic(sheet, part)
     about = {"comment": sheet.comment, "description": sheet.description, "start": sheet.start}
     return Filed("angles", axes, f, channels=names, mirrored=_half(axes), path=str(path), about=about, filed=sheet)
 
@@ -178,20 +179,26 @@ def _oriented(
 ) -> tuple[dict[str, Any], np.ndarray]:
     """Axes [degrees] with phi_o for phi, and f (theta_i, theta_o, phi_i, phi_o, C): phi_o = phi + sample's angle."""
     around = phi[:-1] if len(phi) > 1 and abs(phi[-1] - phi[0] - 360.0) < 1e-9 else phi
-    phi_o = np.mod(np.round(around, 9), 360.0)
-    first = np.sort(phi_o)
-    rows = []
-    for turn, row in zip(part.turns, f, strict=True):
-        turned = np.mod(np.round(phi_o + turn, 9), 360.0)
-        order = np.argsort(turned)
-        if not np.allclose(turned[order], first, atol=1e-6):
-            raise FormatError(
-                f"{path}: phi turned by {turn:g} degrees, an angle of the sample, is another list of angles, "
-                f"expected steps that it is a multiple of; resample it in Ansys' viewer"
-            )
-        rows.append(row[:, :, order])
-    axes = {"theta_i": part.incidence[0], "theta_o": theta, "phi_i": np.array(part.turns) + 180.0, "phi_o": first}
+    turned = [np.mod(np.round(around + turn, 9), 360.0) for turn in part.turns]
+    phi_o = np.unique(np.concatenate(turned))
+    if f[0].size * len(part.turns) * len(phi_o) > len(phi) * SPECTRAL * path.stat().st_size:
+        raise FormatError(
+            f"{path}: phi and the angles of the sample make {len(phi_o)} azimuths; resample it to one step"
+        )
+    rows = [_at_azimuths(phi_o, own, row) for own, row in zip(turned, f, strict=True)]
+    axes = {"theta_i": part.incidence[0], "theta_o": theta, "phi_i": np.array(part.turns) + 180.0, "phi_o": phi_o}
     return axes, np.array(rows).transpose(1, 2, 0, 3, 4)
+
+
+def _at_azimuths(phi: np.ndarray, own: np.ndarray, f: np.ndarray) -> np.ndarray:
+    """f (theta_i, theta_o, own azimuths, C) at other azimuths [degrees], those between linearly: no kink is lost."""
+    order = np.argsort(own)
+    x = np.concatenate([own[order], own[order][:1] + 360.0])
+    place = np.mod(phi - x[0], 360.0) + x[0]
+    k = np.clip(np.searchsorted(x, place, side="right") - 1, 0, len(own) - 1)
+    w = ((place - x[k]) / (x[k + 1] - x[k]))[:, None]
+    f = f[:, :, order]
+    return np.where(w == 0.0, f[:, :, k], (1.0 - w) * f[:, :, k] + w * f[:, :, (k + 1) % len(own)])
 
 
 def write(
@@ -212,11 +219,13 @@ def write(
     default theta_i and `phi` (0 is the mirror direction) every 2 `resolution`, theta_o every `resolution` up to 85 and
     at 89; `phi_i`, angles of light about the normal, every 30 if the material is anisotropic. A `.brdf` is isotropic,
     with a table for each channel; `wavelengths` [nm] names them where they are not (RGB: give three). An
-    `.anisotropicbsdf` has one channel, or the one named by `channel`. Shares are the integrals of the tables. No data becomes 0.
+    `.anisotropicbsdf` has one channel, or the one named by `channel`. Shares are the integrals of the tables.
+    No data becomes 0.
     Raises ParameterError for a delta lobe, maps, channels without wavelengths, or an anisotropic material in a `.brdf`.
     """
     path = Path(path)
     anisotropic = path.suffix.lower() == ".anisotropicbsdf"
+    check_writable(m)
     sheet = as_filed(m, Sheet)
     chosen = any(x is not None for x in (theta_i, theta_o, phi, phi_i, channel, wavelengths))
     if sheet is None or chosen or sheet.is_anisotropic != anisotropic:
@@ -246,12 +255,12 @@ def _sampled(
     isotropic = phi_i is None and m.is_isotropic()
     if not anisotropic and not isotropic:
         raise ParameterError(f"{m!r:.80}: is anisotropic, and a .brdf is not; name the file .anisotropicbsdf")
-    step = min(2.0 * resolution, 90.0)
+    usual = default_angles(resolution)
     axes = {
-        "phi_i": angle_list("phi_i", phi_i, [180.0] if isotropic else steps(330.0, 30.0), -360.0, 540.0),
-        "theta_i": angle_list("theta_i", theta_i, steps(80.0, min(step, 80.0)), 0.0, 90.0),
-        "theta_o": angle_list("theta_o", theta_o, [*steps(85.0, resolution), 89.0], 0.0, 90.0),
-        "phi": angle_list("phi", phi, steps(360.0, step), -360.0, 360.0),
+        "phi_i": angle_list("phi_i", phi_i, [180.0] if isotropic else usual.turns, -360.0, 540.0),
+        "theta_i": angle_list("theta_i", theta_i, usual.theta_i, 0.0, 90.0),
+        "theta_o": angle_list("theta_o", theta_o, [*usual.theta_o, 89.0], 0.0, 90.0),
+        "phi": angle_list("phi", phi, [*usual.circle, 360.0], -360.0, 360.0),
     }
     light, incidence, polar, away = (np.radians(x) for x in np.meshgrid(*axes.values(), indexing="ij"))
     return values_at(m, direction(incidence, light), direction(polar, away + light + math.pi)), axes

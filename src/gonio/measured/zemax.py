@@ -42,6 +42,8 @@ from ._optical import (
     Filed,
     angle_list,
     as_filed,
+    check_writable,
+    default_angles,
     increasing,
     spectral,
     steps,
@@ -231,6 +233,7 @@ def write(
     name as Monochrome. TIS is integrated (`_optical.total`). Lost: the difference between 0 and no data.
     Raises ParameterError for a delta lobe, maps, and channels other than one, RGB or XYZ.
     """
+    check_writable(m)
     sheet = as_filed(m, Sheet)
     chosen = any(x is not None for x in (aoi, radial, azimuth, rotation, channel))
     if sheet is None or chosen:
@@ -265,16 +268,17 @@ def _made_of(
 
 def _axes(m: Reflectance, given: dict[str, Any], resolution: float) -> dict[str, np.ndarray]:
     """Nodes [rad] about the mirror direction over the whole circle, from angles of the file [degrees]."""
-    theta_i = angle_list("aoi", given["theta_i"], steps(80.0, min(2.0 * resolution, 80.0)), 0.0, 90.0)
+    usual = default_angles(resolution)
+    theta_i = angle_list("aoi", given["theta_i"], usual.theta_i, 0.0, 90.0)
     last = min(180.0, 90.0 + theta_i[-1])
     fine = [resolution * x for x in (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.8, 1.25, 1.5, 1.75)]
     radial = angle_list("radial", given["radial"], sorted({*fine, *steps(last, resolution)}), 0.0, 180.0)
-    azimuth = angle_list("azimuth", given["azimuth"], steps(360.0, min(2.0 * resolution, 90.0)), 0.0, 360.0)
+    azimuth = angle_list("azimuth", given["azimuth"], [*usual.circle, 360.0], 0.0, 360.0)
     if azimuth[-1] <= 180.0:
         azimuth = [*azimuth, *(360.0 - x for x in azimuth[::-1] if 0.0 < x < 180.0)]
     axes = {"theta_i": theta_i, "radial": radial, "azimuth": [x + 180.0 for x in azimuth]}
     if given["phi_i"] is not None or not m.is_isotropic():
-        rotation = angle_list("rotation", given["phi_i"], steps(330.0, 30.0), -360.0, 360.0)
+        rotation = angle_list("rotation", given["phi_i"], usual.turns, -360.0, 360.0)
         axes["phi_i"] = [90.0 - r for r in rotation[::-1]]
     return {name: np.radians(x) for name, x in axes.items()}
 
