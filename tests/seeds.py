@@ -42,8 +42,22 @@ def _material() -> bytes:
     return saved(0.5 * gn.Lambertian([0.1, 0.2, 0.3]) + gn.Microfacet(gn.GGX(0.1), gn.Dielectric(1.5)), ".json")
 
 
+def _klems() -> bytes:
+    from test_window_xml import tiny
+
+    return tiny().encode()
+
+
+def _tensor_tree() -> bytes:
+    from test_window_xml import tree3
+
+    return tree3().encode()
+
+
 SEEDS: dict[str, Callable[[], bytes]] = {
     "MERL": _merl,
     "RGL": _rgl,
     "gonio JSON": _material,
+    "WINDOW XML": _klems,
+    "WINDOW XML tree": _tensor_tree,
 }

@@ -107,7 +107,7 @@ class Klems(Measured):
     Error    none of its own; against Radiance (pyradiance 1.3.1): f 3e-4 relative, which Radiance adds on purpose to
              each patch, hemispherical totals 1e-7; X and Z to 6 %, for it keeps colours in 8 bits.
     Source   Klems 1994, "A new method for predicting the solar heat gain of complex fenestration systems", ASHRAE
-             Transactions 100(1):1065; Ward et al. 2011, "The Radiance BSDF library" (bsdf_m.c), for the conventions.
+             Transactions 100(1):1065; Radiance's bsdf_m.c, read for the conventions.
     """
 
     format = "WINDOW XML"
