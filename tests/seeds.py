@@ -152,6 +152,16 @@ def _neural() -> bytes:
     from test_binary_formats import random_network
 
     return saved(random_network(), ".h5")
+def _klems() -> bytes:
+    from test_window_xml import tiny
+
+    return tiny().encode()
+
+
+def _tensor_tree() -> bytes:
+    from test_window_xml import tree3
+
+    return tree3().encode()
 
 
 SEEDS: dict[str, Callable[[], bytes]] = {
@@ -178,4 +188,6 @@ SEEDS: dict[str, Callable[[], bytes]] = {
     "gonio JSON": _material,
     **OPTICAL,
     **TEXT,
+    "WINDOW XML": _klems,
+    "WINDOW XML tree": _tensor_tree,
 }

@@ -47,9 +47,8 @@ class TensorTree(Measured):
     Error    none of its own; against Radiance (pyradiance 1.3.1): f 2e-4 relative, which Radiance adds on purpose to
              each cube, hemispherical totals 1e-7. X and Z too, where f comes near 0; elsewhere Radiance takes off a
              Lambertian part, and then has the luminance right and colours that are wrong (Z < 0, even).
-    Source   Ward, Kurt & Bonneel 2012, "A practical framework for sharing and rendering real-world bidirectional
-             scattering distribution functions", LBNL-5954E, and Radiance's bsdf_t.c; Shirley & Chiu 1997, "A low
-             distortion map between disk and square", J. Graphics Tools 2(3):45.
+    Source   Radiance's bsdf_t.c, read for the conventions; Shirley & Chiu 1997, "A low distortion map between disk and
+             square", J. Graphics Tools 2(3):45.
     """
 
     format = "WINDOW XML"

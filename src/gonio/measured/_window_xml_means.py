@@ -1,8 +1,13 @@
-"""Means of f over pairs of patches and over cells of trees, weighted by projected solid angle, by Gauss rules."""
+"""Means of f over pairs of patches and over cells of trees, weighted by projected solid angle, by Gauss rules.
+
+Nodes of incident and of outgoing directions are never as many along an axis: where they coincide, as mirror directions
+of each other, the peak of every lobe would be counted at each of them.
+"""
 
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 
@@ -10,76 +15,98 @@ from ..interface import Reflectance
 from ._klems import MIRRORED, AngleBasis
 from ._tensor_tree import disc
 
+INCIDENT, COARSE, FINE, FINEST = 4, 3, 5, 40
+"""Nodes along an axis of patches: of incident ones; of outgoing ones first, second, then twice as many up to this."""
 
-def averages(m: Reflectance, basis: AngleBasis, side: str, points: int) -> np.ndarray:
-    """Means of f over pairs of patches, weighted by projected solid angle: (patches of wo, patches of wi, C).
+TOLERANCE = 2e-6
+"""Error of a patch's share of the reflectance at which that ends."""
 
-    A patch has `points`^2 nodes of a Gauss rule in sin^2(theta) and phi. NaN is left out; where f has no value at all
-    nodes of a pair, so has the mean.
+
+def averages(m: Reflectance, basis: AngleBasis, side: str) -> np.ndarray:
+    """Means of f over pairs of patches: (patches of wo, patches of wi, C).
+
+    NaN is left out; where f has no value at all nodes of a pair, so has the mean.
     """
-    x, y, weights, starts = _nodes(basis, points)
-    z = np.sqrt(1.0 - x * x - y * y)
-    sign = MIRRORED[side]
-    wi, wo = np.stack([-sign * x, -y, z], -1), np.stack([sign * x, y, z], -1)
+    solid = basis.solid_angles[:, None]
+    incident = _nodes(basis, INCIDENT)
+    outgoing = {points: _nodes(basis, points) for points in (COARSE, FINE)}
     columns = []
-    for k, start in enumerate(starts):
-        own = slice(start, starts[k + 1] if k + 1 < len(starts) else len(x))
-        f = m.f(wi[own, None], wo)
-        f = f.reshape(*f.shape[:2], -1)
-        known = np.isfinite(f)
-        w = weights[own, None, None] * weights[:, None]
-        sums = [np.add.reduceat((w * a).sum(axis=0), starts, axis=0) for a in (np.where(known, f, 0.0), known)]
-        columns.append(np.where(sums[1] > 0.0, sums[0] / np.where(sums[1] > 0.0, sums[1], 1.0), np.nan))
+    for patch in range(basis.size):
+        wi, of_wi = _turned(incident, patch, -MIRRORED[side], -1.0)
+
+        def seen(nodes: np.ndarray, patches: Any, wi: np.ndarray = wi, of_wi: np.ndarray = of_wi) -> np.ndarray:
+            wo, of_wo = _turned(nodes, patches, MIRRORED[side], 1.0)
+            f = m.f(wi[:, None], wo.reshape(-1, 3)).reshape(len(wi), *of_wo.shape, -1)
+            known = np.isfinite(f)
+            if known.all():
+                return np.einsum("i,ko,ikoc->kc", of_wi, of_wo, f)
+            total = np.einsum("i,ko,ikoc->kc", of_wi, of_wo, np.where(known, f, 0.0))
+            share = np.einsum("i,ko,ikoc->kc", of_wi, of_wo, known.astype(float))
+            return np.where(share > 0.0, total / np.where(share > 0.0, share, 1.0), np.nan)
+
+        points, todo = FINE, np.arange(basis.size)
+        before, column = (seen(outgoing[p], slice(None)) for p in (COARSE, FINE))
+        while points < FINEST:
+            off = np.abs(column[todo] - before) * solid[todo] > TOLERANCE
+            todo = todo[off.any(axis=1)]
+            if not len(todo):
+                break
+            points *= 2
+            if points not in outgoing:
+                outgoing[points] = _nodes(basis, points)
+            before = column[todo]
+            column[todo] = seen(outgoing[points], todo)
+        columns.append(column)
     return np.stack(columns, axis=1)
 
 
-def _nodes(basis: AngleBasis, points: int) -> tuple[np.ndarray, ...]:
-    """x, y and weights (sum 1 over a patch) of quadrature nodes, and where each patch's begin."""
-    xs, ys, ws, sizes = [], [], [], []
+def _nodes(basis: AngleBasis, points: int) -> np.ndarray:
+    """x, y, z in the file's frame and weights (sum 1 over a patch) of `points`^2 nodes per patch: (size, nodes, 4)."""
     node, weight = np.polynomial.legendre.leggauss(points)
-    for low, high, turn, width in basis.patches:
-        u, v = 0.5 * (node + 1.0), 0.5 * (node + 1.0)
-        across = 0.5 * weight
-        if width == 1.0:  # a whole turn is periodic
-            v = (np.arange(4 * points) + 0.5) / (4 * points)
-            across = np.full(4 * points, 0.25 / points)
-        s, phi = np.sqrt(low + u * high)[:, None], 2.0 * math.pi * (turn + v * width)
-        xs.append((s * np.cos(phi)).ravel())
-        ys.append((s * np.sin(phi)).ravel())
-        ws.append((0.5 * weight[:, None] * across).ravel())
-        sizes.append(xs[-1].size)
-    starts = np.concatenate([[0], np.cumsum(sizes)[:-1]])
-    return np.concatenate(xs), np.concatenate(ys), np.concatenate(ws), starts
+    low, high, turn, width = (a[:, None] for a in basis.patches.T)
+    around = width == 1.0  # a whole turn is periodic: its nodes are evenly spaced
+    v = np.where(around, (np.arange(points) + 0.5) / points, 0.5 * (node + 1.0))
+    along = np.where(around, 1.0 / points, 0.5 * weight)
+    sin2, phi = (low + high * 0.5 * (node + 1.0))[:, :, None], 2.0 * math.pi * (turn + width * v)[:, None]
+    s, one = np.sqrt(sin2), np.ones_like(phi)
+    parts = (s * np.cos(phi), s * np.sin(phi), np.sqrt(1.0 - sin2) * one, 0.5 * weight[:, None] * along[:, None])
+    return np.stack(parts, -1).reshape(basis.size, points * points, 4)
 
 
-def grids(m: Reflectance, dimensions: int, resolution: int, side: str, points: int) -> np.ndarray:
+def _turned(nodes: np.ndarray, patches: Any, x: float, y: float) -> tuple[np.ndarray, np.ndarray]:
+    """Directions and weights of the nodes of some patches, x and y multiplied as the side asks."""
+    return nodes[patches][..., :3] * np.array([x, y, 1.0]), nodes[patches][..., 3]
+
+
+def grids(m: Reflectance, dimensions: int, resolution: int, side: str) -> np.ndarray:
     """Means of f over the cells of a grid of `resolution` per side: (resolution, ..., C), 0 in the unused half of 3."""
-    node, weight = np.polynomial.legendre.leggauss(points)
-    fine = ((np.arange(resolution)[:, None] + 0.5 * (node + 1.0)) / resolution).ravel()
-    weight = np.tile(0.5 * weight, resolution)
     sign = MIRRORED[side]
+    fine, weight = _along(resolution, 3)
     x, y = disc(*np.meshgrid(fine, fine, indexing="ij"))
-    z = np.sqrt(1.0 - x * x - y * y)
-    wo = np.stack([sign * x, y, z], -1)
-    shape = (resolution, points)
+    wo = np.stack([sign * x, y, np.sqrt(1.0 - x * x - y * y)], -1)
+    shape = (resolution, 3)
     out_weight = (weight[:, None] * weight).reshape(*shape, *shape)
 
     def seen(wi: np.ndarray) -> np.ndarray:
-        f = m.f(wi, wo)
-        return np.einsum("apbq,apbqc->abc", out_weight, f.reshape(*shape, *shape, -1))
+        return np.einsum("apbq,apbqc->abc", out_weight, m.f(wi, wo).reshape(*shape, *shape, -1))
 
+    fine, weight = _along(resolution, 2)
     if dimensions == 3:
-        s = 1.0 - 2.0 * fine[: resolution // 2 * points]
-        w = s * weight[: len(s)]
+        s = 1.0 - 2.0 * fine[:resolution]  # the half of the axis that is used
+        w = s * weight[:resolution]
         rows = [a * seen(np.array([-sign * k, 0.0, math.sqrt(1.0 - k * k)])) for a, k in zip(w, s, strict=True)]
-        starts = np.arange(0, len(s), points)
-        half = np.add.reduceat(rows, starts, axis=0) / np.add.reduceat(w, starts)[:, None, None, None]
+        half = np.add.reduceat(rows, np.arange(0, resolution, 2), axis=0)
+        half /= np.add.reduceat(w, np.arange(0, resolution, 2))[:, None, None, None]
         return np.concatenate([half, np.zeros_like(half)])
-    wi = np.stack([-sign * x, -y, z], -1).reshape(*shape, *shape, 3)
-    result = []
-    for i in range(resolution):
-        for j in range(resolution):
-            cells = [weight[p] * weight[q] * seen(wi[i, p, j, q]) for p in range(points) for q in range(points)]
-            result.append(np.sum(cells, axis=0))
-    found = np.stack(result)
+    x, y = disc(*np.meshgrid(fine, fine, indexing="ij"))
+    wi = np.stack([-sign * x, -y, np.sqrt(1.0 - x * x - y * y)], -1).reshape(resolution, 2, resolution, 2, 3)
+    columns = wi.swapaxes(1, 2).reshape(resolution * resolution, 4, 3)  # both rules of two have equal weights
+    found = np.stack([np.mean([seen(w) for w in cell], axis=0) for cell in columns])
     return found.reshape(resolution, resolution, *found.shape[1:])
+
+
+def _along(resolution: int, points: int) -> tuple[np.ndarray, np.ndarray]:
+    """Nodes of all cells along an axis of the unit square, and their weights, of sum 1 in a cell."""
+    node, weight = np.polynomial.legendre.leggauss(points)
+    nodes = (np.arange(resolution)[:, None] + 0.5 * (node + 1.0)) / resolution
+    return nodes.ravel(), np.tile(0.5 * weight, resolution)

@@ -91,12 +91,10 @@ def _bands(m: Reflectance, width: int) -> Bands:
     )
 
 
-def _bands_of(m: Reflectance, side: str, points: int) -> Bands:
+def _bands_of(m: Reflectance, side: str) -> Bands:
     """The bands of a material that means are made of; ParameterError for one that a file cannot hold."""
     if side not in MIRRORED:
         raise ParameterError(f"side={side!r}: expected 'front' or 'back'")
-    if points not in range(1, 17):
-        raise ParameterError(f"points={points!r}: expected a whole number from 1 to 16")
     if m.has_delta:
         raise ParameterError(f"{m!r:.80}: means cannot hold a perfect mirror; write the material without it")
     shape = m.f([0.0, 0.0, 1.0], [0.0, 0.0, 1.0]).shape
@@ -120,16 +118,16 @@ def _basis_named(basis: str | AngleBasis) -> AngleBasis:
     return BASES[basis.lower()]
 
 
-def matrix(m: Reflectance, basis: str | AngleBasis, side: str, points: int, name: str) -> list[bytes]:
+def matrix(m: Reflectance, basis: str | AngleBasis, side: str, name: str) -> list[bytes]:
     """A new file of means over patches."""
-    basis, bands = _basis_named(basis), _bands_of(m, side, points)
-    values = averages(m, basis, side, points)
+    basis, bands = _basis_named(basis), _bands_of(m, side)
+    values = averages(m, basis, side)
     _refuse_holes(m, values)
     return _framed([(band, values @ weights) for band, weights in bands], "Columns", side, name, basis, basis)
 
 
 def tree(
-    m: Reflectance, dimensions: int, resolution: int | None, tolerance: float, side: str, points: int, name: str
+    m: Reflectance, dimensions: int, resolution: int | None, tolerance: float, side: str, name: str
 ) -> list[bytes]:
     """A new file of means over the cells of trees."""
     if dimensions not in FINEST:
@@ -139,10 +137,10 @@ def tree(
         raise ParameterError(f"resolution={resolution!r}: expected a power of 2, from 2 to {finest} for {dimensions}")
     if not 0.0 <= tolerance < 1.0:
         raise ParameterError(f"tolerance={tolerance!r}: expected a share, from 0 to below 1")
-    bands = _bands_of(m, side, points)
+    bands = _bands_of(m, side)
     if dimensions == 3 and not m.is_isotropic():
         raise ParameterError(f"{m!r:.80}: is anisotropic; write it with tree=4")
-    values = grids(m, dimensions, resolution, side, points)
+    values = grids(m, dimensions, resolution, side)
     _refuse_holes(m, values)
     made = {band: values @ weights for band, weights in bands}
     if ("CIE-X", "") in made:
