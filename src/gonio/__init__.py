@@ -47,6 +47,8 @@ _ON_USE = {
     "tabulate": "tabulated",
     "Gridded": "gridded",
     "Scattered": "scattered",
+    "to_dataset": "dataset",
+    "from_dataset": "dataset",
     "render": "rendering",
     "read_image": "image",
     "Image": "image",

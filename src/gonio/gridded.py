@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 import numpy as np
 
-from . import ops
+from . import ops, schema
 from .errors import ParameterError
 from .geometry import HORIZON, Direction
 from .libraries import Fixed
@@ -174,20 +174,22 @@ class Gridded(Sampled):
 
     @property
     def data(self) -> xarray.Dataset:
-        """`values` as stored, by the axes of the grid [rad] and channel or wavelength, and their `uncertainty`."""
-        import xarray
-
-        axes: dict[str, Any] = {n: (n, x, {"units": "rad"}) for n, x in self.axes.items()}
-        dims = list(axes)
-        if self.channel_names is not None:
-            spectral = not isinstance(self.channel_names[0], str)
-            dims.append("wavelength" if spectral else "channel")
-            axes[dims[-1]] = (dims[-1], list(self.channel_names), {"units": "nm"} if spectral else {})
-        units = {"units": "1" if self.quantity == "reflectance factor" else "sr-1"}
-        held = {"values": (dims, self.stored, {**units, "long_name": self.quantity})}
-        if self.uncertainty is not None:
-            held["uncertainty"] = (dims, self.uncertainty, {**units, "long_name": "standard uncertainty of values"})
-        return xarray.Dataset(held, axes, {"quantity": self.quantity, "source": self.path})
+        """As stored, in the layout of docs/data-model.md: `values`, `valid`, `uncertainty`, by the axes and channel."""
+        return schema.described(
+            self.axes,
+            list(self.axes),
+            self.stored,
+            self.uncertainty,
+            self.channel_names,
+            parameterisation=self.parameterisation,
+            quantity=self.quantity,
+            mirrored=self.is_mirrored,
+            periods=self.periods,
+            interpolation=self.interpolation,
+            outside=self.outside,
+            source=self.path,
+            **schema.known(self.about),
+        )
 
     @property
     def kind(self) -> Parameterisation:

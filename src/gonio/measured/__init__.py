@@ -1,7 +1,7 @@
 """Measured reflectances and their file formats, one file each: `load` recognises a file by its content.
 
 A format's module has NAME, SUFFIXES, DESCRIPTION, `matches(head, size)`, `read(path)` and, where it can be written,
-`write(m, path)`; it is found by being in this folder.
+`write(m, path)`; where the format is a folder, also `matches_folder(path)`. It is found by being in this folder.
 """
 
 from __future__ import annotations
@@ -32,6 +32,8 @@ def load(path: str | os.PathLike) -> Reflectance:
     Raises NotFoundError if there is no such file, FormatError if it is of no known format or damaged.
     """
     path = Path(path)
+    if path.is_dir():
+        return _load_folder(path)
     try:
         size = path.stat().st_size
         with path.open("rb") as file:
@@ -45,6 +47,13 @@ def load(path: str | os.PathLike) -> Reflectance:
             return module.read(path)
     known = "; ".join(f"{m.NAME} ({', '.join(m.SUFFIXES)})" for m in formats())
     raise FormatError(f"{path}: not a known format: starts with {head[:16]!r}, {size} bytes; known formats: {known}")
+
+
+def _load_folder(path: Path) -> Reflectance:
+    for module in formats():
+        if hasattr(module, "matches_folder") and module.matches_folder(path):
+            return module.read(path)
+    raise FormatError(f"{path}: a folder of no known format, expected a file, or a folder that gonio.save wrote")
 
 
 def save(m: Reflectance, path: str | os.PathLike, format: str | None = None, **options: Any) -> None:
