@@ -351,7 +351,7 @@ def test_kaist_beside_mitsuba(tmp_path):
                 si = mi.SurfaceInteraction3f()
                 si.wi, si.sh_frame = mi.Vector3f(*b), mi.Frame3f([0, 0, 1])  # the camera's side is our wo
                 value = np.array(bsdf.eval(mi.BSDFContext(), si, mi.Vector3f(*a))).reshape(4, 4, -1)[0, 0, 0]
-                assert value == pytest.approx(found * a[2], rel=2e-5)
+                assert value == pytest.approx(found * a[2], rel=5e-5)
     finally:
         if before:
             mi.set_variant(before)
@@ -683,13 +683,12 @@ def test_curet_directions_have_the_instruments_angles():
 
 def test_curet_table(tmp_path):
     values = lambertian_table()
-    model = gn.Lambertian(0.3) + gn.Microfacet(gn.GGX(0.6), 0.9)
     theta_o, phi_o, theta_i, phi_i = curet.directions().T
-    values[1] = model.f_angles(theta_i, phi_i, theta_o, phi_o)
+    values[1] = 0.05 + 0.2 * np.cos(theta_i) + 0.1 * np.cos(theta_o) ** 2  # not the same for the exchanged pair
     path = written(tmp_path, curet_table(values), "abrdf.dat")
     m = curet.read(path, sample=2)
     assert m.about["sample"] == 2
-    np.testing.assert_allclose(m.measured if hasattr(m, "measured") else m.stored, values[1], atol=5e-4)
+    np.testing.assert_allclose(m.stored, values[1], atol=5e-4)
     # The rows, looked up: light comes first in f, and second in the table.
     inner = np.maximum(theta_i, theta_o) < 1.2
     found = m.f_angles(theta_i, phi_i, theta_o, phi_o)[inner]
@@ -719,6 +718,15 @@ def test_curet_oren_nayar(tmp_path):
         curet.read(path, sample=3)
 
 
+def test_curet_koenderink_modes(tmp_path):
+    path = written(tmp_path, b"1 0.5 0 0 0 0\n", "kp2.dat")
+    modes = [(0, 0, 0), (1, 1, 1), (2, 0, 0), (2, 2, 0), (2, 2, 2)]
+    m = curet.read(path, modes=modes)
+    np.testing.assert_allclose(m.f_angles(0.5, 0.0, 0.3, 1.0), m.f_angles(0.0, 0.0, 1.3, 1.0), rtol=1e-9)
+    with pytest.raises(FormatError, match="5 Koenderink modes"):
+        curet.read(path, modes=modes[:3])
+
+
 def test_curet_damage(tmp_path):
     table = curet_table(lambertian_table())
     for data, error, why in (
@@ -728,7 +736,7 @@ def test_curet_damage(tmp_path):
         (table.replace(b"\n2 ", b"\n1 "), FormatError, "twice"),
         (b"1 2 3", FormatError, "2 values"),
         (b"", FormatError, "empty"),
-        (b"1 1 2 3 4 5\n", FormatError, "order of modes"),
+        (b"1 1 2 3 4 5\n", FormatError, "order was not found"),
     ):
         with pytest.raises(error, match=why):
             curet.read(written(tmp_path, data))
@@ -782,7 +790,7 @@ def test_neural_writes(tmp_path):
     m, path = random_network(), tmp_path / "copy.h5"
     save(m, path)
     assert load(path) == m
-    assert claimed(path) == ["Neural-BRDF"]
+    assert claimed(path)[0] == "Neural-BRDF"  # before netCDF, which takes all of HDF5
     with pytest.raises(ParameterError, match="not fitted"):
         save(GRAY, path)
 

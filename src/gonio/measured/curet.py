@@ -22,6 +22,7 @@ from ..interface import Reflectance
 from ..models.oren_nayar import OrenNayar
 from ..scattered import Scattered
 from . import _text
+from .zernike import Zernike
 
 NAME = "CUReT"
 SUFFIXES = (".dat",)
@@ -59,7 +60,8 @@ def read(
     sample  its number, as in the first column; needed where there are several
     rgb     whether to read the files of the other two colours too: those of rbrdf.dat, gbrdf.dat, bbrdf.dat beside it
     kd      whether an Oren-Nayar fit is multiplied by its kd; how kd enters was not found
-    modes   (n, m, l) of the columns of Koenderink fits: their order was not found
+    modes   (n, m, l) of the columns of Koenderink fits, which become a `Zernike`: neither their order was found, nor
+            whether their normalisation is that
 
     Raises FormatError with the line where a row is not like the first, NotFoundError for a sample that is not there.
     """
@@ -74,7 +76,7 @@ def read(
             theta_i, phi_i, theta_o, phi_o, held, channels=names, isotropic=True, path=str(path), about=about
         )
     if len(values) != 3:
-        return _koenderink(held, modes, str(path))
+        return _koenderink(held, modes, rgb, str(path))
     rho, sigma, factor = held
     try:
         fit = OrenNayar(rho, sigma)
@@ -113,11 +115,15 @@ def _of_colours(path: Path) -> list[Path]:
     return [path.with_name(before + colour + after + path.suffix) for colour in "rgb"]
 
 
-def _koenderink(values: np.ndarray, modes: Sequence[tuple[int, int, int]] | None, where: str) -> Reflectance:
-    raise FormatError(
-        f"{where}: {FITS[len(values)]}: {len(values)} coefficients; the order of modes in these files was not found, "
-        f"and they are not read; read the table of BRDFs instead"
-    )
+def _koenderink(values: np.ndarray, modes: Sequence[tuple[int, int, int]] | None, rgb: bool, path: str) -> Reflectance:
+    """The expansion in modes (n, m, l), in the order of the columns."""
+    if modes is None or len(modes) != len(values) or rgb:
+        raise FormatError(
+            f"{path}: coefficients of {len(values)} Koenderink modes, whose order was not found: give modes=, "
+            f"(n, m, l) of each column, for one colour; or read the table of BRDFs"
+        )
+    rows = [(1, 1, n, m, turn, turn, 0, value) for (n, m, turn), value in zip(modes, values, strict=True)]
+    return Zernike(rows, path=path)
 
 
 @cache

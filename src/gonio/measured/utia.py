@@ -55,7 +55,8 @@ class UTIA(Mapped):
 
     Shapes   f: (..., 3).
     Units    f: 1/sr, if `decoding` is right; the readers say so, and no description of the scale was seen.
-    Error    that of linear interpolation over 15 degrees of theta: 30 % in the peak of GGX(0.3).
+    Error    that of linear interpolation over 15 degrees of theta; for GGX(0.3) written and read, cosines above 0.3, of
+             its peak: 7e-4 (median), 2 % (99th percentile), 22 % (largest).
     Source   Filip & Vavra 2014, "Template-based sampling of anisotropic BRDFs", CGF 33(7):91.
     """
 
