@@ -11,6 +11,7 @@ import numpy as np
 
 from .errors import MissingDataWarning, ParameterError
 from .gridded import Gridded
+from .holes import filled
 from .integrate import integrate
 from .interface import Reflectance, direction
 from .parameterisations import parameterisation as parameterisation_named
@@ -151,26 +152,7 @@ def _on_grid(keep: _Kept, parameterisation: str, grid: Sequence[np.ndarray]) -> 
         up = (wi[..., 2] >= 0.999 * GRAZING) & (wo[..., 2] >= 0.999 * GRAZING)
         values[i] = np.nan
         values[i][up] = keep.f(wi[up], wo[up])
-    return np.stack([_filled(values[..., c]) for c in range(keep.width)], axis=-1)
-
-
-def _filled(values: np.ndarray) -> np.ndarray:
-    """An array with its NaNs replaced, from the edges of what is known inwards, by the mean of known neighbours."""
-    values = values.copy()
-    while (missing := np.isnan(values)).any():
-        total, count = np.zeros(values.shape), np.zeros(values.shape)
-        for axis in range(values.ndim):
-            for there, here in ((slice(1, None), slice(None, -1)), (slice(None, -1), slice(1, None))):
-                to, of = ([slice(None)] * values.ndim for _ in range(2))
-                to[axis], of[axis] = here, there
-                known = ~missing[tuple(of)]
-                total[tuple(to)] += np.where(known, values[tuple(of)], 0.0)
-                count[tuple(to)] += known
-        reached = missing & (count > 0)
-        if not reached.any():
-            raise ParameterError("tabulate: the material has no value at any node of the grid; expected some")
-        values[reached] = total[reached] / count[reached]
-    return values
+    return np.stack([filled(values[..., c]) for c in range(keep.width)], axis=-1)
 
 
 def _lattice_pairs(count: int, least: float = 0.1) -> tuple[np.ndarray, np.ndarray]:

@@ -35,6 +35,7 @@ if TYPE_CHECKING:
 NAME = "MERL"
 SUFFIXES = (".binary",)
 DESCRIPTION = "isotropic RGB on half and difference angles (Matusik et al. 2003)"
+ORACLE = "own files from the published description; length and sha256 of the published files"
 
 SCALE = (1.0 / 1500.0, 1.15 / 1500.0, 1.66 / 1500.0)
 """f = stored number * SCALE, for red, green, blue."""
