@@ -14,6 +14,7 @@ from gonio.integrate import integrate
 from gonio.measurement import QUANTITIES, from_brdf, to_brdf
 from gonio.parameterisations import PARAMETERISATIONS
 from gonio.quadrature import lattice
+from gonio.scattered import Scattered, gridded_or_scattered
 
 rng = np.random.default_rng(5)
 EVEN = np.linspace(0.0, 0.5 * math.pi, 7)
@@ -150,6 +151,17 @@ def test_quantities(quantity):
     assert again.about["repaired"] == "nothing"
 
 
+def test_undetermined_at_the_horizon():
+    """A table of f cos(theta_o) says nothing of f at 90 degrees: a hole, not an infinity."""
+    axes = {"theta_i": EVEN, "theta_o": EVEN, "phi": [0.0]}
+    values = np.broadcast_to(0.25 * np.cos(EVEN)[:, None], (7, 7, 1))
+    m = Gridded("angles", axes, values, quantity="brdf * cos(theta_o)")
+    np.testing.assert_allclose(m.f(*pairs()), 0.25, rtol=1e-9)
+    infinite = np.full((7, 7, 1), np.inf)
+    infinite[:3] = 0.25
+    assert np.isnan(Gridded("angles", axes, infinite).f_angles(1.5, 0.0, 0.3, 0.0))
+
+
 def test_holes():
     """A node without data is left out; where only such nodes count, f is NaN."""
     axes = {"theta_i": EVEN, "theta_o": EVEN, "phi": [0.0]}
@@ -194,6 +206,123 @@ def test_every_library(library):
     found = library.numpy(m.f(library.array(wi), library.array(wo)))
     np.testing.assert_allclose(found, m.f(wi, wo), rtol=1e-9)
 
+
+# Rows of measurements.
+
+
+def rows_of(*axes):
+    return [x.reshape(-1) for x in np.meshgrid(*axes, indexing="ij")]
+
+
+def shuffled(*columns):
+    order = np.random.default_rng(3).permutation(len(columns[0]))
+    return [c[order] for c in columns]
+
+
+def test_rows_that_are_a_grid():
+    theta_i, theta_o, phi = rows_of(UNEVEN, EVEN, TURN)
+    values = rng.uniform(size=len(phi))
+    m = gridded_or_scattered(*shuffled(theta_i, 0.3 + 0.0 * phi, theta_o, phi + 0.3, values))
+    keep = (theta_i > 1e-3) & (theta_o > 1e-3)
+    assert isinstance(m, Scattered), "the azimuth at a pole is given more than once"
+    m = gridded_or_scattered(*shuffled(*(x[keep] for x in (theta_i, 0.3 + 0.0 * phi, theta_o, phi + 0.3, values))))
+    assert type(m) is Gridded
+    assert not m.is_mirrored
+    np.testing.assert_allclose(m.axes["phi"], TURN, atol=1e-12)
+    up = keep & (theta_o < 1.5)
+    np.testing.assert_allclose(m.f_angles(theta_i[up], 0.0, theta_o[up], phi[up]), values[up], rtol=1e-9)
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_rows_on_one_side_are_mirrored(side):
+    """A pole is one row, for all azimuths."""
+    theta_i, theta_o, phi = rows_of(UNEVEN[1:], UNEVEN[1:], np.radians([0.0, 60.0, 180.0]))
+    theta_i, theta_o, phi = (
+        np.append(x, y) for x, y in ((theta_i, UNEVEN[1:]), (theta_o, 0.0 * EVEN[1:]), (phi, EVEN[1:]))
+    )
+    values = rng.uniform(size=len(phi))
+    m = gridded_or_scattered(*shuffled(theta_i, 0.0 * phi, theta_o, side * phi, values), uncertainty=0.1)
+    assert type(m) is Gridded
+    assert m.is_mirrored
+    for s in (1.0, -1.0):
+        np.testing.assert_allclose(m.f_angles(theta_i, 0.4, theta_o, 0.4 + s * phi), values, rtol=1e-7)
+    assert np.unique(m.uncertainty) == 0.1
+
+
+def test_rows_of_a_turned_sample():
+    axes = AXES["angles", 4]
+    theta_i, theta_o, phi_i, phi_o = rows_of(axes[0][1:], axes[1][1:-1], *axes[2:])
+    values = rng.uniform(size=(len(phi_i), 2))
+    m = gridded_or_scattered(theta_i, phi_i, theta_o, phi_o, values, channels=("a", "b"))
+    assert type(m) is Gridded
+    assert len(m.axes) == 4
+    np.testing.assert_allclose(m.f_angles(theta_i, phi_i, theta_o, phi_o), values, rtol=1e-9)
+
+
+def test_scattered_rows():
+    """A smooth BRDF measured at 3000 pairs: exact at none, close everywhere, as the residual says."""
+    truth = gn.Lambertian(0.3) + gn.Microfacet(gn.GGX(0.6), 0.5)
+    u = lattice(3000, 4)
+    theta_i, theta_o = np.arccos(1.0 - 0.9 * u[:, 0]), np.arccos(1.0 - 0.9 * u[:, 1])
+    phi_i, phi_o = 0.0 * theta_i, 2.0 * math.pi * u[:, 2]
+    values = math.pi * truth.f_angles(theta_i, phi_i, theta_o, phi_o)
+    m = gridded_or_scattered(theta_i, phi_i, theta_o, phi_o, values, quantity="reflectance factor", uncertainty=0.01)
+    assert isinstance(m, Scattered)
+    assert m.residual.rms < 0.04
+    np.testing.assert_array_equal(m.stored, values)
+    assert m.data["values"].dims == ("row",)
+    assert m.brdf_uncertainty().max() == pytest.approx(0.01 / math.pi)
+    wi, wo = pairs()
+    near = (wi[:, 2] > 0.3) & (wo[:, 2] > 0.3)
+    off = m.f(wi, wo)[near] / truth.f(wi, wo)[near] - 1.0
+    assert np.abs(off).mean() < 0.02
+    assert pickle.loads(pickle.dumps(m)) == m
+
+
+def test_scans_in_the_plane_of_incidence():
+    theta = np.radians(np.arange(5.0, 80.0, 5.0))
+    theta_i = np.repeat(np.radians([10.0, 30.0, 50.0]), 30)
+    theta_o, phi_o = np.tile(np.append(theta, theta), 3), np.tile(np.append(0.0 * theta, math.pi + 0.0 * theta), 3)
+    values = gn.Phong(0.4, 8.0).f_angles(theta_i, 0.0, theta_o, phi_o)
+    m = Scattered(theta_i, 0.0, theta_o, phi_o, values)
+    assert m.residual.largest < 1e-9
+    np.testing.assert_allclose(m.f_angles(theta_i, 0.0, theta_o, phi_o), values, rtol=1e-9, atol=1e-12)
+
+
+def test_far_from_all_rows():
+    theta = np.radians(np.linspace(0.0, 30.0, 12))
+    theta_i, theta_o, phi = rows_of(theta, theta + 0.01, np.linspace(0.1, 3.0, 9))
+    for outside, known in (("hold", True), ("missing", False)):
+        m = Scattered(theta_i, 0.0, theta_o, phi, 1.0 + 0.0 * phi, outside=outside)
+        assert np.isfinite(m.f_angles(1.4, 0.0, 1.4, 1.0)) == known
+        assert m.f_angles(0.2, 0.0, 0.3, 1.0) == pytest.approx(1.0)
+        again = m.replace(outside="hold")
+        assert np.isfinite(again.f_angles(1.4, 0.0, 1.4, 1.0))
+
+
+def test_repeated_rows_are_averaged():
+    theta = np.array([0.2, 0.2, 0.5, 0.9])
+    m = Scattered(0.3, 0.0, theta, [0.1, 0.1, 2.0, 3.0], [1.0, 3.0, 4.0, 5.0], uncertainty=0.2)
+    assert m.f_angles(0.3, 0.0, 0.2, 0.0) > 1.0
+    assert len(m.stored) == 4
+
+
+@pytest.mark.parametrize(
+    ("make", "words"),
+    [
+        (lambda: Scattered([], [], [], [], []), "no rows"),
+        (lambda: Scattered([0.1], [0.1], [0.1], [0.1], [[1.0, 2.0]]), "shape"),
+        (lambda: Scattered([30.0], [0.1], [0.1], [0.1], [1.0]), "radians"),
+        (lambda: Scattered([0.1], [np.nan], [0.1], [0.1], [1.0]), "finite"),
+        (lambda: Scattered([0.1], [0.1], [0.1], [0.1], [np.nan]), "holds a number"),
+    ],
+)
+def test_what_bad_rows_say(make, words):
+    with pytest.raises(ParameterError, match=words):
+        make()
+
+
+# What bad input says.
 
 GOOD = {"theta_i": EVEN, "theta_o": EVEN, "phi": TURN}
 

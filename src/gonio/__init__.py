@@ -45,6 +45,8 @@ _ON_USE = {
     "check": "laws",
     "expression": "expressions",
     "tabulate": "tabulated",
+    "Gridded": "gridded",
+    "Scattered": "scattered",
     "render": "rendering",
     "read_image": "image",
     "Image": "image",

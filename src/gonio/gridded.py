@@ -10,7 +10,7 @@ import numpy as np
 
 from . import ops
 from .errors import ParameterError
-from .geometry import Direction
+from .geometry import HORIZON, Direction
 from .libraries import Fixed
 from .marginal_warp import Slices, bracket
 from .measurement import from_brdf, quantity_named, to_brdf
@@ -115,31 +115,15 @@ class Gridded(Sampled):
         path: str = "",
         about: Mapping[str, Any] | None = None,
     ):
-        held = {name: np.array(nodes, dtype=float).reshape(-1) for name, nodes in axes.items()}
-        turning = _check_axes(parameterisation, held, mirrored)
         stored = _real(values)
-        grid = tuple(map(len, held.values()))
         names = None if channels is None else tuple(channels)
+        grid = self._lay_out(parameterisation, axes, mirrored, periods or {}, names)
         _check_values("values", stored, grid, names)
         if uncertainty is not None:
-            uncertainty = np.ascontiguousarray(_real(uncertainty))
-            _check_values("uncertainty", uncertainty, grid, names)
+            uncertainty = _real(uncertainty).view()
             uncertainty.flags.writeable = False
-        given = {name: float((periods or {}).get(name, 2.0 * math.pi)) for name in turning}
-        if unknown := set(periods or {}) - set(given):
-            raise ParameterError(f"periods={dict(periods or {})!r}: {unknown} are no azimuths; expected {list(given)}")
-        layout = [_axis(n, x, given.get(n, 0.0), mirrored and k == 2) for k, (n, x) in enumerate(held.items())]
-        self.__dict__.update(
-            axes=held,
-            uncertainty=uncertainty,
-            is_mirrored=bool(mirrored),
-            periods=given,
-            layout=tuple(layout),
-            width=1 if names is None else len(names),
-            channel_names=names,
-            quantity=quantity_named(quantity),
-            holes=bool(np.isnan(stored.sum()) and not np.isfinite(stored).all()),
-        )
+            _check_values("uncertainty", uncertainty, grid, names)
+        self.__dict__.update(uncertainty=uncertainty, quantity=quantity_named(quantity))
         super().__init__(
             path,
             dict(about or {}),
@@ -149,6 +133,38 @@ class Gridded(Sampled):
             stored=stored,
             channel=0.0 if names is None else len(names),
         )
+        self.__dict__["holes"] = not np.isfinite(stored).all() or self._is_undetermined()
+
+    def _is_undetermined(self) -> bool:
+        """Whether f does not follow from what is stored at some nodes: where it was multiplied by a cosine of 0."""
+        if "cos" not in self.quantity:
+            return False
+        return any((w[..., 2] <= HORIZON).any() for w in self.directions())
+
+    def _lay_out(
+        self,
+        parameterisation: str,
+        axes: Mapping[str, Any],
+        mirrored: bool,
+        periods: Mapping[str, float],
+        names: tuple | None,
+    ) -> tuple[int, ...]:
+        """Set what the grid is; its shape."""
+        held = {name: np.array(nodes, dtype=float).reshape(-1) for name, nodes in axes.items()}
+        turning = _check_axes(parameterisation, held, mirrored)
+        given = {name: float(periods.get(name, 2.0 * math.pi)) for name in turning}
+        if unknown := set(periods) - set(given):
+            raise ParameterError(f"periods={dict(periods)!r}: {unknown} are no azimuths; expected {list(given)}")
+        layout = [_axis(n, x, given.get(n, 0.0), mirrored and k == 2) for k, (n, x) in enumerate(held.items())]
+        self.__dict__.update(
+            axes=held,
+            is_mirrored=bool(mirrored),
+            periods=given,
+            layout=tuple(layout),
+            width=1 if names is None else len(names),
+            channel_names=names,
+        )
+        return tuple(map(len, held.values()))
 
     @property
     def valid(self) -> np.ndarray:

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, NamedTuple, Self
 
 import numpy as np
 
 from .errors import ParameterError
 from .gridded import Gridded
 from .interface import direction
-from .measurement import quantity_named, to_brdf
+from .measurement import Measured, quantity_named, to_brdf
 
 if TYPE_CHECKING:
     import xarray
@@ -51,13 +52,8 @@ class Scattered(Gridded):
     """
 
     format = "rows"
-    residual: Residual
     rows: np.ndarray
     """Angles (n, 4) [rad]: theta_i, phi_i, theta_o, phi_o."""
-    measured: np.ndarray
-    """The values of the rows, as given, in `quantity`."""
-    measured_uncertainty: np.ndarray | None
-    """Their standard uncertainty."""
 
     def __init__(
         self,
@@ -76,29 +72,63 @@ class Scattered(Gridded):
         about: Mapping[str, Any] | None = None,
     ):
         rows, measured, spread = _rows((theta_i, phi_i, theta_o, phi_o), values, uncertainty, channels)
-        f = _brdf(quantity, rows, measured)
-        four = _oriented(rows) if isotropic is None else not isotropic
-        axes, mirrored = _grid(rows, four)
-        nodes, uncertain = _interpolated(rows, f, _brdf(quantity, rows, spread), axes, four, mirrored, outside)
-        super().__init__(
-            "angles",
-            axes,
-            nodes,
-            uncertainty=uncertain,
-            channels=channels,
-            mirrored=mirrored,
-            path=path,
-            about=about,
-        )
+        if not np.isfinite(measured).all(axis=tuple(range(1, measured.ndim))).any():
+            raise ParameterError("values: none of the rows holds a number; expected at least one measurement")
+        axes, mirrored = _grid(rows, _oriented(rows) if isotropic is None else not isotropic)
+        names = None if channels is None else tuple(channels)
+        self._lay_out("angles", axes, mirrored, {}, names)
         self.__dict__.update(
-            rows=rows, measured=measured, measured_uncertainty=spread, quantity=quantity_named(quantity)
+            rows=rows, uncertainty=spread, quantity=quantity_named(quantity), holes=outside == "missing"
         )
-        self.__dict__["residual"] = _residual(self, rows, f)
+        Measured.__init__(
+            self,
+            path,
+            dict(about or {}),
+            parameterisation="angles",
+            outside=outside,
+            stored=measured,
+            channel=0.0 if names is None else len(names),
+        )
 
-    @property
-    def valid(self) -> np.ndarray:
-        """True where a row has a value; shape of `measured`."""
-        return np.isfinite(self.measured)
+    @cached_property
+    def nodes(self) -> tuple[np.ndarray, np.ndarray | None]:
+        """f [1/sr] at the nodes of the grid, and its standard uncertainty."""
+        spread = None if self.uncertainty is None else self._of_rows(self.uncertainty)
+        f = self._of_rows(self.stored)
+        return _interpolated(self.rows, f, spread, self.axes, self.is_oriented(), self.is_mirrored, self.outside)
+
+    @cached_property
+    def residual(self) -> Residual:
+        """How far the grid is from the rows."""
+        true = self._of_rows(self.stored)
+        wi, wo = (direction(self.rows[:, k], self.rows[:, k + 1]) for k in (0, 2))
+        off = np.abs(self.f(wi, wo) - true) / np.nanmean(np.abs(true))
+        off = off[np.isfinite(off)]
+        return Residual(float(np.sqrt(np.mean(off**2))), float(off.max())) if off.size else Residual(math.nan, math.nan)
+
+    def _replaced(self, grouped: dict[str, Any]) -> Self:
+        """As the base's; with another `outside` the grid is made anew."""
+        if grouped.get("outside", self.outside) == self.outside:
+            return super()._replaced(grouped)
+        return type(self)(
+            self.rows[:, 0],
+            self.rows[:, 1],
+            self.rows[:, 2],
+            self.rows[:, 3],
+            self.stored,
+            quantity=self.quantity,
+            uncertainty=self.uncertainty,
+            channels=self.channel_names,
+            isotropic=not self.is_oriented(),
+            outside=grouped["outside"],
+            path=self.path,
+            about=self.about,
+        )._replaced(grouped)
+
+    def _of_rows(self, values: np.ndarray) -> np.ndarray:
+        """Values or uncertainties of the rows as BRDFs."""
+        cosines = [np.cos(self.rows[:, k]) if values.ndim == 1 else np.cos(self.rows[:, k, None]) for k in (0, 2)]
+        return to_brdf(self.quantity, np.where(np.isfinite(values), values, np.nan), *cosines)
 
     @property
     def data(self) -> xarray.Dataset:
@@ -112,18 +142,18 @@ class Scattered(Gridded):
             dims.append("wavelength" if spectral else "channel")
             axes[dims[-1]] = (dims[-1], list(self.channel_names), {"units": "nm"} if spectral else {})
         units = {"units": "1" if self.quantity == "reflectance factor" else "sr-1"}
-        held = {"values": (dims, self.measured, {**units, "long_name": self.quantity})}
-        if self.measured_uncertainty is not None:
-            held["uncertainty"] = (dims, self.measured_uncertainty, {**units, "long_name": "standard uncertainty"})
+        held = {"values": (dims, self.stored, {**units, "long_name": self.quantity})}
+        if self.uncertainty is not None:
+            held["uncertainty"] = (dims, self.uncertainty, {**units, "long_name": "standard uncertainty of values"})
         return xarray.Dataset(held, axes, {"quantity": self.quantity, "source": self.path})
 
     def brdf(self) -> np.ndarray:
         """f [1/sr] at the nodes of the grid."""
-        return np.asarray(self.stored, dtype=float)
+        return self.nodes[0]
 
     def brdf_uncertainty(self) -> np.ndarray | None:
         """Standard uncertainty of `brdf`."""
-        return self.uncertainty
+        return self.nodes[1]
 
     def with_brdf(self, values: np.ndarray, uncertainty: np.ndarray | None = None, **about: Any) -> Gridded:
         """The grid, without its rows, with other f [1/sr] at its nodes."""
@@ -140,8 +170,7 @@ class Scattered(Gridded):
         )
 
     def _key(self) -> tuple:
-        spread = () if self.measured_uncertainty is None else (("spread", self.measured_uncertainty),)
-        return (*super()._key(), ("rows", self.rows), ("measured", self.measured), *spread)
+        return (*super()._key(), ("rows", self.rows))
 
     def __repr__(self) -> str:
         return super().__repr__() if self.path else f"<{len(self.rows)} measurements in no grid>"
@@ -179,7 +208,8 @@ def gridded_or_scattered(
     }
     found = _as_grid(rows, four)
     if found is None:
-        return Scattered(*rows.T, measured, uncertainty=spread, isotropic=not four, **more)
+        theta_i, phi_i, theta_o, phi_o = rows.T
+        return Scattered(theta_i, phi_i, theta_o, phi_o, measured, uncertainty=spread, isotropic=not four, **more)
     axes, index, mirrored = found
     names = ("theta_i", "theta_o", "phi_i", "phi_o") if four else ("theta_i", "theta_o", "phi")
     return Gridded(
@@ -217,13 +247,6 @@ def _rows(
     return rows, held, spread
 
 
-def _brdf(quantity: str, rows: np.ndarray, values: np.ndarray | None) -> Any:
-    if values is None:
-        return None
-    cosines = [np.cos(rows[:, k]) if values.ndim == 1 else np.cos(rows[:, k, None]) for k in (0, 2)]
-    return to_brdf(quantity, np.where(np.isfinite(values), values, np.nan), *cosines)
-
-
 def _turned(phi: np.ndarray) -> np.ndarray:
     """Azimuths in [0, 2 pi), those that are a whole turn but for rounding at 0."""
     phi = np.mod(phi, 2.0 * math.pi)
@@ -251,26 +274,36 @@ def _of(nodes: np.ndarray, x: np.ndarray) -> np.ndarray:
 def _as_grid(rows: np.ndarray, four: bool) -> tuple[list[np.ndarray], np.ndarray, bool] | None:
     """Nodes of the axes, which row is at each, and whether azimuths are mirrored; None if the rows are no grid."""
     theta_i, phi_i, theta_o, phi_o = rows.T
-    azimuths = [_turned(phi_i), _turned(phi_o)] if four else [_turned(phi_o - phi_i)]
-    poles = [(theta_i, theta_o)] if not four else [(theta_i,), (theta_o,)]
-    sets = []
-    for phi, polar in zip(azimuths, poles, strict=True):
-        free = np.any([theta <= SAME for theta in polar], axis=0)
-        sets.append((phi, free, _distinct(phi[~free]) if (~free).any() else np.zeros(1)))
-    axes = [_distinct(theta_i), _distinct(theta_o), *(nodes for _, _, nodes in sets)]
+    if four:
+        turns = [(_turned(phi_i), theta_i <= SAME), (_turned(phi_o), theta_o <= SAME)]
+    else:
+        phi = _turned(phi_o - phi_i)
+        turns = [(_turned(-phi) if phi[phi > SAME].min(initial=4.0) >= math.pi - SAME else phi, _polar(rows))]
+    axes = [_distinct(theta_i), _distinct(theta_o)]
+    axes += [_distinct(phi[~free]) if not free.all() else np.zeros(1) for phi, free in turns]
     size = math.prod(map(len, axes))
     if size > 4 * len(rows) + 64:
         return None
-    index = np.full(tuple(map(len, axes)), -1)
-    for row, (i, o) in enumerate(zip(_of(axes[0], theta_i), _of(axes[1], theta_o), strict=True)):
-        at = [slice(None) if free[row] else int(_of(nodes, phi[row])) for phi, free, nodes in sets]
-        if (index[(i, o, *at)] >= 0).any():
-            return None
-        index[(i, o, *at)] = row
-    if (index < 0).any():
+    index, taken = np.zeros(tuple(map(len, axes)), int), np.zeros(tuple(map(len, axes)), int)
+    first, second = _of(axes[0], theta_i), _of(axes[1], theta_o)
+    at = [_of(nodes, phi) for nodes, (phi, _) in zip(axes[2:], turns, strict=True)]
+    anywhere = np.any([free for _, free in turns], axis=0)
+    one = tuple(x[~anywhere] for x in (first, second, *at))
+    index[one] = np.flatnonzero(~anywhere)
+    np.add.at(taken, one, 1)
+    for row in np.flatnonzero(anywhere):
+        around = [slice(None) if free[row] else k[row] for k, (_, free) in zip(at, turns, strict=True)]
+        index[(first[row], second[row], *around)] = row
+        taken[(first[row], second[row], *around)] += 1
+    if (taken != 1).any():
         return None
-    one_side = not four and len(axes[2]) > 1 and axes[2][-1] <= math.pi + SAME and axes[2][0] <= SAME
-    return axes, index, bool(one_side)
+    mirrored = not four and len(axes[2]) > 1 and axes[2][-1] <= math.pi + SAME
+    return axes, index, bool(mirrored)
+
+
+def _polar(rows: np.ndarray) -> np.ndarray:
+    """Whether a direction is the normal, so that the azimuth between both is not determined."""
+    return (rows[:, 0] <= SAME) | (rows[:, 2] <= SAME)
 
 
 def _grid(rows: np.ndarray, four: bool) -> tuple[dict[str, np.ndarray], bool]:
@@ -316,8 +349,6 @@ def _interpolated(
     from scipy.spatial import KDTree
 
     known = np.isfinite(f if f.ndim == 1 else f.sum(axis=-1))
-    if not known.any():
-        raise ParameterError("values: none of the rows holds a number; expected at least one measurement")
     nodes = np.meshgrid(*axes.values(), indexing="ij")
     grid = nodes[0].shape
     theta_i, theta_o, *phis = (x.reshape(-1) for x in nodes)
@@ -357,10 +388,3 @@ def _merged(
         np.add.at(squares, which, spread**2)
         spread = np.sqrt(squares) / count
     return places[first], mean / count, spread
-
-
-def _residual(m: Gridded, rows: np.ndarray, f: np.ndarray) -> Residual:
-    wi, wo = direction(rows[:, 0], rows[:, 1]), direction(rows[:, 2], rows[:, 3])
-    off = np.abs(m.f(wi, wo) - f) / np.nanmean(np.abs(f))
-    off = off[np.isfinite(off)]
-    return Residual(float(np.sqrt(np.mean(off**2))), float(off.max())) if off.size else Residual(math.nan, math.nan)
