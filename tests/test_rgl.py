@@ -115,8 +115,8 @@ def test_synthetic_file_gives_the_content_it_was_made_from(r, channels, tmp_path
     path = tmp_path / "a.bsdf"
     _tensor_file.write(path, synthetic(r, channels=channels))
     m = load(path)
-    assert m.about["reduction"] == max(r, 1)
-    assert m.about["isotropic"] == (r == 0)
+    assert m.reduction == max(r, 1)
+    assert m.isotropic == (r == 0)
     assert m.channel_names == (("R", "G", "B") if channels == 3 else WAVELENGTHS)
     rng = np.random.default_rng(r)
     wi, wo = directions(rng, 2000), directions(rng, 2000)

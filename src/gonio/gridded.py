@@ -186,7 +186,7 @@ class Gridded(Sampled):
         held = {"values": (dims, self.stored, {**units, "long_name": self.quantity})}
         if self.uncertainty is not None:
             held["uncertainty"] = (dims, self.uncertainty, {**units, "long_name": "standard uncertainty of values"})
-        return xarray.Dataset(held, axes, {"quantity": self.quantity, "source": self.path})
+        return xarray.Dataset(held, axes, self.attributes)
 
     @property
     def kind(self) -> Parameterisation:

@@ -145,7 +145,7 @@ class Scattered(Gridded):
         held = {"values": (dims, self.stored, {**units, "long_name": self.quantity})}
         if self.uncertainty is not None:
             held["uncertainty"] = (dims, self.uncertainty, {**units, "long_name": "standard uncertainty of values"})
-        return xarray.Dataset(held, axes, {"quantity": self.quantity, "source": self.path})
+        return xarray.Dataset(held, axes, self.attributes)
 
     def brdf(self) -> np.ndarray:
         """f [1/sr] at the nodes of the grid."""

@@ -14,8 +14,6 @@ from ._tensor_file import expect
 if TYPE_CHECKING:
     import xarray
 
-    from .rgl import RGL
-
 
 def check(fields: Mapping[str, np.ndarray], where: str) -> tuple[str, int]:
     """Which field holds S, and the reduction; FormatError where a field is missing or does not fit."""
@@ -73,7 +71,7 @@ def _short(a: np.ndarray) -> str:
     return np.array2string(a, threshold=6, edgeitems=3, precision=4)
 
 
-def dataset(m: RGL) -> xarray.Dataset:
+def dataset(m: Any) -> xarray.Dataset:
     """The file's fields as they were stored; angles of the grids' nodes as coordinates."""
     import xarray
 
@@ -86,7 +84,7 @@ def dataset(m: RGL) -> xarray.Dataset:
         "sigma": (("phi_sigma", "theta_sigma"), "1", "projected area of the facets"),
         "vndf": ((*lit, "phi_m", "theta_m"), "1", "visible half vectors, per area of the grid"),
         "luminance": ((*lit, "s_y", "s_x"), "1", "luminance of the values"),
-        m.main: ((*lit, third, "s_y", "s_x"), "1" if m.about["jacobian"] else "sr-1", m.quantity),
+        m.main: ((*lit, third, "s_y", "s_x"), "1" if m.divided else "sr-1", m.quantity),
         "description": (("character",), "1", "description, UTF-8"),
         "jacobian": (("flag",), "1", "1: values are divided by ndf / (4 sigma)"),
         "valid": (("valid_byte",), "1", "bit mask of the measured samples, as stored"),
@@ -105,4 +103,4 @@ def dataset(m: RGL) -> xarray.Dataset:
         coordinates[theta] = (theta, 0.5 * math.pi * np.linspace(0.0, 1.0, columns) ** 2, {"units": "rad"})
     unit = {"units": "nm"} if third == "wavelength" else {}
     coordinates[third] = (third, list(m.channel_names), unit)
-    return xarray.Dataset(variables, coordinates, {"source": m.path, "quantity": m.quantity, **m.about})
+    return xarray.Dataset(variables, coordinates, {**m.attributes, "description": m.about["description"]})

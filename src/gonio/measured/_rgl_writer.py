@@ -13,7 +13,8 @@ from __future__ import annotations
 
 import json
 import math
-from typing import NamedTuple
+from collections.abc import Mapping
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -23,6 +24,7 @@ from ..interface import Reflectance, angles, direction
 from ..marginal_warp import ONE, MarginalWarp, bilinear, tables
 from ..measurement import Measured
 from ..quadrature import lattice
+from ._provenance import ORIGIN, origin
 
 RIGHT = 0.5 * math.pi
 GRAZING = 1e-3  # cosine up to which f is asked for
@@ -30,6 +32,9 @@ RETRO_GRAZING = 0.1  # cosine up to which D follows f(w, w)
 COLUMNS = 128  # of the density, over theta_m
 LEAST_D, LEAST_LUMINANCE = 1e-6, 1e-3  # of the largest, of the mean
 ROUNDS = 8  # of the iteration for D
+
+PROVENANCE = "provenance"
+"""Name of a field beside those of the format, which other readers pass over."""
 
 Y = np.array([0.2126, 0.7152, 0.0722])
 """Luminance of linear RGB, as real files have it."""
@@ -101,7 +106,6 @@ def fields(m: Reflectance, resolution: int, theta_i: int, phi_i: int) -> dict[st
     vndf = np.stack([[_visible(t, p, resolution) for t in thetas.tolist()] for p in phis.tolist()])
     values, luminance = _values(source, thetas, phis, ndf, sigma, vndf)
     about = m.about if isinstance(m, Measured) else {}
-    history = {"converted_from": {"material": f"{m!r:.500}", **(getattr(m, "provenance", None) or {})}}
     named = {"rgb": values} if source.wavelengths is None else {"wavelengths": source.wavelengths, "spectra": values}
     return {
         "description": _text(str(about.get("description") or f"{m!r:.200}")),
@@ -113,8 +117,19 @@ def fields(m: Reflectance, resolution: int, theta_i: int, phi_i: int) -> dict[st
         "luminance": luminance,
         **named,
         "jacobian": np.ones(1, np.uint8),
-        "provenance": _text(json.dumps(history, default=str)),
+        PROVENANCE: _text(json.dumps({ORIGIN: origin(m)})),
     }
+
+
+def history(fields: Mapping[str, np.ndarray]) -> dict[str, Any]:
+    """What `fields` noted about the source of a file that gonio wrote; nothing of other files."""
+    if PROVENANCE not in fields:
+        return {}
+    try:
+        held = json.loads(fields[PROVENANCE].tobytes())
+    except (ValueError, RecursionError):
+        return {}
+    return {ORIGIN: held[ORIGIN]} if isinstance(held, dict) and isinstance(held.get(ORIGIN), dict) else {}
 
 
 def _text(text: str) -> np.ndarray:
@@ -200,7 +215,8 @@ def _values(
 ) -> tuple[np.ndarray, np.ndarray]:
     """S (phi_i, theta_i, C, n, n) and what samples are drawn by (phi_i, theta_i, n, n)."""
     n = vndf.shape[2]
-    warp = MarginalWarp(*(t.reshape(-1) for t in tables(vndf)[:3]), vndf.shape[2:], vndf.shape[0] * vndf.shape[1])
+    density, conditional, marginal = (t.reshape(-1) for t in tables(vndf)[:3])
+    warp = MarginalWarp(density, conditional, marginal, (n, COLUMNS), len(phis) * len(thetas))
     sy, sx = np.meshgrid(*[np.linspace(0.0, 1.0, n)] * 2, indexing="ij")
     flat_ndf, flat_sigma = (a.astype(float).reshape(-1) for a in (ndf, sigma))
     rows = []

@@ -89,6 +89,7 @@ class RGL(Measured):
     """
 
     format = NAME
+    parameterisation = "adaptive half vectors"
     quantity = "brdf * cos(theta_o) [1/sr], divided by the microfacet factors ndf / (4 sigma) if jacobian is 1"
     seam = COSINE_SHARE
     breaks: ClassVar[dict[str, str]] = {
@@ -120,6 +121,10 @@ class RGL(Measured):
     """Name of the field that holds S: "spectra" or "rgb"."""
     reduction: int
     """Into how many parts of the circle an anisotropic file's content repeats: 1, 2 or 4."""
+    isotropic: bool
+    """Whether only differences of azimuths count: the file has one or two of them."""
+    divided: bool
+    """Whether S is f cos(theta_o) divided by D / (4 sigma)."""
     channel_names: tuple
 
     def __init__(self, fields: Mapping[str, np.ndarray], path: str = ""):
@@ -127,14 +132,8 @@ class RGL(Measured):
         arrays = {name: np.asarray(a) for name, a in fields.items()}
         stored = {name: a.copy() if a.flags.writeable else a for name, a in arrays.items()}
         main, reduction = check(stored, path or "RGL fields")
-        spectral, jacobian = main == "spectra", int(stored["jacobian"][0])
-        about = {
-            "description": stored["description"].tobytes().decode("utf-8", "replace").rstrip("\0"),
-            "isotropic": len(stored["phi_i"]) <= 2,
-            "reduction": reduction,
-            "jacobian": jacobian,
-            "resolution": stored[main].shape,
-        }
+        about = {"description": stored["description"].tobytes().decode("utf-8", "replace").rstrip("\0")}
+        about |= _rgl_writer.history(stored)
         with np.errstate(invalid="ignore"):
             lit = stored["luminance"].astype(np.float64)
             lit = np.where(np.isfinite(lit) & (lit > 0.0), lit, 0.0)
@@ -144,14 +143,26 @@ class RGL(Measured):
         made |= {f"vndf{kind}": t for kind, t in zip(kinds[:3], tables(stored["vndf"])[:3], strict=True)}
         made |= {name: stored[name] for name in ("theta_i", "phi_i", "sigma")}
         made |= {"values": _finite_or_nan(stored[main]), "ndf": _finite_or_nan(stored["ndf"])}
-        names = tuple(stored["wavelengths"].tolist()) if spectral else ("R", "G", "B")
-        shapes = {name: a.shape for name, a in stored.items()}
-        self.__dict__.update(stored=stored, shapes=shapes, main=main, reduction=reduction, channel_names=names)
+        names = tuple(stored["wavelengths"].tolist()) if main == "spectra" else ("R", "G", "B")
+        self.__dict__.update(
+            stored=stored,
+            shapes={name: a.shape for name, a in stored.items()},
+            main=main,
+            reduction=reduction,
+            isotropic=len(stored["phi_i"]) <= 2,
+            divided=bool(stored["jacobian"][0]),
+            channel_names=names,
+        )
         super().__init__(path, about, **made, channel=len(names))
 
     def is_oriented(self) -> bool:
         """Whether the file holds data that change as the sample is turned."""
-        return not self.about["isotropic"]
+        return not self.isotropic
+
+    @property
+    def axes(self) -> dict[str, np.ndarray]:
+        """Nodes [rad] of the directions of wi; half vectors lie on an adaptive grid for each of them."""
+        return {"phi_i": self.stored["phi_i"], "theta_i": self.stored["theta_i"]}
 
     @property
     def valid(self) -> np.ndarray:
@@ -168,7 +179,7 @@ class RGL(Measured):
         sx, sy, _ = self._warps[0].invert(at, x, y)
         plane, planes = ops.to_index(self.channel), len(self.channel_names)
         S = bilinear(self.values, at, self._grid(self.main), sx, sy, plane, planes)
-        if self.about["jacobian"]:
+        if self.divided:
             D = bilinear(self.ndf, ONE, self._grid("ndf"), x, y)
             S = S * (D / (4.0 * bilinear(self.sigma, ONE, self._grid("sigma"), x_i, y_i)))
         return S / wo.z
@@ -193,7 +204,7 @@ class RGL(Measured):
         vndf, lum = self._warps
         x, y = vndf.sample(at, *lum.sample(at, u1, u0))
         theta, phi = (0.5 * math.pi) * x * x, (2.0 * y - 1.0) * math.pi
-        if self.about["isotropic"]:
+        if self.isotropic:
             phi = phi + phi_o
         s = ops.sin(theta)
         wi = reflect(wo, Direction(s * ops.cos(phi), s * ops.sin(phi), ops.cos(theta)))
@@ -233,7 +244,7 @@ class RGL(Measured):
 
     def _point(self, h: Direction, phi_i: Any) -> tuple[Any, Any]:
         """u = (x, y) of a half vector of any length."""
-        phi = _azimuth(h) - phi_i if self.about["isotropic"] else _azimuth(h)
+        phi = _azimuth(h) - phi_i if self.isotropic else _azimuth(h)
         y = (phi + math.pi) * (0.5 / math.pi)
         return ops.sqrt(polar_angle(h) * (2.0 / math.pi)), y - ops.floor(y)
 
