@@ -45,6 +45,7 @@ _ON_USE = {
     "check": "laws",
     "expression": "expressions",
     "tabulate": "tabulated",
+    "convert": "conversion",
     "Gridded": "gridded",
     "Scattered": "scattered",
     "render": "rendering",

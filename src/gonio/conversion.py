@@ -80,7 +80,7 @@ def _names(m: Reflectance) -> tuple | None:
 
 
 def _common(before: tuple | None, after: tuple | None) -> tuple[list[int], list[int]] | None:
-    """Numbers of the channels to compare: those of the same name, or every one with an only one; None if there are none."""
+    """Numbers of the channels to compare: of the same name, or every one with an only one; None if there are none."""
     count, made = len(before or (0,)), len(after or (0,))
     if before is None or after is None or 1 in (count, made):
         return list(range(count)), list(range(made))

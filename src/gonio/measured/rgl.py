@@ -90,7 +90,7 @@ class RGL(Measured):
 
     format = NAME
     parameterisation = "adaptive half vectors"
-    quantity = "brdf * cos(theta_o) [1/sr], divided by the microfacet factors ndf / (4 sigma) if jacobian is 1"
+    quantity = "brdf * cos(theta_o)"
     seam = COSINE_SHARE
     breaks: ClassVar[dict[str, str]] = {
         "positivity": "the file's values are kept as they are, with noise around 0",
@@ -153,6 +153,8 @@ class RGL(Measured):
             divided=bool(stored["jacobian"][0]),
             channel_names=names,
         )
+        if self.divided:
+            self.__dict__["quantity"] = "brdf * cos(theta_o) / (ndf / (4 sigma))"
         super().__init__(path, about, **made, channel=len(names))
 
     def is_oriented(self) -> bool:
