@@ -55,7 +55,7 @@ class Param(Field):
         if isinstance(value, (list, tuple, np.ndarray, np.generic, int, float)):
             try:
                 array = np.array(value, dtype=float)
-            except (TypeError, ValueError):
+            except (TypeError, ValueError, OverflowError):
                 raise ParameterError(f"{where}: not a number; {rule}") from None
             if not np.all(np.isfinite(array)):
                 raise ParameterError(f"{where}: NaN or infinite; {rule}")

@@ -1,0 +1,82 @@
+"""A campaign of damaged files: `python benchmarks/fuzz.py [COUNT [FORMAT...]]`, results in benchmarks/fuzz.txt.
+
+Every format's minimal valid file is mutated COUNT times (1e5 by default) and read in a process of its own, with at most
+5 seconds and a bounded amount of memory for each. Only `gonio.Error` may be raised. Numbers of mutations with outcomes
+not seen before are kept in tests/corpus, which the tests read again.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+import time
+import traceback
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+os.environ["GONIO_ENGINE"] = "numpy"  # a kernel for every damaged table would take the time
+HERE = Path(__file__).resolve().parent
+TESTS = HERE.parent / "tests"
+sys.path.insert(0, str(TESTS))
+
+import numpy as np  # noqa: E402
+from fuzzing import Hang, mutated, outcome  # noqa: E402
+from seeds import SEEDS  # noqa: E402
+
+KEEP = 48
+"""How many mutations per format are kept at most."""
+
+
+def campaign(name: str, count: int, seconds: float) -> tuple[int, int, list[int], dict[str, int]]:
+    """How many mutations of a format's seed were tried and read, numbers worth keeping, and findings with a number."""
+    seed = SEEDS[name]()
+    seen: dict[str, int] = {}
+    findings: dict[str, int] = {}
+    tried, read, start = 0, 0, time.perf_counter()
+    with TemporaryDirectory(dir="/dev/shm") as folder:
+        path = Path(folder) / "damaged"
+        for number in range(count):
+            if time.perf_counter() - start > seconds:
+                break
+            tried += 1
+            try:
+                found = outcome(mutated(seed, number), path, evaluate=number % 16 == 0)
+            except (Exception, Hang) as error:
+                frames = traceback.extract_tb(error.__traceback__)
+                where = next(
+                    (f"{Path(f.filename).name}:{f.lineno}" for f in reversed(frames) if "gonio" in f.filename), ""
+                )
+                findings.setdefault(f"{type(error).__name__}: {str(error)[:100]!r} at {where}", number)
+                continue
+            read += found == "read"
+            seen.setdefault(found if found != "read" else f"read {number % 8}", number)
+    return tried, read, sorted([*list(findings.values()), *seen.values()][:KEEP]), findings
+
+
+def main(arguments: list[str]) -> None:
+    """Run the campaign and write what it found."""
+    count = int(float(arguments[0])) if arguments else 100_000
+    names = arguments[1:] or sorted(SEEDS)
+    seconds = float(os.environ.get("GONIO_FUZZ_SECONDS", "1e9"))
+    corpus = TESTS / "corpus"
+    corpus.mkdir(exist_ok=True)
+    lines = []
+    for name in names:
+        start = time.perf_counter()
+        tried, read, kept, findings = campaign(name, count, seconds)
+        took = time.perf_counter() - start
+        lines.append(
+            f"{name:24} {tried:8} tried {read / max(tried, 1):7.1%} read {len(findings):4} findings {took:7.0f} s"
+        )
+        print(lines[-1], flush=True)
+        for words, number in findings.items():
+            print(f"    {number}: {words}", flush=True)
+        file = corpus / f"{name.replace(' ', '_').replace('/', '_')}.txt"
+        old = np.loadtxt(file, dtype=int, ndmin=1).tolist() if file.exists() else []
+        file.write_text("\n".join(map(str, sorted({*kept, *old})[: 2 * KEEP])) + "\n", encoding="ascii")
+    if len(names) == len(SEEDS):
+        (HERE / "fuzz.txt").write_text("\n".join(lines) + "\n", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

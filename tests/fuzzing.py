@@ -1,0 +1,250 @@
+"""Damaged files: mutations of minimal valid ones, by number, and what reading one of them comes to."""
+
+from __future__ import annotations
+
+import re
+import resource
+import signal
+import struct
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from random import Random
+
+import numpy as np
+
+import gonio as gn
+
+LONGEST = 5
+"""Seconds that reading may take."""
+
+NUMBERS = (
+    *("0", "-0", "1", "-1", "2", "1e308", "1e400", "-1e400", "1e-320", "nan", "inf", "-inf", "NaN", "1e12", "1e12.5"),
+    *(
+        "999999999999",
+        "-999999999999",
+        "2147483648",
+        "18446744073709551616",
+        "0x10",
+        "1,5",
+        "1.2.3",
+        "--1",
+        "",
+        "٣",
+        "x",
+    ),
+    *("90", "90.0001", "180", "360", "0.5", "1" * 400),
+)
+WORDS = (
+    "",
+    "NaN",
+    "null",
+    "{}",
+    "[]",
+    '"',
+    "<",
+    ">",
+    "&",
+    "&a;",
+    "<!DOCTYPE a>",
+    "#",
+    "\0",
+    "\ufeff",
+    "\x1a",
+    "é",
+    "\\",
+    "]]>",
+)
+LINE_ENDS = ("\r", "\r\n", "\n\n", "", " ", "\v", "\u2028")
+INTEGERS = (0, 1, 2, -1, 0x80, 0xFF, 0x7FFF, 0xFFFF, 0x7FFFFFFF, 0x80000000, 0xFFFFFFFF, 10**12, 2**63 - 1, 2**63)
+FLOATS = (float("nan"), float("inf"), -float("inf"), 0.0, -1.0, 1e-40, 1e30, 1e300, 90.0, 1e12)
+_NUMBER = re.compile(rb"[-+]?\d+\.?\d*(?:[eE][-+]?\d+)?")
+_WORD = re.compile(rb"[A-Za-z_]\w*")
+
+
+def mutated(data: bytes, number: int) -> bytes:
+    """One to four mutations of a file, always the same for the same number."""
+    random = Random(number)
+    is_text = sum(b < 9 for b in data[:512]) == 0
+    for _ in range(random.choice((1, 1, 1, 2, 2, 3, 4))):
+        of_text = is_text and random.random() < 0.8
+        data = random.choice(_TEXT if of_text else _BYTES)(data, random)
+        data = data[: 1 << 20]
+    return data
+
+
+def _span(data: bytes, random: Random) -> tuple[int, int]:
+    """A stretch of the file, more often a short one near its start."""
+    start = int(len(data) * random.random() ** random.choice((1, 3)))
+    return start, min(len(data), start + random.choice((1, 2, 4, 8, 32, 200, 2000)))
+
+
+def _cut(data: bytes, random: Random) -> bytes:
+    return data[: _span(data, random)[0]]
+
+
+def _without(data: bytes, random: Random) -> bytes:
+    a, b = _span(data, random)
+    return data[:a] + data[b:]
+
+
+def _twice(data: bytes, random: Random) -> bytes:
+    a, b = _span(data, random)
+    return data[:b] + data[a:b] * random.choice((1, 1, 2, 50)) + data[b:]
+
+
+def _exchanged(data: bytes, random: Random) -> bytes:
+    (a, b), (c, d) = sorted((_span(data, random), _span(data, random)))
+    return data if c < b else data[:a] + data[c:d] + data[b:c] + data[a:b] + data[d:]
+
+
+def _flipped(data: bytes, random: Random) -> bytes:
+    if not data:
+        return b"\0"
+    a, _ = _span(data, random)
+    a = min(a, len(data) - 1)
+    return data[:a] + bytes([data[a] ^ 1 << random.randrange(8)]) + data[a + 1 :]
+
+
+def _noise(data: bytes, random: Random) -> bytes:
+    a, b = _span(data, random)
+    return data[:a] + random.randbytes(b - a) + data[b:]
+
+
+def _integer(data: bytes, random: Random) -> bytes:
+    size = random.choice((1, 2, 4, 8))
+    value = (random.choice(INTEGERS) + random.choice((0, 0, 1, -1))) % (1 << 8 * size)
+    return _over(data, value.to_bytes(size, random.choice(("little", "little", "big"))), random)
+
+
+def _real(data: bytes, random: Random) -> bytes:
+    form = random.choice(("<f", "<d"))
+    value = random.choice(FLOATS)
+    return _over(data, struct.pack(form, value if form == "<d" or abs(value) < 1e38 else np.float32("inf")), random)
+
+
+def _over(data: bytes, new: bytes, random: Random) -> bytes:
+    a, _ = _span(data, random)
+    a -= a % random.choice((1, len(new)))
+    return data[:a] + new + data[a + len(new) :]
+
+
+def _other_number(data: bytes, random: Random) -> bytes:
+    return _replaced(data, _NUMBER, random.choice(NUMBERS).encode(), random)
+
+
+def _near_number(data: bytes, random: Random) -> bytes:
+    found = list(_NUMBER.finditer(data))
+    if not found:
+        return data
+    at = random.choice(found)
+    value = float(at.group()) if len(at.group()) < 30 else 1.0
+    new = random.choice((value + 1, value - 1, -value, 2 * value, value / 3, value * 1000, value + 360))
+    text = f"{int(new)}" if at.group().isdigit() and abs(new) < 1e15 else f"{new:g}"
+    return data[: at.start()] + text.encode() + data[at.end() :]
+
+
+def _other_word(data: bytes, random: Random) -> bytes:
+    found = [m.group() for m in _WORD.finditer(data)] or [b"word"]
+    new = random.choice((random.choice(found), random.choice(WORDS).encode(), random.choice(found).upper()))
+    return _replaced(data, _WORD, new, random)
+
+
+def _replaced(data: bytes, what: re.Pattern, new: bytes, random: Random) -> bytes:
+    found = list(what.finditer(data))
+    if not found:
+        return data + new
+    at = random.choice(found if random.random() < 0.7 else found[:20])
+    return data[: at.start()] + new + data[at.end() :]
+
+
+def _lines(data: bytes, random: Random) -> bytes:
+    lines = data.split(b"\n")
+    i, j = random.randrange(len(lines)), random.randrange(len(lines))
+    change = random.randrange(5)
+    if change == 0:
+        lines[i], lines[j] = lines[j], lines[i]
+    elif change == 1:
+        del lines[i : i + random.choice((1, 1, 2, 10))]
+    elif change == 2:
+        lines.insert(i, lines[j])
+    elif change == 3:
+        lines[i] = lines[i] + b" " + lines[j]
+    else:
+        return random.choice(LINE_ENDS).encode().join(lines)
+    return b"\n".join(lines)
+
+
+def _separators(data: bytes, random: Random) -> bytes:
+    old, new = (
+        random.choice((b" ", b",", b"\t", b":", b"=", b";")),
+        random.choice((b" ", b",", b"\t", b"", b";", b"  ")),
+    )
+    return data.replace(old, new, random.choice((1, 3, -1)))
+
+
+_BYTES = (_cut, _without, _twice, _exchanged, _flipped, _flipped, _noise, _integer, _integer, _integer, _real, _real)
+_TEXT = (
+    _other_number,
+    _other_number,
+    _near_number,
+    _other_word,
+    _other_word,
+    _lines,
+    _lines,
+    _separators,
+    _cut,
+    _without,
+)
+_TEXT += (_twice, _exchanged, _flipped)
+
+
+class Hang(BaseException):
+    """Reading took longer than `LONGEST`: no Exception, so that nobody but the campaign can catch it."""
+
+
+@contextmanager
+def limits(size: int) -> Iterator[None]:
+    """At most `LONGEST` seconds, and 64 MB and 64 times the file's size more memory than now."""
+
+    def stop(*_: object) -> None:
+        raise Hang
+
+    with Path("/proc/self/statm").open(encoding="ascii") as file:
+        now = int(file.read().split()[0]) * resource.getpagesize()
+    old = resource.getrlimit(resource.RLIMIT_AS)
+    before = signal.signal(signal.SIGALRM, stop)
+    resource.setrlimit(resource.RLIMIT_AS, (now + (64 << 20) + 64 * size, old[1]))
+    signal.setitimer(signal.ITIMER_REAL, LONGEST)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+        resource.setrlimit(resource.RLIMIT_AS, old)
+        signal.signal(signal.SIGALRM, before)
+
+
+WI = np.array([[0.0, 0.0, 1.0], [0.6, 0.0, 0.8], [-0.48, 0.64, 0.6]])
+WO = np.array([[0.0, 0.6, 0.8], [-0.6, 0.0, 0.8], [0.0, 0.0, 1.0]])
+
+
+def outcome(data: bytes, path: Path, evaluate: bool = False) -> str:
+    """What reading a file of these bytes comes to: "read", or the error's words without names and numbers.
+
+    Raises whatever is no `gonio.Error`: that is a finding. `evaluate`: look at the values of what was read, too.
+    """
+    path.write_bytes(data)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # values of damaged files may be anything
+        try:
+            with limits(len(data)):
+                m = gn.load(path)
+                if evaluate:
+                    shape = np.shape(m.f(WI, WO))
+                    assert shape[:1] == (3,), shape
+                    _ = getattr(m, "valid", None)
+        except gn.Error as error:
+            text = str(error).replace(str(path), "")
+            return type(error).__name__ + re.sub(r"['\"].*?['\"]|[-+\d.]+(e[-+]?\d+)?|nan|inf", "~", text)[:160]
+    return "read"

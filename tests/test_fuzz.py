@@ -1,0 +1,43 @@
+"""Damaged files of every format, of a campaign's corpus: only `gonio.Error`, soon, in bounded memory."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from fuzzing import mutated, outcome
+from seeds import SEEDS
+
+from gonio import engine
+from gonio.measured import formats
+
+CORPUS = Path(__file__).parent / "corpus"
+
+
+@pytest.fixture(autouse=True)
+def plain(monkeypatch):
+    """No kernels: one for every damaged table would take the time, and LLVM more memory than files may."""
+    monkeypatch.setattr(engine, "available", lambda: False)
+
+
+def numbers(name: str) -> list[int]:
+    file = CORPUS / f"{name.replace(' ', '_').replace('/', '_')}.txt"
+    return np.loadtxt(file, dtype=int, ndmin=1).tolist() if file.exists() else list(range(20))
+
+
+@pytest.mark.parametrize("name", SEEDS)
+def test_damaged_files(name, tmp_path):
+    seed = SEEDS[name]()
+    for number in numbers(name):
+        outcome(mutated(seed, number), tmp_path / "damaged", evaluate=number % 16 == 0)
+
+
+def test_every_format_has_a_seed():
+    missing = [m.NAME for m in formats() if not any(name.startswith(m.NAME) for name in SEEDS)]
+    assert not missing, f"add a minimal file of {missing} to tests/seeds.py"
+
+
+@pytest.mark.parametrize("name", [name for name in SEEDS if name != "MERL"])
+def test_seeds_are_valid(name, tmp_path):
+    assert outcome(SEEDS[name](), tmp_path / "seed", evaluate=True) == "read"
