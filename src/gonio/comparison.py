@@ -51,7 +51,8 @@ def resampling_error(
     """What `made` differs from `m` by. `of` and `to`: numbers of the channels of each that are compared, all if not
     given; one channel is compared with every one."""
     wi, wo = lattice_pairs(PAIRS)
-    true, found = _picked(m.f(wi, wo), len(wi), of), _picked(made.f(wi, wo), len(wi), to)
+    true, found = (_picked(x.f(wi, wo), len(wi), c) for x, c in ((m, of), (made, to)))
+    true, found = np.broadcast_arrays(true, found)
     known = np.isfinite(true) & np.isfinite(found)
     albedo = _albedo_change(m, made, of, to)
     if not known.any():

@@ -96,12 +96,12 @@ def _table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
 
 PAGE = """# File formats
 
-`gn.load(path)` recognises a file by its content, whatever its name. `gn.save(m, path)` takes the format of the suffix, and
-`format=` where several formats share one. `gn.convert(m, path)` saves, reads the file again, and says what that changed and
-lost: so does `gonio convert IN OUT`. `gonio info FILE` says what a file holds.
+`gn.load(path)` recognises a file by its content, whatever its name. `gn.save(m, path)` takes the format of the suffix,
+and `format=` where several formats share one. `gn.convert(m, path)` saves, reads the file again, and says what that
+changed and lost: so does `gonio convert IN OUT`. `gonio info FILE` says what a file holds.
 
-*Sampled*: whether directions are drawn by the file's own values, or by the cosine. *Checked against*: what says that the
-reader is right, beside files that gonio's tests write themselves.
+*Sampled*: whether directions are drawn by the file's own values, or by the cosine. *Checked against*: what says that
+the reader is right, beside files that gonio's tests write themselves.
 
 This page is made by `python docs/formats.py`, of what the modules in `src/gonio/measured` say.
 

@@ -55,7 +55,7 @@ def table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
     text = []
     for i, line in enumerate(lines):
         first = "".join(f"{cell:<{w}}  " for cell, w in zip(line, widths, strict=False))
-        wrapped = textwrap.wrap(line[-1], _width() - start) or [""]
+        wrapped = textwrap.wrap(line[-1], _width() - start, break_long_words=False) or [""]
         if below:
             text.append(_heading(first.rstrip(), i == 0))
         else:
@@ -193,10 +193,9 @@ def conversion_as_text(found: Conversion) -> str:
     else:
         theta_i, theta_o, phi = np.degrees(error.at)
         place = f"theta_i {theta_i:.0f}°, theta_o {theta_o:.0f}°, phi {phi:.0f}°"
-        rows.append(
-            ("error", f"{_percent(error.mean)} of f on average, {_percent(error.high)} at the 99th percentile,")
-        )
-        rows.append(("", f"{_percent(error.largest)} at most, at {place}"))
+        mean, high, largest = map(_percent, error[:3])
+        rows.append(("error", f"{mean} of f on average, {high} at the 99th percentile,"))
+        rows.append(("", f"{largest} at most, at {place}"))
         rows.append(("albedo", f"changed by {error.albedo:.1g} at most"))
     rows += _labelled("lost", found.lost) or [("lost", "nothing else")]
     rows += _labelled("added", found.gained)

@@ -82,7 +82,7 @@ def _source(m: Reflectance) -> _Source:
     )
 
 
-def fields(m: Reflectance, resolution: int, theta_i: int, phi_i: int) -> dict[str, np.ndarray]:
+def fields(m: Reflectance, resolution: int = 64, theta_i: int = 25, phi_i: int = 32) -> dict[str, np.ndarray]:
     """The fields of a file: S on resolution x resolution nodes for each of theta_i polar angles and phi_i azimuths of
     wi. Raises ParameterError for what such a file cannot hold."""
     for name, value, least, step in (
@@ -152,45 +152,45 @@ def _reduction(source: _Source) -> int:
 
 def _facets(source: _Source, oriented: bool) -> tuple[np.ndarray, np.ndarray]:
     """D and sigma, tables over azimuth and square root of the polar angle."""
-    rows, columns, coarse = (129, COLUMNS, (33, 33)) if oriented else (2, 256, (1, COLUMNS))
+    rows, columns = (129, COLUMNS) if oriented else (1, 256)
+    coarse = (33, 33) if oriented else (1, COLUMNS)
     x = np.linspace(0.0, 1.0, columns)
-    phi = _azimuths(rows)[:, None] if oriented else np.zeros((1, 1))
-    w = direction(np.minimum(RIGHT * x * x, math.acos(RETRO_GRAZING)), phi)
+    w = direction(np.minimum(RIGHT * x * x, math.acos(RETRO_GRAZING)), _azimuths(rows)[:, None])
     seen = np.maximum(filled(source.luminance(source.f(w, w))), 0.0) * w[..., 2]
     seen = np.maximum(seen, LEAST_D * seen.max() + 1e-30)
-
-    # sigma at coarse nodes as a matrix on D, and back on the nodes of D.
-    around = _azimuths(rows)[:-1] if oriented else _azimuths(65)[:-1]
-    steps = np.full(columns, 1.0 / (columns - 1))
-    steps[[0, -1]] *= 0.5
-    theta = RIGHT * x * x
-    solid = np.sin(theta) * (2.0 * RIGHT * x) * steps * (2.0 * math.pi / len(around))
-    wm = direction(theta, around[:, None]).reshape(-1, 3)
-    to_phi = _azimuths(coarse[0])[:, None] if oriented else np.zeros((1, 1))
-    to = direction(RIGHT * np.linspace(0.0, 1.0, coarse[1]) ** 2, to_phi).reshape(-1, 3)
-    area = (np.maximum(to @ wm.T, 0.0).reshape(len(to), len(around), columns) * solid).astype(np.float32)
-    if not oriented:
-        area = area.sum(axis=1, keepdims=True)
-    area = area.reshape(len(to), -1)
+    area = _projection(coarse, rows, x)
+    down, across = _hat(coarse[0], rows), _hat(coarse[1], columns)
 
     def sigma_of(D: np.ndarray) -> np.ndarray:
-        held = D[:-1] if oriented else D
-        return (area @ held.astype(np.float32).reshape(-1)).astype(float).reshape(coarse)
+        return (area @ D[: max(rows - 1, 1)].astype(np.float32).reshape(-1)).reshape(coarse)
 
     D = seen
     for _ in range(ROUNDS):
-        sigma = sigma_of(D)
-        spread = _hat(coarse[0], len(seen)) @ sigma @ _hat(coarse[1], columns).T
-        D = seen * spread
-        D /= sigma_of(D)[0, 0]  # projected onto the surface facets have its area
-    sigma = np.maximum(sigma_of(D), 1e-6)
-    D = np.maximum(D, LEAST_D * D.max())
-    tall = [np.repeat(a, 2, axis=0) if len(a) == 1 else a for a in (D, sigma)]
-    return tall[0].astype(np.float32), tall[1].astype(np.float32)
+        D = seen * (down @ sigma_of(D) @ across.T)
+        D /= sigma_of(D)[0, 0]  # together facets cover the surface once
+    D, sigma = np.maximum(D, LEAST_D * D.max()), np.maximum(sigma_of(D), 1e-6)
+    if not oriented:
+        D, sigma = np.repeat(D, 2, axis=0), np.repeat(sigma, 2, axis=0)
+    return D.astype(np.float32), sigma.astype(np.float32)
+
+
+def _projection(to: tuple[int, int], rows: int, x: np.ndarray) -> np.ndarray:
+    """The matrix that makes sigma, at nodes of a grid of `to`, of D at `rows` azimuths (without the last, which is the
+    first again) and columns at x; one row stands for all azimuths."""
+    around, theta = _azimuths(rows if rows > 1 else 65)[:-1], RIGHT * x * x
+    steps = np.full(len(x), 1.0 / (len(x) - 1))
+    steps[[0, -1]] *= 0.5
+    solid_angle = np.sin(theta) * (2.0 * RIGHT * x) * steps * (2.0 * math.pi / len(around))
+    # Single precision: this is the largest array here, and what it makes is stored so.
+    wm = direction(theta, around[:, None]).reshape(-1, 3).astype(np.float32)
+    w = direction(RIGHT * np.linspace(0.0, 1.0, to[1]) ** 2, _azimuths(to[0])[:, None]).reshape(-1, 3)
+    area = np.maximum(w.astype(np.float32) @ wm.T, 0.0).reshape(len(w), len(around), len(x))
+    area *= solid_angle.astype(np.float32)
+    return (area if rows > 1 else area.sum(axis=1)).reshape(len(w), -1)
 
 
 def _azimuths(count: int) -> np.ndarray:
-    return np.linspace(-math.pi, math.pi, count)
+    return np.linspace(-math.pi, math.pi, count) if count > 1 else np.zeros(1)
 
 
 def _hat(count: int, wanted: int) -> np.ndarray:
@@ -210,6 +210,20 @@ def _visible(theta_i: float, phi_i: float, rows: int) -> np.ndarray:
     return (density / mean).astype(np.float32)
 
 
+def _reflected(source: _Source, wi: np.ndarray, x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """f cos(theta_o), continued below the horizon of wo to first order, and the solid angle of wo per area of the
+    square at (x, y)."""
+    wm = direction(RIGHT * x * x, (2.0 * y - 1.0) * math.pi)
+    cos_d = wm @ wi
+    wo = 2.0 * cos_d[..., None] * wm - wi
+    phi_o, cos_o = angles(wo)[1], np.maximum(np.abs(wo[..., 2:]), GRAZING)
+    value = source.f(wi, direction(np.arccos(cos_o[..., 0]), phi_o)) * cos_o
+    below = wo[..., 2] < GRAZING
+    end = source.f(wi, direction(math.acos(GRAZING), phi_o[below])) * GRAZING
+    value[below] = 2.0 * end - value[below]
+    return value, 8.0 * math.pi**2 * x * np.sin(RIGHT * x * x) * cos_d
+
+
 def _values(
     source: _Source, thetas: np.ndarray, phis: np.ndarray, ndf: np.ndarray, sigma: np.ndarray, vndf: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
@@ -217,22 +231,18 @@ def _values(
     n = vndf.shape[2]
     density, conditional, marginal = (t.reshape(-1) for t in tables(vndf)[:3])
     warp = MarginalWarp(density, conditional, marginal, (n, COLUMNS), len(phis) * len(thetas))
-    sy, sx = np.meshgrid(*[np.linspace(0.0, 1.0, n)] * 2, indexing="ij")
+    # Not 1 itself: by rounding it may lie beyond the place where the density ends.
+    sy, sx = np.meshgrid(*[np.linspace(0.0, 1.0 - 1e-10, n)] * 2, indexing="ij")
     flat_ndf, flat_sigma = (a.astype(float).reshape(-1) for a in (ndf, sigma))
     rows = []
     for k, (phi_i, theta_i) in enumerate((p, t) for p in phis.tolist() for t in thetas.tolist()):
         at = ((k, 1.0),)
         x, y = warp.sample(at, sx, sy)
-        wi, wm = direction(theta_i, phi_i), direction(RIGHT * x * x, (2.0 * y - 1.0) * math.pi)
-        cos_d = wm @ wi
-        wo = 2.0 * cos_d[..., None] * wm - wi
-        theta_o, phi_o = angles(wo)
-        f = source.f(wi, direction(np.minimum(theta_o, math.acos(GRAZING)), phi_o)) * wo[..., 2:]
+        f, solid_angle = _reflected(source, direction(theta_i, phi_i), x, y)
         place = math.sqrt(theta_i / RIGHT), (phi_i + math.pi) / (2.0 * math.pi)
         D, area = bilinear(flat_ndf, ONE, ndf.shape, x, y), bilinear(flat_sigma, ONE, sigma.shape, *place)
         density = warp.eval(at, x, y)
-        solid = 8.0 * math.pi**2 * x * np.sin(RIGHT * x * x) * cos_d  # of wo, per area of the square
-        per_square = np.where(density > 0.0, solid / np.where(density > 0.0, density, 1.0), 0.0)
+        per_square = np.where(density > 0.0, solid_angle / np.where(density > 0.0, density, 1.0), 0.0)
         rows.append((f * (4.0 * area / D)[..., None], source.luminance(f) * per_square))
     values, luminance = (
         np.stack(part).reshape(len(phis), len(thetas), *part[0].shape) for part in zip(*rows, strict=True)

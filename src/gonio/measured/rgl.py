@@ -41,24 +41,26 @@ def read(path: Path) -> RGL:
     return RGL(_tensor_file.read(path), str(path))
 
 
-def write(m: Reflectance, path: Path, resolution: int | None = None, theta_i: int = 25, phi_i: int = 32) -> None:
+def write(
+    m: Reflectance, path: Path, resolution: int | None = None, theta_i: int | None = None, phi_i: int | None = None
+) -> None:
     """Write f as such a file: rgb (one channel becomes gray), or spectra for wavelengths.
 
-    A measurement read from such a file is written with every field as it was, bit by bit, unless a resolution is given.
-    resolution   S has this times this many nodes over half vectors, 64 if not given
-    theta_i      polar angles of wi, 0 to 90 degrees, denser towards grazing
-    phi_i        azimuths of wi around the circle, of anisotropic materials: a multiple of 4. What repeats after half or
-                 a quarter of the circle is stored once
+    A measurement read from such a file is written with every field as it was, bit by bit, unless an option is given.
+    resolution   S has this times this many nodes over half vectors; 64 if not given
+    theta_i      polar angles of wi, 0 to 90 degrees, denser towards grazing; 25
+    phi_i        azimuths of wi around the circle, of anisotropic materials: a multiple of 4; 32. What repeats after
+                 half or a quarter of the circle is stored once
 
     Lost: holes, which are filled from what is next to them; values between the nodes. f with both cosines above 0.1
     changes by (mean, 99th percentile, largest; relative) 5e-4, 6e-3, 2e-2 for GGX(0.1), 2e-3, 9e-3, 4e-2 for
     Lambertian + GGX(0.3) of glass, 2e-3, 1e-2, 0.3 for gold-metallic-paint, 4e-3, 3e-2, 0.1 for GGX(0.1, 0.4).
     Raises ParameterError for a delta lobe, maps, and channels that are neither RGB nor wavelengths.
     """
-    if isinstance(m, RGL) and resolution is None:
-        _tensor_file.write(path, m.stored)
-    else:
-        _tensor_file.write(path, _rgl_writer.fields(m, 64 if resolution is None else resolution, theta_i, phi_i))
+    given = {"resolution": resolution, "theta_i": theta_i, "phi_i": phi_i}
+    wanted = {name: value for name, value in given.items() if value is not None}
+    as_it_was = isinstance(m, RGL) and not wanted
+    _tensor_file.write(path, m.stored if as_it_was else _rgl_writer.fields(m, **wanted))  # type: ignore[attr-defined]
 
 
 class RGL(Measured):
