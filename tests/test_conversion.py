@@ -210,7 +210,7 @@ def test_losses_are_listed(tmp_path):
     assert set(report.lost) == {"holes", "uncertainty", "metadata"}
     assert report.lost["metadata"] == "operator" and set(report.gained) == {"channels"}
     assert report.error.mean < 0.2
-    assert "one became 3" in conversion_as_text(report)
+    assert "one became 3" in conversion_as_text(report) and "operator" in str(report)
 
 
 def test_holes_that_open_are_reported(tmp_path):

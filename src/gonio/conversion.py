@@ -44,6 +44,41 @@ class Conversion:
         error = None if self.error is None else self.error._asdict()
         return {**held, "error": error, "channels": [None if c is None else list(c) for c in self.channels]}
 
+    def rows(self) -> list[tuple[str, str]]:
+        """The report as pairs of a word and a text."""
+        return [*_error_rows(self.error), *(labelled("lost", self.lost) or [("lost", "nothing else")]),
+                *labelled("added", self.gained)]  # fmt: skip
+
+    def __str__(self) -> str:
+        head = f"{self.path}: {self.material:.80} as {self.format}"
+        return "\n".join([head, *(f"{word:<7} {text}" for word, text in self.rows())])
+
+
+def _error_rows(error: ResamplingError | None) -> list[tuple[str, str]]:
+    if error is None:
+        return [("error", "cannot be said: no channel of the source is in the file")]
+    if math.isnan(error.mean):
+        return [("error", "cannot be said: no pair of directions has data on both sides")]
+    if error.largest == 0.0 and error.albedo == 0.0:
+        return [("error", "none")]
+    theta_i, theta_o, phi = np.degrees(error.at)
+    mean, high, largest = map(percent, error[:3])
+    return [
+        ("error", f"{mean} of f on average, {high} at the 99th percentile,"),
+        ("", f"{largest} at most, at theta_i {theta_i:.0f}°, theta_o {theta_o:.0f}°, phi {phi:.0f}°"),
+        ("albedo", f"changed by {error.albedo:.1g} at most"),
+    ]
+
+
+def labelled(label: str, held: dict[str, str]) -> list[tuple[str, str]]:
+    """A row for each text, of which the first has the label."""
+    return [("" if k else label, f"{name}: {text}") for k, (name, text) in enumerate(held.items())]
+
+
+def percent(x: float) -> str:
+    """A share to two digits."""
+    return f"{100.0 * x:.2g} %"
+
 
 def convert(m: Reflectance, path: str | os.PathLike, format: str | None = None, **options: Any) -> Conversion:
     """Save a reflectance in a format, load it again, and report what that changed and lost.

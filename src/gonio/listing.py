@@ -15,7 +15,7 @@ import numpy as np
 
 from . import catalogue
 from .catalogue import Entry
-from .conversion import Conversion
+from .conversion import Conversion, labelled, percent
 from .efficiency import Efficiency
 from .errors import NotFoundError
 from .format_table import Format, sampled_in_words
@@ -101,7 +101,7 @@ def facts_as_text(found: dict[str, Any]) -> str:
     rows += [(name, _within(off)) for name, off in found.get("symmetry", {}).items()]
     if found["has_delta"]:
         rows.append(("mirror", "has a delta lobe: f is 0 pointwise, sampling and integrals are exact"))
-    rows += _labelled("may break", found["breaks"])
+    rows += labelled("may break", found["breaks"])
     if "source" in found:
         rows.append(("source", found["source"]))
     rows += _provenance_rows(found.get("provenance"))
@@ -136,7 +136,7 @@ def _file_rows(found: dict[str, Any]) -> list[tuple[str, str]]:
     rows.append(("negative", _share(found["negative"])))
     spread = found["uncertainty"]
     if spread:
-        low, median, high = (_percent(spread[name]) for name in ("low", "median", "high"))
+        low, median, high = (percent(spread[name]) for name in ("low", "median", "high"))
         rows.append(("uncertainty", f"{low} to {high} of the value, {median} (median)"))
     return rows
 
@@ -153,7 +153,7 @@ def _within(off: dict[str, float] | None) -> str:
         return "unknown: no data to compare"
     if off["high"] == 0.0:
         return "exactly"
-    return f"to {_percent(off['median'])} of f (median), {_percent(off['high'])} (99th percentile)"
+    return f"to {percent(off['median'])} of f (median), {percent(off['high'])} (99th percentile)"
 
 
 def _provenance_rows(held: dict[str, Any] | None) -> list[tuple[str, str]]:
@@ -171,11 +171,6 @@ def _provenance_rows(held: dict[str, Any] | None) -> list[tuple[str, str]]:
     return rows
 
 
-def _labelled(label: str, held: dict[str, str]) -> list[tuple[str, str]]:
-    """A row for each, of which the first has the label."""
-    return [("" if k else label, f"{name}: {text}") for k, (name, text) in enumerate(held.items())]
-
-
 def _short(value: Any) -> str:
     text = str(value)
     return text if len(text) <= 300 else f"{text[:300]} ..."
@@ -183,23 +178,7 @@ def _short(value: Any) -> str:
 
 def conversion_as_text(found: Conversion) -> str:
     """What a conversion changed and lost, for people."""
-    error, rows = found.error, []
-    if error is None:
-        rows.append(("error", "cannot be said: no channel of the source is in the file"))
-    elif error.largest == 0.0 and error.albedo == 0.0:
-        rows.append(("error", "none"))
-    elif math.isnan(error.mean):
-        rows.append(("error", "cannot be said: no pair of directions has data on both sides"))
-    else:
-        theta_i, theta_o, phi = np.degrees(error.at)
-        place = f"theta_i {theta_i:.0f}°, theta_o {theta_o:.0f}°, phi {phi:.0f}°"
-        mean, high, largest = map(_percent, error[:3])
-        rows.append(("error", f"{mean} of f on average, {high} at the 99th percentile,"))
-        rows.append(("", f"{largest} at most, at {place}"))
-        rows.append(("albedo", f"changed by {error.albedo:.1g} at most"))
-    rows += _labelled("lost", found.lost) or [("lost", "nothing else")]
-    rows += _labelled("added", found.gained)
-    return table(("", ""), rows).removeprefix("\n")
+    return table(("", ""), found.rows()).removeprefix("\n")
 
 
 def formats_as_text(rows: Sequence[Format]) -> str:
@@ -215,10 +194,6 @@ def formats_as_text(rows: Sequence[Format]) -> str:
         for row in rows
     ]
     return table(("format", "suffixes", "access", "sampled", "what it is"), cells)
-
-
-def _percent(x: float) -> str:
-    return f"{100.0 * x:.2g} %"
 
 
 def _meaning(parameter: dict[str, Any]) -> str:
