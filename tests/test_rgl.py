@@ -346,8 +346,10 @@ def test_without_symmetry_the_whole_circle_is_stored():
     fields = _rgl_writer.fields(model, 24, 7, 16)
     assert len(fields["phi_i"]) == 17
     m, rng = rgl.RGL(fields), np.random.default_rng(1)
-    wi, wo = directions(rng, 1000, 0.4), directions(rng, 1000, 0.4)
-    assert np.median(np.abs(m.f(wi, wo)[:, 0] / model.f(wi, wo) - 1.0)) < 0.05
+    wi, wo = directions(rng, 1000, 0.15), directions(rng, 1000, 0.15)
+    true = model.f(wi, wo)
+    seen = true > 0.0  # its own normal hides some
+    assert np.median(np.abs(m.f(wi, wo)[seen, 0] / true[seen] - 1.0)) < 0.015
 
 
 @pytest.mark.parametrize(("name", "mean"), [(PAPER, 0.01), (IBIZA, 0.04)])
