@@ -154,6 +154,8 @@ src_z\tsrc_a\tview_z\tview_a\t450.5nm\t633nm
  12.000\t  0.000\t  0.000\t  0.000\t1.05\t1.06
  45.000\t  0.000\t 45.000\t180.000\t1.06\t1.08
 """
+
+
 def _kaist() -> bytes:
     from test_binary_formats import polarised
 
@@ -190,6 +192,8 @@ def _neural() -> bytes:
     from test_binary_formats import random_network
 
     return saved(random_network(), ".h5")
+
+
 def _klems() -> bytes:
     from test_window_xml import tiny
 

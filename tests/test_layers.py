@@ -16,7 +16,20 @@ PAGE = Path(__file__).resolve().parents[1] / "docs" / "architecture.md"
 DOORS = {"", "__main__"}  # what users enter by: they import from anywhere
 ARRAY_LIBRARIES = {"torch", "jax", "jaxlib", "drjit", "cupy", "tensorflow", "mitsuba"}
 HEAVY = {
-    *("pandas", "llvmlite", "xarray", "matplotlib", "scipy", "h5py", "h5netcdf", "zarr", "click", "rich", "PIL", "OpenEXR"),
+    *(
+        "pandas",
+        "llvmlite",
+        "xarray",
+        "matplotlib",
+        "scipy",
+        "h5py",
+        "h5netcdf",
+        "zarr",
+        "click",
+        "rich",
+        "PIL",
+        "OpenEXR",
+    ),
     *ARRAY_LIBRARIES,
 }
 

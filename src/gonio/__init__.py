@@ -46,6 +46,7 @@ _ON_USE = {
     "with_uncertainty": "uncertainty",
     "expression": "expressions",
     "tabulate": "tabulated",
+    "convert": "conversion",
     "Gridded": "gridded",
     "Scattered": "scattered",
     "to_dataset": "dataset",

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import hashlib
 import math
 from collections.abc import Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -15,6 +13,7 @@ from .errors import FormatError, ParameterError
 from .gridded import Gridded
 from .interface import Reflectance
 from .parameterisations import parameterisation as parameterisation_named
+from .provenance import ORIGIN, origin
 from .scattered import Scattered
 from .schema import NANOMETRES, RADIANS, ROW, from_text
 
@@ -45,7 +44,7 @@ def to_dataset(
     """
     if not isinstance(m, Gridded):
         m = on_grid(m, parameterisation, resolution)
-    return m.data.assign_attrs(provenance=schema.to_text(_provenance(m)))
+    return m.data.assign_attrs(provenance=schema.to_text(origin(m)))
 
 
 def from_dataset(ds: xarray.Dataset, path: str = "") -> Gridded:
@@ -110,7 +109,7 @@ def _common(ds: xarray.Dataset, path: str, where: str) -> dict[str, Any]:
     if not isinstance(about, dict):
         raise FormatError(f"{where}: the attribute about is {about!r:.40}, expected a JSON object")
     if "provenance" in ds.attrs and (made_of := from_text(_text(ds, "provenance", where), where)):
-        about["provenance"] = made_of
+        about[ORIGIN] = made_of
     return {
         "quantity": _text(ds, "quantity", where),
         "channels": _channel_names(ds, where),
@@ -180,20 +179,6 @@ def _text(ds: xarray.Dataset, name: str, where: str, default: str | None = None)
     if not isinstance(found, str):
         raise FormatError(f"{where}: the attribute {name} is {found!r:.40}, expected text")
     return found
-
-
-def _provenance(m: Gridded) -> list[Any]:
-    """Where the numbers came from: what is known already, else the file that they were read from."""
-    known = m.about.get("provenance", [])
-    if known or not m.path:
-        return known
-    from . import __version__
-
-    step = {"file": Path(m.path).name, "reader": f"gonio {__version__}"}
-    if Path(m.path).is_file():
-        with Path(m.path).open("rb") as file:
-            step["sha256"] = hashlib.file_digest(file, "sha256").hexdigest()
-    return [step]
 
 
 def check_plain(m: Reflectance) -> None:

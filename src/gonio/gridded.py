@@ -188,7 +188,7 @@ class Gridded(Sampled):
             interpolation=self.interpolation,
             outside=self.outside,
             source=self.path,
-            **schema.known(self.about),
+            **schema.known(self.about, self.provenance),
         )
 
     @property

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -114,11 +115,14 @@ class Measured(Reflectance):
 
     path: str
     about: dict[str, Any]
+    provenance: dict[str, Any]
+    """Where it was read from: "file", "bytes", "sha256", "format", "gonio" (its version), "options" of the reader where
+    there were any, and "converted_from", the same of what the file was made of, where it says so. Empty in memory."""
     quantity = "brdf"
     format = ""
 
     def __init__(self, path: str = "", about: dict[str, Any] | None = None, **fields: Any):
-        self.__dict__.update(path=path, about=dict(about or {}))
+        self.__dict__.update(path=path, about=dict(about or {}), provenance={})
         super().__init__(**fields)
 
     @property
@@ -136,6 +140,12 @@ class Measured(Reflectance):
     def data(self) -> xarray.Dataset:
         """The file's content as it was stored, with named axes and CF units."""
         raise NotImplementedError
+
+    @property
+    def attributes(self) -> dict[str, str]:
+        """What `data` says about the whole of itself, as text that any file can hold; `provenance` as JSON."""
+        held = {"quantity": self.quantity, "source": self.path}
+        return {**held, "provenance": json.dumps(self.provenance)} if self.provenance else held
 
     def __eq__(self, other: object) -> bool:
         if type(self) is not type(other):

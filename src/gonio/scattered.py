@@ -145,7 +145,7 @@ class Scattered(Gridded):
             isotropic=not self.is_oriented(),
             outside=self.outside,
             source=self.path,
-            **schema.known(self.about),
+            **schema.known(self.about, self.provenance),
         )
 
     def brdf(self) -> np.ndarray:

@@ -93,10 +93,9 @@ def _attribute(value: Any) -> Any:
     return value if isinstance(value, (str, int, float)) else to_text(value)
 
 
-def known(about: Mapping[str, Any]) -> dict[str, Any]:
+def known(about: Mapping[str, Any], provenance: Mapping[str, Any]) -> dict[str, Any]:
     """The attributes that say what is known about a measurement, and where it came from."""
-    own = {name: value for name, value in about.items() if name != "provenance"}
-    return {"about": own, **({"provenance": about["provenance"]} if "provenance" in about else {})}
+    return {"about": dict(about), **({"provenance": dict(provenance)} if provenance else {})}
 
 
 def to_text(value: Any) -> str:
