@@ -163,13 +163,14 @@ def test_coefficients_give_f(layout, holes):
         (gn.white_sky_albedo, ()),
         (gn.reflectance, (gn.Cone([0, 0, 1], 0.4), gn.Cone([0.5, 0, 1], 0.2))),
         (gn.reflectance_factor, (gn.Cone([0.5, 0, 1], 0.2), WI)),
-        (gn.reflectance, (gn.Cone([1, 0, 0.2], 0.5), gn.Hemisphere())),
+        (gn.reflectance_factor, (WI, gn.Cone([1, 0, 0.2], 0.5))),
     ],
 )
 def test_coefficients_give_integrals(function, args):
     m = rough()
     found = coefficients(m, linear(function, named(function, m, args, {})), 1 << 17)
-    assert (found.of(0) @ m.brdf().reshape(-1))[0] == pytest.approx(function(m, *args), rel=1e-3)
+    value = function(m, *args, tolerance=1e-3)
+    assert (found.of(0) @ m.brdf().reshape(-1))[0] == pytest.approx(value, rel=2e-3)
 
 
 def test_holes_in_an_integral_add_nothing():
@@ -203,8 +204,7 @@ def test_factors_make_the_correlation_matrix(period):
     if period:
         apart = period / np.pi * np.sin(np.pi * apart / period)
     F = factor(nodes, 0.4, period)
-    R = F @ F.T
-    assert R == pytest.approx(np.exp(-0.5 * (apart / 0.4) ** 2), abs=1e-10)
+    np.testing.assert_allclose(F @ F.T, np.exp(-0.5 * (apart / 0.4) ** 2), atol=1e-10)
     assert factor(nodes, 0.0) is None
     assert factor(nodes, math.inf) @ factor(nodes, math.inf).T == pytest.approx(np.ones((5, 5)))
 
