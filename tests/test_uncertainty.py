@@ -1,7 +1,9 @@
 """Uncertainty of results of measured tables: closed forms, first order against Monte Carlo, correlations, words."""
 
+import gc
 import json
 import math
+import weakref
 from itertools import pairwise
 
 import numpy as np
@@ -163,13 +165,14 @@ def test_coefficients_give_f(layout, holes):
         (gn.white_sky_albedo, ()),
         (gn.reflectance, (gn.Cone([0, 0, 1], 0.4), gn.Cone([0.5, 0, 1], 0.2))),
         (gn.reflectance_factor, (gn.Cone([0.5, 0, 1], 0.2), WI)),
-        (gn.reflectance, (gn.Cone([1, 0, 0.2], 0.5), gn.Hemisphere())),
+        (gn.reflectance_factor, (WI, gn.Cone([1, 0, 0.2], 0.5))),
     ],
 )
 def test_coefficients_give_integrals(function, args):
     m = rough()
     found = coefficients(m, linear(function, named(function, m, args, {})), 1 << 17)
-    assert (found.of(0) @ m.brdf().reshape(-1))[0] == pytest.approx(function(m, *args), rel=1e-3)
+    value = function(m, *args, tolerance=1e-3)
+    assert (found.of(0) @ m.brdf().reshape(-1))[0] == pytest.approx(value, rel=2e-3)
 
 
 def test_holes_in_an_integral_add_nothing():
@@ -203,8 +206,7 @@ def test_factors_make_the_correlation_matrix(period):
     if period:
         apart = period / np.pi * np.sin(np.pi * apart / period)
     F = factor(nodes, 0.4, period)
-    R = F @ F.T
-    assert pytest.approx(np.exp(-0.5 * (apart / 0.4) ** 2), abs=1e-10) == R
+    np.testing.assert_allclose(F @ F.T, np.exp(-0.5 * (apart / 0.4) ** 2), atol=1e-10)
     assert factor(nodes, 0.0) is None
     assert factor(nodes, math.inf) @ factor(nodes, math.inf).T == pytest.approx(np.ones((5, 5)))
 
@@ -247,33 +249,32 @@ def test_rows_in_no_grid_share_their_errors_with_the_nodes_around_them():
     u, common = (quote(gn.albedo, m, WI, correlation=c).u for c in ("independent", "common"))
     assert common == pytest.approx(0.02 * RHO, rel=1e-2)
     assert 0.02 * RHO / math.sqrt(n) < u < common  # as if all nodes were independent: below a hundredth of it
-    drawn = TableErrors(m, "independent", None).draw(np.random.default_rng(1), 2)[0]
-    assert len(np.unique(drawn)) <= n
+    drawn = TableErrors(m, "independent").draw(np.random.default_rng(1)).brdf() - m.brdf()
+    assert 0.5 * n < len(np.unique(drawn.round(12))) <= n
 
 
 # First order against Monte Carlo.
 
 
-@pytest.mark.parametrize("correlation", ["independent", "common", 0.4, {"theta_o": math.inf, "phi": 0.5}])
+@pytest.mark.parametrize("correlation", ["independent", {"theta_o": math.inf, "phi": 0.5}])
 def test_monte_carlo_agrees_for_f(correlation):
     m = rough(about={"scale_uncertainty": 0.02})
     wo = gn.direction([0.1, 0.5, 1.0], [0.0, 1.0, 2.0])
     first = quote(m.f, WI, wo, correlation=correlation)
-    drawn = quote(m.f, WI, wo, correlation=correlation, method="Monte Carlo", draws=2000)
-    assert drawn.u == pytest.approx(first.u, rel=4.0 / math.sqrt(2 * 2000))
-    assert drawn.value == pytest.approx(first.value, abs=4.0 * first.u.max() / math.sqrt(2000))
+    drawn = quote(m.f, WI, wo, correlation=correlation, method="Monte Carlo", draws=300)
+    assert drawn.u == pytest.approx(first.u, rel=4.0 / math.sqrt(2 * 300))
+    assert drawn.value == pytest.approx(first.value, abs=4.0 * first.u.max() / math.sqrt(300))
     sigma = first.u[:, None] * first.u
-    assert (drawn.covariance / sigma).ravel() == pytest.approx((first.covariance / sigma).ravel(), abs=0.1)
+    assert (drawn.covariance / sigma).ravel() == pytest.approx((first.covariance / sigma).ravel(), abs=0.2)
     low, high = drawn.interval(0.95)
-    assert high - low == pytest.approx(2 * 1.96 * first.u, rel=0.1)
+    assert high - low == pytest.approx(2 * 1.96 * first.u, rel=0.2)
 
 
-@pytest.mark.parametrize("correlation", ["independent", 0.4])
-def test_monte_carlo_agrees_for_albedo(correlation):
-    m = rough()
+def test_monte_carlo_agrees_for_albedo():
+    m, correlation = rough(), 0.4
     first = quote(gn.albedo, m, WI, correlation=correlation)
-    drawn = quote(gn.albedo, m, WI, correlation=correlation, method="Monte Carlo", draws=150, tolerance=1e-3)
-    assert drawn.u == pytest.approx(first.u, rel=4.0 / math.sqrt(2 * 150))
+    drawn = quote(gn.albedo, m, WI, correlation=correlation, method="Monte Carlo", draws=100, tolerance=1e-3)
+    assert drawn.u == pytest.approx(first.u, rel=4.0 / math.sqrt(2 * 100))
     assert drawn.at_estimate == pytest.approx(first.value, abs=1e-3)
 
 
@@ -281,18 +282,19 @@ def test_monte_carlo_takes_any_function():
     m = spectral()
     wo = gn.direction(THETA_O[3], PHI[4])
     wi = gn.direction(THETA_I[2], 0.0)
-    largest = quote(lambda t: t.f(wi, wo).max() / t.f(wi, wo).min(), m, method="Monte Carlo", draws=3000)
-    assert largest.value == pytest.approx(3.0, abs=0.01)
-    assert largest.u == pytest.approx(3.0 * 0.02 * math.sqrt(2.0), rel=0.06)  # of a ratio, GUM 5.1.6
-    again = quote(lambda t: t.f(wi, wo).max() / t.f(wi, wo).min(), m, method="Monte Carlo", draws=3000)
-    assert (again.draws == largest.draws).all()
+    largest = quote(lambda t: t.f(wi, wo).max() / t.f(wi, wo).min(), m, method="Monte Carlo", draws=300)
+    assert largest.value == pytest.approx(3.0, abs=0.02)
+    assert largest.u == pytest.approx(3.0 * 0.02 * math.sqrt(2.0), rel=0.17)  # of a ratio, GUM 5.1.6
+    again = quote(lambda t: t.f(wi, wo).max() / t.f(wi, wo).min(), m, method="Monte Carlo", draws=5)
+    assert (again.draws == largest.draws[:5]).all()
 
 
 @pytest.mark.parametrize("correlation", ["independent", "channel", {"phi": 0.8, "channel": 100.0}])
 def test_drawn_tables_have_the_covariance(correlation):
     m = spectral()
-    errors = TableErrors(m, correlation, None)
-    tables = errors.draw(np.random.default_rng(7), 4000)[:, 2, 3, :3].reshape(4000, -1)
+    errors = TableErrors(m, correlation)
+    random = np.random.default_rng(7)
+    tables = np.array([errors.draw(random).brdf()[2, 3, :3].reshape(-1) for _ in range(1000)])
     V = np.cov(tables, rowvar=False)
     u = m.uncertainty[2, 3, :3].reshape(-1)
     d = 2.0 * np.sin(0.5 * (PHI[:3, None] - PHI[:3]))
@@ -304,7 +306,7 @@ def test_drawn_tables_have_the_covariance(correlation):
         colour = np.array([450.0, 550.0, 650.0])
         R = np.exp(-0.5 * ((colour[:, None] - colour) / 100.0) ** 2)
         expected = np.kron(np.exp(-0.5 * (d / 0.8) ** 2), R)
-    assert (V / (u[:, None] * u)).ravel() == pytest.approx(expected.ravel(), abs=0.08)
+    assert (V / (u[:, None] * u)).ravel() == pytest.approx(expected.ravel(), abs=0.16)
 
 
 # ufloat.
@@ -321,12 +323,21 @@ def test_results_of_two_calls_are_correlated():
     one, other = (quote(gn.albedo, m, w[k]).ufloat() for k in (0, 1))
     assert (one - other).std_dev == pytest.approx(expected, rel=1e-6)
     assert (one - together[0]).std_dev < 1e-6 * one.std_dev
-    assert one.std_dev < math.hypot(expected, expected)
+    assert expected < 0.9 * math.hypot(one.std_dev, other.std_dev)  # they share the nodes between them
     cone = quote(gn.reflectance, m, w[0], gn.Cone([0, 0, 1], 0.3)).ufloat()
     rest = one - cone  # what leaves outside the cone
     assert rest.std_dev < one.std_dev
     assert [x.std_dev for x in together] == pytest.approx(q.u.tolist())
     assert q.ufloat()[0] is together[0]
+
+
+def test_tables_are_not_kept():
+    m = rough()
+    quote(m.f, WI, WI).ufloat()
+    gone = weakref.ref(m)
+    del m
+    gc.collect()
+    assert gone() is None
 
 
 def test_a_common_error_cancels_in_a_ratio():
@@ -401,6 +412,8 @@ def test_no_data_has_no_uncertainty():
         (lambda m: quote(gn.reflectance, m, gn.Hemisphere(), gn.Hemisphere(), gn.ConstantLight(1.0)), "sky"),
         (lambda m: quote(gn.albedo, m, WI, correlation="systematic"), "expected one of 'independent'"),
         (lambda m: quote(gn.albedo, m, WI, correlation=-1.0), "expected a number that is 0"),
+        (lambda m: quote(gn.albedo, m, WI, correlation=[1.0]), "expected a number that is 0"),
+        (lambda m: quote(gn.albedo, m, WI, correlation={"phi": None}), "expected a number that is 0"),
         (lambda m: quote(gn.albedo, m, WI, correlation={"theta": 1.0}), "no axis 'theta'"),
         (lambda m: quote(gn.albedo, m, WI, scale=-0.1), "relative standard uncertainty"),
         (lambda m: quote(gn.albedo, m, WI, method="bootstrap"), "'first order', 'Monte Carlo'"),
@@ -487,7 +500,7 @@ def test_albedo_on_the_command_line(run):
 def test_info_and_check_on_the_command_line(run):
     m = lambertian(about={"scale_uncertainty": 0.01})
     text = run(m, "info", "x")
-    assert "standard u   0.02 of the value (median), 0.01 of scale" in text
+    assert "0.02 of the value (median), 0.01 of scale" in text
     assert "of common errors" in text
     said = json.loads(run(m, "info", "x", "--json"))["uncertainty"]
     assert said["relative"] == pytest.approx(0.02)

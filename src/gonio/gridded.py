@@ -17,7 +17,7 @@ from .measurement import from_brdf, quantity_named, to_brdf
 from .param import channels as channel_field
 from .param import option, table
 from .parameterisations import Parameterisation, parameterisation
-from .sampled import Sampled
+from .sampled import KINDS, Sampled
 
 if TYPE_CHECKING:
     import xarray
@@ -229,6 +229,16 @@ class Gridded(Sampled):
             path=self.path,
             about={**self.about, **about},
         )
+
+    def redrawn(self, values: np.ndarray) -> Gridded:
+        """As `with_brdf`, for many tables of much the same f with data at the same nodes: with this one's tables of
+        sampling and compiled formulas, which take longer to make than an integral. f is what `with_brdf` gives.
+        """
+        found = self.with_brdf(values)
+        found.__dict__["_kept"] = {**found._looked_up(), **{name: self._kept[name] for name in KINDS}}
+        if found.holes == self.holes:
+            found.__dict__["_identity"] = self.identity()
+        return found
 
     def _as_brdf(self, values: np.ndarray) -> np.ndarray:
         with np.errstate(invalid="ignore"):

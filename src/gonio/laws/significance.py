@@ -19,7 +19,7 @@ from ..interface import Reflectance, direction
 from ..nicodemus import reflectance_factor
 from ..uncertainty.functionals import Linear, linear, named
 from ..uncertainty.sensitivity import Coefficients, by_channel, coefficients
-from ..uncertainty.table import table_errors
+from ..uncertainty.table import TableErrors
 from .probes import difference, pairs, values
 from .verdict import Law
 
@@ -43,7 +43,7 @@ def _u(m: Gridded, of: Linear, value: np.ndarray, minus: Linear | None = None) -
     """Standard uncertainties (n, C) of linear results, or of differences of such."""
     found = []
     for correlation in ("independent", "common"):
-        errors = table_errors(m, correlation)
+        errors = TableErrors(m, correlation)
         if minus is None:
             latent = errors.results(of, value)
         else:

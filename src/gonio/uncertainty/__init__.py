@@ -12,15 +12,12 @@ import numpy as np
 from ..errors import MissingDataWarning, ParameterError
 from .functionals import KNOWN_NAMES, linear, named
 from .quoted import Quoted as Quoted
-from .table import TableErrors, table_errors
+from .table import TableErrors
 
 METHODS = ("first order", "Monte Carlo")
 
 EXACT, TIGHTEST = 0.3, 1e-6
 """Which share of u the error of an integral may be, and the smallest tolerance that is asked for because of it."""
-
-TOGETHER = 1 << 22
-"""How many numbers of tables are drawn at a time."""
 
 
 def with_uncertainty(
@@ -64,7 +61,7 @@ def with_uncertainty(
     if not args:
         raise ParameterError("with_uncertainty(function, m, ...): got no measurement; expected it behind the function")
     m, *rest = args
-    errors = table_errors(m, correlation, scale)
+    errors = TableErrors(m, correlation, scale)
     if method == "Monte Carlo":
         return _drawn(function, errors, rest, named_args, draws, seed, progress)
     return _first_order(function, errors, tuple(rest), named_args)
@@ -115,14 +112,11 @@ def _drawn(
         )
     random = np.random.default_rng(seed)
     at_estimate = np.asarray(function(errors.m, *args, **named_args), dtype=float)
-    size = max(1, TOGETHER // errors.u.size)
     found: list[Any] = []
-    while len(found) < draws:
-        for table in errors.draw(random, min(size, draws - len(found))):
-            drawn = errors.m.with_brdf(table)
-            found.append(np.asarray(function(drawn, *args, **named_args), dtype=float))
-            if progress is not None:
-                progress(len(found), draws)
+    for done in range(draws):
+        found.append(np.asarray(function(errors.draw(random), *args, **named_args), dtype=float))
+        if progress is not None:
+            progress(done + 1, draws)
     all_ = np.stack(found)
     value, u = all_.mean(axis=0)[()], all_.std(axis=0, ddof=1)[()]
     return Quoted(value, u, at_estimate[()], f"Monte Carlo, {draws} draws", errors.assumed, draws=all_)

@@ -122,19 +122,18 @@ class Factors:
                 sizes[axis] = f.shape[1]
         return rows
 
-    def draw(self, random: np.random.Generator, count: int) -> np.ndarray:
-        """`count` tables of errors with standard deviation 1: (nodes, C, count)."""
-        own = [len(self.channels[0]), count]
+    def draw(self, random: np.random.Generator) -> np.ndarray:
+        """A table (nodes, C) of errors with standard deviation 1."""
+        own = self.channels.shape[1]
         if self.shared is not None:
-            found = random.standard_normal((self.shared.shape[1], *own))[self.shared.indices]
+            found = random.standard_normal((self.shared.shape[1], own))[self.shared.indices]
         else:
             sizes = [n if f is None else f.shape[1] for n, f in zip(self.shape, self.angles, strict=True)]
-            found = random.standard_normal((*sizes, *own))
+            found = random.standard_normal((*sizes, own))
             for axis, f in enumerate(self.angles):
                 if f is not None:
                     found = np.moveaxis(np.tensordot(found, f, (axis, 1)), -1, axis)
-            found = found.reshape(-1, *own)
-        return np.einsum("cr,nrk->nck", self.channels, found)
+        return found.reshape(-1, own) @ self.channels.T
 
 
 def in_words(correlation: Any) -> str:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import weakref
-from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -30,19 +29,24 @@ class TableErrors:
     scale        relative standard uncertainty of all values together
     """
 
-    def __init__(self, m: Gridded, correlation: Any, scale: float | None):
+    def __init__(self, m: Reflectance, correlation: Any, scale: float | None = None):
+        if not isinstance(m, Gridded):
+            raise ParameterError(
+                f"{m!r:.80}: expected a measured table with uncertainties; gn.tabulate makes a table of any "
+                f"reflectance, and t.with_brdf(t.brdf(), u) gives it the standard uncertainties u [1/sr]"
+            )
         self.m = m
         self.scale = _scale(m, scale)
-        self.assumed = in_words(correlation) + (f", and of scale ({self.scale:.2g})" if self.scale else "")
         self.u = by_channel(_uncertainty(m, self.scale), m)
-        self.lengths = lengths(correlation, tuple(m.axes))
+        found = lengths(correlation, tuple(m.axes))
+        self.assumed = in_words(correlation) + (f", and of scale ({self.scale:.2g})" if self.scale else "")
         names = m.channel_names
         numbers = names is not None and not any(isinstance(x, str) for x in names)
         channels: Any = np.array(names, dtype=float) if numbers else self.u.shape[1]
-        periods = {} if m.is_mirrored else m.periods
+        circles = {name: p for k, (name, p) in enumerate(m.periods.items()) if not (m.is_mirrored and k == 0)}
         shared = m.nodes[2] if isinstance(m, Scattered) else None
-        self.factors = Factors(m.axes, channels, self.lengths, periods, shared)
-        self.ledger = Ledger()
+        self.factors = Factors(m.axes, channels, found, circles, shared)
+        self.ledger = _ledger(m, (*found.items(), self.scale))
 
     def results(self, of: Linear, values: Any) -> Latent:
         """Results (...[, C]) of a linear function in terms of independent errors."""
@@ -50,7 +54,7 @@ class TableErrors:
         return self.latent(coefficients(self.m, of, n), np.reshape(values, (-1, self.u.shape[1])))
 
     def roughly(self, of: Linear) -> float:
-        """The smallest standard uncertainty of a few results of a linear function, NaN if there is none."""
+        """The smallest standard uncertainty of a few results of a linear function, infinite if there is none."""
         found = coefficients(self.m, of, FEWEST, min(math.prod(of.shape), TRIED))
         u = self.latent(found, np.full((found.rows[0].shape[0], self.u.shape[1]), 0.0)).u
         return float(np.min(u[u > 0.0], initial=math.inf))
@@ -85,34 +89,23 @@ class TableErrors:
         missing = np.stack(unknown, axis=1).reshape(-1) | np.isnan(flat)
         return Latent(sparse.csr_array(stacked), missing, self.ledger)
 
-    def draw(self, random: np.random.Generator, count: int) -> np.ndarray:
-        """`count` tables of f [1/sr] (count, grid...[, C]) as they may have been measured; unknown errors are 0."""
+    def draw(self, random: np.random.Generator) -> Gridded:
+        """The table as it may have been measured. Unknown uncertainties count as 0."""
         f = self.m.brdf()
-        noise = np.moveaxis(self.factors.draw(random, count), -1, 0)
-        tables = f + (noise * np.nan_to_num(self.u)).reshape(count, *f.shape)
-        if self.scale:
-            tables = tables * (1.0 + self.scale * random.standard_normal((count, *(1 for _ in f.shape))))
-        return tables
+        noise = self.factors.draw(random) * np.nan_to_num(self.u)
+        table = (f + noise.reshape(f.shape)) * (1.0 + self.scale * random.standard_normal())
+        return self.m.redrawn(table)
 
 
-def table_errors(m: Reflectance, correlation: Any, scale: float | None = None) -> TableErrors:
-    """The errors of a table: the same object for the same table and assumption, so that results know of each other."""
-    if not isinstance(m, Gridded):
-        raise ParameterError(
-            f"{m!r:.80}: expected a measured table with uncertainties; gn.tabulate makes a table of any reflectance, "
-            f"and t.with_brdf(t.brdf(), u) gives it the standard uncertainties u [1/sr]"
-        )
-    said = tuple(correlation.items()) if isinstance(correlation, Mapping) else correlation
-    kept = _KEPT.setdefault(id(m), {})
-    if not kept:
-        weakref.finalize(m, _KEPT.pop, id(m), None)
-    key = (said, scale)
-    if key not in kept:
-        kept[key] = TableErrors(m, correlation, scale)
-    return kept[key]
+def _ledger(m: Gridded, key: tuple) -> Ledger:
+    """What results of a table under an assumption are entered in: kept as long as the table is."""
+    if id(m) not in _LEDGERS:
+        _LEDGERS[id(m)] = {}
+        weakref.finalize(m, _LEDGERS.pop, id(m), None)
+    return _LEDGERS[id(m)].setdefault(key, Ledger())
 
 
-_KEPT: dict[int, dict[Any, TableErrors]] = {}
+_LEDGERS: dict[int, dict[tuple, Ledger]] = {}
 
 
 def has_uncertainty(m: Any) -> bool:
