@@ -167,7 +167,8 @@ def _within(off: dict[str, float] | None) -> str:
 def _provenance_rows(held: dict[str, Any] | None) -> list[tuple[str, str]]:
     if not held:
         return []
-    rows = [("sha256", held["sha256"]), ("read by", f"gonio {held['gonio']}")]
+    rows = [("sha256", held["sha256"])] if "sha256" in held else []
+    rows.append(("read by", f"gonio {held['gonio']}"))
     if "options" in held:
         rows.append(("read with", ", ".join(f"{k}={v}" for k, v in held["options"].items())))
     made = held.get("converted_from")

@@ -15,12 +15,14 @@ ORIGIN = "converted_from"
 
 
 def noted(m: Measured, path: Path, format: str, options: Mapping[str, Any]) -> None:
-    """Set the provenance of a measurement that was just read from a file."""
+    """Set the provenance of a measurement that was just read from a file, or from a folder, which has no SHA-256."""
     from . import __version__
 
-    with path.open("rb") as file:
-        digest = hashlib.file_digest(file, "sha256").hexdigest()
-    found = {"file": path.name, "bytes": path.stat().st_size, "sha256": digest, "format": format, "gonio": __version__}
+    found: dict[str, Any] = {"file": path.name}
+    if path.is_file():
+        with path.open("rb") as file:
+            found |= {"bytes": path.stat().st_size, "sha256": hashlib.file_digest(file, "sha256").hexdigest()}
+    found |= {"format": format, "gonio": __version__}
     if options:
         found["options"] = {name: value if _plain(value) else repr(value) for name, value in options.items()}
     if ORIGIN in m.about:

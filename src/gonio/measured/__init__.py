@@ -38,8 +38,16 @@ def load(path: str | os.PathLike, **options: Any) -> Reflectance:
     for options that the format has not.
     """
     path = Path(path)
-    if path.is_dir():
-        return _load_folder(path)
+    module = _of_folder(path) if path.is_dir() else _of_file(path)
+    _options.check(module, "read", options)
+    m = module.read(path, **options)
+    if isinstance(m, Measured):
+        provenance.noted(m, path, module.NAME, options)
+    return m
+
+
+def _of_file(path: Path) -> ModuleType:
+    """The module whose format a file's content is."""
     try:
         size = path.stat().st_size
         with path.open("rb") as file:
@@ -50,19 +58,15 @@ def load(path: str | os.PathLike, **options: Any) -> Reflectance:
         raise NotFoundError(f"{path}: cannot be read: {error.strerror}") from None
     for module in formats():
         if module.matches(head, size):
-            _options.check(module, "read", options)
-            m = module.read(path, **options)
-            if isinstance(m, Measured):
-                provenance.noted(m, path, module.NAME, options)
-            return m
+            return module
     known = "; ".join(f"{m.NAME} ({', '.join(m.SUFFIXES)})" for m in formats())
     raise FormatError(f"{path}: not a known format: starts with {head[:16]!r}, {size} bytes; known formats: {known}")
 
 
-def _load_folder(path: Path) -> Reflectance:
+def _of_folder(path: Path) -> ModuleType:
     for module in formats():
         if hasattr(module, "matches_folder") and module.matches_folder(path):
-            return module.read(path)
+            return module
     raise FormatError(f"{path}: a folder of no known format, expected a file, or a folder that gonio.save wrote")
 
 
