@@ -198,7 +198,7 @@ def write(
 
     One channel is written as Visible; RGB as CIE-X, Visible (Y) and CIE-Z (trees: Visible, CIE-u, CIE-v), in which a
     flat reflectance of 1 is 1, as in Radiance; wavelengths as these, and each on its own.
-    Means over patches keep the albedo of GGX(0.05) to 1e-5, but 4e-2 beyond 75 degrees (2e-3 of GGX(0.1)), and blur
+    Means over patches keep the albedo of GGX(0.05) to 2e-5, but 4e-2 beyond 75 degrees (2e-3 of GGX(0.1)), and blur
     what is narrower than the patches. Trees of 64 cells keep it to 1e-3, but 4e-3 beyond 70 degrees.
     Raises ParameterError for a delta lobe, for maps and other channels, and where f has no value in a patch or cell.
     """
