@@ -10,7 +10,6 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
-
 from text_files import SEEDS as TEXT
 
 import gonio as gn

@@ -66,7 +66,7 @@ def test_faults_name_their_line(tmp_path, monkeypatch, chunk, bad, says):
 
 
 def test_promises_of_a_header_are_not_believed(tmp_path):
-    with pytest.raises(FormatError, match="cut short: ends after line 2, expected 10+ rows"):
+    with pytest.raises(FormatError, match=r"cut short: ends after line 2, expected 10+ rows"):
         lines(tmp_path, b"1 2\n3 4").rows(2, 10**30)
     with pytest.raises(FormatError, match="cut short: ends after line 2"):
         lines(tmp_path, b"1 2\n3 4").numbers(10**30)

@@ -315,7 +315,7 @@ def test_alta_rows_and_bounds(tmp_path):
 def test_alta_streams(tmp_path, order):
     m = loaded(tmp_path, alta_binary(order))
     assert f(m, 0.3, 0.0, 0.1, 3.0) == pytest.approx(0.5 / math.cos(0.1))
-    with pytest.raises(gn.errors.FormatError, match="cut short: 6. bytes after line 10, expected 64"):
+    with pytest.raises(gn.errors.FormatError, match=r"cut short: 6\d bytes after line 10, expected 64"):
         loaded(tmp_path, alta_binary(order)[:-14])
     with pytest.raises(gn.errors.FormatError, match="cut short"):
         loaded(tmp_path, alta_binary(order).replace(b"COUNT 2", b"COUNT 999999999999999"))
@@ -700,7 +700,6 @@ def test_csv_keeps_grids_exactly(tmp_path, quantity, channels, kind, counts, mir
         mirrored=mirrored,
         outside="missing",
         interpolation="nearest",
-        periods={"phi_d": math.pi} if kind == "half_difference" and mirrored and False else None,
         about=about,
     )
     gn.save(m, tmp_path / "a.csv")
