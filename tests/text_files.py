@@ -108,9 +108,8 @@ theta_i,phi_i,theta_o,phi_o,f_R,f_G,u_f_R,u_f_G
 
 def alta_binary(order: str = "<", rows: tuple = ((0.1, 0.3, 0.0, 0.25), (0.1, 0.3, 3.0, 0.5))) -> bytes:
     head = (
-        "#DIM 3 1\n#PARAM_IN  ISOTROPIC_TV_TL_DPHI\n#PARAM_OUT INV_STERADIAN_COSINE_FACTOR\n"
-        "#FORMAT binary\n#VERSION 0\n"
-        f"#PRECISION ieee754-double\n#SAMPLE_COUNT {len(rows)}\n#VS 0\n"
+        "#DIM 3 1\n#PARAM_IN  ISOTROPIC_TV_TL_DPHI\n#PARAM_OUT INV_STERADIAN_COSINE_FACTOR\n#FORMAT binary\n"
+        f"#VERSION 0\n#PRECISION ieee754-double\n#SAMPLE_COUNT {len(rows)}\n#VS 0\n"
         f"#ENDIAN {'little' if order == '<' else 'big'}\n#BEGIN_STREAM\n"
     )
     return head.encode() + b"".join(struct.pack(f"{order}{len(r)}d", *r) for r in rows) + b"\n#END_STREAM\n"

@@ -31,16 +31,18 @@ _SEPARATORS = str.maketrans(",;", "  ")
 _NUMBER = re.compile(r"[-+]?(?:(?:\d+\.?\d*|\.\d+)(?:e[-+]?\d+)?|inf(?:inity)?|nan)", re.ASCII | re.IGNORECASE)
 
 
-def read(path: str | os.PathLike, comment: str | tuple[str, ...] = (), mixed: bool = False) -> Lines:
+def read(path: str | os.PathLike, comment: str | tuple[str, ...] = (), mixed: re.Pattern[bytes] | None = None) -> Lines:
     """The lines of a text file; those that begin with `comment` are passed over. Raises what `decode` raises.
 
-    `mixed`: there are binary numbers between lines; the text is Latin-1 then, and `Lines.bytes` can be used.
+    `mixed`: where this is found there are binary numbers between lines; the text is Latin-1 then (`Lines.mixed`).
     """
     size = os.path.getsize(path)
     if size > LIMIT:
         raise FormatError(f"{path}: {size} bytes, expected a text file of at most {LIMIT}; split it into several")
     content = Path(path).read_bytes()
-    return Lines(path, content.decode("latin-1") if mixed else decode(path, content), comment)
+    if mixed is not None and mixed.search(content):
+        return Lines(path, content.decode("latin-1"), comment, mixed=True)
+    return Lines(path, decode(path, content), comment)
 
 
 def decode(path: str | os.PathLike, content: bytes) -> str:
@@ -73,10 +75,11 @@ class Lines:
     path     for messages
     number   of the line read last, counted from 1
     comment  how lines begin that are passed over
+    mixed    whether there are bytes between lines, and characters are bytes
     """
 
-    def __init__(self, path: str | os.PathLike, text: str, comment: str | tuple[str, ...] = ()):
-        self.path, self.number = str(path), 0
+    def __init__(self, path: str | os.PathLike, text: str, comment: str | tuple[str, ...] = (), mixed: bool = False):
+        self.path, self.number, self.mixed = str(path), 0, mixed
         self._text, self._at, self.comment = text, 0, comment
 
     def __iter__(self) -> Iterator[str]:

@@ -45,6 +45,7 @@ ORIENTED = ("RUSIN_TH_PH_TD", "RUSIN_VH")
 
 _DIM = re.compile(r"^[ \t]*#[ \t]*DIM[ \t]+\d+[ \t]+\d+[ \t]*$", re.MULTILINE)
 _FUNCTION = re.compile(r"^[ \t]*#[ \t]*FUNC\b", re.MULTILINE)
+_STREAM = re.compile(rb"^[ \t]*#[ \t]*BEGIN_STREAM", re.MULTILINE)
 _KEY = re.compile(r"#\s*([A-Z_]+)\s+(\S.*)")
 
 
@@ -62,14 +63,12 @@ def read(path: Path, param_in: str | None = None, param_out: str | None = None) 
     width/sqrt(12) (GUM 4.3.7). The rows are kept in `about["alta"]` to be written again.
     Raises FormatError where the file is damaged, with the line.
     """
-    with Path(path).open("rb") as file:
-        binary = bool(re.search(rb"#[ \t]*BEGIN_STREAM", file.read(65536)))
-    lines = _text.read(path, mixed=binary)
+    lines = _text.read(path, mixed=_STREAM)
     header = _header(lines)
     if param_in or param_out:
         given = {"PARAM_IN": param_in, "PARAM_OUT": param_out}
         header |= {key: value for key, value in given.items() if value}
-    rows = _stream(lines, header) if binary else _rows(lines, header)
+    rows = _stream(lines, header) if lines.mixed else _rows(lines, header)
     if not len(rows):
         raise lines.cut_short("rows of numbers")
     return _material(header, rows, str(path))

@@ -43,6 +43,7 @@ OF_BLOCK = ("NAME", "SOURCE_TYPE", "DEVICE", "CREATION_DATE", "MEASUREMENT_DATE"
 LISTS = ("WAVELENGTH_LIST", *(f"PARAM{k}_LIST" for k in range(5)))
 
 _START = re.compile(r"\s*(?:#.*\s+)*VERSION[ \t]+\d+\.\d+")
+_BINARY = re.compile(rb"^[ \t]*DATA[ \t]+binary", re.MULTILINE | re.IGNORECASE)
 _TYPE = re.compile(r"^[ \t]*DATA_TYPE[ \t]+\w+", re.MULTILINE)
 
 
@@ -66,18 +67,14 @@ def read(path: Path) -> Gridded:
     A grid about other directions than the mirror's (PARAM4_LIST) becomes `Scattered`. Raises FormatError where the file
     is damaged, with the line, or has no BRDF.
     """
-    with Path(path).open("rb") as file:
-        content = file.read(_text.LIMIT)
-    mixed = re.search(rb"(?m)^[ \t]*DATA[ \t]+binary", content.replace(b"\r", b"\n")) is not None
-    del content
-    lines = _text.read(path, comment=("# ", "#\t"), mixed=mixed)
+    lines = _text.read(path, comment=("# ", "#\t"), mixed=_BINARY)
     about, blocks = {}, []
     while (line := lines.peek()) is not None and not line.upper().startswith("DATA_TYPE"):
         lines.next()
-        name, value = _entry(line, mixed)
+        name, value = _entry(line, lines.mixed)
         about[name] = value
     while lines.peek() is not None:
-        blocks.append(_block(lines, mixed))
+        blocks.append(_block(lines))
     types = [block.entries["DATA_TYPE"] for block in blocks]
     if "brdf" not in types or len(set(types)) < len(types):
         raise FormatError(f"{path}: has blocks {types or 'none'}, expected one brdf and at most one of each other type")
@@ -95,11 +92,11 @@ def _entry(line: str, mixed: bool) -> tuple[str, str]:
     return name.upper(), value.encode("latin-1").decode("utf-8", "replace") if mixed else value
 
 
-def _block(lines: _text.Lines, mixed: bool) -> Block:
+def _block(lines: _text.Lines) -> Block:
     entries: dict[str, str] = {}
     lists: dict[str, np.ndarray] = {}
     while "DATA" not in entries:
-        name, value = _entry(lines.take("DATA ascii or DATA binary, and a table"), mixed)
+        name, value = _entry(lines.take("DATA ascii or DATA binary, and a table"), lines.mixed)
         if name in entries:
             raise lines.fault(name, "each entry of a block once")
         if name in LISTS:
