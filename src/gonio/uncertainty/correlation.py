@@ -18,6 +18,9 @@ WORDS = ("independent", "common", "channel")
 LOST = 1e-12
 """Which share of the variance along an axis may be left out."""
 
+SPARSE = 1e-3
+"""Up to which share of numbers that are not 0 rows stay sparse, where errors are correlated over some distance."""
+
 Lengths = dict[str, float]
 """Axis -> correlation length: 0 for independent errors, infinite for one error that is common along the axis."""
 
@@ -114,6 +117,9 @@ class Factors:
         """Rows (n, nodes) of sensitivities to errors of the table -> to the independent errors that make them."""
         if self.shared is not None:
             return sparse.csr_array(rows @ self.shared)
+        wide = any(f is not None and f.shape[1] > 1 for f in self.angles)
+        if wide and rows.nnz > SPARSE * math.prod(rows.shape):
+            return sparse.vstack([self._row(rows[i : i + 1]) for i in range(rows.shape[0])], format="csr")
         sizes = list(self.shape)
         for axis, f in enumerate(self.angles):
             if f is not None:
@@ -121,6 +127,14 @@ class Factors:
                 rows = sparse.csr_array(rows @ sparse.kron(sparse.kron(before, f), behind, format="csr"))
                 sizes[axis] = f.shape[1]
         return rows
+
+    def _row(self, row: sparse.csr_array) -> sparse.csr_array:
+        """The same of one row (1, nodes) with many numbers, axis by axis."""
+        table = row.toarray().reshape(self.shape)
+        for axis, f in enumerate(self.angles):
+            if f is not None:
+                table = np.moveaxis(np.tensordot(table, f, (axis, 0)), -1, axis)
+        return sparse.csr_array(table.reshape(1, -1))
 
     def draw(self, random: np.random.Generator) -> np.ndarray:
         """A table (nodes, C) of errors with standard deviation 1."""

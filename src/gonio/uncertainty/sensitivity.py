@@ -44,17 +44,24 @@ def coefficients(m: Gridded, of: Linear, n: int, only: int | None = None) -> Coe
 
     Holes count as 0 in an integral and make f unknown; nodes around them share their weights, as `Gridded` does it.
     """
-    valid, pattern = np.unique(~np.isnan(by_channel(m.brdf(), m)), axis=1, return_inverse=True)
+    valid, pattern = _patterns(~np.isnan(by_channel(m.brdf(), m)))
     count = int(np.prod(of.shape)) if only is None else only
-    parts: list[list[Any]] = [[] for _ in range(valid.shape[1])]
+    parts: list[list[Any]] = [[] for _ in valid]
     for pairs in of.pairs(n):
         if only is not None and np.max(pairs.row) >= only:
             break
         node, weight = _around(m, pairs)
-        for part, known in zip(parts, valid.T, strict=True):
-            part.append(_row(node, _shares(m, node, weight, known) * pairs.weight, pairs, valid.shape[0]))
-    empty = sparse.csr_array((count, valid.shape[0]))
-    return Coefficients([sparse.vstack(p, format="csr") if p else empty for p in parts], pattern.reshape(-1))
+        for part, known in zip(parts, valid, strict=True):
+            part.append(_row(node, _shares(m, node, weight, known) * pairs.weight, pairs, valid.shape[1]))
+    empty = sparse.csr_array((count, valid.shape[1]))
+    return Coefficients([sparse.vstack(p, format="csr") if p else empty for p in parts], pattern)
+
+
+def _patterns(valid: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The different columns of (nodes, C), as rows, and which of them each channel has."""
+    found: dict[bytes, int] = {}
+    pattern = [found.setdefault(column.tobytes(), len(found)) for column in valid.T]
+    return np.stack([np.frombuffer(key, dtype=bool) for key in found]), np.array(pattern)
 
 
 def _around(m: Gridded, pairs: Pairs) -> tuple[np.ndarray, np.ndarray]:
