@@ -14,7 +14,7 @@ import pytest
 
 import gonio as gn
 from gonio.errors import Error, FormatError, NotFoundError, ParameterError
-from gonio.measured import _tensor_file, csail, curet, formats, kaist, load, neural, save, scatfun, utia
+from gonio.measured import _scatfun_file, _tensor_file, csail, curet, formats, kaist, load, neural, save, scatfun, utia
 from gonio.measured.kaist import KAIST
 
 REAL = Path(__file__).parents[2] / "shared" / "data"
@@ -264,7 +264,7 @@ def test_scatfun_damage(tmp_path):
 def test_scatfun_gzip(tmp_path):
     data = random_layered(1)
     packed = gzip.compress(data)
-    assert load(written(tmp_path, packed)) == scatfun.Scatfun(scatfun.parse(data, ""))
+    assert load(written(tmp_path, packed)) == scatfun.Scatfun(_scatfun_file.parse(data, ""))
     # 4000 nodes and no coefficients: 192 MB of zeros after the header.
     nodes = np.linspace(-1.0, 1.0, 4000, dtype="f4")
     head = struct.pack("<7sB9I5f", b"SCATFUN", 1, 1, 4000, 0, 1, 1, 1, 0, 0, 0, 1.0, *[0.0] * 4)
