@@ -22,6 +22,10 @@ INCIDENCE = (0.0, 20.0, 40.0, 60.0, 80.0)
 """Polar angles [degrees] at which albedos are compared."""
 
 
+Channels = Sequence[int] | np.ndarray | None
+"""What of a reflectance's channels is compared: their numbers, a matrix that they are multiplied by, or all."""
+
+
 class ResamplingError(NamedTuple):
     """How much a table differs from what it was made of, at pairs of directions with cosines above 0.1.
 
@@ -45,11 +49,9 @@ def lattice_pairs(count: int, least: float = COSINE) -> tuple[np.ndarray, np.nda
     return direction(theta[:, 0], 2.0 * math.pi * u[:, 2]), direction(theta[:, 1], 2.0 * math.pi * u[:, 3])
 
 
-def resampling_error(
-    m: Reflectance, made: Reflectance, of: Sequence[int] | None = None, to: Sequence[int] | None = None
-) -> ResamplingError:
-    """What `made` differs from `m` by. `of` and `to`: numbers of the channels of each that are compared, all if not
-    given; one channel is compared with every one."""
+def resampling_error(m: Reflectance, made: Reflectance, of: Channels = None, to: Channels = None) -> ResamplingError:
+    """What `made` differs from `m` by, in the channels `of` one and `to` those of the other; one channel is compared
+    with every one."""
     wi, wo = lattice_pairs(PAIRS)
     true, found = (_picked(x.f(wi, wo), len(wi), c) for x, c in ((m, of), (made, to)))
     true, found = np.broadcast_arrays(true, found)
@@ -68,7 +70,7 @@ def resampling_error(
     return ResamplingError(float(every.mean()), float(np.quantile(every, 0.99)), float(every.max()), albedo, at)
 
 
-def _albedo_change(m: Reflectance, made: Reflectance, of: Sequence[int] | None, to: Sequence[int] | None) -> float:
+def _albedo_change(m: Reflectance, made: Reflectance, of: Channels, to: Channels) -> float:
     w = direction(np.radians(INCIDENCE), 0.3)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", MissingDataWarning)
@@ -76,6 +78,8 @@ def _albedo_change(m: Reflectance, made: Reflectance, of: Sequence[int] | None, 
     return float(np.abs(after - before).max())
 
 
-def _picked(values: np.ndarray, count: int, channels: Sequence[int] | None) -> np.ndarray:
+def _picked(values: np.ndarray, count: int, channels: Channels) -> np.ndarray:
     values = values.reshape(count, -1)
+    if isinstance(channels, np.ndarray):
+        return values @ channels.T
     return values if channels is None else values[:, list(channels)]

@@ -10,11 +10,12 @@ from typing import Any
 
 import numpy as np
 
-from .comparison import ResamplingError, lattice_pairs, resampling_error
+from .comparison import Channels, ResamplingError, lattice_pairs, resampling_error
 from .interface import Reflectance
 from .measured import load, save, writer
 from .measurement import Measured
 from .provenance import ORIGIN
+from .spectrum import XYZ_TO_SRGB
 
 
 @dataclass(frozen=True)
@@ -114,11 +115,18 @@ def _names(m: Reflectance) -> tuple | None:
     return ("R", "G", "B") if shape[-1] == 3 else tuple(range(shape[-1])) if shape[-1] > 1 else None
 
 
-def _common(before: tuple | None, after: tuple | None) -> tuple[list[int], list[int]] | None:
-    """Numbers of the channels to compare: of the same name, or every one with an only one; None if there are none."""
+RGB, XYZ = ("R", "G", "B"), ("X", "Y", "Z")
+
+
+def _common(before: tuple | None, after: tuple | None) -> tuple[Channels, Channels] | None:
+    """The channels to compare: of the same name, or every one with an only one, or colours as linear sRGB; None if
+    there are none."""
     count, made = len(before or (0,)), len(after or (0,))
     if before is None or after is None or 1 in (count, made):
         return list(range(count)), list(range(made))
+    if {before, after} == {RGB, XYZ}:
+        every = [0, 1, 2]
+        return (every, XYZ_TO_SRGB) if after == XYZ else (XYZ_TO_SRGB, every)
     of = [i for i, name in enumerate(before) if _place(name, after) is not None]
     return (of, [_place(before[i], after) or 0 for i in of]) if of else None
 
@@ -161,6 +169,8 @@ def _again(m: Measured, made: Reflectance) -> bool:
 def _channels(before: tuple | None, after: tuple | None, lost: dict[str, str], gained: dict[str, str]) -> None:
     if before is None and after is not None and len(after) > 1:
         gained["channels"] = f"one became {len(after)}, all the same"
+        return
+    if {before, after} == {RGB, XYZ}:
         return
     gone = [name for name in before or () if _place(name, after or ()) is None]
     if gone:

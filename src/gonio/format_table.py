@@ -14,6 +14,7 @@ from .measured._options import options
 class Format(NamedTuple):
     """A file format.
 
+    own_kind       whether nothing else can be written than what was read from the format
     sampled        whether what it is read into draws directions by its own values; None: that depends on the file
     read_options   name -> default; None of formats that are not written in `write_options`
     """
@@ -22,6 +23,7 @@ class Format(NamedTuple):
     suffixes: tuple[str, ...]
     shared_suffix: bool
     written: bool
+    own_kind: bool
     sampled: bool | None
     description: str
     oracle: str
@@ -41,6 +43,7 @@ def _row(module: ModuleType) -> Format:
         tuple(module.SUFFIXES),
         getattr(module, "SHARED_SUFFIX", False),
         written,
+        written and module.write.__annotations__["m"] != "Reflectance",
         _sampled(module),
         module.DESCRIPTION,
         module.ORACLE,
@@ -69,7 +72,7 @@ def as_page(rows: Sequence[Format]) -> str:
             row.name,
             " ".join(row.suffixes),
             "yes",
-            "yes" if row.written else "no",
+            "its own kind" if row.own_kind else "yes" if row.written else "no",
             sampled_in_words(row),
             row.description,
             row.oracle,

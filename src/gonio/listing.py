@@ -196,7 +196,7 @@ def formats_as_text(rows: Sequence[Format]) -> str:
         (
             row.name,
             " ".join(row.suffixes),
-            "read, write" if row.written else "read",
+            "read, write its own" if row.own_kind else "read, write" if row.written else "read",
             sampled_in_words(row),
             f"{row.description}; checked against: {row.oracle}",
         )

@@ -4,7 +4,7 @@ Text, a row per sample: its number, then 205 values of f (`abrdf.dat`, the mean 
 `gbrdf.dat`, `bbrdf.dat`); rho, sigma, kd of the Oren-Nayar model (`op.dat`, `opr.dat` ...); or 5 or 55 coefficients of
 Koenderink's modes up to order 2 or 8 (`kp2.dat`, `kp8.dat` ...). The directions of the 205 measurements are those
 published with the tables, in `data/curet_directions.txt`: all have a multiple of 22.5 degrees between light and viewer,
-to 1e-4 degrees. Checked against that and rows of a copy of `abrdf.dat`; of the fits only descriptions were seen.
+to 1e-4 degrees. Checked against that; no table and no fit was at hand, only descriptions.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ NAME = "CUReT"
 SUFFIXES = (".dat",)
 SHARED_SUFFIX = True
 DESCRIPTION = "BRDFs of 61 samples at 205 pairs of directions, and Oren-Nayar fits (Dana et al. 1999)"
-ORACLE = "directions: angles between light and viewer; rows of a published table"
+ORACLE = "directions: their angles between light and viewer; tables: own generator only"
 
 PAIRS = 205
 FITS = {3: "Oren-Nayar", 5: "Koenderink, order 2", 55: "Koenderink, order 8"}
