@@ -12,6 +12,7 @@ from ..geometry import Direction, dot, half_vector, reflect
 from ..interface import Reflectance
 from ..microfacet import MASKINGS
 from ..param import option, param
+from ._facets import half_and_cosine
 
 
 class CoxMunk(Reflectance):
@@ -50,11 +51,11 @@ class CoxMunk(Reflectance):
 
     def formula(self, wi: Direction, wo: Direction) -> Any:
         wi, wo = self._to_wind(wi), self._to_wind(wo)
-        wm = half_vector(wi, wo)
+        wm, cos_d = half_and_cosine(wi, wo)
         facets = self._gaussian()
         D = facets.D(wm) * self._skewed(wm)
         G = 1.0 if self.masking == "none" else MASKINGS[self.masking](facets, wi, wo, wm)
-        return D * fresnel_dielectric(dot(wo, wm), self.eta) * G / (4.0 * wi.z * wo.z)
+        return D * fresnel_dielectric(cos_d, self.eta) * G / (4.0 * wi.z * wo.z)
 
     def _variances(self) -> tuple[Any, Any]:
         """sigma_u^2, sigma_c^2."""

@@ -7,11 +7,11 @@ from typing import Any, ClassVar
 
 from .. import ops
 from ..distributions.sgd_facets import SGDFacets
-from ..geometry import Direction, dot, half_vector, polar_angle
+from ..geometry import Direction, polar_angle
 from ..microfacet import Distribution
 from ..param import param
 from ..warp import power_positive
-from ._facets import Facets
+from ._facets import Facets, half_and_cosine
 
 
 class SGD(Facets):
@@ -48,9 +48,9 @@ class SGD(Facets):
         return SGDFacets.unchecked(alpha=self.alpha, p=self.p)
 
     def formula(self, wi: Direction, wo: Direction) -> Any:
-        wm = half_vector(wi, wo)
+        wm, cos_d = half_and_cosine(wi, wo)
         masked = self._G1(wi) * self._G1(wo)
-        return self.rho_s * (1.0 / math.pi) * self._F(dot(wo, wm)) * self.facets.D(wm) * masked / (wi.z * wo.z)
+        return self.rho_s * (1.0 / math.pi) * self._F(cos_d) * self.facets.D(wm) * masked / (wi.z * wo.z)
 
     def _F(self, cos: Any) -> Any:
         m = ops.clip(1.0 - cos, 0.0, 1.0)
