@@ -1,12 +1,16 @@
 """netCDF-4 files in gonio's own layout (docs/data-model.md): what any measurement can be kept in without loss.
 
 Read and written through xarray with h5netcdf. Other HDF5 files are recognised by what is in them: NASA's MCD43A1 is
-read by `mcd43`. Before anything is read, every array is compared with the length of the file, and links to other files
-are refused.
+read by `mcd43`. A process of its own reads a file first (`_hdf5_probe`): damaged files can stop the HDF5 library, or
+never end. It compares every array with the length of the file, and refuses links to other files.
 """
 
 from __future__ import annotations
 
+import json
+import os
+import subprocess
+import sys
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -15,7 +19,7 @@ from ..dataset import from_dataset, to_dataset
 from ..errors import DependencyError, FormatError
 from ..files import replacing
 from ..interface import Reflectance
-from . import mcd43
+from . import _hdf5_probe, mcd43
 
 if TYPE_CHECKING:
     import xarray
@@ -27,10 +31,6 @@ ORACLE = "own generator; xarray, h5py"
 
 MAGIC = b"\x89HDF\r\n\x1a\n"
 CLASSIC = (b"CDF\x01", b"CDF\x02", b"CDF\x05")
-COMPRESSED = 1100
-"""No file's arrays are more than this many times as long as the file: deflate's limit is 1032."""
-SMALL = 2**20
-"""Bytes of arrays that any file may hold, as of constants that were never stored."""
 DAMAGE = (
     OSError,
     RuntimeError,
@@ -84,61 +84,29 @@ def write(
         ds.to_netcdf(temporary, engine="h5netcdf", encoding=encoding)
 
 
-def _libraries() -> Any:
+def _libraries() -> None:
     try:
         import h5netcdf  # noqa: F401
-        import h5py
+        import h5py  # noqa: F401
     except ImportError as error:
         raise DependencyError(f"netCDF files need {error.name}; pip install h5netcdf h5py") from None
-    return h5py
 
 
 def _inspected(path: Path) -> list[str]:
-    """Names of the datasets in a file, none of which is longer than the file allows."""
-    h5py, size = _libraries(), path.stat().st_size
-    names: list[str] = []
-    total = 0
+    """Names of the arrays in a file that can be read to its end, within reason and without other files."""
+    _libraries()
+    search = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
+    command = [sys.executable, _hdf5_probe.__file__, str(path)]
+    done = subprocess.run(command, env=search, capture_output=True, timeout=600.0, check=False)
     try:
-        with h5py.File(path, "r") as file:
-            waiting = [file]
-            seen = set()
-            while waiting:
-                group = waiting.pop()
-                for name in group:
-                    link = group.get(name, getlink=True)
-                    if not isinstance(link, h5py.HardLink):
-                        raise FormatError(f"{path}: {name} is a link to elsewhere, expected the data itself")
-                    found = group[name]
-                    address = h5py.h5o.get_info(found.id).addr
-                    if address in seen:
-                        continue
-                    seen.add(address)
-                    if isinstance(found, h5py.Group):
-                        waiting.append(found)
-                        continue
-                    if isinstance(found, h5py.Dataset):
-                        names.append(found.name.lstrip("/"))
-                        total += _bytes(found, path)
-    except DAMAGE as error:
-        if isinstance(error, FormatError):
-            raise
-        raise FormatError(f"{path}: HDF5 file that is damaged or cut short: {error}; fetch it again") from None
-    if total > COMPRESSED * size + SMALL:
-        raise FormatError(f"{path}: says that it holds {total} bytes of numbers, which {size} bytes of file cannot")
-    return names
-
-
-def _bytes(found: Any, path: Path) -> int:
-    """Memory that an array takes, or one of its chunks if that is more."""
-    if found.external or found.is_virtual:
-        raise FormatError(f"{path}: {found.name} is kept in other files, expected the data itself")
-    cells = 1 if found.shape is not None else 0
-    for n in found.shape or ():
-        cells *= int(n)
-    chunk = 1
-    for n in found.chunks or ():
-        chunk *= int(n)
-    return max(cells, chunk) * int(found.dtype.itemsize)
+        found = json.loads(done.stdout)
+    except ValueError:
+        raise FormatError(
+            f"{path}: HDF5 file that is damaged: the HDF5 library does not come to an end with it; fetch it again"
+        ) from None
+    if "refused" in found:
+        raise FormatError(f"{path}: {found['refused']}")
+    return found["names"]
 
 
 def _opened(path: Path) -> xarray.Dataset:

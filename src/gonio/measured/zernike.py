@@ -51,7 +51,7 @@ def matches(head: bytes, size: int) -> bool:
         *orders, _ = map(float, rows[0])
     except ValueError:
         return False
-    return all(x == int(min(max(x, -99.0), 99.0)) for x in orders) and 1 <= orders[0] <= orders[1] <= 4
+    return all(abs(x) < 100.0 and x == int(x) for x in orders) and 1 <= orders[0] <= orders[1] <= 4
 
 
 def read(path: Path, wavelengths: Sequence[float] | None = None) -> Zernike:
