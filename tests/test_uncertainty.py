@@ -47,8 +47,8 @@ def rough(seed=1, spread=0.2, **more):
     return Gridded("angles", ANGLES, values, uncertainty=0.05 * np.abs(values), **more)
 
 
-def quote(function, *args, **more):
-    return gn.with_uncertainty(function, *args, **more)
+def quote(function, *args, correlation="independent", **more):
+    return gn.with_uncertainty(function, *args, correlation=correlation, **more)
 
 
 def hats():
@@ -265,6 +265,8 @@ def test_rows_in_no_grid_share_their_errors_with_the_nodes_around_them():
     u, common = (quote(gn.albedo, m, WI, correlation=c).u for c in ("independent", "common"))
     assert common == pytest.approx(0.02 * RHO, rel=1e-2)
     assert 0.02 * RHO / math.sqrt(n) < u < common  # as if all nodes were independent: below a hundredth of it
+    bare = Scattered(*angles, values)
+    assert quote(gn.albedo, bare, WI, scale=0.01).u == pytest.approx(0.01 * RHO, rel=1e-2)
     drawn = TableErrors(m, "independent").draw(np.random.default_rng(1)).brdf() - m.brdf()
     assert 0.5 * n < len(np.unique(drawn.round(12))) <= n
 
@@ -393,6 +395,12 @@ def test_words():
     assert str(several) == "[0.500(10) 0.500(10)]"
 
 
+def test_no_results():
+    q = quote(gn.albedo, lambertian(), np.zeros((0, 3)))
+    assert q.u.shape == (0,)
+    assert q.ufloat().shape == (0,)
+
+
 def test_unknown_uncertainties():
     u = np.full(SHAPE, 0.003)
     u[3] = np.nan
@@ -437,6 +445,7 @@ def test_no_data_has_no_uncertainty():
         (lambda m: quote(gn.albedo, gn.Lambertian(0.5), WI), "gn.tabulate"),
         (lambda m: quote(gn.albedo), "got no measurement"),
         (lambda m: quote(gn.albedo, Gridded("angles", ANGLES, np.ones(SHAPE)), WI), "holds no uncertainty"),
+        (lambda m: quote(repr, m, method="Monte Carlo", draws=2), "expected a number or an array"),
         (lambda m: quote(gn.albedo, m, WI).interval(95), "between 0 and 1"),
         (lambda m: quote(gn.albedo, m.with_brdf(m.brdf(), -m.brdf()), WI), "negative"),
         (lambda m: quote(gn.reflectance, m, WI, WI), "infinitely little"),
