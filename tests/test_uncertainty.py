@@ -9,6 +9,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from scipy import sparse
 
 import gonio as gn
 from gonio import arguments
@@ -16,8 +17,10 @@ from gonio.cli import cli
 from gonio.errors import MissingDataWarning
 from gonio.gridded import Gridded
 from gonio.interface import Reflectance
+from gonio.laws.significance import judged
+from gonio.laws.verdict import Law
 from gonio.scattered import Scattered
-from gonio.uncertainty.correlation import factor
+from gonio.uncertainty.correlation import Factors, factor
 from gonio.uncertainty.functionals import linear, named
 from gonio.uncertainty.quoted import rounded
 from gonio.uncertainty.sensitivity import by_channel, coefficients
@@ -44,8 +47,8 @@ def rough(seed=1, spread=0.2, **more):
     return Gridded("angles", ANGLES, values, uncertainty=0.05 * np.abs(values), **more)
 
 
-def quote(function, *args, **more):
-    return gn.with_uncertainty(function, *args, **more)
+def quote(function, *args, correlation="independent", **more):
+    return gn.with_uncertainty(function, *args, correlation=correlation, **more)
 
 
 def hats():
@@ -148,7 +151,7 @@ def test_coefficients_give_f(layout, holes):
     values = rng.random((*(len(x) for x in axes.values()), 2))
     values[rng.random(values.shape) < holes] = np.nan
     m = Gridded(name, axes, values, channels=["A", "B"], **more)
-    wi, wo = (gn.direction(1.5 * rng.random(500), 7.0 * rng.random(500)) for _ in range(2))
+    wi, wo = (gn.direction(1.6 * rng.random(500), 7.0 * rng.random(500)) for _ in range(2))  # some below the horizon
     f = m.f(wi, wo)
     found = coefficients(m, linear(Reflectance.f, {"wi": wi, "wo": wo}), 1)
     table = np.nan_to_num(by_channel(m.brdf(), m))
@@ -211,6 +214,16 @@ def test_factors_make_the_correlation_matrix(period):
     assert factor(nodes, math.inf) @ factor(nodes, math.inf).T == pytest.approx(np.ones((5, 5)))
 
 
+def test_sparse_and_dense_rows_agree():
+    rng = np.random.default_rng(6)
+    factors = Factors(ANGLES, 1, {"theta_i": 0.3, "theta_o": 0.2, "phi": 0.5, "channel": 0.0}, {"phi": 2.0 * np.pi})
+    few = np.zeros((3000, math.prod(SHAPE)))
+    few[0, [7, 99, 500]] = rng.random(3)
+    found = [factors.on_angles(sparse.csr_array(rows)).toarray()[0] for rows in (few, few[:1])]
+    assert found[0] == pytest.approx(found[1], abs=1e-12)
+    assert (found[0] != 0.0).sum() > 3
+
+
 def test_an_axis_of_azimuths_is_a_circle():
     m = lambertian()
     wi, wo = gn.direction(THETA_I[2], 0.0), gn.direction(THETA_O[3], PHI[[0, -1]])
@@ -236,6 +249,9 @@ def test_channels():
     assert u[0] == pytest.approx(0.02 * RHO * np.array([0.5, 1.0, 1.5]), rel=2e-3)
     V = quote(gn.albedo, m, WI, correlation={"channel": 80.0}).covariance
     assert V[0, 1] / math.sqrt(V[0, 0] * V[1, 1]) == pytest.approx(math.exp(-0.5 * (100.0 / 80.0) ** 2), rel=1e-9)
+    several = quote(gn.albedo, m, gn.direction(np.array([0.5, 1.2]), 0.0))
+    for k, theta in enumerate((0.5, 1.2)):
+        assert several.u[k] == pytest.approx(quote(gn.albedo, m, gn.direction(theta, 0.0)).u, rel=2e-2)
     with pytest.raises(gn.Error, match="no wavelengths"):
         quote(gn.albedo, spectral(("R", "G", "B")), WI, correlation={"channel": 80.0})
 
@@ -249,6 +265,8 @@ def test_rows_in_no_grid_share_their_errors_with_the_nodes_around_them():
     u, common = (quote(gn.albedo, m, WI, correlation=c).u for c in ("independent", "common"))
     assert common == pytest.approx(0.02 * RHO, rel=1e-2)
     assert 0.02 * RHO / math.sqrt(n) < u < common  # as if all nodes were independent: below a hundredth of it
+    bare = Scattered(*angles, values)
+    assert quote(gn.albedo, bare, WI, scale=0.01).u == pytest.approx(0.01 * RHO, rel=1e-2)
     drawn = TableErrors(m, "independent").draw(np.random.default_rng(1)).brdf() - m.brdf()
     assert 0.5 * n < len(np.unique(drawn.round(12))) <= n
 
@@ -377,6 +395,12 @@ def test_words():
     assert str(several) == "[0.500(10) 0.500(10)]"
 
 
+def test_no_results():
+    q = quote(gn.albedo, lambertian(), np.zeros((0, 3)))
+    assert q.u.shape == (0,)
+    assert q.ufloat().shape == (0,)
+
+
 def test_unknown_uncertainties():
     u = np.full(SHAPE, 0.003)
     u[3] = np.nan
@@ -421,6 +445,7 @@ def test_no_data_has_no_uncertainty():
         (lambda m: quote(gn.albedo, gn.Lambertian(0.5), WI), "gn.tabulate"),
         (lambda m: quote(gn.albedo), "got no measurement"),
         (lambda m: quote(gn.albedo, Gridded("angles", ANGLES, np.ones(SHAPE)), WI), "holds no uncertainty"),
+        (lambda m: quote(repr, m, method="Monte Carlo", draws=2), "expected a number or an array"),
         (lambda m: quote(gn.albedo, m, WI).interval(95), "between 0 and 1"),
         (lambda m: quote(gn.albedo, m.with_brdf(m.brdf(), -m.brdf()), WI), "negative"),
         (lambda m: quote(gn.reflectance, m, WI, WI), "infinitely little"),
@@ -453,6 +478,15 @@ def test_check_says_whether_a_failure_is_significant():
     assert stated["reciprocity"].u == pytest.approx(0.03, rel=1.0)
     assert f"max albedo = {stated['energy'].value:.4g} ± " in str(stated)
     assert json.loads(json.dumps(stated.to_json()))["laws"][2]["u"] == stated["energy"].u
+
+
+def test_the_uncertainty_of_a_difference():
+    values = np.full((5, 5, 12), RHO / np.pi)
+    m = Gridded("angles", {**ANGLES, "theta_o": THETA_I}, values, uncertainty=0.03 * values)
+    at = dict(zip(("theta_i", "phi_i", "theta_o", "phi_o"), (20.0, 0.0, 60.0, 30.0), strict=True))
+    found = judged(m, Law("reciprocity", False, 0.1, 1e-4, "", at))
+    assert found.u == pytest.approx(0.03 * math.sqrt(2.0), rel=1e-6)  # of two nodes; a common error cancels
+    assert found.significance.startswith("0.0% of the pairs")
 
 
 def test_check_of_negative_values():

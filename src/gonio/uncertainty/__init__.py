@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from ..errors import MissingDataWarning, ParameterError
+from ..errors import MissingDataWarning, ParameterError, ShapeError
 from .functionals import KNOWN_NAMES, linear, named
 from .quoted import Quoted as Quoted
 from .table import TableErrors
@@ -23,7 +23,7 @@ EXACT, TIGHTEST = 0.3, 1e-6
 def with_uncertainty(
     function: Callable,
     *args: Any,
-    correlation: str | float | Mapping[str, float] = "independent",
+    correlation: str | float | Mapping[str, float],
     method: str = "first order",
     scale: float | None = None,
     draws: int = 1000,
@@ -33,7 +33,7 @@ def with_uncertainty(
 ) -> Quoted:
     """`function(m, ...)` of a measured table m, with the standard uncertainty that follows from those of its values.
 
-        gn.with_uncertainty(gn.albedo, m, wi)
+        gn.with_uncertainty(gn.albedo, m, wi, correlation="independent")
         gn.with_uncertainty(m.f, wi, wo, correlation="common")
 
     first order   f and its integrals are linear in the table, rho = sum c_k v_k, so that u^2 = c^T V c is exact, with
@@ -43,10 +43,10 @@ def with_uncertainty(
     Monte Carlo   any function: it is called with `draws` tables as they may have been measured, values with normally
                   distributed errors. What it returns is a number or an array. JCGM 101:2008.
 
-    `correlation`: how the errors of the values go together. "independent" (repeatability), "common" to all values
-    (calibration), common within a "channel", a correlation length [rad] along all angles, or a mapping from axes of the
-    table and "channel" to correlation lengths [rad, nm], math.inf for errors that are common along an axis: R =
-    product of exp(-d^2 / 2 length^2). `scale`: relative standard uncertainty of all values together, in addition;
+    `correlation`: how the errors of the values go together, which no file says and which matters most: "independent"
+    (repeatability), "common" to all values (calibration), common within a "channel", a correlation length [rad] along
+    all angles, or a mapping from axes of the table and "channel" to correlation lengths [rad, nm], math.inf for errors
+    that are common along an axis: R = product of exp(-d^2 / 2 length^2). `scale`: relative standard uncertainty of all values together, in addition;
     without it what the measurement itself says (`m.about["scale_uncertainty"]`).
 
     Error    first order: u to 1 % (a sum over 2^13 to 2^18 pairs of directions, doubled until u changes by less than
@@ -55,9 +55,8 @@ def with_uncertainty(
     """
     if method not in METHODS:
         raise ParameterError(f"method={method!r:.40}: expected one of {', '.join(map(repr, METHODS))}")
-    owner = getattr(function, "__self__", None)
-    if owner is not None:
-        function, args = function.__func__, (owner, *args)  # type: ignore[attr-defined]
+    if inspect.ismethod(function):
+        function, args = function.__func__, (function.__self__, *args)
     if not args:
         raise ParameterError("with_uncertainty(function, m, ...): got no measurement; expected it behind the function")
     m, *rest = args
@@ -111,12 +110,26 @@ def _drawn(
             "Monte Carlo: the uncertainty of some values is unknown (NaN); fill those in, as m.with_brdf(m.brdf(), u)"
         )
     random = np.random.default_rng(seed)
-    at_estimate = np.asarray(function(errors.m, *args, **named_args), dtype=float)
-    found: list[Any] = []
+    at_estimate = _numbers(function(errors.m, *args, **named_args))
+    found: list[np.ndarray] = []
     for done in range(draws):
-        found.append(np.asarray(function(errors.draw(random), *args, **named_args), dtype=float))
+        found.append(_numbers(function(errors.draw(random), *args, **named_args)))
+        if found[-1].shape != at_estimate.shape:
+            raise ShapeError(
+                f"Monte Carlo: the function gave shape {at_estimate.shape} for the table as it is, but "
+                f"{found[-1].shape} for a drawn one; expected the same for every table"
+            )
         if progress is not None:
             progress(done + 1, draws)
     all_ = np.stack(found)
     value, u = all_.mean(axis=0)[()], all_.std(axis=0, ddof=1)[()]
     return Quoted(value, u, at_estimate[()], f"Monte Carlo, {draws} draws", errors.assumed, draws=all_)
+
+
+def _numbers(result: Any) -> np.ndarray:
+    try:
+        return np.asarray(result, dtype=float)
+    except (TypeError, ValueError):
+        raise ParameterError(
+            f"Monte Carlo: the function returned {type(result).__name__}; expected a number or an array of numbers"
+        ) from None

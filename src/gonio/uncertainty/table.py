@@ -53,25 +53,8 @@ class TableErrors:
         n = self._enough(of) if of.sampled else 1
         return self.latent(coefficients(self.m, of, n), np.reshape(values, (-1, self.u.shape[1])))
 
-    def roughly(self, of: Linear) -> float:
-        """The smallest standard uncertainty of a few results of a linear function, infinite if there is none."""
-        found = coefficients(self.m, of, FEWEST, min(math.prod(of.shape), TRIED))
-        u = self.latent(found, np.full((found.rows[0].shape[0], self.u.shape[1]), 0.0)).u
-        return float(np.min(u[u > 0.0], initial=math.inf))
-
-    def _enough(self, of: Linear) -> int:
-        """How many pairs per result are enough for steady uncertainties."""
-        n, before = FEWEST, np.zeros(0)
-        few = min(math.prod(of.shape), TRIED)
-        while n < MOST:
-            found = coefficients(self.m, of, n, few)
-            u = self.latent(found, np.zeros((few, self.u.shape[1]))).u
-            if before.size and not (np.abs(u - before) > STEADY * u).any():
-                break
-            before, n = u, 2 * n
-        return n
-
     def latent(self, found: Coefficients, values: np.ndarray) -> Latent:
+        """Results (n, C) with these coefficients in terms of independent errors; `values` for the error of scale."""
         count, channels = values.shape
         rows, unknown = [], []
         for c in range(channels):
@@ -89,12 +72,30 @@ class TableErrors:
         missing = np.stack(unknown, axis=1).reshape(-1) | np.isnan(flat)
         return Latent(sparse.csr_array(stacked), missing, self.ledger)
 
+    def roughly(self, of: Linear) -> float:
+        """The smallest standard uncertainty of a few results of a linear function, infinite if there is none."""
+        found = coefficients(self.m, of, FEWEST, min(math.prod(of.shape), TRIED))
+        u = self.latent(found, np.full((found.rows[0].shape[0], self.u.shape[1]), 0.0)).u
+        return float(np.min(u[u > 0.0], initial=math.inf))
+
     def draw(self, random: np.random.Generator) -> Gridded:
         """The table as it may have been measured. Unknown uncertainties count as 0."""
         f = self.m.brdf()
         noise = self.factors.draw(random) * np.nan_to_num(self.u)
         table = (f + noise.reshape(f.shape)) * (1.0 + self.scale * random.standard_normal())
         return self.m.redrawn(table)
+
+    def _enough(self, of: Linear) -> int:
+        """How many pairs per result are enough for steady uncertainties."""
+        n, before = FEWEST, np.zeros(0)
+        few = min(math.prod(of.shape), TRIED)
+        while n < MOST:
+            found = coefficients(self.m, of, n, few)
+            u = self.latent(found, np.zeros((few, self.u.shape[1]))).u
+            if before.size and not (np.abs(u - before) > STEADY * u).any():
+                break
+            before, n = u, 2 * n
+        return n
 
 
 def _ledger(m: Gridded, key: tuple) -> Ledger:
@@ -148,7 +149,7 @@ def _uncertainty(m: Gridded, scale: float) -> np.ndarray:
                 f"{m!r:.80}: holds no uncertainty; give it one, as m.with_brdf(m.brdf(), u) with an array u [1/sr], or "
                 f"scale=0.02 for a relative error that all values have in common"
             )
-        return np.zeros(m.stored.shape)
+        return np.zeros(m.brdf().shape)
     if (found < 0.0).any():
         raise ParameterError(f"{m!r:.80}: has negative uncertainties; expected standard uncertainties, 0 or above")
     return found
