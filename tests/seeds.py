@@ -10,6 +10,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
+from optical_files import SEEDS as OPTICAL
 from text_files import SEEDS as TEXT
 
 import gonio as gn
@@ -43,9 +44,192 @@ def _material() -> bytes:
     return saved(0.5 * gn.Lambertian([0.1, 0.2, 0.3]) + gn.Microfacet(gn.GGX(0.1), gn.Dielectric(1.5)), ".json")
 
 
+def _kaist() -> bytes:
+    from test_binary_formats import polarised
+
+    from gonio.measured import _tensor_file
+
+    return _tensor_file.serialise(polarised(counts=(2, 3, 3), wavelengths=(450, 550)))
+
+
+def _utia() -> bytes:
+    return np.linspace(0.0, 1.0, 3 * 288**2).astype("<f8").tobytes()
+
+
+def _csail() -> bytes:
+    from test_binary_formats import ngan
+
+    return b"".join(a.tobytes() for a in ngan((2, 2, 4, 3), holes=0.2))
+
+
+def _curet() -> bytes:
+    from test_binary_formats import curet_table, lambertian_table
+
+    return curet_table(lambertian_table(1))
+
+
+def _scatfun(packed: bool) -> bytes:
+    import gzip
+
+    from test_binary_formats import random_layered
+
+    return gzip.compress(random_layered(3)) if packed else random_layered(1)
+
+
+def _neural() -> bytes:
+    from test_binary_formats import random_network
+
+    return saved(random_network(), ".h5")
+
+
+def small_grid() -> gn.Gridded:
+    """A grid with all that one can have: channels, uncertainty, a hole, a period, things known."""
+    values = np.linspace(0.1, 0.9, 3 * 2 * 4 * 2, dtype="f4").reshape(3, 2, 4, 2)
+    values[2, 1, 3] = np.nan
+    return gn.Gridded(
+        "half_difference",
+        {"theta_h": [0.0, 0.1, 0.5], "theta_d": [0.2, 1.0], "phi_d": [0.0, 0.8, 1.6, 2.4]},
+        values,
+        uncertainty=0.01 * values,
+        channels=["R", "é"],
+        periods={"phi_d": np.pi},
+        outside="missing",
+        interpolation="nearest",
+        about={"sample": "paper", "counts": (1, 2), "offsets": np.arange(3.0)},
+    )
+
+
+def small_rows(**options: object) -> gn.Scattered:
+    """Rows of two wavelengths at pairs in no grid."""
+    theta_i, phi_i = np.radians([0.0, 30.0, 45.0, 45.0, 70.0]), np.zeros(5)
+    theta_o, phi_o = np.radians([10.0, 30.0, 0.0, 45.0, 20.0]), np.radians([0.0, 180.0, 0.0, 180.0, 90.0])
+    values = np.array([[0.31, 0.3], [0.32, 0.31], [0.3, 0.29], [0.36, 0.35], [0.28, 0.27]])
+    more = {"channels": [450.0, 633.5], **options}
+    return gn.Scattered(theta_i, phi_i, theta_o, phi_o, values, **more)
+
+
+MUELLER_NAMES = [f"f_r{i}{j}/f_r11" for i in range(1, 5) for j in range(1, 5)][1:]
+
+
+def mueller_table() -> bytes:
+    """Three pairs in the layout of NIST's tables; the first is in its table for PTFE."""
+    elements = [f"{0.01 * k:g}" for k in range(1, 16)]
+    rows = [["0.532", *pair, f, *elements] for pair, f in ((("-0.001", "0", "80.0258", "-156.038"), "2.65E-01"),)]
+    rows += [["0.532", "-75", "0", "10", "20", "0.25", *elements], ["0.532", "30", "0", "0", "0", "0.32", *elements]]
+    names = ["lambda", "thetai", "phi", "thetar", "phir", "f_r11", *MUELLER_NAMES]
+    return "\n".join([",".join(names), *map(",".join, rows), ""]).encode()
+
+
+def mcd43(bands: tuple[str, ...] = ("Band1", "vis"), days: int = 3, pixels: int = 1, **attributes: object) -> bytes:
+    """Kernel weights as MCD43A1 has them in netCDF-4: 16-bit integers with a scale and a fill value."""
+    import xarray
+
+    held = {}
+    for k, band in enumerate(bands):
+        weights = (
+            np.full((days, pixels, pixels, 3), [100 + k, 50, 20], "i2")
+            + np.arange(days, dtype="i2")[:, None, None, None]
+        )
+        weights[0] = 32767
+        packed = {"scale_factor": 0.001, "add_offset": 0.0, "_FillValue": np.int16(32767), **attributes}
+        held[f"BRDF_Albedo_Parameters_{band}"] = (("time", "y", "x", "param"), weights, packed)
+        quality = np.zeros((days, pixels, pixels), "u1")
+        held[f"BRDF_Albedo_Band_Mandatory_Quality_{band}"] = (("time", "y", "x"), quality)
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "seed.nc"
+        xarray.Dataset(held, {"time": ("time", np.arange(days))}).to_netcdf(path, engine="h5netcdf")
+        return path.read_bytes()
+
+
+ZERNIKE = b"""1, 1, 0, 0, 0, 0, 0, 2.0
+1, 1, 1, 1, 1, 1, 0, -0.4
+1, 1, 2, 0, 0, 0, 0, 0.2
+2, 2, 0, 0, 0, 0, 0, 0.1
+1, 2, 2, 2, 2, -2, 0, 0.05
+"""
+BRF_TABLE = b"""BRF Values
+a panel
+src_z\tsrc_a\tview_z\tview_a\t450.5nm\t633nm
+  0.000\t  0.000\t 45.000\t180.000\t0.99\t1.01
+ 12.000\t  0.000\t  0.000\t  0.000\t1.05\t1.06
+ 45.000\t  0.000\t 45.000\t180.000\t1.06\t1.08
+"""
+
+
+def _kaist() -> bytes:
+    from test_binary_formats import polarised
+
+    from gonio.measured import _tensor_file
+
+    return _tensor_file.serialise(polarised(counts=(2, 3, 3), wavelengths=(450, 550)))
+
+
+def _utia() -> bytes:
+    return np.linspace(0.0, 1.0, 3 * 288**2).astype("<f8").tobytes()
+
+
+def _csail() -> bytes:
+    from test_binary_formats import ngan
+
+    return b"".join(a.tobytes() for a in ngan((2, 2, 4, 3), holes=0.2))
+
+
+def _curet() -> bytes:
+    from test_binary_formats import curet_table, lambertian_table
+
+    return curet_table(lambertian_table(1))
+
+
+def _scatfun(packed: bool) -> bytes:
+    import gzip
+
+    from test_binary_formats import random_layered
+
+    return gzip.compress(random_layered(3)) if packed else random_layered(1)
+
+
+def _neural() -> bytes:
+    from test_binary_formats import random_network
+
+    return saved(random_network(), ".h5")
+
+
+def _klems() -> bytes:
+    from test_window_xml import tiny
+
+    return tiny().encode()
+
+
+def _tensor_tree() -> bytes:
+    from test_window_xml import tree3
+
+    return tree3().encode()
+
+
 SEEDS: dict[str, Callable[[], bytes]] = {
+    "netCDF": lambda: saved(small_grid(), ".nc"),
+    "netCDF rows": lambda: saved(small_rows(), ".nc"),
+    "Zarr": lambda: saved(small_grid(), ".zip"),
+    "BiRD": lambda: saved(small_rows(uncertainty=0.01), ".brdf", format="BiRD"),
+    "OpenMATERIAL": lambda: saved(small_rows(), ".xompt"),
+    "NIST Mueller": mueller_table,
+    "Zernike": lambda: ZERNIKE,
+    "BRF table": lambda: BRF_TABLE,
+    "reflectance spectrum": lambda: b"350 0.9878 0.0053\n351 0.9889 0.0053\n352 0.9872 0.0053\n",
+    "MCD43A1": mcd43,
     "MERL": _merl,
     "RGL": _rgl,
+    "KAIST": _kaist,
+    "UTIA": _utia,
+    "CSAIL": _csail,
+    "CUReT": _curet,
+    "CUReT Oren-Nayar": lambda: b"1 0.5 0.3 0.8\n",
+    "SCATFUN": lambda: _scatfun(packed=False),
+    "SCATFUN gzip": lambda: _scatfun(packed=True),
+    "Neural-BRDF": _neural,
     "gonio JSON": _material,
+    **OPTICAL,
     **TEXT,
+    "WINDOW XML": _klems,
+    "WINDOW XML tree": _tensor_tree,
 }

@@ -92,7 +92,7 @@ def test_info_of_models(run):
 
 
 def test_info_of_a_measured_file(run):
-    assert run("convert", "Lambertian([0.2, 0.3, 0.4])", "-o", "m.binary").exit_code == 0
+    assert run("convert", "Lambertian([0.2, 0.3, 0.4])", "m.binary").exit_code == 0
     found = json.loads(run("info", "m.binary", "--json").stdout)
     assert found["format"] == "MERL" and found["shape"] == [3, 90, 90, 180]
     assert 0.2 < found["missing"] < 0.3 and found["negative"] == 0.0
@@ -147,11 +147,33 @@ def test_show(run):
 
 
 def test_convert(run):
-    assert run("convert", "brass", "-o", "m.json", "-p", "C=1").exit_code == 0
+    result = run("convert", "brass", "m.json", "-p", "C=1")
+    assert result.exit_code == 0, result.stderr
     assert gn.load("m.json") == gn.material("brass").replace({"1.C": 1.0})
-    assert run("convert", "brass", "-o", "m.txt", "--format", "JSON").exit_code == 0
+    said = r"m.json: brass, C=1 as gonio JSON, \d+ bytes, [\d.]+ s\nerror  none\nlost   nothing else\n"
+    assert re.fullmatch(said, result.stdout)
+    assert run("convert", "brass", "m.txt", "--format", "JSON").exit_code == 0
     assert gn.load("m.txt") == gn.material("brass")
-    assert run("convert", "m.txt", "-o", "n.json", "--format", "gonio json").exit_code == 0
+    assert run("convert", "m.txt", "n.json", "--format", "gonio json").exit_code == 0
+
+
+def test_convert_reports_what_changed(run):
+    small = ["--format", "rgl", "--resolution", "16", "--option", "theta-i=7"]
+    result = run("convert", "Lambertian(0.5)", "a.bsdf", *small)
+    assert result.exit_code == 0, result.stderr
+    assert gn.load("a.bsdf").stored["rgb"].shape == (1, 7, 3, 16, 16)
+    for words in ("a.bsdf: Lambertian(0.5) as RGL", "of f on average", "at most, at theta_i", "lost    formula"):
+        assert words in result.stdout, result.stdout
+    found = json.loads(run("convert", "a.bsdf", "b.bsdf", *small, "--json").stdout)
+    assert found["format"] == "RGL" and 0.0 < found["error"]["mean"] < 0.1 and found["lost"] == {}
+
+
+def test_formats(run):
+    lines = run("formats").stdout.splitlines()
+    assert lines[0].split()[:2] == ["format", "suffixes"]
+    listed = json.loads(run("formats", "--json").stdout)
+    assert {"MERL", "RGL", "gonio JSON"} <= {row["name"] for row in listed}
+    assert len(lines) == 1 + len(listed)
 
 
 def test_cite(run):
@@ -159,10 +181,11 @@ def test_cite(run):
     assert "@article{schlick1994," in run("cite", "Microfacet(GGX(0.1), Schlick(0.5))").stdout
 
 
-@pytest.mark.parametrize("command", ["info", "check", "render -o a.png", "show -o a.png", "convert -o a.json", "cite"])
+@pytest.mark.parametrize("command", ["info", "check", "render -o a.png", "show -o a.png", "convert", "cite"])
 def test_every_command_takes_parameters(run, command):
     name, *options = command.split()
-    result = run(name, "gold", *options, "-p", "alpha=2")
+    out = ["a.json"] if name == "convert" else []
+    result = run(name, "gold", *out, *options, "-p", "alpha=2")
     assert result.exit_code == 2
     assert "GGX(alpha_x=2.0)" in result.stderr
 
@@ -231,11 +254,16 @@ BAD = [
     ("render gold -o a.png -l constant:1,2", "channels"),
     ("show gold -o a.gif", ".png, .jpg, .pdf, .svg"),
     ("show gold -o nowhere/a.png", "does not exist"),
-    ("convert gold -o a.xyz", "'.xyz'"),
-    ("convert gold -o a.binary --format foo", "'foo'"),
-    ("convert gold -o nowhere/a.binary", "does not exist"),
-    ("convert IdealSpecular(0.5) -o a.binary", "mirror"),
-    ("convert Lambertian([0.1,0.2]) -o a.binary", "RGB"),
+    ("convert gold a.xyz", "'.xyz'"),
+    ("convert gold a.binary --format foo", "'foo'"),
+    ("convert gold nowhere/a.binary", "does not exist"),
+    ("convert IdealSpecular(0.5) a.binary", "mirror"),
+    ("convert Lambertian([0.1,0.2]) a.binary", "RGB"),
+    ("convert gold", "Missing argument 'OUT'"),
+    ("convert gold a.bsdf", "give format= (on the command line --format)"),
+    ("convert gold a.binary --resolution 3,4", "expected some of phi_d=180"),
+    ("convert gold a.bsdf --format rgl --resolution 3", "expected a whole number from 4"),
+    ("convert gold a.bsdf --format rgl --option theta_i", "expected name=value"),
     ("materials zzz", "'zzz'"),
     ("cite zzz", "no built-in material"),
     ("nonsense", "No such command 'nonsense'"),

@@ -15,7 +15,23 @@ PACKAGE = Path(gonio.__file__).resolve().parent
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "architecture.md"
 DOORS = {"", "__main__"}  # what users enter by: they import from anywhere
 ARRAY_LIBRARIES = {"torch", "jax", "jaxlib", "drjit", "cupy", "tensorflow", "mitsuba"}
-HEAVY = {"pandas", "llvmlite", "xarray", "matplotlib", "scipy", "click", "rich", "PIL", "OpenEXR", *ARRAY_LIBRARIES}
+HEAVY = {
+    *(
+        "pandas",
+        "llvmlite",
+        "xarray",
+        "matplotlib",
+        "scipy",
+        "h5py",
+        "h5netcdf",
+        "zarr",
+        "click",
+        "rich",
+        "PIL",
+        "OpenEXR",
+    ),
+    *ARRAY_LIBRARIES,
+}
 
 
 def name_of(path: Path) -> str:

@@ -21,7 +21,7 @@ import numpy as np
 from . import engine, ops
 from .blocks import Box, cut, in_blocks, result_shape
 from .errors import ArrayTypeError, ShapeError, TraceError
-from .libraries import Fixed
+from .libraries import Fixed, Later
 from .parametrised import Parametrised
 
 Kernel = Callable[..., tuple]
@@ -98,7 +98,7 @@ def _in_blocks(
             return lib.convert(cut(value, batch, at) if isinstance(value, np.ndarray) else value, arrays[0])
 
         def bound(m: Parametrised) -> Parametrised:
-            return m.bind(convert, lambda table: lib.fixed(table, arrays[0]))
+            return m.bind(convert, lambda table: Later(table, arrays[0].dtype))
 
         m = bound(material)
         mean = bound(material.merged(lib.merge_channels)) if channels else m

@@ -201,7 +201,7 @@ def _polished(entry: Entry, alpha: Any, wavelengths: Any) -> Reflectance:
 
 def _note_source(m: Reflectance, entry: Entry) -> None:
     """Keep where the numbers are from, for `cite`; not as a field, so equality and repr stay the model's."""
-    m.__dict__["provenance"] = entry.source
+    m.__dict__["numbers_from"] = entry.source
 
 
 def _plain(name: str) -> str:

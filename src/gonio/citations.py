@@ -54,8 +54,8 @@ def _named(m: Any) -> Iterator[tuple[str, str]]:
 
 def _sources(m: Parametrised) -> Iterator[tuple[str, str]]:
     """Names and sources of a material's numbers and of its classes, part by part."""
-    if "provenance" in m.__dict__:
-        yield f"numbers of {type(m).__name__}", m.__dict__["provenance"]
+    if "numbers_from" in m.__dict__:
+        yield f"numbers of {type(m).__name__}", m.__dict__["numbers_from"]
     if not isinstance(m, (Sum, Scaled)):
         yield type(m).__name__, _source(type(m))
     for name in m.fields:

@@ -122,13 +122,54 @@ def materials(pattern: str | None, as_json: bool) -> None:
 @_json
 def info(material: str, replaced: tuple[str, ...], as_json: bool) -> None:
     """Say what MATERIAL is: formula, parameters, channels, albedo; of a file also what it holds and lacks."""
-    from .listing import facts, facts_as_text
+    from .facts import facts
+    from .listing import facts_as_text
 
     found = facts(material, _get(material, replaced))
     if as_json:
         print_json(found)
     else:
         click.echo(facts_as_text(found))
+
+
+@cli.command(short_help="Quote the albedo of MATERIAL, with its uncertainty.")
+@_material
+@_replace
+@_json
+@click.option("--theta", default="0,45,75", show_default=True, help="Polar angles of incidence [degrees].")
+@click.option("--phi", default="0", show_default=True, help="Azimuths of incidence [degrees].")
+@click.option(
+    "--uncertainty",
+    "assumed",
+    type=click.Choice(["independent", "common", "channel"]),
+    multiple=True,
+    help="What the errors of the values are taken to be; may be repeated.  [default: independent, common]",
+)
+@click.option("--scale", type=float, metavar="U", help="Relative standard uncertainty of all values together.")
+@click.option("-k", "factor", default=1.0, show_default=True, help="Coverage factor of what is printed.")
+def albedo(
+    material: str,
+    replaced: tuple[str, ...],
+    as_json: bool,
+    theta: str,
+    phi: str,
+    assumed: tuple[str, ...],
+    scale: float | None,
+    factor: float,
+) -> None:
+    """Quote the albedo of MATERIAL: its directional-hemispherical reflectance, by angle of incidence and channel.
+
+    Of a measurement that states the uncertainty of its values also the uncertainty that follows: little if their errors
+    are independent, most if one error is common to all.
+    """
+    from .quotes import albedos, angles, as_text
+
+    at = angles(theta, "theta", below=90.0), angles(phi, "phi")
+    rows = albedos(_get(material, replaced), *at, assumed, scale)
+    if as_json:
+        print_json(rows)
+    else:
+        click.echo(as_text(rows, factor))
 
 
 @cli.command(short_help="Hold MATERIAL to the laws of physics.")
@@ -305,33 +346,68 @@ def show(
     click.echo(f"{output}: {_title(material, replaced)} under {', '.join(lights)}, {_since(start)}")
 
 
-@cli.command(short_help="Write MATERIAL to a file of another format.")
-@_material
-@_output("File to write; its suffix is the format: .binary, .json.")
+@cli.command(short_help="Write a material to a file of another format.")
+@click.argument("material", metavar="IN")
+@click.argument("output", metavar="OUT", type=click.Path(path_type=Path))
 @_replace
-@click.option("--format", "format_", metavar="FORMAT", help="Format, where the suffix does not say: merl, json.")
-def convert(material: str, output: Path, replaced: tuple[str, ...], format_: str | None) -> None:
-    """Write MATERIAL to a file of another format."""
+@click.option("--format", "format_", metavar="FORMAT", help="Format, where the suffix of OUT does not say which.")
+@click.option("--resolution", metavar="N,N,..", help="Nodes along each axis, of formats that leave a choice.")
+@click.option("--option", "options", metavar="NAME=VALUE", multiple=True, help="Option of the format; may be repeated.")
+@_json
+def convert(
+    material: str,
+    output: Path,
+    replaced: tuple[str, ...],
+    format_: str | None,
+    resolution: str | None,
+    options: tuple[str, ...],
+    as_json: bool,
+) -> None:
+    """Write the material IN to the file OUT, and say what that changes and loses.
+
+    IN is any MATERIAL. The format is that of OUT's suffix, or the one named; `gonio formats` lists them all. What is
+    said is measured: the file is read again and compared with IN, at 32768 pairs of directions.
+
+    \b
+    Examples:
+      gonio convert steel.binary steel.bsdf --format rgl
+      gonio convert gold gold.bsdf --format rgl --resolution 128
+    """
+    from .conversion import convert as convert_to
     from .files import target
-    from .listing import size_in_words
-    from .measured import save
+    from .listing import conversion_as_text, size_in_words
+    from .measured import writer
+    from .measured._options import parsed
 
     start = time.perf_counter()
     target(output)
-    m = _get(material, replaced)
-    save(m, output, _format_name(format_) if format_ else None)
-    size = size_in_words(output.stat().st_size)
-    click.echo(f"{output}: {_title(material, replaced)}, {size}, {_since(start)}")
+    given = [*([f"resolution={resolution}"] if resolution else []), *options]
+    module = writer(output, format_)
+    chosen = parsed(module, "write", given)
+    found = convert_to(_get(material, replaced), output, module.NAME, **chosen)
+    if as_json:
+        print_json({**found.to_json(), "material": _title(material, replaced)})
+        return
+    size = size_in_words(found.bytes)
+    click.echo(f"{output}: {_title(material, replaced)} as {found.format}, {size}, {_since(start)}")
+    click.echo(conversion_as_text(found))
 
 
-def _format_name(name: str) -> str:
-    """The name of a format, from that in any case, or from its suffix: "merl", ".json", "json"."""
-    from .measured import formats
+@cli.command("formats", short_help="List the file formats.")
+@_json
+def formats_(as_json: bool) -> None:
+    """List the file formats: their suffixes, whether they are read and written, and what they were checked against.
 
-    for module in formats():
-        if name.lower() in (module.NAME.lower(), *module.SUFFIXES, *(x[1:] for x in module.SUFFIXES)):
-            return module.NAME
-    return name
+    Files are recognised by their content. A suffix of several formats does not say which one to write: name it.
+    """
+    from .format_table import format_table
+    from .listing import formats_as_text
+
+    rows = format_table()
+    if as_json:
+        print_json([row._asdict() for row in rows])
+    else:
+        click.echo(formats_as_text(rows))
 
 
 @cli.command(short_help="Print BibTeX for the sources of MATERIAL.")

@@ -53,6 +53,7 @@ class Trace(NamedTuple):
     results: tuple[tuple[int, ...], ...]  # the nodes of each result
     inputs: int
     read: frozenset[int]  # the arrays that anything depends on
+    looked_up: frozenset[int]  # and the tables
 
 
 class _Content(NamedTuple):
@@ -197,7 +198,8 @@ def _jacobian(
 def _complete(graph: Graph, results: Sequence[tuple[int, ...]], inputs: int) -> Trace:
     order = graph.reachable([n for nodes in results for n in nodes])
     read = frozenset(graph.arguments[n][0] for n in order if graph.operations[n] == "load")
-    return Trace(graph, tuple(results), inputs, read)
+    looked_up = frozenset(graph.arguments[n][0] for n in order if graph.operations[n] == "take")
+    return Trace(graph, tuple(results), inputs, read, looked_up)
 
 
 def known(kernel: Kernel, kinds: tuple[str, ...], material: Parametrised, inputs: Sequence[Any]) -> Plan | None:
@@ -271,12 +273,16 @@ def _plan(
     arrays = [x if k in trace.read else None for k, x in enumerate(given)]
     arrays += _parameters(trace, material, dtype, as_axis, channels is not None)
     shape = batch if channels is None or not as_axis else (*batch, channels)
-    return prepare(trace.graph, results, arrays, trace.inputs, _tables(material, inputs[0]), shape, dtype)
+    return prepare(trace.graph, results, arrays, trace.inputs, _tables(trace, material, dtype), shape, dtype)
 
 
-def _tables(material: Parametrised, like: np.ndarray) -> list[np.ndarray]:
+def _tables(trace: Trace, material: Parametrised, dtype: np.dtype) -> list[np.ndarray]:
+    """The tables in their order; those that are not looked up, which may take long to make, are left empty."""
     with np.errstate(all="ignore"):
-        return [table.once(_padded, like.dtype) for table in _content(material).tables]
+        return [
+            table.once(_padded, dtype) if k in trace.looked_up else np.zeros(2, dtype)
+            for k, table in enumerate(_content(material).tables)
+        ]
 
 
 def _padded(numbers: np.ndarray, dtype: np.dtype) -> np.ndarray:
@@ -299,7 +305,7 @@ def interpreted(
 
     nodes = [n for result in trace.results for n in result]
     with np.errstate(all="ignore"):
-        return evaluate(trace.graph, nodes, load, _tables(material, like), like.dtype)
+        return evaluate(trace.graph, nodes, load, _tables(trace, material, like.dtype), like.dtype)
 
 
 def _parameters(

@@ -27,6 +27,25 @@ def target(path: str | os.PathLike) -> Path:
 
 
 @contextlib.contextmanager
+def replacing_folder(path: str | os.PathLike) -> Iterator[Path]:
+    """As `replacing`, for a folder and what is in it. A folder that was there goes only once the new one is complete.
+
+    Raises what `target` raises, ParameterError where there is a file of this name.
+    """
+    final = Path(os.path.realpath(path))
+    if final.exists() and not final.is_dir():
+        raise ParameterError(f"{path}: is a file, expected a folder or nothing; choose another name, or remove it")
+    target(final.parent / f".{final.name}")
+    with tempfile.TemporaryDirectory(prefix=f".{final.name}-", dir=final.parent) as beside:
+        new, old = Path(beside) / "new", Path(beside) / "old"
+        new.mkdir()
+        yield new
+        if final.exists():
+            os.replace(final, old)
+        os.replace(new, final)
+
+
+@contextlib.contextmanager
 def replacing(path: str | os.PathLike) -> Iterator[Path]:
     """A temporary file beside `path` to write to; it replaces `path` if the block ends well, else it goes.
 

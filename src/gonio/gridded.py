@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 import numpy as np
 
-from . import ops
+from . import ops, schema
 from .errors import ParameterError
 from .geometry import HORIZON, Direction
 from .libraries import Fixed
@@ -17,7 +17,7 @@ from .measurement import from_brdf, quantity_named, to_brdf
 from .param import channels as channel_field
 from .param import option, table
 from .parameterisations import Parameterisation, parameterisation
-from .sampled import Sampled
+from .sampled import KINDS, Sampled
 
 if TYPE_CHECKING:
     import xarray
@@ -52,6 +52,7 @@ class Gridded(Sampled):
     """Values at the nodes of a grid of angles, linear between them along every axis.
 
     angles            theta_i, theta_o, phi = phi_o - phi_i; or theta_i, theta_o, phi_i, phi_o
+    relative          theta_i, theta_o, phi; or with phi_i
     half_difference   theta_h, theta_d, phi_d; or with phi_h (Rusinkiewicz)
     specular          theta_i, radial, azimuth of wo about the mirror direction of wi; or with phi_i
 
@@ -81,7 +82,7 @@ class Gridded(Sampled):
         "grazing": "beyond the outermost nodes nothing is known",
     }
 
-    parameterisation = option("angles", "half_difference", "specular", doc="what the axes of the grid are")
+    parameterisation = option("angles", "relative", "half_difference", "specular", doc="what the axes of the grid are")
     interpolation = option("linear", "nearest", doc="between nodes, or the value of the nearest")
     outside = option("hold", "missing", "zero", doc="beyond the outermost nodes")
     stored = table("the values as given, by the axes and channel")
@@ -173,20 +174,22 @@ class Gridded(Sampled):
 
     @property
     def data(self) -> xarray.Dataset:
-        """`values` as stored, by the axes of the grid [rad] and channel or wavelength, and their `uncertainty`."""
-        import xarray
-
-        axes: dict[str, Any] = {n: (n, x, {"units": "rad"}) for n, x in self.axes.items()}
-        dims = list(axes)
-        if self.channel_names is not None:
-            spectral = not isinstance(self.channel_names[0], str)
-            dims.append("wavelength" if spectral else "channel")
-            axes[dims[-1]] = (dims[-1], list(self.channel_names), {"units": "nm"} if spectral else {})
-        units = {"units": "1" if self.quantity == "reflectance factor" else "sr-1"}
-        held = {"values": (dims, self.stored, {**units, "long_name": self.quantity})}
-        if self.uncertainty is not None:
-            held["uncertainty"] = (dims, self.uncertainty, {**units, "long_name": "standard uncertainty of values"})
-        return xarray.Dataset(held, axes, {"quantity": self.quantity, "source": self.path})
+        """As stored, in the layout of docs/data-model.md: `values`, `valid`, `uncertainty`, by the axes and channel."""
+        return schema.described(
+            self.axes,
+            list(self.axes),
+            self.stored,
+            self.uncertainty,
+            self.channel_names,
+            parameterisation=self.parameterisation,
+            quantity=self.quantity,
+            mirrored=self.is_mirrored,
+            periods=self.periods,
+            interpolation=self.interpolation,
+            outside=self.outside,
+            source=self.path,
+            **schema.known(self.about, self.provenance),
+        )
 
     @property
     def kind(self) -> Parameterisation:
@@ -227,6 +230,16 @@ class Gridded(Sampled):
             about={**self.about, **about},
         )
 
+    def redrawn(self, values: np.ndarray) -> Gridded:
+        """As `with_brdf`, for many tables of much the same f with data at the same nodes: with this one's tables of
+        sampling and compiled formulas, which take longer to make than an integral. f is what `with_brdf` gives.
+        """
+        found = self.with_brdf(values)
+        found.__dict__["_kept"] = {**found._looked_up(), **{name: self._kept[name] for name in KINDS}}
+        if found.holes == self.holes:
+            found.__dict__["_identity"] = self.identity()
+        return found
+
     def _as_brdf(self, values: np.ndarray) -> np.ndarray:
         with np.errstate(invalid="ignore"):
             return self._converted(np.where(np.isfinite(values), values, np.nan), to_brdf)
@@ -257,6 +270,17 @@ class Gridded(Sampled):
         return np.ascontiguousarray(values).reshape(-1)
 
     def formula(self, wi: Direction, wo: Direction) -> Any:
+        corners, beyond = self.corners(wi, wo)
+        value = self._combined(corners)
+        if self.outside == "hold":
+            return value
+        return ops.where(beyond, math.nan if self.outside == "missing" else 0.0, value)
+
+    def corners(self, wi: Direction, wo: Direction) -> tuple[Slices, Any]:
+        """The nodes around a pair with their weights, as if none were without data; and whether it is beyond the grid.
+
+        Of bound materials. Nodes are counted through the grid with its circles closed: `layout[k].size` along axis k.
+        """
         corners: list[tuple[Any, Any]] = [(0, 1.0)]
         beyond: Any = False
         for k, angle in enumerate(self.kind.angles(wi, wo, len(self.layout) == 4)):
@@ -265,10 +289,7 @@ class Gridded(Sampled):
                 beyond = beyond | (angle < axis.first - INSIDE) | (angle > axis.last + INSIDE)
             around = self._around(k, angle)
             corners = [(at * axis.size + i, v * u) for at, v in corners for i, u in around]
-        value = self._combined(corners)
-        if self.outside == "hold":
-            return value
-        return ops.where(beyond, math.nan if self.outside == "missing" else 0.0, value)
+        return corners, beyond
 
     def _around(self, k: int, angle: Any) -> Slices:
         """The nodes of axis k around an angle, with their weights; the nearest one alone, if that is wanted."""

@@ -1,14 +1,12 @@
-"""What `gonio materials` and `gonio info` print: facts about materials, as data and as text."""
+"""What the command line prints: tables, and what was found out about materials, files and conversions, as text."""
 
 from __future__ import annotations
 
 import fnmatch
 import math
-import os
 import shutil
 import sys
 import textwrap
-import warnings
 from collections.abc import Iterable, Sequence
 from typing import Any
 
@@ -16,18 +14,18 @@ import click
 import numpy as np
 
 from . import catalogue
-from .arguments import settable
 from .catalogue import Entry
+from .conversion import Conversion, labelled, percent
 from .efficiency import Efficiency
-from .errors import MissingDataWarning, NotFoundError
-from .integrate import albedo
-from .interface import Reflectance, direction
-from .measurement import Measured
-from .param import Option, Param, Table
+from .errors import NotFoundError
+from .format_table import Format, sampled_in_words
 from .parametrised import literal
 
-INCIDENCE = (0.0, 45.0, 75.0)
-"""Angles [degrees] at which `facts` gives the albedo."""
+PARAMETERISATIONS = {
+    "angles": "polar angles and azimuths of both directions",
+    "half_difference": "half and difference angles",
+    "specular": "angles about the mirror direction",
+}
 
 
 def matching(pattern: str | None) -> list[Entry]:
@@ -57,7 +55,7 @@ def table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
     text = []
     for i, line in enumerate(lines):
         first = "".join(f"{cell:<{w}}  " for cell, w in zip(line, widths, strict=False))
-        wrapped = textwrap.wrap(line[-1], _width() - start) or [""]
+        wrapped = textwrap.wrap(line[-1], _width() - start, break_long_words=False) or [""]
         if below:
             text.append(_heading(first.rstrip(), i == 0))
         else:
@@ -89,94 +87,27 @@ def _width() -> int:
     return shutil.get_terminal_size((100, 24)).columns if sys.stdout.isatty() else 10_000
 
 
-def facts(text: str, m: Reflectance) -> dict[str, Any]:
-    """What there is to know about the material that `text` named, as JSON data."""
-    found: dict[str, Any] = {"material": text, "type": type(m).__name__}
-    entry = None if isinstance(m, Measured) else catalogue.find(text)
-    if entry is not None:
-        found |= {"built_in": entry.kind, "description": entry.description, "source": entry.source}
-    if isinstance(m, Measured):
-        found |= _file_facts(m)
-    else:
-        found["expression"] = repr(m)
-    up = np.array([0.0, 0.0, 1.0])
-    shape = m.f(up, up).shape
-    names = m.channel_names
-    found["channels"] = shape[-1] if shape else 1
-    found["channel_names"] = list(names) if names is not None else list("RGB") if shape[-1:] == (3,) else None
-    found["has_delta"] = bool(m.has_delta)
-    found["breaks"] = m.breaches()
-    if len(shape) < 2:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", MissingDataWarning)
-            rho = albedo(m, direction(np.radians(INCIDENCE), 0.0), tolerance=1e-3)
-        found["albedo"] = {"theta_i": list(INCIDENCE), "values": rho.tolist()}
-    parameters, options = {}, {}
-    for path, declared, value in settable(m):
-        if isinstance(declared, Param) and path in m.parameters:
-            p = m.parameters[path]
-            listed = value.tolist() if isinstance(value, np.ndarray) else value
-            parameters[path] = {"value": listed, "low": p.low, "high": p.high, "unit": p.unit, "doc": p.doc}
-            if declared.alias:
-                parameters[path]["alias"] = path.removesuffix(declared.name) + declared.alias
-        elif isinstance(declared, Option):
-            options[path] = {
-                "value": value,
-                "choices": list(dict.fromkeys(declared.choices)),
-                "doc": declared.doc,
-            }
-    return found | {"parameters": parameters, "options": options}
-
-
-def _file_facts(m: Measured) -> dict[str, Any]:
-    """What a file holds: of all numbers of its main table, those missing and those below 0."""
-    valid = m.valid
-    values = next(v for n, f in m.fields.items() if isinstance(f, Table) and (v := getattr(m, n)).shape == valid.shape)
-    about = {k: v.tolist() if hasattr(v, "tolist") else v for k, v in m.about.items()}
-    return {
-        "path": m.path,
-        "bytes": os.path.getsize(m.path) if os.path.exists(m.path) else None,
-        "format": m.format,
-        "quantity": m.quantity,
-        "about": about,
-        "published_as": getattr(m, "published", None),
-        "shape": list(valid.shape),
-        "missing": float(1.0 - valid.mean()),
-        "negative": float((values[valid] < 0.0).mean()) if valid.any() else 0.0,
-    }
-
-
 def facts_as_text(found: dict[str, Any]) -> str:
-    """The same for people."""
+    """What `facts` found, for people."""
     rows = [("name", found["material"])]
     if "built_in" in found:
         rows.append(("built in", f"{found['built_in']}: {found['description']}"))
-    if "format" in found:
-        rows.append(
-            (
-                "format",
-                f"{found['format']}, {size_in_words(found['bytes'])}" if found["bytes"] else found["format"],
-            )
-        )
-        rows.append(("quantity", found["quantity"]))
-        if found["published_as"]:
-            rows.append(("recognised", f"bit by bit the published file of {found['published_as']}"))
-        rows += [(k.replace("_", " "), str(v)) for k, v in found["about"].items() if v not in ("", None)]
-        rows.append(("table", " x ".join(map(str, found["shape"]))))
-        rows.append(("missing", _share(found["missing"])))
-        rows.append(("negative", _share(found["negative"])))
-    else:
-        rows.append(("formula", found["expression"]))
+    rows += _file_rows(found) if "format" in found else [("formula", found["expression"])]
     rows.append(("channels", _channels(found)))
     if "albedo" in found:
         values = found["albedo"]["values"]
         parts = [f"{_spectrum(v)} at {t:g}°" for t, v in zip(found["albedo"]["theta_i"], values, strict=True)]
         rows.append(("albedo", ", ".join(parts)))
+    for assumed, spread in found.get("uncertainty_of_albedo", {}).items():
+        at = ", ".join(f"{_spectrum(v)} at {t:g}°" for t, v in zip(found["albedo"]["theta_i"], spread, strict=True))
+        rows.append(("u of albedo", f"{at}, of {assumed} errors"))
+    rows += [(name, _within(off)) for name, off in found.get("symmetry", {}).items()]
     if found["has_delta"]:
         rows.append(("mirror", "has a delta lobe: f is 0 pointwise, sampling and integrals are exact"))
-    rows += [("may break", f"{law}: {why}") for law, why in found["breaks"].items()]
+    rows += labelled("may break", found["breaks"])
     if "source" in found:
         rows.append(("source", found["source"]))
+    rows += _provenance_rows(found.get("provenance"))
     text = table(("", ""), rows).removeprefix("\n")
     listed = [
         (path, _value(p["value"]), f"{_number(p['low'])} ... {_number(p['high'])}", _meaning(p))
@@ -188,6 +119,90 @@ def facts_as_text(found: dict[str, Any]) -> str:
     if listed:
         text += "\n\n" + table(("parameter", "value", "bounds", "meaning"), listed)
     return text
+
+
+def _file_rows(found: dict[str, Any]) -> list[tuple[str, str]]:
+    """What a file is and holds."""
+    size = f", {size_in_words(found['bytes'])}" if found["bytes"] else ""
+    rows = [("format", found["format"] + size)]
+    if found["published_as"]:
+        rows.append(("recognised", f"bit by bit the published file of {found['published_as']}"))
+    rows += [(k.replace("_", " "), _short(v)) for k, v in found["about"].items() if v not in ("", None)]
+    rows.append(("quantity", found["quantity"]))
+    if found["parameterisation"]:
+        rows.append(("grid", PARAMETERISATIONS.get(found["parameterisation"], found["parameterisation"])))
+    rows += [(f"  {name}", _nodes(axis)) for name, axis in found["axes"].items()]
+    if found["rows"]:
+        rows.append(("measured", f"{found['rows']} pairs of directions, in no grid"))
+    rows.append(("table", " x ".join(map(str, found["shape"]))))
+    rows.append(("missing", _share(found["missing"])))
+    rows.append(("negative", _share(found["negative"])))
+    spread = found["uncertainty"]
+    if spread:
+        low, median, high = (percent(spread[name]) for name in ("low", "median", "high"))
+        rows.append(("uncertainty", f"{low} to {high} of the value, {median} (median)"))
+        if spread["unknown"] > 0.0:
+            rows.append(("", f"unknown for {percent(spread['unknown'])} of the values"))
+    if found["scale_uncertainty"]:
+        rows.append(("scale", f"uncertain by {percent(found['scale_uncertainty'])}"))
+    rows += [("repaired", r["summary"]) for r in found["repairs"]]
+    return rows
+
+
+def _nodes(axis: dict[str, Any]) -> str:
+    if axis["nodes"] == 1:
+        return f"{axis['low']:.4g}° only"
+    step = "uneven" if axis["step"] is None else f"every {axis['step']:.4g}°"
+    return f"{axis['nodes']} nodes from {axis['low']:.4g}° to {axis['high']:.4g}°, {step}"
+
+
+def _within(off: dict[str, float] | None) -> str:
+    if off is None:
+        return "unknown: no data to compare"
+    if off["high"] == 0.0:
+        return "exactly"
+    return f"to {percent(off['median'])} of f (median), {percent(off['high'])} (99th percentile)"
+
+
+def _provenance_rows(held: dict[str, Any] | None) -> list[tuple[str, str]]:
+    if not held:
+        return []
+    rows = [("sha256", held["sha256"])] if "sha256" in held else []
+    rows.append(("read by", f"gonio {held['gonio']}"))
+    if "options" in held:
+        rows.append(("read with", ", ".join(f"{k}={v}" for k, v in held["options"].items())))
+    made = held.get("converted_from")
+    while isinstance(made, dict):
+        what = made.get("file") or made.get("material", "?")
+        digest = f", {made.get('format')}, sha256 {made['sha256']}" if "sha256" in made else ""
+        rows.append(("made from", f"{what}{digest}, by {made.get('converted_by', 'gonio')}"))
+        made = made.get("converted_from")
+    return rows
+
+
+def _short(value: Any) -> str:
+    text = str(value)
+    return text if len(text) <= 300 else f"{text[:300]} ..."
+
+
+def conversion_as_text(found: Conversion) -> str:
+    """What a conversion changed and lost, for people."""
+    return table(("", ""), found.rows()).removeprefix("\n")
+
+
+def formats_as_text(rows: Sequence[Format]) -> str:
+    """The table of file formats."""
+    cells = [
+        (
+            row.name,
+            " ".join(row.suffixes),
+            "read, write its own" if row.own_kind else "read, write" if row.written else "read",
+            sampled_in_words(row),
+            f"{row.description}; checked against: {row.oracle}",
+        )
+        for row in rows
+    ]
+    return table(("format", "suffixes", "access", "sampled", "what it is"), cells)
 
 
 def _meaning(parameter: dict[str, Any]) -> str:

@@ -53,6 +53,14 @@ def _pairs_of_angles(theta_i: Any, theta_o: Any, phi: Any, phi_o: Any = None) ->
     return direction(theta_i, phi_i), direction(theta_o, phi_o)
 
 
+def _relative(wi: Direction, wo: Direction, all_axes: bool) -> list[Any]:
+    return [*_angles(wi, wo, False), *([azimuth_of(wi)] if all_axes else [])]
+
+
+def _pairs_of_relative(theta_i: Any, theta_o: Any, phi: Any, phi_i: Any = 0.0) -> tuple[np.ndarray, np.ndarray]:
+    return direction(theta_i, phi_i + 0.0 * phi), direction(theta_o, phi_i + phi)
+
+
 def _half(wi: Direction, wo: Direction, all_axes: bool) -> list[Any]:
     theta_h, theta_d, phi_d = half_difference(wi, wo)
     turn = [azimuth_of(Direction(wi.x + wo.x, wi.y + wo.y, 0.0))] if all_axes else []
@@ -94,6 +102,9 @@ PARAMETERISATIONS = {
     "angles": Parameterisation(
         ("theta_i", "theta_o", "phi_i", "phi_o"), ("phi", "phi_i", "phi_o"), _angles, _pairs_of_angles
     ),
+    "relative": Parameterisation(
+        ("theta_i", "theta_o", "phi", "phi_i"), ("phi", "phi_i"), _relative, _pairs_of_relative
+    ),
     "half_difference": Parameterisation(
         ("theta_h", "theta_d", "phi_d", "phi_h"), ("phi_d", "phi_h"), _half, _pairs_of_half
     ),
@@ -102,6 +113,7 @@ PARAMETERISATIONS = {
     ),
 }
 """angles            of both directions; phi = phi_o - phi_i
+relative          as angles, where phi stays beside phi_i instead of phi_o: lobes that turn with wi stay whole
 half_difference   Rusinkiewicz' angles; phi_d is the azimuth of wi about the half vector, phi_h that of the half vector
 specular          wo about the mirror direction s of wi: radial between wo and s, azimuth about s from the direction
                   in which theta grows (0: towards the horizon, pi: towards the normal) to s x that (pi/2)."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Callable, Iterator
+from functools import partial
 from typing import Any, ClassVar, Self
 
 import numpy as np
@@ -67,7 +68,7 @@ class Parametrised:
     def _keep(self) -> dict[str, Fixed]:
         """Arrays by name, which libraries convert once: tables, flat, and parameters given as NumPy arrays."""
         arrays = {n: (f, self.__dict__[n]) for n, f in self.fields.items() if isinstance(self.__dict__[n], np.ndarray)}
-        return {n: Fixed(a.reshape(-1) if isinstance(f, Table) else a) for n, (f, a) in arrays.items()}
+        return {n: Fixed(partial(np.reshape, a, -1) if isinstance(f, Table) else a) for n, (f, a) in arrays.items()}
 
     def _changed(self, values: dict[str, Any]) -> Self:
         """A copy, unchecked, with other values of fields."""

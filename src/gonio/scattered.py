@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Self
 
 import numpy as np
 
+from . import schema
 from .errors import ParameterError
 from .gridded import Gridded
 from .interface import direction
@@ -91,8 +92,8 @@ class Scattered(Gridded):
         )
 
     @cached_property
-    def nodes(self) -> tuple[np.ndarray, np.ndarray | None]:
-        """f [1/sr] at the nodes of the grid, and its standard uncertainty."""
+    def nodes(self) -> tuple[np.ndarray, np.ndarray | None, np.ndarray]:
+        """f [1/sr] at the nodes of the grid, its standard uncertainty, and the number of the nearest measurement."""
         spread = None if self.uncertainty is None else self._of_rows(self.uncertainty)
         f = self._of_rows(self.stored)
         return _interpolated(self.rows, f, spread, self.axes, self.is_oriented(), self.is_mirrored, self.outside)
@@ -132,20 +133,20 @@ class Scattered(Gridded):
 
     @property
     def data(self) -> xarray.Dataset:
-        """`values` by row (and channel or wavelength), as given, with the angles [rad] of each row."""
-        import xarray
-
-        dims: list[str] = ["row"]
-        axes: dict[str, Any] = {n: ("row", x, {"units": "rad"}) for n, x in zip(ANGLES, self.rows.T, strict=True)}
-        if self.channel_names is not None:
-            spectral = not isinstance(self.channel_names[0], str)
-            dims.append("wavelength" if spectral else "channel")
-            axes[dims[-1]] = (dims[-1], list(self.channel_names), {"units": "nm"} if spectral else {})
-        units = {"units": "1" if self.quantity == "reflectance factor" else "sr-1"}
-        held = {"values": (dims, self.stored, {**units, "long_name": self.quantity})}
-        if self.uncertainty is not None:
-            held["uncertainty"] = (dims, self.uncertainty, {**units, "long_name": "standard uncertainty of values"})
-        return xarray.Dataset(held, axes, {"quantity": self.quantity, "source": self.path})
+        """As given, in the layout of docs/data-model.md: `values`, `valid`, `uncertainty`, angles by measurement."""
+        return schema.described(
+            dict(zip(ANGLES, self.rows.T, strict=True)),
+            [schema.ROW],
+            self.stored,
+            self.uncertainty,
+            self.channel_names,
+            parameterisation=self.parameterisation,
+            quantity=self.quantity,
+            isotropic=not self.is_oriented(),
+            outside=self.outside,
+            source=self.path,
+            **schema.known(self.about, self.provenance),
+        )
 
     def brdf(self) -> np.ndarray:
         """f [1/sr] at the nodes of the grid."""
@@ -194,8 +195,8 @@ def gridded_or_scattered(
     """Rows (n,) of angles [rad] with their values: a `Gridded` if they are the nodes of a grid of `angles`, each once,
     else `Scattered`.
 
-    Where a polar angle is 0 one row stands for all azimuths. With azimuths on one side of the plane of incidence only
-    (0 to pi) the grid of an isotropic material is mirrored.
+    Where a polar angle is 0 one row stands for all azimuths, or there is one for each. With azimuths on one side of
+    the plane of incidence only (0 to pi) the grid of an isotropic material is mirrored.
     """
     rows, measured, spread = _rows((theta_i, phi_i, theta_o, phi_o), values, uncertainty, channels)
     four = _oriented(rows) if isotropic is None else not isotropic
@@ -291,14 +292,24 @@ def _as_grid(rows: np.ndarray, four: bool) -> tuple[list[np.ndarray], np.ndarray
     one = tuple(x[~anywhere] for x in (first, second, *at))
     index[one] = np.flatnonzero(~anywhere)
     np.add.at(taken, one, 1)
+    own = _shared(first, second, at, turns, axes[2:]) & anywhere
     for row in np.flatnonzero(anywhere):
-        around = [slice(None) if free[row] else k[row] for k, (_, free) in zip(at, turns, strict=True)]
+        around = [slice(None) if free[row] and not own[row] else k[row] for k, (_, free) in zip(at, turns, strict=True)]
         index[(first[row], second[row], *around)] = row
         taken[(first[row], second[row], *around)] += 1
     if (taken != 1).any():
         return None
     mirrored = not four and len(axes[2]) > 1 and axes[2][-1] <= math.pi + SAME
     return axes, index, bool(mirrored)
+
+
+def _shared(first: np.ndarray, second: np.ndarray, at: list, turns: list, nodes: list) -> np.ndarray:
+    """Whether a row along the normal is one of several at azimuths that are nodes, as grids are often written out."""
+    on_nodes = [np.abs(x[k] - phi) <= SAME for x, k, (phi, _) in zip(nodes, at, turns, strict=True)]
+    keys = [np.where(free, -1, k) for k, (_, free) in zip(at, turns, strict=True)]
+    place = np.stack([first, second, *keys], axis=1)
+    _, which, count = np.unique(place, axis=0, return_inverse=True, return_counts=True)
+    return np.all(on_nodes, axis=0) & (count[which.reshape(-1)] > 1)
 
 
 def _polar(rows: np.ndarray) -> np.ndarray:
@@ -343,8 +354,8 @@ def _interpolated(
     four: bool,
     mirrored: bool,
     outside: str,
-) -> tuple[np.ndarray, np.ndarray | None]:
-    """f at the nodes of a grid (grid...[, C]), and its standard uncertainty: that of the nearest row."""
+) -> tuple[np.ndarray, np.ndarray | None, np.ndarray]:
+    """f at the nodes of a grid (grid...[, C]), its standard uncertainty: that of the nearest row; and which that is."""
     from scipy.interpolate import RBFInterpolator
     from scipy.spatial import KDTree
 
@@ -369,7 +380,8 @@ def _interpolated(
         if outside == "missing":
             found[~near] = np.nan
     shape = (*grid, *f.shape[1:])
-    return found.reshape(shape), None if spreads is None else spreads[nearest].reshape(shape)
+    spread = None if spreads is None else spreads[nearest].reshape(shape)
+    return found.reshape(shape), spread, nearest.reshape(grid)
 
 
 def _merged(

@@ -37,7 +37,7 @@ def colour_matching(wavelengths: Any) -> np.ndarray:
     )
 
 
-_XYZ_TO_SRGB = np.array(
+XYZ_TO_SRGB = np.array(
     [[3.2404542, -1.5371385, -0.4985314], [-0.9692660, 1.8760108, 0.0415560], [0.0556434, -0.2040259, 1.0572252]]
 )  # IEC 61966-2-1
 
@@ -53,5 +53,5 @@ def to_rgb(wavelengths: Any) -> np.ndarray:
         raise ShapeError(f"wavelengths: got {x!r:.60}, expected at least two increasing numbers [nm]")
     width = np.gradient(x)
     width[0], width[-1] = 0.5 * (x[1] - x[0]), 0.5 * (x[-1] - x[-2])
-    weights = (colour_matching(x) * width[:, None]) @ _XYZ_TO_SRGB.T
+    weights = (colour_matching(x) * width[:, None]) @ XYZ_TO_SRGB.T
     return weights / weights.sum(axis=0)

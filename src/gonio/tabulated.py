@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 import math
-import warnings
 from collections.abc import Sequence
-from typing import ClassVar, NamedTuple
+from typing import ClassVar
 
 import numpy as np
 
-from .errors import MissingDataWarning, ParameterError
+from .comparison import ResamplingError, lattice_pairs, resampling_error
+from .errors import ParameterError
 from .gridded import Gridded
-from .integrate import integrate
-from .interface import Reflectance, direction
+from .holes import filled
+from .interface import Reflectance
 from .parameterisations import parameterisation as parameterisation_named
-from .quadrature import lattice
 
 RESOLUTION = {
     ("half_difference", False): (90, 46, 36),
@@ -23,18 +22,6 @@ RESOLUTION = {
     ("angles", True): (19, 19, 36, 36),
 }
 GRAZING = 0.01  # cosine; the grids end there
-
-
-class ResamplingError(NamedTuple):
-    """How much a table differs from what it was made of, at pairs of directions with cosines above 0.1.
-
-    mean, largest   of |f - true f|/true f, where true f is at least 1/1000 of its mean, else relative to that
-    albedo          largest difference of albedos at polar angles from 0 to 80 degrees
-    """
-
-    mean: float
-    largest: float
-    albedo: float
 
 
 class Tabulated(Gridded):
@@ -100,7 +87,7 @@ def tabulate(
     )
     made.__dict__["channel_names"] = names
     made.__dict__["breaks"] = {**Tabulated.breaks, **m.breaches()}
-    made.__dict__["error"] = _compared(keep, made)
+    made.__dict__["error"] = resampling_error(m, made, keep.chosen)
     return made
 
 
@@ -124,7 +111,7 @@ class _Kept:
         return f[..., None] if self.plain else f[..., self.chosen]
 
     def reciprocal(self) -> bool:
-        wi, wo = _lattice_pairs(512)
+        wi, wo = lattice_pairs(512)
         return np.allclose(self.f(wi, wo), self.f(wo, wi), rtol=1e-6, atol=1e-12, equal_nan=True)
 
 
@@ -151,42 +138,4 @@ def _on_grid(keep: _Kept, parameterisation: str, grid: Sequence[np.ndarray]) -> 
         up = (wi[..., 2] >= 0.999 * GRAZING) & (wo[..., 2] >= 0.999 * GRAZING)
         values[i] = np.nan
         values[i][up] = keep.f(wi[up], wo[up])
-    return np.stack([_filled(values[..., c]) for c in range(keep.width)], axis=-1)
-
-
-def _filled(values: np.ndarray) -> np.ndarray:
-    """An array with its NaNs replaced, from the edges of what is known inwards, by the mean of known neighbours."""
-    values = values.copy()
-    while (missing := np.isnan(values)).any():
-        total, count = np.zeros(values.shape), np.zeros(values.shape)
-        for axis in range(values.ndim):
-            for there, here in ((slice(1, None), slice(None, -1)), (slice(None, -1), slice(1, None))):
-                to, of = ([slice(None)] * values.ndim for _ in range(2))
-                to[axis], of[axis] = here, there
-                known = ~missing[tuple(of)]
-                total[tuple(to)] += np.where(known, values[tuple(of)], 0.0)
-                count[tuple(to)] += known
-        reached = missing & (count > 0)
-        if not reached.any():
-            raise ParameterError("tabulate: the material has no value at any node of the grid; expected some")
-        values[reached] = total[reached] / count[reached]
-    return values
-
-
-def _lattice_pairs(count: int, least: float = 0.1) -> tuple[np.ndarray, np.ndarray]:
-    """Pairs of directions whose cosines are at least `least`, evenly spread."""
-    u = lattice(count, 4)
-    theta = np.arccos(1.0 - (1.0 - least) * u[:, :2])
-    return direction(theta[:, 0], 2.0 * math.pi * u[:, 2]), direction(theta[:, 1], 2.0 * math.pi * u[:, 3])
-
-
-def _compared(keep: _Kept, made: Tabulated) -> ResamplingError:
-    wi, wo = _lattice_pairs(1 << 15)
-    true, found = keep.f(wi, wo), made.f(wi, wo).reshape(len(wi), -1)
-    off = np.abs(found - true) / np.maximum(np.abs(true), 1e-3 * np.nanmean(np.abs(true)) + 1e-30)
-    w = direction(np.radians([0.0, 20.0, 40.0, 60.0, 80.0]), 0.3)
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", MissingDataWarning)
-        before, after = (integrate(m, w, 1e-3).reshape(len(w), -1) for m in (keep.m, made))
-    change = np.abs(after - (before if keep.plain else before[:, keep.chosen]))
-    return ResamplingError(float(np.nanmean(off)), float(np.nanmax(off)), float(change.max()))
+    return np.stack([filled(values[..., c]) for c in range(keep.width)], axis=-1)

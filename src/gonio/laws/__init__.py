@@ -13,6 +13,7 @@ import numpy as np
 
 from .. import batch
 from ..errors import MissingDataWarning, NotFoundError, ShapeError
+from ..gridded import Gridded
 from ..interface import Reflectance
 from . import (
     cavity,
@@ -70,7 +71,8 @@ def check(
     The same for models and measurements, on 131072 pairs of directions and 65536 samples, without random numbers:
     two runs give the same report. A law that does not apply is left out; a note may say why. `laws`: only these.
     `progress(done, total)` is called after each law. A law that the model's class declares not to obey is marked with
-    the class's reason.
+    the class's reason. Of a table that holds the uncertainty of its values, verdicts say whether a failure is more than
+    that explains; they stay what the numbers say.
     """
     wanted = list(LAWS) if laws is None else list(laws)
     for name in wanted:
@@ -79,6 +81,7 @@ def check(
     maps = batch.full_shape(m, ())
     if maps:
         raise ShapeError(f"check: parameters are maps of shape {maps}; expected one value, or one per channel")
+    judge = _judge(m)
     verdicts, notes = [], []
     for i, name in enumerate(wanted):
         with warnings.catch_warnings(), np.errstate(all="ignore"):
@@ -90,10 +93,21 @@ def check(
                 reason = declared(m, name)
                 if reason and found.passed and m.parameters and name not in FOLLOWS:
                     notes.append(f"{name} holds at these parameters, but not at all parameters: {reason}")
-                verdicts.append(found if found.passed else replace(found, declared=reason))
+                found = found if found.passed else replace(found, declared=reason)
+                verdicts.append(judge(found))
         if progress is not None:
             progress(i + 1, len(wanted))
     return Report(repr(m), tuple(verdicts), tuple(notes))
+
+
+def _judge(m: Reflectance) -> Callable[[Law], Law]:
+    """What adds to a verdict how significant it is: of a measurement with uncertainties."""
+    if not isinstance(m, Gridded):
+        return lambda law: law
+    from ..uncertainty.table import has_uncertainty
+    from .significance import judged
+
+    return (lambda law: judged(m, law)) if has_uncertainty(m) else (lambda law: law)
 
 
 def check_all(progress: Callable[[int, int], None] | None = None) -> dict[str, Report]:

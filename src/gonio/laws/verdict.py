@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import textwrap
 from dataclasses import asdict, dataclass, field
 from typing import Any
@@ -12,6 +13,8 @@ class Law:
     """One verdict. `value` is compared with `tolerance` as `rule` says; `where` holds angles [degrees].
 
     `why` says what was found where the law fails, `declared` the reason that the material's class gives for that.
+    `u` is the standard uncertainty of `value`, of a measurement that has one (NaN: unknown), and `significance` says
+    whether a failure is more than that explains.
     """
 
     name: str
@@ -22,6 +25,8 @@ class Law:
     where: dict[str, float] = field(default_factory=dict)
     why: str = ""
     declared: str = ""
+    u: float | None = None
+    significance: str = ""
 
     @property
     def verdict(self) -> str:
@@ -31,7 +36,8 @@ class Law:
     @property
     def finding(self) -> str:
         """The rule with its numbers."""
-        return self.rule.format(value=f"{self.value:.4g}", tolerance=f"{self.tolerance:.4g}")
+        spread = "" if self.u is None else " ± unknown" if math.isnan(self.u) else f" ± {self.u:.2g}"
+        return self.rule.format(value=f"{self.value:.4g}{spread}", tolerance=f"{self.tolerance:.4g}")
 
     @property
     def place(self) -> str:
@@ -81,7 +87,8 @@ class Report:
             lines.append(f"  {verdict}  {law.name:<{width}}  {law.finding:<{room}}  {law.place}".rstrip())
             as_before = f"as for {told[law.declared]}" if law.declared in told else law.declared
             told.setdefault(law.declared, law.name)
-            for text in (law.why, f"declared: {as_before}" if law.declared else ""):
+            declared = f"declared: {as_before}" if law.declared else ""
+            for text in (law.why, law.significance, declared):
                 lines += textwrap.wrap(text, 100, initial_indent=indent, subsequent_indent=indent)
         for note in self.notes:
             lines += textwrap.wrap(note, 100, initial_indent="  note  ", subsequent_indent=" " * 8)

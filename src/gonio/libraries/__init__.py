@@ -13,6 +13,7 @@ from ..trace.symbol import Symbol, Symbols, TableSymbol
 from .dr_jit import DrJit
 from .in_numpys_manner import Array, Jax, Library, NumPy, Torch
 from .in_numpys_manner import Fixed as Fixed
+from .in_numpys_manner import Later as Later
 
 LIBRARIES: dict[str, Library] = {
     "numpy": NumPy("numpy", absolute="abs"),

@@ -40,6 +40,17 @@ class Fixed:
     _make._dynamo_marked_constant = True  # type: ignore[attr-defined]
 
 
+class Later:
+    """Fixed numbers for NumPy, converted when they are looked up: what is not may take long to make."""
+
+    def __init__(self, numbers: Fixed, dtype: np.dtype):
+        self._numbers, self._dtype = numbers, dtype
+
+    def take(self, index: Array) -> Array:
+        """The entries at these places."""
+        return np.take(self._numbers.once(np.ascontiguousarray, self._dtype), index)
+
+
 class Library:
     """An array library in the manner of NumPy: what its functions are called, and how vectors become components."""
 
@@ -143,7 +154,7 @@ class NumPy(Library):
         return value.once(np.ascontiguousarray, like.dtype)
 
     def op_take(self, table: Array, index: Array) -> Array:
-        return np.take(table, index)
+        return table.take(index)
 
     def op_erf(self, x: Array) -> Array:
         from scipy.special import erf

@@ -1,7 +1,9 @@
 """Measured reflectances and their file formats, one file each: `load` recognises a file by its content.
 
-A format's module has NAME, SUFFIXES, DESCRIPTION, `matches(head, size)`, `read(path)` and, where it can be written,
-`write(m, path)`; it is found by being in this folder.
+A format's module has NAME, SUFFIXES, DESCRIPTION, ORACLE (what it was checked against), `matches(head, size)`,
+`read(path)` and, where it can be written, `write(m, path)`, both with keyword options if there are any. Where a suffix
+is also another format's it says SHARED_SUFFIX = True: saving then needs `format`. Where the format is a folder it has
+`matches_folder(path)`, too. It is found by being in this folder.
 """
 
 from __future__ import annotations
@@ -12,9 +14,11 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-from .. import discover
+from .. import discover, provenance
 from ..errors import FormatError, NotFoundError, ParameterError
 from ..interface import Reflectance
+from ..measurement import Measured
+from . import _options
 
 HEAD = 4096
 """How many of a file's first bytes `matches` is given."""
@@ -26,12 +30,24 @@ def formats() -> list[ModuleType]:
     return discover.modules(__name__)
 
 
-def load(path: str | os.PathLike) -> Reflectance:
+def load(path: str | os.PathLike, **options: Any) -> Reflectance:
     """The reflectance in a file, recognised by content and not by name.
 
-    Raises NotFoundError if there is no such file, FormatError if it is of no known format or damaged.
+    `options` are those of the format's `read`. A measurement knows its `provenance`.
+    Raises NotFoundError if there is no such file, FormatError if it is of no known format or damaged, ParameterError
+    for options that the format has not.
     """
     path = Path(path)
+    module = _of_folder(path) if path.is_dir() else _of_file(path)
+    _options.check(module, "read", options)
+    m = module.read(path, **options)
+    if isinstance(m, Measured):
+        provenance.noted(m, path, module.NAME, options)
+    return m
+
+
+def _of_file(path: Path) -> ModuleType:
+    """The module whose format a file's content is."""
     try:
         size = path.stat().st_size
         with path.open("rb") as file:
@@ -42,29 +58,48 @@ def load(path: str | os.PathLike) -> Reflectance:
         raise NotFoundError(f"{path}: cannot be read: {error.strerror}") from None
     for module in formats():
         if module.matches(head, size):
-            return module.read(path)
+            return module
     known = "; ".join(f"{m.NAME} ({', '.join(m.SUFFIXES)})" for m in formats())
     raise FormatError(f"{path}: not a known format: starts with {head[:16]!r}, {size} bytes; known formats: {known}")
+
+
+def _of_folder(path: Path) -> ModuleType:
+    for module in formats():
+        if hasattr(module, "matches_folder") and module.matches_folder(path):
+            return module
+    raise FormatError(f"{path}: a folder of no known format, expected a file, or a folder that gonio.save wrote")
 
 
 def save(m: Reflectance, path: str | os.PathLike, format: str | None = None, **options: Any) -> None:
     """Write a reflectance to a file; the format is that of the suffix, or the one named.
 
-    `options` are the format's own, see its `write`. A failed or interrupted write leaves an existing file as it was.
-    Raises ParameterError where the suffix names no format, or several, and `format` is not given.
+    `options` are those of the format's `write`. A failed or interrupted write leaves an existing file as it was.
+    Raises ParameterError where the suffix names no format, or several, and `format` is not given, for options that the
+    format has not, and where it cannot hold the material.
     """
-    path = Path(path)
-    writers = {m.NAME: m for m in formats() if hasattr(m, "write")}
+    module = writer(path, format)
+    _options.check(module, "write", options)
+    module.write(m, Path(path), **options)
+
+
+def writer(path: str | os.PathLike, format: str | None = None) -> ModuleType:
+    """The module that writes the format of that name, or of the suffix of `path`, where only one has it.
+
+    A name may be in any case, or be a suffix without its dot. Raises ParameterError where no format, or several, fit.
+    """
+    writers = [m for m in formats() if hasattr(m, "write")]
     if format is not None:
-        if format not in writers:
-            raise ParameterError(f"format={format!r}: expected one of {', '.join(map(repr, writers))}")
-        return writers[format].write(m, path, **options)
-    named = [
-        w for w in writers.values() if path.suffix.lower() in w.SUFFIXES and not getattr(w, "SHARED_SUFFIX", False)
-    ]
-    if len(named) != 1:
-        listed = ", ".join(f"{n!r} ({' '.join(w.SUFFIXES)})" for n, w in writers.items())
-        raise ParameterError(
-            f"{path}: the suffix {path.suffix!r} does not say which format; give format=, one of {listed}"
-        )
-    return named[0].write(m, path, **options)
+        word = format.lower().removeprefix(".")
+        named = [w for w in writers if w.NAME.lower() == word]
+        named = named or [w for w in writers if f".{word}" in w.SUFFIXES and not getattr(w, "SHARED_SUFFIX", False)]
+        if len(named) != 1:
+            raise ParameterError(f"format={format!r}: expected one of {', '.join(repr(w.NAME) for w in writers)}")
+        return named[0]
+    suffix = Path(path).suffix.lower()
+    fitting = [w for w in writers if suffix in w.SUFFIXES]
+    own = [w for w in fitting if not getattr(w, "SHARED_SUFFIX", False)]
+    if len(own) == 1:
+        return own[0]
+    listed = ", ".join(f"{w.NAME!r} ({' '.join(w.SUFFIXES)})" for w in fitting or writers)
+    says = "is that of several formats" if len(fitting) > 1 else "does not say which format"
+    raise ParameterError(f"{path}: the suffix {suffix!r} {says}; give format= (on the command line --format) {listed}")

@@ -9,9 +9,11 @@ Source: Dupuy & Jakob 2018 (the material files of that paper); checked against f
 from __future__ import annotations
 
 import math
+import mmap
 import struct
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -30,7 +32,7 @@ _MOST_AXES = 32
 class _Header:
     """Reads one number after the other from the start of a file, never beyond its end."""
 
-    def __init__(self, data: bytes, name: str):
+    def __init__(self, data: bytes | mmap.mmap, name: str):
         self.data, self.name, self.at = data, name, 0
 
     def bytes(self, count: int, what: str) -> bytes:
@@ -48,7 +50,7 @@ class _Header:
         return struct.unpack(layout, self.bytes(struct.calcsize(layout), what))[0]
 
 
-def parse(data: bytes, name: str) -> dict[str, np.ndarray]:
+def parse(data: bytes | mmap.mmap, name: str) -> dict[str, np.ndarray]:
     """The fields of a tensor file in their order, as read-only views of `data`; `name` is for error messages.
 
     Raises FormatError for whatever is not one, and never allocates more than `data` holds.
@@ -92,7 +94,7 @@ def _entry(head: _Header, i: int) -> tuple[str, np.dtype, int, tuple[int, ...]]:
 
 
 def _array(
-    data: bytes, name: str, field: str, start: int, dtype: np.dtype, offset: int, shape: tuple[int, ...]
+    data: bytes | mmap.mmap, name: str, field: str, start: int, dtype: np.dtype, offset: int, shape: tuple[int, ...]
 ) -> np.ndarray:
     end = offset + math.prod(shape) * dtype.itemsize
     if not start <= offset <= end <= len(data) or max(shape, default=0) > len(data):
@@ -137,27 +139,33 @@ def expect(
 
 def serialise(fields: Mapping[str, np.ndarray]) -> bytes:
     """A tensor file of these fields, in their order."""
+    return b"".join(_pieces(fields))
+
+
+def _pieces(fields: Mapping[str, np.ndarray]) -> Iterator[Any]:
+    """A tensor file piece by piece: fields may be larger than memory."""
     codes = {dtype: code for code, dtype in TYPES.items()}
     arrays, names = [], [field.encode("utf-8") for field in fields]
     for field, array in fields.items():
         little = np.asarray(array).dtype.newbyteorder("<")
         if little not in codes:
             raise ParameterError(f"field {field!r} is {little.name}, expected an integer or floating-point type")
-        arrays.append(np.asarray(array, dtype=little))
+        arrays.append(np.ascontiguousarray(array, dtype=little).reshape(np.shape(array)))
     at = _START + sum(_SMALLEST_ENTRY + len(n) + 8 * a.ndim for n, a in zip(names, arrays, strict=True))
-    header, body = [MAGIC, bytes(VERSION), struct.pack("<I", len(names))], []
+    yield MAGIC + bytes(VERSION) + struct.pack("<I", len(names))
+    padding = []
     for name, array in zip(names, arrays, strict=True):
-        padding = -at % 8
-        at += padding
-        header.append(struct.pack("<H", len(name)) + name)
-        header.append(struct.pack(f"<HBQ{array.ndim}Q", array.ndim, codes[array.dtype], at, *array.shape))
-        body.append(bytes(padding) + array.tobytes())
+        padding.append(-at % 8)
+        at += padding[-1]
+        yield struct.pack("<H", len(name)) + name
+        yield struct.pack(f"<HBQ{array.ndim}Q", array.ndim, codes[array.dtype], at, *array.shape)
         at += array.nbytes
-    return b"".join(header + body)
+    for before, array in zip(padding, arrays, strict=True):
+        yield bytes(before)
+        yield array.data.cast("B") if array.size else b""
 
 
 def write(path: Path, fields: Mapping[str, np.ndarray]) -> None:
     """Write a tensor file; an existing file is replaced only when all is written."""
-    data = serialise(fields)
-    with replacing(path) as temporary:
-        temporary.write_bytes(data)
+    with replacing(path) as temporary, temporary.open("wb") as file:
+        file.writelines(_pieces(fields))

@@ -13,6 +13,7 @@ from ..parametrised import from_json
 NAME = "gonio JSON"
 SUFFIXES = (".json",)
 DESCRIPTION = "a model and its parameters"
+ORACLE = "round trip: the format is gonio's own"
 
 
 def matches(head: bytes, size: int) -> bool:

@@ -35,6 +35,7 @@ if TYPE_CHECKING:
 NAME = "MERL"
 SUFFIXES = (".binary",)
 DESCRIPTION = "isotropic RGB on half and difference angles (Matusik et al. 2003)"
+ORACLE = "own files from the published description; length and sha256 of the published files"
 
 SCALE = (1.0 / 1500.0, 1.15 / 1500.0, 1.66 / 1500.0)
 """f = stored number * SCALE, for red, green, blue."""
@@ -84,6 +85,7 @@ class MERL(Measured):
     channel = channels("red, green, blue")
 
     format = NAME
+    parameterisation = "half_difference"
     cells: Any  # what formulas look up, of bound materials only
     rings: Any
     phi_cells: int
@@ -112,6 +114,11 @@ class MERL(Measured):
         return _valid(self.raw)
 
     @property
+    def axes(self) -> dict[str, np.ndarray]:
+        """Centres of cells [rad] along each axis."""
+        return dict(zip(AXES, centres(self.raw.shape[3]), strict=True))
+
+    @property
     def published(self) -> str | None:
         """Name of the published material whose file this is, bit by bit ("alum-bronze"), or None."""
         digest = hashlib.sha256(_header(self.raw))
@@ -124,15 +131,19 @@ class MERL(Measured):
         import xarray
 
         axes: dict[str, Any] = {"channel": ("channel", list("RGB"), {"long_name": "linear RGB as stored"})}
-        for name, degrees in zip(AXES, map(np.degrees, _centres(self.raw.shape[3])), strict=True):
-            axes[name] = (name, degrees, {"units": "degree", "long_name": f"{AXES[name]}, centres of cells"})
+        for name, nodes in self.axes.items():
+            axes[name] = (
+                name,
+                np.degrees(nodes),
+                {"units": "degree", "long_name": f"{AXES[name]}, centres of cells"},
+            )
         stored = {"units": "1", "long_name": "stored number; negative or not finite: no data"}
         scale = {"units": "sr-1", "long_name": "BRDF per stored number"}
         variables = {
             "raw": (("channel", *AXES), self.raw, stored),
             "scale": ("channel", np.array(SCALE), scale),
         }
-        return xarray.Dataset(variables, axes, {"quantity": self.quantity, "source": self.path})
+        return xarray.Dataset(variables, axes, self.attributes)
 
     def _keep(self) -> dict[str, Fixed]:
         """As the base's, with tables made from `raw` when first needed in its place, which the formulas look up."""
@@ -223,7 +234,7 @@ def _header(raw: np.ndarray) -> bytes:
     return np.array(raw.shape[1:], "<i4").tobytes()
 
 
-def _centres(phi_cells: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def centres(phi_cells: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """theta_h, theta_d, phi_d [rad] of the centres of cells."""
     i = np.arange(N) + 0.5
     return np.radians(i * i / N), np.radians(i), np.radians(np.arange(phi_cells) + 0.5)
@@ -258,7 +269,7 @@ def _rings(raw: np.ndarray) -> np.ndarray:
     4 cos(theta_d) dw_d. The rings get that without nine tenths of the f that the dimmest of them has, which
     is left to the cosine hemisphere.
     """
-    theta_h, theta_d, phi_d = _centres(raw.shape[3])
+    theta_h, theta_d, phi_d = centres(raw.shape[3])
     mean, room = np.zeros(N), np.zeros(N)
     for i in range(N):
         wi, wo = _pairs(theta_h[i], theta_d[:, None], phi_d)
@@ -325,7 +336,7 @@ def read(path: Path) -> MERL:
             )
         file.seek(HEADER)
         raw = np.fromfile(file, "<f8", 3 * math.prod(dims)).reshape(3, *dims)
-    return MERL(raw, path=str(path), about=dict(zip(AXES, dims, strict=True)))
+    return MERL(raw, path=str(path))
 
 
 def write(m: Reflectance, path: Path, phi_d: int = 180) -> None:
@@ -353,7 +364,7 @@ def _tabulate(m: Reflectance, phi_cells: int) -> np.ndarray:
     if not m.is_isotropic():
         raise ParameterError(f"{m!r:.80}: is anisotropic, and MERL files hold isotropic materials only")
     raw = np.full((3, N, N, phi_cells), -1.0)
-    theta_h, theta_d, phi_d = _centres(phi_cells)
+    theta_h, theta_d, phi_d = centres(phi_cells)
     for i in range(0, N, 10):
         rows = slice(i, i + 10)
         wi, wo = _pairs(theta_h[rows, None, None], theta_d[:, None], phi_d)

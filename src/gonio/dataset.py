@@ -1,0 +1,221 @@
+"""Measurements as `xarray.Dataset`s and back, without loss: the layout of docs/data-model.md."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from . import schema
+from .errors import FormatError, ParameterError
+from .gridded import Gridded
+from .interface import Reflectance
+from .parameterisations import parameterisation as parameterisation_named
+from .provenance import ORIGIN, origin
+from .scattered import Scattered
+from .schema import NANOMETRES, RADIANS, ROW, from_text
+
+if TYPE_CHECKING:
+    import xarray
+
+RESOLUTION = {
+    ("half_difference", False): (46, 31, 36),
+    ("half_difference", True): (23, 16, 24, 16),
+    ("angles", False): (31, 31, 36),
+    ("angles", True): (13, 13, 24, 24),
+    ("specular", False): (19, 46, 24),
+    ("specular", True): (10, 23, 16, 16),
+}
+"""Nodes of the grid that a reflectance without one is put on."""
+
+
+def to_dataset(
+    m: Reflectance, parameterisation: str = "half_difference", resolution: Sequence[int] | None = None
+) -> xarray.Dataset:
+    """A reflectance as a dataset in gonio's layout; see docs/data-model.md.
+
+    What is on a grid or in rows is kept as it is, with uncertainty, validity and all that is known about it. Of others,
+    f is put on a grid: `parameterisation` and `resolution` (nodes along each axis) say which; pairs below the horizon
+    have no value. Where the measurement was read from a file the dataset says which, with its SHA-256.
+
+    Raises ParameterError for a material with a delta lobe or with maps.
+    """
+    if not isinstance(m, Gridded):
+        m = on_grid(m, parameterisation, resolution)
+    return m.data.assign_attrs(provenance=schema.to_text(origin(m)))
+
+
+def from_dataset(ds: xarray.Dataset, path: str = "") -> Gridded:
+    """The measurement in a dataset in gonio's layout, made by `to_dataset` or by hand; see docs/data-model.md.
+
+    Angles may be in degrees, wavelengths in um or m: their `units` say so. Where `valid` is false there is no value.
+    Raises FormatError that names the variable or attribute that is missing or wrong.
+    """
+    where = path or "dataset"
+    version = str(ds.attrs.get("gonio_schema", ""))
+    if not version:
+        raise FormatError(
+            f"{where}: has no attribute gonio_schema, expected {schema.VERSION!r}; docs/data-model.md says what to add"
+        )
+    if version.partition(".")[0] != schema.VERSION.partition(".")[0]:
+        raise FormatError(f"{where}: gonio_schema is {version!r}, expected {schema.VERSION!r}; update gonio")
+    if "values" not in ds:
+        raise FormatError(f"{where}: has no variable values; its variables: {', '.join(map(str, ds))}")
+    kind = Scattered if ROW in ds["values"].dims else Gridded
+    try:
+        return _scattered(ds, path, where) if kind is Scattered else _gridded(ds, path, where)
+    except ParameterError as error:
+        raise FormatError(f"{where}: {error}") from None
+
+
+def _gridded(ds: xarray.Dataset, path: str, where: str) -> Gridded:
+    name = _text(ds, "parameterisation", where)
+    dims = [d for d in ds["values"].dims if d not in ("wavelength", "channel")]
+    axes = parameterisation_named(name).names(len(dims))
+    if set(dims) != set(axes):
+        raise FormatError(f"{where}: values has dimensions {', '.join(map(str, dims))}, expected {', '.join(axes)}")
+    return Gridded(
+        name,
+        {axis: _angle(ds, axis, where) for axis in axes},
+        _masked(ds, axes),
+        uncertainty=_variable(ds, "uncertainty", axes),
+        mirrored=bool(ds.attrs.get("mirrored", 0)),
+        periods=from_text(_text(ds, "periods", where), where) if "periods" in ds.attrs else None,
+        interpolation=_text(ds, "interpolation", where, "linear"),
+        **_common(ds, path, where),
+    )
+
+
+def _scattered(ds: xarray.Dataset, path: str, where: str) -> Scattered:
+    isotropic = ds.attrs.get("isotropic")
+    theta_i, phi_i, theta_o, phi_o = (_angle(ds, axis, where) for axis in ("theta_i", "phi_i", "theta_o", "phi_o"))
+    return Scattered(
+        theta_i,
+        phi_i,
+        theta_o,
+        phi_o,
+        _masked(ds, (ROW,)),
+        uncertainty=_variable(ds, "uncertainty", (ROW,)),
+        isotropic=None if isotropic is None else bool(isotropic),
+        **_common(ds, path, where),
+    )
+
+
+def _common(ds: xarray.Dataset, path: str, where: str) -> dict[str, Any]:
+    """What both kinds of measurement are given."""
+    about = from_text(_text(ds, "about", where), where) if "about" in ds.attrs else {}
+    if not isinstance(about, dict):
+        raise FormatError(f"{where}: the attribute about is {about!r:.40}, expected a JSON object")
+    if "provenance" in ds.attrs and (made_of := from_text(_text(ds, "provenance", where), where)):
+        about[ORIGIN] = made_of
+    return {
+        "quantity": _text(ds, "quantity", where),
+        "channels": _channel_names(ds, where),
+        "outside": _text(ds, "outside", where, "hold"),
+        "path": path,
+        "about": about,
+    }
+
+
+def _channel_names(ds: xarray.Dataset, where: str) -> list[str | float] | None:
+    dims = ds["values"].dims
+    if "wavelength" in dims:
+        found = _scaled(ds, "wavelength", NANOMETRES, where)
+        return [float(x) for x in found]
+    return [str(x) for x in _coordinate(ds, "channel", where).values] if "channel" in dims else None
+
+
+def _angle(ds: xarray.Dataset, name: str, where: str) -> np.ndarray:
+    return _scaled(ds, name, RADIANS, where)
+
+
+def _coordinate(ds: xarray.Dataset, name: str, where: str) -> xarray.DataArray:
+    if name not in ds.variables or ds[name].ndim != 1:
+        raise FormatError(f"{where}: has no coordinate {name} with one dimension, expected one")
+    return ds[name]
+
+
+def _scaled(ds: xarray.Dataset, name: str, units: dict[str, float], where: str) -> np.ndarray:
+    found = _coordinate(ds, name, where)
+    factor = units.get(str(found.attrs.get("units", "")).strip())
+    if factor is None or found.dtype.kind not in "iuf":
+        raise FormatError(
+            f"{where}: {name} holds {found.dtype} in units {found.attrs.get('units')!r}, expected numbers in one of "
+            f"{', '.join(units)}"
+        )
+    values = found.values.astype(float)
+    return values if factor == 1.0 else values * factor
+
+
+def _variable(ds: xarray.Dataset, name: str, axes: Sequence[str]) -> np.ndarray | None:
+    """A variable with its dimensions in the order of values; None if there is none."""
+    if name not in ds:
+        return None
+    channel = [d for d in ("wavelength", "channel") if d in ds["values"].dims]
+    expected = [*axes, *channel]
+    if set(ds[name].dims) != set(expected):
+        raise ParameterError(f"{name} has dimensions {ds[name].dims}, expected {', '.join(expected)}")
+    found = ds[name].transpose(*expected).values
+    if found.dtype.kind not in "iufb":
+        raise ParameterError(f"{name} holds {found.dtype}, expected numbers")
+    return found
+
+
+def _masked(ds: xarray.Dataset, axes: Sequence[str]) -> np.ndarray:
+    """The values, NaN where `valid` says that there is none."""
+    values, valid = _variable(ds, "values", axes), _variable(ds, "valid", axes)
+    assert values is not None
+    if values.dtype.kind != "f":
+        values = values.astype(float)
+    if valid is None or not (hidden := ~valid.astype(bool) & np.isfinite(values)).any():
+        return values
+    return np.where(hidden, values.dtype.type(np.nan), values)
+
+
+def _text(ds: xarray.Dataset, name: str, where: str, default: str | None = None) -> str:
+    found = ds.attrs.get(name, default)
+    if not isinstance(found, str):
+        raise FormatError(f"{where}: the attribute {name} is {found!r:.40}, expected text")
+    return found
+
+
+def check_plain(m: Reflectance) -> None:
+    """ParameterError for a material with a delta lobe or with maps: no table of f could hold it."""
+    if m.has_delta:
+        raise ParameterError(f"{m!r:.80}: a table of f cannot hold a perfect mirror; write the material without it")
+    shape = m.f([0.0, 0.0, 1.0], [0.0, 0.0, 1.0]).shape
+    if len(shape) > 1:
+        raise ParameterError(f"{m!r:.80}: values have shape {shape} for a pair, expected () or (C,); it has maps")
+
+
+def on_grid(m: Reflectance, parameterisation: str, resolution: Sequence[int] | None = None) -> Gridded:
+    """f of any reflectance on a grid of angles; NaN for pairs below the horizon.
+
+    theta_h is spaced as its square root. Raises ParameterError for a material with a delta lobe or with maps.
+    """
+    check_plain(m)
+    oriented = not m.is_isotropic()
+    kind = parameterisation_named(parameterisation)
+    counts = tuple(resolution or RESOLUTION[parameterisation, oriented])
+    names = kind.names(4 if oriented else 3)
+    if len(counts) != len(names) or min(counts) < 2:
+        raise ParameterError(f"resolution={counts}: expected {len(names)} numbers of nodes, at least 2: {names}")
+    nodes = {}
+    for name, count in zip(names, counts, strict=True):
+        if name in kind.turning:
+            nodes[name] = 2.0 * math.pi * np.arange(count) / count
+        elif name in ("theta_h", "radial"):
+            nodes[name] = (math.pi if name == "radial" else 0.5 * math.pi) * np.linspace(0.0, 1.0, count) ** 2
+        else:
+            nodes[name] = 0.5 * math.pi * np.linspace(0.0, 1.0, count)
+    wi, wo = kind.pairs(*np.meshgrid(*nodes.values(), indexing="ij"))
+    up = (wi[..., 2] > 1e-6) & (wo[..., 2] > 1e-6)
+    f = m.f(wi[up], wo[up])
+    values = np.full((*up.shape, *f.shape[1:]), np.nan)
+    values[up] = f
+    names_ = m.channel_names or (("R", "G", "B") if f.shape[1:] == (3,) else tuple(map(str, range(f.shape[-1]))))
+    return Gridded(
+        parameterisation, nodes, values, channels=names_ if f.ndim == 2 else None, about={"made_of": repr(m)}
+    )

@@ -1,0 +1,151 @@
+"""What a law's number means for a measurement with uncertainty: whether what is found is more than its errors explain.
+
+A verdict stays what the numbers say. Beside it stands the standard uncertainty u of the number, the larger one of what
+independent errors and an error common to all values would give, because files do not say which they mean.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from ..cones import Hemisphere
+from ..gridded import Gridded
+from ..integrate import albedo
+from ..interface import Reflectance, direction
+from ..nicodemus import reflectance_factor
+from ..uncertainty.functionals import Linear, linear, named
+from ..uncertainty.sensitivity import Coefficients, by_channel, coefficients
+from ..uncertainty.table import TableErrors
+from .probes import difference, pairs, values
+from .verdict import Law
+
+K = 2.0
+"""Coverage factor from which on a deviation counts as significant, at one place."""
+
+FAR = 5.0
+"""The same, in u, for the largest of many: one of 10^5 normal errors lies beyond with a probability of 6 %."""
+
+PAIRS = 1 << 14
+"""How many pairs of directions are looked at."""
+
+
+def judged(m: Gridded, law: Law) -> Law:
+    """The verdict with the uncertainty of its number, and what that means."""
+    judge = _JUDGES.get(law.name)
+    return law if judge is None or not math.isfinite(law.value) else judge(m, law)
+
+
+def _u(m: Gridded, of: Linear, value: np.ndarray, minus: Linear | None = None) -> np.ndarray:
+    """Standard uncertainties (n, C) of linear results, or of differences of such."""
+    found = []
+    for correlation in ("independent", "common"):
+        errors = TableErrors(m, correlation)
+        if minus is None:
+            latent = errors.results(of, value)
+        else:
+            first, second = coefficients(m, of, 1), coefficients(m, minus, 1)
+            rows = [a - b for a, b in zip(first.rows, second.rows, strict=True)]
+            latent = errors.latent(Coefficients(rows, first.pattern), value)
+        found.append(latent.u)
+    return np.maximum(*found).reshape(value.shape)
+
+
+def _integral(function: Callable, *args: object) -> Callable[[Gridded, Law], Law]:
+    """Of an integral at one place: its number and that of the law are the same, but for the quadrature."""
+
+    def judge(m: Gridded, law: Law) -> Law:
+        where = [math.radians(x) for x in law.where.values()]
+        if len(where) != 2:
+            return law
+        at = (*args, direction(*where))
+        value = np.atleast_1d(function(m, *at, tolerance=1e-3))
+        of = linear(function, named(function, m, at, {}))
+        assert of is not None
+        channel = int(np.nanargmax(value))
+        u = float(_u(m, of, value[None])[0, channel])
+        if math.isnan(u) or law.passed:
+            return replace(law, u=u)
+        z = (law.value - 1.0) / u if u > 0.0 else math.inf
+        return replace(law, u=u, significance=f"exceeds 1 by {z:.2g} u: {_word(z > K)}")
+
+    return judge
+
+
+def _word(significant: bool) -> str:
+    return "significant" if significant else "within the uncertainty"
+
+
+def _some(m: Gridded) -> tuple[np.ndarray, np.ndarray]:
+    count = max(1 << 10, PAIRS // by_channel(m.stored, m).shape[1])
+    return pairs(min(count, PAIRS))
+
+
+def _values(wi: np.ndarray, wo: np.ndarray) -> Linear:
+    found = linear(Reflectance.f, {"wi": wi, "wo": wo})
+    assert found is not None
+    return found
+
+
+def _there(law: Law) -> tuple[np.ndarray, np.ndarray]:
+    """The pair (1, 3) at which the law has its number."""
+    theta_i, phi_i, theta_o, phi_o = (np.radians([x]) for x in law.where.values())
+    return direction(theta_i, phi_i), direction(theta_o, phi_o)
+
+
+def _positivity(m: Gridded, law: Law) -> Law:
+    if law.passed:
+        return law
+    wi, wo = _there(law)
+    f = values(m, wi, wo)
+    u = float(_u(m, _values(wi, wo), f)[0, int(np.nanargmin(f))])
+    wi, wo = _some(m)
+    f = values(m, wi, wo)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        z = -f / _u(m, _values(wi, wo), f)
+    return replace(law, u=u, significance=_shares(m, z, "values", "are more than 2 u below 0", 0.023, "where f is 0"))
+
+
+def _reciprocity(m: Gridded, law: Law) -> Law:
+    if law.passed:
+        return law
+    wi, wo = _there(law)
+    there, back = values(m, wi, wo), values(m, wo, wi)
+    channel = int(difference(there, back)[0].argmax())
+    u = _u(m, _values(wi, wo), there - back, _values(wo, wi))[0, channel]
+    mean = 0.5 * float(np.abs(there[0, channel]) + np.abs(back[0, channel]))
+    wi, wo = _some(m)
+    change = values(m, wi, wo) - values(m, wo, wi)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        z = np.abs(change) / _u(m, _values(wi, wo), change, _values(wo, wi))
+    text = _shares(m, z, "pairs", "differ by more than 2 u", 0.046, "of a reciprocal surface")
+    return replace(law, u=float(u) / mean if mean > 0.0 else None, significance=text)
+
+
+def _shares(m: Gridded, z: np.ndarray, what: str, do: str, expected: float, when: str) -> str:
+    """How many deviations, in standard uncertainties, are large, and whether these are more than errors explain.
+
+    As many as there are values in the table are independent, whatever number is interpolated from them: the share that
+    is expected gets three standard deviations of a binomial distribution.
+    """
+    known = z[~np.isnan(z)]
+    if known.size == 0:
+        return "no uncertainty is known"
+    share, most = float((known > K).mean()), float(known.max())
+    most_expected = expected + 3.0 * math.sqrt(expected * (1.0 - expected) / max(1.0, 0.5 * float(m.valid.sum())))
+    significant = share > most_expected or most > FAR
+    return (
+        f"{share:.1%} of the {what} {do} (up to {expected:.1%} {when}, by normal errors), the worst by {most:.2g} u: "
+        f"{_word(significant)}"
+    )
+
+
+_JUDGES: dict[str, Callable[[Gridded, Law], Law]] = {
+    "positivity": _positivity,
+    "reciprocity": _reciprocity,
+    "energy": _integral(albedo),
+    "furnace": _integral(reflectance_factor, Hemisphere()),
+}

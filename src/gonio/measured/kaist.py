@@ -1,0 +1,153 @@
+"""KAIST's `.pbsdf`: polarimetric measurements, Mueller matrices on half and difference angles and five wavelengths.
+
+A tensor file (see `_tensor_file`) with the fields theta_h, theta_d, phi_d, f32 (1, n) [rad], wvls u16 [nm], and M
+f32 (phi_d, theta_d, theta_h, wavelength, 4, 4), without a cosine, NaN where there is nothing; published files are
+361 x 91 x 91 x 5 and 957 MB. phi_d is the azimuth of wi, to the light. Checked against Mitsuba's `measured_polarized`
+on files written here; no published file was at hand.
+"""
+
+from __future__ import annotations
+
+import mmap
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..errors import FormatError, NotFoundError, ParameterError
+from ..geometry import HORIZON
+from ..interface import Reflectance
+from ..parameterisations import parameterisation
+from . import _tensor_file
+from ._mapped import Mapped
+from ._tensor_file import expect
+
+if TYPE_CHECKING:
+    import xarray
+
+NAME = "KAIST"
+SUFFIXES = (".pbsdf",)
+DESCRIPTION = "polarimetric BRDFs of the KAIST database, Mueller matrices (Baek et al. 2020)"
+ORACLE = "Mitsuba `measured_polarized`, on own files"
+
+AXES = ("theta_h", "theta_d", "phi_d")
+WAVELENGTHS = (450, 500, 550, 600, 650)
+RESOLUTION = (91, 46, 73)
+
+
+class KAIST(Mapped):
+    """Polarimetric BRDF of an isotropic material: f is M00 at each wavelength, linear in theta_h, theta_d and phi_d.
+
+    Beyond the outermost nodes f is what it is there. Nodes without data (NaN) are left out and the weights of the
+    others renormalised; Mitsuba has 0 for pairs with such a node around them.
+
+    mueller   the matrices (phi_d, theta_d, theta_h, wavelength, 4, 4) [1/sr] as they are stored, in the file until they
+              are looked at. Reference directions of Stokes vectors lie in the plane of both directions (Baek et al.).
+
+    Sampling: see `Sampled`.
+
+    Shapes   f: (..., wavelengths).
+    Units    f: 1/sr; wavelengths (`channel_names`): nm.
+    Error    against Mitsuba 3.9.1 `measured_polarized` (float32), 2000 pairs of a file of random numbers without NaN:
+             7e-6 of the largest f. Memory, once f is asked for: some 16 bytes per node and wavelength, 0.24 GB for a
+             published file.
+    Source   Baek et al. 2020, "Image-based acquisition and modeling of polarimetric reflectance", ACM TOG 39(4):139.
+    """
+
+    format = NAME
+    fields_stored: dict[str, np.ndarray]
+    """The fields of the file, in their order."""
+
+    def __init__(self, fields: Mapping[str, np.ndarray], path: str = ""):
+        """From the fields of a tensor file. Raises FormatError where they do not fit each other."""
+        where, held = path or "KAIST fields", dict(fields)
+        wavelengths = expect(held, where, "wvls", (None,), "uint16")
+        if (np.diff(wavelengths.astype(int)) <= 0).any():
+            raise FormatError(f"{where}: wvls is {wavelengths[:8]}, expected increasing wavelengths [nm]")
+        nodes = {name: _nodes(held, where, name) for name in AXES}
+        counts = tuple(len(nodes[name]) for name in reversed(AXES))
+        M = expect(held, where, "M", (*counts, len(wavelengths), 4, 4))
+        self.__dict__["fields_stored"] = held
+        try:
+            super().__init__(
+                "half_difference",
+                nodes,
+                M[..., 0, 0].transpose(2, 1, 0, 3),
+                tuple(wavelengths.astype(float).tolist()),
+                path,
+                {name: len(x) for name, x in nodes.items()},
+            )
+        except ParameterError as error:
+            raise FormatError(f"{where}: {error}") from None
+
+    @property
+    def mueller(self) -> np.ndarray:
+        """The Mueller matrices, as stored."""
+        return self.fields_stored["M"]
+
+    @property
+    def data(self) -> xarray.Dataset:
+        """As a Gridded's, with `mueller` by phi_d, theta_d, theta_h, wavelength and Stokes component."""
+        dims = ("phi_d", "theta_d", "theta_h", "wavelength", "stokes_o", "stokes_i")
+        long_name = {"units": "sr-1", "long_name": "Mueller matrix of the BRDF"}
+        return super().data.assign(mueller=(dims, self.mueller, long_name))
+
+
+def _nodes(fields: Mapping[str, np.ndarray], where: str, name: str) -> np.ndarray:
+    """Nodes of an axis [rad]; those that are even but for the rounding of float32 are made even."""
+    found = expect(fields, where, name, (1, None) if name in fields and fields[name].ndim == 2 else (None,)).reshape(-1)
+    exact = found.astype(float)
+    even = np.linspace(exact[0], exact[-1], len(exact))
+    return even if np.abs(even - exact).max() <= 1e-6 else exact
+
+
+def matches(head: bytes, size: int) -> bool:
+    """Whether a file that starts so can be one of these: a tensor file with such fields."""
+    return head.startswith(_tensor_file.MAGIC) and b"theta_h" in head and b"wvls" in head
+
+
+def read(path: Path) -> KAIST:
+    """The measurement in a file, of which only the header is read here."""
+    try:
+        with Path(path).open("rb") as file:
+            data = mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ)
+    except OSError as error:
+        raise NotFoundError(f"{path}: cannot be read: {error.strerror}") from None
+    return KAIST(_tensor_file.parse(data, str(path)), str(path))
+
+
+def write(m: Reflectance, path: Path, resolution: tuple[int, int, int] = RESOLUTION) -> None:
+    """Write f as M00, and 0 as what polarises; a KAIST is written with all its fields, bit by bit.
+
+    `resolution`: nodes of theta_h, theta_d and phi_d. A material without wavelengths has the same f at 450 to 650 nm.
+    NaN stands for below the horizon. Raises ParameterError for materials that are anisotropic, coloured without
+    wavelengths, or have a delta lobe or maps.
+    """
+    _tensor_file.write(path, m.fields_stored if isinstance(m, KAIST) else _tabulated(m, resolution))
+
+
+def _tabulated(m: Reflectance, resolution: tuple[int, int, int]) -> dict[str, np.ndarray]:
+    names = m.channel_names
+    shape = m.f([0.0, 0.0, 1.0], [0.0, 0.0, 1.0]).shape
+    spectral = names is not None and all(isinstance(x, (int, float)) and 0 < x < 65536 and x == int(x) for x in names)
+    if m.has_delta or not m.is_isotropic() or len(shape) > 1 or not (spectral or shape in ((), (1,))):
+        raise ParameterError(
+            f"{m!r:.80}: KAIST files hold isotropic materials at whole wavelengths [nm], or gray ones, without delta "
+            f"lobes or maps; convert colours to wavelengths, leave out what is more"
+        )
+    if len(resolution) != 3 or min(resolution) < 2:
+        raise ParameterError(
+            f"resolution={resolution!r}: expected nodes of theta_h, theta_d and phi_d, at least 2 each"
+        )
+    ends = ((0.0, 0.5), (0.0, 0.5), (-1.0, 1.0))
+    axes = [np.linspace(a, b, n, dtype="f4") * np.float32(np.pi) for (a, b), n in zip(ends, resolution, strict=True)]
+    wavelengths = np.array(names if spectral else WAVELENGTHS, "u2")
+    M = np.zeros((*resolution[::-1], len(wavelengths), 4, 4), "f4")
+    for k, phi_d in enumerate(axes[2].astype(float)):
+        theta_d, theta_h = np.meshgrid(axes[1].astype(float), axes[0].astype(float), indexing="ij")
+        wi, wo = parameterisation("half_difference").pairs(theta_h, theta_d, phi_d + 0.0 * theta_h)
+        up = (wi[..., 2] > HORIZON) & (wo[..., 2] > HORIZON)
+        M[k][~up] = np.nan
+        M[k, ..., 0, 0][up] = m.f(wi[up], wo[up]).reshape(int(up.sum()), -1)
+    return {**{n: x[None] for n, x in zip(AXES, axes, strict=True)}, "wvls": wavelengths, "M": M}

@@ -1,0 +1,173 @@
+"""MODIS' albedo product MCD43A1: weights of the Ross-Thick and Li-Sparse-Reciprocal kernels, by band, day and pixel.
+
+NASA distributes HDF4-EOS, which is not read: a message says how to convert it. Read is netCDF-4 with variables
+BRDF_Albedo_Parameters_<band> (time, y, x, parameter), or without time, the parameters iso, vol, geo in this order;
+stored numbers times their `scale_factor` (0.001), `_FillValue` (32767, NaN) is no data. Checked against a real file
+(LP DAAC's AppEEARS, one pixel, 365 days).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..errors import FormatError, ParameterError
+from ..measurement import Measured
+from ..models.ross_li import RossLi
+
+if TYPE_CHECKING:
+    import xarray
+
+NAME = "MCD43A1"
+SUFFIXES = (".hdf",)
+DESCRIPTION = "MODIS' Ross-Li kernel weights (netCDF-4; HDF4 after conversion)"
+ORACLE = "real file (AppEEARS)"
+
+HDF4 = b"\x0e\x03\x13\x01"
+PREFIX = "BRDF_Albedo_Parameters_"
+QUALITY = "BRDF_Albedo_Band_Mandatory_Quality_"
+BANDS = {
+    "Band1": 645.0,
+    "Band2": 858.5,
+    "Band3": 469.0,
+    "Band4": 555.0,
+    "Band5": 1240.0,
+    "Band6": 1640.0,
+    "Band7": 2130.0,
+}
+"""MODIS' land bands -> centre wavelength [nm]; the others, vis, nir and shortwave, are broad."""
+KERNELS = ("f_iso", "f_vol", "f_geo")
+
+
+def matches(head: bytes, size: int) -> bool:
+    """Whether a file that starts so is HDF4, which is refused with advice; netCDF-4 is found by `xarray_netcdf`."""
+    return head.startswith(HDF4)
+
+
+def read(path: Path) -> MCD43:
+    """Raises FormatError, which says how to convert the file."""
+    raise FormatError(
+        f"{path}: HDF4, which gonio does not read; if this is MCD43A1, convert it to netCDF-4, for instance with "
+        f"`gdal_translate -of netCDF`, `ncl_convert2nc`, or NASA's h4toh5, or order it as netCDF from AppEEARS"
+    )
+
+
+def describes(names: Iterable[str]) -> bool:
+    """Whether datasets of these names are this product."""
+    return any(name.rpartition("/")[2].startswith(PREFIX) for name in names)
+
+
+def read_dataset(ds: xarray.Dataset, path: str, time: int | None = None) -> MCD43:
+    """The kernel weights of one day: that with the number `time`, or the first with data in every band.
+
+    One pixel has channels alone; several are maps (y, x). Raises FormatError where variables do not fit, ParameterError
+    where there is no such day.
+    """
+    weights, bands = _weights(ds, path)
+    known = np.isfinite(weights).all(axis=-2)  # time, y, x, band
+    if time is None:
+        whole = known.all(axis=-1).any(axis=(1, 2))
+        some = known.any(axis=(1, 2, 3))
+        if not some.any():
+            raise FormatError(f"{path}: holds no weights, only missing values; choose another pixel or period")
+        time = int(np.argmax(whole if whole.any() else some))
+    if not -len(weights) <= time < len(weights):
+        raise ParameterError(f"time={time}: {path} holds {len(weights)} days, expected 0 to {len(weights) - 1}")
+    quality = {
+        band: np.asarray(ds[QUALITY + band].values)[time] for band in bands if QUALITY + band in ds and _timed(ds, band)
+    }
+    about = {**{k: str(v) for k, v in ds.attrs.items()}, "time": time, "days": len(weights)}
+    if "time" in ds.variables:
+        about["date"] = f"{np.ravel(ds['time'].values)[time]:g} {ds['time'].attrs.get('units', '')}".strip()
+    if quality:
+        about["quality"] = {band: np.squeeze(q).tolist() for band, q in quality.items()}
+    try:
+        return MCD43(weights, bands, time, path, about)
+    except ParameterError as error:
+        raise FormatError(f"{path}: {error}") from None
+
+
+def _timed(ds: xarray.Dataset, band: str) -> bool:
+    return "time" in ds[QUALITY + band].dims
+
+
+def _weights(ds: xarray.Dataset, path: str) -> tuple[np.ndarray, tuple[str, ...]]:
+    """Weights (time, y, x, kernel, band), NaN where there are none, and the names of the bands."""
+    found = {str(name).removeprefix(PREFIX): ds[name] for name in ds.data_vars if str(name).startswith(PREFIX)}
+    shapes = {band: v.shape for band, v in found.items()}
+    if len(set(shapes.values())) != 1:
+        raise FormatError(f"{path}: bands have shapes {shapes}, expected the same for all")
+    shape = next(iter(shapes.values()))
+    if len(shape) not in (3, 4) or shape[-1] != len(KERNELS) or 0 in shape:
+        raise FormatError(f"{path}: {PREFIX}* has shape {shape}, expected ([time,] y, x, 3)")
+    values = np.stack([np.asarray(v.values, np.float64) for v in found.values()], axis=-1)
+    if np.nanmax(np.abs(values), initial=0.0) > 32.0:
+        raise FormatError(
+            f"{path}: weights reach {np.nanmax(np.abs(values)):g}, expected at most 32.766; the variables lack their "
+            f"scale_factor (0.001) or _FillValue (32767): add them"
+        )
+    return values.reshape(-1, *values.shape[-4:]), tuple(found)
+
+
+class MCD43(RossLi, Measured):
+    """A surface as MODIS saw it: the Ross-Li model with the weights of one day, a channel for each band.
+
+    The parameters f_iso, f_vol, f_geo are those of the day `time`; NaN, and so f, where there was no retrieval. The
+    broad bands vis, nir and shortwave overlap the others: channels are names then, and wavelengths [nm] if only bands
+    1 to 7 are in the file.
+
+    Shapes   weights: (time, y, x, 3, bands). f: (..., bands), and maps (y, x, bands) of several pixels.
+    Units    f: 1/sr; weights: 1 (of reflectance factors).
+    Error    of the product: see its quality flags, in `about`. Stored in steps of 0.001.
+    Source   Schaaf et al. 2002, "First operational BRDF, albedo nadir reflectance products from MODIS", Remote Sens.
+             Environ. 83:135; kernels: see `RossLi`.
+    """
+
+    format = NAME
+    quantity = "weights of the kernels of reflectance factors"
+
+    weights: np.ndarray
+    """Of all days in the file."""
+    bands: tuple[str, ...]
+    time: int
+
+    def __init__(self, weights: Any, bands: tuple[str, ...], time: int, path: str = "", about: Any = None):
+        weights = np.array(weights, np.float64)
+        weights.flags.writeable = False
+        spectral = all(band in BANDS for band in bands)
+        names = tuple(BANDS[band] for band in bands) if spectral else bands
+        day = weights[time]  # y, x, kernel, band
+        shown = day[0, 0] if day.shape[:2] == (1, 1) else np.moveaxis(day, 2, 0)
+        held = dict(zip(KERNELS, shown, strict=True))
+        self.__dict__.update(weights=weights, bands=bands, time=time, channel_names=names)
+        super().__init__(path, about, **{name: np.nan_to_num(values) for name, values in held.items()})
+        for name, values in held.items():
+            if np.isnan(values).any():
+                values = values.copy()
+                values.flags.writeable = False
+                self.__dict__[name] = values
+                self.__dict__["_kept"].pop(name)
+
+    def on(self, time: int) -> MCD43:
+        """The surface on another day of the file."""
+        if not 0 <= time < len(self.weights):
+            raise ParameterError(f"on({time}): the file holds {len(self.weights)} days, counted from 0")
+        return MCD43(self.weights, self.bands, time, self.path, {**self.about, "time": time})
+
+    @property
+    def valid(self) -> np.ndarray:
+        """True where the file holds weights; shape of `weights`."""
+        return np.isfinite(self.weights)
+
+    @property
+    def data(self) -> xarray.Dataset:
+        """Variable `weights` (time, y, x, kernel, band), of all days."""
+        import xarray
+
+        dims = ("time", "y", "x", "kernel", "band")
+        held = {"weights": (dims, self.weights, {"units": "1", "long_name": self.quantity})}
+        axes = {"kernel": ("kernel", list(KERNELS)), "band": ("band", list(self.bands))}
+        return xarray.Dataset(held, axes, {"quantity": self.quantity, "source": self.path})

@@ -1,0 +1,118 @@
+"""netCDF-4 files in gonio's own layout (docs/data-model.md): what any measurement can be kept in without loss.
+
+Read and written through xarray with h5netcdf. Other HDF5 files are recognised by what is in them: NASA's MCD43A1 is
+read by `mcd43`. A process of its own reads a file first (`_hdf5_probe`): damaged files can stop the HDF5 library, or
+never end. It compares every array with the length of the file, and refuses links to other files.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from ..dataset import from_dataset, to_dataset
+from ..errors import DependencyError, FormatError
+from ..files import replacing
+from ..interface import Reflectance
+from . import _hdf5_probe, mcd43
+
+if TYPE_CHECKING:
+    import xarray
+
+NAME = "netCDF"
+SUFFIXES = (".nc", ".nc4")
+DESCRIPTION = "netCDF-4 in gonio's own layout: every measurement, with uncertainty and provenance, without loss"
+ORACLE = "own generator; xarray, h5py"
+
+MAGIC = b"\x89HDF\r\n\x1a\n"
+CLASSIC = (b"CDF\x01", b"CDF\x02", b"CDF\x05")
+DAMAGE = (
+    OSError,
+    RuntimeError,
+    KeyError,
+    ValueError,
+    TypeError,
+    AttributeError,
+    IndexError,
+    OverflowError,
+    MemoryError,
+)
+"""What h5py and h5netcdf raise on damaged files."""
+
+
+def matches(head: bytes, size: int) -> bool:
+    """Whether a file that starts so is HDF5, or netCDF of an older kind."""
+    return head.startswith((MAGIC, *CLASSIC))
+
+
+def read(path: Path, **options: Any) -> Reflectance:
+    """The measurement in a file; `options` are those of `mcd43.read`, for files of that kind.
+
+    Raises FormatError where the file is damaged or has another layout, DependencyError without h5netcdf.
+    """
+    with path.open("rb") as file:
+        if file.read(len(MAGIC)) != MAGIC:
+            raise FormatError(f"{path}: netCDF of the classic kind, expected netCDF-4; convert it: nccopy -k nc4")
+    names = _inspected(path)
+    if mcd43.describes(names):
+        return mcd43.read_dataset(_opened(path), str(path), **options)
+    if options:
+        raise FormatError(f"{path}: holds no MCD43A1 kernel weights, which alone have the options {', '.join(options)}")
+    return from_dataset(_opened(path), str(path))
+
+
+def write(
+    m: Reflectance, path: Path, parameterisation: str = "half_difference", resolution: Sequence[int] | None = None
+) -> None:
+    """Write a reflectance; `parameterisation` and `resolution` are for those on no grid, see `to_dataset`.
+
+    Raises ParameterError for delta lobes and maps, DependencyError without h5netcdf.
+    """
+    _libraries()
+    ds = to_dataset(m, parameterisation, resolution)
+    encoding: dict[Any, dict[str, Any]] = {
+        name: {"_FillValue": None} for name in ds.variables if ds[name].dtype.kind == "f"
+    }
+    for name in ds.data_vars:
+        encoding.setdefault(name, {}).update(zlib=True, complevel=4, shuffle=True, fletcher32=True)
+    with replacing(path) as temporary:
+        ds.to_netcdf(temporary, engine="h5netcdf", encoding=encoding)
+
+
+def _libraries() -> None:
+    try:
+        import h5netcdf  # noqa: F401
+        import h5py  # noqa: F401
+    except ImportError as error:
+        raise DependencyError(f"netCDF files need {error.name}; pip install h5netcdf h5py") from None
+
+
+def _inspected(path: Path) -> list[str]:
+    """Names of the arrays in a file that can be read to its end, within reason and without other files."""
+    _libraries()
+    search = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
+    command = [sys.executable, _hdf5_probe.__file__, str(path)]
+    done = subprocess.run(command, env=search, capture_output=True, timeout=600.0, check=False)
+    try:
+        found = json.loads(done.stdout)
+    except ValueError:
+        raise FormatError(
+            f"{path}: HDF5 file that is damaged: the HDF5 library does not come to an end with it; fetch it again"
+        ) from None
+    if "refused" in found:
+        raise FormatError(f"{path}: {found['refused']}")
+    return found["names"]
+
+
+def _opened(path: Path) -> xarray.Dataset:
+    import xarray
+
+    try:
+        return xarray.load_dataset(path, engine="h5netcdf", decode_times=False, decode_coords=False)
+    except DAMAGE as error:
+        raise FormatError(f"{path}: netCDF file that is damaged or not laid out as such: {error}") from None

@@ -1,0 +1,198 @@
+"""Zarr in gonio's own layout (docs/data-model.md), as a folder or zipped: for large measurements, and object stores.
+
+Zarr 2 is written, 2 and 3 are read, through xarray. Before anything is read, every array's description is checked: how
+large it is beside the files, and that its codecs are known ones (one of those that Zarr 2 may name runs what it reads).
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import tempfile
+import zipfile
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..dataset import from_dataset, to_dataset
+from ..errors import DependencyError, FormatError
+from ..files import replacing, replacing_folder
+from ..interface import Reflectance
+
+NAME = "Zarr"
+SUFFIXES = (".zarr", ".zip")
+DESCRIPTION = "Zarr in gonio's own layout, a folder or zipped: every measurement, without loss"
+ORACLE = "own generator; xarray, zarr"
+
+ROOTS = ("zarr.json", ".zgroup")
+COMPRESSED = 1100
+"""No store's arrays are more than this many times as long as its files, plus `SMALL`."""
+SMALL = 2**20
+DESCRIPTIONS = 2**24
+"""Longest description of an array or a group that is read, in bytes."""
+CODECS = {
+    *("blosc", "zstd", "gzip", "zlib", "lz4", "bz2", "lzma", "crc32", "crc32c", "adler32", "fletcher32"),
+    *("bytes", "endian", "transpose", "shuffle", "delta", "vlen-utf8", "numcodecs.zlib", "numcodecs.shuffle"),
+}
+ZIPPED = b"PK\x03\x04"
+DAMAGE = (
+    OSError,
+    RuntimeError,
+    KeyError,
+    ValueError,
+    TypeError,
+    AttributeError,
+    IndexError,
+    OverflowError,
+    MemoryError,
+)
+"""What zarr, numcodecs and xarray raise on damaged stores."""
+
+
+def matches(head: bytes, size: int) -> bool:
+    """Whether a file that starts so is a zipped store."""
+    return head.startswith(ZIPPED) and any(root.encode() in head for root in (*ROOTS, ".zattrs", ".zmetadata"))
+
+
+def matches_folder(path: Path) -> bool:
+    """Whether a folder is a store."""
+    return any((path / root).is_file() for root in ROOTS)
+
+
+def read(path: Path) -> Reflectance:
+    """The measurement in a store.
+
+    Raises FormatError where it is damaged or has another layout, DependencyError without zarr.
+    """
+    zarr = _library()
+    try:
+        _inspect(path)
+        if path.is_dir():
+            return from_dataset(_opened(str(path)), str(path))
+        with zarr.storage.ZipStore(path, mode="r") as store:
+            return from_dataset(_opened(store), str(path))
+    except (zipfile.BadZipFile, NotImplementedError) as error:
+        raise FormatError(f"{path}: zip file that is damaged or cut short: {error}") from None
+    except DAMAGE as error:
+        if isinstance(error, FormatError):
+            raise
+        raise FormatError(f"{path}: Zarr store that is damaged or incomplete: {error}") from None
+
+
+def write(
+    m: Reflectance, path: Path, parameterisation: str = "half_difference", resolution: Sequence[int] | None = None
+) -> None:
+    """Write a reflectance as a folder, or zipped if the name ends in ".zip".
+
+    `parameterisation` and `resolution` are for reflectances on no grid, see `to_dataset`. Raises ParameterError for
+    delta lobes and maps, DependencyError without zarr.
+    """
+    _library()
+    ds = to_dataset(m, parameterisation, resolution)
+    encoding = {name: {"_FillValue": None} for name in ds.variables if ds[name].dtype.kind == "f"}
+    if path.suffix.lower() != ".zip":
+        with replacing_folder(path) as temporary:
+            ds.to_zarr(temporary, mode="w", zarr_format=2, consolidated=True, encoding=encoding)
+        return
+    with replacing(path) as temporary, tempfile.TemporaryDirectory() as made:
+        folder = Path(made)
+        ds.to_zarr(folder, mode="w", zarr_format=2, consolidated=True, encoding=encoding)
+        with zipfile.ZipFile(temporary, "w", zipfile.ZIP_STORED) as packed:
+            for name in sorted(p.relative_to(folder).as_posix() for p in folder.rglob("*") if p.is_file()):
+                packed.writestr(zipfile.ZipInfo(name), (folder / name).read_bytes())
+
+
+def _library() -> Any:
+    try:
+        import zarr
+    except ImportError as error:
+        raise DependencyError(f"Zarr stores need {error.name}; pip install 'gonio[io]'") from None
+    return zarr
+
+
+def _opened(store: Any) -> Any:
+    import xarray
+
+    return xarray.open_zarr(store, consolidated=False, decode_times=False, decode_coords=False, chunks=None).load()
+
+
+def _inspect(path: Path) -> None:
+    """FormatError where an array is larger than the store allows, or has codecs that are not known."""
+    total, size = 0, 0
+    for name, length, content in _files(path):
+        size += length
+        if content is None:
+            continue
+        described = json.loads(content)
+        for at, array in _arrays(name, described):
+            total += _bytes(array, f"{path}, {at}")
+    if total > COMPRESSED * size + SMALL:
+        raise FormatError(f"{path}: says that it holds {total} bytes of numbers, which {size} bytes of files cannot")
+
+
+def _files(path: Path) -> Iterator[tuple[str, int, bytes | None]]:
+    """Name and length of every file of a store, and the content of descriptions."""
+    if path.is_dir():
+        for folder, _, names in os.walk(path):
+            for name in names:
+                file = Path(folder) / name
+                described = _is_description(name, length := file.stat().st_size, path)
+                yield str(file.relative_to(path)), length, file.read_bytes() if described else None
+        return
+    with zipfile.ZipFile(path) as packed:
+        for entry in packed.infolist():
+            described = _is_description(entry.filename.rpartition("/")[2], entry.file_size, path)
+            if entry.file_size > COMPRESSED * entry.compress_size + SMALL:
+                raise FormatError(f"{path}: {entry.filename} unpacks to {entry.file_size} bytes, more than zip allows")
+            yield entry.filename, entry.compress_size, packed.read(entry) if described else None
+
+
+def _is_description(name: str, length: int, path: Path) -> bool:
+    if name not in ("zarr.json", ".zarray", ".zmetadata"):
+        return False
+    if length > DESCRIPTIONS:
+        raise FormatError(f"{path}: {name} has {length} bytes, expected a description of at most {DESCRIPTIONS}")
+    return True
+
+
+def _arrays(name: str, described: Any) -> Iterator[tuple[str, dict[str, Any]]]:
+    """Descriptions of arrays: the one in a file, or those that a file collects."""
+    if not isinstance(described, dict):
+        raise FormatError(f"{name}: holds {described!r:.40}, expected a JSON object")
+    if "shape" in described:
+        yield name, described
+    collected = described.get("consolidated_metadata") or described
+    for at, inner in (collected.get("metadata") or {}).items() if isinstance(collected, dict) else ():
+        if isinstance(inner, dict) and "shape" in inner:
+            yield at, inner
+
+
+def _bytes(array: dict[str, Any], where: str) -> int:
+    """Memory that an array takes, or one of its chunks if that is more."""
+    chunks = array.get("chunks")
+    if "data_type" in array:
+        chunks = array.get("chunk_grid", {}).get("configuration", {}).get("chunk_shape")
+        codecs = [c.get("name") for c in array.get("codecs", [])]
+    else:
+        codecs = [c.get("id") for c in [array.get("compressor"), *(array.get("filters") or [])] if c]
+    if unknown := set(codecs) - CODECS:
+        raise FormatError(f"{where}: is coded by {', '.join(map(repr, unknown))}, expected one of {sorted(CODECS)}")
+    return max(_product(array["shape"]), _product(chunks or [])) * _item_size(array)
+
+
+def _item_size(array: dict[str, Any]) -> int:
+    kind = array.get("data_type", array.get("dtype"))
+    if isinstance(kind, dict):
+        return int(kind.get("configuration", {}).get("length_bytes", 8))
+    if "data_type" in array:
+        return 8
+    return np.dtype(str(kind)).itemsize
+
+
+def _product(counts: Sequence[int]) -> int:
+    total = 1
+    for n in counts:
+        total *= max(int(n), 0)
+    return total

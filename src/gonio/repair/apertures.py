@@ -1,0 +1,250 @@
+"""Finite apertures: what an instrument measures whose detector and source are no points, and the way back."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from ..errors import ParameterError
+from ..geometry import HORIZON
+from ..gridded import Gridded
+from ..interface import Reflectance, angles
+from ._cells import BATCH, Cells, Values, evaluated, spread
+
+Opening = float | tuple[float, float]
+"""Half-angle [rad] of a round aperture; those along theta and across of a rectangular one; 0: a point."""
+
+HORIZONS = ("visible", "full")
+METHODS = ("van_cittert", "richardson_lucy")
+DRAWS = 16
+DISCREPANCY = 2.0
+"""Mean square of residual over uncertainty at which sharpening ends."""
+
+
+def through_aperture(
+    m: Reflectance,
+    wi: Any,
+    wo: Any,
+    detector: Opening = 0.0,
+    source: Opening = 0.0,
+    horizon: str = "visible",
+    rings: int = 4,
+) -> np.ndarray:
+    """What an instrument with these apertures measures at pairs of directions, which are those of their centres.
+
+    The mean of f, weighted by the cosines, over the solid angles of detector (around wo) and source (around wi):
+    the power that a detector of even sensitivity collects, over what a Lambertian surface would send there.
+
+    horizon   "visible": over the parts above the horizon, so that a Lambertian surface measures the same everywhere.
+              "full": over the projected solid angle of the whole apertures, Omega cos(theta), as instruments do whose
+              software knows nothing of the horizon: readings rise without bound towards it, because what is left of
+              an aperture there (vignetting) does not go to 0, and the cosine of its centre does
+    rings     of points over an aperture: 3 rings^2 points of a round one, 4 rings^2 of a rectangular one
+
+    Where f has no value in more than half of the apertures' weight the result is NaN, else the mean of the rest.
+
+    Shapes   wi, wo: (..., 3); result (...), or (..., C).
+    Units    1/sr; half-angles in rad.
+    Error    of the quadrature, largest relative, for 0.1 Lambertian + GGX, glass, near the mirror direction: alpha =
+             0.3, half-angle 5 degrees 1e-6; 0.1, 2 degrees 3e-6; 0.1, 5 degrees 1e-3 (rings=8: 2e-6); 0.05, 5 degrees
+             2e-2 (rings=8: 3e-4). Where the horizon cuts an aperture 3e-3.
+    Source   biconical reflectance factor: Nicodemus et al. 1977, NBS Monograph 160; Schaepman-Strub et al. 2006.
+    """
+    wi, wo = (np.asarray(w, dtype=float) for w in (wi, wo))
+    shape = np.broadcast_shapes(wi.shape, wo.shape)[:-1]
+    a, b = (np.broadcast_to(w, (*shape, 3)).reshape(-1, 3) for w in (wi, wo))
+    found = _through(m, a, b, _points(detector, rings), _points(source, rings), _checked(horizon))
+    plain = m.f([0.0, 0.0, 1.0], [0.0, 0.0, 1.0]).ndim == 0
+    return found.reshape(shape) if plain else found.reshape(*shape, -1)
+
+
+def aperture_averaged(
+    m: Gridded, detector: Opening = 0.0, source: Opening = 0.0, horizon: str = "visible", rings: int = 4
+) -> Gridded:
+    """The table that an instrument with these apertures would have measured of this material; see `through_aperture`.
+
+    Detector and source are applied one after the other, with a table between. Errors of the nodes are taken as fully
+    correlated within an aperture: the uncertainty is the mean one, an upper bound. `figures`: "relative_rms",
+    "relative_largest", of the change; "cut", how many cells have an aperture that the horizon cuts.
+    """
+    cells = Cells(m)
+    blur = _Blur(m, detector, source, horizon, rings)
+    f = blur(cells.f)
+    u = None if cells.u is None else blur(cells.u)
+    rms, largest = spread(np.abs(f - cells.f)[cells.up] / _floored(cells.f[cells.up]))
+    figures = {"relative_rms": rms, "relative_largest": largest, "cut": _cut(cells, detector, source)}
+    return cells.repaired("aperture_averaged", blur.parameters, f, u, figures)
+
+
+def aperture_removed(
+    m: Gridded,
+    detector: Opening = 0.0,
+    source: Opening = 0.0,
+    method: str = "van_cittert",
+    iterations: int = 10,
+    horizon: str = "visible",
+    rings: int = 4,
+) -> Gridded:
+    """An estimate of what an instrument with point-like apertures would have measured: `aperture_averaged` undone.
+
+    van_cittert       f <- f + (g - A f), with g the table and A the average over the apertures; linear, keeps the mean
+                      of the noise, may give negative values
+    richardson_lucy   f <- f A(g/(A f)): never negative; g must not be. A, which is symmetric but for the cosines,
+                      stands for its transpose
+
+    Each step sharpens, and raises the noise. One step of van Cittert removes the error of first order. With
+    uncertainties the steps end once mean (g - A f)^2/u^2 is 2 or less: noise alone leaves 1, and what else is left is
+    no more than that (the discrepancy principle). Detail smaller than the aperture does not come back.
+
+    `figures`: "steps"; "residual_before", "residual": root mean square of g - A f, relative to that of g, for f = g and
+    at the end; "noise", by how much the mean uncertainty has grown. Uncertainties are propagated by repeating the steps
+    on 16 copies of g with independent normal errors (the same every time), good to 18 % in a cell.
+    """
+    if method not in METHODS:
+        raise ParameterError(f"method={method!r}: expected one of {', '.join(map(repr, METHODS))}")
+    if not (isinstance(iterations, (int, np.integer)) and iterations >= 1):
+        raise ParameterError(f"iterations={iterations!r}: expected a whole number from 1")
+    cells = Cells(m)
+    if method == "richardson_lucy" and (cells.f[cells.up] < 0.0).any():
+        raise ParameterError("method='richardson_lucy': some f are negative; use 'van_cittert', or repair them first")
+    blur = _Blur(m, detector, source, horizon, rings)
+    f, steps, (first, last) = _sharpened(cells, cells.f, blur, method, iterations, cells.u)
+    figures: dict[str, float] = {"steps": steps, "residual_before": first, "residual": last}
+    u = None
+    if cells.u is not None:
+        # The copies are channels of one table: their geometry is shared.
+        noise = np.random.default_rng(0).standard_normal((*f.shape, DRAWS))
+        g = cells.f[..., None] + cells.u[..., None] * noise
+        if method == "richardson_lucy":
+            g = np.maximum(g, 0.0)
+        copies = _sharpened(cells, g.reshape(*cells.grid, -1), blur, method, steps, None)[0]
+        u = np.sqrt(((copies.reshape(*f.shape, DRAWS) - f[..., None]) ** 2).mean(axis=-1))
+        at = cells.up & np.isfinite(u).all(axis=-1)
+        figures["noise"] = float(u[at].mean() / max(float(cells.u[at].mean()), 1e-300))
+    parameters = {"method": method, "iterations": iterations, **blur.parameters}
+    return cells.repaired("aperture_removed", parameters, f, u, figures)
+
+
+def _sharpened(
+    cells: Cells, g: np.ndarray, blur: _Blur, method: str, steps: int, u: np.ndarray | None
+) -> tuple[np.ndarray, int, tuple[float, float]]:
+    """f after so many steps, or fewer; how many; the relative residual at the start and at the end."""
+    f = g
+    rest = g - blur(f)
+    scale = max(spread(g[cells.up])[0], 1e-300)
+    first, done = spread(rest[cells.up])[0] / scale, 0
+    while done < steps and not (u is not None and spread((rest / u)[cells.up])[0] ** 2 <= DISCREPANCY):
+        if method == "van_cittert":
+            f = np.where(np.isnan(rest), f, f + rest)
+        else:
+            with np.errstate(invalid="ignore", divide="ignore"):
+                ratio = np.where(g - rest > 0.0, g / (g - rest), 1.0)
+            change = blur(np.where(np.isnan(f), np.nan, ratio))
+            f = np.where(np.isnan(change), f, f * change)
+        rest = g - blur(f)
+        done += 1
+    return f, done, (first, spread(rest[cells.up])[0] / scale)
+
+
+class _Blur:
+    """The average over both apertures, of values (grid..., C) on a measurement's grid; NaN stays NaN."""
+
+    def __init__(self, m: Gridded, detector: Opening, source: Opening, horizon: str, rings: int):
+        self.cells, self.horizon = Cells(m), _checked(horizon)
+        self.passes = [(_points(detector, rings), _POINT), (_POINT, _points(source, rings))]
+        self.passes = [p for p in self.passes if len(p[0][1]) + len(p[1][1]) > 2]
+        self.parameters = {"detector": detector, "source": source, "horizon": horizon, "rings": rings}
+
+    def __call__(self, values: np.ndarray) -> np.ndarray:
+        at, missing = self.cells.up, np.isnan(values)
+        for detector, source in self.passes:
+            table = Values(self.cells.m, values)
+            blurred = np.full(values.shape, np.nan)
+            blurred[at] = _through(table, self.cells.wi[at], self.cells.wo[at], detector, source, self.horizon)
+            values = np.where(at[..., None], blurred, values)
+        return np.where(missing, np.nan, values)
+
+
+_POINT = (np.zeros((1, 2)), np.ones(1))
+
+
+def _checked(horizon: str) -> str:
+    if horizon not in HORIZONS:
+        raise ParameterError(f"horizon={horizon!r}: expected one of {', '.join(map(repr, HORIZONS))}")
+    return horizon
+
+
+def _points(opening: Opening, rings: int) -> tuple[np.ndarray, np.ndarray]:
+    """Offsets (n, 2), tangents of the angles along theta and across it, and solid angles that add up to 1."""
+    if not (isinstance(rings, (int, np.integer)) and 1 <= rings <= 64):
+        raise ParameterError(f"rings={rings!r}: expected a whole number from 1 to 64")
+    sides = np.atleast_1d(np.asarray(opening, dtype=float))
+    if sides.shape not in ((1,), (2,)) or not (np.all(sides >= 0.0) and np.all(sides < 0.25 * math.pi)):
+        raise ParameterError(
+            f"aperture {opening!r}: expected a half-angle or two, from 0 to pi/4 rad; are these degrees?"
+        )
+    if not sides.any():
+        return _POINT
+    if len(sides) == 1:
+        t, w = np.polynomial.legendre.leggauss(rings)
+        cosine = 1.0 - (1.0 - math.cos(sides[0])) * 0.5 * (t + 1.0)
+        phi = 2.0 * math.pi * (np.arange(3 * rings) + 0.5 * (np.arange(rings) % 2)[:, None]) / (3 * rings)
+        radius = np.sqrt(1.0 - cosine**2) / cosine
+        offsets = np.stack([radius[:, None] * np.cos(phi), radius[:, None] * np.sin(phi)], axis=-1)
+        return offsets.reshape(-1, 2), np.repeat(0.5 * w / (3 * rings), 3 * rings)
+    t, w = np.polynomial.legendre.leggauss(2 * rings)
+    x, y = np.meshgrid(*(math.tan(side) * t for side in sides), indexing="ij")
+    solid = np.outer(w, w) / (1.0 + x * x + y * y) ** 1.5
+    return np.stack([x, y], axis=-1).reshape(-1, 2), (solid / solid.sum()).ravel()
+
+
+def _around(w: np.ndarray, offsets: np.ndarray) -> np.ndarray:
+    """Directions (n, points, 3) at offsets from w (n, 3)."""
+    theta, phi = angles(w)
+    along = np.stack([np.cos(theta) * np.cos(phi), np.cos(theta) * np.sin(phi), -np.sin(theta)], axis=-1)
+    across = np.stack([-np.sin(phi), np.cos(phi), 0.0 * phi], axis=-1)
+    found = w[:, None] + offsets[:, 0, None] * along[:, None] + offsets[:, 1, None] * across[:, None]
+    return found / np.sqrt(1.0 + (offsets**2).sum(axis=-1))[:, None]
+
+
+def _through(m: Reflectance, wi: np.ndarray, wo: np.ndarray, detector: Any, source: Any, horizon: str) -> np.ndarray:
+    """The average (n, C) over both apertures at pairs (n, 3)."""
+    size = max(BATCH // (len(detector[1]) * len(source[1])), 1)
+    parts = [
+        _batch(m, wi[k : k + size], wo[k : k + size], detector, source, horizon)
+        for k in range(0, max(len(wi), 1), size)
+    ]
+    return np.concatenate(parts)
+
+
+def _batch(m: Reflectance, wi: np.ndarray, wo: np.ndarray, detector: Any, source: Any, horizon: str) -> np.ndarray:
+    seen, lit = _around(wo, detector[0]), _around(wi, source[0])
+    weights = []
+    for w, (_, solid) in ((lit, source), (seen, detector)):
+        projected = solid * w[..., 2]
+        visible = np.where(w[..., 2] > HORIZON, projected, 0.0)
+        whole = (visible if horizon == "visible" else projected).sum(axis=1, keepdims=True)
+        weights.append(visible / np.maximum(whole, 1e-12))
+    weight = (weights[0][:, :, None] * weights[1][:, None, :]).reshape(len(wi), 1, -1)
+    f = evaluated(m, lit[:, :, None], seen[:, None, :]).reshape(len(wi), weight.shape[-1], -1)
+    hole = np.isnan(f)
+    if not hole.any():
+        return (weight @ f)[:, 0]
+    whole, known = weight.sum(axis=-1), (weight @ ~hole)[:, 0]
+    mean = (weight @ np.where(hole, 0.0, f))[:, 0]
+    with np.errstate(invalid="ignore", divide="ignore"):
+        return np.where(known > 0.5 * whole, mean * (whole / known), np.nan)
+
+
+def _cut(cells: Cells, detector: Opening, source: Opening) -> int:
+    """How many cells have an aperture that reaches below the horizon."""
+    low = np.zeros(cells.grid, bool)
+    for w, opening in ((cells.wo, detector), (cells.wi, source)):
+        low |= angles(w)[0] + float(np.max(opening)) > 0.5 * math.pi
+    return int((low & cells.up).sum())
+
+
+def _floored(f: np.ndarray) -> np.ndarray:
+    return np.maximum(np.abs(f), 1e-3 * float(np.nanmean(np.abs(f))) + 1e-300)

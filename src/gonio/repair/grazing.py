@@ -1,0 +1,172 @@
+"""Extrapolate to grazing: directions beyond those an instrument reached, by a method that has a name."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from functools import partial
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..errors import ParameterError
+from ..gridded import Gridded
+from ..interface import angles, direction
+from ._cells import Cells, evaluated, like, relative, variances
+from ._lobe import fitted_lobe
+
+METHODS = ("hold", "linear in cosine", "model")
+STEP = math.radians(5.0)
+"""Between the two angles that a straight line in the cosine is laid through, and between new nodes at most."""
+LEAST = 0.01  # cosine at which the model is asked for what is nearer to the horizon
+
+
+class _Reach(NamedTuple):
+    """Largest polar angles [rad] of wi and wo that are measured."""
+
+    theta_i: float
+    theta_o: float
+
+
+def extrapolate_to_grazing(m: Gridded, method: str, reach: float | tuple[float, float] | None = None) -> Gridded:
+    """The measurement with f beyond the largest measured polar angles, up to the horizon.
+
+    method   "hold": f at the largest measured polar angles, and the same azimuths
+             "linear in cosine": the straight line in cos(theta) through f there and 5 degrees before
+             "model": a Lambertian and a GGX lobe with Schlick's Fresnel term fitted to all that is measured, times what
+             makes it continuous: f(wi, wo) = model(wi, wo) f(held)/model(held)
+    reach    those polar angles [rad], one number or (theta_i, theta_o): every cell beyond is replaced. If not given,
+             the largest at which there is a value
+
+    Tables of "angles" that end before get nodes up to 90 degrees, with the step of their last ones, 5 degrees at most.
+    Cells within reach keep their value, bit by bit; holes among them stay holes.
+
+    The method is rehearsed: reach is taken 5 degrees smaller, and what is predicted for the cells between compared with
+    what was measured. `figures`: "rehearsal", the root mean square of the relative difference (NaN if no such cells
+    exist); "negative", how many cells became negative; for "model" its "alpha", "f0", and "fit", the root mean square
+    of the relative difference to what was fitted. The standard uncertainty of an extrapolated cell is that of what it
+    was made of and, in quadrature, rehearsal * |f| * (angle beyond reach)/5 degrees.
+
+    Error    0.3 Lambertian + GGX(0.3), glass, measured to 75 degrees: at 80 and 85 degrees hold 0.063 rms, relative,
+             linear in cosine 0.051, model 0.019; rehearsals 0.029, 0.008, 0.011: f rises ever faster, and the rehearsal
+             is too good. Of a material that is such a lobe, the model finds alpha to 1e-4.
+    """
+    if method not in METHODS:
+        raise ParameterError(f"method={method!r}: expected one of {', '.join(map(repr, METHODS))}")
+    cells = Cells(m)
+    end = _reach(cells, reach)
+    figures: dict[str, float] = {}
+    extend: Callable[..., tuple[np.ndarray, np.ndarray | None]] = partial(_EXTENSIONS.get(method, _held), cells.m)
+    if method == "model":
+        lobe, figures = fitted_lobe(cells, _within(cells.wi, cells.wo, end))
+        extend = partial(_by_model, cells.m, lobe)
+    rehearsal = _rehearsal(cells, extend, end)
+    made = _with_nodes(cells, end)
+    new = Cells(made)
+    lowest = np.minimum(new.wi[..., 2], new.wo[..., 2])
+    beyond = (lowest > -1e-9) & ~_within(new.wi, new.wo, end)
+    f, u = new.f.copy(), None if new.u is None else new.u.copy()
+    f[beyond], spread = extend(new.wi[beyond], new.wo[beyond], end)
+    if u is not None and spread is not None:
+        guess = rehearsal * np.abs(f[beyond]) * (_excess(new.wi[beyond], new.wo[beyond], end) / STEP)[:, None]
+        u[beyond] = np.hypot(np.sqrt(spread), guess)
+    figures |= {"rehearsal": rehearsal, "negative": int((f[beyond] < 0.0).any(axis=-1).sum())}
+    parameters = {"method": method, "reach": list(end)}
+    return new.repaired("extrapolate_to_grazing", parameters, f, u, figures, before=m)
+
+
+def _reach(cells: Cells, given: float | tuple[float, float] | None) -> _Reach:
+    known = cells.up & ~np.isnan(cells.f).all(axis=-1)
+    if not known.any():
+        raise ParameterError("extrapolate_to_grazing: the measurement has no value in any cell; expected some")
+    if given is None:
+        return _Reach(*(float(angles(w[known])[0].max()) for w in (cells.wi, cells.wo)))
+    found = _Reach(*np.broadcast_to(np.asarray(given, dtype=float), 2).tolist())
+    if not all(0.0 < theta < 0.5 * math.pi for theta in found):
+        raise ParameterError(f"reach={given!r}: expected polar angles between 0 and pi/2 rad; are these degrees?")
+    return found
+
+
+def _excess(wi: np.ndarray, wo: np.ndarray, end: _Reach) -> np.ndarray:
+    """How far beyond reach a pair is, the larger of both angles [rad]; negative within."""
+    return np.maximum(angles(wi)[0] - end.theta_i, angles(wo)[0] - end.theta_o)
+
+
+def _within(wi: np.ndarray, wo: np.ndarray, end: _Reach) -> np.ndarray:
+    return _excess(wi, wo, end) <= 1e-6
+
+
+def _clamped(w: np.ndarray, theta: float) -> np.ndarray:
+    """Directions with polar angles of at most theta."""
+    polar, phi = angles(w)
+    return direction(np.minimum(polar, theta), phi)
+
+
+def _held(m: Gridded, wi: np.ndarray, wo: np.ndarray, end: _Reach) -> tuple[np.ndarray, np.ndarray | None]:
+    pair = _clamped(wi, end.theta_i), _clamped(wo, end.theta_o)
+    return evaluated(m, *pair), None if m.uncertainty is None else evaluated(variances(m), *pair)
+
+
+def _linear(m: Gridded, wi: np.ndarray, wo: np.ndarray, end: _Reach) -> tuple[np.ndarray, np.ndarray | None]:
+    total: Any = 0.0
+    variance: Any = None if m.uncertainty is None else 0.0
+    for a, v in _line(wi, end.theta_i):
+        for b, w in _line(wo, end.theta_o):
+            weight = (v * w)[:, None]
+            total = total + np.where(weight == 0.0, 0.0, weight * evaluated(m, a, b))
+            if variance is not None:
+                variance = variance + np.where(weight == 0.0, 0.0, weight**2 * evaluated(variances(m), a, b))
+    return total, variance
+
+
+def _line(w: np.ndarray, theta: float) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Directions within reach and the weights that make a straight line in the cosine of them."""
+    polar, phi = angles(w)
+    last, before = math.cos(theta), math.cos(max(theta - STEP, 0.5 * theta))
+    t = np.where(polar > theta, (np.cos(polar) - last) / (last - before), 0.0)
+    held = direction(np.minimum(polar, theta), phi)
+    inner = direction(np.where(polar > theta, math.acos(before), polar), phi)
+    return [(held, 1.0 + t), (inner, -t)]
+
+
+def _by_model(m: Gridded, lobe: Any, wi: np.ndarray, wo: np.ndarray, end: _Reach) -> Any:
+    high = math.acos(LEAST)
+    pair = _clamped(wi, end.theta_i), _clamped(wo, end.theta_o)
+    ratio = lobe(_clamped(wi, high), _clamped(wo, high)) / np.maximum(lobe(*pair), 1e-30)
+    f, variance = _held(m, wi, wo, end)
+    return f * ratio, None if variance is None else variance * ratio**2
+
+
+_EXTENSIONS = {"hold": _held, "linear in cosine": _linear}
+
+
+def _rehearsal(cells: Cells, extend: Any, end: _Reach) -> float:
+    """Root mean square of the relative error at cells up to `STEP` within reach, predicted from those before."""
+    short = _Reach(*(max(theta - STEP, 0.5 * theta) for theta in end))
+    test = cells.up & _within(cells.wi, cells.wo, end) & ~_within(cells.wi, cells.wo, short)
+    if not test.any():
+        return math.nan
+    found, _ = extend(cells.wi[test], cells.wo[test], short)
+    off = relative(found, cells.f[test], cells.f)
+    off = off[np.isfinite(off)]
+    return float(np.sqrt(np.mean(off * off))) if off.size else math.nan
+
+
+def _with_nodes(cells: Cells, end: _Reach) -> Gridded:
+    """The measurement with empty nodes up to the horizon, where its axes are polar angles that end before."""
+    m = cells.m
+    if m.parameterisation != "angles":
+        return m
+    axes = dict(m.axes)
+    arrays = [cells.with_channels(a) for a in (m.stored, m.uncertainty) if a is not None]
+    for k, name in enumerate(("theta_i", "theta_o")):
+        nodes = axes[name]
+        step = min(float(nodes[-1] - nodes[-2]), STEP) if len(nodes) > 1 else STEP
+        more = math.ceil((0.5 * math.pi - nodes[-1]) / step - 1e-6) if nodes[-1] < 0.5 * math.pi - 1e-6 else 0
+        axes[name] = np.append(nodes, np.linspace(nodes[-1], 0.5 * math.pi, more + 1)[1:])
+        arrays = [np.pad(a, _after(a.ndim, k, more), constant_values=np.nan) for a in arrays]
+    return like(m, axes, arrays[0], arrays[1] if len(arrays) > 1 else None)
+
+
+def _after(dimensions: int, axis: int, count: int) -> list[tuple[int, int]]:
+    return [(0, count if k == axis else 0) for k in range(dimensions)]

@@ -1,0 +1,190 @@
+"""Fill holes: from the edges inwards, or by the smoothest surface through what is known."""
+
+from __future__ import annotations
+
+import math
+import warnings
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..errors import ParameterError, ToleranceWarning
+from ._cells import Cells, relative
+
+if TYPE_CHECKING:
+    from ..gridded import Gridded
+
+METHODS = ("neighbours", "smooth")
+DIRECT = 20_000
+"""Unknowns up to which the smooth surface is solved for directly; above, by conjugate gradients."""
+
+
+def fill_holes(m: Gridded, method: str = "neighbours") -> Gridded:
+    """The measurement with a value in every cell; those that had one keep it, bit by bit.
+
+    neighbours   layer by layer, from the edges of what is known inwards, the mean of the neighbours along the axes
+    smooth       the surface with the smallest sum of squared second differences along the axes (between equal steps
+                 along an axis; unequal ones by their lengths): what is linear along every axis is found exactly.
+                 Cells that the horizon cuts off are filled from their neighbours, whatever the method
+
+    The method is rehearsed: the known cells around the holes are hidden, filled and compared. `figures`: "rehearsal",
+    the root mean square of the relative difference there; "deepest", the largest number of cells to a known one;
+    "negative", how many cells were filled with a negative value. The standard uncertainty of a filled cell is that of
+    its neighbours and, in quadrature, rehearsal * |f| * (cells to the next known one): an estimate, NaN where no
+    rehearsal was possible.
+
+    Error    0.3 Lambertian + GGX(0.3), glass, 18 x 18 x 36 nodes of angles, a hole of 5 x 5 x 5 in the flank of the
+             lobe: neighbours 0.06 rms and 0.20 largest, relative, smooth 0.04 and 0.09; rehearsals 0.055 and 0.044; of
+             the filled cells 97 % and 100 % within two uncertainties. Holes of more than 20000 cells are solved for by
+             conjugate gradients, to 1e-5; a ToleranceWarning says where that did not succeed.
+    """
+    if method not in METHODS:
+        raise ParameterError(f"fill_holes(method={method!r}): expected one of {', '.join(map(repr, METHODS))}")
+    cells = Cells(m)
+    f, depth = _fill(cells, cells.f, method)
+    figures = {"rehearsal": _rehearsal(cells, method), "deepest": int(depth[cells.up].max(initial=0))}
+    u = None
+    if cells.u is not None:
+        carried, _ = filled_from_neighbours(np.where(np.isnan(cells.f), np.nan, cells.u), cells.wraps)
+        guess = figures["rehearsal"] * np.abs(f) * depth
+        u = np.where(depth > 0, np.hypot(carried, guess), cells.u)
+    figures["negative"] = int(((depth > 0) & (f < 0.0))[cells.up].any(axis=-1).sum())
+    return cells.repaired("fill_holes", {"method": method}, f, u, figures)
+
+
+def _fill(cells: Cells, f: np.ndarray, method: str) -> tuple[np.ndarray, np.ndarray]:
+    """Values without holes, and how far each cell is from what was known."""
+    near, depth = filled_from_neighbours(f, cells.wraps)
+    if method == "neighbours":
+        return near, depth
+    wanted = np.isnan(f) & cells.up[..., None]
+    smooth = np.where(np.isnan(f) & ~cells.up[..., None], np.nan, near)
+    for c in range(f.shape[-1]):
+        smooth[..., c] = smoothest(smooth[..., c], wanted[..., c], cells.nodes, cells.wraps)
+    return filled_from_neighbours(smooth, cells.wraps)[0], depth
+
+
+def _rehearsal(cells: Cells, method: str) -> float:
+    """Root mean square of the relative error at the known cells next to holes, once hidden; NaN if there are none."""
+    holes = np.isnan(cells.f) & cells.up[..., None]
+    edge = np.zeros(holes.shape, bool)
+    for axis, wraps in enumerate(cells.wraps):
+        for step in (1, -1):
+            edge |= _shifted(holes, axis, step, wraps, False)
+    edge &= ~np.isnan(cells.f)
+    hidden = np.where(edge, np.nan, cells.f)
+    known_left = (~np.isnan(hidden)).reshape(-1, hidden.shape[-1]).any(axis=0)
+    if not edge.any() or not known_left.all():
+        return math.nan
+    found, _ = _fill(cells, hidden, method)
+    return float(np.sqrt(np.mean(relative(found[edge], cells.f[edge], cells.f) ** 2)))
+
+
+def _shifted(a: np.ndarray, axis: int, step: int, wraps: bool, outside: Any) -> np.ndarray:
+    """The array moved by one cell; what comes from beyond the edge is `outside`."""
+    moved = np.roll(a, step, axis)
+    if not wraps:
+        edge = [slice(None)] * a.ndim
+        edge[axis] = slice(0, 1) if step > 0 else slice(-1, None)
+        moved[tuple(edge)] = outside
+    return moved
+
+
+def filled_from_neighbours(values: np.ndarray, wraps: tuple[bool, ...]) -> tuple[np.ndarray, np.ndarray]:
+    """Values (grid..., C) with NaNs replaced layer by layer by the mean of known neighbours, and each one's layer.
+
+    `wraps`: which axes of the grid close to a circle. Raises ParameterError for a channel without any value.
+    """
+    shape = values.shape
+    filled, depth = values.copy(), np.zeros(shape, np.int32)
+    missing = np.argwhere(np.isnan(filled))
+    layer = 0
+    while len(missing):
+        layer += 1
+        total, count = np.zeros(len(missing)), np.zeros(len(missing), np.int32)
+        for axis, wrap in enumerate(wraps):
+            for step in (1, -1):
+                at = missing[:, axis] + step
+                inside = np.full(len(at), True) if wrap else (at >= 0) & (at < shape[axis])
+                index = [missing[:, k] for k in range(len(shape))]
+                index[axis] = at % shape[axis]
+                found = filled[tuple(index)]
+                use = inside & ~np.isnan(found)
+                total += np.where(use, found, 0.0)
+                count += use
+        reached = count > 0
+        if not reached.any():
+            raise ParameterError("fill_holes: a channel has no value in any cell; expected some to fill from")
+        cells = tuple(missing[reached].T)
+        filled[cells] = total[reached] / count[reached]
+        depth[cells] = layer
+        missing = missing[~reached]
+    return filled, depth
+
+
+def smoothest(values: np.ndarray, unknown: np.ndarray, nodes: list[np.ndarray], wraps: tuple[bool, ...]) -> np.ndarray:
+    """Values (grid) of which those `unknown` are replaced by what makes second differences smallest.
+
+    `values` hold a first guess there; NaN elsewhere is outside of the domain and ignored.
+    """
+    from scipy import sparse
+    from scipy.sparse import linalg
+
+    if not unknown.any():
+        return values
+    number = np.full(values.shape, -1)
+    number[unknown] = np.arange(unknown.sum())
+    n = int(unknown.sum())
+    rows: list[np.ndarray] = []
+    columns: list[np.ndarray] = []
+    entries: list[np.ndarray] = []
+    right: list[np.ndarray] = []
+    count = 0
+    for axis, wrap in enumerate(wraps):
+        for numbers, weights, known in _stencils(values, number, axis, nodes[axis], wrap):
+            line = count + np.arange(len(known))
+            for k in range(3):
+                free = numbers[k] >= 0
+                rows.append(line[free])
+                columns.append(numbers[k][free])
+                entries.append(weights[k][free])
+            right.append(-known)
+            count += len(known)
+    guess = values[unknown]
+    if not count:
+        return values
+    A = sparse.csr_matrix((np.concatenate(entries), (np.concatenate(rows), np.concatenate(columns))), (count, n))
+    tie = 1e-9  # to the guess: decides where second differences do not
+    normal, b = (A.T @ A + tie * sparse.identity(n)).tocsc(), A.T @ np.concatenate(right) + tie * guess
+    if n <= DIRECT:
+        found = linalg.spsolve(normal, b)
+    else:
+        start = sparse.diags(1.0 / normal.diagonal())
+        found, unfinished = linalg.cg(normal, b, x0=guess, rtol=1e-5, maxiter=2000, M=start)
+        if unfinished:
+            warnings.warn("the smoothest surface was not found to 1e-5 in 2000 steps", ToleranceWarning, stacklevel=5)
+    result = values.copy()
+    result[unknown] = found
+    return result
+
+
+def _stencils(values: np.ndarray, number: np.ndarray, axis: int, nodes: np.ndarray, wrap: bool) -> Any:
+    """Second differences along an axis that an unknown takes part in: its numbers, weights, and the known part."""
+    v, k = np.moveaxis(values, axis, 0), np.moveaxis(number, axis, 0)
+    size = len(nodes)
+    if size < 3:
+        return
+    step = np.diff(nodes)
+    step = step / step.mean()
+    middle = np.arange(size) if wrap else np.arange(1, size - 1)
+    before = step[middle - 1] if not wrap else np.append(step, 1.0)[middle - 1]
+    after = np.append(step, 1.0)[middle]
+    weights = np.stack([2.0 / (before * (before + after)), -2.0 / (before * after), 2.0 / (after * (before + after))])
+    lines = [(middle - 1) % size, middle, (middle + 1) % size]
+    numbers = np.stack([k[i] for i in lines]).reshape(3, -1)
+    found = np.stack([v[i] for i in lines]).reshape(3, -1)
+    spread = np.repeat(weights, v[0].size, axis=1).reshape(3, -1)
+    use = (numbers >= 0).any(axis=0) & ~np.isnan(found).any(axis=0)
+    numbers, found, spread = numbers[:, use], found[:, use], spread[:, use]
+    known = np.where(numbers < 0, spread * found, 0.0).sum(axis=0)
+    yield numbers, spread, known

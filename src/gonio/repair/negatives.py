@@ -1,0 +1,34 @@
+"""Remove negative values: measurements near zero scatter around it, a renderer wants none below."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..errors import ParameterError
+from ..gridded import Gridded
+from ._cells import Cells
+
+
+def remove_negatives(m: Gridded, floor: float | str = 0.0) -> Gridded:
+    """The measurement with every f below a floor raised to it. That takes noise away on one side only: it is a bias.
+
+    `floor`: f [1/sr], 0 or the noise floor of the instrument; or "uncertainty", each cell's own standard uncertainty.
+
+    The bias is in the record: `albedo_after` - `albedo_before`. `figures`: "lowest", the lowest f there was. For noise
+    of standard deviation s around f = 0 it is s/sqrt(2 pi) = 0.40 s in every cell. Uncertainties stay as they are.
+    """
+    cells = Cells(m)
+    if isinstance(floor, str):
+        if floor != "uncertainty":
+            raise ParameterError(f"remove_negatives(floor={floor!r}): expected a number [1/sr] or 'uncertainty'")
+        if cells.u is None:
+            raise ParameterError("remove_negatives(floor='uncertainty'): there is none; give a number [1/sr]")
+        least = cells.u
+    else:
+        least = np.array(floor, dtype=float)
+        if not 0.0 <= floor < np.inf:
+            raise ParameterError(f"remove_negatives(floor={floor!r}): expected 0 or a small positive number [1/sr]")
+    with np.errstate(invalid="ignore"):
+        f = np.where(cells.f < least, least, cells.f)
+    lowest = float(np.nanmin(cells.f[cells.up], initial=np.inf))
+    return cells.repaired("remove_negatives", {"floor": floor}, f, cells.u, {"lowest": lowest})

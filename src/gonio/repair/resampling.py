@@ -1,0 +1,151 @@
+"""Resample to another grid or parameterisation, with an estimate of the error that this makes."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from ..errors import ParameterError
+from ..geometry import HORIZON
+from ..gridded import Gridded
+from ..interface import Reflectance, direction
+from ..measurement import Measured
+from ..parameterisations import parameterisation as named
+from ..quadrature import lattice
+from ._cells import Cells, evaluated, relative, reported, spread, variances
+
+RESOLUTION = {
+    ("half_difference", 3): (90, 46, 72),
+    ("half_difference", 4): (45, 23, 36, 32),
+    ("angles", 3): (46, 46, 72),
+    ("angles", 4): (19, 19, 36, 36),
+    ("specular", 3): (31, 61, 36),
+    ("specular", 4): (16, 41, 24, 24),
+}
+PAIRS = 1 << 14
+
+
+def resample(
+    m: Reflectance,
+    parameterisation: str = "half_difference",
+    axes: Mapping[str, Any] | None = None,
+    resolution: Sequence[int] | None = None,
+    periods: Mapping[str, float] | None = None,
+) -> Gridded:
+    """Any reflectance as a Gridded measurement: f at the nodes of a grid, without data where the horizon cuts them off.
+
+    axes         nodes [rad] of each axis, in the parameterisation's order
+    resolution   or how many: theta_h and radial are spaced as their square roots, others evenly, from 0 to pi/2
+                 (radial: pi) and around the circle; if neither is given, 2 to 5 degrees for isotropic materials
+    periods      of azimuths [rad] where they are not 2 pi: {"phi_d": math.pi} for a reciprocal table
+
+    `figures`, all of relative differences |f - true f|/true f:
+    "error_rms", "error_largest"   to the original at 16384 pairs with cosines above 0.1
+    "back_rms", "back_largest"     there and back: to a Gridded original at its own nodes
+    "half_rms"                     of every second node, interpolated between the others, to what it was: the error of
+                                   a grid half as fine, and about four times that of this one where f is smooth
+
+    `largest` and `mean` of the record are those of |f - true f| [1/sr] at these pairs. Uncertainties are interpolated
+    as variances, an upper bound for independent errors at the nodes. Raises ParameterError for a material with a delta
+    lobe or with maps.
+
+    Error    by default "error_rms" for 0.3 Lambertian + GGX(0.3), glass: half_difference 2e-3,
+             specular 3e-3, angles 9e-3.
+    """
+    if m.has_delta:
+        raise ParameterError(f"{m!r:.80}: a grid cannot hold a perfect mirror; resample the material without it")
+    kind = named(parameterisation)
+    shape = m.f([0.0, 0.0, 1.0], [0.0, 0.0, 1.0]).shape
+    if len(shape) > 1:
+        raise ParameterError(f"{m!r:.80}: values have shape {shape}, expected one material, without maps")
+    nodes = _nodes(m, parameterisation, axes, resolution)
+    wi, wo = kind.pairs(*np.meshgrid(*nodes.values(), indexing="ij"))
+    up = (wi[..., 2] > HORIZON) & (wo[..., 2] > HORIZON)
+    f, names = _on(m, wi, wo, up), None
+    if shape:
+        names = m.channel_names or (tuple("RGB") if shape == (3,) else tuple(map(str, range(shape[0]))))
+    u = None
+    if isinstance(m, Gridded) and m.uncertainty is not None:
+        u = np.sqrt(_on(variances(m), wi, wo, up)).reshape(f.shape)
+    about = {"made_of": repr(m), **(m.about if isinstance(m, Measured) else {})}
+    made = Gridded(
+        parameterisation, nodes, f, uncertainty=u, channels=names, about=about, periods=periods,
+        outside=m.outside if isinstance(m, Gridded) else "hold",
+    )  # fmt: skip
+    pairs = _pairs()
+    true, found = evaluated(m, *pairs), evaluated(made, *pairs)
+    figures = dict(zip(("error_rms", "error_largest"), spread(relative(found, true, true)), strict=True))
+    if isinstance(m, Gridded):
+        own = Cells(m)
+        back = evaluated(made, own.wi[own.up], own.wo[own.up])
+        off = relative(back, own.f[own.up], own.f)
+        figures |= dict(zip(("back_rms", "back_largest"), spread(off), strict=True))
+    figures["half_rms"] = _half_error(made)
+    off = np.abs(found - true)
+    changes = {
+        "cells": int(up.sum()),
+        "share": 1.0,
+        "filled": 0,
+        "largest": float(np.nanmax(off, initial=0.0)),
+        "mean": float(np.nanmean(off)),
+    }
+    before = m if isinstance(m, Measured) else None
+    parameters = {"parameterisation": parameterisation, "nodes": [len(x) for x in nodes.values()]}
+    return reported(made, before, "resample", parameters, changes, figures)
+
+
+def _nodes(
+    m: Reflectance, parameterisation: str, axes: Mapping[str, Any] | None, resolution: Sequence[int] | None
+) -> dict[str, np.ndarray]:
+    if axes is not None:
+        if resolution is not None:
+            raise ParameterError("resample(axes=..., resolution=...): expected one of the two")
+        return {name: np.array(x, dtype=float).reshape(-1) for name, x in axes.items()}
+    count = 3 if _isotropic(m) else 4
+    names = named(parameterisation).names(count)
+    sizes = tuple(resolution or RESOLUTION[parameterisation, count])
+    if len(sizes) != count or not all(isinstance(n, (int, np.integer)) and n >= 2 for n in sizes):
+        raise ParameterError(f"resolution={resolution!r}: expected {count} whole numbers from 2: {', '.join(names)}")
+    found = {}
+    for name, n in zip(names, sizes, strict=True):
+        if name in named(parameterisation).turning:
+            found[name] = 2.0 * math.pi * np.arange(n) / n
+        else:
+            end = math.pi if name == "radial" else 0.5 * math.pi
+            found[name] = end * np.linspace(0.0, 1.0, n) ** (2 if name in ("theta_h", "radial") else 1)
+    return found
+
+
+def _isotropic(m: Reflectance) -> bool:
+    return not m.is_oriented() if isinstance(m, Gridded) else m.is_isotropic()
+
+
+def _on(m: Reflectance, wi: np.ndarray, wo: np.ndarray, up: np.ndarray) -> np.ndarray:
+    """f at the nodes above the horizon, NaN at the others."""
+    values = m.f(wi[up], wo[up])
+    f = np.full((*up.shape, *values.shape[1:]), np.nan)
+    f[up] = values
+    return f
+
+
+def _pairs() -> tuple[np.ndarray, np.ndarray]:
+    """Pairs of directions whose cosines are above 0.1, evenly spread."""
+    u = lattice(PAIRS, 4)
+    theta = np.arccos(1.0 - 0.9 * u[:, :2])
+    return direction(theta[:, 0], 2.0 * math.pi * u[:, 2]), direction(theta[:, 1], 2.0 * math.pi * u[:, 3])
+
+
+def _half_error(made: Gridded) -> float:
+    """Root mean square of the relative error at the nodes that a grid of every second node leaves out."""
+    cells = Cells(made)
+    every = tuple(slice(None, None, 2) if len(x) > 2 else slice(None) for x in cells.nodes)
+    left = np.ones(cells.grid, bool)
+    left[every] = False
+    axes = {name: x[part] for (name, x), part in zip(made.axes.items(), every, strict=True)}
+    coarse = Gridded(made.parameterisation, axes, made.stored[every], channels=made.channel_names, outside=made.outside)
+    at = left & cells.up
+    found = evaluated(coarse, cells.wi[at], cells.wo[at])
+    return spread(relative(found, cells.f[at], cells.f))[0]

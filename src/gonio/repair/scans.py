@@ -1,0 +1,204 @@
+"""Merge scans in planes of incidence into one grid, overlapping parts averaged and held against each other."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..errors import ParameterError
+from ..geometry import HORIZON
+from ..gridded import Gridded
+from ..interface import angles, direction
+from ..measurement import Measured, to_brdf
+from ..scattered import Scattered
+from ._cells import Cells, reported, spread
+
+SAME = 1e-4
+"""Angles [rad] closer than this (0.006 degrees) are one node."""
+
+
+class _Line(NamedTuple):
+    """One scan along theta_o: its plane, increasing theta_o [rad] (n,), f (n, C) and u (n, C) or None."""
+
+    theta_i: float
+    phi_i: float
+    phi: float
+    theta_o: np.ndarray
+    f: np.ndarray
+    u: np.ndarray | None
+
+
+def merge_scans(scans: Sequence[Measured], oriented: bool = False) -> Gridded:
+    """Several measurements along theta_o, at one or more theta_i and azimuths each, as one grid of "angles".
+
+    The merged grid has every theta_i, theta_o and phi = phi_o - phi_i at which there is a scan (with `oriented`: every
+    theta_i, theta_o, phi_i and phi_o). Along theta_o each scan is interpolated linearly to the nodes of the others, and
+    nowhere extrapolated; where no scan has been, there is a hole. A measurement's value at theta_o = 0 belongs to all
+    its azimuths, and a scan at theta_i = 0 to all azimuths of the grid (unless `oriented`).
+
+    Where scans overlap, the result is their mean, weighted by 1/u^2, with u = 1/sqrt(sum 1/u^2); a plain mean where no
+    scan has uncertainties. `figures`: "overlapping", how many cells have several scans; "scatter_rms" and
+    "scatter_largest", of their |f - mean|/mean; and "chi2", sum of (f - mean)^2/u^2 over the degrees of freedom: about
+    1 if the uncertainties explain the scatter, more if scans differ by their scale or alignment.
+
+    Raises ParameterError where channels differ, or only some of the scans have uncertainties.
+    """
+    lines, names, quantities = _lines(scans, oriented)
+    theta_i, theta_o = _clustered(x.theta_i for x in lines), _clustered(t for x in lines for t in x.theta_o)
+    phi = _circle(x.phi for x in lines if oriented or x.theta_i > SAME) or [0.0]
+    phi_i = _circle(x.phi_i for x in lines) if oriented else [0.0]
+    grid = (len(theta_i), len(theta_o), len(phi_i), len(phi), lines[0].f.shape[1])
+    total, weights, squares, counts = (np.zeros(grid) for _ in range(4))
+    used = []
+    for line in lines:
+        index, f, w = _on_nodes(line, theta_i, theta_o, phi_i, phi, oriented)
+        used.append((index, f, w))
+        total[index] += w * f
+        weights[index] += w
+        counts[index] += 1.0
+    with np.errstate(invalid="ignore", divide="ignore"):
+        mean = total / weights
+        u = np.sqrt(1.0 / weights)
+    off = []
+    for index, f, w in used:
+        squares[index] += w * (f - mean[index]) ** 2
+        several = counts[index] > 1
+        off.append(((f - mean[index]) / np.abs(mean[index]))[several])
+    rms, largest = spread(np.concatenate([x.ravel() for x in off]))
+    several = counts > 1
+    figures = {"overlapping": int(several.any(axis=-1).sum()), "scatter_rms": rms, "scatter_largest": largest}
+    certain = lines[0].u is not None
+    if certain:
+        freedom = float((counts - 1.0)[several].sum())
+        figures["chi2"] = float(squares[several].sum()) / freedom if freedom else math.nan
+    axes: dict[str, Any] = {"theta_i": theta_i, "theta_o": theta_o}
+    axes |= {"phi_i": phi_i, "phi_o": phi} if oriented else {"phi": phi}
+    shape = tuple(map(len, axes.values()))
+    values, u = (x.reshape(*shape, -1) for x in (mean, u))
+    about = {"merged_from": [repr(m) for m in scans], "quantities": quantities}
+    made = Gridded(
+        "angles",
+        axes,
+        values if names is not None else values[..., 0],
+        uncertainty=None if not certain else u if names is not None else u[..., 0],
+        channels=names,
+        about=about,
+    )
+    known = (counts > 0).any(axis=-1)
+    changes = {"cells": int(known.sum()), "share": float(known.mean()), "filled": 0}
+    changes |= {"largest": float(max((np.abs(f - mean[i]).max(initial=0.0) for i, f, _ in used), default=0.0))}
+    changes["mean"] = float(np.mean([np.abs(f - mean[i]).mean() for i, f, _ in used if f.size] or [0.0]))
+    return reported(made, None, "merge_scans", {"scans": len(scans), "oriented": oriented}, changes, figures)
+
+
+def _lines(scans: Sequence[Measured], oriented: bool) -> tuple[list[_Line], tuple | None, list[str]]:
+    if not scans:
+        raise ParameterError("merge_scans: got no scans, expected at least one measurement")
+    names = {m.channel_names for m in scans}
+    if len(names) > 1:
+        raise ParameterError(f"merge_scans: channels differ: {' and '.join(map(repr, names)):.120}; expected the same")
+    lines = [line for m in scans for line in _of_one(m, oriented)]
+    certain = [line.u is not None for line in lines]
+    if any(certain) != all(certain):
+        raise ParameterError(
+            "merge_scans: some of the scans have uncertainties and others not; expected all or none, to weight them by"
+        )
+    if not lines:
+        raise ParameterError("merge_scans: no scan holds a value; expected some")
+    return lines, names.pop(), [m.quantity for m in scans]
+
+
+def _of_one(m: Measured, oriented: bool) -> Iterable[_Line]:
+    """The lines along theta_o of a measurement."""
+    wi, wo, f, u = _rows(m)
+    (theta_i, phi_i), (theta_o, phi_o) = angles(wi), angles(wo)
+    phi = phi_o if oriented else phi_o - phi_i
+    turn = phi_i if oriented else 0.0 * phi_i
+    rows = np.stack([theta_i, turn, phi], axis=-1)
+    pole = theta_o < SAME
+    keys = [_rounded(rows[:, k], k > 0) for k in range(3)]
+    for key in sorted(set(zip(*(k[~pole].tolist() for k in keys), strict=True))):
+        same = (keys[0] == key[0]) & ((keys[1] == key[1]) | (not oriented))
+        at = np.flatnonzero(same & (pole | (keys[2] == key[2])))
+        at = at[np.argsort(theta_o[at], kind="stable")]
+        at = at[np.diff(theta_o[at], prepend=-1.0) > SAME]
+        first = at[~pole[at]][0]
+        yield _Line(theta_i[first], turn[first], phi[first], theta_o[at], f[at], None if u is None else u[at])
+
+
+def _rows(m: Measured) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray | None]:
+    """wi, wo (n, 3), f (n, C) and u of all measured pairs."""
+    if isinstance(m, Scattered):
+        theta_i, phi_i, theta_o, phi_o = m.rows.T
+        wi, wo = direction(theta_i, phi_i), direction(theta_o, phi_o)
+        cosines = (wi[:, 2, None], wo[:, 2, None])
+        f = to_brdf(m.quantity, m.stored.reshape(len(wi), -1), *cosines)
+        u = None if m.uncertainty is None else to_brdf(m.quantity, m.uncertainty.reshape(len(wi), -1), *cosines)
+        use = (wi[:, 2] > HORIZON) & (wo[:, 2] > HORIZON) & np.isfinite(f).all(axis=-1)
+        return wi[use], wo[use], f[use], None if u is None else u[use]
+    if isinstance(m, Gridded):
+        cells = Cells(m)
+        use = cells.up & np.isfinite(cells.f).all(axis=-1)
+        return cells.wi[use], cells.wo[use], cells.f[use], None if cells.u is None else cells.u[use]
+    raise ParameterError(f"merge_scans: got {m!r:.80}, expected Gridded or Scattered measurements")
+
+
+def _rounded(values: np.ndarray, turning: bool) -> np.ndarray:
+    """Numbers that are the same where angles are."""
+    whole = round(2.0 * math.pi / SAME)
+    found = np.rint(values / SAME).astype(np.int64)
+    return found % whole if turning else found
+
+
+def _clustered(found: Iterable[float]) -> list[float]:
+    """Increasing angles, those closer than `SAME` once."""
+    ordered = np.sort(np.fromiter(found, float))
+    return ordered[np.diff(ordered, prepend=-math.inf) > SAME].tolist()
+
+
+def _circle(found: Iterable[float]) -> list[float]:
+    """Azimuths in [0, 2 pi), increasing, those closer than `SAME` once."""
+    turned = [phi % (2.0 * math.pi) for phi in found]
+    return _clustered(0.0 if phi > 2.0 * math.pi - SAME else phi for phi in turned)
+
+
+def _on_nodes(
+    line: _Line, theta_i: list[float], theta_o: list[float], phi_i: list[float], phi: list[float], oriented: bool
+) -> tuple[Any, np.ndarray, np.ndarray]:
+    """Index of the merged cells that a line covers, f and weights there (cells..., C)."""
+    nodes = np.array(theta_o)
+    inside = np.flatnonzero((nodes >= line.theta_o[0] - SAME) & (nodes <= line.theta_o[-1] + SAME))
+    at = np.clip(nodes[inside], line.theta_o[0], line.theta_o[-1])
+    f, u2 = _interpolated(at, line)
+    i = _nearest(theta_i, line.theta_i, 0.0)
+    everywhere = not oriented and line.theta_i <= SAME
+    k = np.arange(len(phi)) if everywhere else np.array([_nearest(phi, line.phi, 2.0 * math.pi)])
+    j = _nearest(phi_i, line.phi_i, 2.0 * math.pi)
+    index = np.ix_(np.array([i]), inside, np.array([j]), k)
+    f, w = (np.repeat(x[None, :, None, None, :], len(k), axis=3) for x in (f, 1.0 / u2))
+    return index, f, w
+
+
+def _interpolated(at: np.ndarray, line: _Line) -> tuple[np.ndarray, np.ndarray]:
+    """f and variances (n, C) of a line at angles within it; variances 1 where it has no uncertainties."""
+    x = line.theta_o
+    if len(x) == 1:
+        lower, upper, w = np.zeros(len(at), int), np.zeros(len(at), int), np.zeros(len(at))
+    else:
+        lower = np.clip(np.searchsorted(x, at, side="right") - 1, 0, len(x) - 2)
+        upper, w = lower + 1, (at - x[lower]) / (x[lower + 1] - x[lower])
+    w = w[:, None]
+    f = (1.0 - w) * line.f[lower] + w * line.f[upper]
+    if line.u is None:
+        return f, np.ones(f.shape)
+    return f, (1.0 - w) ** 2 * line.u[lower] ** 2 + w**2 * line.u[upper] ** 2
+
+
+def _nearest(nodes: list[float], angle: float, period: float) -> int:
+    apart = np.abs(np.array(nodes) - angle)
+    if period:
+        apart = np.minimum(apart % period, period - apart % period)
+    return int(apart.argmin())

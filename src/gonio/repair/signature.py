@@ -1,0 +1,87 @@
+"""Subtract an instrument's signature: what it measures where there is no sample."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from ..errors import ParameterError
+from ..gridded import Gridded
+from ..interface import Reflectance
+from ._cells import Cells, evaluated, variances
+
+NEGATIVES = ("keep", "zero", "missing")
+
+
+def subtract_signature(
+    m: Gridded,
+    signature: Reflectance,
+    scale: float = 1.0,
+    scale_uncertainty: float = 0.0,
+    negatives: str = "keep",
+) -> Gridded:
+    """f - scale * signature: without the light that reaches the detector when there is no sample.
+
+    signature          what was measured without a sample, in units of the BRDF (its signal divided by the same
+                       irradiance, solid angle and cosine as the sample's): any reflectance; at nodes where it has no
+                       value the result has none
+    scale              of the signature: 1 if nothing else changed, less where the sample blocks part of the stray light
+    scale_uncertainty  standard uncertainty of that
+    negatives          what to do where less than nothing is left: "keep" (unbiased), "zero", or "missing" (NaN)
+
+    Uncertainties add in quadrature: u^2 = u_m^2 + (scale u_s)^2 + (scale_uncertainty signature)^2; a signature without
+    uncertainty has u_s = 0. `figures`: "negative", how many cells ended below 0, before these were dealt with;
+    "without_signature", how many lost their value because the signature has none there; "largest_share", the largest
+    share of a cell's f that was signature.
+    """
+    if negatives not in NEGATIVES:
+        raise ParameterError(f"negatives={negatives!r}: expected one of {', '.join(map(repr, NEGATIVES))}")
+    if not (math.isfinite(scale) and scale_uncertainty >= 0.0):
+        raise ParameterError(f"scale={scale!r}, scale_uncertainty={scale_uncertainty!r}: expected finite numbers, >= 0")
+    cells = Cells(m)
+    stray = np.full(cells.f.shape, np.nan)
+    stray[cells.up] = _fitting(evaluated(signature, cells.wi[cells.up], cells.wo[cells.up]), cells.f.shape[-1])
+    f = cells.f - scale * stray
+    f = np.where(cells.up[..., None], f, cells.f)
+    up = cells.up[..., None] & ~np.isnan(cells.f)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        below = up & (f < 0.0)
+        share = np.abs(scale * stray / cells.f)[up & (cells.f != 0.0)]
+    figures: dict[str, Any] = {
+        "negative": int(below.any(axis=-1).sum()),
+        "without_signature": int((up & np.isnan(stray)).any(axis=-1).sum()),
+        "largest_share": float(np.nanmax(share, initial=0.0)),
+    }
+    u = _uncertainty(cells, signature, stray, scale, scale_uncertainty)
+    if negatives != "keep":
+        f = np.where(below, 0.0 if negatives == "zero" else np.nan, f)
+    parameters = {
+        "signature": repr(signature)[:200],
+        "scale": scale,
+        "scale_uncertainty": scale_uncertainty,
+        "negatives": negatives,
+    }
+    return cells.repaired("subtract_signature", parameters, f, u, figures)
+
+
+def _fitting(stray: np.ndarray, channels: int) -> np.ndarray:
+    if stray.shape[-1] not in (1, channels):
+        raise ParameterError(f"signature: has {stray.shape[-1]} channels, expected 1 or {channels}, as the measurement")
+    return stray
+
+
+def _uncertainty(
+    cells: Cells, signature: Reflectance, stray: np.ndarray, scale: float, scale_uncertainty: float
+) -> np.ndarray | None:
+    own = isinstance(signature, Gridded) and signature.uncertainty is not None
+    if cells.u is None and not own and scale_uncertainty == 0.0:
+        return None
+    total = (scale_uncertainty * stray) ** 2
+    if cells.u is not None:
+        total = total + cells.u**2
+    if own:
+        assert isinstance(signature, Gridded)
+        total[cells.up] += scale**2 * evaluated(variances(signature), cells.wi[cells.up], cells.wo[cells.up])
+    return np.sqrt(total)

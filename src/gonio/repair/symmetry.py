@@ -1,0 +1,209 @@
+"""Symmetries that a surface has and a measurement lacks: averaged in, and the asymmetry found reported."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from ..errors import ParameterError
+from ..gridded import Gridded
+from ._cells import Cells, evaluated, like, reported, spread, variances
+
+KINDS = ("reciprocity", "isotropy", "plane")
+SAME = 1e-5
+"""Angles [rad] closer than this are those of one node."""
+
+
+def symmetrise(m: Gridded, kind: str, plane: float = 0.0) -> Gridded:
+    """The measurement averaged over a symmetry.
+
+    reciprocity   f(wi, wo) = f(wo, wi)
+    plane         f(wi, wo) = f of both mirrored at a plane through the normal, at azimuth `plane` [rad]: that of
+                  brushing, of a weave. Isotropic tables are compared with phi -> -phi
+    isotropy      f(theta_i, theta_o, phi_o - phi_i): four axes become three
+
+    Where the symmetry maps the grid onto itself, values are averaged in pairs, and the result has the symmetry to
+    rounding; else the other value is interpolated, and it has it about as well as the grid resolves the material.
+    Of a pair of which one value is missing, both get the other. Averages of two have u = sqrt(u1^2 + u2^2)/2.
+
+    `figures`: "asymmetry_median", "asymmetry_rms", "asymmetry_largest": |f1 - f2|/mean, of pairs (of all azimuths of wi
+    and their mean for "isotropy"), a measure of the data's quality; "on_grid", 1 if no value was interpolated, else 0;
+    and with uncertainties "chi2", the mean of (f1 - f2)^2/(u1^2 + u2^2): about 1 if these explain the asymmetry.
+    """
+    if kind not in KINDS:
+        raise ParameterError(f"symmetrise(kind={kind!r}): expected one of {', '.join(map(repr, KINDS))}")
+    if kind == "isotropy":
+        return _isotropic(m)
+    cells = Cells(m)
+    f, u, figures = _paired(cells, kind, plane)
+    parameters = {"kind": kind, "plane": plane} if kind == "plane" else {"kind": kind}
+    return cells.repaired("symmetrise", parameters, f, u, figures)
+
+
+def _paired(cells: Cells, kind: str, plane: float) -> tuple[np.ndarray, np.ndarray | None, dict[str, float]]:
+    """Averages with the value of the pair that the symmetry makes of each pair."""
+    found = _positions(cells.m, kind, plane)
+    if found is not None:
+        other, other_u = (None if a is None else _moved(a, *found) for a in (cells.f, cells.u))
+        itself = _moved(np.arange(math.prod(cells.grid)).reshape(*cells.grid, 1), *found)[..., 0]
+        itself = itself == np.arange(itself.size).reshape(itself.shape)
+    else:
+        wi, wo = _mapped(cells.wi, cells.wo, kind, plane)
+        other = np.full(cells.f.shape, np.nan)
+        other[cells.up] = evaluated(cells.m, wi[cells.up], wo[cells.up])
+        other_u = None
+        if cells.u is not None:
+            other_u = np.full(cells.f.shape, np.nan)
+            other_u[cells.up] = np.sqrt(evaluated(variances(cells.m), wi[cells.up], wo[cells.up]))
+        itself = np.zeros(cells.grid, bool)
+    assert other is not None
+    f = np.where(np.isnan(cells.f), other, np.where(np.isnan(other), cells.f, 0.5 * (cells.f + other)))
+    apart = cells.up & ~itself
+    first, second = cells.f[apart], other[apart]
+    figures = {**_asymmetry(first, second, cells.f), "on_grid": int(found is not None)}
+    if cells.u is None:
+        return f, None, figures
+    assert other_u is not None
+    figures["chi2"] = spread((first - second) / np.hypot(cells.u, other_u)[apart])[0] ** 2
+    u = np.where(np.isnan(cells.f), other_u, np.where(np.isnan(other), cells.u, 0.5 * np.hypot(cells.u, other_u)))
+    return f, np.where(itself[..., None], cells.u, u), figures
+
+
+def _asymmetry(first: np.ndarray, second: np.ndarray, of: np.ndarray) -> dict[str, float]:
+    """Figures of |first - second| over their mean, or over a thousandth of the table's."""
+    floor = 1e-3 * float(np.nanmean(np.abs(of))) + 1e-300
+    off = np.abs(first - second) / np.maximum(0.5 * (np.abs(first) + np.abs(second)), floor)
+    rms, largest = spread(off)
+    median = float(np.median(off[np.isfinite(off)])) if np.isfinite(off).any() else 0.0
+    return {"asymmetry_median": median, "asymmetry_rms": rms, "asymmetry_largest": largest}
+
+
+def _mapped(wi: np.ndarray, wo: np.ndarray, kind: str, plane: float) -> tuple[np.ndarray, np.ndarray]:
+    """The pairs (..., 3) that a symmetry makes of pairs."""
+    if kind == "reciprocity":
+        return wo, wi
+    c, s = math.cos(2.0 * plane), math.sin(2.0 * plane)
+    mirror = np.array([[c, s, 0.0], [s, -c, 0.0], [0.0, 0.0, 1.0]])
+    return wi @ mirror, wo @ mirror
+
+
+_Turns = dict[str, tuple[float, float | None]]
+_IMAGES: dict[tuple[str, str], tuple[bool, _Turns]] = {
+    ("angles", "reciprocity"): (True, {"phi": (-1.0, 0.0)}),
+    ("angles", "plane"): (False, {"phi": (-1.0, 0.0), "phi_i": (-1.0, None), "phi_o": (-1.0, None)}),
+    ("half_difference", "reciprocity"): (False, {"phi_d": (1.0, math.pi)}),
+    ("half_difference", "plane"): (False, {"phi_d": (-1.0, 0.0), "phi_h": (-1.0, None)}),
+    ("specular", "plane"): (False, {"azimuth": (-1.0, 0.0), "phi_i": (-1.0, None)}),
+}
+"""(parameterisation, kind) -> whether wi and wo are exchanged; azimuth -> sign and shift, twice the plane for None."""
+
+
+def _positions(m: Gridded, kind: str, plane: float) -> tuple[list[int], list[np.ndarray]] | None:
+    """Where the symmetry takes the nodes: the order of the axes, and numbers of nodes along each; None if off the grid.
+
+    Of a node (i, j, ...) it makes the node whose number along axis order[k] is numbers[k][node's number along k].
+    """
+    if (m.parameterisation, kind) not in _IMAGES:
+        return None
+    exchanged, turned = _IMAGES[m.parameterisation, kind]
+    names = list(m.axes)
+    order = [1, 0, 3, 2] if exchanged else [0, 1, 2, 3]
+    order = [k for k in order if k < len(names)]
+    numbers = []
+    for k, name in enumerate(names):
+        sign, shift = turned.get(name, (1.0, 0.0))
+        nodes = sign * m.axes[name] + (2.0 * plane if shift is None else shift)
+        at = _numbers(m.axes[names[order[k]]], nodes, m.periods.get(name, 0.0), m.is_mirrored and k == 2)
+        if at is None:
+            return None
+        numbers.append(at)
+    return order, numbers
+
+
+def _numbers(among: np.ndarray, angles: np.ndarray, period: float, mirrored: bool) -> np.ndarray | None:
+    """Number of the node that each angle is; None if one is none."""
+    apart = np.abs(angles[:, None] - among[None, :])
+    if mirrored:
+        apart = np.minimum(_around(apart, period), _around(np.abs(angles[:, None] + among[None, :]), period))
+    elif period:
+        apart = _around(apart, period)
+    at = apart.argmin(axis=1)
+    return at if (apart[np.arange(len(angles)), at] < SAME).all() else None
+
+
+def _around(apart: np.ndarray, period: float) -> np.ndarray:
+    apart = apart % period
+    return np.minimum(apart, period - apart)
+
+
+def _moved(values: np.ndarray, order: list[int], numbers: list[np.ndarray]) -> np.ndarray:
+    """The values (grid..., C) that the symmetry's image of each node has."""
+    by_axis = [numbers[order.index(k)] for k in range(len(order))]
+    return values[np.ix_(*by_axis)].transpose(*order, len(order))
+
+
+def _isotropic(m: Gridded) -> Gridded:
+    """The mean over azimuths of wi, or of the half vector, at fixed relative ones, by the arcs around nodes."""
+    cells = Cells(m)
+    m = cells.m
+    names = list(m.axes)
+    if len(names) == 3:
+        nothing = {**_asymmetry(cells.f, cells.f, cells.f), "on_grid": 1}
+        return cells.repaired("symmetrise", {"kind": "isotropy"}, cells.f, cells.u, nothing)
+    axis = 2 if m.parameterisation == "angles" else 3
+    turns, weights = _arcs(m.axes[names[axis]], m.periods[names[axis]])
+    slices = [np.take(cells.f, i, axis=axis) for i in range(len(turns))]
+    squares = None if cells.u is None else [np.take(cells.u, i, axis=axis) ** 2 for i in range(len(turns))]
+    axes = {n: m.axes[n] for k, n in enumerate(names) if k != axis}
+    periods = {n: p for n, p in m.periods.items() if n != names[axis]}
+    on_grid = True
+    if axis == 2:
+        relative_phi, _ = _arcs(axes.pop("phi_o"), periods["phi_o"])
+        for i, turn in enumerate(turns):
+            lower, upper, w = _bracketed(relative_phi, relative_phi + turn, periods["phi_o"])
+            on_grid = on_grid and bool((np.minimum(w, 1.0 - w) < 1e-6).all())
+            w = np.where(w < 1e-6, 0.0, np.where(w > 1.0 - 1e-6, 1.0, w))[:, None]
+            slices[i] = _mixed(slices[i], lower, upper, 1.0 - w, w)
+            if squares is not None:
+                squares[i] = _mixed(squares[i], lower, upper, (1.0 - w) ** 2, w**2)
+        axes["phi"], periods = relative_phi, {"phi": periods["phi_o"]}
+    stack = np.stack(slices)
+    known = ~np.isnan(stack)
+    share = np.where(known, weights.reshape(-1, *[1] * (stack.ndim - 1)), 0.0)
+    with np.errstate(invalid="ignore"):
+        share = share / share.sum(axis=0)
+    f = np.where(known, share * stack, 0.0).sum(axis=0)
+    f = np.where(known.any(axis=0), f, np.nan)
+    u = None
+    if squares is not None:
+        u = np.sqrt(np.where(known, share**2 * np.stack(squares), 0.0).sum(axis=0))
+    figures = {**_asymmetry(stack, np.broadcast_to(f, stack.shape), cells.f), "on_grid": int(on_grid)}
+    made = like(m, axes, f, u, quantity="brdf", periods=periods)
+    off = np.abs(stack - f)
+    changes = {"cells": int(Cells(made).up.sum()), "share": 1.0, "filled": 0}
+    changes |= {"largest": float(np.nanmax(off, initial=0.0)), "mean": float(np.nanmean(off))}
+    return reported(made, m, "symmetrise", {"kind": "isotropy"}, changes, figures)
+
+
+def _arcs(nodes: np.ndarray, period: float) -> tuple[np.ndarray, np.ndarray]:
+    """The nodes of a circle, the first not repeated, and the share of the circle around each."""
+    if len(nodes) > 1 and nodes[-1] - nodes[0] > period - SAME:
+        nodes = nodes[:-1]
+    gaps = np.diff(nodes, append=nodes[0] + period)
+    return nodes, 0.5 * (gaps + np.roll(gaps, 1)) / period
+
+
+def _bracketed(nodes: np.ndarray, angles: np.ndarray, period: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Numbers of the nodes around each angle, and the weight of the second."""
+    closed = np.append(nodes, nodes[0] + period)
+    angles = nodes[0] + (angles - nodes[0]) % period
+    lower = np.clip(np.searchsorted(closed, angles, side="right") - 1, 0, len(nodes) - 1)
+    w = (angles - closed[lower]) / (closed[lower + 1] - closed[lower])
+    return lower, (lower + 1) % len(nodes), w
+
+
+def _mixed(values: np.ndarray, lower: np.ndarray, upper: np.ndarray, v: np.ndarray, w: np.ndarray) -> np.ndarray:
+    """v of one node and w of the next along the last axis of the grid; what has no weight may be NaN."""
+    first, second = values[..., lower, :], values[..., upper, :]
+    return np.where(v == 0.0, 0.0, v * first) + np.where(w == 0.0, 0.0, w * second)

@@ -1,0 +1,109 @@
+"""A result as a laboratory quotes it: value, standard uncertainty, coverage interval."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from statistics import NormalDist
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..errors import ParameterError
+from .latent import Latent
+
+if TYPE_CHECKING:
+    from uncertainties import UFloat
+
+
+@dataclass(frozen=True, eq=False)
+class Quoted:
+    """A result with its uncertainty: a number, or an array (...[, C]). Prints as 0.1234(56).
+
+    value        the result; of a Monte Carlo calculation the mean of all draws (JCGM 101, 7.6)
+    u            its standard uncertainty, NaN where that of the table is unknown
+    at_estimate  the result of the table as it is: the same, but for a Monte Carlo calculation of something non-linear
+    method       "first order", or "Monte Carlo" with the number of draws
+    assumed      what the errors of the table are taken to be
+    draws        (draws, ...[, C]) of a Monte Carlo calculation, else None
+    """
+
+    value: Any
+    u: Any
+    at_estimate: Any
+    method: str
+    assumed: str
+    latent: Latent | None = field(repr=False, default=None)
+    draws: np.ndarray | None = field(repr=False, default=None)
+
+    @property
+    def covariance(self) -> np.ndarray:
+        """Covariance matrix (n, n) of the n numbers, in the order of `np.ravel(value)`."""
+        if self.latent is not None:
+            return self.latent.covariance(self.latent)
+        assert self.draws is not None
+        return np.cov(self.draws.reshape(len(self.draws), -1), rowvar=False).reshape(np.size(self.value), -1)
+
+    def interval(self, p: float = 0.95) -> tuple[Any, Any]:
+        """Ends of the coverage interval of probability p, with as much left out below as above.
+
+        First order: value -+ k u of a normal distribution (k = 1.96 for p = 0.95). Monte Carlo: the quantiles of the
+        draws (JCGM 101, 7.7.2).
+        """
+        if not 0.0 < p < 1.0:
+            raise ParameterError(f"interval(p={p!r:.40}): expected a probability between 0 and 1, such as 0.95")
+        if self.draws is not None:
+            low, high = np.quantile(self.draws, [0.5 - 0.5 * p, 0.5 + 0.5 * p], axis=0)
+            return low[()], high[()]
+        k = NormalDist().inv_cdf(0.5 + 0.5 * p)
+        return self.value - k * self.u, self.value + k * self.u
+
+    def expanded(self, k: float = 2.0) -> Any:
+        """Expanded uncertainty U = k u."""
+        return k * self.u
+
+    def text(self, k: float = 1.0) -> Any:
+        """ "0.1234 ± 0.0056 (k = 1)": the value with the expanded uncertainty k u, two digits of it; an array of these
+        for an array."""
+        return _each(lambda v, u: f"{rounded(v, k * u, ' ± ')} (k = {k:g})", self.value, self.u)
+
+    def ufloat(self) -> UFloat | np.ndarray:
+        """The same for calculations with the package `uncertainties`: a number, or an array (dtype object) of them.
+
+        They know of each other: two results of first order from the same table with the same correlation are
+        correlated as they should be, whether they come from one call or from two, so that their difference or ratio
+        has the right uncertainty. Of Monte Carlo results, those of one call are.
+        """
+        from uncertainties import correlated_values
+
+        flat = np.ravel(self.value).astype(float)
+        own = self.latent
+        array = np.empty(flat.size, dtype=object)
+        array[:] = correlated_values(flat, self.covariance) if own is None else own.ufloats(flat)
+        return array.reshape(np.shape(self.value))[()]
+
+    def __str__(self) -> str:
+        return str(_each(rounded, self.value, self.u)).replace("'", "")
+
+    __repr__ = __str__
+
+
+def _each(write: Any, value: Any, u: Any) -> Any:
+    if np.ndim(value) == 0:
+        return write(float(value), float(u))
+    flat = [write(float(v), float(s)) for v, s in zip(np.ravel(value), np.ravel(u), strict=True)]
+    return np.array(flat).reshape(np.shape(value))
+
+
+def rounded(value: float, u: float, sign: str = "") -> str:
+    """A value with two digits of its uncertainty, as the GUM writes it (7.2.2): 0.1234(56), or with a sign between
+    them, 0.1234 ± 0.0056."""
+    from uncertainties import ufloat
+
+    if not math.isfinite(value):
+        return f"{value:g}"
+    if not math.isfinite(u) or u == 0.0:
+        said = "unknown" if not math.isfinite(u) else "0"
+        return f"{value:.6g}{sign}{said}" if sign else f"{value:.6g}({said})"
+    text = f"{ufloat(value, u):.2u{'' if sign else 'S'}}"
+    return text.replace("+/-", sign)

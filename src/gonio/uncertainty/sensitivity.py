@@ -1,0 +1,104 @@
+"""How results depend on every number of a table: the coefficients c of result = sum of c_k v_k."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from scipy import sparse
+
+from .. import batch, ops
+from ..geometry import HORIZON, Direction
+from ..gridded import LEAST_KNOWN, Gridded
+from ..interface import Reflectance
+from .functionals import Linear, Pairs
+
+FEWEST, MOST = 1 << 13, 1 << 18
+"""How many pairs stand for an integral at first and at most."""
+
+STEADY = 5e-3
+"""Relative change of uncertainties on doubling the pairs, below which there are enough."""
+
+TRIED = 3
+"""How many results are looked at for that."""
+
+
+class Coefficients(NamedTuple):
+    """`rows` holds matrices (n, nodes), one for each pattern of holes; `pattern` (C,) says which is a channel's."""
+
+    rows: list[sparse.csr_array]
+    pattern: np.ndarray
+
+    def of(self, channel: int) -> sparse.csr_array:
+        """The coefficients (n, nodes) of f [1/sr] at the nodes, in a channel."""
+        return self.rows[self.pattern[channel]]
+
+
+def by_channel(values: np.ndarray, m: Gridded) -> np.ndarray:
+    """A table (grid...[, C]) as (nodes, C)."""
+    return np.reshape(values, (-1, 1 if m.channel_names is None else values.shape[-1]))
+
+
+def coefficients(m: Gridded, of: Linear, n: int, only: int | None = None) -> Coefficients:
+    """The coefficients of results, with n pairs for each; of the first `only` of them.
+
+    Holes count as 0 in an integral and make f unknown; nodes around them share their weights, as `Gridded` does it.
+    """
+    valid, pattern = _patterns(~np.isnan(by_channel(m.brdf(), m)))
+    count = int(np.prod(of.shape)) if only is None else only
+    parts: list[list[Any]] = [[] for _ in valid]
+    for pairs in of.pairs(n):
+        if only is not None and np.max(pairs.row) >= only:
+            break
+        node, weight = _around(m, pairs)
+        for part, known in zip(parts, valid, strict=True):
+            part.append(_row(node, _shares(m, node, weight, known) * pairs.weight, pairs, valid.shape[1]))
+    empty = sparse.csr_array((count, valid.shape[1]))
+    return Coefficients([sparse.vstack(p, format="csr") if p else empty for p in parts], pattern)
+
+
+def _patterns(valid: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The different columns of (nodes, C), as rows, and which of them each channel has."""
+    found: dict[bytes, int] = {}
+    pattern = [found.setdefault(column.tobytes(), len(found)) for column in valid.T]
+    return np.stack([np.frombuffer(key, dtype=bool) for key in found]), np.array(pattern)
+
+
+def _around(m: Gridded, pairs: Pairs) -> tuple[np.ndarray, np.ndarray]:
+    """The nodes (K, n) of the grid around pairs and their weights, 0 for pairs below the horizon or beyond the grid."""
+    corners = (1 if m.interpolation == "nearest" else 2) ** sum(axis.size > 1 for axis in m.layout)
+    inputs = [np.ascontiguousarray(w) for w in (pairs.wi, pairs.wo)]
+    *found, kept = batch.run(_kernel, ("scalar",) * (2 * corners + 1), m, inputs, (3, 3))
+    closed = np.unravel_index(np.rint(found[:corners]).astype(np.int64), [axis.size for axis in m.layout])
+    grid = [len(x) for x in m.axes.values()]
+    node = np.ravel_multi_index([i % k for i, k in zip(closed, grid, strict=True)], grid)
+    return node, np.asarray(found[corners:]) * kept
+
+
+def _kernel(m: Reflectance, mean: Any, wi: Any, wo: Any) -> tuple:
+    corners, beyond = mean.corners(Direction(*wi), Direction(*wo))
+    zero = 0.0 * (wi[2] + wo[2])
+    lost = (wi[2] <= HORIZON) | (wo[2] <= HORIZON)
+    kept = ops.where(lost if beyond is False else lost | beyond, 0.0, 1.0 + zero)
+    return (*(at + zero for at, _ in corners), *(w + zero for _, w in corners), kept)
+
+
+def _shares(m: Gridded, node: np.ndarray, weight: np.ndarray, known: np.ndarray) -> np.ndarray:
+    """Weights with holes left out, as `Gridded` does it."""
+    if known.all():
+        return weight
+    there = known[node]
+    if not m.holes or len(node) == 1:
+        return np.where(there.all(axis=0), weight, 0.0)
+    weight = np.where(there, weight, 0.0)
+    left = weight.sum(axis=0)
+    enough = left > LEAST_KNOWN
+    return np.where(enough, weight / np.where(enough, left, 1.0), 0.0)
+
+
+def _row(node: np.ndarray, weight: np.ndarray, pairs: Pairs, nodes: int) -> sparse.csr_array:
+    if isinstance(pairs.row, int):
+        return sparse.csr_array(np.bincount(node.reshape(-1), weight.reshape(-1), nodes)[None])
+    row = np.broadcast_to(np.arange(node.shape[1]), node.shape)
+    found = sparse.coo_array((weight.reshape(-1), (row.reshape(-1), node.reshape(-1))), (node.shape[1], nodes))
+    return sparse.csr_array(found)
