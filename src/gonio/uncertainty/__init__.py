@@ -5,6 +5,7 @@ from __future__ import annotations
 import inspect
 import warnings
 from collections.abc import Callable, Mapping
+from types import MethodType
 from typing import Any
 
 import numpy as np
@@ -46,8 +47,8 @@ def with_uncertainty(
     `correlation`: how the errors of the values go together, which no file says and which matters most: "independent"
     (repeatability), "common" to all values (calibration), common within a "channel", a correlation length [rad] along
     all angles, or a mapping from axes of the table and "channel" to correlation lengths [rad, nm], math.inf for errors
-    that are common along an axis: R = product of exp(-d^2 / 2 length^2). `scale`: relative standard uncertainty of all values together, in addition;
-    without it what the measurement itself says (`m.about["scale_uncertainty"]`).
+    that are common along an axis: R = product of exp(-d^2 / 2 length^2). `scale`: relative standard uncertainty of all
+    values together, in addition; without it what the measurement itself says (`m.about["scale_uncertainty"]`).
 
     Error    first order: u to 1 % (a sum over 2^13 to 2^18 pairs of directions, doubled until u changes by less than
              0.5 %; measured: 0.3 %). Monte Carlo: u to a relative standard error of 1/sqrt(2 draws), 2 % for 1000.
@@ -55,7 +56,7 @@ def with_uncertainty(
     """
     if method not in METHODS:
         raise ParameterError(f"method={method!r:.40}: expected one of {', '.join(map(repr, METHODS))}")
-    if inspect.ismethod(function):
+    if isinstance(function, MethodType):
         function, args = function.__func__, (function.__self__, *args)
     if not args:
         raise ParameterError("with_uncertainty(function, m, ...): got no measurement; expected it behind the function")
