@@ -458,7 +458,7 @@ def test_workbooks_that_are_not_of_the_instrument(tmp_path):
 
 def test_workbooks_need_xlrd(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "xlrd", None)
-    with pytest.raises(DependencyError, match=r"gonio\[xls\]"):
+    with pytest.raises(DependencyError, match=r"gonio\[io\]"):
         gn.load(made(tmp_path, files.workbook(files.SHEET)))
 
 
