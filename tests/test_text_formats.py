@@ -668,6 +668,25 @@ def test_one_table_in_many_forms(tmp_path, text):
     assert f(m, 30 * DEGREE, 0.0, 60 * DEGREE, math.pi) == pytest.approx(0.5)
 
 
+@pytest.mark.parametrize("module", [astm, pab, csv_table, alta], ids=["ASTM", "pab-opto", "CSV", "ALTA"])
+def test_light_from_one_azimuth_is_an_isotropic_material(tmp_path, module):
+    text = "theta_i,phi_i,theta_o,phi_o,f\n" + "".join(
+        f"30,10.1,{t},{p},{t + p}\n" for t in (10, 20) for p in (0, 5, 90.3)
+    )
+    m = loaded(tmp_path, text)
+    assert type(m) is Gridded
+    assert not m.is_oriented()
+    for turn in (0.0, 1.0):
+        at = (30 * DEGREE, 10.1 * DEGREE + turn, 20 * DEGREE, 90.3 * DEGREE + turn)
+        assert f(m, *at) == pytest.approx(110.3)
+    module.write(m, tmp_path / "a")
+    again = gn.load(tmp_path / "a")
+    assert f(again, *at) == pytest.approx(110.3)
+    if module is not alta:  # ISOTROPIC_TV_TL_DPHI does not say it
+        assert again.about["phi_i"] == m.about["phi_i"] == 10.1 * DEGREE
+        np.testing.assert_array_equal(again.axes["phi"], m.axes["phi"])
+
+
 def test_csv_rows_of_one_wavelength_each(tmp_path):
     text = "theta_i,theta_o,phi,wavelength,f,u_f\n" + "".join(
         f"30,{t},180,{w},{t + w},{0.001 * w}\n" for w in (550, 450) for t in (10, 20, 30) if (t, w) != (20, 450)

@@ -82,12 +82,13 @@ class Gridded(Sampled):
         "grazing": "beyond the outermost nodes nothing is known",
     }
 
-    parameterisation = option("angles", "relative", "half_difference", "specular", doc="what the axes of the grid are")
     interpolation = option("linear", "nearest", doc="between nodes, or the value of the nearest")
     outside = option("hold", "missing", "zero", doc="beyond the outermost nodes")
     stored = table("the values as given, by the axes and channel")
     channel = channel_field("number of the channel")
 
+    parameterisation: str
+    """What the axes are."""
     axes: dict[str, np.ndarray]
     """Nodes [rad] of each axis, as given."""
     uncertainty: np.ndarray | None
@@ -128,7 +129,6 @@ class Gridded(Sampled):
         super().__init__(
             path,
             dict(about or {}),
-            parameterisation=parameterisation,
             interpolation=interpolation,
             outside=outside,
             stored=stored,
@@ -158,6 +158,7 @@ class Gridded(Sampled):
             raise ParameterError(f"periods={dict(periods)!r}: {unknown} are no azimuths; expected {list(given)}")
         layout = [_axis(n, x, given.get(n, 0.0), mirrored and k == 2) for k, (n, x) in enumerate(held.items())]
         self.__dict__.update(
+            parameterisation=parameterisation,
             axes=held,
             is_mirrored=bool(mirrored),
             periods=given,
@@ -330,7 +331,12 @@ class Gridded(Sampled):
         return total
 
     def _key(self) -> tuple:
-        shape = (("quantity", self.quantity), ("mirrored", self.is_mirrored), ("periods", self.periods))
+        shape = (
+            ("parameterisation", self.parameterisation),
+            ("quantity", self.quantity),
+            ("mirrored", self.is_mirrored),
+            ("periods", self.periods),
+        )
         nodes = tuple((f"nodes of {name}", x) for name, x in self.axes.items())
         names = (("channel_names", self.channel_names),)
         uncertainty = () if self.uncertainty is None else (("uncertainty", self.uncertainty),)

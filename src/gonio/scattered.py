@@ -85,7 +85,6 @@ class Scattered(Gridded):
             self,
             path,
             dict(about or {}),
-            parameterisation="angles",
             outside=outside,
             stored=measured,
             channel=0.0 if names is None else len(names),

@@ -66,7 +66,6 @@ class Mapped(Gridded):
             self,
             path,
             dict(about or {}),
-            parameterisation=parameterisation,
             stored=stored,
             channel=len(channels),
         )

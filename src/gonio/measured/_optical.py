@@ -12,7 +12,6 @@ from ..errors import FormatError, ParameterError
 from ..geometry import HORIZON
 from ..gridded import Gridded
 from ..interface import Reflectance
-from ..measurement import Measured
 from ..parameterisations import parameterisation
 
 XYZ_OF_RGB = np.array(
@@ -65,7 +64,7 @@ def without_ground(kind: str, axes: Mapping[str, np.ndarray], values: np.ndarray
 
 def from_rows(
     theta_i: np.ndarray, phi_i: np.ndarray, theta_o: np.ndarray, phi_o: np.ndarray, values: np.ndarray, **named: Any
-) -> Measured:
+) -> Gridded:
     """Rows of angles [degrees] and values (n,): a table if they fill half the grid of their angles, else scattered.
 
     One azimuth of incidence stands for all of them; then data on one side of the plane of incidence are mirrored. The

@@ -50,11 +50,19 @@ def upright(theta: np.ndarray, phi: np.ndarray) -> tuple[np.ndarray, np.ndarray]
     return np.abs(theta), np.where(theta < 0.0, phi + math.pi, phi)
 
 
-def material(pairs: Pairs, path: str, about: Mapping[str, Any], side: str = "front", **options: Any) -> Gridded:
+def material(
+    pairs: Pairs,
+    path: str,
+    about: Mapping[str, Any],
+    side: str = "front",
+    isotropic: bool | None = None,
+    outside: str = "hold",
+) -> Gridded:
     """What the pairs were measured on: a `Gridded` where they fill a grid, else `Scattered`.
 
     Only pairs with both directions on the `side` asked for; the others (transmission, the other side) are kept as
     they are in `about["other_pairs"]`, to be written again. Angles on the back are counted from its own normal.
+    Isotropic, if that is not said, where all light comes from one azimuth; of a grid it is kept in `about["phi_i"]`.
     Raises FormatError where nothing is left.
     """
     if side not in SIDES:
@@ -81,7 +89,7 @@ def material(pairs: Pairs, path: str, about: Mapping[str, Any], side: str = "fro
     kept = pairs._replace(angles=np.stack([theta_i, phi_i, theta_o, phi_o], axis=1)).only(here)
     theta_i, phi_i, theta_o, phi_o = kept.angles.T
     try:
-        return _as_grid(kept, path, about) or gridded_or_scattered(
+        return _as_grid(kept, path, about, isotropic, outside) or gridded_or_scattered(
             theta_i,
             phi_i,
             theta_o,
@@ -90,31 +98,41 @@ def material(pairs: Pairs, path: str, about: Mapping[str, Any], side: str = "fro
             quantity=kept.quantity,
             uncertainty=kept.uncertainty,
             channels=kept.channels,
+            isotropic=isotropic,
+            outside=outside,
             path=path,
             about=about,
-            **options,
         )
     except ParameterError as error:
         raise FormatError(f"{path}: {error}") from None
 
 
-def _as_grid(pairs: Pairs, path: str, about: Mapping[str, Any]) -> Gridded | None:
+def _as_grid(pairs: Pairs, path: str, about: Mapping[str, Any], isotropic: bool | None, outside: str) -> Gridded | None:
     """The grid of which every node has its row, also where several are the same direction along the normal."""
     theta_i, phi_i, theta_o, phi_o = pairs.angles.T
     columns = {"theta_i": theta_i, "theta_o": theta_o, "phi_i": phi_i, "phi_o": phi_o}
-    if not phi_i.any():
-        if -math.pi - 1e-6 <= phi_o.min() and phi_o.max() <= 0.0:
-            phi_o = 0.0 - phi_o
-        columns = {"theta_i": theta_i, "theta_o": theta_o, "phi": phi_o}
+    one_azimuth = bool((phi_i == phi_i[0]).all())
+    if isotropic and not one_azimuth:
+        return None
+    if isotropic is not False and one_azimuth:
+        phi = phi_o - phi_i if phi_i[0] else phi_o
+        if -math.pi - 1e-6 <= phi.min() and phi.max() <= 0.0:
+            phi = 0.0 - phi
+        columns = {"theta_i": theta_i, "theta_o": theta_o, "phi": phi}
+        about = {**about, "phi_i": float(phi_i[0])} if phi_i[0] else about
     found = grid(columns)
     if found is None:
         return None
     axes, order = found
     if any(np.ptp(axes[name]) > 2.0 * math.pi + 1e-6 for name in axes if name.startswith("phi")):
         return None
-    phi = axes.get("phi")
-    mirrored = phi is not None and len(phi) > 1 and phi[0] >= 0.0 and phi[-1] <= math.pi + 1e-6
-    return gridded("angles", axes, order, pairs, mirrored=mirrored, path=path, about=about)
+    mirrored = "phi" in axes and half_circle(axes["phi"])
+    return gridded("angles", axes, order, pairs, mirrored=mirrored, outside=outside, path=path, about=about)
+
+
+def half_circle(nodes: np.ndarray) -> bool:
+    """Whether azimuths are between 0 and pi, so that the other half must follow from them."""
+    return bool(len(nodes) > 1 and nodes[0] >= 0.0 and nodes[-1] <= math.pi + 1e-6)
 
 
 def gridded(name: str, axes: Mapping[str, np.ndarray], order: np.ndarray, pairs: Pairs, **options: Any) -> Gridded:
@@ -199,7 +217,7 @@ def _of_grid(m: Gridded) -> Pairs:
     spread = None if m.uncertainty is None else m.uncertainty.reshape(values.shape)
     if m.parameterisation == "angles":
         theta_i, theta_o, *phi = (x.reshape(-1) for x in np.meshgrid(*m.axes.values(), indexing="ij"))
-        phi_i, phi_o = (0.0 * theta_i, phi[0]) if len(phi) == 1 else phi
+        phi_i, phi_o = _turned(phi[0], m.about.get("phi_i", 0.0)) if len(phi) == 1 else phi
     else:
         wi, wo = (w.reshape(-1, 3) for w in m.directions())
         (theta_i, phi_i), (theta_o, phi_o) = angles(wi), angles(wo)
@@ -210,6 +228,13 @@ def _of_grid(m: Gridded) -> Pairs:
         pairs = _both_halves(pairs)
     known = np.isfinite(pairs.columns()).any(axis=1)
     return pairs if known.all() else pairs.only(known)
+
+
+def _turned(phi: np.ndarray, phi_i: float) -> tuple[np.ndarray, np.ndarray]:
+    """Azimuths of wi and wo, those of wo with the digits in degrees that they were read with."""
+    phi_o = phi + phi_i
+    short = np.radians(np.round(np.degrees(phi_o), 10))
+    return np.full_like(phi, phi_i), np.where(np.abs(short - phi_o) < 1e-14, short, phi_o) if phi_i else phi_o
 
 
 def _both_halves(pairs: Pairs) -> Pairs:

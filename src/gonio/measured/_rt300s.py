@@ -20,7 +20,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..errors import FormatError
-from ..measurement import Measured
+from ..gridded import Gridded
 from ._optical import from_rows
 
 
@@ -34,7 +34,7 @@ class Scan(NamedTuple):
     values: np.ndarray
 
 
-def measured(path: Path, incidence: Any, azimuth: Any, receive: Any, values: Any, about: dict[str, Any]) -> Measured:
+def measured(path: Path, incidence: Any, azimuth: Any, receive: Any, values: Any, about: dict[str, Any]) -> Gridded:
     """The reflectance of points (n,) in the instrument's angles [degrees]; FormatError where these are too large."""
     i, a, r, v = (np.asarray(x, dtype=float) for x in (incidence, azimuth, receive, values))
     if not np.isfinite(v).any():
@@ -52,7 +52,7 @@ def measured(path: Path, incidence: Any, azimuth: Any, receive: Any, values: Any
     )
 
 
-def of_scans(path: Path, scans: Sequence[Scan], measurement: int) -> Measured:
+def of_scans(path: Path, scans: Sequence[Scan], measurement: int) -> Gridded:
     """The reflectance of scans of several angles of incidence.
 
     Where angles of incidence are repeated, another measurement begins; `measurement` says which one, -1 is the last.

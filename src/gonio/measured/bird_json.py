@@ -16,8 +16,8 @@ from typing import Any
 import numpy as np
 
 from ..errors import FormatError, ParameterError
+from ..gridded import Gridded
 from ..interface import Reflectance
-from ..measurement import Measured
 from . import _json, _rows, _text
 
 NAME = "BiRD"
@@ -47,7 +47,7 @@ def matches(head: bytes, size: int) -> bool:
     return (b'"metadata"' in text and b"BRDF" in text) or (b'"theta_r"' in text and b'"theta_i"' in text)
 
 
-def read(path: Path, polarization: str | None = None) -> Measured:
+def read(path: Path, polarization: str | None = None) -> Gridded:
     """The measurement in a file.
 
     `polarization`: which rows to take, "s", "p" or "u", where the file has several. Without it: those of unpolarised

@@ -16,6 +16,7 @@ import numpy as np
 
 from ..errors import ParameterError
 from ..files import replacing
+from ..gridded import Gridded
 from ..interface import Reflectance
 from . import _rows, _text
 
@@ -34,7 +35,7 @@ def matches(head: bytes, size: int) -> bool:
     return bool(re.search(rb"(?im)(^|\r)[ \t]*src_z[\s,]+src_a[\s,]+view_z[\s,]+view_a[\s,]+[\d.]", head))
 
 
-def read(path: Path) -> Reflectance:
+def read(path: Path) -> Gridded:
     """The table in a file. Raises FormatError with the line where it holds something else."""
     lines, text = _text.read(path), []
     expected = f"a line of column names, {' '.join(NAMES)} ..."

@@ -12,9 +12,9 @@ may be the decimal point), tabs or blanks. Columns, in any order and case:
     wavelength                        [nm]: rows then hold one channel each
 
 Angles are degrees, or what `# angle_unit: rad` says. Empty cells and nan are values that are not there. Rows that are
-all nodes of a grid, each once, become a `Gridded`, others `Scattered`; `# mirrored`, `# period_phi_d`, `#
-interpolation` and `# outside` are options of the grid, other keys are kept. Checked against its own generator only,
-as it is defined here.
+all nodes of a grid, each once, become a `Gridded`, others `Scattered`. Options of these are `# mirrored`, `# outside`,
+`# interpolation`, `# period_phi_d` (degrees; of any azimuth), `# isotropic`, `# phi_i`; other keys are kept.
+Checked against its own generator only, as it is defined here.
 """
 
 from __future__ import annotations
@@ -50,7 +50,15 @@ COLUMNS = {
 }
 AZIMUTHS = ("phi", "phi_i", "phi_o", "phi_d", "phi_h", "azimuth")
 NAMES = ("theta_i", "phi_i", "theta_o", "phi_o", "phi", "theta_h", "theta_d", "phi_d", "phi_h", "radial", "azimuth")
-OPTIONS = ("angle_unit", "mirrored", "interpolation", "outside", "isotropic", *(f"period_{n}" for n in AZIMUTHS))
+OPTIONS = (
+    "angle_unit",
+    "mirrored",
+    "interpolation",
+    "outside",
+    "isotropic",
+    "phi_i",
+    *(f"period_{n}" for n in AZIMUTHS),
+)
 
 MARK = "# gonio measurement"
 """The first line of what `write` makes."""
@@ -193,10 +201,14 @@ def _of_columns(
     options: Mapping[str, str],
     side: str,
 ) -> Gridded:
-    found = None if "isotropic" in options or name == "in plane" else _pairs.grid(columns)
+    periods = {k.removeprefix("period_"): _turn(path, k, v) for k, v in options.items() if k.startswith("period_")}
+    one_azimuth = "phi_i" in columns and np.ptp(columns["phi_i"]) == 0.0 and "mirrored" not in options
+    found = None if "isotropic" in options or name == "in plane" or one_azimuth else _pairs.grid(columns)
     if found is not None and all(_is_axis(n, x) for n, x in found[0].items()):
-        return _on_grid(path, name, found, measured, about, options)
-    isotropic = len(columns) < 4 if "isotropic" not in options else options["isotropic"].lower() == "true"
+        return _on_grid(path, name, found, measured, about, options, periods)
+    isotropic = len(columns) < 4 or one_azimuth
+    if "isotropic" in options:
+        isotropic = options["isotropic"].lower() == "true"
     if name in ("angles", "in plane"):
         theta_i, theta_o, *phi = columns.values()
         phi_i, phi_o = phi if len(phi) == 2 else (0.0 * theta_i, phi[0] if phi else 0.0 * theta_i)
@@ -206,9 +218,8 @@ def _of_columns(
         if isotropic:
             phi_i, phi_o = 0.0 * phi_i, phi_o - phi_i
     pairs = measured._replace(angles=np.stack([theta_i, phi_i, theta_o, phi_o], axis=1))
-    more = {key: options[key] for key in ("outside",) if key in options}
     known = isotropic if "isotropic" in options or isotropic else None
-    return _pairs.material(pairs, path, about, side, isotropic=known, **more)
+    return _pairs.material(pairs, path, about, side, known, options.get("outside", "hold"))
 
 
 def _on_grid(
@@ -218,17 +229,19 @@ def _on_grid(
     measured: _pairs.Pairs,
     about: dict[str, Any],
     options: Mapping[str, str],
+    periods: dict[str, float],
 ) -> Gridded:
     """What is not said: half a circle of phi is mirrored, half a circle of phi_d is a reciprocal table's."""
     axes, order = found
     more: dict[str, Any] = {k: options[k] for k in ("interpolation", "outside") if k in options}
-    periods = {k.removeprefix("period_"): _turn(path, k, v) for k, v in options.items() if k.startswith("period_")}
-    if "phi_d" in axes and "phi_d" not in periods and _half_circle(axes["phi_d"]):
+    if "phi_d" in axes and "phi_d" not in periods and _pairs.half_circle(axes["phi_d"]):
         periods["phi_d"] = math.pi
-    mirrored = "phi" in axes and _half_circle(axes["phi"])
+    mirrored = "phi" in axes and _pairs.half_circle(axes["phi"])
     if "mirrored" in options:
         mirrored = options["mirrored"].lower() == "true"
     more |= {"mirrored": mirrored, "periods": periods or None}
+    if "phi_i" in options and "phi" in axes:
+        about = {**about, "phi_i": _turn(path, "phi_i", options["phi_i"])}
     try:
         return _pairs.gridded(name, axes, order, measured, path=path, about=about, **more)
     except ParameterError as error:
@@ -236,15 +249,11 @@ def _on_grid(
 
 
 def _turn(path: str, key: str, text: str) -> float:
-    """A period [rad] of a text in degrees."""
+    """An angle [rad] of a text in degrees."""
     try:
         return math.radians(float(text))
     except ValueError:
         raise FormatError(f"{path}: {key}: {text!r}, expected degrees") from None
-
-
-def _half_circle(nodes: np.ndarray) -> bool:
-    return len(nodes) > 1 and nodes[0] >= 0.0 and nodes[-1] <= math.pi + 1e-6
 
 
 def _is_axis(name: str, nodes: np.ndarray) -> bool:
@@ -324,6 +333,8 @@ def _of_grid(m: Gridded) -> tuple[list[str], _pairs.Pairs, dict[str, str]]:
     values = m.stored.reshape(len(nodes), *m.stored.shape[len(m.axes) :])
     spread = None if m.uncertainty is None else m.uncertainty.reshape(values.shape)
     said = {"outside": m.outside, "interpolation": m.interpolation, "mirrored": str(m.is_mirrored).lower()}
+    if isinstance(m.about.get("phi_i"), float):
+        said["phi_i"] = _text.number(_text.degrees(np.array([m.about["phi_i"]]))[0])
     for name, period in m.periods.items():
         if name == "phi_d" or period != 2.0 * math.pi:
             said[f"period_{name}"] = _text.number(math.degrees(period))

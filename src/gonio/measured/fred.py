@@ -26,7 +26,6 @@ from ..errors import FormatError, ParameterError
 from ..files import replacing
 from ..gridded import Gridded
 from ..interface import Reflectance, direction
-from ..measurement import Measured
 from . import _text
 from ._optical import angle_list, as_filed, check_writable, default_angles, from_rows, values_at
 
@@ -51,7 +50,7 @@ def matches(head: bytes, size: int) -> bool:
     return b"bsdf_data" in head.replace(b"\0", b"")[:512].lower()
 
 
-def read(path: str | os.PathLike) -> Measured:
+def read(path: str | os.PathLike) -> Gridded:
     """The reflectance of a file: `angles` axes theta_i, theta_o, phi (phi_i, phi_o if there are several phi_i).
 
     Directions that are not listed are no data (NaN); lists that fill less than half of the grid of their angles become

@@ -58,7 +58,7 @@ class _Words:
             line = self.lines.next()
             if line is None:
                 return None
-            self.left = _text.split(line)
+            self.left = _text.split(line.partition(";;")[0])
         return self.left.pop(0)
 
     def take(self, expected: str) -> str:

@@ -27,7 +27,7 @@ from pathlib import Path
 import numpy as np
 
 from ..errors import FormatError
-from ..measurement import Measured
+from ..gridded import Gridded
 from . import _rt300s, _text
 from ._rt300s import Scan
 
@@ -56,7 +56,7 @@ def matches(head: bytes, size: int) -> bool:
     return start.startswith(REFLET.encode()) and b"theta measure beginning" in text
 
 
-def read(path: str | os.PathLike, measurement: int = -1) -> Measured:
+def read(path: str | os.PathLike, measurement: int = -1) -> Gridded:
     """The reflectance of a file: `angles` axes theta_i, theta_o, phi; quantity "brdf * cos(theta_o)".
 
     `measurement`: which one, where angles of incidence are repeated; -1 is the last. Raises FormatError where the file

@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import FormatError, ParameterError
+from ..gridded import Gridded
 from ..interface import Reflectance
 from ..measurement import Measured
 from . import _json, _rows
@@ -36,7 +37,7 @@ def matches(head: bytes, size: int) -> bool:
     return text.startswith(b"{") and (b'"openMaterial3dVersion"' in text or b'"lookupTable"' in text)
 
 
-def read(path: Path) -> Measured:
+def read(path: Path) -> Gridded:
     """The look-up table in a file. Raises FormatError where it holds none, or is damaged."""
     document, where = _json.read(path), str(path)
     if "brdf" not in document:

@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Any
 
 from ..errors import DependencyError, FormatError
-from ..measurement import Measured
+from ..gridded import Gridded
 from . import _rt300s
 
 NAME = "RT-300S workbook"
@@ -35,7 +35,7 @@ def matches(head: bytes, size: int) -> bool:
     return head.startswith(MAGIC)
 
 
-def read(path: str | os.PathLike) -> Measured:
+def read(path: str | os.PathLike) -> Gridded:
     """The reflectance of a workbook: `angles` axes theta_i, theta_o, phi; quantity "brdf * cos(theta_o)".
 
     Raises DependencyError without xlrd, FormatError where the workbook is damaged or not one of these.

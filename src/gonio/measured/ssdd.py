@@ -67,7 +67,7 @@ def read(path: Path) -> Gridded:
     A grid about other directions than the mirror's (PARAM4_LIST) becomes `Scattered`. Raises FormatError where the file
     is damaged, with the line, or has no BRDF.
     """
-    lines = _text.read(path, comment=("# ", "#\t"), mixed=_BINARY)
+    lines = _text.read(path, comment="#", mixed=_BINARY)
     about, blocks = {}, []
     while (line := lines.peek()) is not None and not line.upper().startswith("DATA_TYPE"):
         lines.next()

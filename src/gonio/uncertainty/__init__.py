@@ -5,7 +5,6 @@ from __future__ import annotations
 import inspect
 import warnings
 from collections.abc import Callable, Mapping
-from types import MethodType
 from typing import Any
 
 import numpy as np
@@ -56,8 +55,9 @@ def with_uncertainty(
     """
     if method not in METHODS:
         raise ParameterError(f"method={method!r:.40}: expected one of {', '.join(map(repr, METHODS))}")
-    if isinstance(function, MethodType):
-        function, args = function.__func__, (function.__self__, *args)
+    bound: Any = function
+    if inspect.ismethod(bound):
+        function, args = bound.__func__, (bound.__self__, *args)
     if not args:
         raise ParameterError("with_uncertainty(function, m, ...): got no measurement; expected it behind the function")
     m, *rest = args
