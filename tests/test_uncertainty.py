@@ -136,6 +136,11 @@ LAYOUTS = {
     "mirrored": ("angles", {**ANGLES, "phi": np.linspace(0.0, np.pi, 7)}, {"mirrored": True}),
     "specular": ("specular", {"theta_i": THETA_I, "radial": np.radians([0.0, 2.0, 10.0, 60.0]), "azimuth": PHI}, {}),
     "anisotropic": ("angles", {"theta_i": THETA_I, "theta_o": THETA_O, "phi_i": PHI[::3], "phi_o": PHI[::2]}, {}),
+    "relative": (
+        "relative",
+        {"theta_i": THETA_I, "theta_o": THETA_O, "phi": PHI[::2], "phi_i": PHI[::3]},
+        {},
+    ),
     "one node": ("angles", {"theta_i": [0.2], "theta_o": THETA_O, "phi": PHI}, {}),
     "missing": ("angles", {**ANGLES, "theta_o": THETA_O[:6]}, {"outside": "missing"}),
     "zero": ("angles", {**ANGLES, "theta_o": THETA_O[:6]}, {"outside": "zero"}),
@@ -534,11 +539,13 @@ def test_albedo_on_the_command_line(run):
 def test_info_and_check_on_the_command_line(run):
     m = lambertian(about={"scale_uncertainty": 0.01})
     text = run(m, "info", "x")
-    assert "0.02 of the value (median), 0.01 of scale" in text
+    assert "2 % (median)" in text
+    assert "uncertain by 1 %" in text
     assert "of common errors" in text
-    said = json.loads(run(m, "info", "x", "--json"))["uncertainty"]
-    assert said["relative"] == pytest.approx(0.02)
-    assert said["of_albedo"]["common"] == pytest.approx([0.0112] * 3, rel=1e-2)
+    said = json.loads(run(m, "info", "x", "--json"))
+    assert said["uncertainty"]["median"] == pytest.approx(0.02)
+    assert said["scale_uncertainty"] == 0.01
+    assert said["uncertainty_of_albedo"]["common"] == pytest.approx([0.0112] * 3, rel=1e-2)
     assert "max albedo = 0.5" in (shown := run(m, "check", "x"))
     assert " ± 0.011 <= 1.001" in shown
     assert "uncertainty" not in run(gn.Lambertian(0.5), "info", "x")

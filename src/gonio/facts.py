@@ -20,7 +20,7 @@ from .interface import Reflectance, direction
 from .measurement import Measured
 from .param import Option, Param, Table
 from .uncertainty import with_uncertainty
-from .uncertainty.table import SCALE, has_uncertainty, stated
+from .uncertainty.table import SCALE, has_uncertainty, scale_uncertainty
 
 INCIDENCE = (0.0, 45.0, 75.0)
 """Angles [degrees] at which `facts` gives the albedo."""
@@ -105,7 +105,7 @@ def _file_facts(m: Measured) -> dict[str, Any]:
         "missing": float(1.0 - valid.mean()),
         "negative": float((values[valid] < 0.0).mean()) if valid.any() else 0.0,
         "uncertainty": _uncertainty(m, values),
-        "scale_uncertainty": stated(m)["scale"] if isinstance(m, Gridded) else 0.0,
+        "scale_uncertainty": scale_uncertainty(m) if isinstance(m, Gridded) else 0.0,
         "repairs": [{**r.to_json(), "summary": str(r)} for r in m.repairs],
         "provenance": m.provenance,
     }

@@ -36,7 +36,7 @@ class TableErrors:
                 f"reflectance, and t.with_brdf(t.brdf(), u) gives it the standard uncertainties u [1/sr]"
             )
         self.m = m
-        self.scale = _scale(m, scale)
+        self.scale = scale_uncertainty(m, scale)
         self.u = by_channel(_uncertainty(m, self.scale), m)
         found = lengths(correlation, tuple(m.axes))
         self.assumed = in_words(correlation) + (f", and of scale ({self.scale:.2g})" if self.scale else "")
@@ -111,23 +111,11 @@ _LEDGERS: dict[int, dict[tuple, Ledger]] = {}
 
 def has_uncertainty(m: Any) -> bool:
     """Whether a reflectance is a measured table with uncertainties."""
-    return isinstance(m, Gridded) and (m.uncertainty is not None or bool(_scale(m, None)))
+    return isinstance(m, Gridded) and (m.uncertainty is not None or bool(scale_uncertainty(m)))
 
 
-def stated(m: Gridded) -> dict[str, float]:
-    """What a measurement says about its uncertainty: the median relative one of its values, the share of values of
-    which it is unknown, and that of scale."""
-    f, u = m.brdf(), m.brdf_uncertainty()
-    found = {"scale": _scale(m, None)}
-    if u is not None:
-        known = np.isfinite(f) & np.isfinite(u)
-        relative = u[known] / np.maximum(np.abs(f[known]), 1e-300)
-        found["relative"] = float(np.median(relative)) if known.any() else math.nan
-        found["unknown"] = 1.0 - float(known.sum()) / max(1, int(np.isfinite(f).sum()))
-    return found
-
-
-def _scale(m: Gridded, given: float | None) -> float:
+def scale_uncertainty(m: Gridded, given: float | None = None) -> float:
+    """Relative standard uncertainty that all values have in common: as given, else as the measurement says, else 0."""
     value = m.about.get(SCALE, 0.0) if given is None else given
     try:
         found = float(value)
