@@ -25,7 +25,7 @@ _SETTINGS = {"help_option_names": ["-h", "--help"], "max_content_width": 100}
 def cli(ctx: click.Context) -> None:
     """BRDFs, measured and modelled: list, inspect, check, show, light and convert them.
 
-    MATERIAL is a file (RGL .bsdf, MERL .binary, gonio .json), the name of a built-in material
+    MATERIAL is a file (`gonio formats` lists what can be read), the name of a built-in material
     (gold-metallic-paint), or an expression ("Lambertian(0.2) + 0.5 * Microfacet(GGX(0.1), Dielectric(1.5))").
     -p alpha=0.3 replaces a parameter of any of them.
 
