@@ -79,7 +79,7 @@ def write(
         name: {"_FillValue": None} for name in ds.variables if ds[name].dtype.kind == "f"
     }
     for name in ds.data_vars:
-        encoding.setdefault(name, {}).update(zlib=True, complevel=4, shuffle=True, fletcher32=True)
+        encoding.setdefault(name, {}).update(zlib=True, complevel=4, shuffle=True)
     with replacing(path) as temporary:
         ds.to_netcdf(temporary, engine="h5netcdf", encoding=encoding)
 
