@@ -32,6 +32,9 @@ KINDS = ("lobe", "lobe_conditional", "lobe_marginal", "lobe_integral")
 class Sampled(Measured):
     """Base of measurements that know f only: half vectors are drawn by tables of f cos(theta_i), seen from 16 polar
     angles (and 16 azimuths, if turning the sample changes f), mixed with the cosine hemisphere; the density is exact.
+
+    Source   Dupuy & Jakob 2018, "An adaptive parameterization for efficient material acquisition and rendering",
+             ACM TOG 37(6):274, for half vectors drawn by tables over their angles; here the tables are those of f.
     """
 
     seam = COSINE_SHARE
