@@ -11,11 +11,14 @@ import re
 from collections.abc import Iterator
 from functools import cache
 from importlib import resources
+from types import ModuleType
 from typing import Any
 
 from . import catalogue
 from .errors import NotFoundError, ParameterError
 from .interface import Scaled, Sum
+from .measured import formats
+from .measurement import Measured
 from .param import CLASSES
 from .parametrised import Parametrised
 
@@ -58,14 +61,18 @@ def _sources(m: Parametrised) -> Iterator[tuple[str, str]]:
         yield f"numbers of {type(m).__name__}", m.__dict__["numbers_from"]
     if not isinstance(m, (Sum, Scaled)):
         yield type(m).__name__, _source(type(m))
+    if isinstance(m, Measured) and m.provenance:
+        for module in formats():
+            if module.NAME == m.provenance["format"] and _source(module):
+                yield f"{module.NAME} files", _source(module)
     for name in m.fields:
         value = getattr(m, name)
         if isinstance(value, Parametrised):
             yield from _sources(value)
 
 
-def _source(kind: type) -> str:
-    """The "Source" part of a docstring, on one line."""
+def _source(kind: type | ModuleType) -> str:
+    """The "Source" part of the docstring of a class, or of a file format's module, on one line."""
     found = re.search(r"^ *Source +(.*?)(?=\n *\n|\n {0,4}\S|\Z)", kind.__doc__ or "", re.MULTILINE | re.DOTALL)
     return " ".join(found[1].split()) if found else ""
 

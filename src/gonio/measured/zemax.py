@@ -21,6 +21,8 @@ of the University of Arizona (bsdf-tools), the side is chosen here.
 
 Beyond the outermost nodes the outermost values hold. Zeros below the horizon are no data (NaN), so that values above it
 are not pulled down by them; a zero above it is a measured 0, though some tools write it where nothing was measured.
+
+Source   Rykowski 2008, "BSDF Data Interchange File Format Specification", Zemax knowledge base.
 """
 
 from __future__ import annotations
