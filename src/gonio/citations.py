@@ -60,10 +60,10 @@ def _sources(m: Parametrised) -> Iterator[tuple[str, str]]:
     if "numbers_from" in m.__dict__:
         yield f"numbers of {type(m).__name__}", m.__dict__["numbers_from"]
     if not isinstance(m, (Sum, Scaled)):
-        yield type(m).__name__, _source(type(m))
+        yield type(m).__name__, next((s for kind in type(m).__mro__ if (s := _source(kind))), "")
     if isinstance(m, Measured) and m.provenance:
         for module in formats():
-            if module.NAME == m.provenance["format"] and _source(module):
+            if m.provenance["format"] == module.NAME and _source(module):
                 yield f"{module.NAME} files", _source(module)
     for name in m.fields:
         value = getattr(m, name)
@@ -73,7 +73,7 @@ def _sources(m: Parametrised) -> Iterator[tuple[str, str]]:
 
 def _source(kind: type | ModuleType) -> str:
     """The "Source" part of the docstring of a class, or of a file format's module, on one line."""
-    found = re.search(r"^ *Source +(.*?)(?=\n *\n|\n {0,4}\S|\Z)", kind.__doc__ or "", re.MULTILINE | re.DOTALL)
+    found = re.search(r"^ *Source {2,}(.*?)(?=\n *\n|\n {0,4}\S|\Z)", kind.__doc__ or "", re.MULTILINE | re.DOTALL)
     return " ".join(found[1].split()) if found else ""
 
 
