@@ -12,7 +12,7 @@ from gonio import ops, plots, rendering
 from gonio.errors import MissingDataWarning, ParameterError
 from gonio.laws import probes
 from gonio.quadrature import lattice
-from gonio.spectrum import to_rgb
+from gonio.spectrum import XYZ_TO_SRGB, to_rgb
 
 MATTE = gn.Lambertian([0.2, 0.5, 0.8])
 
@@ -104,6 +104,18 @@ def test_spectra_become_colours():
     np.testing.assert_allclose(lit.pixels, flat.pixels, rtol=1e-5)
     r, g, b = expected
     assert r > g > b
+
+
+def test_tristimulus_values_become_colours():
+    """A table of X, Y, Z looks as the same one in linear sRGB."""
+    axes = {"theta_i": [0.0, 1.5], "theta_o": [0.0, 1.5], "phi": [0.0]}
+    rgb = np.broadcast_to([0.25, 0.1, 0.05], (2, 2, 1, 3))
+    a, b = (
+        gn.render(gn.Gridded("angles", axes, values, channels=names), gn.ConstantLight(1.0), size=16, samples=4).pixels
+        for values, names in ((rgb, "RGB"), (rgb @ np.linalg.inv(XYZ_TO_SRGB).T, "XYZ"))
+    )
+    np.testing.assert_allclose(a, b, rtol=1e-4, atol=1e-6)
+    assert a[8, 8, 0] > 2.0 * a[8, 8, 1]
 
 
 class _Holed(gn.Reflectance):

@@ -18,7 +18,7 @@ from .image import Image
 from .interface import Reflectance
 from .light import Light
 from .quadrature import lattice
-from .spectrum import to_rgb
+from .spectrum import rgb_of
 
 TILE = 1 << 14  # samples that are worked on at a time: few enough to stay in a processor's cache
 ORDERS = 16  # of a lattice's points, to choose from for each pixel of a tile
@@ -105,14 +105,16 @@ def render(
 
 
 def _colour(m: Reflectance, lights: list[Light]) -> tuple[np.ndarray | None, np.ndarray | None]:
-    """Matrices (C, 3) that turn a spectral material into RGB: its reflectance, for lights of one channel or RGB, or
-    the radiance in the end, for lights with the same wavelengths. None where there is nothing to turn."""
+    """Matrices (C, 3) that turn a material of wavelengths, or of X, Y, Z, into RGB: its reflectance, for lights of one
+    channel or RGB, or the radiance in the end, for lights with the same channels. None where nothing is to be turned.
+    """
     up = np.array([[0.0, 0.0, 1.0]])
     f = m.f(up, up)
     own = f.shape[-1] if f.ndim > 1 else 1
     after = None
-    if m.channel_names is not None and not isinstance(m.channel_names[0], str) and own == len(m.channel_names) > 1:
-        matrix = to_rgb(m.channel_names).astype(np.float32)
+    found = rgb_of(m.channel_names)
+    if found is not None and own == len(found):
+        matrix = found.astype(np.float32)
         lit = {(x.arrival(up).irradiance if x.is_delta else x.incident(up)).shape[-1] for x in lights}
         if lit <= {1, 3}:
             return matrix, None

@@ -55,3 +55,13 @@ def to_rgb(wavelengths: Any) -> np.ndarray:
     width[0], width[-1] = 0.5 * (x[1] - x[0]), 0.5 * (x[-1] - x[-2])
     weights = (colour_matching(x) * width[:, None]) @ XYZ_TO_SRGB.T
     return weights / weights.sum(axis=0)
+
+
+def rgb_of(names: tuple | None) -> np.ndarray | None:
+    """Matrix (C, 3) that turns channels of these names into linear sRGB: wavelengths [nm], or X, Y, Z of which a white
+    surface has those of D65. None for channels that are RGB, or of which nothing is known."""
+    if names is None or len(names) < 2:
+        return None
+    if tuple(names) == ("X", "Y", "Z"):
+        return XYZ_TO_SRGB.T
+    return None if isinstance(names[0], str) else to_rgb(names)
