@@ -12,6 +12,7 @@ from . import schema
 from .errors import FormatError, ParameterError
 from .gridded import Gridded
 from .interface import Reflectance
+from .measurement import tabular_shape
 from .parameterisations import parameterisation as parameterisation_named
 from .provenance import ORIGIN, origin
 from .scattered import Scattered
@@ -181,21 +182,12 @@ def _text(ds: xarray.Dataset, name: str, where: str, default: str | None = None)
     return found
 
 
-def check_plain(m: Reflectance) -> None:
-    """ParameterError for a material with a delta lobe or with maps: no table of f could hold it."""
-    if m.has_delta:
-        raise ParameterError(f"{m!r:.80}: a table of f cannot hold a perfect mirror; write the material without it")
-    shape = m.f([0.0, 0.0, 1.0], [0.0, 0.0, 1.0]).shape
-    if len(shape) > 1:
-        raise ParameterError(f"{m!r:.80}: values have shape {shape} for a pair, expected () or (C,); it has maps")
-
-
 def on_grid(m: Reflectance, parameterisation: str, resolution: Sequence[int] | None = None) -> Gridded:
     """f of any reflectance on a grid of angles; NaN for pairs below the horizon.
 
     theta_h is spaced as its square root. Raises ParameterError for a material with a delta lobe or with maps.
     """
-    check_plain(m)
+    tabular_shape(m)
     oriented = not m.is_isotropic()
     kind = parameterisation_named(parameterisation)
     counts = tuple(resolution or RESOLUTION[parameterisation, oriented])

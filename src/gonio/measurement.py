@@ -46,6 +46,16 @@ def from_brdf(quantity: str, f: Any, cos_i: Any, cos_o: Any) -> np.ndarray:
     return np.asarray(f, dtype=float) * QUANTITIES[quantity_named(quantity)](cos_i, cos_o)
 
 
+def tabular_shape(m: Reflectance) -> tuple[int, ...]:
+    """Shape of a value of f, () or (C,). Raises ParameterError for what no table of f holds: a delta lobe, maps."""
+    if m.has_delta:
+        raise ParameterError(f"{m!r:.80}: a table cannot hold a perfect mirror; take the material without it")
+    shape = m.f([0.0, 0.0, 1.0], [0.0, 0.0, 1.0]).shape
+    if len(shape) > 1:
+        raise ParameterError(f"{m!r:.80}: values have shape {shape}, expected one material, without maps")
+    return shape
+
+
 ALBEDO_AT = (0.0, 45.0, 75.0)
 """Angles [degrees] of incidence of the albedos in a `Repair`."""
 

@@ -13,6 +13,7 @@ from .errors import ParameterError
 from .gridded import Gridded
 from .holes import filled
 from .interface import Reflectance
+from .measurement import tabular_shape
 from .parameterisations import parameterisation as parameterisation_named
 
 RESOLUTION = {
@@ -52,11 +53,7 @@ def tabulate(
     `channels`: numbers of the channels to keep, all if not given. Holes of a measurement are filled from what is next
     to them. Raises ParameterError for a material with a delta lobe or with maps: no such table could hold it.
     """
-    if m.has_delta:
-        raise ParameterError(f"{m!r:.80}: a table cannot hold a perfect mirror; tabulate the material without it")
-    shape = m.f([0.0, 0.0, 1.0], [0.0, 0.0, 1.0]).shape
-    if len(shape) > 1:
-        raise ParameterError(f"{m!r:.80}: values have shape {shape}, expected one material, without maps")
+    shape = tabular_shape(m)
     four = not m.is_isotropic() if anisotropic is None else anisotropic
     if (parameterisation, four) not in RESOLUTION:
         raise ParameterError(f"parameterisation={parameterisation!r}: expected 'half_difference' or 'angles'")

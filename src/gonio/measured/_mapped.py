@@ -12,7 +12,7 @@ import numpy as np
 from ..errors import FormatError, NotFoundError, ParameterError
 from ..gridded import Gridded
 from ..interface import Reflectance
-from ..measurement import Measured, quantity_named
+from ..measurement import Measured, quantity_named, tabular_shape
 
 MAPPED = 1 << 26
 """From so many bytes on, a file is mapped."""
@@ -38,11 +38,10 @@ def numbers(path: str | os.PathLike, dtype: str, shape: tuple[int, ...], offset:
 
 def expect_channels(m: Reflectance, format: str) -> int:
     """How many channels m has, 1 or 3. Raises ParameterError for what no table of RGB can hold."""
-    shape = m.f([0.0, 0.0, 1.0], [0.0, 0.0, 1.0]).shape
-    if m.has_delta or shape not in ((), (1,), (3,)):
+    shape = tabular_shape(m)
+    if shape not in ((), (1,), (3,)):
         raise ParameterError(
-            f"{m!r:.80}: {format} files hold 3 channels, or 1, without delta lobes or maps; this has values of shape "
-            f"{shape}{' and a delta lobe' * m.has_delta}; leave out what is more"
+            f"{m!r:.80}: has {shape[0]} channels, expected 1 or 3 in {format} files; write some of them"
         )
     return shape[0] if shape else 1
 

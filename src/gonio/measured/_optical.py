@@ -102,15 +102,6 @@ def _spread(theta_o: np.ndarray, table: np.ndarray, count: np.ndarray) -> None:
             held[:, 0] = held[:, 0].sum(-1, keepdims=True)
 
 
-def check_writable(m: Reflectance) -> None:
-    """Raises ParameterError for what no table holds: a delta lobe, maps."""
-    if m.has_delta:
-        raise ParameterError(f"{m!r:.80}: a table cannot hold a perfect mirror; write the material without it")
-    shape = m.f([0.0, 0.0, 1.0], [0.0, 0.0, 1.0]).shape
-    if len(shape) > 1:
-        raise ParameterError(f"{m!r:.80}: values have shape {shape}, a map; a table holds one place, take `m` there")
-
-
 def values_at(m: Reflectance, wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
     """f (grid..., C) at pairs of directions (grid..., 3), 0 below the horizon and NaN where m has no data."""
     wi, wo = np.broadcast_arrays(wi, wo)

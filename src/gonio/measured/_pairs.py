@@ -12,7 +12,7 @@ from ..errors import FormatError, ParameterError
 from ..geometry import HORIZON
 from ..gridded import Gridded
 from ..interface import Reflectance, angles
-from ..measurement import from_brdf, to_brdf
+from ..measurement import from_brdf, tabular_shape, to_brdf
 from ..scattered import Scattered, gridded_or_scattered
 
 RESOLUTION = (18, 18, 72)
@@ -172,7 +172,7 @@ def of(m: Reflectance, resolution: Sequence[int] | None = None, incident: tuple[
         return _lit_from(incident, Pairs(m.rows, m.stored, m.quantity, m.uncertainty, m.channel_names))
     if isinstance(m, Gridded):
         return _lit_from(incident, _of_grid(m))
-    plain(m)
+    tabular_shape(m)
     counts = RESOLUTION if resolution is None else tuple(resolution)
     if len(counts) != 3 or not all(isinstance(n, (int, np.integer)) and n >= 1 for n in counts):
         raise ParameterError(f"resolution={resolution!r}: expected whole numbers of theta_i, theta_o and azimuths")
@@ -188,15 +188,6 @@ def of(m: Reflectance, resolution: Sequence[int] | None = None, incident: tuple[
     f = m.f_angles(*rows.T)
     names = None if f.ndim == 1 else m.channel_names or _numbered(f.shape[1])
     return Pairs(rows, f, channels=names)
-
-
-def plain(m: Reflectance) -> None:
-    """Raises ParameterError for a material that no table can hold: with a delta lobe, or with maps."""
-    if m.has_delta:
-        raise ParameterError(f"{m!r:.80}: a table cannot hold a perfect mirror; write the material without it")
-    shape = m.f([0.0, 0.0, 1.0], [0.0, 0.0, 1.0]).shape
-    if len(shape) > 1:
-        raise ParameterError(f"{m!r:.80}: values have shape {shape}, expected one material, without maps")
 
 
 def _lit_from(incident: tuple[float, float] | None, pairs: Pairs) -> Pairs:

@@ -22,7 +22,7 @@ from ..errors import ParameterError
 from ..holes import filled
 from ..interface import Reflectance, angles, direction
 from ..marginal_warp import ONE, MarginalWarp, bilinear, tables
-from ..measurement import Measured
+from ..measurement import Measured, tabular_shape
 from ..provenance import ORIGIN, origin
 from ..quadrature import lattice
 
@@ -60,11 +60,7 @@ class _Source(NamedTuple):
 
 
 def _source(m: Reflectance) -> _Source:
-    if m.has_delta:
-        raise ParameterError(f"{m!r:.80}: a table cannot hold a perfect mirror; write the material without it")
-    shape = m.f([0.0, 0.0, 1.0], [0.0, 0.0, 1.0]).shape
-    if len(shape) > 1:
-        raise ParameterError(f"{m!r:.80}: values have shape {shape}, expected one material, without maps")
+    shape = tabular_shape(m)
     names = m.channel_names
     if names is not None and all(isinstance(x, (int, float)) for x in names):
         nm = np.asarray(names, dtype=np.float32)

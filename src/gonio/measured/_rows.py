@@ -7,12 +7,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..dataset import check_plain
 from ..errors import FormatError, ParameterError
 from ..geometry import HORIZON
 from ..gridded import Gridded
 from ..interface import Reflectance, angles
-from ..measurement import from_brdf, to_brdf
+from ..measurement import from_brdf, tabular_shape, to_brdf
 from ..scattered import Scattered, gridded_or_scattered
 
 RESOLUTION = (10, 10, 13)
@@ -48,7 +47,7 @@ def rows_of(m: Reflectance, resolution: Sequence[int] | None = None, quantity: s
         return _with(m.rows, m.quantity, m.stored, m.uncertainty, quantity)
     if isinstance(m, Gridded):
         return _of_grid(m, quantity)
-    check_plain(m)
+    tabular_shape(m)
     if resolution is None:
         resolution = RESOLUTION if m.is_isotropic() else RESOLUTION_ORIENTED
     if len(resolution) not in (3, 4) or min(resolution) < 1:

@@ -9,6 +9,7 @@ import numpy as np
 from .. import spectrum
 from ..errors import ParameterError
 from ..interface import Reflectance
+from ..measurement import tabular_shape
 from . import _tree
 from ._klems import FULL, HALF, MIRRORED, QUARTER, AngleBasis, Klems
 from ._tensor_tree import TensorTree
@@ -95,11 +96,7 @@ def _bands_of(m: Reflectance, side: str) -> Bands:
     """The bands of a material that means are made of; ParameterError for one that a file cannot hold."""
     if side not in MIRRORED:
         raise ParameterError(f"side={side!r}: expected 'front' or 'back'")
-    if m.has_delta:
-        raise ParameterError(f"{m!r:.80}: means cannot hold a perfect mirror; write the material without it")
-    shape = m.f([0.0, 0.0, 1.0], [0.0, 0.0, 1.0]).shape
-    if len(shape) > 1:
-        raise ParameterError(f"{m!r:.80}: values have shape {shape}, expected one material, without maps")
+    shape = tabular_shape(m)
     return _bands(m, shape[0] if shape else 1)
 
 

@@ -26,8 +26,9 @@ from ..errors import FormatError, ParameterError
 from ..files import replacing
 from ..gridded import Gridded
 from ..interface import Reflectance, direction
+from ..measurement import tabular_shape
 from . import _text
-from ._optical import angle_list, as_filed, check_writable, default_angles, from_rows, values_at
+from ._optical import angle_list, as_filed, default_angles, from_rows, values_at
 
 NAME = "FRED"
 SUFFIXES = (".txt",)
@@ -117,7 +118,7 @@ def write(
     others are refused unless `channel` names one.
     Raises ParameterError for a delta lobe, maps, and several channels.
     """
-    check_writable(m)
+    tabular_shape(m)
     sheet = as_filed(m, Sheet)
     if sheet is None or any(x is not None for x in (theta_i, theta_o, phi, phi_i, channel)):
         words = {"angles": "deg", "bsdf": "value", "scale": "1"}

@@ -23,8 +23,9 @@ from ..files import replacing
 from ..geometry import HORIZON
 from ..gridded import Gridded
 from ..interface import Reflectance
+from ..measurement import tabular_shape
 from ..parameterisations import PARAMETERISATIONS
-from . import _pairs, _specular, _text
+from . import _specular, _text
 
 NAME = "Integra"
 SUFFIXES = (".ddr",)
@@ -285,7 +286,7 @@ def _sampled(m: Reflectance, resolution: Sequence[int] | None) -> Gridded:
         raise ParameterError(
             f"resolution={resolution!r}: expected whole numbers of theta_i, radial and azimuth, from 2"
         )
-    _pairs.plain(m)
+    tabular_shape(m)
     steps = [
         np.arange(counts[0]) / counts[0],
         (np.arange(counts[1]) / (counts[1] - 1)) ** 2,

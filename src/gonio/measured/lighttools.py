@@ -29,13 +29,13 @@ from ..errors import FormatError, ParameterError
 from ..files import replacing
 from ..gridded import Gridded
 from ..interface import Reflectance, direction
+from ..measurement import tabular_shape
 from . import _text
 from ._optical import (
     NO_TRANSMISSION,
     Filed,
     angle_list,
     as_filed,
-    check_writable,
     default_angles,
     increasing,
     spectral,
@@ -261,7 +261,7 @@ def write(
     by name; one without a wavelength is said to be of `wavelength` [nm]. No data becomes 0. TIS is integrated.
     Raises ParameterError for a delta lobe, maps, and channels with other names.
     """
-    check_writable(m)
+    tabular_shape(m)
     sheet = as_filed(m, Sheet)
     if sheet is None or any(x is not None for x in (theta_i, theta_o, phi, phi_i, channel)):
         sheet = _made_of(m, (theta_i, theta_o, phi_i, phi), resolution, channel, wavelength)

@@ -25,7 +25,7 @@ from ..files import replacing
 from ..geometry import HORIZON, Direction, dot, half_difference, half_vector, reflect
 from ..interface import Reflectance
 from ..libraries import Fixed
-from ..measurement import Measured
+from ..measurement import Measured, tabular_shape
 from ..param import channels, option, table
 from ..warp import cosine_hemisphere, cosine_hemisphere_density
 
@@ -356,9 +356,7 @@ def write(m: Reflectance, path: Path, phi_d: int = 180) -> None:
 def _tabulate(m: Reflectance, phi_cells: int) -> np.ndarray:
     if (N, N, phi_cells) not in SHAPES:
         raise ParameterError(f"phi_d={phi_cells}: expected 180 or 360 cells")
-    if m.has_delta:
-        raise ParameterError(f"{m!r:.80}: a table cannot hold a perfect mirror; write the material without it")
-    shape = m.f([0.0, 0.0, 1.0], [0.0, 0.0, 1.0]).shape
+    shape = tabular_shape(m)
     if shape not in ((), (1,), (3,)):
         raise ParameterError(f"{m!r:.80}: values have shape {shape}, expected () or (1,) for gray or (3,) for RGB")
     if not m.is_isotropic():

@@ -38,8 +38,9 @@ from ..errors import FormatError, ParameterError
 from ..files import replacing
 from ..gridded import Gridded
 from ..interface import Reflectance, direction
+from ..measurement import tabular_shape
 from . import _text
-from ._optical import NO_TRANSMISSION, Filed, angle_list, as_filed, check_writable, default_angles, reflected, values_at
+from ._optical import NO_TRANSMISSION, Filed, angle_list, as_filed, default_angles, reflected, values_at
 from ._speos_text import ANISOTROPIC, BRDF, START, Part, Sheet, Table, read_sheet, written
 
 NAME = "Speos"
@@ -225,7 +226,7 @@ def write(
     """
     path = Path(path)
     anisotropic = path.suffix.lower() == ".anisotropicbsdf"
-    check_writable(m)
+    tabular_shape(m)
     sheet = as_filed(m, Sheet)
     chosen = any(x is not None for x in (theta_i, theta_o, phi, phi_i, channel, wavelengths))
     if sheet is None or chosen or sheet.is_anisotropic != anisotropic:

@@ -37,6 +37,7 @@ from ..errors import FormatError, ParameterError
 from ..files import replacing
 from ..gridded import Gridded
 from ..interface import Reflectance
+from ..measurement import tabular_shape
 from ..parameterisations import parameterisation
 from . import _text
 from ._optical import (
@@ -44,7 +45,6 @@ from ._optical import (
     Filed,
     angle_list,
     as_filed,
-    check_writable,
     default_angles,
     increasing,
     spectral,
@@ -235,7 +235,7 @@ def write(
     name as Monochrome. TIS is integrated (`_optical.total`). Lost: the difference between 0 and no data.
     Raises ParameterError for a delta lobe, maps, and channels other than one, RGB or XYZ.
     """
-    check_writable(m)
+    tabular_shape(m)
     sheet = as_filed(m, Sheet)
     chosen = any(x is not None for x in (aoi, radial, azimuth, rotation, channel))
     if sheet is None or chosen:

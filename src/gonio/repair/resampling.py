@@ -12,7 +12,7 @@ from ..errors import ParameterError
 from ..geometry import HORIZON
 from ..gridded import Gridded
 from ..interface import Reflectance, direction
-from ..measurement import Measured
+from ..measurement import Measured, tabular_shape
 from ..parameterisations import parameterisation as named
 from ..quadrature import lattice
 from ._cells import Cells, evaluated, relative, reported, spread, variances
@@ -55,12 +55,8 @@ def resample(
     Error    by default "error_rms" for 0.3 Lambertian + GGX(0.3), glass: half_difference 2e-3,
              specular 3e-3, angles 9e-3.
     """
-    if m.has_delta:
-        raise ParameterError(f"{m!r:.80}: a grid cannot hold a perfect mirror; resample the material without it")
+    shape = tabular_shape(m)
     kind = named(parameterisation)
-    shape = m.f([0.0, 0.0, 1.0], [0.0, 0.0, 1.0]).shape
-    if len(shape) > 1:
-        raise ParameterError(f"{m!r:.80}: values have shape {shape}, expected one material, without maps")
     nodes = _nodes(m, parameterisation, axes, resolution)
     wi, wo = kind.pairs(*np.meshgrid(*nodes.values(), indexing="ij"))
     up = (wi[..., 2] > HORIZON) & (wo[..., 2] > HORIZON)
