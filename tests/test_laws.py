@@ -113,7 +113,7 @@ def test_reciprocal(draw):
         close(m.f(wo, wi), f, 1e-12 * np.abs(f) + 16.0 * unavoidable(m, wi, wo, FLOAT64))
         wi32, wo32 = wi.astype("float32"), wo.astype("float32")
         f32 = m.f(wi32, wo32)
-        allowed = 16.0 * unavoidable(rounded(m, "float32"), wi32.astype(float), wo32.astype(float), FLOAT32)
+        allowed = 20.0 * unavoidable(rounded(m, "float32"), wi32.astype(float), wo32.astype(float), FLOAT32)
         close(m.f(wo32, wi32), f32, allowed + smallest(f, FLOAT32))
 
 
@@ -167,7 +167,7 @@ def test_compiled_is_as_on_arrays(draw, monkeypatch):
             with monkeypatch.context() as patch:
                 switch_off(patch)
                 arrays = (m.f(wi, wo), m.pdf(wi, wo), *m.sample(wo, u))
-            allowed = 16.0 * unavoidable(m, wi.astype(float), wo.astype(float), unit) + smallest(arrays[0], unit)
+            allowed = 20.0 * unavoidable(m, wi.astype(float), wo.astype(float), unit) + smallest(arrays[0], unit)
             close(compiled[0], arrays[0], allowed)
             np.testing.assert_allclose(compiled[1], arrays[1], rtol=2e4 * unit, atol=1e-30)
             if dtype == "float64":
@@ -208,7 +208,7 @@ def test_libraries_agree(library, draw, dtype):
         f, pdf = m.f(a, b), m.pdf(a, b)
         assert library.dtype(f) == library.dtype(pdf) == dtype
         want = m.f(wi64, wo64)
-        close(library.numpy(f), want, 16.0 * unavoidable(m, wi64, wo64, unit) + smallest(want, unit))
+        close(library.numpy(f), want, 20.0 * unavoidable(m, wi64, wo64, unit) + smallest(want, unit))
         np.testing.assert_allclose(library.numpy(pdf), m.pdf(wi64, wo64), rtol=2e4 * unit, atol=1e-30)
 
 

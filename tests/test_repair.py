@@ -86,7 +86,8 @@ def test_what_is_no_record_is_refused(whole):
 
 
 def test_info_prints_the_history(whole):
-    from gonio.listing import facts, facts_as_text
+    from gonio.facts import facts
+    from gonio.listing import facts_as_text
 
     repaired = gn.repair.remove_negatives(changed(whole, whole.brdf() - 0.11))
     found = facts("memory", repaired)
@@ -711,7 +712,7 @@ def test_an_instrument_that_knows_no_horizon_reads_what_is_cut_off():
         assert (expected * math.pi > 1.0 + 1e-6) == (math.degrees(theta) + 5.0 > 90.0)
 
 
-class Spot(gn.Reflectance):
+class _Spot(gn.Reflectance):
     """A Gaussian lobe about the normal, sigma = 2 degrees."""
 
     def formula(self, wi, wo):
@@ -730,15 +731,15 @@ def test_a_narrow_lobe_gets_wider_by_what_the_aperture_is():
         (math.radians(3.0), (math.radians(3.0) ** 2 / 4.0,) * 2),
         (0.0, (0.0, 0.0)),
     ):
-        f = gn.repair.through_aperture(Spot(), [0.0, 0.0, 1.0], wo, opening)
+        f = gn.repair.through_aperture(_Spot(), [0.0, 0.0, 1.0], wo, opening)
         for k, w in enumerate((X, Y)):
             assert (w**2 * f).sum() / f.sum() == pytest.approx(sigma**2 + added[k], rel=6e-3)
     half = math.radians(3.0)
-    peak = gn.repair.through_aperture(Spot(), [0.0, 0.0, 1.0], [0.0, 0.0, 1.0], half)
+    peak = gn.repair.through_aperture(_Spot(), [0.0, 0.0, 1.0], [0.0, 0.0, 1.0], half)
     assert peak == pytest.approx((1.0 - math.exp(-0.5 * (half / sigma) ** 2)) * 2.0 * (sigma / half) ** 2, rel=1e-3)
     # A slit along theta broadens along theta: at azimuth 0 that is x.
     at = gn.direction(np.radians([4.0, 4.0]), np.array([0.0, 0.5 * np.pi]))
-    slit = gn.repair.through_aperture(Spot(), [0.0, 0.0, 1.0], at, (half, 1e-3))
+    slit = gn.repair.through_aperture(_Spot(), [0.0, 0.0, 1.0], at, (half, 1e-3))
     assert slit[0] == pytest.approx(slit[1], rel=1e-9)
     one = np.linspace(-half, half, 2001)
     expected = np.exp(-0.5 * ((np.radians(4.0) + one) / sigma) ** 2).mean()
@@ -748,7 +749,7 @@ def test_a_narrow_lobe_gets_wider_by_what_the_aperture_is():
 def spot_table():
     theta = np.radians(np.arange(0.0, 16.0, 0.5))
     axes = {"theta_i": [0.0], "theta_o": theta, "phi": np.radians(np.arange(0.0, 360.0, 30.0))}
-    return table(Spot(), axes=axes)
+    return table(_Spot(), axes=axes)
 
 
 @pytest.mark.parametrize(("method", "left"), [("van_cittert", 0.012), ("richardson_lucy", 0.0025)])

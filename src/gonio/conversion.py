@@ -157,13 +157,15 @@ def _differences(m: Reflectance, made: Reflectance) -> tuple[dict[str, str], dic
         if missing:
             lost["metadata"] = ", ".join(missing)
         if m.provenance and ORIGIN not in getattr(made, "provenance", {}) and not _again(m, made):
-            lost["provenance"] = f"that it was {m.provenance['file']}, sha256 {m.provenance['sha256'][:12]}..."
+            digest = f", sha256 {m.provenance['sha256'][:12]}..." if "sha256" in m.provenance else ""
+            lost["provenance"] = f"that it was {m.provenance['file']}{digest}"
     return lost, gained
 
 
 def _again(m: Measured, made: Reflectance) -> bool:
     """Whether the file is the one it was made from, byte by byte."""
-    return isinstance(made, Measured) and made.provenance.get("sha256") == m.provenance["sha256"]
+    digest = m.provenance.get("sha256")
+    return isinstance(made, Measured) and digest is not None and made.provenance.get("sha256") == digest
 
 
 def _channels(before: tuple | None, after: tuple | None, lost: dict[str, str], gained: dict[str, str]) -> None:

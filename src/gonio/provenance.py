@@ -14,14 +14,20 @@ ORIGIN = "converted_from"
 """Under this name a reader leaves in `about` what a writer kept of `origin`."""
 
 
+HASHED = 1 << 28
+"""Up to so many bytes a file's SHA-256 is noted; larger ones are mapped, and reading them whole would take seconds."""
+
+
 def noted(m: Measured, path: Path, format: str, options: Mapping[str, Any]) -> None:
     """Set the provenance of a measurement that was just read from a file, or from a folder, which has no SHA-256."""
     from . import __version__
 
     found: dict[str, Any] = {"file": path.name}
     if path.is_file():
-        with path.open("rb") as file:
-            found |= {"bytes": path.stat().st_size, "sha256": hashlib.file_digest(file, "sha256").hexdigest()}
+        found["bytes"] = path.stat().st_size
+        if found["bytes"] <= HASHED:
+            with path.open("rb") as file:
+                found["sha256"] = hashlib.file_digest(file, "sha256").hexdigest()
     found |= {"format": format, "gonio": __version__}
     if options:
         found["options"] = {name: value if _plain(value) else repr(value) for name, value in options.items()}

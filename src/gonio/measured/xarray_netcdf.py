@@ -50,8 +50,8 @@ def matches(head: bytes, size: int) -> bool:
     return head.startswith((MAGIC, *CLASSIC))
 
 
-def read(path: Path, **options: Any) -> Reflectance:
-    """The measurement in a file; `options` are those of `mcd43.read`, for files of that kind.
+def read(path: Path, time: int | None = None) -> Reflectance:
+    """The measurement in a file. `time`: number of the day, of MCD43A1 files; see `mcd43.read_dataset`.
 
     Raises FormatError where the file is damaged or has another layout, DependencyError without h5netcdf.
     """
@@ -60,9 +60,9 @@ def read(path: Path, **options: Any) -> Reflectance:
             raise FormatError(f"{path}: netCDF of the classic kind, expected netCDF-4; convert it: nccopy -k nc4")
     names = _inspected(path)
     if mcd43.describes(names):
-        return mcd43.read_dataset(_opened(path), str(path), **options)
-    if options:
-        raise FormatError(f"{path}: holds no MCD43A1 kernel weights, which alone have the options {', '.join(options)}")
+        return mcd43.read_dataset(_opened(path), str(path), time)
+    if time is not None:
+        raise FormatError(f"{path}: time={time}: holds no MCD43A1 kernel weights, which alone have days")
     return from_dataset(_opened(path), str(path))
 
 

@@ -25,8 +25,8 @@ class Facets(Reflectance):
         raise NotImplementedError
 
     def formula(self, wi: Direction, wo: Direction) -> Any:
-        wm, cos_d = half_and_cosine(wi, wo)
-        return self.facets.D(wm) * self.fresnel.F(cos_d) * self.G(wi, wo, wm) / (4.0 * wi.z * wo.z)
+        wm = half_vector(wi, wo)
+        return self.facets.D(wm) * self.fresnel.F(dot(wo, wm)) * self.G(wi, wo, wm) / (4.0 * wi.z * wo.z)
 
     def warp(self, wo: Direction, u0: Any, u1: Any) -> Direction:
         return reflect(wo, self.facets.warp_normal(wo, u0, u1))
