@@ -228,7 +228,7 @@ def test_scatfun_refuses_what_it_cannot_hold(tmp_path):
     for m, why in (
         (ANISOTROPIC, "anisotropic"),
         (gn.IdealSpecular(0.5), "mirror"),
-        (gn.Lambertian([0.1, 0.2]), "3 ch"),
+        (gn.Lambertian([0.1, 0.2]), "1 or 3"),
     ):
         with pytest.raises(ParameterError, match=why):
             save(m, tmp_path / "other.bsdf", format="SCATFUN")
@@ -522,7 +522,7 @@ def test_utia_writes(tmp_path, utia_numbers):
         np.testing.assert_allclose(
             found, np.broadcast_to(expected[..., None] if m is GRAY else expected, found.shape), rtol=1e-9
         )
-    for m, why in ((gn.IdealSpecular(0.5), "mirror"), (gn.Lambertian([0.1, 0.2]), "3 channels")):
+    for m, why in ((gn.IdealSpecular(0.5), "mirror"), (gn.Lambertian([0.1, 0.2]), "1 or 3")):
         with pytest.raises(ParameterError, match=why):
             save(m, copy)
     holes = csail.CSAIL(np.full((3, 2, 2, 2, 2), -1.0, "f4"), header((2, 2, 2, 2)))

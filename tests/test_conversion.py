@@ -251,7 +251,7 @@ def test_holes_that_open_are_reported(tmp_path):
         (None, ("R", "G", "B"), ([0], [0, 1, 2])),
         (("R", "G", "B"), ("B", "R"), ([0, 2], [1, 0])),
         ((450.0, 550.0), (550.0000001, 650.0), ([1], [0])),
-        (("X", "Y", "Z"), ("R", "G", "B"), None),
+        (("X", "Y", "Z"), ("a", "b", "c"), None),
     ],
 )
 def test_channels_are_compared_by_name(before, after, pairs):

@@ -448,7 +448,7 @@ def test_damaged_mcd43(tmp_path):
     with pytest.raises(FormatError, match=r"h4toh5|gdal_translate"):
         loaded(b"\x0e\x03\x13\x01" + bytes(100), tmp_path)
     (tmp_path / "file").write_bytes(SEEDS["netCDF"]())
-    with pytest.raises(FormatError, match="which alone have the options time"):
+    with pytest.raises(FormatError, match="which alone have days"):
         xarray_netcdf.read(tmp_path / "file", time=2)
 
 
