@@ -25,7 +25,6 @@ from ._window_xml_document import Block, Document, numbers, parse
 
 NAME = "WINDOW XML"
 SUFFIXES = (".xml",)
-SHARED_SUFFIX = True
 DESCRIPTION = "BSDF of WINDOW and Radiance: Klems matrices and tensor trees"
 ORACLE = "Radiance (pyradiance 1.3.1), reading and writing"
 
