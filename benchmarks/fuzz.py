@@ -1,6 +1,6 @@
 """A campaign of damaged files: `python benchmarks/fuzz.py [COUNT [FORMAT...]]`, results in benchmarks/fuzz.txt.
 
-Every format's minimal valid file is mutated COUNT times (1e5 by default) and read in a process of its own, with at most
+Every format's minimal valid file is mutated COUNT times (1e5 by default) and read, with at most
 5 seconds and a bounded amount of memory for each. Only `gonio.Error` may be raised. Numbers of mutations with outcomes
 not seen before are kept in tests/corpus, which the tests read again.
 """
@@ -60,22 +60,30 @@ def main(arguments: list[str]) -> None:
     seconds = float(os.environ.get("GONIO_FUZZ_SECONDS", "1e9"))
     corpus = TESTS / "corpus"
     corpus.mkdir(exist_ok=True)
-    lines = []
     for name in names:
         start = time.perf_counter()
         tried, read, kept, findings = campaign(name, count, seconds)
         took = time.perf_counter() - start
-        lines.append(
-            f"{name:24} {tried:8} tried {read / max(tried, 1):7.1%} read {len(findings):4} findings {took:7.0f} s"
-        )
-        print(lines[-1], flush=True)
-        for words, number in findings.items():
-            print(f"    {number}: {words}", flush=True)
+        said = [f"{name:24} {tried:8} tried {read / max(tried, 1):7.1%} read {len(findings):4} findings {took:7.0f} s"]
+        said += [f"    {number}: {words}" for words, number in findings.items()]
+        print(*said, sep="\n", flush=True)
+        record(name, said)
         file = corpus / f"{name.replace(' ', '_').replace('/', '_')}.txt"
         old = np.loadtxt(file, dtype=int, ndmin=1).tolist() if file.exists() else []
         file.write_text("\n".join(map(str, sorted({*kept, *old})[: 2 * KEEP])) + "\n", encoding="ascii")
-    if len(names) == len(SEEDS):
-        (HERE / "fuzz.txt").write_text("\n".join(lines) + "\n", encoding="utf-8")
+
+
+def record(name: str, said: list[str]) -> None:
+    """Put what a format's campaign came to in place of what the last one did, in benchmarks/fuzz.txt."""
+    file = HERE / "fuzz.txt"
+    results: dict[str, list[str]] = {}
+    for line in file.read_text(encoding="utf-8").splitlines() if file.exists() else []:
+        if not line.startswith(" "):
+            results[line[:24].strip()] = []
+        results[next(reversed(results))].append(line)
+    results[name] = said
+    lines = [line for key in sorted(results) for line in results[key]]
+    file.write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
 if __name__ == "__main__":

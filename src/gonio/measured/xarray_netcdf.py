@@ -95,11 +95,8 @@ def _libraries() -> None:
 def _inspected(path: Path) -> list[str]:
     """Names of the arrays in a file that can be read to its end, within reason and without other files."""
     _libraries()
-    search = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
-    command = [sys.executable, _hdf5_probe.__file__, str(path)]
-    done = subprocess.run(command, env=search, capture_output=True, timeout=600.0, check=False)
     try:
-        found = json.loads(done.stdout)
+        found = json.loads(_probed(path))
     except ValueError:
         raise FormatError(
             f"{path}: HDF5 file that is damaged: the HDF5 library does not come to an end with it; fetch it again"
@@ -107,6 +104,13 @@ def _inspected(path: Path) -> list[str]:
     if "refused" in found:
         raise FormatError(f"{path}: {found['refused']}")
     return found["names"]
+
+
+def _probed(path: Path) -> bytes:
+    """What `_hdf5_probe` says of a file; cut short where the file stops it."""
+    search = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
+    command = [sys.executable, _hdf5_probe.__file__, str(path)]
+    return subprocess.run(command, env=search, capture_output=True, timeout=600.0, check=False).stdout
 
 
 def _opened(path: Path) -> xarray.Dataset:
