@@ -13,8 +13,10 @@ import pytest
 
 import gonio as gn
 from gonio.errors import Error, FormatError, NotFoundError, ParameterError
+from gonio.image import Image, read_image
 from gonio.measured import _scatfun_file, _tensor_file, csail, curet, formats, kaist, load, neural, save, scatfun, utia
 from gonio.measured.kaist import KAIST
+from gonio.spectrum import XYZ_TO_SRGB
 
 REAL = Path(__file__).parents[2] / "shared" / "data"
 ROUGH_GOLD = REAL / "fbsdf" / "roughgold_alpha_0.2.bsdf.gz"
@@ -538,6 +540,38 @@ def test_utia_damage(tmp_path, utia_numbers):
     assert claimed(written(tmp_path, b"0.125 " * 331776)) == []  # a text of the same length
     with pytest.raises(ParameterError, match="theta_step"):
         utia.read(written(tmp_path, data), theta_step=20.0)
+
+
+def test_utia_pictures(tmp_path):
+    m = ANISOTROPIC
+    table = tmp_path / "m.bin"
+    save(m, table, "UTIA")
+    as_table = load(table)
+    picture = tmp_path / "m.exr"
+    save(as_table, picture)
+    assert claimed(picture) == ["UTIA"]
+    found = load(picture)
+    np.testing.assert_array_equal(found.raw, as_table.raw.astype(np.float32))
+    # The pixel in row 48 * 2 + 5, column 48 * 3 + 7 is theta_i = 30, phi_i = 37.5, theta_o = 45, phi_o = 52.5 degrees.
+    pixels = read_image(picture).pixels
+    f = as_table.f_angles(*np.radians([30.0, 37.5, 45.0, 52.5]))
+    np.testing.assert_allclose(pixels[101, 151], f, rtol=1e-6)
+    # Turned upside down it is the same material, for that one is reciprocal; unless that is said otherwise.
+    turned = tmp_path / "turned.exr"
+    Image(pixels[::-1]).save(turned)
+    np.testing.assert_array_equal(load(turned).raw, found.raw)
+    np.testing.assert_array_equal(load(turned, rows="down").raw[:, 0, 0], found.raw[:, 5, 47])
+    np.testing.assert_allclose(
+        utia.read(picture, decoding="xyz").f_angles(*np.radians([30.0, 37.5, 45.0, 52.5])), f @ XYZ_TO_SRGB.T, rtol=1e-6
+    )
+    with pytest.raises(ParameterError, match="rows='left': expected one of 'down', 'up'"):
+        utia.read(picture, rows="left")
+    Image(pixels[:287]).save(turned)
+    with pytest.raises(FormatError, match="not a known format"):
+        load(turned)
+    Image(pixels[..., :1]).save(turned)
+    with pytest.raises(FormatError, match=r"a picture of \(288, 288, 1\), expected \(288, 288, 3\)"):
+        load(turned)
 
 
 def test_utia_dense(tmp_path):

@@ -1,14 +1,19 @@
-"""UTIA's `.bin`: anisotropic RGB measurements on a grid of both directions' angles, without a header.
+"""UTIA's `.bin` and `.exr`: anisotropic RGB measurements on a grid of both directions' angles.
 
 float64, little-endian, [plane][theta_i][phi_i][theta_o][phi_o]: 3 planes, theta 0 to 75 degrees by 15, phi 0 to 352.5
 by 7.5, 1 990 656 bytes. The "dense" variant has 44 theta and 180 phi, 1.5 GB; its theta are taken to be 2 degrees
 apart (no description of them was seen). Known from the sources of four readers, which disagree about colour, see
-`DECODINGS`; no specification and no published file was at hand, and files of the EXR variant are not read.
+`DECODINGS`; no specification and no published file was at hand.
+
+The same as an OpenEXR picture of 288 x 288: a column for each wo, a row for each wi. Whether the first row is at the
+top was seen in one reader's source only (ALTA's, which turns the rows, but perhaps turns them back), so it is found
+from the numbers: by reciprocity the picture is symmetric, and turned upside down it is not.
 """
 
 from __future__ import annotations
 
 import math
+import struct
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -17,13 +22,17 @@ import numpy as np
 
 from ..errors import FormatError, ParameterError
 from ..files import replacing
+from ..image import Image, read_image
 from ..interface import Reflectance
+from ..spectrum import XYZ_TO_SRGB
 from ._mapped import MAPPED, Mapped, expect_channels, numbers
 
 NAME = "UTIA"
-SUFFIXES = (".bin",)
+SUFFIXES = (".bin", ".exr")
 DESCRIPTION = "anisotropic RGB on angles of both directions, UTIA database (Filip & Vavra 2014)"
 ORACLE = "own generator only"
+
+EXR = b"v/1\x01"
 
 GRIDS = {(6, 48): 15.0, (44, 180): 2.0}
 """(theta, phi) nodes of each direction, and the step of theta [degrees]."""
@@ -37,9 +46,14 @@ DECODINGS: dict[str, Callable[[np.ndarray], np.ndarray]] = {
     "linear": lambda v: v,
     "srgb": _srgb,
     "dj_brdf": lambda v: 100.0 * _srgb(v / 140.0, 0.0375),
+    "xyz": lambda v: v @ XYZ_TO_SRGB.T,
 }
-"""f [1/sr] from stored numbers: as they are (ALTA, asztr's UTIA-brdf), sRGB-encoded (Fichet's reader), or as dj_brdf
-has it, which divides by 140 and calls that a constant from the database's author (and makes negative numbers 0)."""
+"""f [1/sr] from stored numbers (..., 3): as they are (ALTA, asztr's UTIA-brdf), sRGB-encoded (Fichet's reader), as
+dj_brdf has it, which divides by 140 and calls that a constant from the database's author (and makes negative numbers
+0), or CIE XYZ (Fichet's reader; the pictures of UTIA's textures are said to be that)."""
+
+ROWS = ("down", "up")
+"""Which way theta_i grows in a picture."""
 
 
 class UTIA(Mapped):
@@ -102,19 +116,37 @@ def _size(grid: tuple[int, int]) -> int:
 
 
 def matches(head: bytes, size: int) -> bool:
-    """Whether a file that starts so can be one of these: its size, and numbers of a usual magnitude."""
+    """Whether a file that starts so can be one of these: its size, and numbers of a usual magnitude; or a picture's."""
+    if head.startswith(EXR):
+        return _picture_grid(head) is not None
     if size not in map(_size, GRIDS) or len(head) < 8:
         return False
     first = np.abs(np.frombuffer(head[: len(head) // 8 * 8], "<f8"))
     return bool(((first == 0.0) | ((first > 1e-30) & (first < 1e9)) | np.isnan(first)).all())
 
 
-def read(path: Path, decoding: str = "linear", theta_step: float | None = None) -> UTIA:
+def _picture_grid(head: bytes) -> tuple[int, int] | None:
+    """The grid whose directions a picture with this head has as columns and rows."""
+    _, found, window = head.partition(b"dataWindow\0box2i\0\x10\0\0\0")
+    if not found or len(window) < 16:
+        return None
+    left, top, right, bottom = struct.unpack("<4i", window[:16])
+    return next((g for g in GRIDS if (right - left + 1, bottom - top + 1) == 2 * (math.prod(g),)), None)
+
+
+def read(path: Path, decoding: str = "linear", theta_step: float | None = None, rows: str | None = None) -> UTIA:
     """The material of a file; `decoding`: a name in `DECODINGS`; `theta_step` [degrees]: where it is not the usual.
 
-    Raises FormatError where the length is that of no grid.
+    `rows`: which way theta_i grows in a picture, one of `ROWS`; None for the way that is the more reciprocal.
+    Raises FormatError where the length is that of no grid, or a picture has not three channels.
     """
-    size = Path(path).stat().st_size
+    if rows not in (None, *ROWS):
+        raise ParameterError(f"rows={rows!r}: expected one of {', '.join(map(repr, ROWS))}, or None to find out")
+    with path.open("rb") as file:
+        head = file.read(4096)
+    if head.startswith(EXR):
+        return UTIA(_of_picture(path, _picture_grid(head), rows), decoding, theta_step, str(path))
+    size = path.stat().st_size
     for grid in GRIDS:
         if size == _size(grid):
             return UTIA(numbers(path, "<f8", (3, *grid, *grid)), decoding, theta_step, str(path))
@@ -122,13 +154,30 @@ def read(path: Path, decoding: str = "linear", theta_step: float | None = None) 
     raise FormatError(f"{path}: not a UTIA file: {size} bytes, expected {listed}; fetch it again")
 
 
+def _of_picture(path: Path, grid: tuple[int, int] | None, rows: str | None) -> np.ndarray:
+    pixels = read_image(path).pixels
+    if grid is None or pixels.shape[2] != 3:
+        raise FormatError(f"{path}: a picture of {pixels.shape}, expected (288, 288, 3); fetch it again")
+    if rows is None:
+        gray = pixels.mean(axis=2, dtype=float)
+        down, up = (np.nansum(np.abs(g - g.T)) for g in (gray, gray[::-1]))
+        rows = "up" if up < down else "down"
+    planes = np.moveaxis(pixels[:: 1 if rows == "down" else -1], -1, 0)
+    return planes.astype(float).reshape(3, *grid, *grid)
+
+
 def write(m: Reflectance, path: Path) -> None:
     """Write f at the nodes of the usual grid, as it is ("linear"); a UTIA is written as it was read, bit by bit.
 
-    One channel becomes gray. What is beyond 75 degrees is lost. Raises ParameterError for a material with holes at
-    nodes, a delta lobe, other than 1 or 3 channels, or maps: no such table could hold it.
+    As a picture, theta_i growing down, where the name ends in `.exr`: numbers are float32 then. One channel becomes
+    gray. What is beyond 75 degrees is lost. Raises ParameterError for a material with holes at nodes, a delta lobe,
+    other than 1 or 3 channels, or maps: no such table could hold it.
     """
     raw = m.raw if isinstance(m, UTIA) else _tabulated(m)
+    if path.suffix.lower() == ".exr":
+        side = math.prod(raw.shape[1:3])
+        Image(np.moveaxis(raw.reshape(3, side, side), 0, -1)).save(path)
+        return
     with replacing(path) as temporary, temporary.open("wb") as file:
         raw.astype("<f8", copy=False).tofile(file)
 
