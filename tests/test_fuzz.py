@@ -33,6 +33,15 @@ def test_damaged_files(name, tmp_path):
         outcome(mutated(seed, number), tmp_path / "damaged", evaluate=number % 16 == 0)
 
 
+@pytest.mark.parametrize("name", SEEDS)
+def test_long_runs_of_one_character(name, tmp_path):
+    """What an expression that goes back over what it has matched does not come to an end with."""
+    seed = SEEDS[name]()[:5000]
+    for run in (b" ", b"# ", b"1", b"-", b"a", b"<", b'"', b":", b",", b"\n", b"(", b"."):
+        for at in (0, 1, len(seed) // 3, 2 * len(seed) // 3, len(seed)):
+            outcome(seed[:at] + run * (100_000 // len(run)) + seed[at:], tmp_path / "long")
+
+
 def test_every_format_has_a_seed():
     missing = [m.NAME for m in formats() if not any(name.startswith(m.NAME) for name in SEEDS)]
     assert not missing, f"add a minimal file of {missing} to tests/seeds.py"

@@ -29,7 +29,7 @@ ORACLE = "own generator only"
 ANGLES = ("theta_i", "phi_i", "theta_s", "phi_s")
 
 _VARS = re.compile(r"^[ \t]*VARS[ \t]+(?=.*theta_i)(?=.*theta_s)", re.IGNORECASE | re.MULTILINE)
-_WAVELENGTH = re.compile(r"(\d+\.?\d*|\.\d+)\s*nm", re.IGNORECASE)
+_WAVELENGTH = re.compile(r"(\d+(?:\.\d*)?|\.\d+)\s*nm", re.IGNORECASE)
 
 
 def matches(head: bytes, size: int) -> bool:

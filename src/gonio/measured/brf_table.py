@@ -27,7 +27,7 @@ DESCRIPTION = "reflectance factors by source and viewer, a column per wavelength
 ORACLE = "real file (UA Remote Sensing Group); NIST's PTFE for the azimuths"
 
 NAMES = ["src_z", "src_a", "view_z", "view_a"]
-_WAVELENGTH = re.compile(r"(\d+\.?\d*|\.\d+)\s*(nm|um|µm|μm)?", re.IGNORECASE)
+_WAVELENGTH = re.compile(r"(\d+(?:\.\d*)?|\.\d+)\s*(nm|um|µm|μm)?", re.IGNORECASE)
 
 
 def matches(head: bytes, size: int) -> bool:

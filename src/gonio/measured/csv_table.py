@@ -64,8 +64,8 @@ MARK = "# gonio measurement"
 """The first line of what `write` makes."""
 
 _VALUE = re.compile(r"(u_)?(f_cos_i|f_cos|f|brdf|dsf|brf)(?:_(.+))?", re.IGNORECASE)
-_WAVELENGTH = re.compile(r"(\d+\.?\d*|\.\d+)\s*nm", re.IGNORECASE)
-_KEY = re.compile(r"#\s*(\w[^:]*?)\s*:\s*(.*)")
+_WAVELENGTH = re.compile(r"(\d+(?:\.\d*)?|\.\d+)\s*nm", re.IGNORECASE)
+_KEY = re.compile(r"#\s*(\w[^:]*):\s*(.*)")
 
 
 def matches(head: bytes, size: int) -> bool:
@@ -89,7 +89,7 @@ def read(path: Path, side: str = "front") -> Gridded:
     about: dict[str, Any] = {}
     while (line := lines.take("a line of column names")).startswith("#"):
         if found := _KEY.fullmatch(line):
-            about[found[1]] = found[2]
+            about[found[1].strip()] = found[2]
     separator = next((s for s in ";\t," if s in line), None)
     names = [name.strip().strip('"') for name in line.split(separator)]
     lines.comment = "#"
@@ -126,7 +126,7 @@ def _filled(text: str, separator: str) -> str:
     if separator == ";":
         text = text.replace(",", ".")
     if f"{separator} " in text or " \n" in text:
-        text = re.sub(rf" +(?=[{separator}\n])|(?<={separator}) +", "", text)
+        text = re.sub(rf"(?<! ) +(?=[{separator}\n])|(?<={separator}) +", "", text)
     for _ in range(2):
         text = text.replace(2 * separator, f"{separator}nan{separator}")
     text = text.replace(f"{separator}\n", f"{separator}nan\n").replace(f"\n{separator}", f"\nnan{separator}")

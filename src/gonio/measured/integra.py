@@ -255,7 +255,7 @@ def write(m: Reflectance, path: Path, resolution: Sequence[int] | None = None) -
         if names is None or isinstance(names[0], str)
         else f"spectral {len(names)}"
     )
-    source = str(table.about.get("Source", "Measured")).split()[0]
+    source = next(iter(str(table.about.get("Source", "")).split()), "Measured")
     with replacing(path) as temporary, temporary.open("w", encoding="utf-8") as file:
         file.write(f"Source {source}\nTypeSym {symmetry}\nTypeColorModel {colour}\n")
         file.write(f"TypeData {'Intensity' if intensity else 'Luminance'} Absolute\n")

@@ -115,7 +115,7 @@ def _speos(lines: _text.Lines) -> Iterator[Scan]:
         if not line.lower().startswith(SPEOS):
             continue  # the derived table
         name = lines.take("SampleID:").partition("\t")[2].strip()
-        found = re.search(r"[-+]?\d+(\.\d+)?$", name)
+        found = re.search(r"(?:[-+]|(?<!\d))\d+(\.\d+)?$", name)
         if found is None:
             raise lines.fault(name, "a name that ends with the angle of incidence")
         for _ in range(7):
