@@ -216,24 +216,40 @@ class Hang(BaseException):
 
 
 @contextmanager
-def limits(size: int) -> Iterator[None]:
-    """At most `LONGEST` seconds, and 64 MB and 64 times the file's size more memory than now."""
+def bounded_memory(size: int) -> Iterator[None]:
+    """At most 64 MB and 64 times the file's size more memory than now."""
+    with Path("/proc/self/statm").open(encoding="ascii") as file:
+        now = int(file.read().split()[0]) * resource.getpagesize()
+    old = resource.getrlimit(resource.RLIMIT_AS)
+    resource.setrlimit(resource.RLIMIT_AS, (now + (64 << 20) + 64 * size, old[1]))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_AS, old)
+
+
+@contextmanager
+def bounded_time() -> Iterator[None]:
+    """At most `LONGEST` seconds."""
 
     def stop(*_: object) -> None:
         raise Hang
 
-    with Path("/proc/self/statm").open(encoding="ascii") as file:
-        now = int(file.read().split()[0]) * resource.getpagesize()
-    old = resource.getrlimit(resource.RLIMIT_AS)
     before = signal.signal(signal.SIGALRM, stop)
-    resource.setrlimit(resource.RLIMIT_AS, (now + (64 << 20) + 64 * size, old[1]))
     signal.setitimer(signal.ITIMER_REAL, LONGEST)
     try:
         yield
     finally:
         signal.setitimer(signal.ITIMER_REAL, 0.0)
-        resource.setrlimit(resource.RLIMIT_AS, old)
         signal.signal(signal.SIGALRM, before)
+
+
+@contextmanager
+def reading(size: int) -> Iterator[None]:
+    """For reading a damaged file of this size, in bounded memory: values may be anything, HDF5 is tried by a copy."""
+    with warnings.catch_warnings(), bounded_memory(size), mock.patch.object(xarray_netcdf, "_probed", probed):
+        warnings.simplefilter("ignore")
+        yield
 
 
 def probed(path: Path) -> bytes:
@@ -264,16 +280,14 @@ def outcome(data: bytes, path: Path, evaluate: bool = False) -> str:
     Raises whatever is no `gonio.Error`: that is a finding. `evaluate`: look at the values of what was read, too.
     """
     path.write_bytes(data)
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # values of damaged files may be anything
-        try:
-            with limits(len(data)), mock.patch.object(xarray_netcdf, "_probed", probed):
-                m = gn.load(path)
-                if evaluate:
-                    shape = np.shape(m.f(WI, WO))
-                    assert shape[:1] == (3,), shape
-                    _ = getattr(m, "valid", None)
-        except gn.Error as error:
-            text = str(error).replace(str(path), "")
-            return type(error).__name__ + re.sub(r"['\"].*?['\"]|[-+\d.]+(e[-+]?\d+)?|nan|inf", "~", text)[:160]
+    try:
+        with reading(len(data)), bounded_time():
+            m = gn.load(path)
+            if evaluate:
+                shape = np.shape(m.f(WI, WO))
+                assert shape[:1] == (3,), shape
+                _ = getattr(m, "valid", None)
+    except gn.Error as error:
+        text = str(error).replace(str(path), "")
+        return type(error).__name__ + re.sub(r"['\"].*?['\"]|[-+\d.]+(e[-+]?\d+)?|nan|inf", "~", text)[:160]
     return "read"

@@ -9,6 +9,7 @@ import pytest
 from fuzzing import mutated, outcome
 from seeds import SEEDS
 
+import gonio as gn
 from gonio import engine
 from gonio.measured import formats
 
@@ -40,6 +41,15 @@ def test_long_runs_of_one_character(name, tmp_path):
     for run in (b" ", b"# ", b"1", b"-", b"a", b"<", b'"', b":", b",", b"\n", b"(", b"."):
         for at in (0, 1, len(seed) // 3, 2 * len(seed) // 3, len(seed)):
             outcome(seed[:at] + run * (100_000 // len(run)) + seed[at:], tmp_path / "long")
+
+
+@pytest.mark.parametrize("data", [b",", b",\n1 2\n", b";;\n400 0.5 9 9\n,\n", b"\xff\xfe", b"\n", b""])
+def test_hardly_anything(data, tmp_path):
+    """Files that coverage-guided mutation found, and what is like them."""
+    path = tmp_path / "a"
+    path.write_bytes(data)
+    with pytest.raises(gn.Error, match="not a known format"):
+        gn.load(path)
 
 
 def test_every_format_has_a_seed():

@@ -41,7 +41,7 @@ def matches(head: bytes, size: int) -> bool:
     lines = [line.strip() for line in text.split("\n")]
     if size > len(head):
         lines = lines[:-1]  # may be cut
-    rows = [_text.split(line) for line in lines if line and not line.startswith(COMMENTS)]
+    rows = [words for line in lines if (words := _text.split(line)) and not line.startswith(COMMENTS)]
     rows = rows[_first(rows) :]
     if len(rows) < 2 or len({len(row) for row in rows}) > 1 or len(rows[0]) not in (2, 3):
         return False
@@ -57,7 +57,7 @@ def _first(rows: list[list[str]]) -> int:
     """The first row that begins with a number; at most three lines of words come before it."""
     for k, row in enumerate(rows[:4]):
         try:
-            float(row[0])
+            float(row[0] if row else "")
         except ValueError:
             continue
         return k
