@@ -1,9 +1,9 @@
 """Damaged files that a coverage-guided fuzzer finds: `python benchmarks/fuzz_guided.py [SECONDS [FORMAT...]]`.
 
 Needs atheris (libFuzzer for Python; not among gonio's extras). Every format's minimal valid file is what it starts
-from, SECONDS (60 by default) for each, in a process of its own: mutations that reach lines not reached before are mutated
-further. As in fuzz.py only `gonio.Error` may be raised, within 5 seconds and a bounded amount of memory. Results are in
-benchmarks/fuzz_guided.txt; what is found becomes a test of its format.
+from, SECONDS (60 by default) for each, in a process of its own: mutations that reach lines not reached before are
+mutated further. As in fuzz.py only `gonio.Error` may be raised, within 5 seconds and a bounded amount of memory.
+Results are in benchmarks/fuzz_guided.txt; what is found becomes a test of its format.
 """
 
 from __future__ import annotations
