@@ -251,6 +251,29 @@ def test_zarr_never_runs_what_it_reads(tmp_path):
         gn.load(path)
 
 
+@pytest.mark.parametrize("codec", ["Blosc", "Zstd", "LZ4"])
+def test_zarr_chunks_that_promise_too_much(codec, tmp_path):
+    numcodecs = pytest.importorskip("numcodecs")
+    path = tmp_path / "m.zarr"
+    gn.save(small_grid(), path)
+    coded = getattr(numcodecs, codec)()
+    described = json.loads((path / "values" / ".zarray").read_text())
+    chunk = next(p for p in (path / "values").iterdir() if not p.name.startswith("."))
+    content = bytearray(coded.encode(numcodecs.get_codec(described["compressor"]).decode(chunk.read_bytes())))
+    (path / "values" / ".zarray").write_text(json.dumps({**described, "compressor": coded.get_config()}))
+    chunk.write_bytes(content)
+    np.testing.assert_array_equal(gn.load(path).stored, small_grid().stored)
+    # Zstandard's frames: magic, a byte that says how many bytes the length has, here four, then it.
+    if codec == "Zstd":
+        content[4:] = bytes([0b10100000]) + (2**31 - 1).to_bytes(4, "little") + content[5:]
+    else:
+        at = 4 if codec == "Blosc" else 0
+        content[at : at + 4] = (2**31 - 1).to_bytes(4, "little")
+    chunk.write_bytes(content)
+    with pytest.raises(FormatError, match="unpacks to 2147483647 bytes, expected at most"):
+        gn.load(path)
+
+
 def test_zarr_that_promises_too_much(tmp_path):
     path = folder(tmp_path)
     described = json.loads((path / "values" / ".zarray").read_text())

@@ -1,7 +1,8 @@
 """Zarr in gonio's own layout (docs/data-model.md), as a folder or zipped: for large measurements, and object stores.
 
 Zarr 2 is written, 2 and 3 are read, through xarray. Before anything is read, every array's description is checked: how
-large it is beside the files, and that its codecs are known ones (one of those that Zarr 2 may name runs what it reads).
+large it is beside the files, and that its codecs are known ones (one of those that Zarr 2 may name runs what it reads);
+and every packed chunk: how large it says that it was.
 """
 
 from __future__ import annotations
@@ -33,9 +34,11 @@ SMALL = 2**20
 DESCRIPTIONS = 2**24
 """Longest description of an array or a group that is read, in bytes."""
 CODECS = {
-    *("blosc", "zstd", "gzip", "zlib", "lz4", "bz2", "lzma", "crc32", "crc32c", "adler32", "fletcher32"),
+    *("blosc", "zstd", "gzip", "zlib", "lz4", "crc32", "crc32c", "adler32", "fletcher32"),
     *("bytes", "endian", "transpose", "shuffle", "delta", "vlen-utf8", "numcodecs.zlib", "numcodecs.shuffle"),
 }
+CLAIM = 18
+"""Bytes of a packed chunk in which it says how large it was, see `_claimed`."""
 ZIPPED = b"PK\x03\x04"
 DAMAGE = (
     OSError,
@@ -47,6 +50,7 @@ DAMAGE = (
     IndexError,
     OverflowError,
     MemoryError,
+    SystemError,
 )
 """What zarr, numcodecs and xarray raise on damaged stores."""
 
@@ -121,40 +125,71 @@ def _opened(store: Any) -> Any:
 def _inspect(path: Path) -> None:
     """FormatError where an array is larger than the store allows, or has codecs that are not known."""
     total, size = 0, 0
+    arrays: dict[Path, tuple[set[str], int]] = {}
+    chunks: list[tuple[Path, bytes]] = []
     for name, length, content in _files(path):
         size += length
-        if content is None:
+        if not _is_description(name):
+            if not Path(name).name.startswith("."):
+                chunks.append((Path(name), content))
             continue
-        described = json.loads(content)
-        for at, array in _arrays(name, described):
-            total += _bytes(array, f"{path}, {at}")
+        for at, array in _arrays(name, json.loads(content)):
+            taken = _bytes(array, f"{path}, {at}")
+            total += taken
+            arrays[Path(at).parent if at == name else Path(at)] = _codecs(array), taken
     if total > COMPRESSED * size + SMALL:
         raise FormatError(f"{path}: says that it holds {total} bytes of numbers, which {size} bytes of files cannot")
+    for chunk, content in chunks:
+        codecs, taken = next((arrays[folder] for folder in chunk.parents if folder in arrays), (set(), 0))
+        claimed = _claimed(content, codecs)
+        if claimed > taken + SMALL:
+            raise FormatError(f"{path}: {chunk} says that it unpacks to {claimed} bytes, expected at most {taken}")
 
 
-def _files(path: Path) -> Iterator[tuple[str, int, bytes | None]]:
-    """Name and length of every file of a store, and the content of descriptions."""
+def _files(path: Path) -> Iterator[tuple[str, int, bytes]]:
+    """Name and length of every file of a store, and the whole of descriptions, of others the first bytes."""
     if path.is_dir():
         for folder, _, names in os.walk(path):
-            for name in names:
-                file = Path(folder) / name
-                described = _is_description(name, length := file.stat().st_size, path)
-                yield str(file.relative_to(path)), length, file.read_bytes() if described else None
+            for each in names:
+                file = Path(folder) / each
+                name, length = str(file.relative_to(path)), file.stat().st_size
+                with file.open("rb") as content:
+                    yield name, length, content.read(_looked_at(name, length, path))
         return
     with zipfile.ZipFile(path) as packed:
         for entry in packed.infolist():
-            described = _is_description(entry.filename.rpartition("/")[2], entry.file_size, path)
             if entry.file_size > COMPRESSED * entry.compress_size + SMALL:
                 raise FormatError(f"{path}: {entry.filename} unpacks to {entry.file_size} bytes, more than zip allows")
-            yield entry.filename, entry.compress_size, packed.read(entry) if described else None
+            with packed.open(entry) as content:
+                looked_at = _looked_at(entry.filename, entry.file_size, path)
+                yield entry.filename, entry.compress_size, content.read(looked_at)
 
 
-def _is_description(name: str, length: int, path: Path) -> bool:
-    if name not in ("zarr.json", ".zarray", ".zmetadata"):
-        return False
+def _is_description(name: str) -> bool:
+    return Path(name).name in ("zarr.json", ".zarray", ".zmetadata")
+
+
+def _looked_at(name: str, length: int, path: Path) -> int:
+    """How many bytes of a file are looked at before the store is read."""
+    if not _is_description(name):
+        return CLAIM
     if length > DESCRIPTIONS:
         raise FormatError(f"{path}: {name} has {length} bytes, expected a description of at most {DESCRIPTIONS}")
-    return True
+    return length
+
+
+def _claimed(start: bytes, codecs: set[str]) -> int:
+    """Bytes that a chunk would unpack to by its first ones, where these say so."""
+    if len(start) < CLAIM:
+        return 0
+    if "blosc" in codecs:
+        return int.from_bytes(start[4:8], "little")
+    if "zstd" in codecs:
+        is_single = start[4] >> 5 & 1
+        digits = (is_single, 2, 4, 8)[start[4] >> 6]
+        at = 6 - is_single + (0, 1, 2, 4)[start[4] & 3]
+        return int.from_bytes(start[at : at + digits], "little") + (256 if digits == 2 else 0)
+    return int.from_bytes(start[:4], "little") if "lz4" in codecs else 0
 
 
 def _arrays(name: str, described: Any) -> Iterator[tuple[str, dict[str, Any]]]:
@@ -174,12 +209,15 @@ def _bytes(array: dict[str, Any], where: str) -> int:
     chunks = array.get("chunks")
     if "data_type" in array:
         chunks = array.get("chunk_grid", {}).get("configuration", {}).get("chunk_shape")
-        codecs = [c.get("name") for c in array.get("codecs", [])]
-    else:
-        codecs = [c.get("id") for c in [array.get("compressor"), *(array.get("filters") or [])] if c]
-    if unknown := set(codecs) - CODECS:
+    if unknown := _codecs(array) - CODECS:
         raise FormatError(f"{where}: is coded by {', '.join(map(repr, unknown))}, expected one of {sorted(CODECS)}")
     return max(_product(array["shape"]), _product(chunks or [])) * _item_size(array)
+
+
+def _codecs(array: dict[str, Any]) -> set[str]:
+    if "data_type" in array:
+        return {c.get("name") for c in array.get("codecs", [])}
+    return {c.get("id") for c in [array.get("compressor"), *(array.get("filters") or [])] if c}
 
 
 def _item_size(array: dict[str, Any]) -> int:
