@@ -219,6 +219,7 @@ def test_spectrum(tmp_path):
     np.testing.assert_array_equal(m.uncertainty, [0.01, 0.02])
     assert "Lambertian" in m.about["assumption"]
     assert loaded("400 0.5\n500 0.6\n", tmp_path).uncertainty is None
+    assert loaded(",\n400 0.5\n500 0.6\n", tmp_path).channel_names == (400.0, 500.0)
     for text, words in (
         ("400 50\n500 60\n", "percentages"),
         ("400 0.5\n500 -0.1\n", "expected 0 to 1"),

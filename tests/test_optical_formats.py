@@ -133,6 +133,7 @@ def test_zemax_tolerates_line_ends_marks_and_case(tmp_path, ending):
         ("ScatterType  BRDF", "ScatterType BTDF", "transmission"),
         ("1e-1\t2.5E-02\n", "1e-1\n", "line 20"),
         ("DataEnd", "TIS 1", "tables"),
+        ("TIS 0.125\n", ",\nTIS 0.125\n", "line 22: got ','"),
         ("TIS 0.125\n.2\t5.5E-02\n.2\t6.5E-02\n.2\t7.5E-02\n", "", "cut short"),
         ("0 30", "30 0", "AngleOfIncidence"),
         ("0 30", "0 95", "AngleOfIncidence"),
@@ -298,6 +299,9 @@ def test_speos_keeps_transmission(tmp_path):
         ("v8.0\n0", "v8.0\n1", "binary"),
         ("v8.0", "v6.1", "version"),
         ("\n11\n", "\neleven\n", "characters"),
+        ("\n11\n", "\n²3\n", "characters"),
+        ("\n11\n", "\n" + "1" * 5000 + "\n", "characters"),
+        ("v8.0", "v8.²", "version"),
         ("2\t2\n0\t40", "3\t2\n0\t40", "line"),
         ("60\t4.5\t4.25\n", "", "cut short"),
         ("0\t180\n0\t3", "0\t90\n0\t3", "different"),
@@ -438,6 +442,8 @@ def test_rt300s_values_of_one_direction_are_averaged(tmp_path):
         ("Reflet", "\n30\t3\t5", "", "theta measure"),
         ("Speos", "Sample 30", "Sample", "angle of incidence"),
         ("Speos", "-30\t1\t4\t\n", "-30\t1\t\n", "line"),
+        ("Speos", "0\t2\t2\t\n", ",\n0\t2\t2\t\n", "line 16: got ','"),
+        ("Speos", "Sample 30", "Sample ٣", "angle of incidence"),
     ],
 )
 def test_rt300s_damaged(tmp_path, dialect, old, new, words):

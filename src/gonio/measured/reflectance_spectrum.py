@@ -45,23 +45,15 @@ def matches(head: bytes, size: int) -> bool:
     rows = rows[_first(rows) :]
     if len(rows) < 2 or len({len(row) for row in rows}) > 1 or len(rows[0]) not in (2, 3):
         return False
-    try:
-        numbers = np.array([[float(x) for x in row] for row in rows])
-    except ValueError:
+    if not all(_text.is_number(x) for row in rows for x in row):
         return False
-    nm, rho = numbers[:, 0], numbers[:, 1]
+    nm, rho = np.array(rows, dtype=float).T[:2]
     return bool(nm[0] >= SHORTEST and nm[-1] <= LONGEST and (np.diff(nm) > 0.0).all() and (np.abs(rho) <= 120.0).all())
 
 
 def _first(rows: list[list[str]]) -> int:
     """The first row that begins with a number; at most three lines of words come before it."""
-    for k, row in enumerate(rows[:4]):
-        try:
-            float(row[0])
-        except ValueError:
-            continue
-        return k
-    return 0
+    return next((k for k, row in enumerate(rows[:4]) if row and _text.is_number(row[0])), 0)
 
 
 def read(path: Path) -> ReflectanceSpectrum:

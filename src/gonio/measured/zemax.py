@@ -198,7 +198,7 @@ def _blocks(lines: _text.Lines, shape: tuple[int, ...], channels: int) -> tuple[
     tis: list[list[float]] = [[] for _ in range(channels)]
     at = 0
     for line in lines:
-        key, *rest = _text.split(line)
+        key, *rest = _text.split(line) or [""]
         if key.lower() in CHANNELS:
             at = CHANNELS[key.lower()]
             if at >= channels or found[at]:

@@ -47,10 +47,9 @@ def matches(head: bytes, size: int) -> bool:
     rows = [_text.split(line) for line in lines if line.strip() and not line.strip().startswith(COMMENTS)]
     if not rows or len(rows[0]) != len(COLUMNS):
         return False
-    try:
-        *orders, _ = map(float, rows[0])
-    except ValueError:
+    if not all(map(_text.is_number, rows[0])):
         return False
+    *orders, _ = map(float, rows[0])
     return all(abs(x) < 100.0 and x == int(x) for x in orders) and 1 <= orders[0] <= orders[1] <= 4
 
 
