@@ -19,7 +19,7 @@ from ..dataset import from_dataset, to_dataset
 from ..errors import DependencyError, FormatError
 from ..files import replacing
 from ..interface import Reflectance
-from . import _hdf5_probe, mcd43
+from . import _hdf5_probe, mcd43, neural
 
 if TYPE_CHECKING:
     import xarray
@@ -46,8 +46,8 @@ DAMAGE = (
 
 
 def matches(head: bytes, size: int) -> bool:
-    """Whether a file that starts so is HDF5, or netCDF of an older kind."""
-    return head.startswith((MAGIC, *CLASSIC))
+    """Whether a file that starts so is HDF5 and no `neural` network, or netCDF of an older kind."""
+    return head.startswith((MAGIC, *CLASSIC)) and not neural.matches(head, size)
 
 
 def read(path: Path, time: int | None = None) -> Reflectance:
@@ -57,10 +57,13 @@ def read(path: Path, time: int | None = None) -> Reflectance:
     """
     with path.open("rb") as file:
         if file.read(len(MAGIC)) != MAGIC:
-            raise FormatError(f"{path}: netCDF of the classic kind, expected netCDF-4; convert it: nccopy -k nc4")
-    names = _inspected(path)
-    if mcd43.describes(names):
-        return mcd43.read_dataset(_opened(path), str(path), time)
+            raise FormatError(
+                f"{path}: netCDF of the classic kind, expected netCDF-4; convert it: `nccopy -k nc4 old.nc new.nc`, "
+                f"or `ncks -4 old.nc new.nc`"
+            )
+    group = mcd43.group(_inspected(path))
+    if group is not None:
+        return mcd43.read_dataset(_opened(path, group=group, phony_dims="sort"), str(path), time)
     if time is not None:
         raise FormatError(f"{path}: time={time}: holds no MCD43A1 kernel weights, which alone have days")
     return from_dataset(_opened(path), str(path))
@@ -113,10 +116,10 @@ def _probed(path: Path) -> bytes:
     return subprocess.run(command, env=search, capture_output=True, timeout=600.0, check=False).stdout
 
 
-def _opened(path: Path) -> xarray.Dataset:
+def _opened(path: Path, **options: Any) -> xarray.Dataset:
     import xarray
 
     try:
-        return xarray.load_dataset(path, engine="h5netcdf", decode_times=False, decode_coords=False)
+        return xarray.load_dataset(path, engine="h5netcdf", decode_times=False, decode_coords=False, **options)
     except DAMAGE as error:
         raise FormatError(f"{path}: netCDF file that is damaged or not laid out as such: {error}") from None
