@@ -18,7 +18,8 @@ from ..errors import FormatError, ParameterError
 from ..files import replacing
 from ..interface import Reflectance
 from . import _tree, _window_xml_new
-from ._klems import KNOWN, MIRRORED, AngleBasis, Klems
+from ._cells import MIRRORED
+from ._klems import KNOWN, AngleBasis, Klems
 from ._tensor_tree import TensorTree
 from ._text import is_number
 from ._tree import Tree

@@ -15,11 +15,12 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..dataset import from_dataset, to_dataset
+from ..dataset import from_dataset
 from ..errors import DependencyError, FormatError
 from ..files import replacing
 from ..interface import Reflectance
 from . import _hdf5_probe, mcd43, neural
+from ._xarray import AS_STORED, DAMAGE, encoded
 
 if TYPE_CHECKING:
     import xarray
@@ -31,18 +32,6 @@ ORACLE = "own generator; xarray, h5py"
 
 MAGIC = b"\x89HDF\r\n\x1a\n"
 CLASSIC = (b"CDF\x01", b"CDF\x02", b"CDF\x05")
-DAMAGE = (
-    OSError,
-    RuntimeError,
-    KeyError,
-    ValueError,
-    TypeError,
-    AttributeError,
-    IndexError,
-    OverflowError,
-    MemoryError,
-)
-"""What h5py and h5netcdf raise on damaged files."""
 
 
 def matches(head: bytes, size: int) -> bool:
@@ -77,10 +66,7 @@ def write(
     Raises ParameterError for delta lobes and maps, DependencyError without h5netcdf.
     """
     _libraries()
-    ds = to_dataset(m, parameterisation, resolution)
-    encoding: dict[Any, dict[str, Any]] = {
-        name: {"_FillValue": None} for name in ds.variables if ds[name].dtype.kind == "f"
-    }
+    ds, encoding = encoded(m, parameterisation, resolution)
     for name in ds.data_vars:
         encoding.setdefault(name, {}).update(zlib=True, complevel=4, shuffle=True)
     with replacing(path) as temporary:
@@ -120,6 +106,6 @@ def _opened(path: Path, **options: Any) -> xarray.Dataset:
     import xarray
 
     try:
-        return xarray.load_dataset(path, engine="h5netcdf", decode_times=False, decode_coords=False, **options)
+        return xarray.load_dataset(path, engine="h5netcdf", **AS_STORED, **options)
     except DAMAGE as error:
         raise FormatError(f"{path}: netCDF file that is damaged or not laid out as such: {error}") from None
