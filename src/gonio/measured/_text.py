@@ -15,6 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from ..errors import FormatError
+from ..files import replacing
 
 LIMIT = 2**30
 """Longest text file that is read, in bytes."""
@@ -235,6 +236,12 @@ def join(rows: Iterable[Iterable[float | str]], separator: str = " ") -> Iterato
         return
     for row in rows:
         yield separator.join([x if isinstance(x, str) else number(x) for x in row]) + "\n"
+
+
+def write(path: str | os.PathLike, lines: Iterable[str]) -> None:
+    """Write lines, with their ends, as UTF-8; a failed write leaves an existing file as it was."""
+    with replacing(path) as temporary, temporary.open("w", encoding="utf-8", newline="\n") as file:
+        file.writelines(lines)
 
 
 def degrees(radians: np.ndarray) -> np.ndarray:

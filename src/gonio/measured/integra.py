@@ -13,13 +13,12 @@ the same but are transmission.
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
 
 from ..errors import FormatError, ParameterError
-from ..files import replacing
 from ..geometry import HORIZON
 from ..gridded import Gridded
 from ..interface import Reflectance
@@ -248,36 +247,36 @@ def write(m: Reflectance, path: Path, resolution: Sequence[int] | None = None) -
     phi, values = _specular.degrees(table.axes["azimuth"], values, 2, table.is_mirrored)
     lists = {"psi": table.axes.get("phi_i", np.zeros(1)), "sigma": table.axes["theta_i"], "theta": table.axes["radial"]}
     degrees = {key: _text.degrees(x) for key, x in lists.items()} | {"phi": phi}
-    heads = _heads(m, names)
+    colour, heads = _heads(m, names)
     symmetry = "PlaneSymmetrical" if table.is_mirrored else "ASymmetrical" + " 4D" * (len(table.axes) == 4)
-    colour = (
-        {1: "BW", 3: "RGB"}.get(len(heads), "")
-        if names is None or isinstance(names[0], str)
-        else f"spectral {len(names)}"
-    )
     source = str(table.about.get("Source", "Measured")).split()[0]
-    with replacing(path) as temporary, temporary.open("w", encoding="utf-8") as file:
-        file.write(f"Source {source}\nTypeSym {symmetry}\nTypeColorModel {colour}\n")
-        file.write(f"TypeData {'Intensity' if intensity else 'Luminance'} Absolute\n")
-        for key in ("psi", "sigma", "phi", "theta"):
-            if key != "psi" or len(table.axes) == 4:
-                file.write(f"{key} {len(degrees[key])}\n{' '.join(map(_text.number, degrees[key]))}\n")
-        for k, head in enumerate(heads):
-            rows = values[..., k].transpose(3, 0, 2, 1).reshape(-1, values.shape[1])
-            ones = " ".join(["1"] * (values.shape[0] * values.shape[3]))
-            file.write(f"{head}\nkbdf\n{ones}\ndef\n")
-            file.writelines(_text.join(rows))
-            file.write("enddef\n")
+    types = [f"Source {source}", f"TypeSym {symmetry}", f"TypeColorModel {colour}"]
+    types.append(f"TypeData {'Intensity' if intensity else 'Luminance'} Absolute")
+    keys = ("psi", "sigma", "phi", "theta")[len(table.axes) != 4 :]
+    _text.write(path, _written(types, {key: degrees[key] for key in keys}, dict(zip(heads, values.T, strict=True))))
 
 
-def _heads(m: Reflectance, names: tuple | None) -> list[str]:
+def _written(types: list[str], lists: dict[str, np.ndarray], tables: dict[str, np.ndarray]) -> Iterator[str]:
+    """Lines of the types, of the lists, and of tables (psi, phi, theta, sigma) by the words that they begin with."""
+    yield from (f"{line}\n" for line in types)
+    for key, x in lists.items():
+        yield f"{key} {len(x)}\n{' '.join(map(_text.number, x))}\n"
+    for head, table in tables.items():
+        ones = " ".join(["1"] * (table.shape[0] * table.shape[3]))
+        yield f"{head}\nkbdf\n{ones}\ndef\n"
+        yield from _text.join(table.transpose(0, 3, 1, 2).reshape(-1, table.shape[2]))
+        yield "enddef\n"
+
+
+def _heads(m: Reflectance, names: tuple | None) -> tuple[str, list[str]]:
+    """What TypeColorModel says, and the words that channels begin with."""
     if names is None:
-        return ["bw"]
+        return "BW", ["bw"]
     if names == ("R", "G", "B"):
-        return ["red", "gre", "blu"]
+        return "RGB", ["red", "gre", "blu"]
     if any(isinstance(n, str) for n in names):
         raise ParameterError(f"{m!r:.80}: has channels {names}, expected one, R, G, B or wavelengths [nm]")
-    return [f"wl {_text.number(n)}" for n in names]
+    return f"spectral {len(names)}", [f"wl {_text.number(n)}" for n in names]
 
 
 def _sampled(m: Reflectance, resolution: Sequence[int] | None) -> Gridded:
