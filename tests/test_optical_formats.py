@@ -201,6 +201,7 @@ def test_lighttools_keeps_all_blocks(tmp_path):
         ("AOI 40", "AOI 400", "AOI"),
         ("ScatterType BRDF", "ScatterType BSDF", "ScatterType"),
         ("0 45\n", "0 45 50\n", "ScatterRadial"),
+        ("ScatterRadial 2\n0 45\n", "ScatterRadial 2 0 45 50\n", "2 angles, not 3"),
         ("DataBegin\n", "", "DataBegin"),
         ("0 90 180 270", "0 90 180 480", "covers"),
         ("Wavelength 550", "Wavelength 600", "one for each"),

@@ -12,9 +12,11 @@ the same but are transmission.
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -149,7 +151,7 @@ def _channel(words: _Words, kind: str, shape: tuple[int, ...]) -> tuple[str | fl
     if words.one_of(("kbdf", "def")) == "kbdf":
         scale = words.numbers(shape[0] * shape[1], "numbers of kbdf").reshape(shape[:2])
         words.one_of(("def",))
-    count = shape[0] * shape[1] * shape[2] * shape[3]
+    count = math.prod(shape)
     table = words.numbers(count, "values by psi, sigma, phi, theta").reshape(shape)
     end = words.next()
     if end is not None and end.lower() != "enddef":
@@ -177,10 +179,9 @@ def _material(
     about: Mapping[str, str],
 ) -> Gridded:
     mirrored, oriented = header["symmetry"] == "planesymmetrical", len(lists["psi"]) > 1 or lists["psi"].any()
-    relative = header["scale"] == "relative"
+    relative, phi = header["scale"] == "relative", lists["phi"]
     values = values if relative else values * kbdf[:, :, None, None]
     values = values.transpose(1, 3, 2, 0, 4)  # sigma, theta, phi, psi
-    phi = lists["phi"]
     if mirrored and oriented:
         phi, values = _specular.expand(phi, values, 2)
         mirrored = False
@@ -191,12 +192,10 @@ def _material(
     names = None if list(channels) == ["BW"] else tuple(channels)
     held = values if names is not None else values[..., 0]
     held = np.ascontiguousarray(held if oriented else held[:, :, :, 0])
-    quantity = QUANTITIES[header["data"]]
     centres = lists.get("sigmat", lists["sigma"])
+    known: dict[str, Any] = {"quantity": QUANTITIES[header["data"]], "path": path, "about": about}
     try:
-        made = Gridded(
-            "specular", axes, held, quantity=quantity, channels=names, mirrored=mirrored, path=path, about=about
-        )
+        made = Gridded("specular", axes, held, channels=names, mirrored=mirrored, **known)
     except ParameterError as error:
         raise FormatError(f"{path}: {error}") from None
     if relative:
@@ -241,13 +240,12 @@ def write(m: Reflectance, path: Path, resolution: Sequence[int] | None = None) -
     values = table.stored if table.quantity in QUANTITIES.values() else np.pi * table.brdf()
     if not np.isfinite(values).all():
         raise ParameterError(f"{m!r:.80}: has nodes without data, which the format cannot say; fill them first")
-    names = table.channel_names
-    values = values if names is not None else values[..., None]
+    values = values if table.channel_names is not None else values[..., None]
     values = values if len(table.axes) == 4 else values[:, :, :, None]
     phi, values = _specular.degrees(table.axes["azimuth"], values, 2, table.is_mirrored)
     lists = {"psi": table.axes.get("phi_i", np.zeros(1)), "sigma": table.axes["theta_i"], "theta": table.axes["radial"]}
     degrees = {key: _text.degrees(x) for key, x in lists.items()} | {"phi": phi}
-    colour, heads = _heads(m, names)
+    colour, heads = _heads(m, table.channel_names)
     symmetry = "PlaneSymmetrical" if table.is_mirrored else "ASymmetrical" + " 4D" * (len(table.axes) == 4)
     source = str(table.about.get("Source", "Measured")).split()[0]
     types = [f"Source {source}", f"TypeSym {symmetry}", f"TypeColorModel {colour}"]
@@ -286,15 +284,12 @@ def _sampled(m: Reflectance, resolution: Sequence[int] | None) -> Gridded:
             f"resolution={resolution!r}: expected whole numbers of theta_i, radial and azimuth, from 2"
         )
     tabular_shape(m)
-    steps = [
-        np.arange(counts[0]) / counts[0],
-        (np.arange(counts[1]) / (counts[1] - 1)) ** 2,
-        np.linspace(0, 4, counts[2]),
-    ]
-    axes = {
-        n: np.radians(np.round(90.0 * x * k, 6))
-        for n, x, k in zip(("theta_i", "radial", "azimuth"), steps, (1, 2, 1), strict=True)
+    quarters = {
+        "theta_i": np.arange(counts[0]) / counts[0],
+        "radial": 2.0 * (np.arange(counts[1]) / (counts[1] - 1)) ** 2,
+        "azimuth": np.linspace(0.0, 4.0, counts[2]),
     }
+    axes = {name: np.radians(np.round(90.0 * x, 6)) for name, x in quarters.items()}
     if not m.is_isotropic():
         axes["phi_i"] = axes["azimuth"][:-1]
     wi, wo = PARAMETERISATIONS["specular"].pairs(*np.meshgrid(*axes.values(), indexing="ij"))

@@ -9,13 +9,13 @@ they are taken as they are.
 
 from __future__ import annotations
 
+from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ..errors import FormatError, ParameterError
-from ..files import replacing
 from ..measurement import Measured
 from ..models.lambertian import Lambertian
 from . import _text
@@ -77,9 +77,7 @@ def write(m: ReflectanceSpectrum, path: Path) -> None:
     """Write the rows as they were read, number by number. Raises ParameterError for other materials."""
     if not isinstance(m, ReflectanceSpectrum):
         raise ParameterError(f"{m!r:.80}: expected a reflectance spectrum; others need a format with directions")
-    with replacing(path) as temporary, temporary.open("w", encoding="utf-8") as file:
-        file.writelines(f"{line}\n" for line in m.about.get("text", []))
-        file.writelines(_text.join(m.rows))
+    _text.write(path, chain((f"{line}\n" for line in m.about.get("text", [])), _text.join(m.rows)))
 
 
 class ReflectanceSpectrum(Lambertian, Measured):

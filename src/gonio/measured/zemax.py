@@ -141,7 +141,8 @@ def _sheet(path: Path) -> Sheet:
         half = name == "ScatterAzimuth" and symmetry == SYMMETRIES[0]
         increasing(path, name, angles[name], *((0.0, 180.0) if half else (low, high)))
     values, tis = _blocks(lines, tuple(len(angles[name]) for name in AXES), 3 if colour else 1)
-    return Sheet(symmetry, *(angles[name] for name in AXES), values, tis, comments, words.get("source", ""))
+    rotation, incidence, azimuth, radial = (angles[name] for name in AXES)
+    return Sheet(symmetry, rotation, incidence, azimuth, radial, values, tis, comments, words.get("source", ""))
 
 
 def _blocks(lines: _text.Lines, shape: tuple[int, ...], channels: int) -> tuple[np.ndarray, np.ndarray]:
