@@ -18,7 +18,6 @@ import numpy as np
 
 from .. import ops
 from ..errors import FormatError, ParameterError
-from ..files import replacing
 from ..geometry import Direction
 from ..measurement import Measured
 from ..param import channels, table
@@ -70,8 +69,7 @@ def write(m: Zernike, path: Path) -> None:
     """Write the coefficients as they were read, number by number."""
     if not isinstance(m, Zernike):
         raise ParameterError(f"{m!r:.80}: expected a Zernike expansion; save others in a format for tables")
-    with replacing(path) as temporary, temporary.open("w", encoding="utf-8") as file:
-        file.writelines(_text.join(m.rows, ", "))
+    _text.write(path, _text.join(m.rows, ", "))
 
 
 class Zernike(Measured):
