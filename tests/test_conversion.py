@@ -142,6 +142,7 @@ def test_options_of_the_command_line_are_read():
     assert _options.parsed(rgl, "write", texts) == {"resolution": 64, "theta_i": (1, 2.5), "phi_i": None}
     with pytest.raises(ParameterError, match="expected name=value"):
         _options.parsed(rgl, "write", ["resolution"])
+    assert _options.parsed(merl, "write", ["phi_d=1_0"]) == {"phi_d": "1_0"}, "a word, not 10"
     with pytest.raises(ParameterError, match="no option to write MERL files; expected some of phi_d=180"):
         _options.parsed(merl, "write", ["resolution=3,4"])
 

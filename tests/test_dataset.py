@@ -231,9 +231,10 @@ def test_other_netcdf(tmp_path):
     xarray.Dataset({"t": ("x", [1.0, 2.0])}).to_netcdf(path, engine="h5netcdf")
     with pytest.raises(FormatError, match=r"gonio_schema.*data-model"):
         gn.load(path)
-    path.write_bytes(b"CDF\x01" + bytes(40))
-    with pytest.raises(FormatError, match="nccopy"):
-        gn.load(path)
+    for kind in (b"\x01", b"\x02", b"\x05"):
+        path.write_bytes(b"CDF" + kind + bytes(40))
+        with pytest.raises(FormatError, match=r"classic.*nccopy -k nc4 .*ncks -4 "):
+            gn.load(path)
 
 
 def folder(tmp_path):

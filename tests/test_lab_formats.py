@@ -219,6 +219,7 @@ def test_spectrum(tmp_path):
     np.testing.assert_array_equal(m.uncertainty, [0.01, 0.02])
     assert "Lambertian" in m.about["assumption"]
     assert loaded("400 0.5\n500 0.6\n", tmp_path).uncertainty is None
+    assert loaded(",\n400 0.5\n500 0.6\n", tmp_path).channel_names == (400.0, 500.0)
     for text, words in (
         ("400 50\n500 60\n", "percentages"),
         ("400 0.5\n500 -0.1\n", "expected 0 to 1"),
@@ -442,10 +443,30 @@ def test_mcd43_bands_have_wavelengths_and_pixels_are_a_map(tmp_path):
     assert at(m, 40.0, 0.0, 20.0, 100.0).shape == (2, 2, 2)
 
 
+@pytest.mark.parametrize("scales", [False, True])
+def test_mcd43_converted_by_h4toh5(tmp_path, scales):
+    """Its groups are those of HDF-EOS, and not all of its files have netCDF's dimensions."""
+    import h5py
+
+    with h5py.File(tmp_path / "file", "w") as file:
+        group = file.create_group("MOD_Grid_BRDF/Data Fields")
+        for k, band in enumerate(("Band1", "Band4")):
+            weights = np.full((2, 2, 3), 100 + k, "i2")
+            held = group.create_dataset(f"BRDF_Albedo_Parameters_{band}", data=weights)
+            held.attrs.update({"scale_factor": [0.001], "add_offset": [0.0], "_FillValue": np.array([32767], "i2")})
+            for axis, name in enumerate(("YDim", "XDim", "Num_Parameters") if scales else ()):
+                if name not in group:
+                    group.create_dataset(name, data=np.arange(held.shape[axis], dtype="f8")).make_scale(name)
+                held.dims[axis].attach_scale(group[name])
+    m = gn.load(tmp_path / "file")
+    assert m.channel_names == (645.0, 555.0)
+    np.testing.assert_allclose(m.f_iso, np.broadcast_to([0.1, 0.101], (2, 2, 2)))
+
+
 def test_damaged_mcd43(tmp_path):
     with pytest.raises(FormatError, match="scale_factor"):
         loaded(mcd43(scale_factor=1.0), tmp_path)
-    with pytest.raises(FormatError, match=r"h4toh5|gdal_translate"):
+    with pytest.raises(FormatError, match=r"HDF4.*AppEEARS.*h4tonccf_nc4 .*h4toh5 "):
         loaded(b"\x0e\x03\x13\x01" + bytes(100), tmp_path)
     (tmp_path / "file").write_bytes(SEEDS["netCDF"]())
     with pytest.raises(FormatError, match="which alone have days"):

@@ -57,6 +57,8 @@ def test_rows_are_read_and_counted(tmp_path, monkeypatch, chunk):
         ("1 2 3", "line 4"),
         ("1_0 2", "line 4: got '1_0'"),
         ("0x10 2", "line 4"),
+        ("٣ 2", "line 4: got '٣'"),
+        ("² 2", "line 4: got '²'"),
     ],
 )
 def test_faults_name_their_line(tmp_path, monkeypatch, chunk, bad, says):

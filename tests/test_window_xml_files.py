@@ -370,6 +370,7 @@ DAMAGED = {
     "rings that end early": (tiny().replace("<UpperTheta>90", "<UpperTheta>80"), "increase from 0 to 90"),
     "no azimuths": (tiny().replace("<nPhis>4", "<nPhis>0"), "increase from 0 to 90|azimuths"),
     "huge azimuths": (tiny().replace("<nPhis>4", "<nPhis>99999999999"), "with nPhis '99999999999', expected numbers"),
+    "azimuths in other digits": (tiny().replace("<nPhis>4", "<nPhis>٤"), "with nPhis '٤', expected numbers"),
     "infinite edges": (tiny().replace("<UpperTheta>90", "<UpperTheta>inf"), "increase from 0 to 90"),
     "twice": (document(of_bands("Visible") * 2), "a second block of Visible Reflection Front"),
     "cut short": (tiny()[:900], "not well-formed XML"),
@@ -431,6 +432,12 @@ def test_other_formats_are_left_alone():
     assert claimed == [XML]
     assert window_xml.matches(full()[:2000].encode("utf-16"), 10**6)
     assert not window_xml.matches(b"<?xml version='1.0'?><bsdf/>", 100)
+
+
+def test_a_line_of_separators_is_no_row_of_numbers(tmp_path):
+    assert load(written(tmp_path, ",\n" + full())).incident == FULL
+    with pytest.raises(FormatError, match="not a known format"):
+        load(written(tmp_path, ","))
 
 
 def test_a_known_basis_need_not_be_defined(tmp_path):

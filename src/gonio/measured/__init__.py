@@ -4,6 +4,10 @@ A format's module has NAME, SUFFIXES, DESCRIPTION, ORACLE (what it was checked a
 `read(path)` and, where it can be written, `write(m, path)`, both with keyword options if there are any. Where a suffix
 is also another format's it says SHARED_SUFFIX = True: saving then needs `format`. Where the format is a folder it has
 `matches_folder(path)`, too. It is found by being in this folder.
+
+No file is claimed by two formats: a `matches` whose marks are in another format's files, too, says no to that other's
+(`material_json`, `xarray_netcdf`). Of a damaged or contrived file with the marks of several the first module by name
+is taken (tests/test_claims.py).
 """
 
 from __future__ import annotations

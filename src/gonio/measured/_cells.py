@@ -1,16 +1,75 @@
-"""Directions drawn from tables of cells of equal or known projected solid angle, constant within a cell."""
+"""BSDFs that are constant in cells of two hemispheres: what Klems' matrices and tensor trees share.
+
+Directions are drawn from tables of cells of equal or known projected solid angle, constant within a cell.
+"""
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
 from .. import ops
+from ..errors import ParameterError
 from ..geometry import Direction
+from ..libraries import Fixed
+from ..measurement import Measured
+from ..param import channels
+
+if TYPE_CHECKING:
+    from ._window_xml_document import Document
+
+MIRRORED = {"front": -1.0, "back": 1.0}
+"""x of a file over x of gonio, by side: the sample is turned about its y axis to see its front."""
 
 COSINE_SHARE = 0.1
 """Share of the samples that is cosine-distributed: weights are at most 10 pi f."""
+
+
+class Cellwise(Measured):
+    """Base of the BSDFs in WINDOW's XML: `values` of cells as in the file, seen from one side of the sample."""
+
+    format = "WINDOW XML"
+    breaks: ClassVar[dict[str, str]] = {
+        "positivity": "values are kept as they are in the file",
+        "energy": "values are kept as they are in the file",
+    }
+
+    channel = channels("number of the channel")
+
+    values: np.ndarray
+    side: str
+    """"front" or "back", in WINDOW's words."""
+    document: Document | None
+    """The file around the numbers."""
+    chosen: tuple[tuple[int, ...], tuple[Any, ...]]
+    """Which of its blocks are these numbers; and the numbers of all of them."""
+    densities: Any  # what formulas look up, of bound materials only
+    sums: Any
+    reflected: Any
+
+    def __init__(self, path: str, about: dict[str, Any] | None, side: str, **fields: Any):
+        self.__dict__.update(side=side, document=None, chosen=((), ()))
+        super().__init__(path, about, **fields)
+
+    def validate(self) -> None:
+        if self.side not in MIRRORED:
+            raise ParameterError(f"{type(self).__name__}(side={self.side!r}): expected 'front' or 'back'")
+
+    @property
+    def valid(self) -> np.ndarray:
+        return np.isfinite(self.values)
+
+
+def sampling(weights: Callable[[], np.ndarray], solid: np.ndarray) -> dict[str, Fixed]:
+    """What directions are drawn by: `densities` and `sums` of `chances`, and `reflected`, the weights' sums by row."""
+    held = Fixed(weights)
+    return {
+        "densities": Fixed(lambda: chances(held.numbers, solid)[0].reshape(-1)),
+        "sums": Fixed(lambda: chances(held.numbers, solid)[1].reshape(-1)),
+        "reflected": Fixed(lambda: held.numbers.sum(axis=1)),
+    }
 
 
 def chances(weights: np.ndarray, solid: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -13,18 +13,13 @@ from ..errors import ParameterError
 from ..geometry import Direction
 from ..libraries import Fixed
 from ..marginal_warp import bracket
-from ..measurement import Measured
-from ..param import channels, table
+from ..param import table
 from ..parameterisations import azimuth_of
 from . import _cells
+from ._cells import MIRRORED, Cellwise
 
 if TYPE_CHECKING:
     import xarray
-
-    from ._window_xml_document import Document
-
-MIRRORED = {"front": -1.0, "back": 1.0}
-"""x of a file over x of gonio, by side: the sample is turned about its y axis to see its front."""
 
 
 class AngleBasis(NamedTuple):
@@ -89,7 +84,7 @@ KNOWN = (FULL, HALF, QUARTER, HALF_2021)
 """What a basis is where a file names it and does not define it: those of Radiance since July 2022; the last before."""
 
 
-class Klems(Measured):
+class Klems(Cellwise):
     """Matrix of f over patches of incident and outgoing directions, from WINDOW's or Radiance's XML.
 
     f(wi, wo) = values[patch of wo, patch of wi]: constant within patches, with jumps between them. Values are kept as
@@ -110,29 +105,17 @@ class Klems(Measured):
              Transactions 100(1):1065; Radiance's bsdf_m.c, read for the conventions.
     """
 
-    format = "WINDOW XML"
     breaks: ClassVar[dict[str, str]] = {
-        "positivity": "values are kept as they are in the file",
+        **Cellwise.breaks,
         "reciprocity": "every column of the matrix is measured or computed on its own",
-        "energy": "values are kept as they are in the file",
         "isotropy": "patches have edges, which do not turn with the directions",
     }
 
     values = table("f by patch of wo, patch of wi and channel [1/sr]")
-    channel = channels("number of the channel")
 
     incident: AngleBasis
     outgoing: AngleBasis
-    side: str
-    """"front" or "back", in WINDOW's words."""
-    document: Document | None
-    """The file around the numbers."""
-    chosen: tuple[tuple[int, ...], tuple[Any, ...]]
-    """Which of its blocks are `values`; and the numbers of all of them."""
     cells: Any  # what formulas look up, of bound materials only
-    densities: Any
-    sums: Any
-    reflected: Any
     edges_i: Any
     rings_i: Any
     patches_i: Any
@@ -152,9 +135,8 @@ class Klems(Measured):
         values = np.ascontiguousarray(values, dtype=np.float64)
         outgoing = outgoing or incident
         names = tuple(channel_names) if channel_names is not None else None
-        self.__dict__.update(incident=incident, outgoing=outgoing, side=side, channel_names=names)
-        self.__dict__.update(document=None, chosen=((), ()))
-        super().__init__(path, about, values=values, channel=values.shape[2] if values.ndim == 3 else 0.0)
+        self.__dict__.update(incident=incident, outgoing=outgoing, channel_names=names)
+        super().__init__(path, about, side, values=values, channel=values.shape[2] if values.ndim == 3 else 0.0)
 
     def validate(self) -> None:
         for basis in (self.incident, self.outgoing):
@@ -165,15 +147,10 @@ class Klems(Measured):
             raise ParameterError(
                 f"Klems(values): got shape {self.values.shape}, expected {size} or {(*size, 'C')}: patches of wo, of wi"
             )
-        if self.side not in MIRRORED:
-            raise ParameterError(f"Klems(side={self.side!r}): expected 'front' or 'back'")
+        super().validate()
         names, width = self.channel_names, self.values.shape[2:]
         if names is not None and (len(names),) != width:
             raise ParameterError(f"Klems(channel_names={names!r:.80}): expected one per channel of values, {width}")
-
-    @property
-    def valid(self) -> np.ndarray:
-        return np.isfinite(self.values)
 
     @property
     def data(self) -> xarray.Dataset:
@@ -211,9 +188,7 @@ class Klems(Measured):
             return _cells.magnitude(values).reshape(*values.shape[:2], -1).mean(axis=2) * solid
 
         kept["cells"] = Fixed(lambda: np.where(np.isfinite(values), values, np.nan).reshape(-1))
-        kept["densities"] = Fixed(lambda: _cells.chances(weights(), solid)[0].reshape(-1))
-        kept["sums"] = Fixed(lambda: _cells.chances(weights(), solid)[1].reshape(-1))
-        kept["reflected"] = Fixed(lambda: weights().sum(axis=1))
+        kept.update(_cells.sampling(weights, solid))
         kept["patches_i"] = Fixed(lambda: self.incident.patches.reshape(-1))
         for which, basis in (("i", self.incident), ("o", self.outgoing)):
             starts = np.concatenate([[0], np.cumsum(basis.counts)[:-1]])

@@ -12,6 +12,7 @@ from ..errors import FormatError, ParameterError
 from ..geometry import HORIZON
 from ..gridded import Gridded
 from ..interface import Reflectance
+from ..measurement import tabular_shape
 from ..parameterisations import parameterisation
 
 XYZ_OF_RGB = np.array(
@@ -38,10 +39,15 @@ class Filed(Gridded):
         self.__dict__["filed"] = filed
 
 
-def as_filed(m: Reflectance, kind: type) -> Any:
-    """What the file said that m was read from, if it was one of this kind and m is unchanged since; else None."""
+def as_filed(m: Reflectance, kind: type, *asked: Any) -> Any:
+    """What the file said that m was read from, if it was one of this kind and m is unchanged since; else None.
+
+    None, too, where a writer is asked for something else: where an option is not None. Raises ParameterError for what
+    no table of f holds: a delta lobe, maps.
+    """
+    tabular_shape(m)
     found = m.filed if isinstance(m, Filed) else None
-    return found if isinstance(found, kind) else None
+    return found if isinstance(found, kind) and all(option is None for option in asked) else None
 
 
 def increasing(path: Any, name: str, nodes: Sequence[float], low: float, high: float) -> None:
@@ -102,6 +108,18 @@ def _spread(theta_o: np.ndarray, table: np.ndarray, count: np.ndarray) -> None:
             held[:, 0] = held[:, 0].sum(-1, keepdims=True)
 
 
+def on_grid(m: Reflectance, kind: str, axes: Mapping[str, np.ndarray]) -> np.ndarray:
+    """`values_at` the nodes of a grid, axes in the order of its parameterisation."""
+    return values_at(m, *parameterisation(kind).pairs(*np.meshgrid(*axes.values(), indexing="ij")))
+
+
+def own_table(m: Reflectance, parameterisation: str, asked: Sequence[Any]) -> tuple[Gridded, np.ndarray] | None:
+    """A measurement on such axes and its f (grid..., C), where no angles are asked for; else None."""
+    if not isinstance(m, Gridded) or m.parameterisation != parameterisation or any(x is not None for x in asked):
+        return None
+    return m, m.brdf() if m.channel_names else m.brdf()[..., None]
+
+
 def values_at(m: Reflectance, wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
     """f (grid..., C) at pairs of directions (grid..., 3), 0 below the horizon and NaN where m has no data."""
     wi, wo = np.broadcast_arrays(wi, wo)
@@ -117,12 +135,7 @@ def spectral(m: Reflectance, f: np.ndarray, channel: Any = None) -> tuple[tuple,
 
     RGB becomes XYZ by `XYZ_OF_RGB`. `channel` picks one by name; ParameterError where it must and is not given.
     """
-    names = m.channel_names or tuple(range(f.shape[-1]))
-    if channel is not None:
-        if channel not in names:
-            raise ParameterError(f"channel={channel!r}: expected one of {', '.join(map(repr, names))}")
-        at = names.index(channel)
-        return (None,), f[..., at : at + 1]
+    names, f = channel_named(m, f, channel)
     if f.shape[-1] == 1:
         return (None,), f
     if tuple(names) == ("X", "Y", "Z"):
@@ -132,6 +145,20 @@ def spectral(m: Reflectance, f: np.ndarray, channel: Any = None) -> tuple[tuple,
     raise ParameterError(
         f"{m!r:.80}: has channels {names!r:.80}, and the format holds one, or X, Y, Z; choose one with channel="
     )
+
+
+def channel_named(m: Reflectance, f: np.ndarray, channel: Any) -> tuple[tuple, np.ndarray]:
+    """Names of the channels of f (..., C), and f; those of one channel where it is not None.
+
+    Raises ParameterError where there is none of that name.
+    """
+    names = m.channel_names or tuple(range(f.shape[-1]))
+    if channel is None:
+        return tuple(names), f
+    if channel not in names:
+        raise ParameterError(f"channel={channel!r}: expected one of {', '.join(map(repr, names))}")
+    at = names.index(channel)
+    return (channel,), f[..., at : at + 1]
 
 
 def total(m: Reflectance, theta_i: float, phi_i: float = 0.0) -> np.ndarray:
@@ -152,6 +179,17 @@ def totals(m: Reflectance, theta_i: Sequence[float], phi_i: Sequence[float]) -> 
     """`total` (phi_i, theta_i, C) of angles in degrees."""
     each = [[total(m, math.radians(t), math.radians(p)) for t in theta_i] for p in phi_i]
     return np.array(each).reshape(len(phi_i), len(theta_i), -1)
+
+
+def at_azimuths(phi: np.ndarray, own: np.ndarray, f: np.ndarray) -> np.ndarray:
+    """f (theta_i, theta_o, own azimuths, C) at other azimuths [degrees], those between linearly."""
+    order = np.argsort(own)
+    x = np.concatenate([own[order], own[order][:1] + 360.0])
+    place = np.mod(phi - x[0], 360.0) + x[0]
+    k = np.clip(np.searchsorted(x, place, side="right") - 1, 0, len(own) - 1)
+    w = ((place - x[k]) / (x[k + 1] - x[k]))[:, None]
+    f = f[:, :, order]
+    return np.where(w == 0.0, f[:, :, k], (1.0 - w) * f[:, :, k] + w * f[:, :, (k + 1) % len(own)])
 
 
 def reflected(theta: np.ndarray, phi: np.ndarray, table: np.ndarray) -> float:

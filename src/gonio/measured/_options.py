@@ -8,6 +8,7 @@ from types import ModuleType
 from typing import Any
 
 from ..errors import ParameterError
+from . import _text
 
 
 def options(function: Callable) -> dict[str, Any]:
@@ -44,9 +45,9 @@ def _value(text: str) -> Any:
         return words[text.lower()]
     if "," in text:
         return tuple(_value(part.strip()) for part in text.split(",") if part.strip())
-    for kind in (int, float):
-        try:
-            return kind(text)
-        except ValueError:
-            pass
-    return text
+    if not _text.is_number(text):
+        return text
+    try:
+        return int(text)
+    except ValueError:
+        return float(text)

@@ -67,7 +67,7 @@ def read_sheet(path: Path) -> Sheet:
     if head[0].split() != ["0"]:
         raise FormatError(f"{path}, line 2: got {head[0][:20]!r}, expected 0: text; save binary files as text first")
     version = start.rpartition("v")[2].strip()
-    if not version.replace(".", "", 1).isdigit() or float(version) < 7.0:
+    if not _text.is_whole(version.replace(".", "", 1)) or float(version) < 7.0:
         raise FormatError(f"{path}: version {version[:10]!r}, expected 7 or above; save it anew with Ansys' viewer")
     described, rest, number = _described(path, head[2])
     lines = _text.Lines(path, rest)
@@ -88,7 +88,7 @@ def read_sheet(path: Path) -> Sheet:
 def _described(path: Path, text: str) -> tuple[str, str, int]:
     """The description, whose length the first line tells, what follows it, and the number of the line before that."""
     length, _, rest = text.partition("\n")
-    if not length.strip().isdigit():
+    if not _text.is_whole(length.strip()):
         raise FormatError(f"{path}, line 4: got {length[:20]!r}, expected how many characters the description has")
     wanted, held = int(length), list[str]()
     rows = rest.split("\n", 1000)
@@ -143,7 +143,7 @@ def _spectrum(lines: _text.Lines) -> tuple[list[float], str, np.ndarray]:
     lit = lines.floats(lines.take("theta and phi of the light of the spectrum"))
     word = ""
     line = lines.take("a name for the spectrum, or how many wavelengths")
-    if not line.replace(".", "", 1).isdigit():
+    if not _text.is_whole(line.replace(".", "", 1)):
         word, line = line, lines.take("how many wavelengths")
     spectrum = lines.rows(2, lines.count(line, "how many wavelengths"), "wavelength [nm] and share [%]")
     if not lit or not len(spectrum) or not (np.diff(spectrum[:, 0]) > 0.0).all():

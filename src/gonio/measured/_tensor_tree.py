@@ -12,22 +12,19 @@ from .. import ops
 from ..errors import ParameterError
 from ..geometry import Direction, azimuth
 from ..libraries import Fixed
-from ..measurement import Measured
-from ..param import channels, table
+from ..param import table
 from . import _cells, _tree
-from ._klems import MIRRORED
+from ._cells import MIRRORED, Cellwise
 from ._tree import Tree
 
 if TYPE_CHECKING:
     import xarray
 
-    from ._window_xml_document import Document
-
 FINEST = 5
 """Sampling tables have at most 2^5 cells per side of a square."""
 
 
-class TensorTree(Measured):
+class TensorTree(Cellwise):
     """f in a tree over squares of directions, fine where it varies: from Radiance's XML.
 
     f is constant in cubes of 3 or 4 dimensions. Shirley and Chiu's map takes the unit disc to the unit square, equal
@@ -51,32 +48,21 @@ class TensorTree(Measured):
              square", J. Graphics Tools 2(3):45.
     """
 
-    format = "WINDOW XML"
     breaks: ClassVar[dict[str, str]] = {
-        "positivity": "values are kept as they are in the file",
+        **Cellwise.breaks,
         "reciprocity": "a tree holds both orders of every pair, measured or computed on their own",
-        "energy": "values are kept as they are in the file",
         "isotropy": "cells of four-dimensional trees have edges, which do not turn with the directions",
     }
 
     first = table("number of each node's first child, 0 for leaves; of all trees")
     values = table("f of leaves [1/sr], means in other nodes; of all trees")
     roots = table("number of each tree's root")
-    channel = channels("number of the channel")
 
     dimensions: int
     depth: int
     """Levels of the deepest tree."""
-    side: str
     colour: str
     """"" for a tree per channel, "uv" for trees of Y, u' and v'."""
-    document: Document | None
-    """The file around the numbers."""
-    chosen: tuple[tuple[int, ...], tuple[Any, ...]]
-    """Which of its blocks are these trees; and those of all blocks."""
-    densities: Any  # what formulas look up, of bound materials only
-    sums: Any
-    reflected: Any
 
     def __init__(
         self,
@@ -90,8 +76,6 @@ class TensorTree(Measured):
         trees = tuple(trees)
         if not trees or len({t.dimensions for t in trees}) != 1 or trees[0].dimensions not in (3, 4):
             raise ParameterError("TensorTree: expected one or more trees, all of 3 or all of 4 dimensions")
-        if side not in MIRRORED:
-            raise ParameterError(f"TensorTree(side={side!r}): expected 'front' or 'back'")
         roots = np.cumsum([0, *(len(t.first) for t in trees[:-1])])
         first = np.concatenate([np.where(t.first > 0, t.first + root, 0) for t, root in zip(trees, roots, strict=True)])
         if len(first) >= 1 << 24:
@@ -100,11 +84,12 @@ class TensorTree(Measured):
                 f"prune it, with Radiance's rttree_reduce for example"
             )
         names = tuple(channel_names) if channel_names is not None else ("X", "Y", "Z") if colour else None
-        self.__dict__.update(dimensions=trees[0].dimensions, depth=max(t.depth for t in trees), side=side)
-        self.__dict__.update(colour=colour, channel_names=names, document=None, chosen=((), ()))
+        self.__dict__.update(dimensions=trees[0].dimensions, depth=max(t.depth for t in trees))
+        self.__dict__.update(colour=colour, channel_names=names)
         super().__init__(
             path,
             about,
+            side,
             first=first.astype(float),
             values=np.concatenate([t.values for t in trees]),
             roots=roots.astype(float),
@@ -112,6 +97,7 @@ class TensorTree(Measured):
         )
 
     def validate(self) -> None:
+        super().validate()
         if self.values.shape != self.first.shape:
             raise ParameterError(f"TensorTree(values): got shape {self.values.shape}, expected {self.first.shape}")
 
@@ -126,10 +112,6 @@ class TensorTree(Measured):
                 Tree(np.where(first > 0, first - start, 0), self.values[start:end], self.dimensions, self.depth)
             )
         return tuple(found)
-
-    @property
-    def valid(self) -> np.ndarray:
-        return np.isfinite(self.values)
 
     @property
     def data(self) -> xarray.Dataset:
@@ -149,13 +131,9 @@ class TensorTree(Measured):
 
     def _keep(self) -> dict[str, Fixed]:
         kept = super()._keep()
-        densities = Fixed(self._weights)
         solid = np.full(4**self._fineness, math.pi / 4**self._fineness)
         kept["values"] = Fixed(np.where(np.isfinite(self.values), self.values, np.nan))
-        kept["densities"] = Fixed(lambda: _cells.chances(densities.numbers, solid)[0].reshape(-1))
-        kept["sums"] = Fixed(lambda: _cells.chances(densities.numbers, solid)[1].reshape(-1))
-        kept["reflected"] = Fixed(lambda: densities.numbers.sum(axis=1))
-        return kept
+        return kept | _cells.sampling(self._weights, solid)
 
     def formula(self, wi: Direction, wo: Direction) -> Any:
         place = self._place(wi, wo)

@@ -15,6 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from ..errors import FormatError
+from ..files import replacing
 
 LIMIT = 2**30
 """Longest text file that is read, in bytes."""
@@ -28,6 +29,7 @@ BLOCK = 4096
 BOMS = ((b"\xef\xbb\xbf", "utf-8-sig"), (b"\xff\xfe", "utf-16"), (b"\xfe\xff", "utf-16"))
 
 _SEPARATORS = str.maketrans(",;", "  ")
+_WHOLE = re.compile(r"\d{1,15}", re.ASCII)
 _NUMBER = re.compile(r"[-+]?(?:(?:\d+(?:\.\d*)?|\.\d+)(?:e[-+]?\d+)?|inf(?:inity)?|nan)", re.ASCII | re.IGNORECASE)
 
 
@@ -138,8 +140,8 @@ class Lines:
         return [self.float(token, expected) for token in split(line)]
 
     def float(self, token: str, expected: str = "a number") -> float:
-        """A number: nan and inf are such, "1_0" is not."""
-        if not _NUMBER.fullmatch(token):
+        """A number, as `is_number` has it."""
+        if not is_number(token):
             raise self.fault(token, expected)
         return float(token)
 
@@ -168,8 +170,8 @@ class Lines:
                 break
             start = len(out)
             try:
-                if any("_" in line for line in lines):
-                    raise ValueError
+                if any("_" in line or not line.isascii() for line in lines):
+                    raise ValueError  # float() takes 1_0, and the digits of every script
                 for line in lines:
                     if len(row := line.split()) == columns:
                         out.extend(map(float, row))
@@ -200,6 +202,16 @@ class Lines:
             out.extend(row)
 
 
+def is_number(token: str) -> bool:
+    """Whether a word is a number: nan and inf are, "1_0" and digits of other scripts, which float() takes, are not."""
+    return _NUMBER.fullmatch(token) is not None
+
+
+def is_whole(token: str) -> bool:
+    """Whether a word is a whole number, of at most 15 of the digits 0 to 9."""
+    return _WHOLE.fullmatch(token) is not None
+
+
 def split(line: str) -> list[str]:
     """What blanks, commas or semicolons separate in a line."""
     return line.translate(_SEPARATORS).split()
@@ -224,6 +236,12 @@ def join(rows: Iterable[Iterable[float | str]], separator: str = " ") -> Iterato
         return
     for row in rows:
         yield separator.join([x if isinstance(x, str) else number(x) for x in row]) + "\n"
+
+
+def write(path: str | os.PathLike, lines: Iterable[str]) -> None:
+    """Write lines, with their ends, as UTF-8; a failed write leaves an existing file as it was."""
+    with replacing(path) as temporary, temporary.open("w", encoding="utf-8", newline="\n") as file:
+        file.writelines(lines)
 
 
 def degrees(radians: np.ndarray) -> np.ndarray:

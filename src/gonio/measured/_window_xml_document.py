@@ -11,6 +11,7 @@ from xml.parsers import expat
 import numpy as np
 
 from ..errors import FormatError
+from ._text import is_number, is_whole
 
 DEEPEST = 64
 """Levels of tags; the schema needs ten."""
@@ -187,22 +188,19 @@ def _basis(element: Any, path: Path) -> tuple[str, tuple[float, ...], tuple[int,
     edges, counts = [0.0], []
     for ring in element.findall("AngleBasisBlock"):
         low, high, count = (_text(ring, t) for t in ("ThetaBounds/LowerTheta", "ThetaBounds/UpperTheta", "nPhis"))
-        try:
-            bounds, number = [float(low or edges[-1]), float(high)], int(count)
-            if number > MOST:
-                raise ValueError
-        except ValueError:
+        low = low or repr(edges[-1])
+        if not (is_number(low) and is_number(high) and is_whole(count) and int(count) <= MOST):
             raise FormatError(
                 f"{path}: angle basis {name!r:.60}: theta {low!r:.20} to {high!r:.20} with nPhis {count!r:.20}, "
-                f"expected numbers"
-            ) from None
-        if not abs(bounds[0] - edges[-1]) <= 1e-6 * 90.0:
+                f"expected numbers, nPhis whole and at most {MOST}"
+            )
+        if not abs(float(low) - edges[-1]) <= 1e-6 * 90.0:
             raise FormatError(
                 f"{path}: angle basis {name!r:.60}: a ring starts at theta = {low} degrees, expected {edges[-1]:g}, "
                 f"where the ring before it ends"
             )
-        edges.append(bounds[1])
-        counts.append(number)
+        edges.append(float(high))
+        counts.append(int(count))
     return name, tuple(edges), tuple(counts)
 
 
@@ -228,13 +226,5 @@ def numbers(text: str, where: str) -> np.ndarray:
             raise ValueError
         return np.fromiter(map(float, words), float, len(words))
     except ValueError:
-        wrong = next((w for w in words if not _is_number(w)), "")
+        wrong = next((w for w in words if not is_number(w)), "")
         raise FormatError(f"{where}: {wrong!r:.40} among the numbers; expected numbers only") from None
-
-
-def _is_number(word: str) -> bool:
-    try:
-        float(word)
-    except ValueError:
-        return False
-    return "_" not in word and word.isascii()

@@ -12,7 +12,8 @@ from typing import Any
 import numpy as np
 
 from ..interface import Reflectance
-from ._klems import MIRRORED, AngleBasis
+from ._cells import MIRRORED
+from ._klems import AngleBasis
 from ._tensor_tree import disc
 
 INCIDENT, COARSE, FINE, FINEST = 4, 3, 5, 40

@@ -11,7 +11,8 @@ from ..errors import ParameterError
 from ..interface import Reflectance
 from ..measurement import tabular_shape
 from . import _tree
-from ._klems import FULL, HALF, MIRRORED, QUARTER, AngleBasis, Klems
+from ._cells import MIRRORED
+from ._klems import FULL, HALF, QUARTER, AngleBasis, Klems
 from ._tensor_tree import TensorTree
 from ._tree import Tree
 from ._window_xml_frame import around

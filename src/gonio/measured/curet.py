@@ -32,7 +32,7 @@ ORACLE = "directions: their angles between light and viewer; tables: own generat
 
 PAIRS = 205
 FITS = {3: "Oren-Nayar", 5: "Koenderink, order 2", 55: "Koenderink, order 8"}
-_NUMBER = re.compile(r"[-+]?[\d.]+(e[-+]?\d+)?", re.IGNORECASE)
+_NUMBER = re.compile(r"[-+]?[0-9.]+(e[-+]?[0-9]+)?", re.IGNORECASE)
 
 
 def matches(head: bytes, size: int) -> bool:

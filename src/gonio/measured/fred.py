@@ -18,17 +18,16 @@ from __future__ import annotations
 
 import os
 from array import array
+from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from ..errors import FormatError, ParameterError
-from ..files import replacing
 from ..gridded import Gridded
 from ..interface import Reflectance, direction
-from ..measurement import tabular_shape
 from . import _text
-from ._optical import angle_list, as_filed, default_angles, from_rows, values_at
+from ._optical import angle_list, as_filed, channel_named, default_angles, from_rows, own_table, values_at
 
 NAME = "FRED"
 SUFFIXES = (".txt",)
@@ -37,6 +36,7 @@ DESCRIPTION = "FRED's tabulated scatter data: lists of directions and values"
 ORACLE = "real file (University of Arizona), its raw data and its Zemax file"
 
 FIRST = "type bsdf_data"
+WORDS = {"angles": "deg", "bsdf": "value", "scale": "1"}
 
 
 class Sheet(NamedTuple):
@@ -118,37 +118,33 @@ def write(
     others are refused unless `channel` names one.
     Raises ParameterError for a delta lobe, maps, and several channels.
     """
-    tabular_shape(m)
-    sheet = as_filed(m, Sheet)
-    if sheet is None or any(x is not None for x in (theta_i, theta_o, phi, phi_i, channel)):
-        words = {"angles": "deg", "bsdf": "value", "scale": "1"}
-        sheet = Sheet(words, _made_of(m, channel, theta_i, theta_o, phi, phi_i, resolution))
-    with replacing(path) as temporary, temporary.open("w", encoding="utf-8", newline="\n") as file:
-        file.write(f"{FIRST}\nformat {' '.join(f'{k}={v}' for k, v in sheet.format.items())}\n")
-        before = None
-        for row in sheet.rows.tolist():
-            if row[:2] != before:
-                before = row[:2]
-                file.writelines(_text.join([before], "\t"))
-            file.writelines(_text.join([row[2:]], "\t"))
+    given = (theta_i, theta_o, phi, phi_i)
+    sheet = as_filed(m, Sheet, *given, channel) or Sheet(WORDS, _made_of(m, given, resolution, channel))
+    _text.write(path, _written(sheet))
 
 
-def _made_of(
-    m: Reflectance, channel: Any, theta_i: Any, theta_o: Any, phi: Any, phi_i: Any, resolution: float
-) -> np.ndarray:
+def _written(sheet: Sheet) -> Iterator[str]:
+    yield f"{FIRST}\nformat {' '.join(f'{k}={v}' for k, v in sheet.format.items())}\n"
+    before = None
+    for row in sheet.rows.tolist():
+        if row[:2] != before:
+            before = row[:2]
+            yield from _text.join([before], "\t")
+        yield from _text.join([row[2:]], "\t")
+
+
+def _made_of(m: Reflectance, given: tuple, resolution: float, channel: Any) -> np.ndarray:
     """Rows as in a file."""
-    own = m if isinstance(m, Gridded) and m.parameterisation == "angles" else None
-    if own is not None and all(x is None for x in (theta_i, theta_o, phi, phi_i)):
-        f = own.brdf()
-        f = f if own.channel_names else f[..., None]
-        angles = [_text.degrees(x) for x in own.axes.values()]
-        turn = angles[2] if len(angles) == 4 else np.zeros(1)
-        angles, f = (angles, f) if len(angles) == 4 else ([*angles[:2], turn, angles[2]], f[:, :, None])
+    if own := own_table(m, "angles", given):
+        table, f = own
+        angles = [_text.degrees(x) for x in table.axes.values()]
+        angles, f = (angles, f) if len(angles) == 4 else ([*angles[:2], np.zeros(1), angles[2]], f[:, :, None])
         incidence, polar, light, away = np.meshgrid(*angles, indexing="ij")
-        if not own.is_oriented():
-            light, away = light + 180.0, 180.0 - away if own.is_mirrored else away + 180.0
+        if not table.is_oriented():
+            light, away = light + 180.0, 180.0 - away if table.is_mirrored else away + 180.0
         rows = [incidence, light + 180.0, polar, away]
     else:
+        theta_i, theta_o, phi, phi_i = given
         isotropic = phi_i is None and m.is_isotropic()
         usual = default_angles(resolution)
         grid = [
@@ -167,18 +163,15 @@ def _made_of(
 
 def _table(m: Reflectance, angles: list[np.ndarray], f: np.ndarray, channel: Any) -> np.ndarray:
     """Rows sorted by direction of incidence, one of several along the normal, none without data."""
-    names = m.channel_names or tuple(range(f.shape[-1]))
-    if channel is None and f.shape[-1] > 1:
+    names, f = channel_named(m, f, channel)
+    if len(names) > 1:
         raise ParameterError(
             f"{m!r:.80}: has channels {names!r:.80}, and FRED's table has one; choose it with channel="
         )
-    if channel is not None and channel not in names:
-        raise ParameterError(f"channel={channel!r}: expected one of {', '.join(map(repr, names))}")
-    column = f[..., names.index(channel) if channel is not None else 0]
     theta_i, phi_i, theta_s, phi_s = (np.round(a, 9).reshape(-1) for a in angles)
     phi_i = np.mod(phi_i, 360.0)
     phi_s = np.where(np.abs(phi_s) == 360.0, phi_s, np.mod(phi_s, 360.0))
-    rows = np.stack([theta_i, phi_i, theta_s, phi_s, column.reshape(-1)], axis=-1)
+    rows = np.stack([theta_i, phi_i, theta_s, phi_s, f.reshape(-1)], axis=-1)
     rows = rows[np.isfinite(rows[:, 4])]
     rows = rows[np.lexsort(rows.T[3::-1])]
     along_normal = np.concatenate(

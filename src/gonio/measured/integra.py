@@ -12,14 +12,15 @@ the same but are transmission.
 
 from __future__ import annotations
 
+import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from ..errors import FormatError, ParameterError
-from ..files import replacing
 from ..geometry import HORIZON
 from ..gridded import Gridded
 from ..interface import Reflectance
@@ -150,7 +151,7 @@ def _channel(words: _Words, kind: str, shape: tuple[int, ...]) -> tuple[str | fl
     if words.one_of(("kbdf", "def")) == "kbdf":
         scale = words.numbers(shape[0] * shape[1], "numbers of kbdf").reshape(shape[:2])
         words.one_of(("def",))
-    count = shape[0] * shape[1] * shape[2] * shape[3]
+    count = math.prod(shape)
     table = words.numbers(count, "values by psi, sigma, phi, theta").reshape(shape)
     end = words.next()
     if end is not None and end.lower() != "enddef":
@@ -178,10 +179,9 @@ def _material(
     about: Mapping[str, str],
 ) -> Gridded:
     mirrored, oriented = header["symmetry"] == "planesymmetrical", len(lists["psi"]) > 1 or lists["psi"].any()
-    relative = header["scale"] == "relative"
+    relative, phi = header["scale"] == "relative", lists["phi"]
     values = values if relative else values * kbdf[:, :, None, None]
     values = values.transpose(1, 3, 2, 0, 4)  # sigma, theta, phi, psi
-    phi = lists["phi"]
     if mirrored and oriented:
         phi, values = _specular.expand(phi, values, 2)
         mirrored = False
@@ -192,12 +192,10 @@ def _material(
     names = None if list(channels) == ["BW"] else tuple(channels)
     held = values if names is not None else values[..., 0]
     held = np.ascontiguousarray(held if oriented else held[:, :, :, 0])
-    quantity = QUANTITIES[header["data"]]
     centres = lists.get("sigmat", lists["sigma"])
+    known: dict[str, Any] = {"quantity": QUANTITIES[header["data"]], "path": path, "about": about}
     try:
-        made = Gridded(
-            "specular", axes, held, quantity=quantity, channels=names, mirrored=mirrored, path=path, about=about
-        )
+        made = Gridded("specular", axes, held, channels=names, mirrored=mirrored, **known)
     except ParameterError as error:
         raise FormatError(f"{path}: {error}") from None
     if relative:
@@ -242,42 +240,41 @@ def write(m: Reflectance, path: Path, resolution: Sequence[int] | None = None) -
     values = table.stored if table.quantity in QUANTITIES.values() else np.pi * table.brdf()
     if not np.isfinite(values).all():
         raise ParameterError(f"{m!r:.80}: has nodes without data, which the format cannot say; fill them first")
-    names = table.channel_names
-    values = values if names is not None else values[..., None]
+    values = values if table.channel_names is not None else values[..., None]
     values = values if len(table.axes) == 4 else values[:, :, :, None]
     phi, values = _specular.degrees(table.axes["azimuth"], values, 2, table.is_mirrored)
     lists = {"psi": table.axes.get("phi_i", np.zeros(1)), "sigma": table.axes["theta_i"], "theta": table.axes["radial"]}
     degrees = {key: _text.degrees(x) for key, x in lists.items()} | {"phi": phi}
-    heads = _heads(m, names)
+    colour, heads = _heads(m, table.channel_names)
     symmetry = "PlaneSymmetrical" if table.is_mirrored else "ASymmetrical" + " 4D" * (len(table.axes) == 4)
-    colour = (
-        {1: "BW", 3: "RGB"}.get(len(heads), "")
-        if names is None or isinstance(names[0], str)
-        else f"spectral {len(names)}"
-    )
     source = next(iter(str(table.about.get("Source", "")).split()), "Measured")
-    with replacing(path) as temporary, temporary.open("w", encoding="utf-8") as file:
-        file.write(f"Source {source}\nTypeSym {symmetry}\nTypeColorModel {colour}\n")
-        file.write(f"TypeData {'Intensity' if intensity else 'Luminance'} Absolute\n")
-        for key in ("psi", "sigma", "phi", "theta"):
-            if key != "psi" or len(table.axes) == 4:
-                file.write(f"{key} {len(degrees[key])}\n{' '.join(map(_text.number, degrees[key]))}\n")
-        for k, head in enumerate(heads):
-            rows = values[..., k].transpose(3, 0, 2, 1).reshape(-1, values.shape[1])
-            ones = " ".join(["1"] * (values.shape[0] * values.shape[3]))
-            file.write(f"{head}\nkbdf\n{ones}\ndef\n")
-            file.writelines(_text.join(rows))
-            file.write("enddef\n")
+    types = [f"Source {source}", f"TypeSym {symmetry}", f"TypeColorModel {colour}"]
+    types.append(f"TypeData {'Intensity' if intensity else 'Luminance'} Absolute")
+    keys = ("psi", "sigma", "phi", "theta")[len(table.axes) != 4 :]
+    _text.write(path, _written(types, {key: degrees[key] for key in keys}, dict(zip(heads, values.T, strict=True))))
 
 
-def _heads(m: Reflectance, names: tuple | None) -> list[str]:
+def _written(types: list[str], lists: dict[str, np.ndarray], tables: dict[str, np.ndarray]) -> Iterator[str]:
+    """Lines of the types, of the lists, and of tables (psi, phi, theta, sigma) by the words that they begin with."""
+    yield from (f"{line}\n" for line in types)
+    for key, x in lists.items():
+        yield f"{key} {len(x)}\n{' '.join(map(_text.number, x))}\n"
+    for head, table in tables.items():
+        ones = " ".join(["1"] * (table.shape[0] * table.shape[3]))
+        yield f"{head}\nkbdf\n{ones}\ndef\n"
+        yield from _text.join(table.transpose(0, 3, 1, 2).reshape(-1, table.shape[2]))
+        yield "enddef\n"
+
+
+def _heads(m: Reflectance, names: tuple | None) -> tuple[str, list[str]]:
+    """What TypeColorModel says, and the words that channels begin with."""
     if names is None:
-        return ["bw"]
+        return "BW", ["bw"]
     if names == ("R", "G", "B"):
-        return ["red", "gre", "blu"]
+        return "RGB", ["red", "gre", "blu"]
     if any(isinstance(n, str) for n in names):
         raise ParameterError(f"{m!r:.80}: has channels {names}, expected one, R, G, B or wavelengths [nm]")
-    return [f"wl {_text.number(n)}" for n in names]
+    return f"spectral {len(names)}", [f"wl {_text.number(n)}" for n in names]
 
 
 def _sampled(m: Reflectance, resolution: Sequence[int] | None) -> Gridded:
@@ -287,15 +284,12 @@ def _sampled(m: Reflectance, resolution: Sequence[int] | None) -> Gridded:
             f"resolution={resolution!r}: expected whole numbers of theta_i, radial and azimuth, from 2"
         )
     tabular_shape(m)
-    steps = [
-        np.arange(counts[0]) / counts[0],
-        (np.arange(counts[1]) / (counts[1] - 1)) ** 2,
-        np.linspace(0, 4, counts[2]),
-    ]
-    axes = {
-        n: np.radians(np.round(90.0 * x * k, 6))
-        for n, x, k in zip(("theta_i", "radial", "azimuth"), steps, (1, 2, 1), strict=True)
+    quarters = {
+        "theta_i": np.arange(counts[0]) / counts[0],
+        "radial": 2.0 * (np.arange(counts[1]) / (counts[1] - 1)) ** 2,
+        "azimuth": np.linspace(0.0, 4.0, counts[2]),
     }
+    axes = {name: np.radians(np.round(90.0 * x, 6)) for name, x in quarters.items()}
     if not m.is_isotropic():
         axes["phi_i"] = axes["azimuth"][:-1]
     wi, wo = PARAMETERISATIONS["specular"].pairs(*np.meshgrid(*axes.values(), indexing="ij"))

@@ -115,7 +115,7 @@ def _speos(lines: _text.Lines) -> Iterator[Scan]:
         if not line.lower().startswith(SPEOS):
             continue  # the derived table
         name = lines.take("SampleID:").partition("\t")[2].strip()
-        found = re.search(r"(?:[-+]|(?<!\d))\d+(\.\d+)?$", name)
+        found = re.search(r"(?:[-+]|(?<![0-9]))[0-9]+(\.[0-9]+)?$", name)
         if found is None:
             raise lines.fault(name, "a name that ends with the angle of incidence")
         for _ in range(7):
@@ -127,7 +127,7 @@ def _speos(lines: _text.Lines) -> Iterator[Scan]:
         rows: list[list[float]] = []
         while (line := lines.peek()) is not None and not line.lower().startswith(SPEOS):
             row = lines.floats(line)
-            if rows and row[0] <= rows[-1][0]:
+            if rows and row and row[0] <= rows[-1][0]:
                 break
             lines.next()
             if len(row) != len(azimuth) + 1:
@@ -155,7 +155,7 @@ def _words(lines: _text.Lines, last: str) -> dict[str, str] | None:
 def _rows(lines: _text.Lines, columns: int) -> list[list[float]]:
     """The following lines that begin with a number."""
     rows = []
-    while (line := lines.peek()) is not None and re.match(r"[-+.\d]", line):
+    while (line := lines.peek()) is not None and re.match(r"[-+.0-9]", line):
         lines.next()
         row = lines.floats(line)
         if len(row) != columns:

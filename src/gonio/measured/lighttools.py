@@ -20,17 +20,16 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator
+from itertools import product
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from ..errors import FormatError, ParameterError
-from ..files import replacing
 from ..gridded import Gridded
-from ..interface import Reflectance, direction
-from ..measurement import tabular_shape
-from . import _text
+from ..interface import Reflectance
+from . import _bsdf_text, _text
 from ._optical import (
     NO_TRANSMISSION,
     Filed,
@@ -38,9 +37,10 @@ from ._optical import (
     as_filed,
     default_angles,
     increasing,
+    on_grid,
+    own_table,
     spectral,
     totals,
-    values_at,
 )
 
 NAME = "LightTools"
@@ -49,6 +49,7 @@ SHARED_SUFFIX = True
 DESCRIPTION = "LightTools' BSDF: by angles of wo, for each direction of incidence"
 ORACLE = "own generator, written from libbsdf's reader"
 
+LISTS = ("ScatterAzimuth", "ScatterRadial")
 TRISTIMULUS = {"trisx": 0, "trisy": 1, "trisz": 2}
 KEYS = ("aoi", "poi", "side", "wavelength", "scattertype", "tristimulusvalue", "tis")
 LIGHT = 90.0
@@ -113,16 +114,8 @@ def read(path: str | os.PathLike, side: str = "front") -> Gridded:
     axes, values, half = _as_axes(sheet, theta_i, phi_i, grid)
     names = _names(sheet, channels)
     about = {"Symmetry": sheet.symmetry, "side": side, "comments": sheet.comments, "TIS": [b.tis for b in blocks]}
-    return Filed(
-        "angles",
-        axes,
-        values if names else values[..., 0],
-        channels=names,
-        mirrored=half,
-        path=str(path),
-        about=about,
-        filed=sheet,
-    )
+    f = values if names else values[..., 0]
+    return Filed("angles", axes, f, channels=names, mirrored=half, path=str(path), about=about, filed=sheet)
 
 
 def _side(block: Block) -> str:
@@ -164,55 +157,36 @@ def _as_axes(
 
 
 def _sheet(path: Path) -> Sheet:
-    text = _text.decode(path, path.read_bytes())
-    comments = tuple(line[1:].strip() for line in text.split("\n") if line.startswith("#"))
-    lines = _text.Lines(path, text, "#")
-    words: dict[str, str] = {}
-    angles: dict[str, list[float]] = {}
-    for line in lines:
-        key, *rest = _text.split(line) or [""]
-        if key.lower() == "databegin":
-            break
-        if key.lower() in ("scatterazimuth", "scatterradial"):
-            count = lines.count(rest[0] if rest else "", f"{key} and how many angles")
-            given = [lines.float(token) for token in rest[1:]]
-            given.extend(lines.numbers(count - len(given), f"angles of {key}") if count > len(given) else ())
-            angles[key.lower()] = given
-        else:
-            words[key.lower()] = " ".join(rest)
-    else:
+    lines, comments = _bsdf_text.opened(path)
+    words, angles = _bsdf_text.header(lines, LISTS, ("databegin",))
+    if lines.next() is None:
         raise lines.cut_short("DataBegin")
-    azimuth, radial = (angles.get(name, []) for name in ("scatterazimuth", "scatterradial"))
-    symmetry, content = words.get("symmetry", ""), words.get("spectralcontent", "")
-    if symmetry.lower() not in ("planesymmetrical", "asymmetric", "asymmetrical"):
-        raise FormatError(f"{path}: Symmetry is {symmetry!r}, expected PlaneSymmetrical or Asymmetric")
-    if content.lower() not in ("monochrome", "xyz"):
-        raise FormatError(f"{path}: SpectralContent is {content!r}, expected Monochrome or XYZ")
-    increasing(path, "ScatterAzimuth", azimuth, -360.0, 720.0)
-    increasing(path, "ScatterRadial", radial, 0.0, 90.0)
-    if symmetry.lower() == "planesymmetrical" and not any(
+    symmetry = _bsdf_text.one_of(lines, words, "symmetry", ("PlaneSymmetrical", "Asymmetric", "Asymmetrical"))
+    content = _bsdf_text.one_of(lines, words, "spectralcontent", ("Monochrome", "XYZ"))
+    azimuth, radial = (angles.get(name, []) for name in LISTS)
+    increasing(path, LISTS[0], azimuth, -360.0, 720.0)
+    increasing(path, LISTS[1], radial, 0.0, 90.0)
+    if symmetry == "PlaneSymmetrical" and not any(
         low <= azimuth[0] and azimuth[-1] <= low + 180.0 for low in (-LIGHT, LIGHT, LIGHT + 180.0)
     ):
         raise FormatError(
             f"{path}: PlaneSymmetrical, with azimuths from {azimuth[0]:g} to {azimuth[-1]:g}, expected one side of the "
             f"plane that light comes from at {LIGHT:g} degrees: -90 to 90, or 90 to 270"
         )
-    content = "XYZ" if content.lower() == "xyz" else "Monochrome"
-    return Sheet(
-        symmetry, content, azimuth, radial, tuple(_blocks(lines, content, len(azimuth), len(radial))), comments
-    )
+    blocks = tuple(_blocks(lines, content, len(azimuth), len(radial)))
+    return Sheet(words["symmetry"], content, azimuth, radial, blocks, comments)
 
 
 def _blocks(lines: _text.Lines, content: str, azimuths: int, radials: int) -> Iterator[Block]:
     words: dict[str, str] = {}
     for line in lines:
-        key, *rest = _text.split(line) or [""]
-        if key.lower() == "dataend":
+        key, rest = _bsdf_text.key_and_words(line)
+        if key == "dataend":
             break
-        if key.lower() not in KEYS or len(rest) != 1:
+        if key not in KEYS or len(rest) != 1:
             raise lines.fault(line, f"one of {', '.join(KEYS)} and its value")
-        words[key.lower()] = rest[0]
-        if key.lower() == "tis":
+        words[key] = rest[0]
+        if key == "tis":
             yield _block(lines, words, content, azimuths, radials)
             words = {}
     if words:
@@ -220,26 +194,19 @@ def _blocks(lines: _text.Lines, content: str, azimuths: int, radials: int) -> It
 
 
 def _block(lines: _text.Lines, words: dict[str, str], content: str, azimuths: int, radials: int) -> Block:
-    if words.get("scattertype", "").lower() not in ("brdf", "btdf"):
-        raise lines.fault(words.get("scattertype", ""), "ScatterType BRDF or BTDF before TIS")
-    if words.get("side", "front").lower() not in ("front", "back"):
-        raise lines.fault(words["side"], "Side Front or Back")
-    if content == "XYZ" and words.get("tristimulusvalue", "").lower() not in TRISTIMULUS:
-        raise lines.fault(words.get("tristimulusvalue", ""), "TristimulusValue TrisX, TrisY or TrisZ")
+    side, kind = words.get("side", "Front"), words.get("scattertype", "")
+    tristimulus = words.get("tristimulusvalue", "")
+    if kind.lower() not in ("brdf", "btdf"):
+        raise lines.fault(kind, "ScatterType BRDF or BTDF before TIS")
+    if side.lower() not in ("front", "back"):
+        raise lines.fault(side, "Side Front or Back")
+    if content == "XYZ" and tristimulus.lower() not in TRISTIMULUS:
+        raise lines.fault(tristimulus, "TristimulusValue TrisX, TrisY or TrisZ")
     aoi = lines.float(words.get("aoi", ""), "AOI before TIS")
     if not 0.0 <= aoi <= 180.0:
         raise lines.fault(words["aoi"], "AOI from 0 to 180 degrees")
-    rows = [lines.numbers(radials, f"values, one row for each of {azimuths} azimuths") for _ in range(azimuths)]
-    return Block(
-        aoi,
-        lines.float(words.get("poi", "0")),
-        words.get("side", "Front"),
-        lines.float(words.get("wavelength", "0")),
-        words["scattertype"],
-        words.get("tristimulusvalue", ""),
-        lines.float(words["tis"]),
-        np.array(rows),
-    )
+    poi, wavelength, tis = (lines.float(words.get(key, "0")) for key in ("poi", "wavelength", "tis"))
+    return Block(aoi, poi, side, wavelength, kind, tristimulus, tis, _bsdf_text.table(lines, azimuths, radials))
 
 
 def write(
@@ -261,26 +228,17 @@ def write(
     by name; one without a wavelength is said to be of `wavelength` [nm]. No data becomes 0. TIS is integrated.
     Raises ParameterError for a delta lobe, maps, and channels with other names.
     """
-    tabular_shape(m)
-    sheet = as_filed(m, Sheet)
-    if sheet is None or any(x is not None for x in (theta_i, theta_o, phi, phi_i, channel)):
-        sheet = _made_of(m, (theta_i, theta_o, phi_i, phi), resolution, channel, wavelength)
-    with replacing(path) as temporary, temporary.open("w", encoding="utf-8", newline="\n") as file:
-        file.writelines(_written(sheet))
+    given = (theta_i, theta_o, phi_i, phi)
+    sheet = as_filed(m, Sheet, *given, channel) or _made_of(m, given, resolution, channel, wavelength)
+    _text.write(path, _written(sheet))
 
 
 def _made_of(m: Reflectance, given: tuple, resolution: float, channel: Any, wavelength: float) -> Sheet:
-    own = m if isinstance(m, Gridded) and m.parameterisation == "angles" else None
-    if own is not None and all(x is None for x in given):
-        axes, f = dict(own.axes), own.brdf()
-        f = f if own.channel_names else f[..., None]
-        half = own.is_mirrored
+    if own := own_table(m, "angles", given):
+        axes, f, half = own[0].axes, own[1], own[0].is_mirrored
     else:
         axes, half = _axes(m, given, resolution)
-        four = len(axes) == 4
-        light = np.meshgrid(*axes.values(), indexing="ij")
-        wi = direction(light[0], light[2] if four else 0.0 * light[0])
-        f = values_at(m, wi, direction(light[1], light[-1]))
+        f = on_grid(m, "angles", axes)
     names = m.channel_names or ()
     if channel is None and names and all(isinstance(n, (int, float)) for n in names):
         labels: tuple = tuple(names)
@@ -294,24 +252,14 @@ def _made_of(m: Reflectance, given: tuple, resolution: float, channel: Any, wave
         azimuth, turns = degrees["phi_o"], degrees["phi_i"].tolist()
     tis = totals(m, degrees["theta_i"].tolist(), turns if "phi_i" in degrees else [0.0])
     tis = tis if labels == tuple(names) else spectral(m, tis, channel)[1]
-    f = np.nan_to_num(f)
-    blocks = tuple(
-        Block(
-            t,
-            p,
-            "Front",
-            wavelength if colour or label is None else float(label),
-            "BRDF",
-            f"Tris{label}" if colour else "",
-            tis[b, a, c],
-            f[a, :, b, :, c].T,
-        )
-        for a, t in enumerate(degrees["theta_i"].tolist())
-        for b, p in enumerate(turns)
-        for c, label in enumerate(labels)
-    )
-    symmetry = "PlaneSymmetrical" if half else "Asymmetric"
-    return Sheet(symmetry, "XYZ" if colour else "Monochrome", azimuth.tolist(), degrees["theta_o"].tolist(), blocks)
+    f, blocks = np.nan_to_num(f), []
+    nodes = product(enumerate(degrees["theta_i"].tolist()), enumerate(turns), enumerate(labels))
+    for (a, theta), (b, phi), (c, label) in nodes:
+        nm = wavelength if colour or label is None else float(label)
+        tristimulus = f"Tris{label}" if colour else ""
+        blocks.append(Block(theta, phi, "Front", nm, "BRDF", tristimulus, tis[b, a, c], f[a, :, b, :, c].T))
+    symmetry, content = "PlaneSymmetrical" if half else "Asymmetric", "XYZ" if colour else "Monochrome"
+    return Sheet(symmetry, content, azimuth.tolist(), degrees["theta_o"].tolist(), tuple(blocks))
 
 
 def _axes(m: Reflectance, given: tuple, resolution: float) -> tuple[dict[str, np.ndarray], bool]:
@@ -334,9 +282,8 @@ def _axes(m: Reflectance, given: tuple, resolution: float) -> tuple[dict[str, np
 def _written(sheet: Sheet) -> Iterator[str]:
     yield from (f"#{comment}\n" for comment in sheet.comments)
     yield f"Symmetry\t{sheet.symmetry}\nSpectralContent\t{sheet.content}\n"
-    for name, angles in (("ScatterAzimuth", sheet.azimuth), ("ScatterRadial", sheet.radial)):
-        yield f"{name}\t{len(angles)}\n"
-        yield from _text.join([angles], "\t")
+    for name, angles in zip(LISTS, (sheet.azimuth, sheet.radial), strict=True):
+        yield from _bsdf_text.listed(name, angles)
     yield "DataBegin\n"
     for b in sheet.blocks:
         number = _text.number

@@ -9,6 +9,7 @@ from ..errors import Error, FormatError
 from ..files import replacing
 from ..interface import Reflectance
 from ..parametrised import from_json
+from . import bird_json, open_material
 
 NAME = "gonio JSON"
 SUFFIXES = (".json",)
@@ -17,7 +18,9 @@ ORACLE = "round trip: the format is gonio's own"
 
 
 def matches(head: bytes, size: int) -> bool:
-    """Whether a file that starts so can be one of these."""
+    """Whether a file that starts so can be one of these: JSON that names a type, and no measurement in JSON."""
+    if bird_json.matches(head, size) or open_material.matches(head, size):
+        return False
     return head.lstrip()[:1] == b"{" and b'"type"' in head
 
 

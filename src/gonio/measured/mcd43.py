@@ -1,9 +1,9 @@
 """MODIS' albedo product MCD43A1: weights of the Ross-Thick and Li-Sparse-Reciprocal kernels, by band, day and pixel.
 
-NASA distributes HDF4-EOS, which is not read: a message says how to convert it. Read is netCDF-4 with variables
-BRDF_Albedo_Parameters_<band> (time, y, x, parameter), or without time, the parameters iso, vol, geo in this order;
-stored numbers times their `scale_factor` (0.001), `_FillValue` (32767, NaN) is no data. Checked against a real file
-(LP DAAC's AppEEARS, one pixel, 365 days).
+NASA distributes HDF4-EOS, which is not read: a message says how to convert it. Read is netCDF-4, or HDF5, with
+variables BRDF_Albedo_Parameters_<band> (time, y, x, parameter), or without time, the parameters iso, vol, geo in this
+order, all in one group; stored numbers times their `scale_factor` (0.001), `_FillValue` (32767, NaN) is no data.
+Checked against a real file (LP DAAC's AppEEARS, one pixel, 365 days); groups, as h4toh5 makes them, on own files only.
 """
 
 from __future__ import annotations
@@ -50,14 +50,15 @@ def matches(head: bytes, size: int) -> bool:
 def read(path: Path) -> MCD43:
     """Raises FormatError, which says how to convert the file."""
     raise FormatError(
-        f"{path}: HDF4, which gonio does not read; if this is MCD43A1, convert it to netCDF-4, for instance with "
-        f"`gdal_translate -of netCDF`, `ncl_convert2nc`, or NASA's h4toh5, or order it as netCDF from AppEEARS"
+        f"{path}: HDF4, which gonio does not read; if this is MCD43A1, order it as netCDF-4 from AppEEARS, or convert "
+        f"it: `h4tonccf_nc4 old.hdf new.nc` (hdfeos.org), or `h4toh5 old.hdf new.h5`"
     )
 
 
-def describes(names: Iterable[str]) -> bool:
-    """Whether datasets of these names are this product."""
-    return any(name.rpartition("/")[2].startswith(PREFIX) for name in names)
+def group(names: Iterable[str]) -> str | None:
+    """The group of a file that holds this product, "" for its root, by the names of its datasets; None without any."""
+    held = (name.rpartition("/") for name in names)
+    return next((folder for folder, _, name in held if name.startswith(PREFIX)), None)
 
 
 def read_dataset(ds: xarray.Dataset, path: str, time: int | None = None) -> MCD43:

@@ -9,13 +9,13 @@ they are taken as they are.
 
 from __future__ import annotations
 
+from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ..errors import FormatError, ParameterError
-from ..files import replacing
 from ..measurement import Measured
 from ..models.lambertian import Lambertian
 from . import _text
@@ -45,23 +45,15 @@ def matches(head: bytes, size: int) -> bool:
     rows = rows[_first(rows) :]
     if len(rows) < 2 or len({len(row) for row in rows}) > 1 or len(rows[0]) not in (2, 3):
         return False
-    try:
-        numbers = np.array([[float(x) for x in row] for row in rows])
-    except ValueError:
+    if not all(_text.is_number(x) for row in rows for x in row):
         return False
-    nm, rho = numbers[:, 0], numbers[:, 1]
+    nm, rho = np.array(rows, dtype=float).T[:2]
     return bool(nm[0] >= SHORTEST and nm[-1] <= LONGEST and (np.diff(nm) > 0.0).all() and (np.abs(rho) <= 120.0).all())
 
 
 def _first(rows: list[list[str]]) -> int:
     """The first row that begins with a number; at most three lines of words come before it."""
-    for k, row in enumerate(rows[:4]):
-        try:
-            float(row[0] if row else "")
-        except ValueError:
-            continue
-        return k
-    return 0
+    return next((k for k, row in enumerate(rows[:4]) if row and _text.is_number(row[0])), 0)
 
 
 def read(path: Path) -> ReflectanceSpectrum:
@@ -85,9 +77,7 @@ def write(m: ReflectanceSpectrum, path: Path) -> None:
     """Write the rows as they were read, number by number. Raises ParameterError for other materials."""
     if not isinstance(m, ReflectanceSpectrum):
         raise ParameterError(f"{m!r:.80}: expected a reflectance spectrum; others need a format with directions")
-    with replacing(path) as temporary, temporary.open("w", encoding="utf-8") as file:
-        file.writelines(f"{line}\n" for line in m.about.get("text", []))
-        file.writelines(_text.join(m.rows))
+    _text.write(path, chain((f"{line}\n" for line in m.about.get("text", [])), _text.join(m.rows)))
 
 
 class ReflectanceSpectrum(Lambertian, Measured):

@@ -35,12 +35,21 @@ from typing import Any
 import numpy as np
 
 from ..errors import FormatError, ParameterError
-from ..files import replacing
 from ..gridded import Gridded
 from ..interface import Reflectance, direction
-from ..measurement import tabular_shape
 from . import _text
-from ._optical import NO_TRANSMISSION, Filed, angle_list, as_filed, default_angles, reflected, values_at
+from ._optical import (
+    NO_TRANSMISSION,
+    Filed,
+    angle_list,
+    as_filed,
+    at_azimuths,
+    channel_named,
+    default_angles,
+    own_table,
+    reflected,
+    values_at,
+)
 from ._speos_text import ANISOTROPIC, BRDF, START, Part, Sheet, Table, read_sheet, written
 
 NAME = "Speos"
@@ -186,20 +195,9 @@ def _oriented(
         raise FormatError(
             f"{path}: phi and the angles of the sample make {len(phi_o)} azimuths; resample it to one step"
         )
-    rows = [_at_azimuths(phi_o, own, row) for own, row in zip(turned, f, strict=True)]
+    rows = [at_azimuths(phi_o, own, row) for own, row in zip(turned, f, strict=True)]
     axes = {"theta_i": part.incidence[0], "theta_o": theta, "phi_i": np.array(part.turns) + 180.0, "phi_o": phi_o}
     return axes, np.array(rows).transpose(1, 2, 0, 3, 4)
-
-
-def _at_azimuths(phi: np.ndarray, own: np.ndarray, f: np.ndarray) -> np.ndarray:
-    """f (theta_i, theta_o, own azimuths, C) at other azimuths [degrees], those between linearly: no kink is lost."""
-    order = np.argsort(own)
-    x = np.concatenate([own[order], own[order][:1] + 360.0])
-    place = np.mod(phi - x[0], 360.0) + x[0]
-    k = np.clip(np.searchsorted(x, place, side="right") - 1, 0, len(own) - 1)
-    w = ((place - x[k]) / (x[k + 1] - x[k]))[:, None]
-    f = f[:, :, order]
-    return np.where(w == 0.0, f[:, :, k], (1.0 - w) * f[:, :, k] + w * f[:, :, (k + 1) % len(own)])
 
 
 def write(
@@ -226,32 +224,25 @@ def write(
     """
     path = Path(path)
     anisotropic = path.suffix.lower() == ".anisotropicbsdf"
-    tabular_shape(m)
-    sheet = as_filed(m, Sheet)
-    chosen = any(x is not None for x in (theta_i, theta_o, phi, phi_i, channel, wavelengths))
-    if sheet is None or chosen or sheet.is_anisotropic != anisotropic:
-        f, axes = _sampled(m, anisotropic, (theta_i, theta_o, phi, phi_i), resolution)
+    given = (theta_i, theta_o, phi, phi_i)
+    sheet = as_filed(m, Sheet, *given, channel, wavelengths)
+    if sheet is None or sheet.is_anisotropic != anisotropic:
+        f, axes = _sampled(m, anisotropic, given, resolution)
         f, names = _spectrally(m, f, channel, wavelengths, anisotropic)
         sheet = _made_of(f, axes, names, anisotropic)
-    with replacing(path) as temporary, temporary.open("w", encoding="utf-8", newline="\n") as file:
-        file.writelines(written(sheet))
+    _text.write(path, written(sheet))
 
 
 def _sampled(
     m: Reflectance, anisotropic: bool, given: tuple, resolution: float
 ) -> tuple[np.ndarray, dict[str, list[float]]]:
     """f (phi_i, theta_i, theta_o, phi, C) and angles of the file [degrees]."""
-    own = m if isinstance(m, Gridded) and m.parameterisation == "angles" and not m.is_oriented() else None
-    if own is not None and all(x is None for x in given):
-        theta_i, theta_o, phi = (_text.degrees(x) for x in own.axes.values())
-        f = own.brdf() if own.channel_names else own.brdf()[..., None]
-        phi, f = _about_light(phi, f) if own.is_mirrored else (np.round(phi - 180.0, 9), f)
-        return f[None], {
-            "phi_i": [180.0],
-            "theta_i": theta_i.tolist(),
-            "theta_o": theta_o.tolist(),
-            "phi": phi.tolist(),
-        }
+    own = own_table(m, "angles", given)
+    if own and not own[0].is_oriented():
+        theta_i, theta_o, phi = (_text.degrees(x) for x in own[0].axes.values())
+        phi, f = _about_light(phi, own[1]) if own[0].is_mirrored else (np.round(phi - 180.0, 9), own[1])
+        lists = {"theta_i": theta_i, "theta_o": theta_o, "phi": phi}
+        return f[None], {"phi_i": [180.0], **{name: x.tolist() for name, x in lists.items()}}
     theta_i, theta_o, phi, phi_i = given
     isotropic = phi_i is None and m.is_isotropic()
     if not anisotropic and not isotropic:
@@ -271,11 +262,7 @@ def _spectrally(
     m: Reflectance, f: np.ndarray, channel: Any, wavelengths: Sequence[float] | None, anisotropic: bool
 ) -> tuple[np.ndarray, list[float]]:
     """The channels that are written, and their wavelengths."""
-    names = m.channel_names or tuple(range(f.shape[-1]))
-    if channel is not None:
-        if channel not in names:
-            raise ParameterError(f"channel={channel!r}: expected one of {', '.join(map(repr, names))}")
-        f, names = f[..., names.index(channel)][..., None], (channel,)
+    names, f = channel_named(m, f, channel)
     if anisotropic and f.shape[-1] > 1:
         raise ParameterError(
             f"{m!r:.80}: has {f.shape[-1]} channels, and an .anisotropicbsdf one; choose it with channel="

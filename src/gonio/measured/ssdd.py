@@ -42,7 +42,7 @@ OF_FILE = ("SOFTWARE", "API", "DATE")
 OF_BLOCK = ("NAME", "SOURCE_TYPE", "DEVICE", "CREATION_DATE", "MEASUREMENT_DATE")
 LISTS = ("WAVELENGTH_LIST", *(f"PARAM{k}_LIST" for k in range(5)))
 
-_START = re.compile(r"\s*(?:#.*\n\s*)*VERSION[ \t]+\d+\.\d+")
+_START = re.compile(r"\s*(?:#.*\n\s*)*VERSION[ \t]+[0-9]+\.[0-9]+")
 _BINARY = re.compile(rb"^[ \t]*DATA[ \t]+binary", re.MULTILINE | re.IGNORECASE)
 _TYPE = re.compile(r"^[ \t]*DATA_TYPE[ \t]+\w+", re.MULTILINE)
 

@@ -18,8 +18,10 @@ from ..errors import FormatError, ParameterError
 from ..files import replacing
 from ..interface import Reflectance
 from . import _tree, _window_xml_new
-from ._klems import KNOWN, MIRRORED, AngleBasis, Klems
+from ._cells import MIRRORED
+from ._klems import KNOWN, AngleBasis, Klems
 from ._tensor_tree import TensorTree
+from ._text import is_number
 from ._tree import Tree
 from ._window_xml_document import Block, Document, numbers, parse
 
@@ -122,11 +124,9 @@ def _choice(blocks: tuple[Block, ...], side: str | None, wavelength: str | None,
 
 def _nanometres(name: str, unit: str) -> float | None:
     """The wavelength that a band is named after [nm], or None."""
-    try:
-        number = float(name)
-    except ValueError:
+    if not is_number(name):
         return None
-    return number * (1000.0 if unit.lower().startswith("micro") else 1.0)
+    return float(name) * (1000.0 if unit.lower().startswith("micro") else 1.0)
 
 
 def _matrix_of(document: Document, block: Block, path: Path) -> tuple[AngleBasis, AngleBasis, np.ndarray]:

@@ -15,11 +15,12 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..dataset import from_dataset, to_dataset
+from ..dataset import from_dataset
 from ..errors import DependencyError, FormatError
 from ..files import replacing
 from ..interface import Reflectance
-from . import _hdf5_probe, mcd43
+from . import _hdf5_probe, mcd43, neural
+from ._xarray import AS_STORED, DAMAGE, encoded
 
 if TYPE_CHECKING:
     import xarray
@@ -31,23 +32,11 @@ ORACLE = "own generator; xarray, h5py"
 
 MAGIC = b"\x89HDF\r\n\x1a\n"
 CLASSIC = (b"CDF\x01", b"CDF\x02", b"CDF\x05")
-DAMAGE = (
-    OSError,
-    RuntimeError,
-    KeyError,
-    ValueError,
-    TypeError,
-    AttributeError,
-    IndexError,
-    OverflowError,
-    MemoryError,
-)
-"""What h5py and h5netcdf raise on damaged files."""
 
 
 def matches(head: bytes, size: int) -> bool:
-    """Whether a file that starts so is HDF5, or netCDF of an older kind."""
-    return head.startswith((MAGIC, *CLASSIC))
+    """Whether a file that starts so is HDF5 and no `neural` network, or netCDF of an older kind."""
+    return head.startswith((MAGIC, *CLASSIC)) and not neural.matches(head, size)
 
 
 def read(path: Path, time: int | None = None) -> Reflectance:
@@ -57,10 +46,13 @@ def read(path: Path, time: int | None = None) -> Reflectance:
     """
     with path.open("rb") as file:
         if file.read(len(MAGIC)) != MAGIC:
-            raise FormatError(f"{path}: netCDF of the classic kind, expected netCDF-4; convert it: nccopy -k nc4")
-    names = _inspected(path)
-    if mcd43.describes(names):
-        return mcd43.read_dataset(_opened(path), str(path), time)
+            raise FormatError(
+                f"{path}: netCDF of the classic kind, expected netCDF-4; convert it: `nccopy -k nc4 old.nc new.nc`, "
+                f"or `ncks -4 old.nc new.nc`"
+            )
+    group = mcd43.group(_inspected(path))
+    if group is not None:
+        return mcd43.read_dataset(_opened(path, group=group, phony_dims="sort"), str(path), time)
     if time is not None:
         raise FormatError(f"{path}: time={time}: holds no MCD43A1 kernel weights, which alone have days")
     return from_dataset(_opened(path), str(path))
@@ -74,10 +66,7 @@ def write(
     Raises ParameterError for delta lobes and maps, DependencyError without h5netcdf.
     """
     _libraries()
-    ds = to_dataset(m, parameterisation, resolution)
-    encoding: dict[Any, dict[str, Any]] = {
-        name: {"_FillValue": None} for name in ds.variables if ds[name].dtype.kind == "f"
-    }
+    ds, encoding = encoded(m, parameterisation, resolution)
     for name in ds.data_vars:
         encoding.setdefault(name, {}).update(zlib=True, complevel=4, shuffle=True)
     with replacing(path) as temporary:
@@ -113,10 +102,10 @@ def _probed(path: Path) -> bytes:
     return subprocess.run(command, env=search, capture_output=True, timeout=600.0, check=False).stdout
 
 
-def _opened(path: Path) -> xarray.Dataset:
+def _opened(path: Path, **options: Any) -> xarray.Dataset:
     import xarray
 
     try:
-        return xarray.load_dataset(path, engine="h5netcdf", decode_times=False, decode_coords=False)
+        return xarray.load_dataset(path, engine="h5netcdf", **AS_STORED, **options)
     except DAMAGE as error:
         raise FormatError(f"{path}: netCDF file that is damaged or not laid out as such: {error}") from None

@@ -17,10 +17,11 @@ from typing import Any
 
 import numpy as np
 
-from ..dataset import from_dataset, to_dataset
+from ..dataset import from_dataset
 from ..errors import DependencyError, FormatError
 from ..files import replacing, replacing_folder
 from ..interface import Reflectance
+from ._xarray import AS_STORED, DAMAGE, encoded
 
 NAME = "Zarr"
 SUFFIXES = (".zarr", ".zip")
@@ -40,19 +41,6 @@ CODECS = {
 CLAIM = 18
 """Bytes of a packed chunk in which it says how large it was, see `_claimed`."""
 ZIPPED = b"PK\x03\x04"
-DAMAGE = (
-    OSError,
-    RuntimeError,
-    KeyError,
-    ValueError,
-    TypeError,
-    AttributeError,
-    IndexError,
-    OverflowError,
-    MemoryError,
-    SystemError,
-)
-"""What zarr, numcodecs and xarray raise on damaged stores."""
 
 
 def matches(head: bytes, size: int) -> bool:
@@ -94,8 +82,7 @@ def write(
     delta lobes and maps, DependencyError without zarr.
     """
     _library()
-    ds = to_dataset(m, parameterisation, resolution)
-    encoding = {name: {"_FillValue": None} for name in ds.variables if ds[name].dtype.kind == "f"}
+    ds, encoding = encoded(m, parameterisation, resolution)
     if path.suffix.lower() != ".zip":
         with replacing_folder(path) as temporary:
             ds.to_zarr(temporary, mode="w", zarr_format=2, consolidated=True, encoding=encoding)
@@ -119,7 +106,7 @@ def _library() -> Any:
 def _opened(store: Any) -> Any:
     import xarray
 
-    return xarray.open_zarr(store, consolidated=False, decode_times=False, decode_coords=False, chunks=None).load()
+    return xarray.open_zarr(store, consolidated=False, chunks=None, **AS_STORED).load()
 
 
 def _inspect(path: Path) -> None:

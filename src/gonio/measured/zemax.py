@@ -34,12 +34,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..errors import FormatError, ParameterError
-from ..files import replacing
 from ..gridded import Gridded
 from ..interface import Reflectance
-from ..measurement import tabular_shape
-from ..parameterisations import parameterisation
-from . import _text
+from . import _bsdf_text, _text
 from ._optical import (
     NO_TRANSMISSION,
     Filed,
@@ -47,10 +44,11 @@ from ._optical import (
     as_filed,
     default_angles,
     increasing,
+    on_grid,
+    own_table,
     spectral,
     steps,
     totals,
-    values_at,
     without_ground,
 )
 
@@ -101,17 +99,9 @@ def read(path: str | os.PathLike) -> Gridded:
     axes, values = _as_axes(sheet)
     about = {"Source": sheet.source, "Symmetry": sheet.symmetry, "comments": sheet.comments, "TIS": sheet.tis}
     values = without_ground("specular", axes, values)
-    colour = len(sheet.values) > 1
-    return Filed(
-        "specular",
-        axes,
-        values if colour else values[..., 0],
-        channels=("X", "Y", "Z") if colour else None,
-        mirrored=_is_half(sheet) and len(axes) == 3,
-        path=str(path),
-        about=about,
-        filed=sheet,
-    )
+    f, names = (values, ("X", "Y", "Z")) if len(sheet.values) > 1 else (values[..., 0], None)
+    half = _is_half(sheet) and len(axes) == 3
+    return Filed("specular", axes, f, channels=names, mirrored=half, path=str(path), about=about, filed=sheet)
 
 
 def _is_half(sheet: Sheet) -> bool:
@@ -139,13 +129,11 @@ def _as_axes(sheet: Sheet) -> tuple[dict[str, np.ndarray], np.ndarray]:
 
 
 def _sheet(path: Path) -> Sheet:
-    text = _text.decode(path, path.read_bytes())
-    comments = tuple(line[1:].strip() for line in text.split("\n") if line.startswith("#"))
-    lines = _text.Lines(path, text, "#")
-    words, angles = _header(lines)
-    symmetry = _one_of(lines, words, "symmetry", SYMMETRIES)
-    colour = _one_of(lines, words, "spectralcontent", ("Monochrome", "XYZ")) == "XYZ"
-    if _one_of(lines, words, "scattertype", ("BRDF", "BTDF")) == "BTDF":
+    lines, comments = _bsdf_text.opened(path)
+    words, angles = _bsdf_text.header(lines, AXES, ("databegin", "tis", *CHANNELS))
+    symmetry = _bsdf_text.one_of(lines, words, "symmetry", SYMMETRIES)
+    colour = _bsdf_text.one_of(lines, words, "spectralcontent", ("Monochrome", "XYZ")) == "XYZ"
+    if _bsdf_text.one_of(lines, words, "scattertype", ("BRDF", "BTDF")) == "BTDF":
         raise FormatError(f"{path}: holds transmission (ScatterType BTDF); {NO_TRANSMISSION}")
     for name, (low, high) in AXES.items():
         if name not in angles:
@@ -154,40 +142,7 @@ def _sheet(path: Path) -> Sheet:
         increasing(path, name, angles[name], *((0.0, 180.0) if half else (low, high)))
     values, tis = _blocks(lines, tuple(len(angles[name]) for name in AXES), 3 if colour else 1)
     rotation, incidence, azimuth, radial = (angles[name] for name in AXES)
-    source = words.get("source", "")
-    return Sheet(symmetry, rotation, incidence, azimuth, radial, values, tis, comments, source)
-
-
-def _header(lines: _text.Lines) -> tuple[dict[str, str], dict[str, list[float]]]:
-    """Words, with lower-case names, and angles by the names of `AXES`; up to the data."""
-    words: dict[str, str] = {}
-    angles: dict[str, list[float]] = {}
-    names = {name.lower(): name for name in AXES}
-    while (line := lines.peek()) is not None:
-        key, *rest = _text.split(line) or [""]
-        if key.lower() in ("databegin", "tis", *CHANNELS):
-            break
-        lines.next()
-        if key.lower() not in names:
-            words[key.lower()] = " ".join(rest)
-            continue
-        if not rest:
-            raise lines.fault(line, f"{key} and how many angles")
-        count = lines.count(rest[0], "how many angles")
-        given = [lines.float(token) for token in rest[1:]]
-        given.extend(lines.numbers(count - len(given), f"angles of {key}") if count > len(given) else ())
-        if len(given) != count:
-            raise lines.fault(line, f"{count} angles, not {len(given)}")
-        angles[names[key.lower()]] = given
-    return words, angles
-
-
-def _one_of(lines: _text.Lines, words: dict[str, str], key: str, allowed: tuple[str, ...]) -> str:
-    found = {word.lower(): word for word in allowed}.get(words.get(key, "").lower())
-    if found is None:
-        got = repr(words[key]) if key in words else "nothing"
-        raise FormatError(f"{lines.path}: {key} is {got}, expected one of {', '.join(allowed)}")
-    return found
+    return Sheet(symmetry, rotation, incidence, azimuth, radial, values, tis, comments, words.get("source", ""))
 
 
 def _blocks(lines: _text.Lines, shape: tuple[int, ...], channels: int) -> tuple[np.ndarray, np.ndarray]:
@@ -198,16 +153,15 @@ def _blocks(lines: _text.Lines, shape: tuple[int, ...], channels: int) -> tuple[
     tis: list[list[float]] = [[] for _ in range(channels)]
     at = 0
     for line in lines:
-        key, *rest = _text.split(line) or [""]
-        if key.lower() in CHANNELS:
-            at = CHANNELS[key.lower()]
+        key, rest = _bsdf_text.key_and_words(line)
+        if key in CHANNELS:
+            at = CHANNELS[key]
             if at >= channels or found[at]:
                 raise lines.fault(line, "each channel that SpectralContent promises, once")
-        elif key.lower() == "tis" and len(found[at]) < wanted:
+        elif key == "tis" and len(found[at]) < wanted:
             tis[at].append(lines.float(rest[0] if len(rest) == 1 else line, "TIS and a number"))
-            rows = [lines.numbers(radials, f"values, one row for each of {azimuths} azimuths") for _ in range(azimuths)]
-            found[at].append(np.array(rows))
-        elif key.lower() not in ("databegin", "dataend"):
+            found[at].append(_bsdf_text.table(lines, azimuths, radials))
+        elif key not in ("databegin", "dataend"):
             raise lines.fault(line, f"{wanted} tables that begin with TIS, then DataEnd")
     short = [len(tables) for tables in found if len(tables) < wanted]
     if short:
@@ -235,32 +189,24 @@ def write(
     name as Monochrome. TIS is integrated (`_optical.total`). Lost: the difference between 0 and no data.
     Raises ParameterError for a delta lobe, maps, and channels other than one, RGB or XYZ.
     """
-    tabular_shape(m)
-    sheet = as_filed(m, Sheet)
-    chosen = any(x is not None for x in (aoi, radial, azimuth, rotation, channel))
-    if sheet is None or chosen:
-        sheet = _made_of(m, channel, aoi, radial, azimuth, rotation, resolution)
-    with replacing(path) as temporary, temporary.open("w", encoding="utf-8", newline="\n") as file:
-        file.writelines(_written(sheet))
+    given = (aoi, radial, azimuth, rotation)
+    sheet = as_filed(m, Sheet, *given, channel) or _made_of(m, given, resolution, channel)
+    _text.write(path, _written(sheet))
 
 
-def _made_of(
-    m: Reflectance, channel: Any, aoi: Any, radial: Any, azimuth: Any, rotation: Any, resolution: float
-) -> Sheet:
-    given = {"theta_i": aoi, "radial": radial, "azimuth": azimuth, "phi_i": rotation}
-    own = m if isinstance(m, Gridded) and m.parameterisation == "specular" else None
-    if own is not None and all(x is None for x in given.values()):
-        axes, f = own.axes, own.brdf()
-        f = f if own.channel_names else f[..., None]
-    else:
-        own, axes = None, _axes(m, given, resolution)
-        wi, wo = parameterisation("specular").pairs(*np.meshgrid(*axes.values(), indexing="ij"))
-        f = values_at(m, wi, wo)
-    _, f = spectral(m, f, channel)
+def _made_of(m: Reflectance, given: tuple, resolution: float, channel: Any) -> Sheet:
+    own = own_table(m, "specular", given)
+    axes = own[0].axes if own else _axes(m, given, resolution)
+    _, f = spectral(m, own[1] if own else on_grid(m, "specular", axes), channel)
     f = np.nan_to_num(f, nan=0.0, posinf=np.nan, neginf=np.nan)
     if np.isnan(f).any():
         raise ParameterError(f"{m!r:.80}: has infinite values, which the format cannot hold; choose other angles")
-    axes, f, symmetry = _as_half(axes, f, own)
+    if len(axes) == 4:
+        symmetry = SYMMETRIES[2]
+    elif own:
+        symmetry = SYMMETRIES[0] if own[0].is_mirrored else SYMMETRIES[1]
+    else:
+        axes, f, symmetry = _as_half(axes, f)
     sheet = _from_axes(axes, f, symmetry)
     phi_i = [90.0 - r for r in sheet.rotation] if len(sheet.rotation) > 1 else [0.0]
     wanted = totals(m, sheet.incidence, phi_i)
@@ -268,31 +214,26 @@ def _made_of(
     return sheet._replace(tis=tis)
 
 
-def _axes(m: Reflectance, given: dict[str, Any], resolution: float) -> dict[str, np.ndarray]:
+def _axes(m: Reflectance, given: tuple, resolution: float) -> dict[str, np.ndarray]:
     """Nodes [rad] about the mirror direction over the whole circle, from angles of the file [degrees]."""
+    aoi, radial, azimuth, rotation = given
     usual = default_angles(resolution)
-    theta_i = angle_list("aoi", given["theta_i"], usual.theta_i, 0.0, 90.0)
+    theta_i = angle_list("aoi", aoi, usual.theta_i, 0.0, 90.0)
     last = min(180.0, 90.0 + theta_i[-1])
     fine = [resolution * x for x in (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.8, 1.25, 1.5, 1.75)]
-    radial = angle_list("radial", given["radial"], sorted({*fine, *steps(last, resolution)}), 0.0, 180.0)
-    azimuth = angle_list("azimuth", given["azimuth"], [*usual.circle, 360.0], 0.0, 360.0)
+    radial = angle_list("radial", radial, sorted({*fine, *steps(last, resolution)}), 0.0, 180.0)
+    azimuth = angle_list("azimuth", azimuth, [*usual.circle, 360.0], 0.0, 360.0)
     if azimuth[-1] <= 180.0:
         azimuth = [*azimuth, *(360.0 - x for x in azimuth[::-1] if 0.0 < x < 180.0)]
     axes = {"theta_i": theta_i, "radial": radial, "azimuth": [x + 180.0 for x in azimuth]}
-    if given["phi_i"] is not None or not m.is_isotropic():
-        rotation = angle_list("rotation", given["phi_i"], usual.turns, -360.0, 360.0)
+    if rotation is not None or not m.is_isotropic():
+        rotation = angle_list("rotation", rotation, usual.turns, -360.0, 360.0)
         axes["phi_i"] = [90.0 - r for r in rotation[::-1]]
     return {name: np.radians(x) for name, x in axes.items()}
 
 
-def _as_half(
-    axes: dict[str, np.ndarray], f: np.ndarray, own: Gridded | None
-) -> tuple[dict[str, np.ndarray], np.ndarray, str]:
+def _as_half(axes: dict[str, np.ndarray], f: np.ndarray) -> tuple[dict[str, np.ndarray], np.ndarray, str]:
     """One side of the plane of incidence where the other is its mirror image; and the name of the symmetry."""
-    if len(axes) == 4:
-        return axes, f, SYMMETRIES[2]
-    if own is not None:
-        return axes, f, SYMMETRIES[0] if own.is_mirrored else SYMMETRIES[1]
     turn = np.round(np.degrees(axes["azimuth"]) - 180.0, 9)
     half = np.flatnonzero((turn >= 0.0) & (turn <= 180.0))
     for k in half:
@@ -331,8 +272,7 @@ def _written(sheet: Sheet) -> Any:
     yield f"SpectralContent\t{'XYZ' if colour else 'Monochrome'}\nScatterType\tBRDF\n"
     lists = (sheet.rotation, sheet.incidence, sheet.azimuth, sheet.radial)
     for name, angles in zip(AXES, lists, strict=True):
-        yield f"{name}\t{len(angles)}\n"
-        yield from _text.join([angles], "\t")
+        yield from _bsdf_text.listed(name, angles)
     for k, (values, tis) in enumerate(zip(sheet.values, sheet.tis, strict=True)):
         yield f"\n{'Tristimulus' + 'XYZ'[k] if colour else 'Monochrome'}\nDataBegin\n"
         for table, share in zip(values.reshape(-1, *values.shape[2:]), tis.reshape(-1), strict=True):

@@ -18,7 +18,6 @@ import numpy as np
 
 from .. import ops
 from ..errors import FormatError, ParameterError
-from ..files import replacing
 from ..geometry import Direction
 from ..measurement import Measured
 from ..param import channels, table
@@ -47,10 +46,9 @@ def matches(head: bytes, size: int) -> bool:
     rows = [_text.split(line) for line in lines if line.strip() and not line.strip().startswith(COMMENTS)]
     if not rows or len(rows[0]) != len(COLUMNS):
         return False
-    try:
-        *orders, _ = map(float, rows[0])
-    except ValueError:
+    if not all(map(_text.is_number, rows[0])):
         return False
+    *orders, _ = map(float, rows[0])
     return all(abs(x) < 100.0 and x == int(x) for x in orders) and 1 <= orders[0] <= orders[1] <= 4
 
 
@@ -71,8 +69,7 @@ def write(m: Zernike, path: Path) -> None:
     """Write the coefficients as they were read, number by number."""
     if not isinstance(m, Zernike):
         raise ParameterError(f"{m!r:.80}: expected a Zernike expansion; save others in a format for tables")
-    with replacing(path) as temporary, temporary.open("w", encoding="utf-8") as file:
-        file.writelines(_text.join(m.rows, ", "))
+    _text.write(path, _text.join(m.rows, ", "))
 
 
 class Zernike(Measured):
