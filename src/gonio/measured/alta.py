@@ -24,6 +24,7 @@ from ..gridded import Gridded
 from ..interface import Reflectance
 from . import _pairs, _text
 from ._alta_parameters import PARAMETERS
+from ._pairs_of import pairs_of
 
 NAME = "ALTA"
 SUFFIXES = (".alta", ".dat", ".data", ".txt")
@@ -220,7 +221,7 @@ def write(
     if kept and param_in is None and _material(kept["header"], kept["rows"], "") == m:
         header, rows = kept["header"], kept["rows"]
     else:
-        header, rows = _made(_pairs.of(m, resolution), param_in, binary)
+        header, rows = _made(pairs_of(m, resolution, ("brdf", "brdf * cos(theta_o)")), param_in)
     with replacing(path) as temporary, temporary.open("wb") as file:
         stream = {"FORMAT", "VERSION", "PRECISION", "SAMPLE_COUNT", "ENDIAN"}
         lines = [f"#{key} {value}\n" for key, value in header.items() if key not in stream]
@@ -234,9 +235,7 @@ def write(
             file.writelines(line.encode() for line in _text.join(rows, "\t"))
 
 
-def _made(pairs: _pairs.Pairs, param_in: str | None, binary: bool) -> tuple[dict[str, str], np.ndarray]:
-    if pairs.quantity != "brdf * cos(theta_o)":
-        pairs = _pairs.as_quantity(pairs, "brdf")
+def _made(pairs: _pairs.Pairs, param_in: str | None) -> tuple[dict[str, str], np.ndarray]:
     name = param_in or ("SPHERICAL_TL_PL_TV_PV" if pairs.angles[:, 1].any() else "ISOTROPIC_TV_TL_DPHI")
     of_angles = PARAMETERS[name].of_angles if name in PARAMETERS else None
     if of_angles is None:
