@@ -447,8 +447,10 @@ def test_azimuths_are_kept_as_they_were_measured(name, suffix, tmp_path):
 @pytest.mark.parametrize("name", ["BiRD", "OpenMATERIAL", "BRF table", "ASTM", "pab-opto", "ALTA"])
 def test_measurements_without_a_number_are_not_written(name, tmp_path):
     axes = {"theta_i": [0.5], "theta_o": [0.5, 1.0], "phi": [0.0]}
-    with pytest.raises(ParameterError, match="has no values to write"):
-        gn.save(gn.Gridded("angles", axes, np.full((1, 2, 1), np.nan)), tmp_path / "m", format=name)
+    for quantity in ("brdf", "reflectance factor"):
+        m = gn.Gridded("angles", axes, np.full((1, 2, 1), np.nan), quantity=quantity)
+        with pytest.raises(ParameterError, match="has no values to write"):
+            gn.save(m, tmp_path / "m", format=name)
     assert not (tmp_path / "m").exists()
 
 

@@ -43,7 +43,7 @@ class Pairs(NamedTuple):
 
     def columns(self) -> np.ndarray:
         """The values, channels side by side: (n, C)."""
-        return self.values.reshape(len(self.values), -1)
+        return self.values[:, None] if self.values.ndim == 1 else self.values
 
     def known(self) -> Pairs:
         """Those with a number in some channel."""
