@@ -1,4 +1,4 @@
-"""Damaged datasets in gonio's own layout, by number: what files of valid netCDF or Zarr may hold that no writer wrote."""
+"""Damaged datasets in gonio's own layout, by number: what valid netCDF or Zarr may hold that no writer wrote."""
 
 from __future__ import annotations
 

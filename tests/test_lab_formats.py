@@ -410,6 +410,51 @@ def test_models_are_written_on_a_grid(name, tmp_path):
         gn.save(gn.Lambertian([0.1, 0.2, 0.3]), tmp_path / "m", format=name)
 
 
+@pytest.mark.parametrize("name", ["BiRD", "BRF table"])
+def test_anisotropic_models_are_written_with_their_orientation(name, tmp_path):
+    m = gn.Ward(0.1, 0.4, 0.3)
+    gn.save(m, tmp_path / "m", format=name, wavelengths=[550.0], resolution=(4, 4, 12))
+    again = gn.load(tmp_path / "m")
+    assert [len(x) for x in again.axes.values()] == [4, 4, 12, 12]
+    for turn in (0.0, 90.0):
+        np.testing.assert_allclose(
+            at(again, 80.0 / 3.0, turn, 160.0 / 3.0, turn + 180.0), [at(m, 80.0 / 3.0, turn, 160.0 / 3.0, turn + 180.0)]
+        )
+
+
+TURNED = """src_z src_a view_z view_a 550nm
+30 20 10 -160 0.1
+30 20 10 20 0.2
+30 20 10 200 0.3
+30 20 40 -160 0.4
+30 20 40 20 0.5
+30 20 40 200 0.6
+"""
+
+
+@pytest.mark.parametrize(("name", "suffix"), [("BiRD", ".brdf"), ("BRF table", ".txt")])
+def test_azimuths_are_kept_as_they_were_measured(name, suffix, tmp_path):
+    """A whole turn with both its ends, from light of another azimuth than 0, is a grid, and written as it was."""
+    m = loaded(TURNED, tmp_path)
+    assert type(m) is gn.Gridded
+    np.testing.assert_allclose(at(m, 30.0, 0.0, 40.0, 0.0), [0.5 / math.pi])
+    gn.save(m, tmp_path / f"m{suffix}", format=name)
+    again = gn.load(tmp_path / f"m{suffix}")
+    assert again.about["phi_i"] == m.about["phi_i"] == 20.0 * DEGREES
+    for axis in ("theta_o", "phi"):
+        np.testing.assert_array_equal(again.axes[axis], m.axes[axis])
+
+
+@pytest.mark.parametrize("name", ["BiRD", "OpenMATERIAL", "BRF table", "ASTM", "pab-opto", "ALTA"])
+def test_measurements_without_a_number_are_not_written(name, tmp_path):
+    axes = {"theta_i": [0.5], "theta_o": [0.5, 1.0], "phi": [0.0]}
+    for quantity in ("brdf", "reflectance factor"):
+        m = gn.Gridded("angles", axes, np.full((1, 2, 1), np.nan), quantity=quantity)
+        with pytest.raises(ParameterError, match="has no values to write"):
+            gn.save(m, tmp_path / "m", format=name)
+    assert not (tmp_path / "m").exists()
+
+
 def test_open_material_refuses_what_it_cannot_hold(tmp_path):
     with pytest.raises(ParameterError, match="anisotropic"):
         gn.save(gn.Ward(0.1, 0.1, 0.3), tmp_path / "m.xompt", wavelengths=[500])

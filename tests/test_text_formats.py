@@ -187,6 +187,18 @@ def test_astm_columns_in_any_order_and_without_phi_i(tmp_path):
     assert m.channel_names == (400.0, 502.5)
 
 
+def test_a_line_that_is_named_like_an_azimuth_is_text(tmp_path):
+    m = loaded(tmp_path, "phi_i as in the log\nVARS theta_i,theta_s,phi_s,f\n0.1,0.2,0,5\n0.1,0.3,0,6\n")
+    assert type(m) is Gridded
+    astm.write(m, tmp_path / "a")
+    assert gn.load(tmp_path / "a") == m
+
+
+def test_rows_without_a_number_are_refused(tmp_path):
+    with pytest.raises(gn.errors.FormatError, match="holds no value that is a number"):
+        loaded(tmp_path, "VARS theta_i,theta_s,phi_s,f\n0.1,0.2,0,nan\n0.1,0.3,0,nan\n")
+
+
 def test_negative_polar_angles_lean_to_the_other_side(tmp_path):
     m = loaded(tmp_path, "VARS theta_i,phi_i,theta_s,phi_s,f\n0.5,0,-0.25,0,1\n0.5,0,0.25,0,2\n")
     assert f(m, 0.5, 0.0, 0.25, math.pi) == pytest.approx(1.0)
@@ -220,8 +232,8 @@ def test_transmission_is_kept_beside_the_reflection(tmp_path):
         ("phi_i,theta_s", "theta_i,theta_s", "line 4"),
         ("0.50,3.0,0.4", "0.50,3.0", "line 6: got .* expected 7 numbers, not 6"),
         ("0.50,3.0,0.4", "0.50,3.0,o.4", "line 6: got 'o.4'"),
-        ("0.50,3.0,0.4", "nan,3.0,0.4", "row 2 has no finite angles"),
-        ("0.50,3.0,0.4", "50,3.0,0.4", "polar angle is"),
+        ("0.50,3.0,0.4", "nan,3.0,0.4", "row 2: theta_o is nan degrees, expected at most 180"),
+        ("0.50,3.0,0.4", "50,3.0,0.4", "row 2: theta_o is 2864.79 degrees"),
     ],
 )
 def test_damaged_astm(tmp_path, old, new, says):
@@ -773,7 +785,7 @@ def test_half_a_circle_is_mirrored_or_reciprocal_unless_said(tmp_path):
         ("# sample: grey tile", "# angle_unit: gon", "angle_unit: gon"),
         ("# sample: grey tile", "# outside: zeros", "option|outside"),
         ("# sample: grey tile", "# period_phi_o: x", "period_phi_o: 'x'"),
-        ("60,180", "190,180", "polar angle is 190 degrees"),
+        ("60,180", "190,180", "row 3: theta_o is 190 degrees"),
     ],
 )
 def test_damaged_csv(tmp_path, old, new, says):

@@ -24,6 +24,7 @@ from ..gridded import Gridded
 from ..interface import Reflectance
 from . import _pairs, _text
 from ._alta_parameters import PARAMETERS
+from ._pairs_of import pairs_of
 
 NAME = "ALTA"
 SUFFIXES = (".alta", ".dat", ".data", ".txt")
@@ -43,7 +44,7 @@ QUANTITIES = {
 ORIENTED = ("RUSIN_TH_PH_TD", "RUSIN_VH")
 """Parametrisations of three numbers of which one is an azimuth of the sample."""
 
-_DIM = re.compile(r"^[ \t]*#[ \t]*DIM[ \t]+\d+[ \t]+\d+[ \t]*$", re.MULTILINE)
+_DIM = re.compile(r"^[ \t]*#[ \t]*DIM[ \t]+[0-9]+[ \t]+[0-9]+[ \t]*$", re.MULTILINE)
 _FUNCTION = re.compile(r"^[ \t]*#[ \t]*FUNC\b", re.MULTILINE)
 _STREAM = re.compile(rb"^[ \t]*#[ \t]*BEGIN_STREAM", re.MULTILINE)
 _KEY = re.compile(r"#\s*([A-Z_]+)\s+(\S.*)")
@@ -88,7 +89,7 @@ def _header(lines: _text.Lines) -> dict[str, str]:
 def _dimensions(path: str, header: Mapping[str, str]) -> tuple[int, int, int]:
     """Columns of x and y, and what #VS says."""
     words = [*header.get("DIM", "").split(), *dict.fromkeys(header.get("VS", "0").split())]
-    if len(words) != 3 or not all(re.fullmatch(r"\d{1,4}", w) for w in words):
+    if len(words) != 3 or not all(re.fullmatch(r"[0-9]{1,4}", w) for w in words):
         raise FormatError(
             f"{path}: #DIM {header.get('DIM')}, #VS {header.get('VS')}: expected two numbers, and 0, 1 or 2"
         )
@@ -125,7 +126,7 @@ def _stream(lines: _text.Lines, header: Mapping[str, str]) -> np.ndarray:
     nx, ny, kind = _dimensions(lines.path, header)
     order = {"little": "<f8", "big": ">f8"}.get(header.get("ENDIAN", "little").lower())
     precision, count = header.get("PRECISION", "ieee754-double"), header.get("SAMPLE_COUNT", "")
-    if order is None or precision != "ieee754-double" or not re.fullmatch(r"\d{1,15}", count):
+    if order is None or precision != "ieee754-double" or not _text.is_whole(count):
         raise FormatError(
             f"{lines.path}: #ENDIAN {header.get('ENDIAN')}, #PRECISION {precision}, #SAMPLE_COUNT {count}: expected "
             f"little or big, ieee754-double and a whole number"
@@ -220,7 +221,7 @@ def write(
     if kept and param_in is None and _material(kept["header"], kept["rows"], "") == m:
         header, rows = kept["header"], kept["rows"]
     else:
-        header, rows = _made(_pairs.of(m, resolution), param_in, binary)
+        header, rows = _made(pairs_of(m, resolution, ("brdf", "brdf * cos(theta_o)")), param_in)
     with replacing(path) as temporary, temporary.open("wb") as file:
         stream = {"FORMAT", "VERSION", "PRECISION", "SAMPLE_COUNT", "ENDIAN"}
         lines = [f"#{key} {value}\n" for key, value in header.items() if key not in stream]
@@ -234,9 +235,7 @@ def write(
             file.writelines(line.encode() for line in _text.join(rows, "\t"))
 
 
-def _made(pairs: _pairs.Pairs, param_in: str | None, binary: bool) -> tuple[dict[str, str], np.ndarray]:
-    if pairs.quantity != "brdf * cos(theta_o)":
-        pairs = _pairs.as_quantity(pairs, "brdf")
+def _made(pairs: _pairs.Pairs, param_in: str | None) -> tuple[dict[str, str], np.ndarray]:
     name = param_in or ("SPHERICAL_TL_PL_TV_PV" if pairs.angles[:, 1].any() else "ISOTROPIC_TV_TL_DPHI")
     of_angles = PARAMETERS[name].of_angles if name in PARAMETERS else None
     if of_angles is None:

@@ -19,7 +19,8 @@ from ..errors import FormatError, ParameterError
 from ..files import replacing
 from ..gridded import Gridded
 from ..interface import Reflectance
-from . import _pairs, _text
+from . import _channels, _pairs, _text
+from ._pairs_of import pairs_of, with_others
 
 NAME = "ASTM"
 SUFFIXES = (".astm",)
@@ -29,7 +30,6 @@ ORACLE = "own generator only"
 ANGLES = ("theta_i", "phi_i", "theta_s", "phi_s")
 
 _VARS = re.compile(r"^[ \t]*VARS[ \t]+(?=.*theta_i)(?=.*theta_s)", re.IGNORECASE | re.MULTILINE)
-_WAVELENGTH = re.compile(r"(\d+(?:\.\d*)?|\.\d+)\s*nm", re.IGNORECASE)
 
 
 def matches(head: bytes, size: int) -> bool:
@@ -65,20 +65,12 @@ def read(path: Path, side: str = "front") -> Gridded:
             f"{path}: NUM_POINTS says {count} rows, got {len(rows)}; fetch it again or correct the number"
         )
     angles = [rows[:, columns[name]] if name in columns else np.zeros(len(rows)) for name in ANGLES]
-    channels = _channels([names[k] for k in values])
-    if channels is None:
-        about["channel"] = names[values[0]]
-    pairs = _pairs.Pairs(
-        np.stack(angles, axis=1), rows[:, values[0] if channels is None else values], channels=channels
-    )
+    channels = _channels.of_names([names[k] for k in values])
+    pairs = _pairs.Pairs(np.stack(angles, axis=1), rows[:, values], channels=channels)
+    if len(channels) == 1 and isinstance(channels[0], str):
+        about["channel"] = channels[0]
+        pairs = pairs._replace(values=rows[:, values[0]], channels=None)
     return _pairs.material(pairs, str(path), about, side)
-
-
-def _channels(names: Sequence[str]) -> tuple[str | float, ...] | None:
-    wavelengths = [_WAVELENGTH.fullmatch(name) for name in names]
-    if all(wavelengths):
-        return tuple(float(found[1]) for found in wavelengths if found)
-    return None if len(names) == 1 else tuple(names)
 
 
 def write(m: Reflectance, path: Path, resolution: Sequence[int] | None = None) -> None:
@@ -88,9 +80,9 @@ def write(m: Reflectance, path: Path, resolution: Sequence[int] | None = None) -
     Lost: uncertainties, and nodes without data. Values along the surface (a cosine of 0) too, if they are not BRDFs.
     Raises ParameterError for delta lobes, maps, and channels whose names have commas.
     """
-    pairs = _pairs.with_others(_pairs.as_quantity(_pairs.of(m, resolution), "brdf"), m)
+    pairs = with_others(pairs_of(m, resolution), m)
     about = {str(k): str(v) for k, v in getattr(m, "about", {}).items() if k != "other_pairs"}
-    names = [about.pop("channel", "BRDF")] if pairs.channels is None else [_name(c) for c in pairs.channels]
+    names = [about.pop("channel", "BRDF")] if pairs.channels is None else [*map(_channels.name_of, pairs.channels)]
     if any(re.search(r"[,\r\n]", name) for name in names):
         raise ParameterError(f"channels {names}: expected names without commas and line ends; rename them")
     with replacing(path) as temporary, temporary.open("w", encoding="utf-8") as file:
@@ -99,7 +91,3 @@ def write(m: Reflectance, path: Path, resolution: Sequence[int] | None = None) -
                 file.write(f"{key} {value}\n")
         file.write(f"NUM_POINTS {len(pairs.angles)}\nVARS {','.join([*ANGLES, *names])}\n")
         file.writelines(_text.join(np.concatenate([pairs.angles, pairs.columns()], axis=1), ","))
-
-
-def _name(channel: str | float) -> str:
-    return channel if isinstance(channel, str) else f"{_text.number(channel)}nm"

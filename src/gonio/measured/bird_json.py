@@ -18,7 +18,9 @@ import numpy as np
 from ..errors import FormatError, ParameterError
 from ..gridded import Gridded
 from ..interface import Reflectance
-from . import _json, _rows, _text, open_material
+from . import _channels, _json, _text, open_material
+from ._pairs import LEVEL, Pairs, material, upright
+from ._pairs_of import COARSE, pairs_of
 
 NAME = "BiRD"
 SUFFIXES = (".brdf", ".json")
@@ -58,15 +60,17 @@ def read(path: Path, polarization: str | None = None) -> Gridded:
     where = str(path)
     columns, other = _columns(_json.member(document, "data", dict, where), where)
     states = columns.pop("polarization_i", None)
+    angles = upright(np.stack([columns[name] for name in ANGLES], axis=1), f"{where}, data", LEVEL)
+    columns |= dict(zip(ANGLES, angles.T, strict=True))
     about = {"metadata": document.get("metadata", {}), "data": other}
     rows = _of_polarization(columns, states, polarization, about, where)
     angles = np.stack([rows[name] for name in ANGLES], axis=1)
     values, u, channels = rows["BRDF"], rows.get("uBRDF"), None
     if "wavelength_i" in rows:
         held = {"f": values} if u is None else {"f": values, "u": u}
-        angles, nm, wide = _rows.by_channel(angles, rows["wavelength_i"], held, where)
-        values, u, channels = wide["f"], wide.get("u"), nm.tolist()
-    return _rows.measured(where, angles, values, uncertainty=u, channels=channels, path=where, about=about)
+        angles, nm, wide = _channels.by_channel(angles, rows["wavelength_i"], held, where)
+        values, u, channels = wide["f"], wide.get("u"), tuple(nm.tolist())
+    return material(Pairs(angles, values, uncertainty=u, channels=channels), where, about)
 
 
 def _columns(data: dict[str, Any], where: str) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
@@ -198,26 +202,24 @@ def write(
     and more, see the schema. `wavelengths` [nm]: of the channels, for materials that do not say. Rows without a value
     are left out. Raises ParameterError for several channels without wavelengths, delta lobes and maps.
     """
-    rows = _rows.rows_of(m, resolution)
-    f = rows.values.reshape(len(rows.values), -1)
+    pairs = pairs_of(m, resolution, nodes=COARSE, as_held=True)
+    f = pairs.columns()
     known = getattr(m, "about", {})
-    angles = _text.degrees(np.stack([rows.theta_i, rows.phi_i, rows.theta_o, rows.phi_o], axis=1))
+    angles = _text.degrees(pairs.angles)
     there = np.isfinite(f)
     at, channel = np.nonzero(there)
-    if not len(at):
-        raise ParameterError(f"{m!r:.80}: has no values to write")
     more = known.get("data", {})
     data: dict[str, Any] = {}
     if f.shape[1] > 1 or wavelengths is not None or m.channel_names:
-        nm = np.array(_rows.wavelengths_of(m, wavelengths, f.shape[1]))
+        nm = np.array(_channels.wavelengths_of(m, wavelengths, f.shape[1]))
         data["wavelength_i"] = {"unit": "nm", "values": nm[channel].tolist()}
     if known.get("polarization_i") in ("s", "p", "u"):
         data["polarization_i"] = {"notation": "sp", "values": [known["polarization_i"]] * len(at)}
     for name, column in zip(ANGLES, angles.T, strict=True):
         data[name] = {"unit": "deg", "values": column[at].tolist()}
     data["BRDF"] = {"unit": "sr^-1", "values": f[there].tolist()}
-    if rows.uncertainty is not None:
-        data["uBRDF"] = {"unit": "sr^-1", "values": rows.uncertainty.reshape(f.shape)[there].tolist()}
+    if pairs.uncertainty is not None:
+        data["uBRDF"] = {"unit": "sr^-1", "values": pairs.uncertainty.reshape(f.shape)[there].tolist()}
     merged = {name: {**value, **data.get(name, {})} if name in COLUMNS else value for name, value in more.items()}
     about = {"schema": SCHEMA, "type": "BRDF", **known.get("metadata", {}), **(metadata or {})}
     _json.write(path, {"metadata": about, "data": {**merged, **{k: v for k, v in data.items() if k not in merged}}})

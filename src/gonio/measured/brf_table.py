@@ -18,7 +18,9 @@ from ..errors import ParameterError
 from ..files import replacing
 from ..gridded import Gridded
 from ..interface import Reflectance
-from . import _rows, _text
+from . import _channels, _text
+from ._pairs import LEVEL, Pairs, material, upright
+from ._pairs_of import COARSE, pairs_of
 
 NAME = "BRF table"
 SUFFIXES = (".txt",)
@@ -27,7 +29,7 @@ DESCRIPTION = "reflectance factors by source and viewer, a column per wavelength
 ORACLE = "real file (UA Remote Sensing Group); NIST's PTFE for the azimuths"
 
 NAMES = ["src_z", "src_a", "view_z", "view_a"]
-_WAVELENGTH = re.compile(r"(\d+(?:\.\d*)?|\.\d+)\s*(nm|um|µm|μm)?", re.IGNORECASE)
+_WAVELENGTH = re.compile(r"([0-9]+(?:\.[0-9]*)?|\.[0-9]+)\s*(nm|um|µm|μm)?", re.IGNORECASE)
 
 
 def matches(head: bytes, size: int) -> bool:
@@ -50,15 +52,9 @@ def read(path: Path) -> Gridded:
     rows = lines.rows(4 + len(nm), expected="numbers: four angles and a reflectance factor per wavelength")
     if not len(rows):
         raise lines.cut_short("rows of numbers")
-    return _rows.measured(
-        str(path),
-        np.radians(rows[:, :4]),
-        rows[:, 4:],
-        quantity="reflectance factor",
-        channels=nm,
-        path=str(path),
-        about={"text": text},
-    )
+    angles = upright(np.radians(rows[:, :4]), str(path), LEVEL)
+    pairs = Pairs(angles, rows[:, 4:], "reflectance factor", channels=tuple(nm))
+    return material(pairs, str(path), {"text": text})
 
 
 def _wavelength(lines: _text.Lines, word: str) -> float:
@@ -72,19 +68,19 @@ def _wavelength(lines: _text.Lines, word: str) -> float:
 def write(m: Reflectance, path: Path, wavelengths: list[float] | None = None, resolution: tuple | None = None) -> None:
     """Write reflectance factors at the pairs that a measurement holds, else at those of a grid.
 
-    `wavelengths` [nm]: of the channels, for materials that do not say. `resolution`: see `_rows.rows_of`.
-    Uncertainties are lost. Raises ParameterError without wavelengths, and for delta lobes and maps.
+    `wavelengths` [nm]: of the channels, for materials that do not say. `resolution`: numbers of theta_i, theta_o and
+    azimuths, or of theta_i, theta_o, phi_i and phi_o. Uncertainties are lost. Raises ParameterError without
+    wavelengths, and for delta lobes and maps.
     """
-    rows = _rows.rows_of(m, resolution, "reflectance factor")
-    values = rows.values.reshape(len(rows.values), -1)
-    names = _rows.wavelengths_of(m, wavelengths, values.shape[1])
+    pairs = pairs_of(m, resolution, ("reflectance factor",), nodes=COARSE, as_held=True)
+    values = pairs.columns()
+    names = _channels.wavelengths_of(m, wavelengths, values.shape[1])
     if not all(a < b for a, b in pairwise(names)):
         raise ParameterError(f"wavelengths {names}: expected rising ones [nm]")
-    angles = _text.degrees(np.stack([rows.theta_i, rows.phi_i, rows.theta_o, rows.phi_o], axis=1))
     with replacing(path) as temporary, temporary.open("w", encoding="utf-8") as file:
         file.writelines(f"{line}\n" for line in _free_text(m))
-        file.write("\t".join([*NAMES, *(f"{_text.number(n)}nm" for n in names)]) + "\n")
-        file.writelines(_text.join(np.concatenate([angles, values], axis=1), "\t"))
+        file.write("\t".join([*NAMES, *map(_channels.name_of, names)]) + "\n")
+        file.writelines(_text.join(np.concatenate([_text.degrees(pairs.angles), values], axis=1), "\t"))
 
 
 def _free_text(m: Reflectance) -> list[str]:

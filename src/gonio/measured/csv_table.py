@@ -33,7 +33,8 @@ from ..gridded import Gridded
 from ..interface import Reflectance, angles
 from ..parameterisations import PARAMETERISATIONS
 from ..scattered import Scattered
-from . import _pairs, _text
+from . import _channels, _pairs, _text
+from ._pairs_of import pairs_of, with_others
 
 NAME = "CSV"
 SUFFIXES = (".csv",)
@@ -64,7 +65,6 @@ MARK = "# gonio measurement"
 """The first line of what `write` makes."""
 
 _VALUE = re.compile(r"(u_)?(f_cos_i|f_cos|f|brdf|dsf|brf)(?:_(.+))?", re.IGNORECASE)
-_WAVELENGTH = re.compile(r"(\d+(?:\.\d*)?|\.\d+)\s*nm", re.IGNORECASE)
 _KEY = re.compile(r"#\s*(\w[^:]*):\s*(.*)")
 
 
@@ -149,12 +149,7 @@ def _measured(path: str, columns: Mapping[tuple[str, bool, str], np.ndarray]) ->
             f"quantity, one column or one per channel, and uncertainties of none or of all"
         )
     (quantity,) = quantities
-    wavelengths = [_WAVELENGTH.fullmatch(name) for name in names]
-    channels = (
-        None
-        if names == [""]
-        else tuple(float(w[1]) if all(wavelengths) and w else n for n, w in zip(names, wavelengths, strict=True))
-    )
+    channels = None if names == [""] else _channels.of_names(names)
     held = [
         np.stack([columns[quantity, u, name] for name in names], axis=1) for u in (False, True)[: 2 if spreads else 1]
     ]
@@ -268,32 +263,19 @@ def _by_wavelength(
     """Rows of one channel each as rows of all channels; nan where a pair has none of one."""
     if measured.channels is not None:
         raise FormatError(f"{path}: a column wavelength and channels {measured.channels}, expected one of these")
-    wavelengths, channel = np.unique(given["wavelength"], return_inverse=True)
     names = [name for name in given if name != "wavelength"]
-    pairs, place = np.unique(np.stack([given[n] for n in names], axis=1), axis=0, return_inverse=True)
-    cell = place.reshape(-1) * len(wavelengths) + channel.reshape(-1)
-    if (
-        not np.isfinite(wavelengths).all()
-        or len(np.unique(cell)) < len(cell)
-        or 16 * len(cell) < len(pairs) * len(wavelengths)
-    ):
+    held = np.stack([given[n] for n in names], axis=1)
+    columns = {"values": measured.values}
+    if measured.uncertainty is not None:
+        columns["uncertainty"] = measured.uncertainty
+    pairs, wavelengths, wide = _channels.by_channel(held, given["wavelength"], columns, path)
+    if not np.isfinite(wavelengths).all() or len(np.unique(pairs, axis=0)) < len(pairs):
         raise FormatError(
-            f"{path}: {len(cell)} values at {len(pairs)} pairs and {len(wavelengths)} wavelengths, expected each pair "
-            f"once at each wavelength, or nearly so; split the file"
+            f"{path}: a wavelength is no number, or one of {len(pairs)} pairs has several values at one wavelength; "
+            f"expected each pair once at each wavelength"
         )
-    shape = (len(pairs), len(wavelengths))
-    made = measured._replace(
-        values=_wide(measured.values, cell, shape),
-        uncertainty=None if measured.uncertainty is None else _wide(measured.uncertainty, cell, shape),
-        channels=tuple(wavelengths.tolist()),
-    )
-    return dict(zip(names, pairs.T, strict=True)), made
-
-
-def _wide(column: np.ndarray, cell: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
-    held = np.full(shape[0] * shape[1], np.nan)
-    held[cell] = column
-    return held.reshape(shape)
+    made = measured._replace(values=wide["values"], uncertainty=wide.get("uncertainty"))
+    return dict(zip(names, pairs.T, strict=True)), made._replace(channels=tuple(wavelengths.tolist()))
 
 
 def write(m: Reflectance, path: Path, resolution: Sequence[int] | None = None) -> None:
@@ -303,7 +285,7 @@ def write(m: Reflectance, path: Path, resolution: Sequence[int] | None = None) -
     Angles are degrees if these read back as the same numbers, else radians. Of `about` texts and numbers are kept, as
     texts. Raises ParameterError for delta lobes, maps, and channels whose names cannot be in a column's.
     """
-    table = m if isinstance(m, Gridded) else _pairs.material(_pairs.of(m, resolution), "", {})
+    table = m if isinstance(m, Gridded) else _pairs.material(pairs_of(m, resolution), "", {})
     rows = isinstance(table, Scattered) or "other_pairs" in table.about
     names, pairs, said = _of_rows(table) if rows else _of_grid(table)
     degrees = _text.degrees(pairs.angles)
@@ -324,7 +306,7 @@ def write(m: Reflectance, path: Path, resolution: Sequence[int] | None = None) -
 def _of_rows(m: Gridded) -> tuple[list[str], _pairs.Pairs, dict[str, str]]:
     """Names of the columns of angles, the rows, and the options."""
     said = {"outside": m.outside, "isotropic": str(len(m.axes) == 3).lower()}
-    return ["theta_i", "phi_i", "theta_o", "phi_o"], _pairs.with_others(_pairs.of(m), m), said
+    return ["theta_i", "phi_i", "theta_o", "phi_o"], with_others(pairs_of(m, quantities=[m.quantity]), m), said
 
 
 def _of_grid(m: Gridded) -> tuple[list[str], _pairs.Pairs, dict[str, str]]:
@@ -352,7 +334,7 @@ def _heads(m: Reflectance, pairs: _pairs.Pairs) -> list[str]:
     base = next(name for name, quantity in COLUMNS.items() if quantity == pairs.quantity)
     if pairs.channels is None:
         return [base]
-    names = [n if isinstance(n, str) else f"{_text.number(n)}nm" for n in pairs.channels]
+    names = [*map(_channels.name_of, pairs.channels)]
     if any(n != n.strip() or not n or re.search(r'[,;"#\s]', n) for n in names) or len({*names}) < len(names):
         raise ParameterError(
             f"{m!r:.80}: has channels {names}, expected different names without blanks, commas and quotes"

@@ -16,7 +16,8 @@ import numpy as np
 from ..errors import FormatError, ParameterError
 from ..files import replacing
 from ..scattered import Scattered
-from . import _rows, _text
+from . import _channels, _text
+from ._pairs import LEVEL, upright
 
 NAME = "NIST Mueller"
 SUFFIXES = (".csv",)
@@ -88,10 +89,10 @@ class MuellerRows(Scattered):
         nm, angles = rows[:, 0] * 1e3, np.radians(rows[:, ANGLES])
         if not ((nm > 0.0) & (nm < np.inf)).all():
             raise FormatError(f"{where}: a wavelength is {nm.min():g} nm, expected positive numbers [um]")
-        angles = _rows.checked(where, angles)
+        angles = upright(angles, where, LEVEL)
         elements = np.concatenate([np.ones((len(rows), 1)), rows[:, 6:]], axis=1) * rows[:, 5:6]
         columns_ = {"f": rows[:, 5], "mueller": elements.reshape(-1, 4, 4)}
-        pairs, names, wide = _rows.by_channel(angles, nm, columns_, where)
+        pairs, names, wide = _channels.by_channel(angles, nm, columns_, where)
         single = len(names) == 1
         about = {"columns": list(columns), "wavelengths": names.tolist()}
         if not np.isfinite(wide["f"]).any():

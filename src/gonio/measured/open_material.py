@@ -20,7 +20,9 @@ from ..errors import FormatError, ParameterError
 from ..gridded import Gridded
 from ..interface import Reflectance
 from ..measurement import Measured
-from . import _json, _rows
+from . import _channels, _json
+from ._pairs import LEVEL, Pairs, material, upright
+from ._pairs_of import COARSE, pairs_of
 
 NAME = "OpenMATERIAL"
 SUFFIXES = (".xompt",)
@@ -55,13 +57,13 @@ def read(path: Path) -> Gridded:
     if bad.any():
         at = int(np.argmax(bad))
         raise FormatError(f"{where}, row {at + 1}: {table[at]}, expected a wavelength in m and three angles in rad")
-    angles, metres, wide = _rows.by_channel(rows[:, 1:4], rows[:, 0], {"f": rows[:, 4]}, where)
-    angles = np.insert(angles, 1, 0.0, axis=1)
+    angles = upright(np.insert(rows[:, 1:4], 1, 0.0, axis=1), where, LEVEL)
+    angles, metres, wide = _channels.by_channel(angles, rows[:, 0], {"f": rows[:, 4]}, where)
     about = {"metadata": document.get("metadata", {})}
     about |= {name: value for name, value in brdf.items() if name not in ("wavelengths", "lookupTable")}
     about["wavelengths"] = metres.tolist()
-    nm = [float(f"{x * NM:.12g}") for x in metres]  # 9.05e-07 m is 905 nm
-    return _rows.measured(where, angles, wide["f"], channels=nm, isotropic=True, path=str(path), about=about)
+    nm = tuple(float(f"{x * NM:.12g}") for x in metres)  # 9.05e-07 m is 905 nm
+    return material(Pairs(angles, wide["f"], channels=nm), str(path), about, isotropic=True)
 
 
 def write(
@@ -77,11 +79,11 @@ def write(
     for materials that do not say. Uncertainties are lost. Raises ParameterError for anisotropic materials, negative
     values, no wavelengths, delta lobes and maps: the format has no place for them.
     """
-    rows = _rows.rows_of(m, resolution)
+    pairs = pairs_of(m, resolution, nodes=COARSE, as_held=True)
     if not m.is_isotropic():
         raise ParameterError(f"{m!r:.80}: is anisotropic, and OpenMATERIAL's tables hold isotropic materials only")
-    f = rows.values.reshape(len(rows.values), -1)
-    nm = _rows.wavelengths_of(m, wavelengths, f.shape[1])
+    f = pairs.columns()
+    nm = _channels.wavelengths_of(m, wavelengths, f.shape[1])
     if np.nanmin(f, initial=0.0) < 0.0 or np.isinf(f).any():
         raise ParameterError(
             f"{m!r:.80}: holds {np.nanmin(f):g}/sr, expected finite values that are not negative; repair them first"
@@ -90,12 +92,13 @@ def write(
     stored = known.get("wavelengths", [])
     exact = {float(f"{x * NM:.12g}"): x for x in stored}
     metres = [exact.get(x, x / NM) for x in nm]
-    phi = _wrapped(rows.phi_o - rows.phi_i)
+    theta_i, phi_i, theta_o, phi_o = pairs.angles.T
+    phi = _wrapped(phi_o - phi_i)
     table = []
     for c in np.argsort(metres):
-        for k in np.lexsort([phi, rows.theta_o, rows.theta_i]):
+        for k in np.lexsort([phi, theta_o, theta_i]):
             value = float(f[k, c])
-            angles = [float(rows.theta_i[k]), float(rows.theta_o[k]), float(phi[k])]
+            angles = [float(theta_i[k]), float(theta_o[k]), float(phi[k])]
             table.append([metres[c], *angles, None if np.isnan(value) else value])
     brdf: dict[str, Any] = {"wavelengths": sorted(metres)}
     if "receiverSolidAngles" in known:

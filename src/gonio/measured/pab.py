@@ -23,6 +23,7 @@ from ..files import replacing
 from ..gridded import Gridded
 from ..interface import Reflectance
 from . import _pairs, _text
+from ._pairs_of import pairs_of, with_others
 
 NAME = "pab-opto"
 SUFFIXES = (".txt", ".dat")
@@ -124,15 +125,14 @@ def write(
 ) -> None:
     """Write the pairs of one incident direction: a file holds no more.
 
-    `incident`: its theta_i and phi_i [rad], of a measurement of several, or of anything else; `resolution`: see
-    `_pairs.of`. A measurement's own DSF stays DSF, other quantities become BSDF. Lost: uncertainties and nodes without
-    data. Raises ParameterError where several directions, or none, are left, and for channels other than X, Y, Z.
+    `incident`: its theta_i and phi_i [rad], of a measurement of several, or of anything else; `resolution`: numbers of
+    theta_i, theta_o and azimuths. A measurement's own DSF stays DSF, other quantities become BSDF. Lost: uncertainties
+    and nodes without data. Raises ParameterError where several directions, or none, are left, and for channels other
+    than X, Y, Z.
     """
-    pairs = _pairs.of(m, resolution, incident)
-    if pairs.quantity != QUANTITIES["dsf"]:
-        pairs = _pairs.as_quantity(pairs, "brdf")
+    pairs = pairs_of(m, resolution, (QUANTITIES["bsdf"], QUANTITIES["dsf"]), incident=incident)
     if incident is None:
-        pairs = _pairs.with_others(pairs, m)
+        pairs = with_others(pairs, m)
     if pairs.channels not in (None, CHANNELS):
         raise ParameterError(f"{m!r:.80}: has channels {pairs.channels}, expected one or X, Y, Z; write one of them")
     lit_from = np.unique(pairs.angles[:, :2], axis=0)

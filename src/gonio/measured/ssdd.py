@@ -25,6 +25,7 @@ from ..gridded import Gridded
 from ..interface import Reflectance
 from ..scattered import Scattered
 from . import _pairs, _specular, _text
+from ._pairs_of import pairs_of
 
 NAME = "SSDD"
 SUFFIXES = (".ssdd",)
@@ -202,7 +203,7 @@ def write(m: Reflectance, path: Path, binary: bool = False, resolution: Sequence
     grid, all but the grid made of them. Raises ParameterError for delta lobes, maps, channels other than one, RGB, XYZ
     or rising wavelengths, and periods other than pi of phi_d.
     """
-    table = m if isinstance(m, Gridded) else _pairs.material(_pairs.of(m, resolution), "", {})
+    table = m if isinstance(m, Gridded) else _pairs.material(pairs_of(m, resolution), "", {})
     blocks = [_block_of(table), *table.about.get("other_blocks", [])]
     with replacing(path) as temporary, temporary.open("wb") as file:
         file.write(b"VERSION 0.2\n")
