@@ -278,7 +278,7 @@ def test_rings_of_a_cone(polar, half_angle):
     directions, solid = rings.points(*u)
     assert rings.cone.contains(directions)[solid * area > 1e-12].mean() > 0.99  # but for the rim, by rounding
     assert np.ptp(directions[..., 2], axis=-1).max() == 0.0
-    assert np.einsum("pij,i,j->", area * solid, w, w) == pytest.approx(rings.projected, rel=1e-8)
+    assert np.einsum("pij,i,j->", area * solid, w, w) == pytest.approx(rings.projected, rel=1e-10)
 
 
 def test_an_isotropic_material_in_a_tilted_cone_is_integrated_by_polar_angle(monkeypatch):

@@ -214,25 +214,30 @@ class Rings:
 
     @property
     def ends(self) -> tuple[float, float]:
-        """The polar angles between which there are directions."""
+        """The polar angles between which circles are partly in the cone."""
         p, r = self.cone.polar, self.cone.half_angle
-        return max(0.0, p - r), min(0.5 * math.pi, p + r)
+        return abs(p - r), min(0.5 * math.pi, p + r)
 
     @property
     def seam(self) -> float:
         """The first coordinate up to which whole circles are in the cone, or 0."""
-        return max(0.0, self.cone.half_angle - self.cone.polar) / self.ends[1]
+        low, high = self.ends
+        return low / high if self.cone.polar < self.cone.half_angle else 0.0
 
     def points(self, u0: Any, u1: Any) -> tuple[np.ndarray, Any]:
         """Directions (..., 3) for points of the unit square, and the projected solid angle per area of it."""
-        (low, high), p, r = self.ends, self.cone.polar, self.cone.half_angle
-        theta = np.maximum(low + (high - low) * u0, 1e-12)  # at the normal itself azimuths mean nothing
+        (low, high), p, r, seam = self.ends, self.cone.polar, self.cone.half_angle, self.seam
+        v = 0.5 * math.pi * np.maximum(u0 - seam, 0.0) / (1.0 - seam)
+        # Towards both ends the arc goes with a root: in v it is smooth.
+        theta = np.where(u0 < seam, high * u0, low + (high - low) * np.sin(v) ** 2)
+        theta = np.maximum(theta, 1e-12)  # at the normal itself azimuths mean nothing
+        slope = np.where(u0 < seam, high, (high - low) * 0.5 * math.pi * np.sin(2.0 * v) / (1.0 - seam))
         s, c = np.sin(theta), np.cos(theta)
         ratio = np.sin(0.5 * (r + theta - p)) * np.sin(0.5 * (r - theta + p)) / (s * math.sin(p))
         a = 2.0 * np.arcsin(np.sqrt(np.clip(ratio, 0.0, 1.0)))
         phi = math.atan2(self.cone.axis[1], self.cone.axis[0]) + (2.0 * u1 - 1.0) * a
         w = np.stack(np.broadcast_arrays(s * np.cos(phi), s * np.sin(phi), c), axis=-1)
-        return w, 2.0 * a * s * c * (high - low)
+        return w, 2.0 * a * s * c * slope
 
 
 def overlap(first: Geometry, second: Geometry) -> tuple[Callable, float] | None:
