@@ -15,6 +15,7 @@ from gonio.measurement import QUANTITIES, from_brdf, to_brdf
 from gonio.parameterisations import PARAMETERISATIONS
 from gonio.quadrature import lattice
 from gonio.scattered import Scattered, gridded_or_scattered
+from gonio.scattered_interpolation import NEIGHBOURS, _by_radial_functions
 
 rng = np.random.default_rng(5)
 EVEN = np.linspace(0.0, 0.5 * math.pi, 7)
@@ -303,11 +304,45 @@ def test_far_from_all_rows():
         assert np.isfinite(again.f_angles(1.4, 0.0, 1.4, 1.0))
 
 
+def test_nodes_below_the_horizon_keep_their_values():
+    m = grid("half_difference", 3)
+    below = (np.stack(m.directions())[..., 2] < 0.0).any(axis=0)
+    assert below.any()
+    np.testing.assert_array_equal(m.brdf(), m.stored)
+    np.testing.assert_array_equal(m.with_brdf(m.brdf()).f(*pairs()), m.f(*pairs()))
+
+
 def test_repeated_rows_are_averaged():
     theta = np.array([0.2, 0.2, 0.5, 0.9])
     m = Scattered(0.3, 0.0, theta, [0.1, 0.1, 2.0, 3.0], [1.0, 3.0, 4.0, 5.0], uncertainty=0.2)
     assert m.f_angles(0.3, 0.0, 0.2, 0.0) > 1.0
     assert len(m.stored) == 4
+
+
+def test_each_channel_has_its_own_holes():
+    theta = np.radians([0.0, 10.0, 30.0, 60.0])
+    theta_i, theta_o, phi = (x.ravel() for x in np.meshgrid(theta, theta, [0.1, 1.0, 2.0], indexing="ij"))
+    f = gn.Phong(0.4, 8.0).f_angles(theta_i, 0.0, theta_o, phi)
+    values, spread = f[:, None] * [1.0, 2.0, 3.0], f[:, None] * [0.1, 0.2, 0.3]
+    known = np.arange(len(f)) % 3 > 0  # of each pair of polar angles one azimuth is missing: the grids are the same
+    values[~known, 0], values[:, 2] = np.nan, np.nan
+    m = Scattered(theta_i, 0.0, theta_o, phi, values, channels="ABC", uncertainty=spread)
+    assert np.isnan(m.brdf()[..., 2]).all()
+    for c, of in ((0, known), (1, known | True)):
+        alone = Scattered(theta_i[of], 0.0, theta_o[of], phi[of], values[of, c], uncertainty=spread[of, c])
+        np.testing.assert_allclose(m.brdf()[..., c], alone.brdf(), rtol=1e-12, atol=1e-15)
+        np.testing.assert_array_equal(m.brdf_uncertainty()[..., c], alone.brdf_uncertainty())
+
+
+def test_interpolation_is_that_of_scipy():
+    from scipy.interpolate import RBFInterpolator
+    from scipy.spatial import KDTree
+
+    rng = np.random.default_rng(4)
+    places, values, wanted = rng.uniform(size=(80, 3)), rng.normal(size=(80, 2)), rng.uniform(size=(2500, 3))
+    found = _by_radial_functions(KDTree(places), values, wanted)
+    fit = RBFInterpolator(places, values, neighbors=NEIGHBOURS, kernel="linear", degree=0)
+    np.testing.assert_allclose(found, fit(wanted), rtol=0.0, atol=1e-12)
 
 
 @pytest.mark.parametrize(

@@ -11,9 +11,9 @@ from models import at_bounds, draws, on_sphere
 
 import gonio as gn
 from gonio import nicodemus, quadrature
-from gonio.cones import Cone, overlap
+from gonio.cones import Cone, Rings, overlap
 from gonio.errors import MissingDataWarning, ParameterError, ToleranceWarning
-from gonio.quadrature import Sums, cubature, place, weighed
+from gonio.quadrature import Sums, cubature, lattice, place, weighed
 
 PI = math.pi
 GRAZING = math.radians(89.99)
@@ -263,6 +263,40 @@ def test_coordinates_of_a_cone(cone):
     many = on_sphere(np.arccos(1.0 - (np.arange(300_000) + 0.5) / 300_000), np.arange(300_000) * 2.399963229728653)
     share = (many[:, 2] * cone.contains(many)).mean() * 2.0 * PI
     assert share == pytest.approx(cone.projected, rel=2e-3)
+
+
+@pytest.mark.parametrize(
+    ("polar", "half_angle"), [(0.2, 0.5), (0.5, 0.5), (0.6, 0.5), (1.4, 0.5), (1.8, 1.0), (1.5, 1.57)]
+)
+def test_rings_of_a_cone(polar, half_angle):
+    """They cover it, within it; each is at one polar angle."""
+    rings = Rings(Cone(on_sphere(polar, 2.0), half_angle))
+    halves = [(0.0, rings.seam), (rings.seam, 1.0 - rings.seam)]
+    cells = np.array([(low, size, 0.0, 0.0, 1.0, 1.0) for low, size in halves])
+    x, w = panels(np.linspace(0.0, 1.0, 41))
+    u, area = place(cells.T[:, :, None, None], (x[:, None], x[None, :]))
+    directions, solid = rings.points(*u)
+    assert rings.cone.contains(directions)[solid * area > 1e-12].mean() > 0.99  # but for the rim, by rounding
+    assert np.ptp(directions[..., 2], axis=-1).max() == 0.0
+    assert np.einsum("pij,i,j->", area * solid, w, w) == pytest.approx(rings.projected, rel=1e-10)
+
+
+def test_an_isotropic_material_in_a_tilted_cone_is_integrated_by_polar_angle(monkeypatch):
+    rough = gn.tabulate(gn.Lambertian(0.3), "angles", (9, 9, 12))
+    rough = rough.with_brdf(rough.brdf() * (1.0 + 0.3 * np.random.default_rng(0).standard_normal(rough.stored.shape)))
+    counts, single = [], nicodemus._single
+
+    def counted(m, known, *more, **others):
+        counts.append(len(known))
+        return single(m, known, *more, **others)
+
+    monkeypatch.setattr(nicodemus, "_single", counted)
+    cone = Cone(on_sphere(1.3, 0.2), 0.5)
+    value = gn.reflectance_factor(rough, gn.Hemisphere(), cone, tolerance=1e-2)
+    assert sum(counts) < 300
+    wo, solid = cone.points(*lattice(400).T)
+    each = gn.reflectance_factor(rough, gn.Hemisphere(), wo, tolerance=1e-2)
+    assert value == pytest.approx(np.average(each, weights=solid), abs=1e-2)
 
 
 @pytest.mark.parametrize(

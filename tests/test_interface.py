@@ -125,6 +125,13 @@ def test_maps(library, shape):
     np.testing.assert_allclose(library.numpy(rough), by_hand, rtol=1e-9)
 
 
+def test_maps_are_isotropic_where_every_place_is():
+    assert gn.Lambertian(np.full((4, 6, 1), 0.4)).is_isotropic()
+    along = np.full((40, 60, 1), 0.2)
+    along[7, 9] = 0.21
+    assert not gn.Ward(alpha_x=along, alpha_y=0.2).is_isotropic()
+
+
 def test_albedo_of_maps():
     alpha = np.random.default_rng(3).uniform(0.2, 0.9, (2, 3, 1))
     m = [0.2, 0.4] * gn.Microfacet(gn.GGX(alpha)) + gn.IdealSpecular([0.1, 0.3])

@@ -4,6 +4,7 @@ import hashlib
 import math
 import pickle
 import struct
+import tracemalloc
 
 import numpy as np
 import pytest
@@ -214,6 +215,17 @@ def test_tables_without_light_or_without_data():
 
 
 # A model, written and read.
+
+
+def test_memory_is_the_table_as_read_and_once_more(path):
+    up = np.array([0.0, 0.0, 1.0])
+    for dtype, most in ((np.float64, 2.3), (np.float32, 2.8)):
+        load(path).f(up.astype(dtype), up.astype(dtype))  # what compiling takes does not count
+        tracemalloc.start()
+        m = load(path)
+        m.f(up.astype(dtype), up.astype(dtype))
+        assert tracemalloc.get_traced_memory()[1] < most * m.raw.nbytes
+        tracemalloc.stop()
 
 
 def test_a_written_model_agrees_with_the_model(measured):

@@ -8,10 +8,13 @@ import numpy as np
 import pytest
 
 import gonio as gn
+from gonio.facts import facts
 from gonio.gridded import Gridded
+from gonio.listing import facts_as_text
 from gonio.measured.merl import MERL, SCALE
 from gonio.measurement import Repair
 from gonio.parameterisations import parameterisation
+from gonio.provenance import formats_read
 from gonio.scattered import Scattered
 
 MODEL = gn.Lambertian(0.3) + gn.Microfacet(gn.GGX(0.3), gn.Dielectric(1.5))
@@ -59,6 +62,36 @@ def test_every_repair_adds_to_the_history_and_leaves_the_original(whole):
     assert second.repairs[1].albedo_before == first.repairs[0].albedo_after
     kept = json.loads(json.dumps(second.about["repairs"], allow_nan=False))
     assert tuple(map(Repair.from_json, kept)) == second.repairs
+
+
+def test_what_is_made_of_a_file_says_so(tmp_path, whole):
+    gn.save(whole, tmp_path / "a.nc")
+    m = gn.load(tmp_path / "a.nc")
+    assert m.provenance["file"] == "a.nc" and len(m.provenance["sha256"]) == 64
+    scattered = gn.Scattered([0.1, 0.5, 0.9], 0.0, 0.3, [0.0, 1.0, 2.0], [1.0, 2.0, 3.0])
+    scattered.__dict__["provenance"] = m.provenance
+    repaired = gn.repair.symmetrise(gn.repair.fill_holes(m), "isotropy")
+    assert [r.operation for r in repaired.repairs] == ["fill_holes", "symmetrise"]
+    for made in (
+        repaired,
+        m.with_brdf(m.brdf()),
+        scattered.with_brdf(scattered.brdf()),
+        gn.repair.resample(m, "specular", resolution=(4, 5, 6)),
+        gn.tabulate(m, "angles", (5, 5, 8)),
+    ):
+        assert made.provenance == {"converted_from": m.provenance}
+    assert scattered.replace(outside="missing").provenance == m.provenance
+    merged = gn.repair.merge_scans([m, repaired])
+    assert merged.provenance == {"converted_from": [m.provenance, m.provenance]}
+    for made in (repaired, merged):
+        assert m.provenance["sha256"] in facts_as_text(facts("made", made))
+        assert "provenance" not in gn.convert(made, tmp_path / "b.nc").lost
+        kept = gn.load(tmp_path / "b.nc").provenance["converted_from"]
+        assert kept["converted_from"] == made.provenance["converted_from"] and kept["material"] == repr(made)
+    lost = gn.convert(merged, tmp_path / "b.binary").lost["provenance"]
+    name = f"a.nc, sha256 {m.provenance['sha256'][:12]}..."
+    assert lost == f"that it was made of {name} and {name}"
+    assert formats_read(merged.provenance) == ["netCDF", "netCDF"] and "rusinkiewicz1998" in gn.cite(merged)
 
 
 def test_albedos_in_the_record_are_those_of_the_tables(whole):

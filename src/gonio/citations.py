@@ -21,6 +21,7 @@ from .measured import formats
 from .measurement import Measured
 from .param import CLASSES
 from .parametrised import Parametrised
+from .provenance import formats_read
 
 
 def cite(m: Any) -> str:
@@ -63,7 +64,7 @@ def _sources(m: Parametrised) -> Iterator[tuple[str, str]]:
         yield type(m).__name__, next((s for kind in type(m).__mro__ if (s := _source(kind))), "")
     if isinstance(m, Measured) and m.provenance:
         for module in formats():
-            if m.provenance["format"] == module.NAME and _source(module):
+            if module.NAME in formats_read(m.provenance) and _source(module):
                 yield f"{module.NAME} files", _source(module)
     for name in m.fields:
         value = getattr(m, name)

@@ -196,6 +196,50 @@ def _sampled_within(mean: Any, known: Any, u0: Any, u1: Any, numbers: Any) -> tu
     return mean.warp(known, u0, u1), density
 
 
+@dataclass(frozen=True)
+class Rings:
+    """A cone by polar angles: the first coordinate of the square is that from the normal, the second runs along the arc
+    of its circle that is in the cone. What depends on the polar angle alone is constant along the second.
+
+    The arc of half width a: sin^2(a/2) = sin((r + t)/2) sin((r - t)/2)/(sin(theta) sin(p)), of a cone of half angle r
+    about an axis at polar angle p, with t = theta - p.
+    """
+
+    cone: Cone
+
+    @property
+    def projected(self) -> float:
+        """Projected solid angle above the horizon [sr]."""
+        return self.cone.projected
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        """The polar angles between which circles are partly in the cone."""
+        p, r = self.cone.polar, self.cone.half_angle
+        return abs(p - r), min(0.5 * math.pi, p + r)
+
+    @property
+    def seam(self) -> float:
+        """The first coordinate up to which whole circles are in the cone, or 0."""
+        low, high = self.ends
+        return low / high if self.cone.polar < self.cone.half_angle else 0.0
+
+    def points(self, u0: Any, u1: Any) -> tuple[np.ndarray, Any]:
+        """Directions (..., 3) for points of the unit square, and the projected solid angle per area of it."""
+        (low, high), p, r, seam = self.ends, self.cone.polar, self.cone.half_angle, self.seam
+        v = 0.5 * math.pi * np.maximum(u0 - seam, 0.0) / (1.0 - seam)
+        # Towards both ends the arc goes with a root: in v it is smooth.
+        theta = np.where(u0 < seam, high * u0, low + (high - low) * np.sin(v) ** 2)
+        theta = np.maximum(theta, 1e-12)  # at the normal itself azimuths mean nothing
+        slope = np.where(u0 < seam, high, (high - low) * 0.5 * math.pi * np.sin(2.0 * v) / (1.0 - seam))
+        s, c = np.sin(theta), np.cos(theta)
+        ratio = np.sin(0.5 * (r + theta - p)) * np.sin(0.5 * (r - theta + p)) / (s * math.sin(p))
+        a = 2.0 * np.arcsin(np.sqrt(np.clip(ratio, 0.0, 1.0)))
+        phi = math.atan2(self.cone.axis[1], self.cone.axis[0]) + (2.0 * u1 - 1.0) * a
+        w = np.stack(np.broadcast_arrays(s * np.cos(phi), s * np.sin(phi), c), axis=-1)
+        return w, 2.0 * a * s * c * slope
+
+
 def overlap(first: Geometry, second: Geometry) -> tuple[Callable, float] | None:
     """Coordinates, as `points`, on the directions that both contain, and their seam; None where there are none."""
     if isinstance(first, Hemisphere):

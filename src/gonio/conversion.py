@@ -14,7 +14,7 @@ from .comparison import Channels, ResamplingError, lattice_pairs, resampling_err
 from .interface import Reflectance
 from .measured import load, save, writer
 from .measurement import Measured
-from .provenance import ORIGIN
+from .provenance import ORIGIN, in_words
 from .spectrum import XYZ_TO_SRGB
 
 
@@ -157,8 +157,7 @@ def _differences(m: Reflectance, made: Reflectance) -> tuple[dict[str, str], dic
         if missing:
             lost["metadata"] = ", ".join(missing)
         if m.provenance and ORIGIN not in getattr(made, "provenance", {}) and not _again(m, made):
-            digest = f", sha256 {m.provenance['sha256'][:12]}..." if "sha256" in m.provenance else ""
-            lost["provenance"] = f"that it was {m.provenance['file']}{digest}"
+            lost["provenance"] = f"that it was {in_words(m.provenance)}"
     return lost, gained
 
 

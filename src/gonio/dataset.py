@@ -14,7 +14,7 @@ from .gridded import Gridded
 from .interface import Reflectance
 from .measurement import tabular_shape
 from .parameterisations import parameterisation as parameterisation_named
-from .provenance import ORIGIN, origin
+from .provenance import ORIGIN, derived, origin
 from .scattered import Scattered
 from .schema import NANOMETRES, RADIANS, ROW, from_text
 
@@ -208,6 +208,8 @@ def on_grid(m: Reflectance, parameterisation: str, resolution: Sequence[int] | N
     values = np.full((*up.shape, *f.shape[1:]), np.nan)
     values[up] = f
     names_ = m.channel_names or (("R", "G", "B") if f.shape[1:] == (3,) else tuple(map(str, range(f.shape[-1]))))
-    return Gridded(
+    made = Gridded(
         parameterisation, nodes, values, channels=names_ if f.ndim == 2 else None, about={"made_of": repr(m)}
     )
+    made.__dict__["provenance"] = derived(m)
+    return made

@@ -18,7 +18,7 @@ from .compile import machine
 from .compile.batches import Plan, Result, carry_out, prepare
 from .compile.program import EACH, ONCE, TOTAL
 from .errors import DependencyError, TraceError
-from .libraries import LIBRARIES, Fixed
+from .libraries import LIBRARIES, Fixed, Roomy
 from .param import Channels, Option, Param
 from .parametrised import Parametrised
 from .trace.derive import gradient
@@ -280,14 +280,22 @@ def _tables(trace: Trace, material: Parametrised, dtype: np.dtype) -> list[np.nd
     """The tables in their order; those that are not looked up, which may take long to make, are left empty."""
     with np.errstate(all="ignore"):
         return [
-            table.once(_padded, dtype) if k in trace.looked_up else np.zeros(2, dtype)
+            _table(table, dtype) if k in trace.looked_up else np.zeros(2, dtype)
             for k, table in enumerate(_content(material).tables)
         ]
 
 
+def _table(table: Fixed, dtype: np.dtype) -> np.ndarray:
+    if isinstance(table, Roomy) and table.whole.dtype == dtype:
+        return table.whole
+    return table.once(_padded, dtype)
+
+
 def _padded(numbers: np.ndarray, dtype: np.dtype) -> np.ndarray:
     """A table with an entry more: kernels read two at a time."""
-    return np.append(numbers.astype(dtype, copy=False), dtype.type(0.0))
+    made = np.empty(len(numbers) + 1, dtype)
+    made[:-1], made[-1] = numbers, 0.0
+    return made
 
 
 def interpreted(

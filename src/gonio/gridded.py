@@ -4,48 +4,28 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
 from . import ops, schema
 from .errors import ParameterError
 from .geometry import HORIZON, Direction
-from .libraries import Fixed
-from .marginal_warp import Slices, bracket
+from .grid_axes import Axis, laid_out, nearest
+from .libraries import Fixed, Roomy
+from .marginal_warp import Slices
 from .measurement import from_brdf, quantity_named, to_brdf
 from .param import channels as channel_field
 from .param import option, table
 from .parameterisations import Parameterisation, parameterisation
+from .provenance import derived
 from .sampled import KINDS, Sampled
 
 if TYPE_CHECKING:
     import xarray
 
-INSIDE = 1e-6
-"""How far [rad] a direction may be beyond the outermost nodes and still count as between them."""
-
 LEAST_KNOWN = 1e-3
 """Below this share of the weights among nodes with data, f is NaN."""
-
-
-class _Axis(NamedTuple):
-    """How an angle becomes a position among the nodes of an axis.
-
-    spacing   "even", "even in square root", or "uneven": looked up
-    start     first node, and what one step is, of even ones
-    size      nodes, with the one that closes the circle
-    period    of azimuths, else 0
-    """
-
-    spacing: str
-    start: float
-    step: float
-    size: int
-    period: float
-    mirrored: bool
-    first: float
-    last: float
 
 
 class Gridded(Sampled):
@@ -97,7 +77,7 @@ class Gridded(Sampled):
     """Whether the third axis covers half of its period, and the other half is its mirror image."""
     periods: dict[str, float]
     values: Any  # what formulas look up, of bound materials only
-    layout: tuple[_Axis, ...]
+    layout: tuple[Axis, ...]
     width: int
     holes: bool
 
@@ -152,17 +132,13 @@ class Gridded(Sampled):
     ) -> tuple[int, ...]:
         """Set what the grid is; its shape."""
         held = {name: np.array(nodes, dtype=float).reshape(-1) for name, nodes in axes.items()}
-        turning = _check_axes(parameterisation, held, mirrored)
-        given = {name: float(periods.get(name, 2.0 * math.pi)) for name in turning}
-        if unknown := set(periods) - set(given):
-            raise ParameterError(f"periods={dict(periods)!r}: {unknown} are no azimuths; expected {list(given)}")
-        layout = [_axis(n, x, given.get(n, 0.0), mirrored and k == 2) for k, (n, x) in enumerate(held.items())]
+        layout, given = laid_out(parameterisation, held, mirrored, periods)
         self.__dict__.update(
             parameterisation=parameterisation,
             axes=held,
             is_mirrored=bool(mirrored),
             periods=given,
-            layout=tuple(layout),
+            layout=layout,
             width=1 if names is None else len(names),
             channel_names=names,
         )
@@ -206,7 +182,11 @@ class Gridded(Sampled):
         return self.kind.pairs(*np.meshgrid(*self.axes.values(), indexing="ij"))
 
     def brdf(self) -> np.ndarray:
-        """f [1/sr] at the nodes, shape of `stored`; NaN where there is no value, or one of a direction below ground."""
+        """f [1/sr] at the nodes, shape of `stored`; NaN where there is no value, or where that does not tell f because
+        it was multiplied by a cosine of 0 or less.
+
+        Nodes below the horizon keep the f that is stored for them: between nodes on both sides it is interpolated.
+        """
         return self._as_brdf(self.stored)
 
     def brdf_uncertainty(self) -> np.ndarray | None:
@@ -215,21 +195,28 @@ class Gridded(Sampled):
 
     def with_brdf(self, values: np.ndarray, uncertainty: np.ndarray | None = None, **about: Any) -> Gridded:
         """The same grid with other f [1/sr] at its nodes, kept in the same quantity; `about` is added to its own."""
-        converted = [None if v is None else self._converted(v, from_brdf) for v in (values, uncertainty)]
-        return Gridded(
-            self.parameterisation,
-            self.axes,
-            converted[0],
-            quantity=self.quantity,
-            uncertainty=converted[1],
-            channels=self.channel_names,
-            mirrored=self.is_mirrored,
-            periods=self.periods,
-            interpolation=self.interpolation,
-            outside=self.outside,
-            path=self.path,
-            about={**self.about, **about},
-        )
+        u = None if uncertainty is None else self._converted(uncertainty, from_brdf)
+        return self.with_table(self._converted(values, from_brdf), u, about={**self.about, **about})
+
+    def with_table(self, values: np.ndarray, uncertainty: np.ndarray | None = None, **other: Any) -> Gridded:
+        """A table of other `values`, as given to `Gridded`, with all else that this has but for what `other` says,
+        arguments of `Gridded`; its `provenance` says which file this was read from.
+        """
+        known = {
+            "parameterisation": self.parameterisation,
+            "axes": self.axes,
+            "quantity": self.quantity,
+            "channels": self.channel_names,
+            "mirrored": self.is_mirrored,
+            "periods": self.periods,
+            "interpolation": self.interpolation,
+            "outside": self.outside,
+            "path": self.path,
+            "about": self.about,
+        }
+        made = Gridded(values=values, uncertainty=uncertainty, **{**known, **other})
+        made.__dict__["provenance"] = derived(self)
+        return made
 
     def redrawn(self, values: np.ndarray) -> Gridded:
         """As `with_brdf`, for many tables of much the same f with data at the same nodes: with this one's tables of
@@ -257,18 +244,24 @@ class Gridded(Sampled):
         kept = super()._looked_up()
         del kept["stored"]
         uneven = {
-            f"nodes_{k}": Fixed(_closed(axis, nodes))
+            f"nodes_{k}": Fixed(axis.closed(nodes))
             for k, (axis, nodes) in enumerate(zip(self.layout, self.axes.values(), strict=True))
             if axis.spacing == "uneven"
         }
-        return {**kept, "values": Fixed(self._flat), **uneven}
+        return {**kept, "values": Roomy(self._flat), **uneven}
 
     def _flat(self) -> np.ndarray:
-        values = self.brdf()
-        for k, (axis, nodes) in enumerate(zip(self.layout, self.axes.values(), strict=True)):
-            if axis.size > len(nodes):
-                values = np.concatenate([values, values.take([0], axis=k)], axis=k)
-        return np.ascontiguousarray(values).reshape(-1)
+        """f at the nodes with the circles closed, flat, and an entry more."""
+        grid, sizes = tuple(map(len, self.axes.values())), tuple(axis.size for axis in self.layout)
+        flat = np.empty(math.prod(sizes) * self.width + 1)
+        flat[-1] = 0.0
+        closed = flat[:-1].reshape(*sizes, self.width)
+        closed[tuple(map(slice, grid))] = self.brdf().reshape(*grid, self.width)
+        for k, (size, nodes) in enumerate(zip(sizes, grid, strict=True)):
+            if size > nodes:
+                along = np.moveaxis(closed, k, 0)
+                along[-1] = along[0]
+        return flat
 
     def formula(self, wi: Direction, wo: Direction) -> Any:
         corners, beyond = self.corners(wi, wo)
@@ -286,37 +279,13 @@ class Gridded(Sampled):
         beyond: Any = False
         for k, angle in enumerate(self.kind.angles(wi, wo, len(self.layout) == 4)):
             axis = self.layout[k]
-            if self.outside != "hold" and not axis.period and axis.size > 1:
-                beyond = beyond | (angle < axis.first - INSIDE) | (angle > axis.last + INSIDE)
-            around = self._around(k, angle)
+            if self.outside != "hold" and axis.has_ends:
+                beyond = beyond | axis.is_beyond(angle)
+            around = axis.around(angle, self.__dict__.get(f"nodes_{k}"))
+            if self.interpolation == "nearest":
+                around = nearest(around)
             corners = [(at * axis.size + i, v * u) for at, v in corners for i, u in around]
         return corners, beyond
-
-    def _around(self, k: int, angle: Any) -> Slices:
-        """The nodes of axis k around an angle, with their weights; the nearest one alone, if that is wanted."""
-        axis = self.layout[k]
-        if axis.size == 1:
-            return ((0, 1.0),)
-        if axis.period:
-            angle = angle - (0.0 if axis.mirrored else axis.start)
-            angle = angle - axis.period * ops.floor(angle * (1.0 / axis.period))
-            if axis.mirrored:
-                angle = ops.minimum(angle, axis.period - angle) - axis.start
-        elif axis.spacing == "even in square root":
-            angle = ops.sqrt(ops.maximum(angle, 1e-12)) - axis.start  # the floor keeps the derivative finite at 0
-        elif axis.spacing == "even":
-            angle = angle - axis.start
-        if axis.spacing == "uneven":
-            around = bracket(self.__dict__[f"nodes_{k}"], axis.size, angle)
-        else:
-            position = ops.clip(angle * (1.0 / axis.step), 0.0, axis.size - 1.0)
-            start = ops.minimum(ops.floor(position), axis.size - 2.0)
-            i, w = ops.to_index(start), position - start
-            around = ((i, 1.0 - w), (i + 1, w))
-        if self.interpolation == "linear":
-            return around
-        (i, _), (_, w) = around
-        return ((i + ops.to_index(ops.floor(w + 0.5)), 1.0),)
 
     def _combined(self, corners: Slices) -> Any:
         channel = ops.to_index(self.channel)
@@ -362,36 +331,6 @@ def _of_known(values: Slices) -> Any:
     return ops.where(enough, total / ops.where(enough, known, 1.0), math.nan)
 
 
-def _closed(axis: _Axis, nodes: np.ndarray) -> np.ndarray:
-    """The nodes of an uneven axis, with the first again at the end where the circle is closed; azimuths from it."""
-    if not axis.period:
-        return nodes
-    return np.append(nodes, nodes[0] + axis.period)[: axis.size] - nodes[0]
-
-
-def _check_axes(name: str, axes: Mapping[str, np.ndarray], mirrored: bool) -> list[str]:
-    """The azimuths among the axes; ParameterError where the axes do not fit the parameterisation."""
-    kind = parameterisation(name)
-    expected = kind.names(len(axes))
-    if len(axes) not in (3, 4) or tuple(axes) != expected:
-        listed = " or ".join(", ".join(kind.names(n)) for n in (3, 4))
-        raise ParameterError(f"axes: got {', '.join(axes)}, expected for {name!r}: {listed}, in this order")
-    if mirrored and len(axes) == 4:
-        raise ParameterError("mirrored=True: expected three axes; a plane of symmetry says nothing of four")
-    for axis, nodes in axes.items():
-        low, high = (
-            (-4.0 * math.pi, 4.0 * math.pi) if axis in kind.turning else (0.0, _HIGHEST.get(axis, 0.5 * math.pi))
-        )
-        if not len(nodes) or not np.isfinite(nodes).all() or not (np.diff(nodes) > 0.0).all():
-            raise ParameterError(f"axes: {axis} is {_short(nodes)}, expected increasing, finite nodes [rad]")
-        if nodes[0] < low - INSIDE or nodes[-1] > high + INSIDE:
-            raise ParameterError(
-                f"axes: {axis} runs from {nodes[0]:g} to {nodes[-1]:g}, expected {low:g} to {high:g} rad; "
-                f"convert degrees with numpy.radians"
-            )
-    return [axis for axis in axes if axis in kind.turning]
-
-
 def _check_values(what: str, values: np.ndarray, grid: tuple[int, ...], names: tuple | None) -> None:
     expected = grid if names is None else (*grid, len(names))
     if values.shape != expected:
@@ -404,33 +343,3 @@ def _real(values: Any) -> np.ndarray:
     """An array of floats; those of single and double precision as they are."""
     found = np.asarray(values)
     return found if found.dtype in (np.float32, np.float64) else found.astype(np.float64)
-
-
-def _axis(name: str, nodes: np.ndarray, period: float, mirrored: bool) -> _Axis:
-    closed = nodes
-    if period and len(nodes) > 1:
-        span = nodes[-1] - nodes[0]
-        if mirrored and not -INSIDE <= nodes[0] <= nodes[-1] <= 0.5 * period + INSIDE:
-            raise ParameterError(
-                f"axes: {name} runs from {nodes[0]:g} to {nodes[-1]:g}, expected 0 to {0.5 * period:g} rad, "
-                f"because the other half is mirrored"
-            )
-        if span > period + INSIDE:
-            raise ParameterError(f"axes: {name} covers {span:g} rad, expected at most its period, {period:g}")
-        if not mirrored and span < period - INSIDE:
-            closed = np.append(nodes, nodes[0] + period)
-    spacing, start, step = "uneven", float(nodes[0]), 1.0
-    if len(closed) > 1:
-        for kind, x in (("even", closed), ("even in square root", np.sqrt(np.maximum(closed, 0.0)))):
-            even = np.linspace(x[0], x[-1], len(x))
-            if np.abs(x - even).max() <= 1e-10 * (x[-1] - x[0]) and not (period and kind != "even"):
-                spacing, start, step = kind, float(x[0]), float(x[-1] - x[0]) / (len(x) - 1)
-                break
-    return _Axis(spacing, start, step, len(closed), period, mirrored, float(nodes[0]), float(nodes[-1]))
-
-
-_HIGHEST = {"radial": math.pi}
-
-
-def _short(a: np.ndarray) -> str:
-    return np.array2string(a, threshold=6, edgeitems=3, precision=4)

@@ -168,16 +168,23 @@ def _provenance_rows(held: dict[str, Any] | None) -> list[tuple[str, str]]:
     if not held:
         return []
     rows = [("sha256", held["sha256"])] if "sha256" in held else []
-    rows.append(("read by", f"gonio {held['gonio']}"))
+    if "gonio" in held:
+        rows.append(("read by", f"gonio {held['gonio']}"))
     if "options" in held:
         rows.append(("read with", ", ".join(f"{k}={v}" for k, v in held["options"].items())))
-    made = held.get("converted_from")
-    while isinstance(made, dict):
-        what = made.get("file") or made.get("material", "?")
-        digest = f", {made.get('format')}, sha256 {made['sha256']}" if "sha256" in made else ""
-        rows.append(("made from", f"{what}{digest}, by {made.get('converted_by', 'gonio')}"))
-        made = made.get("converted_from")
-    return rows
+    return rows + _made_from(held.get("converted_from"))
+
+
+def _made_from(made: Any) -> list[tuple[str, str]]:
+    """What something was made of, what that was made of, and so on."""
+    if isinstance(made, list):
+        return [row for of in made for row in _made_from(of)]
+    if not isinstance(made, dict):
+        return []
+    what = made.get("file") or made.get("material", "?")
+    digest = f", {made.get('format')}, sha256 {made['sha256']}" if "sha256" in made else ""
+    row = ("made from", f"{what}{digest}, by {made.get('converted_by', 'gonio')}")
+    return [row, *_made_from(made.get("converted_from"))]
 
 
 def _short(value: Any) -> str:

@@ -126,8 +126,10 @@ class Measured(Reflectance):
     path: str
     about: dict[str, Any]
     provenance: dict[str, Any]
-    """Where it was read from: "file", "bytes", "sha256", "format", "gonio" (its version), "options" of the reader where
-    there were any, and "converted_from", the same of what the file was made of, where it says so. Empty in memory."""
+    """Where it was read from: "file", "bytes", "sha256" (of files up to 256 MB), "format", "gonio" (its version),
+    "options" of the reader where there were any, and "converted_from", the same of what the file was made of, where it
+    says so. Of what was made of it in memory, by `with_brdf`, `gonio.tabulate` or `gonio.repair`, "converted_from"
+    alone: a list where it was made of several. Empty where no file is known."""
     quantity = "brdf"
     format = ""
 

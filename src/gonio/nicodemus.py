@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from . import batch
-from .cones import MIRROR, Cone, Geometry, Hemisphere, overlap
+from .cones import MIRROR, Cone, Geometry, Hemisphere, Rings, overlap
 from .errors import ParameterError
 from .geometry import Direction
 from .illumination import Frame, as_lights, estimate
@@ -306,12 +306,13 @@ def _averaged(
     `turns`: whether turning directions about the normal changes nothing but for the material.
     """
     maps = batch.full_shape(m, ()) != ()
-    same = turns and outer.about_normal and not maps and m.is_isotropic()
+    same = turns and not maps and m.is_isotropic()
+    around: Geometry | Rings = Rings(outer) if same and isinstance(outer, Cone) and not outer.about_normal else outer
 
     def evaluate(rows: np.ndarray, cells: np.ndarray) -> Sums:
         u, area = _nodes(cells)
-        w, solid = outer.points(*u)
-        area = area * solid / outer.projected
+        w, solid = around.points(*u)
+        area = area * solid / around.projected
         index = np.repeat(here.of[rows], w.shape[1])
         flat = w.reshape(-1, 3)
         back: Any = slice(None)
@@ -328,7 +329,7 @@ def _averaged(
         sums = weighed(value * area[..., None])
         return Sums(sums, (share * error[..., 0]).sum(axis=-1), (share * missing[..., 0]).sum(axis=-1))
 
-    return cubature(evaluate, len(here.of), OUTER * tolerance, unit, outer.seam, side=FEW)
+    return cubature(evaluate, len(here.of), OUTER * tolerance, unit, around.seam, side=FEW)
 
 
 # Under a sky.

@@ -15,7 +15,7 @@ ORIGIN = "converted_from"
 
 
 HASHED = 1 << 28
-"""Up to so many bytes a file's SHA-256 is noted; larger ones are mapped, and reading them whole would take seconds."""
+"""Up to so many bytes (256 MB) a file's SHA-256 is noted: larger ones are mapped, and reading all takes seconds."""
 
 
 def noted(m: Measured, path: Path, format: str, options: Mapping[str, Any]) -> None:
@@ -40,9 +40,43 @@ def origin(m: Reflectance) -> dict[str, Any]:
     """What a writer keeps, as JSON data where the format has room for it: what was converted, by which version."""
     from . import __version__
 
-    if isinstance(m, Measured) and m.provenance:
-        return {**m.provenance, "converted_by": f"gonio {__version__}"}
-    return {"material": f"{m!r:.1000}", "converted_by": f"gonio {__version__}"}
+    known = dict(m.provenance) if isinstance(m, Measured) else {}
+    if "file" not in known:
+        known["material"] = f"{m!r:.1000}"
+    return {**known, "converted_by": f"gonio {__version__}"}
+
+
+def derived(*of: Reflectance) -> dict[str, Any]:
+    """The provenance of what is made in memory of measurements: where these were read from, under `ORIGIN`.
+
+    One that was made in memory itself passes on its own.
+    """
+    found = [
+        m.provenance if "file" in m.provenance else m.provenance[ORIGIN]
+        for m in of
+        if isinstance(m, Measured) and m.provenance
+    ]
+    return {ORIGIN: found[0] if len(of) == 1 else found} if found else {}
+
+
+def in_words(held: Any) -> str:
+    """The file of a provenance, or what it was made of, for people."""
+    if isinstance(held, list):
+        return " and ".join(map(in_words, held))
+    if not isinstance(held, Mapping):
+        return f"{held!s:.80}"
+    if "file" in held:
+        return f"{held['file']}, sha256 {held['sha256'][:12]}..." if "sha256" in held else str(held["file"])
+    return f"made of {in_words(held[ORIGIN])}" if ORIGIN in held else str(held.get("material", "of unknown origin"))
+
+
+def formats_read(held: Any) -> list[str]:
+    """The formats of the files that a provenance names first: of the measurement, or of those it was made of."""
+    if isinstance(held, list):
+        return [name for of in held for name in formats_read(of)]
+    if not isinstance(held, Mapping):
+        return []
+    return [str(held["format"])] if "format" in held else formats_read(held.get(ORIGIN))
 
 
 def _plain(value: Any) -> bool:

@@ -11,10 +11,11 @@ import numpy as np
 from .comparison import ResamplingError, lattice_pairs, resampling_error
 from .errors import ParameterError
 from .gridded import Gridded
-from .holes import filled
+from .holes import filled_in_layers
 from .interface import Reflectance
 from .measurement import tabular_shape
 from .parameterisations import parameterisation as parameterisation_named
+from .provenance import derived
 
 RESOLUTION = {
     ("half_difference", False): (90, 46, 36),
@@ -83,6 +84,7 @@ def tabulate(
         about={"made_of": repr(m)},
     )
     made.__dict__["channel_names"] = names
+    made.__dict__["provenance"] = derived(m)
     made.__dict__["breaks"] = {**Tabulated.breaks, **m.breaches()}
     made.__dict__["error"] = resampling_error(m, made, keep.chosen)
     return made
@@ -135,4 +137,4 @@ def _on_grid(keep: _Kept, parameterisation: str, grid: Sequence[np.ndarray]) -> 
         up = (wi[..., 2] >= 0.999 * GRAZING) & (wo[..., 2] >= 0.999 * GRAZING)
         values[i] = np.nan
         values[i][up] = keep.f(wi[up], wo[up])
-    return np.stack([filled(values[..., c]) for c in range(keep.width)], axis=-1)
+    return filled_in_layers(values, (False,) * len(grid))[0]

@@ -14,6 +14,7 @@ from .dr_jit import DrJit
 from .in_numpys_manner import Array, Jax, Library, NumPy, Torch
 from .in_numpys_manner import Fixed as Fixed
 from .in_numpys_manner import Later as Later
+from .in_numpys_manner import Roomy as Roomy
 
 LIBRARIES: dict[str, Library] = {
     "numpy": NumPy("numpy", absolute="abs"),

@@ -40,6 +40,22 @@ class Fixed:
     _make._dynamo_marked_constant = True  # type: ignore[attr-defined]
 
 
+class Roomy(Fixed):
+    """Numbers that are made with one more behind them, which is none: kernels, which read two at a time, need no copy.
+
+    Of large tables a copy is what decides how much memory they take.
+    """
+
+    @property
+    def whole(self) -> np.ndarray:
+        """The numbers, and the one behind them."""
+        return super().numbers
+
+    @property
+    def numbers(self) -> np.ndarray:
+        return self.whole[:-1]
+
+
 class Later:
     """Fixed numbers for NumPy, converted when they are looked up: what is not may take long to make."""
 

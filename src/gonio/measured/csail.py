@@ -80,8 +80,8 @@ class CSAIL(Mapped):
 
     def brdf(self) -> np.ndarray:
         """f [1/sr] at the centres of bins, NaN where there is no data."""
-        f = np.where(self.valid, self.stored, np.nan).astype(float)
-        return np.multiply(f, self.scale, out=f)
+        f = np.full(self.stored.shape, np.nan)
+        return np.multiply(self.stored, self.scale, out=f, where=self.valid, dtype=float)
 
     def _key(self) -> tuple:
         return (*super()._key(), ("scale", self.scale))

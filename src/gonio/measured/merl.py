@@ -24,7 +24,7 @@ from ..errors import FormatError, ParameterError
 from ..files import replacing
 from ..geometry import HORIZON, Direction, dot, half_difference, half_vector, reflect
 from ..interface import Reflectance
-from ..libraries import Fixed
+from ..libraries import Fixed, Roomy
 from ..measurement import Measured, tabular_shape
 from ..param import channels, option, table
 from ..warp import cosine_hemisphere, cosine_hemisphere_density
@@ -149,7 +149,7 @@ class MERL(Measured):
         """As the base's, with tables made from `raw` when first needed in its place, which the formulas look up."""
         kept, raw = super()._keep(), self.raw
         del kept["raw"]
-        return {**kept, "cells": Fixed(lambda: _cells(raw)), "rings": Fixed(lambda: _rings(raw))}
+        return {**kept, "cells": Roomy(lambda: _cells(raw)), "rings": Fixed(lambda: _rings(raw))}
 
     def formula(self, wi: Direction, wo: Direction) -> Any:
         h, d, p = self._coordinates(wi, wo)
@@ -250,16 +250,19 @@ def _pairs(theta_h: Any, theta_d: Any, phi_d: Any) -> tuple[np.ndarray, np.ndarr
 
 
 def _cells(raw: np.ndarray) -> np.ndarray:
-    """f [1/sr] with the channels of a cell side by side, -1 where there is no data; flat.
+    """f [1/sr] with the channels of a cell side by side, -1 where there is no data; flat, and an entry more.
 
     Rows of phi_d begin with a copy of their last cell and end with one of their first: neighbours always lie together.
     """
-    cells = np.empty((*raw.shape[1:3], raw.shape[3] + 2, len(SCALE)))
+    shape = (*raw.shape[1:3], raw.shape[3] + 2, len(SCALE))
+    flat = np.empty(math.prod(shape) + 1)
+    flat[-1] = -1.0
+    cells = flat[:-1].reshape(shape)
     for c, scale in enumerate(SCALE):
         np.multiply(raw[c], scale, out=cells[..., 1:-1, c])
         cells[..., 1:-1, c][~_valid(raw[c])] = -1.0
     cells[..., 0, :], cells[..., -1, :] = cells[..., -2, :], cells[..., 1, :]
-    return cells.reshape(-1)
+    return flat
 
 
 def _rings(raw: np.ndarray) -> np.ndarray:

@@ -16,6 +16,7 @@ from ..integrate import integrate
 from ..interface import direction
 from ..measured.merl import AXES, MERL, SCALE, centres
 from ..measurement import ALBEDO_AT, Measured, Repair, from_brdf
+from ..provenance import derived
 from ..scattered import Scattered
 
 ALBEDO_TOLERANCE = 1e-3
@@ -115,20 +116,10 @@ def like(
     **other: Any,
 ) -> Gridded:
     """A measurement like another one, with other axes and values (grid..., C) of the same quantity."""
-    plain = m.channel_names is None
-    keywords: dict[str, Any] = {
-        "quantity": m.quantity,
-        "uncertainty": uncertainty if uncertainty is None or not plain else uncertainty[..., 0],
-        "channels": m.channel_names,
-        "mirrored": m.is_mirrored,
-        "periods": m.periods,
-        "interpolation": m.interpolation,
-        "outside": m.outside,
-        "about": {"made_of": repr(m), **m.about},
-        **other,
-    }
-    parameterisation = keywords.pop("parameterisation", m.parameterisation)
-    return Gridded(parameterisation, axes, stored[..., 0] if plain else stored, **keywords)
+    if m.channel_names is None:
+        stored, uncertainty = stored[..., 0], None if uncertainty is None else uncertainty[..., 0]
+    about = {"made_of": repr(m), **m.about}
+    return m.with_table(stored, uncertainty, **{"axes": axes, "path": "", "about": about, **other})
 
 
 def reported(
@@ -150,6 +141,8 @@ def reported(
     )
     history = [] if before is None else list(before.about.get("repairs", ()))
     made.about["repairs"] = [*history, record.to_json()]
+    if before is not None:
+        made.__dict__["provenance"] = derived(before)
     return made
 
 
@@ -167,10 +160,7 @@ def _gridded(m: MERL) -> Gridded:
 def black_sky(m: Any) -> tuple[float, ...]:
     """Albedos of the mean of all channels at `ALBEDO_AT`; directions without data count as 0."""
     if isinstance(m, Gridded) and m.channel_names is not None:
-        m = Gridded(
-            m.parameterisation, m.axes, m.brdf().mean(axis=-1), mirrored=m.is_mirrored, periods=m.periods,
-            interpolation=m.interpolation, outside=m.outside,
-        )  # fmt: skip
+        m = m.with_table(m.brdf().mean(axis=-1), quantity="brdf", channels=None)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", MissingDataWarning)
         warnings.simplefilter("ignore", ToleranceWarning)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..errors import ParameterError, ToleranceWarning
+from ..holes import filled_in_layers
 from ._cells import Cells, relative
 
 if TYPE_CHECKING:
@@ -45,7 +46,7 @@ def fill_holes(m: Gridded, method: str = "neighbours") -> Gridded:
     figures = {"rehearsal": _rehearsal(cells, method), "deepest": int(depth[cells.up].max(initial=0))}
     u = None
     if cells.u is not None:
-        carried, _ = filled_from_neighbours(np.where(np.isnan(cells.f), np.nan, cells.u), cells.wraps)
+        carried, _ = filled_in_layers(np.where(np.isnan(cells.f), np.nan, cells.u), cells.wraps)
         guess = figures["rehearsal"] * np.abs(f) * depth
         u = np.where(depth > 0, np.hypot(carried, guess), cells.u)
     figures["negative"] = int(((depth > 0) & (f < 0.0))[cells.up].any(axis=-1).sum())
@@ -54,14 +55,14 @@ def fill_holes(m: Gridded, method: str = "neighbours") -> Gridded:
 
 def _fill(cells: Cells, f: np.ndarray, method: str) -> tuple[np.ndarray, np.ndarray]:
     """Values without holes, and how far each cell is from what was known."""
-    near, depth = filled_from_neighbours(f, cells.wraps)
+    near, depth = filled_in_layers(f, cells.wraps)
     if method == "neighbours":
         return near, depth
     wanted = np.isnan(f) & cells.up[..., None]
     smooth = np.where(np.isnan(f) & ~cells.up[..., None], np.nan, near)
     for c in range(f.shape[-1]):
         smooth[..., c] = smoothest(smooth[..., c], wanted[..., c], cells.nodes, cells.wraps)
-    return filled_from_neighbours(smooth, cells.wraps)[0], depth
+    return filled_in_layers(smooth, cells.wraps)[0], depth
 
 
 def _rehearsal(cells: Cells, method: str) -> float:
@@ -88,38 +89,6 @@ def _shifted(a: np.ndarray, axis: int, step: int, wraps: bool, outside: Any) -> 
         edge[axis] = slice(0, 1) if step > 0 else slice(-1, None)
         moved[tuple(edge)] = outside
     return moved
-
-
-def filled_from_neighbours(values: np.ndarray, wraps: tuple[bool, ...]) -> tuple[np.ndarray, np.ndarray]:
-    """Values (grid..., C) with NaNs replaced layer by layer by the mean of known neighbours, and each one's layer.
-
-    `wraps`: which axes of the grid close to a circle. Raises ParameterError for a channel without any value.
-    """
-    shape = values.shape
-    filled, depth = values.copy(), np.zeros(shape, np.int32)
-    missing = np.argwhere(np.isnan(filled))
-    layer = 0
-    while len(missing):
-        layer += 1
-        total, count = np.zeros(len(missing)), np.zeros(len(missing), np.int32)
-        for axis, wrap in enumerate(wraps):
-            for step in (1, -1):
-                at = missing[:, axis] + step
-                inside = np.full(len(at), True) if wrap else (at >= 0) & (at < shape[axis])
-                index = [missing[:, k] for k in range(len(shape))]
-                index[axis] = at % shape[axis]
-                found = filled[tuple(index)]
-                use = inside & ~np.isnan(found)
-                total += np.where(use, found, 0.0)
-                count += use
-        reached = count > 0
-        if not reached.any():
-            raise ParameterError("fill_holes: a channel has no value in any cell; expected some to fill from")
-        cells = tuple(missing[reached].T)
-        filled[cells] = total[reached] / count[reached]
-        depth[cells] = layer
-        missing = missing[~reached]
-    return filled, depth
 
 
 def smoothest(values: np.ndarray, unknown: np.ndarray, nodes: list[np.ndarray], wraps: tuple[bool, ...]) -> np.ndarray:

@@ -13,6 +13,7 @@ from ..geometry import HORIZON
 from ..gridded import Gridded
 from ..interface import angles, direction
 from ..measurement import Measured, to_brdf
+from ..provenance import derived
 from ..scattered import Scattered
 from ._cells import Cells, reported, spread
 
@@ -91,6 +92,7 @@ def merge_scans(scans: Sequence[Measured], oriented: bool = False) -> Gridded:
     changes = {"cells": int(known.sum()), "share": float(known.mean()), "filled": 0}
     changes |= {"largest": float(max((np.abs(f - mean[i]).max(initial=0.0) for i, f, _ in used), default=0.0))}
     changes["mean"] = float(np.mean([np.abs(f - mean[i]).mean() for i, f, _ in used if f.size] or [0.0]))
+    made.__dict__["provenance"] = derived(*scans)
     return reported(made, None, "merge_scans", {"scans": len(scans), "oriented": oriented}, changes, figures)
 
 
