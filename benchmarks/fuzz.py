@@ -1,8 +1,8 @@
 """A campaign of damaged files: `python benchmarks/fuzz.py [COUNT [FORMAT...]]`, results in benchmarks/fuzz.txt.
 
-Every format's minimal valid file is mutated COUNT times (1e5 by default) and read, with at most
-5 seconds and a bounded amount of memory for each. Only `gonio.Error` may be raised. Numbers of mutations with outcomes
-not seen before are kept in tests/corpus, which the tests read again.
+Every format's minimal valid file, and what it holds where that is a dataset, is mutated COUNT times (1e5 by default)
+and read, with at most 5 seconds and a bounded amount of memory for each. Only `gonio.Error` may be raised. Numbers of
+mutations with outcomes not seen before are kept in tests/corpus, which the tests read again.
 """
 
 from __future__ import annotations
@@ -20,8 +20,8 @@ TESTS = HERE.parent / "tests"
 sys.path.insert(0, str(TESTS))
 
 import numpy as np  # noqa: E402
-from fuzzing import Hang, mutated, outcome  # noqa: E402
-from seeds import SEEDS  # noqa: E402
+from fuzz_trials import TRIALS  # noqa: E402
+from fuzzing import Hang  # noqa: E402
 
 KEEP = 48
 """How many mutations per format are kept at most."""
@@ -29,18 +29,17 @@ KEEP = 48
 
 def campaign(name: str, count: int, seconds: float) -> tuple[int, int, list[int], dict[str, int]]:
     """How many mutations of a format's seed were tried and read, numbers worth keeping, and findings with a number."""
-    seed = SEEDS[name]()
     seen: dict[str, int] = {}
     findings: dict[str, int] = {}
     tried, read, start = 0, 0, time.perf_counter()
     with TemporaryDirectory(dir="/dev/shm") as folder:
-        path = Path(folder) / "damaged"
+        trial = TRIALS[name](Path(folder) / "damaged")
         for number in range(count):
             if time.perf_counter() - start > seconds:
                 break
             tried += 1
             try:
-                found = outcome(mutated(seed, number), path, evaluate=number % 16 == 0)
+                found = trial(number)
             except (Exception, Hang) as error:
                 frames = traceback.extract_tb(error.__traceback__)
                 where = next(
@@ -56,7 +55,7 @@ def campaign(name: str, count: int, seconds: float) -> tuple[int, int, list[int]
 def main(arguments: list[str]) -> None:
     """Run the campaign and write what it found."""
     count = int(float(arguments[0])) if arguments else 100_000
-    names = arguments[1:] or sorted(SEEDS)
+    names = arguments[1:] or sorted(TRIALS)
     seconds = float(os.environ.get("GONIO_FUZZ_SECONDS", "1e9"))
     corpus = TESTS / "corpus"
     corpus.mkdir(exist_ok=True)

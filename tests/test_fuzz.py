@@ -6,7 +6,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from fuzzing import mutated, outcome
+from fuzz_trials import TRIALS
+from fuzzing import outcome
 from seeds import SEEDS
 
 import gonio as gn
@@ -27,11 +28,11 @@ def numbers(name: str) -> list[int]:
     return np.loadtxt(file, dtype=int, ndmin=1).tolist() if file.exists() else list(range(20))
 
 
-@pytest.mark.parametrize("name", SEEDS)
+@pytest.mark.parametrize("name", TRIALS)
 def test_damaged_files(name, tmp_path):
-    seed = SEEDS[name]()
+    trial = TRIALS[name](tmp_path / "damaged")
     for number in numbers(name):
-        outcome(mutated(seed, number), tmp_path / "damaged", evaluate=number % 16 == 0)
+        trial(number)
 
 
 @pytest.mark.parametrize("name", SEEDS)

@@ -82,15 +82,14 @@ def _gridded(ds: xarray.Dataset, path: str, where: str) -> Gridded:
         {axis: _angle(ds, axis, where) for axis in axes},
         _masked(ds, axes),
         uncertainty=_variable(ds, "uncertainty", axes),
-        mirrored=bool(ds.attrs.get("mirrored", 0)),
-        periods=from_text(_text(ds, "periods", where), where) if "periods" in ds.attrs else None,
+        mirrored=bool(_flag(ds, "mirrored", where)),
+        periods=_periods(ds, where),
         interpolation=_text(ds, "interpolation", where, "linear"),
         **_common(ds, path, where),
     )
 
 
 def _scattered(ds: xarray.Dataset, path: str, where: str) -> Scattered:
-    isotropic = ds.attrs.get("isotropic")
     theta_i, phi_i, theta_o, phi_o = (_angle(ds, axis, where) for axis in ("theta_i", "phi_i", "theta_o", "phi_o"))
     return Scattered(
         theta_i,
@@ -99,7 +98,7 @@ def _scattered(ds: xarray.Dataset, path: str, where: str) -> Scattered:
         phi_o,
         _masked(ds, (ROW,)),
         uncertainty=_variable(ds, "uncertainty", (ROW,)),
-        isotropic=None if isotropic is None else bool(isotropic),
+        isotropic=_flag(ds, "isotropic", where),
         **_common(ds, path, where),
     )
 
@@ -173,6 +172,20 @@ def _masked(ds: xarray.Dataset, axes: Sequence[str]) -> np.ndarray:
     if valid is None or not (hidden := ~valid.astype(bool) & np.isfinite(values)).any():
         return values
     return np.where(hidden, values.dtype.type(np.nan), values)
+
+
+def _periods(ds: xarray.Dataset, where: str) -> dict[str, float]:
+    found = from_text(_text(ds, "periods", where, "{}"), where)
+    if not isinstance(found, dict) or not all(type(x) in (int, float) for x in found.values()):
+        raise FormatError(f"{where}: the attribute periods is {found!r:.60}, expected names of azimuths and numbers")
+    return found
+
+
+def _flag(ds: xarray.Dataset, name: str, where: str) -> bool | None:
+    found = np.asarray(ds.attrs.get(name, 0))
+    if found.size != 1 or found.dtype.kind not in "iufb" or found not in (0, 1):
+        raise FormatError(f"{where}: the attribute {name} is {ds.attrs[name]!r:.40}, expected 0 or 1")
+    return bool(found) if name in ds.attrs else None
 
 
 def _text(ds: xarray.Dataset, name: str, where: str, default: str | None = None) -> str:

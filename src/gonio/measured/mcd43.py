@@ -77,12 +77,11 @@ def read_dataset(ds: xarray.Dataset, path: str, time: int | None = None) -> MCD4
         time = int(np.argmax(whole if whole.any() else some))
     if not -len(weights) <= time < len(weights):
         raise ParameterError(f"time={time}: {path} holds {len(weights)} days, expected 0 to {len(weights) - 1}")
-    quality = {
-        band: np.asarray(ds[QUALITY + band].values)[time] for band in bands if QUALITY + band in ds and _timed(ds, band)
-    }
+    flags = {band: ds[QUALITY + band].values for band in bands if QUALITY + band in ds}
+    quality = {band: found[time] for band, found in flags.items() if found.shape[:1] == weights.shape[:1]}
     about = {**{k: str(v) for k, v in ds.attrs.items()}, "time": time, "days": len(weights)}
-    if "time" in ds.variables:
-        about["date"] = f"{np.ravel(ds['time'].values)[time]:g} {ds['time'].attrs.get('units', '')}".strip()
+    if "time" in ds.variables and (dates := ds["time"].values.ravel()).dtype.kind in "iuf" and len(dates) > time:
+        about["date"] = f"{dates[time]:g} {ds['time'].attrs.get('units', '')}".strip()
     if quality:
         about["quality"] = {band: np.squeeze(q).tolist() for band, q in quality.items()}
     try:
@@ -91,16 +90,14 @@ def read_dataset(ds: xarray.Dataset, path: str, time: int | None = None) -> MCD4
         raise FormatError(f"{path}: {error}") from None
 
 
-def _timed(ds: xarray.Dataset, band: str) -> bool:
-    return "time" in ds[QUALITY + band].dims
-
-
 def _weights(ds: xarray.Dataset, path: str) -> tuple[np.ndarray, tuple[str, ...]]:
     """Weights (time, y, x, kernel, band), NaN where there are none, and the names of the bands."""
     found = {str(name).removeprefix(PREFIX): ds[name] for name in ds.data_vars if str(name).startswith(PREFIX)}
     shapes = {band: v.shape for band, v in found.items()}
     if len(set(shapes.values())) != 1:
         raise FormatError(f"{path}: bands have shapes {shapes}, expected the same for all")
+    if kinds := {str(v.dtype) for v in found.values() if v.dtype.kind not in "iuf"}:
+        raise FormatError(f"{path}: {PREFIX}* hold {', '.join(kinds)}, expected numbers")
     shape = next(iter(shapes.values()))
     if len(shape) not in (3, 4) or shape[-1] != len(KERNELS) or 0 in shape:
         raise FormatError(f"{path}: {PREFIX}* has shape {shape}, expected ([time,] y, x, 3)")
