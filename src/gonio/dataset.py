@@ -12,7 +12,7 @@ from . import schema
 from .errors import FormatError, ParameterError
 from .gridded import Gridded
 from .interface import Reflectance
-from .measurement import tabular_shape
+from .measurement import tabular_shape, tristimulus
 from .parameterisations import parameterisation as parameterisation_named
 from .provenance import ORIGIN, origin
 from .scattered import Scattered
@@ -204,7 +204,7 @@ def on_grid(m: Reflectance, parameterisation: str, resolution: Sequence[int] | N
             nodes[name] = 0.5 * math.pi * np.linspace(0.0, 1.0, count)
     wi, wo = kind.pairs(*np.meshgrid(*nodes.values(), indexing="ij"))
     up = (wi[..., 2] > 1e-6) & (wo[..., 2] > 1e-6)
-    f = m.f(wi[up], wo[up])
+    f = tristimulus(m, m.f(wi[up], wo[up]))
     values = np.full((*up.shape, *f.shape[1:]), np.nan)
     values[up] = f
     names_ = m.channel_names or (("R", "G", "B") if f.shape[1:] == (3,) else tuple(map(str, range(f.shape[-1]))))

@@ -12,7 +12,7 @@ from ..errors import FormatError, ParameterError
 from ..geometry import HORIZON
 from ..gridded import Gridded
 from ..interface import Reflectance, angles
-from ..measurement import from_brdf, tabular_shape, to_brdf
+from ..measurement import from_brdf, tabular_shape, to_brdf, tristimulus
 from ..scattered import Scattered, gridded_or_scattered
 
 RESOLUTION = (18, 18, 72)
@@ -185,7 +185,7 @@ def of(m: Reflectance, resolution: Sequence[int] | None = None, incident: tuple[
     )
     nodes = np.meshgrid(lit[0], lit[1], thetas[1], turns, indexing="ij")
     rows = np.stack([x.reshape(-1) for x in nodes], axis=1)
-    f = m.f_angles(*rows.T)
+    f = tristimulus(m, m.f_angles(*rows.T))
     names = None if f.ndim == 1 else m.channel_names or _numbered(f.shape[1])
     return Pairs(rows, f, channels=names)
 

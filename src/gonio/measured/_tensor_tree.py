@@ -128,6 +128,11 @@ class TensorTree(Measured):
         return tuple(found)
 
     @property
+    def relative_xyz(self) -> bool:  # type: ignore[override]
+        """Whether it has colours: a flat reflectance of 1 is 1 in X, Y and Z, as in Radiance."""
+        return self.channel_names == ("X", "Y", "Z")
+
+    @property
     def valid(self) -> np.ndarray:
         return np.isfinite(self.values)
 
