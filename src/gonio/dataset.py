@@ -43,9 +43,8 @@ def to_dataset(
 
     Raises ParameterError for a material with a delta lobe or with maps.
     """
-    if not isinstance(m, Gridded):
-        m = on_grid(m, parameterisation, resolution)
-    return m.data.assign_attrs(provenance=schema.to_text(origin(m)))
+    table = m if isinstance(m, Gridded) else on_grid(m, parameterisation, resolution)
+    return table.data.assign_attrs(provenance=schema.to_text(origin(m)))
 
 
 def from_dataset(ds: xarray.Dataset, path: str = "") -> Gridded:

@@ -161,16 +161,17 @@ def grid(columns: Mapping[str, np.ndarray]) -> tuple[dict[str, np.ndarray], np.n
 
 
 def of(m: Reflectance, resolution: Sequence[int] | None = None, incident: tuple[float, float] | None = None) -> Pairs:
-    """The pairs that a measurement holds, with its values as stored; of anything else f at a grid of angles.
+    """The pairs that a measurement holds, with its values as stored; of anything else f at a grid of angles, and of
+    anything at the grid that is asked for.
 
     Nodes of a grid that are below the horizon, or hold no number, are left out; both halves of mirrored data are
     there. `resolution`: see `RESOLUTION`; anisotropic materials get as many azimuths of wi. `incident`: theta_i and
     phi_i [rad], which are the only ones then.
     Raises ParameterError for a material with a delta lobe or with maps.
     """
-    if isinstance(m, Scattered):
+    if isinstance(m, Scattered) and resolution is None:
         return _lit_from(incident, Pairs(m.rows, m.stored, m.quantity, m.uncertainty, m.channel_names))
-    if isinstance(m, Gridded):
+    if isinstance(m, Gridded) and resolution is None:
         return _lit_from(incident, _of_grid(m))
     tabular_shape(m)
     counts = RESOLUTION if resolution is None else tuple(resolution)

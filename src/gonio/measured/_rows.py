@@ -39,13 +39,13 @@ class Rows(NamedTuple):
 def rows_of(m: Reflectance, resolution: Sequence[int] | None = None, quantity: str = "brdf") -> Rows:
     """The pairs that a measurement holds, or those of a grid of angles, with values of a quantity there.
 
-    `resolution`: nodes of theta_i, theta_o, phi; or of theta_i, theta_o, phi_i, phi_o. Not for measurements in rows or
-    on a grid, whose values are as they were given if they are of this quantity. Raises ParameterError for a material
-    with a delta lobe or with maps.
+    `resolution`: nodes of theta_i, theta_o, phi; or of theta_i, theta_o, phi_i, phi_o. Without it measurements in rows
+    or on a grid keep their pairs, and their values as they were given if they are of this quantity. Raises
+    ParameterError for a material with a delta lobe or with maps.
     """
-    if isinstance(m, Scattered):
+    if isinstance(m, Scattered) and resolution is None:
         return _with(m.rows, m.quantity, m.stored, m.uncertainty, quantity)
-    if isinstance(m, Gridded):
+    if isinstance(m, Gridded) and resolution is None:
         return _of_grid(m, quantity)
     tabular_shape(m)
     if resolution is None:
