@@ -1,8 +1,11 @@
-"""What engine.py runs in fresh processes. Prints numbers for engine.py to read; not meant to be run by hand.
+"""What engine.py and measured.py run in fresh processes. Prints numbers for them to read; not meant to be run by hand.
 
 python child.py numpy blocks|whole    m.f of the pickled (m, wi, wo) on standard input, once per line of it
 python child.py first                 seconds: import numpy, import gonio, first and second f of 1000 directions
 python child.py memory N              bytes that the process grew by for f of N directions, and those of the arrays
+python child.py file PATH             seconds: import gonio, load the file, first and second f of 1000 directions
+python child.py held PATH             bytes: of the file's table, most that load and first f allocated, that they
+                                      made the process grow by
 """
 
 from __future__ import annotations
@@ -67,11 +70,52 @@ def memory(count: int) -> None:
     print(peak() - before, wi.nbytes + wo.nbytes + value.nbytes)
 
 
+def file(path: str) -> None:
+    """Times of the first steps with a file."""
+    times = [time.perf_counter()]
+    import numpy as np
+
+    import gonio as gn
+
+    times.append(time.perf_counter())
+    m = gn.load(path)
+    times.append(time.perf_counter())
+    w = np.tile(np.array([0.6, 0.0, 0.8], np.float32), (1000, 1))
+    for _ in range(2):
+        m.f(w, w)
+        times.append(time.perf_counter())
+    print(*np.diff(times))
+
+
+def held(path: str) -> None:
+    """Memory of a file's table, its loading and its first f. A small table was evaluated before."""
+    import tracemalloc
+
+    import numpy as np
+
+    import gonio as gn
+
+    w = np.tile(np.array([0.6, 0.0, 0.8], np.float32), (1000, 1))
+    gn.Microfacet(gn.GGX(0.3)).f(w, w)
+    before = peak()
+    gn.load(path).f(w, w)
+    grown = peak() - before
+    tracemalloc.start()
+    m = gn.load(path)
+    m.f(w, w)
+    table = sum(a.nbytes for a in m.stored.values()) if m.format == "RGL" else 8 * m.valid.size
+    print(table, tracemalloc.get_traced_memory()[1], grown)
+
+
 if __name__ == "__main__":
     command, *arguments = sys.argv[1:]
     if command == "numpy":
         serve_numpy(arguments[0])
     elif command == "first":
         first()
+    elif command == "file":
+        file(arguments[0])
+    elif command == "held":
+        held(arguments[0])
     else:
         memory(int(arguments[0]))

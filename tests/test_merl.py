@@ -135,6 +135,50 @@ def test_bytes_are_where_the_format_says(tmp_path):
     assert {name: len(nodes) for name, nodes in m.axes.items()} == {"theta_h": 90, "theta_d": 90, "phi_d": 180}
 
 
+@pytest.mark.parametrize(
+    ("degrees", "place"),
+    [
+        ((30.0, 0.0, 60.0, 70.0), (59 * 90 + 27) * 180 + 51),  # 39.8093, 27.2356, -128.6534: phi_d + 180 = 51.3466
+        ((60.0, 70.0, 30.0, 0.0), (59 * 90 + 27) * 180 + 51),  # exchanged: phi_d is 51.3466
+        ((45.0, 10.0, 20.0, 300.0), (50 * 90 + 20) * 180 + 46),  # 28.2414, 20.8267, 46.2717
+        ((5.0, 33.0, 12.0, 250.0), (19 * 90 + 8) * 180 + 148),  # 4.2846, 8.1348, 148.5996
+    ],
+)
+def test_cells_by_hand(degrees, place, tmp_path):
+    """theta_h, theta_d, phi_d [degrees] of theta_i, phi_i, theta_o, phi_o, and with them the cell that Matusik et al.
+    2003 and their published code keep the pair in: theta_h counts 90 sqrt(theta_h/90), the others by degrees."""
+    file = tmp_path / "cells.binary"
+    with file.open("wb") as out:
+        out.write(struct.pack("<3i", 90, 90, 180))
+        out.truncate(SIZE[180])
+        for c, value in enumerate((1500.0, 3000.0, 4500.0)):
+            out.seek(12 + 8 * (c * 1_458_000 + place))
+            out.write(struct.pack("<d", value))
+    m = load(file).replace(interpolation="nearest")
+    np.testing.assert_allclose(m.f_angles(*np.radians(degrees)), [1.0, 2.0 * 1.15, 3.0 * 1.66], rtol=1e-14)
+
+
+def test_patches_become_a_merl_file_by_the_mean_over_turns(tmp_path):
+    """The way that the error names: patches of a matrix have edges, which do not turn with the directions."""
+    save(MODEL, tmp_path / "patches.xml", "WINDOW XML", basis="quarter")
+    patches = load(tmp_path / "patches.xml")
+    with pytest.raises(gn.errors.ParameterError, match=r"mean over turns: gonio.repair.symmetrise\(.*resample"):
+        save(patches, tmp_path / "no.binary")
+    table = gn.repair.resample(patches, resolution=(12, 12, 12, 12))
+    save(gn.repair.symmetrise(table, "isotropy"), tmp_path / "mean.binary")
+    wi, wo = directions(500, 25, 0.5), directions(500, 26, 0.5)
+    off = load(tmp_path / "mean.binary").f(wi, wo) / MODEL.f(wi, wo) - 1.0
+    assert np.abs(off.mean(axis=0)).max() < 0.1  # channels where they belong: they are up to 3 times apart
+
+
+@pytest.mark.parametrize("names", [(450.0, 550.0, 650.0), ("a", "b", "c")])
+def test_only_three_colours_are_red_green_and_blue(names, tmp_path):
+    m = gn.Lambertian([0.1, 0.2, 0.3]).replace()
+    m.__dict__["channel_names"] = names
+    with pytest.raises(gn.errors.ParameterError, match="expected one, or colours: R, G, B or X, Y, Z"):
+        save(m, tmp_path / "no.binary")
+
+
 @pytest.mark.parametrize("cells", [180, 360])
 def test_interpolation_against_a_scalar_implementation(cells, asymmetric):
     m = asymmetric if cells == 180 else MERL(random_table(360))

@@ -15,7 +15,7 @@ from .interface import Reflectance
 from .measured import load, save, writer
 from .measurement import Measured
 from .provenance import ORIGIN, in_words
-from .spectrum import XYZ_TO_SRGB
+from .spectrum import rgb_of
 
 
 @dataclass(frozen=True)
@@ -92,7 +92,7 @@ def convert(m: Reflectance, path: str | os.PathLike, format: str | None = None, 
     save(m, path, module.NAME, **options)
     made = load(path)
     names = _names(m), _names(made)
-    pairs = _common(*names)
+    pairs = _colours(m, made, names) or _common(*names)
     lost, gained = _differences(m, made)
     return Conversion(
         material=repr(m),
@@ -118,15 +118,20 @@ def _names(m: Reflectance) -> tuple | None:
 RGB, XYZ = ("R", "G", "B"), ("X", "Y", "Z")
 
 
+def _colours(m: Reflectance, made: Reflectance, names: tuple[Any, Any]) -> tuple[Channels, Channels] | None:
+    """Matrices that make linear sRGB of both, where they are colours of different kinds; else None."""
+    if not {*names} <= {RGB, XYZ} or (names[0] == names[1] and m.relative_xyz == made.relative_xyz):
+        return None
+    found = [rgb_of(name, x.relative_xyz) for name, x in zip(names, (m, made), strict=True)]
+    first, second = (np.eye(3) if matrix is None else matrix.T for matrix in found)
+    return first, second
+
+
 def _common(before: tuple | None, after: tuple | None) -> tuple[Channels, Channels] | None:
-    """The channels to compare: of the same name, or every one with an only one, or colours as linear sRGB; None if
-    there are none."""
+    """The channels to compare: of the same name, or every one with an only one; None if there are none."""
     count, made = len(before or (0,)), len(after or (0,))
     if before is None or after is None or 1 in (count, made):
         return list(range(count)), list(range(made))
-    if {before, after} == {RGB, XYZ}:
-        every = [0, 1, 2]
-        return (every, XYZ_TO_SRGB) if after == XYZ else (XYZ_TO_SRGB, every)
     of = [i for i, name in enumerate(before) if _place(name, after) is not None]
     return (of, [_place(before[i], after) or 0 for i in of]) if of else None
 

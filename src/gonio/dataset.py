@@ -12,7 +12,7 @@ from . import schema
 from .errors import FormatError, ParameterError
 from .gridded import Gridded
 from .interface import Reflectance
-from .measurement import tabular_shape
+from .measurement import tabular_shape, tristimulus
 from .parameterisations import parameterisation as parameterisation_named
 from .provenance import ORIGIN, derived, origin
 from .scattered import Scattered
@@ -43,9 +43,8 @@ def to_dataset(
 
     Raises ParameterError for a material with a delta lobe or with maps.
     """
-    if not isinstance(m, Gridded):
-        m = on_grid(m, parameterisation, resolution)
-    return m.data.assign_attrs(provenance=schema.to_text(origin(m)))
+    table = m if isinstance(m, Gridded) else on_grid(m, parameterisation, resolution)
+    return table.data.assign_attrs(provenance=schema.to_text(origin(m)))
 
 
 def from_dataset(ds: xarray.Dataset, path: str = "") -> Gridded:
@@ -217,7 +216,7 @@ def on_grid(m: Reflectance, parameterisation: str, resolution: Sequence[int] | N
             nodes[name] = 0.5 * math.pi * np.linspace(0.0, 1.0, count)
     wi, wo = kind.pairs(*np.meshgrid(*nodes.values(), indexing="ij"))
     up = (wi[..., 2] > 1e-6) & (wo[..., 2] > 1e-6)
-    f = m.f(wi[up], wo[up])
+    f = tristimulus(m, m.f(wi[up], wo[up]))
     values = np.full((*up.shape, *f.shape[1:]), np.nan)
     values[up] = f
     names_ = m.channel_names or (("R", "G", "B") if f.shape[1:] == (3,) else tuple(map(str, range(f.shape[-1]))))

@@ -55,6 +55,9 @@ class Reflectance(Parametrised):
     channel_names: tuple | None = None
     """Names of the channels, or their wavelengths [nm]; None for what the parameters imply (three: linear sRGB)."""
 
+    relative_xyz: bool = False
+    """Whether the channels are X, Y, Z of which a white surface has 1, not those of D65: of WINDOW's and Radiance's."""
+
     # What a model writes (components in, numbers out).
 
     def formula(self, wi: Direction, wo: Direction) -> Any:

@@ -12,6 +12,7 @@ import numpy as np
 from .errors import FormatError, ParameterError
 from .geometry import HORIZON
 from .interface import Reflectance
+from .spectrum import WHITE
 
 if TYPE_CHECKING:
     import xarray
@@ -54,6 +55,11 @@ def tabular_shape(m: Reflectance) -> tuple[int, ...]:
     if len(shape) > 1:
         raise ParameterError(f"{m!r:.80}: values have shape {shape}, expected one material, without maps")
     return shape
+
+
+def tristimulus(m: Reflectance, f: np.ndarray) -> np.ndarray:
+    """f (..., C) of a material as tables hold it: X, Y, Z of which a white surface has those of D65."""
+    return f * WHITE if m.relative_xyz else f
 
 
 ALBEDO_AT = (0.0, 45.0, 75.0)

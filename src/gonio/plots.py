@@ -180,7 +180,7 @@ def _albedo(axes: Any, m: Reflectance) -> None:
     rho = albedo(m, direction(np.radians(INCIDENCE), 0.0), tolerance=1e-3)
     rho = rho if rho.ndim == 2 else rho[:, None]
     names = m.channel_names
-    matrix = rgb_of(names) if rho.shape[1] > 3 or names == ("X", "Y", "Z") else None
+    matrix = rgb_of(names, m.relative_xyz) if rho.shape[1] > 3 or names == ("X", "Y", "Z") else None
     if matrix is not None:
         rho = rho @ matrix
     elif rho.shape[1] > 3:

@@ -42,6 +42,10 @@ XYZ_TO_SRGB = np.array(
 )  # IEC 61966-2-1
 
 
+WHITE = np.linalg.inv(XYZ_TO_SRGB).sum(axis=1)
+"""X, Y, Z of a white surface: (1, 1, 1) in linear sRGB, D65."""
+
+
 def to_rgb(wavelengths: Any) -> np.ndarray:
     """Matrix (C, 3) that turns reflectance at C increasing wavelengths [nm] into linear sRGB.
 
@@ -57,11 +61,11 @@ def to_rgb(wavelengths: Any) -> np.ndarray:
     return weights / weights.sum(axis=0)
 
 
-def rgb_of(names: tuple | None) -> np.ndarray | None:
+def rgb_of(names: tuple | None, relative: bool = False) -> np.ndarray | None:
     """Matrix (C, 3) that turns channels of these names into linear sRGB: wavelengths [nm], or X, Y, Z of which a white
-    surface has those of D65. None for channels that are RGB, or of which nothing is known."""
+    surface has those of D65, or if `relative` 1. None for channels that are RGB, or of which nothing is known."""
     if names is None or len(names) < 2:
         return None
     if tuple(names) == ("X", "Y", "Z"):
-        return XYZ_TO_SRGB.T
+        return (XYZ_TO_SRGB * (WHITE if relative else 1.0)).T
     return None if isinstance(names[0], str) else to_rgb(names)

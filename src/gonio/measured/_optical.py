@@ -12,7 +12,7 @@ from ..errors import FormatError, ParameterError
 from ..geometry import HORIZON
 from ..gridded import Gridded
 from ..interface import Reflectance
-from ..measurement import tabular_shape
+from ..measurement import tabular_shape, tristimulus
 from ..parameterisations import parameterisation
 
 XYZ_OF_RGB = np.array(
@@ -124,7 +124,7 @@ def values_at(m: Reflectance, wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
     """f (grid..., C) at pairs of directions (grid..., 3), 0 below the horizon and NaN where m has no data."""
     wi, wo = np.broadcast_arrays(wi, wo)
     up = (wi[..., 2] > HORIZON) & (wo[..., 2] > HORIZON)
-    found = m.f(np.ascontiguousarray(wi[up]), np.ascontiguousarray(wo[up]))
+    found = tristimulus(m, m.f(np.ascontiguousarray(wi[up]), np.ascontiguousarray(wo[up])))
     f = np.zeros((*wi.shape[:-1], found.shape[-1] if found.ndim > 1 else 1))
     f[up] = found.reshape(-1, f.shape[-1])
     return f

@@ -12,7 +12,7 @@ from ..errors import ParameterError
 from ..geometry import HORIZON
 from ..gridded import Gridded
 from ..interface import Reflectance, angles
-from ..measurement import from_brdf, tabular_shape, to_brdf
+from ..measurement import from_brdf, tabular_shape, to_brdf, tristimulus
 from ..scattered import Scattered
 from ._pairs import Pairs
 
@@ -48,7 +48,8 @@ def pairs_of(
     nodes: Nodes = FINE,
     as_held: bool = False,
 ) -> Pairs:
-    """The pairs that a measurement holds, with its values as stored; of anything else f at a grid of angles.
+    """The pairs that a measurement holds, with its values as stored; of anything else f at a grid of angles, and of
+    anything at the grid that is asked for.
 
     `resolution`: numbers of theta_i, theta_o and azimuths, which are those of wi too where a model is anisotropic; or
     of theta_i, theta_o, phi_i, phi_o; else those of `nodes`. `quantities`: what the format can hold; other values
@@ -57,9 +58,9 @@ def pairs_of(
     `as_held`: the nodes as they are, but for those below the horizon.
     Raises ParameterError for a material with a delta lobe, with maps, or without any number.
     """
-    if isinstance(m, Scattered):
+    if isinstance(m, Scattered) and resolution is None:
         pairs = Pairs(m.rows, m.stored, m.quantity, m.uncertainty, m.channel_names)
-    elif isinstance(m, Gridded):
+    elif isinstance(m, Gridded) and resolution is None:
         pairs = _of_grid(m, as_held)
     else:
         pairs = _of_model(m, resolution, incident, nodes)
@@ -89,7 +90,7 @@ def _of_model(
     if incident is not None:
         theta_i, phi_i = np.reshape(incident, (2, 1))
     rows = np.stack([x.reshape(-1) for x in np.meshgrid(theta_i, phi_i, theta_o, phi_o, indexing="ij")], axis=1)
-    f = m.f_angles(*rows.T)
+    f = tristimulus(m, m.f_angles(*rows.T))
     return Pairs(rows, f, channels=None if f.ndim == 1 else m.channel_names or _numbered(f.shape[1]))
 
 

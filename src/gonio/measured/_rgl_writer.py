@@ -25,6 +25,7 @@ from ..marginal_warp import ONE, MarginalWarp, bilinear, tables
 from ..measurement import Measured, tabular_shape
 from ..provenance import ORIGIN, origin
 from ..quadrature import lattice
+from ..spectrum import rgb_of
 
 RIGHT = 0.5 * math.pi
 GRAZING = 1e-3  # cosine up to which f is asked for
@@ -46,12 +47,14 @@ class _Source(NamedTuple):
     m: Reflectance
     wavelengths: np.ndarray | None
     order: list[int]
+    colours: np.ndarray | None = None
 
     def f(self, wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
         """f (..., C), NaN where there is none."""
         shape = np.broadcast_shapes(wi.shape, wo.shape)
         wi, wo = (np.broadcast_to(w, shape).reshape(-1, 3) for w in (wi, wo))
-        f = self.m.f(wi, wo).reshape(len(wi), -1)[:, self.order].reshape(*shape[:-1], -1)
+        f = self.m.f(wi, wo).reshape(len(wi), -1)[:, self.order]
+        f = (f if self.colours is None else f @ self.colours).reshape(*shape[:-1], -1)
         return np.where(np.isfinite(f), f, np.nan)
 
     def luminance(self, values: np.ndarray) -> np.ndarray:
@@ -70,11 +73,11 @@ def _source(m: Reflectance) -> _Source:
         return _Source(m, nm[order], order.tolist())
     if shape in ((), (1,)):
         return _Source(m, None, [0, 0, 0])
-    if shape == (3,) and names in (None, ("R", "G", "B")):
-        return _Source(m, None, [0, 1, 2])
+    if shape == (3,) and names in (None, ("R", "G", "B"), ("X", "Y", "Z")):
+        return _Source(m, None, [0, 1, 2], rgb_of(names, m.relative_xyz))
     raise ParameterError(
-        f"{m!r:.80}: has channels {names or shape[0]!r:.80}, expected one, R, G and B, or wavelengths [nm]: "
-        f"what an RGL file can hold"
+        f"{m!r:.80}: has channels {names or shape[0]!r:.80}, expected one, R, G and B, or wavelengths [nm], "
+        f"or X, Y and Z, which become R, G and B: what an RGL file can hold"
     )
 
 

@@ -87,7 +87,7 @@ def _bands(m: Reflectance, width: int) -> Bands:
         xyz = np.linalg.inv(spectrum.XYZ_TO_SRGB)
         return _xyz((xyz / xyz.sum(axis=1, keepdims=True)).T)
     if names == ("X", "Y", "Z"):
-        return _xyz(np.eye(3))
+        return _xyz(np.eye(3) if m.relative_xyz else np.diag(1.0 / spectrum.WHITE))
     raise ParameterError(
         f"{m!r:.80}: {width} channels named {names!r:.60}; expected one, RGB, XYZ, or wavelengths: write one at a time"
     )

@@ -74,8 +74,8 @@ def read(path: Path, side: str = "front") -> Gridded:
 
 
 def write(m: Reflectance, path: Path, resolution: Sequence[int] | None = None) -> None:
-    """Write the BRDF at the pairs that a measurement holds, of anything else at a grid of angles (`resolution`: numbers
-    of theta_i, theta_o and azimuths).
+    """Write the BRDF at the pairs that a measurement holds; of anything else, and where `resolution` is given (numbers
+    of theta_i, theta_o and azimuths), at a grid of angles.
 
     Lost: uncertainties, and nodes without data. Values along the surface (a cosine of 0) too, if they are not BRDFs.
     Raises ParameterError for delta lobes, maps, and channels whose names have commas.

@@ -208,7 +208,8 @@ def write(
     angles = _text.degrees(pairs.angles)
     there = np.isfinite(f)
     at, channel = np.nonzero(there)
-    more = known.get("data", {})
+    # Another format's words may be called so too.
+    more, said = (x if isinstance(x := known.get(name), dict) else {} for name in ("data", "metadata"))
     data: dict[str, Any] = {}
     if f.shape[1] > 1 or wavelengths is not None or m.channel_names:
         nm = np.array(_channels.wavelengths_of(m, wavelengths, f.shape[1]))
@@ -221,5 +222,5 @@ def write(
     if pairs.uncertainty is not None:
         data["uBRDF"] = {"unit": "sr^-1", "values": pairs.uncertainty.reshape(f.shape)[there].tolist()}
     merged = {name: {**value, **data.get(name, {})} if name in COLUMNS else value for name, value in more.items()}
-    about = {"schema": SCHEMA, "type": "BRDF", **known.get("metadata", {}), **(metadata or {})}
+    about = {"schema": SCHEMA, "type": "BRDF", **said, **(metadata or {})}
     _json.write(path, {"metadata": about, "data": {**merged, **{k: v for k, v in data.items() if k not in merged}}})

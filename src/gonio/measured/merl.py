@@ -27,6 +27,7 @@ from ..interface import Reflectance
 from ..libraries import Fixed, Roomy
 from ..measurement import Measured, tabular_shape
 from ..param import channels, option, table
+from ..spectrum import rgb_of
 from ..warp import cosine_hemisphere, cosine_hemisphere_density
 
 if TYPE_CHECKING:
@@ -346,9 +347,9 @@ def write(m: Reflectance, path: Path, phi_d: int = 180) -> None:
     """Write f at the centres of cells; a MERL is written as it was read, bit by bit.
 
     With 180 cells of `phi_d` one half of a material without reciprocity is lost; 360 cells keep it. One channel
-    becomes gray. -1 stands for below the horizon, and for values that are negative, NaN or infinite.
-    Raises ParameterError for a material that is anisotropic, that has a delta lobe, other than 1 or 3 channels, or
-    maps: no such table could hold it.
+    becomes gray; X, Y, Z become linear sRGB. -1 stands for below the horizon, and for values that are negative, NaN or
+    infinite. Raises ParameterError for a material that is anisotropic, that has a delta lobe, channels other than one
+    or colours, or maps: no such table could hold it.
     """
     raw = m.raw if isinstance(m, MERL) else _tabulate(m, phi_d)
     with replacing(path) as temporary, temporary.open("wb") as file:
@@ -359,11 +360,17 @@ def write(m: Reflectance, path: Path, phi_d: int = 180) -> None:
 def _tabulate(m: Reflectance, phi_cells: int) -> np.ndarray:
     if (N, N, phi_cells) not in SHAPES:
         raise ParameterError(f"phi_d={phi_cells}: expected 180 or 360 cells")
-    shape = tabular_shape(m)
+    shape, names = tabular_shape(m), m.channel_names
     if shape not in ((), (1,), (3,)):
         raise ParameterError(f"{m!r:.80}: values have shape {shape}, expected () or (1,) for gray or (3,) for RGB")
+    if shape == (3,) and names not in (None, tuple("RGB"), tuple("XYZ")):
+        raise ParameterError(f"{m!r:.80}: has channels {names!r:.60}, expected one, or colours: R, G, B or X, Y, Z")
     if not m.is_isotropic():
-        raise ParameterError(f"{m!r:.80}: is anisotropic, and MERL files hold isotropic materials only")
+        raise ParameterError(
+            f"{m!r:.80}: is anisotropic, and MERL files hold isotropic materials only; take the mean over turns: "
+            f"gonio.repair.symmetrise(gonio.repair.resample(m), 'isotropy')"
+        )
+    colours = rgb_of(names, m.relative_xyz) if shape == (3,) else None
     raw = np.full((3, N, N, phi_cells), -1.0)
     theta_h, theta_d, phi_d = centres(phi_cells)
     for i in range(0, N, 10):
@@ -371,6 +378,7 @@ def _tabulate(m: Reflectance, phi_cells: int) -> np.ndarray:
         wi, wo = _pairs(theta_h[rows, None, None], theta_d[:, None], phi_d)
         up = (wi[..., 2] > HORIZON) & (wo[..., 2] > HORIZON)
         f = m.f(wi[up], wo[up]).reshape(-1, *(shape or (1,)))
+        f = f if colours is None else f @ colours
         stored = np.where(_valid(f), f / np.array(SCALE), -1.0)
         for c in range(3):
             raw[c, rows][up] = stored[:, c]

@@ -44,7 +44,7 @@ def read(path: Path) -> RGL:
 def write(
     m: Reflectance, path: Path, resolution: int | None = None, theta_i: int | None = None, phi_i: int | None = None
 ) -> None:
-    """Write f as such a file: rgb (one channel becomes gray), or spectra for wavelengths.
+    """Write f as such a file: rgb (one channel becomes gray, X, Y, Z linear sRGB), or spectra for wavelengths.
 
     A measurement read from such a file is written with every field as it was, bit by bit, unless an option is given.
     resolution   S has this times this many nodes over half vectors; 64 if not given
@@ -55,7 +55,7 @@ def write(
     Lost: holes, which are filled from what is next to them; values between the nodes. f with both cosines above 0.1
     changes by (mean, 99th percentile, largest; relative) 5e-4, 6e-3, 2e-2 for GGX(0.1), 2e-3, 9e-3, 4e-2 for
     Lambertian + GGX(0.3) of glass, 2e-3, 1e-2, 0.3 for gold-metallic-paint, 4e-3, 3e-2, 0.1 for GGX(0.1, 0.4).
-    Raises ParameterError for a delta lobe, maps, and channels that are neither RGB nor wavelengths.
+    Raises ParameterError for a delta lobe, maps, and channels that are neither colours nor wavelengths.
     """
     given = {"resolution": resolution, "theta_i": theta_i, "phi_i": phi_i}
     wanted = {name: value for name, value in given.items() if value is not None}

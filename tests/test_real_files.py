@@ -1,0 +1,78 @@
+"""Every real file of ../shared/data: it loads, says what it is, is written and read back equal, and is checked."""
+
+import csv
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+from conftest import switch_off
+
+import gonio as gn
+from gonio.cli import cli
+from gonio.errors import FormatError
+from gonio.measured import formats
+
+REAL = Path(__file__).resolve().parents[2] / "shared" / "data"
+MANIFEST = REAL / "MANIFEST.tsv"
+NOT_REFLECTANCES = ("env/", "fits/", "fluo/", "jsss_mwir/", "refractiveindex/", "nist_ptfe/README.txt")
+"""Environment maps, tables of published parameters, fluorescence, radiances, optical constants, text."""
+
+
+def listed() -> dict[str, str]:
+    """Name -> SHA-256 of the files of the list."""
+    if not MANIFEST.exists():
+        return {}
+    with MANIFEST.open(encoding="utf-8") as file:
+        return {row["file"]: row["sha256"] for row in csv.DictReader(file, delimiter="\t")}
+
+
+DIGESTS = listed()
+FILES = [name for name in DIGESTS if not name.startswith(NOT_REFLECTANCES)] or ["(none)"]
+each_file = pytest.mark.parametrize("name", FILES)
+WRITERS = {module.NAME: module for module in formats() if hasattr(module, "write")}
+
+
+@pytest.fixture(autouse=True)
+def plain(monkeypatch):
+    """No kernels: compiling one for every table takes longer than all else here."""
+    switch_off(monkeypatch)
+
+
+def real(name: str) -> Path:
+    if not MANIFEST.exists():
+        pytest.skip(f"no {MANIFEST}: real files are not part of the repository")
+    return REAL / name
+
+
+@each_file
+def test_it_loads_says_what_it_is_and_survives_its_own_format(name, tmp_path):
+    m = gn.load(real(name))
+    assert m.provenance["sha256"] == DIGESTS[name]
+    said = CliRunner().invoke(cli, ["info", str(REAL / name)])
+    assert said.exit_code == 0, said.output
+    assert m.provenance["sha256"] in said.output and m.provenance["format"] in said.output
+    if (module := WRITERS.get(m.provenance["format"])) is None:
+        return
+    path = tmp_path / f"again{module.SUFFIXES[0]}"
+    gn.save(m, path, module.NAME)
+    again = gn.load(path)
+    assert again == m and again.provenance["format"] == module.NAME
+    assert again.channel_names == m.channel_names
+
+
+@each_file
+def test_the_laws_that_it_fails_are_those_that_measurements_may_fail(name):
+    """Reflection between two plates follows from the albedo; laws about gonio's own part hold: pdf, sampling, ..."""
+    m = gn.load(real(name))
+    report = gn.check(m)
+    failed = [law for law in report.laws if not law.passed]
+    assert {law.name for law in failed} <= m.breaches().keys() | {"cavity"}, str(report)
+    assert all(law.why for law in failed)
+
+
+def test_other_files_are_refused_by_name():
+    real("")
+    for name in DIGESTS:
+        if name.startswith(NOT_REFLECTANCES):
+            with pytest.raises(FormatError, match="not a known format"):
+                gn.load(REAL / name)
