@@ -19,6 +19,7 @@ from .integrate import albedo
 from .interface import Reflectance, direction
 from .measurement import Measured
 from .param import Option, Param, Table
+from .scattered import Scattered
 from .uncertainty import with_uncertainty
 from .uncertainty.table import SCALE, has_uncertainty, scale_uncertainty
 
@@ -88,9 +89,10 @@ def _settable_facts(m: Reflectance) -> dict[str, Any]:
 
 
 def _file_facts(m: Measured) -> dict[str, Any]:
-    """What a file holds: of all numbers of its main table, those missing and those below 0."""
+    """What a file holds: of all numbers of its main table, those missing and those below 0; coefficients have none."""
     valid = m.valid
-    values = next(v for n, f in m.fields.items() if isinstance(f, Table) and (v := getattr(m, n)).shape == valid.shape)
+    tables = (getattr(m, name) for name, field in m.fields.items() if isinstance(field, Table))
+    values = next((v for v in tables if v.shape == valid.shape), None)
     return {
         "path": m.path,
         "bytes": os.path.getsize(m.path) if os.path.exists(m.path) else None,
@@ -98,12 +100,12 @@ def _file_facts(m: Measured) -> dict[str, Any]:
         "quantity": m.quantity,
         "parameterisation": getattr(m, "parameterisation", None),
         "axes": {name: _axis(nodes) for name, nodes in getattr(m, "axes", {}).items()},
-        "rows": len(m.rows) if hasattr(m, "rows") else None,
+        "rows": len(m.rows) if isinstance(m, Scattered) else None,
         "about": {name: _plain(value) for name, value in m.about.items() if name not in ("repairs", SCALE)},
         "published_as": getattr(m, "published", None),
         "shape": list(valid.shape),
         "missing": float(1.0 - valid.mean()),
-        "negative": float((values[valid] < 0.0).mean()) if valid.any() else 0.0,
+        "negative": None if values is None else float((values[valid] < 0.0).sum() / max(valid.sum(), 1)),
         "uncertainty": _uncertainty(m, values),
         "scale_uncertainty": scale_uncertainty(m) if isinstance(m, Gridded) else 0.0,
         "repairs": [{**r.to_json(), "summary": str(r)} for r in m.repairs],
@@ -124,10 +126,10 @@ def _axis(nodes: np.ndarray) -> dict[str, Any]:
     }
 
 
-def _uncertainty(m: Measured, values: np.ndarray) -> dict[str, float] | None:
+def _uncertainty(m: Measured, values: np.ndarray | None) -> dict[str, float] | None:
     """Median and range of the standard uncertainties relative to their values; None of measurements without any."""
     spread = getattr(m, "uncertainty", None)
-    if spread is None or np.shape(spread) != values.shape:
+    if spread is None or values is None or np.shape(spread) != values.shape:
         return None
     known = np.isfinite(values) & np.isfinite(spread) & (values != 0.0)
     if not known.any():
