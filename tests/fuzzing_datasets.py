@@ -33,7 +33,7 @@ def _changed(change: Callable[[xarray.Variable, Random], Any]) -> Callable[[xarr
             return ds
         try:
             return ds.drop_indexes(name, errors="ignore").assign({name: change(ds[name].variable, random)})
-        except (ValueError, TypeError, OverflowError):
+        except (ValueError, TypeError, OverflowError, RuntimeError):
             return ds
 
     return apply
