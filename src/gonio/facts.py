@@ -88,9 +88,12 @@ def _settable_facts(m: Reflectance) -> dict[str, Any]:
 
 
 def _file_facts(m: Measured) -> dict[str, Any]:
-    """What a file holds: of all numbers of its main table, those missing and those below 0."""
+    """What a file holds: of all numbers of its main table, those missing and those below 0, None if it keeps others."""
     valid = m.valid
-    values = next(v for n, f in m.fields.items() if isinstance(f, Table) and (v := getattr(m, n)).shape == valid.shape)
+    tables = {name: getattr(m, name) for name, field in m.fields.items() if isinstance(field, Table)}
+    fitting = {name: table for name, table in tables.items() if table.shape == valid.shape}
+    values = fitting.get("values", next(iter(fitting.values()), None))
+    known = None if values is None else values[valid]
     return {
         "path": m.path,
         "bytes": os.path.getsize(m.path) if os.path.exists(m.path) else None,
@@ -103,8 +106,8 @@ def _file_facts(m: Measured) -> dict[str, Any]:
         "published_as": getattr(m, "published", None),
         "shape": list(valid.shape),
         "missing": float(1.0 - valid.mean()),
-        "negative": float((values[valid] < 0.0).mean()) if valid.any() else 0.0,
-        "uncertainty": _uncertainty(m, values),
+        "negative": None if known is None else float((known < 0.0).mean()) if known.size else 0.0,
+        "uncertainty": None if values is None else _uncertainty(m, values),
         "scale_uncertainty": scale_uncertainty(m) if isinstance(m, Gridded) else 0.0,
         "repairs": [{**r.to_json(), "summary": str(r)} for r in m.repairs],
         "provenance": m.provenance,

@@ -136,7 +136,8 @@ def _file_rows(found: dict[str, Any]) -> list[tuple[str, str]]:
         rows.append(("measured", f"{found['rows']} pairs of directions, in no grid"))
     rows.append(("table", " x ".join(map(str, found["shape"]))))
     rows.append(("missing", _share(found["missing"])))
-    rows.append(("negative", _share(found["negative"])))
+    if found["negative"] is not None:
+        rows.append(("negative", _share(found["negative"])))
     spread = found["uncertainty"]
     if spread:
         low, median, high = (percent(spread[name]) for name in ("low", "median", "high"))
