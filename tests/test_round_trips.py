@@ -182,14 +182,19 @@ def by_squares(steps: tuple, largest: float, count: int) -> Callable[[np.ndarray
     return widths
 
 
-RINGS = np.array([0.0, 5.0, 15.0, 25.0, 35.0, 45.0, 55.0, 65.0, 75.0, 90.0]) * DEGREE
-PATCHES = np.array([1, 8, 16, 20, 24, 24, 24, 16, 12])
+def patches(edges: tuple[float, ...], counts: tuple[int, ...], centred: bool) -> Cells:
+    """Klems' patches: rings between polar angles [degrees], each cut into so many."""
+    rings, widths = np.radians(edges), np.radians(np.diff(edges))
+
+    def steps(x):
+        at = np.searchsorted(rings, x[:, :2], side="right") - 1
+        return np.concatenate([widths[at], 2.0 * math.pi / np.array(counts)[at]], axis=1)
+
+    return cells_of("angles", steps, 4)._replace(means=(0, 2), centred=centred)
 
 
-def patches(x: np.ndarray) -> np.ndarray:
-    """Sizes of Klems' patches: 10 degrees, and their share of the circle."""
-    around = [2.0 * math.pi / PATCHES[np.searchsorted(RINGS, x[:, k], side="right") - 1] for k in (0, 1)]
-    return np.stack([np.full(len(x), 10.0 * DEGREE)] * 2 + around, -1)
+FULL = patches((0, 5, 15, 25, 35, 45, 55, 65, 75, 90), (1, 8, 16, 20, 24, 24, 24, 16, 12), centred=True)
+QUARTER = patches((0, 9, 27, 45, 63, 90), (1, 8, 12, 12, 8), centred=False)
 
 
 def tree_cells(side: int, oriented: bool) -> Cells:
@@ -277,8 +282,8 @@ def own_layout(name: str, suffix: str) -> Format:
         EVERY,
         {"resolution": (46, 31, 36)},
         cells_of("half_difference", by_squares((RIGHT / 30, CIRCLE / 36, 0.0), RIGHT, 46), 3),
-        {"resolution": (24, 16, 24, 18)},
-        cells_of("half_difference", by_squares((RIGHT / 15, CIRCLE / 24, CIRCLE / 18), RIGHT, 24), 4),
+        {"resolution": (16, 13, 18, 12)},
+        cells_of("half_difference", by_squares((RIGHT / 12, CIRCLE / 18, CIRCLE / 12), RIGHT, 16), 4),
         keeps=True,
     )
 
@@ -302,8 +307,8 @@ FORMATS = {
         EVERY,
         {"resolution": 48, "theta_i": 19},
         rgl_cells(48, 19, None),
-        {"resolution": 16, "theta_i": 9, "phi_i": 16},
-        rgl_cells(16, 9, 16),
+        {"resolution": 12, "theta_i": 7, "phi_i": 12},
+        rgl_cells(12, 7, 12),
         colours=("R", "G", "B"),
         keeps=True,
     ),
@@ -312,9 +317,9 @@ FORMATS = {
         ".xml",
         EVERY,
         {"basis": "full"},
-        cells_of("angles", patches, 4)._replace(means=(0, 2), centred=True),
-        {"basis": "full"},
-        cells_of("angles", patches, 4)._replace(means=(0, 2), centred=True),
+        FULL,
+        {"basis": "quarter"},
+        QUARTER,
         colours=("X", "Y", "Z"),
     ),
     "tree": Format(
@@ -343,8 +348,8 @@ FORMATS = {
         EVERY,
         {"resolution": (18, 18, 36)},
         cells_of("relative", degrees(5.0, 5.0, 10.0, 0.0), 3),
-        {"resolution": (9, 18, 18)},
-        cells_of("angles", degrees(10.0, 5.0, 20.0, 20.0), 4),
+        {"resolution": (9, 9, 18)},
+        cells_of("angles", degrees(10.0, 10.0, 20.0, 20.0), 4),
     ),
     "BiRD": Format(
         "BiRD",

@@ -89,10 +89,12 @@ def _settable_facts(m: Reflectance) -> dict[str, Any]:
 
 
 def _file_facts(m: Measured) -> dict[str, Any]:
-    """What a file holds: of all numbers of its main table, those missing and those below 0; coefficients have none."""
+    """What a file holds: of all numbers of its main table, those missing and those below 0, None if it keeps others."""
     valid = m.valid
-    tables = (getattr(m, name) for name, field in m.fields.items() if isinstance(field, Table))
-    values = next((v for v in tables if v.shape == valid.shape), None)
+    tables = {name: getattr(m, name) for name, field in m.fields.items() if isinstance(field, Table)}
+    fitting = {name: table for name, table in tables.items() if table.shape == valid.shape}
+    values = fitting.get("values", next(iter(fitting.values()), None))
+    known = None if values is None else values[valid]
     return {
         "path": m.path,
         "bytes": os.path.getsize(m.path) if os.path.exists(m.path) else None,
@@ -105,8 +107,8 @@ def _file_facts(m: Measured) -> dict[str, Any]:
         "published_as": getattr(m, "published", None),
         "shape": list(valid.shape),
         "missing": float(1.0 - valid.mean()),
-        "negative": None if values is None else float((values[valid] < 0.0).sum() / max(valid.sum(), 1)),
-        "uncertainty": _uncertainty(m, values),
+        "negative": None if known is None else float((known < 0.0).mean()) if known.size else 0.0,
+        "uncertainty": None if values is None else _uncertainty(m, values),
         "scale_uncertainty": scale_uncertainty(m) if isinstance(m, Gridded) else 0.0,
         "repairs": [{**r.to_json(), "summary": str(r)} for r in m.repairs],
         "provenance": m.provenance,
@@ -126,10 +128,10 @@ def _axis(nodes: np.ndarray) -> dict[str, Any]:
     }
 
 
-def _uncertainty(m: Measured, values: np.ndarray | None) -> dict[str, float] | None:
+def _uncertainty(m: Measured, values: np.ndarray) -> dict[str, float] | None:
     """Median and range of the standard uncertainties relative to their values; None of measurements without any."""
     spread = getattr(m, "uncertainty", None)
-    if spread is None or values is None or np.shape(spread) != values.shape:
+    if spread is None or np.shape(spread) != values.shape:
         return None
     known = np.isfinite(values) & np.isfinite(spread) & (values != 0.0)
     if not known.any():
