@@ -20,6 +20,7 @@ import gonio as gn
 from gonio.measured import _tree, load, save, window_xml
 from gonio.measured._klems import FULL, HALF, HALF_2021, QUARTER, AngleBasis, Klems
 from gonio.measured._tensor_tree import TensorTree, disc
+from gonio.spectrum import WHITE, rgb_of
 
 REAL = Path(__file__).parents[2] / "shared" / "data" / "window_xml"
 TINY = AngleBasis("Tiny", (0.0, 30.0, 90.0), (1, 4))
@@ -489,3 +490,20 @@ def test_laws():
     smooth = Klems(np.full((41, 41), 0.2), QUARTER)
     failed = [law.name for law in gn.check(smooth).laws if not law.passed]
     assert not failed, failed
+
+
+def test_a_white_surface_in_colours_is_white_however_it_is_wrapped(tmp_path):
+    path = tmp_path / "white.xml"
+    save(gn.Lambertian([0.6, 0.6, 0.6]), path, XML)
+    m = load(path)
+    assert m.channel_names == ("X", "Y", "Z")
+    wi, wo = gn.direction(0.3, 0.1), gn.direction(0.8, 2.0)
+    for each in (m, 0.5 * m, m + gn.Lambertian(0.2), gn.Rotated(m, 0.3), gn.Coated(m, eta=1.5)):
+        matrix = rgb_of(each.channel_names, each.relative_xyz)
+        rgb = each.f(wi, wo) @ matrix
+        assert np.ptp(rgb) < 1e-5 * rgb.mean(), each
+    d65 = gn.Gridded(
+        "angles", {"theta_i": [0.1], "theta_o": [0.1], "phi": [0.0]}, [[[WHITE]]], channels=["X", "Y", "Z"]
+    )
+    with pytest.raises(gn.ParameterError, match="of a white surface"):
+        m + d65
