@@ -17,6 +17,7 @@ import numpy as np
 import pytest
 
 import gonio as gn
+from gonio.errors import ParameterError
 from gonio.measured import _tree, load, save, window_xml
 from gonio.measured._klems import FULL, HALF, HALF_2021, QUARTER, AngleBasis, Klems
 from gonio.measured._tensor_tree import TensorTree, disc
@@ -505,5 +506,5 @@ def test_a_white_surface_in_colours_is_white_however_it_is_wrapped(tmp_path):
     d65 = gn.Gridded(
         "angles", {"theta_i": [0.1], "theta_o": [0.1], "phi": [0.0]}, [[[WHITE]]], channels=["X", "Y", "Z"]
     )
-    with pytest.raises(gn.ParameterError, match="of a white surface"):
+    with pytest.raises(ParameterError, match="of a white surface"):
         m + d65
