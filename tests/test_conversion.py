@@ -8,6 +8,7 @@ from runpy import run_path
 
 import numpy as np
 import pytest
+from seeds import SEEDS
 
 import gonio as gn
 from gonio import comparison, conversion, files
@@ -302,6 +303,16 @@ def test_facts_of_a_table():
                   "brdf * cos(theta_o)", "A. Person", "5 % of the value", "450, 550 nm"):  # fmt: skip
         assert words in text, words
     json.dumps(found)
+
+
+def test_facts_of_files_that_keep_their_numbers_in_other_shapes(tmp_path):
+    for name, negative in (("MCD43A1", None), ("SCATFUN", None), ("WINDOW XML tree", 0.0)):
+        (tmp_path / "file").write_bytes(SEEDS[name]())
+        found = facts("file", load(tmp_path / "file"))
+        assert found["negative"] == negative and ("negative" in facts_as_text(found)) == (negative is not None)
+    tree = load(tmp_path / "file")
+    below = tree.replace(values=-tree.values)
+    assert facts("file", below)["negative"] == pytest.approx((tree.values > 0.0).mean())
 
 
 def test_facts_of_a_file(tmp_path):
