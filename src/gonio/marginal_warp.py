@@ -11,11 +11,13 @@ ACM TOG 37(6):274; the inversion of the piecewise linear densities is derived he
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from . import ops
+from .libraries import Fixed
 
 Slices = Sequence[tuple[Any, Any]]
 """Which tables are interpolated: pairs of their number and their weight."""
@@ -161,6 +163,18 @@ def tables(values: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.n
     conditional = np.ascontiguousarray((conditional / scale).swapaxes(-2, -1))
     marginal = np.moveaxis(marginal / integral[..., None], -1, 0).copy()
     return values / scale, conditional, marginal, integral
+
+
+def tables_when_needed(names: Sequence[str], make: Callable[[], np.ndarray]) -> dict[str, Fixed]:
+    """`tables` of the values that a function makes, by name and flat; it is called when the first is looked up."""
+    made: list[np.ndarray] = []
+
+    def part(k: int) -> np.ndarray:
+        if not made:
+            made.extend(t.reshape(-1) for t in tables(make()))
+        return made[k]
+
+    return {name: Fixed(partial(part, k)) for k, name in enumerate(names)}
 
 
 def _last(count: int, below: Callable[[Any], Any], like: Any) -> tuple[Any, Any]:

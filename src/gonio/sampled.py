@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -12,7 +11,7 @@ from . import ops
 from .geometry import Direction, dot, half_vector, polar_angle, reflect
 from .interface import direction
 from .libraries import Fixed
-from .marginal_warp import MarginalWarp, Slices, both, gather, tables
+from .marginal_warp import MarginalWarp, Slices, both, gather, tables_when_needed
 from .measurement import Measured
 from .parameterisations import azimuth_of
 from .warp import cosine_hemisphere, cosine_hemisphere_density
@@ -47,16 +46,13 @@ class Sampled(Measured):
     def _keep(self) -> dict[str, Fixed]:
         """What `_looked_up` says, and the tables of sampling, made of it when first needed."""
         bare = self._looked_up()
-        made: list[np.ndarray] = []
 
-        def part(k: int) -> np.ndarray:
-            if not made:
-                plain = self._changed({})
-                plain.__dict__["_kept"] = bare
-                made.extend(t.reshape(-1) for t in tables(_lobes(plain, self.is_oriented())))
-            return made[k]
+        def lobes() -> np.ndarray:
+            plain = self._changed({})
+            plain.__dict__["_kept"] = bare
+            return _lobes(plain, self.is_oriented())
 
-        return {**bare, **{name: Fixed(partial(part, k)) for k, name in enumerate(KINDS)}}
+        return {**bare, **tables_when_needed(KINDS, lobes)}
 
     def _looked_up(self) -> dict[str, Fixed]:
         """The tables that `formula` looks up, by name."""

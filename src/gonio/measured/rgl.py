@@ -12,7 +12,8 @@ import numpy as np
 from .. import ops, warp
 from ..geometry import Direction, add, dot, normalize, polar_angle, reflect
 from ..interface import Reflectance
-from ..marginal_warp import ONE, MarginalWarp, Slices, bilinear, both, bracket, gather, tables
+from ..libraries import Fixed
+from ..marginal_warp import ONE, MarginalWarp, Slices, bilinear, both, bracket, gather, tables_when_needed
 from ..measurement import Measured
 from ..param import channels, table
 from . import _rgl_writer, _tensor_file
@@ -26,6 +27,9 @@ SUFFIXES = (".bsdf",)
 SHARED_SUFFIX = True
 DESCRIPTION = "tensor file of the RGL material database, rgb or spectral, isotropic or anisotropic"
 ORACLE = "Mitsuba 3 `measured`; two real files (isotropic, rgb)"
+
+KINDS = ("", "_conditional", "_marginal", "_integral")
+"""Endings of the names of what `marginal_warp.tables` makes of a density."""
 
 COSINE_SHARE = 0.1
 """Share of samples that is cosine-distributed: no direction is missed where the table's density is 0."""
@@ -106,13 +110,6 @@ class RGL(Measured):
     values = table("S, by phi_i, theta_i, channel, sy, sx")
     ndf = table("D, by phi_m, sqrt(theta_m)")
     sigma = table("projected area of the facets, by phi_i, sqrt(theta_i)")
-    vndf = table("density of visible normals, by phi_i, theta_i, phi_m, sqrt(theta_m)")
-    vndf_conditional = table("its integral along a row")
-    vndf_marginal = table("its integral over the rows")
-    luminance = table("density over s that samples are drawn from, by phi_i, theta_i, sy, sx")
-    luminance_conditional = table("its integral along a row")
-    luminance_marginal = table("its integral over the rows")
-    luminance_integral = table("its mean, by phi_i, theta_i: about the albedo")
     channel = channels("number of the channel in `values`")
 
     stored: dict[str, np.ndarray]
@@ -129,6 +126,19 @@ class RGL(Measured):
     """Whether S is f cos(theta_o) divided by D / (4 sigma)."""
     channel_names: tuple
 
+    # What is looked up, of bound materials only, and made when it first is: tables by phi_i, theta_i of a density, its
+    # integrals along a row and over the rows, and its mean.
+    vndf: Any
+    """Of visible normals, by phi_m, sqrt(theta_m)."""
+    vndf_conditional: Any
+    vndf_marginal: Any
+    luminance: Any
+    """Of samples, over s."""
+    luminance_conditional: Any
+    luminance_marginal: Any
+    luminance_integral: Any
+    """About the albedo."""
+
     def __init__(self, fields: Mapping[str, np.ndarray], path: str = ""):
         """From the fields of a tensor file, name -> array. Raises FormatError where they do not fit."""
         arrays = {name: np.asarray(a) for name, a in fields.items()}
@@ -136,14 +146,7 @@ class RGL(Measured):
         main, reduction = check(stored, path or "RGL fields")
         about = {"description": stored["description"].tobytes().decode("utf-8", "replace").rstrip("\0")}
         about |= _rgl_writer.history(stored)
-        with np.errstate(invalid="ignore"):
-            lit = stored["luminance"].astype(np.float64)
-            lit = np.where(np.isfinite(lit) & (lit > 0.0), lit, 0.0)
-        lit[lit.sum(axis=(-2, -1)) <= 0.0] = 1.0
-        kinds = ("", "_conditional", "_marginal", "_integral")
-        made = {f"luminance{kind}": t for kind, t in zip(kinds, tables(lit), strict=True)}
-        made |= {f"vndf{kind}": t for kind, t in zip(kinds[:3], tables(stored["vndf"])[:3], strict=True)}
-        made |= {name: stored[name] for name in ("theta_i", "phi_i", "sigma")}
+        made = {name: stored[name] for name in ("theta_i", "phi_i", "sigma")}
         made |= {"values": _finite_or_nan(stored[main]), "ndf": _finite_or_nan(stored["ndf"])}
         names = tuple(stored["wavelengths"].tolist()) if main == "spectra" else ("R", "G", "B")
         self.__dict__.update(
@@ -158,6 +161,17 @@ class RGL(Measured):
         if self.divided:
             self.__dict__["quantity"] = "brdf * cos(theta_o) / (ndf / (4 sigma))"
         super().__init__(path, about, **made, channel=len(names))
+
+    def _keep(self) -> dict[str, Fixed]:
+        vndf, luminance = self.stored["vndf"], self.stored["luminance"]
+        return {
+            **super()._keep(),
+            **tables_when_needed([f"vndf{kind}" for kind in KINDS[:3]], lambda: vndf),
+            **tables_when_needed([f"luminance{kind}" for kind in KINDS], lambda: _lit(luminance)),
+        }
+
+    def _key(self) -> tuple:
+        return (*super()._key(), *((name, self.stored[name]) for name in ("vndf", "luminance")))
 
     def is_oriented(self) -> bool:
         """Whether the file holds data that change as the sample is turned."""
@@ -265,6 +279,15 @@ class RGL(Measured):
             MarginalWarp(self.vndf, self.vndf_conditional, self.vndf_marginal, vndf, count),
             MarginalWarp(self.luminance, self.luminance_conditional, self.luminance_marginal, lum, count),
         )
+
+
+def _lit(luminance: np.ndarray) -> np.ndarray:
+    """The densities that samples are drawn by: even where there is no luminance."""
+    with np.errstate(invalid="ignore"):
+        lit = luminance.astype(np.float64)
+        lit = np.where(np.isfinite(lit) & (lit > 0.0), lit, 0.0)
+    lit[lit.sum(axis=(-2, -1)) <= 0.0] = 1.0
+    return lit
 
 
 def _azimuth(w: Direction) -> Any:

@@ -103,9 +103,11 @@ class UTIA(Mapped):
             self.__dict__["holes"] = not np.isfinite(raw).all()
 
     def brdf(self) -> np.ndarray:
-        """f [1/sr] at the nodes."""
+        """f [1/sr] at the nodes; read-only where that is what is stored."""
+        known = np.isfinite(self.stored)
         with np.errstate(invalid="ignore"):
-            return np.where(np.isfinite(self.stored), DECODINGS[self.decoding](self.stored), np.nan)
+            f = DECODINGS[self.decoding](self.stored)
+        return f if known.all() else np.where(known, f, np.nan)
 
     def _key(self) -> tuple:
         return (*super()._key(), ("decoding", self.decoding))
