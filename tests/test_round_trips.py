@@ -39,7 +39,7 @@ DEGREE = math.pi / 180.0
 NM = (500.0, 550.0, 600.0)
 
 
-class Lopsided(gn.Reflectance):
+class _Lopsided(gn.Reflectance):
     """A material that is neither reciprocal nor mirror-symmetric, and isotropic unless `brushed`."""
 
     of = part(gn.Reflectance, None, "what is changed")
@@ -52,7 +52,7 @@ class Lopsided(gn.Reflectance):
         return self.of.formula(wi, wo) * (1.0 + self.lean * (wo.z - wi.z + across) + self.brushed * turned)
 
 
-class Spectral(Lopsided):
+class _Spectral(_Lopsided):
     """The same at three wavelengths."""
 
     channel_names = NM
@@ -63,10 +63,10 @@ def surface(rho: Any) -> gn.Reflectance:
 
 
 SOURCES = {
-    "colour": Lopsided(surface([0.1, 0.2, 0.4])),
-    "spectrum": Spectral(surface([0.1, 0.2, 0.4])),
-    "gray": Lopsided(surface(0.3)),
-    "brushed": Lopsided(surface(0.3), brushed=0.15),
+    "colour": _Lopsided(surface([0.1, 0.2, 0.4])),
+    "spectrum": _Spectral(surface([0.1, 0.2, 0.4])),
+    "gray": _Lopsided(surface(0.3)),
+    "brushed": _Lopsided(surface(0.3), brushed=0.15),
 }
 
 
