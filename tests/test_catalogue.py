@@ -202,12 +202,16 @@ def test_cite_gives_the_papers_of_model_pieces_and_numbers():
         gn.cite(5)
 
 
+def _below(kind):
+    return [each for own in kind.__subclasses__() for each in (own, *_below(own))]
+
+
 def test_every_class_names_a_source_and_every_entry_is_used():
-    formats()  # these classes are found when they are first used
+    assert formats() and gn.tabulate  # these classes are found when they are first used
     sources = {n: _source(k) for n, k in CLASSES.items() if Parametrised not in k.__bases__ and n != "Measured"}
     assert [n for n, s in sources.items() if not s] == []
     texts = [*sources.values(), *(e.source for e in ENTRIES), *map(_source, formats())]
-    texts += [_source(kind) for kind in Measured.__subclasses__()]  # those in parts of formats' modules, too
+    texts += [_source(kind) for kind in _below(Measured)]  # those in parts of formats' modules, too
     assert [phrase for phrase in _entries() if not any(phrase in t for t in texts)] == []
     dois = set(re.findall(r"doi = \{(.*)\}", "\n".join(_entries().values())))
     named = {d.rstrip(".") for t in texts for d in re.findall(r"doi:(10\.[^\s,;()]+)", t)}

@@ -32,6 +32,7 @@ class Tabulated(Gridded):
     Error    of the grid, in `error`. By default mean, largest and albedo's for GGX(0.1), glass: half_difference 6e-3,
              7e-2, 7e-3, angles 1e-2, 13 (at the peak), 0.12; for 0.3 Lambertian + GGX(0.3): 6e-4, 4e-2, 1e-3 and
              1e-3, 0.3, 7e-4.
+    Source   that of `Gridded`: Rusinkiewicz 1998, "A new change of variables for efficient BRDF representation".
     """
 
     breaks: ClassVar[dict[str, str]] = {
