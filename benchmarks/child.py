@@ -88,12 +88,16 @@ def file(path: str) -> None:
 
 
 def held(path: str) -> None:
-    """Memory of a file's table, its loading and its first f. A small table was evaluated before."""
+    """Memory of a file's table (of trees: children and values), its loading and its first f.
+
+    A material without a table was evaluated before.
+    """
     import tracemalloc
 
     import numpy as np
 
     import gonio as gn
+    from gonio.measured.window_xml import TensorTree
 
     w = np.tile(np.array([0.6, 0.0, 0.8], np.float32), (1000, 1))
     gn.Microfacet(gn.GGX(0.3)).f(w, w)
@@ -103,7 +107,12 @@ def held(path: str) -> None:
     tracemalloc.start()
     m = gn.load(path)
     m.f(w, w)
-    table = sum(a.nbytes for a in m.stored.values()) if m.format == "RGL" else 8 * m.valid.size
+    if m.format == "RGL":
+        table = sum(a.nbytes for a in m.stored.values())
+    elif isinstance(m, TensorTree):
+        table = m.first.nbytes + m.values.nbytes
+    else:
+        table = 8 * m.valid.size
     print(table, tracemalloc.get_traced_memory()[1], grown)
 
 

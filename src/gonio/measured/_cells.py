@@ -93,6 +93,12 @@ def chances(weights: np.ndarray, solid: np.ndarray) -> tuple[np.ndarray, np.ndar
     return probability / solid, before
 
 
+def with_holes(values: np.ndarray) -> np.ndarray:
+    """The values, NaN where they are not finite; they themselves if all are."""
+    known = np.isfinite(values)
+    return values if known.all() else np.where(known, values, np.nan)
+
+
 def magnitude(values: np.ndarray) -> np.ndarray:
     """|f| as samples are drawn by: 0 where there is no number, and never so large that sums overflow."""
     return np.minimum(np.abs(np.where(np.isfinite(values), values, 0.0)), 1e100)

@@ -187,7 +187,7 @@ class Klems(Cellwise):
         def weights() -> np.ndarray:
             return _cells.magnitude(values).reshape(*values.shape[:2], -1).mean(axis=2) * solid
 
-        kept["cells"] = Fixed(lambda: np.where(np.isfinite(values), values, np.nan).reshape(-1))
+        kept["cells"] = Fixed(lambda: _cells.with_holes(values).reshape(-1))
         kept.update(_cells.sampling(weights, solid))
         kept["patches_i"] = Fixed(lambda: self.incident.patches.reshape(-1))
         for which, basis in (("i", self.incident), ("o", self.outgoing)):

@@ -77,12 +77,15 @@ class TensorTree(Cellwise):
         if not trees or len({t.dimensions for t in trees}) != 1 or trees[0].dimensions not in (3, 4):
             raise ParameterError("TensorTree: expected one or more trees, all of 3 or all of 4 dimensions")
         roots = np.cumsum([0, *(len(t.first) for t in trees[:-1])])
-        first = np.concatenate([np.where(t.first > 0, t.first + root, 0) for t, root in zip(trees, roots, strict=True)])
-        if len(first) >= 1 << 24:
+        size = sum(len(t.first) for t in trees)
+        if size >= 1 << 24:
             raise ParameterError(
-                f"TensorTree: {len(first)} nodes, expected fewer than {1 << 24}, which single precision can number; "
+                f"TensorTree: {size} nodes, expected fewer than {1 << 24}, which single precision can number; "
                 f"prune it, with Radiance's rttree_reduce for example"
             )
+        first = np.empty(size)
+        for t, root in zip(trees, roots.tolist(), strict=True):
+            first[root : root + len(t.first)] = np.where(t.first > 0, t.first + root, 0)
         names = tuple(channel_names) if channel_names is not None else ("X", "Y", "Z") if colour else None
         self.__dict__.update(dimensions=trees[0].dimensions, depth=max(t.depth for t in trees))
         self.__dict__.update(colour=colour, channel_names=names)
@@ -90,7 +93,7 @@ class TensorTree(Cellwise):
             path,
             about,
             side,
-            first=first.astype(float),
+            first=first,
             values=np.concatenate([t.values for t in trees]),
             roots=roots.astype(float),
             channel=len(names) if names else 0.0,
@@ -132,7 +135,7 @@ class TensorTree(Cellwise):
     def _keep(self) -> dict[str, Fixed]:
         kept = super()._keep()
         solid = np.full(4**self._fineness, math.pi / 4**self._fineness)
-        kept["values"] = Fixed(np.where(np.isfinite(self.values), self.values, np.nan))
+        kept["values"] = Fixed(_cells.with_holes(self.values))
         return kept | _cells.sampling(self._weights, solid)
 
     def formula(self, wi: Direction, wo: Direction) -> Any:

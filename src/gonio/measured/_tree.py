@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from functools import cache
-from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 
 from ..errors import FormatError
-from ._window_xml_document import numbers
+from ._window_xml_numbers import Numbers
 
 DEEPEST = 16
 """Levels of a tree: 1/65536 of each side, as finely as Radiance samples them."""
@@ -30,39 +29,33 @@ class Tree(NamedTuple):
     depth: int
 
 
-def parse(text: str, dimensions: int, where: str) -> Tree:
+def parse(content: Numbers, dimensions: int, where: str) -> Tree:
     """The tree in a text: braces around 2^dimensions trees, or around the values of a grid, last dimension fastest."""
-    if not text.isascii():
-        raise FormatError(f"{where}: text that is not ASCII among the numbers; expected numbers and braces only")
-    codes = np.frombuffer(text.encode("ascii"), np.uint8)
-    at = np.flatnonzero((codes == ord("{")) | (codes == ord("}")))
-    opens = codes[at] == ord("{")
+    stored = content.array(where)
+    opens, before = content.braces()
     depth = np.cumsum(np.where(opens, 1, -1))
-    if not len(at) or not opens[0] or depth[-1] != 0 or (depth[:-1] <= 0).any():
+    if not len(opens) or not opens[0] or depth[-1] != 0 or (depth[:-1] <= 0).any():
         raise FormatError(f"{where}: braces that do not close one tree; expected {{ ... }}, nested")
-    stored = numbers(text.replace("{", " ").replace("}", " "), where)
-    blank = (codes <= ord(" ")) | (codes == ord(",")) | (codes == ord("{")) | (codes == ord("}"))
-    starts = np.flatnonzero(~blank & np.concatenate([[True], blank[:-1]]))
-    before = np.searchsorted(starts, at)  # how many numbers come before each brace
-    counts = np.diff(before, append=len(starts))
+    counts = np.diff(before, append=len(stored))
     groups = opens & ~np.concatenate([opens[1:], [False]])
-    if counts[~groups].any():
+    if before[0] or counts[~groups].any():
         raise FormatError(f"{where}: numbers beside braces; expected either numbers or trees between two braces")
     sizes = {1 << (dimensions * k): k for k in range(DEEPEST + 1)}
     wrong = sorted(set(counts[groups].tolist()) - sizes.keys())
     if wrong:
         raise FormatError(f"{where}: {wrong[0]} values in a grid, expected one of 1, {1 << dimensions}, ...")
-    grids = np.array([sizes[n] for n in counts[groups].tolist()])
+    grids = np.array([sizes[n] for n in counts[groups].tolist()], np.int8)
     deepest = (depth[groups] - 1 + grids).max()
     if deepest > DEEPEST:
         raise FormatError(f"{where}: a tree {deepest} levels deep; expected at most {DEEPEST}")
     for k in set(grids.tolist()) - {0}:
         rows = before[groups][grids == k][:, None]
         stored[rows + np.arange(1 << (dimensions * k))] = stored[rows + _order(dimensions, k)]
-    size = np.zeros(len(at), int)
+    size = np.zeros(len(opens), np.int8)
     size[groups] = grids
     levels = _levels(opens, depth, groups, dimensions, where)
-    return _assembled([(groups[a], size[a], before[a]) for a in levels], stored, dimensions)
+    texts = [(groups[a], size[a], before[a]) for a in levels]
+    return _with_means(*_nodes(texts, stored, dimensions), dimensions)
 
 
 @cache
@@ -97,41 +90,41 @@ Level = tuple[np.ndarray, np.ndarray, np.ndarray]
 """Nodes of one level of a text: whether a node is a grid, its log2 size, and where its values are."""
 
 
-def _assembled(texts: list[Level], stored: np.ndarray, dimensions: int) -> Tree:
-    """The tree with every grid taken apart into nodes."""
-    many, first, values, starts = 1 << dimensions, [], [], [0]
+Levels = list[np.ndarray]
+"""Of a tree's nodes, one array per level from the root on."""
+
+
+def _nodes(texts: list[Level], stored: np.ndarray, dimensions: int) -> tuple[Levels, Levels]:
+    """`first` and `values` of a tree's nodes, every grid taken apart."""
+    many, first, values, start = 1 << dimensions, [], [], 0
     below = iter(texts)
-    level = next(below)
+    is_grid, k, at = next(below)
     while True:
-        is_grid, k, at = level
         branch = ~is_grid | (k > 0)
-        n = len(k)
-        children = starts[-1] + n + many * (np.cumsum(branch) - 1)
-        first.append(np.where(branch, children, 0))
+        start += len(k)
+        first.append(np.where(branch, start + many * (np.cumsum(branch) - 1), 0))
         values.append(np.where(branch, 0.0, stored[np.where(branch, 0, at)]))
-        starts.append(starts[-1] + n)
         if not branch.any():
-            break
-        grown = [np.empty((branch.sum(), many), dtype) for dtype in (bool, int, int)]
+            return first, values
+        grown = [np.empty((branch.sum(), many), a.dtype) for a in (is_grid, k, at)]
         split = is_grid[branch]
         if not split.all():
             for made, found in zip(grown, next(below), strict=True):
                 made[~split] = found.reshape(-1, many)
-        k_below = k[branch][split][:, None] - 1
+        k_below = k[branch][split][:, None].astype(int) - 1
         grown[0][split], grown[1][split] = True, k_below
         grown[2][split] = at[branch][split][:, None] + (1 << (dimensions * k_below)) * np.arange(many)
-        level = (grown[0].ravel(), grown[1].ravel(), grown[2].ravel())
-    return _with_means(np.concatenate(first), np.concatenate(values), starts, dimensions)
+        is_grid, k, at = (a.reshape(-1) for a in grown)
 
 
-def _with_means(first: np.ndarray, values: np.ndarray, starts: list[int], dimensions: int) -> Tree:
-    """The tree of nodes whose levels begin at `starts`, with means in its branches."""
+def _with_means(first: Levels, values: Levels, dimensions: int) -> Tree:
+    """The tree of these nodes, with means in its branches."""
     many = 1 << dimensions
-    for low, high in reversed(list(pairwise(starts))):
-        branch = low + np.flatnonzero(first[low:high])
-        below = values[first[branch][:, None] + np.arange(many)]
-        values[branch] = np.where(np.abs(below) < 1e100, below, 0.0).mean(axis=1)
-    return Tree(first, values, dimensions, len(starts) - 2)
+    for k in reversed(range(len(first) - 1)):
+        branch = first[k] > 0
+        below = values[k + 1].reshape(-1, many)
+        values[k][branch] = np.where(np.abs(below) < 1e100, below, 0.0).mean(axis=1)
+    return Tree(np.concatenate(first), np.concatenate(values), dimensions, len(first) - 1)
 
 
 def from_grid(grid: np.ndarray, tolerance: float) -> Tree:
@@ -149,18 +142,17 @@ def from_grid(grid: np.ndarray, tolerance: float) -> Tree:
         low, high = low.reshape(-1, many).min(axis=1), high.reshape(-1, many).max(axis=1)
         merged.append(high - low <= tolerance * np.maximum(np.abs(low), np.abs(high)))
         means.append(means[-1].reshape(-1, many).mean(axis=1))
-    first, values, starts = [], [], [0]
+    first, values, start = [], [], 0
     here = np.zeros(1, int)
     for level in range(depth, -1, -1):
         branch = ~merged[level - 1][here] if level else np.zeros(len(here), bool)
-        children = starts[-1] + len(here) + many * (np.cumsum(branch) - 1)
-        first.append(np.where(branch, children, 0))
+        start += len(here)
+        first.append(np.where(branch, start + many * (np.cumsum(branch) - 1), 0))
         values.append(means[level][here])
-        starts.append(starts[-1] + len(here))
         if not branch.any():
             break
         here = (many * here[branch][:, None] + np.arange(many)).ravel()
-    return _with_means(np.concatenate(first), np.concatenate(values), starts, dimensions)
+    return _with_means(first, values, dimensions)
 
 
 def text(tree: Tree) -> str:

@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+import codecs
 import re
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 from xml.etree import ElementTree
 from xml.parsers import expat
 
-import numpy as np
-
 from ..errors import FormatError
 from ._text import is_number, is_whole
+from ._window_xml_numbers import Numbers
+
+CHUNK = 1 << 16
+"""Bytes that are read at a time."""
 
 DEEPEST = 64
 """Levels of tags; the schema needs ten."""
@@ -32,8 +36,6 @@ class Block(NamedTuple):
     kind        "BTDF", of reflection too
     incident    name of the angle basis of the incident directions
     outgoing    and of the outgoing ones; trees have one for both
-    line        where the numbers start in the file
-    text        the numbers, as text
     """
 
     wavelength: str
@@ -42,12 +44,19 @@ class Block(NamedTuple):
     kind: str
     incident: str
     outgoing: str
-    line: int
-    text: str
 
     @property
     def label(self) -> str:
         return f"{self.wavelength} {self.direction}"
+
+
+class Content(NamedTuple):
+    """What stands in a `ScatteringData`: from which byte to which, from which line, and the numbers."""
+
+    start: int
+    end: int
+    line: int
+    numbers: Numbers
 
 
 class Document(NamedTuple):
@@ -68,16 +77,17 @@ class Document(NamedTuple):
 
 
 class _Parser:
-    """Elements by tag without prefix, and where the content of each `ScatteringData` lies in the bytes.
+    """Elements by tag without prefix; the content of each `ScatteringData` is kept from the tree.
 
     Expat is used directly, because it refuses documents with a DTD as soon as one starts, and knows positions.
     """
 
-    def __init__(self, data: bytes, path: Path, first_line: int):
-        self.data, self.path, self.first_line = data, path, first_line
+    def __init__(self, path: Path):
+        self.path = path
         self.tree = ElementTree.TreeBuilder()
-        self.spans: dict[Any, tuple[int, int, int]] = {}
-        self.open: list[tuple[Any, int, int]] = []
+        self.contents: dict[Any, Content] = {}
+        self.open: list[tuple[Any, Content | None]] = []
+        self.skipped = b""
         parser = self.parser = expat.ParserCreate()
         parser.buffer_text = True
         parser.buffer_size = 1 << 16
@@ -86,14 +96,26 @@ class _Parser:
         parser.EndElementHandler = self._end
         parser.CharacterDataHandler = self.tree.data
 
-    def root(self) -> Any:
+    def root(self, chunks: Iterable[bytes]) -> Any:
+        started = False
         try:
-            self.parser.Parse(self.data, True)
+            for chunk in chunks:
+                if not started:  # byte order marks and empty lines come before
+                    at = chunk.find(b"<")
+                    started, at = at >= 0, at if at >= 0 else len(chunk)
+                    self.skipped += chunk[:at]
+                    chunk = chunk[at:]
+                self.parser.Parse(chunk, False)
+            self.parser.Parse(b"", True)
         except expat.ExpatError as error:
-            line, says = error.lineno + self.first_line, expat.ErrorString(error.code)
+            line, says = error.lineno + self.skipped.count(b"\n"), expat.ErrorString(error.code)
             raise FormatError(f"{self.path}, line {line}: not well-formed XML: {says}; fetch it again") from None
+        except FormatError:
+            raise
         except (LookupError, ValueError) as error:
             raise FormatError(f"{self.path}: text that cannot be decoded ({error}); save it as UTF-8") from None
+        finally:
+            del self.parser  # it and this hold each other, and the numbers
         return self.tree.close()
 
     def _doctype(self, *_: Any) -> None:
@@ -102,31 +124,35 @@ class _Parser:
         )
 
     def _line(self) -> int:
-        return self.parser.CurrentLineNumber + self.first_line
+        return self.parser.CurrentLineNumber + self.skipped.count(b"\n")
+
+    def _at(self) -> int:
+        return self.parser.CurrentByteIndex + len(self.skipped)
 
     def _start(self, tag: str, attributes: dict[str, str]) -> None:
         if len(self.open) == DEEPEST:
             raise FormatError(f"{self.path}, line {self._line()}: tags nested more than {DEEPEST} deep; expected ten")
         tag = tag.rpartition(":")[2]
-        at, line = self.parser.CurrentByteIndex, self._line()
-        self.open.append((self.tree.start(tag, attributes), at, line))
+        content = None
+        if tag == "ScatteringData":
+            opening = _START_TAG.match(self.parser.GetInputContext() or b"")
+            start = self._at() + (opening.end() if opening else 0)
+            content = Content(start, start, self._line(), Numbers())
+            self.parser.CharacterDataHandler = content.numbers.add
+        self.open.append((self.tree.start(tag, attributes), content))
 
     def _end(self, tag: str) -> None:
-        tag = tag.rpartition(":")[2]
-        self.tree.end(tag)
-        element, at, line = self.open.pop()
-        if tag == "ScatteringData":
-            opening = _START_TAG.match(self.data, at)
-            end = self.parser.CurrentByteIndex
-            self.spans[element] = (opening.end() if opening else end, end, line)
+        self.tree.end(tag.rpartition(":")[2])
+        element, content = self.open.pop()
+        if content is not None:
+            self.contents[element] = content._replace(end=self._at())
+            self.parser.CharacterDataHandler = self.tree.data
 
 
-def parse(path: Path) -> Document:
-    """The document in a file. Raises FormatError where it is damaged, or not of this kind."""
-    data = _as_utf8(path.read_bytes(), path)
-    before = max(data.find(b"<"), 0)  # byte order marks, empty lines
-    parser = _Parser(data[before:], path, data[:before].count(b"\n"))
-    root = parser.root()
+def parse(path: Path) -> tuple[Document, list[Content]]:
+    """The document in a file, and what its blocks hold. FormatError where it is damaged, or not of this kind."""
+    parser = _Parser(path)
+    root = parser.root(_chunks(path))
     layer = root.find("Optical/Layer")
     if root.tag != "WindowElement" or layer is None:
         raise FormatError(
@@ -137,38 +163,61 @@ def parse(path: Path) -> Document:
     if structure.lower() not in known:
         listed = ", ".join(known.values())
         raise FormatError(f"{path}: IncidentDataStructure is {structure!r:.60}, expected one of {listed}")
-    blocks, spans = [], []
+    blocks, contents = [], []
     for wavelength in layer.findall("WavelengthData"):
         for element in wavelength.findall("WavelengthDataBlock"):
-            numbers = element.find("ScatteringData")
-            if numbers is None or not (numbers.text or "").strip() or len(numbers):
+            held = element.find("ScatteringData")
+            if held is None or len(held) or not parser.contents[held].numbers:
                 raise FormatError(
                     f"{path}: the block {_text(wavelength, 'Wavelength')!r:.40} "
                     f"{_text(element, 'WavelengthDataDirection')!r:.40} has no numbers in <ScatteringData>"
                 )
-            start, end, line = parser.spans[numbers]
-            spans.append((start + before, end + before))
-            blocks.append(_block(wavelength, element, line, numbers.text))
+            contents.append(parser.contents[held])
+            blocks.append(_block(wavelength, element))
     if not blocks:
         raise FormatError(f"{path}: no <WavelengthDataBlock> in the first <Layer>; expected numbers")
-    ends = [0, *(end for _, end in spans)]
-    starts = [*(start for start, _ in spans), len(data)]
-    pieces = tuple(data[a:b] for a, b in zip(ends, starts, strict=True))
     bases = tuple(_basis(b, path) for b in layer.findall("DataDefinition/AngleBasis"))
-    return Document(known[structure.lower()], bases, tuple(blocks), pieces, _about(root, layer))
+    pieces = _around(_chunks(path), contents)
+    return Document(known[structure.lower()], bases, tuple(blocks), pieces, _about(root, layer)), contents
 
 
-def _as_utf8(data: bytes, path: Path) -> bytes:
-    """The bytes, those of UTF-16 recoded: positions and digits are those of bytes from here on."""
-    if data[:2] not in (b"\xff\xfe", b"\xfe\xff"):
-        return data
-    try:
-        return _DECLARED.sub(rb"\1UTF-8", data.decode("utf-16").encode(), count=1)
-    except UnicodeDecodeError as error:
-        raise FormatError(f"{path}: UTF-16 that cannot be decoded ({error}); fetch it again") from None
+def _chunks(path: Path) -> Iterator[bytes]:
+    """The bytes of a file, those of UTF-16 recoded as UTF-8: positions and lines are those of these bytes."""
+    with path.open("rb") as file:
+        chunk = file.read(CHUNK)
+        if chunk[:2] not in (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE):
+            while chunk:
+                yield chunk
+                chunk = file.read(CHUNK)
+            return
+        decoder = codecs.getincrementaldecoder("utf-16")()
+        try:
+            yield _DECLARED.sub(rb"\1UTF-8", decoder.decode(chunk).encode(), count=1)
+            while chunk := file.read(CHUNK):
+                yield decoder.decode(chunk).encode()
+            decoder.decode(b"", final=True)
+        except UnicodeError as error:
+            raise FormatError(f"{path}: UTF-16 that cannot be decoded ({error}); fetch it again") from None
 
 
-def _block(wavelength: Any, element: Any, line: int, text: str) -> Block:
+def _around(chunks: Iterable[bytes], contents: list[Content]) -> tuple[bytes, ...]:
+    """The bytes before, between and after the numbers."""
+    lows = [0, *(content.end for content in contents)]
+    highs = [*(content.start for content in contents), None]
+    pieces = [bytearray() for _ in lows]
+    at, k = 0, 0
+    for chunk in chunks:
+        while True:
+            high = highs[k]
+            pieces[k] += chunk[max(lows[k] - at, 0) : None if high is None else max(high - at, 0)]
+            if high is None or high > at + len(chunk):
+                break
+            k += 1
+        at += len(chunk)
+    return tuple(map(bytes, pieces))
+
+
+def _block(wavelength: Any, element: Any) -> Block:
     shared = _text(element, "AngleBasis")
     named = wavelength.find("Wavelength")
     return Block(
@@ -178,8 +227,6 @@ def _block(wavelength: Any, element: Any, line: int, text: str) -> Block:
         _text(element, "ScatteringDataType"),
         _text(element, "ColumnAngleBasis") or shared,
         _text(element, "RowAngleBasis") or shared,
-        line,
-        text,
     )
 
 
@@ -216,15 +263,3 @@ def _about(root: Any, layer: Any) -> dict[str, Any]:
 
 def _text(element: Any, path: str) -> str:
     return (element.findtext(path) or "").strip()
-
-
-def numbers(text: str, where: str) -> np.ndarray:
-    """The numbers of a text, separated by white space or commas. FormatError for anything else."""
-    words = text.replace(",", " ").split()
-    try:
-        if "_" in text or not text.isascii():
-            raise ValueError
-        return np.fromiter(map(float, words), float, len(words))
-    except ValueError:
-        wrong = next((w for w in words if not is_number(w)), "")
-        raise FormatError(f"{where}: {wrong!r:.40} among the numbers; expected numbers only") from None

@@ -23,7 +23,7 @@ from ._klems import KNOWN, AngleBasis, Klems
 from ._tensor_tree import TensorTree
 from ._text import is_number
 from ._tree import Tree
-from ._window_xml_document import Block, Document, numbers, parse
+from ._window_xml_document import Block, Content, Document, parse
 
 NAME = "WINDOW XML"
 SUFFIXES = (".xml",)
@@ -47,23 +47,28 @@ def read(path: Path, side: str | None = None, wavelength: str | None = None) -> 
                 X, Y and Z if there, else Visible, else the spectrum, else the first band
     Raises FormatError where the file is damaged, has no reflection, or not that.
     """
-    document = parse(Path(path))
+    document, contents = parse(Path(path))
     if side is not None and side not in MIRRORED:
         raise ParameterError(f"side={side!r}: expected 'front' or 'back'")
     trees = document.structure.startswith("TensorTree")
     bases: list[tuple[AngleBasis, AngleBasis]] = []
     held: list[Any] = []
+    lines = [content.line for content in contents]
     for block in document.blocks:
+        content = contents.pop(0)  # its memory is needed
+        where = f"{path}, line {content.line} ({block.label:.60})"
         if trees:
-            held.append(_tree_of(document, block, path))
+            held.append(_tree_of(document, block, content, where))
         else:
-            incident, outgoing, values = _matrix_of(document, block, path)
+            incident, outgoing, values = _matrix_of(document, block, content, where)
             bases.append((incident, outgoing))
             held.append(values)
-    found = _choice(document.blocks, side, wavelength, path)
+    found = _choice(document.blocks, lines, side, wavelength, path)
     about = {**document.about, "structure": document.structure, "blocks": [b.label for b in document.blocks]}
     about |= {"side": found.side, "bands": [document.blocks[i].wavelength for i in found.blocks]}
     used = [held[i] for i in found.blocks]
+    others = tuple(None if i in found.blocks else h for i, h in enumerate(held))
+    held.clear()
     m: Klems | TensorTree
     if trees:
         m = TensorTree(used, found.side, found.colour, found.names, str(path), about)
@@ -71,12 +76,18 @@ def read(path: Path, side: str | None = None, wavelength: str | None = None) -> 
         if len({bases[i] for i in found.blocks}) > 1:
             raise FormatError(f"{path}: the bands {', '.join(about['bands'])} have different angle bases; name one")
         incident, outgoing = bases[found.blocks[0]]
-        values = np.stack(used, axis=2) if found.names else used[0]
+        values = _stacked(used) if found.names else used[0]
         m = Klems(values, incident, outgoing, found.side, found.names, str(path), about)
-    document = document._replace(blocks=tuple(b._replace(text="", line=0) for b in document.blocks))
-    others = tuple(None if i in found.blocks else h for i, h in enumerate(held))
     m.__dict__.update(document=document, chosen=(found.blocks, others))
     return m
+
+
+def _stacked(matrices: list[np.ndarray]) -> np.ndarray:
+    """Matrices as channels, the last axis; the list is emptied on the way, as both would take the memory twice."""
+    values = np.empty((*matrices[0].shape, len(matrices)))
+    for k in reversed(range(len(matrices))):
+        values[..., k] = matrices.pop()
+    return values
 
 
 class _Choice(NamedTuple):
@@ -88,14 +99,16 @@ class _Choice(NamedTuple):
     colour: str = ""
 
 
-def _choice(blocks: tuple[Block, ...], side: str | None, wavelength: str | None, path: Path) -> _Choice:
+def _choice(
+    blocks: tuple[Block, ...], lines: list[int], side: str | None, wavelength: str | None, path: Path
+) -> _Choice:
     sides: dict[str, dict[str, int]] = {}
     for i, b in enumerate(blocks):
         what, _, where = b.direction.lower().partition(" ")
         if what == "reflection" and where in MIRRORED and b.kind.lower() in REFLECTING:
             bands = sides.setdefault(where, {})
             if b.wavelength.lower() in bands:
-                raise FormatError(f"{path}, line {b.line}: a second block of {b.label}; expected one")
+                raise FormatError(f"{path}, line {lines[i]}: a second block of {b.label}; expected one")
             bands[b.wavelength.lower()] = i
     side = side or ("front" if "front" in sides else "back")
     if side not in sides:
@@ -129,10 +142,13 @@ def _nanometres(name: str, unit: str) -> float | None:
     return float(name) * (1000.0 if unit.lower().startswith("micro") else 1.0)
 
 
-def _matrix_of(document: Document, block: Block, path: Path) -> tuple[AngleBasis, AngleBasis, np.ndarray]:
+def _matrix_of(
+    document: Document, block: Block, content: Content, where: str
+) -> tuple[AngleBasis, AngleBasis, np.ndarray]:
     """Incident and outgoing basis of a block, and its numbers by outgoing and incident patch."""
-    where = f"{path}, line {block.line} ({block.label:.60})"
-    values = numbers(block.text, where)
+    values = content.numbers.array(where)
+    if len(content.numbers.braces()[0]):
+        raise FormatError(f"{where}: braces among the numbers of a matrix; expected numbers only")
     pairs = [
         (a, b)
         for a in _bases(document, block.incident, where)
@@ -169,11 +185,10 @@ def _bases(document: Document, name: str, where: str) -> list[AngleBasis]:
     return found
 
 
-def _tree_of(document: Document, block: Block, path: Path) -> Tree:
-    where = f"{path}, line {block.line} ({block.label:.60})"
+def _tree_of(document: Document, block: Block, content: Content, where: str) -> Tree:
     if block.incident.lower() not in ("", "lbnl/shirley-chiu"):
         raise FormatError(f"{where}: a tree over the angle basis {block.incident!r:.60}, expected 'LBNL/Shirley-Chiu'")
-    return _tree.parse(block.text, int(document.structure[-1]), where)
+    return _tree.parse(content.numbers, int(document.structure[-1]), where)
 
 
 def write(
