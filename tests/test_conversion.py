@@ -19,7 +19,7 @@ from gonio.gridded import Gridded
 from gonio.listing import conversion_as_text, facts_as_text
 from gonio.measured import _options, formats, load, merl, rgl, save, writer
 from gonio.measured.merl import MERL
-from gonio.spectrum import rgb_of
+from gonio.spectrum import RELATIVE_XYZ, XYZ, rgb_of
 
 ROOT = Path(__file__).resolve().parents[1]
 WRITERS = {m.NAME: m for m in formats() if hasattr(m, "write") and m.write.__annotations__["m"] == "Reflectance"}
@@ -52,7 +52,7 @@ def content(path):
 
 
 def in_rgb(m, f):
-    return f @ rgb_of(m.channel_names, m.relative_xyz) if m.channel_names == ("X", "Y", "Z") else f
+    return f @ rgb_of(m.channel_names) if m.channel_names in (XYZ, RELATIVE_XYZ) else f
 
 
 # Every format that can be written.

@@ -33,7 +33,7 @@ from gonio.measurement import Measured
 from gonio.param import param, part
 from gonio.parameterisations import parameterisation
 from gonio.quadrature import lattice
-from gonio.spectrum import XYZ_TO_SRGB
+from gonio.spectrum import RELATIVE_XYZ, XYZ, XYZ_TO_SRGB
 
 DEGREE = math.pi / 180.0
 NM = (500.0, 550.0, 600.0)
@@ -151,10 +151,10 @@ def seen(m: gn.Reflectance, wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
 
 
 def in_rgb(m: gn.Reflectance, values: np.ndarray) -> np.ndarray:
-    """Values (..., C); X, Y, Z as linear sRGB. Those of WINDOW's files are relative to a white surface's."""
-    if m.channel_names != ("X", "Y", "Z"):
+    """Values (..., C); X, Y, Z as linear sRGB, and those relative to a white surface's."""
+    if m.channel_names not in (XYZ, RELATIVE_XYZ):
         return values
-    white = np.linalg.inv(XYZ_TO_SRGB).sum(axis=1) if getattr(m, "format", "") == "WINDOW XML" else 1.0
+    white = np.linalg.inv(XYZ_TO_SRGB).sum(axis=1) if m.channel_names == RELATIVE_XYZ else 1.0
     return values * white @ XYZ_TO_SRGB.T
 
 
@@ -254,7 +254,7 @@ class Format(NamedTuple):
     """How the test writes a format: of isotropic materials, and of others.
 
     holds     kinds of channels
-    colours   names that it gives to colours; None if it keeps theirs
+    colours   names that it gives to colours; None if it keeps theirs (as X, Y, Z of D65)
     keeps     whether the file says what it was made of
     """
 
@@ -320,7 +320,7 @@ FORMATS = {
         FULL,
         {"basis": "quarter"},
         QUARTER,
-        colours=("X", "Y", "Z"),
+        colours=RELATIVE_XYZ,
     ),
     "tree": Format(
         "WINDOW XML",
@@ -330,7 +330,7 @@ FORMATS = {
         tree_cells(32, oriented=False),
         {"tree": 4, "resolution": 16},
         tree_cells(16, oriented=True),
-        colours=("X", "Y", "Z"),
+        colours=RELATIVE_XYZ,
     ),
     "Zemax": Format(
         "Zemax",
@@ -340,7 +340,7 @@ FORMATS = {
         cells_of("specular", degrees(10.0, 5.0, 10.0, 0.0), 3),
         {"resolution": 10.0},
         cells_of("specular", degrees(20.0, 10.0, 20.0, 40.0), 4),
-        colours=("X", "Y", "Z"),
+        colours=XYZ,
     ),
     "ASTM": Format(
         "ASTM",
@@ -447,7 +447,8 @@ def check_values(before: Any, after: Any, *changes: tuple[np.ndarray, Any]) -> N
 def check_report(before: Any, to: str, kind: str, held: Held) -> None:
     """The report says what was changed and lost, and the file is what it is to be."""
     made, report, error = FORMATS[to], held.report, held.report["error"]
-    colours = made.colours or before.channel_names or ("R", "G", "B")
+    known = XYZ if before.channel_names == RELATIVE_XYZ else before.channel_names
+    colours = made.colours or known or ("R", "G", "B")
     names = NM if kind == "spectrum" else None if report["channels"][1] is None else colours
     assert held.m.provenance["format"] == made.name and report["format"] == made.name
     assert (held.m.channel_names or (("R", "G", "B") if to == "MERL" else None)) == names

@@ -21,7 +21,7 @@ from gonio.errors import ParameterError
 from gonio.measured import _tree, load, save, window_xml
 from gonio.measured._klems import FULL, HALF, HALF_2021, QUARTER, AngleBasis, Klems
 from gonio.measured._tensor_tree import TensorTree, disc
-from gonio.spectrum import WHITE, rgb_of
+from gonio.spectrum import RELATIVE_XYZ, WHITE, rgb_of
 
 REAL = Path(__file__).parents[2] / "shared" / "data" / "window_xml"
 TINY = AngleBasis("Tiny", (0.0, 30.0, 90.0), (1, 4))
@@ -397,7 +397,7 @@ def test_colours_of_trees_are_those_of_radiance(tmp_path):
     path = tmp_path / "a.xml"
     save(TensorTree([_tree.from_grid(g, 0.0) for g in (luminance, u, v)], "back", "uv"), path, XML)
     m = load(path)
-    assert m.channel_names == ("X", "Y", "Z")
+    assert m.channel_names == RELATIVE_XYZ
     asked = (rng.random((60, 4)) * [85.0, 360.0, 85.0, 360.0]).tolist()
     expected = radiance(path, asked)[:, :3]
     found = [m.f(in_gonio(a, b), in_gonio(c, d)) for a, b, c, d in asked]
@@ -497,14 +497,14 @@ def test_a_white_surface_in_colours_is_white_however_it_is_wrapped(tmp_path):
     path = tmp_path / "white.xml"
     save(gn.Lambertian([0.6, 0.6, 0.6]), path, XML)
     m = load(path)
-    assert m.channel_names == ("X", "Y", "Z")
+    assert m.channel_names == RELATIVE_XYZ
     wi, wo = gn.direction(0.3, 0.1), gn.direction(0.8, 2.0)
     for each in (m, 0.5 * m, m + gn.Lambertian(0.2), gn.Rotated(m, 0.3), gn.Coated(m, eta=1.5)):
-        matrix = rgb_of(each.channel_names, each.relative_xyz)
+        matrix = rgb_of(each.channel_names)
         rgb = each.f(wi, wo) @ matrix
         assert np.ptp(rgb) < 1e-5 * rgb.mean(), each
     d65 = gn.Gridded(
         "angles", {"theta_i": [0.1], "theta_o": [0.1], "phi": [0.0]}, [[[WHITE]]], channels=["X", "Y", "Z"]
     )
-    with pytest.raises(ParameterError, match="of a white surface"):
+    with pytest.raises(ParameterError, match="terms have channels"):
         m + d65

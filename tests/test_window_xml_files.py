@@ -35,6 +35,7 @@ from gonio.measured import _tree, _window_xml_document, formats, load, save, win
 from gonio.measured._klems import FULL, QUARTER, AngleBasis, Klems
 from gonio.measured._tensor_tree import TensorTree
 from gonio.measured._window_xml_numbers import Numbers
+from gonio.spectrum import RELATIVE_XYZ, WHITE, XYZ
 
 REAL_FILES = ("2011-SA1.XML", "t3.xml")
 
@@ -208,7 +209,7 @@ def of_bands(*names: str, direction: str = "Reflection Front") -> str:
         (("Solar", "Visible"), {}, [0], None),
         (("Solar", "Visible"), {"wavelength": "SOLAR"}, [3], None),
         (("CIE-X", "Visible"), {}, [0], None),
-        (("CIE-Z", "Visible", "CIE-X", "Solar"), {}, [1, 0, 2], ("X", "Y", "Z")),
+        (("CIE-Z", "Visible", "CIE-X", "Solar"), {}, [1, 0, 2], RELATIVE_XYZ),
         (("650", "450.5"), {}, [5, 4], (450.5, 650.0)),
         (("650", "Visible", "450.5"), {}, [0], None),
         (("650", "Visible", "450.5"), {"wavelength": "spectral"}, [5, 4], (450.5, 650.0)),
@@ -301,7 +302,7 @@ def test_colour_and_spectra(tmp_path):
     flat = gn.Lambertian([0.3, 0.3, 0.3])
     for options in ({"basis": "quarter"}, {"tree": 3, "resolution": 4}):
         save(flat, path, XML, **options)
-        assert load(path).channel_names == ("X", "Y", "Z")
+        assert load(path).channel_names == RELATIVE_XYZ
         np.testing.assert_allclose(load(path).f(wi, wo), 0.3 / math.pi, rtol=1e-12)
         save(gn.Lambertian([0.5, 0.0, 0.0]), path, XML, **options)
         X, Y, Z = load(path).f(wi, wo) * math.pi
@@ -324,13 +325,25 @@ def test_colour_and_spectra(tmp_path):
         save(gn.Lambertian([0.1, 0.2]), path, XML)
 
 
+def test_colours_of_two_whites(tmp_path):
+    """X, Y, Z of D65 become relative to a white surface; trees of them are not written as they are."""
+    values = np.random.default_rng(1).random((5, 5, 3))
+    for white, names in ((WHITE, XYZ), (1.0, RELATIVE_XYZ)):
+        save(Klems(values * white, TINY, channel_names=names), tmp_path / "a.xml", XML)
+        np.testing.assert_allclose(load(tmp_path / "a.xml").values, values, rtol=1e-14)
+    trees = TensorTree([_tree.from_grid(grid_of(3, 2), 0.0)] * 3, channel_names=XYZ)
+    with pytest.raises(ParameterError, match=r"trees of channels .* write it with tree=3"):
+        save(trees, tmp_path / "b.xml", XML)
+    save(trees, tmp_path / "b.xml", XML, tree=3, resolution=4)
+
+
 def test_measurements_in_memory_are_written_as_they_are(tmp_path):
     path = tmp_path / "a.xml"
     other = AngleBasis("Four", (0.0, 90.0), (4,))
     values = np.arange(20.0).reshape(4, 5)
     for m in (
         Klems(values, TINY, other, side="back"),
-        Klems(np.stack([values, values + 1, values + 2], axis=2), TINY, other, channel_names=("X", "Y", "Z")),
+        Klems(np.stack([values, values + 1, values + 2], axis=2), TINY, other, channel_names=RELATIVE_XYZ),
         TensorTree([_tree.from_grid(grid_of(3, 2), 0.0)]),
         TensorTree([_tree.from_grid(grid_of(4, 2, k), 0.3) for k in range(2)], "back", "", (500.0, 600.0)),
         TensorTree([_tree.from_grid(grid_of(3, 2, k), 0.0) for k in range(3)], colour="uv"),

@@ -15,7 +15,7 @@ from .interface import Reflectance
 from .measured import load, save, writer
 from .measurement import Measured
 from .provenance import ORIGIN, in_words
-from .spectrum import rgb_of
+from .spectrum import RELATIVE_XYZ, XYZ, rgb_of
 
 
 @dataclass(frozen=True)
@@ -115,15 +115,14 @@ def _names(m: Reflectance) -> tuple | None:
     return ("R", "G", "B") if shape[-1] == 3 else tuple(range(shape[-1])) if shape[-1] > 1 else None
 
 
-RGB, XYZ = ("R", "G", "B"), ("X", "Y", "Z")
+COLOURS = {("R", "G", "B"), XYZ, RELATIVE_XYZ}
 
 
 def _colours(m: Reflectance, made: Reflectance, names: tuple[Any, Any]) -> tuple[Channels, Channels] | None:
     """Matrices that make linear sRGB of both, where they are colours of different kinds; else None."""
-    if not {*names} <= {RGB, XYZ} or (names[0] == names[1] and m.relative_xyz == made.relative_xyz):
+    if not {*names} <= COLOURS or names[0] == names[1]:
         return None
-    found = [rgb_of(name, x.relative_xyz) for name, x in zip(names, (m, made), strict=True)]
-    first, second = (np.eye(3) if matrix is None else matrix.T for matrix in found)
+    first, second = (np.eye(3) if matrix is None else matrix.T for matrix in map(rgb_of, names))
     return first, second
 
 
@@ -176,7 +175,7 @@ def _channels(before: tuple | None, after: tuple | None, lost: dict[str, str], g
     if before is None and after is not None and len(after) > 1:
         gained["channels"] = f"one became {len(after)}, all the same"
         return
-    if {before, after} == {RGB, XYZ}:
+    if {before, after} <= COLOURS:
         return
     gone = [name for name in before or () if _place(name, after or ()) is None]
     if gone:

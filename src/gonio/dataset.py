@@ -216,12 +216,12 @@ def on_grid(m: Reflectance, parameterisation: str, resolution: Sequence[int] | N
             nodes[name] = 0.5 * math.pi * np.linspace(0.0, 1.0, count)
     wi, wo = kind.pairs(*np.meshgrid(*nodes.values(), indexing="ij"))
     up = (wi[..., 2] > 1e-6) & (wo[..., 2] > 1e-6)
-    f = tristimulus(m, m.f(wi[up], wo[up]))
+    known, f = tristimulus(m.channel_names, m.f(wi[up], wo[up]))
     values = np.full((*up.shape, *f.shape[1:]), np.nan)
     values[up] = f
-    names_ = m.channel_names or (("R", "G", "B") if f.shape[1:] == (3,) else tuple(map(str, range(f.shape[-1]))))
+    channels = known or (("R", "G", "B") if f.shape[1:] == (3,) else tuple(map(str, range(f.shape[-1]))))
     made = Gridded(
-        parameterisation, nodes, values, channels=names_ if f.ndim == 2 else None, about={"made_of": repr(m)}
+        parameterisation, nodes, values, channels=channels if f.ndim == 2 else None, about={"made_of": repr(m)}
     )
     made.__dict__["provenance"] = derived(m)
     return made

@@ -55,9 +55,6 @@ class Reflectance(Parametrised):
     channel_names: tuple | None = None
     """Names of the channels, or their wavelengths [nm]; None for what the parameters imply (three: linear sRGB)."""
 
-    relative_xyz: bool = False
-    """Whether the channels are X, Y, Z of which a white surface has 1, not those of D65: of WINDOW's and Radiance's."""
-
     # What a model writes (components in, numbers out).
 
     def formula(self, wi: Direction, wo: Direction) -> Any:
@@ -217,11 +214,6 @@ class Scaled(Reflectance):
         """Those of the material that is scaled."""
         return self.of.channel_names
 
-    @property
-    def relative_xyz(self) -> bool:  # type: ignore[override]
-        """As of the material that is scaled."""
-        return self.of.relative_xyz
-
     def formula(self, wi: Direction, wo: Direction) -> Any:
         return self.weight * self.of.formula(wi, wo)
 
@@ -252,20 +244,15 @@ class Sum(Reflectance):
             raise ParameterError(f"Sum{terms!r:.60}: expected at least one reflectance and nothing else")
         self.__dict__.update(fields={str(i): _term(i) for i in range(len(terms))}, _tied={})
         self.__dict__.update({str(i): t for i, t in enumerate(terms)})
-        names = {(t.channel_names, t.relative_xyz) for t in terms if t.channel_names is not None}
+        names = {t.channel_names for t in terms if t.channel_names is not None}
         if len(names) > 1:
-            listed = " and ".join(f"{n!r:.60}{' of a white surface' * r}" for n, r in sorted(names, key=repr))
+            listed = " and ".join(sorted(f"{n!r:.60}" for n in names))
             raise ParameterError(f"Sum: terms have channels {listed}; expected the same names or wavelengths")
 
     @property
     def channel_names(self) -> tuple | None:  # type: ignore[override]
         """Those of the terms that name their channels."""
         return next((t.channel_names for t in self.terms if t.channel_names is not None), None)
-
-    @property
-    def relative_xyz(self) -> bool:  # type: ignore[override]
-        """As of the terms that name their channels."""
-        return any(t.relative_xyz for t in self.terms)
 
     @property
     def terms(self) -> tuple[Reflectance, ...]:

@@ -12,7 +12,7 @@ import numpy as np
 from .errors import FormatError, ParameterError
 from .geometry import HORIZON
 from .interface import Reflectance
-from .spectrum import WHITE
+from .spectrum import RELATIVE_XYZ, WHITE, XYZ
 
 if TYPE_CHECKING:
     import xarray
@@ -57,9 +57,9 @@ def tabular_shape(m: Reflectance) -> tuple[int, ...]:
     return shape
 
 
-def tristimulus(m: Reflectance, f: np.ndarray) -> np.ndarray:
-    """f (..., C) of a material as tables hold it: X, Y, Z of which a white surface has those of D65."""
-    return f * WHITE if m.relative_xyz else f
+def tristimulus(names: tuple | None, f: np.ndarray) -> tuple[tuple | None, np.ndarray]:
+    """Names of channels, and f (..., C), as tables hold them: `RELATIVE_XYZ` becomes `XYZ`, others stay."""
+    return (XYZ, f * WHITE) if names == RELATIVE_XYZ else (names, f)
 
 
 ALBEDO_AT = (0.0, 45.0, 75.0)

@@ -19,7 +19,7 @@ from .integrate import albedo
 from .interface import Reflectance, direction
 from .light import Light
 from .rendering import render
-from .spectrum import rgb_of
+from .spectrum import RELATIVE_XYZ, XYZ, rgb_of
 
 SLICES = (0.0, 15.0, 30.0, 45.0, 60.0, 75.0)
 INCIDENCE = (0.0, 10.0, 20.0, 30.0, 40.0, 50.0, 60.0, 70.0, 75.0, 80.0, 85.0, 88.0)
@@ -100,7 +100,7 @@ def _brightness(m: Reflectance, f: np.ndarray, ndim: int) -> np.ndarray:
     if f.ndim == ndim:
         return f
     names = m.channel_names
-    if names == ("X", "Y", "Z"):
+    if names in (XYZ, RELATIVE_XYZ):
         return f[..., 1]
     if f.shape[-1] == 3 and (names is None or isinstance(names[0], str)):
         return f @ np.array([0.2126, 0.7152, 0.0722])
@@ -180,7 +180,7 @@ def _albedo(axes: Any, m: Reflectance) -> None:
     rho = albedo(m, direction(np.radians(INCIDENCE), 0.0), tolerance=1e-3)
     rho = rho if rho.ndim == 2 else rho[:, None]
     names = m.channel_names
-    matrix = rgb_of(names, m.relative_xyz) if rho.shape[1] > 3 or names == ("X", "Y", "Z") else None
+    matrix = rgb_of(names) if rho.shape[1] > 3 or names in (XYZ, RELATIVE_XYZ) else None
     if matrix is not None:
         rho = rho @ matrix
     elif rho.shape[1] > 3:

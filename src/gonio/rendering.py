@@ -112,7 +112,7 @@ def _colour(m: Reflectance, lights: list[Light]) -> tuple[np.ndarray | None, np.
     f = m.f(up, up)
     own = f.shape[-1] if f.ndim > 1 else 1
     after = None
-    found = rgb_of(m.channel_names, m.relative_xyz)
+    found = rgb_of(m.channel_names)
     if found is not None and own == len(found):
         matrix = found.astype(np.float32)
         lit = {(x.arrival(up).irradiance if x.is_delta else x.incident(up)).shape[-1] for x in lights}

@@ -42,6 +42,12 @@ XYZ_TO_SRGB = np.array(
 )  # IEC 61966-2-1
 
 
+XYZ = ("X", "Y", "Z")
+"""Names of channels in which a white surface has X, Y, Z of D65."""
+
+RELATIVE_XYZ = ("X/Xn", "Y/Yn", "Z/Zn")
+"""Names of channels in which a white surface has 1, as in WINDOW and Radiance."""
+
 WHITE = np.linalg.inv(XYZ_TO_SRGB).sum(axis=1)
 """X, Y, Z of a white surface: (1, 1, 1) in linear sRGB, D65."""
 
@@ -61,11 +67,13 @@ def to_rgb(wavelengths: Any) -> np.ndarray:
     return weights / weights.sum(axis=0)
 
 
-def rgb_of(names: tuple | None, relative: bool = False) -> np.ndarray | None:
-    """Matrix (C, 3) that turns channels of these names into linear sRGB: wavelengths [nm], or X, Y, Z of which a white
-    surface has those of D65, or if `relative` 1. None for channels that are RGB, or of which nothing is known."""
+def rgb_of(names: tuple | None) -> np.ndarray | None:
+    """Matrix (C, 3) that turns channels of these names into linear sRGB: wavelengths [nm], `XYZ` or `RELATIVE_XYZ`.
+
+    None for channels that are RGB, or of which nothing is known.
+    """
     if names is None or len(names) < 2:
         return None
-    if tuple(names) == ("X", "Y", "Z"):
-        return (XYZ_TO_SRGB * (WHITE if relative else 1.0)).T
+    if tuple(names) in (XYZ, RELATIVE_XYZ):
+        return (XYZ_TO_SRGB * (WHITE if tuple(names) == RELATIVE_XYZ else 1.0)).T
     return None if isinstance(names[0], str) else to_rgb(names)

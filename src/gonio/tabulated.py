@@ -84,7 +84,7 @@ def tabulate(
         periods={"phi_d": period} if parameterisation == "half_difference" else None,
         about={"made_of": repr(m)},
     )
-    made.__dict__.update(channel_names=names, relative_xyz=m.relative_xyz, provenance=derived(m))
+    made.__dict__.update(channel_names=names, provenance=derived(m))
     made.__dict__["breaks"] = {**Tabulated.breaks, **m.breaches()}
     made.__dict__["error"] = resampling_error(m, made, keep.chosen)
     return made

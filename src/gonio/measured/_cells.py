@@ -53,11 +53,6 @@ class Cellwise(Measured):
         self.__dict__.update(side=side, document=None, chosen=((), ()))
         super().__init__(path, about, **fields)
 
-    @property
-    def relative_xyz(self) -> bool:  # type: ignore[override]
-        """Whether it has colours: a flat reflectance of 1 is 1 in X, Y and Z, as in Radiance."""
-        return self.channel_names == ("X", "Y", "Z")
-
     def validate(self) -> None:
         if self.side not in MIRRORED:
             raise ParameterError(f"{type(self).__name__}(side={self.side!r}): expected 'front' or 'back'")

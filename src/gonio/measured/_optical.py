@@ -124,7 +124,7 @@ def values_at(m: Reflectance, wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
     """f (grid..., C) at pairs of directions (grid..., 3), 0 below the horizon and NaN where m has no data."""
     wi, wo = np.broadcast_arrays(wi, wo)
     up = (wi[..., 2] > HORIZON) & (wo[..., 2] > HORIZON)
-    found = tristimulus(m, m.f(np.ascontiguousarray(wi[up]), np.ascontiguousarray(wo[up])))
+    found = m.f(np.ascontiguousarray(wi[up]), np.ascontiguousarray(wo[up]))
     f = np.zeros((*wi.shape[:-1], found.shape[-1] if found.ndim > 1 else 1))
     f[up] = found.reshape(-1, f.shape[-1])
     return f
@@ -148,11 +148,12 @@ def spectral(m: Reflectance, f: np.ndarray, channel: Any = None) -> tuple[tuple,
 
 
 def channel_named(m: Reflectance, f: np.ndarray, channel: Any) -> tuple[tuple, np.ndarray]:
-    """Names of the channels of f (..., C), and f; those of one channel where it is not None.
+    """Names of the channels of f (..., C), and f, X, Y, Z of D65; those of one channel where it is not None.
 
     Raises ParameterError where there is none of that name.
     """
-    names = m.channel_names or tuple(range(f.shape[-1]))
+    known, f = tristimulus(m.channel_names, f)
+    names = known or tuple(range(f.shape[-1]))
     if channel is None:
         return tuple(names), f
     if channel not in names:

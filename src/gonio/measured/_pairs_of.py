@@ -90,8 +90,8 @@ def _of_model(
     if incident is not None:
         theta_i, phi_i = np.reshape(incident, (2, 1))
     rows = np.stack([x.reshape(-1) for x in np.meshgrid(theta_i, phi_i, theta_o, phi_o, indexing="ij")], axis=1)
-    f = tristimulus(m, m.f_angles(*rows.T))
-    return Pairs(rows, f, channels=None if f.ndim == 1 else m.channel_names or _numbered(f.shape[1]))
+    names, f = tristimulus(m.channel_names, m.f_angles(*rows.T))
+    return Pairs(rows, f, channels=None if f.ndim == 1 else names or _numbered(f.shape[1]))
 
 
 def _numbered(count: int) -> tuple[str, ...]:

@@ -25,7 +25,7 @@ from ..marginal_warp import ONE, MarginalWarp, bilinear, tables
 from ..measurement import Measured, tabular_shape
 from ..provenance import ORIGIN, origin
 from ..quadrature import lattice
-from ..spectrum import rgb_of
+from ..spectrum import RELATIVE_XYZ, XYZ, rgb_of
 
 RIGHT = 0.5 * math.pi
 GRAZING = 1e-3  # cosine up to which f is asked for
@@ -73,8 +73,8 @@ def _source(m: Reflectance) -> _Source:
         return _Source(m, nm[order], order.tolist())
     if shape in ((), (1,)):
         return _Source(m, None, [0, 0, 0])
-    if shape == (3,) and names in (None, ("R", "G", "B"), ("X", "Y", "Z")):
-        return _Source(m, None, [0, 1, 2], rgb_of(names, m.relative_xyz))
+    if shape == (3,) and names in (None, ("R", "G", "B"), XYZ, RELATIVE_XYZ):
+        return _Source(m, None, [0, 1, 2], rgb_of(names))
     raise ParameterError(
         f"{m!r:.80}: has channels {names or shape[0]!r:.80}, expected one, R, G and B, or wavelengths [nm], "
         f"or X, Y and Z, which become R, G and B: what an RGL file can hold"

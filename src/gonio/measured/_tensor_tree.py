@@ -13,6 +13,7 @@ from ..errors import ParameterError
 from ..geometry import Direction, azimuth
 from ..libraries import Fixed
 from ..param import table
+from ..spectrum import RELATIVE_XYZ
 from . import _cells, _tree
 from ._cells import MIRRORED, Cellwise
 from ._tree import Tree
@@ -86,7 +87,7 @@ class TensorTree(Cellwise):
         first = np.empty(size)
         for t, root in zip(trees, roots.tolist(), strict=True):
             first[root : root + len(t.first)] = np.where(t.first > 0, t.first + root, 0)
-        names = tuple(channel_names) if channel_names is not None else ("X", "Y", "Z") if colour else None
+        names = tuple(channel_names) if channel_names is not None else RELATIVE_XYZ if colour else None
         self.__dict__.update(dimensions=trees[0].dimensions, depth=max(t.depth for t in trees))
         self.__dict__.update(colour=colour, channel_names=names)
         super().__init__(

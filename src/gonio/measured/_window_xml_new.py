@@ -10,6 +10,7 @@ from .. import spectrum
 from ..errors import ParameterError
 from ..interface import Reflectance
 from ..measurement import tabular_shape
+from ..spectrum import RELATIVE_XYZ, XYZ
 from . import _tree
 from ._cells import MIRRORED
 from ._klems import FULL, HALF, QUARTER, AngleBasis, Klems
@@ -43,14 +44,24 @@ def own(m: Klems | TensorTree, name: str) -> list[bytes]:
         bands = _bands(m, values.shape[2])
         content: list[Any] = [(band, values @ weights) for band, weights in bands]
         return _framed(content, "Columns", m.side, name, m.incident, m.outgoing)
+    return _framed(list(zip(_tree_bands(m), m.trees, strict=True)), f"TensorTree{m.dimensions}", m.side, name)
+
+
+def _tree_bands(m: TensorTree) -> list[tuple[str, str]]:
+    """What its trees are written as: (name, unit)."""
+    names = m.channel_names
     if m.colour:
-        content = list(zip((("Visible", ""), ("CIE-u", ""), ("CIE-v", "")), m.trees, strict=True))
-    elif m.channel_names is None or m.channel_names == ("X", "Y", "Z"):
-        labels = [("Visible", "")] if m.channel_names is None else [("CIE-X", ""), ("Visible", ""), ("CIE-Z", "")]
-        content = list(zip(labels, m.trees, strict=True))
-    else:
-        content = [((repr(float(n)), "Nanometer"), t) for n, t in zip(m.channel_names, m.trees, strict=True)]
-    return _framed(content, f"TensorTree{m.dimensions}", m.side, name)
+        return [("Visible", ""), ("CIE-u", ""), ("CIE-v", "")]
+    if names is None:
+        return [("Visible", "")]
+    if names == RELATIVE_XYZ:
+        return [("CIE-X", ""), ("Visible", ""), ("CIE-Z", "")]
+    if any(isinstance(n, str) for n in names):
+        raise ParameterError(
+            f"{m!r:.80}: trees of channels {names!r:.60}; expected one, {RELATIVE_XYZ}, or wavelengths: write it with "
+            f"tree={m.dimensions}"
+        )
+    return [(repr(float(n)), "Nanometer") for n in names]
 
 
 def _framed(
@@ -86,8 +97,8 @@ def _bands(m: Reflectance, width: int) -> Bands:
     if width == 3 and names in (None, ("R", "G", "B")):
         xyz = np.linalg.inv(spectrum.XYZ_TO_SRGB)
         return _xyz((xyz / xyz.sum(axis=1, keepdims=True)).T)
-    if names == ("X", "Y", "Z"):
-        return _xyz(np.eye(3) if m.relative_xyz else np.diag(1.0 / spectrum.WHITE))
+    if names in (XYZ, RELATIVE_XYZ):
+        return _xyz(np.diag(1.0 / spectrum.WHITE) if names == XYZ else np.eye(3))
     raise ParameterError(
         f"{m!r:.80}: {width} channels named {names!r:.60}; expected one, RGB, XYZ, or wavelengths: write one at a time"
     )

@@ -27,7 +27,7 @@ from ..interface import Reflectance
 from ..libraries import Fixed, Roomy
 from ..measurement import Measured, tabular_shape
 from ..param import channels, option, table
-from ..spectrum import rgb_of
+from ..spectrum import RELATIVE_XYZ, XYZ, rgb_of
 from ..warp import cosine_hemisphere, cosine_hemisphere_density
 
 if TYPE_CHECKING:
@@ -363,14 +363,14 @@ def _tabulate(m: Reflectance, phi_cells: int) -> np.ndarray:
     shape, names = tabular_shape(m), m.channel_names
     if shape not in ((), (1,), (3,)):
         raise ParameterError(f"{m!r:.80}: values have shape {shape}, expected () or (1,) for gray or (3,) for RGB")
-    if shape == (3,) and names not in (None, tuple("RGB"), tuple("XYZ")):
+    if shape == (3,) and names not in (None, tuple("RGB"), XYZ, RELATIVE_XYZ):
         raise ParameterError(f"{m!r:.80}: has channels {names!r:.60}, expected one, or colours: R, G, B or X, Y, Z")
     if not m.is_isotropic():
         raise ParameterError(
             f"{m!r:.80}: is anisotropic, and MERL files hold isotropic materials only; take the mean over turns: "
             f"gonio.repair.symmetrise(gonio.repair.resample(m), 'isotropy')"
         )
-    colours = rgb_of(names, m.relative_xyz) if shape == (3,) else None
+    colours = rgb_of(names) if shape == (3,) else None
     raw = np.full((3, N, N, phi_cells), -1.0)
     theta_h, theta_d, phi_d = centres(phi_cells)
     for i in range(0, N, 10):

@@ -23,6 +23,7 @@ from ..errors import FormatError, ParameterError
 from ..files import replacing
 from ..gridded import Gridded
 from ..interface import Reflectance
+from ..measurement import tristimulus
 from ..scattered import Scattered
 from . import _pairs, _specular, _text
 from ._pairs_of import pairs_of
@@ -230,7 +231,7 @@ def _block_of(m: Gridded) -> Block:
     kind, oriented = m.parameterisation, len(m.axes) == 4
     plain = m.quantity == "brdf" or isinstance(m, Scattered)
     values = m.stored if plain else m.brdf()
-    values = values if m.channel_names is not None else values[..., None]
+    names, values = tristimulus(m.channel_names, values if m.channel_names is not None else values[..., None])
     nodes = [_text.degrees(x) for x in m.axes.values()]
     if not oriented:
         nodes.append(np.zeros(1))
@@ -250,7 +251,7 @@ def _block_of(m: Gridded) -> Block:
             raise ParameterError(
                 f"{m!r:.80}: {axis} has the period {period:g}, expected 2 pi, or pi for phi_d; tabulate it"
             )
-    entries = {"DATA_TYPE": "brdf", **_colour(m), "PARAM_TYPE": next(s for s, k in SYSTEMS.items() if k == kind)}
+    entries = {"DATA_TYPE": "brdf", **_colour(m, names), "PARAM_TYPE": next(s for s, k in SYSTEMS.items() if k == kind)}
     if reduction:
         entries["REDUCTION_TYPE"] = " ".join(reduction)
     for k, x in ((0, nodes[0]), (1, nodes[3]), (2, nodes[1]), (3, nodes[2])):
@@ -267,8 +268,7 @@ def _within_a_turn(nodes: np.ndarray, values: np.ndarray, axis: int) -> tuple[np
     return found, values.take(order, axis)
 
 
-def _colour(m: Gridded) -> dict[str, str]:
-    names = m.channel_names
+def _colour(m: Gridded, names: tuple | None) -> dict[str, str]:
     for colour, known in COLOURS.items():
         if names == known:
             return {"COLOR_MODEL": colour}

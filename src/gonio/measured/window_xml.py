@@ -17,6 +17,7 @@ import numpy as np
 from ..errors import FormatError, ParameterError
 from ..files import replacing
 from ..interface import Reflectance
+from ..spectrum import RELATIVE_XYZ
 from . import _tree, _window_xml_new
 from ._cells import MIRRORED
 from ._klems import KNOWN, AngleBasis, Klems
@@ -129,7 +130,7 @@ def _choice(
     for others, colour in ((("cie-x", "cie-z"), ""), (("cie-u", "cie-v"), "uv")):
         if y and all(name in bands for name in others):
             order = (y, *others) if colour else (others[0], y, others[1])
-            return _Choice(tuple(bands[name] for name in order), ("X", "Y", "Z"), side, colour)
+            return _Choice(tuple(bands[name] for name in order), RELATIVE_XYZ, side, colour)
     if y is None and spectral:
         return spectrum_of
     return _Choice((bands[y] if y else next(iter(bands.values())),), None, side)

@@ -38,11 +38,6 @@ class _Reframed(Reflectance):
         return self.of.channel_names
 
     @property
-    def relative_xyz(self) -> bool:  # type: ignore[override]
-        """As of the reflectance inside."""
-        return self.of.relative_xyz
-
-    @property
     def is_delta(self) -> bool:  # type: ignore[override]
         """Whether the reflectance inside is a delta lobe."""
         return self.of.is_delta

@@ -57,11 +57,6 @@ class _Coat(Reflectance):
         """Those of the base."""
         return self.base.channel_names
 
-    @property
-    def relative_xyz(self) -> bool:  # type: ignore[override]
-        """As of the base."""
-        return self.base.relative_xyz
-
 
 class Coated(_Coat):
     """A smooth clear coat over a base: a mirror of the coat's Fresnel reflectance F, and the base through the coat,

@@ -48,11 +48,6 @@ class _Layer(Reflectance):
         """Those of the base."""
         return self.base.channel_names
 
-    @property
-    def relative_xyz(self) -> bool:  # type: ignore[override]
-        """As of the base."""
-        return self.base.relative_xyz
-
 
 class _Below(_Layer):
     """A lobe of the base as it is seen through the layer."""

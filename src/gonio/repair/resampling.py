@@ -12,7 +12,7 @@ from ..errors import ParameterError
 from ..geometry import HORIZON
 from ..gridded import Gridded
 from ..interface import Reflectance, direction
-from ..measurement import Measured, tabular_shape, tristimulus
+from ..measurement import Measured, tabular_shape
 from ..parameterisations import parameterisation as named
 from ..quadrature import lattice
 from ._cells import Cells, evaluated, relative, reported, spread, variances
@@ -72,7 +72,7 @@ def resample(
         outside=m.outside if isinstance(m, Gridded) else "hold",
     )  # fmt: skip
     pairs = _pairs()
-    true, found = tristimulus(m, evaluated(m, *pairs)), evaluated(made, *pairs)
+    true, found = evaluated(m, *pairs), evaluated(made, *pairs)
     figures = dict(zip(("error_rms", "error_largest"), spread(relative(found, true, true)), strict=True))
     if isinstance(m, Gridded):
         own = Cells(m)
@@ -121,7 +121,7 @@ def _isotropic(m: Reflectance) -> bool:
 
 def _on(m: Reflectance, wi: np.ndarray, wo: np.ndarray, up: np.ndarray) -> np.ndarray:
     """f at the nodes above the horizon, NaN at the others."""
-    values = tristimulus(m, m.f(wi[up], wo[up]))
+    values = m.f(wi[up], wo[up])
     f = np.full((*up.shape, *values.shape[1:]), np.nan)
     f[up] = values
     return f
