@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import io
-import json
 import os
 import re
 import resource
 import signal
 import struct
+import subprocess
+import sys
 import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from random import Random
 from unittest import mock
@@ -97,11 +99,11 @@ def _repacked(data: bytes, random: Random) -> bytes:
 
 
 def _several(data: bytes, random: Random) -> bytes:
-    is_text = sum(b < 9 for b in data[:512]) == 0
+    is_text, longest = sum(b < 9 for b in data[:512]) == 0, max(len(data), 1 << 20)
     for _ in range(random.choice((1, 1, 1, 2, 2, 3, 4))):
         of_text = is_text and random.random() < 0.8
         data = random.choice(_TEXT if of_text else _BYTES)(data, random)
-        data = data[: 1 << 20]
+        data = data[:longest]
     return data
 
 
@@ -235,13 +237,18 @@ class Hang(BaseException):
     """Reading took longer than `LONGEST`: no Exception, so that nobody but the campaign can catch it."""
 
 
+def allowed(size: int) -> int:
+    """Bytes of memory that reading a file of this size may take: 64 MB, and 64 times its size."""
+    return (64 << 20) + 64 * size
+
+
 @contextmanager
 def bounded_memory(size: int) -> Iterator[None]:
-    """At most 64 MB and 64 times the file's size more memory than now."""
+    """At most `allowed` more memory than now."""
     with Path("/proc/self/statm").open(encoding="ascii") as file:
         now = int(file.read().split()[0]) * resource.getpagesize()
     old = resource.getrlimit(resource.RLIMIT_AS)
-    resource.setrlimit(resource.RLIMIT_AS, (now + (64 << 20) + 64 * size, old[1]))
+    resource.setrlimit(resource.RLIMIT_AS, (now + allowed(size), old[1]))
     try:
         yield
     finally:
@@ -269,28 +276,41 @@ def bounded_time() -> Iterator[None]:
 
 @contextmanager
 def reading(size: int) -> Iterator[None]:
-    """For reading a damaged file of this size, in bounded memory: values may be anything, HDF5 is tried by a copy."""
+    """For reading a damaged file of this size, in bounded memory: values may be anything."""
+    probed = partial(_probed, allowed(size))
     with warnings.catch_warnings(), bounded_memory(size), mock.patch.object(xarray_netcdf, "_probed", probed):
         warnings.simplefilter("ignore")
         yield
 
 
-def probed(path: Path) -> bytes:
-    """`xarray_netcdf._probed` by a copy of this process, which has the libraries: 5 ms instead of 300."""
-    ends = os.pipe()
-    child = os.fork()
-    if not child:
-        try:
-            os.write(ends[1], json.dumps(_hdf5_probe.main(str(path))).encode())
-        finally:
-            os._exit(0)
-    os.close(ends[1])
+_probes: list[subprocess.Popen] = []
+"""The process that `_probed` asks, once there is one."""
+
+
+def _probed(memory: int, path: Path) -> bytes:
+    """`xarray_netcdf._probed` by a process that has the library already: 5 ms instead of 300."""
+    if not _probes:
+        limit = resource.getrlimit(resource.RLIMIT_AS)
+        resource.setrlimit(resource.RLIMIT_AS, (limit[1], limit[1]))  # what this process may take is not its limit
+        command = [sys.executable, str(Path(__file__).with_name("hdf5_probes.py")), _hdf5_probe.__file__]
+        _probes.append(subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE))
+        resource.setrlimit(resource.RLIMIT_AS, limit)
+    asked = _probes[0]
+    said = b""
     try:
-        with os.fdopen(ends[0], "rb") as said:
-            return said.read()
-    finally:
-        os.kill(child, signal.SIGKILL)
-        os.waitpid(child, 0)
+        asked.stdin.write(f"{memory} {path}\n".encode())
+        asked.stdin.flush()
+        while not said.endswith(b"\0"):
+            part = os.read(asked.stdout.fileno(), 1 << 16)
+            if not part:
+                raise EOFError("the process that probes HDF5 files has ended")
+            said += part
+    except BaseException:
+        _probes.clear()
+        asked.kill()
+        asked.communicate()
+        raise
+    return said[:-1]
 
 
 WI = np.array([[0.0, 0.0, 1.0], [0.6, 0.0, 0.8], [-0.48, 0.64, 0.6]])

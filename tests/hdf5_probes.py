@@ -1,0 +1,38 @@
+"""Run as a program: `_hdf5_probe` of each file named on standard input, in a copy of this process, which is small.
+
+Each line is the bytes of memory that the copy may take more than this process, and the file's path. What the probe
+says is printed, and a zero byte after it.
+"""
+
+from __future__ import annotations
+
+import importlib.util
+import json
+import os
+import resource
+import sys
+from pathlib import Path
+
+import h5py  # noqa: F401
+
+
+def main(program: str) -> None:
+    spec = importlib.util.spec_from_file_location("probe", program)
+    probe = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(probe)
+    taken = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[0]) * resource.getpagesize()
+    for line in iter(sys.stdin.readline, ""):
+        more, path = line.rstrip("\n").split(" ", 1)
+        child = os.fork()
+        if not child:
+            try:
+                resource.setrlimit(resource.RLIMIT_AS, (taken + int(more),) * 2)
+                os.write(1, json.dumps(probe.main(path)).encode())
+            finally:
+                os._exit(0)
+        os.waitpid(child, 0)
+        os.write(1, b"\0")
+
+
+if __name__ == "__main__":
+    main(sys.argv[1])
