@@ -157,6 +157,18 @@ def test_grids_come_back_from_rows(tmp_path, module, counts, mirrored):
     np.testing.assert_allclose(again.f(wi, wo), m.f(wi, wo), rtol=1e-9)
 
 
+@pytest.mark.parametrize("module", [astm, alta, csv_table, ssdd], ids=["ASTM", "ALTA", "CSV", "SSDD"])
+def test_measurements_are_written_at_a_grid_that_is_asked_for(tmp_path, module):
+    m = gn.Microfacet(gn.GGX(0.5), 0.9) + gn.Lambertian(0.3)
+    held = gn.repair.resample(m, "half_difference", resolution=(31, 31, 36))
+    module.write(held, tmp_path / "a", resolution=(19, 19, 24))
+    again = gn.load(tmp_path / "a")
+    assert again.parameterisation == "angles" and [len(x) for x in again.axes.values()][:2] == [19, 19]
+    wi, wo = random_pairs()
+    far = (wi[:, 2] > 0.2) & (wo[:, 2] > 0.2)
+    assert np.median(np.abs(again.f(wi, wo) / m.f(wi, wo) - 1.0)[far]) < 0.02
+
+
 @pytest.mark.parametrize("module", [astm, alta, csv_table], ids=["ASTM", "ALTA", "CSV"])
 def test_rows_come_back_from_rows(tmp_path, module):
     m = rows()

@@ -12,9 +12,9 @@ from ..errors import ParameterError
 from ..geometry import HORIZON
 from ..gridded import Gridded
 from ..interface import Reflectance, angles
-from ..measurement import from_brdf, tabular_shape, to_brdf, tristimulus
+from ..measurement import Measured, from_brdf, tabular_shape, to_brdf, tristimulus
 from ..scattered import Scattered
-from ._pairs import Pairs
+from ._pairs import Pairs, material
 
 
 class Nodes(NamedTuple):
@@ -70,6 +70,13 @@ def pairs_of(
     if not np.isfinite(pairs.values).any():
         raise ParameterError(f"{m!r:.80}: has no values to write, expected a number at one pair of directions at least")
     return pairs if incident is None else _lit_from(incident, pairs)
+
+
+def table_of(m: Reflectance, resolution: Sequence[int] | None = None) -> Gridded:
+    """A measurement as it is; of anything else, and where a resolution is asked for, the table of its `pairs_of`."""
+    if isinstance(m, Gridded) and resolution is None:
+        return m
+    return material(pairs_of(m, resolution), "", m.about if isinstance(m, Measured) else {})
 
 
 def _of_model(

@@ -34,7 +34,7 @@ from ..interface import Reflectance, angles
 from ..parameterisations import PARAMETERISATIONS
 from ..scattered import Scattered
 from . import _channels, _pairs, _text
-from ._pairs_of import pairs_of, with_others
+from ._pairs_of import pairs_of, table_of, with_others
 
 NAME = "CSV"
 SUFFIXES = (".csv",)
@@ -279,13 +279,13 @@ def _by_wavelength(
 
 
 def write(m: Reflectance, path: Path, resolution: Sequence[int] | None = None) -> None:
-    """Write a measurement, grid or rows, as it is held, with its options and uncertainty; of anything else f at a grid
-    of angles (`resolution`: numbers of theta_i, theta_o and azimuths).
+    """Write a measurement, grid or rows, as it is held, with its options and uncertainty; of anything else, and of
+    anything if `resolution` says so (numbers of theta_i, theta_o and azimuths), f at a grid of angles.
 
     Angles are degrees if these read back as the same numbers, else radians. Of `about` texts and numbers are kept, as
     texts. Raises ParameterError for delta lobes, maps, and channels whose names cannot be in a column's.
     """
-    table = m if isinstance(m, Gridded) else _pairs.material(pairs_of(m, resolution), "", {})
+    table = table_of(m, resolution)
     rows = isinstance(table, Scattered) or "other_pairs" in table.about
     names, pairs, said = _of_rows(table) if rows else _of_grid(table)
     degrees = _text.degrees(pairs.angles)

@@ -25,8 +25,8 @@ from ..gridded import Gridded
 from ..interface import Reflectance
 from ..measurement import tristimulus
 from ..scattered import Scattered
-from . import _pairs, _specular, _text
-from ._pairs_of import pairs_of
+from . import _specular, _text
+from ._pairs_of import table_of
 
 NAME = "SSDD"
 SUFFIXES = (".ssdd",)
@@ -197,14 +197,14 @@ _NAMES = {
 
 
 def write(m: Reflectance, path: Path, binary: bool = False, resolution: Sequence[int] | None = None) -> None:
-    """Write the BRDF on the grid of a measurement, of anything else on a grid of angles (`resolution`: numbers of
-    theta_i, theta_o and azimuths), and the other blocks of the file that it came from.
+    """Write the BRDF on the grid of a measurement; of anything else, and of anything if `resolution` says so (numbers
+    of theta_i, theta_o and azimuths), on a grid of angles; and the other blocks of the file that it came from.
 
     `binary`: tables of float32, to which values are rounded. Lost: uncertainties, and how to interpolate; of rows in no
     grid, all but the grid made of them. Raises ParameterError for delta lobes, maps, channels other than one, RGB, XYZ
     or rising wavelengths, and periods other than pi of phi_d.
     """
-    table = m if isinstance(m, Gridded) else _pairs.material(pairs_of(m, resolution), "", {})
+    table = table_of(m, resolution)
     blocks = [_block_of(table), *table.about.get("other_blocks", [])]
     with replacing(path) as temporary, temporary.open("wb") as file:
         file.write(b"VERSION 0.2\n")
