@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import json
 import os
 import re
 import resource
@@ -28,7 +29,7 @@ import xarray  # noqa: F401
 
 import gonio as gn
 from gonio import batch
-from gonio.measured import _hdf5_probe, xarray_netcdf
+from gonio.measured import _hdf, _hdf_probe
 
 # All libraries that reading may need are loaded above: loading one where memory is limited may never end.
 
@@ -278,7 +279,7 @@ def bounded_time() -> Iterator[None]:
 def reading(size: int) -> Iterator[None]:
     """For reading a damaged file of this size, in bounded memory: values may be anything."""
     probed = partial(_probed, allowed(size))
-    with warnings.catch_warnings(), bounded_memory(size), mock.patch.object(xarray_netcdf, "_probed", probed):
+    with warnings.catch_warnings(), bounded_memory(size), mock.patch.object(_hdf, "probed", probed):
         warnings.simplefilter("ignore")
         yield
 
@@ -287,23 +288,23 @@ _probes: list[subprocess.Popen] = []
 """The process that `_probed` asks, once there is one."""
 
 
-def _probed(memory: int, path: Path) -> bytes:
-    """`xarray_netcdf._probed` by a process that has the library already: 5 ms instead of 300."""
+def _probed(memory: int, *words: str) -> bytes:
+    """`_hdf.probed` by a process that has the libraries already: 5 ms instead of 300."""
     if not _probes:
         limit = resource.getrlimit(resource.RLIMIT_AS)
         resource.setrlimit(resource.RLIMIT_AS, (limit[1], limit[1]))  # what this process may take is not its limit
-        command = [sys.executable, str(Path(__file__).with_name("hdf5_probes.py")), _hdf5_probe.__file__]
+        command = [sys.executable, str(Path(__file__).with_name("hdf_probes.py")), _hdf_probe.__file__]
         _probes.append(subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE))
         resource.setrlimit(resource.RLIMIT_AS, limit)
     asked = _probes[0]
     said = b""
     try:
-        asked.stdin.write(f"{memory} {path}\n".encode())
+        asked.stdin.write(json.dumps([memory, *words]).encode() + b"\n")
         asked.stdin.flush()
         while not said.endswith(b"\0"):
             part = os.read(asked.stdout.fileno(), 1 << 16)
             if not part:
-                raise EOFError("the process that probes HDF5 files has ended")
+                raise EOFError("the process that probes HDF files has ended")
             said += part
     except BaseException:
         _probes.clear()

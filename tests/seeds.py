@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import importlib.util
 import tempfile
 from collections.abc import Callable
 from pathlib import Path
@@ -141,6 +142,39 @@ def mcd43(bands: tuple[str, ...] = ("Band1", "vis"), days: int = 3, pixels: int 
         return path.read_bytes()
 
 
+def mcd43_tile(
+    shape: tuple[int, int] = (3, 2), missing: bool = True, flat: bool = False, **attributes: object
+) -> bytes:
+    """The same in HDF4, as NASA's tiles are laid out: f_iso = 0.1 + 0.01 k + 0.001 (y + x) of band k, row y, column x.
+
+    `missing`: the first pixel holds no data; `flat`: parameters without an axis of their own. Needs pyhdf.
+    """
+    from pyhdf.SD import SD, SDC
+
+    with tempfile.TemporaryDirectory() as folder:
+        path = str(Path(folder) / "seed.hdf")
+        file = SD(path, SDC.WRITE | SDC.CREATE | SDC.TRUNC)
+        file.attr("CoreMetadata.0").set(SDC.CHAR, "GROUP = INVENTORYMETADATA")
+        for k, band in enumerate(("Band1", "Band4")):
+            y, x = np.mgrid[: shape[0], : shape[1]]
+            weights = np.stack([100 + 10 * k + y + x, 50 + 0 * y, 20 + 0 * y], axis=-1).astype("i2")
+            if missing:
+                weights[0, 0] = 32767
+            weights = weights[..., 0] if flat else weights
+            held = file.create(f"BRDF_Albedo_Parameters_{band}", SDC.INT16, weights.shape)
+            held.setcompress(SDC.COMP_DEFLATE, 6)
+            for name, value in {"scale_factor": 0.001, "add_offset": 0.0, **attributes}.items():
+                held.attr(name).set(SDC.CHAR if isinstance(value, str) else SDC.FLOAT64, value)
+            held.attr("_FillValue").set(SDC.INT16, 32767)
+            held[:] = weights
+            held.endaccess()
+            quality = file.create(f"BRDF_Albedo_Band_Mandatory_Quality_{band}", SDC.UINT8, shape)
+            quality[:] = np.full(shape, k, "u1")
+            quality.endaccess()
+        file.end()
+        return Path(path).read_bytes()
+
+
 ZERNIKE = b"""1, 1, 0, 0, 0, 0, 0, 2.0
 1, 1, 1, 1, 1, 1, 0, -0.4
 1, 1, 2, 0, 0, 0, 0, 0.2
@@ -195,3 +229,5 @@ SEEDS: dict[str, Callable[[], bytes]] = {
     "WINDOW XML": _klems,
     "WINDOW XML tree": _tensor_tree,
 }
+if importlib.util.find_spec("pyhdf"):
+    SEEDS["MCD43A1 tile"] = lambda: mcd43_tile((1, 1), missing=False)

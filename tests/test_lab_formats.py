@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib.util
 import json
 import math
 from pathlib import Path
@@ -9,11 +10,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 from conftest import switch_off
-from seeds import BRF_TABLE, SEEDS, ZERNIKE, mcd43, mueller_table, small_rows
+from seeds import BRF_TABLE, SEEDS, ZERNIKE, mcd43, mcd43_tile, mueller_table, small_rows
 
 import gonio as gn
-from gonio.errors import FormatError, ParameterError
+from gonio.errors import DependencyError, FormatError, ParameterError
 from gonio.measured import bird_json, formats, xarray_netcdf, zernike
+from gonio.measured import mcd43 as mcd43_module
 
 REAL = Path(__file__).resolve().parents[2] / "shared" / "data"
 NAMES = ("BiRD", "OpenMATERIAL", "NIST Mueller", "Zernike", "BRF table", "reflectance spectrum", "MCD43A1")
@@ -508,11 +510,73 @@ def test_mcd43_converted_by_h4toh5(tmp_path, scales):
     np.testing.assert_allclose(m.f_iso, np.broadcast_to([0.1, 0.101], (2, 2, 2)))
 
 
+def test_tiles_of_mcd43(tmp_path):
+    pytest.importorskip("pyhdf", reason="HDF4 is read with pyhdf: pip install pyhdf")
+    m = loaded(mcd43_tile(), tmp_path)
+    assert m.channel_names == (645.0, 555.0) and m.f_iso.shape == (3, 2, 2)
+    assert m.about["CoreMetadata.0"] == "GROUP = INVENTORYMETADATA"
+    assert m.about["quality"]["Band4"] == [[1, 1]] * 3
+    y, x = np.mgrid[:3, :2]
+    expected = 0.1 + 0.001 * (y + x)[..., None] + [0.0, 0.01]
+    expected[0, 0] = np.nan
+    np.testing.assert_allclose(m.f_iso, expected, rtol=1e-12)
+    np.testing.assert_allclose(m.f_vol[1:], 0.05)
+    np.testing.assert_allclose(m.f_geo[1:], 0.02)
+    one = gn.load(tmp_path / "file", rows=(2, 3), columns=(1, 2))
+    assert one.f_iso.tolist() == pytest.approx([0.103, 0.113])
+    np.testing.assert_allclose(at(one, 40.0, 0.0, 20.0, 100.0), at(m, 40.0, 0.0, 20.0, 100.0)[2, 1], rtol=1e-12)
+    row = gn.load(tmp_path / "file", rows=(1, 2))
+    np.testing.assert_allclose(row.f_iso, expected[1:2], rtol=1e-12)
+
+
+@pytest.mark.parametrize(
+    "options", [{"rows": (2, 5)}, {"columns": (0, 0)}, {"rows": (-1, 1)}, {"rows": (0, 1), "columns": (2, 1)}]
+)
+def test_pixels_that_a_tile_lacks(tmp_path, options):
+    pytest.importorskip("pyhdf", reason="HDF4 is read with pyhdf: pip install pyhdf")
+    loaded(mcd43_tile(), tmp_path)
+    with pytest.raises(ParameterError, match=r"holds 3 rows and 2 columns of pixels; got rows="):
+        gn.load(tmp_path / "file", **options)
+    with pytest.raises(ParameterError, match=r"rows=1: expected two whole numbers"):
+        gn.load(tmp_path / "file", rows=1)
+
+
+def test_large_tiles_ask_which_pixels(tmp_path, monkeypatch):
+    pytest.importorskip("pyhdf", reason="HDF4 is read with pyhdf: pip install pyhdf")
+    monkeypatch.setattr(mcd43_module, "MOST", 40)
+    (tmp_path / "file").write_bytes(mcd43_tile())
+    with pytest.raises(ParameterError, match=r"holds 3 rows and 2 columns of pixels, 0 MB of weights; say which"):
+        gn.load(tmp_path / "file")
+    with pytest.raises(ParameterError, match="say which"):
+        gn.load(tmp_path / "file", rows=(0, 3))
+    assert gn.load(tmp_path / "file", rows=(0, 1)).f_iso.shape == (1, 2, 2)
+    assert gn.load(tmp_path / "file", rows=(0, 3), columns=(0, 2)).f_iso.shape == (3, 2, 2)
+
+
+def test_damaged_tiles(tmp_path):
+    pytest.importorskip("pyhdf", reason="HDF4 is read with pyhdf: pip install pyhdf")
+    data = mcd43_tile()
+    with pytest.raises(FormatError, match=r"HDF4 file that is damaged or cut short"):
+        loaded(data[: len(data) // 2], tmp_path)
+    with pytest.raises(FormatError, match=r"HDF4 without BRDF_Albedo_Parameters_\*"):
+        loaded(data.replace(b"BRDF_Albedo_P", b"BRDF_albedo_p"), tmp_path)
+    with pytest.raises(FormatError, match=r"expected \(\[time,\] y, x, 3\)"):
+        loaded(mcd43_tile(flat=True), tmp_path)
+    with pytest.raises(FormatError, match=r"has attributes .*'scale_factor': 'a'.*expected numbers"):
+        loaded(mcd43_tile(scale_factor="a"), tmp_path)
+    with pytest.raises(FormatError, match="scale_factor"):
+        loaded(mcd43_tile(scale_factor=1.0), tmp_path)
+
+
+def test_tiles_without_pyhdf(tmp_path, monkeypatch):
+    monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
+    with pytest.raises(DependencyError, match=r"pip install gonio.hdf4.*AppEEARS.*h4tonccf_nc4 .*h4toh5 "):
+        loaded(b"\x0e\x03\x13\x01" + bytes(100), tmp_path)
+
+
 def test_damaged_mcd43(tmp_path):
     with pytest.raises(FormatError, match="scale_factor"):
         loaded(mcd43(scale_factor=1.0), tmp_path)
-    with pytest.raises(FormatError, match=r"HDF4.*AppEEARS.*h4tonccf_nc4 .*h4toh5 "):
-        loaded(b"\x0e\x03\x13\x01" + bytes(100), tmp_path)
     (tmp_path / "file").write_bytes(SEEDS["netCDF"]())
     with pytest.raises(FormatError, match="which alone have days"):
         xarray_netcdf.read(tmp_path / "file", time=2)

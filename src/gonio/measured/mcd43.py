@@ -1,29 +1,36 @@
 """MODIS' albedo product MCD43A1: weights of the Ross-Thick and Li-Sparse-Reciprocal kernels, by band, day and pixel.
 
-NASA distributes HDF4-EOS, which is not read: a message says how to convert it. Read is netCDF-4, or HDF5, with
-variables BRDF_Albedo_Parameters_<band> (time, y, x, parameter), or without time, the parameters iso, vol, geo in this
-order, all in one group; stored numbers times their `scale_factor` (0.001), `_FillValue` (32767, NaN) is no data.
-Checked against a real file (LP DAAC's AppEEARS, one pixel, 365 days); groups, as h4toh5 makes them, on own files only.
+Variables BRDF_Albedo_Parameters_<band> (time, y, x, parameter), or without time, hold the parameters iso, vol, geo in
+this order: stored numbers times their `scale_factor` (0.001), `_FillValue` (32767, NaN) is no data. Read are HDF4-EOS,
+as NASA distributes tiles of 2400 x 2400 pixels, with pyhdf (`pip install gonio[hdf4]`), and netCDF-4 or HDF5, as
+AppEEARS and h4toh5 make them, all in one group.
+Checked against a real netCDF file (LP DAAC's AppEEARS, one pixel, 365 days); HDF4 and groups on own files only, which
+are laid out as the product's user guide has it.
 """
 
 from __future__ import annotations
 
+import importlib.util
+import json
+import sys
+import tempfile
 from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..errors import FormatError, ParameterError
+from ..errors import DependencyError, FormatError, ParameterError
 from ..measurement import Measured
 from ..models.ross_li import RossLi
+from . import _hdf
 
 if TYPE_CHECKING:
     import xarray
 
 NAME = "MCD43A1"
 SUFFIXES = (".hdf",)
-DESCRIPTION = "MODIS' Ross-Li kernel weights (netCDF-4; HDF4 after conversion)"
+DESCRIPTION = "MODIS' Ross-Li kernel weights: HDF4 (needs pyhdf), netCDF-4"
 ORACLE = "real file (AppEEARS)"
 
 HDF4 = b"\x0e\x03\x13\x01"
@@ -42,17 +49,78 @@ BANDS = {
 KERNELS = ("f_iso", "f_vol", "f_geo")
 
 
+MOST = 1 << 25
+"""Numbers that are read without asking which: 268 MB of them as they are held. A tile has five times as many."""
+
+
 def matches(head: bytes, size: int) -> bool:
-    """Whether a file that starts so is HDF4, which is refused with advice; netCDF-4 is found by `xarray_netcdf`."""
+    """Whether a file that starts so is HDF4; netCDF-4 is found by `xarray_netcdf`."""
     return head.startswith(HDF4)
 
 
-def read(path: Path) -> MCD43:
-    """Raises FormatError, which says how to convert the file."""
-    raise FormatError(
-        f"{path}: HDF4, which gonio does not read; if this is MCD43A1, order it as netCDF-4 from AppEEARS, or convert "
-        f"it: `h4tonccf_nc4 old.hdf new.nc` (hdfeos.org), or `h4toh5 old.hdf new.h5`"
-    )
+def read(path: Path, rows: tuple[int, int] | None = None, columns: tuple[int, int] | None = None) -> MCD43:
+    """The kernel weights of a tile, or of some of its pixels.
+
+    rows, columns   first and last + 1, counted from 0; all by default, if that is not more than 268 MB of weights
+    Raises DependencyError without pyhdf, FormatError where the file is damaged or something else, ParameterError where
+    there are no such pixels, or too many and both were not given.
+    """
+    import xarray
+
+    if importlib.util.find_spec("pyhdf") is None:
+        raise DependencyError(
+            f"{path}: HDF4 is read with pyhdf; install it: pip install gonio[hdf4]; or order the product as netCDF-4 "
+            f"from AppEEARS, or convert it: `h4tonccf_nc4 old.hdf new.nc` (hdfeos.org), `h4toh5 old.hdf new.h5`"
+        )
+    window = [_ends("rows", rows), _ends("columns", columns)]
+    most = MOST if None in window else sys.maxsize
+    asked = {"prefixes": [PREFIX, QUALITY], "window": window, "most": most}
+    with tempfile.TemporaryDirectory() as folder:
+        found = _hdf.inspected("hdf4", path, folder, json.dumps(asked))
+        shape = next((shape for name, shape in found["shapes"].items() if name.startswith(PREFIX)), None)
+        if shape is None:
+            raise FormatError(
+                f"{path}: HDF4 without {PREFIX}*, expected MODIS' product MCD43A1; convert it to netCDF-4"
+            )
+        if not found["arrays"]:
+            size = f"{path}: holds {shape[0]} rows and {shape[1]} columns of pixels"
+            if found["count"] > most:
+                raise ParameterError(
+                    f"{size}, {8e-6 * found['count']:.0f} MB of weights; say which are wanted: rows=(start, end), "
+                    f"columns=(start, end)"
+                )
+            raise ParameterError(f"{size}; got rows={rows!r:.40}, columns={columns!r:.40}, expected some of these")
+        variables = {
+            name: (("time", "y", "x", "kernel")[: values.ndim + 1], values[None])
+            for number, (name, attributes) in enumerate(found["arrays"].items())
+            for values in [_scaled(np.load(Path(folder) / f"{number}.npy"), attributes, name, path)]
+            if values.ndim in (2, 3)
+        }
+    try:
+        ds = xarray.Dataset(variables, attrs=found["attributes"])
+    except ValueError as error:
+        raise FormatError(f"{path}: bands that do not lie on the same pixels: {error}") from None
+    return read_dataset(ds, str(path))
+
+
+def _ends(name: str, ends: tuple[int, int] | None) -> list[int] | None:
+    if ends is None:
+        return None
+    whole = isinstance(ends, (tuple, list)) and all(isinstance(n, (int, float)) and n == n // 1 for n in ends)
+    if not whole or len(ends) != 2:
+        raise ParameterError(f"{name}={ends!r:.40}: expected two whole numbers, first and last + 1")
+    return [int(n) for n in ends]
+
+
+def _scaled(stored: np.ndarray, attributes: dict[str, Any], name: str, path: Path) -> np.ndarray:
+    """Weights of stored numbers as HDF4 scales them: scale_factor (stored - add_offset); flags as they are."""
+    if not name.startswith(PREFIX):
+        return stored
+    said = [attributes.get(key, usual) for key, usual in (("scale_factor", 0.001), ("add_offset", 0.0))]
+    fill = attributes.get("_FillValue", 32767)
+    if not all(isinstance(x, (int, float)) for x in (*said, fill)) or stored.dtype.kind not in "iuf":
+        raise FormatError(f"{path}: {name} has attributes {attributes!r:.80} and {stored.dtype}, expected numbers")
+    return np.where(stored == fill, np.nan, said[0] * (stored - said[1]))
 
 
 def group(names: Iterable[str]) -> str | None:

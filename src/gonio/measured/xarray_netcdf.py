@@ -1,16 +1,12 @@
 """netCDF-4 files in gonio's own layout (docs/data-model.md): what any measurement can be kept in without loss.
 
 Read and written through xarray with h5netcdf. Other HDF5 files are recognised by what is in them: NASA's MCD43A1 is
-read by `mcd43`. A process of its own reads a file first (`_hdf5_probe`): damaged files can stop the HDF5 library, or
+read by `mcd43`. A process of its own reads a file first (`_hdf`): damaged files can stop the HDF5 library, or
 never end. It compares every array with the length of the file, and refuses links to other files.
 """
 
 from __future__ import annotations
 
-import json
-import os
-import subprocess
-import sys
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -19,7 +15,7 @@ from ..dataset import from_dataset
 from ..errors import DependencyError, FormatError
 from ..files import replacing
 from ..interface import Reflectance
-from . import _hdf5_probe, mcd43, neural
+from . import _hdf, mcd43, neural
 from ._xarray import AS_STORED, DAMAGE, encoded
 
 if TYPE_CHECKING:
@@ -50,7 +46,8 @@ def read(path: Path, time: int | None = None) -> Reflectance:
                 f"{path}: netCDF of the classic kind, expected netCDF-4; convert it: `nccopy -k nc4 old.nc new.nc`, "
                 f"or `ncks -4 old.nc new.nc`"
             )
-    group = mcd43.group(_inspected(path))
+    _libraries()
+    group = mcd43.group(_hdf.inspected("hdf5", path)["names"])
     if group is not None:
         return mcd43.read_dataset(_opened(path, group=group, phony_dims="sort"), str(path), time)
     if time is not None:
@@ -79,27 +76,6 @@ def _libraries() -> None:
         import h5py  # noqa: F401
     except ImportError as error:
         raise DependencyError(f"netCDF files need {error.name}; pip install h5netcdf h5py") from None
-
-
-def _inspected(path: Path) -> list[str]:
-    """Names of the arrays in a file that can be read to its end, within reason and without other files."""
-    _libraries()
-    try:
-        found = json.loads(_probed(path))
-    except ValueError:
-        raise FormatError(
-            f"{path}: HDF5 file that is damaged: the HDF5 library does not come to an end with it; fetch it again"
-        ) from None
-    if "refused" in found:
-        raise FormatError(f"{path}: {found['refused']}")
-    return found["names"]
-
-
-def _probed(path: Path) -> bytes:
-    """What `_hdf5_probe` says of a file; cut short where the file stops it."""
-    search = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
-    command = [sys.executable, _hdf5_probe.__file__, str(path)]
-    return subprocess.run(command, env=search, capture_output=True, timeout=600.0, check=False).stdout
 
 
 def _opened(path: Path, **options: Any) -> xarray.Dataset:

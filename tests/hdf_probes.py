@@ -1,7 +1,7 @@
-"""Run as a program: `_hdf5_probe` of each file named on standard input, in a copy of this process, which is small.
+"""Run as a program: `_hdf_probe` for each line of standard input, in a copy of this process, which is small.
 
-Each line is the bytes of memory that the copy may take more than this process, and the file's path. What the probe
-says is printed, and a zero byte after it.
+Each line is a list in JSON: the bytes of memory that the copy may take more than this process, and the probe's words.
+What the probe says is printed, and a zero byte after it.
 """
 
 from __future__ import annotations
@@ -15,6 +15,9 @@ from pathlib import Path
 
 import h5py  # noqa: F401
 
+if importlib.util.find_spec("pyhdf"):
+    import pyhdf.SD  # noqa: F401
+
 
 def main(program: str) -> None:
     spec = importlib.util.spec_from_file_location("probe", program)
@@ -22,12 +25,12 @@ def main(program: str) -> None:
     spec.loader.exec_module(probe)
     taken = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[0]) * resource.getpagesize()
     for line in iter(sys.stdin.readline, ""):
-        more, path = line.rstrip("\n").split(" ", 1)
+        more, *words = json.loads(line)
         child = os.fork()
         if not child:
             try:
-                resource.setrlimit(resource.RLIMIT_AS, (taken + int(more),) * 2)
-                os.write(1, json.dumps(probe.main(path)).encode())
+                resource.setrlimit(resource.RLIMIT_AS, (taken + more,) * 2)
+                os.write(1, json.dumps(probe.main(*words)).encode())
             finally:
                 os._exit(0)
         os.waitpid(child, 0)
