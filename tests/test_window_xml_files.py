@@ -164,6 +164,19 @@ def test_numbers_and_braces_come_in_parts(characters):
     assert np.array_equal(before, whole.braces()[1])
 
 
+def test_blocks_without_end_are_refused(tmp_path):
+    path = written(tmp_path, tiny().replace("<Material>", "<ScatteringData/>" * 10_001 + "<Material>"))
+    with pytest.raises(FormatError, match="more than 10000 blocks"):
+        load(path)
+
+
+def test_lines_are_counted_from_the_start_of_the_file(tmp_path):
+    path = written(tmp_path, "\n" * 200_000 + tiny().replace("</Layer>", "</layer>"))
+    line = 1 + path.read_text().split("</layer>")[0].count("\n")
+    with pytest.raises(FormatError, match=rf"line {line}: not well-formed XML"):
+        window_xml.read(path)
+
+
 def test_words_without_end_are_refused(tmp_path):
     path = written(tmp_path, tiny().replace("<ScatteringData>", "<ScatteringData>" + "1" * 200_000))
     with pytest.raises(FormatError, match=r"'1{30,40} among the numbers"):

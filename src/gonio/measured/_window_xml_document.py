@@ -23,6 +23,9 @@ DEEPEST = 64
 MOST = 100_000
 """Azimuths of a ring."""
 
+BLOCKS = 10_000
+"""Blocks of numbers in a file; a spectrum of 400 wavelengths, both ways from both sides, has 1600."""
+
 _START_TAG = re.compile(rb"""<(?:[^>"']|"[^"]*"|'[^']*')*>""")
 _DECLARED = re.compile(rb"""(<\?xml[^>]*encoding\s*=\s*["'])[^"']*""")
 
@@ -87,7 +90,7 @@ class _Parser:
         self.tree = ElementTree.TreeBuilder()
         self.contents: dict[Any, Content] = {}
         self.open: list[tuple[Any, Content | None]] = []
-        self.skipped = b""
+        self.bytes_before = self.lines_before = 0
         parser = self.parser = expat.ParserCreate()
         parser.buffer_text = True
         parser.buffer_size = 1 << 16
@@ -103,12 +106,13 @@ class _Parser:
                 if not started:  # byte order marks and empty lines come before
                     at = chunk.find(b"<")
                     started, at = at >= 0, at if at >= 0 else len(chunk)
-                    self.skipped += chunk[:at]
+                    self.bytes_before += at
+                    self.lines_before += chunk.count(b"\n", 0, at)
                     chunk = chunk[at:]
                 self.parser.Parse(chunk, False)
             self.parser.Parse(b"", True)
         except expat.ExpatError as error:
-            line, says = error.lineno + self.skipped.count(b"\n"), expat.ErrorString(error.code)
+            line, says = error.lineno + self.lines_before, expat.ErrorString(error.code)
             raise FormatError(f"{self.path}, line {line}: not well-formed XML: {says}; fetch it again") from None
         except FormatError:
             raise
@@ -124,10 +128,10 @@ class _Parser:
         )
 
     def _line(self) -> int:
-        return self.parser.CurrentLineNumber + self.skipped.count(b"\n")
+        return self.parser.CurrentLineNumber + self.lines_before
 
     def _at(self) -> int:
-        return self.parser.CurrentByteIndex + len(self.skipped)
+        return self.parser.CurrentByteIndex + self.bytes_before
 
     def _start(self, tag: str, attributes: dict[str, str]) -> None:
         if len(self.open) == DEEPEST:
@@ -135,6 +139,8 @@ class _Parser:
         tag = tag.rpartition(":")[2]
         content = None
         if tag == "ScatteringData":
+            if len(self.contents) == BLOCKS:
+                raise FormatError(f"{self.path}, line {self._line()}: more than {BLOCKS} blocks; split the file")
             opening = _START_TAG.match(self.parser.GetInputContext() or b"")
             start = self._at() + (opening.end() if opening else 0)
             content = Content(start, start, self._line(), Numbers())
