@@ -1,7 +1,12 @@
-"""All that is damaged and read, by name: minimal files of every format, and datasets of those that hold datasets."""
+"""All that is damaged and read, by name.
+
+Minimal files of every format, whole ones where minimal ones are refused for their length, and datasets of those that
+hold datasets.
+"""
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable
 from functools import partial
 from io import BytesIO
@@ -21,6 +26,18 @@ def _file(name: str, path: Path) -> Callable[[int], str]:
     return lambda number: outcome(mutated(seed, number), path, evaluate=number % 16 == 0)
 
 
+def _whole_merl(path: Path) -> Callable[[int], str]:
+    """A MERL file of full length, whose header and first numbers are damaged; the others are 0."""
+    seed, size = SEEDS["MERL"](), 12 + 8 * 3 * 90 * 90 * 180
+
+    def trial(number: int) -> str:
+        path.write_bytes(mutated(seed, number))
+        os.truncate(path, size)
+        return outcome_of(lambda: gn.load(path), size, evaluate=number % 16 == 0)
+
+    return trial
+
+
 def _measurement(path: Path) -> Callable[[int], str]:
     seeds = [gn.to_dataset(small_grid()), gn.to_dataset(small_rows())]
     return lambda number: outcome_of(
@@ -37,6 +54,7 @@ def _modis(path: Path) -> Callable[[int], str]:
 
 TRIALS: dict[str, Callable[[Path], Callable[[int], str]]] = {
     **{name: partial(_file, name) for name in SEEDS},
+    "MERL whole": _whole_merl,
     "dataset": _measurement,
     "MCD43A1 dataset": _modis,
 }
