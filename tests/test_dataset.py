@@ -275,6 +275,45 @@ def test_zarr_chunks_that_promise_too_much(codec, tmp_path):
         gn.load(path)
 
 
+def test_zarr_chunks_that_are_cut_short(tmp_path):
+    """Blosc reads as far as the chunk's header says, wherever that ends."""
+    path = folder(tmp_path)
+    chunk = next(p for p in (path / "values").iterdir() if not p.name.startswith("."))
+    content = chunk.read_bytes()
+    for damaged in (content[:-1], content[:17], content[:12] + b"\xff\xff\xff\x7f" + content[16:]):
+        chunk.write_bytes(damaged)
+        with pytest.raises(FormatError, match="is cut short: it has"):
+            gn.load(path)
+
+
+@pytest.mark.parametrize(
+    ("change", "says"),
+    [
+        ({"chunks": [2, 0, 4, 2]}, "chunks of .* expected at least 1 along every axis"),
+        ({"filters": [{"id": "blosc"}], "compressor": {"id": "zlib"}}, "expected blosc to be the last"),
+        ({"filters": [{"id": "blosc"}], "compressor": {"id": "crc32"}}, "expected blosc to be the last"),
+    ],
+)
+def test_zarr_that_would_stop_its_libraries(tmp_path, change, says):
+    path = folder(tmp_path)
+    described = json.loads((path / "values" / ".zarray").read_text())
+    (path / "values" / ".zarray").write_text(json.dumps({**described, **change}))
+    with pytest.raises(FormatError, match=says):
+        gn.load(path)
+
+
+def test_zarr_described_twice_is_held_to_both(tmp_path):
+    """Only one of two descriptions says that chunks are packed by blosc; which is read is not ours to say."""
+    path = folder(tmp_path)
+    collected = json.loads((path / ".zmetadata").read_text())
+    collected["metadata"]["values/.zarray"]["compressor"] = {"id": "zlib", "level": 1}
+    (path / ".zmetadata").write_text(json.dumps(collected))
+    chunk = next(p for p in (path / "values").iterdir() if not p.name.startswith("."))
+    chunk.write_bytes(chunk.read_bytes()[:-1])
+    with pytest.raises(FormatError, match="is cut short: it has"):
+        gn.load(path)
+
+
 def test_zarr_that_promises_too_much(tmp_path):
     path = folder(tmp_path)
     described = json.loads((path / "values" / ".zarray").read_text())

@@ -22,7 +22,7 @@ DAMAGE = (
     TypeError,
     AttributeError,
     IndexError,
-    OverflowError,
+    ArithmeticError,
     MemoryError,
     SystemError,
 )

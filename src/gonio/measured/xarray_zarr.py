@@ -2,7 +2,7 @@
 
 Zarr 2 is written, 2 and 3 are read, through xarray. Before anything is read, every array's description is checked: how
 large it is beside the files, and that its codecs are known ones (one of those that Zarr 2 may name runs what it reads);
-and every packed chunk: how large it says that it was.
+and every packed chunk: how large it says that it was, and is (blosc reads on beyond the end of one that is cut short).
 """
 
 from __future__ import annotations
@@ -113,35 +113,39 @@ def _inspect(path: Path) -> None:
     """FormatError where an array is larger than the store allows, or has codecs that are not known."""
     total, size = 0, 0
     arrays: dict[Path, tuple[set[str], int]] = {}
-    chunks: list[tuple[Path, bytes]] = []
-    for name, length, content in _files(path):
-        size += length
+    chunks: list[tuple[Path, int, bytes]] = []
+    for name, stored, length, content in _files(path):
+        size += stored
         if not _is_description(name):
             if not Path(name).name.startswith("."):
-                chunks.append((Path(name), content))
+                chunks.append((Path(name), length, content))
             continue
         for at, array in _arrays(name, json.loads(content)):
             taken = _bytes(array, f"{path}, {at}")
             total += taken
-            arrays[Path(at).parent if at == name else Path(at)] = _codecs(array), taken
+            folder = Path(at).parent if at == name else Path(at)
+            codecs, most = arrays.get(folder, (set(), 0))  # several files may describe it, and not say the same
+            arrays[folder] = codecs | {*_codecs(array)}, max(most, taken)
     if total > COMPRESSED * size + SMALL:
         raise FormatError(f"{path}: says that it holds {total} bytes of numbers, which {size} bytes of files cannot")
-    for chunk, content in chunks:
+    for chunk, length, content in chunks:
         codecs, taken = next((arrays[folder] for folder in chunk.parents if folder in arrays), (set(), 0))
         claimed = _claimed(content, codecs)
         if claimed > taken + SMALL:
             raise FormatError(f"{path}: {chunk} says that it unpacks to {claimed} bytes, expected at most {taken}")
+        if "blosc" in codecs and (length < CLAIM or int.from_bytes(content[12:16], "little") > length):
+            raise FormatError(f"{path}: {chunk} is cut short: it has {length} bytes, expected what its header says")
 
 
-def _files(path: Path) -> Iterator[tuple[str, int, bytes]]:
-    """Name and length of every file of a store, and the whole of descriptions, of others the first bytes."""
+def _files(path: Path) -> Iterator[tuple[str, int, int, bytes]]:
+    """Every file of a store: name, bytes stored, bytes it has, and the whole of descriptions, of others the start."""
     if path.is_dir():
         for folder, _, names in os.walk(path):
             for each in names:
                 file = Path(folder) / each
                 name, length = str(file.relative_to(path)), file.stat().st_size
                 with file.open("rb") as content:
-                    yield name, length, content.read(_looked_at(name, length, path))
+                    yield name, length, length, content.read(_looked_at(name, length, path))
         return
     with zipfile.ZipFile(path) as packed:
         for entry in packed.infolist():
@@ -149,7 +153,7 @@ def _files(path: Path) -> Iterator[tuple[str, int, bytes]]:
                 raise FormatError(f"{path}: {entry.filename} unpacks to {entry.file_size} bytes, more than zip allows")
             with packed.open(entry) as content:
                 looked_at = _looked_at(entry.filename, entry.file_size, path)
-                yield entry.filename, entry.compress_size, content.read(looked_at)
+                yield entry.filename, entry.compress_size, entry.file_size, content.read(looked_at)
 
 
 def _is_description(name: str) -> bool:
@@ -196,15 +200,23 @@ def _bytes(array: dict[str, Any], where: str) -> int:
     chunks = array.get("chunks")
     if "data_type" in array:
         chunks = array.get("chunk_grid", {}).get("configuration", {}).get("chunk_shape")
-    if unknown := _codecs(array) - CODECS:
+    codecs = _codecs(array)
+    if unknown := {*codecs} - CODECS:
         raise FormatError(f"{where}: is coded by {', '.join(map(repr, unknown))}, expected one of {sorted(CODECS)}")
+    if "data_type" in array and codecs[-1:] == ["crc32c"]:  # which is put behind what others make
+        codecs.pop()
+    if "blosc" in codecs[:-1]:
+        raise FormatError(f"{where}: is coded by {', '.join(codecs)}, expected blosc to be the last of them")
+    if any(int(n) < 1 for n in chunks or []):
+        raise FormatError(f"{where}: chunks of {chunks!r:.60}, expected at least 1 along every axis")
     return max(_product(array["shape"]), _product(chunks or [])) * _item_size(array)
 
 
-def _codecs(array: dict[str, Any]) -> set[str]:
+def _codecs(array: dict[str, Any]) -> list[str]:
+    """Names of what an array is coded by, in the order of writing."""
     if "data_type" in array:
-        return {c.get("name") for c in array.get("codecs", [])}
-    return {c.get("id") for c in [array.get("compressor"), *(array.get("filters") or [])] if c}
+        return [c.get("name") for c in array.get("codecs", [])]
+    return [c.get("id") for c in [*(array.get("filters") or []), array.get("compressor")] if c]
 
 
 def _item_size(array: dict[str, Any]) -> int:
