@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import builtins
+import contextlib
 import json
 import zipfile
 from pathlib import Path
@@ -283,6 +284,27 @@ def test_zarr_chunks_that_are_cut_short(tmp_path):
     for damaged in (content[:-1], content[:17], content[:12] + b"\xff\xff\xff\x7f" + content[16:]):
         chunk.write_bytes(damaged)
         with pytest.raises(FormatError, match="is cut short: it has"):
+            gn.load(path)
+
+
+@pytest.mark.parametrize("codec", ["Blosc", "GZip", "LZ4", "Zlib", "Zstd", "CRC32", "CRC32C", "Adler32", "Fletcher32"])
+def test_damaged_chunks_of_every_codec(codec, tmp_path):
+    """Cut anywhere, or with one byte changed: an error of ours, or other numbers."""
+    numcodecs = pytest.importorskip("numcodecs")
+    path = folder(tmp_path)
+    described = json.loads((path / "values" / ".zarray").read_text())
+    chunk = next(p for p in (path / "values").iterdir() if not p.name.startswith("."))
+    coded = getattr(numcodecs, codec)()
+    content = bytes(coded.encode(numcodecs.get_codec(described["compressor"]).decode(chunk.read_bytes())))
+    (path / "values" / ".zarray").write_text(json.dumps({**described, "compressor": coded.get_config()}))
+    random = np.random.default_rng(1)
+    for at in random.integers(0, len(content), 12):
+        changed = content[:at] + bytes([content[at] ^ 1 << random.integers(8)]) + content[at + 1 :]
+        chunk.write_bytes(content[:at])
+        with pytest.raises(FormatError, match=r"Zarr store that is damaged|is cut short|unpacks to"):
+            gn.load(path)
+        chunk.write_bytes(changed)
+        with contextlib.suppress(FormatError):
             gn.load(path)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import zlib
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -25,6 +26,8 @@ DAMAGE = (
     ArithmeticError,
     MemoryError,
     SystemError,
+    EOFError,
+    zlib.error,
 )
 """What h5py, h5netcdf, zarr, numcodecs and xarray raise on damaged files."""
 
