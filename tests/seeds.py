@@ -6,9 +6,11 @@
 from __future__ import annotations
 
 import importlib.util
+import io
 import tempfile
 from collections.abc import Callable
 from pathlib import Path
+from zipfile import ZipFile, ZipInfo
 
 import numpy as np
 from optical_files import SEEDS as OPTICAL
@@ -121,6 +123,20 @@ def mueller_table() -> bytes:
     return "\n".join([",".join(names), *map(",".join, rows), ""]).encode()
 
 
+def zarr3() -> bytes:
+    """A measurement in Zarr 3, which is read only."""
+    with tempfile.TemporaryDirectory() as made:
+        folder = Path(made) / "m.zarr"
+        grid = small_grid()
+        m = gn.Gridded("half_difference", grid.axes, grid.stored, channels=[450.0, 650.0])
+        gn.to_dataset(m).to_zarr(folder, zarr_format=3, consolidated=False)
+        packed = io.BytesIO()
+        with ZipFile(packed, "w") as file:
+            for path in sorted(p for p in folder.rglob("*") if p.is_file()):
+                file.writestr(ZipInfo(path.relative_to(folder).as_posix()), path.read_bytes())
+        return packed.getvalue()
+
+
 def mcd43(bands: tuple[str, ...] = ("Band1", "vis"), days: int = 3, pixels: int = 1, **attributes: object) -> bytes:
     """Kernel weights as MCD43A1 has them in netCDF-4: 16-bit integers with a scale and a fill value."""
     import xarray
@@ -206,6 +222,7 @@ SEEDS: dict[str, Callable[[], bytes]] = {
     "netCDF": lambda: saved(small_grid(), ".nc"),
     "netCDF rows": lambda: saved(small_rows(), ".nc"),
     "Zarr": lambda: saved(small_grid(), ".zip"),
+    "Zarr 3": zarr3,
     "BiRD": lambda: saved(small_rows(uncertainty=0.01), ".brdf", format="BiRD"),
     "OpenMATERIAL": lambda: saved(small_rows(), ".xompt"),
     "NIST Mueller": mueller_table,

@@ -1,8 +1,7 @@
-"""What netCDF and Zarr in gonio's own layout share: how they are encoded and opened, and what damage raises."""
+"""What netCDF and Zarr in gonio's own layout share: how they are encoded and opened."""
 
 from __future__ import annotations
 
-import zlib
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -14,22 +13,6 @@ if TYPE_CHECKING:
 
 AS_STORED: dict[str, Any] = {"decode_times": False, "decode_coords": False}
 """Options of xarray with which a file is opened."""
-
-DAMAGE = (
-    OSError,
-    RuntimeError,
-    KeyError,
-    ValueError,
-    TypeError,
-    AttributeError,
-    IndexError,
-    ArithmeticError,
-    MemoryError,
-    SystemError,
-    EOFError,
-    zlib.error,
-)
-"""What h5py, h5netcdf, zarr, numcodecs and xarray raise on damaged files."""
 
 
 def encoded(

@@ -16,7 +16,7 @@ from ..errors import DependencyError, FormatError
 from ..files import replacing
 from ..interface import Reflectance
 from . import _hdf, mcd43, neural
-from ._xarray import AS_STORED, DAMAGE, encoded
+from ._xarray import AS_STORED, encoded
 
 if TYPE_CHECKING:
     import xarray
@@ -83,5 +83,5 @@ def _opened(path: Path, **options: Any) -> xarray.Dataset:
 
     try:
         return xarray.load_dataset(path, engine="h5netcdf", **AS_STORED, **options)
-    except DAMAGE as error:
+    except Exception as error:  # h5py, h5netcdf and xarray raise any of damaged files
         raise FormatError(f"{path}: netCDF file that is damaged or not laid out as such: {error}") from None

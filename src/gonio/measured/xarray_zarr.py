@@ -21,7 +21,7 @@ from ..dataset import from_dataset
 from ..errors import DependencyError, FormatError
 from ..files import replacing, replacing_folder
 from ..interface import Reflectance
-from ._xarray import AS_STORED, DAMAGE, encoded
+from ._xarray import AS_STORED, encoded
 
 NAME = "Zarr"
 SUFFIXES = (".zarr", ".zip")
@@ -60,17 +60,14 @@ def read(path: Path) -> Reflectance:
     """
     zarr = _library()
     try:
-        _inspect(path)
-        if path.is_dir():
-            return from_dataset(_opened(str(path)), str(path))
-        with zarr.storage.ZipStore(path, mode="r") as store:
-            return from_dataset(_opened(store), str(path))
+        ds = _opened(zarr, path)
+    except FormatError:
+        raise
     except (zipfile.BadZipFile, NotImplementedError) as error:
         raise FormatError(f"{path}: zip file that is damaged or cut short: {error}") from None
-    except DAMAGE as error:
-        if isinstance(error, FormatError):
-            raise
+    except Exception as error:  # zarr, numcodecs and xarray raise any of damaged files
         raise FormatError(f"{path}: Zarr store that is damaged or incomplete: {error}") from None
+    return from_dataset(ds, str(path))
 
 
 def write(
@@ -103,10 +100,16 @@ def _library() -> Any:
     return zarr
 
 
-def _opened(store: Any) -> Any:
+def _opened(zarr: Any, path: Path) -> Any:
+    """The dataset in a store that `_inspect` has nothing against, loaded."""
     import xarray
 
-    return xarray.open_zarr(store, consolidated=False, chunks=None, **AS_STORED).load()
+    _inspect(path)
+    options: dict[str, Any] = {"consolidated": False, "chunks": None, **AS_STORED}
+    if path.is_dir():
+        return xarray.open_zarr(str(path), **options).load()
+    with zarr.storage.ZipStore(path, mode="r") as store:
+        return xarray.open_zarr(store, **options).load()
 
 
 def _inspect(path: Path) -> None:
