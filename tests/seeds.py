@@ -59,6 +59,16 @@ def _utia() -> bytes:
     return np.linspace(0.0, 1.0, 3 * 288**2).astype("<f8").tobytes()
 
 
+def _utia_picture() -> bytes:
+    """The same numbers everywhere: few bytes, all packed."""
+    from gonio.image import Image
+
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "seed.exr"
+        Image(np.full((288, 288, 3), 0.25, "f4")).save(path)
+        return path.read_bytes()
+
+
 def _csail() -> bytes:
     from test_binary_formats import ngan
 
@@ -234,6 +244,7 @@ SEEDS: dict[str, Callable[[], bytes]] = {
     "RGL": _rgl,
     "KAIST": _kaist,
     "UTIA": _utia,
+    "UTIA picture": _utia_picture,
     "CSAIL": _csail,
     "CUReT": _curet,
     "CUReT Oren-Nayar": lambda: b"1 0.5 0.3 0.8\n",
