@@ -276,6 +276,28 @@ def test_zarr_chunks_that_promise_too_much(codec, tmp_path):
         gn.load(path)
 
 
+@pytest.mark.parametrize("suffix", [".nc", ".zip"])
+def test_merl_is_kept_as_it_is(suffix, tmp_path):
+    """Every number, and f between them, to rounding; then it is MERL's file again."""
+    if suffix == ".zip":
+        pytest.importorskip("zarr")
+    gn.save(gn.Lambertian([0.1, 0.2, 0.3]) + gn.Microfacet(gn.GGX(0.2), 0.5), tmp_path / "m.binary")
+    m = gn.load(tmp_path / "m.binary")
+    raw = m.raw.copy()
+    raw[:, 40, 20, 30] = -1.0
+    m = m.replace(raw=raw)
+    gn.save(m, tmp_path / f"m{suffix}")
+    again = gn.load(tmp_path / f"m{suffix}")
+    u = np.random.default_rng(1).random((4, 5000)) * np.array([[1.5], [6.2], [1.5], [6.2]])
+    np.testing.assert_allclose(again.f_angles(*u), m.f_angles(*u), rtol=1e-13, equal_nan=True)
+    gn.save(again, tmp_path / "again.binary")
+    np.testing.assert_allclose(gn.load(tmp_path / "again.binary").raw, m.raw, rtol=1e-13)
+    coarse = gn.to_dataset(m, resolution=(5, 4, 3))
+    assert coarse["values"].shape == (5, 4, 3, 3)
+    again = gn.to_dataset(gn.from_dataset(coarse), "angles", resolution=(3, 4, 5))
+    assert again["values"].dims[:3] == ("theta_i", "theta_o", "phi")
+
+
 def test_zarr_chunks_that_are_cut_short(tmp_path):
     """Blosc reads as far as the chunk's header says, wherever that ends."""
     path = folder(tmp_path)

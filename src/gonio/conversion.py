@@ -188,9 +188,9 @@ def _holes(m: Reflectance, made: Reflectance, lost: dict[str, str], gained: dict
     wi, wo = lattice_pairs(1 << 15, 1e-3)
     before, after = (np.isfinite(x.f(wi, wo)).reshape(len(wi), -1).all(axis=-1) for x in (m, made))
     if filled := float((~before & after).mean()):
-        lost["holes"] = f"{filled:.2%} of all pairs of directions had no data and have values now"
+        lost["holes"] = f"{percent(filled)} of all pairs of directions had no data and have values now"
     if opened := float((before & ~after).mean()):
-        lost["data"] = f"{opened:.2%} of all pairs of directions had a value and have none now"
+        lost["data"] = f"{percent(opened)} of all pairs of directions had a value and have none now"
 
 
 def _same(a: Any, b: Any) -> bool:

@@ -12,7 +12,7 @@ from . import schema
 from .errors import FormatError, ParameterError
 from .gridded import Gridded
 from .interface import Reflectance
-from .measurement import tabular_shape, tristimulus
+from .measurement import Measured, tabular_shape, tristimulus
 from .parameterisations import parameterisation as parameterisation_named
 from .provenance import ORIGIN, derived, origin
 from .scattered import Scattered
@@ -37,13 +37,16 @@ def to_dataset(
 ) -> xarray.Dataset:
     """A reflectance as a dataset in gonio's layout; see docs/data-model.md.
 
-    What is on a grid or in rows is kept as it is, with uncertainty, validity and all that is known about it. Of others,
-    f is put on a grid: `parameterisation` and `resolution` (nodes along each axis) say which; pairs below the horizon
-    have no value. Where the measurement was read from a file the dataset says which, with its SHA-256.
+    What is on a grid (MERL's too) or in rows is kept as it is, with uncertainty, validity and all that is known about
+    it. Of others, and where a `resolution` is asked for (nodes along each axis), f is put on a grid of the
+    `parameterisation`; pairs below the horizon have no value. Where the measurement was read from a file the dataset
+    says which, with its SHA-256.
 
     Raises ParameterError for a material with a delta lobe or with maps.
     """
-    table = m if isinstance(m, Gridded) else on_grid(m, parameterisation, resolution)
+    table = m.as_grid() if isinstance(m, Measured) and resolution is None else None
+    if table is None:
+        table = on_grid(m, parameterisation, resolution)
     return table.data.assign_attrs(provenance=schema.to_text(origin(m)))
 
 

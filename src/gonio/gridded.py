@@ -149,6 +149,10 @@ class Gridded(Sampled):
         """True where there is a value; shape of `stored`."""
         return np.isfinite(self.stored)
 
+    def as_grid(self) -> Gridded:
+        """Itself."""
+        return self
+
     @property
     def data(self) -> xarray.Dataset:
         """As stored, in the layout of docs/data-model.md: `values`, `valid`, `uncertainty`, by the axes and channel."""

@@ -159,6 +159,10 @@ class Measured(Reflectance):
         """The file's content as it was stored, with named axes and CF units."""
         raise NotImplementedError
 
+    def as_grid(self) -> Any:
+        """The `Gridded` with the same values at the same nodes, where they lie on a grid; else None."""
+        return None
+
     @property
     def attributes(self) -> dict[str, str]:
         """What `data` says about the whole of itself, as text that any file can hold; `provenance` as JSON."""

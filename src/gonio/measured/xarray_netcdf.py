@@ -58,7 +58,7 @@ def read(path: Path, time: int | None = None) -> Reflectance:
 def write(
     m: Reflectance, path: Path, parameterisation: str = "half_difference", resolution: Sequence[int] | None = None
 ) -> None:
-    """Write a reflectance; `parameterisation` and `resolution` are for those on no grid, see `to_dataset`.
+    """Write a reflectance; `parameterisation` and `resolution`: see `to_dataset`.
 
     Raises ParameterError for delta lobes and maps, DependencyError without h5netcdf.
     """

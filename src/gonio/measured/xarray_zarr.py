@@ -75,7 +75,7 @@ def write(
 ) -> None:
     """Write a reflectance as a folder, or zipped if the name ends in ".zip".
 
-    `parameterisation` and `resolution` are for reflectances on no grid, see `to_dataset`. Raises ParameterError for
+    `parameterisation` and `resolution`: see `to_dataset`. Raises ParameterError for
     delta lobes and maps, DependencyError without zarr.
     """
     _library()

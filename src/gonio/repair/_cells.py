@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import warnings
 from collections.abc import Mapping
 from typing import Any
@@ -14,7 +13,6 @@ from ..geometry import HORIZON
 from ..gridded import Gridded
 from ..integrate import integrate
 from ..interface import direction
-from ..measured.merl import AXES, MERL, SCALE, centres
 from ..measurement import ALBEDO_AT, Measured, Repair, from_brdf
 from ..provenance import derived
 from ..scattered import Scattered
@@ -36,19 +34,19 @@ class Cells:
     """
 
     def __init__(self, m: Measured):
-        if isinstance(m, MERL):
-            m = _gridded(m)
-        if not isinstance(m, Gridded):
+        grid: Gridded | None = m.as_grid() if isinstance(m, Measured) else None
+        if grid is None:
             raise ParameterError(
                 f"{m!r:.80}: got a {type(m).__name__}, expected a Gridded measurement; "
                 f"make one with gonio.repair.resample, which reports what that changes"
             )
-        m = m.with_brdf(m.brdf(), m.brdf_uncertainty()) if isinstance(m, Scattered) else m
-        self.m, self.nodes = m, list(m.axes.values())
-        self.wi, self.wo = m.directions()
+        if isinstance(grid, Scattered):
+            grid = grid.with_brdf(grid.brdf(), grid.brdf_uncertainty())
+        self.m, self.nodes = grid, list(grid.axes.values())
+        self.wi, self.wo = grid.directions()
         self.up = (self.wi[..., 2] > HORIZON) & (self.wo[..., 2] > HORIZON)
-        self.f = self.with_channels(m.brdf())
-        u = m.brdf_uncertainty()
+        self.f = self.with_channels(grid.brdf())
+        u = grid.brdf_uncertainty()
         self.u = None if u is None else self.with_channels(u)
 
     def with_channels(self, values: np.ndarray) -> np.ndarray:
@@ -144,17 +142,6 @@ def reported(
     if before is not None:
         made.__dict__["provenance"] = derived(before)
     return made
-
-
-def _gridded(m: MERL) -> Gridded:
-    """The same cells, as a grid of BRDFs."""
-    f = np.where(m.valid, m.raw, np.nan) * np.reshape(SCALE, (3, 1, 1, 1))
-    period = math.radians(m.phi_cells)
-    axes = dict(zip(AXES, centres(m.phi_cells), strict=True))
-    return Gridded(
-        "half_difference", axes, np.moveaxis(f, 0, -1), channels="RGB", periods={"phi_d": period},
-        about={"made_of": repr(m), **m.about},
-    )  # fmt: skip
 
 
 def black_sky(m: Any) -> tuple[float, ...]:
