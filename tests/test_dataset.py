@@ -161,6 +161,7 @@ def broken(change):
         (lambda ds: ds.attrs.update(about="{"), "not JSON"),
         (lambda ds: ds.attrs.update(about='{"a": {"gonio:array": ["O", [1], [2]]}}'), "not JSON"),
         (lambda ds: ds.attrs.update(about="[1]"), "JSON object"),
+        (lambda ds: ds.attrs.update(periods='{"phi_d": ' + 400 * "1" + "}"), "expected names of azimuths and radians"),
         (lambda ds: ds["theta_h"].attrs.update(units="gon"), "units 'gon'"),
         (lambda ds: ds["theta_h"].attrs.pop("units"), "units None"),
         (lambda ds: ds.__delitem__("values"), "no variable values"),

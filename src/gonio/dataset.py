@@ -178,8 +178,8 @@ def _masked(ds: xarray.Dataset, axes: Sequence[str]) -> np.ndarray:
 
 def _periods(ds: xarray.Dataset, where: str) -> dict[str, float]:
     found = from_text(_text(ds, "periods", where, "{}"), where)
-    if not isinstance(found, dict) or not all(type(x) in (int, float) for x in found.values()):
-        raise FormatError(f"{where}: the attribute periods is {found!r:.60}, expected names of azimuths and numbers")
+    if not isinstance(found, dict) or not all(type(x) in (int, float) and abs(x) < 1e9 for x in found.values()):
+        raise FormatError(f"{where}: the attribute periods is {found!r:.60}, expected names of azimuths and radians")
     return found
 
 

@@ -70,7 +70,7 @@ def wavelengths_of(m: Reflectance, asked: Sequence[float] | None, channels: int)
     names = list(m.channel_names or ()) if asked is None else list(asked)
     if len(names) != channels or any(isinstance(n, str) for n in names):
         raise ParameterError(
-            f"{m!r:.80}: has {channels} channels{f' {names}' if names else ''}, expected a wavelength for each in this format; "
-            f"give wavelengths=[...] in nm"
+            f"{m!r:.80}: has {channels} channels{f' {names}' if names else ''}, expected a wavelength for each in this "
+            f"format; give wavelengths=[...] in nm"
         )
     return [float(n) for n in names]
