@@ -1,7 +1,7 @@
 """A campaign of damaged files: `python benchmarks/fuzz.py [COUNT [FORMAT...]]`, results in benchmarks/fuzz.txt.
 
-Every format's minimal valid file, and what it holds where that is a dataset, is mutated COUNT times (1e5 by default)
-and read, with at most 5 seconds and a bounded amount of memory for each. Only `gonio.Error` may be raised. Numbers of
+Every format's minimal valid file, and what it holds where that is a dataset, is mutated COUNT times (1e5 by default;
+FIRST:END for the mutations with these numbers only, where a campaign goes on) and read, with at most 5 seconds and a bounded amount of memory for each. Only `gonio.Error` may be raised. Numbers of
 mutations with outcomes not seen before are kept in tests/corpus, which the tests read again.
 """
 
@@ -31,14 +31,14 @@ KEEP = 48
 """How many mutations per format are kept at most."""
 
 
-def campaign(name: str, count: int, seconds: float) -> tuple[int, int, list[int], dict[str, int]]:
+def campaign(name: str, numbers: range, seconds: float) -> tuple[int, int, list[int], dict[str, int]]:
     """How many mutations of a format's seed were tried and read, numbers worth keeping, and findings with a number."""
     seen: dict[str, int] = {}
     findings: dict[str, int] = {}
     tried, read, start = 0, 0, time.perf_counter()
     with TemporaryDirectory(dir="/dev/shm") as folder:
         trial = TRIALS[name](Path(folder) / "damaged")
-        for number in range(count):
+        for number in numbers:
             if time.perf_counter() - start > seconds:
                 break
             tried += 1
@@ -58,14 +58,15 @@ def campaign(name: str, count: int, seconds: float) -> tuple[int, int, list[int]
 
 def main(arguments: list[str]) -> None:
     """Run the campaign and write what it found."""
-    count = int(float(arguments[0])) if arguments else 100_000
+    first, _, last = arguments[0].rpartition(":") if arguments else ("", "", "1e5")
+    numbers = range(int(float(first or 0)), int(float(last)))
     names = arguments[1:] or sorted(TRIALS)
     seconds = float(os.environ.get("GONIO_FUZZ_SECONDS", "1e9"))
     corpus = TESTS / "corpus"
     corpus.mkdir(exist_ok=True)
     for name in names:
         start = time.perf_counter()
-        tried, read, kept, findings = campaign(name, count, seconds)
+        tried, read, kept, findings = campaign(name, numbers, seconds)
         took = time.perf_counter() - start
         said = [f"{name:24} {tried:8} tried {read / max(tried, 1):7.1%} read {len(findings):4} findings {took:7.0f} s"]
         said += [f"    {number}: {words}" for words, number in findings.items()]
