@@ -171,7 +171,7 @@ def mcd43(bands: tuple[str, ...] = ("Band1", "vis"), days: int = 3, pixels: int 
 def mcd43_tile(
     shape: tuple[int, int] = (3, 2), missing: bool = True, flat: bool = False, **attributes: object
 ) -> bytes:
-    """The same in HDF4, as NASA's tiles are laid out: f_iso = 0.1 + 0.01 k + 0.001 (y + x) of band k, row y, column x.
+    """The same in HDF4, made up: f_iso = 0.1 + 0.01 k + 0.001 (y + x) of band k, row y, column x.
 
     `missing`: the first pixel holds no data; `flat`: parameters without an axis of their own. Needs pyhdf.
     """

@@ -4,8 +4,8 @@ Variables BRDF_Albedo_Parameters_<band> (time, y, x, parameter), or without time
 this order: stored numbers times their `scale_factor` (0.001), `_FillValue` (32767, NaN) is no data. Read are HDF4-EOS,
 as NASA distributes tiles of 2400 x 2400 pixels, with pyhdf (`pip install gonio[hdf4]`), and netCDF-4 or HDF5, as
 AppEEARS and h4toh5 make them, all in one group.
-Checked against a real netCDF file (LP DAAC's AppEEARS, one pixel, 365 days); HDF4 and groups on own files only, which
-are laid out as the product's user guide has it.
+Checked against a real netCDF file (LP DAAC's AppEEARS, one pixel, 365 days); HDF4 and groups on own files only, with
+the names, numbers and attributes of that file: no tile and no description of one was at hand.
 """
 
 from __future__ import annotations
@@ -80,7 +80,7 @@ def read(path: Path, rows: tuple[int, int] | None = None, columns: tuple[int, in
         shape = next((shape for name, shape in found["shapes"].items() if name.startswith(PREFIX)), None)
         if shape is None:
             raise FormatError(
-                f"{path}: HDF4 without {PREFIX}*, expected MODIS' product MCD43A1; convert it to netCDF-4"
+                f"{path}: HDF4 without {PREFIX}*, expected MODIS' product MCD43A1, all that is read in HDF4"
             )
         if not found["arrays"]:
             size = f"{path}: holds {shape[0]} rows and {shape[1]} columns of pixels"
