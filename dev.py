@@ -2,9 +2,10 @@
 
     python3 dev.py demo    install gonio, check a measured material, render it
     python3 dev.py test    install what the tests need, run them
+    python3 dev.py lowest  the tests with the lowest versions that pyproject.toml allows; on Python 3.11
     python3 dev.py lint    ruff and mypy
 
-Everything goes into the virtual environment .venv beside this file, or into the one this is run from.
+Everything goes into the virtual environment .venv (.venv-lowest) beside this file, or into the one this is run from.
 """
 
 import hashlib
@@ -17,11 +18,11 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent
 
 
-def python() -> str:
+def python(folder: str) -> str:
     """The interpreter of the virtual environment, which is made if there is none."""
     if sys.prefix != sys.base_prefix:
         return sys.executable
-    home = ROOT / ".venv"
+    home = ROOT / folder
     found = home / ("Scripts/python.exe" if os.name == "nt" else "bin/python")
     if not found.exists():
         print(f"making a virtual environment in {home}", flush=True)
@@ -44,9 +45,22 @@ def install(interpreter: str, extras: str) -> None:
     stamp.write_text(state)
 
 
+def lowest() -> list[str]:
+    """All that pyproject.toml asks for, each in its lowest version; linters and PyTorch, for its size, aside."""
+    import tomllib
+
+    declared = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+    project = declared["project"]
+    needed = [*declared["build-system"]["requires"], *project["dependencies"]]
+    for name, extra in project["optional-dependencies"].items():
+        needed += extra if name not in ("lint", "torch") else []
+    return [requirement.replace(">=", "==") for requirement in needed if ">=" in requirement]
+
+
 def main() -> int:
     task = sys.argv[1] if len(sys.argv) > 1 else ""
-    interpreter = python() if task in ("demo", "test", "lint") else ""
+    folder = {"demo": ".venv", "test": ".venv", "lint": ".venv", "lowest": ".venv-lowest"}.get(task)
+    interpreter = python(folder) if folder else ""
     if task == "demo":
         install(interpreter, "")
         for command in (["check", "gold-metallic-paint"], ["render", "gold-metallic-paint", "-o", "gold.png"]):
@@ -58,6 +72,13 @@ def main() -> int:
     if task == "test":
         install(interpreter, "test")
         return subprocess.run([interpreter, "-m", "pytest", *sys.argv[2:]], cwd=ROOT).returncode
+    if task == "lowest":
+        pip = [interpreter, "-m", "pip", "install", "--quiet"]
+        subprocess.run([*pip, "--only-binary", ":all:", *lowest()], check=True)
+        subprocess.run([*pip, "--no-deps", "--no-build-isolation", str(ROOT)], check=True)
+        # Old libraries use what has since been deprecated in those that they need themselves.
+        tests = [interpreter, "-m", "pytest", "-W", "default::DeprecationWarning", *sys.argv[2:]]
+        return subprocess.run(tests, cwd=ROOT).returncode
     if task == "lint":
         install(interpreter, "test,lint")
         codes = [

@@ -13,6 +13,7 @@ from test_merl import random_table
 from test_rgl import synthetic
 
 import gonio as gn
+from gonio import engine
 from gonio.measured.merl import MERL
 from gonio.measured.rgl import RGL
 
@@ -77,6 +78,20 @@ def test_torch_compiles_f_and_pdf(torch, draw):
         wi, wo, _ = arrays(torch.from_numpy, dtype)
         function = getattr(draw.material(channels), name)
         same(compiled(torch, function)(wi, wo), function(wi, wo))
+
+
+FACETS = gn.TabulatedFacets([0.0, 0.5, 1.5], [1.0, 0.5, 0.0])
+
+
+@pytest.mark.parametrize("is_compiled", [True, False])
+@pytest.mark.parametrize("m", [gn.ModifiedPhong(np.array([0.2, 0.3, 0.4]), 8.0), gn.Microfacet(FACETS)], ids=str)
+def test_torch_compiles_what_numpy_has_computed(torch, m, is_compiled, monkeypatch):
+    """What was made of arrays for NumPy, compiled or not, is nothing that Dynamo cannot look past."""
+    monkeypatch.setattr(engine, "available", lambda: is_compiled)
+    m = m.replace()
+    wi, wo, _ = arrays(torch.from_numpy, "float32")
+    m.f(wi.numpy(), wo.numpy())
+    same(compiled(torch, m.f)(wi, wo), m.f(wi, wo))
 
 
 @pytest.mark.parametrize("draw", [d for d in draws(1, every=9) if d.model is gn.Microfacet], ids=str)

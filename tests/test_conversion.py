@@ -90,6 +90,7 @@ def test_an_interrupted_write_leaves_the_old_file(module, tmp_path, monkeypatch)
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr(files.os, "replace", full)  # all is written, but not yet in place
+    monkeypatch.setattr(files, "_exchanged", full)
     with pytest.raises(OSError, match="No space left"):
         save(m, path, module.NAME, **NEEDED.get(module.NAME, {}))
     assert content(path) == before

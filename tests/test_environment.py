@@ -419,7 +419,7 @@ def test_it_is_a_value(tmp_path):
     assert "8 x 4, 3 channels" in repr(read)
     assert "sky.exr" in repr(read)
     for x in (light, read):
-        assert gn.parametrised.from_json(json.loads(json.dumps(x.to_json()))) == x
+        assert gn.parametrised.from_json(json.loads(json.dumps(x.to_json())), files=True) == x
 
 
 def test_gray_maps_and_scales_with_channels():

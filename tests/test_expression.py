@@ -81,7 +81,7 @@ def test_expression_means(text, m):
 def test_expression_loads_files(tmp_path):
     m = gn.Lambertian(0.3) + gn.Phong()
     gn.save(m, tmp_path / "m.json")
-    assert expression(f"0.5 * load({str(tmp_path / 'm.json')!r})") == 0.5 * m
+    assert expression(f"0.5 * load({str(tmp_path / 'm.json')!r})", files=True) == 0.5 * m
 
 
 def test_expression_is_public():

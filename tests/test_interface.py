@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import inspect
 import json
 import math
 import pickle
@@ -39,8 +40,8 @@ LIGHTS = public(Light, discover.modules("gonio.lights"))
 
 @pytest.mark.parametrize("kind", [*MODELS, *DISTRIBUTIONS, *FRESNELS, *LIGHTS, Sum, Scaled], ids=lambda c: c.__name__)
 def test_docstrings_have_their_labels(kind):
-    text = kind.__doc__ or ""
-    missing = [label for label in ("Shapes", "Units", "Error", "Source") if f"\n    {label} " not in text]
+    text = inspect.cleandoc(kind.__doc__ or "")  # Python 3.13 cleans docstrings itself
+    missing = [label for label in ("Shapes", "Units", "Error", "Source") if f"\n{label} " not in text]
     assert not missing, f"{kind.__name__}: no {', '.join(missing)} in its docstring"
     assert all(f.doc for f in kind.fields.values())
 

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import importlib.util
 import json
 import math
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -569,8 +569,8 @@ def test_damaged_tiles(tmp_path):
 
 
 def test_tiles_without_pyhdf(tmp_path, monkeypatch):
-    monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
-    with pytest.raises(DependencyError, match=r"pip install gonio.hdf4.*AppEEARS.*h4tonccf_nc4 .*h4toh5 "):
+    monkeypatch.setitem(sys.modules, "pyhdf", None)
+    with pytest.raises(DependencyError, match=r"pip install 'gonio\[hdf4\]'.*AppEEARS.*h4tonccf_nc4 .*h4toh5 "):
         loaded(b"\x0e\x03\x13\x01" + bytes(100), tmp_path)
 
 

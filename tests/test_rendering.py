@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import os
-
 import numpy as np
 import pytest
 
@@ -64,12 +62,17 @@ def test_brushing_runs_round_the_axis():
     assert picture[20, 32] > 20 * picture[32, 20]
 
 
-def test_the_same_seed_gives_the_same_picture_on_any_number_of_threads(monkeypatch):
+def test_the_same_seed_gives_the_same_picture_on_any_number_of_threads():
     light = gn.EnvironmentLight.studio(height=32)
     m = MATTE + gn.Microfacet(gn.GGX(0.2), gn.Dielectric(1.5))
     first = gn.render(m, light, size=40, samples=32, seed=3).pixels
-    monkeypatch.setattr(os, "cpu_count", lambda: 1)
-    np.testing.assert_array_equal(gn.render(m, light, size=40, samples=32, seed=3).pixels, first)
+    before = gn.threads()
+    try:
+        for count in (1, 5):
+            gn.threads(count)
+            np.testing.assert_array_equal(gn.render(m, light, size=40, samples=32, seed=3).pixels, first)
+    finally:
+        gn.threads(before)
     assert not np.array_equal(gn.render(m, light, size=40, samples=32, seed=4).pixels, first)
 
 

@@ -14,6 +14,7 @@ from typing import Any
 
 import gonio as gn
 from gonio import discover, fresnel
+from gonio.discover import docstring
 from gonio.fresnel import Fresnel
 from gonio.interface import Reflectance
 from gonio.laws import check_all, table
@@ -44,8 +45,7 @@ def by_name(kind: type) -> str:
 def sections(kind: type) -> dict[str, str]:
     """A docstring cut into its parts; what stands before them is under ""."""
     found, name = {"": ""}, ""
-    for line in (kind.__doc__ or "").splitlines():
-        text = line[4:] if line.startswith("    ") else line
+    for text in docstring(kind).splitlines():
         head = re.match(rf"({'|'.join(PARTS)}) +(.*)", text)
         if head:
             name, text = head[1], head[2]

@@ -5,19 +5,18 @@ from __future__ import annotations
 import difflib
 import math
 import os
+import sys
 import warnings
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from . import catalogue
 from .errors import Error, ExpressionError, MissingDataWarning, NotFoundError, ParameterError
 from .expressions import describe, expression, names, read
-from .image import read_image
 from .interface import Reflectance, direction
 from .light import Light
+from .lights._panorama import Panorama
 from .lights.constant import ConstantLight
 from .lights.distant import DistantLight
 from .lights.environment import EnvironmentLight
@@ -26,33 +25,51 @@ from .measured import formats, load
 from .param import Channels, Field, Option, Param, Part, Table
 from .parametrised import Parametrised
 
+LONGEST = 255
+"""Characters of a file's name that similar ones are looked for."""
+
 PICTURES = (".exr", ".hdr", ".png", ".jpg", ".jpeg")
 LIGHTS = "FILE, studio, constant[:L], distant:THETA,PHI[,E], point:X,Y,Z[,I]"
 
 
 def resolve(text: str) -> Reflectance:
-    """What MATERIAL means: an existing file, else the name of a built-in material, else an expression."""
-    if os.path.isfile(text):
+    """What MATERIAL means: what is to be read at this path ("-" is standard input), else the name of a built-in
+    material, else an expression."""
+    if text == "-":
+        if sys.stdin is None:
+            raise NotFoundError("-: standard input is closed; lead a file or a pipe to it")
+        return load("/dev/stdin")
+    if _is_store(text) if os.path.isdir(text) else os.path.exists(text):
         return load(text)
     if catalogue.find(text) is not None:
         return catalogue.material(text)
     suffixes = {suffix for module in formats() for suffix in module.SUFFIXES}
     if ("(" in text or text in names()) and Path(text).suffix.lower() not in suffixes:
-        return expression(text)
+        return expression(text, files=True)
     raise NotFoundError(
         f'{text!r:.90}: no such file, no built-in material, and no expression such as "Lambertian(0.5)"'
         f"{_files_like(text) or catalogue.hint(text)}; `gonio materials` lists the built-in ones"
     )
 
 
+def _is_store(path: str) -> bool:
+    return any(module.matches_folder(Path(path)) for module in formats() if hasattr(module, "matches_folder"))
+
+
 def _files_like(text: str) -> str:
     folder, name = os.path.split(text)
     if os.path.isdir(text):
-        return "; it is a directory"
+        return "; it is a directory, and no store that gonio has written"
+    if os.path.islink(text):
+        return f"; it is a link to {os.readlink(text)!r:.90}, which is not there"
     try:
-        close = difflib.get_close_matches(name, os.listdir(folder or "."), n=1, cutoff=0.8)
+        close = difflib.get_close_matches(name[:LONGEST], os.listdir(folder or "."), n=1, cutoff=0.8)
+    except PermissionError:
+        return f"; the directory {folder!r:.90} may not be read"
     except (OSError, ValueError):
-        return f"; there is no directory {folder!r}"
+        return f"; there is no directory {folder!r:.90}"
+    if name in close:
+        return f"; it cannot be reached: ask what may be done in the directory {folder or '.'!r:.90}"
     return f"; did you mean {os.path.join(folder, close[0])}?" if close else ""
 
 
@@ -69,6 +86,8 @@ def resolve_light(text: str) -> Light:
     """
     if os.path.isfile(text):
         return _photograph(text)
+    if os.path.exists(text) and not os.path.isdir(text):
+        raise NotFoundError(f"light {text!r:.90}: a pipe or a device, expected a picture's file; write it to one first")
     kind, colon, rest = text.partition(":")
     kind = kind.strip().lower()
     if kind in _LIGHTS:
@@ -76,7 +95,7 @@ def resolve_light(text: str) -> Light:
     if Path(text).suffix.lower() in PICTURES:
         raise NotFoundError(f"light {text!r:.90}: no such file{_files_like(text)}")
     if "(" in text:
-        found = read(text)
+        found = read(text, files=True)
         if not isinstance(found, Light):
             kind = type(found).__name__ if isinstance(found, Parametrised) else describe(found)
             raise ExpressionError(f"light {text!r:.90}: {kind}, expected a light such as ConstantLight(1.0)")
@@ -103,17 +122,18 @@ def _spectrum(numbers: list[float], default: float) -> Any:
 def _photograph(path: str) -> Light:
     """An environment map from a file. Resampled photographs often hold values a little below 0: these count as 0 and
     are announced; NaN and infinity are errors."""
-    picture = read_image(path)
-    negative = (picture.pixels < 0.0).any(axis=-1)
-    if not (negative.any() and np.isfinite(picture.pixels).all()):
-        return EnvironmentLight(path)
+    picture = Panorama.of(path)
+    least, most = picture.pixels.min(), picture.pixels.max()
+    if not (-math.inf < least < 0.0 and most < math.inf):
+        return EnvironmentLight(picture)
+    negative = sum(int((row < 0.0).any(axis=-1).sum()) for row in picture.pixels)
+    count = picture.pixels[..., 0].size
     warnings.warn(
-        f"{path}: {int(negative.sum())} of {negative.size} pixels are negative (down to {picture.pixels.min():.3g}) "
-        f"and count as 0",
+        f"{path}: {negative} of {count} pixels are negative (down to {least:.3g}) and count as 0",
         MissingDataWarning,
         stacklevel=2,
     )
-    return EnvironmentLight(path, invalid="zero")
+    return EnvironmentLight(picture, invalid="zero")
 
 
 def _studio(text: str, numbers: list[float]) -> Light:
@@ -166,7 +186,7 @@ def with_parameters(m: Reflectance, assignments: Iterable[str]) -> Reflectance:
             if other == path or other.startswith(f"{path}.") or path.startswith(f"{other}."):
                 raise ParameterError(f"-p {text!r:.60}: {other} is given already")
         try:
-            changes[path] = read(value, words=True)
+            changes[path] = read(value, words=True, files=True)
         except ExpressionError as error:
             raise ExpressionError(f"-p {name.strip()}: {error}") from None
     try:

@@ -20,7 +20,7 @@ import numpy as np
 
 from . import engine, ops
 from .blocks import Box, cut, in_blocks, result_shape
-from .errors import ArrayTypeError, ShapeError, TraceError
+from .errors import ArrayTypeError, EngineError, ShapeError, TraceError
 from .libraries import Fixed, Later
 from .parametrised import Parametrised
 
@@ -51,7 +51,7 @@ def run(
     if out is not None:
         _check_out(out, result_shape(kinds[0], batch, channels), inputs[0].dtype)
     if engine.available() and 0 not in batch:
-        with suppress(TraceError):
+        with suppress(TraceError, EngineError):
             plan = engine.plan(kernel, kinds, material, inputs, widths, batch, channels)
             return engine.call(plan, inputs, out)
     results = _in_blocks(kernel, kinds, material, inputs, batch, channels)
@@ -172,8 +172,9 @@ def jacobian(
     if lib.name != "numpy":
         raise ArrayTypeError(f"jacobian takes NumPy directions; got {lib.name}, which differentiates m.f by itself")
     if engine.available() and 0 not in batch:
-        plan = engine.jacobian_plan(kernel, material, inputs, widths, batch, channels, leaves, by_inputs)
-        return engine.call(plan, inputs, None)
+        with suppress(TraceError, EngineError):
+            plan = engine.jacobian_plan(kernel, material, inputs, widths, batch, channels, leaves, by_inputs)
+            return engine.call(plan, inputs, None)
     trace = engine.jacobian(kernel, material, widths, channels, leaves, by_inputs)
     parts = in_blocks(
         lambda _, __, at: engine.interpreted(trace, material, inputs, batch, at),
@@ -189,7 +190,7 @@ def jacobian(
         results.append(stacked)
     own = (channels,) if channels else ()
     ends = [own] * (1 + len(leaves)) + [(*own, widths[k]) for k in by_inputs]
-    return [r.reshape(*batch, *end)[()] for r, end in zip(results, ends, strict=True)]
+    return [r.reshape((*batch, *end))[()] for r, end in zip(results, ends, strict=True)]
 
 
 def full_shape(material: Parametrised, shape: tuple[int, ...]) -> tuple[int, ...]:

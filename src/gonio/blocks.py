@@ -25,6 +25,8 @@ def in_blocks(
 ) -> list[np.ndarray]:
     """Results of these kinds (see `batch`) over a batch, by `evaluate(inputs of a box, its shape, box)`."""
     dtype, lock = inputs[0].dtype, Lock()
+    for kind in kinds:
+        memory.check(result_shape(kind, batch, channels), dtype)
     outs: list[np.ndarray] = []
 
     def work(at: Box) -> list[np.ndarray]:

@@ -15,6 +15,7 @@ from types import ModuleType
 from typing import Any
 
 from . import catalogue
+from .discover import docstring
 from .errors import NotFoundError, ParameterError
 from .interface import Scaled, Sum
 from .measured import formats
@@ -74,7 +75,7 @@ def _sources(m: Parametrised) -> Iterator[tuple[str, str]]:
 
 def _source(kind: type | ModuleType) -> str:
     """The "Source" part of the docstring of a class, or of a file format's module, on one line."""
-    found = re.search(r"^ *Source {2,}(.*?)(?=\n *\n|\n {0,4}\S|\Z)", kind.__doc__ or "", re.MULTILINE | re.DOTALL)
+    found = re.search(r"^Source {2,}(.*?)(?=\n *\n|\n\S|\Z)", docstring(kind), re.MULTILINE | re.DOTALL)
     return " ".join(found[1].split()) if found else ""
 
 

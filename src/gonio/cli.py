@@ -11,7 +11,9 @@ from typing import TYPE_CHECKING
 import click
 
 from . import __version__
-from .terminal import Program, any_encoding, bar, print_json
+from .discover import docstring
+from .errors import visible
+from .terminal import Program, bar, echo, print_json, streams
 
 if TYPE_CHECKING:
     from .interface import Reflectance
@@ -25,8 +27,8 @@ _SETTINGS = {"help_option_names": ["-h", "--help"], "max_content_width": 100}
 def cli(ctx: click.Context) -> None:
     """BRDFs, measured and modelled: list, inspect, check, show, light and convert them.
 
-    MATERIAL is a file (`gonio formats` lists what can be read), the name of a built-in material
-    (gold-metallic-paint), or an expression ("Lambertian(0.2) + 0.5 * Microfacet(GGX(0.1), Dielectric(1.5))").
+    MATERIAL is a file (`gonio formats` lists what can be read; - is standard input), the name of a built-in
+    material (gold-metallic-paint), or an expression ("Lambertian(0.2) + 0.5 * Microfacet(GGX(0.1), Dielectric(1.5))").
     -p alpha=0.3 replaces a parameter of any of them.
 
     \b
@@ -36,10 +38,10 @@ def cli(ctx: click.Context) -> None:
       gonio check measured.binary                   does it obey the laws?
       gonio show gold -p alpha=0.3 -o gold.pdf      slices, albedo and a sphere
 
-    Exit code: 0 good, 1 a law failed, 2 bad input.
+    Exit code: 0 good, 1 a law failed, 2 bad input or a failure of the machine, 70 a fault of gonio.
     """
     if ctx.invoked_subcommand is None:
-        click.echo(ctx.get_help())
+        echo(ctx.get_help())
 
 
 _material = click.argument("material")
@@ -70,24 +72,24 @@ def _output(help_: str) -> Callable:
 
 LIGHT_HELP = """
 
-    \b
-    LIGHT is one of
-      FILE                   equirectangular environment map
-      studio[:THETA,PHI]     made up: a sun (there), sky, window and floor
-      constant[:L]           radiance L from everywhere; default 1
-      distant:THETA,PHI[,E]  parallel beam of irradiance E; default pi, which
-                             lights a white surface that faces it to radiance 1
-      point:X,Y,Z[,I]        point source of intensity I; default: irradiance
-                             pi at the centre of the sphere
+\b
+LIGHT is one of
+  FILE                   equirectangular environment map
+  studio[:THETA,PHI]     made up: a sun (there), sky, window and floor
+  constant[:L]           radiance L from everywhere; default 1
+  distant:THETA,PHI[,E]  parallel beam of irradiance E; default pi, which
+                         lights a white surface that faces it to radiance 1
+  point:X,Y,Z[,I]        point source of intensity I; default: irradiance
+                         pi at the centre of the sphere
 
-    Angles are in degrees, PHI from +x towards +y; the sphere has radius 1 and is at 0,0,0, z is up, the
-    camera looks along +y: distant:45,-90 comes from behind it. L, E and I are a number, or one per channel
-    (constant:1,0.9,0.8).
+Angles are in degrees, PHI from +x towards +y; the sphere has radius 1 and is at 0,0,0, z is up, the
+camera looks along +y: distant:45,-90 comes from behind it. L, E and I are a number, or one per channel
+(constant:1,0.9,0.8).
 """
 
 
 def _with_light_help(command: Callable) -> Callable:
-    command.__doc__ = (command.__doc__ or "").rstrip() + LIGHT_HELP
+    command.__doc__ = docstring(command) + LIGHT_HELP
     return command
 
 
@@ -111,9 +113,9 @@ def materials(pattern: str | None, as_json: bool) -> None:
         print_json([asdict(entry) for entry in entries])
         return
     rows = [(e.name, e.kind, e.description) for e in entries]
-    click.echo(table(("name", "kind", "what it is"), rows))
+    echo(table(("name", "kind", "what it is"), rows))
     if sys.stdout.isatty():
-        click.echo(f"\n{len(rows)} materials; gonio info NAME says more, gonio cite NAME where it is from.")
+        echo(f"\n{len(rows)} materials; gonio info NAME says more, gonio cite NAME where it is from.")
 
 
 @cli.command(short_help="Say what MATERIAL is, and what a file holds.")
@@ -129,7 +131,7 @@ def info(material: str, replaced: tuple[str, ...], as_json: bool) -> None:
     if as_json:
         print_json(found)
     else:
-        click.echo(facts_as_text(found))
+        echo(facts_as_text(found))
 
 
 @cli.command(short_help="Quote the albedo of MATERIAL, with its uncertainty.")
@@ -169,7 +171,7 @@ def albedo(
     if as_json:
         print_json(rows)
     else:
-        click.echo(as_text(rows, factor))
+        echo(as_text(rows, factor))
 
 
 @cli.command(short_help="Hold MATERIAL to the laws of physics.")
@@ -222,7 +224,7 @@ def check(
 
         target(plot)
     m = _get(material, replaced)
-    title = _title(material, replaced)
+    title = _title(material, replaced) if as_json else visible(_title(material, replaced))
     with bar("checking") as progress:
         report = replace(check_laws(m, progress=progress), material=title)
     rows = []
@@ -238,11 +240,11 @@ def check(
         more = {"sampling": [row._asdict() for row in rows]} if sampling else {}
         print_json({"name": title, **report.to_json(), **more})
     else:
-        click.echo(_coloured(str(report)))
+        echo(_coloured(str(report)))
         if sampling:
             from .listing import efficiency_table
 
-            click.echo(f"\n{efficiency_table(rows)}")
+            echo(f"\n{efficiency_table(rows)}")
     ctx.exit(0 if report.passed else 1)
 
 
@@ -256,7 +258,7 @@ def _check_all(as_json: bool) -> int:
     if as_json:
         print_json([{"name": name, **report.to_json()} for name, report in reports.items()])
     else:
-        click.echo(as_text(table(reports), reports))
+        echo(as_text(table(reports), reports))
     return 0 if all(report.lawful for report in reports.values()) else 1
 
 
@@ -310,7 +312,7 @@ def render(
         picture = render_image(m, sources, shape, size, samples, seed, progress=progress)
     picture.save(output, exposure)
     what = f"{_title(material, replaced)} under {', '.join(lights)}"
-    click.echo(f"{output}: {what}, {size} x {size}, {samples} samples per pixel, {_since(start)}")
+    echo(visible(f"{output}: {what}, {size} x {size}, {samples} samples per pixel, {_since(start)}"))
 
 
 @cli.command(short_help="Draw MATERIAL in one figure.")
@@ -338,12 +340,12 @@ def show(
             m,
             output,
             sources,
-            title=_title(material, replaced),
+            title=visible(_title(material, replaced)),
             size=size,
             samples=samples,
             progress=progress,
         )
-    click.echo(f"{output}: {_title(material, replaced)} under {', '.join(lights)}, {_since(start)}")
+    echo(visible(f"{output}: {_title(material, replaced)} under {', '.join(lights)}, {_since(start)}"))
 
 
 @cli.command(short_help="Write a material to a file of another format.")
@@ -381,7 +383,7 @@ def convert(
 
     start = time.perf_counter()
     target(output)
-    given = [*([f"resolution={resolution}"] if resolution else []), *options]
+    given = [*([] if resolution is None else [f"resolution={resolution}"]), *options]
     module = writer(output, format_)
     chosen = parsed(module, "write", given)
     found = convert_to(_get(material, replaced), output, module.NAME, **chosen)
@@ -389,8 +391,8 @@ def convert(
         print_json({**found.to_json(), "material": _title(material, replaced)})
         return
     size = size_in_words(found.bytes)
-    click.echo(f"{output}: {_title(material, replaced)} as {found.format}, {size}, {_since(start)}")
-    click.echo(conversion_as_text(found))
+    echo(visible(f"{output}: {_title(material, replaced)} as {found.format}, {size}, {_since(start)}"))
+    echo(conversion_as_text(found))
 
 
 @cli.command("formats", short_help="List the file formats.")
@@ -407,7 +409,7 @@ def formats_(as_json: bool) -> None:
     if as_json:
         print_json([row._asdict() for row in rows])
     else:
-        click.echo(formats_as_text(rows))
+        echo(formats_as_text(rows))
 
 
 @cli.command(short_help="Print BibTeX for the sources of MATERIAL.")
@@ -417,7 +419,7 @@ def cite(material: str, replaced: tuple[str, ...]) -> None:
     """Print BibTeX for the sources of MATERIAL: of its model, of its pieces and of its numbers."""
     from .citations import cite as bibtex
 
-    click.echo(bibtex(_get(material, replaced)))
+    echo(bibtex(_get(material, replaced)))
 
 
 def _title(material: str, replaced: Sequence[str]) -> str:
@@ -430,7 +432,7 @@ def _since(start: float) -> str:
 
 def main() -> None:
     """Run the command line."""
-    any_encoding()
+    streams()
     cli()
 
 

@@ -98,13 +98,18 @@ def convert(m: Reflectance, path: str | os.PathLike, format: str | None = None, 
         material=repr(m),
         path=str(path),
         format=module.NAME,
-        bytes=path.stat().st_size,
+        bytes=size_of(path),
         error=resampling_error(m, made, *pairs) if pairs else None,
         channels=names,
         lost=lost,
         gained=gained,
         made=made,
     )
+
+
+def size_of(path: Path) -> int:
+    """Bytes of a file, or of all files in a folder."""
+    return sum(p.stat().st_size for p in path.rglob("*") if p.is_file()) if path.is_dir() else path.stat().st_size
 
 
 def _names(m: Reflectance) -> tuple | None:

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from . import schema
 from .errors import FormatError, ParameterError
+from .grid_axes import counts
 from .gridded import Gridded
 from .interface import Reflectance
 from .measurement import Measured, tabular_shape, tristimulus
+from .param import Ours
 from .parameterisations import parameterisation as parameterisation_named
 from .provenance import ORIGIN, derived, origin
 from .scattered import Scattered
@@ -56,6 +58,15 @@ def from_dataset(ds: xarray.Dataset, path: str = "") -> Gridded:
     Angles may be in degrees, wavelengths in um or m: their `units` say so. Where `valid` is false there is no value.
     Raises FormatError that names the variable or attribute that is missing or wrong.
     """
+    return _measurement(ds, path, lambda array: array)
+
+
+def of_file(ds: xarray.Dataset, path: str) -> Gridded:
+    """The same of a dataset that a reader has just made: its arrays are not copied."""
+    return _measurement(ds, path, Ours)
+
+
+def _measurement(ds: xarray.Dataset, path: str, own: Callable[[Any], Any]) -> Gridded:
     where = path or "dataset"
     version = str(ds.attrs.get("gonio_schema", ""))
     if not version:
@@ -68,12 +79,12 @@ def from_dataset(ds: xarray.Dataset, path: str = "") -> Gridded:
         raise FormatError(f"{where}: has no variable values; its variables: {', '.join(map(str, ds))}")
     kind = Scattered if ROW in ds["values"].dims else Gridded
     try:
-        return _scattered(ds, path, where) if kind is Scattered else _gridded(ds, path, where)
+        return _scattered(ds, path, where) if kind is Scattered else _gridded(ds, path, where, own)
     except ParameterError as error:
         raise FormatError(f"{where}: {error}") from None
 
 
-def _gridded(ds: xarray.Dataset, path: str, where: str) -> Gridded:
+def _gridded(ds: xarray.Dataset, path: str, where: str, own: Callable[[Any], Any]) -> Gridded:
     name = _text(ds, "parameterisation", where)
     dims = [d for d in ds["values"].dims if d not in ("wavelength", "channel")]
     axes = parameterisation_named(name).names(len(dims))
@@ -82,8 +93,8 @@ def _gridded(ds: xarray.Dataset, path: str, where: str) -> Gridded:
     return Gridded(
         name,
         {axis: _angle(ds, axis, where) for axis in axes},
-        _masked(ds, axes),
-        uncertainty=_variable(ds, "uncertainty", axes),
+        own(_masked(ds, axes)),
+        uncertainty=None if (spread := _variable(ds, "uncertainty", axes)) is None else own(spread),
         mirrored=bool(_flag(ds, "mirrored", where)),
         periods=_periods(ds, where),
         interpolation=_text(ds, "interpolation", where, "linear"),
@@ -205,12 +216,11 @@ def on_grid(m: Reflectance, parameterisation: str, resolution: Sequence[int] | N
     tabular_shape(m)
     oriented = not m.is_isotropic()
     kind = parameterisation_named(parameterisation)
-    counts = tuple(resolution or RESOLUTION[parameterisation, oriented])
     names = kind.names(4 if oriented else 3)
-    if len(counts) != len(names) or min(counts) < 2:
-        raise ParameterError(f"resolution={counts}: expected {len(names)} numbers of nodes, at least 2: {names}")
+    usual = RESOLUTION[parameterisation, oriented]
+    asked = counts(usual if resolution is None else resolution, (len(names),), 2, f"nodes of {', '.join(names)}")
     nodes = {}
-    for name, count in zip(names, counts, strict=True):
+    for name, count in zip(names, asked, strict=True):
         if name in kind.turning:
             nodes[name] = 2.0 * math.pi * np.arange(count) / count
         elif name in ("theta_h", "radial"):

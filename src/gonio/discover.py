@@ -1,9 +1,16 @@
-"""Find what a folder of the package holds: a new file there is known without being listed anywhere."""
+"""Find what a folder of the package holds, and docstrings: a new file there is known without being listed anywhere."""
 
 from __future__ import annotations
 
+import ast
+import inspect
 import pkgutil
+import sys
+from collections.abc import Callable
+from functools import cache
 from importlib import import_module
+from importlib.abc import InspectLoader
+from importlib.util import find_spec
 from types import ModuleType
 
 
@@ -12,3 +19,34 @@ def modules(package: str) -> list[ModuleType]:
     path = import_module(package).__path__
     names = sorted(m.name for m in pkgutil.iter_modules(path) if not m.name.startswith("_"))
     return [import_module(f"{package}.{name}") for name in names]
+
+
+def docstring(of: ModuleType | type | Callable) -> str:
+    """The docstring of a module, a class or a function, without indentation (Python 3.13 takes that away itself); ""
+    for none; where Python left it out (-OO), as the source has it."""
+    if of.__doc__ is not None or sys.flags.optimize < 2:
+        return inspect.cleandoc(of.__doc__ or "")
+    if isinstance(of, ModuleType):
+        return _written(of.__name__).get("", "")
+    return _written(of.__module__).get(of.__qualname__, "")
+
+
+@cache
+def _written(module: str) -> dict[str, str]:
+    """The docstrings in the source of a module by qualified names, its own under ""."""
+    spec = find_spec(module) if module != "__main__" else None
+    loader = spec.loader if spec else None
+    source = loader.get_source(module) if isinstance(loader, InspectLoader) else None
+    found: dict[str, str] = {}
+
+    def collect(node: ast.Module | ast.ClassDef | ast.FunctionDef, name: str) -> None:
+        text = ast.get_docstring(node)
+        if text is not None:
+            found[name] = text
+        for inner in node.body:
+            if isinstance(inner, (ast.ClassDef, ast.FunctionDef)):
+                collect(inner, f"{name}.{inner.name}".removeprefix("."))
+
+    if source is not None:
+        collect(ast.parse(source), "")
+    return found

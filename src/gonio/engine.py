@@ -7,6 +7,7 @@ values: these are arguments of the compiled kernel.
 from __future__ import annotations
 
 import os
+import warnings
 from collections.abc import Callable, Sequence
 from functools import cache
 from typing import Any, NamedTuple
@@ -14,11 +15,12 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from .blocks import Box, cut
-from .compile import machine
+from .bounds import COMPILED
+from .compile import image, machine
 from .compile.batches import Plan, Result, carry_out, prepare
 from .compile.program import EACH, ONCE, TOTAL
-from .errors import DependencyError, TraceError
-from .libraries import LIBRARIES, Fixed, Roomy
+from .errors import DependencyError, EngineError, EngineWarning, Error, ParameterError, TraceError
+from .libraries import LIBRARIES, Fixed, Roomy, contiguous
 from .param import Channels, Option, Param
 from .parametrised import Parametrised
 from .trace.derive import gradient
@@ -33,17 +35,41 @@ TRACES_KEPT = 1000
 Kernel = Callable[..., tuple]
 
 
-@cache
+_GIVEN_UP: list[str] = []
+
+
 def available() -> bool:
-    """Whether formulas are compiled here: not with GONIO_ENGINE=numpy, not without llvmlite, nor on a processor
-    without fused multiply-adds."""
-    if os.environ.get("GONIO_ENGINE", "") == "numpy" or machine.lane_bits() == 0:
+    """Whether formulas are compiled here: not with GONIO_ENGINE=numpy, nor on a processor without fused multiply-adds.
+
+    Where llvmlite is missing or does not load, or memory may not be made executable, an EngineWarning says so, once.
+    Raises ParameterError for another GONIO_ENGINE.
+    """
+    return not _GIVEN_UP and _possible()
+
+
+@cache
+def _possible() -> bool:
+    asked = os.environ.get("GONIO_ENGINE", "")
+    if asked not in ("", "numpy"):
+        raise ParameterError(f"GONIO_ENGINE={asked!r}: expected numpy, which compiles nothing; or unset it")
+    if asked:
         return False
     try:
         machine.compiler()
-    except DependencyError:
+        if machine.lane_bits() == 0:
+            return False
+        image.require_executable()
+    except (DependencyError, EngineError) as error:
+        _give_up(error)
         return False
     return True
+
+
+def _give_up(error: Exception) -> None:
+    if not _GIVEN_UP:
+        _GIVEN_UP.append(str(error))
+        text = f"formulas are computed by NumPy, about twenty times slower: {error}"
+        warnings.warn(f"{text}; mend that, or set GONIO_ENGINE=numpy to silence this", EngineWarning, stacklevel=2)
 
 
 class Trace(NamedTuple):
@@ -54,6 +80,7 @@ class Trace(NamedTuple):
     inputs: int
     read: frozenset[int]  # the arrays that anything depends on
     looked_up: frozenset[int]  # and the tables
+    operations: int
 
 
 class _Content(NamedTuple):
@@ -71,7 +98,7 @@ def _content(material: Parametrised) -> _Content:
 
 def _structure(material: Parametrised) -> tuple:
     """What a trace of a material depends on."""
-    parts: list[Any] = [type(material), tuple(material._tied.items()), material.identity()]
+    parts: list[Any] = [type(material), tuple(material._tied.items()), material.identity(), material._holed]
     for name, field in material.fields.items():
         value = material.__dict__[name]
         if isinstance(value, Parametrised):
@@ -84,6 +111,11 @@ def _structure(material: Parametrised) -> tuple:
 
 
 _TRACES: dict[tuple, Trace | TraceError] = {}
+_OF_FORMULAS = (
+    *(Error, ArithmeticError, AssertionError, AttributeError, LookupError),
+    *(NameError, RuntimeError, TypeError, ValueError),
+)
+"""What formulas raise that are given symbols. Anything else, a timeout's own exception above all, is not theirs."""
 
 
 def traced(
@@ -100,7 +132,7 @@ def traced(
             found = _trace(kernel, kinds, material, widths, channels)
         except TraceError as error:
             found = error
-        except Exception as error:  # a formula may do anything; on arrays it says itself what is wrong
+        except _OF_FORMULAS as error:  # on arrays the formula says itself what is wrong
             found = TraceError(f"the formula of {type(material).__name__} fails on symbols: {error!r}")
         if len(_TRACES) >= TRACES_KEPT:
             _TRACES.clear()
@@ -199,7 +231,7 @@ def _complete(graph: Graph, results: Sequence[tuple[int, ...]], inputs: int) -> 
     order = graph.reachable([n for nodes in results for n in nodes])
     read = frozenset(graph.arguments[n][0] for n in order if graph.operations[n] == "load")
     looked_up = frozenset(graph.arguments[n][0] for n in order if graph.operations[n] == "take")
-    return Trace(graph, tuple(results), inputs, read, looked_up)
+    return Trace(graph, tuple(results), inputs, read, looked_up, len(order))
 
 
 def known(kernel: Kernel, kinds: tuple[str, ...], material: Parametrised, inputs: Sequence[Any]) -> Plan | None:
@@ -225,7 +257,11 @@ def plan(
     batch: tuple[int, ...],
     channels: int | None,
 ) -> Plan:
-    """A plan for calls with such arrays, kept for further ones. Raises TraceError if the formula cannot be traced."""
+    """A plan for calls with such arrays, kept for further ones.
+
+    Raises TraceError if the formula cannot be traced or is too large to be compiled, EngineError where nothing can be
+    compiled after all.
+    """
     as_axis = channels is not None and channels > UNROLLED
     if as_axis and "total" in kinds:
         raise TraceError(f"sums over a batch are compiled for at most {UNROLLED} channels; got {channels}")
@@ -249,7 +285,10 @@ def jacobian_plan(
     leaves: tuple[int, ...],
     by_inputs: tuple[int, ...],
 ) -> Plan:
-    """A plan for the results of `jacobian`: (...[, C]) for the value and each parameter, (...[, C], 3) for inputs."""
+    """A plan for the results of `jacobian`: (...[, C]) for the value and each parameter, (...[, C], 3) for inputs.
+
+    Raises as `plan`.
+    """
     as_axis = channels is not None and channels > UNROLLED
     trace = jacobian(kernel, material, widths, 1 if as_axis else channels, leaves, by_inputs)
     own = () if as_axis or channels is None else (channels,)
@@ -268,12 +307,19 @@ def _plan(
     channels: int | None,
 ) -> Plan:
     as_axis = channels is not None and channels > UNROLLED
+    if trace.operations > COMPILED:
+        raise TraceError(f"a formula of {trace.operations} operations, expected at most {COMPILED} to compile")
     dtype = inputs[0].dtype
     given = [(x[..., None, :] if as_axis else x, w) for x, w in zip(inputs, widths, strict=True)]
     arrays = [x if k in trace.read else None for k, x in enumerate(given)]
     arrays += _parameters(trace, material, dtype, as_axis, channels is not None)
     shape = batch if channels is None or not as_axis else (*batch, channels)
-    return prepare(trace.graph, results, arrays, trace.inputs, _tables(trace, material, dtype), shape, dtype)
+    tables = _tables(trace, material, dtype)
+    try:
+        return prepare(trace.graph, results, arrays, trace.inputs, tables, shape, dtype)
+    except (DependencyError, EngineError) as error:
+        _give_up(error)
+        raise EngineError(str(error)) from None
 
 
 def _tables(trace: Trace, material: Parametrised, dtype: np.dtype) -> list[np.ndarray]:
@@ -334,7 +380,7 @@ def _parameters(
 
 def _parameter(value: Any, dtype: np.dtype, as_axis: bool) -> tuple[np.ndarray, int]:
     if isinstance(value, Fixed):
-        array = value.once(np.ascontiguousarray, dtype)
+        array = value.once(contiguous, dtype)
     else:
         array = np.ascontiguousarray(value, dtype).reshape(np.shape(value) or 1)
     if as_axis:

@@ -1,8 +1,25 @@
 """What gonio raises: every error says the rule, the value got, the value expected and the next step."""
 
+import unicodedata
+
+
+def visible(text: str, keep: str = "") -> str:
+    """Text with what cannot be seen written as in Python, such as \\x1b: control characters, which a terminal obeys,
+    marks that turn the direction of writing, halves of characters. `keep`: those that stay."""
+    if text.isprintable():
+        return text
+    return "".join(c if c.isprintable() or c in keep or unicodedata.category(c) == "Zs" else _code(c) for c in text)
+
+
+def _code(c: str) -> str:
+    return repr(c)[1:-1]
+
 
 class Error(Exception):
-    """Base class of everything gonio raises on bad input."""
+    """Base class of everything gonio raises on bad input. The message is `visible`: files and their names are in it."""
+
+    def __str__(self) -> str:
+        return visible(super().__str__(), keep="\n")
 
 
 class ParameterError(Error, ValueError):
@@ -25,6 +42,10 @@ class NotFoundError(Error, LookupError):
     """A name (material, model, parameter, file) is not known."""
 
 
+class WriteError(Error, OSError):
+    """A file cannot be written: the disk is full, or the system refuses."""
+
+
 class ExpressionError(Error, ValueError):
     """A material expression cannot be read."""
 
@@ -37,6 +58,10 @@ class TraceError(Error, TypeError):
     """A formula does what cannot be traced, and so not be compiled; it still runs on arrays."""
 
 
+class EngineError(Error, RuntimeError):
+    """Nothing can be compiled here; formulas still run on arrays."""
+
+
 class TooLargeError(Error, MemoryError):
     """A result would not fit into this machine's memory."""
 
@@ -47,3 +72,7 @@ class MissingDataWarning(UserWarning):
 
 class ToleranceWarning(UserWarning):
     """An integral is less exact than was asked for."""
+
+
+class EngineWarning(UserWarning):
+    """Results take longer than they need: formulas are not compiled, or what is compiled is not kept on disk."""

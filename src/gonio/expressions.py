@@ -1,8 +1,8 @@
 """Material expressions, parsed and never executed: `0.2 * Lambertian(0.5) + Microfacet(GGX(0.1), 0.9)`.
 
 An expression is made of constructors of models and their pieces with positional and keyword arguments,
-numbers, lists of numbers, words in quotes, `+`, `*`, parentheses, `material("name")` and `load("path")`;
-`gn.` before a name is read over. Numbers may be computed with + - * / and `pi`.
+numbers, lists of numbers, words in quotes, `+`, `*`, parentheses, `material("name")` and, where the caller allows
+files, `load("path")`; `gn.` before a name is read over. Numbers may be computed with + - * / and `pi`.
 """
 
 from __future__ import annotations
@@ -11,24 +11,18 @@ import ast
 import difflib
 import math
 import operator
+import os
 import warnings
 from collections.abc import Callable
 from typing import Any, NoReturn
 
+from .bounds import MAX_DEPTH, MAX_LENGTH
 from .catalogue import find, material
-from .errors import Error, ExpressionError
+from .errors import DependencyError, Error, ExpressionError
 from .interface import Reflectance, Scaled
 from .light import Light
 from .measured import load
-from .measurement import Measured
-from .param import CLASSES
-from .parametrised import Parametrised
-
-MAX_LENGTH = 20_000
-"""Longest expression, in characters."""
-
-MAX_DEPTH = 40
-"""How deep brackets, calls and signs may be nested."""
+from .parametrised import Parametrised, names
 
 _ARITHMETIC: dict[type[ast.operator], tuple[str, Callable[[float, float], float]]] = {
     ast.Add: ("+", operator.add),
@@ -40,34 +34,27 @@ _NUMBERS = {"pi": math.pi, "inf": math.inf, "nan": math.nan}
 _FUNCTIONS: dict[str, Callable[..., Any]] = {"load": load, "material": material}
 
 
-def expression(text: str) -> Reflectance:
-    """The reflectance that an expression describes: `expression(repr(m)) == m`.
+def expression(text: str, files: bool = False) -> Reflectance:
+    """The reflectance that an expression describes: `expression(repr(m)) == m`, of a measurement with `files=True`.
 
-    Nothing is executed: names stand for gonio's classes only. Raises ExpressionError that says the column,
-    what stands there and what was expected; ParameterError where a value is out of its bounds.
+    Nothing is executed: names stand for gonio's classes only. `files`: whether `load("path")` and paths of pictures in
+    it open files, as on the command line; not for texts of strangers, who learn by it which files there are.
+    Raises ExpressionError that says the column, what stands there and what was expected; ParameterError where a value
+    is out of its bounds; of a file that it names NotFoundError or FormatError, which say nothing of its content.
     """
-    found = read(text)
+    found = read(text, files=files)
     if not isinstance(found, Reflectance):
         kind = type(found).__name__ if isinstance(found, Parametrised) else describe(found)
         raise ExpressionError(f"{_short(text)}: {kind}, expected a reflectance such as Lambertian(0.5)")
     return found
 
 
-def read(text: str, words: bool = False) -> Any:
+def read(text: str, words: bool = False, files: bool = False) -> Any:
     """The value an expression describes: a reflectance, a piece of one, a light, a number, a list or a word.
 
-    `words`: whether a single name without quotes is a word: `height_correlated`.
+    `words`: whether a single name without quotes is a word: `height_correlated`. `files`: see `expression`.
     """
-    return _Reader(text, words).read()
-
-
-def names() -> dict[str, type[Parametrised]]:
-    """The classes an expression may name: those that stand for something, not the bases, tables and files."""
-    return {
-        name: kind
-        for name, kind in CLASSES.items()
-        if Parametrised not in kind.__bases__ and not issubclass(kind, Measured)
-    }
+    return _Reader(text, words, files).read()
 
 
 def describe(value: Any) -> str:
@@ -85,9 +72,17 @@ def _short(text: str) -> str:
     return repr(text if len(text) <= 60 else text[:57] + "...")
 
 
+def _opened(make: Callable[..., Any], arguments: list[Any], named: dict[str, Any]) -> list[str]:
+    """The paths of the files that a call opens."""
+    if isinstance(make, type) and issubclass(make, Parametrised):
+        return make.files_among(arguments, named)
+    given = [*arguments, *named.values()] if make is load else []
+    return [path for path in given[:1] if isinstance(path, str)]
+
+
 class _Reader:
-    def __init__(self, text: str, words: bool):
-        self.text, self.words = text.strip().replace("\n", " "), words
+    def __init__(self, text: str, words: bool, files: bool):
+        self.text, self.words, self.files = text.strip().replace("\n", " "), words, files
 
     def read(self) -> Any:
         if not self.text:
@@ -131,7 +126,7 @@ class _Reader:
 
     def _value(self, node: ast.expr, depth: int) -> Any:
         if depth > MAX_DEPTH:
-            self._fail(node, f"nested more than {MAX_DEPTH} deep")
+            self._fail(node, f"nested more than {MAX_DEPTH} deep; expected less nesting")
         if isinstance(node, ast.Constant):
             return self._constant(node)
         if isinstance(node, ast.BinOp):
@@ -225,12 +220,27 @@ class _Reader:
             if keyword.arg is None:
                 self._fail(keyword.value, "arguments are given one by one, without **")
             named[keyword.arg] = self._value(keyword.value, depth + 1)
+        opened = _opened(make, arguments, named)
+        for path in opened:
+            self._check_opening(node, name, path)
         try:
             return make(*arguments, **named)
-        except Error:
+        except DependencyError:
+            raise
+        except Error as error:
+            if opened and os.path.exists(opened[0]):  # who may not read a file learns nothing of what is in it
+                what = "is of no known format, damaged, or lacks what was asked for; `gonio info` of it says more"
+                raise type(error)(f"{name}(...): the file {opened[0]!r:.200} {what}") from None
             raise
         except (TypeError, ValueError) as error:
             self._fail(node, f"{name}(...): {error}")
+
+    def _check_opening(self, node: ast.Call, name: str, path: str) -> None:
+        if not self.files:
+            what = "and this text may open none; if you trust it, give files=True, or load the file yourself"
+            self._fail(node, f"{name}(...) opens the file {path!r:.200}, {what}")
+        if os.path.exists(path) and not os.path.isfile(path) and not os.path.isdir(path):
+            self._fail(node, f"{name}(...): {path!r:.200} is a pipe or a device, expected a file")
 
     def _name(self, node: ast.expr) -> str | None:
         if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id in ("gn", "gonio"):

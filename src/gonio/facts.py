@@ -6,6 +6,7 @@ import json
 import math
 import os
 import warnings
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -13,6 +14,7 @@ import numpy as np
 from . import catalogue
 from .arguments import settable
 from .comparison import lattice_pairs
+from .conversion import size_of
 from .errors import MissingDataWarning
 from .gridded import Gridded
 from .integrate import albedo
@@ -97,7 +99,7 @@ def _file_facts(m: Measured) -> dict[str, Any]:
     known = None if values is None else values[valid]
     return {
         "path": m.path,
-        "bytes": os.path.getsize(m.path) if os.path.exists(m.path) else None,
+        "bytes": size_of(Path(m.path)) if os.path.exists(m.path) else None,
         "format": m.provenance.get("format", m.format),
         "quantity": m.quantity,
         "parameterisation": getattr(m, "parameterisation", None),

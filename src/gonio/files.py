@@ -1,68 +1,311 @@
-"""Writing files so that a failure leaves what was there untouched."""
+"""Writing files and folders whole or not at all: a failure, a full disk or a kill leaves what was there untouched.
+
+What is written is made in a folder of its own beside its place, `.gonio-unfinished-` and 16 digits. Nobody else may
+enter that, and it is locked as long as its writer lives. What was made is synced with the disk and then takes its place
+in one step. The next writer to the same folder removes what killed ones left (`_unfinished`).
+"""
 
 from __future__ import annotations
 
 import contextlib
+import ctypes
+import errno
 import os
-import tempfile
-from collections.abc import Iterator
+import re
+import stat
+import sys
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
-from .errors import NotFoundError, ParameterError
+from ._unfinished import beside
+from .errors import Error, NotFoundError, ParameterError, WriteError
+
+LONGER = 64
+"""Characters by which names of what is made beside a file are longer than that of its folder, and some to spare."""
+KINDS = {stat.S_IFCHR: "a device", stat.S_IFBLK: "a disk", stat.S_IFIFO: "a pipe", stat.S_IFSOCK: "a socket"}
+ACCESS = "system.posix_acl_access"
+AT_FDCWD, RENAME_EXCHANGE = -100, 2
 
 
 def target(path: str | os.PathLike) -> Path:
     """Where a file of this name is written to, links followed.
 
-    Raises NotFoundError or ParameterError where it cannot be: work that takes long asks this first.
+    Raises NotFoundError or ParameterError where it cannot be: work that takes long asks this first. A file that is
+    there is replaced only if it may be written to and has no other name. Devices and pipes are neither replaced nor
+    written to: what goes there is not whole or not at all, and cannot be read again.
     """
-    found = Path(os.path.realpath(path))
-    if not found.parent.is_dir():
-        raise NotFoundError(f"{path}: the directory {found.parent} does not exist; create it first")
-    if not os.access(found.parent, os.W_OK):
-        raise NotFoundError(f"{path}: the directory {found.parent} may not be written to; choose another")
-    if found.is_dir():
+    final, held = _place(path)
+    if held is None:
+        return final
+    if stat.S_ISDIR(held.st_mode):
         raise ParameterError(f"{path}: is a directory, expected a file name; choose another")
-    return found
+    _refuse_special(path, held)
+    if held.st_nlink > 1:
+        raise ParameterError(
+            f"{path}: has {held.st_nlink} names (hard links), of which writing would change all or part one; remove "
+            f"this one first, or choose another name"
+        )
+    _refuse_protected(path, final, held)
+    return final
 
 
-@contextlib.contextmanager
-def replacing_folder(path: str | os.PathLike) -> Iterator[Path]:
-    """As `replacing`, for a folder and what is in it. A folder that was there goes only once the new one is complete.
+def target_folder(path: str | os.PathLike, foreign: Callable[[Path], str | None]) -> Path:
+    """The same for a folder. One that is there is replaced only if `foreign` finds nothing in it that is not ours.
 
-    Raises what `target` raises, ParameterError where there is a file of this name.
+    foreign   what is wrong with a folder, in words, or None
     """
-    final = Path(os.path.realpath(path))
-    if final.exists() and not final.is_dir():
+    final, held = _place(path)
+    if held is None:
+        return final
+    if not stat.S_ISDIR(held.st_mode):
+        _refuse_special(path, held)
         raise ParameterError(f"{path}: is a file, expected a folder or nothing; choose another name, or remove it")
-    target(final.parent / f".{final.name}")
-    with tempfile.TemporaryDirectory(prefix=f".{final.name}-", dir=final.parent) as beside:
-        new, old = Path(beside) / "new", Path(beside) / "old"
-        new.mkdir()
-        yield new
-        if final.exists():
-            os.replace(final, old)
-        os.replace(new, final)
+    with contextlib.suppress(FileNotFoundError):
+        if Path.cwd().is_relative_to(final):
+            raise ParameterError(
+                f"{path}: is the working directory or above it, which is not replaced; name a new folder"
+            )
+    if os.path.ismount(final):
+        raise ParameterError(f"{path}: is where a disk is mounted, which is not replaced; name a new folder")
+    if found := foreign(final):
+        raise ParameterError(f"{path}: {found}; nothing was changed; name a new folder, or remove this one yourself")
+    _refuse_protected(path, final, held)
+    return final
+
+
+def _place(path: str | os.PathLike) -> tuple[Path, os.stat_result | None]:
+    """Where a name leads, and what is there."""
+    short = f"{path!s:.200}"
+    try:
+        final = Path(os.path.realpath(os.fsdecode(os.fsencode(path))))
+    except ValueError as error:
+        raise ParameterError(f"{short!r}: no name that a file can have: {error}; choose another") from None
+    folder = final.parent
+    if _is_open_file(path):
+        raise ParameterError(
+            f"{path}: is an open file of a process, expected a file's name; write to a file, and copy it"
+        )
+    if not os.path.isdir(folder):
+        raise NotFoundError(f"{short}: the directory {folder!s:.200} does not exist; create it first")
+    if not os.access(folder, os.W_OK | os.X_OK):
+        raise NotFoundError(f"{short}: the directory {folder} may not be written to; choose another")
+    if hasattr(os, "pathconf"):
+        for what, length, most in (
+            ("name", len(os.fsencode(final.name)), os.pathconf(folder, "PC_NAME_MAX")),
+            ("path", len(os.fsencode(final)) + LONGER, os.pathconf(folder, "PC_PATH_MAX")),
+        ):
+            if length > most:
+                raise ParameterError(
+                    f"{short}...: its {what} needs {length} bytes, expected at most {most}; shorten it"
+                )
+    try:
+        held = final.lstat()
+    except FileNotFoundError:
+        return final, None
+    if stat.S_ISLNK(held.st_mode):
+        raise ParameterError(f"{path}: is a link that leads back to itself, expected a file name; remove it")
+    return final, held
+
+
+def _is_open_file(path: str | os.PathLike) -> bool:
+    """Whether a name stands for an open file, as /dev/stdout does: such links lead to where no name is."""
+    at = os.fsdecode(path)
+    for _ in range(40):
+        folder = os.path.realpath(os.path.dirname(at))
+        at = os.path.join(folder, os.path.basename(at))
+        if re.fullmatch(r"/proc/.+/fd|/dev/fd", folder):
+            return True
+        if not os.path.islink(at):
+            return False
+        at = os.path.join(folder, os.readlink(at))
+    return False
+
+
+def _refuse_special(path: str | os.PathLike, held: os.stat_result) -> None:
+    if what := KINDS.get(stat.S_IFMT(held.st_mode)):
+        raise ParameterError(f"{path}: is {what}, expected a file or nothing; write to a file, and copy that")
+
+
+def _refuse_protected(path: str | os.PathLike, final: Path, held: os.stat_result) -> None:
+    """ParameterError where a file or folder may not be written to, or not be replaced."""
+    if not held.st_mode & 0o222 or not os.access(final, os.W_OK):
+        raise ParameterError(f"{path}: is read-only; choose another name, or make it writable: chmod u+w")
+    folder = final.parent.stat()
+    if folder.st_mode & stat.S_ISVTX and os.geteuid() not in (0, held.st_uid, folder.st_uid):
+        raise ParameterError(
+            f"{path}: is another user's, in a folder where only they may replace it; choose another name"
+        )
 
 
 @contextlib.contextmanager
 def replacing(path: str | os.PathLike) -> Iterator[Path]:
-    """A temporary file beside `path` to write to; it replaces `path` if the block ends well, else it goes.
+    """A temporary file to write to, which takes its place if the block ends well, else goes.
 
-    Raises what `target` raises.
+    It is in a folder of its own, which goes with all that is in it. A file that is replaced hands on its permissions,
+    owner and attributes, the last two as far as they may be set.
+    Raises what `target` raises; WriteError where the system refuses, be it in the block.
     """
     final = target(path)
-    try:
-        handle, name = tempfile.mkstemp(prefix=f".{final.stem}-", suffix=final.suffix, dir=final.parent)
-    except OSError as error:
-        raise NotFoundError(f"{path}: no file can be made in {final.parent}: {error.strerror}") from None
-    os.close(handle)
-    temporary = Path(name)
-    try:
-        umask = os.umask(0)
-        os.umask(umask)
-        temporary.chmod(0o666 & ~umask)
+    with beside(path, final.parent) as folder, _explained(path, folder):
+        temporary = folder / "new"
+        mode = 0o600 if final.exists() else 0o666
+        os.close(os.open(temporary, os.O_WRONLY | os.O_CREAT | os.O_EXCL, mode))
         yield temporary
+        target(path)
+        _settle(temporary, final if final.exists() else None)
         os.replace(temporary, final)
+        _settle(final.parent)
+
+
+@contextlib.contextmanager
+def replacing_folder(path: str | os.PathLike, foreign: Callable[[Path], str | None]) -> Iterator[Path]:
+    """As `replacing`, for a folder and what is in it; `foreign`: see `target_folder`.
+
+    Linux exchanges both in one step. Elsewhere there is no such folder for a moment, in which a kill leaves the old one
+    to be put back by the next writer.
+    """
+    final = target_folder(path, foreign)
+    with beside(path, final.parent) as folder, _explained(path, folder):
+        new = folder / "new"
+        new.mkdir()
+        yield new
+        for _ in range(100):
+            with contextlib.suppress(FileNotFoundError, FileExistsError):  # of others who write here
+                target_folder(path, foreign)
+                _settle_all(new, final)
+                _put(new, final)
+                break
+        else:
+            raise WriteError(f"{path}: is replaced by others all the time; try again when they are done")
+        _settle(final.parent)
+
+
+@contextlib.contextmanager
+def _explained(path: str | os.PathLike, folder: Path) -> Iterator[None]:
+    """WriteError for what the system refuses; libraries may tell it by errors of other kinds."""
+    try:
+        yield
+    except Error:
+        raise
+    except Exception as error:
+        reason = _reason(error, folder)
+        if reason is None:
+            raise
+        said = reason.strerror or reason
+        raise WriteError(f"{path}: cannot be written: {said}; make room, or choose another place") from error
+
+
+def _reason(error: Exception, folder: Path) -> OSError | None:
+    """The system's error behind one, if there is one: in its chain, or found by writing a little more."""
+    behind: BaseException | None = error
+    while behind is not None:
+        if isinstance(behind, OSError) and behind.errno is not None:
+            return behind
+        behind = behind.__cause__ or behind.__context__
+    try:
+        with (folder / "new" if (folder / "new").is_file() else folder / "more").open("ab") as file:
+            file.write(bytes(1 << 20))
+            file.flush()
+            os.fsync(file.fileno())
+    except OSError as found:
+        return found
+    return error if isinstance(error, OSError) and not isinstance(error, TimeoutError) else None
+
+
+def _put(new: Path, final: Path) -> None:
+    """Put a folder into its place, and what was there into a folder that goes."""
+    if not final.exists():
+        try:
+            os.rename(new, final)
+        except OSError as error:
+            if error.errno == errno.ENOTEMPTY:
+                raise FileExistsError(error.errno, error.strerror) from None
+            raise
+        return
+    if _exchanged(new, final):
+        return
+    old = new.parent / "old"
+    old.mkdir()
+    os.replace(final, old / final.name)
+    try:
+        os.replace(new, final)
+    except OSError:
+        os.replace(old / final.name, final)
+        raise
+
+
+def _exchanged(new: Path, final: Path) -> bool:
+    """Whether both changed places in one step: False where the system or the file system cannot."""
+    if sys.platform != "linux":
+        return False
+    library = ctypes.CDLL(None, use_errno=True)
+    if not hasattr(library, "renameat2"):  # as in old C libraries
+        return False
+    if library.renameat2(AT_FDCWD, os.fsencode(new), AT_FDCWD, os.fsencode(final), RENAME_EXCHANGE) == 0:
+        return True
+    code = ctypes.get_errno()
+    if code in (errno.ENOSYS, errno.EINVAL, errno.ENOTSUP):
+        return False
+    raise OSError(code, os.strerror(code), str(final))
+
+
+def _like(new: Path, final: Path) -> None:
+    """Give a file or folder the owner, permissions and attributes of the one that it replaces.
+
+    Where it cannot have the group, the group may no more than others might.
+    """
+    held, made = final.stat(), new.stat()
+    mode = stat.S_IMODE(held.st_mode) & 0o777
+    is_group_kept = (held.st_uid, held.st_gid) == (made.st_uid, made.st_gid) or _owned(new, held)
+    if not is_group_kept:
+        mode &= 0o707 | (mode & 0o007) << 3
+    if hasattr(os, "listxattr"):
+        ours, theirs = _attributes(new), _attributes(final)
+        for name in theirs:
+            if name.startswith("user.") or (name == ACCESS and is_group_kept):
+                os.setxattr(new, name, os.getxattr(final, name))
+        if ACCESS in ours and ACCESS not in theirs:
+            os.removexattr(new, ACCESS)
+    os.chmod(new, mode)
+
+
+def _owned(new: Path, held: os.stat_result) -> bool:
+    """Whether a file was given this group, and the owner where that is allowed."""
+    for user in (held.st_uid, -1):
+        with contextlib.suppress(OSError):
+            os.chown(new, user, held.st_gid)
+            return True
+    return False
+
+
+def _attributes(path: Path) -> list[str]:
+    try:
+        return os.listxattr(path)
+    except OSError:  # the file system has none
+        return []
+
+
+def _settle(new: Path, like: Path | None = None) -> None:
+    """Make a file or folder like another, if there is one, and wait until it is on the disk."""
+    try:
+        opened = os.open(new, os.O_RDWR if new.is_file() else os.O_RDONLY)
+    except PermissionError:
+        if new.is_dir():  # which may be nobody's to list
+            return
+        raise
+    try:
+        if like is not None:
+            _like(new, like)
+        os.fsync(opened)
     finally:
-        temporary.unlink(missing_ok=True)
+        os.close(opened)
+
+
+def _settle_all(new: Path, final: Path) -> None:
+    """The same of a folder and all that is in it: files become like the first one in the old folder."""
+    like = final if final.exists() else None
+    file = next((p for p in sorted(final.iterdir()) if p.is_file()), None) if like else None
+    for folder, _, names in os.walk(new, topdown=False):
+        for name in names:
+            _settle(Path(folder) / name, file)
+        _settle(Path(folder), like)

@@ -54,6 +54,17 @@ def half_vector(wi: Direction, wo: Direction) -> Direction:
     return normalize(add(wi, wo))
 
 
+def half_and_cosine(wi: Direction, wo: Direction) -> tuple[Direction, Any]:
+    """The half vector wm, and wo . wm = |wi + wo|/2: above 0, and the same to the last digit for wi and wo exchanged.
+
+    Near grazing, where wi and wo are almost opposite, the sum of products loses even its sign to rounding.
+    """
+    total = add(wi, wo)
+    twice = ops.sqrt(dot(total, total))
+    # Not `minimum`: LLVM, as Dr.Jit has it, cannot compile that of numbers that are the same in all lanes.
+    return scale(1.0 / twice, total), ops.where(twice > 2.0, 1.0, 0.5 * twice)
+
+
 def reflect(w: Direction, wm: Direction) -> Direction:
     """Mirror image of w about wm: 2 (w . wm) wm - w."""
     d = 2.0 * dot(w, wm)

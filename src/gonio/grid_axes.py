@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from . import ops
-from .errors import ParameterError
+from .compile.memory import physical
+from .errors import ParameterError, TooLargeError
 from .marginal_warp import Slices, bracket
 from .parameterisations import parameterisation
 
@@ -18,6 +19,41 @@ INSIDE = 1e-6
 
 HIGHEST = {"radial": math.pi}
 """The largest polar angle [rad] along an axis, where it is not pi/2."""
+
+
+PAIR = 128
+"""Bytes that an evaluation takes at least for every pair of directions: these, their angles, and f."""
+
+
+def counts(resolution: Any, lengths: Sequence[int], least: int, expected: str) -> tuple[int, ...]:
+    """How many nodes there are along each axis, as a caller asks for.
+
+    Raises ParameterError for anything but so many whole numbers of at least `least`, `expected` says of what, and
+    TooLargeError where their product is more than this machine has memory for.
+    """
+    held = list(resolution) if isinstance(resolution, (tuple, list, np.ndarray)) else []
+    if len(held) not in lengths or not all(_is_whole(n) and n >= least for n in held):
+        many = " or ".join(map(str, lengths))
+        example = ",".join(["18"] * lengths[0])
+        raise ParameterError(
+            f"resolution={resolution!r:.60}: expected {many} whole numbers from {least}: {expected}; such as {example}"
+        )
+    found = tuple(map(int, held))
+    fits(math.prod(found), f"resolution={found!r:.60}")
+    return found
+
+
+def _is_whole(n: Any) -> bool:
+    return isinstance(n, (int, np.integer)) and not isinstance(n, bool)
+
+
+def fits(pairs: float, asked: str) -> None:
+    """Raises TooLargeError where f at so many pairs of directions is more than this machine has memory for."""
+    if pairs * PAIR > physical():
+        raise TooLargeError(
+            f"{asked}: {pairs:.3g} pairs of directions take {pairs * PAIR / 1e9:.3g} GB and this machine has "
+            f"{physical() / 1e9:.3g} GB of memory; ask for fewer"
+        )
 
 
 class Axis(NamedTuple):

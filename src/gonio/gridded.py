@@ -12,11 +12,11 @@ from . import ops, schema
 from .errors import ParameterError
 from .geometry import HORIZON, Direction
 from .grid_axes import Axis, laid_out, nearest
-from .libraries import Fixed, Roomy
+from .libraries import Fixed, Roomy, frozen
 from .marginal_warp import Slices
 from .measurement import from_brdf, quantity_named, to_brdf
+from .param import Held, Ours, kept, option, table
 from .param import channels as channel_field
-from .param import option, table
 from .parameterisations import Parameterisation, parameterisation
 from .provenance import derived
 from .sampled import KINDS, Sampled
@@ -97,13 +97,12 @@ class Gridded(Sampled):
         path: str = "",
         about: Mapping[str, Any] | None = None,
     ):
-        stored = _real(values)
+        stored = _real("values", values)
         names = None if channels is None else tuple(channels)
         grid = self._lay_out(parameterisation, axes, mirrored, periods or {}, names)
         _check_values("values", stored, grid, names)
         if uncertainty is not None:
-            uncertainty = _real(uncertainty).view()
-            uncertainty.flags.writeable = False
+            uncertainty = _real("uncertainty", uncertainty)
             _check_values("uncertainty", uncertainty, grid, names)
         self.__dict__.update(uncertainty=uncertainty, quantity=quantity_named(quantity))
         super().__init__(
@@ -111,7 +110,7 @@ class Gridded(Sampled):
             dict(about or {}),
             interpolation=interpolation,
             outside=outside,
-            stored=stored,
+            stored=Ours(stored),
             channel=0.0 if names is None else len(names),
         )
         self.__dict__["holes"] = not np.isfinite(stored).all() or self._is_undetermined()
@@ -131,13 +130,13 @@ class Gridded(Sampled):
         names: tuple | None,
     ) -> tuple[int, ...]:
         """Set what the grid is; its shape."""
-        held = {name: np.array(nodes, dtype=float).reshape(-1) for name, nodes in axes.items()}
+        held = Held({name: _nodes(name, nodes) for name, nodes in axes.items()})
         layout, given = laid_out(parameterisation, held, mirrored, periods)
         self.__dict__.update(
             parameterisation=parameterisation,
             axes=held,
             is_mirrored=bool(mirrored),
-            periods=given,
+            periods=Held(given),
             layout=layout,
             width=1 if names is None else len(names),
             channel_names=names,
@@ -199,10 +198,12 @@ class Gridded(Sampled):
 
     def with_brdf(self, values: np.ndarray, uncertainty: np.ndarray | None = None, **about: Any) -> Gridded:
         """The same grid with other f [1/sr] at its nodes, kept in the same quantity; `about` is added to its own."""
-        u = None if uncertainty is None else self._converted(uncertainty, from_brdf)
-        return self.with_table(self._converted(values, from_brdf), u, about={**self.about, **about})
+        f, u = Ours(self._converted(_real("values", values), from_brdf)), None
+        if uncertainty is not None:
+            u = Ours(self._converted(_real("uncertainty", uncertainty), from_brdf))
+        return self.with_table(f, u, about={**self.about, **about})
 
-    def with_table(self, values: np.ndarray, uncertainty: np.ndarray | None = None, **other: Any) -> Gridded:
+    def with_table(self, values: Any, uncertainty: Any = None, **other: Any) -> Gridded:
         """A table of other `values`, as given to `Gridded`, with all else that this has but for what `other` says,
         arguments of `Gridded`; its `provenance` says which file this was read from.
         """
@@ -343,7 +344,17 @@ def _check_values(what: str, values: np.ndarray, grid: tuple[int, ...], names: t
         raise ParameterError("channels: got none, expected names or wavelengths [nm]; None for values without channels")
 
 
-def _real(values: Any) -> np.ndarray:
-    """An array of floats; those of single and double precision as they are."""
-    found = np.asarray(values)
-    return found if found.dtype in (np.float32, np.float64) else found.astype(np.float64)
+def _real(what: str, values: Any) -> np.ndarray:
+    """An array of floats of our own; those of single and double precision stay so."""
+    try:
+        found = kept(values)
+    except (TypeError, ValueError) as error:
+        raise ParameterError(f"{what}: got {error}; expected an array of numbers") from None
+    return found if found.dtype in (np.float32, np.float64) else frozen(found.astype(np.float64))
+
+
+def _nodes(name: str, nodes: Any) -> np.ndarray:
+    try:
+        return frozen(np.array(ops.numbers(nodes), dtype=float).reshape(-1))
+    except (TypeError, ValueError) as error:
+        raise ParameterError(f"axes: {name} holds {error}; expected increasing, finite nodes [rad]") from None

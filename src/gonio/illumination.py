@@ -12,10 +12,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from . import batch, ops
+from .compile import memory
 from .errors import ArrayTypeError, MissingDataWarning, ParameterError
 from .geometry import Direction, cross, dot, frame, normalize, where
 from .integrate import integrate
-from .interface import Reflectance
+from .interface import Reflectance, with_holes
 from .light import Light
 from .quadrature import lattice
 
@@ -56,6 +57,8 @@ def reflected_radiance(
     lights = as_lights(lights)
     lib, wo, arrays = _world_arrays(wo, normal, tangent, position)
     shape = batch.full_shape(m, np.broadcast_shapes(*(tuple(x.shape[:-1]) for x in (wo, *arrays) if x is not None)))
+    if lib.name == "numpy":
+        memory.check((*shape, 3), wo.dtype, "an array of directions")
     wo = lib.module.broadcast_to(wo, (*shape, 3))
     if lib.name == "numpy":
         _check_frame(arrays[0], arrays[1])
@@ -79,6 +82,8 @@ def reflected_radiance(
     total = parts[0]
     for part in parts[1:]:
         total = total + part
+    if fields:
+        total = with_holes(total, m)  # integrals count NaN as 0
     has_channels = any(getattr(v, "ndim", 0) for x in (m, *lights) for v in x.leaves())
     return total if has_channels or total.shape[-1] > 1 else total[..., 0][()]
 
@@ -94,7 +99,6 @@ def as_lights(lights: Any) -> list[Light]:
 
 
 def _world_arrays(wo: Any, *others: Any) -> tuple[ops.Library, Any, list[Any]]:
-    wo = np.asarray(wo, dtype=float) if isinstance(wo, (list, tuple)) else wo
     lib, (wo,) = ops.as_arrays(wo)
     if lib.channel_loop:
         raise ArrayTypeError(f"reflected_radiance takes NumPy, PyTorch or JAX arrays; got {lib.name}")
@@ -104,7 +108,10 @@ def _world_arrays(wo: Any, *others: Any) -> tuple[ops.Library, Any, list[Any]]:
             own = ops.library_of_type(type(x))
             if own not in (None, lib, ops.LIBRARIES["numpy"]):
                 ops.library(x, wo)
-            x = lib.convert(np.array(x) if own is None else x, wo)
+            try:
+                x = lib.convert(ops.numbers(x) if own in (None, ops.LIBRARIES["numpy"]) else x, wo)
+            except ValueError as error:
+                raise ArrayTypeError(f"normal, tangent or position: {error}; expected vectors (..., 3)") from None
         arrays.append(x)
     ops.broadcast_shape([tuple(x.shape) for x in (wo, *arrays) if x is not None], "wo, normal, tangent, position")
     return lib, wo, arrays

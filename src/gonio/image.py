@@ -4,33 +4,35 @@ Files are recognised by their first bytes, never by their suffix. What a format 
 announced; .png alone is for looking at.
 """
 
-import contextlib
 import importlib
-import io
 import os
 import re
-import struct
-import threading
+import stat
 import warnings
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from . import errors
-from .errors import FormatError, ParameterError, ShapeError
+from . import errors, openexr_file
+from .compile.threads import apart
+from .errors import FormatError, ParameterError, ShapeError, TooLargeError
 from .files import replacing, target
-from .radiance_rle import scanlines
+from .radiance_rle import longest, scanlines
 
 __all__ = ["Image", "read_image", "srgb_decode", "srgb_encode"]
 
-_MAX_PIXELS = 2**29  # 32768 x 16384
-_PIXELS_PER_BYTE = 2**14  # one colour, 8192 x 4096: 8089 as 1-bit PNG, 5189 as DWAB, 449 in the rest of OpenEXR
+PIXELS = 2**29
+"""Most pixels that a picture may announce: 32768 x 16384."""
+
+_DENSE = 2**14  # pixels that a byte may stand for: one colour, 8192 x 4096, comes to 8089 as 1-bit PNG
+_BESIDE = 6  # bytes a pixel that libraries take beside what they return
+_HEADER_LINE = 1 << 16  # bytes
+_BLOCK = 1 << 18  # pixels that are converted at a time
 _SRGB_XY = (0.64, 0.33, 0.30, 0.60, 0.15, 0.06, 0.3127, 0.3290)  # ITU-R BT.709: red, green, blue, white
-_STDOUT_LOCK = threading.Lock()
 
 
 def srgb_encode(linear: ArrayLike) -> NDArray[Any]:
@@ -111,7 +113,7 @@ class Image:
         Units    `exposure` in stops, for .png only: the other two hold the values themselves.
         Errors   ParameterError (suffix, exposure, values the format cannot hold), ShapeError (channel count),
                  NotFoundError (no such directory), DependencyError (pillow or OpenEXR is not installed);
-                 OSError (disk full and the like).
+                 WriteError (disk full and the like).
         """
         check_target(path, exposure)
         write = _ENCODERS[Path(path).suffix.lower()](self, os.fspath(path), float(exposure))
@@ -130,7 +132,7 @@ def check_target(path: str | os.PathLike[str], exposure: float = 0.0) -> None:
     target(path)
 
 
-def read_image(path: str | os.PathLike[str]) -> Image:
+def read_image(path: str | os.PathLike[str], most: int = PIXELS) -> Image:
     """Read an OpenEXR, Radiance, PNG or JPEG picture, recognised by its first bytes.
 
     OpenEXR    half, float or uint as float32 (uint above 2^24 rounds). R, G, B first, then the other
@@ -140,97 +142,112 @@ def read_image(path: str | os.PathLike[str]) -> Image:
                nor do we: 1.0 reads as 1.0, and a truncating writer's picture half a step (0.2 to 0.4 % of
                the largest channel) too dark. Flat, old and new run-length coding, every orientation; no XYZE.
     PNG, JPEG  `srgb_decode` of what pillow reads, without profiles or gamma; 16-bit colour comes as 8-bit.
+               Up to pillow's own limit of 178 956 970 pixels.
 
     Primaries that are not sRGB's give a warning, and the values stay as they are.
+    `most`: pixels; a picture that announces more is refused before anything of it is decoded. Reading RGB never takes
+    more than 30 bytes of memory a pixel, and 12 of them stay.
 
     Shapes   `pixels` (H, W, C), row 0 at the top.
-    Errors   NotFoundError (missing or not readable), FormatError (whatever else is wrong with the file).
+    Errors   NotFoundError (missing or not readable), FormatError (whatever else is wrong with the file),
+             TooLargeError (it announces more than this machine has memory for).
     Source   G. Ward, "Radiance File Formats" (filefmts.pdf); "OpenEXR File Layout" (openexr.com).
     """
-    try:
-        data = Path(path).read_bytes()
-    except IsADirectoryError:
-        raise FormatError(f"{path}: is a directory, expected a picture; name a file in it") from None
-    except OSError as error:
-        raise errors.NotFoundError(f"{path}: {error.strerror}; check the name and its permissions") from error
-    found = next((reader for magic, reader in _READERS.items() if data.startswith(magic)), None)
-    if found is None:
-        known = ", ".join(f"{magic!r} ({kind})" for magic, (kind, _) in _READERS.items())
-        rule = f"starts with {data[:10]!r}, expected {known}; convert it to .exr or .hdr first"
-        raise FormatError(f"{path}: not a picture gonio reads: {rule}")
-    kind, reader = found
-    try:
-        with np.errstate(all="ignore"):
-            image, primaries = reader(data, os.fspath(path))
-    except errors.DependencyError:
-        raise
-    except Exception as error:  # damage makes pillow and OpenEXR raise nearly every type there is
-        why = error if isinstance(error, errors.Error) else repr(error)
-        text = f"{path}: damaged or unsupported {kind} picture: {why}; copy or export it again"
-        raise FormatError(text) from error
+    image, primaries = apart(_decoded, path, most)
     if not np.allclose(primaries, _SRGB_XY, atol=0.002):
         text = f"primaries are {tuple(np.round(primaries, 4).tolist())}, not sRGB's {_SRGB_XY}"
         warnings.warn(f"{path}: {text}; nothing is converted", stacklevel=2)
     return image
 
 
-def _read_exr(data: bytes, path: str) -> tuple[Image, Sequence[float]]:
-    openexr = _library("OpenEXR", "OpenEXR")
-    parts = _exr_headers(data)
-    for part in reversed(parts):  # ends with the first; the library decodes all of them
-        left, top, right, bottom = struct.unpack("<4i", part[b"dataWindow"])
-        width, height = right - left + 1, bottom - top + 1
-        dwa = part.get(b"compression") in (b"\x08", b"\x09")
-        _check_size(width, height, data, _PIXELS_PER_BYTE if dwa else 2**10)
-        # The library allocates whole tiles before it reads their data: 6.6 GB for a damaged file of 2 kB.
-        tile = struct.unpack_from("<2I", part.get(b"tiles", bytes(8)))
-        if tile[0] > max(width, 4096) or tile[1] > max(height, 4096):
-            raise FormatError(f"tiles of {tile} pixels, expected at most the picture or 4096")
-    # The library raises nothing for a damaged part: it prints, drops the part and counts the rest from 0.
-    # The lock keeps threads from putting each other's standard output back.
-    said = io.StringIO()
-    with _STDOUT_LOCK, contextlib.redirect_stdout(said):
-        found = openexr.File(path, separate_channels=True).parts
-    if not found or found[0].part_index != 0:
-        raise FormatError(said.getvalue().strip())
-    planes = {name: channel.pixels for name, channel in found[0].channels.items()}
-    if any(p.shape != (height, width) or p.dtype.kind not in "fu" for p in planes.values()):
-        kinds = {name: f"{p.shape} {p.dtype}" for name, p in planes.items()}
-        raise FormatError(f"channels are {kinds}, expected {(height, width)} numbers, not deep ones")
-    planes = {name: p.astype(np.float32) for name, p in planes.items()}
-    alpha = planes.pop("A") if "A" in planes and len(planes) > 1 else None
-    rgb = tuple("RGB") if {"R", "G", "B"} <= planes.keys() else ()
-    names = (*rgb, *sorted(planes.keys() - set(rgb)))
-    pixels = np.stack([planes[n] for n in names], axis=-1)
-    if alpha is not None:
-        pixels = np.where(alpha[..., None] > 0.0, pixels / alpha[..., None], pixels)
-    image = Image(pixels, alpha, None if names == ("A",) else names)
-    chromaticities = parts[0].get(b"chromaticities")
-    return image, struct.unpack("<8f", chromaticities) if chromaticities else _SRGB_XY
+def _decoded(path: str | os.PathLike[str], most: int) -> tuple[Image, Any]:
+    """The picture in a file, and its primaries."""
+    with _opened(path) as file:
+        size = os.fstat(file.fileno()).st_size
+        head = file.read(10)
+        found = next((reader for magic, reader in _READERS.items() if head.startswith(magic)), None)
+        if found is None:
+            known = ", ".join(f"{magic!r} ({kind})" for magic, (kind, _) in _READERS.items())
+            rule = f"starts with {head!r}, expected {known}; convert it to .exr or .hdr first"
+            raise FormatError(f"{path}: not a picture gonio reads: {rule}")
+        kind, reader = found
+        try:
+            with np.errstate(all="ignore"):
+                return reader(_Source(file, os.fspath(path), size, most))
+        except errors.DependencyError:
+            raise
+        except MemoryError as error:
+            why = str(error) if isinstance(error, TooLargeError) else "there is not enough memory to decode it"
+            text = f"{path}: {kind} picture: {why}; make it smaller, or use a machine with more memory"
+            raise TooLargeError(text) from None
+        except Exception as error:  # damage makes pillow and OpenEXR raise nearly every type there is
+            why = str(error) if isinstance(error, errors.Error) else repr(error)
+            text = f"{path}: damaged or unsupported {kind} picture: {why}; copy or export it again"
+            raise FormatError(text) from error
 
 
-def _exr_headers(data: bytes) -> list[dict[bytes, bytes]]:
-    """The attributes of every part, as raw bytes by name."""
-    several = struct.unpack_from("<I", data, 4)[0] & 0x1000
-    parts: list[dict[bytes, bytes]] = []
-    at = 8
-    while not parts or (several and data[at]):
-        parts.append({})
-        while data[at]:
-            name = data.index(b"\0", at)
-            kind = data.index(b"\0", name + 1)
-            end = kind + 5 + struct.unpack_from("<I", data, kind + 1)[0]
-            parts[-1][data[at:name]] = data[kind + 5 : end]
-            at = end
-        at += 1
-    return parts
+def _opened(path: str | os.PathLike[str]) -> BinaryIO:
+    """The file of this name, open, at its start; not a FIFO, a device or the like, which may never end."""
+    try:
+        handle = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
+    except (OSError, ValueError) as error:
+        why = error.strerror if isinstance(error, OSError) else error
+        raise errors.NotFoundError(f"{path}: {why}; check the name and its permissions") from None
+    mode = os.fstat(handle).st_mode
+    if stat.S_ISREG(mode):
+        return os.fdopen(handle, "rb")
+    os.close(handle)
+    if stat.S_ISDIR(mode):
+        raise FormatError(f"{path}: is a directory, expected a picture; name a file in it")
+    raise FormatError(f"{path}: is a FIFO, a device or the like, expected a file; copy what comes from it into one")
 
 
-def _read_radiance(data: bytes, path: str) -> tuple[Image, Sequence[float]]:
+@dataclass(frozen=True, slots=True)
+class _Source:
+    """A picture's file, open; its name, its size in bytes, and the most pixels that may be read of it."""
+
+    file: BinaryIO
+    path: str
+    size: int
+    most: int
+
+    def check(self, width: int, height: int, each: int, dense: int) -> None:
+        """Refuse a picture of more pixels than are allowed, than its bytes can hold (`dense`) or, at `each` bytes a
+        pixel, than fit into memory."""
+        if min(width, height) < 1 or width * height > min(self.most, dense):
+            limit = f"1 to {self.most} pixels, and what {self.size} bytes can hold"
+            raise FormatError(f"the header says {width} x {height} pixels, expected {limit}")
+        needed, there = width * height * (each + _BESIDE), _available()
+        if needed > there:
+            said = f"the header says {width} x {height} pixels, which take up to {needed / 1e9:.1f} GB"
+            raise TooLargeError(f"{said}, and {there / 1e9:.1f} GB are free")
+
+
+def _available() -> float:
+    """Bytes of memory that are free on this machine, as far as that is known."""
+    try:
+        with open("/proc/meminfo", encoding="ascii") as file:
+            return next(1024.0 * int(line.split()[1]) for line in file if line.startswith("MemAvailable:"))
+    except (OSError, ValueError, StopIteration):
+        return float("inf")
+
+
+def _blocks(height: int, width: int) -> Iterator[slice]:
+    """Some rows at a time."""
+    step = max(1, _BLOCK // width)
+    return (slice(start, min(start + step, height)) for start in range(0, height, step))
+
+
+def _read_exr(source: _Source) -> tuple[Image, Sequence[float]]:
+    found = openexr_file.read(_library("OpenEXR", "OpenEXR"), source.file, source.path, source.size, source.check)
+    image = Image(found.pixels, found.alpha, None if found.names == ("A",) else found.names)
+    return image, found.primaries or _SRGB_XY
+
+
+def _read_radiance(source: _Source) -> tuple[Image, Sequence[float]]:
     known = {b"EXPOSURE": np.ones(1), b"COLORCORR": np.ones(3), b"PRIMARIES": np.array(_SRGB_XY)}
-    at = 0
-    while line := data[at : (end := data.index(b"\n", at))].rstrip(b"\r"):
-        at = end + 1
+    source.file.seek(0)
+    while line := _header_line(source.file):
         key, _, value = line.partition(b"=")
         if key == b"FORMAT" and value.strip() != b"32-bit_rle_rgbe":
             raise FormatError(f"FORMAT is {value[:40]!r}, expected b'32-bit_rle_rgbe' (XYZ: ra_xyze -r)")
@@ -239,12 +256,14 @@ def _read_radiance(data: bytes, path: str) -> tuple[Image, Sequence[float]]:
             if numbers.shape != known[key].shape or not np.all((numbers > 0.0) & (numbers < np.inf)):
                 raise FormatError(f"header has {line[:50]!r}, expected {known[key].size} positive numbers")
             known[key] = numbers if key == b"PRIMARIES" else known[key] * numbers  # the others accumulate
-    line = data[end + 1 : (last := data.index(b"\n", end + 1))]
+    line = _header_line(source.file)
     size = re.fullmatch(rb"([+-])([XY]) +(\d{1,9}) +([+-])([XY]) +(\d{1,9})\s*", line)
     if size is None or size[2] == size[5]:
         raise FormatError(f"resolution line is {line[:40]!r}, expected '-Y height +X width'")
-    _check_size(int(size[3]), int(size[6]), data)
-    rgbe = scanlines(data, last + 1, int(size[3]), int(size[6]))
+    rows, columns = int(size[3]), int(size[6])
+    source.check(columns, rows, 12 + 4 + 8, _DENSE * source.size)
+    packed = min(longest(rows, columns), source.size - source.file.tell())
+    rgbe = scanlines(source.file.read(packed), 0, rows, columns)
     # A scanline runs along the second axis named; +Y goes up and -X left, against the order of the array.
     if size[2] == b"X":
         rgbe = rgbe.swapaxes(0, 1)
@@ -252,26 +271,48 @@ def _read_radiance(data: bytes, path: str) -> tuple[Image, Sequence[float]]:
     rgbe = rgbe[:: 1 if signs[b"Y"] == b"-" else -1, :: 1 if signs[b"X"] == b"+" else -1]
     unit = np.ldexp(np.float32(1.0), np.arange(256) - 136)
     unit[0] = 0.0
-    pixels: NDArray[Any] = rgbe[..., :3] * unit[rgbe[..., 3]][..., None]
     divisor = known[b"EXPOSURE"] * known[b"COLORCORR"]
-    if np.any(divisor != 1.0):
-        pixels = (pixels / divisor).astype(np.float32)
+    pixels = np.empty((*rgbe.shape[:2], 3), np.float32)
+    for part in _blocks(*rgbe.shape[:2]):
+        np.multiply(rgbe[part, :, :3], unit[rgbe[part, :, 3]][..., None], out=pixels[part])
+        if np.any(divisor != 1.0):
+            pixels[part] = pixels[part] / divisor
     return Image(pixels, channels=tuple("RGB")), known[b"PRIMARIES"].tolist()
 
 
-def _read_pillow(data: bytes, path: str) -> tuple[Image, Sequence[float]]:
-    with _library("PIL.Image", "pillow").open(io.BytesIO(data), formats=("PNG", "JPEG")) as picture:
-        _check_size(picture.width, picture.height, data)
-        if picture.mode.startswith("I"):  # 16-bit gray
-            codes = np.asarray(picture).astype(np.float32)[..., None]
-            return Image(srgb_decode(codes / np.float32(65535.0)), channels=("Y",)), _SRGB_XY
-        names = "Y" if picture.mode in ("1", "L", "LA") else "RGB"
-        covered = "A" in picture.mode or "transparency" in picture.info
-        codes = np.asarray(picture.convert(names.replace("Y", "L") + "A" * covered))
-    codes = codes.reshape(*codes.shape[:2], -1)
-    light = srgb_decode(np.arange(256) / 255.0).astype(np.float32)
-    alpha = np.float32(1.0 / 255.0) * codes[..., -1] if covered else None
-    return Image(light[codes[..., : len(names)]], alpha, tuple(names)), _SRGB_XY
+def _header_line(file: BinaryIO) -> bytes:
+    line = file.readline(_HEADER_LINE)
+    if not line.endswith(b"\n"):
+        raise FormatError(f"header line {line[:40]!r} does not end, expected lines of at most {_HEADER_LINE} bytes")
+    return line.rstrip(b"\r\n")
+
+
+def _read_pillow(source: _Source) -> tuple[Image, Sequence[float]]:
+    pillow = _library("PIL.Image", "pillow")
+    source.file.seek(0)
+    try:
+        picture = pillow.open(source.file, formats=("PNG", "JPEG"))
+    except pillow.DecompressionBombError as error:
+        raise FormatError(str(error)) from None
+    with picture:
+        width, height, deep = picture.width, picture.height, picture.mode.startswith("I")  # 16-bit gray
+        names = ("Y",) if deep or picture.mode in ("1", "L", "LA") else tuple("RGB")
+        covered = not deep and ("A" in picture.mode or "transparency" in picture.info)
+        source.check(width, height, 4 * (len(names) + covered) + 4, _DENSE * source.size)
+        mode = "".join(names).replace("Y", "L") + "A" * covered
+        light = srgb_decode(np.arange(256) / 255.0).astype(np.float32)
+        pixels = np.empty((height, width, len(names)), np.float32)
+        alpha = np.empty((height, width), np.float32) if covered else None
+        for part in _blocks(height, width):
+            strip = picture.crop((0, part.start, width, part.stop))
+            if deep:
+                pixels[part, :, 0] = srgb_decode(np.asarray(strip).astype(np.float32) / np.float32(65535.0))
+                continue
+            codes = np.asarray(strip.convert(mode)).reshape(part.stop - part.start, width, -1)
+            pixels[part] = light[codes[..., : len(names)]]
+            if alpha is not None:
+                alpha[part] = np.float32(1.0 / 255.0) * codes[..., -1]
+    return Image(pixels, alpha, names), _SRGB_XY
 
 
 def _encode_png(image: Image, path: str, exposure: float) -> Callable[[str], object]:
@@ -316,7 +357,7 @@ def _encode_hdr(image: Image, path: str, exposure: float) -> Callable[[str], obj
     return lambda name: Path(name).write_bytes(header.encode() + codes.tobytes())
 
 
-_READERS: dict[bytes, tuple[str, Callable[[bytes, str], tuple[Image, Sequence[float]]]]] = {
+_READERS: dict[bytes, tuple[str, Callable[[_Source], tuple[Image, Sequence[float]]]]] = {
     b"#?RADIANCE": ("Radiance", _read_radiance),
     b"#?RGBE": ("Radiance", _read_radiance),
     b"v/1\x01": ("OpenEXR", _read_exr),
@@ -324,12 +365,6 @@ _READERS: dict[bytes, tuple[str, Callable[[bytes, str], tuple[Image, Sequence[fl
     b"\xff\xd8\xff": ("JPEG", _read_pillow),
 }
 _ENCODERS = {".png": _encode_png, ".exr": _encode_exr, ".hdr": _encode_hdr}  # check, and return a writer
-
-
-def _check_size(width: int, height: int, data: bytes, per_byte: int = _PIXELS_PER_BYTE) -> None:
-    if min(width, height) < 1 or width * height > min(_MAX_PIXELS, per_byte * len(data)):
-        limit = f"1 to {_MAX_PIXELS} pixels, and what {len(data)} bytes can hold"
-        raise FormatError(f"the header says {width} x {height} pixels, expected {limit}")
 
 
 def _warn_lost(lost: NDArray[np.bool_], path: str, what: str) -> None:

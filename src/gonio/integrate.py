@@ -10,9 +10,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from . import batch, geometry, ops
+from .compile import memory
 from .errors import ArrayTypeError, MissingDataWarning, ShapeError, ToleranceWarning
 from .geometry import HORIZON, NORMAL, Direction
-from .interface import Reflectance
+from .interface import Reflectance, with_holes
 from .param import Param, Part
 from .parametrised import Parametrised
 from .quadrature import NODES, Found, Sums, cubature, lattice, place, weighed
@@ -65,6 +66,7 @@ def integrate(
 def _integral(m: Reflectance, w: Any, tolerance: float, incident: bool, radiance: Radiance | None) -> Integral:
     w = directions(w)
     shape = batch.full_shape(m, w.shape[:-1])
+    memory.check((*shape, 3), np.float64, "an array of directions")
     flat = in_double(np.broadcast_to(w, (*shape, 3)))
     index = np.arange(len(flat))
     unit: Any = 1.0
@@ -72,7 +74,8 @@ def _integral(m: Reflectance, w: Any, tolerance: float, incident: bool, radiance
         around = np.broadcast_to(_SIDES, (len(flat), *_SIDES.shape))
         unit = np.abs(radiance(around, index)).mean(axis=1).max(axis=-1)
     found = over_directions(m, flat, Place(shape, index), tolerance, incident, radiance=radiance, unit=unit)
-    value = found.value
+    value, absent = found.value, with_holes(np.zeros((*shape, 1)), m)  # the integrand's NaN count as 0
+    found = found._replace(missing=np.where(np.isnan(absent).any(axis=-1).reshape(-1), 0.0, found.missing))
     for weight, lobe in m.lobes():
         if lobe.is_delta:
             part = of_places(lobe.delta_reflectance(np.broadcast_to(w, (*shape, 3)).astype(float)), shape, index)
@@ -84,7 +87,7 @@ def _integral(m: Reflectance, w: Any, tolerance: float, incident: bool, radiance
     if len(flat) == 0:
         value = np.zeros((0, max((np.shape(v)[-1] for v in m.leaves() if np.ndim(v)), default=1)))
     channels = radiance is not None or any(getattr(v, "ndim", 0) for v in m.leaves())
-    value = value.reshape(*shape, value.shape[-1]).astype(w.dtype)
+    value = (value.reshape(*shape, value.shape[-1]) + absent).astype(w.dtype)
     return Integral(value if channels else value[..., 0][()], found.error.reshape(shape)[()])
 
 
@@ -206,7 +209,7 @@ def over_directions(
         largest = np.abs(weight).max(axis=-1)
         if not largest.any():
             continue
-        goal = tolerance / (len(lobes) * np.maximum(largest, 1e-300))
+        goal = tolerance / (len(lobes) * np.fmax(largest, 1e-300))
         groups = []
         for first, last in _alike(lobe):
             part = lobe.each(partial(_channels, first=first, last=last)) if last else lobe

@@ -16,7 +16,7 @@ from . import batch, geometry, ops, warp
 from .errors import ArrayTypeError, NotFoundError, ParameterError
 from .geometry import HORIZON, NORMAL, Direction
 from .param import Field, Part, param, part
-from .parametrised import Parametrised, literal
+from .parametrised import Parametrised, listed, literal
 from .quadrature import lattice
 
 
@@ -114,7 +114,8 @@ class Reflectance(Parametrised):
         return batch.run(_pdf, ("scalar",), self, (wi, wo), (3, 3))[0]
 
     def sample(self, wo: Any, u: Any) -> Sample:
-        """Incident directions for given wo (..., 3) and uniform numbers u (..., 2) in [0, 1)."""
+        """Incident directions for given wo (..., 3) and uniform numbers u (..., 2) in [0, 1), where 1 is taken for the
+        largest float32 below it."""
         return Sample(*batch.run(_sample, ("vector", "value", "scalar", "scalar"), self, (wo, u), (3, 2)))
 
     def jacobian(self, wi: Any, wo: Any, by: Iterable[str] | None = None) -> Jacobian:
@@ -133,7 +134,7 @@ class Reflectance(Parametrised):
         wanted = list(self.parameters if by is None else by)
         for path in wanted:
             if path not in numbers and path not in _DIRECTIONS:
-                raise NotFoundError(f"jacobian(by={path!r}): expected one of {', '.join([*numbers, *_DIRECTIONS])}")
+                raise NotFoundError(f"jacobian(by={path!r}): expected one of {listed([*numbers, *_DIRECTIONS])}")
         paths = [p for p in wanted if p in numbers]
         directions = [p for p in wanted if p in _DIRECTIONS]
         leaves, inputs = tuple(numbers[p] for p in paths), tuple(_DIRECTIONS[p] for p in directions)
@@ -192,7 +193,12 @@ class Reflectance(Parametrised):
     __rmul__ = __mul__
 
     def __truediv__(self, number: Any) -> Scaled:
-        return self * (1.0 / np.asarray(number, dtype=float))
+        if isinstance(number, np.ma.MaskedArray):
+            return self * (1.0 / number)
+        try:
+            return self * (1.0 / ops.numbers(number))
+        except (TypeError, ValueError) as error:
+            raise ArrayTypeError(f"a reflectance divided by {number!r:.60}: {error}") from None
 
     __array_ufunc__ = None  # np.float64(0.4) * m is ours to compute
 
@@ -213,6 +219,18 @@ class Scaled(Reflectance):
     def channel_names(self) -> tuple | None:  # type: ignore[override]
         """Those of the material that is scaled."""
         return self.of.channel_names
+
+    def __mul__(self, weight: Any) -> Scaled:
+        """The product of both weights times what is scaled; nested where that is no weight or of another shape."""
+        made = super().__mul__(weight)
+        factors = [np.asarray(x) for x in (made.weight, self.weight) if isinstance(x, (float, np.ndarray))]
+        if len(factors) < 2 or len({x.shape for x in factors} - {()}) > 1:
+            return made
+        product = factors[0] * factors[1]
+        lossless = (product > 1e-300) & (product <= 1e9) | (factors[0] == 0.0) | (factors[1] == 0.0)
+        return Scaled(product, self.of) if lossless.all() else made
+
+    __rmul__ = __mul__
 
     def formula(self, wi: Direction, wo: Direction) -> Any:
         return self.weight * self.of.formula(wi, wo)
@@ -244,7 +262,8 @@ class Sum(Reflectance):
             raise ParameterError(f"Sum{terms!r:.60}: expected at least one reflectance and nothing else")
         self.__dict__.update(fields={str(i): _term(i) for i in range(len(terms))}, _tied={})
         self.__dict__.update({str(i): t for i, t in enumerate(terms)})
-        names = {t.channel_names for t in terms if t.channel_names is not None}
+        self._bound()
+        names = {t.channel_names for t in terms} - {None}
         if len(names) > 1:
             listed = " and ".join(sorted(f"{n!r:.60}" for n in names))
             raise ParameterError(f"Sum: terms have channels {listed}; expected the same names or wavelengths")
@@ -252,7 +271,7 @@ class Sum(Reflectance):
     @property
     def channel_names(self) -> tuple | None:  # type: ignore[override]
         """Those of the terms that name their channels."""
-        return next((t.channel_names for t in self.terms if t.channel_names is not None), None)
+        return next((names for t in self.terms if (names := t.channel_names) is not None), None)
 
     @property
     def terms(self) -> tuple[Reflectance, ...]:
@@ -274,9 +293,9 @@ class Sum(Reflectance):
         return sum(found[1:], found[0]) if found else None
 
     def __repr__(self) -> str:
-        joined = " + ".join(map(repr, self.terms))
-        plain = len(self.terms) > 1 and not any(isinstance(t, Sum) for t in self.terms)
-        return joined if plain else f"Sum({', '.join(map(repr, self.terms))})"
+        terms = list(map(repr, self.terms))
+        plain = len(terms) > 1 and not any(isinstance(t, Sum) for t in self.terms)
+        return " + ".join(terms) if plain else f"Sum({', '.join(terms)})"
 
     def to_json(self) -> dict[str, Any]:
         return {"type": "Sum", "terms": [t.to_json() for t in self.terms]}
@@ -300,20 +319,27 @@ def _nan_of(*directions: Direction) -> Any:
     return total - total  # not 0 * total, which Dr.Jit takes for 0 without looking
 
 
+def with_holes(value: Any, m: Reflectance) -> Any:
+    """The value, NaN where a parameter is missing: formulas may not look at it everywhere."""
+    for number in m.holed():
+        value = value + (number - number)
+    return value
+
+
 def _value(m: Reflectance, mean: Reflectance, wi: Any, wo: Any) -> tuple:
     # Directions below the horizon are replaced before the formula, not only masked after it: a masked inf still
     # turns gradients into NaN.
     wi, wo = Direction(*wi), Direction(*wo)
     below = (wi.z <= HORIZON) | (wo.z <= HORIZON)
     value = m.formula(geometry.where(below, NORMAL, wi), geometry.where(below, NORMAL, wo))
-    return (ops.where(below, 0.0, value) + _nan_of(wi, wo),)
+    return (with_holes(ops.where(below, 0.0, value) + _nan_of(wi, wo), m),)
 
 
 def _shares(mean: Reflectance, wo: Direction) -> list[tuple[Any, Reflectance]]:
     """The probability with which each lobe is sampled."""
     if len(only := list(mean.lobes())) == 1:
         return [(1.0, only[0][1])]
-    lobes = [(weight * lobe.estimate(wo) + 1e-6, lobe) for weight, lobe in mean.lobes()]
+    lobes = [(weight * lobe.estimate(wo) + 1e-6, lobe) for weight, lobe in only]
     total = lobes[0][0]
     for share, _ in lobes[1:]:
         total = total + share
@@ -332,25 +358,31 @@ def _pdf(m: Reflectance, mean: Reflectance, wi: Any, wo: Any) -> tuple:
     wi, wo = Direction(*wi), Direction(*wo)
     below = (wi.z <= HORIZON) | (wo.z <= HORIZON)
     wi_up, wo_up = geometry.where(below, NORMAL, wi), geometry.where(below, NORMAL, wo)
-    return (ops.where(below, 0.0, _mixture(_shares(mean, wo_up), wi_up, wo_up)) + _nan_of(wi, wo),)
+    mixture = _mixture(_shares(mean, wo_up), wi_up, wo_up)
+    return (with_holes(ops.where(below, 0.0, mixture) + _nan_of(wi, wo), mean),)
+
+
+_BELOW_ONE = 1.0 - 6e-8  # the largest float32 below 1; random float64 numbers in [0, 1) may round to 1.0f
 
 
 def _sample(m: Reflectance, mean: Reflectance, wo: Any, u: Any) -> tuple:
     wo, (u0, u1) = Direction(*wo), u
+    nan = with_holes(_nan_of(wo) + ((u0 + u1) - (u0 + u1)), mean)
+    u1 = ops.where(u1 >= 1.0, _BELOW_ONE, u1)
     hidden = wo.z <= HORIZON
     wo_up = geometry.where(hidden, NORMAL, wo)
     shares = _shares(mean, wo_up)
     wi, mirrored, start = geometry.mirror(wo_up), u0 < -1.0, 0.0 * u0
     delta_weight: Any = 0.0 * wo_up.z
-    for i, (share, lobe) in enumerate(shares):
+    for i, ((share, lobe), (factor, own)) in enumerate(zip(shares, m.lobes(), strict=True)):
         end = start + share if i < len(shares) - 1 else 2.0
         here = (u0 >= start) & (u0 < end)
         if lobe.is_delta:
             mirrored = mirrored | here
             wi = geometry.where(here, lobe.mirrored(wo_up), wi)
-            delta_weight = ops.where(here, _delta_lobe(m, i, wo_up) / share, delta_weight)
+            delta_weight = ops.where(here, factor * own.mirror(wo_up) / share, delta_weight)
         else:
-            v = ops.clip((u0 - start) / share, 0.0, 1.0 - 6e-8)
+            v = ops.clip((u0 - start) / share, 0.0, _BELOW_ONE)
             wi = geometry.where(here, lobe.warp(wo_up, v, u1), wi)
         start = end
     lost = (wi.z <= HORIZON) | hidden
@@ -359,18 +391,12 @@ def _sample(m: Reflectance, mean: Reflectance, wo: Any, u: Any) -> tuple:
     usable = (pdf > 0.0) & (pdf < float("inf"))
     weight = ops.where(usable, m.formula(wi_up, wo_up) * wi_up.z / ops.where(usable, pdf, 1.0), 0.0)
     weight = ops.where(mirrored, delta_weight, weight)
-    nan = _nan_of(wo) + ((u0 + u1) - (u0 + u1))
     return (
         Direction(wi.x + nan, wi.y + nan, wi.z + nan),
         ops.where(lost, 0.0, weight) + nan,
         ops.where(lost, 0.0, ops.where(mirrored, 1.0, pdf)) + nan,
         mirrored & ~lost,
     )
-
-
-def _delta_lobe(m: Reflectance, i: int, wo: Direction) -> Any:
-    weight, lobe = list(m.lobes())[i]
-    return weight * lobe.mirror(wo)
 
 
 def _delta_reflectance(m: Reflectance, mean: Reflectance, wo: Any) -> tuple:
@@ -381,7 +407,7 @@ def _delta_reflectance(m: Reflectance, mean: Reflectance, wo: Any) -> tuple:
     for weight, lobe in m.lobes():
         if lobe.is_delta:
             total = total + weight * lobe.mirror(wo_up)
-    return (ops.where(below, 0.0, total) + _nan_of(wo),)
+    return (with_holes(ops.where(below, 0.0, total) + _nan_of(wo), m),)
 
 
 # Angles and unit vectors, the public pair.
@@ -389,7 +415,7 @@ def _delta_reflectance(m: Reflectance, mean: Reflectance, wo: Any) -> tuple:
 
 def direction(theta: Any, phi: Any) -> Any:
     """Unit vectors (sin theta cos phi, sin theta sin phi, cos theta), shape (..., 3); angles [rad] broadcast."""
-    theta, phi = (np.asarray(x, dtype=float) if isinstance(x, (list, tuple)) else x for x in (theta, phi))
+    theta, phi = ops.plain(theta), ops.plain(phi)
     # Numbers become arrays of the other's library.
     theta, phi = (b * 0.0 + a if isinstance(a, (int, float)) else a for a, b in ((theta, phi), (phi, theta)))
     lib = ops.library(theta, phi)

@@ -17,9 +17,12 @@ from . import catalogue
 from .catalogue import Entry
 from .conversion import Conversion, labelled, percent
 from .efficiency import Efficiency
-from .errors import NotFoundError
+from .errors import NotFoundError, visible
 from .format_table import Format, sampled_in_words
 from .parametrised import literal
+
+NARROWEST = 20
+"""Characters of a line of text, however narrow the terminal is."""
 
 PARAMETERISATIONS = {
     "angles": "polar angles and azimuths of both directions",
@@ -45,8 +48,10 @@ def matching(pattern: str | None) -> list[Entry]:
 
 
 def table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    """Aligned columns. On a terminal the last is wrapped to the width, below the others for want of room."""
-    lines = [tuple(header), *rows]
+    """Aligned columns. On a terminal the last is wrapped to the width, below the others for want of room.
+
+    What is not visible in a cell is written out: much of it is from files."""
+    lines = [tuple(header), *(tuple(map(visible, row)) for row in rows)]
     widths = [max(len(line[c]) for line in lines) for c in range(len(header) - 1)]
     start = sum(w + 2 for w in widths)
     below = _width() - start < 30
@@ -55,7 +60,7 @@ def table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
     text = []
     for i, line in enumerate(lines):
         first = "".join(f"{cell:<{w}}  " for cell, w in zip(line, widths, strict=False))
-        wrapped = textwrap.wrap(line[-1], _width() - start, break_long_words=False) or [""]
+        wrapped = textwrap.wrap(line[-1], max(_width() - start, NARROWEST), break_long_words=False) or [""]
         if below:
             text.append(_heading(first.rstrip(), i == 0))
         else:
@@ -76,7 +81,7 @@ def efficiency_table(rows: Iterable[Efficiency]) -> str:
         "scatter: standard deviation of a weight over the mean; effective: as many samples of equal weight would say "
         "as much; lost: below the horizon"
     )
-    return table(header, cells) + "\n" + "\n".join(textwrap.wrap(meaning, min(_width(), 100)))
+    return table(header, cells) + "\n" + "\n".join(textwrap.wrap(meaning, max(min(_width(), 100), NARROWEST)))
 
 
 def _heading(line: str, bold: bool) -> str:

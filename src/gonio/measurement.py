@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Callable, Mapping
+from copy import deepcopy
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -12,6 +13,7 @@ import numpy as np
 from .errors import FormatError, ParameterError
 from .geometry import HORIZON
 from .interface import Reflectance
+from .parametrised import freeze
 from .spectrum import RELATIVE_XYZ, WHITE, XYZ
 
 if TYPE_CHECKING:
@@ -138,9 +140,10 @@ class Measured(Reflectance):
     alone: a list where it was made of several. Empty where no file is known."""
     quantity = "brdf"
     format = ""
+    has_text = False
 
     def __init__(self, path: str = "", about: dict[str, Any] | None = None, **fields: Any):
-        self.__dict__.update(path=path, about=dict(about or {}), provenance={})
+        self.__dict__.update(path=path, about=freeze(deepcopy(dict(about or {}))), provenance={})
         super().__init__(**fields)
 
     @property

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from . import ops
-from .geometry import Direction, dot, normalize
+from .geometry import Direction, half_and_cosine, normalize
 from .parametrised import Parametrised
 
 ALPHA_LOW, ALPHA_HIGH = 1e-3, 1.0
@@ -34,9 +34,12 @@ class Distribution(Parametrised):
         """A facet normal for two uniform numbers; its density is `normal_density`."""
         raise NotImplementedError
 
-    def normal_density(self, wo: Direction, wm: Direction) -> Any:
-        """Density [1/sr] of `warp_normal`: of the normals visible from wo, D_v = G1 D (wo . wm)/cos(theta_o)."""
-        return self.D(wm) * dot(wo, wm) / ((1.0 + self.Lambda(wo)) * wo.z)
+    def normal_density(self, wo: Direction, wm: Direction, cos_d: Any) -> Any:
+        """Density [1/sr] of `warp_normal`: of the normals visible from wo, D_v = G1 D cos_d/cos(theta_o).
+
+        `cos_d`: wo . wm, as `half_and_cosine` has it.
+        """
+        return self.D(wm) * cos_d / ((1.0 + self.Lambda(wo)) * wo.z)
 
 
 def stretched(w: Direction, ax: Any, ay: Any) -> Direction:
@@ -142,7 +145,8 @@ def v_groove(d: Distribution, wi: Direction, wo: Direction, wm: Direction) -> An
 
     Source: Torrance & Sparrow 1967; in this form Blinn 1977, "Models of light reflection".
     """
-    return ops.minimum(1.0, 2.0 * wm.z * ops.minimum(wi.z, wo.z) / dot(wo, wm))
+    _, cos_d = half_and_cosine(wi, wo)
+    return ops.minimum(1.0, 2.0 * wm.z * ops.minimum(wi.z, wo.z) / cos_d)
 
 
 MASKINGS: dict[str, Callable[..., Any]] = {f.__name__: f for f in (height_correlated, separable, v_groove)}

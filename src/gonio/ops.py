@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
 
@@ -61,15 +62,60 @@ def square(x: Array) -> Array:
     return x * x
 
 
+def numbers(value: Any) -> np.ndarray:
+    """Real numbers that a caller gave, as a plain NumPy array, masked ones as NaN; not copied where that is not needed.
+
+    Raises ValueError, which says why, for complex numbers, dates, words and other objects, and rows of unequal length.
+    """
+    array = value if type(value) is np.ndarray else _plain(value)
+    kind = array.dtype.kind
+    if kind in "fiub":
+        return array
+    if kind == "O" and all(type(x) in (int, float) for x in array.flat):  # Python's integers have no bound
+        return array.astype(float)
+    advice = {"c": "take the real part or the modulus", "M": "subtract a date and divide by a unit of time"}
+    advice |= {"m": "divide by a unit of time"}
+    raise ValueError(f"{array.dtype}, which are no real numbers; {advice.get(kind, 'convert them first')}")
+
+
+def _plain(value: Any) -> np.ndarray:
+    if isinstance(value, np.ma.MaskedArray):
+        array, masked = np.asarray(value.data), np.ma.getmaskarray(value)
+        if array.dtype.kind not in "fiub" or not masked.any():
+            return array
+        array = array if array.dtype.kind == "f" else array.astype(float)
+        return np.where(masked, array.dtype.type(np.nan), array)
+    try:
+        return np.array([_plain(x) for x in value]) if _holds_masks(value) else np.asarray(value)
+    except ValueError:
+        raise ValueError("rows of unequal length; expected as many numbers in each") from None
+
+
+def _holds_masks(value: Any) -> bool:
+    """Whether there are masked arrays in a list, which NumPy would read without their masks."""
+    if not isinstance(value, (list, tuple)):
+        return isinstance(value, np.ma.MaskedArray)
+    kinds = set(map(type, value))
+    return any(issubclass(k, (list, tuple, np.ma.MaskedArray)) for k in kinds) and any(map(_holds_masks, value))
+
+
+def plain(x: Array) -> Array:
+    """Lists, and NumPy's arrays of other kinds (masked, matrices), as plain arrays of numbers; others as they are."""
+    if isinstance(x, (list, tuple)):
+        return numbers(x).astype(float)
+    return numbers(x) if isinstance(x, np.ndarray) and type(x) is not np.ndarray else x
+
+
 def as_arrays(*arrays: Array, name: str = "directions") -> tuple[Library, list[Array]]:
     """The arrays of one call with their library: lists join the others, dtypes must agree and be floating point."""
     like = next((x for x in arrays if library_of_type(type(x)) is not None), np.zeros(0))
     try:
-        lists = [np.asarray(x, dtype=float) if isinstance(x, (list, tuple)) else None for x in arrays]
         own = library(like)
-        arrays = tuple(x if a is None else own.vectors(a, like) for x, a in zip(arrays, lists, strict=True))
-    except (TypeError, ValueError):
-        raise ArrayTypeError(f"{name}: got a list that is no array of numbers; expected rows of equal length") from None
+        arrays = tuple(own.vectors(plain(x), like) if isinstance(x, (list, tuple)) else plain(x) for x in arrays)
+    except ArrayTypeError:
+        raise
+    except (TypeError, ValueError) as error:
+        raise ArrayTypeError(f"{name}: got {error}; expected an array of numbers (..., n), n in every row") from None
     lib = library(*arrays)
     out = []
     for x in arrays:

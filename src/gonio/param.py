@@ -7,12 +7,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from . import ops
-from .errors import ParameterError
+from .errors import Error, ParameterError, TooLargeError
+from .libraries import frozen
 
 
 @dataclass(frozen=True)
@@ -26,10 +27,46 @@ class Parameter:
     unit: str
 
 
+class Ours(NamedTuple):
+    """An array that nobody else holds, such as a reader makes: values keep it as it is, where they copy others."""
+
+    array: np.ndarray
+
+
+def kept(value: Any) -> np.ndarray:
+    """The numbers of an argument (see `ops.numbers`) as a value may keep them: read-only, and out of others' reach."""
+    if isinstance(value, Ours):
+        return frozen(value.array)
+    array = ops.numbers(value)
+    return frozen(array if isinstance(value, (list, tuple)) else np.array(array))
+
+
+class Held(dict):
+    """What a value holds by name; it cannot be changed."""
+
+    def _refuse(self, *args: Any, **kwargs: Any) -> Any:
+        raise AttributeError("what a value holds cannot be changed; make a new one: m.with_table(m.stored, axes=...)")
+
+    __setitem__ = __delitem__ = __ior__ = update = pop = popitem = clear = setdefault = _refuse
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return Held, (dict(self),)
+
+
+def shown(value: Any) -> str:
+    """The beginning of a value, in one line, for messages."""
+    try:
+        return f"{' '.join(repr(value[:60] if isinstance(value, (list, tuple)) else value).split()):.60}"
+    except (ValueError, RecursionError):  # an integer of 5000 digits; a list in a list in a list ...
+        return f"a {type(value).__name__}"
+
+
 class Field:
     """One declared attribute of a `Parametrised` class."""
 
     name = ""
+    opens_files = False
+    """Whether a word given for it is the path of a file, which is opened."""
 
     def __init__(self, default: Any, doc: str):
         self.default, self.doc = default, doc
@@ -50,27 +87,33 @@ class Param(Field):
         self.low, self.high, self.unit, self.alias, self.sampled = low, high, unit, alias, sampled
 
     def check(self, owner: str, value: Any) -> Any:
-        where = f"{owner}({self.name}={value!r:.60})"
-        rule = f"expected a number or an array with {self.low:g} <= {self.name} <= {self.high:g} ({self.doc})"
         if isinstance(value, (list, tuple, np.ndarray, np.generic, int, float)):
             try:
-                array = np.array(value, dtype=float)
-            except (TypeError, ValueError, OverflowError):
-                raise ParameterError(f"{where}: not a number; {rule}") from None
-            if not np.all(np.isfinite(array)):
-                raise ParameterError(f"{where}: NaN or infinite; {rule}")
-            if array.size == 0:
-                raise ParameterError(f"{where}: no numbers; {rule}")
-            if array.min() < self.low or array.max() > self.high:
-                got = array.min() if array.min() < self.low else array.max()
-                raise ParameterError(f"{where}: {got:g} is out of bounds; {rule}")
-            if array.ndim == 0:
-                return float(array)
-            array.flags.writeable = False
-            return array
-        if ops.library_of_type(type(value)) is None:
-            raise ParameterError(f"{where}: a {type(value).__name__}; {rule}")
+                array = np.array(ops.numbers(value), dtype=float)
+            except (TypeError, ValueError, OverflowError) as error:
+                raise self._wrong(owner, value, f"not a number: {error}") from None
+            except MemoryError:
+                what = f"there is no memory for {np.size(value)} numbers"
+                raise self._wrong(owner, value, what, TooLargeError) from None
+            there = array[~np.ma.getmaskarray(value)] if isinstance(value, np.ma.MaskedArray) else array
+            if not np.all(np.isfinite(there)):
+                raise self._wrong(owner, value, "NaN or infinite")
+            if there.size == 0:
+                raise self._wrong(owner, value, f"no numbers{', all are masked' if array.size else ''}")
+            if there.min() < self.low or there.max() > self.high:
+                got = there.min() if there.min() < self.low else there.max()
+                raise self._wrong(owner, value, f"{got:g} is out of bounds")
+            return float(array) if array.ndim == 0 else frozen(array)
+        library = ops.library_of_type(type(value))
+        if library is None:
+            raise self._wrong(owner, value, f"a {type(value).__name__}")
+        if library.dtype(value).startswith("complex"):
+            raise self._wrong(owner, value, "complex")
         return value  # an array of another library: its values may not be concrete, and reading them may be slow
+
+    def _wrong(self, owner: str, value: Any, what: str, kind: type[Error] = ParameterError) -> Error:
+        rule = f"expected a number or an array with {self.low:g} <= {self.name} <= {self.high:g} ({self.doc})"
+        return kind(f"{owner}({self.name}={shown(value)}): {what}; {rule}")
 
 
 class Option(Field):
@@ -83,7 +126,7 @@ class Option(Field):
     def check(self, owner: str, value: Any) -> Any:
         if not isinstance(value, str) or value not in self.choices:
             listed = ", ".join(map(repr, self.choices))
-            raise ParameterError(f"{owner}({self.name}={value!r}): expected one of {listed}")
+            raise ParameterError(f"{owner}({self.name}={shown(value)}): expected one of {listed}")
         return value
 
 
@@ -101,7 +144,7 @@ class Part(Field):
             known = sorted(k for k, c in CLASSES.items() if issubclass(c, self.kind) and c is not self.kind)
             listed = ", ".join(known) if len(known) < 15 else f"{', '.join(known[:6])} ... ({len(known)} in all)"
             raise ParameterError(
-                f"{owner}({self.name}={value!r:.60}): expected a {self.kind.__name__} ({self.doc}): one of {listed}"
+                f"{owner}({self.name}={shown(value)}): expected a {self.kind.__name__} ({self.doc}): one of {listed}"
             )
         return value
 
@@ -110,9 +153,10 @@ class Table(Field):
     """Fixed numbers of a measurement: not a parameter, flat in formulas, ready for `ops.take`."""
 
     def check(self, owner: str, value: Any) -> Any:
-        array = np.asarray(value).view()  # the caller's own array stays writeable
-        array.flags.writeable = False
-        return array
+        try:
+            return kept(value)
+        except (TypeError, ValueError) as error:
+            raise ParameterError(f"{owner}({self.name}): {error}; expected numbers ({self.doc})") from None
 
 
 class Vector(Field):
@@ -123,10 +167,10 @@ class Vector(Field):
         self.unit = unit
 
     def check(self, owner: str, value: Any) -> Any:
-        where = f"{owner}({self.name}={value!r:.60})"
+        where = f"{owner}({self.name}={shown(value)})"
         try:
-            array = np.array(value, dtype=float)
-        except (TypeError, ValueError):
+            array = np.array(ops.numbers(value), dtype=float)
+        except (TypeError, ValueError, OverflowError):
             raise ParameterError(f"{where}: expected three numbers ({self.doc})") from None
         if array.shape != (3,) or not np.all(np.isfinite(array)):
             raise ParameterError(f"{where}: expected three finite numbers ({self.doc})")
@@ -135,15 +179,14 @@ class Vector(Field):
             if length == 0.0:
                 raise ParameterError(f"{where}: a vector of length 0 is no direction; expected {self.doc}")
             array = array / length
-        array.flags.writeable = False
-        return array
+        return frozen(array)
 
 
 class Channels(Field):
     """The numbers 0, 1, ... of the channels of a table, along the channel axis; set from the channel count."""
 
     def check(self, owner: str, value: Any) -> Any:
-        return np.arange(value, dtype=float) if isinstance(value, int) else value
+        return frozen(np.arange(value, dtype=float)) if isinstance(value, int) else value
 
 
 def param(

@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import is_dataclass
 from functools import partial
 from typing import Any, ClassVar, Self
 
 import numpy as np
 
 from . import ops
+from .bounds import CHANNELS, EVALUATIONS, NESTED
 from .errors import NotFoundError, ParameterError
-from .libraries import Fixed
-from .param import CLASSES, Channels, Field, Param, Parameter, Part, Table
+from .libraries import Fixed, frozen
+from .param import CLASSES, Channels, Field, Ours, Param, Parameter, Part, Table, shown
 
-_BESIDE_FIELDS = {"fields", "_tied", "_kept", "_plans", "_identity"}
+_BESIDE_FIELDS = {"fields", "_tied", "_kept", "_holed", "_plans", "_identity", "_nested", "_evaluations"}
 
 
 class Parametrised:
@@ -24,8 +26,18 @@ class Parametrised:
     oriented: ClassVar[bool] = False
     """Whether x and y differ for this class: turning all directions about the normal may change its values."""
 
+    repeats: ClassVar[int] = 1
+    """How often the formulas of this class evaluate those of its parts, each time in other directions."""
+    costs: ClassVar[int] = 0
+    """How many formulas take the time that those of this class take beside their parts."""
+    has_text: ClassVar[bool] = True
+    """Whether values of this class are written as expressions and as JSON."""
+
+    _nested = 1
+    _evaluations = 1
     _tied: dict[str, str]
     _kept: dict[str, Fixed] = {}  # noqa: RUF012  (each instance with arrays gets its own)
+    _holed: frozenset[str] = frozenset()  # names of parameters of which some entries were masked, and are NaN
 
     def __init_subclass__(cls, **kwargs: Any) -> None:
         super().__init_subclass__(**kwargs)
@@ -35,8 +47,7 @@ class Parametrised:
             CLASSES[cls.__name__] = cls
 
     def __init__(self, *args: Any, **kwargs: Any) -> None:
-        kind, fields = type(self).__name__, self.fields
-        settable = [n for n, f in fields.items() if not isinstance(f, (Table, Channels))]
+        kind, fields, settable = type(self).__name__, self.fields, self._settable()
         if len(args) > len(settable):
             raise ParameterError(
                 f"{kind}: got {len(args)} values, expected at most {len(settable)}: {chr(44).join(settable)}"
@@ -53,6 +64,16 @@ class Parametrised:
         self._set(given)
         self.validate()
 
+    @classmethod
+    def _settable(cls) -> list[str]:
+        return [n for n, f in cls.fields.items() if not isinstance(f, (Table, Channels))]
+
+    @classmethod
+    def files_among(cls, arguments: Iterable[Any], named: Mapping[str, Any]) -> list[str]:
+        """The paths among these arguments: files that making a value of them opens."""
+        given = [*zip(cls._settable(), arguments, strict=False), *named.items()]
+        return [v for name, v in given if isinstance(v, str) and name in cls.fields and cls.fields[name].opens_files]
+
     def _set(self, given: dict[str, Any]) -> None:
         tied = {}
         for name, field in self.fields.items():
@@ -63,7 +84,27 @@ class Parametrised:
             elif not (isinstance(field, Table) and value is None):
                 value = field.check(type(self).__name__, value)
             self.__dict__[name] = value
-        self.__dict__.update(_tied=tied, _kept=self._keep())
+        maps = ((n, self.__dict__[n]) for n, f in self.fields.items() if isinstance(f, Param))
+        holed = frozenset(n for n, value in maps if isinstance(value, np.ndarray) and np.isnan(value).any())
+        self.__dict__.update(_tied=tied, _kept=self._keep(), _holed=holed)
+        self._bound()
+
+    def _bound(self) -> None:
+        """Count how deep parts are nested, and the formulas to evaluate. Raises ParameterError where it is too much."""
+        parts = [self.__dict__[name] for name, field in self.fields.items() if isinstance(field, Part)]
+        nested = 1 + max((p._nested for p in parts), default=0)
+        evaluations = max(1, self.costs + self.repeats * sum(p._evaluations for p in parts))
+        if nested > NESTED:
+            raise ParameterError(
+                f"{type(self).__name__}: nested {nested} deep, expected at most {NESTED}; write factors as one, a sum "
+                f"of sums as one sum"
+            )
+        if evaluations > EVALUATIONS:
+            raise ParameterError(
+                f"{type(self).__name__}: as large as a sum of {evaluations} terms, expected at most {EVALUATIONS}; add "
+                f"fewer terms, or nest fewer normal maps and coats in one another"
+            )
+        self.__dict__.update(_nested=nested, _evaluations=evaluations)
 
     def _keep(self) -> dict[str, Fixed]:
         """Arrays by name, which libraries convert once: tables, flat, and parameters given as NumPy arrays."""
@@ -131,7 +172,7 @@ class Parametrised:
     def _replaced(self, grouped: dict[str, Any]) -> Self:
         kind = type(self).__name__
         aliases = {f.alias: n for n, f in self.fields.items() if isinstance(f, Param) and f.alias}
-        values = {name: self.__dict__[name] for name, _, _ in self._free()}
+        values = {name: self._as_given(name) for name, _, _ in self._free()}
         values.update(self._tied)
         for head, value in grouped.items():
             name = aliases.get(head, head)
@@ -157,6 +198,13 @@ class Parametrised:
             tables = {n: k for n, k in self._kept.items() if not isinstance(self.fields.get(n), (Param, Channels))}
             new._kept.update(tables)  # with what was made of them
         return new
+
+    def _as_given(self, name: str) -> Any:
+        """The value of a field, for `_set` to take as it is."""
+        value = self.__dict__[name]
+        if name in self._holed:
+            return np.ma.masked_invalid(value)
+        return Ours(value) if isinstance(self.fields[name], Table) and value is not None else value
 
     def with_values(self, values: dict[str, Any]) -> Self:
         """A copy with other numbers, by path, unchecked: for libraries that pass their own kinds of value through."""
@@ -227,6 +275,14 @@ class Parametrised:
             elif isinstance(field, Part):
                 yield from (path and f"{name}.{path}" for path in value.leaf_paths())
 
+    def holed(self) -> Iterator[Any]:
+        """The numbers of parameters of which some are missing."""
+        for name, field in self.fields.items():
+            if name in self._holed:
+                yield self.__dict__[name]
+            elif isinstance(field, Part):
+                yield from self.__dict__[name].holed()
+
     def is_oriented(self) -> bool:
         """Whether this, or a part of it, is `oriented`."""
         parts = (self.__dict__[name] for name, field in self.fields.items() if isinstance(field, Part))
@@ -256,10 +312,7 @@ class Parametrised:
         return {k: v for k, v in self.__dict__.items() if k not in ("_kept", "_plans", "_identity")}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
-        for value in state.values():
-            if isinstance(value, np.ndarray):
-                value.flags.writeable = False  # pickles and deep copies forget it
-        self.__dict__.update(state)
+        self.__dict__.update(freeze(state))  # pickles and deep copies forget it
         self.__dict__["_kept"] = self._keep()
 
     def __repr__(self) -> str:
@@ -268,25 +321,78 @@ class Parametrised:
 
     def to_json(self) -> dict[str, Any]:
         """This value as JSON data: its class by name, its fields as numbers, lists, words and further objects."""
+        if self._holed:
+            raise ParameterError(
+                f"{type(self).__name__}({next(iter(self._holed))}): masked numbers have no JSON form; fill them in"
+            )
         return {
             "type": type(self).__name__,
             **{n: _json(v) for n, f, v in self._free() if not isinstance(f, (Table, Channels))},
         }
 
 
-def from_json(data: Any) -> Any:
-    """The value that `to_json` described. Raises NotFoundError for an unknown type."""
+def freeze(data: Any) -> Any:
+    """The same, with all arrays in it read-only: in dictionaries, lists, tuples and records."""
+    if isinstance(data, dict) or is_dataclass(data):
+        for x in (data if isinstance(data, dict) else vars(data)).values():
+            freeze(x)
+    elif isinstance(data, (list, tuple)):
+        for x in data:
+            freeze(x)
+    return frozen(data)
+
+
+def names() -> dict[str, type[Parametrised]]:
+    """The classes that a text may name: those that stand for something, not the bases, tables and files."""
+    return {name: kind for name, kind in CLASSES.items() if _is_named(kind)}
+
+
+def _is_named(kind: type[Parametrised]) -> bool:
+    return kind.has_text and Parametrised not in kind.__bases__
+
+
+def from_json(data: Any, files: bool = False) -> Any:
+    """The value that `to_json` described.
+
+    `files`: whether the paths of pictures in it are opened. Raises NotFoundError for an unknown type or parameter,
+    ParameterError for what is too deep, too large or out of bounds.
+    """
+    return _of_json(data, files, 1)
+
+
+def _of_json(data: Any, files: bool, depth: int) -> Any:
     if isinstance(data, dict):
-        rest = {k: from_json(v) for k, v in data.items() if k != "type"}
-        kind = CLASSES.get(data.get("type", ""))
-        if kind is None:
-            raise NotFoundError(_unknown("material file", str(data.get("type")), list(CLASSES), what="type"))
-        if "terms" in rest:
-            return kind(*rest["terms"])
-        return kind(**rest)
+        return _of_object(data, files, depth)
     if isinstance(data, list) and any(isinstance(x, dict) for x in data):
-        return [from_json(x) for x in data]
+        return [_of_json(x, files, depth) for x in data]
     return data
+
+
+def _of_object(data: dict[str, Any], files: bool, depth: int) -> Any:
+    name = data.get("type")
+    if depth > NESTED:
+        raise ParameterError(f"objects nested more than {NESTED} deep; write factors as one, a sum of sums as one sum")
+    kind = CLASSES.get(name) if isinstance(name, str) else None
+    if kind is None or not _is_named(kind):
+        raise NotFoundError(_unknown("material file", name, list(names()), what="type"))
+    if isinstance(terms := data.get("terms"), list) and len(terms) > EVALUATIONS:
+        raise ParameterError(f"{name}: a sum of {len(terms)} terms, expected at most {EVALUATIONS}; write fewer")
+    rest = {k: _of_json(v, files, depth + 1) for k, v in data.items() if k != "type"}
+    if not files and (paths := kind.files_among([], rest)):
+        raise ParameterError(
+            f"{name}: names the file {shown(paths[0])}, and a text opens no others; expected the pixels themselves"
+        )
+    terms = rest.pop("terms", ()) if "terms" not in kind.fields else ()
+    if not isinstance(terms, list | tuple):
+        raise ParameterError(f"{name}: terms={shown(terms)}: expected a list of objects")
+    try:
+        made = kind(*terms, **rest)
+    except TypeError as error:  # of constructors that take no fields
+        raise ParameterError(f"{name}: {error}") from None
+    width = max((np.shape(v)[-1] for _, field, v in made._free() if isinstance(field, Param) and np.ndim(v)), default=0)
+    if width > CHANNELS:
+        raise ParameterError(f"{name}: a parameter with {width} channels, expected at most {CHANNELS} in a text")
+    return made
 
 
 def _same(a: Any, b: Any) -> bool:
@@ -294,7 +400,7 @@ def _same(a: Any, b: Any) -> bool:
         return True
     if ops.library_of_type(type(a)) is None or ops.library_of_type(type(b)) is None:
         return type(a) is type(b) and bool(a == b)
-    return type(a) is type(b) and np.array_equal(ops.to_numpy(a), ops.to_numpy(b))
+    return type(a) is type(b) and np.array_equal(ops.to_numpy(a), ops.to_numpy(b), equal_nan=True)
 
 
 def literal(value: Any) -> str:
@@ -312,7 +418,12 @@ def _json(value: Any) -> Any:
     return value if ops.library_of_type(type(value)) is None else ops.to_numpy(value).tolist()
 
 
-def _unknown(owner: str, name: str, known: list[str], what: str = "parameter") -> str:
-    close = difflib.get_close_matches(name, known, n=1)
+def _unknown(owner: str, name: Any, known: list[str], what: str = "parameter") -> str:
+    close = difflib.get_close_matches(name[:60] if isinstance(name, str) else "", known, n=1)
     hint = f"; did you mean {close[0]!r}?" if close else "."
-    return f"{owner} has no {what} {name!r}{hint} Known: {', '.join(known)}"
+    return f"{owner} has no {what} {shown(name)}{hint} Known: {listed(known)}"
+
+
+def listed(known: Sequence[str]) -> str:
+    """Names in a message, of very many the first."""
+    return ", ".join(known) if len(known) <= 100 else f"{', '.join(known[:100])} ... ({len(known)} in all)"

@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 import math
+import os
 import textwrap
 import warnings
 from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from .errors import DependencyError, MissingDataWarning, ParameterError
-from .files import replacing
+from .files import replacing, target
 from .image import srgb_encode
 from .integrate import albedo
 from .interface import Reflectance, direction
@@ -68,19 +69,35 @@ def new_figure(path: str | Path, size: tuple[float, float], title: str) -> Itera
     path = Path(path)
     if path.suffix.lower() not in SUFFIXES:
         raise ParameterError(f"{path}: expected a name that ends in {', '.join(SUFFIXES)}")
-    try:
-        import matplotlib
-        from matplotlib.figure import Figure
-    except ImportError:
-        raise DependencyError("figures need matplotlib; pip install matplotlib") from None
+    target(path)
+    matplotlib = _matplotlib()
+    from matplotlib.figure import Figure
+
     with warnings.catch_warnings(), matplotlib.rc_context(STYLE):
         warnings.simplefilter("ignore", MissingDataWarning)
         figure = Figure(figsize=size, layout="constrained")
         yield figure
         if title:
-            figure.suptitle("\n".join(textwrap.wrap(title, 120, max_lines=2, placeholder=" …")), fontsize=12)
+            lines = textwrap.wrap(title, 120, max_lines=2, placeholder=" …")
+            figure.suptitle("\n".join(lines), fontsize=12, parse_math=False)
         with replacing(path) as temporary:
             figure.savefig(temporary, dpi=120, format=path.suffix[1:].lower())
+
+
+def _matplotlib() -> Any:
+    """The library, which refuses to be imported where MPLBACKEND names a backend that it has not: none is used here."""
+    asked = os.environ.pop("MPLBACKEND", None)
+    try:
+        import matplotlib
+    except ImportError:
+        raise DependencyError("figures need matplotlib; pip install matplotlib") from None
+    finally:
+        if asked is not None:
+            os.environ["MPLBACKEND"] = asked
+    if asked:
+        with suppress(ValueError):
+            matplotlib.rcParams["backend"] = asked  # for who calls gonio and shows figures of his own
+    return matplotlib
 
 
 STYLE: Any = {

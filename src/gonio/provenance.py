@@ -15,7 +15,7 @@ ORIGIN = "converted_from"
 
 
 HASHED = 1 << 28
-"""Up to so many bytes (256 MB) a file's SHA-256 is noted: larger ones are mapped, and reading all takes seconds."""
+"""Up to so many bytes (256 MB) a file's SHA-256 is noted: of larger ones that takes seconds."""
 
 
 def noted(m: Measured, path: Path, format: str, options: Mapping[str, Any]) -> None:

@@ -6,6 +6,11 @@ from numpy.typing import NDArray
 from .errors import FormatError
 
 
+def longest(rows: int, columns: int) -> int:
+    """Bytes that so many scanlines take at most: new run-length coding with runs of one pixel."""
+    return rows * (4 + 8 * columns)
+
+
 def scanlines(data: bytes, at: int, rows: int, columns: int) -> NDArray[np.uint8]:
     """RGBE bytes (rows, columns, 4) of new run-length, old run-length and flat scanlines, in any mixture."""
     if 4 * rows > len(data) - at:

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import os
 import warnings
 from collections.abc import Callable, Iterable
-from concurrent.futures import ThreadPoolExecutor, as_completed
 from typing import Any
 
 import numpy as np
 
 from . import ops
+from .compile.threads import share
 from .errors import MissingDataWarning, ParameterError
 from .geometry import Direction
 from .illumination import Frame, as_lights, delta_radiance, estimate, to_local, without_holes
@@ -75,19 +74,23 @@ def render(
         raise ParameterError(f"seed={seed!r}: expected a whole number from 0")
     colour_before, colour_after = _colour(m, lights)
     per_tile = max(1, TILE // samples)
-    jobs: dict[Any, int] = {}
+    starts = range(0, size * size, per_tile)
     tiles: dict[int, tuple[np.ndarray, np.ndarray, int]] = {}
-    with ThreadPoolExecutor(os.cpu_count()) as pool:
-        for start in range(0, size * size, per_tile):
-            stop = min(start + per_tile, size * size)
-            jobs[pool.submit(_tile, m, lights, colour_before, SHAPES[shape], size, samples, seed, start, stop)] = start
-        try:
-            for done, job in enumerate(as_completed(jobs)):
-                tiles[jobs[job]] = job.result()
-                if progress is not None:
-                    progress(done + 1, len(jobs))
-        finally:
-            pool.shutdown(cancel_futures=True)
+
+    def work(start: int) -> None:
+        stop = min(start + per_tile, size * size)
+        tiles[start] = _tile(m, lights, colour_before, SHAPES[shape], size, samples, seed, start, stop)
+
+    told = 0
+
+    def tell() -> None:
+        nonlocal told
+        while progress is not None and told < len(tiles):
+            told += 1
+            progress(told, len(starts))
+
+    share(work, [(start,) for start in starts], tell)
+    tell()
     channels = max(radiance.shape[-1] for radiance, _, _ in tiles.values())
     ordered = [tiles[start] for start in sorted(tiles)]
     colour = np.concatenate([np.broadcast_to(radiance, (len(radiance), channels)) for radiance, _, _ in ordered])

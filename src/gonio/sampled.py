@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from . import ops
-from .geometry import Direction, dot, half_vector, polar_angle, reflect
+from .geometry import Direction, half_and_cosine, polar_angle, reflect
 from .interface import direction
 from .libraries import Fixed
 from .marginal_warp import MarginalWarp, Slices, both, gather, tables_when_needed
@@ -70,12 +70,12 @@ class Sampled(Measured):
         return Direction(*(ops.where(diffuse, a, b) for a, b in zip(flat, wi, strict=True)))
 
     def density(self, wi: Direction, wo: Direction) -> Any:
-        wm = half_vector(wi, wo)
+        wm, cos_d = half_and_cosine(wi, wo)
         at, phi_o = self._seen_from(wo)
         sin_m = ops.sqrt(wm.x * wm.x + wm.y * wm.y + 1e-20)
         x = ops.sqrt(polar_angle(wm) * (2.0 / math.pi))
         turned = (azimuth_of(wm) - phi_o + math.pi) * (0.5 / math.pi)
-        solid = (8.0 * math.pi**2) * x * sin_m * dot(wo, wm)  # of wi, per area of the square
+        solid = (8.0 * math.pi**2) * x * sin_m * cos_d  # of wi, per area of the square
         lobe = self._lobe.eval(at, x, turned - ops.floor(turned)) / ops.maximum(solid, 1e-12)
         return COSINE_SHARE * cosine_hemisphere_density(wi) + (1.0 - COSINE_SHARE) * lobe
 

@@ -9,12 +9,14 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Self
 
 import numpy as np
 
-from . import schema
+from . import ops, schema
 from .errors import ParameterError
 from .grid_of_rows import SAME, as_grid, grid_for, oriented
 from .gridded import Gridded
 from .interface import direction
+from .libraries import frozen
 from .measurement import Measured, quantity_named, to_brdf
+from .param import Ours
 from .scattered_interpolation import interpolated
 
 if TYPE_CHECKING:
@@ -80,7 +82,7 @@ class Scattered(Gridded):
             path,
             dict(about or {}),
             outside=outside,
-            stored=measured,
+            stored=Ours(measured),
             channel=0.0 if names is None else len(names),
         )
 
@@ -89,7 +91,11 @@ class Scattered(Gridded):
         """f [1/sr] at the nodes of the grid, its standard uncertainty, and the number of the nearest measurement."""
         spread = None if self.uncertainty is None else self._of_rows(self.uncertainty)
         f = self._of_rows(self.stored)
-        return interpolated(self.rows, f, spread, self.axes, self.is_oriented(), self.is_mirrored, self.outside)
+        found = interpolated(self.rows, f, spread, self.axes, self.is_oriented(), self.is_mirrored, self.outside)
+        for array in found:
+            if array is not None:
+                frozen(array)
+        return found
 
     @cached_property
     def residual(self) -> Residual:
@@ -203,14 +209,15 @@ def _rows(
     angles: Sequence[Any], values: Any, uncertainty: Any, channels: Sequence | None
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
     """Angles (n, 4), values and uncertainties, checked."""
-    held = np.array(values, dtype=float)
+    held = _real("values", values)
     n = len(held) if held.ndim else 0
     if n == 0:
         raise ParameterError("values: got no rows, expected at least one measurement")
     expected = (n,) if channels is None else (n, len(channels))
     if held.shape != expected:
         raise ParameterError(f"values: got shape {held.shape}, expected {expected}: rows, and channels")
-    rows = np.stack(np.broadcast_arrays(*(np.asarray(a, dtype=float) for a in angles), np.zeros(n))[:4], axis=-1)
+    columns = [_real(name, a) for name, a in zip(ANGLES, angles, strict=True)]
+    rows = np.stack(np.broadcast_arrays(*columns, np.zeros(n))[:4], axis=-1)
     if rows.shape != (n, 4) or not np.isfinite(rows).all():
         raise ParameterError(f"angles: expected {n} finite numbers [rad] each of {', '.join(ANGLES)}")
     for k in (0, 2):
@@ -220,5 +227,15 @@ def _rows(
                 f"{ANGLES[k]}: from {low:g} to {high:g}, expected 0 to pi/2 rad; convert degrees with numpy.radians, "
                 f"and turn a negative polar angle into a positive one on the other side"
             )
-    spread = None if uncertainty is None else np.array(np.broadcast_to(uncertainty, expected), dtype=float)
-    return rows, held, spread
+    spread = None
+    if uncertainty is not None:
+        spread = frozen(np.array(np.broadcast_to(_real("uncertainty", uncertainty), expected)))
+    return frozen(rows), frozen(held), spread
+
+
+def _real(what: str, values: Any) -> np.ndarray:
+    """A copy, in double precision."""
+    try:
+        return np.array(ops.numbers(values), dtype=float)
+    except (TypeError, ValueError) as error:
+        raise ParameterError(f"{what}: got {error}; expected an array of numbers") from None

@@ -66,11 +66,11 @@ def log1p(t: Any) -> Any:
 
 
 def log_gamma(x: Any) -> Any:
-    """log Gamma(x) for x >= 0.1: 1e-15 in float64, of max(1, |log Gamma|).
+    """log Gamma(x) for x >= 0.1, of max(1, |log Gamma|): 1e-14 in float64; 2e-6 in float32, up to 4.
 
-    Stirling's series at x + 8, and the recurrence back.
+    Stirling's series at x + 8, and the recurrence back, both beside their values at x = 0, which are large and cancel.
     """
-    product = x
+    product = x * (1.0 / _STIRLING_AT_8)
     for i in range(1, 8):
         product = product * (x + i)
     y = x + 8.0
@@ -78,7 +78,10 @@ def log_gamma(x: Any) -> Any:
     series = (
         1.0 / 12 - r * (1.0 / 360 - r * (1.0 / 1260 - r * (1.0 / 1680 - r * (1.0 / 1188 - r * (691.0 / 360360)))))
     ) / y
-    return (y - 0.5) * ops.log(y) - y + _HALF_LOG_2_PI + series - ops.log(product)
+    part = x * 0.125
+    whole = 1.0 + part
+    log = ops.log(whole) + (part - (whole - 1.0)) / whole  # with what rounding took from the sum
+    return (x + 7.5) * log + x * (math.log(8.0) - 1.0) + series - ops.log(product)
 
 
 def gamma_ratio(x: Any) -> Any:
@@ -98,4 +101,4 @@ def gamma_ratio(x: Any) -> Any:
     return back * ops.sqrt(y) * ops.exp(series)
 
 
-_HALF_LOG_2_PI = 0.9189385332046727
+_STIRLING_AT_8 = math.sqrt(2.0 * math.pi) * 8.0**7.5 * math.exp(-8.0)

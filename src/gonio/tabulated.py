@@ -10,6 +10,7 @@ import numpy as np
 
 from .comparison import ResamplingError, lattice_pairs, resampling_error
 from .errors import ParameterError
+from .grid_axes import counts
 from .gridded import Gridded
 from .holes import filled_in_layers
 from .interface import Reflectance
@@ -59,10 +60,9 @@ def tabulate(
     four = not m.is_isotropic() if anisotropic is None else anisotropic
     if (parameterisation, four) not in RESOLUTION:
         raise ParameterError(f"parameterisation={parameterisation!r}: expected 'half_difference' or 'angles'")
-    nodes = tuple(resolution or RESOLUTION[parameterisation, four])
     axes = parameterisation_named(parameterisation).names(4 if four else 3)
-    if len(nodes) != len(axes) or not all(isinstance(n, (int, np.integer)) and n >= 2 for n in nodes):
-        raise ParameterError(f"resolution={resolution!r}: expected {len(axes)} whole numbers from 2: {', '.join(axes)}")
+    usual = RESOLUTION[parameterisation, four]
+    nodes = counts(usual if resolution is None else resolution, (len(axes),), 2, f"nodes of {', '.join(axes)}")
     if parameterisation == "angles" and (nodes[0] != nodes[1] or (four and nodes[2] != nodes[3])):
         raise ParameterError(f"resolution={resolution!r}: expected as many nodes for wo as for wi, for reciprocity")
     keep = _Kept(m, shape, channels)

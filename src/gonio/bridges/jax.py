@@ -7,7 +7,12 @@ from __future__ import annotations
 
 from typing import Any
 
-import jax
+from ..errors import DependencyError
+
+try:
+    import jax
+except ImportError as error:
+    raise DependencyError(f"gonio.bridges.jax needs JAX ({error}); pip install 'gonio[jax]'") from error
 
 from ..param import CLASSES
 from ..parametrised import Parametrised

@@ -5,9 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Any
 
-import torch
+from ..errors import DependencyError, NotFoundError
 
-from ..errors import NotFoundError
+try:
+    import torch
+except ImportError as error:
+    raise DependencyError(f"gonio.bridges.torch needs PyTorch ({error}); pip install 'gonio[torch]'") from error
+
 from ..interface import Reflectance
 
 

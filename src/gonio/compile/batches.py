@@ -7,9 +7,10 @@ from __future__ import annotations
 
 import math
 import sys
-from collections.abc import Sequence
-from ctypes import addressof, c_int64, c_ssize_t
+from collections.abc import Iterator, Sequence
+from ctypes import addressof, c_int64, c_ssize_t, c_void_p, cast
 from functools import partial
+from time import perf_counter
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -18,11 +19,14 @@ from ..trace.graph import MASK, Graph
 from . import memory, store
 from .program import EACH, PACKED, PLANES, ROW, SAME, STRIDED, TOTAL, Array, Output, Program
 from .threads import threads
-from .workers import together
+from .workers import possible, together, wake
 
 PARALLEL = 32_768  # elements from which on threads are worth their start
 PIECES = 8  # parts of a batch for each thread, so that none waits long for another
 GRAIN = 4096  # elements that a part has at least
+WAKING = 65_536  # elements from which on helpers that sleep are worth waking
+PIECE = 1 << 28  # operations on elements, some hundredths of a second of work: what is done in one call at first
+QUICK = 0.02  # seconds below which the next call does twice as much
 
 DTYPES = {np.dtype(np.float32): "float32", np.dtype(np.float64): "float64"}
 
@@ -54,6 +58,7 @@ class Plan(NamedTuple):
     """Everything about calls with arrays of given shapes and strides, but their addresses."""
 
     function: store.Function
+    entry: int  # its address
     block: Any  # makes a copy of the block of arguments, without addresses that a call brings
     inputs: tuple[tuple[int, int], ...]  # word and number of the arrays that a call brings
     outputs: tuple[tuple[int, tuple[int, ...], np.dtype, int], ...]  # word, shape, dtype and bytes
@@ -62,6 +67,7 @@ class Plan(NamedTuple):
     outer: int
     inner: int
     divisible: bool  # whether the inner axis may be shared out
+    piece: int  # elements that one call computes at first
     keeper: Any  # owns the arrays whose addresses are in the words
 
 
@@ -108,8 +114,10 @@ def prepare(
         full = (*s, *r.element)
         outputs.append((len(words), full, kind, math.prod(full) * kind.itemsize))
         words += [0, outer.steps[k]]
+    function: Any = store.kernel(program)
     return Plan(
-        store.kernel(program),
+        function,
+        cast(function, c_void_p).value or 0,
         partial((c_int64 * (len(words) + 1)).from_buffer_copy, (c_int64 * (len(words) + 1))(*words)),
         tuple(inputs),
         tuple(outputs),
@@ -118,6 +126,7 @@ def prepare(
         outer.length,
         inner.length,
         whole,
+        max(PIECE // len(graph.operations), 1),
         (tuple(arrays[brought:]), tuple(tables)),
     )
 
@@ -149,16 +158,36 @@ def carry_out(plan: Plan, inputs: Sequence[np.ndarray], out: np.ndarray | None =
 
 
 def _run(plan: Plan, block: Any) -> None:
-    outer, inner, function, count = plan.outer, plan.inner, plan.function, threads()
-    block[-1] = 0
-    address = addressof(block)
-    if outer * inner < PARALLEL or count == 1:
-        function(address, outer, inner, -outer)
-    elif outer >= PIECES * count or not plan.divisible:
-        together(count, function, address, outer, inner, -max(outer // (PIECES * count), 1))
-    else:
-        grain = max(inner // (PIECES * count), GRAIN // outer)
-        together(count, function, address, outer, inner, grain + -grain % 64)
+    outer, inner, count = plan.outer, plan.inner, threads()
+    size = outer * inner
+    shared = size >= PARALLEL and count > 1 and possible()
+    if not shared and size <= plan.piece:
+        block[-1] = 0
+        plan.function(addressof(block), outer, inner, -outer)
+        return
+    for outer_stop, inner_stop, grain in _pieces(plan, block, count if shared else 1):
+        if shared:
+            wake(count - 1 if size >= WAKING else 0)  # each time: who waits for the others falls asleep soon
+            together(count, plan.entry, addressof(block), outer_stop, inner_stop, grain)
+        else:
+            plan.function(addressof(block), outer_stop, inner_stop, grain)
+
+
+def _pieces(plan: Plan, block: Any, count: int) -> Iterator[tuple[int, int, int]]:
+    """Where the loops of a kernel stop, call by call, and what threads take at a time: an interrupt is answered between
+    calls, each of which is to take some hundredths of a second."""
+    outer, inner = plan.outer, plan.inner
+    rows = outer >= PIECES * count or not plan.divisible
+    length, width = (outer, inner) if rows else (inner, outer)
+    step = max(plan.piece // width, 1)
+    grain = max(min(step, length) // (PIECES * count), 1 if rows else GRAIN // outer)
+    done = 0
+    while done < length:
+        block[-1], done = done, min(done + step, length)
+        began = perf_counter()
+        yield (done, inner, -grain) if rows else (outer, done, grain + -grain % 64)
+        if perf_counter() - began < QUICK:
+            step *= 2
 
 
 def _slow_address(array: np.ndarray) -> int:

@@ -9,15 +9,20 @@ from __future__ import annotations
 
 import ctypes
 import mmap
+import os
 import struct
 import sys
 from functools import cache
 from typing import Any, NamedTuple
 
+from ..errors import EngineError
+
+POSSIBLE = sys.platform.startswith("linux")
 ALIGN = 64
 _X86_64 = 62
 _RELATIVE = (2, 4)  # R_X86_64_PC32, R_X86_64_PLT32: 32 bits, symbol + addend - place
-_PROGRAM, _RELOCATIONS, _ALLOCATED = 1, 4, 2
+_PROGRAM, _RELOCATIONS, _EMPTY, _ALLOCATED = 1, 4, (0, 8), 2
+_OTHER_OBJECTS = (b"\xcf\xfa\xed\xfe", b"\x64\x86", b"\x64\xaa")  # Mach-O, and COFF of two processors
 
 
 class _Section(NamedTuple):
@@ -33,13 +38,29 @@ class _Section(NamedTuple):
     entry: int
 
 
+def is_object(code: bytes) -> bool:
+    """Whether bytes begin as an object file, of ELF also have all that it names: LLVM crashes on other bytes."""
+    return bool(_sections(code)) or code.startswith(_OTHER_OBJECTS)
+
+
+def _sections(code: bytes) -> list[_Section]:
+    """The sections of a 64-bit ELF object; none where it is no such object, or not whole."""
+    if code[:6] != b"\x7fELF\x02\x01" or len(code) < 64:
+        return []
+    (start,) = struct.unpack_from("<Q", code, 40)
+    size, count = struct.unpack_from("<HH", code, 58)
+    if size != 64 or start + size * count > len(code):
+        return []
+    found = [_Section(*struct.unpack_from("<IIQQQQIIQQ", code, start + i * size)) for i in range(count)]
+    return found if all(s.kind in _EMPTY or s.offset + s.size <= len(code) for s in found) else []
+
+
 def flatten(code: bytes) -> tuple[bytes, int] | None:
     """The image of an object file and where in it `kernel` starts; None where it refers to anything outside."""
-    if code[:6] != b"\x7fELF\x02\x01" or struct.unpack_from("<H", code, 18)[0] != _X86_64:
+    sections = _sections(code)
+    if not POSSIBLE or not sections or struct.unpack_from("<H", code, 18)[0] != _X86_64:
         return None
-    (start,) = struct.unpack_from("<Q", code, 40)
-    size, count, names = struct.unpack_from("<HHH", code, 58)
-    sections = [_Section(*struct.unpack_from("<IIQQQQIIQQ", code, start + i * size)) for i in range(count)]
+    (names,) = struct.unpack_from("<H", code, 62)
     image, places = bytearray(), {}
     for i, s in enumerate(sections):
         if s.kind == _PROGRAM and s.flags & _ALLOCATED and not _name(code, sections[names], s.name).startswith(b".eh"):
@@ -74,19 +95,30 @@ def _name(code: bytes, strings: _Section, at: int) -> bytes:
 
 @cache
 def _libc() -> Any:
-    libc = ctypes.CDLL(None)
+    libc = ctypes.CDLL(None, use_errno=True)
     libc.mprotect.argtypes = [ctypes.c_void_p, ctypes.c_size_t, ctypes.c_int]
     return libc
 
 
-def mapped(image: bytes) -> tuple[int, Any] | None:
-    """The address of an image in executable memory, and what keeps it there; None where that is not allowed."""
-    if not sys.platform.startswith("linux"):
-        return None
-    memory = mmap.mmap(-1, len(image), prot=mmap.PROT_READ | mmap.PROT_WRITE)
+def mapped(image: bytes, entry: int) -> tuple[int, Any]:
+    """The address of an image's byte number `entry` in executable memory, and what keeps it there.
+
+    Raises EngineError where that is not allowed.
+    """
+    try:
+        memory = mmap.mmap(-1, len(image), prot=mmap.PROT_READ | mmap.PROT_WRITE)
+    except OSError as error:
+        raise EngineError(f"no memory can be had for code ({error.strerror})") from None
     memory.write(image)
     pointer = ctypes.c_char.from_buffer(memory)
     address = ctypes.addressof(pointer)
     if _libc().mprotect(address, len(image), mmap.PROT_READ | mmap.PROT_EXEC):
-        return None
-    return address, (memory, pointer)
+        reason = os.strerror(ctypes.get_errno())
+        raise EngineError(f"this system does not allow memory to be made executable ({reason})")
+    return address + entry, (memory, pointer)
+
+
+def require_executable() -> None:
+    """Raises EngineError where memory may not be made executable: LLVM's loader would crash. Only Linux is asked."""
+    if POSSIBLE:
+        mapped(bytes(1), 0)

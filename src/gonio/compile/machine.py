@@ -2,30 +2,44 @@
 
 from __future__ import annotations
 
+import hashlib
 import importlib.util
 import os
 import platform
 import sys
 from functools import cache
-from threading import Lock
+from threading import RLock
 from typing import Any
 
 from ..errors import DependencyError
+from . import image
 from .lanes import FLOAT32
 
-_LOCK = Lock()  # LLVM's target machine serves one thread at a time
+LOCK = RLock()
+"""Held while kernels are made: LLVM's target machine serves one thread at a time. A fork waits for it, for in the child
+nobody would ever release what another thread holds: this lock, LLVM's own, or that of a module being imported."""
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(before=LOCK.acquire, after_in_parent=LOCK.release, after_in_child=LOCK.release)
+
+
+_ENDS = 1 << 14  # bytes at either end of LLVM's library
 
 
 @cache
 def processor() -> str:
-    """What tells this processor from others, without asking LLVM: its name and features."""
+    """What tells this processor from others: its name and features, where the system does not say so as LLVM does."""
+    facts = _cpuinfo() or (_llvm().get_host_cpu_name(), _features_text())
+    return " ".join([platform.machine(), sys.platform, *facts])
+
+
+@cache
+def _cpuinfo() -> tuple[str, ...]:
     try:
         with open("/proc/cpuinfo", encoding="utf-8") as file:
             lines = file.read(8192).split("\n\n")[0].splitlines()  # the first of several equal ones
-        facts = [line for line in lines if line.startswith(("model name", "flags", "Features", "CPU"))]
     except OSError:
-        facts = [platform.processor()]
-    return " ".join([platform.machine(), sys.platform, *facts])
+        return ()
+    return tuple(line for line in lines if line.startswith(("model name", "flags", "Features", "CPU")))
 
 
 @cache
@@ -38,7 +52,7 @@ def lane_bits() -> int:
         return 512
     if {"avx2", "fma"} <= words:
         return 256
-    if sys.platform.startswith("linux"):
+    if _cpuinfo():
         return 0
     features = _features()
     return 512 if features.get("avx512dq") else 256 if features.get("avx2") and features.get("fma") else 0
@@ -57,10 +71,12 @@ def _features() -> dict[str, bool]:
 def _llvm() -> Any:
     try:
         import llvmlite.binding as llvm
-    except (ImportError, OSError) as error:
-        raise DependencyError(f"kernels need llvmlite, which cannot be imported: {error}") from None
-    llvm.initialize_native_target()
-    llvm.initialize_native_asmprinter()
+
+        llvm.initialize_native_target()
+        llvm.initialize_native_asmprinter()
+    except (ImportError, OSError, AttributeError, RuntimeError, TypeError, ValueError) as error:  # half installed, say
+        reason = " ".join(f"{type(error).__name__}: {error}".split())
+        raise DependencyError(f"kernels need llvmlite, which cannot be loaded ({reason})") from None
     return llvm
 
 
@@ -78,18 +94,37 @@ def _features_text() -> str:
 
 
 @cache
-def compiler() -> tuple[str, int]:
-    """Which llvmlite there is, without importing it: what another has compiled is compiled anew."""
+def compiler() -> str:
+    """Which llvmlite there is, without importing it, by what its files say; "" where they do not.
+
+    LLVM's library is too long to be read whole. Its beginning has the linker's hash of it (a build id, a UUID) and
+    the places of its segments, its end those of its sections. Raises DependencyError where there is no llvmlite.
+    """
     found = importlib.util.find_spec("llvmlite")
     if found is None or found.origin is None:
         raise DependencyError("kernels need llvmlite, which is not installed")
-    return found.origin, os.stat(found.origin).st_mtime_ns
+    home, total = os.path.dirname(found.origin), hashlib.sha256()
+    folder = os.path.join(home, "binding")
+    try:
+        with open(os.path.join(home, "_version.py"), "rb") as file:
+            total.update(file.read())
+        libraries = sorted(name for name in os.listdir(folder) if name.endswith((".so", ".dylib", ".dll")))
+        for name in libraries:
+            with open(os.path.join(folder, name), "rb", buffering=0) as library:
+                size = library.seek(0, os.SEEK_END)
+                total.update(size.to_bytes(8, "little"))
+                for start in (0, max(size - _ENDS, 0)):
+                    library.seek(start)
+                    total.update(library.read(_ENDS))
+    except OSError:
+        return ""
+    return total.hexdigest() if libraries else ""
 
 
 def to_object(text: str) -> bytes:
     """The object file of a module of IR."""
     llvm = _llvm()
-    with _LOCK:
+    with LOCK:
         machine = _target_machine()
         module = llvm.parse_assembly(text)
         module.triple = machine.triple
@@ -109,20 +144,23 @@ def to_object(text: str) -> bytes:
 def to_assembly(text: str) -> str:
     """The assembly of a module of IR, to look at."""
     llvm = _llvm()
-    with _LOCK:
+    with LOCK:
         machine = _target_machine()
         return machine.emit_assembly(llvm.parse_assembly(text))
 
 
-def linked(code: bytes) -> tuple[int, Any]:
-    """The address of `kernel` in an object file that LLVM's own loader has put into memory, and what keeps it there."""
+def linked(code: bytes) -> tuple[int, Any] | None:
+    """The address of `kernel` in an object file that LLVM's own loader has put into memory, and what keeps it there;
+    None where it has none. Raises EngineError where no code may be run."""
+    image.require_executable()
     llvm = _llvm()
-    with _LOCK:
+    with LOCK:
         empty = llvm.parse_assembly("")
         engine = llvm.create_mcjit_compiler(empty, _own_machine(), use_lmm=True)  # keeps sections within reach
         engine.add_object_file(llvm.ObjectFileRef.from_data(code))
         engine.finalize_object()
-        return engine.get_function_address("kernel"), engine
+        address = engine.get_function_address("kernel")
+    return (address, engine) if address else None
 
 
 def _own_machine() -> Any:

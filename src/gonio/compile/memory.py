@@ -5,8 +5,9 @@ from __future__ import annotations
 
 import math
 import os
-from threading import RLock
+from contextlib import suppress
 from typing import Any
+from weakref import ReferenceType
 
 import numpy as np
 
@@ -14,16 +15,17 @@ from ..errors import TooLargeError
 
 SMALL = 1 << 18  # bytes below which NumPy's own memory is as fast
 KEPT = 1 << 28  # bytes that are kept at most
+LENT = 64  # buffers that are taken back at most; of others NumPy's arrays are freed as any are
 
-_FREE: dict[int, list[np.ndarray]] = {}
-_LOCK = RLock()  # a lease may end, by garbage collection, while one is taken
-_HELD = [0]
+_FREE: dict[int, list[np.ndarray]] = {}  # size -> buffers that nobody holds
+_LOANS: dict[int, _Loan] = {}
+_ENDED: list[_Loan] = []
 
 
 class _Lease:
     """Owns a buffer for as long as an array is a view of it."""
 
-    __slots__ = ("__array_interface__", "buffer")
+    __slots__ = ("__array_interface__", "__weakref__", "buffer")
 
     def __init__(self, buffer: np.ndarray, shape: tuple[int, ...], dtype: np.dtype):
         self.buffer = buffer
@@ -34,12 +36,13 @@ class _Lease:
             "version": 3,
         }
 
-    def __del__(self) -> None:
-        buffer = self.buffer
-        with _LOCK:
-            if _HELD[0] + buffer.nbytes <= KEPT:
-                _HELD[0] += buffer.nbytes
-                _FREE.setdefault(buffer.nbytes, []).append(buffer)
+
+class _Loan(ReferenceType[_Lease]):
+    """A lease as this module knows of it. When the lease ends the loan is in `_ENDED`: put there by `list.append`, for
+    an interrupt that comes in the midst of Python code for an object that goes is lost."""
+
+    __slots__ = ("buffer",)
+    buffer: np.ndarray
 
 
 def empty(shape: tuple[int, ...], dtype: np.dtype) -> np.ndarray:
@@ -47,24 +50,68 @@ def empty(shape: tuple[int, ...], dtype: np.dtype) -> np.ndarray:
     size = math.prod(shape) * dtype.itemsize
     if size < SMALL:
         return np.empty(shape, dtype)
-    with _LOCK:
-        kept = _FREE.get(size)
-        buffer = kept.pop() if kept else None
-        if buffer is not None:
-            _HELD[0] -= size
-    if buffer is None:
-        _check(size, shape, dtype)
-        buffer = np.empty(size, np.uint8)
-    return np.asarray(_Lease(buffer, shape, dtype))
-
-
-def _check(size: int, shape: tuple[int, ...], dtype: Any) -> None:
+    _take_back()
     try:
-        there = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
-    except (AttributeError, ValueError, OSError):
-        return
+        buffer = _FREE[size].pop()
+    except (KeyError, IndexError):
+        buffer = _new(size, shape, dtype)
+    lease = _Lease(buffer, shape, dtype)
+    if size <= KEPT:
+        _keep_within(KEPT - size)
+        loan = _Loan(lease, _ENDED.append)
+        loan.buffer = buffer
+        _LOANS[id(loan)] = loan
+    return np.asarray(lease)
+
+
+def _take_back() -> None:
+    """Make buffers of ended loans free again."""
+    while _ENDED:
+        with suppress(IndexError):  # another thread was quicker
+            loan = _ENDED.pop()
+            if _LOANS.pop(id(loan), None) is not None:
+                _FREE.setdefault(loan.buffer.nbytes, []).append(loan.buffer)
+
+
+def _keep_within(limit: int) -> None:
+    """Let go of free buffers, and then of the oldest loans, until both together have at most so many bytes."""
+    loans, free = list(_LOANS.items()), [buffer for kept in list(_FREE.values()) for buffer in kept]
+    held = sum(loan.buffer.nbytes for _, loan in loans) + sum(buffer.nbytes for buffer in free)
+    if held > limit and free:
+        _FREE.clear()
+        held -= sum(buffer.nbytes for buffer in free)
+    for i, (name, loan) in enumerate(loans):
+        if held <= limit and len(loans) - i < LENT:
+            break
+        _LOANS.pop(name, None)
+        held -= loan.buffer.nbytes
+
+
+def _new(size: int, shape: tuple[int, ...], dtype: np.dtype) -> np.ndarray:
+    check(shape, dtype)
+    try:
+        return np.empty(size, np.uint8)
+    except MemoryError:
+        raise TooLargeError(
+            f"a result of shape {shape} and dtype {dtype} takes {size / 1e9:.1f} GB, which are not to be had here; "
+            f"evaluate fewer directions at a time"
+        ) from None
+
+
+def check(shape: tuple[int, ...], dtype: Any, what: str = "a result") -> None:
+    """Raises TooLargeError where this machine has not as much memory as an array of this shape takes."""
+    size = math.prod(shape) * np.dtype(dtype).itemsize
+    there = physical()
     if size > there:
         raise TooLargeError(
-            f"a result of shape {shape} and dtype {dtype} takes {size / 1e9:.1f} GB and this machine has "
+            f"{what} of shape {shape} and dtype {dtype} takes {size / 1e9:.1f} GB and this machine has "
             f"{there / 1e9:.1f} GB of memory; evaluate fewer directions at a time"
         )
+
+
+def physical() -> float:
+    """Bytes of memory that this machine has; infinity where it does not say."""
+    try:
+        return float(os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES"))
+    except (AttributeError, ValueError, OSError):
+        return math.inf

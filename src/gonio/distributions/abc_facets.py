@@ -67,7 +67,7 @@ class ABCFacets(Distribution):
         phi, s = 2.0 * math.pi * u0, ops.sqrt(x * (2.0 - x) + 1e-30)
         return Direction(s * ops.cos(phi), s * ops.sin(phi), 1.0 - x)
 
-    def normal_density(self, wo: Direction, wm: Direction) -> Any:
+    def normal_density(self, wo: Direction, wm: Direction, cos_d: Any) -> Any:
         s2 = wm.x * wm.x + wm.y * wm.y
         root = self._root(s2 / (1.0 + wm.z))
         return self.B * (0.5 / math.pi) / self._whole() * root * root

@@ -38,5 +38,5 @@ class BlinnFacets(Distribution):
     def warp_normal(self, wo: Direction, u0: Any, u1: Any) -> Direction:
         return power_cosine(self.n + 1.0, u0, u1)
 
-    def normal_density(self, wo: Direction, wm: Direction) -> Any:
+    def normal_density(self, wo: Direction, wm: Direction, cos_d: Any) -> Any:
         return power_cosine_density(self.n + 1.0, wm.z)

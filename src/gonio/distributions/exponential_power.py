@@ -67,7 +67,7 @@ class ExponentialPower(Distribution):
         q = ops.power(1.0 - ops.log(1.0 - u1) / rate, 1.0 / power) - 1.0
         return from_slopes(ops.sqrt(q + 1e-30), u0, self.alpha_x, self.alpha_y)
 
-    def normal_density(self, wo: Direction, wm: Direction) -> Any:
+    def normal_density(self, wo: Direction, wm: Direction, cos_d: Any) -> Any:
         rate, power = self._proposal()
         log_q = ops.log(1.0 + self._squared_slope(wm))
         fall = ops.exp((power - 1.0) * log_q - rate * (ops.exp(power * log_q) - 1.0))

@@ -62,7 +62,7 @@ class GaussianFacets(Distribution):
         s = ops.sin(theta)
         return Direction(s * ops.cos(phi), s * ops.sin(phi), ops.cos(theta))
 
-    def normal_density(self, wo: Direction, wm: Direction) -> Any:
+    def normal_density(self, wo: Direction, wm: Direction, cos_d: Any) -> Any:
         theta = polar_angle(wm)
         s = theta / self.alpha
         flat = theta < 1e-4

@@ -72,5 +72,5 @@ class GTR(Distribution):
         phi, s = 2.0 * math.pi * u0, ops.sqrt(sin2 + 1e-30)
         return Direction(s * ops.cos(phi), s * ops.sin(phi), ops.sqrt(1.0 - sin2))
 
-    def normal_density(self, wo: Direction, wm: Direction) -> Any:
+    def normal_density(self, wo: Direction, wm: Direction, cos_d: Any) -> Any:
         return self.D(wm) * wm.z

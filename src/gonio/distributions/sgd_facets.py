@@ -74,7 +74,7 @@ class SGDFacets(Distribution):
         y = ops.where(in_peak, v * expm1_over(v), (1.0 - ops.log(left)) / self.alpha)
         return from_slopes(self.alpha * ops.sqrt(y + 1e-30), u0)
 
-    def normal_density(self, wo: Direction, wm: Direction) -> Any:
+    def normal_density(self, wo: Direction, wm: Direction, cos_d: Any) -> Any:
         peak, tail = self._parts()
         y = (wm.x * wm.x + wm.y * wm.y) / (wm.z * wm.z) / self.alpha / self.alpha
         end = 1.0 / self.alpha

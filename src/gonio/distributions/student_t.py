@@ -47,7 +47,7 @@ class StudentT(Distribution):
         e = -ops.log(1.0 - u1)  # the fraction of facets steeper than r is (1 + r^2/k)^(-k)
         return from_slopes(ops.sqrt(e * expm1_over(e / k) + 1e-30), u0, self.alpha_x, self.alpha_y)
 
-    def normal_density(self, wo: Direction, wm: Direction) -> Any:
+    def normal_density(self, wo: Direction, wm: Direction, cos_d: Any) -> Any:
         return self.D(wm) * wm.z
 
 

@@ -38,9 +38,11 @@ class TabulatedFacets(Distribution):
 
     def __init__(self, theta: Any = (0.0, 0.5 * math.pi), values: Any = (1.0, 0.0)):
         try:
-            arrays = np.array(theta, dtype=float), np.array(values, dtype=float)
-        except (TypeError, ValueError):
-            raise ParameterError("TabulatedFacets: not numbers; expected theta (N,) [rad] and values (N,)") from None
+            arrays = [ops.numbers(x).astype(float) for x in (theta, values)]
+        except (TypeError, ValueError, OverflowError) as error:
+            raise ParameterError(
+                f"TabulatedFacets: not numbers: {error}; expected theta (N,) [rad] and values (N,)"
+            ) from None
         super().__init__(theta=arrays[0], values=arrays[1])
 
     def validate(self) -> None:
@@ -107,7 +109,7 @@ class TabulatedFacets(Distribution):
         phi, s = 2.0 * math.pi * u0, ops.sqrt(sin2 + 1e-30)
         return Direction(s * ops.cos(phi), s * ops.sin(phi), ops.sqrt(ops.maximum(1.0 - sin2, 0.0)))
 
-    def normal_density(self, wo: Direction, wm: Direction) -> Any:
+    def normal_density(self, wo: Direction, wm: Direction, cos_d: Any) -> Any:
         i, _ = _cell(*_angles(wm))
         return ops.take(self.cumulated, i + 2 * _ROW) * wm.z
 

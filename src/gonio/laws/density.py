@@ -1,4 +1,5 @@
-"""pdf: the density of `sample` integrates to 1, together with its delta lobes and with what falls below the horizon."""
+"""pdf: the density of `sample` integrates to 1, together with its delta lobes and with what falls below the horizon;
+it is a number and not below 0, in double and single precision."""
 
 from __future__ import annotations
 
@@ -8,7 +9,7 @@ import numpy as np
 
 from ..interface import Reflectance, direction
 from ..quadrature import lattice
-from .probes import SAMPLES, VIEWS, degrees
+from .probes import SAMPLES, VIEWS, degrees, opposite_pairs, precisions
 from .rings import rings
 from .verdict import Law
 
@@ -16,7 +17,16 @@ TOLERANCE = 5e-3  # grid and samples leave 3e-4 about the mirror direction; lobe
 
 
 def law(m: Reflectance) -> Iterator[Law | str]:
-    """The distance of the total from 1, at the worst of VIEWS."""
+    """The distance of the total from 1, at the worst of VIEWS; or the lowest density, if that is no density."""
+    for dtype in precisions(m):
+        wi, wo = (w.astype(dtype) for w in opposite_pairs())
+        pdf = m.pdf(wi, wo)
+        bad = ~((pdf >= 0.0) & (pdf < np.inf))
+        if bad.any():
+            at = int(np.where(bad, pdf, np.inf).argmin())
+            why = f"{bad.mean():.2g} of the densities near grazing are no finite numbers from 0 up, in {pdf.dtype}"
+            yield Law("pdf", False, float(pdf[at]), 0.0, "min pdf = {value}", degrees(wi[at], wo[at]), why)
+            return
     worst, at, parts = -1.0, direction(0.0, 0.0), ""
     for view in direction(VIEWS, 0.3):
         grid = rings(view)

@@ -1,4 +1,5 @@
-"""Positivity: f is a number and not below 0. No surface sends back a negative amount of light."""
+"""Positivity: f is a number and not below 0, in double and single precision. No surface sends back a negative amount
+of light."""
 
 from __future__ import annotations
 
@@ -7,19 +8,24 @@ from collections.abc import Iterator
 import numpy as np
 
 from ..interface import Reflectance
-from .probes import degrees, exact_pairs, is_measured, pairs, values
+from .probes import degrees, exact_pairs, is_measured, opposite_pairs, pairs, precisions, values
 from .verdict import Law
 
 
 def law(m: Reflectance) -> Iterator[Law | str]:
     """The lowest value at the pairs of `probes`; not below 0, exactly. NaN is for missing data only."""
-    wi, wo = (np.concatenate(w) for w in zip(pairs(), exact_pairs(), strict=True))
-    f = values(m, wi, wo)
-    missing = float(np.isnan(f).mean())
+    usual = [np.concatenate(w) for w in zip(pairs(), exact_pairs(), strict=True)]
+    hard = [np.concatenate(w) for w in zip(exact_pairs(), opposite_pairs(), strict=True)]
+    tried = [usual, *([w.astype(dtype) for w in hard] for dtype in precisions(m))]
+    each = [values(m, *w) for w in tried]
+    missing = float(np.isnan(each[0]).mean())
+    (wi, wo), f = (np.concatenate(w) for w in zip(*tried, strict=True)), np.concatenate(each)
+    single = len(usual[0]) + len(hard[0])  # from here on
     bad = np.isinf(f) if is_measured(m) else ~np.isfinite(f)
     if bad.any():
         n, c = np.unravel_index(int(bad.argmax()), bad.shape)
         value, why = float(f[n, c]), f"{bad.mean():.2g} of the values are no finite numbers"
+        why += ", here in single precision" if n >= single else ""
         yield Law("positivity", False, value, 0.0, "f = {value}", degrees(wi[n], wo[n]), why)
         return
     if missing > 0.0:
@@ -29,5 +35,6 @@ def law(m: Reflectance) -> Iterator[Law | str]:
     value = float(worst[at])
     share = float((f < 0.0).mean())
     why = f"{share:.2%} of the values are negative, the lowest is {value:.4g} sr-1" if value < 0.0 else ""
+    why += ", in single precision" if why and at >= single else ""
     place = degrees(wi[at], wo[at]) if why else {}
     yield Law("positivity", value >= 0.0, value, 0.0, "min f = {value}", place, why)

@@ -42,6 +42,23 @@ def exact_pairs() -> tuple[np.ndarray, np.ndarray]:
     return np.concatenate(wi), np.concatenate(wo)
 
 
+@cache
+def opposite_pairs(n: int = 1 << 14) -> tuple[np.ndarray, np.ndarray]:
+    """Pairs of directions that all but graze, opposite or nearly so, in float32: there wi . wo is next to -1, and
+    what is made of it has few digits left, or none, and no sign.
+    """
+    u = lattice(n, 4)
+    z = 0.1 * (2e-5) ** u[:, :2]  # cosines from 0.1 to 2e-6
+    turn = np.pi + np.where(u[:, 3] < 0.5, 0.0, 10.0 ** (-14.0 * (u[:, 3] - 0.5) - 1.0))
+    theta, phi = np.arccos(z), 2.0 * np.pi * u[:, 2]
+    return direction(theta[:, 0], phi).astype("f4"), direction(theta[:, 1], phi + turn).astype("f4")
+
+
+def precisions(m: Reflectance) -> tuple[type[np.floating], ...]:
+    """The precisions to try a material in. A measurement's tables are kept once for each, and hold what they hold."""
+    return (np.float64,) if is_measured(m) else (np.float64, np.float32)
+
+
 def azimuths(m: Reflectance) -> np.ndarray:
     """Azimuths [rad] of incidence that stand for all: one where the material is isotropic."""
     return np.array([0.3]) if m.is_isotropic() else np.radians([0.0, 45.0, 90.0, 200.0])

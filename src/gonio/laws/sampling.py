@@ -1,4 +1,4 @@
-"""Sampling: `sample` draws directions as `pdf` says, and its weight is f cos(theta_i)/pdf."""
+"""Sampling: `sample` draws directions as `pdf` says, and its weight is f cos(theta_i)/pdf; at the ends of u too."""
 
 from __future__ import annotations
 
@@ -14,10 +14,20 @@ from .verdict import Law
 
 TOLERANCE = 2e-2  # of 200 bins, 65536 evenly spread points fill most to a few in a thousand; an error of 2 % shows
 
+ENDS = np.array([[u, v] for u in (0.0, 0.5, 1.0) for v in (0.0, 0.5, 1.0)])
+"""Of the unit square: uniform numbers that are rounded to float32 may be 1."""
+
 
 def law(m: Reflectance) -> Iterator[Law | str]:
     """Total variation between histogram and density, or the largest error of a weight, at the worst of VIEWS."""
     worst, at, why = -1.0, direction(0.0, 0.0), ""
+    for view in direction(VIEWS, 0.3):
+        s = m.sample(view, ENDS)
+        lost = ~np.isfinite(np.column_stack([s.wi, s.pdf])).all(axis=-1)
+        if lost.any():
+            why = f"wi or pdf is no finite number for u = {ENDS[lost][0].tolist()}"
+            yield Law("sampling", False, float("inf"), TOLERANCE, "distance = {value}", degrees(wo=view), why)
+            return
     for view in direction(VIEWS, 0.3):
         grid = rings(view)
         expected = np.bincount(grid.bins, m.pdf(grid.w, view) * grid.solid)

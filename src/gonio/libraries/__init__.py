@@ -15,6 +15,8 @@ from .in_numpys_manner import Array, Jax, Library, NumPy, Torch
 from .in_numpys_manner import Fixed as Fixed
 from .in_numpys_manner import Later as Later
 from .in_numpys_manner import Roomy as Roomy
+from .in_numpys_manner import contiguous as contiguous
+from .in_numpys_manner import frozen as frozen
 
 LIBRARIES: dict[str, Library] = {
     "numpy": NumPy("numpy", absolute="abs"),

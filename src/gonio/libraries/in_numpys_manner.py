@@ -12,19 +12,37 @@ import numpy as np
 Array = Any  # an array of any library, or a number
 
 
+def frozen(array: Any) -> Any:
+    """The array, read-only from now on, as are those that it is a view of; anything but a NumPy array as it is."""
+    owner = array
+    while isinstance(owner, np.ndarray):
+        owner.flags.writeable = False
+        owner = owner.base
+    return array
+
+
+def contiguous(numbers: np.ndarray, dtype: Any) -> np.ndarray:
+    """The numbers in one piece of memory, to be made `once`.
+
+    A function of Python's: where torch.compile looks up what was made, it cannot compare NumPy's own.
+    """
+    return np.ascontiguousarray(numbers, dtype)
+
+
 class Fixed:
     """Numbers that never change, with what libraries made of them; `numbers` may be a function that makes them."""
 
     def __init__(self, numbers: np.ndarray | Callable[[], np.ndarray]):
-        self._numbers = numbers
+        self._numbers = frozen(numbers)
         self._made: dict[tuple, Array] = {}
 
     @property
     def numbers(self) -> np.ndarray:
         """The numbers, as a NumPy array."""
-        if callable(self._numbers):
-            self._numbers = self._numbers()
-        return self._numbers
+        found = self._numbers
+        if callable(found):
+            found = self._numbers = frozen(found())
+        return found
 
     def once(self, make: Callable[..., Array], *args: Any) -> Array:
         """`make(numbers, *args)`, as it was when first asked for."""
@@ -33,7 +51,7 @@ class Fixed:
 
     def _make(self, make: Callable[..., Array], *args: Any) -> None:
         if (make, *args) not in self._made:
-            self._made[make, *args] = make(self.numbers, *args)
+            self._made[make, *args] = frozen(make(self.numbers, *args))
 
     # What torch.compiler.assume_constant_result does: torch.compile does not trace this but calls it, and then finds
     # what was made. The numbers must not become an input of its graph: NumPy arrays there are made writeable.
@@ -64,7 +82,7 @@ class Later:
 
     def take(self, index: Array) -> Array:
         """The entries at these places."""
-        return np.take(self._numbers.once(np.ascontiguousarray, self._dtype), index)
+        return np.take(self._numbers.once(contiguous, self._dtype), index)
 
 
 class Library:
@@ -120,6 +138,10 @@ class Library:
         """Fixed numbers with the dtype and device of `like`, converted once."""
         return value.once(self.module.asarray, like.dtype)
 
+    def entries(self, value: Fixed, index: Array, like: Array) -> Array:
+        """Entries of fixed numbers with the dtype and device of `like`."""
+        return self.op_take(self.fixed(value, like), index)
+
     def merge_channels(self, value: Array, how: str) -> Array:
         """The "mean", "max" or "min" over the channels of a parameter, as it was given: what sampling uses."""
         return getattr(value, how)(-1, keepdims=True) if getattr(value, "ndim", 0) else value
@@ -167,7 +189,10 @@ class Library:
 
 class NumPy(Library):
     def fixed(self, value: Fixed, like: Array) -> Array:
-        return value.once(np.ascontiguousarray, like.dtype)
+        return value.once(contiguous, like.dtype)
+
+    def entries(self, value: Fixed, index: Array, like: Array) -> Array:
+        return value.numbers.take(index).astype(like.dtype, copy=False)  # large tables are not converted whole
 
     def op_take(self, table: Array, index: Array) -> Array:
         return table.take(index)

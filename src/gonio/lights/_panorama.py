@@ -9,8 +9,9 @@ from __future__ import annotations
 
 import math
 import os
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -19,7 +20,12 @@ from numpy.typing import NDArray
 from .. import ops
 from ..errors import ArrayTypeError, ParameterError, ShapeError
 from ..geometry import Direction, polar_angle
-from ..libraries import Fixed
+from ..libraries import Fixed, frozen
+
+MOST = 1 << 27
+"""Most pixels of a file that is read as an environment map: 16384 x 8192."""
+
+_BLOCK = 1 << 18  # pixels that are worked on at a time
 
 
 def pixel_directions(height: int, width: int, rows: slice = slice(None)) -> NDArray[np.float64]:
@@ -45,18 +51,20 @@ class Panorama:
     path: str | None = None
 
     def __post_init__(self) -> None:
-        self.pixels.flags.writeable = False
+        frozen(self.pixels)
 
     @classmethod
     def of(cls, value: Any) -> Panorama:
-        """A panorama from an array (H, W, C) or (H, W), an Image, or the path of a picture."""
+        """A panorama from an array (H, W, C) or (H, W), an Image, or the path of a picture.
+
+        Raises what `read_image` raises for a picture of at most `MOST` pixels; what is read here is not copied.
+        """
         if isinstance(value, Panorama):
             return value
         from ..image import Image, read_image  # not at the top: `import gonio` need not read pictures
 
-        path = None
         if isinstance(value, (str, os.PathLike)):
-            path, value = os.fspath(value), read_image(value)
+            return cls(read_image(value, MOST).pixels, os.fspath(value))
         if isinstance(value, Image):
             value = value.pixels
         if not isinstance(value, (list, tuple, np.ndarray)):
@@ -65,9 +73,10 @@ class Panorama:
                 f"an Image, or the path of an equirectangular picture"
             )
         try:
-            array = np.array(value, dtype=float if isinstance(value, (list, tuple)) else None, order="C")
-        except (TypeError, ValueError):
-            raise ParameterError("environment map: got lists that are not (H, W, C) numbers") from None
+            array = np.array(ops.plain(value), order="C")
+        except (TypeError, ValueError, OverflowError) as error:
+            given = "lists" if isinstance(value, (list, tuple)) else "arrays"
+            raise ParameterError(f"environment map: got {given} that are not (H, W, C) numbers: {error}") from None
         if array.dtype not in (np.float32, np.float64):
             raise ArrayTypeError(
                 f"environment map: pixels are {array.dtype}, expected float32 or float64 radiances; "
@@ -75,23 +84,37 @@ class Panorama:
             )
         if array.ndim not in (2, 3) or 0 in array.shape:
             raise ShapeError(f"environment map: pixels are {array.shape}, expected (H, W, C) or (H, W)")
-        return cls(array if array.ndim == 3 else array[..., None], path)
+        return cls(array if array.ndim == 3 else array[..., None])
 
     def checked(self, replace_invalid: bool) -> Panorama:
         """This, if every value is a radiance; else one with 0 for those that are none, or an error."""
-        good = np.isfinite(self.pixels) & (self.pixels >= 0.0)
-        if good.all():
+        if self.pixels.min() >= 0.0 and self.pixels.max() < np.inf:  # false of NaN
             return self
         if replace_invalid:
-            return Panorama(np.where(good, self.pixels, self.pixels.dtype.type(0.0)), self.path)
-        bad = ~good.all(axis=-1)
-        row, column = (int(i) for i in np.argwhere(bad)[0])
+            pixels = self.pixels.copy()
+            for block in self._blocks():
+                pixels[block][~_good(pixels[block])] = 0.0
+            return Panorama(pixels, self.path)
+        found, count = None, 0
+        for block in self._blocks():
+            bad = ~_good(self.pixels[block]).all(axis=-1)
+            if found is None and bad.any():
+                found = np.argwhere(bad)[0] + (block.start, 0)
+            count += int(bad.sum())
+        assert found is not None
+        row, column = (int(i) for i in found)
         values = ", ".join(f"{v:g}" for v in self.pixels[row, column])
         raise ParameterError(
-            f"{self.path or 'environment map'}: {int(bad.sum())} of {bad.size} pixels are negative, NaN or "
+            f"{self.path or 'environment map'}: {count} of {self.pixels[..., 0].size} pixels are negative, NaN or "
             f"infinite, the first in row {row}, column {column}: ({values}); expected radiances from 0 up; "
             f"repair the picture, or pass invalid='zero' to count such values as 0"
         )
+
+    def _blocks(self) -> Iterator[slice]:
+        """Some rows at a time."""
+        height, width, _ = self.pixels.shape
+        step = max(1, _BLOCK // width)
+        return (slice(start, min(start + step, height)) for start in range(0, height, step))
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Panorama) and (
@@ -110,35 +133,28 @@ class Panorama:
         return f"<{width} x {height}, {channels} channel{'s' * (channels > 1)}{origin}>"
 
     @cached_property
-    def _planes(self) -> list[Fixed]:
-        """Every channel, flat.
-
-        The first column comes again on the right and the last row again below, so that the neighbours of a
-        pixel are at fixed distances.
-        """
-        padded = np.pad(self.pixels, ((0, 0), (0, 1), (0, 0)), "wrap")
-        padded = np.pad(padded, ((0, 1), (0, 0), (0, 0)), "edge")
-        return [Fixed(np.ascontiguousarray(plane).reshape(-1)) for plane in np.moveaxis(padded, -1, 0)]
+    def _flat(self) -> Fixed:
+        """The pixels, as they are."""
+        return Fixed(self.pixels.reshape(-1))
 
     def radiance(self, w: Any) -> Any:
         """Bilinear interpolation at directions w (..., 3) of any library -> (..., C)."""
-        height, width, _ = self.pixels.shape
+        height, width, channels = self.pixels.shape
         lib, x, y = self._position(w)
         x = x - 0.5
         y = ops.clip(y - 0.5, 0.0, height - 1.0)
         x0, y0 = ops.floor(x), ops.floor(y)
         fx, fy = x - x0, y - y0
-        column = ops.where(x0 < 0.0, x0 + float(width), x0)
-        # The row is scaled as a whole number: the product would not be exact in float32.
-        upper = ops.to_index(y0) * (width + 1) + ops.to_index(column)
-        lower = upper + (width + 1)
+        left = ops.to_index(ops.where(x0 < 0.0, x0 + float(width), x0))
+        right = (left + 1) % width
+        # Rows are scaled as whole numbers: the products would not be exact in float32.
+        upper, lower = ops.to_index(y0) * width, ops.to_index(ops.minimum(y0 + 1.0, height - 1.0)) * width
+        corners = [(row + column) * channels for row in (upper, lower) for column in (left, right)]
         found = []
-        for plane in self._planes:
-            table = lib.fixed(plane, w)
-            a, b = ops.take(table, upper), ops.take(table, lower)
-            a = a + fx * (ops.take(table, upper + 1) - a)
-            b = b + fx * (ops.take(table, lower + 1) - b)
-            found.append(a + fy * (b - a))
+        for channel in range(channels):
+            a, b, c, d = (lib.entries(self._flat, corner + channel, w) for corner in corners)
+            a, c = a + fx * (b - a), c + fx * (d - c)
+            found.append(a + fy * (c - a))
         return lib.stack(found)
 
     def _position(self, w: Any) -> tuple[ops.Library, Any, Any]:
@@ -155,48 +171,56 @@ class Panorama:
         phi = ops.arctan2(d.y, ops.where(pole, 1.0 + 0.0 * d.x, d.x))
         return lib, phi * (0.5 * width / math.pi), polar_angle(d) * (height / math.pi)
 
-    @cached_property
-    def _cells(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Probability of every pixel (H, W), and its solid angle [sr] (H, 1).
+    def _shares(self, rows: slice) -> NDArray[np.float64]:
+        """What the probabilities (rows, W) of pixels are proportional to within their row: mean plus maximum of the
+        interpolated radiance within the pixel.
 
-        The probability is that of the mean plus the maximum of the interpolated radiance within the pixel, so
-        that a black pixel with bright neighbours has its share. With the mean alone, radiance over density
-        would reach 9 times its average beside the sun of `studio`, where it is 1.5 now (fireflies); with the
-        maximum alone, it would have twice the variance.
+        So a black pixel with bright neighbours has its share. With the mean alone, radiance over density would reach
+        9 times its average beside the sun of `studio`, where it is 1.5 now (fireflies); with the maximum alone, it
+        would have twice the variance.
         """
-        height, width, _ = self.pixels.shape
-        centre = self.pixels.mean(axis=-1, dtype=np.float64)
-        tall = np.pad(centre, ((1, 1), (0, 0)), "edge")
-        edges = 0.5 * (tall[:-1] + tall[1:])
+        height = len(self.pixels)
+        near = np.clip(np.arange(rows.start - 1, rows.stop + 1), 0, height - 1)
+        tall = self.pixels[near].mean(axis=-1, dtype=np.float64)
+        edges, centre = 0.5 * (tall[:-1] + tall[1:]), tall[1:-1]
         mean = largest = np.zeros_like(centre)
         for part, level in ((0.25, edges[:-1]), (0.5, centre), (0.25, edges[1:])):
             left = 0.5 * (level + np.roll(level, 1, axis=1))
             right = np.roll(left, -1, axis=1)
             mean = mean + part * (0.25 * left + 0.5 * level + 0.25 * right)
             largest = np.maximum.reduce([largest, left, level, right])
-        theta = (np.arange(height) + 0.5) * (math.pi / height)
-        solid_angle = (4.0 * math.pi / width * math.sin(0.5 * math.pi / height) * np.sin(theta))[:, None]
-        share = (mean + largest if largest.any() else np.ones_like(mean)) * solid_angle
-        return share / share.sum(), solid_angle
+        return mean + largest
 
     @cached_property
     def _tables(self) -> dict[str, Fixed]:
         """What `sample` and `pdf` look up, flat.
 
-        density: of every pixel, [1/sr]. row_share, column_share: probabilities of a row, and of a column
-        within a row. row, column: sums of these over what lies before. down, up: 1 - cos theta and 1 + cos
-        theta at the edges of the rows.
+        row_share, column_share: probabilities of a row, and of a column within a row, these in the precision of the
+        pixels. row, column: sums of these over what lies before. row_density: density [1/sr] of a pixel over its
+        column_share. down, up: 1 - cos theta and 1 + cos theta at the edges of the rows.
         """
-        share, solid_angle = self._cells
-        rows = share.sum(axis=1)
-        within = np.where(rows[:, None] > 0.0, share, 1.0)
-        within /= within.sum(axis=1, keepdims=True)
-        half = np.linspace(0.0, 0.5 * math.pi, len(rows) + 1)
+        height, width, _ = self.pixels.shape
+        totals = np.empty(height)
+        columns = np.empty((height, _power_of_two(width)))
+        within = np.empty((height, width), self.pixels.dtype)
+        for rows in self._blocks():
+            share = self._shares(rows)
+            total = totals[rows] = share.sum(axis=1)
+            share[total == 0.0] = 1.0
+            share /= share.sum(axis=1, keepdims=True)
+            within[rows] = share
+            share[within[rows] == 0.0] = 0.0  # rounded to nothing: not to be found
+            columns[rows] = _starts(share)
+        theta = (np.arange(height) + 0.5) * (math.pi / height)
+        solid_angle = 4.0 * math.pi / width * math.sin(0.5 * math.pi / height) * np.sin(theta)
+        share = (totals if totals.any() else np.ones(height)) * solid_angle
+        share /= share.sum()
+        half = np.linspace(0.0, 0.5 * math.pi, height + 1)
         tables = {
-            "density": share / solid_angle,
-            "row": _starts(rows),
-            "row_share": rows,
-            "column": _starts(within),
+            "row": _starts(share),
+            "row_share": share,
+            "row_density": share / solid_angle,
+            "column": columns,
             "column_share": within,
             "down": 2.0 * np.sin(half) ** 2,
             "up": 2.0 * np.sin(half[::-1]) ** 2,
@@ -210,34 +234,40 @@ class Panorama:
         if not lib.shape(u) or lib.shape(u)[-1] != 2:
             raise ShapeError(f"u: shape {lib.shape(u)}, expected (..., 2)")
         u0, u1 = lib.split(u, (), False)
-        table = {name: lib.fixed(values, u) for name, values in self._tables.items()}
+
+        def look(name: str, index: Any) -> Any:
+            return lib.entries(self._tables[name], index, u)
+
         first = ops.to_index(0.0 * u1)
-        row = _last_at_most(u1, table["row"], first, _power_of_two(height))
-        t = (u1 - ops.take(table["row"], row)) / ops.take(table["row_share"], row)
+        row = _last_at_most(u1, partial(look, "row"), first, _power_of_two(height))
+        t = (u1 - look("row", row)) / look("row_share", row)
         count = _power_of_two(width)
-        entry = _last_at_most(u0, table["column"], row * count, count)
+        entry = _last_at_most(u0, partial(look, "column"), row * count, count)
         column = entry - row * count
-        pixel = row * width + column
-        s = (u0 - ops.take(table["column"], entry)) / ops.take(table["column_share"], pixel)
+        share = look("column_share", row * width + column)
+        s = (u0 - look("column", entry)) / share
         # Uniform in cos theta between the edges of the row; from both poles, to keep its digits at either.
         t = ops.clip(t, 0.0, 1.0)
-        down, up = (
-            (1.0 - t) * ops.take(table[edge], row) + t * ops.take(table[edge], row + 1) for edge in ("down", "up")
-        )
+        down, up = ((1.0 - t) * look(edge, row) + t * look(edge, row + 1) for edge in ("down", "up"))
         sin = ops.sqrt(down * up)
         phi = (lib.convert(column, u) + ops.clip(s, 0.0, 1.0)) * (2.0 * math.pi / width)
         w = lib.stack([sin * ops.cos(phi), sin * ops.sin(phi), 0.5 * (up - down)])
-        return w, ops.take(table["density"], pixel)
+        return w, share * look("row_density", row)
 
     def pdf(self, w: Any) -> Any:
         """Density [1/sr] (...) of `sample` at directions w (..., 3) of any library."""
         height, width, _ = self.pixels.shape
         lib, x, y = self._position(w)
         column = ops.floor(ops.where(x < 0.0, x + float(width), x))
-        row = ops.floor(ops.minimum(y, height - 1.0))
+        row = ops.to_index(ops.floor(ops.minimum(y, height - 1.0)))
         # x + width rounds up to the right edge where x is a tiny negative number.
-        pixel = ops.to_index(row) * width + ops.to_index(ops.minimum(column, width - 1.0))
-        return ops.take(lib.fixed(self._tables["density"], w), pixel) + 0.0 * (x + y)
+        pixel = row * width + ops.to_index(ops.minimum(column, width - 1.0))
+        share = lib.entries(self._tables["column_share"], pixel, w)
+        return share * lib.entries(self._tables["row_density"], row, w) + 0.0 * (x + y)
+
+
+def _good(pixels: NDArray[Any]) -> NDArray[np.bool_]:
+    return np.isfinite(pixels) & (pixels >= 0.0)
 
 
 def _power_of_two(n: int) -> int:
@@ -259,12 +289,12 @@ def _starts(share: NDArray[np.float64]) -> NDArray[np.float64]:
     return start
 
 
-def _last_at_most(x: Any, table: Any, first: Any, count: int) -> Any:
+def _last_at_most(x: Any, entry: Callable[[Any], Any], first: Any, count: int) -> Any:
     """Index of the last of `count` (a power of two) rising entries from `first` on that is at most x.
 
     Halving without branches, all elements at once: twice as fast as NumPy's `searchsorted`, on any library.
     """
     found = first
     while count := count // 2:
-        found = found + count * (ops.take(table, found + count) <= x)
+        found = found + count * (entry(found + count) <= x)
     return found

@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 
 
 class _Picture(Field):
+    opens_files = True
+
     def check(self, owner: str, value: Any) -> Panorama:
         return Panorama.of(value)
 
@@ -90,7 +92,7 @@ class EnvironmentLight(Light):
         radiance 1. The brightest pixel has 550 times the mean radiance. Below 128 rows the sun is less than 4
         pixels wide.
         """
-        axis = np.asarray(sun, dtype=float)
+        axis = np.asarray(ops.plain(sun), dtype=float)
         if axis.shape != (3,) or not np.all(np.isfinite(axis)) or not axis.any():
             raise ParameterError(f"studio: sun={sun!r:.60}, expected a direction such as (1, 0, 1)")
         return cls(studio_pixels(axis / np.linalg.norm(axis), pixel_count("height", height)))

@@ -7,13 +7,15 @@ from typing import Any
 from .. import ops
 from ..errors import ParameterError, ShapeError
 from ..light import Light
-from ..param import Field
+from ..param import Field, shown
 
 
 class _Callable(Field):
     def check(self, owner: str, value: Any) -> Any:
         if not callable(value):
-            raise ParameterError(f"{owner}({self.name}={value!r:.60}): expected a function L(w) of directions (..., 3)")
+            raise ParameterError(
+                f"{owner}({self.name}={shown(value)}): expected a function L(w) of directions (..., 3)"
+            )
         return value
 
 
@@ -29,7 +31,7 @@ class FunctionLight(Light):
     L: Any = _Callable(None, "radiance of world directions")
 
     def incident(self, w: Any) -> Any:
-        value = ops.library(w).convert(self.L(w), w)
+        value = ops.library(w).convert(ops.plain(self.L(w)), w)
         if value.shape == w.shape[:-1]:
             return value[..., None]
         if value.ndim == w.ndim and value.shape[:-1] == w.shape[:-1]:

@@ -3,7 +3,7 @@
 A format's module has NAME, SUFFIXES, DESCRIPTION, ORACLE (what it was checked against), `matches(head, size)`,
 `read(path)` and, where it can be written, `write(m, path)`, both with keyword options if there are any. Where a suffix
 is also another format's it says SHARED_SUFFIX = True: saving then needs `format`. Where the format is a folder it has
-`matches_folder(path)`, too. It is found by being in this folder.
+`matches_folder(path)` and `target(path)` (see `files`), too. It is found by being in this folder.
 
 No file is claimed by two formats: a `matches` whose marks are in another format's files, too, says no to that other's
 (`material_json`, `xarray_netcdf`). Of a damaged or contrived file with the marks of several the first module by name
@@ -18,14 +18,15 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-from .. import discover, provenance
-from ..errors import FormatError, NotFoundError, ParameterError
+from .. import discover, files, provenance
+from ..errors import FormatError, NotFoundError, ParameterError, TooLargeError
 from ..interface import Reflectance
 from ..measurement import Measured
-from . import _options
+from ..parametrised import freeze
+from . import _options, _pipes, _text
 
 HEAD = 4096
-"""How many of a file's first bytes `matches` is given."""
+"""How many of a file's first bytes `matches` is given; of text in UTF-16 or with a mark, as UTF-8 without."""
 
 
 @cache
@@ -37,16 +38,28 @@ def formats() -> list[ModuleType]:
 def load(path: str | os.PathLike, **options: Any) -> Reflectance:
     """The reflectance in a file, recognised by content and not by name.
 
-    `options` are those of the format's `read`. A measurement knows its `provenance`.
-    Raises NotFoundError if there is no such file, FormatError if it is of no known format or damaged, ParameterError
-    for options that the format has not.
+    `options` are those of the format's `read`. A measurement knows its `provenance`. A pipe (`/dev/stdin` too) is read
+    to its end, up to 4 GiB, into a temporary file.
+    Raises NotFoundError if there is no such file, or if it is a device or a pipe that nobody writes to, FormatError if
+    it is of no known format or damaged, ParameterError for options that the format has not, TooLargeError where there
+    is not the memory for what it holds.
     """
-    path = Path(path)
-    module = _of_folder(path) if path.is_dir() else _of_file(path)
-    _options.check(module, "read", options)
-    m = module.read(path, **options)
-    if isinstance(m, Measured):
-        provenance.noted(m, path, module.NAME, options)
+    path = _pipes.named(path)
+    with _pipes.readable(path) as there:
+        module = _of_folder(there) if there.is_dir() else _of_file(there)
+        _options.check(module, "read", options)
+        try:
+            m = module.read(there, **options)
+        except MemoryError as error:
+            if isinstance(error, TooLargeError):
+                raise
+            says = f"a {module.NAME} file that takes more memory than there is"
+            raise TooLargeError(f"{path}: {says}; split it up") from None
+        if isinstance(m, Measured):
+            provenance.noted(m, there, module.NAME, options)
+            if there != path:
+                m.__dict__["path"] = str(path)
+            freeze(vars(m))
     return m
 
 
@@ -55,11 +68,10 @@ def _of_file(path: Path) -> ModuleType:
     try:
         size = path.stat().st_size
         with path.open("rb") as file:
-            head = file.read(HEAD)
-    except FileNotFoundError:
-        raise NotFoundError(f"{path}: no such file; `gonio materials` lists the built-in names") from None
+            head = file.read(4 * HEAD)  # as many characters in UTF-32
     except OSError as error:
         raise NotFoundError(f"{path}: cannot be read: {error.strerror}") from None
+    head, size = _text.head(head, size, HEAD)
     for module in formats():
         if module.matches(head, size):
             return module
@@ -79,11 +91,18 @@ def save(m: Reflectance, path: str | os.PathLike, format: str | None = None, **o
 
     `options` are those of the format's `write`. A failed or interrupted write leaves an existing file as it was.
     Raises ParameterError where the suffix names no format, or several, and `format` is not given, for options that the
-    format has not, and where it cannot hold the material.
+    format has not, and where it cannot hold the material or `path` may not be replaced; WriteError where the system
+    refuses, as where the disk is full.
     """
     module = writer(path, format)
     _options.check(module, "write", options)
-    module.write(m, Path(path), **options)
+    getattr(module, "target", files.target)(Path(path))  # before anything is worked out
+    try:
+        module.write(m, Path(path), **options)
+    except MemoryError as error:
+        if isinstance(error, TooLargeError):
+            raise
+        raise TooLargeError(f"{path}: {module.NAME} takes more memory than there is; ask for fewer nodes") from None
 
 
 def writer(path: str | os.PathLike, format: str | None = None) -> ModuleType:

@@ -13,7 +13,7 @@ from . import _text
 
 def opened(path: Path) -> tuple[_text.Lines, tuple[str, ...]]:
     """The lines of a file without its comments, which begin with #, and these."""
-    text = _text.decode(path, path.read_bytes())
+    text = _text.text(path)
     comments = tuple(line[1:].strip() for line in text.split("\n") if line.startswith("#"))
     return _text.Lines(path, text, "#"), comments
 

@@ -1,10 +1,10 @@
 """Run as a program: reads an HDF file, and says what is in it or what is wrong with it, as JSON.
 
-python _hdf_probe.py hdf5 PATH                            all of an HDF5 file, from its first to its last number
+python _hdf_probe.py hdf5 PATH NEEDED                     arrays of an HDF5 file, from its first to its last number
 python _hdf_probe.py hdf4 PATH FOLDER ASKED               arrays of an HDF4 file, which it writes into a folder
 
-The libraries may crash or never return on damaged files. Here they may: this is a process of its own, which is stopped
-when it has used more processor time than reading takes.
+NEEDED is JSON: names of arrays, and what they may begin with. The libraries may crash or never return on damaged files.
+Here they may: this is a process of its own, which is stopped when it has used more processor time than reading takes.
 """
 
 from __future__ import annotations
@@ -23,6 +23,8 @@ SMALL = 2**20
 """Bytes of arrays that any file may hold, as of constants that were never stored."""
 AT_ONCE = 2**24
 """Bytes that are read at a time."""
+STARTED = "gonio reads\n"
+"""What a program says first: another than Python does not."""
 
 
 class Refused(Exception):
@@ -34,24 +36,29 @@ def main(kind: str, path: str, *more: str) -> dict[str, Any]:
     size = os.path.getsize(path)
     try:
         if kind == "hdf5":
-            return _hdf5(path, size)
+            return _hdf5(path, size, *json.loads(more[0]))
         folder, asked = more
         return _hdf4(path, size, folder, **json.loads(asked))
     except Refused as error:
         return {"refused": str(error)}
+    except MemoryError:
+        return {"refused": f"{kind.upper()} file that takes more memory to read than there is"}
     except Exception as error:  # of libraries that raise any, in a process that only says so
         return {"refused": f"{kind.upper()} file that is damaged or cut short: {error}"}
 
 
-def _hdf5(path: str, size: int) -> dict[str, Any]:
-    """The names of all arrays, which were read."""
+def _hdf5(path: str, size: int, names: list[str], prefixes: list[str]) -> dict[str, Any]:
+    """The names of all arrays, of which those were read that are called or begin so."""
     import h5py
 
-    _limit_time(0.7 + size / 5e6)
+    _limit_time(size)
     with h5py.File(path, "r") as file:
         found = list(_datasets(h5py, file))
-        _refuse_promises(sum(_bytes(dataset) for dataset in found), size)
-        for dataset in found:
+        called = {dataset: dataset.name.rpartition("/")[2] for dataset in found}
+        needed = [x for x, name in called.items() if name in names or name.startswith(tuple(prefixes))]
+        _refuse_promises(sum(map(_bytes, found)), size)
+        _limit_time(size, sum(map(_bytes, needed)))
+        for dataset in needed:
             _read(dataset)
         return {"names": [dataset.name.lstrip("/") for dataset in found]}
 
@@ -67,7 +74,7 @@ def _hdf4(
     import numpy as np
     from pyhdf.SD import SD, SDC
 
-    _limit_time(0.7 + size / 5e6)
+    _limit_time(size)
     file = SD(path, SDC.READ)
     shapes = {name: list(held[1]) for name, held in file.datasets().items() if name.startswith(tuple(prefixes))}
     parts: dict[str, list[tuple[int, int]]] = {}
@@ -83,6 +90,7 @@ def _hdf4(
     ):
         return found
     _refuse_promises(8 * count, size)
+    _limit_time(size, 8 * count)
     for number, (name, part) in enumerate(parts.items()):
         dataset = file.select(name)
         values = np.asarray(dataset.get([a for a, _ in part], [b - a for a, b in part]))
@@ -97,10 +105,13 @@ def _refuse_promises(total: int, size: int) -> None:
         raise Refused(f"says that it holds {total} bytes of numbers, which {size} bytes of file cannot")
 
 
-def _limit_time(seconds: float) -> None:
-    """Seconds of processor time from now on, where the system can count them; its signal ends the process."""
+def _limit_time(size: int, total: int = 0) -> None:
+    """End the process after more time than a slow processor takes for this many bytes of file, and of numbers.
+
+    Processor time from now on, where the system can count it.
+    """
     if hasattr(signal, "setitimer"):
-        signal.setitimer(signal.ITIMER_PROF, seconds)
+        signal.setitimer(signal.ITIMER_PROF, 0.7 + size / 5e6 + total / 1e7)
 
 
 def _datasets(h5py: Any, file: Any) -> Iterator[Any]:
@@ -144,10 +155,12 @@ def _read(dataset: Any) -> None:
         dataset[()]
         return
     row = max(1, _bytes(dataset) // max(1, dataset.shape[0]))
-    step = max(1, AT_ONCE // row)
+    rows = dataset.chunks[0] if dataset.chunks else 1  # of chunks, which are unpacked as a whole
+    step = max(1, AT_ONCE // (row * rows)) * rows
     for start in range(0, dataset.shape[0], step):
         dataset[start : start + step]
 
 
 if __name__ == "__main__":
+    print(STARTED, end="", flush=True)
     json.dump(main(*sys.argv[1:]), sys.stdout)

@@ -15,20 +15,43 @@ from . import _text
 LIMIT = 2**28
 """Longest file that is read, in bytes: numbers in lists take ten times their text."""
 
+DEEPEST = 100
+"""How deep lists and objects may be nested: what is kept of them must be copied and written again."""
+
 
 def read(path: Path) -> dict[str, Any]:
-    """The object in a file. Raises FormatError where it is too long, no JSON, or something else than an object."""
+    """The object in a file.
+
+    Raises FormatError where it is too long, no JSON, names a member twice, or is something else than an object.
+    """
     size = path.stat().st_size
     if size > LIMIT:
         raise FormatError(f"{path}: {size} bytes, expected JSON of at most {LIMIT}; keep so much in netCDF or Zarr")
     try:
-        found = json.loads(_text.decode(path, path.read_bytes()))
+        found = json.loads(_text.text(path, LIMIT), object_pairs_hook=_object)
     except json.JSONDecodeError as error:
         raise FormatError(f"{path}, line {error.lineno}: not JSON, or cut short: {error.msg}") from None
-    except (ValueError, RecursionError) as error:
+    except RecursionError:
+        raise FormatError(f"{path}: not JSON that can be read: nested more than {DEEPEST} deep") from None
+    except ValueError as error:
         raise FormatError(f"{path}: not JSON that can be read: {error}") from None
     if not isinstance(found, dict):
         raise FormatError(f"{path}: holds a {type(found).__name__}, expected an object {{...}}")
+    level: list[Any] = [found]
+    for _ in range(DEEPEST):
+        inside = (x for of in level for x in (of.values() if isinstance(of, dict) else of))
+        level = [x for x in inside if isinstance(x, (dict, list))]
+    if level:
+        raise FormatError(f"{path}: lists and objects nested more than {DEEPEST} deep")
+    return found
+
+
+def _object(members: list[tuple[str, Any]]) -> dict[str, Any]:
+    found: dict[str, Any] = {}
+    for name, value in members:
+        if name in found:
+            raise ValueError(f"{name!r:.60} is given twice in one object, expected once")
+        found[name] = value
     return found
 
 

@@ -13,7 +13,7 @@ from ..errors import ParameterError
 from ..geometry import Direction
 from ..libraries import Fixed
 from ..marginal_warp import bracket
-from ..param import table
+from ..param import Ours, kept, table
 from ..parameterisations import azimuth_of
 from . import _cells
 from ._cells import MIRRORED, Cellwise
@@ -132,11 +132,11 @@ class Klems(Cellwise):
         path: str = "",
         about: dict[str, Any] | None = None,
     ):
-        values = np.ascontiguousarray(values, dtype=np.float64)
+        values = np.ascontiguousarray(kept(values), dtype=np.float64)
         outgoing = outgoing or incident
         names = tuple(channel_names) if channel_names is not None else None
         self.__dict__.update(incident=incident, outgoing=outgoing, channel_names=names)
-        super().__init__(path, about, side, values=values, channel=values.shape[2] if values.ndim == 3 else 0.0)
+        super().__init__(path, about, side, values=Ours(values), channel=values.shape[2] if values.ndim == 3 else 0.0)
 
     def validate(self) -> None:
         for basis in (self.incident, self.outgoing):

@@ -1,39 +1,34 @@
-"""Binary tables: read, or where they are large mapped into memory, so that only what is looked at is read."""
+"""Large binary tables, read whole: a mapped file that is cut short later ends the program without words (SIGBUS)."""
 
 from __future__ import annotations
 
-import os
+import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 import numpy as np
 
-from ..errors import FormatError, NotFoundError, ParameterError
+from ..errors import FormatError, ParameterError
 from ..gridded import Gridded
 from ..interface import Reflectance
 from ..measurement import Measured, quantity_named, tabular_shape
+from ..param import Ours
 
-MAPPED = 1 << 26
-"""From so many bytes on, a file is mapped."""
+LARGE = 1 << 26
+"""From so many bytes on, a table is not looked through for holes: it may have some."""
 
 
-def numbers(path: str | os.PathLike, dtype: str, shape: tuple[int, ...], offset: int = 0) -> np.ndarray:
-    """The numbers of a file from a byte on, read-only. Raises NotFoundError, or FormatError where there are too few."""
-    wanted = int(np.prod(shape, dtype=object)) * np.dtype(dtype).itemsize
-    try:
-        size = os.path.getsize(path)
-        if size < offset + wanted:
-            raise FormatError(f"{path}: cut short: {size} bytes, expected {offset + wanted}; fetch it again")
-        if wanted >= MAPPED:
-            return np.asarray(np.memmap(path, dtype, "r", offset, shape))
-        with Path(path).open("rb") as file:
-            file.seek(offset)
-            found = np.fromfile(file, dtype, wanted // np.dtype(dtype).itemsize).reshape(shape)
-    except OSError as error:
-        raise NotFoundError(f"{path}: cannot be read: {error.strerror}") from None
+def numbers(file: BinaryIO, path: Path, dtype: str, shape: tuple[int, ...], offset: int = 0) -> np.ndarray:
+    """The numbers of an open file from a byte on, read-only. Raises FormatError where there are too few."""
+    count = math.prod(shape)
+    file.seek(offset)
+    found = np.fromfile(file, dtype, count)
+    if len(found) < count:
+        wanted = offset + count * found.itemsize
+        raise FormatError(f"{path}: cut short: {offset + found.nbytes} bytes, expected {wanted}; fetch it again")
     found.flags.writeable = False
-    return found
+    return found.reshape(shape)
 
 
 def expect_channels(m: Reflectance, format: str) -> int:
@@ -46,8 +41,11 @@ def expect_channels(m: Reflectance, format: str) -> int:
     return shape[0] if shape else 1
 
 
-class Mapped(Gridded):
-    """A grid whose numbers stay in a file until f is asked for: nothing looks at them before."""
+class Unscanned(Gridded):
+    """A grid whose numbers nothing looks at before f is asked for.
+
+    Subclasses see to it that nobody else can write to `stored`.
+    """
 
     def __init__(
         self,
@@ -65,6 +63,6 @@ class Mapped(Gridded):
             self,
             path,
             dict(about or {}),
-            stored=stored,
+            stored=Ours(stored),
             channel=len(channels),
         )

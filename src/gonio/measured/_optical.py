@@ -10,6 +10,7 @@ import numpy as np
 
 from ..errors import FormatError, ParameterError
 from ..geometry import HORIZON
+from ..grid_axes import fits
 from ..gridded import Gridded
 from ..interface import Reflectance
 from ..measurement import tabular_shape, tristimulus
@@ -229,8 +230,17 @@ class Angles(NamedTuple):
     turns: list[float]
 
 
-def default_angles(resolution: float) -> Angles:
-    """theta_o every `resolution` degrees, theta_i and azimuths every two of them, turns of the sample some 30."""
+USUAL = 5.0
+"""Degrees between the angles of a file, where a caller does not say."""
+
+
+def default_angles(asked: float | None, anisotropic: bool) -> Angles:
+    """theta_o every so many degrees (5 if not given), theta_i and azimuths every two of them, turns of the sample some
+    30. Raises ParameterError for no such number, TooLargeError where so many angles do not fit into memory."""
+    resolution = USUAL if asked is None else asked
+    if not (isinstance(resolution, (int, float, np.number)) and 1e-3 <= resolution <= 90.0) or resolution is True:
+        raise ParameterError(f"resolution={asked!r:.60}: expected a step from 0.001 to 90 degrees, such as 5")
+    fits(85.0 / resolution * (40.0 / resolution) * (180.0 / resolution) * (12 if anisotropic else 1), f"{resolution=}")
     theta_o = steps(85.0, resolution)
     count = max(4, 2 * round(90.0 / resolution))
     circle = (np.arange(count) * (360.0 / count)).round(9).tolist()
@@ -245,8 +255,6 @@ def default_angles(resolution: float) -> Angles:
 
 def steps(last: float, step: float) -> list[float]:
     """0, step, 2 step, ... up to `last` degrees, which is always there."""
-    if not 0.0 < step <= 90.0:
-        raise ParameterError(f"resolution={step!r}: expected a step above 0 and up to 90 degrees")
     x = np.arange(0.0, last, step)
     x = x[x < last - 0.25 * step]
     return [*x.round(9).tolist(), float(last)]

@@ -44,7 +44,7 @@ def _value(text: str) -> Any:
     if text.lower() in words:
         return words[text.lower()]
     if "," in text:
-        return tuple(_value(part.strip()) for part in text.split(",") if part.strip())
+        return tuple(_value(part.strip()) for part in text.removesuffix(",").split(","))
     if not _text.is_number(text):
         return text
     try:

@@ -13,7 +13,7 @@ import numpy as np
 
 from ..errors import FormatError, ParameterError
 from ..gridded import Gridded
-from ..scattered import ANGLES, gridded_or_scattered
+from ..scattered import ANGLES, Scattered, gridded_or_scattered
 
 LEVEL = 0.5 * math.pi + 1e-6
 """Polar angles [rad] up to here are above the surface."""
@@ -44,6 +44,11 @@ class Pairs(NamedTuple):
     def columns(self) -> np.ndarray:
         """The values, channels side by side: (n, C)."""
         return self.values[:, None] if self.values.ndim == 1 else self.values
+
+    def numbers(self) -> list[np.ndarray]:
+        """Angles, values and uncertainties as they are, each (n, ...)."""
+        spread = [] if self.uncertainty is None else [self.uncertainty.reshape(len(self.angles), -1)]
+        return [self.angles, self.columns(), *spread]
 
     def known(self) -> Pairs:
         """Those with a number in some channel."""
@@ -104,17 +109,24 @@ def material(
     kept = pairs._replace(angles=np.stack([theta_i, phi_i, theta_o, phi_o], axis=1)).only(here)
     if not np.isfinite(kept.values).any():
         raise FormatError(f"{path}: holds no value that is a number, expected at least one measurement")
-    theta_i, phi_i, theta_o, phi_o = kept.angles.T
+    found = _found(kept, path, about, isotropic, outside)
+    if isinstance(found, Scattered):
+        _not_pasted(kept, np.flatnonzero(here), path, about, isotropic, outside)
+    return found
+
+
+def _found(pairs: Pairs, path: str, about: Mapping[str, Any], isotropic: bool | None, outside: str) -> Gridded:
+    theta_i, phi_i, theta_o, phi_o = pairs.angles.T
     try:
-        return _as_grid(kept, path, about, isotropic, outside) or gridded_or_scattered(
+        return _as_grid(pairs, path, about, isotropic, outside) or gridded_or_scattered(
             theta_i,
             phi_i,
             theta_o,
             phi_o,
-            kept.values,
-            quantity=kept.quantity,
-            uncertainty=kept.uncertainty,
-            channels=kept.channels,
+            pairs.values,
+            quantity=pairs.quantity,
+            uncertainty=pairs.uncertainty,
+            channels=pairs.channels,
             isotropic=isotropic,
             outside=outside,
             path=path,
@@ -122,6 +134,44 @@ def material(
         )
     except ParameterError as error:
         raise FormatError(f"{path}: {error}") from None
+
+
+def _not_pasted(pairs: Pairs, numbers: np.ndarray, path: str, *more: Any) -> None:
+    """FormatError where all rows are there several times, or some are and the others fill a grid.
+
+    A few equal rows in no grid may be measured so, and count as their mean. `numbers`: of the rows in the file.
+    """
+    twice, once, all_twice = repeated(np.column_stack(pairs.numbers()))
+    if twice is None:
+        return
+    first, again = (int(numbers[k]) + 1 for k in twice)
+    if all_twice and len(once) > 1:
+        raise FormatError(
+            f"{path}: every row is there several times: row {again} repeats row {first}; expected each once: remove "
+            f"the copies"
+        )
+    if not isinstance(_found(pairs.only(once), path, *more), Scattered):
+        raise FormatError(_twice(path, first, again))
+
+
+def _twice(path: str, first: int, again: int) -> str:
+    return (
+        f"{path}: row {again} repeats row {first}, and the others are the nodes of a grid; expected each node once: "
+        f"remove one of the two"
+    )
+
+
+def repeated(rows: np.ndarray) -> tuple[tuple[int, int] | None, np.ndarray, bool]:
+    """The first row (n, k) that repeats one before it: the numbers of these, from 0; every row that does not; and
+    whether each row is there several times. NaN is NaN here, and 0 is -0."""
+    exact = np.ascontiguousarray(rows + 0.0)
+    packed = exact.view(np.dtype((np.void, exact.dtype.itemsize * exact.shape[1]))).reshape(-1)
+    _, first, which, count = np.unique(packed, return_index=True, return_inverse=True, return_counts=True)
+    of = first[which.reshape(-1)]
+    again = np.flatnonzero(of != np.arange(len(rows)))
+    if not len(again):
+        return None, first, False
+    return (int(of[again[0]]), int(again[0])), np.sort(first), bool((count > 1).all())
 
 
 def _as_grid(pairs: Pairs, path: str, about: Mapping[str, Any], isotropic: bool | None, outside: str) -> Gridded | None:
@@ -175,3 +225,15 @@ def grid(columns: Mapping[str, np.ndarray]) -> tuple[dict[str, np.ndarray], np.n
     place = np.ravel_multi_index(tuple(at), tuple(len(x) for x in axes.values()))
     order = np.argsort(place)
     return (axes, order) if (place[order] == np.arange(count)).all() else None
+
+
+def grid_of(
+    columns: Mapping[str, np.ndarray], pairs: Pairs, path: str
+) -> tuple[dict[str, np.ndarray], np.ndarray] | None:
+    """As `grid`. Raises FormatError for rows that were one but for a repeated row."""
+    found = grid(columns)
+    if found is None:
+        twice, once, _ = repeated(np.column_stack([*columns.values(), *pairs.numbers()]))
+        if twice is not None and grid({name: column[once] for name, column in columns.items()}) is not None:
+            raise FormatError(_twice(path, twice[0] + 1, twice[1] + 1))
+    return found

@@ -10,6 +10,7 @@ import numpy as np
 
 from ..errors import ParameterError
 from ..geometry import HORIZON
+from ..grid_axes import counts, fits
 from ..gridded import Gridded
 from ..interface import Reflectance, angles
 from ..measurement import Measured, from_brdf, tabular_shape, to_brdf, tristimulus
@@ -85,17 +86,14 @@ def _of_model(
     tabular_shape(m)
     isotropic = m.is_isotropic()
     usual = nodes.isotropic if isotropic else nodes.oriented
-    counts = usual if resolution is None else tuple(resolution)
-    if len(counts) not in (3, 4) or not all(isinstance(n, (int, np.integer)) and n >= 1 for n in counts):
-        raise ParameterError(
-            f"resolution={resolution!r}: expected whole numbers of theta_i, theta_o and azimuths, or of theta_i, "
-            f"theta_o, phi_i and phi_o"
-        )
-    theta_i, theta_o = (nodes.polar(n) for n in counts[:2])
-    turns = [np.radians(np.linspace(0.0, 360.0, n, endpoint=False)) for n in (counts[-2], counts[-1])]
-    phi_i, phi_o = turns if len(counts) == 4 else (np.zeros(1) if isotropic else turns[1], turns[1])
+    expected = "theta_i, theta_o and azimuths, or theta_i, theta_o, phi_i and phi_o"
+    asked = usual if resolution is None else counts(resolution, (3, 4), 1, expected)
+    theta_i, theta_o = (nodes.polar(n) for n in asked[:2])
+    turns = [np.radians(np.linspace(0.0, 360.0, n, endpoint=False)) for n in (asked[-2], asked[-1])]
+    phi_i, phi_o = turns if len(asked) == 4 else (np.zeros(1) if isotropic else turns[1], turns[1])
     if incident is not None:
         theta_i, phi_i = np.reshape(incident, (2, 1))
+    fits(math.prod(map(len, (theta_i, phi_i, theta_o, phi_o))), f"resolution={asked}")
     rows = np.stack([x.reshape(-1) for x in np.meshgrid(theta_i, phi_i, theta_o, phi_o, indexing="ij")], axis=1)
     names, f = tristimulus(m.channel_names, m.f_angles(*rows.T))
     return Pairs(rows, f, channels=None if f.ndim == 1 else names or _numbered(f.shape[1]))

@@ -19,6 +19,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..errors import ParameterError
+from ..grid_axes import fits
 from ..holes import filled
 from ..interface import Reflectance, angles, direction
 from ..marginal_warp import ONE, MarginalWarp, bilinear, tables
@@ -91,9 +92,10 @@ def fields(m: Reflectance, resolution: int = 64, theta_i: int = 25, phi_i: int =
     ):
         if not isinstance(value, (int, np.integer)) or value < least or value % step:
             multiple = f", a multiple of {step}" if step > 1 else ""
-            raise ParameterError(f"{name}={value!r}: expected a whole number from {least}{multiple}")
+            raise ParameterError(f"{name}={value!r:.60}: expected a whole number from {least}{multiple}")
     source = _source(m)
     oriented = not m.is_isotropic()
+    fits(resolution**2 * theta_i * (phi_i if oriented else 1), f"{resolution=}, {theta_i=}, {phi_i=}")
     thetas = RIGHT * np.linspace(0.0, 1.0, theta_i) ** 0.7  # denser towards grazing, where more happens
     thetas[-1] = math.acos(GRAZING)
     phis = np.zeros(1)

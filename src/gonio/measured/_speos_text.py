@@ -60,7 +60,7 @@ class Sheet(NamedTuple):
 
 def read_sheet(path: Path) -> Sheet:
     """The content of a file. Raises FormatError where it is damaged, binary or of an unknown version."""
-    text = _text.decode(path, path.read_bytes())
+    text = _text.text(path)
     start, *head = text.split("\n", 3)
     if not start.lower().startswith(START) or len(head) < 3:
         raise FormatError(f"{path}: begins with {start[:60]!r}, expected {BRDF!r} or {ANISOTROPIC!r}, and more lines")
@@ -82,6 +82,9 @@ def read_sheet(path: Path) -> Sheet:
         raise lines.fault(f"{flags} and {of_bsdf}", "flags 0 or 1: reflection, transmission; and 1 for BSDF")
     names = [name for name, flag in zip(("reflection", "transmission"), flags, strict=True) if flag]
     parts = (_anisotropic_parts if anisotropic else _isotropic_parts)(lines, names)
+    for line in lines:
+        if line.lower().startswith(START):
+            raise lines.fault("another header", "one table after the other of one file; keep several files apart")
     return Sheet(start.strip(), head[1].strip(), described, vector, bool(of_bsdf[0]), parts)
 
 

@@ -8,12 +8,13 @@ Source: Dupuy & Jakob 2018 (the material files of that paper); checked against f
 
 from __future__ import annotations
 
+import io
 import math
-import mmap
+import os
 import struct
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO, NamedTuple
 
 import numpy as np
 
@@ -29,20 +30,76 @@ _SMALLEST_ENTRY = 2 + 2 + 1 + 8
 _MOST_AXES = 32
 
 
+class Entry(NamedTuple):
+    """What a header says of a field: type, offset of its data in the file, shape."""
+
+    dtype: np.dtype
+    offset: int
+    shape: tuple[int, ...]
+
+
+class Kept:
+    """A field that stays in its file until it is asked for, if that is the same file then."""
+
+    def __init__(self, path: str, stamp: tuple[int, ...], entry: Entry):
+        self.path, self.stamp, self.dtype, self.shape = path, stamp, entry.dtype, entry.shape
+        self.offset, self.ndim, self.nbytes = entry.offset, len(entry.shape), _bytes(entry)
+
+    def rows(self) -> Iterator[np.ndarray]:
+        """The entries along its first axis, one after the other, each a new array.
+
+        Raises NotFoundError where the file is gone, FormatError where it is another than when its header was read.
+        """
+        with opened(self.path) as file:
+            for k in range(self.shape[0]):
+                row = np.empty(self.shape[1:], self.dtype)
+                self._fill(file, row, self.offset + k * row.nbytes)
+                yield row
+
+    def read(self) -> np.ndarray:
+        """All of it; read-only. Raises what `rows` raises."""
+        found = np.empty(self.shape, self.dtype)
+        with opened(self.path) as file:
+            self._fill(file, found, self.offset)
+        found.flags.writeable = False
+        return found
+
+    def _fill(self, file: BinaryIO, out: np.ndarray, offset: int) -> None:
+        file.seek(offset)
+        count = file.readinto(out.reshape(-1).view(np.uint8))  # type: ignore[attr-defined]
+        if stamp(file) != self.stamp or count < out.nbytes:
+            raise FormatError(f"{self.path}: has changed since it was loaded; load it again")
+
+
+def opened(path: str | os.PathLike) -> BinaryIO:
+    """The file of this name. Raises NotFoundError."""
+    try:
+        return open(path, "rb")
+    except OSError as error:
+        raise NotFoundError(f"{path}: cannot be read: {error.strerror}") from None
+
+
+def stamp(file: BinaryIO) -> tuple[int, ...]:
+    """What an open file's content is known by: length, time of the last change, number on its disk."""
+    held = os.fstat(file.fileno())
+    return held.st_size, held.st_mtime_ns, held.st_ino
+
+
 class _Header:
     """Reads one number after the other from the start of a file, never beyond its end."""
 
-    def __init__(self, data: bytes | mmap.mmap, name: str):
-        self.data, self.name, self.at = data, name, 0
+    def __init__(self, file: BinaryIO, size: int, name: str):
+        self.file, self.size, self.name, self.at = file, size, name, 0
 
     def bytes(self, count: int, what: str) -> bytes:
         end = self.at + count
-        if end > len(self.data):
+        piece = self.file.read(count) if end <= self.size else b""
+        if len(piece) < count:
             raise FormatError(
                 f"{self.name}: truncated: {what} needs bytes {self.at} to {end}, "
-                f"the file has {len(self.data)}; fetch it again"
+                f"the file has {self.size}; fetch it again"
             )
-        piece, self.at = self.data[self.at : end], end
+        self.at = end
         return piece
 
     def number(self, code: str, what: str) -> int:
@@ -50,12 +107,21 @@ class _Header:
         return struct.unpack(layout, self.bytes(struct.calcsize(layout), what))[0]
 
 
-def parse(data: bytes | mmap.mmap, name: str) -> dict[str, np.ndarray]:
+def parse(data: bytes, name: str) -> dict[str, np.ndarray]:
     """The fields of a tensor file in their order, as read-only views of `data`; `name` is for error messages.
 
-    Raises FormatError for whatever is not one, and never allocates more than `data` holds.
+    Raises what `entries` raises, and never allocates more than `data` holds.
     """
-    head = _Header(data, name)
+    found = entries(io.BytesIO(data), len(data), name)
+    return {field: np.ndarray(e.shape, e.dtype, buffer=data, offset=e.offset) for field, e in found.items()}
+
+
+def entries(file: BinaryIO, size: int, name: str) -> dict[str, Entry]:
+    """What the header of a file of `size` bytes says of its fields, which all lie within it.
+
+    Raises FormatError for whatever is no tensor file.
+    """
+    head = _Header(file, size, name)
     magic = head.bytes(len(MAGIC), "the signature")
     if magic != MAGIC:
         raise FormatError(f"{name}: not a tensor file: starts with {magic!r}, expected {MAGIC!r}")
@@ -63,20 +129,31 @@ def parse(data: bytes | mmap.mmap, name: str) -> dict[str, np.ndarray]:
     if version != VERSION:
         raise FormatError(f"{name}: tensor file version {version[0]}.{version[1]}, expected 1.0")
     count = head.number("I", "the number of fields")
-    most = (len(data) - _START) // _SMALLEST_ENTRY
+    most = (size - _START) // _SMALLEST_ENTRY
     if count > most:
-        raise FormatError(f"{name}: header says {count} fields, {len(data)} bytes can hold at most {most}")
-    entries: dict[str, tuple[np.dtype, int, tuple[int, ...]]] = {}
+        raise FormatError(f"{name}: header says {count} fields, {size} bytes can hold at most {most}")
+    found: dict[str, Entry] = {}
     for i in range(count):
-        field, *entry = _entry(head, i)
-        if field in entries:
+        field, entry = _entry(head, i)
+        if field in found:
             raise FormatError(f"{name}: field {field!r} occurs twice, expected once")
-        entries[field] = tuple(entry)  # type: ignore[assignment]
-    return {field: _array(data, name, field, head.at, *entry) for field, entry in entries.items()}
+        found[field] = entry
+    for field, entry in found.items():
+        end = entry.offset + _bytes(entry)
+        if not head.at <= entry.offset <= end <= size or max(entry.shape, default=0) > size:
+            raise FormatError(
+                f"{name}: field {field!r}, {entry.dtype.name} of shape {entry.shape}, lies at bytes {entry.offset} to "
+                f"{end}; expected between the header's end {head.at} and the file's end {size}: truncated or damaged"
+            )
+    return found
 
 
-def _entry(head: _Header, i: int) -> tuple[str, np.dtype, int, tuple[int, ...]]:
-    """Name, type, offset and shape of the i-th field."""
+def _bytes(entry: Entry) -> int:
+    return math.prod(entry.shape) * entry.dtype.itemsize
+
+
+def _entry(head: _Header, i: int) -> tuple[str, Entry]:
+    """Name of the i-th field, and what is said of it."""
     raw = head.bytes(head.number("H", f"field {i}"), f"the name of field {i}")
     try:
         field = raw.decode("utf-8")
@@ -90,38 +167,28 @@ def _entry(head: _Header, i: int) -> tuple[str, np.dtype, int, tuple[int, ...]]:
     if code not in TYPES:
         raise FormatError(f"{head.name}: field {field!r} has type {code}, expected 1 to {len(TYPES)}")
     shape = tuple(head.number("Q", f"the shape of field {field!r}") for _ in range(axes))
-    return field, TYPES[code], offset, shape
-
-
-def _array(
-    data: bytes | mmap.mmap, name: str, field: str, start: int, dtype: np.dtype, offset: int, shape: tuple[int, ...]
-) -> np.ndarray:
-    end = offset + math.prod(shape) * dtype.itemsize
-    if not start <= offset <= end <= len(data) or max(shape, default=0) > len(data):
-        raise FormatError(
-            f"{name}: field {field!r}, {dtype.name} of shape {shape}, lies at bytes {offset} to {end}; "
-            f"expected between the header's end {start} and the file's end {len(data)}: truncated or damaged"
-        )
-    return np.ndarray(shape, dtype, buffer=data, offset=offset)
+    return field, Entry(TYPES[code], offset, shape)
 
 
 def read(path: Path) -> dict[str, np.ndarray]:
     """The fields of a tensor file."""
-    try:
-        data = Path(path).read_bytes()
-    except OSError as error:
-        raise NotFoundError(f"{path}: cannot be read: {error.strerror}") from None
-    return parse(data, str(path))
+    with opened(path) as file:
+        return parse(file.read(), str(path))
+
+
+def held(field: np.ndarray | Kept) -> np.ndarray:
+    """A field as an array."""
+    return field.read() if isinstance(field, Kept) else field
 
 
 def expect(
-    fields: Mapping[str, np.ndarray],
+    fields: Mapping[str, Any],
     where: str,
     name: str,
     shape: tuple[int | None, ...],
     dtype: str = "float32",
-) -> np.ndarray:
-    """The field of that name, which must have these axes (None: any length but 0) and this type.
+) -> Any:
+    """The field of that name, an array or `Kept`, which must have these axes (None: any length but 0) and this type.
 
     `where` names the file in the FormatError that is raised otherwise.
     """
@@ -142,11 +209,15 @@ def serialise(fields: Mapping[str, np.ndarray]) -> bytes:
     return b"".join(_pieces(fields))
 
 
-def _pieces(fields: Mapping[str, np.ndarray]) -> Iterator[Any]:
+def _pieces(fields: Mapping[str, np.ndarray | Kept]) -> Iterator[Any]:
     """A tensor file piece by piece: fields may be larger than memory."""
     codes = {dtype: code for code, dtype in TYPES.items()}
-    arrays, names = [], [field.encode("utf-8") for field in fields]
+    arrays: list[Any] = []
+    names = [field.encode("utf-8") for field in fields]
     for field, array in fields.items():
+        if isinstance(array, Kept):
+            arrays.append(array)
+            continue
         little = np.asarray(array).dtype.newbyteorder("<")
         if little not in codes:
             raise ParameterError(f"field {field!r} is {little.name}, expected an integer or floating-point type")
@@ -162,10 +233,11 @@ def _pieces(fields: Mapping[str, np.ndarray]) -> Iterator[Any]:
         at += array.nbytes
     for before, array in zip(padding, arrays, strict=True):
         yield bytes(before)
-        yield array.data.cast("B") if array.size else b""
+        for part in array.rows() if isinstance(array, Kept) else [array]:
+            yield part.data.cast("B") if part.size else b""
 
 
-def write(path: Path, fields: Mapping[str, np.ndarray]) -> None:
+def write(path: Path, fields: Mapping[str, np.ndarray | Kept]) -> None:
     """Write a tensor file; an existing file is replaced only when all is written."""
     with replacing(path) as temporary, temporary.open("wb") as file:
         file.writelines(_pieces(fields))

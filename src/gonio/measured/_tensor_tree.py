@@ -12,7 +12,7 @@ from .. import ops
 from ..errors import ParameterError
 from ..geometry import Direction, azimuth
 from ..libraries import Fixed
-from ..param import table
+from ..param import Ours, table
 from ..spectrum import RELATIVE_XYZ
 from . import _cells, _tree
 from ._cells import MIRRORED, Cellwise
@@ -94,8 +94,8 @@ class TensorTree(Cellwise):
             path,
             about,
             side,
-            first=first,
-            values=np.concatenate([t.values for t in trees]),
+            first=Ours(first),
+            values=Ours(np.concatenate([ops.numbers(t.values) for t in trees])),
             roots=roots.astype(float),
             channel=len(names) if names else 0.0,
         )

@@ -6,11 +6,11 @@ read, and what a header promises is never allocated.
 
 from __future__ import annotations
 
+import codecs
 import os
 import re
 from array import array
 from collections.abc import Callable, Iterable, Iterator
-from pathlib import Path
 
 import numpy as np
 
@@ -20,13 +20,23 @@ from ..files import replacing
 LIMIT = 2**30
 """Longest text file that is read, in bytes."""
 
+LONGEST = 2**22
+"""Longest line, in characters: of words, which take up to thirty times the memory of their text, no more are made."""
+
 CHUNK = 2**20
 """Characters that `Lines.rows` works on at a time."""
 
 BLOCK = 4096
 """Rows that `join` writes at a time."""
 
-BOMS = ((b"\xef\xbb\xbf", "utf-8-sig"), (b"\xff\xfe", "utf-16"), (b"\xfe\xff", "utf-16"))
+MARKS = {
+    codecs.BOM_UTF8: "utf-8",
+    codecs.BOM_UTF32_LE: "utf-32-le",  # begins as the mark of UTF-16 does
+    codecs.BOM_UTF32_BE: "utf-32-be",
+    codecs.BOM_UTF16_LE: "utf-16-le",
+    codecs.BOM_UTF16_BE: "utf-16-be",
+}
+"""How a text begins that says how it is encoded."""
 
 _SEPARATORS = str.maketrans(",;", "  ")
 _WHOLE = re.compile(r"\d{1,15}", re.ASCII)
@@ -34,41 +44,87 @@ _NUMBER = re.compile(r"[-+]?(?:(?:\d+(?:\.\d*)?|\.\d+)(?:e[-+]?\d+)?|inf(?:inity
 
 
 def read(path: str | os.PathLike, comment: str | tuple[str, ...] = (), mixed: re.Pattern[bytes] | None = None) -> Lines:
-    """The lines of a text file; those that begin with `comment` are passed over. Raises what `decode` raises.
+    """The lines of a text file; those that begin with `comment` are passed over. Raises what `decode` raises, and
+    FormatError for a file longer than `LIMIT`, or a line longer than `LONGEST`.
 
     `mixed`: where this is found there are binary numbers between lines; the text is Latin-1 then (`Lines.mixed`).
     """
-    size = os.path.getsize(path)
-    if size > LIMIT:
-        raise FormatError(f"{path}: {size} bytes, expected a text file of at most {LIMIT}; split it into several")
-    content = Path(path).read_bytes()
+    content = _content(path, LIMIT)
     if mixed is not None and mixed.search(content):
-        return Lines(path, content.decode("latin-1"), comment, mixed=True)
+        return Lines(path, content.removeprefix(codecs.BOM_UTF8).decode("latin-1"), comment, mixed=True)
     return Lines(path, decode(path, content), comment)
 
 
+def text(path: str | os.PathLike, limit: int = LIMIT) -> str:
+    """The whole of a text file. Raises FormatError for one of more than `limit` bytes, and what `decode` raises."""
+    return decode(path, _content(path, limit))
+
+
+def _content(path: str | os.PathLike, limit: int) -> bytes:
+    with open(path, "rb") as file:
+        size = os.fstat(file.fileno()).st_size
+        if size > limit:
+            raise FormatError(f"{path}: {size} bytes, expected text of at most {limit}; split it into several files")
+        return file.read(size)
+
+
+def _expect_lines(path: str | os.PathLike, text: str) -> None:
+    """Raises FormatError where a line is longer than `LONGEST`."""
+    at = 0
+    while len(text) - at > LONGEST:
+        end = text.rfind("\n", at, at + LONGEST + 1)
+        if end < 0:
+            number = text.count("\n", 0, at) + 1
+            raise FormatError(
+                f"{path}, line {number}: more than {LONGEST} characters, expected shorter lines; fetch it again"
+            )
+        at = end + 1
+
+
 def decode(path: str | os.PathLike, content: bytes) -> str:
-    """Text of a file: UTF-8, or Latin-1 where it is not, or UTF-16 with its mark; lines end with "\\n" alone.
+    """Text of a file: in the encoding that its mark says, else UTF-8, or Latin-1 where it is not; lines end with "\n".
 
     Raises FormatError where there are zero bytes or half characters, as in files that are not text.
     """
-    encoding = next((name for mark, name in BOMS if content.startswith(mark)), "utf-8")
+    mark, encoding = marked(content)
     try:
-        text = content.decode(encoding)
+        text = content[len(mark) :].decode(encoding)
     except UnicodeDecodeError as error:
-        if encoding == "utf-16":
-            raise FormatError(f"{path}: expected UTF-16 text, as its first bytes say: {error.reason}") from None
-        text = content.decode("latin-1")
+        if encoding != "utf-8":
+            name = encoding[:6].upper()
+            raise FormatError(f"{path}: expected {name} text, as its first bytes say: {error.reason}") from None
+        text = content[len(mark) :].decode("latin-1")
     if "\0" in text:
         raise FormatError(f"{path}: not a text file: zero byte at {text.index(chr(0))}, expected text only")
+    return _lines(text)
+
+
+def marked(content: bytes) -> tuple[bytes, str]:
+    """The mark that a text begins with, if any, and its encoding."""
+    return next(((mark, name) for mark, name in MARKS.items() if content.startswith(mark)), (b"", "utf-8"))
+
+
+def _lines(text: str) -> str:
     return text.replace("\r\n", "\n").replace("\r", "\n")
+
+
+def head(content: bytes, size: int, length: int) -> tuple[bytes, int]:
+    """The first `length` bytes of a file of `size` bytes that begins with `content`, and its size: of a text with a
+    mark the bytes of UTF-8 without, so that `matches` need not know of encodings. What is no such text stays."""
+    mark, encoding = marked(content)
+    whole, made = len(content) >= size, content[len(mark) :]
+    if mark and encoding != "utf-8":
+        try:
+            made = codecs.getincrementaldecoder(encoding)().decode(made, final=whole).encode()
+        except UnicodeDecodeError:
+            made = content
+        made = content if b"\0" in made else made
+    return made[:length], len(made) if whole else size
 
 
 def start(head: bytes) -> str:
-    """The first characters of what may be a text file: without its mark, lines ending with "\\n" alone."""
-    encoding = next((name for mark, name in BOMS if head.startswith(mark)), "latin-1")
-    text = head.decode("latin-1" if encoding == "utf-8-sig" else encoding, "replace").removeprefix("\xef\xbb\xbf")
-    return text.replace("\r\n", "\n").replace("\r", "\n")
+    """The first characters of what may be a text file, each byte as one; lines end with "\n" alone."""
+    return _lines(head.decode("latin-1"))
 
 
 class Lines:
@@ -78,9 +134,13 @@ class Lines:
     number   of the line read last, counted from 1
     comment  how lines begin that are passed over
     mixed    whether there are bytes between lines, and characters are bytes
+
+    Raises FormatError for a line longer than `LONGEST`.
     """
 
     def __init__(self, path: str | os.PathLike, text: str, comment: str | tuple[str, ...] = (), mixed: bool = False):
+        if not mixed:
+            _expect_lines(path, text)
         self.path, self.number, self.mixed = str(path), 0, mixed
         self._text, self._at, self.comment = text, 0, comment
 

@@ -11,11 +11,19 @@ from xml.etree import ElementTree
 from xml.parsers import expat
 
 from ..errors import FormatError
-from ._text import is_number, is_whole
+from ._text import is_number, is_whole, marked
 from ._window_xml_numbers import Numbers
 
 CHUNK = 1 << 16
 """Bytes that are read at a time."""
+
+LONGEST = 1 << 20
+"""Bytes of a comment, of a tag with its attributes, or of whatever else expat takes as a whole.
+
+It looks at such a thing from its start again with every chunk that does not end it (before 2.6), and keeps it all."""
+
+MANY = 1_000_000
+"""Elements of a file; that of 10 000 blocks has 100 000."""
 
 DEEPEST = 64
 """Levels of tags; the schema needs ten."""
@@ -90,7 +98,8 @@ class _Parser:
         self.tree = ElementTree.TreeBuilder()
         self.contents: dict[Any, Content] = {}
         self.open: list[tuple[Any, Content | None]] = []
-        self.bytes_before = self.lines_before = 0
+        self.elements = 0
+        self.bytes_before = self.lines_before = self.fed = 0
         parser = self.parser = expat.ParserCreate()
         parser.buffer_text = True
         parser.buffer_size = 1 << 16
@@ -110,6 +119,12 @@ class _Parser:
                     self.lines_before += chunk.count(b"\n", 0, at)
                     chunk = chunk[at:]
                 self.parser.Parse(chunk, False)
+                self.fed += len(chunk)
+                if self.fed - self.parser.CurrentByteIndex > LONGEST:
+                    raise FormatError(
+                        f"{self.path}, line {self._line()}: a comment, a tag or the like of more than {LONGEST} bytes; "
+                        f"BSDF files have none so long: take it out"
+                    )
             self.parser.Parse(b"", True)
         except expat.ExpatError as error:
             line, says = error.lineno + self.lines_before, expat.ErrorString(error.code)
@@ -136,6 +151,9 @@ class _Parser:
     def _start(self, tag: str, attributes: dict[str, str]) -> None:
         if len(self.open) == DEEPEST:
             raise FormatError(f"{self.path}, line {self._line()}: tags nested more than {DEEPEST} deep; expected ten")
+        self.elements += 1
+        if self.elements > MANY:
+            raise FormatError(f"{self.path}, line {self._line()}: more than {MANY} tags; split the file")
         tag = tag.rpartition(":")[2]
         content = None
         if tag == "ScatteringData":
@@ -188,22 +206,24 @@ def parse(path: Path) -> tuple[Document, list[Content]]:
 
 
 def _chunks(path: Path) -> Iterator[bytes]:
-    """The bytes of a file, those of UTF-16 recoded as UTF-8: positions and lines are those of these bytes."""
+    """The bytes of a file, those of UTF-16 and UTF-32 recoded as UTF-8: positions and lines are of these bytes."""
     with path.open("rb") as file:
         chunk = file.read(CHUNK)
-        if chunk[:2] not in (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE):
+        mark, encoding = marked(chunk)
+        if encoding == "utf-8":
             while chunk:
                 yield chunk
                 chunk = file.read(CHUNK)
             return
-        decoder = codecs.getincrementaldecoder("utf-16")()
+        decoder = codecs.getincrementaldecoder(encoding)()
         try:
-            yield _DECLARED.sub(rb"\1UTF-8", decoder.decode(chunk).encode(), count=1)
+            yield _DECLARED.sub(rb"\1UTF-8", decoder.decode(chunk[len(mark) :]).encode(), count=1)
             while chunk := file.read(CHUNK):
                 yield decoder.decode(chunk).encode()
             decoder.decode(b"", final=True)
         except UnicodeError as error:
-            raise FormatError(f"{path}: UTF-16 that cannot be decoded ({error}); fetch it again") from None
+            name = encoding[:6].upper()
+            raise FormatError(f"{path}: {name} that cannot be decoded ({error}); fetch it again") from None
 
 
 def _around(chunks: Iterable[bytes], contents: list[Content]) -> tuple[bytes, ...]:
@@ -260,7 +280,7 @@ def _basis(element: Any, path: Path) -> tuple[str, tuple[float, ...], tuple[int,
 def _about(root: Any, layer: Any) -> dict[str, Any]:
     """What the file says of itself and of the material, by tag; a unit follows its number."""
     found = {}
-    for element in [*root, *(layer.find("Material") or [])]:
+    for element in [*root, *layer.iterfind("Material[1]/*")]:
         text = " ".join((element.text or "").split())
         if text and not len(element):
             found[element.tag] = " ".join([text, *element.attrib.values()])

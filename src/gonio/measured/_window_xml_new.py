@@ -141,9 +141,12 @@ def tree(
     """A new file of means over the cells of trees."""
     if dimensions not in FINEST:
         raise ParameterError(f"tree={dimensions!r}: expected 3 (isotropic) or 4")
-    resolution, finest = resolution or RESOLUTION[dimensions], FINEST[dimensions]
-    if resolution < 2 or resolution & (resolution - 1) or resolution > finest:
-        raise ParameterError(f"resolution={resolution!r}: expected a power of 2, from 2 to {finest} for {dimensions}")
+    resolution, finest = RESOLUTION[dimensions] if resolution is None else resolution, FINEST[dimensions]
+    whole = isinstance(resolution, (int, np.integer)) and 2 <= resolution <= finest
+    if not whole or resolution & (resolution - 1):
+        raise ParameterError(
+            f"resolution={resolution!r:.60}: expected a power of 2, from 2 to {finest} for {dimensions} dimensions"
+        )
     if not 0.0 <= tolerance < 1.0:
         raise ParameterError(f"tolerance={tolerance!r}: expected a share, from 0 to below 1")
     bands = _bands_of(m, side)

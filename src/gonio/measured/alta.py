@@ -91,17 +91,17 @@ def _dimensions(path: str, header: Mapping[str, str]) -> tuple[int, int, int]:
     words = [*header.get("DIM", "").split(), *dict.fromkeys(header.get("VS", "0").split())]
     if len(words) != 3 or not all(re.fullmatch(r"[0-9]{1,4}", w) for w in words):
         raise FormatError(
-            f"{path}: #DIM {header.get('DIM')}, #VS {header.get('VS')}: expected two numbers, and 0, 1 or 2"
+            f"{path}: #DIM {header.get('DIM')!s:.60}, #VS {header.get('VS')!s:.60}: expected two numbers, and 0, 1 or 2"
         )
     nx, ny, kind = map(int, words)
     name = header.get("PARAM_IN", "UNKNOWN_INPUT")
     if name not in PARAMETERS:
         raise FormatError(
-            f"{path}: #PARAM_IN {name}: expected one of {', '.join(PARAMETERS)}; give param_in= if you know which"
+            f"{path}: #PARAM_IN {name:.60}: expected one of {', '.join(PARAMETERS)}; give param_in= if you know which"
         )
     if header.get("PARAM_OUT", "INV_STERADIAN") not in QUANTITIES:
         raise FormatError(
-            f"{path}: #PARAM_OUT {header['PARAM_OUT']}: is no BRDF, expected one of {', '.join(QUANTITIES)}"
+            f"{path}: #PARAM_OUT {header['PARAM_OUT']:.60}: is no BRDF, expected one of {', '.join(QUANTITIES)}"
         )
     if nx != PARAMETERS[name].size or ny < 1 or kind > 2:
         raise FormatError(
@@ -128,8 +128,8 @@ def _stream(lines: _text.Lines, header: Mapping[str, str]) -> np.ndarray:
     precision, count = header.get("PRECISION", "ieee754-double"), header.get("SAMPLE_COUNT", "")
     if order is None or precision != "ieee754-double" or not _text.is_whole(count):
         raise FormatError(
-            f"{lines.path}: #ENDIAN {header.get('ENDIAN')}, #PRECISION {precision}, #SAMPLE_COUNT {count}: expected "
-            f"little or big, ieee754-double and a whole number"
+            f"{lines.path}: #ENDIAN {header.get('ENDIAN')!s:.60}, #PRECISION {precision:.60}, #SAMPLE_COUNT "
+            f"{count:.60}: expected little or big, ieee754-double and a whole number"
         )
     columns = nx + ny + kind * ny
     held = lines.bytes(8 * columns * int(count), f"{count} rows of {columns} numbers")
@@ -195,7 +195,7 @@ def _half_difference(
             columns["phi_d"] = phi + math.pi
         else:
             reduced = {"periods": {"phi_d": math.pi}, "mirrored": len(names) == 3 and phi.max() <= 0.5 * math.pi + 1e-6}
-    found = _pairs.grid(columns)
+    found = _pairs.grid_of(columns, pairs, path)
     if found is None or any(np.ptp(a) > 2.0 * math.pi + 1e-6 for a in found[0].values()):
         return None
     axes, order = found

@@ -43,7 +43,7 @@ STATES = {(1.0, 1.0, 0.0, 0.0): "s", (1.0, -1.0, 0.0, 0.0): "p", (1.0, 0.0, 0.0,
 
 def matches(head: bytes, size: int) -> bool:
     """Whether a file that starts so can be one of these: JSON with BiRD's names, and not OpenMATERIAL's."""
-    text = head.lstrip(b"\xef\xbb\xbf \t\r\n")
+    text = head.lstrip()
     if not text.startswith(b"{") or open_material.matches(head, size):
         return False
     return (b'"metadata"' in text and b"BRDF" in text) or (b'"theta_r"' in text and b'"theta_i"' in text)

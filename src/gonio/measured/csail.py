@@ -11,16 +11,20 @@ another. No published file was at hand.
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from ..errors import FormatError, ParameterError
 from ..files import replacing
+from ..grid_axes import counts
 from ..interface import Reflectance
+from ..param import Ours, kept
 from ..parameterisations import parameterisation
-from ._mapped import Mapped, expect_channels, numbers
+from ._mapped import Unscanned, expect_channels, numbers
 
 NAME = "CSAIL"
 SUFFIXES = (".dat",)
@@ -33,7 +37,7 @@ HEADER = 4 * COUNT
 RESOLUTION = (45, 45, 90, 36)
 
 
-class CSAIL(Mapped):
+class CSAIL(Unscanned):
     """BRDF of an anisotropic material, linear in theta_i, theta_o, phi and phi_i between the centres of bins; RGB.
 
     Bins without data (negative, or NaN) are left out and the weights of the others renormalised. theta stays at the
@@ -55,9 +59,10 @@ class CSAIL(Mapped):
     header: np.ndarray
     scale: float
 
-    def __init__(self, raw: np.ndarray, header: np.ndarray, scale: float = 1.0, path: str = ""):
+    def __init__(self, raw: Any, header: Any, scale: float = 1.0, path: str = ""):
         if not (math.isfinite(scale) and scale > 0.0):
             raise ParameterError(f"scale={scale!r}: expected a positive number")
+        raw, header = kept(raw), kept(header)
         half = bool(header[9])
         self.__dict__.update(raw=raw, header=header, scale=float(scale))
         stored = np.moveaxis(raw, 0, -1)
@@ -109,41 +114,42 @@ def matches(head: bytes, size: int) -> bool:
 
 def read(path: Path, scale: float = 1.0) -> CSAIL:
     """The material of a file; `scale`: what its numbers are multiplied by. Raises FormatError for a damaged one."""
-    header = numbers(path, "<i4", (COUNT,))
-    counts, size = tuple(header[:4].tolist()), Path(path).stat().st_size
-    for at, what, allowed in (
-        (6, "paramType", (1,)),
-        (7, "binType", (0,)),
-        (9, "half_data", (0, 1)),
-        (10, "channels", (3,)),
-    ):
-        if header[at] not in allowed:
-            raise FormatError(f"{path}: {what} is {header[at]}, expected {' or '.join(map(str, allowed))}")
-    if min(counts) < 1 or size != _size(counts):
-        raise FormatError(
-            f"{path}: {size} bytes, expected {_size(counts)} for {'×'.join(map(str, counts))} bins of theta_i, "
-            f"theta_o, phi, phi_i: cut short or damaged; fetch it again"
-        )
-    return CSAIL(numbers(path, "<f4", (3, *counts), HEADER), header, scale, str(path))
+    with path.open("rb") as file:
+        header = numbers(file, path, "<i4", (COUNT,))
+        counts, size = tuple(header[:4].tolist()), file.seek(0, os.SEEK_END)
+        for at, what, allowed in (
+            (6, "paramType", (1,)),
+            (7, "binType", (0,)),
+            (9, "half_data", (0, 1)),
+            (10, "channels", (3,)),
+        ):
+            if header[at] not in allowed:
+                raise FormatError(f"{path}: {what} is {header[at]}, expected {' or '.join(map(str, allowed))}")
+        if min(counts) < 1 or size != _size(counts):
+            raise FormatError(
+                f"{path}: {size} bytes, expected {_size(counts)} for {'×'.join(map(str, counts))} bins of theta_i, "
+                f"theta_o, phi, phi_i: cut short or damaged; fetch it again"
+            )
+        raw = numbers(file, path, "<f4", (3, *counts), HEADER)
+    return CSAIL(Ours(raw), header, scale, str(path))
 
 
-def write(m: Reflectance, path: Path, resolution: tuple[int, int, int, int] = RESOLUTION) -> None:
-    """Write f at the centres of bins; a CSAIL is written as it was read, bit by bit.
+def write(m: Reflectance, path: Path, resolution: Sequence[int] | None = None) -> None:
+    """Write f at the centres of bins; a CSAIL is written as it was read, bit by bit, unless `resolution` is given.
 
-    `resolution`: bins of theta_i, theta_o, phi and phi_i. One channel becomes gray; -1 stands for values that are
-    negative, NaN or infinite. Raises ParameterError for a material with a delta lobe, other than 1 or 3 channels,
-    or maps: no such table could hold it.
+    `resolution`: bins of theta_i, theta_o, phi and phi_i; 45, 45, 90, 36 if not given. One channel becomes gray; -1
+    stands for values that are negative, NaN or infinite. Raises ParameterError for a material with a delta lobe,
+    other than 1 or 3 channels, or maps: no such table could hold it.
     """
-    header, raw = (m.header, m.raw) if isinstance(m, CSAIL) else _tabulated(m, resolution)
+    header, raw = (m.header, m.raw) if isinstance(m, CSAIL) and resolution is None else _tabulated(m, resolution)
     with replacing(path) as temporary, temporary.open("wb") as file:
         header.tofile(file)
         raw.tofile(file)
 
 
-def _tabulated(m: Reflectance, resolution: tuple[int, int, int, int]) -> tuple[np.ndarray, np.ndarray]:
+def _tabulated(m: Reflectance, asked: Sequence[int] | None) -> tuple[np.ndarray, np.ndarray]:
     expect_channels(m, NAME)
-    if len(resolution) != 4 or min(resolution) < 1:
-        raise ParameterError(f"resolution={resolution!r}: expected bins of theta_i, theta_o, phi and phi_i")
+    resolution = counts(RESOLUTION if asked is None else asked, (4,), 1, "bins of theta_i, theta_o, phi and phi_i")
     header = np.zeros(COUNT, "<i4")
     header[[0, 1, 2, 3, 6, 10]] = *resolution, 1, 3
     raw = np.empty((3, *resolution), "<f4")

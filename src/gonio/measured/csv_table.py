@@ -61,6 +61,9 @@ OPTIONS = (
     *(f"period_{n}" for n in AZIMUTHS),
 )
 
+MOST = 2**16
+"""Columns of a table."""
+
 MARK = "# gonio measurement"
 """The first line of what `write` makes."""
 
@@ -92,6 +95,8 @@ def read(path: Path, side: str = "front") -> Gridded:
             about[found[1].strip()] = found[2]
     separator = next((s for s in ";\t," if s in line), None)
     names = [name.strip().strip('"') for name in line.split(separator)]
+    if len(names) > MOST:
+        raise FormatError(f"{path}: {len(names)} columns, expected at most {MOST}; split the table by channels")
     lines.comment = "#"
     table = _numbers(lines, separator, len(names))
     if not len(table):
@@ -198,7 +203,8 @@ def _of_columns(
 ) -> Gridded:
     periods = {k.removeprefix("period_"): _turn(path, k, v) for k, v in options.items() if k.startswith("period_")}
     one_azimuth = "phi_i" in columns and np.ptp(columns["phi_i"]) == 0.0 and "mirrored" not in options
-    found = None if "isotropic" in options or name == "in plane" or one_azimuth else _pairs.grid(columns)
+    rows_only = "isotropic" in options or name == "in plane" or one_azimuth
+    found = None if rows_only else _pairs.grid_of(columns, measured, path)
     if found is not None and all(_is_axis(n, x) for n, x in found[0].items()):
         return _on_grid(path, name, found, measured, about, options, periods)
     isotropic = len(columns) < 4 or one_azimuth

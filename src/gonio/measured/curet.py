@@ -37,7 +37,7 @@ _NUMBER = re.compile(r"[-+]?[0-9.]+(e[-+]?[0-9]+)?", re.IGNORECASE)
 
 def matches(head: bytes, size: int) -> bool:
     """Whether a file that starts so can be one of these: rows of numbers of the right length, numbered from 1 on."""
-    lines = head.removeprefix(b"\xef\xbb\xbf").decode("latin-1").splitlines()
+    lines = _text.start(head).split("\n")
     rows = [line.split() for line in lines if line.strip()]
     whole = rows if len(head) >= size else rows[:-1]
     if not rows or not all(_NUMBER.fullmatch(word) for row in rows for word in row[:-1]):

@@ -107,19 +107,19 @@ def write(
     theta_o: Any = None,
     phi: Any = None,
     phi_i: Any = None,
-    resolution: float = 5.0,
+    resolution: float | None = None,
     channel: Any = None,
 ) -> None:
     """Write f at lists of angles; a material read from such a file is written with the same rows.
 
     An `angles` table keeps its grid and numbers, without the nodes that have no data. Of others f is taken at the given
-    angles [degrees], by default every 2 `resolution` in theta_i and phi = phi_s - phi_i, every `resolution` in theta_s
-    up to 85; phi from 0 to 180 for isotropic materials, else to 360 and phi_i every 30. FRED's table has one channel:
-    others are refused unless `channel` names one.
-    Raises ParameterError for a delta lobe, maps, and several channels.
+    angles [degrees], by default every 2 `resolution` in theta_i and phi = phi_s - phi_i, every `resolution` (5) in
+    theta_s up to 85; phi from 0 to 180 for isotropic materials, else to 360 and phi_i every 30. FRED's table has
+    one channel: others are refused unless `channel` names one. Raises ParameterError for a delta lobe, maps, and
+    several channels.
     """
     given = (theta_i, theta_o, phi, phi_i)
-    sheet = as_filed(m, Sheet, *given, channel) or Sheet(WORDS, _made_of(m, given, resolution, channel))
+    sheet = as_filed(m, Sheet, *given, resolution, channel) or Sheet(WORDS, _made_of(m, given, resolution, channel))
     _text.write(path, _written(sheet))
 
 
@@ -133,9 +133,9 @@ def _written(sheet: Sheet) -> Iterator[str]:
         yield from _text.join([row[2:]], "\t")
 
 
-def _made_of(m: Reflectance, given: tuple, resolution: float, channel: Any) -> np.ndarray:
+def _made_of(m: Reflectance, given: tuple, resolution: float | None, channel: Any) -> np.ndarray:
     """Rows as in a file."""
-    if own := own_table(m, "angles", given):
+    if own := own_table(m, "angles", (*given, resolution)):
         table, f = own
         angles = [_text.degrees(x) for x in table.axes.values()]
         angles, f = (angles, f) if len(angles) == 4 else ([*angles[:2], np.zeros(1), angles[2]], f[:, :, None])
@@ -146,7 +146,7 @@ def _made_of(m: Reflectance, given: tuple, resolution: float, channel: Any) -> n
     else:
         theta_i, theta_o, phi, phi_i = given
         isotropic = phi_i is None and m.is_isotropic()
-        usual = default_angles(resolution)
+        usual = default_angles(resolution, not isotropic)
         grid = [
             angle_list("theta_i", theta_i, usual.theta_i, 0.0, 90.0),
             angle_list("phi_i", phi_i, [0.0] if isotropic else usual.turns, -360.0, 360.0),

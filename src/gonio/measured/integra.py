@@ -22,6 +22,7 @@ import numpy as np
 
 from ..errors import FormatError, ParameterError
 from ..geometry import HORIZON
+from ..grid_axes import counts, fits
 from ..gridded import Gridded
 from ..interface import Reflectance
 from ..measurement import tabular_shape
@@ -235,7 +236,10 @@ def write(m: Reflectance, path: Path, resolution: Sequence[int] | None = None) -
     f cos(theta_o) stays that, other quantities become pi f. Lost: uncertainties, and how to interpolate. Raises
     ParameterError for data with holes, delta lobes, maps, and channels other than one, RGB or wavelengths.
     """
-    table = m if isinstance(m, Gridded) and m.parameterisation == "specular" else _sampled(m, resolution)
+    if isinstance(m, Gridded) and m.parameterisation == "specular" and resolution is None:
+        table = m
+    else:
+        table = _sampled(m, resolution)
     intensity = table.quantity == QUANTITIES["intensity"]
     values = table.stored if table.quantity in QUANTITIES.values() else np.pi * table.brdf()
     if not np.isfinite(values).all():
@@ -278,20 +282,17 @@ def _heads(m: Reflectance, names: tuple | None) -> tuple[str, list[str]]:
 
 
 def _sampled(m: Reflectance, resolution: Sequence[int] | None) -> Gridded:
-    counts = tuple(resolution or RESOLUTION)
-    if len(counts) != 3 or not all(isinstance(n, (int, np.integer)) and n >= 2 for n in counts):
-        raise ParameterError(
-            f"resolution={resolution!r}: expected whole numbers of theta_i, radial and azimuth, from 2"
-        )
+    nodes = counts(RESOLUTION if resolution is None else resolution, (3,), 2, "nodes of theta_i, radial and azimuth")
     tabular_shape(m)
     quarters = {
-        "theta_i": np.arange(counts[0]) / counts[0],
-        "radial": 2.0 * (np.arange(counts[1]) / (counts[1] - 1)) ** 2,
-        "azimuth": np.linspace(0.0, 4.0, counts[2]),
+        "theta_i": np.arange(nodes[0]) / nodes[0],
+        "radial": 2.0 * (np.arange(nodes[1]) / (nodes[1] - 1)) ** 2,
+        "azimuth": np.linspace(0.0, 4.0, nodes[2]),
     }
     axes = {name: np.radians(np.round(90.0 * x, 6)) for name, x in quarters.items()}
     if not m.is_isotropic():
         axes["phi_i"] = axes["azimuth"][:-1]
+    fits(math.prod(map(len, axes.values())), f"resolution={nodes}")
     wi, wo = PARAMETERISATIONS["specular"].pairs(*np.meshgrid(*axes.values(), indexing="ij"))
     wo = np.concatenate([wo[..., :2], np.maximum(wo[..., 2:], 10.0 * HORIZON)], axis=-1)
     f = m.f(wi, wo / np.linalg.norm(wo, axis=-1, keepdims=True))

@@ -127,6 +127,8 @@ def _speos(lines: _text.Lines) -> Iterator[Scan]:
         rows: list[list[float]] = []
         while (line := lines.peek()) is not None and not line.lower().startswith(SPEOS):
             row = lines.floats(line)
+            if rows and row == rows[-1]:
+                raise lines.fault(line, "each Polar angle once; remove the repeated row")
             if rows and row and row[0] <= rows[-1][0]:
                 break
             lines.next()

@@ -8,20 +8,21 @@ on files written here; no published file was at hand.
 
 from __future__ import annotations
 
-import mmap
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..errors import FormatError, NotFoundError, ParameterError
+from ..errors import FormatError, ParameterError
 from ..geometry import HORIZON
+from ..grid_axes import counts
 from ..interface import Reflectance
+from ..param import Held, kept
 from ..parameterisations import parameterisation
 from . import _tensor_file
-from ._mapped import Mapped
-from ._tensor_file import expect
+from ._mapped import Unscanned
+from ._tensor_file import Kept, expect
 
 if TYPE_CHECKING:
     import xarray
@@ -36,33 +37,35 @@ WAVELENGTHS = (450, 500, 550, 600, 650)
 RESOLUTION = (91, 46, 73)
 
 
-class KAIST(Mapped):
+class KAIST(Unscanned):
     """Polarimetric BRDF of an isotropic material: f is M00 at each wavelength, linear in theta_h, theta_d and phi_d.
 
     Beyond the outermost nodes f is what it is there. Nodes without data (NaN) are left out and the weights of the
     others renormalised; Mitsuba has 0 for pairs with such a node around them.
 
-    mueller   the matrices (phi_d, theta_d, theta_h, wavelength, 4, 4) [1/sr] as they are stored, in the file until they
-              are looked at. Reference directions of Stokes vectors lie in the plane of both directions (Baek et al.).
+    mueller   the matrices (phi_d, theta_d, theta_h, wavelength, 4, 4) [1/sr] as they are stored: read from the file
+              each time they are asked for; FormatError, or NotFoundError, where that is another by then, or gone.
+              Reference directions of Stokes vectors lie in the plane of both directions (Baek et al.).
 
     Sampling: see `Sampled`.
 
     Shapes   f: (..., wavelengths).
     Units    f: 1/sr; wavelengths (`channel_names`): nm.
     Error    against Mitsuba 3.9.1 `measured_polarized` (float32), 2000 pairs of a file of random numbers without NaN:
-             7e-6 of the largest f. Memory, once f is asked for: some 16 bytes per node and wavelength, 0.24 GB for a
+             7e-6 of the largest f. Memory: 4 bytes per node and wavelength, 8 more once f is asked for: 0.18 GB for a
              published file.
     Source   Baek et al. 2020, "Image-based acquisition and modeling of polarimetric reflectance", ACM TOG 39(4):139.
     """
 
     format = NAME
-    fields_stored: dict[str, np.ndarray]
+    fields_stored: dict[str, np.ndarray | Kept]
     """The fields of the file, in their order."""
 
-    def __init__(self, fields: Mapping[str, np.ndarray], path: str = ""):
+    def __init__(self, fields: Mapping[str, Any], path: str = ""):
         """From the fields of a tensor file. Raises FormatError where they do not fit each other."""
-        where, held = path or "KAIST fields", dict(fields)
-        wavelengths = expect(held, where, "wvls", (None,), "uint16")
+        where = path or "KAIST fields"
+        held = Held({name: a if isinstance(a, Kept) else kept(a) for name, a in fields.items()})
+        wavelengths = _tensor_file.held(expect(held, where, "wvls", (None,), "uint16"))
         if (np.diff(wavelengths.astype(int)) <= 0).any():
             raise FormatError(f"{where}: wvls is {wavelengths[:8]}, expected increasing wavelengths [nm]")
         nodes = {name: _nodes(held, where, name) for name in AXES}
@@ -73,7 +76,7 @@ class KAIST(Mapped):
             super().__init__(
                 "half_difference",
                 nodes,
-                M[..., 0, 0].transpose(2, 1, 0, 3),
+                _first_elements(M).transpose(2, 1, 0, 3),
                 tuple(wavelengths.astype(float).tolist()),
                 path,
                 {name: len(x) for name, x in nodes.items()},
@@ -84,7 +87,7 @@ class KAIST(Mapped):
     @property
     def mueller(self) -> np.ndarray:
         """The Mueller matrices, as stored."""
-        return self.fields_stored["M"]
+        return _tensor_file.held(self.fields_stored["M"])
 
     @property
     def data(self) -> xarray.Dataset:
@@ -94,10 +97,20 @@ class KAIST(Mapped):
         return super().data.assign(mueller=(dims, self.mueller, long_name))
 
 
-def _nodes(fields: Mapping[str, np.ndarray], where: str, name: str) -> np.ndarray:
+def _first_elements(M: np.ndarray | Kept) -> np.ndarray:
+    """M00 of all matrices."""
+    if not isinstance(M, Kept):
+        return M[..., 0, 0]
+    found = np.empty(M.shape[:-2], M.dtype)
+    for k, row in enumerate(M.rows()):
+        found[k] = row[..., 0, 0]
+    return found
+
+
+def _nodes(fields: Mapping[str, Any], where: str, name: str) -> np.ndarray:
     """Nodes of an axis [rad]; those that are even but for the rounding of float32 are made even."""
-    found = expect(fields, where, name, (1, None) if name in fields and fields[name].ndim == 2 else (None,)).reshape(-1)
-    exact = found.astype(float)
+    shape = (1, None) if name in fields and fields[name].ndim == 2 else (None,)
+    exact = _tensor_file.held(expect(fields, where, name, shape)).reshape(-1).astype(float)
     even = np.linspace(exact[0], exact[-1], len(exact))
     return even if np.abs(even - exact).max() <= 1e-6 else exact
 
@@ -108,26 +121,28 @@ def matches(head: bytes, size: int) -> bool:
 
 
 def read(path: Path) -> KAIST:
-    """The measurement in a file, of which only the header is read here."""
-    try:
-        with Path(path).open("rb") as file:
-            data = mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ)
-    except OSError as error:
-        raise NotFoundError(f"{path}: cannot be read: {error.strerror}") from None
-    return KAIST(_tensor_file.parse(data, str(path)), str(path))
+    """The measurement in a file: M00 of all matrices, which f is made of; the others stay there."""
+    with _tensor_file.opened(path) as file:
+        known = _tensor_file.stamp(file)
+        found = {n: Kept(str(path), known, e) for n, e in _tensor_file.entries(file, known[0], str(path)).items()}
+    return KAIST(found, str(path))
 
 
-def write(m: Reflectance, path: Path, resolution: tuple[int, int, int] = RESOLUTION) -> None:
-    """Write f as M00, and 0 as what polarises; a KAIST is written with all its fields, bit by bit.
+def write(m: Reflectance, path: Path, resolution: Sequence[int] | None = None) -> None:
+    """Write f as M00, and 0 as what polarises; a KAIST is written with all its fields, bit by bit, unless `resolution`
+    is given.
 
-    `resolution`: nodes of theta_h, theta_d and phi_d. A material without wavelengths has the same f at 450 to 650 nm.
-    NaN stands for below the horizon. Raises ParameterError for materials that are anisotropic, coloured without
-    wavelengths, or have a delta lobe or maps.
+    `resolution`: nodes of theta_h, theta_d and phi_d; 91, 46, 73 if not given. A material without wavelengths has the
+    same f at 450 to 650 nm. NaN stands for below the horizon. Raises ParameterError for materials that are
+    anisotropic, coloured without wavelengths, or have a delta lobe or maps.
     """
-    _tensor_file.write(path, m.fields_stored if isinstance(m, KAIST) else _tabulated(m, resolution))
+    if isinstance(m, KAIST) and resolution is None:
+        _tensor_file.write(path, m.fields_stored)
+    else:
+        _tensor_file.write(path, _tabulated(m, resolution))
 
 
-def _tabulated(m: Reflectance, resolution: tuple[int, int, int]) -> dict[str, np.ndarray]:
+def _tabulated(m: Reflectance, asked: Sequence[int] | None) -> dict[str, np.ndarray]:
     names = m.channel_names
     shape = m.f([0.0, 0.0, 1.0], [0.0, 0.0, 1.0]).shape
     spectral = names is not None and all(isinstance(x, (int, float)) and 0 < x < 65536 and x == int(x) for x in names)
@@ -136,10 +151,7 @@ def _tabulated(m: Reflectance, resolution: tuple[int, int, int]) -> dict[str, np
             f"{m!r:.80}: KAIST files hold isotropic materials at whole wavelengths [nm], or gray ones, without delta "
             f"lobes or maps; convert colours to wavelengths, leave out what is more"
         )
-    if len(resolution) != 3 or min(resolution) < 2:
-        raise ParameterError(
-            f"resolution={resolution!r}: expected nodes of theta_h, theta_d and phi_d, at least 2 each"
-        )
+    resolution = counts(RESOLUTION if asked is None else asked, (3,), 2, "nodes of theta_h, theta_d and phi_d")
     ends = ((0.0, 0.5), (0.0, 0.5), (-1.0, 1.0))
     axes = [np.linspace(a, b, n, dtype="f4") * np.float32(np.pi) for (a, b), n in zip(ends, resolution, strict=True)]
     wavelengths = np.array(names if spectral else WAVELENGTHS, "u2")

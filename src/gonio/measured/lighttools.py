@@ -182,6 +182,8 @@ def _blocks(lines: _text.Lines, content: str, azimuths: int, radials: int) -> It
     for line in lines:
         key, rest = _bsdf_text.key_and_words(line)
         if key == "dataend":
+            if lines.next() is not None:
+                raise lines.fault("more lines", "nothing after DataEnd; keep several files apart")
             break
         if key not in KEYS or len(rest) != 1:
             raise lines.fault(line, f"one of {', '.join(KEYS)} and its value")
@@ -216,25 +218,25 @@ def write(
     theta_o: Any = None,
     phi: Any = None,
     phi_i: Any = None,
-    resolution: float = 5.0,
+    resolution: float | None = None,
     channel: Any = None,
     wavelength: float = 550.0,
 ) -> None:
     """Write f by angles; a material read from such a file is written with the same numbers, all blocks of it.
 
     A table with `angles` axes keeps its grid. Of others f is taken at the given angles [degrees], by default theta_i
-    and azimuths every 2 `resolution`, theta_o every `resolution` up to 85 and at 89; of anisotropic materials phi_i
+    and azimuths every 2 `resolution`, theta_o every `resolution` (5) up to 85 and at 89; of anisotropic materials phi_i
     every 30, and `phi` is phi_o. RGB becomes XYZ (linear sRGB, D65), wavelengths stay, and `channel` picks one channel
     by name; one without a wavelength is said to be of `wavelength` [nm]. No data becomes 0. TIS is integrated.
     Raises ParameterError for a delta lobe, maps, and channels with other names.
     """
     given = (theta_i, theta_o, phi_i, phi)
-    sheet = as_filed(m, Sheet, *given, channel) or _made_of(m, given, resolution, channel, wavelength)
+    sheet = as_filed(m, Sheet, *given, resolution, channel) or _made_of(m, given, resolution, channel, wavelength)
     _text.write(path, _written(sheet))
 
 
-def _made_of(m: Reflectance, given: tuple, resolution: float, channel: Any, wavelength: float) -> Sheet:
-    if own := own_table(m, "angles", given):
+def _made_of(m: Reflectance, given: tuple, resolution: float | None, channel: Any, wavelength: float) -> Sheet:
+    if own := own_table(m, "angles", (*given, resolution)):
         axes, f, half = own[0].axes, own[1], own[0].is_mirrored
     else:
         axes, half = _axes(m, given, resolution)
@@ -262,11 +264,11 @@ def _made_of(m: Reflectance, given: tuple, resolution: float, channel: Any, wave
     return Sheet(symmetry, content, azimuth.tolist(), degrees["theta_o"].tolist(), tuple(blocks))
 
 
-def _axes(m: Reflectance, given: tuple, resolution: float) -> tuple[dict[str, np.ndarray], bool]:
+def _axes(m: Reflectance, given: tuple, resolution: float | None) -> tuple[dict[str, np.ndarray], bool]:
     """Nodes [rad], and whether they are on one side of the plane of incidence."""
     theta_i, theta_o, phi_i, phi = given
     isotropic = phi_i is None and m.is_isotropic()
-    usual = default_angles(resolution)
+    usual = default_angles(resolution, not isotropic)
     axes = {
         "theta_i": angle_list("theta_i", theta_i, usual.theta_i, 0.0, 90.0),
         "theta_o": angle_list("theta_o", theta_o, [*usual.theta_o, 89.0], 0.0, 90.0),

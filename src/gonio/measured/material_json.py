@@ -9,7 +9,7 @@ from ..errors import Error, FormatError
 from ..files import replacing
 from ..interface import Reflectance
 from ..parametrised import from_json
-from . import bird_json, open_material
+from . import _json, bird_json, open_material
 
 NAME = "gonio JSON"
 SUFFIXES = (".json",)
@@ -25,13 +25,12 @@ def matches(head: bytes, size: int) -> bool:
 
 
 def read(path: Path) -> Reflectance:
-    """The material of a JSON file."""
+    """The material of a JSON file. It opens no other file, whatever is in it."""
+    data = _json.read(path)
     try:
-        m = from_json(json.loads(path.read_text(encoding="utf-8")))
+        m = from_json(data)
     except Error as error:
         raise FormatError(f"{path}: {error}") from None
-    except (ValueError, TypeError, RecursionError, AttributeError) as error:
-        raise FormatError(f"{path}: not a gonio material file: {error}") from None
     if not isinstance(m, Reflectance):
         raise FormatError(f"{path}: holds a {type(m).__name__}, expected a reflectance")
     return m

@@ -2,7 +2,7 @@
 
 Variables BRDF_Albedo_Parameters_<band> (time, y, x, parameter), or without time, hold the parameters iso, vol, geo in
 this order: stored numbers times their `scale_factor` (0.001), `_FillValue` (32767, NaN) is no data. Read are HDF4-EOS,
-as NASA distributes tiles of 2400 x 2400 pixels, with pyhdf (`pip install gonio[hdf4]`), and netCDF-4 or HDF5, as
+as NASA distributes tiles of 2400 x 2400 pixels, with pyhdf (`pip install 'gonio[hdf4]'`), and netCDF-4 or HDF5, as
 AppEEARS and h4toh5 make them, all in one group.
 Checked against a real netCDF file (LP DAAC's AppEEARS, one pixel, 365 days); HDF4 and groups on own files only, with
 the names, numbers and attributes of that file: no tile and no description of one was at hand.
@@ -20,7 +20,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from .. import ops
 from ..errors import DependencyError, FormatError, ParameterError
+from ..libraries import frozen
 from ..measurement import Measured
 from ..models.ross_li import RossLi
 from . import _hdf
@@ -46,6 +48,8 @@ BANDS = {
     "Band7": 2130.0,
 }
 """MODIS' land bands -> centre wavelength [nm]; the others, vis, nir and shortwave, are broad."""
+PREFIXES, NEEDED = [PREFIX, QUALITY], frozenset({"time"})
+"""What the names of arrays that are read begin with, or are."""
 KERNELS = ("f_iso", "f_vol", "f_geo")
 
 
@@ -69,12 +73,12 @@ def read(path: Path, rows: tuple[int, int] | None = None, columns: tuple[int, in
 
     if importlib.util.find_spec("pyhdf") is None:
         raise DependencyError(
-            f"{path}: HDF4 is read with pyhdf; install it: pip install gonio[hdf4]; or order the product as netCDF-4 "
+            f"{path}: HDF4 is read with pyhdf; install it: pip install 'gonio[hdf4]'; or order the product as netCDF-4 "
             f"from AppEEARS, or convert it: `h4tonccf_nc4 old.hdf new.nc` (hdfeos.org), `h4toh5 old.hdf new.h5`"
         )
     window = [_ends("rows", rows), _ends("columns", columns)]
     most = MOST if None in window else sys.maxsize
-    asked = {"prefixes": [PREFIX, QUALITY], "window": window, "most": most}
+    asked = {"prefixes": PREFIXES, "window": window, "most": most}
     with tempfile.TemporaryDirectory() as folder:
         found = _hdf.inspected("hdf4", path, folder, json.dumps(asked))
         shape = next((shape for name, shape in found["shapes"].items() if name.startswith(PREFIX)), None)
@@ -201,8 +205,7 @@ class MCD43(RossLi, Measured):
     time: int
 
     def __init__(self, weights: Any, bands: tuple[str, ...], time: int, path: str = "", about: Any = None):
-        weights = np.array(weights, np.float64)
-        weights.flags.writeable = False
+        weights = frozen(np.array(ops.numbers(weights), np.float64))
         spectral = all(band in BANDS for band in bands)
         names = tuple(BANDS[band] for band in bands) if spectral else bands
         day = weights[time]  # y, x, kernel, band
@@ -212,9 +215,7 @@ class MCD43(RossLi, Measured):
         super().__init__(path, about, **{name: np.nan_to_num(values) for name, values in held.items()})
         for name, values in held.items():
             if np.isnan(values).any():
-                values = values.copy()
-                values.flags.writeable = False
-                self.__dict__[name] = values
+                self.__dict__[name] = frozen(values.copy())
                 self.__dict__["_kept"].pop(name)
 
     def on(self, time: int) -> MCD43:

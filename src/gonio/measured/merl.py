@@ -22,12 +22,12 @@ import numpy as np
 from .. import ops
 from ..errors import FormatError, ParameterError
 from ..files import replacing
-from ..geometry import HORIZON, Direction, dot, half_difference, half_vector, reflect
+from ..geometry import HORIZON, Direction, half_and_cosine, half_difference, reflect
 from ..gridded import Gridded
 from ..interface import Reflectance
 from ..libraries import Fixed, Roomy
 from ..measurement import Measured, tabular_shape
-from ..param import channels, option, table
+from ..param import Ours, channels, kept, option, table
 from ..spectrum import RELATIVE_XYZ, XYZ, rgb_of
 from ..warp import cosine_hemisphere, cosine_hemisphere_density
 
@@ -99,8 +99,8 @@ class MERL(Measured):
         path: str = "",
         about: dict[str, Any] | None = None,
     ):
-        raw = np.ascontiguousarray(raw, dtype=np.float64) if raw is not None else np.empty(0)
-        super().__init__(path, about, raw=raw, interpolation=interpolation, channel=len(SCALE))
+        raw = np.ascontiguousarray(kept(raw), dtype=np.float64) if raw is not None else np.empty(0)
+        super().__init__(path, about, raw=Ours(raw), interpolation=interpolation, channel=len(SCALE))
 
     def validate(self) -> None:
         if self.raw.shape[:1] != (3,) or self.raw.shape[1:] not in SHAPES:
@@ -212,14 +212,14 @@ class MERL(Measured):
         return Direction(*(ops.where(choice < N, a, b) for a, b in zip(by_ring, spread, strict=True)))
 
     def density(self, wi: Direction, wo: Direction) -> Any:
-        wm = half_vector(wi, wo)
+        wm, cos_d = half_and_cosine(wi, wo)
         sin2 = wm.x * wm.x + wm.y * wm.y
         ring = ops.to_index(ops.clip(_ring(ops.arctan2(ops.sqrt(sin2 + 1e-30), wm.z)), 0.0, N - 0.5))
         (p0, v0, q0), (p1, v1, q1) = self._edge(ring), self._edge(ring + 1)
         r = ops.clip((sin2 / (1.0 + wm.z) - v0) / (v1 - v0), 0.0, 1.0)
         by_ring = (p1 - p0) / (math.pi * (v1 - v0)) * (q0 + r * (q1 - q0)) / (q0 + q1)
         spread = 1.0 - ops.take(self.rings, 0 * ring + N)
-        return by_ring / (4.0 * dot(wo, wm)) + spread * cosine_hemisphere_density(wi)
+        return by_ring / (4.0 * cos_d) + spread * cosine_hemisphere_density(wi)
 
     def _edge(self, ring: Any) -> tuple[Any, ...]:
         return tuple(ops.take(self.rings, ring + row * ROW) for row in range(3))
@@ -350,8 +350,10 @@ def read(path: Path) -> MERL:
                 f"{path}: MERL file {fault}: {size} bytes, expected {_size(dims)} for {says}; fetch it again"
             )
         file.seek(HEADER)
-        raw = np.fromfile(file, "<f8", 3 * math.prod(dims)).reshape(3, *dims)
-    return MERL(raw, path=str(path))
+        raw = np.fromfile(file, "<f8", 3 * math.prod(dims))
+    if raw.nbytes != _size(dims) - HEADER:
+        raise FormatError(f"{path}: cut short while it was read: expected {_size(dims)} bytes; fetch it again")
+    return MERL(Ours(raw.reshape(3, *dims)), path=str(path))
 
 
 def write(m: Reflectance, path: Path, phi_d: int = 180) -> None:

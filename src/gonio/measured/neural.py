@@ -6,6 +6,7 @@ Known from the sources of asztr's Neural-BRDF, and checked against three of its 
 
 from __future__ import annotations
 
+import io
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
@@ -72,8 +73,8 @@ class Neural(Sampled):
                 raise ParameterError(
                     f"Neural: layer {k} has shapes {np.shape(kernel)}, {np.shape(bias)}, expected {shape}, {shape[1:]}"
                 )
-        layers = {f"kernel_{k}": np.asarray(x, "f4") for k, x in enumerate(kernels, start=1)}
-        layers |= {f"bias_{k}": np.asarray(x, "f4") for k, x in enumerate(biases, start=1)}
+        layers = {f"kernel_{k}": ops.numbers(x).astype("f4") for k, x in enumerate(kernels, start=1)}
+        layers |= {f"bias_{k}": ops.numbers(x).astype("f4") for k, x in enumerate(biases, start=1)}
         super().__init__(path, {"weights": sum(x.size for x in layers.values())}, **layers, channel=3)
 
     @property
@@ -155,7 +156,8 @@ def write(m: Neural, path: Path) -> None:
 
     if not isinstance(m, Neural):
         raise ParameterError(f"{m!r:.80}: expected a Neural-BRDF; other materials are not fitted here")
-    with replacing(path) as temporary, h5py.File(temporary, "w") as file:
+    content = io.BytesIO()  # the library does not survive a full disk
+    with h5py.File(content, "w") as file:
         names = [f"dense_{k}" for k in (1, 2, 3)]
         file.attrs["layer_names"] = np.array([*names, "lambda_1"], "S8")
         for k, name in enumerate(names, start=1):
@@ -164,3 +166,5 @@ def write(m: Neural, path: Path) -> None:
             for what in ("kernel", "bias"):
                 group.create_dataset(f"{name}/{what}:0", data=m.__dict__[f"{what}_{k}"])
         file.create_group("lambda_1").attrs["weight_names"] = np.empty(0)
+    with replacing(path) as temporary:
+        temporary.write_bytes(content.getbuffer())

@@ -13,8 +13,10 @@ from typing import Any
 
 import numpy as np
 
+from .. import ops
 from ..errors import FormatError, ParameterError
 from ..files import replacing
+from ..libraries import frozen
 from ..scattered import Scattered
 from . import _channels, _text
 from ._pairs import LEVEL, upright
@@ -41,8 +43,7 @@ def matches(head: bytes, size: int) -> bool:
 
 
 def _first_line(head: bytes) -> str:
-    lines = head.decode("latin-1").lstrip("\ufeff\xef\xbb\xbf").replace("\r", "\n").lstrip().split("\n", 1)
-    return lines[0]
+    return _text.start(head).lstrip().partition("\n")[0]
 
 
 def read(path: Path) -> MuellerRows:
@@ -83,8 +84,7 @@ class MuellerRows(Scattered):
     """Mueller matrices [1/sr] of the pairs, from Stokes parameters in to those out; NaN where not measured."""
 
     def __init__(self, table: Any, columns: Any, path: str = ""):
-        rows = np.array(table, np.float64)
-        rows.flags.writeable = False
+        rows = frozen(np.array(ops.numbers(table), np.float64))
         where = path or "MuellerRows(table)"
         nm, angles = rows[:, 0] * 1e3, np.radians(rows[:, ANGLES])
         if not ((nm > 0.0) & (nm < np.inf)).all():
@@ -97,6 +97,6 @@ class MuellerRows(Scattered):
         about = {"columns": list(columns), "wavelengths": names.tolist()}
         if not np.isfinite(wide["f"]).any():
             raise FormatError(f"{where}: holds no value that is a number, expected at least one measurement")
-        self.__dict__.update(table=rows, mueller=wide["mueller"][:, 0] if single else wide["mueller"])
+        self.__dict__.update(table=rows, mueller=frozen(wide["mueller"][:, 0] if single else wide["mueller"]))
         theta_i, phi_i, theta_o, phi_o = pairs.T
         super().__init__(theta_i, phi_i, theta_o, phi_o, wide["f"], channels=names.tolist(), path=path, about=about)

@@ -35,7 +35,7 @@ NM = 1e9
 
 def matches(head: bytes, size: int) -> bool:
     """Whether a file that starts so can be one of these: JSON with OpenMATERIAL's names."""
-    text = head.lstrip(b"\xef\xbb\xbf \t\r\n")
+    text = head.lstrip()
     return text.startswith(b"{") and (b'"openMaterial3dVersion"' in text or b'"lookupTable"' in text)
 
 

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from .. import ops
 from ..errors import FormatError, ParameterError
 from ..measurement import Measured
 from ..models.lambertian import Lambertian
@@ -37,8 +38,7 @@ ASSUMPTION = "Lambertian: f = reflectance/pi for all directions; the file has no
 
 def matches(head: bytes, size: int) -> bool:
     """Whether a file that starts so can be one of these: all its lines are wavelength, reflectance[, uncertainty]."""
-    text = head.decode("latin-1").replace("\r", "\n")
-    lines = [line.strip() for line in text.split("\n")]
+    lines = [line.strip() for line in _text.start(head).split("\n")]
     if size > len(head):
         lines = lines[:-1]  # may be cut
     rows = [words for line in lines if (words := _text.split(line)) and not line.startswith(COMMENTS)]
@@ -102,7 +102,7 @@ class ReflectanceSpectrum(Lambertian, Measured):
     """Of rho, by wavelength."""
 
     def __init__(self, rows: Any, path: str = "", about: dict[str, Any] | None = None):
-        rows = np.array(rows, np.float64)
+        rows = np.array(ops.numbers(rows), np.float64)
         where = path or "ReflectanceSpectrum(rows)"
         if rows.ndim != 2 or rows.shape[1] not in (2, 3) or not len(rows):
             raise ParameterError(f"{where}: shape {rows.shape}, expected (n, 2) or (n, 3)")

@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 
 from .. import ops, warp
-from ..geometry import Direction, add, dot, normalize, polar_angle, reflect
+from ..geometry import Direction, add, half_and_cosine, polar_angle, reflect
 from ..interface import Reflectance
 from ..libraries import Fixed
 from ..marginal_warp import ONE, MarginalWarp, Slices, bilinear, both, bracket, gather, tables_when_needed
 from ..measurement import Measured
-from ..param import channels, table
+from ..param import Held, Ours, channels, kept, table
 from . import _rgl_writer, _tensor_file
 from ._rgl_fields import check, dataset
 
@@ -42,7 +42,7 @@ def matches(head: bytes, size: int) -> bool:
 
 def read(path: Path) -> RGL:
     """The measurement in a file. Raises FormatError where it is damaged."""
-    return RGL(_tensor_file.read(path), str(path))
+    return RGL({name: Ours(a) for name, a in _tensor_file.read(path).items()}, str(path))
 
 
 def write(
@@ -139,10 +139,9 @@ class RGL(Measured):
     luminance_integral: Any
     """About the albedo."""
 
-    def __init__(self, fields: Mapping[str, np.ndarray], path: str = ""):
+    def __init__(self, fields: Mapping[str, Any], path: str = ""):
         """From the fields of a tensor file, name -> array. Raises FormatError where they do not fit."""
-        arrays = {name: np.asarray(a) for name, a in fields.items()}
-        stored = {name: a.copy() if a.flags.writeable else a for name, a in arrays.items()}
+        stored = Held({name: kept(a) for name, a in fields.items()})
         main, reduction = check(stored, path or "RGL fields")
         about = {"description": stored["description"].tobytes().decode("utf-8", "replace").rstrip("\0")}
         about |= _rgl_writer.history(stored)
@@ -160,7 +159,7 @@ class RGL(Measured):
         )
         if self.divided:
             self.__dict__["quantity"] = "brdf * cos(theta_o) / (ndf / (4 sigma))"
-        super().__init__(path, about, **made, channel=len(names))
+        super().__init__(path, about, **{name: Ours(a) for name, a in made.items()}, channel=len(names))
 
     def _keep(self) -> dict[str, Fixed]:
         vndf, luminance = self.stored["vndf"], self.stored["luminance"]
@@ -231,13 +230,13 @@ class RGL(Measured):
     def _table_density(self, wi: Direction, wo: Direction) -> Any:
         wo, wi, _ = self._folded(wo, wi)
         at, _, _, phi_o = self._lit_from(wo)
-        wm = normalize(add(wi, wo))
+        wm, cos_d = half_and_cosine(wi, wo)
         x, y = self._point(wm, phi_o)
         vndf, lum = self._warps
         sx, sy, density = vndf.invert(at, x, y)
         # Solid angle of the half vectors, then of wi, per area of the square; 0 at the pole, where x = 0.
         sin_m = ops.sqrt(wm.x * wm.x + wm.y * wm.y + 1e-20)
-        solid = (8.0 * math.pi**2) * x * sin_m * dot(wo, wm)
+        solid = (8.0 * math.pi**2) * x * sin_m * cos_d
         return density * lum.eval(at, sx, sy) / ops.maximum(solid, 1e-12)
 
     def _folded(self, given: Direction, other: Direction) -> tuple[Direction, Direction, tuple[Any, Any]]:

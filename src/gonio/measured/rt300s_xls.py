@@ -6,7 +6,7 @@ Rows are told by their first cell: `Azimuth`, `Incidence`, `Receive` [degrees], 
 Checked against a real file and what its laboratory made of it (`fred`): pi f cos(theta_o) agrees within 0.0042, mean
 -0.0005; the laboratory subtracts a measurement without light, which is of that size.
 
-Needs xlrd (`pip install gonio[io]`).
+Needs xlrd (`pip install 'gonio[io]'`).
 """
 
 from __future__ import annotations
@@ -70,7 +70,7 @@ def _sheets(path: Path) -> list[list[list[Any]]]:
         import xlrd.compdoc
     except ImportError:
         raise DependencyError(
-            f"{path}: Excel workbooks are read with xlrd; install it: pip install gonio[io]"
+            f"{path}: Excel workbooks are read with xlrd; install it: pip install 'gonio[io]'"
         ) from None
     # What xlrd raises on damaged files; it checks little.
     faults = (

@@ -16,7 +16,7 @@ from ..files import replacing
 from ..geometry import Direction
 from ..interface import Reflectance, direction
 from ..marginal_warp import bracket
-from ..param import channels, table
+from ..param import Held, Ours, channels, kept, table
 from ..sampled import Sampled
 from ._mapped import expect_channels
 from ._scatfun_file import GZIP, MAGIC, inflated, parse, serialise
@@ -86,6 +86,7 @@ class Scatfun(Sampled):
     def __init__(self, parts: Mapping[str, Any], side: str = "front", path: str = ""):
         if side not in ("front", "back"):
             raise ParameterError(f"side={side!r}: expected 'front' or 'back'")
+        parts = Held({n: kept(x) if isinstance(x, (np.ndarray, Ours)) else x for n, x in parts.items()})
         width, mu, sign = parts["channels"], parts["mu"].astype(float), 1.0 if side == "front" else -1.0
         at_i, at_o = _beyond(mu, -sign), _beyond(mu, sign)
         first, steps, samples = _sampled(parts["coefficients"], parts["places"][at_o, at_i], width)
@@ -97,8 +98,8 @@ class Scatfun(Sampled):
         }
         names = ("R", "G", "B") if width == 3 else None
         nodes = (len(mu[at_i]), len(mu[at_o]))
-        self.__dict__.update(parts=dict(parts), sign=sign, nodes=nodes, channel_names=names)
-        tables = {"mu_i": mu[at_i], "mu_o": mu[at_o], "first": first, "steps": steps, "samples": samples}
+        self.__dict__.update(parts=parts, sign=sign, nodes=nodes, channel_names=names)
+        tables = {"mu_i": mu[at_i], "mu_o": mu[at_o], "first": first, "steps": steps, "samples": Ours(samples)}
         super().__init__(path, about, **tables, channel=3 if width == 3 else 0.0)
 
     @property
@@ -217,7 +218,8 @@ def read(path: Path, side: str = "front") -> Scatfun:
         data = Path(path).read_bytes()
     except OSError as error:
         raise NotFoundError(f"{path}: cannot be read: {error.strerror}") from None
-    return Scatfun(parse(inflated(data, str(path)), str(path)), side, str(path))
+    parts = parse(inflated(data, str(path)), str(path))
+    return Scatfun({n: Ours(x) if isinstance(x, np.ndarray) else x for n, x in parts.items()}, side, str(path))
 
 
 def write(m: Reflectance, path: Path, nodes: int = 64, orders: int = 1024, tolerance: float = 1e-4) -> None:
@@ -282,7 +284,9 @@ def _series(
 
 def _cosines(count: int) -> np.ndarray:
     """Increasing cosines in (0, 1], dense at both ends: half of a Gauss-Lobatto rule's, of float32."""
-    inner = np.asarray(np.polynomial.legendre.Legendre.basis(2 * count - 1).deriv().roots(), dtype=float)
+    from scipy.special import roots_gegenbauer
+
+    inner, _ = roots_gegenbauer(2 * count - 2, 1.5)  # real, which the roots of a NumPy polynomial need not be
     return np.append(np.sort(inner[inner > 0.0]), 1.0).astype("<f4").astype(float)
 
 

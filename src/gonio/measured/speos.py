@@ -207,7 +207,7 @@ def write(
     theta_o: Any = None,
     phi: Any = None,
     phi_i: Any = None,
-    resolution: float = 5.0,
+    resolution: float | None = None,
     channel: Any = None,
     wavelengths: Sequence[float] | None = None,
 ) -> None:
@@ -215,7 +215,7 @@ def write(
     file is written with the same numbers, transmission too.
 
     A table with three `angles` axes keeps its grid in a `.brdf`. Of others f is taken at the given angles [degrees], by
-    default theta_i and `phi` (0 is the mirror direction) every 2 `resolution`, theta_o every `resolution` up to 85 and
+    default theta_i and `phi` (0 is the mirror direction) every 2 `resolution` (5), theta_o every one up to 85 and
     at 89; `phi_i`, angles of light about the normal, every 30 if the material is anisotropic. A `.brdf` is isotropic,
     with a table for each channel; `wavelengths` [nm] names them where they are not (RGB: give three). An
     `.anisotropicbsdf` has one channel, or the one named by `channel`. Shares are the integrals of the tables.
@@ -225,7 +225,7 @@ def write(
     path = Path(path)
     anisotropic = path.suffix.lower() == ".anisotropicbsdf"
     given = (theta_i, theta_o, phi, phi_i)
-    sheet = as_filed(m, Sheet, *given, channel, wavelengths)
+    sheet = as_filed(m, Sheet, *given, resolution, channel, wavelengths)
     if sheet is None or sheet.is_anisotropic != anisotropic:
         f, axes = _sampled(m, anisotropic, given, resolution)
         f, names = _spectrally(m, f, channel, wavelengths, anisotropic)
@@ -234,10 +234,10 @@ def write(
 
 
 def _sampled(
-    m: Reflectance, anisotropic: bool, given: tuple, resolution: float
+    m: Reflectance, anisotropic: bool, given: tuple, resolution: float | None
 ) -> tuple[np.ndarray, dict[str, list[float]]]:
     """f (phi_i, theta_i, theta_o, phi, C) and angles of the file [degrees]."""
-    own = own_table(m, "angles", given)
+    own = own_table(m, "angles", (*given, resolution))
     if own and not own[0].is_oriented():
         theta_i, theta_o, phi = (_text.degrees(x) for x in own[0].axes.values())
         phi, f = _about_light(phi, own[1]) if own[0].is_mirrored else (np.round(phi - 180.0, 9), own[1])
@@ -247,7 +247,7 @@ def _sampled(
     isotropic = phi_i is None and m.is_isotropic()
     if not anisotropic and not isotropic:
         raise ParameterError(f"{m!r:.80}: is anisotropic, and a .brdf is not; name the file .anisotropicbsdf")
-    usual = default_angles(resolution)
+    usual = default_angles(resolution, not isotropic)
     axes = {
         "phi_i": angle_list("phi_i", phi_i, [180.0] if isotropic else usual.turns, -360.0, 540.0),
         "theta_i": angle_list("theta_i", theta_i, usual.theta_i, 0.0, 90.0),

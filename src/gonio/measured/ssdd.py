@@ -14,6 +14,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -49,11 +50,13 @@ _BINARY = re.compile(rb"^[ \t]*DATA[ \t]+binary", re.MULTILINE | re.IGNORECASE)
 _TYPE = re.compile(r"^[ \t]*DATA_TYPE[ \t]+\w+", re.MULTILINE)
 
 
+@dataclass(frozen=True, eq=False)
 class Block:
     """A block of the file: its entries as written, its lists as numbers, and its table (PARAM3, 2, 1, 0, colour)."""
 
-    def __init__(self, entries: dict[str, str], lists: dict[str, np.ndarray], table: np.ndarray):
-        self.entries, self.lists, self.table = entries, lists, table
+    entries: dict[str, str]
+    lists: dict[str, np.ndarray]
+    table: np.ndarray
 
 
 def matches(head: bytes, size: int) -> bool:
@@ -101,6 +104,8 @@ def _block(lines: _text.Lines) -> Block:
         name, value = _entry(lines.take("DATA ascii or DATA binary, and a table"), lines.mixed)
         if name in entries:
             raise lines.fault(name, "each entry of a block once")
+        if _text.is_number(name):
+            raise lines.fault(name, "DATA_TYPE of the next block; the table before has more rows than its lists say")
         if name in LISTS:
             lists[name] = found = np.array(lines.floats(value, "a list of numbers"))
             rising = name == "PARAM4_LIST" or (np.diff(found) > 0.0).all()
@@ -114,7 +119,7 @@ def _table(lines: _text.Lines, entries: Mapping[str, str], lists: Mapping[str, n
     colour, kind = entries.get("COLOR_MODEL", ""), entries.get("DATA_TYPE", "")
     if kind not in DATA_TYPES or colour not in (*COLOURS, "spectrum"):
         raise lines.fault(
-            f"DATA_TYPE {kind}, COLOR_MODEL {colour}", f"one of {DATA_TYPES} and {(*COLOURS, 'spectrum')}"
+            f"DATA_TYPE {kind:.40}, COLOR_MODEL {colour:.40}", f"one of {DATA_TYPES} and {(*COLOURS, 'spectrum')}"
         )
     needed = ["PARAM0_LIST", *(["PARAM2_LIST", "PARAM3_LIST"] if kind in ("brdf", "btdf") else [])]
     needed += ["WAVELENGTH_LIST"] if colour == "spectrum" else []
@@ -136,13 +141,13 @@ def _table(lines: _text.Lines, entries: Mapping[str, str], lists: Mapping[str, n
 def _material(block: Block, path: str, about: Mapping[str, Any]) -> Gridded:
     system = block.entries.get("PARAM_TYPE", "")
     if system not in SYSTEMS:
-        raise FormatError(f"{path}: PARAM_TYPE {system!r}: expected one of {', '.join(SYSTEMS)}")
+        raise FormatError(f"{path}: PARAM_TYPE {system!r:.60}: expected one of {', '.join(SYSTEMS)}")
     kind, lists = SYSTEMS[system], block.lists
     oriented = len(lists.get("PARAM1_LIST", ())) > 1 or bool(lists.get("PARAM1_LIST", np.zeros(1))[0])
     reduction = block.entries.get("REDUCTION_TYPE", "").split()
     if not set(reduction) <= {"bilateral_symmetry", "reciprocity"} or ("reciprocity" in reduction) > (kind[0] == "h"):
         raise FormatError(
-            f"{path}: REDUCTION_TYPE {reduction}: expected bilateral_symmetry, or reciprocity of half angles"
+            f"{path}: REDUCTION_TYPE {reduction!s:.60}: expected bilateral_symmetry, or reciprocity of half angles"
         )
     mirrored, period = "bilateral_symmetry" in reduction, math.pi if "reciprocity" in reduction else 2.0 * math.pi
     theta, phi, theta_2, phi_2 = (lists.get(f"PARAM{k}_LIST", np.zeros(1)) for k in range(4))

@@ -13,6 +13,7 @@ from the numbers: by reciprocity the picture is symmetric, and turned upside dow
 from __future__ import annotations
 
 import math
+import os
 import struct
 from collections.abc import Callable
 from pathlib import Path
@@ -24,8 +25,9 @@ from ..errors import FormatError, ParameterError
 from ..files import replacing
 from ..image import Image, read_image
 from ..interface import Reflectance
+from ..param import Ours, kept
 from ..spectrum import XYZ_TO_SRGB
-from ._mapped import MAPPED, Mapped, expect_channels, numbers
+from ._mapped import LARGE, Unscanned, expect_channels, numbers
 
 NAME = "UTIA"
 SUFFIXES = (".bin", ".exr")
@@ -56,7 +58,7 @@ ROWS = ("down", "up")
 """Which way theta_i grows in a picture."""
 
 
-class UTIA(Mapped):
+class UTIA(Unscanned):
     """BRDF of an anisotropic material, linear in theta_i, theta_o, phi_i and phi_o between nodes; RGB.
 
     Beyond the outermost theta (75 degrees) f is what it is there; other readers extrapolate. Values are decoded at
@@ -78,7 +80,8 @@ class UTIA(Mapped):
     decoding: str
     raw: np.ndarray
 
-    def __init__(self, raw: np.ndarray, decoding: str = "linear", theta_step: float | None = None, path: str = ""):
+    def __init__(self, raw: Any, decoding: str = "linear", theta_step: float | None = None, path: str = ""):
+        raw = kept(raw)
         if decoding not in DECODINGS:
             raise ParameterError(f"decoding={decoding!r}: expected one of {', '.join(map(repr, DECODINGS))}")
         grid = raw.shape[1:3]
@@ -99,7 +102,7 @@ class UTIA(Mapped):
             path,
             {"decoding": decoding, "theta_step": step},
         )
-        if raw.nbytes < MAPPED:
+        if raw.nbytes < LARGE:
             self.__dict__["holes"] = not np.isfinite(raw).all()
 
     def brdf(self) -> np.ndarray:
@@ -145,13 +148,12 @@ def read(path: Path, decoding: str = "linear", theta_step: float | None = None, 
     if rows not in (None, *ROWS):
         raise ParameterError(f"rows={rows!r}: expected one of {', '.join(map(repr, ROWS))}, or None to find out")
     with path.open("rb") as file:
-        head = file.read(4096)
+        head, size = file.read(4096), file.seek(0, os.SEEK_END)
+        found = next((grid for grid in GRIDS if size == _size(grid)), None)
+        if found is not None and not head.startswith(EXR):
+            return UTIA(Ours(numbers(file, path, "<f8", (3, *found, *found))), decoding, theta_step, str(path))
     if head.startswith(EXR):
-        return UTIA(_of_picture(path, _picture_grid(head), rows), decoding, theta_step, str(path))
-    size = path.stat().st_size
-    for grid in GRIDS:
-        if size == _size(grid):
-            return UTIA(numbers(path, "<f8", (3, *grid, *grid)), decoding, theta_step, str(path))
+        return UTIA(Ours(_of_picture(path, _picture_grid(head), rows)), decoding, theta_step, str(path))
     listed = " or ".join(f"{_size(g)} for {g[0]} theta and {g[1]} phi" for g in GRIDS)
     raise FormatError(f"{path}: not a UTIA file: {size} bytes, expected {listed}; fetch it again")
 

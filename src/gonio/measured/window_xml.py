@@ -17,6 +17,7 @@ import numpy as np
 from ..errors import FormatError, ParameterError
 from ..files import replacing
 from ..interface import Reflectance
+from ..param import Ours
 from ..spectrum import RELATIVE_XYZ
 from . import _tree, _window_xml_new
 from ._cells import MIRRORED
@@ -78,7 +79,7 @@ def read(path: Path, side: str | None = None, wavelength: str | None = None) -> 
             raise FormatError(f"{path}: the bands {', '.join(about['bands'])} have different angle bases; name one")
         incident, outgoing = bases[found.blocks[0]]
         values = _stacked(used) if found.names else used[0]
-        m = Klems(values, incident, outgoing, found.side, found.names, str(path), about)
+        m = Klems(Ours(values), incident, outgoing, found.side, found.names, str(path), about)
     m.__dict__.update(document=document, chosen=(found.blocks, others))
     return m
 
@@ -217,6 +218,8 @@ def write(
     what is narrower than the patches. Trees of 64 cells keep it to 1e-3, but 4e-3 beyond 70 degrees.
     Raises ParameterError for a delta lobe, for maps and other channels, and where f has no value in a patch or cell.
     """
+    if tree is None and (resolution is not None or tolerance):
+        raise ParameterError(f"{resolution=!r:.60}, {tolerance=!r:.60}: are of trees; give tree=3 or tree=4 with them")
     if isinstance(m, (Klems, TensorTree)) and basis is None and tree is None:
         pieces = _as_it_was(m) if m.document is not None else _window_xml_new.own(m, name)
     else:

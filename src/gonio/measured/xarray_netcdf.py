@@ -2,21 +2,25 @@
 
 Read and written through xarray with h5netcdf. Other HDF5 files are recognised by what is in them: NASA's MCD43A1 is
 read by `mcd43`. A process of its own reads a file first (`_hdf`): damaged files can stop the HDF5 library, or
-never end. It compares every array with the length of the file, and refuses links to other files.
+never end. It compares every array with the length of the file, and refuses links to other files. A file is made in
+memory, and then written: the HDF5 library does not survive a full disk.
 """
 
 from __future__ import annotations
 
+import io
+import json
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..dataset import from_dataset
+from ..compile.threads import apart
+from ..dataset import of_file
 from ..errors import DependencyError, FormatError
 from ..files import replacing
 from ..interface import Reflectance
 from . import _hdf, mcd43, neural
-from ._xarray import AS_STORED, encoded
+from ._xarray import AS_STORED, NEEDED, encoded, steady
 
 if TYPE_CHECKING:
     import xarray
@@ -47,12 +51,17 @@ def read(path: Path, time: int | None = None) -> Reflectance:
                 f"or `ncks -4 old.nc new.nc`"
             )
     _libraries()
-    group = mcd43.group(_hdf.inspected("hdf5", path)["names"])
+    return apart(steady, path, lambda: _measurement(path, time))
+
+
+def _measurement(path: Path, time: int | None) -> Reflectance:
+    names = _hdf.inspected("hdf5", path, json.dumps([sorted(NEEDED | mcd43.NEEDED), mcd43.PREFIXES]))["names"]
+    group = mcd43.group(names)
     if group is not None:
-        return mcd43.read_dataset(_opened(path, group=group, phony_dims="sort"), str(path), time)
+        return mcd43.read_dataset(_opened(path, names, group=group, phony_dims="sort"), str(path), time)
     if time is not None:
         raise FormatError(f"{path}: time={time}: holds no MCD43A1 kernel weights, which alone have days")
-    return from_dataset(_opened(path), str(path))
+    return of_file(_opened(path, names, phony_dims="access"), str(path))
 
 
 def write(
@@ -66,8 +75,19 @@ def write(
     ds, encoding = encoded(m, parameterisation, resolution)
     for name in ds.data_vars:
         encoding.setdefault(name, {}).update(zlib=True, complevel=4, shuffle=True)
+    content = apart(_content, ds, encoding)
     with replacing(path) as temporary:
-        ds.to_netcdf(temporary, engine="h5netcdf", encoding=encoding)
+        temporary.write_bytes(content.getbuffer())
+
+
+def _content(ds: xarray.Dataset, encoding: Any) -> io.BytesIO:
+    import h5netcdf
+    from xarray.backends import H5NetCDFStore
+
+    content = io.BytesIO()
+    with h5netcdf.File(content, "w") as file:
+        ds.dump_to_store(H5NetCDFStore(file), encoding=encoding)
+    return content
 
 
 def _libraries() -> None:
@@ -78,10 +98,31 @@ def _libraries() -> None:
         raise DependencyError(f"netCDF files need {error.name}; pip install h5netcdf h5py") from None
 
 
-def _opened(path: Path, **options: Any) -> xarray.Dataset:
+def _opened(path: Path, names: list[str], **options: Any) -> xarray.Dataset:
+    """The arrays that are needed, of those with these names; others are not opened."""
     import xarray
 
+    held = {name.rpartition("/")[2] for name in names}
+    others = [x for x in held - NEEDED - mcd43.NEEDED if not x.startswith(tuple(mcd43.PREFIXES))]
+    options |= {"drop_variables": others, **AS_STORED}
     try:
-        return xarray.load_dataset(path, engine="h5netcdf", **AS_STORED, **options)
+        with xarray.open_dataset(path, engine="h5netcdf", **options) as ds:
+            if "group" not in options:
+                if "gonio_schema" not in ds.attrs:  # which is said without its numbers
+                    return ds
+                _refuse_nameless(ds, path)
+            return ds.load()
+    except FormatError:
+        raise
     except Exception as error:  # h5py, h5netcdf and xarray raise any of damaged files
         raise FormatError(f"{path}: netCDF file that is damaged or not laid out as such: {error}") from None
+
+
+def _refuse_nameless(ds: xarray.Dataset, path: Path) -> None:
+    """FormatError where an array has a dimension without a name: one array without any makes others lose theirs."""
+    for name, variable in ds.variables.items():
+        if any(str(dim).startswith("phony_dim_") for dim in variable.dims):
+            raise FormatError(
+                f"{path}: {name} has a dimension without a name, expected those of docs/data-model.md; remove what was "
+                f"added without dimensions, or give it some"
+            )

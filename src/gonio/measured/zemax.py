@@ -39,6 +39,7 @@ from ..interface import Reflectance
 from . import _bsdf_text, _text
 from ._optical import (
     NO_TRANSMISSION,
+    USUAL,
     Filed,
     angle_list,
     as_filed,
@@ -177,25 +178,25 @@ def write(
     radial: Any = None,
     azimuth: Any = None,
     rotation: Any = None,
-    resolution: float = 5.0,
+    resolution: float | None = None,
     channel: Any = None,
 ) -> None:
     """Write f about the mirror direction; a material read from such a file is written with the same numbers.
 
     A `specular` table keeps its grid and its numbers. Of others f is taken at the given angles [degrees], or by default
-    at incidences and azimuths every 2 `resolution`, and radial angles every `resolution`, ten times denser at the
+    at incidences and azimuths every 2 `resolution`, and radial angles every `resolution` (5), ten times denser at the
     mirror direction. PlaneSymmetrical if f is the same on both sides of the plane of incidence; ASymmetrical4D, every
     30 degrees of rotation, if the material is anisotropic. RGB becomes XYZ (linear sRGB, D65); `channel` picks one by
     name as Monochrome. TIS is integrated (`_optical.total`). Lost: the difference between 0 and no data.
     Raises ParameterError for a delta lobe, maps, and channels other than one, RGB or XYZ.
     """
     given = (aoi, radial, azimuth, rotation)
-    sheet = as_filed(m, Sheet, *given, channel) or _made_of(m, given, resolution, channel)
+    sheet = as_filed(m, Sheet, *given, resolution, channel) or _made_of(m, given, resolution, channel)
     _text.write(path, _written(sheet))
 
 
-def _made_of(m: Reflectance, given: tuple, resolution: float, channel: Any) -> Sheet:
-    own = own_table(m, "specular", given)
+def _made_of(m: Reflectance, given: tuple, resolution: float | None, channel: Any) -> Sheet:
+    own = own_table(m, "specular", (*given, resolution))
     axes = own[0].axes if own else _axes(m, given, resolution)
     _, f = spectral(m, own[1] if own else on_grid(m, "specular", axes), channel)
     f = np.nan_to_num(f, nan=0.0, posinf=np.nan, neginf=np.nan)
@@ -214,19 +215,20 @@ def _made_of(m: Reflectance, given: tuple, resolution: float, channel: Any) -> S
     return sheet._replace(tis=tis)
 
 
-def _axes(m: Reflectance, given: tuple, resolution: float) -> dict[str, np.ndarray]:
+def _axes(m: Reflectance, given: tuple, resolution: float | None) -> dict[str, np.ndarray]:
     """Nodes [rad] about the mirror direction over the whole circle, from angles of the file [degrees]."""
     aoi, radial, azimuth, rotation = given
-    usual = default_angles(resolution)
+    anisotropic = rotation is not None or not m.is_isotropic()
+    usual, step = default_angles(resolution, anisotropic), USUAL if resolution is None else resolution
     theta_i = angle_list("aoi", aoi, usual.theta_i, 0.0, 90.0)
     last = min(180.0, 90.0 + theta_i[-1])
-    fine = [resolution * x for x in (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.8, 1.25, 1.5, 1.75)]
-    radial = angle_list("radial", radial, sorted({*fine, *steps(last, resolution)}), 0.0, 180.0)
+    fine = [step * x for x in (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.8, 1.25, 1.5, 1.75)]
+    radial = angle_list("radial", radial, sorted({*fine, *steps(last, step)}), 0.0, 180.0)
     azimuth = angle_list("azimuth", azimuth, [*usual.circle, 360.0], 0.0, 360.0)
     if azimuth[-1] <= 180.0:
         azimuth = [*azimuth, *(360.0 - x for x in azimuth[::-1] if 0.0 < x < 180.0)]
     axes = {"theta_i": theta_i, "radial": radial, "azimuth": [x + 180.0 for x in azimuth]}
-    if rotation is not None or not m.is_isotropic():
+    if anisotropic:
         rotation = angle_list("rotation", rotation, usual.turns, -360.0, 360.0)
         axes["phi_i"] = [90.0 - r for r in rotation[::-1]]
     return {name: np.radians(x) for name, x in axes.items()}

@@ -22,6 +22,7 @@ from ..geometry import Direction
 from ..measurement import Measured
 from ..param import channels, table
 from . import _text
+from ._pairs import repeated
 
 if TYPE_CHECKING:
     import xarray
@@ -42,7 +43,7 @@ LAMBDA = 532.0
 
 def matches(head: bytes, size: int) -> bool:
     """Whether a file that starts so can be one of these: first the numbers i, j, n, m, k, l, p, coefficient."""
-    lines = head.decode("latin-1").lstrip("\ufeff\xef\xbb\xbf").replace("\r", "\n").split("\n")
+    lines = _text.start(head).split("\n")
     rows = [_text.split(line) for line in lines if line.strip() and not line.strip().startswith(COMMENTS)]
     if not rows or len(rows[0]) != len(COLUMNS):
         return False
@@ -114,7 +115,7 @@ class Zernike(Measured):
         path: str = "",
         about: dict[str, Any] | None = None,
     ):
-        rows = _checked(np.array(rows, np.float64), path or "Zernike(rows)")
+        rows = _checked(np.array(ops.numbers(rows), np.float64), path or "Zernike(rows)")
         if wavelengths is None and rows[:, 6].any():
             wavelengths = (LAMBDA,)
         nm = np.atleast_1d(np.array(LAMBDA if wavelengths is None else wavelengths, np.float64))
@@ -205,6 +206,12 @@ def _checked(rows: np.ndarray, where: str) -> np.ndarray:
         if not good.all():
             at = int(np.argmin(good))
             raise FormatError(f"{where}: mode {at + 1} is {rows[at].tolist()}, expected {rule}")
+    if twice := repeated(rows[:, :7])[0]:
+        first, again = twice
+        raise FormatError(
+            f"{where}: rows {first + 1} and {again + 1} are of one mode, {rows[first, :7].tolist()}; expected each "
+            f"once: remove what is there twice, or add the coefficients up"
+        )
     return rows
 
 

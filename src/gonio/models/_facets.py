@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from .. import ops
-from ..geometry import Direction, add, dot, half_vector, reflect, scale
+from ..geometry import Direction, half_and_cosine, reflect
 from ..interface import Reflectance
 from ..microfacet import Distribution
 
@@ -25,22 +24,15 @@ class Facets(Reflectance):
         raise NotImplementedError
 
     def formula(self, wi: Direction, wo: Direction) -> Any:
-        wm = half_vector(wi, wo)
-        return self.facets.D(wm) * self.fresnel.F(dot(wo, wm)) * self.G(wi, wo, wm) / (4.0 * wi.z * wo.z)
+        wm, cos_d = half_and_cosine(wi, wo)
+        return self.facets.D(wm) * self.fresnel.F(cos_d) * self.G(wi, wo, wm) / (4.0 * wi.z * wo.z)
 
     def warp(self, wo: Direction, u0: Any, u1: Any) -> Direction:
         return reflect(wo, self.facets.warp_normal(wo, u0, u1))
 
     def density(self, wi: Direction, wo: Direction) -> Any:
-        wm = half_vector(wi, wo)
-        return self.facets.normal_density(wo, wm) / (4.0 * dot(wo, wm))
+        wm, cos_d = half_and_cosine(wi, wo)
+        return self.facets.normal_density(wo, wm, cos_d) / (4.0 * cos_d)
 
     def estimate(self, wo: Direction) -> Any:
         return self.fresnel.F(wo.z)
-
-
-def half_and_cosine(wi: Direction, wo: Direction) -> tuple[Direction, Any]:
-    """The half vector wm, and wo . wm by the length of wi + wo: the same to the last digit when these are exchanged."""
-    total = add(wi, wo)
-    twice = ops.sqrt(dot(total, total))
-    return scale(1.0 / twice, total), ops.minimum(0.5 * twice, 1.0)

@@ -7,7 +7,7 @@ from typing import Any, ClassVar
 
 from .. import ops
 from ..fresnel import Schlick
-from ..geometry import Direction, add, dot, half_vector, reflect, scale
+from ..geometry import Direction, half_and_cosine, reflect
 from ..interface import Reflectance
 from ..param import param
 from ..special import log1p_over
@@ -43,9 +43,7 @@ class AshikhminShirley(Reflectance):
         return (0.5 / math.pi) * ops.sqrt((self.n_u + 1.0) * (self.n_v + 1.0)) * lobe
 
     def formula(self, wi: Direction, wo: Direction) -> Any:
-        H = add(wi, wo)
-        length = ops.sqrt(dot(H, H))
-        h, cos_d = scale(1.0 / length, H), 0.5 * length
+        h, cos_d = half_and_cosine(wi, wo)
         fresnel = Schlick.unchecked(F0=self.R_s).F(cos_d)
         return self._normals(h) * fresnel / (4.0 * cos_d * ops.maximum(wi.z, wo.z))
 
@@ -60,8 +58,8 @@ class AshikhminShirley(Reflectance):
         return reflect(wo, Direction(sin_theta * cos_phi, sin_theta * sin_phi, cos_theta))
 
     def density(self, wi: Direction, wo: Direction) -> Any:
-        h = half_vector(wi, wo)
-        return self._normals(h) / (4.0 * dot(wo, h))
+        h, cos_d = half_and_cosine(wi, wo)
+        return self._normals(h) / (4.0 * cos_d)
 
     def estimate(self, wo: Direction) -> Any:
         return Schlick.unchecked(F0=self.R_s).F(wo.z)

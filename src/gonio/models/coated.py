@@ -30,27 +30,28 @@ class _Coat(Reflectance):
     tau: Any
     internal: str
 
+    costs = 8
+
     def _surface(self) -> Reflectance:
         raise NotImplementedError
 
-    def _below(self, weight: Any, of: Reflectance) -> _Below:
-        return _Below.unchecked(**self._of_coat(weight, of))
-
-    def _of_coat(self, weight: Any, of: Reflectance) -> dict[str, Any]:
-        own = self.base.diffuse()
-        rho = 0.0 if own is None else ops.minimum(own, 1.0)
-        return {"weight": weight, "of": of, "eta": self.eta, "tau": self.tau, "rho": rho, "internal": self.internal}
+    def _below(self, coat: dict[str, Any]) -> _Below:
+        return _Below.unchecked(**coat)
 
     def formula(self, wi: Direction, wo: Direction) -> Any:
-        total = self._surface().formula(wi, wo)
-        for weight, lobe in self.base.lobes():
-            total = total + self._below(weight, lobe).formula(wi, wo)
+        (_, surface), *below = self.lobes()
+        total = surface.formula(wi, wo)
+        for _, lobe in below:
+            total = total + lobe.formula(wi, wo)
         return total
 
     def lobes(self) -> Iterable[tuple[Any, Reflectance]]:
         yield 1.0, self._surface()
+        own = self.base.diffuse()
+        rho = 0.0 if own is None else ops.minimum(own, 1.0)
+        coat = {"eta": self.eta, "tau": self.tau, "rho": rho, "internal": self.internal}
         for weight, lobe in self.base.lobes():
-            yield 1.0, self._below(weight, lobe)
+            yield 1.0, self._below({"weight": weight, "of": lobe, **coat})
 
     @property
     def channel_names(self) -> tuple | None:  # type: ignore[override]
@@ -116,8 +117,8 @@ class RoughCoated(_Coat):
         fresnel = Dielectric.unchecked(eta=self.eta)
         return Microfacet.unchecked(distribution=facets, fresnel=fresnel, masking="height_correlated")
 
-    def _below(self, weight: Any, of: Reflectance) -> _Below:
-        return _BelowRough.unchecked(alpha=self.alpha, **self._of_coat(weight, of))
+    def _below(self, coat: dict[str, Any]) -> _Below:
+        return _BelowRough.unchecked(alpha=self.alpha, **coat)
 
 
 def refracted(w: Direction, eta: Any) -> Direction:

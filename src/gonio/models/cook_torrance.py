@@ -5,10 +5,9 @@ from __future__ import annotations
 import math
 from typing import Any, ClassVar
 
-from .. import ops
 from ..distributions.beckmann import Beckmann
 from ..fresnel import Dielectric, Fresnel, as_fresnel
-from ..geometry import Direction, add, dot, scale
+from ..geometry import Direction, half_and_cosine
 from ..microfacet import ALPHA_HIGH, ALPHA_LOW, Distribution, v_groove
 from ..param import param, part
 from ._facets import Facets
@@ -44,8 +43,6 @@ class CookTorrance(Facets):
         return v_groove(self.facets, wi, wo, wm)
 
     def formula(self, wi: Direction, wo: Direction) -> Any:
-        H = add(wi, wo)
-        length = ops.sqrt(dot(H, H))
-        wm, cos_d = scale(1.0 / length, H), 0.5 * length  # wo . wm, the same to the last digit for wi and wo exchanged
+        wm, cos_d = half_and_cosine(wi, wo)
         D = math.pi * self.facets.D(wm)  # as printed, without the 1/pi of a normalised distribution
         return self.fresnel.F(cos_d) * D * self.G(wi, wo, wm) / (math.pi * wi.z * wo.z)

@@ -8,11 +8,10 @@ from typing import Any, ClassVar
 from .. import ops
 from ..distributions.beckmann import Beckmann
 from ..fresnel import fresnel_dielectric
-from ..geometry import Direction, dot, half_vector, reflect
+from ..geometry import Direction, half_and_cosine, reflect
 from ..interface import Reflectance
 from ..microfacet import MASKINGS
 from ..param import option, param
-from ._facets import half_and_cosine
 
 
 class CoxMunk(Reflectance):
@@ -96,8 +95,8 @@ class CoxMunk(Reflectance):
 
     def density(self, wi: Direction, wo: Direction) -> Any:
         wi, wo = self._to_wind(wi), self._to_wind(wo)
-        wm = half_vector(wi, wo)
-        return self._gaussian().normal_density(wo, wm) / (4.0 * dot(wo, wm))
+        wm, cos_d = half_and_cosine(wi, wo)
+        return self._gaussian().normal_density(wo, wm, cos_d) / (4.0 * cos_d)
 
     def estimate(self, wo: Direction) -> Any:
         return fresnel_dielectric(wo.z, self.eta)

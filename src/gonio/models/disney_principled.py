@@ -10,7 +10,7 @@ import numpy as np
 
 from .. import ops
 from ..distributions.ggx import GGX
-from ..geometry import Direction, add, dot, half_vector, reflect
+from ..geometry import Direction, add, dot, half_and_cosine, half_vector, reflect
 from ..interface import Reflectance
 from ..param import option, param
 from ..special import expm1_over, less_fifth_power
@@ -149,8 +149,8 @@ class _Mirrors(_Disney):
         return reflect(wo, self.facets.warp_normal(wo, u0, u1))
 
     def density(self, wi: Direction, wo: Direction) -> Any:
-        wm = half_vector(wi, wo)
-        return self.facets.normal_density(wo, wm) / (4.0 * dot(wo, wm))
+        wm, cos_d = half_and_cosine(wi, wo)
+        return self.facets.normal_density(wo, wm, cos_d) / (4.0 * cos_d)
 
     def estimate(self, wo: Direction) -> Any:
         return self.F0() + (1.0 - self.F0()) * _fifth(1.0 - wo.z)
@@ -170,8 +170,8 @@ class _Coat(_Disney):
         return reflect(wo, Direction(s * ops.cos(phi), s * ops.sin(phi), ops.sqrt(ops.maximum(1.0 - sin2, 0.0))))
 
     def density(self, wi: Direction, wo: Direction) -> Any:
-        wm = half_vector(wi, wo)
-        return self.coat_D(wm) * wm.z / (4.0 * dot(wo, wm))
+        wm, cos_d = half_and_cosine(wi, wo)
+        return self.coat_D(wm) * wm.z / (4.0 * cos_d)
 
     def estimate(self, wo: Direction) -> Any:
         return 0.25 * self.clearcoat * (0.04 + 0.96 * _fifth(1.0 - wo.z))

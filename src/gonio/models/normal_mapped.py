@@ -101,6 +101,8 @@ class NormalMapped(_Tilted):
     normal_x = param(0.0, -STEEPEST, STEEPEST, "x component of the facets' normal")
     normal_y = param(0.0, -STEEPEST, STEEPEST, "y component of the facets' normal")
 
+    repeats = 6  # three ways, and as much for weights and frames
+
     def formula(self, wi: Direction, wo: Direction) -> Any:
         direct, mirrored = self._paths(self.of)
         return direct.formula(wi, wo) + mirrored.formula(wi, wo)

@@ -9,11 +9,11 @@ from typing import Any, ClassVar
 from .. import ops
 from ..distributions.ggx import GGX
 from ..fresnel import F82Tint, Schlick
-from ..geometry import Direction
+from ..geometry import Direction, half_and_cosine
 from ..interface import Reflectance
 from ..microfacet import Distribution, height_correlated
 from ..param import param
-from ._facets import Facets, half_and_cosine
+from ._facets import Facets
 from ._ggx_albedo import lost, lost_on_average, schlick_share, schlick_share_on_average
 from .microfacet import Microfacet
 

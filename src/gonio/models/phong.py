@@ -6,7 +6,7 @@ import math
 from typing import Any, ClassVar
 
 from .. import ops
-from ..geometry import Direction, dot, half_vector, mirror, reflect
+from ..geometry import Direction, dot, half_and_cosine, half_vector, mirror, reflect
 from ..interface import Reflectance
 from ..param import param
 from ..warp import around, power_cosine, power_cosine_density, power_positive
@@ -131,8 +131,8 @@ class BlinnPhong(Reflectance):
         return reflect(wo, power_cosine(self.n, u0, u1))
 
     def density(self, wi: Direction, wo: Direction) -> Any:
-        wm = half_vector(wi, wo)
-        return power_cosine_density(self.n, wm.z) / (4.0 * dot(wo, wm))
+        wm, cos_d = half_and_cosine(wi, wo)
+        return power_cosine_density(self.n, wm.z) / (4.0 * cos_d)
 
     def estimate(self, wo: Direction) -> Any:
         return self.rho_s + 0.0 * wo.z

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from ..geometry import Direction, mirror
+from ..geometry import Direction, half_and_cosine, mirror
 from ..interface import Reflectance
-from ._facets import half_and_cosine
 from .microfacet import Microfacet
 
 

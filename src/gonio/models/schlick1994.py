@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 from .. import ops
 from ..distributions.ggx import GGX
 from ..fresnel import Schlick
-from ..geometry import Direction, add, azimuth, dot, half_vector, normalize, reflect
+from ..geometry import Direction, add, azimuth, dot, half_and_cosine, normalize, reflect
 from ..interface import Reflectance
 from ..param import param
 
@@ -99,9 +99,9 @@ class _Obstructed(Schlick1994):
         return reflect(wo, normalize(Direction(slope * x, slope * y, 1.0 + 0.0 * slope)))
 
     def density(self, wi: Direction, wo: Direction) -> Any:
-        h = half_vector(wi, wo)
+        h, cos_d = half_and_cosine(wi, wo)
         around = ops.sqrt(self.p) / self.ellipse(h, ops.sqrt(self.p))
-        return self.facets().D(h) * h.z * around / (4.0 * dot(wo, h))
+        return self.facets().D(h) * h.z * around / (4.0 * cos_d)
 
     def estimate(self, wo: Direction) -> Any:
         return self.S(wo.z) * 4.0 * self.r * (1.0 - self.r) * ops.square(wo.z / self._gap(wo))

@@ -7,11 +7,11 @@ from typing import Any, ClassVar
 
 from .. import ops
 from ..distributions.sgd_facets import SGDFacets
-from ..geometry import Direction, polar_angle
+from ..geometry import Direction, half_and_cosine, polar_angle
 from ..microfacet import Distribution
 from ..param import param
 from ..warp import power_positive
-from ._facets import Facets, half_and_cosine
+from ._facets import Facets
 
 
 class SGD(Facets):

@@ -6,7 +6,7 @@ import math
 from typing import Any, ClassVar
 
 from .. import ops
-from ..geometry import Direction, add, dot, half_vector, normalize, reflect
+from ..geometry import Direction, add, dot, half_and_cosine, half_vector, normalize, reflect
 from ..interface import Reflectance
 from ..microfacet import ALPHA_HIGH, ALPHA_LOW
 from ..param import param
@@ -33,8 +33,8 @@ class _Gaussian(Reflectance):
         return reflect(wo, normalize(slope))
 
     def density(self, wi: Direction, wo: Direction) -> Any:
-        h = half_vector(wi, wo)
-        return self.gaussian(h) / (dot(wo, h) * h.z * h.z * h.z)
+        h, cos_d = half_and_cosine(wi, wo)
+        return self.gaussian(h) / (cos_d * h.z * h.z * h.z)
 
     def estimate(self, wo: Direction) -> Any:
         return self.rho_s + 0.0 * wo.z

@@ -7,6 +7,9 @@ import math
 from collections.abc import Iterable, Sequence
 from typing import Any
 
+from ..bounds import TRACED
+from ..errors import TraceError
+
 REAL, INDEX, MASK = "real", "index", "mask"
 
 UNARY = ("neg", "sqrt", "exp", "log", "sin", "cos", "tan", "arccos", "erf", "erfinv", "absolute", "floor", "stop")
@@ -22,7 +25,7 @@ class Graph:
 
     Leaves are "constant" (value), "load" (array, component): a component of an input array. "take" (table, node) looks
     up a table. The arguments of every other operation are earlier nodes. Equal nodes are one node, and what changes
-    no value (x * 1, x / 1, - - x, a choice between equals) is left out.
+    no value (x * 1, x / 1, - - x, a choice between equals) is left out. Raises TraceError for more than `TRACED` nodes.
     """
 
     def __init__(self) -> None:
@@ -40,6 +43,8 @@ class Graph:
         found = self._known.get(key)
         if found is None:
             found = self._known[key] = len(self.operations)
+            if found >= TRACED:
+                raise TraceError(f"a formula of more than {TRACED} operations is not traced")
             self.operations.append(operation)
             self.arguments.append(arguments)
             self.kinds.append(kind)

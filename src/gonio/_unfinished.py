@@ -1,0 +1,125 @@
+"""Private folders in which files are made before they take their place, and what killed writers left of them.
+
+A folder is called `.gonio-unfinished-` and 16 digits, and holds a file that its writer keeps locked. The next writer to
+the same place removes those that are the user's own, and that nobody has locked. Where a file system has no locks, as
+some on networks, none is removed: they may be removed by hand.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import os
+import re
+import secrets
+import shutil
+import stat
+import time
+from collections.abc import Iterator
+from io import FileIO
+from pathlib import Path
+
+from .errors import NotFoundError
+
+try:
+    import fcntl
+except ImportError:  # Windows
+    fcntl = None  # type: ignore[assignment]
+
+UNFINISHED = re.compile(r"\.gonio-unfinished-[0-9a-f]{16}")
+LOCK = "lock"
+MANY, PAUSE = 10_000, 1e-4
+"""Folders with more names than this are listed again only after so many seconds for each: listing takes 3e-7."""
+
+
+@contextlib.contextmanager
+def beside(path: str | os.PathLike, folder: Path) -> Iterator[Path]:
+    """A private, locked folder in another, after what killed writers left there is swept."""
+    _sweep(folder)
+    try:
+        made, lock = _made(folder)
+    except OSError as error:
+        raise NotFoundError(f"{path}: no file can be made in {folder}: {error.strerror}") from None
+    with lock:
+        try:
+            yield made
+        finally:
+            _remove(made)
+
+
+def _made(folder: Path) -> tuple[Path, FileIO]:
+    for _ in range(100):
+        made = folder / f".gonio-unfinished-{secrets.token_hex(8)}"
+        made.mkdir(0o700)
+        try:
+            lock = FileIO(made / LOCK, "x+")  # let go of when an interrupt forgets it, as a number would not be
+        except FileNotFoundError:  # swept before it was locked
+            continue
+        if _locked(lock.fileno()):
+            return made, lock
+        lock.close()
+    raise OSError(errno.EBUSY, os.strerror(errno.EBUSY))
+
+
+def _locked(lock: int) -> bool:
+    """Whether a new lock is held and still there; or there are no locks here."""
+    if fcntl is None:
+        return True
+    try:
+        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return False
+    except OSError:
+        return True
+    return os.fstat(lock).st_nlink > 0
+
+
+_next_sweep: tuple[Path, float] = (Path(), 0.0)
+"""The folder that was swept last, and when it is so again."""
+
+
+def _sweep(folder: Path) -> None:
+    """Remove what killed writers left in a folder."""
+    global _next_sweep
+    start = time.monotonic()
+    if fcntl is None or (folder == _next_sweep[0] and start < _next_sweep[1]):
+        return
+    try:
+        names = os.listdir(folder)
+    except OSError:  # it may not be listed
+        return
+    _next_sweep = folder, start + (PAUSE * len(names) if len(names) > MANY else 0.0)
+    for name in filter(UNFINISHED.fullmatch, names):
+        with contextlib.suppress(OSError):
+            _sweep_one(folder / name)
+
+
+def _sweep_one(left: Path) -> None:
+    held = left.lstat()
+    if not stat.S_ISDIR(held.st_mode) or held.st_uid != os.geteuid():
+        return
+    try:
+        lock = os.open(left / LOCK, os.O_RDWR | os.O_NOFOLLOW | os.O_NONBLOCK)
+    except FileNotFoundError:  # not locked yet, and then it is made again; or emptied already
+        left.rmdir()
+        return
+    try:
+        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        for name in os.listdir(left / "old") if (left / "old").is_dir() else ():  # see `_put`
+            if not os.path.lexists(left.parent / name):
+                os.rename(left / "old" / name, left.parent / name)
+        _remove(left)
+    finally:
+        os.close(lock)
+
+
+def _remove(made: Path) -> None:
+    """Remove a folder, its lock last: what a kill leaves of it can be swept."""
+    with contextlib.suppress(OSError):
+        for entry in list(os.scandir(made)):
+            if entry.is_dir(follow_symlinks=False):
+                shutil.rmtree(entry.path, ignore_errors=True)
+            elif entry.name != LOCK:
+                os.unlink(entry.path)
+        os.unlink(made / LOCK)
+        made.rmdir()

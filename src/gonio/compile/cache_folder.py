@@ -1,0 +1,216 @@
+"""Files that are run: bytes under names of 40 hexadecimal digits, kept for the next process of this user.
+
+The folder is `gonio-kernels-2` in GONIO_CACHE_DIR, or in the user's folder for caches; GONIO_CACHE=off keeps nothing.
+Whoever may write a file here may have code run as this user. So the folder and every file must belong to this user
+and be closed to writing by others. That is asked of what is open, not of a name: links above the folder may lead
+anywhere, what they lead to is asked the same. A checksum tells damage, not intent; a key would not either, for this
+user's programs could read it. Windows has no such modes: there the user's folder is private by its access list.
+
+A file is written under another name and renamed, so that processes may share the folder; nothing is synchronised to the
+disk, the checksum is for that. Names that are not ours are never counted, read or removed.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import re
+import stat
+import sys
+import time
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from typing import NamedTuple
+
+from ..errors import EngineWarning, ParameterError
+
+FOLDER, MAGIC = "gonio-kernels-2", b"gonio kernel 2\n"  # the format's number: what an older one wrote is not looked at
+LARGEST = 1 << 24  # bytes of a file
+FILES_KEPT, BYTES_KEPT = 4000, 1 << 27
+WRITES = 64  # of a process, between two looks at how much there is
+HOUR = 3600.0
+DAY = 24 * HOUR
+
+_NAME = re.compile(r"[0-9a-f]{40}(\.[0-9a-f]{16})?")  # with an ending while it is written
+_AT = os.open in os.supports_dir_fd  # files by name in an open folder; not on Windows
+_SAFELY = sum(getattr(os, flag, 0) for flag in ("O_NOFOLLOW", "O_CLOEXEC", "O_NOINHERIT", "O_BINARY"))
+_READ = os.O_RDONLY | _SAFELY | getattr(os, "O_NONBLOCK", 0)  # to open a FIFO waits for its other end
+_WRITE = os.O_WRONLY | os.O_CREAT | os.O_EXCL | _SAFELY
+_WARNED: list[str] = []
+_WRITTEN = [0]
+
+
+class _Folder(NamedTuple):
+    path: str
+    descriptor: int | None
+
+    def at(self, name: str) -> str:
+        """What a file is opened by, together with the descriptor."""
+        return os.path.join(self.path, name) if self.descriptor is None else name
+
+
+def read(name: str) -> bytes | None:
+    """What was written under a name; None where that is nothing, damaged, or not surely this user's."""
+    with _opened() as folder, suppress(OSError):
+        if folder is None:
+            return None
+        descriptor = os.open(folder.at(name), _READ, dir_fd=folder.descriptor)
+        try:
+            found = os.fstat(descriptor)
+            alone = stat.S_ISREG(found.st_mode) and found.st_nlink == 1
+            if not alone or found.st_size > LARGEST or not _ours(found) or _open_to_others(found):
+                return None
+            data = os.read(descriptor, found.st_size + 1)
+            if abs(time.time() - found.st_mtime) > DAY:  # what is used is kept
+                with suppress(OSError):
+                    os.utime(descriptor if os.utime in os.supports_fd else folder.at(name))
+        finally:
+            os.close(descriptor)
+        start = len(MAGIC) + 32
+        return data[start:] if data[:start] == _head(name, data[start:]) else None
+    return None
+
+
+def write(name: str, body: bytes) -> None:
+    """Keep bytes under a name, where that is possible."""
+    data = _head(name, body) + body
+    if len(data) > LARGEST:
+        return
+    with _opened(make=True) as folder, suppress(OSError):
+        if folder is None:
+            return
+        temporary = f"{name}.{os.urandom(8).hex()}"
+        descriptor = os.open(folder.at(temporary), _WRITE, 0o600, dir_fd=folder.descriptor)
+        try:
+            with open(descriptor, "wb") as file:
+                if _AT:
+                    os.fchmod(descriptor, 0o600)  # whatever the umask
+                file.write(data)
+            os.replace(
+                folder.at(temporary), folder.at(name), src_dir_fd=folder.descriptor, dst_dir_fd=folder.descriptor
+            )
+        except BaseException:  # also an interrupt
+            _remove(folder, temporary)
+            raise
+        if _WRITTEN[0] % WRITES == 0:
+            _prune(folder)
+        _WRITTEN[0] += 1
+
+
+def _head(name: str, body: bytes) -> bytes:
+    return MAGIC + hashlib.sha256(name.encode() + body).digest()
+
+
+def _ours(found: os.stat_result) -> bool:
+    return os.name != "posix" or found.st_uid == os.geteuid()
+
+
+def _open_to_others(found: os.stat_result) -> bool:
+    return os.name == "posix" and bool(found.st_mode & 0o022)
+
+
+@contextmanager
+def _opened(make: bool = False) -> Iterator[_Folder | None]:
+    """The folder while it is in use; None where it is not to be used, or there is none (and none is made)."""
+    path = _path()
+    folder = None if path is None else _open(path, make)
+    try:
+        yield folder
+    finally:
+        if folder is not None and folder.descriptor is not None:
+            os.close(folder.descriptor)
+
+
+def _path() -> str | None:
+    """The folder's path; None where nothing is kept: that is asked for, or there is no folder for the user's caches."""
+    switch = os.environ.get("GONIO_CACHE", "")
+    if switch not in ("", "off"):
+        raise ParameterError(f"GONIO_CACHE={switch!r}: expected off, which keeps no kernels on disk; or unset it")
+    if switch:
+        return None
+    own = os.environ.get("GONIO_CACHE_DIR")
+    if own is not None:
+        if not os.path.isabs(own):
+            raise ParameterError(
+                f"GONIO_CACHE_DIR={own!r}: expected an absolute path, for code is run from there; set one, or unset it"
+            )
+    elif os.name == "nt":
+        own = os.environ.get("LOCALAPPDATA", "")
+    else:
+        own = os.environ.get("XDG_CACHE_HOME", "") if sys.platform != "darwin" else ""
+        if not os.path.isabs(own):
+            home = os.path.expanduser("~")  # stays "~" where nobody knows a home; one that is not there is not made
+            caches = "Library/Caches" if sys.platform == "darwin" else ".cache"
+            own = os.path.join(home, caches) if os.path.isdir(home) else ""
+    return os.path.join(own, FOLDER) if os.path.isabs(own) else None
+
+
+def _open(path: str, make: bool) -> _Folder | None:
+    """The folder, if it is this user's alone."""
+    try:
+        if make and not os.path.lexists(path):
+            for folder_path in (os.path.dirname(path), path):
+                with suppress(FileExistsError):  # also by another process just now
+                    os.makedirs(folder_path, 0o700)
+        folder = _Folder(path, os.open(path, os.O_RDONLY | os.O_DIRECTORY | _SAFELY) if _AT else None)
+        found = os.stat(path if folder.descriptor is None else folder.descriptor)
+    except OSError as error:
+        if os.path.islink(path):
+            _warn(path, "is a symbolic link", "put a folder there, or ")
+        elif os.path.lexists(path) and not isinstance(error, FileNotFoundError):  # or another process made it just now
+            _warn(path, f"cannot be opened ({error.strerror})", "make it a folder of yours, or ")
+        elif make and "GONIO_CACHE_DIR" in os.environ:
+            _warn(path, f"cannot be made ({error.strerror})")
+        return None
+    if _ours(found) and not _open_to_others(found):
+        return folder
+    if folder.descriptor is not None:
+        os.close(folder.descriptor)
+    if _ours(found):
+        mode = f"mode {stat.S_IMODE(found.st_mode):04o}"
+        _warn(path, f"may be written to by other users ({mode}), and code is run from it", "chmod 700 it, or ")
+    else:
+        _warn(path, f"belongs to user {found.st_uid}, not to user {os.geteuid()}, and code is run from it")
+    return None
+
+
+def _warn(path: str, why: str, remedy: str = "") -> None:
+    if path not in _WARNED:
+        _WARNED.append(path)
+        rest = f"{remedy}set GONIO_CACHE_DIR to a folder of yours, or GONIO_CACHE=off"
+        warnings.warn(f"no kernels are kept on disk: {path!r} {why}; {rest}", EngineWarning, stacklevel=2)
+
+
+def _prune(folder: _Folder) -> None:
+    """Remove the least recently used where there is too much, and what processes that were killed left half written."""
+    now, kept = time.time(), []
+    with os.scandir(folder.path if folder.descriptor is None else folder.descriptor) as entries:
+        for entry in entries:
+            name = _NAME.fullmatch(entry.name)
+            if name is None:
+                continue
+            try:
+                found = entry.stat(follow_symlinks=False)
+            except OSError:  # another process was quicker
+                continue
+            if not stat.S_ISREG(found.st_mode) or not _ours(found):
+                continue
+            if name[1] is None:
+                used = found.st_mtime if found.st_mtime < now + DAY else 0.0  # a clock was wrong
+                kept.append((used, found.st_size, entry.name))
+            elif abs(now - found.st_mtime) > HOUR:
+                _remove(folder, entry.name)
+    count, size = len(kept), sum(length for _, length, _ in kept)
+    if count <= FILES_KEPT and size <= BYTES_KEPT:
+        return
+    for _, length, oldest in sorted(kept):
+        if count <= 0.75 * FILES_KEPT and size <= 0.75 * BYTES_KEPT:
+            return
+        _remove(folder, oldest)
+        count, size = count - 1, size - length
+
+
+def _remove(folder: _Folder, name: str) -> None:
+    with suppress(OSError):
+        os.unlink(folder.at(name), dir_fd=folder.descriptor)

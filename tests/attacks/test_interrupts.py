@@ -1,0 +1,262 @@
+"""Interrupts and forks at any moment: the numbers stay right, the threads stay there, the child works."""
+
+from __future__ import annotations
+
+import ctypes
+import inspect
+import json
+import os
+import subprocess
+import sys
+import threading
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import gonio as gn
+from gonio import engine
+from gonio.compile import batches, machine, store, workers
+from gonio.compile.threads import apart, share
+
+CAMPAIGN = Path(__file__).parents[1] / "interrupting.py"
+
+pytestmark = pytest.mark.skipif(not hasattr(os, "fork"), reason="signals and forks are those of POSIX")
+
+
+def child(*arguments: str, **environment: str) -> str:
+    """What a fresh process prints."""
+    command = [sys.executable, *arguments]
+    run = subprocess.run(command, capture_output=True, text=True, timeout=110, env={**os.environ, **environment})
+    assert run.returncode == 0, run.stderr[-2000:]
+    return run.stdout
+
+
+@pytest.mark.parametrize("engine", ["", "numpy"])
+def test_interrupts_do_no_harm(engine):
+    """Random exceptions from signal handlers: none is lost, no number is wrong, nothing is written after a call has
+    been left, no helper goes missing. (D1, D2)"""
+    if not Path("/proc/self/schedstat").exists():
+        pytest.skip("needs Linux: the time that each thread has run is read from /proc")
+    seen = json.loads(child(str(CAMPAIGN), "150" if engine else "600", "7", "2", GONIO_ENGINE=engine))
+    assert seen["wrong"] == 0, seen["where"]
+    assert seen["lost interrupts"] == 0, seen["ignored"]
+    assert seen["ignored"] == []
+    assert engine or seen["helpers lost"] == 0
+    assert seen["left over"] == []
+
+
+class Stop(BaseException):
+    """An exception of nobody's."""
+
+
+def stopped_at(number: int, work: Callable[[], Any]) -> bool:
+    """Whether `work` has so many places in gonio's own code where Python looks for signals, that is after calls of
+    built-in functions and at the start of its own; an exception is raised at that one."""
+    seen = 0
+
+    def place(frame: Any, event: str, argument: Any) -> None:
+        nonlocal seen
+        code = frame.f_code
+        is_closed = event == "call" and code.co_flags & inspect.CO_GENERATOR  # perhaps, and then nobody looks
+        if event in ("call", "c_return") and "gonio" in code.co_filename and not is_closed:
+            seen += 1
+            if seen == number:
+                raise Stop
+
+    sys.setprofile(place)
+    try:
+        work()
+    except Stop:
+        return True
+    finally:
+        sys.setprofile(None)
+    return False
+
+
+def taken_and_released(lock: Any) -> bool:
+    if not lock.acquire(blocking=False):
+        return False
+    lock.release()
+    return True
+
+
+@pytest.mark.parametrize(
+    "name, stride",
+    [("f", 1), ("f, out=", 1), ("sample", 1), ("first f", 5), ("first jacobian", 7), ("compile", 37)],
+)
+def test_an_exception_at_any_place_does_no_harm(name, stride):
+    """One is raised wherever a signal's may be (of longer calls at a stride): the team is free, nobody is in it, no
+    lock is held, and the next call is right. (D1, D2)"""
+    wi = gn.direction(np.linspace(0.0, 1.5, 70_000), 0.3)
+    wo = np.broadcast_to(gn.direction(0.4, 2.0), wi.shape)
+    m = gn.Lambertian([0.2, 0.5]) + gn.Microfacet(gn.GGX(0.3))
+    u, out = np.full((len(wi), 2), 0.25), np.empty((len(wi), 2))
+
+    def compiled_anew() -> Any:
+        engine._TRACES.clear()
+        store._KNOWN.clear()
+        return gn.ModifiedPhong(0.5, 3.0).f(wi, wo)
+
+    works: dict[str, Callable[[], Any]] = {
+        "f": lambda: m.f(wi, wo),
+        "f, out=": lambda: m.f(wi, wo, out=out),
+        "sample": lambda: m.sample(wo, u).weight,
+        "first f": lambda: m.replace().f(wi, wo),
+        "first jacobian": lambda: m.replace().jacobian(wi, wo).f,
+        "compile": compiled_anew,
+    }
+    work, before = works[name], gn.threads()
+    gn.threads(2)
+    try:
+        want = work().copy()
+        number = 1
+        while stopped_at(number, work):
+            words = (ctypes.c_int64 * 9).from_address(workers.team().address)
+            assert (words[0], words[8] & 0xFFFFFFFF) == (0, 0), number
+            assert apart(taken_and_released, machine.LOCK), number
+            if number % (7 * stride) == 1:
+                np.testing.assert_array_equal(work(), want)
+            number += stride
+        assert number > 30
+        np.testing.assert_array_equal(work(), want)
+    finally:
+        gn.threads(before)
+
+
+def test_long_calls_are_made_of_pieces(monkeypatch):
+    """f of many lobes is computed in several calls of the kernel, so that an interrupt is answered between them: the
+    rest is not computed. Whatever the pieces are, the numbers are the same. (D25)"""
+    wi = gn.direction(np.linspace(0.0, 1.5, 300_000), 0.3)
+    wo = np.broadcast_to(gn.direction(0.4, 2.0), wi.shape)
+    m = sum((gn.Microfacet(gn.GGX(0.02 * i), gn.Conductor(0.2, 3.9)) for i in range(1, 20)), gn.Lambertian(0.5))
+    want, before = m.f(wi, wo), gn.threads()
+    calls: list[int] = []
+
+    def counted(count, function, args, outer, inner, grain):
+        calls.append(inner)
+        if len(calls) == stop:
+            raise TimeoutError("from a handler")
+        together(count, function, args, outer, inner, grain)
+
+    together, stop = batches.together, 3
+    monkeypatch.setattr(batches, "together", counted)
+    monkeypatch.setattr(batches, "PIECE", 1 << 20)
+    out = np.full(len(wi), -1.0)
+    try:
+        gn.threads(2)
+        with pytest.raises(TimeoutError, match="from a handler"):
+            m.replace().f(wi, wo, out=out)
+        done = calls[1]
+        assert 0 < done < len(wi)
+        np.testing.assert_array_equal(out[:done], want[:done])
+        np.testing.assert_array_equal(out[done:], -1.0)
+        calls.clear()
+        stop = -1
+        np.testing.assert_array_equal(m.replace().f(wi, wo), want)
+        assert len(calls) > 2
+    finally:
+        gn.threads(before)
+
+
+def test_a_piece_is_short():
+    """The first call of a kernel does some hundredths of a second of work at most, by the size of its graph. (D25)"""
+    m = sum((gn.Microfacet(gn.GGX(0.02 * i), gn.Conductor(0.2, 3.9)) for i in range(1, 41)), gn.Lambertian(0.5))
+    wo = np.broadcast_to(gn.direction(0.4, 2.0), (20, 3)).copy()
+    m.f(wo, wo)
+    (plan,) = m.__dict__["_plans"].values()
+    assert plan.piece < 200_000
+    m = gn.Microfacet(gn.GGX(0.3), gn.Conductor(0.2, 3.9))
+    m.f(wo, wo)
+    (plan,) = m.__dict__["_plans"].values()
+    assert plan.piece > 500_000  # a usual call is one piece
+
+
+FORKS = """
+import os, signal, sys, threading, time
+import numpy as np
+import gonio as gn
+from gonio import engine
+from gonio.compile import store
+
+wo = np.array([[0.6, 0.0, 0.8]])
+stop = False
+
+def compile_all_the_time():
+    while not stop:
+        engine._TRACES.clear()
+        store._KNOWN.clear()
+        gn.ModifiedPhong(0.5, 3.0).f(wo, wo)
+
+def compute_all_the_time():
+    many = np.broadcast_to(wo, (200_000, 3)).copy()
+    while not stop:
+        gn.Lambertian(0.5).f(many, many)
+
+gn.threads(2)
+want = gn.Microfacet(gn.GGX(0.3)).f(wo, wo)
+for work in (compile_all_the_time, compile_all_the_time, compute_all_the_time):
+    threading.Thread(target=work, daemon=True).start()
+for k in range(25):
+    time.sleep(0.003 * (k % 7))
+    child = os.fork()
+    if not child:
+        signal.alarm(20)
+        many = np.broadcast_to(wo, (100_000, 3)).copy()
+        engine._TRACES.clear()
+        store._KNOWN.clear()
+        f = gn.Microfacet(gn.GGX(0.3)).f(many, many)
+        os._exit(0 if (f == want).all() else 3)
+    _, status = os.waitpid(child, 0)
+    if status:
+        os._exit(print("child", k, "ended with", status, flush=True) or 1)
+stop = True
+print("fine")
+"""
+
+
+def test_a_child_works_whatever_is_under_way_at_the_fork():
+    """Other threads compile and compute without end; each forked child compiles and computes. (D21)"""
+    assert child("-W", "ignore::DeprecationWarning", "-c", FORKS, GONIO_CACHE="off").strip() == "fine"
+
+
+def test_helpers_that_are_gone_are_replaced():
+    """In a child there is none of them; they are made anew, once."""
+    workers.wake(7)
+    for _ in range(1000):
+        if len(workers.team().helpers) >= 7:
+            break
+        threading.Event().wait(0.01)
+    first = {helper.thread for helper in workers.team().helpers.values()}
+    assert len(first) >= 7
+    workers.wake(7)
+    assert {helper.thread for helper in workers.team().helpers.values()} == first
+
+
+def test_parts_that_nobody_began_are_left_when_one_fails():
+    """An error, or an interrupt, in one part: those under way end, no other begins, and then it is raised."""
+    begun, before = [], gn.threads()
+
+    def work(number):
+        begun.append(number)
+        if number == 3:
+            raise KeyboardInterrupt
+
+    try:
+        for count in (1, 4):
+            gn.threads(count)
+            begun.clear()
+            with pytest.raises(KeyboardInterrupt):
+                share(work, [(i,) for i in range(1000)])
+            assert 4 <= len(begun) < 1000
+    finally:
+        gn.threads(before)
+
+
+def test_work_apart_is_done_by_a_thread_that_no_signal_reaches():
+    """Its result and its errors are those of the work."""
+    assert apart(lambda a: (a, threading.get_ident() != threading.main_thread().ident), 5) == (5, True)
+    with pytest.raises(ZeroDivisionError):
+        apart(lambda: 1 / 0)

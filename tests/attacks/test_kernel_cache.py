@@ -1,0 +1,742 @@
+"""The kernel cache: what is run from it, what is removed from it, what its names stand for; and doing without."""
+
+from __future__ import annotations
+
+import ast
+import hashlib
+import os
+import re
+import shutil
+import signal
+import stat
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from threading import Timer
+from types import SimpleNamespace
+
+import pytest
+
+import gonio
+from gonio import engine
+from gonio.compile import cache_folder, machine
+
+pytestmark = [
+    pytest.mark.skipif(not engine.available(), reason="nothing can be compiled here"),
+    pytest.mark.skipif(os.name != "posix", reason="owners and modes are POSIX's"),
+]
+as_root = pytest.mark.skipif(os.name == "posix" and os.geteuid() != 0, reason="two users: only root can be both")
+
+SOURCES = str(Path(gonio.__file__).resolve().parents[1])
+NAME = "0123456789abcdef" * 2 + "01234567"
+DAY = 86400.0
+
+BEGIN = """
+import ctypes, os, re, resource, sys, traceback
+from pathlib import Path
+resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+import numpy as np
+import gonio as gn
+from gonio.compile import codegen, machine, store
+
+compiled, to_object = [], machine.to_object
+machine.to_object = lambda text: compiled.append(text) or to_object(text)
+w = np.array([[0.0, 0.0, 1.0]])
+
+def f(m=None):
+    "f of a material as in a new process: its value, and how many kernels were compiled."
+    store._KNOWN.clear()
+    compiled.clear()
+    return float((m or gn.Lambertian(0.5)).f(w, w)[0]), len(compiled)
+
+def forked(work=f, **environment):
+    "What work returns in a process of its own, or the signal that ended it."
+    reader, writer = os.pipe()
+    pid = os.fork()
+    if not pid:
+        os.environ.update(environment)
+        try:
+            os.write(writer, repr(work()).encode())
+        except BaseException:
+            traceback.print_exc()
+        os._exit(0)
+    os.close(writer)
+    said = os.read(reader, 4096).decode()
+    os.close(reader)
+    status = os.waitpid(pid, 0)[1]
+    return said or f"ended by signal {status}"
+"""
+RHO_PI = 0.5 / 3.141592653589793
+
+
+def run(code: str, *arguments: object, timeout: float = 60.0, **environment: str | None) -> SimpleNamespace:
+    """What a fresh process prints, line by line, and its warnings; None removes a variable."""
+    both = {**os.environ, "PYTHONPATH": SOURCES, **environment}
+    env = {name: str(value) for name, value in both.items() if value is not None}
+    command = [sys.executable, "-c", BEGIN + code, *map(str, arguments)]
+    done = subprocess.run(command, env=env, capture_output=True, text=True, timeout=timeout)
+    assert done.returncode == 0, done.stderr
+    return SimpleNamespace(lines=done.stdout.splitlines(), stderr=done.stderr, warned=done.stderr.count("Warning:"))
+
+
+@contextmanager
+def ongoing(code: str, timeout: float = 30.0, **environment: object) -> Iterator[Callable[[], str]]:
+    """A process that answers each line with a line; it is killed after a time."""
+    env = {**os.environ, "PYTHONPATH": SOURCES, **{name: str(value) for name, value in environment.items()}}
+    how = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True, "start_new_session": True}
+    with subprocess.Popen([sys.executable, "-c", BEGIN + code], env=env, **how) as process:
+        watch = Timer(timeout, os.killpg, (process.pid, signal.SIGKILL))  # with the children that it forked
+        watch.start()
+
+        def ask() -> str:
+            print(file=process.stdin, flush=True)
+            return process.stdout.readline().rstrip()
+
+        try:
+            yield ask
+            process.stdin.close()
+            process.wait()
+        finally:
+            watch.cancel()
+            with suppress(ProcessLookupError):
+                os.killpg(process.pid, signal.SIGKILL)
+
+
+def kept(folder: Path) -> list[Path]:
+    """The kernels in a folder, however deep."""
+    return sorted(p for p in folder.rglob("*") if re.fullmatch("[0-9a-f]{40}", p.name))
+
+
+def forged(path: Path, body: bytes) -> bytes:
+    """A file as gonio writes it, with a right checksum and this content."""
+    data = path.read_bytes()
+    start = data.index(b"\n") + 1
+    salt = b"" if hashlib.sha256(data[start + 32 :]).digest() == data[start : start + 32] else path.name.encode()
+    return data[:start] + hashlib.sha256(salt + body).digest() + body
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch) -> Path:
+    """The folder of kernels, in this process."""
+    monkeypatch.setenv("GONIO_CACHE_DIR", str(tmp_path))
+    monkeypatch.setattr(cache_folder, "_WRITTEN", [0])
+    monkeypatch.setattr(cache_folder, "_WARNED", [])
+    return tmp_path / cache_folder.FOLDER
+
+
+def names(count: int) -> list[str]:
+    return [hashlib.sha256(str(i).encode()).hexdigest()[:40] for i in range(count)]
+
+
+# What is removed.
+
+
+def test_files_of_the_user_stay(tmp_path):
+    """However many files lie beside the kernels, whatever their names, none is removed. (D4)"""
+    mine = [tmp_path / f"photo_{i}.raw" for i in range(2100)] + [tmp_path / name for name in names(50)]
+    for path in mine:
+        path.touch()
+    run("print(f())", GONIO_CACHE_DIR=tmp_path)
+    assert all(path.exists() for path in mine)
+
+
+def test_only_kernels_are_counted_and_removed(folder, monkeypatch):
+    """In the folder of kernels itself, too: other names, folders and links stay. (D4)"""
+    monkeypatch.setattr(cache_folder, "FILES_KEPT", 8)
+    monkeypatch.setattr(cache_folder, "WRITES", 1)
+    cache_folder.write(NAME, b"kernel")
+    foreign = [folder / name for name in ("notes.txt", ".hidden", NAME[:-1], NAME + "0", NAME.upper(), "x" * 40)]
+    foreign += [folder / f"more_{i}" for i in range(20)]
+    for path in foreign:
+        path.write_text("mine")
+    (folder / ("d" * 40)).mkdir()
+    (folder / ("e" * 40)).symlink_to(folder / "notes.txt")
+    os.mkfifo(folder / ("f" * 40))
+    foreign += [folder / (c * 40) for c in "def"]
+    for path in foreign:
+        os.utime(path, (1, 1), follow_symlinks=False)
+    for name in names(30):
+        cache_folder.write(name, b"kernel")
+    assert all(os.path.lexists(path) for path in foreign)
+    assert sum(cache_folder.read(name) is not None for name in [NAME, *names(30)]) <= 8
+
+
+def test_what_is_used_is_kept_longest(folder, monkeypatch):
+    """A kernel that is used stays, written however long ago; of those that are not, the oldest go first. (D4)"""
+    monkeypatch.setattr(cache_folder, "FILES_KEPT", 100)
+    monkeypatch.setattr(cache_folder, "WRITES", 1)
+    for name in names(60):
+        cache_folder.write(name, b"kernel")
+    for age, name in enumerate(names(60)):
+        os.utime(folder / name, (1, time.time() - (age + 2) * DAY))
+    assert cache_folder.read(names(60)[-1]) == b"kernel"
+    monkeypatch.setattr(cache_folder, "FILES_KEPT", 40)
+    cache_folder.write(NAME, b"kernel")
+    assert {path.name for path in kept(folder)} == {NAME, names(60)[-1], *names(28)}
+
+
+def test_a_clock_that_was_wrong_keeps_nothing_for_ever(folder, monkeypatch):
+    """Times in the future count as old until the file is used. (D4)"""
+    monkeypatch.setattr(cache_folder, "FILES_KEPT", 4)
+    for name in names(4):
+        cache_folder.write(name, b"kernel")
+        os.utime(folder / name, (1, time.time() + 1000 * DAY))
+    assert cache_folder.read(names(4)[3]) == b"kernel"
+    monkeypatch.setattr(cache_folder, "WRITES", 1)
+    cache_folder.write(NAME, b"kernel")
+    assert {path.name for path in kept(folder)} > {NAME, names(4)[3]}
+    assert len(kept(folder)) == 3
+
+
+def test_kernels_are_bounded_by_bytes(folder, monkeypatch):
+    """Few large files are too many as well; one that is larger than any kernel is not written. (D4)"""
+    monkeypatch.setattr(cache_folder, "BYTES_KEPT", 100_000)
+    monkeypatch.setattr(cache_folder, "LARGEST", 30_000)
+    monkeypatch.setattr(cache_folder, "WRITES", 1)
+    for i, name in enumerate(names(20)):
+        cache_folder.write(name, bytes(20_000))
+        os.utime(folder / name, (1, time.time() - (100 - i) * 60))
+    assert {path.name for path in kept(folder)} <= set(names(20)[-5:])
+    assert sum(path.stat().st_size for path in kept(folder)) <= 100_000
+    cache_folder.write(NAME, bytes(40_000))
+    assert not (folder / NAME).exists()
+
+
+def test_a_hit_is_noted_once_a_day(folder):
+    """A kernel in daily use is not written to at each use. (D4)"""
+    cache_folder.write(NAME, b"kernel")
+    for age, fresh in ((0.5 * DAY, False), (2 * DAY, True)):
+        before = time.time() - age
+        os.utime(folder / NAME, (before, before))
+        assert cache_folder.read(NAME) == b"kernel"
+        assert ((folder / NAME).stat().st_mtime > before + 1) is fresh
+
+
+def test_what_killed_processes_leave_is_swept(folder):
+    """A process killed before its file has its name leaves a temporary, which another removes an hour later. (D4)"""
+    killed = "os.replace = lambda *a, **k: os.kill(os.getpid(), 9)\nprint(forked())\nprint(forked())"
+    assert run(killed, GONIO_CACHE_DIR=folder.parent).lines == ["ended by signal 9"] * 2
+    left = list(folder.iterdir())
+    assert len(left) == 2
+    assert not kept(folder)
+    old = time.time() - 2 * 3600
+    os.utime(left[0], (old, old))
+    cache_folder.write(NAME, b"kernel")
+    assert set(folder.iterdir()) == {folder / NAME, left[1]}
+
+
+def test_processes_fill_and_empty_a_folder_at_once(folder):
+    """Writers that all remove and readers that all find: nobody fails, and what is read is right. (D4)"""
+    code = """
+from gonio.compile import cache_folder
+import hashlib
+cache_folder.FILES_KEPT, cache_folder.WRITES, right = 20, 2, 0
+for i in range(300):
+    name = hashlib.sha256(str(i % 60).encode()).hexdigest()[:40]
+    found = cache_folder.read(name)
+    if found is None:
+        cache_folder.write(name, name.encode())
+    else:
+        assert found == name.encode()
+        right += 1
+print(right)
+"""
+    with ThreadPoolExecutor(4) as pool:
+        done = list(pool.map(lambda _: run(code, GONIO_CACHE_DIR=folder.parent), range(4)))
+    assert not any(one.stderr for one in done)
+    assert len(kept(folder)) == len(list(folder.iterdir())) <= 20 + 4 * 2
+
+
+def test_a_folder_made_while_it_is_looked_for(folder, monkeypatch, recwarn):
+    """Another process makes the folder after this one failed to open it: that is no reason to warn. (D4)"""
+
+    def another(path, *arguments, dir_fd=None, to_open=os.open, **options):
+        try:
+            return to_open(path, *arguments, dir_fd=dir_fd, **options)
+        finally:
+            folder.mkdir(parents=True, exist_ok=True)
+
+    monkeypatch.setattr(os, "open", another)
+    assert cache_folder.read(NAME) is None
+    assert folder.is_dir()
+    assert not recwarn.list
+
+
+# What is run.
+
+
+def test_a_folder_that_others_may_write_to_is_not_used(tmp_path):
+    """Its kernels are not run; one warning names the folder and the remedy. (D6)"""
+    run("print(f())", GONIO_CACHE_DIR=tmp_path)
+    (kernel,) = kept(tmp_path)
+    modes = (0o777, 0o1777, 0o775, 0o707, 0o755)
+    code = f"for mode in {modes}: os.chmod(sys.argv[1], mode); print(forked(lambda: (f(), f())))"
+    done = run(code, kernel.parent, GONIO_CACHE_DIR=tmp_path)
+    assert done.lines == [str(((RHO_PI, 1), (RHO_PI, 1)))] * 4 + [str(((RHO_PI, 0), (RHO_PI, 0)))]
+    assert done.warned == 4
+    for word in (str(kernel.parent), "chmod 700 it, or set GONIO_CACHE_DIR", "GONIO_CACHE=off"):
+        assert done.stderr.count(word) == 4
+    assert re.findall(r"mode (\d+)", done.stderr) == ["0777", "1777", "0775", "0707"]
+
+
+def test_a_folder_that_is_a_link_is_not_used(folder, tmp_path):
+    """The folder itself must be one; links above it may be. (D6)"""
+    cache_folder.write(NAME, b"kernel")
+    folder.rename(tmp_path / "elsewhere")
+    folder.symlink_to(tmp_path / "elsewhere")
+    with pytest.warns(gonio.errors.EngineWarning, match="is a symbolic link"):
+        assert cache_folder.read(NAME) is None
+    (tmp_path / "link").symlink_to(tmp_path)
+    (tmp_path / cache_folder.FOLDER).unlink()
+    (tmp_path / "elsewhere").rename(folder)
+    os.environ["GONIO_CACHE_DIR"] = str(tmp_path / "link")
+    assert cache_folder.read(NAME) == b"kernel"
+
+
+def test_files_are_their_owners_alone_whatever_the_umask(tmp_path):
+    """Nobody else may read or write a kernel, or write to its folder. (D6)"""
+    for i, umask in enumerate(("0", "0o777" if os.geteuid() == 0 else "0o77")):
+        code = f"os.makedirs(os.environ['GONIO_CACHE_DIR']); os.umask({umask}); print(f())"
+        run(code, GONIO_CACHE_DIR=tmp_path / str(i))
+        (kernel,) = kept(tmp_path / str(i))
+        assert stat.S_IMODE(kernel.stat().st_mode) == 0o600
+        assert not kernel.parent.stat().st_mode & 0o022
+
+
+def test_only_regular_files_of_ours_are_read(tmp_path):
+    """A FIFO, a device, a link, a folder, a hard link, what others may write to and what has no end: compiled anew, in
+    bounded time and memory, and replaced where a file can be. (D6)"""
+    run("print(f())", GONIO_CACHE_DIR=tmp_path)
+    (kernel,) = kept(tmp_path)
+    whole = kernel.read_bytes()
+    (tmp_path / "whole").write_bytes(whole)
+    cases = {
+        "FIFO": lambda: os.mkfifo(kernel),
+        "link to a kernel": lambda: kernel.symlink_to(tmp_path / "whole"),
+        "link to a device": lambda: kernel.symlink_to("/dev/zero"),
+        "link to itself": lambda: kernel.symlink_to(kernel),
+        "hard link": lambda: os.link(tmp_path / "whole", kernel),
+        "open to a group": lambda: (kernel.write_bytes(whole), kernel.chmod(0o660)),
+        "open to all": lambda: (kernel.write_bytes(whole), kernel.chmod(0o606)),
+        "endless": lambda: (kernel.write_bytes(whole), os.truncate(kernel, 1 << 40)),
+        "folder": kernel.mkdir,
+    }
+    code = """
+resource.setrlimit(resource.RLIMIT_AS, (2 << 30, 2 << 30))
+for line in sys.stdin:
+    print(forked(), flush=True)
+"""
+    with ongoing(code, GONIO_CACHE_DIR=tmp_path) as ask:
+        for name, plant in cases.items():
+            kernel.unlink()
+            plant()
+            assert ask() == str((RHO_PI, 1)), name
+            if name != "folder":
+                assert kernel.read_bytes() == whole, name
+                assert not kernel.is_symlink(), name
+    assert list(kernel.parent.iterdir()) == [kernel]
+
+
+def test_what_a_file_says_is_checked_before_it_is_run(tmp_path):
+    """With a right checksum: an unknown kind, no code, a start outside of it, an object that is none. (D6)"""
+    run("print(f())", GONIO_CACHE_DIR=tmp_path / "cache")
+    (kernel,) = kept(tmp_path)
+    (tmp_path / "bodies").mkdir()
+    entry, code = bytes(8), kernel.read_bytes()[-200:]
+    elf = b"\x7fELF\x02\x01\x01" + bytes(57)
+    bodies = [
+        b"z" + entry + code,
+        b"i" + len(code).to_bytes(8, "little") + code,
+        b"i" + b"\xff" * 8 + code,
+        b"i" + entry,
+        b"i",
+        b"",
+        b"o" + entry,
+        b"o" + entry + code,
+        b"o" + b"\1" + bytes(7) + elf,
+        b"o" + entry + elf,
+        b"o" + entry + elf[:40] + (64).to_bytes(8, "little") + bytes(10) + b"\x40\0\x09\0" + bytes(66),
+    ]
+    for i, body in enumerate(bodies):
+        (tmp_path / "bodies" / str(i)).write_bytes(forged(kernel, body))
+    code = """
+kernel, bodies = Path(sys.argv[1]), Path(sys.argv[2])
+for i in range(len(list(bodies.iterdir()))):
+    kernel.write_bytes((bodies / str(i)).read_bytes())
+    print(forked())
+"""
+    done = run(code, kernel, tmp_path / "bodies", GONIO_CACHE_DIR=tmp_path / "cache")
+    assert done.lines == [str((RHO_PI, 1))] * len(bodies)
+
+
+def test_an_object_without_a_kernel_is_not_called(monkeypatch):
+    """LLVM's loader gives address 0 for what it does not find. (D6)"""
+    text = "define i64 @other(i64 %x) {\n ret i64 %x\n}\n"
+    assert machine.linked(machine.to_object(text)) is None
+
+
+def test_a_kernel_under_anothers_name_is_not_run(tmp_path):
+    """Files that were mixed up are compiled anew. (D6)"""
+    code = "print(f())\nprint(f(gn.Lambertian(0.5) + gn.Lambertian(0.25)))"
+    run(code, GONIO_CACHE_DIR=tmp_path)
+    a, b = kept(tmp_path)
+    first, second = a.read_bytes(), b.read_bytes()
+    a.write_bytes(second)
+    b.write_bytes(first)
+    assert run(code, GONIO_CACHE_DIR=tmp_path).lines == [str((RHO_PI, 1)), str((1.5 * RHO_PI, 1))]
+
+
+TWO_USERS = """
+store._versions(), machine._llvm()  # their files may lie where others may not enter
+own, folder, tree = Path(sys.argv[1]), Path(sys.argv[2]), sys.argv[7]
+attacker, victim, owner, mode = map(int, sys.argv[3:7])
+folder.mkdir()
+os.chown(folder, owner, owner)
+folder.chmod(mode)
+files = [(path.relative_to(own), path.read_bytes()) for path in own.rglob("*") if path.is_file()]
+
+def plant():
+    os.setgid(attacker), os.setuid(attacker), os.umask(0)
+    for path, data in files:
+        (folder / path).parent.mkdir(exist_ok=True)
+        (folder / path).write_bytes(data)
+    return len(files)
+
+def use():
+    os.setgid(victim), os.setuid(victim)
+    return f()
+
+if tree == "made":  # by the victim, with a mode that lets everybody in
+    for path, _ in files:
+        if path.parent != Path("."):
+            (folder / path.parent).mkdir()
+            os.chown(folder / path.parent, victim, victim)
+            (folder / path.parent).chmod(0o777)
+print(forked(plant))
+print(forked(use))
+"""
+
+
+@pytest.fixture(scope="module")
+def compiled() -> Iterator[Path]:
+    """A filled cache of root's, in a folder that every user may enter."""
+    with tempfile.TemporaryDirectory() as name:
+        Path(name).chmod(0o755)
+        run("print(f())", GONIO_CACHE_DIR=f"{name}/own")
+        yield Path(name)
+
+
+@as_root
+@pytest.mark.parametrize(
+    ("victim", "owner", "mode", "tree"),
+    [
+        (65534, 65534, 0o777, ""),
+        (65534, 65534, 0o1777, ""),
+        (65534, 65534, 0o777, "made"),
+        (65534, 0, 0o1777, "made"),
+        (0, 0, 0o777, ""),
+        (0, 0, 0o1777, ""),
+        (0, 0, 0o755, "made"),
+    ],
+)
+def test_what_another_user_planted_is_not_run(compiled, victim, owner, mode, tree):
+    """Kernels that another user put where this user looks for them, before or after the folder was made. (D6)"""
+    shared = compiled / f"{victim}-{owner}-{mode:o}-{tree}"
+    done = run(TWO_USERS, compiled / "own", shared, 65533, victim, owner, mode, tree, GONIO_CACHE_DIR=shared)
+    assert done.lines == ["1", str((RHO_PI, 1))], done.stderr
+    assert "65533" in done.stderr or "mode 0777" in done.stderr
+
+
+@as_root
+def test_a_users_folder_is_not_used_by_root(compiled):
+    """Root with a user's HOME or GONIO_CACHE_DIR runs nothing from there. (D6)"""
+    theirs = shutil.copytree(compiled / "own", compiled / "theirs")
+    for path in [*theirs.rglob("*"), theirs]:
+        os.chown(path, 65534, 65534)
+    done = run("print(f())", GONIO_CACHE_DIR=theirs)
+    assert done.lines == [str((RHO_PI, 1))]
+    assert "belongs to user 65534, not to user 0" in done.stderr
+
+
+REFUSED = """
+def refused():
+    "What each of two calls of f raises."
+    said = []
+    for _ in range(2):
+        try:
+            said.append(f())
+        except gn.errors.ParameterError as error:
+            said.append(str(error))
+    return said
+"""
+
+
+def test_a_folder_that_depends_on_the_working_directory_is_refused(tmp_path):
+    """An empty, a relative or an unexpanded GONIO_CACHE_DIR: one line, nothing written, at every f. (D6)"""
+    values = ("", "kernels", "./kernels", "~/kernels")
+    code = f"os.chdir(sys.argv[1])\nfor value in {values}: print(forked(refused, GONIO_CACHE_DIR=value))"
+    for value, line in zip(values, run(REFUSED + code, tmp_path).lines, strict=True):
+        first, second = ast.literal_eval(line)
+        assert first == second
+        assert first.startswith(f"GONIO_CACHE_DIR={value!r}: expected an absolute path")
+    assert not list(tmp_path.iterdir())
+
+
+def test_the_cache_can_be_switched_off(tmp_path):
+    """GONIO_CACHE=off neither writes nor runs; other values of the switches are refused. (D6)"""
+    code = """
+folder = Path(os.environ["GONIO_CACHE_DIR"])
+print(forked(GONIO_CACHE="off"), len(list(folder.rglob("*"))))
+print(forked(), forked(), len(list(folder.rglob("*"))))
+print(forked(GONIO_CACHE="off"))
+print(forked(refused, GONIO_CACHE="of"))
+print(forked(refused, GONIO_ENGINE="Numpy"))
+"""
+    lines = run(REFUSED + code, GONIO_CACHE_DIR=tmp_path).lines
+    assert lines[:3] == [f"{(RHO_PI, 1)} 0", f"{(RHO_PI, 1)} {(RHO_PI, 0)} 2", str((RHO_PI, 1))]
+    assert lines[3].count("GONIO_CACHE='of': expected off") == 2
+    assert lines[4].count("GONIO_ENGINE='Numpy': expected numpy") == 2
+
+
+def test_files_by_path(folder, monkeypatch):
+    """As on Windows, where files cannot be opened in an open folder."""
+    monkeypatch.setattr(cache_folder, "_AT", False)
+    monkeypatch.setattr(cache_folder, "FILES_KEPT", 8)
+    monkeypatch.setattr(cache_folder, "WRITES", 1)
+    for name in names(20):
+        cache_folder.write(name, name.encode())
+        assert cache_folder.read(name) == name.encode()
+    assert len(kept(folder)) == len(list(folder.iterdir())) <= 8
+    folder.chmod(0o777)
+    with pytest.warns(gonio.errors.EngineWarning, match="mode 0777"):
+        assert cache_folder.read(names(20)[-1]) is None
+
+
+# No executable memory, no compiler.
+
+REFUSE = """
+def refuse():
+    "From here on nothing may be made executable."
+    assert ctypes.CDLL(None).prctl(65, 1, 0, 0, 0) == 0  # PR_SET_MDWE, PR_MDWE_REFUSE_EXEC_GAIN
+"""
+EVERYTHING = """
+import warnings
+m = gn.Microfacet(gn.GGX(0.3), gn.Conductor(0.2, 3.9))
+u = np.array([[0.3, 0.6]])
+print(m.f(w, w)[0], m.pdf(w, w)[0], m.sample(w, u).weight[0], gn.albedo(m, w[0]), m.jacobian(w, w).f[0], len(compiled))
+"""
+
+
+@pytest.fixture(scope="module")
+def refusing() -> str:
+    done = subprocess.run(
+        [sys.executable, "-c", "import ctypes; print(ctypes.CDLL(None).prctl(65, 1, 0, 0, 0))"],
+        capture_output=True,
+        text=True,
+    )
+    if done.stdout.strip() != "0":
+        pytest.skip("this kernel has no PR_SET_MDWE (Linux 6.3 and later)")
+    return REFUSE
+
+
+@pytest.fixture(scope="module")
+def by_numpy() -> list[str]:
+    return run(EVERYTHING, GONIO_ENGINE="numpy").lines
+
+
+@pytest.mark.parametrize("filled", [False, True])
+def test_numpy_computes_where_memory_may_not_be_made_executable(refusing, by_numpy, tmp_path, filled):
+    """With a cache that is filled or not: the same numbers, one warning that says how to silence it. (D9)"""
+    if filled:
+        run(EVERYTHING, GONIO_CACHE_DIR=tmp_path)
+    done = run(refusing + "refuse()" + EVERYTHING, GONIO_CACHE_DIR=tmp_path)
+    assert done.lines == by_numpy
+    assert done.warned == 1
+    for word in ("EngineWarning", "made executable", "GONIO_ENGINE=numpy"):
+        assert word in done.stderr
+    if filled:
+        assert not run(refusing + "refuse()" + EVERYTHING, GONIO_ENGINE="numpy").stderr
+
+
+def test_numpy_computes_when_memory_is_refused_later(refusing, tmp_path):
+    """A service that closes itself off after its start: what is compiled runs on, what is new is NumPy's. (D9)"""
+    code = """
+m = gn.Lambertian(0.5)
+print(f(m), m.f(w, w)[0])
+refuse()
+print(f(gn.Lambertian(0.25) + gn.Lambertian(0.25)), m.f(w, w)[0])
+print((gn.Lambertian(0.5) + gn.Phong(0.0, 3.0)).jacobian(w, w).f[0])
+"""
+    done = run(refusing + code, GONIO_CACHE_DIR=tmp_path)
+    assert done.lines == [f"{(RHO_PI, 1)} {RHO_PI}", f"{(RHO_PI, 1)} {RHO_PI}", str(RHO_PI)]
+    assert done.warned == 1
+
+
+def test_llvms_loader_is_not_asked_where_memory_is_refused(refusing):
+    """It crashes there. (D9)"""
+    code = """
+code = to_object("define i64 @kernel(i64 %x) {\\n ret i64 %x\\n}\\n")
+refuse()
+try:
+    machine.linked(code)
+except gn.errors.EngineError as error:
+    print(error)
+"""
+    (said,) = run(refusing + code).lines
+    assert "made executable" in said
+
+
+@pytest.mark.parametrize(
+    ("when", "error"),
+    [
+        ("import", "ImportError('no LLVM')"),
+        ("import", "OSError('libstdc++.so.6: version not found')"),
+        ("import", "AttributeError('undefined symbol: LLVMPY_X')"),
+        ("start", "OSError('Could not find/load shared object file')"),
+        ("start", "RuntimeError('no target')"),
+        ("absent", ""),
+    ],
+)
+def test_numpy_computes_where_llvmlite_does_not_load(by_numpy, tmp_path, when, error):
+    """Whatever is wrong with it, or where it is not there: the same numbers and one warning. (D9)"""
+    package = tmp_path / "llvmlite"
+    package.mkdir()
+    (package / "__init__.py").touch()
+    raised = f"raise {error}" if when == "import" else f"def initialize_native_target():\n    raise {error}"
+    (package / "binding.py").write_text("" if when == "absent" else raised)
+    begin = "sys.modules['llvmlite'] = None\n" if when == "absent" else f"sys.path.insert(0, {str(tmp_path)!r})\n"
+    done = run(begin + EVERYTHING, GONIO_CACHE_DIR=tmp_path)
+    assert done.lines[0].rpartition(" ")[0] == by_numpy[0].rpartition(" ")[0]
+    assert done.warned == 1
+    for word in ("llvmlite", error.partition("(")[2].strip("')"), "GONIO_ENGINE=numpy"):
+        assert word in done.stderr
+
+
+# No home.
+
+
+def test_a_user_without_a_home_computes(tmp_path):
+    """No HOME and no entry of the user, a relative HOME, one that is not there: nothing is kept. (D10)"""
+    code = """
+import pwd
+def getpwuid(uid):
+    raise KeyError(f"getpwuid(): uid not found: {uid}")
+pwd.getpwuid = getpwuid
+os.chdir(sys.argv[1])
+print(forked(), forked(HOME="relative"), forked(HOME=sys.argv[1] + "/none"), os.listdir("."))
+"""
+    done = run(code, tmp_path, HOME=None, XDG_CACHE_HOME=None, GONIO_CACHE_DIR=None)
+    assert done.lines == [f"{(RHO_PI, 1)} {(RHO_PI, 1)} {(RHO_PI, 1)} []"]
+    assert not done.stderr
+
+
+@as_root
+def test_an_unknown_user_computes(tmp_path):
+    """As services and containers run: a number without an entry, no HOME. (D10)"""
+    code = "store._versions(), machine._llvm(), os.setgid(54321), os.setuid(54321)\nprint(f())"
+    done = run(code, HOME=None, XDG_CACHE_HOME=None, GONIO_CACHE_DIR=None)
+    assert done.lines == [str((RHO_PI, 1))]
+    assert not done.stderr
+
+
+@pytest.mark.skipif(sys.platform == "darwin", reason="macOS has another folder, and no XDG_CACHE_HOME")
+def test_the_users_folder_for_caches(tmp_path):
+    """$XDG_CACHE_HOME, which counts only if it is absolute, or ~/.cache. (D10)"""
+    (tmp_path / "home").mkdir()
+    code = "for xdg in sys.argv[1:]: print(forked(XDG_CACHE_HOME=xdg))"
+    values = (tmp_path / "a" / "b", "relative", "")
+    done = run(code, *values, HOME=str(tmp_path / "home"), GONIO_CACHE_DIR=None)
+    assert done.lines == [str((RHO_PI, 1)), str((RHO_PI, 1)), str((RHO_PI, 0))]
+    assert not done.stderr
+    folders = [path.parent.relative_to(tmp_path) for path in kept(tmp_path)]
+    assert folders == [Path("a", "b", cache_folder.FOLDER), Path("home", ".cache", cache_folder.FOLDER)]
+
+
+# What a name stands for.
+
+SINE = """
+from gonio import ops
+from gonio.param import param
+class Sine(gn.Reflectance):
+    rho = param(0.5, 0.0, 1.0, "a number")
+    def formula(self, wi, wo):
+        return ops.sin(self.rho + 0.0 * wi.x)
+print(*f(Sine(0.5)), gn.__file__)
+"""
+
+
+def copy_of_gonio(where: Path, seconds: float) -> Path:
+    """gonio with a compiler of its own, whose files are of this time; what it has beside the compiler is linked."""
+    package = Path(gonio.__file__).resolve().parent
+    (where / "gonio").mkdir(parents=True)
+    for path in package.iterdir():
+        if path.name != "compile":
+            (where / "gonio" / path.name).symlink_to(path)
+    shutil.copytree(package / "compile", where / "gonio" / "compile", ignore=shutil.ignore_patterns("__pycache__"))
+    for path in (where / "gonio" / "compile").iterdir():
+        os.utime(path, (seconds, seconds))
+    return where
+
+
+def test_names_stand_for_what_the_compiler_says(tmp_path):
+    """Two compilers that differ in one digit, all files of the same time: each gets its own kernels. (D11)"""
+    a, b = (copy_of_gonio(tmp_path / name, 1.0) for name in "ab")
+    source = b / "gonio" / "compile" / "elementary.py"
+    text = source.read_text(encoding="utf-8")
+    first = re.search(r"^SIN = \{.*?(-0\.\d)(\d)", text, re.S | re.M)
+    source.write_text(text[: first.start(2)] + str((int(first[2]) + 5) % 10) + text[first.end(2) :], encoding="utf-8")
+    os.utime(source, (1.0, 1.0))
+    got = {}
+    for place in (a, b, a, b):
+        value, compiled, path = run(SINE, PYTHONPATH=str(place), GONIO_CACHE_DIR=tmp_path / "cache").lines[0].split()
+        assert Path(path).is_relative_to(place)
+        assert compiled == ("0" if place in got else "1")
+        assert got.setdefault(place, value) == value
+    assert got[a] != got[b]
+    assert float(got[a]) == pytest.approx(0.479425538604203, rel=1e-14)
+
+
+def test_copies_share_their_kernels(tmp_path):
+    """Times and paths are no part of a name: a second checkout finds what the first has compiled. (D11)"""
+    for seconds, compiled in ((1.0, "1"), (2e9, "0")):
+        place = copy_of_gonio(tmp_path / str(seconds), seconds)
+        done = run(SINE, PYTHONPATH=str(place), GONIO_CACHE_DIR=tmp_path / "cache")
+        assert done.lines[0].split()[1] == compiled
+
+
+def test_a_compiler_edited_since_it_was_imported_keeps_nothing(tmp_path):
+    """The name would stand for one text and the kernel be of another. (D11)"""
+    place = copy_of_gonio(tmp_path, 1.0)
+    code = """
+source = Path(gn.__file__).parent / "compile" / "elementary.py"
+text = source.read_bytes()
+source.write_bytes(text + b"# edited")
+print(f())
+source.write_bytes(text)
+print(f(), f())
+"""
+    done = run(code, PYTHONPATH=str(place), GONIO_CACHE_DIR=tmp_path / "cache")
+    assert done.lines == [str((RHO_PI, 1)), f"{(RHO_PI, 1)} {(RHO_PI, 0)}"]
+
+
+def test_names_stand_for_the_library(tmp_path, monkeypatch):
+    """LLVM's library of the same version, size and time, linked anew, is another. (D11)"""
+    binding = tmp_path / "llvmlite" / "binding"
+    binding.mkdir(parents=True)
+    for name in ("__init__.py", "_version.py"):
+        (binding.parent / name).write_text("version = '1.0'\n")
+    monkeypatch.setattr(
+        "importlib.util.find_spec", lambda _: SimpleNamespace(origin=str(binding.parent / "__init__.py"))
+    )
+    seen = set()
+    for build_id in (b"a" * 20, b"b" * 20):
+        (binding / "libllvmlite.so").write_bytes(b"\x7fELF" + bytes(600) + build_id + bytes(1 << 20))
+        for path in [*binding.parent.rglob("*"), binding.parent]:
+            os.utime(path, (1.0, 1.0))
+        seen.add(machine.compiler.__wrapped__())
+    assert len(seen) == 2
