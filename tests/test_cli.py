@@ -28,7 +28,7 @@ def run(tmp_path, monkeypatch):
 
 
 def process(*args, **extra):
-    return subprocess.run([sys.executable, *args], capture_output=True, text=True, timeout=60, **extra)
+    return subprocess.run([sys.executable, *args], capture_output=True, text=True, timeout=300, **extra)
 
 
 # What works.
@@ -350,7 +350,7 @@ def test_a_terminal_gets_a_progress_bar(tmp_path):
         env=_environment() | {"TERM": "xterm"},
         stdout=subprocess.PIPE,
         stderr=theirs,
-        timeout=60,
+        timeout=300,
     )
     os.close(theirs)
     drawn = os.read(ours, 1 << 16).decode()

@@ -50,7 +50,7 @@ def shell(line: str, folder: Path, **more: str) -> subprocess.CompletedProcess:
     """Runs a line of bash in which `gonio` is the command."""
     command = f"set -o pipefail; gonio() {{ '{sys.executable}' -m gonio \"$@\"; }}; {line}"
     return subprocess.run(
-        ["bash", "-c", command], cwd=folder, env=environment(**more), capture_output=True, text=True, timeout=60
+        ["bash", "-c", command], cwd=folder, env=environment(**more), capture_output=True, text=True, timeout=300
     )
 
 
@@ -128,7 +128,7 @@ def test_a_backend_of_matplotlib_that_is_not_there(tmp_path):
     for name, backend in (("nonsense", None), ("svg", "svg")):
         command = [sys.executable, "-c", code, tmp_path / "a.png"]
         env = environment(MPLBACKEND=name)
-        done = subprocess.run(command, env=env, capture_output=True, text=True, timeout=60)
+        done = subprocess.run(command, env=env, capture_output=True, text=True, timeout=300)
         assert done.returncode == 0 and (tmp_path / "a.png").stat().st_size > 100, done.stderr
         assert done.stdout.split()[0] == name and backend in (None, done.stdout.split()[1])
 

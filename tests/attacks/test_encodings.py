@@ -197,7 +197,7 @@ def test_a_text_beyond_the_limit_takes_no_memory(tmp_path):
         "    except gn.errors.FormatError as error: print(error)\n"
     )
     files = [tmp_path / str(k) for k in range(len(STARTS))]
-    done = subprocess.run([sys.executable, "-c", code, *files], capture_output=True, text=True, timeout=60)
+    done = subprocess.run([sys.executable, "-c", code, *files], capture_output=True, text=True, timeout=300)
     assert len(re.findall(r"4294967296 bytes, expected (?:text|JSON) of at most", done.stdout)) == len(files), (
         done.stderr
     )

@@ -74,7 +74,7 @@ def forked(work=f, **environment):
 RHO_PI = 0.5 / 3.141592653589793
 
 
-def run(code: str, *arguments: object, timeout: float = 60.0, **environment: str | None) -> SimpleNamespace:
+def run(code: str, *arguments: object, timeout: float = 300.0, **environment: str | None) -> SimpleNamespace:
     """What a fresh process prints, line by line, and its warnings; None removes a variable."""
     both = {**os.environ, "PYTHONPATH": SOURCES, **environment}
     env = {name: str(value) for name, value in both.items() if value is not None}
@@ -85,7 +85,7 @@ def run(code: str, *arguments: object, timeout: float = 60.0, **environment: str
 
 
 @contextmanager
-def ongoing(code: str, timeout: float = 30.0, **environment: object) -> Iterator[Callable[[], str]]:
+def ongoing(code: str, timeout: float = 300.0, **environment: object) -> Iterator[Callable[[], str]]:
     """A process that answers each line with a line; it is killed after a time."""
     env = {**os.environ, "PYTHONPATH": SOURCES, **{name: str(value) for name, value in environment.items()}}
     how = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True, "start_new_session": True}

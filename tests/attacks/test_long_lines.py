@@ -43,7 +43,7 @@ def loaded(path: Path, room: int) -> str:
     """What a fresh process says that loads the file in so many bytes of address space more than it starts with."""
     search = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
     command = [sys.executable, "-c", LOAD, str(path), str(room)]
-    done = subprocess.run(command, env=search, capture_output=True, text=True, timeout=100, check=False)
+    done = subprocess.run(command, env=search, capture_output=True, text=True, timeout=300, check=False)
     assert done.returncode == 0, done.stderr[-500:]
     return done.stdout.strip()
 
@@ -219,7 +219,7 @@ def test_no_example_of_a_format_needs_much_memory(tmp_path):
             (tmp_path / name.replace(" ", "-").replace("/", "-")).write_bytes(data)
     search = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
     command = [sys.executable, "-c", EVERY, *map(str, sorted(tmp_path.iterdir()))]
-    done = subprocess.run(command, env=search, capture_output=True, text=True, timeout=100, check=False)
+    done = subprocess.run(command, env=search, capture_output=True, text=True, timeout=300, check=False)
     assert done.stdout.strip() == "done", done.stderr[-600:]
 
 

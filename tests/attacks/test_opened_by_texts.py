@@ -168,9 +168,9 @@ def test_standard_input_is_a_path(table):
     if not os.path.exists("/dev/stdin"):
         pytest.skip("this system has no /dev/stdin")
     code = "import gonio as gn; print(gn.load('/dev/stdin').valid[0, 0, 0].shape)"
-    of_pipe = subprocess.run([sys.executable, "-c", code], input=TABLE, capture_output=True, text=True, timeout=60)
+    of_pipe = subprocess.run([sys.executable, "-c", code], input=TABLE, capture_output=True, text=True, timeout=300)
     with table.open() as file:
-        of_file = subprocess.run([sys.executable, "-c", code], stdin=file, capture_output=True, text=True, timeout=60)
+        of_file = subprocess.run([sys.executable, "-c", code], stdin=file, capture_output=True, text=True, timeout=300)
     assert of_pipe.stdout == of_file.stdout == "()\n"
 
 

@@ -46,7 +46,7 @@ def child(code: str, **options) -> subprocess.CompletedProcess:
     """A Python of its own that runs this."""
     env = {**os.environ, "PYTHONPATH": os.pathsep.join([str(SOURCE), *filter(None, sys.path)]), "GONIO_ENGINE": "numpy"}
     return subprocess.run(
-        [sys.executable, "-c", code], env=env, capture_output=True, text=True, timeout=100, check=False, **options
+        [sys.executable, "-c", code], env=env, capture_output=True, text=True, timeout=300, check=False, **options
     )
 
 
@@ -160,7 +160,7 @@ def test_an_open_file_is_not_replaced(name, tmp_path):
     )
     with log.open("a") as file:
         env = {**os.environ, "PYTHONPATH": str(SOURCE)}
-        subprocess.run([sys.executable, "-c", code], stdout=file, env=env, check=True, timeout=100)
+        subprocess.run([sys.executable, "-c", code], stdout=file, env=env, check=True, timeout=300)
     assert log.read_text() == (
         f"kept\n{name}: is an open file of a process, expected a file's name; write to a file, and copy it\n"
     )

@@ -37,7 +37,7 @@ def memory(name):
 """
 
 
-def child(code: str, *words: str, space: int | None = None, seconds: int = 100) -> subprocess.CompletedProcess[str]:
+def child(code: str, *words: str, space: int | None = None, seconds: int = 300) -> subprocess.CompletedProcess[str]:
     """A fresh process that runs `code` after `CHILD`, with so many bytes of address space more than it starts with."""
     bound = ""
     if space is not None:

@@ -42,7 +42,7 @@ def child(code: str) -> subprocess.CompletedProcess:
     """A Python of its own that runs this."""
     env = {**os.environ, "PYTHONPATH": os.pathsep.join([str(SOURCE), *filter(None, sys.path)]), "GONIO_ENGINE": "numpy"}
     return subprocess.run(
-        [sys.executable, "-c", code], env=env, capture_output=True, text=True, timeout=100, check=False
+        [sys.executable, "-c", code], env=env, capture_output=True, text=True, timeout=300, check=False
     )
 
 

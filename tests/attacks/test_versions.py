@@ -191,7 +191,7 @@ def test_the_commands_run_without_any_extra(tmp_path):
                 assert not done.code, line
     """
     done = subprocess.run(
-        [sys.executable, "-c", textwrap.dedent(code)], cwd=tmp_path, capture_output=True, text=True, timeout=100
+        [sys.executable, "-c", textwrap.dedent(code)], cwd=tmp_path, capture_output=True, text=True, timeout=300
     )
     assert done.returncode == 0 and not done.stderr, done.stderr
     assert (tmp_path / "a.png").is_file()
