@@ -155,7 +155,7 @@ def _open(path: str, make: bool) -> _Folder | None:
                     os.makedirs(folder_path, 0o700)
         folder = _Folder(path, os.open(path, os.O_RDONLY | os.O_DIRECTORY | _SAFELY) if _AT else None)
         found = os.stat(path if folder.descriptor is None else folder.descriptor)
-    except OSError as error:  # where it was not found and is there now, another process has just made it: no reason to warn
+    except OSError as error:  # not found, but there now: another process has just made it, no reason to warn
         if os.path.islink(path):
             _warn(path, "is a symbolic link", "put a folder there, or ")
         elif os.path.lexists(path) and not isinstance(error, FileNotFoundError):
