@@ -14,10 +14,10 @@ import time
 import numpy as np
 
 import gonio as gn
-from gonio.interface import Reflectance
+from gonio.base.reflectance import Reflectance
+from gonio.formula.fields import part
 from gonio.lights.environment import EnvironmentLight
-from gonio.param import part
-from gonio.rendering import MARGIN
+from gonio.scenes.rendering import MARGIN
 
 
 class Swapped(Reflectance):

@@ -18,11 +18,11 @@ from pathlib import Path
 
 def serve_numpy(how: str) -> None:
     """Evaluates with NumPy, in gonio's blocks or (its block made endless) on whole arrays."""
-    from gonio import blocks
+    from gonio.evaluate import blocks
 
     if how == "whole":
         if not hasattr(blocks, "BLOCK"):
-            raise SystemExit("gonio.blocks has no BLOCK any more: child.py must learn how to turn blocks off")
+            raise SystemExit("gonio.evaluate.blocks has no BLOCK any more: child.py must learn how to turn blocks off")
         blocks.BLOCK = 1 << 60
     m, wi, wo = pickle.load(sys.stdin.buffer)
     for _ in sys.stdin.buffer:
@@ -97,7 +97,7 @@ def held(path: str) -> None:
     import numpy as np
 
     import gonio as gn
-    from gonio.measured.window_xml import TensorTree
+    from gonio.formats.window_xml import TensorTree
 
     w = np.tile(np.array([0.6, 0.0, 0.8], np.float32), (1000, 1))
     gn.Microfacet(gn.GGX(0.3)).f(w, w)

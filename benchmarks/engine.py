@@ -26,7 +26,7 @@ import others
 from timing import HEAD, Case, Engine, copy_engine, first_line, limit, machine, measure, table
 
 import gonio as gn
-from gonio.measured.merl import MERL, SCALE
+from gonio.formats.merl import MERL, SCALE
 
 ETA, K = (0.18, 0.42, 1.37), (3.42, 2.35, 1.77)  # about gold, for red, green, blue
 ALPHA = 0.3

@@ -24,7 +24,7 @@ import numpy as np  # noqa: E402
 from fuzz_trials import TRIALS  # noqa: E402
 from fuzzing import Hang  # noqa: E402
 
-from gonio import provenance  # noqa: E402
+from gonio.base import provenance  # noqa: E402
 
 provenance.HASHED = 1 << 16  # checksums of larger files take half of the time
 

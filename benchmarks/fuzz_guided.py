@@ -31,7 +31,7 @@ def one(arguments: list[str]) -> None:
         from fuzzing import reading
 
         import gonio as gn
-        from gonio.measured import formats
+        from gonio.formats import formats
 
         formats()
     path = Path(arguments[0]) / "damaged"

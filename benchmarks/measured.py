@@ -22,7 +22,7 @@ from timing import THREADS, Engine, limit, machine, measure
 
 import gonio as gn
 from gonio.errors import ParameterError
-from gonio.measured import formats
+from gonio.formats import formats
 
 ROUNDS = 7
 REPEATS = 5

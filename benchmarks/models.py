@@ -17,8 +17,8 @@ from timing import THREADS, Engine, machine, measure
 
 import gonio as gn
 from gonio import discover
-from gonio.interface import Reflectance
-from gonio.microfacet import Distribution
+from gonio.base.reflectance import Reflectance
+from gonio.formula.distribution import Distribution
 
 COUNT = 1 << 18
 ROUNDS = 7

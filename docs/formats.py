@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from gonio.format_table import as_page, format_table
+from gonio.report.format_table import as_page, format_table
 
 PAGE = Path(__file__).with_suffix(".md")
 

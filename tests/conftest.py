@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gonio import engine
+from gonio.evaluate import planning
 
 
 class Library:
@@ -118,8 +118,8 @@ def library(request: pytest.FixtureRequest) -> Library:
 
 def switch_off(patch: pytest.MonkeyPatch) -> None:
     """Nothing is compiled from here on, as where llvmlite is missing."""
-    patch.setattr(engine, "available", lambda: False)
-    patch.setattr(engine, "known", lambda *_: None)
+    patch.setattr(planning, "available", lambda: False)
+    patch.setattr(planning, "known", lambda *_: None)
 
 
 @pytest.fixture(autouse=True)
@@ -133,7 +133,7 @@ def evaluation(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) 
     """NumPy both ways: by compiled kernels, and in blocks."""
     if request.param == "uncompiled":
         switch_off(monkeypatch)
-    elif not engine.available():
+    elif not planning.available():
         pytest.skip("nothing can be compiled here: llvmlite is missing, or the processor has no fused multiply-add")
     return request.param
 

@@ -18,7 +18,7 @@ from fuzzing_datasets import mutated_dataset
 from seeds import SEEDS, mcd43, small_grid, small_rows
 
 import gonio as gn
-from gonio.measured.mcd43 import read_dataset
+from gonio.formats.mcd43 import read_dataset
 
 
 def _file(name: str, path: Path) -> Callable[[int], str]:

@@ -28,8 +28,8 @@ import scipy.special  # noqa: F401
 import xarray  # noqa: F401
 
 import gonio as gn
-from gonio import batch
-from gonio.measured import _hdf, _hdf_probe
+from gonio.evaluate import batch
+from gonio.formats._reading import hdf, hdf_probe
 
 # All libraries that reading may need are loaded above: loading one where memory is limited may never end.
 
@@ -279,7 +279,7 @@ def bounded_time() -> Iterator[None]:
 def reading(size: int) -> Iterator[None]:
     """For reading a damaged file of this size, in bounded memory: values may be anything."""
     probed = partial(_probed, allowed(size))
-    with warnings.catch_warnings(), bounded_memory(size), mock.patch.object(_hdf, "probed", probed):
+    with warnings.catch_warnings(), bounded_memory(size), mock.patch.object(hdf, "probed", probed):
         warnings.simplefilter("ignore")
         yield
 
@@ -293,7 +293,7 @@ def _probed(memory: int, *words: str) -> bytes:
     if not _probes:
         limit = resource.getrlimit(resource.RLIMIT_AS)
         resource.setrlimit(resource.RLIMIT_AS, (limit[1], limit[1]))  # what this process may take is not its limit
-        command = [sys.executable, str(Path(__file__).with_name("hdf_probes.py")), _hdf_probe.__file__]
+        command = [sys.executable, str(Path(__file__).with_name("hdf_probes.py")), hdf_probe.__file__]
         _probes.append(subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE))
         resource.setrlimit(resource.RLIMIT_AS, limit)
     asked = _probes[0]

@@ -24,8 +24,8 @@ from typing import Any
 import numpy as np
 
 import gonio as gn
-from gonio import engine
 from gonio.compile import store, workers
+from gonio.evaluate import tracing
 
 
 class Timeout(Exception):
@@ -95,7 +95,7 @@ def works(folder: Path) -> dict[str, Callable[[], Any]]:
         return m.f(wi, wo, out=out).copy()
 
     def anew() -> Any:
-        engine._TRACES.clear()
+        tracing._TRACES.clear()
         store._KNOWN.clear()
         return gn.ModifiedPhong(0.5, 3.0).f(few, few)
 

@@ -14,8 +14,8 @@ import matplotlib
 import numpy as np
 
 import gonio as gn
-from gonio.image import Image
-from gonio.plots import new_figure
+from gonio.pictures.image import Image
+from gonio.report.figures import new_figure
 
 Save = Callable[[Path, int], None]
 """Save one of two contents, 0 or 1, under a name."""

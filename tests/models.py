@@ -17,14 +17,14 @@ from typing import Any, NamedTuple
 import numpy as np
 
 import gonio as gn
-from gonio import discover, fresnel
+from gonio import discover
+from gonio.base.reflectance import Reflectance, Scaled, Sum
 from gonio.errors import ParameterError
-from gonio.fresnel import Fresnel
-from gonio.geometry import Direction
-from gonio.interface import Reflectance, Scaled, Sum
-from gonio.microfacet import Distribution
-from gonio.param import Option, Param, Part
-from gonio.parametrised import Parametrised
+from gonio.formula.direction import Direction
+from gonio.formula.distribution import Distribution
+from gonio.formula.fields import Option, Param, Part
+from gonio.formula.fresnel_term import Fresnel
+from gonio.formula.parametrised import Parametrised
 
 
 def public(kind: type, modules: list[ModuleType]) -> list[type]:
@@ -37,7 +37,7 @@ def public(kind: type, modules: list[ModuleType]) -> list[type]:
 
 MODELS = public(Reflectance, discover.modules("gonio.models"))
 DISTRIBUTIONS = public(Distribution, discover.modules("gonio.distributions"))
-FRESNELS = public(Fresnel, [fresnel])
+FRESNELS = public(Fresnel, discover.modules("gonio.formula.fresnel"))
 KINDS = {
     Distribution: DISTRIBUTIONS,
     Fresnel: FRESNELS,

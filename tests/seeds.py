@@ -35,11 +35,11 @@ def _merl() -> bytes:
 def _rgl() -> bytes:
     from test_rgl import synthetic
 
-    from gonio.measured import _tensor_file
+    from gonio.formats._reading import tensor_file
 
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "seed.bsdf"
-        _tensor_file.write(path, synthetic(n_theta=3, n=4, n_ndf=4))
+        tensor_file.write(path, synthetic(n_theta=3, n=4, n_ndf=4))
         return path.read_bytes()
 
 
@@ -50,9 +50,9 @@ def _material() -> bytes:
 def _kaist() -> bytes:
     from test_binary_formats import polarised
 
-    from gonio.measured import _tensor_file
+    from gonio.formats._reading import tensor_file
 
-    return _tensor_file.serialise(polarised(counts=(2, 3, 3), wavelengths=(450, 550)))
+    return tensor_file.serialise(polarised(counts=(2, 3, 3), wavelengths=(450, 550)))
 
 
 def _utia() -> bytes:
@@ -61,7 +61,7 @@ def _utia() -> bytes:
 
 def _utia_picture() -> bytes:
     """The same numbers everywhere: few bytes, all packed."""
-    from gonio.image import Image
+    from gonio.pictures.image import Image
 
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "seed.exr"

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import gonio as gn
-from gonio.integrate import integrate
+from gonio.integrals.over_directions import integrate
 from gonio.models._ggx_albedo import lost, lost_on_average, schlick_share, schlick_share_on_average
 
 PI = math.pi

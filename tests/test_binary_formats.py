@@ -13,10 +13,12 @@ import pytest
 
 import gonio as gn
 from gonio.errors import Error, FormatError, NotFoundError, ParameterError
-from gonio.image import Image, read_image
-from gonio.measured import _scatfun_file, _tensor_file, csail, curet, formats, kaist, load, neural, save, scatfun, utia
-from gonio.measured.kaist import KAIST
-from gonio.spectrum import XYZ_TO_SRGB
+from gonio.formats import csail, curet, formats, kaist, load, neural, save, scatfun, utia
+from gonio.formats._reading import tensor_file
+from gonio.formats.kaist import KAIST
+from gonio.formats.scatfun import contents
+from gonio.pictures.colour import XYZ_TO_SRGB
+from gonio.pictures.image import Image, read_image
 
 REAL = Path(__file__).parents[2] / "shared" / "data"
 ROUGH_GOLD = REAL / "fbsdf" / "roughgold_alpha_0.2.bsdf.gz"
@@ -269,7 +271,7 @@ def test_scatfun_damage(tmp_path):
 def test_scatfun_gzip(tmp_path):
     data = random_layered(1)
     packed = gzip.compress(data)
-    assert load(written(tmp_path, packed)) == scatfun.Scatfun(_scatfun_file.parse(data, ""))
+    assert load(written(tmp_path, packed)) == scatfun.Scatfun(contents.parse(data, ""))
     # 4000 nodes and no coefficients: 192 MB of zeros after the header.
     nodes = np.linspace(-1.0, 1.0, 4000, dtype="f4")
     head = struct.pack("<7sB9I5f", b"SCATFUN", 1, 1, 4000, 0, 1, 1, 1, 0, 0, 0, 1.0, *[0.0] * 4)
@@ -325,7 +327,7 @@ def trilinear(table, at):
 def test_kaist_between_nodes_is_linear(tmp_path):
     fields = polarised()
     path = tmp_path / "random.pbsdf"
-    _tensor_file.write(path, fields)
+    tensor_file.write(path, fields)
     m = load(path)
     assert m.channel_names == (450.0, 500.0, 550.0, 600.0, 650.0)
     wi, wo = directions(200, 3, 0.05), directions(200, 4, 0.05)
@@ -346,7 +348,7 @@ def test_kaist_beside_mitsuba(tmp_path):
     mi.set_variant("scalar_spectral_polarized")
     try:
         path = tmp_path / "random.pbsdf"
-        _tensor_file.write(path, polarised())
+        tensor_file.write(path, polarised())
         m = load(path)
         wi, wo = directions(200, 3, 0.05), directions(200, 4, 0.05)
         f = m.f(wi, wo)
@@ -364,7 +366,7 @@ def test_kaist_beside_mitsuba(tmp_path):
 
 def test_kaist_holes(tmp_path):
     path = tmp_path / "holes.pbsdf"
-    _tensor_file.write(path, polarised(holes=0.2))
+    tensor_file.write(path, polarised(holes=0.2))
     m = load(path)
     wi, wo = directions(2000, 3), directions(2000, 4)
     f = m.f(wi, wo)
@@ -376,7 +378,7 @@ def test_kaist_holes(tmp_path):
 
 def test_kaist_writes_its_fields_and_models(tmp_path):
     path, copy = tmp_path / "random.pbsdf", tmp_path / "copy.pbsdf"
-    _tensor_file.write(path, {**polarised(), "description": np.frombuffer(b"of a stone", "u1")})
+    tensor_file.write(path, {**polarised(), "description": np.frombuffer(b"of a stone", "u1")})
     save(load(path), copy)
     assert copy.read_bytes() == path.read_bytes()
     save(0.5 * gn.Lambertian(0.4) + gn.Microfacet(gn.GGX(0.5), 0.9), path, resolution=(31, 31, 25))
@@ -394,7 +396,7 @@ def test_kaist_writes_its_fields_and_models(tmp_path):
 
 def header_of(shapes):
     """A tensor file of these fields' names, types and shapes, without data; and its whole length."""
-    codes = {dtype: code for code, dtype in _tensor_file.TYPES.items()}
+    codes = {dtype: code for code, dtype in tensor_file.TYPES.items()}
     at = 18 + sum(13 + len(n) + 8 * len(s) for n, (_, s) in shapes.items())
     head = b"tensor_file\0\1\0" + struct.pack("<I", len(shapes))
     places = {}
@@ -444,15 +446,15 @@ def test_kaist_damage(tmp_path):
         ({"theta_h": fields["theta_h"] * np.nan}, "theta_h"),
         ({"phi_d": np.degrees(fields["phi_d"])}, "rad"),
     ):
-        _tensor_file.write(path, {**fields, **change})
+        tensor_file.write(path, {**fields, **change})
         with pytest.raises(FormatError, match=why):
             load(path)
-    _tensor_file.write(path, fields)
+    tensor_file.write(path, fields)
     data = path.read_bytes()
     for size in (20, 100, len(data) - 1):
         with pytest.raises(FormatError):
             kaist.read(written(tmp_path, data[:size]))
-    _tensor_file.write(path, {k: v for k, v in fields.items() if k != "M"})
+    tensor_file.write(path, {k: v for k, v in fields.items() if k != "M"})
     with pytest.raises(FormatError, match="'M' is missing"):
         load(path)
     with pytest.raises(FormatError):
@@ -866,7 +868,7 @@ def test_no_other_format_claims_them(tmp_path):
         "SCATFUN": layered({(0.5, -0.5): [1.0]}),
         "CSAIL": b"".join(a.tobytes() for a in ngan()),
         "CUReT": curet_table(lambertian_table()),
-        "KAIST": _tensor_file.serialise(polarised(counts=(2, 2, 3), wavelengths=(550,))),
+        "KAIST": tensor_file.serialise(polarised(counts=(2, 2, 3), wavelengths=(550,))),
     }
     for name, data in files.items():
         assert claimed(written(tmp_path, data)) == [name]

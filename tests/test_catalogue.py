@@ -8,15 +8,16 @@ import numpy as np
 import pytest
 
 import gonio as gn
-from gonio import catalogue
-from gonio.catalogue import refractive_index
-from gonio.citations import _entries, _source
+from gonio.base.measured import Measured
+from gonio.catalogue import builtin
+from gonio.catalogue.builtin import refractive_index
+from gonio.catalogue.citations import _entries, _source
 from gonio.errors import NotFoundError, ParameterError
-from gonio.fresnel import fresnel_conductor, fresnel_dielectric
-from gonio.measured import formats
-from gonio.measurement import Measured
-from gonio.param import CLASSES
-from gonio.parametrised import Parametrised
+from gonio.formats import formats
+from gonio.formula.fields import CLASSES
+from gonio.formula.fresnel.conductor import fresnel_conductor
+from gonio.formula.fresnel.dielectric import fresnel_dielectric
+from gonio.formula.parametrised import Parametrised
 
 ENTRIES = gn.materials()
 SYMBOLS = {"Ag", "Al", "Au", "Cr", "Cu", "Fe", "H2O", "MgF2", "Ni", "SiO2", "Ti", "TiO2", "W"}
@@ -118,8 +119,8 @@ def test_refractive_index_keeps_shapes():
     n, k = refractive_index("Au", np.linspace(400.0, 700.0, 6).reshape(2, 3))
     assert n.shape == k.shape == (2, 3)
     assert isinstance(refractive_index("Au", 550)[0], float)
-    assert all(np.all(np.diff(t[:, 0]) > 0) for t in catalogue._indices().values())
-    assert set(catalogue._indices()) == SYMBOLS
+    assert all(np.all(np.diff(t[:, 0]) > 0) for t in builtin._indices().values())
+    assert set(builtin._indices()) == SYMBOLS
 
 
 @pytest.mark.parametrize("nm", [250.0, 2000.0, [500.0, 0.5], np.nan, np.inf, -1.0])
@@ -167,7 +168,7 @@ def test_transparent_substances_are_dielectrics_and_opaque_ones_conductors():
         assert isinstance(gn.material(name).fresnel, gn.Dielectric), name
     assert isinstance(gn.material("TiO2", wavelengths=[310.0, 500.0]).fresnel, gn.Conductor)
     # What is left out by taking k = 0 below the limit.
-    cos, k = np.linspace(0.0, 1.0, 1001), catalogue.TRANSPARENT
+    cos, k = np.linspace(0.0, 1.0, 1001), builtin.TRANSPARENT
     for n in (1.33, 1.46, 2.0, 2.7):
         assert np.abs(fresnel_conductor(cos, n, k) - fresnel_dielectric(cos, n)).max() < 1.5e-6
 

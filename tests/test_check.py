@@ -13,19 +13,19 @@ from click.testing import CliRunner
 from models import MODELS
 
 import gonio as gn
-from gonio import ops
-from gonio.cli import cli
-from gonio.efficiency import sampling_efficiency
+from gonio.arrays import ops
+from gonio.base.reflectance import Reflectance
+from gonio.cli.commands import cli
 from gonio.errors import NotFoundError, ParameterError, ShapeError
-from gonio.geometry import Direction
-from gonio.image import read_image
-from gonio.interface import Reflectance
+from gonio.formula.direction import Direction
+from gonio.formula.fields import param
+from gonio.formula.warp import power_cosine, power_cosine_density
+from gonio.integrals.efficiency import sampling_efficiency
 from gonio.laws import FOLLOWS, LAWS, cavity, check_all, derivatives, furnace, limit, overview, table
 from gonio.laws.verdict import Law, Report
 from gonio.models.phong import ModifiedPhong
-from gonio.param import param
+from gonio.pictures.image import read_image
 from gonio.testing import assert_lawful, each_law
-from gonio.warp import power_cosine, power_cosine_density
 
 PI = math.pi
 
@@ -525,7 +525,7 @@ def test_command_line_refuses(words):
 
 @pytest.mark.parametrize("m", [gn.IdealSpecular(), _Infinite()], ids=lambda m: type(m).__name__)
 def test_figures_of_odd_materials(tmp_path, m):
-    from gonio.law_plots import draw
+    from gonio.report.law_figures import draw
 
     draw(m, Report("odd", gn.check(m, laws=["positivity"]).laws), tmp_path / "a.svg")
     assert (tmp_path / "a.svg").read_text().startswith("<?xml")

@@ -9,7 +9,7 @@ from seeds import SEEDS
 
 import gonio as gn
 from gonio.errors import FormatError
-from gonio.measured import HEAD, formats
+from gonio.formats import HEAD, formats
 
 REAL = Path(__file__).resolve().parents[2] / "shared" / "data"
 READ_BY = {"MCD43A1": "netCDF"}

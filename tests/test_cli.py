@@ -13,9 +13,9 @@ import pytest
 from click.testing import CliRunner
 
 import gonio as gn
-from gonio.cli import cli
+from gonio.cli.commands import cli
 from gonio.errors import MissingDataWarning
-from gonio.image import Image, read_image
+from gonio.pictures.image import Image, read_image
 
 SMALL = ["--size", "16", "--samples", "4"]
 
@@ -59,7 +59,7 @@ def test_the_installed_program_and_its_imports():
         "PIL",
         "OpenEXR",
         "gonio.catalogue",
-        "gonio.rendering",
+        "gonio.scenes.rendering",
     }
 
 
@@ -303,7 +303,7 @@ def test_other_failures_of_the_system_are_one_line(run, monkeypatch):
     def full(*args, **kwargs):
         raise OSError(28, "No space left on device", "a.png")
 
-    monkeypatch.setattr("gonio.image.Image.save", full)
+    monkeypatch.setattr("gonio.pictures.image.Image.save", full)
     result = run("render", "gold", "-o", "a.png", *SMALL)
     assert result.exit_code == 2
     assert result.stderr == "gonio: error: a.png: No space left on device\n"
@@ -313,7 +313,7 @@ def test_an_interrupt_is_said_and_leaves_nothing(run, tmp_path, monkeypatch):
     def interrupted(*args, **kwargs):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("gonio.rendering.render", interrupted)
+    monkeypatch.setattr("gonio.scenes.rendering.render", interrupted)
     result = run("render", "gold", "-o", "a.png", *SMALL)
     assert result.exit_code == 130
     assert result.stderr.strip() == "gonio: error: interrupted"
@@ -321,13 +321,13 @@ def test_an_interrupt_is_said_and_leaves_nothing(run, tmp_path, monkeypatch):
 
 
 def test_missing_data_is_announced_in_one_line(run, monkeypatch):
-    from gonio.rendering import render
+    from gonio.scenes.rendering import render
 
     def holes(*args, **kwargs):
         warnings.warn("3 samples met directions\nwithout data", MissingDataWarning, stacklevel=1)
         return render(*args, **kwargs)
 
-    monkeypatch.setattr("gonio.rendering.render", holes)
+    monkeypatch.setattr("gonio.scenes.rendering.render", holes)
     result = run("render", "gold", "-o", "a.png", "-l", "constant", *SMALL)
     assert result.exit_code == 0
     assert result.stderr == "gonio: warning: 3 samples met directions without data\n"

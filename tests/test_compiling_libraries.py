@@ -13,9 +13,9 @@ from test_merl import random_table
 from test_rgl import synthetic
 
 import gonio as gn
-from gonio import engine
-from gonio.measured.merl import MERL
-from gonio.measured.rgl import RGL
+from gonio.evaluate import planning
+from gonio.formats.merl import MERL
+from gonio.formats.rgl import RGL
 
 FEW = [*MODELS[::6], gn.Microfacet, Sum]  # a compilation takes seconds; that no formula reads values is tested on all
 SOME = pytest.mark.parametrize("draw", [Draw(model, 0) for model in dict.fromkeys(FEW)], ids=str)
@@ -87,7 +87,7 @@ FACETS = gn.TabulatedFacets([0.0, 0.5, 1.5], [1.0, 0.5, 0.0])
 @pytest.mark.parametrize("m", [gn.ModifiedPhong(np.array([0.2, 0.3, 0.4]), 8.0), gn.Microfacet(FACETS)], ids=str)
 def test_torch_compiles_what_numpy_has_computed(torch, m, is_compiled, monkeypatch):
     """What was made of arrays for NumPy, compiled or not, is nothing that Dynamo cannot look past."""
-    monkeypatch.setattr(engine, "available", lambda: is_compiled)
+    monkeypatch.setattr(planning, "available", lambda: is_compiled)
     m = m.replace()
     wi, wo, _ = arrays(torch.from_numpy, "float32")
     m.f(wi.numpy(), wo.numpy())

@@ -11,15 +11,17 @@ import pytest
 from seeds import SEEDS
 
 import gonio as gn
-from gonio import comparison, conversion, files
+from gonio import files
+from gonio.cli.listing import conversion_as_text, facts_as_text
+from gonio.conversion import comparison, conversion
 from gonio.errors import Error, ParameterError
-from gonio.facts import facts
-from gonio.format_table import format_table
-from gonio.gridded import Gridded
-from gonio.listing import conversion_as_text, facts_as_text
-from gonio.measured import _options, formats, load, merl, rgl, save, writer
-from gonio.measured.merl import MERL
-from gonio.spectrum import RELATIVE_XYZ, XYZ, rgb_of
+from gonio.formats import formats, load, merl, rgl, save, writer
+from gonio.formats._reading import reader_options
+from gonio.formats.merl import MERL
+from gonio.pictures.colour import RELATIVE_XYZ, XYZ, rgb_of
+from gonio.report.facts import facts
+from gonio.report.format_table import format_table
+from gonio.tables.gridded import Gridded
 
 ROOT = Path(__file__).resolve().parents[1]
 WRITERS = {m.NAME: m for m in formats() if hasattr(m, "write") and m.write.__annotations__["m"] == "Reflectance"}
@@ -141,12 +143,12 @@ def test_formats_are_named_in_any_case_or_by_their_own_suffix():
 
 def test_options_of_the_command_line_are_read():
     texts = ["resolution=64", "theta-i=1,2.5", "phi_i=none"]
-    assert _options.parsed(rgl, "write", texts) == {"resolution": 64, "theta_i": (1, 2.5), "phi_i": None}
+    assert reader_options.parsed(rgl, "write", texts) == {"resolution": 64, "theta_i": (1, 2.5), "phi_i": None}
     with pytest.raises(ParameterError, match="expected name=value"):
-        _options.parsed(rgl, "write", ["resolution"])
-    assert _options.parsed(merl, "write", ["phi_d=1_0"]) == {"phi_d": "1_0"}, "a word, not 10"
+        reader_options.parsed(rgl, "write", ["resolution"])
+    assert reader_options.parsed(merl, "write", ["phi_d=1_0"]) == {"phi_d": "1_0"}, "a word, not 10"
     with pytest.raises(ParameterError, match="no option to write MERL files; expected some of phi_d=180"):
-        _options.parsed(merl, "write", ["resolution=3,4"])
+        reader_options.parsed(merl, "write", ["resolution=3,4"])
 
 
 # Provenance.
@@ -171,7 +173,7 @@ def test_provenance_is_that_of_the_bytes_that_were_read(tmp_path):
 
 def test_the_digest_is_sha256(tmp_path):
     """Of "abc": FIPS 180-2, appendix B.1."""
-    from gonio import provenance
+    from gonio.base import provenance
 
     path = tmp_path / "abc"
     path.write_bytes(b"abc")
@@ -351,7 +353,7 @@ def test_own_suffixes_belong_to_one_format():
 @pytest.mark.skipif(os.name == "nt", reason="needs a terminal of a known width")
 @pytest.mark.parametrize("width", [80, 120])
 def test_tables_fit_the_terminal(width, monkeypatch, tmp_path):
-    from gonio import listing
+    from gonio.cli import listing
 
     monkeypatch.setattr(listing, "_width", lambda: width)
     report = gn.convert(GRAY, tmp_path / "a.bsdf", "RGL", resolution=8, theta_i=3)

@@ -13,8 +13,9 @@ import pytest
 from seeds import saved, small_grid, small_rows
 
 import gonio as gn
-from gonio import engine, schema
 from gonio.errors import DependencyError, FormatError, NotFoundError, ParameterError
+from gonio.evaluate import planning
+from gonio.tables import dataset_layout
 
 xarray = pytest.importorskip("xarray")
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "data-model.md"
@@ -27,7 +28,7 @@ WI, WO = (
 @pytest.fixture(autouse=True)
 def plain(monkeypatch):
     """No kernels: compiling one for every table takes longer than all else here."""
-    monkeypatch.setattr(engine, "available", lambda: False)
+    monkeypatch.setattr(planning, "available", lambda: False)
 
 
 def grids():
@@ -79,7 +80,7 @@ def test_nothing_is_lost(m, tmp_path):
 def test_what_a_dataset_says():
     ds = gn.to_dataset(small_grid())
     assert ds.attrs["Conventions"] == "CF-1.11"
-    assert ds.attrs["gonio_schema"] == schema.VERSION
+    assert ds.attrs["gonio_schema"] == dataset_layout.VERSION
     assert ds["values"].dims == ("theta_h", "theta_d", "phi_d", "channel")
     assert ds["values"].attrs["units"] == "sr-1"
     assert ds["theta_h"].attrs["units"] == "rad"

@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 
 import gonio as gn
-from gonio import special
 from gonio.errors import ParameterError
-from gonio.geometry import Direction
+from gonio.formula import special
+from gonio.formula.direction import Direction
 
 PI = math.pi
 ALPHAS = (1e-3, 0.02, 0.3, 1.0)

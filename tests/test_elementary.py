@@ -7,8 +7,8 @@ from functools import cache
 import numpy as np
 import pytest
 
-from gonio.compile.elementary import FUNCTIONS
-from gonio.compile.lanes import Lanes, Value
+from gonio.compile.llvm.elementary import FUNCTIONS
+from gonio.compile.llvm.lanes import Lanes, Value
 
 llvm = pytest.importorskip("llvmlite.binding", reason="llvmlite compiles the functions")
 mp = pytest.importorskip("mpmath", reason="mpmath gives the true values")

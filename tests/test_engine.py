@@ -12,20 +12,21 @@ import pytest
 from conftest import switch_off
 
 import gonio as gn
-from gonio import engine, ops
-from gonio.compile import batches, cache_folder, codegen, store
-from gonio.compile.batches import Result, carry_out, prepare
-from gonio.compile.program import EACH
+from gonio.arrays import ops
+from gonio.compile import cache_folder, plans, store
+from gonio.compile.llvm import codegen
+from gonio.compile.llvm.program import EACH
+from gonio.compile.plans import Result, carry_out, prepare
 from gonio.compile.threads import share
-from gonio.geometry import Direction
-from gonio.param import param
-from gonio.trace import interpret
+from gonio.evaluate import interpret, planning, tracing
+from gonio.evaluate.interpret import evaluate
+from gonio.formula.direction import Direction
+from gonio.formula.fields import param
 from gonio.trace.derive import gradient
 from gonio.trace.graph import INDEX, MASK, REAL, Graph
-from gonio.trace.interpret import evaluate
 from gonio.trace.symbol import Symbol
 
-pytestmark = pytest.mark.skipif(not engine.available(), reason="nothing can be compiled here")
+pytestmark = pytest.mark.skipif(not planning.available(), reason="nothing can be compiled here")
 
 DTYPES = {"float32": 6e-8, "float64": 1.2e-16}
 METAL = gn.Microfacet(gn.GGX(0.2, 0.4), gn.Conductor([0.2, 0.9, 1.2], [3.9, 2.4, 2.3]))
@@ -484,7 +485,7 @@ def test_what_cannot_be_traced_runs_on_arrays():
 def test_new_values_compile_nothing(monkeypatch):
     GREY.f(WI, WO)
     monkeypatch.setattr(store, "_compiled", lambda *_: pytest.fail("compiled anew"))
-    monkeypatch.setattr(engine, "_trace", lambda *_: pytest.fail("traced anew"))
+    monkeypatch.setattr(tracing, "_trace", lambda *_: pytest.fail("traced anew"))
     assert not np.allclose(GREY.replace({"distribution.alpha": 0.4}).f(WI, WO), GREY.f(WI, WO))
     assert not np.allclose(gn.Microfacet(gn.GGX(0.7), gn.Conductor(1.1, 2.0)).f(WI, WO), GREY.f(WI, WO))
 
@@ -584,8 +585,8 @@ def test_threads_compile_at_once(monkeypatch):
 
 def test_callers_share_the_threads(monkeypatch):
     """Many callers at once get their own results, and an error in a thread reaches its caller."""
-    monkeypatch.setattr(batches, "PARALLEL", 100)
-    monkeypatch.setattr(batches, "WAKING", 100)
+    monkeypatch.setattr(plans, "PARALLEL", 100)
+    monkeypatch.setattr(plans, "WAKING", 100)
     wi, wo = directions(20_000), directions(20_000, seed=1)
     materials = [gn.ModifiedPhong(0.5, float(n)) for n in range(1, 9)]
     want = [m.f(wi, wo) for m in materials]

@@ -14,7 +14,7 @@ import gonio as gn
 from gonio.errors import ArrayTypeError, ParameterError, ShapeError
 from gonio.lights._layouts import direction_to_square, square_to_direction
 from gonio.lights._panorama import pixel_directions
-from gonio.quadrature import lattice
+from gonio.numerics.lattice import lattice
 
 STUDIO_EXR = Path(__file__).resolve().parents[2] / "shared/data/env/studio.exr"
 Z = np.array([0.0, 0.0, 1.0])

@@ -6,12 +6,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import gonio as gn
-from gonio.arguments import resolve, resolve_light, with_parameters
+from gonio.base.reflectance import Reflectance
+from gonio.catalogue.expressions import MAX_LENGTH, expression, names, read
+from gonio.cli.arguments import resolve, resolve_light, with_parameters
 from gonio.errors import ExpressionError, NotFoundError, ParameterError
-from gonio.expressions import MAX_LENGTH, expression, names, read
-from gonio.interface import Reflectance
-from gonio.param import CLASSES, Param
-from gonio.parametrised import Parametrised
+from gonio.formula.fields import CLASSES, Param
+from gonio.formula.parametrised import Parametrised
 
 MODELS = {n: k for n, k in names().items() if issubclass(k, Reflectance) and n not in ("Sum", "Scaled")}
 
@@ -282,7 +282,7 @@ def test_a_white_surface_under_the_default_distant_light_has_radiance_1():
 
 
 def test_light_from_a_picture(tmp_path):
-    from gonio.image import Image
+    from gonio.pictures.image import Image
 
     Image(np.ones((4, 8, 3), np.float32)).save(tmp_path / "sky.hdr")
     light = resolve_light(str(tmp_path / "sky.hdr"))

@@ -11,8 +11,8 @@ from fuzzing import outcome
 from seeds import SEEDS
 
 import gonio as gn
-from gonio import engine
-from gonio.measured import formats
+from gonio.evaluate import planning
+from gonio.formats import formats
 
 CORPUS = Path(__file__).parent / "corpus"
 
@@ -20,7 +20,7 @@ CORPUS = Path(__file__).parent / "corpus"
 @pytest.fixture(autouse=True)
 def plain(monkeypatch):
     """No kernels: one for every damaged table would take the time, and LLVM more memory than files may."""
-    monkeypatch.setattr(engine, "available", lambda: False)
+    monkeypatch.setattr(planning, "available", lambda: False)
 
 
 def numbers(name: str) -> list[int]:

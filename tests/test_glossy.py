@@ -12,8 +12,8 @@ from scipy.optimize import brentq
 from scipy.special import ellipk, erfc, gammaln, lambertw
 
 import gonio as gn
-from gonio.geometry import Direction
-from gonio.special import expm1_over, lambert_w, log1p_over
+from gonio.formula.direction import Direction
+from gonio.formula.special import expm1_over, lambert_w, log1p_over
 
 PI = math.pi
 cos, sin, tan, exp, sqrt = np.cos, np.sin, np.tan, np.exp, np.sqrt

@@ -7,15 +7,15 @@ import numpy as np
 import pytest
 
 import gonio as gn
+from gonio.base.quantities import QUANTITIES, from_brdf, to_brdf
 from gonio.errors import ParameterError
-from gonio.geometry import Direction
-from gonio.gridded import Gridded
-from gonio.integrate import integrate
-from gonio.measurement import QUANTITIES, from_brdf, to_brdf
-from gonio.parameterisations import PARAMETERISATIONS
-from gonio.quadrature import lattice
-from gonio.scattered import Scattered, gridded_or_scattered
-from gonio.scattered_interpolation import NEIGHBOURS, _by_radial_functions
+from gonio.formula.direction import Direction
+from gonio.integrals.over_directions import integrate
+from gonio.numerics.lattice import lattice
+from gonio.tables.angle_systems import PARAMETERISATIONS
+from gonio.tables.gridded import Gridded
+from gonio.tables.interpolation import NEIGHBOURS, _by_radial_functions
+from gonio.tables.scattered import Scattered, gridded_or_scattered
 
 rng = np.random.default_rng(5)
 EVEN = np.linspace(0.0, 0.5 * math.pi, 7)

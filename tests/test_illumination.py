@@ -9,9 +9,9 @@ import pytest
 from models import MODELS, breaks, draws, on_sphere
 
 import gonio as gn
-from gonio import ops
+from gonio.arrays import ops
 from gonio.errors import ArrayTypeError, ParameterError, ShapeError
-from gonio.illumination import surface_frame
+from gonio.integrals.illumination import surface_frame
 
 PI = math.pi
 UP = np.array([0.0, 0.0, 1.0])

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from gonio import errors
-from gonio import image as image_module
-from gonio.image import Image, read_image, srgb_decode, srgb_encode
+from gonio.pictures import image as image_module
+from gonio.pictures.image import Image, read_image, srgb_decode, srgb_encode
 
 HDR = b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n"
 STUDIO = Path(__file__).parents[2] / "shared" / "data" / "env" / "studio.exr"

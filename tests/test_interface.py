@@ -15,11 +15,11 @@ from models import DISTRIBUTIONS, FRESNELS, MODELS, draws, on_sphere, public
 
 import gonio as gn
 from gonio import discover
+from gonio.base.light import Light
+from gonio.base.reflectance import Scaled, Sum
 from gonio.errors import ArrayTypeError, Error, FormatError, NotFoundError, ParameterError, ShapeError
-from gonio.interface import Scaled, Sum
-from gonio.light import Light
-from gonio.param import CLASSES
-from gonio.parametrised import from_json
+from gonio.formula.fields import CLASSES
+from gonio.formula.json_form import from_json
 
 WI, WO = on_sphere(0.4, 0.3), on_sphere(0.9, 2.5)
 GREY = gn.Microfacet(gn.GGX(0.2, 0.4), gn.Dielectric(1.5))

@@ -14,8 +14,8 @@ from seeds import BRF_TABLE, SEEDS, ZERNIKE, mcd43, mcd43_tile, mueller_table, s
 
 import gonio as gn
 from gonio.errors import DependencyError, FormatError, ParameterError
-from gonio.measured import bird_json, formats, xarray_netcdf, zernike
-from gonio.measured import mcd43 as mcd43_module
+from gonio.formats import bird_json, formats, xarray_netcdf, zernike
+from gonio.formats import mcd43 as mcd43_module
 
 REAL = Path(__file__).resolve().parents[2] / "shared" / "data"
 NAMES = ("BiRD", "OpenMATERIAL", "NIST Mueller", "Zernike", "BRF table", "reflectance spectrum", "MCD43A1")

@@ -12,8 +12,8 @@ from conftest import switch_off
 from models import MODELS, at_bounds, at_corners, breaks, draws, pairs
 
 import gonio as gn
-from gonio import blocks
-from gonio.geometry import HORIZON
+from gonio.evaluate import blocks
+from gonio.formula.direction import HORIZON
 from gonio.laws import LAWS
 from gonio.models._reframed import _Reframed
 

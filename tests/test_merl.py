@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 import gonio as gn
-from gonio.geometry import Direction, half_difference
-from gonio.measured import formats, load, merl, save
-from gonio.measured.merl import MERL
+from gonio.formats import formats, load, merl, save
+from gonio.formats.merl import MERL
+from gonio.formula.direction import Direction, half_difference
 
 SCALE = (1.0 / 1500.0, 1.15 / 1500.0, 1.66 / 1500.0)
 SIZE = {180: 34_992_012, 360: 69_984_012}

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import gonio as gn
-from gonio.geometry import Direction
+from gonio.formula.direction import Direction
 from gonio.models import ross_li
 from gonio.models.roujean import _blocks, _leaves
 

@@ -13,9 +13,10 @@ import pytest
 
 import gonio as gn
 from gonio.errors import DependencyError, FormatError, ParameterError, ToleranceWarning
-from gonio.gridded import Gridded
-from gonio.measured import _optical, fred, jdv, lighttools, rt300s_xls, speos, zemax
-from gonio.scattered import Scattered
+from gonio.formats import fred, jdv, lighttools, rt300s_xls, speos, zemax
+from gonio.formats._optical import angle_tables
+from gonio.tables.gridded import Gridded
+from gonio.tables.scattered import Scattered
 
 SHARED = Path(__file__).parents[2] / "shared" / "data"
 LOFT = SHARED / "ua_loft"
@@ -516,19 +517,19 @@ def test_rgb_is_written_as_tristimulus_values(tmp_path, module):
     module.write(RGB, tmp_path / "a.bsdf", resolution=30.0)
     m = gn.load(tmp_path / "a.bsdf")
     assert m.channel_names == ("X", "Y", "Z")
-    xyz = np.array([0.1, 0.5, 0.2]) @ _optical.XYZ_OF_RGB.T / math.pi
+    xyz = np.array([0.1, 0.5, 0.2]) @ angle_tables.XYZ_OF_RGB.T / math.pi
     np.testing.assert_allclose(at(m, 20, 0, 30, 40), xyz, rtol=1e-12)
     assert xyz[1] * math.pi == pytest.approx(0.2126 * 0.1 + 0.7152 * 0.5 + 0.0722 * 0.2, rel=1e-4)
     module.write(RGB, tmp_path / "g.bsdf", resolution=30.0, channel=1)
     assert np.ravel(at(gn.load(tmp_path / "g.bsdf"), 20, 0, 30, 40)) == pytest.approx([0.5 / math.pi])
-    white = _optical.XYZ_OF_RGB.sum(1)
+    white = angle_tables.XYZ_OF_RGB.sum(1)
     assert white == pytest.approx([0.9505, 1.0, 1.089], abs=1e-3), "D65"
 
 
 def test_total_is_the_albedo():
     for m, theta in ((gn.Lambertian(0.5), 0.0), (LOBE, 40.0), (gn.Microfacet(gn.GGX(0.02), METAL), 80.0)):
         t = math.radians(theta)
-        assert _optical.total(m, t)[0] == pytest.approx(float(gn.albedo(m, gn.direction(t, 0.0))), abs=5e-4)
+        assert angle_tables.total(m, t)[0] == pytest.approx(float(gn.albedo(m, gn.direction(t, 0.0))), abs=5e-4)
 
 
 def test_writers_say_the_total_and_keep_the_angles_asked_for(tmp_path):
@@ -564,7 +565,7 @@ def test_what_the_formats_cannot_hold(tmp_path, name):
 
 @pytest.mark.parametrize("name", files.SEEDS)
 def test_every_file_is_claimed_by_one_format(name):
-    from gonio.measured import formats
+    from gonio.formats import formats
 
     data = files.SEEDS[name]()
     claims = [m.NAME for m in formats() if m.matches(data[:4096], len(data))]

@@ -8,9 +8,9 @@ from click.testing import CliRunner
 from conftest import switch_off
 
 import gonio as gn
-from gonio.cli import cli
+from gonio.cli.commands import cli
 from gonio.errors import FormatError
-from gonio.measured import formats
+from gonio.formats import formats
 
 REAL = Path(__file__).resolve().parents[2] / "shared" / "data"
 MANIFEST = REAL / "MANIFEST.tsv"

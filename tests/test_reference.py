@@ -13,9 +13,9 @@ import pytest
 from models import DISTRIBUTIONS, FRESNELS, MODELS, REFERENCE, Draw, number, on_sphere, random
 
 import gonio as gn
-from gonio import fresnel
-from gonio.geometry import Direction
-from gonio.param import Param
+from gonio.formula import fresnel
+from gonio.formula.direction import Direction
+from gonio.formula.fields import Param
 
 PI = math.pi
 

@@ -6,11 +6,13 @@ import numpy as np
 import pytest
 
 import gonio as gn
-from gonio import ops, plots, rendering
+from gonio.arrays import ops
 from gonio.errors import MissingDataWarning, ParameterError
 from gonio.laws import probes
-from gonio.quadrature import lattice
-from gonio.spectrum import XYZ_TO_SRGB, to_rgb
+from gonio.numerics.lattice import lattice
+from gonio.pictures.colour import XYZ_TO_SRGB, to_rgb
+from gonio.report import figures
+from gonio.scenes import rendering
 
 MATTE = gn.Lambertian([0.2, 0.5, 0.8])
 
@@ -167,10 +169,10 @@ def test_figures(tmp_path):
         (MATTE, "a.png"),
         (gn.IdealSpecular(0.5), "b.svg"),
     ):
-        plots.show(m, tmp_path / name, gn.ConstantLight(1.0), size=16, samples=1)
+        figures.show(m, tmp_path / name, gn.ConstantLight(1.0), size=16, samples=1)
         assert (tmp_path / name).stat().st_size > 10_000
     with pytest.raises(ParameterError, match=r"\.png, \.jpg, \.pdf, \.svg"):
-        plots.show(MATTE, tmp_path / "a.gif", gn.ConstantLight(1.0))
+        figures.show(MATTE, tmp_path / "a.gif", gn.ConstantLight(1.0))
 
 
 @pytest.fixture(scope="module")

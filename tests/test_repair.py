@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 
 import gonio as gn
-from gonio.facts import facts
-from gonio.gridded import Gridded
-from gonio.listing import facts_as_text
-from gonio.measured.merl import MERL, SCALE
-from gonio.measurement import Repair
-from gonio.parameterisations import parameterisation
-from gonio.provenance import formats_read
-from gonio.scattered import Scattered
+from gonio.base.history import Repair
+from gonio.base.provenance import formats_read
+from gonio.cli.listing import facts_as_text
+from gonio.formats.merl import MERL, SCALE
+from gonio.report.facts import facts
+from gonio.tables.angle_systems import parameterisation
+from gonio.tables.gridded import Gridded
+from gonio.tables.scattered import Scattered
 
 MODEL = gn.Lambertian(0.3) + gn.Microfacet(gn.GGX(0.3), gn.Dielectric(1.5))
 DEGREE = math.pi / 180.0
@@ -120,8 +120,8 @@ def test_what_is_no_record_is_refused(whole):
 
 
 def test_info_prints_the_history(whole):
-    from gonio.facts import facts
-    from gonio.listing import facts_as_text
+    from gonio.cli.listing import facts_as_text
+    from gonio.report.facts import facts
 
     repaired = gn.repair.remove_negatives(changed(whole, whole.brdf() - 0.11))
     found = facts("memory", repaired)
@@ -750,7 +750,7 @@ class _Spot(gn.Reflectance):
     """A Gaussian lobe about the normal, sigma = 2 degrees."""
 
     def formula(self, wi, wo):
-        from gonio import ops
+        from gonio.arrays import ops
 
         return ops.exp(-0.5 * (wo.x * wo.x + wo.y * wo.y) / math.radians(2.0) ** 2)
 

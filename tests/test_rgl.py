@@ -11,10 +11,12 @@ import numpy as np
 import pytest
 
 import gonio as gn
-from gonio.comparison import resampling_error
+from gonio.conversion.comparison import resampling_error
 from gonio.errors import Error, FormatError, ParameterError
-from gonio.measured import _rgl_writer, _tensor_file, load, rgl, save
-from gonio.measured.merl import MERL
+from gonio.formats import load, rgl, save
+from gonio.formats._reading import tensor_file
+from gonio.formats.merl import MERL
+from gonio.formats.rgl import writer
 
 REAL = Path(__file__).parents[2] / "shared" / "data" / "rgl"
 PAPER, IBIZA = "paper_white_rgb.bsdf", "cc_ibiza_sunset_rgb.bsdf"
@@ -115,7 +117,7 @@ SYNTHETIC = [(0, 3), (0, 5), (1, 3), (2, 3), (4, 3), (1, 5), (4, 5)]
 @pytest.mark.parametrize(("r", "channels"), SYNTHETIC)
 def test_synthetic_file_gives_the_content_it_was_made_from(r, channels, tmp_path):
     path = tmp_path / "a.bsdf"
-    _tensor_file.write(path, synthetic(r, channels=channels))
+    tensor_file.write(path, synthetic(r, channels=channels))
     m = load(path)
     assert m.reduction == max(r, 1)
     assert m.isotropic == (r == 0)
@@ -223,7 +225,7 @@ def test_real_files_agree_with_mitsuba(name, mitsuba):
 @pytest.mark.parametrize("r", [1, 2, 4])
 def test_anisotropic_files_agree_with_mitsuba(r, mitsuba, tmp_path):
     path = tmp_path / "a.bsdf"
-    _tensor_file.write(path, synthetic(r, n=16, n_ndf=20))
+    tensor_file.write(path, synthetic(r, n=16, n_ndf=20))
     m, rng = load(path), np.random.default_rng(r)
     wi, wo = directions(rng, 1500), directions(rng, 1500)
     f, pdf = mitsuba_f_pdf(mitsuba, path, wi, wo)
@@ -234,7 +236,7 @@ def test_anisotropic_files_agree_with_mitsuba(r, mitsuba, tmp_path):
 def test_spectral_file_agrees_with_mitsuba(mitsuba, tmp_path):
     mitsuba.set_variant("scalar_spectral")
     path = tmp_path / "a.bsdf"
-    _tensor_file.write(path, synthetic(2, n=16, n_ndf=20, channels=5))
+    tensor_file.write(path, synthetic(2, n=16, n_ndf=20, channels=5))
     m, rng = load(path), np.random.default_rng(2)
     wi, wo = directions(rng, 1000), directions(rng, 1000)
     f, _ = mitsuba_f_pdf(mitsuba, path, wi, wo, wavelengths=list(WAVELENGTHS[1:]))
@@ -334,7 +336,7 @@ def test_spectra_are_written_by_wavelength_and_agree_with_mitsuba(mitsuba, tmp_p
 @pytest.mark.parametrize(("turned", "parts"), [(0.0, 4), (0.4, 2)])
 def test_what_repeats_is_stored_once(turned, parts, tmp_path):
     model = gn.Rotated(gn.Microfacet(gn.GGX(0.3, 0.6), 1.0), turned)
-    fields = _rgl_writer.fields(model, 24, 7, 16)
+    fields = writer.fields(model, 24, 7, 16)
     assert len(fields["phi_i"]) == 16 // parts + 1
     m, rng = rgl.RGL(fields), np.random.default_rng(1)
     wi, wo = directions(rng, 1000, 0.3), directions(rng, 1000, 0.3)
@@ -343,7 +345,7 @@ def test_what_repeats_is_stored_once(turned, parts, tmp_path):
 
 def test_without_symmetry_the_whole_circle_is_stored():
     model = gn.ShadingNormal(gn.Microfacet(gn.GGX(0.4), 1.0), 0.2)
-    fields = _rgl_writer.fields(model, 24, 7, 16)
+    fields = writer.fields(model, 24, 7, 16)
     assert len(fields["phi_i"]) == 17
     m, rng = rgl.RGL(fields), np.random.default_rng(1)
     wi, wo = directions(rng, 1000, 0.15), directions(rng, 1000, 0.15)
@@ -356,20 +358,20 @@ def test_without_symmetry_the_whole_circle_is_stored():
 def test_real_files_are_resampled(name, mean):
     """Their f grows as 1/cos(theta_o), their values are noisy, and some are negative."""
     m = load(real(name))
-    assert resampling_error(m, rgl.RGL(_rgl_writer.fields(m))).mean < mean
+    assert resampling_error(m, rgl.RGL(writer.fields(m))).mean < mean
 
 
 def test_coarse_files_do_not_run_away():
     """At the edge of what the tables cover, and where f does not end at the horizon."""
-    m = rgl.RGL(_rgl_writer.fields(gn.Lambertian(0.5), 16, 7))
-    again = rgl.RGL(_rgl_writer.fields(m, 16, 7))
+    m = rgl.RGL(writer.fields(gn.Lambertian(0.5), 16, 7))
+    again = rgl.RGL(writer.fields(m, 16, 7))
     assert resampling_error(m, again).mean < 0.03
     assert np.abs(again.stored["rgb"]).max() < 10.0
 
 
 def test_the_facets_are_those_of_the_material():
     """D of a mirror's facets is GGX itself: the paper's iteration finds it, up to the masking that it leaves out."""
-    fields = _rgl_writer.fields(gn.Microfacet(gn.GGX(0.2), 1.0, masking="separable"), 8, 5, 8)
+    fields = writer.fields(gn.Microfacet(gn.GGX(0.2), 1.0, masking="separable"), 8, 5, 8)
     theta = 0.5 * np.pi * np.linspace(0.0, 1.0, 256) ** 2
     true = 0.04 / (np.pi * (0.04 * np.cos(theta) ** 2 + np.sin(theta) ** 2) ** 2)
     np.testing.assert_allclose(fields["ndf"][0, :150], true[:150], rtol=0.03)
@@ -641,7 +643,7 @@ BROKEN_FIELDS = {
 @pytest.mark.parametrize("name", BROKEN_FIELDS)
 def test_inconsistent_fields_are_named(name, tmp_path):
     change, message = BROKEN_FIELDS[name]
-    _tensor_file.write(tmp_path / "bad.bsdf", change(small()))
+    tensor_file.write(tmp_path / "bad.bsdf", change(small()))
     with pytest.raises(FormatError, match=message) as caught:
         load(tmp_path / "bad.bsdf")
     assert "bad.bsdf" in str(caught.value)
@@ -690,14 +692,14 @@ BROKEN_BYTES = {
 def test_damaged_containers_are_described(name, tmp_path):
     change, message = BROKEN_BYTES[name]
     path = tmp_path / "bad.bsdf"
-    path.write_bytes(change(_tensor_file.serialise(small())))
+    path.write_bytes(change(tensor_file.serialise(small())))
     with pytest.raises(FormatError, match=message) as caught:
         rgl.read(path)
     assert "bad.bsdf" in str(caught.value)
 
 
 def test_any_damage_is_an_error_of_ours_or_harmless(tmp_path):
-    data = _tensor_file.serialise(small())
+    data = tensor_file.serialise(small())
     rng, path = np.random.default_rng(14), tmp_path / "bad.bsdf"
     wi, wo = directions(rng, 8), directions(rng, 8)
     header = data.index(b"valid") + 30
@@ -724,6 +726,6 @@ def test_any_damage_is_an_error_of_ours_or_harmless(tmp_path):
 
 
 def test_other_tensor_files_are_left_to_other_formats(tmp_path):
-    _tensor_file.write(tmp_path / "a.bsdf", {"M": np.zeros(3), "theta_h": np.zeros(3)})
+    tensor_file.write(tmp_path / "a.bsdf", {"M": np.zeros(3), "theta_h": np.zeros(3)})
     with pytest.raises(FormatError, match="not a known format"):
         load(tmp_path / "a.bsdf")

@@ -24,16 +24,16 @@ import pytest
 from click.testing import CliRunner
 
 import gonio as gn
-from gonio import comparison
-from gonio.cli import cli
+from gonio.base.angles import angles, direction
+from gonio.base.measured import Measured
+from gonio.cli.commands import cli
+from gonio.conversion import comparison
 from gonio.errors import MissingDataWarning, ParameterError
-from gonio.geometry import Direction
-from gonio.interface import angles, direction
-from gonio.measurement import Measured
-from gonio.param import param, part
-from gonio.parameterisations import parameterisation
-from gonio.quadrature import lattice
-from gonio.spectrum import RELATIVE_XYZ, XYZ, XYZ_TO_SRGB
+from gonio.formula.direction import Direction
+from gonio.formula.fields import param, part
+from gonio.numerics.lattice import lattice
+from gonio.pictures.colour import RELATIVE_XYZ, XYZ, XYZ_TO_SRGB
+from gonio.tables.angle_systems import parameterisation
 
 DEGREE = math.pi / 180.0
 NM = (500.0, 550.0, 600.0)

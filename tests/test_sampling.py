@@ -10,7 +10,7 @@ import pytest
 from models import breaks, draws, on_sphere, pairs
 
 import gonio as gn
-from gonio.quadrature import lattice
+from gonio.numerics.lattice import lattice
 
 LOBES = [d for d in draws() if d.model is not gn.Sum and not d.material().has_delta]
 each_lobe = pytest.mark.parametrize("draw", LOBES, ids=str)

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from gonio.errors import FormatError
-from gonio.measured import _text
+from gonio.formats._reading import plain_text
 
 
 def lines(tmp_path, content, comment=()):
     file = tmp_path / "a.txt"
     file.write_bytes(content)
-    return _text.read(file, comment)
+    return plain_text.read(file, comment)
 
 
 @pytest.mark.parametrize("end", ["\n", "\r\n", "\r"])
@@ -34,7 +34,7 @@ def test_files_that_are_no_text_are_refused(tmp_path):
 
 @pytest.mark.parametrize("chunk", [1, 7, 2**20])
 def test_rows_are_read_and_counted(tmp_path, monkeypatch, chunk):
-    monkeypatch.setattr(_text, "CHUNK", chunk)
+    monkeypatch.setattr(plain_text, "CHUNK", chunk)
     head, rest = "head\n\n", "1, 2\n\t3;4 \n# x\n\n5 nan\n-inf 1e-3\nend\n"
     read = lines(tmp_path, (head + rest).encode(), "#")
     assert read.next() == "head"
@@ -62,7 +62,7 @@ def test_rows_are_read_and_counted(tmp_path, monkeypatch, chunk):
     ],
 )
 def test_faults_name_their_line(tmp_path, monkeypatch, chunk, bad, says):
-    monkeypatch.setattr(_text, "CHUNK", chunk)
+    monkeypatch.setattr(plain_text, "CHUNK", chunk)
     with pytest.raises(FormatError, match=says):
         lines(tmp_path, f"1 2\n\n3 4\n{bad}\n5 6".encode()).rows(2)
 
@@ -89,7 +89,7 @@ def test_single_numbers(tmp_path):
 def test_written_numbers_read_back_exactly(tmp_path):
     rng = np.random.default_rng(90)
     rows = np.concatenate([rng.normal(size=(99, 3)) * 10.0 ** rng.integers(-300, 300, (99, 3)), [[0.0, -0.0, 45.0]]])
-    text = "".join(_text.join(rows, ", "))
+    text = "".join(plain_text.join(rows, ", "))
     assert text.endswith("0, -0, 45\n")
     back = lines(tmp_path, text.encode()).rows(3)
     assert back.tobytes() == rows.tobytes()
@@ -97,12 +97,12 @@ def test_written_numbers_read_back_exactly(tmp_path):
 
 def test_degrees_are_short_and_exact():
     written = np.array([*np.arange(0, 361, 2.5), *(np.arange(900) / 10.0), *(np.arange(9999) / 1e6)])
-    assert _text.degrees(np.radians(written)).tolist() == written.tolist()
+    assert plain_text.degrees(np.radians(written)).tolist() == written.tolist()
     any_angle = np.linspace(0.0, np.pi / 2, 998)
-    np.testing.assert_allclose(np.radians(_text.degrees(any_angle)), any_angle, rtol=3e-16)
-    assert np.isnan(_text.degrees([np.nan, 0.0])).tolist() == [True, False]
+    np.testing.assert_allclose(np.radians(plain_text.degrees(any_angle)), any_angle, rtol=3e-16)
+    assert np.isnan(plain_text.degrees([np.nan, 0.0])).tolist() == [True, False]
 
 
 def test_rows_of_words_and_numbers():
     rows = [[1.5, "a"], [2, "b"]]
-    assert list(itertools.islice(_text.join(rows, ","), 2)) == ["1.5,a\n", "2,b\n"]
+    assert list(itertools.islice(plain_text.join(rows, ","), 2)) == ["1.5,a\n", "2,b\n"]

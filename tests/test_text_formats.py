@@ -9,10 +9,11 @@ import pytest
 from text_files import ALTA, ASTM, CSV, INTEGRA, PAB, SEEDS, SSDD, alta_binary, ssdd_binary
 
 import gonio as gn
-from gonio.gridded import Gridded
-from gonio.measured import _alta_parameters, alta, astm, csv_table, formats, integra, pab, ssdd
-from gonio.parameterisations import parameterisation
-from gonio.scattered import Scattered
+from gonio.formats import alta, astm, csv_table, formats, integra, pab, ssdd
+from gonio.formats.alta import parametrisations
+from gonio.tables.angle_systems import parameterisation
+from gonio.tables.gridded import Gridded
+from gonio.tables.scattered import Scattered
 
 DEGREE = math.pi / 180.0
 MODULES = {"ASTM": astm, "pab-opto": pab, "ALTA": alta, "Integra": integra, "SSDD": ssdd, "CSV": csv_table}
@@ -376,7 +377,7 @@ DEFINED = {  # what ALTA's params.h says the numbers are, of VIEW and LIGHT
 
 @pytest.mark.parametrize("name", DEFINED)
 def test_parametrisations_are_what_alta_defines(name):
-    parameters = _alta_parameters.PARAMETERS[name]
+    parameters = parametrisations.PARAMETERS[name]
     x = np.array(DEFINED[name])
     assert len(x) == parameters.size
     theta_i, phi_i, theta_o, phi_o = (np.broadcast_to(a, 1) for a in parameters.to_angles(*x[:, None]))
@@ -398,9 +399,9 @@ def test_parametrisations_are_what_alta_defines(name):
         np.testing.assert_allclose([math.hypot(*half[:2]), np.linalg.norm(back)], x)
 
 
-@pytest.mark.parametrize("name", [n for n, p in _alta_parameters.PARAMETERS.items() if p.of_angles])
+@pytest.mark.parametrize("name", [n for n, p in parametrisations.PARAMETERS.items() if p.of_angles])
 def test_parametrisations_invert(name):
-    parameters = _alta_parameters.PARAMETERS[name]
+    parameters = parametrisations.PARAMETERS[name]
     rng = np.random.default_rng(3)
     given = [rng.uniform(0.05, 1.5, 99), rng.uniform(-3, 3, 99), rng.uniform(0.05, 1.5, 99), rng.uniform(-3, 3, 99)]
     wi, wo = gn.direction(*given[:2]), gn.direction(*given[2:])

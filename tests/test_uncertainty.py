@@ -12,14 +12,14 @@ from click.testing import CliRunner
 from scipy import sparse
 
 import gonio as gn
-from gonio import arguments
-from gonio.cli import cli
+from gonio.base.reflectance import Reflectance
+from gonio.cli import arguments
+from gonio.cli.commands import cli
 from gonio.errors import MissingDataWarning
-from gonio.gridded import Gridded
-from gonio.interface import Reflectance
 from gonio.laws.significance import judged
 from gonio.laws.verdict import Law
-from gonio.scattered import Scattered
+from gonio.tables.gridded import Gridded
+from gonio.tables.scattered import Scattered
 from gonio.uncertainty.correlation import Factors, factor
 from gonio.uncertainty.functionals import linear, named
 from gonio.uncertainty.quoted import rounded

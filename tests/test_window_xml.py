@@ -18,10 +18,11 @@ import pytest
 
 import gonio as gn
 from gonio.errors import ParameterError
-from gonio.measured import _tree, load, save, window_xml
-from gonio.measured._klems import FULL, HALF, HALF_2021, QUARTER, AngleBasis, Klems
-from gonio.measured._tensor_tree import TensorTree, disc
-from gonio.spectrum import RELATIVE_XYZ, WHITE, rgb_of
+from gonio.formats import load, save, window_xml
+from gonio.formats.window_xml import tree_nodes
+from gonio.formats.window_xml.klems import FULL, HALF, HALF_2021, QUARTER, AngleBasis, Klems
+from gonio.formats.window_xml.tensor_tree import TensorTree, disc
+from gonio.pictures.colour import RELATIVE_XYZ, WHITE, rgb_of
 
 REAL = Path(__file__).parents[2] / "shared" / "data" / "window_xml"
 TINY = AngleBasis("Tiny", (0.0, 30.0, 90.0), (1, 4))
@@ -212,7 +213,7 @@ def test_trees_against_a_scalar_implementation(side, tmp_path, evaluation):
     s = 1.0 if side == "back" else -1.0
     wi, wo = directions(4, 400), directions(5, 400)
     g3, g4 = grid_of(3, 3), grid_of(4, 2)
-    trees = {n: TensorTree([_tree.from_grid(g, 0.0)], side) for n, g in ((3, g3), (4, g4))}
+    trees = {n: TensorTree([tree_nodes.from_grid(g, 0.0)], side) for n, g in ((3, g3), (4, g4))}
     three, four = [], []
     for i, o in zip(wi.tolist(), wo.tolist(), strict=True):
         at = (*scalar_square(-s * i[0], -i[1]), *scalar_square(s * o[0], o[1]))
@@ -229,7 +230,7 @@ def test_nested_trees_and_grids(tmp_path):
     """Children count their dimensions from the first bit, grids from the last."""
     m = load(written(tmp_path, tree3()))
     (tree,) = m.trees
-    nodes, corners, sides = _tree.leaf_places(tree)
+    nodes, corners, sides = tree_nodes.leaf_places(tree)
     found = {(*c, s): v for c, s, v in zip(corners.tolist(), sides.tolist(), tree.values[nodes].tolist(), strict=True)}
     assert found[0.0, 0.0, 0.0, 0.5] == 0.25
     assert found[0.0, 0.5, 0.5, 0.5] == 0.15
@@ -395,7 +396,7 @@ def test_colours_of_trees_are_those_of_radiance(tmp_path):
     luminance[:, 0, 0] = 1e-3
     u, v = 0.21 + 0.02 * rng.random((8, 8, 8)), 0.46 + 0.02 * rng.random((8, 8, 8))
     path = tmp_path / "a.xml"
-    save(TensorTree([_tree.from_grid(g, 0.0) for g in (luminance, u, v)], "back", "uv"), path, XML)
+    save(TensorTree([tree_nodes.from_grid(g, 0.0) for g in (luminance, u, v)], "back", "uv"), path, XML)
     m = load(path)
     assert m.channel_names == RELATIVE_XYZ
     asked = (rng.random((60, 4)) * [85.0, 360.0, 85.0, 360.0]).tolist()
@@ -415,7 +416,7 @@ def measured(kind: str):
         values[3, 5], values[4] = np.nan, np.inf
         return Klems(values, QUARTER)
     grid = grid_of(int(kind[0]), 3)
-    return TensorTree([_tree.from_grid(grid, 0.0)], kind[2:])
+    return TensorTree([tree_nodes.from_grid(grid, 0.0)], kind[2:])
 
 
 KINDS = ("klems", "klems of three", "3 front", "3 back", "4 front", "4 back")
@@ -468,7 +469,7 @@ def test_values_that_are_no_numbers():
 
 SMALL = {
     "klems": Klems(np.stack([numbers_of(5, 5, seed) for seed in range(3)], axis=2), TINY),
-    "tree": TensorTree([_tree.from_grid(grid_of(3, 1), 0.0)], "back"),
+    "tree": TensorTree([tree_nodes.from_grid(grid_of(3, 1), 0.0)], "back"),
 }
 
 

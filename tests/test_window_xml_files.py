@@ -31,11 +31,12 @@ from test_window_xml import (
 
 import gonio as gn
 from gonio.errors import Error, FormatError, ParameterError
-from gonio.measured import _tree, _window_xml_document, formats, load, save, window_xml
-from gonio.measured._klems import FULL, QUARTER, AngleBasis, Klems
-from gonio.measured._tensor_tree import TensorTree
-from gonio.measured._window_xml_numbers import Numbers
-from gonio.spectrum import RELATIVE_XYZ, WHITE, XYZ
+from gonio.formats import formats, load, save, window_xml
+from gonio.formats.window_xml import tree_nodes, xml_document
+from gonio.formats.window_xml.klems import FULL, QUARTER, AngleBasis, Klems
+from gonio.formats.window_xml.numbers import Numbers
+from gonio.formats.window_xml.tensor_tree import TensorTree
+from gonio.pictures.colour import RELATIVE_XYZ, WHITE, XYZ
 
 REAL_FILES = ("2011-SA1.XML", "t3.xml")
 
@@ -142,7 +143,7 @@ def test_files_are_read_in_parts(bytes_at_once, tmp_path, monkeypatch):
             path.write_bytes(text.encode(encoding))
             whole = load(path)
             with monkeypatch.context() as patched:
-                patched.setattr(_window_xml_document, "CHUNK", bytes_at_once)
+                patched.setattr(xml_document, "CHUNK", bytes_at_once)
                 in_parts = load(path)
             assert same(in_parts, whole)
             save(in_parts, tmp_path / "again.xml", XML)
@@ -344,7 +345,7 @@ def test_colours_of_two_whites(tmp_path):
     for white, names in ((WHITE, XYZ), (1.0, RELATIVE_XYZ)):
         save(Klems(values * white, TINY, channel_names=names), tmp_path / "a.xml", XML)
         np.testing.assert_allclose(load(tmp_path / "a.xml").values, values, rtol=1e-14)
-    trees = TensorTree([_tree.from_grid(grid_of(3, 2), 0.0)] * 3, channel_names=XYZ)
+    trees = TensorTree([tree_nodes.from_grid(grid_of(3, 2), 0.0)] * 3, channel_names=XYZ)
     with pytest.raises(ParameterError, match=r"trees of channels .* write it with tree=3"):
         save(trees, tmp_path / "b.xml", XML)
     save(trees, tmp_path / "b.xml", XML, tree=3, resolution=4)
@@ -357,9 +358,9 @@ def test_measurements_in_memory_are_written_as_they_are(tmp_path):
     for m in (
         Klems(values, TINY, other, side="back"),
         Klems(np.stack([values, values + 1, values + 2], axis=2), TINY, other, channel_names=RELATIVE_XYZ),
-        TensorTree([_tree.from_grid(grid_of(3, 2), 0.0)]),
-        TensorTree([_tree.from_grid(grid_of(4, 2, k), 0.3) for k in range(2)], "back", "", (500.0, 600.0)),
-        TensorTree([_tree.from_grid(grid_of(3, 2, k), 0.0) for k in range(3)], colour="uv"),
+        TensorTree([tree_nodes.from_grid(grid_of(3, 2), 0.0)]),
+        TensorTree([tree_nodes.from_grid(grid_of(4, 2, k), 0.3) for k in range(2)], "back", "", (500.0, 600.0)),
+        TensorTree([tree_nodes.from_grid(grid_of(3, 2, k), 0.0) for k in range(3)], colour="uv"),
     ):
         save(m, path, XML, name="a < b")
         again = load(path)
@@ -403,8 +404,11 @@ def test_what_does_not_fit_together_is_refused():
         (lambda: Klems(np.zeros((5, 5)), TINY, side="up"), "'front' or 'back'"),
         (lambda: Klems(np.zeros((5, 5, 2)), TINY, channel_names=("X",)), "one per channel"),
         (lambda: TensorTree([]), "one or more trees"),
-        (lambda: TensorTree([_tree.from_grid(grid_of(3, 1), 0.0), _tree.from_grid(grid_of(4, 1), 0.0)]), "all of 3"),
-        (lambda: TensorTree([_tree.from_grid(grid_of(3, 1), 0.0)]).replace(values=np.zeros(3)), "got shape"),
+        (
+            lambda: TensorTree([tree_nodes.from_grid(grid_of(3, 1), 0.0), tree_nodes.from_grid(grid_of(4, 1), 0.0)]),
+            "all of 3",
+        ),
+        (lambda: TensorTree([tree_nodes.from_grid(grid_of(3, 1), 0.0)]).replace(values=np.zeros(3)), "got shape"),
     ):
         with pytest.raises(ParameterError, match=says):
             make()

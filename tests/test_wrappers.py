@@ -15,9 +15,9 @@ from scipy.integrate import quad
 
 import gonio as gn
 from gonio.errors import ParameterError
-from gonio.measured import merl
+from gonio.formats import merl
+from gonio.formula.json_form import from_json
 from gonio.models.coated import _Below, _BelowRough
-from gonio.parametrised import from_json
 
 PI = math.pi
 WHITE = gn.Lambertian(1.0)

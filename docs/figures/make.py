@@ -15,7 +15,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 import gonio as gn
-from gonio.geometry import Direction
+from gonio.formula.direction import Direction
 
 HERE = Path(__file__).resolve().parent
 INK, GREY, LIGHT, VIEWER, HALF = "#1a1a1a", "#7a7a7a", "#c46a00", "#1c5fa8", "#2e7d32"

@@ -13,21 +13,21 @@ from pathlib import Path
 from typing import Any
 
 import gonio as gn
-from gonio import discover, fresnel
+from gonio import discover
+from gonio.base.reflectance import Reflectance
 from gonio.discover import docstring
-from gonio.fresnel import Fresnel
-from gonio.interface import Reflectance
+from gonio.formula.distribution import Distribution
+from gonio.formula.fields import CLASSES, Option, Param, Part
+from gonio.formula.fresnel_term import Fresnel
+from gonio.formula.parametrised import Parametrised, literal
 from gonio.laws import check_all, table
-from gonio.microfacet import Distribution
-from gonio.param import CLASSES, Option, Param, Part
-from gonio.parametrised import Parametrised, literal
-from gonio.plots import portrait
+from gonio.report.figures import portrait
 
 HERE = Path(__file__).parent
 KINDS = {
     "Models": (Reflectance, discover.modules("gonio.models")),
     "Distributions of facet normals": (Distribution, discover.modules("gonio.distributions")),
-    "Fresnel terms": (Fresnel, [fresnel]),
+    "Fresnel terms": (Fresnel, discover.modules("gonio.formula.fresnel")),
 }
 PARTS = ("Shapes", "Units", "Error", "Source")
 

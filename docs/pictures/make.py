@@ -6,9 +6,9 @@ import numpy as np
 from PIL import Image
 
 import gonio as gn
-from gonio.image import srgb_encode
-from gonio.law_plots import draw
-from gonio.plots import show
+from gonio.pictures.image import srgb_encode
+from gonio.report.figures import show
+from gonio.report.law_figures import draw
 
 HERE = Path(__file__).parent
 SIZE, SAMPLES, EXPOSURE = 300, 128, 0.4

@@ -7,7 +7,7 @@
     gn.render(m, gn.ConstantLight(1.0)).save("sphere.png")
 
 Conventions: docs/conventions.md. Every model, distribution of normals, light and file format is one file in models/,
-distributions/, lights/, measured/.
+distributions/, lights/, formats/.
 """
 
 from __future__ import annotations
@@ -18,51 +18,51 @@ from typing import Any
 
 from . import discover
 from . import errors as errors
+from .base.angles import angles as angles
+from .base.angles import direction as direction
+from .base.reflectance import Reflectance as Reflectance
+from .base.reflectance import Sample as Sample
 from .errors import Error as Error
-from .interface import Reflectance as Reflectance
-from .interface import Sample as Sample
-from .interface import angles as angles
-from .interface import direction as direction
-from .param import CLASSES
-
-__version__ = "0.1.0"
+from .formula.fields import CLASSES
+from .version import __version__ as __version__
 
 _ON_USE = {
-    "load": "measured",
-    "save": "measured",
-    "material": "catalogue",
-    "materials": "catalogue",
-    "refractive_index": "catalogue",
-    "albedo": "integrate",
-    "reflectance": "nicodemus",
-    "reflectance_factor": "nicodemus",
-    "black_sky_albedo": "nicodemus",
-    "white_sky_albedo": "nicodemus",
-    "blue_sky_albedo": "nicodemus",
-    "Cone": "cones",
-    "Hemisphere": "cones",
-    "reflected_radiance": "illumination",
+    "load": "formats",
+    "save": "formats",
+    "material": "catalogue.builtin",
+    "materials": "catalogue.builtin",
+    "refractive_index": "catalogue.builtin",
+    "albedo": "integrals.albedo",
+    "reflectance": "integrals.nine",
+    "reflectance_factor": "integrals.nine",
+    "black_sky_albedo": "integrals.under_sky",
+    "white_sky_albedo": "integrals.under_sky",
+    "blue_sky_albedo": "integrals.under_sky",
+    "Cone": "integrals.cones",
+    "Hemisphere": "integrals.cones",
+    "reflected_radiance": "integrals.illumination",
     "check": "laws",
     "with_uncertainty": "uncertainty",
-    "expression": "expressions",
-    "tabulate": "tabulated",
-    "convert": "conversion",
-    "Gridded": "gridded",
-    "Scattered": "scattered",
-    "to_dataset": "dataset",
-    "from_dataset": "dataset",
-    "render": "rendering",
-    "read_image": "image",
-    "Image": "image",
+    "expression": "catalogue.expressions",
+    "tabulate": "conversion.tabulated",
+    "convert": "conversion.conversion",
+    "Gridded": "tables.gridded",
+    "Scattered": "tables.scattered",
+    "to_dataset": "tables.dataset",
+    "from_dataset": "tables.dataset",
+    "render": "scenes.rendering",
+    "read_image": "pictures.image",
+    "Image": "pictures.image",
     "radiometry": "",
     "roughness": "",
     "repair": "",
-    "cite": "citations",
-    "kernel": "kernels",
+    "cite": "catalogue.citations",
+    "kernel": "report.compiled",
     "threads": "compile.threads",
 }
 """Public names whose modules are imported when first used -> module ("" for a module itself)."""
 
+discover.modules("gonio.formula.fresnel")
 discover.modules("gonio.distributions")
 discover.modules("gonio.models")
 discover.modules("gonio.lights")

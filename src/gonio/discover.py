@@ -21,6 +21,11 @@ def modules(package: str) -> list[ModuleType]:
     return [import_module(f"{package}.{name}") for name in names]
 
 
+def by_name(package: str) -> dict[str, ModuleType]:
+    """The same by their own names, without the package's."""
+    return {module.__name__.rpartition(".")[2]: module for module in modules(package)}
+
+
 def docstring(of: ModuleType | type | Callable) -> str:
     """The docstring of a module, a class or a function, without indentation (Python 3.13 takes that away itself); ""
     for none; where Python left it out (-OO), as the source has it."""

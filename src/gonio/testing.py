@@ -15,8 +15,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Any
 
+from .base.reflectance import Reflectance
 from .errors import DependencyError, NotFoundError
-from .interface import Reflectance
 from .laws import LAWS, Report, check
 
 

@@ -20,11 +20,11 @@ from seeds import SEEDS
 from text_files import CSV
 
 import gonio as gn
-from gonio.arguments import resolve
-from gonio.cli import cli
+from gonio.cli.arguments import resolve
+from gonio.cli.commands import cli
 from gonio.errors import Error, NotFoundError, visible
-from gonio.measured import formats
-from gonio.measured._options import options
+from gonio.formats import formats
+from gonio.formats._reading.reader_options import options
 
 SMALL = ["--size", "16", "--samples", "1"]
 EVIL = "\x1b]0;evil\x07\x1b[2J\u202e\x9b31m"
@@ -82,7 +82,7 @@ def test_streams_that_are_closed_full_or_broken(line, code, says, tmp_path):
 def test_no_file_gets_the_number_of_a_closed_stream(tmp_path):
     """With all streams closed a file that is written is not where messages go. (D18)"""
     code = (
-        "import os; from gonio.terminal import streams\n"
+        "import os; from gonio.cli.terminal import streams\n"
         "try: streams()\n"
         "except SystemExit: pass\n"
         "os._exit(os.open(os.devnull, os.O_RDONLY) < 3)"
@@ -121,7 +121,7 @@ def test_odd_terminals(more, tmp_path):
 def test_a_backend_of_matplotlib_that_is_not_there(tmp_path):
     """Figures are drawn whatever MPLBACKEND says, and it still says it to others. (D18)"""
     code = (
-        "import sys; from gonio.plots import new_figure\n"
+        "import sys; from gonio.report.figures import new_figure\n"
         "with new_figure(sys.argv[1], (1.0, 1.0), 'a$b') as figure: pass\n"
         "import os, matplotlib; print(os.environ['MPLBACKEND'], matplotlib.rcParams['backend'])"
     )
@@ -156,7 +156,7 @@ def test_failures_of_the_machine_are_one_line(run, monkeypatch, failure, code, s
     def fails(*args, **kwargs):
         raise failure
 
-    monkeypatch.setattr("gonio.image.Image.save", fails)
+    monkeypatch.setattr("gonio.pictures.image.Image.save", fails)
     result = run("render", "gold", "-o", "a.png", *SMALL)
     assert result.exit_code == code and isinstance(result.exception, SystemExit)
     assert LINE.fullmatch(result.stderr.lstrip("\n")) and says in result.stderr, result.stderr
@@ -169,7 +169,7 @@ def test_a_fault_of_gonio_is_not_blamed_on_the_input(run, monkeypatch, failure):
     def fails(*args, **kwargs):
         raise failure
 
-    monkeypatch.setattr("gonio.image.Image.save", fails)
+    monkeypatch.setattr("gonio.pictures.image.Image.save", fails)
     result = run("render", "gold", "-o", "a.png", *SMALL)
     assert result.exit_code == 70 and "Traceback" in result.stderr
     assert "please report it" in result.stderr.splitlines()[-1] and not ACTS.search(result.stderr)
@@ -210,7 +210,7 @@ def test_a_folder_that_is_no_store_hides_no_built_in_material(run, tmp_path):
 def test_what_exists_is_not_said_to_be_missing(tmp_path, monkeypatch):
     """No "did you mean fifo.csv?" of fifo.csv itself: pipes and devices are read, or refused as such. (D24)"""
     asked = []
-    monkeypatch.setattr("gonio.arguments.load", asked.append)
+    monkeypatch.setattr("gonio.cli.arguments.load", asked.append)
     os.mkfifo(tmp_path / "fifo.csv")
     for text in (str(tmp_path / "fifo.csv"), "/dev/null"):
         resolve(text)
@@ -281,7 +281,7 @@ def test_a_name_forges_no_lines(run, tmp_path):
 
 def test_styles_are_gonios_own_and_stay_off_where_asked(monkeypatch):
     """NO_COLOR takes styles away; only bold and the colours of verdicts ever reach a terminal. (D20)"""
-    from gonio.terminal import echo
+    from gonio.cli.terminal import echo
 
     shown = []
     monkeypatch.setattr("click.echo", lambda text, err, color: shown.append((text, color)))
@@ -328,7 +328,7 @@ def test_help_and_sources_without_docstrings(tmp_path):
         "import gonio as gn, runpy, sys\n"
         "from gonio.discover import modules\n"
         "[modules(f'gonio.{p}') for p in ('models', 'distributions', 'measured', 'lights')]\n"
-        "from gonio.param import CLASSES\n"
+        "from gonio.formula.fields import CLASSES\n"
         "for name in sorted(CLASSES): print(gn.cite(name))\n"
         "from gonio.cli import cli\n"
         "for args in ['--help'], *([name, '--help'] for name in sorted(cli.commands)), ['info', 'gold']:\n"

@@ -189,7 +189,7 @@ def test_a_text_beyond_the_limit_takes_no_memory(tmp_path):
             file.write(codecs.BOM_UTF16_LE + start.encode("utf-16-le") * 2000)
             file.truncate(1 << 32)
     code = (
-        "import resource, sys; import gonio as gn, gonio.measured as d; d.formats()\n"
+        "import resource, sys; import gonio as gn, gonio.formats as d; d.formats()\n"
         "used = int(open('/proc/self/statm').read().split()[0]) * resource.getpagesize()\n"
         "resource.setrlimit(resource.RLIMIT_AS, (used + (1 << 30),) * 2)\n"
         "for path in sys.argv[1:]:\n"

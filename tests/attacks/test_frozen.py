@@ -15,8 +15,8 @@ from models import DISTRIBUTIONS, MODELS, draws
 from seeds import SEEDS, small_grid
 
 import gonio as gn
-from gonio.libraries import Fixed
-from gonio.param import Param
+from gonio.arrays import Fixed
+from gonio.formula.fields import Param
 
 WI, WO = gn.direction([0.2, 0.7, 1.2], [0.0, 1.0, 3.0]), gn.direction([0.9, 0.3, 0.6], [3.0, 4.0, 0.1])
 U = np.array([[0.1, 0.3], [0.5, 0.6], [0.9, 0.2]])

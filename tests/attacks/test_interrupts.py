@@ -17,9 +17,10 @@ import numpy as np
 import pytest
 
 import gonio as gn
-from gonio import engine
-from gonio.compile import batches, machine, store, workers
+from gonio.compile import plans, store, workers
+from gonio.compile.llvm import machine
 from gonio.compile.threads import apart, share
+from gonio.evaluate import tracing
 
 CAMPAIGN = Path(__file__).parents[1] / "interrupting.py"
 
@@ -96,7 +97,7 @@ def test_an_exception_at_any_place_does_no_harm(name, stride):
     u, out = np.full((len(wi), 2), 0.25), np.empty((len(wi), 2))
 
     def compiled_anew() -> Any:
-        engine._TRACES.clear()
+        tracing._TRACES.clear()
         store._KNOWN.clear()
         return gn.ModifiedPhong(0.5, 3.0).f(wi, wo)
 
@@ -141,9 +142,9 @@ def test_long_calls_are_made_of_pieces(monkeypatch):
             raise TimeoutError("from a handler")
         together(count, function, args, outer, inner, grain)
 
-    together, stop = batches.together, 3
-    monkeypatch.setattr(batches, "together", counted)
-    monkeypatch.setattr(batches, "PIECE", 1 << 20)
+    together, stop = plans.together, 3
+    monkeypatch.setattr(plans, "together", counted)
+    monkeypatch.setattr(plans, "PIECE", 1 << 20)
     out = np.full(len(wi), -1.0)
     try:
         gn.threads(2)
@@ -178,7 +179,7 @@ FORKS = """
 import os, signal, sys, threading, time
 import numpy as np
 import gonio as gn
-from gonio import engine
+from gonio.evaluate import tracing
 from gonio.compile import store
 
 wo = np.array([[0.6, 0.0, 0.8]])
@@ -186,7 +187,7 @@ stop = False
 
 def compile_all_the_time():
     while not stop:
-        engine._TRACES.clear()
+        tracing._TRACES.clear()
         store._KNOWN.clear()
         gn.ModifiedPhong(0.5, 3.0).f(wo, wo)
 
@@ -205,7 +206,7 @@ for k in range(25):
     if not child:
         signal.alarm(20)
         many = np.broadcast_to(wo, (100_000, 3)).copy()
-        engine._TRACES.clear()
+        tracing._TRACES.clear()
         store._KNOWN.clear()
         f = gn.Microfacet(gn.GGX(0.3)).f(many, many)
         os._exit(0 if (f == want).all() else 3)

@@ -23,11 +23,12 @@ from types import SimpleNamespace
 import pytest
 
 import gonio
-from gonio import engine
-from gonio.compile import cache_folder, machine
+from gonio.compile import cache_folder
+from gonio.compile.llvm import machine
+from gonio.evaluate import planning
 
 pytestmark = [
-    pytest.mark.skipif(not engine.available(), reason="nothing can be compiled here"),
+    pytest.mark.skipif(not planning.available(), reason="nothing can be compiled here"),
     pytest.mark.skipif(os.name != "posix", reason="owners and modes are POSIX's"),
 ]
 as_root = pytest.mark.skipif(os.name == "posix" and os.geteuid() != 0, reason="two users: only root can be both")
@@ -660,8 +661,8 @@ def test_the_users_folder_for_caches(tmp_path):
 # What a name stands for.
 
 SINE = """
-from gonio import ops
-from gonio.param import param
+from gonio.arrays import ops
+from gonio.formula.fields import param
 class Sine(gn.Reflectance):
     rho = param(0.5, 0.0, 1.0, "a number")
     def formula(self, wi, wo):

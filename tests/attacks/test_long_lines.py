@@ -12,7 +12,9 @@ import pytest
 
 import gonio as gn
 from gonio import errors
-from gonio.measured import _text, _window_xml_document, csv_table
+from gonio.formats import csv_table
+from gonio.formats._reading import plain_text
+from gonio.formats.window_xml import xml_document
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 from seeds import SEEDS
@@ -22,7 +24,7 @@ MB = 1_000_000
 LOAD = """
 import resource, sys
 import gonio as gn
-import gonio.measured
+import gonio.formats
 
 def size():
     with open("/proc/self/status") as file:
@@ -64,7 +66,7 @@ def test_a_csv_of_one_line_without_end_is_refused_in_little_memory(tmp_path, wha
     """... in three times its own size. (D14)"""
     path = tmp_path / "a.csv"
     path.write_bytes(b"theta_i,theta_o,phi,f\n0,0,0,0.5\n" + what * (40 * MB // len(what)) + b"\n0,30,0,0.5\n")
-    assert f"line 3: more than {_text.LONGEST} characters, expected shorter lines" in loaded(path, 150 * MB)
+    assert f"line 3: more than {plain_text.LONGEST} characters, expected shorter lines" in loaded(path, 150 * MB)
 
 
 def test_columns_are_counted(tmp_path):
@@ -102,27 +104,27 @@ def test_no_text_format_makes_words_of_a_line_without_end(tmp_path, monkeypatch,
     at = data.rfind(b"\n", 0, len(data) * 2 // 3) + 1
     path = tmp_path / "a"
     path.write_bytes(data[:at] + b"1.5 " * (2 * MB) + b"\n" + data[at:])
-    kept = _text.split
+    kept = plain_text.split
     longest = [0]
 
     def split(line: str) -> list[str]:
         longest[0] = max(longest[0], len(line))
         return kept(line)
 
-    monkeypatch.setattr(_text, "split", split)
+    monkeypatch.setattr(plain_text, "split", split)
     with pytest.raises(errors.FormatError) as caught:
         gn.load(path)
     assert "more than" in str(caught.value) or "not a known format" in str(caught.value)
-    assert longest[0] <= _text.LONGEST
+    assert longest[0] <= plain_text.LONGEST
 
 
 def test_the_longest_line_is_read():
     """The bound is that of a line, not of a text, and binary parts have no lines. (D14)"""
-    lines = _text.Lines("a", ("1 " * (_text.LONGEST // 2) + "\n") * 3)
-    assert lines.rows(_text.LONGEST // 2).shape == (3, _text.LONGEST // 2)
+    lines = plain_text.Lines("a", ("1 " * (plain_text.LONGEST // 2) + "\n") * 3)
+    assert lines.rows(plain_text.LONGEST // 2).shape == (3, plain_text.LONGEST // 2)
     with pytest.raises(errors.FormatError, match="a, line 3: more than"):
-        _text.Lines("a", "1\n2\n" + "3" * (_text.LONGEST + 1) + "\n4\n")
-    assert _text.Lines("a", "1\n" + "3" * (_text.LONGEST + 1), mixed=True).next() == "1"
+        plain_text.Lines("a", "1\n2\n" + "3" * (plain_text.LONGEST + 1) + "\n4\n")
+    assert plain_text.Lines("a", "1\n" + "3" * (plain_text.LONGEST + 1), mixed=True).next() == "1"
 
 
 # XML.
@@ -148,14 +150,14 @@ def test_xml_that_is_looked_at_again_and_again_is_refused(tmp_path, monkeypatch,
     before, after = CASES[case]
     path.write_bytes(document(before, b"x" * (25 * MB), after))
     chunks = [0]
-    real = _window_xml_document._chunks
+    real = xml_document._chunks
 
     def counted(path):
         for chunk in real(path):
             chunks[0] += 1
             yield chunk
 
-    monkeypatch.setattr(_window_xml_document, "_chunks", counted)
+    monkeypatch.setattr(xml_document, "_chunks", counted)
     start = time.process_time()
     with pytest.raises(errors.FormatError, match=r"line \d+: a comment, a tag or the like of more than 1048576 bytes"):
         gn.load(path)
@@ -177,7 +179,7 @@ def test_xml_with_much_in_it_is_read_in_linear_time(tmp_path, count):
 def test_tags_are_counted(tmp_path, monkeypatch):
     """A file does not become an object per four bytes without end. (D14)"""
     path = tmp_path / "a.xml"
-    monkeypatch.setattr(_window_xml_document, "MANY", 10_000)
+    monkeypatch.setattr(xml_document, "MANY", 10_000)
     path.write_bytes(document(b"<a/>" * 9_000, b"", b""))
     gn.load(path)
     path.write_bytes(document(b"<a/>" * 10_000, b"", b""))
@@ -231,6 +233,6 @@ def test_running_out_of_memory_while_a_file_is_read_is_an_error_of_ours(tmp_path
     def full(*args, **more):
         raise MemoryError
 
-    monkeypatch.setattr(_text.Lines, "rows", full)
+    monkeypatch.setattr(plain_text.Lines, "rows", full)
     with pytest.raises(gn.errors.TooLargeError, match=r"a\.csv: a CSV file that takes more memory than there is"):
         gn.load(path)

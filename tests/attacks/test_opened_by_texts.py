@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 
 import gonio as gn
-from gonio.arguments import resolve
+from gonio.cli.arguments import resolve
 from gonio.errors import ExpressionError, FormatError, NotFoundError, ParameterError
-from gonio.measured import _pipes
-from gonio.parametrised import from_json
+from gonio.formats._reading import pipes
+from gonio.formula.json_form import from_json
 
 SECRET = "root:x:0:0:correct horse battery staple"
 TABLE = "theta_i,phi_i,theta_o,phi_o,f\n" + "".join(f"{i},0,{o},0,{1 + i + o}\n" for i in (0, 30, 60) for o in (0, 40))
@@ -134,7 +134,7 @@ def test_a_pipe_is_read_to_its_end(tmp_path, table):
 @unless_fifos
 def test_a_pipe_that_nobody_writes_to_is_refused(tmp_path, monkeypatch):
     """It waited forever. (D24)"""
-    monkeypatch.setattr(_pipes, "PATIENCE", 0.2)
+    monkeypatch.setattr(pipes, "PATIENCE", 0.2)
     os.mkfifo(tmp_path / "pipe")
     with pytest.raises(NotFoundError, match="nobody writes to"):
         gn.load(tmp_path / "pipe")
@@ -143,8 +143,8 @@ def test_a_pipe_that_nobody_writes_to_is_refused(tmp_path, monkeypatch):
 @unless_fifos
 def test_a_pipe_without_end_is_refused(tmp_path, monkeypatch):
     """As much as is kept of a pipe has a bound, and its copy goes. (D24)"""
-    monkeypatch.setattr(_pipes, "LIMIT", 100_000)
-    monkeypatch.setattr(_pipes.tempfile, "tempdir", str(tmp_path))
+    monkeypatch.setattr(pipes, "LIMIT", 100_000)
+    monkeypatch.setattr(pipes.tempfile, "tempdir", str(tmp_path))
     with subprocess.Popen(["cat", "/dev/zero"], stdout=subprocess.PIPE) as endless:
         with pytest.raises(FormatError, match="more than 100000 bytes"):
             gn.load(f"/dev/fd/{endless.stdout.fileno()}")

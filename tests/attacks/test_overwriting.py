@@ -21,7 +21,7 @@ from killing import GROUPS, Outcome, campaign
 import gonio as gn
 from gonio import files
 from gonio.errors import NotFoundError, ParameterError, WriteError
-from gonio.image import Image
+from gonio.pictures.image import Image
 
 SOURCE = Path(gn.__file__).parents[1]
 ROOT = hasattr(os, "geteuid") and os.geteuid() == 0
@@ -279,7 +279,7 @@ def test_long_names(length, tmp_path):
 )
 def test_names_that_cannot_be_are_refused_before_any_work(name, says, tmp_path, monkeypatch):
     """By one line of a gonio error. (D26)"""
-    from gonio.measured import material_json
+    from gonio.formats import material_json
 
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(material_json, "write", lambda *_: pytest.fail("the work was begun"))
@@ -508,7 +508,12 @@ def test_a_full_disk_leaves_the_old_file_and_one_error(tmp_path):
         subprocess.run(["umount", disk], check=True)
 
 
-OTHER_WRITERS = ("compile/cache_folder.py", "measured/_hdf_probe.py", "measured/_pipes.py", "terminal.py")
+OTHER_WRITERS = (
+    "compile/cache_folder.py",
+    "formats/_reading/hdf_probe.py",
+    "formats/_reading/pipes.py",
+    "cli/terminal.py",
+)
 """Kernels, what a probe finds, private copies of pipes, and closed streams, which lead to /dev/null."""
 
 

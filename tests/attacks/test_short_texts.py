@@ -12,12 +12,12 @@ import numpy as np
 import pytest
 
 import gonio as gn
-from gonio import engine
-from gonio.arguments import with_parameters
 from gonio.bounds import CHANNELS, COMPILED, EVALUATIONS, NESTED
+from gonio.cli.arguments import with_parameters
 from gonio.errors import ExpressionError, FormatError, NotFoundError, ParameterError
-from gonio.param import CLASSES
-from gonio.parametrised import from_json, names
+from gonio.evaluate import planning
+from gonio.formula.fields import CLASSES
+from gonio.formula.json_form import from_json, names
 
 UP = np.array([0.0, 0.0, 1.0])
 WI, WO = gn.direction(0.7, 0.3), gn.direction(0.4, 2.5)
@@ -153,7 +153,7 @@ def test_large_formulas_are_not_compiled(monkeypatch):
         assert len(graph.reachable(nodes)) <= COMPILED
         raise gn.errors.TraceError("not here")
 
-    monkeypatch.setattr(engine, "prepare", compiled)
+    monkeypatch.setattr(planning, "prepare", compiled)
     m = gn.Sum(*[gn.Phong(1e-3, float(k)) for k in range(2, 800)])
     assert m.sample(WO, [0.3, 0.6]).pdf >= 0.0
     assert np.isclose(m.jacobian(WI, WO, by=["0.rho_s"]).f, m.f(WI, WO))

@@ -97,7 +97,7 @@ def test_weights_of_a_narrow_lobe_are_not_negative(evaluation):
 @pytest.mark.parametrize("dtype", ["f4", "f8"])
 def test_half_vectors_have_an_exact_cosine(dtype):
     """wo . wm of `half_and_cosine` is that of exact arithmetic, where the sum of products has no digit right. (D8)"""
-    from gonio.geometry import Direction, half_and_cosine
+    from gonio.formula.direction import Direction, half_and_cosine
 
     z = 1e-4
     w = on_sphere(np.array([z, 3.0 * z]), np.array([0.3, 0.3 + np.pi])).astype(dtype).astype("f8")

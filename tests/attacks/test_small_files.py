@@ -16,10 +16,12 @@ import numpy as np
 import pytest
 
 import gonio as gn
-from gonio import errors, image
-from gonio.image import Image, read_image
+from gonio import errors
+from gonio.formats import csail, utia
+from gonio.formats._reading import tensor_file
 from gonio.lights import _panorama
-from gonio.measured import _tensor_file, csail, utia
+from gonio.pictures import image
+from gonio.pictures.image import Image, read_image
 
 WIDTH, HEIGHT = 4096, 2048
 
@@ -256,7 +258,7 @@ def polarised(path: Path, counts=(40, 40, 60)) -> dict[str, np.ndarray]:
         "wvls": np.array([450, 550], "u2"),
         "M": M,
     }
-    _tensor_file.write(path, fields)
+    tensor_file.write(path, fields)
     return fields
 
 

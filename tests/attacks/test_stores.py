@@ -20,7 +20,8 @@ import pytest
 
 import gonio as gn
 from gonio.errors import DependencyError, FormatError
-from gonio.measured import _hdf, _hdf_probe, neural
+from gonio.formats import neural
+from gonio.formats._reading import hdf, hdf_probe
 
 SOURCE = Path(gn.__file__).parents[1]
 
@@ -202,7 +203,7 @@ def test_a_zip_has_no_name_that_a_store_would_not_find(tmp_path):
 
 BOUNDED = """
 import resource, sys, gonio as gn
-import xarray, h5netcdf, gonio.measured.xarray_netcdf
+import xarray, h5netcdf, gonio.formats.xarray_netcdf
 used = int(open("/proc/self/statm").read().split()[0]) * resource.getpagesize()
 resource.setrlimit(resource.RLIMIT_AS, (used + int(sys.argv[2]),) * 2)
 print(gn.load(sys.argv[1]).stored.shape)
@@ -264,7 +265,7 @@ def test_the_time_to_read_follows_what_a_file_unpacks_to(total, monkeypatch):
     """By the packed size alone 192 MB of zeros had 0.8 s, and passed or failed by the machine. (D16)"""
     given = []
     monkeypatch.setattr(signal, "setitimer", lambda clock, seconds: given.append(seconds))
-    _hdf_probe._limit_time(586_000, total)
+    hdf_probe._limit_time(586_000, total)
     assert given == [pytest.approx(0.7 + 0.12 + total / 1e7, abs=0.01)]
 
 
@@ -273,12 +274,12 @@ def test_whole_chunks_are_unpacked_once(tmp_path, monkeypatch):
     path = tmp_path / "m.h5"
     with h5py.File(path, "w") as file:
         file.create_dataset("values", data=np.zeros((40, 1000)), chunks=(40, 1000), compression="gzip")
-    monkeypatch.setattr(_hdf_probe, "AT_ONCE", 8000)
-    monkeypatch.setattr(_hdf_probe, "_limit_time", lambda *_: None)
+    monkeypatch.setattr(hdf_probe, "AT_ONCE", 8000)
+    monkeypatch.setattr(hdf_probe, "_limit_time", lambda *_: None)
     parts = []
     real = h5py.Dataset.__getitem__
     monkeypatch.setattr(h5py.Dataset, "__getitem__", lambda self, at: (parts.append(at), real(self, at))[1])
-    assert _hdf_probe.main("hdf5", str(path), '[["values"], []]') == {"names": ["values"]}
+    assert hdf_probe.main("hdf5", str(path), '[["values"], []]') == {"names": ["values"]}
     assert parts == [slice(0, 40)]
 
 
@@ -315,7 +316,7 @@ def test_a_probe_that_never_ends_is_an_error(tmp_path, monkeypatch):
     """One of gonio's. (D16)"""
     gn.save(grid(), tmp_path / "m.nc")
     expired = subprocess.TimeoutExpired("python", 600.0)
-    monkeypatch.setattr(_hdf.subprocess, "run", lambda *_, **__: (_ for _ in ()).throw(expired))
+    monkeypatch.setattr(hdf.subprocess, "run", lambda *_, **__: (_ for _ in ()).throw(expired))
     with pytest.raises(FormatError, match="does not come to an end"):
         gn.load(tmp_path / "m.nc")
 
@@ -382,7 +383,7 @@ def test_a_measurement_that_changes_while_it_is_read_is_read_again(suffix, tmp_p
     """It is never put together of two. (D18)"""
     if suffix != ".nc":
         pytest.importorskip("zarr")
-    from gonio.measured import xarray_netcdf, xarray_zarr
+    from gonio.formats import xarray_netcdf, xarray_zarr
 
     path = tmp_path / f"m{suffix}"
     gn.save(grid(0.25), path)

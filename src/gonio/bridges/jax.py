@@ -14,8 +14,8 @@ try:
 except ImportError as error:
     raise DependencyError(f"gonio.bridges.jax needs JAX ({error}); pip install 'gonio[jax]'") from error
 
-from ..param import CLASSES
-from ..parametrised import Parametrised
+from ..formula.fields import CLASSES
+from ..formula.parametrised import Parametrised
 
 
 def _flatten(m: Parametrised) -> tuple[list[Any], tuple]:

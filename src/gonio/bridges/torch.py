@@ -12,7 +12,7 @@ try:
 except ImportError as error:
     raise DependencyError(f"gonio.bridges.torch needs PyTorch ({error}); pip install 'gonio[torch]'") from error
 
-from ..interface import Reflectance
+from ..base.reflectance import Reflectance
 
 
 class Material(torch.nn.Module):

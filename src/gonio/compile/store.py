@@ -14,8 +14,9 @@ from collections.abc import Callable
 from functools import cache
 from typing import Any
 
-from . import cache_folder, image, machine
-from .program import Program
+from . import cache_folder, elf
+from .llvm import machine
+from .llvm.program import Program
 
 Function = Callable[[int, int, int, int], None]
 """kernel(args, outer, inner, grain), see `codegen`"""
@@ -52,7 +53,7 @@ def _made(name: str, text: Callable[[], str], prototype: Any) -> Any:
 
 def source(program: Program) -> str:
     """The LLVM IR of a program, for this processor."""
-    from . import codegen  # needed to compile only
+    from .llvm import codegen
 
     return codegen.generate(program, _width(program), machine.lane_bits() == 512)
 
@@ -75,23 +76,23 @@ def _read(name: str) -> _Placed | None:
     """A kernel from disk, if there is one in a form that this version writes."""
     data = cache_folder.read(name) or b""
     kind, entry, payload = data[:1], int.from_bytes(data[1:9], "little"), data[9:]
-    if kind == _IMAGE and image.POSSIBLE and entry < len(payload):
-        return image.mapped(payload, entry)
-    if kind == _OBJECT and not entry and image.is_object(payload):
+    if kind == _IMAGE and elf.POSSIBLE and entry < len(payload):
+        return elf.mapped(payload, entry)
+    if kind == _OBJECT and not entry and elf.is_object(payload):
         return machine.linked(payload)
     return None
 
 
 def _compiled(text: str, name: str) -> _Placed:
     code = machine.to_object(text)
-    flat = image.flatten(code)
+    flat = elf.flatten(code)
     if flat is None:
         kind, payload, entry = _OBJECT, code, 0
         placed = machine.linked(code)
         assert placed is not None  # what is compiled has a kernel
     else:
         kind, (payload, entry) = _IMAGE, flat
-        placed = image.mapped(payload, entry)
+        placed = elf.mapped(payload, entry)
     # A compiler that was edited since it was imported is not the one that the name stands for.
     if _SOURCES and machine.compiler() and _sources() == _SOURCES:
         cache_folder.write(name, kind + entry.to_bytes(8, "little") + payload)

@@ -5,11 +5,12 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from .. import ops
-from ..geometry import Direction
-from ..microfacet import Distribution, Nodes, cotangent, sinh_nodes, smith_of_angles
-from ..param import param
-from ..special import expm1_over, log1p, log1p_over
+from ..arrays import ops
+from ..formula.direction import Direction
+from ..formula.distribution import Distribution
+from ..formula.fields import param
+from ..formula.smith import Nodes, cotangent, sinh_nodes, smith_of_angles
+from ..formula.special import expm1_over, log1p, log1p_over
 
 
 class ABCFacets(Distribution):

@@ -5,11 +5,12 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from .. import ops
-from ..geometry import Direction
-from ..microfacet import Distribution, cotangent
-from ..param import param
-from ..warp import power_cosine, power_cosine_density, power_positive
+from ..arrays import ops
+from ..formula.direction import Direction
+from ..formula.distribution import Distribution
+from ..formula.fields import param
+from ..formula.smith import cotangent
+from ..formula.warp import power_cosine, power_cosine_density, power_positive
 from .student_t import student_lambda
 
 

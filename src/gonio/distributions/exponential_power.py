@@ -5,11 +5,12 @@ from __future__ import annotations
 import math
 from typing import Any, ClassVar
 
-from .. import ops
-from ..geometry import Direction
-from ..microfacet import ALPHA_HIGH, ALPHA_LOW, Distribution, cotangent, from_slopes, sinh_nodes, smith
-from ..param import param
-from ..special import log_gamma
+from ..arrays import ops
+from ..formula.direction import Direction
+from ..formula.distribution import ALPHA_HIGH, ALPHA_LOW, Distribution, from_slopes
+from ..formula.fields import param
+from ..formula.smith import cotangent, sinh_nodes, smith
+from ..formula.special import log_gamma
 
 
 class ExponentialPower(Distribution):
@@ -22,7 +23,7 @@ class ExponentialPower(Distribution):
     Error    D: rounding. Lambda, by a 22-point rule: G1 relative 1e-6. Normals are drawn with a density close to
              D cos: weights stay below 4 times those of exact inversion.
     Source   Holzschuch & Pacanowski 2017, ACM TOG 36(4):66 (their beta is alpha); after Brady et al. 2014, ACM TOG
-             33(4):114. Lambda: Smith's integral (`gonio.microfacet.smith`). Sampling derived here.
+             33(4):114. Lambda: Smith's integral (`gonio.formula.smith.smith`). Sampling derived here.
     """
 
     oriented: ClassVar[bool] = True

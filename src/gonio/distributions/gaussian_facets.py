@@ -5,10 +5,11 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from .. import ops
-from ..geometry import Direction, polar_angle
-from ..microfacet import ALPHA_HIGH, ALPHA_LOW, Distribution, cotangent, gauss, smith_of_angles
-from ..param import param
+from ..arrays import ops
+from ..formula.direction import Direction, polar_angle
+from ..formula.distribution import ALPHA_HIGH, ALPHA_LOW, Distribution
+from ..formula.fields import param
+from ..formula.smith import cotangent, gauss, smith_of_angles
 
 
 class GaussianFacets(Distribution):
@@ -21,7 +22,7 @@ class GaussianFacets(Distribution):
     Units    D: 1/sr; alpha: rad.
     Error    N by 20-point Gauss–Legendre: relative 2e-12. Lambda, by a 16-point rule: G1 relative 1e-6.
     Source   Torrance & Sparrow 1967, J. Opt. Soc. Am. 57(9):1105, who leave N as a free constant b. Lambda: Smith's
-             integral (`gonio.microfacet.smith`); they use V-grooves, masking="v_groove".
+             integral (`gonio.formula.smith.smith`); they use V-grooves, masking="v_groove".
     """
 
     alpha = param(0.2, ALPHA_LOW, ALPHA_HIGH, "angular width of the facets (1/c)", unit="rad", sampled="max")

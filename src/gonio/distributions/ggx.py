@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from typing import Any, ClassVar
 
-from .. import ops
-from ..geometry import Direction, normalize
-from ..microfacet import ALPHA_HIGH, ALPHA_LOW, Distribution, stretched
-from ..param import param
+from ..arrays import ops
+from ..formula.direction import Direction, normalize
+from ..formula.distribution import ALPHA_HIGH, ALPHA_LOW, Distribution, stretched
+from ..formula.fields import param
 
 
 class GGX(Distribution):

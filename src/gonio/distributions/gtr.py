@@ -5,11 +5,12 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from .. import ops
-from ..geometry import Direction
-from ..microfacet import ALPHA_HIGH, ALPHA_LOW, Distribution, Nodes, cotangent, sinh_nodes, smith_of_angles
-from ..param import param
-from ..special import expm1_over, log1p_over
+from ..arrays import ops
+from ..formula.direction import Direction
+from ..formula.distribution import ALPHA_HIGH, ALPHA_LOW, Distribution
+from ..formula.fields import param
+from ..formula.smith import Nodes, cotangent, sinh_nodes, smith_of_angles
+from ..formula.special import expm1_over, log1p_over
 
 
 class GTR(Distribution):
@@ -22,7 +23,7 @@ class GTR(Distribution):
     Units    D: 1/sr; alpha, gamma: 1.
     Error    D: rounding, also at and beside gamma = 1 and alpha = 1. Lambda, by a 24-point rule: G1 relative 1e-6.
     Source   Burley 2012, "Physically-based shading at Disney", appendix B; gamma = 1: Berry 1923, as named there.
-             Normals are drawn with the density D cos, as there. Lambda: Smith's integral (`gonio.microfacet.smith`).
+             Normals are drawn with the density D cos, as there. Lambda: Smith's integral (`gonio.formula.smith.smith`).
     """
 
     alpha = param(0.2, ALPHA_LOW, ALPHA_HIGH, "width of the lobe", sampled="max")

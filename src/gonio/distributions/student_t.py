@@ -5,11 +5,12 @@ from __future__ import annotations
 import math
 from typing import Any, ClassVar
 
-from .. import ops
-from ..geometry import Direction
-from ..microfacet import ALPHA_HIGH, ALPHA_LOW, Distribution, cotangent, from_slopes, gauss
-from ..param import param
-from ..special import expm1_over, gamma_ratio, log1p
+from ..arrays import ops
+from ..formula.direction import Direction
+from ..formula.distribution import ALPHA_HIGH, ALPHA_LOW, Distribution, from_slopes
+from ..formula.fields import param
+from ..formula.smith import cotangent, gauss
+from ..formula.special import expm1_over, gamma_ratio, log1p
 
 
 class StudentT(Distribution):

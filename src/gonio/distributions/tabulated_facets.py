@@ -8,13 +8,13 @@ from typing import Any
 
 import numpy as np
 
-from .. import ops
+from ..arrays import Fixed, ops
 from ..errors import ParameterError
-from ..geometry import Direction
-from ..libraries import Fixed
-from ..microfacet import Distribution, gauss
-from ..param import table
-from ..parametrised import literal
+from ..formula.direction import Direction
+from ..formula.distribution import Distribution
+from ..formula.fields import table
+from ..formula.parametrised import literal
+from ..formula.smith import gauss
 
 CELLS = 512  # between values, equally wide in t = sqrt(2 theta/pi), which resolves any lobe; a power of 2
 
@@ -30,7 +30,7 @@ class TabulatedFacets(Distribution):
     Units    theta: rad; values: any; D: 1/sr.
     Error    of resampling a smooth lobe whose width is alpha: relative 1e-4 at alpha = 0.05, 2e-3 at 0.001. Lambda,
              tabulated at 513 elevations: G1 relative 1e-5. Normals: drawn per cell, within 2 % of the density D cos.
-    Source   definition. Lambda: Smith's integral, see `gonio.microfacet.smith`.
+    Source   definition. Lambda: Smith's integral, see `gonio.formula.smith.smith`.
     """
 
     theta = table("polar angles [rad], increasing")

@@ -11,10 +11,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from .. import batch
+from ..base.reflectance import Reflectance
 from ..errors import MissingDataWarning, NotFoundError, ShapeError
-from ..gridded import Gridded
-from ..interface import Reflectance
+from ..evaluate import batch
+from ..tables.gridded import Gridded
 from . import (
     cavity,
     density,

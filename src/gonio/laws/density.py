@@ -7,8 +7,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from ..interface import Reflectance, direction
-from ..quadrature import lattice
+from ..base.angles import direction
+from ..base.reflectance import Reflectance
+from ..numerics.lattice import lattice
 from .probes import SAMPLES, VIEWS, degrees, opposite_pairs, precisions
 from .rings import rings
 from .verdict import Law

@@ -12,8 +12,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..base.reflectance import Reflectance
 from ..errors import TraceError
-from ..interface import Reflectance
 from .probes import degrees, exact_pairs, is_measured, pairs, values
 from .verdict import Law
 

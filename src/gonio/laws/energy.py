@@ -10,8 +10,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from ..integrate import integrate
-from ..interface import Reflectance, direction
+from ..base.angles import direction
+from ..base.reflectance import Reflectance
+from ..integrals.over_directions import integrate
 from .probes import INCIDENCE, azimuths, degrees, in_channel
 from .verdict import Law
 

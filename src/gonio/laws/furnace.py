@@ -6,8 +6,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from ..interface import Reflectance, direction
-from ..quadrature import lattice
+from ..base.angles import direction
+from ..base.reflectance import Reflectance
+from ..numerics.lattice import lattice
 from .probes import INCIDENCE, SAMPLES, azimuths, degrees, in_channel, with_channels
 from .verdict import Law
 

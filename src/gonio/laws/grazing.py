@@ -10,7 +10,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..interface import Reflectance, direction
+from ..base.angles import direction
+from ..base.reflectance import Reflectance
 from .probes import degrees, is_measured, values
 from .verdict import Law
 

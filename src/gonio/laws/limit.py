@@ -11,11 +11,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..geometry import Direction
-from ..interface import Reflectance, direction
-from ..param import Param, Part
-from ..parametrised import Parametrised
-from ..quadrature import lattice
+from ..base.angles import direction
+from ..base.reflectance import Reflectance
+from ..formula.direction import Direction
+from ..formula.fields import Param, Part
+from ..formula.parametrised import Parametrised
+from ..numerics.lattice import lattice
 from .probes import degrees, with_channels
 from .rings import distance
 from .verdict import Law

@@ -6,7 +6,7 @@ import textwrap
 from collections.abc import Iterator, Sequence
 
 from .. import discover
-from ..interface import Reflectance
+from ..base.reflectance import Reflectance
 from .verdict import Report
 
 

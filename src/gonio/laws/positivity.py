@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from ..interface import Reflectance
+from ..base.reflectance import Reflectance
 from .probes import degrees, exact_pairs, is_measured, opposite_pairs, pairs, precisions, values
 from .verdict import Law
 

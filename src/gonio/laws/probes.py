@@ -8,9 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from ..interface import Reflectance, angles, direction
-from ..measurement import Measured
-from ..quadrature import lattice
+from ..base.angles import angles, direction
+from ..base.measured import Measured
+from ..base.reflectance import Reflectance
+from ..numerics.lattice import lattice
 
 PAIRS = 1 << 17
 SAMPLES = 1 << 16

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from ..interface import Reflectance
+from ..base.reflectance import Reflectance
 from .probes import degrees, difference, pairs, values
 from .verdict import Law
 

@@ -6,8 +6,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from ..interface import Reflectance, direction
-from ..quadrature import lattice
+from ..base.angles import direction
+from ..base.reflectance import Reflectance
+from ..numerics.lattice import lattice
 from .probes import SAMPLES, VIEWS, degrees, values, with_channels
 from .rings import bins_of, rings
 from .verdict import Law

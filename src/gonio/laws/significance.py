@@ -12,11 +12,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..cones import Hemisphere
-from ..gridded import Gridded
-from ..integrate import albedo
-from ..interface import Reflectance, direction
-from ..nicodemus import reflectance_factor
+from ..base.angles import direction
+from ..base.reflectance import Reflectance
+from ..integrals.albedo import albedo
+from ..integrals.cones import Hemisphere
+from ..integrals.nine import reflectance_factor
+from ..tables.gridded import Gridded
 from ..uncertainty.functionals import Linear, linear, named
 from ..uncertainty.sensitivity import Coefficients, by_channel, coefficients
 from ..uncertainty.table import TableErrors

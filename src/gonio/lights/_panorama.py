@@ -17,10 +17,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .. import ops
+from ..arrays import Fixed, frozen, ops
 from ..errors import ArrayTypeError, ParameterError, ShapeError
-from ..geometry import Direction, polar_angle
-from ..libraries import Fixed, frozen
+from ..formula.direction import Direction, polar_angle
 
 MOST = 1 << 27
 """Most pixels of a file that is read as an environment map: 16384 x 8192."""
@@ -61,7 +60,7 @@ class Panorama:
         """
         if isinstance(value, Panorama):
             return value
-        from ..image import Image, read_image  # not at the top: `import gonio` need not read pictures
+        from ..pictures.image import Image, read_image
 
         if isinstance(value, (str, os.PathLike)):
             return cls(read_image(value, MOST).pixels, os.fspath(value))
@@ -80,7 +79,7 @@ class Panorama:
         if array.dtype not in (np.float32, np.float64):
             raise ArrayTypeError(
                 f"environment map: pixels are {array.dtype}, expected float32 or float64 radiances; "
-                f"8-bit codes: gonio.image.srgb_decode(x / 255)"
+                f"8-bit codes: gonio.pictures.image.srgb_decode(x / 255)"
             )
         if array.ndim not in (2, 3) or 0 in array.shape:
             raise ShapeError(f"environment map: pixels are {array.shape}, expected (H, W, C) or (H, W)")

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from ..light import Light, channel_vector
-from ..param import param
+from ..base.light import Light, channel_vector
+from ..formula.fields import param
 
 
 class ConstantLight(Light):

@@ -6,9 +6,9 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from .. import ops
-from ..light import Arrival, Light, channel_vector
-from ..param import param, vector
+from ..arrays import ops
+from ..base.light import Arrival, Light, channel_vector
+from ..formula.fields import param, vector
 
 
 class DistantLight(Light):

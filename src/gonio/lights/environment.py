@@ -7,16 +7,16 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .. import ops
+from ..arrays import ops
+from ..base.light import Light
 from ..errors import ParameterError, ShapeError
-from ..light import Light
-from ..param import Field, option, param
+from ..formula.fields import Field, option, param
 from ._layouts import MITSUBA_TO_WORLD, from_mitsuba, from_pbrt, to_mitsuba, to_pbrt
 from ._panorama import Panorama, pixel_count
 from ._studio import studio_pixels
 
 if TYPE_CHECKING:
-    from ..image import Image
+    from ..pictures.image import Image
 
 
 class _Picture(Field):
@@ -134,6 +134,6 @@ class EnvironmentLight(Light):
         return self._picture(to_pbrt(self.image, size))
 
     def _picture(self, pixels: NDArray[Any]) -> Image:
-        from ..image import Image
+        from ..pictures.image import Image
 
         return Image((pixels * np.asarray(self.scale)).astype(np.float32))

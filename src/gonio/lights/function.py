@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
-from .. import ops
+from ..arrays import ops
+from ..base.light import Light
 from ..errors import ParameterError, ShapeError
-from ..light import Light
-from ..param import Field, shown
+from ..formula.fields import Field, shown
 
 
 class _Callable(Field):

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
-from ..geometry import Direction
-from ..interface import Reflectance
-from ..warp import power_cosine, power_cosine_density
+from ..base.reflectance import Reflectance
+from ..formula.direction import Direction
+from ..formula.warp import power_cosine, power_cosine_density
 
 
 class _DeepLayer(Reflectance):

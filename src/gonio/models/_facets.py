@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
-from ..geometry import Direction, half_and_cosine, reflect
-from ..interface import Reflectance
-from ..microfacet import Distribution
+from ..base.reflectance import Reflectance
+from ..formula.direction import Direction, half_and_cosine, reflect
+from ..formula.distribution import Distribution
 
 
 class Facets(Reflectance):

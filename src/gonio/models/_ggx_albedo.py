@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from itertools import accumulate
 from typing import Any
 
-from .. import ops
+from ..arrays import ops
 
 # What remains of 1 - E divided by its limits, proportional to mu at grazing and to (alpha/mu)^2 where the surface is
 # smooth: coefficients of T_j(1 - 2 sqrt(alpha)) T_i(2 sqrt(x) - 1), x = mu (1 + alpha)/(mu + alpha), a row for each j.

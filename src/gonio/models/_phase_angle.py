@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from .. import ops
-from ..geometry import Direction, add, dot
+from ..arrays import ops
+from ..formula.direction import Direction, add, dot
 
 
 def difference(a: Direction, b: Direction) -> Direction:

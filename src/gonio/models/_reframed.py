@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Any
 
-from .. import geometry, ops
-from ..geometry import HORIZON, NORMAL, Direction
-from ..interface import Reflectance
-from ..warp import cosine_hemisphere, cosine_hemisphere_density
+from ..arrays import ops
+from ..base.reflectance import Reflectance
+from ..formula.direction import HORIZON, NORMAL, Direction, select
+from ..formula.warp import cosine_hemisphere, cosine_hemisphere_density
 
 
 class _Reframed(Reflectance):
@@ -55,7 +55,7 @@ class _Reframed(Reflectance):
         wi = self.light_outside(inside)
         # What is lost inside is lost: `density` does not count it, though here it may be above the horizon.
         wi = Direction(wi.x, wi.y, ops.where(inside.z > HORIZON, wi.z, -ops.absolute(wi.z)))
-        return geometry.where(up, wi, cosine_hemisphere(u0, u1))
+        return select(up, wi, cosine_hemisphere(u0, u1))
 
     def density(self, wi: Direction, wo: Direction) -> Any:
         up, seen = raised(self.viewer_within(wo))
@@ -75,4 +75,4 @@ class _Reframed(Reflectance):
 def raised(w: Direction) -> tuple[Any, Direction]:
     """Whether w is above the horizon, and w if it is, else the normal: what formulas may be called with."""
     up = w.z > HORIZON
-    return up, geometry.where(up, w, NORMAL)
+    return up, select(up, w, NORMAL)

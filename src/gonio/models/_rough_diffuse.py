@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from .. import ops
-from ..geometry import Direction, azimuth
-from ..interface import Reflectance
+from ..arrays import ops
+from ..base.reflectance import Reflectance
+from ..formula.direction import Direction, azimuth
 
 
 class _RoughDiffuse(Reflectance):

@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 from typing import Any, ClassVar
 
-from .. import ops
-from ..fresnel import fresnel_dielectric
-from ..geometry import Direction, azimuth
-from ..interface import Reflectance
-from ..param import param
-from ..special import expm1_over, log1p_over
+from ..arrays import ops
+from ..base.reflectance import Reflectance
+from ..formula.direction import Direction, azimuth
+from ..formula.fields import param
+from ..formula.fresnel.dielectric import fresnel_dielectric
+from ..formula.special import expm1_over, log1p_over
 
 
 class ABC(Reflectance):

@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 from typing import Any, ClassVar
 
-from .. import ops
-from ..fresnel import Schlick
-from ..geometry import Direction, half_and_cosine, reflect
-from ..interface import Reflectance
-from ..param import param
-from ..special import log1p_over
+from ..arrays import ops
+from ..base.reflectance import Reflectance
+from ..formula.direction import Direction, half_and_cosine, reflect
+from ..formula.fields import param
+from ..formula.fresnel.schlick import Schlick
+from ..formula.special import log1p_over
 
 
 class AshikhminShirley(Reflectance):

@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from ..geometry import Direction
-from ..interface import Reflectance
-from ..param import param
-from ..special import less_fifth_power
+from ..base.reflectance import Reflectance
+from ..formula.direction import Direction
+from ..formula.fields import param
+from ..formula.special import less_fifth_power
 
 
 class AshikhminShirleyDiffuse(Reflectance):

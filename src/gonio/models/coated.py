@@ -8,13 +8,13 @@ from typing import Any
 
 import numpy as np
 
-from .. import geometry, ops
+from ..arrays import ops
+from ..base.reflectance import Reflectance
 from ..distributions.ggx import GGX
-from ..fresnel import Dielectric, dielectric_transmittance
-from ..geometry import Direction
-from ..interface import Reflectance
-from ..microfacet import ALPHA_HIGH, ALPHA_LOW
-from ..param import option, param, part
+from ..formula.direction import HORIZON, NORMAL, Direction, select
+from ..formula.distribution import ALPHA_HIGH, ALPHA_LOW
+from ..formula.fields import option, param, part
+from ..formula.fresnel.dielectric import Dielectric, dielectric_transmittance
 from .ideal_specular import IdealSpecular
 from .lambertian import Lambertian
 from .microfacet import Microfacet
@@ -201,8 +201,8 @@ class _Below(Reflectance):
         to = refracted(wo, self.eta)
         ti = self.of.mirrored(to)
         wi = self._emerging(ti)
-        out = wi.z > geometry.HORIZON
-        wi, ti = geometry.where(out, wi, geometry.NORMAL), geometry.where(out, ti, geometry.NORMAL)
+        out = wi.z > HORIZON
+        wi, ti = select(out, wi, NORMAL), select(out, ti, NORMAL)
         k = self.weight * self.of.mirror(to)
         return ops.where(out, k * self._passed(wi, wo, ti, to, k), 0.0)
 
@@ -228,7 +228,7 @@ class _Below(Reflectance):
         z2 = 1.0 - x * x - y * y
         out = (z2 > 0.0) & (t.z > 0.0)
         w = Direction(x, y, ops.sqrt(ops.where(out, z2, 1.0)))
-        return geometry.where(out, w, Direction(t.x, t.y, -ops.absolute(t.z)))
+        return select(out, w, Direction(t.x, t.y, -ops.absolute(t.z)))
 
     def estimate(self, wo: Direction) -> Any:
         to = refracted(wo, self.eta)

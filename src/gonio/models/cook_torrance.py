@@ -6,10 +6,13 @@ import math
 from typing import Any, ClassVar
 
 from ..distributions.beckmann import Beckmann
-from ..fresnel import Dielectric, Fresnel, as_fresnel
-from ..geometry import Direction, half_and_cosine
-from ..microfacet import ALPHA_HIGH, ALPHA_LOW, Distribution, v_groove
-from ..param import param, part
+from ..formula.direction import Direction, half_and_cosine
+from ..formula.distribution import ALPHA_HIGH, ALPHA_LOW, Distribution
+from ..formula.fields import param, part
+from ..formula.fresnel import as_fresnel
+from ..formula.fresnel.dielectric import Dielectric
+from ..formula.fresnel_term import Fresnel
+from ..formula.maskings.v_groove import v_groove
 from ._facets import Facets
 
 

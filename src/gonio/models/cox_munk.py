@@ -5,13 +5,13 @@ from __future__ import annotations
 import math
 from typing import Any, ClassVar
 
-from .. import ops
+from ..arrays import ops
+from ..base.reflectance import Reflectance
 from ..distributions.beckmann import Beckmann
-from ..fresnel import fresnel_dielectric
-from ..geometry import Direction, half_and_cosine, reflect
-from ..interface import Reflectance
-from ..microfacet import MASKINGS
-from ..param import option, param
+from ..formula.direction import Direction, half_and_cosine, reflect
+from ..formula.fields import option, param
+from ..formula.fresnel.dielectric import fresnel_dielectric
+from ..formula.maskings import MASKINGS
 
 
 class CoxMunk(Reflectance):

@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from typing import Any, ClassVar
 
-from ..geometry import Direction, dot
-from ..interface import Reflectance
-from ..param import param
-from ..special import less_fifth_power
+from ..base.reflectance import Reflectance
+from ..formula.direction import Direction, dot
+from ..formula.fields import param
+from ..formula.special import less_fifth_power
 
 
 def _towards(F90: Any, cos_theta: Any) -> Any:

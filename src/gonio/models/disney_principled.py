@@ -8,12 +8,12 @@ from typing import Any, ClassVar, Self
 
 import numpy as np
 
-from .. import ops
+from ..arrays import ops
+from ..base.reflectance import Reflectance
 from ..distributions.ggx import GGX
-from ..geometry import Direction, add, dot, half_and_cosine, half_vector, reflect
-from ..interface import Reflectance
-from ..param import option, param
-from ..special import expm1_over, less_fifth_power
+from ..formula.direction import Direction, add, dot, half_and_cosine, half_vector, reflect
+from ..formula.fields import option, param
+from ..formula.special import expm1_over, less_fifth_power
 
 
 class _Disney(Reflectance):

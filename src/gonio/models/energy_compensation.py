@@ -11,12 +11,16 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from ..base.reflectance import Reflectance
 from ..distributions.ggx import GGX
-from ..fresnel import Constant, Fresnel, Schlick, as_fresnel
-from ..geometry import Direction
-from ..interface import Reflectance
-from ..microfacet import ALPHA_HIGH, ALPHA_LOW, Distribution, height_correlated
-from ..param import param, part
+from ..formula.direction import Direction
+from ..formula.distribution import ALPHA_HIGH, ALPHA_LOW, Distribution
+from ..formula.fields import param, part
+from ..formula.fresnel import as_fresnel
+from ..formula.fresnel.constant import Constant
+from ..formula.fresnel.schlick import Schlick
+from ..formula.fresnel_term import Fresnel
+from ..formula.maskings.height_correlated import height_correlated
 from ._facets import Facets
 from ._ggx_albedo import lost, lost_on_average, schlick_share
 from .microfacet import Microfacet

@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 from typing import Any, ClassVar
 
-from .. import ops
-from ..geometry import Direction, add, dot, where
-from ..interface import Reflectance
-from ..param import option, param
-from ..special import expm1_over
+from ..arrays import ops
+from ..base.reflectance import Reflectance
+from ..formula.direction import Direction, add, dot, select
+from ..formula.fields import option, param
+from ..formula.special import expm1_over
 from ._phase_angle import difference, length
 
 
@@ -87,7 +87,7 @@ class Hapke(Reflectance):
     def _rough(self, wi: Direction, wo: Direction) -> tuple[Any, Any, Any]:
         """Both effective cosines, and S mu_0e/cos(theta_i)."""
         swap = wi.z < wo.z
-        near, far = where(swap, wo, wi), where(swap, wi, wo)
+        near, far = select(swap, wo, wi), select(swap, wi, wo)
         slope = ops.tan(self.theta_bar)
         chi = 1.0 / ops.sqrt(1.0 + math.pi * slope * slope)
         rise_n, rise_f = (slope * ops.sqrt(a.x * a.x + a.y * a.y + 1e-30) for a in (near, far))

@@ -5,12 +5,14 @@ from __future__ import annotations
 import math
 from typing import Any, ClassVar
 
-from .. import ops
-from ..fresnel import Conductor, Fresnel, as_fresnel
-from ..geometry import Direction, dot
-from ..interface import Reflectance
-from ..param import param, part
-from ..special import expm1_over, lambert_w
+from ..arrays import ops
+from ..base.reflectance import Reflectance
+from ..formula.direction import Direction, dot
+from ..formula.fields import param, part
+from ..formula.fresnel import as_fresnel
+from ..formula.fresnel.conductor import Conductor
+from ..formula.fresnel_term import Fresnel
+from ..formula.special import expm1_over, lambert_w
 from .abc import ABC
 
 _TERMS = 40  # of the sum over m

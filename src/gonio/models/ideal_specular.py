@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from typing import Any, ClassVar
 
-from ..fresnel import Constant, Fresnel, as_fresnel
-from ..geometry import Direction
-from ..interface import Reflectance
-from ..param import part
+from ..base.reflectance import Reflectance
+from ..formula.direction import Direction
+from ..formula.fields import part
+from ..formula.fresnel import as_fresnel
+from ..formula.fresnel.constant import Constant
+from ..formula.fresnel_term import Fresnel
 
 
 class IdealSpecular(Reflectance):

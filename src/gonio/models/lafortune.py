@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 from typing import Any, ClassVar
 
-from .. import ops
-from ..geometry import Direction, dot, where
-from ..interface import Reflectance
-from ..param import param
-from ..warp import around, power_cosine, power_cosine_density, power_positive
+from ..arrays import ops
+from ..base.reflectance import Reflectance
+from ..formula.direction import Direction, dot, select
+from ..formula.fields import param
+from ..formula.warp import around, power_cosine, power_cosine_density, power_positive
 
 
 class _CosineLobe(Reflectance):
@@ -29,7 +29,7 @@ class _CosineLobe(Reflectance):
         none = length2 < 1e-24
         length = ops.sqrt(ops.where(none, 1.0, length2))
         up = Direction(0.0 * x, 0.0 * y, 1.0 + 0.0 * z)
-        return where(none, up, Direction(x / length, y / length, z / length)), ops.where(none, 0.0, length)
+        return select(none, up, Direction(x / length, y / length, z / length)), ops.where(none, 0.0, length)
 
     def lobe(self, wi: Direction, wo: Direction, largest: Any = 1.0) -> Any:
         dots = self.C_x * (wi.x * wo.x) + self.C_y * (wi.y * wo.y) + self.C_z * (wi.z * wo.z)

@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from ..geometry import Direction
-from ..interface import Reflectance
-from ..param import param
+from ..base.reflectance import Reflectance
+from ..formula.direction import Direction
+from ..formula.fields import param
 
 
 class Lambertian(Reflectance):

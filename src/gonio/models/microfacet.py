@@ -5,10 +5,13 @@ from __future__ import annotations
 from typing import Any
 
 from ..distributions.ggx import GGX
-from ..fresnel import Constant, Fresnel, as_fresnel
-from ..geometry import Direction
-from ..microfacet import MASKINGS, Distribution
-from ..param import option, part
+from ..formula.direction import Direction
+from ..formula.distribution import Distribution
+from ..formula.fields import option, part
+from ..formula.fresnel import as_fresnel
+from ..formula.fresnel.constant import Constant
+from ..formula.fresnel_term import Fresnel
+from ..formula.maskings import MASKINGS
 from ._facets import Facets
 
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Any, ClassVar
 
-from .. import geometry, ops
-from ..geometry import HORIZON, Direction, dot, frame
-from ..interface import Reflectance
-from ..param import option, param, part
+from ..arrays import ops
+from ..base.reflectance import Reflectance
+from ..formula.direction import HORIZON, NORMAL, Direction, dot, frame, select
+from ..formula.fields import option, param, part
 from ._reframed import _Reframed, raised
 from .lambertian import Lambertian
 
@@ -172,7 +172,7 @@ class _Path(_Tilted):
         inside = self.of.mirrored(wo_up)
         wi = self.light_outside(inside)
         leaves = seen & (wi.z > HORIZON) & (inside.z > HORIZON)
-        wi = geometry.where(leaves, wi, geometry.NORMAL)
+        wi = select(leaves, wi, NORMAL)
         reflectance = self._weight(wi, wo) * wi.z / ops.where(leaves, inside.z, 1.0) * self.of.mirror(wo_up)
         return ops.where(leaves, reflectance, 0.0)
 
@@ -198,7 +198,7 @@ class _Ways(_Tilted):
         viewer, light = self.ways()
         first = u0 < 0.5
         u0 = ops.clip(ops.where(first, 2.0 * u0, 2.0 * u0 - 1.0), 0.0, 1.0 - 6e-8)
-        return geometry.where(first, viewer.warp(wo, u0, u1), light.warp(wo, u0, u1))
+        return select(first, viewer.warp(wo, u0, u1), light.warp(wo, u0, u1))
 
     def density(self, wi: Direction, wo: Direction) -> Any:
         viewer, light = self.ways()

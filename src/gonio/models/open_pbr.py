@@ -6,13 +6,15 @@ import math
 from collections.abc import Iterable
 from typing import Any, ClassVar
 
-from .. import ops
+from ..arrays import ops
+from ..base.reflectance import Reflectance
 from ..distributions.ggx import GGX
-from ..fresnel import F82Tint, Schlick
-from ..geometry import Direction, half_and_cosine
-from ..interface import Reflectance
-from ..microfacet import Distribution, height_correlated
-from ..param import param
+from ..formula.direction import Direction, half_and_cosine
+from ..formula.distribution import Distribution
+from ..formula.fields import param
+from ..formula.fresnel.f82_tint import F82Tint
+from ..formula.fresnel.schlick import Schlick
+from ..formula.maskings.height_correlated import height_correlated
 from ._facets import Facets
 from ._ggx_albedo import lost, lost_on_average, schlick_share, schlick_share_on_average
 from .microfacet import Microfacet

@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Any, ClassVar
 
-from .. import ops
+from ..arrays import ops
+from ..base.reflectance import Reflectance
 from ..distributions.ggx import GGX
-from ..fresnel import Schlick
-from ..geometry import Direction
-from ..interface import Reflectance
-from ..param import param, part
-from ..warp import power_positive
+from ..formula.direction import Direction
+from ..formula.fields import param, part
+from ..formula.fresnel.schlick import Schlick
+from ..formula.warp import power_positive
 from ._ggx_albedo import chebyshev2, lost, schlick_share
 from ._reframed import raised
 from .lambertian import Lambertian

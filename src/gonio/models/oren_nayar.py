@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from typing import Any, ClassVar
 
-from .. import ops
-from ..geometry import Direction
-from ..param import param
+from ..arrays import ops
+from ..formula.direction import Direction
+from ..formula.fields import param
 from ._rough_diffuse import _RoughDiffuse
 
 

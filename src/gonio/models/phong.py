@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 from typing import Any, ClassVar
 
-from .. import ops
-from ..geometry import Direction, dot, half_and_cosine, half_vector, mirror, reflect
-from ..interface import Reflectance
-from ..param import param
-from ..warp import around, power_cosine, power_cosine_density, power_positive
+from ..arrays import ops
+from ..base.reflectance import Reflectance
+from ..formula.direction import Direction, dot, half_and_cosine, half_vector, mirror, reflect
+from ..formula.fields import param
+from ..formula.warp import around, power_cosine, power_cosine_density, power_positive
 
 
 class _MirrorLobe(Reflectance):

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from ..geometry import Direction, half_and_cosine, mirror
-from ..interface import Reflectance
+from ..base.reflectance import Reflectance
+from ..formula.direction import Direction, half_and_cosine, mirror
 from .microfacet import Microfacet
 
 

@@ -6,11 +6,11 @@ import math
 from collections.abc import Callable
 from typing import Any, ClassVar
 
-from .. import ops
-from ..geometry import Direction, dot
-from ..interface import Reflectance
-from ..param import option, param
-from ..warp import power_cosine, power_cosine_density
+from ..arrays import ops
+from ..base.reflectance import Reflectance
+from ..formula.direction import Direction, dot
+from ..formula.fields import option, param
+from ..formula.warp import power_cosine, power_cosine_density
 from ._phase_angle import difference, phase_angle
 
 HOT_SPOT_WIDTH = math.radians(1.5)

@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from .. import ops
+from ..arrays import ops
+from ..base.reflectance import Reflectance
 from ..distributions.ggx import GGX
-from ..geometry import Direction
-from ..interface import Reflectance
-from ..param import param, part
+from ..formula.direction import Direction
+from ..formula.fields import param, part
 from ._reframed import _Reframed
 from .microfacet import Microfacet
 

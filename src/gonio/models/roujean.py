@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 from typing import Any, ClassVar
 
-from .. import ops
-from ..geometry import Direction, dot
-from ..interface import Reflectance
-from ..param import param
-from ..special import sin_minus_x_cos
-from ..warp import power_cosine, power_cosine_density
+from ..arrays import ops
+from ..base.reflectance import Reflectance
+from ..formula.direction import Direction, dot
+from ..formula.fields import param
+from ..formula.special import sin_minus_x_cos
+from ..formula.warp import power_cosine, power_cosine_density
 from ._phase_angle import difference, length, phase_angle
 from .ross_li import scattering_by_leaves
 

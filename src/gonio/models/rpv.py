@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 from typing import Any, ClassVar
 
-from .. import ops
-from ..geometry import Direction, add, dot
-from ..interface import Reflectance
-from ..param import param
-from ..warp import power_cosine, power_cosine_density
+from ..arrays import ops
+from ..base.reflectance import Reflectance
+from ..formula.direction import Direction, add, dot
+from ..formula.fields import param
+from ..formula.warp import power_cosine, power_cosine_density
 from ._phase_angle import difference, length
 
 

@@ -6,12 +6,12 @@ import math
 from collections.abc import Iterable
 from typing import Any, ClassVar
 
-from .. import ops
+from ..arrays import ops
+from ..base.reflectance import Reflectance
 from ..distributions.ggx import GGX
-from ..fresnel import Schlick
-from ..geometry import Direction, add, azimuth, dot, half_and_cosine, normalize, reflect
-from ..interface import Reflectance
-from ..param import param
+from ..formula.direction import Direction, add, azimuth, dot, half_and_cosine, normalize, reflect
+from ..formula.fields import param
+from ..formula.fresnel.schlick import Schlick
 
 
 class _Single(Reflectance):

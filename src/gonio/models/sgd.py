@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 from typing import Any, ClassVar
 
-from .. import ops
+from ..arrays import ops
 from ..distributions.sgd_facets import SGDFacets
-from ..geometry import Direction, half_and_cosine, polar_angle
-from ..microfacet import Distribution
-from ..param import param
-from ..warp import power_positive
+from ..formula.direction import Direction, half_and_cosine, polar_angle
+from ..formula.distribution import Distribution
+from ..formula.fields import param
+from ..formula.warp import power_positive
 from ._facets import Facets
 
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from .. import ops
-from ..geometry import Direction, half_vector
-from ..interface import Reflectance
-from ..param import param
-from ..warp import power_positive
+from ..arrays import ops
+from ..base.reflectance import Reflectance
+from ..formula.direction import Direction, half_vector
+from ..formula.fields import param
+from ..formula.warp import power_positive
 
 
 class CharlieSheen(Reflectance):

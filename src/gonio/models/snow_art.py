@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from typing import Any, ClassVar
 
-from .. import ops
-from ..geometry import Direction, add
-from ..interface import Reflectance
-from ..param import param
+from ..arrays import ops
+from ..base.reflectance import Reflectance
+from ..formula.direction import Direction, add
+from ..formula.fields import param
 from ._phase_angle import difference, length
 
 

@@ -5,10 +5,13 @@ from __future__ import annotations
 from typing import Any
 
 from ..distributions.gaussian_facets import GaussianFacets
-from ..fresnel import Constant, Fresnel, as_fresnel
-from ..geometry import Direction
-from ..microfacet import Distribution, v_groove
-from ..param import param, part
+from ..formula.direction import Direction
+from ..formula.distribution import Distribution
+from ..formula.fields import param, part
+from ..formula.fresnel import as_fresnel
+from ..formula.fresnel.constant import Constant
+from ..formula.fresnel_term import Fresnel
+from ..formula.maskings.v_groove import v_groove
 from ._facets import Facets
 
 

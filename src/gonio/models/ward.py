@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 from typing import Any, ClassVar
 
-from .. import ops
-from ..geometry import Direction, add, dot, half_and_cosine, half_vector, normalize, reflect
-from ..interface import Reflectance
-from ..microfacet import ALPHA_HIGH, ALPHA_LOW
-from ..param import param
+from ..arrays import ops
+from ..base.reflectance import Reflectance
+from ..formula.direction import Direction, add, dot, half_and_cosine, half_vector, normalize, reflect
+from ..formula.distribution import ALPHA_HIGH, ALPHA_LOW
+from ..formula.fields import param
 
 
 class _Gaussian(Reflectance):

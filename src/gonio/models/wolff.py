@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from ..fresnel import dielectric_transmittance
-from ..geometry import Direction
-from ..interface import Reflectance
-from ..param import param
+from ..base.reflectance import Reflectance
+from ..formula.direction import Direction
+from ..formula.fields import param
+from ..formula.fresnel.dielectric import dielectric_transmittance
 
 
 class Wolff(Reflectance):

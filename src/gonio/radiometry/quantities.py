@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..errors import ParameterError, ShapeError
-from ._checked import (
+from .checks import (
     _VECTOR,
     Array,
     _checked,

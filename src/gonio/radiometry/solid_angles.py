@@ -3,7 +3,7 @@
 import numpy as np
 
 from ..errors import ParameterError
-from ._checked import Array, _Azimuth, _checked, _dot, _NotNegative, _Polar, _Polygon, _Positive, _Vector
+from .checks import Array, _Azimuth, _checked, _dot, _NotNegative, _Polar, _Polygon, _Positive, _Vector
 
 # Solid angles
 

@@ -10,7 +10,7 @@ independent errors, where nothing else is said. Nothing is ever repaired without
 
 from __future__ import annotations
 
-from ..measurement import Repair as Repair
+from ..base.history import Repair as Repair
 from .apertures import aperture_averaged as aperture_averaged
 from .apertures import aperture_removed as aperture_removed
 from .apertures import through_aperture as through_aperture

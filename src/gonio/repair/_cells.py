@@ -8,14 +8,16 @@ from typing import Any
 
 import numpy as np
 
+from ..base.angles import direction
+from ..base.history import ALBEDO_AT, Repair
+from ..base.measured import Measured
+from ..base.provenance import derived
+from ..base.quantities import from_brdf
 from ..errors import MissingDataWarning, ParameterError, ToleranceWarning
-from ..geometry import HORIZON
-from ..gridded import Gridded
-from ..integrate import integrate
-from ..interface import direction
-from ..measurement import ALBEDO_AT, Measured, Repair, from_brdf
-from ..provenance import derived
-from ..scattered import Scattered
+from ..formula.direction import HORIZON
+from ..integrals.over_directions import integrate
+from ..tables.gridded import Gridded
+from ..tables.scattered import Scattered
 
 ALBEDO_TOLERANCE = 1e-3
 BATCH = 1 << 20

@@ -8,7 +8,7 @@ import numpy as np
 
 from ..distributions.ggx import GGX
 from ..errors import ParameterError
-from ..fresnel import Schlick
+from ..formula.fresnel.schlick import Schlick
 from ..models.microfacet import Microfacet
 from ._cells import Cells, evaluated
 

@@ -7,10 +7,11 @@ from typing import Any
 
 import numpy as np
 
+from ..base.angles import angles
+from ..base.reflectance import Reflectance
 from ..errors import ParameterError
-from ..geometry import HORIZON
-from ..gridded import Gridded
-from ..interface import Reflectance, angles
+from ..formula.direction import HORIZON
+from ..tables.gridded import Gridded
 from ._cells import BATCH, Cells, Values, evaluated, spread
 
 Opening = float | tuple[float, float]

@@ -9,9 +9,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..base.angles import angles, direction
 from ..errors import ParameterError
-from ..gridded import Gridded
-from ..interface import angles, direction
+from ..tables.gridded import Gridded
 from ._cells import Cells, evaluated, like, relative, variances
 from ._lobe import fitted_lobe
 

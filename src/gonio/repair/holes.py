@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..errors import ParameterError, ToleranceWarning
-from ..holes import filled_in_layers
+from ..numerics.filling import filled_in_layers
 from ._cells import Cells, relative
 
 if TYPE_CHECKING:
-    from ..gridded import Gridded
+    from ..tables.gridded import Gridded
 
 METHODS = ("neighbours", "smooth")
 DIRECT = 20_000

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..errors import ParameterError
-from ..gridded import Gridded
+from ..tables.gridded import Gridded
 from ._cells import Cells
 
 

@@ -8,13 +8,14 @@ from typing import Any
 
 import numpy as np
 
+from ..base.angles import direction
+from ..base.measured import Measured, tabular_shape
+from ..base.reflectance import Reflectance
 from ..errors import ParameterError
-from ..geometry import HORIZON
-from ..gridded import Gridded
-from ..interface import Reflectance, direction
-from ..measurement import Measured, tabular_shape
-from ..parameterisations import parameterisation as named
-from ..quadrature import lattice
+from ..formula.direction import HORIZON
+from ..numerics.lattice import lattice
+from ..tables.angle_systems import parameterisation as named
+from ..tables.gridded import Gridded
 from ._cells import Cells, evaluated, relative, reported, spread, variances
 
 RESOLUTION = {

@@ -8,13 +8,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..base.angles import angles, direction
+from ..base.measured import Measured
+from ..base.provenance import derived
+from ..base.quantities import to_brdf
 from ..errors import ParameterError
-from ..geometry import HORIZON
-from ..gridded import Gridded
-from ..interface import angles, direction
-from ..measurement import Measured, to_brdf
-from ..provenance import derived
-from ..scattered import Scattered
+from ..formula.direction import HORIZON
+from ..tables.gridded import Gridded
+from ..tables.scattered import Scattered
 from ._cells import Cells, reported, spread
 
 SAME = 1e-4

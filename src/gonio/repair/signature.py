@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
+from ..base.reflectance import Reflectance
 from ..errors import ParameterError
-from ..gridded import Gridded
-from ..interface import Reflectance
+from ..tables.gridded import Gridded
 from ._cells import Cells, evaluated, variances
 
 NEGATIVES = ("keep", "zero", "missing")

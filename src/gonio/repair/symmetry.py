@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from ..errors import ParameterError
-from ..gridded import Gridded
+from ..tables.gridded import Gridded
 from ._cells import Cells, evaluated, like, reported, spread, variances
 
 KINDS = ("reciprocity", "isotropy", "plane")

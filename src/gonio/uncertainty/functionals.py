@@ -9,12 +9,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from .. import nicodemus
-from ..cones import Cone, Hemisphere
+from ..base.angles import direction
+from ..base.reflectance import Reflectance
 from ..errors import ParameterError
-from ..integrate import albedo, directions, in_double
-from ..interface import Reflectance, direction
-from ..quadrature import lattice
+from ..integrals import nine, under_sky
+from ..integrals.albedo import albedo
+from ..integrals.cones import Cone, Hemisphere
+from ..integrals.over_directions import directions, in_double
+from ..numerics.lattice import lattice
 
 
 class Pairs(NamedTuple):
@@ -135,10 +137,10 @@ _KNOWN: dict[Any, Callable[..., Linear]] = {
     Reflectance.f: _values,
     Reflectance.f_angles: _values_by_angles,
     albedo: _albedo,
-    nicodemus.reflectance: _reflectance,
-    nicodemus.reflectance_factor: _reflectance_factor,
-    nicodemus.black_sky_albedo: _black_sky,
-    nicodemus.white_sky_albedo: _white_sky,
+    nine.reflectance: _reflectance,
+    nine.reflectance_factor: _reflectance_factor,
+    under_sky.black_sky_albedo: _black_sky,
+    under_sky.white_sky_albedo: _white_sky,
 }
 """What is linear in f -> how it is a sum."""
 

@@ -7,10 +7,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy import sparse
 
-from .. import batch, ops
-from ..geometry import HORIZON, Direction
-from ..gridded import LEAST_KNOWN, Gridded
-from ..interface import Reflectance
+from ..arrays import ops
+from ..base.reflectance import Reflectance
+from ..evaluate import batch
+from ..formula.direction import HORIZON, Direction
+from ..tables.gridded import LEAST_KNOWN, Gridded
 from .functionals import Linear, Pairs
 
 FEWEST, MOST = 1 << 13, 1 << 18

@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 from scipy import sparse
 
+from ..base.reflectance import Reflectance
 from ..errors import ParameterError
-from ..gridded import Gridded
-from ..interface import Reflectance
-from ..scattered import Scattered
+from ..tables.gridded import Gridded
+from ..tables.scattered import Scattered
 from .correlation import Factors, in_words, lengths
 from .functionals import Linear
 from .latent import Latent, Ledger

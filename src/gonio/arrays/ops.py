@@ -1,0 +1,151 @@
+"""Elementary functions for any array library, as formulas call them: `ops.sqrt(x)` is that of the library of x."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+
+from ..errors import ArrayTypeError, ShapeError
+from . import LIBRARIES, Array, Library, NumPy, library, library_of_type
+
+
+def _call(name: str, *args: Array) -> Array:
+    for x in args:
+        own = library_of_type(type(x))
+        if own is not None:
+            return own.function(name)(*args)
+    return LIBRARIES["numpy"].function(name)(*args)
+
+
+def _elementary(name: str, doc: str) -> Callable[..., Array]:
+    def function(*args: Array) -> Array:
+        return _call(name, *args)
+
+    function.__name__ = function.__qualname__ = name
+    function.__doc__ = doc
+    return function
+
+
+sqrt = _elementary("sqrt", "Square root.")
+exp = _elementary("exp", "Exponential.")
+log = _elementary("log", "Natural logarithm.")
+sin = _elementary("sin", "Sine.")
+cos = _elementary("cos", "Cosine.")
+tan = _elementary("tan", "Tangent.")
+arccos = _elementary("arccos", "Inverse cosine, in [0, pi].")
+arctan2 = _elementary("arctan2", "arctan2(y, x): the angle of (x, y), in (-pi, pi].")
+erf = _elementary("erf", "Error function.")
+erfinv = _elementary("erfinv", "Inverse of the error function.")
+absolute = _elementary("absolute", "Magnitude.")
+floor = _elementary("floor", "Largest integer not above, as a floating-point number.")
+power = _elementary("power", "power(x, y): x to the y.")
+minimum = _elementary("minimum", "The smaller of two.")
+maximum = _elementary("maximum", "The larger of two.")
+where = _elementary("where", "where(condition, a, b): a where the condition holds, else b.")
+take = _elementary(
+    "take",
+    "take(table, index): gather from a flat table, of indices that are in it (others give any number, or an error).",
+)
+to_index = _elementary("to_index", "Whole number for `take`; NaN and infinity become 0.")
+stop_gradient = _elementary("stop_gradient", "The value, as a constant for differentiation.")
+
+
+def clip(x: Array, low: Array, high: Array) -> Array:
+    """x limited to [low, high]."""
+    return minimum(maximum(x, low), high)
+
+
+def square(x: Array) -> Array:
+    """x times itself."""
+    return x * x
+
+
+def numbers(value: Any) -> np.ndarray:
+    """Real numbers that a caller gave, as a plain NumPy array, masked ones as NaN; not copied where that is not needed.
+
+    Raises ValueError, which says why, for complex numbers, dates, words and other objects, and rows of unequal length.
+    """
+    array = value if type(value) is np.ndarray else _plain(value)
+    kind = array.dtype.kind
+    if kind in "fiub":
+        return array
+    if kind == "O" and all(type(x) in (int, float) for x in array.flat):  # Python's integers have no bound
+        return array.astype(float)
+    advice = {"c": "take the real part or the modulus", "M": "subtract a date and divide by a unit of time"}
+    advice |= {"m": "divide by a unit of time"}
+    raise ValueError(f"{array.dtype}, which are no real numbers; {advice.get(kind, 'convert them first')}")
+
+
+def _plain(value: Any) -> np.ndarray:
+    if isinstance(value, np.ma.MaskedArray):
+        array, masked = np.asarray(value.data), np.ma.getmaskarray(value)
+        if array.dtype.kind not in "fiub" or not masked.any():
+            return array
+        array = array if array.dtype.kind == "f" else array.astype(float)
+        return np.where(masked, array.dtype.type(np.nan), array)
+    try:
+        return np.array([_plain(x) for x in value]) if _holds_masks(value) else np.asarray(value)
+    except ValueError:
+        raise ValueError("rows of unequal length; expected as many numbers in each") from None
+
+
+def _holds_masks(value: Any) -> bool:
+    """Whether there are masked arrays in a list, which NumPy would read without their masks."""
+    if not isinstance(value, (list, tuple)):
+        return isinstance(value, np.ma.MaskedArray)
+    kinds = set(map(type, value))
+    return any(issubclass(k, (list, tuple, np.ma.MaskedArray)) for k in kinds) and any(map(_holds_masks, value))
+
+
+def plain(x: Array) -> Array:
+    """Lists, and NumPy's arrays of other kinds (masked, matrices), as plain arrays of numbers; others as they are."""
+    if isinstance(x, (list, tuple)):
+        return numbers(x).astype(float)
+    return numbers(x) if isinstance(x, np.ndarray) and type(x) is not np.ndarray else x
+
+
+def as_arrays(*arrays: Array, name: str = "directions") -> tuple[Library, list[Array]]:
+    """The arrays of one call with their library: lists join the others, dtypes must agree and be floating point."""
+    like = next((x for x in arrays if library_of_type(type(x)) is not None), np.zeros(0))
+    try:
+        own = library(like)
+        arrays = tuple(own.vectors(plain(x), like) if isinstance(x, (list, tuple)) else plain(x) for x in arrays)
+    except ArrayTypeError:
+        raise
+    except (TypeError, ValueError) as error:
+        raise ArrayTypeError(f"{name}: got {error}; expected an array of numbers (..., n), n in every row") from None
+    lib = library(*arrays)
+    out = []
+    for x in arrays:
+        if library_of_type(type(x)) is None:
+            raise ArrayTypeError(f"{name}: got {type(x).__name__}, expected an array of float32 or float64")
+        if isinstance(lib, NumPy) and lib.dtype(x).startswith(("int", "uint")):
+            x = np.asarray(x, dtype=float)
+        out.append(x)
+    dtypes = sorted({lib.dtype(x) for x in out})
+    if len(dtypes) > 1 or dtypes[0] not in ("float32", "float64"):
+        raise ArrayTypeError(
+            f"{name}: got dtype {' and '.join(dtypes)}, expected one of float32, float64 for all; convert first"
+        )
+    return lib, out
+
+
+def to_numpy(x: Array) -> np.ndarray:
+    """The values of an array of any library, without their derivatives."""
+    return library(x).to_numpy(x)
+
+
+def broadcast_shape(shapes: Sequence[tuple[int, ...]], what: str) -> tuple[int, ...]:
+    """The shape that all broadcast to, or a ShapeError that names them."""
+    # By hand, because lengths may be symbols of a compiler.
+    found = [1] * max([len(shape) for shape in shapes])
+    for shape in shapes:
+        for i, n in enumerate(shape, len(found) - len(shape)):
+            if found[i] == 1:
+                found[i] = n
+            elif n not in (1, found[i]):
+                listed = ", ".join(str(s) for s in shapes)
+                raise ShapeError(f"{what}: shapes {listed} do not broadcast against each other")
+    return tuple(found)

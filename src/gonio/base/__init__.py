@@ -1,0 +1,1 @@
+"""The interfaces: what a reflectance, a light and a measurement are."""

@@ -1,0 +1,73 @@
+"""What was done to a measurement: the records that `gonio.repair` leaves."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+from ..errors import FormatError
+
+ALBEDO_AT = (0.0, 45.0, 75.0)
+"""Angles [degrees] of incidence of the albedos in a `Repair`."""
+
+
+class Repair(NamedTuple):
+    """What an operation of `gonio.repair` did to a measurement.
+
+    operation      its name, and `parameters`, what it was asked for
+    cells, share   nodes (above the horizon) with another value than before, in some channel; share of all
+    filled         how many of them had none
+    largest, mean  of |change of f| [1/sr], of values that changed; 0 where there were none before
+    albedo_before  black-sky albedo at `ALBEDO_AT`, mean of the channels, before and after; directions without data
+    albedo_after   count as 0
+    figures        what else was measured, name -> number; the operation's documentation says what
+    """
+
+    operation: str
+    parameters: dict[str, Any]
+    cells: int
+    share: float
+    filled: int
+    largest: float
+    mean: float
+    albedo_before: tuple[float, ...] | None
+    albedo_after: tuple[float, ...]
+    figures: dict[str, float]
+
+    def to_json(self) -> dict[str, Any]:
+        """As JSON data: what `m.about["repairs"]` holds, and files keep. NaN becomes None."""
+        figures = {name: None if value != value else value for name, value in self.figures.items()}
+        albedos = {n: None if a is None else list(a) for n, a in self._asdict().items() if n.startswith("albedo")}
+        return {**self._asdict(), **albedos, "figures": figures}
+
+    @classmethod
+    def from_json(cls, held: Mapping[str, Any]) -> Repair:
+        """The record that `to_json` wrote. Raises FormatError where it is none."""
+        try:
+            given = {name: held[name] for name in cls._fields}
+            for name in ("albedo_before", "albedo_after"):
+                given[name] = None if given[name] is None else tuple(map(float, given[name]))
+            given["figures"] = {n: math.nan if v is None else v for n, v in given["figures"].items()}
+            return cls(**given)
+        except (KeyError, TypeError, ValueError, AttributeError) as error:
+            raise FormatError(
+                f"repairs: {held!r:.100} is no record of a repair ({error!r:.60}); expected {', '.join(cls._fields)}"
+            ) from None
+
+    def __str__(self) -> str:
+        given = ", ".join(f"{k}={_short(v)}" for k, v in self.parameters.items())
+        text = f"{self.operation}({given}): {self.cells} cells ({self.share:.2%})"
+        if self.filled:
+            text += f", {self.filled} of them filled"
+        if self.largest:
+            text += f"; f changed by {self.mean:.3g}/sr, at most {self.largest:.3g}/sr"
+        before = "" if self.albedo_before is None else " ".join(f"{a:.4f}" for a in self.albedo_before) + " to "
+        text += f"; albedo {before}{' '.join(f'{a:.4f}' for a in self.albedo_after)}"
+        return text + "".join(f"; {name.replace('_', ' ')} {_short(value)}" for name, value in self.figures.items())
+
+
+def _short(value: Any) -> str:
+    if isinstance(value, (list, tuple)):
+        return f"({', '.join(map(_short, value))})"
+    return f"{value:.3g}" if isinstance(value, float) else f"{value!r:.60}"

@@ -1,0 +1,114 @@
+"""What `batch.run` runs over arrays: f, pdf, sample and delta lobes of a material, on components of directions.
+
+In each, `m` computes values per channel, and `mean`, of which the channels are merged, one number for sampling.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from ..arrays import ops
+from ..formula.direction import HORIZON, NORMAL, Direction, mirror, select
+
+if TYPE_CHECKING:
+    from .reflectance import Reflectance
+
+
+def _nan_of(*directions: Direction) -> Any:
+    """0, or NaN where a component is NaN or infinite: keeps NaN through the horizon mask."""
+    x, y, z = directions[0]
+    for w in directions[1:]:  # by component: formulas that need the half vector have these sums already
+        x, y, z = x + w.x, y + w.y, z + w.z
+    total = x + y + z
+    return total - total  # not 0 * total, which Dr.Jit takes for 0 without looking
+
+
+def with_holes(value: Any, m: Reflectance) -> Any:
+    """The value, NaN where a parameter is missing: formulas may not look at it everywhere."""
+    for number in m.holed():
+        value = value + (number - number)
+    return value
+
+
+def value(m: Reflectance, mean: Reflectance, wi: Any, wo: Any) -> tuple:
+    # Directions below the horizon are replaced before the formula, not only masked after it: a masked inf still
+    # turns gradients into NaN.
+    wi, wo = Direction(*wi), Direction(*wo)
+    below = (wi.z <= HORIZON) | (wo.z <= HORIZON)
+    value = m.formula(select(below, NORMAL, wi), select(below, NORMAL, wo))
+    return (with_holes(ops.where(below, 0.0, value) + _nan_of(wi, wo), m),)
+
+
+def shares_of(mean: Reflectance, wo: Direction) -> list[tuple[Any, Reflectance]]:
+    """The probability with which each lobe is sampled."""
+    if len(only := list(mean.lobes())) == 1:
+        return [(1.0, only[0][1])]
+    lobes = [(weight * lobe.estimate(wo) + 1e-6, lobe) for weight, lobe in only]
+    total = lobes[0][0]
+    for share, _ in lobes[1:]:
+        total = total + share
+    return [(share / total, lobe) for share, lobe in lobes]
+
+
+def _mixture(shares: list[tuple[Any, Reflectance]], wi: Direction, wo: Direction) -> Any:
+    total = 0.0 * wi.z
+    for share, lobe in shares:
+        if not lobe.is_delta:
+            total = total + share * lobe.density(wi, wo)
+    return total
+
+
+def pdf(m: Reflectance, mean: Reflectance, wi: Any, wo: Any) -> tuple:
+    wi, wo = Direction(*wi), Direction(*wo)
+    below = (wi.z <= HORIZON) | (wo.z <= HORIZON)
+    wi_up, wo_up = select(below, NORMAL, wi), select(below, NORMAL, wo)
+    mixture = _mixture(shares_of(mean, wo_up), wi_up, wo_up)
+    return (with_holes(ops.where(below, 0.0, mixture) + _nan_of(wi, wo), mean),)
+
+
+_BELOW_ONE = 1.0 - 6e-8  # the largest float32 below 1; random float64 numbers in [0, 1) may round to 1.0f
+
+
+def sample(m: Reflectance, mean: Reflectance, wo: Any, u: Any) -> tuple:
+    wo, (u0, u1) = Direction(*wo), u
+    nan = with_holes(_nan_of(wo) + ((u0 + u1) - (u0 + u1)), mean)
+    u1 = ops.where(u1 >= 1.0, _BELOW_ONE, u1)
+    hidden = wo.z <= HORIZON
+    wo_up = select(hidden, NORMAL, wo)
+    shares = shares_of(mean, wo_up)
+    wi, mirrored, start = mirror(wo_up), u0 < -1.0, 0.0 * u0
+    delta_weight: Any = 0.0 * wo_up.z
+    for i, ((share, lobe), (factor, own)) in enumerate(zip(shares, m.lobes(), strict=True)):
+        end = start + share if i < len(shares) - 1 else 2.0
+        here = (u0 >= start) & (u0 < end)
+        if lobe.is_delta:
+            mirrored = mirrored | here
+            wi = select(here, lobe.mirrored(wo_up), wi)
+            delta_weight = ops.where(here, factor * own.mirror(wo_up) / share, delta_weight)
+        else:
+            v = ops.clip((u0 - start) / share, 0.0, _BELOW_ONE)
+            wi = select(here, lobe.warp(wo_up, v, u1), wi)
+        start = end
+    lost = (wi.z <= HORIZON) | hidden
+    wi_up = select(lost, NORMAL, wi)
+    pdf = _mixture(shares, wi_up, wo_up)
+    usable = (pdf > 0.0) & (pdf < float("inf"))
+    weight = ops.where(usable, m.formula(wi_up, wo_up) * wi_up.z / ops.where(usable, pdf, 1.0), 0.0)
+    weight = ops.where(mirrored, delta_weight, weight)
+    return (
+        Direction(wi.x + nan, wi.y + nan, wi.z + nan),
+        ops.where(lost, 0.0, weight) + nan,
+        ops.where(lost, 0.0, ops.where(mirrored, 1.0, pdf)) + nan,
+        mirrored & ~lost,
+    )
+
+
+def delta_reflectance(m: Reflectance, mean: Reflectance, wo: Any) -> tuple:
+    wo = Direction(*wo)
+    below = wo.z <= HORIZON
+    wo_up = select(below, NORMAL, wo)
+    total = 0.0 * wo_up.z
+    for weight, lobe in m.lobes():
+        if lobe.is_delta:
+            total = total + weight * lobe.mirror(wo_up)
+    return (with_holes(ops.where(below, 0.0, total) + _nan_of(wo), m),)

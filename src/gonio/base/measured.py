@@ -1,0 +1,105 @@
+"""A measurement is a reflectance like any other: the base class of what file formats are read into."""
+
+from __future__ import annotations
+
+import json
+from copy import deepcopy
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..errors import ParameterError
+from ..formula.parametrised import freeze
+from ..pictures.colour import RELATIVE_XYZ, WHITE, XYZ
+from .reflectance import Reflectance
+
+if TYPE_CHECKING:
+    import xarray
+from .history import Repair
+
+
+def tabular_shape(m: Reflectance) -> tuple[int, ...]:
+    """Shape of a value of f, () or (C,). Raises ParameterError for what no table of f holds: a delta lobe, maps."""
+    if m.has_delta:
+        raise ParameterError(f"{m!r:.80}: a table cannot hold a perfect mirror; take the material without it")
+    shape = m.f([0.0, 0.0, 1.0], [0.0, 0.0, 1.0]).shape
+    if len(shape) > 1:
+        raise ParameterError(f"{m!r:.80}: values have shape {shape}, expected one material, without maps")
+    return shape
+
+
+def tristimulus(names: tuple | None, f: np.ndarray) -> tuple[tuple | None, np.ndarray]:
+    """Names of channels, and f (..., C), as tables hold them: `RELATIVE_XYZ` becomes `XYZ`, others stay."""
+    return (XYZ, f * WHITE) if names == RELATIVE_XYZ else (names, f)
+
+
+class Measured(Reflectance):
+    """Base of the measured reflectances. A subclass declares its tables as fields and writes `formula`.
+
+    path      the file it was read from, or ""
+    quantity  what the file held, in words ("brdf", "brdf * cos(theta_o)"); `f` is always the BRDF [1/sr]
+    about     what the file says about itself, name -> value
+    """
+
+    path: str
+    about: dict[str, Any]
+    provenance: dict[str, Any]
+    """Where it was read from: "file", "bytes", "sha256" (of files up to 256 MB), "format", "gonio" (its version),
+    "options" of the reader where there were any, and "converted_from", the same of what the file was made of, where it
+    says so. Of what was made of it in memory, by `with_brdf`, `gonio.tabulate` or `gonio.repair`, "converted_from"
+    alone: a list where it was made of several. Empty where no file is known."""
+    quantity = "brdf"
+    format = ""
+    has_text = False
+
+    def __init__(self, path: str = "", about: dict[str, Any] | None = None, **fields: Any):
+        self.__dict__.update(path=path, about=freeze(deepcopy(dict(about or {}))), provenance={})
+        super().__init__(**fields)
+
+    @property
+    def repairs(self) -> tuple[Repair, ...]:
+        """What was done to the measurement by `gonio.repair`, in order."""
+        held = self.about.get("repairs", ())
+        return tuple(map(Repair.from_json, held if isinstance(held, (list, tuple)) else [held]))
+
+    @property
+    def valid(self) -> np.ndarray:
+        """True where the file holds a usable value; shape of the main table."""
+        raise NotImplementedError
+
+    @property
+    def data(self) -> xarray.Dataset:
+        """The file's content as it was stored, with named axes and CF units."""
+        raise NotImplementedError
+
+    def as_grid(self) -> Any:
+        """The `Gridded` with the same values at the same nodes, where they lie on a grid; else None."""
+        return None
+
+    @property
+    def attributes(self) -> dict[str, str]:
+        """What `data` says about the whole of itself, as text that any file can hold; `provenance` as JSON."""
+        held = {"quantity": self.quantity, "source": self.path}
+        return {**held, "provenance": json.dumps(self.provenance)} if self.provenance else held
+
+    def __eq__(self, other: object) -> bool:
+        if type(self) is not type(other):
+            return NotImplemented
+        mine, theirs = dict(self._key()), dict(other._key())
+        return mine.keys() == theirs.keys() and all(_same(value, theirs[name]) for name, value in mine.items())
+
+    __hash__ = Reflectance.__hash__
+
+    def __repr__(self) -> str:
+        return f"load({self.path!r})" if self.path else f"<{type(self).__name__} measurement in memory>"
+
+    def to_json(self) -> dict[str, Any]:
+        raise ParameterError(f"{self!r}: a measurement has no JSON form; save it in its own format with gonio.save")
+
+
+def _same(a: Any, b: Any) -> bool:
+    if a is b:
+        return True
+    if isinstance(a, np.ndarray):
+        return np.array_equal(a, b, equal_nan=a.dtype.kind == "f")
+    return bool(a == b)

@@ -1,0 +1,40 @@
+"""Quantities that tables hold in place of the BRDF: what each is f times."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from ..errors import ParameterError
+from ..formula.direction import HORIZON
+
+QUANTITIES: dict[str, Callable[[Any, Any], Any]] = {
+    "brdf": lambda cos_i, cos_o: 1.0,
+    "brdf * cos(theta_o)": lambda cos_i, cos_o: cos_o,
+    "brdf * cos(theta_i)": lambda cos_i, cos_o: cos_i,
+    "reflectance factor": lambda cos_i, cos_o: math.pi,
+}
+"""What tables hold: name -> what the BRDF is multiplied by, from the cosines of wi and wo.
+
+brdf * cos(theta_o) is the scattered density DSF; the reflectance factor is relative to a white Lambertian surface."""
+
+
+def quantity_named(name: str) -> str:
+    """The name itself. Raises ParameterError for one that is not in `QUANTITIES`."""
+    if name not in QUANTITIES:
+        raise ParameterError(f"quantity={name!r}: expected one of {', '.join(map(repr, QUANTITIES))}")
+    return name
+
+
+def to_brdf(quantity: str, values: Any, cos_i: Any, cos_o: Any) -> np.ndarray:
+    """f [1/sr] from values of a quantity at pairs with these cosines; NaN where it cannot tell f (a cosine of 0)."""
+    factor = np.asarray(QUANTITIES[quantity_named(quantity)](cos_i, cos_o), dtype=float)
+    return np.asarray(values, dtype=float) / np.where(factor > HORIZON, factor, np.nan)
+
+
+def from_brdf(quantity: str, f: Any, cos_i: Any, cos_o: Any) -> np.ndarray:
+    """Values of a quantity from f [1/sr] at pairs with these cosines."""
+    return np.asarray(f, dtype=float) * QUANTITIES[quantity_named(quantity)](cos_i, cos_o)

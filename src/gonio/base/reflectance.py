@@ -1,0 +1,311 @@
+"""The one interface: a reflectance gives f, pdf and sample, lists its parameters, and adds and scales.
+
+A model writes `formula(wi, wo)`, and for importance sampling `warp(wo, u0, u1)` with its `density(wi, wo)`; everything
+else here follows from these. `wi` points to the light, `wo` to the viewer, both away from the surface.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from typing import Any, ClassVar, NamedTuple
+
+import numpy as np
+
+from ..arrays import ops
+from ..errors import ArrayTypeError, NotFoundError, ParameterError
+from ..evaluate import batch
+from ..formula import warp
+from ..formula.direction import Direction, mirror
+from ..formula.fields import Field, Part, param, part
+from ..formula.parametrised import Parametrised, listed, literal
+from ..numerics.lattice import lattice
+from . import kernels
+from .angles import direction
+
+
+class Sample(NamedTuple):
+    """What `sample` returns: incident directions drawn for given `wo`.
+
+    wi      (..., 3)     unit vectors
+    weight  (...[, C])   f cos(theta_i) / pdf, with the total f and the pdf of the whole material; for a delta sample
+                         its reflectance over the probability of choosing it; 0 for a sample below the horizon
+    pdf     (...)        density per solid angle [1/sr]; 1 for a delta sample, 0 below the horizon
+    delta   (...)        whether wi came from a delta lobe (a perfect mirror)
+    """
+
+    wi: Any
+    weight: Any
+    pdf: Any
+    delta: Any
+
+
+class Jacobian(NamedTuple):
+    """What `jacobian` returns: the value f [1/sr], and its derivative by each parameter or direction asked for."""
+
+    f: Any
+    by: dict[str, Any]
+
+
+_DIRECTIONS = {"wi": 0, "wo": 1}
+
+
+class Reflectance(Parametrised):
+    """Base of everything that reflects. See `f`, `pdf`, `sample`, `parameters`, `replace`, `+`, `*`."""
+
+    breaks: ClassVar[dict[str, str]] = {}
+    """Laws of `gonio.check` that this model does not obey for all parameters, each with the reason."""
+
+    channel_names: tuple | None = None
+    """Names of the channels, or their wavelengths [nm]; None for what the parameters imply (three: linear sRGB)."""
+
+    # What a model writes (components in, numbers out).
+
+    def formula(self, wi: Direction, wo: Direction) -> Any:
+        """f [1/sr] for directions above the horizon, without the cosine."""
+        raise NotImplementedError
+
+    def warp(self, wo: Direction, u0: Any, u1: Any) -> Direction:
+        """A direction wi for two uniform numbers; its density is `density`."""
+        return warp.cosine_hemisphere(u0, u1)
+
+    def density(self, wi: Direction, wo: Direction) -> Any:
+        """Density per solid angle [1/sr] of `warp`."""
+        return warp.cosine_hemisphere_density(wi)
+
+    def estimate(self, wo: Direction) -> Any:
+        """Roughly which share of the light is reflected: how often a sum samples this lobe."""
+        return 1.0 + 0.0 * wo.z
+
+    def mirror(self, wo: Direction) -> Any:
+        """Reflectance of a delta lobe at the mirror direction: of a model that is one, or in the limit becomes one.
+
+        A model that becomes a mirror as its widths (parameters of which sampling takes the "max" or "min") go to
+        their narrow bounds may say so by writing this; `gonio.check` then holds it to that.
+        """
+        raise NotImplementedError
+
+    def mirrored(self, wo: Direction) -> Direction:
+        """The direction wi that a delta lobe reflects into wo."""
+        return mirror(wo)
+
+    is_delta: ClassVar[bool] = False
+
+    seam: ClassVar[float] = 0.0
+    """Value of u0 at which `warp` jumps from one strategy to another, or 0; quadrature splits there."""
+
+    def lobes(self) -> Iterable[tuple[Any, Reflectance]]:
+        """Pairs (weight, model) of the sum that this is."""
+        yield 1.0, self
+
+    def diffuse(self) -> Any:
+        """Albedo of the Lambertian part of f, which is never below this over pi; None of models that have none."""
+        return None
+
+    # What everyone uses (arrays in, arrays out).
+
+    def f(self, wi: Any, wo: Any, out: Any = None) -> Any:
+        """The BRDF f(wi, wo), radiance out over irradiance in.
+
+        Shapes   wi, wo: (..., 3), broadcast against each other; result (...), or (..., C) for C channels.
+        Units    [1/sr], without the cosine. 0 where a direction is below the horizon (cosine <= 1e-6), NaN where a
+                 direction is NaN. A delta lobe contributes 0.
+        """
+        return batch.run(kernels.value, ("value",), self, (wi, wo), (3, 3), out)[0]
+
+    def pdf(self, wi: Any, wo: Any) -> Any:
+        """Density [1/sr] with which `sample` draws wi for given wo, delta lobes left out; shape (...)."""
+        return batch.run(kernels.pdf, ("scalar",), self, (wi, wo), (3, 3))[0]
+
+    def sample(self, wo: Any, u: Any) -> Sample:
+        """Incident directions for given wo (..., 3) and uniform numbers u (..., 2) in [0, 1), where 1 is taken for the
+        largest float32 below it."""
+        return Sample(*batch.run(kernels.sample, ("vector", "value", "scalar", "scalar"), self, (wo, u), (3, 2)))
+
+    def jacobian(self, wi: Any, wo: Any, by: Iterable[str] | None = None) -> Jacobian:
+        """f(wi, wo) and its exact derivatives, at the cost of a few evaluations.
+
+        `by`: paths of `parameters`, and "wi" or "wo" for the components of a direction; all parameters if not given.
+        The derivative by a parameter is that of each value by the number that it depends on: of channel c by the
+        parameter's entry c, of a place on a map by the parameter there. Derivatives by a direction are those of the
+        formula by x, y and z as three free numbers; for what happens along the sphere take the tangential part.
+
+        Shapes   wi, wo: (..., 3) NumPy arrays; derivatives (...[, C]) by a parameter, (...[, C], 3) by a direction.
+        Units    1/sr over the unit of the parameter. 0 below the horizon.
+        Error    rounding: the formula's graph is differentiated, nothing is approximated.
+        """
+        numbers = {path: i for i, path in enumerate(self.leaf_paths()) if path}
+        wanted = list(self.parameters if by is None else by)
+        for path in wanted:
+            if path not in numbers and path not in _DIRECTIONS:
+                raise NotFoundError(f"jacobian(by={path!r}): expected one of {listed([*numbers, *_DIRECTIONS])}")
+        paths = [p for p in wanted if p in numbers]
+        directions = [p for p in wanted if p in _DIRECTIONS]
+        leaves, inputs = tuple(numbers[p] for p in paths), tuple(_DIRECTIONS[p] for p in directions)
+        value, *slopes = batch.jacobian(kernels.value, self, (wi, wo), (3, 3), leaves, inputs)
+        return Jacobian(value, dict(zip([*paths, *directions], slopes, strict=True)))
+
+    def f_angles(self, theta_i: Any, phi_i: Any, theta_o: Any, phi_o: Any) -> Any:
+        """f of polar angles and azimuths [rad]; the four broadcast against each other."""
+        return self.f(direction(theta_i, phi_i), direction(theta_o, phi_o))
+
+    def delta_reflectance(self, wo: Any) -> Any:
+        """Reflectance (...[, C]) of all delta lobes together at the mirror direction of wo (..., 3)."""
+        return batch.run(kernels.delta_reflectance, ("value",), self, (wo,), (3,))[0]
+
+    def breaches(self) -> dict[str, str]:
+        """Laws of `gonio.check` that this, or a reflectance it is made of, does not obey, each with the reason."""
+        parts = (self.__dict__[name] for name, field in self.fields.items() if isinstance(field, Part))
+        inner = [p.breaches() for p in parts if isinstance(p, Reflectance)]
+        return {law: why for found in (*inner, self.breaks) for law, why in found.items()}
+
+    @property
+    def has_delta(self) -> bool:
+        """Whether any lobe is a delta lobe."""
+        return any(lobe.is_delta for _, lobe in self.lobes())
+
+    def is_isotropic(self) -> bool:
+        """Whether turning both directions about the normal changes nothing: f(theta_i, theta_o, phi_o - phi_i).
+
+        Tested at 512 pairs of directions, to 1e-6 relative (Szeliski 2.82); with maps, at so many in all, and at 16 at
+        least for every place on them.
+        """
+        maps = batch.full_shape(self, ())
+        pairs = lattice(max(16, 512 // max(math.prod(maps), 1)), 4)
+        return all(map(self._is_turned, pairs)) if maps else self._is_turned(pairs)
+
+    def _is_turned(self, u: np.ndarray) -> bool:
+        """Whether f of pairs of directions, for uniform numbers (..., 4), stays as it is when both are turned."""
+        theta_i, theta_o = np.arccos(1.0 - u[..., 0]), np.arccos(1.0 - u[..., 3])
+        turned = [
+            self.f_angles(theta_i, turn + 2.0 * np.pi * u[..., 1], theta_o, turn + 2.0 * np.pi * u[..., 2])
+            for turn in (0.0, 1.1)
+        ]
+        return bool(np.allclose(turned[0], turned[1], rtol=1e-6, atol=1e-9, equal_nan=True))
+
+    def __add__(self, other: Any) -> Sum:
+        if not isinstance(other, Reflectance):
+            return NotImplemented
+        terms = [t for m in (self, other) for t in (m.terms if isinstance(m, Sum) else (m,))]
+        return Sum(*terms)
+
+    def __mul__(self, weight: Any) -> Scaled:
+        if isinstance(weight, Reflectance):
+            raise ArrayTypeError("a reflectance times a reflectance; expected a number or an array of weights")
+        return Scaled(weight, self)
+
+    __rmul__ = __mul__
+
+    def __truediv__(self, number: Any) -> Scaled:
+        if isinstance(number, np.ma.MaskedArray):
+            return self * (1.0 / number)
+        try:
+            return self * (1.0 / ops.numbers(number))
+        except (TypeError, ValueError) as error:
+            raise ArrayTypeError(f"a reflectance divided by {number!r:.60}: {error}") from None
+
+    __array_ufunc__ = None  # np.float64(0.4) * m is ours to compute
+
+
+class Scaled(Reflectance):
+    """A reflectance times a weight: f = weight * of.f.
+
+    Shapes   weight: a number, or an array whose last axis is the channel axis.
+    Units    weight: 1.
+    Error    none of its own.
+    Source   linearity of the reflection integral, Szeliski 2.83 (docs/equations.md).
+    """
+
+    weight = param(1.0, 0.0, 1e9, "factor")
+    of = part(Reflectance, None, "what is scaled")
+
+    @property
+    def channel_names(self) -> tuple | None:  # type: ignore[override]
+        """Those of the material that is scaled."""
+        return self.of.channel_names
+
+    def __mul__(self, weight: Any) -> Scaled:
+        """The product of both weights times what is scaled; nested where that is no weight or of another shape."""
+        made = super().__mul__(weight)
+        factors = [np.asarray(x) for x in (made.weight, self.weight) if isinstance(x, (float, np.ndarray))]
+        if len(factors) < 2 or len({x.shape for x in factors} - {()}) > 1:
+            return made
+        product = factors[0] * factors[1]
+        lossless = (product > 1e-300) & (product <= 1e9) | (factors[0] == 0.0) | (factors[1] == 0.0)
+        return Scaled(product, self.of) if lossless.all() else made
+
+    __rmul__ = __mul__
+
+    def formula(self, wi: Direction, wo: Direction) -> Any:
+        return self.weight * self.of.formula(wi, wo)
+
+    def lobes(self) -> Iterable[tuple[Any, Reflectance]]:
+        for weight, lobe in self.of.lobes():
+            yield self.weight * weight, lobe
+
+    def diffuse(self) -> Any:
+        own = self.of.diffuse()
+        return None if own is None else self.weight * own
+
+    def __repr__(self) -> str:
+        inner = f"({self.of!r})" if isinstance(self.of, (Sum, Scaled)) else repr(self.of)
+        return f"{literal(self.weight)} * {inner}"
+
+
+class Sum(Reflectance):
+    """Sum of reflectances: f = f_0 + f_1 + ...; the terms are numbered from 0 in parameter paths.
+
+    Shapes   the terms' channels broadcast: one channel beside C gives C.
+    Units    [1/sr].
+    Error    rounding of the sum.
+    Source   "diffuse + specular", lecture 4, eq. 4.7, corrected (docs/equations.md).
+    """
+
+    def __init__(self, *terms: Reflectance):
+        if not terms or not all(isinstance(t, Reflectance) for t in terms):
+            raise ParameterError(f"Sum{terms!r:.60}: expected at least one reflectance and nothing else")
+        self.__dict__.update(fields={str(i): _term(i) for i in range(len(terms))}, _tied={})
+        self.__dict__.update({str(i): t for i, t in enumerate(terms)})
+        self._bound()
+        names = {t.channel_names for t in terms} - {None}
+        if len(names) > 1:
+            listed = " and ".join(sorted(f"{n!r:.60}" for n in names))
+            raise ParameterError(f"Sum: terms have channels {listed}; expected the same names or wavelengths")
+
+    @property
+    def channel_names(self) -> tuple | None:  # type: ignore[override]
+        """Those of the terms that name their channels."""
+        return next((names for t in self.terms if (names := t.channel_names) is not None), None)
+
+    @property
+    def terms(self) -> tuple[Reflectance, ...]:
+        """The reflectances that are added."""
+        return tuple(self.__dict__[i] for i in self.fields)
+
+    def formula(self, wi: Direction, wo: Direction) -> Any:
+        total = self.terms[0].formula(wi, wo)
+        for term in self.terms[1:]:
+            total = total + term.formula(wi, wo)
+        return total
+
+    def lobes(self) -> Iterable[tuple[Any, Reflectance]]:
+        for term in self.terms:
+            yield from term.lobes()
+
+    def diffuse(self) -> Any:
+        found = [own for term in self.terms if (own := term.diffuse()) is not None]
+        return sum(found[1:], found[0]) if found else None
+
+    def __repr__(self) -> str:
+        terms = list(map(repr, self.terms))
+        plain = len(terms) > 1 and not any(isinstance(t, Sum) for t in self.terms)
+        return " + ".join(terms) if plain else f"Sum({', '.join(terms)})"
+
+    def to_json(self) -> dict[str, Any]:
+        return {"type": "Sum", "terms": [t.to_json() for t in self.terms]}
+
+
+def _term(i: int) -> Field:
+    field: Field = part(Reflectance, None, f"term {i}")
+    field.name = str(i)
+    return field

@@ -1,0 +1,255 @@
+"""Built-in materials: published fits of the MERL measurements, metals and dielectrics by refractive index."""
+
+from __future__ import annotations
+
+import difflib
+from dataclasses import dataclass
+from functools import cache
+from importlib import resources
+from typing import Any
+
+import numpy as np
+
+from ..base.reflectance import Reflectance
+from ..distributions.ggx import GGX
+from ..errors import NotFoundError, ParameterError
+from ..formula.fresnel.conductor import Conductor
+from ..formula.fresnel.dielectric import Dielectric
+from ..models.abc import ABC
+from ..models.ideal_specular import IdealSpecular
+from ..models.lambertian import Lambertian
+from ..models.microfacet import Microfacet
+from ..pictures.colour import RGB_WAVELENGTHS
+
+POLISHED = 0.1
+"""Slope scale alpha of metals and dielectrics where none is asked for: visibly polished, not a mirror."""
+
+TRANSPARENT = 1e-3
+"""Extinction k below which a substance is taken as a dielectric."""
+
+FIT, METAL, DIELECTRIC = "measured fit", "metal", "dielectric"
+
+
+@dataclass(frozen=True)
+class Entry:
+    """One built-in material, as `materials` lists it."""
+
+    name: str
+    kind: str
+    description: str
+    source: str
+    aliases: tuple[str, ...] = ()
+
+
+_FIT_SOURCE = (
+    "Löw, Kronander, Ynnerman & Unger 2012, doi:10.1145/2077341.2077350, fitted to the measurements of "
+    "Matusik, Pfister, Brand & McMillan 2003, doi:10.1145/882262.882343"
+)
+
+# Two metals share their name with a measured sample. The plain name is the sample's, as in the database and
+# in all of its literature; the metal goes by its symbol and as "pure-...".
+_SUBSTANCES = {
+    "Ag": (METAL, ("silver",), "Johnson & Christy 1972, doi:10.1103/PhysRevB.6.4370"),
+    "Al": (METAL, ("pure-aluminium", "pure-aluminum"), "Rakić 1995, doi:10.1364/AO.34.004755"),
+    "Au": (METAL, ("gold",), "Johnson & Christy 1972, doi:10.1103/PhysRevB.6.4370"),
+    "Cr": (METAL, ("chromium",), "Johnson & Christy 1974, doi:10.1103/PhysRevB.9.5056"),
+    "Cu": (METAL, ("copper",), "Johnson & Christy 1972, doi:10.1103/PhysRevB.6.4370"),
+    "Fe": (METAL, ("iron",), "Johnson & Christy 1974, doi:10.1103/PhysRevB.9.5056"),
+    "H2O": (DIELECTRIC, ("water",), "Daimon & Masumura 2007, doi:10.1364/AO.46.003811"),
+    "MgF2": (DIELECTRIC, ("magnesium-fluoride",), "Dodge 1984, doi:10.1364/AO.23.001980"),
+    "Ni": (METAL, ("pure-nickel",), "Johnson & Christy 1974, doi:10.1103/PhysRevB.9.5056"),
+    "SiO2": (DIELECTRIC, ("silica", "fused-silica"), "Malitson 1965, doi:10.1364/JOSA.55.001205"),
+    "Ti": (METAL, ("titanium",), "Johnson & Christy 1974, doi:10.1103/PhysRevB.9.5056"),
+    "TiO2": (DIELECTRIC, ("titanium-dioxide", "titania"), "Siefke et al. 2016, doi:10.1002/adom.201600250"),
+    "W": (METAL, ("tungsten",), "Rakić et al. 1998, doi:10.1364/AO.37.005271"),
+}
+_DATABASE = "; table: Polyanskiy 2024, doi:10.1038/s41597-023-02898-2"
+
+_FIT_ALIASES = {
+    "aluminium": ("aluminum",),
+    "aventurnine": ("aventurine",),
+    "silicon-nitrade": ("silicon-nitride",),
+}
+_FAMILIES = {  # by the first word, here in order, that the name of a fit holds
+    "color-changing-paint": "colour-changing paint",
+    "metallic-paint": "metallic paint",
+    "two-layer": "metallic, two layers",
+    "paint": "paint",
+    "latex": "latex",
+    "fabric": "fabric",
+    "felt": "felt",
+    "phenolic": "phenolic resin",
+    "rubber": "rubber",
+    "bball": "diffuse ball",
+    "obsidian": "polished stone",
+    "marble": "polished stone",
+    "jasper": "polished stone",
+    "aventurnine": "polished stone",
+    "hematite": "polished stone",
+    "alumina": "ceramic",
+    "nitrade": "ceramic",
+    "carbide": "hard metal",
+    **dict.fromkeys(("bronze", "aluminium", "brass", "chrome", "nickel", "steel", "ss440"), "metal"),
+    **dict.fromkeys(("plastic", "acrylic", "delrin", "nylon", "polyethylene", "foam", "pvc", "teflon"), "plastic"),
+    **dict.fromkeys(("cherry", "maple", "fruitwood", "pine", "natural", "oak", "walnut"), "stained wood"),
+}
+
+
+def materials() -> list[Entry]:
+    """Every built-in material: 9 metals, 4 dielectrics, 100 measured fits; `material` makes one by name."""
+    return list(_entries())
+
+
+def material(name: str, *, alpha: float | None = None, wavelengths: Any = None) -> Reflectance:
+    """The built-in material of a name, an ordinary model: `material("brass")`, `material("Au", alpha=0.2)`.
+
+    A measured fit is `Lambertian(rho) + ABC(A, B, C, eta)` in linear RGB. A metal or dielectric is a
+    microfacet surface (GGX) with the exact Fresnel reflectance of its refractive index: `Conductor`, or
+    `Dielectric` where k is below 0.001 (which changes the reflectance by 1e-6). Of a dielectric this is the
+    light reflected at the surface alone, not what comes back from inside.
+
+    alpha        slope scale of a metal or dielectric, 0.1 if not given; 0 is a mirror, `IdealSpecular`
+    wavelengths  [nm] of the channels of a metal or dielectric, interpolated linearly in the table; a number
+                 gives no channel axis. Not given: 630, 532 and 465 nm, which stand for linear RGB.
+
+    Case does not matter, spaces and underscores are hyphens, and substances go by their symbols too.
+    `aluminium` and `nickel` are the measured samples; the metals by refractive index are `pure-aluminium` or
+    `Al`, and `pure-nickel` or `Ni`.
+
+    Raises NotFoundError for an unknown name; ParameterError for wavelengths outside the table (nothing is
+    extrapolated) and for options on a measured fit, which has none.
+    """
+    entry = find(name)
+    if entry is None:
+        raise NotFoundError(f"no built-in material {name!r}{hint(name)}; `gonio materials` lists all")
+    if entry.kind == FIT:
+        if alpha is not None or wavelengths is not None:
+            pure = f"pure-{entry.name}"
+            other = f"; {pure} is the metal by refractive index and has them" if find(pure) else ""
+            raise ParameterError(
+                f"material({name!r}): a measured fit has no options alpha and wavelengths; change it by "
+                f"replace(...){other}"
+            )
+        return _fit(entry)
+    return _polished(entry, POLISHED if alpha is None else alpha, wavelengths)
+
+
+def find(name: str) -> Entry | None:
+    """The entry of a name or alias, or None."""
+    return _by_name().get(_plain(name))
+
+
+def hint(name: str) -> str:
+    """What to say after an unknown name: "; nearest: gold, ...", or nothing if no name is like it."""
+    plain, known = _plain(name), _by_name()
+    like = difflib.get_close_matches(plain, known, n=5, cutoff=0.6)
+    like += [k for k in known if plain and (plain in k or k in plain.split("-"))]
+    names = list(dict.fromkeys(known[k].name for k in like))[:4]
+    return f"; nearest: {', '.join(names)}" if names else ""
+
+
+def refractive_index(substance: str, wavelengths: Any) -> tuple[Any, Any]:
+    """Refractive index n and extinction k of a substance, n + ik, by name or symbol ("gold", "Au").
+
+    Shapes   wavelengths: any; n, k: the same.
+    Units    wavelengths: nm, in vacuum or air as the source has them; n, k: 1.
+    Error    that of the measurement: about 0.02 in n for metals. Linear interpolation between the table's
+             rows adds at most 1e-5 for H2O, MgF2, SiO2.
+    Source   per substance, see `materials`; database: Polyanskiy 2024, doi:10.1038/s41597-023-02898-2.
+
+    Raises NotFoundError for a name that is no substance, ParameterError outside the table's range.
+    """
+    entry = find(substance)
+    if entry is None or entry.kind == FIT:
+        known = ", ".join(f"{e.name} ({_symbol(e)})" for e in materials() if e.kind != FIT)
+        raise NotFoundError(f"no refractive index of {substance!r}; expected one of {known}")
+    try:
+        at = np.asarray(wavelengths, dtype=float)
+    except (TypeError, ValueError):
+        raise ParameterError(f"wavelengths={wavelengths!r:.60}: expected numbers [nm]") from None
+    table = _indices()[_symbol(entry)]
+    low, high = table[0, 0], table[-1, 0]
+    outside = ~((at >= low) & (at <= high))
+    if outside.any():
+        raise ParameterError(
+            f"{entry.name} at {at[outside].flat[0]:g} nm: outside the table, which holds {low:g} to {high:g} "
+            f"nm; nothing is extrapolated"
+        )
+    n, k = (np.interp(at, table[:, 0], column) for column in (table[:, 1], table[:, 2]))
+    return (n, k) if at.ndim else (float(n), float(k))
+
+
+def _fit(entry: Entry) -> Reflectance:
+    r = _fits()[entry.name]
+    lobe = ABC(r[3:6], r[6], r[7], r[8])
+    _note_source(lobe, entry)
+    return Lambertian(r[:3]) + lobe
+
+
+def _polished(entry: Entry, alpha: Any, wavelengths: Any) -> Reflectance:
+    at = RGB_WAVELENGTHS if wavelengths is None else wavelengths
+    n, k = refractive_index(entry.name, at)
+    if np.ndim(n) > 1 or np.size(n) == 0:
+        raise ParameterError(f"wavelengths: got shape {np.shape(n)}, expected a number or a list of numbers [nm]")
+    fresnel = Conductor(n, k) if np.any(np.asarray(k) > TRANSPARENT) else Dielectric(n)
+    mirror = isinstance(alpha, (int, float)) and alpha == 0
+    m: Reflectance = IdealSpecular(fresnel) if mirror else Microfacet(GGX(alpha), fresnel)
+    if wavelengths is not None and np.ndim(n):
+        m.__dict__["channel_names"] = tuple(float(w) for w in wavelengths)
+    _note_source(m, entry)
+    return m
+
+
+def _note_source(m: Reflectance, entry: Entry) -> None:
+    """Keep where the numbers are from, for `cite`; not as a field, so equality and repr stay the model's."""
+    m.__dict__["numbers_from"] = entry.source
+
+
+def _plain(name: str) -> str:
+    return str(name).strip().lower().replace("_", "-").replace(" ", "-")
+
+
+def _symbol(entry: Entry) -> str:
+    return entry.aliases[0]
+
+
+@cache
+def _entries() -> tuple[Entry, ...]:
+    found = []
+    for symbol, (kind, (name, *aliases), source) in _SUBSTANCES.items():
+        about = f"{symbol}, by {'complex ' if kind == METAL else ''}refractive index"
+        found.append(Entry(name, kind, about, source + _DATABASE, (symbol, *aliases)))
+    found.sort(key=lambda e: (e.kind != METAL, e.name))
+    pure = {e.name.removeprefix("pure-"): e.name for e in found if e.name.startswith("pure-")}
+    for name in _fits():
+        about = next(family for word, family in _FAMILIES.items() if word in name)
+        if name in pure:
+            about += f"; as an ideal metal: {pure[name]}"
+        found.append(Entry(name, FIT, about, _FIT_SOURCE, _FIT_ALIASES.get(name, ())))
+    return tuple(found)
+
+
+@cache
+def _by_name() -> dict[str, Entry]:
+    return {_plain(name): e for e in _entries() for name in (e.name, *e.aliases)}
+
+
+def _rows(file: str) -> list[list[str]]:
+    """The rows of a table of the package without comments and header, cut at tabs."""
+    text = (resources.files("gonio") / "data" / file).read_text(encoding="utf-8")
+    return [line.split("\t") for line in text.splitlines() if line and not line.startswith("#")][1:]
+
+
+@cache
+def _fits() -> dict[str, list[float]]:
+    """Name -> rho (3), A (3), B, C, eta."""
+    return {name: [float(x) for x in numbers] for name, *numbers in _rows("merl_abc.tsv")}
+
+
+@cache
+def _indices() -> dict[str, np.ndarray]:
+    """Symbol -> rows (wavelength [nm], n, k)."""
+    found: dict[str, list[list[float]]] = {}
+    for symbol, *numbers in _rows("refractive_index.tsv"):
+        found.setdefault(symbol, []).append([float(x) for x in numbers])
+    return {symbol: np.array(rows) for symbol, rows in found.items()}

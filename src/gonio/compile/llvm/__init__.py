@@ -1,0 +1,1 @@
+"""Graphs as LLVM IR: programs, vectors of lanes, elementary functions, access to memory, this processor."""

@@ -1,0 +1,299 @@
+"""A graph as LLVM IR: a function that runs over two axes of a batch, the inner one several lanes at a time.
+
+The function is `kernel(args, outer, inner, grain)`, with the lengths of the axes. Threads that call it with the same
+block of arguments share the work: each takes `grain` elements of the inner axis at a time, or -`grain` of the outer.
+`args` is a block of 64-bit words: for every array its address and three strides in bytes (outer axis, inner axis,
+component), for every table its address and the number of its last entry, for every output its address and its outer
+stride in bytes; and at last where the next part begins. What depends on no axis is computed before the loops, what
+depends on the outer axis alone outside the inner loop.
+"""
+
+from __future__ import annotations
+
+from ...trace.graph import INDEX, REAL
+from . import elementary
+from .access import Access
+from .divisions import fewer_divisions
+from .lanes import Lanes, Value
+from .program import ONCE, ROW, SAME, TOTAL, Program
+
+_SHARED = """
+define void @kernel(ptr %args, i64 %outer, i64 %inner, i64 %grain) nounwind {
+entry:
+  %next = getelementptr i64, ptr %args, i64 WORDS
+  %rows = icmp slt i64 %grain, 0
+  br i1 %rows, label %down, label %along
+along:
+  %a = atomicrmw add ptr %next, i64 %grain monotonic
+  %a.more = icmp ult i64 %a, %inner
+  br i1 %a.more, label %along.part, label %exit
+along.part:
+  %a.end = add i64 %a, %grain
+  %a.less = icmp ult i64 %a.end, %inner
+  %a.stop = select i1 %a.less, i64 %a.end, i64 %inner
+  call void @part(ptr %args, i64 0, i64 %outer, i64 %a, i64 %a.stop)
+  br label %along
+down:
+  %step = sub i64 0, %grain
+  %d = atomicrmw add ptr %next, i64 %step monotonic
+  %d.more = icmp ult i64 %d, %outer
+  br i1 %d.more, label %down.part, label %exit
+down.part:
+  %d.end = add i64 %d, %step
+  %d.less = icmp ult i64 %d.end, %outer
+  %d.stop = select i1 %d.less, i64 %d.end, i64 %outer
+  call void @part(ptr %args, i64 %d, i64 %d.stop, i64 0, i64 %inner)
+  br label %down
+exit:
+  ret void
+}
+"""
+"""What is called: takes parts of the batch, as long as there are any that no other thread has taken."""
+
+
+INLINE = 40
+"""How many elementary functions a kernel has at most before each becomes a function of its own: compilers take long
+over long blocks."""
+
+
+def generate(program: Program, width: int, estimates: bool) -> str:
+    """The IR of a kernel for vectors of `width` lanes; `estimates`: see `Lanes`."""
+    nodes = [node for output in program.outputs for node in output.nodes]
+    graph, renamed = fewer_divisions(program.graph, nodes, program.dtype)
+    new = iter(renamed)
+    outputs = tuple(output._replace(nodes=tuple(next(new) for _ in output.nodes)) for output in program.outputs)
+    return _Writer(program._replace(graph=graph, outputs=outputs), width, estimates).text()
+
+
+class _Writer:
+    def __init__(self, program: Program, width: int, estimates: bool):
+        self.program, self.width = program, width
+        self.v = Lanes(program.dtype, width, estimates)
+        self.values: dict[int, Value] = {}
+        self.reciprocals: dict[int, Value] = {}
+        self.blocks: dict[str, list[str]] = {}
+        graph = program.graph
+        self.order = graph.reachable([node for output in program.outputs for node in output.nodes])
+        self.decided = self._decided()
+        self.access = Access(program, self.v, self.order, self.values)
+        self.level = self._levels()
+        self.loads = [node for node in self.order if graph.operations[node] == "load"]
+        many = sum(graph.operations[node] in elementary.FUNCTIONS for node in self.order) > INLINE
+        self.functions: dict[str, str] | None = {} if many else None
+
+    def _decided(self) -> dict[int, int]:
+        """Choices whose result matters only where another choice by the same condition takes its second side: node ->
+        that side. So a formula that is given replaced directions and masked afterwards is computed without them."""
+        graph = self.program.graph
+        under: dict[int, list[int]] = {}
+        for node in self.order:
+            if graph.operations[node] == "select":
+                under.setdefault(graph.arguments[node][0], []).append(node)
+        found: dict[int, int] = {}
+        kept = {node for output in self.program.outputs for node in output.nodes}
+        for condition, choices in under.items():
+            if len(choices) < 2:
+                continue
+            free = kept.copy()  # nodes whose value matters where the condition holds
+            for node in reversed(self.order):
+                if node not in free:
+                    continue
+                sources = graph.inputs(node)
+                if graph.operations[node] == "select" and sources[0] == condition:
+                    sources = sources[:2]
+                free.update(sources)
+            found.update((node, graph.arguments[node][2]) for node in choices if node not in free)
+        return found
+
+    def _levels(self) -> dict[int, int]:
+        """0, 1 or 2 for every node: changes with nothing, with the outer axis, with the inner axis."""
+        graph, level = self.program.graph, {}
+        for node in self.order:
+            if graph.operations[node] == "load":
+                layout = self.program.arrays[graph.arguments[node][0]].layout
+                level[node] = {SAME: 0, ROW: 1}.get(layout, 2)
+            else:
+                level[node] = max((level[source] for source in graph.inputs(node)), default=0)
+        return level
+
+    def text(self) -> str:
+        v, totals = self.v, [i for i, o in enumerate(self.program.outputs) if o.use == TOTAL]
+        self.into("entry")
+        access = self.access
+        access.arguments()
+        for node in self.loads:
+            if self.level[node] == 0:
+                self.values[node] = access.splat(node, "p")
+        self.compute(0)
+        v.lines.append("br label %outer")
+
+        self.into("outer")
+        v.lines.append("%i = phi i64 [ %start0, %entry ], [ %i.next, %outer.end ]")
+        v.lines.append("%i.more = icmp ult i64 %i, %stop0")
+        v.lines.append("br i1 %i.more, label %row, label %exit")
+
+        self.into("row")
+        access.rows(sorted({self.program.graph.arguments[node][0] for node in self.loads}))
+        for node in self.loads:
+            if self.level[node] == 1:
+                self.values[node] = access.splat(node, "r")
+        self.compute(1)
+        v.lines.append("br label %inner")
+
+        sums = [f"%total{k}.{c}" for k in totals for c in range(len(self.program.outputs[k].nodes))]
+        wide = f"<{self.width} x double>"
+        self.into("inner")
+        v.lines.append("%j = phi i64 [ %start1, %row ], [ %j.next, %inner.end ]")
+        for name in sums:
+            v.lines.append(f"{name} = phi {wide} [ zeroinitializer, %row ], [ {name}.next, %inner.end ]")
+        v.lines.append("%j.more = icmp ult i64 %j, %stop1")
+        v.lines.append("br i1 %j.more, label %load, label %outer.end")
+        self.into("load")
+        v.lines.append("%left = sub i64 %stop1, %j")
+        v.lines.append(f"%full = icmp uge i64 %left, {self.width}")
+        v.lines.append("br i1 %full, label %load.full, label %load.part")
+        varying = [node for node in self.loads if self.level[node] == 2]
+        self.into("load.full")
+        full = access.full_loads(varying)
+        v.lines.append("br label %body")
+        self.into("load.part")
+        access.remaining()
+        part = [access.gathered(node, "%lanes") for node in varying]
+        v.lines.append("br label %body")
+
+        self.into("body")
+        kind = v.types["real"]
+        for node, a, b in zip(varying, full, part, strict=True):
+            self.values[node] = v.emit("real", f"phi {kind} [ {a.name}, %load.full ], [ {b.name}, %load.part ]")
+        true = "splat (i1 true)"
+        v.lines.append(f"%valid = phi <{self.width} x i1> [ {true}, %load.full ], [ %inside, %load.part ]")
+        self.compute(2)
+        for k in totals:
+            access.accumulate(k)
+        v.lines.append("br i1 %full, label %store.full, label %store.part")
+        self.into("store.full")
+        access.store_full()
+        v.lines.append("br label %inner.end")
+        self.into("store.part")
+        access.store_part()
+        v.lines.append("br label %inner.end")
+        self.into("inner.end")
+        v.lines.append(f"%j.next = add i64 %j, {self.width}")
+        v.lines.append("br label %inner")
+
+        self.into("outer.end")
+        for k in totals:
+            access.store_total(k)
+        for k, output in enumerate(self.program.outputs):
+            if output.use == ONCE:
+                access.store_once(k)
+        v.lines.append("%i.next = add i64 %i, 1")
+        v.lines.append("br label %outer")
+        self.into("exit")
+        v.lines.append("ret void")
+
+        body = "\n".join(f"{name}:\n  " + "\n  ".join(lines) for name, lines in self.blocks.items())
+        bits = min(self.width * access.size * 8, 512)
+        attributes = f'nounwind "prefer-vector-width"="{bits}" "min-legal-vector-width"="{bits}"'
+        declared = "\n".join(sorted(v.declared))
+        signature = "ptr noalias readonly %args, i64 %start0, i64 %stop0, i64 %start1, i64 %stop1"
+        return (
+            f"{declared}\n"
+            f"{''.join((self.functions or {}).values())}"
+            f"define internal void @part({signature}) noinline #0 {{\n{body}\n}}\n"
+            f"{_SHARED.replace('WORDS', str(self.program.words()))}"
+            f"attributes #0 = {{ alignstack=64 {attributes} }}\nattributes #1 = {{ {attributes} }}\n"
+        )
+
+    def into(self, block: str) -> None:
+        """What is written from here on belongs to this block."""
+        self.v.lines = self.blocks[block] = []
+
+    # Operations.
+
+    def compute(self, level: int) -> None:
+        for node in self.order:
+            if self.level[node] == level and node not in self.values:
+                self.values[node] = self.operation(node)
+
+    def operation(self, node: int) -> Value:
+        v, graph = self.v, self.program.graph
+        operation, arguments = graph.operations[node], graph.arguments[node]
+        if node in self.decided:
+            return self.values[self.decided[node]]
+        if operation == "constant":
+            value = arguments[0]
+            kind = graph.kinds[node]
+            return v.real(value) if kind == REAL else v.index(value) if kind == INDEX else v.mask(bool(value))
+        if operation == "take":
+            return self.access.lookup(node)
+        a = [self.values[x] for x in arguments]
+        if operation in ("lt", "le", "gt", "ge", "eq", "ne"):
+            return v.compare(operation, *a)
+        if operation in ("minimum", "maximum"):
+            return self.extremum(operation, node, *a)
+        if operation == "select":
+            return v.select(*a)
+        if operation == "div":
+            return self.quotient(*arguments)
+        if operation in ("and", "or", "xor"):
+            return v.integer(operation, *a)
+        if operation == "stop":
+            return a[0]
+        if operation == "to_index":
+            near = v.compare("lt", v.absolute(a[0]), v.real(2147483520.0))
+            return v.truncated(v.select(near, a[0], v.real(0.0)), "index")
+        if operation == "to_real":
+            return v.as_real(a[0])
+        if graph.kinds[node] == INDEX:
+            if operation == "neg":
+                return v.integer("sub", v.index(0), a[0])
+            return v.integer(operation, *a)
+        if operation in elementary.FUNCTIONS:
+            return self.elementary(operation, a)
+        return getattr(v, operation)(*a)
+
+    def elementary(self, name: str, a: list[Value]) -> Value:
+        """An elementary function: its instructions here, or where there are many of them a call."""
+        v, function = self.v, elementary.FUNCTIONS[name]
+        if self.functions is None:
+            return function(v, *a)
+        kind = v.types["real"]
+        if name not in self.functions:
+            outside, v.lines = v.lines, []
+            inner = [Value("real", f"%x{i}") for i in range(len(a))]
+            result = function(v, *inner)
+            signature = ", ".join(f"{kind} {x.name}" for x in inner)
+            body = "\n  ".join([*v.lines, f"ret {kind} {result.name}"])
+            self.functions[name] = f"define internal {kind} @{name}({signature}) noinline #1 {{\n  {body}\n}}\n"
+            v.lines = outside
+        return v.emit("real", f"call {kind} @{name}({', '.join(f'{kind} {x.name}' for x in a)})")
+
+    def quotient(self, top: int, bottom: int) -> Value:
+        """top / bottom: by the reciprocal where that is the same for more elements, or the reciprocal of a root."""
+        v, graph = self.v, self.program.graph
+        a = self.values[top]
+        if self.level[bottom] < self.level[top]:
+            if bottom not in self.reciprocals:
+                lines, block = v.lines, ("entry", "row")[self.level[bottom]]
+                v.lines = self.blocks[block]
+                end = v.lines.pop()
+                self.reciprocals[bottom] = v.div(v.real(1.0), self.values[bottom])
+                v.lines.append(end)
+                v.lines = lines
+            return v.mul(a, self.reciprocals[bottom])
+        if graph.operations[bottom] == "sqrt":
+            r = v.rsqrt(self.values[graph.arguments[bottom][0]])
+            return r if graph.value(top) == 1.0 else v.mul(a, r)
+        return v.div(a, self.values[bottom])
+
+    def extremum(self, operation: str, node: int, a: Value, b: Value) -> Value:
+        """The smaller or larger of two, NaN if one is NaN."""
+        v, graph = self.v, self.program.graph
+        how = "lt" if operation == "minimum" else "gt"
+        first, second = graph.arguments[node]
+        if graph.value(first) is not None or graph.kinds[node] == INDEX:
+            return v.select(v.compare(how, a, b), a, b)
+        if graph.value(second) is not None:
+            return v.select(v.compare(how, b, a), b, a)
+        return v.select(v.is_nan(a), a, v.select(v.compare(how, a, b), a, b))

@@ -1,0 +1,171 @@
+"""The processor that kernels are compiled for, and the compiler: LLVM IR to machine code, by llvmlite."""
+
+from __future__ import annotations
+
+import hashlib
+import importlib.util
+import os
+import platform
+import sys
+from functools import cache
+from threading import RLock
+from typing import Any
+
+from ...errors import DependencyError
+from .. import elf
+from .lanes import FLOAT32
+
+LOCK = RLock()
+"""Held while kernels are made: LLVM's target machine serves one thread at a time. A fork waits for it, for in the child
+nobody would ever release what another thread holds: this lock, LLVM's own, or that of a module being imported."""
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(before=LOCK.acquire, after_in_parent=LOCK.release, after_in_child=LOCK.release)
+
+
+_ENDS = 1 << 14  # bytes at either end of LLVM's library
+
+
+@cache
+def processor() -> str:
+    """What tells this processor from others: its name and features, where the system does not say so as LLVM does."""
+    facts = _cpuinfo() or (_llvm().get_host_cpu_name(), _features_text())
+    return " ".join([platform.machine(), sys.platform, *facts])
+
+
+@cache
+def _cpuinfo() -> tuple[str, ...]:
+    try:
+        with open("/proc/cpuinfo", encoding="utf-8") as file:
+            lines = file.read(8192).split("\n\n")[0].splitlines()  # the first of several equal ones
+    except OSError:
+        return ()
+    return tuple(line for line in lines if line.startswith(("model name", "flags", "Features", "CPU")))
+
+
+@cache
+def lane_bits() -> int:
+    """Bits of the widest vectors that this processor computes with; 0 where it has no fused multiply-add."""
+    words = set(processor().split())
+    if platform.machine() in ("aarch64", "arm64", "ARM64"):
+        return 128
+    if {"avx512f", "avx512dq", "avx512vl", "avx512bw"} <= words:
+        return 512
+    if {"avx2", "fma"} <= words:
+        return 256
+    if _cpuinfo():
+        return 0
+    features = _features()
+    return 512 if features.get("avx512dq") else 256 if features.get("avx2") and features.get("fma") else 0
+
+
+def lanes(dtype: str) -> int:
+    """How many numbers of a dtype a kernel works on at a time."""
+    return lane_bits() // (32 if dtype == FLOAT32 else 64)
+
+
+def _features() -> dict[str, bool]:
+    return dict(_llvm().get_host_cpu_features())
+
+
+@cache
+def _llvm() -> Any:
+    try:
+        import llvmlite.binding as llvm
+
+        llvm.initialize_native_target()
+        llvm.initialize_native_asmprinter()
+    except (ImportError, OSError, AttributeError, RuntimeError, TypeError, ValueError) as error:  # half installed, say
+        reason = " ".join(f"{type(error).__name__}: {error}".split())
+        raise DependencyError(f"kernels need llvmlite, which cannot be loaded ({reason})") from None
+    return llvm
+
+
+@cache
+def _target_machine() -> Any:
+    llvm = _llvm()
+    target = llvm.Target.from_default_triple()
+    return target.create_target_machine(
+        cpu=llvm.get_host_cpu_name(), features=_features_text(), opt=2, reloc="pic", codemodel="small"
+    )
+
+
+def _features_text() -> str:
+    return _llvm().get_host_cpu_features().flatten()
+
+
+@cache
+def compiler() -> str:
+    """Which llvmlite there is, without importing it, by what its files say; "" where they do not.
+
+    LLVM's library is too long to be read whole. Its beginning has the linker's hash of it (a build id, a UUID) and
+    the places of its segments, its end those of its sections. Raises DependencyError where there is no llvmlite.
+    """
+    found = importlib.util.find_spec("llvmlite")
+    if found is None or found.origin is None:
+        raise DependencyError("kernels need llvmlite, which is not installed")
+    home, total = os.path.dirname(found.origin), hashlib.sha256()
+    folder = os.path.join(home, "binding")
+    try:
+        with open(os.path.join(home, "_version.py"), "rb") as file:
+            total.update(file.read())
+        libraries = sorted(name for name in os.listdir(folder) if name.endswith((".so", ".dylib", ".dll")))
+        for name in libraries:
+            with open(os.path.join(folder, name), "rb", buffering=0) as library:
+                size = library.seek(0, os.SEEK_END)
+                total.update(size.to_bytes(8, "little"))
+                for start in (0, max(size - _ENDS, 0)):
+                    library.seek(start)
+                    total.update(library.read(_ENDS))
+    except OSError:
+        return ""
+    return total.hexdigest() if libraries else ""
+
+
+def to_object(text: str) -> bytes:
+    """The object file of a module of IR."""
+    llvm = _llvm()
+    with LOCK:
+        machine = _target_machine()
+        module = llvm.parse_assembly(text)
+        module.triple = machine.triple
+        module.data_layout = str(machine.target_data)
+        module.verify()
+        options = llvm.create_pipeline_tuning_options()
+        builder = llvm.create_pass_builder(machine, options)
+        passes = llvm.create_new_function_pass_manager()
+        passes.add_instruction_combine_pass()
+        passes.add_simplify_cfg_pass()
+        for function in module.functions:
+            if not function.is_declaration:
+                passes.run(function, builder)
+        return machine.emit_object(module)
+
+
+def to_assembly(text: str) -> str:
+    """The assembly of a module of IR, to look at."""
+    llvm = _llvm()
+    with LOCK:
+        machine = _target_machine()
+        return machine.emit_assembly(llvm.parse_assembly(text))
+
+
+def linked(code: bytes) -> tuple[int, Any] | None:
+    """The address of `kernel` in an object file that LLVM's own loader has put into memory, and what keeps it there;
+    None where it has none. Raises EngineError where no code may be run."""
+    elf.require_executable()
+    llvm = _llvm()
+    with LOCK:
+        empty = llvm.parse_assembly("")
+        engine = llvm.create_mcjit_compiler(empty, _own_machine(), use_lmm=True)  # keeps sections within reach
+        engine.add_object_file(llvm.ObjectFileRef.from_data(code))
+        engine.finalize_object()
+        address = engine.get_function_address("kernel")
+    return (address, engine) if address else None
+
+
+def _own_machine() -> Any:
+    """A target machine for one engine, which takes it over."""
+    llvm = _llvm()
+    return llvm.Target.from_default_triple().create_target_machine(
+        cpu=llvm.get_host_cpu_name(), features=_features_text(), opt=2, jit=True
+    )

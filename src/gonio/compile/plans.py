@@ -1,0 +1,257 @@
+"""Running a kernel over arrays: which axes it loops over, where everything lies in memory, and who computes what.
+
+A plan holds all that shapes and strides decide; carrying it out takes addresses only.
+"""
+
+from __future__ import annotations
+
+import math
+import sys
+from collections.abc import Iterator, Sequence
+from ctypes import addressof, c_int64, c_ssize_t, c_void_p, cast
+from functools import partial
+from time import perf_counter
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..trace.graph import MASK, Graph
+from . import memory, store
+from .llvm.program import EACH, PACKED, PLANES, ROW, SAME, STRIDED, TOTAL, Array, Output, Program
+from .threads import threads
+from .workers import possible, together, wake
+
+PARALLEL = 32_768  # elements from which on threads are worth their start
+PIECES = 8  # parts of a batch for each thread, so that none waits long for another
+GRAIN = 4096  # elements that a part has at least
+WAKING = 65_536  # elements from which on helpers that sleep are worth waking
+PIECE = 1 << 28  # operations on elements, some hundredths of a second of work: what is done in one call at first
+QUICK = 0.02  # seconds below which the next call does twice as much
+
+DTYPES = {np.dtype(np.float32): "float32", np.dtype(np.float64): "float64"}
+
+
+class Result(NamedTuple):
+    """What a kernel computes: nodes side by side, what becomes of them (see `codegen`), and its shape."""
+
+    nodes: tuple[int, ...]
+    use: str
+    element: tuple[int, ...]
+
+
+class _View(NamedTuple):
+    """An array over the axes of a batch: the length of its vectors, and bytes from one element to the next."""
+
+    width: int
+    strides: tuple[int, ...]
+    component: int
+
+
+class _Axis(NamedTuple):
+    """An axis to loop over, or several that lie behind one another: its length, and every array's step in bytes."""
+
+    length: int
+    steps: tuple[int, ...]
+
+
+class Plan(NamedTuple):
+    """Everything about calls with arrays of given shapes and strides, but their addresses."""
+
+    function: store.Function
+    entry: int  # its address
+    block: Any  # makes a copy of the block of arguments, without addresses that a call brings
+    inputs: tuple[tuple[int, int], ...]  # word and number of the arrays that a call brings
+    outputs: tuple[tuple[int, tuple[int, ...], np.dtype, int], ...]  # word, shape, dtype and bytes
+    above: tuple[tuple[int, tuple[int, ...]], ...]  # further axes: length, and what a step adds to each address
+    addresses: tuple[int, ...]  # the words that hold addresses
+    outer: int
+    inner: int
+    divisible: bool  # whether the inner axis may be shared out
+    piece: int  # elements that one call computes at first
+    keeper: Any  # owns the arrays whose addresses are in the words
+
+
+def prepare(
+    graph: Graph,
+    results: Sequence[Result],
+    arrays: Sequence[tuple[np.ndarray, int] | None],
+    brought: int,
+    tables: Sequence[np.ndarray],
+    shape: tuple[int, ...],
+    dtype: np.dtype,
+) -> Plan:
+    """A plan to evaluate a graph over a batch of this shape.
+
+    `arrays`: (array, length of its vectors), whose other axes broadcast to `shape`; None for one that nothing reads.
+    `tables` have an entry at their end that is none. The first `brought` arrays come with each call, in the same shapes
+    and strides. Results that are not stored for each element are so for the last axis as a whole.
+    """
+    views = [_View(1, (0,) * len(shape), 0) if x is None else _view(*x, len(shape)) for x in arrays]
+    kinds = [np.dtype(bool) if graph.kinds[r.nodes[0]] == MASK else dtype for r in results]
+    kinds = [np.dtype(np.float64) if r.use == TOTAL else kind for r, kind in zip(results, kinds, strict=True)]
+    shapes = [shape if r.use == EACH else shape[:-1] for r in results]
+    stores = [
+        _contiguous(s, len(shape), math.prod(r.element) * kind.itemsize)
+        for s, r, kind in zip(shapes, results, kinds, strict=True)
+    ]
+    whole = all(r.use == EACH for r in results)
+    axes = _axes(shape, [v.strides for v in views] + stores, keep_last=not whole)
+    layouts = tuple(_layout(v, axes, k, dtype.itemsize) for k, v in enumerate(views))
+    program = Program(graph, tuple(Output(r.nodes, r.use) for r in results), layouts, len(tables), DTYPES[dtype])
+    inner, outer, above = axes[-1], axes[-2], axes[:-2]
+    words: list[int] = []
+    places, inputs, outputs = [], [], []
+    for k, (given, view) in enumerate(zip(arrays, views, strict=True)):
+        places.append(len(words))
+        if given is not None and k < brought:
+            inputs.append((len(words), k))
+        fixed = 0 if given is None or k < brought else _address(given[0])
+        words += [fixed, outer.steps[k], inner.steps[k], view.component]
+    for table in tables:
+        words += [_address(table), len(table) - 2]
+    for k, (r, s, kind) in enumerate(zip(results, shapes, kinds, strict=True), len(arrays)):
+        places.append(len(words))
+        full = (*s, *r.element)
+        outputs.append((len(words), full, kind, math.prod(full) * kind.itemsize))
+        words += [0, outer.steps[k]]
+    function: Any = store.kernel(program)
+    return Plan(
+        function,
+        cast(function, c_void_p).value or 0,
+        partial((c_int64 * (len(words) + 1)).from_buffer_copy, (c_int64 * (len(words) + 1))(*words)),
+        tuple(inputs),
+        tuple(outputs),
+        tuple((axis.length, axis.steps) for axis in above),
+        tuple(places),
+        outer.length,
+        inner.length,
+        whole,
+        max(PIECE // len(graph.operations), 1),
+        (tuple(arrays[brought:]), tuple(tables)),
+    )
+
+
+def carry_out(plan: Plan, inputs: Sequence[np.ndarray], out: np.ndarray | None = None) -> list[np.ndarray]:
+    """The results of a plan for these arrays; the first is written to `out` if that is given."""
+    block = plan.block()
+    for word, k in plan.inputs:
+        block[word] = _address(inputs[k])
+    results = []
+    for word, shape, dtype, size in plan.outputs:
+        if out is not None:
+            result, out = out, None
+        elif size < memory.SMALL:
+            result = np.empty(shape, dtype)
+        else:
+            result = memory.empty(shape, dtype)
+        block[word] = _address(result)
+        results.append(result)
+    if plan.above:
+        start = [block[word] for word in plan.addresses]
+        for at in np.ndindex(*(length for length, _ in plan.above)):
+            for i, word in enumerate(plan.addresses):
+                block[word] = start[i] + sum(n * steps[i] for n, (_, steps) in zip(at, plan.above, strict=True))
+            _run(plan, block)
+    else:
+        _run(plan, block)
+    return results
+
+
+def _run(plan: Plan, block: Any) -> None:
+    outer, inner, count = plan.outer, plan.inner, threads()
+    size = outer * inner
+    shared = size >= PARALLEL and count > 1 and possible()
+    if not shared and size <= plan.piece:
+        block[-1] = 0
+        plan.function(addressof(block), outer, inner, -outer)
+        return
+    for outer_stop, inner_stop, grain in _pieces(plan, block, count if shared else 1):
+        if shared:
+            wake(count - 1 if size >= WAKING else 0)  # each time: who waits for the others falls asleep soon
+            together(count, plan.entry, addressof(block), outer_stop, inner_stop, grain)
+        else:
+            plan.function(addressof(block), outer_stop, inner_stop, grain)
+
+
+def _pieces(plan: Plan, block: Any, count: int) -> Iterator[tuple[int, int, int]]:
+    """Where the loops of a kernel stop, call by call, and what threads take at a time: an interrupt is answered between
+    calls, each of which is to take some hundredths of a second."""
+    outer, inner = plan.outer, plan.inner
+    rows = outer >= PIECES * count or not plan.divisible
+    length, width = (outer, inner) if rows else (inner, outer)
+    step = max(plan.piece // width, 1)
+    grain = max(min(step, length) // (PIECES * count), 1 if rows else GRAIN // outer)
+    done = 0
+    while done < length:
+        block[-1], done = done, min(done + step, length)
+        began = perf_counter()
+        yield (done, inner, -grain) if rows else (outer, done, grain + -grain % 64)
+        if perf_counter() - began < QUICK:
+            step *= 2
+
+
+def _slow_address(array: np.ndarray) -> int:
+    return array.__array_interface__["data"][0]
+
+
+def _quick_address(array: np.ndarray) -> int:
+    # The first field of NumPy's arrays after what every Python object begins with: part of NumPy's binary interface.
+    return c_ssize_t.from_address(id(array) + object.__basicsize__).value
+
+
+def _works() -> bool:
+    return all(_quick_address(x) == _slow_address(x) for x in (np.zeros(3), np.zeros((4, 3), np.float32)[1:]))
+
+
+_address = _quick_address if sys.implementation.name == "cpython" and _works() else _slow_address
+"""Where an array's numbers begin."""
+
+
+def _view(array: np.ndarray, width: int, axes: int) -> _View:
+    own = array.ndim - 1
+    strides = [0 if array.shape[i] == 1 else array.strides[i] for i in range(own)]
+    return _View(width, (0,) * (axes - own) + tuple(strides), array.strides[-1] if width > 1 else array.itemsize)
+
+
+def _contiguous(shape: tuple[int, ...], axes: int, size: int) -> tuple[int, ...]:
+    """Steps of a contiguous array whose elements have `size` bytes; 0 along an axis that it lacks at the end."""
+    steps = []
+    for length in reversed(shape):
+        steps.append(size)
+        size *= length
+    return tuple(reversed(steps)) + (0,) * (axes - len(shape))
+
+
+def _axes(shape: tuple[int, ...], strides: Sequence[tuple[int, ...]], keep_last: bool) -> list[_Axis]:
+    """The axes to loop over, at least two: those of length 1 left out, those that lie behind one another made one."""
+    axes: list[_Axis] = []
+    for i in reversed(range(len(shape))):
+        length, steps = shape[i], tuple(s[i] for s in strides)
+        if keep_last and i == len(shape) - 1:
+            axes.append(_Axis(length, steps))
+        elif length == 1:
+            continue
+        elif (
+            axes
+            and not (keep_last and len(axes) == 1)
+            and all(step == s * axes[-1].length for step, s in zip(steps, axes[-1].steps, strict=True))
+        ):
+            axes[-1] = _Axis(length * axes[-1].length, axes[-1].steps)
+        else:
+            axes.append(_Axis(length, steps))
+    while len(axes) < 2:
+        axes.append(_Axis(1, (0,) * len(strides)))
+    return axes[::-1]
+
+
+def _layout(view: _View, axes: Sequence[_Axis], k: int, size: int) -> Array:
+    step = axes[-1].steps[k]
+    if step == 0:
+        layout = ROW if any(axis.steps[k] for axis in axes[:-1]) else SAME
+    elif step == view.width * size and view.component == size:
+        layout = PACKED
+    elif step == size:
+        layout = PLANES
+    else:
+        layout = STRIDED
+    return Array(view.width, layout)

@@ -1,0 +1,140 @@
+"""Any reflectance as a table: values on a grid of angles, interpolated, with sampling and the error this makes."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import ClassVar
+
+import numpy as np
+
+from ..base.measured import tabular_shape
+from ..base.provenance import derived
+from ..base.reflectance import Reflectance
+from ..errors import ParameterError
+from ..numerics.filling import filled_in_layers
+from ..tables.angle_systems import parameterisation as parameterisation_named
+from ..tables.axes import counts
+from ..tables.gridded import Gridded
+from .comparison import ResamplingError, lattice_pairs, resampling_error
+
+RESOLUTION = {
+    ("half_difference", False): (90, 46, 36),
+    ("half_difference", True): (45, 23, 24, 32),
+    ("angles", False): (46, 46, 72),
+    ("angles", True): (19, 19, 36, 36),
+}
+GRAZING = 0.01  # cosine; the grids end there
+
+
+class Tabulated(Gridded):
+    """The table that `gonio.tabulate` makes of a reflectance: a `Gridded` that knows the error this makes.
+
+    Error    of the grid, in `error`. By default mean, largest and albedo's for GGX(0.1), glass: half_difference 6e-3,
+             7e-2, 7e-3, angles 1e-2, 13 (at the peak), 0.12; for 0.3 Lambertian + GGX(0.3): 6e-4, 4e-2, 1e-3 and
+             1e-3, 0.3, 7e-4.
+    Source   that of `Gridded`: Rusinkiewicz 1998, "A new change of variables for efficient BRDF representation".
+    """
+
+    breaks: ClassVar[dict[str, str]] = {
+        "energy": "values between nodes are linear interpolations, which may lie above those of the material",
+    }
+
+    error: ResamplingError
+
+
+def tabulate(
+    m: Reflectance,
+    parameterisation: str = "half_difference",
+    resolution: Sequence[int] | None = None,
+    anisotropic: bool | None = None,
+    channels: Sequence[int] | None = None,
+) -> Tabulated:
+    """A reflectance as a table, with the error that this makes: see `Tabulated` and its `error`.
+
+    `resolution`: nodes along each axis. `anisotropic`: whether the table has an axis more, found out if not given.
+    `channels`: numbers of the channels to keep, all if not given. Holes of a measurement are filled from what is next
+    to them. Raises ParameterError for a material with a delta lobe or with maps: no such table could hold it.
+    """
+    shape = tabular_shape(m)
+    four = not m.is_isotropic() if anisotropic is None else anisotropic
+    if (parameterisation, four) not in RESOLUTION:
+        raise ParameterError(f"parameterisation={parameterisation!r}: expected 'half_difference' or 'angles'")
+    axes = parameterisation_named(parameterisation).names(4 if four else 3)
+    usual = RESOLUTION[parameterisation, four]
+    nodes = counts(usual if resolution is None else resolution, (len(axes),), 2, f"nodes of {', '.join(axes)}")
+    if parameterisation == "angles" and (nodes[0] != nodes[1] or (four and nodes[2] != nodes[3])):
+        raise ParameterError(f"resolution={resolution!r}: expected as many nodes for wo as for wi, for reciprocity")
+    keep = _Kept(m, shape, channels)
+    reciprocal = keep.reciprocal()
+    period = math.pi if reciprocal and parameterisation == "half_difference" else 2.0 * math.pi
+    grid = _nodes(parameterisation, nodes, period)
+    values = _on_grid(keep, parameterisation, grid)
+    if reciprocal and parameterisation == "angles":
+        back = values.transpose(1, 0, 3, 2, 4) if four else _back(values)
+        values = 0.5 * (values + back)
+    names = m.channel_names
+    if names is not None and channels is not None:
+        names = tuple(names[c] for c in channels)
+    made = Tabulated(
+        parameterisation,
+        dict(zip(axes, grid, strict=True)),
+        values if shape else values[..., 0],
+        channels=(names or tuple(map(str, range(keep.width)))) if shape else None,
+        periods={"phi_d": period} if parameterisation == "half_difference" else None,
+        about={"made_of": repr(m)},
+    )
+    made.__dict__.update(channel_names=names, provenance=derived(m))
+    made.__dict__["breaks"] = {**Tabulated.breaks, **m.breaches()}
+    made.__dict__["error"] = resampling_error(m, made, keep.chosen)
+    return made
+
+
+def _back(values: np.ndarray) -> np.ndarray:
+    """What a table of theta_i, theta_o, phi holds for wi and wo exchanged: phi becomes -phi."""
+    return np.roll(values.transpose(1, 0, 2, 3)[:, :, ::-1], 1, axis=2)
+
+
+class _Kept:
+    """A reflectance with a channel axis, some of its channels left out."""
+
+    def __init__(self, m: Reflectance, shape: tuple[int, ...], chosen: Sequence[int] | None):
+        count = shape[0] if shape else 1
+        self.m, self.chosen = m, list(range(count)) if chosen is None else list(chosen)
+        if not self.chosen or not all(c in range(count) for c in self.chosen):
+            raise ParameterError(f"channels={chosen!r}: expected numbers from 0 to {count - 1}")
+        self.plain, self.width = not shape, len(self.chosen)
+
+    def f(self, wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
+        f = self.m.f(wi, wo)
+        return f[..., None] if self.plain else f[..., self.chosen]
+
+    def reciprocal(self) -> bool:
+        wi, wo = lattice_pairs(512)
+        return np.allclose(self.f(wi, wo), self.f(wo, wi), rtol=1e-6, atol=1e-12, equal_nan=True)
+
+
+def _nodes(parameterisation: str, counts: Sequence[int], period: float) -> list[np.ndarray]:
+    """Angles [rad] of the nodes along each axis."""
+    first, second = (0.5 * math.pi * np.linspace(0.0, 1.0, n) for n in counts[:2])
+    if parameterisation == "half_difference":
+        first = 0.5 * math.pi * np.linspace(0.0, 1.0, counts[0]) ** 2
+    return [first, second, period * _turn(counts[2]), *(2.0 * math.pi * _turn(n) for n in counts[3:])]
+
+
+def _turn(count: int) -> np.ndarray:
+    return np.arange(count) / count
+
+
+def _on_grid(keep: _Kept, parameterisation: str, grid: Sequence[np.ndarray]) -> np.ndarray:
+    """f (grid..., C) at the nodes, those without a value filled from what is next to them."""
+    values = np.empty((*map(len, grid), keep.width))
+    first, *others = (
+        np.minimum(x, math.acos(GRAZING)) if parameterisation == "angles" and k < 2 else x for k, x in enumerate(grid)
+    )
+    for i, x in enumerate(first):
+        wi, wo = (w[0] for w in parameterisation_named(parameterisation).pairs(*np.meshgrid(x, *others, indexing="ij")))
+        up = (wi[..., 2] >= 0.999 * GRAZING) & (wo[..., 2] >= 0.999 * GRAZING)
+        values[i] = np.nan
+        values[i][up] = keep.f(wi[up], wo[up])
+    return filled_in_layers(values, (False,) * len(grid))[0]

@@ -1,0 +1,1 @@
+"""How a formula meets arrays: traced, planned and compiled, or run on arrays as it stands."""

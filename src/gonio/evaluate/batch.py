@@ -1,0 +1,240 @@
+"""From arrays to formulas and back: a kernel written on components is run over any batch, channels and library.
+
+A kernel is a function `kernel(m, mean, *inputs)`: `m` is the material with parameters ready to compute with, `mean`
+the same with channels merged (what sampling uses), each input a tuple of components. What it returns is declared as
+"value" (has the channel axis), "scalar" (has none), "vector", or "total": a value, summed over the last axis of the
+batch. Kernels see no axis, no channel and no library.
+
+For NumPy arrays kernels are compiled (`planning.py`). Where that cannot be, or a formula cannot be traced, batches are
+cut into blocks that stay in the processor's cache and are shared out to threads.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from contextlib import suppress
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from ..arrays import Fixed, Later, ops
+from ..errors import ArrayTypeError, EngineError, ShapeError, TraceError
+from ..formula.parametrised import Parametrised
+from . import planning, tracing
+from .blocks import Box, cut, in_blocks, result_shape
+
+Kernel = Callable[..., tuple]
+
+
+def run(
+    kernel: Kernel,
+    kinds: tuple[str, ...],
+    material: Parametrised,
+    inputs: Sequence[Any],
+    widths: tuple[int, ...],
+    out: np.ndarray | None = None,
+) -> list[Any]:
+    """Results of `kernel` over the broadcast batch of `inputs`, whose last axes have lengths `widths`."""
+    if type(inputs[0]) is np.ndarray:
+        plan = planning.known(kernel, kinds, material, inputs)
+        if plan is not None:
+            if out is not None:
+                _check_out(out, *plan.outputs[0][1:3])
+            return planning.call(plan, inputs, out)
+    lib, inputs = _checked(inputs, widths)
+    if lib.name != "numpy":
+        if out is not None:
+            raise ArrayTypeError(f"out= is for NumPy arrays; got {lib.name} directions")
+        return (_by_channel if lib.channel_loop else _at_once)(kernel, kinds, material, lib, inputs)
+    channels, batch = _batch(material.leaves(), lib, inputs)
+    if out is not None:
+        _check_out(out, result_shape(kinds[0], batch, channels), inputs[0].dtype)
+    if planning.available() and 0 not in batch:
+        with suppress(TraceError, EngineError):
+            plan = planning.plan(kernel, kinds, material, inputs, widths, batch, channels)
+            return planning.call(plan, inputs, out)
+    results = _in_blocks(kernel, kinds, material, inputs, batch, channels)
+    if out is None:
+        return results
+    out[...] = results[0]
+    return [out]
+
+
+def _checked(inputs: Sequence[Any], widths: Sequence[int]) -> tuple[ops.Library, list[Any]]:
+    """The inputs of a call as arrays of one library, with last axes of these lengths."""
+    lib, arrays = ops.as_arrays(*inputs)
+    for x, width in zip(arrays, widths, strict=True):
+        shape = lib.shape(x)
+        if not shape or shape[-1] != width:
+            what = {3: "directions", 2: "random numbers"}.get(width, "weights")
+            raise ShapeError(f"{what}: got shape {shape}, expected (..., {width})")
+    return lib, arrays
+
+
+def _check_out(out: Any, shape: tuple[int, ...], dtype: np.dtype) -> None:
+    if not isinstance(out, np.ndarray):
+        raise ArrayTypeError(f"out: got {type(out).__name__}, expected a NumPy array")
+    if out.shape != shape or out.dtype != dtype:
+        raise ShapeError(f"out: got {out.dtype} {out.shape}, expected {dtype} {shape}")
+    if not out.flags.writeable:
+        raise ArrayTypeError("out: the array is read-only; expected one that may be written to")
+
+
+def _in_blocks(
+    kernel: Kernel,
+    kinds: Sequence[str],
+    material: Parametrised,
+    inputs: Sequence[np.ndarray],
+    batch: tuple[int, ...],
+    channels: int | None,
+) -> list[np.ndarray]:
+    """The results of NumPy, of the formula as it is."""
+    lib = ops.LIBRARIES["numpy"]
+
+    def evaluate(arrays: Sequence[np.ndarray], shape: tuple[int, ...], at: Box) -> list[np.ndarray]:
+        def convert(value: Any) -> Any:
+            value = value.numbers if isinstance(value, Fixed) else value
+            return lib.convert(cut(value, batch, at) if isinstance(value, np.ndarray) else value, arrays[0])
+
+        def bound(m: Parametrised) -> Parametrised:
+            return m.bind(convert, lambda table: Later(table, arrays[0].dtype))
+
+        m = bound(material)
+        mean = bound(material.merged(lib.merge_channels)) if channels else m
+        parts = [lib.split(x, shape, channels is not None) for x in arrays]
+        return lib.assemble(kinds, [kernel(m, mean, *parts)], arrays[0], shape, channels is not None)
+
+    return in_blocks(evaluate, kinds, inputs, batch, channels)
+
+
+def _at_once(
+    kernel: Kernel, kinds: Sequence[str], material: Parametrised, lib: ops.Library, inputs: Sequence[Any]
+) -> list[Any]:
+    """The results of a library that is given the whole batch.
+
+    Such a library may be compiling: nothing here or below it may depend on the values of arrays, or touch those of
+    NumPy but through `Library.fixed`.
+    """
+    like = inputs[0]
+    m = material.bind(partial(_converted, lib=lib, like=like), partial(lib.fixed, like=like))
+    channels, batch = _batch(m.leaves(), lib, inputs)
+    mean = m.merged(lib.merge_channels) if channels else m
+    parts = [lib.split(x, batch, channels is not None) for x in inputs]
+    results = lib.assemble(kinds, [kernel(m, mean, *parts)], like, batch, channels is not None)
+    shapes = [result_shape(kind, batch, channels) for kind in kinds]
+    return [lib.module.broadcast_to(r, shape) for r, shape in zip(results, shapes, strict=True)]
+
+
+def _converted(value: Any, lib: ops.Library, like: Any) -> Any:
+    _check_library(ops.library_of_type(type(value)), lib)
+    return lib.convert(value, like)
+
+
+def _by_channel(
+    kernel: Kernel, kinds: Sequence[str], material: Parametrised, lib: ops.Library, inputs: Sequence[Any]
+) -> list[Any]:
+    """The results of a library whose arrays hold one component each: once per channel."""
+    like = inputs[0]
+    channels, batch = _batch(material.leaves(), lib, inputs)
+    if 0 in batch:
+        whole = [result_shape(kind, batch, channels) for kind in kinds]
+        return [lib.empty(like, shape, len(shape) > len(batch)) for shape in whole]
+
+    def bound(m: Parametrised, channel: int | None) -> Parametrised:
+        def convert(value: Any) -> Any:
+            return lib.convert(value.numbers if isinstance(value, Fixed) else value, like, channel, batch)
+
+        return m.bind(convert, lambda table: lib.fixed(table, like))
+
+    runs = []
+    for c in range(channels or 1):
+        m = bound(material, c)
+        mean = bound(material.merged(lib.merge_channels), None) if channels else m
+        runs.append(kernel(m, mean, *(lib.split(x, batch, channels is not None) for x in inputs)))
+    return lib.assemble(kinds, runs, like, batch, channels is not None)
+
+
+def jacobian(
+    kernel: Kernel,
+    material: Parametrised,
+    inputs: Sequence[Any],
+    widths: Sequence[int],
+    leaves: tuple[int, ...],
+    by_inputs: tuple[int, ...],
+) -> list[Any]:
+    """The value of a kernel and its derivatives by the numbers of a material, and by inputs; see `tracing.jacobian`.
+
+    Raises TraceError where the formula cannot be traced.
+    """
+    lib, inputs = _checked(inputs, widths)
+    channels, batch = _batch(material.leaves(), lib, inputs)
+    if lib.name != "numpy":
+        raise ArrayTypeError(f"jacobian takes NumPy directions; got {lib.name}, which differentiates m.f by itself")
+    if planning.available() and 0 not in batch:
+        with suppress(TraceError, EngineError):
+            plan = planning.jacobian_plan(kernel, material, inputs, widths, batch, channels, leaves, by_inputs)
+            return planning.call(plan, inputs, None)
+    trace = tracing.jacobian(kernel, material, widths, channels, leaves, by_inputs)
+    parts = in_blocks(
+        lambda _, __, at: planning.interpreted(trace, material, inputs, batch, at),
+        ["scalar"] * sum(map(len, trace.results)),
+        inputs,
+        batch,
+        None,
+    )
+    results, start = [], 0
+    for nodes in trace.results:
+        stacked = np.stack(parts[start : start + len(nodes)], -1)
+        start += len(nodes)
+        results.append(stacked)
+    own = (channels,) if channels else ()
+    ends = [own] * (1 + len(leaves)) + [(*own, widths[k]) for k in by_inputs]
+    return [r.reshape((*batch, *end))[()] for r, end in zip(results, ends, strict=True)]
+
+
+def full_shape(material: Parametrised, shape: tuple[int, ...]) -> tuple[int, ...]:
+    """The batch shape of directions together with the maps (parameters with batch axes) of a material."""
+    maps = [tuple(v.shape[:-1]) for v in material.leaves() if getattr(v, "ndim", 0) > 1]
+    return ops.broadcast_shape([shape, *maps], "directions and parameters") if maps else shape
+
+
+def texels(material: Parametrised, batch: tuple[int, ...], index: np.ndarray) -> Parametrised:
+    """The material at elements `index` (n,) of a flattened batch: its maps as (n, 1, C), to meet (n, 1, 3)."""
+
+    def pick(value: Any) -> Any:
+        if getattr(value, "ndim", 0) < 2:
+            return value
+        return np.broadcast_to(value, (*batch, value.shape[-1])).reshape(-1, 1, value.shape[-1])[index]
+
+    return material.each(pick) if full_shape(material, ()) else material
+
+
+def _check_library(own: ops.Library | None, lib: ops.Library) -> None:
+    if own not in (None, lib, ops.LIBRARIES["numpy"]):
+        raise ArrayTypeError(
+            f"a parameter is a {own.name} array but the directions are {lib.name} arrays; "
+            f"expected {lib.name} or NumPy parameters"
+        )
+
+
+def _batch(values: Iterable[Any], lib: ops.Library, inputs: Sequence[Any]) -> tuple[int | None, tuple[int, ...]]:
+    """The number of channels (None without a channel axis) of parameters, and the batch that they and inputs make."""
+    channels, batches, widths = None, [], set()
+    for value in values:
+        own = ops.library_of_type(type(value))
+        if own is None:
+            continue
+        _check_library(own, lib)
+        shape = own.shape(value)
+        if shape:
+            widths.add(shape[-1])
+            batches.append(shape[:-1])
+    if widths:
+        channels = max(widths)
+        if widths - {1, channels}:
+            raise ShapeError(
+                f"parameters have {sorted(widths)} channels (lengths of their last axes); expected 1 or one number"
+            )
+    shapes = [lib.shape(x)[:-1] for x in inputs] + batches
+    return channels, ops.broadcast_shape(shapes, "directions and parameters")

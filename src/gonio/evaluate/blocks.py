@@ -1,0 +1,91 @@
+"""NumPy evaluation in blocks that stay in the processor's cache, shared out to threads: where nothing is compiled."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from threading import Lock
+
+import numpy as np
+
+from ..compile import memory
+from ..compile.threads import share
+
+BLOCK = 1 << 16  # directions per block: large enough for the cost of Python to vanish, small enough for the cache
+
+Box = tuple[slice, ...]
+
+
+def in_blocks(
+    evaluate: Callable[[Sequence[np.ndarray], tuple[int, ...], Box], Sequence[np.ndarray]],
+    kinds: Sequence[str],
+    inputs: Sequence[np.ndarray],
+    batch: tuple[int, ...],
+    channels: int | None,
+) -> list[np.ndarray]:
+    """Results of these kinds (see `batch`) over a batch, by `evaluate(inputs of a box, its shape, box)`."""
+    dtype, lock = inputs[0].dtype, Lock()
+    for kind in kinds:
+        memory.check(result_shape(kind, batch, channels), dtype)
+    outs: list[np.ndarray] = []
+
+    def work(at: Box) -> list[np.ndarray]:
+        with np.errstate(all="ignore"):
+            shape = tuple(s.stop - s.start for s in at)
+            parts = evaluate([cut(x, batch, at) for x in inputs], shape, at)
+            shapes = [result_shape("value" if kind == "total" else kind, shape, channels) for kind in kinds]
+            return [np.broadcast_to(part, s) for part, s in zip(parts, shapes, strict=True)]
+
+    def store(at: Box, parts: Sequence[np.ndarray]) -> None:
+        for whole, part, kind in zip(outs, parts, kinds, strict=True):
+            if kind == "total":
+                with lock:
+                    whole[at[:-1]] += part.sum(axis=len(at) - 1, dtype=np.float64)
+            else:
+                whole[at] = part
+
+    boxes = list(_boxes(batch, max(BLOCK // (channels or 1), 1024)))
+    first = work(boxes[0] if boxes else tuple(slice(0, n) for n in batch))
+    for part, kind in zip(first, kinds, strict=True):
+        shape = result_shape(kind, batch, channels)
+        if kind == "total":
+            outs.append(np.zeros(shape))
+        else:
+            outs.append(memory.empty(shape, part.dtype if kind == "scalar" else dtype))
+    if boxes:
+        store(boxes[0], first)
+        share(lambda at: store(at, work(at)), [(box,) for box in boxes[1:]])
+    return [out[()] for out in outs]
+
+
+def result_shape(kind: str, batch: tuple[int, ...], channels: int | None) -> tuple[int, ...]:
+    """The shape of a result of a kernel."""
+    if kind == "total":
+        batch = batch[:-1]
+    return batch + {"scalar": (), "vector": (3,)}.get(kind, (channels,) if channels else ())
+
+
+def _boxes(shape: tuple[int, ...], size: int) -> Iterator[Box]:
+    """Boxes of at most `size` elements that tile `shape`, longest runs along the last axes."""
+
+    def divided(box: Box) -> Iterator[Box]:
+        lengths = [s.stop - s.start for s in box]
+        if math.prod(lengths) <= size:
+            yield box
+            return
+        axis = next(i for i, n in enumerate(lengths) if n > 1)
+        inner = math.prod(lengths[axis + 1 :])
+        step = max(size // inner, 1) if inner < size else 1
+        for start in range(box[axis].start, box[axis].stop, step):
+            stop = min(start + step, box[axis].stop)
+            yield from divided((*box[:axis], slice(start, stop), *box[axis + 1 :]))
+
+    if 0 not in shape:
+        yield from divided(tuple(slice(0, n) for n in shape))
+
+
+def cut(x: np.ndarray, batch: tuple[int, ...], at: Box) -> np.ndarray:
+    """The part of `x` (batch axes broadcastable to `batch`, then one more) that belongs to the box `at`."""
+    own = x.ndim - 1
+    index = [slice(None) if x.shape[i] == 1 else at[len(batch) - own + i] for i in range(own)]
+    return x[tuple(index)] if own > 0 else x

@@ -1,0 +1,240 @@
+"""Plans: what shapes and strides of a call's arrays decide, made once of a trace, kept, and carried out.
+
+A plan of a compiled kernel takes addresses alone; `available` says whether anything is compiled here.
+"""
+
+from __future__ import annotations
+
+import os
+import warnings
+from collections.abc import Sequence
+from functools import cache
+from typing import Any
+
+import numpy as np
+
+from ..arrays import LIBRARIES, Fixed, Roomy, contiguous
+from ..bounds import COMPILED
+from ..compile import elf
+from ..compile.llvm import machine
+from ..compile.llvm.program import EACH, ONCE, TOTAL
+from ..compile.plans import Plan, Result, carry_out, prepare
+from ..errors import DependencyError, EngineError, EngineWarning, ParameterError, TraceError
+from ..formula.parametrised import Parametrised
+from .blocks import Box, cut
+from .interpret import evaluate
+from .tracing import Kernel, Trace, _content, jacobian, traced
+
+UNROLLED = 8  # channels up to which each has its own copy of a formula; more are an axis of the batch
+PLANS_KEPT = 64  # for a material
+
+
+_GIVEN_UP: list[str] = []
+
+
+def available() -> bool:
+    """Whether formulas are compiled here: not with GONIO_ENGINE=numpy, nor on a processor without fused multiply-adds.
+
+    Where llvmlite is missing or does not load, or memory may not be made executable, an EngineWarning says so, once.
+    Raises ParameterError for another GONIO_ENGINE.
+    """
+    return not _GIVEN_UP and _possible()
+
+
+@cache
+def _possible() -> bool:
+    asked = os.environ.get("GONIO_ENGINE", "")
+    if asked not in ("", "numpy"):
+        raise ParameterError(f"GONIO_ENGINE={asked!r}: expected numpy, which compiles nothing; or unset it")
+    if asked:
+        return False
+    try:
+        machine.compiler()
+        if machine.lane_bits() == 0:
+            return False
+        elf.require_executable()
+    except (DependencyError, EngineError) as error:
+        _give_up(error)
+        return False
+    return True
+
+
+def _give_up(error: Exception) -> None:
+    if not _GIVEN_UP:
+        _GIVEN_UP.append(str(error))
+        text = f"formulas are computed by NumPy, about twenty times slower: {error}"
+        warnings.warn(f"{text}; mend that, or set GONIO_ENGINE=numpy to silence this", EngineWarning, stacklevel=2)
+
+
+def known(kernel: Kernel, kinds: tuple[str, ...], material: Parametrised, inputs: Sequence[Any]) -> Plan | None:
+    """The plan of an earlier call with arrays of these shapes, strides and dtypes."""
+    plans = material.__dict__.get("_plans")
+    return plans.get(_key(kernel, kinds, inputs)) if plans else None
+
+
+def _key(kernel: Kernel, kinds: tuple[str, ...], inputs: Sequence[Any]) -> tuple:
+    key: tuple = (kernel, kinds)
+    for x in inputs:
+        if type(x) is np.ndarray:
+            key += (x.dtype, x.shape, x.strides)
+    return key
+
+
+def plan(
+    kernel: Kernel,
+    kinds: tuple[str, ...],
+    material: Parametrised,
+    inputs: Sequence[np.ndarray],
+    widths: Sequence[int],
+    batch: tuple[int, ...],
+    channels: int | None,
+) -> Plan:
+    """A plan for calls with such arrays, kept for further ones.
+
+    Raises TraceError if the formula cannot be traced or is too large to be compiled, EngineError where nothing can be
+    compiled after all.
+    """
+    as_axis = channels is not None and channels > UNROLLED
+    if as_axis and "total" in kinds:
+        raise TraceError(f"sums over a batch are compiled for at most {UNROLLED} channels; got {channels}")
+    trace = traced(kernel, kinds, material, widths, 1 if as_axis else channels)
+    results = [_result(kind, nodes, channels, as_axis) for kind, nodes in zip(kinds, trace.results, strict=True)]
+    made = _plan(trace, results, material, inputs, widths, batch, channels)
+    plans = material.__dict__.setdefault("_plans", {})
+    if len(plans) >= PLANS_KEPT:
+        plans.clear()
+    plans[_key(kernel, kinds, inputs)] = made
+    return made
+
+
+def jacobian_plan(
+    kernel: Kernel,
+    material: Parametrised,
+    inputs: Sequence[np.ndarray],
+    widths: Sequence[int],
+    batch: tuple[int, ...],
+    channels: int | None,
+    leaves: tuple[int, ...],
+    by_inputs: tuple[int, ...],
+) -> Plan:
+    """A plan for the results of `jacobian`: (...[, C]) for the value and each parameter, (...[, C], 3) for inputs.
+
+    Raises as `plan`.
+    """
+    as_axis = channels is not None and channels > UNROLLED
+    trace = jacobian(kernel, material, widths, 1 if as_axis else channels, leaves, by_inputs)
+    own = () if as_axis or channels is None else (channels,)
+    elements = [own] * (1 + len(leaves)) + [(*own, widths[k]) for k in by_inputs]
+    results = [Result(nodes, EACH, element) for nodes, element in zip(trace.results, elements, strict=True)]
+    return _plan(trace, results, material, inputs, widths, batch, channels)
+
+
+def _plan(
+    trace: Trace,
+    results: Sequence[Result],
+    material: Parametrised,
+    inputs: Sequence[np.ndarray],
+    widths: Sequence[int],
+    batch: tuple[int, ...],
+    channels: int | None,
+) -> Plan:
+    as_axis = channels is not None and channels > UNROLLED
+    if trace.operations > COMPILED:
+        raise TraceError(f"a formula of {trace.operations} operations, expected at most {COMPILED} to compile")
+    dtype = inputs[0].dtype
+    given = [(x[..., None, :] if as_axis else x, w) for x, w in zip(inputs, widths, strict=True)]
+    arrays = [x if k in trace.read else None for k, x in enumerate(given)]
+    arrays += _parameters(trace, material, dtype, as_axis, channels is not None)
+    shape = batch if channels is None or not as_axis else (*batch, channels)
+    tables = _tables(trace, material, dtype)
+    try:
+        return prepare(trace.graph, results, arrays, trace.inputs, tables, shape, dtype)
+    except (DependencyError, EngineError) as error:
+        _give_up(error)
+        raise EngineError(str(error)) from None
+
+
+def _tables(trace: Trace, material: Parametrised, dtype: np.dtype) -> list[np.ndarray]:
+    """The tables in their order; those that are not looked up, which may take long to make, are left empty."""
+    with np.errstate(all="ignore"):
+        return [
+            _table(table, dtype) if k in trace.looked_up else np.zeros(2, dtype)
+            for k, table in enumerate(_content(material).tables)
+        ]
+
+
+def _table(table: Fixed, dtype: np.dtype) -> np.ndarray:
+    if isinstance(table, Roomy) and table.whole.dtype == dtype:
+        return table.whole
+    return table.once(_padded, dtype)
+
+
+def _padded(numbers: np.ndarray, dtype: np.dtype) -> np.ndarray:
+    """A table with an entry more: kernels read two at a time."""
+    made = np.empty(len(numbers) + 1, dtype)
+    made[:-1], made[-1] = numbers, 0.0
+    return made
+
+
+def interpreted(
+    trace: Trace, material: Parametrised, inputs: Sequence[np.ndarray], batch: tuple[int, ...], at: Box
+) -> list[np.ndarray]:
+    """The nodes of all results of a trace, computed by NumPy for a box of a batch."""
+    like = inputs[0]
+    parameters = _parameters(trace, material, like.dtype, False, True)
+    arrays = [*inputs, *(x and x[0] for x in parameters)]
+
+    def load(k: int, c: int) -> Any:
+        array = arrays[k]
+        assert array is not None  # what the graph reads is there
+        return cut(array, batch, at)[..., c]
+
+    nodes = [n for result in trace.results for n in result]
+    with np.errstate(all="ignore"):
+        return evaluate(trace.graph, nodes, load, _tables(trace, material, like.dtype), like.dtype)
+
+
+def _parameters(
+    trace: Trace, material: Parametrised, dtype: np.dtype, as_axis: bool, channels: bool
+) -> list[tuple[np.ndarray, int] | None]:
+    """The arrays of the parameters, and of the merged ones, as far as they are read."""
+    leaves = _content(material).leaves
+    first = trace.inputs
+    arrays = [_parameter(v, dtype, as_axis) if first + k in trace.read else None for k, v in enumerate(leaves)]
+    if channels:
+        first += len(leaves)
+        merged: list[Any] = [None] * len(leaves)
+        if any(k >= first for k in trace.read):
+            merged = _content(material.merged(LIBRARIES["numpy"].merge_channels)).leaves
+        arrays += [_parameter(v, dtype, as_axis) if first + k in trace.read else None for k, v in enumerate(merged)]
+    return arrays
+
+
+def _parameter(value: Any, dtype: np.dtype, as_axis: bool) -> tuple[np.ndarray, int]:
+    if isinstance(value, Fixed):
+        array = value.once(contiguous, dtype)
+    else:
+        array = np.ascontiguousarray(value, dtype).reshape(np.shape(value) or 1)
+    if as_axis:
+        array = array[..., None]
+    return array, array.shape[-1]
+
+
+def _result(kind: str, nodes: tuple[int, ...], channels: int | None, as_axis: bool) -> Result:
+    if kind == "total":
+        return Result(nodes, TOTAL, (len(nodes),) if channels else ())
+    if as_axis:
+        return Result(nodes, EACH, ()) if kind == "value" else Result(nodes, ONCE, (3,) if kind == "vector" else ())
+    has_axis = kind == "vector" or (kind == "value" and channels is not None)
+    return Result(nodes, EACH, (len(nodes),) if has_axis else ())
+
+
+def call(found: Plan, inputs: Sequence[np.ndarray], out: np.ndarray | None) -> list[Any]:
+    """The results of a plan; those of a single direction as numbers. `out` takes the first one."""
+    if out is not None:
+        direct = out.flags.c_contiguous and not any(np.may_share_memory(out, x) for x in inputs)
+        results = carry_out(found, inputs, out if direct else None)
+        if not direct:
+            out[...] = results[0]
+        return [out, *results[1:]]
+    return [r if r.ndim else r[()] for r in carry_out(found, inputs)]

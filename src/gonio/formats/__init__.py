@@ -1,0 +1,129 @@
+"""Measured reflectances and their file formats, one file each: `load` recognises a file by its content.
+
+A format's module has NAME, SUFFIXES, DESCRIPTION, ORACLE (what it was checked against), `matches(head, size)`,
+`read(path)` and, where it can be written, `write(m, path)`, both with keyword options if there are any. Where a suffix
+is also another format's it says SHARED_SUFFIX = True: saving then needs `format`. Where the format is a folder it has
+`matches_folder(path)` and `target(path)` (see `files`), too. It is found by being in this folder.
+
+No file is claimed by two formats: a `matches` whose marks are in another format's files, too, says no to that other's
+(`material_json`, `xarray_netcdf`). Of a damaged or contrived file with the marks of several the first module by name
+is taken (tests/test_claims.py).
+"""
+
+from __future__ import annotations
+
+import os
+from functools import cache
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+from .. import discover, files
+from ..base import provenance
+from ..base.measured import Measured
+from ..base.reflectance import Reflectance
+from ..errors import FormatError, NotFoundError, ParameterError, TooLargeError
+from ..formula.parametrised import freeze
+from ._reading import pipes, plain_text, reader_options
+
+HEAD = 4096
+"""How many of a file's first bytes `matches` is given; of text in UTF-16 or with a mark, as UTF-8 without."""
+
+
+@cache
+def formats() -> list[ModuleType]:
+    """The modules of all file formats."""
+    return discover.modules(__name__)
+
+
+def load(path: str | os.PathLike, **options: Any) -> Reflectance:
+    """The reflectance in a file, recognised by content and not by name.
+
+    `options` are those of the format's `read`. A measurement knows its `provenance`. A pipe (`/dev/stdin` too) is read
+    to its end, up to 4 GiB, into a temporary file.
+    Raises NotFoundError if there is no such file, or if it is a device or a pipe that nobody writes to, FormatError if
+    it is of no known format or damaged, ParameterError for options that the format has not, TooLargeError where there
+    is not the memory for what it holds.
+    """
+    path = pipes.named(path)
+    with pipes.readable(path) as there:
+        module = _of_folder(there) if there.is_dir() else _of_file(there)
+        reader_options.check(module, "read", options)
+        try:
+            m = module.read(there, **options)
+        except MemoryError as error:
+            if isinstance(error, TooLargeError):
+                raise
+            says = f"a {module.NAME} file that takes more memory than there is"
+            raise TooLargeError(f"{path}: {says}; split it up") from None
+        if isinstance(m, Measured):
+            provenance.noted(m, there, module.NAME, options)
+            if there != path:
+                m.__dict__["path"] = str(path)
+            freeze(vars(m))
+    return m
+
+
+def _of_file(path: Path) -> ModuleType:
+    """The module whose format a file's content is."""
+    try:
+        size = path.stat().st_size
+        with path.open("rb") as file:
+            head = file.read(4 * HEAD)  # as many characters in UTF-32
+    except OSError as error:
+        raise NotFoundError(f"{path}: cannot be read: {error.strerror}") from None
+    head, size = plain_text.head(head, size, HEAD)
+    for module in formats():
+        if module.matches(head, size):
+            return module
+    known = "; ".join(f"{m.NAME} ({', '.join(m.SUFFIXES)})" for m in formats())
+    raise FormatError(f"{path}: not a known format: starts with {head[:16]!r}, {size} bytes; known formats: {known}")
+
+
+def _of_folder(path: Path) -> ModuleType:
+    for module in formats():
+        if hasattr(module, "matches_folder") and module.matches_folder(path):
+            return module
+    raise FormatError(f"{path}: a folder of no known format, expected a file, or a folder that gonio.save wrote")
+
+
+def save(m: Reflectance, path: str | os.PathLike, format: str | None = None, **options: Any) -> None:
+    """Write a reflectance to a file; the format is that of the suffix, or the one named.
+
+    `options` are those of the format's `write`. A failed or interrupted write leaves an existing file as it was.
+    Raises ParameterError where the suffix names no format, or several, and `format` is not given, for options that the
+    format has not, and where it cannot hold the material or `path` may not be replaced; WriteError where the system
+    refuses, as where the disk is full.
+    """
+    module = writer(path, format)
+    reader_options.check(module, "write", options)
+    getattr(module, "target", files.target)(Path(path))  # before anything is worked out
+    try:
+        module.write(m, Path(path), **options)
+    except MemoryError as error:
+        if isinstance(error, TooLargeError):
+            raise
+        raise TooLargeError(f"{path}: {module.NAME} takes more memory than there is; ask for fewer nodes") from None
+
+
+def writer(path: str | os.PathLike, format: str | None = None) -> ModuleType:
+    """The module that writes the format of that name, or of the suffix of `path`, where only one has it.
+
+    A name may be in any case, or be a suffix without its dot. Raises ParameterError where no format, or several, fit.
+    """
+    writers = [m for m in formats() if hasattr(m, "write")]
+    if format is not None:
+        word = format.lower().removeprefix(".")
+        named = [w for w in writers if w.NAME.lower() == word]
+        named = named or [w for w in writers if f".{word}" in w.SUFFIXES and not getattr(w, "SHARED_SUFFIX", False)]
+        if len(named) != 1:
+            raise ParameterError(f"format={format!r}: expected one of {', '.join(repr(w.NAME) for w in writers)}")
+        return named[0]
+    suffix = Path(path).suffix.lower()
+    fitting = [w for w in writers if suffix in w.SUFFIXES]
+    own = [w for w in fitting if not getattr(w, "SHARED_SUFFIX", False)]
+    if len(own) == 1:
+        return own[0]
+    listed = ", ".join(f"{w.NAME!r} ({' '.join(w.SUFFIXES)})" for w in fitting or writers)
+    says = "is that of several formats" if len(fitting) > 1 else "does not say which format"
+    raise ParameterError(f"{path}: the suffix {suffix!r} {says}; give format= (on the command line --format) {listed}")

@@ -1,0 +1,1 @@
+"""What formats of optical design programs share: tables by angles of incidence."""

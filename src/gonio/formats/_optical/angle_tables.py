@@ -1,0 +1,264 @@
+"""What formats of optical design software and of the RT-300S share: tables by angles, and values of any material."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ...base.measured import tabular_shape, tristimulus
+from ...base.reflectance import Reflectance
+from ...errors import FormatError, ParameterError
+from ...formula.direction import HORIZON
+from ...tables.angle_systems import parameterisation
+from ...tables.axes import fits
+from ...tables.gridded import Gridded
+
+XYZ_OF_RGB = np.array(
+    [[0.4123908, 0.3575843, 0.1804808], [0.2126390, 0.7151687, 0.0721923], [0.0193308, 0.1191948, 0.9505322]]
+)
+"""CIE 1931 XYZ of linear sRGB (primaries of ITU-R BT.709, white D65 with Y = 1); IEC 61966-2-1."""
+
+SAME = 1e-8
+"""Angles closer than this [degrees] are the same."""
+
+FULLEST = 0.5
+"""Rows that fill at least this share of the grid of their angles are a grid with holes, others are scattered."""
+
+NO_TRANSMISSION = "gonio evaluates reflection only, transmission comes with a later release; export the BRDF too"
+
+
+class Filed(Gridded):
+    """A `Gridded` as a file has it; `filed` is what that file says beside, from which it is written again unchanged."""
+
+    filed: Any
+
+    def __init__(self, *args: Any, filed: Any = None, **named: Any):
+        super().__init__(*args, **named)
+        self.__dict__["filed"] = filed
+
+
+def as_filed(m: Reflectance, kind: type, *asked: Any) -> Any:
+    """What the file said that m was read from, if it was one of this kind and m is unchanged since; else None.
+
+    None, too, where a writer is asked for something else: where an option is not None. Raises ParameterError for what
+    no table of f holds: a delta lobe, maps.
+    """
+    tabular_shape(m)
+    found = m.filed if isinstance(m, Filed) else None
+    return found if isinstance(found, kind) and all(option is None for option in asked) else None
+
+
+def increasing(path: Any, name: str, nodes: Sequence[float], low: float, high: float) -> None:
+    """Raises FormatError unless angles [degrees] increase, and lie between two."""
+    x = np.asarray(nodes, dtype=float)
+    if not x.size or not np.isfinite(x).all() or not (np.diff(x) > SAME).all():
+        raise FormatError(f"{path}: {name} is {_short(x)}, expected increasing angles in degrees")
+    if x[0] < low or x[-1] > high:
+        raise FormatError(f"{path}: {name} runs from {x[0]:g} to {x[-1]:g}, expected {low:g} to {high:g} degrees")
+    if x[-1] - x[0] > 360.0:
+        raise FormatError(f"{path}: {name} covers {x[-1] - x[0]:g} degrees, expected at most 360")
+
+
+def without_ground(kind: str, axes: Mapping[str, np.ndarray], values: np.ndarray) -> np.ndarray:
+    """Values (grid..., C) with NaN for the zeros below the horizon, which only fill the table up."""
+    wi, wo = parameterisation(kind).pairs(*np.meshgrid(*axes.values(), indexing="ij"))
+    below = (wi[..., 2] <= HORIZON) | (wo[..., 2] <= HORIZON)
+    return np.where(below[..., None] & (values == 0.0), np.nan, values)
+
+
+def from_rows(
+    theta_i: np.ndarray, phi_i: np.ndarray, theta_o: np.ndarray, phi_o: np.ndarray, values: np.ndarray, **named: Any
+) -> Gridded:
+    """Rows of angles [degrees] and values (n,): a table if they fill half the grid of their angles, else scattered.
+
+    One azimuth of incidence stands for all of them; then data on one side of the plane of incidence are mirrored. The
+    mean stands for several values of a pair, and the normal has every azimuth.
+    """
+    around = phi_i if len(np.unique(phi_i)) > 1 else None
+    turn = np.mod(np.round(phi_o if around is not None else phi_o - phi_i, 9), 360.0)
+    mirrored = around is None and bool((turn <= 180.0).all() or ((turn >= 180.0) | (turn == 0.0)).all())
+    if mirrored:
+        turn = np.minimum(turn, 360.0 - turn)
+    columns = [theta_i, theta_o, *([] if around is None else [np.mod(around, 360.0)]), turn]
+    nodes, at = zip(*(np.unique(np.round(column, 8), return_inverse=True) for column in columns), strict=True)
+    shape = tuple(map(len, nodes))
+    if math.prod(shape) * FULLEST > len(values):
+        from ...tables.scattered import Scattered
+
+        named.pop("filed", None)
+        a, b, c, d = (np.radians(x) for x in (theta_i, phi_i, theta_o, phi_o))
+        return Scattered(a, b, c, d, values, isotropic=around is None, **named)
+    table, count = np.zeros(shape), np.zeros(shape)
+    np.add.at(table, at, values)
+    np.add.at(count, at, 1.0)
+    _spread(nodes[1], table, count)
+    with np.errstate(invalid="ignore"):
+        table = table / count
+    names = ("theta_i", "theta_o", "phi") if around is None else ("theta_i", "theta_o", "phi_i", "phi_o")
+    axes = dict(zip(names, map(np.radians, nodes), strict=True))
+    return Filed("angles", axes, table, mirrored=mirrored, **named)
+
+
+def _spread(theta_o: np.ndarray, table: np.ndarray, count: np.ndarray) -> None:
+    """What was measured along the normal belongs to every azimuth of wo."""
+    if theta_o[0] == 0.0:
+        for held in (table, count):
+            held[:, 0] = held[:, 0].sum(-1, keepdims=True)
+
+
+def on_grid(m: Reflectance, kind: str, axes: Mapping[str, np.ndarray]) -> np.ndarray:
+    """`values_at` the nodes of a grid, axes in the order of its parameterisation."""
+    return values_at(m, *parameterisation(kind).pairs(*np.meshgrid(*axes.values(), indexing="ij")))
+
+
+def own_table(m: Reflectance, parameterisation: str, asked: Sequence[Any]) -> tuple[Gridded, np.ndarray] | None:
+    """A measurement on such axes and its f (grid..., C), where no angles are asked for; else None."""
+    if not isinstance(m, Gridded) or m.parameterisation != parameterisation or any(x is not None for x in asked):
+        return None
+    return m, m.brdf() if m.channel_names else m.brdf()[..., None]
+
+
+def values_at(m: Reflectance, wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
+    """f (grid..., C) at pairs of directions (grid..., 3), 0 below the horizon and NaN where m has no data."""
+    wi, wo = np.broadcast_arrays(wi, wo)
+    up = (wi[..., 2] > HORIZON) & (wo[..., 2] > HORIZON)
+    found = m.f(np.ascontiguousarray(wi[up]), np.ascontiguousarray(wo[up]))
+    f = np.zeros((*wi.shape[:-1], found.shape[-1] if found.ndim > 1 else 1))
+    f[up] = found.reshape(-1, f.shape[-1])
+    return f
+
+
+def spectral(m: Reflectance, f: np.ndarray, channel: Any = None) -> tuple[tuple, np.ndarray]:
+    """Names of channels, (None,) or ("X", "Y", "Z"), and f (..., 1 or 3) for formats that hold just these.
+
+    RGB becomes XYZ by `XYZ_OF_RGB`. `channel` picks one by name; ParameterError where it must and is not given.
+    """
+    names, f = channel_named(m, f, channel)
+    if f.shape[-1] == 1:
+        return (None,), f
+    if tuple(names) == ("X", "Y", "Z"):
+        return tuple(names), f
+    if tuple(names) in (("R", "G", "B"), (0, 1, 2)):
+        return ("X", "Y", "Z"), f @ XYZ_OF_RGB.T
+    raise ParameterError(
+        f"{m!r:.80}: has channels {names!r:.80}, and the format holds one, or X, Y, Z; choose one with channel="
+    )
+
+
+def channel_named(m: Reflectance, f: np.ndarray, channel: Any) -> tuple[tuple, np.ndarray]:
+    """Names of the channels of f (..., C), and f, X, Y, Z of D65; those of one channel where it is not None.
+
+    Raises ParameterError where there is none of that name.
+    """
+    known, f = tristimulus(m.channel_names, f)
+    names = known or tuple(range(f.shape[-1]))
+    if channel is None:
+        return tuple(names), f
+    if channel not in names:
+        raise ParameterError(f"channel={channel!r}: expected one of {', '.join(map(repr, names))}")
+    at = names.index(channel)
+    return (channel,), f[..., at : at + 1]
+
+
+def total(m: Reflectance, theta_i: float, phi_i: float = 0.0) -> np.ndarray:
+    """Share of light (C,) that m reflects from a direction [rad] to all sides (TIS): by a product rule about the mirror
+    direction, dense there. Against `gn.albedo`, GGX(0.02) to GGX(0.5) and diffuse, 0 to 85 degrees: within 4e-4.
+    """
+    x, w = np.polynomial.legendre.leggauss(96)
+    t, w = 0.5 * (x + 1.0), 0.5 * w
+    radial, weight = math.pi * t**4, 4.0 * math.pi * t**3 * w
+    around = (np.arange(256) + 0.5) * (2.0 * math.pi / 256)
+    grid = np.meshgrid([theta_i], radial, around, [phi_i], indexing="ij")
+    wi, wo = parameterisation("specular").pairs(*grid)
+    f = values_at(m, wi, wo)[0, :, :, 0] * (wo[0, :, :, 0, 2:])
+    return np.nansum(f * (np.sin(radial) * weight)[:, None, None], axis=(0, 1)) * (2.0 * math.pi / 256)
+
+
+def totals(m: Reflectance, theta_i: Sequence[float], phi_i: Sequence[float]) -> np.ndarray:
+    """`total` (phi_i, theta_i, C) of angles in degrees."""
+    each = [[total(m, math.radians(t), math.radians(p)) for t in theta_i] for p in phi_i]
+    return np.array(each).reshape(len(phi_i), len(theta_i), -1)
+
+
+def at_azimuths(phi: np.ndarray, own: np.ndarray, f: np.ndarray) -> np.ndarray:
+    """f (theta_i, theta_o, own azimuths, C) at other azimuths [degrees], those between linearly."""
+    order = np.argsort(own)
+    x = np.concatenate([own[order], own[order][:1] + 360.0])
+    place = np.mod(phi - x[0], 360.0) + x[0]
+    k = np.clip(np.searchsorted(x, place, side="right") - 1, 0, len(own) - 1)
+    w = ((place - x[k]) / (x[k + 1] - x[k]))[:, None]
+    f = f[:, :, order]
+    return np.where(w == 0.0, f[:, :, k], (1.0 - w) * f[:, :, k] + w * f[:, :, (k + 1) % len(own)])
+
+
+def reflected(theta: np.ndarray, phi: np.ndarray, table: np.ndarray) -> float:
+    """Integral of bilinear values (theta, phi) over solid angle; angles [rad], azimuths of a circle or half of one.
+
+    The circle is closed where it is open; half of one is mirrored. Exact in azimuth, and in theta for values that are
+    linear between nodes: the solid angle's sine is integrated with them.
+    """
+    span = phi[-1] - phi[0]
+    if span < math.pi + 1e-9:
+        mean = np.trapezoid(table, phi, axis=1) * 2.0 if len(phi) > 1 else table[:, 0] * 2.0 * math.pi
+    else:
+        gap = max(2.0 * math.pi - span, 0.0)
+        mean = np.trapezoid(table, phi, axis=1) + 0.5 * gap * (table[:, 0] + table[:, -1])
+    a, b = theta[:-1], theta[1:]
+    whole = np.cos(a) - np.cos(b)
+    first = ((b - a) * np.cos(a) - (np.sin(b) - np.sin(a))) / (b - a)
+    return float((mean[:-1] * first + mean[1:] * (whole - first)).sum())
+
+
+def angle_list(name: str, given: Any, default: Sequence[float], low: float, high: float) -> list[float]:
+    """The angles [degrees] a caller asks for, or the default. Raises ParameterError where they do not increase."""
+    x = np.asarray(default if given is None else given, dtype=float).reshape(-1)
+    if not x.size or not np.isfinite(x).all() or (np.diff(x) <= 0.0).any() or x[0] < low or x[-1] > high:
+        raise ParameterError(f"{name}={_short(x)}: expected increasing angles from {low:g} to {high:g} degrees")
+    return x.tolist()
+
+
+class Angles(NamedTuple):
+    """Lists [degrees] that writers use by default: `circle` without its end, `turns` every few of its steps."""
+
+    theta_i: list[float]
+    theta_o: list[float]
+    half: list[float]
+    circle: list[float]
+    turns: list[float]
+
+
+USUAL = 5.0
+"""Degrees between the angles of a file, where a caller does not say."""
+
+
+def default_angles(asked: float | None, anisotropic: bool) -> Angles:
+    """theta_o every so many degrees (5 if not given), theta_i and azimuths every two of them, turns of the sample some
+    30. Raises ParameterError for no such number, TooLargeError where so many angles do not fit into memory."""
+    resolution = USUAL if asked is None else asked
+    if not (isinstance(resolution, (int, float, np.number)) and 1e-3 <= resolution <= 90.0) or resolution is True:
+        raise ParameterError(f"resolution={asked!r:.60}: expected a step from 0.001 to 90 degrees, such as 5")
+    fits(85.0 / resolution * (40.0 / resolution) * (180.0 / resolution) * (12 if anisotropic else 1), f"{resolution=}")
+    theta_o = steps(85.0, resolution)
+    count = max(4, 2 * round(90.0 / resolution))
+    circle = (np.arange(count) * (360.0 / count)).round(9).tolist()
+    return Angles(
+        steps(80.0, min(2.0 * resolution, 80.0)),
+        theta_o,
+        [*circle[: count // 2], 180.0],
+        circle,
+        circle[:: max(1, round(count / 12))],
+    )
+
+
+def steps(last: float, step: float) -> list[float]:
+    """0, step, 2 step, ... up to `last` degrees, which is always there."""
+    x = np.arange(0.0, last, step)
+    x = x[x < last - 0.25 * step]
+    return [*x.round(9).tolist(), float(last)]
+
+
+def _short(a: np.ndarray) -> str:
+    return np.array2string(a, threshold=6, edgeitems=3, precision=6)

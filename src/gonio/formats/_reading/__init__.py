@@ -1,0 +1,1 @@
+"""What readers and writers of many formats share: text, HDF, JSON, pipes, options."""

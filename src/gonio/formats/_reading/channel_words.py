@@ -1,0 +1,76 @@
+"""Channels of measurements in rows: wavelengths from rows of one each, and names of columns."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+
+import numpy as np
+
+from ...base.reflectance import Reflectance
+from ...errors import FormatError, ParameterError
+from . import plain_text
+
+_WAVELENGTH = re.compile(r"(\d+(?:\.\d*)?|\.\d+)\s*nm", re.ASCII | re.IGNORECASE)
+
+
+def of_names(names: Sequence[str]) -> tuple[str | float, ...]:
+    """Channels of columns: wavelengths [nm] if all names are such as "450nm", else the names."""
+    found = [_WAVELENGTH.fullmatch(name) for name in names]
+    return tuple(float(w[1]) if all(found) and w else name for name, w in zip(names, found, strict=True))
+
+
+def name_of(channel: str | float) -> str:
+    """The name of a channel's column, which `of_names` understands."""
+    return channel if isinstance(channel, str) else f"{plain_text.number(channel)}nm"
+
+
+def by_channel(
+    geometry: np.ndarray, channel: np.ndarray, columns: dict[str, np.ndarray], where: str
+) -> tuple[np.ndarray, np.ndarray, dict[str, np.ndarray]]:
+    """Rows of one geometry each, with the channels side by side; NaN where a channel has no row.
+
+    `geometry` (n, k) and `channel` (n,) say which row is which; geometries come in the order in which they first occur,
+    one that was measured twice twice, and channels rising. Returns them, and the columns as (geometries, channels...).
+    Raises FormatError where most of these cells would be empty.
+    """
+    channels, at = np.unique(channel, return_inverse=True)
+    kinds = np.unique(geometry, axis=0, return_inverse=True)[1].reshape(-1)
+    keys = np.stack([kinds, _times_before(kinds * len(channels) + at)], axis=1)
+    _, first, place = np.unique(keys, axis=0, return_index=True, return_inverse=True)
+    order = np.argsort(first)
+    rank = np.empty_like(order)
+    rank[order] = np.arange(len(order))
+    cell = rank[place.reshape(-1)] * len(channels) + at
+    if len(first) * len(channels) > 16 * len(cell) + 64:
+        raise FormatError(
+            f"{where}: {len(first)} pairs of directions and {len(channels)} wavelengths, but only {len(cell)} values, "
+            f"expected about the same pairs for all wavelengths; split the file by wavelength"
+        )
+    wide = {}
+    for name, column in columns.items():
+        held = np.full((len(first) * len(channels), *column.shape[1:]), np.nan)
+        held[cell] = column
+        wide[name] = held.reshape(len(first), len(channels), *column.shape[1:])
+    return geometry[first[order]], channels, wide
+
+
+def _times_before(kinds: np.ndarray) -> np.ndarray:
+    """How often the number at each place has occurred before it."""
+    order = np.argsort(kinds, kind="stable")
+    starts = np.flatnonzero(np.diff(kinds[order], prepend=-1))
+    counts = np.arange(len(kinds)) - np.repeat(starts, np.diff(starts, append=len(kinds)))
+    times = np.empty_like(counts)
+    times[order] = counts
+    return times
+
+
+def wavelengths_of(m: Reflectance, asked: Sequence[float] | None, channels: int) -> list[float]:
+    """Wavelengths [nm] of the channels, as asked for or as the material has them. Raises ParameterError without any."""
+    names = list(m.channel_names or ()) if asked is None else list(asked)
+    if len(names) != channels or any(isinstance(n, str) for n in names):
+        raise ParameterError(
+            f"{m!r:.80}: has {channels} channels{f' {names}' if names else ''}, expected a wavelength for each in this "
+            f"format; give wavelengths=[...] in nm"
+        )
+    return [float(n) for n in names]

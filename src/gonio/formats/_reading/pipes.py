@@ -1,0 +1,127 @@
+"""What a path leads to: files and folders as they are, pipes by way of a private copy, since they can be read once."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import select
+import shutil
+import stat
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from ...errors import Error, FormatError, NotFoundError, ParameterError
+
+LIMIT = 1 << 32
+"""Most bytes (4 GiB) that are read from a pipe; half of what is free where they are kept, if that is less."""
+
+PATIENCE = 5.0
+"""How long [s] a pipe may be without anybody who writes to it."""
+
+_KINDS = {
+    stat.S_ISCHR: "a terminal or another character device",
+    stat.S_ISBLK: "a block device",
+    stat.S_ISSOCK: "a socket",
+}
+
+
+def named(path: Any) -> Path:
+    """A path as text, bytes or `os.PathLike`. Raises ParameterError for anything else, and for a NUL in it."""
+    try:
+        found = os.fsdecode(path)
+    except TypeError:
+        raise ParameterError(f"{path!r:.60}: a {type(path).__name__}, expected the path of a file") from None
+    if "\0" in found:
+        raise ParameterError(f"{found!r:.60}: a path with a NUL character in it; expected the path of a file")
+    return Path(found)
+
+
+def shown(path: Path) -> str:
+    """A path in a message: as it is, or, where it is long or holds what cannot be printed, the start of its repr."""
+    text = str(path)
+    return text if len(text) <= 1000 and text.isprintable() else f"{text[:200]!r}{'...' * (len(text) > 200)}"
+
+
+@contextlib.contextmanager
+def readable(path: Path) -> Iterator[Path]:
+    """`path`, if it is a file or a folder; of a pipe a copy of all that comes out of it, while the block lasts.
+
+    Waits for what writes to a pipe, as `cat` does, and `PATIENCE` for somebody to begin. Messages of the block name
+    `path`, not the copy. Raises NotFoundError where there is nothing to read, FormatError where a pipe holds too much.
+    """
+    try:
+        mode = path.stat().st_mode
+    except FileNotFoundError:
+        raise NotFoundError(f"{shown(path)}: no such file; `gonio materials` lists the built-in names") from None
+    except (OSError, ValueError) as error:
+        raise NotFoundError(f"{shown(path)}: cannot be read: {_why(error)}") from None
+    for is_one, what in _KINDS.items():
+        if is_one(mode):
+            raise NotFoundError(f"{shown(path)}: {what}, expected a file, a folder or a pipe")
+    if not stat.S_ISFIFO(mode):
+        try:
+            yield path
+        except OSError as error:  # gone, or taken away, since
+            if error.errno is None:  # a timeout of the caller's, say
+                raise
+            raise NotFoundError(f"{shown(path)}: cannot be read: {_why(error)}") from None
+        return
+    with tempfile.TemporaryDirectory(prefix="gonio-pipe-", ignore_cleanup_errors=True) as folder:
+        copy = Path(folder) / path.name
+        try:
+            _drain(path, copy)
+            yield copy
+        except Error as error:
+            raise type(error)(str(error).replace(str(copy), shown(path))) from None
+
+
+def _why(error: Exception) -> str:
+    return getattr(error, "strerror", None) or str(error).replace("\n", " ")
+
+
+def _drain(path: Path, copy: Path) -> None:
+    """Write all that comes out of a pipe to a file."""
+    room = min(LIMIT, shutil.disk_usage(copy.parent).free // 2)
+    try:
+        pipe = os.open(path, os.O_RDONLY | os.O_NONBLOCK)  # or opening waits for somebody who writes
+    except OSError as error:
+        raise NotFoundError(f"{shown(path)}: cannot be read: {_why(error)}") from None
+    try:
+        with copy.open("xb") as file:
+            for piece in _pieces(pipe, path):
+                if file.tell() + len(piece) > room:
+                    raise FormatError(
+                        f"{shown(path)}: more than {room} bytes come out of this pipe, as much as is kept of one in "
+                        f"{copy.parent.parent}; write them to a file and load that"
+                    )
+                file.write(piece)
+    except OSError as error:
+        raise FormatError(
+            f"{shown(path)}: what comes out of this pipe cannot be kept in {copy.parent.parent}: {_why(error)}; "
+            f"write it to a file and load that, or set TMPDIR to a folder with room"
+        ) from None
+    finally:
+        os.close(pipe)
+
+
+def _pieces(pipe: int, path: Path) -> Iterator[bytes]:
+    begun, events = False, select.poll()
+    events.register(pipe, select.POLLIN)
+    while True:
+        try:
+            piece = os.read(pipe, 1 << 20)
+        except BlockingIOError:  # somebody has it open, and has not written yet
+            begun = True
+            events.poll()
+            continue
+        if piece:
+            begun = True
+            yield piece
+        elif begun or not events.poll(PATIENCE * 1000.0):
+            break
+        else:
+            begun = True
+    if not begun:
+        raise NotFoundError(f"{shown(path)}: a pipe that nobody writes to; start what writes to it first")

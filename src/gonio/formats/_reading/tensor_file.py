@@ -1,0 +1,243 @@
+"""The container that RGL's material files are stored in: named arrays of numbers, "tensor files".
+
+Layout, little-endian: 12 bytes "tensor_file\\0"; version u8 major, u8 minor; u32 number of fields; per field
+u16 length of the name, the name, u16 number of axes, u8 type, u64 offset of the data in the file, u64 length
+of each axis; then the data, each field at a multiple of 8 bytes.
+Source: Dupuy & Jakob 2018 (the material files of that paper); checked against files of their database.
+"""
+
+from __future__ import annotations
+
+import io
+import math
+import os
+import struct
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any, BinaryIO, NamedTuple
+
+import numpy as np
+
+from ...errors import FormatError, NotFoundError, ParameterError
+from ...files import replacing
+
+MAGIC = b"tensor_file\0"
+VERSION = (1, 0)
+_NAMES = ("u1", "i1", "<u2", "<i2", "<u4", "<i4", "<u8", "<i8", "<f2", "<f4", "<f8")
+TYPES = {code: np.dtype(name) for code, name in enumerate(_NAMES, start=1)}
+_START = len(MAGIC) + 2 + 4
+_SMALLEST_ENTRY = 2 + 2 + 1 + 8
+_MOST_AXES = 32
+
+
+class Entry(NamedTuple):
+    """What a header says of a field: type, offset of its data in the file, shape."""
+
+    dtype: np.dtype
+    offset: int
+    shape: tuple[int, ...]
+
+
+class Kept:
+    """A field that stays in its file until it is asked for, if that is the same file then."""
+
+    def __init__(self, path: str, stamp: tuple[int, ...], entry: Entry):
+        self.path, self.stamp, self.dtype, self.shape = path, stamp, entry.dtype, entry.shape
+        self.offset, self.ndim, self.nbytes = entry.offset, len(entry.shape), _bytes(entry)
+
+    def rows(self) -> Iterator[np.ndarray]:
+        """The entries along its first axis, one after the other, each a new array.
+
+        Raises NotFoundError where the file is gone, FormatError where it is another than when its header was read.
+        """
+        with opened(self.path) as file:
+            for k in range(self.shape[0]):
+                row = np.empty(self.shape[1:], self.dtype)
+                self._fill(file, row, self.offset + k * row.nbytes)
+                yield row
+
+    def read(self) -> np.ndarray:
+        """All of it; read-only. Raises what `rows` raises."""
+        found = np.empty(self.shape, self.dtype)
+        with opened(self.path) as file:
+            self._fill(file, found, self.offset)
+        found.flags.writeable = False
+        return found
+
+    def _fill(self, file: BinaryIO, out: np.ndarray, offset: int) -> None:
+        file.seek(offset)
+        count = file.readinto(out.reshape(-1).view(np.uint8))  # type: ignore[attr-defined]
+        if stamp(file) != self.stamp or count < out.nbytes:
+            raise FormatError(f"{self.path}: has changed since it was loaded; load it again")
+
+
+def opened(path: str | os.PathLike) -> BinaryIO:
+    """The file of this name. Raises NotFoundError."""
+    try:
+        return open(path, "rb")
+    except OSError as error:
+        raise NotFoundError(f"{path}: cannot be read: {error.strerror}") from None
+
+
+def stamp(file: BinaryIO) -> tuple[int, ...]:
+    """What an open file's content is known by: length, time of the last change, number on its disk."""
+    held = os.fstat(file.fileno())
+    return held.st_size, held.st_mtime_ns, held.st_ino
+
+
+class _Header:
+    """Reads one number after the other from the start of a file, never beyond its end."""
+
+    def __init__(self, file: BinaryIO, size: int, name: str):
+        self.file, self.size, self.name, self.at = file, size, name, 0
+
+    def bytes(self, count: int, what: str) -> bytes:
+        end = self.at + count
+        piece = self.file.read(count) if end <= self.size else b""
+        if len(piece) < count:
+            raise FormatError(
+                f"{self.name}: truncated: {what} needs bytes {self.at} to {end}, "
+                f"the file has {self.size}; fetch it again"
+            )
+        self.at = end
+        return piece
+
+    def number(self, code: str, what: str) -> int:
+        layout = "<" + code
+        return struct.unpack(layout, self.bytes(struct.calcsize(layout), what))[0]
+
+
+def parse(data: bytes, name: str) -> dict[str, np.ndarray]:
+    """The fields of a tensor file in their order, as read-only views of `data`; `name` is for error messages.
+
+    Raises what `entries` raises, and never allocates more than `data` holds.
+    """
+    found = entries(io.BytesIO(data), len(data), name)
+    return {field: np.ndarray(e.shape, e.dtype, buffer=data, offset=e.offset) for field, e in found.items()}
+
+
+def entries(file: BinaryIO, size: int, name: str) -> dict[str, Entry]:
+    """What the header of a file of `size` bytes says of its fields, which all lie within it.
+
+    Raises FormatError for whatever is no tensor file.
+    """
+    head = _Header(file, size, name)
+    magic = head.bytes(len(MAGIC), "the signature")
+    if magic != MAGIC:
+        raise FormatError(f"{name}: not a tensor file: starts with {magic!r}, expected {MAGIC!r}")
+    version = (head.number("B", "the version"), head.number("B", "the version"))
+    if version != VERSION:
+        raise FormatError(f"{name}: tensor file version {version[0]}.{version[1]}, expected 1.0")
+    count = head.number("I", "the number of fields")
+    most = (size - _START) // _SMALLEST_ENTRY
+    if count > most:
+        raise FormatError(f"{name}: header says {count} fields, {size} bytes can hold at most {most}")
+    found: dict[str, Entry] = {}
+    for i in range(count):
+        field, entry = _entry(head, i)
+        if field in found:
+            raise FormatError(f"{name}: field {field!r} occurs twice, expected once")
+        found[field] = entry
+    for field, entry in found.items():
+        end = entry.offset + _bytes(entry)
+        if not head.at <= entry.offset <= end <= size or max(entry.shape, default=0) > size:
+            raise FormatError(
+                f"{name}: field {field!r}, {entry.dtype.name} of shape {entry.shape}, lies at bytes {entry.offset} to "
+                f"{end}; expected between the header's end {head.at} and the file's end {size}: truncated or damaged"
+            )
+    return found
+
+
+def _bytes(entry: Entry) -> int:
+    return math.prod(entry.shape) * entry.dtype.itemsize
+
+
+def _entry(head: _Header, i: int) -> tuple[str, Entry]:
+    """Name of the i-th field, and what is said of it."""
+    raw = head.bytes(head.number("H", f"field {i}"), f"the name of field {i}")
+    try:
+        field = raw.decode("utf-8")
+    except UnicodeDecodeError:
+        raise FormatError(f"{head.name}: field {i} is named {raw[:32]!r}, expected UTF-8 text") from None
+    axes = head.number("H", f"field {field!r}")
+    code = head.number("B", f"field {field!r}")
+    offset = head.number("Q", f"field {field!r}")
+    if axes > _MOST_AXES:
+        raise FormatError(f"{head.name}: field {field!r} has {axes} axes, expected at most {_MOST_AXES}")
+    if code not in TYPES:
+        raise FormatError(f"{head.name}: field {field!r} has type {code}, expected 1 to {len(TYPES)}")
+    shape = tuple(head.number("Q", f"the shape of field {field!r}") for _ in range(axes))
+    return field, Entry(TYPES[code], offset, shape)
+
+
+def read(path: Path) -> dict[str, np.ndarray]:
+    """The fields of a tensor file."""
+    with opened(path) as file:
+        return parse(file.read(), str(path))
+
+
+def held(field: np.ndarray | Kept) -> np.ndarray:
+    """A field as an array."""
+    return field.read() if isinstance(field, Kept) else field
+
+
+def expect(
+    fields: Mapping[str, Any],
+    where: str,
+    name: str,
+    shape: tuple[int | None, ...],
+    dtype: str = "float32",
+) -> Any:
+    """The field of that name, an array or `Kept`, which must have these axes (None: any length but 0) and this type.
+
+    `where` names the file in the FormatError that is raised otherwise.
+    """
+    if name not in fields:
+        raise FormatError(f"{where}: field {name!r} is missing; its fields: {', '.join(map(repr, fields)):.200}")
+    a = fields[name]
+    fits = a.ndim == len(shape) and all(
+        n == want or (want is None and n > 0) for n, want in zip(a.shape, shape, strict=True)
+    )
+    if not fits or a.dtype != dtype:
+        wanted = ", ".join("n" if n is None else str(n) for n in shape)
+        raise FormatError(f"{where}: {name} is {a.dtype} of shape {a.shape}, expected {dtype} of shape ({wanted})")
+    return a
+
+
+def serialise(fields: Mapping[str, np.ndarray]) -> bytes:
+    """A tensor file of these fields, in their order."""
+    return b"".join(_pieces(fields))
+
+
+def _pieces(fields: Mapping[str, np.ndarray | Kept]) -> Iterator[Any]:
+    """A tensor file piece by piece: fields may be larger than memory."""
+    codes = {dtype: code for code, dtype in TYPES.items()}
+    arrays: list[Any] = []
+    names = [field.encode("utf-8") for field in fields]
+    for field, array in fields.items():
+        if isinstance(array, Kept):
+            arrays.append(array)
+            continue
+        little = np.asarray(array).dtype.newbyteorder("<")
+        if little not in codes:
+            raise ParameterError(f"field {field!r} is {little.name}, expected an integer or floating-point type")
+        arrays.append(np.ascontiguousarray(array, dtype=little).reshape(np.shape(array)))
+    at = _START + sum(_SMALLEST_ENTRY + len(n) + 8 * a.ndim for n, a in zip(names, arrays, strict=True))
+    yield MAGIC + bytes(VERSION) + struct.pack("<I", len(names))
+    padding = []
+    for name, array in zip(names, arrays, strict=True):
+        padding.append(-at % 8)
+        at += padding[-1]
+        yield struct.pack("<H", len(name)) + name
+        yield struct.pack(f"<HBQ{array.ndim}Q", array.ndim, codes[array.dtype], at, *array.shape)
+        at += array.nbytes
+    for before, array in zip(padding, arrays, strict=True):
+        yield bytes(before)
+        for part in array.rows() if isinstance(array, Kept) else [array]:
+            yield part.data.cast("B") if part.size else b""
+
+
+def write(path: Path, fields: Mapping[str, np.ndarray | Kept]) -> None:
+    """Write a tensor file; an existing file is replaced only when all is written."""
+    with replacing(path) as temporary, temporary.open("wb") as file:
+        file.writelines(_pieces(fields))

@@ -1,0 +1,1 @@
+"""What formats share that hold rows of measurements: pairs of directions and values."""

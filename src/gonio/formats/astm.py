@@ -1,0 +1,94 @@
+"""ASTM E1392 text: rows of angles and BRDF, as Cornell University published its measurements.
+
+Lines `KEY value`, of which the last is `VARS` with the names of the columns, separated by commas: `theta_i`, `phi_i`,
+`theta_s`, `phi_s` [rad] in any order (a missing `phi_i` is 0), then channels: `R,G,B`, `X,Y,Z`, wavelengths like
+`400nm`, or one name such as `Integrated 300-700nm`. Then `NUM_POINTS` rows of as many numbers, separated by commas.
+theta_s, phi_s is the scattered direction, wo. The standard was not seen: this follows what libbsdf's AstmReader and
+ALTA's astm.cpp read. Checked against its own generator only.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from ..base.reflectance import Reflectance
+from ..errors import FormatError, ParameterError
+from ..files import replacing
+from ..tables.gridded import Gridded
+from ._reading import channel_words, plain_text
+from ._rows import direction_pairs
+from ._rows.pairs_of_material import pairs_of, with_others
+
+NAME = "ASTM"
+SUFFIXES = (".astm",)
+DESCRIPTION = "rows of angles and BRDF with KEY value lines (ASTM E1392, Cornell)"
+ORACLE = "own generator only"
+
+ANGLES = ("theta_i", "phi_i", "theta_s", "phi_s")
+
+_VARS = re.compile(r"^[ \t]*VARS[ \t]+(?=.*theta_i)(?=.*theta_s)", re.IGNORECASE | re.MULTILINE)
+
+
+def matches(head: bytes, size: int) -> bool:
+    """Whether a file that starts so can be one of these: it has a line VARS with the names of angles."""
+    return bool(_VARS.search(plain_text.start(head)))
+
+
+def read(path: Path, side: str = "front") -> Gridded:
+    """The measurement in a file: a grid if its rows fill one, else `Scattered`.
+
+    `side`: "front", or "back" for reflection of light from below; other rows are kept to be written again, in
+    `about["other_pairs"]`. Raises FormatError where the file is damaged, with the line.
+    """
+    lines = plain_text.read(path)
+    about: dict[str, str] = {}
+    names: list[str] = []
+    count: int | None = None
+    while not names:
+        key, value = [*lines.take("a line VARS with the names of the columns").split(None, 1), ""][:2]
+        if key.upper() == "VARS":
+            names = [name.strip() for name in value.split(",")]
+        elif key.upper() == "NUM_POINTS":
+            count = lines.count(value, "the number of rows")
+        else:
+            about[key] = value
+    columns = {name.lower(): k for k, name in enumerate(names) if name.lower() in ANGLES}
+    values = [k for k, name in enumerate(names) if name.lower() not in ANGLES]
+    if len(columns) + len(values) != len(names) or not {*ANGLES} - {"phi_i"} <= columns.keys() or not values:
+        raise lines.fault(", ".join(names), f"{', '.join(ANGLES)}, each once, and at least one channel")
+    rows = lines.rows(len(names))
+    if count not in (None, len(rows)) or not len(rows):
+        raise FormatError(
+            f"{path}: NUM_POINTS says {count} rows, got {len(rows)}; fetch it again or correct the number"
+        )
+    angles = [rows[:, columns[name]] if name in columns else np.zeros(len(rows)) for name in ANGLES]
+    channels = channel_words.of_names([names[k] for k in values])
+    pairs = direction_pairs.Pairs(np.stack(angles, axis=1), rows[:, values], channels=channels)
+    if len(channels) == 1 and isinstance(channels[0], str):
+        about["channel"] = channels[0]
+        pairs = pairs._replace(values=rows[:, values[0]], channels=None)
+    return direction_pairs.material(pairs, str(path), about, side)
+
+
+def write(m: Reflectance, path: Path, resolution: Sequence[int] | None = None) -> None:
+    """Write the BRDF at the pairs that a measurement holds; of anything else, and where `resolution` is given (numbers
+    of theta_i, theta_o and azimuths), at a grid of angles.
+
+    Lost: uncertainties, and nodes without data. Values along the surface (a cosine of 0) too, if they are not BRDFs.
+    Raises ParameterError for delta lobes, maps, and channels whose names have commas.
+    """
+    pairs = with_others(pairs_of(m, resolution), m)
+    about = {str(k): str(v) for k, v in getattr(m, "about", {}).items() if k != "other_pairs"}
+    names = [about.pop("channel", "BRDF")] if pairs.channels is None else [*map(channel_words.name_of, pairs.channels)]
+    if any(re.search(r"[,\r\n]", name) for name in names):
+        raise ParameterError(f"channels {names}: expected names without commas and line ends; rename them")
+    with replacing(path) as temporary, temporary.open("w", encoding="utf-8") as file:
+        for key, value in about.items():
+            if re.fullmatch(r"\S+", key) and "\n" not in value and key.upper() not in ("VARS", "NUM_POINTS"):
+                file.write(f"{key} {value}\n")
+        file.write(f"NUM_POINTS {len(pairs.angles)}\nVARS {','.join([*ANGLES, *names])}\n")
+        file.writelines(plain_text.join(np.concatenate([pairs.angles, pairs.columns()], axis=1), ","))

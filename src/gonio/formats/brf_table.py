@@ -1,0 +1,89 @@
+"""Tables of bidirectional reflectance factors, one row per pair and one column per wavelength (field spectrometers).
+
+Lines of free text, then a line of column names, src_z src_a view_z view_a and wavelengths like 385.65nm, then rows of
+numbers, separated by tabs or blanks: zenith and azimuth of source and viewer [degrees], reflectance factors pi f.
+Source and viewer have azimuths of their own: 180 apart is forward scattering, as NIST's PTFE shows. Checked against a
+real file (University of Arizona, Remote Sensing Group, Spectralon); no specification was seen.
+"""
+
+from __future__ import annotations
+
+import re
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+
+from ..base.reflectance import Reflectance
+from ..errors import ParameterError
+from ..files import replacing
+from ..tables.gridded import Gridded
+from ._reading import channel_words, plain_text
+from ._rows.direction_pairs import LEVEL, Pairs, material, upright
+from ._rows.pairs_of_material import COARSE, pairs_of
+
+NAME = "BRF table"
+SUFFIXES = (".txt",)
+SHARED_SUFFIX = True
+DESCRIPTION = "reflectance factors by source and viewer, a column per wavelength"
+ORACLE = "real file (UA Remote Sensing Group); NIST's PTFE for the azimuths"
+
+NAMES = ["src_z", "src_a", "view_z", "view_a"]
+_WAVELENGTH = re.compile(r"([0-9]+(?:\.[0-9]*)?|\.[0-9]+)\s*(nm|um|µm|μm)?", re.IGNORECASE)
+
+
+def matches(head: bytes, size: int) -> bool:
+    """Whether a file that starts so can be one of these: a line of column names that begins with the four angles'."""
+    return bool(re.search(rb"(?im)(^|\r)[ \t]*src_z[\s,]+src_a[\s,]+view_z[\s,]+view_a[\s,]+[\d.]", head))
+
+
+def read(path: Path) -> Gridded:
+    """The table in a file. Raises FormatError with the line where it holds something else."""
+    lines, text = plain_text.read(path), []
+    expected = f"a line of column names, {' '.join(NAMES)} ..."
+    line = lines.take(expected)
+    while [word.lower() for word in plain_text.split(line)[:4]] != NAMES:
+        text.append(line)
+        line = lines.take(expected)
+    words = plain_text.split(line)
+    nm = [_wavelength(lines, word) for word in words[4:]]
+    if not nm or not all(a < b for a, b in pairwise(nm)):
+        raise lines.fault(" ".join(words[4:]), "rising wavelengths like 385.65nm after the four angles")
+    rows = lines.rows(4 + len(nm), expected="numbers: four angles and a reflectance factor per wavelength")
+    if not len(rows):
+        raise lines.cut_short("rows of numbers")
+    angles = upright(np.radians(rows[:, :4]), str(path), LEVEL)
+    pairs = Pairs(angles, rows[:, 4:], "reflectance factor", channels=tuple(nm))
+    return material(pairs, str(path), {"text": text})
+
+
+def _wavelength(lines: plain_text.Lines, word: str) -> float:
+    found = _WAVELENGTH.fullmatch(word)
+    if not found:
+        raise lines.fault(word, "a wavelength like 385.65nm")
+    value = float(found[1])
+    return value if (found[2] or "nm").lower() == "nm" else value * 1e3
+
+
+def write(m: Reflectance, path: Path, wavelengths: list[float] | None = None, resolution: tuple | None = None) -> None:
+    """Write reflectance factors at the pairs that a measurement holds, else at those of a grid.
+
+    `wavelengths` [nm]: of the channels, for materials that do not say. `resolution`: numbers of theta_i, theta_o and
+    azimuths, or of theta_i, theta_o, phi_i and phi_o. Uncertainties are lost. Raises ParameterError without
+    wavelengths, and for delta lobes and maps.
+    """
+    pairs = pairs_of(m, resolution, ("reflectance factor",), nodes=COARSE, as_held=True)
+    values = pairs.columns()
+    names = channel_words.wavelengths_of(m, wavelengths, values.shape[1])
+    if not all(a < b for a, b in pairwise(names)):
+        raise ParameterError(f"wavelengths {names}: expected rising ones [nm]")
+    with replacing(path) as temporary, temporary.open("w", encoding="utf-8") as file:
+        file.writelines(f"{line}\n" for line in _free_text(m))
+        file.write("\t".join([*NAMES, *map(channel_words.name_of, names)]) + "\n")
+        file.writelines(plain_text.join(np.concatenate([plain_text.degrees(pairs.angles), values], axis=1), "\t"))
+
+
+def _free_text(m: Reflectance) -> list[str]:
+    """The free text above the table."""
+    text = getattr(m, "about", {}).get("text")
+    return text if isinstance(text, list) and text else [f"BRF values of {m!r:.200}"]

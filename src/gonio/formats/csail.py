@@ -1,0 +1,161 @@
+"""MIT CSAIL's `.dat` (Ngan, Durand & Matusik): anisotropic RGB measurements on angles of both directions.
+
+int32[16], little-endian: the counts of theta_i, theta_o, phi = phi_o - phi_i and phi_i; [6] 1, these angles; [7] 0,
+bins of equal width; [9] 1 where phi covers 0 to pi only, 0 to 2 pi otherwise; [10] 3 channels; the others are reserved.
+Then float32, planes R, G, B, each [theta_i][theta_o][phi][phi_i] with phi_i fastest; negative where there is no data.
+Known from the header that BRDF Explorer documents; azimuths as it has them: phi_i is that of the direction away from
+the light. It multiplies values by 10; nothing was found that says why, so that here `scale` is 1 unless you give
+another. No published file was at hand.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..base.reflectance import Reflectance
+from ..errors import FormatError, ParameterError
+from ..files import replacing
+from ..formula.fields import Ours, kept
+from ..tables.angle_systems import parameterisation
+from ..tables.axes import counts
+from ._reading.mapped import Unscanned, expect_channels, numbers
+
+NAME = "CSAIL"
+SUFFIXES = (".dat",)
+SHARED_SUFFIX = True
+DESCRIPTION = "anisotropic RGB on angles of both directions (Ngan, Durand & Matusik 2005)"
+ORACLE = "own generator only"
+
+COUNT = 16
+HEADER = 4 * COUNT
+RESOLUTION = (45, 45, 90, 36)
+
+
+class CSAIL(Unscanned):
+    """BRDF of an anisotropic material, linear in theta_i, theta_o, phi and phi_i between the centres of bins; RGB.
+
+    Bins without data (negative, or NaN) are left out and the weights of the others renormalised. theta stays at the
+    outermost centres beyond them, azimuths wrap. Where phi covers 0 to pi, the other half is its mirror image.
+
+    raw    (3, theta_i, theta_o, phi, phi_i), as in the file
+    scale  what stored numbers are multiplied by
+
+    Sampling: see `Sampled`.
+
+    Shapes   f: (..., 3).
+    Units    f: 1/sr, if `scale` is right.
+    Error    of the bins; memory: 24 bytes per bin, 0.8 GB for the published 45 x 45 x 180 x 90, more while it is made.
+    Source   Ngan, Durand & Matusik 2005, "Experimental analysis of BRDF models", EGSR.
+    """
+
+    format = NAME
+    raw: np.ndarray
+    header: np.ndarray
+    scale: float
+
+    def __init__(self, raw: Any, header: Any, scale: float = 1.0, path: str = ""):
+        if not (math.isfinite(scale) and scale > 0.0):
+            raise ParameterError(f"scale={scale!r}: expected a positive number")
+        raw, header = kept(raw), kept(header)
+        half = bool(header[9])
+        self.__dict__.update(raw=raw, header=header, scale=float(scale))
+        stored = np.moveaxis(raw, 0, -1)
+        if half:
+            stored = np.concatenate([stored, stored[:, :, ::-1]], axis=2)
+        super().__init__(
+            "relative",
+            _centres(raw.shape[1:], half),
+            stored,
+            ("R", "G", "B"),
+            path,
+            {"half": half, "scale": float(scale)},
+        )
+
+    @property
+    def valid(self) -> np.ndarray:
+        """True where there is data; shape of `stored`."""
+        with np.errstate(invalid="ignore"):
+            return (self.stored >= 0.0) & (self.stored < np.inf)
+
+    def brdf(self) -> np.ndarray:
+        """f [1/sr] at the centres of bins, NaN where there is no data."""
+        f = np.full(self.stored.shape, np.nan)
+        return np.multiply(self.stored, self.scale, out=f, where=self.valid, dtype=float)
+
+    def _key(self) -> tuple:
+        return (*super()._key(), ("scale", self.scale))
+
+
+def _centres(counts: Sequence[int], half: bool) -> dict[str, np.ndarray]:
+    """The centres of bins [rad], phi of the whole circle."""
+    turns = counts[2] * (2 if half else 1)
+    theta_i, theta_o = (0.5 * math.pi / n * (np.arange(n) + 0.5) for n in counts[:2])
+    phi, phi_i = (2.0 * math.pi / n * (np.arange(n) + 0.5) for n in (turns, counts[3]))
+    return {"theta_i": theta_i, "theta_o": theta_o, "phi": phi, "phi_i": phi_i - math.pi}
+
+
+def _size(counts: Sequence[int]) -> int:
+    return HEADER + 4 * 3 * math.prod(counts)
+
+
+def matches(head: bytes, size: int) -> bool:
+    """Whether a file that starts so can be one of these: four counts, marks, and as long as the counts say."""
+    if len(head) < HEADER:
+        return False
+    header = np.frombuffer(head, "<i4", COUNT).tolist()
+    return min(header[:4]) > 0 and header[10] == 3 and (size == _size(header[:4]) or header[6:8] == [1, 0])
+
+
+def read(path: Path, scale: float = 1.0) -> CSAIL:
+    """The material of a file; `scale`: what its numbers are multiplied by. Raises FormatError for a damaged one."""
+    with path.open("rb") as file:
+        header = numbers(file, path, "<i4", (COUNT,))
+        counts, size = tuple(header[:4].tolist()), file.seek(0, os.SEEK_END)
+        for at, what, allowed in (
+            (6, "paramType", (1,)),
+            (7, "binType", (0,)),
+            (9, "half_data", (0, 1)),
+            (10, "channels", (3,)),
+        ):
+            if header[at] not in allowed:
+                raise FormatError(f"{path}: {what} is {header[at]}, expected {' or '.join(map(str, allowed))}")
+        if min(counts) < 1 or size != _size(counts):
+            raise FormatError(
+                f"{path}: {size} bytes, expected {_size(counts)} for {'×'.join(map(str, counts))} bins of theta_i, "
+                f"theta_o, phi, phi_i: cut short or damaged; fetch it again"
+            )
+        raw = numbers(file, path, "<f4", (3, *counts), HEADER)
+    return CSAIL(Ours(raw), header, scale, str(path))
+
+
+def write(m: Reflectance, path: Path, resolution: Sequence[int] | None = None) -> None:
+    """Write f at the centres of bins; a CSAIL is written as it was read, bit by bit, unless `resolution` is given.
+
+    `resolution`: bins of theta_i, theta_o, phi and phi_i; 45, 45, 90, 36 if not given. One channel becomes gray; -1
+    stands for values that are negative, NaN or infinite. Raises ParameterError for a material with a delta lobe,
+    other than 1 or 3 channels, or maps: no such table could hold it.
+    """
+    header, raw = (m.header, m.raw) if isinstance(m, CSAIL) and resolution is None else _tabulated(m, resolution)
+    with replacing(path) as temporary, temporary.open("wb") as file:
+        header.tofile(file)
+        raw.tofile(file)
+
+
+def _tabulated(m: Reflectance, asked: Sequence[int] | None) -> tuple[np.ndarray, np.ndarray]:
+    expect_channels(m, NAME)
+    resolution = counts(RESOLUTION if asked is None else asked, (4,), 1, "bins of theta_i, theta_o, phi and phi_i")
+    header = np.zeros(COUNT, "<i4")
+    header[[0, 1, 2, 3, 6, 10]] = *resolution, 1, 3
+    raw = np.empty((3, *resolution), "<f4")
+    first, *others = _centres(resolution, False).values()
+    for i, theta_i in enumerate(first):
+        wi, wo = parameterisation("relative").pairs(theta_i, *np.meshgrid(*others, indexing="ij"))
+        f = m.f(np.broadcast_to(wi, wo.shape), wo).reshape(*resolution[1:], -1)
+        raw[:, i] = np.moveaxis(np.where((f >= 0.0) & (f < np.inf), f, -1.0), -1, 0)
+    return header, raw

@@ -1,0 +1,181 @@
+"""FRED's tabulated scatter data (Photon Engineering): values by polar angle and azimuth of the scattered ray.
+
+Text: `type bsdf_data`, then `format angles=deg bsdf=value scale=1`, then for each direction of incidence a line of two
+numbers, theta_i and phi_i, and lines of three, theta_s, phi_s and f [1/sr].
+
+Azimuths are those of rays as they travel: phi_s - phi_i = 0 is forward, so that the mirror direction is (theta_i,
+phi_i); light then comes from phi_i + 180 degrees, and in gonio phi = phi_s - phi_i - 180 degrees. One phi_i stands for
+an isotropic material, azimuths up to 180 degrees for both sides of the plane of incidence. f = number x scale.
+
+No specification of the header's words was seen: other angles than degrees and radians, and other than `bsdf=value`, are
+refused. The geometry is that of the manual's pages and of the laboratory's converters; it was checked on a real file
+against the same measurement in Zemax's format, and against its raw data.
+
+Data in the plane of incidence alone are interpolated linearly in azimuth from one side to the other.
+"""
+
+from __future__ import annotations
+
+import os
+from array import array
+from collections.abc import Iterator
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..base.angles import direction
+from ..base.reflectance import Reflectance
+from ..errors import FormatError, ParameterError
+from ..tables.gridded import Gridded
+from ._optical.angle_tables import angle_list, as_filed, channel_named, default_angles, from_rows, own_table, values_at
+from ._reading import plain_text
+
+NAME = "FRED"
+SUFFIXES = (".txt",)
+SHARED_SUFFIX = True
+DESCRIPTION = "FRED's tabulated scatter data: lists of directions and values"
+ORACLE = "real file (University of Arizona), its raw data and its Zemax file"
+
+FIRST = "type bsdf_data"
+WORDS = {"angles": "deg", "bsdf": "value", "scale": "1"}
+
+
+class Sheet(NamedTuple):
+    """A file: its words after `format`, and rows (n, 5) of theta_i, phi_i, theta_s, phi_s and the number."""
+
+    format: dict[str, str]
+    rows: np.ndarray
+
+
+def matches(head: bytes, size: int) -> bool:
+    """Whether a file that starts so is one of these."""
+    return b"bsdf_data" in head.replace(b"\0", b"")[:512].lower()
+
+
+def read(path: str | os.PathLike) -> Gridded:
+    """The reflectance of a file: `angles` axes theta_i, theta_o, phi (phi_i, phi_o if there are several phi_i).
+
+    Directions that are not listed are no data (NaN); lists that fill less than half of the grid of their angles become
+    a `Scattered`. Raises FormatError where the file is damaged or of a kind that is not known.
+    """
+    lines = plain_text.read(path, ("#", "!", "//"))
+    if " ".join(plain_text.split(lines.take(FIRST).lower())) != FIRST:
+        raise lines.fault("another first line", FIRST)
+    words = dict(word.partition("=")[::2] for word in plain_text.split(lines.take("format ..."))[1:])
+    in_degrees, scale = _format(lines, words)
+    sheet = Sheet(words, _rows(lines))
+    theta_i, phi_i, theta_s, phi_s, number = sheet.rows.T
+    if not in_degrees:
+        theta_i, phi_i, theta_s, phi_s = np.degrees((theta_i, phi_i, theta_s, phi_s)).round(9)
+    with np.errstate(over="ignore", invalid="ignore"):
+        f = number * scale
+    if not (np.abs(sheet.rows[:, [1, 3]]) <= 720.0).all() or not np.isfinite(f).any():
+        raise FormatError(f"{path}: azimuths beyond -720 to 720 degrees, or no value that is a number")
+    if not ((theta_i >= 0.0) & (theta_i <= 90.0) & (theta_s >= 0.0) & (theta_s <= 90.0)).all():
+        raise FormatError(f"{path}: polar angles beyond 0 to 90 degrees, expected reflection only")
+    about = {"format": words, "scale": scale}
+    return from_rows(theta_i, phi_i + 180.0, theta_s, phi_s, f, path=str(path), about=about, filed=sheet)
+
+
+def _format(lines: plain_text.Lines, words: dict[str, str]) -> tuple[bool, float]:
+    """Whether angles are in degrees, and what numbers are multiplied by."""
+    unit = {"deg": True, "degrees": True, "rad": False, "radians": False}.get(words.get("angles", "deg").lower())
+    if unit is None or words.get("bsdf", "value").lower() != "value":
+        raise lines.fault(" ".join(f"{k}={v}" for k, v in words.items()), "angles=deg bsdf=value")
+    return unit, lines.float(words.get("scale", "1"))
+
+
+def _rows(lines: plain_text.Lines) -> np.ndarray:
+    out, incidence = array("d"), None
+    for line in lines:
+        numbers = lines.floats(line)
+        if len(numbers) == 2:
+            incidence = numbers
+        elif len(numbers) == 3 and incidence is not None:
+            out.extend((*incidence, *numbers))
+        else:
+            raise lines.fault(line, "two angles of incidence, then rows of two angles and a value")
+    rows = np.array(out).reshape(-1, 5)
+    if not len(rows) or not np.isfinite(rows[:, :4]).all():
+        raise FormatError(f"{lines.path}: no values, or angles that are not finite")
+    return rows
+
+
+def write(
+    m: Reflectance,
+    path: str | os.PathLike,
+    theta_i: Any = None,
+    theta_o: Any = None,
+    phi: Any = None,
+    phi_i: Any = None,
+    resolution: float | None = None,
+    channel: Any = None,
+) -> None:
+    """Write f at lists of angles; a material read from such a file is written with the same rows.
+
+    An `angles` table keeps its grid and numbers, without the nodes that have no data. Of others f is taken at the given
+    angles [degrees], by default every 2 `resolution` in theta_i and phi = phi_s - phi_i, every `resolution` (5) in
+    theta_s up to 85; phi from 0 to 180 for isotropic materials, else to 360 and phi_i every 30. FRED's table has
+    one channel: others are refused unless `channel` names one. Raises ParameterError for a delta lobe, maps, and
+    several channels.
+    """
+    given = (theta_i, theta_o, phi, phi_i)
+    sheet = as_filed(m, Sheet, *given, resolution, channel) or Sheet(WORDS, _made_of(m, given, resolution, channel))
+    plain_text.write(path, _written(sheet))
+
+
+def _written(sheet: Sheet) -> Iterator[str]:
+    yield f"{FIRST}\nformat {' '.join(f'{k}={v}' for k, v in sheet.format.items())}\n"
+    before = None
+    for row in sheet.rows.tolist():
+        if row[:2] != before:
+            before = row[:2]
+            yield from plain_text.join([before], "\t")
+        yield from plain_text.join([row[2:]], "\t")
+
+
+def _made_of(m: Reflectance, given: tuple, resolution: float | None, channel: Any) -> np.ndarray:
+    """Rows as in a file."""
+    if own := own_table(m, "angles", (*given, resolution)):
+        table, f = own
+        angles = [plain_text.degrees(x) for x in table.axes.values()]
+        angles, f = (angles, f) if len(angles) == 4 else ([*angles[:2], np.zeros(1), angles[2]], f[:, :, None])
+        incidence, polar, light, away = np.meshgrid(*angles, indexing="ij")
+        if not table.is_oriented():
+            light, away = light + 180.0, 180.0 - away if table.is_mirrored else away + 180.0
+        rows = [incidence, light + 180.0, polar, away]
+    else:
+        theta_i, theta_o, phi, phi_i = given
+        isotropic = phi_i is None and m.is_isotropic()
+        usual = default_angles(resolution, not isotropic)
+        grid = [
+            angle_list("theta_i", theta_i, usual.theta_i, 0.0, 90.0),
+            angle_list("phi_i", phi_i, [0.0] if isotropic else usual.turns, -360.0, 360.0),
+            angle_list("theta_o", theta_o, usual.theta_o, 0.0, 90.0),
+            angle_list("phi", phi, usual.half if isotropic else usual.circle, 0.0, 360.0),
+        ]
+        incidence, light, polar, away = np.meshgrid(*grid, indexing="ij")
+        away = away + light
+        rows = [incidence, light, polar, away]
+        wi = direction(np.radians(incidence), np.radians(light + 180.0))
+        f = values_at(m, wi, direction(np.radians(polar), np.radians(away)))
+    return _table(m, rows, f, channel)
+
+
+def _table(m: Reflectance, angles: list[np.ndarray], f: np.ndarray, channel: Any) -> np.ndarray:
+    """Rows sorted by direction of incidence, one of several along the normal, none without data."""
+    names, f = channel_named(m, f, channel)
+    if len(names) > 1:
+        raise ParameterError(
+            f"{m!r:.80}: has channels {names!r:.80}, and FRED's table has one; choose it with channel="
+        )
+    theta_i, phi_i, theta_s, phi_s = (np.round(a, 9).reshape(-1) for a in angles)
+    phi_i = np.mod(phi_i, 360.0)
+    phi_s = np.where(np.abs(phi_s) == 360.0, phi_s, np.mod(phi_s, 360.0))
+    rows = np.stack([theta_i, phi_i, theta_s, phi_s, f.reshape(-1)], axis=-1)
+    rows = rows[np.isfinite(rows[:, 4])]
+    rows = rows[np.lexsort(rows.T[3::-1])]
+    along_normal = np.concatenate(
+        [[False], (rows[1:, 2] == 0.0) & (rows[1:, [0, 1, 2, 4]] == rows[:-1, [0, 1, 2, 4]]).all(1)]
+    )
+    return rows[~along_normal]

@@ -1,0 +1,303 @@
+"""Integra's diffuse distributions, `.ddr`: grids about the mirror direction.
+
+Words and numbers over any number of lines; lines that begin with `;;` are comments. `TypeSym` says which half of the
+azimuths there is, `TypeColorModel` BW, RGB or spectral, `TypeData` what the values are: Luminance is pi f, Intensity
+f cos(theta_o), each times the block's `kbdf`; Relative ones are scaled so that the directional-hemispherical
+reflectance is `kbdf`. `sigma`, `psi` are theta and phi of wi, `theta`, `phi` those of wo about the mirror direction,
+or about `sigmaT`, in degrees; lists begin with their length. Then per channel `bw`, `red`, `gre`, `blu` or `wl` nm:
+`kbdf` and numbers by psi, sigma; `def` and numbers by psi, sigma, phi, theta; `enddef`. Integra's specification was
+not seen: this follows libbsdf's DdrReader and DdrWriter. Checked against its own generator only. `.ddt` files look
+the same but are transmission.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..base.measured import tabular_shape
+from ..base.reflectance import Reflectance
+from ..errors import FormatError, ParameterError
+from ..formula.direction import HORIZON
+from ..tables.angle_systems import PARAMETERISATIONS
+from ..tables.axes import counts, fits
+from ..tables.gridded import Gridded
+from ._reading import plain_text
+from ._rows import specular
+
+NAME = "Integra"
+SUFFIXES = (".ddr",)
+DESCRIPTION = "grid about the mirror direction (Integra Diffuse Distribution, libbsdf)"
+ORACLE = "own generator only"
+
+SYMMETRIES = ("axisymmetrical", "dirsymmetrical", "planesymmetrical", "asymmetrical")
+QUANTITIES = {"luminance": "reflectance factor", "intensity": "brdf * cos(theta_o)"}
+CHANNELS = {"bw": "BW", "red": "R", "gre": "G", "green": "G", "blu": "B", "blue": "B", "wl": ""}
+LISTS = ("psi", "sigma", "sigmat", "phi", "theta")
+RESOLUTION = (18, 61, 37)
+"""Nodes of theta_i, radial and azimuth that a model is written at."""
+
+_TYPE = re.compile(r"\bType(Sym|Data|ColorModel)[ \t]+\w+", re.IGNORECASE)
+
+
+def matches(head: bytes, size: int) -> bool:
+    """Whether a file that starts so can be one of these: lines TypeSym, TypeData or TypeColorModel, two of them."""
+    return len({found.lower() for found in _TYPE.findall(plain_text.start(head))}) >= 2
+
+
+class _Words:
+    """The words of a file, with the lines they are in."""
+
+    def __init__(self, path: Path):
+        self.lines = plain_text.read(path, comment=";;")
+        self.left: list[str] = []
+
+    def next(self) -> str | None:
+        while not self.left:
+            line = self.lines.next()
+            if line is None:
+                return None
+            self.left = plain_text.split(line.partition(";;")[0])
+        return self.left.pop(0)
+
+    def take(self, expected: str) -> str:
+        word = self.next()
+        if word is None:
+            raise self.lines.cut_short(expected)
+        return word
+
+    def numbers(self, count: int, expected: str) -> np.ndarray:
+        first = [self.lines.float(word, expected) for word in self.left[:count]]
+        del self.left[:count]
+        if self.left:
+            return np.array(first)
+        return np.concatenate([first, self.lines.numbers(count - len(first), expected)])
+
+    def one_of(self, known: Sequence[str]) -> str:
+        word = self.take(f"one of {', '.join(known)}")
+        if word.lower() not in known:
+            raise self.lines.fault(word, f"one of {', '.join(known)}")
+        return word.lower()
+
+
+def read(path: Path) -> Gridded:
+    """The measurement in a file; one about `sigmaT` becomes `Scattered`.
+
+    Raises FormatError where the file is damaged, with the line, and for the transmission of `.ddt` files.
+    """
+    if Path(path).suffix.lower() == ".ddt":
+        raise FormatError(
+            f"{path}: .ddt files are transmission, which gonio does not read yet; expected reflection, .ddr"
+        )
+    words = _Words(path)
+    header, lists, about = _header(words)
+    shape = tuple(len(lists[name]) for name in ("psi", "sigma", "phi", "theta"))
+    names, tables, scales = [], [], []
+    while (word := words.next()) is not None:
+        if word.lower() not in CHANNELS:
+            raise words.lines.fault(word, f"one of {', '.join(CHANNELS)}")
+        name, table, scale = _channel(words, word.lower(), shape)
+        names.append(name)
+        tables.append(table)
+        scales.append(scale)
+    channels = _channels(words.lines, header, names)
+    values, kbdf = (np.stack([x[names.index(c)] for c in channels], axis=-1) for x in (tables, scales))
+    return _material(str(path), header, lists, values, kbdf, channels, about)
+
+
+def _header(words: _Words) -> tuple[dict[str, str], dict[str, np.ndarray], dict[str, str]]:
+    """What the types are, the lists [degrees], and entries that are not known."""
+    header = {"symmetry": "planesymmetrical", "colour": "", "data": "luminance", "scale": "absolute"}
+    lists: dict[str, np.ndarray] = {}
+    about: dict[str, str] = {}
+    while (word := words.take("a list or a channel")).lower() not in CHANNELS:
+        key = word.lower()
+        if key == "typesym":
+            header["symmetry"] = words.one_of(SYMMETRIES)
+            if words.left[:1] in (["4D"], ["4d"]):
+                words.next()
+        elif key == "typecolormodel":
+            header["colour"] = words.one_of(("rgb", "spectral", "bw"))
+            if header["colour"] == "spectral":
+                header["count"] = words.take("the number of wavelengths")
+        elif key == "typedata":
+            header["data"], header["scale"] = words.one_of(tuple(QUANTITIES)), words.one_of(("absolute", "relative"))
+        elif key in LISTS:
+            if key in lists:
+                raise words.lines.fault(word, "each list once")
+            count = words.take("a length") if key != "sigmat" else str(len(lists.get("sigma", ())))
+            lists[key] = words.numbers(words.lines.count(count), f"angles of {word}")
+        else:
+            about[word], words.left = " ".join(words.left), []
+    words.left.insert(0, word)
+    lists.setdefault("psi", np.zeros(1))
+    if header["symmetry"] == "axisymmetrical":
+        lists.setdefault("phi", np.zeros(1))
+    for name in ("psi", "sigma", "phi", "theta"):
+        if not len(lists.get(name, ())) or not (np.diff(lists[name]) > 0.0).all():
+            raise words.lines.fault(word, f"a list {name} of rising angles before it")
+    return header, lists, about
+
+
+def _channel(words: _Words, kind: str, shape: tuple[int, ...]) -> tuple[str | float, np.ndarray, np.ndarray]:
+    """Name, values (psi, sigma, phi, theta) and kbdf (psi, sigma) of a channel."""
+    name: str | float = CHANNELS[kind]
+    if kind == "wl":
+        name = words.lines.float(words.take("a wavelength"), "a wavelength [nm]")
+    scale = np.ones(shape[:2])
+    if words.one_of(("kbdf", "def")) == "kbdf":
+        scale = words.numbers(shape[0] * shape[1], "numbers of kbdf").reshape(shape[:2])
+        words.one_of(("def",))
+    count = math.prod(shape)
+    table = words.numbers(count, "values by psi, sigma, phi, theta").reshape(shape)
+    end = words.next()
+    if end is not None and end.lower() != "enddef":
+        raise words.lines.fault(end, f"enddef after {count} values")
+    return name, table, scale
+
+
+def _channels(lines: plain_text.Lines, header: Mapping[str, str], names: list) -> list[str | float]:
+    """The channels in their order; FormatError where some are missing or twice."""
+    expected = {"rgb": ["R", "G", "B"], "bw": ["BW"]}.get(header["colour"], names)
+    if header["colour"] == "spectral" and str(len(names)) != header["count"]:
+        raise lines.fault(f"{len(names)} channels", f"{header['count']} wavelengths")
+    if sorted(map(str, names)) != sorted(map(str, expected)) or len(set(names)) < len(names):
+        raise lines.fault(f"channels {names}", f"{header['colour'] or 'channels'} {expected}, each once")
+    return expected
+
+
+def _material(
+    path: str,
+    header: Mapping[str, str],
+    lists: Mapping[str, np.ndarray],
+    values: np.ndarray,
+    kbdf: np.ndarray,
+    channels: Sequence[str | float],
+    about: Mapping[str, str],
+) -> Gridded:
+    mirrored, oriented = header["symmetry"] == "planesymmetrical", len(lists["psi"]) > 1 or lists["psi"].any()
+    relative, phi = header["scale"] == "relative", lists["phi"]
+    values = values if relative else values * kbdf[:, :, None, None]
+    values = values.transpose(1, 3, 2, 0, 4)  # sigma, theta, phi, psi
+    if mirrored and oriented:
+        phi, values = specular.expand(phi, values, 2)
+        mirrored = False
+    azimuth, values = specular.azimuths(phi, values, 2, mirrored)
+    axes = {"theta_i": np.radians(lists["sigma"]), "radial": np.radians(lists["theta"]), "azimuth": azimuth}
+    if oriented:
+        axes["phi_i"] = np.radians(lists["psi"])
+    names = None if list(channels) == ["BW"] else tuple(channels)
+    held = values if names is not None else values[..., 0]
+    held = np.ascontiguousarray(held if oriented else held[:, :, :, 0])
+    centres = lists.get("sigmat", lists["sigma"])
+    known: dict[str, Any] = {"quantity": QUANTITIES[header["data"]], "path": path, "about": about}
+    try:
+        made = Gridded("specular", axes, held, channels=names, mirrored=mirrored, **known)
+    except ParameterError as error:
+        raise FormatError(f"{path}: {error}") from None
+    if relative:
+        made = _scaled(made, kbdf.transpose(1, 0, 2))
+    if np.array_equal(centres, lists["sigma"]):
+        return made
+    return specular.offset(made.axes, made.brdf(), np.radians(centres), names, path, about)
+
+
+def _scaled(m: Gridded, albedo: np.ndarray) -> Gridded:
+    """The same with these directional-hemispherical reflectances (theta_i, phi_i, channel)."""
+    (radial, d_radial), (azimuth, d_azimuth) = (_between(m, name) for name in ("radial", "azimuth"))
+    factor = np.empty((len(m.axes["theta_i"]), albedo.shape[1], albedo.shape[2]))
+    for i, theta_i in enumerate(m.axes["theta_i"]):
+        for j, phi_i in enumerate(m.axes.get("phi_i", np.zeros(1))):
+            wi, wo = PARAMETERISATIONS["specular"].pairs(theta_i, radial[:, None], azimuth, phi_i)
+            projected = (np.sin(radial) * d_radial)[:, None] * d_azimuth * np.maximum(wo[..., 2], 0.0)
+            f = m.f(np.broadcast_to(wi, wo.shape), wo).reshape(*projected.shape, -1)
+            factor[i, j] = albedo[i, j] / np.nansum(f * projected[..., None], axis=(0, 1))
+    if m.channel_names is None:
+        factor = factor[..., 0]
+    return m.with_brdf(m.brdf() * (factor[:, 0] if len(m.axes) == 3 else factor)[:, None, None])
+
+
+def _between(m: Gridded, name: str) -> tuple[np.ndarray, np.ndarray]:
+    """Midpoints and widths of eighths of the intervals between nodes of an axis, and up to its ends."""
+    ends = (0.0, np.pi) if name == "radial" else (m.axes[name][0], m.axes[name][0] + 2.0 * np.pi)
+    nodes = np.unique([*ends, *m.axes[name]])
+    width = np.repeat(np.diff(nodes) / 8.0, 8)
+    return np.repeat(nodes[:-1], 8) + (np.tile(np.arange(8), len(nodes) - 1) + 0.5) * width, width
+
+
+def write(m: Reflectance, path: Path, resolution: Sequence[int] | None = None) -> None:
+    """Write the grid of a measurement about the mirror direction; of anything else f at such a grid (`resolution`:
+    numbers of theta_i, radial and azimuth nodes; where these are below the horizon f at the horizon).
+
+    f cos(theta_o) stays that, other quantities become pi f. Lost: uncertainties, and how to interpolate. Raises
+    ParameterError for data with holes, delta lobes, maps, and channels other than one, RGB or wavelengths.
+    """
+    if isinstance(m, Gridded) and m.parameterisation == "specular" and resolution is None:
+        table = m
+    else:
+        table = _sampled(m, resolution)
+    intensity = table.quantity == QUANTITIES["intensity"]
+    values = table.stored if table.quantity in QUANTITIES.values() else np.pi * table.brdf()
+    if not np.isfinite(values).all():
+        raise ParameterError(f"{m!r:.80}: has nodes without data, which the format cannot say; fill them first")
+    values = values if table.channel_names is not None else values[..., None]
+    values = values if len(table.axes) == 4 else values[:, :, :, None]
+    phi, values = specular.degrees(table.axes["azimuth"], values, 2, table.is_mirrored)
+    lists = {"psi": table.axes.get("phi_i", np.zeros(1)), "sigma": table.axes["theta_i"], "theta": table.axes["radial"]}
+    degrees = {key: plain_text.degrees(x) for key, x in lists.items()} | {"phi": phi}
+    colour, heads = _heads(m, table.channel_names)
+    symmetry = "PlaneSymmetrical" if table.is_mirrored else "ASymmetrical" + " 4D" * (len(table.axes) == 4)
+    source = next(iter(str(table.about.get("Source", "")).split()), "Measured")
+    types = [f"Source {source}", f"TypeSym {symmetry}", f"TypeColorModel {colour}"]
+    types.append(f"TypeData {'Intensity' if intensity else 'Luminance'} Absolute")
+    keys = ("psi", "sigma", "phi", "theta")[len(table.axes) != 4 :]
+    plain_text.write(
+        path, _written(types, {key: degrees[key] for key in keys}, dict(zip(heads, values.T, strict=True)))
+    )
+
+
+def _written(types: list[str], lists: dict[str, np.ndarray], tables: dict[str, np.ndarray]) -> Iterator[str]:
+    """Lines of the types, of the lists, and of tables (psi, phi, theta, sigma) by the words that they begin with."""
+    yield from (f"{line}\n" for line in types)
+    for key, x in lists.items():
+        yield f"{key} {len(x)}\n{' '.join(map(plain_text.number, x))}\n"
+    for head, table in tables.items():
+        ones = " ".join(["1"] * (table.shape[0] * table.shape[3]))
+        yield f"{head}\nkbdf\n{ones}\ndef\n"
+        yield from plain_text.join(table.transpose(0, 3, 1, 2).reshape(-1, table.shape[2]))
+        yield "enddef\n"
+
+
+def _heads(m: Reflectance, names: tuple | None) -> tuple[str, list[str]]:
+    """What TypeColorModel says, and the words that channels begin with."""
+    if names is None:
+        return "BW", ["bw"]
+    if names == ("R", "G", "B"):
+        return "RGB", ["red", "gre", "blu"]
+    if any(isinstance(n, str) for n in names):
+        raise ParameterError(f"{m!r:.80}: has channels {names}, expected one, R, G, B or wavelengths [nm]")
+    return f"spectral {len(names)}", [f"wl {plain_text.number(n)}" for n in names]
+
+
+def _sampled(m: Reflectance, resolution: Sequence[int] | None) -> Gridded:
+    nodes = counts(RESOLUTION if resolution is None else resolution, (3,), 2, "nodes of theta_i, radial and azimuth")
+    tabular_shape(m)
+    quarters = {
+        "theta_i": np.arange(nodes[0]) / nodes[0],
+        "radial": 2.0 * (np.arange(nodes[1]) / (nodes[1] - 1)) ** 2,
+        "azimuth": np.linspace(0.0, 4.0, nodes[2]),
+    }
+    axes = {name: np.radians(np.round(90.0 * x, 6)) for name, x in quarters.items()}
+    if not m.is_isotropic():
+        axes["phi_i"] = axes["azimuth"][:-1]
+    fits(math.prod(map(len, axes.values())), f"resolution={nodes}")
+    wi, wo = PARAMETERISATIONS["specular"].pairs(*np.meshgrid(*axes.values(), indexing="ij"))
+    wo = np.concatenate([wo[..., :2], np.maximum(wo[..., 2:], 10.0 * HORIZON)], axis=-1)
+    f = m.f(wi, wo / np.linalg.norm(wo, axis=-1, keepdims=True))
+    names = None if f.ndim == len(axes) else m.channel_names or tuple("RGB")[: f.shape[-1]]
+    return Gridded("specular", axes, np.pi * f, quantity="reflectance factor", channels=names)

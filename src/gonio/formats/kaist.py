@@ -1,0 +1,165 @@
+"""KAIST's `.pbsdf`: polarimetric measurements, Mueller matrices on half and difference angles and five wavelengths.
+
+A tensor file (see `_tensor_file`) with the fields theta_h, theta_d, phi_d, f32 (1, n) [rad], wvls u16 [nm], and M
+f32 (phi_d, theta_d, theta_h, wavelength, 4, 4), without a cosine, NaN where there is nothing; published files are
+361 x 91 x 91 x 5 and 957 MB. phi_d is the azimuth of wi, to the light. Checked against Mitsuba's `measured_polarized`
+on files written here; no published file was at hand.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..base.reflectance import Reflectance
+from ..errors import FormatError, ParameterError
+from ..formula.direction import HORIZON
+from ..formula.fields import Held, kept
+from ..tables.angle_systems import parameterisation
+from ..tables.axes import counts
+from ._reading import tensor_file
+from ._reading.mapped import Unscanned
+from ._reading.tensor_file import Kept, expect
+
+if TYPE_CHECKING:
+    import xarray
+
+NAME = "KAIST"
+SUFFIXES = (".pbsdf",)
+DESCRIPTION = "polarimetric BRDFs of the KAIST database, Mueller matrices (Baek et al. 2020)"
+ORACLE = "Mitsuba `measured_polarized`, on own files"
+
+AXES = ("theta_h", "theta_d", "phi_d")
+WAVELENGTHS = (450, 500, 550, 600, 650)
+RESOLUTION = (91, 46, 73)
+
+
+class KAIST(Unscanned):
+    """Polarimetric BRDF of an isotropic material: f is M00 at each wavelength, linear in theta_h, theta_d and phi_d.
+
+    Beyond the outermost nodes f is what it is there. Nodes without data (NaN) are left out and the weights of the
+    others renormalised; Mitsuba has 0 for pairs with such a node around them.
+
+    mueller   the matrices (phi_d, theta_d, theta_h, wavelength, 4, 4) [1/sr] as they are stored: read from the file
+              each time they are asked for; FormatError, or NotFoundError, where that is another by then, or gone.
+              Reference directions of Stokes vectors lie in the plane of both directions (Baek et al.).
+
+    Sampling: see `Sampled`.
+
+    Shapes   f: (..., wavelengths).
+    Units    f: 1/sr; wavelengths (`channel_names`): nm.
+    Error    against Mitsuba 3.9.1 `measured_polarized` (float32), 2000 pairs of a file of random numbers without NaN:
+             7e-6 of the largest f. Memory: 4 bytes per node and wavelength, 8 more once f is asked for: 0.18 GB for a
+             published file.
+    Source   Baek et al. 2020, "Image-based acquisition and modeling of polarimetric reflectance", ACM TOG 39(4):139.
+    """
+
+    format = NAME
+    fields_stored: dict[str, np.ndarray | Kept]
+    """The fields of the file, in their order."""
+
+    def __init__(self, fields: Mapping[str, Any], path: str = ""):
+        """From the fields of a tensor file. Raises FormatError where they do not fit each other."""
+        where = path or "KAIST fields"
+        held = Held({name: a if isinstance(a, Kept) else kept(a) for name, a in fields.items()})
+        wavelengths = tensor_file.held(expect(held, where, "wvls", (None,), "uint16"))
+        if (np.diff(wavelengths.astype(int)) <= 0).any():
+            raise FormatError(f"{where}: wvls is {wavelengths[:8]}, expected increasing wavelengths [nm]")
+        nodes = {name: _nodes(held, where, name) for name in AXES}
+        counts = tuple(len(nodes[name]) for name in reversed(AXES))
+        M = expect(held, where, "M", (*counts, len(wavelengths), 4, 4))
+        self.__dict__["fields_stored"] = held
+        try:
+            super().__init__(
+                "half_difference",
+                nodes,
+                _first_elements(M).transpose(2, 1, 0, 3),
+                tuple(wavelengths.astype(float).tolist()),
+                path,
+                {name: len(x) for name, x in nodes.items()},
+            )
+        except ParameterError as error:
+            raise FormatError(f"{where}: {error}") from None
+
+    @property
+    def mueller(self) -> np.ndarray:
+        """The Mueller matrices, as stored."""
+        return tensor_file.held(self.fields_stored["M"])
+
+    @property
+    def data(self) -> xarray.Dataset:
+        """As a Gridded's, with `mueller` by phi_d, theta_d, theta_h, wavelength and Stokes component."""
+        dims = ("phi_d", "theta_d", "theta_h", "wavelength", "stokes_o", "stokes_i")
+        long_name = {"units": "sr-1", "long_name": "Mueller matrix of the BRDF"}
+        return super().data.assign(mueller=(dims, self.mueller, long_name))
+
+
+def _first_elements(M: np.ndarray | Kept) -> np.ndarray:
+    """M00 of all matrices."""
+    if not isinstance(M, Kept):
+        return M[..., 0, 0]
+    found = np.empty(M.shape[:-2], M.dtype)
+    for k, row in enumerate(M.rows()):
+        found[k] = row[..., 0, 0]
+    return found
+
+
+def _nodes(fields: Mapping[str, Any], where: str, name: str) -> np.ndarray:
+    """Nodes of an axis [rad]; those that are even but for the rounding of float32 are made even."""
+    shape = (1, None) if name in fields and fields[name].ndim == 2 else (None,)
+    exact = tensor_file.held(expect(fields, where, name, shape)).reshape(-1).astype(float)
+    even = np.linspace(exact[0], exact[-1], len(exact))
+    return even if np.abs(even - exact).max() <= 1e-6 else exact
+
+
+def matches(head: bytes, size: int) -> bool:
+    """Whether a file that starts so can be one of these: a tensor file with such fields."""
+    return head.startswith(tensor_file.MAGIC) and b"theta_h" in head and b"wvls" in head
+
+
+def read(path: Path) -> KAIST:
+    """The measurement in a file: M00 of all matrices, which f is made of; the others stay there."""
+    with tensor_file.opened(path) as file:
+        known = tensor_file.stamp(file)
+        found = {n: Kept(str(path), known, e) for n, e in tensor_file.entries(file, known[0], str(path)).items()}
+    return KAIST(found, str(path))
+
+
+def write(m: Reflectance, path: Path, resolution: Sequence[int] | None = None) -> None:
+    """Write f as M00, and 0 as what polarises; a KAIST is written with all its fields, bit by bit, unless `resolution`
+    is given.
+
+    `resolution`: nodes of theta_h, theta_d and phi_d; 91, 46, 73 if not given. A material without wavelengths has the
+    same f at 450 to 650 nm. NaN stands for below the horizon. Raises ParameterError for materials that are
+    anisotropic, coloured without wavelengths, or have a delta lobe or maps.
+    """
+    if isinstance(m, KAIST) and resolution is None:
+        tensor_file.write(path, m.fields_stored)
+    else:
+        tensor_file.write(path, _tabulated(m, resolution))
+
+
+def _tabulated(m: Reflectance, asked: Sequence[int] | None) -> dict[str, np.ndarray]:
+    names = m.channel_names
+    shape = m.f([0.0, 0.0, 1.0], [0.0, 0.0, 1.0]).shape
+    spectral = names is not None and all(isinstance(x, (int, float)) and 0 < x < 65536 and x == int(x) for x in names)
+    if m.has_delta or not m.is_isotropic() or len(shape) > 1 or not (spectral or shape in ((), (1,))):
+        raise ParameterError(
+            f"{m!r:.80}: KAIST files hold isotropic materials at whole wavelengths [nm], or gray ones, without delta "
+            f"lobes or maps; convert colours to wavelengths, leave out what is more"
+        )
+    resolution = counts(RESOLUTION if asked is None else asked, (3,), 2, "nodes of theta_h, theta_d and phi_d")
+    ends = ((0.0, 0.5), (0.0, 0.5), (-1.0, 1.0))
+    axes = [np.linspace(a, b, n, dtype="f4") * np.float32(np.pi) for (a, b), n in zip(ends, resolution, strict=True)]
+    wavelengths = np.array(names if spectral else WAVELENGTHS, "u2")
+    M = np.zeros((*resolution[::-1], len(wavelengths), 4, 4), "f4")
+    for k, phi_d in enumerate(axes[2].astype(float)):
+        theta_d, theta_h = np.meshgrid(axes[1].astype(float), axes[0].astype(float), indexing="ij")
+        wi, wo = parameterisation("half_difference").pairs(theta_h, theta_d, phi_d + 0.0 * theta_h)
+        up = (wi[..., 2] > HORIZON) & (wo[..., 2] > HORIZON)
+        M[k][~up] = np.nan
+        M[k, ..., 0, 0][up] = m.f(wi[up], wo[up]).reshape(int(up.sum()), -1)
+    return {**{n: x[None] for n, x in zip(AXES, axes, strict=True)}, "wvls": wavelengths, "M": M}

@@ -1,0 +1,298 @@
+"""LightTools' `.bsdf` (Synopsys): values by polar angle and azimuth of wo, a table for each direction of incidence.
+
+Text; a line that begins with # is a comment. A header,
+
+    Symmetry PlaneSymmetrical | Asymmetric    SpectralContent Monochrome | XYZ
+    ScatterAzimuth n  angles    ScatterRadial n  angles    DataBegin
+
+then blocks of `AOI`, `POI` [degrees], `Side Front | Back`, `Wavelength` [nm], `ScatterType BRDF | BTDF`,
+`TristimulusValue TrisX | TrisY | TrisZ` (XYZ only), `TIS share`, and n azimuths of n values f [1/sr]; `DataEnd`.
+
+Radial is theta_o. Where all POI are the same the material is isotropic and light comes from azimuth 90 degrees (so
+libbsdf reads it): phi = ScatterAzimuth - 90 degrees, and PlaneSymmetrical files hold one side of that plane. Where they
+differ POI is phi_i, and ScatterAzimuth phi_o (chosen here: no reader was seen that uses POI). Light on the back comes
+with AOI above 90 degrees or with Side Back.
+
+No specification and no real file was seen: the layout is that of libbsdf's reader; checked against own files only.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from itertools import product
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..base.reflectance import Reflectance
+from ..errors import FormatError, ParameterError
+from ..tables.gridded import Gridded
+from ._optical import bsdf_text
+from ._optical.angle_tables import (
+    NO_TRANSMISSION,
+    Filed,
+    angle_list,
+    as_filed,
+    default_angles,
+    increasing,
+    on_grid,
+    own_table,
+    spectral,
+    totals,
+)
+from ._reading import plain_text
+
+NAME = "LightTools"
+SUFFIXES = (".bsdf",)
+SHARED_SUFFIX = True
+DESCRIPTION = "LightTools' BSDF: by angles of wo, for each direction of incidence"
+ORACLE = "own generator, written from libbsdf's reader"
+
+LISTS = ("ScatterAzimuth", "ScatterRadial")
+TRISTIMULUS = {"trisx": 0, "trisy": 1, "trisz": 2}
+KEYS = ("aoi", "poi", "side", "wavelength", "scattertype", "tristimulusvalue", "tis")
+LIGHT = 90.0
+"""Azimuth [degrees] that light comes from in files of isotropic materials."""
+
+
+class Block(NamedTuple):
+    """A table (azimuth, radial) and its keys as written."""
+
+    aoi: float
+    poi: float
+    side: str
+    wavelength: float
+    kind: str
+    tristimulus: str
+    tis: float
+    values: np.ndarray
+
+
+class Sheet(NamedTuple):
+    """A file; angles in degrees."""
+
+    symmetry: str
+    content: str
+    azimuth: list[float]
+    radial: list[float]
+    blocks: tuple[Block, ...]
+    comments: tuple[str, ...] = ()
+
+
+def matches(head: bytes, size: int) -> bool:
+    """Whether a file that starts so is one of these."""
+    words = head.replace(b"\0", b"").lower()
+    known = b"scatterazimuth" in words and b"scatterradial" in words and b"spectralcontent" in words
+    return known and b"angleofincidence" not in words and b"samplerotation" not in words
+
+
+def read(path: str | os.PathLike, side: str = "front") -> Gridded:
+    """The reflectance of one side: `angles` axes theta_i, theta_o, phi, or theta_i, theta_o, phi_i, phi_o.
+
+    Blocks of the other side and of transmission are kept for writing. Channels: X, Y, Z, or wavelengths [nm] (above 0).
+    Raises FormatError where the file is damaged, contradicts itself, or has no reflection on this side.
+    """
+    if side not in ("front", "back"):
+        raise ParameterError(f"side={side!r}: expected 'front' or 'back'")
+    sheet = _sheet(Path(path))
+    blocks = [b for b in sheet.blocks if b.kind.lower() == "brdf" and _side(b) == side]
+    if not blocks:
+        held = ", ".join(sorted({f"{b.kind} {_side(b)}" for b in sheet.blocks})) or "nothing"
+        raise FormatError(f"{path}: no BRDF of the {side}, it holds {held}; {NO_TRANSMISSION}")
+    theta_i = sorted({_theta(b) for b in blocks})
+    phi_i = sorted({b.poi for b in blocks})
+    channels = sorted({_channel(b, sheet) for b in blocks})
+    grid = np.full((len(theta_i), len(phi_i), len(channels), len(sheet.azimuth), len(sheet.radial)), np.nan)
+    for b in blocks:
+        at = theta_i.index(_theta(b)), phi_i.index(b.poi), channels.index(_channel(b, sheet))
+        if not np.isnan(grid[at]).all():
+            raise FormatError(f"{path}: two tables for AOI {b.aoi:g}, POI {b.poi:g} and the same channel, expected one")
+        grid[at] = b.values
+    if len(blocks) != np.prod(grid.shape[:3]):
+        raise FormatError(f"{path}: {len(blocks)} tables, expected one for each AOI, POI and channel: {grid.shape[:3]}")
+    axes, values, half = _as_axes(sheet, theta_i, phi_i, grid)
+    names = _names(sheet, channels)
+    about = {"Symmetry": sheet.symmetry, "side": side, "comments": sheet.comments, "TIS": [b.tis for b in blocks]}
+    f = values if names else values[..., 0]
+    return Filed("angles", axes, f, channels=names, mirrored=half, path=str(path), about=about, filed=sheet)
+
+
+def _side(block: Block) -> str:
+    return "back" if block.side.lower() == "back" or block.aoi > 90.0 else "front"
+
+
+def _theta(block: Block) -> float:
+    return 180.0 - block.aoi if block.aoi > 90.0 else block.aoi
+
+
+def _channel(block: Block, sheet: Sheet) -> float:
+    return TRISTIMULUS[block.tristimulus.lower()] if sheet.content == "XYZ" else block.wavelength
+
+
+def _names(sheet: Sheet, channels: list[float]) -> tuple[str | float, ...] | None:
+    if sheet.content == "XYZ":
+        return tuple("XYZ"[int(k)] for k in channels)
+    return None if channels == [0.0] else tuple(channels)
+
+
+def _as_axes(
+    sheet: Sheet, theta_i: list[float], phi_i: list[float], grid: np.ndarray
+) -> tuple[dict[str, np.ndarray], np.ndarray, bool]:
+    """Axes [rad] of a `Gridded`, values with the channel last, and whether they are mirrored."""
+    azimuth, half = np.array(sheet.azimuth), False
+    axes: dict[str, Any] = {"theta_i": theta_i, "theta_o": sheet.radial}
+    if len(phi_i) > 1:
+        axes |= {"phi_i": phi_i, "phi_o": azimuth}
+        values = grid.transpose(0, 4, 1, 3, 2)
+    else:
+        phi = azimuth - LIGHT
+        values = grid[:, 0].transpose(0, 3, 2, 1)
+        if sheet.symmetry.lower() == "planesymmetrical":
+            half = True
+            if phi[0] >= 180.0 or phi[-1] <= 0.0:
+                phi, values = (360.0 if phi[0] >= 180.0 else 0.0) - phi[::-1], values[:, :, ::-1]
+        axes["phi"] = phi
+    return {name: np.radians(x) for name, x in axes.items()}, values, half
+
+
+def _sheet(path: Path) -> Sheet:
+    lines, comments = bsdf_text.opened(path)
+    words, angles = bsdf_text.header(lines, LISTS, ("databegin",))
+    if lines.next() is None:
+        raise lines.cut_short("DataBegin")
+    symmetry = bsdf_text.one_of(lines, words, "symmetry", ("PlaneSymmetrical", "Asymmetric", "Asymmetrical"))
+    content = bsdf_text.one_of(lines, words, "spectralcontent", ("Monochrome", "XYZ"))
+    azimuth, radial = (angles.get(name, []) for name in LISTS)
+    increasing(path, LISTS[0], azimuth, -360.0, 720.0)
+    increasing(path, LISTS[1], radial, 0.0, 90.0)
+    if symmetry == "PlaneSymmetrical" and not any(
+        low <= azimuth[0] and azimuth[-1] <= low + 180.0 for low in (-LIGHT, LIGHT, LIGHT + 180.0)
+    ):
+        raise FormatError(
+            f"{path}: PlaneSymmetrical, with azimuths from {azimuth[0]:g} to {azimuth[-1]:g}, expected one side of the "
+            f"plane that light comes from at {LIGHT:g} degrees: -90 to 90, or 90 to 270"
+        )
+    blocks = tuple(_blocks(lines, content, len(azimuth), len(radial)))
+    return Sheet(words["symmetry"], content, azimuth, radial, blocks, comments)
+
+
+def _blocks(lines: plain_text.Lines, content: str, azimuths: int, radials: int) -> Iterator[Block]:
+    words: dict[str, str] = {}
+    for line in lines:
+        key, rest = bsdf_text.key_and_words(line)
+        if key == "dataend":
+            if lines.next() is not None:
+                raise lines.fault("more lines", "nothing after DataEnd; keep several files apart")
+            break
+        if key not in KEYS or len(rest) != 1:
+            raise lines.fault(line, f"one of {', '.join(KEYS)} and its value")
+        words[key] = rest[0]
+        if key == "tis":
+            yield _block(lines, words, content, azimuths, radials)
+            words = {}
+    if words:
+        raise lines.cut_short("TIS and a table")
+
+
+def _block(lines: plain_text.Lines, words: dict[str, str], content: str, azimuths: int, radials: int) -> Block:
+    side, kind = words.get("side", "Front"), words.get("scattertype", "")
+    tristimulus = words.get("tristimulusvalue", "")
+    if kind.lower() not in ("brdf", "btdf"):
+        raise lines.fault(kind, "ScatterType BRDF or BTDF before TIS")
+    if side.lower() not in ("front", "back"):
+        raise lines.fault(side, "Side Front or Back")
+    if content == "XYZ" and tristimulus.lower() not in TRISTIMULUS:
+        raise lines.fault(tristimulus, "TristimulusValue TrisX, TrisY or TrisZ")
+    aoi = lines.float(words.get("aoi", ""), "AOI before TIS")
+    if not 0.0 <= aoi <= 180.0:
+        raise lines.fault(words["aoi"], "AOI from 0 to 180 degrees")
+    poi, wavelength, tis = (lines.float(words.get(key, "0")) for key in ("poi", "wavelength", "tis"))
+    return Block(aoi, poi, side, wavelength, kind, tristimulus, tis, bsdf_text.table(lines, azimuths, radials))
+
+
+def write(
+    m: Reflectance,
+    path: str | os.PathLike,
+    theta_i: Any = None,
+    theta_o: Any = None,
+    phi: Any = None,
+    phi_i: Any = None,
+    resolution: float | None = None,
+    channel: Any = None,
+    wavelength: float = 550.0,
+) -> None:
+    """Write f by angles; a material read from such a file is written with the same numbers, all blocks of it.
+
+    A table with `angles` axes keeps its grid. Of others f is taken at the given angles [degrees], by default theta_i
+    and azimuths every 2 `resolution`, theta_o every `resolution` (5) up to 85 and at 89; of anisotropic materials phi_i
+    every 30, and `phi` is phi_o. RGB becomes XYZ (linear sRGB, D65), wavelengths stay, and `channel` picks one channel
+    by name; one without a wavelength is said to be of `wavelength` [nm]. No data becomes 0. TIS is integrated.
+    Raises ParameterError for a delta lobe, maps, and channels with other names.
+    """
+    given = (theta_i, theta_o, phi_i, phi)
+    sheet = as_filed(m, Sheet, *given, resolution, channel) or _made_of(m, given, resolution, channel, wavelength)
+    plain_text.write(path, _written(sheet))
+
+
+def _made_of(m: Reflectance, given: tuple, resolution: float | None, channel: Any, wavelength: float) -> Sheet:
+    if own := own_table(m, "angles", (*given, resolution)):
+        axes, f, half = own[0].axes, own[1], own[0].is_mirrored
+    else:
+        axes, half = _axes(m, given, resolution)
+        f = on_grid(m, "angles", axes)
+    names = m.channel_names or ()
+    if channel is None and names and all(isinstance(n, (int, float)) for n in names):
+        labels: tuple = tuple(names)
+    else:
+        labels, f = spectral(m, f, channel)
+    degrees = {name: plain_text.degrees(x) for name, x in axes.items()}
+    colour = labels == ("X", "Y", "Z")
+    if "phi" in degrees:
+        azimuth, turns, f = np.round(degrees["phi"] + LIGHT, 9), [LIGHT], f[:, :, None]
+    else:
+        azimuth, turns = degrees["phi_o"], degrees["phi_i"].tolist()
+    tis = totals(m, degrees["theta_i"].tolist(), turns if "phi_i" in degrees else [0.0])
+    tis = tis if labels == tuple(names) else spectral(m, tis, channel)[1]
+    f, blocks = np.nan_to_num(f), []
+    nodes = product(enumerate(degrees["theta_i"].tolist()), enumerate(turns), enumerate(labels))
+    for (a, theta), (b, phi), (c, label) in nodes:
+        nm = wavelength if colour or label is None else float(label)
+        tristimulus = f"Tris{label}" if colour else ""
+        blocks.append(Block(theta, phi, "Front", nm, "BRDF", tristimulus, tis[b, a, c], f[a, :, b, :, c].T))
+    symmetry, content = "PlaneSymmetrical" if half else "Asymmetric", "XYZ" if colour else "Monochrome"
+    return Sheet(symmetry, content, azimuth.tolist(), degrees["theta_o"].tolist(), tuple(blocks))
+
+
+def _axes(m: Reflectance, given: tuple, resolution: float | None) -> tuple[dict[str, np.ndarray], bool]:
+    """Nodes [rad], and whether they are on one side of the plane of incidence."""
+    theta_i, theta_o, phi_i, phi = given
+    isotropic = phi_i is None and m.is_isotropic()
+    usual = default_angles(resolution, not isotropic)
+    axes = {
+        "theta_i": angle_list("theta_i", theta_i, usual.theta_i, 0.0, 90.0),
+        "theta_o": angle_list("theta_o", theta_o, [*usual.theta_o, 89.0], 0.0, 90.0),
+    }
+    if isotropic:
+        axes["phi"] = angle_list("phi", phi, usual.half, 0.0, 360.0)
+    else:
+        axes["phi_i"] = angle_list("phi_i", phi_i, usual.turns, -360.0, 360.0)
+        axes["phi_o"] = angle_list("phi", phi, usual.circle, -360.0, 360.0)
+    return {name: np.radians(x) for name, x in axes.items()}, isotropic and axes["phi"][-1] <= 180.0
+
+
+def _written(sheet: Sheet) -> Iterator[str]:
+    yield from (f"#{comment}\n" for comment in sheet.comments)
+    yield f"Symmetry\t{sheet.symmetry}\nSpectralContent\t{sheet.content}\n"
+    for name, angles in zip(LISTS, (sheet.azimuth, sheet.radial), strict=True):
+        yield from bsdf_text.listed(name, angles)
+    yield "DataBegin\n"
+    for b in sheet.blocks:
+        number = plain_text.number
+        yield f"AOI\t{number(b.aoi)}\nPOI\t{number(b.poi)}\nSide\t{b.side}\nWavelength\t{number(b.wavelength)}\n"
+        yield f"ScatterType\t{b.kind}\n"
+        yield f"TristimulusValue\t{b.tristimulus}\n" if b.tristimulus else ""
+        yield f"TIS\t{number(b.tis)}\n"
+        yield from plain_text.join(b.values, "\t")
+    yield "DataEnd\n"

@@ -1,0 +1,397 @@
+"""MERL's `.binary`: isotropic RGB measurements on a grid of half and difference angles.
+
+A file is three little-endian int32, the numbers of cells of theta_h, theta_d, phi_d (90, 90, 180; 360 in the
+variant without reciprocity), then float64: planes R, G, B, each [theta_h][theta_d][phi_d] with phi_d fastest,
+of f/`SCALE`; negative or not finite where there is no data. Checked against files written from this
+description and against the length of the published ones, which may not be passed on.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import math
+import os
+from collections.abc import Sequence
+from functools import cache
+from importlib import resources
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..arrays import Fixed, Roomy, ops
+from ..base.measured import Measured, tabular_shape
+from ..base.reflectance import Reflectance
+from ..errors import FormatError, ParameterError
+from ..files import replacing
+from ..formula.direction import HORIZON, Direction, half_and_cosine, half_difference, reflect
+from ..formula.fields import Ours, channels, kept, option, table
+from ..formula.warp import cosine_hemisphere, cosine_hemisphere_density
+from ..pictures.colour import RELATIVE_XYZ, XYZ, rgb_of
+from ..tables.gridded import Gridded
+
+if TYPE_CHECKING:
+    import xarray
+
+NAME = "MERL"
+SUFFIXES = (".binary",)
+DESCRIPTION = "isotropic RGB on half and difference angles (Matusik et al. 2003)"
+ORACLE = "own files from the published description; length and sha256 of the published files"
+
+SCALE = (1.0 / 1500.0, 1.15 / 1500.0, 1.66 / 1500.0)
+"""f = stored number * SCALE, for red, green, blue."""
+
+N = 90
+SHAPES = ((N, N, 180), (N, N, 360))
+AXES = {
+    "theta_h": "half angle",
+    "theta_d": "difference angle",
+    "phi_d": "azimuth of wi about the half vector",
+}
+HEADER = 12
+
+# Sampling looks up one flat table of three rows of 128, by ring of theta_h: the probability of all rings
+# before this one, then 1 - cos(theta_h) and the relative density at its inner edge. Ring 90 stands for the
+# cosine hemisphere.
+ROW = 128
+ALBEDO = 3 * ROW - 1
+"""Where that table keeps the share of diffuse light that is reflected."""
+
+
+class MERL(Measured):
+    """Measured BRDF of an isotropic material, f(theta_h, theta_d, phi_d), from a MERL file.
+
+    Cell (i, j, k) is centred at theta_h = ((i + 1/2)^2/90), theta_d = (j + 1/2), phi_d = (k + 1/2) degrees.
+    "trilinear" interpolates between centres, linearly in sqrt(theta_h), theta_d and phi_d; beyond the
+    outermost centres theta_h and theta_d stay there, phi_d wraps with period pi (reciprocity), or 2 pi with
+    360 cells. Corners without data are left out and the weights of the others renormalised; f is NaN where
+    these hold less than 1/1000 of the weight, so also at the very centre of a cell without data. "nearest" is
+    the value of the cell around the pair, NaN if it has none.
+
+    Sampling: half vectors as this table has them in diffuse light, in 90 rings of theta_h, mixed with the
+    cosine hemisphere, whose share is at least a tenth: weights stay below 10 pi f.
+
+    Shapes   raw: (3, 90, 90, 180 or 360), as in the file. f: (..., 3), RGB as stored.
+    Units    f: 1/sr; raw: f/`SCALE`.
+    Error    of the grid, for 0.1/pi + 0.9 GGX written and read, both cosines above 0.2: trilinear 6e-4
+             (median) to 6e-3 (largest) at alpha = 0.3, 2e-4 to 1.5e-2 at alpha = 0.05; nearest 9e-3 to 8e-2
+             and 2e-3 to 0.22. Down to the horizon: trilinear 3 % and 6 % (99th percentiles), NaN for 2e-5 of
+             the pairs. Rounding in float32: 8e-7 (99th percentile), 9e-6 (largest).
+    Source   Matusik, Pfister, Brand & McMillan 2003, "A data-driven reflectance model", ACM TOG 22(3):759.
+             Angles: Rusinkiewicz 1998, "A new change of variables for efficient BRDF representation".
+    """
+
+    interpolation = option("trilinear", "nearest", doc="between centres of cells, or the cell's own value")
+    raw = table("the numbers of the file, (3, theta_h, theta_d, phi_d)")
+    channel = channels("red, green, blue")
+
+    format = NAME
+    parameterisation = "half_difference"
+    cells: Any  # what formulas look up, of bound materials only
+    rings: Any
+    phi_cells: int
+
+    def __init__(
+        self,
+        raw: Any = None,
+        interpolation: str = "trilinear",
+        path: str = "",
+        about: dict[str, Any] | None = None,
+    ):
+        raw = np.ascontiguousarray(kept(raw), dtype=np.float64) if raw is not None else np.empty(0)
+        super().__init__(path, about, raw=Ours(raw), interpolation=interpolation, channel=len(SCALE))
+
+    def validate(self) -> None:
+        if self.raw.shape[:1] != (3,) or self.raw.shape[1:] not in SHAPES:
+            raise ParameterError(
+                f"MERL(raw): got shape {self.raw.shape}, expected (3, 90, 90, 180) or (3, 90, 90, 360); "
+                f"read files with gonio.load"
+            )
+        self.__dict__["phi_cells"] = self.raw.shape[3]
+
+    @property
+    def valid(self) -> np.ndarray:
+        """True where there is data; shape of `raw`."""
+        return _valid(self.raw)
+
+    @property
+    def axes(self) -> dict[str, np.ndarray]:
+        """Centres of cells [rad] along each axis."""
+        return dict(zip(AXES, centres(self.raw.shape[3]), strict=True))
+
+    @property
+    def published(self) -> str | None:
+        """Name of the published material whose file this is, bit by bit ("alum-bronze"), or None."""
+        digest = hashlib.sha256(_header(self.raw))
+        digest.update(self.raw.astype("<f8", copy=False).reshape(-1).view(np.uint8))
+        return _published().get(digest.hexdigest())
+
+    @property
+    def data(self) -> xarray.Dataset:
+        """Variables `raw` (channel, theta_h, theta_d, phi_d), as stored, and `scale`: f = raw * scale."""
+        import xarray
+
+        axes: dict[str, Any] = {"channel": ("channel", list("RGB"), {"long_name": "linear RGB as stored"})}
+        for name, nodes in self.axes.items():
+            axes[name] = (
+                name,
+                np.degrees(nodes),
+                {"units": "degree", "long_name": f"{AXES[name]}, centres of cells"},
+            )
+        stored = {"units": "1", "long_name": "stored number; negative or not finite: no data"}
+        scale = {"units": "sr-1", "long_name": "BRDF per stored number"}
+        variables = {
+            "raw": (("channel", *AXES), self.raw, stored),
+            "scale": ("channel", np.array(SCALE), scale),
+        }
+        return xarray.Dataset(variables, axes, self.attributes)
+
+    def as_grid(self) -> Gridded:
+        """f at the centres of cells, NaN where there is no data; between them trilinear f is the same, to 6e-15."""
+        f = np.where(self.valid, self.raw * np.reshape(SCALE, (3, 1, 1, 1)), np.nan)
+        periods = {"phi_d": math.radians(self.phi_cells)}
+        interpolation = "linear" if self.interpolation == "trilinear" else "nearest"
+        return Gridded(
+            self.parameterisation, self.axes, np.moveaxis(f, 0, -1), channels=tuple("RGB"), periods=periods,
+            interpolation=interpolation, about={"made_of": repr(self), **self.about},
+        )  # fmt: skip
+
+    def _keep(self) -> dict[str, Fixed]:
+        """As the base's, with tables made from `raw` when first needed in its place, which the formulas look up."""
+        kept, raw = super()._keep(), self.raw
+        del kept["raw"]
+        return {**kept, "cells": Roomy(lambda: _cells(raw)), "rings": Fixed(lambda: _rings(raw))}
+
+    def formula(self, wi: Direction, wo: Direction) -> Any:
+        h, d, p = self._coordinates(wi, wo)
+        if self.interpolation == "nearest":
+            at_phi = ops.floor(p) + 1.0
+            row = ops.to_index(ops.clip(h, 0.0, N - 1.0)) * N + ops.to_index(ops.clip(d, 0.0, N - 1.0))
+            value = ops.take(self.cells, self._entry(row * (self.phi_cells + 2) + ops.to_index(at_phi)))
+            return ops.where(value >= 0.0, value, math.nan)
+        h, d, p = ops.clip(h - 0.5, 0.0, N - 1.0), ops.clip(d - 0.5, 0.0, N - 1.0), p - 0.5
+        h0, d0, p0 = ops.minimum(ops.floor(h), N - 2.0), ops.minimum(ops.floor(d), N - 2.0), ops.floor(p)
+        stride = self.phi_cells + 2
+        corner = (ops.to_index(h0) * N + ops.to_index(d0)) * stride + ops.to_index(p0 + 1.0)
+        first, second = self._entry(corner), self._entry(corner + 1)
+        # From here on every channel has its own copy of the weights: arrays of one shape are combined several
+        # times faster than by broadcasting.
+        every = 0.0 * self.channel
+        h, d, p = h - h0 + every, d - d0 + every, p - p0 + every
+        total, known = 0.0, 0.0
+        for row, along_h in ((0, 1.0 - h), (N, h)):
+            for step, along_d in ((row, 1.0 - d), (row + 1, d)):
+                for entry, along_p in ((first, 1.0 - p), (second, p)):
+                    value = ops.take(self.cells, entry + step * stride * len(SCALE))
+                    weight = ops.where(value >= 0.0, along_h * along_d * along_p, 0.0)
+                    total, known = total + weight * value, known + weight
+        enough = known > 1e-3
+        return ops.where(enough, total / ops.where(enough, known, 1.0), math.nan)
+
+    def _coordinates(self, wi: Direction, wo: Direction) -> tuple[Any, Any, Any]:
+        """Positions along theta_h, theta_d, phi_d in cells: cell i is between i and i + 1."""
+        theta_h, theta_d, phi_d = half_difference(wi, wo)
+        phi_d = ops.where(phi_d < 0.0, phi_d + self.phi_cells * (math.pi / 180.0), phi_d)
+        return _ring(theta_h), theta_d * (2.0 * N / math.pi), phi_d * (180.0 / math.pi)
+
+    def _entry(self, cell: Any) -> Any:
+        return cell * len(SCALE) + ops.to_index(self.channel)
+
+    def warp(self, wo: Direction, u0: Any, u1: Any) -> Direction:
+        choice = ops.to_index(0.0 * u0)
+        for step in (64, 32, 16, 8, 4, 2, 1):
+            choice = ops.where(ops.take(self.rings, choice + step) <= u0, choice + step, choice)
+        (p0, v0, q0), (p1, v1, q1) = self._edge(choice), self._edge(choice + 1)
+        u = ops.clip((u0 - p0) / (p1 - p0), 0.0, 1.0)
+        r = u * (q0 + q1) / (q0 + ops.sqrt(q0 * q0 + u * (q1 - q0) * (q1 + q0)))
+        v = v0 + r * (v1 - v0)
+        s, phi = ops.sqrt(ops.maximum(v * (2.0 - v), 1e-20)), 2.0 * math.pi * u1
+        by_ring = reflect(wo, Direction(s * ops.cos(phi), s * ops.sin(phi), 1.0 - v))
+        spread = cosine_hemisphere(u, u1)
+        return Direction(*(ops.where(choice < N, a, b) for a, b in zip(by_ring, spread, strict=True)))
+
+    def density(self, wi: Direction, wo: Direction) -> Any:
+        wm, cos_d = half_and_cosine(wi, wo)
+        sin2 = wm.x * wm.x + wm.y * wm.y
+        ring = ops.to_index(ops.clip(_ring(ops.arctan2(ops.sqrt(sin2 + 1e-30), wm.z)), 0.0, N - 0.5))
+        (p0, v0, q0), (p1, v1, q1) = self._edge(ring), self._edge(ring + 1)
+        r = ops.clip((sin2 / (1.0 + wm.z) - v0) / (v1 - v0), 0.0, 1.0)
+        by_ring = (p1 - p0) / (math.pi * (v1 - v0)) * (q0 + r * (q1 - q0)) / (q0 + q1)
+        spread = 1.0 - ops.take(self.rings, 0 * ring + N)
+        return by_ring / (4.0 * cos_d) + spread * cosine_hemisphere_density(wi)
+
+    def _edge(self, ring: Any) -> tuple[Any, ...]:
+        return tuple(ops.take(self.rings, ring + row * ROW) for row in range(3))
+
+    @property
+    def seam(self) -> float:  # type: ignore[override]
+        """Where `warp` changes from the rings to the cosine hemisphere."""
+        return float(self._kept["rings"].numbers[N])
+
+    def estimate(self, wo: Direction) -> Any:
+        return ops.take(self.rings, ops.to_index(0.0 * wo.z) + ALBEDO)
+
+
+def _ring(theta_h: Any) -> Any:
+    # The floor keeps the derivative finite at the pole; both interpolations are constant there.
+    return N * ops.sqrt(ops.maximum(theta_h * (2.0 / math.pi), 1e-8))
+
+
+def _valid(raw: np.ndarray) -> np.ndarray:
+    return (raw >= 0.0) & (raw < np.inf)
+
+
+def _header(raw: np.ndarray) -> bytes:
+    return np.array(raw.shape[1:], "<i4").tobytes()
+
+
+def centres(phi_cells: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """theta_h, theta_d, phi_d [rad] of the centres of cells."""
+    i = np.arange(N) + 0.5
+    return np.radians(i * i / N), np.radians(i), np.radians(np.arange(phi_cells) + 0.5)
+
+
+def _pairs(theta_h: Any, theta_d: Any, phi_d: Any) -> tuple[np.ndarray, np.ndarray]:
+    """wi and wo (..., 3) of half and difference angles; the half vector has azimuth 0."""
+    along, across, mean = np.sin(theta_d) * np.cos(phi_d), np.sin(theta_d) * np.sin(phi_d), np.cos(theta_d)
+    s, c = np.sin(theta_h), np.cos(theta_h)
+    wi = np.broadcast_arrays(c * along + s * mean, across, c * mean - s * along)
+    wo = np.broadcast_arrays(s * mean - c * along, -across, c * mean + s * along)
+    return np.stack(wi, -1), np.stack(wo, -1)
+
+
+def _cells(raw: np.ndarray) -> np.ndarray:
+    """f [1/sr] with the channels of a cell side by side, -1 where there is no data; flat, and an entry more.
+
+    Rows of phi_d begin with a copy of their last cell and end with one of their first: neighbours always lie together.
+    """
+    shape = (*raw.shape[1:3], raw.shape[3] + 2, len(SCALE))
+    flat = np.empty(math.prod(shape) + 1)
+    flat[-1] = -1.0
+    cells = flat[:-1].reshape(shape)
+    for c, scale in enumerate(SCALE):
+        np.multiply(raw[c], scale, out=cells[..., 1:-1, c])
+        cells[..., 1:-1, c][~_valid(raw[c])] = -1.0
+    cells[..., 0, :], cells[..., -1, :] = cells[..., -2, :], cells[..., 1, :]
+    return flat
+
+
+def _rings(raw: np.ndarray) -> np.ndarray:
+    """The table of rings that sampling looks up; flat.
+
+    What diffuse light becomes has half vectors with the density  integral of f cos(theta_i) cos(theta_o)
+    4 cos(theta_d) dw_d. The rings get that without nine tenths of the f that the dimmest of them has, which
+    is left to the cosine hemisphere.
+    """
+    theta_h, theta_d, phi_d = centres(raw.shape[3])
+    mean, room = np.zeros(N), np.zeros(N)
+    for i in range(N):
+        wi, wo = _pairs(theta_h[i], theta_d[:, None], phi_d)
+        cosines = np.maximum(wi[..., 2] * wo[..., 2], 0.0) * np.sin(2.0 * theta_d)[:, None]
+        valid = _valid(raw[:, i])
+        f = np.where(valid, raw[:, i], 0.0) * np.array(SCALE)[:, None, None]
+        mean[i] = (cosines * f).sum() / (cosines * valid).sum()  # NaN without data
+        room[i] = cosines.mean() * 2.0 * math.pi**2
+    mean += 1e-9  # black is sampled too
+    # The dimmest up to 60 degrees: beyond, there is little data.
+    least = np.nan_to_num(np.fmin.reduce(mean[:73]), nan=1e-9)
+    mean = np.where(np.isnan(mean), least, mean)
+    edges = 2.0 * np.sin(0.25 * math.pi * (np.arange(N + 1) / N) ** 2) ** 2
+    solid_angle = 2.0 * math.pi * np.diff(edges)
+    reflected = (mean * room * solid_angle).sum()
+    share = np.clip(0.9 * least * (room * solid_angle).sum() / reflected, 0.1, 0.9)
+    centre = np.maximum(mean - 0.9 * least, 0.0) * room + 1e-6 * reflected
+    inner = np.concatenate([centre[:1], 0.5 * (centre[:-1] + centre[1:]), centre[-1:]])
+    held = np.cumsum((inner[:-1] + inner[1:]) * solid_angle)
+    rings = np.full((3, ROW), [[2.0], [1.0], [1.0]])
+    rings[0, : N + 2] = [0.0, *held / held[-1] * (1.0 - share), 1.0]
+    rings[1, : N + 1], rings[2, : N + 1] = edges, inner / inner.max()
+    rings[2, -1] = reflected / math.pi
+    return rings.reshape(-1)
+
+
+@cache
+def _published() -> dict[str, str]:
+    text = (resources.files("gonio") / "data" / "merl_sha256.tsv").read_text(encoding="utf-8")
+    rows = [line.split("\t") for line in text.splitlines() if not line.startswith("#")]
+    return {digest: name.removesuffix(".binary") for name, digest in rows[1:]}
+
+
+def matches(head: bytes, size: int) -> bool:
+    """Whether a file that starts so can be one of these, or looks meant to: three small numbers first."""
+    if len(head) < HEADER:
+        return False
+    *dims, following = np.frombuffer(head[:16].ljust(16, b"\xff"), "<i4").tolist()
+    if tuple(dims) in SHAPES:
+        return True
+    # More than three small numbers start another format's header, unless the length is right for three.
+    return all(0 < n <= 2048 for n in dims) and (size == _size(dims) or not 0 < following <= 2048)
+
+
+def _size(dims: Sequence[int]) -> int:
+    return HEADER + 8 * 3 * math.prod(dims)
+
+
+def read(path: Path) -> MERL:
+    """The material of a MERL file. Raises FormatError where its header or its length is another."""
+    with Path(path).open("rb") as file:
+        head, size = file.read(HEADER), file.seek(0, os.SEEK_END)
+        dims = tuple(np.frombuffer(head.ljust(HEADER, b"\0"), "<i4").tolist())
+        says = "×".join(map(str, dims))
+        if dims not in SHAPES:
+            raise FormatError(
+                f"{path}: not a MERL file: header says {says}, expected 90×90×180 or 90×90×360 cells of "
+                f"theta_h, theta_d, phi_d; fetch it again, or resample it to these cells"
+            )
+        if size != _size(dims):
+            fault = "too long" if size > _size(dims) else "cut short"
+            raise FormatError(
+                f"{path}: MERL file {fault}: {size} bytes, expected {_size(dims)} for {says}; fetch it again"
+            )
+        file.seek(HEADER)
+        raw = np.fromfile(file, "<f8", 3 * math.prod(dims))
+    if raw.nbytes != _size(dims) - HEADER:
+        raise FormatError(f"{path}: cut short while it was read: expected {_size(dims)} bytes; fetch it again")
+    return MERL(Ours(raw.reshape(3, *dims)), path=str(path))
+
+
+def write(m: Reflectance, path: Path, phi_d: int = 180) -> None:
+    """Write f at the centres of cells; a MERL is written as it was read, bit by bit.
+
+    With 180 cells of `phi_d` one half of a material without reciprocity is lost; 360 cells keep it. One channel
+    becomes gray; X, Y, Z become linear sRGB. -1 stands for below the horizon, and for values that are negative, NaN or
+    infinite. Raises ParameterError for a material that is anisotropic, that has a delta lobe, channels other than one
+    or colours, or maps: no such table could hold it.
+    """
+    raw = m.raw if isinstance(m, MERL) else _tabulate(m, phi_d)
+    with replacing(path) as temporary, temporary.open("wb") as file:
+        file.write(_header(raw))
+        raw.astype("<f8", copy=False).tofile(file)
+
+
+def _tabulate(m: Reflectance, phi_cells: int) -> np.ndarray:
+    if (N, N, phi_cells) not in SHAPES:
+        raise ParameterError(f"phi_d={phi_cells}: expected 180 or 360 cells")
+    shape, names = tabular_shape(m), m.channel_names
+    if shape not in ((), (1,), (3,)):
+        raise ParameterError(f"{m!r:.80}: values have shape {shape}, expected () or (1,) for gray or (3,) for RGB")
+    if shape == (3,) and names not in (None, tuple("RGB"), XYZ, RELATIVE_XYZ):
+        raise ParameterError(f"{m!r:.80}: has channels {names!r:.60}, expected one, or colours: R, G, B or X, Y, Z")
+    if not m.is_isotropic():
+        raise ParameterError(
+            f"{m!r:.80}: is anisotropic, and MERL files hold isotropic materials only; take the mean over turns: "
+            f"gonio.repair.symmetrise(gonio.repair.resample(m), 'isotropy')"
+        )
+    colours = rgb_of(names) if shape == (3,) else None
+    raw = np.full((3, N, N, phi_cells), -1.0)
+    theta_h, theta_d, phi_d = centres(phi_cells)
+    for i in range(0, N, 10):
+        rows = slice(i, i + 10)
+        wi, wo = _pairs(theta_h[rows, None, None], theta_d[:, None], phi_d)
+        up = (wi[..., 2] > HORIZON) & (wo[..., 2] > HORIZON)
+        f = m.f(wi[up], wo[up]).reshape(-1, *(shape or (1,)))
+        f = f if colours is None else f @ colours
+        stored = np.where(_valid(f), f / np.array(SCALE), -1.0)
+        for c in range(3):
+            raw[c, rows][up] = stored[:, c]
+    return raw

@@ -1,0 +1,101 @@
+"""Tables of Mueller matrix BRDFs as NIST publishes them for sintered PTFE: one row per wavelength and pair.
+
+A line of column names, lambda, thetai, phi, thetar, phir, f_r11, f_r12/f_r11 ... f_r44/f_r11, then rows of these 21
+numbers, separated by commas: wavelength [um], angles [degrees], f [1/sr] of unpolarised light, the other elements of
+the Mueller matrix over f. A negative thetai leans to azimuth phi + 180. The specular direction is that of the azimuth
+phi + 180, as found from the data. Checked against NIST's file for PTFE and its published expansion (`zernike`).
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..arrays import frozen, ops
+from ..errors import FormatError, ParameterError
+from ..files import replacing
+from ..tables.scattered import Scattered
+from ._reading import channel_words, plain_text
+from ._rows.direction_pairs import LEVEL, upright
+
+NAME = "NIST Mueller"
+SUFFIXES = (".csv",)
+SHARED_SUFFIX = True
+DESCRIPTION = "rows of BRDF and normalised Mueller matrix (Germer 2017)"
+ORACLE = "real file (NIST PTFE), against its published expansion"
+
+COLUMNS = 21
+ANGLES = slice(1, 5)
+
+
+def matches(head: bytes, size: int) -> bool:
+    """Whether a file that starts so can be one of these: names of columns, lambda, thetai ... and Mueller elements."""
+    words = [w.strip(' "') for w in _first_line(head).lower().split(",")]
+    return (
+        len(words) == COLUMNS
+        and words[:2] == ["lambda", "thetai"]
+        and words[3] == "thetar"
+        and words[20].endswith(("m44", "f_r44/f_r11"))
+    )
+
+
+def _first_line(head: bytes) -> str:
+    return plain_text.start(head).lstrip().partition("\n")[0]
+
+
+def read(path: Path) -> MuellerRows:
+    """The measurements in a file. Raises FormatError with the line where it holds something else."""
+    lines = plain_text.read(path, "#")
+    names = [w.strip(' "') for w in lines.take("a line of column names").split(",")]
+    if len(names) != COLUMNS:
+        raise lines.fault(f"{len(names)} column names", f"{COLUMNS}: lambda, 4 angles, f_r11 and 15 elements")
+    rows = lines.rows(COLUMNS, expected="numbers: lambda, 4 angles, f_r11 and 15 elements")
+    if not len(rows):
+        raise FormatError(f"{path}: holds no rows below the column names, expected at least one")
+    return MuellerRows(rows, names, str(path))
+
+
+def write(m: MuellerRows, path: Path) -> None:
+    """Write the rows as they were read, number by number."""
+    if not isinstance(m, MuellerRows):
+        raise ParameterError(f"{m!r:.80}: expected a Mueller matrix table; save f alone as 'BiRD' or netCDF")
+    with replacing(path) as temporary, temporary.open("w", encoding="utf-8") as file:
+        file.write(",".join(m.about["columns"]) + "\n")
+        file.writelines(plain_text.join(m.table, ","))
+
+
+class MuellerRows(Scattered):
+    """Measured rows of f and of the normalised Mueller matrix; `f` is that of unpolarised light.
+
+    Shapes   table: (n, 21). mueller: (pairs, 4, 4), or (pairs, C, 4, 4) for C wavelengths. f: (...), or (..., C).
+    Units    f, mueller: 1/sr; table: as in the file, whose angles are in degrees and wavelengths in um.
+    Error    of the lookup: see `Scattered`.
+    Source   Germer 2017, Appl. Opt. 56(33):9333; columns as in the README of its data.
+    """
+
+    format = NAME
+
+    table: np.ndarray
+    """The file's rows."""
+    mueller: np.ndarray
+    """Mueller matrices [1/sr] of the pairs, from Stokes parameters in to those out; NaN where not measured."""
+
+    def __init__(self, table: Any, columns: Any, path: str = ""):
+        rows = frozen(np.array(ops.numbers(table), np.float64))
+        where = path or "MuellerRows(table)"
+        nm, angles = rows[:, 0] * 1e3, np.radians(rows[:, ANGLES])
+        if not ((nm > 0.0) & (nm < np.inf)).all():
+            raise FormatError(f"{where}: a wavelength is {nm.min():g} nm, expected positive numbers [um]")
+        angles = upright(angles, where, LEVEL)
+        elements = np.concatenate([np.ones((len(rows), 1)), rows[:, 6:]], axis=1) * rows[:, 5:6]
+        columns_ = {"f": rows[:, 5], "mueller": elements.reshape(-1, 4, 4)}
+        pairs, names, wide = channel_words.by_channel(angles, nm, columns_, where)
+        single = len(names) == 1
+        about = {"columns": list(columns), "wavelengths": names.tolist()}
+        if not np.isfinite(wide["f"]).any():
+            raise FormatError(f"{where}: holds no value that is a number, expected at least one measurement")
+        self.__dict__.update(table=rows, mueller=frozen(wide["mueller"][:, 0] if single else wide["mueller"]))
+        theta_i, phi_i, theta_o, phi_o = pairs.T
+        super().__init__(theta_i, phi_i, theta_o, phi_o, wide["f"], channels=names.tolist(), path=path, about=about)

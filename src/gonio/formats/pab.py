@@ -1,0 +1,163 @@
+"""pab-opto text: scattered light of one incident direction, rows of theta, phi and DSF or BSDF.
+
+Lines that begin with `#` come first. Of these, `#intheta` and `#inphi` or `#incident_angle theta phi` say where the
+light came from, `#format: theta phi DSF` (or BSDF, BRDF, BTDF) what the rows hold, `#colorimetry: CIE-XYZ` that there
+are three values, `#upphi` which azimuth is up on the sample. DSF is BSDF times the cosine of the scattered direction.
+All angles are in degrees, both directions point away from the sample, and theta above 90 is behind it; azimuths are
+kept as they are, whatever `#upphi` says. This follows what Radiance's pabopto2bsdf and pabopto2xyz read. Checked
+against its own generator only.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..base.reflectance import Reflectance
+from ..errors import FormatError, ParameterError
+from ..files import replacing
+from ..tables.gridded import Gridded
+from ._reading import plain_text
+from ._rows import direction_pairs
+from ._rows.pairs_of_material import pairs_of, with_others
+
+NAME = "pab-opto"
+SUFFIXES = (".txt", ".dat")
+SHARED_SUFFIX = True
+DESCRIPTION = "rows of theta, phi and DSF or BSDF of one incident direction (pab goniophotometers, Radiance)"
+ORACLE = "own generator only"
+
+QUANTITIES = {
+    "dsf": "brdf * cos(theta_o)",
+    "bsdf": "brdf",
+    "brdf": "brdf",
+    "btdf": "brdf",
+}
+CHANNELS = ("X", "Y", "Z")
+
+_FORMAT = re.compile(r"^[ \t]*#[ \t]*format:[ \t]*theta[ \t,]+phi[ \t,]+\S", re.IGNORECASE | re.MULTILINE)
+_KEY = re.compile(r"#\s*(\w+)\s*:?\s*(.*)")
+
+
+def matches(head: bytes, size: int) -> bool:
+    """Whether a file that starts so can be one of these: it says `#format: theta phi ...`."""
+    return bool(_FORMAT.search(plain_text.start(head)))
+
+
+def read(path: Path, side: str = "front", more: Sequence[str | os.PathLike] = ()) -> Gridded:
+    """The measurement in a file, and in files of `more` incident directions: a grid if its rows fill one, else
+    `Scattered`.
+
+    `side`: "front", or "back" for reflection of light from below; other rows (transmission) are kept to be written
+    again, in `about["other_pairs"]`. Raises FormatError where a file is damaged, with the line, or holds something else
+    than the first.
+    """
+    pairs, about = _one(path)
+    found = [pairs]
+    for other in more:
+        pairs, _ = _one(other)
+        if (pairs.quantity, pairs.channels) != (found[0].quantity, found[0].channels):
+            raise FormatError(f"{other}: holds {pairs.quantity} {pairs.channels or ''}, expected the same as {path}")
+        found.append(pairs)
+    joined = found[0]._replace(
+        angles=np.concatenate([p.angles for p in found]), values=np.concatenate([p.values for p in found])
+    )
+    return direction_pairs.material(joined, str(path), about, side)
+
+
+def _one(path: str | os.PathLike) -> tuple[direction_pairs.Pairs, dict[str, Any]]:
+    """The pairs of one file, of all sides, and what it says."""
+    lines = plain_text.read(path)
+    about: dict[str, Any] = {}
+    numbers: dict[str, list[float]] = {}
+    quantity = ""
+    while (line := lines.peek()) is not None and line.startswith("#"):
+        lines.next()
+        key, text = found.groups() if (found := _KEY.match(line)) else ("", "")
+        if key.lower() in ("intheta", "inphi", "incident_angle"):
+            numbers[key.lower()] = lines.floats(text, "an angle in degrees")
+        elif key.lower() == "format":
+            quantity = _quantity(lines, text)
+        elif key and key.lower() != "datapoints_in_file":
+            about[key] = text
+    if not quantity:
+        raise FormatError(f"{path}: has no line #format: theta phi DSF or BSDF; this is no BSDF measurement")
+    theta_i, phi_i = _incident(lines, numbers)
+    xyz = about.get("colorimetry", "").strip().upper() == "CIE-XYZ"
+    rows = lines.rows(5 if xyz else 3, expected="numbers: theta, phi and values")
+    if not len(rows):
+        raise lines.cut_short("rows of theta, phi and values")
+    count = np.full(len(rows), theta_i), np.full(len(rows), phi_i)
+    angles = np.radians(np.stack([*count, rows[:, 0], rows[:, 1]], axis=1))
+    return direction_pairs.Pairs(
+        angles, rows[:, 2:] if xyz else rows[:, 2], quantity, channels=CHANNELS if xyz else None
+    ), about
+
+
+def _quantity(lines: plain_text.Lines, text: str) -> str:
+    words = plain_text.split(text.lower())
+    if len(words) < 3 or words[:2] != ["theta", "phi"] or words[2] not in QUANTITIES:
+        raise lines.fault(text, "#format: theta phi, and DSF, BSDF, BRDF or BTDF; other quantities are no reflectances")
+    return QUANTITIES[words[2]]
+
+
+def _incident(lines: plain_text.Lines, numbers: dict[str, list[float]]) -> tuple[float, float]:
+    """theta and phi [degrees] of the incident direction; where it is said twice, both must agree."""
+    both = numbers.get("incident_angle", [])
+    single = [x for key in ("intheta", "inphi") for x in numbers.get(key, [])]
+    said = [x for x in (both, single) if x]
+    if not said or any(len(x) != 2 for x in said):
+        raise FormatError(
+            f"{lines.path}: no incident direction, expected #intheta and #inphi, or #incident_angle with two numbers"
+        )
+    if not np.allclose(said[0], said[-1], atol=0.06) or not np.isfinite(said).all():
+        raise FormatError(f"{lines.path}: #incident_angle is {both}, but #intheta, #inphi are {single}")
+    return said[-1][0], said[-1][1]
+
+
+def write(
+    m: Reflectance,
+    path: Path,
+    incident: tuple[float, float] | None = None,
+    resolution: Sequence[int] | None = None,
+) -> None:
+    """Write the pairs of one incident direction: a file holds no more.
+
+    `incident`: its theta_i and phi_i [rad], of a measurement of several, or of anything else; `resolution`: numbers of
+    theta_i, theta_o and azimuths. A measurement's own DSF stays DSF, other quantities become BSDF. Lost: uncertainties
+    and nodes without data. Raises ParameterError where several directions, or none, are left, and for channels other
+    than X, Y, Z.
+    """
+    pairs = pairs_of(m, resolution, (QUANTITIES["bsdf"], QUANTITIES["dsf"]), incident=incident)
+    if incident is None:
+        pairs = with_others(pairs, m)
+    if pairs.channels not in (None, CHANNELS):
+        raise ParameterError(f"{m!r:.80}: has channels {pairs.channels}, expected one or X, Y, Z; write one of them")
+    lit_from = np.unique(pairs.angles[:, :2], axis=0)
+    if len(lit_from) != 1:
+        raise ParameterError(
+            f"{m!r:.80}: has {len(lit_from)} incident directions there, expected one; give incident=(theta_i, phi_i) "
+            f"in radians, and write a file of each"
+        )
+    degrees = plain_text.degrees(pairs.angles)
+    theta, phi = (plain_text.number(x) for x in degrees[0, :2])
+    with replacing(path) as temporary, temporary.open("w", encoding="utf-8") as file:
+        file.writelines(f"#{key}{':' if key == 'colorimetry' else ''} {value}\n" for key, value in _said(m).items())
+        if pairs.channels:
+            file.write("#colorimetry: CIE-XYZ\n")
+        file.write(f"#incident_angle {theta} {phi}\n#intheta {theta}\n#inphi {phi}\n")
+        file.write(f"#datapoints_in_file: {len(degrees)}\n")
+        file.write(f"#format: theta phi {'BSDF' if pairs.quantity == 'brdf' else 'DSF'}\n")
+        file.writelines(plain_text.join(np.concatenate([degrees[:, 2:], pairs.columns()], axis=1), "\t"))
+
+
+def _said(m: Reflectance) -> dict[str, str]:
+    """What the file that a measurement came from says about it."""
+    about = getattr(m, "about", {})
+    known = {k: v for k, v in about.items() if isinstance(v, str) and "\n" not in v and re.fullmatch(r"\w+", k)}
+    return {k: v for k, v in known.items() if v.strip().upper() != "CIE-XYZ"}

@@ -1,0 +1,299 @@
+"""Ansys Speos' (OPTIS) `.brdf` and `.anisotropicbsdf`, as text: values by angles of wo, normalised by shares.
+
+Rows of a `.brdf` (`OPTIS - brdf surface file v8.0`), one table for each angle of incidence and wavelength:
+
+    0 (text)    comment    characters of the description, and that    has reflection, has transmission
+    1: values of the BSDF, 0: of intensity (BSDF x cos(theta_o))    counts of incidences and wavelengths; both lists
+    tables: share of light [%], counts of theta and phi, a row of phi, and rows of theta with values
+
+Of an `.anisotropicbsdf` (`OPTIS - Anisotropic BSDF surface file v8.0`), one spectrum for all tables:
+
+    as above, with the direction that counts as azimuth 0 before the two flags; then counts and lists of the angles of
+    the sample and, for each, of incidence (for reflection, then transmission); for each the direction of light that the
+    spectrum was measured with, a word, and a count of lines of wavelength [nm] and share [%]; tables without shares
+
+Values are proportional only: f = number x share / integral of (number x cos(theta_o)) over the hemisphere; in an
+`.anisotropicbsdf` share and integral are those of one direction of incidence, between two measured ones the weighted
+mean of their integrals, for all tables. The mirror direction is phi = 0: phi_o - phi_i = phi + 180 degrees. The
+sample's angle is that of the plane of incidence from the file's vector, along which light travels at 0: phi_i = angle
++ 180.
+
+Layout and rules are those of Ansys' manual ("Structure of BRDF files", "Structure of Anisotropic BSDF files") as far as
+it was seen, and of Ansys' converters; the sense of the sample's angle is chosen here. Read without the file at hand:
+parts of a file of Ansys' tests and of one of the University of Arizona. Checked against own files. Binary files, and
+versions before 7, are refused: Ansys' viewer saves them as text of version 8.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ...base.angles import direction
+from ...base.reflectance import Reflectance
+from ...errors import FormatError, ParameterError
+from ...tables.gridded import Gridded
+from .._optical.angle_tables import (
+    NO_TRANSMISSION,
+    Filed,
+    angle_list,
+    as_filed,
+    at_azimuths,
+    channel_named,
+    default_angles,
+    own_table,
+    reflected,
+    values_at,
+)
+from .._reading import plain_text
+from .contents import ANISOTROPIC, BRDF, START, Part, Sheet, Table, read_sheet, written
+
+NAME = "Speos"
+SUFFIXES = (".brdf", ".anisotropicbsdf")
+SHARED_SUFFIX = True
+DESCRIPTION = "Ansys Speos (OPTIS) text: .brdf by wavelength, .anisotropicbsdf by angle of the sample"
+ORACLE = "own generator, written from Ansys' manual; parts of two real files"
+
+SPECTRAL = 50
+"""Largest growth, values over bytes of the file, by a spectrum that multiplies all tables."""
+
+
+def matches(head: bytes, size: int) -> bool:
+    """Whether a file that starts so is one of these; what the RT-300S exports for Speos is another."""
+    words = b" ".join(head.replace(b"\0", b"")[:256].lower().split())
+    return words.startswith(START.encode()) and b"surface file" in words and b"sampleid:" not in words
+
+
+def read(path: str | os.PathLike, wavelengths: Sequence[float] | None = None) -> Gridded:
+    """The reflectance of a file: `angles` axes theta_i, theta_o, phi; or with phi_i, phi_o where the sample was turned.
+
+    Channels are wavelengths [nm], none where one spectrum is flat; `wavelengths` interpolates the spectrum of an
+    `.anisotropicbsdf` there. Transmission is kept for writing. Raises FormatError where the file is damaged, binary, of
+    an unknown version or without reflection, or where its tables have different angles.
+    """
+    path = Path(path)
+    sheet = read_sheet(path)
+    part = sheet.parts.get("reflection")
+    if part is None:
+        raise FormatError(f"{path}: holds transmission only; {NO_TRANSMISSION}")
+    theta, phi = part.tables[0].theta, part.tables[0].phi
+    for table in part.tables:
+        if not (np.array_equal(table.theta, theta) and np.array_equal(table.phi, phi)):
+            raise FormatError(
+                f"{path}: tables of different theta or phi, expected the same; resample them in Ansys' viewer"
+            )
+    if wavelengths is not None and not sheet.is_anisotropic:
+        raise ParameterError("wavelengths=: expected for .anisotropicbsdf only; a .brdf has a table for each")
+    with np.errstate(over="ignore", invalid="ignore"):
+        if sheet.is_anisotropic:
+            axes, f, names = _anisotropic(path, sheet, part, wavelengths)
+        else:
+            axes, f, names = _isotropic(sheet, part)
+    about = {"comment": sheet.comment, "description": sheet.description, "start": sheet.start}
+    return Filed("angles", axes, f, channels=names, mirrored=_half(axes), path=str(path), about=about, filed=sheet)
+
+
+def _half(axes: dict[str, np.ndarray]) -> bool:
+    return "phi" in axes and len(axes["phi"]) > 1 and axes["phi"][0] >= -1e-9 and axes["phi"][-1] <= math.pi + 1e-9
+
+
+def _integral(sheet: Sheet, table: Table) -> float:
+    """Of f cos(theta_o), in the table's own unit."""
+    theta = np.radians(table.theta)
+    values = table.values * np.cos(theta)[:, None] if sheet.of_bsdf else table.values
+    return reflected(theta, np.radians(table.phi), values)
+
+
+def _unit(sheet: Sheet, part: Part) -> np.ndarray:
+    """What brings values (theta, phi) to the BRDF but for their scale."""
+    cosine = np.cos(np.radians(part.tables[0].theta))[:, None]
+    return np.ones_like(cosine) if sheet.of_bsdf else 1.0 / np.where(cosine > 1e-6, cosine, np.nan)
+
+
+def _scale(share: float, integral: float) -> float:
+    return share / 100.0 / integral if integral > 0.0 else math.nan
+
+
+def _isotropic(sheet: Sheet, part: Part) -> tuple[dict[str, np.ndarray], np.ndarray, tuple[float, ...]]:
+    scales = [_scale(table.share, _integral(sheet, table)) for table in part.tables]
+    tables = [s * t.values * _unit(sheet, part) for s, t in zip(scales, part.tables, strict=True)]
+    theta, phi = part.tables[0].theta, part.tables[0].phi
+    f = np.array(tables).reshape(len(part.incidence[0]), len(part.spectrum), len(theta), len(phi))
+    phi, f = _about_light(phi, f.transpose(0, 2, 3, 1))
+    axes = {"theta_i": np.radians(part.incidence[0]), "theta_o": np.radians(theta), "phi": np.radians(phi)}
+    return axes, f, tuple(part.spectrum[:, 0].tolist())
+
+
+def _about_light(phi: np.ndarray, f: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Azimuths from that of wi, and f (theta_i, theta_o, phi, ...) by them; one side stays one side."""
+    if phi[0] >= 0.0 and phi[-1] <= 180.0:
+        return 180.0 - phi[::-1], f[:, :, ::-1]
+    return phi + 180.0, f
+
+
+def _anisotropic(
+    path: Path, sheet: Sheet, part: Part, wavelengths: Sequence[float] | None
+) -> tuple[dict[str, np.ndarray], np.ndarray, tuple[float, ...] | None]:
+    first = part.incidence[0]
+    if any(incidence != first for incidence in part.incidence):
+        raise FormatError(f"{path}: angles of incidence differ between angles of the sample, expected the same")
+    theta, phi = part.tables[0].theta, part.tables[0].phi
+    grid = np.array([t.values for t in part.tables]).reshape(len(part.turns), len(first), len(theta), len(phi))
+    base = grid * _unit(sheet, part) * _scale(100.0, _reference(sheet, part))
+    shares, names = _shares(path, part, wavelengths, base.size)
+    f = base[..., None] * shares
+    if len(part.turns) == 1:
+        phi, f = _about_light(phi, f[0])
+        axes: dict[str, Any] = {"theta_i": first, "theta_o": theta, "phi": phi}
+    else:
+        axes, f = _oriented(path, part, theta, phi, f)
+    return {name: np.radians(x) for name, x in axes.items()}, f if names else f[..., 0], names
+
+
+def _reference(sheet: Sheet, part: Part) -> float:
+    """Integral for the direction of light that the spectrum was measured with."""
+    theta, turn = part.lit[0], part.lit[1] if len(part.lit) > 1 else 0.0
+    row = int(np.abs(np.array(part.turns) - turn).argmin())
+    incidence = part.incidence[row]
+    before = sum(map(len, part.incidence[:row]))
+    each = [_integral(sheet, table) for table in part.tables[before : before + len(incidence)]]
+    return float(np.interp(theta, incidence, each))
+
+
+def _shares(
+    path: Path, part: Part, wavelengths: Sequence[float] | None, size: int
+) -> tuple[np.ndarray, tuple[float, ...] | None]:
+    """Shares (C,) and wavelengths of the channels, or one share where they are all the same."""
+    known, shares = part.spectrum.T
+    if wavelengths is not None:
+        asked = np.asarray(wavelengths, dtype=float).reshape(-1)
+        if not asked.size or not (np.isfinite(asked).all() and (asked > 0.0).all()):
+            raise ParameterError(f"wavelengths={wavelengths!r:.60}: expected wavelengths in nm")
+        return np.interp(asked, known, shares) / 100.0, tuple(asked.tolist())
+    if (shares == shares[0]).all():
+        return shares[:1] / 100.0, None
+    if size * len(shares) > SPECTRAL * path.stat().st_size:
+        raise FormatError(
+            f"{path}: {len(shares)} wavelengths would make {size * len(shares)} values; "
+            f"name those you need: load(path, wavelengths=[450, 550, 650])"
+        )
+    return shares / 100.0, tuple(known.tolist())
+
+
+def _oriented(
+    path: Path, part: Part, theta: np.ndarray, phi: np.ndarray, f: np.ndarray
+) -> tuple[dict[str, Any], np.ndarray]:
+    """Axes [degrees] with phi_o for phi, and f (theta_i, theta_o, phi_i, phi_o, C): phi_o = phi + sample's angle."""
+    around = phi[:-1] if len(phi) > 1 and abs(phi[-1] - phi[0] - 360.0) < 1e-9 else phi
+    turned = [np.mod(np.round(around + turn, 9), 360.0) for turn in part.turns]
+    phi_o = np.unique(np.concatenate(turned))
+    if f[0].size * len(part.turns) * len(phi_o) > len(phi) * SPECTRAL * path.stat().st_size:
+        raise FormatError(
+            f"{path}: phi and the angles of the sample make {len(phi_o)} azimuths; resample it to one step"
+        )
+    rows = [at_azimuths(phi_o, own, row) for own, row in zip(turned, f, strict=True)]
+    axes = {"theta_i": part.incidence[0], "theta_o": theta, "phi_i": np.array(part.turns) + 180.0, "phi_o": phi_o}
+    return axes, np.array(rows).transpose(1, 2, 0, 3, 4)
+
+
+def write(
+    m: Reflectance,
+    path: str | os.PathLike,
+    theta_i: Any = None,
+    theta_o: Any = None,
+    phi: Any = None,
+    phi_i: Any = None,
+    resolution: float | None = None,
+    channel: Any = None,
+    wavelengths: Sequence[float] | None = None,
+) -> None:
+    """Write f by angles, as `.anisotropicbsdf` if the file is named so, else as `.brdf`; a material read from such a
+    file is written with the same numbers, transmission too.
+
+    A table with three `angles` axes keeps its grid in a `.brdf`. Of others f is taken at the given angles [degrees], by
+    default theta_i and `phi` (0 is the mirror direction) every 2 `resolution` (5), theta_o every one up to 85 and
+    at 89; `phi_i`, angles of light about the normal, every 30 if the material is anisotropic. A `.brdf` is isotropic,
+    with a table for each channel; `wavelengths` [nm] names them where they are not (RGB: give three). An
+    `.anisotropicbsdf` has one channel, or the one named by `channel`. Shares are the integrals of the tables.
+    No data becomes 0.
+    Raises ParameterError for a delta lobe, maps, channels without wavelengths, or an anisotropic material in a `.brdf`.
+    """
+    path = Path(path)
+    anisotropic = path.suffix.lower() == ".anisotropicbsdf"
+    given = (theta_i, theta_o, phi, phi_i)
+    sheet = as_filed(m, Sheet, *given, resolution, channel, wavelengths)
+    if sheet is None or sheet.is_anisotropic != anisotropic:
+        f, axes = _sampled(m, anisotropic, given, resolution)
+        f, names = _spectrally(m, f, channel, wavelengths, anisotropic)
+        sheet = _made_of(f, axes, names, anisotropic)
+    plain_text.write(path, written(sheet))
+
+
+def _sampled(
+    m: Reflectance, anisotropic: bool, given: tuple, resolution: float | None
+) -> tuple[np.ndarray, dict[str, list[float]]]:
+    """f (phi_i, theta_i, theta_o, phi, C) and angles of the file [degrees]."""
+    own = own_table(m, "angles", (*given, resolution))
+    if own and not own[0].is_oriented():
+        theta_i, theta_o, phi = (plain_text.degrees(x) for x in own[0].axes.values())
+        phi, f = _about_light(phi, own[1]) if own[0].is_mirrored else (np.round(phi - 180.0, 9), own[1])
+        lists = {"theta_i": theta_i, "theta_o": theta_o, "phi": phi}
+        return f[None], {"phi_i": [180.0], **{name: x.tolist() for name, x in lists.items()}}
+    theta_i, theta_o, phi, phi_i = given
+    isotropic = phi_i is None and m.is_isotropic()
+    if not anisotropic and not isotropic:
+        raise ParameterError(f"{m!r:.80}: is anisotropic, and a .brdf is not; name the file .anisotropicbsdf")
+    usual = default_angles(resolution, not isotropic)
+    axes = {
+        "phi_i": angle_list("phi_i", phi_i, [180.0] if isotropic else usual.turns, -360.0, 540.0),
+        "theta_i": angle_list("theta_i", theta_i, usual.theta_i, 0.0, 90.0),
+        "theta_o": angle_list("theta_o", theta_o, [*usual.theta_o, 89.0], 0.0, 90.0),
+        "phi": angle_list("phi", phi, [*usual.circle, 360.0], -360.0, 360.0),
+    }
+    light, incidence, polar, away = (np.radians(x) for x in np.meshgrid(*axes.values(), indexing="ij"))
+    return values_at(m, direction(incidence, light), direction(polar, away + light + math.pi)), axes
+
+
+def _spectrally(
+    m: Reflectance, f: np.ndarray, channel: Any, wavelengths: Sequence[float] | None, anisotropic: bool
+) -> tuple[np.ndarray, list[float]]:
+    """The channels that are written, and their wavelengths."""
+    names, f = channel_named(m, f, channel)
+    if anisotropic and f.shape[-1] > 1:
+        raise ParameterError(
+            f"{m!r:.80}: has {f.shape[-1]} channels, and an .anisotropicbsdf one; choose it with channel="
+        )
+    own = () if m.channel_names is None else names
+    named = list(wavelengths) if wavelengths is not None else [n for n in own if not isinstance(n, str)]
+    if f.shape[-1] == 1 and not named:
+        named = [550.0]
+    if len(named) != f.shape[-1] or not (np.diff(named) > 0.0).all():
+        raise ParameterError(
+            f"{m!r:.80}: has channels {names!r:.60} and wavelengths {named!r:.60}; give one for each, "
+            f"increasing, in nm: wavelengths=[...]"
+        )
+    return f, [float(n) for n in named]
+
+
+def _made_of(f: np.ndarray, axes: dict[str, list[float]], names: list[float], anisotropic: bool) -> Sheet:
+    theta, phi = np.array(axes["theta_o"]), np.array(axes["phi"])
+    values = np.nan_to_num(f)
+    if anisotropic:
+        by_table = values[..., 0].reshape(-1, len(theta), len(phi))
+    else:
+        by_table = values[0].transpose(0, 3, 1, 2).reshape(-1, len(theta), len(phi))
+    sheet = Sheet(ANISOTROPIC if anisotropic else BRDF, "written by gonio", "", [1.0, 0.0, 0.0], True, {})
+    shares = [100.0 * _integral(sheet, Table(0.0, theta, phi, table)) for table in by_table]
+    tables = [Table(s, theta, phi, table) for s, table in zip(shares, by_table, strict=True)]
+    spectrum = np.array(names)[:, None]
+    if anisotropic:
+        spectrum = np.array([[380.0, shares[0]], [780.0, shares[0]]])
+    turns = [np.round(p - 180.0, 9) for p in axes["phi_i"]]
+    incidence = [axes["theta_i"]] * len(turns)
+    part = Part(turns, incidence, [axes["theta_i"][0], turns[0]], "Reflection Spectrum", spectrum, tables)
+    return sheet._replace(parts={"reflection": part})

@@ -1,0 +1,285 @@
+"""SSDD, libbsdf's format: a grid of a BRDF, with transmission and specular values beside it; text, or binary tables.
+
+Entries `NAME value`: of the file (`VERSION` first), then of up to four blocks that begin with `DATA_TYPE` (brdf,
+btdf, specular_reflectance, specular_transmittance) and end with `DATA ascii` or `binary` and the table: a line, or
+float32 numbers, per colour, with PARAM0 fastest, then PARAM1, 2, 3. Parameters are degrees: theta and phi of wi, then
+of wo (`spherical_coordinate_system`), of wo about the mirror direction (`specular_coordinate_system`), or theta_h,
+phi_h, theta_d, phi_d (`half_difference_coordinate_system`). Follows the format's specification, version 0.2, and
+libbsdf's reader for what that leaves open (float32, zero of azimuths). Checked against the specification's examples
+and its own generator.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..base.measured import tristimulus
+from ..base.reflectance import Reflectance
+from ..errors import FormatError, ParameterError
+from ..files import replacing
+from ..tables.gridded import Gridded
+from ..tables.scattered import Scattered
+from ._reading import plain_text
+from ._rows import specular
+from ._rows.pairs_of_material import table_of
+
+NAME = "SSDD"
+SUFFIXES = (".ssdd",)
+DESCRIPTION = "grids of angles of BRDF, BTDF and specular values (libbsdf, BSDF Processor)"
+ORACLE = "examples of the specification"
+
+DATA_TYPES = ("brdf", "btdf", "specular_reflectance", "specular_transmittance")
+COLOURS: dict[str, tuple[str, ...] | None] = {"monochrome": None, "rgb": ("R", "G", "B"), "xyz": ("X", "Y", "Z")}
+SYSTEMS = {
+    "spherical_coordinate_system": "angles",
+    "specular_coordinate_system": "specular",
+    "half_difference_coordinate_system": "half_difference",
+}
+OF_FILE = ("SOFTWARE", "API", "DATE")
+OF_BLOCK = ("NAME", "SOURCE_TYPE", "DEVICE", "CREATION_DATE", "MEASUREMENT_DATE")
+LISTS = ("WAVELENGTH_LIST", *(f"PARAM{k}_LIST" for k in range(5)))
+
+_START = re.compile(r"\s*(?:#.*\n\s*)*VERSION[ \t]+[0-9]+\.[0-9]+")
+_BINARY = re.compile(rb"^[ \t]*DATA[ \t]+binary", re.MULTILINE | re.IGNORECASE)
+_TYPE = re.compile(r"^[ \t]*DATA_TYPE[ \t]+\w+", re.MULTILINE)
+
+
+@dataclass(frozen=True, eq=False)
+class Block:
+    """A block of the file: its entries as written, its lists as numbers, and its table (PARAM3, 2, 1, 0, colour)."""
+
+    entries: dict[str, str]
+    lists: dict[str, np.ndarray]
+    table: np.ndarray
+
+
+def matches(head: bytes, size: int) -> bool:
+    """Whether a file that starts so can be one of these: VERSION, then a DATA_TYPE of theirs."""
+    text = plain_text.start(head)
+    return bool(_START.match(text)) and bool(_TYPE.search(text))
+
+
+def read(path: Path) -> Gridded:
+    """The BRDF in a file. Its other blocks are in `about["other_blocks"]`, to be written again; `f` has none of them:
+    no specular reflectance either.
+
+    A grid about other directions than the mirror's (PARAM4_LIST) becomes `Scattered`. Raises FormatError where the file
+    is damaged, with the line, or has no BRDF.
+    """
+    lines = plain_text.read(path, comment="#", mixed=_BINARY)
+    about, blocks = {}, []
+    while (line := lines.peek()) is not None and not line.upper().startswith("DATA_TYPE"):
+        lines.next()
+        name, value = _entry(line, lines.mixed)
+        about[name] = value
+    while lines.peek() is not None:
+        blocks.append(_block(lines))
+    types = [block.entries["DATA_TYPE"] for block in blocks]
+    if "brdf" not in types or len(set(types)) < len(types):
+        raise FormatError(f"{path}: has blocks {types or 'none'}, expected one brdf and at most one of each other type")
+    chosen = blocks.pop(types.index("brdf"))
+    about.pop("VERSION", None)
+    about |= {k: v for k, v in chosen.entries.items() if k not in (*LISTS, *REQUIRED)}
+    return _material(chosen, str(path), {**about, **({"other_blocks": blocks} if blocks else {})})
+
+
+REQUIRED = ("DATA_TYPE", "COLOR_MODEL", "PARAM_TYPE", "REDUCTION_TYPE", "DATA")
+
+
+def _entry(line: str, mixed: bool) -> tuple[str, str]:
+    name, value = [*line.split(None, 1), ""][:2]
+    return name.upper(), value.encode("latin-1").decode("utf-8", "replace") if mixed else value
+
+
+def _block(lines: plain_text.Lines) -> Block:
+    entries: dict[str, str] = {}
+    lists: dict[str, np.ndarray] = {}
+    while "DATA" not in entries:
+        name, value = _entry(lines.take("DATA ascii or DATA binary, and a table"), lines.mixed)
+        if name in entries:
+            raise lines.fault(name, "each entry of a block once")
+        if plain_text.is_number(name):
+            raise lines.fault(name, "DATA_TYPE of the next block; the table before has more rows than its lists say")
+        if name in LISTS:
+            lists[name] = found = np.array(lines.floats(value, "a list of numbers"))
+            rising = name == "PARAM4_LIST" or (np.diff(found) > 0.0).all()
+            if not len(found) or not np.isfinite(found).all() or not rising:
+                raise lines.fault(value, f"{name} with rising numbers")
+        entries[name] = value if name in (*OF_BLOCK, *LISTS) else value.strip().lower()
+    return Block(entries, lists, _table(lines, entries, lists))
+
+
+def _table(lines: plain_text.Lines, entries: Mapping[str, str], lists: Mapping[str, np.ndarray]) -> np.ndarray:
+    colour, kind = entries.get("COLOR_MODEL", ""), entries.get("DATA_TYPE", "")
+    if kind not in DATA_TYPES or colour not in (*COLOURS, "spectrum"):
+        raise lines.fault(
+            f"DATA_TYPE {kind:.40}, COLOR_MODEL {colour:.40}", f"one of {DATA_TYPES} and {(*COLOURS, 'spectrum')}"
+        )
+    needed = ["PARAM0_LIST", *(["PARAM2_LIST", "PARAM3_LIST"] if kind in ("brdf", "btdf") else [])]
+    needed += ["WAVELENGTH_LIST"] if colour == "spectrum" else []
+    if missing := [name for name in needed if name not in lists]:
+        raise lines.fault(f"a {kind} of {colour} without {', '.join(missing)}", "these lists before DATA")
+    width = len(lists["WAVELENGTH_LIST"]) if colour == "spectrum" else len(COLOURS[colour] or "Y")
+    shape = tuple(len(lists.get(f"PARAM{k}_LIST", (0,))) for k in (3, 2, 1, 0))
+    count = math.prod(shape)
+    if entries["DATA"] == "ascii":
+        table = lines.rows(width, count, "a colour")
+    elif entries["DATA"] == "binary":
+        held = lines.bytes(4 * width * count, f"{count} colours of {width} float32 numbers")
+        table = np.frombuffer(held, "<f4")
+    else:
+        raise lines.fault(entries["DATA"], "DATA ascii or DATA binary")
+    return table.reshape(*shape, width)
+
+
+def _material(block: Block, path: str, about: Mapping[str, Any]) -> Gridded:
+    system = block.entries.get("PARAM_TYPE", "")
+    if system not in SYSTEMS:
+        raise FormatError(f"{path}: PARAM_TYPE {system!r:.60}: expected one of {', '.join(SYSTEMS)}")
+    kind, lists = SYSTEMS[system], block.lists
+    oriented = len(lists.get("PARAM1_LIST", ())) > 1 or bool(lists.get("PARAM1_LIST", np.zeros(1))[0])
+    reduction = block.entries.get("REDUCTION_TYPE", "").split()
+    if not set(reduction) <= {"bilateral_symmetry", "reciprocity"} or ("reciprocity" in reduction) > (kind[0] == "h"):
+        raise FormatError(
+            f"{path}: REDUCTION_TYPE {reduction!s:.60}: expected bilateral_symmetry, or reciprocity of half angles"
+        )
+    mirrored, period = "bilateral_symmetry" in reduction, math.pi if "reciprocity" in reduction else 2.0 * math.pi
+    theta, phi, theta_2, phi_2 = (lists.get(f"PARAM{k}_LIST", np.zeros(1)) for k in range(4))
+    values = block.table.transpose(3, 1, 0, 2, 4)  # PARAM0, PARAM2, PARAM3, PARAM1
+    if mirrored and oriented:
+        if kind == "angles" or period < 2.0 * math.pi:
+            raise FormatError(
+                f"{path}: bilateral_symmetry and PARAM1_LIST: expected isotropic data where half is left out"
+            )
+        phi_2, values = specular.expand(phi_2, values, 2)
+        mirrored = False
+    channels: tuple[Any, ...] | None = COLOURS.get(block.entries["COLOR_MODEL"])
+    if block.entries["COLOR_MODEL"] == "spectrum":
+        channels = tuple(lists["WAVELENGTH_LIST"].tolist())
+    third = np.radians(phi_2)
+    if kind == "specular":
+        third, values = specular.azimuths(phi_2, values, 2, mirrored)
+    nodes = {"theta": np.radians(theta), "theta_2": np.radians(theta_2), "third": third, "phi": np.radians(phi)}
+    if kind == "angles" and oriented:
+        nodes, values = {k: nodes[k] for k in ("theta", "theta_2", "phi", "third")}, values.swapaxes(2, 3)
+    elif not oriented:
+        nodes.pop("phi")
+        values = values[:, :, :, 0]
+    names = _NAMES[kind, oriented]
+    axes = dict(zip(names, nodes.values(), strict=True))
+    values = np.ascontiguousarray(values if channels is not None else values[..., 0])
+    about = {k: v for k, v in about.items() if v != ""}
+    offsets = lists.get("PARAM4_LIST", np.zeros(1))
+    try:
+        if kind == "specular" and offsets.any():
+            if len(offsets) != len(theta):
+                raise FormatError(
+                    f"{path}: PARAM4_LIST has {len(offsets)} offsets, expected {len(theta)} as PARAM0_LIST"
+                )
+            return specular.offset(axes, values, np.radians(theta + offsets), channels, path, about)
+        periods = {"phi_d": period} if kind == "half_difference" else None
+        return Gridded(
+            kind, axes, values, channels=channels, mirrored=mirrored, periods=periods, path=path, about=about
+        )
+    except ParameterError as error:
+        raise FormatError(f"{path}: {error}") from None
+
+
+_NAMES = {
+    ("angles", False): ("theta_i", "theta_o", "phi"),
+    ("angles", True): ("theta_i", "theta_o", "phi_i", "phi_o"),
+    ("specular", False): ("theta_i", "radial", "azimuth"),
+    ("specular", True): ("theta_i", "radial", "azimuth", "phi_i"),
+    ("half_difference", False): ("theta_h", "theta_d", "phi_d"),
+    ("half_difference", True): ("theta_h", "theta_d", "phi_d", "phi_h"),
+}
+
+
+def write(m: Reflectance, path: Path, binary: bool = False, resolution: Sequence[int] | None = None) -> None:
+    """Write the BRDF on the grid of a measurement; of anything else, and of anything if `resolution` says so (numbers
+    of theta_i, theta_o and azimuths), on a grid of angles; and the other blocks of the file that it came from.
+
+    `binary`: tables of float32, to which values are rounded. Lost: uncertainties, and how to interpolate; of rows in no
+    grid, all but the grid made of them. Raises ParameterError for delta lobes, maps, channels other than one, RGB, XYZ
+    or rising wavelengths, and periods other than pi of phi_d.
+    """
+    table = table_of(m, resolution)
+    blocks = [_block_of(table), *table.about.get("other_blocks", [])]
+    with replacing(path) as temporary, temporary.open("wb") as file:
+        file.write(b"VERSION 0.2\n")
+        file.writelines(f"{k} {v}\n".encode() for k, v in _said(table, OF_FILE))
+        for number, block in enumerate(blocks):
+            entries = {**block.entries, "DATA": "binary" if binary else "ascii"}
+            if number == 0:
+                entries = {**entries, **dict(_said(table, OF_BLOCK)), "DATA": entries["DATA"]}
+            data = entries.pop("DATA")
+            file.writelines(f"{k} {v}\n".encode() for k, v in entries.items())
+            file.write(f"DATA {data}\n".encode())
+            colours = block.table.reshape(-1, block.table.shape[-1])
+            if binary:
+                file.write(colours.astype("<f4").tobytes() + b"\n")
+            else:
+                file.writelines(line.encode() for line in plain_text.join(colours))
+
+
+def _said(m: Gridded, names: Sequence[str]) -> list[tuple[str, str]]:
+    return [(k, m.about[k]) for k in names if isinstance(m.about.get(k), str) and not re.search(r"[\r\n]", m.about[k])]
+
+
+def _block_of(m: Gridded) -> Block:
+    kind, oriented = m.parameterisation, len(m.axes) == 4
+    plain = m.quantity == "brdf" or isinstance(m, Scattered)
+    values = m.stored if plain else m.brdf()
+    names, values = tristimulus(m.channel_names, values if m.channel_names is not None else values[..., None])
+    nodes = [plain_text.degrees(x) for x in m.axes.values()]
+    if not oriented:
+        nodes.append(np.zeros(1))
+        values = values[:, :, :, None]
+    elif kind == "angles":
+        nodes[2:] = nodes[:1:-1]
+        values = values.swapaxes(2, 3)
+    if kind == "specular":
+        nodes[2], values = specular.degrees(m.axes["azimuth"], values, 2, m.is_mirrored)
+    for k in (2, 3):
+        nodes[k], values = _within_a_turn(nodes[k], values, k)
+    reduction = ["bilateral_symmetry"] if m.is_mirrored else []
+    for axis, period in m.periods.items():
+        if abs(period - math.pi) < 1e-12 and axis == "phi_d":
+            reduction.append("reciprocity")
+        elif abs(period - 2.0 * math.pi) > 1e-12:
+            raise ParameterError(
+                f"{m!r:.80}: {axis} has the period {period:g}, expected 2 pi, or pi for phi_d; tabulate it"
+            )
+    entries = {"DATA_TYPE": "brdf", **_colour(m, names), "PARAM_TYPE": next(s for s, k in SYSTEMS.items() if k == kind)}
+    if reduction:
+        entries["REDUCTION_TYPE"] = " ".join(reduction)
+    for k, x in ((0, nodes[0]), (1, nodes[3]), (2, nodes[1]), (3, nodes[2])):
+        if k != 1 or oriented:
+            entries[f"PARAM{k}_LIST"] = " ".join(map(plain_text.number, x))
+    return Block(entries, {}, values.transpose(2, 1, 3, 0, 4))
+
+
+def _within_a_turn(nodes: np.ndarray, values: np.ndarray, axis: int) -> tuple[np.ndarray, np.ndarray]:
+    """Azimuths in [0, 360] degrees, rising."""
+    if nodes[0] >= 0.0 and nodes[-1] <= 360.0:
+        return nodes, values
+    found, order = np.unique(np.mod(nodes, 360.0), return_index=True)
+    return found, values.take(order, axis)
+
+
+def _colour(m: Gridded, names: tuple | None) -> dict[str, str]:
+    for colour, known in COLOURS.items():
+        if names == known:
+            return {"COLOR_MODEL": colour}
+    if names is None or any(isinstance(n, str) for n in names) or (np.diff(names) <= 0.0).any():
+        raise ParameterError(
+            f"{m!r:.80}: has channels {names}, expected one, R, G, B, X, Y, Z or rising wavelengths [nm]"
+        )
+    return {"COLOR_MODEL": "spectrum", "WAVELENGTH_LIST": " ".join(map(plain_text.number, names))}

@@ -1,0 +1,250 @@
+"""The XML of LBNL's WINDOW and of Radiance: matrices over Klems' patches, and tensor trees.
+
+A file holds blocks of numbers, for bands (Visible, Solar, CIE-X, a wavelength) and directions (reflection and
+transmission, front and back in WINDOW's words). f is a reflection; the other blocks are kept, and written again.
+The schema was not seen; the layout is that of Radiance's readers (bsdf_m.c, bsdf_t.c), whose program agrees on f and
+on hemispherical totals, of real files and of those written here.
+"""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ...base.reflectance import Reflectance
+from ...errors import FormatError, ParameterError
+from ...files import replacing
+from ...formula.fields import Ours
+from ...pictures.colour import RELATIVE_XYZ
+from .._reading.plain_text import is_number
+from . import new, tree_nodes
+from .cell_tables import MIRRORED
+from .klems import KNOWN, AngleBasis, Klems
+from .tensor_tree import TensorTree
+from .tree_nodes import Tree
+from .xml_document import Block, Content, Document, parse
+
+NAME = "WINDOW XML"
+SUFFIXES = (".xml",)
+DESCRIPTION = "BSDF of WINDOW and Radiance: Klems matrices and tensor trees"
+ORACLE = "Radiance (pyradiance 1.3.1), reading and writing"
+
+REFLECTING = ("", "btdf", "brdf", "bsdf")
+"""Kinds of data that are f; WINDOW writes BTDF of reflection too."""
+
+
+def matches(head: bytes, size: int) -> bool:
+    """Whether a file that starts so can be one of these; of UTF-16 every other byte is 0."""
+    return re.search(rb"<(\w+:)?WindowElement\b", head.replace(b"\0", b"")) is not None
+
+
+def read(path: Path, side: str | None = None, wavelength: str | None = None) -> Klems | TensorTree:
+    """The reflectance in a file: a `Klems` or a `TensorTree`.
+
+    side        "front" or "back", in WINDOW's words (Radiance's are exchanged); the front if the file has it
+    wavelength  a band of the file ("Visible", "Solar", "550"), or "spectral" for all that are wavelengths; without it
+                X, Y and Z if there, else Visible, else the spectrum, else the first band
+    Raises FormatError where the file is damaged, has no reflection, or not that.
+    """
+    document, contents = parse(Path(path))
+    if side is not None and side not in MIRRORED:
+        raise ParameterError(f"side={side!r}: expected 'front' or 'back'")
+    trees = document.structure.startswith("TensorTree")
+    bases: list[tuple[AngleBasis, AngleBasis]] = []
+    held: list[Any] = []
+    lines = [content.line for content in contents]
+    for block in document.blocks:
+        content = contents.pop(0)  # its memory is needed
+        where = f"{path}, line {content.line} ({block.label:.60})"
+        if trees:
+            held.append(_tree_of(document, block, content, where))
+        else:
+            incident, outgoing, values = _matrix_of(document, block, content, where)
+            bases.append((incident, outgoing))
+            held.append(values)
+    found = _choice(document.blocks, lines, side, wavelength, path)
+    about = {**document.about, "structure": document.structure, "blocks": [b.label for b in document.blocks]}
+    about |= {"side": found.side, "bands": [document.blocks[i].wavelength for i in found.blocks]}
+    used = [held[i] for i in found.blocks]
+    others = tuple(None if i in found.blocks else h for i, h in enumerate(held))
+    held.clear()
+    m: Klems | TensorTree
+    if trees:
+        m = TensorTree(used, found.side, found.colour, found.names, str(path), about)
+    else:
+        if len({bases[i] for i in found.blocks}) > 1:
+            raise FormatError(f"{path}: the bands {', '.join(about['bands'])} have different angle bases; name one")
+        incident, outgoing = bases[found.blocks[0]]
+        values = _stacked(used) if found.names else used[0]
+        m = Klems(Ours(values), incident, outgoing, found.side, found.names, str(path), about)
+    m.__dict__.update(document=document, chosen=(found.blocks, others))
+    return m
+
+
+def _stacked(matrices: list[np.ndarray]) -> np.ndarray:
+    """Matrices as channels, the last axis; the list is emptied on the way, as both would take the memory twice."""
+    values = np.empty((*matrices[0].shape, len(matrices)))
+    for k in reversed(range(len(matrices))):
+        values[..., k] = matrices.pop()
+    return values
+
+
+class _Choice(NamedTuple):
+    """Numbers of the blocks that are read, names of their channels if several, and "uv" where they are Y, u', v'."""
+
+    blocks: tuple[int, ...]
+    names: tuple[str | float, ...] | None
+    side: str
+    colour: str = ""
+
+
+def _choice(
+    blocks: tuple[Block, ...], lines: list[int], side: str | None, wavelength: str | None, path: Path
+) -> _Choice:
+    sides: dict[str, dict[str, int]] = {}
+    for i, b in enumerate(blocks):
+        what, _, where = b.direction.lower().partition(" ")
+        if what == "reflection" and where in MIRRORED and b.kind.lower() in REFLECTING:
+            bands = sides.setdefault(where, {})
+            if b.wavelength.lower() in bands:
+                raise FormatError(f"{path}, line {lines[i]}: a second block of {b.label}; expected one")
+            bands[b.wavelength.lower()] = i
+    side = side or ("front" if "front" in sides else "back")
+    if side not in sides:
+        listed = ", ".join(b.label for b in blocks)
+        raise FormatError(f"{path}: holds no reflection{' of the ' + side if sides else ''}; its blocks: {listed:.300}")
+    bands = sides[side]
+    spectral = {n: i for name, i in bands.items() if (n := _nanometres(name, blocks[i].unit)) is not None}
+    ordered = tuple(sorted(spectral))
+    spectrum_of = _Choice(tuple(spectral[n] for n in ordered), ordered, side)
+    if wavelength == "spectral" and spectral:
+        return spectrum_of
+    if wavelength is not None:
+        if wavelength.lower() not in bands:
+            listed = ", ".join(repr(blocks[i].wavelength) for i in bands.values())
+            raise FormatError(f"{path}: no band {wavelength!r} of the {side}; expected one of {listed:.300}")
+        return _Choice((bands[wavelength.lower()],), None, side)
+    y = next((name for name in ("visible", "cie-y") if name in bands), None)
+    for others, colour in ((("cie-x", "cie-z"), ""), (("cie-u", "cie-v"), "uv")):
+        if y and all(name in bands for name in others):
+            order = (y, *others) if colour else (others[0], y, others[1])
+            return _Choice(tuple(bands[name] for name in order), RELATIVE_XYZ, side, colour)
+    if y is None and spectral:
+        return spectrum_of
+    return _Choice((bands[y] if y else next(iter(bands.values())),), None, side)
+
+
+def _nanometres(name: str, unit: str) -> float | None:
+    """The wavelength that a band is named after [nm], or None."""
+    if not is_number(name):
+        return None
+    return float(name) * (1000.0 if unit.lower().startswith("micro") else 1.0)
+
+
+def _matrix_of(
+    document: Document, block: Block, content: Content, where: str
+) -> tuple[AngleBasis, AngleBasis, np.ndarray]:
+    """Incident and outgoing basis of a block, and its numbers by outgoing and incident patch."""
+    values = content.numbers.array(where)
+    if len(content.numbers.braces()[0]):
+        raise FormatError(f"{where}: braces among the numbers of a matrix; expected numbers only")
+    pairs = [
+        (a, b)
+        for a in _bases(document, block.incident, where)
+        for b in _bases(document, block.outgoing, where)
+        if block.incident.lower() != block.outgoing.lower() or a == b
+    ]
+    fitting = [(a, b) for a, b in pairs if a.size * b.size == len(values)]
+    if not fitting:
+        a, b = pairs[0]
+        raise FormatError(
+            f"{where}: {len(values)} numbers, expected {a.size * b.size}: {b.size} patches of {b.name!r:.40} for each "
+            f"of {a.size} of {a.name!r:.40}; fetch it again"
+        )
+    a, b = fitting[0]
+    if document.structure == "Rows":
+        return a, b, np.ascontiguousarray(values.reshape(a.size, b.size).T)
+    return a, b, values.reshape(b.size, a.size)
+
+
+def _bases(document: Document, name: str, where: str) -> list[AngleBasis]:
+    """What a basis of this name may be: the file's own definition, else those that are known."""
+    own = {AngleBasis(*basis) for basis in document.bases if basis[0].lower() == name.lower() and basis[2]}
+    if not name and len(document.bases) == 1:
+        own = {AngleBasis(*document.bases[0])}
+    if len(own) > 1:
+        raise FormatError(
+            f"{where}: the angle basis {name!r:.60} is defined twice, differently; expected one definition"
+        )
+    found = list(own) or [basis for basis in KNOWN if basis.name.lower() == name.lower()]
+    if not found:
+        raise FormatError(f"{where}: the angle basis {name!r:.60} is neither defined in the file nor known; define it")
+    if found[0].problem():
+        raise FormatError(f"{where}: the angle basis {name!r:.60} has {found[0].problem()}")
+    return found
+
+
+def _tree_of(document: Document, block: Block, content: Content, where: str) -> Tree:
+    if block.incident.lower() not in ("", "lbnl/shirley-chiu"):
+        raise FormatError(f"{where}: a tree over the angle basis {block.incident!r:.60}, expected 'LBNL/Shirley-Chiu'")
+    return tree_nodes.parse(content.numbers, int(document.structure[-1]), where)
+
+
+def write(
+    m: Reflectance,
+    path: Path,
+    basis: str | AngleBasis | None = None,
+    tree: int | None = None,
+    resolution: int | None = None,
+    tolerance: float = 0.0,
+    side: str = "front",
+    name: str = "",
+) -> None:
+    """Write a reflectance as a matrix, or as a tree; one that was read from such a file, as it was unless told more.
+
+    basis       "full" (145 patches; the default), "half" (77), "quarter" (41), or an `AngleBasis`: means over patches
+    tree        3 (isotropic) or 4: a tensor tree instead, with means over cells
+    resolution  of trees: cells per side, a power of 2; by default 64 of 3, 32 of 4 dimensions
+    tolerance   of trees: cells whose values differ by at most this share become one
+    side        "front" or "back", in WINDOW's words; Radiance shows what is the back here on its front
+    name        of the material in the file
+
+    One channel is written as Visible; RGB as CIE-X, Visible (Y) and CIE-Z (trees: Visible, CIE-u, CIE-v), in which a
+    flat reflectance of 1 is 1, as in Radiance; wavelengths as these, and each on its own.
+    Means over patches keep the albedo of GGX(0.05) to 2e-5, but 4e-2 beyond 75 degrees (2e-3 of GGX(0.1)), and blur
+    what is narrower than the patches. Trees of 64 cells keep it to 1e-3, but 4e-3 beyond 70 degrees.
+    Raises ParameterError for a delta lobe, for maps and other channels, and where f has no value in a patch or cell.
+    """
+    if tree is None and (resolution is not None or tolerance):
+        raise ParameterError(f"{resolution=!r:.60}, {tolerance=!r:.60}: are of trees; give tree=3 or tree=4 with them")
+    if isinstance(m, (Klems, TensorTree)) and basis is None and tree is None:
+        pieces = _as_it_was(m) if m.document is not None else new.own(m, name)
+    else:
+        if basis is not None and tree is not None:
+            raise ParameterError(f"basis={basis!r:.40} and tree={tree!r}: expected one of them")
+        if tree is None:
+            pieces = new.matrix(m, basis or "full", side, name)
+        else:
+            pieces = new.tree(m, tree, resolution, tolerance, side, name)
+    with replacing(path) as temporary:
+        temporary.write_bytes(b"".join(pieces))
+
+
+def _as_it_was(m: Klems | TensorTree) -> list[bytes]:
+    """The file that was read, with the numbers of today."""
+    assert m.document is not None
+    blocks, held = m.chosen[0], list(m.chosen[1])
+    if isinstance(m, Klems):
+        values = m.values.reshape(*m.values.shape[:2], -1)
+        own: Any = [values[..., k] for k in range(values.shape[2])]
+    else:
+        own = m.trees
+    for i, numbers_of in zip(blocks, own, strict=True):
+        held[i] = numbers_of
+    pieces = [m.document.pieces[0]]
+    for content, after in zip(held, m.document.pieces[1:], strict=True):
+        pieces += [new.text(content, m.document.structure).encode("ascii"), after]
+    return pieces

@@ -1,0 +1,129 @@
+"""netCDF-4 files in gonio's own layout (docs/data-model.md): what any measurement can be kept in without loss.
+
+Read and written through xarray with h5netcdf. Other HDF5 files are recognised by what is in them: NASA's MCD43A1 is
+read by `mcd43`. A process of its own reads a file first (`_hdf`): damaged files can stop the HDF5 library, or
+never end. It compares every array with the length of the file, and refuses links to other files. A file is made in
+memory, and then written: the HDF5 library does not survive a full disk.
+"""
+
+from __future__ import annotations
+
+import io
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from ..base.reflectance import Reflectance
+from ..compile.threads import apart
+from ..errors import DependencyError, FormatError
+from ..files import replacing
+from ..tables.dataset import of_file
+from . import mcd43, neural
+from ._reading import hdf
+from ._reading.datasets import AS_STORED, NEEDED, encoded, steady
+
+if TYPE_CHECKING:
+    import xarray
+
+NAME = "netCDF"
+SUFFIXES = (".nc", ".nc4")
+DESCRIPTION = "netCDF-4 in gonio's own layout: every measurement, with uncertainty and provenance, without loss"
+ORACLE = "own generator; xarray, h5py"
+
+MAGIC = b"\x89HDF\r\n\x1a\n"
+CLASSIC = (b"CDF\x01", b"CDF\x02", b"CDF\x05")
+
+
+def matches(head: bytes, size: int) -> bool:
+    """Whether a file that starts so is HDF5 and no `neural` network, or netCDF of an older kind."""
+    return head.startswith((MAGIC, *CLASSIC)) and not neural.matches(head, size)
+
+
+def read(path: Path, time: int | None = None) -> Reflectance:
+    """The measurement in a file. `time`: number of the day, of MCD43A1 files; see `mcd43.read_dataset`.
+
+    Raises FormatError where the file is damaged or has another layout, DependencyError without h5netcdf.
+    """
+    with path.open("rb") as file:
+        if file.read(len(MAGIC)) != MAGIC:
+            raise FormatError(
+                f"{path}: netCDF of the classic kind, expected netCDF-4; convert it: `nccopy -k nc4 old.nc new.nc`, "
+                f"or `ncks -4 old.nc new.nc`"
+            )
+    _libraries()
+    return apart(steady, path, lambda: _measurement(path, time))
+
+
+def _measurement(path: Path, time: int | None) -> Reflectance:
+    names = hdf.inspected("hdf5", path, json.dumps([sorted(NEEDED | mcd43.NEEDED), mcd43.PREFIXES]))["names"]
+    group = mcd43.group(names)
+    if group is not None:
+        return mcd43.read_dataset(_opened(path, names, group=group, phony_dims="sort"), str(path), time)
+    if time is not None:
+        raise FormatError(f"{path}: time={time}: holds no MCD43A1 kernel weights, which alone have days")
+    return of_file(_opened(path, names, phony_dims="access"), str(path))
+
+
+def write(
+    m: Reflectance, path: Path, parameterisation: str = "half_difference", resolution: Sequence[int] | None = None
+) -> None:
+    """Write a reflectance; `parameterisation` and `resolution`: see `to_dataset`.
+
+    Raises ParameterError for delta lobes and maps, DependencyError without h5netcdf.
+    """
+    _libraries()
+    ds, encoding = encoded(m, parameterisation, resolution)
+    for name in ds.data_vars:
+        encoding.setdefault(name, {}).update(zlib=True, complevel=4, shuffle=True)
+    content = apart(_content, ds, encoding)
+    with replacing(path) as temporary:
+        temporary.write_bytes(content.getbuffer())
+
+
+def _content(ds: xarray.Dataset, encoding: Any) -> io.BytesIO:
+    import h5netcdf
+    from xarray.backends import H5NetCDFStore
+
+    content = io.BytesIO()
+    with h5netcdf.File(content, "w") as file:
+        ds.dump_to_store(H5NetCDFStore(file), encoding=encoding)
+    return content
+
+
+def _libraries() -> None:
+    try:
+        import h5netcdf  # noqa: F401
+        import h5py  # noqa: F401
+    except ImportError as error:
+        raise DependencyError(f"netCDF files need {error.name}; pip install h5netcdf h5py") from None
+
+
+def _opened(path: Path, names: list[str], **options: Any) -> xarray.Dataset:
+    """The arrays that are needed, of those with these names; others are not opened."""
+    import xarray
+
+    held = {name.rpartition("/")[2] for name in names}
+    others = [x for x in held - NEEDED - mcd43.NEEDED if not x.startswith(tuple(mcd43.PREFIXES))]
+    options |= {"drop_variables": others, **AS_STORED}
+    try:
+        with xarray.open_dataset(path, engine="h5netcdf", **options) as ds:
+            if "group" not in options:
+                if "gonio_schema" not in ds.attrs:  # which is said without its numbers
+                    return ds
+                _refuse_nameless(ds, path)
+            return ds.load()
+    except FormatError:
+        raise
+    except Exception as error:  # h5py, h5netcdf and xarray raise any of damaged files
+        raise FormatError(f"{path}: netCDF file that is damaged or not laid out as such: {error}") from None
+
+
+def _refuse_nameless(ds: xarray.Dataset, path: Path) -> None:
+    """FormatError where an array has a dimension without a name: one array without any makes others lose theirs."""
+    for name, variable in ds.variables.items():
+        if any(str(dim).startswith("phony_dim_") for dim in variable.dims):
+            raise FormatError(
+                f"{path}: {name} has a dimension without a name, expected those of docs/data-model.md; remove what was "
+                f"added without dimensions, or give it some"
+            )

@@ -1,0 +1,361 @@
+"""Zarr in gonio's own layout (docs/data-model.md), as a folder or zipped: for large measurements, and object stores.
+
+Zarr 2 is written, 2 and 3 are read. Before anything is read, every array's description is checked: how large it is
+beside the files, and that its codecs are known ones (one of those that Zarr 2 may name runs what it reads); and every
+packed chunk: that it is there, and how large it says that it was, and is (blosc reads on beyond the end of one that is
+cut short). Zarr has the fill value for a chunk that is not there. Here that is an error, unless it is NaN: a copy that
+was interrupted would be read as zeros.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import base64
+import itertools
+import json
+import math
+import os
+import re
+import stat
+import struct
+import zipfile
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from .. import files
+from ..base.reflectance import Reflectance
+from ..compile.threads import apart
+from ..errors import DependencyError, FormatError
+from ..files import replacing, replacing_folder
+from ..tables.dataset import of_file
+from ._reading.datasets import AS_STORED, NEEDED, encoded, steady
+
+NAME = "Zarr"
+SUFFIXES = (".zarr", ".zip")
+DESCRIPTION = "Zarr in gonio's own layout, a folder or zipped: every measurement, without loss"
+ORACLE = "own generator; xarray, zarr"
+
+ROOTS = ("zarr.json", ".zgroup")
+COMPRESSED = 1100
+"""No store's arrays are more than this many times as long as its files, plus `SMALL`."""
+SMALL = 2**20
+DESCRIPTIONS = 2**24
+"""Most bytes that descriptions of arrays and groups may have, all together."""
+DESCRIBING = ("zarr.json", ".zarray", ".zmetadata", ".zattrs", ".zgroup")
+CHUNK = re.compile(r"c|(c[./])?\d+([./]\d+)*")
+"""Key of a chunk, its place below the folder of its array."""
+CODECS = {
+    *("blosc", "zstd", "gzip", "zlib", "lz4", "crc32", "crc32c", "adler32", "fletcher32"),
+    *("bytes", "endian", "transpose", "shuffle", "delta", "vlen-utf8", "numcodecs.zlib", "numcodecs.shuffle"),
+}
+CLAIM = 18
+"""Bytes of a packed chunk in which it says how large it was, see `_claimed`."""
+ZIPPED = b"PK\x03\x04"
+
+
+def matches(head: bytes, size: int) -> bool:
+    """Whether a file that starts so is a zipped store."""
+    return head.startswith(ZIPPED) and any(root.encode() in head for root in (*ROOTS, ".zattrs", ".zmetadata"))
+
+
+def matches_folder(path: Path) -> bool:
+    """Whether a folder is a store."""
+    return any((path / root).is_file() for root in ROOTS)
+
+
+def read(path: Path) -> Reflectance:
+    """The measurement in a store.
+
+    Raises FormatError where it is damaged or has another layout, DependencyError without zarr.
+    """
+    return of_file(apart(_dataset, _library(), path), str(path))
+
+
+def _dataset(zarr: Any, path: Path) -> Any:
+    try:
+        return steady(path, lambda: _opened(zarr, path))
+    except FormatError:
+        raise
+    except (zipfile.BadZipFile, NotImplementedError) as error:
+        raise FormatError(f"{path}: zip file that is damaged or cut short: {error}") from None
+    except Exception as error:  # zarr, numcodecs and xarray raise any of damaged files
+        raise FormatError(f"{path}: Zarr store that is damaged or incomplete: {error}") from None
+
+
+def write(
+    m: Reflectance, path: Path, parameterisation: str = "half_difference", resolution: Sequence[int] | None = None
+) -> None:
+    """Write a reflectance as a folder, or zipped if the name ends in ".zip".
+
+    `parameterisation` and `resolution`: see `to_dataset`. Raises ParameterError for
+    delta lobes and maps, DependencyError without zarr.
+    """
+    _library()
+    ds, encoding = encoded(m, parameterisation, resolution)
+    if path.suffix.lower() != ".zip":
+        with replacing_folder(path, _foreign) as temporary:
+            apart(_fill, temporary, ds, encoding)
+        return
+    with replacing(path) as temporary:
+        folder = temporary.with_name("store")
+        apart(_fill, folder, ds, encoding)
+        with zipfile.ZipFile(temporary, "w", zipfile.ZIP_STORED) as packed:
+            for name in sorted(p.relative_to(folder).as_posix() for p in folder.rglob("*") if p.is_file()):
+                packed.writestr(zipfile.ZipInfo(name), (folder / name).read_bytes())
+
+
+def _fill(folder: Path, ds: Any, encoding: dict[Any, dict[str, Any]]) -> None:
+    """Write a store with all of its chunks, those of zeros too."""
+    options: dict[str, Any] = {"mode": "w", "zarr_format": 2, "consolidated": True, "write_empty_chunks": True}
+    ds.to_zarr(folder, encoding=encoding, **options)
+
+
+def target(path: Path) -> Path:
+    """As `files.target`: a folder is replaced only if it is a store, and nothing else is in it."""
+    return files.target(path) if path.suffix.lower() == ".zip" else files.target_folder(path, _foreign)
+
+
+def _foreign(folder: Path) -> str | None:
+    """What is wrong with a folder as a store that may be replaced; None if nothing is."""
+    if not any((folder / root).is_file() and not (folder / root).is_symlink() for root in ROOTS):
+        return f"is a folder, and no Zarr store, which would have {' or '.join(ROOTS)}"
+    disk = folder.stat().st_dev
+    waiting = [(folder, folder)]
+    while waiting:
+        at, array = waiting.pop()
+        names = os.listdir(at)
+        if not {*DESCRIBING}.isdisjoint(names):
+            array = at
+        for name in names:
+            entry = at / name
+            held = entry.lstat()
+            if stat.S_ISDIR(held.st_mode) and held.st_dev == disk:
+                waiting.append((entry, array))
+            elif not stat.S_ISREG(held.st_mode) or not (
+                name in DESCRIBING or CHUNK.fullmatch(entry.relative_to(array).as_posix())
+            ):
+                return f"holds {str(entry.relative_to(folder))!r:.100}, which is no part of a Zarr store"
+    return None
+
+
+def _library() -> Any:
+    try:
+        import zarr
+    except ImportError as error:
+        raise DependencyError(f"Zarr stores need {error.name}; pip install 'gonio[io]'") from None
+    return zarr
+
+
+def _opened(zarr: Any, path: Path) -> Any:
+    """The dataset in a store that `_inspect` has nothing against, loaded: the arrays that are needed."""
+    import xarray
+
+    names = sorted(NEEDED & _inspect(path))
+    kind = zarr.storage.LocalStore if path.is_dir() else zarr.storage.ZipStore
+    store = kind(path, read_only=True)
+    try:
+        group = zarr.open_group(store, mode="r", use_consolidated=False)
+        held = {name: _variable(group[name]) for name in names}
+        return xarray.decode_cf(xarray.Dataset(held, attrs=dict(group.attrs)), **AS_STORED)
+    except Exception:
+        _finish(zarr)
+        raise
+    finally:
+        store.close()
+
+
+def _variable(array: Any) -> Any:
+    """An array as xarray has it: dimensions, values and attributes, as the libraries that write them note them."""
+    attributes = dict(array.attrs)
+    dims = attributes.pop("_ARRAY_DIMENSIONS", None) or getattr(array.metadata, "dimension_names", None)
+    if array.metadata.zarr_format == 2 and array.fill_value is not None:
+        attributes["_FillValue"] = array.fill_value
+    elif isinstance(missing := attributes.get("_FillValue"), str) and array.dtype.kind == "f":
+        attributes["_FillValue"] = struct.unpack("<d", base64.standard_b64decode(missing))[0]
+    return tuple(dims or ()), array[...], attributes
+
+
+def _finish(zarr: Any) -> None:
+    """Wait for what zarr's own thread still does after an error: when Python ends it would complain of it."""
+
+    async def others() -> None:
+        if tasks := asyncio.all_tasks() - {asyncio.current_task()}:
+            await asyncio.wait(tasks, timeout=60.0)
+
+    zarr.core.sync.sync(others())
+
+
+def _inspect(path: Path) -> set[str]:
+    """The names of the arrays in a store.
+
+    FormatError where one is larger than the store allows, has codecs that are not known, or is not there as a whole.
+    """
+    total, size, described = 0, 0, 0
+    arrays: dict[Path, tuple[set[str], int]] = {}
+    own: list[tuple[Path, dict[str, Any]]] = []
+    keys: dict[Path, set[str]] = {}
+    chunks: list[tuple[Path, int, bytes]] = []
+    for name, stored, length, content in _files(path):
+        size += stored
+        last = Path(name).name
+        described += length if last in DESCRIBING else 0
+        if described > DESCRIPTIONS:
+            raise FormatError(f"{path}: descriptions have {described} bytes, expected at most {DESCRIPTIONS}")
+        if last not in DESCRIBING[:3]:
+            if not last.startswith("."):
+                chunks.append((Path(name), length, content))
+            continue
+        for at, array in _arrays(name, json.loads(content)):
+            taken = _bytes(array, f"{path}, {at}")
+            total += taken
+            folder = Path(at).parent if at == name else Path(at)
+            if at == name:
+                own.append((folder, array))
+            codecs, most = arrays.get(folder, (set(), 0))  # several files may describe it, and not say the same
+            arrays[folder] = codecs | {*_codecs(array)}, max(most, taken)
+    if total > COMPRESSED * size + SMALL:
+        raise FormatError(f"{path}: says that it holds {total} bytes of numbers, which {size} bytes of files cannot")
+    for chunk, length, content in chunks:
+        folder = next((folder for folder in chunk.parents if folder in arrays), Path())
+        codecs, taken = arrays.get(folder, (set(), 0))
+        keys.setdefault(folder, set()).add(chunk.relative_to(folder).as_posix())
+        claimed = _claimed(content, codecs)
+        if claimed > taken + SMALL:
+            raise FormatError(f"{path}: {chunk} says that it unpacks to {claimed} bytes, expected at most {taken}")
+        if "blosc" in codecs and (length < CLAIM or int.from_bytes(content[12:16], "little") > length):
+            raise FormatError(f"{path}: {chunk} is cut short: it has {length} bytes, expected what its header says")
+    for folder, array in own:
+        if folder.as_posix() in NEEDED:
+            _refuse_lost(path, folder, array, keys.get(folder, set()))
+    return {folder.as_posix() for folder, _ in own}
+
+
+def _refuse_lost(path: Path, folder: Path, array: dict[str, Any], keys: set[str]) -> None:
+    """FormatError where a chunk is not there and would be read as its fill value, if that is a number."""
+    is_new = "data_type" in array
+    kind = np.dtype(str(array["data_type"] if is_new else array["dtype"])).kind
+    if kind == "f" and str(array.get("fill_value")).lower() == "nan":
+        return
+    grid = array["chunk_grid"]["configuration"]["chunk_shape"] if is_new else array["chunks"]
+    counts = [-(-int(n) // int(k)) for n, k in zip(array["shape"], grid, strict=True)]
+    coding = array.get("chunk_key_encoding") or {}
+    is_prefixed = is_new and coding.get("name", "default") == "default"
+    usual = coding.get("configuration", {}).get("separator", "/" if is_prefixed else ".")
+    separator = usual if is_new else array.get("dimension_separator", ".")
+    lost = f"{folder} has {len(keys)} chunks" if math.prod(counts) > len(keys) else None
+    for index in itertools.product(*map(range, counts)) if lost is None else ():
+        key = separator.join([*(["c"] if is_prefixed else []), *map(str, index)]) or "0"
+        if key not in keys:
+            lost = f"{folder} has no chunk {key}"
+            break
+    if lost is not None:
+        raise FormatError(
+            f"{path}: is not whole: {lost}, expected {math.prod(counts)}; copy it again; if its writer left out "
+            f"chunks of {array.get('fill_value')!r:.20}, have them written: ds.to_zarr(..., write_empty_chunks=True)"
+        )
+
+
+def _files(path: Path) -> Iterator[tuple[str, int, int, bytes]]:
+    """Every file of a store: name, bytes stored, bytes it has, and the whole of descriptions, of others the start."""
+    if path.is_dir():
+        for folder, folders, names in os.walk(path):
+            for each in [*folders, *names]:
+                file = Path(folder) / each
+                held = file.lstat()
+                if stat.S_ISDIR(held.st_mode):
+                    continue
+                name, length = file.relative_to(path).as_posix(), held.st_size
+                if not stat.S_ISREG(held.st_mode):
+                    raise FormatError(f"{path}: {name} is a link, a pipe or a device, expected a file; copy the store")
+                with file.open("rb") as content:
+                    yield name, length, length, content.read(_looked_at(name, length, path))
+        return
+    with zipfile.ZipFile(path) as packed:
+        for entry in packed.infolist():
+            if entry.is_dir():
+                continue
+            if Path(entry.filename).as_posix() != entry.filename:
+                raise FormatError(f"{path}: {entry.filename!r} is a name that no store has; pack it again")
+            if entry.file_size > COMPRESSED * entry.compress_size + SMALL:
+                raise FormatError(f"{path}: {entry.filename} unpacks to {entry.file_size} bytes, more than zip allows")
+            with packed.open(entry) as content:
+                looked_at = _looked_at(entry.filename, entry.file_size, path)
+                yield entry.filename, entry.compress_size, entry.file_size, content.read(looked_at)
+
+
+def _looked_at(name: str, length: int, path: Path) -> int:
+    """How many bytes of a file are looked at before the store is read."""
+    if Path(name).name not in DESCRIBING:
+        return CLAIM
+    if length > DESCRIPTIONS:
+        raise FormatError(f"{path}: {name} has {length} bytes, expected a description of at most {DESCRIPTIONS}")
+    return length
+
+
+def _claimed(start: bytes, codecs: set[str]) -> int:
+    """Bytes that a chunk would unpack to by its first ones, where these say so."""
+    if len(start) < CLAIM:
+        return 0
+    if "blosc" in codecs:
+        return int.from_bytes(start[4:8], "little")
+    if "zstd" in codecs:
+        is_single = start[4] >> 5 & 1
+        digits = (is_single, 2, 4, 8)[start[4] >> 6]
+        at = 6 - is_single + (0, 1, 2, 4)[start[4] & 3]
+        return int.from_bytes(start[at : at + digits], "little") + (256 if digits == 2 else 0)
+    return int.from_bytes(start[:4], "little") if "lz4" in codecs else 0
+
+
+def _arrays(name: str, described: Any) -> Iterator[tuple[str, dict[str, Any]]]:
+    """Descriptions of arrays: the one in a file, or those that a file collects."""
+    if not isinstance(described, dict):
+        raise FormatError(f"{name}: holds {described!r:.40}, expected a JSON object")
+    if "shape" in described:
+        yield name, described
+    collected = described.get("consolidated_metadata") or described
+    for at, inner in (collected.get("metadata") or {}).items() if isinstance(collected, dict) else ():
+        if isinstance(inner, dict) and "shape" in inner:
+            yield at, inner
+
+
+def _bytes(array: dict[str, Any], where: str) -> int:
+    """Memory that an array takes, or one of its chunks if that is more."""
+    chunks = array.get("chunks")
+    if "data_type" in array:
+        chunks = array.get("chunk_grid", {}).get("configuration", {}).get("chunk_shape")
+    codecs = _codecs(array)
+    if unknown := {*codecs} - CODECS:
+        raise FormatError(f"{where}: is coded by {', '.join(map(repr, unknown))}, expected one of {sorted(CODECS)}")
+    if "data_type" in array and codecs[-1:] == ["crc32c"]:  # which is put behind what others make
+        codecs.pop()
+    if "blosc" in codecs[:-1]:
+        raise FormatError(f"{where}: is coded by {', '.join(codecs)}, expected blosc to be the last of them")
+    if any(int(n) < 1 for n in chunks or []):
+        raise FormatError(f"{where}: chunks of {chunks!r:.60}, expected at least 1 along every axis")
+    return max(_product(array["shape"]), _product(chunks or [])) * _item_size(array)
+
+
+def _codecs(array: dict[str, Any]) -> list[str]:
+    """Names of what an array is coded by, in the order of writing."""
+    if "data_type" in array:
+        return [c.get("name") for c in array.get("codecs", [])]
+    return [c.get("id") for c in [*(array.get("filters") or []), array.get("compressor")] if c]
+
+
+def _item_size(array: dict[str, Any]) -> int:
+    kind = array.get("data_type", array.get("dtype"))
+    if isinstance(kind, dict):
+        return int(kind.get("configuration", {}).get("length_bytes", 8))
+    if "data_type" in array:
+        return 8
+    return np.dtype(str(kind)).itemsize
+
+
+def _product(counts: Sequence[int]) -> int:
+    total = 1
+    for n in counts:
+        total *= max(int(n), 0)
+    return total

@@ -1,0 +1,268 @@
+"""Coefficients of surface scattering modes (Zernike expansion), as NIST publishes them for sintered PTFE.
+
+Rows of eight numbers, separated by commas or blanks: i, j, n, m, k, l, p and the coefficient of the mode (n, m, k, l)
+of Mueller element (i, j), i <= j, times the wavelength [um] to the power p. Lines that begin with "%", "#" or ";" are
+passed over. The order of the columns and the formulas are those of SCATMECH's ZernikeExpansion_BRDF_Model,
+whose lambda^3 is lambda^2 by mistake; here it is not. (A README of the data calls the third and fourth column m, n.)
+Checked against NIST's file for PTFE at 532 nm and the measurements that it was fitted to.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import numpy as np
+
+from ..arrays import ops
+from ..base.measured import Measured
+from ..errors import FormatError, ParameterError
+from ..formula.direction import Direction
+from ..formula.fields import channels, table
+from ._reading import plain_text
+from ._rows.direction_pairs import repeated
+
+if TYPE_CHECKING:
+    import xarray
+
+NAME = "Zernike"
+SUFFIXES = (".csv",)
+SHARED_SUFFIX = True
+DESCRIPTION = "coefficients of surface scattering modes with Mueller matrix (Germer 2017, SCATMECH)"
+ORACLE = "real file (NIST PTFE): a least-squares fit to NIST's measurements gives the file's coefficients"
+
+COLUMNS = ("i", "j", "n", "m", "k", "l", "p", "coefficient")
+COMMENTS = ("%", "#", ";")
+HIGHEST = 24
+"""Highest radial order; the polynomials lose digits beyond, 8 of them at 24."""
+LAMBDA = 532.0
+"""Wavelength [nm] at which coefficients that depend on it are taken if none is asked for; SCATMECH's default."""
+
+
+def matches(head: bytes, size: int) -> bool:
+    """Whether a file that starts so can be one of these: first the numbers i, j, n, m, k, l, p, coefficient."""
+    lines = plain_text.start(head).split("\n")
+    rows = [plain_text.split(line) for line in lines if line.strip() and not line.strip().startswith(COMMENTS)]
+    if not rows or len(rows[0]) != len(COLUMNS):
+        return False
+    if not all(map(plain_text.is_number, rows[0])):
+        return False
+    *orders, _ = map(float, rows[0])
+    return all(abs(x) < 100.0 and x == int(x) for x in orders) and 1 <= orders[0] <= orders[1] <= 4
+
+
+def read(path: Path, wavelengths: Sequence[float] | None = None) -> Zernike:
+    """The expansion in a file.
+
+    `wavelengths` [nm]: one channel for each; where coefficients do not depend on wavelength one channel without a
+    name if not given, else 532 nm. Raises FormatError with the line where a row is no mode.
+    """
+    lines = plain_text.read(path, COMMENTS)
+    rows = lines.rows(len(COLUMNS), expected="numbers i, j, n, m, k, l, p, coefficient")
+    if not len(rows):
+        raise FormatError(f"{path}: holds no rows, expected {', '.join(COLUMNS)} of at least one mode")
+    return Zernike(rows, wavelengths, path=str(path))
+
+
+def write(m: Zernike, path: Path) -> None:
+    """Write the coefficients as they were read, number by number."""
+    if not isinstance(m, Zernike):
+        raise ParameterError(f"{m!r:.80}: expected a Zernike expansion; save others in a format for tables")
+    plain_text.write(path, plain_text.join(m.rows, ", "))
+
+
+class Zernike(Measured):
+    """Expansion of f in modes of Lambert's equal-area discs of both directions, reciprocal by construction.
+
+    With rho = sqrt(2) sin(theta/2), R the radial Zernike polynomials and N^2 = (n+1)(m+1)/(1, 2 or 4),
+
+        f = sum a N/(2 pi) (R_n^l(rho_i) R_m^l(rho_o) + R_m^l(rho_i) R_n^l(rho_o)) cos(l (phi_o - phi_i)).
+
+    N's divisor is 4 if n = 0, or n = m and l = 0; 2 if n = m, or l = 0; else 1. `mueller` gives the other elements.
+
+    Shapes   rows: (modes, 8). f: (...) without `wavelengths`, else (..., C).
+    Units    f: 1/sr; wavelengths: nm (the file's powers are of um).
+    Error    of the formula: rounding, up to 1e-8 at order 24. Of the expansion, for PTFE at 532 nm beside the 1824
+             measurements that it was fitted to (largest angle 81.9 degrees): 0.0030/sr or 0.93 % root mean square,
+             0.53 % median, 5.9 % largest; elements of the normalised Mueller matrix 0.006 to 0.011 root mean square.
+    Source   Germer 2017, "Full four-dimensional and reciprocal Mueller matrix bidirectional reflectance distribution
+             function of sintered polytetrafluoroethylene", Appl. Opt. 56(33):9333; Koenderink & van Doorn 1998,
+             J. Opt. Soc. Am. A 15(11):2903. The formulas are those of SCATMECH's source; the papers' text was not seen.
+    """
+
+    format = NAME
+    quantity = "coefficients of surface scattering modes"
+    breaks: ClassVar[dict[str, str]] = {
+        "positivity": "a sum of signed modes, fitted where there were measurements",
+        "energy": "coefficients are kept as published, and nothing bounds them",
+    }
+
+    coefficients = table("of the modes of element (1, 1), by mode and channel")
+    channel = channels("number of the wavelength")
+
+    rows: np.ndarray
+    """As in the file."""
+    modes: tuple[tuple[int, int, int], ...]
+    """n, m, l of the modes of element (1, 1)."""
+    wavelengths: tuple[float, ...]
+
+    def __init__(
+        self,
+        rows: Any,
+        wavelengths: Sequence[float] | None = None,
+        path: str = "",
+        about: dict[str, Any] | None = None,
+    ):
+        rows = _checked(np.array(ops.numbers(rows), np.float64), path or "Zernike(rows)")
+        if wavelengths is None and rows[:, 6].any():
+            wavelengths = (LAMBDA,)
+        nm = np.atleast_1d(np.array(LAMBDA if wavelengths is None else wavelengths, np.float64))
+        if nm.ndim != 1 or not len(nm) or not (np.isfinite(nm).all() and (nm > 0.0).all()):
+            raise ParameterError(f"wavelengths={wavelengths!r:.60}: expected positive numbers [nm]")
+        first = rows[(rows[:, 0] == 1.0) & (rows[:, 1] == 1.0)]
+        if not len(first):
+            raise FormatError(f"{path or 'Zernike(rows)'}: holds no mode of element (1, 1), which is f")
+        rows.flags.writeable = False
+        names = tuple(nm.tolist())
+        self.__dict__.update(
+            rows=rows,
+            wavelengths=names,
+            channel_names=None if wavelengths is None else names,
+            modes=tuple((int(n), int(m), int(turn)) for n, m, turn in first[:, [2, 3, 5]]),
+        )
+        values = first[:, 7:] * (1e-3 * nm) ** first[:, 6:7] * [[_norm(*mode)] for mode in self.modes]
+        super().__init__(path, about, coefficients=values, channel=0.0 if wavelengths is None else len(nm))
+
+    @property
+    def valid(self) -> np.ndarray:
+        """True: every coefficient is a number; shape of `rows` without the columns."""
+        return np.ones(len(self.rows), bool)
+
+    @property
+    def data(self) -> xarray.Dataset:
+        """Variables i, j, n, m, k, l, p and coefficient, by mode."""
+        import xarray
+
+        columns = {name: ("mode", self.rows[:, c]) for c, name in enumerate(COLUMNS)}
+        return xarray.Dataset(columns, attrs={"quantity": self.quantity, "source": self.path})
+
+    def formula(self, wi: Direction, wo: Direction) -> Any:
+        (xi, yi, ui), (xo, yo, uo) = _disc(wi), _disc(wo)
+        along, across = xi * xo + yi * yo, xi * yo - yi * xo  # rho_i rho_o (cos, sin) of phi_o - phi_i
+        orders = sorted({(n, turn) for n, m, turn in self.modes} | {(m, turn) for _, m, turn in self.modes})
+        at_i = {key: _radial(*key, ui) for key in orders}
+        at_o = {key: _radial(*key, uo) for key in orders}
+        channel, count = ops.to_index(self.channel), len(self.wavelengths)
+        turned: dict[int, tuple[Any, Any]] = {0: (1.0, 0.0)}  # rho_i^l rho_o^l (cos, sin) of l (phi_o - phi_i)
+        for turn in range(1, max(turn for *_, turn in self.modes) + 1):
+            c, s = turned[turn - 1]
+            turned[turn] = (c * along - s * across, c * across + s * along)
+        total = 0.0 * wi.z
+        for t, (n, m, turn) in enumerate(self.modes):
+            mode = at_i[n, turn] * at_o[m, turn] + at_i[m, turn] * at_o[n, turn]
+            total = total + ops.take(self.coefficients, channel + t * count) * (mode * turned[turn][0])
+        return total
+
+    def mueller(self, wi: Any, wo: Any) -> np.ndarray:
+        """Mueller matrix [1/sr] (..., 4, 4), or (..., C, 4, 4): its first element is f.
+
+        Stokes vectors are in SCATMECH's basis "xyxy": x and y are the surface's axes, seen along the propagation.
+        """
+        wi, wo = np.broadcast_arrays(np.asarray(wi, np.float64), np.asarray(wo, np.float64))
+        micrometres = 1e-3 * np.array(self.wavelengths)
+        disc_i, disc_o = _polar(wi), _polar(wo)
+        total = np.zeros((*wi.shape[:-1], len(micrometres), 4, 4))
+        for i, j, *orders, p, a in self.rows.tolist():
+            element = (int(i) - 1, int(j) - 1)
+            if element != (0, 0):
+                value = a * micrometres**p
+                for place, mode in _element(element, [int(x) for x in orders], disc_i, disc_o):
+                    total[(..., *place)] += mode[..., None] * value
+        for place in ((2, 0), (2, 1), (3, 2)):  # which change sign as both directions are exchanged
+            total[(..., *place)] *= -1.0
+        total[..., 0, 0] = 1.0
+        f = self.f(wi, wo)
+        total *= np.reshape(f, (*wi.shape[:-1], len(micrometres), 1, 1))
+        return total if self.channel_names else total[..., 0, :, :]
+
+
+def _checked(rows: np.ndarray, where: str) -> np.ndarray:
+    if rows.ndim != 2 or rows.shape[1] != len(COLUMNS):
+        raise ParameterError(f"{where}: shape {rows.shape}, expected (modes, {len(COLUMNS)})")
+    i, j, n, m, k, turn, p, _ = rows.T
+    whole = (np.isfinite(rows).all(axis=1)) & (rows[:, :7] == np.rint(rows[:, :7])).all(axis=1)
+    rules = (
+        (whole, "whole numbers i, j, n, m, k, l, p and a finite coefficient"),
+        ((i >= 1) & (i <= j) & (j <= 4), "1 <= i <= j <= 4"),
+        ((n >= 0) & (n <= HIGHEST) & (m >= 0) & (m <= HIGHEST), f"orders n and m from 0 to {HIGHEST}"),
+        ((abs(k) <= n) & ((n - k) % 2 == 0), "|k| <= n, both even or both odd"),
+        ((abs(turn) <= m) & ((m - turn) % 2 == 0), "|l| <= m, both even or both odd"),
+        ((i > 1) | (j > 1) | ((k == turn) & (turn >= 0)), "k = l >= 0 for element (1, 1)"),
+        ((p >= 0) & (p <= 9), "a power p of the wavelength from 0 to 9"),
+    )
+    for good, rule in rules:
+        if not good.all():
+            at = int(np.argmin(good))
+            raise FormatError(f"{where}: mode {at + 1} is {rows[at].tolist()}, expected {rule}")
+    if twice := repeated(rows[:, :7])[0]:
+        first, again = twice
+        raise FormatError(
+            f"{where}: rows {first + 1} and {again + 1} are of one mode, {rows[first, :7].tolist()}; expected each "
+            f"once: remove what is there twice, or add the coefficients up"
+        )
+    return rows
+
+
+def _norm(n: int, m: int, turn: int) -> float:
+    divisor = 4 if n == 0 or (n == m and turn == 0) else 2 if n == m or turn == 0 else 1
+    return math.sqrt((n + 1) * (m + 1) / divisor) / (2.0 * math.pi)
+
+
+def _disc(w: Direction) -> tuple[Any, Any, Any]:
+    """Lambert's equal-area projection, rho (cos(phi), sin(phi)), and rho^2 = 1 - cos(theta)."""
+    scale = 1.0 / ops.sqrt(1.0 + w.z)
+    x, y = w.x * scale, w.y * scale
+    return x, y, x * x + y * y
+
+
+def _series(n: int, turn: int) -> list[float]:
+    """Coefficients of R_n^turn(rho)/rho^turn in powers of rho^2, the highest first."""
+    half, other = (n + turn) // 2, (n - turn) // 2
+    terms = range(other + 1)
+    fact = math.factorial
+    return [float((-1) ** s * fact(n - s) // (fact(s) * fact(half - s) * fact(other - s))) for s in terms]
+
+
+def _radial(n: int, turn: int, u: Any) -> Any:
+    total: Any = 0.0
+    for a in _series(n, turn):
+        total = total * u + a
+    return total
+
+
+def _polar(w: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """rho and phi."""
+    return np.hypot(w[..., 0], w[..., 1]) / np.sqrt(1.0 + w[..., 2]), np.arctan2(w[..., 1], w[..., 0])
+
+
+def _element(
+    element: tuple[int, int],
+    orders: list[int],
+    at_i: tuple[np.ndarray, np.ndarray],
+    at_o: tuple[np.ndarray, np.ndarray],
+) -> list[tuple[tuple[int, int], np.ndarray]]:
+    """A mode of a normalised element, and of its mirror image across the diagonal: places and values."""
+    n, m, k, turn = orders
+    there = _mode(n, k, *at_i) * _mode(m, turn, *at_o)
+    back = _mode(n, k, *at_o) * _mode(m, turn, *at_i)
+    norm = math.sqrt((n + 1) * (m + 1)) / math.pi
+    if element[0] == element[1]:
+        return [(element, norm / math.sqrt(4 if (n, k) == (m, turn) else 2) * (there + back))]
+    return [(element, norm * there), (element[::-1], norm * back)]
+
+
+def _mode(n: int, k: int, rho: np.ndarray, phi: np.ndarray) -> np.ndarray:
+    turned = np.cos(k * phi) if k > 0 else -np.sin(k * phi) if k < 0 else math.sqrt(0.5)
+    return _radial(n, abs(k), rho * rho) * rho ** abs(k) * turned

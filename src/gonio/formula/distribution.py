@@ -1,0 +1,49 @@
+"""What a distribution of facet normals is: D, Lambda, sampling. Each is a file of distributions/.
+
+Every model with facets is D F G / (4 cos cos): F of fresnel/, G of maskings/. `alpha` is the slope scale.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from ..arrays import ops
+from .direction import Direction, normalize
+from .parametrised import Parametrised
+
+ALPHA_LOW, ALPHA_HIGH = 1e-3, 1.0
+
+
+class Distribution(Parametrised):
+    """Base of the distributions of facet normals, normalised to one: integral of D(wm) cos(theta_m) dwm = 1."""
+
+    def D(self, wm: Direction) -> Any:
+        """Area of facets per solid angle of their normals and per area of the surface [1/sr]."""
+        raise NotImplementedError
+
+    def Lambda(self, w: Direction) -> Any:
+        """Smith's auxiliary function of this distribution: G1 = 1/(1 + Lambda)."""
+        raise NotImplementedError
+
+    def warp_normal(self, wo: Direction, u0: Any, u1: Any) -> Direction:
+        """A facet normal for two uniform numbers; its density is `normal_density`."""
+        raise NotImplementedError
+
+    def normal_density(self, wo: Direction, wm: Direction, cos_d: Any) -> Any:
+        """Density [1/sr] of `warp_normal`: of the normals visible from wo, D_v = G1 D cos_d/cos(theta_o).
+
+        `cos_d`: wo . wm, as `half_and_cosine` has it.
+        """
+        return self.D(wm) * cos_d / ((1.0 + self.Lambda(wo)) * wo.z)
+
+
+def stretched(w: Direction, ax: Any, ay: Any) -> Direction:
+    """w as seen by a surface of slope scale 1: slopes along x divided by ax, along y by ay."""
+    return Direction(ax * w.x, ay * w.y, w.z)
+
+
+def from_slopes(r: Any, u: Any, ax: Any = 1.0, ay: Any = 1.0) -> Direction:
+    """The normal of a facet whose slope is r, in units of ax and ay, in the direction 2 pi u."""
+    phi = 2.0 * math.pi * u
+    return normalize(Direction(ax * r * ops.cos(phi), ay * r * ops.sin(phi), 1.0 + 0.0 * r))

@@ -1,0 +1,17 @@
+"""Fresnel reflectance of a smooth interface, exact for dielectrics and conductors, unpolarised.
+
+A Fresnel term is a small value with `F(cos_theta)`; wherever one is expected a plain number means `Constant`.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from ...arrays import ops
+from .constant import Constant
+
+
+def as_fresnel(value: Any) -> Any:
+    """A number (or array of numbers) as a `Constant` reflectance; anything else as it is."""
+    numeric = isinstance(value, (int, float, list, tuple)) or ops.library_of_type(type(value)) is not None
+    return Constant(value) if numeric else value

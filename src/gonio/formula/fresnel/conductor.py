@@ -1,0 +1,55 @@
+"""Fresnel reflectance of a metal, exact and unpolarised."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from ...arrays import ops
+from ..fields import param
+from ..fresnel_term import Fresnel
+
+
+def fresnel_conductor(cos_theta: Any, eta: Any, k: Any) -> Any:
+    """Unpolarised reflectance of a conductor of complex index eta + i k, seen from vacuum.
+
+    With a + i b = sqrt((eta + i k)^2 - sin^2):
+    R_s = ((a - c)^2 + b^2) / ((a + c)^2 + b^2),
+    R_p = R_s ((a - s t)^2 + b^2) / ((a + s t)^2 + b^2),  s t = sin^2/cos.
+
+    Shapes   any that broadcast.
+    Units    1. `cos_theta` in [0, 1].
+    Error    rounding (absolute): below 5e-7 in float32, 2e-14 in float64; for eta < 1 and k < 0.1, beside the
+             critical angle, up to 4e-4 in float32.
+    Source   Born & Wolf, Principles of Optics, 7th ed., section 14.2.
+    """
+    c2 = cos_theta * cos_theta
+    s2 = 1.0 - c2
+    difference = ops.where(c2 > 0.5, eta * eta - s2, (eta - 1.0) * (eta + 1.0) + c2)  # eta^2 - s2, no cancellation
+    real, imag = difference - k * k, 2.0 * eta * k
+    modulus = ops.sqrt(real * real + imag * imag + 1e-36)  # a^2 + b^2
+    # The larger of a and b comes from a sum, the other from a b = eta k: no cancellation.
+    larger = ops.sqrt(0.5 * (modulus + ops.absolute(real)) + 1e-30)
+    smaller = eta * k / larger
+    a, b = ops.where(real >= 0.0, larger, smaller), ops.where(real >= 0.0, smaller, larger)
+    b2 = b * b
+    s, s_all = ops.square(a - cos_theta) + b2, ops.square(a + cos_theta) + b2  # R_s = s / s_all
+    # R_p/R_s = p / p_all, multiplied through by cos^2 so that grazing stays finite.
+    ac, b2 = a * cos_theta, b2 * c2
+    p, p_all = ops.square(ac - s2) + b2, ops.square(ac + s2) + b2
+    return 0.5 * s * (p_all + p) / (s_all * p_all)
+
+
+class Conductor(Fresnel):
+    """Exact Fresnel reflectance of a metal in vacuum, `fresnel_conductor`.
+
+    Shapes   eta, k: numbers or (..., C).
+    Units    1.
+    Error    rounding, see `fresnel_conductor`.
+    Source   Born & Wolf, section 14.2.
+    """
+
+    eta = param(0.2, 0.01, 20.0, "real part of the refractive index")
+    k = param(3.9, 0.0, 50.0, "imaginary part of the refractive index (extinction)")
+
+    def F(self, cos_theta: Any) -> Any:
+        return fresnel_conductor(cos_theta, self.eta, self.k)

@@ -1,0 +1,15 @@
+"""What a Fresnel term is: how much a mirror facet reflects."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from .parametrised import Parametrised
+
+
+class Fresnel(Parametrised):
+    """Base of the Fresnel terms: how much a mirror facet reflects."""
+
+    def F(self, cos_theta: Any) -> Any:
+        """Reflectance [1] at the cosine of the angle between direction and facet normal."""
+        raise NotImplementedError

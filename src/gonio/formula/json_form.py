@@ -1,0 +1,61 @@
+"""Values made of declared parameters as JSON data, read back: `Parametrised.to_json` writes it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ..bounds import CHANNELS, EVALUATIONS, NESTED
+from ..errors import NotFoundError, ParameterError
+from .fields import CLASSES, Param, shown
+from .parametrised import Parametrised, _is_named, _unknown
+
+
+def names() -> dict[str, type[Parametrised]]:
+    """The classes that a text may name: those that stand for something, not the bases, tables and files."""
+    return {name: kind for name, kind in CLASSES.items() if _is_named(kind)}
+
+
+def from_json(data: Any, files: bool = False) -> Any:
+    """The value that `to_json` described.
+
+    `files`: whether the paths of pictures in it are opened. Raises NotFoundError for an unknown type or parameter,
+    ParameterError for what is too deep, too large or out of bounds.
+    """
+    return _of_json(data, files, 1)
+
+
+def _of_json(data: Any, files: bool, depth: int) -> Any:
+    if isinstance(data, dict):
+        return _of_object(data, files, depth)
+    if isinstance(data, list) and any(isinstance(x, dict) for x in data):
+        return [_of_json(x, files, depth) for x in data]
+    return data
+
+
+def _of_object(data: dict[str, Any], files: bool, depth: int) -> Any:
+    name = data.get("type")
+    if depth > NESTED:
+        raise ParameterError(f"objects nested more than {NESTED} deep; write factors as one, a sum of sums as one sum")
+    kind = CLASSES.get(name) if isinstance(name, str) else None
+    if kind is None or not _is_named(kind):
+        raise NotFoundError(_unknown("material file", name, list(names()), what="type"))
+    if isinstance(terms := data.get("terms"), list) and len(terms) > EVALUATIONS:
+        raise ParameterError(f"{name}: a sum of {len(terms)} terms, expected at most {EVALUATIONS}; write fewer")
+    rest = {k: _of_json(v, files, depth + 1) for k, v in data.items() if k != "type"}
+    if not files and (paths := kind.files_among([], rest)):
+        raise ParameterError(
+            f"{name}: names the file {shown(paths[0])}, and a text opens no others; expected the pixels themselves"
+        )
+    terms = rest.pop("terms", ()) if "terms" not in kind.fields else ()
+    if not isinstance(terms, list | tuple):
+        raise ParameterError(f"{name}: terms={shown(terms)}: expected a list of objects")
+    try:
+        made = kind(*terms, **rest)
+    except TypeError as error:  # of constructors that take no fields
+        raise ParameterError(f"{name}: {error}") from None
+    width = max((np.shape(v)[-1] for _, field, v in made._free() if isinstance(field, Param) and np.ndim(v)), default=0)
+    if width > CHANNELS:
+        raise ParameterError(f"{name}: a parameter with {width} channels, expected at most {CHANNELS} in a text")
+    return made

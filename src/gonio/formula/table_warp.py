@@ -1,0 +1,211 @@
+"""Tables over the unit square that depend on parameters, and the warp that has such a table as its density.
+
+A table is bilinear over the square and linear in its parameters. The warp maps a uniform point (sx, sy) to
+(x, y): first y by the marginal density of the rows, then x by the density along the row; its inverse is the
+pair of distribution functions. Interpolating normalised tables interpolates these functions, so the warp is
+exact between the parameters' nodes too.
+Source: Dupuy & Jakob 2018, "An adaptive parameterization for efficient material acquisition and rendering",
+ACM TOG 37(6):274; the inversion of the piecewise linear densities is derived here.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import partial
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..arrays import Fixed, ops
+
+Slices = Sequence[tuple[Any, Any]]
+"""Which tables are interpolated: pairs of their number and their weight."""
+
+FEW = 16  # nodes up to which each is compared: quicker than to look them up
+
+ONE: Slices = ((0, 1.0),)
+"""The only table of a set of one."""
+
+
+def bracket(nodes: Any, count: int, x: Any) -> Slices:
+    """The two of `count` increasing nodes that x lies between, with linear weights; held constant outside."""
+    if count == 1:
+        return ONE
+    if count <= FEW:
+        i, low, high = ops.to_index(0.0 * x), ops.take(nodes, 0), ops.take(nodes, 1)
+        for k in range(1, count - 1):
+            node = ops.take(nodes, k)
+            passed = node < x
+            i, low = ops.where(passed, k, i), ops.where(passed, node, low)
+            high = ops.where(passed, ops.take(nodes, k + 1), high)
+    else:
+        i, _ = _last(count - 1, lambda k: ops.take(nodes, k) < x, x)
+        low, high = ops.take(nodes, i), ops.take(nodes, i + 1)
+    w = ops.clip((x - low) / (high - low), 0.0, 1.0)
+    return ((i, 1.0 - w), (i + 1, w))
+
+
+def both(outer: Slices, inner: Slices, count: int) -> Slices:
+    """Slices of a set with two parameters, of which the inner one has `count` nodes."""
+    return tuple((i * count + j, v * w) for i, v in outer for j, w in inner)
+
+
+def gather(table: Any, at: Slices, size: int, index: Any) -> Any:
+    """Entry `index` of the interpolated table; `size` entries make one table."""
+    return _weighted(table, [(number * size, weight) for number, weight in at], index)
+
+
+def _weighted(table: Any, starts: Slices, index: Any) -> Any:
+    total: Any = None
+    for start, weight in starts:
+        term = weight * ops.take(table, start + index)
+        total = term if total is None else total + term
+    return total
+
+
+def bilinear(table: Any, at: Slices, shape: tuple[int, int], x: Any, y: Any, plane: Any = 0, planes: int = 1) -> Any:
+    """Value at (x, y) in [0, 1]^2 of a table with entries from 0 to 1; x runs along a row.
+
+    `shape`: (rows, columns). Each slice may hold several `planes`, of which `plane` is looked up.
+    """
+    rows, columns = shape
+    (row, v), (column, u) = _cell(y, rows), _cell(x, columns)
+    first = plane * (rows * columns) + (row * columns + column)
+    v00, v01, v10, v11 = (
+        gather(table, at, planes * rows * columns, first + step) for step in (0, 1, columns, columns + 1)
+    )
+    return _lerp(_lerp(v00, v01, u), _lerp(v10, v11, u), v)
+
+
+class MarginalWarp(NamedTuple):
+    """The warp with its three flat tables, as `tables` makes them.
+
+    Shapes   x, y, sx, sy: any batch, values in [0, 1]; density per unit of the square's area, 1 on average.
+    Error    rounding; where a whole row of the table is 0 the inverse puts sx = 0.
+    """
+
+    density: Any
+    conditional: Any
+    marginal: Any
+    shape: tuple[int, int]
+    number: int  # of tables in the set
+
+    def eval(self, at: Slices, x: Any, y: Any) -> Any:
+        """Density at (x, y)."""
+        return bilinear(self.density, at, self.shape, x, y)
+
+    def invert(self, at: Slices, x: Any, y: Any) -> tuple[Any, Any, Any]:
+        """(sx, sy) that `sample` maps to (x, y), and the density there: the Jacobian of this inverse."""
+        rows, columns = self.shape
+        size = rows * columns
+        (row, v), (column, u) = _cell(y, rows), _cell(x, columns)
+        first = row * columns + column
+        v00, v01, v10, v11 = (gather(self.density, at, size, first + k) for k in (0, 1, columns, columns + 1))
+        left, right = _lerp(v00, v10, v), _lerp(v01, v11, v)
+        below, above = (gather(self.conditional, at, size, column * rows + row + k) for k in (0, 1))
+        before = _lerp(below, above, v)
+        low, high = self._row_totals(at, row)
+        total = _lerp(low, high, v)
+        empty = total <= 0.0
+        along = before + _segment(u, left, right) * (1.0 / (columns - 1))
+        sx = ops.where(empty, 0.0, along / ops.where(empty, 1.0, total))
+        sy = gather(self.marginal, at, 1, row * self.number) + _segment(v, low, high) * (1.0 / (rows - 1))
+        return sx, sy, _lerp(left, right, u)
+
+    def sample(self, at: Slices, sx: Any, sy: Any) -> tuple[Any, Any]:
+        """(x, y) for two uniform numbers."""
+        rows, columns = self.shape
+        size = rows * columns
+        # What the searches look up at every step is prepared outside them: they take most of the time.
+        row, row_start = _last(rows - 1, lambda k: _weighted(self.marginal, at, k * self.number) < sy, sy)
+        low, high = self._row_totals(at, row)
+        v = _invert_segment((sy - _weighted(self.marginal, at, row * self.number)) * (rows - 1.0), low, high)
+        edges = ((0, 1.0 - v), (1, v))
+        starts_x = [(number * size + row + k, w * weight) for number, weight in at for k, w in edges]
+        wanted = sx * _lerp(low, high, v)
+
+        def reached(k: Any) -> Any:
+            return _weighted(self.conditional, starts_x, k * rows)
+
+        column, column_start = _last(columns - 1, lambda k: reached(k) < wanted, wanted)
+        first = row * columns + column
+        cells = [(number * size + first + k * columns, w * weight) for number, weight in at for k, w in edges]
+        left, right = (_weighted(self.density, cells, k) for k in (0, 1))
+        before = reached(column)
+        u = _invert_segment((wanted - before) * (columns - 1.0), left, right)
+        return (column_start + u) * (1.0 / (columns - 1)), (row_start + v) * (1.0 / (rows - 1))
+
+    def _row_totals(self, at: Slices, row: Any) -> tuple[Any, Any]:
+        rows, columns = self.shape
+        end = (columns - 1) * rows
+        low, high = (gather(self.conditional, at, rows * columns, end + row + k) for k in (0, 1))
+        return low, high
+
+
+def tables(values: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Density, conditional and marginal distribution functions, and integrals of tables (..., rows, columns).
+
+    What is looked up together lies together: the conditional ones are (..., columns, rows), and the marginal ones
+    (rows, ...), for a row and the next, and a table and the next.
+    The distribution functions start with 0, so that a lookup needs no special case. `values` are not negative and
+    every table has a positive integral; computed in float64.
+    """
+    values = np.asarray(values, dtype=np.float64)
+    rows, columns = values.shape[-2:]
+    conditional = np.zeros(values.shape)
+    np.cumsum((values[..., :-1] + values[..., 1:]) * (0.5 / (columns - 1)), axis=-1, out=conditional[..., 1:])
+    totals = conditional[..., -1]
+    marginal = np.zeros(totals.shape)
+    np.cumsum((totals[..., :-1] + totals[..., 1:]) * (0.5 / (rows - 1)), axis=-1, out=marginal[..., 1:])
+    integral = marginal[..., -1].copy()
+    scale = integral[..., None, None]
+    conditional = np.ascontiguousarray((conditional / scale).swapaxes(-2, -1))
+    marginal = np.moveaxis(marginal / integral[..., None], -1, 0).copy()
+    return values / scale, conditional, marginal, integral
+
+
+def tables_when_needed(names: Sequence[str], make: Callable[[], np.ndarray]) -> dict[str, Fixed]:
+    """`tables` of the values that a function makes, by name and flat; it is called when the first is looked up."""
+    made: list[np.ndarray] = []
+
+    def part(k: int) -> np.ndarray:
+        if not made:
+            made.extend(t.reshape(-1) for t in tables(make()))
+        return made[k]
+
+    return {name: Fixed(partial(part, k)) for k, name in enumerate(names)}
+
+
+def _last(count: int, below: Callable[[Any], Any], like: Any) -> tuple[Any, Any]:
+    """The last k < count for which the monotone `below(k)` holds, or 0; as a whole number and a real one."""
+    real = 0.0 * like
+    k = ops.to_index(real)
+    step = 1 << (max(count - 1, 1).bit_length() - 1)
+    while step:
+        k_next, real_next = ops.minimum(k + step, count - 1), ops.minimum(real + step, count - 1.0)
+        found = below(k_next)
+        k, real = ops.where(found, k_next, k), ops.where(found, real_next, real)
+        step >>= 1
+    return k, real
+
+
+def _cell(x: Any, count: int) -> tuple[Any, Any]:
+    """Which of the count - 1 cells of [0, 1] x lies in, and where in it."""
+    position = ops.clip(x, 0.0, 1.0) * (count - 1.0)
+    start = ops.minimum(ops.floor(position), count - 2.0)
+    return ops.to_index(start), position - start
+
+
+def _lerp(a: Any, b: Any, t: Any) -> Any:
+    return a + t * (b - a)
+
+
+def _segment(t: Any, a: Any, b: Any) -> Any:
+    """Integral from 0 to t of the linear function with values a at 0 and b at 1."""
+    return t * (a + 0.5 * t * (b - a))
+
+
+def _invert_segment(area: Any, a: Any, b: Any) -> Any:
+    """t in [0, 1] for which `_segment(t, a, b)` is `area`: the root in the form without cancellation."""
+    divisor = a + ops.sqrt(ops.maximum(a * a + 2.0 * area * (b - a), 1e-30))
+    return ops.clip(2.0 * area / divisor, 0.0, 1.0)

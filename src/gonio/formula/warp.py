@@ -1,0 +1,49 @@
+"""Maps from the unit square to directions, with their densities per solid angle."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from ..arrays import ops
+from .direction import Direction, frame
+
+
+def cosine_hemisphere(u0: Any, u1: Any) -> Direction:
+    """Direction with density cos(theta)/pi: a uniform point of the disc (radius sqrt(u1), azimuth 2 pi u0), lifted."""
+    phi, r = 2.0 * math.pi * u0, ops.sqrt(u1)
+    return Direction(r * ops.cos(phi), r * ops.sin(phi), ops.sqrt(ops.maximum(1.0 - u1, 0.0)))
+
+
+def cosine_hemisphere_density(w: Direction) -> Any:
+    """cos(theta) / pi [1/sr]."""
+    return w.z * (1.0 / math.pi)
+
+
+def power_cosine(n: Any, u0: Any, u1: Any) -> Direction:
+    """Direction with density (n + 1)/(2 pi) cos(theta)^n."""
+    phi = 2.0 * math.pi * u0
+    cos_theta = ops.power(ops.maximum(1.0 - u1, 1e-30), 1.0 / (n + 1.0))
+    sin_theta = ops.sqrt(ops.maximum(1.0 - cos_theta * cos_theta, 0.0))
+    return Direction(sin_theta * ops.cos(phi), sin_theta * ops.sin(phi), cos_theta)
+
+
+def power_cosine_density(n: Any, cos_theta: Any) -> Any:
+    """(n + 1)/(2 pi) cos(theta)^n [1/sr]; 0 where the cosine is negative."""
+    return (n + 1.0) * (0.5 / math.pi) * power_positive(cos_theta, n)
+
+
+def power_positive(x: Any, n: Any) -> Any:
+    """max(x, 0)^n with finite derivatives where x <= 0."""
+    up = x > 1e-30
+    return ops.where(up, ops.power(ops.where(up, x, 1.0), n), 0.0 * n)
+
+
+def around(axis: Direction, w: Direction) -> Direction:
+    """w, given in a frame whose z is `axis` (a unit vector above the horizon), in the frame of `axis`."""
+    t, b = frame(axis)
+    return Direction(
+        w.x * t.x + w.y * b.x + w.z * axis.x,
+        w.x * t.y + w.y * b.y + w.z * axis.y,
+        w.x * t.z + w.y * b.z + w.z * axis.z,
+    )

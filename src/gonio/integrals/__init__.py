@@ -1,0 +1,1 @@
+"""Integrals over directions: albedo, the nine reflectances, the reflection equation."""

@@ -1,0 +1,283 @@
+"""Integrals over the unit square by adaptive subdivision, many at once."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+
+ORDER = 8
+"""Nodes along each side of a cell."""
+
+PANEL, CORNER, SIDE = slice(0, 2), slice(2, 4), slice(4, 6)
+"""What a cell (6,) holds: start and length of its panel on the first axis, and its place in that panel."""
+
+SUMS = 5
+"""Weighted sums over the nodes of a cell: the integral, and what tells its error along either axis."""
+
+STAGES = ((1024, 1024), (16, 1 << 16))
+"""How many integrals are worked on together, and how many cells each may have; what is left goes to the next."""
+
+SAFETY = 1.25
+"""What the size of a cell's highest coefficients is multiplied by to cover the error where a kink crosses the cell."""
+
+SMALLEST, NARROWEST = 2.0**-40, 2.0**-22
+"""Side of the smallest cells, and of the smallest that are made near seeds."""
+
+
+def _rule() -> np.ndarray:
+    """Nodes and weights (ORDER^2, 2 + SUMS) of a Gauss–Lobatto product on the unit square.
+
+    The further weights give the coefficients of the two highest Legendre polynomials that the nodes can tell apart.
+    Nodes on the edges matter: a jump between an edge and the first node inside would be seen from neither side.
+    """
+    legendre = np.polynomial.legendre
+    highest = np.eye(ORDER)[ORDER - 1]
+    inner = np.sort(legendre.legroots(legendre.legder(highest)).real)
+    x = np.concatenate([[-1.0], inner, [1.0]])
+    w = 1.0 / (ORDER * (ORDER - 1) * legendre.legval(x, highest) ** 2)
+    odd, even = (w * np.sqrt(2 * k + 1) * legendre.legval(x, np.eye(ORDER)[k]) for k in (ORDER - 2, ORDER - 1))
+    sums = [np.outer(w, w), np.outer(odd, w), np.outer(even, w), np.outer(w, odd), np.outer(w, even)]
+    t = 0.5 * (x + 1.0)
+    columns = [*np.broadcast_arrays(t[:, None], t[None, :]), *sums]
+    return np.asfortranarray(np.stack([c.reshape(-1) for c in columns], axis=-1))
+
+
+NODES = _rule()
+NODES.flags.writeable = False
+
+
+def place(cell: Any, node: Any) -> tuple[tuple[Any, Any], Any]:
+    """The point of the unit square at a node of a cell, and the area per area of the node's square.
+
+    Of numbers, arrays or symbols. Cells lie on a square whose sides are stretched by 10 t^3 - 15 t^4 + 6 t^5, which
+    makes the ends wide: there the tails of lobes are, and roots and powers in the maps from the square to directions.
+    """
+    t, u, area = node[0], node[1], cell[4] * cell[5]
+    t, u = cell[2] + cell[4] * t, cell[3] + cell[5] * u
+    for x in (t, u):
+        area = area * (30.0 * x * x * (1.0 - x) * (1.0 - x))
+    t, u = (1e-15 + (1.0 - 2e-15) * (x * x * x * (10.0 - x * (15.0 - 6.0 * x))) for x in (t, u))
+    return (cell[0] + cell[1] * t, u), area * cell[1]
+
+
+class Found(NamedTuple):
+    """Integrals (n, C), estimates of their errors (n,), and of what share of the square the integrand was missing."""
+
+    value: np.ndarray
+    error: np.ndarray
+    missing: np.ndarray
+
+
+class Sums(NamedTuple):
+    """What cells are summed up to: (k, SUMS, C); what the integrand is uncertain by, and where missing (k,)."""
+
+    totals: np.ndarray
+    error: np.ndarray | float
+    missing: np.ndarray | float
+
+
+Evaluate = Callable[[np.ndarray, np.ndarray], Sums]
+"""The sums for integrals number (k,), over cells (k, 6)."""
+
+
+def weighed(values: np.ndarray) -> np.ndarray:
+    """Sums (k, SUMS, C) of values (k, nodes, C) times their areas."""
+    return np.einsum("qs,kqc->ksc", NODES[:, 2:], values)
+
+
+def cubature(
+    evaluate: Evaluate,
+    count: int,
+    tolerance: Any,
+    unit: Any = 1.0,
+    seam: float = 0.0,
+    seeds: np.ndarray | None = None,
+    side: int | None = None,
+) -> Found:
+    """`count` integrals over the unit square, each to an error of `tolerance` times the larger of `unit` and its value.
+
+    Cells are halved along the axes that their errors come from, those of the largest errors first, until all errors
+    together are small enough. The error of a cell is the size of the highest coefficients of the integrand by Legendre
+    polynomials, times `SAFETY`, or a quarter of what its division changed, if that is more; all first cells are divided
+    once.
+
+    `tolerance`, `unit`: numbers or (count,). `seam`: where the integrand jumps along the first axis, or 0. `seeds`
+    (count, K, 4): points near which cells are made as narrow as the two lengths that come with them before anything is
+    evaluated, because the integrand may have a peak there. `side`: how many first cells lie side by side; more of them
+    find smaller things. Without it, as the smallest tolerance needs.
+
+    Error    the estimate (of many cells: twice the root of the sum of their squared errors) is typically 10 times the
+             error; of 2580 albedos to 1e-3 and 1e-4, four exceeded it, none the tolerance. What differs from a smooth
+             integrand in less than `tolerance` of the square may be missed, and a kink along the diagonals of cells
+             exceeds the estimate by 1.6.
+    Source   Gander & Gautschi 2000, BIT 40:84, for Lobatto's rule; Berntsen & Espelid 1991, ACM TOMS 17:233, for error
+             estimates by rules that are zero for polynomials; the rest is derived here.
+    """
+    tolerance, unit = (np.broadcast_to(np.asarray(x, dtype=float), count) for x in (tolerance, unit))
+    side = side or _first_side(tolerance.min(initial=1.0))
+    todo = np.arange(count)
+    parts: list[tuple[np.ndarray, Found]] = []
+    for block, cells in STAGES:
+        unfinished = []
+        for start in range(0, len(todo), block):
+            rows = todo[start : start + block]
+            found, done = _refined(evaluate, rows, tolerance[rows], unit[rows], seam, seeds, side, cells)
+            if block == STAGES[-1][0]:
+                done[:] = True
+            parts.append((rows[done], Found(*(x[done] for x in found))))
+            unfinished.append(rows[~done])
+        todo = np.concatenate([todo[:0], *unfinished])
+        if len(todo) == 0:
+            break
+    order = np.argsort(np.concatenate([np.zeros(0, int), *(rows for rows, _ in parts)]))
+    if len(order) == 0:
+        return Found(np.zeros((0, 1)), np.zeros(0), np.zeros(0))
+    return Found(*(np.concatenate(x)[order] for x in zip(*(found for _, found in parts), strict=True)))
+
+
+class _Cells(NamedTuple):
+    """Cells: the number of the integral that each belongs to, where it is, and what was found in it."""
+
+    row: np.ndarray
+    cell: np.ndarray
+    value: np.ndarray
+    error: np.ndarray
+    along: np.ndarray  # by which axes it is to be halved: 1, 2, or 3 for both
+    missing: np.ndarray
+    inherent: np.ndarray
+
+    def at(self, index: np.ndarray) -> _Cells:
+        return _Cells(*(x[index] for x in self))
+
+
+def _refined(
+    evaluate: Evaluate,
+    rows: np.ndarray,
+    tolerance: np.ndarray,
+    unit: np.ndarray,
+    seam: float,
+    seeds: np.ndarray | None,
+    side: int,
+    most: int,
+) -> tuple[Found, np.ndarray]:
+    """The integrals number `rows`, with at most `most` cells each, and which of them are exact enough."""
+    n = len(rows)
+    row, cell = _first_cells(n, side, seam, None if seeds is None else seeds[rows])
+    live = _evaluated(evaluate, rows, row, cell, None, None)._replace(along=np.full(len(row), 3))
+    settled: list[_Cells] = []
+    divide = np.arange(len(row))
+    while True:
+        parents = live.at(divide)
+        kept = np.ones(len(live.row), bool)
+        kept[divide] = False
+        row, cell, family = _halved(parents.row, parents.cell, parents.along)
+        new = _evaluated(evaluate, rows, row, cell, family, parents)
+        live = _Cells(*(np.concatenate([a[kept], b]) for a, b in zip(live, new, strict=True)))
+        error = _together(live.row, live.error, n)
+        goal = tolerance * np.maximum(unit, np.abs(_totals(live.row, live.value, n)).max(axis=-1))
+        size = np.bincount(live.row, minlength=n)
+        open_row = (error > goal) & (size < most)
+        if not open_row.all():
+            out = ~open_row[live.row]
+            settled.append(live.at(out))
+            live = live.at(~out)
+        # Of a row's cells, those with the smallest errors stay that together have less than the error allowed.
+        order = np.lexsort((live.error, live.row))
+        row, squared = live.row[order], np.square(live.error[order] / goal[live.row[order]])
+        up_to = np.cumsum(squared)
+        first = np.searchsorted(row, row)
+        up_to -= up_to[first] - squared[first]
+        divide = order[(up_to > 0.125) & (live.cell[order][:, SIDE].max(axis=-1) > SMALLEST)]
+        stuck = np.ones(n, bool)
+        stuck[live.row[divide]] = False
+        if stuck[live.row].any():
+            settled.append(live.at(stuck[live.row]))
+            number = np.cumsum(~stuck[live.row]) - 1
+            divide, live = number[divide], live.at(~stuck[live.row])
+        if len(divide) == 0:
+            break
+    every = _Cells(*(np.concatenate(x) for x in zip(*settled, strict=True)))
+    value = _totals(every.row, every.value, n)
+    error = _together(every.row, every.error, n)
+    done = ~(error > tolerance * np.maximum(unit, np.abs(value).max(axis=-1)))
+    error = error + np.bincount(every.row, every.inherent, n)
+    return Found(value, error, np.bincount(every.row, every.missing, n)), done
+
+
+def _together(row: np.ndarray, error: np.ndarray, n: int) -> np.ndarray:
+    """The errors of the rows' sums: those of many cells are of either sign and of different size."""
+    return np.minimum(np.bincount(row, error, n), 2.0 * np.sqrt(np.bincount(row, error * error, n)))
+
+
+def _totals(row: np.ndarray, value: np.ndarray, n: int) -> np.ndarray:
+    return np.stack([np.bincount(row, value[:, c], n) for c in range(value.shape[1])], axis=-1)
+
+
+def _first_side(tolerance: float) -> int:
+    """How many first cells lie side by side: the smaller the tolerance, the smaller are the parts that matter."""
+    return int(np.clip(np.ceil(-np.log10(max(tolerance, 1e-9)) - 1.01), 2, 6))
+
+
+def _first_cells(n: int, side: int, seam: float, seeds: np.ndarray | None) -> tuple[np.ndarray, np.ndarray]:
+    panels = [(0.0, seam), (seam, 1.0 - seam)] if 0.0 < seam < 1.0 else [(0.0, 1.0)]
+    steps = np.arange(side) / side
+    first = [(*panel, x, y, 1.0 / side, 1.0 / side) for panel in panels for x in steps for y in steps]
+    row, cell = np.repeat(np.arange(n), len(first)), np.tile(np.array(first), (n, 1))
+    if seeds is None:
+        return row, cell
+    done: list[tuple[np.ndarray, np.ndarray]] = []
+    while len(row):
+        low, _ = place(cell.T, (0.0, 0.0))
+        high, _ = place(cell.T, (1.0, 1.0))
+        width, height = high[0] - low[0], high[1] - low[1]
+        along = np.zeros(len(row), int)
+        for k in range(seeds.shape[1]):
+            x, y, widest, highest = seeds[row, k].T
+            dx, dy = np.abs(x - low[0] - 0.5 * width), np.abs(y - low[1] - 0.5 * height)
+            close = (dx <= 1.2 * width) & (np.minimum(dy, 1.0 - dy) <= 1.2 * height)  # also beside the cell
+            along |= close * ((width > widest) + 2 * (height > highest))
+        along &= (cell[:, 4] > NARROWEST) + 2 * (cell[:, 5] > NARROWEST)
+        near = along > 0
+        done.append((row[~near], cell[~near]))
+        row, cell, _ = _halved(row[near], cell[near], along[near])
+    row, cell = (np.concatenate(x) for x in zip(*done, strict=True))
+    return row, cell
+
+
+def _halved(row: np.ndarray, cell: np.ndarray, along: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """The parts of cells: their rows, where they are, and which of the cells each is a part of."""
+    rows, cells, families = [], [], []
+    first, second = (along & 1) > 0, (along & 2) > 0
+    side = cell[:, SIDE] * np.where(np.stack([first, second], axis=-1), 0.5, 1.0)
+    for i, j in ((0, 0), (0, 1), (1, 0), (1, 1)):
+        used = np.flatnonzero((first | (i == 0)) & (second | (j == 0)))
+        part = cell[used].copy()
+        part[:, CORNER] += side[used] * (i, j)
+        part[:, SIDE] = side[used]
+        rows.append(row[used])
+        cells.append(part)
+        families.append(used)
+    return np.concatenate(rows), np.concatenate(cells), np.concatenate(families)
+
+
+def _evaluated(
+    evaluate: Evaluate,
+    rows: np.ndarray,
+    row: np.ndarray,
+    cell: np.ndarray,
+    family: np.ndarray | None,
+    parents: _Cells | None,
+) -> _Cells:
+    totals, inherent, missing = evaluate(rows[row], cell)
+    value = totals[:, 0]
+    across, along = (np.hypot(totals[:, k], totals[:, k + 1]).max(axis=-1) for k in (1, 3))
+    error = SAFETY * (across + along)
+    axes = np.where(across > 8.0 * along, 1, np.where(along > 8.0 * across, 2, 3))
+    if family is not None and parents is not None:
+        n = len(parents.row)
+        change = np.abs(_totals(family, value, n) - parents.value).max(axis=-1)
+        error = np.maximum(error, (0.25 * change / np.bincount(family, minlength=n))[family])
+    inherent, missing = (np.broadcast_to(x, error.shape) for x in (inherent, missing))
+    return _Cells(row, cell, value, error, axes, missing, inherent)

@@ -1,0 +1,1 @@
+"""Pictures: arrays of pixels, their files, and colour."""

@@ -1,0 +1,99 @@
+"""What becomes of a material's formula: its graph to read, and the code that is made of it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..base import kernels
+from ..base.reflectance import Reflectance
+from ..compile import store
+from ..compile.llvm.program import EACH, PACKED, SAME, Array, Output, Program
+from ..errors import NotFoundError
+from ..evaluate import tracing
+from ..trace.show import show
+
+_KERNELS: dict[str, tuple[Callable, tuple[tuple[str, str], ...], tuple[str, ...]]] = {
+    "f": (kernels.value, (("value", "f"),), ("wi", "wo")),
+    "pdf": (kernels.pdf, (("scalar", "pdf"),), ("wi", "wo")),
+    "sample": (
+        kernels.sample,
+        (("vector", "wi"), ("value", "weight"), ("scalar", "pdf"), ("scalar", "delta")),
+        ("wo", "u"),
+    ),
+}
+"""Method -> its kernel, what it returns, and its inputs."""
+
+_COMPONENTS = {"wi": "xyz", "wo": "xyz", "u": "01"}
+
+
+@dataclass(frozen=True)
+class Kernel:
+    """The formula of a material as it is computed; prints as `source`.
+
+    source    assignments in the order of computation; what is used twice has a name
+    inputs    components of directions and parameters that it reads
+    program   what is handed to the compiler, for float32 batches (N, 3)
+    """
+
+    source: str
+    inputs: tuple[str, ...]
+    program: Program
+
+    @property
+    def llvm(self) -> str:
+        """The kernel in LLVM's intermediate representation, for this processor."""
+        return store.source(self.program)
+
+    @property
+    def assembly(self) -> str:
+        """The kernel in this processor's assembly language."""
+        return store.assembly(self.program)
+
+    def __str__(self) -> str:
+        return self.source
+
+
+def kernel(m: Reflectance, method: str = "f") -> Kernel:
+    """The kernel that `m.f`, `m.pdf` or `m.sample` runs on NumPy arrays.
+
+    Raises TraceError, which says why, where the formula cannot be compiled and runs on arrays instead.
+    """
+    if method not in _KERNELS:
+        raise NotFoundError(f"kernel(method={method!r}): expected one of {', '.join(map(repr, _KERNELS))}")
+    function, returned, names = _KERNELS[method]
+    kinds = tuple(kind for kind, _ in returned)
+    widths = tuple(len(_COMPONENTS[name]) for name in names)
+    leaves = list(zip(m.leaf_paths(), m.leaves(), strict=True))
+    lengths = [np.shape(v)[-1] for _, v in leaves if np.ndim(v)]
+    channels = max(lengths, default=None)
+    trace = tracing.traced(function, kinds, m, widths, channels)
+    loads = _names(names, [path or "channel" for path, _ in leaves], [np.shape(v)[-1:] for _, v in leaves])
+    outputs = {}
+    for (kind, name), nodes in zip(returned, trace.results, strict=True):
+        ends = [f".{c}" for c in "xyz"] if kind == "vector" else _entries(len(nodes) if channels else None)
+        outputs.update({name + end: node for end, node in zip(ends, nodes, strict=True)})
+    order = trace.graph.reachable(outputs.values())
+    read = tuple(loads[trace.graph.arguments[n]] for n in order if trace.graph.operations[n] == "load")
+    arrays = [Array(w, PACKED) for w in widths]
+    arrays += [Array(1 if not np.ndim(v) else np.shape(v)[-1], SAME) for _, v in leaves]
+    arrays += [Array(1, SAME)] * (len(leaves) if channels else 0)
+    tables = 1 + max((trace.graph.arguments[n][0] for n in order if trace.graph.operations[n] == "take"), default=-1)
+    text = show(trace.graph, outputs, loads, [f"table{i}" for i in range(tables)])
+    results = tuple(Output(nodes, EACH) for nodes in trace.results)
+    return Kernel(text, read, Program(trace.graph, results, tuple(arrays), tables, "float32"))
+
+
+def _names(inputs: tuple[str, ...], paths: list[str], channels: list[tuple[int, ...]]) -> dict[tuple[int, int], str]:
+    found = {(k, c): f"{name}.{x}" for k, name in enumerate(inputs) for c, x in enumerate(_COMPONENTS[name])}
+    for k, (path, shape) in enumerate(zip(paths, channels, strict=True), len(inputs)):
+        for c, end in enumerate(_entries(shape[0] if shape else None)):
+            found[k, c] = path + end
+        found[k + len(paths), 0] = f"merged({path})"
+    return found
+
+
+def _entries(count: int | None) -> list[str]:
+    return [""] if count is None else [f"[{c}]" for c in range(count)]

@@ -1,0 +1,182 @@
+"""What there is to know about a material, and about the file it was read from, as JSON data."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import warnings
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..base.angles import direction
+from ..base.measured import Measured
+from ..base.reflectance import Reflectance
+from ..catalogue import builtin
+from ..conversion.comparison import lattice_pairs
+from ..conversion.conversion import size_of
+from ..errors import MissingDataWarning
+from ..formula.fields import Option, Param, Table
+from ..integrals.albedo import albedo
+from ..tables.gridded import Gridded
+from ..tables.scattered import Scattered
+from ..uncertainty import with_uncertainty
+from ..uncertainty.table import SCALE, has_uncertainty, scale_uncertainty
+
+INCIDENCE = (0.0, 45.0, 75.0)
+"""Angles [degrees] at which `facts` gives the albedo."""
+
+EXACT = 1e-6
+"""Relative difference up to which a symmetry counts as exact."""
+
+
+def facts(text: str, m: Reflectance) -> dict[str, Any]:
+    """What there is to know about the material that `text` named, as JSON data."""
+    found: dict[str, Any] = {"material": text, "type": type(m).__name__}
+    entry = None if isinstance(m, Measured) else builtin.find(text)
+    if entry is not None:
+        found |= {"built_in": entry.kind, "description": entry.description, "source": entry.source}
+    if isinstance(m, Measured):
+        found |= _file_facts(m)
+    else:
+        found["expression"] = repr(m)
+    up = np.array([0.0, 0.0, 1.0])
+    shape = m.f(up, up).shape
+    names = m.channel_names
+    found["channels"] = shape[-1] if shape else 1
+    found["channel_names"] = list(names) if names is not None else list("RGB") if shape[-1:] == (3,) else None
+    found["has_delta"] = bool(m.has_delta)
+    found["breaks"] = m.breaches()
+    if len(shape) < 2:
+        found["albedo"] = _albedo(m)
+        if isinstance(m, Measured):
+            found["symmetry"] = _symmetry(m)
+        if isinstance(m, Gridded) and has_uncertainty(m):
+            found["uncertainty_of_albedo"] = _of_albedo(m)
+    return found | _settable_facts(m)
+
+
+def _albedo(m: Reflectance) -> dict[str, Any]:
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", MissingDataWarning)
+        rho = albedo(m, direction(np.radians(INCIDENCE), 0.0), tolerance=1e-3)
+    return {"theta_i": list(INCIDENCE), "values": rho.tolist()}
+
+
+def _of_albedo(m: Gridded) -> dict[str, Any]:
+    at = direction(np.radians(INCIDENCE), 0.0)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", MissingDataWarning)
+        return {
+            how: with_uncertainty(albedo, m, at, correlation=how, tolerance=1e-3).u.tolist()
+            for how in ("independent", "common")
+        }
+
+
+def _settable_facts(m: Reflectance) -> dict[str, Any]:
+    parameters, options = {}, {}
+    for path, declared, value in m.settable():
+        if isinstance(declared, Param) and path in m.parameters:
+            p = m.parameters[path]
+            listed = value.tolist() if isinstance(value, np.ndarray) else value
+            parameters[path] = {"value": listed, "low": p.low, "high": p.high, "unit": p.unit, "doc": p.doc}
+            if declared.alias:
+                parameters[path]["alias"] = path.removesuffix(declared.name) + declared.alias
+        elif isinstance(declared, Option):
+            choices = list(dict.fromkeys(declared.choices))
+            options[path] = {"value": value, "choices": choices, "doc": declared.doc}
+    return {"parameters": parameters, "options": options}
+
+
+def _file_facts(m: Measured) -> dict[str, Any]:
+    """What a file holds: of all numbers of its main table, those missing and those below 0, None if it keeps others."""
+    valid = m.valid
+    tables = {name: getattr(m, name) for name, field in m.fields.items() if isinstance(field, Table)}
+    fitting = {name: table for name, table in tables.items() if table.shape == valid.shape}
+    values = fitting.get("values", next(iter(fitting.values()), None))
+    known = None if values is None else values[valid]
+    return {
+        "path": m.path,
+        "bytes": size_of(Path(m.path)) if os.path.exists(m.path) else None,
+        "format": m.provenance.get("format", m.format),
+        "quantity": m.quantity,
+        "parameterisation": getattr(m, "parameterisation", None),
+        "axes": {name: _axis(nodes) for name, nodes in getattr(m, "axes", {}).items()},
+        "rows": len(m.rows) if isinstance(m, Scattered) else None,
+        "about": {name: _plain(value) for name, value in m.about.items() if name not in ("repairs", SCALE)},
+        "published_as": getattr(m, "published", None),
+        "shape": list(valid.shape),
+        "missing": float(1.0 - valid.mean()),
+        "negative": None if known is None else float((known < 0.0).mean()) if known.size else 0.0,
+        "uncertainty": None if values is None else _uncertainty(m, values),
+        "scale_uncertainty": scale_uncertainty(m) if isinstance(m, Gridded) else 0.0,
+        "repairs": [{**r.to_json(), "summary": str(r)} for r in m.repairs],
+        "provenance": m.provenance,
+    }
+
+
+def _axis(nodes: np.ndarray) -> dict[str, Any]:
+    """Number of nodes, range [degrees] and steps of an axis."""
+    degrees = np.degrees(np.asarray(nodes, dtype=float))
+    steps = np.diff(degrees)
+    even = len(steps) > 0 and bool(np.ptp(steps) <= 1e-4 * steps.mean())
+    return {
+        "nodes": len(degrees),
+        "low": float(degrees[0]),
+        "high": float(degrees[-1]),
+        "step": float(steps.mean()) if even else None,
+    }
+
+
+def _uncertainty(m: Measured, values: np.ndarray) -> dict[str, float] | None:
+    """Median and range of the standard uncertainties relative to their values; None of measurements without any."""
+    spread = getattr(m, "uncertainty", None)
+    if spread is None or np.shape(spread) != values.shape:
+        return None
+    known = np.isfinite(values) & np.isfinite(spread) & (values != 0.0)
+    if not known.any():
+        return None
+    relative = np.abs(np.asarray(spread)[known] / values[known])
+    of = {"median": np.median(relative), "low": relative.min(), "high": relative.max()}
+    unknown = np.isfinite(values) & ~np.isfinite(spread)
+    return {**{name: float(x) for name, x in of.items()}, "unknown": float(unknown.mean())}
+
+
+def _symmetry(m: Reflectance) -> dict[str, Any]:
+    """How much f changes, relative to its mean, as the sample is turned, as both directions are mirrored at the plane
+    of x and z, and as they are exchanged: median and 99th percentile; 0 where it is rounding."""
+    wi, wo = lattice_pairs(4096)
+    f = m.f(wi, wo)
+    c, s = math.cos(1.1), math.sin(1.1)
+    turn = np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
+    mirror = np.array([1.0, -1.0, 1.0])
+    others = {
+        "isotropic": m.f(wi @ turn, wo @ turn),
+        "plane-symmetric": m.f(wi * mirror, wo * mirror),
+        "reciprocal": m.f(wo, wi),
+    }
+    return {name: _change(f, other) for name, other in others.items()}
+
+
+def _change(a: np.ndarray, b: np.ndarray) -> dict[str, float] | None:
+    known = np.isfinite(a) & np.isfinite(b)
+    if not known.any():
+        return None
+    a, b = a[known], b[known]
+    size = 0.5 * (np.abs(a) + np.abs(b))
+    off = np.abs(a - b) / np.maximum(size, 1e-3 * size.mean() + 1e-30)
+    found = {"median": float(np.median(off)), "high": float(np.quantile(off, 0.99))}
+    return {name: 0.0 if value <= EXACT else value for name, value in found.items()}
+
+
+def _plain(value: Any) -> Any:
+    """Metadata as JSON data."""
+    if hasattr(value, "tolist"):
+        return value.tolist()
+    try:
+        json.dumps(value)
+    except (TypeError, ValueError):
+        return str(value)
+    return value

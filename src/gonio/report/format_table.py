@@ -1,0 +1,119 @@
+"""The file formats as a table, made from their modules: what `gonio formats` and docs/formats.md show."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from types import ModuleType
+from typing import NamedTuple
+
+from ..base.reflectance import Reflectance
+from ..formats import formats
+from ..formats._reading.reader_options import options
+
+
+class Format(NamedTuple):
+    """A file format.
+
+    own_kind       whether nothing else can be written than what was read from the format
+    sampled        whether what it is read into draws directions by its own values; None: that depends on the file
+    read_options   name -> default; None of formats that are not written in `write_options`
+    """
+
+    name: str
+    suffixes: tuple[str, ...]
+    shared_suffix: bool
+    written: bool
+    own_kind: bool
+    sampled: bool | None
+    description: str
+    oracle: str
+    read_options: dict[str, object]
+    write_options: dict[str, object] | None
+
+
+def format_table() -> list[Format]:
+    """All formats, by name."""
+    return sorted(map(_row, formats()), key=lambda row: row.name.lower())
+
+
+def _row(module: ModuleType) -> Format:
+    written = hasattr(module, "write")
+    return Format(
+        module.NAME,
+        tuple(module.SUFFIXES),
+        getattr(module, "SHARED_SUFFIX", False),
+        written,
+        written and module.write.__annotations__["m"] != "Reflectance",
+        _sampled(module),
+        module.DESCRIPTION,
+        module.ORACLE,
+        options(module.read),
+        options(module.write) if written else None,
+    )
+
+
+def _sampled(module: ModuleType) -> bool | None:
+    """By the classes that `read` says it returns."""
+    said = module.read.__annotations__.get("return", "")
+    names = said.split("|") if isinstance(said, str) else [said.__name__]
+    kinds = [getattr(module, name.strip(), Reflectance) for name in names]
+    return None if Reflectance in kinds else all(kind.warp is not Reflectance.warp for kind in kinds)
+
+
+def sampled_in_words(row: Format) -> str:
+    """What the column "sampled" says."""
+    return {True: "yes", False: "by cosine", None: "by content"}[row.sampled]
+
+
+def as_page(rows: Sequence[Format]) -> str:
+    """docs/formats.md."""
+    table = [
+        (
+            row.name,
+            " ".join(row.suffixes),
+            "yes",
+            "its own kind" if row.own_kind else "yes" if row.written else "no",
+            sampled_in_words(row),
+            row.description,
+            row.oracle,
+        )
+        for row in rows
+    ]
+    chosen = [
+        (row.name, _listed(row.read_options), _listed(row.write_options or {}))
+        for row in rows
+        if row.read_options or row.write_options
+    ]
+    header = ("format", "suffixes", "read", "written", "sampled", "what it is", "checked against")
+    return PAGE.format(formats=_table(header, table), options=_table(("format", "reading", "writing"), chosen))
+
+
+def _listed(given: dict[str, object]) -> str:
+    return ", ".join(f"`{name}={default!r}`" for name, default in given.items())
+
+
+def _table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    lines = [header, ["---"] * len(header), *([cell.replace("|", "\\|") for cell in row] for row in rows)]
+    return "\n".join(f"| {' | '.join(line)} |" for line in lines)
+
+
+PAGE = """# File formats
+
+`gn.load(path)` recognises a file by its content, whatever its name. `gn.save(m, path)` takes the format of the suffix,
+and `format=` where several formats share one. `gn.convert(m, path)` saves, reads the file again, and says what that
+changed and lost: so does `gonio convert IN OUT`. `gonio info FILE` says what a file holds.
+
+*Sampled*: whether directions are drawn by the file's own values, or by the cosine. *Checked against*: what says that
+the reader is right, beside files that gonio's tests write themselves.
+
+This page is made by `python docs/formats.py`, of what the modules in `src/gonio/measured` say.
+
+{formats}
+
+## Options
+
+Keyword arguments of `gn.load`, and of `gn.save` and `gn.convert`; of `gonio convert` as `--option NAME=VALUE`, and
+`resolution` as `--resolution N,N`.
+
+{options}
+"""

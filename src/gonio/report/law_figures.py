@@ -1,0 +1,286 @@
+"""One figure that explains the verdicts of `check`: what each law measured, beside the tolerance it is held to."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..base.angles import direction
+from ..base.reflectance import Reflectance
+from ..errors import TraceError
+from ..integrals.efficiency import VIEWS, sampling_efficiency
+from ..laws import cavity, derivatives, energy, furnace, grazing, isotropy, limit, reciprocity
+from ..laws.probes import INCIDENCE, SAMPLES, difference, is_measured, values
+from ..laws.rings import around, distance
+from ..laws.verdict import Report
+from ..numerics.lattice import lattice
+from .figures import RGB, new_figure
+
+GOOD, BAD, DECLARED, INK, GREY = "#2f8f46", "#c8362f", "#c47a00", "#1f3f77", "#8a8a8a"
+COLOURS = {"pass": GOOD, "FAIL": BAD, "breaks": DECLARED}
+LINES = ["#1f3f77", "#2f86c1", "#37b59d", "#e3a72f", "#c8362f"]
+
+
+def draw(m: Reflectance, report: Report, path: str | Path) -> None:
+    """Write the figure to a .png, .pdf or .svg file: the verdicts of `report`, and panel by panel what was measured."""
+    with np.errstate(all="ignore"), new_figure(path, (14.0, 10.8), report.material) as figure:
+        figure.get_layout_engine().set(w_pad=0.1, h_pad=0.1)
+        grid = figure.add_gridspec(3, 3)
+        _verdicts(figure.add_subplot(grid[0, 0]), report)
+        _reciprocity(figure, figure.add_subplot(grid[0, 1]), m)
+        _isotropy(figure.add_subplot(grid[0, 2], projection="polar"), m)
+        _energy(figure.add_subplot(grid[1, 0]), m)
+        _cavity(figure.add_subplot(grid[1, 1]), m)
+        _density(figure.add_subplot(grid[1, 2]), m)
+        _grazing(figure.add_subplot(grid[2, 0]), m)
+        _derivatives(figure.add_subplot(grid[2, 1]), m)
+        last = figure.add_subplot(grid[2, 2])
+        _limit(last, m) if limit.lobes(m) else _efficiency(last, m)
+
+
+def _title(axes: Any, text: str) -> None:
+    axes.set_title(text, fontsize=11)
+
+
+def _says(axes: Any, text: str) -> None:
+    axes.text(0.5, 0.5, text, ha="center", va="center", transform=axes.transAxes, color=GREY)
+
+
+def _verdicts(axes: Any, report: Report) -> None:
+    axes.set_axis_off()
+    broken = [law for law in report.laws if not law.passed]
+    _title(axes, "all laws hold" if not broken else f"{len(broken)} of {len(report.laws)} laws broken")
+    step = 1.0 / max(len(report.laws), 11)
+    for i, law in enumerate(report.laws):
+        y = 1.0 - (i + 0.5) * step
+        finding = law.finding.replace("|jacobian - difference|", "error").replace("distance from a mirror", "distance")
+        words = [
+            axes.text(-0.08, y, law.verdict, color=COLOURS[law.verdict], weight="bold", va="center"),
+            axes.text(0.1, y, law.name, va="center"),
+            axes.text(0.36, y, finding, va="center", fontsize=8.5, color="#444444"),
+        ]
+        for word in words:
+            word.set_in_layout(False)
+
+
+def _reciprocity(figure: Any, axes: Any, m: Reflectance) -> None:
+    from matplotlib.colors import LogNorm
+
+    edges = np.linspace(0.0, 90.0, 61)
+    theta = np.radians(0.5 * (edges[1:] + edges[:-1]))
+    phi = np.radians(np.arange(0.0, 360.0, 30.0)) + 0.3
+    wi = direction(theta[:, None, None], np.full((1, 1, 1), 0.3))
+    wo = direction(theta[None, :, None], phi[None, None, :])
+    wi, wo = (np.ascontiguousarray(np.broadcast_to(w, (60, 60, 12, 3))) for w in (wi, wo))
+    error = difference(values(m, wi, wo), values(m, wo, wi)).max(axis=(-2, -1))
+    shown = axes.pcolormesh(edges, edges, np.maximum(error, 1e-16).T, norm=LogNorm(1e-16, 2.0), cmap="viridis")
+    if error.max() > reciprocity.TOLERANCE:
+        middle = 0.5 * (edges[1:] + edges[:-1])
+        axes.contour(middle, middle, error.T, [reciprocity.TOLERANCE], colors=BAD, linewidths=1.2)
+    beside = axes.inset_axes((1.05, 0.0, 0.06, 1.0))
+    beside.set_in_layout(False)
+    bar = figure.colorbar(shown, cax=beside, ticks=[1e-16, 1e-12, 1e-8, 1e-4, 1.0])
+    bar.ax.axhline(reciprocity.TOLERANCE, color=BAD, lw=2.0)
+    axes.set_aspect("equal")
+    axes.grid(False)
+    axes.set_xticks(np.arange(0, 91, 30))
+    axes.set_yticks(np.arange(0, 91, 30))
+    axes.set_xlabel("θᵢ [°]")
+    axes.set_ylabel("θₒ [°]")
+    _title(axes, "reciprocity: |f − f swapped| / mean; red: tolerance")
+
+
+PLACES = ((30.0, 30.0, 180.0), (60.0, 60.0, 180.0), (60.0, 45.0, 120.0))
+"""theta_i, theta_o and phi_o - phi_i [degrees] of the pairs that are turned."""
+
+
+def _isotropy(axes: Any, m: Reflectance) -> None:
+    turn = np.linspace(0.0, 2.0 * np.pi, 361)
+    top = 1.0
+    for (ti, to, dphi), colour, width in zip(PLACES, (INK, "#37b59d", "#e3a72f"), (4.5, 2.6, 1.2), strict=True):
+        wi, wo = direction(np.radians(ti), 0.0 * turn), direction(np.radians(to), 0.0 * turn + np.radians(dphi))
+        # The pair stands still and the surface turns: one and the same pair, turned by -t.
+        pairs = [np.stack([isotropy.turned(w[k], -t) for k, t in enumerate(turn)]) for w in (wi, wo)]
+        f = values(m, *pairs).mean(axis=-1)
+        mean = float(np.nanmean(np.abs(f))) if np.isfinite(f).any() else 0.0
+        if mean > 0.0:
+            axes.plot(turn, f / mean, color=colour, lw=width, label=f"{ti:.0f}°, {to:.0f}°, {dphi:.0f}°")
+            top = max(top, float(np.nanmax(f / mean)))
+    axes.set_rlim(0.0, 1.15 * top)
+    axes.set_rlabel_position(112)
+    axes.set_thetagrids(np.arange(0, 360, 45), fontsize=8)
+    axes.set_rticks([1.0] if top < 1.5 else [1.0, top], [""] if top < 1.5 else ["", f"{top:.2g}×"], fontsize=8)
+    if axes.lines:
+        pairs_shown = {"fontsize": 8, "title": "θᵢ, θₒ, φₒ − φᵢ", "title_fontsize": 8}
+        axes.legend(**pairs_shown, loc="lower right", bbox_to_anchor=(0.0, -0.17)).set_in_layout(False)
+    else:
+        _says(axes, "f = 0 away from\nthe mirror direction")
+    _title(axes, "isotropy: f as the surface turns, over its mean")
+
+
+def _energy(axes: Any, m: Reflectance) -> None:
+    degrees = np.degrees(INCIDENCE)
+    _, a = energy.albedos(m)
+    _, L = furnace.radiance(m)
+    a, L = (np.nan_to_num(x, nan=np.inf, posinf=np.inf) for x in (a, L))
+    a, L = (x.reshape(len(degrees), -1, x.shape[-1]).max(axis=1) for x in (a, L))
+    top = min(max(1.12, 1.1 * float(max(a.max(), L.max()))), 3.0)
+    axes.axhspan(1.0, top, color=BAD, alpha=0.08, lw=0)
+    axes.axhline(1.0, color=BAD, lw=1.2)
+    colours = RGB if a.shape[-1] == 3 else [INK] * a.shape[-1]
+    for c in range(a.shape[-1]):
+        first = c == 0
+        axes.plot(degrees, a[:, c], color=colours[c], lw=1.8, label="albedo, by quadrature" if first else None)
+        axes.plot(
+            degrees, L[:, c], "o", color=colours[c], ms=5, mfc="none", label="radiance, by sampling" if first else None
+        )
+    largest = float(max(a.max(), L.max()))
+    words = f"more than arrives, up to {largest:.3g}" if largest > top else "more than arrives"
+    axes.text(1.5, 0.985 * top, words, color=BAD, fontsize=9, va="top")
+    axes.set_xlim(0, 90.5)
+    axes.set_xticks(np.arange(0, 91, 15))
+    axes.set_ylim(min(0.0, 1.1 * float(min(a.min(), L.min()))), top)
+    axes.set_xlabel("θ of the light (albedo), of the view (radiance) [°]")
+    axes.legend(fontsize=9, loc="best")
+    _title(axes, "energy and furnace: a surround of radiance 1")
+
+
+def _cavity(axes: Any, m: Reflectance) -> None:
+    mean = np.nan_to_num(cavity.radiance(m)[0].max(axis=-1), posinf=1e9)
+    mean = np.concatenate([np.ones_like(mean[:1]), mean])
+    bounce = np.arange(len(mean))
+    axes.axhspan(1.0, 1e9, color=BAD, alpha=0.08, lw=0)
+    axes.axhline(1.0, color=BAD, lw=1.2)
+    axes.fill_between(bounce, mean.min(axis=1), mean.max(axis=1), color=INK, alpha=0.18, lw=0, label="all directions")
+    axes.plot(bounce, mean.mean(axis=1), color=INK, lw=1.8, marker="o", ms=4, label="mean")
+    low, high = float(mean.min()), float(mean.max())
+    if low > 0.0 and (low < 0.2 or high > 5.0):
+        axes.set_yscale("log")
+        axes.set_ylim(0.6 * low, max(2.0, 1.2 * high))
+    else:
+        axes.set_ylim(0.0, max(1.12, 1.1 * high))
+    axes.set_xlim(0, len(mean) - 1)
+    axes.set_xlabel("bounces")
+    axes.set_ylabel("radiance")
+    steady = cavity.steady(m).max()
+    words = f"plates that emit 1 settle at {steady:.4g}" if np.isfinite(steady) else "plates that emit never settle"
+    axes.legend(fontsize=9, loc="lower left", title=words, title_fontsize=9)
+    _title(axes, "cavity: radiance 1 between two plates, by bounces")
+
+
+def _density(axes: Any, m: Reflectance) -> None:
+    edges = np.geomspace(1e-3, 180.0, 85)
+    low = 0.0
+    for theta, colour in ((30.0, "#2f86c1"), (75.0, "#c47a00")):
+        view = direction(np.radians(theta), 0.3)
+        r = np.geomspace(1e-3, 180.0, 400)[:, None]
+        psi = np.linspace(0.0, 2.0 * np.pi, 193)[None, 1:]
+        pdf = m.pdf(around(view, np.radians(r), psi), view).mean(axis=1)
+        expected = pdf * 2.0 * np.pi * np.sin(np.radians(r[:, 0])) * np.radians(r[:, 0]) * np.log(10.0)
+        s = m.sample(np.broadcast_to(view, (SAMPLES, 3)), lattice(SAMPLES))
+        used = (s.pdf > 0.0) & ~s.delta
+        observed = np.histogram(np.degrees(distance(view, s.wi[used])[0]), edges)[0] / SAMPLES
+        width = np.diff(np.log10(edges))
+        axes.stairs(observed / width, edges, color=colour, fill=True, alpha=0.35, label=f"samples, θₒ = {theta:.0f}°")
+        axes.plot(r[:, 0], expected, color=colour, lw=1.6, label="density")
+        seen = r[expected > 1e-3 * max(float(expected.max()), 1e-30), 0]
+        low = min(low or 180.0, float(seen[0])) if len(seen) else low
+    axes.set_xscale("log")
+    axes.set_xlim(low or 1e-3, 180.0)
+    axes.set_ylim(0.0, None)
+    axes.set_xlabel("distance from the mirror direction [°]")
+    axes.set_ylabel("share per decade")
+    if low:
+        axes.legend(fontsize=9, loc="upper left")
+    else:
+        _says(axes, "a delta lobe:\nno density")
+    _title(axes, "pdf and sampling: histogram and density")
+
+
+def _grazing(axes: Any, m: Reflectance) -> None:
+    away = np.degrees(np.pi / 2 - np.arccos(grazing.COSINES))
+    way = grazing.ways()[0]
+    f = np.abs(grazing.along(m, way, grazing.COSINES[:, None])).max(axis=-1)
+    top = float(f[np.isfinite(f)].max(initial=0.0))
+    for k, theta in enumerate(np.degrees(grazing.OTHERS)):
+        mine = f[:, k * len(grazing.AZIMUTHS) : (k + 1) * len(grazing.AZIMUTHS)]
+        with np.errstate(invalid="ignore"):
+            shown = np.where((mine > 1e-12 * top) & np.isfinite(mine), mine, np.nan)
+        for c in range(shown.shape[1]):
+            axes.plot(away, shown[:, c], color=LINES[k], lw=1.2, label=f"{theta:.0f}°" if c == 0 else None)
+    axes.set_xscale("log")
+    axes.set_xlim(10.0, away.min())
+    axes.set_xlabel("light above the horizon [°]")
+    axes.set_ylabel("f cosθᵢ [1/sr]")
+    if top > 0.0:
+        axes.set_yscale("log")
+        axes.legend(title="θₒ", fontsize=9, title_fontsize=9, loc="best")
+    else:
+        _says(axes, "f = 0 away from\nthe mirror direction")
+    _title(axes, "grazing: five azimuths each; level or falling is right")
+
+
+def _derivatives(axes: Any, m: Reflectance) -> None:
+    _title(axes, "derivatives: jacobian against differences")
+    try:
+        found = [] if is_measured(m) else list(derivatives.slopes(m))
+    except TraceError:
+        found = []
+    if not found:
+        axes.set_axis_off()
+        _says(axes, "not tested: a table,\nor a formula that cannot be traced")
+        return
+    errors: dict[str, list[np.ndarray]] = {}
+    for s in found:
+        errors.setdefault(s.name.partition(".")[0] if s.name[:2] in ("wi", "wo") else s.name, []).append(s.error)
+    for i, (_, parts) in enumerate(errors.items()):
+        e = np.sort(np.maximum(np.concatenate([p.ravel() for p in parts]), 1e-16))
+        e = np.where(np.isfinite(e), e, 1e2)
+        half, most, worst = e[len(e) // 2], e[int(0.99 * (len(e) - 1))], e[-1]
+        colour = BAD if worst > derivatives.TOLERANCE else INK
+        axes.plot([half, worst], [i, i], color=colour, lw=1.2, alpha=0.5)
+        axes.plot([half, most], [i, i], color=colour, lw=5, alpha=0.35, solid_capstyle="butt")
+        axes.plot(worst, i, "o", color=colour, ms=6)
+    axes.axvspan(derivatives.TOLERANCE, 1e3, color=BAD, alpha=0.08, lw=0)
+    axes.axvline(derivatives.TOLERANCE, color=BAD, lw=1.2)
+    axes.set_xscale("log")
+    axes.set_xlim(0.5e-16, 1e2)
+    axes.set_xticks(10.0 ** np.arange(-15, 1, 3))
+    axes.set_yticks(range(len(errors)), [name.rpartition(".")[2] for name in errors])
+    axes.set_ylim(len(errors) - 0.4, -0.6)
+    axes.set_xlabel("relative error: from the median (bar: 99 %) to the largest")
+
+
+def _limit(axes: Any, m: Reflectance) -> None:
+    n = limit.narrowing(limit.lobes(m)[0])
+    step = np.arange(len(n.outside))
+    for v, theta in enumerate(np.degrees(limit.VIEWS)):
+        axes.plot(step, n.albedo[:, v], color=LINES[v], lw=1.8, label=f"albedo, θₒ = {theta:.0f}°")
+        axes.plot(step, n.outside[:, v], color=LINES[v], lw=1.4, ls=":", label="outside 6°" if v == 0 else None)
+        axes.plot(step[-1], n.mirror[-1, v], "D", color=LINES[v], ms=7, mfc="none", label="mirror" if v == 0 else None)
+    ends = [(path.rpartition(".")[2], float(np.max(value)), end) for path, value, end in limit.narrow_ends(n.lobe)]
+    axes.set_xticks(step, ["as given", *[""] * (len(step) - 2), "narrow"])
+    axes.set_xlabel(", ".join(f"{name}: {value:g} → {end:g}" for name, value, end in ends))
+    axes.set_ylim(0.0, max(1.02, 1.05 * float(n.albedo.max())))
+    axes.legend(fontsize=8, loc="best")
+    _title(axes, "limit: light outside 6° of the mirror, albedo")
+
+
+def _efficiency(axes: Any, m: Reflectance) -> None:
+    rows = sampling_efficiency(m)
+    names = list(dict.fromkeys(row.lobe for row in rows))
+    for name, colour in zip(names, [INK, *LINES[1:], *LINES], strict=False):
+        mine, whole = [row for row in rows if row.lobe == name], name == "all"
+        style = {"color": colour, "lw": 2.2 if whole else 1.2, "marker": "o", "ms": 4}
+        axes.plot(VIEWS, [r.effective for r in mine], **style, label="effective" if whole else name)
+        if whole:
+            axes.plot(VIEWS, [r.lost for r in mine], color=BAD, lw=1.4, ls=":", label="lost")
+    axes.set_xlim(0, 90)
+    axes.set_ylim(0.0, 1.05)
+    axes.set_xticks(np.arange(0, 91, 15))
+    axes.set_xlabel("θₒ [°]")
+    axes.set_ylabel("share of the samples")
+    axes.legend(fontsize=9, loc="best")
+    _title(axes, "how well sampling does")

@@ -1,0 +1,1 @@
+"""Lit shapes as pictures."""

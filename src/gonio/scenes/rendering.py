@@ -1,0 +1,182 @@
+"""A picture of a material: a lit sphere, sampled by light and material together."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable, Iterable
+from typing import Any
+
+import numpy as np
+
+from ..arrays import ops
+from ..base.light import Light
+from ..base.reflectance import Reflectance
+from ..compile.threads import share
+from ..errors import MissingDataWarning, ParameterError
+from ..formula.direction import Direction
+from ..integrals.illumination import Frame, as_lights, delta_radiance, estimate, to_local, without_holes
+from ..numerics.lattice import lattice
+from ..pictures.colour import rgb_of
+from ..pictures.image import Image
+
+TILE = 1 << 14  # samples that are worked on at a time: few enough to stay in a processor's cache
+ORDERS = 16  # of a lattice's points, to choose from for each pixel of a tile
+MARGIN = 1.06  # half width of the picture in radii of the sphere
+
+Progress = Callable[[int, int], None]
+
+
+def sphere(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """The unit sphere seen along +y of the world (z up, x to the right) by a parallel camera.
+
+    Returns normals (..., 3), tangents (..., 3) (towards increasing azimuth: east) and whether (x, y) hits it.
+    """
+    depth2 = 1.0 - x * x - y * y
+    hit = depth2 > 0.0
+    n = np.stack([x, -np.sqrt(np.maximum(depth2, 0.0)), y], -1)
+    n[~hit] = (0.0, -1.0, 0.0)
+    ring = np.hypot(n[..., 0], n[..., 1])
+    t = np.stack([-n[..., 1], n[..., 0], np.zeros_like(ring)], -1) / np.maximum(ring, 1e-12)[..., None]
+    t[ring < 1e-9] = (1.0, 0.0, 0.0)
+    return n, t, hit
+
+
+SHAPES = {"sphere": sphere}
+VIEW = np.array([0.0, -1.0, 0.0])
+"""Direction from the surface to the camera, in the world."""
+
+
+def render(
+    m: Reflectance,
+    lights: Light | Iterable[Light],
+    shape: str = "sphere",
+    size: int = 512,
+    samples: int = 32,
+    seed: int = 0,
+    progress: Progress | None = None,
+) -> Image:
+    """A square picture of a lit shape, in linear RGB (or gray), with coverage as alpha.
+
+    Each pixel averages `samples` points within it. Lights with extent are sampled by every lobe of the material and,
+    where they can be, by themselves, combined by the balance heuristic; delta lights and delta lobes are exact. There
+    is no shadowing and no interreflection: the sphere is convex and alone. Spectral materials are turned into RGB.
+
+    The same arguments and seed give the same picture, whatever the number of threads. `progress(done, total)` is
+    called as the work goes on. Direct light: Szeliski 2.83 to 2.85; sampling: Veach & Guibas 1995.
+    """
+    lights = as_lights(lights)
+    if shape not in SHAPES:
+        raise ParameterError(f"shape={shape!r}: expected one of {', '.join(map(repr, SHAPES))}")
+    for name, value, high in (("size", size, 16384), ("samples", samples, 1 << 20)):
+        if not (isinstance(value, (int, np.integer)) and 1 <= value <= high):
+            raise ParameterError(f"{name}={value!r}: expected a whole number from 1 to {high}")
+    if not (isinstance(seed, (int, np.integer)) and seed >= 0):
+        raise ParameterError(f"seed={seed!r}: expected a whole number from 0")
+    colour_before, colour_after = _colour(m, lights)
+    per_tile = max(1, TILE // samples)
+    starts = range(0, size * size, per_tile)
+    tiles: dict[int, tuple[np.ndarray, np.ndarray, int]] = {}
+
+    def work(start: int) -> None:
+        stop = min(start + per_tile, size * size)
+        tiles[start] = _tile(m, lights, colour_before, SHAPES[shape], size, samples, seed, start, stop)
+
+    told = 0
+
+    def tell() -> None:
+        nonlocal told
+        while progress is not None and told < len(tiles):
+            told += 1
+            progress(told, len(starts))
+
+    share(work, [(start,) for start in starts], tell)
+    tell()
+    channels = max(radiance.shape[-1] for radiance, _, _ in tiles.values())
+    ordered = [tiles[start] for start in sorted(tiles)]
+    colour = np.concatenate([np.broadcast_to(radiance, (len(radiance), channels)) for radiance, _, _ in ordered])
+    alpha = np.concatenate([coverage for _, coverage, _ in ordered]).astype(np.float32)
+    missing = sum(holes for _, _, holes in ordered)
+    if missing:
+        warnings.warn(
+            f"{missing} samples met directions without measured data, which count as black",
+            MissingDataWarning,
+            stacklevel=2,
+        )
+    if colour_after is not None:
+        colour = colour @ colour_after
+    return Image(colour.reshape(size, size, -1), alpha=alpha.reshape(size, size))
+
+
+def _colour(m: Reflectance, lights: list[Light]) -> tuple[np.ndarray | None, np.ndarray | None]:
+    """Matrices (C, 3) that turn a material of wavelengths, or of X, Y, Z, into RGB: its reflectance, for lights of one
+    channel or RGB, or the radiance in the end, for lights with the same channels. None where nothing is to be turned.
+    """
+    up = np.array([[0.0, 0.0, 1.0]])
+    f = m.f(up, up)
+    own = f.shape[-1] if f.ndim > 1 else 1
+    after = None
+    found = rgb_of(m.channel_names)
+    if found is not None and own == len(found):
+        matrix = found.astype(np.float32)
+        lit = {(x.arrival(up).irradiance if x.is_delta else x.incident(up)).shape[-1] for x in lights}
+        if lit <= {1, 3}:
+            return matrix, None
+        after = matrix
+    for light in lights:
+        lit = (light.arrival(up).irradiance if light.is_delta else light.incident(up)).shape[-1]
+        if own != lit and 1 not in (own, lit):
+            raise ParameterError(
+                f"{type(light).__name__} has {lit} channels and the material has {own}; expected as many, or a light "
+                f"of one channel such as ConstantLight(1.0)"
+            )
+    return None, after
+
+
+def _tile(
+    m: Reflectance,
+    lights: list[Light],
+    colour: np.ndarray | None,
+    shape: Callable,
+    size: int,
+    samples: int,
+    seed: int,
+    start: int,
+    stop: int,
+) -> tuple[np.ndarray, np.ndarray, int]:
+    """Radiance (pixels, C), coverage (pixels,) and the number of samples without data, for a run of pixels."""
+    rng = np.random.default_rng([seed, start])
+    count = stop - start
+    points = lattice(samples).astype(np.float32)
+    # A lattice per pixel and use, shifted at random: evenly spread within the pixel, independent between pixels. The
+    # uses take its points in unrelated orders, for in one order they would fill a plane of the six dimensions only.
+    shift = rng.random((3, count, 1, 2), dtype=np.float32)
+    orders = rng.permuted(np.tile(np.arange(samples), (2 * ORDERS, 1)), axis=1)
+    pick = rng.integers(ORDERS, size=(2, count))
+    at = (points + shift[0]) % 1.0
+    u = (points[orders[pick[0]]] + shift[1]) % 1.0
+    v = (points[orders[ORDERS + pick[1]]] + shift[2]) % 1.0
+    index = np.arange(start, stop)
+    x = ((index % size)[:, None] + at[..., 0]) * (2.0 * MARGIN / size) - MARGIN
+    y = MARGIN - ((index // size)[:, None] + at[..., 1]) * (2.0 * MARGIN / size)
+    n, t, hit = shape(x, y)
+    coverage = hit.mean(axis=-1)
+    if not hit.any():
+        return np.zeros((count, 1), np.float32), coverage, 0
+    n, t, u, v = (a[hit].astype(np.float32) for a in (n, t, u, v))
+    normal = Direction(*np.moveaxis(n, -1, 0))
+    tangent = Direction(*np.moveaxis(t, -1, 0))
+    b = np.cross(n, t)
+    local = Frame(tangent, Direction(*np.moveaxis(b, -1, 0)), normal)
+    wo = to_local(ops.library(n), local, np.broadcast_to(VIEW.astype(np.float32), n.shape))
+    total: Any = 0.0
+    missing = 0
+    for light in lights:
+        if light.is_delta:
+            part, holes = without_holes(delta_radiance(m, light, local, wo, n, colour))
+        else:
+            part, holes = estimate(m, light, local, wo, u, v, colour)
+        total, missing = total + part, missing + holes
+    radiance = np.zeros((*hit.shape, total.shape[-1]), np.float32)
+    radiance[hit] = total
+    radiance = radiance.sum(axis=1) / np.maximum(hit.sum(axis=1), 1)[:, None]
+    return radiance.astype(np.float32), coverage, missing

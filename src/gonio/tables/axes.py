@@ -1,0 +1,184 @@
+"""The axes of a grid of angles: checked, and how an angle becomes a position among the nodes of one."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..arrays import ops
+from ..compile.memory import physical
+from ..errors import ParameterError, TooLargeError
+from ..formula.table_warp import Slices, bracket
+from .angle_systems import parameterisation
+
+INSIDE = 1e-6
+"""How far [rad] a direction may be beyond the outermost nodes and still count as between them."""
+
+HIGHEST = {"radial": math.pi}
+"""The largest polar angle [rad] along an axis, where it is not pi/2."""
+
+
+PAIR = 128
+"""Bytes that an evaluation takes at least for every pair of directions: these, their angles, and f."""
+
+
+def counts(resolution: Any, lengths: Sequence[int], least: int, expected: str) -> tuple[int, ...]:
+    """How many nodes there are along each axis, as a caller asks for.
+
+    Raises ParameterError for anything but so many whole numbers of at least `least`, `expected` says of what, and
+    TooLargeError where their product is more than this machine has memory for.
+    """
+    held = list(resolution) if isinstance(resolution, (tuple, list, np.ndarray)) else []
+    if len(held) not in lengths or not all(_is_whole(n) and n >= least for n in held):
+        many = " or ".join(map(str, lengths))
+        example = ",".join(["18"] * lengths[0])
+        raise ParameterError(
+            f"resolution={resolution!r:.60}: expected {many} whole numbers from {least}: {expected}; such as {example}"
+        )
+    found = tuple(map(int, held))
+    fits(math.prod(found), f"resolution={found!r:.60}")
+    return found
+
+
+def _is_whole(n: Any) -> bool:
+    return isinstance(n, (int, np.integer)) and not isinstance(n, bool)
+
+
+def fits(pairs: float, asked: str) -> None:
+    """Raises TooLargeError where f at so many pairs of directions is more than this machine has memory for."""
+    if pairs * PAIR > physical():
+        raise TooLargeError(
+            f"{asked}: {pairs:.3g} pairs of directions take {pairs * PAIR / 1e9:.3g} GB and this machine has "
+            f"{physical() / 1e9:.3g} GB of memory; ask for fewer"
+        )
+
+
+class Axis(NamedTuple):
+    """How an angle becomes a position among the nodes of an axis.
+
+    spacing   "even", "even in square root", or "uneven": looked up
+    start     first node, and what one step is, of even ones
+    size      nodes, with the one that closes the circle
+    period    of azimuths, else 0
+    """
+
+    spacing: str
+    start: float
+    step: float
+    size: int
+    period: float
+    mirrored: bool
+    first: float
+    last: float
+
+    def around(self, angle: Any, nodes: Any) -> Slices:
+        """The nodes around an angle with their weights, which are linear; `nodes`: those of an uneven axis, `closed`.
+
+        Beyond the outermost nodes these have all the weight.
+        """
+        if self.size == 1:
+            return ((0, 1.0),)
+        if self.period:
+            angle = angle - (0.0 if self.mirrored else self.start)
+            angle = angle - self.period * ops.floor(angle * (1.0 / self.period))
+            if self.mirrored:
+                angle = ops.minimum(angle, self.period - angle) - self.start
+        elif self.spacing == "even in square root":
+            angle = ops.sqrt(ops.maximum(angle, 1e-12)) - self.start  # the floor keeps the derivative finite at 0
+        elif self.spacing == "even":
+            angle = angle - self.start
+        if self.spacing == "uneven":
+            return bracket(nodes, self.size, angle)
+        position = ops.clip(angle * (1.0 / self.step), 0.0, self.size - 1.0)
+        start = ops.minimum(ops.floor(position), self.size - 2.0)
+        i, w = ops.to_index(start), position - start
+        return ((i, 1.0 - w), (i + 1, w))
+
+    @property
+    def has_ends(self) -> bool:
+        """Whether there are angles beyond the outermost nodes: not of azimuths, and one node stands for all."""
+        return not self.period and self.size > 1
+
+    def is_beyond(self, angle: Any) -> Any:
+        """Whether an angle is outside of the outermost nodes."""
+        return (angle < self.first - INSIDE) | (angle > self.last + INSIDE)
+
+    def closed(self, nodes: np.ndarray) -> np.ndarray:
+        """The nodes of an uneven axis, with the first again at the end where the circle is closed; azimuths from it."""
+        if not self.period:
+            return nodes
+        return np.append(nodes, nodes[0] + self.period)[: self.size] - nodes[0]
+
+
+def nearest(around: Slices) -> Slices:
+    """The nearer of two neighbouring nodes, with all the weight."""
+    if len(around) == 1:
+        return around
+    (i, _), (_, w) = around
+    return ((i + ops.to_index(ops.floor(w + 0.5)), 1.0),)
+
+
+def laid_out(
+    name: str, axes: Mapping[str, np.ndarray], mirrored: bool, periods: Mapping[str, float]
+) -> tuple[tuple[Axis, ...], dict[str, float]]:
+    """The axes of a grid of a parameterisation, and the periods [rad] of its azimuths.
+
+    Raises ParameterError where the nodes do not fit the parameterisation, a period, or each other.
+    """
+    turning = _check(name, axes, mirrored)
+    given = {axis: float(periods.get(axis, 2.0 * math.pi)) for axis in turning}
+    if unknown := set(periods) - set(given):
+        raise ParameterError(f"periods={dict(periods)!r}: {unknown} are no azimuths; expected {list(given)}")
+    made = (_axis(n, x, given.get(n, 0.0), mirrored and k == 2) for k, (n, x) in enumerate(axes.items()))
+    return tuple(made), given
+
+
+def _check(name: str, axes: Mapping[str, np.ndarray], mirrored: bool) -> list[str]:
+    """The azimuths among the axes; ParameterError where the axes do not fit the parameterisation."""
+    kind = parameterisation(name)
+    expected = kind.names(len(axes))
+    if len(axes) not in (3, 4) or tuple(axes) != expected:
+        listed = " or ".join(", ".join(kind.names(n)) for n in (3, 4))
+        raise ParameterError(f"axes: got {', '.join(axes)}, expected for {name!r}: {listed}, in this order")
+    if mirrored and len(axes) == 4:
+        raise ParameterError("mirrored=True: expected three axes; a plane of symmetry says nothing of four")
+    for axis, nodes in axes.items():
+        low, high = (-4.0 * math.pi, 4.0 * math.pi) if axis in kind.turning else (0.0, HIGHEST.get(axis, 0.5 * math.pi))
+        if not len(nodes) or not np.isfinite(nodes).all() or not (np.diff(nodes) > 0.0).all():
+            raise ParameterError(f"axes: {axis} is {_short(nodes)}, expected increasing, finite nodes [rad]")
+        if nodes[0] < low - INSIDE or nodes[-1] > high + INSIDE:
+            raise ParameterError(
+                f"axes: {axis} runs from {nodes[0]:g} to {nodes[-1]:g}, expected {low:g} to {high:g} rad; "
+                f"convert degrees with numpy.radians"
+            )
+    return [axis for axis in axes if axis in kind.turning]
+
+
+def _axis(name: str, nodes: np.ndarray, period: float, mirrored: bool) -> Axis:
+    closed = nodes
+    if period and len(nodes) > 1:
+        span = nodes[-1] - nodes[0]
+        if mirrored and not -INSIDE <= nodes[0] <= nodes[-1] <= 0.5 * period + INSIDE:
+            raise ParameterError(
+                f"axes: {name} runs from {nodes[0]:g} to {nodes[-1]:g}, expected 0 to {0.5 * period:g} rad, "
+                f"because the other half is mirrored"
+            )
+        if span > period + INSIDE:
+            raise ParameterError(f"axes: {name} covers {span:g} rad, expected at most its period, {period:g}")
+        if not mirrored and span < period - INSIDE:
+            closed = np.append(nodes, nodes[0] + period)
+    spacing, start, step = "uneven", float(nodes[0]), 1.0
+    if len(closed) > 1:
+        for kind, x in (("even", closed), ("even in square root", np.sqrt(np.maximum(closed, 0.0)))):
+            even = np.linspace(x[0], x[-1], len(x))
+            if np.abs(x - even).max() <= 1e-10 * (x[-1] - x[0]) and not (period and kind != "even"):
+                spacing, start, step = kind, float(x[0]), float(x[-1] - x[0]) / (len(x) - 1)
+                break
+    return Axis(spacing, start, step, len(closed), period, mirrored, float(nodes[0]), float(nodes[-1]))
+
+
+def _short(a: np.ndarray) -> str:
+    return np.array2string(a, threshold=6, edgeitems=3, precision=4)

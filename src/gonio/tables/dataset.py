@@ -1,0 +1,241 @@
+"""Measurements as `xarray.Dataset`s and back, without loss: the layout of docs/data-model.md."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..base.measured import Measured, tabular_shape, tristimulus
+from ..base.provenance import ORIGIN, derived, origin
+from ..base.reflectance import Reflectance
+from ..errors import FormatError, ParameterError
+from ..formula.fields import Ours
+from . import dataset_layout
+from .angle_systems import parameterisation as parameterisation_named
+from .axes import counts
+from .dataset_layout import NANOMETRES, RADIANS, ROW, from_text
+from .gridded import Gridded
+from .scattered import Scattered
+
+if TYPE_CHECKING:
+    import xarray
+
+RESOLUTION = {
+    ("half_difference", False): (46, 31, 36),
+    ("half_difference", True): (23, 16, 24, 16),
+    ("angles", False): (31, 31, 36),
+    ("angles", True): (13, 13, 24, 24),
+    ("specular", False): (19, 46, 24),
+    ("specular", True): (10, 23, 16, 16),
+}
+"""Nodes of the grid that a reflectance without one is put on."""
+
+
+def to_dataset(
+    m: Reflectance, parameterisation: str = "half_difference", resolution: Sequence[int] | None = None
+) -> xarray.Dataset:
+    """A reflectance as a dataset in gonio's layout; see docs/data-model.md.
+
+    What is on a grid (MERL's too) or in rows is kept as it is, with uncertainty, validity and all that is known about
+    it. Of others, and where a `resolution` is asked for (nodes along each axis), f is put on a grid of the
+    `parameterisation`; pairs below the horizon have no value. Where the measurement was read from a file the dataset
+    says which, with its SHA-256.
+
+    Raises ParameterError for a material with a delta lobe or with maps.
+    """
+    table = m.as_grid() if isinstance(m, Measured) and resolution is None else None
+    if table is None:
+        table = on_grid(m, parameterisation, resolution)
+    return table.data.assign_attrs(provenance=dataset_layout.to_text(origin(m)))
+
+
+def from_dataset(ds: xarray.Dataset, path: str = "") -> Gridded:
+    """The measurement in a dataset in gonio's layout, made by `to_dataset` or by hand; see docs/data-model.md.
+
+    Angles may be in degrees, wavelengths in um or m: their `units` say so. Where `valid` is false there is no value.
+    Raises FormatError that names the variable or attribute that is missing or wrong.
+    """
+    return _measurement(ds, path, lambda array: array)
+
+
+def of_file(ds: xarray.Dataset, path: str) -> Gridded:
+    """The same of a dataset that a reader has just made: its arrays are not copied."""
+    return _measurement(ds, path, Ours)
+
+
+def _measurement(ds: xarray.Dataset, path: str, own: Callable[[Any], Any]) -> Gridded:
+    where = path or "dataset"
+    version = str(ds.attrs.get("gonio_schema", ""))
+    if not version:
+        raise FormatError(
+            f"{where}: has no attribute gonio_schema, expected {dataset_layout.VERSION!r}; docs/data-model.md says "
+            f"what to add"
+        )
+    if version.partition(".")[0] != dataset_layout.VERSION.partition(".")[0]:
+        raise FormatError(f"{where}: gonio_schema is {version!r}, expected {dataset_layout.VERSION!r}; update gonio")
+    if "values" not in ds:
+        raise FormatError(f"{where}: has no variable values; its variables: {', '.join(map(str, ds))}")
+    kind = Scattered if ROW in ds["values"].dims else Gridded
+    try:
+        return _scattered(ds, path, where) if kind is Scattered else _gridded(ds, path, where, own)
+    except ParameterError as error:
+        raise FormatError(f"{where}: {error}") from None
+
+
+def _gridded(ds: xarray.Dataset, path: str, where: str, own: Callable[[Any], Any]) -> Gridded:
+    name = _text(ds, "parameterisation", where)
+    dims = [d for d in ds["values"].dims if d not in ("wavelength", "channel")]
+    axes = parameterisation_named(name).names(len(dims))
+    if set(dims) != set(axes):
+        raise FormatError(f"{where}: values has dimensions {', '.join(map(str, dims))}, expected {', '.join(axes)}")
+    return Gridded(
+        name,
+        {axis: _angle(ds, axis, where) for axis in axes},
+        own(_masked(ds, axes)),
+        uncertainty=None if (spread := _variable(ds, "uncertainty", axes)) is None else own(spread),
+        mirrored=bool(_flag(ds, "mirrored", where)),
+        periods=_periods(ds, where),
+        interpolation=_text(ds, "interpolation", where, "linear"),
+        **_common(ds, path, where),
+    )
+
+
+def _scattered(ds: xarray.Dataset, path: str, where: str) -> Scattered:
+    theta_i, phi_i, theta_o, phi_o = (_angle(ds, axis, where) for axis in ("theta_i", "phi_i", "theta_o", "phi_o"))
+    return Scattered(
+        theta_i,
+        phi_i,
+        theta_o,
+        phi_o,
+        _masked(ds, (ROW,)),
+        uncertainty=_variable(ds, "uncertainty", (ROW,)),
+        isotropic=_flag(ds, "isotropic", where),
+        **_common(ds, path, where),
+    )
+
+
+def _common(ds: xarray.Dataset, path: str, where: str) -> dict[str, Any]:
+    """What both kinds of measurement are given."""
+    about = from_text(_text(ds, "about", where), where) if "about" in ds.attrs else {}
+    if not isinstance(about, dict):
+        raise FormatError(f"{where}: the attribute about is {about!r:.40}, expected a JSON object")
+    if "provenance" in ds.attrs and (made_of := from_text(_text(ds, "provenance", where), where)):
+        about[ORIGIN] = made_of
+    return {
+        "quantity": _text(ds, "quantity", where),
+        "channels": _channel_names(ds, where),
+        "outside": _text(ds, "outside", where, "hold"),
+        "path": path,
+        "about": about,
+    }
+
+
+def _channel_names(ds: xarray.Dataset, where: str) -> list[str | float] | None:
+    dims = ds["values"].dims
+    if "wavelength" in dims:
+        found = _scaled(ds, "wavelength", NANOMETRES, where)
+        return [float(x) for x in found]
+    return [str(x) for x in _coordinate(ds, "channel", where).values] if "channel" in dims else None
+
+
+def _angle(ds: xarray.Dataset, name: str, where: str) -> np.ndarray:
+    return _scaled(ds, name, RADIANS, where)
+
+
+def _coordinate(ds: xarray.Dataset, name: str, where: str) -> xarray.DataArray:
+    if name not in ds.variables or ds[name].ndim != 1:
+        raise FormatError(f"{where}: has no coordinate {name} with one dimension, expected one")
+    return ds[name]
+
+
+def _scaled(ds: xarray.Dataset, name: str, units: dict[str, float], where: str) -> np.ndarray:
+    found = _coordinate(ds, name, where)
+    factor = units.get(str(found.attrs.get("units", "")).strip())
+    if factor is None or found.dtype.kind not in "iuf":
+        raise FormatError(
+            f"{where}: {name} holds {found.dtype} in units {found.attrs.get('units')!r}, expected numbers in one of "
+            f"{', '.join(units)}"
+        )
+    values = found.values.astype(float)
+    return values if factor == 1.0 else values * factor
+
+
+def _variable(ds: xarray.Dataset, name: str, axes: Sequence[str]) -> np.ndarray | None:
+    """A variable with its dimensions in the order of values; None if there is none."""
+    if name not in ds:
+        return None
+    channel = [d for d in ("wavelength", "channel") if d in ds["values"].dims]
+    expected = [*axes, *channel]
+    if set(ds[name].dims) != set(expected):
+        raise ParameterError(f"{name} has dimensions {ds[name].dims}, expected {', '.join(expected)}")
+    found = ds[name].transpose(*expected).values
+    if found.dtype.kind not in "iufb":
+        raise ParameterError(f"{name} holds {found.dtype}, expected numbers")
+    return found
+
+
+def _masked(ds: xarray.Dataset, axes: Sequence[str]) -> np.ndarray:
+    """The values, NaN where `valid` says that there is none."""
+    values, valid = _variable(ds, "values", axes), _variable(ds, "valid", axes)
+    assert values is not None
+    if values.dtype.kind != "f":
+        values = values.astype(float)
+    if valid is None or not (hidden := ~valid.astype(bool) & np.isfinite(values)).any():
+        return values
+    return np.where(hidden, values.dtype.type(np.nan), values)
+
+
+def _periods(ds: xarray.Dataset, where: str) -> dict[str, float]:
+    found = from_text(_text(ds, "periods", where, "{}"), where)
+    if not isinstance(found, dict) or not all(type(x) in (int, float) and abs(x) < 1e9 for x in found.values()):
+        raise FormatError(f"{where}: the attribute periods is {found!r:.60}, expected names of azimuths and radians")
+    return found
+
+
+def _flag(ds: xarray.Dataset, name: str, where: str) -> bool | None:
+    found = np.asarray(ds.attrs.get(name, 0))
+    if found.size != 1 or found.dtype.kind not in "iufb" or found not in (0, 1):
+        raise FormatError(f"{where}: the attribute {name} is {ds.attrs[name]!r:.40}, expected 0 or 1")
+    return bool(found) if name in ds.attrs else None
+
+
+def _text(ds: xarray.Dataset, name: str, where: str, default: str | None = None) -> str:
+    found = ds.attrs.get(name, default)
+    if not isinstance(found, str):
+        raise FormatError(f"{where}: the attribute {name} is {found!r:.40}, expected text")
+    return found
+
+
+def on_grid(m: Reflectance, parameterisation: str, resolution: Sequence[int] | None = None) -> Gridded:
+    """f of any reflectance on a grid of angles; NaN for pairs below the horizon.
+
+    theta_h is spaced as its square root. Raises ParameterError for a material with a delta lobe or with maps.
+    """
+    tabular_shape(m)
+    oriented = not m.is_isotropic()
+    kind = parameterisation_named(parameterisation)
+    names = kind.names(4 if oriented else 3)
+    usual = RESOLUTION[parameterisation, oriented]
+    asked = counts(usual if resolution is None else resolution, (len(names),), 2, f"nodes of {', '.join(names)}")
+    nodes = {}
+    for name, count in zip(names, asked, strict=True):
+        if name in kind.turning:
+            nodes[name] = 2.0 * math.pi * np.arange(count) / count
+        elif name in ("theta_h", "radial"):
+            nodes[name] = (math.pi if name == "radial" else 0.5 * math.pi) * np.linspace(0.0, 1.0, count) ** 2
+        else:
+            nodes[name] = 0.5 * math.pi * np.linspace(0.0, 1.0, count)
+    wi, wo = kind.pairs(*np.meshgrid(*nodes.values(), indexing="ij"))
+    up = (wi[..., 2] > 1e-6) & (wo[..., 2] > 1e-6)
+    known, f = tristimulus(m.channel_names, m.f(wi[up], wo[up]))
+    values = np.full((*up.shape, *f.shape[1:]), np.nan)
+    values[up] = f
+    channels = known or (("R", "G", "B") if f.shape[1:] == (3,) else tuple(map(str, range(f.shape[-1]))))
+    made = Gridded(
+        parameterisation, nodes, values, channels=channels if f.ndim == 2 else None, about={"made_of": repr(m)}
+    )
+    made.__dict__["provenance"] = derived(m)
+    return made

@@ -1,0 +1,169 @@
+"""gonio's layout of measurements as `xarray.Dataset`s: what their variables and attributes are called.
+
+Written down in docs/data-model.md. Nothing here knows the classes of measurements; `dataset` does.
+"""
+
+from __future__ import annotations
+
+import base64
+import json
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..errors import FormatError, ParameterError
+
+if TYPE_CHECKING:
+    import xarray
+
+VERSION = "1.0"
+"""Of the layout; the first number changes where old readers would misunderstand."""
+
+CONVENTIONS = "CF-1.11"
+
+ROW = "measurement"
+"""The dimension of measurements in no grid."""
+
+ANGLES = {
+    "theta_i": "polar angle of the direction to the light",
+    "phi_i": "azimuth of the direction to the light",
+    "theta_o": "polar angle of the direction to the viewer",
+    "phi_o": "azimuth of the direction to the viewer",
+    "phi": "azimuth of the viewer minus that of the light",
+    "theta_h": "polar angle of the half vector",
+    "theta_d": "angle between the half vector and the direction to the light",
+    "phi_d": "azimuth of the direction to the light about the half vector",
+    "phi_h": "azimuth of the half vector",
+    "radial": "angle between the direction to the viewer and the mirror direction of the light",
+    "azimuth": "azimuth of the viewer about the mirror direction of the light, 0 towards the horizon",
+}
+RADIANS = {"rad": 1.0, "radian": 1.0, "radians": 1.0, "degree": np.pi / 180.0, "degrees": np.pi / 180.0}
+NANOMETRES = {"nm": 1.0, "um": 1e3, "µm": 1e3, "m": 1e9}
+BRDF = "sr-1"
+
+
+def described(
+    axes: Mapping[str, np.ndarray],
+    dims: Sequence[str],
+    values: np.ndarray,
+    uncertainty: np.ndarray | None,
+    channels: Sequence[str | float] | None,
+    **attributes: Any,
+) -> xarray.Dataset:
+    """A dataset: `axes` are coordinates [rad] along `dims`, channels come last, `attributes` say what they are."""
+    import xarray
+
+    along = dims if len(dims) == len(axes) else [dims[0]] * len(axes)
+    coordinates: dict[str, Any] = {
+        name: (dim, x, {"units": "rad", "long_name": ANGLES[name]})
+        for (name, x), dim in zip(axes.items(), along, strict=True)
+    }
+    dims = list(dims)
+    if channels is not None:
+        name, coordinate = _channels(channels)
+        dims.append(name)
+        coordinates[name] = coordinate
+    units = {"units": "1" if attributes["quantity"] == "reflectance factor" else BRDF}
+    others = "valid" if uncertainty is None else "uncertainty valid"
+    held: dict[str, Any] = {
+        "values": (dims, values, {**units, "long_name": attributes["quantity"], "ancillary_variables": others}),
+        "valid": (dims, np.isfinite(values), {"long_name": "whether there is a value"}),
+    }
+    if uncertainty is not None:
+        held["uncertainty"] = (dims, uncertainty, {**units, "long_name": "standard uncertainty of values"})
+    head = {"Conventions": CONVENTIONS, "gonio_schema": VERSION}
+    return xarray.Dataset(held, coordinates, {**head, **{k: _attribute(v) for k, v in attributes.items()}})
+
+
+def _channels(channels: Sequence[str | float]) -> tuple[str, tuple[str, Any, dict[str, str]]]:
+    """The coordinate along the channels: wavelengths [nm], or names."""
+    if all(isinstance(x, str) for x in channels):
+        return "channel", ("channel", np.array(channels, str), {"long_name": "channel"})
+    if any(isinstance(x, str) for x in channels):
+        raise ParameterError(f"channels {list(channels)!r:.80}: expected names alone, or wavelengths [nm] alone")
+    about = {"units": "nm", "standard_name": "radiation_wavelength", "long_name": "wavelength in a vacuum"}
+    return "wavelength", ("wavelength", np.array(channels, float), about)
+
+
+def _attribute(value: Any) -> Any:
+    """What netCDF and Zarr can hold: text and numbers; the rest as JSON."""
+    if isinstance(value, bool):
+        return int(value)
+    return value if isinstance(value, (str, int, float)) else to_text(value)
+
+
+def known(about: Mapping[str, Any], provenance: Mapping[str, Any]) -> dict[str, Any]:
+    """The attributes that say what is known about a measurement, and where it came from."""
+    return {"about": dict(about), **({"provenance": dict(provenance)} if provenance else {})}
+
+
+def to_text(value: Any) -> str:
+    """JSON that `from_text` turns into the same again: with tuples, bytes, arrays, and keys of any kind."""
+    return json.dumps(_tagged(value), ensure_ascii=False)
+
+
+def from_text(text: str, where: str) -> Any:
+    """The value that `to_text` wrote. Raises FormatError for another text."""
+    try:
+        return _untagged(json.loads(text))
+    except (ValueError, TypeError, KeyError, RecursionError, AttributeError) as error:
+        raise FormatError(f"{where}: {text[:40]!r} is not JSON as gonio writes it: {error}") from None
+
+
+TAG = "gonio:"
+
+
+def _tagged(value: Any) -> Any:
+    if value is None or isinstance(value, (str, bool, int, float)):
+        return value
+    if isinstance(value, np.generic):
+        return {f"{TAG}number": [str(value.dtype), _tagged(value.item())]}
+    if isinstance(value, np.ndarray) and value.dtype.kind in "biufU":
+        return {f"{TAG}array": [str(value.dtype), list(value.shape), value.reshape(-1).tolist()]}
+    if isinstance(value, bytes):
+        return {f"{TAG}bytes": base64.b64encode(value).decode("ascii")}
+    if isinstance(value, tuple):
+        return {f"{TAG}tuple": [_tagged(x) for x in value]}
+    if isinstance(value, list):
+        return [_tagged(x) for x in value]
+    if isinstance(value, Mapping):
+        if all(isinstance(k, str) and not k.startswith(TAG) for k in value):
+            return {k: _tagged(v) for k, v in value.items()}
+        return {f"{TAG}items": [[_tagged(k), _tagged(v)] for k, v in value.items()]}
+    raise ParameterError(
+        f"{value!r:.60}: what is known about a measurement cannot be kept with it; expected numbers, text, arrays, "
+        f"and lists and dictionaries of them"
+    )
+
+
+def _untagged(value: Any) -> Any:
+    if isinstance(value, list):
+        return [_untagged(x) for x in value]
+    if not isinstance(value, dict):
+        return value
+    tag, held = next(iter(value.items()), ("", ""))
+    if len(value) > 1 or not tag.startswith(TAG):
+        return {k: _untagged(v) for k, v in value.items()}
+    return _of_kind(tag.removeprefix(TAG), held)
+
+
+def _of_kind(kind: str, held: Any) -> Any:
+    if kind == "number":
+        return _dtype(held[0]).type(held[1])
+    if kind == "array":
+        return np.array(held[2], _dtype(held[0])).reshape(held[1])
+    if kind == "bytes":
+        return base64.b64decode(held, validate=True)
+    if kind == "tuple":
+        return tuple(_untagged(x) for x in held)
+    if kind == "items":
+        return {_untagged(k): _untagged(v) for k, v in held}
+    raise ValueError(f"unknown kind {kind!r}")
+
+
+def _dtype(name: str) -> np.dtype:
+    found = np.dtype(name)
+    if found.kind not in "biufU" or found.itemsize > 4096:
+        raise ValueError(f"unknown dtype {name!r}")
+    return found

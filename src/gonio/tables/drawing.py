@@ -1,0 +1,124 @@
+"""Sampling of measurements: by tables of their own values over half vectors, made when first needed."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from ..arrays import Fixed, ops
+from ..base.angles import direction
+from ..base.measured import Measured
+from ..formula.direction import Direction, half_and_cosine, polar_angle, reflect
+from ..formula.table_warp import MarginalWarp, Slices, both, gather, tables_when_needed
+from ..formula.warp import cosine_hemisphere, cosine_hemisphere_density
+from .angle_systems import azimuth_of
+
+COSINE_SHARE = 0.2
+"""Share of samples that is cosine-distributed: weights are at most 5 pi f."""
+
+VIEWS, TURNS, ROWS, COLUMNS = 16, 16, 32, 64
+"""Polar angles and azimuths of wo that there are tables for; azimuths and polar angles of half vectors in each."""
+
+STEEPEST = math.radians(88.0)
+GRAZING = 0.01  # cosine, below which f is not looked at
+
+KINDS = ("lobe", "lobe_conditional", "lobe_marginal", "lobe_integral")
+
+
+class Sampled(Measured):
+    """Base of measurements that know f only: half vectors are drawn by tables of f cos(theta_i), seen from 16 polar
+    angles (and 16 azimuths, if turning the sample changes f), mixed with the cosine hemisphere; the density is exact.
+
+    Source   Dupuy & Jakob 2018, "An adaptive parameterization for efficient material acquisition and rendering",
+             ACM TOG 37(6):274, for half vectors drawn by tables over their angles; here the tables are those of f.
+    """
+
+    seam = COSINE_SHARE
+
+    lobe: Any  # what sampling looks up, of bound materials only
+    lobe_conditional: Any
+    lobe_marginal: Any
+    lobe_integral: Any
+
+    def _keep(self) -> dict[str, Fixed]:
+        """What `_looked_up` says, and the tables of sampling, made of it when first needed."""
+        bare = self._looked_up()
+
+        def lobes() -> np.ndarray:
+            plain = self._changed({})
+            plain.__dict__["_kept"] = bare
+            return _lobes(plain, self.is_oriented())
+
+        return {**bare, **tables_when_needed(KINDS, lobes)}
+
+    def _looked_up(self) -> dict[str, Fixed]:
+        """The tables that `formula` looks up, by name."""
+        return super()._keep()
+
+    def warp(self, wo: Direction, u0: Any, u1: Any) -> Direction:
+        diffuse = u0 < COSINE_SHARE
+        flat = cosine_hemisphere(ops.minimum(u0 * (1.0 / COSINE_SHARE), 1.0), u1)
+        at, phi_o = self._seen_from(wo)
+        u = ops.clip((u0 - COSINE_SHARE) / (1.0 - COSINE_SHARE), 0.0, 1.0)
+        x, y = self._lobe.sample(at, u1, u)
+        theta, phi = (0.5 * math.pi) * x * x, (2.0 * y - 1.0) * math.pi + phi_o
+        s = ops.sin(theta)
+        wi = reflect(wo, Direction(s * ops.cos(phi), s * ops.sin(phi), ops.cos(theta)))
+        return Direction(*(ops.where(diffuse, a, b) for a, b in zip(flat, wi, strict=True)))
+
+    def density(self, wi: Direction, wo: Direction) -> Any:
+        wm, cos_d = half_and_cosine(wi, wo)
+        at, phi_o = self._seen_from(wo)
+        sin_m = ops.sqrt(wm.x * wm.x + wm.y * wm.y + 1e-20)
+        x = ops.sqrt(polar_angle(wm) * (2.0 / math.pi))
+        turned = (azimuth_of(wm) - phi_o + math.pi) * (0.5 / math.pi)
+        solid = (8.0 * math.pi**2) * x * sin_m * cos_d  # of wi, per area of the square
+        lobe = self._lobe.eval(at, x, turned - ops.floor(turned)) / ops.maximum(solid, 1e-12)
+        return COSINE_SHARE * cosine_hemisphere_density(wi) + (1.0 - COSINE_SHARE) * lobe
+
+    def estimate(self, wo: Direction) -> Any:
+        return gather(self.lobe_integral, self._seen_from(wo)[0], 1, 0)
+
+    def _seen_from(self, wo: Direction) -> tuple[Slices, Any]:
+        """The sampling tables to interpolate, and the azimuth that theirs are counted from."""
+        theta = _between(polar_angle(wo) * ((VIEWS - 1) / STEEPEST), VIEWS)
+        if not self.is_oriented():
+            return theta, azimuth_of(wo)
+        phi = _between((azimuth_of(wo) + math.pi) * (TURNS / (2.0 * math.pi)), TURNS + 1)
+        return both(phi, theta, VIEWS), 0.0
+
+    @property
+    def _lobe(self) -> MarginalWarp:
+        count = VIEWS * (TURNS + 1) if self.is_oriented() else VIEWS
+        return MarginalWarp(self.lobe, self.lobe_conditional, self.lobe_marginal, (ROWS, COLUMNS), count)
+
+
+def _between(position: Any, count: int) -> Slices:
+    """The two of `count` nodes 0, 1, ... around a position, with linear weights."""
+    position = ops.clip(position, 0.0, count - 1.0)
+    start = ops.minimum(ops.floor(position), count - 2.0)
+    i = ops.to_index(start)
+    return ((i, 1.0 - (position - start)), (i + 1, position - start))
+
+
+def _lobes(m: Measured, oriented: bool) -> np.ndarray:
+    """f cos(theta_i) (azimuths, polar angles, ROWS, COLUMNS) by half vector, per area of the square of its angles."""
+    y, x = np.meshgrid(np.linspace(0.0, 1.0, ROWS), np.linspace(0.0, 1.0, COLUMNS), indexing="ij")
+    theta = 0.5 * math.pi * x * x
+    wm = direction(theta, (2.0 * y - 1.0) * math.pi)
+    phis = np.linspace(-math.pi, math.pi, TURNS + 1) if oriented else np.zeros(1)
+    density = np.zeros((len(phis), VIEWS, ROWS, COLUMNS))
+    for i, phi_o in enumerate(phis):
+        for k, theta_o in enumerate(np.linspace(0.0, STEEPEST, VIEWS)):
+            wo = direction(theta_o, phi_o)
+            cos_d = wm @ wo
+            wi = 2.0 * cos_d[..., None] * wm - wo
+            up = (wi[..., 2] > GRAZING) & (cos_d > 0.0)
+            f = np.zeros(up.shape)
+            values = m.f(wi[up], np.broadcast_to(wo, wi[up].shape)).reshape(int(up.sum()), -1)
+            f[up] = np.maximum(np.nan_to_num(values.mean(axis=-1)), 0.0)
+            density[i, k] = f * wi[..., 2] * cos_d * np.sin(theta) * x * (8.0 * math.pi**2)
+    mean = density.mean(axis=(-2, -1), keepdims=True)
+    return density + np.where(mean > 0.0, 1e-3 * mean, 1.0)

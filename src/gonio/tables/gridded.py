@@ -1,0 +1,360 @@
+"""Values at the nodes of a grid of angles, interpolated: what most measurements and tables are."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import numpy as np
+
+from ..arrays import Fixed, Roomy, frozen, ops
+from ..base.provenance import derived
+from ..base.quantities import from_brdf, quantity_named, to_brdf
+from ..errors import ParameterError
+from ..formula.direction import HORIZON, Direction
+from ..formula.fields import Held, Ours, kept, option, table
+from ..formula.fields import channels as channel_field
+from ..formula.table_warp import Slices
+from . import dataset_layout
+from .angle_systems import Parameterisation, parameterisation
+from .axes import Axis, laid_out, nearest
+from .drawing import KINDS, Sampled
+
+if TYPE_CHECKING:
+    import xarray
+
+LEAST_KNOWN = 1e-3
+"""Below this share of the weights among nodes with data, f is NaN."""
+
+
+class Gridded(Sampled):
+    """Values at the nodes of a grid of angles, linear between them along every axis.
+
+    angles            theta_i, theta_o, phi = phi_o - phi_i; or theta_i, theta_o, phi_i, phi_o
+    relative          theta_i, theta_o, phi; or with phi_i
+    half_difference   theta_h, theta_d, phi_d; or with phi_h (Rusinkiewicz)
+    specular          theta_i, radial, azimuth of wo about the mirror direction of wi; or with phi_i
+
+    See `parameterisations.PARAMETERISATIONS`. Nodes [rad] are increasing, of any spacing; three axes mean an isotropic
+    material. Azimuths wrap with their period (2 pi unless `periods` has another: pi for phi_d of a reciprocal table);
+    `mirrored`: the third axis covers half of it, and the other half is its mirror image. Below the first node and above
+    the last of another axis, `outside` says what f is: "hold" (the outermost value), "missing" (NaN) or "zero".
+    Nodes without data (NaN) are left out and the weights of the others renormalised; f is NaN where these hold less
+    than 1/1000 of the weight. "nearest" takes the value of the nearest node instead. Values are interpolated as BRDFs.
+
+    Sampling: see `Sampled`.
+
+    Shapes   values, uncertainty: (grid...) or (grid..., C). f: (...) or (..., C).
+    Units    f: 1/sr; `values` those of `quantity`, a name in `measurement.QUANTITIES`.
+    Error    at nodes rounding; between them that of linear interpolation, which depends on the data: `gn.tabulate`
+             measures it.
+    Source   definition; angles of half_difference: Rusinkiewicz 1998, "A new change of variables for efficient BRDF
+             representation".
+    """
+
+    format = "table"
+    breaks: ClassVar[dict[str, str]] = {
+        "positivity": "measured values are kept as they are, with noise around 0",
+        "reciprocity": "a table holds every pair of directions on its own",
+        "energy": "measured values, and what is interpolated between them, are kept as they are",
+        "furnace": "measured values, and what is interpolated between them, are kept as they are",
+        "grazing": "beyond the outermost nodes nothing is known",
+    }
+
+    interpolation = option("linear", "nearest", doc="between nodes, or the value of the nearest")
+    outside = option("hold", "missing", "zero", doc="beyond the outermost nodes")
+    stored = table("the values as given, by the axes and channel")
+    channel = channel_field("number of the channel")
+
+    parameterisation: str
+    """What the axes are."""
+    axes: dict[str, np.ndarray]
+    """Nodes [rad] of each axis, as given."""
+    uncertainty: np.ndarray | None
+    """Standard uncertainty of `stored`, or None."""
+    is_mirrored: bool
+    """Whether the third axis covers half of its period, and the other half is its mirror image."""
+    periods: dict[str, float]
+    values: Any  # what formulas look up, of bound materials only
+    layout: tuple[Axis, ...]
+    width: int
+    holes: bool
+
+    def __init__(
+        self,
+        parameterisation: str,
+        axes: Mapping[str, Any],
+        values: Any,
+        *,
+        quantity: str = "brdf",
+        uncertainty: Any = None,
+        channels: Sequence[str | float] | None = None,
+        mirrored: bool = False,
+        periods: Mapping[str, float] | None = None,
+        interpolation: str = "linear",
+        outside: str = "hold",
+        path: str = "",
+        about: Mapping[str, Any] | None = None,
+    ):
+        stored = _real("values", values)
+        names = None if channels is None else tuple(channels)
+        grid = self._lay_out(parameterisation, axes, mirrored, periods or {}, names)
+        _check_values("values", stored, grid, names)
+        if uncertainty is not None:
+            uncertainty = _real("uncertainty", uncertainty)
+            _check_values("uncertainty", uncertainty, grid, names)
+        self.__dict__.update(uncertainty=uncertainty, quantity=quantity_named(quantity))
+        super().__init__(
+            path,
+            dict(about or {}),
+            interpolation=interpolation,
+            outside=outside,
+            stored=Ours(stored),
+            channel=0.0 if names is None else len(names),
+        )
+        self.__dict__["holes"] = not np.isfinite(stored).all() or self._is_undetermined()
+
+    def _is_undetermined(self) -> bool:
+        """Whether f does not follow from what is stored at some nodes: where it was multiplied by a cosine of 0."""
+        if "cos" not in self.quantity:
+            return False
+        return any((w[..., 2] <= HORIZON).any() for w in self.directions())
+
+    def _lay_out(
+        self,
+        parameterisation: str,
+        axes: Mapping[str, Any],
+        mirrored: bool,
+        periods: Mapping[str, float],
+        names: tuple | None,
+    ) -> tuple[int, ...]:
+        """Set what the grid is; its shape."""
+        held = Held({name: _nodes(name, nodes) for name, nodes in axes.items()})
+        layout, given = laid_out(parameterisation, held, mirrored, periods)
+        self.__dict__.update(
+            parameterisation=parameterisation,
+            axes=held,
+            is_mirrored=bool(mirrored),
+            periods=Held(given),
+            layout=layout,
+            width=1 if names is None else len(names),
+            channel_names=names,
+        )
+        return tuple(map(len, held.values()))
+
+    @property
+    def valid(self) -> np.ndarray:
+        """True where there is a value; shape of `stored`."""
+        return np.isfinite(self.stored)
+
+    def as_grid(self) -> Gridded:
+        """Itself."""
+        return self
+
+    @property
+    def data(self) -> xarray.Dataset:
+        """As stored, in the layout of docs/data-model.md: `values`, `valid`, `uncertainty`, by the axes and channel."""
+        return dataset_layout.described(
+            self.axes,
+            list(self.axes),
+            self.stored,
+            self.uncertainty,
+            self.channel_names,
+            parameterisation=self.parameterisation,
+            quantity=self.quantity,
+            mirrored=self.is_mirrored,
+            periods=self.periods,
+            interpolation=self.interpolation,
+            outside=self.outside,
+            source=self.path,
+            **dataset_layout.known(self.about, self.provenance),
+        )
+
+    @property
+    def kind(self) -> Parameterisation:
+        """What the axes are."""
+        return parameterisation(self.parameterisation)
+
+    def is_oriented(self) -> bool:
+        """Whether there is an axis for the orientation of the sample."""
+        return len(self.axes) == 4
+
+    def directions(self) -> tuple[np.ndarray, np.ndarray]:
+        """wi and wo (grid..., 3) at the nodes; a component z below 0 where the grid goes below the horizon."""
+        return self.kind.pairs(*np.meshgrid(*self.axes.values(), indexing="ij"))
+
+    def brdf(self) -> np.ndarray:
+        """f [1/sr] at the nodes, shape of `stored`; NaN where there is no value, or where that does not tell f because
+        it was multiplied by a cosine of 0 or less.
+
+        Nodes below the horizon keep the f that is stored for them: between nodes on both sides it is interpolated.
+        """
+        return self._as_brdf(self.stored)
+
+    def brdf_uncertainty(self) -> np.ndarray | None:
+        """Standard uncertainty of `brdf`."""
+        return None if self.uncertainty is None else self._as_brdf(self.uncertainty)
+
+    def with_brdf(self, values: np.ndarray, uncertainty: np.ndarray | None = None, **about: Any) -> Gridded:
+        """The same grid with other f [1/sr] at its nodes, kept in the same quantity; `about` is added to its own."""
+        f, u = Ours(self._converted(_real("values", values), from_brdf)), None
+        if uncertainty is not None:
+            u = Ours(self._converted(_real("uncertainty", uncertainty), from_brdf))
+        return self.with_table(f, u, about={**self.about, **about})
+
+    def with_table(self, values: Any, uncertainty: Any = None, **other: Any) -> Gridded:
+        """A table of other `values`, as given to `Gridded`, with all else that this has but for what `other` says,
+        arguments of `Gridded`; its `provenance` says which file this was read from.
+        """
+        known = {
+            "parameterisation": self.parameterisation,
+            "axes": self.axes,
+            "quantity": self.quantity,
+            "channels": self.channel_names,
+            "mirrored": self.is_mirrored,
+            "periods": self.periods,
+            "interpolation": self.interpolation,
+            "outside": self.outside,
+            "path": self.path,
+            "about": self.about,
+        }
+        made = Gridded(values=values, uncertainty=uncertainty, **{**known, **other})
+        made.__dict__["provenance"] = derived(self)
+        return made
+
+    def redrawn(self, values: np.ndarray) -> Gridded:
+        """As `with_brdf`, for many tables of much the same f with data at the same nodes: with this one's tables of
+        sampling and compiled formulas, which take longer to make than an integral. f is what `with_brdf` gives.
+        """
+        found = self.with_brdf(values)
+        found.__dict__["_kept"] = {**found._looked_up(), **{name: self._kept[name] for name in KINDS}}
+        if found.holes == self.holes:
+            found.__dict__["_identity"] = self.identity()
+        return found
+
+    def _as_brdf(self, values: np.ndarray) -> np.ndarray:
+        with np.errstate(invalid="ignore"):
+            return self._converted(np.where(np.isfinite(values), values, np.nan), to_brdf)
+
+    def _converted(self, values: np.ndarray, convert: Any) -> np.ndarray:
+        if self.quantity == "brdf":
+            return np.asarray(values, dtype=float)
+        wi, wo = self.directions()
+        cosines = [w[..., 2] if self.channel_names is None else w[..., 2, None] for w in (wi, wo)]
+        return convert(self.quantity, values, *cosines)
+
+    def _looked_up(self) -> dict[str, Fixed]:
+        """The nodes' f with the circles closed, flat, and the nodes of uneven axes."""
+        kept = super()._looked_up()
+        del kept["stored"]
+        uneven = {
+            f"nodes_{k}": Fixed(axis.closed(nodes))
+            for k, (axis, nodes) in enumerate(zip(self.layout, self.axes.values(), strict=True))
+            if axis.spacing == "uneven"
+        }
+        return {**kept, "values": Roomy(self._flat), **uneven}
+
+    def _flat(self) -> np.ndarray:
+        """f at the nodes with the circles closed, flat, and an entry more."""
+        grid, sizes = tuple(map(len, self.axes.values())), tuple(axis.size for axis in self.layout)
+        flat = np.empty(math.prod(sizes) * self.width + 1)
+        flat[-1] = 0.0
+        closed = flat[:-1].reshape(*sizes, self.width)
+        closed[tuple(map(slice, grid))] = self.brdf().reshape(*grid, self.width)
+        for k, (size, nodes) in enumerate(zip(sizes, grid, strict=True)):
+            if size > nodes:
+                along = np.moveaxis(closed, k, 0)
+                along[-1] = along[0]
+        return flat
+
+    def formula(self, wi: Direction, wo: Direction) -> Any:
+        corners, beyond = self.corners(wi, wo)
+        value = self._combined(corners)
+        if self.outside == "hold":
+            return value
+        return ops.where(beyond, math.nan if self.outside == "missing" else 0.0, value)
+
+    def corners(self, wi: Direction, wo: Direction) -> tuple[Slices, Any]:
+        """The nodes around a pair with their weights, as if none were without data; and whether it is beyond the grid.
+
+        Of bound materials. Nodes are counted through the grid with its circles closed: `layout[k].size` along axis k.
+        """
+        corners: list[tuple[Any, Any]] = [(0, 1.0)]
+        beyond: Any = False
+        for k, angle in enumerate(self.kind.angles(wi, wo, len(self.layout) == 4)):
+            axis = self.layout[k]
+            if self.outside != "hold" and axis.has_ends:
+                beyond = beyond | axis.is_beyond(angle)
+            around = axis.around(angle, self.__dict__.get(f"nodes_{k}"))
+            if self.interpolation == "nearest":
+                around = nearest(around)
+            corners = [(at * axis.size + i, v * u) for at, v in corners for i, u in around]
+        return corners, beyond
+
+    def _combined(self, corners: Slices) -> Any:
+        channel = ops.to_index(self.channel)
+        values = [(ops.take(self.values, at * self.width + channel), weight) for at, weight in corners]
+        if len(values) == 1:
+            return values[0][0]
+        if self.holes:
+            return _of_known(values)
+        total = values[0][0] * values[0][1]
+        for value, weight in values[1:]:
+            total = total + weight * value
+        return total
+
+    def _key(self) -> tuple:
+        shape = (
+            ("parameterisation", self.parameterisation),
+            ("quantity", self.quantity),
+            ("mirrored", self.is_mirrored),
+            ("periods", self.periods),
+        )
+        nodes = tuple((f"nodes of {name}", x) for name, x in self.axes.items())
+        names = (("channel_names", self.channel_names),)
+        uncertainty = () if self.uncertainty is None else (("uncertainty", self.uncertainty),)
+        return (*super()._key(), *shape, *nodes, *names, *uncertainty)
+
+    def __repr__(self) -> str:
+        if self.path:
+            return super().__repr__()
+        size = " x ".join(str(len(x)) for x in self.axes.values())
+        made_of = f" of {self.about['made_of']:.200}" if "made_of" in self.about else ""
+        return f"<{self.parameterisation} table of {size} nodes{made_of}>"
+
+
+def _of_known(values: Slices) -> Any:
+    """The weighted mean of values that are numbers; NaN where these have next to no weight."""
+    total: Any = 0.0
+    known: Any = 0.0
+    for value, weight in values:
+        there = value == value
+        weight = ops.where(there, weight, 0.0)
+        total, known = total + weight * ops.where(there, value, 0.0), known + weight
+    enough = known > LEAST_KNOWN
+    return ops.where(enough, total / ops.where(enough, known, 1.0), math.nan)
+
+
+def _check_values(what: str, values: np.ndarray, grid: tuple[int, ...], names: tuple | None) -> None:
+    expected = grid if names is None else (*grid, len(names))
+    if values.shape != expected:
+        raise ParameterError(f"{what}: got shape {values.shape}, expected {expected}: nodes of the axes, and channels")
+    if names is not None and not names:
+        raise ParameterError("channels: got none, expected names or wavelengths [nm]; None for values without channels")
+
+
+def _real(what: str, values: Any) -> np.ndarray:
+    """An array of floats of our own; those of single and double precision stay so."""
+    try:
+        found = kept(values)
+    except (TypeError, ValueError) as error:
+        raise ParameterError(f"{what}: got {error}; expected an array of numbers") from None
+    return found if found.dtype in (np.float32, np.float64) else frozen(found.astype(np.float64))
+
+
+def _nodes(name: str, nodes: Any) -> np.ndarray:
+    try:
+        return frozen(np.array(ops.numbers(nodes), dtype=float).reshape(-1))
+    except (TypeError, ValueError) as error:
+        raise ParameterError(f"axes: {name} holds {error}; expected increasing, finite nodes [rad]") from None

@@ -1,0 +1,3 @@
+"""The version of gonio."""
+
+__version__ = "0.1.0"
