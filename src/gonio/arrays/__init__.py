@@ -48,15 +48,15 @@ def library_of_type(kind: Any) -> Any:
 
 def library(*arrays: Array) -> Library:
     """The one library that `arrays` belong to; numbers belong to any. Raises ArrayTypeError if they are mixed."""
-    found: Library | None = None
+    common: Library | None = None
     for x in arrays:
-        own = library_of_type(type(x))
-        if own is None or own is found:
+        lib = library_of_type(type(x))
+        if lib is None or lib is common:
             continue
-        if found is not None:
+        if common is not None:
             raise ArrayTypeError(
-                f"arrays of different libraries in one call: {found.name} and {own.name}; "
+                f"arrays of different libraries in one call: {common.name} and {lib.name}; "
                 f"expected one library; convert one side first"
             )
-        found = own
-    return found or LIBRARIES["numpy"]
+        common = lib
+    return common or LIBRARIES["numpy"]

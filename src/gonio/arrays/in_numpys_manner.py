@@ -22,15 +22,15 @@ def frozen(array: Any) -> Any:
 
 
 def contiguous(numbers: np.ndarray, dtype: Any) -> np.ndarray:
-    """The numbers in one piece of memory, to be made `once`.
+    """The numbers in one piece of memory, for `Fixed.once`.
 
-    A function of Python's: where torch.compile looks up what was made, it cannot compare NumPy's own.
+    A Python function, because torch.compile cannot compare NumPy's own as the key of a lookup.
     """
     return np.ascontiguousarray(numbers, dtype)
 
 
 class Fixed:
-    """Numbers that never change, with what libraries made of them; `numbers` may be a function that makes them."""
+    """Constant numbers, and what libraries converted them to; `numbers` may be a function that computes them."""
 
     def __init__(self, numbers: np.ndarray | Callable[[], np.ndarray]):
         self._numbers = frozen(numbers)
@@ -39,13 +39,12 @@ class Fixed:
     @property
     def numbers(self) -> np.ndarray:
         """The numbers, as a NumPy array."""
-        found = self._numbers
-        if callable(found):
-            found = self._numbers = frozen(found())
-        return found
+        if callable(self._numbers):
+            self._numbers = frozen(self._numbers())
+        return self._numbers
 
     def once(self, make: Callable[..., Array], *args: Any) -> Array:
-        """`make(numbers, *args)`, as it was when first asked for."""
+        """`make(numbers, *args)`, computed at the first call and kept."""
         self._make(make, *args)
         return self._made[make, *args]
 
@@ -53,20 +52,20 @@ class Fixed:
         if (make, *args) not in self._made:
             self._made[make, *args] = frozen(make(self.numbers, *args))
 
-    # What torch.compiler.assume_constant_result does: torch.compile does not trace this but calls it, and then finds
-    # what was made. The numbers must not become an input of its graph: NumPy arrays there are made writeable.
+    # As torch.compiler.assume_constant_result does: torch.compile calls this instead of tracing it, then looks the
+    # result up. The numbers must not become an input of its graph: it makes NumPy arrays there writeable.
     _make._dynamo_marked_constant = True  # type: ignore[attr-defined]
 
 
 class Roomy(Fixed):
-    """Numbers that are made with one more behind them, which is none: kernels, which read two at a time, need no copy.
+    """A table padded by one entry, because kernels gather pairs: it is handed to them without a copy.
 
-    Of large tables a copy is what decides how much memory they take.
+    The copy of a large table would decide how much memory it takes.
     """
 
     @property
     def whole(self) -> np.ndarray:
-        """The numbers, and the one behind them."""
+        """The numbers with the padding."""
         return super().numbers
 
     @property

@@ -13,9 +13,9 @@ from . import LIBRARIES, Array, Library, NumPy, library, library_of_type
 
 def _call(name: str, *args: Array) -> Array:
     for x in args:
-        own = library_of_type(type(x))
-        if own is not None:
-            return own.function(name)(*args)
+        lib = library_of_type(type(x))
+        if lib is not None:
+            return lib.function(name)(*args)
     return LIBRARIES["numpy"].function(name)(*args)
 
 
@@ -110,8 +110,8 @@ def as_arrays(*arrays: Array, name: str = "directions") -> tuple[Library, list[A
     """The arrays of one call with their library: lists join the others, dtypes must agree and be floating point."""
     like = next((x for x in arrays if library_of_type(type(x)) is not None), np.zeros(0))
     try:
-        own = library(like)
-        arrays = tuple(own.vectors(plain(x), like) if isinstance(x, (list, tuple)) else plain(x) for x in arrays)
+        first = library(like)
+        arrays = tuple(first.vectors(plain(x), like) if isinstance(x, (list, tuple)) else plain(x) for x in arrays)
     except ArrayTypeError:
         raise
     except (TypeError, ValueError) as error:
@@ -140,12 +140,12 @@ def to_numpy(x: Array) -> np.ndarray:
 def broadcast_shape(shapes: Sequence[tuple[int, ...]], what: str) -> tuple[int, ...]:
     """The shape that all broadcast to, or a ShapeError that names them."""
     # By hand, because lengths may be symbols of a compiler.
-    found = [1] * max([len(shape) for shape in shapes])
+    lengths = [1] * max([len(shape) for shape in shapes])
     for shape in shapes:
-        for i, n in enumerate(shape, len(found) - len(shape)):
-            if found[i] == 1:
-                found[i] = n
-            elif n not in (1, found[i]):
+        for i, n in enumerate(shape, len(lengths) - len(shape)):
+            if lengths[i] == 1:
+                lengths[i] = n
+            elif n not in (1, lengths[i]):
                 listed = ", ".join(str(s) for s in shapes)
                 raise ShapeError(f"{what}: shapes {listed} do not broadcast against each other")
-    return tuple(found)
+    return tuple(lengths)

@@ -37,11 +37,11 @@ def gradient(graph: Graph, output: int, inputs: Sequence[int]) -> list[int]:
 
 def _between(graph: Graph, output: int, inputs: Sequence[int]) -> list[int]:
     """Nodes that `output` depends on and that depend on `inputs`, in order."""
-    found: set[int] = set(inputs)
+    between: set[int] = set(inputs)
     order = []
     for node in graph.reachable([output]):
-        if node in found or any(source in found for source in graph.inputs(node)):
-            found.add(node)
+        if node in between or any(source in between for source in graph.inputs(node)):
+            between.add(node)
             order.append(node)
     return order
 

@@ -40,15 +40,15 @@ class Graph:
     def _node(self, operation: str, arguments: tuple, kind: str) -> int:
         ordered = sorted(arguments) if operation in _COMMUTE else arguments
         key = (operation, kind, *ordered)
-        found = self._known.get(key)
-        if found is None:
-            found = self._known[key] = len(self.operations)
-            if found >= TRACED:
+        node = self._known.get(key)
+        if node is None:
+            node = self._known[key] = len(self.operations)
+            if node >= TRACED:
                 raise TraceError(f"a formula of more than {TRACED} operations is not traced")
             self.operations.append(operation)
             self.arguments.append(arguments)
             self.kinds.append(kind)
-        return found
+        return node
 
     def constant(self, value: float, kind: str = REAL) -> int:
         if kind == REAL:

@@ -112,17 +112,17 @@ def _drawn(
         )
     random = np.random.default_rng(seed)
     at_estimate = _numbers(function(errors.m, *args, **named_args))
-    found: list[np.ndarray] = []
+    results: list[np.ndarray] = []
     for done in range(draws):
-        found.append(_numbers(function(errors.draw(random), *args, **named_args)))
-        if found[-1].shape != at_estimate.shape:
+        results.append(_numbers(function(errors.draw(random), *args, **named_args)))
+        if results[-1].shape != at_estimate.shape:
             raise ShapeError(
                 f"Monte Carlo: the function gave shape {at_estimate.shape} for the table as it is, but "
-                f"{found[-1].shape} for a drawn one; expected the same for every table"
+                f"{results[-1].shape} for a drawn one; expected the same for every table"
             )
         if progress is not None:
             progress(done + 1, draws)
-    all_ = np.stack(found)
+    all_ = np.stack(results)
     value, u = all_.mean(axis=0)[()], all_.std(axis=0, ddof=1)[()]
     return Quoted(value, u, at_estimate[()], f"Monte Carlo, {draws} draws", errors.assumed, draws=all_)
 

@@ -42,22 +42,22 @@ def lengths(correlation: str | float | Mapping[str, float], axes: Sequence[str])
             )
         angle = 0.0 if correlation == "independent" else math.inf
         return {**dict.fromkeys(axes, angle), CHANNEL: math.inf if correlation == "common" else 0.0}
-    known = (*axes, CHANNEL)
+    names = (*axes, CHANNEL)
     given = correlation if isinstance(correlation, Mapping) else dict.fromkeys(axes, correlation)
-    found = dict.fromkeys(known, 0.0)
+    along = dict.fromkeys(names, 0.0)
     for axis, length in given.items():
-        if axis not in known:
-            raise ParameterError(f"correlation: no axis {axis!r:.60}; expected some of {', '.join(known)}")
+        if axis not in names:
+            raise ParameterError(f"correlation: no axis {axis!r:.60}; expected some of {', '.join(names)}")
         try:
-            found[axis] = float(length)
+            along[axis] = float(length)
         except (TypeError, ValueError):
-            found[axis] = -1.0
-        if not found[axis] >= 0.0:
+            along[axis] = -1.0
+        if not along[axis] >= 0.0:
             raise ParameterError(
                 f"correlation length {length!r:.60} along {axis}: expected a number that is 0 (independent) or above; "
                 f"math.inf for errors that are common along it"
             )
-    return found
+    return along
 
 
 def factor(nodes: np.ndarray, length: float, period: float | None = None) -> np.ndarray | None:
@@ -110,8 +110,8 @@ class Factors:
                 f"math.inf"
             )
         n = channels if isinstance(channels, int) else len(channels)
-        found = factor(np.zeros(n) if isinstance(channels, int) else channels, length)
-        self.channels = np.eye(n) if found is None else found
+        across = factor(np.zeros(n) if isinstance(channels, int) else channels, length)
+        self.channels = np.eye(n) if across is None else across
 
     def on_angles(self, rows: sparse.csr_array) -> sparse.csr_array:
         """Rows (n, nodes) of sensitivities to errors of the table -> to the independent errors that make them."""
@@ -138,16 +138,16 @@ class Factors:
 
     def draw(self, random: np.random.Generator) -> np.ndarray:
         """A table (nodes, C) of errors with standard deviation 1."""
-        own = self.channels.shape[1]
+        channels = self.channels.shape[1]
         if self.shared is not None:
-            found = random.standard_normal((self.shared.shape[1], own))[self.shared.indices]
+            errors = random.standard_normal((self.shared.shape[1], channels))[self.shared.indices]
         else:
             sizes = [n if f is None else f.shape[1] for n, f in zip(self.shape, self.angles, strict=True)]
-            found = random.standard_normal((*sizes, own))
+            errors = random.standard_normal((*sizes, channels))
             for axis, f in enumerate(self.angles):
                 if f is not None:
-                    found = np.moveaxis(np.tensordot(found, f, (axis, 1)), -1, axis)
-        return found.reshape(-1, own) @ self.channels.T
+                    errors = np.moveaxis(np.tensordot(errors, f, (axis, 1)), -1, axis)
+        return errors.reshape(-1, channels) @ self.channels.T
 
 
 def in_words(correlation: Any) -> str:

@@ -75,14 +75,14 @@ def _factor(incident: Any, collected: Any, share: float) -> Linear:
     """`share` times the reflectance factor pi/(Omega_i Omega_o) integral f."""
     sides = [x if isinstance(x, (Cone, Hemisphere)) else directions(x) for x in (incident, collected)]
     shape = np.broadcast_shapes(*(x.shape[:-1] for x in sides if isinstance(x, np.ndarray)))
-    known = [in_double(np.broadcast_to(x, (*shape, 3))) if isinstance(x, np.ndarray) else x for x in sides]
-    count, free = math.prod(shape), sum(not isinstance(x, np.ndarray) for x in known)
+    ends = [in_double(np.broadcast_to(x, (*shape, 3))) if isinstance(x, np.ndarray) else x for x in sides]
+    count, free = math.prod(shape), sum(not isinstance(x, np.ndarray) for x in ends)
 
     def pairs(n: int) -> Iterator[Pairs]:
         u = lattice(n if free else 1, max(2 * free, 2))
         spread: list[Any] = []
         weight = np.full(len(u), math.pi * share / len(u))
-        for x in known:
+        for x in ends:
             if isinstance(x, np.ndarray):
                 spread.append(x)
                 continue
@@ -90,7 +90,7 @@ def _factor(incident: Any, collected: Any, share: float) -> Linear:
             weight = weight * np.nan_to_num(solid / x.projected)
             spread.append(np.nan_to_num(w))
         for row in range(count):
-            wi, wo = (w[row : row + 1] if isinstance(x, np.ndarray) else w for x, w in zip(known, spread, strict=True))
+            wi, wo = (w[row : row + 1] if isinstance(x, np.ndarray) else w for x, w in zip(ends, spread, strict=True))
             yield Pairs(row, wi, wo, weight)
 
     return Linear(shape, free > 0, pairs)

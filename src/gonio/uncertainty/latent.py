@@ -33,16 +33,16 @@ class Ledger:
         from uncertainties import ufloat
 
         earlier = sparse.vstack(self.rows, format="csr") if self.rows else rows[:0]
-        across, own = (rows @ earlier.T).toarray(), (rows @ rows.T).toarray()
-        known = np.linalg.lstsq(self.factor, across.T, rcond=None)[0].T if self.rows else np.zeros((len(own), 0))
-        values, vectors = np.linalg.eigh(own - known @ known.T)
-        new = values > NEGLIGIBLE * max(own.diagonal().max(initial=0.0), 1e-300)
+        across, among = (rows @ earlier.T).toarray(), (rows @ rows.T).toarray()
+        shared = np.linalg.lstsq(self.factor, across.T, rcond=None)[0].T if self.rows else np.zeros((len(among), 0))
+        values, vectors = np.linalg.eigh(among - shared @ shared.T)
+        new = values > NEGLIGIBLE * max(among.diagonal().max(initial=0.0), 1e-300)
         rest = vectors[:, new] * np.sqrt(values[new])
         self.variables += [ufloat(0.0, 1.0) for _ in range(rest.shape[1])]
         above = np.zeros((len(self.factor), rest.shape[1]))
-        self.factor = np.block([[self.factor, above], [known, rest]])
+        self.factor = np.block([[self.factor, above], [shared, rest]])
         self.rows.append(rows)
-        return self.factor[-len(own) :]
+        return self.factor[-len(among) :]
 
 
 class Latent:
@@ -61,10 +61,10 @@ class Latent:
 
     def covariance(self, other: Latent) -> np.ndarray:
         """Covariances (n, m) with the results of another, under the same assumption about the same table."""
-        found = (self.rows @ other.rows.T).toarray()
-        found[self.unknown] = np.nan
-        found[:, other.unknown] = np.nan
-        return found
+        covariance = (self.rows @ other.rows.T).toarray()
+        covariance[self.unknown] = np.nan
+        covariance[:, other.unknown] = np.nan
+        return covariance
 
     def ufloats(self, values: np.ndarray) -> list[UFloat]:
         """The results (n,) as correlated numbers of the package `uncertainties`; the same ones when asked again."""

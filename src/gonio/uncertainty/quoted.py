@@ -77,9 +77,9 @@ class Quoted:
         from uncertainties import correlated_values
 
         flat = np.ravel(self.value).astype(float)
-        own = self.latent
+        latent = self.latent
         array = np.empty(flat.size, dtype=object)
-        array[:] = correlated_values(flat, self.covariance) if own is None else own.ufloats(flat)
+        array[:] = correlated_values(flat, self.covariance) if latent is None else latent.ufloats(flat)
         return array.reshape(np.shape(self.value))[()]
 
     def __str__(self) -> str:

@@ -52,28 +52,28 @@ def coefficients(m: Gridded, of: Linear, n: int, only: int | None = None) -> Coe
         if only is not None and np.max(pairs.row) >= only:
             break
         node, weight = _around(m, pairs)
-        for part, known in zip(parts, valid, strict=True):
-            part.append(_row(node, _shares(m, node, weight, known) * pairs.weight, pairs, valid.shape[1]))
+        for part, usable in zip(parts, valid, strict=True):
+            part.append(_row(node, _shares(m, node, weight, usable) * pairs.weight, pairs, valid.shape[1]))
     empty = sparse.csr_array((count, valid.shape[1]))
     return Coefficients([sparse.vstack(p, format="csr") if p else empty for p in parts], pattern)
 
 
 def _patterns(valid: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """The different columns of (nodes, C), as rows, and which of them each channel has."""
-    found: dict[bytes, int] = {}
-    pattern = [found.setdefault(column.tobytes(), len(found)) for column in valid.T]
-    return np.stack([np.frombuffer(key, dtype=bool) for key in found]), np.array(pattern)
+    numbers: dict[bytes, int] = {}
+    pattern = [numbers.setdefault(column.tobytes(), len(numbers)) for column in valid.T]
+    return np.stack([np.frombuffer(key, dtype=bool) for key in numbers]), np.array(pattern)
 
 
 def _around(m: Gridded, pairs: Pairs) -> tuple[np.ndarray, np.ndarray]:
     """The nodes (K, n) of the grid around pairs and their weights, 0 for pairs below the horizon or beyond the grid."""
     corners = (1 if m.interpolation == "nearest" else 2) ** sum(axis.size > 1 for axis in m.layout)
     inputs = [np.ascontiguousarray(w) for w in (pairs.wi, pairs.wo)]
-    *found, kept = batch.run(_kernel, ("scalar",) * (2 * corners + 1), m, inputs, (3, 3))
-    closed = np.unravel_index(np.rint(found[:corners]).astype(np.int64), [axis.size for axis in m.layout])
+    *corner_values, kept = batch.run(_kernel, ("scalar",) * (2 * corners + 1), m, inputs, (3, 3))
+    closed = np.unravel_index(np.rint(corner_values[:corners]).astype(np.int64), [axis.size for axis in m.layout])
     grid = [len(x) for x in m.axes.values()]
     node = np.ravel_multi_index([i % k for i, k in zip(closed, grid, strict=True)], grid)
-    return node, np.asarray(found[corners:]) * kept
+    return node, np.asarray(corner_values[corners:]) * kept
 
 
 def _kernel(m: Reflectance, mean: Any, wi: Any, wo: Any) -> tuple:
@@ -84,11 +84,11 @@ def _kernel(m: Reflectance, mean: Any, wi: Any, wo: Any) -> tuple:
     return (*(at + zero for at, _ in corners), *(w + zero for _, w in corners), kept)
 
 
-def _shares(m: Gridded, node: np.ndarray, weight: np.ndarray, known: np.ndarray) -> np.ndarray:
+def _shares(m: Gridded, node: np.ndarray, weight: np.ndarray, usable: np.ndarray) -> np.ndarray:
     """Weights with holes left out, as `Gridded` does it."""
-    if known.all():
+    if usable.all():
         return weight
-    there = known[node]
+    there = usable[node]
     if not m.holes or len(node) == 1:
         return np.where(there.all(axis=0), weight, 0.0)
     weight = np.where(there, weight, 0.0)
@@ -101,5 +101,5 @@ def _row(node: np.ndarray, weight: np.ndarray, pairs: Pairs, nodes: int) -> spar
     if isinstance(pairs.row, int):
         return sparse.csr_array(np.bincount(node.reshape(-1), weight.reshape(-1), nodes)[None])
     row = np.broadcast_to(np.arange(node.shape[1]), node.shape)
-    found = sparse.coo_array((weight.reshape(-1), (row.reshape(-1), node.reshape(-1))), (node.shape[1], nodes))
-    return sparse.csr_array(found)
+    sums = sparse.coo_array((weight.reshape(-1), (row.reshape(-1), node.reshape(-1))), (node.shape[1], nodes))
+    return sparse.csr_array(sums)

@@ -38,31 +38,31 @@ class TableErrors:
         self.m = m
         self.scale = scale_uncertainty(m, scale)
         self.u = by_channel(_uncertainty(m, self.scale), m)
-        found = lengths(correlation, tuple(m.axes))
+        along = lengths(correlation, tuple(m.axes))
         self.assumed = in_words(correlation) + (f", and of scale ({self.scale:.2g})" if self.scale else "")
         names = m.channel_names
         numbers = names is not None and not any(isinstance(x, str) for x in names)
         channels: Any = np.array(names, dtype=float) if numbers else self.u.shape[1]
         circles = {name: p for k, (name, p) in enumerate(m.periods.items()) if not (m.is_mirrored and k == 0)}
         shared = m.nodes[2] if isinstance(m, Scattered) else None
-        self.factors = Factors(m.axes, channels, found, circles, shared)
-        self.ledger = _ledger(m, (*found.items(), self.scale))
+        self.factors = Factors(m.axes, channels, along, circles, shared)
+        self.ledger = _ledger(m, (*along.items(), self.scale))
 
     def results(self, of: Linear, values: Any) -> Latent:
         """Results (...[, C]) of a linear function in terms of independent errors."""
         n = self._enough(of) if of.sampled else 1
         return self.latent(coefficients(self.m, of, n), np.reshape(values, (-1, self.u.shape[1])))
 
-    def latent(self, found: Coefficients, values: np.ndarray) -> Latent:
+    def latent(self, by: Coefficients, values: np.ndarray) -> Latent:
         """Results (n, C) with these coefficients in terms of independent errors; `values` for the error of scale."""
         count, channels = values.shape
         rows, unknown = [], []
         for c in range(channels):
-            own = found.of(c)
-            known = np.nan_to_num(self.u[:, c])
-            made = self.factors.on_angles(sparse.csr_array(own.multiply(known[None])))
-            rows.append(sparse.kron(sparse.csr_array(self.factors.channels[c : c + 1]), made, format="csr"))
-            unknown.append(own @ np.isnan(self.u[:, c]).astype(float) > 0.0)
+            rates = by.of(c)
+            u = np.nan_to_num(self.u[:, c])
+            parts = self.factors.on_angles(sparse.csr_array(rates.multiply(u[None])))
+            rows.append(sparse.kron(sparse.csr_array(self.factors.channels[c : c + 1]), parts, format="csr"))
+            unknown.append(rates @ np.isnan(self.u[:, c]).astype(float) > 0.0)
         order = np.arange(count * channels).reshape(channels, count).T.reshape(-1)
         stacked = sparse.csr_array(sparse.vstack(rows, format="csr"))[order]
         flat = values.reshape(-1)
@@ -74,8 +74,8 @@ class TableErrors:
 
     def roughly(self, of: Linear) -> float:
         """The smallest standard uncertainty of a few results of a linear function, infinite if there is none."""
-        found = coefficients(self.m, of, FEWEST, min(math.prod(of.shape), TRIED))
-        u = self.latent(found, np.full((found.rows[0].shape[0], self.u.shape[1]), 0.0)).u
+        few = coefficients(self.m, of, FEWEST, min(math.prod(of.shape), TRIED))
+        u = self.latent(few, np.full((few.rows[0].shape[0], self.u.shape[1]), 0.0)).u
         return float(np.min(u[u > 0.0], initial=math.inf))
 
     def draw(self, random: np.random.Generator) -> Gridded:
@@ -90,8 +90,8 @@ class TableErrors:
         n, before = FEWEST, np.zeros(0)
         few = min(math.prod(of.shape), TRIED)
         while n < MOST:
-            found = coefficients(self.m, of, n, few)
-            u = self.latent(found, np.zeros((few, self.u.shape[1]))).u
+            by = coefficients(self.m, of, n, few)
+            u = self.latent(by, np.zeros((few, self.u.shape[1]))).u
             if before.size and not (np.abs(u - before) > STEADY * u).any():
                 break
             before, n = u, 2 * n
@@ -118,26 +118,26 @@ def scale_uncertainty(m: Gridded, given: float | None = None) -> float:
     """Relative standard uncertainty that all values have in common: as given, else as the measurement says, else 0."""
     value = m.about.get(SCALE, 0.0) if given is None else given
     try:
-        found = float(value)
+        scale = float(value)
     except (TypeError, ValueError):
-        found = -1.0
-    if not 0.0 <= found < math.inf:
+        scale = -1.0
+    if not 0.0 <= scale < math.inf:
         raise ParameterError(
             f"{SCALE}={value!r:.40}: expected a relative standard uncertainty such as 0.02 for 2 %, or 0"
         )
-    return found
+    return scale
 
 
 def _uncertainty(m: Gridded, scale: float) -> np.ndarray:
     """Standard uncertainties of f [1/sr] at the nodes."""
-    found = m.brdf_uncertainty()
-    if found is None:
+    u = m.brdf_uncertainty()
+    if u is None:
         if not scale:
             raise ParameterError(
                 f"{m!r:.80}: holds no uncertainty; give it one, as m.with_brdf(m.brdf(), u) with an array u [1/sr], or "
                 f"scale=0.02 for a relative error that all values have in common"
             )
         return np.zeros(m.brdf().shape)
-    if (found < 0.0).any():
+    if (u < 0.0).any():
         raise ParameterError(f"{m!r:.80}: has negative uncertainties; expected standard uncertainties, 0 or above")
-    return found
+    return u
