@@ -327,10 +327,10 @@ def test_help_and_sources_without_docstrings(tmp_path):
     code = (
         "import gonio as gn, runpy, sys\n"
         "from gonio.discover import modules\n"
-        "[modules(f'gonio.{p}') for p in ('models', 'distributions', 'measured', 'lights')]\n"
+        "[modules(f'gonio.{p}') for p in ('models', 'distributions', 'formats', 'lights')]\n"
         "from gonio.formula.fields import CLASSES\n"
         "for name in sorted(CLASSES): print(gn.cite(name))\n"
-        "from gonio.cli import cli\n"
+        "from gonio.cli.commands import cli\n"
         "for args in ['--help'], *([name, '--help'] for name in sorted(cli.commands)), ['info', 'gold']:\n"
         "    try: cli(args)\n"
         "    except SystemExit: pass\n"

@@ -43,7 +43,8 @@ from pathlib import Path
 resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
 import numpy as np
 import gonio as gn
-from gonio.compile import codegen, machine, store
+from gonio.compile import store
+from gonio.compile.llvm import codegen, machine
 
 compiled, to_object = [], machine.to_object
 machine.to_object = lambda text: compiled.append(text) or to_object(text)

@@ -1,38 +1,33 @@
-"""The array libraries that formulas run on: the only package (with `bridges`) that knows which exist.
+"""The array libraries that formulas run on: the only room (with `bridges`) that knows which exist.
 
-The table `LIBRARIES` says which library an array belongs to and what that library calls a function. Adding a library
-in the manner of NumPy is one entry there.
+Each is a file of libraries/: it says which arrays are its own, what it calls a function, and how vectors become
+components. A library in the manner of NumPy is one line there.
 """
 
 from __future__ import annotations
 
 from typing import Any
 
+from .. import discover
 from ..errors import ArrayTypeError
 from ..trace.symbol import Symbol, Symbols, TableSymbol
-from .dr_jit import DrJit
-from .in_numpys_manner import Array, Jax, Library, NumPy, Torch
-from .in_numpys_manner import Fixed as Fixed
-from .in_numpys_manner import Later as Later
-from .in_numpys_manner import Roomy as Roomy
-from .in_numpys_manner import contiguous as contiguous
-from .in_numpys_manner import frozen as frozen
+from .fixed import Array as Array
+from .fixed import Fixed as Fixed
+from .fixed import Later as Later
+from .fixed import Roomy as Roomy
+from .fixed import contiguous as contiguous
+from .fixed import frozen as frozen
+from .library import Library as Library
 
 LIBRARIES: dict[str, Library] = {
-    "numpy": NumPy("numpy", absolute="abs"),
-    "torch": Torch("torch", absolute="abs"),
-    "jax": Jax("jax.numpy", absolute="abs"),
-    "cupy": Library("cupy", absolute="abs"),
-    "drjit": DrJit("drjit", absolute="abs", arccos="acos", arctan2="atan2"),
+    name: module.LIBRARY for name, module in discover.by_name(f"{__name__}.libraries").items()
 }
-"""Library name -> how to use it."""
+"""Name of a library -> how to use it."""
 
 _SYMBOLS = Symbols()
 _BY_PACKAGE: dict[str, Library | None] = {
     "builtins": None,
-    **LIBRARIES,
-    "jaxlib": LIBRARIES["jax"],
-    "mitsuba": LIBRARIES["drjit"],
+    **{package: lib for lib in LIBRARIES.values() for package in lib.packages},
 }
 
 

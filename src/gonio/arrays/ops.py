@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import ArrayTypeError, ShapeError
-from . import LIBRARIES, Array, Library, NumPy, library, library_of_type
+from . import LIBRARIES, Array, Library, library, library_of_type
 
 
 def _call(name: str, *args: Array) -> Array:
@@ -121,7 +121,7 @@ def as_arrays(*arrays: Array, name: str = "directions") -> tuple[Library, list[A
     for x in arrays:
         if library_of_type(type(x)) is None:
             raise ArrayTypeError(f"{name}: got {type(x).__name__}, expected an array of float32 or float64")
-        if isinstance(lib, NumPy) and lib.dtype(x).startswith(("int", "uint")):
+        if lib.name == "numpy" and lib.dtype(x).startswith(("int", "uint")):
             x = np.asarray(x, dtype=float)
         out.append(x)
     dtypes = sorted({lib.dtype(x) for x in out})

@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from ..arrays import Fixed, Later, ops
+from ..arrays import LIBRARIES, Fixed, Later, ops
 from ..errors import ArrayTypeError, EngineError, ShapeError, TraceError
 from ..formula.parametrised import Parametrised
 from . import planning, tracing
@@ -90,7 +90,7 @@ def _in_blocks(
     channels: int | None,
 ) -> list[np.ndarray]:
     """The results of NumPy, of the formula as it is."""
-    lib = ops.LIBRARIES["numpy"]
+    lib = LIBRARIES["numpy"]
 
     def evaluate(arrays: Sequence[np.ndarray], shape: tuple[int, ...], at: Box) -> list[np.ndarray]:
         def convert(value: Any) -> Any:
@@ -211,7 +211,7 @@ def texels(material: Parametrised, batch: tuple[int, ...], index: np.ndarray) ->
 
 
 def _check_library(own: ops.Library | None, lib: ops.Library) -> None:
-    if own not in (None, lib, ops.LIBRARIES["numpy"]):
+    if own not in (None, lib, LIBRARIES["numpy"]):
         raise ArrayTypeError(
             f"a parameter is a {own.name} array but the directions are {lib.name} arrays; "
             f"expected {lib.name} or NumPy parameters"

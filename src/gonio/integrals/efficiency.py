@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..arrays.ops import LIBRARIES
+from ..arrays import LIBRARIES
 from ..base.angles import direction
 from ..base.kernels import shares_of
 from ..base.reflectance import Reflectance

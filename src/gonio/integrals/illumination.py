@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..arrays import ops
+from ..arrays import LIBRARIES, ops
 from ..base.kernels import with_holes
 from ..base.light import Light
 from ..base.reflectance import Reflectance
@@ -108,10 +108,10 @@ def _world_arrays(wo: Any, *others: Any) -> tuple[ops.Library, Any, list[Any]]:
     for x in others:
         if x is not None:
             own = ops.library_of_type(type(x))
-            if own not in (None, lib, ops.LIBRARIES["numpy"]):
+            if own not in (None, lib, LIBRARIES["numpy"]):
                 ops.library(x, wo)
             try:
-                x = lib.convert(ops.numbers(x) if own in (None, ops.LIBRARIES["numpy"]) else x, wo)
+                x = lib.convert(ops.numbers(x) if own in (None, LIBRARIES["numpy"]) else x, wo)
             except ValueError as error:
                 raise ArrayTypeError(f"normal, tangent or position: {error}; expected vectors (..., 3)") from None
         arrays.append(x)

@@ -9,7 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from .in_numpys_manner import Array, Fixed, Library
+from ..fixed import Array, Fixed
+from ..library import Library
 
 
 def _table(numbers: np.ndarray, kind: type, dtype: str) -> Array:
@@ -174,3 +175,6 @@ class DrJit(Library):
 
     def op_stop_gradient(self, x: Array) -> Array:
         return self.module.detach(x)
+
+
+LIBRARY = DrJit("drjit", packages=("drjit", "mitsuba"), absolute="abs", arccos="acos", arctan2="atan2")

@@ -1,0 +1,7 @@
+"""CuPy, which is as NumPy."""
+
+from __future__ import annotations
+
+from ..library import Library
+
+LIBRARY = Library("cupy", absolute="abs")

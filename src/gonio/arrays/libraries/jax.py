@@ -1,0 +1,35 @@
+"""JAX."""
+
+from __future__ import annotations
+
+from ..fixed import Array, Fixed
+from ..library import Library
+
+
+class Jax(Library):
+    def fixed(self, value: Fixed, like: Array) -> Array:
+        from jax import ensure_compile_time_eval
+
+        with ensure_compile_time_eval():  # inside jit or grad too what is kept is an array, not a tracer
+            return super().fixed(value, like)
+
+    def op_erf(self, x: Array) -> Array:
+        from jax.scipy.special import erf
+
+        return erf(x)
+
+    def op_erfinv(self, x: Array) -> Array:
+        from jax.scipy.special import erfinv
+
+        return erfinv(x)
+
+    def op_to_index(self, x: Array) -> Array:
+        return self.module.nan_to_num(x, nan=0.0, posinf=0.0, neginf=0.0).astype("int32")
+
+    def op_stop_gradient(self, x: Array) -> Array:
+        from jax.lax import stop_gradient
+
+        return stop_gradient(x)
+
+
+LIBRARY = Jax("jax.numpy", packages=("jax", "jaxlib"), absolute="abs")

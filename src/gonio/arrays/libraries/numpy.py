@@ -1,0 +1,36 @@
+"""NumPy."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..fixed import Array, Fixed, contiguous
+from ..library import Library
+
+
+class NumPy(Library):
+    def fixed(self, value: Fixed, like: Array) -> Array:
+        return value.once(contiguous, like.dtype)
+
+    def entries(self, value: Fixed, index: Array, like: Array) -> Array:
+        return value.numbers.take(index).astype(like.dtype, copy=False)  # large tables are not converted whole
+
+    def op_take(self, table: Array, index: Array) -> Array:
+        return table.take(index)
+
+    def op_erf(self, x: Array) -> Array:
+        from scipy.special import erf
+
+        return erf(x)
+
+    def op_erfinv(self, x: Array) -> Array:
+        from scipy.special import erfinv
+
+        return erfinv(x)
+
+    def op_to_index(self, x: Array) -> Array:
+        # NaN has no index: it looks up entry 0, and the NaN of the direction is restored by the caller.
+        return np.nan_to_num(x, nan=0.0, posinf=0.0, neginf=0.0).astype(np.intp)
+
+
+LIBRARY = NumPy("numpy", absolute="abs")

@@ -1,0 +1,77 @@
+"""PyTorch."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+
+from ..fixed import Array, Fixed
+from ..library import Library
+
+
+def _tensor(numbers: np.ndarray, dtype: Any, device: Any) -> Array:
+    import torch
+
+    with torch.inference_mode(False):  # what is kept serves calls with gradients too
+        return torch.tensor(numbers, dtype=dtype, device=device)
+
+
+class Torch(Library):
+    @property
+    def module(self) -> ModuleType:
+        import torch  # torch.compile is quick with this, and slow with `sys.modules`
+
+        return torch
+
+    def convert(
+        self, value: Array, like: Array, channel: int | None = None, shape: tuple[int, ...] | None = None
+    ) -> Array:
+        if isinstance(value, Fixed):
+            return self.fixed(value, like)
+        if isinstance(value, (int, float)):
+            return self.module.full((), value, dtype=like.dtype, device=like.device)
+        if isinstance(value, self.module.Tensor):
+            return value.to(dtype=like.dtype, device=like.device)
+        return self.module.tensor(value, dtype=like.dtype, device=like.device)
+
+    def fixed(self, value: Fixed, like: Array) -> Array:
+        return value.once(_tensor, like.dtype, like.device)
+
+    def to_numpy(self, x: Array) -> np.ndarray:
+        return x.detach().cpu().numpy()
+
+    def broadcast(self, *arrays: Array) -> Sequence[Array]:
+        return self.module.broadcast_tensors(*arrays)
+
+    def merge_channels(self, value: Array, how: str) -> Array:
+        if not isinstance(value, self.module.Tensor):
+            return super().merge_channels(value, how)
+        return getattr(value, {"mean": "mean"}.get(how, "a" + how))(-1, keepdim=True) if value.ndim else value
+
+    def _pair(self, a: Array, b: Array) -> tuple[Array, Array]:
+        like = a if isinstance(a, self.module.Tensor) else b
+        return self.convert(a, like), self.convert(b, like)
+
+    def op_maximum(self, a: Array, b: Array) -> Array:
+        return self.module.maximum(*self._pair(a, b))
+
+    def op_minimum(self, a: Array, b: Array) -> Array:
+        return self.module.minimum(*self._pair(a, b))
+
+    def op_arctan2(self, y: Array, x: Array) -> Array:
+        return self.module.arctan2(*self._pair(y, x))
+
+    def op_power(self, x: Array, y: Array) -> Array:
+        return self.module.pow(x, y)
+
+    def op_to_index(self, x: Array) -> Array:
+        return self.module.nan_to_num(x, 0.0, 0.0, 0.0).long()
+
+    def op_stop_gradient(self, x: Array) -> Array:
+        return x.detach()
+
+
+LIBRARY = Torch("torch", absolute="abs")

@@ -1,0 +1,115 @@
+"""What formulas ask of an array library, as NumPy and those in its manner do it."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Sequence
+from types import ModuleType
+
+import numpy as np
+
+from .fixed import Array, Fixed
+
+
+class Library:
+    """An array library in the manner of NumPy: what its functions are called, and how vectors become components."""
+
+    # Libraries whose arrays hold one component each (Dr.Jit) evaluate a formula once per channel instead of
+    # broadcasting over a channel axis.
+    channel_loop = False
+
+    def __init__(self, namespace: str, packages: tuple[str, ...] = (), **names: str):
+        """`namespace`: the module with its functions. `packages`: where its array types are from, if from several.
+        `names`: what it calls functions of `ops`, where that differs."""
+        self.namespace, self.packages = namespace, packages or (namespace,)
+        self._names = names
+        self._own = {name[3:]: getattr(self, name) for name in dir(self) if name.startswith("op_")}
+
+    @property
+    def name(self) -> str:
+        return self.namespace.partition(".")[0]
+
+    @property
+    def module(self) -> ModuleType:
+        if self.namespace not in sys.modules:
+            __import__(self.namespace)
+        return sys.modules[self.namespace]
+
+    def function(self, name: str) -> Callable:
+        """What this library has for the ops function `name`."""
+        return self._own[name] if name in self._own else getattr(self.module, self._names.get(name, name))
+
+    def dtype(self, x: Array) -> str:
+        return str(x.dtype).rpartition(".")[2]
+
+    def shape(self, x: Array) -> tuple[int, ...]:
+        """Shape with the vector (or channel) axis last."""
+        return tuple(x.shape)
+
+    def convert(
+        self, value: Array, like: Array, channel: int | None = None, shape: tuple[int, ...] | None = None
+    ) -> Array:
+        """A parameter with the dtype and device of `like`; where `channel_loop`, one channel of it over the batch."""
+        if isinstance(value, Fixed):
+            return self.fixed(value, like)
+        return self.module.asarray(value, dtype=like.dtype)
+
+    def vectors(self, values: np.ndarray, like: Array) -> Array:
+        """Vectors (..., n) as an array of this library with the dtype and device of `like`."""
+        return self.convert(values, like)
+
+    def to_numpy(self, x: Array) -> np.ndarray:
+        """The values of an array, without their derivatives."""
+        return np.asarray(x)
+
+    def fixed(self, value: Fixed, like: Array) -> Array:
+        """Fixed numbers with the dtype and device of `like`, converted once."""
+        return value.once(self.module.asarray, like.dtype)
+
+    def entries(self, value: Fixed, index: Array, like: Array) -> Array:
+        """Entries of fixed numbers with the dtype and device of `like`."""
+        return self.op_take(self.fixed(value, like), index)
+
+    def merge_channels(self, value: Array, how: str) -> Array:
+        """The "mean", "max" or "min" over the channels of a parameter, as it was given: what sampling uses."""
+        return getattr(value, how)(-1, keepdims=True) if getattr(value, "ndim", 0) else value
+
+    def split(self, w: Array, shape: tuple[int, ...], channels: bool) -> tuple[Array, ...]:
+        """Components of `w`; with `channels` each keeps a last axis of length 1. `shape`: the whole batch's."""
+        if channels:
+            return tuple(w[..., i : i + 1] for i in range(w.shape[-1]))
+        return tuple(w[..., i] for i in range(w.shape[-1]))
+
+    def assemble(
+        self, kinds: Sequence[str], runs: list, like: Array, shape: tuple[int, ...], channels: bool
+    ) -> list[Array]:
+        """Undo `split` for what a kernel returned, once per run (a channel, where `channel_loop`).
+
+        A result is a "value" (has the channel axis), a "scalar" (has not) or a "vector" (three components).
+        """
+        out = []
+        for kind, result in zip(kinds, runs[0], strict=True):
+            if kind == "vector":
+                stacked = self.stack(result)
+                out.append(stacked[..., 0, :] if channels else stacked)
+            else:
+                out.append(result[..., 0] if channels and kind == "scalar" else result)
+        return out
+
+    def empty(self, like: Array, shape: tuple[int, ...], vectors: bool) -> Array:
+        """A result for a batch without elements, `vectors` if it has a last axis of components or channels."""
+        return self.module.zeros(shape, dtype=like.dtype)
+
+    def broadcast(self, *arrays: Array) -> Sequence[Array]:
+        """The arrays, broadcast against each other."""
+        return self.module.broadcast_arrays(*arrays)
+
+    def stack(self, components: Sequence[Array]) -> Array:
+        """Components along a new last axis."""
+        return self.module.stack(self.broadcast(*components), -1)
+
+    def op_take(self, table: Array, index: Array) -> Array:
+        return table[index]
+
+    def op_stop_gradient(self, x: Array) -> Array:
+        return x
