@@ -21,8 +21,8 @@ from gonio.formula.direction import Direction
 from gonio.formula.fields import param
 from gonio.formula.warp import power_cosine, power_cosine_density
 from gonio.integrals.efficiency import sampling_efficiency
-from gonio.laws import FOLLOWS, LAWS, cavity, check_all, derivatives, furnace, limit, overview, table
-from gonio.laws.verdict import Law, Report
+from gonio.laws import FOLLOWS, LAWS, _overview, cavity, check_all, derivatives, furnace, limit, table
+from gonio.laws._verdict import Law, Report
 from gonio.models.phong import ModifiedPhong
 from gonio.pictures.image import read_image
 from gonio.testing import assert_lawful, each_law
@@ -422,9 +422,9 @@ def test_progress_counts_laws():
 
 
 def test_all_models(monkeypatch):
-    assert set(overview.models().values()) == set(MODELS)
+    assert set(_overview.models().values()) == set(MODELS)
     few = {"Lambertian": gn.Lambertian, "_Declared": _Declared, "_Brushed": _Brushed}
-    monkeypatch.setattr(overview, "models", lambda: few)
+    monkeypatch.setattr(_overview, "models", lambda: few)
     reports = check_all()
     header, *rows = table(reports)
     assert header == ("model", *LAWS) and [row[0] for row in rows] == list(few)
