@@ -3,14 +3,13 @@
 Pages that hold nothing but what files of the package say are written anew: docs/formats.md, and in docs/models/ all but
 choose.md. In pages written by hand it is what stands between <!-- made: NAME --> and <!-- end -->.
 
-Verdicts on docs/models/laws.md and pictures of models are made where they are missing, for they take seconds each; what
-belongs to no model any more goes. --text leaves pictures alone; --laws makes every verdict anew; --pictures the pictures
-of the models named, or every picture of the manual.
+Verdicts on docs/models/laws.md and pictures of models are made where they are missing, for they take seconds each;
+what belongs to no model any more goes. --text leaves pictures alone; --laws makes every verdict anew; --pictures the
+pictures of the models named, or every picture of the manual.
 """
 
 from __future__ import annotations
 
-import re
 import subprocess
 import sys
 from collections.abc import Callable
@@ -68,8 +67,8 @@ def pages(anew: bool = False) -> dict[Path, str]:
     for name, (page, text) in BLOCKS.items():
         path = (DOCS / page).resolve()
         head, end = f"<!-- made: {name} -->\n", "<!-- end -->"
-        whole = path.read_text(encoding="utf-8")
-        made[path] = re.sub(f"(?s){head}.*?{end}", lambda _, new=head + text() + end: new, whole)  # type: ignore[misc]
+        before, _, rest = path.read_text(encoding="utf-8").partition(head)
+        made[path] = f"{before}{head}{text()}{end}{rest.partition(end)[2]}"
     return made
 
 

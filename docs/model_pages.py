@@ -120,8 +120,8 @@ def lawful(known: str) -> str:
     lines = [
         "# What holds for which model",
         "",
-        "`gonio check --all`, every model with its default parameters; what each law measures: [the laws](../check.md).",
-        "Made by `python3 dev.py docs --laws`.",
+        "`gonio check --all`: every model with its default parameters; [what each law measures](../check.md). Made by",
+        "`python3 dev.py docs --laws`.",
         "",
         f"| model | {' | '.join(LAWS)} |",
         "|---" * (len(LAWS) + 1) + "|",
