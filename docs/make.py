@@ -1,7 +1,7 @@
 """Bring up to date what the manual says of the package: python3 dev.py docs [--text] [--laws] [--pictures [NAME ...]]
 
-Pages that hold nothing but what files of the package say are written anew: docs/formats.md, and in docs/models/ all but
-choose.md. In pages written by hand it is what stands between <!-- made: NAME --> and <!-- end -->.
+Pages that hold nothing but what files of the package say are written anew: docs/formats.md, and all in docs/models/ but
+docs/models/choose.md. In pages written by hand it is what stands between <!-- made: NAME --> and <!-- end -->.
 
 Verdicts on docs/models/laws.md and pictures of models are made where they are missing, for they take seconds each;
 what belongs to no model any more goes. --text leaves pictures alone; --laws makes every verdict anew; --pictures the
