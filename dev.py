@@ -4,6 +4,7 @@
     python3 dev.py test    install what the tests need, run them
     python3 dev.py lowest  the tests with the lowest versions that pyproject.toml allows; on Python 3.11
     python3 dev.py lint    ruff and mypy
+    python3 dev.py docs    bring the manual up to date with the package: pages, tables, counts; docs/make.py has options
 
 Everything goes into the virtual environment .venv (.venv-lowest) beside this file, or into the one this is run from.
 """
@@ -59,8 +60,10 @@ def lowest() -> list[str]:
 
 def main() -> int:
     task = sys.argv[1] if len(sys.argv) > 1 else ""
-    folder = {"demo": ".venv", "test": ".venv", "lint": ".venv", "lowest": ".venv-lowest"}.get(task)
-    interpreter = python(folder) if folder else ""
+    if task not in ("demo", "test", "lowest", "lint", "docs"):
+        print(__doc__)
+        return 2
+    interpreter = python(".venv-lowest" if task == "lowest" else ".venv")
     if task == "demo":
         install(interpreter, "")
         for command in (["check", "gold-metallic-paint"], ["render", "gold-metallic-paint", "-o", "gold.png"]):
@@ -79,15 +82,15 @@ def main() -> int:
         # Old libraries use what has since been deprecated in those that they need themselves.
         tests = [interpreter, "-m", "pytest", "-W", "default::DeprecationWarning", *sys.argv[2:]]
         return subprocess.run(tests, cwd=ROOT).returncode
-    if task == "lint":
-        install(interpreter, "test,lint")
-        codes = [
-            subprocess.run([interpreter, "-m", *command], cwd=ROOT).returncode
-            for command in (["ruff", "check", "."], ["ruff", "format", "--check", "."], ["mypy"])
-        ]
-        return max(codes)
-    print(__doc__)
-    return 2
+    if task == "docs":
+        install(interpreter, "")
+        return subprocess.run([interpreter, str(ROOT / "docs" / "make.py"), *sys.argv[2:]]).returncode
+    install(interpreter, "test,lint")
+    codes = [
+        subprocess.run([interpreter, "-m", *command], cwd=ROOT).returncode
+        for command in (["ruff", "check", "."], ["ruff", "format", "--check", "."], ["mypy"])
+    ]
+    return max(codes)
 
 
 if __name__ == "__main__":

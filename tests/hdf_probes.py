@@ -1,4 +1,4 @@
-"""Run as a program: `_hdf_probe` for each line of standard input, in a copy of this process, which is small.
+"""Run as a program: `hdf_probe` for each line of standard input, in a copy of this process, which is small.
 
 Each line is a list in JSON: the bytes of memory that the copy may take more than this process, and the probe's words.
 What the probe says is printed, and a zero byte after it.

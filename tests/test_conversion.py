@@ -3,8 +3,6 @@
 import json
 import math
 import os
-from pathlib import Path
-from runpy import run_path
 
 import numpy as np
 import pytest
@@ -23,7 +21,6 @@ from gonio.report.facts import facts
 from gonio.report.format_table import format_table
 from gonio.tables.gridded import Gridded
 
-ROOT = Path(__file__).resolve().parents[1]
 WRITERS = {m.NAME: m for m in formats() if hasattr(m, "write") and m.write.__annotations__["m"] == "Reflectance"}
 OWN = {m.NAME: m for m in formats() if hasattr(m, "write") and m.NAME not in WRITERS}
 NEEDED = {"pab-opto": {"incident": (0.5, 0.0)}}
@@ -336,12 +333,6 @@ def test_the_table_of_formats():
     assert rows["RGL"].write_options == {"resolution": None, "theta_i": None, "phi_i": None}
     for row in rows.values():
         assert row.description and row.oracle and all(s.startswith(".") for s in row.suffixes), row.name
-
-
-def test_the_page_of_formats_is_up_to_date():
-    make = run_path(str(ROOT / "docs" / "formats.py"))
-    page = (ROOT / "docs" / "formats.md").read_text(encoding="utf-8")
-    assert page == make["as_page"](make["format_table"]()), "run python docs/formats.py"
 
 
 def test_own_suffixes_belong_to_one_format():

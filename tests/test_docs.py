@@ -1,4 +1,4 @@
-"""The manual runs: its Python blocks, the values they print, and the names, links and figures it mentions.
+"""The manual runs: its Python blocks, the values they print, and the names, links, paths and figures it mentions.
 
 A block is run as it stands, all blocks of a page as one program; "```python notest" is left out. Comments
 behind or below a `print` say what it prints, and are held to it. A block starting with `# src/gonio/...py` is
@@ -6,16 +6,19 @@ a new file of the package: it is put into a copy of gonio, which the page's othe
 starts with `# tests/models.py` holds rows of its table REFERENCE.
 """
 
+import ast
+import io
 import os
 import re
 import shutil
 import subprocess
 import sys
+import tokenize
 from functools import reduce
 from pathlib import Path
-from runpy import run_path
 
 import pytest
+from test_rooms import ROOMS
 
 import gonio as gn
 
@@ -32,7 +35,10 @@ ROWS = "# tests/models.py"
 PRINTED = re.compile(r"^ *print\(.*\)(?:  # (.+)\n|\n((?:# .*\n)+))", re.MULTILINE)
 LINK = re.compile(r"\]\(([^)\s]+)\)|(?:src|href)=\"([^\"]+)\"")
 NAME = re.compile(r"\bgn((?:\.[A-Za-z_]\w*)+)")
-MODULE = re.compile(r"`((?:\w+/)*\w+\.py)`")
+PATH = re.compile(
+    r"(?<![\w./:<~*{-])((?:[A-Za-z_][\w-]*/)*[A-Za-z_][\w-]*\.(?:pyi?|md|txt|bib|tsv|toml)|(?:[a-z_]\w+/)+(?=[^\w(<{*\\]|$))"
+)
+ROOM = re.compile(r"^\| `(\w+)/`", re.MULTILINE)
 
 
 def read(page: Path) -> str:
@@ -125,7 +131,7 @@ def test_links_lead_somewhere(page):
             continue
         path, _, anchor = link.partition("#")
         target = (page.parent / path).resolve() if path else page
-        assert target.exists(), f"{page.name}: {link}: no such file"
+        assert target.exists(), f"{page.name}: {link}: no such file; python3 dev.py docs draws a model's picture"
         assert not anchor or anchor in slugs(target), f"{page.name}: {link}: no such heading"
 
 
@@ -144,22 +150,53 @@ def test_figures_are_small_and_shown():
         assert figure.stat().st_size < 150_000, figure.name
 
 
-def test_architecture_names_every_module():
-    named = {name for name in MODULE.findall(read(ARCHITECTURE)) if not name.startswith("tests/")}
-    there = {path.relative_to(PACKAGE).as_posix() for path in PACKAGE.rglob("*.py")}
-    assert named - there == set(), "named, but not there"
-    neighbours = set(re.findall(r"`(\w+)/\w+\.py` and its neighbours", read(ARCHITECTURE)))
-    public = {path for path in there if not Path(path).name.startswith("_") and path.split("/")[0] not in neighbours}
-    assert public - named == set(), "there, but not named"
+def spoken(path: Path) -> str:
+    """What a page says outside of its code, or a module in docstrings and comments."""
+    if path.suffix == ".md":
+        return ANY_BLOCK.sub("", read(path)).replace("\\_", "_")
+    text = read(path)
+    alone = [n.value for n in ast.walk(ast.parse(text)) if isinstance(n, ast.Expr)]
+    comments = [t.string for t in tokenize.generate_tokens(io.StringIO(text).readline) if t.type == tokenize.COMMENT]
+    return "\n".join([*(str(s.value) for s in alone if isinstance(s, ast.Constant)), *comments])
 
 
-def test_pages_of_models_say_what_their_docstrings_say():
-    make = run_path(str(ROOT / "docs" / "models" / "make.py"))
-    wanted = make["pages"]()
-    assert set(wanted) == {p.name for p in MODELS.values()} - {"laws.md"}, "run docs/models/make.py"
-    for name, text in wanted.items():
-        assert read(ROOT / "docs" / "models" / name) == text, f"{name} is older than the docstring: run make.py --text"
-    for line in re.findall(r"^m = (.*)$", "\n".join(wanted.values()), re.MULTILINE):
+def test_paths_lead_somewhere():
+    """Files and folders that texts name are there: from the root, from the package, or beside the text."""
+    texts = [
+        *PAGES.values(),
+        *MODELS.values(),
+        *PACKAGE.rglob("*.py"),
+        *ROOT.glob("docs/**/*.py"),
+        *ROOT.glob("benchmarks/*.py"),
+    ]
+    nowhere = [
+        f"{text.relative_to(ROOT)}: {path}"
+        for text in texts
+        if text.name != "CHANGELOG.md"  # which says what was
+        for path in sorted(set(PATH.findall(spoken(text))))
+        if not any((base / path).exists() for base in (ROOT, PACKAGE, text.parent))
+    ]
+    assert not nowhere
+
+
+def test_architecture_lists_the_rooms():
+    assert tuple(ROOM.findall(read(ARCHITECTURE))) == tuple(room for room in ROOMS if room)
+
+
+@pytest.fixture
+def make(monkeypatch):
+    """docs/make.py."""
+    monkeypatch.syspath_prepend(ROOT / "docs")
+    import make
+
+    return make
+
+
+def test_the_manual_says_what_the_package_says(make):
+    for path, text in make.pages().items():
+        assert read(path) == text, f"{path.relative_to(ROOT)} is behind the package: python3 dev.py docs"
+    assert make.stale() == [], "of nothing that is there: python3 dev.py docs"
+    for line in re.findall(r"^m = (.*)$", "\n".join(map(read, MODELS.values())), re.MULTILINE):
         assert gn.expression(line.replace("gn.", "")).f([0.6, 0.0, 0.8], [0.0, 0.6, 0.8]) >= 0.0
 
 

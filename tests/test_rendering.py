@@ -8,7 +8,7 @@ import pytest
 import gonio as gn
 from gonio.arrays import ops
 from gonio.errors import MissingDataWarning, ParameterError
-from gonio.laws import probes
+from gonio.laws import _probes
 from gonio.numerics.lattice import lattice
 from gonio.pictures.colour import XYZ_TO_SRGB, to_rgb
 from gonio.report import figures
@@ -159,7 +159,7 @@ def test_lattices_fill_every_dimension():
     points = lattice(1 << 14, 4)
     cells = np.bincount((points * 4).astype(int) @ np.array([1, 4, 16, 64]), minlength=256)
     assert cells.min() > 48 and cells.max() < 80
-    wi, wo = probes.pairs()
+    wi, wo = _probes.pairs()
     cells = np.histogramdd(np.concatenate([wi[:, :2], wo[:, :2]], axis=-1), bins=4, range=[(-0.7, 0.7)] * 4)[0]
     assert (cells > 0).mean() > 0.95
 

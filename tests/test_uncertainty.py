@@ -16,8 +16,8 @@ from gonio.base.reflectance import Reflectance
 from gonio.cli import arguments
 from gonio.cli.commands import cli
 from gonio.errors import MissingDataWarning
-from gonio.laws.significance import judged
-from gonio.laws.verdict import Law
+from gonio.laws._significance import judged
+from gonio.laws._verdict import Law
 from gonio.tables.gridded import Gridded
 from gonio.tables.scattered import Scattered
 from gonio.uncertainty.correlation import Factors, factor

@@ -5,13 +5,17 @@ from __future__ import annotations
 import ast
 import inspect
 import pkgutil
+import re
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import cache
 from importlib import import_module
 from importlib.abc import InspectLoader
 from importlib.util import find_spec
 from types import ModuleType
+from typing import TypeVar
+
+K = TypeVar("K")
 
 
 def modules(package: str) -> list[ModuleType]:
@@ -24,6 +28,34 @@ def modules(package: str) -> list[ModuleType]:
 def by_name(package: str) -> dict[str, ModuleType]:
     """The same by their own names, without the package's."""
     return {module.__name__.rpartition(".")[2]: module for module in modules(package)}
+
+
+def functions(package: str) -> dict[str, Callable]:
+    """The function that each file of a subpackage is named after."""
+    return {name: getattr(module, name) for name, module in by_name(package).items()}
+
+
+def classes(package: str, kind: type[K]) -> dict[str, type[K]]:
+    """The public classes of a kind that a subpackage's files define, by name; without the kind itself."""
+    defined = {
+        name: value
+        for module in modules(package)
+        for name, value in vars(module).items()
+        if isinstance(value, type) and value.__module__ == module.__name__ and name == value.__name__
+    }
+    chosen = {name: c for name, c in defined.items() if issubclass(c, kind) and c is not kind and name[0] != "_"}
+    return dict(sorted(chosen.items()))
+
+
+def labelled(text: str, labels: Sequence[str]) -> dict[str, str]:
+    """A docstring cut at its labels ("Source   ..."): label -> text; what stands before the first is under ""."""
+    parts, label = {"": ""}, ""
+    for line in text.splitlines():
+        head = re.match(rf"({'|'.join(labels)}) +(.*)", line)
+        if head:
+            label, line = head[1], head[2]
+        parts[label] = parts.get(label, "") + "\n" + (line.strip() if label else line)
+    return {name: part.strip() for name, part in parts.items()}
 
 
 def docstring(of: ModuleType | type | Callable) -> str:

@@ -14,7 +14,7 @@ from conftest import switch_off
 from models import DISTRIBUTIONS, MODELS, at_corners, breaks, draws
 
 import gonio as gn
-from gonio.laws import probes
+from gonio.laws import _probes
 
 COUNT = 3000
 
@@ -149,7 +149,7 @@ def test_check_passes_grooves(m):
 
 def test_check_tries_pairs_that_all_but_graze():
     """The pairs of `probes` are above the horizon, and nearly opposite, as float32. (D8)"""
-    wi, wo = probes.opposite_pairs()
+    wi, wo = _probes.opposite_pairs()
     assert wi.dtype == wo.dtype == np.float32
     assert min(wi[:, 2].min(), wo[:, 2].min()) > gn.geometry.HORIZON
     across = (wi[:, :2] * wo[:, :2]).sum(axis=-1)

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import sys
+import textwrap
 import time
 from collections.abc import Callable, Sequence
+from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -12,6 +14,7 @@ import click
 
 from ..discover import docstring
 from ..errors import visible
+from ..scenes.shapes import SHAPES
 from ..version import __version__
 from .terminal import Program, bar, echo, print_json, streams
 
@@ -174,7 +177,25 @@ def albedo(
         echo(as_text(rows, factor))
 
 
-@cli.command(short_help="Hold MATERIAL to the laws of physics.")
+class _WithLaws(click.Command):
+    """A command that lists the laws in its help, where LAWS stands; they are looked up when help is asked for."""
+
+    def format_help_text(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """Write the text above the options."""
+        from ..laws import summaries
+
+        laws = summaries()
+        indent = " " * (max(map(len, laws)) + 2)
+        said = [
+            textwrap.wrap(text, 76, initial_indent=name.ljust(len(indent)), subsequent_indent=indent)
+            for name, text in laws.items()
+        ]
+        listed = "\n".join(["\b", *chain.from_iterable(said)])
+        self.help = (self.help or "").replace("LAWS", listed)
+        super().format_help_text(ctx, formatter)
+
+
+@cli.command(cls=_WithLaws, short_help="Hold MATERIAL to the laws of physics.")
 @click.argument("material", required=False)
 @_replace
 @_json
@@ -193,18 +214,7 @@ def check(
 ) -> None:
     """Hold MATERIAL to the laws.
 
-    \b
-    positivity   f is not negative
-    reciprocity  light takes the same way back
-    isotropy     turning the surface changes nothing, unless it may
-    energy       no more light leaves than arrives: albedo
-    furnace      the same by sampling, in a uniform surround
-    cavity       the same over many bounces between two plates
-    pdf          the density of sampling integrates to 1
-    sampling     samples follow that density, with the right weight
-    grazing      f stays finite and has no jump towards the horizon
-    derivatives  are finite, and what differences say
-    limit        with widths near 0 a lobe is a mirror
+    LAWS
 
     Exit code 1 if one of them does not hold; with --all, if one fails that
     the model does not declare to break.
@@ -251,7 +261,7 @@ def check(
 def _check_all(as_json: bool) -> int:
     """Print the laws of every model; the exit code."""
     from ..laws import check_all, table
-    from ..laws.overview import as_text
+    from ..laws._overview import as_text
 
     with bar("checking all models") as progress:
         reports = check_all(progress)
@@ -268,12 +278,12 @@ def _coloured(report: str) -> str:
     return report
 
 
-@cli.command(short_help="Render a sphere of MATERIAL.")
+@cli.command(short_help="Render MATERIAL on a lit shape.")
 @_material
 @_output("Picture to write: .png, .exr or .hdr.")
 @_lights
 @_replace
-@click.option("--shape", default="sphere", show_default=True, help="What to render: sphere.")
+@click.option("--shape", default="sphere", show_default=True, help=f"What to render: {', '.join(SHAPES)}.")
 @click.option("--size", default=512, show_default=True, help="Width and height in pixels.")
 @_samples
 @click.option(
@@ -296,7 +306,7 @@ def render(
     seed: int,
     exposure: float,
 ) -> None:
-    """Render a sphere of MATERIAL.
+    """Render MATERIAL on a lit shape.
 
     A .png is sRGB with a transparent background; .exr and .hdr hold linear radiance.
     """

@@ -12,7 +12,7 @@ from ..base.angles import direction
 from ..base.reflectance import Reflectance
 from ..errors import ParameterError
 from ..integrals.albedo import albedo
-from ..laws.probes import channel
+from ..laws._probes import channel
 from ..uncertainty import Quoted, with_uncertainty
 from ..uncertainty.quoted import rounded
 from ..uncertainty.table import has_uncertainty

@@ -207,8 +207,8 @@ def param(
 
 
 def option(default: str, *choices: str, doc: str) -> Any:
-    """A choice between words."""
-    return Option(default, (default, *choices), doc)
+    """A choice between words, the default and others."""
+    return Option(default, tuple(dict.fromkeys((default, *choices))), doc)
 
 
 def part(kind: type, default: Any, doc: str, coerce: Callable[[Any], Any] | None = None) -> Any:

@@ -1,6 +1,9 @@
 """Whether a reflectance obeys the laws: a verdict per law, with the number, the tolerance, the place and the reason.
 
-One law is one file, with a function `law(m)` that yields verdicts and notes, and its tolerance with the reason for it.
+A law is a file of its own, named after it. It has a function `law(m)` that yields verdicts and notes; ORDER, its place
+in reports: tens for what it looks at (values of f, energy, sampling, limits), ones within; a docstring "Name: what it
+says.", with what is Measured, Holds if, and why that Tolerance; and FOLLOWS, where another broken law explains it. It
+is found by being here; files with an underscore serve the laws.
 """
 
 from __future__ import annotations
@@ -11,44 +14,29 @@ from dataclasses import replace
 
 import numpy as np
 
+from .. import discover
 from ..base.reflectance import Reflectance
 from ..errors import MissingDataWarning, NotFoundError, ShapeError
 from ..evaluate import batch
 from ..tables.gridded import Gridded
-from . import (
-    cavity,
-    density,
-    derivatives,
-    energy,
-    furnace,
-    grazing,
-    isotropy,
-    limit,
-    overview,
-    positivity,
-    reciprocity,
-    sampling,
-)
-from .verdict import Law as Law
-from .verdict import Report as Report
+from . import _overview
+from ._verdict import Law as Law
+from ._verdict import Report as Report
 
-LAWS: dict[str, Callable[[Reflectance], Iterator[Law | str]]] = {
-    "positivity": positivity.law,
-    "reciprocity": reciprocity.law,
-    "isotropy": isotropy.law,
-    "energy": energy.law,
-    "furnace": furnace.law,
-    "cavity": cavity.law,
-    "pdf": density.law,
-    "sampling": sampling.law,
-    "grazing": grazing.law,
-    "derivatives": derivatives.law,
-    "limit": limit.law,
-}
+MODULES = dict(sorted(discover.by_name(__name__).items(), key=lambda named: named[1].ORDER))
+"""Every law's module by the law's name, in the order of reports."""
+
+LAWS: dict[str, Callable[[Reflectance], Iterator[Law | str]]] = {name: m.law for name, m in MODULES.items()}
 """Every law by name, in the order of reports."""
 
-FOLLOWS = {"furnace": ("energy", "reciprocity"), "cavity": ("energy", "reciprocity"), "grazing": ("energy",)}
+FOLLOWS: dict[str, tuple[str, ...]] = {name: m.FOLLOWS for name, m in MODULES.items() if hasattr(m, "FOLLOWS")}
 """Laws that may break because another does: declared with it."""
+
+
+def summaries() -> dict[str, str]:
+    """What each law says, by name, in one sentence."""
+    heads = {name: discover.docstring(module).split("\n\n")[0] for name, module in MODULES.items()}
+    return {name: " ".join(head.partition(": ")[2].split()).split(". ")[0].rstrip(".") for name, head in heads.items()}
 
 
 def check(
@@ -56,17 +44,8 @@ def check(
 ) -> Report:
     """Hold a reflectance to the laws.
 
-    positivity   f >= 0, and finite
-    reciprocity  f(wi, wo) = f(wo, wi)
-    isotropy     turning both directions about the normal changes nothing, unless the class is `oriented`
-    energy       albedo <= 1 at every incidence, by quadrature
-    furnace      in a uniform surround of radiance 1 nothing is brighter than 1, rendered through `sample`
-    cavity       between two plates of the material light bounces on and on, and never gets brighter than 1
-    pdf          the density of `sample` integrates to 1 over the hemisphere, with what falls below the horizon
-    sampling     samples are distributed as `pdf` says, and weight = f cos(theta_i)/pdf
-    grazing      towards the horizon f is finite, has no jump, and f cos(theta) stops growing
-    derivatives  `jacobian` is finite, and what differences say, by every parameter and by directions
-    limit        with its widths at their narrow bounds the lobe is the mirror that the class says
+    `LAWS` names them, `summaries()` says each in a sentence, docs/check.md what is measured, and why the tolerance is
+    what it is.
 
     The same for models and measurements, on 131072 pairs of directions and 65536 samples, without random numbers:
     two runs give the same report. A law that does not apply is left out; a note may say why. `laws`: only these.
@@ -105,14 +84,14 @@ def _judge(m: Reflectance) -> Callable[[Law], Law]:
     if not isinstance(m, Gridded):
         return lambda law: law
     from ..uncertainty.table import has_uncertainty
-    from .significance import judged
+    from ._significance import judged
 
     return (lambda law: judged(m, law)) if has_uncertainty(m) else (lambda law: law)
 
 
 def check_all(progress: Callable[[int, int], None] | None = None) -> dict[str, Report]:
     """Name -> report of every model of gonio, with its default parameters; `table` makes rows of them."""
-    kinds = overview.models()
+    kinds = _overview.models()
     reports = {}
     for i, (name, kind) in enumerate(kinds.items()):
         reports[name] = check(kind())

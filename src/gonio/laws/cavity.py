@@ -4,6 +4,10 @@ The space between two endless parallel plates is closed. Filled with radiance 1,
 L_k(wo) = integral of f(wi, wo) L_(k-1)(wi') cos(theta_i) dwi, where wi' is wi as the other plate sees it leave: at
 the same angle to the normal. Inside a sphere every chord has the same angle at both ends too, so that for isotropic
 materials the same numbers hold there. A Lambertian of albedo a has L_k = a^k; if the plates emit e, e/(1 - a) settles.
+
+Measured   radiance between two plates of the material, filled with radiance 1, after 1 to 8 bounces, in 32 directions
+Holds if   <= 1.005
+Tolerance  as for the furnace; three standard errors are taken off first
 """
 
 from __future__ import annotations
@@ -15,9 +19,11 @@ import numpy as np
 from ..base.angles import direction
 from ..base.reflectance import Reflectance
 from ..numerics.lattice import lattice
-from .probes import degrees, in_channel, with_channels
-from .verdict import Law
+from ._probes import degrees, in_channel, with_channels
+from ._verdict import Law
 
+ORDER = 23
+FOLLOWS = ("energy", "reciprocity")
 BOUNCES = 8
 STARTS, PATHS = 32, 1024
 BLOCKS = 16  # of paths: their scatter says how well the mean is known

@@ -1,7 +1,12 @@
-"""Derivatives: by its parameters and by directions, the `jacobian` of f is finite, and what differences say.
+"""Derivatives: by its parameters and by directions, `jacobian` is finite, and what differences say.
 
 Where f has a kink (a V-groove's edge, a total reflection) the slopes of both sides differ, and anything from one to the
 other will do. Where wi = wo, at mirror pairs and along the normal, derivatives have to be finite, no more.
+
+Measured   `m.jacobian` by every parameter and both directions, against differences, at 2048 pairs; finite at exact ones
+           too
+Holds if   <= 1e-3, all finite
+Tolerance  differences err by 1e-6 in lobes 1e-3 wide; a missing term is off by more
 """
 
 from __future__ import annotations
@@ -14,9 +19,10 @@ import numpy as np
 
 from ..base.reflectance import Reflectance
 from ..errors import TraceError
-from .probes import degrees, exact_pairs, is_measured, pairs, values
-from .verdict import Law
+from ._probes import degrees, exact_pairs, is_measured, pairs, values
+from ._verdict import Law
 
+ORDER = 42
 COUNT = 2048
 STEP_OF_DIRECTIONS, STEP_OF_PARAMETERS = 1e-6, 1e-5  # the latter relative
 TOLERANCE = 1e-3  # differences err by 1e-6 in lobes 1e-3 wide; a missing term is off by more

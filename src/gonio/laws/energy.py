@@ -2,6 +2,10 @@
 
 What is not reflected is absorbed: A = 1 - R. Reflectances serve one hemisphere; a material that transmits will have
 R + T in the place of R.
+
+Measured   albedo at 11 angles of incidence, by quadrature
+Holds if   <= 1.001
+Tolerance  the quadrature is asked for 5e-4
 """
 
 from __future__ import annotations
@@ -13,9 +17,10 @@ import numpy as np
 from ..base.angles import direction
 from ..base.reflectance import Reflectance
 from ..integrals.over_directions import integrate
-from .probes import INCIDENCE, azimuths, degrees, in_channel
-from .verdict import Law
+from ._probes import INCIDENCE, azimuths, degrees, in_channel
+from ._verdict import Law
 
+ORDER = 21
 TOLERANCE = 1.0 + 1e-3  # the quadrature is asked for 5e-4
 
 

@@ -1,4 +1,9 @@
-"""Furnace: in a uniform surround of radiance 1 nothing is brighter than 1, rendered through `sample`."""
+"""Furnace: in a uniform surround of radiance 1 nothing is brighter than 1, rendered through `sample`.
+
+Measured   radiance in a surround of radiance 1, 65536 samples at 11 views
+Holds if   <= 1.005
+Tolerance  the means are good to 3e-3
+"""
 
 from __future__ import annotations
 
@@ -9,9 +14,11 @@ import numpy as np
 from ..base.angles import direction
 from ..base.reflectance import Reflectance
 from ..numerics.lattice import lattice
-from .probes import INCIDENCE, SAMPLES, azimuths, degrees, in_channel, with_channels
-from .verdict import Law
+from ._probes import INCIDENCE, SAMPLES, azimuths, degrees, in_channel, with_channels
+from ._verdict import Law
 
+ORDER = 22
+FOLLOWS = ("energy", "reciprocity")
 TOLERANCE = 1.0 + 5e-3  # means of 65536 weights, which lie within 3e-3 of the integral
 
 

@@ -1,6 +1,10 @@
-"""Grazing: towards the horizon f stays finite, has no jump, and f cos(theta) does not grow without bound.
+"""Grazing: towards the horizon f stays finite, has no jump, and f cos(theta) stops growing.
 
 f itself may grow: 1/cos(theta) is the limit, where the radiance that a beam of fixed irradiance causes stays the same.
+
+Measured   f cos(theta) at 89.999° over that at 89.99°; largest jump of f between 80° and 89.9994°
+Holds if   <= 1.25; <= 0.01
+Tolerance  what tends to a limit is at 1, 1/sqrt(cos) at 3.2; steps are halved 24 times, which leaves a kink 1e-4
 """
 
 from __future__ import annotations
@@ -12,9 +16,11 @@ import numpy as np
 
 from ..base.angles import direction
 from ..base.reflectance import Reflectance
-from .probes import degrees, is_measured, values
-from .verdict import Law
+from ._probes import degrees, is_measured, values
+from ._verdict import Law
 
+ORDER = 41
+FOLLOWS = ("energy",)
 GROWTH = 1.25  # of f cos per tenth of the cosine: what tends to a limit is at 1, what grows as 1/sqrt(cos) at 3.2
 JUMP = 1e-2  # of the value there, from a millionth of the largest up; a square root's kink leaves 1e-4
 HALVINGS = 24

@@ -1,4 +1,9 @@
-"""Isotropy: turning both directions about the normal changes nothing, unless the class says that x and y differ."""
+"""Isotropy: turning the surface about its normal changes nothing, unless the class says that x and y differ.
+
+Measured   largest change of f when both directions turn about the normal, by four angles
+Holds if   <= 1e-4
+Tolerance  as for reciprocity; a class that is `oriented` may change, which is noted
+"""
 
 from __future__ import annotations
 
@@ -8,9 +13,10 @@ from collections.abc import Iterator
 import numpy as np
 
 from ..base.reflectance import Reflectance
-from .probes import degrees, difference, pairs, values
-from .verdict import Law
+from ._probes import degrees, difference, pairs, values
+from ._verdict import Law
 
+ORDER = 13
 TOLERANCE = 1e-4  # as for reciprocity
 TURNS = np.radians([23.0, 63.0, 90.0, 143.0])
 COUNT = 1 << 14  # pairs that are turned

@@ -1,7 +1,11 @@
-"""Limit: as the widths of a lobe go to their narrow bounds it becomes a mirror, of the reflectance that `mirror` says.
+"""Limit: as the widths of a lobe go to their narrow bounds it becomes the mirror that the class says.
 
 A width is a parameter of which sampling takes the "max" (narrow at its lower bound: alpha) or the "min" (narrow at its
 upper: n). A class that has widths and defines `mirror` is held to it; a delta lobe is there already.
+
+Measured   with all widths at their narrow bounds: light outside 6° of the mirror direction, albedo against the mirror's
+Holds if   <= 0.02
+Tolerance  ten times what the tails of GGX leave at alpha = 1e-3
 """
 
 from __future__ import annotations
@@ -17,10 +21,11 @@ from ..formula.direction import Direction
 from ..formula.fields import Param, Part
 from ..formula.parametrised import Parametrised
 from ..numerics.lattice import lattice
-from .probes import degrees, with_channels
-from .rings import distance
-from .verdict import Law
+from ._probes import degrees, with_channels
+from ._rings import distance
+from ._verdict import Law
 
+ORDER = 43
 COUNT = 1 << 14
 STEPS = 5
 VIEWS = np.radians([0.0, 40.0, 70.0])

@@ -1,5 +1,10 @@
-"""Positivity: f is a number and not below 0, in double and single precision. No surface sends back a negative amount
-of light."""
+"""Positivity: f is a number and not negative. No surface sends back a negative amount of light.
+
+Measured   lowest f at 131072 pairs of directions, and where formulas break: wi = wo, mirror pairs, along the normal,
+           nearly opposite towards grazing; these in single precision too
+Holds if   >= 0, finite
+Tolerance  exact
+"""
 
 from __future__ import annotations
 
@@ -8,8 +13,10 @@ from collections.abc import Iterator
 import numpy as np
 
 from ..base.reflectance import Reflectance
-from .probes import degrees, exact_pairs, is_measured, opposite_pairs, pairs, precisions, values
-from .verdict import Law
+from ._probes import degrees, exact_pairs, is_measured, opposite_pairs, pairs, precisions, values
+from ._verdict import Law
+
+ORDER = 11
 
 
 def law(m: Reflectance) -> Iterator[Law | str]:

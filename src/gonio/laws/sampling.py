@@ -1,4 +1,9 @@
-"""Sampling: `sample` draws directions as `pdf` says, and its weight is f cos(theta_i)/pdf; at the ends of u too."""
+"""Sampling: `sample` draws directions as `pdf` says, with weight = f cos(theta_i)/pdf; at the ends of u too.
+
+Measured   total variation between samples and density; error of weight = f cos(theta_i)/pdf; the ends of u
+Holds if   <= 0.02
+Tolerance  65536 points leave 2e-3
+"""
 
 from __future__ import annotations
 
@@ -9,10 +14,11 @@ import numpy as np
 from ..base.angles import direction
 from ..base.reflectance import Reflectance
 from ..numerics.lattice import lattice
-from .probes import SAMPLES, VIEWS, degrees, values, with_channels
-from .rings import bins_of, rings
-from .verdict import Law
+from ._probes import SAMPLES, VIEWS, degrees, values, with_channels
+from ._rings import bins_of, rings
+from ._verdict import Law
 
+ORDER = 32
 TOLERANCE = 2e-2  # of 200 bins, 65536 evenly spread points fill most to a few in a thousand; an error of 2 % shows
 
 ENDS = np.array([[u, v] for u in (0.0, 0.5, 1.0) for v in (0.0, 0.5, 1.0)])

@@ -27,7 +27,7 @@ class Microfacet(Facets):
 
     distribution = part(Distribution, GGX(0.2), "distribution of the facets' normals")
     fresnel = part(Fresnel, Constant(1.0), "reflectance of a facet", coerce=as_fresnel)
-    masking = option("height_correlated", "separable", "v_groove", doc="which facets are lit and seen")
+    masking = option("height_correlated", *MASKINGS, doc="which facets are lit and seen")
 
     @property
     def facets(self) -> Distribution:

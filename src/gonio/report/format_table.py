@@ -106,7 +106,7 @@ changed and lost: so does `gonio convert IN OUT`. `gonio info FILE` says what a 
 *Sampled*: whether directions are drawn by the file's own values, or by the cosine. *Checked against*: what says that
 the reader is right, beside files that gonio's tests write themselves.
 
-This page is made by `python docs/formats.py`, of what the modules in `src/gonio/measured` say.
+This page is made by `python3 dev.py docs`, of what the modules in `src/gonio/formats` say.
 
 {formats}
 

@@ -11,10 +11,10 @@ from ..base.angles import direction
 from ..base.reflectance import Reflectance
 from ..errors import TraceError
 from ..integrals.efficiency import VIEWS, sampling_efficiency
-from ..laws import cavity, derivatives, energy, furnace, grazing, isotropy, limit, reciprocity
-from ..laws.probes import INCIDENCE, SAMPLES, difference, is_measured, values
-from ..laws.rings import around, distance
-from ..laws.verdict import Report
+from ..laws import LAWS, cavity, derivatives, energy, furnace, grazing, isotropy, limit, reciprocity
+from ..laws._probes import INCIDENCE, SAMPLES, difference, is_measured, values
+from ..laws._rings import around, distance
+from ..laws._verdict import Report
 from ..numerics.lattice import lattice
 from .figures import RGB, new_figure
 
@@ -52,7 +52,7 @@ def _verdicts(axes: Any, report: Report) -> None:
     axes.set_axis_off()
     broken = [law for law in report.laws if not law.passed]
     _title(axes, "all laws hold" if not broken else f"{len(broken)} of {len(report.laws)} laws broken")
-    step = 1.0 / max(len(report.laws), 11)
+    step = 1.0 / len(LAWS)
     for i, law in enumerate(report.laws):
         y = 1.0 - (i + 0.5) * step
         finding = law.finding.replace("|jacobian - difference|", "error").replace("distance from a mirror", "distance")

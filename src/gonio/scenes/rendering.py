@@ -1,4 +1,4 @@
-"""A picture of a material: a lit sphere, sampled by light and material together."""
+"""A picture of a material on a lit shape, sampled by light and material together."""
 
 from __future__ import annotations
 
@@ -18,30 +18,15 @@ from ..integrals.illumination import Frame, as_lights, delta_radiance, estimate,
 from ..numerics.lattice import lattice
 from ..pictures.colour import rgb_of
 from ..pictures.image import Image
+from .shapes import SHAPES, Shape
 
 TILE = 1 << 14  # samples that are worked on at a time: few enough to stay in a processor's cache
 ORDERS = 16  # of a lattice's points, to choose from for each pixel of a tile
-MARGIN = 1.06  # half width of the picture in radii of the sphere
+MARGIN = 1.06  # half width of the picture, where shapes reach to 1
 
 Progress = Callable[[int, int], None]
 
 
-def sphere(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """The unit sphere seen along +y of the world (z up, x to the right) by a parallel camera.
-
-    Returns normals (..., 3), tangents (..., 3) (towards increasing azimuth: east) and whether (x, y) hits it.
-    """
-    depth2 = 1.0 - x * x - y * y
-    hit = depth2 > 0.0
-    n = np.stack([x, -np.sqrt(np.maximum(depth2, 0.0)), y], -1)
-    n[~hit] = (0.0, -1.0, 0.0)
-    ring = np.hypot(n[..., 0], n[..., 1])
-    t = np.stack([-n[..., 1], n[..., 0], np.zeros_like(ring)], -1) / np.maximum(ring, 1e-12)[..., None]
-    t[ring < 1e-9] = (1.0, 0.0, 0.0)
-    return n, t, hit
-
-
-SHAPES = {"sphere": sphere}
 VIEW = np.array([0.0, -1.0, 0.0])
 """Direction from the surface to the camera, in the world."""
 
@@ -59,7 +44,7 @@ def render(
 
     Each pixel averages `samples` points within it. Lights with extent are sampled by every lobe of the material and,
     where they can be, by themselves, combined by the balance heuristic; delta lights and delta lobes are exact. There
-    is no shadowing and no interreflection: the sphere is convex and alone. Spectral materials are turned into RGB.
+    is no shadowing and no interreflection: shapes are convex and alone. Spectral materials are turned into RGB.
 
     The same arguments and seed give the same picture, whatever the number of threads. `progress(done, total)` is
     called as the work goes on. Direct light: Szeliski 2.83 to 2.85; sampling: Veach & Guibas 1995.
@@ -136,7 +121,7 @@ def _tile(
     m: Reflectance,
     lights: list[Light],
     colour: np.ndarray | None,
-    shape: Callable,
+    shape: Shape,
     size: int,
     samples: int,
     seed: int,

@@ -1,7 +1,7 @@
 """Run as a program: reads an HDF file, and says what is in it or what is wrong with it, as JSON.
 
-python _hdf_probe.py hdf5 PATH NEEDED                     arrays of an HDF5 file, from its first to its last number
-python _hdf_probe.py hdf4 PATH FOLDER ASKED               arrays of an HDF4 file, which it writes into a folder
+python hdf_probe.py hdf5 PATH NEEDED                     arrays of an HDF5 file, from its first to its last number
+python hdf_probe.py hdf4 PATH FOLDER ASKED               arrays of an HDF4 file, which it writes into a folder
 
 NEEDED is JSON: names of arrays, and what they may begin with. The libraries may crash or never return on damaged files.
 Here they may: this is a process of its own, which is stopped when it has used more processor time than reading takes.

@@ -10,7 +10,5 @@ from typing import Any
 
 from ... import discover
 
-MASKINGS: dict[str, Callable[..., Any]] = {
-    name: getattr(module, name) for name, module in discover.by_name(__name__).items()
-}
+MASKINGS: dict[str, Callable[..., Any]] = discover.functions(__name__)
 """Name -> function."""

@@ -7,18 +7,12 @@ from collections.abc import Iterator, Sequence
 
 from .. import discover
 from ..base.reflectance import Reflectance
-from .verdict import Report
+from ._verdict import Report
 
 
 def models() -> dict[str, type[Reflectance]]:
     """The public classes of models/, by name."""
-    found = {}
-    for module in discover.modules("gonio.models"):
-        for name, kind in vars(module).items():
-            own = isinstance(kind, type) and issubclass(kind, Reflectance) and kind.__module__ == module.__name__
-            if own and not name.startswith("_"):
-                found[name] = kind
-    return dict(sorted(found.items()))
+    return discover.classes("gonio.models", Reflectance)
 
 
 def as_text(rows: Sequence[tuple[str, ...]], reports: dict[str, Report]) -> str:

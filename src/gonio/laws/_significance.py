@@ -21,8 +21,8 @@ from ..tables.gridded import Gridded
 from ..uncertainty.functionals import Linear, linear, named
 from ..uncertainty.sensitivity import Coefficients, by_channel, coefficients
 from ..uncertainty.table import TableErrors
-from .probes import difference, pairs, values
-from .verdict import Law
+from ._probes import difference, pairs, values
+from ._verdict import Law
 
 K = 2.0
 """Coverage factor from which on a deviation counts as significant, at one place."""
