@@ -4,6 +4,7 @@
     python3 dev.py test    install what the tests need, run them
     python3 dev.py lowest  the tests with the lowest versions that pyproject.toml allows; on Python 3.11
     python3 dev.py lint    ruff and mypy
+    python3 dev.py stubs   write src/gonio/__init__.pyi, what type checkers and editors read, from the declared parameters
 
 Everything goes into the virtual environment .venv (.venv-lowest) beside this file, or into the one this is run from.
 """
@@ -57,9 +58,14 @@ def lowest() -> list[str]:
     return [requirement.replace(">=", "==") for requirement in needed if ">=" in requirement]
 
 
+def stubs(interpreter: str) -> int:
+    """Bring the package's stub up to date."""
+    return subprocess.run([interpreter, str(ROOT / "docs" / "stubs.py")]).returncode
+
+
 def main() -> int:
     task = sys.argv[1] if len(sys.argv) > 1 else ""
-    folder = {"demo": ".venv", "test": ".venv", "lint": ".venv", "lowest": ".venv-lowest"}.get(task)
+    folder = {"demo": ".venv", "test": ".venv", "lint": ".venv", "stubs": ".venv", "lowest": ".venv-lowest"}.get(task)
     interpreter = python(folder) if folder else ""
     if task == "demo":
         install(interpreter, "")
@@ -79,6 +85,9 @@ def main() -> int:
         # Old libraries use what has since been deprecated in those that they need themselves.
         tests = [interpreter, "-m", "pytest", "-W", "default::DeprecationWarning", *sys.argv[2:]]
         return subprocess.run(tests, cwd=ROOT).returncode
+    if task == "stubs":
+        install(interpreter, "")
+        return stubs(interpreter)
     if task == "lint":
         install(interpreter, "test,lint")
         codes = [
