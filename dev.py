@@ -4,7 +4,7 @@
     python3 dev.py test    install what the tests need, run them
     python3 dev.py lowest  the tests with the lowest versions that pyproject.toml allows; on Python 3.11
     python3 dev.py lint    ruff and mypy
-    python3 dev.py docs    bring the manual up to date with the package: pages, tables, counts; docs/make.py has options
+    python3 dev.py docs    bring pages, tables, counts and the stub of types up to date; docs/make.py has options
 
 Everything goes into the virtual environment .venv (.venv-lowest) beside this file, or into the one this is run from.
 """

@@ -1,7 +1,9 @@
-"""Bring up to date what the manual says of the package: python3 dev.py docs [--text] [--laws] [--pictures [NAME ...]]
+"""Bring up to date what the manual and type checkers are told of the package:
+python3 dev.py docs [--text] [--laws] [--pictures [NAME ...]]
 
-Pages that hold nothing but what files of the package say are written anew: docs/formats.md, and all in docs/models/ but
-docs/models/choose.md. In pages written by hand it is what stands between <!-- made: NAME --> and <!-- end -->.
+Files that hold nothing but what the package says are written anew: src/gonio/__init__.pyi, docs/formats.md, and all in
+docs/models/ but docs/models/choose.md. In pages written by hand it is what stands between <!-- made: NAME --> and
+<!-- end -->.
 
 Verdicts on docs/models/laws.md and pictures of models are made where they are missing, for they take seconds each;
 what belongs to no model any more goes. --text leaves pictures alone; --laws makes every verdict anew; --pictures the
@@ -16,6 +18,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import model_pages
+import stubs
 
 import gonio as gn
 from gonio import discover
@@ -59,7 +62,7 @@ BLOCKS: dict[str, tuple[str, Callable[[], str]]] = {
 def pages(anew: bool = False) -> dict[Path, str]:
     """Every page that is made, or of which a part is: path -> text. `anew`: every verdict too."""
     models = DOCS / "models"
-    made = {DOCS / "formats.md": as_page(format_table())}
+    made = {DOCS / "formats.md": as_page(format_table()), stubs.PAGE: stubs.text()}
     made |= {models / name: text for name, text in model_pages.pages().items()}
     laws_page = models / "laws.md"
     known = laws_page.read_text(encoding="utf-8") if laws_page.exists() and not anew else ""

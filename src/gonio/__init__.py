@@ -31,6 +31,8 @@ _ON_USE = {
     "save": "formats",
     "material": "catalogue.builtin",
     "materials": "catalogue.builtin",
+    "formats": "",
+    "fresnel_terms": "formula.fresnel",
     "refractive_index": "catalogue.builtin",
     "albedo": "integrals.albedo",
     "reflectance": "integrals.nine",
@@ -62,14 +64,15 @@ _ON_USE = {
 }
 """Public names whose modules are imported when first used -> module ("" for a module itself)."""
 
-discover.modules("gonio.formula.fresnel")
-discover.modules("gonio.distributions")
-discover.modules("gonio.models")
-discover.modules("gonio.lights")
+_FOLDERS = ("distributions", "models", "lights")
+"""Folders whose classes are public names; called, each lists its own: `gn.models()`."""
+
+for _folder in ("formula.fresnel", *_FOLDERS):
+    discover.modules(f"gonio.{_folder}")
 globals().update(CLASSES)
 
 __all__ = sorted(  # models and lights are found, not listed
-    {"Error", "Reflectance", "Sample", "angles", "direction", "errors", *CLASSES, *_ON_USE}
+    {"Error", "Reflectance", "Sample", "angles", "direction", "errors", *_FOLDERS, *CLASSES, *_ON_USE}
 )
 
 

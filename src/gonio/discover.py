@@ -13,7 +13,7 @@ from importlib import import_module
 from importlib.abc import InspectLoader
 from importlib.util import find_spec
 from types import ModuleType
-from typing import TypeVar
+from typing import Any, TypeVar
 
 K = TypeVar("K")
 
@@ -61,8 +61,10 @@ def labelled(text: str, labels: Sequence[str]) -> dict[str, str]:
 def docstring(of: ModuleType | type | Callable) -> str:
     """The docstring of a module, a class or a function, without indentation (Python 3.13 takes that away itself); ""
     for none; where Python left it out (-OO), as the source has it."""
-    if of.__doc__ is not None or sys.flags.optimize < 2:
-        return inspect.cleandoc(of.__doc__ or "")
+    composed: Any = vars(of).get("__doc__")
+    written = composed.written if hasattr(composed, "written") else of.__doc__  # `Docstring` of formula/signature.py
+    if written is not None or sys.flags.optimize < 2:
+        return inspect.cleandoc(written or "")
     if isinstance(of, ModuleType):
         return _written(of.__name__).get("", "")
     return _written(of.__module__).get(of.__qualname__, "")

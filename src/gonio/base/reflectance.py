@@ -183,7 +183,7 @@ class Reflectance(Parametrised):
         ]
         return bool(np.allclose(turned[0], turned[1], rtol=1e-6, atol=1e-9, equal_nan=True))
 
-    def __add__(self, other: Any) -> Sum:
+    def __add__(self, other: Reflectance) -> Sum:
         if not isinstance(other, Reflectance):
             return NotImplemented
         terms = [t for m in (self, other) for t in (m.terms if isinstance(m, Sum) else (m,))]

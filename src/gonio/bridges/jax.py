@@ -14,8 +14,8 @@ try:
 except ImportError as error:
     raise DependencyError(f"gonio.bridges.jax needs JAX ({error}); pip install 'gonio[jax]'") from error
 
-from ..formula.fields import CLASSES
 from ..formula.parametrised import Parametrised
+from ..formula.registry import ON_NEW
 
 
 def _flatten(m: Parametrised) -> tuple[list[Any], tuple]:
@@ -28,13 +28,15 @@ def _unflatten(structure: tuple, leaves: Any) -> Parametrised:
     return m.with_values(dict(zip(paths, leaves, strict=True)))
 
 
-def register() -> None:
-    """Make pytrees of all classes known so far; call it again after defining a model of your own."""
-    for kind in CLASSES.values():
-        if kind not in _REGISTERED:
-            jax.tree_util.register_pytree_node(kind, _flatten, _unflatten)
-            _REGISTERED.add(kind)
+def _register(kind: type[Parametrised]) -> None:
+    jax.tree_util.register_pytree_node(kind, _flatten, _unflatten)
 
 
-_REGISTERED: set[type] = set()
-register()
+def _below(kind: type[Parametrised]) -> set[type[Parametrised]]:
+    direct = kind.__subclasses__()
+    return set(direct).union(*map(_below, direct))
+
+
+for _kind in _below(Parametrised):
+    _register(_kind)
+ON_NEW.append(_register)  # and all that are defined from now on

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from ..base.reflectance import Reflectance
+from ..contents import columns
 from ..distributions.ggx import GGX
 from ..errors import NotFoundError, ParameterError
 from ..formula.fresnel.conductor import Conductor
@@ -39,6 +40,13 @@ class Entry:
     description: str
     source: str
     aliases: tuple[str, ...] = ()
+
+
+class Entries(list[Entry]):
+    """Built-in materials; they print with a line for each."""
+
+    def __repr__(self) -> str:
+        return columns((e.name, f"{e.kind}, {e.description}") for e in self)
 
 
 _FIT_SOURCE = (
@@ -95,9 +103,9 @@ _FAMILIES = {  # by the first word, here in order, that the name of a fit holds
 }
 
 
-def materials() -> list[Entry]:
+def materials() -> Entries:
     """Every built-in material: 9 metals, 4 dielectrics, 100 measured fits; `material` makes one by name."""
-    return list(_entries())
+    return Entries(_entries())
 
 
 def material(name: str, *, alpha: float | None = None, wavelengths: Any = None) -> Reflectance:

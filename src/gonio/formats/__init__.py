@@ -13,6 +13,7 @@ is taken (tests/test_claims.py).
 from __future__ import annotations
 
 import os
+import sys
 from functools import cache
 from pathlib import Path
 from types import ModuleType
@@ -22,6 +23,7 @@ from .. import discover, files
 from ..base import provenance
 from ..base.measured import Measured
 from ..base.reflectance import Reflectance
+from ..contents import Contents, Folder
 from ..errors import FormatError, NotFoundError, ParameterError, TooLargeError
 from ..formula.parametrised import freeze
 from ._reading import pipes, plain_text, reader_options
@@ -34,6 +36,14 @@ HEAD = 4096
 def formats() -> list[ModuleType]:
     """The modules of all file formats."""
     return discover.modules(__name__)
+
+
+def contents() -> Contents[ModuleType]:
+    """Name -> module, for `gn.formats()`."""
+    return Contents({module.NAME: module for module in formats()})
+
+
+sys.modules[__name__].__class__ = Folder
 
 
 def load(path: str | os.PathLike, **options: Any) -> Reflectance:

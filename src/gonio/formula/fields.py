@@ -5,6 +5,7 @@ The same line is read by the constructor, `repr`, the manual, the command line, 
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, NamedTuple
@@ -66,6 +67,10 @@ class Field:
     name = ""
     opens_files = False
     """Whether a word given for it is the path of a file, which is opened."""
+    accepts = "Any"
+    """The type of what is given for it, as an annotation says it."""
+    range = ""
+    """Which values it may have, in words."""
 
     def __init__(self, default: Any, doc: str):
         self.default, self.doc = default, doc
@@ -77,13 +82,20 @@ class Field:
         """The value as it is stored, or a ParameterError."""
         return value
 
+    def __repr__(self) -> str:
+        return f"<{self.doc}{self.range and '; '}{self.range}>"
+
 
 class Param(Field):
     """A real number, or an array of them whose last axis is the channel axis."""
 
+    accepts = "float | Array"
+
     def __init__(self, default: Any, low: float, high: float, doc: str, unit: str, alias: str | None, sampled: str):
         super().__init__(default, doc)
         self.low, self.high, self.unit, self.alias, self.sampled = low, high, unit, alias, sampled
+        bounds = f"{low:g} to {high:g}" if high < 1e30 else f"at least {low:g}" if low > -1e30 else "any"
+        self.range = bounds + (f" [{unit}]" if unit != "1" else "")
 
     def check(self, owner: str, value: Any) -> Any:
         if isinstance(value, (list, tuple, np.ndarray, np.generic, int, float)):
@@ -121,6 +133,8 @@ class Option(Field):
     def __init__(self, default: str, choices: tuple[str, ...], doc: str):
         super().__init__(default, doc)
         self.choices = choices
+        words = ", ".join(map(repr, dict.fromkeys(choices)))
+        self.range, self.accepts = f"one of {words}", f"Literal[{words}]"
 
     def check(self, owner: str, value: Any) -> Any:
         if not isinstance(value, str) or value not in self.choices:
@@ -129,12 +143,20 @@ class Option(Field):
         return value
 
 
+def _annotation(coerce: Callable[[Any], Any]) -> str:
+    """The type of what a function takes, as its first parameter says it."""
+    first = next(iter(inspect.signature(coerce).parameters.values()))
+    return "Any" if first.annotation is first.empty else inspect.formatannotation(first.annotation).strip("'")
+
+
 class Part(Field):
     """A component that is parametrised itself, such as a distribution of normals."""
 
     def __init__(self, kind: type, default: Any, doc: str, coerce: Callable[[Any], Any] | None):
         super().__init__(default, doc)
         self.kind, self.coerce = kind, coerce
+        self.accepts = kind.__name__ if coerce is None else _annotation(coerce)
+        self.range = self.accepts
 
     def check(self, owner: str, value: Any) -> Any:
         if self.coerce is not None and not isinstance(value, self.kind):
@@ -151,6 +173,8 @@ class Part(Field):
 class Table(Field):
     """Fixed numbers of a measurement: not a parameter, flat in formulas, ready for `ops.take`."""
 
+    accepts = "Array | None"
+
     def check(self, owner: str, value: Any) -> Any:
         try:
             return kept(value)
@@ -160,6 +184,9 @@ class Table(Field):
 
 class Vector(Field):
     """Three numbers in world space; unit vectors are normalised."""
+
+    accepts = "Array"
+    range = "three numbers"
 
     def __init__(self, default: Any, doc: str, unit: bool):
         super().__init__(default, doc)
@@ -183,6 +210,8 @@ class Vector(Field):
 
 class Channels(Field):
     """The numbers 0, 1, ... of the channels of a table, along the channel axis; set from the channel count."""
+
+    accepts = "int | None"
 
     def check(self, owner: str, value: Any) -> Any:
         return frozen(np.arange(value, dtype=float)) if isinstance(value, int) else value

@@ -10,6 +10,7 @@ from ..bounds import CHANNELS, EVALUATIONS, NESTED
 from ..errors import NotFoundError, ParameterError
 from .fields import CLASSES, Param, shown
 from .parametrised import Parametrised, _is_named, _unknown
+from .registry import missing
 
 
 def names() -> dict[str, type[Parametrised]]:
@@ -39,11 +40,14 @@ def _of_object(data: dict[str, Any], files: bool, depth: int) -> Any:
     if depth > NESTED:
         raise ParameterError(f"objects nested more than {NESTED} deep; write factors as one, a sum of sums as one sum")
     kind = CLASSES.get(name) if isinstance(name, str) else None
+    if kind is None and "module" in data:
+        raise NotFoundError(missing(name, data["module"]))
     if kind is None or not _is_named(kind):
         raise NotFoundError(_unknown("material file", name, list(names()), what="type"))
     if isinstance(terms := data.get("terms"), list) and len(terms) > EVALUATIONS:
         raise ParameterError(f"{name}: a sum of {len(terms)} terms, expected at most {EVALUATIONS}; write fewer")
-    rest = {k: _of_json(v, files, depth + 1) for k, v in data.items() if k != "type"}
+    beside = {"type", "module"} - kind.fields.keys()
+    rest = {k: _of_json(v, files, depth + 1) for k, v in data.items() if k not in beside}
     if not files and (paths := kind.files_among([], rest)):
         raise ParameterError(
             f"{name}: names the file {shown(paths[0])}, and a text opens no others; expected the pixels themselves"

@@ -13,7 +13,9 @@ import numpy as np
 from ..arrays import Fixed, frozen, ops
 from ..bounds import EVALUATIONS, NESTED
 from ..errors import NotFoundError, ParameterError
-from .fields import CLASSES, Channels, Field, Ours, Param, Parameter, Part, Table, shown
+from .fields import Channels, Field, Ours, Param, Parameter, Part, Table, shown
+from .registry import json_name, register
+from .signature import Docstring, Signature
 
 _BESIDE_FIELDS = {"fields", "_tied", "_kept", "_holed", "_plans", "_identity", "_nested", "_evaluations"}
 
@@ -32,6 +34,7 @@ class Parametrised:
     has_text: ClassVar[bool] = True
     """Whether values of this class are written as expressions and as JSON."""
 
+    __signature__ = Signature()
     _nested = 1
     _evaluations = 1
     _tied: dict[str, str]
@@ -41,9 +44,10 @@ class Parametrised:
     def __init_subclass__(cls, **kwargs: Any) -> None:
         super().__init_subclass__(**kwargs)
         own = {k: v for k, v in vars(cls).items() if isinstance(v, Field)}
-        cls.fields = {**cls.fields, **own}
-        if not any(name.startswith("_") for name in (cls.__name__, *cls.__module__.split("."))):
-            CLASSES[cls.__name__] = cls
+        inherited = [vars(base).get("fields", {}) for base in reversed(cls.__mro__[1:])]
+        cls.fields = {name: field for fields in (*inherited, own) for name, field in fields.items()}
+        cls.__doc__ = Docstring(vars(cls).get("__doc__"))  # type: ignore[assignment]
+        register(cls)
 
     def __init__(self, *args: Any, **kwargs: Any) -> None:
         kind, fields, settable = type(self).__name__, self.fields, self._settable()
@@ -334,10 +338,8 @@ class Parametrised:
             raise ParameterError(
                 f"{type(self).__name__}({next(iter(self._holed))}): masked numbers have no JSON form; fill them in"
             )
-        return {
-            "type": type(self).__name__,
-            **{n: _json(v) for n, f, v in self._free() if not isinstance(f, (Table, Channels))},
-        }
+        values = {n: _json(v) for n, f, v in self._free() if not isinstance(f, (Table, Channels))}
+        return {**json_name(type(self)), **values}
 
 
 def freeze(data: Any) -> Any:

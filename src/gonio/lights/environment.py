@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 
 class _Picture(Field):
     opens_files = True
+    accepts = "Array | Image | str | PathLike[str]"
 
     def check(self, owner: str, value: Any) -> Panorama:
         return Panorama.of(value)

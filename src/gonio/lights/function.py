@@ -11,6 +11,8 @@ from ..formula.fields import Field, shown
 
 
 class _Callable(Field):
+    accepts = "Callable[[Any], Any]"
+
     def check(self, owner: str, value: Any) -> Any:
         if not callable(value):
             raise ParameterError(

@@ -128,8 +128,6 @@ class _Coat(_Layer):
 class _BelowCoat(_Below, _Coat):
     """A lobe under the coat."""
 
-    fields = _Coat.fields  # `_Below`, which comes first, has none
-
 
 class OpenPBRCoat(_Coat):
     """OpenPBR's coat over any base: f = C f_coat + (1 - C max(E_i, E_o)) (1 - C + C T) f_base.
@@ -179,8 +177,6 @@ class _Fuzz(_Layer):
 
 class _BelowFuzz(_Below, _Fuzz):
     """A lobe under the fuzz."""
-
-    fields = _Fuzz.fields
 
 
 class OpenPBRFuzz(_Fuzz):

@@ -8,10 +8,19 @@ from __future__ import annotations
 from typing import Any
 
 from ...arrays import ops
+from ...contents import Contents
+from ..fresnel_term import Fresnel
+from ..json_form import names
+from ..signature import Array
 from .constant import Constant
 
 
-def as_fresnel(value: Any) -> Any:
+def as_fresnel(value: Fresnel | float | Array) -> Any:
     """A number (or array of numbers) as a `Constant` reflectance; anything else as it is."""
     numeric = isinstance(value, (int, float, list, tuple)) or ops.library_of_type(type(value)) is not None
     return Constant(value) if numeric else value
+
+
+def fresnel_terms() -> Contents[type[Fresnel]]:
+    """Every Fresnel term, and those of your own: name -> class."""
+    return Contents({n: k for n, k in names().items() if issubclass(k, Fresnel)})

@@ -1,0 +1,82 @@
+"""src/gonio/__init__.pyi, which type checkers and editors read: `text` makes it, `python3 dev.py docs` writes it.
+
+Constructors come from the declared parameters, functions from the modules that `gonio.__getattr__` imports on use.
+"""
+
+import inspect
+import textwrap
+from collections.abc import Iterator
+from pathlib import Path
+from types import ModuleType
+
+import gonio as gn
+from gonio.contents import Folder
+from gonio.discover import docstring
+from gonio.formula.fields import Option
+from gonio.formula.parametrised import Parametrised
+from gonio.formula.signature import parameter_lines, signature, takes_fields
+
+PAGE = Path(gn.__file__).with_suffix(".pyi")
+HEAD = '''"""What type checkers and editors know of gonio. Made by `python3 dev.py docs`: do not edit."""
+
+from collections.abc import Callable
+from os import PathLike
+from types import ModuleType
+from typing import Any, Literal
+
+from .contents import Contents
+from .formula.signature import Array
+from .version import __version__ as __version__
+'''
+
+
+def text() -> str:
+    """The stub."""
+    imports, definitions = [], []
+    for name in gn.__all__:
+        value = getattr(gn, name)
+        if isinstance(value, Folder):
+            definitions.append(f"def {name}() -> {value.contents.__annotations__['return']}: ...")
+        elif isinstance(value, ModuleType):
+            imports.append(f"from . import {name} as {name}")
+        elif isinstance(value, type) and issubclass(value, Parametrised) and has_fields(value):
+            imports.append(f"from {home(name)} import {name} as _{name}")
+            definitions.append("\n".join(class_lines(name, value)))
+        else:
+            imports.append(f"from {home(name)} import {name} as {name}")
+    return "\n".join([HEAD + "\n".join(sorted(imports)), *definitions]) + "\n"
+
+
+def has_fields(kind: type[Parametrised]) -> bool:
+    """Whether the constructor takes declared fields: not of bases, which have none."""
+    return takes_fields(kind) and bool(kind.fields)
+
+
+def home(name: str) -> str:
+    """The module that a public name is from, relative to the package."""
+    return f".{gn._ON_USE[name]}" if name in gn._ON_USE else getattr(gn, name).__module__.removeprefix("gonio")
+
+
+def class_lines(name: str, kind: type[Parametrised]) -> Iterator[str]:
+    """A class whose constructor says what it takes; all else it inherits from the one in the package."""
+    summary = textwrap.wrap(" ".join(docstring(kind).partition("\n\n")[0].split()), 112)
+    said = [*summary, "", "Parameters", *(f"    {row}" for row in parameter_lines(kind))]
+    yield f"\nclass {name}(_{name}):"
+    yield textwrap.indent('r"""' + "\n".join(said) + '\n"""', "    ").replace("    \n", "\n")
+    yield "    def __init__("
+    yield "        self,"
+    by_keyword = False
+    for parameter in signature(kind).parameters.values():
+        if parameter.kind is parameter.KEYWORD_ONLY and not by_keyword:
+            by_keyword = True
+            yield "        *,"
+        yield f"        {parameter.name}: {parameter.annotation}{default(kind, parameter)},"
+    yield "    ) -> None: ..."
+
+
+def default(kind: type[Parametrised], parameter: inspect.Parameter) -> str:
+    """The default where it is a number or a word of the parameter's own; `...` for values that other lines make."""
+    if parameter.default is parameter.empty:
+        return ""
+    plain = isinstance(parameter.default, float) or isinstance(kind.fields.get(parameter.name), Option)
+    return f" = {parameter.default!r}" if plain else " = ..."
