@@ -12,7 +12,8 @@ from seeds import SEEDS
 
 import gonio as gn
 from gonio import files
-from gonio.cli.listing import conversion_as_text, facts_as_text
+from gonio.cli.convert import conversion_as_text
+from gonio.cli.info import facts_as_text
 from gonio.conversion import comparison, conversion
 from gonio.errors import Error, ParameterError
 from gonio.formats import formats, load, merl, rgl, save, writer

@@ -81,7 +81,7 @@ def test_every_library_that_is_imported_is_declared():
                 imported.add((node.module or "").partition(".")[0])
     libraries = imported - set(sys.stdlib_module_names) - {"gonio"}
     assert {name.lower() for name in libraries} <= names(ALL)
-    by_name = {"openexr", "pillow"}  # `image._library` imports them by their names
+    by_name = {"openexr", "pillow"}  # `pictures/files/_source.library` imports them by their names
     assert names(PROJECT["dependencies"]) <= {name.lower() for name in libraries} | by_name
 
 

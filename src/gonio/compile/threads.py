@@ -50,7 +50,7 @@ def _from_environment() -> int | None:
 def _processors() -> int:
     """Processors that this thread may use now: its affinity may have been changed."""
     there = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-    return min(there, container_limit())
+    return int(min(there, container_limit()))
 
 
 @cache

@@ -15,7 +15,7 @@ import ctypes
 import itertools
 import os
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from contextlib import suppress
 from functools import cache
 from typing import Any
@@ -88,7 +88,8 @@ class Job:
 
     def __init__(self, work: Callable[..., Any], parts: list[tuple]):
         self.work, self.parts = work, parts
-        self.numbers, self.seats = itertools.count(), iter(())
+        self.numbers = itertools.count()
+        self.seats: Iterator[int] = iter(())
         self.open = True
         self.endings: list[Ending] = []
         self.errors: list[BaseException] = []
