@@ -46,10 +46,10 @@ def output_option(help_: str) -> Callable:
 def with_light_help(command: Callable) -> Callable:
     """Add what LIGHT may be, by what the lights declare."""
     declared = words()
-    wide = max(len(word.usage) for word in declared)
+    start = max(len(word.usage) for word in declared) + 4
     listed = [
-        textwrap.indent("\n".join(textwrap.wrap(word.meaning, 50)), " " * (wide + 4)).replace(
-            " " * (wide + 4), f"  {word.usage:<{wide}}  ", 1
+        textwrap.fill(
+            word.meaning, start + 50, initial_indent=f"  {word.usage}".ljust(start), subsequent_indent=" " * start
         )
         for word in declared
     ]
