@@ -17,7 +17,7 @@ from gonio.formats import csail, curet, formats, kaist, load, neural, save, scat
 from gonio.formats._reading import tensor_file
 from gonio.formats.kaist import KAIST
 from gonio.formats.scatfun import contents
-from gonio.pictures.colour import XYZ_TO_SRGB
+from gonio.pictures.colour import RGB_OF_XYZ
 from gonio.pictures.image import Image, read_image
 
 REAL = Path(__file__).parents[2] / "shared" / "data"
@@ -564,7 +564,7 @@ def test_utia_pictures(tmp_path):
     np.testing.assert_array_equal(load(turned).raw, found.raw)
     np.testing.assert_array_equal(load(turned, rows="down").raw[:, 0, 0], found.raw[:, 5, 47])
     np.testing.assert_allclose(
-        utia.read(picture, decoding="xyz").f_angles(*np.radians([30.0, 37.5, 45.0, 52.5])), f @ XYZ_TO_SRGB.T, rtol=1e-6
+        utia.read(picture, decoding="xyz").f_angles(*np.radians([30.0, 37.5, 45.0, 52.5])), f @ RGB_OF_XYZ.T, rtol=1e-6
     )
     with pytest.raises(ParameterError, match="rows='left': expected one of 'down', 'up'"):
         utia.read(picture, rows="left")

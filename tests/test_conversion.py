@@ -10,7 +10,8 @@ from seeds import SEEDS
 
 import gonio as gn
 from gonio import files
-from gonio.cli.listing import conversion_as_text, facts_as_text
+from gonio.cli.convert import conversion_as_text
+from gonio.cli.info import facts_as_text
 from gonio.conversion import comparison, conversion
 from gonio.errors import Error, ParameterError
 from gonio.formats import formats, load, merl, rgl, save, writer
@@ -344,11 +345,11 @@ def test_own_suffixes_belong_to_one_format():
 @pytest.mark.skipif(os.name == "nt", reason="needs a terminal of a known width")
 @pytest.mark.parametrize("width", [80, 120])
 def test_tables_fit_the_terminal(width, monkeypatch, tmp_path):
-    from gonio.cli import listing
+    from gonio.cli import formats, tables
 
-    monkeypatch.setattr(listing, "_width", lambda: width)
+    monkeypatch.setattr(tables, "_width", lambda: width)
     report = gn.convert(GRAY, tmp_path / "a.bsdf", "RGL", resolution=8, theta_i=3)
     shown = [facts_as_text(facts("a.bsdf", report.made)), conversion_as_text(report)]
-    shown.append(listing.formats_as_text(format_table()))
+    shown.append(formats.formats_as_text(format_table()))
     for line in "\n".join(shown).splitlines():
         assert len(line.replace("\x1b[1m", "").replace("\x1b[0m", "")) <= width + 4, line  # a digest is not cut

@@ -12,7 +12,8 @@ import pytest
 
 from gonio import errors
 from gonio.pictures import image as image_module
-from gonio.pictures.image import Image, read_image, srgb_decode, srgb_encode
+from gonio.pictures.colour import srgb_decode, srgb_encode
+from gonio.pictures.image import Image, read_image
 
 HDR = b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n"
 STUDIO = Path(__file__).parents[2] / "shared" / "data" / "env" / "studio.exr"
@@ -495,7 +496,7 @@ def test_an_interrupted_save_leaves_the_old_file(tmp_path, monkeypatch, suffix):
         Path(name).write_bytes(b"half")
         raise OSError("No space left on device")
 
-    monkeypatch.setitem(image_module._ENCODERS, suffix, lambda *_: breaks)
+    monkeypatch.setattr(image_module._WRITERS[suffix], "encode", lambda *_: breaks)
     with pytest.raises(OSError, match="No space"):
         Image(smooth() * 2).save(path)
     monkeypatch.undo()

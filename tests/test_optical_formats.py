@@ -15,6 +15,7 @@ import gonio as gn
 from gonio.errors import DependencyError, FormatError, ParameterError, ToleranceWarning
 from gonio.formats import fred, jdv, lighttools, rt300s_xls, speos, zemax
 from gonio.formats._optical import angle_tables
+from gonio.pictures.colour import XYZ_OF_RGB
 from gonio.tables.gridded import Gridded
 from gonio.tables.scattered import Scattered
 
@@ -517,12 +518,12 @@ def test_rgb_is_written_as_tristimulus_values(tmp_path, module):
     module.write(RGB, tmp_path / "a.bsdf", resolution=30.0)
     m = gn.load(tmp_path / "a.bsdf")
     assert m.channel_names == ("X", "Y", "Z")
-    xyz = np.array([0.1, 0.5, 0.2]) @ angle_tables.XYZ_OF_RGB.T / math.pi
+    xyz = np.array([0.1, 0.5, 0.2]) @ XYZ_OF_RGB.T / math.pi
     np.testing.assert_allclose(at(m, 20, 0, 30, 40), xyz, rtol=1e-12)
     assert xyz[1] * math.pi == pytest.approx(0.2126 * 0.1 + 0.7152 * 0.5 + 0.0722 * 0.2, rel=1e-4)
     module.write(RGB, tmp_path / "g.bsdf", resolution=30.0, channel=1)
     assert np.ravel(at(gn.load(tmp_path / "g.bsdf"), 20, 0, 30, 40)) == pytest.approx([0.5 / math.pi])
-    white = angle_tables.XYZ_OF_RGB.sum(1)
+    white = XYZ_OF_RGB.sum(1)
     assert white == pytest.approx([0.9505, 1.0, 1.089], abs=1e-3), "D65"
 
 

@@ -10,7 +10,7 @@ from gonio.arrays import ops
 from gonio.errors import MissingDataWarning, ParameterError
 from gonio.laws import _probes
 from gonio.numerics.lattice import lattice
-from gonio.pictures.colour import XYZ_TO_SRGB, to_rgb
+from gonio.pictures.colour import RGB_OF_XYZ, to_rgb
 from gonio.report import figures
 from gonio.scenes import rendering
 
@@ -117,7 +117,7 @@ def test_tristimulus_values_become_colours():
     rgb = np.broadcast_to([0.25, 0.1, 0.05], (2, 2, 1, 3))
     a, b = (
         gn.render(gn.Gridded("angles", axes, values, channels=names), gn.ConstantLight(1.0), size=16, samples=4).pixels
-        for values, names in ((rgb, "RGB"), (rgb @ np.linalg.inv(XYZ_TO_SRGB).T, "XYZ"))
+        for values, names in ((rgb, "RGB"), (rgb @ np.linalg.inv(RGB_OF_XYZ).T, "XYZ"))
     )
     np.testing.assert_allclose(a, b, rtol=1e-4, atol=1e-6)
     assert a[8, 8, 0] > 2.0 * a[8, 8, 1]

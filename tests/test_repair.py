@@ -10,7 +10,7 @@ import pytest
 import gonio as gn
 from gonio.base.history import Repair
 from gonio.base.provenance import formats_read
-from gonio.cli.listing import facts_as_text
+from gonio.cli.info import facts_as_text
 from gonio.formats.merl import MERL, SCALE
 from gonio.report.facts import facts
 from gonio.tables.angle_systems import parameterisation
@@ -120,7 +120,7 @@ def test_what_is_no_record_is_refused(whole):
 
 
 def test_info_prints_the_history(whole):
-    from gonio.cli.listing import facts_as_text
+    from gonio.cli.info import facts_as_text
     from gonio.report.facts import facts
 
     repaired = gn.repair.remove_negatives(changed(whole, whole.brdf() - 0.11))

@@ -32,7 +32,7 @@ from gonio.errors import MissingDataWarning, ParameterError
 from gonio.formula.direction import Direction
 from gonio.formula.fields import param, part
 from gonio.numerics.lattice import lattice
-from gonio.pictures.colour import RELATIVE_XYZ, XYZ, XYZ_TO_SRGB
+from gonio.pictures.colour import RELATIVE_XYZ, RGB_OF_XYZ, XYZ
 from gonio.tables.angle_systems import parameterisation
 
 DEGREE = math.pi / 180.0
@@ -154,8 +154,8 @@ def in_rgb(m: gn.Reflectance, values: np.ndarray) -> np.ndarray:
     """Values (..., C); X, Y, Z as linear sRGB, and those relative to a white surface's."""
     if m.channel_names not in (XYZ, RELATIVE_XYZ):
         return values
-    white = np.linalg.inv(XYZ_TO_SRGB).sum(axis=1) if m.channel_names == RELATIVE_XYZ else 1.0
-    return values * white @ XYZ_TO_SRGB.T
+    white = np.linalg.inv(RGB_OF_XYZ).sum(axis=1) if m.channel_names == RELATIVE_XYZ else 1.0
+    return values * white @ RGB_OF_XYZ.T
 
 
 def cells_of(name: str, steps: Any, count: int) -> Cells:

@@ -6,7 +6,7 @@ import numpy as np
 from PIL import Image
 
 import gonio as gn
-from gonio.pictures.image import srgb_encode
+from gonio.pictures.colour import srgb_encode
 from gonio.report.figures import show
 from gonio.report.law_figures import draw
 

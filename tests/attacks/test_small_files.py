@@ -20,7 +20,7 @@ from gonio import errors
 from gonio.formats import csail, utia
 from gonio.formats._reading import tensor_file
 from gonio.lights import _panorama
-from gonio.pictures import image
+from gonio.pictures.files import _source
 from gonio.pictures.image import Image, read_image
 
 WIDTH, HEIGHT = 4096, 2048
@@ -153,7 +153,7 @@ def test_a_picture_that_announces_more_than_is_free_is_not_begun(tmp_path, monke
     path = tmp_path / "a.png"
     path.write_bytes(png(300, 200))
     read_image(path)
-    monkeypatch.setattr(image, "_available", lambda: 300 * 200 * 12.0)
+    monkeypatch.setattr(_source, "available", lambda: 300 * 200 * 12.0)
     with pytest.raises(gn.errors.TooLargeError, match=r"300 x 200 pixels, which take up to .* GB are free"):
         read_image(path)
 
@@ -180,7 +180,7 @@ def test_many_channels_are_counted(tmp_path, monkeypatch):
     parts = [openexr.Part(dict(header), {"Y": plane}, f"p{k}") for k in range(200)]
     openexr.File(parts).write(str(tmp_path / "parts.exr"))
     assert read_image(tmp_path / "parts.exr").pixels.shape == (64, 64, 1)
-    monkeypatch.setattr(image, "_available", lambda: 64 * 64 * 200.0)
+    monkeypatch.setattr(_source, "available", lambda: 64 * 64 * 200.0)
     for name in ("many.exr", "parts.exr"):
         with pytest.raises(gn.errors.TooLargeError, match="64 x 64 pixels"):
             read_image(tmp_path / name)

@@ -20,7 +20,7 @@ import pytest
 
 import gonio as gn
 from gonio.catalogue import citations
-from gonio.cli import commands
+from gonio.cli import options
 from gonio.errors import DependencyError
 from gonio.formats import scatfun
 
@@ -81,7 +81,7 @@ def test_every_library_that_is_imported_is_declared():
                 imported.add((node.module or "").partition(".")[0])
     libraries = imported - set(sys.stdlib_module_names) - {"gonio"}
     assert {name.lower() for name in libraries} <= names(ALL)
-    by_name = {"openexr", "pillow"}  # `image._library` imports them by their names
+    by_name = {"openexr", "pillow"}  # `pictures/files/_source.library` imports them by their names
     assert names(PROJECT["dependencies"]) <= {name.lower() for name in libraries} | by_name
 
 
@@ -124,7 +124,7 @@ def test_help_keeps_its_lines_in_every_python(clean):
     def command() -> None: ...
 
     command.__doc__ = clean("Render a sphere.\n\n    A .png is sRGB.\n    ")
-    made = click.command()(commands._with_light_help(command))
+    made = click.command()(options.with_light_help(command))
     text = made.get_help(click.Context(made, info_name="render", max_content_width=80))
     assert re.search(r"^  LIGHT is one of$", text, re.MULTILINE), text
     assert re.search(r"^    studio\[:THETA,PHI\]     made up: a sun", text, re.MULTILINE), text

@@ -6,31 +6,23 @@ import difflib
 import math
 import os
 import sys
-import warnings
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
-from ..base.angles import direction
 from ..base.light import Light
 from ..base.reflectance import Reflectance
 from ..catalogue import builtin
 from ..catalogue.expressions import describe, expression, names, read
-from ..errors import Error, ExpressionError, MissingDataWarning, NotFoundError, ParameterError
+from ..errors import Error, ExpressionError, NotFoundError, ParameterError
 from ..formats import formats, load
 from ..formula.fields import Option, Param, Part
 from ..formula.parametrised import Parametrised
-from ..lights._panorama import Panorama
-from ..lights.constant import ConstantLight
-from ..lights.distant import DistantLight
-from ..lights.environment import EnvironmentLight
-from ..lights.point import PointLight
+from ..lights._words import Word, words
+from ..pictures.image import SUFFIXES
 
 LONGEST = 255
 """Characters of a file's name that similar ones are looked for."""
-
-PICTURES = (".exr", ".hdr", ".png", ".jpg", ".jpeg")
-LIGHTS = "FILE, studio, constant[:L], distant:THETA,PHI[,E], point:X,Y,Z[,I]"
 
 
 def resolve(text: str) -> Reflectance:
@@ -75,100 +67,43 @@ def _files_like(text: str) -> str:
 
 
 def resolve_light(text: str) -> Light:
-    """What LIGHT means. Angles in degrees; a spectrum is one number or one per channel.
-
-    FILE                         an environment map, .exr or .hdr
-    studio[:THETA,PHI]           a made-up place with a sun (there), a sky, a window and a floor; also "sky"
-    constant[:L]                 radiance L from everywhere, 1 if not given
-    distant:THETA,PHI[,E]        a parallel beam of irradiance E, pi if not given: white facing it is at 1
-    point:X,Y,Z[,I]              a point source of intensity I, pi (X^2 + Y^2 + Z^2) if not given; `render`'s
-                                 sphere has radius 1 and is at 0, 0, 0
-    an expression                DistantLight([1, 0, 1], 3), EnvironmentLight("studio.exr", scale=2), ...
-    """
+    """What LIGHT means: a picture's file, a word that a light declares, with its numbers, or an expression such as
+    DistantLight([1, 0, 1], 3)."""
+    by_name = {name: word for word in words() for name in (word.name, *word.aliases)}
+    photograph = by_name.pop("FILE")
     if os.path.isfile(text):
-        return _photograph(text)
+        return photograph.light(text)
     if os.path.exists(text) and not os.path.isdir(text):
         raise NotFoundError(f"light {text!r:.90}: a pipe or a device, expected a picture's file; write it to one first")
     kind, colon, rest = text.partition(":")
     kind = kind.strip().lower()
-    if kind in _LIGHTS:
-        return _LIGHTS[kind](text, _numbers(text, rest) if colon else [])
-    if Path(text).suffix.lower() in PICTURES:
+    if kind in by_name:
+        try:
+            return by_name[kind].of(_numbers(rest, by_name[kind]) if colon else [])
+        except ParameterError as error:
+            raise ParameterError(f"light {text!r:.90}: {error}") from None
+    if Path(text).suffix.lower() in SUFFIXES:
         raise NotFoundError(f"light {text!r:.90}: no such file{_files_like(text)}")
     if "(" in text:
-        found = read(text, files=True)
-        if not isinstance(found, Light):
-            kind = type(found).__name__ if isinstance(found, Parametrised) else describe(found)
-            raise ExpressionError(f"light {text!r:.90}: {kind}, expected a light such as ConstantLight(1.0)")
-        return found
-    close = difflib.get_close_matches(kind, _LIGHTS, n=1)
+        value = read(text, files=True)
+        if not isinstance(value, Light):
+            what = type(value).__name__ if isinstance(value, Parametrised) else describe(value)
+            raise ExpressionError(f"light {text!r:.90}: {what}, expected a light such as ConstantLight(1.0)")
+        return value
+    close = difflib.get_close_matches(kind, by_name, n=1)
     guess = f"; did you mean {close[0]}?" if close else ";"
-    raise NotFoundError(f"light {text!r:.90}: no such file and no such light{guess} expected one of {LIGHTS}")
+    usages = ", ".join(word.usage for word in words())
+    raise NotFoundError(f"light {text!r:.90}: no such file and no such light{guess} expected one of {usages}")
 
 
-def _numbers(text: str, rest: str) -> list[float]:
+def _numbers(text: str, word: Word) -> list[float]:
     try:
-        found = [float(part) for part in rest.split(",")]
+        numbers = [float(part) for part in text.split(",")]
     except ValueError:
-        raise ParameterError(f"light {text!r:.90}: {rest!r:.60} is not a list of numbers; expected {LIGHTS}") from None
-    if not all(map(math.isfinite, found)):
-        raise ParameterError(f"light {text!r:.90}: NaN or infinite; expected finite numbers")
-    return found
-
-
-def _spectrum(numbers: list[float], default: float) -> Any:
-    return default if not numbers else numbers[0] if len(numbers) == 1 else numbers
-
-
-def _photograph(path: str) -> Light:
-    """An environment map from a file. Resampled photographs often hold values a little below 0: these count as 0 and
-    are announced; NaN and infinity are errors."""
-    picture = Panorama.of(path)
-    least, most = picture.pixels.min(), picture.pixels.max()
-    if not (-math.inf < least < 0.0 and most < math.inf):
-        return EnvironmentLight(picture)
-    negative = sum(int((row < 0.0).any(axis=-1).sum()) for row in picture.pixels)
-    count = picture.pixels[..., 0].size
-    warnings.warn(
-        f"{path}: {negative} of {count} pixels are negative (down to {least:.3g}) and count as 0",
-        MissingDataWarning,
-        stacklevel=2,
-    )
-    return EnvironmentLight(picture, invalid="zero")
-
-
-def _studio(text: str, numbers: list[float]) -> Light:
-    if not numbers:
-        return EnvironmentLight.studio()
-    if len(numbers) != 2:
-        raise ParameterError(f"light {text!r:.90}: expected studio, or studio:THETA,PHI of the sun in degrees")
-    return EnvironmentLight.studio(_direction(text, *numbers))
-
-
-def _direction(text: str, theta: float, phi: float) -> Any:
-    if not 0.0 <= theta <= 180.0:
-        raise ParameterError(f"light {text!r:.90}: theta is {theta:g} degrees, expected 0 (up) to 180 (down)")
-    return direction(math.radians(theta), math.radians(phi))
-
-
-def _constant(text: str, numbers: list[float]) -> Light:
-    return ConstantLight(_spectrum(numbers, 1.0))
-
-
-def _distant(text: str, numbers: list[float]) -> Light:
-    if len(numbers) < 2:
-        raise ParameterError(f"light {text!r:.90}: expected distant:THETA,PHI[,E] in degrees, such as distant:45,-60")
-    return DistantLight(_direction(text, *numbers[:2]), _spectrum(numbers[2:], math.pi))
-
-
-def _point(text: str, numbers: list[float]) -> Light:
-    if len(numbers) < 3:
-        raise ParameterError(f"light {text!r:.90}: expected point:X,Y,Z[,I] in metres, such as point:2,-3,3")
-    position, intensity = numbers[:3], numbers[3:]
-    return PointLight(position, _spectrum(intensity, math.pi * sum(x * x for x in position)))
-
-
-_LIGHTS = {"studio": _studio, "sky": _studio, "constant": _constant, "distant": _distant, "point": _point}
+        raise ParameterError(f"{text!r:.60} is not a list of numbers; expected {word.usage}") from None
+    if not all(map(math.isfinite, numbers)):
+        raise ParameterError("NaN or infinite; expected finite numbers")
+    return numbers
 
 
 def with_parameters(m: Reflectance, assignments: Iterable[str]) -> Reflectance:

@@ -19,7 +19,7 @@ from ..trace.graph import MASK, Graph
 from . import memory, store
 from .llvm.program import EACH, PACKED, PLANES, ROW, SAME, STRIDED, TOTAL, Array, Output, Program
 from .threads import threads
-from .workers import possible, together, wake
+from .workers import busy, possible, together, wake
 
 PARALLEL = 32_768  # elements from which on threads are worth their start
 PIECES = 8  # parts of a batch for each thread, so that none waits long for another
@@ -158,9 +158,10 @@ def carry_out(plan: Plan, inputs: Sequence[np.ndarray], out: np.ndarray | None =
 
 
 def _run(plan: Plan, block: Any) -> None:
-    outer, inner, count = plan.outer, plan.inner, threads()
+    outer, inner = plan.outer, plan.inner
     size = outer * inner
-    shared = size >= PARALLEL and count > 1 and possible()
+    count = threads() if size >= PARALLEL and not busy() else 1
+    shared = count > 1 and possible()
     if not shared and size <= plan.piece:
         block[-1] = 0
         plan.function(addressof(block), outer, inner, -outer)

@@ -10,7 +10,7 @@ from __future__ import annotations
 import ctypes
 import hashlib
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from functools import cache
 from typing import Any
 
@@ -104,14 +104,23 @@ def _sources() -> str:
     here = os.path.dirname(__file__)
     total = hashlib.sha256()
     try:
-        names = sorted(name for name in os.listdir(here) if name.endswith(".py"))
-        for path in [*(os.path.join(here, name) for name in names), os.path.join(here, "..", "trace", "graph.py")]:
+        for path in (*_modules(here), os.path.join(here, "..", "trace", "graph.py")):
             with open(path, "rb", buffering=0) as file:
                 text = file.read()
             total.update(len(text).to_bytes(8, "little") + text)
     except OSError:
         return ""
     return total.hexdigest()
+
+
+def _modules(folder: str) -> Iterator[str]:
+    """The files of modules in a folder and in those within it; raises OSError where that cannot be listed."""
+    for name in sorted(os.listdir(folder)):
+        path = os.path.join(folder, name)
+        if name.endswith(".py"):
+            yield path
+        elif os.path.isdir(path):
+            yield from _modules(path)
 
 
 _SOURCES = _sources()  # of what is imported now: later the files may be others

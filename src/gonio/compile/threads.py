@@ -1,89 +1,88 @@
-"""How many threads compute, and handing them their parts of a batch."""
+"""How many threads compute (`gn.threads`), for f of NumPy arrays and for pictures (`gn.render`) alike.
+
+There is one pool of threads, `workers.py`, and the thread that calls takes part: `threads()` of them compute for a
+call, never more. Kernels are shared out by `plans.py`; what Python computes in parts (tiles of a picture, blocks of a
+batch that NumPy evaluates) by `share`. What is called within a part runs on the thread that does the part.
+"""
 
 from __future__ import annotations
 
 import _thread
-import itertools
 import os
 from collections.abc import Callable, Iterable
 from contextlib import suppress
+from functools import cache
+from math import ceil, inf
+from pathlib import Path
 from typing import Any
 
 from ..errors import ParameterError
+from . import workers
 
-_COUNT: list[int] = []
+MOST = 4096
+
+_COUNT: list[int] = []  # what `threads(count)` set
 
 
 def threads(count: int | None = None) -> int:
     """How many threads compute f of NumPy arrays, and pictures; with `count`, from now on that many.
 
-    At the start that is the environment variable GONIO_THREADS, or the number of processors this process may use.
-    Batches below about 30 000 directions are computed by one thread.
+    Until `count` is given it is the environment variable GONIO_THREADS, else the number of processors that this thread
+    may use: by its affinity, and by the limit of its container. Batches below about 30 000 directions are computed by
+    one thread. Linear algebra of other libraries, which fits and repairs use, has threads of its own.
     """
     if count is not None:
-        if not isinstance(count, int) or isinstance(count, bool) or not 1 <= count <= 4096:
-            raise ParameterError(f"threads({count!r}): expected a whole number from 1 to 4096")
+        if not isinstance(count, int) or isinstance(count, bool) or not 1 <= count <= MOST:
+            raise ParameterError(f"threads({count!r}): expected a whole number from 1 to {MOST}")
         _COUNT[:] = [count]
-    if not _COUNT:
-        _COUNT.append(_from_environment())
-    return _COUNT[0]
+    return _COUNT[0] if _COUNT else _from_environment() or _processors()
 
 
-def _from_environment() -> int:
+def _from_environment() -> int | None:
     text = os.environ.get("GONIO_THREADS", "")
     if not text:
-        return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-    if not text.isdecimal() or not 1 <= int(text) <= 4096:
-        raise ParameterError(f"GONIO_THREADS={text!r}: expected a whole number from 1 to 4096")
+        return None
+    if not text.isdecimal() or not 1 <= int(text) <= MOST:
+        raise ParameterError(f"GONIO_THREADS={text!r}: expected a whole number from 1 to {MOST}")
     return int(text)
 
 
-class _Work:
-    """Parts that threads take in turn, until there are none left, one has failed, or the caller leaves."""
-
-    def __init__(self, work: Callable[..., Any], parts: list[tuple]):
-        self.work, self.parts = work, parts
-        self.numbers, self.open = itertools.count(), True
-        self.helpers: list[_Helper] = []
-        self.errors: list[BaseException] = []
-
-    def take(self, after: Callable[[], Any] | None = None) -> None:
-        while self.open and (number := next(self.numbers)) < len(self.parts):
-            self.work(*self.parts[number])
-            if after is not None:
-                after()
-
-    def help(self) -> None:
-        helper = _Helper()
-        self.helpers.append(helper)  # before it looks whether there is work: who ends the work looks for helpers then
-        try:
-            self.take()
-        except BaseException as error:
-            self.errors.append(error)
-            self.open = False
-        finally:
-            helper.end()
-
-    def end(self) -> None:
-        self.open = False
-        for helper in self.helpers:
-            helper.wait()
+def _processors() -> int:
+    """Processors that this thread may use now: its affinity may have been changed."""
+    there = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    return int(min(there, container_limit()))
 
 
-class _Helper:
-    """A thread that takes parts of some work, as others see it."""
+@cache
+def container_limit(membership: str = "/proc/self/cgroup", root: str = "/sys/fs/cgroup") -> float:
+    """Processors that the control groups of this process let it use, rounded up; infinity where they set no limit.
 
-    def __init__(self) -> None:
-        self.ended, self.lock = False, _thread.allocate_lock()
-        self.lock.acquire()
+    Source   Linux, Documentation/admin-guide/cgroup-v2.rst (cpu.max) and scheduler/sched-bwc.rst (version 1).
+    """
+    limit = inf
+    with suppress(OSError, ValueError):
+        for line in Path(membership).read_text().splitlines():
+            _, controllers, group = line.split(":", 2)
+            if controllers and "cpu" not in controllers.split(","):
+                continue
+            top = Path(root, controllers)
+            place = Path(root, controllers, group.lstrip("/"))  # within a container often not there, its parents are
+            for folder in (place, *place.parents):
+                if folder.is_relative_to(top):
+                    limit = min(limit, _quota(folder, "cpu.max" if not controllers else ""))
+    return limit
 
-    def end(self) -> None:
-        self.ended = True
-        self.lock.release()
 
-    def wait(self) -> None:
-        while not self.ended:  # an interrupt may come after the lock was taken: nothing depends on who has it
-            self.lock.acquire(timeout=0.05)
+def _quota(folder: Path, file: str) -> float:
+    """Processors that the limit of one control group amounts to."""
+    try:
+        if file:
+            quota, period = (folder / file).read_text().split()
+        else:
+            quota, period = ((folder / f"cpu.cfs_{name}_us").read_text() for name in ("quota", "period"))
+        return max(1, ceil(int(quota) / int(period))) if int(quota) > 0 else inf
+    except (OSError, ValueError, ZeroDivisionError):  # not there, or "max"
+        return inf
 
 
 def share(work: Callable[..., Any], parts: Iterable[tuple], after: Callable[[], Any] | None = None) -> None:
@@ -91,26 +90,32 @@ def share(work: Callable[..., Any], parts: Iterable[tuple], after: Callable[[], 
 
     The first error, or an interrupt, is raised when the parts that are under way have ended; no others are begun.
     """
-    job = _Work(work, list(parts))
+    job = workers.Job(work, list(parts))
+    seats = 0 if workers.busy() else min(threads(), len(job.parts)) - 1
     try:
-        for _ in range(min(threads(), len(job.parts)) - 1):
-            with suppress(RuntimeError):  # no more threads are to be had
-                _thread.start_new_thread(job.help, ())
+        if seats > 0:
+            workers.offer(job, seats)
         job.take(after)
     finally:
-        job.end()
+        job.open = False  # before any call, for an interrupt may come within one
+        try:
+            workers.withdraw(job)
+        except BaseException:
+            workers.withdraw(job)
+            raise
     if job.errors:
         raise job.errors[0]
 
 
 def apart(work: Callable[..., Any], *args: Any) -> Any:
-    """`work(*args)`, called in a thread of its own, which no signal reaches: libraries lose their locks to interrupts.
+    """`work(*args)`, in a new thread while this one waits: libraries lose their locks to interrupts, and no signal
+    reaches that thread.
 
     An interrupt is raised when the work has ended.
     """
     results: list[Any] = []
     errors: list[BaseException] = []
-    helper, once, started = _Helper(), iter((True,)), False
+    done, once, started = workers.Ending(), iter((True,)), False
 
     def run() -> None:
         if not next(once, False):
@@ -120,15 +125,15 @@ def apart(work: Callable[..., Any], *args: Any) -> Any:
         except BaseException as error:
             errors.append(error)
         finally:
-            helper.end()
+            done.end()
 
     interrupt: BaseException | None = None
-    while not helper.ended:
+    while not done.ended:
         try:
             if not started:
                 _thread.start_new_thread(run, ())
                 started = True
-            helper.wait()
+            done.wait()
         except BaseException as error:
             if started or not isinstance(error, RuntimeError):
                 interrupt = error

@@ -25,7 +25,7 @@ from ..base.reflectance import Reflectance
 from ..errors import FormatError, ParameterError
 from ..files import replacing
 from ..formula.fields import Ours, kept
-from ..pictures.colour import XYZ_TO_SRGB
+from ..pictures.colour import RGB_OF_XYZ, srgb_decode
 from ..pictures.image import Image, read_image
 from ._reading.mapped import LARGE, Unscanned, expect_channels, numbers
 
@@ -40,15 +40,11 @@ GRIDS = {(6, 48): 15.0, (44, 180): 2.0}
 """(theta, phi) nodes of each direction, and the step of theta [degrees]."""
 
 
-def _srgb(v: np.ndarray, threshold: float = 0.04045) -> np.ndarray:
-    return np.where(v <= threshold, v / 12.92, ((np.maximum(v, threshold) + 0.055) / 1.055) ** 2.4)
-
-
 DECODINGS: dict[str, Callable[[np.ndarray], np.ndarray]] = {
     "linear": lambda v: v,
-    "srgb": _srgb,
-    "dj_brdf": lambda v: 100.0 * _srgb(v / 140.0, 0.0375),
-    "xyz": lambda v: v @ XYZ_TO_SRGB.T,
+    "srgb": srgb_decode,
+    "dj_brdf": lambda v: 100.0 * srgb_decode(v / 140.0, 0.0375),
+    "xyz": lambda v: v @ RGB_OF_XYZ.T,
 }
 """f [1/sr] from stored numbers (..., 3): as they are (ALTA, asztr's UTIA-brdf), sRGB-encoded (Fichet's reader), as
 dj_brdf has it, which divides by 140 and calls that a constant from the database's author (and makes negative numbers

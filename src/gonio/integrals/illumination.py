@@ -20,6 +20,7 @@ from ..errors import ArrayTypeError, MissingDataWarning, ParameterError
 from ..evaluate import batch
 from ..formula.direction import Direction, cross, dot, frame, normalize, select
 from ..numerics.lattice import lattice
+from ..pictures.colour import transformed
 from .over_directions import integrate
 
 
@@ -175,7 +176,7 @@ def delta_radiance(
     wi, wo = lib.broadcast(wi, wo)
     cos = ops.maximum(wi[..., 2:3], 0.0)
     f = _channelled(m.f(wi, wo), wi)
-    return (f if colour is None else f @ colour) * arrival.irradiance * cos
+    return (f if colour is None else transformed(f, colour)) * arrival.irradiance * cos
 
 
 def _smooth(m: Reflectance, light: Light, local: Frame, wo: np.ndarray, tolerance: float) -> np.ndarray:
@@ -238,7 +239,7 @@ def estimate(
         def seen_values(values: np.ndarray, w: np.ndarray, weight: Any = weight) -> tuple[np.ndarray, int]:
             values, holes = without_holes(_channelled(values, w))
             values = np.asarray(weight, wo.dtype) * values
-            return values if colour is None else values @ colour, holes
+            return (values if colour is None else transformed(values, colour)), holes
 
         if lobe.is_delta:
             mirrored = lobe.sample(wo, np.zeros(2, wo.dtype)).wi

@@ -79,7 +79,7 @@ class Panorama:
         if array.dtype not in (np.float32, np.float64):
             raise ArrayTypeError(
                 f"environment map: pixels are {array.dtype}, expected float32 or float64 radiances; "
-                f"8-bit codes: gonio.pictures.image.srgb_decode(x / 255)"
+                f"8-bit codes: gonio.pictures.colour.srgb_decode(x / 255)"
             )
         if array.ndim not in (2, 3) or 0 in array.shape:
             raise ShapeError(f"environment map: pixels are {array.shape}, expected (H, W, C) or (H, W)")

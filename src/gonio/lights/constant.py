@@ -6,6 +6,7 @@ from typing import Any
 
 from ..base.light import Light, channel_vector
 from ..formula.fields import param
+from ._words import Word, spectrum
 
 
 class ConstantLight(Light):
@@ -21,3 +22,8 @@ class ConstantLight(Light):
 
     def incident(self, w: Any) -> Any:
         return channel_vector(self.radiance, w) + 0.0 * w[..., :1]
+
+
+WORDS = [
+    Word("constant[:L]", "radiance L from everywhere; default 1", lambda numbers: ConstantLight(spectrum(numbers, 1.0)))
+]

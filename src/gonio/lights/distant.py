@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any, ClassVar
 
 import numpy as np
@@ -9,6 +10,7 @@ import numpy as np
 from ..arrays import ops
 from ..base.light import Arrival, Light, channel_vector
 from ..formula.fields import param, vector
+from ._words import Word, spectrum, towards
 
 
 class DistantLight(Light):
@@ -28,3 +30,13 @@ class DistantLight(Light):
     def arrival(self, position: Any) -> Arrival:
         lib = ops.library(position)
         return Arrival(lib.convert(np.array(self.direction), position), channel_vector(self.irradiance, position))
+
+
+WORDS = [
+    Word(
+        "distant:THETA,PHI[,E]",
+        "parallel beam of irradiance E; default pi, which lights a white surface that faces it to radiance 1",
+        lambda numbers: DistantLight(towards(*numbers[:2]), spectrum(numbers[2:], math.pi)),
+        "in degrees, such as distant:45,-60",
+    )
+]

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+import warnings
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
@@ -9,11 +11,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..arrays import ops
 from ..base.light import Light
-from ..errors import ParameterError, ShapeError
+from ..errors import MissingDataWarning, ParameterError, ShapeError
 from ..formula.fields import Field, option, param
 from ._layouts import MITSUBA_TO_WORLD, from_mitsuba, from_pbrt, to_mitsuba, to_pbrt
 from ._panorama import Panorama, pixel_count
 from ._studio import studio_pixels
+from ._words import DEFAULT, Word, towards
 
 if TYPE_CHECKING:
     from ..pictures.image import Image
@@ -138,3 +141,32 @@ class EnvironmentLight(Light):
         from ..pictures.image import Image
 
         return Image((pixels * np.asarray(self.scale)).astype(np.float32))
+
+
+def photograph(path: str) -> EnvironmentLight:
+    """An environment map from a file. Resampled photographs often hold values a little below 0: these count as 0 and
+    are announced; NaN and infinity are errors."""
+    picture = Panorama.of(path)
+    least, most = picture.pixels.min(), picture.pixels.max()
+    if not (-math.inf < least < 0.0 and most < math.inf):
+        return EnvironmentLight(picture)
+    negative = sum(int((row < 0.0).any(axis=-1).sum()) for row in picture.pixels)
+    count = picture.pixels[..., 0].size
+    warnings.warn(
+        f"{path}: {negative} of {count} pixels are negative (down to {least:.3g}) and count as 0",
+        MissingDataWarning,
+        stacklevel=2,
+    )
+    return EnvironmentLight(picture, invalid="zero")
+
+
+def _studio(numbers: list[float]) -> EnvironmentLight:
+    if len(numbers) not in (0, 2):
+        raise ParameterError("expected studio, or studio:THETA,PHI of the sun in degrees")
+    return EnvironmentLight.studio(towards(*numbers)) if numbers else EnvironmentLight.studio()
+
+
+WORDS = [
+    Word("FILE", "equirectangular environment map", photograph),
+    Word(f"{DEFAULT}[:THETA,PHI]", "made up: a sun (there), sky, window and floor", _studio, aliases=("sky",)),
+]

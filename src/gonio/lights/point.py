@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any, ClassVar
 
 import numpy as np
@@ -9,6 +10,7 @@ import numpy as np
 from ..arrays import ops
 from ..base.light import Arrival, Light, channel_vector
 from ..formula.fields import param, vector
+from ._words import Word, spectrum
 
 
 class PointLight(Light):
@@ -31,3 +33,18 @@ class PointLight(Light):
         r2 = (to * to).sum(-1)[..., None]
         with np.errstate(divide="ignore", invalid="ignore"):
             return Arrival(to / ops.sqrt(r2), channel_vector(self.intensity, position) / r2)
+
+
+def _of_numbers(numbers: list[float]) -> PointLight:
+    position = numbers[:3]
+    return PointLight(position, spectrum(numbers[3:], math.pi * sum(x * x for x in position)))
+
+
+WORDS = [
+    Word(
+        "point:X,Y,Z[,I]",
+        "point source of intensity I; default: irradiance pi at the centre of the sphere",
+        _of_numbers,
+        "in metres, such as point:2,-3,3",
+    )
+]

@@ -1,15 +1,78 @@
-"""From spectra to colour: what a reflectance sampled at wavelengths looks like in linear sRGB."""
+"""Colour: sRGB and its transfer function, luminance, CIE XYZ, and what spectra look like in linear sRGB."""
 
 from __future__ import annotations
 
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from ..errors import ShapeError
 
+SRGB_XY = (0.64, 0.33, 0.30, 0.60, 0.15, 0.06, 0.3127, 0.3290)
+"""Chromaticities x, y of sRGB's red, green, blue and white (D65): IEC 61966-2-1, ITU-R BT.709."""
+
+
+def _xyz_of_rgb() -> NDArray[np.float64]:
+    """The matrix whose columns are red, green and blue, scaled to add up to a white of Y = 1."""
+    x, y = np.reshape(SRGB_XY, (4, 2)).T
+    red, green, blue, white = np.stack([x / y, np.ones(4), (1.0 - x - y) / y], -1)
+    primaries = np.stack([red, green, blue], -1)
+    return primaries * np.linalg.solve(primaries, white)
+
+
+XYZ_OF_RGB = _xyz_of_rgb()
+"""CIE 1931 X, Y, Z of linear sRGB."""
+
+RGB_OF_XYZ = np.linalg.inv(XYZ_OF_RGB)
+"""Linear sRGB of X, Y, Z."""
+
+LUMINANCE = XYZ_OF_RGB[1]
+"""Weights of linear red, green and blue in Y."""
+
+WHITE = XYZ_OF_RGB.sum(axis=1)
+"""X, Y, Z of a white surface: (1, 1, 1) in linear sRGB, D65."""
+
+XYZ = ("X", "Y", "Z")
+"""Names of channels in which a white surface has X, Y, Z of D65."""
+
+RELATIVE_XYZ = ("X/Xn", "Y/Yn", "Z/Zn")
+"""Names of channels in which a white surface has 1, as in WINDOW and Radiance."""
+
 RGB_WAVELENGTHS = (630.0, 532.0, 465.0)
 """Wavelengths [nm] at which optical constants are taken where three channels stand for RGB."""
+
+KNEE = 0.04045
+"""Code value below which sRGB's transfer function is a straight line."""
+
+_UNSHARED = 1 << 17  # multiplications up to which BLAS keeps to one thread (OpenBLAS: twice as many)
+
+
+def srgb_encode(linear: ArrayLike) -> NDArray[Any]:
+    r"""Linear value to sRGB code value, both 1 at white.
+
+    $$V = 12.92\,L \;\; (L \le 0.0031308), \qquad V = 1.055\,L^{1/2.4} - 0.055 \;\; \text{otherwise}$$
+
+    Shapes   any, elementwise; floats keep their dtype, integers become float64.
+    Units    none. Nothing is clamped: negative values follow the straight line, NaN stays NaN.
+    Error    rounding, and 3e-8 where the two rounded thresholds of the standard do not quite meet.
+    Source   IEC 61966-2-1:1999, 5.2.
+    """
+    x = np.asarray(linear) * 1.0
+    power = 1.055 * np.maximum(x, 0.0031308) ** (1.0 / 2.4) - 0.055
+    return np.where(x <= 0.0031308, 12.92 * x, power)[()]
+
+
+def srgb_decode(encoded: ArrayLike, knee: float = KNEE) -> NDArray[Any]:
+    r"""sRGB code value to linear value, both 1 at white: the inverse of `srgb_encode`.
+
+    $$L = V / 12.92 \;\; (V \le 0.04045), \qquad L = ((V + 0.055) / 1.055)^{2.4} \;\; \text{otherwise}$$
+
+    Shapes, units, error, source: as `srgb_encode`. An 8-bit code is divided by 255 first. `knee`: in place of 0.04045,
+    for files of programs that have another.
+    """
+    x = np.asarray(encoded) * 1.0
+    return np.where(x <= knee, x / 12.92, ((np.maximum(x, knee) + 0.055) / 1.055) ** 2.4)[()]
 
 
 def _lobe(x: np.ndarray, centre: float, below: float, above: float) -> np.ndarray:
@@ -37,21 +100,6 @@ def colour_matching(wavelengths: Any) -> np.ndarray:
     )
 
 
-XYZ_TO_SRGB = np.array(
-    [[3.2404542, -1.5371385, -0.4985314], [-0.9692660, 1.8760108, 0.0415560], [0.0556434, -0.2040259, 1.0572252]]
-)  # IEC 61966-2-1
-
-
-XYZ = ("X", "Y", "Z")
-"""Names of channels in which a white surface has X, Y, Z of D65."""
-
-RELATIVE_XYZ = ("X/Xn", "Y/Yn", "Z/Zn")
-"""Names of channels in which a white surface has 1, as in WINDOW and Radiance."""
-
-WHITE = np.linalg.inv(XYZ_TO_SRGB).sum(axis=1)
-"""X, Y, Z of a white surface: (1, 1, 1) in linear sRGB, D65."""
-
-
 def to_rgb(wavelengths: Any) -> np.ndarray:
     """Matrix (C, 3) that turns reflectance at C increasing wavelengths [nm] into linear sRGB.
 
@@ -63,7 +111,7 @@ def to_rgb(wavelengths: Any) -> np.ndarray:
         raise ShapeError(f"wavelengths: got {x!r:.60}, expected at least two increasing numbers [nm]")
     width = np.gradient(x)
     width[0], width[-1] = 0.5 * (x[1] - x[0]), 0.5 * (x[-1] - x[-2])
-    weights = (colour_matching(x) * width[:, None]) @ XYZ_TO_SRGB.T
+    weights = (colour_matching(x) * width[:, None]) @ RGB_OF_XYZ.T
     return weights / weights.sum(axis=0)
 
 
@@ -75,5 +123,20 @@ def rgb_of(names: tuple | None) -> np.ndarray | None:
     if names is None or len(names) < 2:
         return None
     if tuple(names) in (XYZ, RELATIVE_XYZ):
-        return (XYZ_TO_SRGB * (WHITE if tuple(names) == RELATIVE_XYZ else 1.0)).T
+        return (RGB_OF_XYZ * (WHITE if tuple(names) == RELATIVE_XYZ else 1.0)).T
     return None if isinstance(names[0], str) else to_rgb(names)
+
+
+def transformed(values: np.ndarray, matrix: np.ndarray) -> np.ndarray:
+    """Channels (..., C) turned into others by a matrix (C, K): `values @ matrix`, on this thread alone.
+
+    BLAS shares large products out to threads of its own, which `gn.threads` does not bind; so it gets small ones.
+    """
+    count, wide = matrix.shape
+    rows = max(1, _UNSHARED // matrix.size)
+    flat = values.reshape(-1, count)
+    whole = len(flat) // rows * rows
+    out = np.empty((len(flat), wide), np.result_type(values, matrix))
+    np.matmul(flat[:whole].reshape(-1, rows, count), matrix, out=out[:whole].reshape(-1, rows, wide))
+    np.matmul(flat[whole:], matrix, out=out[whole:])
+    return out.reshape(*values.shape[:-1], wide)

@@ -19,8 +19,7 @@ from ..base.reflectance import Reflectance
 from ..errors import DependencyError, MissingDataWarning, ParameterError
 from ..files import replacing, target
 from ..integrals.albedo import albedo
-from ..pictures.colour import RELATIVE_XYZ, XYZ, rgb_of
-from ..pictures.image import srgb_encode
+from ..pictures.colour import LUMINANCE, RELATIVE_XYZ, XYZ, rgb_of, srgb_encode
 from ..scenes.rendering import render
 
 SLICES = (0.0, 15.0, 30.0, 45.0, 60.0, 75.0)
@@ -121,7 +120,7 @@ def _brightness(m: Reflectance, f: np.ndarray, ndim: int) -> np.ndarray:
     if names in (XYZ, RELATIVE_XYZ):
         return f[..., 1]
     if f.shape[-1] == 3 and (names is None or isinstance(names[0], str)):
-        return f @ np.array([0.2126, 0.7152, 0.0722])
+        return f @ LUMINANCE
     return f.mean(axis=-1)
 
 

@@ -16,7 +16,7 @@ from ..errors import MissingDataWarning, ParameterError
 from ..formula.direction import Direction
 from ..integrals.illumination import Frame, as_lights, delta_radiance, estimate, to_local, without_holes
 from ..numerics.lattice import lattice
-from ..pictures.colour import rgb_of
+from ..pictures.colour import rgb_of, transformed
 from ..pictures.image import Image
 from .shapes import SHAPES, Shape
 
@@ -88,7 +88,7 @@ def render(
             stacklevel=2,
         )
     if colour_after is not None:
-        colour = colour @ colour_after
+        colour = transformed(colour, colour_after)
     return Image(colour.reshape(size, size, -1), alpha=alpha.reshape(size, size))
 
 

@@ -12,14 +12,10 @@ from ...base.measured import tabular_shape, tristimulus
 from ...base.reflectance import Reflectance
 from ...errors import FormatError, ParameterError
 from ...formula.direction import HORIZON
+from ...pictures.colour import XYZ_OF_RGB
 from ...tables.angle_systems import parameterisation
 from ...tables.axes import fits
 from ...tables.gridded import Gridded
-
-XYZ_OF_RGB = np.array(
-    [[0.4123908, 0.3575843, 0.1804808], [0.2126390, 0.7151687, 0.0721923], [0.0193308, 0.1191948, 0.9505322]]
-)
-"""CIE 1931 XYZ of linear sRGB (primaries of ITU-R BT.709, white D65 with Y = 1); IEC 61966-2-1."""
 
 SAME = 1e-8
 """Angles closer than this [degrees] are the same."""

@@ -26,7 +26,7 @@ from ...errors import ParameterError
 from ...formula.table_warp import ONE, MarginalWarp, bilinear, tables
 from ...numerics.filling import filled
 from ...numerics.lattice import lattice
-from ...pictures.colour import RELATIVE_XYZ, XYZ, rgb_of
+from ...pictures.colour import LUMINANCE, RELATIVE_XYZ, XYZ, rgb_of
 from ...tables.axes import fits
 
 RIGHT = 0.5 * math.pi
@@ -38,9 +38,6 @@ ROUNDS = 8  # of the iteration for D
 
 PROVENANCE = "provenance"
 """Name of a field beside those of the format, which other readers pass over."""
-
-Y = np.array([0.2126, 0.7152, 0.0722])
-"""Luminance of linear RGB, as real files have it."""
 
 
 class _Source(NamedTuple):
@@ -61,7 +58,7 @@ class _Source(NamedTuple):
 
     def luminance(self, values: np.ndarray) -> np.ndarray:
         """One number of values (..., C): what samples are distributed by."""
-        return values @ Y if self.wavelengths is None else values.mean(axis=-1)
+        return values @ LUMINANCE if self.wavelengths is None else values.mean(axis=-1)
 
 
 def _source(m: Reflectance) -> _Source:

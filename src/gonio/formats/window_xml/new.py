@@ -95,8 +95,7 @@ def _bands(m: Reflectance, width: int) -> Bands:
     if width == 1:
         return [(("Visible", ""), np.ones(1))]
     if width == 3 and names in (None, ("R", "G", "B")):
-        xyz = np.linalg.inv(colour.XYZ_TO_SRGB)
-        return _xyz((xyz / xyz.sum(axis=1, keepdims=True)).T)
+        return _xyz((colour.XYZ_OF_RGB / colour.WHITE[:, None]).T)
     if names in (XYZ, RELATIVE_XYZ):
         return _xyz(np.diag(1.0 / colour.WHITE) if names == XYZ else np.eye(3))
     raise ParameterError(

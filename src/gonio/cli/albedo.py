@@ -1,25 +1,63 @@
-"""What `gonio albedo` prints: albedos with their uncertainties, as data and as text."""
+"""`gonio albedo`: albedos with their uncertainties."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
+import click
 import numpy as np
 
-from ..base.angles import direction
-from ..base.reflectance import Reflectance
 from ..errors import ParameterError
-from ..integrals.albedo import albedo
-from ..laws._probes import channel
-from ..uncertainty import Quoted, with_uncertainty
-from ..uncertainty.quoted import rounded
-from ..uncertainty.table import has_uncertainty
-from .listing import table
+from .options import json_option, material_argument, read_material, replace_option
+from .tables import table
+from .terminal import echo, print_json
+
+if TYPE_CHECKING:
+    from ..base.reflectance import Reflectance
+    from ..uncertainty import Quoted
 
 ASSUMPTIONS = ("independent", "common")
 """What errors are taken to be where nothing else is asked for: the two ends of what may be."""
+
+
+@click.command(short_help="Quote the albedo of MATERIAL, with its uncertainty.")
+@material_argument
+@replace_option
+@json_option
+@click.option("--theta", default="0,45,75", show_default=True, help="Polar angles of incidence [degrees].")
+@click.option("--phi", default="0", show_default=True, help="Azimuths of incidence [degrees].")
+@click.option(
+    "--uncertainty",
+    "assumed",
+    type=click.Choice(["independent", "common", "channel"]),
+    multiple=True,
+    help="What the errors of the values are taken to be; may be repeated.  [default: independent, common]",
+)
+@click.option("--scale", type=float, metavar="U", help="Relative standard uncertainty of all values together.")
+@click.option("-k", "factor", default=1.0, show_default=True, help="Coverage factor of what is printed.")
+def albedo(
+    material: str,
+    replaced: tuple[str, ...],
+    as_json: bool,
+    theta: str,
+    phi: str,
+    assumed: tuple[str, ...],
+    scale: float | None,
+    factor: float,
+) -> None:
+    """Quote the albedo of MATERIAL: its directional-hemispherical reflectance, by angle of incidence and channel.
+
+    Of a measurement that states the uncertainty of its values also the uncertainty that follows: little if their errors
+    are independent, most if one error is common to all.
+    """
+    at = angles(theta, "theta", below=90.0), angles(phi, "phi")
+    rows = albedos(read_material(material, replaced), *at, assumed, scale)
+    if as_json:
+        print_json(rows)
+    else:
+        echo(as_text(rows, factor))
 
 
 def angles(text: str, name: str, below: float = math.inf) -> list[float]:
@@ -42,6 +80,12 @@ def albedos(
     scale: float | None = None,
 ) -> list[dict[str, Any]]:
     """A row for every direction of incidence [degrees] and channel: the albedo, and u under each assumption."""
+    from ..base.angles import direction
+    from ..integrals.albedo import albedo
+    from ..laws._probes import channel
+    from ..uncertainty import with_uncertainty
+    from ..uncertainty.table import has_uncertainty
+
     w = direction(np.radians(theta)[:, None], np.radians(phi)).reshape(-1, 3)
     found: dict[str, Quoted] = {}
     if assumptions or scale is not None or has_uncertainty(m):
@@ -64,6 +108,8 @@ def albedos(
 
 def as_text(rows: Sequence[dict[str, Any]], k: float = 1.0) -> str:
     """The same for people; uncertainties are expanded by the coverage factor k."""
+    from ..uncertainty.quoted import rounded
+
     first = rows[0]
     names = list(first.get("u", {}))
     header = ["theta_i", "phi_i", *(["channel"] if "channel" in first else [])]

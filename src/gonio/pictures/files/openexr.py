@@ -6,12 +6,17 @@ import builtins
 import struct
 from collections.abc import Callable
 from types import FunctionType
-from typing import Any, BinaryIO, NamedTuple
+from typing import Any, BinaryIO
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import FormatError
+from ...errors import FormatError
+from ._source import Picture, Source, library
+
+STARTS = {b"v/1\x01": "OpenEXR"}
+SUFFIXES = (".exr",)
+WRITTEN = ".exr"
 
 DENSE = 2**10
 """Pixels that a byte of a file may stand for: one colour, 8192 x 4096, comes to 449 in all but DWA compression."""
@@ -22,23 +27,11 @@ _BYTES = {0: 4, 1: 2, 2: 4}  # of a number: uint, half, float
 _HEAD = 1 << 16  # bytes of a file that are looked at for headers; doubled while these go on
 
 
-class Picture(NamedTuple):
-    """The first part of a file: pixels (H, W, C), their names (R, G, B first), coverage, primaries if it has them."""
-
-    pixels: NDArray[np.float32]
-    alpha: NDArray[np.float32] | None
-    names: tuple[str, ...]
-    primaries: tuple[float, ...] | None
-
-
-def read(openexr: Any, file: BinaryIO, path: str, size: int, check: Callable[[int, int, int, int], None]) -> Picture:
-    """The picture in a file of `size` bytes; `path` is for the library. Raises FormatError for what is none.
-
-    `check(width, height, bytes of each pixel, pixels that may be announced)` is asked before anything is decoded.
-    """
-    parts = _headers(file, size)
+def read(source: Source) -> Picture:
+    """The picture in a file: of several parts the first. Raises FormatError for what is none."""
+    openexr, most = library("OpenEXR", "OpenEXR"), {False: DENSE * source.size, True: DENSE_DWA * source.size}
+    parts = _headers(source.file, source.size)
     width = height = decoded = 0
-    most = {False: DENSE * size, True: DENSE_DWA * size}
     for part in reversed(parts):  # ends with the first; the library decodes all of them
         if part.get(b"type", b"").startswith(b"deep"):
             raise FormatError("its pixels are deep, with any number of samples each; expected one sample a pixel")
@@ -47,15 +40,15 @@ def read(openexr: Any, file: BinaryIO, path: str, size: int, check: Callable[[in
         kinds = _channel_kinds(part[b"channels"])
         stored = sum(_BYTES.get(kind, 4) for kind in kinds)
         dense = most[part.get(b"compression") in (b"\x08", b"\x09")]
-        check(width, height, stored + 4 * len(kinds), dense)
+        source.check(width, height, stored + 4 * len(kinds), dense)
         decoded += width * height * stored
-        check(width, height, decoded // (width * height) + 4 * len(kinds), dense)
+        source.check(width, height, decoded // (width * height) + 4 * len(kinds), dense)
         # The library allocates whole tiles before it reads their data: 6.6 GB for a damaged file of 2 kB.
         tile = struct.unpack_from("<2I", part.get(b"tiles", bytes(8)))
         if tile[0] > max(width, 4096) or tile[1] > max(height, 4096):
             raise FormatError(f"tiles of {tile} pixels, expected at most the picture or 4096")
     np.empty(decoded, np.uint8)  # where there is no memory, the library says damage
-    planes = _planes(openexr, path)
+    planes = _planes(openexr, source.path)
     if any(p.shape != (height, width) or p.dtype.kind not in "fu" for p in planes.values()):
         held = {name: f"{p.shape} {p.dtype}" for name, p in planes.items()}
         raise FormatError(f"channels are {held}, expected {(height, width)} numbers, not deep ones")
@@ -68,7 +61,8 @@ def read(openexr: Any, file: BinaryIO, path: str, size: int, check: Callable[[in
     if alpha is not None:
         np.divide(pixels, alpha[..., None], out=pixels, where=alpha[..., None] > 0.0)
     chromaticities = parts[0].get(b"chromaticities")
-    return Picture(pixels, alpha, names, struct.unpack("<8f", chromaticities) if chromaticities else None)
+    primaries = struct.unpack("<8f", chromaticities) if chromaticities else None
+    return Picture(pixels, alpha, None if names == ("A",) else names, primaries)
 
 
 def _headers(file: BinaryIO, size: int) -> list[dict[bytes, bytes]]:
@@ -137,3 +131,15 @@ _UNHEARD = FunctionType(
     _opened.__code__,
     {"__builtins__": {**vars(builtins), "print": lambda *_, **__: None, "__import__": _import}},
 )
+
+
+def encode(picture: Picture, path: str, exposure: float) -> Callable[[str], object]:
+    """float32, lossless; times the coverage."""
+    openexr = library("OpenEXR", "OpenEXR")
+    count = picture.pixels.shape[2]
+    names = picture.names or {1: ("Y",), 3: tuple("RGB")}.get(count) or [f"C{i:04d}" for i in range(count)]
+    planes = dict(zip(names, np.ascontiguousarray(np.moveaxis(picture.over_black(), -1, 0)), strict=True))
+    if picture.alpha is not None:
+        planes["A"] = np.ascontiguousarray(picture.alpha)
+    header = {"compression": openexr.ZIP_COMPRESSION, "type": openexr.scanlineimage}
+    return lambda name: openexr.File(header, planes).write(name)

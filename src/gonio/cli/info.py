@@ -1,28 +1,17 @@
-"""What the command line prints: tables, and what was found out about materials, files and conversions, as text."""
+"""`gonio info`: what a material is, and what a file holds."""
 
 from __future__ import annotations
 
-import fnmatch
 import math
-import shutil
-import sys
-import textwrap
-from collections.abc import Iterable, Sequence
 from typing import Any
 
 import click
 import numpy as np
 
-from ..catalogue import builtin
-from ..catalogue.builtin import Entry
-from ..conversion.conversion import Conversion, labelled, percent
-from ..errors import NotFoundError, visible
 from ..formula.parametrised import literal
-from ..integrals.efficiency import Efficiency
-from ..report.format_table import Format, sampled_in_words
-
-NARROWEST = 20
-"""Characters of a line of text, however narrow the terminal is."""
+from .options import json_option, material_argument, read_material, replace_option
+from .tables import size_in_words, table
+from .terminal import echo, print_json
 
 PARAMETERISATIONS = {
     "angles": "polar angles and azimuths of both directions",
@@ -31,69 +20,25 @@ PARAMETERISATIONS = {
 }
 
 
-def matching(pattern: str | None) -> list[Entry]:
-    """Built-in materials of which name, kind, description or alias holds the word, or matches its * and ?."""
-    entries = builtin.materials()
-    if not pattern:
-        return entries
-    wanted = pattern.lower() if any(c in pattern for c in "*?[") else f"*{pattern.lower()}*"
-    found = [
-        e
-        for e in entries
-        if any(fnmatch.fnmatchcase(x.lower(), wanted) for x in (e.name, e.kind, e.description, *e.aliases))
-    ]
-    if not found:
-        raise NotFoundError(f"no built-in material matches {pattern!r}{builtin.hint(pattern)}")
-    return found
+@click.command(short_help="Say what MATERIAL is, and what a file holds.")
+@material_argument
+@replace_option
+@json_option
+def info(material: str, replaced: tuple[str, ...], as_json: bool) -> None:
+    """Say what MATERIAL is: formula, parameters, channels, albedo; of a file also what it holds and lacks."""
+    from ..report.facts import facts
 
-
-def table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    """Aligned columns. On a terminal the last is wrapped to the width, below the others for want of room.
-
-    What is not visible in a cell is written out: much of it is from files."""
-    lines = [tuple(header), *(tuple(map(visible, row)) for row in rows)]
-    widths = [max(len(line[c]) for line in lines) for c in range(len(header) - 1)]
-    start = sum(w + 2 for w in widths)
-    below = _width() - start < 30
-    if below:
-        start = 4
-    text = []
-    for i, line in enumerate(lines):
-        first = "".join(f"{cell:<{w}}  " for cell, w in zip(line, widths, strict=False))
-        wrapped = textwrap.wrap(line[-1], max(_width() - start, NARROWEST), break_long_words=False) or [""]
-        if below:
-            text.append(_heading(first.rstrip(), i == 0))
-        else:
-            text.append(_heading((first + wrapped.pop(0)).rstrip(), i == 0))
-        text += [_heading(" " * start + more, i == 0) for more in wrapped]
-    return "\n".join(text)
-
-
-def efficiency_table(rows: Iterable[Efficiency]) -> str:
-    """Rows of `sampling_efficiency`, aligned, with what the columns mean."""
-    header = ("theta_o", "lobe", "chosen", "mean weight", "scatter", "effective", "lost")
-    cells = [
-        (f"{r.theta_o:g}", r.lobe, f"{r.chosen:.1%}", f"{r.mean:.4g}", f"{r.scatter:.3g}", f"{r.effective:.1%}",
-         f"{r.lost:.2%}")
-        for r in rows
-    ]  # fmt: skip
-    meaning = (
-        "scatter: standard deviation of a weight over the mean; effective: as many samples of equal weight would say "
-        "as much; lost: below the horizon"
-    )
-    return table(header, cells) + "\n" + "\n".join(textwrap.wrap(meaning, max(min(_width(), 100), NARROWEST)))
-
-
-def _heading(line: str, bold: bool) -> str:
-    return click.style(line, bold=True) if bold and line else line
-
-
-def _width() -> int:
-    return shutil.get_terminal_size((100, 24)).columns if sys.stdout.isatty() else 10_000
+    found = facts(material, read_material(material, replaced))
+    if as_json:
+        print_json(found)
+    else:
+        echo(facts_as_text(found))
 
 
 def facts_as_text(found: dict[str, Any]) -> str:
     """What `facts` found, for people."""
+    from ..conversion.conversion import labelled
+
     rows = [("name", found["material"])]
     if "built_in" in found:
         rows.append(("built in", f"{found['built_in']}: {found['description']}"))
@@ -128,6 +73,8 @@ def facts_as_text(found: dict[str, Any]) -> str:
 
 def _file_rows(found: dict[str, Any]) -> list[tuple[str, str]]:
     """What a file is and holds."""
+    from ..conversion.conversion import percent
+
     size = f", {size_in_words(found['bytes'])}" if found["bytes"] else ""
     rows = [("format", found["format"] + size)]
     if found["published_as"]:
@@ -167,6 +114,8 @@ def _within(off: dict[str, float] | None) -> str:
         return "unknown: no data to compare"
     if off["high"] == 0.0:
         return "exactly"
+    from ..conversion.conversion import percent
+
     return f"to {percent(off['median'])} of f (median), {percent(off['high'])} (99th percentile)"
 
 
@@ -198,26 +147,6 @@ def _short(value: Any) -> str:
     return text if len(text) <= 300 else f"{text[:300]} ..."
 
 
-def conversion_as_text(found: Conversion) -> str:
-    """What a conversion changed and lost, for people."""
-    return table(("", ""), found.rows()).removeprefix("\n")
-
-
-def formats_as_text(rows: Sequence[Format]) -> str:
-    """The table of file formats."""
-    cells = [
-        (
-            row.name,
-            " ".join(row.suffixes),
-            "read, write its own" if row.own_kind else "read, write" if row.written else "read",
-            sampled_in_words(row),
-            f"{row.description}; checked against: {row.oracle}",
-        )
-        for row in rows
-    ]
-    return table(("format", "suffixes", "access", "sampled", "what it is"), cells)
-
-
 def _meaning(parameter: dict[str, Any]) -> str:
     unit = "" if parameter["unit"] == "1" else f" [{parameter['unit']}]"
     alias = parameter.get("alias", "").rpartition(".")[2]
@@ -228,14 +157,6 @@ def _share(x: float) -> str:
     if x == 0.0:
         return "none"
     return f"{x:.2%} of the table" if x >= 1e-4 else f"{x:.1e} of the table"
-
-
-def size_in_words(n: int) -> str:
-    """A number of bytes, to three digits."""
-    for unit, size in (("MB", 1e6), ("kB", 1e3)):
-        if n >= size:
-            return f"{n / size:.3g} {unit}"
-    return f"{n} bytes"
 
 
 def _channels(found: dict[str, Any]) -> str:

@@ -1,0 +1,133 @@
+"""`gonio check`: a material held to the laws of physics, or every model."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Iterable
+from itertools import chain
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from ..errors import visible
+from .options import json_option, read_material, replace_option, title_of
+from .tables import paragraph, table
+from .terminal import bar, echo, print_json
+
+if TYPE_CHECKING:
+    from ..integrals.efficiency import Efficiency
+
+
+class _WithLaws(click.Command):
+    """A command that lists the laws in its help, where LAWS stands; they are looked up when help is asked for."""
+
+    def format_help_text(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """Write the text above the options."""
+        from ..laws import summaries
+
+        laws = summaries()
+        indent = " " * (max(map(len, laws)) + 2)
+        lines = [
+            textwrap.wrap(text, 76, initial_indent=name.ljust(len(indent)), subsequent_indent=indent)
+            for name, text in laws.items()
+        ]
+        self.help = (self.help or "").replace("LAWS", "\n".join(["\b", *chain.from_iterable(lines)]))
+        super().format_help_text(ctx, formatter)
+
+
+@click.command(cls=_WithLaws, short_help="Hold MATERIAL to the laws of physics.")
+@click.argument("material", required=False)
+@replace_option
+@json_option
+@click.option("--plot", type=click.Path(path_type=Path), help="Figure to write that explains: .png, .pdf or .svg.")
+@click.option("--sampling", is_flag=True, help="Say also how well sampling does, by angle of view and lobe.")
+@click.option("--all", "every", is_flag=True, help="Check every model instead, and print one table.")
+@click.pass_context
+def check(
+    ctx: click.Context,
+    material: str | None,
+    replaced: tuple[str, ...],
+    as_json: bool,
+    plot: Path | None,
+    sampling: bool,
+    every: bool,
+) -> None:
+    """Hold MATERIAL to the laws.
+
+    LAWS
+
+    Exit code 1 if one of them does not hold; with --all, if one fails that
+    the model does not declare to break.
+    """
+    if every == (material is not None):
+        raise click.UsageError("expected one of MATERIAL and --all", ctx)
+    if material is None:
+        if replaced or plot or sampling:
+            raise click.UsageError("--all takes no -p, --plot or --sampling", ctx)
+        ctx.exit(_check_all(as_json))
+    from dataclasses import replace
+
+    from ..laws import check as check_laws
+
+    if plot is not None:
+        from ..files import target
+
+        target(plot)
+    m = read_material(material, replaced)
+    title = title_of(material, replaced) if as_json else visible(title_of(material, replaced))
+    with bar("checking") as progress:
+        report = replace(check_laws(m, progress=progress), material=title)
+    rows = []
+    if sampling:
+        from ..integrals.efficiency import sampling_efficiency
+
+        rows = sampling_efficiency(m)
+    if plot is not None:
+        from ..report.law_figures import draw
+
+        draw(m, report, plot)
+    if as_json:
+        more = {"sampling": [row._asdict() for row in rows]} if sampling else {}
+        print_json({"name": title, **report.to_json(), **more})
+    else:
+        echo(_coloured(str(report)))
+        if sampling:
+            echo(f"\n{efficiency_table(rows)}")
+    ctx.exit(0 if report.passed else 1)
+
+
+def _check_all(as_json: bool) -> int:
+    """Print the laws of every model; the exit code."""
+    from ..laws import check_all
+    from ..laws import table as table_of
+    from ..laws._overview import as_text
+
+    with bar("checking all models") as progress:
+        reports = check_all(progress)
+    if as_json:
+        print_json([{"name": name, **report.to_json()} for name, report in reports.items()])
+    else:
+        echo(as_text(table_of(reports), reports))
+    return 0 if all(report.lawful for report in reports.values()) else 1
+
+
+def _coloured(report: str) -> str:
+    for word, colour in (("  pass  ", "green"), ("  FAIL  ", "red")):
+        report = report.replace(f"\n{word}", "\n" + click.style(word, fg=colour, bold=True))
+    return report
+
+
+def efficiency_table(rows: Iterable[Efficiency]) -> str:
+    """Rows of `sampling_efficiency`, aligned, with what the columns mean."""
+    header = ("theta_o", "lobe", "chosen", "mean weight", "scatter", "effective", "lost")
+    cells = [
+        (f"{r.theta_o:g}", r.lobe, f"{r.chosen:.1%}", f"{r.mean:.4g}", f"{r.scatter:.3g}", f"{r.effective:.1%}",
+         f"{r.lost:.2%}")
+        for r in rows
+    ]  # fmt: skip
+    meaning = (
+        "scatter: standard deviation of a weight over the mean; effective: as many samples of equal weight would say "
+        "as much; lost: below the horizon"
+    )
+    return f"{table(header, cells)}\n{paragraph(meaning)}"

@@ -1,0 +1,68 @@
+"""`gonio convert`: a material written to a file of another format, and what that changes."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from ..errors import visible
+from .options import json_option, read_material, replace_option, since, title_of
+from .tables import size_in_words, table
+from .terminal import echo, print_json
+
+if TYPE_CHECKING:
+    from ..conversion.conversion import Conversion
+
+
+@click.command(short_help="Write a material to a file of another format.")
+@click.argument("material", metavar="IN")
+@click.argument("output", metavar="OUT", type=click.Path(path_type=Path))
+@replace_option
+@click.option("--format", "format_", metavar="FORMAT", help="Format, where the suffix of OUT does not say which.")
+@click.option("--resolution", metavar="N,N,..", help="Nodes along each axis, of formats that leave a choice.")
+@click.option("--option", "options", metavar="NAME=VALUE", multiple=True, help="Option of the format; may be repeated.")
+@json_option
+def convert(
+    material: str,
+    output: Path,
+    replaced: tuple[str, ...],
+    format_: str | None,
+    resolution: str | None,
+    options: tuple[str, ...],
+    as_json: bool,
+) -> None:
+    """Write the material IN to the file OUT, and say what that changes and loses.
+
+    IN is any MATERIAL. The format is that of OUT's suffix, or the one named; `gonio formats` lists them all. What is
+    said is measured: the file is read again and compared with IN, at 32768 pairs of directions.
+
+    \b
+    Examples:
+      gonio convert steel.binary steel.bsdf --format rgl
+      gonio convert gold gold.bsdf --format rgl --resolution 128
+    """
+    from ..conversion.conversion import convert as convert_to
+    from ..files import target
+    from ..formats import writer
+    from ..formats._reading.reader_options import parsed
+
+    start = time.perf_counter()
+    target(output)
+    given = [*([] if resolution is None else [f"resolution={resolution}"]), *options]
+    module = writer(output, format_)
+    chosen = parsed(module, "write", given)
+    found = convert_to(read_material(material, replaced), output, module.NAME, **chosen)
+    if as_json:
+        print_json({**found.to_json(), "material": title_of(material, replaced)})
+        return
+    size = size_in_words(found.bytes)
+    echo(visible(f"{output}: {title_of(material, replaced)} as {found.format}, {size}, {since(start)}"))
+    echo(conversion_as_text(found))
+
+
+def conversion_as_text(found: Conversion) -> str:
+    """What a conversion changed and lost, for people."""
+    return table(("", ""), found.rows()).removeprefix("\n")

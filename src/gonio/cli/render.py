@@ -1,0 +1,70 @@
+"""`gonio render`: a picture of a material on a lit shape."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+
+import click
+
+from ..errors import visible
+from ..scenes.shapes import SHAPES
+from .options import (
+    lights_option,
+    material_argument,
+    output_option,
+    read_material,
+    replace_option,
+    samples_option,
+    since,
+    title_of,
+    with_light_help,
+)
+from .terminal import bar, echo
+
+
+@click.command(short_help="Render MATERIAL on a lit shape.")
+@material_argument
+@output_option("Picture to write: .png, .exr or .hdr.")
+@lights_option
+@replace_option
+@click.option("--shape", default="sphere", show_default=True, help=f"What to render: {', '.join(SHAPES)}.")
+@click.option("--size", default=512, show_default=True, help="Width and height in pixels.")
+@samples_option
+@click.option(
+    "--seed",
+    default=0,
+    type=click.IntRange(min=0),
+    show_default=True,
+    help="Of the random numbers: the same seed, the same picture.",
+)
+@click.option("--exposure", default=0.0, show_default=True, help="Stops by which a .png is brightened.")
+@with_light_help
+def render(
+    material: str,
+    output: Path,
+    lights: tuple[str, ...],
+    replaced: tuple[str, ...],
+    shape: str,
+    size: int,
+    samples: int,
+    seed: int,
+    exposure: float,
+) -> None:
+    """Render MATERIAL on a lit shape.
+
+    A .png is sRGB with a transparent background; .exr and .hdr hold linear radiance.
+    """
+    from ..pictures.image import check_target
+    from ..scenes.rendering import render as render_image
+    from .arguments import resolve_light
+
+    start = time.perf_counter()
+    check_target(output, exposure)
+    m = read_material(material, replaced)
+    sources = [resolve_light(text) for text in lights]
+    with bar("rendering") as progress:
+        picture = render_image(m, sources, shape, size, samples, seed, progress=progress)
+    picture.save(output, exposure)
+    what = f"{title_of(material, replaced)} under {', '.join(lights)}"
+    echo(visible(f"{output}: {what}, {size} x {size}, {samples} samples per pixel, {since(start)}"))

@@ -1,0 +1,66 @@
+"""What all families are made of: polynomials, rounding to integers, and the dtypes' bits."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from ..lanes import FLOAT32, FLOAT64, Lanes, Value
+
+MANTISSA = {FLOAT32: 23, FLOAT64: 52}  # stored bits
+BIAS = {FLOAT32: 127, FLOAT64: 1023}
+LARGEST = {FLOAT32: (2 - 2.0**-23) * 2.0**127, FLOAT64: (2 - 2.0**-52) * 2.0**1023}
+
+
+def fma(v: Lanes, a: Value, b: Value, c: Value) -> Value:
+    """a b + c, rounded once: the one place that asks for a fused multiply-add."""
+    return v.fma(a, b, c)
+
+
+def polynomial(v: Lanes, x: Value, coefficients: Sequence[float]) -> Value:
+    """Σ c_k x^k: Horner's rule; where long, inside c_0 + x (...) the even and the odd powers apart: shorter chains."""
+    first, *rest = (v.real(c) for c in coefficients)
+    return fma(v, _powers(v, x, rest), x, first)
+
+
+def _powers(v: Lanes, x: Value, coefficients: Sequence[Value]) -> Value:
+    if len(coefficients) > 4:
+        square = v.mul(x, x)
+        return fma(v, _powers(v, square, coefficients[1::2]), x, _powers(v, square, coefficients[::2]))
+    result = coefficients[-1]
+    for c in reversed(coefficients[:-1]):
+        result = fma(v, result, x, c)
+    return result
+
+
+def below(v: Lanes, x: Value, bound: float) -> Value:
+    """min(x, bound); NaN stays."""
+    limit = v.real(bound)
+    return v.select(v.compare("lt", limit, x), limit, x)
+
+
+def above(v: Lanes, x: Value, bound: float) -> Value:
+    """max(x, bound); NaN stays."""
+    limit = v.real(bound)
+    return v.select(v.compare("gt", limit, x), limit, x)
+
+
+def sign_bit(v: Lanes) -> Value:
+    """The pattern of -0."""
+    return v.pattern(-(1 << (31 if v.dtype == FLOAT32 else 63)))
+
+
+def rounded(v: Lanes, x: Value, scale: float) -> tuple[Value, Value]:
+    """The integer nearest to scale x, as a real, and a bit pattern whose low bits are that integer's.
+
+    By adding a number so large that the unit is its last place; where the integer exceeds it, a multiple of a power of
+    two is found instead.
+    """
+    large = 1.5 * 2.0 ** MANTISSA[v.dtype]
+    shifted = fma(v, x, v.real(scale), v.real(large))
+    return v.sub(shifted, v.real(large)), v.bits(shifted)
+
+
+def scaled(v: Lanes, x: Value, exponent: Value) -> Value:
+    """x 2^exponent by adding to the exponent's bits: for normal results."""
+    shift = v.pattern(MANTISSA[v.dtype])
+    return v.from_bits(v.integer("add", v.bits(x), v.integer("shl", exponent, shift)))
