@@ -20,15 +20,10 @@ from ..errors import NotFoundError, visible
 from ..formula.parametrised import literal
 from ..integrals.efficiency import Efficiency
 from ..report.format_table import Format, sampled_in_words
+from ..tables.angle_systems import SYSTEMS
 
 NARROWEST = 20
 """Characters of a line of text, however narrow the terminal is."""
-
-PARAMETERISATIONS = {
-    "angles": "polar angles and azimuths of both directions",
-    "half_difference": "half and difference angles",
-    "specular": "angles about the mirror direction",
-}
 
 
 def matching(pattern: str | None) -> list[Entry]:
@@ -134,8 +129,8 @@ def _file_rows(found: dict[str, Any]) -> list[tuple[str, str]]:
         rows.append(("recognised", f"bit by bit the published file of {found['published_as']}"))
     rows += [(k.replace("_", " "), _short(v)) for k, v in found["about"].items() if v not in ("", None)]
     rows.append(("quantity", found["quantity"]))
-    if found["parameterisation"]:
-        rows.append(("grid", PARAMETERISATIONS.get(found["parameterisation"], found["parameterisation"])))
+    if name := found["parameterisation"]:
+        rows.append(("grid", SYSTEMS[name].title if name in SYSTEMS else name))
     rows += [(f"  {name}", _nodes(axis)) for name, axis in found["axes"].items()]
     if found["rows"]:
         rows.append(("measured", f"{found['rows']} pairs of directions, in no grid"))
