@@ -12,7 +12,7 @@ from gonio.errors import ParameterError
 from gonio.formula.direction import Direction
 from gonio.integrals.over_directions import integrate
 from gonio.numerics.lattice import lattice
-from gonio.tables.angle_systems import PARAMETERISATIONS
+from gonio.tables.angle_systems import SYSTEMS
 from gonio.tables.gridded import Gridded
 from gonio.tables.interpolation import NEIGHBOURS, _by_radial_functions
 from gonio.tables.scattered import Scattered, gridded_or_scattered
@@ -36,7 +36,7 @@ AXES = {
 
 
 def grid(name, count, values=None, **more):
-    axes = dict(zip(PARAMETERISATIONS[name].names(count), AXES[name, count], strict=True))
+    axes = dict(zip(SYSTEMS[name].axes(count == 4), AXES[name, count], strict=True))
     if values is None:
         values = np.random.default_rng(1).uniform(0.1, 1.0, tuple(map(len, axes.values())))
     return Gridded(name, axes, values, **more)
@@ -50,7 +50,7 @@ def pairs(n=400):
 
 @pytest.mark.parametrize(("name", "count"), AXES)
 def test_directions_to_angles_and_back(name, count):
-    kind = PARAMETERISATIONS[name]
+    kind = SYSTEMS[name]
     wi, wo = pairs()
     found = kind.angles(Direction(*wi.T), Direction(*wo.T), count == 4)
     back = kind.pairs(*found)
@@ -65,7 +65,7 @@ def test_directions_to_angles_and_back(name, count):
 
 def test_specular_angles_by_hand():
     """For wi = (sin t, 0, cos t): radial 0 is the mirror direction, azimuth 0 towards the horizon, pi/2 s x e1."""
-    pairs = PARAMETERISATIONS["specular"].pairs
+    pairs = SYSTEMS["specular"].pairs
     t, r = math.radians(40.0), math.radians(10.0)
     for azimuth, theta, phi in ((0.0, 50.0, 180.0), (math.pi, 30.0, 180.0)):
         wi, wo = pairs(np.array(t), np.array(r), np.array(azimuth))
@@ -101,7 +101,7 @@ def test_linear_between_nodes(name, count):
             x = np.append(x, x[0] + 2.0 * math.pi)
         nodes.append(x)
     wi, wo = pairs()
-    angles = PARAMETERISATIONS[name].angles(Direction(*wi.T), Direction(*wo.T), count == 4)
+    angles = SYSTEMS[name].angles(Direction(*wi.T), Direction(*wo.T), count == 4)
     at = [
         x[0] + np.mod(a - x[0], 2.0 * math.pi) if axis in m.periods else np.clip(a, x[0], x[-1])
         for axis, a, x in zip(m.axes, angles, nodes, strict=True)

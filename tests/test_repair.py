@@ -13,7 +13,7 @@ from gonio.base.provenance import formats_read
 from gonio.cli.info import facts_as_text
 from gonio.formats.merl import MERL, SCALE
 from gonio.report.facts import facts
-from gonio.tables.angle_systems import parameterisation
+from gonio.tables.angle_systems import angle_system
 from gonio.tables.gridded import Gridded
 from gonio.tables.scattered import Scattered
 
@@ -26,7 +26,7 @@ def table(m=MODEL, name="angles", axes=None, channels=None, **more):
     if axes is None:
         theta, phi = np.radians(np.linspace(0.0, 85.0, 18)), np.radians(np.arange(0.0, 360.0, 10.0))
         axes = {"theta_i": theta, "theta_o": theta, "phi": phi}
-    wi, wo = parameterisation(name).pairs(*np.meshgrid(*axes.values(), indexing="ij"))
+    wi, wo = angle_system(name).pairs(*np.meshgrid(*axes.values(), indexing="ij"))
     f = np.where((wi[..., 2] > 1e-6) & (wo[..., 2] > 1e-6), 1.0, np.nan)
     f = f[..., None] * m.f(wi, wo) if channels else f * m.f(wi, wo)
     return Gridded(name, axes, f, channels=channels, **more)
@@ -300,7 +300,7 @@ def test_the_plane_of_anisotropic_tables(name):
     }[name]
     axes = {n: 2.0 * np.pi * np.arange(x) / x if isinstance(x, int) else np.array(x) for n, x in axes.items()}
     plane = math.radians(20.0)
-    wi, wo = parameterisation(name).pairs(*np.meshgrid(*axes.values(), indexing="ij"))
+    wi, wo = angle_system(name).pairs(*np.meshgrid(*axes.values(), indexing="ij"))
     c, s = math.cos(plane), math.sin(plane)
     turn = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
     even = brushed.f(wi @ turn, wo @ turn)
@@ -319,7 +319,7 @@ def test_reciprocity_of_four_axes(name):
         "half_difference": {"theta_h": [0.1, 0.4], "theta_d": [0.2, 0.6], "phi_d": 18, "phi_h": 12},
     }[name]
     axes = {n: 2.0 * np.pi * np.arange(x) / x if isinstance(x, int) else np.array(x) for n, x in axes.items()}
-    wi, wo = parameterisation(name).pairs(*np.meshgrid(*axes.values(), indexing="ij"))
+    wi, wo = angle_system(name).pairs(*np.meshgrid(*axes.values(), indexing="ij"))
     even, odd = 1.0 + wi[..., 0] * wo[..., 0], 0.3 * (wi[..., 1] - wo[..., 1])
     r = gn.repair.symmetrise(Gridded(name, axes, even + odd), "reciprocity")
     np.testing.assert_allclose(r.stored, even, rtol=1e-9)
@@ -328,7 +328,7 @@ def test_reciprocity_of_four_axes(name):
 def test_isotropy_takes_the_mean_over_the_azimuth_of_the_light(whole):
     theta, phi = np.radians([5.0, 30.0, 60.0]), np.radians(np.arange(0.0, 360.0, 15.0))
     axes = {"theta_i": theta, "theta_o": theta, "phi_i": phi, "phi_o": phi}
-    wi, wo = parameterisation("angles").pairs(*np.meshgrid(*axes.values(), indexing="ij"))
+    wi, wo = angle_system("angles").pairs(*np.meshgrid(*axes.values(), indexing="ij"))
     f = MODEL.f(wi, wo)
     stripes = 0.1 * np.cos(2.0 * phi)[:, None]
     r = gn.repair.symmetrise(Gridded("angles", axes, f * (1.0 + stripes), uncertainty=0.01 * f), "isotropy")
@@ -345,7 +345,7 @@ def test_isotropy_takes_the_mean_over_the_azimuth_of_the_light(whole):
 
 def test_isotropy_of_other_grids():
     for name in ("half_difference", "specular"):
-        four = parameterisation(name).axes
+        four = angle_system(name).oriented
         names = list(four[:3])
         sizes = ([0.1, 0.3], [0.2, 0.5], np.arange(6) * np.pi / 3, np.arange(8) * np.pi / 4)
         axes = {n: np.array(x) for n, x in zip(four, sizes, strict=True)}

@@ -33,7 +33,7 @@ from gonio.formula.direction import Direction
 from gonio.formula.fields import param, part
 from gonio.numerics.lattice import lattice
 from gonio.pictures.colour import RELATIVE_XYZ, RGB_OF_XYZ, XYZ
-from gonio.tables.angle_systems import parameterisation
+from gonio.tables.angle_systems import angle_system
 
 DEGREE = math.pi / 180.0
 NM = (500.0, 550.0, 600.0)
@@ -160,7 +160,7 @@ def in_rgb(m: gn.Reflectance, values: np.ndarray) -> np.ndarray:
 
 def cells_of(name: str, steps: Any, count: int) -> Cells:
     """Nodes on `count` of the axes of one of gonio's parameterisations; the others are kept."""
-    kind = parameterisation(name)
+    kind = angle_system(name)
 
     def coordinates(wi, wo):
         return np.stack(kind.angles(Direction(*wi.T), Direction(*wo.T), True), -1)

@@ -11,7 +11,7 @@ from text_files import ALTA, ASTM, CSV, INTEGRA, PAB, SEEDS, SSDD, alta_binary, 
 import gonio as gn
 from gonio.formats import alta, astm, csv_table, formats, integra, pab, ssdd
 from gonio.formats.alta import parametrisations
-from gonio.tables.angle_systems import parameterisation
+from gonio.tables.angle_systems import angle_system
 from gonio.tables.gridded import Gridded
 from gonio.tables.scattered import Scattered
 
@@ -39,7 +39,7 @@ def random_pairs(count=400, seed=5):
 def grid(kind, counts, channels=None, mirrored=False, **options):
     """A grid of random values, at angles with a decimal in degrees."""
     axes = {}
-    for name, count in zip(parameterisation(kind).names(len(counts)), counts, strict=True):
+    for name, count in zip(angle_system(kind).axes(len(counts) == 4), counts, strict=True):
         high = 90.0 if name.startswith("theta") else 180.0 if name == "radial" or mirrored else 360.0
         whole = name.startswith("theta") or name == "radial" or mirrored
         axes[name] = np.radians(np.round(np.linspace(0.0, high, count, endpoint=whole), 1))
@@ -421,14 +421,14 @@ def test_alta_half_angles_become_their_grid(tmp_path):
     m = loaded(tmp_path, text)
     assert m.parameterisation == "half_difference"
     assert m.channel_names == ("R", "G", "B")
-    wo, wi = parameterisation("half_difference").pairs(0.4, 0.5, 2.0)  # ALTA's phi_d is the view's
+    wo, wi = angle_system("half_difference").pairs(0.4, 0.5, 2.0)  # ALTA's phi_d is the view's
     np.testing.assert_allclose(m.f(wi, wo), [0.9, 2.0, 1.0])
     alta.write(m, tmp_path / "a")
     assert gn.load(tmp_path / "a") == m
     two = "#DIM 2 1\n#PARAM_IN COS_TH_TD\n" + "".join(f"{h} {d} {h + 10 * d}\n" for h in (0.9, 1.0) for d in (0.8, 1.0))
     m = loaded(tmp_path, two)
     for phi_d in (0.0, 1.0):  # no matter which
-        wi, wo = parameterisation("half_difference").pairs(math.acos(0.9), math.acos(0.8), phi_d)
+        wi, wo = angle_system("half_difference").pairs(math.acos(0.9), math.acos(0.8), phi_d)
         assert m.f(wi, wo) == pytest.approx(8.9)
 
 

@@ -13,12 +13,6 @@ from .options import json_option, material_argument, read_material, replace_opti
 from .tables import size_in_words, table
 from .terminal import echo, print_json
 
-PARAMETERISATIONS = {
-    "angles": "polar angles and azimuths of both directions",
-    "half_difference": "half and difference angles",
-    "specular": "angles about the mirror direction",
-}
-
 
 @click.command(short_help="Say what MATERIAL is, and what a file holds.")
 @material_argument
@@ -74,6 +68,7 @@ def facts_as_text(found: dict[str, Any]) -> str:
 def _file_rows(found: dict[str, Any]) -> list[tuple[str, str]]:
     """What a file is and holds."""
     from ..conversion.conversion import percent
+    from ..tables.angle_systems import SYSTEMS
 
     size = f", {size_in_words(found['bytes'])}" if found["bytes"] else ""
     rows = [("format", found["format"] + size)]
@@ -81,8 +76,8 @@ def _file_rows(found: dict[str, Any]) -> list[tuple[str, str]]:
         rows.append(("recognised", f"bit by bit the published file of {found['published_as']}"))
     rows += [(k.replace("_", " "), _short(v)) for k, v in found["about"].items() if v not in ("", None)]
     rows.append(("quantity", found["quantity"]))
-    if found["parameterisation"]:
-        rows.append(("grid", PARAMETERISATIONS.get(found["parameterisation"], found["parameterisation"])))
+    if name := found["parameterisation"]:
+        rows.append(("grid", SYSTEMS[name].title if name in SYSTEMS else name))
     rows += [(f"  {name}", _nodes(axis)) for name, axis in found["axes"].items()]
     if found["rows"]:
         rows.append(("measured", f"{found['rows']} pairs of directions, in no grid"))

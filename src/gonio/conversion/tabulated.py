@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import ClassVar
 
 import numpy as np
@@ -13,17 +13,12 @@ from ..base.provenance import derived
 from ..base.reflectance import Reflectance
 from ..errors import ParameterError
 from ..numerics.filling import filled_in_layers
-from ..tables.angle_systems import parameterisation as parameterisation_named
-from ..tables.axes import counts
+from ..tables.angle_systems import SYSTEMS, AngleSystem, angle_system
+from ..tables.axes import nodes_of
 from ..tables.gridded import Gridded
+from ..tables.nodes import f_at
 from .comparison import ResamplingError, lattice_pairs, resampling_error
 
-RESOLUTION = {
-    ("half_difference", False): (90, 46, 36),
-    ("half_difference", True): (45, 23, 24, 32),
-    ("angles", False): (46, 46, 72),
-    ("angles", True): (19, 19, 36, 36),
-}
 GRAZING = 0.01  # cosine; the grids end there
 
 
@@ -56,38 +51,38 @@ def tabulate(
     `channels`: numbers of the channels to keep, all if not given. Holes of a measurement are filled from what is next
     to them. Raises ParameterError for a material with a delta lobe or with maps: no such table could hold it.
     """
-    shape = tabular_shape(m)
+    shape, system = tabular_shape(m), angle_system(parameterisation)
+    if system.tabulated is None:
+        offered = " or ".join(repr(name) for name, known in SYSTEMS.items() if known.tabulated)
+        raise ParameterError(f"parameterisation={parameterisation!r}: expected {offered}")
     four = not m.is_isotropic() if anisotropic is None else anisotropic
-    if (parameterisation, four) not in RESOLUTION:
-        raise ParameterError(f"parameterisation={parameterisation!r}: expected 'half_difference' or 'angles'")
-    axes = parameterisation_named(parameterisation).names(4 if four else 3)
-    usual = RESOLUTION[parameterisation, four]
-    nodes = counts(usual if resolution is None else resolution, (len(axes),), 2, f"nodes of {', '.join(axes)}")
-    if parameterisation == "angles" and (nodes[0] != nodes[1] or (four and nodes[2] != nodes[3])):
-        raise ParameterError(f"resolution={resolution!r}: expected as many nodes for wo as for wi, for reciprocity")
     keep = _Kept(m, shape, channels)
     reciprocal = keep.reciprocal()
-    period = math.pi if reciprocal and parameterisation == "half_difference" else 2.0 * math.pi
-    grid = _nodes(parameterisation, nodes, period)
-    values = _on_grid(keep, parameterisation, grid)
+    period = math.pi if reciprocal else 2.0 * math.pi
+    periods = {"phi_d": period} if "phi_d" in system.isotropic else None
+    axes = nodes_of(system, four, resolution, system.tabulated, periods)
+    sizes = [*map(len, axes.values())]
+    if parameterisation == "angles" and (sizes[0] != sizes[1] or (four and sizes[2] != sizes[3])):
+        raise ParameterError(f"resolution={resolution!r}: expected as many nodes for wo as for wi, for reciprocity")
+    values = _on_grid(keep, system, axes)
     if reciprocal and parameterisation == "angles":
         back = values.transpose(1, 0, 3, 2, 4) if four else _back(values)
         values = 0.5 * (values + back)
     names = m.channel_names
     if names is not None and channels is not None:
         names = tuple(names[c] for c in channels)
-    made = Tabulated(
+    table = Tabulated(
         parameterisation,
-        dict(zip(axes, grid, strict=True)),
+        axes,
         values if shape else values[..., 0],
         channels=(names or tuple(map(str, range(keep.width)))) if shape else None,
-        periods={"phi_d": period} if parameterisation == "half_difference" else None,
+        periods=periods,
         about={"made_of": repr(m)},
     )
-    made.__dict__.update(channel_names=names, provenance=derived(m))
-    made.__dict__["breaks"] = {**Tabulated.breaks, **m.breaches()}
-    made.__dict__["error"] = resampling_error(m, made, keep.chosen)
-    return made
+    table.__dict__.update(channel_names=names, provenance=derived(m))
+    table.__dict__["breaks"] = {**Tabulated.breaks, **m.breaches()}
+    table.__dict__["error"] = resampling_error(m, table, keep.chosen)
+    return table
 
 
 def _back(values: np.ndarray) -> np.ndarray:
@@ -114,27 +109,9 @@ class _Kept:
         return np.allclose(self.f(wi, wo), self.f(wo, wi), rtol=1e-6, atol=1e-12, equal_nan=True)
 
 
-def _nodes(parameterisation: str, counts: Sequence[int], period: float) -> list[np.ndarray]:
-    """Angles [rad] of the nodes along each axis."""
-    first, second = (0.5 * math.pi * np.linspace(0.0, 1.0, n) for n in counts[:2])
-    if parameterisation == "half_difference":
-        first = 0.5 * math.pi * np.linspace(0.0, 1.0, counts[0]) ** 2
-    return [first, second, period * _turn(counts[2]), *(2.0 * math.pi * _turn(n) for n in counts[3:])]
-
-
-def _turn(count: int) -> np.ndarray:
-    return np.arange(count) / count
-
-
-def _on_grid(keep: _Kept, parameterisation: str, grid: Sequence[np.ndarray]) -> np.ndarray:
+def _on_grid(keep: _Kept, system: AngleSystem, axes: Mapping[str, np.ndarray]) -> np.ndarray:
     """f (grid..., C) at the nodes, those without a value filled from what is next to them."""
-    values = np.empty((*map(len, grid), keep.width))
-    first, *others = (
-        np.minimum(x, math.acos(GRAZING)) if parameterisation == "angles" and k < 2 else x for k, x in enumerate(grid)
-    )
-    for i, x in enumerate(first):
-        wi, wo = (w[0] for w in parameterisation_named(parameterisation).pairs(*np.meshgrid(x, *others, indexing="ij")))
-        up = (wi[..., 2] >= 0.999 * GRAZING) & (wo[..., 2] >= 0.999 * GRAZING)
-        values[i] = np.nan
-        values[i][up] = keep.f(wi[up], wo[up])
-    return filled_in_layers(values, (False,) * len(grid))[0]
+    highest = {"theta_i": math.acos(GRAZING), "theta_o": math.acos(GRAZING)}
+    grid = {name: np.minimum(nodes, highest.get(name, np.inf)) for name, nodes in axes.items()}
+    values = f_at(keep, *system.directions(grid), least=0.999 * GRAZING)
+    return filled_in_layers(values, (False,) * len(axes))[0]

@@ -22,7 +22,7 @@ from ..base.reflectance import Reflectance
 from ..errors import FormatError, ParameterError
 from ..files import replacing
 from ..formula.fields import Ours, kept
-from ..tables.angle_systems import parameterisation
+from ..tables.angle_systems import angle_system
 from ..tables.axes import counts
 from ._reading.mapped import Unscanned, expect_channels, numbers
 
@@ -155,7 +155,7 @@ def _tabulated(m: Reflectance, asked: Sequence[int] | None) -> tuple[np.ndarray,
     raw = np.empty((3, *resolution), "<f4")
     first, *others = _centres(resolution, False).values()
     for i, theta_i in enumerate(first):
-        wi, wo = parameterisation("relative").pairs(theta_i, *np.meshgrid(*others, indexing="ij"))
+        wi, wo = angle_system("relative").pairs(theta_i, *np.meshgrid(*others, indexing="ij"))
         f = m.f(np.broadcast_to(wi, wo.shape), wo).reshape(*resolution[1:], -1)
         raw[:, i] = np.moveaxis(np.where((f >= 0.0) & (f < np.inf), f, -1.0), -1, 0)
     return header, raw

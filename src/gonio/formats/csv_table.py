@@ -5,6 +5,7 @@ may be the decimal point), tabs or blanks. Columns, in any order and case:
 
     theta_i, phi_i, theta_o, phi_o    directions; phi = phi_o - phi_i in place of both azimuths, or neither
     theta_h, theta_d, phi_d, phi_h    half and difference angles (phi_d: of wi); phi_h of anisotropic materials only
+    theta_i, theta_o, phi, phi_i      polar angles, phi_o - phi_i, and phi_i
     theta_i, radial, azimuth, phi_i   wo about the mirror direction, see `angle_systems`
     f or brdf; f_cos or dsf (f cos(theta_o)); f_cos_i (f cos(theta_i)); brf (pi f)
                                       values; with several channels one column each: f_R, f_450nm
@@ -31,8 +32,10 @@ from ..base.angles import angles
 from ..base.reflectance import Reflectance
 from ..errors import FormatError, ParameterError
 from ..files import replacing
-from ..tables.angle_systems import PARAMETERISATIONS
+from ..tables.angle_systems import ANGLES, AZIMUTHS, SYSTEMS, AngleSystem
+from ..tables.axes import INSIDE
 from ..tables.gridded import Gridded
+from ..tables.rows import ROW_ANGLES
 from ..tables.scattered import Scattered
 from ._reading import channel_words, plain_text
 from ._rows import direction_pairs
@@ -51,8 +54,6 @@ COLUMNS = {
     "f_cos_i": "brdf * cos(theta_i)",
     "brf": "reflectance factor",
 }
-AZIMUTHS = ("phi", "phi_i", "phi_o", "phi_d", "phi_h", "azimuth")
-NAMES = ("theta_i", "phi_i", "theta_o", "phi_o", "phi", "theta_h", "theta_d", "phi_d", "phi_h", "radial", "azimuth")
 OPTIONS = (
     "angle_unit",
     "mirrored",
@@ -81,7 +82,7 @@ def matches(head: bytes, size: int) -> bool:
     lines = [line.strip() for line in text.split("\n")]
     first = next((line for line in lines if line and not line.startswith("#")), "")
     names = [name.strip('"').lower() for name in re.split(r"\s*[,;\t]\s*|\s+", first)]
-    return {"theta_i", "theta_h"} & {*names} != set() and any(_VALUE.fullmatch(n) for n in names)
+    return any(system.isotropic[0] in names for system in SYSTEMS.values()) and any(_VALUE.fullmatch(n) for n in names)
 
 
 def read(path: Path, side: str = "front") -> Gridded:
@@ -106,7 +107,7 @@ def read(path: Path, side: str = "front") -> Gridded:
     given: dict[str, np.ndarray] = {}
     values: dict[tuple[str, bool, str], np.ndarray] = {}
     for k, name in enumerate(names):
-        if name.lower() in (*NAMES, "wavelength"):
+        if name.lower() in (*ANGLES, "wavelength"):
             if name.lower() in given:
                 raise FormatError(f"{path}: column {name} twice, expected each once")
             given[name.lower()] = table[:, k]
@@ -117,7 +118,7 @@ def read(path: Path, side: str = "front") -> Gridded:
             values[key] = table[:, k]
         else:
             raise FormatError(
-                f"{path}: column {name!r}: expected {', '.join(NAMES)}, wavelength, or {', '.join(COLUMNS)}"
+                f"{path}: column {name!r}: expected {', '.join(ANGLES)}, wavelength, or {', '.join(COLUMNS)}"
             )
     return _material(str(path), given, _measured(str(path), values), about, side)
 
@@ -178,25 +179,24 @@ def _material(
         given = {name: np.radians(x) for name, x in given.items()}
     if not np.isfinite(np.stack([*given.values()])).all():
         raise FormatError(f"{path}: an angle is no number")
-    for name, (three, four) in _SYSTEMS.items():
-        names = four if set(given) == set(four) else three
+    for names, system in _COLUMNS.items():
         if set(given) == set(names):
-            return _of_columns(path, name, {n: given[n] for n in names}, measured, about, options, side)
-    known = "; ".join(", ".join(n) for names in _SYSTEMS.values() for n in names)
+            return _of_columns(path, system, {n: given[n] for n in names}, measured, about, options, side)
+    known = "; ".join(map(", ".join, _COLUMNS))
     raise FormatError(f"{path}: columns of angles are {', '.join(given)}, expected one of: {known}")
 
 
-_SYSTEMS = {
-    "angles": (("theta_i", "theta_o", "phi"), ("theta_i", "theta_o", "phi_i", "phi_o")),
-    "half_difference": (("theta_h", "theta_d", "phi_d"), ("theta_h", "theta_d", "phi_d", "phi_h")),
-    "specular": (("theta_i", "radial", "azimuth"), ("theta_i", "radial", "azimuth", "phi_i")),
-    "in plane": (("theta_i", "theta_o"), ("theta_i", "theta_o")),
+IN_PLANE = ("theta_i", "theta_o")
+_COLUMNS = {
+    **{axes: system for system in reversed(SYSTEMS.values()) for axes in (system.isotropic, system.oriented)},
+    IN_PLANE: SYSTEMS["angles"],
 }
+"""Columns of angles, and the system that they are of: the first of `SYSTEMS` where several have them."""
 
 
 def _of_columns(
     path: str,
-    name: str,
+    system: AngleSystem,
     columns: dict[str, np.ndarray],
     measured: direction_pairs.Pairs,
     about: dict[str, Any],
@@ -205,18 +205,18 @@ def _of_columns(
 ) -> Gridded:
     periods = {k.removeprefix("period_"): _turn(path, k, v) for k, v in options.items() if k.startswith("period_")}
     one_azimuth = "phi_i" in columns and np.ptp(columns["phi_i"]) == 0.0 and "mirrored" not in options
-    rows_only = "isotropic" in options or name == "in plane" or one_azimuth
+    rows_only = "isotropic" in options or tuple(columns) == IN_PLANE or one_azimuth
     found = None if rows_only else direction_pairs.grid_of(columns, measured, path)
     if found is not None and all(_is_axis(n, x) for n, x in found[0].items()):
-        return _on_grid(path, name, found, measured, about, options, periods)
+        return _on_grid(path, system.name, found, measured, about, options, periods)
     isotropic = len(columns) < 4 or one_azimuth
     if "isotropic" in options:
         isotropic = options["isotropic"].lower() == "true"
-    if name in ("angles", "in plane"):
+    if system.name == "angles":
         theta_i, theta_o, *phi = columns.values()
         phi_i, phi_o = phi if len(phi) == 2 else (0.0 * theta_i, phi[0] if phi else 0.0 * theta_i)
     else:
-        wi, wo = PARAMETERISATIONS[name].pairs(*columns.values())
+        wi, wo = system.pairs(*columns.values())
         (theta_i, phi_i), (theta_o, phi_o) = angles(wi), angles(wo)
         if isotropic:
             phi_i, phi_o = 0.0 * phi_i, phi_o - phi_i
@@ -239,7 +239,7 @@ def _on_grid(
     more: dict[str, Any] = {k: options[k] for k in ("interpolation", "outside") if k in options}
     if "phi_d" in axes and "phi_d" not in periods and direction_pairs.half_circle(axes["phi_d"]):
         periods["phi_d"] = math.pi
-    mirrored = "phi" in axes and direction_pairs.half_circle(axes["phi"])
+    mirrored = len(axes) == 3 and "phi" in axes and direction_pairs.half_circle(axes["phi"])
     if "mirrored" in options:
         mirrored = options["mirrored"].lower() == "true"
     more |= {"mirrored": mirrored, "periods": periods or None}
@@ -260,9 +260,10 @@ def _turn(path: str, key: str, text: str) -> float:
 
 
 def _is_axis(name: str, nodes: np.ndarray) -> bool:
-    if name.startswith(("phi", "azimuth")):
+    highest = ANGLES[name].highest
+    if highest is None:
         return bool(np.ptp(nodes) <= 2.0 * math.pi + 1e-6)
-    return bool(nodes[0] >= 0.0 and nodes[-1] <= (math.pi if name == "radial" else direction_pairs.LEVEL))
+    return bool(nodes[0] >= 0.0 and nodes[-1] <= highest + INSIDE)
 
 
 def _by_wavelength(
@@ -314,7 +315,7 @@ def write(m: Reflectance, path: Path, resolution: Sequence[int] | None = None) -
 def _of_rows(m: Gridded) -> tuple[list[str], direction_pairs.Pairs, dict[str, str]]:
     """Names of the columns of angles, the rows, and the options."""
     said = {"outside": m.outside, "isotropic": str(len(m.axes) == 3).lower()}
-    return ["theta_i", "phi_i", "theta_o", "phi_o"], with_others(pairs_of(m, quantities=[m.quantity]), m), said
+    return [*ROW_ANGLES], with_others(pairs_of(m, quantities=[m.quantity]), m), said
 
 
 def _of_grid(m: Gridded) -> tuple[list[str], direction_pairs.Pairs, dict[str, str]]:

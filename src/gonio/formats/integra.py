@@ -24,7 +24,7 @@ from ..base.measured import tabular_shape
 from ..base.reflectance import Reflectance
 from ..errors import FormatError, ParameterError
 from ..formula.direction import HORIZON
-from ..tables.angle_systems import PARAMETERISATIONS
+from ..tables.angle_systems import SYSTEMS
 from ..tables.axes import counts, fits
 from ..tables.gridded import Gridded
 from ._reading import plain_text
@@ -213,7 +213,7 @@ def _scaled(m: Gridded, albedo: np.ndarray) -> Gridded:
     factor = np.empty((len(m.axes["theta_i"]), albedo.shape[1], albedo.shape[2]))
     for i, theta_i in enumerate(m.axes["theta_i"]):
         for j, phi_i in enumerate(m.axes.get("phi_i", np.zeros(1))):
-            wi, wo = PARAMETERISATIONS["specular"].pairs(theta_i, radial[:, None], azimuth, phi_i)
+            wi, wo = SYSTEMS["specular"].pairs(theta_i, radial[:, None], azimuth, phi_i)
             projected = (np.sin(radial) * d_radial)[:, None] * d_azimuth * np.maximum(wo[..., 2], 0.0)
             f = m.f(np.broadcast_to(wi, wo.shape), wo).reshape(*projected.shape, -1)
             factor[i, j] = albedo[i, j] / np.nansum(f * projected[..., None], axis=(0, 1))
@@ -296,7 +296,7 @@ def _sampled(m: Reflectance, resolution: Sequence[int] | None) -> Gridded:
     if not m.is_isotropic():
         axes["phi_i"] = axes["azimuth"][:-1]
     fits(math.prod(map(len, axes.values())), f"resolution={nodes}")
-    wi, wo = PARAMETERISATIONS["specular"].pairs(*np.meshgrid(*axes.values(), indexing="ij"))
+    wi, wo = SYSTEMS["specular"].pairs(*np.meshgrid(*axes.values(), indexing="ij"))
     wo = np.concatenate([wo[..., :2], np.maximum(wo[..., 2:], 10.0 * HORIZON)], axis=-1)
     f = m.f(wi, wo / np.linalg.norm(wo, axis=-1, keepdims=True))
     names = None if f.ndim == len(axes) else m.channel_names or tuple("RGB")[: f.shape[-1]]

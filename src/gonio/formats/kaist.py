@@ -16,10 +16,10 @@ import numpy as np
 
 from ..base.reflectance import Reflectance
 from ..errors import FormatError, ParameterError
-from ..formula.direction import HORIZON
 from ..formula.fields import Held, kept
-from ..tables.angle_systems import parameterisation
+from ..tables.angle_systems import angle_system
 from ..tables.axes import counts
+from ..tables.nodes import above, f_at, with_channels
 from ._reading import tensor_file
 from ._reading.mapped import Unscanned
 from ._reading.tensor_file import Kept, expect
@@ -158,8 +158,7 @@ def _tabulated(m: Reflectance, asked: Sequence[int] | None) -> dict[str, np.ndar
     M = np.zeros((*resolution[::-1], len(wavelengths), 4, 4), "f4")
     for k, phi_d in enumerate(axes[2].astype(float)):
         theta_d, theta_h = np.meshgrid(axes[1].astype(float), axes[0].astype(float), indexing="ij")
-        wi, wo = parameterisation("half_difference").pairs(theta_h, theta_d, phi_d + 0.0 * theta_h)
-        up = (wi[..., 2] > HORIZON) & (wo[..., 2] > HORIZON)
-        M[k][~up] = np.nan
-        M[k, ..., 0, 0][up] = m.f(wi[up], wo[up]).reshape(int(up.sum()), -1)
+        wi, wo = angle_system("half_difference").pairs(theta_h, theta_d, phi_d + 0.0 * theta_h)
+        M[k][~above(wi, wo)] = np.nan
+        M[k, ..., 0, 0] = with_channels(f_at(m, wi, wo), 2)
     return {**{n: x[None] for n, x in zip(AXES, axes, strict=True)}, "wvls": wavelengths, "M": M}

@@ -24,11 +24,13 @@ from ..base.measured import Measured, tabular_shape
 from ..base.reflectance import Reflectance
 from ..errors import FormatError, ParameterError
 from ..files import replacing
-from ..formula.direction import HORIZON, Direction, half_and_cosine, half_difference, reflect
+from ..formula.direction import Direction, half_and_cosine, half_difference, reflect
 from ..formula.fields import Ours, channels, kept, option, table
 from ..formula.warp import cosine_hemisphere, cosine_hemisphere_density
 from ..pictures.colour import RELATIVE_XYZ, XYZ, rgb_of
+from ..tables.angle_systems import SYSTEMS
 from ..tables.gridded import Gridded
+from ..tables.nodes import f_at, with_channels
 
 if TYPE_CHECKING:
     import xarray
@@ -251,15 +253,6 @@ def centres(phi_cells: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return np.radians(i * i / N), np.radians(i), np.radians(np.arange(phi_cells) + 0.5)
 
 
-def _pairs(theta_h: Any, theta_d: Any, phi_d: Any) -> tuple[np.ndarray, np.ndarray]:
-    """wi and wo (..., 3) of half and difference angles; the half vector has azimuth 0."""
-    along, across, mean = np.sin(theta_d) * np.cos(phi_d), np.sin(theta_d) * np.sin(phi_d), np.cos(theta_d)
-    s, c = np.sin(theta_h), np.cos(theta_h)
-    wi = np.broadcast_arrays(c * along + s * mean, across, c * mean - s * along)
-    wo = np.broadcast_arrays(s * mean - c * along, -across, c * mean + s * along)
-    return np.stack(wi, -1), np.stack(wo, -1)
-
-
 def _cells(raw: np.ndarray) -> np.ndarray:
     """f [1/sr] with the channels of a cell side by side, -1 where there is no data; flat, and an entry more.
 
@@ -286,7 +279,7 @@ def _rings(raw: np.ndarray) -> np.ndarray:
     theta_h, theta_d, phi_d = centres(raw.shape[3])
     mean, room = np.zeros(N), np.zeros(N)
     for i in range(N):
-        wi, wo = _pairs(theta_h[i], theta_d[:, None], phi_d)
+        wi, wo = SYSTEMS["half_difference"].pairs(theta_h[i], theta_d[:, None], phi_d)
         cosines = np.maximum(wi[..., 2] * wo[..., 2], 0.0) * np.sin(2.0 * theta_d)[:, None]
         valid = _valid(raw[:, i])
         f = np.where(valid, raw[:, i], 0.0) * np.array(SCALE)[:, None, None]
@@ -383,15 +376,12 @@ def _tabulate(m: Reflectance, phi_cells: int) -> np.ndarray:
             f"gonio.repair.symmetrise(gonio.repair.resample(m), 'isotropy')"
         )
     colours = rgb_of(names) if shape == (3,) else None
-    raw = np.full((3, N, N, phi_cells), -1.0)
+    raw = np.empty((3, N, N, phi_cells))
     theta_h, theta_d, phi_d = centres(phi_cells)
     for i in range(0, N, 10):
         rows = slice(i, i + 10)
-        wi, wo = _pairs(theta_h[rows, None, None], theta_d[:, None], phi_d)
-        up = (wi[..., 2] > HORIZON) & (wo[..., 2] > HORIZON)
-        f = m.f(wi[up], wo[up]).reshape(-1, *(shape or (1,)))
+        pairs = SYSTEMS["half_difference"].pairs(theta_h[rows, None, None], theta_d[:, None], phi_d)
+        f = with_channels(f_at(m, *pairs), 3)
         f = f if colours is None else f @ colours
-        stored = np.where(_valid(f), f / np.array(SCALE), -1.0)
-        for c in range(3):
-            raw[c, rows][up] = stored[:, c]
+        raw[:, rows] = np.moveaxis(np.where(_valid(f), f / np.array(SCALE), -1.0), -1, 0)
     return raw

@@ -24,6 +24,7 @@ from ..base.measured import tristimulus
 from ..base.reflectance import Reflectance
 from ..errors import FormatError, ParameterError
 from ..files import replacing
+from ..tables.angle_systems import angle_system
 from ..tables.gridded import Gridded
 from ..tables.scattered import Scattered
 from ._reading import plain_text
@@ -37,7 +38,7 @@ ORACLE = "examples of the specification"
 
 DATA_TYPES = ("brdf", "btdf", "specular_reflectance", "specular_transmittance")
 COLOURS: dict[str, tuple[str, ...] | None] = {"monochrome": None, "rgb": ("R", "G", "B"), "xyz": ("X", "Y", "Z")}
-SYSTEMS = {
+COORDINATES = {
     "spherical_coordinate_system": "angles",
     "specular_coordinate_system": "specular",
     "half_difference_coordinate_system": "half_difference",
@@ -141,9 +142,9 @@ def _table(lines: plain_text.Lines, entries: Mapping[str, str], lists: Mapping[s
 
 def _material(block: Block, path: str, about: Mapping[str, Any]) -> Gridded:
     system = block.entries.get("PARAM_TYPE", "")
-    if system not in SYSTEMS:
-        raise FormatError(f"{path}: PARAM_TYPE {system!r:.60}: expected one of {', '.join(SYSTEMS)}")
-    kind, lists = SYSTEMS[system], block.lists
+    if system not in COORDINATES:
+        raise FormatError(f"{path}: PARAM_TYPE {system!r:.60}: expected one of {', '.join(COORDINATES)}")
+    kind, lists = COORDINATES[system], block.lists
     oriented = len(lists.get("PARAM1_LIST", ())) > 1 or bool(lists.get("PARAM1_LIST", np.zeros(1))[0])
     reduction = block.entries.get("REDUCTION_TYPE", "").split()
     if not set(reduction) <= {"bilateral_symmetry", "reciprocity"} or ("reciprocity" in reduction) > (kind[0] == "h"):
@@ -172,7 +173,7 @@ def _material(block: Block, path: str, about: Mapping[str, Any]) -> Gridded:
     elif not oriented:
         nodes.pop("phi")
         values = values[:, :, :, 0]
-    names = _NAMES[kind, oriented]
+    names = angle_system(kind).axes(oriented)
     axes = dict(zip(names, nodes.values(), strict=True))
     values = np.ascontiguousarray(values if channels is not None else values[..., 0])
     about = {k: v for k, v in about.items() if v != ""}
@@ -192,16 +193,6 @@ def _material(block: Block, path: str, about: Mapping[str, Any]) -> Gridded:
         raise FormatError(f"{path}: {error}") from None
 
 
-_NAMES = {
-    ("angles", False): ("theta_i", "theta_o", "phi"),
-    ("angles", True): ("theta_i", "theta_o", "phi_i", "phi_o"),
-    ("specular", False): ("theta_i", "radial", "azimuth"),
-    ("specular", True): ("theta_i", "radial", "azimuth", "phi_i"),
-    ("half_difference", False): ("theta_h", "theta_d", "phi_d"),
-    ("half_difference", True): ("theta_h", "theta_d", "phi_d", "phi_h"),
-}
-
-
 def write(m: Reflectance, path: Path, binary: bool = False, resolution: Sequence[int] | None = None) -> None:
     """Write the BRDF on the grid of a measurement; of anything else, and of anything if `resolution` says so (numbers
     of theta_i, theta_o and azimuths), on a grid of angles; and the other blocks of the file that it came from.
@@ -210,7 +201,7 @@ def write(m: Reflectance, path: Path, binary: bool = False, resolution: Sequence
     grid, all but the grid made of them. Raises ParameterError for delta lobes, maps, channels other than one, RGB, XYZ
     or rising wavelengths, and periods other than pi of phi_d.
     """
-    table = table_of(m, resolution)
+    table = table_of(m, resolution, COORDINATES.values())
     blocks = [_block_of(table), *table.about.get("other_blocks", [])]
     with replacing(path) as temporary, temporary.open("wb") as file:
         file.write(b"VERSION 0.2\n")
@@ -234,7 +225,8 @@ def _said(m: Gridded, names: Sequence[str]) -> list[tuple[str, str]]:
 
 
 def _block_of(m: Gridded) -> Block:
-    kind, oriented = m.parameterisation, len(m.axes) == 4
+    oriented = m.is_oriented()
+    coordinates, kind = next((c, k) for c, k in COORDINATES.items() if angle_system(k).axes(oriented) == tuple(m.axes))
     plain = m.quantity == "brdf" or isinstance(m, Scattered)
     values = m.stored if plain else m.brdf()
     names, values = tristimulus(m.channel_names, values if m.channel_names is not None else values[..., None])
@@ -257,7 +249,7 @@ def _block_of(m: Gridded) -> Block:
             raise ParameterError(
                 f"{m!r:.80}: {axis} has the period {period:g}, expected 2 pi, or pi for phi_d; tabulate it"
             )
-    entries = {"DATA_TYPE": "brdf", **_colour(m, names), "PARAM_TYPE": next(s for s, k in SYSTEMS.items() if k == kind)}
+    entries = {"DATA_TYPE": "brdf", **_colour(m, names), "PARAM_TYPE": coordinates}
     if reduction:
         entries["REDUCTION_TYPE"] = " ".join(reduction)
     for k, x in ((0, nodes[0]), (1, nodes[3]), (2, nodes[1]), (3, nodes[2])):

@@ -14,9 +14,9 @@ from ..base.measured import Measured
 from ..base.provenance import derived
 from ..base.quantities import from_brdf
 from ..errors import MissingDataWarning, ParameterError, ToleranceWarning
-from ..formula.direction import HORIZON
 from ..integrals.over_directions import integrate
 from ..tables.gridded import Gridded
+from ..tables.nodes import above
 from ..tables.scattered import Scattered
 
 ALBEDO_TOLERANCE = 1e-3
@@ -46,7 +46,7 @@ class Cells:
             grid = grid.with_brdf(grid.brdf(), grid.brdf_uncertainty())
         self.m, self.nodes = grid, list(grid.axes.values())
         self.wi, self.wo = grid.directions()
-        self.up = (self.wi[..., 2] > HORIZON) & (self.wo[..., 2] > HORIZON)
+        self.up = above(self.wi, self.wo)
         self.f = self.with_channels(grid.brdf())
         u = grid.brdf_uncertainty()
         self.u = None if u is None else self.with_channels(u)

@@ -155,7 +155,7 @@ def _rehearsal(cells: Cells, extend: Any, end: _Reach) -> float:
 def _with_nodes(cells: Cells, end: _Reach) -> Gridded:
     """The measurement with empty nodes up to the horizon, where its axes are polar angles that end before."""
     m = cells.m
-    if m.parameterisation != "angles":
+    if "theta_o" not in m.axes:
         return m
     axes = dict(m.axes)
     arrays = [cells.with_channels(a) for a in (m.stored, m.uncertainty) if a is not None]

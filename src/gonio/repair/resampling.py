@@ -12,20 +12,13 @@ from ..base.angles import direction
 from ..base.measured import Measured, tabular_shape
 from ..base.reflectance import Reflectance
 from ..errors import ParameterError
-from ..formula.direction import HORIZON
 from ..numerics.lattice import lattice
-from ..tables.angle_systems import parameterisation as named
+from ..tables.angle_systems import AngleSystem, angle_system
+from ..tables.axes import nodes_of
 from ..tables.gridded import Gridded
+from ..tables.nodes import above, channels_named, f_at
 from ._cells import Cells, evaluated, relative, reported, spread, variances
 
-RESOLUTION = {
-    ("half_difference", 3): (90, 46, 72),
-    ("half_difference", 4): (45, 23, 36, 32),
-    ("angles", 3): (46, 46, 72),
-    ("angles", 4): (19, 19, 36, 36),
-    ("specular", 3): (31, 61, 36),
-    ("specular", 4): (16, 41, 24, 24),
-}
 PAIRS = 1 << 14
 
 
@@ -57,16 +50,13 @@ def resample(
              specular 3e-3, angles 9e-3.
     """
     shape = tabular_shape(m)
-    kind = named(parameterisation)
-    nodes = _nodes(m, parameterisation, axes, resolution)
-    wi, wo = kind.pairs(*np.meshgrid(*nodes.values(), indexing="ij"))
-    up = (wi[..., 2] > HORIZON) & (wo[..., 2] > HORIZON)
-    f, names = _on(m, wi, wo, up), None
-    if shape:
-        names = m.channel_names or (tuple("RGB") if shape == (3,) else tuple(map(str, range(shape[0]))))
+    nodes = _nodes(m, angle_system(parameterisation), axes, resolution)
+    wi, wo = angle_system(parameterisation).directions(nodes)
+    f = f_at(m, wi, wo)
+    names = (m.channel_names or channels_named(*shape)) if shape else None
     u = None
     if isinstance(m, Gridded) and m.uncertainty is not None:
-        u = np.sqrt(_on(variances(m), wi, wo, up)).reshape(f.shape)
+        u = np.sqrt(f_at(variances(m), wi, wo)).reshape(f.shape)
     about = {"made_of": repr(m), **(m.about if isinstance(m, Measured) else {})}
     made = Gridded(
         parameterisation, nodes, f, uncertainty=u, channels=names, about=about, periods=periods,
@@ -83,7 +73,7 @@ def resample(
     figures["half_rms"] = _half_error(made)
     off = np.abs(found - true)
     changes = {
-        "cells": int(up.sum()),
+        "cells": int(above(wi, wo).sum()),
         "share": 1.0,
         "filled": 0,
         "largest": float(np.nanmax(off, initial=0.0)),
@@ -95,37 +85,17 @@ def resample(
 
 
 def _nodes(
-    m: Reflectance, parameterisation: str, axes: Mapping[str, Any] | None, resolution: Sequence[int] | None
+    m: Reflectance, system: AngleSystem, axes: Mapping[str, Any] | None, resolution: Sequence[int] | None
 ) -> dict[str, np.ndarray]:
-    if axes is not None:
-        if resolution is not None:
-            raise ParameterError("resample(axes=..., resolution=...): expected one of the two")
-        return {name: np.array(x, dtype=float).reshape(-1) for name, x in axes.items()}
-    count = 3 if _isotropic(m) else 4
-    names = named(parameterisation).names(count)
-    sizes = tuple(resolution or RESOLUTION[parameterisation, count])
-    if len(sizes) != count or not all(isinstance(n, (int, np.integer)) and n >= 2 for n in sizes):
-        raise ParameterError(f"resolution={resolution!r}: expected {count} whole numbers from 2: {', '.join(names)}")
-    found = {}
-    for name, n in zip(names, sizes, strict=True):
-        if name in named(parameterisation).turning:
-            found[name] = 2.0 * math.pi * np.arange(n) / n
-        else:
-            end = math.pi if name == "radial" else 0.5 * math.pi
-            found[name] = end * np.linspace(0.0, 1.0, n) ** (2 if name in ("theta_h", "radial") else 1)
-    return found
+    if axes is None:
+        return nodes_of(system, not _isotropic(m), resolution, system.fine)
+    if resolution is not None:
+        raise ParameterError("resample(axes=..., resolution=...): expected one of the two")
+    return {name: np.array(x, dtype=float).reshape(-1) for name, x in axes.items()}
 
 
 def _isotropic(m: Reflectance) -> bool:
     return not m.is_oriented() if isinstance(m, Gridded) else m.is_isotropic()
-
-
-def _on(m: Reflectance, wi: np.ndarray, wo: np.ndarray, up: np.ndarray) -> np.ndarray:
-    """f at the nodes above the horizon, NaN at the others."""
-    values = m.f(wi[up], wo[up])
-    f = np.full((*up.shape, *values.shape[1:]), np.nan)
-    f[up] = values
-    return f
 
 
 def _pairs() -> tuple[np.ndarray, np.ndarray]:

@@ -13,8 +13,8 @@ from ..base.measured import Measured
 from ..base.provenance import derived
 from ..base.quantities import to_brdf
 from ..errors import ParameterError
-from ..formula.direction import HORIZON
 from ..tables.gridded import Gridded
+from ..tables.nodes import above
 from ..tables.scattered import Scattered
 from ._cells import Cells, reported, spread
 
@@ -140,7 +140,7 @@ def _rows(m: Measured) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray |
         cosines = (wi[:, 2, None], wo[:, 2, None])
         f = to_brdf(m.quantity, m.stored.reshape(len(wi), -1), *cosines)
         u = None if m.uncertainty is None else to_brdf(m.quantity, m.uncertainty.reshape(len(wi), -1), *cosines)
-        use = (wi[:, 2] > HORIZON) & (wo[:, 2] > HORIZON) & np.isfinite(f).all(axis=-1)
+        use = above(wi, wo) & np.isfinite(f).all(axis=-1)
         return wi[use], wo[use], f[use], None if u is None else u[use]
     if isinstance(m, Gridded):
         cells = Cells(m)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 
 import numpy as np
 
@@ -88,15 +89,12 @@ def _mapped(wi: np.ndarray, wo: np.ndarray, kind: str, plane: float) -> tuple[np
     return wi @ mirror, wo @ mirror
 
 
-_Turns = dict[str, tuple[float, float | None]]
-_IMAGES: dict[tuple[str, str], tuple[bool, _Turns]] = {
-    ("angles", "reciprocity"): (True, {"phi": (-1.0, 0.0)}),
-    ("angles", "plane"): (False, {"phi": (-1.0, 0.0), "phi_i": (-1.0, None), "phi_o": (-1.0, None)}),
-    ("half_difference", "reciprocity"): (False, {"phi_d": (1.0, math.pi)}),
-    ("half_difference", "plane"): (False, {"phi_d": (-1.0, 0.0), "phi_h": (-1.0, None)}),
-    ("specular", "plane"): (False, {"azimuth": (-1.0, 0.0), "phi_i": (-1.0, None)}),
-}
-"""(parameterisation, kind) -> whether wi and wo are exchanged; azimuth -> sign and shift, twice the plane for None."""
+def _image(m: Gridded, kind: str, plane: float) -> Mapping[str, tuple[str, float, float]]:
+    """By axis: which one a symmetry takes the angle to, and the sign and the shift that it gets there."""
+    if kind == "reciprocity":
+        return m.system.exchange
+    turned = {name: (name, -1.0, 2.0 * plane if name in m.system.turned else 0.0) for name in m.periods}
+    return {name: turned.get(name, (name, 1.0, 0.0)) for name in m.axes}
 
 
 def _positions(m: Gridded, kind: str, plane: float) -> tuple[list[int], list[np.ndarray]] | None:
@@ -104,21 +102,17 @@ def _positions(m: Gridded, kind: str, plane: float) -> tuple[list[int], list[np.
 
     Of a node (i, j, ...) it makes the node whose number along axis order[k] is numbers[k][node's number along k].
     """
-    if (m.parameterisation, kind) not in _IMAGES:
+    image, names = _image(m, kind, plane), list(m.axes)
+    if not image.keys() >= m.axes.keys():
         return None
-    exchanged, turned = _IMAGES[m.parameterisation, kind]
-    names = list(m.axes)
-    order = [1, 0, 3, 2] if exchanged else [0, 1, 2, 3]
-    order = [k for k in order if k < len(names)]
     numbers = []
     for k, name in enumerate(names):
-        sign, shift = turned.get(name, (1.0, 0.0))
-        nodes = sign * m.axes[name] + (2.0 * plane if shift is None else shift)
-        at = _numbers(m.axes[names[order[k]]], nodes, m.periods.get(name, 0.0), m.is_mirrored and k == 2)
+        other, sign, shift = image[name]
+        at = _numbers(m.axes[other], sign * m.axes[name] + shift, m.periods.get(name, 0.0), m.is_mirrored and k == 2)
         if at is None:
             return None
         numbers.append(at)
-    return order, numbers
+    return [names.index(image[name][0]) for name in names], numbers
 
 
 def _numbers(among: np.ndarray, angles: np.ndarray, period: float, mirrored: bool) -> np.ndarray | None:
@@ -151,14 +145,14 @@ def _isotropic(m: Gridded) -> Gridded:
     if len(names) == 3:
         nothing = {**_asymmetry(cells.f, cells.f, cells.f), "on_grid": 1}
         return cells.repaired("symmetrise", {"kind": "isotropy"}, cells.f, cells.u, nothing)
-    axis = 2 if m.parameterisation == "angles" else 3
+    axis = names.index(m.system.turned[0])
     turns, weights = _arcs(m.axes[names[axis]], m.periods[names[axis]])
     slices = [np.take(cells.f, i, axis=axis) for i in range(len(turns))]
     squares = None if cells.u is None else [np.take(cells.u, i, axis=axis) ** 2 for i in range(len(turns))]
     axes = {n: m.axes[n] for k, n in enumerate(names) if k != axis}
     periods = {n: p for n, p in m.periods.items() if n != names[axis]}
     on_grid = True
-    if axis == 2:
+    if "phi_o" in axes:
         relative_phi, _ = _arcs(axes.pop("phi_o"), periods["phi_o"])
         for i, turn in enumerate(turns):
             lower, upper, w = _bracketed(relative_phi, relative_phi + turn, periods["phi_o"])

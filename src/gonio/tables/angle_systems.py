@@ -1,8 +1,10 @@
-"""Angles that pairs of directions are measured and tabulated by: from directions to angles and back."""
+"""Angles that pairs of directions are measured and tabulated by: all that is said of each system of them, said once."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import math
+from collections.abc import Callable, Mapping, Sequence
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -13,25 +15,95 @@ from ..errors import ParameterError
 from ..formula.direction import Direction, azimuth, half_difference, polar_angle
 
 
-class Parameterisation(NamedTuple):
-    """How pairs are described by angles [rad].
+class Angle(NamedTuple):
+    """An angle of a pair of directions.
 
-    axes      names of the angles; the last one only where turning both directions about the normal changes f
-    turning   which angles are azimuths
-    angles    of a pair, components in and numbers out; `all_axes` asks for the last one too
-    pairs     wi and wo (..., 3) of angles, NumPy arrays
+    meaning   in words
+    highest   the largest [rad], from 0; None of azimuths
+    power     of the even spacing that default nodes have: 2 where f changes fastest near 0
     """
 
-    axes: tuple[str, ...]
-    turning: tuple[str, ...]
+    meaning: str
+    highest: float | None = None
+    power: int = 1
+
+
+RIGHT = 0.5 * math.pi
+ANGLES = {
+    "theta_i": Angle("polar angle of the direction to the light", RIGHT),
+    "phi_i": Angle("azimuth of the direction to the light"),
+    "theta_o": Angle("polar angle of the direction to the viewer", RIGHT),
+    "phi_o": Angle("azimuth of the direction to the viewer"),
+    "phi": Angle("azimuth of the viewer minus that of the light"),
+    "theta_h": Angle("polar angle of the half vector", RIGHT, 2),
+    "theta_d": Angle("angle between the half vector and the direction to the light", RIGHT),
+    "phi_d": Angle("azimuth of the direction to the light about the half vector"),
+    "phi_h": Angle("azimuth of the half vector"),
+    "radial": Angle("angle between the direction to the viewer and the mirror direction of the light", math.pi, 2),
+    "azimuth": Angle("azimuth of the viewer about the mirror direction of the light, 0 towards the horizon"),
+}
+"""The angles of all systems by name. Files name their columns, variables and axes so."""
+
+AZIMUTHS = tuple(name for name, angle in ANGLES.items() if angle.highest is None)
+
+
+class Nodes(NamedTuple):
+    """How many nodes a grid has along each axis: of a system's isotropic axes, and of its oriented ones."""
+
+    isotropic: tuple[int, ...]
+    oriented: tuple[int, ...]
+
+
+class AngleSystem(NamedTuple):
+    """How pairs of directions are described by angles [rad].
+
+    title      in words, for people
+    isotropic  axes of materials that turning both directions about the normal leaves as they are
+    oriented   axes of the others: those that `isotropic` has not are what such a turn changes
+    angles     of a pair, components in and numbers out; `oriented` asks for four
+    pairs      wi and wo (..., 3) of angles, NumPy arrays
+    coarse     nodes of a dataset, where a caller does not say
+    fine       nodes of a table that is resampled
+    tabulated  nodes of `gonio.tabulate`; None where it has no such tables
+    exchange   of axes: the one that the angle is on when wi and wo are exchanged, and the sign and the shift that it
+               has there; nothing of axes whose angle then follows from several
+    """
+
+    name: str
+    title: str
+    isotropic: tuple[str, ...]
+    oriented: tuple[str, ...]
     angles: Callable[[Direction, Direction, bool], list[Any]]
     pairs: Callable[..., tuple[np.ndarray, np.ndarray]]
+    coarse: Nodes
+    fine: Nodes
+    tabulated: Nodes | None = None
+    exchange: Mapping[str, tuple[str, float, float]] = MappingProxyType({})
 
-    def names(self, count: int) -> tuple[str, ...]:
-        """The axes of a grid with so many."""
-        if self.axes[2:] == ("phi_i", "phi_o") and count == 3:
-            return (*self.axes[:2], "phi")
-        return self.axes[:count]
+    def axes(self, oriented: bool) -> tuple[str, ...]:
+        return self.oriented if oriented else self.isotropic
+
+    @property
+    def turned(self) -> tuple[str, ...]:
+        """The oriented axes along which a turn of both directions about the normal moves a pair."""
+        return tuple(name for name in self.oriented if name not in self.isotropic)
+
+    def nodes(
+        self, counts: Sequence[int], periods: Mapping[str, float] = MappingProxyType({})
+    ) -> dict[str, np.ndarray]:
+        """Nodes of the axes, so many along each: azimuths around their period (2 pi), others from 0 to the largest."""
+        grid = {}
+        for name, count in zip(self.axes(len(counts) == len(self.oriented)), counts, strict=True):
+            _, highest, power = ANGLES[name]
+            if highest is None:
+                grid[name] = periods.get(name, 2.0 * math.pi) * np.arange(count) / count
+            else:
+                grid[name] = highest * np.linspace(0.0, 1.0, count) ** power
+        return grid
+
+    def directions(self, axes: Mapping[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+        """wi and wo (grid..., 3) at the nodes of a grid; z is below 0 where it goes below the horizon."""
+        return self.pairs(*np.meshgrid(*axes.values(), indexing="ij"))
 
 
 def azimuth_of(w: Direction) -> Any:
@@ -40,9 +112,9 @@ def azimuth_of(w: Direction) -> Any:
     return ops.arctan2(ops.where(flat, 0.0 * w.y, w.y), ops.where(flat, 1.0, w.x))
 
 
-def _angles(wi: Direction, wo: Direction, all_axes: bool) -> list[Any]:
+def _angles(wi: Direction, wo: Direction, oriented: bool) -> list[Any]:
     thetas = [polar_angle(wi), polar_angle(wo)]
-    if all_axes:
+    if oriented:
         return [*thetas, azimuth_of(wi), azimuth_of(wo)]
     across, along = wi.x * wo.y - wi.y * wo.x, wi.x * wo.x + wi.y * wo.y
     return [*thetas, azimuth_of(Direction(along, across, 0.0))]
@@ -53,38 +125,38 @@ def _pairs_of_angles(theta_i: Any, theta_o: Any, phi: Any, phi_o: Any = None) ->
     return direction(theta_i, phi_i), direction(theta_o, phi_o)
 
 
-def _relative(wi: Direction, wo: Direction, all_axes: bool) -> list[Any]:
-    return [*_angles(wi, wo, False), *([azimuth_of(wi)] if all_axes else [])]
+def _relative(wi: Direction, wo: Direction, oriented: bool) -> list[Any]:
+    return [*_angles(wi, wo, False), *([azimuth_of(wi)] if oriented else [])]
 
 
 def _pairs_of_relative(theta_i: Any, theta_o: Any, phi: Any, phi_i: Any = 0.0) -> tuple[np.ndarray, np.ndarray]:
     return direction(theta_i, phi_i + 0.0 * phi), direction(theta_o, phi_i + phi)
 
 
-def _half(wi: Direction, wo: Direction, all_axes: bool) -> list[Any]:
+def _half(wi: Direction, wo: Direction, oriented: bool) -> list[Any]:
     theta_h, theta_d, phi_d = half_difference(wi, wo)
-    turn = [azimuth_of(Direction(wi.x + wo.x, wi.y + wo.y, 0.0))] if all_axes else []
+    turn = [azimuth_of(Direction(wi.x + wo.x, wi.y + wo.y, 0.0))] if oriented else []
     return [theta_h, theta_d, phi_d, *turn]
 
 
 def _pairs_of_half(theta_h: Any, theta_d: Any, phi_d: Any, phi_h: Any = 0.0) -> tuple[np.ndarray, np.ndarray]:
     along, across, mean = np.sin(theta_d) * np.cos(phi_d), np.sin(theta_d) * np.sin(phi_d), np.cos(theta_d)
-    s, c, found = np.sin(theta_h), np.cos(theta_h), []
+    s, c, pair = np.sin(theta_h), np.cos(theta_h), []
     for sign in (1.0, -1.0):
         x, y = s * mean + sign * c * along, sign * across
         turned = (np.cos(phi_h) * x - np.sin(phi_h) * y, np.sin(phi_h) * x + np.cos(phi_h) * y)
-        found.append(np.stack(np.broadcast_arrays(*turned, c * mean - sign * s * along), -1))
-    return found[0], found[1]
+        pair.append(np.stack(np.broadcast_arrays(*turned, c * mean - sign * s * along), -1))
+    return pair[0], pair[1]
 
 
-def _specular(wi: Direction, wo: Direction, all_axes: bool) -> list[Any]:
+def _specular(wi: Direction, wo: Direction, oriented: bool) -> list[Any]:
     s = ops.sqrt(wi.x * wi.x + wi.y * wi.y + 1e-30)
     cos_phi, sin_phi = azimuth(wi, s)
     forward = -(cos_phi * wo.x + sin_phi * wo.y)
     along = wi.z * forward - s * wo.z
     across = sin_phi * wo.x - cos_phi * wo.y
     radial = ops.arctan2(ops.sqrt(along * along + across * across + 1e-30), s * forward + wi.z * wo.z)
-    turn = [azimuth_of(wi)] if all_axes else []
+    turn = [azimuth_of(wi)] if oriented else []
     return [polar_angle(wi), radial, azimuth_of(Direction(along, across, 0.0)), *turn]
 
 
@@ -98,29 +170,76 @@ def _pairs_of_specular(theta_i: Any, radial: Any, around: Any, phi_i: Any = 0.0)
     return wi, np.stack(wo, -1)
 
 
-PARAMETERISATIONS = {
-    "angles": Parameterisation(
-        ("theta_i", "theta_o", "phi_i", "phi_o"), ("phi", "phi_i", "phi_o"), _angles, _pairs_of_angles
-    ),
-    "relative": Parameterisation(
-        ("theta_i", "theta_o", "phi", "phi_i"), ("phi", "phi_i"), _relative, _pairs_of_relative
-    ),
-    "half_difference": Parameterisation(
-        ("theta_h", "theta_d", "phi_d", "phi_h"), ("phi_d", "phi_h"), _half, _pairs_of_half
-    ),
-    "specular": Parameterisation(
-        ("theta_i", "radial", "azimuth", "phi_i"), ("azimuth", "phi_i"), _specular, _pairs_of_specular
-    ),
+SYSTEMS = {
+    system.name: system
+    for system in (
+        AngleSystem(
+            "angles",
+            "polar angles and azimuths of both directions",
+            ("theta_i", "theta_o", "phi"),
+            ("theta_i", "theta_o", "phi_i", "phi_o"),
+            _angles,
+            _pairs_of_angles,
+            coarse=Nodes((31, 31, 36), (13, 13, 24, 24)),
+            fine=Nodes((46, 46, 72), (19, 19, 36, 36)),
+            tabulated=Nodes((46, 46, 72), (19, 19, 36, 36)),
+            exchange={
+                "theta_i": ("theta_o", 1.0, 0.0),
+                "theta_o": ("theta_i", 1.0, 0.0),
+                "phi": ("phi", -1.0, 0.0),
+                "phi_i": ("phi_o", 1.0, 0.0),
+                "phi_o": ("phi_i", 1.0, 0.0),
+            },
+        ),
+        AngleSystem(
+            "relative",  # lobes that turn with wi stay whole, which they do not on axes phi_i and phi_o
+            "polar angles of both directions, the azimuth between them, and that of the light",
+            ("theta_i", "theta_o", "phi"),
+            ("theta_i", "theta_o", "phi", "phi_i"),
+            _relative,
+            _pairs_of_relative,
+            coarse=Nodes((31, 31, 36), (13, 13, 24, 24)),
+            fine=Nodes((46, 46, 72), (19, 19, 36, 36)),
+            exchange={
+                "theta_i": ("theta_o", 1.0, 0.0),
+                "theta_o": ("theta_i", 1.0, 0.0),
+                "phi": ("phi", -1.0, 0.0),
+            },
+        ),
+        AngleSystem(
+            "half_difference",  # Rusinkiewicz'
+            "half and difference angles",
+            ("theta_h", "theta_d", "phi_d"),
+            ("theta_h", "theta_d", "phi_d", "phi_h"),
+            _half,
+            _pairs_of_half,
+            coarse=Nodes((46, 31, 36), (23, 16, 24, 16)),
+            fine=Nodes((90, 46, 72), (45, 23, 36, 32)),
+            tabulated=Nodes((90, 46, 36), (45, 23, 24, 32)),
+            exchange={
+                "theta_h": ("theta_h", 1.0, 0.0),
+                "theta_d": ("theta_d", 1.0, 0.0),
+                "phi_d": ("phi_d", 1.0, math.pi),
+                "phi_h": ("phi_h", 1.0, 0.0),
+            },
+        ),
+        AngleSystem(
+            "specular",  # azimuth: pi towards the normal, pi/2 towards s x the direction of azimuth 0
+            "angles about the mirror direction",
+            ("theta_i", "radial", "azimuth"),
+            ("theta_i", "radial", "azimuth", "phi_i"),
+            _specular,
+            _pairs_of_specular,
+            coarse=Nodes((19, 46, 24), (10, 23, 16, 16)),
+            fine=Nodes((31, 61, 36), (16, 41, 24, 24)),
+        ),
+    )
 }
-"""angles            of both directions; phi = phi_o - phi_i
-relative          as angles, where phi stays beside phi_i instead of phi_o: lobes that turn with wi stay whole
-half_difference   Rusinkiewicz' angles; phi_d is the azimuth of wi about the half vector, phi_h that of the half vector
-specular          wo about the mirror direction s of wi: radial between wo and s, azimuth about s from the direction
-                  in which theta grows (0: towards the horizon, pi: towards the normal) to s x that (pi/2)."""
+"""All systems by name."""
 
 
-def parameterisation(name: str) -> Parameterisation:
-    """The one of this name. Raises ParameterError for another."""
-    if name not in PARAMETERISATIONS:
-        raise ParameterError(f"parameterisation={name!r}: expected one of {', '.join(map(repr, PARAMETERISATIONS))}")
-    return PARAMETERISATIONS[name]
+def angle_system(name: str) -> AngleSystem:
+    """The system of this name. Raises ParameterError for another."""
+    if name not in SYSTEMS:
+        raise ParameterError(f"parameterisation={name!r}: expected one of {', '.join(map(repr, SYSTEMS))}")
+    return SYSTEMS[name]

@@ -12,14 +12,10 @@ from ..arrays import ops
 from ..compile.memory import physical
 from ..errors import ParameterError, TooLargeError
 from ..formula.table_warp import Slices, bracket
-from .angle_systems import parameterisation
+from .angle_systems import ANGLES, AZIMUTHS, AngleSystem, Nodes, angle_system
 
 INSIDE = 1e-6
 """How far [rad] a direction may be beyond the outermost nodes and still count as between them."""
-
-HIGHEST = {"radial": math.pi}
-"""The largest polar angle [rad] along an axis, where it is not pi/2."""
-
 
 PAIR = 128
 """Bytes that an evaluation takes at least for every pair of directions: these, their angles, and f."""
@@ -54,6 +50,18 @@ def fits(pairs: float, asked: str) -> None:
             f"{asked}: {pairs:.3g} pairs of directions take {pairs * PAIR / 1e9:.3g} GB and this machine has "
             f"{physical() / 1e9:.3g} GB of memory; ask for fewer"
         )
+
+
+def nodes_of(
+    system: AngleSystem, oriented: bool, resolution: Any, usual: Nodes, periods: Mapping[str, float] | None = None
+) -> dict[str, np.ndarray]:
+    """The default nodes of a system's axes, as many along each as `resolution` says, or `usual` if that is None.
+
+    Raises what `counts` does.
+    """
+    names = system.axes(oriented)
+    asked = (usual.oriented if oriented else usual.isotropic) if resolution is None else resolution
+    return system.nodes(counts(asked, (len(names),), 2, f"nodes of {', '.join(names)}"), periods or {})
 
 
 class Axis(NamedTuple):
@@ -124,9 +132,9 @@ def nearest(around: Slices) -> Slices:
 def laid_out(
     name: str, axes: Mapping[str, np.ndarray], mirrored: bool, periods: Mapping[str, float]
 ) -> tuple[tuple[Axis, ...], dict[str, float]]:
-    """The axes of a grid of a parameterisation, and the periods [rad] of its azimuths.
+    """The axes of a grid of an angle system, and the periods [rad] of its azimuths.
 
-    Raises ParameterError where the nodes do not fit the parameterisation, a period, or each other.
+    Raises ParameterError where the nodes do not fit the system, a period, or each other.
     """
     turning = _check(name, axes, mirrored)
     given = {axis: float(periods.get(axis, 2.0 * math.pi)) for axis in turning}
@@ -137,16 +145,16 @@ def laid_out(
 
 
 def _check(name: str, axes: Mapping[str, np.ndarray], mirrored: bool) -> list[str]:
-    """The azimuths among the axes; ParameterError where the axes do not fit the parameterisation."""
-    kind = parameterisation(name)
-    expected = kind.names(len(axes))
-    if len(axes) not in (3, 4) or tuple(axes) != expected:
-        listed = " or ".join(", ".join(kind.names(n)) for n in (3, 4))
+    """The azimuths among the axes; ParameterError where the axes do not fit the system."""
+    system = angle_system(name)
+    if tuple(axes) not in (system.isotropic, system.oriented):
+        listed = " or ".join(", ".join(names) for names in (system.isotropic, system.oriented))
         raise ParameterError(f"axes: got {', '.join(axes)}, expected for {name!r}: {listed}, in this order")
     if mirrored and len(axes) == 4:
         raise ParameterError("mirrored=True: expected three axes; a plane of symmetry says nothing of four")
     for axis, nodes in axes.items():
-        low, high = (-4.0 * math.pi, 4.0 * math.pi) if axis in kind.turning else (0.0, HIGHEST.get(axis, 0.5 * math.pi))
+        highest = ANGLES[axis].highest
+        low, high = (-4.0 * math.pi, 4.0 * math.pi) if highest is None else (0.0, highest)
         if not len(nodes) or not np.isfinite(nodes).all() or not (np.diff(nodes) > 0.0).all():
             raise ParameterError(f"axes: {axis} is {_short(nodes)}, expected increasing, finite nodes [rad]")
         if nodes[0] < low - INSIDE or nodes[-1] > high + INSIDE:
@@ -154,7 +162,7 @@ def _check(name: str, axes: Mapping[str, np.ndarray], mirrored: bool) -> list[st
                 f"axes: {axis} runs from {nodes[0]:g} to {nodes[-1]:g}, expected {low:g} to {high:g} rad; "
                 f"convert degrees with numpy.radians"
             )
-    return [axis for axis in axes if axis in kind.turning]
+    return [axis for axis in axes if axis in AZIMUTHS]
 
 
 def _axis(name: str, nodes: np.ndarray, period: float, mirrored: bool) -> Axis:

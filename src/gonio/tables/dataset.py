@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -14,24 +13,16 @@ from ..base.reflectance import Reflectance
 from ..errors import FormatError, ParameterError
 from ..formula.fields import Ours
 from . import dataset_layout
-from .angle_systems import parameterisation as parameterisation_named
-from .axes import counts
+from .angle_systems import angle_system
+from .axes import nodes_of
 from .dataset_layout import NANOMETRES, RADIANS, ROW, from_text
 from .gridded import Gridded
+from .nodes import channels_named, f_at
+from .rows import ROW_ANGLES
 from .scattered import Scattered
 
 if TYPE_CHECKING:
     import xarray
-
-RESOLUTION = {
-    ("half_difference", False): (46, 31, 36),
-    ("half_difference", True): (23, 16, 24, 16),
-    ("angles", False): (31, 31, 36),
-    ("angles", True): (13, 13, 24, 24),
-    ("specular", False): (19, 46, 24),
-    ("specular", True): (10, 23, 16, 16),
-}
-"""Nodes of the grid that a reflectance without one is put on."""
 
 
 def to_dataset(
@@ -88,7 +79,7 @@ def _measurement(ds: xarray.Dataset, path: str, own: Callable[[Any], Any]) -> Gr
 def _gridded(ds: xarray.Dataset, path: str, where: str, own: Callable[[Any], Any]) -> Gridded:
     name = _text(ds, "parameterisation", where)
     dims = [d for d in ds["values"].dims if d not in ("wavelength", "channel")]
-    axes = parameterisation_named(name).names(len(dims))
+    axes = angle_system(name).axes(len(dims) > 3)
     if set(dims) != set(axes):
         raise FormatError(f"{where}: values has dimensions {', '.join(map(str, dims))}, expected {', '.join(axes)}")
     return Gridded(
@@ -104,7 +95,7 @@ def _gridded(ds: xarray.Dataset, path: str, where: str, own: Callable[[Any], Any
 
 
 def _scattered(ds: xarray.Dataset, path: str, where: str) -> Scattered:
-    theta_i, phi_i, theta_o, phi_o = (_angle(ds, axis, where) for axis in ("theta_i", "phi_i", "theta_o", "phi_o"))
+    theta_i, phi_i, theta_o, phi_o = (_angle(ds, angle, where) for angle in ROW_ANGLES)
     return Scattered(
         theta_i,
         phi_i,
@@ -215,27 +206,10 @@ def on_grid(m: Reflectance, parameterisation: str, resolution: Sequence[int] | N
     theta_h is spaced as its square root. Raises ParameterError for a material with a delta lobe or with maps.
     """
     tabular_shape(m)
-    oriented = not m.is_isotropic()
-    kind = parameterisation_named(parameterisation)
-    names = kind.names(4 if oriented else 3)
-    usual = RESOLUTION[parameterisation, oriented]
-    asked = counts(usual if resolution is None else resolution, (len(names),), 2, f"nodes of {', '.join(names)}")
-    nodes = {}
-    for name, count in zip(names, asked, strict=True):
-        if name in kind.turning:
-            nodes[name] = 2.0 * math.pi * np.arange(count) / count
-        elif name in ("theta_h", "radial"):
-            nodes[name] = (math.pi if name == "radial" else 0.5 * math.pi) * np.linspace(0.0, 1.0, count) ** 2
-        else:
-            nodes[name] = 0.5 * math.pi * np.linspace(0.0, 1.0, count)
-    wi, wo = kind.pairs(*np.meshgrid(*nodes.values(), indexing="ij"))
-    up = (wi[..., 2] > 1e-6) & (wo[..., 2] > 1e-6)
-    known, f = tristimulus(m.channel_names, m.f(wi[up], wo[up]))
-    values = np.full((*up.shape, *f.shape[1:]), np.nan)
-    values[up] = f
-    channels = known or (("R", "G", "B") if f.shape[1:] == (3,) else tuple(map(str, range(f.shape[-1]))))
-    made = Gridded(
-        parameterisation, nodes, values, channels=channels if f.ndim == 2 else None, about={"made_of": repr(m)}
-    )
-    made.__dict__["provenance"] = derived(m)
-    return made
+    system = angle_system(parameterisation)
+    axes = nodes_of(system, not m.is_isotropic(), resolution, system.coarse)
+    names, values = tristimulus(m.channel_names, f_at(m, *system.directions(axes)))
+    channels = (names or channels_named(values.shape[-1])) if values.ndim > len(axes) else None
+    table = Gridded(parameterisation, axes, values, channels=channels, about={"made_of": repr(m)})
+    table.__dict__["provenance"] = derived(m)
+    return table

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..errors import FormatError, ParameterError
+from .angle_systems import ANGLES
 
 if TYPE_CHECKING:
     import xarray
@@ -25,19 +26,6 @@ CONVENTIONS = "CF-1.11"
 ROW = "measurement"
 """The dimension of measurements in no grid."""
 
-ANGLES = {
-    "theta_i": "polar angle of the direction to the light",
-    "phi_i": "azimuth of the direction to the light",
-    "theta_o": "polar angle of the direction to the viewer",
-    "phi_o": "azimuth of the direction to the viewer",
-    "phi": "azimuth of the viewer minus that of the light",
-    "theta_h": "polar angle of the half vector",
-    "theta_d": "angle between the half vector and the direction to the light",
-    "phi_d": "azimuth of the direction to the light about the half vector",
-    "phi_h": "azimuth of the half vector",
-    "radial": "angle between the direction to the viewer and the mirror direction of the light",
-    "azimuth": "azimuth of the viewer about the mirror direction of the light, 0 towards the horizon",
-}
 RADIANS = {"rad": 1.0, "radian": 1.0, "radians": 1.0, "degree": np.pi / 180.0, "degrees": np.pi / 180.0}
 NANOMETRES = {"nm": 1.0, "um": 1e3, "µm": 1e3, "m": 1e9}
 BRDF = "sr-1"
@@ -56,7 +44,7 @@ def described(
 
     along = dims if len(dims) == len(axes) else [dims[0]] * len(axes)
     coordinates: dict[str, Any] = {
-        name: (dim, x, {"units": "rad", "long_name": ANGLES[name]})
+        name: (dim, x, {"units": "rad", "long_name": ANGLES[name].meaning})
         for (name, x), dim in zip(axes.items(), along, strict=True)
     }
     dims = list(dims)

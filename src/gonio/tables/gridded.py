@@ -17,7 +17,7 @@ from ..formula.fields import Held, Ours, kept, option, table
 from ..formula.fields import channels as channel_field
 from ..formula.table_warp import Slices
 from . import dataset_layout
-from .angle_systems import Parameterisation, parameterisation
+from .angle_systems import AngleSystem, angle_system
 from .axes import Axis, laid_out, nearest
 from .drawing import KINDS, Sampled
 
@@ -31,15 +31,11 @@ LEAST_KNOWN = 1e-3
 class Gridded(Sampled):
     """Values at the nodes of a grid of angles, linear between them along every axis.
 
-    angles            theta_i, theta_o, phi = phi_o - phi_i; or theta_i, theta_o, phi_i, phi_o
-    relative          theta_i, theta_o, phi; or with phi_i
-    half_difference   theta_h, theta_d, phi_d; or with phi_h (Rusinkiewicz)
-    specular          theta_i, radial, azimuth of wo about the mirror direction of wi; or with phi_i
-
-    See `parameterisations.PARAMETERISATIONS`. Nodes [rad] are increasing, of any spacing; three axes mean an isotropic
-    material. Azimuths wrap with their period (2 pi unless `periods` has another: pi for phi_d of a reciprocal table);
-    `mirrored`: the third axis covers half of it, and the other half is its mirror image. Below the first node and above
-    the last of another axis, `outside` says what f is: "hold" (the outermost value), "missing" (NaN) or "zero".
+    `parameterisation` names the system of angles that the axes are of (`angle_systems.SYSTEMS`). Nodes [rad] are
+    increasing, of any spacing; three axes mean an isotropic material. Azimuths wrap with their period (2 pi unless
+    `periods` has another: pi for phi_d of a reciprocal table); `mirrored`: the third axis covers half of it, and the
+    other half is its mirror image. Below the first node and above the last of another axis, `outside` says what f is:
+    "hold" (the outermost value), "missing" (NaN) or "zero".
     Nodes without data (NaN) are left out and the weights of the others renormalised; f is NaN where these hold less
     than 1/1000 of the weight. "nearest" takes the value of the nearest node instead. Values are interpolated as BRDFs.
 
@@ -172,9 +168,9 @@ class Gridded(Sampled):
         )
 
     @property
-    def kind(self) -> Parameterisation:
-        """What the axes are."""
-        return parameterisation(self.parameterisation)
+    def system(self) -> AngleSystem:
+        """What is known about its axes."""
+        return angle_system(self.parameterisation)
 
     def is_oriented(self) -> bool:
         """Whether there is an axis for the orientation of the sample."""
@@ -182,7 +178,7 @@ class Gridded(Sampled):
 
     def directions(self) -> tuple[np.ndarray, np.ndarray]:
         """wi and wo (grid..., 3) at the nodes; a component z below 0 where the grid goes below the horizon."""
-        return self.kind.pairs(*np.meshgrid(*self.axes.values(), indexing="ij"))
+        return self.system.directions(self.axes)
 
     def brdf(self) -> np.ndarray:
         """f [1/sr] at the nodes, shape of `stored`; NaN where there is no value, or where that does not tell f because
@@ -282,7 +278,7 @@ class Gridded(Sampled):
         """
         corners: list[tuple[Any, Any]] = [(0, 1.0)]
         beyond: Any = False
-        for k, angle in enumerate(self.kind.angles(wi, wo, len(self.layout) == 4)):
+        for k, angle in enumerate(self.system.angles(wi, wo, len(self.layout) == 4)):
             axis = self.layout[k]
             if self.outside != "hold" and axis.has_ends:
                 beyond = beyond | axis.is_beyond(angle)

@@ -6,6 +6,11 @@ import math
 
 import numpy as np
 
+from .angle_systems import SYSTEMS
+
+ROW_ANGLES = ("theta_i", "phi_i", "theta_o", "phi_o")
+"""What a row of measurements in no grid begins with."""
+
 SAME = 1e-6
 """Angles [rad] closer than this are one node."""
 
@@ -92,10 +97,10 @@ def grid_for(rows: np.ndarray, four: bool) -> tuple[dict[str, np.ndarray], bool]
         thetas.append(own if len(own) <= count else np.linspace(own[0], own[-1], count))
     if four:
         turns = [2.0 * math.pi * np.arange(n) / n for n in counts[2:]]
-        return dict(zip(("theta_i", "theta_o", "phi_i", "phi_o"), [*thetas, *turns], strict=True)), False
+        return dict(zip(SYSTEMS["angles"].oriented, [*thetas, *turns], strict=True)), False
     phi = turned(phi_o - phi_i)
     if np.minimum(phi, np.abs(phi - math.pi)).max() <= SAME:  # in the plane of incidence
-        return {"theta_i": thetas[0], "theta_o": thetas[1], "phi": np.array([0.0, math.pi])}, True
+        return dict(zip(SYSTEMS["angles"].isotropic, [*thetas, np.array([0.0, math.pi])], strict=True)), True
     mirrored = phi.max() <= math.pi + SAME or phi[phi > SAME].min() >= math.pi - SAME
     turn = np.linspace(0.0, math.pi, counts[2]) if mirrored else math.pi * np.arange(2 * counts[2]) / counts[2]
-    return {"theta_i": thetas[0], "theta_o": thetas[1], "phi": turn}, bool(mirrored)
+    return dict(zip(SYSTEMS["angles"].isotropic, [*thetas, turn], strict=True)), bool(mirrored)

@@ -16,14 +16,13 @@ from ..base.quantities import quantity_named, to_brdf
 from ..errors import ParameterError
 from ..formula.fields import Ours
 from . import dataset_layout
+from .angle_systems import SYSTEMS
 from .gridded import Gridded
 from .interpolation import interpolated
-from .rows import SAME, as_grid, grid_for, oriented
+from .rows import ROW_ANGLES, SAME, as_grid, grid_for, oriented
 
 if TYPE_CHECKING:
     import xarray
-
-ANGLES = ("theta_i", "phi_i", "theta_o", "phi_o")
 
 
 class Residual(NamedTuple):
@@ -137,7 +136,7 @@ class Scattered(Gridded):
     def data(self) -> xarray.Dataset:
         """As given, in the layout of docs/data-model.md: `values`, `valid`, `uncertainty`, angles by measurement."""
         return dataset_layout.described(
-            dict(zip(ANGLES, self.rows.T, strict=True)),
+            dict(zip(ROW_ANGLES, self.rows.T, strict=True)),
             [dataset_layout.ROW],
             self.stored,
             self.uncertainty,
@@ -194,11 +193,10 @@ def gridded_or_scattered(
     if found is None:
         theta_i, phi_i, theta_o, phi_o = rows.T
         return Scattered(theta_i, phi_i, theta_o, phi_o, measured, uncertainty=spread, isotropic=not four, **known)
-    axes, index, mirrored = found
-    names = ("theta_i", "theta_o", "phi_i", "phi_o") if four else ("theta_i", "theta_o", "phi")
+    nodes, index, mirrored = found
     return Gridded(
         "angles",
-        dict(zip(names, axes, strict=True)),
+        dict(zip(SYSTEMS["angles"].axes(four), nodes, strict=True)),
         measured[index],
         uncertainty=None if spread is None else spread[index],
         mirrored=mirrored,
@@ -217,16 +215,16 @@ def _rows(
     expected = (n,) if channels is None else (n, len(channels))
     if held.shape != expected:
         raise ParameterError(f"values: got shape {held.shape}, expected {expected}: rows, and channels")
-    columns = [_real(name, a) for name, a in zip(ANGLES, angles, strict=True)]
+    columns = [_real(name, a) for name, a in zip(ROW_ANGLES, angles, strict=True)]
     rows = np.stack(np.broadcast_arrays(*columns, np.zeros(n))[:4], axis=-1)
     if rows.shape != (n, 4) or not np.isfinite(rows).all():
-        raise ParameterError(f"angles: expected {n} finite numbers [rad] each of {', '.join(ANGLES)}")
+        raise ParameterError(f"angles: expected {n} finite numbers [rad] each of {', '.join(ROW_ANGLES)}")
     for k in (0, 2):
         low, high = rows[:, k].min(), rows[:, k].max()
         if low < -SAME or high > 0.5 * math.pi + SAME:
             raise ParameterError(
-                f"{ANGLES[k]}: from {low:g} to {high:g}, expected 0 to pi/2 rad; convert degrees with numpy.radians, "
-                f"and turn a negative polar angle into a positive one on the other side"
+                f"{ROW_ANGLES[k]}: from {low:g} to {high:g}, expected 0 to pi/2 rad; convert degrees with "
+                f"numpy.radians, and turn a negative polar angle into a positive one on the other side"
             )
     spread = None
     if uncertainty is not None:

@@ -11,11 +11,11 @@ import numpy as np
 from ...base.measured import tabular_shape, tristimulus
 from ...base.reflectance import Reflectance
 from ...errors import FormatError, ParameterError
-from ...formula.direction import HORIZON
 from ...pictures.colour import XYZ_OF_RGB
-from ...tables.angle_systems import parameterisation
+from ...tables.angle_systems import SYSTEMS, angle_system
 from ...tables.axes import fits
 from ...tables.gridded import Gridded
+from ...tables.nodes import above, f_at, with_channels
 
 SAME = 1e-8
 """Angles closer than this [degrees] are the same."""
@@ -60,8 +60,7 @@ def increasing(path: Any, name: str, nodes: Sequence[float], low: float, high: f
 
 def without_ground(kind: str, axes: Mapping[str, np.ndarray], values: np.ndarray) -> np.ndarray:
     """Values (grid..., C) with NaN for the zeros below the horizon, which only fill the table up."""
-    wi, wo = parameterisation(kind).pairs(*np.meshgrid(*axes.values(), indexing="ij"))
-    below = (wi[..., 2] <= HORIZON) | (wo[..., 2] <= HORIZON)
+    below = ~above(*angle_system(kind).directions(axes))
     return np.where(below[..., None] & (values == 0.0), np.nan, values)
 
 
@@ -93,8 +92,7 @@ def from_rows(
     _spread(nodes[1], table, count)
     with np.errstate(invalid="ignore"):
         table = table / count
-    names = ("theta_i", "theta_o", "phi") if around is None else ("theta_i", "theta_o", "phi_i", "phi_o")
-    axes = dict(zip(names, map(np.radians, nodes), strict=True))
+    axes = dict(zip(SYSTEMS["angles"].axes(around is not None), map(np.radians, nodes), strict=True))
     return Filed("angles", axes, table, mirrored=mirrored, **named)
 
 
@@ -106,25 +104,22 @@ def _spread(theta_o: np.ndarray, table: np.ndarray, count: np.ndarray) -> None:
 
 
 def on_grid(m: Reflectance, kind: str, axes: Mapping[str, np.ndarray]) -> np.ndarray:
-    """`values_at` the nodes of a grid, axes in the order of its parameterisation."""
-    return values_at(m, *parameterisation(kind).pairs(*np.meshgrid(*axes.values(), indexing="ij")))
+    """`values_at` the nodes of a grid, axes in the order of its system."""
+    return values_at(m, *angle_system(kind).directions(axes))
 
 
-def own_table(m: Reflectance, parameterisation: str, asked: Sequence[Any]) -> tuple[Gridded, np.ndarray] | None:
+def own_table(m: Reflectance, kind: str, asked: Sequence[Any]) -> tuple[Gridded, np.ndarray] | None:
     """A measurement on such axes and its f (grid..., C), where no angles are asked for; else None."""
-    if not isinstance(m, Gridded) or m.parameterisation != parameterisation or any(x is not None for x in asked):
+    if not isinstance(m, Gridded) or any(x is not None for x in asked):
+        return None
+    if tuple(m.axes) != angle_system(kind).axes(m.is_oriented()):
         return None
     return m, m.brdf() if m.channel_names else m.brdf()[..., None]
 
 
 def values_at(m: Reflectance, wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
     """f (grid..., C) at pairs of directions (grid..., 3), 0 below the horizon and NaN where m has no data."""
-    wi, wo = np.broadcast_arrays(wi, wo)
-    up = (wi[..., 2] > HORIZON) & (wo[..., 2] > HORIZON)
-    found = m.f(np.ascontiguousarray(wi[up]), np.ascontiguousarray(wo[up]))
-    f = np.zeros((*wi.shape[:-1], found.shape[-1] if found.ndim > 1 else 1))
-    f[up] = found.reshape(-1, f.shape[-1])
-    return f
+    return with_channels(f_at(m, wi, wo, below=0.0), np.broadcast(wi, wo).ndim - 1)
 
 
 def spectral(m: Reflectance, f: np.ndarray, channel: Any = None) -> tuple[tuple, np.ndarray]:
@@ -168,7 +163,7 @@ def total(m: Reflectance, theta_i: float, phi_i: float = 0.0) -> np.ndarray:
     radial, weight = math.pi * t**4, 4.0 * math.pi * t**3 * w
     around = (np.arange(256) + 0.5) * (2.0 * math.pi / 256)
     grid = np.meshgrid([theta_i], radial, around, [phi_i], indexing="ij")
-    wi, wo = parameterisation("specular").pairs(*grid)
+    wi, wo = angle_system("specular").pairs(*grid)
     f = values_at(m, wi, wo)[0, :, :, 0] * (wo[0, :, :, 0, 2:])
     return np.nansum(f * (np.sin(radial) * weight)[:, None, None], axis=(0, 1)) * (2.0 * math.pi / 256)
 

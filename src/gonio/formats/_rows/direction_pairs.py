@@ -13,7 +13,8 @@ import numpy as np
 
 from ...errors import FormatError, ParameterError
 from ...tables.gridded import Gridded
-from ...tables.scattered import ANGLES, Scattered, gridded_or_scattered
+from ...tables.rows import ROW_ANGLES
+from ...tables.scattered import Scattered, gridded_or_scattered
 
 LEVEL = 0.5 * math.pi + 1e-6
 """Polar angles [rad] up to here are above the surface."""
@@ -67,7 +68,7 @@ def upright(angles: np.ndarray, where: str, highest: float = math.pi + 1e-6) -> 
     if not good.all():
         row, k = np.argwhere(~good)[0]
         raise FormatError(
-            f"{where}, row {row + 1}: {ANGLES[k]} is {np.degrees(angles[row, k]):g} degrees, "
+            f"{where}, row {row + 1}: {ROW_ANGLES[k]} is {np.degrees(angles[row, k]):g} degrees, "
             f"expected at most {np.degrees(limits[k]):.0f} to either side"
         )
     theta, phi = angles[:, [0, 2]], angles[:, [1, 3]]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -14,8 +14,10 @@ from ...base.quantities import from_brdf, to_brdf
 from ...base.reflectance import Reflectance
 from ...errors import ParameterError
 from ...formula.direction import HORIZON
+from ...tables.angle_systems import SYSTEMS, angle_system
 from ...tables.axes import counts, fits
 from ...tables.gridded import Gridded
+from ...tables.nodes import channels_named
 from ...tables.scattered import Scattered
 from .direction_pairs import Pairs, material
 
@@ -75,9 +77,14 @@ def pairs_of(
     return pairs if incident is None else _lit_from(incident, pairs)
 
 
-def table_of(m: Reflectance, resolution: Sequence[int] | None = None) -> Gridded:
-    """A measurement as it is; of anything else, and where a resolution is asked for, the table of its `pairs_of`."""
-    if isinstance(m, Gridded) and resolution is None:
+def table_of(m: Reflectance, resolution: Sequence[int] | None = None, systems: Iterable[str] = SYSTEMS) -> Gridded:
+    """A measurement as it is, if its axes are those of such a system of angles; of anything else, and where a
+    resolution is asked for, the table of its `pairs_of`."""
+    if (
+        isinstance(m, Gridded)
+        and resolution is None
+        and tuple(m.axes) in [angle_system(name).axes(m.is_oriented()) for name in systems]
+    ):
         return m
     return material(pairs_of(m, resolution), "", m.about if isinstance(m, Measured) else {})
 
@@ -98,11 +105,7 @@ def _of_model(
     fits(math.prod(map(len, (theta_i, phi_i, theta_o, phi_o))), f"resolution={asked}")
     rows = np.stack([x.reshape(-1) for x in np.meshgrid(theta_i, phi_i, theta_o, phi_o, indexing="ij")], axis=1)
     names, f = tristimulus(m.channel_names, m.f_angles(*rows.T))
-    return Pairs(rows, f, channels=None if f.ndim == 1 else names or _numbered(f.shape[1]))
-
-
-def _numbered(count: int) -> tuple[str, ...]:
-    return ("R", "G", "B") if count == 3 else tuple(map(str, range(count)))
+    return Pairs(rows, f, channels=None if f.ndim == 1 else names or channels_named(f.shape[1]))
 
 
 def _lit_from(incident: tuple[float, float], pairs: Pairs) -> Pairs:
@@ -115,7 +118,7 @@ def _of_grid(m: Gridded, as_held: bool) -> Pairs:
     shape = tuple(len(x) for x in m.axes.values())
     values = m.stored.reshape(-1, *m.stored.shape[len(shape) :])
     spread = None if m.uncertainty is None else m.uncertainty.reshape(values.shape)
-    if m.parameterisation == "angles":
+    if "theta_o" in m.axes and (not m.is_oriented() or "phi_o" in m.axes):
         theta_i, theta_o, *phi = (x.reshape(-1) for x in np.meshgrid(*m.axes.values(), indexing="ij"))
         phi_i, phi_o = _turned(phi[0], m.about.get("phi_i")) if len(phi) == 1 else phi
         up = np.ones(len(theta_i), bool)

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from ...base.angles import angles
-from ...tables.angle_systems import PARAMETERISATIONS
+from ...tables.angle_systems import SYSTEMS
 from ...tables.gridded import Gridded
 from .._reading import plain_text
 from . import direction_pairs
@@ -43,7 +43,7 @@ def offset(
     """What grids about other directions than the mirror's hold: `centres` are their polar angles [rad], by theta_i."""
     turned = {**axes, "theta_i": centres}
     nodes = np.meshgrid(*turned.values(), indexing="ij")
-    _, wo = PARAMETERISATIONS["specular"].pairs(*nodes)
+    _, wo = SYSTEMS["specular"].pairs(*nodes)
     theta_i = np.meshgrid(*axes.values(), indexing="ij")[0]
     phi_i = nodes[3] if len(nodes) == 4 else 0.0 * theta_i
     rows = np.stack([theta_i, phi_i, *angles(wo)], axis=-1).reshape(-1, 4)

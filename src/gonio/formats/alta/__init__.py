@@ -21,6 +21,7 @@ import numpy as np
 from ...base.reflectance import Reflectance
 from ...errors import FormatError, ParameterError
 from ...files import replacing
+from ...tables.angle_systems import SYSTEMS
 from ...tables.gridded import Gridded
 from .._reading import plain_text
 from .._rows import direction_pairs
@@ -184,7 +185,7 @@ def _half_difference(
     if not half:
         return None
     given = dict(zip(half, np.arccos(x) if name.startswith("COS") else x, strict=True))
-    names = ("theta_h", "theta_d", "phi_d", "phi_h")[: 4 if "phi_h" in half else 3]
+    names = SYSTEMS["half_difference"].axes("phi_h" in half)
     columns = {axis: given[axis] for axis in names if axis in given}
     if any(((c < 0.0) | (c > 0.5 * math.pi + 1e-6)).any() for n, c in columns.items() if n.startswith("theta")):
         return None

@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...base.angles import angles, direction
-from ...tables.angle_systems import PARAMETERISATIONS
+from ...tables.angle_systems import SYSTEMS
 
 
 class Parameters(NamedTuple):
@@ -48,7 +48,7 @@ def _up(x: Any, y: Any) -> np.ndarray:
 
 
 def _half(theta_h: Any, phi_h: Any, theta_d: Any, phi_d: Any) -> tuple:
-    view, light = PARAMETERISATIONS["half_difference"].pairs(theta_h, theta_d, phi_d, phi_h)
+    view, light = SYSTEMS["half_difference"].pairs(theta_h, theta_d, phi_d, phi_h)
     return _of_vectors(view, light)
 
 
