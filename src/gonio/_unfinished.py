@@ -37,26 +37,26 @@ def beside(path: str | os.PathLike, folder: Path) -> Iterator[Path]:
     """A private, locked folder in another, after what killed writers left there is swept."""
     _sweep(folder)
     try:
-        made, lock = _made(folder)
+        place, lock = _made(folder)
     except OSError as error:
         raise NotFoundError(f"{path}: no file can be made in {folder}: {error.strerror}") from None
     with lock:
         try:
-            yield made
+            yield place
         finally:
-            _remove(made)
+            _remove(place)
 
 
 def _made(folder: Path) -> tuple[Path, FileIO]:
     for _ in range(100):
-        made = folder / f".gonio-unfinished-{secrets.token_hex(8)}"
-        made.mkdir(0o700)
+        place = folder / f".gonio-unfinished-{secrets.token_hex(8)}"
+        place.mkdir(0o700)
         try:
-            lock = FileIO(made / LOCK, "x+")  # let go of when an interrupt forgets it, as a number would not be
+            lock = FileIO(place / LOCK, "x+")  # let go of when an interrupt forgets it, as a number would not be
         except FileNotFoundError:  # swept before it was locked
             continue
         if _locked(lock.fileno()):
-            return made, lock
+            return place, lock
         lock.close()
     raise OSError(errno.EBUSY, os.strerror(errno.EBUSY))
 
@@ -113,13 +113,13 @@ def _sweep_one(left: Path) -> None:
         os.close(lock)
 
 
-def _remove(made: Path) -> None:
+def _remove(place: Path) -> None:
     """Remove a folder, its lock last: what a kill leaves of it can be swept."""
     with contextlib.suppress(OSError):
-        for entry in list(os.scandir(made)):
+        for entry in list(os.scandir(place)):
             if entry.is_dir(follow_symlinks=False):
                 shutil.rmtree(entry.path, ignore_errors=True)
             elif entry.name != LOCK:
                 os.unlink(entry.path)
-        os.unlink(made / LOCK)
-        made.rmdir()
+        os.unlink(place / LOCK)
+        place.rmdir()

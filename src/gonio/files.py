@@ -67,8 +67,8 @@ def target_folder(path: str | os.PathLike, foreign: Callable[[Path], str | None]
             )
     if os.path.ismount(final):
         raise ParameterError(f"{path}: is where a disk is mounted, which is not replaced; name a new folder")
-    if found := foreign(final):
-        raise ParameterError(f"{path}: {found}; nothing was changed; name a new folder, or remove this one yourself")
+    if reason := foreign(final):
+        raise ParameterError(f"{path}: {reason}; nothing was changed; name a new folder, or remove this one yourself")
     _refuse_protected(path, final, held)
     return final
 
@@ -254,9 +254,9 @@ def _like(new: Path, final: Path) -> None:
 
     Where it cannot have the group, the group may no more than others might.
     """
-    held, made = final.stat(), new.stat()
-    mode = stat.S_IMODE(held.st_mode) & 0o777
-    is_group_kept = (held.st_uid, held.st_gid) == (made.st_uid, made.st_gid) or _owned(new, held)
+    old, now = final.stat(), new.stat()
+    mode = stat.S_IMODE(old.st_mode) & 0o777
+    is_group_kept = (old.st_uid, old.st_gid) == (now.st_uid, now.st_gid) or _owned(new, old)
     if not is_group_kept:
         mode &= 0o707 | (mode & 0o007) << 3
     if hasattr(os, "listxattr"):

@@ -149,10 +149,10 @@ def find(name: str) -> Entry | None:
 
 def hint(name: str) -> str:
     """What to say after an unknown name: "; nearest: gold, ...", or nothing if no name is like it."""
-    plain, known = _plain(name), _by_name()
-    like = difflib.get_close_matches(plain, known, n=5, cutoff=0.6)
-    like += [k for k in known if plain and (plain in k or k in plain.split("-"))]
-    names = list(dict.fromkeys(known[k].name for k in like))[:4]
+    plain, by_name = _plain(name), _by_name()
+    like = difflib.get_close_matches(plain, by_name, n=5, cutoff=0.6)
+    like += [k for k in by_name if plain and (plain in k or k in plain.split("-"))]
+    names = list(dict.fromkeys(by_name[k].name for k in like))[:4]
     return f"; nearest: {', '.join(names)}" if names else ""
 
 
@@ -169,8 +169,8 @@ def refractive_index(substance: str, wavelengths: Any) -> tuple[Any, Any]:
     """
     entry = find(substance)
     if entry is None or entry.kind == FIT:
-        known = ", ".join(f"{e.name} ({_symbol(e)})" for e in materials() if e.kind != FIT)
-        raise NotFoundError(f"no refractive index of {substance!r}; expected one of {known}")
+        substances = ", ".join(f"{e.name} ({_symbol(e)})" for e in materials() if e.kind != FIT)
+        raise NotFoundError(f"no refractive index of {substance!r}; expected one of {substances}")
     try:
         at = np.asarray(wavelengths, dtype=float)
     except (TypeError, ValueError):
@@ -223,18 +223,18 @@ def _symbol(entry: Entry) -> str:
 
 @cache
 def _entries() -> tuple[Entry, ...]:
-    found = []
+    entries = []
     for symbol, (kind, (name, *aliases), source) in _SUBSTANCES.items():
         about = f"{symbol}, by {'complex ' if kind == METAL else ''}refractive index"
-        found.append(Entry(name, kind, about, source + _DATABASE, (symbol, *aliases)))
-    found.sort(key=lambda e: (e.kind != METAL, e.name))
-    pure = {e.name.removeprefix("pure-"): e.name for e in found if e.name.startswith("pure-")}
+        entries.append(Entry(name, kind, about, source + _DATABASE, (symbol, *aliases)))
+    entries.sort(key=lambda e: (e.kind != METAL, e.name))
+    pure = {e.name.removeprefix("pure-"): e.name for e in entries if e.name.startswith("pure-")}
     for name in _fits():
         about = next(family for word, family in _FAMILIES.items() if word in name)
         if name in pure:
             about += f"; as an ideal metal: {pure[name]}"
-        found.append(Entry(name, FIT, about, _FIT_SOURCE, _FIT_ALIASES.get(name, ())))
-    return tuple(found)
+        entries.append(Entry(name, FIT, about, _FIT_SOURCE, _FIT_ALIASES.get(name, ())))
+    return tuple(entries)
 
 
 @cache
@@ -257,7 +257,7 @@ def _fits() -> dict[str, list[float]]:
 @cache
 def _indices() -> dict[str, np.ndarray]:
     """Symbol -> rows (wavelength [nm], n, k)."""
-    found: dict[str, list[list[float]]] = {}
+    rows_of: dict[str, list[list[float]]] = {}
     for symbol, *numbers in _rows("refractive_index.tsv"):
-        found.setdefault(symbol, []).append([float(x) for x in numbers])
-    return {symbol: np.array(rows) for symbol, rows in found.items()}
+        rows_of.setdefault(symbol, []).append([float(x) for x in numbers])
+    return {symbol: np.array(rows) for symbol, rows in rows_of.items()}

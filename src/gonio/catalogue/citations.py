@@ -33,8 +33,8 @@ def cite(m: Any) -> str:
     """
     uses: dict[str, list[str]] = {}  # entry or text -> names of what rests on it
     for name, source in _named(m):
-        found = [entry for phrase, entry in _entries().items() if phrase in source]
-        for entry in found or [_without_entry(name, source)]:
+        entries = [entry for phrase, entry in _entries().items() if phrase in source]
+        for entry in entries or [_without_entry(name, source)]:
             users = uses.setdefault(entry, [])
             if name not in users:
                 users.append(name)
@@ -75,8 +75,8 @@ def _sources(m: Parametrised) -> Iterator[tuple[str, str]]:
 
 def _source(kind: type | ModuleType) -> str:
     """The "Source" part of the docstring of a class, or of a file format's module, on one line."""
-    found = re.search(r"^Source {2,}(.*?)(?=\n *\n|\n\S|\Z)", docstring(kind), re.MULTILINE | re.DOTALL)
-    return " ".join(found[1].split()) if found else ""
+    label = re.search(r"^Source {2,}(.*?)(?=\n *\n|\n\S|\Z)", docstring(kind), re.MULTILINE | re.DOTALL)
+    return " ".join(label[1].split()) if label else ""
 
 
 def _without_entry(name: str, source: str) -> str:
@@ -90,12 +90,12 @@ def _without_entry(name: str, source: str) -> str:
 def _entries() -> dict[str, str]:
     """Phrase -> BibTeX entry."""
     text = (resources.files("gonio") / "data" / "references.bib").read_text(encoding="utf-8")
-    found = {}
+    entries = {}
     for entry in text.strip().split("\n\n"):
         match = re.search(r",\n  cited = \{(.*)\}", entry)
         if match:
-            found[match[1]] = entry.replace(match[0], "")
-    return found
+            entries[match[1]] = entry.replace(match[0], "")
+    return entries
 
 
 def _gonio() -> str:

@@ -43,11 +43,11 @@ def expression(text: str, files: bool = False) -> Reflectance:
     Raises ExpressionError that says the column, what stands there and what was expected; ParameterError where a value
     is out of its bounds; of a file that it names NotFoundError or FormatError, which say nothing of its content.
     """
-    found = read(text, files=files)
-    if not isinstance(found, Reflectance):
-        kind = type(found).__name__ if isinstance(found, Parametrised) else describe(found)
+    value = read(text, files=files)
+    if not isinstance(value, Reflectance):
+        kind = type(value).__name__ if isinstance(value, Parametrised) else describe(value)
         raise ExpressionError(f"{_short(text)}: {kind}, expected a reflectance such as Lambertian(0.5)")
-    return found
+    return value
 
 
 def read(text: str, words: bool = False, files: bool = False) -> Any:
@@ -249,8 +249,8 @@ class _Reader:
         return node.id if isinstance(node, ast.Name) else None
 
     def _unknown(self, node: ast.expr, name: str) -> NoReturn:
-        known = [n for n, kind in names().items() if not issubclass(kind, Light)]
-        lower = {n.lower(): n for n in [*known, *_FUNCTIONS]}
+        classes = [n for n, kind in names().items() if not issubclass(kind, Light)]
+        lower = {n.lower(): n for n in [*classes, *_FUNCTIONS]}
         close = difflib.get_close_matches(name.lower(), lower, n=1)
         if find(name) is not None:
             what = f'{name} is a built-in material; write material("{name}")'
@@ -259,5 +259,5 @@ class _Reader:
         elif close:
             what = f"unknown name {name!r}; did you mean {lower[close[0]]}?"
         else:
-            what = f"unknown name {name!r}; expected one of {', '.join(sorted(known))}, material, load"
+            what = f"unknown name {name!r}; expected one of {', '.join(sorted(classes))}, material, load"
         self._fail(node, what)

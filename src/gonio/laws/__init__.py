@@ -65,15 +65,15 @@ def check(
     for i, name in enumerate(wanted):
         with warnings.catch_warnings(), np.errstate(all="ignore"):
             warnings.simplefilter("ignore", MissingDataWarning)
-            for found in LAWS[name](m):
-                if isinstance(found, str):
-                    notes.append(found)
+            for outcome in LAWS[name](m):
+                if isinstance(outcome, str):
+                    notes.append(outcome)
                     continue
                 reason = declared(m, name)
-                if reason and found.passed and m.parameters and name not in FOLLOWS:
+                if reason and outcome.passed and m.parameters and name not in FOLLOWS:
                     notes.append(f"{name} holds at these parameters, but not at all parameters: {reason}")
-                found = found if found.passed else replace(found, declared=reason)
-                verdicts.append(judge(found))
+                outcome = outcome if outcome.passed else replace(outcome, declared=reason)
+                verdicts.append(judge(outcome))
         if progress is not None:
             progress(i + 1, len(wanted))
     return Report(repr(m), tuple(verdicts), tuple(notes))

@@ -42,7 +42,7 @@ def judged(m: Gridded, law: Law) -> Law:
 
 def _u(m: Gridded, of: Linear, value: np.ndarray, minus: Linear | None = None) -> np.ndarray:
     """Standard uncertainties (n, C) of linear results, or of differences of such."""
-    found = []
+    uncertainties = []
     for correlation in ("independent", "common"):
         errors = TableErrors(m, correlation)
         if minus is None:
@@ -51,8 +51,8 @@ def _u(m: Gridded, of: Linear, value: np.ndarray, minus: Linear | None = None) -
             first, second = coefficients(m, of, 1), coefficients(m, minus, 1)
             rows = [a - b for a, b in zip(first.rows, second.rows, strict=True)]
             latent = errors.latent(Coefficients(rows, first.pattern), value)
-        found.append(latent.u)
-    return np.maximum(*found).reshape(value.shape)
+        uncertainties.append(latent.u)
+    return np.maximum(*uncertainties).reshape(value.shape)
 
 
 def _integral(function: Callable, *args: object) -> Callable[[Gridded, Law], Law]:
@@ -86,9 +86,9 @@ def _some(m: Gridded) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _values(wi: np.ndarray, wo: np.ndarray) -> Linear:
-    found = linear(Reflectance.f, {"wi": wi, "wo": wo})
-    assert found is not None
-    return found
+    values = linear(Reflectance.f, {"wi": wi, "wo": wo})
+    assert values is not None
+    return values
 
 
 def _there(law: Law) -> tuple[np.ndarray, np.ndarray]:
@@ -132,10 +132,10 @@ def _shares(m: Gridded, z: np.ndarray, what: str, do: str, expected: float, when
     As many as there are values in the table are independent, whatever number is interpolated from them: the share that
     is expected gets three standard deviations of a binomial distribution.
     """
-    known = z[~np.isnan(z)]
-    if known.size == 0:
+    quoted = z[~np.isnan(z)]
+    if quoted.size == 0:
         return "no uncertainty is known"
-    share, most = float((known > K).mean()), float(known.max())
+    share, most = float((quoted > K).mean()), float(quoted.max())
     most_expected = expected + 3.0 * math.sqrt(expected * (1.0 - expected) / max(1.0, 0.5 * float(m.valid.sum())))
     significant = share > most_expected or most > FAR
     return (

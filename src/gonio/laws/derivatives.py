@@ -110,12 +110,12 @@ def law(m: Reflectance) -> Iterator[Law | str]:
         yield "derivatives: not tested, those of a table are its interpolation's"
         return
     try:
-        found = list(slopes(m))
+        all_slopes = list(slopes(m))
     except TraceError as error:
         yield f"derivatives: not tested, {error}"
         return
     wi, wo = directions()
-    worst = max(found, key=lambda s: float(s.error.max()))
+    worst = max(all_slopes, key=lambda s: float(s.error.max()))
     n, c = np.unravel_index(int(worst.error.argmax()), worst.error.shape)
     value = float(worst.error[n, c])
     passed, why = value <= TOLERANCE, ""

@@ -55,11 +55,11 @@ def along(m: Reflectance, way: Way, cosine: np.ndarray) -> np.ndarray:
 
 def law(m: Reflectance) -> Iterator[Law | str]:
     """Growth from 89.99 to 89.999 degrees, and the largest jump between 80 and 89.9994, whichever is worse."""
-    found = [verdict for way in ways() for verdict in (_growth(m, way), _jump(m, way))]
-    worst = max(found, key=lambda law: law.value / law.tolerance)
+    verdicts = [verdict for way in ways() for verdict in (_growth(m, way), _jump(m, way))]
+    worst = max(verdicts, key=lambda law: law.value / law.tolerance)
     if is_measured(m) and not worst.passed and worst.tolerance == JUMP:
         yield f"towards grazing the data jump, by up to {worst.value:.2g} of their value"
-        worst = max((law for law in found if law.tolerance == GROWTH), key=lambda law: law.value)
+        worst = max((law for law in verdicts if law.tolerance == GROWTH), key=lambda law: law.value)
     yield worst
 
 

@@ -101,7 +101,7 @@ def _seen(m: Reflectance, view: np.ndarray) -> tuple[float, float, float]:
 
 def law(m: Reflectance) -> Iterator[Law | str]:
     """What is outside the cone, or the albedo's distance from the mirror's, whichever is larger, at the narrow end."""
-    found: list[Law] = []
+    verdicts: list[Law] = []
     for n in map(narrowing, lobes(m)):
         off = np.abs(n.albedo[-1] - n.mirror[-1])
         if n.outside[-1].max() >= off.max():
@@ -117,6 +117,6 @@ def law(m: Reflectance) -> Iterator[Law | str]:
         ends = ", ".join(f"{path} = {end:g}" for path, _, end in narrow_ends(n.lobe))
         place = {} if passed else degrees(wo=direction(VIEWS[v], 0.3))
         rule = "distance from a mirror = {value} <= {tolerance}"
-        found.append(Law("limit", passed, value, TOLERANCE, rule, place, "" if passed else f"at {ends} {why}"))
-    if found:
-        yield max(found, key=lambda law: law.value)
+        verdicts.append(Law("limit", passed, value, TOLERANCE, rule, place, "" if passed else f"at {ends} {why}"))
+    if verdicts:
+        yield max(verdicts, key=lambda law: law.value)
