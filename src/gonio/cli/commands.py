@@ -376,16 +376,15 @@ def convert(
       gonio convert gold gold.bsdf --format rgl --resolution 128
     """
     from ..conversion.conversion import convert as convert_to
-    from ..files import target
-    from ..formats import writer
-    from ..formats._reading.reader_options import parsed
+    from ..formats import target, writer
+    from ..formats._options import of_texts
     from .listing import conversion_as_text, size_in_words
 
     start = time.perf_counter()
-    target(output)
-    given = [*([] if resolution is None else [f"resolution={resolution}"]), *options]
     module = writer(output, format_)
-    chosen = parsed(module, "write", given)
+    target(module, output)
+    given = [*([] if resolution is None else [f"resolution={resolution}"]), *options]
+    chosen = of_texts(module, "write", given)
     found = convert_to(_get(material, replaced), output, module.NAME, **chosen)
     if as_json:
         print_json({**found.to_json(), "material": _title(material, replaced)})
@@ -395,21 +394,24 @@ def convert(
     echo(conversion_as_text(found))
 
 
-@cli.command("formats", short_help="List the file formats.")
+@cli.command("formats", short_help="List the file formats, or the options of one.")
+@click.argument("name", nargs=-1)
 @_json
-def formats_(as_json: bool) -> None:
+def formats_(name: tuple[str, ...], as_json: bool) -> None:
     """List the file formats: their suffixes, whether they are read and written, and what they were checked against.
 
-    Files are recognised by their content. A suffix of several formats does not say which one to write: name it.
+    With the NAME or a suffix of a format: its options too, what they mean and may be. Files are recognised by their
+    content. A suffix of several formats does not say which one to write: name it.
     """
     from ..report.format_table import format_table
-    from .listing import formats_as_text
+    from .listing import format_as_text, formats_as_text, formats_named
 
     rows = format_table()
+    chosen = formats_named(rows, " ".join(name)) if name else rows
     if as_json:
-        print_json([row._asdict() for row in rows])
+        print_json([row.to_json() for row in chosen])
     else:
-        echo(formats_as_text(rows))
+        echo("\n\n\n".join(map(format_as_text, chosen)) if name else formats_as_text(rows))
 
 
 @cli.command(short_help="Print BibTeX for the sources of MATERIAL.")

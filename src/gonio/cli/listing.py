@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 import fnmatch
 import math
 import shutil
@@ -209,13 +210,41 @@ def formats_as_text(rows: Sequence[Format]) -> str:
         (
             row.name,
             " ".join(row.suffixes),
-            "read, write its own" if row.own_kind else "read, write" if row.written else "read",
+            row.access,
             sampled_in_words(row),
             f"{row.description}; checked against: {row.oracle}",
         )
         for row in rows
     ]
     return table(("format", "suffixes", "access", "sampled", "what it is"), cells)
+
+
+def formats_named(rows: Sequence[Format], name: str) -> list[Format]:
+    """The formats of that name, in any case, or with that suffix. Raises NotFoundError."""
+    word = name.lower()
+    found = [row for row in rows if word in (row.name.lower(), *row.suffixes, *(s.lstrip(".") for s in row.suffixes))]
+    if not found:
+        close = difflib.get_close_matches(word, [row.name.lower() for row in rows], n=1)
+        guess = next((f"; did you mean {row.name}?" for row in rows if row.name.lower() in close), ";")
+        raise NotFoundError(f"{name!r:.60}: no format of this name or suffix{guess} `gonio formats` lists them")
+    return found
+
+
+def format_as_text(row: Format) -> str:
+    """A file format and its options."""
+    facts = [
+        ("format", f"{row.name}: {row.description}"),
+        ("suffixes", " ".join(row.suffixes) + (" (shared: name the format to write)" if row.shared_suffix else "")),
+        ("access", row.access),
+        ("sampled", sampled_in_words(row)),
+        ("checked", f"against {row.oracle}"),
+    ]
+    text = [table(("", ""), facts).removeprefix("\n")]
+    for title, options in (("option to read", row.read_options), ("option to write", row.write_options or {})):
+        cells = [(name, option.usual, f"{option.expected}: {option.declared.doc}") for name, option in options.items()]
+        if cells:
+            text.append(table((title, "default", "value: meaning"), cells))
+    return "\n\n".join(text)
 
 
 def _meaning(parameter: dict[str, Any]) -> str:

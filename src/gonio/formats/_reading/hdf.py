@@ -1,4 +1,4 @@
-"""HDF files as a process of its own sees them (`_hdf_probe`): their libraries may crash or hang on damaged ones."""
+"""HDF files as a process of its own sees them (`hdf_probe`): their libraries may crash or hang on damaged ones."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from . import hdf_probe
 
 
 def inspected(kind: str, path: Path, *more: str) -> dict[str, Any]:
-    """What `_hdf_probe` finds in an "hdf4" or "hdf5" file; FormatError where that is damage, or it finds no end.
+    """What `hdf_probe` finds in an "hdf4" or "hdf5" file; FormatError where that is damage, or it finds no end.
 
     Raises DependencyError where no process can be started.
     """
