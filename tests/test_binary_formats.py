@@ -566,8 +566,8 @@ def test_utia_pictures(tmp_path):
     np.testing.assert_allclose(
         utia.read(picture, decoding="xyz").f_angles(*np.radians([30.0, 37.5, 45.0, 52.5])), f @ RGB_OF_XYZ.T, rtol=1e-6
     )
-    with pytest.raises(ParameterError, match="rows='left': expected one of 'down', 'up'"):
-        utia.read(picture, rows="left")
+    with pytest.raises(ParameterError, match="rows='left': expected 'down' or 'up'"):
+        load(picture, rows="left")
     Image(pixels[:287]).save(turned)
     with pytest.raises(FormatError, match="not a known format"):
         load(turned)

@@ -261,7 +261,7 @@ BAD = [
     ("convert Lambertian([0.1,0.2]) a.binary", "RGB"),
     ("convert gold", "Missing argument 'OUT'"),
     ("convert gold a.bsdf", "give format= (on the command line --format)"),
-    ("convert gold a.binary --resolution 3,4", "expected some of phi_d=180"),
+    ("convert gold a.binary --resolution 3,4", "expected one of phi_d"),
     ("convert gold a.bsdf --format rgl --resolution 3", "expected a whole number from 4"),
     ("convert gold a.bsdf --format rgl --option theta_i", "expected name=value"),
     ("materials zzz", "'zzz'"),

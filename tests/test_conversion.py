@@ -15,7 +15,7 @@ from gonio.cli.info import facts_as_text
 from gonio.conversion import comparison, conversion
 from gonio.errors import Error, ParameterError
 from gonio.formats import formats, load, merl, rgl, save, writer
-from gonio.formats._reading import reader_options
+from gonio.formats._options import of_texts
 from gonio.formats.merl import MERL
 from gonio.pictures.colour import RELATIVE_XYZ, XYZ, rgb_of
 from gonio.report.facts import facts
@@ -140,13 +140,16 @@ def test_formats_are_named_in_any_case_or_by_their_own_suffix():
 
 
 def test_options_of_the_command_line_are_read():
-    texts = ["resolution=64", "theta-i=1,2.5", "phi_i=none"]
-    assert reader_options.parsed(rgl, "write", texts) == {"resolution": 64, "theta_i": (1, 2.5), "phi_i": None}
+    texts = ["resolution=64", "theta-i=9", "phi_i=none"]
+    assert of_texts(rgl, "write", texts) == {"resolution": 64, "theta_i": 9, "phi_i": None}
     with pytest.raises(ParameterError, match="expected name=value"):
-        reader_options.parsed(rgl, "write", ["resolution"])
-    assert reader_options.parsed(merl, "write", ["phi_d=1_0"]) == {"phi_d": "1_0"}, "a word, not 10"
-    with pytest.raises(ParameterError, match="no option to write MERL files; expected some of phi_d=180"):
-        reader_options.parsed(merl, "write", ["resolution=3,4"])
+        of_texts(rgl, "write", ["resolution"])
+    with pytest.raises(ParameterError, match="resolution is given twice"):
+        of_texts(rgl, "write", ["resolution=8", "resolution=9"])
+    with pytest.raises(ParameterError, match="phi_d='18_0': expected 180 or 360"):
+        of_texts(merl, "write", ["phi_d=18_0"])
+    with pytest.raises(ParameterError, match="no option to write MERL files; expected one of phi_d"):
+        of_texts(merl, "write", ["resolution=3,4"])
 
 
 # Provenance.
@@ -192,7 +195,7 @@ def test_provenance_is_a_chain(tmp_path):
 
 def test_unknown_options_of_readers_are_named(tmp_path):
     save(GRAY, tmp_path / "a.json")
-    with pytest.raises(ParameterError, match="side='front': no option to read gonio JSON files; it has none"):
+    with pytest.raises(ParameterError, match="side='front': no option to read gonio JSON files; expected none"):
         load(tmp_path / "a.json", side="front")
 
 
@@ -331,7 +334,7 @@ def test_the_table_of_formats():
     rows = {row.name: row for row in format_table()}
     assert set(rows) == {module.NAME for module in formats()}
     assert rows["RGL"].sampled and rows["MERL"].sampled and rows["gonio JSON"].sampled is None
-    assert rows["RGL"].write_options == {"resolution": None, "theta_i": None, "phi_i": None}
+    assert list(rows["RGL"].write_options) == ["resolution", "theta_i", "phi_i"]
     for row in rows.values():
         assert row.description and row.oracle and all(s.startswith(".") for s in row.suffixes), row.name
 

@@ -382,8 +382,8 @@ def test_materials_that_a_table_cannot_hold(tmp_path, m, text):
 
 
 def test_other_arguments_that_cannot_be(tmp_path):
-    with pytest.raises(gn.errors.ParameterError, match="expected 180 or 360 cells"):
-        merl.write(gn.Lambertian(0.5), tmp_path / "no.binary", phi_d=90)
+    with pytest.raises(gn.errors.ParameterError, match="phi_d=90: expected 180 or 360"):
+        save(gn.Lambertian(0.5), tmp_path / "no.binary", phi_d=90)
     for raw in (None, np.zeros((3, 90, 90, 90)), np.zeros((1, 90, 90, 180)), np.zeros(())):
         with pytest.raises(gn.errors.ParameterError, match="expected"):
             MERL(raw)

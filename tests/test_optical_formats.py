@@ -499,7 +499,7 @@ WRITERS = {
 )
 def test_materials_are_written_and_read(tmp_path, name, m, median, most):
     module, file = WRITERS[name]
-    module.write(m, tmp_path / file, resolution=10.0 if m is BRUSHED else 5.0)
+    module.write(m, tmp_path / file, step=10.0 if m is BRUSHED else 5.0)
     table = gn.load(tmp_path / file)
     assert table.is_oriented() == (m is BRUSHED)
     wi, wo = table.directions()
@@ -515,13 +515,13 @@ def test_materials_are_written_and_read(tmp_path, name, m, median, most):
 
 @pytest.mark.parametrize("module", [zemax, lighttools])
 def test_rgb_is_written_as_tristimulus_values(tmp_path, module):
-    module.write(RGB, tmp_path / "a.bsdf", resolution=30.0)
+    module.write(RGB, tmp_path / "a.bsdf", step=30.0)
     m = gn.load(tmp_path / "a.bsdf")
     assert m.channel_names == ("X", "Y", "Z")
     xyz = np.array([0.1, 0.5, 0.2]) @ XYZ_OF_RGB.T / math.pi
     np.testing.assert_allclose(at(m, 20, 0, 30, 40), xyz, rtol=1e-12)
     assert xyz[1] * math.pi == pytest.approx(0.2126 * 0.1 + 0.7152 * 0.5 + 0.0722 * 0.2, rel=1e-4)
-    module.write(RGB, tmp_path / "g.bsdf", resolution=30.0, channel=1)
+    module.write(RGB, tmp_path / "g.bsdf", step=30.0, channel=1)
     assert np.ravel(at(gn.load(tmp_path / "g.bsdf"), 20, 0, 30, 40)) == pytest.approx([0.5 / math.pi])
     white = XYZ_OF_RGB.sum(1)
     assert white == pytest.approx([0.9505, 1.0, 1.089], abs=1e-3), "D65"
@@ -554,8 +554,8 @@ def test_what_the_formats_cannot_hold(tmp_path, name):
         module.write(gn.Lambertian(np.full((2, 2, 3), 0.5)), tmp_path / file)
     with pytest.raises(ParameterError, match="channel"):
         module.write(gn.Lambertian([0.1, 0.2, 0.3, 0.4]), tmp_path / file)
-    with pytest.raises(ParameterError, match="resolution"):
-        module.write(gn.Lambertian(0.5), tmp_path / file, resolution=0.0)
+    with pytest.raises(ParameterError, match="step"):
+        gn.save(gn.Lambertian(0.5), tmp_path / file, module.NAME, step=0.0)
     with pytest.raises(ParameterError, match="expected one of"):
         module.write(gn.Lambertian(0.5), tmp_path / file, channel="infrared")
     if name == "Speos":

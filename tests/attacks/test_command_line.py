@@ -24,7 +24,7 @@ from gonio.cli.arguments import resolve
 from gonio.cli.commands import cli
 from gonio.errors import Error, NotFoundError, visible
 from gonio.formats import formats
-from gonio.formats._reading.reader_options import options
+from gonio.formats._options import options
 
 SMALL = ["--size", "16", "--samples", "1"]
 EVIL = "\x1b]0;evil\x07\x1b[2J\u202e\x9b31m"
@@ -358,6 +358,7 @@ WRONG = [
 @pytest.mark.parametrize("writer", WRITERS, ids=[w.NAME for w in WRITERS])
 def test_no_resolution_is_ignored_or_a_raw_error(writer, tmp_path):
     """Of every format: the wrong kind, none, negative ones, too many nodes and too few are a gonio error. (D18)"""
+    option = "step" if "step" in options(writer.write) else "resolution"
     more = {
         "pab-opto": {"incident": (0.5, 0.0)},
         "WINDOW XML": {"tree": 3},
@@ -365,13 +366,13 @@ def test_no_resolution_is_ignored_or_a_raw_error(writer, tmp_path):
     }.get(writer.NAME, {})
     path = tmp_path / f"m{writer.SUFFIXES[0]}"
     for resolution in WRONG:
-        with pytest.raises(Error, match="resolution"):
-            gn.save(gn.Lambertian(0.5), path, writer.NAME, resolution=resolution, **more)
+        with pytest.raises(Error, match=option):
+            gn.save(gn.Lambertian(0.5), path, writer.NAME, **{option: resolution}, **more)
     assert not path.exists()
     if writer.NAME == "WINDOW XML":
         with pytest.raises(Error, match="are of trees"):
             gn.save(gn.Lambertian(0.5), path, writer.NAME, resolution=8)
-    assert "resolution" in options(writer.write) or not more
+    assert option in options(writer.write) or not more
 
 
 @pytest.mark.parametrize(
@@ -388,10 +389,11 @@ def test_a_resolution_holds_for_what_was_read_from_such_a_file(name, first, aske
     writer = next(w for w in WRITERS if name == w.NAME)
     suffix = writer.SUFFIXES[0]
     more = {"wavelengths": [550.0]} if name == "Speos" else {}
-    gn.save(gn.Lambertian(0.5), tmp_path / f"a{suffix}", name, resolution=first, **more)
+    option = "step" if "step" in options(writer.write) else "resolution"
+    gn.save(gn.Lambertian(0.5), tmp_path / f"a{suffix}", name, **{option: first}, **more)
     m = gn.load(tmp_path / f"a{suffix}")
     gn.save(m, tmp_path / f"b{suffix}", name)
-    gn.save(m, tmp_path / f"c{suffix}", name, resolution=asked)
+    gn.save(m, tmp_path / f"c{suffix}", name, **{option: asked})
     a, b, c = ((tmp_path / f"{x}{suffix}").read_bytes() for x in "abc")
     assert a == b and len(c) != len(a)
 

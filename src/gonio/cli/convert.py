@@ -45,15 +45,14 @@ def convert(
       gonio convert gold gold.bsdf --format rgl --resolution 128
     """
     from ..conversion.conversion import convert as convert_to
-    from ..files import target
-    from ..formats import writer
-    from ..formats._reading.reader_options import parsed
+    from ..formats import target, writer
+    from ..formats._options import of_texts
 
     start = time.perf_counter()
-    target(output)
-    given = [*([] if resolution is None else [f"resolution={resolution}"]), *options]
     module = writer(output, format_)
-    chosen = parsed(module, "write", given)
+    target(module, output)
+    given = [*([] if resolution is None else [f"resolution={resolution}"]), *options]
+    chosen = of_texts(module, "write", given)
     found = convert_to(read_material(material, replaced), output, module.NAME, **chosen)
     if as_json:
         print_json({**found.to_json(), "material": title_of(material, replaced)})

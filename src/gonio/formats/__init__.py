@@ -1,9 +1,10 @@
 """Measured reflectances and their file formats, one file each: `load` recognises a file by its content.
 
-A format's module has NAME, SUFFIXES, DESCRIPTION, ORACLE (what it was checked against), `matches(head, size)`,
-`read(path)` and, where it can be written, `write(m, path)`, both with keyword options if there are any. Where a suffix
-is also another format's it says SHARED_SUFFIX = True: saving then needs `format`. Where the format is a folder it has
-`matches_folder(path)` and `target(path)` (see `files`), too. It is found by being in this folder.
+A format's module has NAME, SUFFIXES, DESCRIPTION, `matches(head, size)`, `read(path)` and, where it can be written,
+`write(m, path)`. Their other parameters are options, declared in the signature (see `_options`). ORACLE says what the
+format was checked against. SHARED_SUFFIX = True: a suffix is another format's too, and saving needs `format`. A format
+whose files are folders has `matches_folder(path)` and `target(path)` (see `files`). A module is found by being in this
+folder.
 
 No file is claimed by two formats: a `matches` whose marks are in another format's files, too, says no to that other's
 (`material_json`, `xarray_netcdf`). Of a damaged or contrived file with the marks of several the first module by name
@@ -26,16 +27,23 @@ from ..base.reflectance import Reflectance
 from ..contents import Contents, Folder
 from ..errors import FormatError, NotFoundError, ParameterError, TooLargeError
 from ..formula.parametrised import freeze
-from ._reading import pipes, plain_text, reader_options
+from . import _options
+from ._reading import pipes, plain_text
 
 HEAD = 4096
 """How many of a file's first bytes `matches` is given; of text in UTF-16 or with a mark, as UTF-8 without."""
 
+DEMANDED = ("NAME", "SUFFIXES", "DESCRIPTION", "matches", "read")
+
 
 @cache
 def formats() -> list[ModuleType]:
-    """The modules of all file formats."""
-    return discover.modules(__name__)
+    """The modules of all file formats. Raises ParameterError where one lacks what every format needs."""
+    modules = discover.modules(__name__)
+    for module in modules:
+        if missing := [name for name in DEMANDED if not hasattr(module, name)]:
+            raise ParameterError(f"{module.__file__}: a format without {', '.join(missing)}; define them in the module")
+    return modules
 
 
 def contents() -> Contents[ModuleType]:
@@ -49,16 +57,16 @@ sys.modules[__name__].__class__ = Folder
 def load(path: str | os.PathLike, **options: Any) -> Reflectance:
     """The reflectance in a file, recognised by content and not by name.
 
-    `options` are those of the format's `read`. A measurement knows its `provenance`. A pipe (`/dev/stdin` too) is read
-    to its end, up to 4 GiB, into a temporary file.
+    `options` are those of the format: `gonio formats NAME` lists them. A measurement knows its `provenance`. A pipe
+    (`/dev/stdin` too) is read to its end, up to 4 GiB, into a temporary file.
     Raises NotFoundError if there is no such file, or if it is a device or a pipe that nobody writes to, FormatError if
-    it is of no known format or damaged, ParameterError for options that the format has not, TooLargeError where there
-    is not the memory for what it holds.
+    it is of no known format or damaged, ParameterError for options that the format has not or of values that they may
+    not have, TooLargeError where there is not the memory for what it holds.
     """
     path = pipes.named(path)
     with pipes.readable(path) as there:
         module = _of_folder(there) if there.is_dir() else _of_file(there)
-        reader_options.check(module, "read", options)
+        options = _options.checked(module, "read", options)
         try:
             m = module.read(there, **options)
         except MemoryError as error:
@@ -100,20 +108,25 @@ def _of_folder(path: Path) -> ModuleType:
 def save(m: Reflectance, path: str | os.PathLike, format: str | None = None, **options: Any) -> None:
     """Write a reflectance to a file; the format is that of the suffix, or the one named.
 
-    `options` are those of the format's `write`. A failed or interrupted write leaves an existing file as it was.
-    Raises ParameterError where the suffix names no format, or several, and `format` is not given, for options that the
-    format has not, and where it cannot hold the material or `path` may not be replaced; WriteError where the system
-    refuses, as where the disk is full.
+    `options` are those of the format: `gonio formats NAME` lists them. A failed or interrupted write leaves an existing
+    file as it was. Raises ParameterError where the suffix names no format, or several, and `format` is not given, for
+    options that the format has not or of values that they may not have, and where it cannot hold the material or `path`
+    may not be replaced; WriteError where the system refuses, as where the disk is full.
     """
     module = writer(path, format)
-    reader_options.check(module, "write", options)
-    getattr(module, "target", files.target)(Path(path))  # before anything is worked out
+    options = _options.checked(module, "write", options)
+    target(module, path)  # before anything is worked out
     try:
         module.write(m, Path(path), **options)
     except MemoryError as error:
         if isinstance(error, TooLargeError):
             raise
         raise TooLargeError(f"{path}: {module.NAME} takes more memory than there is; ask for fewer nodes") from None
+
+
+def target(module: ModuleType, path: str | os.PathLike) -> Path:
+    """Where a format's file, or folder, of this name is written to. Raises what `files.target` raises."""
+    return getattr(module, "target", files.target)(Path(path))
 
 
 def writer(path: str | os.PathLike, format: str | None = None) -> ModuleType:

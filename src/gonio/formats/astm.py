@@ -10,7 +10,6 @@ ALTA's astm.cpp read. Checked against its own generator only.
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -21,7 +20,7 @@ from ..files import replacing
 from ..tables.gridded import Gridded
 from ._reading import channel_words, plain_text
 from ._rows import direction_pairs
-from ._rows.pairs_of_material import pairs_of, with_others
+from ._rows.pairs_of_material import Resolution, pairs_of, with_others
 
 NAME = "ASTM"
 SUFFIXES = (".astm",)
@@ -38,11 +37,11 @@ def matches(head: bytes, size: int) -> bool:
     return bool(_VARS.search(plain_text.start(head)))
 
 
-def read(path: Path, side: str = "front") -> Gridded:
+def read(path: Path, side: direction_pairs.Side = "front") -> Gridded:
     """The measurement in a file: a grid if its rows fill one, else `Scattered`.
 
-    `side`: "front", or "back" for reflection of light from below; other rows are kept to be written again, in
-    `about["other_pairs"]`. Raises FormatError where the file is damaged, with the line.
+    Rows of another `side`, and of transmission, are kept in `about["other_pairs"]` to be written again. Raises
+    FormatError where the file is damaged, with the line.
     """
     lines = plain_text.read(path)
     about: dict[str, str] = {}
@@ -74,9 +73,8 @@ def read(path: Path, side: str = "front") -> Gridded:
     return direction_pairs.material(pairs, str(path), about, side)
 
 
-def write(m: Reflectance, path: Path, resolution: Sequence[int] | None = None) -> None:
-    """Write the BRDF at the pairs that a measurement holds; of anything else, and where `resolution` is given (numbers
-    of theta_i, theta_o and azimuths), at a grid of angles.
+def write(m: Reflectance, path: Path, resolution: Resolution = None) -> None:
+    """Write the BRDF at the pairs that a measurement holds, else, and where `resolution` is given, at a grid of angles.
 
     Lost: uncertainties, and nodes without data. Values along the surface (a cosine of 0) too, if they are not BRDFs.
     Raises ParameterError for delta lobes, maps, and channels whose names have commas.

@@ -11,7 +11,7 @@ project publishes, and against files written here.
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
@@ -19,9 +19,10 @@ from ..base.reflectance import Reflectance
 from ..errors import FormatError, ParameterError
 from ..tables.gridded import Gridded
 from . import open_material
+from ._options import Declared
 from ._reading import channel_words, json_text, plain_text
 from ._rows.direction_pairs import LEVEL, Pairs, material, upright
-from ._rows.pairs_of_material import COARSE, pairs_of
+from ._rows.pairs_of_material import COARSE, CoarseResolution, pairs_of
 
 NAME = "BiRD"
 SUFFIXES = (".brdf", ".json")
@@ -50,12 +51,19 @@ def matches(head: bytes, size: int) -> bool:
     return (b'"metadata"' in text and b"BRDF" in text) or (b'"theta_r"' in text and b'"theta_i"' in text)
 
 
-def read(path: Path, polarization: str | None = None) -> Gridded:
+def read(
+    path: Path,
+    polarization: Annotated[
+        str | None,
+        Declared(
+            "which rows are read: s, p, u, or a Stokes vector as the file has it; if not given, those of "
+            "unpolarised light, else the mean of s and p, which is the same, else the only ones"
+        ),
+    ] = None,
+) -> Gridded:
     """The measurement in a file.
 
-    `polarization`: which rows to take, "s", "p" or "u", where the file has several. Without it: those of unpolarised
-    light, else the mean of s and p, which is the same; else the only one there is. Raises FormatError where the file is
-    damaged, ParameterError where it has no rows of this polarisation.
+    Raises FormatError where the file is damaged, ParameterError where it has no rows of this polarisation.
     """
     document = json_text.read(path)
     where = str(path)
@@ -193,15 +201,17 @@ def _mean(s: dict[str, np.ndarray], p: dict[str, np.ndarray], where: str) -> dic
 def write(
     m: Reflectance,
     path: Path,
-    metadata: dict[str, Any] | None = None,
-    wavelengths: list[float] | None = None,
-    resolution: tuple | None = None,
+    metadata: Annotated[
+        dict | None,
+        Declared("added to what the measurement knows; a valid file needs id, timestamp, provenance, sample ..."),
+    ] = None,
+    wavelengths: channel_words.Wavelengths = None,
+    resolution: CoarseResolution = None,
 ) -> None:
     """Write a row for every pair (and wavelength) that a measurement holds, else for those of a grid of angles.
 
-    `metadata` is added to what the measurement knows; a valid file needs id, timestamp, provenance, sample, environment
-    and more, see the schema. `wavelengths` [nm]: of the channels, for materials that do not say. Rows without a value
-    are left out. Raises ParameterError for several channels without wavelengths, delta lobes and maps.
+    Rows without a value are left out. Raises ParameterError for several channels without wavelengths, delta lobes and
+    maps.
     """
     pairs = pairs_of(m, resolution, nodes=COARSE, as_held=True)
     f = pairs.columns()

@@ -20,7 +20,7 @@ from ..files import replacing
 from ..tables.gridded import Gridded
 from ._reading import channel_words, plain_text
 from ._rows.direction_pairs import LEVEL, Pairs, material, upright
-from ._rows.pairs_of_material import COARSE, pairs_of
+from ._rows.pairs_of_material import COARSE, CoarseResolution, pairs_of
 
 NAME = "BRF table"
 SUFFIXES = (".txt",)
@@ -65,11 +65,15 @@ def _wavelength(lines: plain_text.Lines, word: str) -> float:
     return value if (found[2] or "nm").lower() == "nm" else value * 1e3
 
 
-def write(m: Reflectance, path: Path, wavelengths: list[float] | None = None, resolution: tuple | None = None) -> None:
+def write(
+    m: Reflectance,
+    path: Path,
+    wavelengths: channel_words.Wavelengths = None,
+    resolution: CoarseResolution = None,
+) -> None:
     """Write reflectance factors at the pairs that a measurement holds, else at those of a grid.
 
-    `wavelengths` [nm]: of the channels, for materials that do not say. `resolution`: numbers of theta_i, theta_o and
-    azimuths, or of theta_i, theta_o, phi_i and phi_o. Uncertainties are lost. Raises ParameterError without
+    Uncertainties are lost. Raises ParameterError without
     wavelengths, and for delta lobes and maps.
     """
     pairs = pairs_of(m, resolution, ("reflectance factor",), nodes=COARSE, as_held=True)

@@ -14,7 +14,7 @@ import math
 import os
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
@@ -23,7 +23,7 @@ from ..errors import FormatError, ParameterError
 from ..files import replacing
 from ..formula.fields import Ours, kept
 from ..tables.angle_systems import angle_system
-from ..tables.axes import counts
+from ._options import ABOVE_ZERO, Declared
 from ._reading.mapped import Unscanned, expect_channels, numbers
 
 NAME = "CSAIL"
@@ -112,8 +112,10 @@ def matches(head: bytes, size: int) -> bool:
     return min(header[:4]) > 0 and header[10] == 3 and (size == _size(header[:4]) or header[6:8] == [1, 0])
 
 
-def read(path: Path, scale: float = 1.0) -> CSAIL:
-    """The material of a file; `scale`: what its numbers are multiplied by. Raises FormatError for a damaged one."""
+def read(
+    path: Path, scale: Annotated[float, Declared("factor of the file's numbers", ABOVE_ZERO, 1e12)] = 1.0
+) -> CSAIL:
+    """The material of a file. Raises FormatError for a damaged one."""
     with path.open("rb") as file:
         header = numbers(file, path, "<i4", (COUNT,))
         counts, size = tuple(header[:4].tolist()), file.seek(0, os.SEEK_END)
@@ -134,22 +136,29 @@ def read(path: Path, scale: float = 1.0) -> CSAIL:
     return CSAIL(Ours(raw), header, scale, str(path))
 
 
-def write(m: Reflectance, path: Path, resolution: Sequence[int] | None = None) -> None:
+def write(
+    m: Reflectance,
+    path: Path,
+    resolution: Annotated[
+        Sequence[int] | None, Declared("bins of theta_i, theta_o, phi and phi_i", 1, lengths=(4,), usual=RESOLUTION)
+    ] = None,
+) -> None:
     """Write f at the centres of bins; a CSAIL is written as it was read, bit by bit, unless `resolution` is given.
 
-    `resolution`: bins of theta_i, theta_o, phi and phi_i; 45, 45, 90, 36 if not given. One channel becomes gray; -1
-    stands for values that are negative, NaN or infinite. Raises ParameterError for a material with a delta lobe,
-    other than 1 or 3 channels, or maps: no such table could hold it.
+    One channel becomes gray; -1 stands for values that are negative, NaN or infinite. Raises ParameterError for a
+    material with a delta lobe, other than 1 or 3 channels, or maps: no such table could hold it.
     """
-    header, raw = (m.header, m.raw) if isinstance(m, CSAIL) and resolution is None else _tabulated(m, resolution)
+    if isinstance(m, CSAIL) and resolution is None:
+        header, raw = m.header, m.raw
+    else:
+        header, raw = _tabulated(m, RESOLUTION if resolution is None else resolution)
     with replacing(path) as temporary, temporary.open("wb") as file:
         header.tofile(file)
         raw.tofile(file)
 
 
-def _tabulated(m: Reflectance, asked: Sequence[int] | None) -> tuple[np.ndarray, np.ndarray]:
+def _tabulated(m: Reflectance, resolution: Sequence[int]) -> tuple[np.ndarray, np.ndarray]:
     expect_channels(m, NAME)
-    resolution = counts(RESOLUTION if asked is None else asked, (4,), 1, "bins of theta_i, theta_o, phi and phi_i")
     header = np.zeros(COUNT, "<i4")
     header[[0, 1, 2, 3, 6, 10]] = *resolution, 1, 3
     raw = np.empty((3, *resolution), "<f4")

@@ -22,7 +22,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -39,7 +39,7 @@ from ..tables.rows import ROW_ANGLES
 from ..tables.scattered import Scattered
 from ._reading import channel_words, plain_text
 from ._rows import direction_pairs
-from ._rows.pairs_of_material import pairs_of, table_of, with_others
+from ._rows.pairs_of_material import Resolution, pairs_of, table_of, with_others
 
 NAME = "CSV"
 SUFFIXES = (".csv",)
@@ -85,11 +85,11 @@ def matches(head: bytes, size: int) -> bool:
     return any(system.isotropic[0] in names for system in SYSTEMS.values()) and any(_VALUE.fullmatch(n) for n in names)
 
 
-def read(path: Path, side: str = "front") -> Gridded:
+def read(path: Path, side: direction_pairs.Side = "front") -> Gridded:
     """The table in a file.
 
-    `side`: "front", or "back" for reflection of light from below; other rows are kept to be written again, in
-    `about["other_pairs"]`. Raises FormatError where the file is damaged or its columns do not fit, with the line.
+    Rows of another `side`, and of transmission, are kept in `about["other_pairs"]` to be written again. Raises
+    FormatError where the file is damaged or its columns do not fit, with the line.
     """
     lines = plain_text.read(path)
     about: dict[str, Any] = {}
@@ -287,9 +287,9 @@ def _by_wavelength(
     return dict(zip(names, pairs.T, strict=True)), made._replace(channels=tuple(wavelengths.tolist()))
 
 
-def write(m: Reflectance, path: Path, resolution: Sequence[int] | None = None) -> None:
-    """Write a measurement, grid or rows, as it is held, with its options and uncertainty; of anything else, and of
-    anything if `resolution` says so (numbers of theta_i, theta_o and azimuths), f at a grid of angles.
+def write(m: Reflectance, path: Path, resolution: Resolution = None) -> None:
+    """Write a measurement, grid or rows, as it is held, with its options and uncertainty; of anything else, and where
+    `resolution` is given, f at a grid of angles.
 
     Angles are degrees if these read back as the same numbers, else radians. Of `about` texts and numbers are kept, as
     texts. Raises ParameterError for delta lobes, maps, and channels whose names cannot be in a column's.

@@ -14,6 +14,7 @@ from collections.abc import Sequence
 from functools import cache
 from importlib import resources
 from pathlib import Path
+from typing import Annotated
 
 import numpy as np
 
@@ -21,6 +22,7 @@ from ..base.reflectance import Reflectance
 from ..errors import FormatError, NotFoundError, ParameterError
 from ..models.oren_nayar import OrenNayar
 from ..tables.scattered import Scattered
+from ._options import Declared
 from ._reading import plain_text
 from .zernike import Zernike
 
@@ -50,18 +52,20 @@ def matches(head: bytes, size: int) -> bool:
 
 def read(
     path: Path,
-    sample: int | None = None,
-    rgb: bool = False,
-    kd: bool = True,
-    modes: Sequence[tuple[int, int, int]] | None = None,
+    sample: Annotated[
+        int | None, Declared("number of the sample, in the first column; needed where there are several", 1)
+    ] = None,
+    rgb: Annotated[
+        bool, Declared("read the files of the other two colours too: rbrdf.dat, gbrdf.dat and bbrdf.dat together")
+    ] = False,
+    kd: Annotated[bool, Declared("multiply an Oren-Nayar fit by its kd; how kd enters was not found")] = True,
+    modes: Annotated[
+        Sequence[tuple[int, int, int]] | None,
+        Declared("n, m, l of the columns of a Koenderink fit, whose order and normalisation were not found", -8, 8),
+    ] = None,
 ) -> Reflectance:
-    """One sample: of a table a `Scattered`, taken as isotropic; of Oren-Nayar fits gn.OrenNayar.
-
-    sample  its number, as in the first column; needed where there are several
-    rgb     whether to read the files of the other two colours too: those of rbrdf.dat, gbrdf.dat, bbrdf.dat beside it
-    kd      whether an Oren-Nayar fit is multiplied by its kd; how kd enters was not found
-    modes   (n, m, l) of the columns of Koenderink fits, which become a `Zernike`: neither their order was found, nor
-            whether their normalisation is that
+    """One sample: of a table a `Scattered`, taken as isotropic; of Oren-Nayar fits gn.OrenNayar; of Koenderink fits a
+    `Zernike`.
 
     Raises FormatError with the line where a row is not like the first, NotFoundError for a sample that is not there.
     """

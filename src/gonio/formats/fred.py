@@ -18,8 +18,8 @@ from __future__ import annotations
 
 import os
 from array import array
-from collections.abc import Iterator
-from typing import Any, NamedTuple
+from collections.abc import Iterator, Sequence
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
@@ -27,7 +27,19 @@ from ..base.angles import direction
 from ..base.reflectance import Reflectance
 from ..errors import FormatError, ParameterError
 from ..tables.gridded import Gridded
-from ._optical.angle_tables import angle_list, as_filed, channel_named, default_angles, from_rows, own_table, values_at
+from ._optical.angle_tables import (
+    Channel,
+    IncidentAngles,
+    OutgoingAngles,
+    Step,
+    as_filed,
+    channel_named,
+    default_angles,
+    from_rows,
+    own_table,
+    values_at,
+)
+from ._options import Declared
 from ._reading import plain_text
 
 NAME = "FRED"
@@ -104,23 +116,26 @@ def _rows(lines: plain_text.Lines) -> np.ndarray:
 def write(
     m: Reflectance,
     path: str | os.PathLike,
-    theta_i: Any = None,
-    theta_o: Any = None,
-    phi: Any = None,
-    phi_i: Any = None,
-    resolution: float | None = None,
-    channel: Any = None,
+    theta_i: IncidentAngles = None,
+    theta_o: OutgoingAngles = None,
+    phi: Annotated[
+        Sequence[float] | None, Declared("phi_s - phi_i, 0 is forward", 0.0, 360.0, "degrees", rising=True)
+    ] = None,
+    phi_i: Annotated[
+        Sequence[float] | None, Declared("azimuths that light travels along", -360.0, 360.0, "degrees", rising=True)
+    ] = None,
+    step: Step = None,
+    channel: Channel = None,
 ) -> None:
     """Write f at lists of angles; a material read from such a file is written with the same rows.
 
     An `angles` table keeps its grid and numbers, without the nodes that have no data. Of others f is taken at the given
-    angles [degrees], by default every 2 `resolution` in theta_i and phi = phi_s - phi_i, every `resolution` (5) in
-    theta_s up to 85; phi from 0 to 180 for isotropic materials, else to 360 and phi_i every 30. FRED's table has
-    one channel: others are refused unless `channel` names one. Raises ParameterError for a delta lobe, maps, and
-    several channels.
+    angles, by default in steps up to theta_o = 85 degrees; phi from 0 to 180 for isotropic materials, else to 360 and
+    phi_i every 30. FRED's table has one channel: others are refused unless `channel` names one. Raises ParameterError
+    for a delta lobe, maps, and several channels.
     """
     given = (theta_i, theta_o, phi, phi_i)
-    sheet = as_filed(m, Sheet, *given, resolution, channel) or Sheet(WORDS, _made_of(m, given, resolution, channel))
+    sheet = as_filed(m, Sheet, *given, step, channel) or Sheet(WORDS, _made_of(m, given, step, channel))
     plain_text.write(path, _written(sheet))
 
 
@@ -134,9 +149,9 @@ def _written(sheet: Sheet) -> Iterator[str]:
         yield from plain_text.join([row[2:]], "\t")
 
 
-def _made_of(m: Reflectance, given: tuple, resolution: float | None, channel: Any) -> np.ndarray:
+def _made_of(m: Reflectance, given: tuple, step: float | None, channel: Any) -> np.ndarray:
     """Rows as in a file."""
-    if own := own_table(m, "angles", (*given, resolution)):
+    if own := own_table(m, "angles", (*given, step)):
         table, f = own
         angles = [plain_text.degrees(x) for x in table.axes.values()]
         angles, f = (angles, f) if len(angles) == 4 else ([*angles[:2], np.zeros(1), angles[2]], f[:, :, None])
@@ -147,12 +162,12 @@ def _made_of(m: Reflectance, given: tuple, resolution: float | None, channel: An
     else:
         theta_i, theta_o, phi, phi_i = given
         isotropic = phi_i is None and m.is_isotropic()
-        usual = default_angles(resolution, not isotropic)
+        usual = default_angles(step, not isotropic)
         grid = [
-            angle_list("theta_i", theta_i, usual.theta_i, 0.0, 90.0),
-            angle_list("phi_i", phi_i, [0.0] if isotropic else usual.turns, -360.0, 360.0),
-            angle_list("theta_o", theta_o, usual.theta_o, 0.0, 90.0),
-            angle_list("phi", phi, usual.half if isotropic else usual.circle, 0.0, 360.0),
+            theta_i or usual.theta_i,
+            phi_i or ([0.0] if isotropic else usual.turns),
+            theta_o or usual.theta_o,
+            phi or (usual.half if isotropic else usual.circle),
         ]
         incidence, light, polar, away = np.meshgrid(*grid, indexing="ij")
         away = away + light

@@ -16,7 +16,7 @@ import math
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
@@ -25,8 +25,9 @@ from ..base.reflectance import Reflectance
 from ..errors import FormatError, ParameterError
 from ..formula.direction import HORIZON
 from ..tables.angle_systems import SYSTEMS
-from ..tables.axes import counts, fits
+from ..tables.axes import fits
 from ..tables.gridded import Gridded
+from ._options import Declared
 from ._reading import plain_text
 from ._rows import specular
 
@@ -230,9 +231,15 @@ def _between(m: Gridded, name: str) -> tuple[np.ndarray, np.ndarray]:
     return np.repeat(nodes[:-1], 8) + (np.tile(np.arange(8), len(nodes) - 1) + 0.5) * width, width
 
 
-def write(m: Reflectance, path: Path, resolution: Sequence[int] | None = None) -> None:
-    """Write the grid of a measurement about the mirror direction; of anything else f at such a grid (`resolution`:
-    numbers of theta_i, radial and azimuth nodes; where these are below the horizon f at the horizon).
+def write(
+    m: Reflectance,
+    path: Path,
+    resolution: Annotated[
+        Sequence[int] | None, Declared("nodes of theta_i, radial and azimuth", 2, lengths=(3,), usual=RESOLUTION)
+    ] = None,
+) -> None:
+    """Write the grid of a measurement about the mirror direction; of anything else, and where `resolution` is given, f
+    at such a grid, and f at the horizon where nodes are below it.
 
     f cos(theta_o) stays that, other quantities become pi f. Lost: uncertainties, and how to interpolate. Raises
     ParameterError for data with holes, delta lobes, maps, and channels other than one, RGB or wavelengths.
@@ -240,7 +247,7 @@ def write(m: Reflectance, path: Path, resolution: Sequence[int] | None = None) -
     if isinstance(m, Gridded) and m.parameterisation == "specular" and resolution is None:
         table = m
     else:
-        table = _sampled(m, resolution)
+        table = _sampled(m, RESOLUTION if resolution is None else resolution)
     intensity = table.quantity == QUANTITIES["intensity"]
     values = table.stored if table.quantity in QUANTITIES.values() else np.pi * table.brdf()
     if not np.isfinite(values).all():
@@ -284,8 +291,7 @@ def _heads(m: Reflectance, names: tuple | None) -> tuple[str, list[str]]:
     return f"spectral {len(names)}", [f"wl {plain_text.number(n)}" for n in names]
 
 
-def _sampled(m: Reflectance, resolution: Sequence[int] | None) -> Gridded:
-    nodes = counts(RESOLUTION if resolution is None else resolution, (3,), 2, "nodes of theta_i, radial and azimuth")
+def _sampled(m: Reflectance, nodes: Sequence[int]) -> Gridded:
     tabular_shape(m)
     quarters = {
         "theta_i": np.arange(nodes[0]) / nodes[0],
@@ -295,7 +301,7 @@ def _sampled(m: Reflectance, resolution: Sequence[int] | None) -> Gridded:
     axes = {name: np.radians(np.round(90.0 * x, 6)) for name, x in quarters.items()}
     if not m.is_isotropic():
         axes["phi_i"] = axes["azimuth"][:-1]
-    fits(math.prod(map(len, axes.values())), f"resolution={nodes}")
+    fits(math.prod(map(len, axes.values())), f"resolution={tuple(nodes)}")
     wi, wo = SYSTEMS["specular"].pairs(*np.meshgrid(*axes.values(), indexing="ij"))
     wo = np.concatenate([wo[..., :2], np.maximum(wo[..., 2:], 10.0 * HORIZON)], axis=-1)
     f = m.f(wi, wo / np.linalg.norm(wo, axis=-1, keepdims=True))

@@ -12,7 +12,7 @@ Four dialects of the same tables, one record for each angle of incidence, one af
               of incidence), a header, then a row of Azimuth and rows of Polar and values; a second table is derived
               from it
 
-For the angles and the quantity see `_rt300s`. Of a file with several measurements the last is read, or the one named.
+For the angles and the quantity see `rt300s`. Of a file with several measurements the last is read, or the one named.
 Checked against four exports of one measurement, which give the same table; they hold test data only, whose values mean
 nothing. That Raywiz' Polar are evenly spaced, and what its first line counts, is a guess.
 """
@@ -23,6 +23,7 @@ import os
 import re
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Annotated
 
 import numpy as np
 
@@ -30,6 +31,7 @@ from ..errors import FormatError
 from ..tables.gridded import Gridded
 from ._optical import rt300s
 from ._optical.rt300s import Scan
+from ._options import Declared
 from ._reading import plain_text
 
 NAME = "RT-300S"
@@ -57,11 +59,15 @@ def matches(head: bytes, size: int) -> bool:
     return start.startswith(REFLET.encode()) and b"theta measure beginning" in text
 
 
-def read(path: str | os.PathLike, measurement: int = -1) -> Gridded:
+def read(
+    path: str | os.PathLike,
+    measurement: Annotated[
+        int, Declared("which measurement is read, where angles of incidence are repeated: from 0, or -1, the last")
+    ] = -1,
+) -> Gridded:
     """The reflectance of a file: `angles` axes theta_i, theta_o, phi; quantity "brdf * cos(theta_o)".
 
-    `measurement`: which one, where angles of incidence are repeated; -1 is the last. Raises FormatError where the file
-    is damaged.
+    Raises FormatError where the file is damaged, or holds no such measurement.
     """
     lines = plain_text.read(path)
     first = " ".join((lines.peek() or "").lower().split())

@@ -1,16 +1,16 @@
 """KAIST's `.pbsdf`: polarimetric measurements, Mueller matrices on half and difference angles and five wavelengths.
 
-A tensor file (see `_tensor_file`) with the fields theta_h, theta_d, phi_d, f32 (1, n) [rad], wvls u16 [nm], and M
+A tensor file (see `tensor_file`) with the fields theta_h, theta_d, phi_d, f32 (1, n) [rad], wvls u16 [nm], and M
 f32 (phi_d, theta_d, theta_h, wavelength, 4, 4), without a cosine, NaN where there is nothing; published files are
-361 x 91 x 91 x 5 and 957 MB. phi_d is the azimuth of wi, to the light. Checked against Mitsuba's `measured_polarized`
-on files written here; no published file was at hand.
+361 x 91 x 91 x 5 and 957 MB. An axis may be empty, f32 (0, n): its nodes are even then. phi_d is the azimuth of wi, to
+the light. Checked against Mitsuba's `measured_polarized` on files written here; no published file was at hand.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 
@@ -18,8 +18,8 @@ from ..base.reflectance import Reflectance
 from ..errors import FormatError, ParameterError
 from ..formula.fields import Held, kept
 from ..tables.angle_systems import angle_system
-from ..tables.axes import counts
 from ..tables.nodes import above, f_at, with_channels
+from ._options import Declared
 from ._reading import tensor_file
 from ._reading.mapped import Unscanned
 from ._reading.tensor_file import Kept, expect
@@ -32,7 +32,9 @@ SUFFIXES = (".pbsdf",)
 DESCRIPTION = "polarimetric BRDFs of the KAIST database, Mueller matrices (Baek et al. 2020)"
 ORACLE = "Mitsuba `measured_polarized`, on own files"
 
-AXES = ("theta_h", "theta_d", "phi_d")
+ENDS = {"theta_h": (0.0, 0.5), "theta_d": (0.0, 0.5), "phi_d": (-1.0, 1.0)}
+"""First and last node of each axis [pi rad]."""
+AXES = tuple(ENDS)
 WAVELENGTHS = (450, 500, 550, 600, 650)
 RESOLUTION = (91, 46, 73)
 
@@ -45,7 +47,8 @@ class KAIST(Unscanned):
 
     mueller   the matrices (phi_d, theta_d, theta_h, wavelength, 4, 4) [1/sr] as they are stored: read from the file
               each time they are asked for; FormatError, or NotFoundError, where that is another by then, or gone.
-              Reference directions of Stokes vectors lie in the plane of both directions (Baek et al.).
+              Stokes vectors are in the frames of the facet, whose normal is the half vector: x lies across the plane
+              of wi and wo, as Mitsuba has it.
 
     Sampling: see `Sampled`.
 
@@ -68,9 +71,16 @@ class KAIST(Unscanned):
         wavelengths = tensor_file.held(expect(held, where, "wvls", (None,), "uint16"))
         if (np.diff(wavelengths.astype(int)) <= 0).any():
             raise FormatError(f"{where}: wvls is {wavelengths[:8]}, expected increasing wavelengths [nm]")
-        nodes = {name: _nodes(held, where, name) for name in AXES}
-        counts = tuple(len(nodes[name]) for name in reversed(AXES))
-        M = expect(held, where, "M", (*counts, len(wavelengths), 4, 4))
+        M = expect(held, where, "M", (None, None, None, len(wavelengths), 4, 4))
+        empty = [name for name in AXES if name in held and 0 in held[name].shape]
+        counts = dict(zip(AXES, M.shape[2::-1], strict=True))
+        nodes = {name: _even(name, n) if name in empty else _nodes(held, where, name) for name, n in counts.items()}
+        expect(held, where, "M", (*(len(nodes[name]) for name in reversed(AXES)), len(wavelengths), 4, 4))
+        about: dict[str, int | str] = {name: len(x) for name, x in nodes.items()}
+        if empty:
+            about["nodes"] = (
+                f"{', '.join(empty)} empty in the file, taken as even from end to end, as Mitsuba takes all"
+            )
         self.__dict__["fields_stored"] = held
         try:
             super().__init__(
@@ -79,7 +89,7 @@ class KAIST(Unscanned):
                 _first_elements(M).transpose(2, 1, 0, 3),
                 tuple(wavelengths.astype(float).tolist()),
                 path,
-                {name: len(x) for name, x in nodes.items()},
+                about,
             )
         except ParameterError as error:
             raise FormatError(f"{where}: {error}") from None
@@ -107,6 +117,11 @@ def _first_elements(M: np.ndarray | Kept) -> np.ndarray:
     return found
 
 
+def _even(name: str, count: int) -> np.ndarray:
+    """Even nodes [rad] of an axis, from one end to the other, as `write` has them."""
+    return np.pi * np.linspace(*ENDS[name], count)
+
+
 def _nodes(fields: Mapping[str, Any], where: str, name: str) -> np.ndarray:
     """Nodes of an axis [rad]; those that are even but for the rounding of float32 are made even."""
     shape = (1, None) if name in fields and fields[name].ndim == 2 else (None,)
@@ -128,21 +143,27 @@ def read(path: Path) -> KAIST:
     return KAIST(found, str(path))
 
 
-def write(m: Reflectance, path: Path, resolution: Sequence[int] | None = None) -> None:
+def write(
+    m: Reflectance,
+    path: Path,
+    resolution: Annotated[
+        Sequence[int] | None, Declared("nodes of theta_h, theta_d and phi_d", 2, lengths=(3,), usual=RESOLUTION)
+    ] = None,
+) -> None:
     """Write f as M00, and 0 as what polarises; a KAIST is written with all its fields, bit by bit, unless `resolution`
     is given.
 
-    `resolution`: nodes of theta_h, theta_d and phi_d; 91, 46, 73 if not given. A material without wavelengths has the
+    A material without wavelengths has the
     same f at 450 to 650 nm. NaN stands for below the horizon. Raises ParameterError for materials that are
     anisotropic, coloured without wavelengths, or have a delta lobe or maps.
     """
     if isinstance(m, KAIST) and resolution is None:
         tensor_file.write(path, m.fields_stored)
     else:
-        tensor_file.write(path, _tabulated(m, resolution))
+        tensor_file.write(path, _tabulated(m, RESOLUTION if resolution is None else resolution))
 
 
-def _tabulated(m: Reflectance, asked: Sequence[int] | None) -> dict[str, np.ndarray]:
+def _tabulated(m: Reflectance, resolution: Sequence[int]) -> dict[str, np.ndarray]:
     names = m.channel_names
     shape = m.f([0.0, 0.0, 1.0], [0.0, 0.0, 1.0]).shape
     spectral = names is not None and all(isinstance(x, (int, float)) and 0 < x < 65536 and x == int(x) for x in names)
@@ -151,9 +172,8 @@ def _tabulated(m: Reflectance, asked: Sequence[int] | None) -> dict[str, np.ndar
             f"{m!r:.80}: KAIST files hold isotropic materials at whole wavelengths [nm], or gray ones, without delta "
             f"lobes or maps; convert colours to wavelengths, leave out what is more"
         )
-    resolution = counts(RESOLUTION if asked is None else asked, (3,), 2, "nodes of theta_h, theta_d and phi_d")
-    ends = ((0.0, 0.5), (0.0, 0.5), (-1.0, 1.0))
-    axes = [np.linspace(a, b, n, dtype="f4") * np.float32(np.pi) for (a, b), n in zip(ends, resolution, strict=True)]
+    ends = zip(ENDS.values(), resolution, strict=True)
+    axes = [np.linspace(a, b, n, dtype="f4") * np.float32(np.pi) for (a, b), n in ends]
     wavelengths = np.array(names if spectral else WAVELENGTHS, "u2")
     M = np.zeros((*resolution[::-1], len(wavelengths), 4, 4), "f4")
     for k, phi_d in enumerate(axes[2].astype(float)):

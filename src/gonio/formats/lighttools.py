@@ -19,21 +19,25 @@ No specification and no real file was seen: the layout is that of libbsdf's read
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from itertools import product
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
 from ..base.reflectance import Reflectance
 from ..errors import FormatError, ParameterError
+from ..formula.fields import shown
 from ..tables.gridded import Gridded
 from ._optical import bsdf_text
 from ._optical.angle_tables import (
     NO_TRANSMISSION,
+    Channel,
     Filed,
-    angle_list,
+    IncidentAngles,
+    OutgoingAngles,
+    Step,
     as_filed,
     default_angles,
     increasing,
@@ -42,7 +46,9 @@ from ._optical.angle_tables import (
     spectral,
     totals,
 )
-from ._reading import plain_text
+from ._options import Declared
+from ._reading import channel_words, plain_text
+from ._rows.direction_pairs import Side
 
 NAME = "LightTools"
 SUFFIXES = (".bsdf",)
@@ -88,14 +94,12 @@ def matches(head: bytes, size: int) -> bool:
     return known and b"angleofincidence" not in words and b"samplerotation" not in words
 
 
-def read(path: str | os.PathLike, side: str = "front") -> Gridded:
+def read(path: str | os.PathLike, side: Side = "front") -> Gridded:
     """The reflectance of one side: `angles` axes theta_i, theta_o, phi, or theta_i, theta_o, phi_i, phi_o.
 
     Blocks of the other side and of transmission are kept for writing. Channels: X, Y, Z, or wavelengths [nm] (above 0).
     Raises FormatError where the file is damaged, contradicts itself, or has no reflection on this side.
     """
-    if side not in ("front", "back"):
-        raise ParameterError(f"side={side!r}: expected 'front' or 'back'")
     sheet = _sheet(Path(path))
     blocks = [b for b in sheet.blocks if b.kind.lower() == "brdf" and _side(b) == side]
     if not blocks:
@@ -215,32 +219,39 @@ def _block(lines: plain_text.Lines, words: dict[str, str], content: str, azimuth
 def write(
     m: Reflectance,
     path: str | os.PathLike,
-    theta_i: Any = None,
-    theta_o: Any = None,
-    phi: Any = None,
-    phi_i: Any = None,
-    resolution: float | None = None,
-    channel: Any = None,
-    wavelength: float = 550.0,
+    theta_i: IncidentAngles = None,
+    theta_o: OutgoingAngles = None,
+    phi: Annotated[
+        Sequence[float] | None,
+        Declared("phi_o - phi_i, from 0; phi_o of anisotropic materials", -360.0, 360.0, "degrees", rising=True),
+    ] = None,
+    phi_i: Annotated[Sequence[float] | None, Declared("azimuths of wi", -360.0, 360.0, "degrees", rising=True)] = None,
+    step: Step = None,
+    channel: Channel = None,
+    wavelength: Annotated[
+        float,
+        Declared(
+            "wavelength of a channel that does not say its own", channel_words.SHORTEST, channel_words.LONGEST, "nm"
+        ),
+    ] = 550.0,
 ) -> None:
     """Write f by angles; a material read from such a file is written with the same numbers, all blocks of it.
 
-    A table with `angles` axes keeps its grid. Of others f is taken at the given angles [degrees], by default theta_i
-    and azimuths every 2 `resolution`, theta_o every `resolution` (5) up to 85 and at 89; of anisotropic materials phi_i
-    every 30, and `phi` is phi_o. RGB becomes XYZ (linear sRGB, D65), wavelengths stay, and `channel` picks one channel
-    by name; one without a wavelength is said to be of `wavelength` [nm]. No data becomes 0. TIS is integrated.
+    A table with `angles` axes keeps its grid. Of others f is taken at the given angles, by default in steps up to
+    theta_o = 85 and at 89 degrees, phi_i of anisotropic materials every 30. RGB becomes XYZ (linear sRGB, D65),
+    wavelengths stay. No data becomes 0. TIS is integrated.
     Raises ParameterError for a delta lobe, maps, and channels with other names.
     """
     given = (theta_i, theta_o, phi_i, phi)
-    sheet = as_filed(m, Sheet, *given, resolution, channel) or _made_of(m, given, resolution, channel, wavelength)
+    sheet = as_filed(m, Sheet, *given, step, channel) or _made_of(m, given, step, channel, wavelength)
     plain_text.write(path, _written(sheet))
 
 
-def _made_of(m: Reflectance, given: tuple, resolution: float | None, channel: Any, wavelength: float) -> Sheet:
-    if own := own_table(m, "angles", (*given, resolution)):
+def _made_of(m: Reflectance, given: tuple, step: float | None, channel: Any, wavelength: float) -> Sheet:
+    if own := own_table(m, "angles", (*given, step)):
         axes, f, half = own[0].axes, own[1], own[0].is_mirrored
     else:
-        axes, half = _axes(m, given, resolution)
+        axes, half = _axes(m, given, step)
         f = on_grid(m, "angles", axes)
     names = m.channel_names or ()
     if channel is None and names and all(isinstance(n, (int, float)) for n in names):
@@ -265,20 +276,21 @@ def _made_of(m: Reflectance, given: tuple, resolution: float | None, channel: An
     return Sheet(symmetry, content, azimuth.tolist(), degrees["theta_o"].tolist(), tuple(blocks))
 
 
-def _axes(m: Reflectance, given: tuple, resolution: float | None) -> tuple[dict[str, np.ndarray], bool]:
+def _axes(m: Reflectance, given: tuple, step: float | None) -> tuple[dict[str, np.ndarray], bool]:
     """Nodes [rad], and whether they are on one side of the plane of incidence."""
     theta_i, theta_o, phi_i, phi = given
     isotropic = phi_i is None and m.is_isotropic()
-    usual = default_angles(resolution, not isotropic)
+    usual = default_angles(step, not isotropic)
     axes = {
-        "theta_i": angle_list("theta_i", theta_i, usual.theta_i, 0.0, 90.0),
-        "theta_o": angle_list("theta_o", theta_o, [*usual.theta_o, 89.0], 0.0, 90.0),
+        "theta_i": theta_i or usual.theta_i,
+        "theta_o": theta_o or [*usual.theta_o, 89.0],
     }
+    if isotropic and phi and phi[0] < 0.0:
+        raise ParameterError(f"phi={shown(phi)}: expected angles from 0 to 360 degrees, for an isotropic material")
     if isotropic:
-        axes["phi"] = angle_list("phi", phi, usual.half, 0.0, 360.0)
+        axes["phi"] = phi or usual.half
     else:
-        axes["phi_i"] = angle_list("phi_i", phi_i, usual.turns, -360.0, 360.0)
-        axes["phi_o"] = angle_list("phi", phi, usual.circle, -360.0, 360.0)
+        axes |= {"phi_i": phi_i or usual.turns, "phi_o": phi or usual.circle}
     return {name: np.radians(x) for name, x in axes.items()}, isotropic and axes["phi"][-1] <= 180.0
 
 

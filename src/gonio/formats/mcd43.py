@@ -16,7 +16,7 @@ import sys
 import tempfile
 from collections.abc import Iterable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 
@@ -24,6 +24,7 @@ from ..arrays import frozen, ops
 from ..base.measured import Measured
 from ..errors import DependencyError, FormatError, ParameterError
 from ..models.ross_li import RossLi
+from ._options import Declared
 from ._reading import hdf
 
 if TYPE_CHECKING:
@@ -61,10 +62,13 @@ def matches(head: bytes, size: int) -> bool:
     return head.startswith(HDF4)
 
 
-def read(path: Path, rows: tuple[int, int] | None = None, columns: tuple[int, int] | None = None) -> MCD43:
-    """The kernel weights of a tile, or of some of its pixels.
+def read(
+    path: Path,
+    rows: Annotated[tuple[int, int] | None, Declared("first row of pixels and last + 1, counted from 0", 0)] = None,
+    columns: Annotated[tuple[int, int] | None, Declared("first column and last + 1, counted from 0", 0)] = None,
+) -> MCD43:
+    """The kernel weights of a tile, or of some of its pixels: all by default, if they take at most 268 MB.
 
-    rows, columns   first and last + 1, counted from 0; all by default, if that is not more than 268 MB of weights
     Raises DependencyError without pyhdf, FormatError where the file is damaged or something else, ParameterError where
     there are no such pixels, or too many and both were not given.
     """
@@ -75,7 +79,7 @@ def read(path: Path, rows: tuple[int, int] | None = None, columns: tuple[int, in
             f"{path}: HDF4 is read with pyhdf; install it: pip install 'gonio[hdf4]'; or order the product as netCDF-4 "
             f"from AppEEARS, or convert it: `h4tonccf_nc4 old.hdf new.nc` (hdfeos.org), `h4toh5 old.hdf new.h5`"
         )
-    window = [_ends("rows", rows), _ends("columns", columns)]
+    window = [rows, columns]
     most = MOST if None in window else sys.maxsize
     asked = {"prefixes": PREFIXES, "window": window, "most": most}
     with tempfile.TemporaryDirectory() as folder:
@@ -104,15 +108,6 @@ def read(path: Path, rows: tuple[int, int] | None = None, columns: tuple[int, in
     except ValueError as error:
         raise FormatError(f"{path}: bands that do not lie on the same pixels: {error}") from None
     return read_dataset(ds, str(path))
-
-
-def _ends(name: str, ends: tuple[int, int] | None) -> list[int] | None:
-    if ends is None:
-        return None
-    whole = isinstance(ends, (tuple, list)) and all(isinstance(n, (int, float)) and n == n // 1 for n in ends)
-    if not whole or len(ends) != 2:
-        raise ParameterError(f"{name}={ends!r:.40}: expected two whole numbers, first and last + 1")
-    return [int(n) for n in ends]
 
 
 def _scaled(stored: np.ndarray, attributes: dict[str, Any], name: str, path: Path) -> np.ndarray:

@@ -15,7 +15,7 @@ from collections.abc import Sequence
 from functools import cache
 from importlib import resources
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 
@@ -31,6 +31,7 @@ from ..pictures.colour import RELATIVE_XYZ, XYZ, rgb_of
 from ..tables.angle_systems import SYSTEMS
 from ..tables.gridded import Gridded
 from ..tables.nodes import f_at, with_channels
+from ._options import Declared
 
 if TYPE_CHECKING:
     import xarray
@@ -348,13 +349,22 @@ def read(path: Path) -> MERL:
     return MERL(Ours(raw.reshape(3, *dims)), path=str(path))
 
 
-def write(m: Reflectance, path: Path, phi_d: int = 180) -> None:
+def write(
+    m: Reflectance,
+    path: Path,
+    phi_d: Annotated[
+        int,
+        Declared(
+            "cells of phi_d; 360 keep both halves of a material without reciprocity",
+            words=[shape[2] for shape in SHAPES],
+        ),
+    ] = 180,
+) -> None:
     """Write f at the centres of cells; a MERL is written as it was read, bit by bit.
 
-    With 180 cells of `phi_d` one half of a material without reciprocity is lost; 360 cells keep it. One channel
-    becomes gray; X, Y, Z become linear sRGB. -1 stands for below the horizon, and for values that are negative, NaN or
-    infinite. Raises ParameterError for a material that is anisotropic, that has a delta lobe, channels other than one
-    or colours, or maps: no such table could hold it.
+    One channel becomes gray; X, Y, Z become linear sRGB. -1 stands for below the horizon, and for values that are
+    negative, NaN or infinite. Raises ParameterError for a material that is anisotropic, that has a delta lobe, channels
+    other than one or colours, or maps: no such table could hold it.
     """
     raw = m.raw if isinstance(m, MERL) else _tabulate(m, phi_d)
     with replacing(path) as temporary, temporary.open("wb") as file:
@@ -363,8 +373,6 @@ def write(m: Reflectance, path: Path, phi_d: int = 180) -> None:
 
 
 def _tabulate(m: Reflectance, phi_cells: int) -> np.ndarray:
-    if (N, N, phi_cells) not in SHAPES:
-        raise ParameterError(f"phi_d={phi_cells}: expected 180 or 360 cells")
     shape, names = tabular_shape(m), m.channel_names
     if shape not in ((), (1,), (3,)):
         raise ParameterError(f"{m!r:.80}: values have shape {shape}, expected () or (1,) for gray or (3,) for RGB")

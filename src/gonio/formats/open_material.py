@@ -12,7 +12,7 @@ from __future__ import annotations
 import uuid
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
@@ -20,9 +20,10 @@ from ..base.measured import Measured
 from ..base.reflectance import Reflectance
 from ..errors import FormatError, ParameterError
 from ..tables.gridded import Gridded
+from ._options import Declared
 from ._reading import channel_words, json_text
 from ._rows.direction_pairs import LEVEL, Pairs, material, upright
-from ._rows.pairs_of_material import COARSE, pairs_of
+from ._rows.pairs_of_material import COARSE, CoarseResolution, pairs_of
 
 NAME = "OpenMATERIAL"
 SUFFIXES = (".xompt",)
@@ -69,14 +70,15 @@ def read(path: Path) -> Gridded:
 def write(
     m: Reflectance,
     path: Path,
-    metadata: dict[str, Any] | None = None,
-    wavelengths: list[float] | None = None,
-    resolution: tuple | None = None,
+    metadata: Annotated[
+        dict | None, Declared("added to what the measurement knows: name, license, authors ...")
+    ] = None,
+    wavelengths: channel_words.Wavelengths = None,
+    resolution: CoarseResolution = None,
 ) -> None:
     """Write a row for every pair and wavelength that a measurement holds, else for those of a grid of angles.
 
-    `metadata` is added to what the measurement knows: name, license, authors ... `wavelengths` [nm]: of the channels,
-    for materials that do not say. Uncertainties are lost. Raises ParameterError for anisotropic materials, negative
+    Uncertainties are lost. Raises ParameterError for anisotropic materials, negative
     values, no wavelengths, delta lobes and maps: the format has no place for them.
     """
     pairs = pairs_of(m, resolution, nodes=COARSE, as_held=True)

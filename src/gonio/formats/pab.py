@@ -10,11 +10,12 @@ against its own generator only.
 
 from __future__ import annotations
 
+import math
 import os
 import re
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
@@ -22,9 +23,11 @@ from ..base.reflectance import Reflectance
 from ..errors import FormatError, ParameterError
 from ..files import replacing
 from ..tables.gridded import Gridded
+from ._options import Declared
 from ._reading import plain_text
 from ._rows import direction_pairs
-from ._rows.pairs_of_material import pairs_of, with_others
+from ._rows.direction_pairs import TURNS
+from ._rows.pairs_of_material import Resolution, pairs_of, with_others
 
 NAME = "pab-opto"
 SUFFIXES = (".txt", ".dat")
@@ -49,13 +52,15 @@ def matches(head: bytes, size: int) -> bool:
     return bool(_FORMAT.search(plain_text.start(head)))
 
 
-def read(path: Path, side: str = "front", more: Sequence[str | os.PathLike] = ()) -> Gridded:
-    """The measurement in a file, and in files of `more` incident directions: a grid if its rows fill one, else
-    `Scattered`.
+def read(
+    path: Path,
+    side: direction_pairs.Side = "front",
+    more: Annotated[Sequence[Path], Declared("files of other incident directions, read together with this one")] = (),
+) -> Gridded:
+    """The measurement in a file, and in `more` files: a grid if its rows fill one, else `Scattered`.
 
-    `side`: "front", or "back" for reflection of light from below; other rows (transmission) are kept to be written
-    again, in `about["other_pairs"]`. Raises FormatError where a file is damaged, with the line, or holds something else
-    than the first.
+    Rows of another `side`, and of transmission, are kept in `about["other_pairs"]` to be written again. Raises
+    FormatError where a file is damaged, with the line, or holds something else than the first.
     """
     pairs, about = _one(path)
     found = [pairs]
@@ -123,13 +128,15 @@ def _incident(lines: plain_text.Lines, numbers: dict[str, list[float]]) -> tuple
 def write(
     m: Reflectance,
     path: Path,
-    incident: tuple[float, float] | None = None,
-    resolution: Sequence[int] | None = None,
+    incident: Annotated[
+        tuple[Annotated[float, Declared("", 0.0, 0.5 * math.pi, "rad")], float] | None,
+        Declared("theta_i and phi_i of the file, of a measurement of several or of a model", -TURNS, TURNS, "rad"),
+    ] = None,
+    resolution: Resolution = None,
 ) -> None:
     """Write the pairs of one incident direction: a file holds no more.
 
-    `incident`: its theta_i and phi_i [rad], of a measurement of several, or of anything else; `resolution`: numbers of
-    theta_i, theta_o and azimuths. A measurement's own DSF stays DSF, other quantities become BSDF. Lost: uncertainties
+    A measurement's own DSF stays DSF, other quantities become BSDF. Lost: uncertainties
     and nodes without data. Raises ParameterError where several directions, or none, are left, and for channels other
     than X, Y, Z.
     """

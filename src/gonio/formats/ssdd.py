@@ -16,7 +16,7 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
@@ -27,9 +27,10 @@ from ..files import replacing
 from ..tables.angle_systems import angle_system
 from ..tables.gridded import Gridded
 from ..tables.scattered import Scattered
+from ._options import Declared
 from ._reading import plain_text
 from ._rows import specular
-from ._rows.pairs_of_material import table_of
+from ._rows.pairs_of_material import Resolution, table_of
 
 NAME = "SSDD"
 SUFFIXES = (".ssdd",)
@@ -193,11 +194,16 @@ def _material(block: Block, path: str, about: Mapping[str, Any]) -> Gridded:
         raise FormatError(f"{path}: {error}") from None
 
 
-def write(m: Reflectance, path: Path, binary: bool = False, resolution: Sequence[int] | None = None) -> None:
-    """Write the BRDF on the grid of a measurement; of anything else, and of anything if `resolution` says so (numbers
-    of theta_i, theta_o and azimuths), on a grid of angles; and the other blocks of the file that it came from.
+def write(
+    m: Reflectance,
+    path: Path,
+    binary: Annotated[bool, Declared("tables of float32, to which values are rounded, in place of text")] = False,
+    resolution: Resolution = None,
+) -> None:
+    """Write the BRDF on the grid of a measurement, else, and where `resolution` is given, on a grid of angles; and the
+    other blocks of the file that it came from.
 
-    `binary`: tables of float32, to which values are rounded. Lost: uncertainties, and how to interpolate; of rows in no
+    Lost: uncertainties, and how to interpolate; of rows in no
     grid, all but the grid made of them. Raises ParameterError for delta lobes, maps, channels other than one, RGB, XYZ
     or rising wavelengths, and periods other than pi of phi_d.
     """

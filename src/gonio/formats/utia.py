@@ -17,7 +17,7 @@ import os
 import struct
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
@@ -27,6 +27,7 @@ from ..files import replacing
 from ..formula.fields import Ours, kept
 from ..pictures.colour import RGB_OF_XYZ, srgb_decode
 from ..pictures.image import Image, read_image
+from ._options import ABOVE_ZERO, Declared
 from ._reading.mapped import LARGE, Unscanned, expect_channels, numbers
 
 NAME = "UTIA"
@@ -135,14 +136,22 @@ def _picture_grid(head: bytes) -> tuple[int, int] | None:
     return next((g for g in GRIDS if (right - left + 1, bottom - top + 1) == 2 * (math.prod(g),)), None)
 
 
-def read(path: Path, decoding: str = "linear", theta_step: float | None = None, rows: str | None = None) -> UTIA:
-    """The material of a file; `decoding`: a name in `DECODINGS`; `theta_step` [degrees]: where it is not the usual.
-
-    `rows`: which way theta_i grows in a picture, one of `ROWS`; None for the way that is the more reciprocal.
-    Raises FormatError where the length is that of no grid, or a picture has not three channels.
-    """
-    if rows not in (None, *ROWS):
-        raise ParameterError(f"rows={rows!r}: expected one of {', '.join(map(repr, ROWS))}, or None to find out")
+def read(
+    path: Path,
+    decoding: Annotated[str, Declared("what the numbers are: readers disagree", words=DECODINGS)] = "linear",
+    theta_step: Annotated[
+        float | None,
+        Declared(
+            "from one polar angle to the next; if not given 15 for 6 angles, 2 for 44", ABOVE_ZERO, 18.0, "degrees"
+        ),
+    ] = None,
+    rows: Annotated[
+        str | None,
+        Declared("which way theta_i grows in a picture; if not given the way that is the more reciprocal", words=ROWS),
+    ] = None,
+) -> UTIA:
+    """The material of a file. Raises FormatError where the length is that of no grid, or a picture has not three
+    channels."""
     with path.open("rb") as file:
         head, size = file.read(4096), file.seek(0, os.SEEK_END)
         found = next((grid for grid in GRIDS if size == _size(grid)), None)

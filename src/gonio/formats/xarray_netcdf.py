@@ -1,7 +1,7 @@
 """netCDF-4 files in gonio's own layout (docs/data-model.md): what any measurement can be kept in without loss.
 
 Read and written through xarray with h5netcdf. Other HDF5 files are recognised by what is in them: NASA's MCD43A1 is
-read by `mcd43`. A process of its own reads a file first (`_hdf`): damaged files can stop the HDF5 library, or
+read by `mcd43`. A process of its own reads a file first (`hdf`): damaged files can stop the HDF5 library, or
 never end. It compares every array with the length of the file, and refuses links to other files. A file is made in
 memory, and then written: the HDF5 library does not survive a full disk.
 """
@@ -10,9 +10,8 @@ from __future__ import annotations
 
 import io
 import json
-from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 from ..base.reflectance import Reflectance
 from ..compile.threads import apart
@@ -20,8 +19,9 @@ from ..errors import DependencyError, FormatError
 from ..files import replacing
 from ..tables.dataset import of_file
 from . import mcd43, neural
+from ._options import Declared
 from ._reading import hdf
-from ._reading.datasets import AS_STORED, NEEDED, encoded, steady
+from ._reading.datasets import AS_STORED, NEEDED, Parameterisation, Resolution, encoded, steady
 
 if TYPE_CHECKING:
     import xarray
@@ -40,8 +40,14 @@ def matches(head: bytes, size: int) -> bool:
     return head.startswith((MAGIC, *CLASSIC)) and not neural.matches(head, size)
 
 
-def read(path: Path, time: int | None = None) -> Reflectance:
-    """The measurement in a file. `time`: number of the day, of MCD43A1 files; see `mcd43.read_dataset`.
+def read(
+    path: Path,
+    time: Annotated[
+        int | None,
+        Declared("day of an MCD43A1 file, counted from 0; if not given the first with data in every band"),
+    ] = None,
+) -> Reflectance:
+    """The measurement in a file.
 
     Raises FormatError where the file is damaged or has another layout, DependencyError without h5netcdf.
     """
@@ -66,9 +72,9 @@ def _measurement(path: Path, time: int | None) -> Reflectance:
 
 
 def write(
-    m: Reflectance, path: Path, parameterisation: str = "half_difference", resolution: Sequence[int] | None = None
+    m: Reflectance, path: Path, parameterisation: Parameterisation = "half_difference", resolution: Resolution = None
 ) -> None:
-    """Write a reflectance; `parameterisation` and `resolution`: see `to_dataset`.
+    """Write a reflectance; see `to_dataset`.
 
     Raises ParameterError for delta lobes and maps, DependencyError without h5netcdf.
     """

@@ -31,7 +31,7 @@ from ..compile.threads import apart
 from ..errors import DependencyError, FormatError
 from ..files import replacing, replacing_folder
 from ..tables.dataset import of_file
-from ._reading.datasets import AS_STORED, NEEDED, encoded, steady
+from ._reading.datasets import AS_STORED, NEEDED, Parameterisation, Resolution, encoded, steady
 
 NAME = "Zarr"
 SUFFIXES = (".zarr", ".zip")
@@ -86,12 +86,11 @@ def _dataset(zarr: Any, path: Path) -> Any:
 
 
 def write(
-    m: Reflectance, path: Path, parameterisation: str = "half_difference", resolution: Sequence[int] | None = None
+    m: Reflectance, path: Path, parameterisation: Parameterisation = "half_difference", resolution: Resolution = None
 ) -> None:
-    """Write a reflectance as a folder, or zipped if the name ends in ".zip".
+    """Write a reflectance as a folder, or zipped if the name ends in ".zip"; see `to_dataset`.
 
-    `parameterisation` and `resolution`: see `to_dataset`. Raises ParameterError for
-    delta lobes and maps, DependencyError without zarr.
+    Raises ParameterError for delta lobes and maps, DependencyError without zarr.
     """
     _library()
     ds, encoding = encoded(m, parameterisation, resolution)

@@ -28,8 +28,9 @@ Source   Rykowski 2008, "BSDF Data Interchange File Format Specification", Zemax
 from __future__ import annotations
 
 import os
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
@@ -40,8 +41,10 @@ from ._optical import bsdf_text
 from ._optical.angle_tables import (
     NO_TRANSMISSION,
     USUAL,
+    Channel,
     Filed,
-    angle_list,
+    IncidentAngles,
+    Step,
     as_filed,
     default_angles,
     increasing,
@@ -52,6 +55,7 @@ from ._optical.angle_tables import (
     totals,
     without_ground,
 )
+from ._options import Declared
 from ._reading import plain_text
 
 NAME = "Zemax"
@@ -175,30 +179,36 @@ def _blocks(lines: plain_text.Lines, shape: tuple[int, ...], channels: int) -> t
 def write(
     m: Reflectance,
     path: str | os.PathLike,
-    aoi: Any = None,
-    radial: Any = None,
-    azimuth: Any = None,
-    rotation: Any = None,
-    resolution: float | None = None,
-    channel: Any = None,
+    aoi: IncidentAngles = None,
+    radial: Annotated[
+        Sequence[float] | None, Declared("angles from the mirror direction", 0.0, 180.0, "degrees", rising=True)
+    ] = None,
+    azimuth: Annotated[
+        Sequence[float] | None,
+        Declared("azimuths about the mirror direction, 0 is towards the normal", 0.0, 360.0, "degrees", rising=True),
+    ] = None,
+    rotation: Annotated[
+        Sequence[float] | None, Declared("turns of the sample, counterclockwise", -360.0, 360.0, "degrees", rising=True)
+    ] = None,
+    step: Step = None,
+    channel: Channel = None,
 ) -> None:
     """Write f about the mirror direction; a material read from such a file is written with the same numbers.
 
-    A `specular` table keeps its grid and its numbers. Of others f is taken at the given angles [degrees], or by default
-    at incidences and azimuths every 2 `resolution`, and radial angles every `resolution` (5), ten times denser at the
-    mirror direction. PlaneSymmetrical if f is the same on both sides of the plane of incidence; ASymmetrical4D, every
-    30 degrees of rotation, if the material is anisotropic. RGB becomes XYZ (linear sRGB, D65); `channel` picks one by
-    name as Monochrome. TIS is integrated (`_optical.total`). Lost: the difference between 0 and no data.
+    A `specular` table keeps its grid and its numbers. Of others f is taken at the given angles, by default in steps,
+    ten times denser at the mirror direction. PlaneSymmetrical if f is the same on both sides of the plane of incidence;
+    ASymmetrical4D, every 30 degrees of rotation, if the material is anisotropic. RGB becomes XYZ (linear sRGB, D65);
+    one `channel` is Monochrome. TIS is integrated (`angle_tables.total`). Lost: the difference between 0 and no data.
     Raises ParameterError for a delta lobe, maps, and channels other than one, RGB or XYZ.
     """
     given = (aoi, radial, azimuth, rotation)
-    sheet = as_filed(m, Sheet, *given, resolution, channel) or _made_of(m, given, resolution, channel)
+    sheet = as_filed(m, Sheet, *given, step, channel) or _made_of(m, given, step, channel)
     plain_text.write(path, _written(sheet))
 
 
-def _made_of(m: Reflectance, given: tuple, resolution: float | None, channel: Any) -> Sheet:
-    own = own_table(m, "specular", (*given, resolution))
-    axes = own[0].axes if own else _axes(m, given, resolution)
+def _made_of(m: Reflectance, given: tuple, step: float | None, channel: Any) -> Sheet:
+    own = own_table(m, "specular", (*given, step))
+    axes = own[0].axes if own else _axes(m, given, step)
     _, f = spectral(m, own[1] if own else on_grid(m, "specular", axes), channel)
     f = np.nan_to_num(f, nan=0.0, posinf=np.nan, neginf=np.nan)
     if np.isnan(f).any():
@@ -216,21 +226,21 @@ def _made_of(m: Reflectance, given: tuple, resolution: float | None, channel: An
     return sheet._replace(tis=tis)
 
 
-def _axes(m: Reflectance, given: tuple, resolution: float | None) -> dict[str, np.ndarray]:
+def _axes(m: Reflectance, given: tuple, asked: float | None) -> dict[str, np.ndarray]:
     """Nodes [rad] about the mirror direction over the whole circle, from angles of the file [degrees]."""
     aoi, radial, azimuth, rotation = given
     anisotropic = rotation is not None or not m.is_isotropic()
-    usual, step = default_angles(resolution, anisotropic), USUAL if resolution is None else resolution
-    theta_i = angle_list("aoi", aoi, usual.theta_i, 0.0, 90.0)
+    usual, step = default_angles(asked, anisotropic), asked or USUAL
+    theta_i = aoi or usual.theta_i
     last = min(180.0, 90.0 + theta_i[-1])
     fine = [step * x for x in (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.8, 1.25, 1.5, 1.75)]
-    radial = angle_list("radial", radial, sorted({*fine, *steps(last, step)}), 0.0, 180.0)
-    azimuth = angle_list("azimuth", azimuth, [*usual.circle, 360.0], 0.0, 360.0)
+    radial = radial or sorted({*fine, *steps(last, step)})
+    azimuth = azimuth or [*usual.circle, 360.0]
     if azimuth[-1] <= 180.0:
         azimuth = [*azimuth, *(360.0 - x for x in azimuth[::-1] if 0.0 < x < 180.0)]
     axes = {"theta_i": theta_i, "radial": radial, "azimuth": [x + 180.0 for x in azimuth]}
     if anisotropic:
-        rotation = angle_list("rotation", rotation, usual.turns, -360.0, 360.0)
+        rotation = rotation or usual.turns
         axes["phi_i"] = [90.0 - r for r in rotation[::-1]]
     return {name: np.radians(x) for name, x in axes.items()}
 

@@ -12,7 +12,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 import numpy as np
 
@@ -21,7 +21,8 @@ from ..base.measured import Measured
 from ..errors import FormatError, ParameterError
 from ..formula.direction import Direction
 from ..formula.fields import channels, table
-from ._reading import plain_text
+from ._options import Declared
+from ._reading import channel_words, plain_text
 from ._rows.direction_pairs import repeated
 
 if TYPE_CHECKING:
@@ -53,12 +54,20 @@ def matches(head: bytes, size: int) -> bool:
     return all(abs(x) < 100.0 and x == int(x) for x in orders) and 1 <= orders[0] <= orders[1] <= 4
 
 
-def read(path: Path, wavelengths: Sequence[float] | None = None) -> Zernike:
-    """The expansion in a file.
-
-    `wavelengths` [nm]: one channel for each; where coefficients do not depend on wavelength one channel without a
-    name if not given, else 532 nm. Raises FormatError with the line where a row is no mode.
-    """
+def read(
+    path: Path,
+    wavelengths: Annotated[
+        Sequence[float] | None,
+        Declared(
+            "a channel for each; if not given one of 532 nm, or one without a name where coefficients do not "
+            "depend on it",
+            channel_words.SHORTEST,
+            channel_words.LONGEST,
+            "nm",
+        ),
+    ] = None,
+) -> Zernike:
+    """The expansion in a file. Raises FormatError with the line where a row is no mode."""
     lines = plain_text.read(path, COMMENTS)
     rows = lines.rows(len(COLUMNS), expected="numbers i, j, n, m, k, l, p, coefficient")
     if not len(rows):

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from types import ModuleType
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from ..base.reflectance import Reflectance
 from ..formats import formats
-from ..formats._reading.reader_options import options
+from ..formats._options import Option, options
 
 
 class Format(NamedTuple):
@@ -16,7 +16,7 @@ class Format(NamedTuple):
 
     own_kind       whether nothing else can be written than what was read from the format
     sampled        whether what it is read into draws directions by its own values; None: that depends on the file
-    read_options   name -> default; None of formats that are not written in `write_options`
+    read_options   by name; None of formats that are not written in `write_options`
     """
 
     name: str
@@ -27,8 +27,20 @@ class Format(NamedTuple):
     sampled: bool | None
     description: str
     oracle: str
-    read_options: dict[str, object]
-    write_options: dict[str, object] | None
+    read_options: dict[str, Option]
+    write_options: dict[str, Option] | None
+
+    @property
+    def access(self) -> str:
+        return "read, write its own" if self.own_kind else "read, write" if self.written else "read"
+
+    def to_json(self) -> dict[str, Any]:
+        """As JSON data."""
+        listed = [
+            {name: option.to_json() for name, option in (options or {}).items()}
+            for options in (self.read_options, self.write_options)
+        ]
+        return {**self._asdict(), "read_options": listed[0], "write_options": listed[1] if self.written else None}
 
 
 def format_table() -> list[Format]:
@@ -46,7 +58,7 @@ def _row(module: ModuleType) -> Format:
         written and module.write.__annotations__["m"] != "Reflectance",
         _sampled(module),
         module.DESCRIPTION,
-        module.ORACLE,
+        getattr(module, "ORACLE", "nothing yet"),
         options(module.read),
         options(module.write) if written else None,
     )
@@ -79,17 +91,18 @@ def as_page(rows: Sequence[Format]) -> str:
         )
         for row in rows
     ]
-    chosen = [
-        (row.name, _listed(row.read_options), _listed(row.write_options or {}))
-        for row in rows
-        if row.read_options or row.write_options
-    ]
     header = ("format", "suffixes", "read", "written", "sampled", "what it is", "checked against")
-    return PAGE.format(formats=_table(header, table), options=_table(("format", "reading", "writing"), chosen))
+    chosen = [f"### {row.name}\n\n{_options(row)}\n" for row in rows if row.read_options or row.write_options]
+    return PAGE.format(formats=_table(header, table), options="\n".join(chosen))
 
 
-def _listed(given: dict[str, object]) -> str:
-    return ", ".join(f"`{name}={default!r}`" for name, default in given.items())
+def _options(row: Format) -> str:
+    cells = [
+        (does, f"`{name}`", option.expected, f"`{option.usual}`" if option.usual else "", option.declared.doc)
+        for does, options in (("read", row.read_options), ("write", row.write_options or {}))
+        for name, option in options.items()
+    ]
+    return _table(("to", "option", "value", "default", "meaning"), cells)
 
 
 def _table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
@@ -112,8 +125,11 @@ This page is made by `python3 dev.py docs`, of what the modules in `src/gonio/fo
 
 ## Options
 
-Keyword arguments of `gn.load`, and of `gn.save` and `gn.convert`; of `gonio convert` as `--option NAME=VALUE`, and
-`resolution` as `--resolution N,N`.
+Those to read are keyword arguments of `gn.load`, those to write of `gn.save` and `gn.convert`; `gonio convert` takes
+the latter as `--option NAME=VALUE`, a list as `1,2,3`, and `resolution` as `--resolution N,N` too. `gonio formats NAME`
+lists them in a terminal. A value of another kind or out of bounds is a ParameterError, before anything is read or
+written.
 
-{options}
-"""
+`resolution` is always a count of nodes, `step` an angle in degrees.
+
+{options}"""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
@@ -16,6 +16,7 @@ from ...tables.angle_systems import SYSTEMS, angle_system
 from ...tables.axes import fits
 from ...tables.gridded import Gridded
 from ...tables.nodes import above, f_at, with_channels
+from .._options import Declared
 
 SAME = 1e-8
 """Angles closer than this [degrees] are the same."""
@@ -203,14 +204,6 @@ def reflected(theta: np.ndarray, phi: np.ndarray, table: np.ndarray) -> float:
     return float((mean[:-1] * first + mean[1:] * (whole - first)).sum())
 
 
-def angle_list(name: str, given: Any, default: Sequence[float], low: float, high: float) -> list[float]:
-    """The angles [degrees] a caller asks for, or the default. Raises ParameterError where they do not increase."""
-    x = np.asarray(default if given is None else given, dtype=float).reshape(-1)
-    if not x.size or not np.isfinite(x).all() or (np.diff(x) <= 0.0).any() or x[0] < low or x[-1] > high:
-        raise ParameterError(f"{name}={_short(x)}: expected increasing angles from {low:g} to {high:g} degrees")
-    return x.tolist()
-
-
 class Angles(NamedTuple):
     """Lists [degrees] that writers use by default: `circle` without its end, `turns` every few of its steps."""
 
@@ -224,19 +217,33 @@ class Angles(NamedTuple):
 USUAL = 5.0
 """Degrees between the angles of a file, where a caller does not say."""
 
+Step = Annotated[
+    float | None,
+    Declared(
+        "from one angle of wo to the next; angles of wi, and azimuths, are two steps apart",
+        1e-3,
+        90.0,
+        "degrees",
+        usual=USUAL,
+    ),
+]
+IncidentAngles = Annotated[Sequence[float] | None, Declared("polar angles of wi", 0.0, 90.0, "degrees", rising=True)]
+OutgoingAngles = Annotated[Sequence[float] | None, Declared("polar angles of wo", 0.0, 90.0, "degrees", rising=True)]
+Channel = Annotated[
+    float | str | None, Declared("the channel that is written: its name, its wavelength [nm] or its number")
+]
+
 
 def default_angles(asked: float | None, anisotropic: bool) -> Angles:
     """theta_o every so many degrees (5 if not given), theta_i and azimuths every two of them, turns of the sample some
-    30. Raises ParameterError for no such number, TooLargeError where so many angles do not fit into memory."""
-    resolution = USUAL if asked is None else asked
-    if not (isinstance(resolution, (int, float, np.number)) and 1e-3 <= resolution <= 90.0) or resolution is True:
-        raise ParameterError(f"resolution={asked!r:.60}: expected a step from 0.001 to 90 degrees, such as 5")
-    fits(85.0 / resolution * (40.0 / resolution) * (180.0 / resolution) * (12 if anisotropic else 1), f"{resolution=}")
-    theta_o = steps(85.0, resolution)
-    count = max(4, 2 * round(90.0 / resolution))
+    30. Raises TooLargeError where so many angles do not fit into memory."""
+    step = USUAL if asked is None else asked
+    fits(85.0 / step * (40.0 / step) * (180.0 / step) * (12 if anisotropic else 1), f"{step=}")
+    theta_o = steps(85.0, step)
+    count = max(4, 2 * round(90.0 / step))
     circle = (np.arange(count) * (360.0 / count)).round(9).tolist()
     return Angles(
-        steps(80.0, min(2.0 * resolution, 80.0)),
+        steps(80.0, min(2.0 * step, 80.0)),
         theta_o,
         [*circle[: count // 2], 180.0],
         circle,

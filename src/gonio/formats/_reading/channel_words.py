@@ -4,12 +4,22 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
+from typing import Annotated
 
 import numpy as np
 
 from ...base.reflectance import Reflectance
 from ...errors import FormatError, ParameterError
+from .._options import Declared
 from . import plain_text
+
+SHORTEST, LONGEST = 1e-3, 1e9
+"""Wavelengths [nm] of channels are between these."""
+
+Wavelengths = Annotated[
+    Sequence[float] | None,
+    Declared("wavelengths of the channels, for materials that do not say", SHORTEST, LONGEST, "nm"),
+]
 
 _WAVELENGTH = re.compile(r"(\d+(?:\.\d*)?|\.\d+)\s*nm", re.ASCII | re.IGNORECASE)
 

@@ -6,17 +6,28 @@ import os
 import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 
 from ...base.reflectance import Reflectance
 from ...errors import FormatError
+from ...tables.angle_systems import SYSTEMS
 from ...tables.dataset import to_dataset
 from ...tables.dataset_layout import ANGLES, ROW
+from .._options import Declared
 
 if TYPE_CHECKING:
     import xarray
 
 Found = TypeVar("Found")
+
+Parameterisation = Annotated[
+    str, Declared("angles of the grid that a material without a grid is put on", words=SYSTEMS)
+]
+Resolution = Annotated[
+    Sequence[int] | None,
+    Declared("nodes along each axis of the grid; without it a measurement keeps its own", 2, lengths=(3, 4)),
+]
+
 AS_STORED: dict[str, Any] = {"decode_times": False, "decode_coords": False}
 """Options of xarray with which a file is opened."""
 

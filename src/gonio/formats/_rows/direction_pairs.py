@@ -1,13 +1,13 @@
 """Pairs of directions with values, one per row of a file, and the `Gridded` or `Scattered` made of them.
 
-The way back, from any reflectance to pairs, is `_pairs_of`.
+The way back, from any reflectance to pairs, is `pairs_of_material`.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
@@ -15,6 +15,7 @@ from ...errors import FormatError, ParameterError
 from ...tables.gridded import Gridded
 from ...tables.rows import ROW_ANGLES
 from ...tables.scattered import Scattered, gridded_or_scattered
+from .._options import Declared
 
 LEVEL = 0.5 * math.pi + 1e-6
 """Polar angles [rad] up to here are above the surface."""
@@ -23,6 +24,7 @@ TURNS = 16.0 * math.pi
 """Azimuths [rad] beyond are damage."""
 
 SIDES = ("front", "back")
+Side = Annotated[str, Declared("side of the sample that is lit and seen", words=SIDES)]
 
 
 class Pairs(NamedTuple):
@@ -92,8 +94,6 @@ def material(
     Isotropic, if that is not said, where all light comes from one azimuth; of a grid it is kept in `about["phi_i"]`.
     Raises FormatError where nothing is left, or no number, and what `upright` raises.
     """
-    if side not in SIDES:
-        raise ParameterError(f"side={side!r}: expected one of {', '.join(map(repr, SIDES))}")
     theta_i, phi_i, theta_o, phi_o = upright(pairs.angles, path).T
     front_i, front_o = theta_i <= LEVEL, theta_o <= LEVEL
     here = front_i & front_o if side == "front" else ~front_i & ~front_o

@@ -1,10 +1,10 @@
-"""Any reflectance as pairs of directions with values: what formats that list pairs are written from (see `_pairs`)."""
+"""Any reflectance as pairs of directions with values: what formats that list pairs are written from."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 
@@ -15,10 +15,11 @@ from ...base.reflectance import Reflectance
 from ...errors import ParameterError
 from ...formula.direction import HORIZON
 from ...tables.angle_systems import SYSTEMS, angle_system
-from ...tables.axes import counts, fits
+from ...tables.axes import fits
 from ...tables.gridded import Gridded
 from ...tables.nodes import channels_named
 from ...tables.scattered import Scattered
+from .._options import Declared
 from .direction_pairs import Pairs, material
 
 
@@ -43,6 +44,14 @@ class Nodes(NamedTuple):
 FINE = Nodes((18, 18, 72), (18, 18, 72, 72))
 COARSE = Nodes((10, 10, 13), (7, 7, 9, 9), last=80.0)
 
+_GRID = Declared(
+    "nodes of theta_i, theta_o, phi, or of theta_i, theta_o, phi_i, phi_o; without it a measurement keeps its pairs",
+    1,
+    lengths=(3, 4),
+)
+Resolution = Annotated[Sequence[int] | None, _GRID._replace(usual=FINE.isotropic)]
+CoarseResolution = Annotated[Sequence[int] | None, _GRID._replace(usual=COARSE.isotropic)]
+
 
 def pairs_of(
     m: Reflectance,
@@ -56,8 +65,8 @@ def pairs_of(
     """The pairs that a measurement holds, with its values as stored; of anything else f at a grid of angles, and of
     anything at the grid that is asked for.
 
-    `resolution`: numbers of theta_i, theta_o and azimuths, which are those of wi too where a model is anisotropic; or
-    of theta_i, theta_o, phi_i, phi_o; else those of `nodes`. `quantities`: what the format can hold; other values
+    `resolution`: see `Resolution`; three numbers have the azimuths of wo for wi too where a model is anisotropic. The
+    grid of `nodes` where it is not given. `quantities`: what the format can hold; other values
     become the first of these. `incident`: theta_i and phi_i [rad], which are the only ones then.
     Of a grid both halves of mirrored data are there, and no nodes on the horizon or below it, or without a number;
     `as_held`: the nodes as they are, but for those below the horizon.
@@ -95,14 +104,13 @@ def _of_model(
     tabular_shape(m)
     isotropic = m.is_isotropic()
     usual = nodes.isotropic if isotropic else nodes.oriented
-    expected = "theta_i, theta_o and azimuths, or theta_i, theta_o, phi_i and phi_o"
-    asked = usual if resolution is None else counts(resolution, (3, 4), 1, expected)
+    asked = usual if resolution is None else resolution
     theta_i, theta_o = (nodes.polar(n) for n in asked[:2])
     turns = [np.radians(np.linspace(0.0, 360.0, n, endpoint=False)) for n in (asked[-2], asked[-1])]
     phi_i, phi_o = turns if len(asked) == 4 else (np.zeros(1) if isotropic else turns[1], turns[1])
     if incident is not None:
         theta_i, phi_i = np.reshape(incident, (2, 1))
-    fits(math.prod(map(len, (theta_i, phi_i, theta_o, phi_o))), f"resolution={asked}")
+    fits(math.prod(map(len, (theta_i, phi_i, theta_o, phi_o))), f"resolution={tuple(asked)}")
     rows = np.stack([x.reshape(-1) for x in np.meshgrid(theta_i, phi_i, theta_o, phi_o, indexing="ij")], axis=1)
     names, f = tristimulus(m.channel_names, m.f_angles(*rows.T))
     return Pairs(rows, f, channels=None if f.ndim == 1 else names or channels_named(f.shape[1]))
@@ -136,7 +144,7 @@ def _of_grid(m: Gridded, as_held: bool) -> Pairs:
 def _turned(phi: np.ndarray, phi_i: object) -> tuple[np.ndarray, np.ndarray]:
     """Azimuths of wi and wo, those of wo with the digits in degrees that they were read with.
 
-    `phi_i` is what `about` says, of grids that were read from one azimuth of wi (see `_pairs.material`).
+    `phi_i` is what `about` says, of grids that were read from one azimuth of wi (see `direction_pairs.material`).
     """
     if not isinstance(phi_i, float) or not phi_i:
         return np.zeros_like(phi), phi
@@ -167,7 +175,7 @@ def _as_quantity(pairs: Pairs, quantity: str) -> Pairs:
 
 
 def with_others(pairs: Pairs, m: Reflectance) -> Pairs:
-    """The pairs and those that were kept from the file (see `_pairs.material`) as they were."""
+    """The pairs and those that were kept from the file (see `direction_pairs.material`) as they were."""
     others = getattr(m, "about", {}).get("other_pairs")
     if others is None or others.channels != pairs.channels or others.quantity != pairs.quantity:
         return pairs

@@ -1,6 +1,6 @@
 """ALTA's data files, text or binary: rows of numbers of a parametrisation, values, and bounds of the values.
 
-Lines `#KEY value` come first: `#DIM nX nY`, `#PARAM_IN` (the parametrisation, see `_alta_parameters`), `#PARAM_OUT`
+Lines `#KEY value` come first: `#DIM nX nY`, `#PARAM_IN` (the parametrisation, see `parametrisations`), `#PARAM_OUT`
 (INV_STERADIAN is f, INV_STERADIAN_COSINE_FACTOR f cos(theta_o), RGB_COLOR and XYZ_COLOR f of three channels), `#VS`
 (1: the values are given within plus or minus a bound, 2: within a lower and an upper one). Then rows x1 ... y1 ...
 and bounds, of the first value or of all; in binary files, after `#BEGIN_STREAM`, `#SAMPLE_COUNT` rows of float64 in
@@ -12,9 +12,9 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
@@ -23,9 +23,10 @@ from ...errors import FormatError, ParameterError
 from ...files import replacing
 from ...tables.angle_systems import SYSTEMS
 from ...tables.gridded import Gridded
+from .._options import Declared
 from .._reading import plain_text
 from .._rows import direction_pairs
-from .._rows.pairs_of_material import pairs_of
+from .._rows.pairs_of_material import Resolution, pairs_of
 from .parametrisations import PARAMETERS
 
 NAME = "ALTA"
@@ -43,6 +44,9 @@ QUANTITIES = {
 }
 """PARAM_OUT -> what the values are; a file that does not say holds f."""
 
+WRITTEN = [name for name, parameters in PARAMETERS.items() if parameters.of_angles is not None]
+"""Parametrisations that directions can be put into."""
+
 ORIENTED = ("RUSIN_TH_PH_TD", "RUSIN_VH")
 """Parametrisations of three numbers of which one is an azimuth of the sample."""
 
@@ -58,19 +62,22 @@ def matches(head: bytes, size: int) -> bool:
     return bool(_DIM.search(text)) and not _FUNCTION.search(text)
 
 
-def read(path: Path, param_in: str | None = None, param_out: str | None = None) -> Gridded:
+def read(
+    path: Path,
+    param_in: Annotated[str | None, Declared("parametrisation, in place of the file's", words=PARAMETERS)] = None,
+    param_out: Annotated[
+        str | None, Declared("what the values are, in place of the file's word", words=QUANTITIES)
+    ] = None,
+) -> Gridded:
     """The measurement in a file: a grid if its rows fill one, else `Scattered`.
 
-    `param_in`, `param_out`: what #PARAM_IN and #PARAM_OUT should say, where the file does not. Bounds are intervals and
-    no standard uncertainties: where all values have them, the uncertainty is that of a rectangular distribution, the
-    width/sqrt(12) (GUM 4.3.7). The rows are kept in `about["alta"]` to be written again.
+    Bounds are intervals and no standard uncertainties: where all values have them, the uncertainty is that of a
+    rectangular distribution, the width/sqrt(12) (GUM 4.3.7). The rows are kept in `about["alta"]` to be written again.
     Raises FormatError where the file is damaged, with the line.
     """
     lines = plain_text.read(path, mixed=_STREAM)
     header = _header(lines)
-    if param_in or param_out:
-        given = {"PARAM_IN": param_in, "PARAM_OUT": param_out}
-        header |= {key: value for key, value in given.items() if value}
+    header |= {key: said for key, said in (("PARAM_IN", param_in), ("PARAM_OUT", param_out)) if said}
     rows = _stream(lines, header) if lines.mixed else _rows(lines, header)
     if not len(rows):
         raise lines.cut_short("rows of numbers")
@@ -208,16 +215,23 @@ def _half_difference(
 def write(
     m: Reflectance,
     path: Path,
-    param_in: str | None = None,
-    binary: bool = False,
-    resolution: Sequence[int] | None = None,
+    param_in: Annotated[
+        str | None,
+        Declared(
+            "parametrisation of the rows; if not given ISOTROPIC_TV_TL_DPHI, or SPHERICAL_TL_PL_TV_PV where wi has "
+            "several azimuths",
+            words=WRITTEN,
+        ),
+    ] = None,
+    binary: Annotated[bool, Declared("a stream of float64 in place of text")] = False,
+    resolution: Resolution = None,
 ) -> None:
     """Write rows: those that it was read from, if `m` was and `param_in` is not given, else the pairs it holds, or of
-    anything else those of a grid of angles (`resolution`: numbers of theta_i, theta_o and azimuths).
+    anything else those of a grid of angles.
 
-    `param_in`: the parametrisation; if not given, ISOTROPIC_TV_TL_DPHI, or SPHERICAL_TL_PL_TV_PV where wi has several
-    azimuths. An uncertainty u becomes the bound sqrt(3) u. A cosine at wo stays, other quantities become f. Lost: nodes
-    without data, names of channels. Raises ParameterError for delta lobes, maps, and unknown parametrisations.
+    An uncertainty u becomes the bound sqrt(3) u. A cosine at wo stays, other quantities become f. Lost: nodes
+    without data, names of channels. Raises ParameterError for delta lobes, maps, and parametrisations that lack an
+    azimuth.
     """
     kept = getattr(m, "about", {}).get("alta")
     if kept and param_in is None and _material(kept["header"], kept["rows"], "") == m:
@@ -239,10 +253,8 @@ def write(
 
 def _made(pairs: direction_pairs.Pairs, param_in: str | None) -> tuple[dict[str, str], np.ndarray]:
     name = param_in or ("SPHERICAL_TL_PL_TV_PV" if pairs.angles[:, 1].any() else "ISOTROPIC_TV_TL_DPHI")
-    of_angles = PARAMETERS[name].of_angles if name in PARAMETERS else None
-    if of_angles is None:
-        known = ", ".join(n for n, p in PARAMETERS.items() if p.of_angles is not None)
-        raise ParameterError(f"param_in={name!r}: expected one of {known}")
+    of_angles = PARAMETERS[name].of_angles
+    assert of_angles is not None
     if PARAMETERS[name].size < 4 and len(np.unique(pairs.angles[pairs.angles[:, 0] > 0.0, 1])) > 1:
         raise ParameterError(f"param_in={name!r}: holds no azimuth of wi, and there are several; leave param_in out")
     columns = [*of_angles(*pairs.angles.T), *pairs.columns().T]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 import numpy as np
 
@@ -16,6 +16,7 @@ from ...formula import warp
 from ...formula.direction import Direction, add, half_and_cosine, polar_angle, reflect
 from ...formula.fields import Held, Ours, channels, kept, table
 from ...formula.table_warp import ONE, MarginalWarp, Slices, bilinear, both, bracket, gather, tables_when_needed
+from .._options import Declared
 from .._reading import tensor_file
 from . import writer
 from .fields import check, dataset
@@ -47,15 +48,21 @@ def read(path: Path) -> RGL:
 
 
 def write(
-    m: Reflectance, path: Path, resolution: int | None = None, theta_i: int | None = None, phi_i: int | None = None
+    m: Reflectance,
+    path: Path,
+    resolution: Annotated[int | None, Declared("rows and columns of half vectors", 4, usual=writer.RESOLUTION)] = None,
+    theta_i: Annotated[
+        int | None, Declared("polar angles of wi from 0 to 90 degrees, denser towards grazing", 2, usual=writer.THETA_I)
+    ] = None,
+    phi_i: Annotated[
+        int | None,
+        Declared("azimuths of wi, of anisotropic materials", 8, multiple=4, usual=writer.PHI_I),
+    ] = None,
 ) -> None:
     """Write f as such a file: rgb (one channel becomes gray, X, Y, Z linear sRGB), or spectra for wavelengths.
 
     A measurement read from such a file is written with every field as it was, bit by bit, unless an option is given.
-    resolution   S has this times this many nodes over half vectors; 64 if not given
-    theta_i      polar angles of wi, 0 to 90 degrees, denser towards grazing; 25
-    phi_i        azimuths of wi around the circle, of anisotropic materials: a multiple of 4; 32. What repeats after
-                 half or a quarter of the circle is stored once
+    What repeats after half or a quarter of the circle of azimuths is stored once.
 
     Lost: holes, which are filled from what is next to them; values between the nodes. f with both cosines above 0.1
     changes by (mean, 99th percentile, largest; relative) 5e-4, 6e-3, 2e-2 for GGX(0.1), 2e-3, 9e-3, 4e-2 for

@@ -29,6 +29,9 @@ from ...numerics.lattice import lattice
 from ...pictures.colour import LUMINANCE, RELATIVE_XYZ, XYZ, rgb_of
 from ...tables.axes import fits
 
+RESOLUTION, THETA_I, PHI_I = 64, 25, 32
+"""Rows and columns of half vectors, and counts of polar angles and azimuths of wi, where a caller does not say."""
+
 RIGHT = 0.5 * math.pi
 GRAZING = 1e-3  # cosine up to which f is asked for
 RETRO_GRAZING = 0.1  # cosine up to which D follows f(w, w)
@@ -80,17 +83,11 @@ def _source(m: Reflectance) -> _Source:
     )
 
 
-def fields(m: Reflectance, resolution: int = 64, theta_i: int = 25, phi_i: int = 32) -> dict[str, np.ndarray]:
+def fields(
+    m: Reflectance, resolution: int = RESOLUTION, theta_i: int = THETA_I, phi_i: int = PHI_I
+) -> dict[str, np.ndarray]:
     """The fields of a file: S on resolution x resolution nodes for each of theta_i polar angles and phi_i azimuths of
     wi. Raises ParameterError for what such a file cannot hold."""
-    for name, value, least, step in (
-        ("resolution", resolution, 4, 1),
-        ("theta_i", theta_i, 2, 1),
-        ("phi_i", phi_i, 8, 4),
-    ):
-        if not isinstance(value, (int, np.integer)) or value < least or value % step:
-            multiple = f", a multiple of {step}" if step > 1 else ""
-            raise ParameterError(f"{name}={value!r:.60}: expected a whole number from {least}{multiple}")
     source = _source(m)
     oriented = not m.is_isotropic()
     fits(resolution**2 * theta_i * (phi_i if oriented else 1), f"{resolution=}, {theta_i=}, {phi_i=}")

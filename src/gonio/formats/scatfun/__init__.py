@@ -6,7 +6,7 @@ import gzip
 import zlib
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 import numpy as np
 
@@ -19,7 +19,9 @@ from ...formula.direction import Direction
 from ...formula.fields import Held, Ours, channels, kept, table
 from ...formula.table_warp import bracket
 from ...tables.drawing import Sampled
+from .._options import ABOVE_ZERO, Declared
 from .._reading.mapped import expect_channels
+from .._rows.direction_pairs import Side
 from .contents import GZIP, MAGIC, inflated, parse, serialise
 
 if TYPE_CHECKING:
@@ -213,8 +215,8 @@ def matches(head: bytes, size: int) -> bool:
     return head.startswith(MAGIC[:-1])
 
 
-def read(path: Path, side: str = "front") -> Scatfun:
-    """The material of a file; `side`: "front" or "back", which is lit and seen. Raises FormatError for damage."""
+def read(path: Path, side: Side = "front") -> Scatfun:
+    """The material of a file. Raises FormatError for damage."""
     try:
         data = Path(path).read_bytes()
     except OSError as error:
@@ -223,11 +225,18 @@ def read(path: Path, side: str = "front") -> Scatfun:
     return Scatfun({n: Ours(x) if isinstance(x, np.ndarray) else x for n, x in parts.items()}, side, str(path))
 
 
-def write(m: Reflectance, path: Path, nodes: int = 64, orders: int = 1024, tolerance: float = 1e-4) -> None:
+def write(
+    m: Reflectance,
+    path: Path,
+    nodes: Annotated[int, Declared("cosines of either sign that series are held for", 4, 2048)] = 64,
+    orders: Annotated[int, Declared("most terms of a series", 1, 65536)] = 1024,
+    tolerance: Annotated[
+        float, Declared("a series ends where the rest is less than this share of its mean", ABOVE_ZERO, 1.0)
+    ] = 1e-4,
+) -> None:
     """Write f cos(theta_i) as Fourier series; a Scatfun is written as it was read, bit by bit.
 
-    `nodes`: cosines of either sign that series are held for. A series ends where what follows is less than
-    `tolerance` of its mean, and at `orders`. Files whose name ends in .gz are compressed. Raises ParameterError for
+    Files whose name ends in .gz are compressed. Raises ParameterError for
     what such a file cannot hold: anisotropic materials, delta lobes, holes, other than 1 or 3 channels.
     """
     data = serialise(m.parts if isinstance(m, Scatfun) else _fitted(m, nodes, orders, tolerance))
@@ -237,8 +246,6 @@ def write(m: Reflectance, path: Path, nodes: int = 64, orders: int = 1024, toler
 
 def _fitted(m: Reflectance, nodes: int, orders: int, tolerance: float) -> dict[str, Any]:
     """The parts of a file that holds m."""
-    if nodes < 4 or orders < 1 or not tolerance > 0.0:
-        raise ParameterError(f"nodes={nodes}, orders={orders}, tolerance={tolerance}: expected 4, 1, 0 or above")
     width = expect_channels(m, NAME)
     if not m.is_isotropic():
         raise ParameterError(f"{m!r:.80}: is anisotropic, and SCATFUN files hold isotropic materials only")

@@ -30,7 +30,7 @@ import math
 import os
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
@@ -40,8 +40,11 @@ from ...errors import FormatError, ParameterError
 from ...tables.gridded import Gridded
 from .._optical.angle_tables import (
     NO_TRANSMISSION,
+    Channel,
     Filed,
-    angle_list,
+    IncidentAngles,
+    OutgoingAngles,
+    Step,
     as_filed,
     at_azimuths,
     channel_named,
@@ -50,7 +53,8 @@ from .._optical.angle_tables import (
     reflected,
     values_at,
 )
-from .._reading import plain_text
+from .._options import Declared
+from .._reading import channel_words, plain_text
 from .contents import ANISOTROPIC, BRDF, START, Part, Sheet, Table, read_sheet, written
 
 NAME = "Speos"
@@ -69,12 +73,23 @@ def matches(head: bytes, size: int) -> bool:
     return words.startswith(START.encode()) and b"surface file" in words and b"sampleid:" not in words
 
 
-def read(path: str | os.PathLike, wavelengths: Sequence[float] | None = None) -> Gridded:
+def read(
+    path: str | os.PathLike,
+    wavelengths: Annotated[
+        Sequence[float] | None,
+        Declared(
+            "channels at which the spectrum of an .anisotropicbsdf is taken, linear between its lines",
+            channel_words.SHORTEST,
+            channel_words.LONGEST,
+            "nm",
+        ),
+    ] = None,
+) -> Gridded:
     """The reflectance of a file: `angles` axes theta_i, theta_o, phi; or with phi_i, phi_o where the sample was turned.
 
-    Channels are wavelengths [nm], none where one spectrum is flat; `wavelengths` interpolates the spectrum of an
-    `.anisotropicbsdf` there. Transmission is kept for writing. Raises FormatError where the file is damaged, binary, of
-    an unknown version or without reflection, or where its tables have different angles.
+    Channels are wavelengths [nm], none where one spectrum is flat. Transmission is kept for writing. Raises FormatError
+    where the file is damaged, binary, of an unknown version or without reflection, or where its tables have different
+    angles.
     """
     path = Path(path)
     sheet = read_sheet(path)
@@ -204,41 +219,43 @@ def _oriented(
 def write(
     m: Reflectance,
     path: str | os.PathLike,
-    theta_i: Any = None,
-    theta_o: Any = None,
-    phi: Any = None,
-    phi_i: Any = None,
-    resolution: float | None = None,
-    channel: Any = None,
-    wavelengths: Sequence[float] | None = None,
+    theta_i: IncidentAngles = None,
+    theta_o: OutgoingAngles = None,
+    phi: Annotated[
+        Sequence[float] | None,
+        Declared("azimuths of wo, 0 is the mirror direction", -360.0, 360.0, "degrees", rising=True),
+    ] = None,
+    phi_i: Annotated[Sequence[float] | None, Declared("azimuths of wi", -360.0, 540.0, "degrees", rising=True)] = None,
+    step: Step = None,
+    channel: Channel = None,
+    wavelengths: channel_words.Wavelengths = None,
 ) -> None:
     """Write f by angles, as `.anisotropicbsdf` if the file is named so, else as `.brdf`; a material read from such a
     file is written with the same numbers, transmission too.
 
-    A table with three `angles` axes keeps its grid in a `.brdf`. Of others f is taken at the given angles [degrees], by
-    default theta_i and `phi` (0 is the mirror direction) every 2 `resolution` (5), theta_o every one up to 85 and
-    at 89; `phi_i`, angles of light about the normal, every 30 if the material is anisotropic. A `.brdf` is isotropic,
-    with a table for each channel; `wavelengths` [nm] names them where they are not (RGB: give three). An
-    `.anisotropicbsdf` has one channel, or the one named by `channel`. Shares are the integrals of the tables.
-    No data becomes 0.
-    Raises ParameterError for a delta lobe, maps, channels without wavelengths, or an anisotropic material in a `.brdf`.
+    A table with three `angles` axes keeps its grid in a `.brdf`. Of others f is taken at the given angles, by default
+    in steps up to theta_o = 85 and at 89 degrees, phi_i every 30 if the material is anisotropic. A `.brdf` is
+    isotropic, with a table for each channel, which `wavelengths` names where they are not (RGB: give three). An
+    `.anisotropicbsdf` has one channel, or the one named by `channel`. Shares are the integrals of the tables. No data
+    becomes 0. Raises ParameterError for a delta lobe, maps, channels without wavelengths, or an anisotropic material in
+    a `.brdf`.
     """
     path = Path(path)
     anisotropic = path.suffix.lower() == ".anisotropicbsdf"
     given = (theta_i, theta_o, phi, phi_i)
-    sheet = as_filed(m, Sheet, *given, resolution, channel, wavelengths)
+    sheet = as_filed(m, Sheet, *given, step, channel, wavelengths)
     if sheet is None or sheet.is_anisotropic != anisotropic:
-        f, axes = _sampled(m, anisotropic, given, resolution)
+        f, axes = _sampled(m, anisotropic, given, step)
         f, names = _spectrally(m, f, channel, wavelengths, anisotropic)
         sheet = _made_of(f, axes, names, anisotropic)
     plain_text.write(path, written(sheet))
 
 
 def _sampled(
-    m: Reflectance, anisotropic: bool, given: tuple, resolution: float | None
+    m: Reflectance, anisotropic: bool, given: tuple, step: float | None
 ) -> tuple[np.ndarray, dict[str, list[float]]]:
     """f (phi_i, theta_i, theta_o, phi, C) and angles of the file [degrees]."""
-    own = own_table(m, "angles", (*given, resolution))
+    own = own_table(m, "angles", (*given, step))
     if own and not own[0].is_oriented():
         theta_i, theta_o, phi = (plain_text.degrees(x) for x in own[0].axes.values())
         phi, f = _about_light(phi, own[1]) if own[0].is_mirrored else (np.round(phi - 180.0, 9), own[1])
@@ -248,12 +265,12 @@ def _sampled(
     isotropic = phi_i is None and m.is_isotropic()
     if not anisotropic and not isotropic:
         raise ParameterError(f"{m!r:.80}: is anisotropic, and a .brdf is not; name the file .anisotropicbsdf")
-    usual = default_angles(resolution, not isotropic)
+    usual = default_angles(step, not isotropic)
     axes = {
-        "phi_i": angle_list("phi_i", phi_i, [180.0] if isotropic else usual.turns, -360.0, 540.0),
-        "theta_i": angle_list("theta_i", theta_i, usual.theta_i, 0.0, 90.0),
-        "theta_o": angle_list("theta_o", theta_o, [*usual.theta_o, 89.0], 0.0, 90.0),
-        "phi": angle_list("phi", phi, [*usual.circle, 360.0], -360.0, 360.0),
+        "phi_i": phi_i or ([180.0] if isotropic else usual.turns),
+        "theta_i": theta_i or usual.theta_i,
+        "theta_o": theta_o or [*usual.theta_o, 89.0],
+        "phi": phi or [*usual.circle, 360.0],
     }
     light, incidence, polar, away = (np.radians(x) for x in np.meshgrid(*axes.values(), indexing="ij"))
     return values_at(m, direction(incidence, light), direction(polar, away + light + math.pi)), axes

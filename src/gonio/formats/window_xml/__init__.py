@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
@@ -19,6 +19,7 @@ from ...errors import FormatError, ParameterError
 from ...files import replacing
 from ...formula.fields import Ours
 from ...pictures.colour import RELATIVE_XYZ
+from .._options import BELOW_ONE, Declared
 from .._reading.plain_text import is_number
 from . import new, tree_nodes
 from .cell_tables import MIRRORED
@@ -41,17 +42,28 @@ def matches(head: bytes, size: int) -> bool:
     return re.search(rb"<(\w+:)?WindowElement\b", head.replace(b"\0", b"")) is not None
 
 
-def read(path: Path, side: str | None = None, wavelength: str | None = None) -> Klems | TensorTree:
+def read(
+    path: Path,
+    side: Annotated[
+        str | None,
+        Declared(
+            "side in WINDOW's words (Radiance's are exchanged); if not given the front if the file has it",
+            words=MIRRORED,
+        ),
+    ] = None,
+    wavelength: Annotated[
+        str | None,
+        Declared(
+            "a band of the file (Visible, Solar, 550), or spectral for all wavelengths; if not given X, Y "
+            "and Z if there, else Visible, else the spectrum, else the first band"
+        ),
+    ] = None,
+) -> Klems | TensorTree:
     """The reflectance in a file: a `Klems` or a `TensorTree`.
 
-    side        "front" or "back", in WINDOW's words (Radiance's are exchanged); the front if the file has it
-    wavelength  a band of the file ("Visible", "Solar", "550"), or "spectral" for all that are wavelengths; without it
-                X, Y and Z if there, else Visible, else the spectrum, else the first band
     Raises FormatError where the file is damaged, has no reflection, or not that.
     """
     document, contents = parse(Path(path))
-    if side is not None and side not in MIRRORED:
-        raise ParameterError(f"side={side!r}: expected 'front' or 'back'")
     trees = document.structure.startswith("TensorTree")
     bases: list[tuple[AngleBasis, AngleBasis]] = []
     held: list[Any] = []
@@ -196,21 +208,26 @@ def _tree_of(document: Document, block: Block, content: Content, where: str) -> 
 def write(
     m: Reflectance,
     path: Path,
-    basis: str | AngleBasis | None = None,
-    tree: int | None = None,
-    resolution: int | None = None,
-    tolerance: float = 0.0,
-    side: str = "front",
-    name: str = "",
+    basis: Annotated[
+        str | AngleBasis | None,
+        Declared("patches of 145, 77 or 41 directions, over which means are taken", words=new.BASES, usual="full"),
+    ] = None,
+    tree: Annotated[
+        int | None, Declared("dimensions of a tensor tree in place of a matrix: 3 if isotropic, else 4", words=(3, 4))
+    ] = None,
+    resolution: Annotated[
+        int | None, Declared("cells per side of a tree; if not given 64 of 3, 32 of 4 dimensions", words=new.CELLS)
+    ] = None,
+    tolerance: Annotated[
+        float, Declared("cells of a tree whose values differ by at most this share become one", 0.0, BELOW_ONE)
+    ] = 0.0,
+    side: Annotated[
+        str,
+        Declared("side in WINDOW's words; Radiance shows what is the back here on its front", words=MIRRORED),
+    ] = "front",
+    name: Annotated[str, Declared("name of the material in the file")] = "",
 ) -> None:
     """Write a reflectance as a matrix, or as a tree; one that was read from such a file, as it was unless told more.
-
-    basis       "full" (145 patches; the default), "half" (77), "quarter" (41), or an `AngleBasis`: means over patches
-    tree        3 (isotropic) or 4: a tensor tree instead, with means over cells
-    resolution  of trees: cells per side, a power of 2; by default 64 of 3, 32 of 4 dimensions
-    tolerance   of trees: cells whose values differ by at most this share become one
-    side        "front" or "back", in WINDOW's words; Radiance shows what is the back here on its front
-    name        of the material in the file
 
     One channel is written as Visible; RGB as CIE-X, Visible (Y) and CIE-Z (trees: Visible, CIE-u, CIE-v), in which a
     flat reflectance of 1 is 1, as in Radiance; wavelengths as these, and each on its own.
