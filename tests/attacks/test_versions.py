@@ -183,7 +183,7 @@ def test_the_commands_run_without_any_extra(tmp_path):
     code = f"""
         import sys
         sys.modules.update(dict.fromkeys({optional!r}))  # as if none were installed
-        from gonio.cli import main
+        from gonio.cli.commands import main
         for line in ("--help", "info gold", "render gold -o a.png --size 16 --samples 1"):
             sys.argv = ["gonio", *line.split()]
             try:
