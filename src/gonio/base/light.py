@@ -27,7 +27,7 @@ class Light(Parametrised):
     is_delta: ClassVar[bool] = False
     can_sample: ClassVar[bool] = False
     words: ClassVar[dict[str, str]] = {}
-    """How the command line may name it, with the numbers it takes ("constant[:L]") -> what that is; "" for a synonym."""
+    """How the command line may name it, with its numbers ("constant[:L]") -> what that is; "" for a synonym."""
 
     @classmethod
     def of_word(cls, numbers: Sequence[float]) -> Self:
