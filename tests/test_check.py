@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import re
+from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
@@ -29,6 +30,7 @@ from gonio.pictures.image import read_image
 from gonio.testing import assert_lawful, each_law
 
 PI = math.pi
+VERDICTS = (Path(__file__).resolve().parents[1] / "docs" / "models" / "laws.md").read_text(encoding="utf-8")
 
 
 def law(m: Reflectance, name: str) -> Law:
@@ -458,8 +460,14 @@ def test_all_models(monkeypatch):
 @pytest.mark.parametrize("model", MODELS, ids=lambda c: c.__name__)
 def test_every_model_is_lawful(model):
     """The laws that test_laws.py and test_sampling.py do not have, with the parameters it has if none are given."""
-    report = gn.check(model(), laws=["isotropy", "furnace", "cavity", "grazing", "derivatives", "limit"])
+    wanted = ["isotropy", "furnace", "cavity", "grazing", "derivatives", "limit"]
+    report = gn.check(model(), laws=wanted)
     assert report.lawful, report
+    (row,) = re.findall(rf"^\| \[`{model.__name__}`\].*?\| (.*) \|$", VERDICTS, re.MULTILINE)
+    said = dict(zip(LAWS, row.replace("*", "").split(" | "), strict=True))
+    assert {law: said[law] for law in wanted} == dict.fromkeys(wanted, "–") | report.verdicts, (
+        "python3 dev.py docs --laws"
+    )
 
 
 # Sampling, figure, command line.

@@ -123,6 +123,12 @@ def test_names_exist(page):
             reduce(getattr, names, gn)  # AttributeError names what is missing
 
 
+def test_names_in_the_guide_exist():
+    """Those of classes in the tables, which no block runs."""
+    named = re.findall(r"`([A-Z][a-z]\w+|[A-Z]{2,}\w*)(?=[(`])", ANY_BLOCK.sub("", read(PAGES["models/choose.md"])))
+    assert len(named) > 20 and set(named) <= set(dir(gn)), set(named) - set(dir(gn))
+
+
 @every_page
 def test_links_lead_somewhere(page):
     for groups in LINK.findall(ANY_BLOCK.sub("", read(page))):
