@@ -18,9 +18,6 @@ if TYPE_CHECKING:
     from ..base.reflectance import Reflectance
     from ..uncertainty import Quoted
 
-ASSUMPTIONS = ("independent", "common")
-"""What errors are taken to be where nothing else is asked for: the two ends of what may be."""
-
 
 @click.command(short_help="Quote the albedo of MATERIAL, with its uncertainty.")
 @material_argument
@@ -83,6 +80,7 @@ def albedos(
     from ..base.angles import direction
     from ..integrals.albedo import albedo
     from ..laws.probes import channel
+    from ..report.facts import ASSUMPTIONS
     from ..uncertainty import with_uncertainty
     from ..uncertainty.table import has_uncertainty
 

@@ -28,6 +28,9 @@ from ..uncertainty.table import SCALE, has_uncertainty, scale_uncertainty
 INCIDENCE = (0.0, 45.0, 75.0)
 """Angles [degrees] at which `facts` gives the albedo."""
 
+ASSUMPTIONS = ("independent", "common")
+"""What the errors of values are taken to be where nothing else is asked for: the two ends of what may be."""
+
 EXACT = 1e-6
 """Relative difference up to which a symmetry counts as exact."""
 
@@ -54,7 +57,7 @@ def facts(text: str, m: Reflectance) -> dict[str, Any]:
         if isinstance(m, Measured):
             found["symmetry"] = _symmetry(m)
         if isinstance(m, Gridded) and has_uncertainty(m):
-            found["uncertainty_of_albedo"] = _of_albedo(m)
+            found["uncertainty_of_albedo"] = _uncertainty_of_albedo(m)
     return found | _settable_facts(m)
 
 
@@ -65,14 +68,11 @@ def _albedo(m: Reflectance) -> dict[str, Any]:
     return {"theta_i": list(INCIDENCE), "values": rho.tolist()}
 
 
-def _of_albedo(m: Gridded) -> dict[str, Any]:
+def _uncertainty_of_albedo(m: Gridded) -> dict[str, Any]:
     at = direction(np.radians(INCIDENCE), 0.0)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", MissingDataWarning)
-        return {
-            how: with_uncertainty(albedo, m, at, correlation=how, tolerance=1e-3).u.tolist()
-            for how in ("independent", "common")
-        }
+        return {how: with_uncertainty(albedo, m, at, correlation=how, tolerance=1e-3).u.tolist() for how in ASSUMPTIONS}
 
 
 def _settable_facts(m: Reflectance) -> dict[str, Any]:
