@@ -51,8 +51,8 @@ def _sections(code: bytes) -> list[_Section]:
     size, count = struct.unpack_from("<HH", code, 58)
     if size != 64 or start + size * count > len(code):
         return []
-    found = [_Section(*struct.unpack_from("<IIQQQQIIQQ", code, start + i * size)) for i in range(count)]
-    return found if all(s.kind in _EMPTY or s.offset + s.size <= len(code) for s in found) else []
+    sections = [_Section(*struct.unpack_from("<IIQQQQIIQQ", code, start + i * size)) for i in range(count)]
+    return sections if all(s.kind in _EMPTY or s.offset + s.size <= len(code) for s in sections) else []
 
 
 def flatten(code: bytes) -> tuple[bytes, int] | None:

@@ -209,9 +209,9 @@ _address = _quick_address if sys.implementation.name == "cpython" and _works() e
 
 
 def _view(array: np.ndarray, width: int, axes: int) -> _View:
-    own = array.ndim - 1
-    strides = [0 if array.shape[i] == 1 else array.strides[i] for i in range(own)]
-    return _View(width, (0,) * (axes - own) + tuple(strides), array.strides[-1] if width > 1 else array.itemsize)
+    batch_axes = array.ndim - 1
+    strides = [0 if array.shape[i] == 1 else array.strides[i] for i in range(batch_axes)]
+    return _View(width, (0,) * (axes - batch_axes) + tuple(strides), array.strides[-1] if width > 1 else array.itemsize)
 
 
 def _contiguous(shape: tuple[int, ...], axes: int, size: int) -> tuple[int, ...]:
