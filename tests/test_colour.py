@@ -11,12 +11,14 @@ import pytest
 
 import gonio as gn
 from gonio.base.light import Light
-from gonio.cli import arguments, commands, render, show
+from gonio.cli import albedo, arguments, check, commands, render, show
 from gonio.discover import docstring, modules
 from gonio.errors import NotFoundError, ParameterError
 from gonio.lights import _words
 from gonio.pictures import colour, image
 from gonio.pictures.colour import LUMINANCE, RELATIVE_XYZ, RGB_OF_XYZ, WHITE, XYZ, XYZ_OF_RGB, rgb_of, transformed
+from gonio.report import facts, figures
+from gonio.uncertainty import correlation
 
 PACKAGE = Path(gn.__file__).parent
 
@@ -120,6 +122,20 @@ def test_help_names_the_pictures_that_can_be_written():
     (output,) = (option for option in render.render.params if option.name == "output")
     assert set(re.findall(r"\.[a-z]+", output.help)) == set(image._WRITERS)
     assert set(image._WRITERS) <= set(image.SUFFIXES)
+
+
+def test_help_names_the_figures_that_can_be_written():
+    """In `show.py` and `check.py`: edit their help when `report/figures.py` writes others."""
+    for command, name in ((show.show, "output"), (check.check, "plot")):
+        (option,) = (option for option in command.params if option.name == name)
+        assert set(re.findall(r"\.[a-z]+", option.help)) | {".jpg"} == set(figures.SUFFIXES)
+
+
+def test_the_command_line_offers_what_errors_may_be():
+    """In `albedo.py`: edit its choices when `uncertainty/correlation.py` knows others."""
+    (option,) = (option for option in albedo.albedo.params if option.name == "assumed")
+    assert tuple(option.type.choices) == correlation.WORDS
+    assert option.help.endswith(f"[default: {', '.join(facts.ASSUMPTIONS)}]")
 
 
 def test_formats_of_pictures_say_what_they_are():

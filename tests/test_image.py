@@ -450,7 +450,7 @@ def test_content_decides_and_not_the_suffix(tmp_path):
     (tmp_path / "a.hdr").rename(tmp_path / "a.png")
     assert read_image(str(tmp_path / "a.png")).pixels.shape == (9, 17, 3)
     for data in (b"", b"#?", b"GIF89a", b"\0" * 100):
-        with pytest.raises(errors.FormatError, match="expected b'#\\?RADIANCE'"):
+        with pytest.raises(errors.FormatError, match=r"expected b'v/1.*b'#\?RADIANCE' \(Radiance\)"):
             read_image(write(tmp_path, data))
     with pytest.raises(errors.NotFoundError, match="No such file"):
         read_image(tmp_path / "none.exr")
@@ -461,7 +461,7 @@ def test_content_decides_and_not_the_suffix(tmp_path):
 def test_save_refuses_what_it_cannot_do(tmp_path):
     image = Image(smooth())
     for name in ("a.tif", "a", "a.png.bak"):
-        with pytest.raises(errors.ParameterError, match=r"\.png, \.exr, \.hdr"):
+        with pytest.raises(errors.ParameterError, match=r"\.exr, \.png, \.hdr"):
             image.save(tmp_path / name)
     for name, exposure in (("a.exr", 1.0), ("a.hdr", -1.0), ("a.png", np.nan), ("a.png", 1e9)):
         with pytest.raises(errors.ParameterError, match="exposure"):

@@ -18,9 +18,6 @@ if TYPE_CHECKING:
     from ..base.reflectance import Reflectance
     from ..uncertainty import Quoted
 
-ASSUMPTIONS = ("independent", "common")
-"""What errors are taken to be where nothing else is asked for: the two ends of what may be."""
-
 
 @click.command(short_help="Quote the albedo of MATERIAL, with its uncertainty.")
 @material_argument
@@ -63,13 +60,13 @@ def albedo(
 def angles(text: str, name: str, below: float = math.inf) -> list[float]:
     """Angles [degrees] of a list such as "0,8,45"."""
     try:
-        found = [float(part) for part in text.split(",")]
+        degrees = [float(part) for part in text.split(",")]
     except ValueError:
-        found = [math.nan]
-    if not all(math.isfinite(x) and abs(x) < below and (x >= 0.0 or below == math.inf) for x in found):
+        degrees = [math.nan]
+    if not all(math.isfinite(x) and abs(x) < below and (x >= 0.0 or below == math.inf) for x in degrees):
         limits = "" if below == math.inf else f" of at least 0 and below {below:g}"
         raise ParameterError(f"--{name} {text!r:.60}: expected angles in degrees{limits}, such as 0,8,45")
-    return found
+    return degrees
 
 
 def albedos(
@@ -83,16 +80,17 @@ def albedos(
     from ..base.angles import direction
     from ..integrals.albedo import albedo
     from ..laws._probes import channel
+    from ..report.facts import ASSUMPTIONS
     from ..uncertainty import with_uncertainty
     from ..uncertainty.table import has_uncertainty
 
     w = direction(np.radians(theta)[:, None], np.radians(phi)).reshape(-1, 3)
-    found: dict[str, Quoted] = {}
+    quoted: dict[str, Quoted] = {}
     if assumptions or scale is not None or has_uncertainty(m):
-        found = {
+        quoted = {
             name: with_uncertainty(albedo, m, w, correlation=name, scale=scale) for name in assumptions or ASSUMPTIONS
         }
-    value = next(iter(found.values())).value if found else albedo(m, w)
+    value = next(iter(quoted.values())).value if quoted else albedo(m, w)
     if value.ndim == 1:
         value = value[:, None]
     count = value.shape[1]
@@ -100,7 +98,7 @@ def albedos(
     rows = []
     for i, (t, p) in enumerate((t, p) for t in theta for p in phi):
         for c, number in enumerate(value[i]):
-            u = {name: float(q.u.reshape(value.shape)[i, c]) for name, q in found.items()}
+            u = {name: float(q.u.reshape(value.shape)[i, c]) for name, q in quoted.items()}
             of = {"channel": names[c]} if len(names) > 1 else {}
             rows.append({"theta_i": t, "phi_i": p, **of, "albedo": float(number), **({"u": u} if u else {})})
     return rows
@@ -116,7 +114,7 @@ def as_text(rows: Sequence[dict[str, Any]], k: float = 1.0) -> str:
     header += [f"albedo ± U (k = {k:g}), {name} errors" for name in names] or ["albedo"]
     cells = []
     for row in rows:
-        own = [f"{row['theta_i']:g}°", f"{row['phi_i']:g}°", *([row["channel"]] if "channel" in row else [])]
+        place = [f"{row['theta_i']:g}°", f"{row['phi_i']:g}°", *([row["channel"]] if "channel" in row else [])]
         quoted = [rounded(row["albedo"], k * row["u"][name], " ± ") for name in names]
-        cells.append([*own, *(quoted or [f"{row['albedo']:.4f}"])])
+        cells.append([*place, *(quoted or [f"{row['albedo']:.4f}"])])
     return table(header, cells)

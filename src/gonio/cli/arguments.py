@@ -1,4 +1,4 @@
-"""What the words on a command line stand for: materials, lights and `name=value`."""
+"""Arguments of the command line: the materials, lights and parameters that their words stand for."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ from ..lights._words import Word, words
 from ..pictures.image import SUFFIXES
 
 LONGEST = 255
-"""Characters of a file's name that similar ones are looked for."""
+"""Characters of a file's name that are compared with other names."""
 
 
 def resolve(text: str) -> Reflectance:
-    """What MATERIAL means: what is to be read at this path ("-" is standard input), else the name of a built-in
-    material, else an expression."""
+    """The material of the argument MATERIAL: a path to read ("-" is standard input), else the name of a built-in one,
+    else an expression."""
     if text == "-":
         if sys.stdin is None:
             raise NotFoundError("-: standard input is closed; lead a file or a pipe to it")
@@ -67,8 +67,8 @@ def _files_like(text: str) -> str:
 
 
 def resolve_light(text: str) -> Light:
-    """What LIGHT means: a picture's file, a word that a light declares, with its numbers, or an expression such as
-    DistantLight([1, 0, 1], 3)."""
+    """The light of the argument LIGHT: a picture's file, a word declared in `lights/` with its numbers, or an
+    expression such as DistantLight([1, 0, 1], 3)."""
     by_name = {name: word for word in words() for name in (word.name, *word.aliases)}
     photograph = by_name.pop("FILE")
     if os.path.isfile(text):
@@ -141,14 +141,14 @@ def _path(m: Reflectance, name: str) -> str:
             paths.append(path.removesuffix(declared.name) + declared.alias)
     if name in paths:
         return name
-    found = [p for p in paths if p.endswith(f".{name}")]
-    if len(found) == 1:
-        return found[0]
-    if found:
-        raise ParameterError(f"-p {name}: stands for several parameters; name one of {', '.join(found)}")
+    ending = [p for p in paths if p.endswith(f".{name}")]
+    if len(ending) == 1:
+        return ending[0]
+    if ending:
+        raise ParameterError(f"-p {name}: stands for several parameters; name one of {', '.join(ending)}")
     ends = {p.rpartition(".")[2]: p for p in paths}
     close = difflib.get_close_matches(name, [*paths, *ends], n=1)
     guess = f"; did you mean {close[0]}?" if close else ";"
-    known = [p for p, declared, _ in m.settable() if isinstance(declared, (Param, Option, Part)) and not p.isdigit()]
-    listed = f" expected one of {', '.join(known)}" if known else " this material has none"
+    settable = [p for p, declared, _ in m.settable() if isinstance(declared, (Param, Option, Part)) and not p.isdigit()]
+    listed = f" expected one of {', '.join(settable)}" if settable else " this material has none"
     raise NotFoundError(f"-p {name}: no such parameter{guess}{listed}")

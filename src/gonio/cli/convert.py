@@ -53,15 +53,15 @@ def convert(
     target(module, output)
     given = [*([] if resolution is None else [f"resolution={resolution}"]), *options]
     chosen = of_texts(module, "write", given)
-    found = convert_to(read_material(material, replaced), output, module.NAME, **chosen)
+    conversion = convert_to(read_material(material, replaced), output, module.NAME, **chosen)
     if as_json:
-        print_json({**found.to_json(), "material": title_of(material, replaced)})
+        print_json({**conversion.to_json(), "material": title_of(material, replaced)})
         return
-    size = size_in_words(found.bytes)
-    echo(visible(f"{output}: {title_of(material, replaced)} as {found.format}, {size}, {since(start)}"))
-    echo(conversion_as_text(found))
+    size = size_in_words(conversion.bytes)
+    echo(visible(f"{output}: {title_of(material, replaced)} as {conversion.format}, {size}, {since(start)}"))
+    echo(conversion_as_text(conversion))
 
 
-def conversion_as_text(found: Conversion) -> str:
-    """What a conversion changed and lost, for people."""
-    return table(("", ""), found.rows()).removeprefix("\n")
+def conversion_as_text(conversion: Conversion) -> str:
+    """Changes and losses of a conversion as a table."""
+    return table(("", ""), conversion.rows()).removeprefix("\n")

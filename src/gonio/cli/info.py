@@ -29,71 +29,71 @@ def info(material: str, replaced: tuple[str, ...], as_json: bool) -> None:
         echo(facts_as_text(found))
 
 
-def facts_as_text(found: dict[str, Any]) -> str:
-    """What `facts` found, for people."""
+def facts_as_text(facts: dict[str, Any]) -> str:
+    """Facts about a material (see `report.facts`) as a table."""
     from ..conversion.conversion import labelled
 
-    rows = [("name", found["material"])]
-    if "built_in" in found:
-        rows.append(("built in", f"{found['built_in']}: {found['description']}"))
-    rows += _file_rows(found) if "format" in found else [("formula", found["expression"])]
-    rows.append(("channels", _channels(found)))
-    if "albedo" in found:
-        values = found["albedo"]["values"]
-        parts = [f"{_spectrum(v)} at {t:g}°" for t, v in zip(found["albedo"]["theta_i"], values, strict=True)]
+    rows = [("name", facts["material"])]
+    if "built_in" in facts:
+        rows.append(("built in", f"{facts['built_in']}: {facts['description']}"))
+    rows += _file_rows(facts) if "format" in facts else [("formula", facts["expression"])]
+    rows.append(("channels", _channels(facts)))
+    if "albedo" in facts:
+        values = facts["albedo"]["values"]
+        parts = [f"{_spectrum(v)} at {t:g}°" for t, v in zip(facts["albedo"]["theta_i"], values, strict=True)]
         rows.append(("albedo", ", ".join(parts)))
-    for assumed, spread in found.get("uncertainty_of_albedo", {}).items():
-        at = ", ".join(f"{_spectrum(v)} at {t:g}°" for t, v in zip(found["albedo"]["theta_i"], spread, strict=True))
+    for assumed, spread in facts.get("uncertainty_of_albedo", {}).items():
+        at = ", ".join(f"{_spectrum(v)} at {t:g}°" for t, v in zip(facts["albedo"]["theta_i"], spread, strict=True))
         rows.append(("u of albedo", f"{at}, of {assumed} errors"))
-    rows += [(name, _within(off)) for name, off in found.get("symmetry", {}).items()]
-    if found["has_delta"]:
+    rows += [(name, _within(off)) for name, off in facts.get("symmetry", {}).items()]
+    if facts["has_delta"]:
         rows.append(("mirror", "has a delta lobe: f is 0 pointwise, sampling and integrals are exact"))
-    rows += labelled("may break", found["breaks"])
-    if "source" in found:
-        rows.append(("source", found["source"]))
-    rows += _provenance_rows(found.get("provenance"))
+    rows += labelled("may break", facts["breaks"])
+    if "source" in facts:
+        rows.append(("source", facts["source"]))
+    rows += _provenance_rows(facts.get("provenance"))
     text = table(("", ""), rows).removeprefix("\n")
     listed = [
         (path, _value(p["value"]), f"{_number(p['low'])} ... {_number(p['high'])}", _meaning(p))
-        for path, p in found["parameters"].items()
+        for path, p in facts["parameters"].items()
     ]
     listed += [
-        (path, o["value"], "a word", f"{o['doc']}: {', '.join(o['choices'])}") for path, o in found["options"].items()
+        (path, o["value"], "a word", f"{o['doc']}: {', '.join(o['choices'])}") for path, o in facts["options"].items()
     ]
     if listed:
         text += "\n\n" + table(("parameter", "value", "bounds", "meaning"), listed)
     return text
 
 
-def _file_rows(found: dict[str, Any]) -> list[tuple[str, str]]:
+def _file_rows(facts: dict[str, Any]) -> list[tuple[str, str]]:
     """What a file is and holds."""
     from ..conversion.conversion import percent
     from ..tables.angle_systems import SYSTEMS
 
-    size = f", {size_in_words(found['bytes'])}" if found["bytes"] else ""
-    rows = [("format", found["format"] + size)]
-    if found["published_as"]:
-        rows.append(("recognised", f"bit by bit the published file of {found['published_as']}"))
-    rows += [(k.replace("_", " "), _short(v)) for k, v in found["about"].items() if v not in ("", None)]
-    rows.append(("quantity", found["quantity"]))
-    if name := found["parameterisation"]:
+    size = f", {size_in_words(facts['bytes'])}" if facts["bytes"] else ""
+    rows = [("format", facts["format"] + size)]
+    if facts["published_as"]:
+        rows.append(("recognised", f"bit by bit the published file of {facts['published_as']}"))
+    rows += [(k.replace("_", " "), _short(v)) for k, v in facts["about"].items() if v not in ("", None)]
+    rows.append(("quantity", facts["quantity"]))
+    if name := facts["parameterisation"]:
         rows.append(("grid", SYSTEMS[name].title if name in SYSTEMS else name))
-    rows += [(f"  {name}", _nodes(axis)) for name, axis in found["axes"].items()]
-    if found["rows"]:
-        rows.append(("measured", f"{found['rows']} pairs of directions, in no grid"))
-    rows.append(("table", " x ".join(map(str, found["shape"]))))
-    rows.append(("missing", _share(found["missing"])))
-    if found["negative"] is not None:
-        rows.append(("negative", _share(found["negative"])))
-    spread = found["uncertainty"]
+    rows += [(f"  {name}", _nodes(axis)) for name, axis in facts["axes"].items()]
+    if facts["rows"]:
+        rows.append(("measured", f"{facts['rows']} pairs of directions, in no grid"))
+    rows.append(("table", " x ".join(map(str, facts["shape"]))))
+    rows.append(("missing", _share(facts["missing"])))
+    if facts["negative"] is not None:
+        rows.append(("negative", _share(facts["negative"])))
+    spread = facts["uncertainty"]
     if spread:
         low, median, high = (percent(spread[name]) for name in ("low", "median", "high"))
         rows.append(("uncertainty", f"{low} to {high} of the value, {median} (median)"))
         if spread["unknown"] > 0.0:
             rows.append(("", f"unknown for {percent(spread['unknown'])} of the values"))
-    if found["scale_uncertainty"]:
-        rows.append(("scale", f"uncertain by {percent(found['scale_uncertainty'])}"))
-    rows += [("repaired", r["summary"]) for r in found["repairs"]]
+    if facts["scale_uncertainty"]:
+        rows.append(("scale", f"uncertain by {percent(facts['scale_uncertainty'])}"))
+    rows += [("repaired", r["summary"]) for r in facts["repairs"]]
     return rows
 
 
@@ -125,16 +125,16 @@ def _provenance_rows(held: dict[str, Any] | None) -> list[tuple[str, str]]:
     return rows + _made_from(held.get("converted_from"))
 
 
-def _made_from(made: Any) -> list[tuple[str, str]]:
-    """What something was made of, what that was made of, and so on."""
-    if isinstance(made, list):
-        return [row for of in made for row in _made_from(of)]
-    if not isinstance(made, dict):
+def _made_from(origin: Any) -> list[tuple[str, str]]:
+    """A row for the origin of a table, one for the origin of that, and so on."""
+    if isinstance(origin, list):
+        return [row for of in origin for row in _made_from(of)]
+    if not isinstance(origin, dict):
         return []
-    what = made.get("file") or made.get("material", "?")
-    digest = f", {made.get('format')}, sha256 {made['sha256']}" if "sha256" in made else ""
-    row = ("made from", f"{what}{digest}, by {made.get('converted_by', 'gonio')}")
-    return [row, *_made_from(made.get("converted_from"))]
+    what = origin.get("file") or origin.get("material", "?")
+    digest = f", {origin.get('format')}, sha256 {origin['sha256']}" if "sha256" in origin else ""
+    row = ("made from", f"{what}{digest}, by {origin.get('converted_by', 'gonio')}")
+    return [row, *_made_from(origin.get("converted_from"))]
 
 
 def _short(value: Any) -> str:
@@ -154,8 +154,8 @@ def _share(x: float) -> str:
     return f"{x:.2%} of the table" if x >= 1e-4 else f"{x:.1e} of the table"
 
 
-def _channels(found: dict[str, Any]) -> str:
-    names, count = found["channel_names"], found["channels"]
+def _channels(facts: dict[str, Any]) -> str:
+    names, count = facts["channel_names"], facts["channels"]
     if names is None:
         return "1: gray" if count == 1 else str(count)
     if isinstance(names[0], str):

@@ -25,9 +25,9 @@ BAD_INPUT, FAULT, INTERRUPTED, NOBODY_READS = 2, 70, 130, 141
 
 
 class Program(click.Group):
-    """A group of commands in which every failure that is the input's or the machine's becomes one line and exit code 2.
+    """A group of commands: bad input and failures of the machine end in one line and exit code 2.
 
-    Help is that of the docstrings, under `python -OO` too.
+    Help comes from the docstrings, under `python -OO` too.
     """
 
     def __init__(self, *args: Any, **more: Any) -> None:
@@ -56,7 +56,7 @@ class Program(click.Group):
     def main(  # type: ignore[override]
         self, args: Sequence[str] | None = None, prog_name: str | None = None, **extra: Any
     ) -> NoReturn:
-        """Run and exit: the code is what the command returns, 0 if nothing."""
+        """Run a command and exit, with the code that it returns, or 0."""
         try:
             with _announced_warnings():
                 code = super().main(args, self.name, **{**extra, "standalone_mode": False})
@@ -91,7 +91,7 @@ def _help(command: click.Command) -> str | None:
 
 @contextlib.contextmanager
 def _somebody_reads() -> Iterator[None]:
-    """Stop without a word where whoever read the output has gone, as `head` does."""
+    """Stop silently where the reader of the output has gone, as `head` goes."""
     try:
         yield
     except BrokenPipeError:
@@ -100,7 +100,7 @@ def _somebody_reads() -> Iterator[None]:
 
 
 def _drop(*names: str) -> None:
-    """Lead standard streams to nowhere: at its end Python writes what is left in them, and complains if it cannot."""
+    """Lead standard streams to nowhere: as it ends, Python flushes them, and complains if it cannot."""
     for name in names:
         setattr(sys, name, open(os.devnull, "w"))  # noqa: SIM115
 
@@ -135,7 +135,7 @@ def _stop(message: str, code: int = BAD_INPUT) -> NoReturn:
 
 
 def _fault(error: BaseException) -> NoReturn:
-    """The end of a run by a mistake in gonio."""
+    """End a run that met a mistake in gonio."""
     _say("".join(traceback.format_exception(error)))
     _stop(
         f"{type(error).__name__}: a fault of gonio {__version__}, not of what was asked for; please report it, with "
@@ -180,7 +180,7 @@ def bar(what: str) -> Iterator[Callable[[int, int], None] | None]:
 
 
 def print_json(data: Any) -> None:
-    """Print JSON, with null for NaN and infinity, which it has not."""
+    """Print JSON, with null for NaN and infinity, which JSON lacks."""
     click.echo(json.dumps(_finite(data), indent=2, allow_nan=False))
 
 
@@ -193,10 +193,10 @@ def _finite(data: Any) -> Any:
 
 
 def streams() -> None:
-    """Make standard input, output and error fit to be used.
+    """Prepare standard input, output and error.
 
-    What the terminal's encoding has not is printed as "?". Closed ones are led to nowhere, so that no file that is
-    opened gets their numbers; without a standard output there is nothing to do.
+    Characters that the terminal's encoding lacks are printed as "?". Closed streams lead to nowhere, so that no opened
+    file gets their numbers; without a standard output gonio stops.
     """
     closed = [number for number in range(3) if not _is_open(number)]
     for _ in closed:

@@ -1,13 +1,13 @@
-"""Files that are run: bytes under names of 40 hexadecimal digits, kept for the next process of this user.
+"""The cache folder of compiled kernels: files of machine code, named by 40 hexadecimal digits, kept for this user.
 
 The folder is `gonio-kernels-2` in GONIO_CACHE_DIR, or in the user's folder for caches; GONIO_CACHE=off keeps nothing.
-Whoever may write a file here may have code run as this user. So the folder and every file must belong to this user
-and be closed to writing by others. That is asked of what is open, not of a name: links above the folder may lead
-anywhere, what they lead to is asked the same. A checksum tells damage, not intent; a key would not either, for this
-user's programs could read it. Windows has no such modes: there the user's folder is private by its access list.
+A file here is code that runs as this user. So the folder and every file must belong to this user, and nobody else may
+write to them. Both are checked on the open file, not on its name: the links above the folder may lead anywhere. The
+checksum finds damage, not intent; neither would a key, which this user's programs could read. Windows has no such
+modes: there an access list makes the user's folder private.
 
-A file is written under another name and renamed, so that processes may share the folder; nothing is synchronised to the
-disk, the checksum is for that. Names that are not ours are never counted, read or removed.
+A file is written under another name and renamed, so that processes may share the folder. Nothing is synchronised to
+the disk: the checksum finds half-written files. Other files in the folder are never counted, read or removed.
 """
 
 from __future__ import annotations
@@ -46,23 +46,23 @@ class _Folder(NamedTuple):
     descriptor: int | None
 
     def at(self, name: str) -> str:
-        """What a file is opened by, together with the descriptor."""
+        """The name to open a file by, relative to the descriptor if there is one."""
         return os.path.join(self.path, name) if self.descriptor is None else name
 
 
 def read(name: str) -> bytes | None:
-    """What was written under a name; None where that is nothing, damaged, or not surely this user's."""
+    """The bytes written under a name; None where there is no file, or it is damaged or not surely this user's."""
     with _opened() as folder, suppress(OSError):
         if folder is None:
             return None
         descriptor = os.open(folder.at(name), _READ, dir_fd=folder.descriptor)
         try:
-            found = os.fstat(descriptor)
-            alone = stat.S_ISREG(found.st_mode) and found.st_nlink == 1
-            if not alone or found.st_size > LARGEST or not _ours(found) or _open_to_others(found):
+            status = os.fstat(descriptor)
+            alone = stat.S_ISREG(status.st_mode) and status.st_nlink == 1
+            if not alone or status.st_size > LARGEST or not _ours(status) or _open_to_others(status):
                 return None
-            data = os.read(descriptor, found.st_size + 1)
-            if abs(time.time() - found.st_mtime) > DAY:  # what is used is kept
+            data = os.read(descriptor, status.st_size + 1)
+            if abs(time.time() - status.st_mtime) > DAY:  # what is used is kept
                 with suppress(OSError):
                     os.utime(descriptor if os.utime in os.supports_fd else folder.at(name))
         finally:
@@ -73,7 +73,7 @@ def read(name: str) -> bytes | None:
 
 
 def write(name: str, body: bytes) -> None:
-    """Keep bytes under a name, where that is possible."""
+    """Write bytes under a name; where the folder cannot be used, nothing."""
     data = _head(name, body) + body
     if len(data) > LARGEST:
         return
@@ -102,17 +102,17 @@ def _head(name: str, body: bytes) -> bytes:
     return MAGIC + hashlib.sha256(name.encode() + body).digest()
 
 
-def _ours(found: os.stat_result) -> bool:
-    return os.name != "posix" or found.st_uid == os.geteuid()
+def _ours(status: os.stat_result) -> bool:
+    return os.name != "posix" or status.st_uid == os.geteuid()
 
 
-def _open_to_others(found: os.stat_result) -> bool:
-    return os.name == "posix" and bool(found.st_mode & 0o022)
+def _open_to_others(status: os.stat_result) -> bool:
+    return os.name == "posix" and bool(status.st_mode & 0o022)
 
 
 @contextmanager
 def _opened(make: bool = False) -> Iterator[_Folder | None]:
-    """The folder while it is in use; None where it is not to be used, or there is none (and none is made)."""
+    """The open folder; None where it may not be used, or does not exist and is not to be created."""
     path = _path()
     folder = None if path is None else _open(path, make)
     try:
@@ -123,27 +123,27 @@ def _opened(make: bool = False) -> Iterator[_Folder | None]:
 
 
 def _path() -> str | None:
-    """The folder's path; None where nothing is kept: that is asked for, or there is no folder for the user's caches."""
+    """The folder's path; None where GONIO_CACHE is off, or the user has no folder for caches."""
     switch = os.environ.get("GONIO_CACHE", "")
     if switch not in ("", "off"):
         raise ParameterError(f"GONIO_CACHE={switch!r}: expected off, which keeps no kernels on disk; or unset it")
     if switch:
         return None
-    own = os.environ.get("GONIO_CACHE_DIR")
-    if own is not None:
-        if not os.path.isabs(own):
+    place = os.environ.get("GONIO_CACHE_DIR")
+    if place is not None:
+        if not os.path.isabs(place):
             raise ParameterError(
-                f"GONIO_CACHE_DIR={own!r}: expected an absolute path, for code is run from there; set one, or unset it"
+                f"GONIO_CACHE_DIR={place!r}: expected an absolute path, as code is run from there; set one, or unset it"
             )
     elif os.name == "nt":
-        own = os.environ.get("LOCALAPPDATA", "")
+        place = os.environ.get("LOCALAPPDATA", "")
     else:
-        own = os.environ.get("XDG_CACHE_HOME", "") if sys.platform != "darwin" else ""
-        if not os.path.isabs(own):
+        place = os.environ.get("XDG_CACHE_HOME", "") if sys.platform != "darwin" else ""
+        if not os.path.isabs(place):
             home = os.path.expanduser("~")  # stays "~" where nobody knows a home; one that is not there is not made
             caches = "Library/Caches" if sys.platform == "darwin" else ".cache"
-            own = os.path.join(home, caches) if os.path.isdir(home) else ""
-    return os.path.join(own, FOLDER) if os.path.isabs(own) else None
+            place = os.path.join(home, caches) if os.path.isdir(home) else ""
+    return os.path.join(place, FOLDER) if os.path.isabs(place) else None
 
 
 def _open(path: str, make: bool) -> _Folder | None:
@@ -154,7 +154,7 @@ def _open(path: str, make: bool) -> _Folder | None:
                 with suppress(FileExistsError):  # also by another process just now
                     os.makedirs(folder_path, 0o700)
         folder = _Folder(path, os.open(path, os.O_RDONLY | os.O_DIRECTORY | _SAFELY) if _AT else None)
-        found = os.stat(path if folder.descriptor is None else folder.descriptor)
+        status = os.stat(path if folder.descriptor is None else folder.descriptor)
     except OSError as error:  # not found, but there now: another process has just made it, no reason to warn
         if os.path.islink(path):
             _warn(path, "is a symbolic link", "put a folder there, or ")
@@ -163,15 +163,15 @@ def _open(path: str, make: bool) -> _Folder | None:
         elif make and "GONIO_CACHE_DIR" in os.environ:
             _warn(path, f"cannot be made ({error.strerror})")
         return None
-    if _ours(found) and not _open_to_others(found):
+    if _ours(status) and not _open_to_others(status):
         return folder
     if folder.descriptor is not None:
         os.close(folder.descriptor)
-    if _ours(found):
-        mode = f"mode {stat.S_IMODE(found.st_mode):04o}"
+    if _ours(status):
+        mode = f"mode {stat.S_IMODE(status.st_mode):04o}"
         _warn(path, f"may be written to by other users ({mode}), and code is run from it", "chmod 700 it, or ")
     else:
-        _warn(path, f"belongs to user {found.st_uid}, not to user {os.geteuid()}, and code is run from it")
+        _warn(path, f"belongs to user {status.st_uid}, not to user {os.geteuid()}, and code is run from it")
     return None
 
 
@@ -183,7 +183,7 @@ def _warn(path: str, why: str, remedy: str = "") -> None:
 
 
 def _prune(folder: _Folder) -> None:
-    """Remove the least recently used where there is too much, and what processes that were killed left half written."""
+    """Remove half-written files of killed processes and, where the folder is too large, those used least recently."""
     now, kept = time.time(), []
     with os.scandir(folder.path if folder.descriptor is None else folder.descriptor) as entries:
         for entry in entries:
@@ -191,15 +191,15 @@ def _prune(folder: _Folder) -> None:
             if name is None:
                 continue
             try:
-                found = entry.stat(follow_symlinks=False)
+                status = entry.stat(follow_symlinks=False)
             except OSError:  # another process was quicker
                 continue
-            if not stat.S_ISREG(found.st_mode) or not _ours(found):
+            if not stat.S_ISREG(status.st_mode) or not _ours(status):
                 continue
             if name[1] is None:
-                used = found.st_mtime if found.st_mtime < now + DAY else 0.0  # a clock was wrong
-                kept.append((used, found.st_size, entry.name))
-            elif abs(now - found.st_mtime) > HOUR:
+                used = status.st_mtime if status.st_mtime < now + DAY else 0.0  # a clock was wrong
+                kept.append((used, status.st_size, entry.name))
+            elif abs(now - status.st_mtime) > HOUR:
                 _remove(folder, entry.name)
     count, size = len(kept), sum(length for _, length, _ in kept)
     if count <= FILES_KEPT and size <= BYTES_KEPT:

@@ -39,24 +39,24 @@ class _Section(NamedTuple):
 
 
 def is_object(code: bytes) -> bool:
-    """Whether bytes begin as an object file, of ELF also have all that it names: LLVM crashes on other bytes."""
+    """Whether bytes are an object file: by their beginning, and of ELF also by its sections, which LLVM needs whole."""
     return bool(_sections(code)) or code.startswith(_OTHER_OBJECTS)
 
 
 def _sections(code: bytes) -> list[_Section]:
-    """The sections of a 64-bit ELF object; none where it is no such object, or not whole."""
+    """The sections of a 64-bit ELF object; none where the bytes are no such object, or cut off."""
     if code[:6] != b"\x7fELF\x02\x01" or len(code) < 64:
         return []
     (start,) = struct.unpack_from("<Q", code, 40)
     size, count = struct.unpack_from("<HH", code, 58)
     if size != 64 or start + size * count > len(code):
         return []
-    found = [_Section(*struct.unpack_from("<IIQQQQIIQQ", code, start + i * size)) for i in range(count)]
-    return found if all(s.kind in _EMPTY or s.offset + s.size <= len(code) for s in found) else []
+    sections = [_Section(*struct.unpack_from("<IIQQQQIIQQ", code, start + i * size)) for i in range(count)]
+    return sections if all(s.kind in _EMPTY or s.offset + s.size <= len(code) for s in sections) else []
 
 
 def flatten(code: bytes) -> tuple[bytes, int] | None:
-    """The image of an object file and where in it `kernel` starts; None where it refers to anything outside."""
+    """The image of an object file and the offset of `kernel` in it; None where it refers to anything outside."""
     sections = _sections(code)
     if not POSSIBLE or not sections or struct.unpack_from("<H", code, 18)[0] != _X86_64:
         return None
@@ -101,7 +101,7 @@ def _libc() -> Any:
 
 
 def mapped(image: bytes, entry: int) -> tuple[int, Any]:
-    """The address of an image's byte number `entry` in executable memory, and what keeps it there.
+    """The address of byte `entry` of an image in executable memory, and the object that keeps it there.
 
     Raises EngineError where that is not allowed.
     """

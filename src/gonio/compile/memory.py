@@ -1,5 +1,4 @@
-"""Memory for results: pages that the system has just handed out cost more than computing into them, so those of
-results that nobody holds any more are used again."""
+"""Memory for results, reused once nobody holds the result: fresh pages from the system cost more than computing."""
 
 from __future__ import annotations
 
@@ -14,8 +13,8 @@ import numpy as np
 from ..errors import TooLargeError
 
 SMALL = 1 << 18  # bytes below which NumPy's own memory is as fast
-KEPT = 1 << 28  # bytes that are kept at most
-LENT = 64  # buffers that are taken back at most; of others NumPy's arrays are freed as any are
+KEPT = 1 << 28  # bytes kept at most
+LENT = 64  # loans remembered at most; buffers of forgotten loans are freed as any array is
 
 _FREE: dict[int, list[np.ndarray]] = {}  # size -> buffers that nobody holds
 _LOANS: dict[int, _Loan] = {}
@@ -23,7 +22,7 @@ _ENDED: list[_Loan] = []
 
 
 class _Lease:
-    """Owns a buffer for as long as an array is a view of it."""
+    """The owner of a buffer while an array is a view of it."""
 
     __slots__ = ("__array_interface__", "__weakref__", "buffer")
 
@@ -38,8 +37,8 @@ class _Lease:
 
 
 class _Loan(ReferenceType[_Lease]):
-    """A lease as this module knows of it. When the lease ends the loan is in `_ENDED`: put there by `list.append`, for
-    an interrupt that comes in the midst of Python code for an object that goes is lost."""
+    """A weak reference to a lease, with its buffer. The end of the lease puts it into `_ENDED`, by `list.append`: an
+    interrupt during a finaliser written in Python would be lost."""
 
     __slots__ = ("buffer",)
     buffer: np.ndarray
@@ -65,7 +64,7 @@ def empty(shape: tuple[int, ...], dtype: np.dtype) -> np.ndarray:
 
 
 def _take_back() -> None:
-    """Make buffers of ended loans free again."""
+    """Move the buffers of ended loans to the free ones."""
     while _ENDED:
         with suppress(IndexError):  # another thread was quicker
             loan = _ENDED.pop()
@@ -74,7 +73,7 @@ def _take_back() -> None:
 
 
 def _keep_within(limit: int) -> None:
-    """Let go of free buffers, and then of the oldest loans, until both together have at most so many bytes."""
+    """Drop free buffers, then the oldest loans, until both together hold at most so many bytes."""
     loans, free = list(_LOANS.items()), [buffer for kept in list(_FREE.values()) for buffer in kept]
     held = sum(loan.buffer.nbytes for _, loan in loans) + sum(buffer.nbytes for buffer in free)
     if held > limit and free:
@@ -93,7 +92,7 @@ def _new(size: int, shape: tuple[int, ...], dtype: np.dtype) -> np.ndarray:
         return np.empty(size, np.uint8)
     except MemoryError:
         raise TooLargeError(
-            f"a result of shape {shape} and dtype {dtype} takes {size / 1e9:.1f} GB, which are not to be had here; "
+            f"a result of shape {shape} and dtype {dtype} takes {size / 1e9:.1f} GB, more than is free here; "
             f"evaluate fewer directions at a time"
         ) from None
 
@@ -110,7 +109,7 @@ def check(shape: tuple[int, ...], dtype: Any, what: str = "a result") -> None:
 
 
 def physical() -> float:
-    """Bytes of memory that this machine has; infinity where it does not say."""
+    """Bytes of memory of this machine; infinity where the system does not say."""
     try:
         return float(os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES"))
     except (AttributeError, ValueError, OSError):

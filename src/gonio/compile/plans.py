@@ -1,6 +1,6 @@
-"""Running a kernel over arrays: which axes it loops over, where everything lies in memory, and who computes what.
+"""Plans: kernels run over arrays, with the axes to loop over, the place of every array, and the shares of threads.
 
-A plan holds all that shapes and strides decide; carrying it out takes addresses only.
+A plan holds all that shapes and strides decide; to carry it out takes addresses only.
 """
 
 from __future__ import annotations
@@ -23,16 +23,16 @@ from .workers import busy, possible, together, wake
 
 PARALLEL = 32_768  # elements from which on threads are worth their start
 PIECES = 8  # parts of a batch for each thread, so that none waits long for another
-GRAIN = 4096  # elements that a part has at least
-WAKING = 65_536  # elements from which on helpers that sleep are worth waking
-PIECE = 1 << 28  # operations on elements, some hundredths of a second of work: what is done in one call at first
-QUICK = 0.02  # seconds below which the next call does twice as much
+GRAIN = 4096  # elements of a part, at least
+WAKING = 65_536  # elements from which on it pays to wake sleeping helpers
+PIECE = 1 << 28  # operations on elements of the first call of a kernel: some hundredths of a second of work
+QUICK = 0.02  # seconds; after a shorter call the next one does twice as much
 
 DTYPES = {np.dtype(np.float32): "float32", np.dtype(np.float64): "float64"}
 
 
 class Result(NamedTuple):
-    """What a kernel computes: nodes side by side, what becomes of them (see `codegen`), and its shape."""
+    """A result of a kernel: nodes side by side, their use (see `program`), and the shape of one element."""
 
     nodes: tuple[int, ...]
     use: str
@@ -48,14 +48,14 @@ class _View(NamedTuple):
 
 
 class _Axis(NamedTuple):
-    """An axis to loop over, or several that lie behind one another: its length, and every array's step in bytes."""
+    """An axis to loop over, or several joined into one: its length, and every array's step in bytes."""
 
     length: int
     steps: tuple[int, ...]
 
 
 class Plan(NamedTuple):
-    """Everything about calls with arrays of given shapes and strides, but their addresses."""
+    """All about calls with arrays of given shapes and strides, but their addresses."""
 
     function: store.Function
     entry: int  # its address
@@ -83,8 +83,8 @@ def prepare(
     """A plan to evaluate a graph over a batch of this shape.
 
     `arrays`: (array, length of its vectors), whose other axes broadcast to `shape`; None for one that nothing reads.
-    `tables` have an entry at their end that is none. The first `brought` arrays come with each call, in the same shapes
-    and strides. Results that are not stored for each element are so for the last axis as a whole.
+    `tables` are padded by one entry. The first `brought` arrays come with each call, in the same shapes and strides. A
+    result that is not stored for each element is stored once for the whole last axis.
     """
     views = [_View(1, (0,) * len(shape), 0) if x is None else _view(*x, len(shape)) for x in arrays]
     kinds = [np.dtype(bool) if graph.kinds[r.nodes[0]] == MASK else dtype for r in results]
@@ -168,15 +168,15 @@ def _run(plan: Plan, block: Any) -> None:
         return
     for outer_stop, inner_stop, grain in _pieces(plan, block, count if shared else 1):
         if shared:
-            wake(count - 1 if size >= WAKING else 0)  # each time: who waits for the others falls asleep soon
+            wake(count - 1 if size >= WAKING else 0)  # each time: idle helpers soon fall asleep
             together(count, plan.entry, addressof(block), outer_stop, inner_stop, grain)
         else:
             plan.function(addressof(block), outer_stop, inner_stop, grain)
 
 
 def _pieces(plan: Plan, block: Any, count: int) -> Iterator[tuple[int, int, int]]:
-    """Where the loops of a kernel stop, call by call, and what threads take at a time: an interrupt is answered between
-    calls, each of which is to take some hundredths of a second."""
+    """The ends of a kernel's loops and its grain, call by call. Each call takes some hundredths of a second, and
+    interrupts are answered between calls."""
     outer, inner = plan.outer, plan.inner
     rows = outer >= PIECES * count or not plan.divisible
     length, width = (outer, inner) if rows else (inner, outer)
@@ -196,7 +196,7 @@ def _slow_address(array: np.ndarray) -> int:
 
 
 def _quick_address(array: np.ndarray) -> int:
-    # The first field of NumPy's arrays after what every Python object begins with: part of NumPy's binary interface.
+    # The first field of a NumPy array after the head of every Python object: part of NumPy's binary interface.
     return c_ssize_t.from_address(id(array) + object.__basicsize__).value
 
 
@@ -205,13 +205,13 @@ def _works() -> bool:
 
 
 _address = _quick_address if sys.implementation.name == "cpython" and _works() else _slow_address
-"""Where an array's numbers begin."""
+"""The address of an array's first number."""
 
 
 def _view(array: np.ndarray, width: int, axes: int) -> _View:
-    own = array.ndim - 1
-    strides = [0 if array.shape[i] == 1 else array.strides[i] for i in range(own)]
-    return _View(width, (0,) * (axes - own) + tuple(strides), array.strides[-1] if width > 1 else array.itemsize)
+    batch_axes = array.ndim - 1
+    strides = [0 if array.shape[i] == 1 else array.strides[i] for i in range(batch_axes)]
+    return _View(width, (0,) * (axes - batch_axes) + tuple(strides), array.strides[-1] if width > 1 else array.itemsize)
 
 
 def _contiguous(shape: tuple[int, ...], axes: int, size: int) -> tuple[int, ...]:
@@ -224,7 +224,7 @@ def _contiguous(shape: tuple[int, ...], axes: int, size: int) -> tuple[int, ...]
 
 
 def _axes(shape: tuple[int, ...], strides: Sequence[tuple[int, ...]], keep_last: bool) -> list[_Axis]:
-    """The axes to loop over, at least two: those of length 1 left out, those that lie behind one another made one."""
+    """The axes to loop over, at least two: without those of length 1, and with contiguous ones joined."""
     axes: list[_Axis] = []
     for i in reversed(range(len(shape))):
         length, steps = shape[i], tuple(s[i] for s in strides)

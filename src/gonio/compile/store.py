@@ -1,8 +1,8 @@
 """Kernels, compiled once: kept in memory, and on disk for the next process (`cache_folder.py`).
 
-A kernel's name stands for everything its code depends on: the program, the processor, the text of the compiler's
-modules, and the compiler's library. File times are no part of it: they are equal where builds are to be repeatable,
-and differ between copies.
+A kernel's name is a digest of all that its code depends on: the program, the processor, the text of every module in
+this folder and those within, and the compiler's library. File times are no part of it: repeatable builds make them
+equal, copies make them differ.
 """
 
 from __future__ import annotations
@@ -37,18 +37,18 @@ def function(name: str, text: Callable[[], str], prototype: Any) -> Any:
     Raises DependencyError where llvmlite is needed and cannot be had, EngineError where no code may be run.
     """
     name = hashlib.sha256((name + _versions()).encode()).hexdigest()[:40]
-    found = _KNOWN.get(name)
-    if found is None:
+    compiled = _KNOWN.get(name)
+    if compiled is None:
         with machine.LOCK:
-            found = _KNOWN.get(name) or _made(name, text, prototype)
-    return found
+            compiled = _KNOWN.get(name) or _made(name, text, prototype)
+    return compiled
 
 
 def _made(name: str, text: Callable[[], str], prototype: Any) -> Any:
     address, keeper = _read(name) or _compiled(text(), name)
-    made = _KNOWN[name] = prototype(address)
-    made.keeper = keeper
-    return made
+    compiled = _KNOWN[name] = prototype(address)
+    compiled.keeper = keeper
+    return compiled
 
 
 def source(program: Program) -> str:
@@ -100,7 +100,7 @@ def _compiled(text: str, name: str) -> _Placed:
 
 
 def _sources() -> str:
-    """What the compiler's modules say, and the graphs that it reads; "" where they are not there as files."""
+    """A digest of the compiler's modules, and of the one that defines graphs; "" where they are not there as files."""
     here = os.path.dirname(__file__)
     total = hashlib.sha256()
     try:
@@ -128,5 +128,5 @@ _SOURCES = _sources()  # of what is imported now: later the files may be others
 
 @cache
 def _versions() -> str:
-    """What the code of a program depends on beside the program itself."""
+    """All that the code of a program depends on, beside the program itself."""
     return repr((machine.compiler(), machine.processor(), _SOURCES))

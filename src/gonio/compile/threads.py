@@ -91,18 +91,19 @@ def share(work: Callable[..., Any], parts: Iterable[tuple], after: Callable[[], 
     The first error, or an interrupt, is raised when the parts that are under way have ended; no others are begun.
     """
     job = workers.Job(work, list(parts))
-    seats = 0 if workers.busy() else min(threads(), len(job.parts)) - 1
+    seats = min(threads(), len(job.parts)) - 1 if len(job.parts) > 1 and not workers.busy() else 0
     try:
         if seats > 0:
             workers.offer(job, seats)
         job.take(after)
     finally:
         job.open = False  # before any call, for an interrupt may come within one
-        try:
-            workers.withdraw(job)
-        except BaseException:
-            workers.withdraw(job)
-            raise
+        if seats > 0:
+            try:
+                workers.withdraw(job)
+            except BaseException:
+                workers.withdraw(job)
+                raise
     if job.errors:
         raise job.errors[0]
 

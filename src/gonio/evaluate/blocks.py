@@ -1,4 +1,4 @@
-"""NumPy evaluation in blocks that stay in the processor's cache, shared out to threads: where nothing is compiled."""
+"""NumPy evaluation in blocks that fit the processor's cache, shared out to threads, where formulas are not compiled."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import numpy as np
 from ..compile import memory
 from ..compile.threads import share
 
-BLOCK = 1 << 16  # directions per block: large enough for the cost of Python to vanish, small enough for the cache
+BLOCK = 1 << 16  # directions per block: so many that the cost of Python vanishes, so few that they fit the cache
 
 Box = tuple[slice, ...]
 
@@ -86,6 +86,6 @@ def _boxes(shape: tuple[int, ...], size: int) -> Iterator[Box]:
 
 def cut(x: np.ndarray, batch: tuple[int, ...], at: Box) -> np.ndarray:
     """The part of `x` (batch axes broadcastable to `batch`, then one more) that belongs to the box `at`."""
-    own = x.ndim - 1
-    index = [slice(None) if x.shape[i] == 1 else at[len(batch) - own + i] for i in range(own)]
-    return x[tuple(index)] if own > 0 else x
+    axes = x.ndim - 1
+    index = [slice(None) if x.shape[i] == 1 else at[len(batch) - axes + i] for i in range(axes)]
+    return x[tuple(index)] if axes > 0 else x

@@ -101,8 +101,8 @@ def to_pbrt(picture: Panorama, size: int | None = None) -> NDArray[Any]:
     step = max(1, _BLOCK // (size * fine * fine))
     for start in range(0, size, step):
         v, u = np.meshgrid(along[start * fine : (start + step) * fine], along, indexing="ij")
-        found = picture.radiance(square_to_direction(np.stack([u, v], -1)))
-        out[start : start + step] = found.reshape(-1, fine, size, fine, channels).mean(axis=(1, 3))
+        radiance = picture.radiance(square_to_direction(np.stack([u, v], -1)))
+        out[start : start + step] = radiance.reshape(-1, fine, size, fine, channels).mean(axis=(1, 3))
     return out
 
 
@@ -122,8 +122,8 @@ def from_pbrt(picture: Panorama, height: int | None = None) -> NDArray[Any]:
         rows = min(step, height - start)
         w = pixel_directions(height * fine, 2 * height * fine, slice(start * fine, (start + rows) * fine))
         texel = np.minimum((direction_to_square(w) * size).astype(np.intp), size - 1)
-        found = picture.pixels[texel[..., 1], texel[..., 0]].reshape(rows, fine, 2 * height, fine, channels)
+        texels = picture.pixels[texel[..., 1], texel[..., 0]].reshape(rows, fine, 2 * height, fine, channels)
         sin = np.hypot(w[:, 0, 0], w[:, 0, 1]).reshape(rows, fine)
         weight = sin / (fine * sin.sum(axis=1, keepdims=True))  # solid angles of finer pixels
-        out[start : start + rows] = np.einsum("rf,rfcgk->rck", weight, found)
+        out[start : start + rows] = np.einsum("rf,rfcgk->rck", weight, texels)
     return out

@@ -94,14 +94,14 @@ class Panorama:
             for block in self._blocks():
                 pixels[block][~_good(pixels[block])] = 0.0
             return Panorama(pixels, self.path)
-        found, count = None, 0
+        first_bad, count = None, 0
         for block in self._blocks():
             bad = ~_good(self.pixels[block]).all(axis=-1)
-            if found is None and bad.any():
-                found = np.argwhere(bad)[0] + (block.start, 0)
+            if first_bad is None and bad.any():
+                first_bad = np.argwhere(bad)[0] + (block.start, 0)
             count += int(bad.sum())
-        assert found is not None
-        row, column = (int(i) for i in found)
+        assert first_bad is not None
+        row, column = (int(i) for i in first_bad)
         values = ", ".join(f"{v:g}" for v in self.pixels[row, column])
         raise ParameterError(
             f"{self.path or 'environment map'}: {count} of {self.pixels[..., 0].size} pixels are negative, NaN or "
@@ -149,12 +149,12 @@ class Panorama:
         # Rows are scaled as whole numbers: the products would not be exact in float32.
         upper, lower = ops.to_index(y0) * width, ops.to_index(ops.minimum(y0 + 1.0, height - 1.0)) * width
         corners = [(row + column) * channels for row in (upper, lower) for column in (left, right)]
-        found = []
+        values = []
         for channel in range(channels):
             a, b, c, d = (lib.entries(self._flat, corner + channel, w) for corner in corners)
             a, c = a + fx * (b - a), c + fx * (d - c)
-            found.append(a + fy * (c - a))
-        return lib.stack(found)
+            values.append(a + fy * (c - a))
+        return lib.stack(values)
 
     def _position(self, w: Any) -> tuple[ops.Library, Any, Any]:
         """The library of w, and where w lies in the picture, in pixels from its upper left corner.
@@ -293,7 +293,7 @@ def _last_at_most(x: Any, entry: Callable[[Any], Any], first: Any, count: int) -
 
     Halving without branches, all elements at once: twice as fast as NumPy's `searchsorted`, on any library.
     """
-    found = first
+    last = first
     while count := count // 2:
-        found = found + count * (entry(found + count) <= x)
-    return found
+        last = last + count * (entry(last + count) <= x)
+    return last

@@ -1,4 +1,4 @@
-"""Arrays with holes (NaN), filled where a table has to hold a number everywhere."""
+"""Filling the holes (NaN) of arrays, for tables that must hold a number everywhere."""
 
 from __future__ import annotations
 
@@ -10,19 +10,20 @@ from ..errors import ParameterError
 
 
 def filled(values: np.ndarray) -> np.ndarray:
-    """An array with its NaNs replaced as by `filled_in_layers`, along every axis, of which none closes to a circle."""
+    """An array with its NaNs replaced by `filled_in_layers`; none of its axes closes to a circle."""
     return filled_in_layers(values, (False,) * values.ndim)[0]
 
 
 def filled_in_layers(values: np.ndarray, wraps: Sequence[bool]) -> tuple[np.ndarray, np.ndarray]:
-    """Values (grid..., C) with NaNs replaced layer by layer by the mean of known neighbours, and each one's layer:
-    from the edges of what is known inwards.
+    """Values (grid..., C) with each NaN replaced by the mean of its neighbours with a value, and the layer of each.
+
+    Layer 1 touches values that were there (layer 0), layer 2 touches layer 1, and so on inwards.
 
     `wraps`: which axes of the grid close to a circle. Raises ParameterError for a channel without any value.
     """
     shape = values.shape
-    made, depth = values.copy(), np.zeros(shape, np.int32)
-    missing = np.argwhere(np.isnan(made))
+    full, depth = values.copy(), np.zeros(shape, np.int32)
+    missing = np.argwhere(np.isnan(full))
     layer = 0
     while len(missing):
         layer += 1
@@ -33,15 +34,15 @@ def filled_in_layers(values: np.ndarray, wraps: Sequence[bool]) -> tuple[np.ndar
                 inside = np.full(len(at), True) if wrap else (at >= 0) & (at < shape[axis])
                 index = [missing[:, k] for k in range(len(shape))]
                 index[axis] = at % shape[axis]
-                found = made[tuple(index)]
-                use = inside & ~np.isnan(found)
-                total += np.where(use, found, 0.0)
+                neighbour = full[tuple(index)]
+                use = inside & ~np.isnan(neighbour)
+                total += np.where(use, neighbour, 0.0)
                 count += use
         reached = count > 0
         if not reached.any():
             raise ParameterError("a channel has no value in any cell; expected some to fill from")
         cells = tuple(missing[reached].T)
-        made[cells] = total[reached] / count[reached]
+        full[cells] = total[reached] / count[reached]
         depth[cells] = layer
         missing = missing[~reached]
-    return made, depth
+    return full, depth

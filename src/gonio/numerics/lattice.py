@@ -11,8 +11,8 @@ import numpy as np
 def lattice(n: int, dimensions: int = 2) -> np.ndarray:
     """n points (n, dimensions) of the unit cube, evenly spread in all its dimensions at every n.
 
-    Point k is the fractional part of 1/2 + k (1/g, 1/g^2, ...), g^(d + 1) = g + 1. Two such sequences side by side
-    differ by a constant, so they fill a surface only: what needs four numbers asks for four dimensions.
+    Point k is the fractional part of 1/2 + k (1/g, 1/g^2, ...), g^(d + 1) = g + 1. For four numbers ask for four
+    dimensions: two lattices of two dimensions differ by a constant, and fill only a surface.
 
     Source: Roberts 2018, "The unreasonable effectiveness of quasirandom sequences" (R_d sequence).
     """

@@ -11,19 +11,19 @@ ORDER = 8
 """Nodes along each side of a cell."""
 
 PANEL, CORNER, SIDE = slice(0, 2), slice(2, 4), slice(4, 6)
-"""What a cell (6,) holds: start and length of its panel on the first axis, and its place in that panel."""
+"""The parts of a cell (6,): start and length of its panel on the first axis, its corner and its sides in that panel."""
 
 SUMS = 5
-"""Weighted sums over the nodes of a cell: the integral, and what tells its error along either axis."""
+"""Weighted sums over the nodes of a cell: the integral, and two estimates of its error along each axis."""
 
 STAGES = ((1024, 1024), (16, 1 << 16))
-"""How many integrals are worked on together, and how many cells each may have; what is left goes to the next."""
+"""Integrals computed together, and most cells of each; an integral that needs more goes to the next stage."""
 
 SAFETY = 1.25
-"""What the size of a cell's highest coefficients is multiplied by to cover the error where a kink crosses the cell."""
+"""Factor from a cell's highest coefficients to its error: it covers a kink that crosses the cell."""
 
 SMALLEST, NARROWEST = 2.0**-40, 2.0**-22
-"""Side of the smallest cells, and of the smallest that are made near seeds."""
+"""Side of the smallest cells, and of the smallest first cells near seeds."""
 
 
 def _rule() -> np.ndarray:
@@ -51,8 +51,8 @@ NODES.flags.writeable = False
 def place(cell: Any, node: Any) -> tuple[tuple[Any, Any], Any]:
     """The point of the unit square at a node of a cell, and the area per area of the node's square.
 
-    Of numbers, arrays or symbols. Cells lie on a square whose sides are stretched by 10 t^3 - 15 t^4 + 6 t^5, which
-    makes the ends wide: there the tails of lobes are, and roots and powers in the maps from the square to directions.
+    Takes numbers, arrays or symbols. Cells lie on a square whose sides are stretched by 10 t^3 - 15 t^4 + 6 t^5. That
+    widens the ends, where lobes have their tails and the maps from the square to directions have roots and powers.
     """
     t, u, area = node[0], node[1], cell[4] * cell[5]
     t, u = cell[2] + cell[4] * t, cell[3] + cell[5] * u
@@ -63,7 +63,7 @@ def place(cell: Any, node: Any) -> tuple[tuple[Any, Any], Any]:
 
 
 class Found(NamedTuple):
-    """Integrals (n, C), estimates of their errors (n,), and of what share of the square the integrand was missing."""
+    """Integrals (n, C), estimates of their errors (n,), and the share of the square without data (n,)."""
 
     value: np.ndarray
     error: np.ndarray
@@ -71,7 +71,7 @@ class Found(NamedTuple):
 
 
 class Sums(NamedTuple):
-    """What cells are summed up to: (k, SUMS, C); what the integrand is uncertain by, and where missing (k,)."""
+    """Sums over cells (k, SUMS, C), the error of the integrand itself (k,), and the share without data (k,)."""
 
     totals: np.ndarray
     error: np.ndarray | float
@@ -79,7 +79,7 @@ class Sums(NamedTuple):
 
 
 Evaluate = Callable[[np.ndarray, np.ndarray], Sums]
-"""The sums for integrals number (k,), over cells (k, 6)."""
+"""Sums over cells (k, 6), of the integrals with these numbers (k,)."""
 
 
 def weighed(values: np.ndarray) -> np.ndarray:
@@ -138,7 +138,7 @@ def cubature(
 
 
 class _Cells(NamedTuple):
-    """Cells: the number of the integral that each belongs to, where it is, and what was found in it."""
+    """Cells: the number of each one's integral, its place, and its contributions."""
 
     row: np.ndarray
     cell: np.ndarray
@@ -162,7 +162,7 @@ def _refined(
     side: int,
     most: int,
 ) -> tuple[Found, np.ndarray]:
-    """The integrals number `rows`, with at most `most` cells each, and which of them are exact enough."""
+    """The integrals with numbers `rows`, of at most `most` cells each, and which of them reach the tolerance."""
     n = len(rows)
     row, cell = _first_cells(n, side, seam, None if seeds is None else seeds[rows])
     live = _evaluated(evaluate, rows, row, cell, None, None)._replace(along=np.full(len(row), 3))
@@ -207,7 +207,7 @@ def _refined(
 
 
 def _together(row: np.ndarray, error: np.ndarray, n: int) -> np.ndarray:
-    """The errors of the rows' sums: those of many cells are of either sign and of different size."""
+    """The errors of the rows' sums: of many cells less than the sum, as errors have either sign."""
     return np.minimum(np.bincount(row, error, n), 2.0 * np.sqrt(np.bincount(row, error * error, n)))
 
 
@@ -216,7 +216,7 @@ def _totals(row: np.ndarray, value: np.ndarray, n: int) -> np.ndarray:
 
 
 def _first_side(tolerance: float) -> int:
-    """How many first cells lie side by side: the smaller the tolerance, the smaller are the parts that matter."""
+    """First cells along each side: the smaller the tolerance, the smaller the details that matter."""
     return int(np.clip(np.ceil(-np.log10(max(tolerance, 1e-9)) - 1.01), 2, 6))
 
 
@@ -247,7 +247,7 @@ def _first_cells(n: int, side: int, seam: float, seeds: np.ndarray | None) -> tu
 
 
 def _halved(row: np.ndarray, cell: np.ndarray, along: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """The parts of cells: their rows, where they are, and which of the cells each is a part of."""
+    """The halves or quarters of cells: their rows, their places, and the number of the cell that each is a part of."""
     rows, cells, families = [], [], []
     first, second = (along & 1) > 0, (along & 2) > 0
     side = cell[:, SIDE] * np.where(np.stack([first, second], axis=-1), 0.5, 1.0)

@@ -6,76 +6,40 @@ observer, the origin; `w` and `normal` are unit vectors (the caller's duty). NaN
 values out of range raise. "Error rounding" is a relative error below 1e-15 in float64.
 """
 
-from .quantities import (
-    PLANCK,
-    QUANTITIES,
-    SPEED_OF_LIGHT,
-    Quantity,
-    basic_radiance,
-    brdf,
-    convert_reflectance,
-    convert_spectral,
-    etendue,
-    exitance,
-    flux,
-    intensity,
-    irradiance,
-    lambertian_albedo,
-    lambertian_exitance,
-    photon_flux,
-    point_irradiance,
-    radiance,
-    radiant_flux,
-    radiosity,
-    radiosity_balance,
-    solid_angle,
-    uniform_irradiance,
-)
-from .solid_angles import (
-    latlong_pixels,
-    projected_solid_angle_cone,
-    projected_solid_angle_latlong_pixel,
-    projected_solid_angle_polygon,
-    solid_angle_cap,
-    solid_angle_cone,
-    solid_angle_latlong_pixel,
-    solid_angle_rectangle,
-    solid_angle_sphere,
-    solid_angle_triangle,
-)
+from types import ModuleType as _ModuleType
 
-__all__ = [
-    "PLANCK",
-    "QUANTITIES",
-    "SPEED_OF_LIGHT",
-    "Quantity",
-    "basic_radiance",
-    "brdf",
-    "convert_reflectance",
-    "convert_spectral",
-    "etendue",
-    "exitance",
-    "flux",
-    "intensity",
-    "irradiance",
-    "lambertian_albedo",
-    "lambertian_exitance",
-    "latlong_pixels",
-    "photon_flux",
-    "point_irradiance",
-    "projected_solid_angle_cone",
-    "projected_solid_angle_latlong_pixel",
-    "projected_solid_angle_polygon",
-    "radiance",
-    "radiant_flux",
-    "radiosity",
-    "radiosity_balance",
-    "solid_angle",
-    "solid_angle_cap",
-    "solid_angle_cone",
-    "solid_angle_latlong_pixel",
-    "solid_angle_rectangle",
-    "solid_angle_sphere",
-    "solid_angle_triangle",
-    "uniform_irradiance",
-]
+from .quantities import PLANCK as PLANCK
+from .quantities import QUANTITIES as QUANTITIES
+from .quantities import SPEED_OF_LIGHT as SPEED_OF_LIGHT
+from .quantities import Quantity as Quantity
+from .quantities import basic_radiance as basic_radiance
+from .quantities import brdf as brdf
+from .quantities import convert_reflectance as convert_reflectance
+from .quantities import convert_spectral as convert_spectral
+from .quantities import etendue as etendue
+from .quantities import exitance as exitance
+from .quantities import flux as flux
+from .quantities import intensity as intensity
+from .quantities import irradiance as irradiance
+from .quantities import lambertian_albedo as lambertian_albedo
+from .quantities import lambertian_exitance as lambertian_exitance
+from .quantities import photon_flux as photon_flux
+from .quantities import point_irradiance as point_irradiance
+from .quantities import radiance as radiance
+from .quantities import radiant_flux as radiant_flux
+from .quantities import radiosity as radiosity
+from .quantities import radiosity_balance as radiosity_balance
+from .quantities import solid_angle as solid_angle
+from .quantities import uniform_irradiance as uniform_irradiance
+from .solid_angles import latlong_pixels as latlong_pixels
+from .solid_angles import projected_solid_angle_cone as projected_solid_angle_cone
+from .solid_angles import projected_solid_angle_latlong_pixel as projected_solid_angle_latlong_pixel
+from .solid_angles import projected_solid_angle_polygon as projected_solid_angle_polygon
+from .solid_angles import solid_angle_cap as solid_angle_cap
+from .solid_angles import solid_angle_cone as solid_angle_cone
+from .solid_angles import solid_angle_latlong_pixel as solid_angle_latlong_pixel
+from .solid_angles import solid_angle_rectangle as solid_angle_rectangle
+from .solid_angles import solid_angle_sphere as solid_angle_sphere
+from .solid_angles import solid_angle_triangle as solid_angle_triangle
+
+__all__ = [n for n, value in list(globals().items()) if n[0] != "_" and not isinstance(value, _ModuleType)]

@@ -1,4 +1,4 @@
-"""What becomes of a material's formula: its graph to read, and the code that is made of it."""
+"""A material's formula as it is computed: its graph as text, and the code compiled from it."""
 
 from __future__ import annotations
 
@@ -33,9 +33,9 @@ _COMPONENTS = {"wi": "xyz", "wo": "xyz", "u": "01"}
 class Kernel:
     """The formula of a material as it is computed; prints as `source`.
 
-    source    assignments in the order of computation; what is used twice has a name
+    source    assignments in the order of computation; a value used twice has a name
     inputs    components of directions and parameters that it reads
-    program   what is handed to the compiler, for float32 batches (N, 3)
+    program   input of the compiler, for float32 batches (N, 3)
     """
 
     source: str
@@ -87,12 +87,12 @@ def kernel(m: Reflectance, method: str = "f") -> Kernel:
 
 
 def _names(inputs: tuple[str, ...], paths: list[str], channels: list[tuple[int, ...]]) -> dict[tuple[int, int], str]:
-    found = {(k, c): f"{name}.{x}" for k, name in enumerate(inputs) for c, x in enumerate(_COMPONENTS[name])}
+    names_of = {(k, c): f"{name}.{x}" for k, name in enumerate(inputs) for c, x in enumerate(_COMPONENTS[name])}
     for k, (path, shape) in enumerate(zip(paths, channels, strict=True), len(inputs)):
         for c, end in enumerate(_entries(shape[0] if shape else None)):
-            found[k, c] = path + end
-        found[k + len(paths), 0] = f"merged({path})"
-    return found
+            names_of[k, c] = path + end
+        names_of[k + len(paths), 0] = f"merged({path})"
+    return names_of
 
 
 def _entries(count: int | None) -> list[str]:

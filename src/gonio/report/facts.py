@@ -1,4 +1,4 @@
-"""What there is to know about a material, and about the file it was read from, as JSON data."""
+"""Facts about a material, and about the file it was read from, as JSON data: what `gonio info` prints."""
 
 from __future__ import annotations
 
@@ -28,34 +28,37 @@ from ..uncertainty.table import SCALE, has_uncertainty, scale_uncertainty
 INCIDENCE = (0.0, 45.0, 75.0)
 """Angles [degrees] at which `facts` gives the albedo."""
 
+ASSUMPTIONS = ("independent", "common")
+"""Correlations of errors that are assumed unless others are asked for: the two extremes."""
+
 EXACT = 1e-6
 """Relative difference up to which a symmetry counts as exact."""
 
 
 def facts(text: str, m: Reflectance) -> dict[str, Any]:
-    """What there is to know about the material that `text` named, as JSON data."""
-    found: dict[str, Any] = {"material": text, "type": type(m).__name__}
+    """Facts about the material that `text` names, as JSON data."""
+    result: dict[str, Any] = {"material": text, "type": type(m).__name__}
     entry = None if isinstance(m, Measured) else builtin.find(text)
     if entry is not None:
-        found |= {"built_in": entry.kind, "description": entry.description, "source": entry.source}
+        result |= {"built_in": entry.kind, "description": entry.description, "source": entry.source}
     if isinstance(m, Measured):
-        found |= _file_facts(m)
+        result |= _file_facts(m)
     else:
-        found["expression"] = repr(m)
+        result["expression"] = repr(m)
     up = np.array([0.0, 0.0, 1.0])
     shape = m.f(up, up).shape
     names = m.channel_names
-    found["channels"] = shape[-1] if shape else 1
-    found["channel_names"] = list(names) if names is not None else list("RGB") if shape[-1:] == (3,) else None
-    found["has_delta"] = bool(m.has_delta)
-    found["breaks"] = m.breaches()
+    result["channels"] = shape[-1] if shape else 1
+    result["channel_names"] = list(names) if names is not None else list("RGB") if shape[-1:] == (3,) else None
+    result["has_delta"] = bool(m.has_delta)
+    result["breaks"] = m.breaches()
     if len(shape) < 2:
-        found["albedo"] = _albedo(m)
+        result["albedo"] = _albedo(m)
         if isinstance(m, Measured):
-            found["symmetry"] = _symmetry(m)
+            result["symmetry"] = _symmetry(m)
         if isinstance(m, Gridded) and has_uncertainty(m):
-            found["uncertainty_of_albedo"] = _of_albedo(m)
-    return found | _settable_facts(m)
+            result["uncertainty_of_albedo"] = _uncertainty_of_albedo(m)
+    return result | _settable_facts(m)
 
 
 def _albedo(m: Reflectance) -> dict[str, Any]:
@@ -65,14 +68,11 @@ def _albedo(m: Reflectance) -> dict[str, Any]:
     return {"theta_i": list(INCIDENCE), "values": rho.tolist()}
 
 
-def _of_albedo(m: Gridded) -> dict[str, Any]:
+def _uncertainty_of_albedo(m: Gridded) -> dict[str, Any]:
     at = direction(np.radians(INCIDENCE), 0.0)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", MissingDataWarning)
-        return {
-            how: with_uncertainty(albedo, m, at, correlation=how, tolerance=1e-3).u.tolist()
-            for how in ("independent", "common")
-        }
+        return {how: with_uncertainty(albedo, m, at, correlation=how, tolerance=1e-3).u.tolist() for how in ASSUMPTIONS}
 
 
 def _settable_facts(m: Reflectance) -> dict[str, Any]:
@@ -91,12 +91,12 @@ def _settable_facts(m: Reflectance) -> dict[str, Any]:
 
 
 def _file_facts(m: Measured) -> dict[str, Any]:
-    """What a file holds: of all numbers of its main table, those missing and those below 0, None if it keeps others."""
+    """Contents of a file; `missing` and `negative` are shares of its main table, None where its numbers are no f."""
     valid = m.valid
     tables = {name: getattr(m, name) for name, field in m.fields.items() if isinstance(field, Table)}
     fitting = {name: table for name, table in tables.items() if table.shape == valid.shape}
     values = fitting.get("values", next(iter(fitting.values()), None))
-    known = None if values is None else values[valid]
+    held = None if values is None else values[valid]
     return {
         "path": m.path,
         "bytes": size_of(Path(m.path)) if os.path.exists(m.path) else None,
@@ -109,7 +109,7 @@ def _file_facts(m: Measured) -> dict[str, Any]:
         "published_as": getattr(m, "published", None),
         "shape": list(valid.shape),
         "missing": float(1.0 - valid.mean()),
-        "negative": None if known is None else float((known < 0.0).mean()) if known.size else 0.0,
+        "negative": None if held is None else float((held < 0.0).mean()) if held.size else 0.0,
         "uncertainty": None if values is None else _uncertainty(m, values),
         "scale_uncertainty": scale_uncertainty(m) if isinstance(m, Gridded) else 0.0,
         "repairs": [{**r.to_json(), "summary": str(r)} for r in m.repairs],
@@ -135,18 +135,18 @@ def _uncertainty(m: Measured, values: np.ndarray) -> dict[str, float] | None:
     spread = getattr(m, "uncertainty", None)
     if spread is None or np.shape(spread) != values.shape:
         return None
-    known = np.isfinite(values) & np.isfinite(spread) & (values != 0.0)
-    if not known.any():
+    usable = np.isfinite(values) & np.isfinite(spread) & (values != 0.0)
+    if not usable.any():
         return None
-    relative = np.abs(np.asarray(spread)[known] / values[known])
+    relative = np.abs(np.asarray(spread)[usable] / values[usable])
     of = {"median": np.median(relative), "low": relative.min(), "high": relative.max()}
     unknown = np.isfinite(values) & ~np.isfinite(spread)
     return {**{name: float(x) for name, x in of.items()}, "unknown": float(unknown.mean())}
 
 
 def _symmetry(m: Reflectance) -> dict[str, Any]:
-    """How much f changes, relative to its mean, as the sample is turned, as both directions are mirrored at the plane
-    of x and z, and as they are exchanged: median and 99th percentile; 0 where it is rounding."""
+    """Relative changes of f as the sample is turned, as both directions are mirrored at the x-z plane, and as they are
+    exchanged: median and 99th percentile, 0 where a change is rounding."""
     wi, wo = lattice_pairs(4096)
     f = m.f(wi, wo)
     c, s = math.cos(1.1), math.sin(1.1)
@@ -161,14 +161,14 @@ def _symmetry(m: Reflectance) -> dict[str, Any]:
 
 
 def _change(a: np.ndarray, b: np.ndarray) -> dict[str, float] | None:
-    known = np.isfinite(a) & np.isfinite(b)
-    if not known.any():
+    both = np.isfinite(a) & np.isfinite(b)
+    if not both.any():
         return None
-    a, b = a[known], b[known]
+    a, b = a[both], b[both]
     size = 0.5 * (np.abs(a) + np.abs(b))
     off = np.abs(a - b) / np.maximum(size, 1e-3 * size.mean() + 1e-30)
-    found = {"median": float(np.median(off)), "high": float(np.quantile(off, 0.99))}
-    return {name: 0.0 if value <= EXACT else value for name, value in found.items()}
+    change = {"median": float(np.median(off)), "high": float(np.quantile(off, 0.99))}
+    return {name: 0.0 if value <= EXACT else value for name, value in change.items()}
 
 
 def _plain(value: Any) -> Any:

@@ -225,15 +225,15 @@ def _grazing(axes: Any, m: Reflectance) -> None:
 def _derivatives(axes: Any, m: Reflectance) -> None:
     _title(axes, "derivatives: jacobian against differences")
     try:
-        found = [] if is_measured(m) else list(derivatives.slopes(m))
+        slopes = [] if is_measured(m) else list(derivatives.slopes(m))
     except TraceError:
-        found = []
-    if not found:
+        slopes = []
+    if not slopes:
         axes.set_axis_off()
         _says(axes, "not tested: a table,\nor a formula that cannot be traced")
         return
     errors: dict[str, list[np.ndarray]] = {}
-    for s in found:
+    for s in slopes:
         errors.setdefault(s.name.partition(".")[0] if s.name[:2] in ("wi", "wo") else s.name, []).append(s.error)
     for i, (_, parts) in enumerate(errors.items()):
         e = np.sort(np.maximum(np.concatenate([p.ravel() for p in parts]), 1e-16))

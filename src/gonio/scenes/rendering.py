@@ -20,8 +20,8 @@ from ..pictures.colour import rgb_of, transformed
 from ..pictures.image import Image
 from .shapes import SHAPES, Shape
 
-TILE = 1 << 14  # samples that are worked on at a time: few enough to stay in a processor's cache
-ORDERS = 16  # of a lattice's points, to choose from for each pixel of a tile
+TILE = 1 << 14  # samples of a tile, the part of a picture that a thread takes: few enough for a processor's cache
+ORDERS = 16  # orders of a lattice's points that the pixels of a tile choose from
 MARGIN = 1.06  # half width of the picture, where shapes reach to 1
 
 Progress = Callable[[int, int], None]
@@ -46,8 +46,10 @@ def render(
     where they can be, by themselves, combined by the balance heuristic; delta lights and delta lobes are exact. There
     is no shadowing and no interreflection: shapes are convex and alone. Spectral materials are turned into RGB.
 
-    The same arguments and seed give the same picture, whatever the number of threads. `progress(done, total)` is
-    called as the work goes on. Direct light: Szeliski 2.83 to 2.85; sampling: Veach & Guibas 1995.
+    `gn.threads()` threads share the tiles of the picture (`gn.threads(n)`, GONIO_THREADS, the affinity and a
+    container's limit set how many); the same arguments and seed give the same picture on any number of them.
+    `progress(done, total)` is called as the work goes on. Direct light: Szeliski 2.83 to 2.85; sampling: Veach & Guibas
+    1995.
     """
     lights = as_lights(lights)
     if shape not in SHAPES:
@@ -98,21 +100,21 @@ def _colour(m: Reflectance, lights: list[Light]) -> tuple[np.ndarray | None, np.
     """
     up = np.array([[0.0, 0.0, 1.0]])
     f = m.f(up, up)
-    own = f.shape[-1] if f.ndim > 1 else 1
+    channels = f.shape[-1] if f.ndim > 1 else 1
     after = None
-    found = rgb_of(m.channel_names)
-    if found is not None and own == len(found):
-        matrix = found.astype(np.float32)
+    to_rgb = rgb_of(m.channel_names)
+    if to_rgb is not None and channels == len(to_rgb):
+        matrix = to_rgb.astype(np.float32)
         lit = {(x.arrival(up).irradiance if x.is_delta else x.incident(up)).shape[-1] for x in lights}
         if lit <= {1, 3}:
             return matrix, None
         after = matrix
     for light in lights:
         lit = (light.arrival(up).irradiance if light.is_delta else light.incident(up)).shape[-1]
-        if own != lit and 1 not in (own, lit):
+        if channels != lit and 1 not in (channels, lit):
             raise ParameterError(
-                f"{type(light).__name__} has {lit} channels and the material has {own}; expected as many, or a light "
-                f"of one channel such as ConstantLight(1.0)"
+                f"{type(light).__name__} has {lit} channels and the material has {channels}; expected as many, or a "
+                f"light of one channel such as ConstantLight(1.0)"
             )
     return None, after
 

@@ -1,4 +1,4 @@
-"""How a kernel reaches its arrays, its tables and its results: addresses, loads and stores, as LLVM IR.
+"""Access of a kernel to its arrays, tables and results: addresses, loads and stores, as LLVM IR.
 
 Names in the IR: %p0 is the address of array 0, %r0 that of its part for row i, %t0 a table, %o0 an output and %q0 its
 part for row i; %i and %j are the steps along the outer and the inner axis.
@@ -172,7 +172,7 @@ class Access:
         )
 
     def rows(self, arrays: Sequence[int]) -> None:
-        """Where row i begins in arrays and outputs."""
+        """The addresses at which row i of arrays and outputs begins."""
         for k in arrays:
             self.v.lines.append(f"%r{k}.step = mul i64 %i, %p{k}.s0")
             self.v.lines.append(f"%r{k} = getelementptr i8, ptr %p{k}, i64 %r{k}.step")
@@ -181,7 +181,7 @@ class Access:
             self.v.lines.append(f"%q{k} = getelementptr i8, ptr %o{k}, i64 %q{k}.step")
 
     def remaining(self) -> None:
-        """Which of the lanes are within the row, and for each lane an element that is: the lane's own or the last."""
+        """A mask of the lanes within the row, and an element for each lane: its own, or the row's last."""
         self.v.lines.append("%last = sub i64 %left, 1")
         self.spread("%last.all", "%last")
         self.v.lines.append(f"%inside = icmp ule {self.index_type} {self.lanes}, %last.all")
@@ -191,7 +191,7 @@ class Access:
     # Tables.
 
     def pairs(self, order: Sequence[int]) -> dict[int, tuple[int, int]]:
-        """Lookups of entries side by side, which are read together: node -> (the first of the two, 0 or 1)."""
+        """Pairs of lookups that read neighbouring entries, in one load: node -> (first node of its pair, 0 or 1)."""
         graph = self.program.graph
         places: dict[tuple, dict[int, int]] = {}
         for node in order:
@@ -218,7 +218,7 @@ class Access:
         return self.read[first][which]
 
     def pair(self, table: int, index: Value) -> tuple[Value, Value]:
-        """Two neighbouring entries of a table, for which the processor loads one number of twice the length."""
+        """Two neighbouring entries of a table, loaded as one number of twice the length."""
         w, real = self.width, f"<{2 * self.width} x {self.real}>"
         full, name = f"@llvm.masked.gather.v{w}f64.v{w}p0", self.v.name()
         self.v.declare(f"<{w} x double> {full}(<{w} x ptr>, i32, <{w} x i1>, <{w} x double>)")
@@ -242,7 +242,7 @@ class Access:
         return self.gather(self.pointers(table, self.values[index]), self.size)
 
     def pointers(self, table: int, index: Value) -> str:
-        """Where entries of a table are."""
+        """The addresses of entries of a table."""
         v, w = self.v, self.width
         kind = v.types["index"]
         v.declare(f"{kind} @llvm.umin.v{w}i32({kind}, {kind})")

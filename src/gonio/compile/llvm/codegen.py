@@ -48,12 +48,12 @@ exit:
   ret void
 }
 """
-"""What is called: takes parts of the batch, as long as there are any that no other thread has taken."""
+"""The function that callers call: it takes parts of the batch until no thread has left any."""
 
 
 INLINE = 40
-"""How many elementary functions a kernel has at most before each becomes a function of its own: compilers take long
-over long blocks."""
+"""Elementary functions that a kernel contains inline at most; with more, each becomes a function that is called, since
+compilers take long over long blocks."""
 
 
 def generate(program: Program, width: int, estimates: bool) -> str:
@@ -206,7 +206,7 @@ class _Writer:
         )
 
     def into(self, block: str) -> None:
-        """What is written from here on belongs to this block."""
+        """Begin a block: all lines from here on belong to it."""
         self.v.lines = self.blocks[block] = []
 
     # Operations.
@@ -254,7 +254,7 @@ class _Writer:
         return getattr(v, operation)(*a)
 
     def elementary(self, name: str, a: list[Value]) -> Value:
-        """An elementary function: its instructions here, or where there are many of them a call."""
+        """An elementary function: inline, or as a call where a kernel has many of them."""
         v, function = self.v, elementary.FUNCTIONS[name]
         if self.functions is None:
             return function(v, *a)
@@ -270,7 +270,7 @@ class _Writer:
         return v.emit("real", f"call {kind} @{name}({', '.join(f'{kind} {x.name}' for x in a)})")
 
     def quotient(self, top: int, bottom: int) -> Value:
-        """top / bottom: by the reciprocal where that is the same for more elements, or the reciprocal of a root."""
+        """top / bottom: by the reciprocal where several elements share it, or where it is that of a root."""
         v, graph = self.v, self.program.graph
         a = self.values[top]
         if self.level[bottom] < self.level[top]:

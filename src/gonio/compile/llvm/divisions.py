@@ -1,4 +1,4 @@
-"""Fewer divisions: the slowest thing that a formula does, several of which in a row become one."""
+"""Fewer divisions, the slowest operations of a formula: several in a row become one."""
 
 from __future__ import annotations
 
@@ -7,13 +7,13 @@ from collections.abc import Sequence
 from ...trace.graph import Graph
 
 TOGETHER = {"float32": 3, "float64": 4}
-"""How many divisors are multiplied: few in float32, so that products of small ones stay representable."""
+"""Divisors multiplied together at most: few in float32, whose products of small numbers must not vanish."""
 
 _Fraction = tuple[list[int], list[int]]
 
 
 def fewer_divisions(graph: Graph, outputs: Sequence[int], dtype: str) -> tuple[Graph, list[int]]:
-    """An equal graph and its outputs, in which a/x*b/y is a b/(x y): the same but for rounding, a little less of it."""
+    """An equal graph and its outputs, in which a/x*b/y has become a b/(x y); it rounds a little less."""
     return _Rewriting(graph, outputs, TOGETHER[dtype]).result()
 
 

@@ -1,4 +1,4 @@
-"""Instructions on vectors of numbers, written as LLVM IR: what kernels and elementary functions are composed of."""
+"""Instructions on vectors of numbers, as LLVM IR: the parts of kernels and elementary functions."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class Lanes:
         self._count = 0
 
     def name(self) -> str:
-        """A name that nothing else has."""
+        """A new name."""
         self._count += 1
         return f"%v{self._count}"
 

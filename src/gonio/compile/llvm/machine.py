@@ -16,8 +16,8 @@ from .. import elf
 from .lanes import FLOAT32
 
 LOCK = RLock()
-"""Held while kernels are made: LLVM's target machine serves one thread at a time. A fork waits for it, for in the child
-nobody would ever release what another thread holds: this lock, LLVM's own, or that of a module being imported."""
+"""The lock held while a kernel is compiled: LLVM's target machine serves one thread at a time. A fork waits for it,
+since in the child nobody would release the locks of another thread: this one, LLVM's, or a module's being imported."""
 if hasattr(os, "register_at_fork"):
     os.register_at_fork(before=LOCK.acquire, after_in_parent=LOCK.release, after_in_child=LOCK.release)
 
@@ -27,7 +27,7 @@ _ENDS = 1 << 14  # bytes at either end of LLVM's library
 
 @cache
 def processor() -> str:
-    """What tells this processor from others: its name and features, where the system does not say so as LLVM does."""
+    """The identity of this processor: its name and features, as LLVM or else the system names them."""
     facts = _cpuinfo() or (_llvm().get_host_cpu_name(), _features_text())
     return " ".join([platform.machine(), sys.platform, *facts])
 
@@ -59,7 +59,7 @@ def lane_bits() -> int:
 
 
 def lanes(dtype: str) -> int:
-    """How many numbers of a dtype a kernel works on at a time."""
+    """Numbers of a dtype that one vector of this processor holds."""
     return lane_bits() // (32 if dtype == FLOAT32 else 64)
 
 
@@ -95,7 +95,7 @@ def _features_text() -> str:
 
 @cache
 def compiler() -> str:
-    """Which llvmlite there is, without importing it, by what its files say; "" where they do not.
+    """The version of llvmlite, read from its files without an import; "" where they do not tell.
 
     LLVM's library is too long to be read whole. Its beginning has the linker's hash of it (a build id, a UUID) and
     the places of its segments, its end those of its sections. Raises DependencyError where there is no llvmlite.
@@ -142,7 +142,7 @@ def to_object(text: str) -> bytes:
 
 
 def to_assembly(text: str) -> str:
-    """The assembly of a module of IR, to look at."""
+    """The assembly language of a module of IR, for people to read."""
     llvm = _llvm()
     with LOCK:
         machine = _target_machine()

@@ -1,4 +1,4 @@
-"""What a kernel computes, and how the arrays that it reads and writes lie in memory."""
+"""Programs: the graph that a kernel computes, and the layout in memory of the arrays that it reads and writes."""
 
 from __future__ import annotations
 
@@ -7,11 +7,11 @@ from typing import NamedTuple
 from ...trace.graph import Graph
 
 SAME, ROW, PACKED, PLANES, STRIDED = "same", "row", "packed", "planes", "strided"
-"""How an array lies in memory: one vector for the whole batch, one for each step of the outer axis, or along the inner
-axis: vectors side by side, each component side by side, or anything else."""
+"""Layouts of an array: one vector for the whole batch, one for each step of the outer axis, or along the inner axis
+vectors side by side, components side by side, or any other strides."""
 
 EACH, ONCE, TOTAL = "each", "once", "total"
-"""What becomes of an output: stored for every element, for every step of the outer axis, or summed over the inner."""
+"""Uses of an output: stored for every element, stored for every step of the outer axis, or summed over the inner."""
 
 
 class Array(NamedTuple):
@@ -22,14 +22,14 @@ class Array(NamedTuple):
 
 
 class Output(NamedTuple):
-    """An output: its nodes, side by side in memory, and what becomes of them."""
+    """An output: its nodes, side by side in memory, and its use."""
 
     nodes: tuple[int, ...]
     use: str
 
 
 class Program(NamedTuple):
-    """What a kernel computes and from what: everything that its machine code depends on, but the processor."""
+    """All that a kernel's machine code depends on, but the processor: graph, outputs, and layouts of its arrays."""
 
     graph: Graph
     outputs: tuple[Output, ...]
@@ -44,5 +44,5 @@ class Program(NamedTuple):
         return self.graph.digest(nodes, *facts)
 
     def words(self) -> int:
-        """Length of the block of arguments, without its last word."""
+        """Length of the block of arguments [64-bit words], without its last word."""
         return 4 * len(self.arrays) + 2 * self.tables + 2 * len(self.outputs)

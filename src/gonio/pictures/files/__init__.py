@@ -1,6 +1,6 @@
-"""Files of pictures, one format each: found by what they declare.
+"""Formats of pictures, one file each, which `image.py` discovers.
 
-A module says by which first bytes its files are known (STARTS: bytes -> name), which suffixes they have (SUFFIXES) and
-which of them it writes (WRITTEN); `read(source)` gives a `Picture`, and `encode(picture, path, exposure)` refuses or
-announces what the format cannot hold and gives what writes the rest.
+A module declares the first bytes of its files (STARTS: bytes -> name), their suffixes (SUFFIXES) and the one that it
+writes (WRITTEN). `read(source)` returns a `Picture`. `encode(picture, path, exposure)` refuses or announces what the
+format cannot hold, and returns a function that writes the rest to a path.
 """

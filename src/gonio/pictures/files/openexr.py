@@ -108,10 +108,10 @@ def _channel_kinds(data: bytes) -> list[int]:
 def _planes(openexr: Any, path: str) -> dict[str, NDArray[Any]]:
     """The channels of the first part. The library raises nothing for a damaged part: some versions drop it, print a
     line, and count the rest from 0."""
-    found = _UNHEARD(openexr.File, path).parts
-    if not found or found[0].part_index != 0:
+    parts = _UNHEARD(openexr.File, path).parts
+    if not parts or parts[0].part_index != 0:
         raise FormatError("its pixels cannot be decoded")
-    return {name: channel.pixels for name, channel in found[0].channels.items()}
+    return {name: channel.pixels for name, channel in parts[0].channels.items()}
 
 
 def _opened(file: Any, path: str) -> Any:
