@@ -4,7 +4,7 @@
     python3 dev.py test    install what the tests need, run them
     python3 dev.py lowest  the tests with the lowest versions that pyproject.toml allows; on Python 3.11
     python3 dev.py lint    ruff and mypy
-    python3 dev.py stubs   write src/gonio/__init__.pyi, what type checkers and editors read, from the declared parameters
+    python3 dev.py stubs   write src/gonio/__init__.pyi, which type checkers and editors read
 
 Everything goes into the virtual environment .venv (.venv-lowest) beside this file, or into the one this is run from.
 """
