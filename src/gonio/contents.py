@@ -6,7 +6,7 @@ import difflib
 import re
 from collections.abc import Iterable, Iterator, Mapping
 from types import ModuleType
-from typing import Generic, TypeVar
+from typing import Any, Generic, TypeVar
 
 from .discover import docstring
 from .errors import NotFoundError
@@ -64,5 +64,6 @@ class Folder(ModuleType):
     def __repr__(self) -> str:
         return f"<module {self.__name__!r}; {self.__name__}() lists what it holds>"
 
-    def __call__(self) -> Contents:
-        return self.contents()
+    def __call__(self) -> Contents[Any]:
+        listed: Contents[Any] = self.contents()
+        return listed

@@ -27,7 +27,7 @@ def by_name(package: str) -> dict[str, ModuleType]:
     return {module.__name__.rpartition(".")[2]: module for module in modules(package)}
 
 
-def docstring(of: ModuleType | type | Callable) -> str:
+def docstring(of: ModuleType | type | Callable[..., Any]) -> str:
     """The docstring of a module, a class or a function, without indentation (Python 3.13 takes that away itself); ""
     for none; where Python left it out (-OO), as the source has it."""
     composed: Any = vars(of).get("__doc__")

@@ -15,10 +15,11 @@ from ..base.angles import direction
 from ..base.light import Light
 from ..base.reflectance import Reflectance
 from ..catalogue import builtin
-from ..catalogue.expressions import describe, expression, names, read
+from ..catalogue.expressions import describe, expression, read
 from ..errors import Error, ExpressionError, MissingDataWarning, NotFoundError, ParameterError
 from ..formats import formats, load
 from ..formula.fields import Option, Param, Part
+from ..formula.json_form import names
 from ..formula.parametrised import Parametrised
 from ..lights._panorama import Panorama
 from ..lights.constant import ConstantLight
