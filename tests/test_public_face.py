@@ -160,7 +160,8 @@ def test_contents_by_name():
     assert set(gn.lights().values()) == set(LIGHTS)
     assert gn.formats()["MERL"].SUFFIXES == (".binary",)
     assert "Sum" not in gn.models() and "Scaled" not in gn.models()
-    with pytest.raises(KeyError):
+    assert "Lambertain" not in gn.models() and gn.models().get("Lambertain") is None
+    with pytest.raises(NotFoundError, match="did you mean 'Lambertian'"):
         gn.models()["Lambertain"]
     with pytest.raises(TypeError):
         gn.models()["Lambertian"] = gn.GGX
@@ -184,6 +185,7 @@ def test_what_contents_say():
 
 
 def test_folders_stay_modules():
+    assert repr(gn.models) == "<module 'gonio.models'; gonio.models() lists what it holds>"
     code = "import gonio.models.abc as a, gonio.formats.merl as b, gonio as gn; from gonio import lights; "
     code += "print(a.ABC is gn.ABC, gn.formats()['MERL'] is b, len(lights()) > 3, gn.models.abc is a)"
     shown = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
@@ -236,6 +238,14 @@ def test_a_cell_run_again_replaces_its_class(classes):
     assert CLASSES["Cell"] is second is not first
     assert isinstance(from_json(first(0.3).to_json()), second)
     assert gn.models()["Cell"] is second
+
+
+@pytest.mark.parametrize("name", ["f", "pdf", "formula", "parameters", "replace"])
+def test_a_parameter_that_hides_a_method_is_refused(classes, name):
+    """`f = param(...)` was taken, and m.f(wi, wo) then a number that is called."""
+    with pytest.raises(ParameterError, match=f"Hiding: {name} is what the class inherits"):
+        type("Hiding", (gn.Reflectance,), {"__module__": "__main__", name: param(0.5, 0.0, 1.0, "hides")})
+    assert "Hiding" not in CLASSES
 
 
 def test_names_with_an_underscore_stay_out_of_texts(classes):

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import difflib
 import re
 from collections.abc import Iterable, Iterator, Mapping
 from types import ModuleType
-from typing import Generic, TypeVar
+from typing import Any, Generic, TypeVar
 
 from .discover import docstring
+from .errors import NotFoundError
 
 T = TypeVar("T")
 WIDTH = 110
@@ -22,6 +24,10 @@ def columns(rows: Iterable[tuple[str, str]]) -> str:
     return "\n".join(line if len(line) <= WIDTH else line[: WIDTH - 4] + " ..." for line in lines)
 
 
+class _NotThere(NotFoundError, KeyError):
+    """As dictionaries raise it: `in` and `get` of a mapping wait for it."""
+
+
 class Contents(Mapping[str, T], Generic[T]):
     """Name -> class, or module of a format; it cannot be changed, and prints with a line for each."""
 
@@ -29,6 +35,9 @@ class Contents(Mapping[str, T], Generic[T]):
         self._things = dict(sorted(things.items(), key=lambda item: item[0].lower()))
 
     def __getitem__(self, name: str) -> T:
+        if name not in self._things:
+            close = difflib.get_close_matches(str(name), self._things, n=1)
+            raise _NotThere(f"no {name!r:.60} here{f'; did you mean {close[0]!r}?' if close else ''}")
         return self._things[name]
 
     def __iter__(self) -> Iterator[str]:
@@ -52,5 +61,9 @@ def summary(thing: object) -> str:
 class Folder(ModuleType):
     """A folder of the package whose files are found: called, it says what they hold."""
 
-    def __call__(self) -> Contents:
-        return self.contents()
+    def __repr__(self) -> str:
+        return f"<module {self.__name__!r}; {self.__name__}() lists what it holds>"
+
+    def __call__(self) -> Contents[Any]:
+        listed: Contents[Any] = self.contents()
+        return listed

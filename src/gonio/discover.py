@@ -30,7 +30,7 @@ def by_name(package: str) -> dict[str, ModuleType]:
     return {module.__name__.rpartition(".")[2]: module for module in modules(package)}
 
 
-def functions(package: str) -> dict[str, Callable]:
+def functions(package: str) -> dict[str, Callable[..., Any]]:
     """The function that each file of a subpackage is named after."""
     return {name: getattr(module, name) for name, module in by_name(package).items()}
 
@@ -58,7 +58,7 @@ def labelled(text: str, labels: Sequence[str]) -> dict[str, str]:
     return {name: part.strip() for name, part in parts.items()}
 
 
-def docstring(of: ModuleType | type | Callable) -> str:
+def docstring(of: ModuleType | type | Callable[..., Any]) -> str:
     """The docstring of a module, a class or a function, without indentation (Python 3.13 takes that away itself); ""
     for none; where Python left it out (-OO), as the source has it."""
     composed: Any = vars(of).get("__doc__")

@@ -135,7 +135,7 @@ def test_no_docstring_is_read_as_it_is_indented():
     reader = ROOT / "src" / "gonio" / "discover.py"
     for path in sorted({*(ROOT / "src").rglob("*.py"), *(ROOT / "docs").rglob("*.py")} - {reader}):
         for line in path.read_text(encoding="utf-8").splitlines():
-            if re.search(r"\b(?!self|function|module)\w+\.__doc__\b(?! = doc$)", line):
+            if re.search(r"\b(?!self|function|module)\w+\.__doc__\b(?! = (?:doc$|Docstring\())", line):
                 assert " docstring(" in line, f"{path}: {line.strip()}"
 
 

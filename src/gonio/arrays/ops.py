@@ -8,7 +8,11 @@ from typing import Any
 import numpy as np
 
 from ..errors import ArrayTypeError, ShapeError
-from . import LIBRARIES, Array, Library, library, library_of_type
+from . import LIBRARIES as LIBRARIES
+from . import Array
+from . import Library as Library
+from . import library as library
+from . import library_of_type as library_of_type
 
 
 def _call(name: str, *args: Array) -> Array:

@@ -37,4 +37,5 @@ def to_brdf(quantity: str, values: Any, cos_i: Any, cos_o: Any) -> np.ndarray:
 
 def from_brdf(quantity: str, f: Any, cos_i: Any, cos_o: Any) -> np.ndarray:
     """Values of a quantity from f [1/sr] at pairs with these cosines."""
-    return np.asarray(f, dtype=float) * QUANTITIES[quantity_named(quantity)](cos_i, cos_o)
+    values: np.ndarray = np.asarray(f, dtype=float) * QUANTITIES[quantity_named(quantity)](cos_i, cos_o)
+    return values

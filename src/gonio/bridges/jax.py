@@ -18,12 +18,12 @@ from ..formula.parametrised import Parametrised
 from ..formula.registry import ON_NEW
 
 
-def _flatten(m: Parametrised) -> tuple[list[Any], tuple]:
+def _flatten(m: Parametrised) -> tuple[list[Any], tuple[Any, ...]]:
     paths = tuple(m.parameters)
     return [p.value for p in m.parameters.values()], (m.with_values(dict.fromkeys(paths)), paths)
 
 
-def _unflatten(structure: tuple, leaves: Any) -> Parametrised:
+def _unflatten(structure: tuple[Parametrised, tuple[str, ...]], leaves: Any) -> Parametrised:
     m, paths = structure
     return m.with_values(dict(zip(paths, leaves, strict=True)))
 

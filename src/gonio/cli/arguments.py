@@ -13,10 +13,11 @@ from typing import Any
 from ..base.light import Light
 from ..base.reflectance import Reflectance
 from ..catalogue import builtin
-from ..catalogue.expressions import describe, expression, names, read
+from ..catalogue.expressions import describe, expression, read
 from ..errors import Error, ExpressionError, NotFoundError, ParameterError
 from ..formats import formats, load
 from ..formula.fields import Option, Param, Part
+from ..formula.json_form import names
 from ..formula.parametrised import Parametrised
 from ..lights._words import Word, words
 from ..pictures.image import SUFFIXES

@@ -10,7 +10,7 @@ from collections.abc import Callable
 from typing import Any
 
 from ..errors import ParameterError
-from .fields import CLASSES, shown
+from .fields import CLASSES, Field, shown
 
 ON_NEW: list[Callable[[type[Any]], object]] = []
 """What is called with each class that is defined from now on."""
@@ -18,6 +18,11 @@ ON_NEW: list[Callable[[type[Any]], object]] = []
 
 def register(kind: type[Any]) -> None:
     """Take in a class. Raises ParameterError where another one has its name; the same one, run again, replaces it."""
+    hidden = [n for n, f in vars(kind).items() if isinstance(f, Field) and _is_method(kind, n)]
+    if hidden:
+        raise ParameterError(
+            f"class {_place(kind)}: {hidden[0]} is what the class inherits; call the parameter otherwise"
+        )
     if not any(_is_private(name) for name in (kind.__name__, *kind.__module__.split("."))):
         named = CLASSES.get(kind.__name__)
         if named is not None and _place(named) != _place(kind):
@@ -45,6 +50,10 @@ def missing(name: Any, module: Any) -> str:
 
 def _is_private(name: str) -> bool:
     return name.startswith("_") and not name.startswith("__")  # __main__ is nobody's secret
+
+
+def _is_method(kind: type[Any], name: str) -> bool:
+    return any(not isinstance(vars(base)[name], Field) for base in kind.__mro__[1:] if name in vars(base))
 
 
 def _place(kind: type[Any]) -> str:
