@@ -514,7 +514,8 @@ def test_kernel_is_readable():
 
 SCRIPT = """
 import numpy as np, gonio as gn
-from gonio.compile import store, machine
+from gonio.compile import store
+from gonio.compile.llvm import machine
 w = np.array([[0.6, 0.0, 0.8]])
 compiled = []
 original = store._compiled

@@ -137,7 +137,7 @@ def test_lobes_by_quadrature(draw):
 
 
 @each_lobe
-def test_weight_is_f_cos_over_pdf(draw):
+def test_weight_is_f_cos_over_pdf(draw, evaluation):
     wo = pairs()[1]
     u = np.random.default_rng(5).random((len(wo), 2))
     for channels in draw.layouts:
@@ -155,7 +155,7 @@ def test_weight_is_f_cos_over_pdf(draw):
 
 
 @pytest.mark.parametrize("draw", draws(), ids=str)
-def test_samples_in_float32(draw):
+def test_samples_in_float32(draw, evaluation):
     u = np.random.default_rng(6).random((512, 2))
     top = 1.0 - 2.0**-24
     u[:4] = [[0.0, 0.0], [top, top], [0.0, top], [top, 0.0]]
