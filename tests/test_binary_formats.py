@@ -577,6 +577,7 @@ def test_utia_pictures(tmp_path):
         load(turned)
 
 
+@pytest.mark.full  # 1.5 GB
 def test_utia_dense(tmp_path):
     path = tmp_path / "dense.bin"
     with path.open("wb") as file:

@@ -10,6 +10,7 @@ from typing import Any, ClassVar
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from conftest import switch_off
 from models import MODELS
 
 import gonio as gn
@@ -444,8 +445,9 @@ def test_all_models(monkeypatch):
 
 
 @pytest.mark.parametrize("model", MODELS, ids=lambda c: c.__name__)
-def test_every_model_is_lawful(model):
+def test_every_model_is_lawful(model, monkeypatch):
     """The laws that test_laws.py and test_sampling.py do not have, with the parameters it has if none are given."""
+    switch_off(monkeypatch)  # a dozen kernels for each take three times as long to compile as the laws to try
     report = gn.check(model(), laws=["isotropy", "furnace", "cavity", "grazing", "derivatives", "limit"])
     assert report.lawful, report
 

@@ -373,8 +373,8 @@ REFUSED = {("Klems", "MERL"): "anisotropic.*symmetrise", ("MERL", "BiRD"): "expe
 PAIRS = [(a, b) for a in FORMATS for b in FORMATS if a != b]
 BY_COMMAND = set(zip(FORMATS, [*FORMATS][1:] + [*FORMATS][:1], strict=True))
 """Pairs that are converted on the command line: each format once from, once to. The others by `gn.convert`."""
-RING = {(a, b) for a, b in PAIRS if ([*FORMATS].index(b) - [*FORMATS].index(a)) % len(FORMATS) in (1, 4)}
-"""Pairs that run where `full` is left out: each format twice from, twice to, the command line's among them."""
+RING = BY_COMMAND | {("RGL", "tree"), ("Klems", "ASTM"), ("Zemax", "netCDF"), ("Zarr", "MERL"), ("BiRD", "RGL")}
+"""Pairs that run where `full` is left out: those, and some by `gn.convert`."""
 COUNT = 1000
 STEEP = 0.3
 """Cosine from which on directions are compared."""

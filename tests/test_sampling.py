@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from conftest import thinned
 from models import breaks, draws, on_sphere, pairs
 
 import gonio as gn
@@ -116,7 +117,7 @@ def tamed(m: Any) -> Any:
     return m
 
 
-@pytest.mark.parametrize("draw", [d for d in draws(2, every=3) if d in LOBES], ids=str)
+@pytest.mark.parametrize("draw", thinned([d for d in draws(2, every=3) if d in LOBES], draws(1, every=9)), ids=str)
 def test_lobes_by_quadrature(draw):
     """The density integrates to what is not lost below the horizon, the weights to f cos."""
     u = grid(256)
