@@ -1,7 +1,7 @@
 """Set up gonio on a machine that has only Python and pip, and use it.
 
     python3 dev.py demo    install gonio, check a measured material, render it
-    python3 dev.py test    install what the tests need, run them
+    python3 dev.py test    install what the tests need, run them; -m full runs those that are left out for their time
     python3 dev.py lowest  the tests with the lowest versions that pyproject.toml allows; on Python 3.11
     python3 dev.py lint    ruff and mypy
     python3 dev.py docs    bring pages, tables, counts and the stub of types up to date; docs/make.py has options

@@ -1,4 +1,7 @@
-"""The array libraries as a fixture: a test that takes `library` runs on each one that can be used here."""
+"""The array libraries as a fixture: a test that takes `library` runs on each one that can be used here.
+
+`python3 dev.py test` leaves out what is marked `full`; `python3 dev.py test -m full` runs that, `-m ""` everything.
+"""
 
 from __future__ import annotations
 
@@ -9,6 +12,7 @@ os.environ.setdefault("JAX_ENABLE_X64", "1")
 os.environ.setdefault("JAX_PLATFORMS", "cpu")
 os.environ.setdefault("XLA_FLAGS", "--xla_cpu_multi_thread_eigen=false intra_op_parallelism_threads=1")
 
+from collections.abc import Collection, Iterable
 from importlib import import_module
 from typing import Any
 
@@ -16,6 +20,28 @@ import numpy as np
 import pytest
 
 from gonio.evaluate import planning
+
+
+@pytest.hookimpl(tryfirst=True)  # before pytest leaves out what `-m` says
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Of random materials one of each model is compiled, and all are evaluated in blocks, by the same formula.
+
+    What compiling adds is held per operation (`test_elementary.py`, `test_engine.py`); kernels of all materials take
+    minutes to compile.
+    """
+    from models import COMPILED
+
+    for item in items:
+        given = item.callspec.params if isinstance(item, pytest.Function) and hasattr(item, "callspec") else {}
+        if given.get("evaluation") == "compiled" and "draw" in given and given["draw"] not in COMPILED:
+            item.add_marker("full")
+
+
+def thinned(cases: Iterable[Any], kept: Collection[Any]) -> list[Any]:
+    """The cases as parameters, of which all but those `kept` are marked `full`."""
+    return [
+        pytest.param(*(c if type(c) is tuple else (c,)), marks=() if c in kept else pytest.mark.full) for c in cases
+    ]
 
 
 class Library:

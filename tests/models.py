@@ -283,6 +283,19 @@ def _material(model: type, seed: int, channels: int | None) -> Any:
     return random(model, rng, channels, choices[seed % len(choices)])
 
 
+COAT = gn.Coated(gn.Lambertian([0.2, 0.4, 0.6]) + 0.5 * gn.Microfacet(gn.GGX(0.2), 0.8), 1.4, [0.1, 0.2, 0.3])
+PLUMBING = {
+    "number": gn.ModifiedPhong(0.4, 8.0),
+    "channels": gn.Lambertian([0.2, 0.4, 0.6]) + [0.5, 0.1, 0.3] * gn.Ward(0.5, [0.2, 0.3, 0.4], 0.5),
+    "delta": 0.3 * gn.IdealSpecular(gn.Schlick([0.9, 0.6, 0.3])) + gn.Lambertian(0.4),
+    "coat": COAT,
+    "rotation": gn.Rotated(gn.Microfacet(gn.GGX(0.1, 0.4), gn.Dielectric(1.5)), 0.6),
+    "table": gn.Microfacet(gn.TabulatedFacets([0.0, 0.5, 1.5], [1.0, 0.5, 0.0]), [0.2, 0.9]),
+    "map": gn.Lambertian(np.linspace(0.1, 0.9, 242)[:, None]) + gn.ModifiedPhong(np.full((1, 3), 0.2), 20.0),
+}
+"""Materials in which all that is between arrays and formulas is used: see `test_ops.py` for why these are enough."""
+
+
 def breaks(m: Reflectance) -> set[str]:
     """The laws that a material, or a part of it, declares to break."""
     return set(m.breaches())
@@ -297,13 +310,29 @@ def draws(least: int = 3, every: int = 1) -> list[Draw]:
     return found
 
 
-def at_bounds(model: type[Reflectance]) -> Iterator[Reflectance]:
-    """The model with each of its parameters, one by one, at its lower and its upper bound."""
-    for structure in structures(model):
+COMPILED = frozenset(draws(1, every=9))
+"""Random materials that are compiled where not all are: of each model at least one."""
+
+
+def at_bounds(model: type[Reflectance], most: int | None = None) -> Iterator[Reflectance]:
+    """The model, of at most so many structures, with each of its parameters, one by one, at both its bounds."""
+    for structure in structures(model)[:most]:
         m = random(model, np.random.default_rng(7), None, structure)
         for path, p in m.parameters.items():
             for bound in (p.low, p.high):
                 yield m.replace({path: bound})
+
+
+def rows_at_bounds(model: type[Reflectance]) -> Iterator[Reflectance]:
+    """The same as maps (n, 1, 1): a material of each structure, at each place one parameter at one of its bounds."""
+    for structure in structures(model):
+        m = random(model, np.random.default_rng(7), None, structure)
+        kept = m.parameters
+        if kept:
+            rows = {path: np.full((2 * len(kept), 1, 1), p.value, float) for path, p in kept.items()}
+            for i, (path, p) in enumerate(kept.items()):
+                rows[path][2 * i : 2 * i + 2, 0, 0] = p.low, p.high
+            yield m.replace(rows)
 
 
 def at_corners(model: type[Reflectance], count: int = 16) -> Iterator[Reflectance]:

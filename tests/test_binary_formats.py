@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from conftest import switch_off
 
 import gonio as gn
 from gonio.errors import Error, FormatError, NotFoundError, ParameterError
@@ -576,6 +577,7 @@ def test_utia_pictures(tmp_path):
         load(turned)
 
 
+@pytest.mark.full  # 1.5 GB
 def test_utia_dense(tmp_path):
     path = tmp_path / "dense.bin"
     with path.open("wb") as file:
@@ -819,7 +821,8 @@ def test_neural_is_the_network(evaluation):
 
 
 @pytest.mark.parametrize("name", NETWORKS)
-def test_neural_real_files_are_like_published_fits_of_the_same_materials(name):
+def test_neural_real_files_are_like_published_fits_of_the_same_materials(name, monkeypatch):
+    switch_off(monkeypatch)  # the kernel of a network takes longer to compile than all this to compute
     m = network(name)
     w = gn.direction(np.radians([5.0, 30.0, 60.0]), 0.0)
     np.testing.assert_allclose(gn.albedo(m, w), gn.albedo(gn.material(name), w), atol=0.035)

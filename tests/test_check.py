@@ -11,6 +11,7 @@ from typing import Any, ClassVar
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from conftest import switch_off
 from models import MODELS
 
 import gonio as gn
@@ -458,8 +459,9 @@ def test_all_models(monkeypatch):
 
 
 @pytest.mark.parametrize("model", MODELS, ids=lambda c: c.__name__)
-def test_every_model_is_lawful(model):
+def test_every_model_is_lawful(model, monkeypatch):
     """The laws that test_laws.py and test_sampling.py do not have, with the parameters it has if none are given."""
+    switch_off(monkeypatch)  # a dozen kernels for each take three times as long to compile as the laws to try
     wanted = ["isotropy", "furnace", "cavity", "grazing", "derivatives", "limit"]
     report = gn.check(model(), laws=wanted)
     assert report.lawful, report

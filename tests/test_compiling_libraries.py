@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from models import MODELS, Draw, Sum, draws, pairs
+from conftest import thinned
+from models import MODELS, PLUMBING, Draw, Sum, draws, pairs
 from test_merl import random_table
 from test_rgl import synthetic
 
@@ -17,8 +18,9 @@ from gonio.evaluate import planning
 from gonio.formats.merl import MERL
 from gonio.formats.rgl import RGL
 
-FEW = [*MODELS[::6], gn.Microfacet, Sum]  # a compilation takes seconds; that no formula reads values is tested on all
-SOME = pytest.mark.parametrize("draw", [Draw(model, 0) for model in dict.fromkeys(FEW)], ids=str)
+FEW = [Draw(model, 0) for model in dict.fromkeys([*MODELS[::6], gn.Microfacet, Sum])]  # a compilation takes seconds
+SOME = pytest.mark.parametrize("draw", thinned(FEW, [Draw(Sum, 0)]), ids=str)
+each_plumbing = pytest.mark.parametrize("m", PLUMBING.values(), ids=PLUMBING)
 each_dtype = pytest.mark.parametrize("dtype", ["float32", "float64"])
 CONDUCTOR = gn.Microfacet(gn.GGX(0.3), gn.Conductor([0.2, 0.9, 1.1], [3.9, 2.5, 2.4]))
 TWO_LOBES = gn.Lambertian([0.1, 0.2, 0.3]) + 0.5 * gn.Microfacet(gn.GGX(0.3), gn.Dielectric(1.5))
@@ -26,7 +28,7 @@ TWO_LOBES = gn.Lambertian([0.1, 0.2, 0.3]) + 0.5 * gn.Microfacet(gn.GGX(0.3), gn
 
 # What is compiled of which measurement: with f and pdf of all of them this would take a minute more.
 MEASURED = {"merl": "f", "merl-nearest": "pdf", "rgl": "pdf", "rgl-anisotropic": "f"}
-each_measured = pytest.mark.parametrize("measured", MEASURED)
+each_measured = pytest.mark.parametrize("measured", thinned(MEASURED, ("merl-nearest", "rgl-anisotropic")))
 
 
 def made(name: str) -> Any:
@@ -94,6 +96,7 @@ def test_torch_compiles_what_numpy_has_computed(torch, m, is_compiled, monkeypat
     same(compiled(torch, m.f)(wi, wo), m.f(wi, wo))
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("draw", [d for d in draws(1, every=9) if d.model is gn.Microfacet], ids=str)
 def test_torch_compiles_all_kinds_of_facets(torch, draw):
     wi, wo, _ = arrays(torch.from_numpy, "float32")
@@ -205,18 +208,31 @@ def test_torch_keeps_nothing_that_gradients_cannot_use(torch):
     assert torch.isfinite(a.grad).all()
 
 
-@pytest.mark.parametrize("draw", draws(1, every=9), ids=str)
-@each_dtype
-def test_torch_reads_no_values(torch, draw, dtype):
+def check_torch_reads_no_values(torch: Any, m: Any, dtype: str) -> None:
     """Tensors without values: whatever would look at them, or copy them to the host, raises."""
     wi, wo, u = arrays(lambda x: torch.from_numpy(x).to("meta"), dtype)
+    f = m.f(wi, wo)
+    for x in (f, m.pdf(wi, wo), *m.sample(wo, u)):
+        assert x.device.type == "meta"
+        assert x.dtype in (getattr(torch, dtype), torch.bool)
+    assert f.shape == m.f(*pairs()).shape
+
+
+# No formula asks for a value: that it can be traced (`test_ops.py`) says as much. Between arrays and formulas:
+
+
+@each_plumbing
+@each_dtype
+def test_torch_reads_no_values(torch, m, dtype):
+    check_torch_reads_no_values(torch, m, dtype)
+
+
+@pytest.mark.full
+@pytest.mark.parametrize("draw", draws(1, every=9), ids=str)
+@each_dtype
+def test_torch_reads_no_values_of_any_model(torch, draw, dtype):
     for channels in (None, 3):
-        m = draw.material(channels)
-        f = m.f(wi, wo)
-        for x in (f, m.pdf(wi, wo), *m.sample(wo, u)):
-            assert x.device.type == "meta"
-            assert x.dtype in (getattr(torch, dtype), torch.bool)
-        assert f.shape == m.f(*pairs()).shape
+        check_torch_reads_no_values(torch, draw.material(channels), dtype)
 
 
 @each_measured
@@ -241,15 +257,25 @@ def test_jax_compiles(jax, draw):
     np.testing.assert_allclose(jax.jit(f)(wi, wo), want, rtol=1e-9, atol=1e-9 * np.abs(want).max())
 
 
+def check_jax_traces_without_values(jax: Any, m: Any, dtype: str) -> None:
+    wi, wo, u = arrays(lambda x: jax.ShapeDtypeStruct(x.shape, x.dtype), dtype)
+    f, pdf, sample = (jax.eval_shape(*call) for call in ((m.f, wi, wo), (m.pdf, wi, wo), (m.sample, wo, u)))
+    assert f.dtype == pdf.dtype == sample.wi.dtype == sample.weight.dtype == dtype
+    assert f.shape == m.f(*pairs()).shape
+
+
+@each_plumbing
+@each_dtype
+def test_jax_traces_without_values(jax, m, dtype):
+    check_jax_traces_without_values(jax, m, dtype)
+
+
+@pytest.mark.full
 @pytest.mark.parametrize("draw", draws(1, every=9), ids=str)
 @each_dtype
-def test_jax_traces_without_values(jax, draw, dtype):
-    wi, wo, u = arrays(lambda x: jax.ShapeDtypeStruct(x.shape, x.dtype), dtype)
+def test_jax_traces_any_model_without_values(jax, draw, dtype):
     for channels in (None, 3):
-        m = draw.material(channels)
-        f, pdf, sample = (jax.eval_shape(*call) for call in ((m.f, wi, wo), (m.pdf, wi, wo), (m.sample, wo, u)))
-        assert f.dtype == pdf.dtype == sample.wi.dtype == sample.weight.dtype == dtype
-        assert f.shape == m.f(*pairs()).shape
+        check_jax_traces_without_values(jax, draw.material(channels), dtype)
 
 
 @each_measured

@@ -35,11 +35,11 @@ RGB = gn.Lambertian([0.1, 0.2, 0.3]) + gn.Microfacet(gn.GGX(0.4), gn.Dielectric(
 GREEN = gn.material("gold", wavelengths=[550.0]).replace({"distribution.alpha": 0.4})
 
 
-def held_by(module, path):
+def held_by(module, path, how=gn.convert):
     """What of the test's materials the format holds, written to `path`: color, else gray, else one wavelength."""
     for m in (RGB, GRAY, GREEN):
         try:
-            return m, gn.convert(m, path, module.NAME, **NEEDED.get(module.NAME, {}))
+            return m, how(m, path, module.NAME, **NEEDED.get(module.NAME, {}))
         except ParameterError as error:
             refused = error
     raise refused
@@ -83,7 +83,7 @@ def test_a_material_survives_the_round_trip(module, tmp_path):
 @each_writer
 def test_an_interrupted_write_leaves_the_old_file(module, tmp_path, monkeypatch):
     path = tmp_path / f"a{module.SUFFIXES[0]}"
-    m, _ = held_by(module, path)
+    m, _ = held_by(module, path, save)
     before = content(path)
 
     def full(*args):

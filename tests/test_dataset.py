@@ -185,7 +185,7 @@ def test_every_cut_is_noticed(suffix, tmp_path):
     if suffix == ".zip":
         pytest.importorskip("zarr")
     whole = saved(small_grid(), suffix)
-    for n in range(64, len(whole), len(whole) // 40):
+    for n in range(64, len(whole), len(whole) // 20):
         (tmp_path / "cut").write_bytes(whole[:n])
         with pytest.raises(FormatError):
             gn.load(tmp_path / "cut")

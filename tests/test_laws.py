@@ -1,4 +1,8 @@
-"""The pointwise laws of every model: on every array library, both precisions, and random parameters."""
+"""The pointwise laws of every model, in both precisions, at random parameters: on NumPy and PyTorch.
+
+Other libraries are held to NumPy in each operation (`test_ops.py`, which says why that is enough) and here on the
+materials of `PLUMBING`; on every model where `-m full` asks for it.
+"""
 
 from __future__ import annotations
 
@@ -8,8 +12,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from conftest import switch_off
-from models import MODELS, at_bounds, at_corners, breaks, draws, pairs
+from conftest import Torch, switch_off
+from models import COMPILED, MODELS, PLUMBING, at_bounds, at_corners, breaks, draws, pairs, rows_at_bounds
 
 import gonio as gn
 from gonio.evaluate import blocks
@@ -22,9 +26,12 @@ ALL = pytest.mark.parametrize("draw", draws(), ids=str)
 SOME = pytest.mark.parametrize("draw", draws(2, every=3), ids=str)
 FEW = pytest.mark.parametrize("draw", draws(1, every=5), ids=str)
 HANDFUL = pytest.mark.parametrize("draw", draws(1, every=5)[::4], ids=str)  # for what the interface does, not formulas
+COUNT = len(pairs()[0])  # one batch shape everywhere: libraries that compile do so once per shape
 FLOAT32, FLOAT64 = 2.0**-24, 2.0**-52  # roundings; the latter so that 1 + FLOAT64 is not 1
 DTYPES = {"float32": FLOAT32, "float64": FLOAT64}
 each_dtype = pytest.mark.parametrize("dtype", DTYPES)
+each_compiled = pytest.mark.parametrize("draw", sorted(COMPILED, key=str), ids=str)
+each_plumbing = pytest.mark.parametrize("m", PLUMBING.values(), ids=PLUMBING)
 
 
 def rounded(m: Any, dtype: str) -> Any:
@@ -90,10 +97,10 @@ def test_finite_and_not_negative(draw, dtype):
 
 @pytest.mark.parametrize("model", MODELS, ids=lambda c: c.__name__)
 @each_dtype
-@both_ways
-def test_finite_and_not_negative_at_the_bounds(model, dtype):
+def test_finite_and_not_negative_at_the_bounds(model, dtype, evaluation):
+    """Compiled: of one structure; else all in one batch."""
     wi, wo = (w.astype(dtype) for w in pairs())
-    for m in at_bounds(model):
+    for m in at_bounds(model, 1) if evaluation == "compiled" else rows_at_bounds(model):
         f, pdf = m.f(wi, wo), m.pdf(wi, wo)
         assert np.isfinite(f).all(), m
         assert np.isfinite(pdf).all(), m
@@ -154,26 +161,37 @@ def test_isotropic_where_nothing_says_otherwise(draw):
     close(m.f(*turned), f, 64.0 * unavoidable(m, wi, wo, FLOAT64) + 1e-300)
 
 
+def check_compiled(m: Any, dtype: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Kernels give what the formula gives on NumPy arrays, for every method."""
+    unit = DTYPES[dtype]
+    m = rounded(m, dtype)
+    wi, wo, u = (x.astype(dtype) for x in (*pairs(), uniform(COUNT)))
+    compiled = (m.f(wi, wo), m.pdf(wi, wo), *m.sample(wo, u))
+    with monkeypatch.context() as patch:
+        switch_off(patch)
+        arrays = (m.f(wi, wo), m.pdf(wi, wo), *m.sample(wo, u))
+    allowed = 20.0 * unavoidable(m, wi.astype(float), wo.astype(float), unit) + smallest(arrays[0], unit)
+    close(compiled[0], arrays[0], allowed)
+    np.testing.assert_allclose(compiled[1], arrays[1], rtol=2e4 * unit, atol=1e-30)
+    if dtype == "float64":
+        np.testing.assert_allclose(compiled[2], arrays[2], rtol=0.0, atol=1e-7)
+        np.testing.assert_allclose(compiled[3], arrays[3], rtol=1e-8, atol=1e-8)
+        np.testing.assert_array_equal(compiled[5], arrays[5])
+
+
+@each_compiled
+@each_dtype
+def test_compiled_is_as_on_arrays(draw, dtype, monkeypatch):
+    """In the layout of channels that the other tests compile too; the choice of the layout is not the formula's."""
+    check_compiled(draw.material(*draw.layouts), dtype, monkeypatch)
+
+
+@pytest.mark.full
 @SOME
-def test_compiled_is_as_on_arrays(draw, monkeypatch):
-    """Kernels give what the formula gives on NumPy arrays, for every method, shape of parameter and dtype."""
-    wi64, wo64 = (w[:700] for w in pairs())
-    u64 = uniform(len(wo64))
+@each_dtype
+def test_compiled_is_as_on_arrays_of_every_structure(draw, dtype, monkeypatch):
     for channels in CHANNELS:
-        for dtype, unit in DTYPES.items():
-            m = rounded(draw.material(channels), dtype)
-            wi, wo, u = (x.astype(dtype) for x in (wi64, wo64, u64))
-            compiled = (m.f(wi, wo), m.pdf(wi, wo), *m.sample(wo, u))
-            with monkeypatch.context() as patch:
-                switch_off(patch)
-                arrays = (m.f(wi, wo), m.pdf(wi, wo), *m.sample(wo, u))
-            allowed = 20.0 * unavoidable(m, wi.astype(float), wo.astype(float), unit) + smallest(arrays[0], unit)
-            close(compiled[0], arrays[0], allowed)
-            np.testing.assert_allclose(compiled[1], arrays[1], rtol=2e4 * unit, atol=1e-30)
-            if dtype == "float64":
-                np.testing.assert_allclose(compiled[2], arrays[2], rtol=0.0, atol=1e-7)
-                np.testing.assert_allclose(compiled[3], arrays[3], rtol=1e-8, atol=1e-8)
-                np.testing.assert_array_equal(compiled[5], arrays[5])
+        check_compiled(draw.material(channels), dtype, monkeypatch)
 
 
 @SOME
@@ -196,20 +214,39 @@ def test_blocks_change_nothing(draw, monkeypatch):
 # Every library.
 
 
+def check_values(library: Any, m: Any, dtype: str) -> None:
+    """f and pdf on a library are those of NumPy in double precision."""
+    unit = DTYPES[dtype]
+    m = rounded(m, dtype)
+    wi, wo = (w.astype(dtype) for w in pairs())
+    wi64, wo64 = wi.astype(float), wo.astype(float)
+    a, b = library.array(wi, dtype), library.array(wo, dtype)
+    f, pdf = m.f(a, b), m.pdf(a, b)
+    assert library.dtype(f) == library.dtype(pdf) == dtype
+    want = m.f(wi64, wo64)
+    close(library.numpy(f), want, 20.0 * unavoidable(m, wi64, wo64, unit) + smallest(want, unit))
+    np.testing.assert_allclose(library.numpy(pdf), m.pdf(wi64, wo64), rtol=2e4 * unit, atol=1e-30)
+
+
+@each_plumbing
+@each_dtype
+def test_libraries_agree(library, m, dtype):
+    check_values(library, m, dtype)
+
+
 @FEW
 @each_dtype
-def test_libraries_agree(library, draw, dtype):
-    unit = DTYPES[dtype]
-    wi, wo = (w.astype(dtype) for w in pairs())
+def test_torch_agrees(torch, draw, dtype):
     for channels in CHANNELS:
-        m = rounded(draw.material(channels), dtype)
-        wi64, wo64 = wi.astype(float), wo.astype(float)
-        a, b = library.array(wi, dtype), library.array(wo, dtype)
-        f, pdf = m.f(a, b), m.pdf(a, b)
-        assert library.dtype(f) == library.dtype(pdf) == dtype
-        want = m.f(wi64, wo64)
-        close(library.numpy(f), want, 20.0 * unavoidable(m, wi64, wo64, unit) + smallest(want, unit))
-        np.testing.assert_allclose(library.numpy(pdf), m.pdf(wi64, wo64), rtol=2e4 * unit, atol=1e-30)
+        check_values(Torch(), draw.material(channels), dtype)
+
+
+@pytest.mark.full
+@FEW
+@each_dtype
+def test_libraries_agree_on_every_model(library, draw, dtype):
+    for channels in CHANNELS:
+        check_values(library, draw.material(channels), dtype)
 
 
 def uniform(count: int) -> np.ndarray:
@@ -220,22 +257,35 @@ def uniform(count: int) -> np.ndarray:
     return u
 
 
-@FEW
-def test_libraries_agree_on_samples(library, draw):
+def check_samples(library: Any, m: Any) -> None:
+    """Samples on a library are those of NumPy."""
     wo = pairs()[1]
     u = uniform(len(wo))
+    want, got = m.sample(wo, u), m.sample(library.array(wo), library.array(u))
+    wi, weight, pdf, delta = (library.numpy(x) for x in got)
+    np.testing.assert_allclose(wi, want.wi, rtol=0.0, atol=1e-7)  # z = sqrt(1 - x^2 - y^2): half the digits
+    np.testing.assert_allclose(weight, want.weight, rtol=1e-8, atol=1e-8)
+    np.testing.assert_allclose(pdf, want.pdf, rtol=1e-8, atol=1e-8)
+    assert delta.dtype == bool
+    assert (delta == want.delta).all()
+
+
+@each_plumbing
+def test_libraries_agree_on_samples(library, m):
+    check_samples(library, m)
+
+
+@FEW
+def test_torch_agrees_on_samples(torch, draw):
     for channels in CHANNELS:
-        m = draw.material(channels)
-        want, got = m.sample(wo, u), m.sample(library.array(wo), library.array(u))
-        wi, weight, pdf, delta = (library.numpy(x) for x in got)
-        np.testing.assert_allclose(wi, want.wi, rtol=0.0, atol=1e-7)  # z = sqrt(1 - x^2 - y^2): half the digits
-        np.testing.assert_allclose(weight, want.weight, rtol=1e-8, atol=1e-8)
-        np.testing.assert_allclose(pdf, want.pdf, rtol=1e-8, atol=1e-8)
-        assert delta.dtype == bool
-        assert (delta == want.delta).all()
+        check_samples(Torch(), draw.material(channels))
 
 
-COUNT = len(pairs()[0])  # one batch shape everywhere: libraries that compile do so once per shape
+@pytest.mark.full
+@FEW
+def test_libraries_agree_on_samples_of_every_model(library, draw):
+    for channels in CHANNELS:
+        check_samples(library, draw.material(channels))
 
 
 def below() -> np.ndarray:
@@ -347,14 +397,15 @@ def test_gradients_are_finite(torch, draw, dtype):
 @pytest.mark.parametrize("model", MODELS, ids=lambda c: c.__name__)
 @each_dtype
 def test_gradients_are_finite_at_the_bounds(torch, model, dtype):
-    for m in at_bounds(model):
-        for name, g in torch_gradients(torch, m, dtype, *everywhere()).items():
+    """All bounds of a structure in one batch, of which each row is a material."""
+    for m in rows_at_bounds(model):
+        wi, wo = (w[None] for w in everywhere())
+        for name, g in torch_gradients(torch, m, dtype, wi, wo).items():
             assert np.isfinite(g).all(), (name, m)
 
 
-@FEW
-def test_jax_gradients(torch, jax, draw):
-    m = draw.material(CHANNELS[len(draw.model.__name__) % 2])  # with channels for about half of the models
+def check_jax_gradients(torch: Any, jax: Any, m: Any) -> None:
+    """Derivatives by JAX are finite, and PyTorch's."""
     for name, g in jax_gradients(jax, m, "float32", *everywhere()).items():
         assert np.isfinite(g).all(), (name, m)
     wi, wo = generic()
@@ -362,6 +413,18 @@ def test_jax_gradients(torch, jax, draw):
     for name, g in ours.items():
         assert np.isfinite(g).all(), (name, m)
         np.testing.assert_allclose(g, theirs[name], rtol=1e-9, atol=1e-11 * np.abs(g).max(), err_msg=name)
+
+
+@each_plumbing
+def test_jax_gradients(torch, jax, m):
+    check_jax_gradients(torch, jax, m)
+
+
+@pytest.mark.full
+@FEW
+def test_jax_gradients_of_every_model(torch, jax, draw):
+    # with channels for about half of the models
+    check_jax_gradients(torch, jax, draw.material(CHANNELS[len(draw.model.__name__) % 2]))
 
 
 @ALL

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 from click.testing import CliRunner
-from conftest import switch_off
+from conftest import switch_off, thinned
 
 import gonio as gn
 from gonio.cli.commands import cli
@@ -18,8 +18,9 @@ NOT_REFLECTANCES = ("env/", "fits/", "fluo/", "jsss_mwir/", "refractiveindex/", 
 """Environment maps, tables of published parameters, fluorescence, radiances, optical constants, text."""
 CUT = "window_xml/2011-SA1-Small-"
 """Files with a few numbers of each matrix: test_window_xml_files.py has what is said of them."""
-SEVERAL = ("positivity", "pdf")
-"""Laws that a file of more than 1000 wavelengths is held to: the others take minutes."""
+SEVERAL = ("positivity", "reciprocity", "pdf")
+"""Laws that a file of more than 100 wavelengths is held to where `full` is left out, with `full` one of more than 1000:
+the others take minutes."""
 
 
 def listed() -> dict[str, str]:
@@ -33,6 +34,8 @@ def listed() -> dict[str, str]:
 DIGESTS = listed()
 FILES = [name for name in DIGESTS if not name.startswith((*NOT_REFLECTANCES, CUT))] or ["(none)"]
 each_file = pytest.mark.parametrize("name", FILES)
+KINDS = {(Path(name).parent, Path(name).suffix): name for name in reversed(FILES)}
+"""A file of each folder and ending."""
 WRITERS = {module.NAME: module for module in formats() if hasattr(module, "write")}
 
 
@@ -64,11 +67,12 @@ def test_it_loads_says_what_it_is_and_survives_its_own_format(name, tmp_path):
     assert again.channel_names == m.channel_names
 
 
-@each_file
-def test_the_laws_that_it_fails_are_those_that_measurements_may_fail(name):
+@pytest.mark.parametrize("most", [pytest.param(1000, marks=pytest.mark.full), 100])
+@pytest.mark.parametrize("name", thinned(FILES, KINDS.values()))
+def test_the_laws_that_it_fails_are_those_that_measurements_may_fail(name, most):
     """Reflection between two plates follows from the albedo; laws about gonio's own part hold: pdf, sampling, ..."""
     m = gn.load(real(name))
-    report = gn.check(m, laws=SEVERAL if len(m.channel_names or ()) > 1000 else None)
+    report = gn.check(m, laws=SEVERAL if len(m.channel_names or ()) > most else None)
     failed = [law for law in report.laws if not law.passed]
     assert {law.name for law in failed} <= m.breaches().keys() | {"cavity"}, str(report)
     assert all(law.why for law in failed)

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from conftest import thinned
 from models import breaks, draws, on_sphere, pairs
 
 import gonio as gn
@@ -116,7 +117,7 @@ def tamed(m: Any) -> Any:
     return m
 
 
-@pytest.mark.parametrize("draw", [d for d in draws(2, every=3) if d in LOBES], ids=str)
+@pytest.mark.parametrize("draw", thinned([d for d in draws(2, every=3) if d in LOBES], draws(1, every=9)), ids=str)
 def test_lobes_by_quadrature(draw):
     """The density integrates to what is not lost below the horizon, the weights to f cos."""
     u = grid(256)
@@ -137,7 +138,7 @@ def test_lobes_by_quadrature(draw):
 
 
 @each_lobe
-def test_weight_is_f_cos_over_pdf(draw):
+def test_weight_is_f_cos_over_pdf(draw, evaluation):
     wo = pairs()[1]
     u = np.random.default_rng(5).random((len(wo), 2))
     for channels in draw.layouts:
@@ -155,7 +156,7 @@ def test_weight_is_f_cos_over_pdf(draw):
 
 
 @pytest.mark.parametrize("draw", draws(), ids=str)
-def test_samples_in_float32(draw):
+def test_samples_in_float32(draw, evaluation):
     u = np.random.default_rng(6).random((512, 2))
     top = 1.0 - 2.0**-24
     u[:4] = [[0.0, 0.0], [top, top], [0.0, top], [top, 0.0]]

@@ -11,12 +11,15 @@ import subprocess
 import sys
 import time
 import zipfile
+import zlib
+from itertools import product
 from multiprocessing import spawn
 from pathlib import Path
 
 import h5py
 import numpy as np
 import pytest
+from conftest import thinned
 
 import gonio as gn
 from gonio.errors import DependencyError, FormatError
@@ -24,6 +27,7 @@ from gonio.formats import neural
 from gonio.formats._reading import hdf, hdf_probe
 
 SOURCE = Path(gn.__file__).parents[1]
+ZEROS = zlib.compress(bytes(1_000_000))
 
 
 @pytest.fixture
@@ -223,7 +227,8 @@ def test_arrays_that_nothing_needs_are_not_read(named, says, tmp_path):
     gn.save(grid(), path)
     with h5py.File(path, "a") as file:
         more = file.create_dataset("more", (200_000_000,), "i1", chunks=(1_000_000,), compression="gzip")
-        more[...] = 0
+        for start in range(0, 200_000_000, 1_000_000):
+            more.id.write_direct_chunk((start,), ZEROS)
         more.attrs["scale_factor"] = 0.5
         if named:
             more.make_scale("more")
@@ -331,8 +336,10 @@ def test_netcdf_without_dimensions_says_one_thing(tmp_path):
 
 
 @stores
-@pytest.mark.parametrize("zarr_format", [2, 3])
-@pytest.mark.parametrize("damage", ["descriptions", "chunks"])
+@pytest.mark.parametrize(
+    ("damage", "zarr_format"),
+    thinned(product(["descriptions", "chunks"], [2, 3]), [("descriptions", 2), ("chunks", 3)]),
+)
 def test_an_error_of_a_store_comes_alone(damage, zarr_format, tmp_path):
     """asyncio said "Task was destroyed but it is pending!" and more of the tasks that zarr left. (D18)"""
     path = foreign(tmp_path / "m.zarr", zarr_format, compressors=None)
