@@ -15,7 +15,7 @@ from ..base.reflectance import Reflectance
 from ..compile import memory
 from ..errors import ArrayTypeError, MissingDataWarning, ShapeError, ToleranceWarning
 from ..evaluate import batch
-from ..formula.direction import HORIZON, NORMAL, Direction, select
+from ..formula.direction import HORIZON, NORMAL, Direction, select, served
 from ..formula.fields import Param, Part
 from ..formula.parametrised import Parametrised
 from ..numerics.lattice import lattice
@@ -348,8 +348,7 @@ def _kernel(coordinates: Callable, incident: bool, lit: bool) -> Callable:
     def kernel(m: Reflectance, mean: Reflectance, w: Any, cell: Any, node: Any, numbers: Any) -> tuple:
         known = Direction(*w)
         u, area = place(cell, node)
-        hidden = known.z <= HORIZON
-        up = select(hidden, NORMAL, known)
+        hidden, up = served(known)
         there, density = coordinates(mean, up, *u, numbers)
         lost = (there.z <= HORIZON) | hidden
         safe = select(lost, NORMAL, there)
@@ -387,8 +386,8 @@ _DRAWN = np.concatenate([(_GRID + _STEPS).reshape(-1, 2), lattice(256)])
 
 
 def _drawn(m: Reflectance, mean: Reflectance, w: Any, u: Any) -> tuple:
-    known = Direction(*w)
-    return (mean.warp(select(known.z <= HORIZON, NORMAL, known), *u),)
+    _, known = served(Direction(*w))
+    return (mean.warp(known, *u),)
 
 
 def _peaks(lobe: Reflectance, known: np.ndarray, place: Place, domain: Domain) -> tuple[np.ndarray, np.ndarray]:

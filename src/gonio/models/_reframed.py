@@ -7,7 +7,7 @@ from typing import Any
 
 from ..arrays import ops
 from ..base.reflectance import Reflectance
-from ..formula.direction import HORIZON, NORMAL, Direction, select
+from ..formula.direction import HORIZON, Direction, raised, select
 from ..formula.warp import cosine_hemisphere, cosine_hemisphere_density
 
 
@@ -70,9 +70,3 @@ class _Reframed(Reflectance):
     def mirrored(self, wo: Direction) -> Direction:
         _, seen = raised(self.viewer_within(wo))
         return self.light_outside(self.of.mirrored(seen))
-
-
-def raised(w: Direction) -> tuple[Any, Direction]:
-    """Whether w is above the horizon, and w if it is, else the normal: what formulas may be called with."""
-    up = w.z > HORIZON
-    return up, select(up, w, NORMAL)

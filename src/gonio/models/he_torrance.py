@@ -66,7 +66,7 @@ class HeTorrance(_Gaussian):
     """
 
     def formula(self, wi: Direction, wo: Direction) -> Any:
-        v = Direction(wi.x + wo.x, wi.y + wo.y, wi.z + wo.z)
+        v = wi + wo
         v2 = dot(v, v)
         scale = math.pi * self.tau / self.wavelength
         S = self._shadowing(wi) * self._shadowing(wo)

@@ -8,12 +8,11 @@ from typing import Any, ClassVar
 from ..arrays import ops
 from ..base.reflectance import Reflectance
 from ..distributions.ggx import GGX
-from ..formula.direction import Direction
+from ..formula.direction import Direction, raised
 from ..formula.fields import param, part
 from ..formula.fresnel.schlick import Schlick
 from ..formula.warp import power_positive
 from ._ggx_albedo import chebyshev2, lost, schlick_share
-from ._reframed import raised
 from .lambertian import Lambertian
 from .microfacet import Microfacet
 from .sheen import CharlieSheen
