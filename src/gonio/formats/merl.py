@@ -224,7 +224,7 @@ class MERL(Measured):
         return tuple(ops.take(self.rings, ring + row * ROW) for row in range(3))
 
     @property
-    def seam(self) -> float:  # type: ignore[override]
+    def seam(self) -> float:
         """Where `warp` changes from the rings to the cosine hemisphere."""
         return float(self._kept["rings"].numbers[N])
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Any, ClassVar
+from typing import Any
 
 from ..arrays import ops
 from ..base.reflectance import Reflectance
@@ -101,7 +101,7 @@ class HeTorranceSpecular(_Gaussian):
     Source   He, Torrance, Sillion & Greenberg 1991, "A comprehensive physical model for light reflection".
     """
 
-    is_delta: ClassVar[bool] = True
+    is_delta = True
 
     def formula(self, wi: Direction, wo: Direction) -> Any:
         return 0.0 * self.fresnel.F(wo.z)

@@ -9,13 +9,13 @@ from ..arrays import ops
 from ..base.reflectance import Reflectance
 from ..formula.direction import HORIZON, NORMAL, Direction, dot, frame, raised, select
 from ..formula.fields import option, param, part
-from ._reframed import _Reframed
+from ._wrapper import Reframed
 from .lambertian import Lambertian
 
 STEEPEST = 0.7  # of each component, so that the normal stays 8 degrees above the surface
 
 
-class _Tilted(_Reframed):
+class _Tilted(Reframed):
     """What has a normal of its own: its frame, and the facet of the surface that this makes."""
 
     oriented: ClassVar[bool] = True

@@ -138,7 +138,7 @@ class Schlick1994Specular(_Single):
     Source   Schlick 1994, "An inexpensive BRDF model for physically-based rendering", single material.
     """
 
-    is_delta: ClassVar[bool] = True
+    is_delta = True
 
     def formula(self, wi: Direction, wo: Direction) -> Any:
         return 0.0 * self.S(wo.z)
