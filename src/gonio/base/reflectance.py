@@ -75,6 +75,11 @@ class Reflectance(Parametrised):
     else:
         channel_names = None  # an attribute, which instances may hold
 
+    @property
+    def channels(self) -> int | None:
+        """How many channels f has, as the parameters say; None where it has no channel axis."""
+        return batch.channels(self)
+
     # What a model writes (components in, numbers out).
 
     def formula(self, wi: Direction, wo: Direction) -> Any:

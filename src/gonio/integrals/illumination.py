@@ -86,7 +86,7 @@ def reflected_radiance(
         total = total + part
     if fields:
         total = with_holes(total, m)  # integrals count NaN as 0
-    has_channels = any(getattr(v, "ndim", 0) for x in (m, *lights) for v in x.leaves())
+    has_channels = m.channels is not None or any(getattr(v, "ndim", 0) for x in lights for v in x.leaves())
     return total if has_channels or total.shape[-1] > 1 else total[..., 0][()]
 
 

@@ -144,7 +144,7 @@ def _factor(m: Reflectance, incident: Any, to: Any, sky: Any, tolerance: float) 
     own, other = (x if isinstance(x, np.ndarray) else None for x in (of, to))
     if own is not None and other is not None:
         value = math.pi * m.f(own, other)
-        return Integral(value, np.zeros(np.shape(value)[: np.ndim(value) - _has_channels(m)])[()])
+        return Integral(value, np.zeros(np.shape(value)[: np.ndim(value) - (m.channels is not None)])[()])
     batch_of = own if own is not None else other if other is not None else np.zeros(3)
     shape = batch.full_shape(m, batch_of.shape[:-1])
     known = in_double(np.broadcast_to(batch_of, (*shape, 3)))
@@ -161,12 +161,8 @@ def _factor(m: Reflectance, incident: Any, to: Any, sky: Any, tolerance: float) 
             found = _double(m, of, to, here, tolerance)
     report(found, tolerance * np.maximum(1.0, np.abs(found.value).max(axis=-1, initial=0.0)), stacklevel=4)
     value = found.value.reshape(*shape, found.value.shape[-1]).astype(batch_of.dtype)
-    channels = channels or _has_channels(m)
+    channels = channels or m.channels is not None
     return Integral(value if channels else value[..., 0][()], found.error.reshape(shape)[()])
-
-
-def _has_channels(m: Reflectance) -> bool:
-    return any(getattr(v, "ndim", 0) for v in m.leaves())
 
 
 def _single(

@@ -71,8 +71,8 @@ def integral_over(m: Reflectance, w: Any, tolerance: float, incident: bool, radi
             value = value + of_places(weight, shape, index) * part
     report(found, tolerance * np.maximum(unit, np.abs(value).max(axis=-1, initial=0.0)), stacklevel=4)
     if len(flat) == 0:
-        value = np.zeros((0, max((np.shape(v)[-1] for v in m.leaves() if np.ndim(v)), default=1)))
-    channels = radiance is not None or any(getattr(v, "ndim", 0) for v in m.leaves())
+        value = np.zeros((0, m.channels or 1))
+    channels = radiance is not None or m.channels is not None
     value = (value.reshape(*shape, value.shape[-1]) + absent).astype(w.dtype)
     return Integral(value if channels else value[..., 0][()], found.error.reshape(shape)[()])
 

@@ -112,8 +112,7 @@ def _colour(m: Reflectance, lights: list[Light]) -> tuple[np.ndarray | None, np.
     channel or RGB, or the radiance in the end, for lights with the same channels. None where nothing is to be turned.
     """
     up = np.array([[0.0, 0.0, 1.0]])
-    f = m.f(up, up)
-    own = f.shape[-1] if f.ndim > 1 else 1
+    own = m.channels or 1
     after = None
     found = rgb_of(m.channel_names)
     if found is not None and own == len(found):
