@@ -11,7 +11,7 @@ from models import at_bounds, draws, on_sphere
 
 import gonio as gn
 from gonio.errors import MissingDataWarning, ParameterError, ToleranceWarning
-from gonio.integrals import nine
+from gonio.integrals import factor_between
 from gonio.integrals.cones import Cone, Rings, overlap
 from gonio.numerics import quadrature
 from gonio.numerics.lattice import lattice
@@ -286,13 +286,13 @@ def test_rings_of_a_cone(polar, half_angle):
 def test_an_isotropic_material_in_a_tilted_cone_is_integrated_by_polar_angle(monkeypatch):
     rough = gn.tabulate(gn.Lambertian(0.3), "angles", (9, 9, 12))
     rough = rough.with_brdf(rough.brdf() * (1.0 + 0.3 * np.random.default_rng(0).standard_normal(rough.stored.shape)))
-    counts, single = [], nine._single
+    counts, single = [], factor_between.single_integral
 
     def counted(m, known, *more, **others):
         counts.append(len(known))
         return single(m, known, *more, **others)
 
-    monkeypatch.setattr(nine, "_single", counted)
+    monkeypatch.setattr(factor_between, "single_integral", counted)
     cone = Cone(on_sphere(1.3, 0.2), 0.5)
     value = gn.reflectance_factor(rough, gn.Hemisphere(), cone, tolerance=1e-2)
     assert sum(counts) < 300
@@ -447,7 +447,7 @@ def test_reciprocity(m, pair):
 def test_either_integral_may_be_outside(m, monkeypatch):
     """The larger geometry outside, which needs more, gives the same: it is the other order of integration."""
     smaller = gn.reflectance_factor(m, NARROW, WIDE, tolerance=2e-3)
-    monkeypatch.setattr(nine, "smaller_first", lambda of, to: of.projected > to.projected)
+    monkeypatch.setattr(factor_between, "smaller_first", lambda of, to: of.projected > to.projected)
     larger = gn.reflectance_factor(m, NARROW, WIDE, tolerance=2e-3)
     np.testing.assert_allclose(larger, smaller, rtol=3e-3, atol=3e-3)
 

@@ -19,7 +19,7 @@ import gonio as gn
 from gonio.evaluate import blocks
 from gonio.formula.direction import HORIZON
 from gonio.laws import LAWS
-from gonio.models._reframed import _Reframed
+from gonio.models._wrapper import Reframed
 
 CHANNELS = (None, 3)
 ALL = pytest.mark.parametrize("draw", draws(), ids=str)
@@ -48,7 +48,7 @@ def unavoidable(m: Any, wi: np.ndarray, wo: np.ndarray, unit: float) -> np.ndarr
     f = m.f(wi, wo)
     rng = np.random.default_rng(0)
     moved = [(m, wi * (1 + unit * signs(rng, wi)), wo * (1 + unit * signs(rng, wo))) for _ in range(8)]
-    if any(isinstance(lobe, _Reframed) for _, lobe in m.lobes()):
+    if any(isinstance(lobe, Reframed) for _, lobe in m.lobes()):
         moved += [(m, wi + 0.5 * unit * signs(rng, wi), wo + 0.5 * unit * signs(rng, wo)) for _ in range(8)]
     for (path, p), s in itertools.product(m.parameters.items(), (-unit, unit)):
         moved.append((m.replace({path: np.clip(np.multiply(p.value, 1 + s), p.low, p.high)}), wi, wo))

@@ -8,7 +8,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from ..arrays import ops
-from ..formula.direction import HORIZON, NORMAL, Direction, mirror, select
+from ..formula.direction import HORIZON, NORMAL, Direction, mirror, select, served
 
 if TYPE_CHECKING:
     from .reflectance import Reflectance
@@ -16,10 +16,10 @@ if TYPE_CHECKING:
 
 def _nan_of(*directions: Direction) -> Any:
     """0, or NaN where a component is NaN or infinite: keeps NaN through the horizon mask."""
-    x, y, z = directions[0]
-    for w in directions[1:]:  # by component: formulas that need the half vector have these sums already
-        x, y, z = x + w.x, y + w.y, z + w.z
-    total = x + y + z
+    w = directions[0]
+    for other in directions[1:]:  # as vectors: formulas that need the half vector have these sums already
+        w = w + other
+    total = w.x + w.y + w.z
     return total - total  # not 0 * total, which Dr.Jit takes for 0 without looking
 
 
@@ -31,11 +31,9 @@ def with_holes(value: Any, m: Reflectance) -> Any:
 
 
 def value(m: Reflectance, mean: Reflectance, wi: Any, wo: Any) -> tuple:
-    # Directions below the horizon are replaced before the formula, not only masked after it: a masked inf still
-    # turns gradients into NaN.
     wi, wo = Direction(*wi), Direction(*wo)
-    below = (wi.z <= HORIZON) | (wo.z <= HORIZON)
-    value = m.formula(select(below, NORMAL, wi), select(below, NORMAL, wo))
+    below, wi_up, wo_up = served(wi, wo)
+    value = m.formula(wi_up, wo_up)
     return (with_holes(ops.where(below, 0.0, value) + _nan_of(wi, wo), m),)
 
 
@@ -60,8 +58,7 @@ def _mixture(shares: list[tuple[Any, Reflectance]], wi: Direction, wo: Direction
 
 def pdf(m: Reflectance, mean: Reflectance, wi: Any, wo: Any) -> tuple:
     wi, wo = Direction(*wi), Direction(*wo)
-    below = (wi.z <= HORIZON) | (wo.z <= HORIZON)
-    wi_up, wo_up = select(below, NORMAL, wi), select(below, NORMAL, wo)
+    below, wi_up, wo_up = served(wi, wo)
     mixture = _mixture(shares_of(mean, wo_up), wi_up, wo_up)
     return (with_holes(ops.where(below, 0.0, mixture) + _nan_of(wi, wo), mean),)
 
@@ -73,8 +70,7 @@ def sample(m: Reflectance, mean: Reflectance, wo: Any, u: Any) -> tuple:
     wo, (u0, u1) = Direction(*wo), u
     nan = with_holes(_nan_of(wo) + ((u0 + u1) - (u0 + u1)), mean)
     u1 = ops.where(u1 >= 1.0, _BELOW_ONE, u1)
-    hidden = wo.z <= HORIZON
-    wo_up = select(hidden, NORMAL, wo)
+    hidden, wo_up = served(wo)
     shares = shares_of(mean, wo_up)
     wi, mirrored, start = mirror(wo_up), u0 < -1.0, 0.0 * u0
     delta_weight: Any = 0.0 * wo_up.z
@@ -105,8 +101,7 @@ def sample(m: Reflectance, mean: Reflectance, wo: Any, u: Any) -> tuple:
 
 def delta_reflectance(m: Reflectance, mean: Reflectance, wo: Any) -> tuple:
     wo = Direction(*wo)
-    below = wo.z <= HORIZON
-    wo_up = select(below, NORMAL, wo)
+    below, wo_up = served(wo)
     total = 0.0 * wo_up.z
     for weight, lobe in m.lobes():
         if lobe.is_delta:

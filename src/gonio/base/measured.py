@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..errors import ParameterError
+from ..evaluate import batch
 from ..formula.parametrised import freeze
 from ..pictures.colour import RELATIVE_XYZ, WHITE, XYZ
 from .reflectance import Reflectance
@@ -22,7 +23,7 @@ def tabular_shape(m: Reflectance) -> tuple[int, ...]:
     """Shape of a value of f, () or (C,). Raises ParameterError for what no table of f holds: a delta lobe, maps."""
     if m.has_delta:
         raise ParameterError(f"{m!r:.80}: a table cannot hold a perfect mirror; take the material without it")
-    shape = m.f([0.0, 0.0, 1.0], [0.0, 0.0, 1.0]).shape
+    shape = batch.full_shape(m, ()) + (() if m.channels is None else (m.channels,))
     if len(shape) > 1:
         raise ParameterError(f"{m!r:.80}: values have shape {shape}, expected one material, without maps")
     return shape

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from typing import Any, ClassVar, NamedTuple
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 import numpy as np
 
@@ -56,8 +56,29 @@ class Reflectance(Parametrised):
     breaks: ClassVar[dict[str, str]] = {}
     """Laws of `gonio.check` that this model does not obey for all parameters, each with the reason."""
 
-    channel_names: tuple | None = None
-    """Names of the channels, or their wavelengths [nm]; None for what the parameters imply (three: linear sRGB)."""
+    @property
+    def is_delta(self) -> bool:
+        """Whether this is a delta lobe, a perfect mirror; a model that is one says `is_delta = True`."""
+        return False
+
+    @property
+    def seam(self) -> float:
+        """Value of u0 at which `warp` jumps from one strategy to another, or 0; quadrature splits there."""
+        return 0.0
+
+    if TYPE_CHECKING:
+
+        @property
+        def channel_names(self) -> tuple | None:
+            """Names of the channels, or wavelengths [nm]; None for what the parameters imply (three: linear sRGB)."""
+
+    else:
+        channel_names = None  # an attribute, which instances may hold
+
+    @property
+    def channels(self) -> int | None:
+        """How many channels f has, as the parameters say; None where it has no channel axis."""
+        return batch.channels(self)
 
     # What a model writes (components in, numbers out).
 
@@ -88,11 +109,6 @@ class Reflectance(Parametrised):
     def mirrored(self, wo: Direction) -> Direction:
         """The direction wi that a delta lobe reflects into wo."""
         return mirror(wo)
-
-    is_delta: ClassVar[bool] = False
-
-    seam: ClassVar[float] = 0.0
-    """Value of u0 at which `warp` jumps from one strategy to another, or 0; quadrature splits there."""
 
     def lobes(self) -> Iterable[tuple[Any, Reflectance]]:
         """Pairs (weight, model) of the sum that this is."""
@@ -220,8 +236,7 @@ class Scaled(Reflectance):
     of = part(Reflectance, None, "what is scaled")
 
     @property
-    def channel_names(self) -> tuple | None:  # type: ignore[override]
-        """Those of the material that is scaled."""
+    def channel_names(self) -> tuple | None:
         return self.of.channel_names
 
     def __mul__(self, weight: Any) -> Scaled:
@@ -273,7 +288,7 @@ class Sum(Reflectance):
             raise ParameterError(f"Sum: terms have channels {listed}; expected the same names or wavelengths")
 
     @property
-    def channel_names(self) -> tuple | None:  # type: ignore[override]
+    def channel_names(self) -> tuple | None:
         """Those of the terms that name their channels."""
         return next((names for t in self.terms if (names := t.channel_names) is not None), None)
 

@@ -114,10 +114,10 @@ def size_of(path: Path) -> int:
 
 def _names(m: Reflectance) -> tuple | None:
     """Names of the channels, or None of the only one; three without names are R, G and B."""
-    shape = m.f([0.0, 0.0, 1.0], [0.0, 0.0, 1.0]).shape
-    if m.channel_names is not None or not shape:
+    count = m.channels
+    if m.channel_names is not None or count is None:
         return m.channel_names
-    return ("R", "G", "B") if shape[-1] == 3 else tuple(range(shape[-1])) if shape[-1] > 1 else None
+    return ("R", "G", "B") if count == 3 else tuple(range(count)) if count > 1 else None
 
 
 COLOURS = {("R", "G", "B"), XYZ, RELATIVE_XYZ}

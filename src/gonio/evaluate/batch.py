@@ -220,21 +220,26 @@ def _check_library(own: ops.Library | None, lib: ops.Library) -> None:
 
 def _batch(values: Iterable[Any], lib: ops.Library, inputs: Sequence[Any]) -> tuple[int | None, tuple[int, ...]]:
     """The number of channels (None without a channel axis) of parameters, and the batch that they and inputs make."""
-    channels, batches, widths = None, [], set()
-    for value in values:
-        own = ops.library_of_type(type(value))
-        if own is None:
-            continue
+    arrays = [(own, value) for value in values if (own := ops.library_of_type(type(value))) is not None]
+    for own, _ in arrays:
         _check_library(own, lib)
-        shape = own.shape(value)
-        if shape:
-            widths.add(shape[-1])
-            batches.append(shape[:-1])
-    if widths:
-        channels = max(widths)
-        if widths - {1, channels}:
-            raise ShapeError(
-                f"parameters have {sorted(widths)} channels (lengths of their last axes); expected 1 or one number"
-            )
-    shapes = [lib.shape(x)[:-1] for x in inputs] + batches
-    return channels, ops.broadcast_shape(shapes, "directions and parameters")
+    shapes = [shape for own, value in arrays if (shape := own.shape(value))]
+    batches = [lib.shape(x)[:-1] for x in inputs] + [shape[:-1] for shape in shapes]
+    return _channels(shapes), ops.broadcast_shape(batches, "directions and parameters")
+
+
+def channels(material: Parametrised) -> int | None:
+    """The number of channels of what a material computes, None without a channel axis."""
+    arrays = [(own, v) for v in material.leaves() if (own := ops.library_of_type(type(v))) is not None]
+    return _channels([shape for own, value in arrays if (shape := own.shape(value))])
+
+
+def _channels(shapes: Sequence[tuple[int, ...]]) -> int | None:
+    widths = {shape[-1] for shape in shapes}
+    if not widths:
+        return None
+    if widths - {1, max(widths)}:
+        raise ShapeError(
+            f"parameters have {sorted(widths)} channels (lengths of their last axes); expected 1 or one number"
+        )
+    return max(widths)

@@ -16,6 +16,7 @@ import numpy as np
 
 from ..base.reflectance import Reflectance
 from ..errors import FormatError, ParameterError
+from ..evaluate import batch
 from ..formula.fields import Held, kept
 from ..tables.angle_systems import angle_system
 from ..tables.nodes import above, f_at, with_channels
@@ -165,9 +166,8 @@ def write(
 
 def _tabulated(m: Reflectance, resolution: Sequence[int]) -> dict[str, np.ndarray]:
     names = m.channel_names
-    shape = m.f([0.0, 0.0, 1.0], [0.0, 0.0, 1.0]).shape
     spectral = names is not None and all(isinstance(x, (int, float)) and 0 < x < 65536 and x == int(x) for x in names)
-    if m.has_delta or not m.is_isotropic() or len(shape) > 1 or not (spectral or shape in ((), (1,))):
+    if m.has_delta or not m.is_isotropic() or batch.full_shape(m, ()) or not (spectral or m.channels in (None, 1)):
         raise ParameterError(
             f"{m!r:.80}: KAIST files hold isotropic materials at whole wavelengths [nm], or gray ones, without delta "
             f"lobes or maps; convert colours to wavelengths, leave out what is more"

@@ -24,7 +24,7 @@ from ..base.measured import Measured, tabular_shape
 from ..base.reflectance import Reflectance
 from ..errors import FormatError, ParameterError
 from ..files import replacing
-from ..formula.direction import Direction, half_and_cosine, half_difference, reflect
+from ..formula.direction import Direction, half_and_cosine, half_difference, reflect, select
 from ..formula.fields import Ours, channels, kept, option, table
 from ..formula.warp import cosine_hemisphere, cosine_hemisphere_density
 from ..pictures.colour import RELATIVE_XYZ, XYZ, rgb_of
@@ -211,7 +211,7 @@ class MERL(Measured):
         s, phi = ops.sqrt(ops.maximum(v * (2.0 - v), 1e-20)), 2.0 * math.pi * u1
         by_ring = reflect(wo, Direction(s * ops.cos(phi), s * ops.sin(phi), 1.0 - v))
         spread = cosine_hemisphere(u, u1)
-        return Direction(*(ops.where(choice < N, a, b) for a, b in zip(by_ring, spread, strict=True)))
+        return select(choice < N, by_ring, spread)
 
     def density(self, wi: Direction, wo: Direction) -> Any:
         wm, cos_d = half_and_cosine(wi, wo)
@@ -227,7 +227,7 @@ class MERL(Measured):
         return tuple(ops.take(self.rings, ring + row * ROW) for row in range(3))
 
     @property
-    def seam(self) -> float:  # type: ignore[override]
+    def seam(self) -> float:
         """Where `warp` changes from the rings to the cosine hemisphere."""
         return float(self._kept["rings"].numbers[N])
 

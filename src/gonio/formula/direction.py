@@ -5,7 +5,7 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, NoReturn
 
 from ..arrays import ops
 
@@ -13,12 +13,58 @@ HORIZON = 1e-6
 """Cosine below which a direction counts as below the horizon (0.2 seconds of arc above it)."""
 
 
-class Direction(NamedTuple):
-    """Components of a direction (or of any vector) in the local frame; z is along the surface normal."""
-
+class _Components(NamedTuple):
     x: Any
     y: Any
     z: Any
+
+
+class Direction(_Components):
+    """A direction, or any vector, of the local frame by its components; z is along the surface normal.
+
+    Operators are those of vectors: `a + b`, `a - b`, `-a`, `s * a`, `a * s` and `a / s` for a number s (a Dr.Jit array
+    must stand on the right: `a * s`). There is no `a * b`: say `dot(a, b)` or `cross(a, b)`.
+    """
+
+    __slots__ = ()
+    __array_ufunc__ = None  # array * direction is the direction's to compute
+
+    def __add__(self, other: tuple[Any, ...]) -> Direction:
+        if type(other) is not Direction:
+            raise TypeError(f"a direction + {type(other).__name__}; expected a direction on either side")
+        return Direction(self.x + other.x, self.y + other.y, self.z + other.z)
+
+    def __radd__(self, other: Any) -> NoReturn:
+        raise TypeError(f"{type(other).__name__} + a direction; expected a direction on either side")
+
+    def __sub__(self, other: Direction) -> Direction:
+        if type(other) is not Direction:
+            raise TypeError(f"a direction - {type(other).__name__}; expected a direction on either side")
+        return Direction(self.x - other.x, self.y - other.y, self.z - other.z)
+
+    def __neg__(self) -> Direction:
+        return Direction(-self.x, -self.y, -self.z)
+
+    def __mul__(self, s: Any) -> Direction:
+        if isinstance(s, tuple):
+            raise TypeError("a direction times a direction; expected dot(a, b) or cross(a, b)")
+        return Direction(s * self.x, s * self.y, s * self.z)
+
+    def __rmul__(self, s: Any) -> Direction:
+        return self * s
+
+    def __truediv__(self, s: Any) -> Direction:
+        if isinstance(s, tuple):
+            raise TypeError("a direction divided by a direction; expected a number below")
+        return Direction(self.x / s, self.y / s, self.z / s)
+
+    def __eq__(self, other: object) -> NoReturn:
+        raise TypeError("directions have no ==; compare their components, or dot(a, b)")
+
+    __ne__ = __eq__
+
+    def __bool__(self) -> NoReturn:
+        raise TypeError("a direction is neither true nor false; compare its components")
 
 
 NORMAL = Direction(0.0, 0.0, 1.0)
@@ -34,24 +80,19 @@ def cross(a: Direction, b: Direction) -> Direction:
     return Direction(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x)
 
 
-def add(a: Direction, b: Direction) -> Direction:
-    """a + b."""
-    return Direction(a.x + b.x, a.y + b.y, a.z + b.z)
-
-
-def scale(s: Any, a: Direction) -> Direction:
-    """s a."""
-    return Direction(s * a.x, s * a.y, s * a.z)
+def length(a: Direction) -> Any:
+    """|a|, with a finite derivative at 0."""
+    return ops.sqrt(dot(a, a) + 1e-30)
 
 
 def normalize(a: Direction) -> Direction:
     """a / |a|."""
-    return scale(1.0 / ops.sqrt(dot(a, a)), a)
+    return a * (1.0 / ops.sqrt(dot(a, a)))
 
 
 def half_vector(wi: Direction, wo: Direction) -> Direction:
     """wm = (wi + wo) / |wi + wo|, the normal of a facet that mirrors wi into wo."""
-    return normalize(add(wi, wo))
+    return normalize(wi + wo)
 
 
 def half_and_cosine(wi: Direction, wo: Direction) -> tuple[Direction, Any]:
@@ -59,16 +100,15 @@ def half_and_cosine(wi: Direction, wo: Direction) -> tuple[Direction, Any]:
 
     Near grazing, where wi and wo are almost opposite, the sum of products loses even its sign to rounding.
     """
-    total = add(wi, wo)
+    total = wi + wo
     twice = ops.sqrt(dot(total, total))
     # Not `minimum`: LLVM, as Dr.Jit has it, cannot compile that of numbers that are the same in all lanes.
-    return scale(1.0 / twice, total), ops.where(twice > 2.0, 1.0, 0.5 * twice)
+    return total * (1.0 / twice), ops.where(twice > 2.0, 1.0, 0.5 * twice)
 
 
 def reflect(w: Direction, wm: Direction) -> Direction:
     """Mirror image of w about wm: 2 (w . wm) wm - w."""
-    d = 2.0 * dot(w, wm)
-    return Direction(d * wm.x - w.x, d * wm.y - w.y, d * wm.z - w.z)
+    return wm * (2.0 * dot(w, wm)) - w
 
 
 def mirror(w: Direction) -> Direction:
@@ -79,6 +119,24 @@ def mirror(w: Direction) -> Direction:
 def select(condition: Any, a: Direction, b: Direction) -> Direction:
     """a where the condition holds, else b, component by component."""
     return Direction(ops.where(condition, a.x, b.x), ops.where(condition, a.y, b.y), ops.where(condition, a.z, b.z))
+
+
+def served(*directions: Direction) -> tuple[Any, ...]:
+    """Whether any of these directions is below the horizon, and the directions, the normal in place of all where so.
+
+    What kernels give to formulas, `below, wi, wo = served(wi, wo)`: a value that is only masked after the formula still
+    turns gradients into NaN. NaN is not below the horizon, and stays.
+    """
+    below = directions[0].z <= HORIZON
+    for w in directions[1:]:
+        below = below | (w.z <= HORIZON)
+    return (below, *(select(below, NORMAL, w) for w in directions))
+
+
+def raised(w: Direction) -> tuple[Any, Direction]:
+    """Whether w is above the horizon, and w if it is, else the normal: what wrappers may call formulas with."""
+    up = w.z > HORIZON
+    return up, select(up, w, NORMAL)
 
 
 def polar_angle(w: Direction) -> Any:
@@ -120,17 +178,17 @@ def half_difference(wi: Direction, wo: Direction) -> HalfDifference:
     is d_x, at theta_d = 0 phi_d is 0; all three have finite derivatives everywhere above the horizon.
     Source: Rusinkiewicz 1998, "A new change of variables for efficient BRDF representation", EGSR.
     """
-    total = add(wi, wo)
-    length = ops.sqrt(dot(total, total))
-    h = scale(1.0 / length, total)
+    total = wi + wo
+    twice = ops.sqrt(dot(total, total))
+    h = total * (1.0 / twice)
     s = ops.sqrt(h.x * h.x + h.y * h.y + 1e-30)
     cos_phi, sin_phi = azimuth(h, s)
     # Half the difference is the part of wi perpendicular to h: it has no cancellation where theta_d is small,
     # and exchanging wi and wo negates it exactly.
-    d = Direction(0.5 * (wi.x - wo.x), 0.5 * (wi.y - wo.y), 0.5 * (wi.z - wo.z))
+    d = 0.5 * (wi - wo)
     across = d.y * cos_phi - d.x * sin_phi  # along the axis perpendicular to half vector and normal
     along = h.z * (d.x * cos_phi + d.y * sin_phi) - s * d.z
     sin2 = across * across + along * along
-    theta_d = ops.arctan2(ops.sqrt(sin2 + 1e-30), 0.5 * length)
+    theta_d = ops.arctan2(ops.sqrt(sin2 + 1e-30), 0.5 * twice)
     phi_d = ops.arctan2(across, ops.where(sin2 < 1e-30, 1.0, along))
     return HalfDifference(ops.arctan2(s, h.z), theta_d, phi_d)

@@ -42,8 +42,5 @@ def power_positive(x: Any, n: Any) -> Any:
 def around(axis: Direction, w: Direction) -> Direction:
     """w, given in a frame whose z is `axis` (a unit vector above the horizon), in the frame of `axis`."""
     t, b = frame(axis)
-    return Direction(
-        w.x * t.x + w.y * b.x + w.z * axis.x,
-        w.x * t.y + w.y * b.y + w.z * axis.y,
-        w.x * t.z + w.y * b.z + w.z * axis.z,
-    )
+    turned: Direction = t * w.x + b * w.y + axis * w.z
+    return turned

@@ -12,10 +12,10 @@ import numpy as np
 
 from ..arrays import ops
 from ..errors import ParameterError
-from ..formula.direction import Direction
+from ..formula.direction import Direction, dot
 from ..formula.warp import cosine_hemisphere
 from ..radiometry.solid_angles import projected_solid_angle_cone
-from .over_directions import SAMPLED, Domain
+from .domain import SAMPLED, Domain
 
 MIRROR = np.array([-1.0, -1.0, 1.0])
 
@@ -177,21 +177,21 @@ def _half_arc(h: Any, up: Any, across: Any) -> Any:
 
 
 def _in_cone(mean: Any, known: Any, u0: Any, u1: Any, numbers: Any) -> tuple[Direction, Callable[[Direction], Any]]:
-    tx, ty, tz, bx, by, bz, ax, ay, az, low, high, up, across, *_ = numbers
+    t, b, axis = (Direction(*numbers[i : i + 3]) for i in (0, 3, 6))
+    low, high, up, across = numbers[9:13]
     h = low + (high - low) * u0
     arc = _half_arc(h, up, across)
     phi, c, s = arc * (2.0 * u1 - 1.0), 1.0 - 2.0 * h, 2.0 * ops.sqrt(ops.maximum(h * (1.0 - h), 1e-300))
     x, y = s * ops.cos(phi), s * ops.sin(phi)
-    w = Direction(c * ax + x * tx + y * bx, c * ay + x * ty + y * by, c * az + x * tz + y * bz)
-    return w, lambda there: 0.25 / ((high - low) * ops.maximum(arc, 1e-30))
+    return c * axis + x * t + y * b, lambda there: 0.25 / ((high - low) * ops.maximum(arc, 1e-30))
 
 
 def _sampled_within(mean: Any, known: Any, u0: Any, u1: Any, numbers: Any) -> tuple[Direction, Callable]:
-    ax, ay, az, rim = (numbers[i] for i in (6, 7, 8, 13))
+    axis, rim = Direction(*numbers[6:9]), numbers[13]
 
     def density(there: Direction) -> Any:
-        dx, dy, dz = there.x - ax, there.y - ay, there.z - az
-        return ops.where(dx * dx + dy * dy + dz * dz <= rim, mean.density(there, known), 0.0)
+        apart = there - axis
+        return ops.where(dot(apart, apart) <= rim, mean.density(there, known), 0.0)
 
     return mean.warp(known, u0, u1), density
 

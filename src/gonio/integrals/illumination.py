@@ -87,7 +87,7 @@ def reflected_radiance(
         total = total + part
     if fields:
         total = with_holes(total, m)  # integrals count NaN as 0
-    has_channels = any(getattr(v, "ndim", 0) for x in (m, *lights) for v in x.leaves())
+    has_channels = m.channels is not None or any(getattr(v, "ndim", 0) for x in lights for v in x.leaves())
     return total if has_channels or total.shape[-1] > 1 else total[..., 0][()]
 
 
@@ -135,13 +135,11 @@ def surface_frame(lib: ops.Library, normal: Any, tangent: Any) -> Frame:
     n = normalize(Direction(*lib.split(normal, (), False)))
     if tangent is None:
         up = n.z >= 0.0
-        flipped = select(up, n, Direction(n.x, n.y, -n.z))
-        t, _ = frame(flipped)
+        t, _ = frame(select(up, n, Direction(n.x, n.y, -n.z)))
         t = select(up, t, Direction(t.x, t.y, -t.z))
         return Frame(t, cross(n, t), n)
     t = Direction(*lib.split(tangent, (), False))
-    along = dot(t, n)
-    t = normalize(Direction(t.x - along * n.x, t.y - along * n.y, t.z - along * n.z))
+    t = normalize(t - n * dot(t, n))
     return Frame(t, cross(n, t), n)
 
 

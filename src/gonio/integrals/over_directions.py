@@ -15,11 +15,15 @@ from ..base.reflectance import Reflectance
 from ..compile import memory
 from ..errors import ArrayTypeError, MissingDataWarning, ShapeError, ToleranceWarning
 from ..evaluate import batch
-from ..formula.direction import HORIZON, NORMAL, Direction, select
+from ..formula.direction import HORIZON, NORMAL, Direction, select, served
 from ..formula.fields import Param, Part
 from ..formula.parametrised import Parametrised
+from ..formula.warp import cosine_hemisphere
 from ..numerics.lattice import lattice
 from ..numerics.quadrature import NODES, Found, Sums, cubature, place, weighed
+from .domain import SAMPLED, Coordinates, Domain
+from .peaks import GRAZING, SHARP, peaks
+from .places import Place, of_places, texels
 
 CHUNKS = (4096, 512, 64)
 """How many cells a kernel is given at a time: always the same few numbers, because each needs a plan of its own."""
@@ -29,6 +33,9 @@ TOGETHER = 8
 
 Radiance = Callable[[np.ndarray, np.ndarray], np.ndarray]
 """Radiance (n, k, 1 or C) from directions (n, k, 3), for the places (n,) of a flattened batch that they belong to."""
+
+_SIDES = np.stack(cosine_hemisphere(*lattice(64).T[::-1]), axis=-1)
+"""Directions that are spread over the hemisphere as the cosine."""
 
 
 class Integral(NamedTuple):
@@ -71,8 +78,8 @@ def integral_over(m: Reflectance, w: Any, tolerance: float, incident: bool, radi
             value = value + of_places(weight, shape, index) * part
     report(found, tolerance * np.maximum(unit, np.abs(value).max(axis=-1, initial=0.0)), stacklevel=4)
     if len(flat) == 0:
-        value = np.zeros((0, max((np.shape(v)[-1] for v in m.leaves() if np.ndim(v)), default=1)))
-    channels = radiance is not None or any(getattr(v, "ndim", 0) for v in m.leaves())
+        value = np.zeros((0, m.channels or 1))
+    channels = radiance is not None or m.channels is not None
     value = (value.reshape(*shape, value.shape[-1]) + absent).astype(w.dtype)
     return Integral(value if channels else value[..., 0][()], found.error.reshape(shape)[()])
 
@@ -114,62 +121,6 @@ def report(found: Found, goal: Any, stacklevel: int) -> None:
             ToleranceWarning,
             stacklevel=stacklevel,
         )
-
-
-class Place(NamedTuple):
-    """Which elements `of` (n,) a flattened batch of a material with maps are meant."""
-
-    shape: tuple[int, ...]
-    of: np.ndarray
-
-
-def texels(m: Reflectance, shape: tuple[int, ...], index: np.ndarray) -> Reflectance:
-    """The material at elements of a flattened batch, to meet directions (n, k, 3)."""
-    found = batch.texels(m, shape, index)
-    assert isinstance(found, Reflectance)
-    return found
-
-
-def of_places(value: Any, shape: tuple[int, ...], index: np.ndarray) -> np.ndarray:
-    """A weight or a reflectance, a number or (...[, C]), at elements of a flattened batch: (n or 1, C or 1)."""
-    value = np.asarray(value, dtype=float)
-    if value.ndim <= 1 and value.shape != shape:
-        return value.reshape(1, -1)
-    if value.ndim == len(shape):
-        value = value[..., None]
-    return np.broadcast_to(value, (*shape, value.shape[-1])).reshape(-1, value.shape[-1])[index]
-
-
-Coordinates = Callable[..., tuple[Direction, Callable[[Direction], Any]]]
-"""Coordinates on directions, for kernels: `(mean, known, u0, u1, numbers)` gives the direction for a point of the unit
-square, and a function that gives the density [1/sr] at a direction, 0 for one that does not count."""
-
-
-class Domain(NamedTuple):
-    """Directions to integrate over: all (`SAMPLED`), or a part, with coordinates of its own.
-
-    within      a lobe's own sampling, with density 0 outside
-    own         the part's coordinates
-    numbers     (16,), for both
-    seam        of `own`
-    contains    whether directions (..., 3) are inside
-    inverse     place x, y in the plane of the unit square of directions (n, K, 3), and the period of y: each (n, K)
-    """
-
-    within: Coordinates
-    own: Coordinates | None
-    numbers: np.ndarray
-    seam: float = 0.0
-    contains: Callable[[np.ndarray], np.ndarray] | None = None
-    inverse: Callable[[np.ndarray], tuple[np.ndarray, np.ndarray, np.ndarray]] | None = None
-
-
-def _sampled(mean: Any, known: Direction, u0: Any, u1: Any, numbers: Any) -> tuple[Direction, Callable]:
-    return mean.warp(known, u0, u1), lambda there: mean.density(there, known)
-
-
-SAMPLED = Domain(_sampled, None, np.zeros(16))
-"""All directions, in the coordinates of a lobe's own sampling."""
 
 
 def over_directions(
@@ -265,7 +216,7 @@ def _integrals(
         return cubature(
             evaluate(domain.within, np.arange(len(known))), len(known), tolerance, unit, lobe.seam, side=side
         )
-    seeds, sent = _peaks(lobe, known, place, domain)
+    seeds, sent = peaks(lobe, known, place, domain)
     narrow = (np.median(seeds[..., 2:].min(axis=-1), axis=-1) < SHARP) & (known[:, 2] < GRAZING) & sent
     results = []
     for rows in (np.flatnonzero(narrow), np.flatnonzero(~narrow)):
@@ -348,8 +299,7 @@ def _kernel(coordinates: Callable, incident: bool, lit: bool) -> Callable:
     def kernel(m: Reflectance, mean: Reflectance, w: Any, cell: Any, node: Any, numbers: Any) -> tuple:
         known = Direction(*w)
         u, area = place(cell, node)
-        hidden = known.z <= HORIZON
-        up = select(hidden, NORMAL, known)
+        hidden, up = served(known)
         there, density = coordinates(mean, up, *u, numbers)
         lost = (there.z <= HORIZON) | hidden
         safe = select(lost, NORMAL, there)
@@ -366,55 +316,3 @@ def _kernel(coordinates: Callable, incident: bool, lit: bool) -> Callable:
         return (*(weight * value for weight in node[2:]), node[2] * absent)
 
     return kernel
-
-
-# Places where a lobe may have a peak: what its sampling draws, and how directions move with the numbers drawn.
-
-SHARP = 0.02
-"""From which width on, in the coordinates of a part of the directions, a lobe is narrow."""
-
-GRAZING = 0.5
-"""Cosine below which narrow lobes are drawn out in length as well."""
-
-NARROW = 0.4
-"""How wide cells near a peak may be, in the coordinates of the lobe's own sampling."""
-
-_STEP = 4e-3
-_GRID = np.stack(np.meshgrid(*2 * [np.array([0.005, 0.1, 0.35, 0.65, 0.9, 0.99])]), axis=-1).reshape(-1, 1, 2)
-_STEPS = np.array([[0.0, 0.0], [_STEP, 0.0], [0.0, _STEP]])
-_SEEDS = len(_GRID) * len(_STEPS)
-_DRAWN = np.concatenate([(_GRID + _STEPS).reshape(-1, 2), lattice(256)])
-
-
-def _drawn(m: Reflectance, mean: Reflectance, w: Any, u: Any) -> tuple:
-    known = Direction(*w)
-    return (mean.warp(select(known.z <= HORIZON, NORMAL, known), *u),)
-
-
-def _peaks(lobe: Reflectance, known: np.ndarray, place: Place, domain: Domain) -> tuple[np.ndarray, np.ndarray]:
-    """Seeds (n, K, 4) for `cubature`: points of a domain where a lobe's samples lie, or nearest to them, and how narrow
-    cells may be there: along an axis of the domain the lobe's own coordinates change by `NARROW`. And whether any but
-    very few samples fall into it (n,)."""
-    assert domain.inverse is not None
-    assert domain.contains is not None
-    m = texels(lobe, place.shape, place.of) if batch.full_shape(lobe, ()) else lobe
-    (there,) = batch.run(_drawn, ("vector",), m, (known[:, None], _DRAWN), (3, 2))
-    sent = domain.contains(there[:, _SEEDS:]).sum(axis=-1) > 1
-    x, y, period = (v.reshape(len(known), -1, 3) for v in domain.inverse(there[:, :_SEEDS]))
-    with np.errstate(divide="ignore", invalid="ignore"):
-        dx, dy = x[..., 1:] - x[..., :1], y[..., 1:] - y[..., :1]
-        dy = dy - period[..., :1] * np.round(dy / period[..., :1])
-        area = NARROW * np.abs(dx[..., 0] * dy[..., 1] - dx[..., 1] * dy[..., 0]) / _STEP
-        wide, high = area / np.hypot(*np.moveaxis(dy, -1, 0)), area / np.hypot(*np.moveaxis(dx, -1, 0))
-    wide, high = (
-        np.maximum(v, 0.1 * np.median(np.nan_to_num(v, nan=1.0), axis=-1, keepdims=True)) for v in (wide, high)
-    )
-    at = [np.clip(v[..., 0], 0.0, 1.0) for v in (x, y)]
-    return np.nan_to_num(np.stack([*at, wide, high], axis=-1), nan=1.0), sent
-
-
-_u, _v = lattice(64).T
-_SIDES = np.stack(
-    [np.sqrt(_u) * np.cos(2 * np.pi * _v), np.sqrt(_u) * np.sin(2 * np.pi * _v), np.sqrt(1 - _u)], axis=-1
-)
-"""Directions that are spread over the hemisphere as the cosine."""

@@ -49,6 +49,6 @@ def blue_sky_albedo(m: Reflectance, theta: Any, diffuse_fraction: Any, phi: Any 
     if not ((d >= 0.0) & (d <= 1.0)).all():
         raise ParameterError(f"diffuse_fraction={diffuse_fraction!r:.60}: expected the sky's share of light, in [0, 1]")
     black, white = black_sky_albedo(m, theta, phi, tolerance), white_sky_albedo(m, tolerance)
-    if any(getattr(v, "ndim", 0) for v in m.leaves()):
+    if m.channels is not None:
         d = d[..., None]
     return (1.0 - d) * black + d * white

@@ -15,6 +15,7 @@ from ..formula.direction import HORIZON, NORMAL, Direction, select
 from ..formula.distribution import ALPHA_HIGH, ALPHA_LOW
 from ..formula.fields import option, param, part
 from ..formula.fresnel.dielectric import Dielectric, dielectric_transmittance
+from ._wrapper import WrappedLobe, Wrapper
 from .ideal_specular import IdealSpecular
 from .lambertian import Lambertian
 from .microfacet import Microfacet
@@ -22,9 +23,10 @@ from .microfacet import Microfacet
 ETA_HIGH, TAU_HIGH = 3.0, 50.0
 
 
-class _Coat(Reflectance):
+class _Coat(Wrapper):
     """What both coats share: the light reflected by the coat, and the base as it is seen through it."""
 
+    wraps = "base"
     base: Any
     eta: Any
     tau: Any
@@ -52,11 +54,6 @@ class _Coat(Reflectance):
         coat = {"eta": self.eta, "tau": self.tau, "rho": rho, "internal": self.internal}
         for weight, lobe in self.base.lobes():
             yield 1.0, self._below({"weight": weight, "of": lobe, **coat})
-
-    @property
-    def channel_names(self) -> tuple | None:  # type: ignore[override]
-        """Those of the base."""
-        return self.base.channel_names
 
 
 class Coated(_Coat):
@@ -135,7 +132,7 @@ def _panel(n: int, power: float, falling: bool = False) -> list[tuple[float, flo
     return list(zip((1.0 - nodes if falling else nodes).tolist(), weights.tolist(), strict=True))
 
 
-class _Below(Reflectance):
+class _Below(WrappedLobe):
     """A base, or a lobe of it, through the coat. `rho` is the albedo of all Lambertian lobes of the base."""
 
     weight = param(1.0, 0.0, 1e9, "factor")
@@ -185,14 +182,8 @@ class _Below(Reflectance):
         return a * b * absorbed / ((1.0 - again) + again * ops.maximum(a, b))
 
     @property
-    def is_delta(self) -> bool:  # type: ignore[override]
-        """Whether the base is a delta lobe."""
-        return self.of.is_delta
-
-    @property
-    def seam(self) -> float:  # type: ignore[override]
-        """That of the base."""
-        return 0.0 if self._wide() else self.of.seam
+    def seam(self) -> float:
+        return 0.0 if self._wide() else super().seam
 
     def mirrored(self, wo: Direction) -> Direction:
         return self._emerging(self.of.mirrored(refracted(wo, self.eta)))

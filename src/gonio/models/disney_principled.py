@@ -11,7 +11,7 @@ import numpy as np
 from ..arrays import ops
 from ..base.reflectance import Reflectance
 from ..distributions.ggx import GGX
-from ..formula.direction import Direction, add, dot, half_and_cosine, half_vector, reflect
+from ..formula.direction import Direction, dot, half_and_cosine, half_vector, reflect
 from ..formula.fields import option, param
 from ..formula.special import expm1_over, less_fifth_power
 
@@ -179,9 +179,9 @@ class _Coat(_Disney):
 
 def _difference(wi: Direction, wo: Direction) -> tuple[Any, Any]:
     """cos(theta_d), and (1 - cos(theta_d))^5 without cancellation."""
-    total = add(wi, wo)
+    total = wi + wo
     cos_d = ops.minimum(0.5 * ops.sqrt(dot(total, total)), 1.0)
-    d = Direction(wi.x - wo.x, wi.y - wo.y, wi.z - wo.z)
+    d = wi - wo
     return cos_d, _fifth(0.25 * dot(d, d) / (1.0 + cos_d))
 
 

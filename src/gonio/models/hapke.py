@@ -7,10 +7,9 @@ from typing import Any, ClassVar
 
 from ..arrays import ops
 from ..base.reflectance import Reflectance
-from ..formula.direction import Direction, add, dot, select
+from ..formula.direction import Direction, dot, length, select
 from ..formula.fields import option, param
 from ..formula.special import expm1_over
-from ._phase_angle import difference, length
 
 
 class Hapke(Reflectance):
@@ -74,7 +73,7 @@ class Hapke(Reflectance):
 
     def _towards(self, wi: Direction, wo: Direction) -> tuple[Any, Any]:
         """B(g) and P(g). 2 - 2 cos(g) = |wi - wo|^2, 2 + 2 cos(g) = |wi + wo|^2, tan(g/2) their ratio's root."""
-        apart, total = difference(wi, wo), add(wi, wo)
+        apart, total = wi - wo, wi + wo
         surge = self.B0 / (1.0 + length(apart) / (length(total) * self.h))
         narrow = ops.square(1.0 - self.b)
         back, forward = narrow + self.b * dot(apart, apart), narrow + self.b * dot(total, total)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Any, ClassVar
+from typing import Any
 
 from ..arrays import ops
 from ..base.reflectance import Reflectance
@@ -66,7 +66,7 @@ class HeTorrance(_Gaussian):
     """
 
     def formula(self, wi: Direction, wo: Direction) -> Any:
-        v = Direction(wi.x + wo.x, wi.y + wo.y, wi.z + wo.z)
+        v = wi + wo
         v2 = dot(v, v)
         scale = math.pi * self.tau / self.wavelength
         S = self._shadowing(wi) * self._shadowing(wo)
@@ -101,7 +101,7 @@ class HeTorranceSpecular(_Gaussian):
     Source   He, Torrance, Sillion & Greenberg 1991, "A comprehensive physical model for light reflection".
     """
 
-    is_delta: ClassVar[bool] = True
+    is_delta = True
 
     def formula(self, wi: Direction, wo: Direction) -> Any:
         return 0.0 * self.fresnel.F(wo.z)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, ClassVar
+from typing import Any
 
 from ..base.reflectance import Reflectance
 from ..formula.direction import Direction
@@ -26,7 +26,7 @@ class IdealSpecular(Reflectance):
 
     reflectance = part(Fresnel, Constant(1.0), "reflectance of the mirror", coerce=as_fresnel)
 
-    is_delta: ClassVar[bool] = True
+    is_delta = True
 
     def formula(self, wi: Direction, wo: Direction) -> Any:
         return 0.0 * self.reflectance.F(wo.z)

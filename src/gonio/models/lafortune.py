@@ -24,12 +24,12 @@ class _CosineLobe(Reflectance):
 
     def axis(self, wo: Direction) -> tuple[Direction, Any]:
         """Unit vector along the lobe, and the length of (C_x x_o, C_y y_o, C_z z_o); z where that is 0."""
-        x, y, z = self.C_x * wo.x, self.C_y * wo.y, self.C_z * wo.z
-        length2 = x * x + y * y + z * z
+        axis = Direction(self.C_x * wo.x, self.C_y * wo.y, self.C_z * wo.z)
+        length2 = dot(axis, axis)
         none = length2 < 1e-24
         length = ops.sqrt(ops.where(none, 1.0, length2))
-        up = Direction(0.0 * x, 0.0 * y, 1.0 + 0.0 * z)
-        return select(none, up, Direction(x / length, y / length, z / length)), ops.where(none, 0.0, length)
+        up = Direction(0.0 * axis.x, 0.0 * axis.y, 1.0 + 0.0 * axis.z)
+        return select(none, up, axis / length), ops.where(none, 0.0, length)
 
     def lobe(self, wi: Direction, wo: Direction, largest: Any = 1.0) -> Any:
         dots = self.C_x * (wi.x * wo.x) + self.C_y * (wi.y * wo.y) + self.C_z * (wi.z * wo.z)

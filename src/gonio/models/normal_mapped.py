@@ -7,15 +7,15 @@ from typing import Any, ClassVar
 
 from ..arrays import ops
 from ..base.reflectance import Reflectance
-from ..formula.direction import HORIZON, NORMAL, Direction, dot, frame, select
+from ..formula.direction import HORIZON, NORMAL, Direction, dot, frame, raised, select
 from ..formula.fields import option, param, part
-from ._reframed import _Reframed, raised
+from ._wrapper import Reframed
 from .lambertian import Lambertian
 
 STEEPEST = 0.7  # of each component, so that the normal stays 8 degrees above the surface
 
 
-class _Tilted(_Reframed):
+class _Tilted(Reframed):
     """What has a normal of its own: its frame, and the facet of the surface that this makes."""
 
     oriented: ClassVar[bool] = True
@@ -36,11 +36,7 @@ class _Tilted(_Reframed):
     def light_outside(self, wi: Direction) -> Direction:
         n = self.normal
         t, b = frame(n)
-        return Direction(
-            wi.x * t.x + wi.y * b.x + wi.z * n.x,
-            wi.x * t.y + wi.y * b.y + wi.z * n.y,
-            wi.x * t.z + wi.y * b.z + wi.z * n.z,
-        )
+        return t * wi.x + b * wi.y + n * wi.z
 
 
 class ShadingNormal(_Tilted):

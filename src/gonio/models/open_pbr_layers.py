@@ -8,20 +8,21 @@ from typing import Any, ClassVar
 from ..arrays import ops
 from ..base.reflectance import Reflectance
 from ..distributions.ggx import GGX
-from ..formula.direction import Direction
+from ..formula.direction import Direction, raised
 from ..formula.fields import param, part
 from ..formula.fresnel.schlick import Schlick
 from ..formula.warp import power_positive
 from ._ggx_albedo import chebyshev2, lost, schlick_share
-from ._reframed import raised
+from ._wrapper import WrappedLobe, Wrapper
 from .lambertian import Lambertian
 from .microfacet import Microfacet
 from .sheen import CharlieSheen
 
 
-class _Layer(Reflectance):
+class _Layer(Wrapper):
     """What both have in common: a layer's own light, and that of the base which the layer lets through."""
 
+    wraps = "base"
     base: Any
     below: ClassVar[type[_Below]]
 
@@ -43,30 +44,15 @@ class _Layer(Reflectance):
         for weight, lobe in self.base.lobes():
             yield weight, self.below.unchecked(**(values | {"base": lobe}))
 
-    @property
-    def channel_names(self) -> tuple | None:  # type: ignore[override]
-        """Those of the base."""
-        return self.base.channel_names
 
-
-class _Below(_Layer):
+class _Below(WrappedLobe):
     """A lobe of the base as it is seen through the layer."""
+
+    base: Any
+    passed: Any
 
     def formula(self, wi: Direction, wo: Direction) -> Any:
         return self.passed(wi, wo) * self.base.formula(wi, wo)
-
-    def lobes(self) -> Iterable[tuple[Any, Reflectance]]:
-        yield 1.0, self
-
-    @property
-    def is_delta(self) -> bool:  # type: ignore[override]
-        """Whether this lobe is a delta lobe."""
-        return self.base.is_delta
-
-    @property
-    def seam(self) -> float:  # type: ignore[override]
-        """That of the lobe."""
-        return self.base.seam
 
     def mirrored(self, wo: Direction) -> Direction:
         return self.base.mirrored(wo)

@@ -11,7 +11,7 @@ from ..base.reflectance import Reflectance
 from ..formula.direction import Direction, dot
 from ..formula.fields import option, param
 from ..formula.warp import power_cosine, power_cosine_density
-from ._phase_angle import difference, phase_angle
+from ._phase_angle import phase_angle
 
 HOT_SPOT_WIDTH = math.radians(1.5)
 """Half width xi_0 [rad] of the hot spot in `ross_thick_hotspot`, as fitted to POLDER's measurements."""
@@ -59,7 +59,7 @@ def _crowns(wi: Direction, wo: Direction, h_b: Any, b_r: Any) -> tuple[Any, Any]
     ti, to = _stretched_tangents(wi, b_r), _stretched_tangents(wo, b_r)
     sec_i, sec_o = ops.sqrt(dot(ti, ti)), ops.sqrt(dot(to, to))
     secants = sec_i + sec_o
-    apart, across = difference(ti, to), ti.x * to.y - ti.y * to.x  # D, and tan tan sin(phi)
+    apart, across = ti - to, ti.x * to.y - ti.y * to.x  # D, and tan tan sin(phi)
     cos_t = h_b * ops.sqrt(dot(apart, apart) + across * across + 1e-36) / secants
     # O = sec_i + sec_o - A = (t - sin(t) cos(t)) secants/pi, and A = secants (1 + seen)/2. Shadows overlap where
     # cos(t) < 1; at 1 arcs have no derivative, but O has: 0.

@@ -10,11 +10,11 @@ from ..base.reflectance import Reflectance
 from ..distributions.ggx import GGX
 from ..formula.direction import Direction
 from ..formula.fields import param, part
-from ._reframed import _Reframed
+from ._wrapper import Reframed
 from .microfacet import Microfacet
 
 
-class Rotated(_Reframed):
+class Rotated(Reframed):
     """Another reflectance with its tangent turned by `angle` about the normal, from x towards y: f = of.f(R wi, R wo).
 
     R turns directions by -angle, so that what was along x lies at azimuth `angle`.

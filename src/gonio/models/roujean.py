@@ -7,11 +7,11 @@ from typing import Any, ClassVar
 
 from ..arrays import ops
 from ..base.reflectance import Reflectance
-from ..formula.direction import Direction, dot
+from ..formula.direction import Direction, dot, length
 from ..formula.fields import param
 from ..formula.special import sin_minus_x_cos
 from ..formula.warp import power_cosine, power_cosine_density
-from ._phase_angle import difference, length, phase_angle
+from ._phase_angle import phase_angle
 from .ross_li import scattering_by_leaves
 
 
@@ -65,7 +65,7 @@ def _blocks(wi: Direction, wo: Direction) -> Any:
     # With delta = pi - phi the bracket is sin(delta) - delta cos(delta), which cancels towards forward scattering.
     delta = ops.arctan2(across, ops.where(upright, 1.0, -along))
     product = ops.where(upright, 0.0, ops.sqrt(ops.where(upright, 1.0, product2)))
-    paths = length(ti) + length(to) + length(difference(ti, to))
+    paths = length(ti) + length(to) + length(ti - to)
     return product * sin_minus_x_cos(delta) * (0.5 / math.pi) - paths * (1.0 / math.pi)
 
 

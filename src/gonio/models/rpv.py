@@ -7,10 +7,9 @@ from typing import Any, ClassVar
 
 from ..arrays import ops
 from ..base.reflectance import Reflectance
-from ..formula.direction import Direction, add, dot
+from ..formula.direction import Direction, dot, length
 from ..formula.fields import param
 from ..formula.warp import power_cosine, power_cosine_density
-from ._phase_angle import difference, length
 
 
 class RPV(Reflectance):
@@ -47,7 +46,7 @@ class RPV(Reflectance):
     def _phase(self, wi: Direction, wo: Direction) -> Any:
         # 1 + 2 Theta cos(g) + Theta^2 by |wi + wo|^2 = 2 + 2 cos(g) or |wi - wo|^2 = 2 - 2 cos(g): no cancellation.
         back, t = self.Theta < 0.0, ops.absolute(self.Theta)
-        total, apart = add(wi, wo), difference(wi, wo)
+        total, apart = wi + wo, wi - wo
         q = (1.0 - t) * (1.0 - t) + t * ops.where(back, dot(apart, apart), dot(total, total))
         return (1.0 - t) * (1.0 + t) / (q * ops.sqrt(q))
 

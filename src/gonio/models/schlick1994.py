@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 from ..arrays import ops
 from ..base.reflectance import Reflectance
 from ..distributions.ggx import GGX
-from ..formula.direction import Direction, add, azimuth, dot, half_and_cosine, normalize, reflect
+from ..formula.direction import Direction, azimuth, dot, half_and_cosine, normalize, reflect
 from ..formula.fields import param
 from ..formula.fresnel.schlick import Schlick
 
@@ -49,7 +49,7 @@ class Schlick1994(_Single):
     }
 
     def formula(self, wi: Direction, wo: Direction) -> Any:
-        H = add(wi, wo)
+        H = wi + wo
         return self.S(0.5 * ops.sqrt(dot(H, H))) * (self.obstructed(wi, wo, normalize(H)) + self.spread(wi, wo))
 
     def obstructed(self, wi: Direction, wo: Direction, h: Direction) -> Any:
@@ -86,7 +86,7 @@ class _Obstructed(Schlick1994):
     """The facets' part, sampled by its half vector: t as t Z(t) has it, azimuths more evenly than A, to bound it."""
 
     def formula(self, wi: Direction, wo: Direction) -> Any:
-        H = add(wi, wo)
+        H = wi + wo
         return self.S(0.5 * ops.sqrt(dot(H, H))) * self.obstructed(wi, wo, normalize(H))
 
     def lobes(self) -> Iterable[tuple[Any, Reflectance]]:
@@ -111,7 +111,7 @@ class _Spread(Schlick1994):
     """Diffuse and re-emitted light, sampled uniformly: so it stays bounded where light leaves at grazing angles."""
 
     def formula(self, wi: Direction, wo: Direction) -> Any:
-        H = add(wi, wo)
+        H = wi + wo
         return self.S(0.5 * ops.sqrt(dot(H, H))) * self.spread(wi, wo)
 
     def lobes(self) -> Iterable[tuple[Any, Reflectance]]:
@@ -138,7 +138,7 @@ class Schlick1994Specular(_Single):
     Source   Schlick 1994, "An inexpensive BRDF model for physically-based rendering", single material.
     """
 
-    is_delta: ClassVar[bool] = True
+    is_delta = True
 
     def formula(self, wi: Direction, wo: Direction) -> Any:
         return 0.0 * self.S(wo.z)

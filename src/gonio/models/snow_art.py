@@ -7,9 +7,8 @@ from typing import Any, ClassVar
 
 from ..arrays import ops
 from ..base.reflectance import Reflectance
-from ..formula.direction import Direction, add
+from ..formula.direction import Direction, length
 from ..formula.fields import param
-from ._phase_angle import difference, length
 
 
 class SnowART(Reflectance):
@@ -36,7 +35,7 @@ class SnowART(Reflectance):
     }
 
     def formula(self, wi: Direction, wo: Direction) -> Any:
-        apart, total = length(difference(wi, wo)), length(add(wi, wo))
+        apart, total = length(wi - wo), length(wi + wo)
         T = (360.0 / math.pi) * ops.arctan2(total, apart)
         p = 11.1 * ops.exp(-0.087 * T) + 1.1 * ops.exp(-0.014 * T)
         both = wi.z + wo.z

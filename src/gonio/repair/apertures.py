@@ -57,8 +57,7 @@ def through_aperture(
     shape = np.broadcast_shapes(wi.shape, wo.shape)[:-1]
     a, b = (np.broadcast_to(w, (*shape, 3)).reshape(-1, 3) for w in (wi, wo))
     found = _through(m, a, b, _points(detector, rings), _points(source, rings), _checked(horizon))
-    plain = m.f([0.0, 0.0, 1.0], [0.0, 0.0, 1.0]).ndim == 0
-    return found.reshape(shape) if plain else found.reshape(*shape, -1)
+    return found.reshape(shape) if m.channels is None else found.reshape(*shape, -1)
 
 
 def aperture_averaged(

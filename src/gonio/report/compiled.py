@@ -67,8 +67,7 @@ def kernel(m: Reflectance, method: str = "f") -> Kernel:
     kinds = tuple(kind for kind, _ in returned)
     widths = tuple(len(_COMPONENTS[name]) for name in names)
     leaves = list(zip(m.leaf_paths(), m.leaves(), strict=True))
-    lengths = [np.shape(v)[-1] for _, v in leaves if np.ndim(v)]
-    channels = max(lengths, default=None)
+    channels = m.channels
     trace = tracing.traced(function, kinds, m, widths, channels)
     loads = _names(names, [path or "channel" for path, _ in leaves], [np.shape(v)[-1:] for _, v in leaves])
     outputs = {}

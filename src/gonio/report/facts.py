@@ -18,6 +18,7 @@ from ..catalogue import builtin
 from ..conversion.comparison import lattice_pairs
 from ..conversion.conversion import size_of
 from ..errors import MissingDataWarning
+from ..evaluate import batch
 from ..formula.fields import Option, Param, Table
 from ..integrals.albedo import albedo
 from ..tables.gridded import Gridded
@@ -45,14 +46,12 @@ def facts(text: str, m: Reflectance) -> dict[str, Any]:
         result |= _file_facts(m)
     else:
         result["expression"] = repr(m)
-    up = np.array([0.0, 0.0, 1.0])
-    shape = m.f(up, up).shape
     names = m.channel_names
-    result["channels"] = shape[-1] if shape else 1
-    result["channel_names"] = list(names) if names is not None else list("RGB") if shape[-1:] == (3,) else None
+    result["channels"] = m.channels or 1
+    result["channel_names"] = list(names) if names is not None else list("RGB") if m.channels == 3 else None
     result["has_delta"] = bool(m.has_delta)
     result["breaks"] = m.breaches()
-    if len(shape) < 2:
+    if not batch.full_shape(m, ()):
         result["albedo"] = _albedo(m)
         if isinstance(m, Measured):
             result["symmetry"] = _symmetry(m)

@@ -99,8 +99,7 @@ def _colour(m: Reflectance, lights: list[Light]) -> tuple[np.ndarray | None, np.
     channel or RGB, or the radiance in the end, for lights with the same channels. None where nothing is to be turned.
     """
     up = np.array([[0.0, 0.0, 1.0]])
-    f = m.f(up, up)
-    channels = f.shape[-1] if f.ndim > 1 else 1
+    channels = m.channels or 1
     after = None
     to_rgb = rgb_of(m.channel_names)
     if to_rgb is not None and channels == len(to_rgb):

@@ -10,7 +10,7 @@ import numpy as np
 from ..arrays import Fixed, ops
 from ..base.angles import direction
 from ..base.measured import Measured
-from ..formula.direction import Direction, half_and_cosine, polar_angle, reflect
+from ..formula.direction import Direction, half_and_cosine, polar_angle, reflect, select
 from ..formula.table_warp import MarginalWarp, Slices, both, gather, tables_when_needed
 from ..formula.warp import cosine_hemisphere, cosine_hemisphere_density
 from .angle_systems import azimuth_of
@@ -66,7 +66,7 @@ class Sampled(Measured):
         theta, phi = (0.5 * math.pi) * x * x, (2.0 * y - 1.0) * math.pi + phi_o
         s = ops.sin(theta)
         wi = reflect(wo, Direction(s * ops.cos(phi), s * ops.sin(phi), ops.cos(theta)))
-        return Direction(*(ops.where(diffuse, a, b) for a, b in zip(flat, wi, strict=True)))
+        return select(diffuse, flat, wi)
 
     def density(self, wi: Direction, wo: Direction) -> Any:
         wm, cos_d = half_and_cosine(wi, wo)

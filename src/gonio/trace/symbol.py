@@ -61,6 +61,8 @@ class Symbol:
 
 def _operator(name: str, swapped: bool = False) -> Callable[[Symbol, Any], Symbol]:
     def operator(self: Symbol, other: Any) -> Symbol:
+        if type(other) is not Symbol and getattr(other, "__array_ufunc__", other) is None:
+            return NotImplemented  # as NumPy's arrays do: symbol * direction is the direction's to compute
         return _apply(name, other, self) if swapped else _apply(name, self, other)
 
     return operator

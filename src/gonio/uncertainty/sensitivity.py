@@ -10,7 +10,7 @@ from scipy import sparse
 from ..arrays import ops
 from ..base.reflectance import Reflectance
 from ..evaluate import batch
-from ..formula.direction import HORIZON, Direction
+from ..formula.direction import Direction, served
 from ..tables.gridded import LEAST_KNOWN, Gridded
 from .functionals import Linear, Pairs
 
@@ -77,9 +77,10 @@ def _around(m: Gridded, pairs: Pairs) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _kernel(m: Reflectance, mean: Any, wi: Any, wo: Any) -> tuple:
-    corners, beyond = mean.corners(Direction(*wi), Direction(*wo))
-    zero = 0.0 * (wi[2] + wo[2])
-    lost = (wi[2] <= HORIZON) | (wo[2] <= HORIZON)
+    wi, wo = Direction(*wi), Direction(*wo)
+    corners, beyond = mean.corners(wi, wo)
+    zero = 0.0 * (wi.z + wo.z)
+    lost, *_ = served(wi, wo)
     kept = ops.where(lost if beyond is False else lost | beyond, 0.0, 1.0 + zero)
     return (*(at + zero for at, _ in corners), *(w + zero for _, w in corners), kept)
 

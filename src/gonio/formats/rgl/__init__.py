@@ -13,7 +13,7 @@ from ...arrays import Fixed, ops
 from ...base.measured import Measured
 from ...base.reflectance import Reflectance
 from ...formula import warp
-from ...formula.direction import Direction, add, half_and_cosine, polar_angle, reflect
+from ...formula.direction import Direction, half_and_cosine, polar_angle, reflect, select
 from ...formula.fields import Held, Ours, channels, kept, table
 from ...formula.table_warp import ONE, MarginalWarp, Slices, bilinear, both, bracket, gather, tables_when_needed
 from .._options import Declared
@@ -200,7 +200,7 @@ class RGL(Measured):
     def formula(self, wi: Direction, wo: Direction) -> Any:
         wi, wo, _ = self._folded(wi, wo)
         at, x_i, y_i, phi_i = self._lit_from(wi)
-        x, y = self._point(add(wi, wo), phi_i)
+        x, y = self._point(wi + wo, phi_i)
         sx, sy, _ = self._warps[0].invert(at, x, y)
         plane, planes = ops.to_index(self.channel), len(self.channel_names)
         S = bilinear(self.values, at, self._grid(self.main), sx, sy, plane, planes)
@@ -213,7 +213,7 @@ class RGL(Measured):
         diffuse = u0 < COSINE_SHARE
         flat = warp.cosine_hemisphere(ops.minimum(u0 * (1.0 / COSINE_SHARE), 1.0), u1)
         steep = self._table_warp(wo, ops.clip((u0 - COSINE_SHARE) / (1.0 - COSINE_SHARE), 0.0, 1.0), u1)
-        return Direction(*(ops.where(diffuse, a, b) for a, b in zip(flat, steep, strict=True)))
+        return select(diffuse, flat, steep)
 
     def density(self, wi: Direction, wo: Direction) -> Any:
         flat, steep = warp.cosine_hemisphere_density(wi), self._table_density(wi, wo)

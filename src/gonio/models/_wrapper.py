@@ -1,17 +1,48 @@
-"""What the models share that are another reflectance, seen in a frame of its own."""
+"""What coats, maps and rotations share: each is another reflectance, lit and seen through something."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Any
+from typing import Any, ClassVar
 
 from ..arrays import ops
 from ..base.reflectance import Reflectance
-from ..formula.direction import HORIZON, NORMAL, Direction, select
+from ..formula.direction import HORIZON, Direction, raised, select
 from ..formula.warp import cosine_hemisphere, cosine_hemisphere_density
 
 
-class _Reframed(Reflectance):
+class Wrapper(Reflectance):
+    """Base of what is another reflectance, changed: that one names the channels."""
+
+    wraps: ClassVar[str] = "of"
+    """Name of the part that is wrapped."""
+
+    @property
+    def inside(self) -> Any:
+        """What is wrapped."""
+        return self.__dict__[self.wraps]
+
+    @property
+    def channel_names(self) -> tuple | None:
+        return self.inside.channel_names
+
+
+class WrappedLobe(Wrapper):
+    """A lobe of what is wrapped: a delta lobe where that is one, drawn with its seam."""
+
+    def lobes(self) -> Iterable[tuple[Any, Reflectance]]:
+        yield 1.0, self
+
+    @property
+    def is_delta(self) -> bool:
+        return self.inside.is_delta
+
+    @property
+    def seam(self) -> float:
+        return self.inside.seam
+
+
+class Reframed(WrappedLobe):
     """A reflectance `of` whose directions are turned or mirrored before it sees them; lobe by lobe it stays one."""
 
     of: Any
@@ -31,21 +62,6 @@ class _Reframed(Reflectance):
     def lobes(self) -> Iterable[tuple[Any, Reflectance]]:
         for weight, lobe in self.of.lobes():
             yield weight, self if lobe is self.of else self._changed({"of": lobe})
-
-    @property
-    def channel_names(self) -> tuple | None:  # type: ignore[override]
-        """Those of the reflectance inside."""
-        return self.of.channel_names
-
-    @property
-    def is_delta(self) -> bool:  # type: ignore[override]
-        """Whether the reflectance inside is a delta lobe."""
-        return self.of.is_delta
-
-    @property
-    def seam(self) -> float:  # type: ignore[override]
-        """That of the reflectance inside."""
-        return self.of.seam
 
     # Seen from below the horizon of the frame inside nothing is reflected; samples are drawn all the same.
 
@@ -70,9 +86,3 @@ class _Reframed(Reflectance):
     def mirrored(self, wo: Direction) -> Direction:
         _, seen = raised(self.viewer_within(wo))
         return self.light_outside(self.of.mirrored(seen))
-
-
-def raised(w: Direction) -> tuple[Any, Direction]:
-    """Whether w is above the horizon, and w if it is, else the normal: what formulas may be called with."""
-    up = w.z > HORIZON
-    return up, select(up, w, NORMAL)
