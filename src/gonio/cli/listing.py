@@ -22,6 +22,9 @@ from ..integrals.efficiency import Efficiency
 from ..report.format_table import Format, sampled_in_words
 from ..tables.angle_systems import SYSTEMS
 
+AGREEING = 0.005
+"""Relative difference up to which a total that a file states counts as that of its values."""
+
 NARROWEST = 20
 """Characters of a line of text, however narrow the terminal is."""
 
@@ -98,6 +101,8 @@ def facts_as_text(found: dict[str, Any]) -> str:
         values = found["albedo"]["values"]
         parts = [f"{_spectrum(v)} at {t:g}°" for t, v in zip(found["albedo"]["theta_i"], values, strict=True)]
         rows.append(("albedo", ", ".join(parts)))
+    if "stated_totals" in found:
+        rows.append(("stated total", _totals(**found["stated_totals"])))
     for assumed, spread in found.get("uncertainty_of_albedo", {}).items():
         at = ", ".join(f"{_spectrum(v)} at {t:g}°" for t, v in zip(found["albedo"]["theta_i"], spread, strict=True))
         rows.append(("u of albedo", f"{at}, of {assumed} errors"))
@@ -119,6 +124,23 @@ def facts_as_text(found: dict[str, Any]) -> str:
     if listed:
         text += "\n\n" + table(("parameter", "value", "bounds", "meaning"), listed)
     return text
+
+
+def _totals(theta_i: list[float], phi_i: list[float], stated: list, integral: list) -> str:
+    """Where the shares of light that a file states and the integrals of its values disagree, and by how much."""
+    shares, rho = np.array(stated), np.array(integral)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        off = np.where(shares > 0.0, rho / shares - 1.0, 0.0)
+    largest = np.abs(off).max()
+    if largest <= AGREEING:
+        return f"that of the values, to {percent(largest)}"
+    k, channel = np.unravel_index(np.abs(off).argmax(), off.shape)
+    at = f"{theta_i[k]:g}°" + (f", azimuth {phi_i[k]:g}°" if len({*phi_i}) > 1 else "")
+    many = f"{(np.abs(off) > AGREEING).any(axis=1).sum()} of {len(shares)} directions of light"
+    return (
+        f"not that of the values: at {at} the file says {shares[k, channel]:.4g}, they reflect {rho[k, channel]:.4g} "
+        f"({100.0 * off[k, channel]:+.2g} %); more than {percent(AGREEING)} apart at {many}"
+    )
 
 
 def _file_rows(found: dict[str, Any]) -> list[tuple[str, str]]:

@@ -6,6 +6,7 @@ import json
 import math
 import os
 import warnings
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +18,7 @@ from ..base.reflectance import Reflectance
 from ..catalogue import builtin
 from ..conversion.comparison import lattice_pairs
 from ..conversion.conversion import size_of
-from ..errors import MissingDataWarning
+from ..errors import MissingDataWarning, ToleranceWarning
 from ..formula.fields import Option, Param, Table
 from ..integrals.albedo import albedo
 from ..tables.gridded import Gridded
@@ -53,6 +54,8 @@ def facts(text: str, m: Reflectance) -> dict[str, Any]:
         found["albedo"] = _albedo(m)
         if isinstance(m, Measured):
             found["symmetry"] = _symmetry(m)
+        if totals := getattr(m, "stated_totals", ()):
+            found["stated_totals"] = _totals(m, totals)
         if isinstance(m, Gridded) and has_uncertainty(m):
             found["uncertainty_of_albedo"] = _of_albedo(m)
     return found | _settable_facts(m)
@@ -63,6 +66,19 @@ def _albedo(m: Reflectance) -> dict[str, Any]:
         warnings.simplefilter("ignore", MissingDataWarning)
         rho = albedo(m, direction(np.radians(INCIDENCE), 0.0), tolerance=1e-3)
     return {"theta_i": list(INCIDENCE), "values": rho.tolist()}
+
+
+def _totals(m: Reflectance, stated: Sequence[Any]) -> dict[str, Any]:
+    """What the file says that is reflected to all sides, by direction [degrees] and channel, and what its f does."""
+    at = [[total.theta_i, total.phi_i] for total in stated]
+    shares = np.array([total.shares for total in stated])
+    tolerance = max(1e-3 * shares[shares > 0.0].min(initial=1.0), 1e-6)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", MissingDataWarning)
+        warnings.simplefilter("ignore", ToleranceWarning)
+        rho = albedo(m, direction(*np.transpose(at)), tolerance=tolerance).reshape(shares.shape)
+    theta_i, phi_i = np.degrees(np.transpose(at)).round(9).tolist()
+    return {"theta_i": theta_i, "phi_i": phi_i, "stated": shares.tolist(), "integral": rho.tolist()}
 
 
 def _of_albedo(m: Gridded) -> dict[str, Any]:
