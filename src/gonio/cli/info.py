@@ -13,6 +13,9 @@ from .options import json_option, material_argument, read_material, replace_opti
 from .tables import size_in_words, table
 from .terminal import echo, print_json
 
+AGREEING = 0.005
+"""Relative difference up to which a total that a file states counts as that of its values."""
+
 
 @click.command(short_help="Say what MATERIAL is, and what a file holds.")
 @material_argument
@@ -42,6 +45,8 @@ def facts_as_text(facts: dict[str, Any]) -> str:
         values = facts["albedo"]["values"]
         parts = [f"{_spectrum(v)} at {t:g}°" for t, v in zip(facts["albedo"]["theta_i"], values, strict=True)]
         rows.append(("albedo", ", ".join(parts)))
+    if "stated_totals" in facts:
+        rows.append(("stated total", _totals(**facts["stated_totals"])))
     for assumed, spread in facts.get("uncertainty_of_albedo", {}).items():
         at = ", ".join(f"{_spectrum(v)} at {t:g}°" for t, v in zip(facts["albedo"]["theta_i"], spread, strict=True))
         rows.append(("u of albedo", f"{at}, of {assumed} errors"))
@@ -63,6 +68,25 @@ def facts_as_text(facts: dict[str, Any]) -> str:
     if listed:
         text += "\n\n" + table(("parameter", "value", "bounds", "meaning"), listed)
     return text
+
+
+def _totals(theta_i: list[float], phi_i: list[float], stated: list, integral: list) -> str:
+    """Where the shares of light that a file states and the integrals of its values disagree, and by how much."""
+    from ..conversion.conversion import percent
+
+    shares, rho = np.array(stated), np.array(integral)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        off = np.where(shares > 0.0, rho / shares - 1.0, 0.0)
+    largest = np.abs(off).max()
+    if largest <= AGREEING:
+        return f"that of the values, to {percent(largest)}"
+    k, channel = np.unravel_index(np.abs(off).argmax(), off.shape)
+    at = f"{theta_i[k]:g}°" + (f", azimuth {phi_i[k]:g}°" if len({*phi_i}) > 1 else "")
+    many = f"{(np.abs(off) > AGREEING).any(axis=1).sum()} of {len(shares)} directions of light"
+    return (
+        f"not that of the values: at {at} the file says {shares[k, channel]:.4g}, they reflect {rho[k, channel]:.4g} "
+        f"({100.0 * off[k, channel]:+.2g} %); more than {percent(AGREEING)} apart at {many}"
+    )
 
 
 def _file_rows(facts: dict[str, Any]) -> list[tuple[str, str]]:

@@ -18,9 +18,10 @@ No specification and no real file was seen: the layout is that of libbsdf's read
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Iterator, Sequence
-from itertools import product
+from itertools import groupby, product
 from pathlib import Path
 from typing import Annotated, Any, NamedTuple
 
@@ -38,6 +39,7 @@ from ._optical.angle_tables import (
     IncidentAngles,
     OutgoingAngles,
     Step,
+    Total,
     as_filed,
     default_angles,
     increasing,
@@ -120,7 +122,21 @@ def read(path: str | os.PathLike, side: Side = "front") -> Gridded:
     names = _names(sheet, channels)
     about = {"Symmetry": sheet.symmetry, "side": side, "comments": sheet.comments, "TIS": [b.tis for b in blocks]}
     f = values if names else values[..., 0]
-    return Filed("angles", axes, f, channels=names, mirrored=half, path=str(path), about=about, filed=sheet)
+    return Filed(
+        "angles", axes, f, channels=names, mirrored=half, path=str(path), about=about,
+        filed=sheet, stated_totals=_totals(sheet, blocks),
+    )  # fmt: skip
+
+
+def _totals(sheet: Sheet, blocks: Sequence[Block]) -> Iterator[Total]:
+    turned = len({b.poi for b in blocks}) > 1
+    for (theta_i, poi), same in groupby(sorted(blocks, key=_incidence), key=_incidence):
+        shares = [b.tis for b in sorted(same, key=lambda b: _channel(b, sheet))]
+        yield Total(math.radians(theta_i), math.radians(poi) if turned else 0.0, tuple(shares))
+
+
+def _incidence(block: Block) -> tuple[float, float]:
+    return _theta(block), block.poi
 
 
 def _side(block: Block) -> str:

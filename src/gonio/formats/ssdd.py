@@ -233,7 +233,7 @@ def _said(m: Gridded, names: Sequence[str]) -> list[tuple[str, str]]:
 def _block_of(m: Gridded) -> Block:
     oriented = m.is_oriented()
     coordinates, kind = next((c, k) for c, k in COORDINATES.items() if angle_system(k).axes(oriented) == tuple(m.axes))
-    plain = m.quantity == "brdf" or isinstance(m, Scattered)
+    plain = m.quantity == "brdf" and not isinstance(m, Scattered)
     values = m.stored if plain else m.brdf()
     names, values = tristimulus(m.channel_names, values if m.channel_names is not None else values[..., None])
     nodes = [plain_text.degrees(x) for x in m.axes.values()]

@@ -27,8 +27,9 @@ Source   Rykowski 2008, "BSDF Data Interchange File Format Specification", Zemax
 
 from __future__ import annotations
 
+import math
 import os
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Annotated, Any, NamedTuple
 
@@ -45,6 +46,7 @@ from ._optical.angle_tables import (
     Filed,
     IncidentAngles,
     Step,
+    Total,
     as_filed,
     default_angles,
     increasing,
@@ -107,7 +109,17 @@ def read(path: str | os.PathLike) -> Gridded:
     values = without_ground("specular", axes, values)
     f, names = (values, ("X", "Y", "Z")) if len(sheet.values) > 1 else (values[..., 0], None)
     half = _is_half(sheet) and len(axes) == 3
-    return Filed("specular", axes, f, channels=names, mirrored=half, path=str(path), about=about, filed=sheet)
+    return Filed(
+        "specular", axes, f, channels=names, mirrored=half, path=str(path), about=about,
+        filed=sheet, stated_totals=_totals(sheet),
+    )  # fmt: skip
+
+
+def _totals(sheet: Sheet) -> Iterator[Total]:
+    for rotation, tables in zip(sheet.rotation, sheet.tis.transpose(1, 2, 0), strict=True):
+        phi_i = math.radians(90.0 - rotation) if len(sheet.rotation) > 1 else 0.0
+        for theta_i, shares in zip(np.radians(sheet.incidence), tables, strict=True):
+            yield Total(float(theta_i), phi_i, tuple(shares.tolist()))
 
 
 def _is_half(sheet: Sheet) -> bool:

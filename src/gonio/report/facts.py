@@ -6,6 +6,7 @@ import json
 import math
 import os
 import warnings
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +18,7 @@ from ..base.reflectance import Reflectance
 from ..catalogue import builtin
 from ..conversion.comparison import lattice_pairs
 from ..conversion.conversion import size_of
-from ..errors import MissingDataWarning
+from ..errors import MissingDataWarning, ToleranceWarning
 from ..evaluate import batch
 from ..formula.fields import Option, Param, Table
 from ..integrals.albedo import albedo
@@ -55,6 +56,8 @@ def facts(text: str, m: Reflectance) -> dict[str, Any]:
         result["albedo"] = _albedo(m)
         if isinstance(m, Measured):
             result["symmetry"] = _symmetry(m)
+        if totals := getattr(m, "stated_totals", ()):
+            result["stated_totals"] = _totals(m, totals)
         if isinstance(m, Gridded) and has_uncertainty(m):
             result["uncertainty_of_albedo"] = _uncertainty_of_albedo(m)
     return result | _settable_facts(m)
@@ -65,6 +68,19 @@ def _albedo(m: Reflectance) -> dict[str, Any]:
         warnings.simplefilter("ignore", MissingDataWarning)
         rho = albedo(m, direction(np.radians(INCIDENCE), 0.0), tolerance=1e-3)
     return {"theta_i": list(INCIDENCE), "values": rho.tolist()}
+
+
+def _totals(m: Reflectance, stated: Sequence[Any]) -> dict[str, Any]:
+    """What the file says that is reflected to all sides, by direction [degrees] and channel, and what its f does."""
+    at = [[total.theta_i, total.phi_i] for total in stated]
+    shares = np.array([total.shares for total in stated])
+    tolerance = max(1e-3 * shares[shares > 0.0].min(initial=1.0), 1e-6)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", MissingDataWarning)
+        warnings.simplefilter("ignore", ToleranceWarning)
+        rho = albedo(m, direction(*np.transpose(at)), tolerance=tolerance).reshape(shares.shape)
+    theta_i, phi_i = np.degrees(np.transpose(at)).round(9).tolist()
+    return {"theta_i": theta_i, "phi_i": phi_i, "stated": shares.tolist(), "integral": rho.tolist()}
 
 
 def _uncertainty_of_albedo(m: Gridded) -> dict[str, Any]:

@@ -106,9 +106,13 @@ class AngleSystem(NamedTuple):
         return self.pairs(*np.meshgrid(*axes.values(), indexing="ij"))
 
 
+POLE = 1e-30
+"""Square of a length along the surface up to which it has no azimuth."""
+
+
 def azimuth_of(w: Direction) -> Any:
     """phi in [-pi, pi]; 0 along the normal, with a finite derivative there."""
-    flat = w.x * w.x + w.y * w.y < 1e-30
+    flat = w.x * w.x + w.y * w.y < POLE
     return ops.arctan2(ops.where(flat, 0.0 * w.y, w.y), ops.where(flat, 1.0, w.x))
 
 
@@ -116,8 +120,14 @@ def _angles(wi: Direction, wo: Direction, oriented: bool) -> list[Any]:
     thetas = [polar_angle(wi), polar_angle(wo)]
     if oriented:
         return [*thetas, azimuth_of(wi), azimuth_of(wo)]
-    across, along = wi.x * wo.y - wi.y * wo.x, wi.x * wo.x + wi.y * wo.y
-    return [*thetas, azimuth_of(Direction(along, across, 0.0))]
+    i, o = _flat(wi), _flat(wo)
+    return [*thetas, azimuth_of(Direction(i.x * o.x + i.y * o.y, i.x * o.y - i.y * o.x, 0.0))]
+
+
+def _flat(w: Direction) -> Direction:
+    """Along the surface as w is; along x if w is the normal, whose azimuth is 0."""
+    pole = w.x * w.x + w.y * w.y < POLE
+    return Direction(ops.where(pole, 1.0, w.x), ops.where(pole, 0.0, w.y), 0.0)
 
 
 def _pairs_of_angles(theta_i: Any, theta_o: Any, phi: Any, phi_o: Any = None) -> tuple[np.ndarray, np.ndarray]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Annotated, Any, NamedTuple
 
 import numpy as np
@@ -27,14 +27,23 @@ FULLEST = 0.5
 NO_TRANSMISSION = "gonio evaluates reflection only, transmission comes with a later release; export the BRDF too"
 
 
+class Total(NamedTuple):
+    """What a file says that is reflected to all sides, of light from a direction [rad]: a share for each channel."""
+
+    theta_i: float
+    phi_i: float
+    shares: tuple[float, ...]
+
+
 class Filed(Gridded):
     """A `Gridded` as a file has it; `filed` is what that file says beside, from which it is written again unchanged."""
 
     filed: Any
+    stated_totals: tuple[Total, ...]
 
-    def __init__(self, *args: Any, filed: Any = None, **named: Any):
+    def __init__(self, *args: Any, filed: Any = None, stated_totals: Iterable[Total] = (), **named: Any):
         super().__init__(*args, **named)
-        self.__dict__["filed"] = filed
+        self.__dict__.update(filed=filed, stated_totals=tuple(stated_totals))
 
 
 def as_filed(m: Reflectance, kind: type, *asked: Any) -> Any:

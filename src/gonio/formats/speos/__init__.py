@@ -45,6 +45,7 @@ from .._optical.angle_tables import (
     IncidentAngles,
     OutgoingAngles,
     Step,
+    Total,
     as_filed,
     at_azimuths,
     channel_named,
@@ -110,7 +111,22 @@ def read(
         else:
             axes, f, names = _isotropic(sheet, part)
     about = {"comment": sheet.comment, "description": sheet.description, "start": sheet.start}
-    return Filed("angles", axes, f, channels=names, mirrored=_half(axes), path=str(path), about=about, filed=sheet)
+    stated = [] if wavelengths is not None else _totals(sheet, part, names)
+    return Filed(
+        "angles", axes, f, channels=names, mirrored=_half(axes), path=str(path), about=about,
+        filed=sheet, stated_totals=stated,
+    )  # fmt: skip
+
+
+def _totals(sheet: Sheet, part: Part, names: tuple[float, ...] | None) -> list[Total]:
+    """The shares of a `.brdf`'s tables; of an `.anisotropicbsdf` those of the direction that its spectrum is of."""
+    if sheet.is_anisotropic:
+        theta_i, turn = np.radians([*part.lit, 0.0][:2]).tolist()
+        shares = part.spectrum[:, 1] if names else part.spectrum[:1, 1]
+        return [Total(theta_i, turn + math.pi if len(part.turns) > 1 else 0.0, tuple((shares / 100.0).tolist()))]
+    shares = np.reshape([table.share for table in part.tables], (len(part.incidence[0]), -1)) / 100.0
+    angles = np.radians(part.incidence[0]).tolist()
+    return [Total(theta_i, 0.0, tuple(row)) for theta_i, row in zip(angles, shares.tolist(), strict=True)]
 
 
 def _half(axes: dict[str, np.ndarray]) -> bool:
