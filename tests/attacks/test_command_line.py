@@ -195,8 +195,10 @@ def test_a_zarr_folder_is_a_material(run, tmp_path):
     for command in ("albedo out.zarr --theta 30", "convert out.zarr m.nc", "cite out.zarr"):
         result = run(*command.split())
         assert result.exit_code == 0 and result.stdout, (command, result.stderr)
-    again = run("convert", "m.csv", "out.zarr")
-    assert again.exit_code == 2 and "is a directory" in again.stderr
+    assert run("convert", "m.csv", "out.zarr").exit_code == 0  # a store is replaced, as gn.save does it
+    (tmp_path / "out.zarr" / "notes.txt").write_text("not gonio's")
+    assert run("convert", "m.csv", "out.zarr").exit_code == 2
+    assert (tmp_path / "out.zarr" / "notes.txt").exists()
 
 
 def test_a_folder_that_is_no_store_hides_no_built_in_material(run, tmp_path):

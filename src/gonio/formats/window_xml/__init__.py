@@ -22,7 +22,7 @@ from ...pictures.colour import RELATIVE_XYZ
 from .._options import BELOW_ONE, Declared
 from .._reading.plain_text import is_number
 from . import new, tree_nodes
-from .cell_tables import MIRRORED
+from ._cell_tables import MIRRORED
 from .klems import KNOWN, AngleBasis, Klems
 from .tensor_tree import TensorTree
 from .tree_nodes import Tree

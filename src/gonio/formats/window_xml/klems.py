@@ -14,8 +14,8 @@ from ...formula.direction import Direction
 from ...formula.fields import Ours, kept, table
 from ...formula.table_warp import bracket
 from ...tables.angle_systems import azimuth_of
-from . import cell_tables
-from .cell_tables import MIRRORED, Cellwise
+from . import _cell_tables
+from ._cell_tables import MIRRORED, Cellwise
 
 if TYPE_CHECKING:
     import xarray
@@ -184,10 +184,10 @@ class Klems(Cellwise):
         solid = self.incident.solid_angles
 
         def weights() -> np.ndarray:
-            return cell_tables.magnitude(values).reshape(*values.shape[:2], -1).mean(axis=2) * solid
+            return _cell_tables.magnitude(values).reshape(*values.shape[:2], -1).mean(axis=2) * solid
 
-        kept["cells"] = Fixed(lambda: cell_tables.with_holes(values).reshape(-1))
-        kept.update(cell_tables.sampling(weights, solid))
+        kept["cells"] = Fixed(lambda: _cell_tables.with_holes(values).reshape(-1))
+        kept.update(_cell_tables.sampling(weights, solid))
         kept["patches_i"] = Fixed(lambda: self.incident.patches.reshape(-1))
         for which, basis in (("i", self.incident), ("o", self.outgoing)):
             starts = np.concatenate([[0], np.cumsum(basis.counts)[:-1]])
@@ -201,7 +201,7 @@ class Klems(Cellwise):
         return ops.take(self.cells, entry * width + ops.to_index(self.channel))
 
     def warp(self, wo: Direction, u0: Any, u1: Any) -> Direction:
-        patch, left = cell_tables.choose(self.sums, self._row(wo), self.incident.size, u0)
+        patch, left = _cell_tables.choose(self.sums, self._row(wo), self.incident.size, u0)
         low, high, turn, width = (ops.take(self.patches_i, patch * 4 + k) for k in range(4))
         sin2, phi = low + u1 * high, 2.0 * math.pi * (turn + left * width)
         s = ops.sqrt(ops.maximum(sin2, 1e-20))

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from ...base.reflectance import Reflectance
-from .cell_tables import MIRRORED
+from ._cell_tables import MIRRORED
 from .klems import AngleBasis
 from .tensor_tree import disc
 

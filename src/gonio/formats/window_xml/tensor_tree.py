@@ -13,8 +13,8 @@ from ...errors import ParameterError
 from ...formula.direction import Direction, azimuth
 from ...formula.fields import Ours, table
 from ...pictures.colour import RELATIVE_XYZ
-from . import cell_tables, tree_nodes
-from .cell_tables import MIRRORED, Cellwise
+from . import _cell_tables, tree_nodes
+from ._cell_tables import MIRRORED, Cellwise
 from .tree_nodes import Tree
 
 if TYPE_CHECKING:
@@ -136,8 +136,8 @@ class TensorTree(Cellwise):
     def _keep(self) -> dict[str, Fixed]:
         kept = super()._keep()
         solid = np.full(4**self._fineness, math.pi / 4**self._fineness)
-        kept["values"] = Fixed(cell_tables.with_holes(self.values))
-        return kept | cell_tables.sampling(self._weights, solid)
+        kept["values"] = Fixed(_cell_tables.with_holes(self.values))
+        return kept | _cell_tables.sampling(self._weights, solid)
 
     def formula(self, wi: Direction, wo: Direction) -> Any:
         place = self._place(wi, wo)
@@ -179,25 +179,25 @@ class TensorTree(Cellwise):
             fine = (np.arange(2 << k) + 0.5) / (2 << k)
             s, x, y = np.meshgrid(centres, fine, fine, indexing="ij")
             wo = Direction(s, 0.0 * s, np.sqrt(1.0 - s * s))
-            wi = cell_tables.lifted(*disc(x, y))
+            wi = _cell_tables.lifted(*disc(x, y))
             means = self._means(self._place(wi, wo), roots, self.depth)
             means = means.reshape(1 << k, 1 << k, 2, 1 << k, 2).mean(axis=(2, 4))
         return means.reshape(-1, 4**k) * (math.pi / 4**k)
 
     def _means(self, place: list[Any], roots: np.ndarray, depth: int) -> np.ndarray:
         """|f|, mean of the trees, in the nodes around points that lie at most `depth` levels down."""
-        values = cell_tables.magnitude(self.values)
+        values = _cell_tables.magnitude(self.values)
         found = [values[_descend(self.first, np.full(place[0].shape, int(root)), place, depth)] for root in roots]
         return np.mean(found, axis=0)
 
     def warp(self, wo: Direction, u0: Any, u1: Any) -> Direction:
         k, (row, c, d) = self._fineness, self._seen_from(wo)
-        cell, left = cell_tables.choose(self.sums, row * 4**k, 4**k, u0)
+        cell, left = _cell_tables.choose(self.sums, row * 4**k, 4**k, u0)
         i = ops.floor((cell + 0.5) * 0.5**k)
         x, y = disc((i + u1) * 0.5**k, (cell - i * 2.0**k + left) * 0.5**k)
         if self.dimensions == 4:
-            return cell_tables.lifted(-MIRRORED[self.side] * x, -y)
-        return cell_tables.lifted(c * x - d * y, d * x + c * y)
+            return _cell_tables.lifted(-MIRRORED[self.side] * x, -y)
+        return _cell_tables.lifted(c * x - d * y, d * x + c * y)
 
     def density(self, wi: Direction, wo: Direction) -> Any:
         k, (row, c, d) = self._fineness, self._seen_from(wo)
