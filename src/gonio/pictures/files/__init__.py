@@ -1,4 +1,4 @@
-"""Formats of pictures, one file each, which `image.py` discovers.
+"""Formats of pictures, one file each, which `pictures/image.py` discovers.
 
 A module declares the first bytes of its files (STARTS: bytes -> name), their suffixes (SUFFIXES) and the one that it
 writes (WRITTEN). `read(source)` returns a `Picture`. `encode(picture, path, exposure)` refuses or announces what the
