@@ -1,4 +1,4 @@
-"""Code by which helpers join and leave a kernel: a caller leads a round, helpers take its seats (compile/workers.py)."""
+"""Code by which helpers join and leave a kernel: a caller leads a round, helpers take seats (compile/workers.py)."""
 
 from __future__ import annotations
 
