@@ -19,7 +19,8 @@ from gonio.discover import docstring
 from gonio.formula.distribution import Distribution
 from gonio.formula.fields import CLASSES, Option, Param, Part
 from gonio.formula.fresnel_term import Fresnel
-from gonio.formula.parametrised import Parametrised, literal
+from gonio.formula.parametrised import Parametrised
+from gonio.formula.text import literal
 from gonio.laws import check_all, table
 from gonio.report.figures import portrait
 

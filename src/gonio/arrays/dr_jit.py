@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from .in_numpys_manner import Array, Fixed, Library
+from .kinds import VALUE, VECTOR
 
 
 def _table(numbers: np.ndarray, kind: type, dtype: str) -> Array:
@@ -110,9 +111,9 @@ class DrJit(Library):
     ) -> list[Array]:
         out = []
         for i, kind in enumerate(kinds):
-            if kind == "value" and channels:
+            if kind == VALUE and channels:
                 out.append(self._gathered([run[i] for run in runs], like, (*shape, len(runs))))
-            elif kind == "vector":
+            elif kind == VECTOR:
                 out.append(self._gathered(runs[0][i], like, (*shape, len(runs[0][i]))))
             elif self.module.is_tensor_v(like):
                 out.append(self._gathered([runs[0][i]], like, shape))

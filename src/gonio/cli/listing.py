@@ -17,7 +17,7 @@ from ..catalogue import builtin
 from ..catalogue.builtin import Entry
 from ..conversion.conversion import Conversion, labelled, percent
 from ..errors import NotFoundError, visible
-from ..formula.parametrised import literal
+from ..formula.text import literal
 from ..integrals.efficiency import Efficiency
 from ..report.format_table import Format, sampled_in_words
 

@@ -12,6 +12,7 @@ from ..base.measured import tabular_shape
 from ..base.provenance import derived
 from ..base.reflectance import Reflectance
 from ..errors import ParameterError
+from ..formula.state import note
 from ..numerics.filling import filled_in_layers
 from ..tables.angle_systems import parameterisation as parameterisation_named
 from ..tables.axes import counts
@@ -36,11 +37,11 @@ class Tabulated(Gridded):
     Source   that of `Gridded`: Rusinkiewicz 1998, "A new change of variables for efficient BRDF representation".
     """
 
-    breaks: ClassVar[dict[str, str]] = {
-        "energy": "values between nodes are linear interpolations, which may lie above those of the material",
-    }
+    breaks: ClassVar[dict[str, str]] = note(
+        {"energy": "values between nodes are linear interpolations, which may lie above those of the material"}
+    )
 
-    error: ResamplingError
+    error: ResamplingError = note()
 
 
 def tabulate(
@@ -84,10 +85,9 @@ def tabulate(
         periods={"phi_d": period} if parameterisation == "half_difference" else None,
         about={"made_of": repr(m)},
     )
-    made.__dict__.update(channel_names=names, provenance=derived(m))
-    made.__dict__["breaks"] = {**Tabulated.breaks, **m.breaches()}
-    made.__dict__["error"] = resampling_error(m, made, keep.chosen)
-    return made
+    error = resampling_error(m, made, keep.chosen)
+    breaks = {**Tabulated.breaks, **m.breaches()}
+    return made.with_notes(channel_names=names, provenance=derived(m), breaks=breaks, error=error)
 
 
 def _back(values: np.ndarray) -> np.ndarray:

@@ -23,7 +23,7 @@ from ..base import provenance
 from ..base.measured import Measured
 from ..base.reflectance import Reflectance
 from ..errors import FormatError, NotFoundError, ParameterError, TooLargeError
-from ..formula.parametrised import freeze
+from ..formula.held import freeze
 from ._reading import pipes, plain_text, reader_options
 
 HEAD = 4096
@@ -57,9 +57,9 @@ def load(path: str | os.PathLike, **options: Any) -> Reflectance:
             says = f"a {module.NAME} file that takes more memory than there is"
             raise TooLargeError(f"{path}: {says}; split it up") from None
         if isinstance(m, Measured):
-            provenance.noted(m, there, module.NAME, options)
+            m = provenance.noted(m, there, module.NAME, options)
             if there != path:
-                m.__dict__["path"] = str(path)
+                m = m.with_notes(path=str(path))
             freeze(vars(m))
     return m
 

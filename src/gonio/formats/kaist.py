@@ -17,7 +17,9 @@ import numpy as np
 from ..base.reflectance import Reflectance
 from ..errors import FormatError, ParameterError
 from ..formula.direction import HORIZON
-from ..formula.fields import Held, kept
+from ..formula.fields import kept
+from ..formula.held import Held
+from ..formula.state import note
 from ..tables.angle_systems import parameterisation
 from ..tables.axes import counts
 from ._reading import tensor_file
@@ -58,7 +60,7 @@ class KAIST(Unscanned):
     """
 
     format = NAME
-    fields_stored: dict[str, np.ndarray | Kept]
+    fields_stored: dict[str, np.ndarray | Kept] = note()
     """The fields of the file, in their order."""
 
     def __init__(self, fields: Mapping[str, Any], path: str = ""):
@@ -71,7 +73,7 @@ class KAIST(Unscanned):
         nodes = {name: _nodes(held, where, name) for name in AXES}
         counts = tuple(len(nodes[name]) for name in reversed(AXES))
         M = expect(held, where, "M", (*counts, len(wavelengths), 4, 4))
-        self.__dict__["fields_stored"] = held
+        self._hold(fields_stored=held)
         try:
             super().__init__(
                 "half_difference",

@@ -234,8 +234,7 @@ def on_grid(m: Reflectance, parameterisation: str, resolution: Sequence[int] | N
     values = np.full((*up.shape, *f.shape[1:]), np.nan)
     values[up] = f
     channels = known or (("R", "G", "B") if f.shape[1:] == (3,) else tuple(map(str, range(f.shape[-1]))))
-    made = Gridded(
+    table = Gridded(
         parameterisation, nodes, values, channels=channels if f.ndim == 2 else None, about={"made_of": repr(m)}
     )
-    made.__dict__["provenance"] = derived(m)
-    return made
+    return table.with_notes(provenance=derived(m))

@@ -12,6 +12,7 @@ from ...base.measured import tabular_shape, tristimulus
 from ...base.reflectance import Reflectance
 from ...errors import FormatError, ParameterError
 from ...formula.direction import HORIZON
+from ...formula.state import note
 from ...tables.angle_systems import parameterisation
 from ...tables.axes import fits
 from ...tables.gridded import Gridded
@@ -33,11 +34,11 @@ NO_TRANSMISSION = "gonio evaluates reflection only, transmission comes with a la
 class Filed(Gridded):
     """A `Gridded` as a file has it; `filed` is what that file says beside, from which it is written again unchanged."""
 
-    filed: Any
+    filed: Any = note()
 
     def __init__(self, *args: Any, filed: Any = None, **named: Any):
         super().__init__(*args, **named)
-        self.__dict__["filed"] = filed
+        self._hold(filed=filed)
 
 
 def as_filed(m: Reflectance, kind: type, *asked: Any) -> Any:
