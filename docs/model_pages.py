@@ -12,7 +12,8 @@ from gonio.base.reflectance import Reflectance
 from gonio.formula.distribution import Distribution
 from gonio.formula.fields import Option, Param, Part
 from gonio.formula.fresnel_term import Fresnel
-from gonio.formula.parametrised import Parametrised, literal
+from gonio.formula.parametrised import Parametrised
+from gonio.formula.text import literal
 from gonio.laws import LAWS, check
 from gonio.report.figures import portrait
 

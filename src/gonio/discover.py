@@ -13,9 +13,7 @@ from importlib import import_module
 from importlib.abc import InspectLoader
 from importlib.util import find_spec
 from types import ModuleType
-from typing import Any, TypeVar
-
-K = TypeVar("K")
+from typing import Any
 
 
 def modules(package: str) -> list[ModuleType]:
@@ -35,7 +33,7 @@ def functions(package: str) -> dict[str, Callable[..., Any]]:
     return {name: getattr(module, name) for name, module in by_name(package).items()}
 
 
-def classes(package: str, kind: type[K]) -> dict[str, type[K]]:
+def classes(package: str, kind: type[Any]) -> dict[str, type[Any]]:
     """The public classes of a kind that a subpackage's files define, by name; without the kind itself."""
     defined = {
         name: value

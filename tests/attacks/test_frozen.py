@@ -16,11 +16,12 @@ from seeds import SEEDS, small_grid
 
 import gonio as gn
 from gonio.arrays import Fixed
+from gonio.evaluate import planning
 from gonio.formula.fields import Param
 
 WI, WO = gn.direction([0.2, 0.7, 1.2], [0.0, 1.0, 3.0]), gn.direction([0.9, 0.3, 0.6], [3.0, 4.0, 0.1])
 U = np.array([[0.1, 0.3], [0.5, 0.6], [0.9, 0.2]])
-PRIVATE = ("_plans", "_identity")
+PRIVATE = (planning.known,)
 """Compiled formulas, which hold addresses."""
 
 

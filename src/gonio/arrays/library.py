@@ -9,6 +9,7 @@ from types import ModuleType
 import numpy as np
 
 from .fixed import Array, Fixed
+from .kinds import SCALAR, VECTOR
 
 
 class Library:
@@ -83,17 +84,14 @@ class Library:
     def assemble(
         self, kinds: Sequence[str], runs: list, like: Array, shape: tuple[int, ...], channels: bool
     ) -> list[Array]:
-        """Undo `split` for what a kernel returned, once per run (a channel, where `channel_loop`).
-
-        A result is a "value" (has the channel axis), a "scalar" (has not) or a "vector" (three components).
-        """
+        """Undo `split` for what a kernel returned, once per run (a channel, where `channel_loop`)."""
         out = []
         for kind, result in zip(kinds, runs[0], strict=True):
-            if kind == "vector":
+            if kind == VECTOR:
                 stacked = self.stack(result)
                 out.append(stacked[..., 0, :] if channels else stacked)
             else:
-                out.append(result[..., 0] if channels and kind == "scalar" else result)
+                out.append(result[..., 0] if channels and kind == SCALAR else result)
         return out
 
     def empty(self, like: Array, shape: tuple[int, ...], vectors: bool) -> Array:

@@ -5,6 +5,7 @@ Directions point **to** the light and are in the world frame.
 
 from __future__ import annotations
 
+from functools import cache
 from typing import Any, ClassVar, NamedTuple
 
 from ..arrays import ops
@@ -25,6 +26,13 @@ class Light(Parametrised):
 
     is_delta: ClassVar[bool] = False
     can_sample: ClassVar[bool] = False
+
+    @classmethod
+    @cache
+    def unwritten(cls) -> list[str]:
+        """A light says what it sends by one of the two."""
+        written = cls.arrival is not Light.arrival or cls.incident is not Light.incident
+        return [] if written else ["arrival or incident"]
 
     def arrival(self, position: Any) -> Arrival:
         """What a delta light sends to `position` (..., 3)."""

@@ -10,13 +10,14 @@ import numpy as np
 
 from ..errors import ParameterError
 from ..evaluate import batch
-from ..formula.parametrised import freeze
+from ..formula.held import Held, held
+from ..formula.state import note
 from ..pictures.colour import RELATIVE_XYZ, WHITE, XYZ
+from .history import Repair
 from .reflectance import Reflectance
 
 if TYPE_CHECKING:
     import xarray
-from .history import Repair
 
 
 def tabular_shape(m: Reflectance) -> tuple[int, ...]:
@@ -42,19 +43,19 @@ class Measured(Reflectance):
     about     what the file says about itself, name -> value
     """
 
-    path: str
-    about: dict[str, Any]
-    provenance: dict[str, Any]
+    path: str = note("")
+    about: dict[str, Any] = note(Held())
+    provenance: dict[str, Any] = note(Held())
     """Where it was read from: "file", "bytes", "sha256" (of files up to 256 MB), "format", "gonio" (its version),
     "options" of the reader where there were any, and "converted_from", the same of what the file was made of, where it
     says so. Of what was made of it in memory, by `with_brdf`, `gonio.tabulate` or `gonio.repair`, "converted_from"
     alone: a list where it was made of several. Empty where no file is known."""
-    quantity = "brdf"
+    quantity: str = note("brdf")
     format = ""
     has_text = False
 
     def __init__(self, path: str = "", about: dict[str, Any] | None = None, **fields: Any):
-        self.__dict__.update(path=path, about=freeze(deepcopy(dict(about or {}))), provenance={})
+        self._hold(path=path, about=held(deepcopy(dict(about or {}))))
         super().__init__(**fields)
 
     @property

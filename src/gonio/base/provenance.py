@@ -19,8 +19,8 @@ HASHED = 1 << 28
 """Up to so many bytes (256 MB) a file's SHA-256 is noted: of larger ones that takes seconds."""
 
 
-def noted(m: Measured, path: Path, format: str, options: Mapping[str, Any]) -> None:
-    """Set the provenance of a measurement that was just read from a file, or from a folder, which has no SHA-256."""
+def noted(m: Measured, path: Path, format: str, options: Mapping[str, Any]) -> Measured:
+    """A measurement that was just read from a file, or from a folder, which has no SHA-256, with its provenance."""
     found: dict[str, Any] = {"file": path.name}
     if path.is_file():
         found["bytes"] = path.stat().st_size
@@ -31,8 +31,8 @@ def noted(m: Measured, path: Path, format: str, options: Mapping[str, Any]) -> N
     if options:
         found["options"] = {name: value if _plain(value) else repr(value) for name, value in options.items()}
     if ORIGIN in m.about:
-        found[ORIGIN] = m.about.pop(ORIGIN)
-    m.__dict__["provenance"] = found
+        found[ORIGIN] = m.about[ORIGIN]
+    return m.with_notes(provenance=found, about={name: x for name, x in m.about.items() if name != ORIGIN})
 
 
 def origin(m: Reflectance) -> dict[str, Any]:

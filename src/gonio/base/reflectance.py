@@ -7,18 +7,22 @@ else here follows from these. `wi` points to the light, `wo` to the viewer, both
 from __future__ import annotations
 
 import math
+from abc import abstractmethod
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 import numpy as np
 
 from ..arrays import ops
+from ..arrays.kinds import SCALAR, VALUE, VECTOR
 from ..errors import ArrayTypeError, NotFoundError, ParameterError
 from ..evaluate import batch
 from ..formula import warp
 from ..formula.direction import Direction, mirror
 from ..formula.fields import Field, Part, param, part
-from ..formula.parametrised import Parametrised, listed, literal
+from ..formula.parametrised import Parametrised
+from ..formula.state import note
+from ..formula.text import listed, literal
 from ..numerics.lattice import lattice
 from . import kernels
 from .angles import direction
@@ -73,15 +77,19 @@ class Reflectance(Parametrised):
             """Names of the channels, or wavelengths [nm]; None for what the parameters imply (three: linear sRGB)."""
 
     else:
-        channel_names = None  # an attribute, which instances may hold
+        channel_names = note(None)
 
     @property
     def channels(self) -> int | None:
         """How many channels f has, as the parameters say; None where it has no channel axis."""
         return batch.channels(self)
 
+    numbers_from: str = note("")
+    """The source of the numbers of a built-in material."""
+
     # What a model writes (components in, numbers out).
 
+    @abstractmethod
     def formula(self, wi: Direction, wo: Direction) -> Any:
         """f [1/sr] for directions above the horizon, without the cosine."""
         raise NotImplementedError
@@ -127,16 +135,16 @@ class Reflectance(Parametrised):
         Units    [1/sr], without the cosine. 0 where a direction is below the horizon (cosine <= 1e-6), NaN where a
                  direction is NaN. A delta lobe contributes 0.
         """
-        return batch.run(kernels.value, ("value",), self, (wi, wo), (3, 3), out)[0]
+        return batch.run(kernels.value, (VALUE,), self, (wi, wo), (3, 3), out)[0]
 
     def pdf(self, wi: Any, wo: Any) -> Any:
         """Density [1/sr] with which `sample` draws wi for given wo, delta lobes left out; shape (...)."""
-        return batch.run(kernels.pdf, ("scalar",), self, (wi, wo), (3, 3))[0]
+        return batch.run(kernels.pdf, (SCALAR,), self, (wi, wo), (3, 3))[0]
 
     def sample(self, wo: Any, u: Any) -> Sample:
         """Incident directions for given wo (..., 3) and uniform numbers u (..., 2) in [0, 1), where 1 is taken for the
         largest float32 below it."""
-        return Sample(*batch.run(kernels.sample, ("vector", "value", "scalar", "scalar"), self, (wo, u), (3, 2)))
+        return Sample(*batch.run(kernels.sample, (VECTOR, VALUE, SCALAR, SCALAR), self, (wo, u), (3, 2)))
 
     def jacobian(self, wi: Any, wo: Any, by: Iterable[str] | None = None) -> Jacobian:
         """f(wi, wo) and its exact derivatives, at the cost of a few evaluations.
@@ -167,7 +175,7 @@ class Reflectance(Parametrised):
 
     def delta_reflectance(self, wo: Any) -> Any:
         """Reflectance (...[, C]) of all delta lobes together at the mirror direction of wo (..., 3)."""
-        return batch.run(kernels.delta_reflectance, ("value",), self, (wo,), (3,))[0]
+        return batch.run(kernels.delta_reflectance, (VALUE,), self, (wo,), (3,))[0]
 
     def breaches(self) -> dict[str, str]:
         """Laws of `gonio.check` that this, or a reflectance it is made of, does not obey, each with the reason."""
@@ -279,9 +287,7 @@ class Sum(Reflectance):
     def __init__(self, *terms: Reflectance):
         if not terms or not all(isinstance(t, Reflectance) for t in terms):
             raise ParameterError(f"Sum{terms!r:.60}: expected at least one reflectance and nothing else")
-        self.__dict__.update(fields={str(i): _term(i) for i in range(len(terms))}, _tied={})
-        self.__dict__.update({str(i): t for i, t in enumerate(terms)})
-        self._bound()
+        self._set({str(i): t for i, t in enumerate(terms)}, fields={str(i): _term(i) for i in range(len(terms))})
         names = {t.channel_names for t in terms} - {None}
         if len(names) > 1:
             listed = " and ".join(sorted(f"{n!r:.60}" for n in names))

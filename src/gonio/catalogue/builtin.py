@@ -189,9 +189,7 @@ def refractive_index(substance: str, wavelengths: Any) -> tuple[Any, Any]:
 
 def _fit(entry: Entry) -> Reflectance:
     r = _fits()[entry.name]
-    lobe = ABC(r[3:6], r[6], r[7], r[8])
-    _note_source(lobe, entry)
-    return Lambertian(r[:3]) + lobe
+    return Lambertian(r[:3]) + ABC(r[3:6], r[6], r[7], r[8]).with_notes(numbers_from=entry.source)
 
 
 def _polished(entry: Entry, alpha: Any, wavelengths: Any) -> Reflectance:
@@ -203,14 +201,8 @@ def _polished(entry: Entry, alpha: Any, wavelengths: Any) -> Reflectance:
     mirror = isinstance(alpha, (int, float)) and alpha == 0
     m: Reflectance = IdealSpecular(fresnel) if mirror else Microfacet(GGX(alpha), fresnel)
     if wavelengths is not None and np.ndim(n):
-        m.__dict__["channel_names"] = tuple(float(w) for w in wavelengths)
-    _note_source(m, entry)
-    return m
-
-
-def _note_source(m: Reflectance, entry: Entry) -> None:
-    """Keep where the numbers are from, for `cite`; not as a field, so equality and repr stay the model's."""
-    m.__dict__["numbers_from"] = entry.source
+        m = m.with_notes(channel_names=tuple(float(w) for w in wavelengths))
+    return m.with_notes(numbers_from=entry.source)
 
 
 def _plain(name: str) -> str:

@@ -16,7 +16,7 @@ from typing import Any
 
 from ..base.measured import Measured
 from ..base.provenance import formats_read
-from ..base.reflectance import Scaled, Sum
+from ..base.reflectance import Reflectance, Scaled, Sum
 from ..discover import docstring
 from ..errors import NotFoundError, ParameterError
 from ..formats import formats
@@ -59,8 +59,8 @@ def _named(m: Any) -> Iterator[tuple[str, str]]:
 
 def _sources(m: Parametrised) -> Iterator[tuple[str, str]]:
     """Names and sources of a material's numbers and of its classes, part by part."""
-    if "numbers_from" in m.__dict__:
-        yield f"numbers of {type(m).__name__}", m.__dict__["numbers_from"]
+    if isinstance(m, Reflectance) and m.numbers_from:
+        yield f"numbers of {type(m).__name__}", m.numbers_from
     if not isinstance(m, (Sum, Scaled)):
         yield type(m).__name__, next((s for kind in type(m).__mro__ if (s := _source(kind))), "")
     if isinstance(m, Measured) and m.provenance:

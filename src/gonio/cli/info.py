@@ -8,7 +8,7 @@ from typing import Any
 import click
 import numpy as np
 
-from ..formula.parametrised import literal
+from ..formula.text import literal
 from .options import json_option, material_argument, read_material, replace_option
 from .tables import size_in_words, table
 from .terminal import echo, print_json

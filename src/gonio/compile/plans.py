@@ -131,6 +131,19 @@ def prepare(
     )
 
 
+def renewed(plan: Plan, arrays: Sequence[tuple[np.ndarray, int] | None], tables: Sequence[np.ndarray]) -> Plan:
+    """The plan with other arrays, of the same shapes and strides, in place of those that calls do not bring, and with
+    other tables."""
+    block, places = plan.block(), plan.addresses[: len(plan.addresses) - len(plan.outputs)]
+    for place, given in zip(places[len(places) - len(arrays) :], arrays, strict=True):
+        if given is not None:
+            block[place] = _address(given[0])
+    for k, table in enumerate(tables):
+        place = 4 * len(places) + 2 * k
+        block[place], block[place + 1] = _address(table), len(table) - 2
+    return plan._replace(block=partial(type(block).from_buffer_copy, block), keeper=(arrays, tables))
+
+
 def carry_out(plan: Plan, inputs: Sequence[np.ndarray], out: np.ndarray | None = None) -> list[np.ndarray]:
     """The results of a plan for these arrays; the first is written to `out` if that is given."""
     block = plan.block()

@@ -12,6 +12,7 @@ from ..base.measured import tabular_shape
 from ..base.provenance import derived
 from ..base.reflectance import Reflectance
 from ..errors import ParameterError
+from ..formula.state import note
 from ..numerics.filling import filled_in_layers
 from ..tables.angle_systems import SYSTEMS, AngleSystem, angle_system
 from ..tables.axes import nodes_of
@@ -31,11 +32,11 @@ class Tabulated(Gridded):
     Source   that of `Gridded`: Rusinkiewicz 1998, "A new change of variables for efficient BRDF representation".
     """
 
-    breaks: ClassVar[dict[str, str]] = {
-        "energy": "values between nodes are linear interpolations, which may lie above those of the material",
-    }
+    breaks: ClassVar[dict[str, str]] = note(
+        {"energy": "values between nodes are linear interpolations, which may lie above those of the material"}
+    )
 
-    error: ResamplingError
+    error: ResamplingError = note()
 
 
 def tabulate(
@@ -79,10 +80,9 @@ def tabulate(
         periods=periods,
         about={"made_of": repr(m)},
     )
-    table.__dict__.update(channel_names=names, provenance=derived(m))
-    table.__dict__["breaks"] = {**Tabulated.breaks, **m.breaches()}
-    table.__dict__["error"] = resampling_error(m, table, keep.chosen)
-    return table
+    error = resampling_error(m, table, keep.chosen)
+    breaks = {**Tabulated.breaks, **m.breaches()}
+    return table.with_notes(channel_names=names, provenance=derived(m), breaks=breaks, error=error)
 
 
 def _back(values: np.ndarray) -> np.ndarray:

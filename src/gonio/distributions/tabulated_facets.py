@@ -13,8 +13,8 @@ from ..errors import ParameterError
 from ..formula.direction import Direction
 from ..formula.distribution import Distribution
 from ..formula.fields import table
-from ..formula.parametrised import literal
 from ..formula.smith import gauss
+from ..formula.text import literal
 
 CELLS = 512  # between values, equally wide in t = sqrt(2 theta/pi), which resolves any lobe; a power of 2
 

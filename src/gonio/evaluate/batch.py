@@ -1,9 +1,8 @@
 """From arrays to formulas and back: a kernel written on components is run over any batch, channels and library.
 
 A kernel is a function `kernel(m, mean, *inputs)`: `m` is the material with parameters ready to compute with, `mean`
-the same with channels merged (what sampling uses), each input a tuple of components. What it returns is declared as
-"value" (has the channel axis), "scalar" (has none), "vector", or "total": a value, summed over the last axis of the
-batch. Kernels see no axis, no channel and no library.
+the same with channels merged (what sampling uses), each input a tuple of components. The kinds of what it returns are
+declared: see `arrays/kinds.py`. Kernels see no axis, no channel and no library.
 
 For NumPy arrays kernels are compiled (`planning.py`). Where that cannot be, or a formula cannot be traced, batches are
 cut into blocks that stay in the processor's cache and are shared out to threads.
@@ -19,6 +18,7 @@ from typing import Any
 import numpy as np
 
 from ..arrays import LIBRARIES, Fixed, Later, ops
+from ..arrays.kinds import SCALAR
 from ..errors import ArrayTypeError, EngineError, ShapeError, TraceError
 from ..formula.parametrised import Parametrised
 from . import planning, tracing
@@ -37,7 +37,7 @@ def run(
 ) -> list[Any]:
     """Results of `kernel` over the broadcast batch of `inputs`, whose last axes have lengths `widths`."""
     if type(inputs[0]) is np.ndarray:
-        plan = planning.known(kernel, kinds, material, inputs)
+        plan = planning.known((kernel, kinds), material, inputs)
         if plan is not None:
             if out is not None:
                 _check_out(out, *plan.outputs[0][1:3])
@@ -178,7 +178,7 @@ def jacobian(
     trace = tracing.jacobian(kernel, material, widths, channels, leaves, by_inputs)
     parts = in_blocks(
         lambda _, __, at: planning.interpreted(trace, material, inputs, batch, at),
-        ["scalar"] * sum(map(len, trace.results)),
+        [SCALAR] * sum(map(len, trace.results)),
         inputs,
         batch,
         None,

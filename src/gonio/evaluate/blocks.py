@@ -8,6 +8,7 @@ from threading import Lock
 
 import numpy as np
 
+from ..arrays.kinds import SCALAR, TOTAL, VALUE, VECTOR
 from ..compile import memory
 from ..compile.threads import share
 
@@ -33,12 +34,12 @@ def in_blocks(
         with np.errstate(all="ignore"):
             shape = tuple(s.stop - s.start for s in at)
             parts = evaluate([cut(x, batch, at) for x in inputs], shape, at)
-            shapes = [result_shape("value" if kind == "total" else kind, shape, channels) for kind in kinds]
+            shapes = [result_shape(VALUE if kind == TOTAL else kind, shape, channels) for kind in kinds]
             return [np.broadcast_to(part, s) for part, s in zip(parts, shapes, strict=True)]
 
     def store(at: Box, parts: Sequence[np.ndarray]) -> None:
         for whole, part, kind in zip(outs, parts, kinds, strict=True):
-            if kind == "total":
+            if kind == TOTAL:
                 with lock:
                     whole[at[:-1]] += part.sum(axis=len(at) - 1, dtype=np.float64)
             else:
@@ -48,10 +49,10 @@ def in_blocks(
     first = work(boxes[0] if boxes else tuple(slice(0, n) for n in batch))
     for part, kind in zip(first, kinds, strict=True):
         shape = result_shape(kind, batch, channels)
-        if kind == "total":
+        if kind == TOTAL:
             outs.append(np.zeros(shape))
         else:
-            outs.append(memory.empty(shape, part.dtype if kind == "scalar" else dtype))
+            outs.append(memory.empty(shape, part.dtype if kind == SCALAR else dtype))
     if boxes:
         store(boxes[0], first)
         share(lambda at: store(at, work(at)), [(box,) for box in boxes[1:]])
@@ -60,9 +61,9 @@ def in_blocks(
 
 def result_shape(kind: str, batch: tuple[int, ...], channels: int | None) -> tuple[int, ...]:
     """The shape of a result of a kernel."""
-    if kind == "total":
+    if kind == TOTAL:
         batch = batch[:-1]
-    return batch + {"scalar": (), "vector": (3,)}.get(kind, (channels,) if channels else ())
+    return batch + {SCALAR: (), VECTOR: (3,)}.get(kind, (channels,) if channels else ())
 
 
 def _boxes(shape: tuple[int, ...], size: int) -> Iterator[Box]:

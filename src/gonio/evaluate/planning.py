@@ -9,24 +9,27 @@ import os
 import warnings
 from collections.abc import Sequence
 from functools import cache
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from ..arrays import LIBRARIES, Fixed, Roomy, contiguous
+from ..arrays.kinds import TOTAL, VALUE, VECTOR
 from ..bounds import COMPILED
 from ..compile import elf
 from ..compile.llvm import machine
-from ..compile.llvm.program import EACH, ONCE, TOTAL
-from ..compile.plans import Plan, Result, carry_out, prepare
+from ..compile.llvm.program import EACH, ONCE
+from ..compile.llvm.program import TOTAL as SUMMED
+from ..compile.plans import Plan, Result, carry_out, prepare, renewed
 from ..errors import DependencyError, EngineError, EngineWarning, ParameterError, TraceError
 from ..formula.parametrised import Parametrised
 from .blocks import Box, cut
 from .interpret import evaluate
-from .tracing import Kernel, Trace, _content, jacobian, traced
+from .tracing import Kernel, Trace, content, jacobian, traced
 
 UNROLLED = 8  # channels up to which each has its own copy of a formula; more are an axis of the batch
 PLANS_KEPT = 64  # for a material
+PATTERNS_KEPT = 1000
 
 
 _GIVEN_UP: list[str] = []
@@ -66,14 +69,59 @@ def _give_up(error: Exception) -> None:
         warnings.warn(f"{text}; mend that, or set GONIO_ENGINE=numpy to silence this", EngineWarning, stacklevel=2)
 
 
-def known(kernel: Kernel, kinds: tuple[str, ...], material: Parametrised, inputs: Sequence[Any]) -> Plan | None:
-    """The plan of an earlier call with arrays of these shapes, strides and dtypes."""
-    plans = material.__dict__.get("_plans")
-    return plans.get(_key(kernel, kinds, inputs)) if plans else None
+def known(what: tuple, material: Parametrised, inputs: Sequence[Any]) -> Plan | None:
+    """The plan of an earlier call with such arrays, of this material or of one of its structure and shapes."""
+    key = _key(what, inputs)
+    plans = material._derived.get(known)
+    return (plans and plans.get(key)) or _of_pattern(key, material, inputs[0].dtype)
 
 
-def _key(kernel: Kernel, kinds: tuple[str, ...], inputs: Sequence[Any]) -> tuple:
-    key: tuple = (kernel, kinds)
+class _Pattern(NamedTuple):
+    """A plan without arrays, for other numbers of the same structure and shapes; and what says which it needs."""
+
+    plan: Plan
+    trace: Trace
+    as_axis: bool
+    has_channels: bool
+
+
+_PATTERNS: dict[tuple, _Pattern] = {}
+
+
+def _of_pattern(key: tuple, material: Parametrised, dtype: np.dtype) -> Plan | None:
+    """A plan for the numbers of this material, if there was one for others of their shapes."""
+    shapes = _shapes(material)
+    pattern = _PATTERNS.get((key, content(material).structure, shapes)) if shapes else None
+    if pattern is None:
+        return None
+    arrays = _parameters(pattern.trace, material, dtype, pattern.as_axis, pattern.has_channels)
+    return _remembered(key, material, renewed(pattern.plan, arrays, _tables(pattern.trace, material, dtype)))
+
+
+def _shapes(material: Parametrised) -> tuple | None:
+    """The shapes of a material's numbers; None where some are of another library than NumPy."""
+    shapes: list[tuple[int, ...]] = []
+    for x in content(material).leaves:
+        if type(x) is float:
+            shapes.append(())
+        elif isinstance(x, (Fixed, np.ndarray)):
+            shapes.append((x.numbers if isinstance(x, Fixed) else x).shape)
+        else:
+            return None
+    return tuple(shapes) or ((),)
+
+
+def _remembered(key: tuple, material: Parametrised, made: Plan) -> Plan:
+    plans = material._derived.setdefault(known, {})
+    if len(plans) >= PLANS_KEPT:
+        plans.clear()
+    plans[key] = made
+    return made
+
+
+def _key(what: tuple, inputs: Sequence[Any]) -> tuple:
+    """What a plan depends on beside the material."""
+    key = what
     for x in inputs:
         if type(x) is np.ndarray:
             key += (x.dtype, x.shape, x.strides)
@@ -95,16 +143,11 @@ def plan(
     compiled after all.
     """
     as_axis = channels is not None and channels > UNROLLED
-    if as_axis and "total" in kinds:
+    if as_axis and TOTAL in kinds:
         raise TraceError(f"sums over a batch are compiled for at most {UNROLLED} channels; got {channels}")
     trace = traced(kernel, kinds, material, widths, 1 if as_axis else channels)
     results = [_result(kind, nodes, channels, as_axis) for kind, nodes in zip(kinds, trace.results, strict=True)]
-    made = _plan(trace, results, material, inputs, widths, batch, channels)
-    plans = material.__dict__.setdefault("_plans", {})
-    if len(plans) >= PLANS_KEPT:
-        plans.clear()
-    plans[_key(kernel, kinds, inputs)] = made
-    return made
+    return _plan((kernel, kinds), trace, results, material, inputs, widths, batch, channels)
 
 
 def jacobian_plan(
@@ -121,15 +164,19 @@ def jacobian_plan(
 
     Raises as `plan`.
     """
+    if plan := known((kernel, leaves, by_inputs), material, inputs):
+        return plan
     as_axis = channels is not None and channels > UNROLLED
     trace = jacobian(kernel, material, widths, 1 if as_axis else channels, leaves, by_inputs)
     own = () if as_axis or channels is None else (channels,)
     elements = [own] * (1 + len(leaves)) + [(*own, widths[k]) for k in by_inputs]
     results = [Result(nodes, EACH, element) for nodes, element in zip(trace.results, elements, strict=True)]
-    return _plan(trace, results, material, inputs, widths, batch, channels)
+    what = (kernel, leaves, by_inputs)
+    return _plan(what, trace, results, material, inputs, widths, batch, channels)
 
 
 def _plan(
+    what: tuple,
     trace: Trace,
     results: Sequence[Result],
     material: Parametrised,
@@ -148,19 +195,26 @@ def _plan(
     shape = batch if channels is None or not as_axis else (*batch, channels)
     tables = _tables(trace, material, dtype)
     try:
-        return prepare(trace.graph, results, arrays, trace.inputs, tables, shape, dtype)
+        made = prepare(trace.graph, results, arrays, trace.inputs, tables, shape, dtype)
     except (DependencyError, EngineError) as error:
         _give_up(error)
         raise EngineError(str(error)) from None
+    key = _key(what, inputs)
+    if shapes := _shapes(material):
+        if len(_PATTERNS) >= PATTERNS_KEPT:
+            _PATTERNS.clear()
+        bare = made._replace(keeper=None)
+        _PATTERNS[key, content(material).structure, shapes] = _Pattern(bare, trace, as_axis, channels is not None)
+    return _remembered(key, material, made)
 
 
 def _tables(trace: Trace, material: Parametrised, dtype: np.dtype) -> list[np.ndarray]:
     """The tables in their order; those that are not looked up, which may take long to make, are left empty."""
+    tables = content(material).tables
+    if not tables:
+        return []
     with np.errstate(all="ignore"):
-        return [
-            _table(table, dtype) if k in trace.looked_up else np.zeros(2, dtype)
-            for k, table in enumerate(_content(material).tables)
-        ]
+        return [_table(t, dtype) if k in trace.looked_up else np.zeros(2, dtype) for k, t in enumerate(tables)]
 
 
 def _table(table: Fixed, dtype: np.dtype) -> np.ndarray:
@@ -198,14 +252,14 @@ def _parameters(
     trace: Trace, material: Parametrised, dtype: np.dtype, as_axis: bool, channels: bool
 ) -> list[tuple[np.ndarray, int] | None]:
     """The arrays of the parameters, and of the merged ones, as far as they are read."""
-    leaves = _content(material).leaves
+    leaves = content(material).leaves
     first = trace.inputs
     arrays = [_parameter(v, dtype, as_axis) if first + k in trace.read else None for k, v in enumerate(leaves)]
     if channels:
         first += len(leaves)
         merged: list[Any] = [None] * len(leaves)
         if any(k >= first for k in trace.read):
-            merged = _content(material.merged(LIBRARIES["numpy"].merge_channels)).leaves
+            merged = content(material.merged(LIBRARIES["numpy"].merge_channels)).leaves
         arrays += [_parameter(v, dtype, as_axis) if first + k in trace.read else None for k, v in enumerate(merged)]
     return arrays
 
@@ -213,6 +267,8 @@ def _parameters(
 def _parameter(value: Any, dtype: np.dtype, as_axis: bool) -> tuple[np.ndarray, int]:
     if isinstance(value, Fixed):
         array = value.once(contiguous, dtype)
+    elif type(value) is float:
+        array = np.array((value,), dtype)
     else:
         array = np.ascontiguousarray(value, dtype).reshape(np.shape(value) or 1)
     if as_axis:
@@ -221,11 +277,11 @@ def _parameter(value: Any, dtype: np.dtype, as_axis: bool) -> tuple[np.ndarray, 
 
 
 def _result(kind: str, nodes: tuple[int, ...], channels: int | None, as_axis: bool) -> Result:
-    if kind == "total":
-        return Result(nodes, TOTAL, (len(nodes),) if channels else ())
+    if kind == TOTAL:
+        return Result(nodes, SUMMED, (len(nodes),) if channels else ())
     if as_axis:
-        return Result(nodes, EACH, ()) if kind == "value" else Result(nodes, ONCE, (3,) if kind == "vector" else ())
-    has_axis = kind == "vector" or (kind == "value" and channels is not None)
+        return Result(nodes, EACH, ()) if kind == VALUE else Result(nodes, ONCE, (3,) if kind == VECTOR else ())
+    has_axis = kind == VECTOR or (kind == VALUE and channels is not None)
     return Result(nodes, EACH, (len(nodes),) if has_axis else ())
 
 

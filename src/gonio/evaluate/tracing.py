@@ -12,9 +12,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..arrays import Fixed
+from ..arrays.kinds import TOTAL, VALUE, VECTOR
 from ..errors import Error, TraceError
-from ..formula.fields import Channels, Option, Param
+from ..formula.fields import Channels, Param, Part
 from ..formula.parametrised import Parametrised
+from ..formula.state import State
 from ..trace.derive import gradient
 from ..trace.graph import Graph
 from ..trace.symbol import Symbol, TableSymbol
@@ -35,31 +37,42 @@ class Trace(NamedTuple):
     operations: int
 
 
-class _Content(NamedTuple):
-    """The numbers and tables of a material, in the order in which `bind` meets them."""
+class Content(NamedTuple):
+    """What kernels are made of and called with: see `content`."""
 
+    structure: tuple
+    """What a trace of the material depends on."""
     leaves: list[Any]
+    """Its numbers and its tables, in the order in which `bind` meets them."""
     tables: list[Fixed]
 
 
-def _content(material: Parametrised) -> _Content:
-    found = _Content([], [])
-    material.bind(found.leaves.append, found.tables.append)
-    return found
+def content(material: Parametrised) -> Content:
+    """The numbers and tables of a material, and all else that its formulas depend on."""
+    if content not in material._derived:
+        material._derived[content] = _gathered(material)
+    return material._derived[content]
 
 
-def _structure(material: Parametrised) -> tuple:
-    """What a trace of a material depends on."""
-    parts: list[Any] = [type(material), tuple(material._tied.items()), material.identity(), material._holed]
-    for name, field in material.fields.items():
-        value = material.__dict__[name]
-        if isinstance(value, Parametrised):
-            parts.append(_structure(value))
-        elif isinstance(field, Option):
-            parts.append(value)
-        elif isinstance(field, (Param, Channels)):
-            parts.append(np.shape(value)[-1] if np.ndim(value) else 0)
-    return tuple(parts)
+def _gathered(material: Parametrised) -> Content:
+    own, tied, kept, fields = material.__dict__, material._tied, material._kept, material.fields
+    structure: list[Any] = [type(material), tuple(tied.items()), material._holed]
+    leaves: list[Any] = []
+    tables: list[Fixed] = []
+    for name, field in fields.items():
+        value = own[name]
+        if isinstance(field, Part):
+            part = content(value)
+            structure.append(part.structure)
+            leaves += part.leaves
+            tables += part.tables
+            continue
+        structure.append(field.traced(value))
+        if name not in tied and isinstance(field, (Param, Channels)):
+            leaves.append(kept.get(name, value))
+    tables += [kept[name] for name in kept if not isinstance(fields.get(name), (Param, Channels))]
+    structure += [own.get(name, d.default) for name, d in material.beside.items() if isinstance(d, State)]
+    return Content(tuple(structure), leaves, tables)
 
 
 _TRACES: dict[tuple, Trace | TraceError] = {}
@@ -77,7 +90,7 @@ def traced(
 
     Raises TraceError where the formula cannot be traced.
     """
-    key = (kernel, tuple(kinds), tuple(widths), channels, _structure(material))
+    key = (kernel, tuple(kinds), tuple(widths), channels, content(material).structure)
     found = _TRACES.get(key)
     if found is None:
         try:
@@ -97,7 +110,7 @@ def traced(
 def _trace(
     kernel: Kernel, kinds: Sequence[str], material: Parametrised, widths: Sequence[int], channels: int | None
 ) -> Trace:
-    graph, own, first = Graph(), _content(material), len(widths)
+    graph, own, first = Graph(), content(material), len(widths)
     numbers = {id(table): i for i, table in enumerate(own.tables)}
     lengths = [_length(v) for v in own.leaves]
     numbered = [not path for path in material.leaf_paths()]
@@ -116,7 +129,7 @@ def _trace(
     parts = [tuple(Symbol(graph, graph.load(k, c)) for c in range(w)) for k, w in enumerate(widths)]
     mean = bound(first if channels is None else first + len(own.leaves), 0)
     runs = []
-    for c in range(channels or 1) if {"value", "total"} & set(kinds) else [0]:
+    for c in range(channels or 1) if {VALUE, TOTAL} & set(kinds) else [0]:
         m = mean if channels is None else bound(first, c)
         runs.append(kernel(m, mean, *parts))
 
@@ -125,9 +138,9 @@ def _trace(
 
     results = []
     for i, kind in enumerate(kinds):
-        if kind in ("value", "total"):
+        if kind in (VALUE, TOTAL):
             results.append(tuple(node(run[i]) for run in runs))
-        elif kind == "vector":
+        elif kind == VECTOR:
             results.append(tuple(node(x) for x in runs[0][i]))
         else:
             results.append((node(runs[0][i]),))
@@ -147,7 +160,7 @@ def jacobian(
 
     Raises TraceError where the formula cannot be traced.
     """
-    key = (kernel, tuple(widths), channels, tuple(leaves), tuple(inputs), _structure(material))
+    key = (kernel, tuple(widths), channels, tuple(leaves), tuple(inputs), content(material).structure)
     found = _TRACES.get(key)
     if not isinstance(found, Trace):
         found = _TRACES[key] = _jacobian(kernel, material, widths, channels, leaves, inputs)
@@ -162,9 +175,9 @@ def _jacobian(
     leaves: Sequence[int],
     inputs: Sequence[int],
 ) -> Trace:
-    trace = traced(kernel, ("value",), material, widths, channels)
+    trace = traced(kernel, (VALUE,), material, widths, channels)
     graph, first = trace.graph, trace.inputs
-    lengths = [_length(v) for v in _content(material).leaves]
+    lengths = [_length(v) for v in content(material).leaves]
     slopes: list[list[int]] = [[] for _ in (*leaves, *inputs)]
     for c, node in enumerate(trace.results[0]):
         by = [graph.load(first + k, min(c, lengths[k] - 1)) for k in leaves]

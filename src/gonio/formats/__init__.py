@@ -26,7 +26,7 @@ from ..base.measured import Measured
 from ..base.reflectance import Reflectance
 from ..contents import Contents, Folder
 from ..errors import FormatError, NotFoundError, ParameterError, TooLargeError
-from ..formula.parametrised import freeze
+from ..formula.held import freeze
 from . import _options
 from ._reading import pipes, plain_text
 
@@ -75,9 +75,9 @@ def load(path: str | os.PathLike, **options: Any) -> Reflectance:
             says = f"a {module.NAME} file that takes more memory than there is"
             raise TooLargeError(f"{path}: {says}; split it up") from None
         if isinstance(m, Measured):
-            provenance.noted(m, there, module.NAME, options)
+            m = provenance.noted(m, there, module.NAME, options)
             if there != path:
-                m.__dict__["path"] = str(path)
+                m = m.with_notes(path=str(path))
             freeze(vars(m))
     return m
 

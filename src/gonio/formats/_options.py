@@ -27,7 +27,7 @@ import numpy as np
 
 from ..arrays import ops
 from ..errors import ParameterError
-from ..formula.fields import shown
+from ..formula.text import shown
 from ..tables.axes import fits
 from ._reading import plain_text
 

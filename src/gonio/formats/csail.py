@@ -22,6 +22,7 @@ from ..base.reflectance import Reflectance
 from ..errors import FormatError, ParameterError
 from ..files import replacing
 from ..formula.fields import Ours, kept
+from ..formula.state import note
 from ..tables.angle_systems import angle_system
 from ._options import ABOVE_ZERO, Declared
 from ._reading.mapped import Unscanned, expect_channels, numbers
@@ -55,16 +56,16 @@ class CSAIL(Unscanned):
     """
 
     format = NAME
-    raw: np.ndarray
-    header: np.ndarray
-    scale: float
+    raw: np.ndarray = note()
+    header: np.ndarray = note()
+    scale: float = note()
 
     def __init__(self, raw: Any, header: Any, scale: float = 1.0, path: str = ""):
         if not (math.isfinite(scale) and scale > 0.0):
             raise ParameterError(f"scale={scale!r}: expected a positive number")
         raw, header = kept(raw), kept(header)
         half = bool(header[9])
-        self.__dict__.update(raw=raw, header=header, scale=float(scale))
+        self._hold(raw=raw, header=header, scale=float(scale))
         stored = np.moveaxis(raw, 0, -1)
         if half:
             stored = np.concatenate([stored, stored[:, :, ::-1]], axis=2)

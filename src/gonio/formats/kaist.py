@@ -17,7 +17,9 @@ import numpy as np
 from ..base.reflectance import Reflectance
 from ..errors import FormatError, ParameterError
 from ..evaluate import batch
-from ..formula.fields import Held, kept
+from ..formula.fields import kept
+from ..formula.held import Held
+from ..formula.state import note
 from ..tables.angle_systems import angle_system
 from ..tables.nodes import above, f_at, with_channels
 from ._options import Declared
@@ -62,7 +64,7 @@ class KAIST(Unscanned):
     """
 
     format = NAME
-    fields_stored: dict[str, np.ndarray | Kept]
+    fields_stored: dict[str, np.ndarray | Kept] = note()
     """The fields of the file, in their order."""
 
     def __init__(self, fields: Mapping[str, Any], path: str = ""):
@@ -82,7 +84,7 @@ class KAIST(Unscanned):
             about["nodes"] = (
                 f"{', '.join(empty)} empty in the file, taken as even from end to end, as Mitsuba takes all"
             )
-        self.__dict__["fields_stored"] = held
+        self._hold(fields_stored=held)
         try:
             super().__init__(
                 "half_difference",

@@ -29,7 +29,7 @@ import numpy as np
 
 from ..base.reflectance import Reflectance
 from ..errors import FormatError, ParameterError
-from ..formula.fields import shown
+from ..formula.text import shown
 from ..tables.gridded import Gridded
 from ._optical import bsdf_text
 from ._optical.angle_tables import (

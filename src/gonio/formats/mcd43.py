@@ -23,6 +23,7 @@ import numpy as np
 from ..arrays import frozen, ops
 from ..base.measured import Measured
 from ..errors import DependencyError, FormatError, ParameterError
+from ..formula.state import note
 from ..models.ross_li import RossLi
 from ._options import Declared
 from ._reading import hdf
@@ -193,10 +194,10 @@ class MCD43(RossLi, Measured):
     format = NAME
     quantity = "weights of the kernels of reflectance factors"
 
-    weights: np.ndarray
+    weights: np.ndarray = note()
     """Of all days in the file."""
-    bands: tuple[str, ...]
-    time: int
+    bands: tuple[str, ...] = note()
+    time: int = note()
 
     def __init__(self, weights: Any, bands: tuple[str, ...], time: int, path: str = "", about: Any = None):
         weights = frozen(np.array(ops.numbers(weights), np.float64))
@@ -205,12 +206,11 @@ class MCD43(RossLi, Measured):
         day = weights[time]  # y, x, kernel, band
         shown = day[0, 0] if day.shape[:2] == (1, 1) else np.moveaxis(day, 2, 0)
         held = dict(zip(KERNELS, shown, strict=True))
-        self.__dict__.update(weights=weights, bands=bands, time=time, channel_names=names)
+        self._hold(weights=weights, bands=bands, time=time, channel_names=names)
         super().__init__(path, about, **{name: np.nan_to_num(values) for name, values in held.items()})
         for name, values in held.items():
             if np.isnan(values).any():
-                self.__dict__[name] = frozen(values.copy())
-                self.__dict__["_kept"].pop(name)
+                self._hold(**{name: frozen(values.copy())})
 
     def on(self, time: int) -> MCD43:
         """The surface on another day of the file."""

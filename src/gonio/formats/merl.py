@@ -26,6 +26,7 @@ from ..errors import FormatError, ParameterError
 from ..files import replacing
 from ..formula.direction import Direction, half_and_cosine, half_difference, reflect, select
 from ..formula.fields import Ours, channels, kept, option, table
+from ..formula.state import state
 from ..formula.warp import cosine_hemisphere, cosine_hemisphere_density
 from ..pictures.colour import RELATIVE_XYZ, XYZ, rgb_of
 from ..tables.angle_systems import SYSTEMS
@@ -92,7 +93,7 @@ class MERL(Measured):
     parameterisation = "half_difference"
     cells: Any  # what formulas look up, of bound materials only
     rings: Any
-    phi_cells: int
+    phi_cells: int = state()
 
     def __init__(
         self,
@@ -110,7 +111,7 @@ class MERL(Measured):
                 f"MERL(raw): got shape {self.raw.shape}, expected (3, 90, 90, 180) or (3, 90, 90, 360); "
                 f"read files with gonio.load"
             )
-        self.__dict__["phi_cells"] = self.raw.shape[3]
+        self._hold(phi_cells=self.raw.shape[3])
 
     @property
     def valid(self) -> np.ndarray:

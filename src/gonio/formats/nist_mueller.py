@@ -16,6 +16,7 @@ import numpy as np
 from ..arrays import frozen, ops
 from ..errors import FormatError, ParameterError
 from ..files import replacing
+from ..formula.state import note
 from ..tables.scattered import Scattered
 from ._reading import channel_words, plain_text
 from ._rows.direction_pairs import LEVEL, upright
@@ -77,9 +78,9 @@ class MuellerRows(Scattered):
 
     format = NAME
 
-    table: np.ndarray
+    table: np.ndarray = note()
     """The file's rows."""
-    mueller: np.ndarray
+    mueller: np.ndarray = note()
     """Mueller matrices [1/sr] of the pairs, from Stokes parameters in to those out; NaN where not measured."""
 
     def __init__(self, table: Any, columns: Any, path: str = ""):
@@ -96,6 +97,6 @@ class MuellerRows(Scattered):
         about = {"columns": list(columns), "wavelengths": names.tolist()}
         if not np.isfinite(wide["f"]).any():
             raise FormatError(f"{where}: holds no value that is a number, expected at least one measurement")
-        self.__dict__.update(table=rows, mueller=frozen(wide["mueller"][:, 0] if single else wide["mueller"]))
+        self._hold(table=rows, mueller=frozen(wide["mueller"][:, 0] if single else wide["mueller"]))
         theta_i, phi_i, theta_o, phi_o = pairs.T
         super().__init__(theta_i, phi_i, theta_o, phi_o, wide["f"], channels=names.tolist(), path=path, about=about)

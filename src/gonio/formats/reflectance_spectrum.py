@@ -18,6 +18,7 @@ import numpy as np
 from ..arrays import ops
 from ..base.measured import Measured
 from ..errors import FormatError, ParameterError
+from ..formula.state import note
 from ..models.lambertian import Lambertian
 from ._reading import plain_text
 
@@ -96,9 +97,9 @@ class ReflectanceSpectrum(Lambertian, Measured):
     format = NAME
     quantity = "reflectance"
 
-    rows: np.ndarray
+    rows: np.ndarray = note()
     """As in the file."""
-    uncertainty: np.ndarray | None
+    uncertainty: np.ndarray | None = note()
     """Of rho, by wavelength."""
 
     def __init__(self, rows: Any, path: str = "", about: dict[str, Any] | None = None):
@@ -116,7 +117,7 @@ class ReflectanceSpectrum(Lambertian, Measured):
             )
         rows.flags.writeable = False
         names = tuple(nm.tolist())
-        self.__dict__.update(rows=rows, channel_names=names, uncertainty=rows[:, 2] if rows.shape[1] == 3 else None)
+        self._hold(rows=rows, channel_names=names, uncertainty=rows[:, 2] if rows.shape[1] == 3 else None)
         super().__init__(path, {"assumption": ASSUMPTION, **(about or {})}, rho=rho)
 
     @property

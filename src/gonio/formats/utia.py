@@ -25,6 +25,7 @@ from ..base.reflectance import Reflectance
 from ..errors import FormatError, ParameterError
 from ..files import replacing
 from ..formula.fields import Ours, kept
+from ..formula.state import note
 from ..pictures.colour import RGB_OF_XYZ, srgb_decode
 from ..pictures.image import Image, read_image
 from ._options import ABOVE_ZERO, Declared
@@ -74,8 +75,8 @@ class UTIA(Unscanned):
     """
 
     format = NAME
-    decoding: str
-    raw: np.ndarray
+    decoding: str = note()
+    raw: np.ndarray = note()
 
     def __init__(self, raw: Any, decoding: str = "linear", theta_step: float | None = None, path: str = ""):
         raw = kept(raw)
@@ -90,7 +91,7 @@ class UTIA(Unscanned):
             raise ParameterError(f"theta_step={theta_step!r}: expected degrees above 0, the last theta below 90")
         theta = np.radians(step * np.arange(grid[0]))
         phi = np.radians(360.0 / grid[1]) * np.arange(grid[1])
-        self.__dict__.update(raw=raw, decoding=decoding)
+        self._hold(raw=raw, decoding=decoding)
         super().__init__(
             "angles",
             {"theta_i": theta, "theta_o": theta, "phi_i": phi, "phi_o": phi},
@@ -100,7 +101,7 @@ class UTIA(Unscanned):
             {"decoding": decoding, "theta_step": step},
         )
         if raw.nbytes < LARGE:
-            self.__dict__["holes"] = not np.isfinite(raw).all()
+            self._hold(holes=not np.isfinite(raw).all())
 
     def brdf(self) -> np.ndarray:
         """f [1/sr] at the nodes; read-only where that is what is stored."""

@@ -21,6 +21,7 @@ from ..base.measured import Measured
 from ..errors import FormatError, ParameterError
 from ..formula.direction import Direction
 from ..formula.fields import channels, table
+from ..formula.state import note, state
 from ._options import Declared
 from ._reading import channel_words, plain_text
 from ._rows.direction_pairs import repeated
@@ -111,11 +112,11 @@ class Zernike(Measured):
     coefficients = table("of the modes of element (1, 1), by mode and channel")
     channel = channels("number of the wavelength")
 
-    rows: np.ndarray
+    rows: np.ndarray = note()
     """As in the file."""
-    modes: tuple[tuple[int, int, int], ...]
+    modes: tuple[tuple[int, int, int], ...] = state()
     """n, m, l of the modes of element (1, 1)."""
-    wavelengths: tuple[float, ...]
+    wavelengths: tuple[float, ...] = state()
 
     def __init__(
         self,
@@ -135,7 +136,7 @@ class Zernike(Measured):
             raise FormatError(f"{path or 'Zernike(rows)'}: holds no mode of element (1, 1), which is f")
         rows.flags.writeable = False
         names = tuple(nm.tolist())
-        self.__dict__.update(
+        self._hold(
             rows=rows,
             wavelengths=names,
             channel_names=None if wavelengths is None else names,

@@ -6,6 +6,7 @@ Every model with facets is D F G / (4 cos cos): F of fresnel/, G of maskings/. `
 from __future__ import annotations
 
 import math
+from abc import abstractmethod
 from typing import Any
 
 from ..arrays import ops
@@ -18,6 +19,7 @@ ALPHA_LOW, ALPHA_HIGH = 1e-3, 1.0
 class Distribution(Parametrised):
     """Base of the distributions of facet normals, normalised to one: integral of D(wm) cos(theta_m) dwm = 1."""
 
+    @abstractmethod
     def D(self, wm: Direction) -> Any:
         """Area of facets per solid angle of their normals and per area of the surface [1/sr]."""
         raise NotImplementedError

@@ -14,6 +14,7 @@ import numpy as np
 
 from ..arrays import frozen, ops
 from ..errors import Error, ParameterError, TooLargeError
+from .text import few, shown
 
 
 @dataclass(frozen=True)
@@ -41,26 +42,6 @@ def kept(value: Any) -> np.ndarray:
     return frozen(array if isinstance(value, (list, tuple)) else np.array(array))
 
 
-class Held(dict):
-    """What a value holds by name; it cannot be changed."""
-
-    def _refuse(self, *args: Any, **kwargs: Any) -> Any:
-        raise AttributeError("what a value holds cannot be changed; make a new one: m.with_table(m.stored, axes=...)")
-
-    __setitem__ = __delitem__ = __ior__ = update = pop = popitem = clear = setdefault = _refuse
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        return Held, (dict(self),)
-
-
-def shown(value: Any) -> str:
-    """The beginning of a value, in one line, for messages."""
-    try:
-        return f"{' '.join(repr(value[:60] if isinstance(value, (list, tuple)) else value).split()):.60}"
-    except (ValueError, RecursionError):  # an integer of 5000 digits; a list in a list in a list ...
-        return f"a {type(value).__name__}"
-
-
 class Field:
     """One declared attribute of a `Parametrised` class."""
 
@@ -84,6 +65,10 @@ class Field:
 
     def __repr__(self) -> str:
         return f"<{self.doc}{self.range and '; '}{self.range}>"
+
+    def traced(self, value: Any) -> Any:
+        """What a trace of a formula depends on in a value of this field: on all of it, but not on arrays."""
+        return None if isinstance(value, np.ndarray) else value
 
 
 class Param(Field):
@@ -122,6 +107,11 @@ class Param(Field):
             raise self._wrong(owner, value, "complex")
         return value  # an array of another library: its values may not be concrete, and reading them may be slow
 
+    def traced(self, value: Any) -> int:
+        """The number of channels, 0 without a channel axis."""
+        shape = () if type(value) is float else np.shape(value)
+        return shape[-1] if shape else 0
+
     def _wrong(self, owner: str, value: Any, what: str, kind: type[Error] = ParameterError) -> Error:
         rule = f"expected a number or an array with {self.low:g} <= {self.name} <= {self.high:g} ({self.doc})"
         return kind(f"{owner}({self.name}={shown(value)}): {what}; {rule}")
@@ -154,7 +144,8 @@ class Part(Field):
 
     def __init__(self, kind: type, default: Any, doc: str, coerce: Callable[[Any], Any] | None):
         super().__init__(default, doc)
-        self.kind, self.coerce = kind, coerce
+        self.kind: type[Any] = kind
+        self.coerce = coerce
         self.accepts = kind.__name__ if coerce is None else _annotation(coerce)
         self.range = self.accepts
 
@@ -162,10 +153,9 @@ class Part(Field):
         if self.coerce is not None and not isinstance(value, self.kind):
             value = self.coerce(value)
         if not isinstance(value, self.kind):
-            known = sorted(k for k, c in CLASSES.items() if issubclass(c, self.kind) and c is not self.kind)
-            listed = ", ".join(known) if len(known) < 15 else f"{', '.join(known[:6])} ... ({len(known)} in all)"
             raise ParameterError(
-                f"{owner}({self.name}={shown(value)}): expected a {self.kind.__name__} ({self.doc}): one of {listed}"
+                f"{owner}({self.name}={shown(value)}): expected a {self.kind.__name__} ({self.doc}): one of "
+                f"{few(k for k, c in CLASSES.items() if issubclass(c, self.kind) and not c.unwritten())}"
             )
         return value
 
@@ -212,6 +202,7 @@ class Channels(Field):
     """The numbers 0, 1, ... of the channels of a table, along the channel axis; set from the channel count."""
 
     accepts = "int | None"
+    traced = Param.traced
 
     def check(self, owner: str, value: Any) -> Any:
         return frozen(np.arange(value, dtype=float)) if isinstance(value, int) else value

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from typing import Any
 
 from .parametrised import Parametrised
@@ -10,6 +11,7 @@ from .parametrised import Parametrised
 class Fresnel(Parametrised):
     """Base of the Fresnel terms: how much a mirror facet reflects."""
 
+    @abstractmethod
     def F(self, cos_theta: Any) -> Any:
         """Reflectance [1] at the cosine of the angle between direction and facet normal."""
         raise NotImplementedError

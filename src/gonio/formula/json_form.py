@@ -1,4 +1,4 @@
-"""Values made of declared parameters as JSON data, read back: `Parametrised.to_json` writes it."""
+"""Values made of declared parameters as JSON data, read back: `to_json` of a value writes it."""
 
 from __future__ import annotations
 
@@ -8,14 +8,15 @@ import numpy as np
 
 from ..bounds import CHANNELS, EVALUATIONS, NESTED
 from ..errors import NotFoundError, ParameterError
-from .fields import CLASSES, Param, shown
-from .parametrised import Parametrised, _is_named, _unknown
+from .fields import CLASSES, Param
+from .parametrised import Parametrised
 from .registry import missing
+from .text import shown, unknown
 
 
 def names() -> dict[str, type[Parametrised]]:
     """The classes that a text may name: those that stand for something, not the bases, tables and files."""
-    return {name: kind for name, kind in CLASSES.items() if _is_named(kind)}
+    return {name: kind for name, kind in CLASSES.items() if kind.has_text and not kind.unwritten()}
 
 
 def from_json(data: Any, files: bool = False) -> Any:
@@ -42,8 +43,8 @@ def _of_object(data: dict[str, Any], files: bool, depth: int) -> Any:
     kind = CLASSES.get(name) if isinstance(name, str) else None
     if kind is None and "module" in data:
         raise NotFoundError(missing(name, data["module"]))
-    if kind is None or not _is_named(kind):
-        raise NotFoundError(_unknown("material file", name, list(names()), what="type"))
+    if kind is None or name not in names():
+        raise NotFoundError(unknown("material file", name, list(names()), what="type"))
     if isinstance(terms := data.get("terms"), list) and len(terms) > EVALUATIONS:
         raise ParameterError(f"{name}: a sum of {len(terms)} terms, expected at most {EVALUATIONS}; write fewer")
     beside = {"type", "module"} - kind.fields.keys()
@@ -52,7 +53,7 @@ def _of_object(data: dict[str, Any], files: bool, depth: int) -> Any:
         raise ParameterError(
             f"{name}: names the file {shown(paths[0])}, and a text opens no others; expected the pixels themselves"
         )
-    terms = rest.pop("terms", ()) if "terms" not in kind.fields else ()
+    terms = rest.pop("terms", ()) if not kind.fields else ()  # of a sum: its fields are those of the one value
     if not isinstance(terms, list | tuple):
         raise ParameterError(f"{name}: terms={shown(terms)}: expected a list of objects")
     try:

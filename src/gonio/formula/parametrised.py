@@ -1,29 +1,30 @@
-"""Values made of declared parameters: equality, repr, replacing by dotted path, binding for evaluation, JSON."""
+"""Values made of declared parameters: equality, repr, replacing by dotted path, binding for evaluation."""
 
 from __future__ import annotations
 
-import difflib
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import is_dataclass
-from functools import partial
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from functools import cache
 from typing import Any, ClassVar, Self
 
 import numpy as np
 
-from ..arrays import Fixed, frozen, ops
+from ..arrays import Fixed
 from ..bounds import EVALUATIONS, NESTED
 from ..errors import NotFoundError, ParameterError
-from .fields import Channels, Field, Ours, Param, Parameter, Part, Table, shown
-from .registry import json_name, register
+from .fields import CLASSES, Channels, Field, Ours, Param, Parameter, Part, Table
+from .registry import register
 from .signature import Docstring, Signature
+from .state import Beside, Note, derived
+from .text import few, unknown
+from .value import Value
 
-_BESIDE_FIELDS = {"fields", "_tied", "_kept", "_holed", "_plans", "_identity", "_nested", "_evaluations"}
+Place = tuple[str, Field, Any, "Parametrised"]
+"""A field of a value or of one of its parts: its dotted path, its declaration, its value, and whose it is."""
 
 
-class Parametrised:
+class Parametrised(Value):
     """An immutable value made of declared fields: equality, repr, replace, paths and JSON come from the fields."""
 
-    fields: dict[str, Field] = {}  # noqa: RUF012  (each class gets its own below)
     oriented: ClassVar[bool] = False
     """Whether x and y differ for this class: turning all directions about the normal may change its values."""
 
@@ -35,32 +36,33 @@ class Parametrised:
     """Whether values of this class are written as expressions and as JSON."""
 
     __signature__ = Signature()
-    _nested = 1
-    _evaluations = 1
-    _tied: dict[str, str]
-    _kept: dict[str, Fixed] = {}  # noqa: RUF012  (each instance with arrays gets its own)
-    _holed: frozenset[str] = frozenset()  # names of parameters of which some entries were masked, and are NaN
 
     def __init_subclass__(cls, **kwargs: Any) -> None:
         super().__init_subclass__(**kwargs)
-        own = {k: v for k, v in vars(cls).items() if isinstance(v, Field)}
-        inherited = [vars(base).get("fields", {}) for base in reversed(cls.__mro__[1:])]
-        cls.fields = {name: field for fields in (*inherited, own) for name, field in fields.items()}
+        bases = [base for base in cls.__bases__ if issubclass(base, Parametrised)]
+        inherited = {name: _declared(cls, name) for base in bases for name in (*base.fields, *base.beside)}
+        declared = inherited | vars(cls)
+        cls.fields = {name: d for name, d in declared.items() if isinstance(d, Field)}
+        cls.beside = {name: d for name, d in declared.items() if isinstance(d, Beside)}
         cls.__doc__ = Docstring(vars(cls).get("__doc__"))  # type: ignore[assignment]
         register(cls)
 
     def __init__(self, *args: Any, **kwargs: Any) -> None:
         kind, fields, settable = type(self).__name__, self.fields, self._settable()
-        if len(args) > len(settable):
+        if missing := self.unwritten():
             raise ParameterError(
-                f"{kind}: got {len(args)} values, expected at most {len(settable)}: {chr(44).join(settable)}"
+                f"{kind}(): an abstract base, without {' and '.join(missing)}; write a subclass that has it, or use "
+                f"one of {few(n for n, c in CLASSES.items() if issubclass(c, type(self)) and not c.unwritten())}"
             )
+        if len(args) > len(settable):
+            listed = ", ".join(settable)
+            raise ParameterError(f"{kind}: got {len(args)} values, expected at most {len(settable)}: {listed}")
         given = dict(zip(settable, args, strict=False))
-        aliases = {f.alias: n for n, f in fields.items() if isinstance(f, Param) and f.alias}
+        aliases = self._aliases()
         for name, value in kwargs.items():
             target = aliases.get(name, name)
             if target not in fields:
-                raise NotFoundError(_unknown(kind, name, [*settable, *aliases]))
+                raise NotFoundError(unknown(kind, name, [*settable, *aliases]))
             if target in given:
                 raise ParameterError(f"{kind}: {target} is given twice")
             given[target] = value
@@ -68,8 +70,19 @@ class Parametrised:
         self.validate()
 
     @classmethod
+    @cache
+    def unwritten(cls) -> list[str]:
+        """The abstract methods that neither this class nor a base of it writes: of a class that is a base alone."""
+        names = [n for kind in cls.__mro__ for n, x in vars(kind).items() if getattr(x, "__isabstractmethod__", False)]
+        return [name for name in names if getattr(getattr(cls, name), "__isabstractmethod__", False)]
+
+    @classmethod
     def _settable(cls) -> list[str]:
         return [n for n, f in cls.fields.items() if not isinstance(f, (Table, Channels))]
+
+    @classmethod
+    def _aliases(cls) -> dict[str, str]:
+        return {f.alias: n for n, f in cls.fields.items() if isinstance(f, Param) and f.alias}
 
     @classmethod
     def files_among(cls, arguments: Iterable[Any], named: Mapping[str, Any]) -> list[str]:
@@ -77,26 +90,34 @@ class Parametrised:
         given = [*zip(cls._settable(), arguments, strict=False), *named.items()]
         return [v for name, v in given if isinstance(v, str) and name in cls.fields and cls.fields[name].opens_files]
 
-    def _set(self, given: dict[str, Any]) -> None:
-        tied = {}
+    def _set(self, given: dict[str, Any], **own_fields: dict[str, Field]) -> None:
+        """Take these values of fields, and defaults for the others, checked. `fields`: of this value, not its class."""
+        self.__dict__.update(own_fields)
+        own, tied = self.__dict__, {}
         for name, field in self.fields.items():
             value = given.get(name, field.default)
             if isinstance(field, Param) and isinstance(value, str) and value == field.default:
                 tied[name] = value
-                value = self.__dict__[value]
+                value = own[value]
             elif not (isinstance(field, Table) and value is None):
                 value = field.check(type(self).__name__, value)
-            self.__dict__[name] = value
-        maps = ((n, self.__dict__[n]) for n, f in self.fields.items() if isinstance(f, Param))
+            own[name] = value
+        maps = ((n, own[n]) for n, f in self.fields.items() if isinstance(f, Param))
         holed = frozenset(n for n, value in maps if isinstance(value, np.ndarray) and np.isnan(value).any())
-        self.__dict__.update(_tied=tied, _kept=self._keep(), _holed=holed)
-        self._bound()
+        own.update(_tied=tied, _holed=holed, _derived={})
+        own["_kept"] = self._keep()
+        self._check_size()
 
-    def _bound(self) -> None:
-        """Count how deep parts are nested, and the formulas to evaluate. Raises ParameterError where it is too much."""
-        parts = [self.__dict__[name] for name, field in self.fields.items() if isinstance(field, Part)]
-        nested = 1 + max((p._nested for p in parts), default=0)
-        evaluations = max(1, self.costs + self.repeats * sum(p._evaluations for p in parts))
+    @derived
+    def _size(self) -> tuple[int, int]:
+        """How deep parts are nested, and how many formulas there are to evaluate."""
+        parts = [self.__dict__[name]._size for name, field in self.fields.items() if isinstance(field, Part)]
+        nested, evaluations = 1 + max((n for n, _ in parts), default=0), self.repeats * sum(e for _, e in parts)
+        return nested, max(1, self.costs + evaluations)
+
+    def _check_size(self) -> None:
+        """Raises ParameterError where parts are nested too deep, or there are too many formulas."""
+        nested, evaluations = self._size
         if nested > NESTED:
             raise ParameterError(
                 f"{type(self).__name__}: nested {nested} deep, expected at most {NESTED}; write factors as one, a sum "
@@ -107,66 +128,49 @@ class Parametrised:
                 f"{type(self).__name__}: as large as a sum of {evaluations} terms, expected at most {EVALUATIONS}; add "
                 f"fewer terms, or nest fewer normal maps and coats in one another"
             )
-        self.__dict__.update(_nested=nested, _evaluations=evaluations)
 
-    def _keep(self) -> dict[str, Fixed]:
-        """Arrays by name, which libraries convert once: tables, flat, and parameters given as NumPy arrays."""
-        arrays = {n: (f, self.__dict__[n]) for n, f in self.fields.items() if isinstance(self.__dict__[n], np.ndarray)}
-        return {n: Fixed(partial(np.reshape, a, -1) if isinstance(f, Table) else a) for n, (f, a) in arrays.items()}
-
-    def _changed(self, values: dict[str, Any]) -> Self:
-        """A copy, unchecked, with other values of fields."""
-        new = object.__new__(type(self))
-        new.__dict__.update(self.__dict__)
-        new.__dict__.update(values)
-        new.__dict__.pop("_plans", None)  # hold the numbers as they were
-        new.__dict__["_kept"] = {n: kept for n, kept in self._kept.items() if n not in values}
-        return new
+    def _changed(self, values: dict[str, Any], kept: dict[str, Fixed] | None = None) -> Self:
+        """A copy, unchecked, with other values of fields; `kept`: all that libraries convert once."""
+        own, kept = self.__dict__, {n: x for n, x in self._kept.items() if n not in values} if kept is None else kept
+        if not self.is_bound:  # bound copies hold tables by names of their own
+            own = {n: own[n] for n in ("_tied", "_holed", "fields", *self.fields, *self.beside) if n in own}
+        return self._made_of(own, values, {"_kept": kept, "_derived": {}})
 
     @classmethod
     def unchecked(cls, **values: Any) -> Self:
         """An instance made inside a formula, of numbers that are checked and converted already."""
-        new = object.__new__(cls)
-        new.__dict__.update(values, _tied={})
-        return new
+        return cls._made_of(values, {"_tied": {}, "_derived": {}})
 
     def validate(self) -> None:
         """Rules between fields; raises ParameterError. Overridden where there are any."""
 
-    def __setattr__(self, name: str, value: Any) -> None:
-        raise AttributeError(
-            f"{type(self).__name__} is a value and cannot be changed; use m.replace({name}=...) for a new one"
-        )
-
-    def __delattr__(self, name: str) -> None:
-        raise AttributeError(f"{type(self).__name__} is a value and cannot be changed")
-
-    def _free(self) -> Iterator[tuple[str, Field, Any]]:
-        """Declared fields with their values, without those that are tied to another."""
+    def walk(self, prefix: str = "") -> Iterator[Place]:
+        """Every field of this and, after each part, of that part."""
         for name, field in self.fields.items():
-            if name not in self._tied:
-                yield name, field, self.__dict__[name]
+            value: Any = self.__dict__.get(name)  # bound copies hold no tables that are not looked up
+            yield prefix + name, field, value, self
+            if isinstance(field, Part):
+                yield from value.walk(f"{prefix}{name}.")
+
+    def _numbers(self) -> Iterator[Place]:
+        """The fields, of this and of its parts, that hold numbers of their own: parameters and channel numbers."""
+        for place in self.walk():
+            _, field, _, owner = place
+            if isinstance(field, (Param, Channels)) and field.name not in owner._tied:
+                yield place
 
     @property
     def parameters(self) -> dict[str, Parameter]:
         """Dotted path -> value, bounds, meaning and unit of every number this depends on."""
-        found: dict[str, Parameter] = {}
-        for name, field, value in self._free():
-            if isinstance(field, Param):
-                found[name] = Parameter(value, field.low, field.high, field.doc, field.unit)
-            elif isinstance(field, Part):
-                found.update({f"{name}.{path}": p for path, p in value.parameters.items()})
-        return found
+        return {
+            path: Parameter(value, field.low, field.high, field.doc, field.unit)
+            for path, field, value, _ in self._numbers()
+            if isinstance(field, Param)
+        }
 
-    def settable(self, prefix: str = "") -> Iterator[tuple[str, Field, Any]]:
+    def settable(self) -> Iterator[tuple[str, Field, Any]]:
         """Path, declaration and value of everything that `replace` can set: numbers, words and pieces."""
-        for name, field in self.fields.items():
-            if isinstance(field, (Table, Channels)):
-                continue
-            value = self.__dict__[name]
-            yield prefix + name, field, value
-            if isinstance(value, Parametrised):
-                yield from value.settable(f"{prefix}{name}.")
+        return ((path, f, value) for path, f, value, _ in self.walk() if not isinstance(f, (Table, Channels)))
 
     def replace(self, changes: dict[str, Any] | None = None, /, **kwargs: Any) -> Self:
         """A copy with other values; keys are the paths of `parameters`, or names of options and parts.
@@ -183,31 +187,26 @@ class Parametrised:
         return self._replaced(grouped)
 
     def _replaced(self, grouped: dict[str, Any]) -> Self:
-        kind = type(self).__name__
-        aliases = {f.alias: n for n, f in self.fields.items() if isinstance(f, Param) and f.alias}
-        values = {name: self._as_given(name) for name, _, _ in self._free()}
-        values.update(self._tied)
+        kind, aliases = type(self).__name__, self._aliases()
+        values = {name: self._as_given(name) for name, _, _ in self._free()} | self._tied
         for head, value in grouped.items():
             name = aliases.get(head, head)
             if head in aliases and name in grouped:
                 raise ParameterError(f"{kind}: {name} is given twice")
             if name not in self.fields:
-                raise NotFoundError(_unknown(kind, head, list(self.parameters) or list(self.fields)))
+                raise NotFoundError(unknown(kind, head, list(self.parameters) or list(self.fields)))
             child = self.__dict__[name]
             if isinstance(value, dict) and isinstance(child, Parametrised):
                 value = child.replace(value)
             elif isinstance(value, dict):
-                raise NotFoundError(_unknown(kind, f"{head}.{next(iter(value))}", list(self.parameters)))
+                raise NotFoundError(unknown(kind, f"{head}.{next(iter(value))}", list(self.parameters)))
             values[name] = value
             if head in aliases:
                 values.update({n: f.default for n, f in self.fields.items() if f.default == name})
-        new = object.__new__(type(self))
-        new.__dict__.update({k: v for k, v in self.__dict__.items() if k not in self.fields and k != "_plans"})
+        new = self._made_of(self._beside_fields())
         new._set(values)
         new.validate()
-        if any(isinstance(self.fields.get(name), Table) for name in grouped):
-            new.__dict__.pop("_identity", None)
-        else:
+        if not any(isinstance(self.fields.get(name), Table) for name in grouped):
             tables = {n: k for n, k in self._kept.items() if not isinstance(self.fields.get(n), (Param, Channels))}
             new._kept.update(tables)  # with what was made of them
         return new
@@ -219,173 +218,74 @@ class Parametrised:
             return np.ma.masked_invalid(value)
         return Ours(value) if isinstance(self.fields[name], Table) and value is not None else value
 
-    def with_values(self, values: dict[str, Any]) -> Self:
-        """A copy with other numbers, by path, unchecked: for libraries that pass their own kinds of value through."""
-        changes = {}
-        for name, field, child in self._free():
-            if isinstance(field, Param) and name in values:
-                changes[name] = values[name]
-            elif isinstance(field, Part):
-                below = {p.partition(".")[2]: v for p, v in values.items() if p.partition(".")[0] == name}
-                changes[name] = child.with_values(below)
-        for name, source in self._tied.items():
-            if source in changes:
-                changes[name] = changes[source]
-        return self._changed(changes)
-
-    def bind(self, convert: Callable[[Any], Any], table: Callable[[Fixed], Any]) -> Self:
-        """A copy for evaluation, unchecked: `convert` applied to every number, `table` to every lookup table."""
+    def rebuilt(self, change: Callable[[str, Field, Any], Any], prefix: str = "") -> Self:
+        """A copy, unchecked, with `change(path, field, value)` for every number; itself where that changes none."""
         changes: dict[str, Any] = {}
         for name, field in self.fields.items():
-            if isinstance(field, (Param, Channels)):
-                tied = name in self._tied
-                value = self._kept[name] if name in self._kept else self.__dict__[name]
-                changes[name] = changes[self._tied[name]] if tied else convert(value)
+            value: Any = self.__dict__.get(name)
+            if name in self._tied:
+                new = changes.get(self._tied[name], value)
+            elif isinstance(field, (Param, Channels)):
+                new = change(prefix + name, field, value)
             elif isinstance(field, Part):
-                changes[name] = self.__dict__[name].bind(convert, table)
-        for name, kept in self._kept.items():
-            if name not in changes:
-                changes[name] = table(kept)
-        return self._changed(changes)
+                new = value.rebuilt(change, f"{prefix}{name}.")
+            else:
+                continue
+            if new is not value:
+                changes[name] = new
+        return self._changed(changes) if changes else self
+
+    def with_values(self, values: dict[str, Any]) -> Self:
+        """A copy with other numbers, by path, unchecked: for libraries that pass their own kinds of value through."""
+        return self.rebuilt(lambda path, _, value: values.get(path, value))
 
     def each(self, change: Callable[[Any], Any]) -> Self:
         """A copy, unchecked, with `change` applied to the value of every parameter."""
-        changes = {}
-        for name, field in self.fields.items():
-            if isinstance(field, Param):
-                changes[name] = change(self.__dict__[name])
-            elif isinstance(field, Part):
-                changes[name] = self.__dict__[name].each(change)
-        return self._changed(changes)
+        return self.rebuilt(lambda _, field, value: change(value) if isinstance(field, Param) else value)
 
     def merged(self, merge: Callable[[Any, str], Any]) -> Self:
         """A copy, unchecked, with `merge` applied to every number and its way of merging channels for sampling."""
-        changes = {}
+        return self.rebuilt(lambda _, field, value: merge(value, getattr(field, "sampled", "mean")))
+
+    def bind(self, convert: Callable[[Any], Any], table: Callable[[Fixed], Any]) -> Self:
+        """A copy for evaluation, unchecked: `convert` applied to every number, `table` to every lookup table.
+
+        It holds nothing else but words and state: a formula that reads what no trace knows of fails.
+        """
+        own, kept, tied = self.__dict__, self._kept, self._tied
+        bound = {"_tied": tied, "_holed": self._holed, "_derived": {}, "is_bound": True}
+        bound |= {n: own[n] for n in ("fields", *self.beside) if n in own and not isinstance(self.beside.get(n), Note)}
         for name, field in self.fields.items():
-            if isinstance(field, Param):
-                changes[name] = merge(self.__dict__[name], field.sampled)
-            elif isinstance(field, Channels):
-                changes[name] = merge(self.__dict__[name], "mean")
+            if isinstance(field, (Param, Channels)):
+                value = kept[name] if name in kept else own[name]
+                bound[name] = bound[tied[name]] if name in tied else convert(value)
             elif isinstance(field, Part):
-                changes[name] = self.__dict__[name].merged(merge)
-        if all(value is self.__dict__[name] for name, value in changes.items()):
-            return self
-        return self._changed(changes)
+                bound[name] = own[name].bind(convert, table)
+            elif not isinstance(field, Table) and name not in kept:
+                bound[name] = own[name]
+        for name, numbers in kept.items():
+            if name not in bound:
+                bound[name] = table(numbers)
+        return self._made_of(bound)
 
     def leaves(self) -> Iterator[Any]:
         """Values of all numbers, for shapes and libraries."""
-        for _, field, value in self._free():
-            if isinstance(field, (Param, Channels)):
-                yield value
-            elif isinstance(field, Part):
-                yield from value.leaves()
+        return (value for _, _, value, _ in self._numbers())
 
     def leaf_paths(self) -> Iterator[str]:
         """The dotted path of each of `leaves`; "" for one that is no parameter."""
-        for name, field, value in self._free():
-            if isinstance(field, (Param, Channels)):
-                yield name if isinstance(field, Param) else ""
-            elif isinstance(field, Part):
-                yield from (path and f"{name}.{path}" for path in value.leaf_paths())
+        return (path if isinstance(field, Param) else "" for path, field, _, _ in self._numbers())
 
     def holed(self) -> Iterator[Any]:
         """The numbers of parameters of which some are missing."""
-        for name, field in self.fields.items():
-            if name in self._holed:
-                yield self.__dict__[name]
-            elif isinstance(field, Part):
-                yield from self.__dict__[name].holed()
+        return (value for _, field, value, owner in self.walk() if field.name in owner._holed)
 
     def is_oriented(self) -> bool:
         """Whether this, or a part of it, is `oriented`."""
         parts = (self.__dict__[name] for name, field in self.fields.items() if isinstance(field, Part))
         return self.oriented or any(p.is_oriented() for p in parts)
 
-    def identity(self) -> object | None:
-        """Something that this shares with its copies alone, if formulas may depend on more than declared fields."""
-        if self.__dict__.keys() <= self.fields.keys() | _BESIDE_FIELDS:
-            return None
-        return self.__dict__.setdefault("_identity", object())
 
-    def _key(self) -> tuple:
-        return tuple((n, self.__dict__[n]) for n, _, _ in self._free())
-
-    def __eq__(self, other: object) -> bool:
-        if type(self) is not type(other):
-            return NotImplemented
-        mine, theirs = self._key(), other._key()
-        return len(mine) == len(theirs) and all(
-            a[0] == b[0] and _same(a[1], b[1]) for a, b in zip(mine, theirs, strict=True)
-        )
-
-    def __hash__(self) -> int:
-        return hash((type(self), *(v for _, v in self._key() if isinstance(v, (float, str, Parametrised)))))
-
-    def __getstate__(self) -> dict[str, Any]:
-        return {k: v for k, v in self.__dict__.items() if k not in ("_kept", "_plans", "_identity")}
-
-    def __setstate__(self, state: dict[str, Any]) -> None:
-        self.__dict__.update(freeze(state))  # pickles and deep copies forget it
-        self.__dict__["_kept"] = self._keep()
-
-    def __repr__(self) -> str:
-        shown = [f"{n}={literal(v)}" for n, f, v in self._free() if not isinstance(f, (Table, Channels))]
-        return f"{type(self).__name__}({', '.join(shown)})"
-
-    def to_json(self) -> dict[str, Any]:
-        """This value as JSON data: its class by name, its fields as numbers, lists, words and further objects."""
-        if self._holed:
-            raise ParameterError(
-                f"{type(self).__name__}({next(iter(self._holed))}): masked numbers have no JSON form; fill them in"
-            )
-        values = {n: _json(v) for n, f, v in self._free() if not isinstance(f, (Table, Channels))}
-        return {**json_name(type(self)), **values}
-
-
-def freeze(data: Any) -> Any:
-    """The same, with all arrays in it read-only: in dictionaries, lists, tuples and records."""
-    if isinstance(data, dict) or is_dataclass(data):
-        for x in (data if isinstance(data, dict) else vars(data)).values():
-            freeze(x)
-    elif isinstance(data, (list, tuple)):
-        for x in data:
-            freeze(x)
-    return frozen(data)
-
-
-def _is_named(kind: type[Parametrised]) -> bool:
-    return kind.has_text and Parametrised not in kind.__bases__
-
-
-def _same(a: Any, b: Any) -> bool:
-    if a is b:
-        return True
-    if ops.library_of_type(type(a)) is None or ops.library_of_type(type(b)) is None:
-        return type(a) is type(b) and bool(a == b)
-    return type(a) is type(b) and np.array_equal(ops.to_numpy(a), ops.to_numpy(b), equal_nan=True)
-
-
-def literal(value: Any) -> str:
-    """A value as it is written in a material expression."""
-    if isinstance(value, np.ndarray):
-        return repr(value.tolist()) if value.size <= 64 else f"array{value.shape}"
-    return repr(value)
-
-
-def _json(value: Any) -> Any:
-    if isinstance(value, Parametrised):
-        return value.to_json()
-    if isinstance(value, (list, tuple)):
-        return [_json(v) for v in value]
-    return value if ops.library_of_type(type(value)) is None else ops.to_numpy(value).tolist()
-
-
-def _unknown(owner: str, name: Any, known: list[str], what: str = "parameter") -> str:
-    close = difflib.get_close_matches(name[:60] if isinstance(name, str) else "", known, n=1)
-    hint = f"; did you mean {close[0]!r}?" if close else "."
-    return f"{owner} has no {what} {shown(name)}{hint} Known: {listed(known)}"
-
-
-def listed(known: Sequence[str]) -> str:
-    """Names in a message, of very many the first."""
-    return ", ".join(known) if len(known) <= 100 else f"{', '.join(known[:100])} ... ({len(known)} in all)"
+def _declared(kind: type, name: str) -> Any:
+    """What a class, or the nearest of its bases that says anything, declares by this name."""
+    return next(vars(base)[name] for base in kind.__mro__ if name in vars(base))

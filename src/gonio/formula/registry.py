@@ -10,7 +10,8 @@ from collections.abc import Callable
 from typing import Any
 
 from ..errors import ParameterError
-from .fields import CLASSES, Field, shown
+from .fields import CLASSES, Field
+from .text import shown
 
 ON_NEW: list[Callable[[type[Any]], object]] = []
 """What is called with each class that is defined from now on."""

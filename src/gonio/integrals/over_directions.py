@@ -10,14 +10,13 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..arrays import ops
+from ..arrays.kinds import TOTAL, VALUE, VECTOR
 from ..base.kernels import with_holes
 from ..base.reflectance import Reflectance
 from ..compile import memory
 from ..errors import ArrayTypeError, MissingDataWarning, ShapeError, ToleranceWarning
 from ..evaluate import batch
 from ..formula.direction import HORIZON, NORMAL, Direction, select, served
-from ..formula.fields import Param, Part
-from ..formula.parametrised import Parametrised
 from ..formula.warp import cosine_hemisphere
 from ..numerics.lattice import lattice
 from ..numerics.quadrature import NODES, Found, Sums, cubature, place, weighed
@@ -165,23 +164,15 @@ def _alike(lobe: Reflectance) -> Iterator[tuple[int, int]]:
     lengths: list[int] = []
     lobe.each(lambda value: lengths.append(np.shape(value)[-1] if np.ndim(value) else 0))
     count = max(lengths, default=0)
-    widths = [v for v in _widths(lobe) if np.shape(v)[-1] > 1]
+    widths = [
+        v for _, field, v, _ in lobe.walk() if getattr(field, "sampled", "mean") != "mean" and np.shape(v)[-1:] > (1,)
+    ]
     first = 0
     for c in range(1, count):
         if c - first == TOGETHER or any((v[..., c] != v[..., first]).any() for v in widths):
             yield first, c
             first = c
     yield first, count
-
-
-def _widths(value: Parametrised) -> Iterator[np.ndarray]:
-    """The parameters with channels that say how wide a lobe is."""
-    for name, field in value.fields.items():
-        own = value.__dict__[name]
-        if isinstance(field, Part):
-            yield from _widths(own)
-        elif isinstance(field, Param) and field.sampled != "mean" and np.ndim(own):
-            yield own
 
 
 def _channels(value: Any, first: int, last: int) -> Any:
@@ -261,7 +252,7 @@ def _evaluator(
             *totals, absent = batch.run(kernel, _TOTALS, m, inputs, _WIDTHS)
             sums = np.stack([t if t.ndim == 2 else t[:, None] for t in totals], axis=1)
             return sums, absent if absent.ndim == 1 else absent.max(axis=-1)
-        there, values, absent = batch.run(kernel, ("vector", "value", "value"), m, inputs, _WIDTHS)
+        there, values, absent = batch.run(kernel, (VECTOR, VALUE, VALUE), m, inputs, _WIDTHS)
         values, absent = (x if x.ndim == 3 else x[..., None] for x in (values, absent))
         sums = weighed(values * radiance(there, rows))
         return sums, absent.max(axis=-1) @ NODES[:, 2]
@@ -287,7 +278,7 @@ def _evaluator(
     return evaluate
 
 
-_TOTALS = ("total",) * 6
+_TOTALS = (TOTAL,) * 6
 _WIDTHS = (3, 6, NODES.shape[1], 16)
 
 

@@ -63,7 +63,7 @@ class EnvironmentLight(Light):
     MITSUBA_TO_WORLD: ClassVar[NDArray[np.float64]] = MITSUBA_TO_WORLD
 
     def validate(self) -> None:
-        self.__dict__["image"] = self.image.checked(self.invalid == "zero")
+        self._hold(image=self.image.checked(self.invalid == "zero"))
         shape, channels = tuple(getattr(self.scale, "shape", ())), self.image.pixels.shape[-1]
         if len(shape) > 1 or (shape and channels > 1 and shape[0] not in (1, channels)):
             raise ShapeError(

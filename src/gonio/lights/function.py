@@ -7,7 +7,8 @@ from typing import Any
 from ..arrays import ops
 from ..base.light import Light
 from ..errors import ParameterError, ShapeError
-from ..formula.fields import Field, shown
+from ..formula.fields import Field
+from ..formula.text import shown
 
 
 class _Callable(Field):

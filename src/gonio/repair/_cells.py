@@ -140,10 +140,8 @@ def reported(
         figures=dict(figures or {}),
     )
     history = [] if before is None else list(before.about.get("repairs", ()))
-    made.about["repairs"] = [*history, record.to_json()]
-    if before is not None:
-        made.__dict__["provenance"] = derived(before)
-    return made
+    from_ = made.provenance if before is None else derived(before)
+    return made.with_notes(about={**made.about, "repairs": [*history, record.to_json()]}, provenance=from_)
 
 
 def black_sky(m: Any) -> tuple[float, ...]:

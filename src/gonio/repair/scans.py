@@ -93,7 +93,7 @@ def merge_scans(scans: Sequence[Measured], oriented: bool = False) -> Gridded:
     changes = {"cells": int(known.sum()), "share": float(known.mean()), "filled": 0}
     changes |= {"largest": float(max((np.abs(f - mean[i]).max(initial=0.0) for i, f, _ in used), default=0.0))}
     changes["mean"] = float(np.mean([np.abs(f - mean[i]).mean() for i, f, _ in used if f.size] or [0.0]))
-    made.__dict__["provenance"] = derived(*scans)
+    made = made.with_notes(provenance=derived(*scans))
     return reported(made, None, "merge_scans", {"scans": len(scans), "oriented": oriented}, changes, figures)
 
 

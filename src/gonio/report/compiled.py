@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..arrays.kinds import SCALAR, VALUE, VECTOR
 from ..base import kernels
 from ..base.reflectance import Reflectance
 from ..compile import store
@@ -16,11 +17,11 @@ from ..evaluate import tracing
 from ..trace.show import show
 
 _KERNELS: dict[str, tuple[Callable, tuple[tuple[str, str], ...], tuple[str, ...]]] = {
-    "f": (kernels.value, (("value", "f"),), ("wi", "wo")),
-    "pdf": (kernels.pdf, (("scalar", "pdf"),), ("wi", "wo")),
+    "f": (kernels.value, ((VALUE, "f"),), ("wi", "wo")),
+    "pdf": (kernels.pdf, ((SCALAR, "pdf"),), ("wi", "wo")),
     "sample": (
         kernels.sample,
-        (("vector", "wi"), ("value", "weight"), ("scalar", "pdf"), ("scalar", "delta")),
+        ((VECTOR, "wi"), (VALUE, "weight"), (SCALAR, "pdf"), (SCALAR, "delta")),
         ("wo", "u"),
     ),
 }
@@ -72,7 +73,7 @@ def kernel(m: Reflectance, method: str = "f") -> Kernel:
     loads = _names(names, [path or "channel" for path, _ in leaves], [np.shape(v)[-1:] for _, v in leaves])
     outputs = {}
     for (kind, name), nodes in zip(returned, trace.results, strict=True):
-        ends = [f".{c}" for c in "xyz"] if kind == "vector" else _entries(len(nodes) if channels else None)
+        ends = [f".{c}" for c in "xyz"] if kind == VECTOR else _entries(len(nodes) if channels else None)
         outputs.update({name + end: node for end, node in zip(ends, nodes, strict=True)})
     order = trace.graph.reachable(outputs.values())
     read = tuple(loads[trace.graph.arguments[n]] for n in order if trace.graph.operations[n] == "load")

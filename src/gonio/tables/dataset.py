@@ -211,5 +211,4 @@ def on_grid(m: Reflectance, parameterisation: str, resolution: Sequence[int] | N
     names, values = tristimulus(m.channel_names, f_at(m, *system.directions(axes)))
     channels = (names or channels_named(values.shape[-1])) if values.ndim > len(axes) else None
     table = Gridded(parameterisation, axes, values, channels=channels, about={"made_of": repr(m)})
-    table.__dict__["provenance"] = derived(m)
-    return table
+    return table.with_notes(provenance=derived(m))

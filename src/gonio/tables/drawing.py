@@ -47,9 +47,7 @@ class Sampled(Measured):
         bare = self._looked_up()
 
         def lobes() -> np.ndarray:
-            plain = self._changed({})
-            plain.__dict__["_kept"] = bare
-            return _lobes(plain, self.is_oriented())
+            return _lobes(self._changed({}, bare), self.is_oriented())
 
         return {**bare, **tables_when_needed(KINDS, lobes)}
 

@@ -13,8 +13,10 @@ from ..base.provenance import derived
 from ..base.quantities import from_brdf, quantity_named, to_brdf
 from ..errors import ParameterError
 from ..formula.direction import HORIZON, Direction
-from ..formula.fields import Held, Ours, kept, option, table
+from ..formula.fields import Ours, kept, option, table
 from ..formula.fields import channels as channel_field
+from ..formula.held import Held
+from ..formula.state import note, state
 from ..formula.table_warp import Slices
 from . import dataset_layout
 from .angle_systems import AngleSystem, angle_system
@@ -63,19 +65,19 @@ class Gridded(Sampled):
     stored = table("the values as given, by the axes and channel")
     channel = channel_field("number of the channel")
 
-    parameterisation: str
+    parameterisation: str = state()
     """What the axes are."""
-    axes: dict[str, np.ndarray]
+    axes: dict[str, np.ndarray] = note()
     """Nodes [rad] of each axis, as given."""
-    uncertainty: np.ndarray | None
+    uncertainty: np.ndarray | None = note()
     """Standard uncertainty of `stored`, or None."""
-    is_mirrored: bool
+    is_mirrored: bool = state()
     """Whether the third axis covers half of its period, and the other half is its mirror image."""
-    periods: dict[str, float]
+    periods: dict[str, float] = note()
     values: Any  # what formulas look up, of bound materials only
-    layout: tuple[Axis, ...]
-    width: int
-    holes: bool
+    layout: tuple[Axis, ...] = state()
+    width: int = state()
+    holes: bool = state()
 
     def __init__(
         self,
@@ -100,7 +102,7 @@ class Gridded(Sampled):
         if uncertainty is not None:
             uncertainty = _real("uncertainty", uncertainty)
             _check_values("uncertainty", uncertainty, grid, names)
-        self.__dict__.update(uncertainty=uncertainty, quantity=quantity_named(quantity))
+        self._hold(uncertainty=uncertainty, quantity=quantity_named(quantity))
         super().__init__(
             path,
             dict(about or {}),
@@ -109,7 +111,7 @@ class Gridded(Sampled):
             stored=Ours(stored),
             channel=0.0 if names is None else len(names),
         )
-        self.__dict__["holes"] = not np.isfinite(stored).all() or self._is_undetermined()
+        self._hold(holes=not np.isfinite(stored).all() or self._is_undetermined())
 
     def _is_undetermined(self) -> bool:
         """Whether f does not follow from what is stored at some nodes: where it was multiplied by a cosine of 0."""
@@ -128,12 +130,12 @@ class Gridded(Sampled):
         """Set what the grid is; its shape."""
         held = Held({name: _nodes(name, nodes) for name, nodes in axes.items()})
         layout, given = laid_out(parameterisation, held, mirrored, periods)
-        self.__dict__.update(
+        self._hold(
             parameterisation=parameterisation,
             axes=held,
             is_mirrored=bool(mirrored),
             periods=Held(given),
-            layout=layout,
+            layout=tuple(layout),
             width=1 if names is None else len(names),
             channel_names=names,
         )
@@ -174,7 +176,7 @@ class Gridded(Sampled):
 
     def is_oriented(self) -> bool:
         """Whether there is an axis for the orientation of the sample."""
-        return len(self.axes) == 4
+        return len(self.layout) == 4
 
     def directions(self) -> tuple[np.ndarray, np.ndarray]:
         """wi and wo (grid..., 3) at the nodes; a component z below 0 where the grid goes below the horizon."""
@@ -216,18 +218,14 @@ class Gridded(Sampled):
             "about": self.about,
         }
         made = Gridded(values=values, uncertainty=uncertainty, **{**known, **other})
-        made.__dict__["provenance"] = derived(self)
-        return made
+        return made.with_notes(provenance=derived(self))
 
     def redrawn(self, values: np.ndarray) -> Gridded:
         """As `with_brdf`, for many tables of much the same f with data at the same nodes: with this one's tables of
-        sampling and compiled formulas, which take longer to make than an integral. f is what `with_brdf` gives.
+        sampling, which take longer to make than an integral. f is what `with_brdf` gives.
         """
-        found = self.with_brdf(values)
-        found.__dict__["_kept"] = {**found._looked_up(), **{name: self._kept[name] for name in KINDS}}
-        if found.holes == self.holes:
-            found.__dict__["_identity"] = self.identity()
-        return found
+        table = self.with_brdf(values)
+        return table._changed({}, {**table._looked_up(), **{name: self._kept[name] for name in KINDS}})
 
     def _as_brdf(self, values: np.ndarray) -> np.ndarray:
         with np.errstate(invalid="ignore"):

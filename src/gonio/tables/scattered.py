@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple, Self
 
 import numpy as np
@@ -15,6 +14,7 @@ from ..base.measured import Measured
 from ..base.quantities import quantity_named, to_brdf
 from ..errors import ParameterError
 from ..formula.fields import Ours
+from ..formula.state import derived, note
 from . import dataset_layout
 from .angle_systems import SYSTEMS
 from .gridded import Gridded
@@ -49,7 +49,7 @@ class Scattered(Gridded):
     """
 
     format = "rows"
-    rows: np.ndarray
+    rows: np.ndarray = note()
     """Angles (n, 4) [rad]: theta_i, phi_i, theta_o, phi_o."""
 
     def __init__(
@@ -74,9 +74,7 @@ class Scattered(Gridded):
         axes, mirrored = grid_for(rows, oriented(rows) if isotropic is None else not isotropic)
         names = None if channels is None else tuple(channels)
         self._lay_out("angles", axes, mirrored, {}, names)
-        self.__dict__.update(
-            rows=rows, uncertainty=spread, quantity=quantity_named(quantity), holes=outside == "missing"
-        )
+        self._hold(rows=rows, uncertainty=spread, quantity=quantity_named(quantity), holes=outside == "missing")
         Measured.__init__(
             self,
             path,
@@ -86,7 +84,7 @@ class Scattered(Gridded):
             channel=0.0 if names is None else len(names),
         )
 
-    @cached_property
+    @derived
     def nodes(self) -> tuple[np.ndarray, np.ndarray | None, np.ndarray]:
         """f [1/sr] at the nodes of the grid, its standard uncertainty, and the number of the nearest measurement."""
         spread = None if self.uncertainty is None else self._of_rows(self.uncertainty)
@@ -97,7 +95,7 @@ class Scattered(Gridded):
                 frozen(array)
         return found
 
-    @cached_property
+    @derived
     def residual(self) -> Residual:
         """How far the grid is from the rows."""
         true = self._of_rows(self.stored)
@@ -124,8 +122,7 @@ class Scattered(Gridded):
             path=self.path,
             about=self.about,
         )
-        made.__dict__["provenance"] = self.provenance
-        return made._replaced(grouped)
+        return made.with_notes(provenance=self.provenance)._replaced(grouped)
 
     def _of_rows(self, values: np.ndarray) -> np.ndarray:
         """Values or uncertainties of the rows as BRDFs."""

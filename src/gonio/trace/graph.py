@@ -33,6 +33,7 @@ class Graph:
         self.arguments: list[tuple] = []
         self.kinds: list[str] = []
         self._known: dict[tuple, int] = {}
+        self._hashed: dict[tuple[int, ...], tuple[Any, list[int]]] = {}
 
     def __len__(self) -> int:
         return len(self.operations)
@@ -167,6 +168,16 @@ class Graph:
 
     def digest(self, outputs: Sequence[int], *facts: Any) -> str:
         """A name for what is computed (and `facts`): equal for equal graphs, in any process."""
+        key = tuple(outputs)
+        if key not in self._hashed:  # nodes are only ever added: what is computed stays
+            self._hashed[key] = self._hash(key)
+        total, ends = self._hashed[key]
+        total = total.copy()
+        total.update(repr((ends, facts)).encode())
+        return total.hexdigest()
+
+    def _hash(self, outputs: Sequence[int]) -> tuple[Any, list[int]]:
+        """The hash of all that `outputs` depend on, and their numbers among it."""
         numbers: dict[int, int] = {}
         text = []
         for node in self.reachable(outputs):
@@ -176,6 +187,5 @@ class Graph:
                 arguments = (arguments[0], numbers[arguments[1]])
             elif operation not in ("constant", "load"):
                 arguments = tuple(numbers[a] for a in arguments)
-            text.append(f"{operation}{arguments}{self.kinds[node]}")
-        text.append(repr(([numbers[node] for node in outputs], facts)))
-        return hashlib.sha256("\n".join(text).encode()).hexdigest()
+            text.append(f"{operation}{arguments}{self.kinds[node]}\n")
+        return hashlib.sha256("".join(text).encode()), [numbers[node] for node in outputs]

@@ -5,8 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
+import numpy as np
+
 from ..errors import TraceError
-from .graph import BINARY, INDEX, MASK, REAL, UNARY, Graph
+from .graph import BINARY, INDEX, LOGIC, MASK, REAL, UNARY, Graph
 
 
 class Symbol:
@@ -80,11 +82,16 @@ def _graph(*values: Any) -> Graph:
 
 
 def nodes(graph: Graph, *values: Any) -> list[int]:
-    """Nodes of one kind for symbols and numbers: whole numbers beside indices stay whole, all else becomes real."""
+    """Nodes of one kind for symbols and numbers, as in NumPy: masks alone stay masks, beside numbers they are 1 or 0;
+    whole numbers beside indices stay whole; all else becomes real."""
     kinds = {v.kind for v in values if isinstance(v, Symbol)}
-    if any(isinstance(v, float) for v in values):
-        kinds.add(REAL)
-    kind = MASK if kinds == {MASK} else INDEX if kinds == {INDEX} else REAL
+    numbers = [v for v in values if not isinstance(v, Symbol)]
+    if kinds <= {MASK} and all(isinstance(v, (bool, np.bool_)) for v in numbers):
+        kind = MASK
+    elif kinds - {MASK} == {INDEX} and all(isinstance(v, (int, np.integer)) for v in numbers):
+        kind = INDEX
+    else:
+        kind = REAL
     return [_node(graph, v, kind) for v in values]
 
 
@@ -98,14 +105,25 @@ def _node(graph: Graph, value: Any, kind: str) -> int:
         raise TraceError("a formula combines symbols of two traces; it must not keep results between calls")
     if value.kind == INDEX and kind == REAL:
         return graph.apply("to_real", value.node)
-    if value.kind == MASK and kind == REAL:
-        return graph.apply("select", value.node, graph.constant(1.0), graph.constant(0.0))
+    if value.kind == MASK and kind != MASK:
+        return graph.apply("select", value.node, graph.constant(1.0, kind), graph.constant(0.0, kind))
     return value.node
+
+
+_OF_MASKS = {"add": "or", "mul": "and", **{name: name for name in ("and", "or", "xor", "eq", "ne", "stop")}}
+"""What operations on masks alone are, as NumPy has it."""
 
 
 def _apply(operation: str, *values: Any) -> Symbol:
     graph = _graph(*values)
-    return Symbol(graph, graph.apply(operation, *nodes(graph, *values)))
+    given = nodes(graph, *values)
+    if graph.kinds[given[0]] == MASK:
+        if operation not in _OF_MASKS:
+            raise TraceError(f"a formula takes {operation} of masks; expected numbers: ops.where(mask, 1.0, 0.0)")
+        operation = _OF_MASKS[operation]
+    elif operation in LOGIC and graph.kinds[given[0]] == REAL:
+        raise TraceError(f"a formula takes {operation} of a mask and a number; expected masks: x != 0.0")
+    return Symbol(graph, graph.apply(operation, *given))
 
 
 class Symbols:

@@ -8,6 +8,7 @@ import numpy as np
 from scipy import sparse
 
 from ..arrays import ops
+from ..arrays.kinds import SCALAR
 from ..base.reflectance import Reflectance
 from ..evaluate import batch
 from ..formula.direction import Direction, served
@@ -69,7 +70,7 @@ def _around(m: Gridded, pairs: Pairs) -> tuple[np.ndarray, np.ndarray]:
     """The nodes (K, n) of the grid around pairs and their weights, 0 for pairs below the horizon or beyond the grid."""
     corners = (1 if m.interpolation == "nearest" else 2) ** sum(axis.size > 1 for axis in m.layout)
     inputs = [np.ascontiguousarray(w) for w in (pairs.wi, pairs.wo)]
-    *corner_values, kept = batch.run(_kernel, ("scalar",) * (2 * corners + 1), m, inputs, (3, 3))
+    *corner_values, kept = batch.run(_kernel, (SCALAR,) * (2 * corners + 1), m, inputs, (3, 3))
     closed = np.unravel_index(np.rint(corner_values[:corners]).astype(np.int64), [axis.size for axis in m.layout])
     grid = [len(x) for x in m.axes.values()]
     node = np.ravel_multi_index([i % k for i, k in zip(closed, grid, strict=True)], grid)

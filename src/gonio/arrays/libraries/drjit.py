@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from ..fixed import Array, Fixed
+from ..kinds import VALUE, VECTOR
 from ..library import Library
 
 
@@ -111,9 +112,9 @@ class DrJit(Library):
     ) -> list[Array]:
         out = []
         for i, kind in enumerate(kinds):
-            if kind == "value" and channels:
+            if kind == VALUE and channels:
                 out.append(self._gathered([run[i] for run in runs], like, (*shape, len(runs))))
-            elif kind == "vector":
+            elif kind == VECTOR:
                 out.append(self._gathered(runs[0][i], like, (*shape, len(runs[0][i]))))
             elif self.module.is_tensor_v(like):
                 out.append(self._gathered([runs[0][i]], like, shape))

@@ -11,6 +11,7 @@ import numpy as np
 from ...base.measured import tabular_shape, tristimulus
 from ...base.reflectance import Reflectance
 from ...errors import FormatError, ParameterError
+from ...formula.state import note
 from ...pictures.colour import XYZ_OF_RGB
 from ...tables.angle_systems import SYSTEMS, angle_system
 from ...tables.axes import fits
@@ -38,12 +39,12 @@ class Total(NamedTuple):
 class Filed(Gridded):
     """A `Gridded` as a file has it; `filed` is what that file says beside, from which it is written again unchanged."""
 
-    filed: Any
-    stated_totals: tuple[Total, ...]
+    filed: Any = note()
+    stated_totals: tuple[Total, ...] = note(())
 
     def __init__(self, *args: Any, filed: Any = None, stated_totals: Iterable[Total] = (), **named: Any):
         super().__init__(*args, **named)
-        self.__dict__.update(filed=filed, stated_totals=tuple(stated_totals))
+        self._hold(filed=filed, stated_totals=tuple(stated_totals))
 
 
 def as_filed(m: Reflectance, kind: type, *asked: Any) -> Any:

@@ -59,7 +59,7 @@ class Unscanned(Gridded):
         quantity: str = "brdf",
     ):
         self._lay_out(parameterisation, axes, False, {}, tuple(channels))
-        self.__dict__.update(uncertainty=None, quantity=quantity_named(quantity), holes=True)
+        self._hold(uncertainty=None, quantity=quantity_named(quantity), holes=True)
         Measured.__init__(
             self,
             path,

@@ -14,7 +14,9 @@ from ...base.measured import Measured
 from ...base.reflectance import Reflectance
 from ...formula import warp
 from ...formula.direction import Direction, half_and_cosine, polar_angle, reflect, select
-from ...formula.fields import Held, Ours, channels, kept, table
+from ...formula.fields import Ours, channels, kept, table
+from ...formula.held import Held
+from ...formula.state import note, state
 from ...formula.table_warp import ONE, MarginalWarp, Slices, bilinear, both, bracket, gather, tables_when_needed
 from .._options import Declared
 from .._reading import tensor_file
@@ -104,7 +106,7 @@ class RGL(Measured):
 
     format = NAME
     parameterisation = "adaptive half vectors"
-    quantity = "brdf * cos(theta_o)"
+    quantity: str = note("brdf * cos(theta_o)")
     seam = COSINE_SHARE
     breaks: ClassVar[dict[str, str]] = {
         "positivity": "the file's values are kept as they are, with noise around 0",
@@ -120,19 +122,18 @@ class RGL(Measured):
     sigma = table("projected area of the facets, by phi_i, sqrt(theta_i)")
     channel = channels("number of the channel in `values`")
 
-    stored: dict[str, np.ndarray]
+    stored: dict[str, np.ndarray] = note()
     """The file's fields in their order, as they were read."""
-    shapes: dict[str, tuple[int, ...]]
-    """Their shapes."""
-    main: str
+    shapes_held: tuple[tuple[str, tuple[int, ...]], ...] = state()
+    planes: int = state()
+    main: str = state()
     """Name of the field that holds S: "spectra" or "rgb"."""
-    reduction: int
+    reduction: int = state()
     """Into how many parts of the circle an anisotropic file's content repeats: 1, 2 or 4."""
-    isotropic: bool
+    isotropic: bool = state()
     """Whether only differences of azimuths count: the file has one or two of them."""
-    divided: bool
+    divided: bool = state()
     """Whether S is f cos(theta_o) divided by D / (4 sigma)."""
-    channel_names: tuple
 
     # What is looked up, of bound materials only, and made when it first is: tables by phi_i, theta_i of a density, its
     # integrals along a row and over the rows, and its mean.
@@ -156,9 +157,10 @@ class RGL(Measured):
         made = {name: stored[name] for name in ("theta_i", "phi_i", "sigma")}
         made |= {"values": _finite_or_nan(stored[main]), "ndf": _finite_or_nan(stored["ndf"])}
         names = tuple(stored["wavelengths"].tolist()) if main == "spectra" else ("R", "G", "B")
-        self.__dict__.update(
+        self._hold(
             stored=stored,
-            shapes={name: a.shape for name, a in stored.items()},
+            shapes_held=tuple((name, a.shape) for name, a in stored.items()),
+            planes=len(names),
             main=main,
             reduction=reduction,
             isotropic=len(stored["phi_i"]) <= 2,
@@ -166,7 +168,7 @@ class RGL(Measured):
             channel_names=names,
         )
         if self.divided:
-            self.__dict__["quantity"] = "brdf * cos(theta_o) / (ndf / (4 sigma))"
+            self._hold(quantity="brdf * cos(theta_o) / (ndf / (4 sigma))")
         super().__init__(path, about, **{name: Ours(a) for name, a in made.items()}, channel=len(names))
 
     def _keep(self) -> dict[str, Fixed]:
@@ -183,6 +185,11 @@ class RGL(Measured):
     def is_oriented(self) -> bool:
         """Whether the file holds data that change as the sample is turned."""
         return not self.isotropic
+
+    @property
+    def shapes(self) -> dict[str, tuple[int, ...]]:
+        """Of the fields."""
+        return dict(self.shapes_held)
 
     @property
     def axes(self) -> dict[str, np.ndarray]:
@@ -202,7 +209,7 @@ class RGL(Measured):
         at, x_i, y_i, phi_i = self._lit_from(wi)
         x, y = self._point(wi + wo, phi_i)
         sx, sy, _ = self._warps[0].invert(at, x, y)
-        plane, planes = ops.to_index(self.channel), len(self.channel_names)
+        plane, planes = ops.to_index(self.channel), self.planes
         S = bilinear(self.values, at, self._grid(self.main), sx, sy, plane, planes)
         if self.divided:
             D = bilinear(self.ndf, ONE, self._grid("ndf"), x, y)

@@ -16,7 +16,9 @@ from ...base.reflectance import Reflectance
 from ...errors import NotFoundError, ParameterError
 from ...files import replacing
 from ...formula.direction import Direction
-from ...formula.fields import Held, Ours, channels, kept, table
+from ...formula.fields import Ours, channels, kept, table
+from ...formula.held import Held
+from ...formula.state import note, state
 from ...formula.table_warp import bracket
 from ...tables.drawing import Sampled
 from .._options import ABOVE_ZERO, Declared
@@ -81,10 +83,11 @@ class Scatfun(Sampled):
     samples = table("sums of the series, by pair of nodes, phi and channel")
     channel = channels("red, green, blue")
 
-    parts: dict[str, Any]
+    parts: dict[str, Any] = note()
     """What the file holds, part by part, as `parse` finds it."""
-    nodes: tuple[int, int]
-    sign: float
+    nodes: tuple[int, int] = state()
+    sign: float = state()
+    width: int = state()
 
     def __init__(self, parts: Mapping[str, Any], side: str = "front", path: str = ""):
         if side not in ("front", "back"):
@@ -101,7 +104,7 @@ class Scatfun(Sampled):
         }
         names = ("R", "G", "B") if width == 3 else None
         nodes = (len(mu[at_i]), len(mu[at_o]))
-        self.__dict__.update(parts=parts, sign=sign, nodes=nodes, channel_names=names)
+        self._hold(parts=parts, sign=sign, nodes=nodes, width=width, channel_names=names)
         tables = {"mu_i": mu[at_i], "mu_o": mu[at_o], "first": first, "steps": steps, "samples": Ours(samples)}
         super().__init__(path, about, **tables, channel=3 if width == 3 else 0.0)
 
@@ -130,7 +133,7 @@ class Scatfun(Sampled):
         along = wi.x * wo.x + wi.y * wo.y
         flat = along * along + across * across < 1e-30
         turn = ops.arctan2(across, ops.where(flat, 1.0, -along)) * (1.0 / np.pi)
-        number, width = ops.to_index(self.channel), 1 if self.channel_names is None else 3
+        number, width = ops.to_index(self.channel), self.width
         total = 0.0 * turn + 0.0 * self.channel
         columns = _spline(self.mu_i, self.nodes[0], -self.sign * wi.z)
         for o, v in _spline(self.mu_o, self.nodes[1], self.sign * wo.z):

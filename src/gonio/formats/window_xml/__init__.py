@@ -92,8 +92,7 @@ def read(
         incident, outgoing = bases[found.blocks[0]]
         values = _stacked(used) if found.names else used[0]
         m = Klems(Ours(values), incident, outgoing, found.side, found.names, str(path), about)
-    m.__dict__.update(document=document, chosen=(found.blocks, others))
-    return m
+    return m.with_notes(document=document, chosen=(found.blocks, others))
 
 
 def _stacked(matrices: list[np.ndarray]) -> np.ndarray:

@@ -15,6 +15,7 @@ from ...base.measured import Measured
 from ...errors import ParameterError
 from ...formula.direction import Direction
 from ...formula.fields import channels
+from ...formula.state import note, state
 
 if TYPE_CHECKING:
     from .xml_document import Document
@@ -38,18 +39,18 @@ class Cellwise(Measured):
     channel = channels("number of the channel")
 
     values: np.ndarray
-    side: str
+    side: str = state()
     """"front" or "back", in WINDOW's words."""
-    document: Document | None
+    document: Document | None = note()
     """The file around the numbers."""
-    chosen: tuple[tuple[int, ...], tuple[Any, ...]]
+    chosen: tuple[tuple[int, ...], tuple[Any, ...]] = note(((), ()))
     """Which of its blocks are these numbers; and the numbers of all of them."""
     densities: Any  # what formulas look up, of bound materials only
     sums: Any
     reflected: Any
 
     def __init__(self, path: str, about: dict[str, Any] | None, side: str, **fields: Any):
-        self.__dict__.update(side=side, document=None, chosen=((), ()))
+        self._hold(side=side)
         super().__init__(path, about, **fields)
 
     def validate(self) -> None:

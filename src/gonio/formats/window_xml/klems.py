@@ -12,6 +12,7 @@ from ...arrays import Fixed, ops
 from ...errors import ParameterError
 from ...formula.direction import Direction
 from ...formula.fields import Ours, kept, table
+from ...formula.state import state
 from ...formula.table_warp import bracket
 from ...tables.angle_systems import azimuth_of
 from . import _cell_tables
@@ -112,8 +113,9 @@ class Klems(Cellwise):
 
     values = table("f by patch of wo, patch of wi and channel [1/sr]")
 
-    incident: AngleBasis
-    outgoing: AngleBasis
+    incident: AngleBasis = state()
+    outgoing: AngleBasis = state()
+    width: int = state()
     cells: Any  # what formulas look up, of bound materials only
     edges_i: Any
     rings_i: Any
@@ -134,7 +136,8 @@ class Klems(Cellwise):
         values = np.ascontiguousarray(kept(values), dtype=np.float64)
         outgoing = outgoing or incident
         names = tuple(channel_names) if channel_names is not None else None
-        self.__dict__.update(incident=incident, outgoing=outgoing, channel_names=names)
+        width = values.shape[2] if values.ndim == 3 else 1
+        self._hold(incident=incident, outgoing=outgoing, width=width, channel_names=names)
         super().__init__(path, about, side, values=Ours(values), channel=values.shape[2] if values.ndim == 3 else 0.0)
 
     def validate(self) -> None:
@@ -197,8 +200,7 @@ class Klems(Cellwise):
 
     def formula(self, wi: Direction, wo: Direction) -> Any:
         entry = self._row(wo) + self._incident_patch(wi)
-        width = self.values.shape[2] if self.values.ndim == 3 else 1
-        return ops.take(self.cells, entry * width + ops.to_index(self.channel))
+        return ops.take(self.cells, entry * self.width + ops.to_index(self.channel))
 
     def warp(self, wo: Direction, u0: Any, u1: Any) -> Direction:
         patch, left = _cell_tables.choose(self.sums, self._row(wo), self.incident.size, u0)

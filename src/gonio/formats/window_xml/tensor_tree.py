@@ -12,6 +12,7 @@ from ...arrays import Fixed, ops
 from ...errors import ParameterError
 from ...formula.direction import Direction, azimuth
 from ...formula.fields import Ours, table
+from ...formula.state import state
 from ...pictures.colour import RELATIVE_XYZ
 from . import _cell_tables, tree_nodes
 from ._cell_tables import MIRRORED, Cellwise
@@ -58,10 +59,10 @@ class TensorTree(Cellwise):
     values = table("f of leaves [1/sr], means in other nodes; of all trees")
     roots = table("number of each tree's root")
 
-    dimensions: int
-    depth: int
+    dimensions: int = state()
+    depth: int = state()
     """Levels of the deepest tree."""
-    colour: str
+    colour: str = state()
     """"" for a tree per channel, "uv" for trees of Y, u' and v'."""
 
     def __init__(
@@ -87,8 +88,8 @@ class TensorTree(Cellwise):
         for t, root in zip(trees, roots.tolist(), strict=True):
             first[root : root + len(t.first)] = np.where(t.first > 0, t.first + root, 0)
         names = tuple(channel_names) if channel_names is not None else RELATIVE_XYZ if colour else None
-        self.__dict__.update(dimensions=trees[0].dimensions, depth=max(t.depth for t in trees))
-        self.__dict__.update(colour=colour, channel_names=names)
+        depth = max(t.depth for t in trees)
+        self._hold(dimensions=trees[0].dimensions, depth=depth, colour=colour, channel_names=names)
         super().__init__(
             path,
             about,

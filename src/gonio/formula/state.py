@@ -1,0 +1,70 @@
+"""What a value holds beside its fields: state that formulas decide by, notes that they do not see, and what follows.
+
+A declaration is one line of a class: `layout: tuple[Axis, ...] = state()`, `path: str = note("")`, `@derived`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, Generic, TypeVar
+
+T = TypeVar("T")
+
+
+class Beside:
+    """A declared attribute that is no field: no argument of the class by itself, and not compared."""
+
+    name = ""
+
+    def __init__(self, default: Any):
+        self.default = default
+
+    def __set_name__(self, owner: type, name: str) -> None:
+        self.name = name
+
+    def __get__(self, owner: Any, kind: type) -> Any:  # of values that hold none of their own
+        return self.default
+
+
+class State(Beside):
+    """What formulas decide by beside their fields: hashable, for materials of equal state share a trace."""
+
+
+class Note(Beside):
+    """What is known about a value. Formulas do not see it, so no trace depends on it."""
+
+    def __get__(self, owner: Any, kind: type) -> Any:
+        if owner is not None and owner.is_bound:
+            raise AttributeError(
+                f"{kind.__name__}.{self.name} is a note, which formulas do not see; declare a state(...)"
+            )
+        return self.default
+
+
+class Derived(Generic[T]):
+    """What follows from the fields: copies with other fields, and pickles, compute it again."""
+
+    def __init__(self, function: Callable[[Any], T]):
+        self.function, self.__doc__ = function, function.__doc__
+
+    def __get__(self, owner: Any, kind: type) -> T:
+        if owner is None:
+            return self  # type: ignore[return-value]
+        if self.function not in owner._derived:
+            owner._derived[self.function] = self.function(owner)
+        return owner._derived[self.function]
+
+
+def state(default: Any = None) -> Any:
+    """What formulas decide by beside their fields, such as the spacing of a grid. Constructors set it: `self._hold`."""
+    return State(default)
+
+
+def note(default: Any = None) -> Any:
+    """What is known about a value, such as where it is from; `m.with_notes(...)` is a copy with others."""
+    return Note(default)
+
+
+def derived(function: Callable[[Any], T]) -> Derived[T]:
+    """Decorates a method: an attribute that is computed from the fields when it is first asked for."""
+    return Derived(function)

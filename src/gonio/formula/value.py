@@ -1,0 +1,130 @@
+"""Immutable values: what they hold, of which nothing can be changed, and equality, repr, pickles and JSON of it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import partial
+from typing import Any, ClassVar, Self
+
+import numpy as np
+
+from ..arrays import Fixed, ops
+from ..errors import ParameterError
+from .fields import Channels, Field, Table
+from .held import freeze, held
+from .registry import json_name
+from .state import Beside, Note, State
+from .text import literal
+
+
+class Value:
+    """An immutable value of declared fields, with declared state and notes beside them."""
+
+    fields: dict[str, Field] = {}  # noqa: RUF012  (each class gets its own)
+    beside: ClassVar[dict[str, Beside]] = {}
+    """What is declared with `state` and `note`."""
+    is_bound = False
+    """Whether this is a copy for formulas, which holds what they compute with and no notes."""
+
+    _tied: dict[str, str]
+    _kept: dict[str, Fixed] = {}  # noqa: RUF012  (each instance with arrays gets its own)
+    _holed: frozenset[str] = frozenset()  # names of parameters of which some entries were masked, and are NaN
+    _derived: dict[Any, Any]
+    """What follows from the fields, by what computed it: shared by copies that differ in notes alone."""
+
+    def _hold(self, **others: Any) -> None:
+        """Set declared state and notes, or a field as it is; for constructors alone."""
+        for name, value in others.items():
+            if isinstance(self.beside.get(name), State):
+                hash(value)  # what is no key cannot say which trace is whose
+            elif name in self.fields:
+                self._kept.pop(name, None)
+            elif name not in self.beside:
+                raise AttributeError(f"{type(self).__name__} declares no {name!r}; write {name} = state() or note()")
+            self.__dict__[name] = value
+
+    def with_notes(self, **notes: Any) -> Self:
+        """A copy of which other things are known, such as `provenance`; its values are the same."""
+        for name in notes:
+            if not isinstance(self.beside.get(name), Note):
+                raise AttributeError(f"{type(self).__name__} has no note {name!r}; {name} = note() declares one")
+        return self._made_of(self.__dict__, {name: held(value) for name, value in notes.items()})
+
+    def _keep(self) -> dict[str, Fixed]:
+        """Arrays by name, which libraries convert once: tables, flat, and parameters given as NumPy arrays."""
+        arrays = {n: (f, self.__dict__[n]) for n, f in self.fields.items() if isinstance(self.__dict__[n], np.ndarray)}
+        return {n: Fixed(partial(np.reshape, a, -1) if isinstance(f, Table) else a) for n, (f, a) in arrays.items()}
+
+    @classmethod
+    def _made_of(cls, *held: dict[str, Any]) -> Self:
+        """An instance that holds all this, unchecked."""
+        new = object.__new__(cls)
+        for some in held:
+            new.__dict__.update(some)
+        return new
+
+    def _beside_fields(self) -> dict[str, Any]:
+        """The state and the notes that this holds, and its fields where these are its own."""
+        return {name: self.__dict__[name] for name in (*self.beside, "fields") if name in self.__dict__}
+
+    def _free(self) -> Iterator[tuple[str, Field, Any]]:
+        """Declared fields with their values, without those that are tied to another."""
+        return ((name, field, self.__dict__[name]) for name, field in self.fields.items() if name not in self._tied)
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        raise AttributeError(
+            f"{type(self).__name__} is a value and cannot be changed; use m.replace({name}=...) for a new one"
+        )
+
+    def __delattr__(self, name: str) -> None:
+        raise AttributeError(f"{type(self).__name__} is a value and cannot be changed")
+
+    def _key(self) -> tuple:
+        return tuple((n, v) for n, _, v in self._free())
+
+    def __eq__(self, other: object) -> bool:
+        if type(self) is not type(other):
+            return NotImplemented
+        mine, theirs = self._key(), other._key()
+        return len(mine) == len(theirs) and all(
+            a[0] == b[0] and _same(a[1], b[1]) for a, b in zip(mine, theirs, strict=True)
+        )
+
+    def __hash__(self) -> int:
+        return hash((type(self), *(v for _, v in self._key() if isinstance(v, (float, str, Value)))))
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {n: v for n, v in self.__dict__.items() if n not in ("_kept", "_derived")}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__.update(freeze(state), _derived={})  # pickles and deep copies forget it
+        self.__dict__["_kept"] = self._keep()
+
+    def __repr__(self) -> str:
+        shown = [f"{n}={literal(v)}" for n, f, v in self._free() if not isinstance(f, (Table, Channels))]
+        return f"{type(self).__name__}({', '.join(shown)})"
+
+    def to_json(self) -> dict[str, Any]:
+        """This value as JSON data: its class by name, its fields as numbers, lists, words and further objects."""
+        if self._holed:
+            raise ParameterError(
+                f"{type(self).__name__}({next(iter(self._holed))}): masked numbers have no JSON form; fill them in"
+            )
+        values = {n: _json(v) for n, f, v in self._free() if not isinstance(f, (Table, Channels))}
+        return {**json_name(type(self)), **values}
+
+
+def _same(a: Any, b: Any) -> bool:
+    if a is b:
+        return True
+    if ops.library_of_type(type(a)) is None or ops.library_of_type(type(b)) is None:
+        return type(a) is type(b) and bool(a == b)
+    return type(a) is type(b) and np.array_equal(ops.to_numpy(a), ops.to_numpy(b), equal_nan=True)
+
+
+def _json(value: Any) -> Any:
+    if isinstance(value, Value):
+        return value.to_json()
+    if isinstance(value, (list, tuple)):
+        return [_json(v) for v in value]
+    return value if ops.library_of_type(type(value)) is None else ops.to_numpy(value).tolist()
