@@ -5,13 +5,16 @@ Each script runs in a process of its own, whose threads are told apart by the ti
 
 from __future__ import annotations
 
+import inspect
 import json
 import os
 import shutil
 import subprocess
 import sys
 import threading
+import time
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -20,6 +23,8 @@ import gonio as gn
 from gonio.compile import plans, store, workers
 from gonio.compile.threads import container_limit, share
 from gonio.scenes import rendering
+
+PACKAGE = Path(gn.__file__).parent
 
 needs_linux = pytest.mark.skipif(
     not Path("/proc/self/schedstat").exists(), reason="needs Linux: the time that each thread has run is from /proc"
@@ -118,6 +123,58 @@ def test_what_is_called_within_a_part_is_not_shared_out(monkeypatch):
         m.f(lit, lit)
         assert led
         assert not workers.busy() and not workers.team().jobs
+    finally:
+        gn.threads(before)
+
+
+class Stop(BaseException):
+    """An exception of nobody's."""
+
+
+def test_an_exception_at_any_place_leaves_no_part_under_way():
+    """One is raised wherever a signal's may be: `share` then waits for the helpers, offers nothing any more, and the
+    next job is done whole."""
+    before, under_way, done = gn.threads(), set(), []
+    main = threading.get_ident()
+
+    def part(number: int) -> None:
+        if threading.get_ident() != main:
+            under_way.add(number)
+            time.sleep(0.002)
+            under_way.discard(number)
+        done.append(number)
+
+    def stopped_at(number: int) -> bool:
+        seen = 0
+
+        def place(frame: Any, event: str, argument: Any) -> None:
+            nonlocal seen
+            code = frame.f_code
+            is_closed = event == "call" and code.co_flags & inspect.CO_GENERATOR  # perhaps: signals do not come there
+            if event in ("call", "c_return") and Path(code.co_filename).is_relative_to(PACKAGE) and not is_closed:
+                seen += 1
+                if seen == number:
+                    raise Stop
+
+        sys.setprofile(place)
+        try:
+            share(part, [(i,) for i in range(6)])
+        except Stop:
+            return True
+        finally:
+            sys.setprofile(None)
+        return False
+
+    try:
+        gn.threads(3)
+        number = 1
+        while stopped_at(number):
+            assert not under_way and not workers.busy(), number
+            number += 1
+        assert number > 15
+        done.clear()
+        share(part, [(i,) for i in range(100)])
+        assert sorted(done) == list(range(100))
     finally:
         gn.threads(before)
 
