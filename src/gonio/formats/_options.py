@@ -124,7 +124,7 @@ def _taken(kind: Any, value: Any, d: Declared) -> Any:
     if kind in (int, float):
         return _number(kind, value, d)
     if kind is Path:
-        return Path(_word(os.fspath(value), d))
+        return Path(_taken(str, os.fspath(value), d))
     if not isinstance(value, (bool, np.bool_) if kind is bool else kind):
         raise TypeError
     if isinstance(value, str):

@@ -1,9 +1,9 @@
 """KAIST's `.pbsdf`: polarimetric measurements, Mueller matrices on half and difference angles and five wavelengths.
 
 A tensor file (see `tensor_file`) with the fields theta_h, theta_d, phi_d, f32 (1, n) [rad], wvls u16 [nm], and M
-f32 (phi_d, theta_d, theta_h, wavelength, 4, 4), without a cosine, NaN where there is nothing; published files are
-361 x 91 x 91 x 5 and 957 MB. An axis may be empty, f32 (0, n): its nodes are even then. phi_d is the azimuth of wi, to the light. Checked against Mitsuba's `measured_polarized`
-on files written here; no published file was at hand.
+f32 (phi_d, theta_d, theta_h, wavelength, 4, 4), without a cosine, NaN where there is nothing; published files are 361 x
+91 x 91 x 5 and 957 MB. An axis may be empty, f32 (0, n): its nodes are even then. phi_d is the azimuth of wi, to the
+light. Checked against Mitsuba's `measured_polarized` on files written here; no published file was at hand.
 """
 
 from __future__ import annotations
