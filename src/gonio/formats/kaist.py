@@ -76,7 +76,7 @@ class KAIST(Unscanned):
         counts = dict(zip(AXES, M.shape[2::-1], strict=True))
         nodes = {name: _even(name, n) if name in empty else _nodes(held, where, name) for name, n in counts.items()}
         expect(held, where, "M", (*(len(nodes[name]) for name in reversed(AXES)), len(wavelengths), 4, 4))
-        about = {name: len(x) for name, x in nodes.items()}
+        about: dict[str, Any] = {name: len(x) for name, x in nodes.items()}
         if empty:
             about["nodes"] = (
                 f"{', '.join(empty)} empty in the file, taken as even from end to end, as Mitsuba takes all"
