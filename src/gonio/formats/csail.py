@@ -24,7 +24,7 @@ from ..files import replacing
 from ..formula.fields import Ours, kept
 from ..tables.angle_systems import parameterisation
 from ._options import ABOVE_ZERO, Declared
-from ._reading.mapped import Unscanned, expect_channels, numbers
+from ._reading.large_tables import Unscanned, expect_channels, numbers
 
 NAME = "CSAIL"
 SUFFIXES = (".dat",)

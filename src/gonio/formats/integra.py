@@ -29,7 +29,7 @@ from ..tables.axes import fits
 from ..tables.gridded import Gridded
 from ._options import Declared
 from ._reading import plain_text
-from ._rows import specular
+from ._rows import libbsdf_grids
 
 NAME = "Integra"
 SUFFIXES = (".ddr",)
@@ -186,9 +186,9 @@ def _material(
     values = values if relative else values * kbdf[:, :, None, None]
     values = values.transpose(1, 3, 2, 0, 4)  # sigma, theta, phi, psi
     if mirrored and oriented:
-        phi, values = specular.expand(phi, values, 2)
+        phi, values = libbsdf_grids.expand(phi, values, 2)
         mirrored = False
-    azimuth, values = specular.azimuths(phi, values, 2, mirrored)
+    azimuth, values = libbsdf_grids.azimuths(phi, values, 2, mirrored)
     axes = {"theta_i": np.radians(lists["sigma"]), "radial": np.radians(lists["theta"]), "azimuth": azimuth}
     if oriented:
         axes["phi_i"] = np.radians(lists["psi"])
@@ -205,7 +205,7 @@ def _material(
         made = _scaled(made, kbdf.transpose(1, 0, 2))
     if np.array_equal(centres, lists["sigma"]):
         return made
-    return specular.offset(made.axes, made.brdf(), np.radians(centres), names, path, about)
+    return libbsdf_grids.offset(made.axes, made.brdf(), np.radians(centres), names, path, about)
 
 
 def _scaled(m: Gridded, albedo: np.ndarray) -> Gridded:
@@ -254,7 +254,7 @@ def write(
         raise ParameterError(f"{m!r:.80}: has nodes without data, which the format cannot say; fill them first")
     values = values if table.channel_names is not None else values[..., None]
     values = values if len(table.axes) == 4 else values[:, :, :, None]
-    phi, values = specular.degrees(table.axes["azimuth"], values, 2, table.is_mirrored)
+    phi, values = libbsdf_grids.degrees(table.axes["azimuth"], values, 2, table.is_mirrored)
     lists = {"psi": table.axes.get("phi_i", np.zeros(1)), "sigma": table.axes["theta_i"], "theta": table.axes["radial"]}
     degrees = {key: plain_text.degrees(x) for key, x in lists.items()} | {"phi": phi}
     colour, heads = _heads(m, table.channel_names)

@@ -21,7 +21,7 @@ from ..formula.fields import Held, kept
 from ..tables.angle_systems import parameterisation
 from ._options import Declared
 from ._reading import tensor_file
-from ._reading.mapped import Unscanned
+from ._reading.large_tables import Unscanned
 from ._reading.tensor_file import Kept, expect
 
 if TYPE_CHECKING:

@@ -28,7 +28,7 @@ from ..formula.fields import Ours, kept
 from ..pictures.colour import XYZ_TO_SRGB
 from ..pictures.image import Image, read_image
 from ._options import ABOVE_ZERO, Declared
-from ._reading.mapped import LARGE, Unscanned, expect_channels, numbers
+from ._reading.large_tables import LARGE, Unscanned, expect_channels, numbers
 
 NAME = "UTIA"
 SUFFIXES = (".bin", ".exr")

@@ -31,7 +31,7 @@ from ..compile.threads import apart
 from ..errors import DependencyError, FormatError
 from ..files import replacing, replacing_folder
 from ..tables.dataset import of_file
-from ._reading.datasets import AS_STORED, NEEDED, Parameterisation, Resolution, encoded, steady
+from ._reading.own_layout import AS_STORED, NEEDED, Parameterisation, Resolution, encoded, steady
 
 NAME = "Zarr"
 SUFFIXES = (".zarr", ".zip")

@@ -20,7 +20,7 @@ from ...formula.fields import Held, Ours, channels, kept, table
 from ...formula.table_warp import bracket
 from ...tables.drawing import Sampled
 from .._options import ABOVE_ZERO, Declared
-from .._reading.mapped import expect_channels
+from .._reading.large_tables import expect_channels
 from .._rows.direction_pairs import Side
 from .contents import GZIP, MAGIC, inflated, parse, serialise
 
