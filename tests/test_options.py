@@ -173,6 +173,12 @@ def test_lists_may_be_arrays_or_one_number(tmp_path):
         gn.load(tmp_path / "b", more=[tmp_path / "nothing"])
 
 
+@pytest.mark.parametrize("format", [5, b"MERL", [], "no such format"])
+def test_names_of_formats_that_are_none(format, tmp_path):
+    with pytest.raises(ParameterError, match=r"format=.*expected one of"):
+        gn.save(gn.Lambertian(0.5), tmp_path / "a.binary", format)
+
+
 def test_isotropic_azimuths_of_lighttools_begin_at_0(tmp_path):
     with pytest.raises(ParameterError, match=r"phi=.*expected angles from 0 to 360"):
         gn.save(gn.Lambertian(0.5), tmp_path / "a", "LightTools", phi=[-90, 90])

@@ -112,7 +112,7 @@ def read(path: Path) -> Gridded:
 
 
 def _header(words: _Words) -> tuple[dict[str, str], dict[str, np.ndarray], dict[str, str]]:
-    """What the types are, the lists [degrees], and entries that are not known."""
+    """The types, the lists [degrees], and unknown entries."""
     header = {"symmetry": "planesymmetrical", "colour": "", "data": "luminance", "scale": "absolute"}
     lists: dict[str, np.ndarray] = {}
     about: dict[str, str] = {}
@@ -209,7 +209,7 @@ def _material(
 
 
 def _scaled(m: Gridded, albedo: np.ndarray) -> Gridded:
-    """The same with these directional-hemispherical reflectances (theta_i, phi_i, channel)."""
+    """The values, scaled to these directional-hemispherical reflectances (theta_i, phi_i, channel)."""
     (radial, d_radial), (azimuth, d_azimuth) = (_between(m, name) for name in ("radial", "azimuth"))
     factor = np.empty((len(m.axes["theta_i"]), albedo.shape[1], albedo.shape[2]))
     for i, theta_i in enumerate(m.axes["theta_i"]):
@@ -281,7 +281,7 @@ def _written(types: list[str], lists: dict[str, np.ndarray], tables: dict[str, n
 
 
 def _heads(m: Reflectance, names: tuple | None) -> tuple[str, list[str]]:
-    """What TypeColorModel says, and the words that channels begin with."""
+    """The value of TypeColorModel, and the first words of the channels."""
     if names is None:
         return "BW", ["bw"]
     if names == ("R", "G", "B"):

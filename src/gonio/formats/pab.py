@@ -166,7 +166,7 @@ def write(
 
 
 def _said(m: Reflectance) -> dict[str, str]:
-    """What the file that a measurement came from says about it."""
+    """Keys and values in the head of the file that a measurement came from."""
     about = getattr(m, "about", {})
     known = {k: v for k, v in about.items() if isinstance(v, str) and "\n" not in v and re.fullmatch(r"\w+", k)}
     return {k: v for k, v in known.items() if v.strip().upper() != "CIE-XYZ"}

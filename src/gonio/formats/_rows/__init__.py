@@ -1,1 +1,1 @@
-"""What formats of rows and of angles share: pairs of directions with values, and grids as libbsdf has them."""
+"""Shared by formats of rows and of angles: pairs of directions with values, and grids as libbsdf has them."""
