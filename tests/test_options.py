@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 import re
 import types
@@ -139,6 +140,42 @@ def test_values_at_the_bounds_are_taken(does, name, option):
         assert option.checked(np.True_) is True
     if dict in option.kinds:
         assert option.checked({"a": [1, {"b": "é"}]}) == {"a": [1, {"b": "é"}]}
+
+
+NEEDED = {"pab-opto": {"incident": (0.3, 0.0)}, "RGL": {"resolution": 4}, "SCATFUN": {"nodes": 4}}
+NEEDED |= {name: {"wavelengths": [550.0]} for name in ("BRF table", "OpenMATERIAL", "Speos")}
+
+
+def at_the_bounds(option: Option) -> list[Any]:
+    """Values that `option` may have; the largest of SCATFUN and of trees take minutes."""
+    d, kind = option.declared, option.kinds[0]
+    ends = [x for x in (d.low, d.high) if (math.isfinite(x) and x < 2048) or x == 1e9]
+    if d.words:
+        return [*d.words][-1:] if isinstance(next(iter(d.words)), str) else sorted(d.words)[:2]
+    if d.lengths:
+        return [[int(d.low)] * d.lengths[0]]
+    if kind in (int, float):
+        return [kind(x) for x in ends]
+    return [*([x] for x in ends), ends] if ends and typing.get_origin(kind) is Sequence else []
+
+
+@pytest.mark.parametrize(("name", "option"), WRITE, ids=[f"{name} {option.name}" for name, option in WRITE])
+def test_files_at_the_bounds_are_written_or_refused(name, option, tmp_path):
+    """A format may refuse what does not fit the material, or memory; it never fails in another way."""
+    module, trees = MODULES[name], name == "WINDOW XML" and option.name in ("resolution", "tolerance")
+    coarse = {"step": 30.0} if "step" in options(module.write) else {"tree": 3} if trees else {}
+    for value in at_the_bounds(option):
+        path = tmp_path / f"a{module.SUFFIXES[0]}"
+        with contextlib.suppress(ParameterError, TooLargeError):
+            gn.save(gn.Lambertian(0.5), path, name, **{**NEEDED.get(name, {}), **coarse, option.name: value})
+            assert path.exists()
+
+
+@pytest.mark.parametrize(("azimuth", "read"), [([360.0], 1), ([0.0, 300.0], 2), ([0.0, 90.0, 270.0, 360.0], 2)])
+def test_azimuths_of_zemax_that_are_no_half_circle(azimuth, read, tmp_path):
+    """None is dropped: one side stands for the other where every azimuth of that has its mirror image."""
+    gn.save(gn.Lambertian(0.5), tmp_path / "a", "Zemax", azimuth=azimuth, step=30)
+    assert len(gn.load(tmp_path / "a").axes["azimuth"]) == read
 
 
 def test_resolution_is_a_count_and_step_an_angle():
