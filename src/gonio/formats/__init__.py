@@ -136,7 +136,7 @@ def writer(path: str | os.PathLike, format: str | None = None) -> ModuleType:
     """
     writers = [m for m in formats() if hasattr(m, "write")]
     if format is not None:
-        word = format.lower().removeprefix(".")
+        word = str(format).lower().removeprefix(".")
         named = [w for w in writers if w.NAME.lower() == word]
         named = named or [w for w in writers if f".{word}" in w.SUFFIXES and not getattr(w, "SHARED_SUFFIX", False)]
         if len(named) != 1:

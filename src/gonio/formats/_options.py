@@ -40,11 +40,11 @@ LARGEST, LONGEST = 1 << 63, 1000
 NOUNS = {bool: "true or false", int: "a whole number", float: "a number", str: "a word", Path: "a file name"}
 NOUNS |= {dict: "a JSON object"}
 UNFIT = (TypeError, ValueError, OverflowError, RecursionError, KeyError)
-"""What conversions of unfit values raise."""
+"""Errors of conversions of unfit values."""
 
 
 class Declared(NamedTuple):
-    """What an option means and may be; it stands in `Annotated[type, Declared(...)]`.
+    """The meaning and the bounds of an option, in `Annotated[type, Declared(...)]`.
 
     low, high   bounds of every number, in the `unit`
     words       the only values; those that are text, in any case
@@ -98,7 +98,7 @@ class Option(NamedTuple):
         return taken
 
     def of_text(self, text: str) -> Any:
-        """What a text of the command line stands for; `checked` refuses it where that is no value of this option."""
+        """The value of a text of the command line, or what `checked` refuses where it is none of this option."""
         if text.lower() == "none" and self.default is None:
             return None
         meant: Any = text
@@ -124,7 +124,7 @@ def _taken(kind: Any, value: Any, d: Declared) -> Any:
     if kind in (int, float):
         return _number(kind, value, d)
     if kind is Path:
-        return Path(_word(os.fspath(value), d))
+        return Path(_taken(str, os.fspath(value), d))
     if not isinstance(value, (bool, np.bool_) if kind is bool else kind):
         raise TypeError
     if isinstance(value, str):
@@ -167,7 +167,7 @@ def _word(value: str, d: Declared) -> str:
 
 
 def _of_text(kind: Any, text: str) -> Any:
-    """What a text stands for as this kind; the text where it stands for nothing."""
+    """The value of a text as this kind; the text itself where it has none."""
     inner = typing.get_args(kind)
     if hasattr(kind, "__metadata__"):
         return _of_text(inner[0], text)
@@ -261,7 +261,7 @@ def checked(module: ModuleType, does: str, given: Mapping[str, Any]) -> dict[str
 
 
 def of_texts(module: ModuleType, does: str, texts: Iterable[str]) -> dict[str, Any]:
-    """The same of options typed as "name=value" on the command line."""
+    """The options typed as "name=value" on the command line, checked."""
     known = options(getattr(module, does))
     given: dict[str, Any] = {}
     for text in texts:

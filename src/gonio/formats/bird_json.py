@@ -182,7 +182,7 @@ def _of_polarization(
 
 
 def _mean(s: dict[str, np.ndarray], p: dict[str, np.ndarray], where: str) -> dict[str, np.ndarray]:
-    """What unpolarised light gives: the mean of rows that agree in everything else."""
+    """f of unpolarised light: the mean of rows for s and p that agree in everything else."""
     keys = [name for name in s if name not in ("BRDF", "uBRDF")]
     orders = [np.lexsort([rows[name] for name in reversed(keys)]) for rows in (s, p)]
     if len(orders[0]) != len(orders[1]) or not all(np.array_equal(s[n][orders[0]], p[n][orders[1]]) for n in keys):

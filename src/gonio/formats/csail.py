@@ -25,7 +25,7 @@ from ..formula.fields import Ours, kept
 from ..formula.state import note
 from ..tables.angle_systems import angle_system
 from ._options import ABOVE_ZERO, Declared
-from ._reading.mapped import Unscanned, expect_channels, numbers
+from ._reading.large_tables import Unscanned, expect_channels, numbers
 
 NAME = "CSAIL"
 SUFFIXES = (".dat",)

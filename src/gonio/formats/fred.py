@@ -90,7 +90,7 @@ def read(path: str | os.PathLike) -> Gridded:
 
 
 def _format(lines: plain_text.Lines, words: dict[str, str]) -> tuple[bool, float]:
-    """Whether angles are in degrees, and what numbers are multiplied by."""
+    """Whether angles are in degrees, and the factor of the values."""
     unit = {"deg": True, "degrees": True, "rad": False, "radians": False}.get(words.get("angles", "deg").lower())
     if unit is None or words.get("bsdf", "value").lower() != "value":
         raise lines.fault(" ".join(f"{k}={v}" for k, v in words.items()), "angles=deg bsdf=value")

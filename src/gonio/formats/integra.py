@@ -29,7 +29,7 @@ from ..tables.axes import fits
 from ..tables.gridded import Gridded
 from ._options import Declared
 from ._reading import plain_text
-from ._rows import specular
+from ._rows import libbsdf_grids
 
 NAME = "Integra"
 SUFFIXES = (".ddr",)
@@ -112,7 +112,7 @@ def read(path: Path) -> Gridded:
 
 
 def _header(words: _Words) -> tuple[dict[str, str], dict[str, np.ndarray], dict[str, str]]:
-    """What the types are, the lists [degrees], and entries that are not known."""
+    """The types, the lists [degrees], and unknown entries."""
     header = {"symmetry": "planesymmetrical", "colour": "", "data": "luminance", "scale": "absolute"}
     lists: dict[str, np.ndarray] = {}
     about: dict[str, str] = {}
@@ -186,9 +186,9 @@ def _material(
     values = values if relative else values * kbdf[:, :, None, None]
     values = values.transpose(1, 3, 2, 0, 4)  # sigma, theta, phi, psi
     if mirrored and oriented:
-        phi, values = specular.expand(phi, values, 2)
+        phi, values = libbsdf_grids.expand(phi, values, 2)
         mirrored = False
-    azimuth, values = specular.azimuths(phi, values, 2, mirrored)
+    azimuth, values = libbsdf_grids.azimuths(phi, values, 2, mirrored)
     axes = {"theta_i": np.radians(lists["sigma"]), "radial": np.radians(lists["theta"]), "azimuth": azimuth}
     if oriented:
         axes["phi_i"] = np.radians(lists["psi"])
@@ -205,11 +205,11 @@ def _material(
         made = _scaled(made, kbdf.transpose(1, 0, 2))
     if np.array_equal(centres, lists["sigma"]):
         return made
-    return specular.offset(made.axes, made.brdf(), np.radians(centres), names, path, about)
+    return libbsdf_grids.offset(made.axes, made.brdf(), np.radians(centres), names, path, about)
 
 
 def _scaled(m: Gridded, albedo: np.ndarray) -> Gridded:
-    """The same with these directional-hemispherical reflectances (theta_i, phi_i, channel)."""
+    """The values, scaled to these directional-hemispherical reflectances (theta_i, phi_i, channel)."""
     (radial, d_radial), (azimuth, d_azimuth) = (_between(m, name) for name in ("radial", "azimuth"))
     factor = np.empty((len(m.axes["theta_i"]), albedo.shape[1], albedo.shape[2]))
     for i, theta_i in enumerate(m.axes["theta_i"]):
@@ -254,7 +254,7 @@ def write(
         raise ParameterError(f"{m!r:.80}: has nodes without data, which the format cannot say; fill them first")
     values = values if table.channel_names is not None else values[..., None]
     values = values if len(table.axes) == 4 else values[:, :, :, None]
-    phi, values = specular.degrees(table.axes["azimuth"], values, 2, table.is_mirrored)
+    phi, values = libbsdf_grids.degrees(table.axes["azimuth"], values, 2, table.is_mirrored)
     lists = {"psi": table.axes.get("phi_i", np.zeros(1)), "sigma": table.axes["theta_i"], "theta": table.axes["radial"]}
     degrees = {key: plain_text.degrees(x) for key, x in lists.items()} | {"phi": phi}
     colour, heads = _heads(m, table.channel_names)
@@ -281,7 +281,7 @@ def _written(types: list[str], lists: dict[str, np.ndarray], tables: dict[str, n
 
 
 def _heads(m: Reflectance, names: tuple | None) -> tuple[str, list[str]]:
-    """What TypeColorModel says, and the words that channels begin with."""
+    """The value of TypeColorModel, and the first words of the channels."""
     if names is None:
         return "BW", ["bw"]
     if names == ("R", "G", "B"):

@@ -24,7 +24,7 @@ from ..tables.angle_systems import angle_system
 from ..tables.nodes import above, f_at, with_channels
 from ._options import Declared
 from ._reading import tensor_file
-from ._reading.mapped import Unscanned
+from ._reading.large_tables import Unscanned
 from ._reading.tensor_file import Kept, expect
 
 if TYPE_CHECKING:
@@ -79,7 +79,7 @@ class KAIST(Unscanned):
         counts = dict(zip(AXES, M.shape[2::-1], strict=True))
         nodes = {name: _even(name, n) if name in empty else _nodes(held, where, name) for name, n in counts.items()}
         expect(held, where, "M", (*(len(nodes[name]) for name in reversed(AXES)), len(wavelengths), 4, 4))
-        about: dict[str, int | str] = {name: len(x) for name, x in nodes.items()}
+        about: dict[str, Any] = {name: len(x) for name, x in nodes.items()}
         if empty:
             about["nodes"] = (
                 f"{', '.join(empty)} empty in the file, taken as even from end to end, as Mitsuba takes all"

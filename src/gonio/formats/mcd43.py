@@ -50,7 +50,7 @@ BANDS = {
 }
 """MODIS' land bands -> centre wavelength [nm]; the others, vis, nir and shortwave, are broad."""
 PREFIXES, NEEDED = [PREFIX, QUALITY], frozenset({"time"})
-"""What the names of arrays that are read begin with, or are."""
+"""Names of the arrays that are read, or their beginnings."""
 KERNELS = ("f_iso", "f_vol", "f_geo")
 
 

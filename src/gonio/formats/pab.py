@@ -55,7 +55,9 @@ def matches(head: bytes, size: int) -> bool:
 def read(
     path: Path,
     side: direction_pairs.Side = "front",
-    more: Annotated[Sequence[Path], Declared("files of other incident directions, read together with this one")] = (),
+    more: Annotated[
+        Sequence[Path] | None, Declared("files of other incident directions, read together with this one")
+    ] = None,
 ) -> Gridded:
     """The measurement in a file, and in `more` files: a grid if its rows fill one, else `Scattered`.
 
@@ -64,7 +66,7 @@ def read(
     """
     pairs, about = _one(path)
     found = [pairs]
-    for other in more:
+    for other in more or ():
         pairs, _ = _one(other)
         if (pairs.quantity, pairs.channels) != (found[0].quantity, found[0].channels):
             raise FormatError(f"{other}: holds {pairs.quantity} {pairs.channels or ''}, expected the same as {path}")
@@ -164,7 +166,7 @@ def write(
 
 
 def _said(m: Reflectance) -> dict[str, str]:
-    """What the file that a measurement came from says about it."""
+    """Keys and values in the head of the file that a measurement came from."""
     about = getattr(m, "about", {})
     known = {k: v for k, v in about.items() if isinstance(v, str) and "\n" not in v and re.fullmatch(r"\w+", k)}
     return {k: v for k, v in known.items() if v.strip().upper() != "CIE-XYZ"}

@@ -1,7 +1,7 @@
 """Excel workbooks (`.xls`, BIFF) of the RT-300S goniophotometer: one column for each measured point.
 
 Rows are told by their first cell: `Azimuth`, `Incidence`, `Receive` [degrees], `RT`; `Method` and others are kept in
-`about`. A measurement of more than 253 points goes on in further sheets. For the angles and the quantity see `_rt300s`.
+`about`. A measurement of more than 253 points goes on in further sheets. For the angles and the quantity see `rt300s`.
 
 Checked against a real file and what its laboratory made of it (`fred`): pi f cos(theta_o) agrees within 0.0042, mean
 -0.0005; the laboratory subtracts a measurement without light, which is of that size.

@@ -29,7 +29,7 @@ from ..tables.gridded import Gridded
 from ..tables.scattered import Scattered
 from ._options import Declared
 from ._reading import plain_text
-from ._rows import specular
+from ._rows import libbsdf_grids
 from ._rows.pairs_of_material import Resolution, table_of
 
 NAME = "SSDD"
@@ -160,14 +160,14 @@ def _material(block: Block, path: str, about: Mapping[str, Any]) -> Gridded:
             raise FormatError(
                 f"{path}: bilateral_symmetry and PARAM1_LIST: expected isotropic data where half is left out"
             )
-        phi_2, values = specular.expand(phi_2, values, 2)
+        phi_2, values = libbsdf_grids.expand(phi_2, values, 2)
         mirrored = False
     channels: tuple[Any, ...] | None = COLOURS.get(block.entries["COLOR_MODEL"])
     if block.entries["COLOR_MODEL"] == "spectrum":
         channels = tuple(lists["WAVELENGTH_LIST"].tolist())
     third = np.radians(phi_2)
     if kind == "specular":
-        third, values = specular.azimuths(phi_2, values, 2, mirrored)
+        third, values = libbsdf_grids.azimuths(phi_2, values, 2, mirrored)
     nodes = {"theta": np.radians(theta), "theta_2": np.radians(theta_2), "third": third, "phi": np.radians(phi)}
     if kind == "angles" and oriented:
         nodes, values = {k: nodes[k] for k in ("theta", "theta_2", "phi", "third")}, values.swapaxes(2, 3)
@@ -185,7 +185,7 @@ def _material(block: Block, path: str, about: Mapping[str, Any]) -> Gridded:
                 raise FormatError(
                     f"{path}: PARAM4_LIST has {len(offsets)} offsets, expected {len(theta)} as PARAM0_LIST"
                 )
-            return specular.offset(axes, values, np.radians(theta + offsets), channels, path, about)
+            return libbsdf_grids.offset(axes, values, np.radians(theta + offsets), channels, path, about)
         periods = {"phi_d": period} if kind == "half_difference" else None
         return Gridded(
             kind, axes, values, channels=channels, mirrored=mirrored, periods=periods, path=path, about=about
@@ -244,7 +244,7 @@ def _block_of(m: Gridded) -> Block:
         nodes[2:] = nodes[:1:-1]
         values = values.swapaxes(2, 3)
     if kind == "specular":
-        nodes[2], values = specular.degrees(m.axes["azimuth"], values, 2, m.is_mirrored)
+        nodes[2], values = libbsdf_grids.degrees(m.axes["azimuth"], values, 2, m.is_mirrored)
     for k in (2, 3):
         nodes[k], values = _within_a_turn(nodes[k], values, k)
     reduction = ["bilateral_symmetry"] if m.is_mirrored else []

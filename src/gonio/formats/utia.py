@@ -29,7 +29,7 @@ from ..formula.state import note
 from ..pictures.colour import RGB_OF_XYZ, srgb_decode
 from ..pictures.image import Image, read_image
 from ._options import ABOVE_ZERO, Declared
-from ._reading.mapped import LARGE, Unscanned, expect_channels, numbers
+from ._reading.large_tables import LARGE, Unscanned, expect_channels, numbers
 
 NAME = "UTIA"
 SUFFIXES = (".bin", ".exr")

@@ -21,7 +21,7 @@ from ..tables.dataset import of_file
 from . import mcd43, neural
 from ._options import Declared
 from ._reading import hdf
-from ._reading.datasets import AS_STORED, NEEDED, Parameterisation, Resolution, encoded, steady
+from ._reading.own_layout import AS_STORED, NEEDED, Parameterisation, Resolution, encoded, steady
 
 if TYPE_CHECKING:
     import xarray

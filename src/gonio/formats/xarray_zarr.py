@@ -31,7 +31,7 @@ from ..compile.threads import apart
 from ..errors import DependencyError, FormatError
 from ..files import replacing, replacing_folder
 from ..tables.dataset import of_file
-from ._reading.datasets import AS_STORED, NEEDED, Parameterisation, Resolution, encoded, steady
+from ._reading.own_layout import AS_STORED, NEEDED, Parameterisation, Resolution, encoded, steady
 
 NAME = "Zarr"
 SUFFIXES = (".zarr", ".zip")
@@ -118,7 +118,7 @@ def target(path: Path) -> Path:
 
 
 def _foreign(folder: Path) -> str | None:
-    """What is wrong with a folder as a store that may be replaced; None if nothing is."""
+    """The reason, in words, why a folder may not be replaced as a store; None if it may."""
     if not any((folder / root).is_file() and not (folder / root).is_symlink() for root in ROOTS):
         return f"is a folder, and no Zarr store, which would have {' or '.join(ROOTS)}"
     disk = folder.stat().st_dev

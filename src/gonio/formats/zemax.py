@@ -261,6 +261,8 @@ def _as_half(axes: dict[str, np.ndarray], f: np.ndarray) -> tuple[dict[str, np.n
     """One side of the plane of incidence where the other is its mirror image; and the name of the symmetry."""
     turn = np.round(np.degrees(axes["azimuth"]) - 180.0, 9)
     half = np.flatnonzero((turn >= 0.0) & (turn <= 180.0))
+    if not {*np.round(360.0 - turn[turn > 180.0], 9)} <= {*turn[half]}:
+        return axes, f, SYMMETRIES[1]
     for k in half:
         twin = np.flatnonzero(turn == 360.0 - turn[k])
         if len(twin) and not np.allclose(f[:, :, k], f[:, :, twin[0]], rtol=1e-6, atol=1e-12):

@@ -1,1 +1,1 @@
-"""What readers and writers of many formats share: text, HDF, JSON, pipes, options."""
+"""Shared by readers and writers of many formats: text, JSON, HDF, tensor files, large tables, pipes, channels."""

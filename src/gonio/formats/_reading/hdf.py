@@ -15,7 +15,7 @@ from . import hdf_probe
 
 
 def inspected(kind: str, path: Path, *more: str) -> dict[str, Any]:
-    """What `hdf_probe` finds in an "hdf4" or "hdf5" file; FormatError where that is damage, or it finds no end.
+    """The findings of `hdf_probe` in an "hdf4" or "hdf5" file; FormatError for damage, and where it finds no end.
 
     Raises DependencyError where no process can be started.
     """
@@ -31,7 +31,7 @@ def inspected(kind: str, path: Path, *more: str) -> dict[str, Any]:
 
 
 def probed(*words: str) -> bytes:
-    """What the program says, called with these words; cut short where a file stops it."""
+    """The output of the program, called with these words; cut short where a file stops it."""
     search = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
     failed = []
     for program in _interpreters():

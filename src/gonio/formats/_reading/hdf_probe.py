@@ -28,11 +28,11 @@ STARTED = "gonio reads\n"
 
 
 class Refused(Exception):
-    """What is wrong with a file, in words."""
+    """A fault of a file, in words."""
 
 
 def main(kind: str, path: str, *more: str) -> dict[str, Any]:
-    """What is in a file, or under "refused" what is wrong with it."""
+    """The content of a file, or its fault under "refused"."""
     size = os.path.getsize(path)
     try:
         if kind == "hdf5":

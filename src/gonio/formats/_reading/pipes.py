@@ -1,4 +1,4 @@
-"""What a path leads to: files and folders as they are, pipes by way of a private copy, since they can be read once."""
+"""Paths of files, folders and pipes: a pipe, which can be read once, is read from a private copy."""
 
 from __future__ import annotations
 

@@ -273,7 +273,7 @@ def is_whole(token: str) -> bool:
 
 
 def split(line: str) -> list[str]:
-    """What blanks, commas or semicolons separate in a line."""
+    """The words of a line, separated by blanks, commas or semicolons."""
     return line.translate(_SEPARATORS).split()
 
 

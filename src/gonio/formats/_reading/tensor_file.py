@@ -31,7 +31,7 @@ _MOST_AXES = 32
 
 
 class Entry(NamedTuple):
-    """What a header says of a field: type, offset of its data in the file, shape."""
+    """A field in the header: type, offset of its data in the file, shape."""
 
     dtype: np.dtype
     offset: int
@@ -80,7 +80,7 @@ def opened(path: str | os.PathLike) -> BinaryIO:
 
 
 def stamp(file: BinaryIO) -> tuple[int, ...]:
-    """What an open file's content is known by: length, time of the last change, number on its disk."""
+    """The marks of an open file's content: length, time of the last change, number on its disk."""
     held = os.fstat(file.fileno())
     return held.st_size, held.st_mtime_ns, held.st_ino
 
@@ -117,7 +117,7 @@ def parse(data: bytes, name: str) -> dict[str, np.ndarray]:
 
 
 def entries(file: BinaryIO, size: int, name: str) -> dict[str, Entry]:
-    """What the header of a file of `size` bytes says of its fields, which all lie within it.
+    """The fields in the header of a file of `size` bytes, which all lie within it.
 
     Raises FormatError for whatever is no tensor file.
     """

@@ -1,1 +1,1 @@
-"""What formats share that hold rows of measurements: pairs of directions and values."""
+"""Shared by formats of rows and of angles: pairs of directions with values, and grids as libbsdf has them."""

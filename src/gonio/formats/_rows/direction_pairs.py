@@ -87,7 +87,7 @@ def material(
     isotropic: bool | None = None,
     outside: str = "hold",
 ) -> Gridded:
-    """What the pairs were measured on: a `Gridded` where they fill a grid, else `Scattered`.
+    """The measurement that holds the pairs: a `Gridded` where they fill a grid, else `Scattered`.
 
     Only pairs with both directions on the `side` asked for; the others (transmission, the other side) are kept as
     they are in `about["other_pairs"]`, to be written again. Angles on the back are counted from its own normal.

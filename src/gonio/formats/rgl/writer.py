@@ -118,7 +118,7 @@ def fields(
 
 
 def history(fields: Mapping[str, np.ndarray]) -> dict[str, Any]:
-    """What `fields` noted about the source of a file that gonio wrote; nothing of other files."""
+    """The source that `fields` noted in a file that gonio wrote; nothing of other files."""
     if PROVENANCE not in fields:
         return {}
     try:

@@ -20,9 +20,10 @@ from ...formula.fields import Ours, channels, kept, table
 from ...formula.held import Held
 from ...formula.state import note, state
 from ...formula.table_warp import bracket
+from ...tables.axes import fits
 from ...tables.drawing import Sampled
 from .._options import ABOVE_ZERO, Declared
-from .._reading.mapped import expect_channels
+from .._reading.large_tables import expect_channels
 from .._rows.direction_pairs import Side
 from .contents import GZIP, MAGIC, inflated, parse, serialise
 
@@ -84,7 +85,7 @@ class Scatfun(Sampled):
     channel = channels("red, green, blue")
 
     parts: dict[str, Any] = note()
-    """What the file holds, part by part, as `parse` finds it."""
+    """The parts of the file, as `parse` finds them."""
     nodes: tuple[int, int] = state()
     sign: float = state()
     width: int = state()
@@ -276,6 +277,7 @@ def _series(
     """f cos(theta_i) as cosine series (theta_i, channel, order), channels as stored; how many orders each needs."""
     count = min(FEW_ORDERS, orders)
     while True:
+        fits(2.0 * count * len(theta_i), f"nodes={len(theta_i)}, orders={count}")
         phi = np.pi * np.arange(2 * count) / count
         wi, wo = direction(theta_i[:, None], phi + np.pi), direction(theta_o, 0.0)
         values = m.f(wi, wo).reshape(len(theta_i), 2 * count, width) * wi[..., 2:]

@@ -23,7 +23,7 @@ GZIP, MOST_INFLATED = b"\x1f\x8b", 100
 
 
 def inflated(data: bytes, where: str) -> bytes:
-    """What a gzipped file holds, no more than its header says; other files as they are."""
+    """The content of a gzipped file, no longer than its header says; other files as they are."""
     if not data.startswith(GZIP):
         return data
     stream = zlib.decompressobj(zlib.MAX_WBITS | 16)

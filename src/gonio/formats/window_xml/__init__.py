@@ -182,7 +182,7 @@ def _matrix_of(
 
 
 def _bases(document: Document, name: str, where: str) -> list[AngleBasis]:
-    """What a basis of this name may be: the file's own definition, else those that are known."""
+    """The bases of this name: the file's own definition, else the known ones."""
     own = {AngleBasis(*basis) for basis in document.bases if basis[0].lower() == name.lower() and basis[2]}
     if not name and len(document.bases) == 1:
         own = {AngleBasis(*document.bases[0])}

@@ -49,7 +49,7 @@ def own(m: Klems | TensorTree, name: str) -> list[bytes]:
 
 
 def _tree_bands(m: TensorTree) -> list[tuple[str, str]]:
-    """What its trees are written as: (name, unit)."""
+    """The bands of its trees: (name, unit)."""
     names = m.channel_names
     if m.colour:
         return [("Visible", ""), ("CIE-u", ""), ("CIE-v", "")]

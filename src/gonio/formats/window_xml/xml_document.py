@@ -39,7 +39,7 @@ _DECLARED = re.compile(rb"""(<\?xml[^>]*encoding\s*=\s*["'])[^"']*""")
 
 
 class Block(NamedTuple):
-    """What a `WavelengthDataBlock` says of its numbers.
+    """A `WavelengthDataBlock` without its numbers.
 
     wavelength  "Visible", "Solar", "CIE-X", or a number
     unit        of a number: "Nanometer"; else "Integral"
@@ -62,7 +62,7 @@ class Block(NamedTuple):
 
 
 class Content(NamedTuple):
-    """What stands in a `ScatteringData`: from which byte to which, from which line, and the numbers."""
+    """The content of a `ScatteringData`: its bytes in the file, its line, and the numbers."""
 
     start: int
     end: int
@@ -278,7 +278,7 @@ def _basis(element: Any, path: Path) -> tuple[str, tuple[float, ...], tuple[int,
 
 
 def _about(root: Any, layer: Any) -> dict[str, Any]:
-    """What the file says of itself and of the material, by tag; a unit follows its number."""
+    """Facts about the file and the material, by tag; a unit follows its number."""
     found = {}
     for element in [*root, *layer.iterfind("Material[1]/*")]:
         text = " ".join((element.text or "").split())

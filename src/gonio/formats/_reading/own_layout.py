@@ -1,4 +1,4 @@
-"""What netCDF and Zarr in gonio's own layout share: how they are encoded and opened, and which arrays are read."""
+"""gonio's own layout in netCDF and Zarr: encoding, options of opening, names of the arrays that are read."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def encoded(
 
 
 def steady(path: Path, read: Callable[[], Found]) -> Found:
-    """What a function reads of a file or folder that is the same before and after: one that is replaced is read again.
+    """The result of a function that reads a file or folder; where that is replaced meanwhile, it is read again.
 
     Raises what `read` does; FormatError where it is replaced all the time.
     """

@@ -40,7 +40,7 @@ def degrees(azimuth: np.ndarray, values: np.ndarray, axis: int, mirrored: bool) 
 def offset(
     axes: Mapping[str, np.ndarray], values: np.ndarray, centres: np.ndarray, channels: Any, path: str, about: Any
 ) -> Gridded:
-    """What grids about other directions than the mirror's hold: `centres` are their polar angles [rad], by theta_i."""
+    """The measurement of a grid about other directions than the mirror's; `centres`: their polar angles [rad]."""
     turned = {**axes, "theta_i": centres}
     nodes = np.meshgrid(*turned.values(), indexing="ij")
     _, wo = SYSTEMS["specular"].pairs(*nodes)
