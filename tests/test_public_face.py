@@ -68,6 +68,12 @@ def test_signature_of_ggx():
         "(alpha_x: 'float | Array' = 0.2, alpha_y: 'float | Array' = 'alpha_x', *, alpha: 'float | Array' = Ellipsis)"
     )
     assert gn.GGX(*signature.bind(0.3, "alpha_x").args) == gn.GGX(alpha=0.3)
+    assert inspect.getdoc(gn.GGX).endswith("""
+
+Parameters
+    alpha_x = 0.2       slope scale along x; 0.001 to 1
+    alpha_y = alpha_x   slope scale along y; 0.001 to 1
+    alpha               sets alpha_x and alpha_y""")
 
 
 def test_signatures_of_parts_options_and_what_must_be_given():

@@ -12,12 +12,19 @@ def test_my_measurement(law):
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from typing import Any
+from collections.abc import Callable, Iterable
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from .base.reflectance import Reflectance
 from .errors import DependencyError, NotFoundError
 from .laws import LAWS, Report, check
+
+if TYPE_CHECKING:
+    Test = TypeVar("Test", bound=Callable[..., object])
+
+    def each_law(test: Test) -> Test:
+        """A test per law: its argument `law` is the name."""
+        return test
 
 
 def assert_lawful(m: Reflectance, except_: str | Iterable[str] = (), laws: str | Iterable[str] | None = None) -> Report:

@@ -19,6 +19,7 @@ from gonio.authoring import (
     part,
     typed,
 )
+from gonio.testing import assert_lawful, each_law
 
 
 class Plain(Reflectance):
@@ -49,6 +50,11 @@ class Half(Fresnel):
 
     def F(self, cos_theta: Any) -> Any:
         return 0.5 + 0.0 * cos_theta
+
+
+@each_law
+def test_plain(law: str) -> None:
+    assert_lawful(Plain(0.3), laws=[law])
 
 
 def materials() -> list[gn.Reflectance]:
