@@ -486,7 +486,8 @@ def test_declared_laws_are_broken(model, law):
 
 
 @ALL
-def test_energy(draw):
+def test_energy(draw, monkeypatch):
+    switch_off(monkeypatch)  # kernels of integrals take longer to compile; test_integrals.py has some
     m = draw.material()
     if "energy" in breaks(m):
         return
