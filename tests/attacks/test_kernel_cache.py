@@ -688,7 +688,7 @@ def copy_of_gonio(where: Path, seconds: float) -> Path:
 def test_names_stand_for_what_the_compiler_says(tmp_path):
     """Two compilers that differ in one digit, all files of the same time: each gets its own kernels. (D11)"""
     a, b = (copy_of_gonio(tmp_path / name, 1.0) for name in "ab")
-    source = b / "gonio" / "compile" / "llvm" / "elementary.py"
+    source = b / "gonio" / "compile" / "elementary.py"
     text = source.read_text(encoding="utf-8")
     first = re.search(r"^SIN = \{.*?(-0\.\d)(\d)", text, re.S | re.M)
     source.write_text(text[: first.start(2)] + str((int(first[2]) + 5) % 10) + text[first.end(2) :], encoding="utf-8")
@@ -715,7 +715,7 @@ def test_a_compiler_edited_since_it_was_imported_keeps_nothing(tmp_path):
     """The name would stand for one text and the kernel be of another. (D11)"""
     place = copy_of_gonio(tmp_path, 1.0)
     code = """
-source = Path(gn.__file__).parent / "compile" / "llvm" / "elementary.py"
+source = Path(gn.__file__).parent / "compile" / "elementary.py"
 text = source.read_bytes()
 source.write_bytes(text + b"# edited")
 print(f())
