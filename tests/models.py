@@ -283,7 +283,7 @@ def _material(model: type, seed: int, channels: int | None) -> Any:
     return random(model, rng, channels, choices[seed % len(choices)])
 
 
-COAT = gn.Coated(gn.Lambertian([0.2, 0.4, 0.6]) + 0.5 * gn.Microfacet(gn.GGX(0.2), 0.8), 1.4, [0.1, 0.2, 0.3])
+COAT = gn.Coated(gn.Lambertian([0.2, 0.4, 0.6]) + 0.5 * gn.Phong(0.3, 8.0), 1.4, [0.1, 0.2, 0.3], "lost")
 PLUMBING = {
     "number": gn.ModifiedPhong(0.4, 8.0),
     "channels": gn.Lambertian([0.2, 0.4, 0.6]) + [0.5, 0.1, 0.3] * gn.Ward(0.5, [0.2, 0.3, 0.4], 0.5),

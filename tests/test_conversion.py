@@ -6,6 +6,7 @@ import os
 
 import numpy as np
 import pytest
+from conftest import switch_off
 from seeds import SEEDS
 
 import gonio as gn
@@ -59,7 +60,8 @@ def in_rgb(m, f):
 
 
 @each_writer
-def test_a_material_survives_the_round_trip(module, tmp_path):
+def test_a_material_survives_the_round_trip(module, tmp_path, monkeypatch):
+    switch_off(monkeypatch)  # every table would be a kernel
     path = tmp_path / f"a{module.SUFFIXES[0]}"
     m, report = held_by(module, path)
     again = load(path)

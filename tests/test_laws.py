@@ -25,7 +25,13 @@ CHANNELS = (None, 3)
 ALL = pytest.mark.parametrize("draw", draws(), ids=str)
 SOME = pytest.mark.parametrize("draw", draws(2, every=3), ids=str)
 FEW = pytest.mark.parametrize("draw", draws(1, every=5), ids=str)
-HANDFUL = pytest.mark.parametrize("draw", draws(1, every=5)[::4], ids=str)  # for what the interface does, not formulas
+HANDFUL = pytest.mark.parametrize(  # for what the interface does, not formulas
+    "m",
+    [
+        *(pytest.param(PLUMBING[name], id=name) for name in ("number", "channels", "delta", "rotation")),
+        *(pytest.param(d.material(*d.layouts), id=str(d), marks=pytest.mark.full) for d in draws(1, every=5)[::4]),
+    ],
+)
 COUNT = len(pairs()[0])  # one batch shape everywhere: libraries that compile do so once per shape
 FLOAT32, FLOAT64 = 2.0**-24, 2.0**-52  # roundings; the latter so that 1 + FLOAT64 is not 1
 DTYPES = {"float32": FLOAT32, "float64": FLOAT64}
@@ -300,12 +306,11 @@ def below() -> np.ndarray:
 
 @HANDFUL
 @each_dtype
-def test_nothing_below_the_horizon(library, draw, dtype):
+def test_nothing_below_the_horizon(library, m, dtype):
     down, up = below(), pairs()[0]
     which = np.arange(COUNT)[:, None] % 3
     wi, wo = np.where(which == 0, up, down), np.where(which == 1, up, down)
     wi, wo, down = (library.array(w, dtype) for w in (wi, wo, down))
-    m = draw.material(3 if draw.seed % 2 else None)
     np.testing.assert_array_equal(library.numpy(m.f(wi, wo)), 0.0)
     np.testing.assert_array_equal(library.numpy(m.pdf(wi, wo)), 0.0)
     s = m.sample(down, library.array(uniform(COUNT), dtype))
@@ -317,7 +322,7 @@ def test_nothing_below_the_horizon(library, draw, dtype):
 
 @HANDFUL
 @each_dtype
-def test_nan_in_nan_out(library, draw, dtype):
+def test_nan_in_nan_out(library, m, dtype):
     i = np.arange(COUNT)
     good = np.where(i[:, None] % 2, pairs()[0], below())
     bad = good.copy()
@@ -325,7 +330,6 @@ def test_nan_in_nan_out(library, draw, dtype):
     which = i[:, None] % 4
     wi, wo = np.where(which == 0, good, bad), np.where(which == 1, good, bad)
     wi, wo, bad = (library.array(w, dtype) for w in (wi, wo, bad))
-    m = draw.material(3 if draw.seed % 2 else None)
     np.testing.assert_array_equal(library.numpy(m.f(wi, wo)), np.nan)
     np.testing.assert_array_equal(library.numpy(m.pdf(wi, wo)), np.nan)
     s = m.sample(bad, library.array(uniform(COUNT), dtype))
@@ -415,7 +419,10 @@ def check_jax_gradients(torch: Any, jax: Any, m: Any) -> None:
         np.testing.assert_allclose(g, theirs[name], rtol=1e-9, atol=1e-11 * np.abs(g).max(), err_msg=name)
 
 
-@each_plumbing
+@pytest.mark.parametrize(
+    "m",
+    [pytest.param(m, id=k, marks=pytest.mark.full if k in ("coat", "rotation") else ()) for k, m in PLUMBING.items()],
+)
 def test_jax_gradients(torch, jax, m):
     check_jax_gradients(torch, jax, m)
 
@@ -486,7 +493,8 @@ def test_declared_laws_are_broken(model, law):
 
 
 @ALL
-def test_energy(draw):
+def test_energy(draw, monkeypatch):
+    switch_off(monkeypatch)  # kernels of integrals take longer to compile; test_integrals.py has some
     m = draw.material()
     if "energy" in breaks(m):
         return

@@ -490,7 +490,7 @@ def test_float32_agrees_with_float64():
         np.testing.assert_allclose(f32, m.f(wi, wo), rtol=2e-4)
 
 
-@pytest.mark.parametrize(("r", "dtype"), [(0, "float32"), (4, "float64")])
+@pytest.mark.parametrize(("r", "dtype"), [pytest.param(0, "float32", marks=pytest.mark.full), (4, "float64")])
 def test_libraries_agree(library, r, dtype):
     m, rng = rgl.RGL(synthetic(r, n=8, n_ndf=10)), np.random.default_rng(10)
     wi, wo = directions(rng, 200), directions(rng, 200)
