@@ -13,7 +13,7 @@ from importlib import import_module
 from importlib.abc import InspectLoader
 from importlib.util import find_spec
 from types import ModuleType
-from typing import TypeVar
+from typing import Any, TypeVar
 
 K = TypeVar("K")
 
@@ -30,7 +30,7 @@ def by_name(package: str) -> dict[str, ModuleType]:
     return {module.__name__.rpartition(".")[2]: module for module in modules(package)}
 
 
-def functions(package: str) -> dict[str, Callable]:
+def functions(package: str) -> dict[str, Callable[..., Any]]:
     """The function that each file of a subpackage is named after."""
     return {name: getattr(module, name) for name, module in by_name(package).items()}
 
