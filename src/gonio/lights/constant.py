@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Any, ClassVar, Self
+from typing import Any
 
-from ..base.light import Light, channel_vector, spectrum
+from ..base.light import Light, channel_vector
 from ..formula.fields import param
 
 
@@ -19,12 +18,6 @@ class ConstantLight(Light):
     """
 
     radiance = param(1.0, 0.0, 1e30, "radiance", unit="W m-2 sr-1")
-
-    words: ClassVar[dict[str, str]] = {"constant[:L]": "radiance L from everywhere; default 1"}
-
-    @classmethod
-    def of_word(cls, numbers: Sequence[float]) -> Self:
-        return cls(spectrum(numbers, 1.0))
 
     def incident(self, w: Any) -> Any:
         return channel_vector(self.radiance, w) + 0.0 * w[..., :1]
