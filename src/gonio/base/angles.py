@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 from ..arrays import ops
+from ..errors import ParameterError
 
 
 def direction(theta: Any, phi: Any) -> Any:
@@ -15,6 +17,13 @@ def direction(theta: Any, phi: Any) -> Any:
     lib = ops.library(theta, phi)
     s = ops.sin(theta)
     return lib.stack([s * ops.cos(phi), s * ops.sin(phi), ops.cos(theta) + 0.0 * phi])
+
+
+def from_degrees(theta: float, phi: float) -> Any:
+    """The direction (3,) of angles in degrees. Raises ParameterError for theta below 0 or above 180."""
+    if not 0.0 <= theta <= 180.0:
+        raise ParameterError(f"theta is {theta:g} degrees, expected 0 (up) to 180 (down)")
+    return direction(math.radians(theta), math.radians(phi))
 
 
 def angles(w: Any) -> tuple[Any, Any]:

@@ -5,7 +5,8 @@ Directions point **to** the light and are in the world frame.
 
 from __future__ import annotations
 
-from typing import Any, ClassVar, NamedTuple
+from collections.abc import Sequence
+from typing import Any, ClassVar, NamedTuple, Self
 
 from ..arrays import ops
 from ..formula.parametrised import Parametrised
@@ -25,6 +26,13 @@ class Light(Parametrised):
 
     is_delta: ClassVar[bool] = False
     can_sample: ClassVar[bool] = False
+    words: ClassVar[dict[str, str]] = {}
+    """How the command line may name it, with its numbers ("constant[:L]") -> what that is; "" for a synonym."""
+
+    @classmethod
+    def of_word(cls, numbers: Sequence[float]) -> Self:
+        """The light that one of its `words` names. Raises ParameterError where it takes other numbers."""
+        raise NotImplementedError
 
     def arrival(self, position: Any) -> Arrival:
         """What a delta light sends to `position` (..., 3)."""
@@ -41,6 +49,11 @@ class Light(Parametrised):
     def pdf(self, w: Any) -> Any:
         """Density [1/sr] (...) of `sample` at world directions w (..., 3)."""
         raise NotImplementedError
+
+
+def spectrum(numbers: Sequence[float], default: float) -> Any:
+    """Numbers behind a light's word: one for all channels, one for each, or none for the default."""
+    return default if not numbers else numbers[0] if len(numbers) == 1 else list(numbers)
 
 
 def channel_vector(value: Any, like: Any) -> Any:

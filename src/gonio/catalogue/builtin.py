@@ -96,7 +96,7 @@ _FAMILIES = {  # by the first word, here in order, that the name of a fit holds
 
 
 def materials() -> list[Entry]:
-    """Every built-in material: 9 metals, 4 dielectrics, 100 measured fits; `material` makes one by name."""
+    """Every built-in material, metals, dielectrics and measured fits; `material` makes one by name."""
     return list(_entries())
 
 

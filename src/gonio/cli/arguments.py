@@ -11,7 +11,6 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
-from ..base.angles import direction
 from ..base.light import Light
 from ..base.reflectance import Reflectance
 from ..catalogue import builtin
@@ -21,16 +20,13 @@ from ..formats import formats, load
 from ..formula.fields import Option, Param, Part
 from ..formula.parametrised import Parametrised
 from ..lights._panorama import Panorama
-from ..lights.constant import ConstantLight
-from ..lights.distant import DistantLight
 from ..lights.environment import EnvironmentLight
-from ..lights.point import PointLight
+from .light_words import LISTED, WORDS, named
 
 LONGEST = 255
 """Characters of a file's name that similar ones are looked for."""
 
 PICTURES = (".exr", ".hdr", ".png", ".jpg", ".jpeg")
-LIGHTS = "FILE, studio, constant[:L], distant:THETA,PHI[,E], point:X,Y,Z[,I]"
 
 
 def resolve(text: str) -> Reflectance:
@@ -75,24 +71,20 @@ def _files_like(text: str) -> str:
 
 
 def resolve_light(text: str) -> Light:
-    """What LIGHT means. Angles in degrees; a spectrum is one number or one per channel.
+    """What LIGHT means.
 
-    FILE                         an environment map, .exr or .hdr
-    studio[:THETA,PHI]           a made-up place with a sun (there), a sky, a window and a floor; also "sky"
-    constant[:L]                 radiance L from everywhere, 1 if not given
-    distant:THETA,PHI[,E]        a parallel beam of irradiance E, pi if not given: white facing it is at 1
-    point:X,Y,Z[,I]              a point source of intensity I, pi (X^2 + Y^2 + Z^2) if not given; `render`'s
-                                 sphere has radius 1 and is at 0, 0, 0
-    an expression                DistantLight([1, 0, 1], 3), EnvironmentLight("studio.exr", scale=2), ...
+    FILE              an environment map, .exr or .hdr
+    a word            and numbers, as lights declare them: `FORMS`
+    an expression     DistantLight([1, 0, 1], 3), EnvironmentLight("studio.exr", scale=2), ...
     """
     if os.path.isfile(text):
         return _photograph(text)
     if os.path.exists(text) and not os.path.isdir(text):
         raise NotFoundError(f"light {text!r:.90}: a pipe or a device, expected a picture's file; write it to one first")
-    kind, colon, rest = text.partition(":")
-    kind = kind.strip().lower()
-    if kind in _LIGHTS:
-        return _LIGHTS[kind](text, _numbers(text, rest) if colon else [])
+    word, colon, numbers = text.partition(":")
+    word = word.strip().lower()
+    if word in WORDS:
+        return named(text, word, numbers if colon else None)
     if Path(text).suffix.lower() in PICTURES:
         raise NotFoundError(f"light {text!r:.90}: no such file{_files_like(text)}")
     if "(" in text:
@@ -101,23 +93,9 @@ def resolve_light(text: str) -> Light:
             kind = type(found).__name__ if isinstance(found, Parametrised) else describe(found)
             raise ExpressionError(f"light {text!r:.90}: {kind}, expected a light such as ConstantLight(1.0)")
         return found
-    close = difflib.get_close_matches(kind, _LIGHTS, n=1)
+    close = difflib.get_close_matches(word, WORDS, n=1)
     guess = f"; did you mean {close[0]}?" if close else ";"
-    raise NotFoundError(f"light {text!r:.90}: no such file and no such light{guess} expected one of {LIGHTS}")
-
-
-def _numbers(text: str, rest: str) -> list[float]:
-    try:
-        found = [float(part) for part in rest.split(",")]
-    except ValueError:
-        raise ParameterError(f"light {text!r:.90}: {rest!r:.60} is not a list of numbers; expected {LIGHTS}") from None
-    if not all(map(math.isfinite, found)):
-        raise ParameterError(f"light {text!r:.90}: NaN or infinite; expected finite numbers")
-    return found
-
-
-def _spectrum(numbers: list[float], default: float) -> Any:
-    return default if not numbers else numbers[0] if len(numbers) == 1 else numbers
+    raise NotFoundError(f"light {text!r:.90}: no such file and no such light{guess} expected one of {LISTED}")
 
 
 def _photograph(path: str) -> Light:
@@ -135,40 +113,6 @@ def _photograph(path: str) -> Light:
         stacklevel=2,
     )
     return EnvironmentLight(picture, invalid="zero")
-
-
-def _studio(text: str, numbers: list[float]) -> Light:
-    if not numbers:
-        return EnvironmentLight.studio()
-    if len(numbers) != 2:
-        raise ParameterError(f"light {text!r:.90}: expected studio, or studio:THETA,PHI of the sun in degrees")
-    return EnvironmentLight.studio(_direction(text, *numbers))
-
-
-def _direction(text: str, theta: float, phi: float) -> Any:
-    if not 0.0 <= theta <= 180.0:
-        raise ParameterError(f"light {text!r:.90}: theta is {theta:g} degrees, expected 0 (up) to 180 (down)")
-    return direction(math.radians(theta), math.radians(phi))
-
-
-def _constant(text: str, numbers: list[float]) -> Light:
-    return ConstantLight(_spectrum(numbers, 1.0))
-
-
-def _distant(text: str, numbers: list[float]) -> Light:
-    if len(numbers) < 2:
-        raise ParameterError(f"light {text!r:.90}: expected distant:THETA,PHI[,E] in degrees, such as distant:45,-60")
-    return DistantLight(_direction(text, *numbers[:2]), _spectrum(numbers[2:], math.pi))
-
-
-def _point(text: str, numbers: list[float]) -> Light:
-    if len(numbers) < 3:
-        raise ParameterError(f"light {text!r:.90}: expected point:X,Y,Z[,I] in metres, such as point:2,-3,3")
-    position, intensity = numbers[:3], numbers[3:]
-    return PointLight(position, _spectrum(intensity, math.pi * sum(x * x for x in position)))
-
-
-_LIGHTS = {"studio": _studio, "sky": _studio, "constant": _constant, "distant": _distant, "point": _point}
 
 
 def with_parameters(m: Reflectance, assignments: Iterable[str]) -> Reflectance:

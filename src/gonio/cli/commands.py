@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import sys
+import textwrap
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -14,7 +16,7 @@ from ..discover import docstring
 from ..errors import visible
 from ..scenes.shapes import SHAPES
 from ..version import __version__
-from .laws_help import WithLaws
+from .light_words import FORMS
 from .terminal import Program, bar, echo, print_json, streams
 
 if TYPE_CHECKING:
@@ -76,13 +78,7 @@ LIGHT_HELP = """
 
 \b
 LIGHT is one of
-  FILE                   equirectangular environment map
-  studio[:THETA,PHI]     made up: a sun (there), sky, window and floor
-  constant[:L]           radiance L from everywhere; default 1
-  distant:THETA,PHI[,E]  parallel beam of irradiance E; default pi, which
-                         lights a white surface that faces it to radiance 1
-  point:X,Y,Z[,I]        point source of intensity I; default: irradiance
-                         pi at the centre of the sphere
+{lights}
 
 Angles are in degrees, PHI from +x towards +y; the sphere has radius 1 and is at 0,0,0, z is up, the
 camera looks along +y: distant:45,-90 comes from behind it. L, E and I are a number, or one per channel
@@ -90,8 +86,19 @@ camera looks along +y: distant:45,-90 comes from behind it. L, E and I are a num
 """
 
 
+def _aligned(meanings: Mapping[str, str]) -> str:
+    """Names and what they mean, in two columns."""
+    indent = " " * (max(map(len, meanings)) + 2)
+    lines = [
+        textwrap.wrap(text, 76, initial_indent=name.ljust(len(indent)), subsequent_indent=indent)
+        for name, text in meanings.items()
+    ]
+    return "\n".join(chain.from_iterable(lines))
+
+
 def _with_light_help(command: Callable) -> Callable:
-    command.__doc__ = docstring(command) + LIGHT_HELP
+    listed = _aligned({f"  {form}": meaning for form, meaning in FORMS.items()})
+    command.__doc__ = docstring(command) + LIGHT_HELP.format(lights=listed)
     return command
 
 
@@ -176,7 +183,18 @@ def albedo(
         echo(as_text(rows, factor))
 
 
-@cli.command(cls=WithLaws, short_help="Hold MATERIAL to the laws of physics.")
+class _WithLaws(click.Command):
+    """A command that lists the laws in its help, where LAWS stands; they are looked up when help is asked for."""
+
+    def format_help_text(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """Write the text above the options."""
+        from ..laws import summaries
+
+        self.help = (self.help or "").replace("LAWS", f"\b\n{_aligned(summaries())}")
+        super().format_help_text(ctx, formatter)
+
+
+@cli.command(cls=_WithLaws, short_help="Hold MATERIAL to the laws of physics.")
 @click.argument("material", required=False)
 @_replace
 @_json

@@ -5,7 +5,7 @@ may be the decimal point), tabs or blanks. Columns, in any order and case:
 
     theta_i, phi_i, theta_o, phi_o    directions; phi = phi_o - phi_i in place of both azimuths, or neither
     theta_h, theta_d, phi_d, phi_h    half and difference angles (phi_d: of wi); phi_h of anisotropic materials only
-    theta_i, radial, azimuth, phi_i   wo about the mirror direction, see `parameterisations`
+    theta_i, radial, azimuth, phi_i   wo about the mirror direction, see `angle_systems`
     f or brdf; f_cos or dsf (f cos(theta_o)); f_cos_i (f cos(theta_i)); brf (pi f)
                                       values; with several channels one column each: f_R, f_450nm
     u_f, u_f_R, ...                   standard uncertainty of the values, in the same quantity

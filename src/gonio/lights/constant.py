@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Sequence
+from typing import Any, ClassVar, Self
 
-from ..base.light import Light, channel_vector
+from ..base.light import Light, channel_vector, spectrum
 from ..formula.fields import param
 
 
@@ -18,6 +19,12 @@ class ConstantLight(Light):
     """
 
     radiance = param(1.0, 0.0, 1e30, "radiance", unit="W m-2 sr-1")
+
+    words: ClassVar[dict[str, str]] = {"constant[:L]": "radiance L from everywhere; default 1"}
+
+    @classmethod
+    def of_word(cls, numbers: Sequence[float]) -> Self:
+        return cls(spectrum(numbers, 1.0))
 
     def incident(self, w: Any) -> Any:
         return channel_vector(self.radiance, w) + 0.0 * w[..., :1]

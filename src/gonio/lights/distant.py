@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Any, ClassVar
+import math
+from collections.abc import Sequence
+from typing import Any, ClassVar, Self
 
 import numpy as np
 
 from ..arrays import ops
-from ..base.light import Arrival, Light, channel_vector
+from ..base.angles import from_degrees
+from ..base.light import Arrival, Light, channel_vector, spectrum
+from ..errors import ParameterError
 from ..formula.fields import param, vector
 
 
@@ -24,6 +28,16 @@ class DistantLight(Light):
     irradiance = param(1.0, 0.0, 1e30, "irradiance on a plane perpendicular to the beam", unit="W m-2")
 
     is_delta: ClassVar[bool] = True
+    words: ClassVar[dict[str, str]] = {
+        "distant:THETA,PHI[,E]": "parallel beam of irradiance E; default pi, which lights a white surface that faces "
+        "it to radiance 1"
+    }
+
+    @classmethod
+    def of_word(cls, numbers: Sequence[float]) -> Self:
+        if len(numbers) < 2:
+            raise ParameterError("expected distant:THETA,PHI[,E] in degrees, such as distant:45,-60")
+        return cls(from_degrees(*numbers[:2]), spectrum(numbers[2:], math.pi))
 
     def arrival(self, position: Any) -> Arrival:
         lib = ops.library(position)

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..arrays import ops
+from ..base.angles import from_degrees
 from ..base.light import Light
 from ..errors import ParameterError, ShapeError
 from ..formula.fields import Field, option, param
@@ -56,6 +58,10 @@ class EnvironmentLight(Light):
     invalid = option("error", "zero", doc="what negative, NaN and infinite pixels are: an error, or 0")
 
     can_sample: ClassVar[bool] = True
+    words: ClassVar[dict[str, str]] = {
+        "studio[:THETA,PHI]": "made up: a sun (there), sky, window and floor",
+        "sky[:THETA,PHI]": "",
+    }
     MITSUBA_TO_WORLD: ClassVar[NDArray[np.float64]] = MITSUBA_TO_WORLD
 
     def validate(self) -> None:
@@ -78,6 +84,12 @@ class EnvironmentLight(Light):
 
     def pdf(self, w: Any) -> Any:
         return self.image.pdf(w)
+
+    @classmethod
+    def of_word(cls, numbers: Sequence[float]) -> Self:
+        if len(numbers) not in (0, 2):
+            raise ParameterError("expected studio, or studio:THETA,PHI of the sun in degrees")
+        return cls.studio(from_degrees(*numbers)) if numbers else cls.studio()
 
     @classmethod
     def studio(cls, sun: ArrayLike = (-0.8, -0.7, 0.8), height: int = 256) -> Self:

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Any, ClassVar
+import math
+from collections.abc import Sequence
+from typing import Any, ClassVar, Self
 
 import numpy as np
 
 from ..arrays import ops
-from ..base.light import Arrival, Light, channel_vector
+from ..base.light import Arrival, Light, channel_vector, spectrum
+from ..errors import ParameterError
 from ..formula.fields import param, vector
 
 
@@ -24,6 +27,16 @@ class PointLight(Light):
     intensity = param(1.0, 0.0, 1e30, "radiant intensity", unit="W sr-1")
 
     is_delta: ClassVar[bool] = True
+    words: ClassVar[dict[str, str]] = {
+        "point:X,Y,Z[,I]": "point source of intensity I; default: irradiance pi at the centre of the sphere"
+    }
+
+    @classmethod
+    def of_word(cls, numbers: Sequence[float]) -> Self:
+        if len(numbers) < 3:
+            raise ParameterError("expected point:X,Y,Z[,I] in metres, such as point:2,-3,3")
+        position = numbers[:3]
+        return cls(position, spectrum(numbers[3:], math.pi * sum(x * x for x in position)))
 
     def arrival(self, position: Any) -> Arrival:
         lib = ops.library(position)
