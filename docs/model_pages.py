@@ -22,7 +22,7 @@ KINDS = {
     "Distributions of facet normals": (Distribution, "gonio.distributions"),
     "Fresnel terms": (Fresnel, "gonio.formula.fresnel"),
 }
-PARTS = ("Shapes", "Units", "Error", "Source")
+PARTS = ("Looks", "Shapes", "Units", "Error", "Source")
 
 
 def kinds() -> dict[str, dict[str, type[Parametrised]]]:

@@ -32,8 +32,9 @@ class Copy:
 
     def manual(self) -> dict[str, bytes]:
         """Every file of the manual -> what it holds."""
-        files = [self.home / "README.md", *(self.home / "docs").rglob("*")]
-        return {str(p.relative_to(self.home)): p.read_bytes() for p in files if p.suffix in (".md", ".svg", ".py")}
+        files = [self.home / "README.md", *(self.home / "docs").rglob("*"), *(self.home / "src").rglob("*.pyi")]
+        texts = [path for path in files if path.suffix in (".md", ".py", ".pyi")]
+        return {str(path.relative_to(self.home)): path.read_bytes() for path in texts}
 
     def look(self) -> dict[str, bool | str]:
         """Where the things are found; brings the manual up to date."""
