@@ -37,7 +37,7 @@ class Gridded(Interpolated):
     Sampling: see `Sampled`.
 
     Shapes   values, uncertainty: (grid...) or (grid..., C). f: (...) or (..., C).
-    Units    f: 1/sr; `values` those of `quantity`, a name in `measurement.QUANTITIES`.
+    Units    f: 1/sr; `values` those of `quantity`, a name in `quantities.QUANTITIES`.
     Error    at nodes rounding; between them that of linear interpolation, which depends on the data: `gn.tabulate`
              measures it.
     Source   definition; angles of half_difference: Rusinkiewicz 1998, "A new change of variables for efficient BRDF
@@ -253,10 +253,10 @@ def _check_values(what: str, values: np.ndarray, grid: tuple[int, ...], names: t
 def _real(what: str, values: Any) -> np.ndarray:
     """An array of floats of our own; those of single and double precision stay so."""
     try:
-        found = kept(values)
+        array = kept(values)
     except (TypeError, ValueError) as error:
         raise ParameterError(f"{what}: got {error}; expected an array of numbers") from None
-    return found if found.dtype in (np.float32, np.float64) else frozen(found.astype(np.float64))
+    return array if array.dtype in (np.float32, np.float64) else frozen(array.astype(np.float64))
 
 
 def _nodes(name: str, nodes: Any) -> np.ndarray:

@@ -1,6 +1,6 @@
 """Pairs of directions with values, one per row of a file, and the `Gridded` or `Scattered` made of them.
 
-The way back, from any reflectance to pairs, is `_pairs_of`.
+The way back, from any reflectance to pairs, is `pairs_of_material`.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Any reflectance as pairs of directions with values: what formats that list pairs are written from (see `_pairs`)."""
+"""Any reflectance as pairs of directions with values (see `direction_pairs`): what formats that list pairs write."""
 
 from __future__ import annotations
 
@@ -130,7 +130,7 @@ def _of_grid(m: Gridded, as_held: bool) -> Pairs:
 def _turned(phi: np.ndarray, phi_i: object) -> tuple[np.ndarray, np.ndarray]:
     """Azimuths of wi and wo, those of wo with the digits in degrees that they were read with.
 
-    `phi_i` is what `about` says, of grids that were read from one azimuth of wi (see `_pairs.material`).
+    `phi_i` is what `about` says, of grids that were read from one azimuth of wi (see `direction_pairs.material`).
     """
     if not isinstance(phi_i, float) or not phi_i:
         return np.zeros_like(phi), phi
@@ -161,7 +161,7 @@ def _as_quantity(pairs: Pairs, quantity: str) -> Pairs:
 
 
 def with_others(pairs: Pairs, m: Reflectance) -> Pairs:
-    """The pairs and those that were kept from the file (see `_pairs.material`) as they were."""
+    """The pairs and those that were kept from the file (see `direction_pairs.material`) as they were."""
     others = getattr(m, "about", {}).get("other_pairs")
     if others is None or others.channels != pairs.channels or others.quantity != pairs.quantity:
         return pairs
