@@ -54,14 +54,14 @@ def resampling_error(m: Reflectance, made: Reflectance, of: Channels = None, to:
     """What `made` differs from `m` by, in the channels `of` one and `to` those of the other; one channel is compared
     with every one."""
     wi, wo = lattice_pairs(PAIRS)
-    true, found = (_picked(x.f(wi, wo), len(wi), c) for x, c in ((m, of), (made, to)))
-    true, found = np.broadcast_arrays(true, found)
-    known = np.isfinite(true) & np.isfinite(found)
+    true, tabulated = (_picked(x.f(wi, wo), len(wi), c) for x, c in ((m, of), (made, to)))
+    true, tabulated = np.broadcast_arrays(true, tabulated)
+    known = np.isfinite(true) & np.isfinite(tabulated)
     albedo = _albedo_change(m, made, of, to)
     if not known.any():
         return ResamplingError(math.nan, math.nan, math.nan, albedo, (math.nan, math.nan, math.nan))
     off = np.zeros(known.shape)
-    np.subtract(found, true, out=off, where=known)
+    np.subtract(tabulated, true, out=off, where=known)
     off = np.abs(off) / np.maximum(np.abs(np.where(known, true, 0.0)), 1e-3 * np.abs(true[known]).mean() + 1e-30)
     worst = np.unravel_index(np.argmax(off), off.shape)[0]
     (theta_i, phi_i), (theta_o, phi_o) = angles(wi[worst]), angles(wo[worst])

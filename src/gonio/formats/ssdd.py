@@ -24,8 +24,11 @@ from ..base.measured import tristimulus
 from ..base.reflectance import Reflectance
 from ..errors import FormatError, ParameterError
 from ..files import replacing
-from ..tables.angle_systems import angle_system
+from ..tables.angle_systems import SYSTEMS, angle_system
+from ..tables.axes import fits
 from ..tables.gridded import Gridded
+from ..tables.nodes import f_at
+from ..tables.rows import distinct, turned
 from ..tables.scattered import Scattered
 from ._options import Declared
 from ._reading import plain_text
@@ -207,7 +210,9 @@ def write(
     grid, all but the grid made of them. Raises ParameterError for delta lobes, maps, channels other than one, RGB, XYZ
     or rising wavelengths, and periods other than pi of phi_d.
     """
-    table = table_of(m, resolution, COORDINATES.values())
+    table = table_of(m, resolution)
+    if table.parameterisation == "relative" and table.is_oriented():
+        table = _with_both_azimuths(table)
     blocks = [_block_of(table), *table.about.get("other_blocks", [])]
     with replacing(path) as temporary, temporary.open("wb") as file:
         file.write(b"VERSION 0.2\n")
@@ -224,6 +229,16 @@ def write(
                 file.write(colours.astype("<f4").tobytes() + b"\n")
             else:
                 file.writelines(line.encode() for line in plain_text.join(colours))
+
+
+def _with_both_azimuths(m: Gridded) -> Gridded:
+    """f of a relative table with an axis of phi_o in place of phi: all sums of its nodes of phi and phi_i."""
+    theta_i, theta_o, phi, phi_i = m.axes.values()
+    phi_o = distinct(turned(np.add.outer(phi, phi_i).reshape(-1)))
+    axes = dict(zip(SYSTEMS["angles"].oriented, (theta_i, theta_o, phi_i, phi_o), strict=True))
+    fits(math.prod(map(len, axes.values())), f"{m!r:.80} with {len(phi_o)} azimuths of wo")
+    f = f_at(m, *SYSTEMS["angles"].directions(axes))
+    return Gridded("angles", axes, f, channels=m.channel_names, about=m.about)
 
 
 def _said(m: Gridded, names: Sequence[str]) -> list[tuple[str, str]]:

@@ -31,7 +31,7 @@ def resample(
 ) -> Gridded:
     """Any reflectance as a Gridded measurement: f at the nodes of a grid, without data where the horizon cuts them off.
 
-    axes         nodes [rad] of each axis, in the parameterisation's order
+    axes         nodes [rad] of each axis, in the system's order
     resolution   or how many: theta_h and radial are spaced as their square roots, others evenly, from 0 to pi/2
                  (radial: pi) and around the circle; if neither is given, 2 to 5 degrees for isotropic materials
     periods      of azimuths [rad] where they are not 2 pi: {"phi_d": math.pi} for a reciprocal table

@@ -9,7 +9,8 @@ import numpy as np
 
 from ..errors import ParameterError
 from ..tables.gridded import Gridded
-from ._cells import Cells, evaluated, like, reported, spread, variances
+from ..tables.nodes import f_at
+from ._cells import Cells, like, reported, spread, variances
 
 KINDS = ("reciprocity", "isotropy", "plane")
 SAME = 1e-5
@@ -51,12 +52,8 @@ def _paired(cells: Cells, kind: str, plane: float) -> tuple[np.ndarray, np.ndarr
         itself = itself == np.arange(itself.size).reshape(itself.shape)
     else:
         wi, wo = _mapped(cells.wi, cells.wo, kind, plane)
-        other = np.full(cells.f.shape, np.nan)
-        other[cells.up] = evaluated(cells.m, wi[cells.up], wo[cells.up])
-        other_u = None
-        if cells.u is not None:
-            other_u = np.full(cells.f.shape, np.nan)
-            other_u[cells.up] = np.sqrt(evaluated(variances(cells.m), wi[cells.up], wo[cells.up]))
+        other = cells.with_channels(f_at(cells.m, wi, wo))
+        other_u = None if cells.u is None else np.sqrt(f_at(variances(cells.m), wi, wo))
         itself = np.zeros(cells.grid, bool)
     assert other is not None
     f = np.where(np.isnan(cells.f), other, np.where(np.isnan(other), cells.f, 0.5 * (cells.f + other)))

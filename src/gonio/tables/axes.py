@@ -27,16 +27,16 @@ def counts(resolution: Any, lengths: Sequence[int], least: int, expected: str) -
     Raises ParameterError for anything but so many whole numbers of at least `least`, `expected` says of what, and
     TooLargeError where their product is more than this machine has memory for.
     """
-    held = list(resolution) if isinstance(resolution, (tuple, list, np.ndarray)) else []
-    if len(held) not in lengths or not all(_is_whole(n) and n >= least for n in held):
+    numbers = list(resolution) if isinstance(resolution, (tuple, list, np.ndarray)) else []
+    if len(numbers) not in lengths or not all(_is_whole(n) and n >= least for n in numbers):
         many = " or ".join(map(str, lengths))
         example = ",".join(["18"] * lengths[0])
         raise ParameterError(
             f"resolution={resolution!r:.60}: expected {many} whole numbers from {least}: {expected}; such as {example}"
         )
-    found = tuple(map(int, held))
-    fits(math.prod(found), f"resolution={found!r:.60}")
-    return found
+    sizes = tuple(map(int, numbers))
+    fits(math.prod(sizes), f"resolution={sizes!r:.60}")
+    return sizes
 
 
 def _is_whole(n: Any) -> bool:

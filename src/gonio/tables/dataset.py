@@ -127,8 +127,8 @@ def _common(ds: xarray.Dataset, path: str, where: str) -> dict[str, Any]:
 def _channel_names(ds: xarray.Dataset, where: str) -> list[str | float] | None:
     dims = ds["values"].dims
     if "wavelength" in dims:
-        found = _scaled(ds, "wavelength", NANOMETRES, where)
-        return [float(x) for x in found]
+        wavelengths = _scaled(ds, "wavelength", NANOMETRES, where)
+        return [float(x) for x in wavelengths]
     return [str(x) for x in _coordinate(ds, "channel", where).values] if "channel" in dims else None
 
 
@@ -143,14 +143,14 @@ def _coordinate(ds: xarray.Dataset, name: str, where: str) -> xarray.DataArray:
 
 
 def _scaled(ds: xarray.Dataset, name: str, units: dict[str, float], where: str) -> np.ndarray:
-    found = _coordinate(ds, name, where)
-    factor = units.get(str(found.attrs.get("units", "")).strip())
-    if factor is None or found.dtype.kind not in "iuf":
+    coordinate = _coordinate(ds, name, where)
+    unit = coordinate.attrs.get("units")
+    factor = units.get(str(unit).strip())
+    if factor is None or coordinate.dtype.kind not in "iuf":
         raise FormatError(
-            f"{where}: {name} holds {found.dtype} in units {found.attrs.get('units')!r}, expected numbers in one of "
-            f"{', '.join(units)}"
+            f"{where}: {name} holds {coordinate.dtype} in units {unit!r}, expected numbers in one of {', '.join(units)}"
         )
-    values = found.values.astype(float)
+    values = coordinate.values.astype(float)
     return values if factor == 1.0 else values * factor
 
 
@@ -162,10 +162,10 @@ def _variable(ds: xarray.Dataset, name: str, axes: Sequence[str]) -> np.ndarray 
     expected = [*axes, *channel]
     if set(ds[name].dims) != set(expected):
         raise ParameterError(f"{name} has dimensions {ds[name].dims}, expected {', '.join(expected)}")
-    found = ds[name].transpose(*expected).values
-    if found.dtype.kind not in "iufb":
-        raise ParameterError(f"{name} holds {found.dtype}, expected numbers")
-    return found
+    values = ds[name].transpose(*expected).values
+    if values.dtype.kind not in "iufb":
+        raise ParameterError(f"{name} holds {values.dtype}, expected numbers")
+    return values
 
 
 def _masked(ds: xarray.Dataset, axes: Sequence[str]) -> np.ndarray:
@@ -180,24 +180,24 @@ def _masked(ds: xarray.Dataset, axes: Sequence[str]) -> np.ndarray:
 
 
 def _periods(ds: xarray.Dataset, where: str) -> dict[str, float]:
-    found = from_text(_text(ds, "periods", where, "{}"), where)
-    if not isinstance(found, dict) or not all(type(x) in (int, float) and abs(x) < 1e9 for x in found.values()):
-        raise FormatError(f"{where}: the attribute periods is {found!r:.60}, expected names of azimuths and radians")
-    return found
+    periods = from_text(_text(ds, "periods", where, "{}"), where)
+    if not isinstance(periods, dict) or not all(type(x) in (int, float) and abs(x) < 1e9 for x in periods.values()):
+        raise FormatError(f"{where}: the attribute periods is {periods!r:.60}, expected names of azimuths and radians")
+    return periods
 
 
 def _flag(ds: xarray.Dataset, name: str, where: str) -> bool | None:
-    found = np.asarray(ds.attrs.get(name, 0))
-    if found.size != 1 or found.dtype.kind not in "iufb" or found not in (0, 1):
+    value = np.asarray(ds.attrs.get(name, 0))
+    if value.size != 1 or value.dtype.kind not in "iufb" or value not in (0, 1):
         raise FormatError(f"{where}: the attribute {name} is {ds.attrs[name]!r:.40}, expected 0 or 1")
-    return bool(found) if name in ds.attrs else None
+    return bool(value) if name in ds.attrs else None
 
 
 def _text(ds: xarray.Dataset, name: str, where: str, default: str | None = None) -> str:
-    found = ds.attrs.get(name, default)
-    if not isinstance(found, str):
-        raise FormatError(f"{where}: the attribute {name} is {found!r:.40}, expected text")
-    return found
+    value = ds.attrs.get(name, default)
+    if not isinstance(value, str):
+        raise FormatError(f"{where}: the attribute {name} is {value!r:.40}, expected text")
+    return value
 
 
 def on_grid(m: Reflectance, parameterisation: str, resolution: Sequence[int] | None = None) -> Gridded:

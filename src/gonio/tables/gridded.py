@@ -2,35 +2,30 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from ..arrays import Fixed, Roomy, frozen, ops
+from ..arrays import frozen, ops
 from ..base.provenance import derived
 from ..base.quantities import from_brdf, quantity_named, to_brdf
 from ..errors import ParameterError
-from ..formula.direction import HORIZON, Direction
+from ..formula.direction import HORIZON
 from ..formula.fields import Ours, kept, option, table
 from ..formula.fields import channels as channel_field
 from ..formula.held import Held
 from ..formula.state import note, state
-from ..formula.table_warp import Slices
 from . import dataset_layout
-from .angle_systems import AngleSystem, angle_system
-from .axes import Axis, laid_out, nearest
-from .drawing import KINDS, Sampled
+from .axes import laid_out
+from .drawing import KINDS
+from .lookup import Interpolated
 
 if TYPE_CHECKING:
     import xarray
 
-LEAST_KNOWN = 1e-3
-"""Below this share of the weights among nodes with data, f is NaN."""
 
-
-class Gridded(Sampled):
+class Gridded(Interpolated):
     """Values at the nodes of a grid of angles, linear between them along every axis.
 
     `parameterisation` names the system of angles that the axes are of (`angle_systems.SYSTEMS`). Nodes [rad] are
@@ -44,7 +39,7 @@ class Gridded(Sampled):
     Sampling: see `Sampled`.
 
     Shapes   values, uncertainty: (grid...) or (grid..., C). f: (...) or (..., C).
-    Units    f: 1/sr; `values` those of `quantity`, a name in `measurement.QUANTITIES`.
+    Units    f: 1/sr; `values` those of `quantity`, a name in `quantities.QUANTITIES`.
     Error    at nodes rounding; between them that of linear interpolation, which depends on the data: `gn.tabulate`
              measures it.
     Source   definition; angles of half_difference: Rusinkiewicz 1998, "A new change of variables for efficient BRDF
@@ -65,19 +60,11 @@ class Gridded(Sampled):
     stored = table("the values as given, by the axes and channel")
     channel = channel_field("number of the channel")
 
-    parameterisation: str = state()
-    """What the axes are."""
-    axes: dict[str, np.ndarray] = note()
-    """Nodes [rad] of each axis, as given."""
     uncertainty: np.ndarray | None = note()
     """Standard uncertainty of `stored`, or None."""
     is_mirrored: bool = state()
     """Whether the third axis covers half of its period, and the other half is its mirror image."""
     periods: dict[str, float] = note()
-    values: Any  # what formulas look up, of bound materials only
-    layout: tuple[Axis, ...] = state()
-    width: int = state()
-    holes: bool = state()
 
     def __init__(
         self,
@@ -169,11 +156,6 @@ class Gridded(Sampled):
             **dataset_layout.known(self.about, self.provenance),
         )
 
-    @property
-    def system(self) -> AngleSystem:
-        """What is known about its axes."""
-        return angle_system(self.parameterisation)
-
     def is_oriented(self) -> bool:
         """Whether there is an axis for the orientation of the sample."""
         return len(self.layout) == 4
@@ -238,66 +220,6 @@ class Gridded(Sampled):
         cosines = [w[..., 2] if self.channel_names is None else w[..., 2, None] for w in (wi, wo)]
         return convert(self.quantity, values, *cosines)
 
-    def _looked_up(self) -> dict[str, Fixed]:
-        """The nodes' f with the circles closed, flat, and the nodes of uneven axes."""
-        kept = super()._looked_up()
-        del kept["stored"]
-        uneven = {
-            f"nodes_{k}": Fixed(axis.closed(nodes))
-            for k, (axis, nodes) in enumerate(zip(self.layout, self.axes.values(), strict=True))
-            if axis.spacing == "uneven"
-        }
-        return {**kept, "values": Roomy(self._flat), **uneven}
-
-    def _flat(self) -> np.ndarray:
-        """f at the nodes with the circles closed, flat, and an entry more."""
-        grid, sizes = tuple(map(len, self.axes.values())), tuple(axis.size for axis in self.layout)
-        flat = np.empty(math.prod(sizes) * self.width + 1)
-        flat[-1] = 0.0
-        closed = flat[:-1].reshape(*sizes, self.width)
-        closed[tuple(map(slice, grid))] = self.brdf().reshape(*grid, self.width)
-        for k, (size, nodes) in enumerate(zip(sizes, grid, strict=True)):
-            if size > nodes:
-                along = np.moveaxis(closed, k, 0)
-                along[-1] = along[0]
-        return flat
-
-    def formula(self, wi: Direction, wo: Direction) -> Any:
-        corners, beyond = self.corners(wi, wo)
-        value = self._combined(corners)
-        if self.outside == "hold":
-            return value
-        return ops.where(beyond, math.nan if self.outside == "missing" else 0.0, value)
-
-    def corners(self, wi: Direction, wo: Direction) -> tuple[Slices, Any]:
-        """The nodes around a pair with their weights, as if none were without data; and whether it is beyond the grid.
-
-        Of bound materials. Nodes are counted through the grid with its circles closed: `layout[k].size` along axis k.
-        """
-        corners: list[tuple[Any, Any]] = [(0, 1.0)]
-        beyond: Any = False
-        for k, angle in enumerate(self.system.angles(wi, wo, len(self.layout) == 4)):
-            axis = self.layout[k]
-            if self.outside != "hold" and axis.has_ends:
-                beyond = beyond | axis.is_beyond(angle)
-            around = axis.around(angle, self.__dict__.get(f"nodes_{k}"))
-            if self.interpolation == "nearest":
-                around = nearest(around)
-            corners = [(at * axis.size + i, v * u) for at, v in corners for i, u in around]
-        return corners, beyond
-
-    def _combined(self, corners: Slices) -> Any:
-        channel = ops.to_index(self.channel)
-        values = [(ops.take(self.values, at * self.width + channel), weight) for at, weight in corners]
-        if len(values) == 1:
-            return values[0][0]
-        if self.holes:
-            return _of_known(values)
-        total = values[0][0] * values[0][1]
-        for value, weight in values[1:]:
-            total = total + weight * value
-        return total
-
     def _key(self) -> tuple:
         shape = (
             ("parameterisation", self.parameterisation),
@@ -318,18 +240,6 @@ class Gridded(Sampled):
         return f"<{self.parameterisation} table of {size} nodes{made_of}>"
 
 
-def _of_known(values: Slices) -> Any:
-    """The weighted mean of values that are numbers; NaN where these have next to no weight."""
-    total: Any = 0.0
-    known: Any = 0.0
-    for value, weight in values:
-        there = value == value
-        weight = ops.where(there, weight, 0.0)
-        total, known = total + weight * ops.where(there, value, 0.0), known + weight
-    enough = known > LEAST_KNOWN
-    return ops.where(enough, total / ops.where(enough, known, 1.0), math.nan)
-
-
 def _check_values(what: str, values: np.ndarray, grid: tuple[int, ...], names: tuple | None) -> None:
     expected = grid if names is None else (*grid, len(names))
     if values.shape != expected:
@@ -341,10 +251,10 @@ def _check_values(what: str, values: np.ndarray, grid: tuple[int, ...], names: t
 def _real(what: str, values: Any) -> np.ndarray:
     """An array of floats of our own; those of single and double precision stay so."""
     try:
-        found = kept(values)
+        array = kept(values)
     except (TypeError, ValueError) as error:
         raise ParameterError(f"{what}: got {error}; expected an array of numbers") from None
-    return found if found.dtype in (np.float32, np.float64) else frozen(found.astype(np.float64))
+    return array if array.dtype in (np.float32, np.float64) else frozen(array.astype(np.float64))
 
 
 def _nodes(name: str, nodes: Any) -> np.ndarray:

@@ -186,11 +186,11 @@ def gridded_or_scattered(
     rows, measured, spread = _rows((theta_i, phi_i, theta_o, phi_o), values, uncertainty, channels)
     four = oriented(rows) if isotropic is None else not isotropic
     known["channels"] = channels
-    found = as_grid(rows, four)
-    if found is None:
+    grid = as_grid(rows, four)
+    if grid is None:
         theta_i, phi_i, theta_o, phi_o = rows.T
         return Scattered(theta_i, phi_i, theta_o, phi_o, measured, uncertainty=spread, isotropic=not four, **known)
-    nodes, index, mirrored = found
+    nodes, index, mirrored = grid
     return Gridded(
         "angles",
         dict(zip(SYSTEMS["angles"].axes(four), nodes, strict=True)),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from typing import Annotated, NamedTuple
 
 import numpy as np
@@ -14,7 +14,6 @@ from ...base.quantities import from_brdf, to_brdf
 from ...base.reflectance import Reflectance
 from ...errors import ParameterError
 from ...formula.direction import HORIZON
-from ...tables.angle_systems import SYSTEMS, angle_system
 from ...tables.axes import fits
 from ...tables.gridded import Gridded
 from ...tables.nodes import channels_named
@@ -86,14 +85,9 @@ def pairs_of(
     return pairs if incident is None else _lit_from(incident, pairs)
 
 
-def table_of(m: Reflectance, resolution: Sequence[int] | None = None, systems: Iterable[str] = SYSTEMS) -> Gridded:
-    """A measurement as it is, if its axes are those of such a system of angles; of anything else, and where a
-    resolution is asked for, the table of its `pairs_of`."""
-    if (
-        isinstance(m, Gridded)
-        and resolution is None
-        and tuple(m.axes) in [angle_system(name).axes(m.is_oriented()) for name in systems]
-    ):
+def table_of(m: Reflectance, resolution: Sequence[int] | None = None) -> Gridded:
+    """A measurement as it is; of anything else, and where a resolution is asked for, the table of its `pairs_of`."""
+    if isinstance(m, Gridded) and resolution is None:
         return m
     return material(pairs_of(m, resolution), "", m.about if isinstance(m, Measured) else {})
 

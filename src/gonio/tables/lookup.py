@@ -1,0 +1,118 @@
+"""f between the nodes of a grid: which of them a pair of directions is between, and their weighted mean."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from ..arrays import Fixed, Roomy, ops
+from ..formula.direction import Direction
+from ..formula.state import note, state
+from ..formula.table_warp import Slices
+from .angle_systems import AngleSystem, angle_system
+from .axes import Axis, nearest
+from .drawing import Sampled
+
+LEAST_KNOWN = 1e-3
+"""Below this share of the weights among nodes with data, f is NaN."""
+
+
+class Interpolated(Sampled):
+    """Base of tables: their formula. What they hold, and how it is given to them, is the subclass's."""
+
+    interpolation: str
+    outside: str
+    channel: Any
+    parameterisation: str = state()
+    """The name of the system of angles that the axes are of."""
+    axes: dict[str, np.ndarray] = note()
+    """Nodes [rad] of each axis, as given."""
+    layout: tuple[Axis, ...] = state()
+    width: int = state()
+    """Channels, or 1."""
+    holes: bool = state()
+    """Whether f is NaN at some nodes."""
+    values: Any  # what formulas look up, of bound materials only
+
+    @property
+    def system(self) -> AngleSystem:
+        """What is known about its axes."""
+        return angle_system(self.parameterisation)
+
+    def brdf(self) -> np.ndarray:
+        """f [1/sr] at the nodes."""
+        raise NotImplementedError
+
+    def _looked_up(self) -> dict[str, Fixed]:
+        """The nodes' f with the circles closed, flat, and the nodes of uneven axes."""
+        kept = super()._looked_up()
+        del kept["stored"]
+        uneven = {
+            f"nodes_{k}": Fixed(axis.closed(nodes))
+            for k, (axis, nodes) in enumerate(zip(self.layout, self.axes.values(), strict=True))
+            if axis.spacing == "uneven"
+        }
+        return {**kept, "values": Roomy(self._flat), **uneven}
+
+    def _flat(self) -> np.ndarray:
+        """f at the nodes with the circles closed, flat, and an entry more."""
+        grid, sizes = tuple(map(len, self.axes.values())), tuple(axis.size for axis in self.layout)
+        flat = np.empty(math.prod(sizes) * self.width + 1)
+        flat[-1] = 0.0
+        closed = flat[:-1].reshape(*sizes, self.width)
+        closed[tuple(map(slice, grid))] = self.brdf().reshape(*grid, self.width)
+        for k, (size, nodes) in enumerate(zip(sizes, grid, strict=True)):
+            if size > nodes:
+                along = np.moveaxis(closed, k, 0)
+                along[-1] = along[0]
+        return flat
+
+    def formula(self, wi: Direction, wo: Direction) -> Any:
+        corners, beyond = self.corners(wi, wo)
+        value = self._combined(corners)
+        if self.outside == "hold":
+            return value
+        return ops.where(beyond, math.nan if self.outside == "missing" else 0.0, value)
+
+    def corners(self, wi: Direction, wo: Direction) -> tuple[Slices, Any]:
+        """The nodes around a pair with their weights, as if none were without data; and whether it is beyond the grid.
+
+        Of bound materials. Nodes are counted through the grid with its circles closed: `layout[k].size` along axis k.
+        """
+        corners: list[tuple[Any, Any]] = [(0, 1.0)]
+        beyond: Any = False
+        for k, angle in enumerate(self.system.angles(wi, wo, len(self.layout) == 4)):
+            axis = self.layout[k]
+            if self.outside != "hold" and axis.has_ends:
+                beyond = beyond | axis.is_beyond(angle)
+            around = axis.around(angle, self.__dict__.get(f"nodes_{k}"))
+            if self.interpolation == "nearest":
+                around = nearest(around)
+            corners = [(at * axis.size + i, v * u) for at, v in corners for i, u in around]
+        return corners, beyond
+
+    def _combined(self, corners: Slices) -> Any:
+        channel = ops.to_index(self.channel)
+        values = [(ops.take(self.values, at * self.width + channel), weight) for at, weight in corners]
+        if len(values) == 1:
+            return values[0][0]
+        if self.holes:
+            return _of_known(values)
+        total = values[0][0] * values[0][1]
+        for value, weight in values[1:]:
+            total = total + weight * value
+        return total
+
+
+def _of_known(values: Slices) -> Any:
+    """The weighted mean of values that are numbers; NaN where these have next to no weight."""
+    total: Any = 0.0
+    known: Any = 0.0
+    for value, weight in values:
+        there = value == value
+        weight = ops.where(there, weight, 0.0)
+        total, known = total + weight * ops.where(there, value, 0.0), known + weight
+    enough = known > LEAST_KNOWN
+    return ops.where(enough, total / ops.where(enough, known, 1.0), math.nan)
