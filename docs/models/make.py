@@ -29,7 +29,7 @@ KINDS = {
     "Distributions of facet normals": (Distribution, discover.modules("gonio.distributions")),
     "Fresnel terms": (Fresnel, discover.modules("gonio.formula.fresnel")),
 }
-PARTS = ("Shapes", "Units", "Error", "Source")
+PARTS = ("Looks", "Shapes", "Units", "Error", "Source")
 
 
 def classes(kind: type, modules: list[Any]) -> list[type[Parametrised]]:
