@@ -7,6 +7,7 @@ import inspect
 import json
 import math
 import pickle
+import re
 from typing import Any
 
 import numpy as np
@@ -17,6 +18,7 @@ import gonio as gn
 from gonio import discover
 from gonio.base.light import Light
 from gonio.base.reflectance import Scaled, Sum
+from gonio.catalogue.expressions import expression, read
 from gonio.errors import ArrayTypeError, Error, FormatError, NotFoundError, ParameterError, ShapeError
 from gonio.formula.fields import CLASSES
 from gonio.formula.json_form import from_json
@@ -40,12 +42,28 @@ def grid(*shape: int, seed: int = 0) -> np.ndarray:
 LIGHTS = public(Light, discover.modules("gonio.lights"))
 
 
+LABELS = ("Shapes", "Units", "Error", "Source")
+
+
 @pytest.mark.parametrize("kind", [*MODELS, *DISTRIBUTIONS, *FRESNELS, *LIGHTS, Sum, Scaled], ids=lambda c: c.__name__)
 def test_docstrings_have_their_labels(kind):
     text = inspect.cleandoc(kind.__doc__ or "")  # Python 3.13 cleans docstrings itself
-    missing = [label for label in ("Shapes", "Units", "Error", "Source") if f"\n{label} " not in text]
+    labels = ("Looks", *LABELS) if kind in MODELS else LABELS
+    missing = [label for label in labels if f"\n{label} " not in text]
     assert not missing, f"{kind.__name__}: no {', '.join(missing)} in its docstring"
     assert all(f.doc for f in kind.fields.values())
+
+
+@pytest.mark.parametrize("kind", MODELS, ids=lambda c: c.__name__)
+def test_looks_are_values_to_try(kind):
+    """What a docstring says to try can be made: expressions of the class itself, and values of its parameters."""
+    looks = inspect.cleandoc(kind.__doc__ or "").partition("\nLooks ")[2].partition("\nShapes ")[0]
+    tried = [word for word in re.findall(r"`(.*?)`", " ".join(looks.split())) if not word.isidentifier()]
+    whole = [read(word) for word in tried if not re.match(r"\w+=", word)]
+    assert any(isinstance(m, kind) for m in whole)
+    for word in tried:
+        if re.match(r"\w+=", word):
+            assert isinstance(expression(f"{kind.__name__}({word})"), kind)
 
 
 def test_everything_found_is_public():

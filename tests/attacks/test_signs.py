@@ -14,6 +14,7 @@ from conftest import switch_off
 from models import DISTRIBUTIONS, MODELS, at_corners, breaks, draws
 
 import gonio as gn
+from gonio.formula.direction import HORIZON, Direction, half_and_cosine
 from gonio.laws import _probes
 
 COUNT = 3000
@@ -97,8 +98,6 @@ def test_weights_of_a_narrow_lobe_are_not_negative(evaluation):
 @pytest.mark.parametrize("dtype", ["f4", "f8"])
 def test_half_vectors_have_an_exact_cosine(dtype):
     """wo . wm of `half_and_cosine` is that of exact arithmetic, where the sum of products has no digit right. (D8)"""
-    from gonio.formula.direction import Direction, half_and_cosine
-
     z = 1e-4
     w = on_sphere(np.array([z, 3.0 * z]), np.array([0.3, 0.3 + np.pi])).astype(dtype).astype("f8")
     exact = [[float(x) for x in row] for row in w]
@@ -151,7 +150,7 @@ def test_check_tries_pairs_that_all_but_graze():
     """The pairs of `probes` are above the horizon, and nearly opposite, as float32. (D8)"""
     wi, wo = _probes.opposite_pairs()
     assert wi.dtype == wo.dtype == np.float32
-    assert min(wi[:, 2].min(), wo[:, 2].min()) > gn.geometry.HORIZON
+    assert min(wi[:, 2].min(), wo[:, 2].min()) > HORIZON
     across = (wi[:, :2] * wo[:, :2]).sum(axis=-1)
     assert across.max() < -0.9
     assert np.median(across) < -0.99

@@ -220,22 +220,25 @@ def _check_library(own: ops.Library | None, lib: ops.Library) -> None:
 
 def _batch(values: Iterable[Any], lib: ops.Library, inputs: Sequence[Any]) -> tuple[int | None, tuple[int, ...]]:
     """The number of channels (None without a channel axis) of parameters, and the batch that they and inputs make."""
-    arrays = [(own, value) for value in values if (own := ops.library_of_type(type(value))) is not None]
-    for own, _ in arrays:
-        _check_library(own, lib)
-    shapes = [shape for own, value in arrays if (shape := own.shape(value))]
-    batches = [lib.shape(x)[:-1] for x in inputs] + [shape[:-1] for shape in shapes]
+    shapes = []  # by plain loops: torch.compile takes no assignments in comprehensions
+    for value in values:
+        own = ops.library_of_type(type(value))
+        if own is not None:
+            _check_library(own, lib)
+            shapes.append(own.shape(value))
+    batches = [lib.shape(x)[:-1] for x in inputs] + [shape[:-1] for shape in shapes if shape]
     return _channels(shapes), ops.broadcast_shape(batches, "directions and parameters")
 
 
 def channels(material: Parametrised) -> int | None:
     """The number of channels of what a material computes, None without a channel axis."""
-    arrays = [(own, v) for v in material.leaves() if (own := ops.library_of_type(type(v))) is not None]
-    return _channels([shape for own, value in arrays if (shape := own.shape(value))])
+    libraries = [(ops.library_of_type(type(value)), value) for value in material.leaves()]
+    return _channels([own.shape(value) for own, value in libraries if own is not None])
 
 
 def _channels(shapes: Sequence[tuple[int, ...]]) -> int | None:
-    widths = {shape[-1] for shape in shapes}
+    """The one number of channels of arrays of these shapes, some of one channel or without."""
+    widths = {shape[-1] for shape in shapes if shape}
     if not widths:
         return None
     if widths - {1, max(widths)}:

@@ -50,8 +50,7 @@ class Direction(_Components):
             raise TypeError("a direction times a direction; expected dot(a, b) or cross(a, b)")
         return Direction(s * self.x, s * self.y, s * self.z)
 
-    def __rmul__(self, s: Any) -> Direction:
-        return self * s
+    __rmul__ = __mul__
 
     def __truediv__(self, s: Any) -> Direction:
         if isinstance(s, tuple):

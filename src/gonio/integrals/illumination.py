@@ -152,8 +152,7 @@ def to_local(lib: ops.Library, local: Frame, w: Any) -> Any:
 def to_world(lib: ops.Library, local: Frame, w: Any) -> Any:
     """Local vectors (..., 3) in the world frame."""
     d = Direction(*lib.split(w, (), False))
-    t, b, n = local
-    return lib.stack([d.x * t[i] + d.y * b[i] + d.z * n[i] for i in range(3)])
+    return lib.stack(local.t * d.x + local.b * d.y + local.n * d.z)
 
 
 def _channelled(value: Any, w: Any) -> Any:

@@ -20,6 +20,8 @@ class AshikhminShirley(Reflectance):
     with the azimuth phi of the half vector h and Schlick's F = R_s + (1 - R_s)(1 - wo . h)^5. The complete model is
     `AshikhminShirley(R_s, n_u, n_v) + AshikhminShirleyDiffuse(R_d, R_s)`.
 
+    Looks    `AshikhminShirley(0.05, 1000)` is a small, hard highlight that grows stronger at the rim;
+             `AshikhminShirley(0.5, 10, 200)` is brushed metal, the highlight drawn out into a band.
     Shapes   R_s, n_u, n_v: numbers or (..., C). `AshikhminShirley(0.05, n=100)` is isotropic.
     Units    f: 1/sr; the rest: 1.
     Error    rounding.

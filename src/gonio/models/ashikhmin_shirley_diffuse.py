@@ -16,6 +16,8 @@ class AshikhminShirleyDiffuse(Reflectance):
 
     z = cos(theta). To be added to a lobe of Fresnel reflectance F0 at normal incidence: both together conserve energy.
 
+    Looks    `AshikhminShirleyDiffuse(0.5)` is matt and darkens at the rim, where a glossy lobe beside it takes over;
+             `F0=0.9` leaves little of it.
     Shapes   rho, F0: numbers or (..., C).
     Units    f: 1/sr; rho (the paper's R_d), F0 (R_s): 1.
     Error    rounding: 4e-7 relative in float32.

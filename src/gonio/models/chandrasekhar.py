@@ -20,6 +20,8 @@ class Chandrasekhar(_DeepLayer):
     H(z) = exp(-z/pi int_0^inf ln(1 - w arctan(t)/t) / (1 + z^2 t^2) dt) counts what is scattered more than once;
     H = 1 is `LommelSeeliger`. The albedo is 1 - sqrt(1 - w) H(z): for w = 1 all light returns.
 
+    Looks    `Chandrasekhar(1)` is white dust, a little flatter than plaster; `Chandrasekhar(0.3)` is dark and, seen
+             with the light, as bright at the rim as in the middle.
     Shapes   w: a number or (..., C).
     Units    f: 1/sr; w: 1.
     Error    H: 1e-6 relative (20 nodes), 2e-6 at w = 1; rounding: 6e-7 in float32.

@@ -71,6 +71,8 @@ class Coated(_Coat):
     a base that is nearly diffuse without being `Lambertian`, R = 0.6 of what it reflects is lost. "lost" leaves all of
     it out.
 
+    Looks    `Coated(Lambertian([0.6, 0.1, 0.05]))` is varnished red: a mirror image of the surroundings over a deeper
+             colour; with `tau=[0.1, 0.4, 1.5]` the varnish is amber.
     Shapes   eta, tau: numbers or (..., C); eta may differ by channel (dispersion), sampling takes the mean.
     Units    f: 1/sr; tau: 1, the coat's absorption coefficient times its thickness.
     Error    rounding; R: below 1e-6, by a quadrature with 24 nodes. White Lambertian base, tau = 0: the albedo is 1
@@ -96,6 +98,8 @@ class RoughCoated(_Coat):
     this much is reflected, or lost to facets behind (as in `Microfacet`). Refraction is that of the flat surface: the
     base is tinted and dimmed as under the rough coat, but not blurred, and a mirror below stays a mirror.
 
+    Looks    `RoughCoated(Lambertian([0.6, 0.1, 0.05]), alpha=0.05)` is red plastic with a sharp highlight; `alpha=0.4`
+             is satin paint with a wide, soft one.
     Shapes   alpha, eta, tau: numbers or (..., C).
     Units    f: 1/sr; alpha, tau: 1.
     Error    F: 8e-3. White Lambertian base, tau = 0: the albedo is 1 less what the facets lose, 0.9995 at normal

@@ -24,6 +24,8 @@ class CookTorrance(Facets):
     what energy balance gives: `Microfacet(Beckmann(m), F, masking="v_groove")`, which is the one to use. The paper's
     R is s times this and d times a diffuse part: `s * CookTorrance(...) + d * Lambertian(...)`.
 
+    Looks    `CookTorrance(0.1, Conductor([0.2, 0.9, 1.1], [3.9, 2.5, 2.2]))` is polished copper; `m=0.4` is a dull
+             casting of it.
     Shapes   m and the Fresnel term's parameters: numbers or (..., C).
     Units    f: 1/sr; m: 1, sqrt(2) times the RMS slope.
     Error    rounding.

@@ -26,6 +26,8 @@ class CoxMunk(Reflectance):
     G is Smith's for the Gaussian slopes, or 1 ("none") as in 6S. The glint's BRF, the reflectance of
     ocean colour, is pi f. Foam and water below: `(1 - a) * CoxMunk(W) + a * Lambertian(0.2) + Lambertian(0.02)`.
 
+    Looks    `CoxMunk(1)` is a calm sea with a narrow glitter of the sun; `CoxMunk(15)` spreads it over a large, dim
+             patch.
     Shapes   wind_speed, wind_azimuth, eta: numbers or (..., C).
     Units    f: 1/sr; wind_speed: m/s, 12.5 m above the sea; wind_azimuth: rad; eta: 1.
     Error    rounding. Slopes were measured for 1 to 14 m/s, and the series for |x|, |y| < 2.5; negative density cut

@@ -105,6 +105,8 @@ class DisneyPrincipled(_Disney):
     A formula sees one channel, the tints need all: `tint` is base_color over its luminance 0.3 R + 0.6 G + 0.1 B. It
     is 1 for gray; `DisneyPrincipled.from_rgb(base_color, ...)` works it out.
 
+    Looks    `DisneyPrincipled([0.8, 0.2, 0.1])` is red plastic; `metallic=1, roughness=0.2` makes it a tinted metal;
+             `sheen=1, roughness=1` a cloth with a pale rim.
     Shapes   all but `masking`: numbers or (..., C).
     Units    f: 1/sr; all others: 1.
     Error    rounding.

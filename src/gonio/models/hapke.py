@@ -23,6 +23,8 @@ class Hapke(Reflectance):
     r is the bidirectional reflectance, radiance over the irradiance of a plane perpendicular to the beam. I/F (the
     radiance factor) = pi r = pi f cos(theta_i); the reflectance factor (REFF, BRF) = pi f.
 
+    Looks    `Hapke()` is a dark, rough soil, flat as the full moon; `Hapke(0.9, 0.3, 0.2, theta_bar=0)` is bright
+             smooth dust.
     Shapes   w, b, c, B0, h, theta_bar: numbers or (..., C).
     Units    f: 1/sr; theta_bar: rad; the others: 1.
     Error    rounding. White isotropic particles (w = 1, b = 0, no surge, smooth) should reflect 1: they reflect up to

@@ -55,6 +55,8 @@ class HeTorrance(_Gaussian):
     remains of the mirror is `HeTorranceSpecular`; the whole model is
     `HeTorrance(...) + HeTorranceSpecular(...) + Lambertian(...)`, with the same values for both.
 
+    Looks    `HeTorrance(280, 1770)` is roughened metal with a wide highlight; `HeTorrance(100, 3000)` is smoother, with
+             a narrow one.
     Shapes   sigma_0, tau, wavelength and the Fresnel term's parameters: numbers or (..., C).
     Units    f: 1/sr; lengths: nm.
     Error    the sum: 1e-6 for g < 14 (40 terms), at most 1.3e-3 beyond (an expansion for many terms, blended in up to
@@ -95,6 +97,8 @@ class HeTorrance(_Gaussian):
 class HeTorranceSpecular(_Gaussian):
     """Light that a rough surface still mirrors: reflectance F exp(-g) S at the mirror direction, as in `HeTorrance`.
 
+    Looks    `HeTorranceSpecular(20)` is a clear mirror of metal; `HeTorranceSpecular(280)` mirrors at grazing angles
+             only.
     Shapes   sigma_0, tau, wavelength and the Fresnel term's parameters: numbers or (..., C).
     Units    lengths: nm.
     Error    rounding.

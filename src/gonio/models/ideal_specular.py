@@ -18,6 +18,8 @@ class IdealSpecular(Reflectance):
     `f` is 0 pointwise; `sample`, `albedo`, `reflected_radiance` and `render` treat the delta exactly, so that
     L_o(wo) = k L_i(mirror of wo).
 
+    Looks    `IdealSpecular()` is a chrome ball: the surroundings, undimmed; `IdealSpecular(Dielectric(1.5))` is black
+             glass, dark in the middle and bright at the rim.
     Shapes   reflectance: a number, (..., C), or a Fresnel term: `IdealSpecular(Conductor(0.2, 3.9))`.
     Units    reflectance k: 1.
     Error    rounding.

@@ -49,6 +49,8 @@ class Lafortune(_CosineLobe):
     C_y one towards the light. C_x = C_y is isotropic. Fits add several lobes, and a `Lambertian`. With
     -C_x = -C_y = C_z = ((n + 2)/(2 pi))^(1/n) this is `ModifiedPhong(rho_s, n)`.
 
+    Looks    `Lafortune(0.5, n=20)` is a soft highlight; `C_z=0.6` makes it off-specular, weak but at the rim; `C_xy=1`
+             shines back at the light.
     Shapes   rho_s, C_x, C_y, C_z, n: numbers or (..., C).
     Units    f and rho_s: 1/sr; the rest: 1.
     Error    rounding.
@@ -80,6 +82,8 @@ class NormalizedLafortune(_CosineLobe):
     C is the largest of |C_x|, |C_y|, C_z: the factor that Lafortune and Willems give the mirror lobe, which no choice
     of coefficients makes reflect more than rho_s. With C_x = C_y = -C_z this is `ModifiedPhong(rho_s, n)`.
 
+    Looks    `NormalizedLafortune(0.5, n=20)` is a soft highlight and `n=500` a small, bright one; `C_xy=1` shines back
+             at the light.
     Shapes   rho_s, C_x, C_y, C_z, n: numbers or (..., C).
     Units    f: 1/sr; the rest: 1.
     Error    rounding.

@@ -13,6 +13,8 @@ from ..formula.fields import param
 class Lambertian(Reflectance):
     """Ideal diffuse reflection: f = rho / pi.
 
+    Looks    `Lambertian(0.8)` is plaster, `Lambertian(0.04)` black velvet without its sheen; `Lambertian([0.6, 0.1,
+             0.05])` is matt red.
     Shapes   rho: a number or (..., C).
     Units    f: 1/sr; rho: 1.
     Error    rounding.

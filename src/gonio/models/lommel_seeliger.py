@@ -16,6 +16,8 @@ class LommelSeeliger(_DeepLayer):
 
     The albedo is w/2 (1 - z ln((1 + z)/z)), z = cos(theta). `Chandrasekhar` adds light that is scattered again.
 
+    Looks    `LommelSeeliger(0.2)` is the Moon: seen with the light a full disc, at the rim no darker than in the
+             middle.
     Shapes   w: a number or (..., C).
     Units    f: 1/sr; w: 1.
     Error    rounding.

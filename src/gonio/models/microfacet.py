@@ -18,6 +18,8 @@ from ._facets import Facets
 class Microfacet(Facets):
     """Rough mirror: f = D(wm) F(wo . wm) G(wi, wo) / (4 cos(theta_i) cos(theta_o)), wm = (wi + wo)/|wi + wo|.
 
+    Looks    `Microfacet(GGX(0.05), Conductor([0.14, 0.37, 1.4], [4.0, 2.4, 1.6]))` is polished gold; `GGX(0.4)` makes
+             it satin, `GGX(0.05, 0.4)` brushed.
     Shapes   the parts' parameters: numbers or (..., C).
     Units    f: 1/sr.
     Error    rounding: 2e-6 relative in float32 for alpha above 0.05. Light scattered twice or more is lost: with

@@ -46,6 +46,8 @@ class ShadingNormal(_Tilted):
     tilted surface has: what renderers do with bump and normal maps. 0 where a direction is below the horizon of n'.
     `NormalMapped` is the physical form.
 
+    Looks    `ShadingNormal(Lambertian(0.5), 0.5)` is a facet that leans: lit as if turned by 30 degrees; arrays of
+             normals make dents and grain.
     Shapes   normal_x, normal_y: numbers or (..., 1), a normal map.
     Units    f: 1/sr; normal_x, normal_y: components of the unit vector n' along d_x and d_y.
     Error    rounding.
@@ -84,6 +86,8 @@ class NormalMapped(_Tilted):
 
     Light that meets a facet p twice is lost. Directions below the horizon of n' are lit and seen through the mirrors.
 
+    Looks    `NormalMapped(Lambertian(0.5), 0.5)` is a facet that leans, with the light that upright mirrors beside it
+             add: softer than `ShadingNormal`.
     Shapes   normal_x, normal_y: numbers or (..., 1), a normal map.
     Units    f: 1/sr; normal_x, normal_y: components of the unit vector n' along d_x and d_y.
     Error    rounding. White Lambertian facets return n'_z of the light at normal incidence: 94 % at a tilt of 20

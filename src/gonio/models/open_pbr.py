@@ -26,6 +26,8 @@ class OpenPBRMetal(Facets):
     alpha_x = roughness^2 sqrt(2/(1 + (1 - a)^2)), alpha_y = (1 - a) alpha_x, at least 0.001; a is the anisotropy. A
     base of metalness M is `(1 - M) * OpenPBRGlossyDiffuse(...) + M * OpenPBRMetal(...)`.
 
+    Looks    `OpenPBRMetal([1, 0.8, 0.3])` is satin gold; `specular_roughness=0.05` polishes it,
+             `specular_roughness_anisotropy=0.9` brushes it.
     Shapes   all: numbers or (..., C).
     Units    f: 1/sr; all others: 1.
     Error    rounding. Light scattered twice or more is lost, which the specification leaves to the implementation.
@@ -110,6 +112,8 @@ class OpenPBRGlossyDiffuse(_GlossyDiffuse):
     Left out: the exact Fresnel term, in whose place is Schlick's, which rises to 1 at grazing also where F0 = 0;
     base_diffuse_roughness, anisotropy, and tints; the coat and the fuzz above this slab.
 
+    Looks    `OpenPBRGlossyDiffuse([0.8, 0.1, 0.1])` is red plastic; `specular_roughness=1` is nearly matt,
+             `specular_ior=2.5` shines like lacquer.
     Shapes   all: numbers or (..., C).
     Units    f: 1/sr; all others: 1.
     Error    E, a fit: 7e-4; so is the albedo.

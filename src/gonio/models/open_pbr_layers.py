@@ -130,6 +130,8 @@ class OpenPBRCoat(_Coat):
     anisotropy; light that the coat sends back to the base (the specification's darkening = 0; `Coated` follows it);
     and what the coat does to the base's own roughness and index.
 
+    Looks    `OpenPBRCoat(Lambertian([0.8, 0.1, 0.1]))` is lacquer with a sharp highlight; `coat_color=[1, 0.8, 0.4]` is
+             amber varnish, `coat_roughness=0.5` is frosted.
     Shapes   all: numbers or (..., C).
     Units    f: 1/sr; all others: 1.
     Error    E, a fit: 7e-4; so is the albedo, which over a white base may exceed 1 by this.
@@ -176,6 +178,8 @@ class OpenPBRFuzz(_Fuzz):
     As in the specification the base is not tinted, as if all fibres were white.
     The whole stack is `OpenPBRFuzz(OpenPBRCoat((1 - M) * OpenPBRGlossyDiffuse(...) + M * OpenPBRMetal(...)))`.
 
+    Looks    `OpenPBRFuzz(Lambertian([0.3, 0.05, 0.05]))` is red peach skin with a pale rim; `fuzz_roughness=0.1` keeps
+             the fuzz to the very rim.
     Shapes   all: numbers or (..., C).
     Units    f: 1/sr; all others: 1.
     Error    E, a fit from above: 0 to 0.0065, and at 1 where the sheen's albedo is above that, more than

@@ -32,6 +32,8 @@ class Phong(_MirrorLobe):
 
     Reciprocal, but nothing bounds its energy: at normal incidence the albedo is 2 pi rho_s/(n + 2).
 
+    Looks    `Phong(1, 4)` is a broad, dull shine; `Phong(1, 200)` is a small spot of the same height, and so of much
+             less light.
     Shapes   rho_s, n: numbers or (..., C).
     Units    f and rho_s: 1/sr (rho_s is no albedo); n: 1.
     Error    rounding.
@@ -59,6 +61,8 @@ class Phong(_MirrorLobe):
 class OriginalPhong(_MirrorLobe):
     """Phong's lobe used for radiance without a cosine, as in eq. 4.7: f = rho_s max(s . wo, 0)^n / cos(theta_i).
 
+    Looks    `OriginalPhong(1, 4)` is a broad, dull shine; `OriginalPhong(1, 200)` is a small spot; towards the rim
+             neither fades, as `Phong` does.
     Shapes   rho_s, n: numbers or (..., C).
     Units    f and rho_s: 1/sr; n: 1.
     Error    rounding.
@@ -87,6 +91,7 @@ class OriginalPhong(_MirrorLobe):
 class ModifiedPhong(_MirrorLobe):
     """Phong's lobe normalised: f = rho_s (n + 2)/(2 pi) max(s . wo, 0)^n; rho_s is the albedo at normal incidence.
 
+    Looks    `ModifiedPhong(0.5, 10)` is a broad shine, `ModifiedPhong(0.5, 1000)` a small, bright spot.
     Shapes   rho_s, n: numbers or (..., C).
     Units    f: 1/sr; rho_s, n: 1.
     Error    rounding.
@@ -113,6 +118,7 @@ class BlinnPhong(Reflectance):
 
     rho_s is the albedo at normal incidence.
 
+    Looks    `BlinnPhong(0.5, 20)` is a broad shine, `BlinnPhong(0.5, 2000)` a small, bright spot.
     Shapes   rho_s, n: numbers or (..., C).
     Units    f: 1/sr; rho_s, n: 1.
     Error    rounding.

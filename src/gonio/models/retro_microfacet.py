@@ -17,6 +17,8 @@ class RetroMicrofacet(Microfacet):
     mirrored pair is the normal where wi = wo. For road signs and safety clothing, whose prisms or beads it does not
     follow further: towards grazing it falls off as f_m does.
 
+    Looks    `RetroMicrofacet(GGX(0.1))` is a road sign: bright all over seen with the light, else dark; `GGX(0.5)`
+             glows softly.
     Shapes   the parts' parameters: numbers or (..., C).
     Units    f: 1/sr.
     Error    as `Microfacet`.

@@ -103,6 +103,8 @@ class RossLi(Reflectance):
     relative azimuth 0 is back-scatter, as phi_o - phi_i = 0 is here. Weights of MODIS' and VIIRS' albedo products
     (MCD43A1, VNP43) are those of the defaults; the papers' Li-dense has h_b = 2, b_r = 2.5.
 
+    Looks    `RossLi(0.2, 0.1, 0.03)` is a field; `RossLi(0.2, 0, 0.05)` is sparse shrubs, brightest where no shadow is
+             seen.
     Shapes   f_iso, f_vol, f_geo, h_b, b_r: numbers or (..., C).
     Units    f: 1/sr; the others: 1. With light and viewer at the zenith K is 0, of `ross_thick_hotspot` 1/3.
     Error    rounding. Sampling is uniform over the hemisphere, for kernels grow as 1/cos(theta).

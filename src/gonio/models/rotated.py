@@ -19,6 +19,8 @@ class Rotated(Reframed):
 
     R turns directions by -angle, so that what was along x lies at azimuth `angle`.
 
+    Looks    `Rotated(Microfacet(GGX(0.05, 0.4)), 0.8)` is brushed metal whose highlight is drawn out along a slant;
+             over isotropic materials it changes nothing.
     Shapes   angle: a number or (..., C), a map of brushing directions for example.
     Units    angle: rad.
     Error    rounding.

@@ -23,6 +23,8 @@ class Roujean(Reflectance):
     f2 = 4/(3 pi) ((pi/2 - xi) cos(xi) + sin(xi))/(cos(theta_i) + cos(theta_o)) - 1/3: scattering by leaves at phase
     angle xi; 4/(3 pi) times the kernel `ross_thick` of `RossLi`.
 
+    Looks    `Roujean(0.2, 0, 0.3)` is a thick canopy, at the rim brighter than Lambertian; `Roujean(0.2, 0.04, 0)` is
+             ploughed soil, brightest where no shadow is seen.
     Shapes   k0, k1, k2: numbers or (..., C).
     Units    f: 1/sr; k0, k1, k2: 1, k0 is the BRF with light and viewer at the zenith.
     Error    rounding. Sampling is uniform over the hemisphere, for f1 grows as tan(theta).

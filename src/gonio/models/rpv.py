@@ -20,6 +20,8 @@ class RPV(Reflectance):
     back, Theta > 0 forward; H = 1 + (1 - rho_c)/(1 + G), G = |tan(theta_i) - tan(theta_o)| as vectors of the plane:
     the hot spot, nothing for rho_c = 1. In the paper of 1993 rho_c = rho_0, as here unless it is given.
 
+    Looks    `RPV(0.1, 0.7, -0.1)` is grassland, bright towards the rim and back to the light; `RPV(0.1, 1.2, 0.2)`
+             darkens towards the rim and scatters forward.
     Shapes   rho_0, k, Theta, rho_c: numbers or (..., C).
     Units    f: 1/sr; the others: 1. rho_0 is no albedo: the BRF at the zenith is 2^(k - 1) rho_0 (2 - rho_c)
              (1 - Theta)/(1 + Theta)^2.

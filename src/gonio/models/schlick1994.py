@@ -32,6 +32,8 @@ class Schlick1994(_Single):
     both directions, t that of the half vector, w the cosine of its azimuth to d_x. For r < 1/2 the rest c = 1 - b
     is mirrored: the whole model is `Schlick1994(C, r, p) + Schlick1994Specular(C, r)`.
 
+    Looks    `Schlick1994(0.5, 0.2)` is a soft highlight, `Schlick1994(0.5, 0.5)` satin with a bright rim,
+             `Schlick1994(0.5, 1)` matt; `p=0.1` brushes it.
     Shapes   C, r, p: numbers or (..., C).
     Units    f: 1/sr; the rest: 1. Z/pi is GGX with alpha = sqrt(r).
     Error    rounding. A is not normalised: its mean over all azimuths is 1 for p = 1, 0.74 for p = 0.1.
@@ -132,6 +134,8 @@ class _Spread(Schlick1994):
 class Schlick1994Specular(_Single):
     """What Schlick's model mirrors: reflectance c S(u), c = (1 - 2 r)^2 for r < 1/2 and 0 above, as in `Schlick1994`.
 
+    Looks    `Schlick1994Specular(0.5, 0.01)` is a clear mirror, brighter at the rim; from r = 1/2 on nothing is
+             mirrored.
     Shapes   C, r: numbers or (..., C).
     Units    1.
     Error    rounding.

@@ -22,6 +22,8 @@ class SGD(Facets):
     masking of each D, whose numbers come with those of D. F and G1 below 0 count as 0. The diffuse part is a
     `Lambertian` beside it. For a physical surface with this D take `Microfacet(SGDFacets(alpha, p), ...)`.
 
+    Looks    `SGD(0.5, 0.01)` is a highlight with a sharp peak and a wide glow, as of car paint; `SGD(0.5, 0.5)` is
+             satin.
     Shapes   all parameters: numbers or (..., C).
     Units    f: 1/sr; theta0: rad; the others: 1 (c: rad^-k).
     Error    rounding; D see `SGDFacets`.

@@ -19,6 +19,8 @@ class CharlieSheen(Reflectance):
     cos theta = 1/2 and exp(2 L(1/2) - L(1 - cos theta)) above,  L(x) = a/(1 + b x^c) + d x + e.
     The paper's softening of the terminator, a power of Lambda for the light alone, is left out: it is not reciprocal.
 
+    Looks    `CharlieSheen(0.5, 0.2)` is velvet: black in the middle, bright at the rim; `CharlieSheen(0.5, 1)` has a
+             softer, wider rim.
     Shapes   rho, r: numbers or (..., C).
     Units    f: 1/sr; r, rho: 1. r is the paper's; glTF's sheen roughness is its square root.
     Error    Lambda is the paper's fit to the Smith function of D; here rounding, 2e-6 relative in float32.
@@ -67,6 +69,8 @@ class AshikhminVelvet(Reflectance):
     f = rho D / (4 (cos(theta_i) + cos(theta_o) - cos(theta_i) cos(theta_o))),
     D = (1 + 4 exp(-cot(theta_m)^2/alpha^2)/sin(theta_m)^4) / (pi (1 + 4 alpha^2))
 
+    Looks    `AshikhminVelvet(0.5, 1)` is velvet: dark in the middle, bright at the rim; `AshikhminVelvet(0.5, 0.1)` is
+             flat, but for the very rim.
     Shapes   rho, alpha: numbers or (..., C).
     Units    f: 1/sr; rho, alpha: 1.
     Error    rounding.

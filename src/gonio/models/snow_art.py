@@ -19,6 +19,8 @@ class SnowART(Reflectance):
     degrees (0 is forward). r_s, the white-sky albedo, is exp(-sqrt(4 pi chi L/lambda)) for ice of the absorption index
     chi and the effective absorption length L, about 13 grain diameters.
 
+    Looks    `SnowART(0.95)` is fresh snow, nearly white and matt; `SnowART([0.9, 0.92, 0.95])` is faintly blue; 0.5 is
+             old, dirty snow.
     Shapes   r_s: a number or (..., C).
     Units    f: 1/sr; r_s: 1.
     Error    rounding. R0 reflects 0.993 to 1.018 of the light up to 80 degrees, and its white-sky albedo is 1.003;

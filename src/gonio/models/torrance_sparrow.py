@@ -21,6 +21,8 @@ class TorranceSparrow(Facets):
     f = D(theta_m) F(wo . wm) G(wi, wo) / (4 cos(theta_i) cos(theta_o)),  D = exp(-(theta_m/alpha)^2)/N,
     G = min(1, 2 z_m z_o/(wo . wm), 2 z_m z_i/(wo . wm)). The paper adds a diffuse part: `+ Lambertian(...)`.
 
+    Looks    `TorranceSparrow(0.05)` is polished metal, `TorranceSparrow(0.3)` a dull one, brightest at the rim with the
+             light behind it.
     Shapes   alpha and the Fresnel term's parameters: numbers or (..., C).
     Units    f: 1/sr; alpha: rad (the paper's 1/c).
     Error    rounding; N see `GaussianFacets`.

@@ -18,6 +18,8 @@ class Walthall(Reflectance):
     Walthall's own polynomial of 1985, a theta_o^2 + b theta_o cos(phi) + c for one position of the sun, is not
     reciprocal; this is Nilson and Kuusk's form for all. Order of the coefficients differs: 6S calls them c, a', a, b.
 
+    Looks    `Walthall(0.2, 0.02, 0, 0.02)` is a field, a little brighter back to the light; `Walthall(0.2, 0.1)`
+             brightens towards the rim.
     Shapes   a0, a1, a2, a3: numbers or (..., C).
     Units    f: 1/sr; a0: 1 (the BRF at the zenith), a1 and a3: 1/rad^2, a2: 1/rad^4.
     Error    rounding.

@@ -17,6 +17,8 @@ class Wolff(Reflectance):
     F is the Fresnel reflectance, from outside for theta_i, from inside for theta_t with eta sin(theta_t) =
     sin(theta_o). By Stokes' relations the second factor is 1 - F(theta_o, eta), so f is reciprocal.
 
+    Looks    `Wolff(0.5, 1.5)` is the matt part of a smooth plastic: as Lambertian, with a darker rim; `Wolff(0.5, 3)`
+             is darker altogether.
     Shapes   rho, eta: numbers or (..., C).
     Units    f: 1/sr; rho, eta: 1.
     Error    rounding: 6e-7 relative in float32.
