@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import gonio as gn
+from gonio.formula.direction import Direction
 from gonio.integrals.over_directions import integrate
 from gonio.models._ggx_albedo import lost, lost_on_average, schlick_share, schlick_share_on_average
 
@@ -361,7 +362,7 @@ def test_gtr1_is_normalised():
         edges = np.concatenate([[0.0], np.geomspace(1e-6, 0.5 * PI, 40)])
         t = np.concatenate([0.5 * (b - a) * (x + 1.0) + a for a, b in pairwise(edges)])
         dt = np.concatenate([0.5 * (b - a) * w for a, b in pairwise(edges)])
-        wm = gn.geometry.Direction(np.sin(t), 0.0 * t, np.cos(t))
+        wm = Direction(np.sin(t), 0.0 * t, np.cos(t))
         assert (2.0 * PI * dt * np.sin(t) * np.cos(t)) @ coat.coat_D(wm) == pytest.approx(1.0, rel=1e-6)
 
 

@@ -16,6 +16,7 @@ from scipy.integrate import quad
 import gonio as gn
 from gonio.errors import ParameterError
 from gonio.formats import merl
+from gonio.formula.direction import Direction
 from gonio.formula.json_form import from_json
 from gonio.models.coated import _Below, _BelowRough
 
@@ -259,7 +260,7 @@ def test_rough_transmittance():
     for alpha in (0.02, 0.1, 0.4, 1.0):
         for eta in (1.1, 1.5, 2.5):
             for theta in (0.0, 0.8, 1.3, 1.55):
-                w = gn.geometry.Direction(math.sin(theta), 0.0, math.cos(theta))
+                w = Direction(math.sin(theta), 0.0, math.cos(theta))
                 n = gn.GGX(alpha).warp_normal(w, *u)
                 mean = np.mean(gn.fresnel.fresnel_dielectric(np.minimum(w.x * n.x + w.z * n.z, 1.0), eta))
                 T = _BelowRough.unchecked(eta=eta, alpha=alpha).T(w)

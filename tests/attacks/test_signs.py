@@ -14,6 +14,7 @@ from conftest import switch_off
 from models import DISTRIBUTIONS, MODELS, at_corners, breaks, draws
 
 import gonio as gn
+from gonio.formula.direction import HORIZON
 from gonio.laws import _probes
 
 COUNT = 3000
@@ -151,7 +152,7 @@ def test_check_tries_pairs_that_all_but_graze():
     """The pairs of `probes` are above the horizon, and nearly opposite, as float32. (D8)"""
     wi, wo = _probes.opposite_pairs()
     assert wi.dtype == wo.dtype == np.float32
-    assert min(wi[:, 2].min(), wo[:, 2].min()) > gn.geometry.HORIZON
+    assert min(wi[:, 2].min(), wo[:, 2].min()) > HORIZON
     across = (wi[:, :2] * wo[:, :2]).sum(axis=-1)
     assert across.max() < -0.9
     assert np.median(across) < -0.99
