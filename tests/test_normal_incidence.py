@@ -1,6 +1,7 @@
 """Tables at the poles of their angles: where a direction has no azimuth the other's counts, and totals come out."""
 
 import math
+from pathlib import Path
 
 import numpy as np
 import optical_files as files
@@ -117,3 +118,16 @@ def test_totals_that_are_written_are_those_of_the_values(tmp_path, name):
     before = gn.albedo(glossy, gn.direction(np.radians(totals["theta_i"]), 0.0))
     assert np.ravel(totals["stated"]) == pytest.approx(before, rel=2e-2)
     assert np.ravel(totals["integral"]) == pytest.approx(np.ravel(totals["stated"]), rel=2e-2)
+
+
+REAL = Path(__file__).resolve().parents[2] / "shared" / "data"
+
+
+def test_a_real_scan_at_normal_incidence_is_read_at_all_azimuths():
+    """An RT-300S's export for Speos: its values are raw readings below 0."""
+    path = REAL / "ua_loft" / "formats" / "test_speos.rtd"
+    if not path.exists():
+        pytest.skip(f"{path.name} is not in ../shared/data: real files are not part of the repository")
+    m = gn.load(path)
+    at, beside = (gn.albedo(m, gn.direction(theta, 0.0), tolerance=1e-5) for theta in (0.0, 1e-5))
+    assert at == pytest.approx(beside, rel=1e-4)
