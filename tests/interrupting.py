@@ -25,7 +25,7 @@ import numpy as np
 
 import gonio as gn
 from gonio.compile import store, workers
-from gonio.evaluate import tracing
+from gonio.evaluate import planning, tracing
 
 
 class Timeout(Exception):
@@ -96,6 +96,7 @@ def works(folder: Path) -> dict[str, Callable[[], Any]]:
 
     def anew() -> Any:
         tracing._TRACES.clear()
+        planning._PATTERNS.clear()
         store._KNOWN.clear()
         return gn.ModifiedPhong(0.5, 3.0).f(few, few)
 

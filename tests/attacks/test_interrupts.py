@@ -98,6 +98,7 @@ def test_an_exception_at_any_place_does_no_harm(name, stride):
 
     def compiled_anew() -> Any:
         tracing._TRACES.clear()
+        planning._PATTERNS.clear()
         store._KNOWN.clear()
         return gn.ModifiedPhong(0.5, 3.0).f(wi, wo)
 
@@ -145,6 +146,7 @@ def test_long_calls_are_made_of_pieces(monkeypatch):
     together, stop = plans.together, 3
     monkeypatch.setattr(plans, "together", counted)
     monkeypatch.setattr(plans, "PIECE", 1 << 20)
+    planning._PATTERNS.clear()
     out = np.full(len(wi), -1.0)
     try:
         gn.threads(2)
@@ -179,7 +181,7 @@ FORKS = """
 import os, signal, sys, threading, time
 import numpy as np
 import gonio as gn
-from gonio.evaluate import tracing
+from gonio.evaluate import planning, tracing
 from gonio.compile import store
 
 wo = np.array([[0.6, 0.0, 0.8]])
@@ -188,6 +190,7 @@ stop = False
 def compile_all_the_time():
     while not stop:
         tracing._TRACES.clear()
+        planning._PATTERNS.clear()
         store._KNOWN.clear()
         gn.ModifiedPhong(0.5, 3.0).f(wo, wo)
 
@@ -207,6 +210,7 @@ for k in range(25):
         signal.alarm(20)
         many = np.broadcast_to(wo, (100_000, 3)).copy()
         tracing._TRACES.clear()
+        planning._PATTERNS.clear()
         store._KNOWN.clear()
         f = gn.Microfacet(gn.GGX(0.3)).f(many, many)
         os._exit(0 if (f == want).all() else 3)

@@ -50,10 +50,9 @@ class Parametrised(Value):
     def __init__(self, *args: Any, **kwargs: Any) -> None:
         kind, fields, settable = type(self).__name__, self.fields, self._settable()
         if missing := self.unwritten():
-            raise ParameterError(
-                f"{kind}(): an abstract base, without {' and '.join(missing)}; write a subclass that has it, or use "
-                f"one of {few(n for n, c in CLASSES.items() if issubclass(c, type(self)) and not c.unwritten())}"
-            )
+            kinds = few(n for n, c in CLASSES.items() if issubclass(c, type(self)) and not c.unwritten())
+            says = f"{kind}(): an abstract base, without {' and '.join(missing)}; write a subclass that has it"
+            raise ParameterError(says + (f", or use one of {kinds}" if kinds else ""))
         if len(args) > len(settable):
             listed = ", ".join(settable)
             raise ParameterError(f"{kind}: got {len(args)} values, expected at most {len(settable)}: {listed}")
