@@ -17,6 +17,7 @@ import gonio as gn
 from gonio.errors import ParameterError
 from gonio.formats import merl
 from gonio.formula.direction import Direction
+from gonio.formula.fresnel.dielectric import fresnel_dielectric
 from gonio.formula.json_form import from_json
 from gonio.models.coated import _Below, _BelowRough
 
@@ -262,7 +263,7 @@ def test_rough_transmittance():
             for theta in (0.0, 0.8, 1.3, 1.55):
                 w = Direction(math.sin(theta), 0.0, math.cos(theta))
                 n = gn.GGX(alpha).warp_normal(w, *u)
-                mean = np.mean(gn.fresnel.fresnel_dielectric(np.minimum(w.x * n.x + w.z * n.z, 1.0), eta))
+                mean = np.mean(fresnel_dielectric(np.minimum(w.x * n.x + w.z * n.z, 1.0), eta))
                 T = _BelowRough.unchecked(eta=eta, alpha=alpha).T(w)
                 assert pytest.approx(1.0 - mean, abs=8e-3) == T
 
