@@ -30,7 +30,7 @@ def with_holes(value: Any, m: Reflectance) -> Any:
     return value
 
 
-def value(m: Reflectance, mean: Reflectance, wi: Any, wo: Any) -> tuple:
+def value(m: Reflectance, mean: Reflectance, wi: Any, wo: Any) -> tuple[Any, ...]:
     wi, wo = Direction(*wi), Direction(*wo)
     below, wi_up, wo_up = served(wi, wo)
     value = m.formula(wi_up, wo_up)
@@ -56,7 +56,7 @@ def _mixture(shares: list[tuple[Any, Reflectance]], wi: Direction, wo: Direction
     return total
 
 
-def pdf(m: Reflectance, mean: Reflectance, wi: Any, wo: Any) -> tuple:
+def pdf(m: Reflectance, mean: Reflectance, wi: Any, wo: Any) -> tuple[Any, ...]:
     wi, wo = Direction(*wi), Direction(*wo)
     below, wi_up, wo_up = served(wi, wo)
     mixture = _mixture(shares_of(mean, wo_up), wi_up, wo_up)
@@ -66,7 +66,7 @@ def pdf(m: Reflectance, mean: Reflectance, wi: Any, wo: Any) -> tuple:
 _BELOW_ONE = 1.0 - 6e-8  # the largest float32 below 1; random float64 numbers in [0, 1) may round to 1.0f
 
 
-def sample(m: Reflectance, mean: Reflectance, wo: Any, u: Any) -> tuple:
+def sample(m: Reflectance, mean: Reflectance, wo: Any, u: Any) -> tuple[Any, ...]:
     wo, (u0, u1) = Direction(*wo), u
     nan = with_holes(_nan_of(wo) + ((u0 + u1) - (u0 + u1)), mean)
     u1 = ops.where(u1 >= 1.0, _BELOW_ONE, u1)
@@ -99,7 +99,7 @@ def sample(m: Reflectance, mean: Reflectance, wo: Any, u: Any) -> tuple:
     )
 
 
-def delta_reflectance(m: Reflectance, mean: Reflectance, wo: Any) -> tuple:
+def delta_reflectance(m: Reflectance, mean: Reflectance, wo: Any) -> tuple[Any, ...]:
     wo = Direction(*wo)
     below, wo_up = served(wo)
     total = 0.0 * wo_up.z

@@ -30,7 +30,7 @@ def tabular_shape(m: Reflectance) -> tuple[int, ...]:
     return shape
 
 
-def tristimulus(names: tuple | None, f: np.ndarray) -> tuple[tuple | None, np.ndarray]:
+def tristimulus(names: tuple[Any, ...] | None, f: np.ndarray) -> tuple[tuple[Any, ...] | None, np.ndarray]:
     """Names of channels, and f (..., C), as tables hold them: `RELATIVE_XYZ` becomes `XYZ`, others stay."""
     return (XYZ, f * WHITE) if names == RELATIVE_XYZ else (names, f)
 

@@ -73,7 +73,7 @@ class Reflectance(Parametrised):
     if TYPE_CHECKING:
 
         @property
-        def channel_names(self) -> tuple | None:
+        def channel_names(self) -> tuple[Any, ...] | None:
             """Names of the channels, or wavelengths [nm]; None for what the parameters imply (three: linear sRGB)."""
 
     else:
@@ -244,8 +244,9 @@ class Scaled(Reflectance):
     of = part(Reflectance, None, "what is scaled")
 
     @property
-    def channel_names(self) -> tuple | None:
-        return self.of.channel_names
+    def channel_names(self) -> tuple[Any, ...] | None:
+        names: tuple[Any, ...] | None = self.of.channel_names
+        return names
 
     def __mul__(self, weight: Any) -> Scaled:
         """The product of both weights times what is scaled; nested where that is no weight or of another shape."""
@@ -294,7 +295,7 @@ class Sum(Reflectance):
             raise ParameterError(f"Sum: terms have channels {listed}; expected the same names or wavelengths")
 
     @property
-    def channel_names(self) -> tuple | None:
+    def channel_names(self) -> tuple[Any, ...] | None:
         """Those of the terms that name their channels."""
         return next((names for t in self.terms if (names := t.channel_names) is not None), None)
 

@@ -24,7 +24,7 @@ from ..formula.parametrised import Parametrised
 from . import planning, tracing
 from .blocks import Box, cut, in_blocks, result_shape
 
-Kernel = Callable[..., tuple]
+Kernel = Callable[..., tuple[Any, ...]]
 
 
 def run(

@@ -69,7 +69,7 @@ def _give_up(error: Exception) -> None:
         warnings.warn(f"{text}; mend that, or set GONIO_ENGINE=numpy to silence this", EngineWarning, stacklevel=2)
 
 
-def known(what: tuple, material: Parametrised, inputs: Sequence[Any]) -> Plan | None:
+def known(what: tuple[Any, ...], material: Parametrised, inputs: Sequence[Any]) -> Plan | None:
     """The plan of an earlier call with such arrays, of this material or of one of its structure and shapes."""
     key = _key(what, inputs)
     plans = material._derived.get(known)
@@ -85,10 +85,10 @@ class _Pattern(NamedTuple):
     has_channels: bool
 
 
-_PATTERNS: dict[tuple, _Pattern] = {}
+_PATTERNS: dict[tuple[Any, ...], _Pattern] = {}
 
 
-def _of_pattern(key: tuple, material: Parametrised, dtype: np.dtype) -> Plan | None:
+def _of_pattern(key: tuple[Any, ...], material: Parametrised, dtype: np.dtype) -> Plan | None:
     """A plan for the numbers of this material, if there was one for others of their shapes."""
     shapes = _shapes(material)
     pattern = _PATTERNS.get((key, content(material).structure, shapes)) if shapes else None
@@ -98,7 +98,7 @@ def _of_pattern(key: tuple, material: Parametrised, dtype: np.dtype) -> Plan | N
     return _remembered(key, material, renewed(pattern.plan, arrays, _tables(pattern.trace, material, dtype)))
 
 
-def _shapes(material: Parametrised) -> tuple | None:
+def _shapes(material: Parametrised) -> tuple[Any, ...] | None:
     """The shapes of a material's numbers; None where some are of another library than NumPy."""
     shapes: list[tuple[int, ...]] = []
     for x in content(material).leaves:
@@ -111,7 +111,7 @@ def _shapes(material: Parametrised) -> tuple | None:
     return tuple(shapes) or ((),)
 
 
-def _remembered(key: tuple, material: Parametrised, made: Plan) -> Plan:
+def _remembered(key: tuple[Any, ...], material: Parametrised, made: Plan) -> Plan:
     plans = material._derived.setdefault(known, {})
     if len(plans) >= PLANS_KEPT:
         plans.clear()
@@ -119,7 +119,7 @@ def _remembered(key: tuple, material: Parametrised, made: Plan) -> Plan:
     return made
 
 
-def _key(what: tuple, inputs: Sequence[Any]) -> tuple:
+def _key(what: tuple[Any, ...], inputs: Sequence[Any]) -> tuple[Any, ...]:
     """What a plan depends on beside the material."""
     key = what
     for x in inputs:
@@ -176,7 +176,7 @@ def jacobian_plan(
 
 
 def _plan(
-    what: tuple,
+    what: tuple[Any, ...],
     trace: Trace,
     results: Sequence[Result],
     material: Parametrised,
@@ -220,7 +220,8 @@ def _tables(trace: Trace, material: Parametrised, dtype: np.dtype) -> list[np.nd
 def _table(table: Fixed, dtype: np.dtype) -> np.ndarray:
     if isinstance(table, Roomy) and table.whole.dtype == dtype:
         return table.whole
-    return table.once(_padded, dtype)
+    padded: np.ndarray = table.once(_padded, dtype)
+    return padded
 
 
 def _padded(numbers: np.ndarray, dtype: np.dtype) -> np.ndarray:

@@ -23,7 +23,7 @@ from ..trace.symbol import Symbol, TableSymbol
 
 TRACES_KEPT = 1000
 
-Kernel = Callable[..., tuple]
+Kernel = Callable[..., tuple[Any, ...]]
 
 
 class Trace(NamedTuple):
@@ -40,7 +40,7 @@ class Trace(NamedTuple):
 class Content(NamedTuple):
     """What kernels are made of and called with: see `content`."""
 
-    structure: tuple
+    structure: tuple[Any, ...]
     """What a trace of the material depends on."""
     leaves: list[Any]
     """Its numbers and its tables, in the order in which `bind` meets them."""
@@ -49,9 +49,10 @@ class Content(NamedTuple):
 
 def content(material: Parametrised) -> Content:
     """The numbers and tables of a material, and all else that its formulas depend on."""
-    if content not in material._derived:
-        material._derived[content] = _gathered(material)
-    return material._derived[content]
+    gathered: Content | None = material._derived.get(content)
+    if gathered is None:
+        gathered = material._derived[content] = _gathered(material)
+    return gathered
 
 
 def _gathered(material: Parametrised) -> Content:
@@ -75,7 +76,7 @@ def _gathered(material: Parametrised) -> Content:
     return Content(tuple(structure), leaves, tables)
 
 
-_TRACES: dict[tuple, Trace | TraceError] = {}
+_TRACES: dict[tuple[Any, ...], Trace | TraceError] = {}
 _OF_FORMULAS = (
     *(Error, ArithmeticError, AssertionError, AttributeError, LookupError),
     *(NameError, RuntimeError, TypeError, ValueError),

@@ -86,7 +86,8 @@ def length(a: Direction) -> Any:
 
 def normalize(a: Direction) -> Direction:
     """a / |a|."""
-    return a * (1.0 / ops.sqrt(dot(a, a)))
+    unit: Direction = a * (1.0 / ops.sqrt(dot(a, a)))
+    return unit
 
 
 def half_vector(wi: Direction, wo: Direction) -> Direction:
@@ -107,7 +108,8 @@ def half_and_cosine(wi: Direction, wo: Direction) -> tuple[Direction, Any]:
 
 def reflect(w: Direction, wm: Direction) -> Direction:
     """Mirror image of w about wm: 2 (w . wm) wm - w."""
-    return wm * (2.0 * dot(w, wm)) - w
+    twice: Direction = wm * (2.0 * dot(w, wm))
+    return twice - w
 
 
 def mirror(w: Direction) -> Direction:

@@ -37,9 +37,12 @@ class Ours(NamedTuple):
 def kept(value: Any) -> np.ndarray:
     """The numbers of an argument (see `ops.numbers`) as a value may keep them: read-only, and out of others' reach."""
     if isinstance(value, Ours):
-        return frozen(value.array)
-    array = ops.numbers(value)
-    return frozen(array if isinstance(value, (list, tuple)) else np.array(array))
+        array = value.array
+    else:
+        array = ops.numbers(value)
+        array = array if isinstance(value, (list, tuple)) else np.array(array)
+    frozen(array)
+    return array
 
 
 class Field:

@@ -8,7 +8,7 @@ from typing import Any
 from ..arrays import frozen
 
 
-class Held(dict):
+class Held(dict[Any, Any]):
     """What a value holds by name; it cannot be changed."""
 
     def _refuse(self, *args: Any, **kwargs: Any) -> Any:
@@ -20,7 +20,7 @@ class Held(dict):
         return type(self), (dict(self),)
 
 
-class HeldList(list):
+class HeldList(list[Any]):
     """What a value holds in order; it cannot be changed."""
 
     __setitem__ = __delitem__ = __iadd__ = __imul__ = append = clear = extend = insert = pop = remove = Held._refuse

@@ -50,9 +50,10 @@ class Derived(Generic[T]):
     def __get__(self, owner: Any, kind: type) -> T:
         if owner is None:
             return self  # type: ignore[return-value]
-        if self.function not in owner._derived:
-            owner._derived[self.function] = self.function(owner)
-        return owner._derived[self.function]
+        held: dict[Any, T] = owner._derived
+        if self.function not in held:
+            held[self.function] = self.function(owner)
+        return held[self.function]
 
 
 def state(default: Any = None) -> Any:

@@ -79,7 +79,7 @@ class Value:
     def __delattr__(self, name: str) -> None:
         raise AttributeError(f"{type(self).__name__} is a value and cannot be changed")
 
-    def _key(self) -> tuple:
+    def _key(self) -> tuple[Any, ...]:
         return tuple((n, v) for n, _, v in self._free())
 
     def __eq__(self, other: object) -> bool:
