@@ -89,7 +89,7 @@ def test_lambertian_in_constant_light(rho):
 
 
 @pytest.mark.parametrize("model", MODELS, ids=lambda c: c.__name__)
-def test_white_furnace(model):
+def test_white_furnace(model, evaluation):
     """In radiance 1 a reciprocal material returns its albedo, here and towards every side."""
     for draw in draws(3, every=7):
         m = draw.material()

@@ -303,7 +303,7 @@ def _kernel(coordinates: Callable, incident: bool, lit: bool) -> Callable:
         value = area * ops.where(missing, 0.0, value) + nan
         absent = area * ops.where(missing & (nan == 0.0), 1.0, 0.0)
         if lit:
-            return there, value, absent
+            return select(usable & ~lost, safe, NORMAL), value, absent  # lights are not asked about NaN
         return (*(weight * value for weight in node[2:]), node[2] * absent)
 
     return kernel
