@@ -564,7 +564,7 @@ def test_processes_share_a_folder(tmp_path):
 def test_llvms_own_loader_gives_the_same(monkeypatch):
     """Where objects are no ELF files, or refer to what is outside of them."""
     want = METAL.f(WI, WO)
-    monkeypatch.setattr(store.image, "flatten", lambda code: None)
+    monkeypatch.setattr(store.elf, "flatten", lambda code: None)
     monkeypatch.setattr(store, "_versions", lambda: "by LLVM's loader")
     monkeypatch.setenv("GONIO_CACHE", "off")
     np.testing.assert_array_equal(METAL.replace().f(WI, WO), want)

@@ -12,6 +12,7 @@ import pytest
 
 import gonio as gn
 from gonio.errors import ArrayTypeError, ParameterError, ShapeError
+from gonio.formula.json_form import from_json
 from gonio.lights._layouts import direction_to_square, square_to_direction
 from gonio.lights._panorama import pixel_directions
 from gonio.numerics.lattice import lattice
@@ -419,7 +420,7 @@ def test_it_is_a_value(tmp_path):
     assert "8 x 4, 3 channels" in repr(read)
     assert "sky.exr" in repr(read)
     for x in (light, read):
-        assert gn.parametrised.from_json(json.loads(json.dumps(x.to_json())), files=True) == x
+        assert from_json(json.loads(json.dumps(x.to_json())), files=True) == x
 
 
 def test_gray_maps_and_scales_with_channels():

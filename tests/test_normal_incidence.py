@@ -113,7 +113,7 @@ def test_info_says_where_a_stated_total_and_the_values_disagree(tmp_path):
 @pytest.mark.parametrize("name", ["Zemax", "LightTools", "Speos"])
 def test_totals_that_are_written_are_those_of_the_values(tmp_path, name):
     glossy = gn.Lambertian(0.3) + gn.Microfacet(gn.GGX(0.3), gn.Dielectric(1.5))
-    gn.save(glossy, tmp_path / "a.brdf", name, resolution=2.5)
+    gn.save(glossy, tmp_path / "a.brdf", name, step=2.5)
     totals = facts("a.brdf", gn.load(tmp_path / "a.brdf"))["stated_totals"]
     before = gn.albedo(glossy, gn.direction(np.radians(totals["theta_i"]), 0.0))
     assert np.ravel(totals["stated"]) == pytest.approx(before, rel=2e-2)

@@ -19,7 +19,8 @@ from test_binary_formats import polarised
 
 import gonio as gn
 from gonio import discover
-from gonio.cli import listing
+from gonio.cli import formats as formats_command
+from gonio.cli import tables
 from gonio.cli.commands import cli
 from gonio.errors import NotFoundError, ParameterError, TooLargeError
 from gonio.formats import _options, formats
@@ -274,7 +275,7 @@ def test_a_format_need_not_say_what_it_was_checked_against(monkeypatch):
     monkeypatch.setattr("gonio.report.format_table.formats", lambda: [module_of(matches=matches, read=read)])
     (row,) = format_table()
     assert row.oracle == "nothing yet" and row.to_json()["read_options"]["side"]["default"] == "up"
-    assert "side            up       'up' or 'down': a side" in listing.format_as_text(row)
+    assert "side            up       'up' or 'down': a side" in formats_command.format_as_text(row)
 
 
 # The command line.
@@ -341,9 +342,9 @@ def test_the_options_of_a_format_are_shown(run):
 
 @pytest.mark.parametrize("width", [80, 120])
 def test_the_options_fit_the_terminal(width, monkeypatch):
-    monkeypatch.setattr(listing, "_width", lambda: width)
+    monkeypatch.setattr(tables, "_width", lambda: width)
     for row in format_table():
-        for line in listing.format_as_text(row).splitlines():
+        for line in formats_command.format_as_text(row).splitlines():
             assert len(re.sub(r"\x1b\[[0-9;]*m", "", line)) <= width, line
 
 

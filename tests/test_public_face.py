@@ -224,6 +224,7 @@ def test_a_class_of_two_parametrised_bases_has_the_fields_of_both(classes):
 
     class _Both(_A, _B):
         c = param(0.3, 0.0, 1.0, "c")
+        formula = gn.Lambertian.formula
 
     assert set(_Both.fields) == {"a", "b", "c"}
     assert {n: p.value for n, p in _Both(b=0.5).parameters.items()} == {"a": 0.1, "b": 0.5, "c": 0.3}
@@ -239,7 +240,7 @@ def test_a_second_class_of_one_name_is_refused(classes):
 
 
 def test_a_cell_run_again_replaces_its_class(classes):
-    cell = {"__module__": "__main__", "rho": param(0.5, 0.0, 1.0, "albedo")}
+    cell = {"__module__": "__main__", "rho": param(0.5, 0.0, 1.0, "albedo"), "formula": gn.Lambertian.formula}
     first, second = (type("Cell", (gn.Reflectance,), dict(cell)) for _ in range(2))
     assert CLASSES["Cell"] is second is not first
     assert isinstance(from_json(first(0.3).to_json()), second)
@@ -262,7 +263,7 @@ def test_names_with_an_underscore_stay_out_of_texts(classes):
 
 @pytest.mark.parametrize(("module", "words"), [("__main__", "script or notebook"), ("paints.skin", "'paints.skin'")])
 def test_json_of_a_class_that_is_missing_says_what_to_import(classes, module, words):
-    data = type("Missing", (gn.Reflectance,), {"__module__": module})().to_json()
+    data = type("Missing", (gn.Reflectance,), {"__module__": module, "formula": gn.Lambertian.formula})().to_json()
     assert data == {"type": "Missing", "module": module}
     del CLASSES["Missing"]
     with pytest.raises(NotFoundError, match=f"'Missing'.*{words}.*load again"):

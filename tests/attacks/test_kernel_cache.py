@@ -45,6 +45,7 @@ import numpy as np
 import gonio as gn
 from gonio.compile import store
 from gonio.compile.llvm import codegen, machine
+from gonio.evaluate import planning
 
 compiled, to_object = [], machine.to_object
 machine.to_object = lambda text: compiled.append(text) or to_object(text)
@@ -53,6 +54,7 @@ w = np.array([[0.0, 0.0, 1.0]])
 def f(m=None):
     "f of a material as in a new process: its value, and how many kernels were compiled."
     store._KNOWN.clear()
+    planning._PATTERNS.clear()
     compiled.clear()
     return float((m or gn.Lambertian(0.5)).f(w, w)[0]), len(compiled)
 

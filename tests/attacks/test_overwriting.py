@@ -279,10 +279,8 @@ def test_long_names(length, tmp_path):
 )
 def test_names_that_cannot_be_are_refused_before_any_work(name, says, tmp_path, monkeypatch):
     """By one line of a gonio error. (D26)"""
-    from gonio.formats import material_json
-
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(material_json, "write", lambda *_: pytest.fail("the work was begun"))
+    monkeypatch.setattr(gn.Lambertian, "to_json", lambda m: pytest.fail("the work was begun"))
     with pytest.raises((ParameterError, NotFoundError), match=says) as error:
         gn.save(PLAIN, name, format="gonio JSON")
     assert len(str(error.value)) < 1000
@@ -513,8 +511,10 @@ OTHER_WRITERS = (
     "formats/_reading/hdf_probe.py",
     "formats/_reading/pipes.py",
     "cli/terminal.py",
+    "pictures/files/radiance.py",
 )
-"""Kernels, what a probe finds, private copies of pipes, and closed streams, which lead to /dev/null."""
+"""Kernels, what a probe finds, private copies of pipes, closed streams, which lead to /dev/null, and the bytes of a
+picture, which `Image.save` puts into place."""
 
 
 def test_every_writer_goes_through_files():

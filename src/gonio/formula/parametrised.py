@@ -253,7 +253,9 @@ class Parametrised(Value):
         """
         own, kept, tied = self.__dict__, self._kept, self._tied
         bound = {"_tied": tied, "_holed": self._holed, "_derived": {}, "is_bound": True}
-        bound |= {n: own[n] for n in ("fields", *self.beside) if n in own and not isinstance(self.beside.get(n), Note)}
+        for name in ("fields", *self.beside):  # a loop: for a comprehension torch.compile would look at every array
+            if name in own and not isinstance(self.beside.get(name), Note):
+                bound[name] = own[name]
         for name, field in self.fields.items():
             if isinstance(field, (Param, Channels)):
                 value = kept[name] if name in kept else own[name]

@@ -17,9 +17,9 @@ from ..formula.fields import channels as channel_field
 from ..formula.held import Held
 from ..formula.state import note, state
 from . import dataset_layout
+from ._lookup import Interpolated
 from .axes import laid_out
 from .drawing import KINDS
-from .lookup import Interpolated
 
 if TYPE_CHECKING:
     import xarray

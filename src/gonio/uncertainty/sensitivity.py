@@ -12,8 +12,8 @@ from ..arrays.kinds import SCALAR
 from ..base.reflectance import Reflectance
 from ..evaluate import batch
 from ..formula.direction import Direction, served
+from ..tables._lookup import LEAST_KNOWN
 from ..tables.gridded import Gridded
-from ..tables.lookup import LEAST_KNOWN
 from .functionals import Linear, Pairs
 
 FEWEST, MOST = 1 << 13, 1 << 18

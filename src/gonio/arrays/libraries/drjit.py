@@ -159,10 +159,11 @@ class DrJit(Library):
         return self.module.select(condition, a, b)
 
     def op_erfinv(self, x: Array) -> Array:
-        dr = self.module  # whose own is of single precision, which a Newton step amends, and NaN at -1 and 1
+        dr = self.module  # whose own is of single precision, which two Newton steps amend, and NaN at -1 and 1
         inside = dr.abs(x) < 1.0
         y = dr.erfinv(dr.select(inside, x, 0.0))
-        y = y - (dr.erf(y) - x) * dr.exp(y * y) * (0.5 * math.sqrt(math.pi))
+        for _ in range(2):
+            y = y - (dr.erf(y) - x) * dr.exp(y * y) * (0.5 * math.sqrt(math.pi))
         return dr.select(inside, y, x * float("inf"))
 
     def op_take(self, table: Array, index: Array) -> Array:
