@@ -18,11 +18,11 @@ ON_NEW: list[Callable[[type[Any]], object]] = []
 
 
 def register(kind: type[Any]) -> None:
-    """Take in a class. Raises ParameterError where another one has its name; the same one, run again, replaces it."""
+    """Register a class. Raises ParameterError where another one has its name; the same one, run again, replaces it."""
     hidden = [n for n, f in vars(kind).items() if isinstance(f, Field) and _is_method(kind, n)]
     if hidden:
         raise ParameterError(
-            f"class {_place(kind)}: {hidden[0]} is what the class inherits; call the parameter otherwise"
+            f"class {_place(kind)}: {hidden[0]} is an attribute that the class inherits; give the parameter another name"
         )
     if not any(_is_private(name) for name in (kind.__name__, *kind.__module__.split("."))):
         named = CLASSES.get(kind.__name__)
