@@ -22,7 +22,8 @@ def register(kind: type[Any]) -> None:
     hidden = [n for n, f in vars(kind).items() if isinstance(f, Field) and _is_method(kind, n)]
     if hidden:
         raise ParameterError(
-            f"class {_place(kind)}: {hidden[0]} is an attribute that the class inherits; give the parameter another name"
+            f"class {_place(kind)}: {hidden[0]} is an attribute that the class inherits; give the parameter another "
+            f"name"
         )
     if not any(_is_private(name) for name in (kind.__name__, *kind.__module__.split("."))):
         named = CLASSES.get(kind.__name__)
