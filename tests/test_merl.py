@@ -450,7 +450,7 @@ def with_drjit(function, *arrays):
     dr = pytest.importorskip("drjit", reason="Dr.Jit is not installed")
     if not dr.has_backend(dr.JitBackend.LLVM):
         pytest.skip("Dr.Jit finds no LLVM; test_drjit_scalars runs without")
-    llvm = pytest.importorskip("drjit.llvm")
+    llvm = pytest.importorskip("drjit.llvm", reason="drjit.llvm is not installed")
     return function(*map(llvm.TensorXf64, arrays))
 
 

@@ -250,7 +250,7 @@ def test_a_cell_run_again_replaces_its_class(classes):
 @pytest.mark.parametrize("name", ["f", "pdf", "formula", "parameters", "replace"])
 def test_a_parameter_that_hides_a_method_is_refused(classes, name):
     """`f = param(...)` was taken, and m.f(wi, wo) then a number that is called."""
-    with pytest.raises(ParameterError, match=f"Hiding: {name} is what the class inherits"):
+    with pytest.raises(ParameterError, match=f"Hiding: {name} is an attribute that the class inherits"):
         type("Hiding", (gn.Reflectance,), {"__module__": "__main__", name: param(0.5, 0.0, 1.0, "hides")})
     assert "Hiding" not in CLASSES
 

@@ -17,7 +17,7 @@ from .fixed import Later as Later
 from .fixed import Roomy as Roomy
 from .fixed import contiguous as contiguous
 from .fixed import frozen as frozen
-from .library import Library as Library
+from .interface import Library as Library
 
 LIBRARIES: dict[str, Library] = {
     name: module.LIBRARY for name, module in discover.by_name(f"{__name__}.libraries").items()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from copy import deepcopy
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -35,6 +35,14 @@ def tristimulus(names: tuple[Any, ...] | None, f: np.ndarray) -> tuple[tuple[Any
     return (XYZ, f * WHITE) if names == RELATIVE_XYZ else (names, f)
 
 
+class Total(NamedTuple):
+    """The share of light from a direction [rad] that a file says is reflected to all sides, for each channel."""
+
+    theta_i: float
+    phi_i: float
+    shares: tuple[float, ...]
+
+
 class Measured(Reflectance):
     """Base of the measured reflectances. A subclass declares its tables as fields and writes `formula`.
 
@@ -50,6 +58,8 @@ class Measured(Reflectance):
     "options" of the reader where there were any, and "converted_from", the same of what the file was made of, where it
     says so. Of what was made of it in memory, by `with_brdf`, `gonio.tabulate` or `gonio.repair`, "converted_from"
     alone: a list where it was made of several. Empty where no file is known."""
+    stated_totals: tuple[Total, ...] = note(())
+    """Shares of light that the file states beside its values."""
     quantity: str = note("brdf")
     format = ""
     has_text = False

@@ -27,6 +27,7 @@ from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
+from ..base.measured import Total
 from ..base.reflectance import Reflectance
 from ..errors import FormatError, ParameterError
 from ..formula.text import shown
@@ -39,7 +40,6 @@ from ._optical.angle_tables import (
     IncidentAngles,
     OutgoingAngles,
     Step,
-    Total,
     as_filed,
     default_angles,
     increasing,

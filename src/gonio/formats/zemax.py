@@ -35,6 +35,7 @@ from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
+from ..base.measured import Total
 from ..base.reflectance import Reflectance
 from ..errors import FormatError, ParameterError
 from ..tables.gridded import Gridded
@@ -46,7 +47,6 @@ from ._optical.angle_tables import (
     Filed,
     IncidentAngles,
     Step,
-    Total,
     as_filed,
     default_angles,
     increasing,

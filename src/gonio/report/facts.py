@@ -56,8 +56,8 @@ def facts(text: str, m: Reflectance) -> dict[str, Any]:
         result["albedo"] = _albedo(m)
         if isinstance(m, Measured):
             result["symmetry"] = _symmetry(m)
-        if totals := getattr(m, "stated_totals", ()):
-            result["stated_totals"] = _totals(m, totals)
+        if isinstance(m, Measured) and m.stated_totals:
+            result["stated_totals"] = _totals(m, m.stated_totals)
         if isinstance(m, Gridded) and has_uncertainty(m):
             result["uncertainty_of_albedo"] = _uncertainty_of_albedo(m)
     return result | _settable_facts(m)

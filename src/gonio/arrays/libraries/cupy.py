@@ -2,6 +2,6 @@
 
 from __future__ import annotations
 
-from ..library import Library
+from ..interface import Library
 
 LIBRARY = Library("cupy", absolute="abs")

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from ..fixed import Array, Fixed
+from ..interface import Library
 from ..kinds import VALUE, VECTOR
-from ..library import Library
 
 
 def _table(numbers: np.ndarray, kind: type, dtype: str) -> Array:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ..fixed import Array, Fixed
-from ..library import Library
+from ..interface import Library
 
 
 class Jax(Library):

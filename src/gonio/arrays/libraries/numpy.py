@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..fixed import Array, Fixed, contiguous
-from ..library import Library
+from ..interface import Library
 
 
 class NumPy(Library):

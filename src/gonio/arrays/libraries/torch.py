@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from ..fixed import Array, Fixed
-from ..library import Library
+from ..interface import Library
 
 
 def _tensor(numbers: np.ndarray, dtype: Any, device: Any) -> Array:

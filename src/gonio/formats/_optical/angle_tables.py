@@ -8,7 +8,7 @@ from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
-from ...base.measured import tabular_shape, tristimulus
+from ...base.measured import Total, tabular_shape, tristimulus
 from ...base.reflectance import Reflectance
 from ...errors import FormatError, ParameterError
 from ...formula.state import note
@@ -28,19 +28,10 @@ FULLEST = 0.5
 NO_TRANSMISSION = "gonio evaluates reflection only, transmission comes with a later release; export the BRDF too"
 
 
-class Total(NamedTuple):
-    """What a file says that is reflected to all sides, of light from a direction [rad]: a share for each channel."""
-
-    theta_i: float
-    phi_i: float
-    shares: tuple[float, ...]
-
-
 class Filed(Gridded):
     """A `Gridded` as a file has it; `filed` is what that file says beside, from which it is written again unchanged."""
 
     filed: Any = note()
-    stated_totals: tuple[Total, ...] = note(())
 
     def __init__(self, *args: Any, filed: Any = None, stated_totals: Iterable[Total] = (), **named: Any):
         super().__init__(*args, **named)

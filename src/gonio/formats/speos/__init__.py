@@ -35,6 +35,7 @@ from typing import Annotated, Any
 import numpy as np
 
 from ...base.angles import direction
+from ...base.measured import Total
 from ...base.reflectance import Reflectance
 from ...errors import FormatError, ParameterError
 from ...tables.gridded import Gridded
@@ -45,7 +46,6 @@ from .._optical.angle_tables import (
     IncidentAngles,
     OutgoingAngles,
     Step,
-    Total,
     as_filed,
     at_azimuths,
     channel_named,
