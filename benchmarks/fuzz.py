@@ -3,7 +3,7 @@
 Every format's minimal valid file, and what it holds where that is a dataset, is mutated COUNT times (1e5 by default;
 FIRST:END for the mutations with these numbers, where a campaign goes on) and read, with at most 5 seconds and a bounded
 amount of memory for each. Only `gonio.Error` may be raised. Numbers of mutations with outcomes not seen before are kept
-in tests/corpus, which the tests read again.
+in tests/formats/corpus, which the tests read again.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from tempfile import TemporaryDirectory
 os.environ["GONIO_ENGINE"] = "numpy"  # a kernel for every damaged table would take the time
 HERE = Path(__file__).resolve().parent
 TESTS = HERE.parent / "tests"
-sys.path.insert(0, str(TESTS))
+sys.path.insert(0, str(TESTS / "tools"))
 
 import numpy as np  # noqa: E402
 from fuzz_trials import TRIALS  # noqa: E402
@@ -63,7 +63,7 @@ def main(arguments: list[str]) -> None:
     numbers = range(int(float(first or 0)), int(float(last)))
     names = arguments[1:] or sorted(TRIALS)
     seconds = float(os.environ.get("GONIO_FUZZ_SECONDS", "1e9"))
-    corpus = TESTS / "corpus"
+    corpus = TESTS / "formats" / "corpus"
     corpus.mkdir(exist_ok=True)
     for name in names:
         start = time.perf_counter()

@@ -18,7 +18,7 @@ from tempfile import TemporaryDirectory
 
 os.environ["GONIO_ENGINE"] = "numpy"  # a kernel for every damaged table would take the time
 HERE = Path(__file__).resolve().parent
-sys.path.insert(0, str(HERE.parent / "tests"))
+sys.path.insert(0, str(HERE.parent / "tests" / "tools"))
 ONE = "--one"
 """First argument of the processes that this program starts: a folder and libFuzzer's options follow."""
 

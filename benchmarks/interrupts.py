@@ -1,7 +1,7 @@
 """A campaign of interrupts: `python benchmarks/interrupts.py [COUNT [PROCESSES]]`, results in interrupts.txt.
 
 COUNT signals (1e5 by default), SIGALRM and SIGINT in turn, at random moments of f, sample, jacobian, albedo, render,
-compiling and saving, on two threads; each raises an exception wherever the program is. See tests/interrupting.py.
+compiling and saving, on two threads; each raises an exception wherever the program is. See tests/tools/interrupting.py.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ def main(arguments: list[str]) -> None:
     while waiting or running:
         while waiting and len(running) < AT_ONCE:
             seed = waiting.pop()
-            command = [sys.executable, HERE.parent / "tests" / "interrupting.py"]
+            command = [sys.executable, HERE.parent / "tests" / "tools" / "interrupting.py"]
             command += map(str, (-(-count // processes), seed, THREADS))
             running[seed] = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
         for seed, process in list(running.items()):

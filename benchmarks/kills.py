@@ -16,7 +16,7 @@ from tempfile import TemporaryDirectory
 
 os.environ["GONIO_ENGINE"] = "numpy"  # what is killed is saving
 HERE = Path(__file__).resolve().parent
-sys.path.insert(0, str(HERE.parent / "tests"))
+sys.path.insert(0, str(HERE.parent / "tests" / "tools"))
 
 from killing import GROUPS, Outcome, campaign  # noqa: E402
 

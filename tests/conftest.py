@@ -12,12 +12,10 @@ os.environ.setdefault("JAX_ENABLE_X64", "1")
 os.environ.setdefault("JAX_PLATFORMS", "cpu")
 os.environ.setdefault("XLA_FLAGS", "--xla_cpu_multi_thread_eigen=false intra_op_parallelism_threads=1")
 
-from collections.abc import Collection, Iterable
-from importlib import import_module
 from typing import Any
 
-import numpy as np
 import pytest
+from libraries import KINDS, Jax, Library, Torch, Uncompiled, opened, switch_off
 
 from gonio.evaluate import planning
 
@@ -29,7 +27,7 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     What compiling adds is held per operation (`test_elementary.py`, `test_engine.py`); kernels of all materials take
     minutes to compile.
     """
-    from models import COMPILED
+    from materials import COMPILED
 
     for item in items:
         given = item.callspec.params if isinstance(item, pytest.Function) and hasattr(item, "callspec") else {}
@@ -37,115 +35,9 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
             item.add_marker("full")
 
 
-def thinned(cases: Iterable[Any], kept: Collection[Any]) -> list[Any]:
-    """The cases as parameters, of which all but those `kept` are marked `full`."""
-    return [
-        pytest.param(*(c if type(c) is tuple else (c,)), marks=() if c in kept else pytest.mark.full) for c in cases
-    ]
-
-
-class Library:
-    """How the tests make arrays of a library and read them back."""
-
-    name = "numpy"
-
-    def array(self, x: Any, dtype: str = "float64") -> Any:
-        return np.asarray(x, dtype)
-
-    def numpy(self, x: Any) -> np.ndarray:
-        return np.asarray(x)
-
-    def dtype(self, x: Any) -> str:
-        return str(x.dtype).rpartition(".")[2]
-
-
-class Uncompiled(Library):
-    """NumPy in blocks, as where llvmlite is missing."""
-
-    name = "numpy-uncompiled"
-
-
-class Torch(Library):
-    name = "torch"
-
-    def __init__(self) -> None:
-        self.module = import_module("torch")
-        self.module.set_num_threads(1)
-
-    def array(self, x: Any, dtype: str = "float64") -> Any:
-        return self.module.tensor(np.asarray(x), dtype=getattr(self.module, dtype))
-
-    def numpy(self, x: Any) -> np.ndarray:
-        return x.detach().numpy()
-
-
-class Jax(Library):
-    name = "jax"
-
-    def __init__(self) -> None:
-        self.module = import_module("jax")
-
-    def array(self, x: Any, dtype: str = "float64") -> Any:
-        return self.module.numpy.asarray(np.asarray(x, dtype))
-
-
-class DrJitTensor(Library):
-    """Dr.Jit's TensorXf, of any shape."""
-
-    name = "drjit"
-
-    def __init__(self) -> None:
-        drjit = import_module("drjit")
-        if not drjit.has_backend(drjit.JitBackend.LLVM):
-            pytest.skip("drjit: no LLVM back end here (install libLLVM, or set DRJIT_LIBLLVM_PATH)")
-        self.module = import_module("drjit.llvm.ad")
-
-    def array(self, x: Any, dtype: str = "float64") -> Any:
-        return getattr(self.module, "TensorXf" + ("64" if dtype == "float64" else ""))(np.asarray(x, dtype))
-
-    def numpy(self, x: Any) -> np.ndarray:
-        return x.numpy()
-
-    def dtype(self, x: Any) -> str:
-        return import_module("drjit").type_v(x).name.lower()
-
-
-class DrJitArray(DrJitTensor):
-    """Dr.Jit's Array2f, Array3f: a batch (N, 2 or 3) only."""
-
-    name = "drjit-array"
-
-    def array(self, x: Any, dtype: str = "float64") -> Any:
-        x = np.asarray(x, dtype)
-        suffix = "f64" if dtype == "float64" else "f"
-        if x.ndim == 1:
-            return getattr(self.module, "Float" + suffix[1:])(x)
-        return getattr(self.module, f"Array{x.shape[-1]}{suffix}")(np.ascontiguousarray(x.T))
-
-    def numpy(self, x: Any) -> np.ndarray:
-        return np.moveaxis(x.numpy(), 0, -1)
-
-
-KINDS = (Library, Uncompiled, Torch, Jax, DrJitTensor, DrJitArray)
-
-
-def opened(kind: type[Library]) -> Library:
-    """The library, or a skip that says why not."""
-    try:
-        return kind()
-    except ImportError as error:
-        pytest.skip(f"{kind.name} cannot be imported: {error}")
-
-
 @pytest.fixture(params=KINDS, ids=lambda kind: kind.name, scope="session")
 def library(request: pytest.FixtureRequest) -> Library:
     return opened(request.param)
-
-
-def switch_off(patch: pytest.MonkeyPatch) -> None:
-    """Nothing is compiled from here on, as where llvmlite is missing."""
-    patch.setattr(planning, "available", lambda: False)
-    patch.setattr(planning, "known", lambda *_: None)
 
 
 @pytest.fixture(autouse=True)
@@ -162,6 +54,11 @@ def evaluation(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) 
     elif not planning.available():
         pytest.skip("nothing can be compiled here: llvmlite is missing, or the processor has no fused multiply-add")
     return request.param
+
+
+@pytest.fixture
+def uncompiled(monkeypatch: pytest.MonkeyPatch) -> None:
+    switch_off(monkeypatch)
 
 
 @pytest.fixture(scope="session")

@@ -10,8 +10,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
-from conftest import switch_off
-from models import DISTRIBUTIONS, MODELS, draws
+from libraries import switch_off
+from materials import DISTRIBUTIONS, MODELS, draws
 from seeds import SEEDS, small_grid
 
 import gonio as gn

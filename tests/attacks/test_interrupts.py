@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from places import ROOT
 
 import gonio as gn
 from gonio.compile import plans, store, workers
@@ -22,7 +23,7 @@ from gonio.compile.llvm import machine
 from gonio.compile.threads import apart, share
 from gonio.evaluate import planning, tracing
 
-CAMPAIGN = Path(__file__).parents[1] / "interrupting.py"
+CAMPAIGN = ROOT / "tests" / "tools" / "interrupting.py"
 
 pytestmark = pytest.mark.skipif(not hasattr(os, "fork"), reason="signals and forks are those of POSIX")
 

@@ -9,15 +9,13 @@ import time
 from pathlib import Path
 
 import pytest
+from seeds import SEEDS
 
 import gonio as gn
 from gonio import errors
 from gonio.formats import csv_table
 from gonio.formats._reading import plain_text
 from gonio.formats.window_xml import xml_document
-
-sys.path.insert(0, str(Path(__file__).parents[1]))
-from seeds import SEEDS
 
 MB = 1_000_000
 

@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from conftest import switch_off
-from models import DISTRIBUTIONS, MODELS, at_corners, breaks, draws
+from libraries import switch_off
+from materials import DISTRIBUTIONS, MODELS, at_corners, breaks, draws
 
 import gonio as gn
 from gonio.formula.direction import HORIZON, Direction, half_and_cosine

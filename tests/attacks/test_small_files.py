@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import thinned
+from libraries import thinned
 
 import gonio as gn
 from gonio import errors

@@ -19,7 +19,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
-from conftest import thinned
+from libraries import thinned
 
 import gonio as gn
 from gonio.errors import DependencyError, FormatError

@@ -11,12 +11,12 @@ import textwrap
 import tomllib
 import warnings
 from importlib import import_module, resources
-from pathlib import Path
 from runpy import run_path
 
 import click
 import numpy as np
 import pytest
+from places import ROOT
 
 import gonio as gn
 from gonio.catalogue import citations
@@ -24,7 +24,6 @@ from gonio.cli import options
 from gonio.errors import DependencyError
 from gonio.formats import scatfun
 
-ROOT = Path(__file__).resolve().parents[2]
 DECLARED = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
 PROJECT = DECLARED["project"]
 EXTRAS = PROJECT["optional-dependencies"]

@@ -8,7 +8,7 @@ folder.
 
 No file is claimed by two formats: a `matches` whose marks are in another format's files, too, says no to that other's
 (`material_json`, `xarray_netcdf`). Of a damaged or contrived file with the marks of several the first module by name
-is taken (tests/test_claims.py).
+is taken (tests/formats/test_claims.py).
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """How much light a GGX surface of perfect mirrors loses by counting the first reflection only: 1 - E(mu, alpha).
 
 E is the albedo of `Microfacet(GGX(alpha))`, which has the height-correlated masking. It has a closed form at alpha = 1
-only, 1 - E = mu ln(1 + 1/mu), so that a fit stands here: tests/test_artist.py holds it to an integral of its own.
+only, 1 - E = mu ln(1 + 1/mu), so that a fit stands here: tests/models/test_artist.py holds it to an integral.
 """
 
 from __future__ import annotations

@@ -94,7 +94,7 @@ class NormalMapped(_Tilted):
              degrees, 77 % at 40; the rest meets them twice.
     Source   Schüssler, Heitz, Hanika & Dachsbacher 2017, "Microfacet-based normal mapping for robust Monte Carlo path
              tracing", ACM TOG 36(6):205: the variant with mirrors, written symmetrically; derived in
-             tests/test_wrappers.py.
+             tests/models/test_wrappers.py.
     """
 
     of = part(Reflectance, Lambertian(0.5), "reflectance of the facets")

@@ -123,7 +123,7 @@ class BlinnPhong(Reflectance):
     Units    f: 1/sr; rho_s, n: 1.
     Error    rounding.
     Source   Blinn 1977, "Models of light reflection"; the factor is the reciprocal of the integral of
-             (wm . z)^n cos(theta) at normal incidence, derived in tests/test_reference.py.
+             (wm . z)^n cos(theta) at normal incidence, derived in tests/models/test_reference.py.
     """
 
     rho_s = param(0.5, 0.0, 1.0, "albedo at normal incidence")

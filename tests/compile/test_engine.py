@@ -1,0 +1,611 @@
+"""The engine: compiled kernels against their graphs on arrays, how arrays are read, what is cached, what is refused."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+import pytest
+from libraries import switch_off
+
+import gonio as gn
+from gonio.arrays import ops
+from gonio.compile import cache_folder, plans, store
+from gonio.compile.llvm import codegen
+from gonio.compile.llvm.program import EACH
+from gonio.compile.plans import Result, carry_out, prepare
+from gonio.compile.threads import share
+from gonio.evaluate import interpret, planning, tracing
+from gonio.evaluate.interpret import evaluate
+from gonio.formula.direction import Direction
+from gonio.formula.fields import param
+from gonio.trace.derive import gradient
+from gonio.trace.graph import INDEX, MASK, REAL, Graph
+from gonio.trace.symbol import Symbol
+
+pytestmark = pytest.mark.skipif(not planning.available(), reason="nothing can be compiled here")
+
+DTYPES = {"float32": 6e-8, "float64": 1.2e-16}
+METAL = gn.Microfacet(gn.GGX(0.2, 0.4), gn.Conductor([0.2, 0.9, 1.2], [3.9, 2.4, 2.3]))
+GREY = gn.Microfacet(gn.GGX(0.2), gn.Conductor(0.2, 3.9))
+
+
+def directions(n: int, dtype: str = "float64", seed: int = 0) -> np.ndarray:
+    w = np.random.default_rng(seed).normal(size=(n, 3))
+    w[:, 2] = np.abs(w[:, 2]) + 0.05
+    return (w / np.linalg.norm(w, axis=1)[:, None]).astype(dtype)
+
+
+WI, WO = directions(1000), directions(1000, seed=1)
+
+
+def uncompiled(call):
+    with pytest.MonkeyPatch.context() as patch:
+        switch_off(patch)
+        return call()
+
+
+# Random graphs.
+
+REALS = (
+    "add",
+    "sub",
+    "mul",
+    "div",
+    "minimum",
+    "maximum",
+    "neg",
+    "absolute",
+    "sqrt",
+    "floor",
+    "exp",
+    "log",
+    "sin",
+    "cos",
+)
+REALS += ("arctan2", "power", "erf", "arccos", "tan", "erfinv")
+ROUNDED = set(REALS) - {"minimum", "maximum", "neg", "absolute", "floor"}
+
+
+def random_graph(seed: int, loads: int, tables: int) -> tuple[Graph, list[int]]:
+    """A graph of about 60 operations of all kinds, and four of its nodes."""
+    rng = np.random.default_rng(seed)
+    graph = Graph()
+    found = {REAL: [graph.load(0, c) for c in range(loads)], INDEX: [graph.constant(3, INDEX)], MASK: []}
+    found[REAL] += [graph.constant(x) for x in (0.5, -1.25, 0.0, 2.0, float(rng.normal()))]
+    found[MASK].append(graph.apply("lt", found[REAL][0], found[REAL][1]))
+
+    def pick(kind: str) -> int:
+        choices = found[kind]
+        return choices[int(rng.integers(max(0, len(choices) - 12), len(choices)))]
+
+    for _ in range(60):
+        what = rng.integers(12)
+        if what < 6:
+            name = REALS[int(rng.integers(len(REALS)))]
+            count = 2 if name in ("add", "sub", "mul", "div", "minimum", "maximum", "arctan2", "power") else 1
+            found[REAL].append(graph.apply(name, *(pick(REAL) for _ in range(count))))
+        elif what == 6:
+            how = ("lt", "le", "gt", "ge", "eq", "ne")[int(rng.integers(6))]
+            kind = REAL if rng.random() < 0.7 else INDEX
+            found[MASK].append(graph.apply(how, pick(kind), pick(kind)))
+        elif what == 7:
+            found[MASK].append(graph.apply(("and", "or", "xor")[int(rng.integers(3))], pick(MASK), pick(MASK)))
+        elif what == 8:
+            kind = (REAL, INDEX, MASK)[int(rng.integers(3))]
+            found[kind].append(graph.apply("select", pick(MASK), pick(kind), pick(kind)))
+        elif what == 9:
+            limited = graph.apply(
+                "minimum", graph.apply("maximum", pick(REAL), graph.constant(-9.0)), graph.constant(9.0)
+            )
+            found[INDEX].append(graph.apply("to_index", limited))
+        elif what == 10:
+            entry = graph.apply(
+                "minimum", graph.apply("maximum", pick(INDEX), graph.constant(0, INDEX)), graph.constant(6, INDEX)
+            )
+            found[REAL].append(graph.take(int(rng.integers(tables)), entry))
+        else:
+            found[INDEX].append(
+                graph.apply(("add", "sub")[int(rng.integers(2))], pick(INDEX), graph.constant(1, INDEX))
+            )
+            found[REAL].append(graph.apply("to_real", pick(INDEX)))
+    return graph, [found[REAL][-1], found[REAL][-2], found[REAL][-5], found[MASK][-1]]
+
+
+def steady(graph: Graph, nodes: list[int], x: np.ndarray, tables: list[np.ndarray], want: list) -> list[np.ndarray]:
+    """Where each result depends on no last digits: it stays as it is if every rounded operation errs a little."""
+    ok = [np.ones(len(x), bool) for _ in nodes]
+    for error in (1e-14, -1e-14, 3e-14):
+        with pytest.MonkeyPatch.context() as patch:
+            for name in ROUNDED & set(dir(ops)):
+                exact = getattr(ops, name)
+                patch.setattr(ops, name, lambda *v, exact=exact, e=error: near(exact(*v), e))
+            for name in ROUNDED & set(interpret._OPERATORS):
+                exact = interpret._OPERATORS[name]
+                patch.setitem(interpret._OPERATORS, name, lambda *v, exact=exact, e=error: near(exact(*v), e))
+            moved = evaluate(graph, nodes, lambda a, c: x[..., c], tables, x.dtype)
+        for i, (a, b) in enumerate(zip(want, moved, strict=True)):
+            same = a == b
+            if np.asarray(a).dtype != bool:
+                same |= (np.abs(a - b) <= 1e-8 * np.abs(b)) | (np.isnan(a) & np.isnan(b))
+            ok[i] &= same
+    return ok
+
+
+def near(value, error):
+    return value * (1.0 + error) if np.asarray(value).dtype.kind == "f" else value
+
+
+@pytest.mark.parametrize("seed", range(60))
+def test_random_graphs(seed, monkeypatch):
+    """Compiled, they give what NumPy gives, wherever NumPy's own rounding does not decide."""
+    monkeypatch.setattr(codegen, "INLINE", (codegen.INLINE, 0)[seed % 2])  # elementary functions in place, or called
+    graph, nodes = random_graph(seed, loads=3, tables=2)
+    rng = np.random.default_rng(seed)
+    x = rng.normal(size=(500, 3)) * rng.choice([0.1, 1.0, 10.0], size=(500, 1))
+    x[:8] = [
+        [0, 0, 0],
+        [np.nan, 1, 1],
+        [np.inf, 1, -1],
+        [-np.inf, 0, 1],
+        [1, 1, 1],
+        [-0.0, 0, 2],
+        [1e300, 1, 1],
+        [1e-300, 1, 1],
+    ]
+    tables = [rng.normal(size=7), rng.normal(size=7)]
+    results = [Result((node,), EACH, ()) for node in nodes]
+    padded = [np.append(t, 0.0) for t in tables]
+    plan = prepare(graph, results, [(x, 3)], 1, padded, (500,), x.dtype)
+    with np.errstate(all="ignore"):
+        want = evaluate(graph, nodes, lambda a, c: x[:, c], tables, x.dtype)
+        sure = steady(graph, nodes, x, tables, want)
+    assert np.mean(sure) > 0.2
+    for got, expected, ok in zip(carry_out(plan, [x]), want, sure, strict=True):
+        expected = np.broadcast_to(expected, got.shape)[ok]
+        if got.dtype == bool:
+            np.testing.assert_array_equal(got[ok], expected)
+        else:
+            np.testing.assert_allclose(got[ok], expected, rtol=1e-7, atol=1e-280)
+
+
+@pytest.mark.parametrize("dtype", DTYPES)
+def test_a_table_is_never_read_outside(dtype):
+    """An index before the table or behind it reads some entry of it; alone, and together with its neighbour."""
+    graph = Graph()
+    index = graph.apply("to_index", graph.load(0, 0))
+    nodes = [
+        graph.take(0, index),
+        graph.take(0, graph.apply("add", index, graph.constant(1, INDEX))),
+        graph.take(1, index),
+    ]
+    table = np.arange(1.0, 8.0).astype(dtype)
+    padded = np.append(table, table[:1] * 0)
+    x = np.array([0, 3, 5, 6, 7, 8, 100, -1, -2, 2.0**28, -(2.0**28), 2.0**31 - 128, np.nan, np.inf], dtype)[:, None]
+    plan = prepare(graph, [Result((n,), EACH, ()) for n in nodes], [(x, 1)], 1, [padded] * 2, (len(x),), x.dtype)
+    entries = np.where(np.isfinite(x[:, 0]), x[:, 0], 0).astype(np.int64)
+    for got, shift in zip(carry_out(plan, [x]), (0, 1, 0), strict=True):
+        there = (entries >= 0) & (entries + shift < len(table))
+        np.testing.assert_array_equal(got[there], table[(entries + shift)[there]])
+        assert np.isin(got[~there], padded).all()
+
+
+@pytest.mark.parametrize("width", [4, 8, 16, 64])
+def test_every_width_of_vectors(width, monkeypatch):
+    """Narrower vectors than this processor's are what others have, and wider ones are split."""
+    want = METAL.f(WI, WO)
+    monkeypatch.setattr(store, "_width", lambda program: width)
+    monkeypatch.setattr(store, "_versions", lambda: f"width {width}")
+    monkeypatch.setenv("GONIO_CACHE", "off")
+    m = METAL.replace()
+    np.testing.assert_allclose(m.f(WI, WO), want, rtol=1e-13)
+    np.testing.assert_allclose(m.f(WI[:3], WO[:3]), want[:3], rtol=1e-13)
+
+
+# Derivatives.
+
+SMOOTH = [
+    lambda a, b: a + b,
+    lambda a, b: a - 0.5 * b,
+    lambda a, b: a * b,
+    lambda a, b: a / (b * b + 1.0),
+    lambda a, b: ops.sqrt(a * a + 0.1),
+    lambda a, b: ops.exp(-a * a),
+    lambda a, b: ops.log(a * a + 0.5),
+    lambda a, b: ops.sin(a),
+    lambda a, b: ops.cos(a * b),
+    lambda a, b: ops.tan(ops.clip(a, -1.0, 1.0)),
+    lambda a, b: ops.arctan2(a, b * b + 0.3),
+    lambda a, b: ops.arccos(ops.sin(a) * 0.9),
+    lambda a, b: ops.erf(a),
+    lambda a, b: ops.erfinv(ops.sin(a) * 0.9),
+    lambda a, b: ops.power(a * a + 0.2, b),
+    lambda a, b: ops.minimum(a, b),
+    lambda a, b: ops.maximum(a, b * 0.5),
+    lambda a, b: ops.where(a < b, a * a, b),
+    lambda a, b: ops.absolute(a - b),
+]
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_gradients_of_random_graphs(seed):
+    """Against central differences, where these are steady."""
+    rng = np.random.default_rng(seed)
+    graph = Graph()
+    x, y, z = (Symbol(graph, graph.load(0, c)) for c in range(3))
+    pool = [x, y, z, x * y, x + 2.0]
+    for _ in range(25):
+        a, b = (pool[int(rng.integers(len(pool)))] for _ in range(2))
+        function = SMOOTH[int(rng.integers(len(SMOOTH)))]
+        pool.append(function(a, b))
+    out = pool[-1] + pool[-2] * pool[-3]
+    inputs = [x.node, y.node, z.node]
+    slopes = gradient(graph, out.node, inputs)
+    points = rng.uniform(0.2, 0.9, (200, 3))
+
+    def value(p):
+        return np.broadcast_to(evaluate(graph, [out.node], lambda a, c: p[:, c], [], p.dtype)[0], len(p))
+
+    with np.errstate(all="ignore"):
+        got = evaluate(graph, slopes, lambda a, c: points[:, c], [], points.dtype)
+        for c in range(3):
+
+            def shifted(h, c=c):
+                up, down = points.copy(), points.copy()
+                up[:, c] += h
+                down[:, c] -= h
+                return (value(up) - value(down)) / (2 * h)
+
+            coarse, fine = shifted(2e-5), shifted(1e-5)
+            ok = np.abs(coarse - fine) < 1e-5 * (1.0 + np.abs(fine))
+            exact = np.broadcast_to(got[c], len(points))
+            np.testing.assert_allclose(exact[ok], fine[ok], rtol=1e-4, atol=1e-4)
+
+
+@pytest.mark.parametrize("m", [GREY, METAL, 0.3 * METAL + gn.Lambertian([0.1, 0.2, 0.3]) + gn.Phong(0.5, 7.0)], ids=str)
+def test_jacobian(m, evaluation):
+    """Against central differences of f, by every parameter and both directions."""
+    j = m.jacobian(WI, WO, by=[*m.parameters, "wi", "wo"])
+    np.testing.assert_allclose(j.f, m.f(WI, WO), rtol=1e-13)
+    for path, p in m.parameters.items():
+        h = 1e-6
+        up, down = (m.replace({path: np.asarray(p.value) + s * h}).f(WI, WO) for s in (1, -1))
+        np.testing.assert_allclose(j.by[path], (up - down) / (2 * h), rtol=1e-5, atol=1e-8 * np.abs(up).max())
+    for name, at in (("wi", 0), ("wo", 1)):
+        for c in range(3):
+            both = []
+            for h in (1e-6, -1e-6):
+                w = [WI.copy(), WO.copy()]
+                w[at][:, c] += h
+                both.append(m.f(*w))
+            slope = (both[0] - both[1]) / 2e-6
+            np.testing.assert_allclose(j.by[name][..., c], slope, rtol=1e-4, atol=1e-7 * np.abs(slope).max())
+
+
+def test_jacobian_of_maps_and_many_channels(evaluation):
+    rng = np.random.default_rng(3)
+    for m in (
+        gn.Microfacet(gn.GGX(rng.uniform(0.1, 0.9, (1000, 1))), 0.5),
+        gn.Lambertian(rng.uniform(0.1, 0.9, (1000, 3))),
+        gn.ModifiedPhong(rng.uniform(0.1, 0.9, 12), 5.0),
+    ):
+        j = m.jacobian(WI, WO)
+        f = m.f(WI, WO)
+        np.testing.assert_allclose(j.f, f, rtol=1e-13)
+        path = next(iter(m.parameters))
+        value = m.parameters[path].value
+        slope = (m.replace({path: value + 1e-6}).f(WI, WO) - m.replace({path: value - 1e-6}).f(WI, WO)) / 2e-6
+        assert j.by[path].shape == f.shape
+        np.testing.assert_allclose(j.by[path], slope, rtol=1e-5, atol=1e-7)
+    with pytest.raises(gn.errors.NotFoundError, match="expected one of"):
+        GREY.jacobian(WI, WO, by=["roughness"])
+
+
+# Arrays.
+
+
+def layouts(w: np.ndarray) -> dict[str, np.ndarray]:
+    """The same directions, lying differently in memory."""
+    wide = np.zeros((len(w), 7), w.dtype)
+    wide[:, 2:5] = w
+    record = np.zeros(len(w), np.dtype([("id", "u1"), ("w", w.dtype, 3)]))
+    record["w"] = w
+    frozen = w.copy()
+    frozen.flags.writeable = False
+    return {
+        "side by side": w.copy(),
+        "planes": np.ascontiguousarray(w.T).T,
+        "Fortran": np.asfortranarray(w),
+        "padded": wide[:, 2:5],
+        "every second": np.repeat(w, 2, axis=0)[::2],
+        "backwards": w[::-1].copy()[::-1],
+        "components backwards": w[:, ::-1].copy()[:, ::-1],
+        "unaligned": record["w"],
+        "read-only": frozen,
+    }
+
+
+@pytest.mark.parametrize("dtype", DTYPES)
+@pytest.mark.parametrize("n", [1, 5, 31, 32, 33, 100])
+def test_layouts(dtype, n):
+    wi, wo = WI[:n].astype(dtype), WO[:n].astype(dtype)
+    want, pdf = METAL.f(wi, wo), METAL.pdf(wi, wo)
+    np.testing.assert_allclose(want, uncompiled(lambda: METAL.f(wi, wo)), rtol=300 * DTYPES[dtype])
+    for name, a in layouts(wi).items():
+        for other, b in layouts(wo).items():
+            np.testing.assert_array_equal(METAL.f(a, b), want, err_msg=f"{name}, {other}")
+        np.testing.assert_array_equal(METAL.pdf(a, wo), pdf, err_msg=name)
+
+
+SHAPES = [
+    ((3,), (3,)),
+    ((3,), (5, 3)),
+    ((7, 3), (3,)),
+    ((4, 1, 3), (5, 3)),
+    ((2, 3, 4, 3), (3, 1, 3)),
+    ((1, 3), (6, 3)),
+]
+SHAPES += [
+    ((2, 1, 4, 1, 3), (1, 3, 1, 5, 3)),
+    ((1, 1, 3), (1, 3)),
+    ((0, 3), (3,)),
+    ((4, 0, 3), (1, 3)),
+    ((40, 1, 3), (70, 3)),
+]
+
+
+@pytest.mark.parametrize(("a", "b"), SHAPES, ids=str)
+def test_broadcasting(a, b):
+    wi, wo = (directions(int(np.prod(s[:-1])), seed=i).reshape(s) for i, s in enumerate((a, b)))
+    batch = np.broadcast_shapes(a[:-1], b[:-1])
+    roughness = gn.Microfacet(gn.GGX(np.full((5, 1), 0.3)), 0.5) if batch[-1:] == (5,) else GREY
+    for m in (GREY, METAL, gn.Lambertian(np.linspace(0, 1, 20)) + gn.Phong(), roughness):
+        whole = [np.broadcast_to(w, (*batch, 3)).copy() for w in (wi, wo)]
+        u = np.random.default_rng(0).random((*batch, 2))
+        for got, want in (
+            (m.f(wi, wo), uncompiled(lambda m=m, w=whole: m.f(*w))),
+            (m.pdf(wi, wo), uncompiled(lambda m=m, w=whole: m.pdf(*w))),
+            *zip(m.sample(whole[1], u), uncompiled(lambda m=m, w=whole, u=u: m.sample(w[1], u)), strict=True),
+        ):
+            assert np.shape(got) == np.shape(want)
+            np.testing.assert_allclose(got, want, rtol=1e-9, atol=1e-12)
+
+
+def test_many_channels_and_maps(evaluation):
+    """More channels than are written out, and every kind of map, give what one material for each of them gives."""
+    rho = np.random.default_rng(0).uniform(0.1, 0.9, (30, 11))
+    n = np.random.default_rng(1).uniform(1.0, 40.0, (30, 1))
+    m = gn.ModifiedPhong(rho, n)
+    wi, wo = WI[:30], WO[:30]
+    f, pdf = m.f(wi, wo), m.pdf(wi, wo)
+    s = m.sample(wo, np.random.default_rng(2).random((30, 2)))
+    assert f.shape == (30, 11)
+    assert s.weight.shape == (30, 11)
+    for i in range(30):
+        for c in range(11):
+            one = gn.ModifiedPhong(rho[i, c], n[i, 0])
+            assert f[i, c] == pytest.approx(one.f(wi[i], wo[i]), rel=1e-12)
+        assert pdf[i] == pytest.approx(one.pdf(wi[i], wo[i]), rel=1e-12)
+    np.testing.assert_allclose(s.pdf, m.pdf(s.wi, wo), rtol=1e-9)
+
+
+def test_blocks_and_threads_change_nothing():
+    wi, wo = directions(200_001), directions(200_001, seed=1)
+    before = gn.threads()
+    try:
+        one = [gn.threads(1), METAL.f(wi, wo), GREY.f(wi[:, None], wo[:3]), gn.albedo(GREY, wi[:200])][1:]
+        several = [gn.threads(5), METAL.f(wi, wo), GREY.f(wi[:, None], wo[:3]), gn.albedo(GREY, wi[:200])][1:]
+    finally:
+        gn.threads(before)
+    for a, b in zip(one, several, strict=True):
+        np.testing.assert_array_equal(a, b)
+    for bad in (0, -1, 2.0, True, "2"):
+        with pytest.raises(gn.errors.ParameterError, match="whole number from 1"):
+            gn.threads(bad)
+
+
+def test_out():
+    want = METAL.f(WI, WO)
+    for out in (np.empty((1000, 3)), np.empty((1000, 6))[:, ::2], np.empty((3, 1000)).T):
+        assert METAL.f(WI, WO, out=out) is out
+        np.testing.assert_array_equal(out, want)
+    wi = WI.copy()
+    np.testing.assert_array_equal(METAL.f(wi, WO, out=wi), want)  # written over what is read
+    with pytest.raises(gn.errors.ShapeError, match="out: got"):
+        METAL.f(WI, WO, out=np.empty((1000,)))
+    with pytest.raises(gn.errors.ShapeError, match="float32"):
+        METAL.f(WI, WO, out=np.empty((1000, 3), "float32"))
+    frozen = np.empty((1000, 3))
+    frozen.flags.writeable = False
+    with pytest.raises(gn.errors.ArrayTypeError, match="read-only"):
+        METAL.f(WI, WO, out=frozen)
+
+
+def test_results_are_the_callers():
+    """Memory is used again only when nobody holds a result, or a part of it, any more."""
+    wi, wo = directions(100_000), directions(100_000, seed=1)
+    first = GREY.f(wi, wo)
+    kept, part = first.copy(), first[17:19]
+    second = GREY.f(wo[::-1], wi)
+    assert not np.shares_memory(first, second)
+    del first
+    for _ in range(3):
+        GREY.f(wi * 0.5, wo)
+    np.testing.assert_array_equal(part, kept[17:19])
+    second[:] = -1.0
+    np.testing.assert_array_equal(GREY.f(wi, wo), kept)
+
+
+def test_too_large():
+    wi = np.broadcast_to(WI[0], (1 << 21, 1, 3))
+    with pytest.raises(gn.errors.TooLargeError, match="GB of memory; evaluate fewer"):
+        GREY.f(wi, np.broadcast_to(WO[0], (1 << 21, 3)))
+
+
+def test_bad_arrays():
+    for wi, wo, error in (
+        (WI, WO[:7], gn.errors.ShapeError),
+        (WI[:, :2], WO, gn.errors.ShapeError),
+        (np.float64(1.0), WO, gn.errors.ShapeError),
+        (WI.astype("float32"), WO, gn.errors.ArrayTypeError),
+        (WI.astype("float16"), WO.astype("float16"), gn.errors.ArrayTypeError),
+        (WI.astype(">f8"), WO.astype(">f8"), gn.errors.ArrayTypeError),
+        (WI.astype(complex), WO.astype(complex), gn.errors.ArrayTypeError),
+        (WI.astype(object), WO, gn.errors.ArrayTypeError),
+    ):
+        for _ in range(2):
+            with pytest.raises(error):
+                GREY.f(wi, wo)
+
+
+# Traces.
+
+
+class _Branches(gn.Reflectance):
+    """Decides on a value: it cannot be traced, but single directions can be evaluated."""
+
+    rho = param(0.5, 0.0, 1.0, "albedo")
+
+    def formula(self, wi: Direction, wo: Direction):
+        return self.rho * (1.0 if np.max(wi.z) > 0.5 else 2.0)
+
+
+def test_what_cannot_be_traced_runs_on_arrays():
+    m = _Branches(0.5)
+    assert m.f([0.0, 0.0, 1.0], [0.0, 0.0, 1.0]) == 0.5
+    with pytest.raises(gn.errors.TraceError, match="_Branches"):
+        gn.kernel(m)
+    with pytest.raises(gn.errors.TraceError):
+        m.jacobian(WI, WO)
+
+
+def test_new_values_compile_nothing(monkeypatch):
+    GREY.f(WI, WO)
+    monkeypatch.setattr(store, "_compiled", lambda *_: pytest.fail("compiled anew"))
+    monkeypatch.setattr(tracing, "_trace", lambda *_: pytest.fail("traced anew"))
+    assert not np.allclose(GREY.replace({"distribution.alpha": 0.4}).f(WI, WO), GREY.f(WI, WO))
+    assert not np.allclose(gn.Microfacet(gn.GGX(0.7), gn.Conductor(1.1, 2.0)).f(WI, WO), GREY.f(WI, WO))
+
+
+def test_copies_have_plans_of_their_own():
+    m = gn.Lambertian(0.5) + gn.Phong(0.5, 3.0)
+    f = m.f(WI, WO)
+    other = m.with_values({"0.rho": 0.25})
+    np.testing.assert_allclose(f - other.f(WI, WO), 0.25 / np.pi, rtol=1e-9)
+    assert (m.each(lambda v: 0.0 * v).f(WI, WO) == 0.0).all()
+
+
+def test_kernel_is_readable():
+    k = gn.kernel(gn.Lambertian([0.1, 0.2]))
+    assert "f[1] = " in k.source
+    assert "rho[0] * 0.3183" in str(k)
+    assert k.inputs[-2:] == ("rho[0]", "rho[1]")
+    assert "define void @kernel" in k.llvm
+    assert "ret" in k.assembly
+    assert "wi.z = " in gn.kernel(METAL, "sample").source
+    with pytest.raises(gn.errors.NotFoundError, match="expected one of"):
+        gn.kernel(METAL, "g")
+
+
+# The cache of kernels.
+
+SCRIPT = """
+import numpy as np, gonio as gn
+from gonio.compile import store
+from gonio.compile.llvm import machine
+w = np.array([[0.6, 0.0, 0.8]])
+compiled = []
+original = store._compiled
+store._compiled = lambda *args: compiled.append(1) or original(*args)
+print(repr(gn.Microfacet(gn.GGX(0.3), gn.Conductor(0.2, 3.9)).f(w, w)[0]), len(compiled))
+"""
+
+
+def run_script(folder, warning: str = "", **environment) -> list[str]:
+    env = {**os.environ, "GONIO_CACHE_DIR": str(folder), **environment}
+    done = subprocess.run([sys.executable, "-c", SCRIPT], env=env, capture_output=True, text=True, check=True)
+    assert warning in done.stderr if warning else not done.stderr
+    return done.stdout.split()
+
+
+def test_kernels_are_kept_on_disk(tmp_path):
+    value, compiled = run_script(tmp_path / "new")
+    assert compiled == "1"
+    assert run_script(tmp_path / "new") == [value, "0"]
+    (kept,) = (tmp_path / "new" / cache_folder.FOLDER).iterdir()
+    whole = kept.read_bytes()
+    for damaged in (b"", whole[:20], whole[:-1], whole[:-9] + b"x" + whole[-8:], whole + b"x", b"x" * len(whole)):
+        kept.write_bytes(damaged)
+        assert run_script(tmp_path / "new") == [value, "1"]
+        assert kept.read_bytes() == whole
+    assert list(kept.parent.iterdir()) == [kept]
+
+
+def test_a_folder_that_cannot_be_written(tmp_path):
+    (tmp_path / "file").write_text("not a folder")
+    value, compiled = run_script(tmp_path / "file", warning="cannot be made (Not a directory); set GONIO_CACHE_DIR")
+    assert compiled == "1"
+    assert run_script(tmp_path / "elsewhere")[0] == value
+    assert float(value.partition("(")[2].rstrip(")")) == pytest.approx(
+        float(run_script(tmp_path, GONIO_ENGINE="numpy")[0].partition("(")[2].rstrip(")")), rel=1e-12
+    )
+
+
+def test_processes_share_a_folder(tmp_path):
+    with ThreadPoolExecutor(4) as pool:
+        values = list(pool.map(lambda _: run_script(tmp_path)[0], range(6)))
+    assert len(set(values)) == 1
+    assert len(list((tmp_path / cache_folder.FOLDER).iterdir())) == 1
+
+
+def test_llvms_own_loader_gives_the_same(monkeypatch):
+    """Where objects are no ELF files, or refer to what is outside of them."""
+    want = METAL.f(WI, WO)
+    monkeypatch.setattr(store.elf, "flatten", lambda code: None)
+    monkeypatch.setattr(store, "_versions", lambda: "by LLVM's loader")
+    monkeypatch.setenv("GONIO_CACHE", "off")
+    np.testing.assert_array_equal(METAL.replace().f(WI, WO), want)
+
+
+def test_threads_compile_at_once(monkeypatch):
+    monkeypatch.setattr(store, "_versions", lambda: "compiled by many threads")
+    monkeypatch.setenv("GONIO_CACHE", "off")
+    wi, wo = directions(50), directions(50, seed=1)
+    want = [uncompiled(lambda n=n: gn.ModifiedPhong(np.full(n, 0.5), 3.0).f(wi, wo)) for n in range(1, 7)]
+
+    def work(n):
+        return gn.ModifiedPhong(np.full(n, 0.5), 3.0).f(wi, wo)
+
+    with ThreadPoolExecutor(6) as pool:
+        for got, expected in zip(pool.map(work, list(range(1, 7)) * 3), want * 3, strict=True):
+            np.testing.assert_allclose(got, expected, rtol=1e-12)
+
+
+def test_callers_share_the_threads(monkeypatch):
+    """Many callers at once get their own results, and an error in a thread reaches its caller."""
+    monkeypatch.setattr(plans, "PARALLEL", 100)
+    monkeypatch.setattr(plans, "WAKING", 100)
+    wi, wo = directions(20_000), directions(20_000, seed=1)
+    materials = [gn.ModifiedPhong(0.5, float(n)) for n in range(1, 9)]
+    want = [m.f(wi, wo) for m in materials]
+    with ThreadPoolExecutor(8) as pool:
+        for got, expected in zip(pool.map(lambda m: m.f(wi, wo), materials * 6), want * 6, strict=True):
+            np.testing.assert_array_equal(got, expected)
+
+    def fails(number):
+        if number == 7:
+            raise RuntimeError("from a thread")
+
+    before = gn.threads()
+    try:
+        for count in (1, 2, 5):
+            gn.threads(count)
+            with pytest.raises(RuntimeError, match="from a thread"):
+                share(fails, [(i,) for i in range(20)])
+    finally:
+        gn.threads(before)
+    assert gn.threads() >= 1
+    np.testing.assert_array_equal(materials[0].f(wi, wo), want[0])

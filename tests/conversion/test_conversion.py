@@ -1,0 +1,360 @@
+"""Conversion, provenance, options, and what every writer has to do: new formats enter by being there."""
+
+import json
+import math
+import os
+
+import numpy as np
+import pytest
+from libraries import switch_off
+from seeds import SEEDS
+
+import gonio as gn
+from gonio import files
+from gonio.cli.convert import conversion_as_text
+from gonio.cli.info import facts_as_text
+from gonio.conversion import comparison, conversion
+from gonio.errors import Error, ParameterError
+from gonio.formats import formats, load, merl, rgl, save, writer
+from gonio.formats._options import of_texts
+from gonio.formats.merl import MERL
+from gonio.pictures.colour import RELATIVE_XYZ, XYZ, rgb_of
+from gonio.report.facts import facts
+from gonio.report.format_table import format_table
+from gonio.tables.gridded import Gridded
+
+WRITERS = {m.NAME: m for m in formats() if hasattr(m, "write") and m.write.__annotations__["m"] == "Reflectance"}
+OWN = {m.NAME: m for m in formats() if hasattr(m, "write") and m.NAME not in WRITERS}
+NEEDED = {"pab-opto": {"incident": (0.5, 0.0)}}
+"""Options without which a format cannot be written."""
+COARSE = {"WINDOW XML": 0.1, "BRF table": 0.1, "OpenMATERIAL": 0.1}
+"""Mean errors of formats whose cells or rows are wide; 0.05 of others."""
+each_writer = pytest.mark.parametrize("module", WRITERS.values(), ids=WRITERS)
+
+GRAY = gn.Lambertian(0.2) + gn.Microfacet(gn.GGX(0.4), gn.Dielectric(1.5))
+RGB = gn.Lambertian([0.1, 0.2, 0.3]) + gn.Microfacet(gn.GGX(0.4), gn.Dielectric(1.5))
+GREEN = gn.material("gold", wavelengths=[550.0]).replace({"distribution.alpha": 0.4})
+
+
+def held_by(module, path, how=gn.convert):
+    """What of the test's materials the format holds, written to `path`: color, else gray, else one wavelength."""
+    for m in (RGB, GRAY, GREEN):
+        try:
+            return m, how(m, path, module.NAME, **NEEDED.get(module.NAME, {}))
+        except ParameterError as error:
+            refused = error
+    raise refused
+
+
+def content(path):
+    """The bytes of a file, or of the files in a folder."""
+    files_of = sorted(p for p in path.rglob("*") if p.is_file()) if path.is_dir() else [path]
+    return {p.relative_to(path): p.read_bytes() for p in files_of}
+
+
+def in_rgb(m, f):
+    return f @ rgb_of(m.channel_names) if m.channel_names in (XYZ, RELATIVE_XYZ) else f
+
+
+# Every format that can be written.
+
+
+@each_writer
+def test_a_material_survives_the_round_trip(module, tmp_path, monkeypatch):
+    switch_off(monkeypatch)  # every table would be a kernel
+    path = tmp_path / f"a{module.SUFFIXES[0]}"
+    m, report = held_by(module, path)
+    again = load(path)
+    assert report.error is not None and report.format == module.NAME
+    wi, wo = comparison.lattice_pairs(500, 0.3)
+    if module.NAME in NEEDED:
+        wi = np.broadcast_to(gn.direction(*NEEDED[module.NAME]["incident"]), wi.shape)  # a file holds one
+    else:
+        assert report.error.mean < COARSE.get(module.NAME, 0.05), report.error
+    true, found = np.broadcast_arrays(*(in_rgb(x, x.f(wi, wo).reshape(500, -1)) for x in (m, again)))
+    known = np.isfinite(found)
+    off = np.abs(found - true)[known] / np.abs(true[known])
+    assert known.mean() > 0.9
+    assert off.mean() <= 2.0 * report.error.mean + 1e-9 and off.max() <= 1.5 * report.error.largest + 1e-9
+    # What was read is written again without loss.
+    save(again, tmp_path / f"b{module.SUFFIXES[0]}", module.NAME)
+    twice = load(tmp_path / f"b{module.SUFFIXES[0]}")
+    np.testing.assert_array_equal(twice.f(wi, wo), again.f(wi, wo))
+
+
+@each_writer
+def test_an_interrupted_write_leaves_the_old_file(module, tmp_path, monkeypatch):
+    path = tmp_path / f"a{module.SUFFIXES[0]}"
+    m, _ = held_by(module, path, save)
+    before = content(path)
+
+    def full(*args):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(files.os, "replace", full)  # all is written, but not yet in place
+    monkeypatch.setattr(files, "_exchanged", full)
+    with pytest.raises(OSError, match="No space left"):
+        save(m, path, module.NAME, **NEEDED.get(module.NAME, {}))
+    assert content(path) == before
+    assert [p.name for p in tmp_path.iterdir()] == [path.name]
+
+
+@each_writer
+def test_what_the_format_cannot_hold_is_an_error(module, tmp_path):
+    path = tmp_path / f"a{module.SUFFIXES[0]}"
+    maps = gn.Lambertian(np.full((2, 2, 3), 0.5))
+    for m in (maps, gn.IdealSpecular(0.5) + gn.Lambertian([0.1, 0.2, 0.3, 0.4])):
+        try:
+            save(m, path, module.NAME)
+        except Error as error:
+            assert str(error)
+            assert not path.exists()
+        else:
+            assert load(path) == m  # it can hold them
+
+
+@pytest.mark.parametrize("module", OWN.values(), ids=OWN)
+def test_formats_of_one_kind_refuse_others(module, tmp_path):
+    with pytest.raises(ParameterError, match="expected a"):
+        save(GRAY, tmp_path / "a", module.NAME)
+    assert not (tmp_path / "a").exists()
+
+
+@each_writer
+def test_unknown_options_are_named(module, tmp_path):
+    with pytest.raises(ParameterError, match=f"colour='red': no option to write {module.NAME} files"):
+        save(GRAY, tmp_path / "a", module.NAME, colour="red")
+    assert not (tmp_path / "a").exists()
+
+
+# Names of formats.
+
+
+def test_formats_are_named_in_any_case_or_by_their_own_suffix():
+    assert writer("a.binary") is merl and writer("a", "merl") is merl and writer("a", ".BINARY") is merl
+    assert writer("a.bsdf", "rgl") is rgl
+    with pytest.raises(ParameterError, match=r"'\.bsdf' .* give format= \(on the command line --format\) .*'RGL'"):
+        writer("a.bsdf")
+    with pytest.raises(ParameterError, match=r"format='bsdf': expected one of .*'RGL'"):
+        writer("a", "bsdf")
+    with pytest.raises(ParameterError, match=r"'\.xyz' does not say which format.*'MERL' \(\.binary\)"):
+        writer("a.xyz")
+
+
+def test_options_of_the_command_line_are_read():
+    texts = ["resolution=64", "theta-i=9", "phi_i=none"]
+    assert of_texts(rgl, "write", texts) == {"resolution": 64, "theta_i": 9, "phi_i": None}
+    with pytest.raises(ParameterError, match="expected name=value"):
+        of_texts(rgl, "write", ["resolution"])
+    with pytest.raises(ParameterError, match="resolution is given twice"):
+        of_texts(rgl, "write", ["resolution=8", "resolution=9"])
+    with pytest.raises(ParameterError, match="phi_d='18_0': expected 180 or 360"):
+        of_texts(merl, "write", ["phi_d=18_0"])
+    with pytest.raises(ParameterError, match="no option to write MERL files; expected one of phi_d"):
+        of_texts(merl, "write", ["resolution=3,4"])
+
+
+# Provenance.
+
+
+def test_provenance_is_that_of_the_bytes_that_were_read(tmp_path):
+    path = tmp_path / "flat.binary"
+    save(gn.Lambertian(0.5), path)
+    m = load(path)
+    assert m.provenance == {
+        "file": "flat.binary",
+        "bytes": 34_992_012,
+        "sha256": m.provenance["sha256"],
+        "format": "MERL",
+        "gonio": gn.__version__,
+    }
+    assert len(m.provenance["sha256"]) == 64
+    assert json.loads(m.data.attrs["provenance"]) == m.provenance
+    assert m.replace(interpolation="nearest").provenance == m.provenance
+    assert MERL(m.raw).provenance == {} and "provenance" not in MERL(m.raw).data.attrs
+
+
+def test_the_digest_is_sha256(tmp_path):
+    """Of "abc": FIPS 180-2, appendix B.1."""
+    from gonio.base import provenance
+
+    path = tmp_path / "abc"
+    path.write_bytes(b"abc")
+    m = MERL(np.ones((3, 90, 90, 180)))
+    m = provenance.noted(m, path, "none", {"side": "front", "basis": (1, 2)})
+    assert m.provenance["sha256"] == "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad"
+    assert m.provenance["options"] == {"side": "front", "basis": "(1, 2)"}
+
+
+def test_provenance_is_a_chain(tmp_path):
+    save(GRAY, tmp_path / "a.bsdf", "RGL", resolution=8, theta_i=3)
+    first = load(tmp_path / "a.bsdf")
+    save(first, tmp_path / "b.bsdf", "RGL", resolution=6, theta_i=3)
+    second = load(tmp_path / "b.bsdf").provenance
+    assert second["converted_from"]["sha256"] == first.provenance["sha256"]
+    assert gn.expression(second["converted_from"]["converted_from"]["material"]) == GRAY
+
+
+def test_unknown_options_of_readers_are_named(tmp_path):
+    save(GRAY, tmp_path / "a.json")
+    with pytest.raises(ParameterError, match="side='front': no option to read gonio JSON files; expected none"):
+        load(tmp_path / "a.json", side="front")
+
+
+# Reports.
+
+
+def test_the_report_says_what_was_measured(tmp_path):
+    report = gn.convert(RGB, tmp_path / "a.bsdf", "RGL", resolution=16, theta_i=7)
+    wi, wo = comparison.lattice_pairs(comparison.PAIRS)
+    off = np.abs(report.made.f(wi, wo) / RGB.f(wi, wo) - 1.0)
+    assert report.error.mean == pytest.approx(off.mean()) and report.error.largest == pytest.approx(off.max())
+    assert report.error.high == pytest.approx(np.quantile(off, 0.99))
+    theta_i, theta_o, phi = report.error.at
+    again = np.abs(report.made.f_angles(theta_i, 0.0, theta_o, phi) / RGB.f_angles(theta_i, 0.0, theta_o, phi) - 1.0)
+    assert again.max() == pytest.approx(report.error.largest, rel=1e-6)
+    w = gn.direction(np.radians(comparison.INCIDENCE), 0.3)
+    assert report.error.albedo == pytest.approx(np.abs(gn.albedo(report.made, w) - gn.albedo(RGB, w)).max(), abs=2e-3)
+    assert list(report.lost) == ["formula"] and report.gained == {}
+    finer = gn.convert(RGB, tmp_path / "a.bsdf", "RGL", resolution=32, theta_i=13)
+    assert finer.error.mean < 0.5 * report.error.mean
+    held = json.loads(json.dumps(report.to_json()))
+    assert held["error"]["mean"] == report.error.mean and "made" not in held
+
+
+def test_what_a_model_loses_in_its_own_format_is_nothing(tmp_path):
+    report = gn.convert(RGB, tmp_path / "a.json")
+    assert report.error[:4] == (0.0, 0.0, 0.0, 0.0) and report.lost == {} and report.made == RGB
+    assert "none" in conversion_as_text(report) and "nothing else" in conversion_as_text(report)
+
+
+def test_losses_are_listed(tmp_path):
+    theta, phi = np.radians([0.0, 30.0, 60.0]), np.radians([0.0, 90.0, 180.0, 270.0])
+    values = np.full((3, 3, 4), 0.2)
+    values[1, 1] = np.nan
+    m = Gridded(
+        "angles",
+        {"theta_i": theta, "theta_o": theta, "phi": phi},
+        values,
+        uncertainty=0.01 * values,
+        outside="missing",
+        about={"operator": "A. Person"},
+    )
+    report = gn.convert(m, tmp_path / "a.bsdf", "RGL", resolution=8, theta_i=4)
+    assert set(report.lost) == {"holes", "uncertainty", "metadata"}
+    assert report.lost["metadata"] == "operator" and set(report.gained) == {"channels"}
+    assert report.error.mean < 0.2
+    assert "one became 3" in conversion_as_text(report) and "operator" in str(report)
+
+
+def test_holes_that_open_are_reported(tmp_path):
+    report = gn.convert(gn.Lambertian(0.5), tmp_path / "a.binary")
+    assert "data" in report.lost and "have none now" in report.lost["data"]
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "pairs"),
+    [
+        (None, None, ([0], [0])),
+        (None, ("R", "G", "B"), ([0], [0, 1, 2])),
+        (("R", "G", "B"), ("B", "R"), ([0, 2], [1, 0])),
+        ((450.0, 550.0), (550.0000001, 650.0), ([1], [0])),
+        (("X", "Y", "Z"), ("a", "b", "c"), None),
+    ],
+)
+def test_channels_are_compared_by_name(before, after, pairs):
+    assert conversion._common(before, after) == pairs
+
+
+def test_a_changed_file_is_seen():
+    """The comparison sees one channel that is a hundredth brighter, and where nothing can be compared."""
+    changed = gn.Lambertian([0.5, 0.505, 0.5])
+    error = comparison.resampling_error(gn.Lambertian([0.5, 0.5, 0.5]), changed)
+    assert error.largest == pytest.approx(0.01) and error.albedo == pytest.approx(0.005, rel=1e-3)
+    assert error.mean == pytest.approx(0.01 / 3.0)
+    empty = Gridded(
+        "angles",
+        {"theta_i": [0.1], "theta_o": [0.1], "phi": [0.0]},
+        np.full((1, 1, 1), np.nan),
+    )
+    assert math.isnan(comparison.resampling_error(gn.Lambertian(0.5), empty).mean)
+
+
+# What people see.
+
+
+def test_facts_of_a_table():
+    theta, phi = np.radians([0.0, 30.0, 80.0]), np.radians(np.arange(0.0, 360.0, 45.0))
+    values = 0.2 + 0.1 * np.sin(phi) * np.sin(theta)[:, None] * np.sin(theta)[:, None, None]
+    values = np.repeat(values[..., None], 2, axis=-1)
+    values[0, 0, 0] = [np.nan, -1.0]
+    m = Gridded(
+        "angles",
+        {"theta_i": theta, "theta_o": theta, "phi": phi},
+        values,
+        quantity="brdf * cos(theta_o)",
+        uncertainty=np.abs(0.05 * values),
+        channels=(450.0, 550.0),
+        about={"operator": "A. Person"},
+    )
+    found = facts("sample", m)
+    assert found["axes"]["theta_o"] == {"nodes": 3, "low": 0.0, "high": pytest.approx(80.0), "step": None}
+    assert found["axes"]["phi"]["step"] == pytest.approx(45.0)
+    assert found["missing"] == pytest.approx(1 / 144) and found["negative"] == pytest.approx(1 / 143)
+    assert found["uncertainty"]["median"] == pytest.approx(0.05)
+    assert found["symmetry"]["isotropic"]["high"] == 0.0 and found["symmetry"]["plane-symmetric"]["high"] > 0.1
+    assert found["channel_names"] == [450.0, 550.0]
+    text = facts_as_text(found)
+    for words in ("polar angles and azimuths", "3 nodes from 0° to 80°, uneven", "8 nodes from 0° to 315°, every 45°",
+                  "brdf * cos(theta_o)", "A. Person", "5 % of the value", "450, 550 nm"):  # fmt: skip
+        assert words in text, words
+    json.dumps(found)
+
+
+def test_facts_of_files_that_keep_their_numbers_in_other_shapes(tmp_path):
+    for name, negative in (("MCD43A1", None), ("SCATFUN", None), ("WINDOW XML tree", 0.0)):
+        (tmp_path / "file").write_bytes(SEEDS[name]())
+        found = facts("file", load(tmp_path / "file"))
+        assert found["negative"] == negative and ("negative" in facts_as_text(found)) == (negative is not None)
+    tree = load(tmp_path / "file")
+    below = tree.replace(values=-tree.values)
+    assert facts("file", below)["negative"] == pytest.approx((tree.values > 0.0).mean())
+
+
+def test_facts_of_a_file(tmp_path):
+    save(GRAY, tmp_path / "a.bsdf", "RGL", resolution=16, theta_i=7)
+    m = load(tmp_path / "a.bsdf")
+    found = facts("a.bsdf", m)
+    assert found["format"] == "RGL" and found["axes"]["theta_i"]["nodes"] == 7
+    assert found["symmetry"]["isotropic"]["high"] == 0.0
+    assert 0.0 < found["symmetry"]["reciprocal"]["median"] < 0.05
+    text = facts_as_text(found)
+    assert m.provenance["sha256"] in text and f"{GRAY!r}, by gonio" in text
+
+
+def test_the_table_of_formats():
+    rows = {row.name: row for row in format_table()}
+    assert set(rows) == {module.NAME for module in formats()}
+    assert rows["RGL"].sampled and rows["MERL"].sampled and rows["gonio JSON"].sampled is None
+    assert list(rows["RGL"].write_options) == ["resolution", "theta_i", "phi_i"]
+    for row in rows.values():
+        assert row.description and row.oracle and all(s.startswith(".") for s in row.suffixes), row.name
+
+
+def test_own_suffixes_belong_to_one_format():
+    """Otherwise `save` could not tell, and has to be told: SHARED_SUFFIX = True in all of them but one."""
+    own = [s for row in format_table() if row.written and not row.shared_suffix for s in row.suffixes]
+    assert len(own) == len(set(own))
+
+
+@pytest.mark.skipif(os.name == "nt", reason="needs a terminal of a known width")
+@pytest.mark.parametrize("width", [80, 120])
+def test_tables_fit_the_terminal(width, monkeypatch, tmp_path):
+    from gonio.cli import formats, tables
+
+    monkeypatch.setattr(tables, "_width", lambda: width)
+    report = gn.convert(GRAY, tmp_path / "a.bsdf", "RGL", resolution=8, theta_i=3)
+    shown = [facts_as_text(facts("a.bsdf", report.made)), conversion_as_text(report)]
+    shown.append(formats.formats_as_text(format_table()))
+    for line in "\n".join(shown).splitlines():
+        assert len(line.replace("\x1b[1m", "").replace("\x1b[0m", "")) <= width + 4, line  # a digest is not cut

@@ -1,0 +1,63 @@
+"""Damaged files of every format, of a campaign's corpus: only `gonio.Error`, soon, in bounded memory."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from fuzz_trials import TRIALS
+from fuzzing import outcome
+from seeds import SEEDS
+
+import gonio as gn
+from gonio.evaluate import planning
+from gonio.formats import formats
+
+CORPUS = Path(__file__).parent / "corpus"
+
+
+@pytest.fixture(autouse=True)
+def plain(monkeypatch):
+    """No kernels: one for every damaged table would take the time, and LLVM more memory than files may."""
+    monkeypatch.setattr(planning, "available", lambda: False)
+
+
+def numbers(name: str) -> list[int]:
+    file = CORPUS / f"{name.replace(' ', '_').replace('/', '_')}.txt"
+    return np.loadtxt(file, dtype=int, ndmin=1).tolist() if file.exists() else list(range(20))
+
+
+@pytest.mark.parametrize("name", TRIALS)
+def test_damaged_files(name, tmp_path):
+    trial = TRIALS[name](tmp_path / "damaged")
+    for number in numbers(name):
+        trial(number)
+
+
+@pytest.mark.parametrize("name", SEEDS)
+def test_long_runs_of_one_character(name, tmp_path):
+    """What an expression that goes back over what it has matched does not come to an end with."""
+    seed = SEEDS[name]()[:5000]
+    for run in (b" ", b"# ", b"1", b"-", b"a", b"<", b'"', b":", b",", b"\n", b"(", b"."):
+        for at in (0, 1, len(seed) // 3, 2 * len(seed) // 3, len(seed)):
+            outcome(seed[:at] + run * (100_000 // len(run)) + seed[at:], tmp_path / "long")
+
+
+@pytest.mark.parametrize("data", [b",", b",\n1 2\n", b";;\n400 0.5 9 9\n,\n", b"\xff\xfe", b"\n", b""])
+def test_hardly_anything(data, tmp_path):
+    """Files that coverage-guided mutation found, and what is like them."""
+    path = tmp_path / "a"
+    path.write_bytes(data)
+    with pytest.raises(gn.Error, match="not a known format"):
+        gn.load(path)
+
+
+def test_every_format_has_a_seed():
+    missing = [m.NAME for m in formats() if not any(name.startswith(m.NAME) for name in SEEDS)]
+    assert not missing, f"add a minimal file of {missing} to tests/tools/seeds.py"
+
+
+@pytest.mark.parametrize("name", [name for name in SEEDS if name != "MERL"])
+def test_seeds_are_valid(name, tmp_path):
+    assert outcome(SEEDS[name](), tmp_path / "seed", evaluate=True) == "read"

@@ -1,0 +1,647 @@
+"""Albedos and the nine reflectances: closed forms, other quadrature than gonio's, limits and symmetries."""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from materials import at_bounds, draws, on_sphere
+
+import gonio as gn
+from gonio.errors import MissingDataWarning, ParameterError, ToleranceWarning
+from gonio.integrals import factor_between
+from gonio.integrals.cones import Cone, Rings, overlap
+from gonio.numerics import quadrature
+from gonio.numerics.lattice import lattice
+from gonio.numerics.quadrature import Sums, cubature, place, weighed
+
+PI = math.pi
+GRAZING = math.radians(89.99)
+X8, W8 = np.polynomial.legendre.leggauss(8)
+
+
+def panels(edges: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Gauss–Legendre nodes and weights, 8 in each panel."""
+    half, middle = 0.5 * np.diff(edges)[:, None], 0.5 * (edges[1:] + edges[:-1])[:, None]
+    return (middle + half * X8).ravel(), (half * W8).ravel()
+
+
+def by_half_vectors(m: gn.Reflectance, wi: np.ndarray, alpha: float, sides: int = 1536, rings: int = 160) -> float:
+    """Albedo as an integral over half vectors: polar coordinates of their slopes, graded; uses m.f only."""
+    edges = np.concatenate([[0.0], np.geomspace(1e-4, 1e6, rings)])  # to the end: at grazing the steepest facets count
+    r, dr = panels(edges)
+    cos = 1.0 / np.sqrt(1.0 + (alpha * r) ** 2)
+    sin = alpha * r * cos
+    solid = dr * alpha * sin * cos**2 * (2.0 * PI / sides)
+    phi = (np.arange(sides) + 0.5) * (2.0 * PI / sides)
+    wm = np.stack([sin[:, None] * np.cos(phi), sin[:, None] * np.sin(phi), cos[:, None] + 0.0 * phi], -1)
+    d = wm @ wi
+    wo = 2.0 * d[..., None] * wm - wi
+    up = (d > 0.0) & (wo[..., 2] > 1e-6)
+    wo[~up] = [0.0, 0.0, 1.0]
+    return float((solid[:, None] * np.where(up, m.f(wi, wo) * wo[..., 2] * 4.0 * d, 0.0)).sum())
+
+
+def by_disc(m: gn.Reflectance, wi: np.ndarray, sides: int = 1536) -> float:
+    """Albedo as an integral over the unit disc, in polar coordinates about the mirror point; uses m.f only."""
+    low, high = np.geomspace(1e-7, 0.5, 90), 1.0 - np.geomspace(0.5, 1e-8, 50)
+    t, dt = panels(np.concatenate([[0.0], low, high[1:], [1.0]]))
+    phi = (np.arange(sides) + 0.5) * (2.0 * PI / sides)
+    across = np.stack([np.cos(phi), np.sin(phi)], -1)
+    start = -wi[:2]
+    b = across @ start
+    chord = -b + np.sqrt(b * b + 1.0 - start @ start)
+    xy = start + (t[:, None] * chord)[..., None] * across
+    wo = np.concatenate([xy, np.sqrt(np.maximum(1.0 - (xy**2).sum(-1, keepdims=True), 0.0))], -1)
+    return float((m.f(wi, wo) * (t * dt)[:, None] * chord**2).sum() * (2.0 * PI / sides))
+
+
+# Albedo.
+
+ANGLES = [0.0, 60.0, 85.0, 88.0, 89.5, 89.99]
+
+
+@pytest.mark.parametrize("alpha", [0.001, 0.01, 0.05, 0.1, 0.3, 0.8, 1.0])
+@pytest.mark.parametrize(
+    "made",
+    [
+        lambda a: gn.Microfacet(gn.GGX(a), gn.Conductor(0.18, 3.42), "separable"),
+        lambda a: gn.Microfacet(gn.GGX(a), masking="v_groove"),
+        lambda a: gn.Microfacet(gn.Beckmann(a)),
+        gn.TorranceSparrow,
+    ],
+    ids=["GGX", "GGX v-groove", "Beckmann", "Torrance-Sparrow"],
+)
+def test_albedo_of_facets(made, alpha):
+    m, some = made(alpha), ANGLES[int(1e3 * alpha) % 2 :: 2]
+    w = on_sphere(np.radians(some), 0.7)
+    found = gn.albedo(m, w, error=True)
+    expected = [by_half_vectors(m, x, alpha) for x in w]
+    np.testing.assert_allclose(found.value, expected, rtol=0.0, atol=1e-4 + 4e-5)  # the second: of `expected`
+    assert found.error.shape == (len(w),)
+    assert (found.error <= 1e-4 * np.maximum(found.value, 1.0)).all()
+
+
+@pytest.mark.parametrize(
+    "m",
+    [
+        gn.Lambertian(0.5),
+        *(gn.ModifiedPhong(0.5, n) for n in (1.0, 20.0, 1e4)),
+        gn.ABC(2.0, 100.0, 0.5),
+        gn.ABC(100, 1e6, 1),
+    ],
+    ids=repr,
+)
+def test_albedo_of_lobes(m):
+    w = on_sphere(np.radians(ANGLES), -1.2)
+    np.testing.assert_allclose(gn.albedo(m, w), [by_disc(m, x) for x in w], rtol=0.0, atol=1.1e-4)
+
+
+@pytest.mark.parametrize("tolerance", [1e-3, 1e-5, 1e-8])
+def test_albedo_in_closed_form(tolerance):
+    """GGX(1), F = 1: 1 - mu ln((1 + mu)/mu), and separable 2 (1 - ln 2)/(1 + mu); at grazing too."""
+    theta = np.radians([0.0, 45.0, 80.0, 89.0, 89.9, 89.99])
+    w, mu = on_sphere(theta, 0.3), np.cos(theta)
+    correlated = gn.albedo(gn.Microfacet(gn.GGX(1.0)), w, tolerance, error=True)
+    separable = gn.albedo(gn.Microfacet(gn.GGX(1.0), masking="separable"), w, tolerance, error=True)
+    for found, exact in (
+        (correlated, 1.0 - mu * np.log((1.0 + mu) / mu)),
+        (separable, 2.0 * (1.0 - math.log(2.0)) / (1.0 + mu)),
+    ):
+        error = np.abs(found.value - exact)
+        assert (error <= 3.0 * found.error + 1e-12).all()
+        assert (error <= tolerance).all()
+        assert (found.error <= tolerance).all()
+
+
+@pytest.mark.parametrize("draw", draws(2, every=5), ids=str)
+def test_the_estimate_covers_the_error(draw):
+    m = draw.material()
+    w = on_sphere(np.radians([0.0, 35.0, 70.0, 86.0, 89.9]), [0.0, 0.5, 1.0, -2.0, 3.0])
+    rough, fine = gn.albedo(m, w, 1e-3, error=True), gn.albedo(m, w, 1e-5, error=True)
+    error = np.abs(rough.value - fine.value) - fine.error - 1e-6
+    assert (error <= 1e-3 * np.maximum(fine.value, 1.0)).all()
+    assert (error <= rough.error).all()
+
+
+@pytest.mark.parametrize("model", [gn.Microfacet, gn.ModifiedPhong, gn.ABC], ids=lambda c: c.__name__)
+def test_albedo_at_the_bounds_of_parameters(model):
+    w = on_sphere([0.0, 1.0, GRAZING], 0.4)
+    for m in at_bounds(model):
+        found = gn.albedo(m, w, error=True)
+        assert np.isfinite(found.value).all()
+        assert (found.error <= 1e-4 * np.maximum(found.value, 1.0)).all()
+
+
+def test_albedo_shapes_and_dtypes():
+    m = gn.Lambertian([0.1, 0.2, 0.3]) + gn.Microfacet(gn.GGX(0.2), gn.Conductor([0.2, 0.9, 1.2], [3.9, 2.4, 2.3]))
+    w = on_sphere(np.radians([[5.0, 50.0, 80.0]]), 0.1)
+    found = gn.albedo(m, w, error=True)
+    assert found.value.shape == (1, 3, 3)
+    assert found.error.shape == (1, 3)
+    single = gn.albedo(m, w.astype(np.float32), error=True)
+    assert single.value.dtype == np.float32
+    np.testing.assert_allclose(single.value, found.value, atol=2e-6)
+    assert gn.albedo(gn.Lambertian(0.3), w[0, 0]).shape == ()
+    assert gn.albedo(m, np.zeros((0, 3))).shape == (0, 3)
+    assert np.isscalar(gn.albedo(m, w[0, 0], error=True).error)
+
+
+def test_albedo_of_a_direction_without_numbers():
+    m = gn.Microfacet(gn.GGX(0.2))
+    w = on_sphere([0.3, 1.0, 2.0], 0.0)
+    w[0] = np.nan
+    found = gn.albedo(m, w, error=True)
+    assert np.isnan(found.value[0])
+    assert found.value[1] == gn.albedo(m, w[1])
+    assert found.value[2] == 0.0
+
+
+def test_channels_are_integrated_as_each_alone():
+    """Ten of them, in groups of equal and of different width; the colour of a light goes with its channel."""
+    alpha = np.repeat([0.05, 0.3, 0.31], [3, 6, 1])
+    F = np.linspace(0.1, 1.0, 10)
+    m = gn.Microfacet(gn.GGX(alpha), F)
+    w = on_sphere([0.2, 1.3], 0.5)
+    together = gn.albedo(m, w, 1e-5)
+    sky = np.linspace(1.0, 2.0, 10)
+    lit = gn.reflected_radiance(m, gn.FunctionLight(lambda w: sky + 0.0 * w[..., :1]), w, tolerance=1e-5)
+    for c in range(10):
+        alone = gn.albedo(gn.Microfacet(gn.GGX(alpha[c]), F[c]), w, 1e-5)
+        np.testing.assert_allclose(together[:, c], alone, atol=2e-5)
+        np.testing.assert_allclose(lit[:, c], sky[c] * alone, atol=6e-5)
+
+
+def test_a_tolerance_that_is_not_reached_is_said(monkeypatch):
+    monkeypatch.setattr(quadrature, "STAGES", ((8, 8), (4, 8)))
+    with pytest.warns(ToleranceWarning, match=r"1 of 1 integrals may be up to 0\.\d"):
+        found = gn.albedo(gn.Microfacet(gn.GGX(0.1)), on_sphere(1.5, 0.0), 1e-9, error=True)
+    assert found.error > 1e-9
+    with pytest.warns(ToleranceWarning):
+        gn.reflectance(gn.Microfacet(gn.GGX(0.1)), on_sphere(0.7, 0.0), Cone((-1, 0, 1), 0.3), tolerance=1e-9)
+
+
+def test_the_tolerance_goes_with_the_light():
+    """Of a light of radiance 1e6, or 1e-6, the same digits are right."""
+    m, wo = gn.Microfacet(gn.GGX(0.1)), on_sphere([0.4, 1.45], 0.3)
+    exact = gn.albedo(m, wo, 1e-7)
+    for scale in (1e-6, 1.0, 1e6):
+        radiance = gn.reflected_radiance(m, gn.ConstantLight(scale), wo) / scale
+        np.testing.assert_allclose(radiance, exact, atol=1e-4)
+
+
+# The quadrature alone.
+
+
+def integral(f, tolerance=1e-6, **options):
+    def evaluate(rows, cells):
+        u, area = place(cells.T[..., None], quadrature.NODES.T)
+        return Sums(weighed((f(*u) * area)[..., None]), 0.0, 0.0)
+
+    found = cubature(evaluate, 1, tolerance, **options)
+    return found.value[0, 0], found.error[0]
+
+
+@pytest.mark.parametrize(
+    ("f", "exact"),
+    [
+        (lambda x, y: x**5 * y**3, 1.0 / 24.0),
+        (lambda x, y: np.exp(x - 2.0 * y), (math.e - 1.0) * 0.5 * (1.0 - math.exp(-2.0))),
+        (lambda x, y: np.abs(x - y / 3.0 - 0.2), 187.0 / 675.0),
+        (lambda x, y: (x * x + y * y < 1.0) + 0.0, PI / 4.0),
+        (lambda x, y: 1.0 / np.sqrt(x * y), 4.0),
+        (lambda x, y: (x > 0.999) + 0.0 * y, 1e-3),
+    ],
+    ids=["polynomial", "smooth", "kink", "jump", "roots", "strip"],
+)
+def test_cubature(f, exact):
+    for tolerance in (1e-3, 1e-5):
+        value, error = integral(f, tolerance)
+        assert abs(value - exact) <= tolerance * max(1.0, exact)
+        assert error <= tolerance * max(1.0, exact)
+
+
+def test_cubature_with_a_seam_and_with_seeds():
+    def jump(x, y):
+        return np.where(x < 0.3, np.sin(x) * y, 2.0 + x * y)
+
+    exact = 0.5 * (1.0 - math.cos(0.3)) + 1.4 + 0.25 * (1.0 - 0.09)
+    assert integral(jump, 1e-9, seam=0.3)[0] == pytest.approx(exact, abs=1e-9)
+
+    def peak(x, y):
+        return np.exp(-((x - 0.731) ** 2 + (y - 0.219) ** 2) / 2e-8) / (2e-8 * PI)
+
+    assert integral(peak, 1e-4)[0] < 0.5  # not seen
+    value, error = integral(peak, 1e-4, seeds=np.array([[[0.731, 0.219, 3e-4, 3e-4]]]))
+    assert value == pytest.approx(1.0, abs=1e-4)
+    assert error <= 1e-4
+
+
+# Geometries.
+
+
+@pytest.mark.parametrize(
+    "cone", [Cone((0, 0, 1), 0.4), Cone(on_sphere(1.4, 2.0), 0.5), Cone(on_sphere(1.8, -1.0), 1.0)]
+)
+def test_coordinates_of_a_cone(cone):
+    """They cover it, within it; the projected solid angle is that of the closed form."""
+    x, w = panels(np.linspace(0.0, 1.0, 41))
+    seam = cone.seam
+    total = 0.0
+    for low, high in ((0.0, seam), (seam, 1.0)):
+        u0, u1 = low + (high - low) * x[:, None] ** 2, x
+        directions, solid = cone.points(u0, u1)
+        assert cone.contains(directions).mean() > 0.95  # but for the rim and the horizon, by rounding
+        total += ((high - low) * 2.0 * x * w) @ np.broadcast_to(solid, (len(x), len(x))) @ w
+        x0, x1, _ = cone._inverse(directions)
+        inner = (
+            solid > 1e-3 * cone.projected
+        )  # at the pole and where a circle is all below the horizon azimuths mean nothing
+        np.testing.assert_allclose(x0[inner], np.broadcast_to(u0, x0.shape)[inner], atol=1e-6)
+        np.testing.assert_allclose(x1[inner], np.broadcast_to(u1, x1.shape)[inner], atol=1e-6)
+    assert total == pytest.approx(cone.projected, rel=1e-5)
+    many = on_sphere(np.arccos(1.0 - (np.arange(300_000) + 0.5) / 300_000), np.arange(300_000) * 2.399963229728653)
+    share = (many[:, 2] * cone.contains(many)).mean() * 2.0 * PI
+    assert share == pytest.approx(cone.projected, rel=2e-3)
+
+
+@pytest.mark.parametrize(
+    ("polar", "half_angle"), [(0.2, 0.5), (0.5, 0.5), (0.6, 0.5), (1.4, 0.5), (1.8, 1.0), (1.5, 1.57)]
+)
+def test_rings_of_a_cone(polar, half_angle):
+    """They cover it, within it; each is at one polar angle."""
+    rings = Rings(Cone(on_sphere(polar, 2.0), half_angle))
+    halves = [(0.0, rings.seam), (rings.seam, 1.0 - rings.seam)]
+    cells = np.array([(low, size, 0.0, 0.0, 1.0, 1.0) for low, size in halves])
+    x, w = panels(np.linspace(0.0, 1.0, 41))
+    u, area = place(cells.T[:, :, None, None], (x[:, None], x[None, :]))
+    directions, solid = rings.points(*u)
+    assert rings.cone.contains(directions)[solid * area > 1e-12].mean() > 0.99  # but for the rim, by rounding
+    assert np.ptp(directions[..., 2], axis=-1).max() == 0.0
+    assert np.einsum("pij,i,j->", area * solid, w, w) == pytest.approx(rings.projected, rel=1e-10)
+
+
+def test_an_isotropic_material_in_a_tilted_cone_is_integrated_by_polar_angle(monkeypatch):
+    rough = gn.tabulate(gn.Lambertian(0.3), "angles", (9, 9, 12))
+    rough = rough.with_brdf(rough.brdf() * (1.0 + 0.3 * np.random.default_rng(0).standard_normal(rough.stored.shape)))
+    counts, single = [], factor_between.single_integral
+
+    def counted(m, known, *more, **others):
+        counts.append(len(known))
+        return single(m, known, *more, **others)
+
+    monkeypatch.setattr(factor_between, "single_integral", counted)
+    cone = Cone(on_sphere(1.3, 0.2), 0.5)
+    value = gn.reflectance_factor(rough, gn.Hemisphere(), cone, tolerance=1e-2)
+    assert sum(counts) < 300
+    wo, solid = cone.points(*lattice(400).T)
+    each = gn.reflectance_factor(rough, gn.Hemisphere(), wo, tolerance=1e-2)
+    assert value == pytest.approx(np.average(each, weights=solid), abs=1e-2)
+
+
+@pytest.mark.parametrize(
+    ("a", "b"),
+    [
+        (Cone((0, 0, 1), 0.4), Cone((0, 0, 1), 0.2)),
+        (Cone(on_sphere(0.6, 0.2), 0.3), Cone(on_sphere(0.8, 0.4), 0.35)),
+        (Cone(on_sphere(1.4, 2.0), 0.6), Cone(on_sphere(1.5, 2.6), 0.5)),
+        (Cone(on_sphere(1.3, 3.0), 1.5), Cone(on_sphere(1.3, -0.5), 1.5)),
+        (Cone(on_sphere(1.3, 3.0), 1.2), gn.Hemisphere()),
+    ],
+)
+def test_overlap_of_cones(a, b):
+    many = on_sphere(np.arccos(1.0 - (np.arange(300_000) + 0.5) / 300_000), np.arange(300_000) * 2.399963229728653)
+    expected = (many[:, 2] * (a.contains(many) & b.contains(many))).mean() * 2.0 * PI
+    x, w = panels(np.linspace(0.0, 1.0, 101))
+    for first, second in ((a, b), (b, a)):
+        points, _ = overlap(first, second)
+        directions, solid = points(x[:, None], x)
+        assert (first.contains(directions) & second.contains(directions)).mean() > 0.999
+        assert w @ np.broadcast_to(solid, (len(x), len(x))) @ w == pytest.approx(expected, rel=3e-3)
+    assert overlap(Cone((0, 0, 1), 0.2), Cone((0, 1, 0), 0.3)) is None
+
+
+# The nine reflectances.
+
+A, B = on_sphere(0.5, 0.3), on_sphere(1.0, 2.0)
+NARROW, WIDE, LOW = Cone(on_sphere(0.6, 0.2), 0.1), Cone(on_sphere(0.3, 2.0), 0.6), Cone(on_sphere(1.4, 3.0), 0.5)
+SKY = gn.Hemisphere()
+PLASTIC = gn.Lambertian(0.3) + gn.Microfacet(gn.GGX(0.3), gn.Dielectric(1.5))
+MATERIALS = {
+    "plastic": PLASTIC,
+    "brushed": gn.Microfacet(gn.GGX(0.15, 0.5), gn.Conductor([0.2, 0.9], [3.9, 2.4])),
+    "polished": gn.Microfacet(gn.Beckmann(0.02)),
+}
+each_material = pytest.mark.parametrize("m", MATERIALS.values(), ids=MATERIALS)
+
+
+def test_all_nine_of_a_lambertian_surface():
+    """R = rho, whatever the geometry; the reflectance is rho times the projected solid angle over pi."""
+    m = gn.Lambertian([0.4, 0.7])
+    for incident in (A, NARROW, SKY):
+        for collected in (B, LOW, SKY):
+            np.testing.assert_allclose(gn.reflectance_factor(m, incident, collected), [0.4, 0.7], rtol=1e-8)
+    for collected, size in ((WIDE, PI * math.sin(0.6) ** 2 * math.cos(0.3)), (SKY, PI)):
+        for incident in (A, NARROW, SKY):
+            np.testing.assert_allclose(
+                gn.reflectance(m, incident, collected), np.array([0.4, 0.7]) * size / PI, rtol=1e-8
+            )
+
+
+@pytest.mark.parametrize(
+    ("masking", "average"),
+    [("height_correlated", 4.0 / 3.0 * (1.0 - math.log(2.0))), ("separable", 4.0 * (1.0 - math.log(2.0)) ** 2)],
+)
+def test_white_sky_albedo_in_closed_form(masking, average):
+    """0.4091370926 and 0.3766346112: GGX(1) with F = 1."""
+    m = gn.Microfacet(gn.GGX(1.0), masking=masking)
+    found = gn.reflectance(m, SKY, SKY, error=True)
+    assert abs(found.value - average) <= found.error <= 1e-4
+    assert gn.white_sky_albedo(m, tolerance=1e-6) == pytest.approx(average, abs=1e-6)
+
+
+def test_white_sky_albedo_of_a_mirror():
+    """Schlick's average is F0 + (1 - F0)/21, a dielectric's of n = 1.5 is 0.09177795934."""
+    assert gn.white_sky_albedo(gn.IdealSpecular(gn.Schlick(0.04))) == pytest.approx(0.04 + 0.96 / 21.0, abs=1e-6)
+    assert gn.white_sky_albedo(gn.IdealSpecular(gn.Dielectric(1.5))) == pytest.approx(0.09177795934, abs=1e-6)
+
+
+def test_hemispheres_are_albedos():
+    w = on_sphere([0.2, 1.0, 1.5], 0.4)
+    np.testing.assert_allclose(gn.reflectance(PLASTIC, w, SKY), gn.albedo(PLASTIC, w), atol=1e-4)
+    np.testing.assert_allclose(gn.reflectance_factor(PLASTIC, SKY, w), gn.albedo(PLASTIC, w), atol=1e-4)
+    np.testing.assert_allclose(gn.black_sky_albedo(PLASTIC, [0.2, 1.0, 1.5], 0.4), gn.albedo(PLASTIC, w), rtol=1e-12)
+    np.testing.assert_allclose(gn.reflectance_factor(PLASTIC, A, w), PI * PLASTIC.f(A, w), rtol=1e-12)
+
+
+def test_black_white_and_blue_sky():
+    m = gn.Lambertian([0.1, 0.5]) + gn.ModifiedPhong(0.3, 5.0)
+    theta = np.array([0.1, 1.2])
+    black, white = gn.black_sky_albedo(m, theta), gn.white_sky_albedo(m)
+    blue = gn.blue_sky_albedo(m, theta, [0.25, 1.0])
+    np.testing.assert_allclose(blue[0], 0.75 * black[0] + 0.25 * white, rtol=1e-12)
+    np.testing.assert_allclose(blue[1], white, rtol=1e-12)
+    sun = gn.DistantLight(on_sphere(1.2, 0.0), 3.0 / math.cos(1.2))  # irradiance 3, and pi L = 1 from the sky
+    lit = gn.reflectance(m, SKY, SKY, sky=[sun, gn.ConstantLight(1.0 / PI)])
+    np.testing.assert_allclose(lit, gn.blue_sky_albedo(m, 1.2, 0.25), atol=1e-4)
+
+
+def brute(m: gn.Reflectance, incident, collected, n: int = 24, radiance=None):
+    """The reflectance factor by Gauss–Legendre products in polar coordinates of each geometry, horizon masked."""
+
+    def nodes(g):
+        if isinstance(g, np.ndarray):
+            return g[None], np.array([PI])
+        axis, reach = (
+            (np.array([0.0, 0.0, 1.0]), 0.5 * PI) if isinstance(g, gn.Hemisphere) else (np.array(g.axis), g.half_angle)
+        )
+        t = np.cross(axis, [0.3, 0.8, 0.52])
+        t /= np.linalg.norm(t)
+        r, dr = panels(np.linspace(0.0, reach, n // 4 + 1))
+        phi = (np.arange(3 * n) + 0.5) * (2.0 * PI / (3 * n))
+        side = np.cos(phi)[:, None] * t + np.sin(phi)[:, None] * np.cross(axis, t)
+        w = np.cos(r)[:, None, None] * axis + np.sin(r)[:, None, None] * side
+        solid = np.broadcast_to((np.sin(r) * dr)[:, None] * (2.0 * PI / (3 * n)), w.shape[:-1])
+        w, cos = w.reshape(-1, 3), np.maximum(w[..., 2], 0.0)
+        return w, (solid * cos).reshape(-1)
+
+    (wi, di), (wo, do) = nodes(incident), nodes(collected)
+    lit = di if radiance is None else di * radiance(wi)
+    total: float | np.ndarray = 0.0
+    for k in range(len(wo)):
+        f = m.f(wi, wo[k])
+        total = total + do[k] * (lit @ f)
+    return PI * total / (lit.sum() * do.sum())
+
+
+@pytest.mark.parametrize(
+    "collected", [B, NARROW, WIDE, LOW, SKY], ids=["direction", "narrow", "wide", "low", "hemisphere"]
+)
+@pytest.mark.parametrize("incident", [A, WIDE, LOW, SKY], ids=["direction", "wide", "low", "hemisphere"])
+def test_by_brute_force(incident, collected):
+    m = gn.Lambertian(0.3) + gn.Microfacet(gn.GGX(0.5, 0.9), gn.Dielectric(1.5))
+    found = gn.reflectance_factor(m, incident, collected, error=True)
+    assert found.value == pytest.approx(brute(m, incident, collected), rel=3e-3)
+    assert found.error <= 1e-4
+
+
+@each_material
+@pytest.mark.parametrize(
+    "pair",
+    [
+        pytest.param((NARROW, WIDE), marks=pytest.mark.full, id="CC"),
+        pytest.param((WIDE, SKY), id="CH"),
+        pytest.param((A, LOW), id="DC"),
+        pytest.param((SKY, B), marks=pytest.mark.full, id="HD"),
+    ],
+)
+def test_reciprocity(m, pair):
+    there = gn.reflectance_factor(m, *pair, tolerance=1e-3, error=True)
+    back = gn.reflectance_factor(m, *pair[::-1], tolerance=1e-3, error=True)
+    np.testing.assert_allclose(there.value, back.value, atol=float(np.max(there.error + back.error)) + 1e-12)
+
+
+@each_material
+def test_either_integral_may_be_outside(m, monkeypatch):
+    """The larger geometry outside, which needs more, gives the same: it is the other order of integration."""
+    smaller = gn.reflectance_factor(m, NARROW, WIDE, tolerance=2e-3)
+    monkeypatch.setattr(factor_between, "smaller_first", lambda of, to: of.projected > to.projected)
+    larger = gn.reflectance_factor(m, NARROW, WIDE, tolerance=2e-3)
+    np.testing.assert_allclose(larger, smaller, rtol=3e-3, atol=3e-3)
+
+
+@each_material
+def test_a_narrow_cone_is_a_direction(m):
+    mirror = A * [-1.0, -1.0, 1.0]
+    for axis in (B, mirror):
+        for half_angle, off in ((1e-2, 0.4), (1e-4, 2e-4), (1e-6, 2e-4)):
+            cone = Cone(axis, half_angle)
+            np.testing.assert_allclose(gn.reflectance_factor(m, A, cone), PI * m.f(A, axis), rtol=off, atol=2e-4)
+            np.testing.assert_allclose(gn.reflectance_factor(m, cone, A), PI * m.f(axis, A), rtol=off, atol=2e-4)
+    np.testing.assert_allclose(
+        gn.reflectance_factor(m, Cone(A, 1e-4), Cone(mirror, 1e-4)), PI * m.f(A, mirror), rtol=5e-4
+    )
+
+
+@each_material
+def test_parts_add_up(m):
+    """What two halves of the hemisphere collect, side by side or as cone and rest, is the whole."""
+    left, right = (Cone((0.0, s, 0.0), 0.5 * PI) for s in (-1.0, 1.0))
+    for incident, tolerance in ((A, 1e-4), (on_sphere(1.5, 1.0), 1e-4), (NARROW, 5e-3)):
+        whole = gn.reflectance(m, incident, SKY, tolerance=tolerance)
+        parts = sum(gn.reflectance(m, incident, half, tolerance=tolerance) for half in (left, right))
+        np.testing.assert_allclose(parts, whole, atol=2.0 * tolerance)
+    inside = gn.reflectance(m, A, Cone((0.0, 0.0, 1.0), 0.5))
+    theta, d = panels(np.linspace(0.5, 0.5 * PI, 200))
+    phi = (np.arange(600) + 0.5) * (2.0 * PI / 600)
+    wo = on_sphere(theta[:, None], phi)
+    f = m.f(A, wo).reshape(*wo.shape[:2], -1)
+    rest = np.tensordot((np.sin(theta) * np.cos(theta) * d)[:, None] * np.full(600, 2.0 * PI / 600), f, 2)
+    np.testing.assert_allclose(inside + (rest if inside.ndim else rest[0]), gn.albedo(m, A), atol=3e-4)
+
+
+def test_narrow_lobes_are_found():
+    """A lobe of 0.001 rad in a cone of 90 degrees, in one that it half misses, and beside one."""
+    m = gn.Microfacet(gn.Beckmann(0.001))
+    mirror = on_sphere(0.8, PI)
+    w = on_sphere(0.8, 0.0)
+    assert gn.reflectance(m, w, Cone((0, 0, 1), 0.5 * PI)) == pytest.approx(1.0, abs=1e-4)
+    assert gn.reflectance(m, w, Cone(mirror, 0.3)) == pytest.approx(1.0, abs=1e-4)
+    half = gn.reflectance(m, w, Cone(on_sphere(0.8 + 0.4, PI), 0.4), tolerance=1e-3)
+    assert half == pytest.approx(0.5, abs=5e-3)
+    assert gn.reflectance(m, w, Cone(on_sphere(0.8 + 0.45, PI), 0.4)) < 1e-6
+    both = gn.reflectance(m, Cone(w, 0.2), Cone(mirror, 0.21), tolerance=1e-2)
+    assert both == pytest.approx(1.0, abs=1e-3)
+
+
+# Delta lobes.
+
+
+def test_a_mirror():
+    m = [0.8, 0.4] * gn.IdealSpecular(1.0)
+    k = np.array([0.8, 0.4])
+    away = A * [-1.0, -1.0, 1.0]
+    inside, outside = Cone(away, 0.01), Cone(on_sphere(0.6, 0.3 + PI), 0.05)
+    np.testing.assert_allclose(gn.reflectance(m, A, inside), k, rtol=1e-12)
+    np.testing.assert_allclose(gn.reflectance(m, A, outside), 0.0)
+    np.testing.assert_allclose(gn.reflectance_factor(m, A, inside), k * PI / inside.projected, rtol=1e-9)
+    np.testing.assert_allclose(gn.reflectance_factor(m, inside, A), k * PI / inside.projected, rtol=1e-9)
+    np.testing.assert_allclose(gn.reflectance_factor(m, A, away), 0.0)
+    np.testing.assert_allclose(gn.reflectance_factor(m, SKY, A), k, rtol=1e-12)
+    np.testing.assert_allclose(gn.reflectance(m, SKY, SKY), k, rtol=1e-9)
+    np.testing.assert_allclose(gn.reflectance(m, LOW, SKY), k, rtol=1e-9)
+    np.testing.assert_allclose(gn.reflectance(m, SKY, LOW), k * LOW.projected / PI, rtol=1e-5)
+    np.testing.assert_allclose(gn.reflectance(m, NARROW, Cone(A, 0.1)), 0.0)
+
+
+def test_a_mirror_between_cones():
+    """The share of the light that arrives in both cones, one of them mirrored."""
+    a = Cone(on_sphere(0.6, 0.2), 0.3)
+    around, within, across = (
+        Cone(on_sphere(t, 0.2 + PI + p), r) for t, p, r in ((0.6, 0.0, 0.5), (0.6, 0.0, 0.2), (0.7, 0.2, 0.25))
+    )
+    m = gn.IdealSpecular(0.9)
+    assert gn.reflectance(m, a, around) == pytest.approx(0.9, abs=1e-6)
+    assert gn.reflectance(m, a, within) == pytest.approx(0.9 * within.projected / a.projected, abs=1e-6)
+    many = on_sphere(np.arccos(1.0 - (np.arange(400_000) + 0.5) / 400_000), np.arange(400_000) * 2.399963229728653)
+    both = (many[:, 2] * (a.contains(many) & across.mirrored().contains(many))).mean() * 2.0 * PI
+    assert gn.reflectance(m, a, across) == pytest.approx(0.9 * both / a.projected, rel=5e-3)
+    assert gn.reflectance(m, a, Cone(on_sphere(0.6, 0.2), 0.2)) == 0.0
+
+
+# Under a sky.
+
+
+def gradient(w):
+    return 2.0 + w[..., 2] + 0.5 * w[..., 0]
+
+
+def test_a_uniform_sky_is_no_sky():
+    for incident, collected in ((SKY, B), (WIDE, B), (WIDE, LOW), (SKY, SKY)):
+        plain = gn.reflectance_factor(PLASTIC, incident, collected, tolerance=1e-3)
+        lit = gn.reflectance_factor(PLASTIC, incident, collected, sky=gn.ConstantLight(7.0), tolerance=1e-3)
+        assert lit == pytest.approx(plain, abs=2e-3)
+
+
+def test_a_sky_by_brute_force():
+    m = gn.Lambertian(0.3) + gn.Microfacet(gn.GGX(0.5, 0.9), gn.Dielectric(1.5))
+    sky = gn.FunctionLight(gradient)
+    for incident, collected in ((SKY, B), (WIDE, B), (WIDE, LOW), (SKY, SKY)):
+        found = gn.reflectance_factor(m, incident, collected, sky=sky, tolerance=1e-3)
+        assert found == pytest.approx(brute(m, incident, collected, radiance=gradient), rel=3e-3)
+
+
+def test_sun_and_sky():
+    """HDRF: the mean of BRF and hemispherical-directional factor, weighed by irradiance; outside the cone is none."""
+    sun, sky = gn.DistantLight(A, 2.0 / A[2]), gn.ConstantLight(3.0 / PI)
+    wo = on_sphere([0.3, 1.1], 2.0)
+    brf, hdrf = PI * PLASTIC.f(A, wo), gn.reflectance_factor(PLASTIC, SKY, wo)
+    np.testing.assert_allclose(gn.reflectance_factor(PLASTIC, SKY, wo, sky=sun), brf, rtol=1e-12)
+    np.testing.assert_allclose(
+        gn.reflectance_factor(PLASTIC, SKY, wo, sky=[sun, sky]), 0.4 * brf + 0.6 * hdrf, atol=2e-4
+    )
+    mirror = gn.IdealSpecular(0.7)
+    away = Cone(A * [-1.0, -1.0, 1.0], 0.1)
+    assert gn.reflectance(mirror, SKY, away, sky=sun) == pytest.approx(0.7, rel=1e-12)
+    assert gn.reflectance_factor(mirror, SKY, wo[0], sky=[sun, sky]) == pytest.approx(0.6 * 0.7, abs=1e-4)
+    with pytest.raises(ParameterError, match="irradiance"):
+        gn.reflectance_factor(PLASTIC, Cone(B, 0.1), wo, sky=sun)
+
+
+def test_a_coloured_sky():
+    sky = gn.FunctionLight(lambda w: np.stack([gradient(w), 1.0 + 0.0 * w[..., 0]], -1))
+    found = gn.reflectance_factor(PLASTIC, SKY, B, sky=sky)
+    assert found.shape == (2,)
+    assert found[0] == pytest.approx(gn.reflectance_factor(PLASTIC, SKY, B, sky=gn.FunctionLight(gradient)), abs=2e-4)
+    assert found[1] == pytest.approx(gn.reflectance_factor(PLASTIC, SKY, B), abs=2e-4)
+
+
+def test_an_environment_map():
+    w, _ = gn.radiometry.latlong_pixels(32, 64)
+    picture = gn.EnvironmentLight(gradient(w))
+    m = gn.Lambertian(0.3) + gn.Microfacet(gn.GGX(0.4))
+    for incident, collected in ((SKY, B), (WIDE, B), (SKY, WIDE)):
+        found = gn.reflectance_factor(m, incident, collected, sky=picture, tolerance=2e-3, error=True)
+        smooth = gn.reflectance_factor(m, incident, collected, sky=gn.FunctionLight(gradient))
+        assert found.value == pytest.approx(smooth, rel=6e-3)
+        assert found.error <= 2e-3
+
+
+# Maps, measurements, input.
+
+
+def test_maps():
+    alpha = np.array([[0.1, 0.2], [0.3, 0.9]])[..., None]
+    m = 0.5 * gn.Microfacet(gn.GGX(alpha)) + gn.Lambertian(0.2) + gn.IdealSpecular(0.1)
+    for incident, collected in ((A, WIDE), (WIDE, A), (NARROW, WIDE)):
+        found = gn.reflectance_factor(m, incident, collected, tolerance=1e-2)
+        assert found.shape == (2, 2, 1)
+        one = 0.5 * gn.Microfacet(gn.GGX(0.3)) + gn.Lambertian(0.2) + gn.IdealSpecular(0.1)
+        assert found[1, 0, 0] == pytest.approx(gn.reflectance_factor(one, incident, collected), abs=5e-3)
+
+
+def test_holes_in_a_measurement_are_said():
+    class _Holed(gn.Lambertian):
+        def formula(self, wi, wo):
+            from gonio.arrays import ops
+
+            return ops.where(wo.x > 0.5, float("nan"), super().formula(wi, wo))
+
+    with pytest.warns(MissingDataWarning):
+        found = gn.albedo(_Holed(0.5), on_sphere(0.1, 0.0), 1e-3)
+    lost = (PI / 3.0 - math.sqrt(3.0) / 4.0) / PI  # of the disc, where x > 1/2
+    assert found == pytest.approx(0.5 * (1.0 - lost), abs=1e-3)
+    with pytest.warns(MissingDataWarning):
+        gn.reflectance(_Holed(0.5), WIDE, SKY, tolerance=1e-2)
+
+
+@pytest.mark.parametrize(
+    ("call", "says"),
+    [
+        (lambda m: gn.reflectance(m, A, B), "reflectance_factor"),
+        (lambda m: gn.reflectance(m, "up", SKY), "directions"),
+        (lambda m: gn.reflectance(m, gn.Hemisphere, SKY), "Hemisphere()"),
+        (lambda m: gn.reflectance(m, A, SKY, sky=gn.ConstantLight()), "DistantLight"),
+        (lambda m: gn.reflectance(m, SKY, SKY, sky=gn.DistantLight((0, 0, -1))), "irradiance"),
+        (lambda m: gn.reflectance(m, SKY, SKY, tolerance=0.0), "tolerance"),
+        (lambda m: gn.Cone((0, 0, 1), 0.0), "half_angle"),
+        (lambda m: gn.Cone((0, 0, 1), 2.0), "pi/2"),
+        (lambda m: gn.Cone((0, 0, 0), 0.1), "not 0"),
+        (lambda m: gn.Cone((0, 1), 0.1), "three"),
+        (lambda m: gn.Cone(on_sphere(2.0, 0.0), 0.3), "below the horizon"),
+        (lambda m: gn.blue_sky_albedo(m, 0.3, 1.5), "diffuse_fraction"),
+    ],
+)
+def test_bad_input(call, says):
+    with pytest.raises(gn.Error, match=says.replace("(", r"\(").replace(")", r"\)")):
+        call(gn.Lambertian(0.5))
+
+
+def test_values():
+    assert Cone((0, 0, 2), 0.3) == Cone((0.0, 0.0, 1.0), 0.3)
+    assert gn.Hemisphere() == gn.Hemisphere()
+    assert repr(Cone((0, 0, 2), 0.3)) == "Cone(axis=(0.0, 0.0, 1.0), half_angle=0.3)"
+    for low, high in pairwise((0.1, 0.5, 1.0, 0.5 * PI)):
+        assert Cone((0, 1, 1), low).projected < Cone((0, 1, 1), high).projected

@@ -1,0 +1,118 @@
+"""The array libraries as the tests see them; NumPy without compiling; parameters of which few are run by default."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable
+from importlib import import_module
+from typing import Any
+
+import numpy as np
+import pytest
+
+from gonio.evaluate import planning
+
+
+def thinned(cases: Iterable[Any], kept: Collection[Any]) -> list[Any]:
+    """The cases as parameters, of which all but those `kept` are marked `full`."""
+    return [
+        pytest.param(*(c if type(c) is tuple else (c,)), marks=() if c in kept else pytest.mark.full) for c in cases
+    ]
+
+
+class Library:
+    """How the tests make arrays of a library and read them back."""
+
+    name = "numpy"
+
+    def array(self, x: Any, dtype: str = "float64") -> Any:
+        return np.asarray(x, dtype)
+
+    def numpy(self, x: Any) -> np.ndarray:
+        return np.asarray(x)
+
+    def dtype(self, x: Any) -> str:
+        return str(x.dtype).rpartition(".")[2]
+
+
+class Uncompiled(Library):
+    """NumPy in blocks, as where llvmlite is missing."""
+
+    name = "numpy-uncompiled"
+
+
+class Torch(Library):
+    name = "torch"
+
+    def __init__(self) -> None:
+        self.module = import_module("torch")
+        self.module.set_num_threads(1)
+
+    def array(self, x: Any, dtype: str = "float64") -> Any:
+        return self.module.tensor(np.asarray(x), dtype=getattr(self.module, dtype))
+
+    def numpy(self, x: Any) -> np.ndarray:
+        return x.detach().numpy()
+
+
+class Jax(Library):
+    name = "jax"
+
+    def __init__(self) -> None:
+        self.module = import_module("jax")
+
+    def array(self, x: Any, dtype: str = "float64") -> Any:
+        return self.module.numpy.asarray(np.asarray(x, dtype))
+
+
+class DrJitTensor(Library):
+    """Dr.Jit's TensorXf, of any shape."""
+
+    name = "drjit"
+
+    def __init__(self) -> None:
+        drjit = import_module("drjit")
+        if not drjit.has_backend(drjit.JitBackend.LLVM):
+            pytest.skip("drjit: no LLVM back end here (install libLLVM, or set DRJIT_LIBLLVM_PATH)")
+        self.module = import_module("drjit.llvm.ad")
+
+    def array(self, x: Any, dtype: str = "float64") -> Any:
+        return getattr(self.module, "TensorXf" + ("64" if dtype == "float64" else ""))(np.asarray(x, dtype))
+
+    def numpy(self, x: Any) -> np.ndarray:
+        return x.numpy()
+
+    def dtype(self, x: Any) -> str:
+        return import_module("drjit").type_v(x).name.lower()
+
+
+class DrJitArray(DrJitTensor):
+    """Dr.Jit's Array2f, Array3f: a batch (N, 2 or 3) only."""
+
+    name = "drjit-array"
+
+    def array(self, x: Any, dtype: str = "float64") -> Any:
+        x = np.asarray(x, dtype)
+        suffix = "f64" if dtype == "float64" else "f"
+        if x.ndim == 1:
+            return getattr(self.module, "Float" + suffix[1:])(x)
+        return getattr(self.module, f"Array{x.shape[-1]}{suffix}")(np.ascontiguousarray(x.T))
+
+    def numpy(self, x: Any) -> np.ndarray:
+        return np.moveaxis(x.numpy(), 0, -1)
+
+
+KINDS = (Library, Uncompiled, Torch, Jax, DrJitTensor, DrJitArray)
+
+
+def opened(kind: type[Library]) -> Library:
+    """The library, or a skip that says why not."""
+    try:
+        return kind()
+    except ImportError as error:
+        pytest.skip(f"{kind.name} cannot be imported: {error}")
+
+
+def switch_off(patch: pytest.MonkeyPatch) -> None:
+    """Nothing is compiled from here on, as where llvmlite is missing."""
+    patch.setattr(planning, "available", lambda: False)
+    patch.setattr(planning, "known", lambda *_: None)
