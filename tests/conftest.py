@@ -22,16 +22,22 @@ from gonio.evaluate import planning
 
 @pytest.hookimpl(tryfirst=True)  # before pytest leaves out what `-m` says
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Of random materials one of each model is compiled, and all are evaluated in blocks, by the same formula.
+    """What is left out by default where a compiler is slow.
 
-    What compiling adds is held per operation (`test_elementary.py`, `test_engine.py`); kernels of all materials take
-    minutes to compile.
+    Of random materials one of each model is compiled, and all are evaluated in blocks, by the same formula: what
+    compiling adds is held per operation (`test_elementary.py`, `test_engine.py`). JAX compiles each operation for each
+    shape: of a test marked `few_by_jax` it runs the cases that the mark names.
     """
     from materials import COMPILED
 
     for item in items:
-        given = item.callspec.params if isinstance(item, pytest.Function) and hasattr(item, "callspec") else {}
-        if given.get("evaluation") == "compiled" and "draw" in given and given["draw"] not in COMPILED:
+        case = item.callspec if isinstance(item, pytest.Function) and hasattr(item, "callspec") else None
+        if case is None:
+            continue
+        if case.params.get("evaluation") == "compiled" and not {case.params.get("draw")} <= {None, *COMPILED}:
+            item.add_marker("full")
+        few = item.get_closest_marker("few_by_jax")
+        if few and case.params.get("library") is Jax and not any(word in case.id for word in few.args):
             item.add_marker("full")
 
 
