@@ -12,7 +12,6 @@ distributions/, lights/, formats/.
 
 from __future__ import annotations
 
-import difflib
 from importlib import import_module
 from typing import Any
 
@@ -78,9 +77,7 @@ __all__ = sorted(  # models and lights are found, not listed
 
 def __getattr__(name: str) -> Any:
     if name not in _ON_USE:
-        close = difflib.get_close_matches(name, __all__, n=1)
-        hint = f"; did you mean {close[0]!r}?" if close else ""
-        raise AttributeError(f"module 'gonio' has no attribute {name!r}{hint}")
+        raise AttributeError(f"module 'gonio' has no attribute {name!r}{errors.suggestion(name, __all__)}")
     home = _ON_USE[name]
     module = import_module(f".{home or name}", __name__)
     value = getattr(module, name) if home else module

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import difflib
 import re
 from collections.abc import Iterable, Iterator, Mapping
 from types import ModuleType
 from typing import Any, Generic, TypeVar
 
 from .discover import docstring
-from .errors import NotFoundError
+from .errors import NotFoundError, suggestion
 
 T = TypeVar("T")
 WIDTH = 110
@@ -36,8 +35,7 @@ class Contents(Mapping[str, T], Generic[T]):
 
     def __getitem__(self, name: str) -> T:
         if name not in self._things:
-            close = difflib.get_close_matches(str(name), self._things, n=1)
-            raise _NotThere(f"no {name!r:.60} here{f'; did you mean {close[0]!r}?' if close else ''}")
+            raise _NotThere(f"no {name!r:.60} here{suggestion(str(name), self._things)}")
         return self._things[name]
 
     def __iter__(self) -> Iterator[str]:

@@ -10,7 +10,6 @@ import sys
 from collections.abc import Callable, Sequence
 from functools import cache
 from importlib import import_module
-from importlib.abc import InspectLoader
 from importlib.util import find_spec
 from types import ModuleType
 from typing import Any
@@ -71,6 +70,8 @@ def docstring(of: ModuleType | type | Callable[..., Any]) -> str:
 @cache
 def _written(module: str) -> dict[str, str]:
     """The docstrings in the source of a module by qualified names, its own under ""."""
+    from importlib.abc import InspectLoader  # which imports half the standard library
+
     spec = find_spec(module) if module != "__main__" else None
     loader = spec.loader if spec else None
     source = loader.get_source(module) if isinstance(loader, InspectLoader) else None

@@ -1,6 +1,7 @@
 """What gonio raises: every error says the rule, the value got, the value expected and the next step."""
 
 import unicodedata
+from collections.abc import Iterable
 
 
 def visible(text: str, keep: str = "") -> str:
@@ -8,11 +9,16 @@ def visible(text: str, keep: str = "") -> str:
     marks that turn the direction of writing, halves of characters. `keep`: those that stay."""
     if text.isprintable():
         return text
-    return "".join(c if c.isprintable() or c in keep or unicodedata.category(c) == "Zs" else _code(c) for c in text)
+    shown = (c.isprintable() or c in keep or unicodedata.category(c) == "Zs" for c in text)
+    return "".join(c if is_shown else repr(c)[1:-1] for c, is_shown in zip(text, shown, strict=True))
 
 
-def _code(c: str) -> str:
-    return repr(c)[1:-1]
+def suggestion(name: str, names: Iterable[str]) -> str:
+    """The end of a message about an unknown name: "; did you mean 'GGX'?", or nothing where no name is alike."""
+    from difflib import get_close_matches  # late: messages alone need it
+
+    close = get_close_matches(name, names, n=1)
+    return f"; did you mean {close[0]!r}?" if close else ""
 
 
 class Error(Exception):

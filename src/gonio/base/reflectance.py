@@ -221,7 +221,7 @@ class Reflectance(Parametrised):
     __rmul__ = __mul__
 
     def __truediv__(self, number: Any) -> Scaled:
-        if isinstance(number, np.ma.MaskedArray):
+        if ops.is_masked(number):
             return self * (1.0 / number)
         try:
             return self * (1.0 / ops.numbers(number))

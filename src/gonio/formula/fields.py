@@ -94,7 +94,7 @@ class Param(Field):
             except MemoryError:
                 what = f"there is no memory for {np.size(value)} numbers"
                 raise self._wrong(owner, value, what, TooLargeError) from None
-            there = array[~np.ma.getmaskarray(value)] if isinstance(value, np.ma.MaskedArray) else array
+            there = array[~np.ma.getmaskarray(value)] if ops.is_masked(value) else array
             if not np.all(np.isfinite(there)):
                 raise self._wrong(owner, value, "NaN or infinite")
             if there.size == 0:

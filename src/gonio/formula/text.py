@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
+
+from ..errors import suggestion
 
 
 def shown(value: Any) -> str:
@@ -26,8 +27,7 @@ def literal(value: Any) -> str:
 
 def unknown(owner: str, name: Any, known: list[str], what: str = "parameter") -> str:
     """The message that `owner` has nothing of this name."""
-    close = difflib.get_close_matches(name[:60] if isinstance(name, str) else "", known, n=1)
-    hint = f"; did you mean {close[0]!r}?" if close else "."
+    hint = suggestion(name[:60] if isinstance(name, str) else "", known) or "."
     return f"{owner} has no {what} {shown(name)}{hint} Known: {listed(known)}"
 
 
