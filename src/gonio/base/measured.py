@@ -10,8 +10,7 @@ import numpy as np
 
 from ..errors import ParameterError
 from ..evaluate import batch
-from ..formula.held import Held, held
-from ..formula.state import note
+from ..formula.state import Held, held, note
 from ..pictures.colour import RELATIVE_XYZ, WHITE, XYZ
 from .history import Repair
 from .reflectance import Reflectance
@@ -94,24 +93,8 @@ class Measured(Reflectance):
         held = {"quantity": self.quantity, "source": self.path}
         return {**held, "provenance": json.dumps(self.provenance)} if self.provenance else held
 
-    def __eq__(self, other: object) -> bool:
-        if type(self) is not type(other):
-            return NotImplemented
-        mine, theirs = dict(self._key()), dict(other._key())
-        return mine.keys() == theirs.keys() and all(_same(value, theirs[name]) for name, value in mine.items())
-
-    __hash__ = Reflectance.__hash__
-
     def __repr__(self) -> str:
         return f"load({self.path!r})" if self.path else f"<{type(self).__name__} measurement in memory>"
 
     def to_json(self) -> dict[str, Any]:
         raise ParameterError(f"{self!r}: a measurement has no JSON form; save it in its own format with gonio.save")
-
-
-def _same(a: Any, b: Any) -> bool:
-    if a is b:
-        return True
-    if isinstance(a, np.ndarray):
-        return np.array_equal(a, b, equal_nan=a.dtype.kind == "f")
-    return bool(a == b)

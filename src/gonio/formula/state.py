@@ -1,18 +1,22 @@
-"""What a value holds beside its fields: state that formulas decide by, notes that they do not see, and what follows.
+"""What a value holds beside its fields: state that formulas decide by, notes that they do not see, derived values.
 
 A declaration is one line of a class: `layout: tuple[Axis, ...] = state()`, `path: str = note("")`, `@derived`.
+Dictionaries, lists and arrays that a value holds cannot be changed: `held` makes them so.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import is_dataclass
 from typing import Any, Generic, TypeVar
+
+from ..arrays import frozen
 
 T = TypeVar("T")
 
 
 class Beside:
-    """A declared attribute that is no field: no argument of the class by itself, and not compared."""
+    """A declared attribute that is no field: no argument of the constructor by itself, and not compared."""
 
     name = ""
 
@@ -50,10 +54,10 @@ class Derived(Generic[T]):
     def __get__(self, owner: Any, kind: type) -> T:
         if owner is None:
             return self  # type: ignore[return-value]
-        held: dict[Any, T] = owner._derived
-        if self.function not in held:
-            held[self.function] = self.function(owner)
-        return held[self.function]
+        results: dict[Any, T] = owner._derived
+        if self.function not in results:
+            results[self.function] = self.function(owner)
+        return results[self.function]
 
 
 def state(default: Any = None) -> Any:
@@ -69,3 +73,44 @@ def note(default: Any = None) -> Any:
 def derived(function: Callable[[Any], T]) -> Derived[T]:
     """Decorates a method: an attribute that is computed from the fields when it is first asked for."""
     return Derived(function)
+
+
+class Held(dict[Any, Any]):
+    """A dictionary that cannot be changed."""
+
+    def _refuse(self, *args: Any, **kwargs: Any) -> Any:
+        raise AttributeError("what a value holds cannot be changed; make a new one: m.with_table(m.stored, axes=...)")
+
+    __setitem__ = __delitem__ = __ior__ = update = pop = popitem = clear = setdefault = _refuse
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), (dict(self),)
+
+
+class HeldList(list[Any]):
+    """A list that cannot be changed."""
+
+    __setitem__ = __delitem__ = __iadd__ = __imul__ = append = clear = extend = insert = pop = remove = Held._refuse
+    reverse = sort = Held._refuse
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), (list(self),)
+
+
+def held(data: Any) -> Any:
+    """The same data, unchangeable all through: dictionaries and lists as `Held` and `HeldList`, arrays read-only."""
+    if isinstance(data, dict):
+        return Held({name: held(x) for name, x in data.items()})
+    if isinstance(data, list):
+        return HeldList(map(held, data))
+    return freeze(data)
+
+
+def freeze(data: Any) -> Any:
+    """The same data, with all arrays in it read-only: in dictionaries, lists, tuples and records."""
+    if isinstance(data, dict) or is_dataclass(data):
+        freeze(list(data.values() if isinstance(data, dict) else vars(data).values()))
+    elif isinstance(data, (list, tuple)):
+        for x in data:
+            freeze(x)
+    return frozen(data)

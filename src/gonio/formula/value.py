@@ -11,9 +11,8 @@ import numpy as np
 from ..arrays import Fixed, ops
 from ..errors import ParameterError
 from .fields import Channels, Field, Table
-from .held import freeze, held
 from .registry import json_name
-from .state import Beside, Note, State
+from .state import Beside, Note, State, freeze, held
 from .text import literal
 
 
@@ -85,10 +84,8 @@ class Value:
     def __eq__(self, other: object) -> bool:
         if type(self) is not type(other):
             return NotImplemented
-        mine, theirs = self._key(), other._key()
-        return len(mine) == len(theirs) and all(
-            a[0] == b[0] and _same(a[1], b[1]) for a, b in zip(mine, theirs, strict=True)
-        )
+        mine, theirs = dict(self._key()), dict(other._key())
+        return mine.keys() == theirs.keys() and all(_same(value, theirs[name]) for name, value in mine.items())
 
     def __hash__(self) -> int:
         return hash((type(self), *(v for _, v in self._key() if isinstance(v, (float, str, Value)))))
@@ -117,9 +114,12 @@ class Value:
 def _same(a: Any, b: Any) -> bool:
     if a is b:
         return True
-    if ops.library_of_type(type(a)) is None or ops.library_of_type(type(b)) is None:
-        return type(a) is type(b) and bool(a == b)
-    return type(a) is type(b) and np.array_equal(ops.to_numpy(a), ops.to_numpy(b), equal_nan=True)
+    if ops.library_of_type(type(a)) is None and ops.library_of_type(type(b)) is None:
+        return bool(a == b)
+    if type(a) is not type(b):
+        return False
+    x, y = ops.to_numpy(a), ops.to_numpy(b)
+    return np.array_equal(x, y, equal_nan=x.dtype.kind in "fc")  # words have no NaN to look for
 
 
 def _json(value: Any) -> Any:
