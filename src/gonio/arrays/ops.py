@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import Any, TypeGuard
 
 import numpy as np
 
@@ -103,7 +103,7 @@ def _holds_masks(value: Any) -> bool:
     return any(issubclass(k, (list, tuple, np.ndarray)) for k in kinds) and any(map(_holds_masks, value))
 
 
-def is_masked(value: Any) -> bool:
+def is_masked(value: Any) -> TypeGuard[np.ma.MaskedArray]:
     """Whether this is a masked array of NumPy, which takes long to import: other things are not compared with it."""
     return isinstance(value, np.ndarray) and type(value) is not np.ndarray and isinstance(value, np.ma.MaskedArray)
 

@@ -1,4 +1,4 @@
-"""Values made of declared parameters as JSON data, read back: `to_json` of a value writes it."""
+"""Values of declared parameters, read from the JSON data that their `to_json` writes."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from .text import shown, unknown
 
 
 def names() -> dict[str, type[Parametrised]]:
-    """The classes that a text may name: those that stand for something, not the bases, tables and files."""
+    """The classes that a text may name: no abstract bases, tables and files."""
     return {name: kind for name, kind in CLASSES.items() if kind.has_text and not kind.unwritten()}
 
 
@@ -23,7 +23,7 @@ def from_json(data: Any, files: bool = False) -> Any:
     """The value that `to_json` described.
 
     `files`: whether the paths of pictures in it are opened. Raises NotFoundError for an unknown type or parameter,
-    ParameterError for what is too deep, too large or out of bounds.
+    ParameterError for a value that is nested too deep, too large or out of bounds.
     """
     return _of_json(data, files, 1)
 
@@ -47,20 +47,22 @@ def _of_object(data: dict[str, Any], files: bool, depth: int) -> Any:
         raise NotFoundError(unknown("material file", name, list(names()), what="type"))
     if isinstance(terms := data.get("terms"), list) and len(terms) > EVALUATIONS:
         raise ParameterError(f"{name}: a sum of {len(terms)} terms, expected at most {EVALUATIONS}; write fewer")
-    beside = {"type", "module"} - kind.fields.keys()
-    rest = {k: _of_json(v, files, depth + 1) for k, v in data.items() if k not in beside}
-    if not files and (paths := kind.files_among([], rest)):
+    head = {"type", "module"} - kind.fields.keys()
+    arguments = {k: _of_json(v, files, depth + 1) for k, v in data.items() if k not in head}
+    if not files and (paths := kind.files_among([], arguments)):
         raise ParameterError(
             f"{name}: names the file {shown(paths[0])}, and a text opens no others; expected the pixels themselves"
         )
-    terms = rest.pop("terms", ()) if not kind.fields else ()  # of a sum: its fields are those of the one value
+    terms = arguments.pop("terms", ()) if not kind.fields else ()  # of a sum, whose class has no fields
     if not isinstance(terms, list | tuple):
         raise ParameterError(f"{name}: terms={shown(terms)}: expected a list of objects")
     try:
-        made = kind(*terms, **rest)
+        value = kind(*terms, **arguments)
     except TypeError as error:  # of constructors that take no fields
         raise ParameterError(f"{name}: {error}") from None
-    width = max((np.shape(v)[-1] for _, field, v in made._free() if isinstance(field, Param) and np.ndim(v)), default=0)
+    width = max(
+        (np.shape(x)[-1] for _, field, x in value._free() if isinstance(field, Param) and np.ndim(x)), default=0
+    )
     if width > CHANNELS:
         raise ParameterError(f"{name}: a parameter with {width} channels, expected at most {CHANNELS} in a text")
-    return made
+    return value

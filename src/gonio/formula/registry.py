@@ -1,7 +1,7 @@
-"""Every class with parameters, as it is defined: by its name, for texts and JSON, and told to bridges that must know.
+"""The registry of classes with parameters: by name, for texts and JSON; bridges hear of each as it is defined.
 
-Classes of scripts and notebooks count (their module is `__main__`); those that begin with an underscore, or whose
-module does, stay out of texts.
+Classes of scripts and notebooks (module `__main__`) are in it, but no text can name those that begin with an
+underscore, or whose module does.
 """
 
 from __future__ import annotations
@@ -14,37 +14,35 @@ from .fields import CLASSES, Field
 from .text import shown
 
 ON_NEW: list[Callable[[type[Any]], object]] = []
-"""What is called with each class that is defined from now on."""
+"""Functions that are called with each new class."""
 
 
 def register(kind: type[Any]) -> None:
     """Register a class. Raises ParameterError where another one has its name; the same one, run again, replaces it."""
-    hidden = [n for n, f in vars(kind).items() if isinstance(f, Field) and _is_method(kind, n)]
+    place, name = _place(kind), kind.__name__
+    hidden = [n for n, f in vars(kind).items() if isinstance(f, Field) and _is_inherited(kind, n)]
     if hidden:
-        raise ParameterError(
-            f"class {_place(kind)}: {hidden[0]} is an attribute that the class inherits; give the parameter another "
-            f"name"
-        )
-    if not any(_is_private(name) for name in (kind.__name__, *kind.__module__.split("."))):
-        named = CLASSES.get(kind.__name__)
-        if named is not None and _place(named) != _place(kind):
+        advice = "give the parameter another name"
+        raise ParameterError(f"class {place}: {hidden[0]} is an attribute that the class inherits; {advice}")
+    if not any(map(_is_private, (name, *kind.__module__.split(".")))):
+        if _place(CLASSES.get(name, kind)) != place:
             raise ParameterError(
-                f"class {_place(kind)}: the name {kind.__name__} is taken by {_place(named)}, and texts and JSON tell "
-                f"classes apart by their names; give this one another name, or one that begins with an underscore"
+                f"class {place}: the name {name} is taken by {_place(CLASSES[name])}, and texts and JSON tell classes "
+                f"apart by their names; give this one another name, or one that begins with an underscore"
             )
-        CLASSES[kind.__name__] = kind
+        CLASSES[name] = kind
     for tell in ON_NEW:
         tell(kind)
 
 
 def json_name(kind: type[Any]) -> dict[str, str]:
-    """How JSON names a class: by its name, with the module if that is not gonio's."""
-    own = kind.__module__.partition(".")[0] == __name__.partition(".")[0]
-    return {"type": kind.__name__} if own else {"type": kind.__name__, "module": kind.__module__}
+    """The name of a class in JSON, with its module if that is not gonio's."""
+    is_gonio = kind.__module__.partition(".")[0] == __name__.partition(".")[0]
+    return {"type": kind.__name__} | ({} if is_gonio else {"module": kind.__module__})
 
 
 def missing(name: Any, module: Any) -> str:
-    """What to say of a class that JSON names with the module it was in, and that nobody has defined here."""
+    """The message about a class that JSON names with its module, and that is not defined here."""
     if module in ("__main__", "__mp_main__"):
         return f"the class {shown(name)} was defined in a script or notebook; define it here, and load again"
     return f"the class {shown(name)} is not gonio's but of the module {shown(module)}; import that, and load again"
@@ -54,7 +52,8 @@ def _is_private(name: str) -> bool:
     return name.startswith("_") and not name.startswith("__")  # __main__ is nobody's secret
 
 
-def _is_method(kind: type[Any], name: str) -> bool:
+def _is_inherited(kind: type[Any], name: str) -> bool:
+    """Whether a base has an attribute of this name that is no field."""
     return any(not isinstance(vars(base)[name], Field) for base in kind.__mro__[1:] if name in vars(base))
 
 

@@ -1,6 +1,6 @@
-"""What a constructor takes, said from the declared fields: its signature, and the end of the class's docstring.
+"""The signature of a constructor and the end of its class's docstring, both made of the declared fields.
 
-`inspect.signature`, `help`, completion in notebooks and the stub `__init__.pyi` all read it here.
+`inspect.signature`, `help`, completion in notebooks and the stub `__init__.pyi` read them here.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ Array: TypeAlias = _HasArray | Sequence[float] | Sequence[Sequence[float]] | Seq
 
 
 def signature(kind: Any) -> inspect.Signature:
-    """The fields as parameters; tables, and names that set several parameters at once, by keyword only."""
+    """The fields as parameters; tables and aliases, which set several parameters at once, by keyword only."""
     parameters, optional = [], False
     for name, field in kind.fields.items():
         by_keyword = isinstance(field, (Table, Channels))
@@ -41,10 +41,8 @@ def signature(kind: Any) -> inspect.Signature:
 
 def aliases(kind: Any) -> dict[str, list[str]]:
     """Keyword that sets several parameters -> their names."""
-    found = {f.alias: [n] for n, f in kind.fields.items() if isinstance(f, Param) and f.alias}
-    for names in found.values():
-        names += [n for n, f in kind.fields.items() if f.default == names[0]]
-    return found
+    fields = kind.fields.items()
+    return {alias: [name, *(n for n, f in fields if f.default == name)] for alias, name in kind._aliases().items()}
 
 
 def takes_fields(kind: type) -> bool:
@@ -62,20 +60,20 @@ class Signature:
 
 
 class Docstring:
-    """`__doc__` of a class with parameters: as it is written, and a line for each of them."""
+    """`__doc__` of a class with parameters: the text in the source, and a line for each parameter."""
 
     def __init__(self, written: str | None):
         self.written = written
 
     def __get__(self, instance: object, owner: Any) -> str | None:
         rows = parameter_lines(owner) if takes_fields(owner) else []
-        text = "\n    ".join(["Parameters", *rows]) if rows else ""
-        return "\n\n".join(part for part in (docstring(owner), text) if part) or None
+        parameters = "\n    ".join(["Parameters", *rows]) if rows else ""
+        return "\n\n".join(filter(None, (docstring(owner), parameters))) or None
 
 
 def parameter_lines(kind: Any) -> list[str]:
     """Every parameter with its default, meaning, bounds and unit, aligned."""
-    rows = [(f"{name}{_with_default(field)}", _meaning(field)) for name, field in kind.fields.items()]
+    rows = [(f"{name}{_with_default(field)}", field.meaning) for name, field in kind.fields.items()]
     rows += [(alias, f"sets {' and '.join(names)}") for alias, names in aliases(kind).items()]
     width = min(36, max((len(left) for left, _ in rows), default=0))
     return [f"{left:<{width}}   {right}" for left, right in rows]
@@ -84,7 +82,3 @@ def parameter_lines(kind: Any) -> list[str]:
 def _with_default(field: Field) -> str:
     tied = isinstance(field, Param) and isinstance(field.default, str)
     return "" if field.default is None else f" = {field.default if tied else repr(field.default)}"
-
-
-def _meaning(field: Field) -> str:
-    return f"{field.doc}; {field.range}" if field.range else field.doc
