@@ -19,21 +19,15 @@ def names() -> dict[str, type[Parametrised]]:
     return {name: kind for name, kind in CLASSES.items() if kind.has_text and not kind.unwritten()}
 
 
-def from_json(data: Any, files: bool = False) -> Any:
+def from_json(data: Any, files: bool = False, depth: int = 1) -> Any:
     """The value that `to_json` described.
 
-    `files`: whether the paths of pictures in it are opened. Raises NotFoundError for an unknown type or parameter,
-    ParameterError for a value that is nested too deep, too large or out of bounds.
+    `files`: whether the paths of pictures in it are opened; `depth`: of this value in another. Raises NotFoundError for
+    an unknown type or parameter, ParameterError for a value that is nested too deep, too large or out of bounds.
     """
-    return _of_json(data, files, 1)
-
-
-def _of_json(data: Any, files: bool, depth: int) -> Any:
-    if isinstance(data, dict):
-        return _of_object(data, files, depth)
     if isinstance(data, list) and any(isinstance(x, dict) for x in data):
-        return [_of_json(x, files, depth) for x in data]
-    return data
+        return [from_json(x, files, depth) for x in data]
+    return _of_object(data, files, depth) if isinstance(data, dict) else data
 
 
 def _of_object(data: dict[str, Any], files: bool, depth: int) -> Any:
@@ -48,7 +42,7 @@ def _of_object(data: dict[str, Any], files: bool, depth: int) -> Any:
     if isinstance(terms := data.get("terms"), list) and len(terms) > EVALUATIONS:
         raise ParameterError(f"{name}: a sum of {len(terms)} terms, expected at most {EVALUATIONS}; write fewer")
     head = {"type", "module"} - kind.fields.keys()
-    arguments = {k: _of_json(v, files, depth + 1) for k, v in data.items() if k not in head}
+    arguments = {k: from_json(v, files, depth + 1) for k, v in data.items() if k not in head}
     if not files and (paths := kind.files_among([], arguments)):
         raise ParameterError(
             f"{name}: names the file {shown(paths[0])}, and a text opens no others; expected the pixels themselves"

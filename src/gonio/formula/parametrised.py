@@ -201,7 +201,8 @@ class Parametrised(Value):
             values[name] = value
             if head in aliases:
                 values.update({n: f.default for n, f in self.fields.items() if f.default == name})
-        new = self._made_of(self._beside_fields())
+        attributes = self.__dict__
+        new = self._made_of({n: attributes[n] for n in (*self.beside, "fields") if n in attributes})
         new._set(values)
         new.validate()
         if not any(isinstance(self.fields.get(name), Table) for name in grouped):  # tables, as libraries converted them
