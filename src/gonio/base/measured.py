@@ -10,7 +10,7 @@ import numpy as np
 
 from ..errors import ParameterError
 from ..evaluate import batch
-from ..formula.state import Held, held, note
+from ..formula.state import Held, immutable, note
 from ..pictures.colour import RELATIVE_XYZ, WHITE, XYZ
 from .history import Repair
 from .reflectance import Reflectance
@@ -64,7 +64,7 @@ class Measured(Reflectance):
     has_text = False
 
     def __init__(self, path: str = "", about: dict[str, Any] | None = None, **fields: Any):
-        self._hold(path=path, about=held(deepcopy(dict(about or {}))))
+        self._hold(path=path, about=immutable(deepcopy(dict(about or {}))))
         super().__init__(**fields)
 
     @property

@@ -1,7 +1,7 @@
-"""What a value holds beside its fields: state that formulas decide by, notes that they do not see, derived values.
+"""Attributes beside fields: state that formulas decide by, notes that they do not see, derived values.
 
 A declaration is one line of a class: `layout: tuple[Axis, ...] = state()`, `path: str = note("")`, `@derived`.
-Dictionaries, lists and arrays that a value holds cannot be changed: `held` makes them so.
+Dictionaries, lists and arrays in a value cannot be changed: `immutable` makes them so.
 """
 
 from __future__ import annotations
@@ -31,11 +31,11 @@ class Beside:
 
 
 class State(Beside):
-    """What formulas decide by beside their fields: hashable, for materials of equal state share a trace."""
+    """Formulas decide by it beside their fields: it is hashable, for materials of equal state share a trace."""
 
 
 class Note(Beside):
-    """What is known about a value. Formulas do not see it, so no trace depends on it."""
+    """A fact about a value. Formulas do not see it, so no trace depends on it."""
 
     def __get__(self, owner: Any, kind: type) -> Any:
         if owner is not None and owner.is_bound:
@@ -45,8 +45,11 @@ class Note(Beside):
         return self.default
 
 
-class Derived(Generic[T]):
-    """What follows from the fields: copies with other fields, and pickles, compute it again."""
+class derived(Generic[T]):
+    """Decorates a method: an attribute that is computed from the fields when it is first asked for.
+
+    Copies with other fields, and pickles, compute it again.
+    """
 
     def __init__(self, function: Callable[[Any], T]):
         self.function, self.__doc__ = function, function.__doc__
@@ -61,18 +64,13 @@ class Derived(Generic[T]):
 
 
 def state(default: Any = None) -> Any:
-    """What formulas decide by beside their fields, such as the spacing of a grid. Constructors set it: `self._hold`."""
+    """State by which formulas decide, such as the spacing of a grid. Constructors set it: `self._hold`."""
     return State(default)
 
 
 def note(default: Any = None) -> Any:
-    """What is known about a value, such as where it is from; `m.with_notes(...)` is a copy with others."""
+    """A fact about a value, such as the file it is from; `m.with_notes(...)` is a copy with other facts."""
     return Note(default)
-
-
-def derived(function: Callable[[Any], T]) -> Derived[T]:
-    """Decorates a method: an attribute that is computed from the fields when it is first asked for."""
-    return Derived(function)
 
 
 class Held(dict[Any, Any]):
@@ -97,12 +95,12 @@ class HeldList(list[Any]):
         return type(self), (list(self),)
 
 
-def held(data: Any) -> Any:
-    """The same data, unchangeable all through: dictionaries and lists as `Held` and `HeldList`, arrays read-only."""
+def immutable(data: Any) -> Any:
+    """The same data, immutable all through: dictionaries and lists as `Held` and `HeldList`, arrays read-only."""
     if isinstance(data, dict):
-        return Held({name: held(x) for name, x in data.items()})
+        return Held({name: immutable(x) for name, x in data.items()})
     if isinstance(data, list):
-        return HeldList(map(held, data))
+        return HeldList(map(immutable, data))
     return freeze(data)
 
 

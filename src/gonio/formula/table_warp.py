@@ -11,7 +11,7 @@ ACM TOG 37(6):274; the inversion of the piecewise linear densities is derived he
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from functools import cache
+from functools import cache, partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -166,7 +166,7 @@ def tables(values: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.n
 def tables_when_needed(names: Sequence[str], make: Callable[[], np.ndarray]) -> dict[str, Fixed]:
     """`tables` of the values that `make` returns, by name and flat; it is called when the first one is looked up."""
     flat = cache(lambda: [table.reshape(-1) for table in tables(make())])
-    return {name: Fixed(lambda k=k: flat()[k]) for k, name in enumerate(names)}
+    return {name: Fixed(partial(lambda k: flat()[k], k)) for k, name in enumerate(names)}
 
 
 def _last(count: int, below: Callable[[Any], Any], like: Any) -> tuple[Any, Any]:

@@ -12,7 +12,7 @@ from ..arrays import Fixed, ops
 from ..errors import ParameterError
 from .fields import Channels, Field, Table
 from .registry import json_name
-from .state import Beside, Note, State, freeze, held
+from .state import Beside, Note, State, freeze, immutable
 from .text import literal
 
 
@@ -47,7 +47,7 @@ class Value:
         for name in notes:
             if not isinstance(self.beside.get(name), Note):
                 raise AttributeError(f"{type(self).__name__} has no note {name!r}; {name} = note() declares one")
-        return self._made_of(self.__dict__, {name: held(value) for name, value in notes.items()})
+        return self._made_of(self.__dict__, {name: immutable(value) for name, value in notes.items()})
 
     def _keep(self) -> dict[str, Fixed]:
         """Arrays by name, which libraries convert once: tables, flat, and parameters given as NumPy arrays."""
