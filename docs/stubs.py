@@ -12,9 +12,9 @@ from types import ModuleType
 import gonio as gn
 from gonio.contents import Folder
 from gonio.discover import docstring
+from gonio.formula.classes import parameter_lines, signature, takes_fields
 from gonio.formula.fields import Option
 from gonio.formula.parametrised import Parametrised
-from gonio.formula.signature import parameter_lines, signature, takes_fields
 
 PAGE = Path(gn.__file__).with_suffix(".pyi")
 HEAD = '''"""What type checkers and editors know of gonio. Made by `python3 dev.py docs`: do not edit."""
@@ -25,7 +25,7 @@ from types import ModuleType
 from typing import Any, Literal
 
 from .contents import Contents
-from .formula.signature import Array
+from .formula.classes import Array
 from .version import __version__ as __version__
 '''
 

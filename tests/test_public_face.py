@@ -21,9 +21,9 @@ from gonio.base.light import Light
 from gonio.base.reflectance import Scaled
 from gonio.contents import WIDTH
 from gonio.errors import NotFoundError, ParameterError
+from gonio.formula.classes import aliases, takes_fields
 from gonio.formula.fields import CLASSES, Option, Param, param
 from gonio.formula.json_form import from_json, names
-from gonio.formula.signature import aliases, takes_fields
 
 ROOT = Path(__file__).resolve().parents[1]
 LIGHTS = public(Light, discover.modules("gonio.lights"))

@@ -6,7 +6,7 @@ from types import ModuleType
 from typing import Any, Literal
 
 from .contents import Contents
-from .formula.signature import Array
+from .formula.classes import Array
 from .version import __version__ as __version__
 from . import errors as errors
 from . import radiometry as radiometry

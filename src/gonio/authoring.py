@@ -29,6 +29,7 @@ from .base.reflectance import Reflectance as Reflectance
 from .errors import FormatError as FormatError
 from .errors import ParameterError as ParameterError
 from .errors import ShapeError as ShapeError
+from .formula.classes import Array as Array
 from .formula.direction import HORIZON as HORIZON
 from .formula.direction import NORMAL as NORMAL
 from .formula.direction import Direction as Direction
@@ -57,7 +58,6 @@ from .formula.fields import vector as vector
 from .formula.fresnel import as_fresnel as as_fresnel
 from .formula.fresnel_term import Fresnel as Fresnel
 from .formula.maskings import MASKINGS as MASKINGS
-from .formula.signature import Array as Array
 from .formula.special import expm1_over as expm1_over
 from .formula.special import log1p as log1p
 from .formula.special import log1p_over as log1p_over

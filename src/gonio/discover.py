@@ -57,7 +57,7 @@ def docstring(of: ModuleType | type | Callable[..., Any]) -> str:
     """The docstring of a module, a class or a function, without indentation (Python 3.13 removes that itself), or "";
     where Python left it out (-OO), from the source."""
     composed: Any = vars(of).get("__doc__")
-    written = composed.written if hasattr(composed, "written") else of.__doc__  # `Docstring` of formula/signature.py
+    written = composed.written if hasattr(composed, "written") else of.__doc__  # `Docstring` of formula/classes.py
     if written is not None or sys.flags.optimize < 2:
         return inspect.cleandoc(written or "")
     module, name = (of.__name__, "") if isinstance(of, ModuleType) else (of.__module__, of.__qualname__)

@@ -10,7 +10,6 @@ from ..bounds import CHANNELS, EVALUATIONS, NESTED
 from ..errors import NotFoundError, ParameterError
 from .fields import CLASSES, Param
 from .parametrised import Parametrised
-from .registry import missing
 from .text import shown, unknown
 
 
@@ -36,7 +35,7 @@ def _of_object(data: dict[str, Any], files: bool, depth: int) -> Any:
         raise ParameterError(f"objects nested more than {NESTED} deep; write factors as one, a sum of sums as one sum")
     kind = CLASSES.get(name) if isinstance(name, str) else None
     if kind is None and "module" in data:
-        raise NotFoundError(missing(name, data["module"]))
+        raise NotFoundError(_missing(name, data["module"]))
     if kind is None or name not in names():
         raise NotFoundError(unknown("material file", name, list(names()), what="type"))
     if isinstance(terms := data.get("terms"), list) and len(terms) > EVALUATIONS:
@@ -60,3 +59,10 @@ def _of_object(data: dict[str, Any], files: bool, depth: int) -> Any:
     if width > CHANNELS:
         raise ParameterError(f"{name}: a parameter with {width} channels, expected at most {CHANNELS} in a text")
     return value
+
+
+def _missing(name: Any, module: Any) -> str:
+    """The message about a class that JSON names with its module, and that is not defined here."""
+    if module in ("__main__", "__mp_main__"):
+        return f"the class {shown(name)} was defined in a script or notebook; define it here, and load again"
+    return f"the class {shown(name)} is not gonio's but of the module {shown(module)}; import that, and load again"

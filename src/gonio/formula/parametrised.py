@@ -11,9 +11,8 @@ import numpy as np
 from ..arrays import Fixed
 from ..bounds import EVALUATIONS, NESTED
 from ..errors import NotFoundError, ParameterError
+from .classes import Docstring, Signature, register
 from .fields import Channels, Field, Ours, Param, Parameter, Part, Table, subclasses
-from .registry import register
-from .signature import Docstring, Signature
 from .state import Beside, Note, derived
 from .text import unknown
 from .value import Value

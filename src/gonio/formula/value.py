@@ -10,8 +10,8 @@ import numpy as np
 
 from ..arrays import Fixed, ops
 from ..errors import ParameterError
+from .classes import json_name
 from .fields import Channels, Field, Table
-from .registry import json_name
 from .state import Beside, Note, State, freeze, immutable
 from .text import literal
 

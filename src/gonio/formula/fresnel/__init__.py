@@ -9,9 +9,9 @@ from typing import Any
 
 from ...arrays import ops
 from ...contents import Contents
+from ..classes import Array
 from ..fresnel_term import Fresnel
 from ..json_form import names
-from ..signature import Array
 from .constant import Constant
 
 
