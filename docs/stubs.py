@@ -17,7 +17,7 @@ from gonio.formula.fields import Option
 from gonio.formula.parametrised import Parametrised
 
 PAGE = Path(gn.__file__).with_suffix(".pyi")
-HEAD = '''"""What type checkers and editors know of gonio. Made by `python3 dev.py docs`: do not edit."""
+HEAD = '''"""The stub of gonio, for type checkers and editors. Made by `python3 dev.py docs`: do not edit."""
 
 from collections.abc import Callable
 from os import PathLike

@@ -61,16 +61,16 @@ _ON_USE = {
     "kernel": "report.compiled",
     "threads": "compile.threads",
 }
-"""Public names whose modules are imported when first used -> module ("" for a module itself)."""
+"""Public names whose modules are imported on first use -> module ("" where the name is the module)."""
 
 _FOLDERS = ("distributions", "models", "lights")
-"""Folders whose classes are public names; called, each lists its own: `gn.models()`."""
+"""Folders whose classes are public names; called, each lists them: `gn.models()`."""
 
 for _folder in ("formula.fresnel", *_FOLDERS):
     discover.modules(f"gonio.{_folder}")
 globals().update(CLASSES)
 
-__all__ = sorted(  # models and lights are found, not listed
+__all__ = sorted(  # models and lights are discovered
     {"Error", "Reflectance", "Sample", "angles", "direction", "errors", *_FOLDERS, *CLASSES, *_ON_USE}
 )
 

@@ -1,4 +1,4 @@
-"""What type checkers and editors know of gonio. Made by `python3 dev.py docs`: do not edit."""
+"""The stub of gonio, for type checkers and editors. Made by `python3 dev.py docs`: do not edit."""
 
 from collections.abc import Callable
 from os import PathLike

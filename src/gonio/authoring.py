@@ -1,4 +1,4 @@
-"""The door of model authors: what a model, light, distribution, Fresnel term or file format is written with.
+"""The door of model authors: all that models, lights, distributions, Fresnel terms and file formats are written with.
 
     from gonio.authoring import Direction, Reflectance, dot, ops, param
 
@@ -87,4 +87,4 @@ def typed(kind: type[_T]) -> type[_T]:
 
 
 _TYPING = {"annotations", "Any", "Protocol", "TypeVar", "dataclass_transform"}
-__all__ = sorted(name for name in globals() if name[0] != "_" and name not in _TYPING)  # what is imported, and defined
+__all__ = sorted(name for name in globals() if name[0] != "_" and name not in _TYPING)  # all imports and definitions

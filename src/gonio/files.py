@@ -1,4 +1,4 @@
-"""Writing files and folders whole or not at all: a failure, a full disk or a kill leaves what was there untouched.
+"""Writing files and folders whole or not at all: a failure, a full disk or a kill leaves the old ones untouched.
 
 A new file or folder is made in a private folder beside its place, `.gonio-unfinished-` and 16 digits, which is locked
 as long as its writer lives. It is synced with the disk, and then takes its place in one step. The next writer to the

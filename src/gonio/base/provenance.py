@@ -1,4 +1,4 @@
-"""Provenance: the notes of `load` on the file of a measurement, and those of writers on what they convert."""
+"""Provenance: the notes of `load` on the file of a measurement, and those of writers on their materials."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ def derived(*of: Reflectance) -> dict[str, Any]:
 
 
 def in_words(provenance: Any) -> str:
-    """The file of a provenance, or what it was made of, for people."""
+    """The file that a provenance names, or the origin, for people."""
     if isinstance(provenance, list):
         return " and ".join(map(in_words, provenance))
     if not isinstance(provenance, Mapping):

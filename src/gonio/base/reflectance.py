@@ -73,7 +73,7 @@ class Reflectance(Parametrised):
 
         @property
         def channel_names(self) -> tuple[Any, ...] | None:
-            """Names of the channels, or wavelengths [nm]; None for what the parameters imply (three: linear sRGB)."""
+            """Names of the channels, or wavelengths [nm]; None: as the parameters imply (three: linear sRGB)."""
 
     else:
         channel_names = note(None)
@@ -243,7 +243,7 @@ class Scaled(Reflectance):
         return names
 
     def __mul__(self, weight: Any) -> Scaled:
-        """The product of both weights times what is scaled; nested where that is no weight or of another shape."""
+        """The product of both weights times `of`; nested where the product is no weight or of another shape."""
         nested = super().__mul__(weight)
         factors = [np.asarray(x) for x in (nested.weight, self.weight) if isinstance(x, (float, np.ndarray))]
         if len(factors) < 2 or len({x.shape for x in factors} - {()}) > 1:

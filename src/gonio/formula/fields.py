@@ -29,7 +29,7 @@ class Parameter:
 
 
 class Ours(NamedTuple):
-    """An array that nobody else holds, such as one that a reader has made: values keep it, where they copy others."""
+    """An array that nobody else holds, such as a reader makes: values keep it without a copy."""
 
     array: np.ndarray
 
@@ -66,7 +66,7 @@ class Field:
 
     @property
     def meaning(self) -> str:
-        """What it stands for, and its range."""
+        """Its documentation, with the range."""
         return f"{self.doc}; {self.range}" if self.range else self.doc
 
     def __repr__(self) -> str:

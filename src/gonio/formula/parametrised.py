@@ -28,7 +28,7 @@ class Parametrised(Value):
     """Whether x and y differ for this class: turning all directions about the normal may change its values."""
 
     repeats: ClassVar[int] = 1
-    """How often the formulas of this class evaluate those of its parts, each time in other directions."""
+    """The number of times that formulas of this class evaluate those of its parts, in other directions each time."""
     costs: ClassVar[int] = 0
     """The cost of the formulas of this class beside their parts, in simple formulas."""
     has_text: ClassVar[bool] = True
@@ -110,7 +110,7 @@ class Parametrised(Value):
 
     @derived
     def _size(self) -> tuple[int, int]:
-        """How deep parts are nested, and how many formulas there are to evaluate."""
+        """The depth of nested parts, and the number of formulas to evaluate."""
         sizes = [part._size for part in self._components()]
         evaluations = self.costs + self.repeats * sum(n for _, n in sizes)
         return 1 + max((depth for depth, _ in sizes), default=0), max(1, evaluations)

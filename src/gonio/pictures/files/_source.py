@@ -18,7 +18,7 @@ from ...errors import DependencyError, FormatError, MissingDataWarning, NotFound
 DENSE = 2**14
 """Pixels that a byte may stand for: one colour, 8192 x 4096, comes to 8089 as 1-bit PNG."""
 
-_BESIDE = 6  # bytes a pixel that libraries take beside what they return
+_BESIDE = 6  # bytes a pixel that libraries take beside their results
 _BLOCK = 1 << 18  # pixels that are converted at a time
 
 

@@ -127,7 +127,7 @@ def _old_scanline(data: bytes, at: int, columns: int) -> tuple[NDArray[np.uint8]
         raise IndexError
     if source[0] < 0:
         raise FormatError("it starts with a repeat, expected a pixel")
-    times[last] -= total[last] - columns  # as the reference reader, which drops what a repeat has over
+    times[last] -= total[last] - columns  # as the reference reader, which drops the excess of a repeat
     return np.repeat(quads[source[: last + 1]], times[: last + 1], axis=0), at + 4 * (last + 1)
 
 
