@@ -72,14 +72,14 @@ def sinh_nodes(count: int, width: Any, reach: Any) -> Nodes:
     return nodes
 
 
+def _rule(count: int) -> Sequence[tuple[float, float]]:
+    t, w = np.polynomial.legendre.leggauss(count)
+    return [(0.5 * (float(x) + 1.0), 0.5 * float(y)) for x, y in zip(t, w, strict=True)]
+
+
+_RULES = {count: _rule(count) for count in (6, 16, 20, 22, 24, 32)}  # made once: compilers of formulas cannot
+
+
 def gauss(count: int) -> Sequence[tuple[float, float]]:
     """Gauss-Legendre nodes and weights on [0, 1]."""
     return _RULES[count]
-
-
-_RULES = {  # made at import: torch.compile cannot trace it
-    count: [
-        (0.5 * (x + 1.0), 0.5 * weight) for x, weight in np.transpose(np.polynomial.legendre.leggauss(count)).tolist()
-    ]
-    for count in (6, 16, 20, 22, 24, 32)
-}
