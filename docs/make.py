@@ -1,12 +1,11 @@
-"""Bring up to date what the manual and type checkers are told of the package:
+"""Bring the pages of the manual and the stub up to date:
 python3 dev.py docs [--text] [--laws] [--pictures [NAME ...]]
 
-Files that hold nothing but what the package says are written anew: src/gonio/__init__.pyi, docs/formats.md, and all in
-docs/models/ but docs/models/choose.md. In pages written by hand it is what stands between <!-- made: NAME --> and
-<!-- end -->.
+Some files are written anew as a whole: src/gonio/__init__.pyi, docs/formats.md, and all in docs/models/ but
+docs/models/choose.md. In pages written by hand only the text between <!-- made: NAME --> and <!-- end --> is.
 
 Verdicts on docs/models/laws.md and pictures of models are made where they are missing, for they take seconds each;
-what belongs to no model any more goes. --text leaves pictures alone; --laws makes every verdict anew; --pictures the
+those of former models are removed. --text leaves pictures alone; --laws makes every verdict anew; --pictures the
 pictures of the models named, or every picture of the manual.
 """
 
@@ -30,61 +29,60 @@ from gonio.report.format_table import as_page, format_table
 
 DOCS = Path(__file__).resolve().parent
 BY_HAND = ("choose.md",)
-"""Pages in docs/models/ that nothing makes."""
+"""Pages in docs/models/ that are written by hand."""
 
 
 def counts() -> str:
-    """How many there are of each kind."""
+    """The number of models, lights, formats ..."""
     words = ("models", "distributions of facet normals", "Fresnel terms")
-    kinds = {word: len(classes) for word, classes in zip(words, model_pages.kinds().values(), strict=True)}
-    kinds |= {"maskings": len(MASKINGS), "lights": len(discover.classes("gonio.lights", Light))}
-    kinds |= {"file formats": len(formats()), "laws": len(LAWS), "built-in materials": len(gn.materials())}
-    return ", ".join(f"{count} {name}" for name, count in kinds.items()) + ".\n"
+    numbers = {word: len(classes) for word, classes in zip(words, model_pages.kinds().values(), strict=True)}
+    numbers |= {"maskings": len(MASKINGS), "lights": len(discover.classes("gonio.lights", Light))}
+    numbers |= {"file formats": len(formats()), "laws": len(LAWS), "built-in materials": len(gn.materials())}
+    return ", ".join(f"{number} {name}" for name, number in numbers.items()) + ".\n"
 
 
 def laws() -> str:
-    """What each law measures, as a table."""
+    """The table of the laws: what is measured, the tolerance and its reason."""
     lines = ["| law | measured | holds if | why this tolerance |", "|---|---|---|---|"]
+    labels = ("Measured", "Holds if", "Tolerance")
     for name, module in MODULES.items():
-        said = discover.labelled(discover.docstring(module), ("Measured", "Holds if", "Tolerance"))
-        cells = [" ".join(said[label].split()) for label in ("Measured", "Holds if", "Tolerance")]
-        lines.append(f"| {name} | {' | '.join(map(model_pages.markdown, cells))} |")
+        parts = discover.labelled(discover.docstring(module), labels)
+        cells = [model_pages.markdown(" ".join(parts[label].split())) for label in labels]
+        lines.append(f"| {name} | {' | '.join(cells)} |")
     return "\n".join(lines) + "\n"
 
 
-BLOCKS: dict[str, tuple[str, Callable[[], str]]] = {
-    "counts": ("../README.md", counts),
-    "laws": ("check.md", laws),
+BLOCKS: dict[str, tuple[Path, Callable[[], str]]] = {
+    "counts": (DOCS.parent / "README.md", counts),
+    "laws": (DOCS / "check.md", laws),
 }
-"""What is made in pages written by hand: name -> page, and function."""
+"""Blocks in pages written by hand: name -> page, and the function that makes the text."""
 
 
 def pages(anew: bool = False) -> dict[Path, str]:
-    """Every page that is made, or of which a part is: path -> text. `anew`: every verdict too."""
-    models = DOCS / "models"
-    made = {DOCS / "formats.md": as_page(format_table()), stubs.PAGE: stubs.text()}
-    made |= {models / name: text for name, text in model_pages.pages().items()}
-    laws_page = models / "laws.md"
-    known = laws_page.read_text(encoding="utf-8") if laws_page.exists() and not anew else ""
-    made[laws_page] = model_pages.lawful(known)
-    for name, (page, text) in BLOCKS.items():
-        path = (DOCS / page).resolve()
+    """Every page that is made, as a whole or in part: path -> text. `anew`: every verdict too."""
+    models, laws_page = DOCS / "models", DOCS / "models" / "laws.md"
+    texts = {DOCS / "formats.md": as_page(format_table()), stubs.PAGE: stubs.text()}
+    texts |= {models / name: text for name, text in model_pages.pages().items()}
+    present = laws_page.read_text(encoding="utf-8") if laws_page.exists() and not anew else ""
+    texts[laws_page] = model_pages.lawful(present)
+    for name, (path, text) in BLOCKS.items():
         head, end = f"<!-- made: {name} -->\n", "<!-- end -->"
         before, _, rest = path.read_text(encoding="utf-8").partition(head)
-        made[path] = f"{before}{head}{text()}{end}{rest.partition(end)[2]}"
-    return made
+        texts[path] = f"{before}{head}{text()}{end}{rest.partition(end)[2]}"
+    return texts
 
 
 def stale() -> list[Path]:
-    """Pages and pictures of what is no longer there."""
-    made, classes = pages(), {name for kind in model_pages.kinds().values() for name in kind}
+    """Pages and pictures of classes that no longer exist."""
+    texts, classes = pages(), {name for kind in model_pages.kinds().values() for name in kind}
     models = DOCS / "models"
-    old = [path for path in models.glob("*.md") if path not in made and path.name not in BY_HAND]
+    old = [path for path in models.glob("*.md") if path not in texts and path.name not in BY_HAND]
     return old + [path for path in (models / "pictures").glob("*.jpg") if path.stem not in classes]
 
 
 def main(words: list[str]) -> None:
-    """Write what has changed, and say so."""
+    """Write the pages that have changed, and print their names."""
     for path, text in pages(anew="--laws" in words).items():
         if not path.exists() or path.read_text(encoding="utf-8") != text:
             path.write_text(text, encoding="utf-8")

@@ -31,7 +31,7 @@ def kinds() -> dict[str, dict[str, type[Parametrised]]]:
 
 
 def sections(kind: type) -> dict[str, str]:
-    """A docstring cut into its parts; what stands before them is under ""."""
+    """A docstring cut into its parts; the text before them is under ""."""
     return discover.labelled(discover.docstring(kind), PARTS)
 
 
@@ -39,10 +39,6 @@ def markdown(text: str) -> str:
     """Text of a docstring as Markdown: formulas keep their stars and underscores."""
     cut = re.split(r"(`[^`]*`)", text)
     return "".join(part if part[:1] == "`" else re.sub(r"([*_<>|])", r"\\\1", part) for part in cut)
-
-
-def first_line(kind: type) -> str:
-    return sections(kind)[""].split("\n\n")[0].replace("\n", " ")
 
 
 def parameters(kind: type[Parametrised]) -> Iterator[str]:
@@ -87,13 +83,14 @@ def shown(kind: type[Parametrised]) -> str:
 
 def index() -> str:
     """The page that lists all."""
-    lines = ["# Models", "", "Made from the docstrings by `python3 dev.py docs`. [How to choose](choose.md), "]
-    lines[-1] += "[what holds for which](laws.md)."
+    links = "[How to choose](choose.md), [what holds for which](laws.md)."
+    lines = ["# Models", "", f"Made from the docstrings by `python3 dev.py docs`. {links}"]
     for heading, classes in kinds().items():
         lines += ["", f"## {heading}", "", "| | | |", "|---|---|---|"]
         for name, kind in classes.items():
+            summary = sections(kind)[""].split("\n\n")[0].replace("\n", " ")
             picture = f'<img src="pictures/{name}.jpg" alt="{name}" width="220">'
-            lines.append(f"| [`{name}`]({name}.md) | {picture} | {markdown(first_line(kind))} |")
+            lines.append(f"| [`{name}`]({name}.md) | {picture} | {markdown(summary)} |")
     return "\n".join(lines) + "\n"
 
 
@@ -104,7 +101,7 @@ def pages() -> dict[str, str]:
 
 
 def verdicts(text: str) -> dict[str, dict[str, str]]:
-    """What the page of verdicts says: model -> law -> verdict."""
+    """The page of verdicts, read: model -> law -> verdict."""
     rows = [[cell.strip(" *`") for cell in line.split("|")[1:-1]] for line in text.splitlines() if line[:2] == "| "]
     if not rows:
         return {}
@@ -112,12 +109,12 @@ def verdicts(text: str) -> dict[str, dict[str, str]]:
     return {re.sub(r"\[`(\w+)`\].*", r"\1", name): dict(zip(laws, cells, strict=True)) for name, *cells in models}
 
 
-def lawful(known: str) -> str:
+def lawful(present: str) -> str:
     """The page with the verdicts of `gonio check --all`, and the reasons of declared breaches.
 
-    `known`: the page as it is, whose verdicts are taken over; only missing ones are made.
+    `present`: the page as it is, whose verdicts are taken over; only missing ones are made.
     """
-    models, before = kinds()["Models"], verdicts(known)
+    models, before = kinds()["Models"], verdicts(present)
     lines = [
         "# What holds for which model",
         "",
@@ -128,11 +125,10 @@ def lawful(known: str) -> str:
         "|---" * (len(LAWS) + 1) + "|",
     ]
     for name, kind in models.items():
-        told = before.get(name, {})
-        missing = [law for law in LAWS if law not in told]
-        if missing:
-            told = told | dict.fromkeys(missing, "–") | check(kind(), laws=missing).verdicts
-        cells = [told[law] if told[law] in ("pass", "–") else f"**{told[law]}**" for law in LAWS]
+        of_model = before.get(name, {})
+        if missing := [law for law in LAWS if law not in of_model]:
+            of_model = of_model | dict.fromkeys(missing, "–") | check(kind(), laws=missing).verdicts
+        cells = [of_model[law] if of_model[law] in ("pass", "–") else f"**{of_model[law]}**" for law in LAWS]
         lines.append(f"| [`{name}`]({name}.md) | {' | '.join(cells)} |")
     lines += ["", "“–”: does not apply. “breaks”: declared, with a reason:", ""]
     for name, kind in models.items():

@@ -1,4 +1,4 @@
-"""src/gonio/__init__.pyi, which type checkers and editors read: `text` makes it, `python3 dev.py docs` writes it.
+"""The stub src/gonio/__init__.pyi, for type checkers and editors: `text` makes it, `python3 dev.py docs` writes it.
 
 Constructors come from the declared parameters, functions from the modules that `gonio.__getattr__` imports on use.
 """
@@ -12,12 +12,12 @@ from types import ModuleType
 import gonio as gn
 from gonio.contents import Folder
 from gonio.discover import docstring
+from gonio.formula.classes import parameter_lines, signature, takes_fields
 from gonio.formula.fields import Option
 from gonio.formula.parametrised import Parametrised
-from gonio.formula.signature import parameter_lines, signature, takes_fields
 
 PAGE = Path(gn.__file__).with_suffix(".pyi")
-HEAD = '''"""What type checkers and editors know of gonio. Made by `python3 dev.py docs`: do not edit."""
+HEAD = '''"""The stub of gonio, for type checkers and editors. Made by `python3 dev.py docs`: do not edit."""
 
 from collections.abc import Callable
 from os import PathLike
@@ -25,7 +25,7 @@ from types import ModuleType
 from typing import Any, Literal
 
 from .contents import Contents
-from .formula.signature import Array
+from .formula.classes import Array
 from .version import __version__ as __version__
 '''
 
@@ -39,7 +39,7 @@ def text() -> str:
             definitions.append(f"def {name}() -> {value.contents.__annotations__['return']}: ...")
         elif isinstance(value, ModuleType):
             imports.append(f"from . import {name} as {name}")
-        elif isinstance(value, type) and issubclass(value, Parametrised) and has_fields(value):
+        elif isinstance(value, type) and issubclass(value, Parametrised) and takes_fields(value) and value.fields:
             imports.append(f"from {home(name)} import {name} as _{name}")
             definitions.append("\n".join(class_lines(name, value)))
         else:
@@ -47,35 +47,29 @@ def text() -> str:
     return "\n".join([HEAD + "\n".join(sorted(imports)), *definitions]) + "\n"
 
 
-def has_fields(kind: type[Parametrised]) -> bool:
-    """Whether the constructor takes declared fields: not of bases, which have none."""
-    return takes_fields(kind) and bool(kind.fields)
-
-
 def home(name: str) -> str:
-    """The module that a public name is from, relative to the package."""
+    """The module of a public name, relative to the package."""
     return f".{gn._ON_USE[name]}" if name in gn._ON_USE else getattr(gn, name).__module__.removeprefix("gonio")
 
 
 def class_lines(name: str, kind: type[Parametrised]) -> Iterator[str]:
-    """A class whose constructor says what it takes; all else it inherits from the one in the package."""
+    """A class with a typed constructor, which inherits all else from the one in the package."""
     summary = textwrap.wrap(" ".join(docstring(kind).partition("\n\n")[0].split()), 112)
-    said = [*summary, "", "Parameters", *(f"    {row}" for row in parameter_lines(kind))]
+    lines = [*summary, "", "Parameters", *(f"    {row}" for row in parameter_lines(kind))]
     yield f"\nclass {name}(_{name}):"
-    yield textwrap.indent('r"""' + "\n".join(said) + '\n"""', "    ").replace("    \n", "\n")
-    yield "    def __init__("
-    yield "        self,"
-    by_keyword = False
-    for parameter in signature(kind).parameters.values():
-        if parameter.kind is parameter.KEYWORD_ONLY and not by_keyword:
-            by_keyword = True
+    yield textwrap.indent('r"""' + "\n".join(lines) + '\n"""', "    ").replace("    \n", "\n")
+    yield "    def __init__(\n        self,"
+    parameters = list(signature(kind).parameters.values())
+    by_keyword = next((p for p in parameters if p.kind is p.KEYWORD_ONLY), None)
+    for parameter in parameters:
+        if parameter is by_keyword:
             yield "        *,"
         yield f"        {parameter.name}: {parameter.annotation}{default(kind, parameter)},"
     yield "    ) -> None: ..."
 
 
 def default(kind: type[Parametrised], parameter: inspect.Parameter) -> str:
-    """The default where it is a number or a word of the parameter's own; `...` for values that other lines make."""
+    """The default where it is a number or a word; `...` for other values, such as parts."""
     if parameter.default is parameter.empty:
         return ""
     plain = isinstance(parameter.default, float) or isinstance(kind.fields.get(parameter.name), Option)

@@ -12,7 +12,6 @@ distributions/, lights/, formats/.
 
 from __future__ import annotations
 
-import difflib
 from importlib import import_module
 from typing import Any
 
@@ -62,25 +61,23 @@ _ON_USE = {
     "kernel": "report.compiled",
     "threads": "compile.threads",
 }
-"""Public names whose modules are imported when first used -> module ("" for a module itself)."""
+"""Public names whose modules are imported on first use -> module ("" where the name is the module)."""
 
 _FOLDERS = ("distributions", "models", "lights")
-"""Folders whose classes are public names; called, each lists its own: `gn.models()`."""
+"""Folders whose classes are public names; called, each lists them: `gn.models()`."""
 
 for _folder in ("formula.fresnel", *_FOLDERS):
     discover.modules(f"gonio.{_folder}")
 globals().update(CLASSES)
 
-__all__ = sorted(  # models and lights are found, not listed
+__all__ = sorted(  # models and lights are discovered
     {"Error", "Reflectance", "Sample", "angles", "direction", "errors", *_FOLDERS, *CLASSES, *_ON_USE}
 )
 
 
 def __getattr__(name: str) -> Any:
     if name not in _ON_USE:
-        close = difflib.get_close_matches(name, __all__, n=1)
-        hint = f"; did you mean {close[0]!r}?" if close else ""
-        raise AttributeError(f"module 'gonio' has no attribute {name!r}{hint}")
+        raise AttributeError(f"module 'gonio' has no attribute {name!r}{errors.suggestion(name, __all__)}")
     home = _ON_USE[name]
     module = import_module(f".{home or name}", __name__)
     value = getattr(module, name) if home else module

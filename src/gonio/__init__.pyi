@@ -1,4 +1,4 @@
-"""What type checkers and editors know of gonio. Made by `python3 dev.py docs`: do not edit."""
+"""The stub of gonio, for type checkers and editors. Made by `python3 dev.py docs`: do not edit."""
 
 from collections.abc import Callable
 from os import PathLike
@@ -6,7 +6,7 @@ from types import ModuleType
 from typing import Any, Literal
 
 from .contents import Contents
-from .formula.signature import Array
+from .formula.classes import Array
 from .version import __version__ as __version__
 from . import errors as errors
 from . import radiometry as radiometry

@@ -1,8 +1,8 @@
-"""Private folders in which files are made before they take their place, and what killed writers left of them.
+"""Private folders in which files are made before they take their place, and the sweeping of those of killed writers.
 
 A folder is called `.gonio-unfinished-` and 16 digits, and holds a file that its writer keeps locked. The next writer to
-the same place removes those that are the user's own, and that nobody has locked. Where a file system has no locks, as
-some on networks, none is removed: they may be removed by hand.
+the same place removes the user's own folders that nobody has locked. Where a file system has no locks, as some on
+networks, none is removed: they may be removed by hand.
 """
 
 from __future__ import annotations
@@ -29,12 +29,12 @@ except ImportError:  # Windows
 UNFINISHED = re.compile(r"\.gonio-unfinished-[0-9a-f]{16}")
 LOCK = "lock"
 MANY, PAUSE = 10_000, 1e-4
-"""Folders with more names than this are listed again only after so many seconds for each: listing takes 3e-7."""
+"""Folders with more names are listed again only after a pause, in seconds for each name: listing takes 3e-7."""
 
 
 @contextlib.contextmanager
 def beside(path: str | os.PathLike, folder: Path) -> Iterator[Path]:
-    """A private, locked folder in another, after what killed writers left there is swept."""
+    """A private, locked folder in another one, which is swept first."""
     _sweep(folder)
     try:
         place, lock = _made(folder)
@@ -52,7 +52,7 @@ def _made(folder: Path) -> tuple[Path, FileIO]:
         place = folder / f".gonio-unfinished-{secrets.token_hex(8)}"
         place.mkdir(0o700)
         try:
-            lock = FileIO(place / LOCK, "x+")  # let go of when an interrupt forgets it, as a number would not be
+            lock = FileIO(place / LOCK, "x+")  # closes itself after an interrupt, as a file descriptor would not
         except FileNotFoundError:  # swept before it was locked
             continue
         if _locked(lock.fileno()):
@@ -75,11 +75,11 @@ def _locked(lock: int) -> bool:
 
 
 _next_sweep: tuple[Path, float] = (Path(), 0.0)
-"""The folder that was swept last, and when it is so again."""
+"""The folder that was swept last, and the time of its next sweep."""
 
 
 def _sweep(folder: Path) -> None:
-    """Remove what killed writers left in a folder."""
+    """Remove the private folders of killed writers."""
     global _next_sweep
     start = time.monotonic()
     if fcntl is None or (folder == _next_sweep[0] and start < _next_sweep[1]):
@@ -94,27 +94,27 @@ def _sweep(folder: Path) -> None:
             _sweep_one(folder / name)
 
 
-def _sweep_one(left: Path) -> None:
-    held = left.lstat()
-    if not stat.S_ISDIR(held.st_mode) or held.st_uid != os.geteuid():
+def _sweep_one(place: Path) -> None:
+    status = place.lstat()
+    if not stat.S_ISDIR(status.st_mode) or status.st_uid != os.geteuid():
         return
     try:
-        lock = os.open(left / LOCK, os.O_RDWR | os.O_NOFOLLOW | os.O_NONBLOCK)
-    except FileNotFoundError:  # not locked yet, and then it is made again; or emptied already
-        left.rmdir()
+        lock = os.open(place / LOCK, os.O_RDWR | os.O_NOFOLLOW | os.O_NONBLOCK)
+    except FileNotFoundError:  # not locked yet, and then its writer makes another one; or emptied already
+        place.rmdir()
         return
     try:
         fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        for name in os.listdir(left / "old") if (left / "old").is_dir() else ():  # see `_put`
-            if not os.path.lexists(left.parent / name):
-                os.rename(left / "old" / name, left.parent / name)
-        _remove(left)
+        for name in os.listdir(place / "old") if (place / "old").is_dir() else ():  # see `_put`
+            if not os.path.lexists(place.parent / name):
+                os.rename(place / "old" / name, place.parent / name)
+        _remove(place)
     finally:
         os.close(lock)
 
 
 def _remove(place: Path) -> None:
-    """Remove a folder, its lock last: what a kill leaves of it can be swept."""
+    """Remove a folder, its lock last: so the rest can be swept after a kill."""
     with contextlib.suppress(OSError):
         for entry in list(os.scandir(place)):
             if entry.is_dir(follow_symlinks=False):

@@ -1,4 +1,4 @@
-"""The door of model authors: what a model, light, distribution, Fresnel term or file format is written with.
+"""The door of model authors: all that models, lights, distributions, Fresnel terms and file formats are written with.
 
     from gonio.authoring import Direction, Reflectance, dot, ops, param
 
@@ -20,94 +20,53 @@ from __future__ import annotations
 
 from typing import Any, Protocol, TypeVar, dataclass_transform
 
-from .arrays import ops
-from .base.light import Arrival, Light, channel_vector
-from .base.measured import Measured
-from .base.reflectance import Reflectance
-from .errors import FormatError, ParameterError, ShapeError
-from .formula.direction import (
-    HORIZON,
-    NORMAL,
-    Direction,
-    azimuth,
-    cross,
-    dot,
-    frame,
-    half_and_cosine,
-    half_vector,
-    mirror,
-    normalize,
-    polar_angle,
-    reflect,
-    select,
-)
-from .formula.distribution import ALPHA_HIGH, ALPHA_LOW, Distribution, from_slopes, stretched
-from .formula.fields import channels, option, param, part, table, vector
-from .formula.fresnel import as_fresnel
-from .formula.fresnel_term import Fresnel
-from .formula.maskings import MASKINGS
-from .formula.signature import Array
-from .formula.special import expm1_over, log1p, log1p_over
-from .formula.warp import (
-    around,
-    cosine_hemisphere,
-    cosine_hemisphere_density,
-    power_cosine,
-    power_cosine_density,
-    power_positive,
-)
-
-__all__ = [
-    "ALPHA_HIGH",
-    "ALPHA_LOW",
-    "HORIZON",
-    "MASKINGS",
-    "NORMAL",
-    "Array",
-    "Arrival",
-    "Direction",
-    "Distribution",
-    "FormatError",
-    "Fresnel",
-    "Light",
-    "Measured",
-    "Number",
-    "ParameterError",
-    "Reflectance",
-    "ShapeError",
-    "around",
-    "as_fresnel",
-    "azimuth",
-    "channel_vector",
-    "channels",
-    "cosine_hemisphere",
-    "cosine_hemisphere_density",
-    "cross",
-    "dot",
-    "expm1_over",
-    "frame",
-    "from_slopes",
-    "half_and_cosine",
-    "half_vector",
-    "log1p",
-    "log1p_over",
-    "mirror",
-    "normalize",
-    "ops",
-    "option",
-    "param",
-    "part",
-    "polar_angle",
-    "power_cosine",
-    "power_cosine_density",
-    "power_positive",
-    "reflect",
-    "select",
-    "stretched",
-    "table",
-    "typed",
-    "vector",
-]  # fmt: skip
+from .arrays import ops as ops
+from .base.light import Arrival as Arrival
+from .base.light import Light as Light
+from .base.light import channel_vector as channel_vector
+from .base.measured import Measured as Measured
+from .base.reflectance import Reflectance as Reflectance
+from .errors import FormatError as FormatError
+from .errors import ParameterError as ParameterError
+from .errors import ShapeError as ShapeError
+from .formula.classes import Array as Array
+from .formula.direction import HORIZON as HORIZON
+from .formula.direction import NORMAL as NORMAL
+from .formula.direction import Direction as Direction
+from .formula.direction import azimuth as azimuth
+from .formula.direction import cross as cross
+from .formula.direction import dot as dot
+from .formula.direction import frame as frame
+from .formula.direction import half_and_cosine as half_and_cosine
+from .formula.direction import half_vector as half_vector
+from .formula.direction import mirror as mirror
+from .formula.direction import normalize as normalize
+from .formula.direction import polar_angle as polar_angle
+from .formula.direction import reflect as reflect
+from .formula.direction import select as select
+from .formula.distribution import ALPHA_HIGH as ALPHA_HIGH
+from .formula.distribution import ALPHA_LOW as ALPHA_LOW
+from .formula.distribution import Distribution as Distribution
+from .formula.distribution import from_slopes as from_slopes
+from .formula.distribution import stretched as stretched
+from .formula.fields import channels as channels
+from .formula.fields import option as option
+from .formula.fields import param as param
+from .formula.fields import part as part
+from .formula.fields import table as table
+from .formula.fields import vector as vector
+from .formula.fresnel import as_fresnel as as_fresnel
+from .formula.fresnel_term import Fresnel as Fresnel
+from .formula.maskings import MASKINGS as MASKINGS
+from .formula.special import expm1_over as expm1_over
+from .formula.special import log1p as log1p
+from .formula.special import log1p_over as log1p_over
+from .formula.warp import around as around
+from .formula.warp import cosine_hemisphere as cosine_hemisphere
+from .formula.warp import cosine_hemisphere_density as cosine_hemisphere_density
+from .formula.warp import power_cosine as power_cosine
+from .formula.warp import power_cosine_density as power_cosine_density
+from .formula.warp import power_positive as power_positive
 
 
 class Number(Protocol):
@@ -118,10 +77,14 @@ class Number(Protocol):
     def __set__(self, instance: object, value: float | Array) -> None: ...
 
 
-T = TypeVar("T")
+_T = TypeVar("_T")
 
 
 @dataclass_transform()
-def typed(kind: type[T]) -> type[T]:
+def typed(kind: type[_T]) -> type[_T]:
     """Tell type checkers that the constructor takes the annotated parameters; returns the class as it is."""
     return kind
+
+
+_TYPING = {"annotations", "Any", "Protocol", "TypeVar", "dataclass_transform"}
+__all__ = sorted(name for name in globals() if name[0] != "_" and name not in _TYPING)  # all imports and definitions

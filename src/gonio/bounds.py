@@ -1,26 +1,26 @@
-"""How large a material may be: what every reader of texts, and every constructor, refuses at once."""
+"""Bounds on the size of materials: every reader of texts, and every constructor, refuses larger ones at once."""
 
 from __future__ import annotations
 
 NESTED = 16
-"""How deep values are nested at most: `Rotated(Lambertian())` is 2 deep, a sum one more than its deepest term."""
+"""The largest depth of nested values: `Rotated(Lambertian())` is 2 deep, a sum one more than its deepest term."""
 
 EVALUATIONS = 4096
-"""How large a material may be, in terms of a sum: each term counts 1, so do pieces such as `GGX`; a coat counts 8, and
-`NormalMapped` six times what it holds, whose formula it needs in three pairs of directions."""
+"""The largest size of a material, in terms of a sum: each term counts 1, so do parts such as `GGX`; a coat counts 8,
+and `NormalMapped` six times its part, whose formula it needs in three pairs of directions."""
 
 CHANNELS = 4096
-"""How many channels a parameter in a text may have; arrays from Python may have any number."""
+"""The most channels of a parameter in a text; arrays from Python may have any number."""
 
 MAX_LENGTH = 20_000
-"""Longest expression, in characters."""
+"""The longest expression, in characters."""
 
 MAX_DEPTH = 40
-"""How deep brackets, calls and signs may be nested in an expression."""
+"""The largest depth of nested brackets, calls and signs in an expression."""
 
 TRACED = 200_000
 """Operations up to which a formula is traced: recorded to be differentiated, shown or compiled."""
 
 COMPILED = 12_000
-"""Operations up to which a formula is compiled, in ten seconds; larger ones, whose time grows with the square, run on
+"""Operations up to which a formula is compiled, in ten seconds; the time grows with the square. Larger ones run on
 NumPy."""

@@ -1,15 +1,14 @@
-"""What there is, by name: `gn.models()`, `gn.lights()`, `gn.formats()` ... print as a table and are looked into."""
+"""Tables of contents, by name: `gn.models()`, `gn.lights()`, `gn.formats()` ... print as tables."""
 
 from __future__ import annotations
 
-import difflib
 import re
 from collections.abc import Iterable, Iterator, Mapping
 from types import ModuleType
 from typing import Any, Generic, TypeVar
 
 from .discover import docstring
-from .errors import NotFoundError
+from .errors import NotFoundError, suggestion
 
 T = TypeVar("T")
 WIDTH = 110
@@ -17,7 +16,7 @@ WIDTH = 110
 
 
 def columns(rows: Iterable[tuple[str, str]]) -> str:
-    """Names and what they are, aligned, cut at WIDTH."""
+    """Names and descriptions, aligned, cut at WIDTH."""
     rows = list(rows)
     start = max((len(name) for name, _ in rows), default=0) + 2
     lines = [f"{name:<{start}}{text}" for name, text in rows]
@@ -36,8 +35,7 @@ class Contents(Mapping[str, T], Generic[T]):
 
     def __getitem__(self, name: str) -> T:
         if name not in self._things:
-            close = difflib.get_close_matches(str(name), self._things, n=1)
-            raise _NotThere(f"no {name!r:.60} here{f'; did you mean {close[0]!r}?' if close else ''}")
+            raise _NotThere(f"no {name!r:.60} here{suggestion(str(name), self._things)}")
         return self._things[name]
 
     def __iter__(self) -> Iterator[str]:
@@ -51,7 +49,7 @@ class Contents(Mapping[str, T], Generic[T]):
 
 
 def summary(thing: object) -> str:
-    """What a class says of itself first, up to its formula; of a file format its description and suffixes."""
+    """The beginning of a class's docstring, up to its formula; of a file format the description and suffixes."""
     if isinstance(thing, ModuleType):
         return f"{thing.DESCRIPTION} ({', '.join(thing.SUFFIXES)}){'' if hasattr(thing, 'write') else ', read only'}"
     text = " ".join(docstring(thing).partition("\n\n")[0].split()) if isinstance(thing, type) else ""
@@ -59,7 +57,7 @@ def summary(thing: object) -> str:
 
 
 class Folder(ModuleType):
-    """A folder of the package whose files are found: called, it says what they hold."""
+    """A folder of the package whose files are discovered; called, it lists their contents."""
 
     def __repr__(self) -> str:
         return f"<module {self.__name__!r}; {self.__name__}() lists what it holds>"

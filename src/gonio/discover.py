@@ -1,4 +1,4 @@
-"""Find what a folder of the package holds, and docstrings: a new file there is known without being listed anywhere."""
+"""Finding the modules in a folder of the package, so that new files need no list, and docstrings."""
 
 from __future__ import annotations
 
@@ -10,22 +10,20 @@ import sys
 from collections.abc import Callable, Sequence
 from functools import cache
 from importlib import import_module
-from importlib.abc import InspectLoader
 from importlib.util import find_spec
 from types import ModuleType
 from typing import Any
 
 
 def modules(package: str) -> list[ModuleType]:
-    """The modules of a subpackage, by name; files that start with an underscore are left out."""
-    path = import_module(package).__path__
-    names = sorted(m.name for m in pkgutil.iter_modules(path) if not m.name.startswith("_"))
-    return [import_module(f"{package}.{name}") for name in names]
+    """The modules of a subpackage, in the order of their names; files that start with an underscore are left out."""
+    return list(by_name(package).values())
 
 
 def by_name(package: str) -> dict[str, ModuleType]:
     """The same by their own names, without the package's."""
-    return {module.__name__.rpartition(".")[2]: module for module in modules(package)}
+    names = sorted(m.name for m in pkgutil.iter_modules(import_module(package).__path__) if m.name[0] != "_")
+    return {name: import_module(f"{package}.{name}") for name in names}
 
 
 def functions(package: str) -> dict[str, Callable[..., Any]]:
@@ -36,17 +34,16 @@ def functions(package: str) -> dict[str, Callable[..., Any]]:
 def classes(package: str, kind: type[Any]) -> dict[str, type[Any]]:
     """The public classes of a kind that a subpackage's files define, by name; without the kind itself."""
     defined = {
-        name: value
+        name: c
         for module in modules(package)
-        for name, value in vars(module).items()
-        if isinstance(value, type) and value.__module__ == module.__name__ and name == value.__name__
+        for name, c in vars(module).items()
+        if isinstance(c, type) and issubclass(c, kind) and (c.__module__, c.__name__) == (module.__name__, name)
     }
-    chosen = {name: c for name, c in defined.items() if issubclass(c, kind) and c is not kind and name[0] != "_"}
-    return dict(sorted(chosen.items()))
+    return {name: defined[name] for name in sorted(defined) if name[0] != "_" and defined[name] is not kind}
 
 
 def labelled(text: str, labels: Sequence[str]) -> dict[str, str]:
-    """A docstring cut at its labels ("Source   ..."): label -> text; what stands before the first is under ""."""
+    """A docstring cut at its labels ("Source   ..."): label -> text; the text before the first is under ""."""
     parts, label = {"": ""}, ""
     for line in text.splitlines():
         head = re.match(rf"({'|'.join(labels)}) +(.*)", line)
@@ -57,33 +54,29 @@ def labelled(text: str, labels: Sequence[str]) -> dict[str, str]:
 
 
 def docstring(of: ModuleType | type | Callable[..., Any]) -> str:
-    """The docstring of a module, a class or a function, without indentation (Python 3.13 takes that away itself); ""
-    for none; where Python left it out (-OO), as the source has it."""
+    """The docstring of a module, a class or a function, without indentation (Python 3.13 removes that itself), or "";
+    where Python left it out (-OO), from the source."""
     composed: Any = vars(of).get("__doc__")
-    written = composed.written if hasattr(composed, "written") else of.__doc__  # `Docstring` of formula/signature.py
+    written = composed.written if hasattr(composed, "written") else of.__doc__  # `Docstring` of formula/classes.py
     if written is not None or sys.flags.optimize < 2:
         return inspect.cleandoc(written or "")
-    if isinstance(of, ModuleType):
-        return _written(of.__name__).get("", "")
-    return _written(of.__module__).get(of.__qualname__, "")
+    module, name = (of.__name__, "") if isinstance(of, ModuleType) else (of.__module__, of.__qualname__)
+    return _written(module).get(name, "")
 
 
 @cache
 def _written(module: str) -> dict[str, str]:
     """The docstrings in the source of a module by qualified names, its own under ""."""
     spec = find_spec(module) if module != "__main__" else None
-    loader = spec.loader if spec else None
-    source = loader.get_source(module) if isinstance(loader, InspectLoader) else None
-    found: dict[str, str] = {}
+    get_source = getattr(spec and spec.loader, "get_source", lambda _: None)  # not all loaders have sources
+    docstrings: dict[str, str] = {}
 
     def collect(node: ast.Module | ast.ClassDef | ast.FunctionDef, name: str) -> None:
-        text = ast.get_docstring(node)
-        if text is not None:
-            found[name] = text
+        if (text := ast.get_docstring(node)) is not None:
+            docstrings[name] = text
         for inner in node.body:
             if isinstance(inner, (ast.ClassDef, ast.FunctionDef)):
                 collect(inner, f"{name}.{inner.name}".removeprefix("."))
 
-    if source is not None:
-        collect(ast.parse(source), "")
-    return found
+    collect(ast.parse(get_source(module) or ""), "")
+    return docstrings

@@ -1,18 +1,25 @@
-"""What gonio raises: every error says the rule, the value got, the value expected and the next step."""
+"""Errors and warnings of gonio. Every error says the rule, the value got, the value expected and the next step."""
 
 import unicodedata
+from collections.abc import Iterable
 
 
 def visible(text: str, keep: str = "") -> str:
-    """Text with what cannot be seen written as in Python, such as \\x1b: control characters, which a terminal obeys,
-    marks that turn the direction of writing, halves of characters. `keep`: those that stay."""
+    """Text with invisible characters written as in Python, such as \\x1b: control characters, which a terminal obeys,
+    marks that turn the direction of writing, halves of characters. `keep`: characters that stay."""
     if text.isprintable():
         return text
-    return "".join(c if c.isprintable() or c in keep or unicodedata.category(c) == "Zs" else _code(c) for c in text)
+    return "".join(
+        c if c.isprintable() or c in keep or unicodedata.category(c) == "Zs" else repr(c)[1:-1] for c in text
+    )
 
 
-def _code(c: str) -> str:
-    return repr(c)[1:-1]
+def suggestion(name: str, names: Iterable[str]) -> str:
+    """The end of a message about an unknown name: "; did you mean 'GGX'?", or nothing where no name is alike."""
+    from difflib import get_close_matches  # late: messages alone need it
+
+    close = get_close_matches(name, names, n=1)
+    return f"; did you mean {close[0]!r}?" if close else ""
 
 
 class Error(Exception):
@@ -23,7 +30,7 @@ class Error(Exception):
 
 
 class ParameterError(Error, ValueError):
-    """A parameter, an option or an argument has a value that it may not have."""
+    """A parameter, an option or an argument has a value that is not allowed."""
 
 
 class ShapeError(Error, ValueError):
@@ -35,7 +42,7 @@ class ArrayTypeError(Error, TypeError):
 
 
 class FormatError(Error, ValueError):
-    """A file is not what it claims to be, or is damaged."""
+    """A file is damaged, or not of the format that it claims."""
 
 
 class NotFoundError(Error, LookupError):
@@ -51,11 +58,11 @@ class ExpressionError(Error, ValueError):
 
 
 class DependencyError(Error, ImportError):
-    """An optional library is needed for this and is not installed."""
+    """An optional library that is needed is not installed."""
 
 
 class TraceError(Error, TypeError):
-    """A formula does what cannot be traced, and so not be compiled; it still runs on arrays."""
+    """A formula cannot be traced, and so not be compiled; it still runs on arrays."""
 
 
 class EngineError(Error, RuntimeError):
@@ -71,8 +78,8 @@ class MissingDataWarning(UserWarning):
 
 
 class ToleranceWarning(UserWarning):
-    """An integral is less exact than was asked for."""
+    """An integral is less exact than its tolerance."""
 
 
 class EngineWarning(UserWarning):
-    """Results take longer than they need: formulas are not compiled, or what is compiled is not kept on disk."""
+    """Results take longer than necessary: formulas are not compiled, or compiled ones are not kept on disk."""

@@ -1,8 +1,8 @@
-"""Writing files and folders whole or not at all: a failure, a full disk or a kill leaves what was there untouched.
+"""Writing files and folders whole or not at all: a failure, a full disk or a kill leaves the old ones untouched.
 
-What is written is made in a folder of its own beside its place, `.gonio-unfinished-` and 16 digits. Nobody else may
-enter that, and it is locked as long as its writer lives. What was made is synced with the disk and then takes its place
-in one step. The next writer to the same folder removes what killed ones left (`_unfinished`).
+A new file or folder is made in a private folder beside its place, `.gonio-unfinished-` and 16 digits, which is locked
+as long as its writer lives. It is synced with the disk, and then takes its place in one step. The next writer to the
+same place removes what killed ones left (`_unfinished`).
 """
 
 from __future__ import annotations
@@ -16,49 +16,48 @@ import stat
 import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
 from ._unfinished import beside
 from .errors import Error, NotFoundError, ParameterError, WriteError
 
 LONGER = 64
-"""Characters by which names of what is made beside a file are longer than that of its folder, and some to spare."""
+"""Characters by which a path in the private folder is longer than that of the place, and some to spare."""
 KINDS = {stat.S_IFCHR: "a device", stat.S_IFBLK: "a disk", stat.S_IFIFO: "a pipe", stat.S_IFSOCK: "a socket"}
 ACCESS = "system.posix_acl_access"
 AT_FDCWD, RENAME_EXCHANGE = -100, 2
 
 
 def target(path: str | os.PathLike) -> Path:
-    """Where a file of this name is written to, links followed.
+    """The place where a file of this name is written, links followed.
 
-    Raises NotFoundError or ParameterError where it cannot be: work that takes long asks this first. A file that is
-    there is replaced only if it may be written to and has no other name. Devices and pipes are neither replaced nor
-    written to: what goes there is not whole or not at all, and cannot be read again.
+    Raises NotFoundError or ParameterError where there is none: long work checks this first. An existing file is
+    replaced only if it may be written to and has no other name. Devices and pipes are neither replaced nor written to:
+    nothing is whole or not at all there, nor can it be read again.
     """
-    final, held = _place(path)
-    if held is None:
+    final, status = _place(path)
+    if status is None:
         return final
-    if stat.S_ISDIR(held.st_mode):
+    if stat.S_ISDIR(status.st_mode):
         raise ParameterError(f"{path}: is a directory, expected a file name; choose another")
-    _refuse_special(path, held)
-    if held.st_nlink > 1:
+    if status.st_nlink > 1:
         raise ParameterError(
-            f"{path}: has {held.st_nlink} names (hard links), of which writing would change all or part one; remove "
+            f"{path}: has {status.st_nlink} names (hard links), of which writing would change all or part one; remove "
             f"this one first, or choose another name"
         )
-    _refuse_protected(path, final, held)
+    _refuse_protected(path, final, status)
     return final
 
 
 def target_folder(path: str | os.PathLike, foreign: Callable[[Path], str | None]) -> Path:
-    """The same for a folder. One that is there is replaced only if `foreign` finds nothing in it that is not ours.
+    """The same for a folder. An existing one is replaced only if all in it is ours.
 
-    foreign   what is wrong with a folder, in words, or None
+    foreign   gives the reason, in words, why a folder is not ours, or None
     """
-    final, held = _place(path)
-    if held is None:
+    final, status = _place(path)
+    if status is None:
         return final
-    if not stat.S_ISDIR(held.st_mode):
-        _refuse_special(path, held)
+    if not stat.S_ISDIR(status.st_mode):
         raise ParameterError(f"{path}: is a file, expected a folder or nothing; choose another name, or remove it")
     with contextlib.suppress(FileNotFoundError):
         if Path.cwd().is_relative_to(final):
@@ -69,12 +68,12 @@ def target_folder(path: str | os.PathLike, foreign: Callable[[Path], str | None]
         raise ParameterError(f"{path}: is where a disk is mounted, which is not replaced; name a new folder")
     if reason := foreign(final):
         raise ParameterError(f"{path}: {reason}; nothing was changed; name a new folder, or remove this one yourself")
-    _refuse_protected(path, final, held)
+    _refuse_protected(path, final, status)
     return final
 
 
 def _place(path: str | os.PathLike) -> tuple[Path, os.stat_result | None]:
-    """Where a name leads, and what is there."""
+    """The place that a name leads to, and the status of the file or folder there."""
     short = f"{path!s:.200}"
     try:
         final = Path(os.path.realpath(os.fsdecode(os.fsencode(path))))
@@ -90,48 +89,43 @@ def _place(path: str | os.PathLike) -> tuple[Path, os.stat_result | None]:
     if not os.access(folder, os.W_OK | os.X_OK):
         raise NotFoundError(f"{short}: the directory {folder} may not be written to; choose another")
     if hasattr(os, "pathconf"):
-        for what, length, most in (
-            ("name", len(os.fsencode(final.name)), os.pathconf(folder, "PC_NAME_MAX")),
-            ("path", len(os.fsencode(final)) + LONGER, os.pathconf(folder, "PC_PATH_MAX")),
-        ):
-            if length > most:
+        lengths = {"name": len(os.fsencode(final.name)), "path": len(os.fsencode(final)) + LONGER}
+        for part, length in lengths.items():
+            if length > (most := os.pathconf(folder, f"PC_{part.upper()}_MAX")):
                 raise ParameterError(
-                    f"{short}...: its {what} needs {length} bytes, expected at most {most}; shorten it"
+                    f"{short}...: its {part} needs {length} bytes, expected at most {most}; shorten it"
                 )
     try:
-        held = final.lstat()
+        status = final.lstat()
     except FileNotFoundError:
         return final, None
-    if stat.S_ISLNK(held.st_mode):
+    if stat.S_ISLNK(status.st_mode):
         raise ParameterError(f"{path}: is a link that leads back to itself, expected a file name; remove it")
-    return final, held
+    if kind := KINDS.get(stat.S_IFMT(status.st_mode)):
+        raise ParameterError(f"{path}: is {kind}, expected a file or nothing; write to a file, and copy that")
+    return final, status
 
 
 def _is_open_file(path: str | os.PathLike) -> bool:
-    """Whether a name stands for an open file, as /dev/stdout does: such links lead to where no name is."""
-    at = os.fsdecode(path)
+    """Whether a name stands for an open file, as /dev/stdout does: such links lead to no name."""
+    link = os.fsdecode(path)
     for _ in range(40):
-        folder = os.path.realpath(os.path.dirname(at))
-        at = os.path.join(folder, os.path.basename(at))
+        folder = os.path.realpath(os.path.dirname(link))
+        link = os.path.join(folder, os.path.basename(link))
         if re.fullmatch(r"/proc/.+/fd|/dev/fd", folder):
             return True
-        if not os.path.islink(at):
+        if not os.path.islink(link):
             return False
-        at = os.path.join(folder, os.readlink(at))
+        link = os.path.join(folder, os.readlink(link))
     return False
 
 
-def _refuse_special(path: str | os.PathLike, held: os.stat_result) -> None:
-    if what := KINDS.get(stat.S_IFMT(held.st_mode)):
-        raise ParameterError(f"{path}: is {what}, expected a file or nothing; write to a file, and copy that")
-
-
-def _refuse_protected(path: str | os.PathLike, final: Path, held: os.stat_result) -> None:
+def _refuse_protected(path: str | os.PathLike, final: Path, status: os.stat_result) -> None:
     """ParameterError where a file or folder may not be written to, or not be replaced."""
-    if not held.st_mode & 0o222 or not os.access(final, os.W_OK):
+    if not status.st_mode & 0o222 or not os.access(final, os.W_OK):
         raise ParameterError(f"{path}: is read-only; choose another name, or make it writable: chmod u+w")
     folder = final.parent.stat()
-    if folder.st_mode & stat.S_ISVTX and os.geteuid() not in (0, held.st_uid, folder.st_uid):
+    if folder.st_mode & stat.S_ISVTX and os.geteuid() not in (0, status.st_uid, folder.st_uid):
         raise ParameterError(
             f"{path}: is another user's, in a folder where only they may replace it; choose another name"
         )
@@ -139,11 +133,11 @@ def _refuse_protected(path: str | os.PathLike, final: Path, held: os.stat_result
 
 @contextlib.contextmanager
 def replacing(path: str | os.PathLike) -> Iterator[Path]:
-    """A temporary file to write to, which takes its place if the block ends well, else goes.
+    """A temporary file to write to, which takes its place if the block ends well, and is removed if not.
 
-    It is in a folder of its own, which goes with all that is in it. A file that is replaced hands on its permissions,
-    owner and attributes, the last two as far as they may be set.
-    Raises what `target` raises; WriteError where the system refuses, be it in the block.
+    It is in a private folder, which is removed with all in it. A file that is replaced hands on its permissions, owner
+    and attributes, the last two as far as they may be set.
+    Raises the errors of `target`; WriteError where the system refuses, also within the block.
     """
     final = target(path)
     with beside(path, final.parent) as folder, _explained(path, folder):
@@ -159,10 +153,10 @@ def replacing(path: str | os.PathLike) -> Iterator[Path]:
 
 @contextlib.contextmanager
 def replacing_folder(path: str | os.PathLike, foreign: Callable[[Path], str | None]) -> Iterator[Path]:
-    """As `replacing`, for a folder and what is in it; `foreign`: see `target_folder`.
+    """As `replacing`, for a folder and all in it; `foreign`: see `target_folder`.
 
-    Linux exchanges both in one step. Elsewhere there is no such folder for a moment, in which a kill leaves the old one
-    to be put back by the next writer.
+    Linux exchanges both in one step. Elsewhere there is no such folder for a moment; after a kill in that moment the
+    next writer puts the old one back.
     """
     final = target_folder(path, foreign)
     with beside(path, final.parent) as folder, _explained(path, folder):
@@ -182,38 +176,38 @@ def replacing_folder(path: str | os.PathLike, foreign: Callable[[Path], str | No
 
 @contextlib.contextmanager
 def _explained(path: str | os.PathLike, folder: Path) -> Iterator[None]:
-    """WriteError for what the system refuses; libraries may tell it by errors of other kinds."""
+    """WriteError where the system refuses; libraries may raise errors of other kinds then."""
     try:
         yield
     except Error:
         raise
     except Exception as error:
-        reason = _reason(error, folder)
-        if reason is None:
+        cause = _cause(error, folder)
+        if cause is None:
             raise
-        said = reason.strerror or reason
-        raise WriteError(f"{path}: cannot be written: {said}; make room, or choose another place") from error
+        reason = cause.strerror or cause
+        raise WriteError(f"{path}: cannot be written: {reason}; make room, or choose another place") from error
 
 
-def _reason(error: Exception, folder: Path) -> OSError | None:
-    """The system's error behind one, if there is one: in its chain, or found by writing a little more."""
-    behind: BaseException | None = error
-    while behind is not None:
-        if isinstance(behind, OSError) and behind.errno is not None:
-            return behind
-        behind = behind.__cause__ or behind.__context__
+def _cause(error: Exception, folder: Path) -> OSError | None:
+    """The system's error behind another one: in its chain, or raised when a little more is written."""
+    cause: BaseException | None = error
+    while cause is not None:
+        if isinstance(cause, OSError) and cause.errno is not None:
+            return cause
+        cause = cause.__cause__ or cause.__context__
     try:
         with (folder / "new" if (folder / "new").is_file() else folder / "more").open("ab") as file:
             file.write(bytes(1 << 20))
             file.flush()
             os.fsync(file.fileno())
-    except OSError as found:
-        return found
+    except OSError as refusal:
+        return refusal
     return error if isinstance(error, OSError) and not isinstance(error, TimeoutError) else None
 
 
 def _put(new: Path, final: Path) -> None:
-    """Put a folder into its place, and what was there into a folder that goes."""
+    """Put a folder into its place, and the old one, if any, into the private folder."""
     if not final.exists():
         try:
             os.rename(new, final)
@@ -235,10 +229,8 @@ def _put(new: Path, final: Path) -> None:
 
 
 def _exchanged(new: Path, final: Path) -> bool:
-    """Whether both changed places in one step: False where the system or the file system cannot."""
-    if sys.platform != "linux":
-        return False
-    library = ctypes.CDLL(None, use_errno=True)
+    """Exchange both in one step; False where the system or the file system cannot."""
+    library: Any = ctypes.CDLL(None, use_errno=True) if sys.platform == "linux" else None
     if not hasattr(library, "renameat2"):  # as in old C libraries
         return False
     if library.renameat2(AT_FDCWD, os.fsencode(new), AT_FDCWD, os.fsencode(final), RENAME_EXCHANGE) == 0:
@@ -252,7 +244,7 @@ def _exchanged(new: Path, final: Path) -> bool:
 def _like(new: Path, final: Path) -> None:
     """Give a file or folder the owner, permissions and attributes of the one that it replaces.
 
-    Where it cannot have the group, the group may no more than others might.
+    Where it cannot get that group, its group gets only the permissions of others.
     """
     old, now = final.stat(), new.stat()
     mode = stat.S_IMODE(old.st_mode) & 0o777
@@ -269,11 +261,11 @@ def _like(new: Path, final: Path) -> None:
     os.chmod(new, mode)
 
 
-def _owned(new: Path, held: os.stat_result) -> bool:
-    """Whether a file was given this group, and the owner where that is allowed."""
-    for user in (held.st_uid, -1):
+def _owned(new: Path, old: os.stat_result) -> bool:
+    """Give a file the group of another, and its owner where that is allowed; whether it has the group now."""
+    for user in (old.st_uid, -1):
         with contextlib.suppress(OSError):
-            os.chown(new, user, held.st_gid)
+            os.chown(new, user, old.st_gid)
             return True
     return False
 
@@ -288,21 +280,21 @@ def _attributes(path: Path) -> list[str]:
 def _settle(new: Path, like: Path | None = None) -> None:
     """Make a file or folder like another, if there is one, and wait until it is on the disk."""
     try:
-        opened = os.open(new, os.O_RDWR if new.is_file() else os.O_RDONLY)
+        handle = os.open(new, os.O_RDWR if new.is_file() else os.O_RDONLY)
     except PermissionError:
-        if new.is_dir():  # which may be nobody's to list
+        if new.is_dir():  # nobody may list it
             return
         raise
     try:
         if like is not None:
             _like(new, like)
-        os.fsync(opened)
+        os.fsync(handle)
     finally:
-        os.close(opened)
+        os.close(handle)
 
 
 def _settle_all(new: Path, final: Path) -> None:
-    """The same of a folder and all that is in it: files become like the first one in the old folder."""
+    """The same for a folder and all in it: files become like the first one in the old folder."""
     like = final if final.exists() else None
     file = next((p for p in sorted(final.iterdir()) if p.is_file()), None) if like else None
     for folder, _, names in os.walk(new, topdown=False):

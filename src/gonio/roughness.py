@@ -1,9 +1,8 @@
 """Roughness as others state it, to and from `alpha`, the slope scale of gonio's microfacet surfaces.
 
-Plain functions of numbers or NumPy arrays; each `alpha_from_...` has its inverse `..._from_alpha`. All values are
-without unit (slopes) unless an angle is named, which is in radians. Nothing is clipped: what other programs clamp is
-said where it matters. A conversion between different distributions (Gaussian to GGX) keeps the formula's parameter, not
-the appearance.
+Plain functions of numbers or NumPy arrays; each `alpha_from_...` has its inverse `..._from_alpha`. Values have no unit
+(slopes); angles are in radians. Nothing is clipped; the docstrings say where other programs clamp. A conversion between
+different distributions (Gaussian to GGX) keeps the formula's parameter, not the appearance.
 """
 
 from __future__ import annotations
@@ -17,12 +16,10 @@ from .errors import ParameterError
 
 def _checked(name: str, x: Any, low: float = 0.0, high: float = np.inf, *, open_low: bool = False) -> Any:
     value = np.asarray(x, dtype=float)
-    wrong = (value < low) | (value > high) | ((value <= low) if open_low else False)
+    wrong = (value <= low if open_low else value < low) | (value > high)
     if wrong.any():
-        got = value[wrong].flat[0] if value.ndim else float(value)
-        raise ParameterError(
-            f"{name}={got:g}: out of range; expected {low:g} {'<' if open_low else '<='} {name} <= {high:g}"
-        )
+        expected = f"{low:g} {'<' if open_low else '<='} {name} <= {high:g}"
+        raise ParameterError(f"{name}={value[wrong].flat[0]:g}: out of range; expected {expected}")
     return value if value.ndim else float(value)
 
 
@@ -58,9 +55,8 @@ def alpha_from_correlation(sigma_height: Any, correlation_length: Any) -> Any:
     Its autocovariance is sigma_h^2 exp(-(x/tau)^2), its RMS slope along an axis sqrt(2) sigma_h/tau.
     Beckmann & Spizzichino 1963.
     """
-    return (
-        2.0 * _checked("sigma_height", sigma_height) / _checked("correlation_length", correlation_length, open_low=True)
-    )
+    height = _checked("sigma_height", sigma_height)
+    return 2.0 * height / _checked("correlation_length", correlation_length, open_low=True)
 
 
 def alpha_from_ward(alpha: Any) -> Any:

@@ -34,16 +34,12 @@ def assert_lawful(m: Reflectance, except_: str | Iterable[str] = (), laws: str |
     exception for a law that holds is an error too. `laws`: only these.
     """
     excused = {except_} if isinstance(except_, str) else set(except_)
-    wanted = [laws] if isinstance(laws, str) else list(LAWS if laws is None else laws)
-    unknown = sorted(excused - set(LAWS))
-    if unknown:
+    if unknown := sorted(excused - set(LAWS)):
         raise NotFoundError(f"assert_lawful(except_={unknown}): no such laws; expected some of {', '.join(LAWS)}")
-    report = check(m, laws=wanted)
-    broken = [law.name for law in report.laws if law.verdict == "FAIL" and law.name not in excused]
-    if broken:
+    report = check(m, laws=[laws] if isinstance(laws, str) else list(LAWS if laws is None else laws))
+    if broken := [law.name for law in report.laws if law.verdict == "FAIL" and law.name not in excused]:
         raise AssertionError(f"breaks {', '.join(broken)}\n{report}")
-    idle = sorted(law.name for law in report.laws if law.passed and law.name in excused)
-    if idle:
+    if idle := sorted(law.name for law in report.laws if law.passed and law.name in excused):
         raise AssertionError(f"{', '.join(idle)}: excepted, but obeyed; drop the exception\n{report}")
     return report
 

@@ -18,10 +18,9 @@ from gonio.base.reflectance import Reflectance
 from gonio.conversion import tabulated  # noqa: F401 - a class of it is among CLASSES
 from gonio.evaluate import planning, tracing
 from gonio.formula.fields import CLASSES, param, table
-from gonio.formula.held import Held, HeldList
 from gonio.formula.json_form import from_json
 from gonio.formula.parametrised import Parametrised
-from gonio.formula.state import derived, note, state
+from gonio.formula.state import Held, HeldList, derived, note, state
 
 compiled = pytest.mark.skipif(not planning.available(), reason="nothing can be compiled here")
 

@@ -22,9 +22,9 @@ from gonio.base.light import Light
 from gonio.base.reflectance import Scaled
 from gonio.contents import WIDTH
 from gonio.errors import NotFoundError, ParameterError
+from gonio.formula.classes import aliases, takes_fields
 from gonio.formula.fields import CLASSES, Option, Param, param
 from gonio.formula.json_form import from_json, names
-from gonio.formula.signature import aliases, takes_fields
 
 LIGHTS = public(Light, discover.modules("gonio.lights"))
 KINDS = [k for k in (*MODELS, *DISTRIBUTIONS, *FRESNELS, *LIGHTS, Scaled) if takes_fields(k)]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import Any, TypeGuard
 
 import numpy as np
 
@@ -83,7 +83,7 @@ def numbers(value: Any) -> np.ndarray:
 
 
 def _plain(value: Any) -> np.ndarray:
-    if isinstance(value, np.ma.MaskedArray):
+    if is_masked(value):
         array, masked = np.asarray(value.data), np.ma.getmaskarray(value)
         if array.dtype.kind not in "fiub" or not masked.any():
             return array
@@ -98,9 +98,14 @@ def _plain(value: Any) -> np.ndarray:
 def _holds_masks(value: Any) -> bool:
     """Whether there are masked arrays in a list, which NumPy would read without their masks."""
     if not isinstance(value, (list, tuple)):
-        return isinstance(value, np.ma.MaskedArray)
+        return is_masked(value)
     kinds = set(map(type, value))
-    return any(issubclass(k, (list, tuple, np.ma.MaskedArray)) for k in kinds) and any(map(_holds_masks, value))
+    return any(issubclass(k, (list, tuple, np.ndarray)) for k in kinds) and any(map(_holds_masks, value))
+
+
+def is_masked(value: Any) -> TypeGuard[np.ma.MaskedArray]:
+    """Whether this is a masked array of NumPy, which takes long to import: other things are not compared with it."""
+    return isinstance(value, np.ndarray) and type(value) is not np.ndarray and isinstance(value, np.ma.MaskedArray)
 
 
 def plain(x: Array) -> Array:

@@ -1,1 +1,1 @@
-"""The interfaces: what a reflectance, a light and a measurement are."""
+"""The interfaces of reflectances, lights and measurements."""

@@ -1,4 +1,4 @@
-"""What was done to a measurement: the records that `gonio.repair` leaves."""
+"""Records of the repairs of a measurement, which `gonio.repair` leaves with it."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ ALBEDO_AT = (0.0, 45.0, 75.0)
 
 
 class Repair(NamedTuple):
-    """What an operation of `gonio.repair` did to a measurement.
+    """The change that an operation of `gonio.repair` made to a measurement.
 
-    operation      its name, and `parameters`, what it was asked for
+    operation      its name; `parameters`: its arguments
     cells, share   nodes (above the horizon) with another value than before, in some channel; share of all
-    filled         how many of them had none
+    filled         how many of them had no value before
     largest, mean  of |change of f| [1/sr], of values that changed; 0 where there were none before
     albedo_before  black-sky albedo at `ALBEDO_AT`, mean of the channels, before and after; directions without data
     albedo_after   count as 0
-    figures        what else was measured, name -> number; the operation's documentation says what
+    figures        further numbers, by name, which the operation's documentation explains
     """
 
     operation: str
@@ -36,28 +36,28 @@ class Repair(NamedTuple):
     figures: dict[str, float]
 
     def to_json(self) -> dict[str, Any]:
-        """As JSON data: what `m.about["repairs"]` holds, and files keep. NaN becomes None."""
+        """As JSON data, for `m.about["repairs"]` and files. NaN becomes None."""
         figures = {name: None if value != value else value for name, value in self.figures.items()}
         albedos = {n: None if a is None else list(a) for n, a in self._asdict().items() if n.startswith("albedo")}
         return {**self._asdict(), **albedos, "figures": figures}
 
     @classmethod
-    def from_json(cls, held: Mapping[str, Any]) -> Repair:
+    def from_json(cls, record: Mapping[str, Any]) -> Repair:
         """The record that `to_json` wrote. Raises FormatError where it is none."""
         try:
-            given = {name: held[name] for name in cls._fields}
+            values = {name: record[name] for name in cls._fields}
             for name in ("albedo_before", "albedo_after"):
-                given[name] = None if given[name] is None else tuple(map(float, given[name]))
-            given["figures"] = {n: math.nan if v is None else v for n, v in given["figures"].items()}
-            return cls(**given)
+                values[name] = None if values[name] is None else tuple(map(float, values[name]))
+            values["figures"] = {n: math.nan if v is None else v for n, v in values["figures"].items()}
+            return cls(**values)
         except (KeyError, TypeError, ValueError, AttributeError) as error:
             raise FormatError(
-                f"repairs: {held!r:.100} is no record of a repair ({error!r:.60}); expected {', '.join(cls._fields)}"
+                f"repairs: {record!r:.100} is no record of a repair ({error!r:.60}); expected {', '.join(cls._fields)}"
             ) from None
 
     def __str__(self) -> str:
-        given = ", ".join(f"{k}={_short(v)}" for k, v in self.parameters.items())
-        text = f"{self.operation}({given}): {self.cells} cells ({self.share:.2%})"
+        arguments = ", ".join(f"{k}={_short(v)}" for k, v in self.parameters.items())
+        text = f"{self.operation}({arguments}): {self.cells} cells ({self.share:.2%})"
         if self.filled:
             text += f", {self.filled} of them filled"
         if self.largest:

@@ -1,6 +1,6 @@
-"""What `batch.run` runs over arrays: f, pdf, sample and delta lobes of a material, on components of directions.
+"""Kernels: f, pdf, samples and delta lobes of a material on components of directions; `batch.run` gives them arrays.
 
-In each, `m` computes values per channel, and `mean`, of which the channels are merged, one number for sampling.
+`m` computes values per channel; `mean`, the same material with merged channels, one number for sampling.
 """
 
 from __future__ import annotations
@@ -20,11 +20,11 @@ def _nan_of(*directions: Direction) -> Any:
     for other in directions[1:]:  # as vectors: formulas that need the half vector have these sums already
         w = w + other
     total = w.x + w.y + w.z
-    return total - total  # not 0 * total, which Dr.Jit takes for 0 without looking
+    return total - total  # not 0 * total, which Dr.Jit replaces by 0
 
 
 def with_holes(value: Any, m: Reflectance) -> Any:
-    """The value, NaN where a parameter is missing: formulas may not look at it everywhere."""
+    """The value, NaN where a parameter is missing, for formulas do not use each parameter everywhere."""
     for number in m.holed():
         value = value + (number - number)
     return value
@@ -38,14 +38,15 @@ def value(m: Reflectance, mean: Reflectance, wi: Any, wo: Any) -> tuple[Any, ...
 
 
 def shares_of(mean: Reflectance, wo: Direction) -> list[tuple[Any, Reflectance]]:
-    """The probability with which each lobe is sampled."""
-    if len(only := list(mean.lobes())) == 1:
-        return [(1.0, only[0][1])]
-    lobes = [(weight * lobe.estimate(wo) + 1e-6, lobe) for weight, lobe in only]
-    total = lobes[0][0]
-    for share, _ in lobes[1:]:
-        total = total + share
-    return [(share / total, lobe) for share, lobe in lobes]
+    """The lobes, each with the probability of being sampled."""
+    lobes = list(mean.lobes())
+    if len(lobes) == 1:
+        return [(1.0, lobes[0][1])]
+    estimates = [weight * lobe.estimate(wo) + 1e-6 for weight, lobe in lobes]
+    total = estimates[0]
+    for estimate in estimates[1:]:
+        total = total + estimate
+    return [(estimate / total, lobe) for estimate, (_, lobe) in zip(estimates, lobes, strict=True)]
 
 
 def _mixture(shares: list[tuple[Any, Reflectance]], wi: Direction, wo: Direction) -> Any:
@@ -74,13 +75,13 @@ def sample(m: Reflectance, mean: Reflectance, wo: Any, u: Any) -> tuple[Any, ...
     shares = shares_of(mean, wo_up)
     wi, mirrored, start = mirror(wo_up), u0 < -1.0, 0.0 * u0
     delta_weight: Any = 0.0 * wo_up.z
-    for i, ((share, lobe), (factor, own)) in enumerate(zip(shares, m.lobes(), strict=True)):
+    for i, ((share, lobe), (factor, chromatic)) in enumerate(zip(shares, m.lobes(), strict=True)):
         end = start + share if i < len(shares) - 1 else 2.0
         here = (u0 >= start) & (u0 < end)
         if lobe.is_delta:
             mirrored = mirrored | here
             wi = select(here, lobe.mirrored(wo_up), wi)
-            delta_weight = ops.where(here, factor * own.mirror(wo_up) / share, delta_weight)
+            delta_weight = ops.where(here, factor * chromatic.mirror(wo_up) / share, delta_weight)
         else:
             v = ops.clip((u0 - start) / share, 0.0, _BELOW_ONE)
             wi = select(here, lobe.warp(wo_up, v, u1), wi)

@@ -13,8 +13,8 @@ from ..formula.parametrised import Parametrised
 
 
 class Arrival(NamedTuple):
-    """Light of a delta source at a position: unit directions to it (..., 3), and the irradiance [W m-2] it causes on
-    a plane perpendicular to them, with a channel axis: (..., 1) or (..., C)."""
+    """Light of a delta source at a position: unit directions to the source (..., 3), and the irradiance [W m-2] of a
+    plane perpendicular to them, with a channel axis: (..., 1) or (..., C)."""
 
     w: Any
     irradiance: Any
@@ -30,12 +30,12 @@ class Light(Parametrised):
     @classmethod
     @cache
     def unwritten(cls) -> list[str]:
-        """A light says what it sends by one of the two."""
+        """A light writes one of the two: `arrival`, or `incident`."""
         written = cls.arrival is not Light.arrival or cls.incident is not Light.incident
         return [] if written else ["arrival or incident"]
 
     def arrival(self, position: Any) -> Arrival:
-        """What a delta light sends to `position` (..., 3)."""
+        """The light that a delta light sends to `position` (..., 3)."""
         raise NotImplementedError
 
     def incident(self, w: Any) -> Any:

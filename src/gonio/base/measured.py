@@ -1,4 +1,4 @@
-"""A measurement is a reflectance like any other: the base class of what file formats are read into."""
+"""Measurements: the base class of the reflectances that file formats are read into."""
 
 from __future__ import annotations
 
@@ -10,8 +10,7 @@ import numpy as np
 
 from ..errors import ParameterError
 from ..evaluate import batch
-from ..formula.held import Held, held
-from ..formula.state import note
+from ..formula.state import Held, immutable, note
 from ..pictures.colour import RELATIVE_XYZ, WHITE, XYZ
 from .history import Repair
 from .reflectance import Reflectance
@@ -21,7 +20,7 @@ if TYPE_CHECKING:
 
 
 def tabular_shape(m: Reflectance) -> tuple[int, ...]:
-    """Shape of a value of f, () or (C,). Raises ParameterError for what no table of f holds: a delta lobe, maps."""
+    """Shape of a value of f, () or (C,). Raises ParameterError for delta lobes and maps, which no table of f holds."""
     if m.has_delta:
         raise ParameterError(f"{m!r:.80}: a table cannot hold a perfect mirror; take the material without it")
     shape = batch.full_shape(m, ()) + (() if m.channels is None else (m.channels,))
@@ -36,7 +35,7 @@ def tristimulus(names: tuple[Any, ...] | None, f: np.ndarray) -> tuple[tuple[Any
 
 
 class Total(NamedTuple):
-    """The share of light from a direction [rad] that a file says is reflected to all sides, for each channel."""
+    """The share of light from a direction [rad] that is reflected to all sides, for each channel, as a file has it."""
 
     theta_i: float
     phi_i: float
@@ -47,17 +46,17 @@ class Measured(Reflectance):
     """Base of the measured reflectances. A subclass declares its tables as fields and writes `formula`.
 
     path      the file it was read from, or ""
-    quantity  what the file held, in words ("brdf", "brdf * cos(theta_o)"); `f` is always the BRDF [1/sr]
-    about     what the file says about itself, name -> value
+    quantity  the quantity in the file ("brdf", "brdf * cos(theta_o)"); `f` is always the BRDF [1/sr]
+    about     the file's notes on itself, name -> value
     """
 
     path: str = note("")
     about: dict[str, Any] = note(Held())
     provenance: dict[str, Any] = note(Held())
-    """Where it was read from: "file", "bytes", "sha256" (of files up to 256 MB), "format", "gonio" (its version),
-    "options" of the reader where there were any, and "converted_from", the same of what the file was made of, where it
-    says so. Of what was made of it in memory, by `with_brdf`, `gonio.tabulate` or `gonio.repair`, "converted_from"
-    alone: a list where it was made of several. Empty where no file is known."""
+    """The file it was read from: "file", "bytes", "sha256" (of files up to 256 MB), "format", "gonio" (its version),
+    "options" of the reader where there were any, and "converted_from", the provenance of the file's own source where
+    the file has that. A measurement made of others in memory, by `with_brdf`, `gonio.tabulate` or `gonio.repair`, has
+    "converted_from" alone: a list where there were several. Empty where no file is known."""
     stated_totals: tuple[Total, ...] = note(())
     """Shares of light that the file states beside its values."""
     quantity: str = note("brdf")
@@ -65,14 +64,14 @@ class Measured(Reflectance):
     has_text = False
 
     def __init__(self, path: str = "", about: dict[str, Any] | None = None, **fields: Any):
-        self._hold(path=path, about=held(deepcopy(dict(about or {}))))
+        self._hold(path=path, about=immutable(deepcopy(dict(about or {}))))
         super().__init__(**fields)
 
     @property
     def repairs(self) -> tuple[Repair, ...]:
-        """What was done to the measurement by `gonio.repair`, in order."""
-        held = self.about.get("repairs", ())
-        return tuple(map(Repair.from_json, held if isinstance(held, (list, tuple)) else [held]))
+        """The repairs of the measurement by `gonio.repair`, in order."""
+        records = self.about.get("repairs", ())
+        return tuple(map(Repair.from_json, records if isinstance(records, (list, tuple)) else [records]))
 
     @property
     def valid(self) -> np.ndarray:
@@ -90,28 +89,12 @@ class Measured(Reflectance):
 
     @property
     def attributes(self) -> dict[str, str]:
-        """What `data` says about the whole of itself, as text that any file can hold; `provenance` as JSON."""
-        held = {"quantity": self.quantity, "source": self.path}
-        return {**held, "provenance": json.dumps(self.provenance)} if self.provenance else held
-
-    def __eq__(self, other: object) -> bool:
-        if type(self) is not type(other):
-            return NotImplemented
-        mine, theirs = dict(self._key()), dict(other._key())
-        return mine.keys() == theirs.keys() and all(_same(value, theirs[name]) for name, value in mine.items())
-
-    __hash__ = Reflectance.__hash__
+        """The attributes of `data`, as text that any file can hold; `provenance` as JSON."""
+        attributes = {"quantity": self.quantity, "source": self.path}
+        return attributes | ({"provenance": json.dumps(self.provenance)} if self.provenance else {})
 
     def __repr__(self) -> str:
         return f"load({self.path!r})" if self.path else f"<{type(self).__name__} measurement in memory>"
 
     def to_json(self) -> dict[str, Any]:
         raise ParameterError(f"{self!r}: a measurement has no JSON form; save it in its own format with gonio.save")
-
-
-def _same(a: Any, b: Any) -> bool:
-    if a is b:
-        return True
-    if isinstance(a, np.ndarray):
-        return np.array_equal(a, b, equal_nan=a.dtype.kind == "f")
-    return bool(a == b)

@@ -1,4 +1,4 @@
-"""Where a measurement is from: what `load` notes of a file, and what writers note of what they convert."""
+"""Provenance: the notes of `load` on the file of a measurement, and those of writers on their materials."""
 
 from __future__ import annotations
 
@@ -12,69 +12,69 @@ from .measured import Measured
 from .reflectance import Reflectance
 
 ORIGIN = "converted_from"
-"""Under this name a reader leaves in `about` what a writer kept of `origin`."""
-
+"""The name in `about` under which readers leave the `origin` that a writer kept."""
 
 HASHED = 1 << 28
-"""Up to so many bytes (256 MB) a file's SHA-256 is noted: of larger ones that takes seconds."""
+"""The SHA-256 of files of more bytes (256 MB) is not noted: it takes seconds."""
 
 
 def noted(m: Measured, path: Path, format: str, options: Mapping[str, Any]) -> Measured:
     """A measurement that was just read from a file, or from a folder, which has no SHA-256, with its provenance."""
-    found: dict[str, Any] = {"file": path.name}
+    provenance: dict[str, Any] = {"file": path.name}
     if path.is_file():
-        found["bytes"] = path.stat().st_size
-        if found["bytes"] <= HASHED:
+        provenance["bytes"] = path.stat().st_size
+        if provenance["bytes"] <= HASHED:
             with path.open("rb") as file:
-                found["sha256"] = hashlib.file_digest(file, "sha256").hexdigest()
-    found |= {"format": format, "gonio": __version__}
+                provenance["sha256"] = hashlib.file_digest(file, "sha256").hexdigest()
+    provenance |= {"format": format, "gonio": __version__}
     if options:
-        found["options"] = {name: value if _plain(value) else repr(value) for name, value in options.items()}
-    if ORIGIN in m.about:
-        found[ORIGIN] = m.about[ORIGIN]
-    return m.with_notes(provenance=found, about={name: x for name, x in m.about.items() if name != ORIGIN})
+        plain = (type(None), bool, int, float, str)
+        provenance["options"] = {n: value if isinstance(value, plain) else repr(value) for n, value in options.items()}
+    about = dict(m.about)
+    if ORIGIN in about:
+        provenance[ORIGIN] = about.pop(ORIGIN)
+    return m.with_notes(provenance=provenance, about=about)
 
 
 def origin(m: Reflectance) -> dict[str, Any]:
-    """What a writer keeps, as JSON data where the format has room for it: what was converted, by which version."""
-    known = dict(m.provenance) if isinstance(m, Measured) else {}
-    if "file" not in known:
-        known["material"] = f"{m!r:.1000}"
-    return {**known, "converted_by": f"gonio {__version__}"}
+    """The provenance of a file that is written, as JSON data: that of the material, and the version that converts it.
+
+    Writers keep it where their format has room for it.
+    """
+    provenance = dict(m.provenance) if isinstance(m, Measured) else {}
+    if "file" not in provenance:
+        provenance["material"] = f"{m!r:.1000}"
+    return {**provenance, "converted_by": f"gonio {__version__}"}
 
 
 def derived(*of: Reflectance) -> dict[str, Any]:
-    """The provenance of what is made in memory of measurements: where these were read from, under `ORIGIN`.
+    """The provenance of a measurement that is made of others in memory: the files of these, under `ORIGIN`.
 
-    One that was made in memory itself passes on its own.
+    One that was made in memory itself passes on its own origin.
     """
-    found = [
-        m.provenance if "file" in m.provenance else m.provenance[ORIGIN]
-        for m in of
-        if isinstance(m, Measured) and m.provenance
-    ]
-    return {ORIGIN: found[0] if len(of) == 1 else found} if found else {}
+    provenances = [m.provenance for m in of if isinstance(m, Measured) and m.provenance]
+    origins = [provenance if "file" in provenance else provenance[ORIGIN] for provenance in provenances]
+    return {ORIGIN: origins[0] if len(of) == 1 else origins} if origins else {}
 
 
-def in_words(held: Any) -> str:
-    """The file of a provenance, or what it was made of, for people."""
-    if isinstance(held, list):
-        return " and ".join(map(in_words, held))
-    if not isinstance(held, Mapping):
-        return f"{held!s:.80}"
-    if "file" in held:
-        return f"{held['file']}, sha256 {held['sha256'][:12]}..." if "sha256" in held else str(held["file"])
-    return f"made of {in_words(held[ORIGIN])}" if ORIGIN in held else str(held.get("material", "of unknown origin"))
+def in_words(provenance: Any) -> str:
+    """The file that a provenance names, or the origin, for people."""
+    if isinstance(provenance, list):
+        return " and ".join(map(in_words, provenance))
+    if not isinstance(provenance, Mapping):
+        return f"{provenance!s:.80}"
+    if "file" in provenance:
+        digest = f", sha256 {provenance['sha256'][:12]}..." if "sha256" in provenance else ""
+        return f"{provenance['file']}{digest}"
+    if ORIGIN in provenance:
+        return f"made of {in_words(provenance[ORIGIN])}"
+    return str(provenance.get("material", "of unknown origin"))
 
 
-def formats_read(held: Any) -> list[str]:
-    """The formats of the files that a provenance names first: of the measurement, or of those it was made of."""
-    if isinstance(held, list):
-        return [name for of in held for name in formats_read(of)]
-    if not isinstance(held, Mapping):
+def formats_read(provenance: Any) -> list[str]:
+    """The formats of the first files that a provenance names: of the measurement, or of those it was made of."""
+    if isinstance(provenance, list):
+        return [name for origin in provenance for name in formats_read(origin)]
+    if not isinstance(provenance, Mapping):
         return []
-    return [str(held["format"])] if "format" in held else formats_read(held.get(ORIGIN))
-
-
-def _plain(value: Any) -> bool:
-    return value is None or isinstance(value, (bool, int, float, str))
+    return [str(provenance["format"])] if "format" in provenance else formats_read(provenance.get(ORIGIN))

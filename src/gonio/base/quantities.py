@@ -1,4 +1,4 @@
-"""Quantities that tables hold in place of the BRDF: what each is f times."""
+"""Quantities that tables hold in place of the BRDF: each is f times a factor."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ QUANTITIES: dict[str, Callable[[Any, Any], Any]] = {
     "brdf * cos(theta_i)": lambda cos_i, cos_o: cos_i,
     "reflectance factor": lambda cos_i, cos_o: math.pi,
 }
-"""What tables hold: name -> what the BRDF is multiplied by, from the cosines of wi and wo.
+"""Name -> the factor of the BRDF, from the cosines of wi and wo.
 
 brdf * cos(theta_o) is the scattered density DSF; the reflectance factor is relative to a white Lambertian surface."""
 

@@ -19,7 +19,7 @@ from ..errors import ArrayTypeError, NotFoundError, ParameterError
 from ..evaluate import batch
 from ..formula import warp
 from ..formula.direction import Direction, mirror
-from ..formula.fields import Field, Part, param, part
+from ..formula.fields import param, part
 from ..formula.parametrised import Parametrised
 from ..formula.state import note
 from ..formula.text import listed, literal
@@ -29,7 +29,7 @@ from .angles import direction
 
 
 class Sample(NamedTuple):
-    """What `sample` returns: incident directions drawn for given `wo`.
+    """The result of `sample`: incident directions drawn for given `wo`.
 
     wi      (..., 3)     unit vectors
     weight  (...[, C])   f cos(theta_i) / pdf, with the total f and the pdf of the whole material; for a delta sample
@@ -45,13 +45,10 @@ class Sample(NamedTuple):
 
 
 class Jacobian(NamedTuple):
-    """What `jacobian` returns: the value f [1/sr], and its derivative by each parameter or direction asked for."""
+    """The result of `jacobian`: f [1/sr], and its derivative by each parameter or direction asked for."""
 
     f: Any
     by: dict[str, Any]
-
-
-_DIRECTIONS = {"wi": 0, "wo": 1}
 
 
 class Reflectance(Parametrised):
@@ -59,6 +56,8 @@ class Reflectance(Parametrised):
 
     breaks: ClassVar[dict[str, str]] = {}
     """Laws of `gonio.check` that this model does not obey for all parameters, each with the reason."""
+    numbers_from: str = note("")
+    """The source of the numbers of a built-in material."""
 
     @property
     def is_delta(self) -> bool:
@@ -74,20 +73,17 @@ class Reflectance(Parametrised):
 
         @property
         def channel_names(self) -> tuple[Any, ...] | None:
-            """Names of the channels, or wavelengths [nm]; None for what the parameters imply (three: linear sRGB)."""
+            """Names of the channels, or wavelengths [nm]; None: as the parameters imply (three: linear sRGB)."""
 
     else:
         channel_names = note(None)
 
     @property
     def channels(self) -> int | None:
-        """How many channels f has, as the parameters say; None where it has no channel axis."""
+        """The number of channels of f, which the parameters decide; None where f has no channel axis."""
         return batch.channels(self)
 
-    numbers_from: str = note("")
-    """The source of the numbers of a built-in material."""
-
-    # What a model writes (components in, numbers out).
+    # Written by models: components in, numbers out.
 
     @abstractmethod
     def formula(self, wi: Direction, wo: Direction) -> Any:
@@ -103,14 +99,14 @@ class Reflectance(Parametrised):
         return warp.cosine_hemisphere_density(wi)
 
     def estimate(self, wo: Direction) -> Any:
-        """Roughly which share of the light is reflected: how often a sum samples this lobe."""
+        """Roughly the share of the light that is reflected: sums sample their lobes in this proportion."""
         return 1.0 + 0.0 * wo.z
 
     def mirror(self, wo: Direction) -> Any:
-        """Reflectance of a delta lobe at the mirror direction: of a model that is one, or in the limit becomes one.
+        """Reflectance of a delta lobe at the mirror direction.
 
-        A model that becomes a mirror as its widths (parameters of which sampling takes the "max" or "min") go to
-        their narrow bounds may say so by writing this; `gonio.check` then holds it to that.
+        A model that becomes a mirror as its widths (parameters whose `sampled` is "max" or "min") go to their narrow
+        bounds may write it too; `gonio.check` then tests this limit.
         """
         raise NotImplementedError
 
@@ -119,14 +115,14 @@ class Reflectance(Parametrised):
         return mirror(wo)
 
     def lobes(self) -> Iterable[tuple[Any, Reflectance]]:
-        """Pairs (weight, model) of the sum that this is."""
+        """The terms of this sum: pairs (weight, model)."""
         yield 1.0, self
 
     def diffuse(self) -> Any:
-        """Albedo of the Lambertian part of f, which is never below this over pi; None of models that have none."""
+        """Albedo of the Lambertian part of f, where there is one: f is never below this over pi."""
         return None
 
-    # What everyone uses (arrays in, arrays out).
+    # Used by everyone: arrays in, arrays out.
 
     def f(self, wi: Any, wo: Any, out: Any = None) -> Any:
         """The BRDF f(wi, wo), radiance out over irradiance in.
@@ -142,7 +138,7 @@ class Reflectance(Parametrised):
         return batch.run(kernels.pdf, (SCALAR,), self, (wi, wo), (3, 3))[0]
 
     def sample(self, wo: Any, u: Any) -> Sample:
-        """Incident directions for given wo (..., 3) and uniform numbers u (..., 2) in [0, 1), where 1 is taken for the
+        """Incident directions for given wo (..., 3) and uniform numbers u (..., 2) in [0, 1); a 1 is replaced by the
         largest float32 below it."""
         return Sample(*batch.run(kernels.sample, (VECTOR, VALUE, SCALAR, SCALAR), self, (wo, u), (3, 2)))
 
@@ -158,15 +154,16 @@ class Reflectance(Parametrised):
         Units    1/sr over the unit of the parameter. 0 below the horizon.
         Error    rounding: the formula's graph is differentiated, nothing is approximated.
         """
-        numbers = {path: i for i, path in enumerate(self.leaf_paths()) if path}
-        wanted = list(self.parameters if by is None else by)
-        for path in wanted:
-            if path not in numbers and path not in _DIRECTIONS:
-                raise NotFoundError(f"jacobian(by={path!r}): expected one of {listed([*numbers, *_DIRECTIONS])}")
-        paths = [p for p in wanted if p in numbers]
-        directions = [p for p in wanted if p in _DIRECTIONS]
-        leaves, inputs = tuple(numbers[p] for p in paths), tuple(_DIRECTIONS[p] for p in directions)
-        value, *slopes = batch.jacobian(kernels.value, self, (wi, wo), (3, 3), leaves, inputs)
+        leaves = {path: i for i, path in enumerate(self.leaf_paths()) if path}
+        inputs = {"wi": 0, "wo": 1}
+        variables = list(self.parameters if by is None else by)
+        for path in variables:
+            if path not in leaves and path not in inputs:
+                raise NotFoundError(f"jacobian(by={path!r}): expected one of {listed([*leaves, *inputs])}")
+        paths, directions = ([p for p in variables if p in places] for places in (leaves, inputs))
+        value, *slopes = batch.jacobian(
+            kernels.value, self, (wi, wo), (3, 3), tuple(leaves[p] for p in paths), tuple(inputs[p] for p in directions)
+        )
         return Jacobian(value, dict(zip([*paths, *directions], slopes, strict=True)))
 
     def f_angles(self, theta_i: Any, phi_i: Any, theta_o: Any, phi_o: Any) -> Any:
@@ -179,9 +176,8 @@ class Reflectance(Parametrised):
 
     def breaches(self) -> dict[str, str]:
         """Laws of `gonio.check` that this, or a reflectance it is made of, does not obey, each with the reason."""
-        parts = (self.__dict__[name] for name, field in self.fields.items() if isinstance(field, Part))
-        inner = [p.breaches() for p in parts if isinstance(p, Reflectance)]
-        return {law: why for found in (*inner, self.breaks) for law, why in found.items()}
+        of_parts = [part.breaches() for part in self._components() if isinstance(part, Reflectance)]
+        return {law: reason for breaches in (*of_parts, self.breaks) for law, reason in breaches.items()}
 
     @property
     def has_delta(self) -> bool:
@@ -191,21 +187,19 @@ class Reflectance(Parametrised):
     def is_isotropic(self) -> bool:
         """Whether turning both directions about the normal changes nothing: f(theta_i, theta_o, phi_o - phi_i).
 
-        Tested at 512 pairs of directions, to 1e-6 relative (Szeliski 2.82); with maps, at so many in all, and at 16 at
-        least for every place on them.
+        Tested at 512 pairs of directions, to 1e-6 relative (Szeliski 2.82); with maps, at 512 in all, and at least at
+        16 for every place on them.
         """
         maps = batch.full_shape(self, ())
         pairs = lattice(max(16, 512 // max(math.prod(maps), 1)), 4)
-        return all(map(self._is_turned, pairs)) if maps else self._is_turned(pairs)
+        return all(map(self._is_same_turned, pairs if maps else [pairs]))
 
-    def _is_turned(self, u: np.ndarray) -> bool:
-        """Whether f of pairs of directions, for uniform numbers (..., 4), stays as it is when both are turned."""
+    def _is_same_turned(self, u: np.ndarray) -> bool:
+        """Whether f at pairs of directions, from uniform numbers (..., 4), is the same after both are turned."""
         theta_i, theta_o = np.arccos(1.0 - u[..., 0]), np.arccos(1.0 - u[..., 3])
-        turned = [
-            self.f_angles(theta_i, turn + 2.0 * np.pi * u[..., 1], theta_o, turn + 2.0 * np.pi * u[..., 2])
-            for turn in (0.0, 1.1)
-        ]
-        return bool(np.allclose(turned[0], turned[1], rtol=1e-6, atol=1e-9, equal_nan=True))
+        phi_i, phi_o = 2.0 * np.pi * u[..., 1], 2.0 * np.pi * u[..., 2]
+        f, turned = (self.f_angles(theta_i, turn + phi_i, theta_o, turn + phi_o) for turn in (0.0, 1.1))
+        return bool(np.allclose(f, turned, rtol=1e-6, atol=1e-9, equal_nan=True))
 
     def __add__(self, other: Reflectance) -> Sum:
         if not isinstance(other, Reflectance):
@@ -221,7 +215,7 @@ class Reflectance(Parametrised):
     __rmul__ = __mul__
 
     def __truediv__(self, number: Any) -> Scaled:
-        if isinstance(number, np.ma.MaskedArray):
+        if ops.is_masked(number):
             return self * (1.0 / number)
         try:
             return self * (1.0 / ops.numbers(number))
@@ -249,14 +243,14 @@ class Scaled(Reflectance):
         return names
 
     def __mul__(self, weight: Any) -> Scaled:
-        """The product of both weights times what is scaled; nested where that is no weight or of another shape."""
-        made = super().__mul__(weight)
-        factors = [np.asarray(x) for x in (made.weight, self.weight) if isinstance(x, (float, np.ndarray))]
+        """The product of both weights times `of`; nested where the product is no weight or of another shape."""
+        nested = super().__mul__(weight)
+        factors = [np.asarray(x) for x in (nested.weight, self.weight) if isinstance(x, (float, np.ndarray))]
         if len(factors) < 2 or len({x.shape for x in factors} - {()}) > 1:
-            return made
+            return nested
         product = factors[0] * factors[1]
         lossless = (product > 1e-300) & (product <= 1e9) | (factors[0] == 0.0) | (factors[1] == 0.0)
-        return Scaled(product, self.of) if lossless.all() else made
+        return Scaled(product, self.of) if lossless.all() else nested
 
     __rmul__ = __mul__
 
@@ -268,8 +262,8 @@ class Scaled(Reflectance):
             yield self.weight * weight, lobe
 
     def diffuse(self) -> Any:
-        own = self.of.diffuse()
-        return None if own is None else self.weight * own
+        albedo = self.of.diffuse()
+        return None if albedo is None else self.weight * albedo
 
     def __repr__(self) -> str:
         inner = f"({self.of!r})" if isinstance(self.of, (Sum, Scaled)) else repr(self.of)
@@ -288,15 +282,18 @@ class Sum(Reflectance):
     def __init__(self, *terms: Reflectance):
         if not terms or not all(isinstance(t, Reflectance) for t in terms):
             raise ParameterError(f"Sum{terms!r:.60}: expected at least one reflectance and nothing else")
-        self._set({str(i): t for i, t in enumerate(terms)}, fields={str(i): _term(i) for i in range(len(terms))})
+        fields = {str(i): part(Reflectance, None, f"term {i}") for i in range(len(terms))}
+        for name, field in fields.items():
+            field.name = name
+        self._set(dict(zip(fields, terms, strict=True)), fields=fields)
         names = {t.channel_names for t in terms} - {None}
         if len(names) > 1:
-            listed = " and ".join(sorted(f"{n!r:.60}" for n in names))
-            raise ParameterError(f"Sum: terms have channels {listed}; expected the same names or wavelengths")
+            several = " and ".join(sorted(f"{n!r:.60}" for n in names))
+            raise ParameterError(f"Sum: terms have channels {several}; expected the same names or wavelengths")
 
     @property
     def channel_names(self) -> tuple[Any, ...] | None:
-        """Those of the terms that name their channels."""
+        """The channel names of the terms that have any."""
         return next((names for t in self.terms if (names := t.channel_names) is not None), None)
 
     @property
@@ -315,8 +312,8 @@ class Sum(Reflectance):
             yield from term.lobes()
 
     def diffuse(self) -> Any:
-        found = [own for term in self.terms if (own := term.diffuse()) is not None]
-        return sum(found[1:], found[0]) if found else None
+        albedos = [albedo for term in self.terms if (albedo := term.diffuse()) is not None]
+        return sum(albedos[1:], albedos[0]) if albedos else None
 
     def __repr__(self) -> str:
         terms = list(map(repr, self.terms))
@@ -325,9 +322,3 @@ class Sum(Reflectance):
 
     def to_json(self) -> dict[str, Any]:
         return {"type": "Sum", "terms": [t.to_json() for t in self.terms]}
-
-
-def _term(i: int) -> Field:
-    field: Field = part(Reflectance, None, f"term {i}")
-    field.name = str(i)
-    return field

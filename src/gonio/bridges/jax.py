@@ -14,8 +14,8 @@ try:
 except ImportError as error:
     raise DependencyError(f"gonio.bridges.jax needs JAX ({error}); pip install 'gonio[jax]'") from error
 
+from ..formula.classes import ON_NEW
 from ..formula.parametrised import Parametrised
-from ..formula.registry import ON_NEW
 
 
 def _flatten(m: Parametrised) -> tuple[list[Any], tuple[Any, ...]]:

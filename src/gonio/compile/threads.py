@@ -13,11 +13,13 @@ from collections.abc import Callable, Iterable
 from contextlib import suppress
 from functools import cache
 from math import ceil, inf
-from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ..errors import ParameterError
 from . import workers
+
+if TYPE_CHECKING:
+    from pathlib import Path
 
 MOST = 4096
 
@@ -59,6 +61,8 @@ def container_limit(membership: str = "/proc/self/cgroup", root: str = "/sys/fs/
 
     Source   Linux, Documentation/admin-guide/cgroup-v2.rst (cpu.max) and scheduler/sched-bwc.rst (version 1).
     """
+    from pathlib import Path  # late: it takes as long to import as twenty modules of gonio
+
     limit = inf
     with suppress(OSError, ValueError):
         for line in Path(membership).read_text().splitlines():

@@ -26,7 +26,7 @@ from ..base.measured import Measured
 from ..base.reflectance import Reflectance
 from ..contents import Contents, Folder
 from ..errors import FormatError, NotFoundError, ParameterError, TooLargeError
-from ..formula.held import freeze
+from ..formula.state import freeze
 from . import _options
 from ._reading import pipes, plain_text
 

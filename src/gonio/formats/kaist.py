@@ -18,8 +18,7 @@ from ..base.reflectance import Reflectance
 from ..errors import FormatError, ParameterError
 from ..evaluate import batch
 from ..formula.fields import kept
-from ..formula.held import Held
-from ..formula.state import note
+from ..formula.state import Held, note
 from ..tables.angle_systems import angle_system
 from ..tables.nodes import above, f_at, with_channels
 from ._options import Declared

@@ -1,1 +1,1 @@
-"""What a formula is written with: directions, declared parameters, special functions, pieces of microfacet models."""
+"""The language of formulas: directions, declared parameters, special functions, pieces of microfacet models."""

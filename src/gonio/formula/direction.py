@@ -23,11 +23,11 @@ class Direction(_Components):
     """A direction, or any vector, of the local frame by its components; z is along the surface normal.
 
     Operators are those of vectors: `a + b`, `a - b`, `-a`, `s * a`, `a * s` and `a / s` for a number s (a Dr.Jit array
-    must stand on the right: `a * s`). There is no `a * b`: say `dot(a, b)` or `cross(a, b)`.
+    must stand on the right: `a * s`). In place of `a * b` write `dot(a, b)` or `cross(a, b)`.
     """
 
     __slots__ = ()
-    __array_ufunc__ = None  # array * direction is the direction's to compute
+    __array_ufunc__ = None  # array * direction is computed by the direction
 
     def __add__(self, other: tuple[Any, ...]) -> Direction:
         if type(other) is not Direction:
@@ -123,10 +123,10 @@ def select(condition: Any, a: Direction, b: Direction) -> Direction:
 
 
 def served(*directions: Direction) -> tuple[Any, ...]:
-    """Whether any of these directions is below the horizon, and the directions, the normal in place of all where so.
+    """Whether any of these directions is below the horizon, and the directions; where one is, the normal for all.
 
-    What kernels give to formulas, `below, wi, wo = served(wi, wo)`: a value that is only masked after the formula still
-    turns gradients into NaN. NaN is not below the horizon, and stays.
+    Kernels give these to formulas, `below, wi, wo = served(wi, wo)`: a value that is only masked after the formula
+    still turns gradients into NaN. NaN is not below the horizon, and stays.
     """
     below = directions[0].z <= HORIZON
     for w in directions[1:]:
@@ -135,7 +135,7 @@ def served(*directions: Direction) -> tuple[Any, ...]:
 
 
 def raised(w: Direction) -> tuple[Any, Direction]:
-    """Whether w is above the horizon, and w if it is, else the normal: what wrappers may call formulas with."""
+    """Whether w is above the horizon, and w if it is, else the normal: wrappers may call formulas with that."""
     up = w.z > HORIZON
     return up, select(up, w, NORMAL)
 
@@ -146,7 +146,7 @@ def polar_angle(w: Direction) -> Any:
 
 
 def azimuth(w: Direction, sin_theta: Any) -> tuple[Any, Any]:
-    """(cos phi, sin phi) of w, whose distance from the pole is `sin_theta`; phi = 0 at the pole."""
+    """(cos phi, sin phi) of w at the distance `sin_theta` from the pole; phi = 0 at the pole."""
     pole = sin_theta < 1e-10
     safe = ops.where(pole, 1.0, sin_theta)
     return ops.where(pole, 1.0, w.x / safe), ops.where(pole, 0.0, w.y / safe)

@@ -1,4 +1,4 @@
-"""What a distribution of facet normals is: D, Lambda, sampling. Each is a file of distributions/.
+"""The interface of distributions of facet normals: D, Lambda, sampling. Each is a file of distributions/.
 
 Every model with facets is D F G / (4 cos cos): F of fresnel/, G of maskings/. `alpha` is the slope scale.
 """

@@ -29,18 +29,16 @@ class Parameter:
 
 
 class Ours(NamedTuple):
-    """An array that nobody else holds, such as a reader makes: values keep it as it is, where they copy others."""
+    """An array that nobody else holds, such as a reader makes: values keep it without a copy."""
 
     array: np.ndarray
 
 
 def kept(value: Any) -> np.ndarray:
-    """The numbers of an argument (see `ops.numbers`) as a value may keep them: read-only, and out of others' reach."""
-    if isinstance(value, Ours):
-        array = value.array
-    else:
-        array = ops.numbers(value)
-        array = array if isinstance(value, (list, tuple)) else np.array(array)
+    """The numbers of an argument (see `ops.numbers`) as a value keeps them: read-only, and shared with nobody."""
+    array = value.array if isinstance(value, Ours) else ops.numbers(value)
+    if not isinstance(value, (Ours, list, tuple)):
+        array = np.array(array)
     frozen(array)
     return array
 
@@ -50,11 +48,11 @@ class Field:
 
     name = ""
     opens_files = False
-    """Whether a word given for it is the path of a file, which is opened."""
+    """Whether a word is the path of a file, which is opened."""
     accepts = "Any"
-    """The type of what is given for it, as an annotation says it."""
+    """The annotation of the argument."""
     range = ""
-    """Which values it may have, in words."""
+    """The values that it may have, in words."""
 
     def __init__(self, default: Any, doc: str):
         self.default, self.doc = default, doc
@@ -66,11 +64,16 @@ class Field:
         """The value as it is stored, or a ParameterError."""
         return value
 
+    @property
+    def meaning(self) -> str:
+        """Its documentation, with the range."""
+        return f"{self.doc}; {self.range}" if self.range else self.doc
+
     def __repr__(self) -> str:
-        return f"<{self.doc}{self.range and '; '}{self.range}>"
+        return f"<{self.meaning}>"
 
     def traced(self, value: Any) -> Any:
-        """What a trace of a formula depends on in a value of this field: on all of it, but not on arrays."""
+        """The part of a value that traces depend on: a trace holds for arrays of any numbers."""
         return None if isinstance(value, np.ndarray) else value
 
 
@@ -92,16 +95,16 @@ class Param(Field):
             except (TypeError, ValueError, OverflowError) as error:
                 raise self._wrong(owner, value, f"not a number: {error}") from None
             except MemoryError:
-                what = f"there is no memory for {np.size(value)} numbers"
-                raise self._wrong(owner, value, what, TooLargeError) from None
-            there = array[~np.ma.getmaskarray(value)] if isinstance(value, np.ma.MaskedArray) else array
-            if not np.all(np.isfinite(there)):
+                reason = f"there is no memory for {np.size(value)} numbers"
+                raise self._wrong(owner, value, reason, TooLargeError) from None
+            unmasked = array[~np.ma.getmaskarray(value)] if ops.is_masked(value) else array
+            if not np.all(np.isfinite(unmasked)):
                 raise self._wrong(owner, value, "NaN or infinite")
-            if there.size == 0:
+            if unmasked.size == 0:
                 raise self._wrong(owner, value, f"no numbers{', all are masked' if array.size else ''}")
-            if there.min() < self.low or there.max() > self.high:
-                got = there.min() if there.min() < self.low else there.max()
-                raise self._wrong(owner, value, f"{got:g} is out of bounds")
+            low, high = unmasked.min(), unmasked.max()
+            if low < self.low or high > self.high:
+                raise self._wrong(owner, value, f"{low if low < self.low else high:g} is out of bounds")
             return float(array) if array.ndim == 0 else frozen(array)
         library = ops.library_of_type(type(value))
         if library is None:
@@ -115,9 +118,9 @@ class Param(Field):
         shape = () if type(value) is float else np.shape(value)
         return shape[-1] if shape else 0
 
-    def _wrong(self, owner: str, value: Any, what: str, kind: type[Error] = ParameterError) -> Error:
+    def _wrong(self, owner: str, value: Any, reason: str, error: type[Error] = ParameterError) -> Error:
         rule = f"expected a number or an array with {self.low:g} <= {self.name} <= {self.high:g} ({self.doc})"
-        return kind(f"{owner}({self.name}={shown(value)}): {what}; {rule}")
+        return error(f"{owner}({self.name}={shown(value)}): {reason}; {rule}")
 
 
 class Option(Field):
@@ -131,13 +134,12 @@ class Option(Field):
 
     def check(self, owner: str, value: Any) -> Any:
         if not isinstance(value, str) or value not in self.choices:
-            listed = ", ".join(map(repr, self.choices))
-            raise ParameterError(f"{owner}({self.name}={shown(value)}): expected one of {listed}")
+            raise ParameterError(f"{owner}({self.name}={shown(value)}): expected {self.range}")
         return value
 
 
 def _annotation(coerce: Callable[[Any], Any]) -> str:
-    """The type of what a function takes, as its first parameter says it."""
+    """The annotation of a function's first parameter."""
     first = next(iter(inspect.signature(coerce).parameters.values()))
     return "Any" if first.annotation is first.empty else inspect.formatannotation(first.annotation).strip("'")
 
@@ -149,22 +151,19 @@ class Part(Field):
         super().__init__(default, doc)
         self.kind: type[Any] = kind
         self.coerce = coerce
-        self.accepts = kind.__name__ if coerce is None else _annotation(coerce)
-        self.range = self.accepts
+        self.range = self.accepts = kind.__name__ if coerce is None else _annotation(coerce)
 
     def check(self, owner: str, value: Any) -> Any:
         if self.coerce is not None and not isinstance(value, self.kind):
             value = self.coerce(value)
         if not isinstance(value, self.kind):
-            raise ParameterError(
-                f"{owner}({self.name}={shown(value)}): expected a {self.kind.__name__} ({self.doc}): one of "
-                f"{few(k for k, c in CLASSES.items() if issubclass(c, self.kind) and not c.unwritten())}"
-            )
+            rule = f"expected a {self.kind.__name__} ({self.doc}): one of {subclasses(self.kind)}"
+            raise ParameterError(f"{owner}({self.name}={shown(value)}): {rule}")
         return value
 
 
 class Table(Field):
-    """Fixed numbers of a measurement: not a parameter, flat in formulas, ready for `ops.take`."""
+    """Fixed numbers of a measurement: no parameter; formulas have them flat, for `ops.take`."""
 
     accepts = "Array | None"
 
@@ -186,23 +185,21 @@ class Vector(Field):
         self.unit = unit
 
     def check(self, owner: str, value: Any) -> Any:
-        where = f"{owner}({self.name}={shown(value)})"
+        call = f"{owner}({self.name}={shown(value)})"
         try:
             array = np.array(ops.numbers(value), dtype=float)
         except (TypeError, ValueError, OverflowError):
-            raise ParameterError(f"{where}: expected three numbers ({self.doc})") from None
+            raise ParameterError(f"{call}: expected three numbers ({self.doc})") from None
         if array.shape != (3,) or not np.all(np.isfinite(array)):
-            raise ParameterError(f"{where}: expected three finite numbers ({self.doc})")
-        if self.unit:
-            length = float(np.linalg.norm(array))
-            if length == 0.0:
-                raise ParameterError(f"{where}: a vector of length 0 is no direction; expected {self.doc}")
-            array = array / length
-        return frozen(array)
+            raise ParameterError(f"{call}: expected three finite numbers ({self.doc})")
+        length = float(np.linalg.norm(array)) if self.unit else 1.0
+        if length == 0.0:
+            raise ParameterError(f"{call}: a vector of length 0 is no direction; expected {self.doc}")
+        return frozen(array / length)
 
 
 class Channels(Field):
-    """The numbers 0, 1, ... of the channels of a table, along the channel axis; set from the channel count."""
+    """The numbers 0, 1, ... of a table's channels, along the channel axis; made from their count."""
 
     accepts = "int | None"
     traced = Param.traced
@@ -212,19 +209,13 @@ class Channels(Field):
 
 
 def param(
-    default: Any,
-    low: float,
-    high: float,
-    doc: str,
-    unit: str = "1",
-    alias: str | None = None,
-    sampled: str = "mean",
+    default: Any, low: float, high: float, doc: str, unit: str = "1", alias: str | None = None, sampled: str = "mean"
 ) -> Any:
     """A parameter with its bounds. A default that names another parameter ties this one to it until it is given.
 
     `alias`: a keyword that sets this parameter and everything tied to it (`GGX(alpha=0.3)`).
-    `sampled`: which of its channels' values sampling uses, which is one for all channels: the "mean", or for the
-    width of a lobe the "max" or "min", whichever is the widest, so that no channel's weights run away.
+    `sampled`: sampling uses one value for all channels: their "mean", or for the width of a lobe the "max" or "min",
+    whichever makes it widest, so that no channel's weights run away.
     """
     return Param(default, low, high, doc, unit, alias, sampled)
 
@@ -256,3 +247,8 @@ def channels(doc: str) -> Any:
 
 CLASSES: dict[str, type[Any]] = {}
 """Every public class with parameters, by name: what material expressions and JSON files may name."""
+
+
+def subclasses(kind: type[Any]) -> str:
+    """The names of the classes of a kind, without abstract bases, for messages."""
+    return few(name for name, c in CLASSES.items() if issubclass(c, kind) and not c.unwritten())

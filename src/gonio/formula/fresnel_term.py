@@ -1,4 +1,4 @@
-"""What a Fresnel term is: how much a mirror facet reflects."""
+"""The interface of Fresnel terms: the reflectance of a mirror facet."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from .parametrised import Parametrised
 
 
 class Fresnel(Parametrised):
-    """Base of the Fresnel terms: how much a mirror facet reflects."""
+    """Base of the Fresnel terms: the reflectance of a mirror facet."""
 
     @abstractmethod
     def F(self, cos_theta: Any) -> Any:

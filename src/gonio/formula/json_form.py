@@ -1,4 +1,4 @@
-"""Values made of declared parameters as JSON data, read back: `to_json` of a value writes it."""
+"""Values of declared parameters, read from the JSON data that their `to_json` writes."""
 
 from __future__ import annotations
 
@@ -10,30 +10,23 @@ from ..bounds import CHANNELS, EVALUATIONS, NESTED
 from ..errors import NotFoundError, ParameterError
 from .fields import CLASSES, Param
 from .parametrised import Parametrised
-from .registry import missing
 from .text import shown, unknown
 
 
 def names() -> dict[str, type[Parametrised]]:
-    """The classes that a text may name: those that stand for something, not the bases, tables and files."""
+    """The classes that a text may name: no abstract bases, tables and files."""
     return {name: kind for name, kind in CLASSES.items() if kind.has_text and not kind.unwritten()}
 
 
-def from_json(data: Any, files: bool = False) -> Any:
+def from_json(data: Any, files: bool = False, depth: int = 1) -> Any:
     """The value that `to_json` described.
 
-    `files`: whether the paths of pictures in it are opened. Raises NotFoundError for an unknown type or parameter,
-    ParameterError for what is too deep, too large or out of bounds.
+    `files`: whether the paths of pictures in it are opened; `depth`: of this value in another. Raises NotFoundError for
+    an unknown type or parameter, ParameterError for a value that is nested too deep, too large or out of bounds.
     """
-    return _of_json(data, files, 1)
-
-
-def _of_json(data: Any, files: bool, depth: int) -> Any:
-    if isinstance(data, dict):
-        return _of_object(data, files, depth)
     if isinstance(data, list) and any(isinstance(x, dict) for x in data):
-        return [_of_json(x, files, depth) for x in data]
-    return data
+        return [from_json(x, files, depth) for x in data]
+    return _of_object(data, files, depth) if isinstance(data, dict) else data
 
 
 def _of_object(data: dict[str, Any], files: bool, depth: int) -> Any:
@@ -42,25 +35,34 @@ def _of_object(data: dict[str, Any], files: bool, depth: int) -> Any:
         raise ParameterError(f"objects nested more than {NESTED} deep; write factors as one, a sum of sums as one sum")
     kind = CLASSES.get(name) if isinstance(name, str) else None
     if kind is None and "module" in data:
-        raise NotFoundError(missing(name, data["module"]))
+        raise NotFoundError(_missing(name, data["module"]))
     if kind is None or name not in names():
         raise NotFoundError(unknown("material file", name, list(names()), what="type"))
     if isinstance(terms := data.get("terms"), list) and len(terms) > EVALUATIONS:
         raise ParameterError(f"{name}: a sum of {len(terms)} terms, expected at most {EVALUATIONS}; write fewer")
-    beside = {"type", "module"} - kind.fields.keys()
-    rest = {k: _of_json(v, files, depth + 1) for k, v in data.items() if k not in beside}
-    if not files and (paths := kind.files_among([], rest)):
+    head = {"type", "module"} - kind.fields.keys()
+    arguments = {k: from_json(v, files, depth + 1) for k, v in data.items() if k not in head}
+    if not files and (paths := kind.files_among([], arguments)):
         raise ParameterError(
             f"{name}: names the file {shown(paths[0])}, and a text opens no others; expected the pixels themselves"
         )
-    terms = rest.pop("terms", ()) if not kind.fields else ()  # of a sum: its fields are those of the one value
+    terms = arguments.pop("terms", ()) if not kind.fields else ()  # of a sum, whose class has no fields
     if not isinstance(terms, list | tuple):
         raise ParameterError(f"{name}: terms={shown(terms)}: expected a list of objects")
     try:
-        made = kind(*terms, **rest)
+        value = kind(*terms, **arguments)
     except TypeError as error:  # of constructors that take no fields
         raise ParameterError(f"{name}: {error}") from None
-    width = max((np.shape(v)[-1] for _, field, v in made._free() if isinstance(field, Param) and np.ndim(v)), default=0)
+    width = max(
+        (np.shape(x)[-1] for _, field, x in value._free() if isinstance(field, Param) and np.ndim(x)), default=0
+    )
     if width > CHANNELS:
         raise ParameterError(f"{name}: a parameter with {width} channels, expected at most {CHANNELS} in a text")
-    return made
+    return value
+
+
+def _missing(name: Any, module: Any) -> str:
+    """The message about a class that JSON names with its module, and that is not defined here."""
+    if module in ("__main__", "__mp_main__"):
+        return f"the class {shown(name)} was defined in a script or notebook; define it here, and load again"
+    return f"the class {shown(name)} is not gonio's but of the module {shown(module)}; import that, and load again"

@@ -11,15 +11,14 @@ import numpy as np
 from ..arrays import Fixed
 from ..bounds import EVALUATIONS, NESTED
 from ..errors import NotFoundError, ParameterError
-from .fields import CLASSES, Channels, Field, Ours, Param, Parameter, Part, Table
-from .registry import register
-from .signature import Docstring, Signature
+from .classes import Docstring, Signature, register
+from .fields import Channels, Field, Ours, Param, Parameter, Part, Table, subclasses
 from .state import Beside, Note, derived
-from .text import few, unknown
+from .text import unknown
 from .value import Value
 
 Place = tuple[str, Field, Any, "Parametrised"]
-"""A field of a value or of one of its parts: its dotted path, its declaration, its value, and whose it is."""
+"""A field of a value or of one of its parts: its dotted path, its declaration, its value, and its owner."""
 
 
 class Parametrised(Value):
@@ -29,9 +28,9 @@ class Parametrised(Value):
     """Whether x and y differ for this class: turning all directions about the normal may change its values."""
 
     repeats: ClassVar[int] = 1
-    """How often the formulas of this class evaluate those of its parts, each time in other directions."""
+    """The number of times that formulas of this class evaluate those of its parts, in other directions each time."""
     costs: ClassVar[int] = 0
-    """How many formulas take the time that those of this class take beside their parts."""
+    """The cost of the formulas of this class beside their parts, in simple formulas."""
     has_text: ClassVar[bool] = True
     """Whether values of this class are written as expressions and as JSON."""
 
@@ -42,36 +41,35 @@ class Parametrised(Value):
         bases = [base for base in cls.__bases__ if issubclass(base, Parametrised)]
         inherited = {name: _declared(cls, name) for base in bases for name in (*base.fields, *base.beside)}
         declared = inherited | vars(cls)
-        cls.fields = {name: d for name, d in declared.items() if isinstance(d, Field)}
-        cls.beside = {name: d for name, d in declared.items() if isinstance(d, Beside)}
+        cls.fields = {name: x for name, x in declared.items() if isinstance(x, Field)}
+        cls.beside = {name: x for name, x in declared.items() if isinstance(x, Beside)}
         cls.__doc__ = Docstring(vars(cls).get("__doc__"))  # type: ignore[assignment]
         register(cls)
 
     def __init__(self, *args: Any, **kwargs: Any) -> None:
         kind, fields, settable = type(self).__name__, self.fields, self._settable()
         if missing := self.unwritten():
-            kinds = few(n for n, c in CLASSES.items() if issubclass(c, type(self)) and not c.unwritten())
-            says = f"{kind}(): an abstract base, without {' and '.join(missing)}; write a subclass that has it"
-            raise ParameterError(says + (f", or use one of {kinds}" if kinds else ""))
+            finished = subclasses(type(self))
+            advice = "write a subclass that has it" + (f", or use one of {finished}" if finished else "")
+            raise ParameterError(f"{kind}(): an abstract base, without {' and '.join(missing)}; {advice}")
         if len(args) > len(settable):
-            listed = ", ".join(settable)
-            raise ParameterError(f"{kind}: got {len(args)} values, expected at most {len(settable)}: {listed}")
-        given = dict(zip(settable, args, strict=False))
-        aliases = self._aliases()
+            names = ", ".join(settable)
+            raise ParameterError(f"{kind}: got {len(args)} values, expected at most {len(settable)}: {names}")
+        values, aliases = dict(zip(settable, args, strict=False)), self._aliases()
         for name, value in kwargs.items():
             target = aliases.get(name, name)
             if target not in fields:
                 raise NotFoundError(unknown(kind, name, [*settable, *aliases]))
-            if target in given:
+            if target in values:
                 raise ParameterError(f"{kind}: {target} is given twice")
-            given[target] = value
-        self._set(given)
+            values[target] = value
+        self._set(values)
         self.validate()
 
     @classmethod
     @cache
     def unwritten(cls) -> list[str]:
-        """The abstract methods that neither this class nor a base of it writes: of a class that is a base alone."""
+        """The abstract methods that neither this class nor a base of it writes: those of an abstract base."""
         names = [n for kind in cls.__mro__ for n, x in vars(kind).items() if getattr(x, "__isabstractmethod__", False)]
         return [name for name in names if getattr(getattr(cls, name), "__isabstractmethod__", False)]
 
@@ -85,55 +83,56 @@ class Parametrised(Value):
 
     @classmethod
     def files_among(cls, arguments: Iterable[Any], named: Mapping[str, Any]) -> list[str]:
-        """The paths among these arguments: files that making a value of them opens."""
-        given = [*zip(cls._settable(), arguments, strict=False), *named.items()]
-        return [v for name, v in given if isinstance(v, str) and name in cls.fields and cls.fields[name].opens_files]
+        """The paths among these arguments, of files that the constructor would open."""
+        values = [*zip(cls._settable(), arguments, strict=False), *named.items()]
+        return [v for name, v in values if isinstance(v, str) and name in cls.fields and cls.fields[name].opens_files]
 
-    def _set(self, given: dict[str, Any], **own_fields: dict[str, Field]) -> None:
-        """Take these values of fields, and defaults for the others, checked. `fields`: of this value, not its class."""
-        self.__dict__.update(own_fields)
-        own, tied = self.__dict__, {}
+    def _set(self, values: dict[str, Any], **own: dict[str, Field]) -> None:
+        """Check and store values of fields, or their defaults. `own`: `fields=...`, where they are not the class's."""
+        self.__dict__.update(own)
+        attributes, tied, holed = self.__dict__, {}, set()
         for name, field in self.fields.items():
-            value = given.get(name, field.default)
+            value = values.get(name, field.default)
             if isinstance(field, Param) and isinstance(value, str) and value == field.default:
                 tied[name] = value
-                value = own[value]
+                value = attributes[value]
             elif not (isinstance(field, Table) and value is None):
                 value = field.check(type(self).__name__, value)
-            own[name] = value
-        maps = ((n, own[n]) for n, f in self.fields.items() if isinstance(f, Param))
-        holed = frozenset(n for n, value in maps if isinstance(value, np.ndarray) and np.isnan(value).any())
-        own.update(_tied=tied, _holed=holed, _derived={})
-        own["_kept"] = self._keep()
+            attributes[name] = value
+            if isinstance(field, Param) and isinstance(value, np.ndarray) and np.isnan(value).any():
+                holed.add(name)
+        attributes.update(_tied=tied, _holed=frozenset(holed), _derived={}, _kept=self._keep())
         self._check_size()
+
+    def _components(self) -> Iterator[Parametrised]:
+        """The parts of this value."""
+        return (self.__dict__[name] for name, field in self.fields.items() if isinstance(field, Part))
 
     @derived
     def _size(self) -> tuple[int, int]:
-        """How deep parts are nested, and how many formulas there are to evaluate."""
-        parts = [self.__dict__[name]._size for name, field in self.fields.items() if isinstance(field, Part)]
-        nested, evaluations = 1 + max((n for n, _ in parts), default=0), self.repeats * sum(e for _, e in parts)
-        return nested, max(1, self.costs + evaluations)
+        """The depth of nested parts, and the number of formulas to evaluate."""
+        sizes = [part._size for part in self._components()]
+        evaluations = self.costs + self.repeats * sum(n for _, n in sizes)
+        return 1 + max((depth for depth, _ in sizes), default=0), max(1, evaluations)
 
     def _check_size(self) -> None:
         """Raises ParameterError where parts are nested too deep, or there are too many formulas."""
         nested, evaluations = self._size
         if nested > NESTED:
-            raise ParameterError(
-                f"{type(self).__name__}: nested {nested} deep, expected at most {NESTED}; write factors as one, a sum "
-                f"of sums as one sum"
-            )
+            excess = f"nested {nested} deep, expected at most {NESTED}; write factors as one, a sum of sums as one sum"
+            raise ParameterError(f"{type(self).__name__}: {excess}")
         if evaluations > EVALUATIONS:
-            raise ParameterError(
-                f"{type(self).__name__}: as large as a sum of {evaluations} terms, expected at most {EVALUATIONS}; add "
-                f"fewer terms, or nest fewer normal maps and coats in one another"
-            )
+            excess = f"as large as a sum of {evaluations} terms, expected at most {EVALUATIONS}; add fewer terms"
+            raise ParameterError(f"{type(self).__name__}: {excess}, or nest fewer normal maps and coats in one another")
 
     def _changed(self, values: dict[str, Any], kept: dict[str, Fixed] | None = None) -> Self:
-        """A copy, unchecked, with other values of fields; `kept`: all that libraries convert once."""
-        own, kept = self.__dict__, {n: x for n, x in self._kept.items() if n not in values} if kept is None else kept
+        """A copy, unchecked, with other values of fields; `kept`: all arrays that libraries convert once."""
+        kept = {n: x for n, x in self._kept.items() if n not in values} if kept is None else kept
+        attributes = self.__dict__
         if not self.is_bound:  # bound copies hold tables by names of their own
-            own = {n: own[n] for n in ("_tied", "_holed", "fields", *self.fields, *self.beside) if n in own}
-        return self._made_of(own, values, {"_kept": kept, "_derived": {}})
+            names = ("_tied", "_holed", "fields", *self.fields, *self.beside)
+            attributes = {n: attributes[n] for n in names if n in attributes}
+        return self._made_of(attributes, values, {"_kept": kept, "_derived": {}})
 
     @classmethod
     def unchecked(cls, **values: Any) -> Self:
@@ -144,7 +143,7 @@ class Parametrised(Value):
         """Rules between fields; raises ParameterError. Overridden where there are any."""
 
     def walk(self, prefix: str = "") -> Iterator[Place]:
-        """Every field of this and, after each part, of that part."""
+        """Every field of this value; each part is followed by its own fields."""
         for name, field in self.fields.items():
             value: Any = self.__dict__.get(name)  # bound copies hold no tables that are not looked up
             yield prefix + name, field, value, self
@@ -152,11 +151,10 @@ class Parametrised(Value):
                 yield from value.walk(f"{prefix}{name}.")
 
     def _numbers(self) -> Iterator[Place]:
-        """The fields, of this and of its parts, that hold numbers of their own: parameters and channel numbers."""
-        for place in self.walk():
-            _, field, _, owner = place
+        """The fields, of this value and its parts, whose numbers are free: parameters and channel numbers."""
+        for path, field, value, owner in self.walk():
             if isinstance(field, (Param, Channels)) and field.name not in owner._tied:
-                yield place
+                yield path, field, value, owner
 
     @property
     def parameters(self) -> dict[str, Parameter]:
@@ -168,7 +166,7 @@ class Parametrised(Value):
         }
 
     def settable(self) -> Iterator[tuple[str, Field, Any]]:
-        """Path, declaration and value of everything that `replace` can set: numbers, words and pieces."""
+        """Path, declaration and value of everything that `replace` can set: numbers, words and parts."""
         return ((path, f, value) for path, f, value, _ in self.walk() if not isinstance(f, (Table, Channels)))
 
     def replace(self, changes: dict[str, Any] | None = None, /, **kwargs: Any) -> Self:
@@ -187,31 +185,32 @@ class Parametrised(Value):
 
     def _replaced(self, grouped: dict[str, Any]) -> Self:
         kind, aliases = type(self).__name__, self._aliases()
-        values = {name: self._as_given(name) for name, _, _ in self._free()} | self._tied
+        values = {name: self._argument(name) for name, _, _ in self._free()} | self._tied
         for head, value in grouped.items():
             name = aliases.get(head, head)
             if head in aliases and name in grouped:
                 raise ParameterError(f"{kind}: {name} is given twice")
             if name not in self.fields:
                 raise NotFoundError(unknown(kind, head, list(self.parameters) or list(self.fields)))
-            child = self.__dict__[name]
-            if isinstance(value, dict) and isinstance(child, Parametrised):
-                value = child.replace(value)
-            elif isinstance(value, dict):
-                raise NotFoundError(unknown(kind, f"{head}.{next(iter(value))}", list(self.parameters)))
+            if isinstance(value, dict):
+                part = self.__dict__[name]
+                if not isinstance(part, Parametrised):
+                    raise NotFoundError(unknown(kind, f"{head}.{next(iter(value))}", list(self.parameters)))
+                value = part.replace(value)
             values[name] = value
             if head in aliases:
                 values.update({n: f.default for n, f in self.fields.items() if f.default == name})
-        new = self._made_of(self._beside_fields())
+        attributes = self.__dict__
+        new = self._made_of({n: attributes[n] for n in (*self.beside, "fields") if n in attributes})
         new._set(values)
         new.validate()
-        if not any(isinstance(self.fields.get(name), Table) for name in grouped):
-            tables = {n: k for n, k in self._kept.items() if not isinstance(self.fields.get(n), (Param, Channels))}
-            new._kept.update(tables)  # with what was made of them
+        if not any(isinstance(self.fields.get(name), Table) for name in grouped):  # tables, as libraries converted them
+            numbers = (Param, Channels)
+            new._kept.update({n: x for n, x in self._kept.items() if not isinstance(self.fields.get(n), numbers)})
         return new
 
-    def _as_given(self, name: str) -> Any:
-        """The value of a field, for `_set` to take as it is."""
+    def _argument(self, name: str) -> Any:
+        """The value of a field, as `_set` takes it without a copy."""
         value = self.__dict__[name]
         if name in self._holed:
             return np.ma.masked_invalid(value)
@@ -235,7 +234,7 @@ class Parametrised(Value):
         return self._changed(changes) if changes else self
 
     def with_values(self, values: dict[str, Any]) -> Self:
-        """A copy with other numbers, by path, unchecked: for libraries that pass their own kinds of value through."""
+        """A copy with other numbers, by path, unchecked: for libraries that put values of their own kinds there."""
         return self.rebuilt(lambda path, _, value: values.get(path, value))
 
     def each(self, change: Callable[[Any], Any]) -> Self:
@@ -249,21 +248,21 @@ class Parametrised(Value):
     def bind(self, convert: Callable[[Any], Any], table: Callable[[Fixed], Any]) -> Self:
         """A copy for evaluation, unchecked: `convert` applied to every number, `table` to every lookup table.
 
-        It holds nothing else but words and state: a formula that reads what no trace knows of fails.
+        It holds words and state besides, and nothing else: a formula that reads more fails, for no trace knows of it.
         """
-        own, kept, tied = self.__dict__, self._kept, self._tied
+        attributes, kept, tied = self.__dict__, self._kept, self._tied
         bound = {"_tied": tied, "_holed": self._holed, "_derived": {}, "is_bound": True}
         for name in ("fields", *self.beside):  # a loop: for a comprehension torch.compile would look at every array
-            if name in own and not isinstance(self.beside.get(name), Note):
-                bound[name] = own[name]
+            if name in attributes and not isinstance(self.beside.get(name), Note):
+                bound[name] = attributes[name]
         for name, field in self.fields.items():
             if isinstance(field, (Param, Channels)):
-                value = kept[name] if name in kept else own[name]
+                value = kept[name] if name in kept else attributes[name]
                 bound[name] = bound[tied[name]] if name in tied else convert(value)
             elif isinstance(field, Part):
-                bound[name] = own[name].bind(convert, table)
+                bound[name] = attributes[name].bind(convert, table)
             elif not isinstance(field, Table) and name not in kept:
-                bound[name] = own[name]
+                bound[name] = attributes[name]
         for name, numbers in kept.items():
             if name not in bound:
                 bound[name] = table(numbers)
@@ -283,10 +282,9 @@ class Parametrised(Value):
 
     def is_oriented(self) -> bool:
         """Whether this, or a part of it, is `oriented`."""
-        parts = (self.__dict__[name] for name, field in self.fields.items() if isinstance(field, Part))
-        return self.oriented or any(p.is_oriented() for p in parts)
+        return self.oriented or any(part.is_oriented() for part in self._components())
 
 
 def _declared(kind: type, name: str) -> Any:
-    """What a class, or the nearest of its bases that says anything, declares by this name."""
+    """The declaration of this name in a class, or in the nearest of its bases that has one."""
     return next(vars(base)[name] for base in kind.__mro__ if name in vars(base))

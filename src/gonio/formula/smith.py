@@ -15,17 +15,17 @@ from ..arrays import ops
 from .direction import Direction
 
 Nodes = Sequence[tuple[Any, Any]]
-"""Slopes and their weights, for integrals over slopes from 0 on."""
+"""Slopes and their weights, for integrals over all slopes above 0."""
 
 
 def cotangent(w: Direction, ax: Any = 1.0, ay: Any = 1.0) -> Any:
-    """cot(theta) of w as seen by a surface of slope scale 1; at most 1e5, beyond which Lambda < 1e-10."""
+    """cot(theta) of w as seen by a surface of slope scale 1; at most 1e5, where Lambda < 1e-10."""
     sx, sy = ax * w.x, ay * w.y
     return ops.minimum(w.z / ops.sqrt(sx * sx + sy * sy + 1e-24), 1e5)
 
 
 def smith(p: Callable[[Any], Any], a: Any, nodes: Nodes, spread: Any = 1.0) -> Any:
-    """Lambda at cot(theta) = a of the slope density p, by nodes `spread` times as large as given.
+    """Lambda at cot(theta) = a of the slope density p; the nodes are multiplied by `spread`.
 
     Lambda = (2/a) integral over y from 0 on of p(a^2 + y^2) (y - a arctan(y/a)) y dy, which is Smith's integral of the
     facets that turn away, over all slopes r = sqrt(a^2 + y^2) steeper than a, each averaged over its azimuths. In y
@@ -42,7 +42,7 @@ def smith(p: Callable[[Any], Any], a: Any, nodes: Nodes, spread: Any = 1.0) -> A
 
 
 def smith_of_angles(p: Callable[[Any], Any], a: Any, angles: Nodes) -> Any:
-    """The same by nodes in [0, pi/2]: the angle along the great circle of normals that w just grazes."""
+    """The same by nodes in [0, pi/2]: angles along the great circle of the normals perpendicular to w."""
     tangents = [(ops.tan(angle), weight) for angle, weight in angles]
     return smith(p, a, [(y, weight * (1.0 + y * y)) for y, weight in tangents], ops.sqrt(1.0 + a * a))
 

@@ -1,4 +1,4 @@
-"""Special functions that formulas need and array libraries lack, written with those of `ops`."""
+"""Special functions that array libraries lack, written with those of `ops`."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ def log1p(t: Any) -> Any:
 def log_gamma(x: Any) -> Any:
     """log Gamma(x) for x >= 0.1, of max(1, |log Gamma|): 1e-14 in float64; 2e-6 in float32, up to 4.
 
-    Stirling's series at x + 8, and the recurrence back, both beside their values at x = 0, which are large and cancel.
+    Stirling's series at x + 8 and the recurrence back, both without their values at x = 0, which are large and cancel.
     """
     product = x * (1.0 / _STIRLING_AT_8)
     for i in range(1, 8):

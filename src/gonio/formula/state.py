@@ -1,18 +1,22 @@
-"""What a value holds beside its fields: state that formulas decide by, notes that they do not see, and what follows.
+"""Attributes beside fields: state that formulas decide by, notes that they do not see, derived values.
 
 A declaration is one line of a class: `layout: tuple[Axis, ...] = state()`, `path: str = note("")`, `@derived`.
+Dictionaries, lists and arrays in a value cannot be changed: `immutable` makes them so.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import is_dataclass
 from typing import Any, Generic, TypeVar
+
+from ..arrays import frozen
 
 T = TypeVar("T")
 
 
 class Beside:
-    """A declared attribute that is no field: no argument of the class by itself, and not compared."""
+    """A declared attribute that is no field: no argument of the constructor by itself, and not compared."""
 
     name = ""
 
@@ -27,11 +31,11 @@ class Beside:
 
 
 class State(Beside):
-    """What formulas decide by beside their fields: hashable, for materials of equal state share a trace."""
+    """Formulas decide by it beside their fields: it is hashable, for materials of equal state share a trace."""
 
 
 class Note(Beside):
-    """What is known about a value. Formulas do not see it, so no trace depends on it."""
+    """A fact about a value. Formulas do not see it, so no trace depends on it."""
 
     def __get__(self, owner: Any, kind: type) -> Any:
         if owner is not None and owner.is_bound:
@@ -41,8 +45,11 @@ class Note(Beside):
         return self.default
 
 
-class Derived(Generic[T]):
-    """What follows from the fields: copies with other fields, and pickles, compute it again."""
+class derived(Generic[T]):
+    """Decorates a method: an attribute that is computed from the fields when it is first asked for.
+
+    Copies with other fields, and pickles, compute it again.
+    """
 
     def __init__(self, function: Callable[[Any], T]):
         self.function, self.__doc__ = function, function.__doc__
@@ -50,22 +57,58 @@ class Derived(Generic[T]):
     def __get__(self, owner: Any, kind: type) -> T:
         if owner is None:
             return self  # type: ignore[return-value]
-        held: dict[Any, T] = owner._derived
-        if self.function not in held:
-            held[self.function] = self.function(owner)
-        return held[self.function]
+        results: dict[Any, T] = owner._derived
+        if self.function not in results:
+            results[self.function] = self.function(owner)
+        return results[self.function]
 
 
 def state(default: Any = None) -> Any:
-    """What formulas decide by beside their fields, such as the spacing of a grid. Constructors set it: `self._hold`."""
+    """State by which formulas decide, such as the spacing of a grid. Constructors set it: `self._hold`."""
     return State(default)
 
 
 def note(default: Any = None) -> Any:
-    """What is known about a value, such as where it is from; `m.with_notes(...)` is a copy with others."""
+    """A fact about a value, such as the file it is from; `m.with_notes(...)` is a copy with other facts."""
     return Note(default)
 
 
-def derived(function: Callable[[Any], T]) -> Derived[T]:
-    """Decorates a method: an attribute that is computed from the fields when it is first asked for."""
-    return Derived(function)
+class Held(dict[Any, Any]):
+    """A dictionary that cannot be changed."""
+
+    def _refuse(self, *args: Any, **kwargs: Any) -> Any:
+        raise AttributeError("what a value holds cannot be changed; make a new one: m.with_table(m.stored, axes=...)")
+
+    __setitem__ = __delitem__ = __ior__ = update = pop = popitem = clear = setdefault = _refuse
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), (dict(self),)
+
+
+class HeldList(list[Any]):
+    """A list that cannot be changed."""
+
+    __setitem__ = __delitem__ = __iadd__ = __imul__ = append = clear = extend = insert = pop = remove = Held._refuse
+    reverse = sort = Held._refuse
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), (list(self),)
+
+
+def immutable(data: Any) -> Any:
+    """The same data, immutable all through: dictionaries and lists as `Held` and `HeldList`, arrays read-only."""
+    if isinstance(data, dict):
+        return Held({name: immutable(x) for name, x in data.items()})
+    if isinstance(data, list):
+        return HeldList(map(immutable, data))
+    return freeze(data)
+
+
+def freeze(data: Any) -> Any:
+    """The same data, with all arrays in it read-only: in dictionaries, lists, tuples and records."""
+    if isinstance(data, dict) or is_dataclass(data):
+        freeze(list(data.values() if isinstance(data, dict) else vars(data).values()))
+    elif isinstance(data, (list, tuple)):
+        for x in data:
+            freeze(x)
+    return frozen(data)

@@ -1,9 +1,9 @@
 """Tables over the unit square that depend on parameters, and the warp that has such a table as its density.
 
-A table is bilinear over the square and linear in its parameters. The warp maps a uniform point (sx, sy) to
-(x, y): first y by the marginal density of the rows, then x by the density along the row; its inverse is the
-pair of distribution functions. Interpolating normalised tables interpolates these functions, so the warp is
-exact between the parameters' nodes too.
+A table is bilinear over the square and linear in its parameters. The warp maps a uniform point (sx, sy) to (x, y):
+first y by the marginal density of the rows, then x by the density along the row; its inverse is the pair of
+distribution functions. Interpolating normalised tables interpolates these functions, so the warp is exact between the
+parameters' nodes too.
 Source: Dupuy & Jakob 2018, "An adaptive parameterization for efficient material acquisition and rendering",
 ACM TOG 37(6):274; the inversion of the piecewise linear densities is derived here.
 """
@@ -11,7 +11,7 @@ ACM TOG 37(6):274; the inversion of the piecewise linear densities is derived he
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from functools import partial
+from functools import cache, partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -19,16 +19,16 @@ import numpy as np
 from ..arrays import Fixed, ops
 
 Slices = Sequence[tuple[Any, Any]]
-"""Which tables are interpolated: pairs of their number and their weight."""
+"""The tables that are interpolated: pairs of number and weight."""
 
-FEW = 16  # nodes up to which each is compared: quicker than to look them up
+FEW = 16  # up to so many nodes, comparing each is quicker than a search
 
 ONE: Slices = ((0, 1.0),)
 """The only table of a set of one."""
 
 
 def bracket(nodes: Any, count: int, x: Any) -> Slices:
-    """The two of `count` increasing nodes that x lies between, with linear weights; held constant outside."""
+    """The two of `count` increasing nodes around x, with linear weights; constant beyond the outermost."""
     if count == 1:
         return ONE
     if count <= FEW:
@@ -46,12 +46,12 @@ def bracket(nodes: Any, count: int, x: Any) -> Slices:
 
 
 def both(outer: Slices, inner: Slices, count: int) -> Slices:
-    """Slices of a set with two parameters, of which the inner one has `count` nodes."""
+    """Slices of a set with two parameters; the inner one has `count` nodes."""
     return tuple((i * count + j, v * w) for i, v in outer for j, w in inner)
 
 
 def gather(table: Any, at: Slices, size: int, index: Any) -> Any:
-    """Entry `index` of the interpolated table; `size` entries make one table."""
+    """Entry `index` of the interpolated table; a table has `size` entries."""
     return _weighted(table, [(number * size, weight) for number, weight in at], index)
 
 
@@ -66,7 +66,7 @@ def _weighted(table: Any, starts: Slices, index: Any) -> Any:
 def bilinear(table: Any, at: Slices, shape: tuple[int, int], x: Any, y: Any, plane: Any = 0, planes: int = 1) -> Any:
     """Value at (x, y) in [0, 1]^2 of a table with entries from 0 to 1; x runs along a row.
 
-    `shape`: (rows, columns). Each slice may hold several `planes`, of which `plane` is looked up.
+    `shape`: (rows, columns). A slice may hold several `planes`; the value is that of `plane`.
     """
     rows, columns = shape
     (row, v), (column, u) = _cell(y, rows), _cell(x, columns)
@@ -145,9 +145,8 @@ class MarginalWarp(NamedTuple):
 def tables(values: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Density, conditional and marginal distribution functions, and integrals of tables (..., rows, columns).
 
-    What is looked up together lies together: the conditional ones are (..., columns, rows), and the marginal ones
-    (rows, ...), for a row and the next, and a table and the next.
-    The distribution functions start with 0, so that a lookup needs no special case. `values` are not negative and
+    Entries that a lookup needs together lie side by side: the conditional functions are (..., columns, rows), the
+    marginal ones (rows, ...). They start with 0, so that a lookup needs no special case. `values` are not negative, and
     every table has a positive integral; computed in float64.
     """
     values = np.asarray(values, dtype=np.float64)
@@ -165,15 +164,9 @@ def tables(values: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.n
 
 
 def tables_when_needed(names: Sequence[str], make: Callable[[], np.ndarray]) -> dict[str, Fixed]:
-    """`tables` of the values that a function makes, by name and flat; it is called when the first is looked up."""
-    made: list[np.ndarray] = []
-
-    def part(k: int) -> np.ndarray:
-        if not made:
-            made.extend(t.reshape(-1) for t in tables(make()))
-        return made[k]
-
-    return {name: Fixed(partial(part, k)) for k, name in enumerate(names)}
+    """`tables` of the values that `make` returns, by name and flat; it is called when the first one is looked up."""
+    flat = cache(lambda: [table.reshape(-1) for table in tables(make())])
+    return {name: Fixed(partial(lambda k: flat()[k], k)) for k, name in enumerate(names)}
 
 
 def _last(count: int, below: Callable[[Any], Any], like: Any) -> tuple[Any, Any]:
@@ -183,14 +176,14 @@ def _last(count: int, below: Callable[[Any], Any], like: Any) -> tuple[Any, Any]
     step = 1 << (max(count - 1, 1).bit_length() - 1)
     while step:
         k_next, real_next = ops.minimum(k + step, count - 1), ops.minimum(real + step, count - 1.0)
-        found = below(k_next)
-        k, real = ops.where(found, k_next, k), ops.where(found, real_next, real)
+        passed = below(k_next)
+        k, real = ops.where(passed, k_next, k), ops.where(passed, real_next, real)
         step >>= 1
     return k, real
 
 
 def _cell(x: Any, count: int) -> tuple[Any, Any]:
-    """Which of the count - 1 cells of [0, 1] x lies in, and where in it."""
+    """The number of the cell of [0, 1], which has count - 1, that x lies in, and the place in it."""
     position = ops.clip(x, 0.0, 1.0) * (count - 1.0)
     start = ops.minimum(ops.floor(position), count - 2.0)
     return ops.to_index(start), position - start

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
+
+from ..errors import suggestion
 
 
 def shown(value: Any) -> str:
@@ -18,25 +19,25 @@ def shown(value: Any) -> str:
 
 
 def literal(value: Any) -> str:
-    """A value as it is written in a material expression."""
+    """A value in the notation of material expressions."""
     if isinstance(value, np.ndarray):
         return repr(value.tolist()) if value.size <= 64 else f"array{value.shape}"
     return repr(value)
 
 
-def unknown(owner: str, name: Any, known: list[str], what: str = "parameter") -> str:
-    """The message that `owner` has nothing of this name."""
-    close = difflib.get_close_matches(name[:60] if isinstance(name, str) else "", known, n=1)
-    hint = f"; did you mean {close[0]!r}?" if close else "."
-    return f"{owner} has no {what} {shown(name)}{hint} Known: {listed(known)}"
+def unknown(owner: str, name: Any, names: list[str], what: str = "parameter") -> str:
+    """The message that `owner` has nothing of this name, with the names that it has."""
+    hint = suggestion(name[:60] if isinstance(name, str) else "", names) or "."
+    return f"{owner} has no {what} {shown(name)}{hint} Known: {listed(names)}"
 
 
-def listed(known: Sequence[str]) -> str:
-    """Names in a message, of very many the first."""
-    return ", ".join(known) if len(known) <= 100 else f"{', '.join(known[:100])} ... ({len(known)} in all)"
+def listed(names: Sequence[str], most: int = 100) -> str:
+    """Names in a message: the first so many."""
+    rest = f" ... ({len(names)} in all)" if len(names) > most else ""
+    return ", ".join(names[:most]) + rest
 
 
 def few(names: Iterable[str]) -> str:
-    """Names in a message, of more than a dozen the first."""
-    known = sorted(names)
-    return ", ".join(known) if len(known) < 15 else f"{', '.join(known[:6])} ... ({len(known)} in all)"
+    """Names in a message, sorted; of 15 or more the first six."""
+    ordered = sorted(names)
+    return listed(ordered, len(ordered) if len(ordered) < 15 else 6)

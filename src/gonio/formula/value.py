@@ -1,4 +1,4 @@
-"""Immutable values: what they hold, of which nothing can be changed, and equality, repr, pickles and JSON of it."""
+"""Immutable values: their attributes, of which nothing can be changed; equality, repr, pickles and JSON."""
 
 from __future__ import annotations
 
@@ -10,10 +10,9 @@ import numpy as np
 
 from ..arrays import Fixed, ops
 from ..errors import ParameterError
+from .classes import json_name
 from .fields import Channels, Field, Table
-from .held import freeze, held
-from .registry import json_name
-from .state import Beside, Note, State
+from .state import Beside, Note, State, freeze, immutable
 from .text import literal
 
 
@@ -22,21 +21,21 @@ class Value:
 
     fields: dict[str, Field] = {}  # noqa: RUF012  (each class gets its own)
     beside: ClassVar[dict[str, Beside]] = {}
-    """What is declared with `state` and `note`."""
+    """The declarations made with `state` and `note`."""
     is_bound = False
-    """Whether this is a copy for formulas, which holds what they compute with and no notes."""
+    """Whether this is a copy for formulas, which holds the numbers they compute with and no notes."""
 
     _tied: dict[str, str]
     _kept: dict[str, Fixed] = {}  # noqa: RUF012  (each instance with arrays gets its own)
     _holed: frozenset[str] = frozenset()  # names of parameters of which some entries were masked, and are NaN
     _derived: dict[Any, Any]
-    """What follows from the fields, by what computed it: shared by copies that differ in notes alone."""
+    """Derived values, by the functions that compute them: shared by copies that differ in notes alone."""
 
-    def _hold(self, **others: Any) -> None:
+    def _hold(self, **attributes: Any) -> None:
         """Set declared state and notes, or a field as it is; for constructors alone."""
-        for name, value in others.items():
+        for name, value in attributes.items():
             if isinstance(self.beside.get(name), State):
-                hash(value)  # what is no key cannot say which trace is whose
+                hash(value)  # raises TypeError where it cannot be the key of a trace
             elif name in self.fields:
                 self._kept.pop(name, None)
             elif name not in self.beside:
@@ -44,11 +43,11 @@ class Value:
             self.__dict__[name] = value
 
     def with_notes(self, **notes: Any) -> Self:
-        """A copy of which other things are known, such as `provenance`; its values are the same."""
+        """A copy with other notes, such as `provenance`; all else is the same."""
         for name in notes:
             if not isinstance(self.beside.get(name), Note):
                 raise AttributeError(f"{type(self).__name__} has no note {name!r}; {name} = note() declares one")
-        return self._made_of(self.__dict__, {name: held(value) for name, value in notes.items()})
+        return self._made_of(self.__dict__, {name: immutable(value) for name, value in notes.items()})
 
     def _keep(self) -> dict[str, Fixed]:
         """Arrays by name, which libraries convert once: tables, flat, and parameters given as NumPy arrays."""
@@ -56,25 +55,20 @@ class Value:
         return {n: Fixed(partial(np.reshape, a, -1) if isinstance(f, Table) else a) for n, (f, a) in arrays.items()}
 
     @classmethod
-    def _made_of(cls, *held: dict[str, Any]) -> Self:
-        """An instance that holds all this, unchecked."""
+    def _made_of(cls, *attributes: dict[str, Any]) -> Self:
+        """An instance with these attributes, unchecked."""
         new = object.__new__(cls)
-        for some in held:
+        for some in attributes:
             new.__dict__.update(some)
         return new
 
-    def _beside_fields(self) -> dict[str, Any]:
-        """The state and the notes that this holds, and its fields where these are its own."""
-        return {name: self.__dict__[name] for name in (*self.beside, "fields") if name in self.__dict__}
-
     def _free(self) -> Iterator[tuple[str, Field, Any]]:
-        """Declared fields with their values, without those that are tied to another."""
+        """Declared fields with their values, without fields that are tied to another."""
         return ((name, field, self.__dict__[name]) for name, field in self.fields.items() if name not in self._tied)
 
     def __setattr__(self, name: str, value: Any) -> None:
-        raise AttributeError(
-            f"{type(self).__name__} is a value and cannot be changed; use m.replace({name}=...) for a new one"
-        )
+        kind = type(self).__name__
+        raise AttributeError(f"{kind} is a value and cannot be changed; use m.replace({name}=...) for a new one")
 
     def __delattr__(self, name: str) -> None:
         raise AttributeError(f"{type(self).__name__} is a value and cannot be changed")
@@ -85,10 +79,8 @@ class Value:
     def __eq__(self, other: object) -> bool:
         if type(self) is not type(other):
             return NotImplemented
-        mine, theirs = self._key(), other._key()
-        return len(mine) == len(theirs) and all(
-            a[0] == b[0] and _same(a[1], b[1]) for a, b in zip(mine, theirs, strict=True)
-        )
+        mine, theirs = dict(self._key()), dict(other._key())
+        return mine.keys() == theirs.keys() and all(_same(value, theirs[name]) for name, value in mine.items())
 
     def __hash__(self) -> int:
         return hash((type(self), *(v for _, v in self._key() if isinstance(v, (float, str, Value)))))
@@ -101,8 +93,8 @@ class Value:
         self.__dict__["_kept"] = self._keep()
 
     def __repr__(self) -> str:
-        shown = [f"{n}={literal(v)}" for n, f, v in self._free() if not isinstance(f, (Table, Channels))]
-        return f"{type(self).__name__}({', '.join(shown)})"
+        arguments = [f"{n}={literal(v)}" for n, f, v in self._free() if not isinstance(f, (Table, Channels))]
+        return f"{type(self).__name__}({', '.join(arguments)})"
 
     def to_json(self) -> dict[str, Any]:
         """This value as JSON data: its class by name, its fields as numbers, lists, words and further objects."""
@@ -117,9 +109,12 @@ class Value:
 def _same(a: Any, b: Any) -> bool:
     if a is b:
         return True
-    if ops.library_of_type(type(a)) is None or ops.library_of_type(type(b)) is None:
-        return type(a) is type(b) and bool(a == b)
-    return type(a) is type(b) and np.array_equal(ops.to_numpy(a), ops.to_numpy(b), equal_nan=True)
+    if ops.library_of_type(type(a)) is None and ops.library_of_type(type(b)) is None:
+        return bool(a == b)
+    if type(a) is not type(b):
+        return False
+    x, y = ops.to_numpy(a), ops.to_numpy(b)
+    return np.array_equal(x, y, equal_nan=x.dtype.kind in "fc")  # words have no NaN to look for
 
 
 def _json(value: Any) -> Any:

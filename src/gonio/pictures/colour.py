@@ -1,4 +1,4 @@
-"""Colour: sRGB and its transfer function, luminance, CIE XYZ, and what spectra look like in linear sRGB."""
+"""Colour: sRGB and its transfer function, luminance, CIE XYZ, and spectra as linear sRGB."""
 
 from __future__ import annotations
 
@@ -118,7 +118,7 @@ def to_rgb(wavelengths: Any) -> np.ndarray:
 def rgb_of(names: tuple | None) -> np.ndarray | None:
     """Matrix (C, 3) that turns channels of these names into linear sRGB: wavelengths [nm], `XYZ` or `RELATIVE_XYZ`.
 
-    None for channels that are RGB, or of which nothing is known.
+    None for channels that are RGB or unknown.
     """
     if names is None or len(names) < 2:
         return None
@@ -130,7 +130,7 @@ def rgb_of(names: tuple | None) -> np.ndarray | None:
 def transformed(values: np.ndarray, matrix: np.ndarray) -> np.ndarray:
     """Channels (..., C) turned into others by a matrix (C, K): `values @ matrix`, on this thread alone.
 
-    BLAS shares large products out to threads of its own, which `gn.threads` does not bind; so it gets small ones.
+    BLAS gets small products only: large ones it shares out to threads of its own, which `gn.threads` does not limit.
     """
     count, wide = matrix.shape
     rows = max(1, _UNSHARED // matrix.size)

@@ -1,6 +1,6 @@
 """Pictures of linear light: the `Image` class, read and saved in the formats of `files/`.
 
-Files are recognised by their first bytes, never by their suffix. What a format cannot hold is refused or
+Files are recognised by their first bytes, never by their suffix. Values that a format cannot hold are refused or
 announced; .png alone is for looking at.
 """
 
@@ -23,13 +23,13 @@ from .colour import SRGB_XY
 from .files._source import Picture, Source, opened
 
 PIXELS = 2**29
-"""Most pixels that a picture may announce: 32768 x 16384."""
+"""The most pixels that a picture may announce: 32768 x 16384."""
 
 _FORMATS = modules("gonio.pictures.files")
 _WRITERS = {module.WRITTEN: module for module in _FORMATS}
 
 SUFFIXES = tuple(suffix for module in _FORMATS for suffix in module.SUFFIXES)
-"""Of the files that `read_image` reads."""
+"""Suffixes of the files that `read_image` reads."""
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -61,8 +61,8 @@ class Image:
             names = tuple(map(str, self.channels))
             distinct = {n for n in names if n.isprintable() and 0 < len(n.encode()) < 256} - {"A"}
             if len(distinct) != pixels.shape[2] or len(names) != pixels.shape[2]:
-                rule = f"{pixels.shape[2]} different short names, none of them 'A'; coverage goes into alpha"
-                raise ParameterError(f"channels are {names}, expected {rule}")
+                expected = f"{pixels.shape[2]} different short names, none of them 'A'; coverage goes into alpha"
+                raise ParameterError(f"channels are {names}, expected {expected}")
             object.__setattr__(self, "channels", names)
 
     def __repr__(self) -> str:
@@ -74,12 +74,12 @@ class Image:
         """Write the picture whole or not at all (beside the target, then renamed); the suffix is the format.
 
         .png     8 bits: round(255 srgb_encode(clamp(2^exposure pixels, 0, 1))); C = 1 or 3; alpha as it is.
-                 NaN becomes 0, and a MissingDataWarning says how many.
+                 NaN becomes 0, and a MissingDataWarning says how many pixels that are.
         .exr     float32, lossless, NaN and infinity kept: R, G, B, or Y, or the given names; with an alpha
                  also A, and the others multiplied by it, as OpenEXR has it.
         .hdr     Radiance RGBE, flat; C = 3, or 1 written three times; over black; rounded to nearest: error at
-                 most 1/256 of a pixel's largest channel. NaN becomes 0, and what lies outside 0 to 1.69e38 is
-                 clamped: a MissingDataWarning says how many.
+                 most 1/256 of a pixel's largest channel. NaN becomes 0, values outside 0 to 1.69e38 are clamped,
+                 and a MissingDataWarning says how many pixels that are.
 
         Units    `exposure` in stops, for .png only: the other two hold the values themselves.
         Errors   ParameterError (suffix, exposure, values the format cannot hold), ShapeError (channel count),
@@ -94,13 +94,13 @@ class Image:
 
 
 def check_target(path: str | os.PathLike[str], exposure: float = 0.0) -> None:
-    """Raise what `Image.save` raises for this name and exposure: to be asked before a picture is made."""
+    """Raise the errors of `Image.save` for this name and exposure, before a picture is made."""
     suffix = Path(path).suffix.lower()
     if suffix not in _WRITERS:
         raise ParameterError(f"{path}: suffix is {suffix!r}, expected one of {', '.join(_WRITERS)}")
     if not abs(exposure) <= (200.0 if suffix == ".png" else 0.0):
-        rule = "within 200 stops for .png, 0 for .exr and .hdr; scale the pixels instead"
-        raise ParameterError(f"{path}: exposure is {exposure}, expected {rule}")
+        expected = "within 200 stops for .png, 0 for .exr and .hdr; scale the pixels instead"
+        raise ParameterError(f"{path}: exposure is {exposure}, expected {expected}")
     target(path)
 
 
@@ -113,7 +113,7 @@ def read_image(path: str | os.PathLike[str], most: int = PIXELS) -> Image:
                Radiance itself adds 1/2 to the mantissa, for its writer truncates; Mitsuba and OpenCV do not,
                nor do we: 1.0 reads as 1.0, and a truncating writer's picture half a step (0.2 to 0.4 % of
                the largest channel) too dark. Flat, old and new run-length coding, every orientation; no XYZE.
-    PNG, JPEG  `srgb_decode` of what pillow reads, without profiles or gamma; 16-bit colour comes as 8-bit.
+    PNG, JPEG  `srgb_decode` of pillow's codes, without profiles or gamma; 16-bit colour comes as 8-bit.
                Up to pillow's own limit of 178 956 970 pixels.
 
     Primaries that are not sRGB's give a warning, and the values stay as they are.
@@ -121,29 +121,28 @@ def read_image(path: str | os.PathLike[str], most: int = PIXELS) -> Image:
     more than 30 bytes of memory a pixel, and 12 of them stay.
 
     Shapes   `pixels` (H, W, C), row 0 at the top.
-    Errors   NotFoundError (missing or not readable), FormatError (whatever else is wrong with the file),
+    Errors   NotFoundError (missing or not readable), FormatError (everything else that is wrong with the file),
              TooLargeError (it announces more than this machine has memory for).
     Source   G. Ward, "Radiance File Formats" (filefmts.pdf); "OpenEXR File Layout" (openexr.com).
     """
     image, primaries = apart(_decoded, path, most)
     if primaries is not None and not np.allclose(primaries, SRGB_XY, atol=0.002):
-        text = f"primaries are {tuple(np.round(primaries, 4).tolist())}, not sRGB's {SRGB_XY}"
-        warnings.warn(f"{path}: {text}; nothing is converted", stacklevel=2)
+        mismatch = f"primaries are {tuple(np.round(primaries, 4).tolist())}, not sRGB's {SRGB_XY}"
+        warnings.warn(f"{path}: {mismatch}; nothing is converted", stacklevel=2)
     return image
 
 
 def _decoded(path: str | os.PathLike[str], most: int) -> tuple[Image, tuple[float, ...] | None]:
-    """The picture in a file, and its primaries where the file says which."""
+    """The picture in a file, and its primaries, if the file has them."""
     with opened(path) as file:
         size = os.fstat(file.fileno()).st_size
         head = file.read(10)
-        starts = [(start, kind, module) for module in _FORMATS for start, kind in module.STARTS.items()]
-        of_this = next(((kind, module) for start, kind, module in starts if head.startswith(start)), None)
-        if of_this is None:
-            listed = ", ".join(f"{start!r} ({kind})" for start, kind, _ in starts)
-            rule = f"starts with {head!r}, expected {listed}; convert it to .exr or .hdr first"
-            raise FormatError(f"{path}: not a picture gonio reads: {rule}")
-        kind, module = of_this
+        starts = {start: (kind, module) for module in _FORMATS for start, kind in module.STARTS.items()}
+        kind, module = next((starts[start] for start in starts if head.startswith(start)), ("", None))
+        if module is None:
+            expected = ", ".join(f"{start!r} ({kind})" for start, (kind, _) in starts.items())
+            mismatch = f"starts with {head!r}, expected {expected}; convert it to .exr or .hdr first"
+            raise FormatError(f"{path}: not a picture gonio reads: {mismatch}")
         try:
             with np.errstate(all="ignore"):
                 pixels, alpha, names, primaries = module.read(Source(file, os.fspath(path), size, most))
@@ -151,13 +150,13 @@ def _decoded(path: str | os.PathLike[str], most: int) -> tuple[Image, tuple[floa
         except errors.DependencyError:
             raise
         except MemoryError as error:
-            why = str(error) if isinstance(error, TooLargeError) else "there is not enough memory to decode it"
-            text = f"{path}: {kind} picture: {why}; make it smaller, or use a machine with more memory"
-            raise TooLargeError(text) from None
+            reason = str(error) if isinstance(error, TooLargeError) else "there is not enough memory to decode it"
+            advice = "make it smaller, or use a machine with more memory"
+            raise TooLargeError(f"{path}: {kind} picture: {reason}; {advice}") from None
         except Exception as error:  # damage makes pillow and OpenEXR raise nearly every type there is
-            why = str(error) if isinstance(error, errors.Error) else repr(error)
-            text = f"{path}: damaged or unsupported {kind} picture: {why}; copy or export it again"
-            raise FormatError(text) from error
+            reason = str(error) if isinstance(error, errors.Error) else repr(error)
+            advice = "copy or export it again"
+            raise FormatError(f"{path}: damaged or unsupported {kind} picture: {reason}; {advice}") from error
 
 
 def _float32(values: ArrayLike, name: str) -> NDArray[np.float32]:

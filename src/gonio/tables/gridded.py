@@ -14,8 +14,7 @@ from ..errors import ParameterError
 from ..formula.direction import HORIZON
 from ..formula.fields import Ours, kept, option, table
 from ..formula.fields import channels as channel_field
-from ..formula.held import Held
-from ..formula.state import note, state
+from ..formula.state import Held, note, state
 from . import dataset_layout
 from ._lookup import Interpolated
 from .axes import laid_out

@@ -15,8 +15,7 @@ from ...base.reflectance import Reflectance
 from ...formula import warp
 from ...formula.direction import Direction, half_and_cosine, polar_angle, reflect, select
 from ...formula.fields import Ours, channels, kept, table
-from ...formula.held import Held
-from ...formula.state import note, state
+from ...formula.state import Held, note, state
 from ...formula.table_warp import ONE, MarginalWarp, Slices, bilinear, both, bracket, gather, tables_when_needed
 from .._options import Declared
 from .._reading import tensor_file

@@ -17,8 +17,7 @@ from ...errors import NotFoundError, ParameterError
 from ...files import replacing
 from ...formula.direction import Direction
 from ...formula.fields import Ours, channels, kept, table
-from ...formula.held import Held
-from ...formula.state import note, state
+from ...formula.state import Held, note, state
 from ...formula.table_warp import bracket
 from ...tables.axes import fits
 from ...tables.drawing import Sampled

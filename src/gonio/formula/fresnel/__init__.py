@@ -9,18 +9,18 @@ from typing import Any
 
 from ...arrays import ops
 from ...contents import Contents
+from ..classes import Array
 from ..fresnel_term import Fresnel
 from ..json_form import names
-from ..signature import Array
 from .constant import Constant
 
 
 def as_fresnel(value: Fresnel | float | Array) -> Any:
-    """A number (or array of numbers) as a `Constant` reflectance; anything else as it is."""
-    numeric = isinstance(value, (int, float, list, tuple)) or ops.library_of_type(type(value)) is not None
-    return Constant(value) if numeric else value
+    """A number (or array of numbers) as a `Constant` reflectance; other values as they are."""
+    is_number = isinstance(value, (int, float, list, tuple)) or ops.library_of_type(type(value)) is not None
+    return Constant(value) if is_number else value
 
 
 def fresnel_terms() -> Contents[type[Fresnel]]:
-    """Every Fresnel term, and those of your own: name -> class."""
+    """Every Fresnel term, your own included: name -> class."""
     return Contents({n: k for n, k in names().items() if issubclass(k, Fresnel)})

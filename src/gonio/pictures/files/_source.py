@@ -1,4 +1,4 @@
-"""What files of pictures share: the source that is read, the picture that is in it, and limits on its size."""
+"""Shared by the formats of pictures: a file that is read, the picture in it, and limits on its size."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ from ...errors import DependencyError, FormatError, MissingDataWarning, NotFound
 DENSE = 2**14
 """Pixels that a byte may stand for: one colour, 8192 x 4096, comes to 8089 as 1-bit PNG."""
 
-_BESIDE = 6  # bytes a pixel that libraries take beside what they return
+_BESIDE = 6  # bytes a pixel that libraries take beside their results
 _BLOCK = 1 << 18  # pixels that are converted at a time
 
 
 class Picture(NamedTuple):
-    """Linear pixels (H, W, C), coverage (H, W), the names of channels (R, G, B first), and primaries where they are
-    known (see `colour.SRGB_XY`)."""
+    """Linear pixels (H, W, C), coverage (H, W), names of the channels (R, G, B first), and primaries, if known, as in
+    `colour.SRGB_XY`."""
 
     pixels: NDArray[np.float32]
     alpha: NDArray[np.float32] | None = None
@@ -44,7 +44,7 @@ class Picture(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Source:
-    """A picture's file, open; its name, its size in bytes, and the most pixels that may be read of it."""
+    """A picture's open file; its name, its size in bytes, and the most pixels that may be read."""
 
     file: BinaryIO
     path: str
@@ -52,15 +52,14 @@ class Source:
     most: int
 
     def check(self, width: int, height: int, each: int, dense: int) -> None:
-        """Refuse a picture of more pixels than are allowed, than its bytes can hold (`dense`) or, at `each` bytes a
-        pixel, than fit into memory."""
+        """Refuse a picture that has more pixels than are allowed, than its bytes can hold (`dense`) or, at `each` bytes
+        a pixel, than fit into memory."""
+        header = f"the header says {width} x {height} pixels"
         if min(width, height) < 1 or width * height > min(self.most, dense):
-            limit = f"1 to {self.most} pixels, and what {self.size} bytes can hold"
-            raise FormatError(f"the header says {width} x {height} pixels, expected {limit}")
-        needed, there = width * height * (each + _BESIDE), available()
-        if needed > there:
-            said = f"the header says {width} x {height} pixels, which take up to {needed / 1e9:.1f} GB"
-            raise TooLargeError(f"{said}, and {there / 1e9:.1f} GB are free")
+            raise FormatError(f"{header}, expected 1 to {self.most} pixels, and what {self.size} bytes can hold")
+        needed, free = width * height * (each + _BESIDE), available()
+        if needed > free:
+            raise TooLargeError(f"{header}, which take up to {needed / 1e9:.1f} GB, and {free / 1e9:.1f} GB are free")
 
 
 def opened(path: str | os.PathLike[str]) -> BinaryIO:
@@ -68,8 +67,8 @@ def opened(path: str | os.PathLike[str]) -> BinaryIO:
     try:
         handle = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
     except (OSError, ValueError) as error:
-        why = error.strerror if isinstance(error, OSError) else error
-        raise NotFoundError(f"{path}: {why}; check the name and its permissions") from None
+        reason = error.strerror if isinstance(error, OSError) else error
+        raise NotFoundError(f"{path}: {reason}; check the name and its permissions") from None
     mode = os.fstat(handle).st_mode
     if stat.S_ISREG(mode):
         return os.fdopen(handle, "rb")
@@ -89,7 +88,7 @@ def available() -> float:
 
 
 def blocks(height: int, width: int) -> Iterator[slice]:
-    """Some rows at a time."""
+    """The rows of a picture, some at a time."""
     step = max(1, _BLOCK // width)
     return (slice(start, min(start + step, height)) for start in range(0, height, step))
 
@@ -97,8 +96,8 @@ def blocks(height: int, width: int) -> Iterator[slice]:
 def warn_lost(lost: NDArray[np.bool_], path: str, what: str) -> None:
     """Announce pixels whose values a format cannot hold, to who saves the picture."""
     if count := int(lost.any(axis=-1).sum()):
-        text = f"{path}: {count} of {lost[..., 0].size} pixels are {what}; .exr keeps them"
-        warnings.warn(text, MissingDataWarning, stacklevel=4)
+        message = f"{path}: {count} of {lost[..., 0].size} pixels are {what}; .exr keeps them"
+        warnings.warn(message, MissingDataWarning, stacklevel=4)
 
 
 def library(module: str, package: str) -> Any:
@@ -106,5 +105,5 @@ def library(module: str, package: str) -> Any:
     try:
         return importlib.import_module(module)
     except ImportError as error:
-        text = f"{package} reads and writes this format and is not installed; pip install {package}"
-        raise DependencyError(text) from error
+        message = f"{package} reads and writes this format and is not installed; pip install {package}"
+        raise DependencyError(message) from error

@@ -1,4 +1,4 @@
-"""OpenEXR pictures: what their headers announce, read before the library is let at them, and their channels."""
+"""OpenEXR pictures: their headers, which are checked before the library reads the file, and their channels."""
 
 from __future__ import annotations
 
@@ -19,16 +19,16 @@ SUFFIXES = (".exr",)
 WRITTEN = ".exr"
 
 DENSE = 2**10
-"""Pixels that a byte of a file may stand for: one colour, 8192 x 4096, comes to 449 in all but DWA compression."""
+"""The most pixels per byte of a file: one colour, 8192 x 4096, comes to 449 in all but DWA compression."""
 
 DENSE_DWA = 2**14  # 5189 as DWAB
 
 _BYTES = {0: 4, 1: 2, 2: 4}  # of a number: uint, half, float
-_HEAD = 1 << 16  # bytes of a file that are looked at for headers; doubled while these go on
+_HEAD = 1 << 16  # bytes of a file that are searched for headers; eight times as many while these go on
 
 
 def read(source: Source) -> Picture:
-    """The picture in a file: of several parts the first. Raises FormatError for what is none."""
+    """The picture in a file: of several parts the first. Raises FormatError where there is none."""
     openexr, most = library("OpenEXR", "OpenEXR"), {False: DENSE * source.size, True: DENSE_DWA * source.size}
     parts = _headers(source.file, source.size)
     width = height = decoded = 0
@@ -50,8 +50,8 @@ def read(source: Source) -> Picture:
     np.empty(decoded, np.uint8)  # where there is no memory, the library says damage
     planes = _planes(openexr, source.path)
     if any(p.shape != (height, width) or p.dtype.kind not in "fu" for p in planes.values()):
-        held = {name: f"{p.shape} {p.dtype}" for name, p in planes.items()}
-        raise FormatError(f"channels are {held}, expected {(height, width)} numbers, not deep ones")
+        channels = {name: f"{p.shape} {p.dtype}" for name, p in planes.items()}
+        raise FormatError(f"channels are {channels}, expected {(height, width)} numbers, not deep ones")
     alpha = planes.pop("A").astype(np.float32, copy=False) if "A" in planes and len(planes) > 1 else None
     rgb = tuple("RGB") if {"R", "G", "B"} <= planes.keys() else ()
     names = (*rgb, *sorted(planes.keys() - set(rgb)))
@@ -106,8 +106,8 @@ def _channel_kinds(data: bytes) -> list[int]:
 
 
 def _planes(openexr: Any, path: str) -> dict[str, NDArray[Any]]:
-    """The channels of the first part. The library raises nothing for a damaged part: some versions drop it, print a
-    line, and count the rest from 0."""
+    """The channels of the first part. The library raises no error for a damaged part: some versions drop it, print a
+    line, and count the others from 0."""
     parts = _UNHEARD(openexr.File, path).parts
     if not parts or parts[0].part_index != 0:
         raise FormatError("its pixels cannot be decoded")

@@ -16,7 +16,7 @@ WRITTEN = ".png"
 
 
 def read(source: Source) -> Picture:
-    """The picture in a file; pillow raises what it raises."""
+    """The picture in a file; pillow raises errors of its own."""
     pillow = library("PIL.Image", "pillow")
     source.file.seek(0)
     try:

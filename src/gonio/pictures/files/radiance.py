@@ -1,4 +1,4 @@
-"""Radiance pictures: RGBE, a mantissa of 8 bits for each colour and one exponent.
+"""Radiance pictures: RGBE, a mantissa of 8 bits for each colour and one exponent; flat or run-length scanlines.
 
 Source   G. Ward, "Radiance File Formats" (filefmts.pdf).
 """
@@ -11,10 +11,10 @@ from pathlib import Path
 from typing import BinaryIO
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ...errors import FormatError
 from ..colour import SRGB_XY
-from ._radiance_rle import longest, scanlines
 from ._source import DENSE, Picture, Source, blocks, warn_lost
 
 STARTS = {b"#?RADIANCE": "Radiance", b"#?RGBE": "Radiance"}
@@ -25,7 +25,7 @@ _HEADER_LINE = 1 << 16  # bytes
 
 
 def read(source: Source) -> Picture:
-    """The picture in a file; raises FormatError for what is none."""
+    """The picture in a file; raises FormatError where there is none."""
     header = {b"EXPOSURE": np.ones(1), b"COLORCORR": np.ones(3), b"PRIMARIES": np.array(SRGB_XY)}
     source.file.seek(0)
     while line := _header_line(source.file):
@@ -43,8 +43,8 @@ def read(source: Source) -> Picture:
         raise FormatError(f"resolution line is {line[:40]!r}, expected '-Y height +X width'")
     rows, columns = int(size[3]), int(size[6])
     source.check(columns, rows, 12 + 4 + 8, DENSE * source.size)
-    packed = min(longest(rows, columns), source.size - source.file.tell())
-    rgbe = scanlines(source.file.read(packed), 0, rows, columns)
+    longest = rows * (4 + 8 * columns)  # new run-length coding with runs of one pixel
+    rgbe = _scanlines(source.file.read(min(longest, source.size - source.file.tell())), rows, columns)
     # A scanline runs along the second axis named; +Y goes up and -X left, against the order of the array.
     if size[2] == b"X":
         rgbe = rgbe.swapaxes(0, 1)
@@ -66,6 +66,69 @@ def _header_line(file: BinaryIO) -> bytes:
     if not line.endswith(b"\n"):
         raise FormatError(f"header line {line[:40]!r} does not end, expected lines of at most {_HEADER_LINE} bytes")
     return line.rstrip(b"\r\n")
+
+
+def _scanlines(data: bytes, rows: int, columns: int) -> NDArray[np.uint8]:
+    """RGBE bytes (rows, columns, 4) of new run-length, old run-length and flat scanlines, in any mixture."""
+    if 4 * rows > len(data):
+        raise FormatError(f"{len(data)} bytes of pixels, expected at least 4 per scanline ({rows})")
+    packable = 8 <= columns <= 0x7FFF
+    if len(data) == 4 * rows * columns:  # flat throughout, unless some pixel is a run-length mark
+        flat = np.frombuffer(data, np.uint8).reshape(rows, columns, 4)
+        packed = (flat[:, 0, :2] == 2).all(-1) & (flat[:, 0, 2] < 128) & packable
+        if not packed.any() and not (flat[..., :3] == 1).all(-1).any():
+            return flat
+    out, at = np.empty((rows, columns, 4), np.uint8), 0
+    for row in range(rows):
+        new = packable and data[at : at + 2] == b"\2\2" and data[at + 2 : at + 3] < b"\x80"
+        try:
+            out[row], at = (_new_scanline if new else _old_scanline)(data, at, columns)
+        except (IndexError, ValueError) as error:
+            why = "the file ends in it" if isinstance(error, IndexError) else error
+            raise FormatError(f"scanline {row} of {rows}: {why}") from None
+    return out
+
+
+def _new_scanline(data: bytes, at: int, columns: int) -> tuple[NDArray[np.uint8], int]:
+    """One scanline of run-length coded components (columns, 4), and where the next one starts."""
+    if (length := int.from_bytes(data[at + 2 : at + 4])) != columns:
+        raise FormatError(f"its length is {length}, expected {columns}")
+    at += 4
+    pieces: list[bytes] = []
+    for _ in range(4):
+        left = columns
+        while left > 0:
+            code = data[at]
+            repeats, stored = (code - 128, 1) if code > 128 else (1, code)
+            pieces.append(data[at + 1 : at + 1 + stored] * repeats)
+            left -= repeats * stored
+            at += 1 + stored
+        if left:
+            raise FormatError(f"a run goes {-left} pixels beyond it")
+    if at > len(data):
+        raise IndexError
+    return np.frombuffer(b"".join(pieces), np.uint8).reshape(4, columns).T, at
+
+
+def _old_scanline(data: bytes, at: int, columns: int) -> tuple[NDArray[np.uint8], int]:
+    """One flat or old run-length scanline (columns, 4), and where the next one starts.
+
+    (1, 1, 1, n) repeats the pixel before it n times; following another repeat, 256 n times, and so on.
+    """
+    count = min(columns, (len(data) - at) // 4)
+    quads = np.frombuffer(data, np.uint8, 4 * count, at).reshape(count, 4)
+    repeats = (quads[:, :3] == 1).all(axis=1)
+    index = np.arange(count)
+    source = np.maximum.accumulate(np.where(repeats, -1, index))
+    times = np.where(repeats, quads[:, 3].astype(np.int64) << np.minimum(8 * (index - source - 1), 32), 1)
+    total = np.cumsum(times)
+    last = int(np.searchsorted(total, columns))
+    if last == count:
+        raise IndexError
+    if source[0] < 0:
+        raise FormatError("it starts with a repeat, expected a pixel")
+    times[last] -= total[last] - columns  # as the reference reader, which drops the excess of a repeat
+    return np.repeat(quads[source[: last + 1]], times[: last + 1], axis=0), at + 4 * (last + 1)
 
 
 def encode(picture: Picture, path: str, exposure: float) -> Callable[[str], object]:

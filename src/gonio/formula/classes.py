@@ -1,0 +1,127 @@
+"""Classes with parameters, as they are defined: registered by name, with a signature and a docstring.
+
+Texts and JSON name classes; bridges hear of each. Classes of scripts and notebooks (module `__main__`) are registered,
+but not those that begin with an underscore, or whose module does. Signatures and docstrings are made of the declared
+fields: `inspect.signature`, `help`, completion in notebooks and the stub `__init__.pyi` read them here.
+"""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable, Sequence
+from inspect import Parameter
+from typing import Any, Protocol, TypeAlias
+
+from ..discover import docstring
+from ..errors import ParameterError
+from .fields import CLASSES, Channels, Field, Param, Table
+
+ON_NEW: list[Callable[[type[Any]], object]] = []
+"""Functions that are called with each new class."""
+
+
+def register(kind: type[Any]) -> None:
+    """Register a class. Raises ParameterError where another one has its name; the same one, run again, replaces it."""
+    place, name = _place(kind), kind.__name__
+    hidden = [n for n, f in vars(kind).items() if isinstance(f, Field) and _is_inherited(kind, n)]
+    if hidden:
+        advice = "give the parameter another name"
+        raise ParameterError(f"class {place}: {hidden[0]} is an attribute that the class inherits; {advice}")
+    if not any(map(_is_private, (name, *kind.__module__.split(".")))):
+        if _place(CLASSES.get(name, kind)) != place:
+            raise ParameterError(
+                f"class {place}: the name {name} is taken by {_place(CLASSES[name])}, and texts and JSON tell classes "
+                f"apart by their names; give this one another name, or one that begins with an underscore"
+            )
+        CLASSES[name] = kind
+    for tell in ON_NEW:
+        tell(kind)
+
+
+def json_name(kind: type[Any]) -> dict[str, str]:
+    """The name of a class in JSON, with its module if that is not gonio's."""
+    is_gonio = kind.__module__.partition(".")[0] == __name__.partition(".")[0]
+    return {"type": kind.__name__} | ({} if is_gonio else {"module": kind.__module__})
+
+
+def _is_private(name: str) -> bool:
+    return name.startswith("_") and not name.startswith("__")  # __main__ is nobody's secret
+
+
+def _is_inherited(kind: type[Any], name: str) -> bool:
+    """Whether a base has an attribute of this name that is no field."""
+    return any(not isinstance(vars(base)[name], Field) for base in kind.__mro__[1:] if name in vars(base))
+
+
+def _place(kind: type[Any]) -> str:
+    return f"{kind.__module__}.{kind.__qualname__}".replace("__mp_main__", "__main__")
+
+
+class _HasArray(Protocol):
+    """An array of NumPy, PyTorch, JAX, Dr.Jit ..."""
+
+    def __array__(self) -> Any: ...
+
+
+Array: TypeAlias = _HasArray | Sequence[float] | Sequence[Sequence[float]] | Sequence[Sequence[Sequence[float]]]
+"""Numbers, to a type checker: an array of any library, or lists. No text, which NumPy's ArrayLike lets pass."""
+
+
+def signature(kind: Any) -> inspect.Signature:
+    """The fields as parameters; tables and aliases, which set several parameters at once, by keyword only."""
+    parameters, optional = [], False
+    for name, field in kind.fields.items():
+        by_keyword = isinstance(field, (Table, Channels))
+        optional = optional or field.default is not None
+        default = field.default if optional or by_keyword else Parameter.empty
+        place = Parameter.KEYWORD_ONLY if by_keyword else Parameter.POSITIONAL_OR_KEYWORD
+        parameters.append(Parameter(name, place, default=default, annotation=field.accepts))
+    for alias, names in aliases(kind).items():
+        accepts = kind.fields[names[0]].accepts
+        parameters.append(Parameter(alias, Parameter.KEYWORD_ONLY, default=..., annotation=accepts))
+    return inspect.Signature(sorted(parameters, key=lambda p: p.kind))
+
+
+def aliases(kind: Any) -> dict[str, list[str]]:
+    """Keyword that sets several parameters -> their names."""
+    fields = kind.fields.items()
+    return {alias: [name, *(n for n, f in fields if f.default == name)] for alias, name in kind._aliases().items()}
+
+
+def takes_fields(kind: type) -> bool:
+    """Whether the constructor is the one that takes the declared fields, and none of the class's own."""
+    return next("__signature__" in vars(k) for k in kind.__mro__ if "__init__" in vars(k))
+
+
+class Signature:
+    """`__signature__` of the classes whose constructor takes the declared fields."""
+
+    def __get__(self, instance: object, owner: type) -> inspect.Signature:
+        if instance is not None or not takes_fields(owner):
+            raise AttributeError(f"{owner.__name__} has a constructor of its own")
+        return signature(owner)
+
+
+class Docstring:
+    """`__doc__` of a class with parameters: the text in the source, and a line for each parameter."""
+
+    def __init__(self, written: str | None):
+        self.written = written
+
+    def __get__(self, instance: object, owner: Any) -> str | None:
+        rows = parameter_lines(owner) if takes_fields(owner) else []
+        parameters = "\n    ".join(["Parameters", *rows]) if rows else ""
+        return "\n\n".join(filter(None, (docstring(owner), parameters))) or None
+
+
+def parameter_lines(kind: Any) -> list[str]:
+    """Every parameter with its default, meaning, bounds and unit, aligned."""
+    rows = [(f"{name}{_with_default(field)}", field.meaning) for name, field in kind.fields.items()]
+    rows += [(alias, f"sets {' and '.join(names)}") for alias, names in aliases(kind).items()]
+    width = min(36, max((len(left) for left, _ in rows), default=0))
+    return [f"{left:<{width}}   {right}" for left, right in rows]
+
+
+def _with_default(field: Field) -> str:
+    tied = isinstance(field, Param) and isinstance(field.default, str)
+    return "" if field.default is None else f" = {field.default if tied else repr(field.default)}"
