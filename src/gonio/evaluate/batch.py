@@ -91,7 +91,7 @@ def jacobian(
 
 
 def _compiled(call: Call, out: np.ndarray | None) -> list[Any] | None:
-    """The results of compiled code, where there can be any."""
+    """The results of compiled code; None where nothing can be compiled."""
     if planning.available() and 0 not in call.batch:
         with suppress(TraceError, EngineError):
             plan = planning.known(call.task.name, call.material, call.inputs) or planning.plan(call)
@@ -120,7 +120,7 @@ def _check_out(out: Any, shape: tuple[int, ...], dtype: np.dtype) -> None:
 
 
 def _in_blocks(call: Call) -> list[np.ndarray]:
-    """The results of NumPy, of the formula as it is."""
+    """The results of the formula itself, on NumPy arrays."""
     lib, (task, material, inputs, channels, batch) = LIBRARIES["numpy"], call
 
     def evaluate(arrays: Sequence[np.ndarray], shape: tuple[int, ...], at: Box) -> list[np.ndarray]:
@@ -224,7 +224,7 @@ def _batch(values: Iterable[Any], lib: ops.Library, inputs: Sequence[Any]) -> tu
 
 
 def channels(material: Parametrised) -> int | None:
-    """The number of channels of what a material computes, None without a channel axis."""
+    """The number of channels of a material's results, None without a channel axis."""
     libraries = [(ops.library_of_type(type(value)), value) for value in material.leaves()]
     return _channels([lib.shape(value) for lib, value in libraries if lib is not None])
 

@@ -1,6 +1,6 @@
-"""Plans: what shapes and strides of a call's arrays decide, made once of a trace, kept, and carried out.
+"""Plans of calls: made once for a trace and for arrays of some shapes and strides, kept, and carried out.
 
-A plan of a compiled kernel takes addresses alone; `available` says whether anything is compiled here.
+To carry out the plan of a compiled kernel takes addresses alone; `available` says whether anything is compiled here.
 """
 
 from __future__ import annotations
@@ -89,7 +89,7 @@ def known(name: tuple[Any, ...], material: Parametrised, inputs: Sequence[Any]) 
 
 
 class _Pattern(NamedTuple):
-    """A plan without arrays, for other numbers of the same structure and shapes; and what says which it needs."""
+    """A plan without arrays, for other numbers of the same structure and shapes; its trace says which it reads."""
 
     plan: Plan
     trace: Trace
@@ -131,7 +131,7 @@ def _remembered(key: tuple[Any, ...], material: Parametrised, plan: Plan) -> Pla
 
 
 def _key(name: tuple[Any, ...], inputs: Sequence[Any]) -> tuple[Any, ...]:
-    """What a plan depends on beside the material."""
+    """All that a plan depends on beside the material."""
     key = name
     for x in inputs:
         if type(x) is np.ndarray:
@@ -204,7 +204,7 @@ def interpreted(trace: Trace, call: Call, at: Box) -> list[np.ndarray]:
 
     def load(k: int, c: int) -> Any:
         array = arrays[k]
-        assert array is not None  # what the graph reads is there
+        assert array is not None  # an array that the graph reads
         return cut(array, call.batch, at)[..., c]
 
     nodes = [n for result in trace.results for n in result]

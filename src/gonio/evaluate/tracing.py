@@ -28,16 +28,16 @@ Kernel = Callable[..., tuple[Any, ...]]
 
 
 class Task(NamedTuple):
-    """What is traced: a kernel, the kinds of its results, and what its one value is differentiated by."""
+    """A kernel to be traced, with the kinds of its results; for derivatives of its one value also the arguments."""
 
     kernel: Kernel
     kinds: tuple[str, ...]
     widths: tuple[int, ...]  # of the inputs, whose last axes have these lengths
-    by: tuple[tuple[int, ...], ...] = ()  # parameters (each channel by its own number) and inputs, by their places
+    by: tuple[tuple[int, ...], ...] = ()  # places of parameters and of inputs to differentiate by
 
     @property
     def name(self) -> tuple[Any, ...]:
-        """What tells it from other tasks with inputs of the same shapes."""
+        """A key that tells it from other tasks with inputs of the same shapes."""
         return (self.kernel, self.kinds, *self.by)
 
     def elements(self, channels: tuple[int, ...]) -> list[tuple[int, ...]]:
@@ -61,7 +61,8 @@ class Trace(NamedTuple):
 
 
 class Content(NamedTuple):
-    """All that formulas depend on: what a trace depends on; and the numbers and tables, in the order of `bind`."""
+    """Everything that formulas depend on: the structure, which a trace depends on, and numbers and tables, in the order
+    of `bind`."""
 
     structure: tuple[Any, ...]
     leaves: list[Any]
@@ -69,7 +70,7 @@ class Content(NamedTuple):
 
 
 def content(material: Parametrised) -> Content:
-    """The numbers and tables of a material, and all else that its formulas depend on."""
+    """The structure, numbers and tables of a material."""
     gathered: Content | None = material._derived.get(content)
     if gathered is None:
         gathered = material._derived[content] = _gathered(material)
@@ -102,7 +103,7 @@ _OF_FORMULAS = (
     *(Error, ArithmeticError, AssertionError, AttributeError, LookupError),
     *(NameError, RuntimeError, TypeError, ValueError),
 )
-"""What formulas raise that are given symbols. Anything else, a timeout's own exception above all, is not theirs."""
+"""Exceptions of formulas that are called with symbols. Any other, such as a timeout's own, is not theirs."""
 
 
 def traced(task: Task, material: Parametrised, channels: int | None) -> Trace:
@@ -117,7 +118,7 @@ def traced(task: Task, material: Parametrised, channels: int | None) -> Trace:
             trace = (_jacobian if task.by else _trace)(task, material, channels)
         except TraceError as error:
             trace = error
-        except _OF_FORMULAS as error:  # on arrays the formula says itself what is wrong
+        except _OF_FORMULAS as error:  # called with arrays, the formula raises its own error
             trace = TraceError(f"the formula of {type(material).__name__} fails on symbols: {error!r}")
         if len(_TRACES) >= TRACES_KEPT:
             _TRACES.clear()
