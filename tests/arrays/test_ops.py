@@ -202,13 +202,14 @@ def test_formulas_are_made_of_these_operations():
         m = draw.material(*draw.layouts)
         channels = next((np.shape(v)[-1] for v in m.leaves() if np.ndim(v)), None)
         leaves = tuple(range(sum(1 for _ in m.leaves())))
-        for trace in (
-            tracing.traced(kernels.value, ("value",), m, (3, 3), channels),
-            tracing.traced(kernels.pdf, ("scalar",), m, (3, 3), channels),
-            tracing.traced(kernels.sample, ("vector", "value", "scalar", "scalar"), m, (3, 2), channels),
-            tracing.traced(kernels.delta_reflectance, ("value",), m, (3,), channels),
-            tracing.jacobian(kernels.value, m, (3, 3), channels, leaves, (0, 1)),
+        for task in (
+            tracing.Task(kernels.value, ("value",), (3, 3)),
+            tracing.Task(kernels.pdf, ("scalar",), (3, 3)),
+            tracing.Task(kernels.sample, ("vector", "value", "scalar", "scalar"), (3, 2)),
+            tracing.Task(kernels.delta_reflectance, ("value",), (3,)),
+            tracing.Task(kernels.value, ("value",), (3, 3), (leaves, (0, 1))),
         ):
+            trace = tracing.traced(task, m, channels)
             seen.update(trace.graph.operations)
     assert seen <= ROWS.keys() | OTHERS
 

@@ -1,6 +1,6 @@
 """The array libraries that formulas run on: the only room (with `bridges`) that knows which exist.
 
-Each is a file of libraries/: it says which arrays are its own, what it calls a function, and how vectors become
+Each is a file of libraries/, with the packages of its array types, its names of functions, and the way from vectors to
 components. A library in the manner of NumPy is one line there.
 """
 
@@ -32,7 +32,7 @@ _BY_PACKAGE: dict[str, Library | None] = {
 
 
 def library_of_type(kind: Any) -> Any:
-    """The library that arrays of this type belong to; None for numbers and for what is no array."""
+    """The library that arrays of this type belong to; None for numbers and other objects."""
     if kind in (float, int, bool):
         return None
     if kind in (Symbol, TableSymbol):

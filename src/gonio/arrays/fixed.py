@@ -1,4 +1,4 @@
-"""Constant numbers of materials, and what array libraries converted them to, once."""
+"""Constant numbers of materials, converted once for each array library."""
 
 from __future__ import annotations
 
@@ -28,11 +28,11 @@ def contiguous(numbers: np.ndarray, dtype: Any) -> np.ndarray:
 
 
 class Fixed:
-    """Constant numbers, and what libraries converted them to; `numbers` may be a function that computes them."""
+    """Constant numbers, with their conversions for array libraries; `numbers` may be a function that computes them."""
 
     def __init__(self, numbers: np.ndarray | Callable[[], np.ndarray]):
         self._numbers = frozen(numbers)
-        self._made: dict[tuple, Array] = {}
+        self._conversions: dict[tuple, Array] = {}
 
     @property
     def numbers(self) -> np.ndarray:
@@ -44,11 +44,11 @@ class Fixed:
     def once(self, make: Callable[..., Array], *args: Any) -> Array:
         """`make(numbers, *args)`, computed at the first call and kept."""
         self._make(make, *args)
-        return self._made[make, *args]
+        return self._conversions[make, *args]
 
     def _make(self, make: Callable[..., Array], *args: Any) -> None:
-        if (make, *args) not in self._made:
-            self._made[make, *args] = frozen(make(self.numbers, *args))
+        if (make, *args) not in self._conversions:
+            self._conversions[make, *args] = frozen(make(self.numbers, *args))
 
     # As torch.compiler.assume_constant_result does: torch.compile calls this instead of tracing it, then looks the
     # result up. The numbers must not become an input of its graph: it makes NumPy arrays there writeable.
@@ -72,7 +72,7 @@ class Roomy(Fixed):
 
 
 class Later:
-    """Fixed numbers for NumPy, converted when they are looked up: what is not may take long to make."""
+    """Fixed numbers for NumPy, converted at their first lookup, since some take long to make."""
 
     def __init__(self, numbers: Fixed, dtype: np.dtype):
         self._numbers, self._dtype = numbers, dtype

@@ -1,9 +1,11 @@
-"""What formulas ask of an array library, as NumPy and those in its manner do it."""
+"""The interface of formulas to an array library, as NumPy and those in its manner have it."""
 
 from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Sequence
+from functools import partial
+from importlib import import_module
 from types import ModuleType
 
 import numpy as np
@@ -12,19 +14,26 @@ from .fixed import Array, Fixed
 from .kinds import SCALAR, VECTOR
 
 
+def _imported(module: str, function: str, x: Array) -> Array:
+    return getattr(import_module(module), function)(x)
+
+
 class Library:
-    """An array library in the manner of NumPy: what its functions are called, and how vectors become components."""
+    """An array library in the manner of NumPy: the names of its functions, and the way from vectors to components."""
 
     # Libraries whose arrays hold one component each (Dr.Jit) evaluate a formula once per channel instead of
     # broadcasting over a channel axis.
     channel_loop = False
 
-    def __init__(self, namespace: str, packages: tuple[str, ...] = (), **names: str):
+    def __init__(self, namespace: str, packages: tuple[str, ...] = (), special: str = "", **names: str):
         """`namespace`: the module with its functions. `packages`: where its array types are from, if from several.
-        `names`: what it calls functions of `ops`, where that differs."""
+        `special`: the module with erf and its inverse, if that is another. `names`: what it calls functions of `ops`,
+        where that differs."""
         self.namespace, self.packages = namespace, packages or (namespace,)
         self._names = names
-        self._own = {name[3:]: getattr(self, name) for name in dir(self) if name.startswith("op_")}
+        self._methods = {name[3:]: getattr(self, name) for name in dir(self) if name.startswith("op_")}
+        if special:
+            self._methods |= {name: partial(_imported, special, name) for name in ("erf", "erfinv")}
 
     @property
     def name(self) -> str:
@@ -38,7 +47,7 @@ class Library:
 
     def function(self, name: str) -> Callable:
         """What this library has for the ops function `name`."""
-        return self._own[name] if name in self._own else getattr(self.module, self._names.get(name, name))
+        return self._methods[name] if name in self._methods else getattr(self.module, self._names.get(name, name))
 
     def dtype(self, x: Array) -> str:
         return str(x.dtype).rpartition(".")[2]
@@ -72,19 +81,17 @@ class Library:
         return self.op_take(self.fixed(value, like), index)
 
     def merge_channels(self, value: Array, how: str) -> Array:
-        """The "mean", "max" or "min" over the channels of a parameter, as it was given: what sampling uses."""
+        """The "mean", "max" or "min" over the channels of a parameter, for sampling."""
         return getattr(value, how)(-1, keepdims=True) if getattr(value, "ndim", 0) else value
 
     def split(self, w: Array, shape: tuple[int, ...], channels: bool) -> tuple[Array, ...]:
         """Components of `w`; with `channels` each keeps a last axis of length 1. `shape`: the whole batch's."""
-        if channels:
-            return tuple(w[..., i : i + 1] for i in range(w.shape[-1]))
-        return tuple(w[..., i] for i in range(w.shape[-1]))
+        return tuple(w[..., i : i + 1] if channels else w[..., i] for i in range(w.shape[-1]))
 
     def assemble(
         self, kinds: Sequence[str], runs: list, like: Array, shape: tuple[int, ...], channels: bool
     ) -> list[Array]:
-        """Undo `split` for what a kernel returned, once per run (a channel, where `channel_loop`)."""
+        """Undo `split` for the results of a kernel, of one run, or where `channel_loop` of one for each channel."""
         out = []
         for kind, result in zip(kinds, runs[0], strict=True):
             if kind == VECTOR:

@@ -1,4 +1,4 @@
-"""Kinds of results of a kernel, which say what axes they have after those of the batch."""
+"""Kinds of results of a kernel: their axes after those of the batch."""
 
 from __future__ import annotations
 

@@ -15,17 +15,13 @@ from . import library as library
 from . import library_of_type as library_of_type
 
 
-def _call(name: str, *args: Array) -> Array:
-    for x in args:
-        lib = library_of_type(type(x))
-        if lib is not None:
-            return lib.function(name)(*args)
-    return LIBRARIES["numpy"].function(name)(*args)
-
-
 def _elementary(name: str, doc: str) -> Callable[..., Array]:
     def function(*args: Array) -> Array:
-        return _call(name, *args)
+        for x in args:
+            lib = library_of_type(type(x))
+            if lib is not None:
+                return lib.function(name)(*args)
+        return LIBRARIES["numpy"].function(name)(*args)
 
     function.__name__ = function.__qualname__ = name
     function.__doc__ = doc

@@ -25,7 +25,7 @@ from typing import NamedTuple
 
 from ..errors import EngineWarning, ParameterError
 
-FOLDER, MAGIC = "gonio-kernels-2", b"gonio kernel 2\n"  # the format's number: what an older one wrote is not looked at
+FOLDER, MAGIC = "gonio-kernels-2", b"gonio kernel 2\n"  # with the format's number: files of older formats are ignored
 LARGEST = 1 << 24  # bytes of a file
 FILES_KEPT, BYTES_KEPT = 4000, 1 << 27
 WRITES = 64  # of a process, between two looks at how much there is
@@ -51,7 +51,7 @@ class _Folder(NamedTuple):
 
 
 def read(name: str) -> bytes | None:
-    """The bytes written under a name; None where there is no file, or it is damaged or not surely this user's."""
+    """The bytes written under a name; None where the file is missing, damaged, or not surely this user's."""
     with _opened() as folder, suppress(OSError):
         if folder is None:
             return None
@@ -62,7 +62,7 @@ def read(name: str) -> bytes | None:
             if not alone or status.st_size > LARGEST or not _ours(status) or _open_to_others(status):
                 return None
             data = os.read(descriptor, status.st_size + 1)
-            if abs(time.time() - status.st_mtime) > DAY:  # what is used is kept
+            if abs(time.time() - status.st_mtime) > DAY:  # kernels in use are kept longest
                 with suppress(OSError):
                     os.utime(descriptor if os.utime in os.supports_fd else folder.at(name))
         finally:
@@ -112,7 +112,7 @@ def _open_to_others(status: os.stat_result) -> bool:
 
 @contextmanager
 def _opened(make: bool = False) -> Iterator[_Folder | None]:
-    """The open folder; None where it may not be used, or does not exist and is not to be created."""
+    """The open folder; None where it may not be used, or is missing and not to be made."""
     path = _path()
     folder = None if path is None else _open(path, make)
     try:
@@ -129,21 +129,20 @@ def _path() -> str | None:
         raise ParameterError(f"GONIO_CACHE={switch!r}: expected off, which keeps no kernels on disk; or unset it")
     if switch:
         return None
-    place = os.environ.get("GONIO_CACHE_DIR")
-    if place is not None:
-        if not os.path.isabs(place):
-            raise ParameterError(
-                f"GONIO_CACHE_DIR={place!r}: expected an absolute path, as code is run from there; set one, or unset it"
-            )
+    parent = os.environ.get("GONIO_CACHE_DIR")
+    if parent is not None:
+        if not os.path.isabs(parent):
+            text = "expected an absolute path, as code is run from there; set one, or unset it"
+            raise ParameterError(f"GONIO_CACHE_DIR={parent!r}: {text}")
     elif os.name == "nt":
-        place = os.environ.get("LOCALAPPDATA", "")
+        parent = os.environ.get("LOCALAPPDATA", "")
     else:
-        place = os.environ.get("XDG_CACHE_HOME", "") if sys.platform != "darwin" else ""
-        if not os.path.isabs(place):
-            home = os.path.expanduser("~")  # stays "~" where nobody knows a home; one that is not there is not made
+        parent = os.environ.get("XDG_CACHE_HOME", "") if sys.platform != "darwin" else ""
+        if not os.path.isabs(parent):
+            home = os.path.expanduser("~")  # stays "~" without a home; a missing home is not made
             caches = "Library/Caches" if sys.platform == "darwin" else ".cache"
-            place = os.path.join(home, caches) if os.path.isdir(home) else ""
-    return os.path.join(place, FOLDER) if os.path.isabs(place) else None
+            parent = os.path.join(home, caches) if os.path.isdir(home) else ""
+    return os.path.join(parent, FOLDER) if os.path.isabs(parent) else None
 
 
 def _open(path: str, make: bool) -> _Folder | None:
@@ -155,7 +154,7 @@ def _open(path: str, make: bool) -> _Folder | None:
                     os.makedirs(folder_path, 0o700)
         folder = _Folder(path, os.open(path, os.O_RDONLY | os.O_DIRECTORY | _SAFELY) if _AT else None)
         status = os.stat(path if folder.descriptor is None else folder.descriptor)
-    except OSError as error:  # not found, but there now: another process has just made it, no reason to warn
+    except OSError as error:  # no warning where another process has just made the folder
         if os.path.islink(path):
             _warn(path, "is a symbolic link", "put a folder there, or ")
         elif os.path.lexists(path) and not isinstance(error, FileNotFoundError):

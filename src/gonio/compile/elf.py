@@ -1,8 +1,8 @@
 """Machine code without a linker: an ELF object becomes one block of bytes that runs wherever it is put.
 
-A kernel calls nothing and refers to its own constants only, relative to where it stands. So the sections of its
-object file are laid side by side, references between them are filled in, and the result is stored and mapped into
-memory as it is: neither LLVM nor a linker is needed to run a kernel a second time.
+A kernel calls nothing and refers only to its own constants, by relative addresses. So the sections of its object file
+are laid side by side, references between them are filled in, and the result is stored and mapped into memory as it is:
+neither LLVM nor a linker is needed to run a kernel a second time.
 """
 
 from __future__ import annotations

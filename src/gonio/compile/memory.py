@@ -1,4 +1,4 @@
-"""Memory for results, reused once nobody holds the result: fresh pages from the system cost more than computing."""
+"""Memory for results, reused when the result is gone: fresh pages from the system cost more than computing."""
 
 from __future__ import annotations
 
@@ -53,7 +53,8 @@ def empty(shape: tuple[int, ...], dtype: np.dtype) -> np.ndarray:
     try:
         buffer = _FREE[size].pop()
     except (KeyError, IndexError):
-        buffer = _new(size, shape, dtype)
+        check(shape, dtype)
+        buffer = _new(size, f"a result of shape {shape} and dtype {dtype}")
     lease = _Lease(buffer, shape, dtype)
     if size <= KEPT:
         _keep_within(KEPT - size)
@@ -74,37 +75,32 @@ def _take_back() -> None:
 
 def _keep_within(limit: int) -> None:
     """Drop free buffers, then the oldest loans, until both together hold at most so many bytes."""
-    loans, free = list(_LOANS.items()), [buffer for kept in list(_FREE.values()) for buffer in kept]
-    held = sum(loan.buffer.nbytes for _, loan in loans) + sum(buffer.nbytes for buffer in free)
-    if held > limit and free:
+    loans = list(_LOANS.items())
+    lent = sum(loan.buffer.nbytes for _, loan in loans)
+    if lent + sum(buffer.nbytes for buffers in list(_FREE.values()) for buffer in buffers) > limit:
         _FREE.clear()
-        held -= sum(buffer.nbytes for buffer in free)
     for i, (name, loan) in enumerate(loans):
-        if held <= limit and len(loans) - i < LENT:
+        if lent <= limit and len(loans) - i < LENT:
             break
         _LOANS.pop(name, None)
-        held -= loan.buffer.nbytes
+        lent -= loan.buffer.nbytes
 
 
-def _new(size: int, shape: tuple[int, ...], dtype: np.dtype) -> np.ndarray:
-    check(shape, dtype)
+def _new(size: int, what: str) -> np.ndarray:
     try:
         return np.empty(size, np.uint8)
     except MemoryError:
-        raise TooLargeError(
-            f"a result of shape {shape} and dtype {dtype} takes {size / 1e9:.1f} GB, more than is free here; "
-            f"evaluate fewer directions at a time"
-        ) from None
+        text = f"{what} takes {size / 1e9:.1f} GB, more than is free here; evaluate fewer directions at a time"
+        raise TooLargeError(text) from None
 
 
 def check(shape: tuple[int, ...], dtype: Any, what: str = "a result") -> None:
     """Raises TooLargeError where this machine has not as much memory as an array of this shape takes."""
-    size = math.prod(shape) * np.dtype(dtype).itemsize
-    there = physical()
-    if size > there:
+    size, total = math.prod(shape) * np.dtype(dtype).itemsize, physical()
+    if size > total:
         raise TooLargeError(
             f"{what} of shape {shape} and dtype {dtype} takes {size / 1e9:.1f} GB and this machine has "
-            f"{there / 1e9:.1f} GB of memory; evaluate fewer directions at a time"
+            f"{total / 1e9:.1f} GB of memory; evaluate fewer directions at a time"
         )
 
 

@@ -55,14 +55,14 @@ class _Axis(NamedTuple):
 
 
 class Plan(NamedTuple):
-    """All about calls with arrays of given shapes and strides, but their addresses."""
+    """Calls with arrays of the same shapes and strides: everything but the addresses."""
 
     function: store.Function
     entry: int  # its address
     block: Any  # makes a copy of the block of arguments, without addresses that a call brings
     inputs: tuple[tuple[int, int], ...]  # word and number of the arrays that a call brings
     outputs: tuple[tuple[int, tuple[int, ...], np.dtype, int], ...]  # word, shape, dtype and bytes
-    above: tuple[tuple[int, tuple[int, ...]], ...]  # further axes: length, and what a step adds to each address
+    above: tuple[tuple[int, tuple[int, ...]], ...]  # further axes: length, and the step of each address
     addresses: tuple[int, ...]  # the words that hold addresses
     outer: int
     inner: int
@@ -87,13 +87,12 @@ def prepare(
     result that is not stored for each element is stored once for the whole last axis.
     """
     views = [_View(1, (0,) * len(shape), 0) if x is None else _view(*x, len(shape)) for x in arrays]
-    kinds = [np.dtype(bool) if graph.kinds[r.nodes[0]] == MASK else dtype for r in results]
-    kinds = [np.dtype(np.float64) if r.use == TOTAL else kind for r, kind in zip(results, kinds, strict=True)]
     shapes = [shape if r.use == EACH else shape[:-1] for r in results]
-    stores = [
-        _contiguous(s, len(shape), math.prod(r.element) * kind.itemsize)
-        for s, r, kind in zip(shapes, results, kinds, strict=True)
+    dtypes = [
+        np.dtype(np.float64 if r.use == TOTAL else bool if graph.kinds[r.nodes[0]] == MASK else dtype) for r in results
     ]
+    sizes = [math.prod(r.element) * d.itemsize for r, d in zip(results, dtypes, strict=True)]
+    stores = [_contiguous(s, len(shape), size) for s, size in zip(shapes, sizes, strict=True)]
     whole = all(r.use == EACH for r in results)
     axes = _axes(shape, [v.strides for v in views] + stores, keep_last=not whole)
     layouts = tuple(_layout(v, axes, k, dtype.itemsize) for k, v in enumerate(views))
@@ -101,18 +100,18 @@ def prepare(
     inner, outer, above = axes[-1], axes[-2], axes[:-2]
     words: list[int] = []
     places, inputs, outputs = [], [], []
-    for k, (given, view) in enumerate(zip(arrays, views, strict=True)):
+    for k, (array, view) in enumerate(zip(arrays, views, strict=True)):
         places.append(len(words))
-        if given is not None and k < brought:
+        if array is not None and k < brought:
             inputs.append((len(words), k))
-        fixed = 0 if given is None or k < brought else _address(given[0])
-        words += [fixed, outer.steps[k], inner.steps[k], view.component]
+        address = 0 if array is None or k < brought else _address(array[0])
+        words += [address, outer.steps[k], inner.steps[k], view.component]
     for table in tables:
         words += [_address(table), len(table) - 2]
-    for k, (r, s, kind) in enumerate(zip(results, shapes, kinds, strict=True), len(arrays)):
+    for k, (r, s, d) in enumerate(zip(results, shapes, dtypes, strict=True), len(arrays)):
         places.append(len(words))
         full = (*s, *r.element)
-        outputs.append((len(words), full, kind, math.prod(full) * kind.itemsize))
+        outputs.append((len(words), full, d, math.prod(full) * d.itemsize))
         words += [0, outer.steps[k]]
     function: Any = store.kernel(program)
     return Plan(
@@ -132,12 +131,11 @@ def prepare(
 
 
 def renewed(plan: Plan, arrays: Sequence[tuple[np.ndarray, int] | None], tables: Sequence[np.ndarray]) -> Plan:
-    """The plan with other arrays, of the same shapes and strides, in place of those that calls do not bring, and with
-    other tables."""
+    """The plan with other parameters, of the same shapes and strides, and other tables."""
     block, places = plan.block(), plan.addresses[: len(plan.addresses) - len(plan.outputs)]
-    for place, given in zip(places[len(places) - len(arrays) :], arrays, strict=True):
-        if given is not None:
-            block[place] = _address(given[0])
+    for place, array in zip(places[len(places) - len(arrays) :], arrays, strict=True):
+        if array is not None:
+            block[place] = _address(array[0])
     for k, table in enumerate(tables):
         place = 4 * len(places) + 2 * k
         block[place], block[place + 1] = _address(table), len(table) - 2
@@ -145,7 +143,7 @@ def renewed(plan: Plan, arrays: Sequence[tuple[np.ndarray, int] | None], tables:
 
 
 def carry_out(plan: Plan, inputs: Sequence[np.ndarray], out: np.ndarray | None = None) -> list[np.ndarray]:
-    """The results of a plan for these arrays; the first is written to `out` if that is given."""
+    """The results of a plan for these arrays; `out` takes the first."""
     block = plan.block()
     for word, k in plan.inputs:
         block[word] = _address(inputs[k])
@@ -159,13 +157,13 @@ def carry_out(plan: Plan, inputs: Sequence[np.ndarray], out: np.ndarray | None =
             result = memory.empty(shape, dtype)
         block[word] = _address(result)
         results.append(result)
-    if plan.above:
-        start = [block[word] for word in plan.addresses]
-        for at in np.ndindex(*(length for length, _ in plan.above)):
-            for i, word in enumerate(plan.addresses):
-                block[word] = start[i] + sum(n * steps[i] for n, (_, steps) in zip(at, plan.above, strict=True))
-            _run(plan, block)
-    else:
+    if not plan.above:
+        _run(plan, block)
+        return results
+    start = [block[word] for word in plan.addresses]
+    for at in np.ndindex(*(length for length, _ in plan.above)):
+        for i, word in enumerate(plan.addresses):
+            block[word] = start[i] + sum(n * steps[i] for n, (_, steps) in zip(at, plan.above, strict=True))
         _run(plan, block)
     return results
 
@@ -241,15 +239,10 @@ def _axes(shape: tuple[int, ...], strides: Sequence[tuple[int, ...]], keep_last:
     axes: list[_Axis] = []
     for i in reversed(range(len(shape))):
         length, steps = shape[i], tuple(s[i] for s in strides)
-        if keep_last and i == len(shape) - 1:
-            axes.append(_Axis(length, steps))
-        elif length == 1:
+        last = keep_last and i == len(shape) - 1
+        if length == 1 and not last:
             continue
-        elif (
-            axes
-            and not (keep_last and len(axes) == 1)
-            and all(step == s * axes[-1].length for step, s in zip(steps, axes[-1].steps, strict=True))
-        ):
+        if len(axes) > keep_last and steps == tuple(s * axes[-1].length for s in axes[-1].steps):
             axes[-1] = _Axis(length * axes[-1].length, axes[-1].steps)
         else:
             axes.append(_Axis(length, steps))

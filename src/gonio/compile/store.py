@@ -10,7 +10,7 @@ from __future__ import annotations
 import ctypes
 import hashlib
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from functools import cache
 from typing import Any
 
@@ -40,14 +40,11 @@ def function(name: str, text: Callable[[], str], prototype: Any) -> Any:
     compiled = _KNOWN.get(name)
     if compiled is None:
         with machine.LOCK:
-            compiled = _KNOWN.get(name) or _made(name, text, prototype)
-    return compiled
-
-
-def _made(name: str, text: Callable[[], str], prototype: Any) -> Any:
-    address, keeper = _read(name) or _compiled(text(), name)
-    compiled = _KNOWN[name] = prototype(address)
-    compiled.keeper = keeper
+            compiled = _KNOWN.get(name)
+            if compiled is None:
+                address, keeper = _read(name) or _compiled(text(), name)
+                compiled = _KNOWN[name] = prototype(address)
+                compiled.keeper = keeper
     return compiled
 
 
@@ -69,7 +66,7 @@ def _width(program: Program) -> int:
 
 
 _Placed = tuple[int, Any]
-"""The address of a function, and what keeps it in memory."""
+"""The address of a function, and the object that keeps it in memory."""
 
 
 def _read(name: str) -> _Placed | None:
@@ -89,7 +86,7 @@ def _compiled(text: str, name: str) -> _Placed:
     if flat is None:
         kind, payload, entry = _OBJECT, code, 0
         placed = machine.linked(code)
-        assert placed is not None  # what is compiled has a kernel
+        assert placed is not None  # the compiled text has a kernel
     else:
         kind, (payload, entry) = _IMAGE, flat
         placed = elf.mapped(payload, entry)
@@ -100,11 +97,16 @@ def _compiled(text: str, name: str) -> _Placed:
 
 
 def _sources() -> str:
-    """A digest of the compiler's modules, and of the one that defines graphs; "" where they are not there as files."""
-    here = os.path.dirname(__file__)
-    total = hashlib.sha256()
+    """A digest of the modules of the compiler and of graphs; "" where they are no files."""
+    here, total = os.path.dirname(__file__), hashlib.sha256()
+
+    def fail(error: OSError) -> None:
+        raise error
+
     try:
-        for path in (*_modules(here), os.path.join(here, "..", "trace", "graph.py")):
+        files = [os.path.join(folder, name) for folder, _, names in os.walk(here, onerror=fail) for name in names]
+        modules = sorted(path for path in files if path.endswith(".py"))
+        for path in (*modules, os.path.join(here, "..", "trace", "graph.py")):
             with open(path, "rb", buffering=0) as file:
                 text = file.read()
             total.update(len(text).to_bytes(8, "little") + text)
@@ -113,17 +115,7 @@ def _sources() -> str:
     return total.hexdigest()
 
 
-def _modules(folder: str) -> Iterator[str]:
-    """The files of modules in a folder and in those within it; raises OSError where that cannot be listed."""
-    for name in sorted(os.listdir(folder)):
-        path = os.path.join(folder, name)
-        if name.endswith(".py"):
-            yield path
-        elif os.path.isdir(path):
-            yield from _modules(path)
-
-
-_SOURCES = _sources()  # of what is imported now: later the files may be others
+_SOURCES = _sources()  # of the modules that are imported now: later the files may be others
 
 
 @cache

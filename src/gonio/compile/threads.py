@@ -1,8 +1,8 @@
 """How many threads compute (`gn.threads`), for f of NumPy arrays and for pictures (`gn.render`) alike.
 
-There is one pool of threads, `workers.py`, and the thread that calls takes part: `threads()` of them compute for a
-call, never more. Kernels are shared out by `plans.py`; what Python computes in parts (tiles of a picture, blocks of a
-batch that NumPy evaluates) by `share`. What is called within a part runs on the thread that does the part.
+There is one pool of threads, `workers.py`, and the calling thread takes part: `threads()` of them compute for a call,
+never more. `plans.py` shares out kernels; `share` shares out work of Python in parts (tiles of a picture, blocks of a
+batch that NumPy evaluates). Calls within a part run on the thread of that part.
 """
 
 from __future__ import annotations
@@ -51,8 +51,8 @@ def _from_environment() -> int | None:
 
 def _processors() -> int:
     """Processors that this thread may use now: its affinity may have been changed."""
-    there = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-    return int(min(there, container_limit()))
+    count = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    return int(min(count, container_limit()))
 
 
 @cache
@@ -70,22 +70,20 @@ def container_limit(membership: str = "/proc/self/cgroup", root: str = "/sys/fs/
             if controllers and "cpu" not in controllers.split(","):
                 continue
             top = Path(root, controllers)
-            place = Path(root, controllers, group.lstrip("/"))  # within a container often not there, its parents are
-            for folder in (place, *place.parents):
+            path = top / group.lstrip("/")  # often missing within a container, where its parents exist
+            for folder in (path, *path.parents):
                 if folder.is_relative_to(top):
-                    limit = min(limit, _quota(folder, "cpu.max" if not controllers else ""))
+                    limit = min(limit, _quota(folder, version=1 if controllers else 2))
     return limit
 
 
-def _quota(folder: Path, file: str) -> float:
+def _quota(folder: Path, version: int) -> float:
     """Processors that the limit of one control group amounts to."""
+    files = ("cpu.cfs_quota_us", "cpu.cfs_period_us") if version == 1 else ("cpu.max",)
     try:
-        if file:
-            quota, period = (folder / file).read_text().split()
-        else:
-            quota, period = ((folder / f"cpu.cfs_{name}_us").read_text() for name in ("quota", "period"))
+        quota, period = " ".join((folder / file).read_text() for file in files).split()
         return max(1, ceil(int(quota) / int(period))) if int(quota) > 0 else inf
-    except (OSError, ValueError, ZeroDivisionError):  # not there, or "max"
+    except (OSError, ValueError, ZeroDivisionError):  # no such file, or "max"
         return inf
 
 

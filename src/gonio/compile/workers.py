@@ -1,11 +1,11 @@
-"""The pool of threads, the only one: helpers of whoever computes, with kernels and with what Python computes in parts.
+"""The only pool of threads: helpers of callers, with compiled kernels and with parts of work of Python.
 
-A caller works itself, and whoever is awake helps. Posting a kernel, taking part in it and waiting until the last helper
-has left is one compiled call, during which Python raises nothing: whatever interrupts a program does so before or after
-it, when nobody writes to the caller's memory. Kernels are known by their round, a number that only grows, so nothing
-that an interrupt leaves behind can be taken for something else. A helper looks out for the next round a little while,
-without the interpreter's lock, for the system takes longer to wake a thread than a kernel to compute ten thousand
-directions; then it looks for a `Job`, and sleeps.
+A caller works itself, and helpers that are awake join in. One compiled call posts a kernel, takes part in it and waits
+until the last helper has left. Python raises nothing during that call: an interrupt comes before or after it, when
+nobody writes to the caller's memory. Each kernel has a round, a number that only grows, so that remains of an
+interrupted call are never mistaken for a new one. A helper first watches for the next round without the interpreter's
+lock, because the system takes longer to wake a thread than a kernel to compute ten thousand directions. Then it looks
+for a `Job`, and sleeps.
 """
 
 from __future__ import annotations
@@ -30,18 +30,17 @@ PATIENCE = 4000  # looks, of about 50 ns each, before a helper sleeps
 
 @cache
 def _help() -> Any:
-    return _compiled(rounds.HELP, ctypes.CFUNCTYPE(ctypes.c_int64, ctypes.c_void_p, *[ctypes.c_int64] * 2))
+    return _compiled(rounds.HELP, ctypes.c_int64, ctypes.c_void_p, *[ctypes.c_int64] * 2)
 
 
 @cache
 def _lead() -> Any:
-    kinds = [ctypes.c_void_p, ctypes.c_int64, ctypes.c_void_p, ctypes.c_void_p, *[ctypes.c_int64] * 3]
-    return _compiled(rounds.LEAD, ctypes.CFUNCTYPE(None, *kinds))
+    return _compiled(rounds.LEAD, None, ctypes.c_void_p, ctypes.c_int64, *[ctypes.c_void_p] * 2, *[ctypes.c_int64] * 3)
 
 
-def _compiled(text: str, prototype: Any) -> Any:
-    text = rounds.with_pauses(text)
-    return _immortal(store.function(text, lambda: text, prototype))
+def _compiled(text: str, *kinds: Any) -> Any:
+    text = rounds.complete(text)
+    return _immortal(store.function(text, lambda: text, ctypes.CFUNCTYPE(*kinds)))
 
 
 def _immortal(thing: Any) -> Any:
@@ -51,14 +50,14 @@ def _immortal(thing: Any) -> Any:
 
 
 def _yield() -> int:
-    """The address of sched_yield, which lets other threads run; where there is none, of a function as harmless."""
+    """The address of sched_yield, which lets other threads run, or else of some harmless function."""
     libc = ctypes.CDLL(None) if os.name == "posix" else ctypes.CDLL("msvcrt")
     function = libc.sched_yield if hasattr(libc, "sched_yield") else libc.clock
     return ctypes.cast(function, ctypes.c_void_p).value or 0
 
 
 class Ending:
-    """The end of what another thread does, to be waited for."""
+    """The end of another thread's work, to be waited for."""
 
     def __init__(self) -> None:
         self.ended, self.lock = False, _thread.allocate_lock()
@@ -74,7 +73,7 @@ class Ending:
 
 
 class _Here(threading.local):
-    """What this thread does: a helper nothing but parts of what others share out, a caller perhaps a job of its own."""
+    """The work of this thread: a helper takes parts of others' jobs, a caller may share out a job of its own."""
 
     helps = False
     job: ref[Job] | None = None  # weak: a job holds arrays
@@ -105,7 +104,7 @@ class Job:
         if next(self.seats, None) is None:
             return
         ending = Ending()
-        self.endings.append(ending)  # before it looks whether there is work: who ends the work looks for helpers then
+        self.endings.append(ending)  # before it looks for work: the caller, when the work has ended, looks for helpers
         try:
             self.take()
         except BaseException as error:
@@ -128,9 +127,9 @@ class _Helper:
     def sleep(self) -> None:
         self.asleep = True
         self.bed.acquire()
-        self.asleep = False  # said by the thread itself: an interrupt of whoever wakes it changes nothing
+        self.asleep = False  # set by the thread itself, so that an interrupt of the waking thread changes nothing
         if self.places:
-            with suppress(OSError):  # of places that are no longer there
+            with suppress(OSError):  # processors that are gone
                 os.sched_setaffinity(0, self.places)
 
     def wake(self, places: set[int], here: int) -> None:
@@ -154,7 +153,7 @@ class _Team:
         self.jobs: list[Job] = []
 
     def help(self, number: int) -> None:
-        """What helper `number` does, for ever. Where there is one already, nothing: several callers may start it."""
+        """The endless work of helper `number`; nothing if it exists already, as several callers may start it."""
         helper, round_ = _Helper(), 0
         if self.helpers.setdefault(number, helper) is not helper:
             return
@@ -198,7 +197,7 @@ def possible() -> bool:
 
 
 def busy() -> bool:
-    """Whether this thread does a part of something shared out: what that calls is not shared out again."""
+    """Whether this thread works on a part of something shared out, whose own calls are not shared out again."""
     job = None if _HERE.job is None else _HERE.job()
     return _HERE.helps or (job is not None and job.open)
 
@@ -222,7 +221,7 @@ def wake(count: int) -> None:
 
 
 def offer(job: Job, seats: int) -> None:
-    """Let up to so many helpers take parts of a job, whose others are for the thread that calls."""
+    """Let up to so many helpers take parts of a job; the calling thread takes the others."""
     job.seats = iter(range(seats))
     _HERE.job = ref(job)
     team().jobs.append(job)

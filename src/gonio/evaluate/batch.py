@@ -10,21 +10,22 @@ cut into blocks that stay in the processor's cache and are shared out to threads
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from functools import partial
+from itertools import islice
 from typing import Any
 
 import numpy as np
 
 from ..arrays import LIBRARIES, Fixed, Later, ops
-from ..arrays.kinds import SCALAR
+from ..arrays.kinds import SCALAR, VALUE
 from ..errors import ArrayTypeError, EngineError, ShapeError, TraceError
 from ..formula.parametrised import Parametrised
-from . import planning, tracing
+from . import planning
 from .blocks import Box, cut, in_blocks, result_shape
-
-Kernel = Callable[..., tuple[Any, ...]]
+from .planning import Call
+from .tracing import Kernel, Task, traced
 
 
 def run(
@@ -41,24 +42,61 @@ def run(
         if plan is not None:
             if out is not None:
                 _check_out(out, *plan.outputs[0][1:3])
-            return planning.call(plan, inputs, out)
+            return planning.carried_out(plan, inputs, out)
     lib, inputs = _checked(inputs, widths)
     if lib.name != "numpy":
         if out is not None:
             raise ArrayTypeError(f"out= is for NumPy arrays; got {lib.name} directions")
         return (_by_channel if lib.channel_loop else _at_once)(kernel, kinds, material, lib, inputs)
-    channels, batch = _batch(material.leaves(), lib, inputs)
+    call = Call(Task(kernel, kinds, widths), material, inputs, *_batch(material.leaves(), lib, inputs))
     if out is not None:
-        _check_out(out, result_shape(kinds[0], batch, channels), inputs[0].dtype)
-    if planning.available() and 0 not in batch:
-        with suppress(TraceError, EngineError):
-            plan = planning.plan(kernel, kinds, material, inputs, widths, batch, channels)
-            return planning.call(plan, inputs, out)
-    results = _in_blocks(kernel, kinds, material, inputs, batch, channels)
+        _check_out(out, result_shape(kinds[0], call.batch, call.channels), inputs[0].dtype)
+    results = _compiled(call, out)
+    if results is not None:
+        return results
+    results = _in_blocks(call)
     if out is None:
         return results
     out[...] = results[0]
     return [out]
+
+
+def jacobian(
+    kernel: Kernel,
+    material: Parametrised,
+    inputs: Sequence[Any],
+    widths: tuple[int, ...],
+    leaves: tuple[int, ...],
+    by_inputs: tuple[int, ...],
+) -> list[Any]:
+    """The value of a kernel and its derivatives by the numbers of a material, and by inputs: see `Task`.
+
+    Raises TraceError where the formula cannot be traced.
+    """
+    lib, inputs = _checked(inputs, widths)
+    task = Task(kernel, (VALUE,), widths, (leaves, by_inputs))
+    call = Call(task, material, inputs, *_batch(material.leaves(), lib, inputs))
+    if lib.name != "numpy":
+        raise ArrayTypeError(f"jacobian takes NumPy directions; got {lib.name}, which differentiates m.f by itself")
+    results = _compiled(call, None)
+    if results is not None:
+        return results
+    trace, results = traced(task, material, call.channels), []
+    kinds = [SCALAR] * sum(map(len, trace.results))
+    parts = iter(in_blocks(lambda _, __, at: planning.interpreted(trace, call, at), kinds, inputs, call.batch, None))
+    for nodes, element in zip(trace.results, task.elements((call.channels,) if call.channels else ()), strict=True):
+        result = np.stack(list(islice(parts, len(nodes))), -1)
+        results.append(result.reshape((*call.batch, *element))[()])
+    return results
+
+
+def _compiled(call: Call, out: np.ndarray | None) -> list[Any] | None:
+    """The results of compiled code; None where nothing can be compiled."""
+    if planning.available() and 0 not in call.batch:
+        with suppress(TraceError, EngineError):
+            plan = planning.known(call.task.name, call.material, call.inputs) or planning.plan(call)
+            return planning.carried_out(plan, call.inputs, out)
+    return None
 
 
 def _checked(inputs: Sequence[Any], widths: Sequence[int]) -> tuple[ops.Library, list[Any]]:
@@ -81,16 +119,9 @@ def _check_out(out: Any, shape: tuple[int, ...], dtype: np.dtype) -> None:
         raise ArrayTypeError("out: the array is read-only; expected one that may be written to")
 
 
-def _in_blocks(
-    kernel: Kernel,
-    kinds: Sequence[str],
-    material: Parametrised,
-    inputs: Sequence[np.ndarray],
-    batch: tuple[int, ...],
-    channels: int | None,
-) -> list[np.ndarray]:
-    """The results of NumPy, of the formula as it is."""
-    lib = LIBRARIES["numpy"]
+def _in_blocks(call: Call) -> list[np.ndarray]:
+    """The results of the formula itself, on NumPy arrays."""
+    lib, (task, material, inputs, channels, batch) = LIBRARIES["numpy"], call
 
     def evaluate(arrays: Sequence[np.ndarray], shape: tuple[int, ...], at: Box) -> list[np.ndarray]:
         def convert(value: Any) -> Any:
@@ -103,9 +134,9 @@ def _in_blocks(
         m = bound(material)
         mean = bound(material.merged(lib.merge_channels)) if channels else m
         parts = [lib.split(x, shape, channels is not None) for x in arrays]
-        return lib.assemble(kinds, [kernel(m, mean, *parts)], arrays[0], shape, channels is not None)
+        return lib.assemble(task.kinds, [task.kernel(m, mean, *parts)], arrays[0], shape, channels is not None)
 
-    return in_blocks(evaluate, kinds, inputs, batch, channels)
+    return in_blocks(evaluate, task.kinds, inputs, batch, channels)
 
 
 def _at_once(
@@ -155,44 +186,6 @@ def _by_channel(
     return lib.assemble(kinds, runs, like, batch, channels is not None)
 
 
-def jacobian(
-    kernel: Kernel,
-    material: Parametrised,
-    inputs: Sequence[Any],
-    widths: Sequence[int],
-    leaves: tuple[int, ...],
-    by_inputs: tuple[int, ...],
-) -> list[Any]:
-    """The value of a kernel and its derivatives by the numbers of a material, and by inputs; see `tracing.jacobian`.
-
-    Raises TraceError where the formula cannot be traced.
-    """
-    lib, inputs = _checked(inputs, widths)
-    channels, batch = _batch(material.leaves(), lib, inputs)
-    if lib.name != "numpy":
-        raise ArrayTypeError(f"jacobian takes NumPy directions; got {lib.name}, which differentiates m.f by itself")
-    if planning.available() and 0 not in batch:
-        with suppress(TraceError, EngineError):
-            plan = planning.jacobian_plan(kernel, material, inputs, widths, batch, channels, leaves, by_inputs)
-            return planning.call(plan, inputs, None)
-    trace = tracing.jacobian(kernel, material, widths, channels, leaves, by_inputs)
-    parts = in_blocks(
-        lambda _, __, at: planning.interpreted(trace, material, inputs, batch, at),
-        [SCALAR] * sum(map(len, trace.results)),
-        inputs,
-        batch,
-        None,
-    )
-    results, start = [], 0
-    for nodes in trace.results:
-        stacked = np.stack(parts[start : start + len(nodes)], -1)
-        start += len(nodes)
-        results.append(stacked)
-    own = (channels,) if channels else ()
-    ends = [own] * (1 + len(leaves)) + [(*own, widths[k]) for k in by_inputs]
-    return [r.reshape((*batch, *end))[()] for r, end in zip(results, ends, strict=True)]
-
-
 def full_shape(material: Parametrised, shape: tuple[int, ...]) -> tuple[int, ...]:
     """The batch shape of directions together with the maps (parameters with batch axes) of a material."""
     maps = [tuple(v.shape[:-1]) for v in material.leaves() if getattr(v, "ndim", 0) > 1]
@@ -210,10 +203,10 @@ def texels(material: Parametrised, batch: tuple[int, ...], index: np.ndarray) ->
     return material.each(pick) if full_shape(material, ()) else material
 
 
-def _check_library(own: ops.Library | None, lib: ops.Library) -> None:
-    if own not in (None, lib, LIBRARIES["numpy"]):
+def _check_library(of_value: ops.Library | None, lib: ops.Library) -> None:
+    if of_value not in (None, lib, LIBRARIES["numpy"]):
         raise ArrayTypeError(
-            f"a parameter is a {own.name} array but the directions are {lib.name} arrays; "
+            f"a parameter is a {of_value.name} array but the directions are {lib.name} arrays; "
             f"expected {lib.name} or NumPy parameters"
         )
 
@@ -222,18 +215,18 @@ def _batch(values: Iterable[Any], lib: ops.Library, inputs: Sequence[Any]) -> tu
     """The number of channels (None without a channel axis) of parameters, and the batch that they and inputs make."""
     shapes = []  # by plain loops: torch.compile takes no assignments in comprehensions
     for value in values:
-        own = ops.library_of_type(type(value))
-        if own is not None:
-            _check_library(own, lib)
-            shapes.append(own.shape(value))
+        of_value = ops.library_of_type(type(value))
+        if of_value is not None:
+            _check_library(of_value, lib)
+            shapes.append(of_value.shape(value))
     batches = [lib.shape(x)[:-1] for x in inputs] + [shape[:-1] for shape in shapes if shape]
     return _channels(shapes), ops.broadcast_shape(batches, "directions and parameters")
 
 
 def channels(material: Parametrised) -> int | None:
-    """The number of channels of what a material computes, None without a channel axis."""
+    """The number of channels of a material's results, None without a channel axis."""
     libraries = [(ops.library_of_type(type(value)), value) for value in material.leaves()]
-    return _channels([own.shape(value) for own, value in libraries if own is not None])
+    return _channels([lib.shape(value) for lib, value in libraries if lib is not None])
 
 
 def _channels(shapes: Sequence[tuple[int, ...]]) -> int | None:

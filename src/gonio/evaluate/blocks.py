@@ -38,21 +38,20 @@ def in_blocks(
             return [np.broadcast_to(part, s) for part, s in zip(parts, shapes, strict=True)]
 
     def store(at: Box, parts: Sequence[np.ndarray]) -> None:
-        for whole, part, kind in zip(outs, parts, kinds, strict=True):
+        for out, part, kind in zip(outs, parts, kinds, strict=True):
             if kind == TOTAL:
                 with lock:
-                    whole[at[:-1]] += part.sum(axis=len(at) - 1, dtype=np.float64)
+                    out[at[:-1]] += part.sum(axis=len(at) - 1, dtype=np.float64)
             else:
-                whole[at] = part
+                out[at] = part
 
-    boxes = list(_boxes(batch, max(BLOCK // (channels or 1), 1024)))
-    first = work(boxes[0] if boxes else tuple(slice(0, n) for n in batch))
+    everything = tuple(slice(0, n) for n in batch)
+    boxes = list(_boxes(everything, max(BLOCK // (channels or 1), 1024)))
+    first = work(boxes[0] if boxes else everything)
     for part, kind in zip(first, kinds, strict=True):
         shape = result_shape(kind, batch, channels)
-        if kind == TOTAL:
-            outs.append(np.zeros(shape))
-        else:
-            outs.append(memory.empty(shape, part.dtype if kind == SCALAR else dtype))
+        new = memory.empty(shape, part.dtype if kind == SCALAR else dtype) if kind != TOTAL else np.zeros(shape)
+        outs.append(new)
     if boxes:
         store(boxes[0], first)
         share(lambda at: store(at, work(at)), [(box,) for box in boxes[1:]])
@@ -66,23 +65,19 @@ def result_shape(kind: str, batch: tuple[int, ...], channels: int | None) -> tup
     return batch + {SCALAR: (), VECTOR: (3,)}.get(kind, (channels,) if channels else ())
 
 
-def _boxes(shape: tuple[int, ...], size: int) -> Iterator[Box]:
-    """Boxes of at most `size` elements that tile `shape`, longest runs along the last axes."""
-
-    def divided(box: Box) -> Iterator[Box]:
-        lengths = [s.stop - s.start for s in box]
-        if math.prod(lengths) <= size:
+def _boxes(box: Box, size: int) -> Iterator[Box]:
+    """Boxes of at most `size` elements that tile a box, longest runs along the last axes; none of an empty box."""
+    lengths = [s.stop - s.start for s in box]
+    if math.prod(lengths) <= size:
+        if 0 not in lengths:
             yield box
-            return
-        axis = next(i for i, n in enumerate(lengths) if n > 1)
-        inner = math.prod(lengths[axis + 1 :])
-        step = max(size // inner, 1) if inner < size else 1
-        for start in range(box[axis].start, box[axis].stop, step):
-            stop = min(start + step, box[axis].stop)
-            yield from divided((*box[:axis], slice(start, stop), *box[axis + 1 :]))
-
-    if 0 not in shape:
-        yield from divided(tuple(slice(0, n) for n in shape))
+        return
+    axis = next(i for i, n in enumerate(lengths) if n > 1)
+    inner = math.prod(lengths[axis + 1 :])
+    step = max(size // inner, 1) if inner < size else 1
+    for start in range(box[axis].start, box[axis].stop, step):
+        stop = min(start + step, box[axis].stop)
+        yield from _boxes((*box[:axis], slice(start, stop), *box[axis + 1 :]), size)
 
 
 def cut(x: np.ndarray, batch: tuple[int, ...], at: Box) -> np.ndarray:

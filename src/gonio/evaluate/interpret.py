@@ -1,4 +1,4 @@
-"""Evaluation of a graph on NumPy arrays, node by node: what compiled kernels are held against."""
+"""Evaluation of a graph on NumPy arrays, node by node: the reference for compiled kernels."""
 
 from __future__ import annotations
 
@@ -9,18 +9,13 @@ from typing import Any
 import numpy as np
 
 from ..arrays import ops
-from ..trace.graph import INDEX, MASK, Graph
+from ..trace.graph import COMPARISONS, INDEX, MASK, Graph
 
 _OPERATORS: dict[str, Callable[..., Any]] = {
-    "add": operator.add,
-    "sub": operator.sub,
-    "mul": operator.mul,
+    **{name: getattr(operator, name) for name in ("add", "sub", "mul", "neg", "xor", *COMPARISONS)},
     "div": operator.truediv,
-    "neg": operator.neg,
     "and": operator.and_,
     "or": operator.or_,
-    "xor": operator.xor,
-    **{name: getattr(operator, name) for name in ("lt", "le", "gt", "ge", "eq", "ne")},
     "select": np.where,
     "stop": lambda x: x,
 }
@@ -37,8 +32,7 @@ def evaluate(
     for node in order:
         operation, arguments = graph.operations[node], graph.arguments[node]
         if operation == "constant":
-            kind = graph.kinds[node]
-            values[node] = np.bool_(arguments[0]) if kind == MASK else np.asarray(arguments[0], _dtype(kind, dtype))[()]
+            values[node] = np.asarray(arguments[0], {MASK: bool, INDEX: np.intp}.get(graph.kinds[node], dtype))[()]
         elif operation == "load":
             values[node] = load(*arguments)
         elif operation == "take":
@@ -52,7 +46,3 @@ def evaluate(
             if last[source] == node and source not in kept:
                 del values[source]
     return [values[node] for node in outputs]
-
-
-def _dtype(kind: str, dtype: Any) -> Any:
-    return np.intp if kind == INDEX else dtype

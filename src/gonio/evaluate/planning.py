@@ -1,6 +1,6 @@
-"""Plans: what shapes and strides of a call's arrays decide, made once of a trace, kept, and carried out.
+"""Plans of calls: made once for a trace and for arrays of some shapes and strides, kept, and carried out.
 
-A plan of a compiled kernel takes addresses alone; `available` says whether anything is compiled here.
+To carry out the plan of a compiled kernel takes addresses alone; `available` says whether anything is compiled here.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..arrays import LIBRARIES, Fixed, Roomy, contiguous
-from ..arrays.kinds import TOTAL, VALUE, VECTOR
+from ..arrays.kinds import TOTAL, VALUE
 from ..bounds import COMPILED
 from ..compile import elf
 from ..compile.llvm import machine
@@ -25,14 +25,23 @@ from ..errors import DependencyError, EngineError, EngineWarning, ParameterError
 from ..formula.parametrised import Parametrised
 from .blocks import Box, cut
 from .interpret import evaluate
-from .tracing import Kernel, Trace, content, jacobian, traced
+from .tracing import Task, Trace, content, traced
 
 UNROLLED = 8  # channels up to which each has its own copy of a formula; more are an axis of the batch
 PLANS_KEPT = 64  # for a material
 PATTERNS_KEPT = 1000
 
-
 _GIVEN_UP: list[str] = []
+
+
+class Call(NamedTuple):
+    """A task for a material and NumPy arrays; how many channels it has (None: no such axis), and its batch shape."""
+
+    task: Task
+    material: Parametrised
+    inputs: Sequence[np.ndarray]
+    channels: int | None
+    batch: tuple[int, ...]
 
 
 def available() -> bool:
@@ -69,20 +78,22 @@ def _give_up(error: Exception) -> None:
         warnings.warn(f"{text}; mend that, or set GONIO_ENGINE=numpy to silence this", EngineWarning, stacklevel=2)
 
 
-def known(what: tuple[Any, ...], material: Parametrised, inputs: Sequence[Any]) -> Plan | None:
-    """The plan of an earlier call with such arrays, of this material or of one of its structure and shapes."""
-    key = _key(what, inputs)
+def known(name: tuple[Any, ...], material: Parametrised, inputs: Sequence[Any]) -> Plan | None:
+    """The plan of an earlier call of a task with such arrays, of this material or of one of its structure and shapes.
+
+    `name`: the task's.
+    """
+    key = _key(name, inputs)
     plans = material._derived.get(known)
     return (plans and plans.get(key)) or _of_pattern(key, material, inputs[0].dtype)
 
 
 class _Pattern(NamedTuple):
-    """A plan without arrays, for other numbers of the same structure and shapes; and what says which it needs."""
+    """A plan without arrays, for other numbers of the same structure and shapes; its trace says which it reads."""
 
     plan: Plan
     trace: Trace
     as_axis: bool
-    has_channels: bool
 
 
 _PATTERNS: dict[tuple[Any, ...], _Pattern] = {}
@@ -94,7 +105,7 @@ def _of_pattern(key: tuple[Any, ...], material: Parametrised, dtype: np.dtype) -
     pattern = _PATTERNS.get((key, content(material).structure, shapes)) if shapes else None
     if pattern is None:
         return None
-    arrays = _parameters(pattern.trace, material, dtype, pattern.as_axis, pattern.has_channels)
+    arrays = _parameters(pattern.trace, material, dtype, pattern.as_axis)
     return _remembered(key, material, renewed(pattern.plan, arrays, _tables(pattern.trace, material, dtype)))
 
 
@@ -111,100 +122,55 @@ def _shapes(material: Parametrised) -> tuple[Any, ...] | None:
     return tuple(shapes) or ((),)
 
 
-def _remembered(key: tuple[Any, ...], material: Parametrised, made: Plan) -> Plan:
+def _remembered(key: tuple[Any, ...], material: Parametrised, plan: Plan) -> Plan:
     plans = material._derived.setdefault(known, {})
     if len(plans) >= PLANS_KEPT:
         plans.clear()
-    plans[key] = made
-    return made
+    plans[key] = plan
+    return plan
 
 
-def _key(what: tuple[Any, ...], inputs: Sequence[Any]) -> tuple[Any, ...]:
-    """What a plan depends on beside the material."""
-    key = what
+def _key(name: tuple[Any, ...], inputs: Sequence[Any]) -> tuple[Any, ...]:
+    """All that a plan depends on beside the material."""
+    key = name
     for x in inputs:
         if type(x) is np.ndarray:
             key += (x.dtype, x.shape, x.strides)
     return key
 
 
-def plan(
-    kernel: Kernel,
-    kinds: tuple[str, ...],
-    material: Parametrised,
-    inputs: Sequence[np.ndarray],
-    widths: Sequence[int],
-    batch: tuple[int, ...],
-    channels: int | None,
-) -> Plan:
+def plan(call: Call) -> Plan:
     """A plan for calls with such arrays, kept for further ones.
 
     Raises TraceError if the formula cannot be traced or is too large to be compiled, EngineError where nothing can be
     compiled after all.
     """
+    task, material, inputs, channels, batch = call
     as_axis = channels is not None and channels > UNROLLED
-    if as_axis and TOTAL in kinds:
+    if as_axis and TOTAL in task.kinds:
         raise TraceError(f"sums over a batch are compiled for at most {UNROLLED} channels; got {channels}")
-    trace = traced(kernel, kinds, material, widths, 1 if as_axis else channels)
-    results = [_result(kind, nodes, channels, as_axis) for kind, nodes in zip(kinds, trace.results, strict=True)]
-    return _plan((kernel, kinds), trace, results, material, inputs, widths, batch, channels)
-
-
-def jacobian_plan(
-    kernel: Kernel,
-    material: Parametrised,
-    inputs: Sequence[np.ndarray],
-    widths: Sequence[int],
-    batch: tuple[int, ...],
-    channels: int | None,
-    leaves: tuple[int, ...],
-    by_inputs: tuple[int, ...],
-) -> Plan:
-    """A plan for the results of `jacobian`: (...[, C]) for the value and each parameter, (...[, C], 3) for inputs.
-
-    Raises as `plan`.
-    """
-    if plan := known((kernel, leaves, by_inputs), material, inputs):
-        return plan
-    as_axis = channels is not None and channels > UNROLLED
-    trace = jacobian(kernel, material, widths, 1 if as_axis else channels, leaves, by_inputs)
-    own = () if as_axis or channels is None else (channels,)
-    elements = [own] * (1 + len(leaves)) + [(*own, widths[k]) for k in by_inputs]
-    results = [Result(nodes, EACH, element) for nodes, element in zip(trace.results, elements, strict=True)]
-    what = (kernel, leaves, by_inputs)
-    return _plan(what, trace, results, material, inputs, widths, batch, channels)
-
-
-def _plan(
-    what: tuple[Any, ...],
-    trace: Trace,
-    results: Sequence[Result],
-    material: Parametrised,
-    inputs: Sequence[np.ndarray],
-    widths: Sequence[int],
-    batch: tuple[int, ...],
-    channels: int | None,
-) -> Plan:
-    as_axis = channels is not None and channels > UNROLLED
+    trace = traced(task, material, 1 if as_axis else channels)
     if trace.operations > COMPILED:
         raise TraceError(f"a formula of {trace.operations} operations, expected at most {COMPILED} to compile")
-    dtype = inputs[0].dtype
-    given = [(x[..., None, :] if as_axis else x, w) for x, w in zip(inputs, widths, strict=True)]
-    arrays = [x if k in trace.read else None for k, x in enumerate(given)]
-    arrays += _parameters(trace, material, dtype, as_axis, channels is not None)
     shape = batch if channels is None or not as_axis else (*batch, channels)
-    tables = _tables(trace, material, dtype)
+    inputs = [x[..., None, :] for x in inputs] if as_axis else inputs
+    dtype = inputs[0].dtype
+    arrays = [(x, w) if k in trace.read else None for k, (x, w) in enumerate(zip(inputs, task.widths, strict=True))]
+    arrays += _parameters(trace, material, dtype, as_axis)
+    elements = task.elements(() if as_axis or channels is None else (channels,))
+    uses = [{VALUE: EACH, TOTAL: SUMMED}.get(kind, ONCE if as_axis else EACH) for kind in task.kinds]
+    uses += [EACH] * (len(elements) - len(uses))
+    results = [Result(*parts) for parts in zip(trace.results, uses, elements, strict=True)]
     try:
-        made = prepare(trace.graph, results, arrays, trace.inputs, tables, shape, dtype)
+        made = prepare(trace.graph, results, arrays, trace.inputs, _tables(trace, material, dtype), shape, dtype)
     except (DependencyError, EngineError) as error:
         _give_up(error)
         raise EngineError(str(error)) from None
-    key = _key(what, inputs)
+    key = _key(task.name, call.inputs)
     if shapes := _shapes(material):
         if len(_PATTERNS) >= PATTERNS_KEPT:
             _PATTERNS.clear()
-        bare = made._replace(keeper=None)
-        _PATTERNS[key, content(material).structure, shapes] = _Pattern(bare, trace, as_axis, channels is not None)
+        _PATTERNS[key, content(material).structure, shapes] = _Pattern(made._replace(keeper=None), trace, as_axis)
     return _remembered(key, material, made)
 
 
@@ -226,43 +192,36 @@ def _table(table: Fixed, dtype: np.dtype) -> np.ndarray:
 
 def _padded(numbers: np.ndarray, dtype: np.dtype) -> np.ndarray:
     """A table with an entry more: kernels read two at a time."""
-    made = np.empty(len(numbers) + 1, dtype)
-    made[:-1], made[-1] = numbers, 0.0
-    return made
+    padded = np.empty(len(numbers) + 1, dtype)
+    padded[:-1], padded[-1] = numbers, 0.0
+    return padded
 
 
-def interpreted(
-    trace: Trace, material: Parametrised, inputs: Sequence[np.ndarray], batch: tuple[int, ...], at: Box
-) -> list[np.ndarray]:
-    """The nodes of all results of a trace, computed by NumPy for a box of a batch."""
-    like = inputs[0]
-    parameters = _parameters(trace, material, like.dtype, False, True)
-    arrays = [*inputs, *(x and x[0] for x in parameters)]
+def interpreted(trace: Trace, call: Call, at: Box) -> list[np.ndarray]:
+    """The nodes of all results of a trace, computed by NumPy for a box of the batch of a call."""
+    dtype = call.inputs[0].dtype
+    arrays = [*call.inputs, *(x and x[0] for x in _parameters(trace, call.material, dtype, False))]
 
     def load(k: int, c: int) -> Any:
         array = arrays[k]
-        assert array is not None  # what the graph reads is there
-        return cut(array, batch, at)[..., c]
+        assert array is not None  # an array that the graph reads
+        return cut(array, call.batch, at)[..., c]
 
     nodes = [n for result in trace.results for n in result]
     with np.errstate(all="ignore"):
-        return evaluate(trace.graph, nodes, load, _tables(trace, material, like.dtype), like.dtype)
+        return evaluate(trace.graph, nodes, load, _tables(trace, call.material, dtype), dtype)
 
 
 def _parameters(
-    trace: Trace, material: Parametrised, dtype: np.dtype, as_axis: bool, channels: bool
+    trace: Trace, material: Parametrised, dtype: np.dtype, as_axis: bool
 ) -> list[tuple[np.ndarray, int] | None]:
     """The arrays of the parameters, and of the merged ones, as far as they are read."""
-    leaves = content(material).leaves
-    first = trace.inputs
-    arrays = [_parameter(v, dtype, as_axis) if first + k in trace.read else None for k, v in enumerate(leaves)]
-    if channels:
-        first += len(leaves)
-        merged: list[Any] = [None] * len(leaves)
-        if any(k >= first for k in trace.read):
-            merged = content(material.merged(LIBRARIES["numpy"].merge_channels)).leaves
-        arrays += [_parameter(v, dtype, as_axis) if first + k in trace.read else None for k, v in enumerate(merged)]
-    return arrays
+    leaves, first = content(material).leaves, trace.inputs
+    if trace.merged:
+        any_read = any(k >= first + len(leaves) for k in trace.read)
+        mean = material.merged(LIBRARIES["numpy"].merge_channels) if any_read else material
+        leaves = leaves + content(mean).leaves
+    return [_parameter(v, dtype, as_axis) if first + k in trace.read else None for k, v in enumerate(leaves)]
 
 
 def _parameter(value: Any, dtype: np.dtype, as_axis: bool) -> tuple[np.ndarray, int]:
@@ -277,21 +236,12 @@ def _parameter(value: Any, dtype: np.dtype, as_axis: bool) -> tuple[np.ndarray, 
     return array, array.shape[-1]
 
 
-def _result(kind: str, nodes: tuple[int, ...], channels: int | None, as_axis: bool) -> Result:
-    if kind == TOTAL:
-        return Result(nodes, SUMMED, (len(nodes),) if channels else ())
-    if as_axis:
-        return Result(nodes, EACH, ()) if kind == VALUE else Result(nodes, ONCE, (3,) if kind == VECTOR else ())
-    has_axis = kind == VECTOR or (kind == VALUE and channels is not None)
-    return Result(nodes, EACH, (len(nodes),) if has_axis else ())
-
-
-def call(found: Plan, inputs: Sequence[np.ndarray], out: np.ndarray | None) -> list[Any]:
+def carried_out(plan: Plan, inputs: Sequence[np.ndarray], out: np.ndarray | None) -> list[Any]:
     """The results of a plan; those of a single direction as numbers. `out` takes the first one."""
     if out is not None:
         direct = out.flags.c_contiguous and not any(np.may_share_memory(out, x) for x in inputs)
-        results = carry_out(found, inputs, out if direct else None)
+        results = carry_out(plan, inputs, out if direct else None)
         if not direct:
             out[...] = results[0]
         return [out, *results[1:]]
-    return [r if r.ndim else r[()] for r in carry_out(found, inputs)]
+    return [r if r.ndim else r[()] for r in carry_out(plan, inputs)]

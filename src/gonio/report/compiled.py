@@ -69,7 +69,7 @@ def kernel(m: Reflectance, method: str = "f") -> Kernel:
     widths = tuple(len(_COMPONENTS[name]) for name in names)
     leaves = list(zip(m.leaf_paths(), m.leaves(), strict=True))
     channels = m.channels
-    trace = tracing.traced(function, kinds, m, widths, channels)
+    trace = tracing.traced(tracing.Task(function, kinds, widths), m, channels)
     loads = _names(names, [path or "channel" for path, _ in leaves], [np.shape(v)[-1:] for _, v in leaves])
     outputs = {}
     for (kind, name), nodes in zip(returned, trace.results, strict=True):

@@ -1,1 +1,1 @@
-"""Formulas as graphs: what is done to symbols is recorded, merged, differentiated, shown and evaluated again."""
+"""Formulas as graphs: operations on symbols are recorded, merged, differentiated, shown and evaluated."""

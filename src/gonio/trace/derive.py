@@ -13,24 +13,19 @@ Builder = Callable[..., int]
 def gradient(graph: Graph, output: int, inputs: Sequence[int]) -> list[int]:
     """Nodes of the derivatives of `output` with respect to the nodes `inputs`, added to the graph.
 
-    A choice passes the derivative of the side that is chosen; floor, comparisons, table entries and what is stopped
-    have derivative 0; so has a minimum or maximum on the side that is not taken (at a tie, the first side is).
+    A choice passes the derivative of the chosen side; floor, comparisons, table entries and stopped gradients have
+    derivative 0; so has a minimum or maximum by the side that is not taken (at a tie, the first is taken).
     """
     apply, constant = graph.apply, graph.constant
-    order = _between(graph, output, inputs)
     sums: dict[int, int] = {output: constant(1.0)}
-    for node in reversed(order):
-        slope = sums.get(node)
-        if slope is None or (node in inputs and node != output):
+    for node in reversed(_between(graph, output, inputs)):
+        slope, rule = sums.get(node), _RULES.get(graph.operations[node])
+        if slope is None or rule is None or graph.kinds[node] != REAL or (node in inputs and node != output):
             continue
-        rule = _RULES.get(graph.operations[node])
-        if rule is None:
-            continue
-        for source, term in rule(graph, node, slope):
-            if source in sums:
-                sums[source] = apply("add", sums[source], term)
-            else:
-                sums[source] = term
+        arguments = graph.arguments[node]
+        for source, term in zip(arguments, rule(apply, constant, slope, node, *arguments), strict=True):
+            if term is not None:
+                sums[source] = apply("add", sums[source], term) if source in sums else term
     zero = constant(0.0)
     return [sums.get(node, zero) for node in inputs]
 
@@ -46,83 +41,51 @@ def _between(graph: Graph, output: int, inputs: Sequence[int]) -> list[int]:
     return order
 
 
-Terms = list[tuple[int, int]]
+Terms = Sequence[int | None]
+Rule = Callable[..., Terms]
+"""(apply, constant, slope, result, *arguments) -> the slope times the derivative by each argument."""
 
 
-def _unary(derivative: Callable[[Builder, Builder, int, int], int]) -> Callable[[Graph, int, int], Terms]:
+def _unary(derivative: Callable[[Builder, Builder, int, int], int]) -> Rule:
     """A rule from the derivative of a function of one number: (apply, constant, argument, result) -> node."""
-
-    def rule(graph: Graph, node: int, slope: int) -> Terms:
-        (x,) = graph.arguments[node]
-        return [(x, graph.apply("mul", slope, derivative(graph.apply, graph.constant, x, node)))]
-
-    return rule
+    return lambda do, number, slope, r, x: [do("mul", slope, derivative(do, number, x, r))]
 
 
-def _add(graph: Graph, node: int, slope: int) -> Terms:
-    return [(x, slope) for x in graph.arguments[node]]
+def _div(do: Builder, number: Builder, slope: int, r: int, x: int, y: int) -> Terms:
+    part = do("div", slope, y)
+    return part, do("neg", do("mul", part, r))
 
 
-def _sub(graph: Graph, node: int, slope: int) -> Terms:
-    x, y = graph.arguments[node]
-    return [(x, slope), (y, graph.apply("neg", slope))]
+def _select(do: Builder, number: Builder, slope: int, r: int, condition: int, a: int, b: int) -> Terms:
+    zero = number(0.0)
+    return None, do("select", condition, slope, zero), do("select", condition, zero, slope)
 
 
-def _mul(graph: Graph, node: int, slope: int) -> Terms:
-    x, y = graph.arguments[node]
-    return [(x, graph.apply("mul", slope, y)), (y, graph.apply("mul", slope, x))]
-
-
-def _div(graph: Graph, node: int, slope: int) -> Terms:
-    x, y = graph.arguments[node]
-    part = graph.apply("div", slope, y)
-    return [(x, part), (y, graph.apply("neg", graph.apply("mul", part, node)))]
-
-
-def _neg(graph: Graph, node: int, slope: int) -> Terms:
-    return [(graph.arguments[node][0], graph.apply("neg", slope))]
-
-
-def _select(graph: Graph, node: int, slope: int) -> Terms:
-    condition, a, b = graph.arguments[node]
-    if graph.kinds[node] != REAL:
-        return []
-    zero = graph.constant(0.0)
-    return [(a, graph.apply("select", condition, slope, zero)), (b, graph.apply("select", condition, zero, slope))]
-
-
-def _extremum(comparison: str) -> Callable[[Graph, int, int], Terms]:
-    def rule(graph: Graph, node: int, slope: int) -> Terms:
-        a, b = graph.arguments[node]
-        if graph.kinds[node] != REAL:
-            return []
-        zero, first = graph.constant(0.0), graph.apply(comparison, a, b)
-        return [(a, graph.apply("select", first, slope, zero)), (b, graph.apply("select", first, zero, slope))]
+def _extremum(comparison: str) -> Rule:
+    def rule(do: Builder, number: Builder, slope: int, r: int, a: int, b: int) -> Terms:
+        zero, first = number(0.0), do(comparison, a, b)
+        return do("select", first, slope, zero), do("select", first, zero, slope)
 
     return rule
 
 
-def _power(graph: Graph, node: int, slope: int) -> Terms:
-    apply = graph.apply
-    x, y = graph.arguments[node]
-    by_x = apply("mul", y, apply("power", x, apply("sub", y, graph.constant(1.0))))
-    by_y = apply("mul", node, apply("log", x))
-    return [(x, apply("mul", slope, by_x)), (y, apply("mul", slope, by_y))]
+def _power(do: Builder, number: Builder, slope: int, r: int, x: int, y: int) -> Terms:
+    by_x = do("mul", y, do("power", x, do("sub", y, number(1.0))))
+    by_y = do("mul", r, do("log", x))
+    return do("mul", slope, by_x), do("mul", slope, by_y)
 
 
-def _arctan2(graph: Graph, node: int, slope: int) -> Terms:
-    apply = graph.apply
-    y, x = graph.arguments[node]
-    part = apply("div", slope, apply("add", apply("mul", x, x), apply("mul", y, y)))
-    return [(y, apply("mul", part, x)), (x, apply("neg", apply("mul", part, y)))]
+def _arctan2(do: Builder, number: Builder, slope: int, r: int, y: int, x: int) -> Terms:
+    part = do("div", slope, do("add", do("mul", x, x), do("mul", y, y)))
+    return do("mul", part, x), do("neg", do("mul", part, y))
 
 
-_RULES: dict[str, Callable[[Graph, int, int], Terms]] = {
-    "add": _add,
-    "sub": _sub,
-    "mul": _mul,
+_RULES: dict[str, Rule] = {
+    "add": lambda do, number, slope, r, x, y: (slope, slope),
+    "sub": lambda do, number, slope, r, x, y: (slope, do("neg", slope)),
+    "mul": lambda do, number, slope, r, x, y: (do("mul", slope, y), do("mul", slope, x)),
+    "neg": lambda do, number, slope, r, x: (do("neg", slope),),
     "div": _div,
-    "neg": _neg,
     "select": _select,
     "minimum": _extremum("le"),
     "maximum": _extremum("ge"),

@@ -24,15 +24,16 @@ class Graph:
     """Nodes in order: node i has an operation, arguments and a kind ("real", "index" or "mask").
 
     Leaves are "constant" (value), "load" (array, component): a component of an input array. "take" (table, node) looks
-    up a table. The arguments of every other operation are earlier nodes. Equal nodes are one node, and what changes
-    no value (x * 1, x / 1, - - x, a choice between equals) is left out. Raises TraceError for more than `TRACED` nodes.
+    up a table. The arguments of every other operation are earlier nodes. Equal nodes are one node, and operations that
+    change no value (x * 1, x / 1, - - x, a choice between equals) are left out. Raises TraceError for more than
+    `TRACED` nodes.
     """
 
     def __init__(self) -> None:
         self.operations: list[str] = []
         self.arguments: list[tuple] = []
         self.kinds: list[str] = []
-        self._known: dict[tuple, int] = {}
+        self._numbers: dict[tuple, int] = {}
         self._hashed: dict[tuple[int, ...], tuple[Any, list[int]]] = {}
 
     def __len__(self) -> int:
@@ -41,9 +42,9 @@ class Graph:
     def _node(self, operation: str, arguments: tuple, kind: str) -> int:
         ordered = sorted(arguments) if operation in _COMMUTE else arguments
         key = (operation, kind, *ordered)
-        node = self._known.get(key)
+        node = self._numbers.get(key)
         if node is None:
-            node = self._known[key] = len(self.operations)
+            node = self._numbers[key] = len(self.operations)
             if node >= TRACED:
                 raise TraceError(f"a formula of more than {TRACED} operations is not traced")
             self.operations.append(operation)
@@ -85,48 +86,40 @@ class Graph:
         return self._node(operation, nodes, kind)
 
     def _simplified(self, operation: str, nodes: Sequence[int]) -> int | None:
-        """An existing node with the same value, bit by bit, if there is one."""
+        """A node with the same value, bit by bit, that needs no operation; None where there is none."""
+        first, value = nodes[0], self.value(nodes[0])
         if operation == "mul":
-            for one, other in (nodes, nodes[::-1]):
-                if self.value(one) == 1:
-                    return other
-        elif operation == "div" and self.value(nodes[1]) == 1:
-            return nodes[0]
-        elif operation == "neg":
-            if self.operations[nodes[0]] == "neg":
-                return self.arguments[nodes[0]][0]
-            value = self.value(nodes[0])
-            if value is not None:
-                return self.constant(-value, self.kinds[nodes[0]])
-        elif operation == "select":
+            if value == 1:
+                return nodes[1]
+            return first if self.value(nodes[1]) == 1 else None
+        if operation == "div":
+            return first if self.value(nodes[1]) == 1 else None
+        if operation == "neg":
+            if self.operations[first] == "neg":
+                return self.arguments[first][0]
+            return None if value is None else self.constant(-value, self.kinds[first])
+        if operation == "select":
             if nodes[1] == nodes[2]:
                 return nodes[1]
-            truth = self.value(nodes[0])
-            if truth is not None:
-                return nodes[1] if truth else nodes[2]
-        elif operation in ("and", "or") and nodes[0] == nodes[1]:
-            return nodes[0]
-        elif operation == "to_real":
-            value = self.value(nodes[0])
+            return None if value is None else nodes[1] if value else nodes[2]
+        if operation in ("and", "or"):
+            return first if first == nodes[1] else None
+        if operation == "to_real":
             return None if value is None else self.constant(value)
-        elif operation == "to_index":
-            value = self.value(nodes[0])
+        if operation == "to_index":
             return None if value is None else self.constant(value if math.isfinite(value) else 0, INDEX)
-        elif self.kinds[nodes[0]] == INDEX and operation in ("add", "sub", "mul"):
+        if operation in ("add", "sub") and self.kinds[first] == INDEX:
             return self._simplified_index(operation, nodes)
         return None
 
     def _simplified_index(self, operation: str, nodes: Sequence[int]) -> int | None:
         """Whole numbers have no rounding: sums are written with one constant, and that last."""
-        a, b = (self.value(n) for n in nodes)
-        if a is not None and b is not None:
-            return self.constant({"add": a + b, "sub": a - b, "mul": a * b}[operation], INDEX)
-        if operation == "mul":
-            return None
         sign = 1 if operation == "add" else -1
         (x, c), (y, d) = (self.split(n) for n in nodes)
         offset = int(c + sign * d)
-        if offset == 0 and (c != 0 or b == 0):
+        if x is None and y is None:
+            return self.constant(offset, INDEX)
+        if offset == 0 and (c != 0 or self.value(nodes[1]) == 0):
             return x if y is None else self.apply(operation, x, y) if x is not None else None
         if y is None and x is not None and (c != 0 or sign < 0):
             return self._node("add", (x, self.constant(offset, INDEX)), INDEX)
@@ -167,9 +160,9 @@ class Graph:
         return [node for node in range(count) if needed[node]]
 
     def digest(self, outputs: Sequence[int], *facts: Any) -> str:
-        """A name for what is computed (and `facts`): equal for equal graphs, in any process."""
+        """A name for the computation of `outputs` (and `facts`): equal for equal graphs, in any process."""
         key = tuple(outputs)
-        if key not in self._hashed:  # nodes are only ever added: what is computed stays
+        if key not in self._hashed:  # nodes are only ever added: a hash stays valid
             self._hashed[key] = self._hash(key)
         total, ends = self._hashed[key]
         total = total.copy()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 
 from .graph import COMPARISONS, MASK, Graph
@@ -22,20 +23,16 @@ def show(
 ) -> str:
     """Assignments that end with `outputs`; `loads` names components of inputs, `tables` the tables."""
     order = graph.reachable(outputs.values())
-    uses = dict.fromkeys(order, 0)
-    for node in order:
-        for source in graph.inputs(node):
-            uses[source] += 1
+    uses = Counter(source for node in order for source in graph.inputs(node))
     names: dict[int, tuple[str, float]] = {}  # text and how tightly it binds
     lines: list[str] = []
-    count = 0
     for node in order:
         text, binding = _text(graph, node, names, loads, tables)
         leaf = graph.operations[node] in ("constant", "load")
         if not leaf and (uses[node] > 1 or len(text) > LENGTH):
-            count += 1
-            lines.append(f"t{count} = {text}")
-            text, binding = f"t{count}", _ATOM
+            name = f"t{len(lines) + 1}"
+            lines.append(f"{name} = {text}")
+            text, binding = name, _ATOM
         names[node] = (text, binding)
     lines += [f"{name} = {names[node][0]}" for name, node in outputs.items()]
     return "\n".join(lines)
@@ -61,8 +58,8 @@ def _text(
         text, binding = names[arguments[0]]
         return (f"-{text}" if binding > 1 else f"-({text})"), 1
     if operation in _SIGNS:
-        sign, own = _SIGNS[operation]
+        sign, binding = _SIGNS[operation]
         (a, left), (b, right) = (names[x] for x in arguments)
-        a = a if left >= own else f"({a})"
-        return f"{a} {sign} {b if right > own else f'({b})'}", own
+        a = a if left >= binding else f"({a})"
+        return f"{a} {sign} {b if right > binding else f'({b})'}", binding
     return f"{_NAMES.get(operation, operation)}({', '.join(names[x][0] for x in arguments)})", _ATOM

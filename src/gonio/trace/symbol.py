@@ -1,8 +1,9 @@
-"""Symbols: what formulas are called with when they are traced. They record every operation in a graph."""
+"""Symbols: the arguments of a formula while it is traced. They record every operation in a graph."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -70,15 +71,11 @@ def _operator(name: str, swapped: bool = False) -> Callable[[Symbol, Any], Symbo
     return operator
 
 
-for _name, _symbols in {"add": "add", "sub": "sub", "mul": "mul", "truediv": "div", "and": "and", "or": "or"}.items():
-    setattr(Symbol, f"__{_name}__", _operator(_symbols))
-    setattr(Symbol, f"__r{_name}__", _operator(_symbols, swapped=True))
+for _name, _operation in {"truediv": "div", **{name: name for name in ("add", "sub", "mul", "and", "or")}}.items():
+    setattr(Symbol, f"__{_name}__", _operator(_operation))
+    setattr(Symbol, f"__r{_name}__", _operator(_operation, swapped=True))
 for _name in ("lt", "le", "gt", "ge", "eq", "ne"):
     setattr(Symbol, f"__{_name}__", _operator(_name))
-
-
-def _graph(*values: Any) -> Graph:
-    return next(v.graph for v in values if isinstance(v, Symbol))
 
 
 def nodes(graph: Graph, *values: Any) -> list[int]:
@@ -111,19 +108,20 @@ def _node(graph: Graph, value: Any, kind: str) -> int:
 
 
 _OF_MASKS = {"add": "or", "mul": "and", **{name: name for name in ("and", "or", "xor", "eq", "ne", "stop")}}
-"""What operations on masks alone are, as NumPy has it."""
+"""Operations on masks alone, as NumPy has them."""
 
 
 def _apply(operation: str, *values: Any) -> Symbol:
-    graph = _graph(*values)
-    given = nodes(graph, *values)
-    if graph.kinds[given[0]] == MASK:
+    graph = next(v.graph for v in values if isinstance(v, Symbol))
+    arguments = nodes(graph, *values)
+    kind = graph.kinds[arguments[0]]
+    if kind == MASK:
         if operation not in _OF_MASKS:
             raise TraceError(f"a formula takes {operation} of masks; expected numbers: ops.where(mask, 1.0, 0.0)")
         operation = _OF_MASKS[operation]
-    elif operation in LOGIC and graph.kinds[given[0]] == REAL:
+    elif operation in LOGIC and kind == REAL:
         raise TraceError(f"a formula takes {operation} of a mask and a number; expected masks: x != 0.0")
-    return Symbol(graph, graph.apply(operation, *given))
+    return Symbol(graph, graph.apply(operation, *arguments))
 
 
 class Symbols:
@@ -132,10 +130,9 @@ class Symbols:
     name = "symbols"
 
     def function(self, name: str) -> Callable[..., Any]:
-        found = _FUNCTIONS.get(name)
-        if found is None:
+        if name not in _FUNCTIONS:
             raise TraceError(f"ops.{name} cannot be traced")
-        return found
+        return _FUNCTIONS[name]
 
 
 def _where(condition: Any, a: Any, b: Any) -> Any:
@@ -157,7 +154,7 @@ def _take(table: Any, index: Any) -> Symbol:
 
 
 class TableSymbol:
-    """A lookup table of a material, known by its number."""
+    """A lookup table of a material, by its number."""
 
     __slots__ = ("graph", "number")
 
@@ -165,12 +162,5 @@ class TableSymbol:
         self.graph, self.number = graph, number
 
 
-def _function(operation: str) -> Callable[..., Symbol]:
-    def function(*values: Any) -> Symbol:
-        return _apply(operation, *values)
-
-    return function
-
-
-_FUNCTIONS: dict[str, Callable[..., Any]] = {name: _function(name) for name in (*UNARY, *BINARY)}
+_FUNCTIONS: dict[str, Callable[..., Any]] = {name: partial(_apply, name) for name in (*UNARY, *BINARY)}
 _FUNCTIONS.update(where=_where, take=_take, to_index=_to_index, stop_gradient=_FUNCTIONS["stop"])

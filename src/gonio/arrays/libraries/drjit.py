@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
@@ -57,9 +57,7 @@ class DrJit(Library):
                 value = np.broadcast_to(value, shape)
             return self._lanes(value, like)
         if self.module.is_tensor_v(value):
-            n = value.shape[-1]
-            count, spread = len(value.array) // n, self._spread(tuple(value.shape[:-1]), shape, like)
-            return self._component(value, n, min(channel or 0, n - 1), count, like, spread)
+            return self._components(value, [min(channel or 0, value.shape[-1] - 1)], shape, like)[0]
         if self.module.depth_v(value) > 1 or not self.module.is_jit_v(value):
             value = value[min(channel or 0, len(value) - 1)]
         return self._float(like)(value)
@@ -76,7 +74,7 @@ class DrJit(Library):
     def merge_channels(self, value: Array, how: str) -> Array:
         if isinstance(value, (int, float, np.ndarray)):
             return super().merge_channels(value, how)
-        if self.shape(value) == ():
+        if not self.shape(value):
             return value
         n = self.shape(value)[-1]
         join = {"mean": lambda a, b: a + b, "max": self.module.maximum, "min": self.module.minimum}[how]
@@ -86,26 +84,23 @@ class DrJit(Library):
         total = total / n if how == "mean" else total
         return type(value)(total, (*value.shape[:-1], 1)) if self.module.is_tensor_v(value) else total
 
-    def _component(self, w: Array, n: int, i: int, count: int, like: Array, spread: Array = None) -> Array:
-        kind = self._float(like)
-        if spread is None:
-            spread = self.module.arange(self.module.uint32_array_t(kind), count)
-        return kind(self.module.gather(self._float(w), w.array, spread * n + i))
+    def _components(
+        self, w: Array, which: Iterable[int], shape: tuple[int, ...] | None, like: Array
+    ) -> tuple[Array, ...]:
+        """Components of the vectors of a tensor, over a batch of this shape."""
+        dr, kind, n, batch = self.module, self._float(like), w.shape[-1], tuple(w.shape[:-1])
+        index, count = dr.uint32_array_t(kind), len(w.array) // n
+        if shape is None or batch == shape or count == 1:
+            lanes = dr.arange(index, count)
+        else:
+            places = np.broadcast_to(np.arange(count, dtype=np.uint32).reshape(batch), shape)
+            lanes = index(np.ascontiguousarray(places).reshape(-1))
+        return tuple(kind(dr.gather(self._float(w), w.array, lanes * n + i)) for i in which)
 
     def split(self, w: Array, shape: tuple[int, ...], channels: bool) -> tuple[Array, ...]:
         if not self.module.is_tensor_v(w):
             return tuple(w[i] for i in range(len(w)))
-        n = w.shape[-1]
-        count, spread = len(w.array) // n, self._spread(tuple(w.shape[:-1]), shape, w)
-        return tuple(self._component(w, n, i, count, w, spread) for i in range(n))
-
-    def _spread(self, batch: tuple[int, ...], shape: tuple[int, ...] | None, like: Array) -> Array:
-        """Which lane of a `batch` each lane of `shape` reads; None where they are the same, or only one."""
-        count = int(np.prod(batch, dtype=int))
-        if shape is None or batch == shape or count == 1:
-            return None
-        lanes = np.broadcast_to(np.arange(count, dtype=np.uint32).reshape(batch), shape)
-        return self.module.uint32_array_t(self._float(like))(np.ascontiguousarray(lanes).reshape(-1))
+        return self._components(w, range(w.shape[-1]), shape, w)
 
     def assemble(
         self, kinds: Sequence[str], runs: list, like: Array, shape: tuple[int, ...], channels: bool
@@ -159,7 +154,7 @@ class DrJit(Library):
         return self.module.select(condition, a, b)
 
     def op_erfinv(self, x: Array) -> Array:
-        dr = self.module  # whose own is of single precision, which two Newton steps amend, and NaN at -1 and 1
+        dr = self.module  # its own is of single precision, which two Newton steps amend, and NaN at -1 and 1
         inside = dr.abs(x) < 1.0
         y = dr.erfinv(dr.select(inside, x, 0.0))
         for _ in range(2):

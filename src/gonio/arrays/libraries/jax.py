@@ -10,18 +10,8 @@ class Jax(Library):
     def fixed(self, value: Fixed, like: Array) -> Array:
         from jax import ensure_compile_time_eval
 
-        with ensure_compile_time_eval():  # inside jit or grad too what is kept is an array, not a tracer
+        with ensure_compile_time_eval():  # inside jit or grad too the kept value is an array, not a tracer
             return super().fixed(value, like)
-
-    def op_erf(self, x: Array) -> Array:
-        from jax.scipy.special import erf
-
-        return erf(x)
-
-    def op_erfinv(self, x: Array) -> Array:
-        from jax.scipy.special import erfinv
-
-        return erfinv(x)
 
     def op_to_index(self, x: Array) -> Array:
         return self.module.nan_to_num(x, nan=0.0, posinf=0.0, neginf=0.0).astype("int32")
@@ -32,4 +22,4 @@ class Jax(Library):
         return stop_gradient(x)
 
 
-LIBRARY = Jax("jax.numpy", packages=("jax", "jaxlib"), absolute="abs")
+LIBRARY = Jax("jax.numpy", packages=("jax", "jaxlib"), special="jax.scipy.special", absolute="abs")

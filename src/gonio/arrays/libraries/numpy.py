@@ -18,19 +18,9 @@ class NumPy(Library):
     def op_take(self, table: Array, index: Array) -> Array:
         return table.take(index)
 
-    def op_erf(self, x: Array) -> Array:
-        from scipy.special import erf
-
-        return erf(x)
-
-    def op_erfinv(self, x: Array) -> Array:
-        from scipy.special import erfinv
-
-        return erfinv(x)
-
     def op_to_index(self, x: Array) -> Array:
         # NaN has no index: it looks up entry 0, and the NaN of the direction is restored by the caller.
         return np.nan_to_num(x, nan=0.0, posinf=0.0, neginf=0.0).astype(np.intp)
 
 
-LIBRARY = NumPy("numpy", absolute="abs")
+LIBRARY = NumPy("numpy", special="scipy.special", absolute="abs")

@@ -15,7 +15,7 @@ from ..interface import Library
 def _tensor(numbers: np.ndarray, dtype: Any, device: Any) -> Array:
     import torch
 
-    with torch.inference_mode(False):  # what is kept serves calls with gradients too
+    with torch.inference_mode(False):  # the kept tensor serves calls with gradients too
         return torch.tensor(numbers, dtype=dtype, device=device)
 
 

@@ -16,7 +16,7 @@ INLINE = 4  # components of a vector that are taken apart by shuffles; of longer
 
 
 class Access:
-    """Writes loads and stores for a program to `v`; `values` holds what its nodes are, as far as computed."""
+    """Writes loads and stores of a program to `v`; `values`: of its nodes, as far as computed."""
 
     def __init__(self, program: Program, v: Lanes, order: Sequence[int], values: dict[int, Value]):
         self.program, self.v, self.values = program, v, values
@@ -32,52 +32,52 @@ class Access:
     def arguments(self) -> None:
         at = 0
 
-        def word(name: str, kind: str) -> None:
+        def word(name: str, kind: str = "i64") -> None:
             nonlocal at
-            self.v.lines.append(f"{name}.at = getelementptr i64, ptr %args, i64 {at}")
-            self.v.lines.append(f"{name} = load {kind}, ptr {name}.at, align 8")
+            self.v.write(f"{name}.at = getelementptr i64, ptr %args, i64 {at}")
+            self.v.write(f"{name} = load {kind}, ptr {name}.at, align 8")
             at += 1
 
         for k in range(len(self.program.arrays)):
             word(f"%p{k}", "ptr")
             for part in ("s0", "s1", "sc"):
-                word(f"%p{k}.{part}", "i64")
+                word(f"%p{k}.{part}")
         for k in range(self.program.tables):
             word(f"%t{k}", "ptr")
-            word(f"%t{k}.last64", "i64")
-            self.v.lines.append(f"%t{k}.last = trunc i64 %t{k}.last64 to i32")
-            self.v.lines.append(f"%t{k}.some = insertelement {self.v.types['index']} poison, i32 %t{k}.last, i64 0")
-            self.v.lines.append(
-                f"%t{k}.end = shufflevector {self.v.types['index']} %t{k}.some, {self.v.types['index']} poison, "
-                f"<{self.width} x i32> zeroinitializer"
-            )
+            word(f"%t{k}.last64")
+            self.v.write(f"%t{k}.last = trunc i64 %t{k}.last64 to i32")
+            self.v.spread(f"%t{k}.end", "i32", f"%t{k}.last")
         for k in range(len(self.program.outputs)):
             word(f"%o{k}", "ptr")
-            word(f"%o{k}.s0", "i64")
+            word(f"%o{k}.s0")
+
+    def moved(self, name: str, base: str, steps: str, stride: str) -> str:
+        """An address so many strides after another, under a name."""
+        self.v.write(f"{name}.step = mul i64 {steps}, {stride}")
+        self.v.write(f"{name} = getelementptr i8, ptr {base}, i64 {name}.step")
+        return name
+
+    def beyond(self, base: str, count: int) -> str:
+        """The address so many bytes beyond another."""
+        name = self.v.name()
+        self.v.write(f"{name} = getelementptr i8, ptr {base}, i64 {count}")
+        return name
 
     def component(self, base: str, k: int, c: int) -> str:
         """The address of component c at an address of array k."""
-        name = self.v.name()
         if self.program.arrays[k].layout == PACKED:
-            self.v.lines.append(f"{name} = getelementptr i8, ptr {base}, i64 {c * self.size}")
-            return name
-        self.v.lines.append(f"{name}.step = mul i64 %p{k}.sc, {c}")
-        self.v.lines.append(f"{name} = getelementptr i8, ptr {base}, i64 {name}.step")
-        return name
+            return self.beyond(base, c * self.size)
+        return self.moved(self.v.name(), base, f"%p{k}.sc", str(c))
 
     def splat(self, node: int, base: str) -> Value:
         """One number in all lanes."""
         k, c = self.program.graph.arguments[node]
-        address = self.component(f"%{base}{k}", k, c)
-        name, kind = self.v.name(), self.v.types["real"]
-        self.v.lines.append(f"{name}.s = load {self.real}, ptr {address}, align 1")
-        self.v.lines.append(f"{name}.v = insertelement {kind} poison, {self.real} {name}.s, i64 0")
-        return self.v.emit(
-            "real", f"shufflevector {kind} {name}.v, {kind} poison, <{self.width} x i32> zeroinitializer"
-        )
+        address, name = self.component(f"%{base}{k}", k, c), self.v.name()
+        self.v.write(f"{name}.s = load {self.real}, ptr {address}, align 1")
+        return Value("real", self.v.spread(name, self.real, f"{name}.s"))
 
     def full_loads(self, nodes: Sequence[int]) -> list[Value]:
-        found: dict[int, Value] = {}
+        loads: dict[int, Value] = {}
         by_array: dict[int, list[int]] = {}
         for node in nodes:
             by_array.setdefault(self.program.graph.arguments[node][0], []).append(node)
@@ -85,108 +85,70 @@ class Access:
             array = self.program.arrays[k]
             components = [self.program.graph.arguments[node][1] for node in members]
             if array.layout == PACKED and array.width <= INLINE:
-                read = self.packed_loads(k, components)
+                values = self.packed_loads(k, components)
             elif array.layout == PLANES:
-                read = [self.plane_load(k, c) for c in components]
+                values = [self.vector_load(self.component(self.offset(k), k, c)) for c in components]
             else:
-                read = [self.gathered(node, self.lanes) for node in members]
-            found.update(zip(members, read, strict=True))
-        return [found[node] for node in nodes]
+                values = [self.gathered(node, self.lanes) for node in members]
+            loads.update(zip(members, values, strict=True))
+        return [loads[node] for node in nodes]
 
     def offset(self, k: int) -> str:
         """The address of element j of array k."""
-        name = self.v.name()
-        self.v.lines.append(f"{name}.step = mul i64 %j, %p{k}.s1")
-        self.v.lines.append(f"{name} = getelementptr i8, ptr %r{k}, i64 {name}.step")
-        return name
+        return self.moved(self.v.name(), f"%r{k}", "%j", f"%p{k}.s1")
 
     def vector_load(self, address: str) -> Value:
         return self.v.emit("real", f"load {self.v.types['real']}, ptr {address}, align 1")
 
     def packed_loads(self, k: int, components: Sequence[int]) -> list[Value]:
         base, n, w = self.offset(k), self.program.arrays[k].width, self.width
-        parts = []
-        for i in range(n):
-            address = self.v.name()
-            self.v.lines.append(f"{address} = getelementptr i8, ptr {base}, i64 {i * w * self.size}")
-            parts.append(self.vector_load(address))
-        return [
-            self.merged(parts, [p // w for p in range(c, n * w, n)], [p % w for p in range(c, n * w, n)])
-            for c in components
-        ]
+        parts = [self.vector_load(self.beyond(base, i * w * self.size)) for i in range(n)]
+        return [self.merged(parts, [divmod(p, w) for p in range(c, n * w, n)]) for c in components]
 
-    def merged(self, parts: Sequence[Value], which: Sequence[int], lane: Sequence[int]) -> Value:
-        """The vector whose lane l is lane[l] of parts[which[l]], by one shuffle for every part but the first."""
-        kind, current = self.v.types["real"], parts[0]
-        if len(parts) == 1:
-            return current
-        placed = False
+    def merged(self, parts: Sequence[Value], places: Sequence[tuple[int, int]]) -> Value:
+        """The vector whose lanes are at these places (part, lane), by one shuffle for every part but the first."""
+        merged = parts[0]
         for i in range(1, len(parts)):
-            picks = []
-            for to, (part, at) in enumerate(zip(which, lane, strict=True)):
-                if part == i:
-                    picks.append(f"i32 {self.width + at}")
-                elif part < i:
-                    picks.append(f"i32 {to if placed else at}")
+            picks: list[int | str] = []
+            for lane, (part, at) in enumerate(places):
+                if part < i:  # in its place since the first shuffle
+                    picks.append(at if i == 1 else lane)
                 else:
-                    picks.append("i32 poison")
-            picked = ", ".join(picks)
-            current = self.v.emit(
-                "real",
-                f"shufflevector {kind} {current.name}, {kind} {parts[i].name}, <{self.width} x i32> <{picked}>",
-            )
-            placed = True
-        return current
-
-    def plane_load(self, k: int, c: int) -> Value:
-        return self.vector_load(self.component(self.offset(k), k, c))
+                    picks.append(self.width + at if part == i else "poison")
+            merged = self.v.shuffle(merged, parts[i], self.width, picks)
+        return merged
 
     def gathered(self, node: int, lanes: str) -> Value:
         """A component of elements j + lanes, one by one."""
         k, c = self.program.graph.arguments[node]
-        base = self.component(self.offset(k), k, c)
-        name = self.v.name()
-        self.spread(f"{name}.s1", f"%p{k}.s1")
-        self.v.lines.append(f"{name}.steps = mul {self.index_type} {lanes}, {name}.s1")
-        self.v.lines.append(f"{name}.at = getelementptr i8, ptr {base}, {self.index_type} {name}.steps")
-        return self.gather(f"{name}.at", 1)
+        base, name = self.component(self.offset(k), k, c), self.v.name()
+        self.v.spread(f"{name}.s1", "i64", f"%p{k}.s1")
+        self.v.write(f"{name}.steps = mul {self.index_type} {lanes}, {name}.s1")
+        self.v.write(f"{name}.at = getelementptr i8, ptr {base}, {self.index_type} {name}.steps")
+        return self.gather(f"{name}.at", 1, self.real)
 
-    def spread(self, name: str, word: str) -> None:
-        """A 64-bit word in all lanes."""
-        self.v.lines.append(f"{name}.some = insertelement {self.index_type} poison, i64 {word}, i64 0")
-        self.v.lines.append(
-            f"{name} = shufflevector {self.index_type} {name}.some, {self.index_type} poison, "
-            f"<{self.width} x i32> zeroinitializer"
-        )
-
-    def suffix(self) -> str:
-        return f"v{self.width}f{8 * self.size}"
-
-    def gather(self, pointers: str, align: int) -> Value:
-        w, kind = self.width, self.v.types["real"]
-        full = f"@llvm.masked.gather.{self.suffix()}.v{w}p0"
-        self.v.declare(f"{kind} {full}(<{w} x ptr>, i32, <{w} x i1>, {kind})")
-        return self.v.emit(
-            "real",
-            f"call {kind} {full}(<{w} x ptr> {pointers}, i32 {align}, <{w} x i1> splat (i1 true), {kind} poison)",
-        )
+    def gather(self, pointers: str, align: int, real: str) -> Value:
+        """The numbers of a scalar type at these addresses."""
+        w, kind = self.width, f"<{self.width} x {real}>"
+        name = f"masked.gather.v{w}{'f32' if real == 'float' else 'f64'}.v{w}p0"
+        mask = (f"<{w} x i1>", "splat (i1 true)")
+        arguments = (f"<{w} x ptr>", pointers), ("i32", str(align)), mask, (kind, "poison")
+        return self.v.emit("real", self.v.intrinsic(name, kind, *arguments))
 
     def rows(self, arrays: Sequence[int]) -> None:
         """The addresses at which row i of arrays and outputs begins."""
         for k in arrays:
-            self.v.lines.append(f"%r{k}.step = mul i64 %i, %p{k}.s0")
-            self.v.lines.append(f"%r{k} = getelementptr i8, ptr %p{k}, i64 %r{k}.step")
+            self.moved(f"%r{k}", f"%p{k}", "%i", f"%p{k}.s0")
         for k in range(len(self.program.outputs)):
-            self.v.lines.append(f"%q{k}.step = mul i64 %i, %o{k}.s0")
-            self.v.lines.append(f"%q{k} = getelementptr i8, ptr %o{k}, i64 %q{k}.step")
+            self.moved(f"%q{k}", f"%o{k}", "%i", f"%o{k}.s0")
 
     def remaining(self) -> None:
         """A mask of the lanes within the row, and an element for each lane: its own, or the row's last."""
-        self.v.lines.append("%last = sub i64 %left, 1")
-        self.spread("%last.all", "%last")
-        self.v.lines.append(f"%inside = icmp ule {self.index_type} {self.lanes}, %last.all")
-        choice = f"select <{self.width} x i1> %inside, {self.index_type} {self.lanes}, {self.index_type} %last.all"
-        self.v.lines.append(f"%lanes = {choice}")
+        self.v.write("%last = sub i64 %left, 1")
+        last = self.v.spread("%last.all", "i64", "%last")
+        self.v.write(f"%inside = icmp ule {self.index_type} {self.lanes}, {last}")
+        choice = f"select <{self.width} x i1> %inside, {self.index_type} {self.lanes}, {self.index_type} {last}"
+        self.v.write(f"%lanes = {choice}")
 
     # Tables.
 
@@ -200,55 +162,40 @@ class Access:
                 base, offset = graph.split(index)
                 if base is not None:
                     places.setdefault((table, base), {})[int(offset)] = node
-        found: dict[int, tuple[int, int]] = {}
+        pairs: dict[int, tuple[int, int]] = {}
         for members in places.values():
             for offset in sorted(members):
-                if offset + 1 in members and members[offset] not in found:
-                    found[members[offset]] = (members[offset], 0)
-                    found[members[offset + 1]] = (members[offset], 1)
-        return found
-
-    def partner(self, node: int) -> Value:
-        """An entry that is read together with a neighbour."""
-        first, which = self.paired[node]
-        if first not in self.read:
-            table, index = self.program.graph.arguments[node]
-            start = self.values[index]
-            self.read[first] = self.pair(table, self.v.integer("sub", start, self.v.index(1)) if which else start)
-        return self.read[first][which]
+                first = members[offset]
+                if offset + 1 in members and first not in pairs:
+                    pairs[first], pairs[members[offset + 1]] = (first, 0), (first, 1)
+        return pairs
 
     def pair(self, table: int, index: Value) -> tuple[Value, Value]:
         """Two neighbouring entries of a table, loaded as one number of twice the length."""
-        w, real = self.width, f"<{2 * self.width} x {self.real}>"
-        full, name = f"@llvm.masked.gather.v{w}f64.v{w}p0", self.v.name()
-        self.v.declare(f"<{w} x double> {full}(<{w} x ptr>, i32, <{w} x i1>, <{w} x double>)")
-        pointers = self.pointers(table, index)
-        self.v.lines.append(
-            f"{name}.two = call <{w} x double> {full}(<{w} x ptr> {pointers}, i32 4, <{w} x i1> splat (i1 true), "
-            f"<{w} x double> poison)"
-        )
-        self.v.lines.append(f"{name} = bitcast <{w} x double> {name}.two to {real}")
-        both = []
-        for start in (0, 1):
-            picks = ", ".join(f"i32 {i}" for i in range(start, 2 * w, 2))
-            both.append(self.v.emit("real", f"shufflevector {real} {name}, {real} poison, <{w} x i32> <{picks}>"))
-        return both[0], both[1]
+        w, kind = self.width, f"<{2 * self.width} x {self.real}>"
+        two = self.gather(self.pointers(table, index), 4, "double")
+        halves = self.v.emit("real", f"bitcast <{w} x double> {two.name} to {kind}")
+        poison = Value("real", "poison")
+        first, second = (self.v.shuffle(halves, poison, 2 * w, range(start, 2 * w, 2)) for start in (0, 1))
+        return first, second
 
     def lookup(self, node: int) -> Value:
-        """Entries of a table; an index beyond it reads its last entry."""
-        if node in self.paired:
-            return self.partner(node)
-        table, index = self.program.graph.arguments[node]
-        return self.gather(self.pointers(table, self.values[index]), self.size)
+        """Entries of a table, perhaps read together with a neighbour's; an index beyond it reads its last entry."""
+        table, index_node = self.program.graph.arguments[node]
+        index = self.values[index_node]
+        if node not in self.paired:
+            return self.gather(self.pointers(table, index), self.size, self.real)
+        first, which = self.paired[node]
+        if first not in self.read:
+            self.read[first] = self.pair(table, self.v.integer("sub", index, self.v.index(1)) if which else index)
+        return self.read[first][which]
 
     def pointers(self, table: int, index: Value) -> str:
         """The addresses of entries of a table."""
-        v, w = self.v, self.width
-        kind = v.types["index"]
-        v.declare(f"{kind} @llvm.umin.v{w}i32({kind}, {kind})")
-        safe = v.emit("index", f"call {kind} @llvm.umin.v{w}i32({kind} {index.name}, {kind} %t{table}.end)")
-        pointers = v.name()
-        v.lines.append(f"{pointers} = getelementptr {self.real}, ptr %t{table}, {kind} {safe.name}")
+        kind, pointers = self.v.types["index"], self.v.name()
+        least = self.v.intrinsic(f"umin.v{self.width}i32", kind, (kind, index.name), (kind, f"%t{table}.end"))
+        safe = self.v.emit("index", least)
+        self.v.write(f"{pointers} = getelementptr {self.real}, ptr %t{table}, {kind} {safe.name}")
         return pointers
 
     # Outputs.
@@ -263,11 +210,7 @@ class Access:
 
     def output_address(self, k: int, step: int, offset: int = 0) -> str:
         """The address of element j of output k, whose elements are `step` bytes apart."""
-        name = self.v.name()
-        self.v.lines.append(f"{name}.j = mul i64 %j, {step}")
-        self.v.lines.append(f"{name}.a = getelementptr i8, ptr %q{k}, i64 {name}.j")
-        self.v.lines.append(f"{name} = getelementptr i8, ptr {name}.a, i64 {offset}")
-        return name
+        return self.beyond(self.moved(self.v.name(), f"%q{k}", "%j", str(step)), offset)
 
     def store_full(self) -> None:
         for k, output in enumerate(self.program.outputs):
@@ -279,10 +222,9 @@ class Access:
                 self.scatter(k, "splat (i1 true)", values)
                 continue
             for i in range(n):
-                places = range(i * w, (i + 1) * w)
-                part = self.merged([x for x, _, _ in values], [p % n for p in places], [p // n for p in places])
+                part = self.merged([x for x, _, _ in values], [(p % n, p // n) for p in range(i * w, (i + 1) * w)])
                 address = self.output_address(k, n * size, i * w * size)
-                self.v.lines.append(f"store {kind} {part.name}, ptr {address}, align 1")
+                self.v.write(f"store {kind} {part.name}, ptr {address}, align 1")
 
     def store_part(self) -> None:
         for k, output in enumerate(self.program.outputs):
@@ -294,36 +236,31 @@ class Access:
         for c, (value, kind, size) in enumerate(values):
             address, name = self.output_address(k, n * size, c * size), self.v.name()
             steps = ", ".join(f"i64 {lane * n * size}" for lane in range(w))
-            self.v.lines.append(f"{name} = getelementptr i8, ptr {address}, {self.index_type} <{steps}>")
-            element = "i8" if size == 1 else f"f{8 * size}"
-            full = f"@llvm.masked.scatter.v{w}{element}.v{w}p0"
-            self.v.declare(f"void {full}({kind}, <{w} x ptr>, i32, <{w} x i1>)")
-            self.v.lines.append(f"call void {full}({kind} {value.name}, <{w} x ptr> {name}, i32 1, <{w} x i1> {mask})")
+            self.v.write(f"{name} = getelementptr i8, ptr {address}, {self.index_type} <{steps}>")
+            full = f"masked.scatter.v{w}{'i8' if size == 1 else f'f{8 * size}'}.v{w}p0"
+            arguments = (kind, value.name), (f"<{w} x ptr>", name), ("i32", "1"), (f"<{w} x i1>", mask)
+            self.v.write(self.v.intrinsic(full, "void", *arguments))
 
     def accumulate(self, k: int) -> None:
         wide = f"<{self.width} x double>"
         for c, node in enumerate(self.program.outputs[k].nodes):
-            term = self.v.select(Value("mask", "%valid"), self.values[node], self.v.real(0.0)).name
+            term = self.v.select(Value("mask", "%valid"), self.values[node], self.v.real(0.0))
             if self.size == 4:
-                name = self.v.name()
-                self.v.lines.append(f"{name} = fpext {self.v.types['real']} {term} to {wide}")
-                term = name
-            self.v.lines.append(f"%total{k}.{c}.next = fadd {wide} %total{k}.{c}, {term}")
+                term = self.v.emit("real", f"fpext {self.v.types['real']} {term.name} to {wide}")
+            self.v.write(f"%total{k}.{c}.next = fadd {wide} %total{k}.{c}, {term.name}")
 
     def store_total(self, k: int) -> None:
         wide = f"<{self.width} x double>"
-        full = f"@llvm.vector.reduce.fadd.v{self.width}f64"
-        self.v.declare(f"double {full}(double, {wide})")
         for c in range(len(self.program.outputs[k].nodes)):
-            name = self.v.name()
-            self.v.lines.append(f"{name} = call reassoc double {full}(double 0.0, {wide} %total{k}.{c})")
-            self.v.lines.append(f"{name}.at = getelementptr double, ptr %q{k}, i64 {c}")
-            self.v.lines.append(f"store double {name}, ptr {name}.at, align 8")
+            arguments = ("double", "0.0"), (wide, f"%total{k}.{c}")
+            call = self.v.intrinsic(f"vector.reduce.fadd.v{self.width}f64", "double", *arguments)
+            total, name = self.v.emit("real", call.replace("call", "call reassoc")), self.v.name()
+            self.v.write(f"{name}.at = getelementptr double, ptr %q{k}, i64 {c}")
+            self.v.write(f"store double {total.name}, ptr {name}.at, align 8")
 
     def store_once(self, k: int) -> None:
         for c, node in enumerate(self.program.outputs[k].nodes):
             value, kind, size = self.stored(node)
-            element, name = "i8" if size == 1 else self.real, self.v.name()
-            self.v.lines.append(f"{name} = extractelement {kind} {value.name}, i64 0")
-            self.v.lines.append(f"{name}.at = getelementptr i8, ptr %q{k}, i64 {c * size}")
-            self.v.lines.append(f"store {element} {name}, ptr {name}.at, align 1")
+            first = self.v.emit(value.kind, f"extractelement {kind} {value.name}, i64 0")
+            address = self.beyond(f"%q{k}", c * size)
+            self.v.write(f"store {'i8' if size == 1 else self.real} {first.name}, ptr {address}, align 1")

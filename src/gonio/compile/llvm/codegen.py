@@ -4,13 +4,13 @@ The function is `kernel(args, outer, inner, grain)`, with the lengths of the axe
 block of arguments share the work: each takes `grain` elements of the inner axis at a time, or -`grain` of the outer.
 `args` is a block of 64-bit words: for every array its address and three strides in bytes (outer axis, inner axis,
 component), for every table its address and the number of its last entry, for every output its address and its outer
-stride in bytes; and at last where the next part begins. What depends on no axis is computed before the loops, what
-depends on the outer axis alone outside the inner loop.
+stride in bytes; at last the beginning of the next part. Nodes that depend on no axis are computed before the loops,
+nodes that depend on the outer axis alone outside the inner loop.
 """
 
 from __future__ import annotations
 
-from ...trace.graph import INDEX, REAL
+from ...trace.graph import COMPARISONS, INDEX, LOGIC, REAL
 from . import elementary
 from .access import Access
 from .divisions import fewer_divisions
@@ -83,13 +83,13 @@ class _Writer:
 
     def _decided(self) -> dict[int, int]:
         """Choices whose result matters only where another choice by the same condition takes its second side: node ->
-        that side. So a formula that is given replaced directions and masked afterwards is computed without them."""
+        that side. So a formula of replaced directions whose result is masked is computed without the replacement."""
         graph = self.program.graph
         under: dict[int, list[int]] = {}
         for node in self.order:
             if graph.operations[node] == "select":
                 under.setdefault(graph.arguments[node][0], []).append(node)
-        found: dict[int, int] = {}
+        decided: dict[int, int] = {}
         kept = {node for output in self.program.outputs for node in output.nodes}
         for condition, choices in under.items():
             if len(choices) < 2:
@@ -102,8 +102,8 @@ class _Writer:
                 if graph.operations[node] == "select" and sources[0] == condition:
                     sources = sources[:2]
                 free.update(sources)
-            found.update((node, graph.arguments[node][2]) for node in choices if node not in free)
-        return found
+            decided.update((node, graph.arguments[node][2]) for node in choices if node not in free)
+        return decided
 
     def _levels(self) -> dict[int, int]:
         """0, 1 or 2 for every node: changes with nothing, with the outer axis, with the inner axis."""
@@ -117,80 +117,60 @@ class _Writer:
         return level
 
     def text(self) -> str:
-        v, totals = self.v, [i for i, o in enumerate(self.program.outputs) if o.use == TOTAL]
+        v, access, outputs = self.v, self.access, self.program.outputs
+        totals = [k for k, output in enumerate(outputs) if output.use == TOTAL]
+        varying = [node for node in self.loads if self.level[node] == 2]
+        wide, real = f"<{self.width} x double>", v.types["real"]
         self.into("entry")
-        access = self.access
         access.arguments()
-        for node in self.loads:
-            if self.level[node] == 0:
-                self.values[node] = access.splat(node, "p")
         self.compute(0)
-        v.lines.append("br label %outer")
+        v.write("br label %outer")
 
-        self.into("outer")
-        v.lines.append("%i = phi i64 [ %start0, %entry ], [ %i.next, %outer.end ]")
-        v.lines.append("%i.more = icmp ult i64 %i, %stop0")
-        v.lines.append("br i1 %i.more, label %row, label %exit")
-
+        self.into("outer", "%i = phi i64 [ %start0, %entry ], [ %i.next, %outer.end ]")
+        v.write("%i.more = icmp ult i64 %i, %stop0", "br i1 %i.more, label %row, label %exit")
         self.into("row")
         access.rows(sorted({self.program.graph.arguments[node][0] for node in self.loads}))
-        for node in self.loads:
-            if self.level[node] == 1:
-                self.values[node] = access.splat(node, "r")
         self.compute(1)
-        v.lines.append("br label %inner")
+        v.write("br label %inner")
 
-        sums = [f"%total{k}.{c}" for k in totals for c in range(len(self.program.outputs[k].nodes))]
-        wide = f"<{self.width} x double>"
-        self.into("inner")
-        v.lines.append("%j = phi i64 [ %start1, %row ], [ %j.next, %inner.end ]")
-        for name in sums:
-            v.lines.append(f"{name} = phi {wide} [ zeroinitializer, %row ], [ {name}.next, %inner.end ]")
-        v.lines.append("%j.more = icmp ult i64 %j, %stop1")
-        v.lines.append("br i1 %j.more, label %load, label %outer.end")
-        self.into("load")
-        v.lines.append("%left = sub i64 %stop1, %j")
-        v.lines.append(f"%full = icmp uge i64 %left, {self.width}")
-        v.lines.append("br i1 %full, label %load.full, label %load.part")
-        varying = [node for node in self.loads if self.level[node] == 2]
+        self.into("inner", "%j = phi i64 [ %start1, %row ], [ %j.next, %inner.end ]")
+        for name in [f"%total{k}.{c}" for k in totals for c in range(len(outputs[k].nodes))]:
+            v.write(f"{name} = phi {wide} [ zeroinitializer, %row ], [ {name}.next, %inner.end ]")
+        v.write("%j.more = icmp ult i64 %j, %stop1", "br i1 %j.more, label %load, label %outer.end")
+        self.into("load", "%left = sub i64 %stop1, %j", f"%full = icmp uge i64 %left, {self.width}")
+        v.write("br i1 %full, label %load.full, label %load.part")
         self.into("load.full")
         full = access.full_loads(varying)
-        v.lines.append("br label %body")
+        v.write("br label %body")
         self.into("load.part")
         access.remaining()
         part = [access.gathered(node, "%lanes") for node in varying]
-        v.lines.append("br label %body")
+        v.write("br label %body")
 
         self.into("body")
-        kind = v.types["real"]
         for node, a, b in zip(varying, full, part, strict=True):
-            self.values[node] = v.emit("real", f"phi {kind} [ {a.name}, %load.full ], [ {b.name}, %load.part ]")
-        true = "splat (i1 true)"
-        v.lines.append(f"%valid = phi <{self.width} x i1> [ {true}, %load.full ], [ %inside, %load.part ]")
+            self.values[node] = v.emit("real", f"phi {real} [ {a.name}, %load.full ], [ {b.name}, %load.part ]")
+        v.write(f"%valid = phi <{self.width} x i1> [ splat (i1 true), %load.full ], [ %inside, %load.part ]")
         self.compute(2)
         for k in totals:
             access.accumulate(k)
-        v.lines.append("br i1 %full, label %store.full, label %store.part")
+        v.write("br i1 %full, label %store.full, label %store.part")
         self.into("store.full")
         access.store_full()
-        v.lines.append("br label %inner.end")
+        v.write("br label %inner.end")
         self.into("store.part")
         access.store_part()
-        v.lines.append("br label %inner.end")
-        self.into("inner.end")
-        v.lines.append(f"%j.next = add i64 %j, {self.width}")
-        v.lines.append("br label %inner")
+        v.write("br label %inner.end")
+        self.into("inner.end", f"%j.next = add i64 %j, {self.width}", "br label %inner")
 
         self.into("outer.end")
         for k in totals:
             access.store_total(k)
-        for k, output in enumerate(self.program.outputs):
+        for k, output in enumerate(outputs):
             if output.use == ONCE:
                 access.store_once(k)
-        v.lines.append("%i.next = add i64 %i, 1")
-        v.lines.append("br label %outer")
-        self.into("exit")
-        v.lines.append("ret void")
+        v.write("%i.next = add i64 %i, 1", "br label %outer")
+        self.into("exit", "ret void")
 
         body = "\n".join(f"{name}:\n  " + "\n  ".join(lines) for name, lines in self.blocks.items())
         bits = min(self.width * access.size * 8, 512)
@@ -205,13 +185,17 @@ class _Writer:
             f"attributes #0 = {{ alignstack=64 {attributes} }}\nattributes #1 = {{ {attributes} }}\n"
         )
 
-    def into(self, block: str) -> None:
-        """Begin a block: all lines from here on belong to it."""
-        self.v.lines = self.blocks[block] = []
+    def into(self, block: str, *lines: str) -> None:
+        """Begin a block: these lines and all further ones belong to it."""
+        self.v.lines = self.blocks[block] = list(lines)
 
     # Operations.
 
     def compute(self, level: int) -> None:
+        """The nodes of a level; loads along the inner axis are done already."""
+        for node in self.loads:
+            if self.level[node] == level < 2:
+                self.values[node] = self.access.splat(node, "pr"[level])
         for node in self.order:
             if self.level[node] == level and node not in self.values:
                 self.values[node] = self.operation(node)
@@ -221,23 +205,19 @@ class _Writer:
         operation, arguments = graph.operations[node], graph.arguments[node]
         if node in self.decided:
             return self.values[self.decided[node]]
+        kind = graph.kinds[node]
         if operation == "constant":
             value = arguments[0]
-            kind = graph.kinds[node]
             return v.real(value) if kind == REAL else v.index(value) if kind == INDEX else v.mask(bool(value))
         if operation == "take":
             return self.access.lookup(node)
         a = [self.values[x] for x in arguments]
-        if operation in ("lt", "le", "gt", "ge", "eq", "ne"):
+        if operation in COMPARISONS:
             return v.compare(operation, *a)
         if operation in ("minimum", "maximum"):
             return self.extremum(operation, node, *a)
-        if operation == "select":
-            return v.select(*a)
         if operation == "div":
             return self.quotient(*arguments)
-        if operation in ("and", "or", "xor"):
-            return v.integer(operation, *a)
         if operation == "stop":
             return a[0]
         if operation == "to_index":
@@ -245,9 +225,9 @@ class _Writer:
             return v.truncated(v.select(near, a[0], v.real(0.0)), "index")
         if operation == "to_real":
             return v.as_real(a[0])
-        if graph.kinds[node] == INDEX:
-            if operation == "neg":
-                return v.integer("sub", v.index(0), a[0])
+        if operation == "neg" and kind == INDEX:
+            return v.integer("sub", v.index(0), a[0])
+        if operation in LOGIC or (kind == INDEX and operation != "select"):
             return v.integer(operation, *a)
         if operation in elementary.FUNCTIONS:
             return self.elementary(operation, a)

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
+from functools import partial, reduce
 
 from ...trace.graph import Graph
 
@@ -22,12 +24,7 @@ class _Rewriting:
         self.graph, self.outputs, self.together = graph, outputs, together
         self.new = Graph()
         self.order = graph.reachable(outputs)
-        self.uses = dict.fromkeys(self.order, 0)
-        for node in self.order:
-            for source in graph.inputs(node):
-                self.uses[source] += 1
-        for node in outputs:
-            self.uses[node] += 1
+        self.uses = Counter(source for node in self.order for source in graph.inputs(node)) + Counter(outputs)
         self.plain: dict[int, int] = {}
         self.fractions: dict[int, _Fraction] = {}  # nodes that nothing but a product or quotient uses
 
@@ -53,13 +50,13 @@ class _Rewriting:
 
     def inner(self) -> set[int]:
         """Factors used once, by another factor, as a numerator."""
-        found: set[int] = set()
+        inner: set[int] = set()
         for node in self.order:
             if self.is_factor(node):
                 sources = self.graph.arguments[node]
                 numerators = sources[:1] if self.graph.operations[node] == "div" else sources
-                found.update(n for n in numerators if self.uses[n] == 1 and self.is_factor(n))
-        return found
+                inner.update(n for n in numerators if self.uses[n] == 1 and self.is_factor(n))
+        return inner
 
     def fraction(self, node: int) -> _Fraction:
         """The factors above and below the line."""
@@ -83,17 +80,14 @@ class _Rewriting:
         return result
 
     def product(self, factors: Sequence[int]) -> int:
-        result = factors[0] if factors else self.new.constant(1.0)
-        for factor in factors[1:]:
-            result = self.new.apply("mul", result, factor)
-        return result
+        return reduce(partial(self.new.apply, "mul"), factors) if factors else self.new.constant(1.0)
 
     def copied(self, node: int) -> int:
-        graph, arguments = self.graph, self.graph.arguments[node]
-        if graph.operations[node] == "constant":
-            return self.new.constant(arguments[0], graph.kinds[node])
-        if graph.operations[node] == "load":
+        operation, arguments = self.graph.operations[node], self.graph.arguments[node]
+        if operation == "constant":
+            return self.new.constant(arguments[0], self.graph.kinds[node])
+        if operation == "load":
             return self.new.load(*arguments)
-        if graph.operations[node] == "take":
+        if operation == "take":
             return self.new.take(arguments[0], self.plain[arguments[1]])
-        return self.new.apply(graph.operations[node], *(self.plain[a] for a in arguments))
+        return self.new.apply(operation, *(self.plain[a] for a in arguments))

@@ -29,6 +29,7 @@ class Lanes:
         self.dtype, self.width, self.estimates = dtype, width, estimates
         real, bits = {FLOAT32: ("float", "i32"), FLOAT64: ("double", "i64")}[dtype]
         self.scalar = {"real": real, "index": "i32", "bits": bits, "mask": "i1"}
+        self.suffix = f"v{width}f{32 if dtype == FLOAT32 else 64}"
         self.types = {kind: f"<{width} x {scalar}>" for kind, scalar in self.scalar.items()}
         self.lines: list[str] = []
         self.declared: set[str] = set()
@@ -46,9 +47,27 @@ class Lanes:
         self.lines.append(f"{name} = {text}")
         return Value(kind, name)
 
-    def declare(self, text: str) -> None:
-        """Declare an intrinsic function."""
-        self.declared.add(f"declare {text}")
+    def write(self, *lines: str) -> None:
+        """Instructions that name their results."""
+        self.lines += lines
+
+    def intrinsic(self, name: str, result: str, *arguments: tuple[str, str]) -> str:
+        """The call of an intrinsic function of LLVM, by the type of its result, and types and values of arguments."""
+        self.declared.add(f"declare {result} @llvm.{name}({', '.join(kind for kind, _ in arguments)})")
+        return f"call {result} @llvm.{name}({', '.join(f'{kind} {value}' for kind, value in arguments)})"
+
+    def spread(self, name: str, scalar: str, value: str) -> str:
+        """A value of a scalar type in all lanes, under a name."""
+        kind = f"<{self.width} x {scalar}>"
+        self.write(f"{name}.some = insertelement {kind} poison, {scalar} {value}, i64 0")
+        self.write(f"{name} = shufflevector {kind} {name}.some, {kind} poison, <{self.width} x i32> zeroinitializer")
+        return name
+
+    def shuffle(self, a: Value, b: Value, width: int, picks: Iterable[int | str]) -> Value:
+        """Lanes of two reals of `width` lanes, numbered one behind the other; "poison" for any."""
+        kind, listed = f"<{width} x {self.scalar['real']}>", [f"i32 {i}" for i in picks]
+        shape = f"<{len(listed)} x i32> <{', '.join(listed)}>"
+        return self.emit("real", f"shufflevector {kind} {a.name}, {kind} {b.name}, {shape}")
 
     # Constants.
 
@@ -99,9 +118,7 @@ class Lanes:
     def call(self, function: str, *args: Value) -> Value:
         """An LLVM intrinsic from reals to a real: "sqrt", "floor", "fma" ..."""
         real = self.types["real"]
-        full = f"@llvm.{function}.v{self.width}f{32 if self.dtype == FLOAT32 else 64}"
-        self.declare(f"{real} {full}({', '.join([real] * len(args))})")
-        return self.emit("real", f"call {real} {full}({', '.join(f'{real} {a.name}' for a in args)})")
+        return self.emit("real", self.intrinsic(f"{function}.{self.suffix}", real, *((real, a.name) for a in args)))
 
     def fma(self, a: Value, b: Value, c: Value) -> Value:
         """a b + c, rounded once."""
@@ -137,41 +154,27 @@ class Lanes:
         if self.width % once:
             return self.div(self.real(1.0), self.call("sqrt", a))
         suffix, mask = ("ps", "i16") if self.dtype == FLOAT32 else ("pd", "i8")
-        full, kind = f"@llvm.x86.avx512.rsqrt14.{suffix}.512", f"<{once} x {self.scalar['real']}>"
-        self.declare(f"{kind} {full}({kind}, {kind}, {mask})")
+        name, kind = f"x86.avx512.rsqrt14.{suffix}.512", f"<{once} x {self.scalar['real']}>"
         parts = []
         for start in range(0, self.width, once):
-            part = self._shuffle(a, a, self.width, range(start, start + once))
-            call = f"call {kind} {full}({kind} {part.name}, {kind} zeroinitializer, {mask} -1)"
+            part = self.shuffle(a, a, self.width, range(start, start + once))
+            call = self.intrinsic(name, kind, (kind, part.name), (kind, "zeroinitializer"), (mask, "-1"))
             parts.append(self.emit("real", call))
         while len(parts) > 1:
             once *= 2
-            parts = [self._shuffle(*pair, once // 2, range(once)) for pair in zip(parts[::2], parts[1::2], strict=True)]
+            parts = [self.shuffle(*pair, once // 2, range(once)) for pair in zip(parts[::2], parts[1::2], strict=True)]
         return parts[0]
 
-    def _shuffle(self, a: Value, b: Value, width: int, picks: Iterable[int]) -> Value:
-        """Lanes of two reals of `width` lanes, numbered one behind the other."""
-        kind, listed = f"<{width} x {self.scalar['real']}>", [f"i32 {i}" for i in picks]
-        shape = f"<{len(listed)} x i32> <{', '.join(listed)}>"
-        return self.emit("real", f"shufflevector {kind} {a.name}, {kind} {b.name}, {shape}")
-
     def _zero_or_infinite(self, a: Value) -> Value:
-        full = f"@llvm.is.fpclass.v{self.width}f{32 if self.dtype == FLOAT32 else 64}"
-        self.declare(f"{self.types['mask']} {full}({self.types['real']}, i32 immarg)")
         positive_infinity, zeros = 0x200, 0x60
-        return self.emit(
-            "mask", f"call {self.types['mask']} {full}({self.types['real']} {a.name}, i32 {positive_infinity | zeros})"
-        )
+        arguments = (self.types["real"], a.name), ("i32", str(positive_infinity | zeros))
+        return self.emit("mask", self.intrinsic(f"is.fpclass.{self.suffix}", self.types["mask"], *arguments))
 
     def absolute(self, a: Value) -> Value:
         return self.call("fabs", a)
 
     def floor(self, a: Value) -> Value:
         return self.call("floor", a)
-
-    def rint(self, a: Value) -> Value:
-        """The nearest integer, ties to even."""
-        return self.call("rint", a)
 
     def copysign(self, magnitude: Value, sign: Value) -> Value:
         return self.call("copysign", magnitude, sign)
@@ -193,15 +196,11 @@ class Lanes:
         kind = self.types[a.kind]
         return self.emit(a.kind, f"select {self.types['mask']} {condition.name}, {kind} {a.name}, {kind} {b.name}")
 
-    # Integers and masks.
+    # Integers.
 
     def integer(self, op: str, a: Value, b: Value) -> Value:
         """`op` of LLVM on two values of one kind: add, sub, mul, and, or, xor, shl, lshr, ashr."""
         return self.emit(a.kind, f"{op} {self.types[a.kind]} {a.name}, {b.name}")
-
-    def invert(self, a: Value) -> Value:
-        """Not, of a mask."""
-        return self.emit("mask", f"xor {self.types['mask']} {a.name}, splat (i1 true)")
 
     # Conversions.
 

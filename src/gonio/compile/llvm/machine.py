@@ -21,7 +21,6 @@ since in the child nobody would release the locks of another thread: this one, L
 if hasattr(os, "register_at_fork"):
     os.register_at_fork(before=LOCK.acquire, after_in_parent=LOCK.release, after_in_child=LOCK.release)
 
-
 _ENDS = 1 << 14  # bytes at either end of LLVM's library
 
 
@@ -54,17 +53,13 @@ def lane_bits() -> int:
         return 256
     if _cpuinfo():
         return 0
-    features = _features()
+    features = _llvm().get_host_cpu_features()
     return 512 if features.get("avx512dq") else 256 if features.get("avx2") and features.get("fma") else 0
 
 
 def lanes(dtype: str) -> int:
     """Numbers of a dtype that one vector of this processor holds."""
     return lane_bits() // (32 if dtype == FLOAT32 else 64)
-
-
-def _features() -> dict[str, bool]:
-    return dict(_llvm().get_host_cpu_features())
 
 
 @cache
@@ -82,11 +77,13 @@ def _llvm() -> Any:
 
 @cache
 def _target_machine() -> Any:
+    return _new_machine(reloc="pic", codemodel="small")
+
+
+def _new_machine(**options: Any) -> Any:
     llvm = _llvm()
-    target = llvm.Target.from_default_triple()
-    return target.create_target_machine(
-        cpu=llvm.get_host_cpu_name(), features=_features_text(), opt=2, reloc="pic", codemodel="small"
-    )
+    target, features = llvm.Target.from_default_triple(), _features_text()
+    return target.create_target_machine(cpu=llvm.get_host_cpu_name(), features=features, opt=2, **options)
 
 
 def _features_text() -> str:
@@ -100,10 +97,10 @@ def compiler() -> str:
     LLVM's library is too long to be read whole. Its beginning has the linker's hash of it (a build id, a UUID) and
     the places of its segments, its end those of its sections. Raises DependencyError where there is no llvmlite.
     """
-    found = importlib.util.find_spec("llvmlite")
-    if found is None or found.origin is None:
+    spec = importlib.util.find_spec("llvmlite")
+    if spec is None or spec.origin is None:
         raise DependencyError("kernels need llvmlite, which is not installed")
-    home, total = os.path.dirname(found.origin), hashlib.sha256()
+    home, total = os.path.dirname(spec.origin), hashlib.sha256()
     folder = os.path.join(home, "binding")
     try:
         with open(os.path.join(home, "_version.py"), "rb") as file:
@@ -150,22 +147,14 @@ def to_assembly(text: str) -> str:
 
 
 def linked(code: bytes) -> tuple[int, Any] | None:
-    """The address of `kernel` in an object file that LLVM's own loader has put into memory, and what keeps it there;
+    """The address of `kernel` in an object file that LLVM's loader has put into memory, and the object that keeps it;
     None where it has none. Raises EngineError where no code may be run."""
     elf.require_executable()
     llvm = _llvm()
     with LOCK:
         empty = llvm.parse_assembly("")
-        engine = llvm.create_mcjit_compiler(empty, _own_machine(), use_lmm=True)  # keeps sections within reach
+        engine = llvm.create_mcjit_compiler(empty, _new_machine(jit=True), use_lmm=True)  # keeps sections within reach
         engine.add_object_file(llvm.ObjectFileRef.from_data(code))
         engine.finalize_object()
         address = engine.get_function_address("kernel")
     return (address, engine) if address else None
-
-
-def _own_machine() -> Any:
-    """A target machine for one engine, which takes it over."""
-    llvm = _llvm()
-    return llvm.Target.from_default_triple().create_target_machine(
-        cpu=llvm.get_host_cpu_name(), features=_features_text(), opt=2, jit=True
-    )

@@ -9,6 +9,8 @@ import platform
 # seats left for helpers times 2^16, plus the helpers inside. It changes at once, so nobody enters a round that is over.
 WORDS, LINE, YIELD = 24, 64, 21
 
+_WORK = (("function", "ptr"), ("args", "ptr"), ("outer", "i64"), ("inner", "i64"), ("grain", "i64"))
+
 HELP = """
 define i64 @kernel(ptr %team, i64 %last, i64 %looks) nounwind {
 entry:
@@ -30,16 +32,7 @@ join:
   %joined = extractvalue { i64, i1 } %tried, 1
   br i1 %joined, label %work, label %look
 work:
-  %function.at = getelementptr i64, ptr %team, i64 16
-  %function = load ptr, ptr %function.at, align 8
-  %args.at = getelementptr i64, ptr %team, i64 17
-  %args = load ptr, ptr %args.at, align 8
-  %outer.at = getelementptr i64, ptr %team, i64 18
-  %outer = load i64, ptr %outer.at, align 8
-  %inner.at = getelementptr i64, ptr %team, i64 19
-  %inner = load i64, ptr %inner.at, align 8
-  %grain.at = getelementptr i64, ptr %team, i64 20
-  %grain = load i64, ptr %grain.at, align 8
+  LOADS
   call void %function(ptr %args, i64 %outer, i64 %inner, i64 %grain)
   %left = atomicrmw sub ptr %gate, i64 1 release
   br label %look
@@ -64,16 +57,7 @@ alone:
   call void %function(ptr %args, i64 %outer, i64 %inner, i64 %grain)
   ret void
 post:
-  %function.at = getelementptr i64, ptr %team, i64 16
-  store ptr %function, ptr %function.at, align 8
-  %args.at = getelementptr i64, ptr %team, i64 17
-  store ptr %args, ptr %args.at, align 8
-  %outer.at = getelementptr i64, ptr %team, i64 18
-  store i64 %outer, ptr %outer.at, align 8
-  %inner.at = getelementptr i64, ptr %team, i64 19
-  store i64 %inner, ptr %inner.at, align 8
-  %grain.at = getelementptr i64, ptr %team, i64 20
-  store i64 %grain, ptr %grain.at, align 8
+  STORES
   %gate = getelementptr i64, ptr %team, i64 8
   %old = load atomic i64, ptr %gate monotonic, align 8
   %round = and i64 %old, -4294967296
@@ -111,7 +95,12 @@ exit:
 by the caller alone where another caller has the team."""
 
 
-def with_pauses(text: str) -> str:
-    """The code, with the instruction that tells the processor of a thread that only looks."""
+def complete(text: str) -> str:
+    """The code with its repeated parts: the words of the work, and the pause of a thread that only looks."""
+    at = [f"%{name}.at = getelementptr i64, ptr %team, i64 {word}" for word, (name, _) in enumerate(_WORK, 16)]
+    loads = [f"%{name} = load {kind}, ptr %{name}.at, align 8" for name, kind in _WORK]
+    stores = [f"store {kind} %{name}, ptr %{name}.at, align 8" for name, kind in _WORK]
+    for place, lines in {"LOADS": loads, "STORES": stores}.items():
+        text = text.replace(place, "\n  ".join(line for pair in zip(at, lines, strict=True) for line in pair))
     pause = "call void @llvm.x86.sse2.pause()" if platform.machine() in ("x86_64", "AMD64") else ""
     return text.replace("PAUSE", pause) + ("declare void @llvm.x86.sse2.pause()\n" if pause else "")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from ..lanes import FLOAT32, FLOAT64, Lanes, Value
-from .arithmetic import LARGEST, above, below, fma, polynomial, rounded, sign_bit
+from .arithmetic import LARGEST, above, below, polynomial, rounded, sign_bit
 
 # pi/2 as a sum of numbers of the dtype, the leading one first.
 HALF_PI = {
@@ -63,13 +63,13 @@ ARCTAN = {
 def _reduced(v: Lanes, x: Value) -> tuple[Value, Value]:
     """r = x - n pi/2 for the nearest integer n, and bits with n in the last places.
 
-    pi/2 is a sum of three reals, whose first multiple subtracts exactly; far out, r is held at the edge of its range.
+    pi/2 is a sum of three reals, whose first multiple subtracts exactly; far out, r stays at the edge of its range.
     """
     n, quadrant = rounded(v, x, 2 / math.pi)
     opposite = v.sub(v.real(0), n)
     r = x
     for part in HALF_PI[v.dtype]:  # products that are -0 where n is 0, so that -0 stays
-        r = fma(v, opposite if part < 0 else n, v.real(-abs(part)), r)
+        r = v.fma(opposite if part < 0 else n, v.real(-abs(part)), r)
     return above(v, below(v, r, 0.79), -0.79), quadrant
 
 
@@ -78,8 +78,8 @@ def _sin_cos(v: Lanes, x: Value) -> tuple[Value, Value, Value]:
     r, quadrant = _reduced(v, x)
     z = v.mul(r, r)
     # + 0 in the sum keeps sin(-0) = -0.
-    sine = fma(v, r, fma(v, z, polynomial(v, z, SIN[v.dtype]), v.real(0)), r)
-    cosine = fma(v, z, fma(v, z, polynomial(v, z, COS[v.dtype]), v.real(-0.5)), v.real(1))
+    sine = v.fma(r, v.fma(z, polynomial(v, z, SIN[v.dtype]), v.real(0)), r)
+    cosine = v.fma(z, v.fma(z, polynomial(v, z, COS[v.dtype]), v.real(-0.5)), v.real(1))
     return sine, cosine, quadrant
 
 
@@ -119,7 +119,7 @@ def tan(v: Lanes, x: Value) -> Value:
     """
     r, quadrant = _reduced(v, x)
     z = v.mul(r, r)
-    t = fma(v, r, v.mul(z, polynomial(v, z, TAN[v.dtype])), r)
+    t = v.fma(r, v.mul(z, polynomial(v, z, TAN[v.dtype])), r)
     odd = _bit(v, quadrant, 0)
     return v.div(v.select(odd, v.real(-1), t), v.select(odd, t, v.real(1)))
 
@@ -132,7 +132,7 @@ def arccos(v: Lanes, x: Value) -> Value:
     half_pi, half_pi_low = HALF_PI[v.dtype][:2]
     magnitude = v.absolute(x)
     outer = v.compare("ge", magnitude, v.real(0.5))
-    z = v.select(outer, fma(v, magnitude, v.real(-0.5), v.real(0.5)), v.mul(x, x))
+    z = v.select(outer, v.fma(magnitude, v.real(-0.5), v.real(0.5)), v.mul(x, x))
     s = v.copysign(v.select(outer, v.sqrt(z), magnitude), x)
     tail = v.mul(s, v.mul(z, polynomial(v, z, ARCSIN[v.dtype])))
     inner = v.sub(v.real(half_pi), v.add(s, v.sub(tail, v.real(half_pi_low))))
@@ -161,15 +161,15 @@ def arctan2(v: Lanes, y: Value, x: Value) -> Value:
     denominator = v.select(v.compare("eq", denominator, v.real(0)), v.real(1), denominator)
     t = v.div(numerator, denominator)
     z = v.mul(t, t)
-    r = fma(v, t, v.mul(z, polynomial(v, z, ARCTAN[v.dtype])), t)
+    r = v.fma(t, v.mul(z, polynomial(v, z, ARCTAN[v.dtype])), t)
     left = v.compare("lt", v.bits(x), v.pattern(0))
     k = v.select(near, v.real(1), v.real(0))
     k = v.select(steep, v.sub(v.real(2), k), k)
     k = v.select(left, v.sub(v.real(4), k), k)
     flip = v.integer("xor", steep, left)
     r = v.select(flip, v.neg(r), r)
-    r = fma(v, k, v.real(quarter_pi_low), r)
-    return v.copysign(fma(v, k, v.real(quarter_pi), r), y)
+    r = v.fma(k, v.real(quarter_pi_low), r)
+    return v.copysign(v.fma(k, v.real(quarter_pi), r), y)
 
 
 FUNCTIONS = (sin, cos, tan, arccos, arctan2)

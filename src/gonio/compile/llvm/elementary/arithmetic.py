@@ -1,4 +1,4 @@
-"""What all families are made of: polynomials, rounding to integers, and the dtypes' bits."""
+"""The parts of all families: polynomials, rounding to integers, and the dtypes' bits."""
 
 from __future__ import annotations
 
@@ -11,24 +11,19 @@ BIAS = {FLOAT32: 127, FLOAT64: 1023}
 LARGEST = {FLOAT32: (2 - 2.0**-23) * 2.0**127, FLOAT64: (2 - 2.0**-52) * 2.0**1023}
 
 
-def fma(v: Lanes, a: Value, b: Value, c: Value) -> Value:
-    """a b + c, rounded once: the one place that asks for a fused multiply-add."""
-    return v.fma(a, b, c)
-
-
 def polynomial(v: Lanes, x: Value, coefficients: Sequence[float]) -> Value:
     """Σ c_k x^k: Horner's rule; where long, inside c_0 + x (...) the even and the odd powers apart: shorter chains."""
     first, *rest = (v.real(c) for c in coefficients)
-    return fma(v, _powers(v, x, rest), x, first)
+    return v.fma(_powers(v, x, rest), x, first)
 
 
 def _powers(v: Lanes, x: Value, coefficients: Sequence[Value]) -> Value:
     if len(coefficients) > 4:
         square = v.mul(x, x)
-        return fma(v, _powers(v, square, coefficients[1::2]), x, _powers(v, square, coefficients[::2]))
+        return v.fma(_powers(v, square, coefficients[1::2]), x, _powers(v, square, coefficients[::2]))
     result = coefficients[-1]
     for c in reversed(coefficients[:-1]):
-        result = fma(v, result, x, c)
+        result = v.fma(result, x, c)
     return result
 
 
@@ -52,11 +47,11 @@ def sign_bit(v: Lanes) -> Value:
 def rounded(v: Lanes, x: Value, scale: float) -> tuple[Value, Value]:
     """The integer nearest to scale x, as a real, and a bit pattern whose low bits are that integer's.
 
-    By adding a number so large that the unit is its last place; where the integer exceeds it, a multiple of a power of
-    two is found instead.
+    By adding a number so large that its last place is the unit; an integer beyond that number becomes a multiple of a
+    power of two.
     """
     large = 1.5 * 2.0 ** MANTISSA[v.dtype]
-    shifted = fma(v, x, v.real(scale), v.real(large))
+    shifted = v.fma(x, v.real(scale), v.real(large))
     return v.sub(shifted, v.real(large)), v.bits(shifted)
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from ..lanes import FLOAT32, FLOAT64, Lanes, Value
-from .arithmetic import BIAS, LARGEST, MANTISSA, above, below, fma, polynomial, rounded, scaled, sign_bit
+from .arithmetic import BIAS, LARGEST, MANTISSA, above, below, polynomial, rounded, scaled, sign_bit
 
 # Numbers as sums of numbers of the dtype, the leading one first.
 LN2 = {FLOAT32: (0.6931471228599548, 5.769998878690785e-08), FLOAT64: (0.6931471805599453, 2.3190468138462996e-17)}
@@ -66,10 +66,10 @@ def exp(v: Lanes, x: Value) -> Value:
     """
     low, high = EXP_RANGE[v.dtype]
     n, exponent = rounded(v, x, 1 / math.log(2))
-    r = fma(v, n, v.real(-LN2[v.dtype][0]), x)
-    r = fma(v, n, v.real(-LN2[v.dtype][1]), r)
+    r = v.fma(n, v.real(-LN2[v.dtype][0]), x)
+    r = v.fma(n, v.real(-LN2[v.dtype][1]), r)
     q = polynomial(v, r, EXP[v.dtype])
-    p = v.add(fma(v, v.mul(r, r), q, r), v.real(1))
+    p = v.add(v.fma(v.mul(r, r), q, r), v.real(1))
     result = scaled(v, p, exponent)
     # Beyond the range, x times a huge number is infinite; and NaN stays NaN.
     result = v.select(v.compare("le", x, v.real(high)), result, v.mul(x, v.real(LARGEST[v.dtype])))
@@ -107,9 +107,9 @@ def logarithm(v: Lanes, e: Value, f: Value) -> Value:
     """e ln 2 + ln(1 + f)."""
     square = v.mul(f, f)
     tail = v.mul(v.mul(square, f), polynomial(v, f, LOG[v.dtype]))
-    tail = fma(v, e, v.real(LN2[v.dtype][1]), tail)
-    tail = fma(v, square, v.real(-0.5), tail)
-    return fma(v, e, v.real(LN2[v.dtype][0]), v.add(f, tail))
+    tail = v.fma(e, v.real(LN2[v.dtype][1]), tail)
+    tail = v.fma(square, v.real(-0.5), tail)
+    return v.fma(e, v.real(LN2[v.dtype][0]), v.add(f, tail))
 
 
 def log(v: Lanes, x: Value) -> Value:
@@ -124,7 +124,7 @@ def log(v: Lanes, x: Value) -> Value:
 def _product(v: Lanes, a: Value, a_low: Value, b: Value, b_low: Value) -> tuple[Value, Value]:
     """(a + a_low) (b + b_low) as a sum of two reals."""
     p = v.mul(a, b)
-    return p, fma(v, a, b_low, fma(v, a_low, b, fma(v, a, b, v.neg(p))))
+    return p, v.fma(a, b_low, v.fma(a_low, b, v.fma(a, b, v.neg(p))))
 
 
 def _sum(v: Lanes, a: Value, b: Value, low: Value) -> tuple[Value, Value]:
@@ -137,9 +137,9 @@ def _log2(v: Lanes, e: Value, f: Value) -> tuple[Value, Value]:
     """e + log2(1 + f) as a sum of two reals: log2(1 + f) = 2/ln(2) (s + s z (1/3 + z R(z))), s = f/(2 + f), z = s²."""
     reciprocal = v.div(v.real(1), v.add(f, v.real(2)))
     s = v.mul(f, reciprocal)
-    s_low = v.mul(fma(v, v.neg(s), f, fma(v, s, v.real(-2), f)), reciprocal)
+    s_low = v.mul(v.fma(v.neg(s), f, v.fma(s, v.real(-2), f)), reciprocal)
     z = v.mul(s, s)
-    z_low = fma(v, v.add(s, s), s_low, fma(v, s, s, v.neg(z)))
+    z_low = v.fma(v.add(s, s), s_low, v.fma(s, s, v.neg(z)))
     third, third_low = (v.real(part) for part in THIRD[v.dtype])
     q, q_low = _sum(v, third, v.mul(z, polynomial(v, z, ARTANH[v.dtype])), third_low)
     u, u_low = _product(v, s, s_low, *_product(v, z, z_low, q, q_low))
@@ -164,10 +164,10 @@ def power(v: Lanes, x: Value, y: Value) -> Value:
     bounded = above(v, below(v, y, 2.0**80), -(2.0**80))  # so that 0 log2(1) stays 0
     t = v.mul(bounded, logarithm)
     n, exponent = rounded(v, t, 1)
-    t_low = fma(v, bounded, low, fma(v, bounded, logarithm, v.neg(t)))
+    t_low = v.fma(bounded, low, v.fma(bounded, logarithm, v.neg(t)))
     r = v.add(v.sub(t, n), t_low)
     v.exact = exact
-    result = scaled(v, fma(v, r, polynomial(v, r, EXP2[v.dtype]), v.real(1)), exponent)
+    result = scaled(v, v.fma(r, polynomial(v, r, EXP2[v.dtype]), v.real(1)), exponent)
     less, bias = v.compare("lt", r, v.real(0)), BIAS[v.dtype]
     high, least = (v.select(less, v.real(limit + 1), v.real(limit)) for limit in (1 + bias, 1 - bias))
     result = v.select(v.compare("ge", n, high), v.real(math.inf), result)
