@@ -71,6 +71,11 @@ def schlick_share(mu: Any, alpha: Any) -> Any:
     return (1.0 - lost(mu, alpha)) * m * m * m * m * m
 
 
+def entering(mu: Any, alpha: Any, F0: Any) -> Any:
+    """1 - E(mu), what `Microfacet(GGX(alpha), Schlick(F0))` does not reflect: E = F0 (E_1 - B) + B."""
+    return F0 * lost(mu, alpha) + (1.0 - F0) * (1.0 - schlick_share(mu, alpha))
+
+
 def schlick_share_on_average(alpha: Any) -> Any:
     """B_avg(alpha) = 2 integral of B mu over [0, 1]: within 4e-5 of that integral of `schlick_share`."""
     return chebyshev(_SCHLICK_ON_AVERAGE, ops.sqrt(alpha))

@@ -6,10 +6,7 @@ A microfacet model counts the first reflection only. What it loses, 1 - E, is up
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
 from typing import Any, ClassVar
-
-import numpy as np
 
 from ..base.reflectance import Reflectance
 from ..distributions.ggx import GGX
@@ -20,28 +17,10 @@ from ..formula.fresnel import as_fresnel
 from ..formula.fresnel.constant import Constant
 from ..formula.fresnel.schlick import Schlick
 from ..formula.fresnel_term import Fresnel
-from ..formula.maskings.height_correlated import height_correlated
+from ..formula.smith import gauss
+from ._compensated import CompensatedMirrors
 from ._facets import Facets
 from ._ggx_albedo import lost, lost_on_average, schlick_share
-from .microfacet import Microfacet
-
-
-class _Mirrors(Facets):
-    """Isotropic GGX facets with the height-correlated masking."""
-
-    alpha: Any
-
-    @property
-    def facets(self) -> Distribution:
-        return GGX.unchecked(alpha_x=self.alpha, alpha_y=self.alpha)
-
-    def G(self, wi: Direction, wo: Direction, wm: Direction) -> Any:
-        return height_correlated(self.facets, wi, wo, wm)
-
-    @property
-    def first(self) -> Reflectance:
-        """The first reflection alone."""
-        return Microfacet.unchecked(distribution=self.facets, fresnel=self.fresnel, masking="height_correlated")
 
 
 class _Further(Reflectance):
@@ -63,7 +42,7 @@ class _Further(Reflectance):
         return self.colour() * lost(wo.z, self.alpha)
 
 
-class KullaConty(_Mirrors):
+class KullaConty(CompensatedMirrors):
     """GGX facets, and a lobe for what they lose: f = f_1 + F_ms (1 - E(mu_i))(1 - E(mu_o))/(pi (1 - E_avg)).
 
     f_1 is `Microfacet(GGX(alpha), fresnel)`, E its albedo for F = 1 and E_avg the mean of that over diffuse light.
@@ -84,18 +63,10 @@ class KullaConty(_Mirrors):
 
     @property
     def further(self) -> Reflectance:
-        """The reflections after the first."""
         return _Further.unchecked(alpha=self.alpha, fresnel=self.fresnel)
 
-    def formula(self, wi: Direction, wo: Direction) -> Any:
-        return super().formula(wi, wo) + self.further.formula(wi, wo)
 
-    def lobes(self) -> Iterable[tuple[Any, Reflectance]]:
-        yield 1.0, self.first
-        yield 1.0, self.further
-
-
-class Turquin(_Mirrors):
+class Turquin(Facets):
     """GGX facets, made brighter by what they lose towards the viewer: f = f_1 (1 + F0 (1 - E(mu_o))/E(mu_o)).
 
     f_1 is `Microfacet(GGX(alpha), fresnel)`, E its albedo for F = 1, F0 the Fresnel term at normal incidence. With
@@ -118,6 +89,12 @@ class Turquin(_Mirrors):
         "energy": "light at grazing incidence loses little, and what it becomes is made brighter all the same: with "
         "F = 1 and alpha = 1 its albedo is 2.2. A viewer sees no gain",
     }
+
+    masking = "height_correlated"
+
+    @property
+    def facets(self) -> Distribution:
+        return GGX.unchecked(alpha_x=self.alpha, alpha_y=self.alpha)
 
     def formula(self, wi: Direction, wo: Direction) -> Any:
         gone = lost(wo.z, self.alpha)
@@ -142,7 +119,7 @@ class _Diffuse(Reflectance):
         return self.estimate(wo) * (1.0 / math.pi)
 
 
-class FdezAguera(_Mirrors):
+class FdezAguera(CompensatedMirrors):
     """GGX facets with Schlick's Fresnel term, and a diffuse lobe: f = f_1 + E_F F_avg (1 - E)/(pi (1 - F_avg (1 - E))).
 
     E and E_F are the albedos of `Microfacet(GGX(alpha))` for F = 1 and for F0, at the viewer's angle; F_avg is
@@ -172,15 +149,7 @@ class FdezAguera(_Mirrors):
 
     @property
     def further(self) -> Reflectance:
-        """The reflections after the first."""
         return _Diffuse.unchecked(alpha=self.alpha, F0=self.F0)
-
-    def formula(self, wi: Direction, wo: Direction) -> Any:
-        return super().formula(wi, wo) + self.further.formula(wi, wo)
-
-    def lobes(self) -> Iterable[tuple[Any, Reflectance]]:
-        yield 1.0, self.first
-        yield 1.0, self.further
 
 
 _Diffuse.breaks = FdezAguera.breaks
@@ -189,12 +158,6 @@ _Diffuse.breaks = FdezAguera.breaks
 def average(fresnel: Fresnel, like: Any) -> Any:
     """Reflectance of a facet for diffuse light, 2 integral of F mu over [0, 1]; `like`: a number of its library."""
     total = 0.0 * like
-    for mu, weight in _NODES:
-        total = total + weight * fresnel.F(mu + 0.0 * like)
+    for mu, weight in gauss(10):
+        total = total + 2.0 * weight * mu * fresnel.F(mu + 0.0 * like)
     return total
-
-
-_NODES = [
-    (0.5 * (float(t) + 1.0), 0.5 * float(w) * (float(t) + 1.0))
-    for t, w in zip(*np.polynomial.legendre.leggauss(10), strict=True)
-]

@@ -2,37 +2,37 @@
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from collections.abc import Iterable
 from typing import Any, ClassVar
 
 from ..arrays import ops
 from ..base.reflectance import Reflectance
-from ..distributions.ggx import GGX
 from ..formula.direction import Direction, raised
 from ..formula.fields import param, part
 from ..formula.fresnel.schlick import Schlick
 from ..formula.warp import power_positive
-from ._ggx_albedo import chebyshev2, lost, schlick_share
+from ._ggx_albedo import chebyshev2, entering
 from ._wrapper import WrappedLobe, Wrapper
 from .lambertian import Lambertian
-from .microfacet import Microfacet
+from .microfacet import ggx_mirrors
 from .sheen import CharlieSheen
 
 
 class _Layer(Wrapper):
-    """What both have in common: a layer's own light, and that of the base which the layer lets through."""
+    """The layer's own light, and that of the base which the layer lets through."""
 
     wraps = "base"
     base: Any
     below: ClassVar[type[_Below]]
 
+    @abstractmethod
     def top(self) -> tuple[Any, Reflectance]:
         """Weight and reflectance of the layer."""
-        raise NotImplementedError
 
+    @abstractmethod
     def passed(self, wi: Direction, wo: Direction) -> Any:
         """The factor of the base, the same when directions are exchanged."""
-        raise NotImplementedError
 
     def formula(self, wi: Direction, wo: Direction) -> Any:
         weight, top = self.top()
@@ -45,11 +45,8 @@ class _Layer(Wrapper):
             yield weight, self.below.unchecked(**(values | {"base": lobe}))
 
 
-class _Below(WrappedLobe):
+class _Below(WrappedLobe, _Layer):
     """A lobe of the base as it is seen through the layer."""
-
-    base: Any
-    passed: Any
 
     def formula(self, wi: Direction, wo: Direction) -> Any:
         return self.passed(wi, wo) * self.base.formula(wi, wo)
@@ -71,51 +68,7 @@ class _Below(WrappedLobe):
         return self.passed(wo, wo) * self.base.estimate(wo)
 
 
-class _Coat(_Layer):
-    """The parameters of the coat, and what it lets through."""
-
-    base = part(Reflectance, Lambertian(0.5), "what lies under the coat")
-    coat_weight = param(1.0, 0.0, 1.0, "share of the surface that is coated")
-    coat_color = param(1.0, 0.0, 1.0, "share of light that passes the coat twice, straight through")
-    coat_roughness = param(0.0, 0.0, 1.0, "alpha = roughness^2", sampled="max")
-    coat_ior = param(1.6, 1.0, 3.0, "refractive index of the coat over that above it")
-
-    @property
-    def alpha(self) -> Any:
-        """Slope scale of the coat."""
-        return ops.maximum(self.coat_roughness * self.coat_roughness, 1e-3)
-
-    @property
-    def F0(self) -> Any:
-        """Reflectance of the coat at normal incidence."""
-        amplitude = (self.coat_ior - 1.0) / (self.coat_ior + 1.0)
-        return amplitude * amplitude
-
-    def top(self) -> tuple[Any, Reflectance]:
-        facets = GGX.unchecked(alpha_x=self.alpha, alpha_y=self.alpha)
-        fresnel = Schlick.unchecked(F0=self.F0)
-        return self.coat_weight, Microfacet.unchecked(distribution=facets, fresnel=fresnel, masking="height_correlated")
-
-    def entering(self, w: Direction) -> Any:
-        """1 - E(mu): what the coat does not reflect, E = F0 (E_1 - B) + B."""
-        return self.F0 * lost(w.z, self.alpha) + (1.0 - self.F0) * (1.0 - schlick_share(w.z, self.alpha))
-
-    def path(self, w: Direction) -> Any:
-        """1/cos(theta) of w refracted into the coat."""
-        return self.coat_ior / ops.sqrt((self.coat_ior - 1.0) * (self.coat_ior + 1.0) + w.z * w.z)
-
-    def passed(self, wi: Direction, wo: Direction) -> Any:
-        bare = 1.0 - self.coat_weight
-        left = power_positive(self.coat_color, 0.5 * (self.path(wi) + self.path(wo)))
-        entering = ops.minimum(self.entering(wi), self.entering(wo))
-        return (bare + self.coat_weight * entering) * (bare + self.coat_weight * left)
-
-
-class _BelowCoat(_Below, _Coat):
-    """A lobe under the coat."""
-
-
-class OpenPBRCoat(_Coat):
+class OpenPBRCoat(_Layer):
     """OpenPBR's coat over any base: f = C f_coat + (1 - C max(E_i, E_o)) (1 - C + C T) f_base.
 
     C is the weight; f_coat = `Microfacet(GGX(alpha), Schlick(F0))`, alpha = roughness^2 (at least 0.001),
@@ -139,35 +92,45 @@ class OpenPBRCoat(_Coat):
              absorption. The reciprocal form is derived here.
     """
 
-    below = _BelowCoat
-
-
-class _Fuzz(_Layer):
-    """The parameters of the fuzz, and what it lets through."""
-
-    base = part(Reflectance, Lambertian(0.5), "what lies under the fuzz")
-    fuzz_weight = param(1.0, 0.0, 1.0, "share of the surface that is covered")
-    fuzz_color = param(1.0, 0.0, 1.0, "reflectance of the fibres")
-    fuzz_roughness = param(0.5, 0.0, 1.0, "how far from the horizon the normals of the fibres spread")
+    base = part(Reflectance, Lambertian(0.5), "what lies under the coat")
+    coat_weight = param(1.0, 0.0, 1.0, "share of the surface that is coated")
+    coat_color = param(1.0, 0.0, 1.0, "share of light that passes the coat twice, straight through")
+    coat_roughness = param(0.0, 0.0, 1.0, "alpha = roughness^2", sampled="max")
+    coat_ior = param(1.6, 1.0, 3.0, "refractive index of the coat over that above it")
 
     @property
-    def sheen(self) -> CharlieSheen:
-        """The fibres, white."""
-        return CharlieSheen.unchecked(rho=1.0, r=ops.maximum(self.fuzz_roughness, 0.1))
+    def alpha(self) -> Any:
+        """Slope scale of the coat."""
+        return ops.maximum(self.coat_roughness * self.coat_roughness, 1e-3)
+
+    @property
+    def F0(self) -> Any:
+        """Reflectance of the coat at normal incidence."""
+        amplitude = (self.coat_ior - 1.0) / (self.coat_ior + 1.0)
+        return amplitude * amplitude
 
     def top(self) -> tuple[Any, Reflectance]:
-        return self.fuzz_weight * self.fuzz_color, self.sheen
+        return self.coat_weight, ggx_mirrors(self.alpha, Schlick.unchecked(F0=self.F0))
+
+    def path(self, w: Direction) -> Any:
+        """1/cos(theta) of w refracted into the coat."""
+        return self.coat_ior / ops.sqrt((self.coat_ior - 1.0) * (self.coat_ior + 1.0) + w.z * w.z)
 
     def passed(self, wi: Direction, wo: Direction) -> Any:
-        most = ops.maximum(sheen_albedo(self.sheen, wi), sheen_albedo(self.sheen, wo))
-        return 1.0 - self.fuzz_weight * most
+        bare = 1.0 - self.coat_weight
+        left = power_positive(self.coat_color, 0.5 * (self.path(wi) + self.path(wo)))
+        least = ops.minimum(entering(wi.z, self.alpha, self.F0), entering(wo.z, self.alpha, self.F0))
+        return (bare + self.coat_weight * least) * (bare + self.coat_weight * left)
 
 
-class _BelowFuzz(_Below, _Fuzz):
-    """A lobe under the fuzz."""
+class _BelowCoat(_Below, OpenPBRCoat):
+    """A lobe under the coat."""
 
 
-class OpenPBRFuzz(_Fuzz):
+OpenPBRCoat.below = _BelowCoat
+
+
+class OpenPBRFuzz(_Layer):
     """OpenPBR's fuzz over any base, with another sheen: f = W color f_sheen + (1 - W max(E_i, E_o)) f_base.
 
     W is the weight; f_sheen = `CharlieSheen(1, r)`, r = roughness (at least 0.1), and E(mu) is its albedo. The
@@ -188,7 +151,29 @@ class OpenPBRFuzz(_Fuzz):
              2017. The reciprocal form and E are derived here.
     """
 
-    below = _BelowFuzz
+    base = part(Reflectance, Lambertian(0.5), "what lies under the fuzz")
+    fuzz_weight = param(1.0, 0.0, 1.0, "share of the surface that is covered")
+    fuzz_color = param(1.0, 0.0, 1.0, "reflectance of the fibres")
+    fuzz_roughness = param(0.5, 0.0, 1.0, "how far from the horizon the normals of the fibres spread")
+
+    @property
+    def sheen(self) -> CharlieSheen:
+        """The fibres, white."""
+        return CharlieSheen.unchecked(rho=1.0, r=ops.maximum(self.fuzz_roughness, 0.1))
+
+    def top(self) -> tuple[Any, Reflectance]:
+        return self.fuzz_weight * self.fuzz_color, self.sheen
+
+    def passed(self, wi: Direction, wo: Direction) -> Any:
+        most = ops.maximum(sheen_albedo(self.sheen, wi), sheen_albedo(self.sheen, wo))
+        return 1.0 - self.fuzz_weight * most
+
+
+class _BelowFuzz(_Below, OpenPBRFuzz):
+    """A lobe under the fuzz."""
+
+
+OpenPBRFuzz.below = _BelowFuzz
 
 
 def sheen_albedo(m: CharlieSheen, w: Direction) -> Any:
