@@ -65,12 +65,13 @@ from .lights.function import FunctionLight as _FunctionLight
 from .lights.point import PointLight as _PointLight
 from .models.abc import ABC as _ABC
 from .models.ashikhmin_shirley import AshikhminShirley as _AshikhminShirley
-from .models.ashikhmin_shirley_diffuse import AshikhminShirleyDiffuse as _AshikhminShirleyDiffuse
-from .models.chandrasekhar import Chandrasekhar as _Chandrasekhar
+from .models.ashikhmin_shirley import AshikhminShirleyDiffuse as _AshikhminShirleyDiffuse
 from .models.coated import Coated as _Coated
 from .models.coated import RoughCoated as _RoughCoated
 from .models.cook_torrance import CookTorrance as _CookTorrance
 from .models.cox_munk import CoxMunk as _CoxMunk
+from .models.deep_layer import Chandrasekhar as _Chandrasekhar
+from .models.deep_layer import LommelSeeliger as _LommelSeeliger
 from .models.disney_diffuse import DisneyDiffuse as _DisneyDiffuse
 from .models.disney_diffuse import FrostbiteDiffuse as _FrostbiteDiffuse
 from .models.disney_principled import DisneyPrincipled as _DisneyPrincipled
@@ -86,8 +87,8 @@ from .models.ideal_specular import IdealSpecular as _IdealSpecular
 from .models.lafortune import Lafortune as _Lafortune
 from .models.lafortune import NormalizedLafortune as _NormalizedLafortune
 from .models.lambertian import Lambertian as _Lambertian
-from .models.lommel_seeliger import LommelSeeliger as _LommelSeeliger
 from .models.microfacet import Microfacet as _Microfacet
+from .models.microfacet import RetroMicrofacet as _RetroMicrofacet
 from .models.minnaert import Minnaert as _Minnaert
 from .models.normal_mapped import NormalMapped as _NormalMapped
 from .models.normal_mapped import ShadingNormal as _ShadingNormal
@@ -101,7 +102,6 @@ from .models.phong import BlinnPhong as _BlinnPhong
 from .models.phong import ModifiedPhong as _ModifiedPhong
 from .models.phong import OriginalPhong as _OriginalPhong
 from .models.phong import Phong as _Phong
-from .models.retro_microfacet import RetroMicrofacet as _RetroMicrofacet
 from .models.ross_li import RossLi as _RossLi
 from .models.rotated import Rotated as _Rotated
 from .models.roujean import Roujean as _Roujean
@@ -744,9 +744,9 @@ class NormalMapped(_NormalMapped):
     r"""Another reflectance on facets of normal n', between upright mirrors that complete the surface; obeys the laws.
 
     Parameters
-        of = Lambertian(rho=0.5)   reflectance of the facets; Reflectance
-        normal_x = 0.0             x component of the facets' normal; -0.7 to 0.7
-        normal_y = 0.0             y component of the facets' normal; -0.7 to 0.7
+        of = Lambertian(rho=0.5)   reflectance of the tilted surface; Reflectance
+        normal_x = 0.0             x component of the tilted normal; -0.7 to 0.7
+        normal_y = 0.0             y component of the tilted normal; -0.7 to 0.7
     """
     def __init__(
         self,
@@ -1112,9 +1112,9 @@ class ShadingNormal(_ShadingNormal):
     r"""Another reflectance, lit and seen as if the normal were n': f = of.f(wi', wo') max(wi . n', 0)/(wi . n).
 
     Parameters
-        of = Lambertian(rho=0.5)   what is tilted; Reflectance
-        normal_x = 0.0             x component of the perturbed normal; -0.7 to 0.7
-        normal_y = 0.0             y component of the perturbed normal; -0.7 to 0.7
+        of = Lambertian(rho=0.5)   reflectance of the tilted surface; Reflectance
+        normal_x = 0.0             x component of the tilted normal; -0.7 to 0.7
+        normal_y = 0.0             y component of the tilted normal; -0.7 to 0.7
     """
     def __init__(
         self,

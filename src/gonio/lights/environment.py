@@ -74,8 +74,8 @@ class EnvironmentLight(Light):
         return {**super().to_json(), "image": self.image.path or self.image.pixels.tolist()}
 
     def incident(self, w: Any) -> Any:
-        found = self.image.radiance(w)
-        return found * ops.library(found).convert(self.scale, found)
+        radiance = self.image.radiance(w)
+        return radiance * ops.library(radiance).convert(self.scale, radiance)
 
     def sample(self, u: Any) -> tuple[Any, Any]:
         return self.image.sample(u)
@@ -144,19 +144,15 @@ class EnvironmentLight(Light):
 
 
 def photograph(path: str) -> EnvironmentLight:
-    """An environment map from a file. Resampled photographs often hold values a little below 0: these count as 0 and
-    are announced; NaN and infinity are errors."""
+    """An environment map from a file. Resampled photographs often hold values a little below 0: these count as 0, with
+    a warning; NaN and infinity are errors."""
     picture = Panorama.of(path)
     least, most = picture.pixels.min(), picture.pixels.max()
     if not (-math.inf < least < 0.0 and most < math.inf):
         return EnvironmentLight(picture)
     negative = sum(int((row < 0.0).any(axis=-1).sum()) for row in picture.pixels)
-    count = picture.pixels[..., 0].size
-    warnings.warn(
-        f"{path}: {negative} of {count} pixels are negative (down to {least:.3g}) and count as 0",
-        MissingDataWarning,
-        stacklevel=2,
-    )
+    share = f"{negative} of {picture.pixels[..., 0].size} pixels are negative (down to {least:.3g})"
+    warnings.warn(f"{path}: {share} and count as 0", MissingDataWarning, stacklevel=2)
     return EnvironmentLight(picture, invalid="zero")
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from collections.abc import Iterable
 from typing import Any, ClassVar
 
@@ -47,13 +48,13 @@ class Reframed(WrappedLobe):
 
     of: Any
 
+    @abstractmethod
     def light_within(self, wi: Direction) -> Direction:
         """wi in the frame of what is inside."""
-        raise NotImplementedError
 
+    @abstractmethod
     def light_outside(self, wi: Direction) -> Direction:
         """The inverse of `light_within`."""
-        raise NotImplementedError
 
     def viewer_within(self, wo: Direction) -> Direction:
         """wo in the frame of what is inside."""

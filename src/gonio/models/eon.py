@@ -17,8 +17,8 @@ C2 = 2.0 / 3.0 - 28.0 / (15.0 * math.pi)
 class _Fujii(_RoughDiffuse):
     """Fujii's single scattering, and the albedo that it lacks."""
 
-    rho: Any
-    r: Any
+    rho = param(0.5, 0.0, 1.0, "albedo of a facet")
+    r = param(0.5, 0.0, 1.0, "how rough: 0 is Lambertian, 1 the roughest", sampled="max")
 
     @property
     def back(self) -> Any:
@@ -67,9 +67,6 @@ class FujiiOrenNayar(_Fujii):
              Sampling derived here.
     """
 
-    rho = param(0.5, 0.0, 1.0, "albedo of a facet")
-    r = param(0.5, 0.0, 1.0, "how rough: 0 is Lambertian, 1 the roughest", sampled="max")
-
     def formula(self, wi: Direction, wo: Direction) -> Any:
         return self.rho * (1.0 / math.pi) * self.A * self.once(wi, wo)
 
@@ -90,9 +87,6 @@ class EON(_Fujii):
     Source   Portsmouth, Kutz & Hill 2025, "EON: a practical energy-preserving rough diffuse BRDF", JCGT 14(1), with the
              analytic albedo. Sampling derived here.
     """
-
-    rho = param(0.5, 0.0, 1.0, "albedo of a facet")
-    r = param(0.5, 0.0, 1.0, "how rough: 0 is Lambertian, 1 the roughest", sampled="max")
 
     def formula(self, wi: Direction, wo: Direction) -> Any:
         once = self.rho * self.once(wi, wo)

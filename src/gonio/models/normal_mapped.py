@@ -16,11 +16,13 @@ STEEPEST = 0.7  # of each component, so that the normal stays 8 degrees above th
 
 
 class _Tilted(Reframed):
-    """What has a normal of its own: its frame, and the facet of the surface that this makes."""
+    """A surface with a normal of its own, and the frame of that."""
 
     oriented: ClassVar[bool] = True
-    normal_x: Any
-    normal_y: Any
+
+    of = part(Reflectance, Lambertian(0.5), "reflectance of the tilted surface")
+    normal_x = param(0.0, -STEEPEST, STEEPEST, "x component of the tilted normal")
+    normal_y = param(0.0, -STEEPEST, STEEPEST, "y component of the tilted normal")
 
     @property
     def normal(self) -> Direction:
@@ -54,10 +56,6 @@ class ShadingNormal(_Tilted):
     Source   Blinn 1978, "Simulation of wrinkled surfaces", which perturbs the normal; as a BRDF and its breaches:
              Veach 1997, "Robust Monte Carlo methods for light transport simulation", chapter 5.
     """
-
-    of = part(Reflectance, Lambertian(0.5), "what is tilted")
-    normal_x = param(0.0, -STEEPEST, STEEPEST, "x component of the perturbed normal")
-    normal_y = param(0.0, -STEEPEST, STEEPEST, "y component of the perturbed normal")
 
     breaks: ClassVar[dict[str, str]] = {
         "reciprocity": "wi . n'/wi . n has no counterpart for wo: exchanging light and viewer changes the value",
@@ -97,10 +95,6 @@ class NormalMapped(_Tilted):
              tests/test_wrappers.py.
     """
 
-    of = part(Reflectance, Lambertian(0.5), "reflectance of the facets")
-    normal_x = param(0.0, -STEEPEST, STEEPEST, "x component of the facets' normal")
-    normal_y = param(0.0, -STEEPEST, STEEPEST, "y component of the facets' normal")
-
     repeats = 6  # three ways, and as much for weights and frames
 
     def formula(self, wi: Direction, wo: Direction) -> Any:
@@ -120,9 +114,6 @@ class NormalMapped(_Tilted):
 class _Path(_Tilted):
     """Light that meets no upright mirror, or one on its way from the facet to the viewer, or from light to facet."""
 
-    of = part(Reflectance, Lambertian(0.5), "reflectance of the facets")
-    normal_x = param(0.0, -STEEPEST, STEEPEST, "x component of the facets' normal")
-    normal_y = param(0.0, -STEEPEST, STEEPEST, "y component of the facets' normal")
     mirrors = option("none", "viewer", "light", doc="who sees the facet through a mirror")
 
     def ways(self) -> list[_Path]:
@@ -179,10 +170,6 @@ class _Path(_Tilted):
 
 class _Ways(_Tilted):
     """Light that meets one upright mirror, on either way: together they are reciprocal. Sampled half and half."""
-
-    of = part(Reflectance, Lambertian(0.5), "reflectance of the facets")
-    normal_x = param(0.0, -STEEPEST, STEEPEST, "x component of the facets' normal")
-    normal_y = param(0.0, -STEEPEST, STEEPEST, "y component of the facets' normal")
 
     seam = 0.5
 

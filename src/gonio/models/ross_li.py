@@ -7,14 +7,17 @@ from collections.abc import Callable
 from typing import Any, ClassVar
 
 from ..arrays import ops
-from ..base.reflectance import Reflectance
-from ..formula.direction import Direction, dot
+from ..formula.direction import Direction, dot, length
 from ..formula.fields import option, param
-from ..formula.warp import power_cosine, power_cosine_density
-from ._phase_angle import phase_angle
+from ._power_cosine import PowerCosine
 
 HOT_SPOT_WIDTH = math.radians(1.5)
 """Half width xi_0 [rad] of the hot spot in `ross_thick_hotspot`, as fitted to POLDER's measurements."""
+
+
+def phase_angle(wi: Direction, wo: Direction) -> Any:
+    """Angle between two directions [rad] in [0, pi], without cancellation where it is small; 0 is back-scatter."""
+    return 2.0 * ops.arctan2(length(wi - wo), length(wi + wo))
 
 
 def scattering_by_leaves(xi: Any) -> Any:
@@ -95,7 +98,7 @@ WHITE_SKY = {
 """The kernels' means over all cos(theta) dw of light and viewer, for the papers' crowns."""
 
 
-class RossLi(Reflectance):
+class RossLi(PowerCosine):
     """Kernel-driven surface of soil and plants: BRF = f_iso + f_vol K_vol + f_geo K_geo, and f = BRF/pi.
 
     K_vol (`ross_thick`, `ross_thin`, `ross_thick_hotspot`) is scattering by leaves, K_geo (`li_sparse_r`,
@@ -133,11 +136,8 @@ class RossLi(Reflectance):
         k_geo = GEOMETRIC[self.geometric](wi, wo, self.h_b, self.b_r)
         return (self.f_iso + self.f_vol * k_vol + self.f_geo * k_geo) * (1.0 / math.pi)
 
-    def warp(self, wo: Direction, u0: Any, u1: Any) -> Direction:
-        return power_cosine(0.0, u0, u1)
-
-    def density(self, wi: Direction, wo: Direction) -> Any:
-        return power_cosine_density(0.0, wi.z)
+    def exponent(self, wo: Direction) -> Any:
+        return 0.0
 
     def estimate(self, wo: Direction) -> Any:
         spread = ops.absolute(self.f_vol) + ops.absolute(self.f_geo)

@@ -6,16 +6,14 @@ import math
 from typing import Any, ClassVar
 
 from ..arrays import ops
-from ..base.reflectance import Reflectance
 from ..formula.direction import Direction, dot, length
 from ..formula.fields import param
 from ..formula.special import sin_minus_x_cos
-from ..formula.warp import power_cosine, power_cosine_density
-from ._phase_angle import phase_angle
-from .ross_li import scattering_by_leaves
+from ._power_cosine import PowerCosine
+from .ross_li import phase_angle, scattering_by_leaves
 
 
-class Roujean(Reflectance):
+class Roujean(PowerCosine):
     """Kernel-driven surface of soil and plants: BRF = k0 + k1 f1 + k2 f2, and f = BRF/pi.
 
     f1 = ((pi - phi) cos(phi) + sin(phi)) t_i t_o/(2 pi) - (t_i + t_o + |t_i - t_o|)/pi, t = tan(theta) as a vector
@@ -46,11 +44,8 @@ class Roujean(Reflectance):
     def formula(self, wi: Direction, wo: Direction) -> Any:
         return (self.k0 + self.k1 * _blocks(wi, wo) + self.k2 * _leaves(wi, wo)) * (1.0 / math.pi)
 
-    def warp(self, wo: Direction, u0: Any, u1: Any) -> Direction:
-        return power_cosine(0.0, u0, u1)
-
-    def density(self, wi: Direction, wo: Direction) -> Any:
-        return power_cosine_density(0.0, wi.z)
+    def exponent(self, wo: Direction) -> Any:
+        return 0.0
 
     def estimate(self, wo: Direction) -> Any:
         spread = ops.absolute(self.k1) + ops.absolute(self.k2)
