@@ -56,7 +56,7 @@ class Panorama:
     def of(cls, value: Any) -> Panorama:
         """A panorama from an array (H, W, C) or (H, W), an Image, or the path of a picture.
 
-        Raises what `read_image` raises for a picture of at most `MOST` pixels; what is read here is not copied.
+        Raises what `read_image` raises for a picture of at most `MOST` pixels; pixels read here are not copied.
         """
         if isinstance(value, Panorama):
             return value
@@ -189,7 +189,7 @@ class Panorama:
         """What `sample` and `pdf` look up, flat.
 
         row_share, column_share: probabilities of a row, and of a column within a row, these in the precision of the
-        pixels. row, column: sums of these over what lies before. row_density: density [1/sr] of a pixel over its
+        pixels. row, column: sums of these over all before. row_density: density [1/sr] of a pixel over its
         column_share. down, up: 1 - cos theta and 1 + cos theta at the edges of the rows.
         """
         height, width, _ = self.pixels.shape

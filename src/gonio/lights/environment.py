@@ -57,7 +57,7 @@ class EnvironmentLight(Light):
 
     image: Any = _Picture(None, "equirectangular picture: an array, an Image or a path")
     scale = param(1.0, 0.0, 1e30, "factor on the pixels", unit="W m-2 sr-1")
-    invalid = option("error", "zero", doc="what negative, NaN and infinite pixels are: an error, or 0")
+    invalid = option("error", "zero", doc="negative, NaN and infinite pixels: an error, or 0")
 
     can_sample: ClassVar[bool] = True
     MITSUBA_TO_WORLD: ClassVar[NDArray[np.float64]] = MITSUBA_TO_WORLD

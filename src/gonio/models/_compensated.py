@@ -1,4 +1,4 @@
-"""What models share that give the light back which mirror facets do not reflect at once."""
+"""What models share that give back the light lost by mirror facets."""
 
 from __future__ import annotations
 
@@ -17,18 +17,14 @@ class CompensatedMirrors(Reflectance):
     alpha: Any
     fresnel: Any
 
-    @property
-    def first(self) -> Reflectance:
-        """Light that a facet reflects once."""
-        return ggx_mirrors(self.alpha, self.fresnel)
-
-    @property
     @abstractmethod
-    def further(self) -> Reflectance:
-        """The lobe of other light."""
+    def other(self) -> type[CompensatedMirrors]:
+        """Class of the second lobe, which has the same parameters."""
 
     def formula(self, wi: Direction, wo: Direction) -> Any:
-        return self.first.formula(wi, wo) + self.further.formula(wi, wo)
+        (_, first), (_, other) = self.lobes()
+        return first.formula(wi, wo) + other.formula(wi, wo)
 
     def lobes(self) -> Iterable[tuple[Any, Reflectance]]:
-        return [(1.0, self.first), (1.0, self.further)]
+        other = self.other().unchecked(**{name: self.__dict__[name] for name in self.fields})
+        return [(1.0, ggx_mirrors(self.alpha, self.fresnel)), (1.0, other)]

@@ -25,7 +25,7 @@ _LOST = (
     (0.00128, -0.00139, 0.00228, -0.00073, 0.00110),
 )
 _LOST_ON_AVERAGE = (1.05247, 0.09108, -0.11288, 0.00193, 0.00461, -0.00150, 0.00016, 0.00044)
-# By how much the cosine to the facets that are met differs from mu: the same with 2 x - 1 for 2 sqrt(x) - 1.
+# The difference between mu and the cosine to the facets that are met: the same with 2 x - 1 for 2 sqrt(x) - 1.
 _MET = (
     (0.41723, -0.51761, -0.32032, -0.14311, -0.06985, -0.03802, -0.02123, -0.01133, -0.00579, -0.00190),
     (0.23867, 0.19417, 0.00543, -0.03257, -0.03613, -0.03067, -0.02055, -0.01326, -0.00820, -0.00345),
@@ -94,6 +94,6 @@ def chebyshev(coefficients: Sequence[Any], v: Any) -> Any:
 
 
 def chebyshev2(rows: Sequence[Sequence[float]], v: Any, w: Any) -> Any:
-    """Sum of rows[j][i] T_i(1 - 2v) T_j(1 - 2w); first what depends on w alone, once for all v where w is a number."""
+    """Sum of rows[j][i] T_i(1 - 2v) T_j(1 - 2w); the sums over w first, once for all v where w is a number."""
     columns = [[row[i] for row in rows if i < len(row)] for i in range(len(rows[0]))]
     return chebyshev([chebyshev(column, w) for column in columns], v)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from abc import abstractmethod
 from collections.abc import Iterable
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 
@@ -37,12 +37,15 @@ class _Coat(Wrapper):
 
     wraps = "base"
     costs = 8
-    below: ClassVar[type[_Below]]
 
-    base = part(Reflectance, Lambertian(0.5), "what lies under the coat")
+    base = part(Reflectance, Lambertian(0.5), "reflectance under the coat")
     eta = param(1.5, 1.0, ETA_HIGH, "refractive index of the coat over that in front of it")
     tau = param(0.0, 0.0, TAU_HIGH, "optical depth of the coat, straight through once")
-    internal = option("followed", "lost", doc="what becomes of light that the coat reflects back to the base")
+    internal = option("followed", "lost", doc="fate of light that the coat reflects back to the base")
+
+    @abstractmethod
+    def below(self) -> type[_Below]:
+        """Class of the lobes of the base."""
 
     @abstractmethod
     def surface(self) -> Reflectance:
@@ -65,7 +68,7 @@ class _Coat(Wrapper):
         rho = 0.0 if albedo is None else ops.minimum(albedo, 1.0)
         coat = {name: self.__dict__[name] for name in self.fields}
         for weight, lobe in self.base.lobes():
-            yield 1.0, self.below.unchecked(**(coat | {"base": lobe, "weight": weight, "rho": rho}))
+            yield 1.0, self.below().unchecked(**(coat | {"base": lobe, "weight": weight, "rho": rho}))
 
 
 class Coated(_Coat):
@@ -78,10 +81,10 @@ class Coated(_Coat):
     together, f_more = rho/pi rho R/(1 - rho R), where R is the share of diffuse light that the coat reflects inside,
     absorption included; a mirror k below becomes k/(1 - k F). Both are exact for these bases alone. Other lobes count
     as mirrors, with k their estimated albedo and F the smaller of F_i and F_o: so energy is conserved over any base,
-    and almost all light is there again over narrow lobes. Of wide ones what the coat reflects totally is lost: over
+    and almost all light is there again over narrow lobes. Wide ones lose the light that the coat reflects totally: over
     perfect mirrors of GGX(0.1) 93 % returns at normal incidence and 71 % at 60 degrees, of GGX(0.3) 61 % and 49 %; of
-    a base that is nearly diffuse without being `Lambertian`, R = 0.6 of what it reflects is lost. "lost" leaves all of
-    it out.
+    a base that is nearly diffuse without being `Lambertian`, R = 0.6 of the reflected light is lost. "lost" leaves all
+    of it out.
 
     Looks    `Coated(Lambertian([0.6, 0.1, 0.05]))` is varnished red: a mirror image of the surroundings over a deeper
              colour; with `tau=[0.1, 0.4, 1.5]` the varnish is amber.
@@ -93,6 +96,9 @@ class Coated(_Coat):
              paths; without eta^2); Elias, Simonot & Menu 2001, "Bidirectional reflectance of a diffuse background
              covered by a partly absorbing layer"; R: Saunderson 1942, J. Opt. Soc. Am. 32(12):727. Derived here.
     """
+
+    def below(self) -> type[_Below]:
+        return _BelowSmooth
 
     def surface(self) -> Reflectance:
         return IdealSpecular.unchecked(reflectance=Dielectric.unchecked(eta=self.eta))
@@ -112,7 +118,7 @@ class RoughCoated(_Coat):
              is satin paint with a wide, soft one.
     Shapes   alpha, eta, tau: numbers or (..., C).
     Units    f: 1/sr; alpha, tau: 1.
-    Error    F: 8e-3. White Lambertian base, tau = 0: the albedo is 1 less what the facets lose, 0.9995 at normal
+    Error    F: 8e-3. White Lambertian base, tau = 0: the albedo is 1 less the facets' loss, 0.9995 at normal
              incidence and 0.95 at 80 degrees for alpha = 0.1, 0.98 and 0.96 for 0.4.
     Source   as `Coated`; facets: Walter et al. 2007, EGSR; those seen: Heitz 2014, JCGT 3(2). F is derived here.
     """
@@ -120,6 +126,9 @@ class RoughCoated(_Coat):
     alpha = param(0.1, ALPHA_LOW, ALPHA_HIGH, "slope scale of the coat", sampled="max")
 
     caps, turns = _panel(3, 1.5, True), [(math.cos(math.pi * u), w) for u, w in _panel(3, 1.35, True)]
+
+    def below(self) -> type[_Below]:
+        return _BelowRough
 
     def surface(self) -> Reflectance:
         return ggx_mirrors(self.alpha, Dielectric.unchecked(eta=self.eta))
@@ -173,13 +182,13 @@ class _Below(WrappedLobe, _Coat):
 
     def formula(self, wi: Direction, wo: Direction) -> Any:
         ti, to = refracted(wi, self.eta), refracted(wo, self.eta)
-        f, own = self.base.formula(ti, to), self.base.diffuse()
-        if own is None:
+        f, albedo = self.base.formula(ti, to), self.base.diffuse()
+        if albedo is None:
             k = self.weight * ops.minimum(self.base.estimate(ti), self.base.estimate(to))
             return self._passed(wi, wo, ti, to, k) / (self.eta * self.eta) * self.weight * f
         if self.internal == "followed":
             again = self.rho * self.R()
-            f = f + own * again / (1.0 - again) * (1.0 / math.pi)
+            f = f + albedo * again / (1.0 - again) * (1.0 / math.pi)
         return self._passed(wi, wo, ti, to, None) / (self.eta * self.eta) * self.weight * f
 
     def _passed(self, wi: Direction, wo: Direction, ti: Direction, to: Direction, k: Any) -> Any:
@@ -224,7 +233,7 @@ class _Below(WrappedLobe, _Coat):
         return self.base.density(ti, refracted(wo, self.eta)) * wi.z / (self.eta * self.eta * ti.z)
 
     def _emerging(self, t: Direction) -> Direction:
-        """The inverse of `refracted`; below the horizon what is reflected totally."""
+        """The inverse of `refracted`; totally reflected light ends below the horizon."""
         x, y = self.eta * t.x, self.eta * t.y
         z2 = 1.0 - x * x - y * y
         out = (z2 > 0.0) & (t.z > 0.0)
@@ -247,6 +256,3 @@ class _BelowRough(_Below, RoughCoated):
     """A lobe under the rough coat."""
 
     nodes = _panel(5, 2.0)
-
-
-Coated.below, RoughCoated.below = _BelowSmooth, _BelowRough

@@ -48,7 +48,7 @@ class LommelSeeliger(_DeepLayer):
 class Chandrasekhar(_DeepLayer):
     """Deep layer of isotropic scatterers: f = w/(4 pi) H(z_i) H(z_o) / (z_i + z_o), z = cos(theta).
 
-    H(z) = exp(-z/pi int_0^inf ln(1 - w arctan(t)/t) / (1 + z^2 t^2) dt) counts what is scattered more than once;
+    H(z) = exp(-z/pi int_0^inf ln(1 - w arctan(t)/t) / (1 + z^2 t^2) dt) counts light that is scattered more than once;
     H = 1 is `LommelSeeliger`. The albedo is 1 - sqrt(1 - w) H(z): for w = 1 all light returns.
 
     Looks    `Chandrasekhar(1)` is white dust, a little flatter than plaster; `Chandrasekhar(0.3)` is dark and, seen

@@ -66,7 +66,7 @@ class DisneyPrincipled(_Disney):
 
     @classmethod
     def from_rgb(cls, base_color: Any, **others: Any) -> Self:
-        """The material of a colour (..., 3), linear RGB, with the tint that is its own."""
+        """The material of a colour (..., 3), linear RGB, and its tint."""
         rgb = np.asarray(base_color, dtype=float)
         luminance = (rgb * [0.3, 0.6, 0.1]).sum(-1, keepdims=True)
         tint = np.where(luminance > 0.0, rgb / np.where(luminance > 0.0, luminance, 1.0), 1.0)

@@ -1,6 +1,6 @@
-"""GGX mirrors with the light that is scattered more than once given back: three approximations in use.
+"""GGX mirrors that give back the light scattered more than once: three approximations in use.
 
-A microfacet model counts the first reflection only. What it loses, 1 - E, is up to 0.69 of the light at alpha = 1.
+A microfacet model counts the first reflection only. Its loss, 1 - E, is up to 0.69 of the light at alpha = 1.
 """
 
 from __future__ import annotations
@@ -23,27 +23,8 @@ from ._facets import Facets
 from ._ggx_albedo import lost, lost_on_average, schlick_share
 
 
-class _Further(Reflectance):
-    """The further reflections of `KullaConty`: F_ms (1 - E(mu_i))(1 - E(mu_o))/(pi (1 - E_avg))."""
-
-    alpha = param(0.3, ALPHA_LOW, ALPHA_HIGH, "slope scale of the facets")
-    fresnel = part(Fresnel, Constant(1.0), "reflectance of a facet")
-
-    def colour(self) -> Any:
-        """F_ms = F_avg^2 E_avg/(1 - F_avg (1 - E_avg)): two reflections at least, each lets E_avg escape."""
-        mean, escaping = average(self.fresnel, self.alpha), 1.0 - lost_on_average(self.alpha)
-        return mean * mean * escaping / (1.0 - mean * (1.0 - escaping))
-
-    def formula(self, wi: Direction, wo: Direction) -> Any:
-        both = lost(wi.z, self.alpha) * lost(wo.z, self.alpha)
-        return self.colour() / (math.pi * lost_on_average(self.alpha)) * both
-
-    def estimate(self, wo: Direction) -> Any:
-        return self.colour() * lost(wo.z, self.alpha)
-
-
 class KullaConty(CompensatedMirrors):
-    """GGX facets, and a lobe for what they lose: f = f_1 + F_ms (1 - E(mu_i))(1 - E(mu_o))/(pi (1 - E_avg)).
+    """GGX facets, and a lobe for the light they lose: f = f_1 + F_ms (1 - E(mu_i))(1 - E(mu_o))/(pi (1 - E_avg)).
 
     f_1 is `Microfacet(GGX(alpha), fresnel)`, E its albedo for F = 1 and E_avg the mean of that over diffuse light.
     F_ms = F_avg^2 E_avg/(1 - F_avg (1 - E_avg)) adds up the reflections after the first, F_avg = 2 integral of F mu.
@@ -61,13 +42,30 @@ class KullaConty(CompensatedMirrors):
     alpha = param(0.3, ALPHA_LOW, ALPHA_HIGH, "slope scale of the facets", sampled="max")
     fresnel = part(Fresnel, Constant(1.0), "reflectance of a facet", coerce=as_fresnel)
 
-    @property
-    def further(self) -> Reflectance:
-        return _Further.unchecked(alpha=self.alpha, fresnel=self.fresnel)
+    def other(self) -> type[_Further]:
+        return _Further
+
+
+class _Further(KullaConty):
+    """The further reflections of `KullaConty`: F_ms (1 - E(mu_i))(1 - E(mu_o))/(pi (1 - E_avg))."""
+
+    lobes = Reflectance.lobes
+
+    def colour(self) -> Any:
+        """F_ms = F_avg^2 E_avg/(1 - F_avg (1 - E_avg)): two reflections at least, each lets E_avg escape."""
+        mean, escaping = average(self.fresnel, self.alpha), 1.0 - lost_on_average(self.alpha)
+        return mean * mean * escaping / (1.0 - mean * (1.0 - escaping))
+
+    def formula(self, wi: Direction, wo: Direction) -> Any:
+        both = lost(wi.z, self.alpha) * lost(wo.z, self.alpha)
+        return self.colour() / (math.pi * lost_on_average(self.alpha)) * both
+
+    def estimate(self, wo: Direction) -> Any:
+        return self.colour() * lost(wo.z, self.alpha)
 
 
 class Turquin(Facets):
-    """GGX facets, made brighter by what they lose towards the viewer: f = f_1 (1 + F0 (1 - E(mu_o))/E(mu_o)).
+    """GGX facets, made brighter by their loss towards the viewer: f = f_1 (1 + F0 (1 - E(mu_o))/E(mu_o)).
 
     f_1 is `Microfacet(GGX(alpha), fresnel)`, E its albedo for F = 1, F0 the Fresnel term at normal incidence. With
     F = 1 every viewer in a uniform surround of radiance 1 sees radiance 1.
@@ -86,7 +84,7 @@ class Turquin(Facets):
     breaks: ClassVar[dict[str, str]] = {
         "reciprocity": "the factor depends on the viewer alone: with F = 1 and alpha = 1 it is 3.3 at normal view, "
         "1 at grazing",
-        "energy": "light at grazing incidence loses little, and what it becomes is made brighter all the same: with "
+        "energy": "light at grazing incidence loses little, and its reflection is made brighter all the same: with "
         "F = 1 and alpha = 1 its albedo is 2.2. A viewer sees no gain",
     }
 
@@ -97,26 +95,8 @@ class Turquin(Facets):
         return GGX.unchecked(alpha_x=self.alpha, alpha_y=self.alpha)
 
     def formula(self, wi: Direction, wo: Direction) -> Any:
-        gone = lost(wo.z, self.alpha)
-        return super().formula(wi, wo) * (1.0 + self.fresnel.F(1.0 + 0.0 * self.alpha) * gone / (1.0 - gone))
-
-
-class _Diffuse(Reflectance):
-    """The further reflections of `FdezAguera`: the same radiance to all sides, by where the viewer is."""
-
-    breaks: ClassVar[dict[str, str]] = {}
-
-    alpha = param(0.3, ALPHA_LOW, ALPHA_HIGH, "slope scale of the facets")
-    F0 = param(0.9, 0.0, 1.0, "reflectance of a facet at normal incidence")
-
-    def estimate(self, wo: Direction) -> Any:
-        gone, schlick = lost(wo.z, self.alpha), schlick_share(wo.z, self.alpha)
-        once = self.F0 * (1.0 - gone - schlick) + schlick
-        mean = self.F0 + (1.0 - self.F0) * (1.0 / 21.0)
-        return once * mean * gone / (1.0 - mean * gone)
-
-    def formula(self, wi: Direction, wo: Direction) -> Any:
-        return self.estimate(wo) * (1.0 / math.pi)
+        loss = lost(wo.z, self.alpha)
+        return super().formula(wi, wo) * (1.0 + self.fresnel.F(1.0 + 0.0 * self.alpha) * loss / (1.0 - loss))
 
 
 class FdezAguera(CompensatedMirrors):
@@ -139,20 +119,31 @@ class FdezAguera(CompensatedMirrors):
 
     breaks: ClassVar[dict[str, str]] = {
         "reciprocity": "the second term depends on the viewer alone",
-        "energy": "light at grazing incidence loses little at its first reflection, but gets the mean of what light "
-        "from everywhere loses: at alpha = 1, F0 = 1 the albedo there is 1.59. A viewer sees no gain",
+        "energy": "light at grazing incidence loses little at its first reflection, but gains the mean loss of "
+        "light from everywhere: at alpha = 1, F0 = 1 the albedo there is 1.59. A viewer sees no gain",
     }
 
     @property
     def fresnel(self) -> Any:
         return Schlick.unchecked(F0=self.F0)
 
-    @property
-    def further(self) -> Reflectance:
-        return _Diffuse.unchecked(alpha=self.alpha, F0=self.F0)
+    def other(self) -> type[_Diffuse]:
+        return _Diffuse
 
 
-_Diffuse.breaks = FdezAguera.breaks
+class _Diffuse(FdezAguera):
+    """The further reflections of `FdezAguera`: the same radiance to all sides, by where the viewer is."""
+
+    lobes = Reflectance.lobes
+
+    def estimate(self, wo: Direction) -> Any:
+        loss, schlick = lost(wo.z, self.alpha), schlick_share(wo.z, self.alpha)
+        once = self.F0 * (1.0 - loss - schlick) + schlick
+        mean = self.F0 + (1.0 - self.F0) * (1.0 / 21.0)
+        return once * mean * loss / (1.0 - mean * loss)
+
+    def formula(self, wi: Direction, wo: Direction) -> Any:
+        return self.estimate(wo) * (1.0 / math.pi)
 
 
 def average(fresnel: Fresnel, like: Any) -> Any:

@@ -72,7 +72,7 @@ class FujiiOrenNayar(_Fujii):
 
 
 class EON(_Fujii):
-    """Rough diffuse surface that conserves energy: `FujiiOrenNayar`, and what it loses, given back evenly.
+    """Rough diffuse surface that conserves energy: `FujiiOrenNayar`, and its loss, given back evenly.
 
     f = rho/pi A (1 + r s/t) + rho_ms/pi (1 - E(theta_i)) (1 - E(theta_o))/(1 - <E>),
     rho_ms = rho^2 <E>/(1 - rho (1 - <E>)),   A = 1/(1 + (1/2 - 2/(3 pi)) r)

@@ -44,8 +44,8 @@ class _Tilted(Reframed):
 class ShadingNormal(_Tilted):
     """Another reflectance, lit and seen as if the normal were n': f = of.f(wi', wo') max(wi . n', 0)/(wi . n).
 
-    wi', wo' are in the frame of n', whose tangent is d_x turned as n is turned into n'. So f cos(theta_i) is what the
-    tilted surface has: what renderers do with bump and normal maps. 0 where a direction is below the horizon of n'.
+    wi', wo' are in the frame of n', whose tangent is d_x turned as n is turned into n'. So f cos(theta_i) is that of
+    the tilted surface, as renderers have it with bump and normal maps. 0 where a direction is below the horizon of n'.
     `NormalMapped` is the physical form.
 
     Looks    `ShadingNormal(Lambertian(0.5), 0.5)` is a facet that leans: lit as if turned by 30 degrees; arrays of

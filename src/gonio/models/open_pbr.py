@@ -95,9 +95,8 @@ class OpenPBRGlossyDiffuse(CompensatedMirrors):
         amplitude = (self.specular_ior - 1.0) / (self.specular_ior + 1.0)
         return Schlick.unchecked(F0=self.specular_weight * amplitude * amplitude)
 
-    @property
-    def further(self) -> Reflectance:
-        return _Below.unchecked(**{name: self.__dict__[name] for name in self.fields})
+    def other(self) -> type[_Below]:
+        return _Below
 
 
 class _Below(OpenPBRGlossyDiffuse):

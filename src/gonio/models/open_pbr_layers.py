@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Iterable
-from typing import Any, ClassVar
+from typing import Any
 
 from ..arrays import ops
 from ..base.reflectance import Reflectance
@@ -24,7 +24,10 @@ class _Layer(Wrapper):
 
     wraps = "base"
     base: Any
-    below: ClassVar[type[_Below]]
+
+    @abstractmethod
+    def below(self) -> type[_Below]:
+        """Class of the lobes of the base."""
 
     @abstractmethod
     def top(self) -> tuple[Any, Reflectance]:
@@ -42,7 +45,7 @@ class _Layer(Wrapper):
         yield self.top()
         values = {name: self.__dict__[name] for name in self.fields}
         for weight, lobe in self.base.lobes():
-            yield weight, self.below.unchecked(**(values | {"base": lobe}))
+            yield weight, self.below().unchecked(**(values | {"base": lobe}))
 
 
 class _Below(WrappedLobe, _Layer):
@@ -73,15 +76,15 @@ class OpenPBRCoat(_Layer):
 
     C is the weight; f_coat = `Microfacet(GGX(alpha), Schlick(F0))`, alpha = roughness^2 (at least 0.001),
     F0 = ((ior - 1)/(ior + 1))^2, E(mu) its albedo; T = color^((1/mu_i' + 1/mu_o')/2), mu' the cosines of the
-    directions refracted into the coat, is what passes it.
+    directions refracted into the coat, is the share that passes it.
     The whole stack is `OpenPBRFuzz(OpenPBRCoat((1 - M) * OpenPBRGlossyDiffuse(...) + M * OpenPBRMetal(...)))`.
     The specification scales the base by 1 - C E_o, which is not reciprocal; the larger E is, and conserves energy over
-    any base that does. Lost is what comes in at a slant and is scattered to where E is smaller: over white Lambertian
-    surfaces and smooth coats of index 1.6 4.5 % at normal incidence, 3.5 % at 60 degrees and 0.1 % at 85; under rough
-    ones (roughness = 1) 0.8 % and 0.3 %.
+    any base that does. Light is lost that comes in at a slant and is scattered to where E is smaller: over white
+    Lambertian surfaces and smooth coats of index 1.6, 4.5 % at normal incidence, 3.5 % at 60 degrees and 0.1 % at 85;
+    under rough ones (roughness = 1) 0.8 % and 0.3 %.
     Left out: the exact Fresnel term, in whose place is Schlick's, which rises to 1 at grazing also where ior = 1;
     anisotropy; light that the coat sends back to the base (the specification's darkening = 0; `Coated` follows it);
-    and what the coat does to the base's own roughness and index.
+    and the coat's effect on the base's own roughness and index.
 
     Looks    `OpenPBRCoat(Lambertian([0.8, 0.1, 0.1]))` is lacquer with a sharp highlight; `coat_color=[1, 0.8, 0.4]` is
              amber varnish, `coat_roughness=0.5` is frosted.
@@ -92,7 +95,7 @@ class OpenPBRCoat(_Layer):
              absorption. The reciprocal form is derived here.
     """
 
-    base = part(Reflectance, Lambertian(0.5), "what lies under the coat")
+    base = part(Reflectance, Lambertian(0.5), "reflectance under the coat")
     coat_weight = param(1.0, 0.0, 1.0, "share of the surface that is coated")
     coat_color = param(1.0, 0.0, 1.0, "share of light that passes the coat twice, straight through")
     coat_roughness = param(0.0, 0.0, 1.0, "alpha = roughness^2", sampled="max")
@@ -108,6 +111,9 @@ class OpenPBRCoat(_Layer):
         """Reflectance of the coat at normal incidence."""
         amplitude = (self.coat_ior - 1.0) / (self.coat_ior + 1.0)
         return amplitude * amplitude
+
+    def below(self) -> type[_BelowCoat]:
+        return _BelowCoat
 
     def top(self) -> tuple[Any, Reflectance]:
         return self.coat_weight, ggx_mirrors(self.alpha, Schlick.unchecked(F0=self.F0))
@@ -127,16 +133,13 @@ class _BelowCoat(_Below, OpenPBRCoat):
     """A lobe under the coat."""
 
 
-OpenPBRCoat.below = _BelowCoat
-
-
 class OpenPBRFuzz(_Layer):
     """OpenPBR's fuzz over any base, with another sheen: f = W color f_sheen + (1 - W max(E_i, E_o)) f_base.
 
     W is the weight; f_sheen = `CharlieSheen(1, r)`, r = roughness (at least 0.1), and E(mu) is its albedo. The
     specification has here the volume of fibres of Zeltner, Burley & Chiang 2022, whose numbers are tables; and it
     scales the base by 1 - W E_o, which is not reciprocal. The larger E is, and conserves energy over any base that
-    does; lost is what comes in at a slant and is scattered to where E is smaller: over a white
+    does; light is lost that comes in at a slant and is scattered to where E is smaller: over a white
     Lambertian surface 14 % at normal incidence and 4 % at 60 degrees (roughness 0.5; of 0.1, 8 % and 3.5 %).
     As in the specification the base is not tinted, as if all fibres were white.
     The whole stack is `OpenPBRFuzz(OpenPBRCoat((1 - M) * OpenPBRGlossyDiffuse(...) + M * OpenPBRMetal(...)))`.
@@ -151,7 +154,7 @@ class OpenPBRFuzz(_Layer):
              2017. The reciprocal form and E are derived here.
     """
 
-    base = part(Reflectance, Lambertian(0.5), "what lies under the fuzz")
+    base = part(Reflectance, Lambertian(0.5), "reflectance under the fuzz")
     fuzz_weight = param(1.0, 0.0, 1.0, "share of the surface that is covered")
     fuzz_color = param(1.0, 0.0, 1.0, "reflectance of the fibres")
     fuzz_roughness = param(0.5, 0.0, 1.0, "how far from the horizon the normals of the fibres spread")
@@ -160,6 +163,9 @@ class OpenPBRFuzz(_Layer):
     def sheen(self) -> CharlieSheen:
         """The fibres, white."""
         return CharlieSheen.unchecked(rho=1.0, r=ops.maximum(self.fuzz_roughness, 0.1))
+
+    def below(self) -> type[_BelowFuzz]:
+        return _BelowFuzz
 
     def top(self) -> tuple[Any, Reflectance]:
         return self.fuzz_weight * self.fuzz_color, self.sheen
@@ -171,9 +177,6 @@ class OpenPBRFuzz(_Layer):
 
 class _BelowFuzz(_Below, OpenPBRFuzz):
     """A lobe under the fuzz."""
-
-
-OpenPBRFuzz.below = _BelowFuzz
 
 
 def sheen_albedo(m: CharlieSheen, w: Direction) -> Any:

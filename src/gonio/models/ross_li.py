@@ -21,7 +21,7 @@ def phase_angle(wi: Direction, wo: Direction) -> Any:
 
 
 def scattering_by_leaves(xi: Any) -> Any:
-    """(pi/2 - xi) cos(xi) + sin(xi): what leaves of all orientations scatter once, at phase angle xi [rad]."""
+    """(pi/2 - xi) cos(xi) + sin(xi): single scattering by leaves of all orientations, at phase angle xi [rad]."""
     return (0.5 * math.pi - xi) * ops.cos(xi) + ops.sin(xi)
 
 

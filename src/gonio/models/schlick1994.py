@@ -46,7 +46,7 @@ class Schlick1994(_Single):
     p = param(1.0, 1e-2, 1.0, "isotropy factor: 1 isotropic, smaller ones spread the lobe along y")
 
     breaks: ClassVar[dict[str, str]] = {
-        "energy": "what facets shadow leaves again as (1 - G(v) G(v'))/(4 pi v v'), whose albedo grows without bound "
+        "energy": "shadowed light leaves again as (1 - G(v) G(v'))/(4 pi v v'), whose albedo grows without bound "
         "towards grazing: for C = 1, r = 0.5 it is 1.03 at 60 degrees, 5.6 at 85, 286 at 89.9",
     }
 
@@ -132,7 +132,7 @@ class _Spread(Schlick1994):
 
 
 class Schlick1994Specular(_Single):
-    """What Schlick's model mirrors: reflectance c S(u), c = (1 - 2 r)^2 for r < 1/2 and 0 above, as in `Schlick1994`.
+    """The mirror in Schlick's model: reflectance c S(u), c = (1 - 2 r)^2 for r < 1/2 and 0 above, as in `Schlick1994`.
 
     Looks    `Schlick1994Specular(0.5, 0.01)` is a clear mirror, brighter at the rim; from r = 1/2 on nothing is
              mirrored.
