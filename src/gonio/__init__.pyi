@@ -103,8 +103,8 @@ from .models.phong import ModifiedPhong as _ModifiedPhong
 from .models.phong import OriginalPhong as _OriginalPhong
 from .models.phong import Phong as _Phong
 from .models.ross_li import RossLi as _RossLi
+from .models.ross_li import Roujean as _Roujean
 from .models.rotated import Rotated as _Rotated
-from .models.roujean import Roujean as _Roujean
 from .models.rpv import RPV as _RPV
 from .models.schlick1994 import Schlick1994 as _Schlick1994
 from .models.schlick1994 import Schlick1994Specular as _Schlick1994Specular

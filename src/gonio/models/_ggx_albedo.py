@@ -40,11 +40,9 @@ _SCHLICK_ON_AVERAGE = (0.02356, 0.02558, 0.00292, -0.00332, -0.00163, 0.00007, 0
 
 
 def lost(mu: Any, alpha: Any) -> Any:
-    """1 - E(mu, alpha): the share of light that a first reflection loses, for mirrors.
+    """1 - E(mu, alpha): the share of light that a first reflection loses, for mirrors; mu 1e-6 to 1, alpha 1e-3 to 1.
 
-    Shapes   any that broadcast.
-    Units    1. `mu`: cosine to the normal, 1e-6 to 1; `alpha`: 1e-3 to 1. Positive.
-    Error    absolute 5e-4, root mean square 2e-4.
+    Error    absolute 5e-4, root mean square 2e-4; positive.
     Source   least squares on 1900 points, against integrals in the slopes of the facets.
     """
     across = mu + alpha
@@ -61,10 +59,7 @@ def lost_on_average(alpha: Any) -> Any:
 def schlick_share(mu: Any, alpha: Any) -> Any:
     """B(mu, alpha): the albedo of `Microfacet(GGX(alpha), Schlick(0))`; with F0 it is F0 (E - B) + B, exactly.
 
-    Shapes   any that broadcast.
-    Units    1. `mu`: cosine to the normal, 1e-6 to 1; `alpha`: 1e-3 to 1.
-    Error    absolute 5e-4, root mean square 2e-4.
-    Source   least squares, as for `lost`.
+    Range, error and source as for `lost`.
     """
     steeper = chebyshev2(_MET, alpha * (1.0 - mu) / (mu + alpha), ops.sqrt(alpha))
     m = ops.maximum(1.0 - mu - alpha * alpha / (mu + alpha) * ops.log(1.0 + 1.0 / alpha) * steeper, 0.0)

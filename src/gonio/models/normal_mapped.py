@@ -107,8 +107,8 @@ class NormalMapped(_Tilted):
                 yield from ((weight, of) for of in (path.ways() if lobe.is_delta else [path]))
 
     def _paths(self, of: Reflectance) -> tuple[_Path, _Ways]:
-        n = {"of": of, "normal_x": self.normal_x, "normal_y": self.normal_y}
-        return _Path.unchecked(mirrors="none", **n), _Ways.unchecked(**n)
+        tilt = {"normal_x": self.normal_x, "normal_y": self.normal_y}
+        return _Path.unchecked(of=of, mirrors="none", **tilt), _Ways.unchecked(of=of, **tilt)
 
 
 class _Path(_Tilted):
@@ -174,8 +174,8 @@ class _Ways(_Tilted):
     seam = 0.5
 
     def ways(self) -> list[_Path]:
-        n = {"of": self.of, "normal_x": self.normal_x, "normal_y": self.normal_y}
-        return [_Path.unchecked(mirrors=which, **n) for which in ("viewer", "light")]
+        tilt = {"normal_x": self.normal_x, "normal_y": self.normal_y}
+        return [_Path.unchecked(of=self.of, mirrors=which, **tilt) for which in ("viewer", "light")]
 
     def formula(self, wi: Direction, wo: Direction) -> Any:
         viewer, light = self.ways()

@@ -139,8 +139,8 @@ class OpenPBRFuzz(_Layer):
     W is the weight; f_sheen = `CharlieSheen(1, r)`, r = roughness (at least 0.1), and E(mu) is its albedo. The
     specification has here the volume of fibres of Zeltner, Burley & Chiang 2022, whose numbers are tables; and it
     scales the base by 1 - W E_o, which is not reciprocal. The larger E is, and conserves energy over any base that
-    does; light is lost that comes in at a slant and is scattered to where E is smaller: over a white
-    Lambertian surface 14 % at normal incidence and 4 % at 60 degrees (roughness 0.5; of 0.1, 8 % and 3.5 %).
+    does; light is lost that comes in at a slant and is scattered to where E is smaller: over a white Lambertian
+    surface 14 % at normal incidence and 4 % at 60 degrees (roughness 0.5; of 0.1, 8 % and 3.5 %).
     As in the specification the base is not tinted, as if all fibres were white.
     The whole stack is `OpenPBRFuzz(OpenPBRCoat((1 - M) * OpenPBRGlossyDiffuse(...) + M * OpenPBRMetal(...)))`.
 
@@ -182,8 +182,6 @@ class _BelowFuzz(_Below, OpenPBRFuzz):
 def sheen_albedo(m: CharlieSheen, w: Direction) -> Any:
     """The albedo E(mu) of `CharlieSheen(1, r)`, of a reflectance that may not exceed 1, from above.
 
-    Shapes   any that broadcast.
-    Units    1.
     Error    0 to 0.0065, 0.003 on average.
     Source   linear programming on 1600 points, against `gonio.albedo`. What is fitted is E mu (1 + Lambda), smooth.
     """
