@@ -65,12 +65,13 @@ from .lights.function import FunctionLight as _FunctionLight
 from .lights.point import PointLight as _PointLight
 from .models.abc import ABC as _ABC
 from .models.ashikhmin_shirley import AshikhminShirley as _AshikhminShirley
-from .models.ashikhmin_shirley_diffuse import AshikhminShirleyDiffuse as _AshikhminShirleyDiffuse
-from .models.chandrasekhar import Chandrasekhar as _Chandrasekhar
+from .models.ashikhmin_shirley import AshikhminShirleyDiffuse as _AshikhminShirleyDiffuse
 from .models.coated import Coated as _Coated
 from .models.coated import RoughCoated as _RoughCoated
 from .models.cook_torrance import CookTorrance as _CookTorrance
 from .models.cox_munk import CoxMunk as _CoxMunk
+from .models.deep_layer import Chandrasekhar as _Chandrasekhar
+from .models.deep_layer import LommelSeeliger as _LommelSeeliger
 from .models.disney_diffuse import DisneyDiffuse as _DisneyDiffuse
 from .models.disney_diffuse import FrostbiteDiffuse as _FrostbiteDiffuse
 from .models.disney_principled import DisneyPrincipled as _DisneyPrincipled
@@ -86,8 +87,8 @@ from .models.ideal_specular import IdealSpecular as _IdealSpecular
 from .models.lafortune import Lafortune as _Lafortune
 from .models.lafortune import NormalizedLafortune as _NormalizedLafortune
 from .models.lambertian import Lambertian as _Lambertian
-from .models.lommel_seeliger import LommelSeeliger as _LommelSeeliger
 from .models.microfacet import Microfacet as _Microfacet
+from .models.microfacet import RetroMicrofacet as _RetroMicrofacet
 from .models.minnaert import Minnaert as _Minnaert
 from .models.normal_mapped import NormalMapped as _NormalMapped
 from .models.normal_mapped import ShadingNormal as _ShadingNormal
@@ -101,10 +102,9 @@ from .models.phong import BlinnPhong as _BlinnPhong
 from .models.phong import ModifiedPhong as _ModifiedPhong
 from .models.phong import OriginalPhong as _OriginalPhong
 from .models.phong import Phong as _Phong
-from .models.retro_microfacet import RetroMicrofacet as _RetroMicrofacet
 from .models.ross_li import RossLi as _RossLi
+from .models.ross_li import Roujean as _Roujean
 from .models.rotated import Rotated as _Rotated
-from .models.roujean import Roujean as _Roujean
 from .models.rpv import RPV as _RPV
 from .models.schlick1994 import Schlick1994 as _Schlick1994
 from .models.schlick1994 import Schlick1994Specular as _Schlick1994Specular
@@ -271,10 +271,10 @@ class Coated(_Coated):
     r"""A smooth clear coat over a base: a mirror of the coat's Fresnel reflectance F, and the base through the coat,
 
     Parameters
-        base = Lambertian(rho=0.5)   what lies under the coat; Reflectance
+        base = Lambertian(rho=0.5)   reflectance under the coat; Reflectance
         eta = 1.5                    refractive index of the coat over that in front of it; 1 to 3
         tau = 0.0                    optical depth of the coat, straight through once; 0 to 50
-        internal = 'followed'        what becomes of light that the coat reflects back to the base; one of 'followed', 'lost'
+        internal = 'followed'        fate of light that the coat reflects back to the base; one of 'followed', 'lost'
     """
     def __init__(
         self,
@@ -424,7 +424,7 @@ class DistantLight(_DistantLight):
     ) -> None: ...
 
 class EON(_EON):
-    r"""Rough diffuse surface that conserves energy: `FujiiOrenNayar`, and what it loses, given back evenly.
+    r"""Rough diffuse surface that conserves energy: `FujiiOrenNayar`, and its loss, given back evenly.
 
     Parameters
         rho = 0.5   albedo of a facet; 0 to 1
@@ -442,7 +442,7 @@ class EnvironmentLight(_EnvironmentLight):
     Parameters
         image               equirectangular picture: an array, an Image or a path
         scale = 1.0         factor on the pixels; at least 0 [W m-2 sr-1]
-        invalid = 'error'   what negative, NaN and infinite pixels are: an error, or 0; one of 'error', 'zero'
+        invalid = 'error'   negative, NaN and infinite pixels: an error, or 0; one of 'error', 'zero'
     """
     def __init__(
         self,
@@ -643,7 +643,7 @@ class IdealSpecular(_IdealSpecular):
     ) -> None: ...
 
 class KullaConty(_KullaConty):
-    r"""GGX facets, and a lobe for what they lose: f = f_1 + F_ms (1 - E(mu_i))(1 - E(mu_o))/(pi (1 - E_avg)).
+    r"""GGX facets, and a lobe for the light they lose: f = f_1 + F_ms (1 - E(mu_i))(1 - E(mu_o))/(pi (1 - E_avg)).
 
     Parameters
         alpha = 0.3                           slope scale of the facets; 0.001 to 1
@@ -744,9 +744,9 @@ class NormalMapped(_NormalMapped):
     r"""Another reflectance on facets of normal n', between upright mirrors that complete the surface; obeys the laws.
 
     Parameters
-        of = Lambertian(rho=0.5)   reflectance of the facets; Reflectance
-        normal_x = 0.0             x component of the facets' normal; -0.7 to 0.7
-        normal_y = 0.0             y component of the facets' normal; -0.7 to 0.7
+        of = Lambertian(rho=0.5)   reflectance of the tilted surface; Reflectance
+        normal_x = 0.0             x component of the tilted normal; -0.7 to 0.7
+        normal_y = 0.0             y component of the tilted normal; -0.7 to 0.7
     """
     def __init__(
         self,
@@ -781,7 +781,7 @@ class OpenPBRCoat(_OpenPBRCoat):
     r"""OpenPBR's coat over any base: f = C f_coat + (1 - C max(E_i, E_o)) (1 - C + C T) f_base.
 
     Parameters
-        base = Lambertian(rho=0.5)   what lies under the coat; Reflectance
+        base = Lambertian(rho=0.5)   reflectance under the coat; Reflectance
         coat_weight = 1.0            share of the surface that is coated; 0 to 1
         coat_color = 1.0             share of light that passes the coat twice, straight through; 0 to 1
         coat_roughness = 0.0         alpha = roughness^2; 0 to 1
@@ -800,7 +800,7 @@ class OpenPBRFuzz(_OpenPBRFuzz):
     r"""OpenPBR's fuzz over any base, with another sheen: f = W color f_sheen + (1 - W max(E_i, E_o)) f_base.
 
     Parameters
-        base = Lambertian(rho=0.5)   what lies under the fuzz; Reflectance
+        base = Lambertian(rho=0.5)   reflectance under the fuzz; Reflectance
         fuzz_weight = 1.0            share of the surface that is covered; 0 to 1
         fuzz_color = 1.0             reflectance of the fibres; 0 to 1
         fuzz_roughness = 0.5         how far from the horizon the normals of the fibres spread; 0 to 1
@@ -973,7 +973,7 @@ class Rotated(_Rotated):
     r"""Another reflectance with its tangent turned by `angle` about the normal, from x towards y: f = of.f(R wi, R wo).
 
     Parameters
-        of = Microfacet(distribution=GGX(alpha_x=0.1, alpha_y=0.4), fresnel=Constant(reflectance=1.0), masking='height_correlated')   what is turned; Reflectance
+        of = Microfacet(distribution=GGX(alpha_x=0.1, alpha_y=0.4), fresnel=Constant(reflectance=1.0), masking='height_correlated')   reflectance before the turn; Reflectance
         angle = 0.0                            azimuth of its tangent; -6.28319 to 6.28319 [rad]
     """
     def __init__(
@@ -986,10 +986,10 @@ class RoughCoated(_RoughCoated):
     r"""A rough clear coat over a base: GGX facets of the coat, and the base through it as in `Coated`.
 
     Parameters
-        base = Lambertian(rho=0.5)   what lies under the coat; Reflectance
+        base = Lambertian(rho=0.5)   reflectance under the coat; Reflectance
         eta = 1.5                    refractive index of the coat over that in front of it; 1 to 3
         tau = 0.0                    optical depth of the coat, straight through once; 0 to 50
-        internal = 'followed'        what becomes of light that the coat reflects back to the base; one of 'followed', 'lost'
+        internal = 'followed'        fate of light that the coat reflects back to the base; one of 'followed', 'lost'
         alpha = 0.1                  slope scale of the coat; 0.001 to 1
     """
     def __init__(
@@ -1096,7 +1096,7 @@ class Schlick1994(_Schlick1994):
     ) -> None: ...
 
 class Schlick1994Specular(_Schlick1994Specular):
-    r"""What Schlick's model mirrors: reflectance c S(u), c = (1 - 2 r)^2 for r < 1/2 and 0 above, as in `Schlick1994`.
+    r"""The mirror in Schlick's model: reflectance c S(u), c = (1 - 2 r)^2 for r < 1/2 and 0 above, as in `Schlick1994`.
 
     Parameters
         C = 0.5   reflection factor at normal incidence; 0 to 1
@@ -1112,9 +1112,9 @@ class ShadingNormal(_ShadingNormal):
     r"""Another reflectance, lit and seen as if the normal were n': f = of.f(wi', wo') max(wi . n', 0)/(wi . n).
 
     Parameters
-        of = Lambertian(rho=0.5)   what is tilted; Reflectance
-        normal_x = 0.0             x component of the perturbed normal; -0.7 to 0.7
-        normal_y = 0.0             y component of the perturbed normal; -0.7 to 0.7
+        of = Lambertian(rho=0.5)   reflectance of the tilted surface; Reflectance
+        normal_x = 0.0             x component of the tilted normal; -0.7 to 0.7
+        normal_y = 0.0             y component of the tilted normal; -0.7 to 0.7
     """
     def __init__(
         self,
@@ -1166,7 +1166,7 @@ class TorranceSparrow(_TorranceSparrow):
     ) -> None: ...
 
 class Turquin(_Turquin):
-    r"""GGX facets, made brighter by what they lose towards the viewer: f = f_1 (1 + F0 (1 - E(mu_o))/E(mu_o)).
+    r"""GGX facets, made brighter by their loss towards the viewer: f = f_1 (1 + F0 (1 - E(mu_o))/E(mu_o)).
 
     Parameters
         alpha = 0.3                           slope scale of the facets; below, less than 1 % is lost; 0.04 to 1

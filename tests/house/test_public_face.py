@@ -1,7 +1,9 @@
 """What people and their editors see of gonio: signatures, help, the stub, lists of contents, classes of their own."""
 
+import importlib
 import inspect
 import os
+import pkgutil
 import pydoc
 import re
 import subprocess
@@ -38,6 +40,26 @@ def classes():
     yield CLASSES
     CLASSES.clear()
     CLASSES.update(before)
+
+
+# Bases.
+
+
+def test_private_bases_are_abstract():
+    """Whatever a file of these folders derives from, and does not show, refuses as the public bases do."""
+    rooms = [importlib.import_module(f"gonio.{room}") for room in ("models", "distributions", "lights")]
+    files = {f"{room.__name__}.{file.name}" for room in rooms for file in pkgutil.iter_modules(room.__path__)}
+    classes = [
+        value for name in files for value in vars(importlib.import_module(name)).values() if inspect.isclass(value)
+    ]
+    bases = {base for kind in classes if kind.__module__ in files for base in kind.__mro__[1:]}
+    private = {
+        k for k in bases if k.__module__ in files and any(n[0] == "_" for n in (k.__name__, *k.__module__.split(".")))
+    }
+    assert private
+    for kind in private:
+        with pytest.raises(ParameterError, match=rf"{kind.__name__}\(\): an abstract base, without"):
+            kind()
 
 
 # Signatures and help.

@@ -13,7 +13,7 @@ import pytest
 import gonio as gn
 from gonio.formula.direction import Direction
 from gonio.models import ross_li
-from gonio.models.roujean import _blocks, _leaves
+from gonio.models.ross_li import _blocks, _leaves
 
 PI = math.pi
 UP = np.array([0.0, 0.0, 1.0])
@@ -402,7 +402,7 @@ def slope_density(m: Any, x: np.ndarray, y: np.ndarray) -> np.ndarray:
     """p at slopes along and across the wind, from the model's own parts."""
     z = 1.0 / np.sqrt(1.0 + x * x + y * y)
     wm = Direction(-x * z, -y * z, z)
-    return m._gaussian().D(wm) * z**4 * m._skewed(wm)
+    return m.facets.D(wm) * z**4 * m._skewed(wm)
 
 
 @pytest.mark.parametrize("wind", [1.0, 5.0, 14.0])

@@ -19,7 +19,7 @@ from gonio.formats import merl
 from gonio.formula.direction import Direction
 from gonio.formula.fresnel.dielectric import fresnel_dielectric
 from gonio.formula.json_form import from_json
-from gonio.models.coated import _Below, _BelowRough
+from gonio.models.coated import _BelowSmooth
 
 PI = math.pi
 WHITE = gn.Lambertian(1.0)
@@ -179,7 +179,7 @@ def internal(n: float, tau: float) -> float:
 
 @pytest.mark.parametrize(("eta", "tau"), [(1.5, 0.0), (1.5, 0.01), (1.33, 0.3), (2.4, 0.05), (1.01, 0.1), (3.0, 2.0)])
 def test_internal_reflectance(eta, tau):
-    R = float(_Below.unchecked(eta=eta, tau=tau).R())
+    R = float(_BelowSmooth.unchecked(eta=eta, tau=tau).R())
     assert pytest.approx(internal(eta, tau), abs=1e-6) == R
     if (eta, tau) == (1.5, 0.0):
         assert pytest.approx(0.5963457598, abs=1e-9) == R  # 1 - (1 - 0.09177795934)/n^2, in closed form
@@ -264,7 +264,7 @@ def test_rough_transmittance():
                 w = Direction(math.sin(theta), 0.0, math.cos(theta))
                 n = gn.GGX(alpha).warp_normal(w, *u)
                 mean = np.mean(fresnel_dielectric(np.minimum(w.x * n.x + w.z * n.z, 1.0), eta))
-                T = _BelowRough.unchecked(eta=eta, alpha=alpha).T(w)
+                T = gn.RoughCoated.unchecked(eta=eta, alpha=alpha).T(w)
                 assert pytest.approx(1.0 - mean, abs=8e-3) == T
 
 

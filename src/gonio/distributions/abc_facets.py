@@ -9,8 +9,9 @@ from ..arrays import ops
 from ..formula.direction import Direction
 from ..formula.distribution import Distribution
 from ..formula.fields import param
-from ..formula.smith import Nodes, cotangent, sinh_nodes, smith_of_angles
+from ..formula.smith import cotangent, smith_of_angles
 from ..formula.special import expm1_over, log1p, log1p_over
+from .gtr import power_law_nodes
 
 
 class ABCFacets(Distribution):
@@ -53,13 +54,7 @@ class ABCFacets(Distribution):
             c2 = 1.0 / (1.0 + q)
             return height * c2 * c2 * ops.square(self._root(q * c2 / (1.0 + ops.sqrt(c2))))
 
-        return smith_of_angles(p, cotangent(w), self._nodes())
-
-    def _nodes(self) -> Nodes:
-        log_width = 0.5 * ops.log(2.0 / self.B)
-        width = ops.exp(ops.minimum(self.C - 0.5, 1.0) * log_width) / ops.sqrt(ops.maximum(self.C - 1.0, 0.5))
-        reach = 1.5 * ops.exp(ops.minimum(17.0 / ops.maximum(2.0 * self.C - 3.0, 0.5) + log_width, 1.0))
-        return sinh_nodes(24, width, ops.minimum(reach, 0.5 * math.pi))
+        return smith_of_angles(p, cotangent(w), power_law_nodes(0.5 * ops.log(2.0 / self.B), self.C))
 
     def warp_normal(self, wo: Direction, u0: Any, u1: Any) -> Direction:
         h = u1 * self._whole()
@@ -69,6 +64,5 @@ class ABCFacets(Distribution):
         return Direction(s * ops.cos(phi), s * ops.sin(phi), 1.0 - x)
 
     def normal_density(self, wo: Direction, wm: Direction, cos_d: Any) -> Any:
-        s2 = wm.x * wm.x + wm.y * wm.y
-        root = self._root(s2 / (1.0 + wm.z))
+        root = self._root((wm.x * wm.x + wm.y * wm.y) / (1.0 + wm.z))
         return self.B * (0.5 / math.pi) / self._whole() * root * root

@@ -56,14 +56,7 @@ class GTR(Distribution):
             c2 = 1.0 / (1.0 + q)
             return scale * c2 * c2 * ops.exp(-self.gamma * ops.log((1.0 + q / a2) * c2))
 
-        return smith_of_angles(p, cotangent(w), self._nodes())
-
-    def _nodes(self) -> Nodes:
-        """Angles where D theta^2 is: about alpha for short tails, anywhere for long ones."""
-        log_alpha = ops.log(self.alpha)
-        width = ops.exp(ops.minimum(self.gamma - 0.5, 1.0) * log_alpha) / ops.sqrt(ops.maximum(self.gamma - 1.0, 0.5))
-        reach = 1.5 * ops.exp(ops.minimum(17.0 / ops.maximum(2.0 * self.gamma - 3.0, 0.5) + log_alpha, 1.0))
-        return sinh_nodes(24, width, ops.minimum(reach, 0.5 * math.pi))
+        return smith_of_angles(p, cotangent(w), power_law_nodes(ops.log(self.alpha), self.gamma))
 
     def warp_normal(self, wo: Direction, u0: Any, u1: Any) -> Direction:
         k, share = self.gamma - 1.0, u1 * self._norm()  # m g(k m) = h = share (1 - alpha^2)
@@ -75,3 +68,10 @@ class GTR(Distribution):
 
     def normal_density(self, wo: Direction, wm: Direction, cos_d: Any) -> Any:
         return self.D(wm) * wm.z
+
+
+def power_law_nodes(log_alpha: Any, gamma: Any) -> Nodes:
+    """Angles where D theta^2 is: about alpha for short tails (a large gamma), anywhere for long ones."""
+    width = ops.exp(ops.minimum(gamma - 0.5, 1.0) * log_alpha) / ops.sqrt(ops.maximum(gamma - 1.0, 0.5))
+    reach = 1.5 * ops.exp(ops.minimum(17.0 / ops.maximum(2.0 * gamma - 3.0, 0.5) + log_alpha, 1.0))
+    return sinh_nodes(24, width, ops.minimum(reach, 0.5 * math.pi))

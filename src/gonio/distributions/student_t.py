@@ -35,9 +35,7 @@ class StudentT(Distribution):
     def D(self, wm: Direction) -> Any:
         sx, sy, z2 = wm.x / self.alpha_x, wm.y / self.alpha_y, wm.z * wm.z
         s2 = (sx * sx + sy * sy) / z2 / (self.gamma - 1.0)
-        root = (
-            ops.exp(-0.5 * self.gamma * log1p(s2)) / z2
-        )  # squared last: its square alone may be too small for float32
+        root = ops.exp(-0.5 * self.gamma * log1p(s2)) / z2  # squared last: its square may be too small for float32
         return root * (root / (math.pi * self.alpha_x * self.alpha_y))
 
     def Lambda(self, w: Direction) -> Any:
@@ -69,11 +67,11 @@ def student_lambda(a: Any, k: Any) -> Any:
 def _angles(count: int, width: float) -> list[tuple[float, float]]:
     """sin^2(t) and weight/pi of a rule on [0, pi/2] that is denser towards 0, where S(a^2/sin^2) rises for small a."""
     span = math.asinh(0.5 * math.pi / width)
-    found = []
+    angles = []
     for u, w in gauss(count):
         v = span * u**1.5
-        found.append((math.sin(width * math.sinh(v)) ** 2, 1.5 * w * u**0.5 * span * width * math.cosh(v) / math.pi))
-    return found
+        angles.append((math.sin(width * math.sinh(v)) ** 2, 1.5 * w * u**0.5 * span * width * math.cosh(v) / math.pi))
+    return angles
 
 
 _ANGLES = _angles(16, 0.1)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from functools import cache
+from functools import cache, partial
 from typing import Any
 
 import numpy as np
@@ -57,15 +57,13 @@ class TabulatedFacets(Distribution):
             raise ParameterError("TabulatedFacets(theta): expected increasing angles in [0, pi/2] rad")
 
     def _keep(self) -> dict[str, Fixed]:
-        """Instead of the tables, what is made of them when first needed."""
-        made = cache(lambda: _tables(self.theta, self.values))
+        """Tables made of those given, when first needed."""
+        tables = cache(lambda: _tables(self.theta, self.values))
         return {
-            "facets": Fixed(lambda: made()[0]),
-            "cumulated": Fixed(lambda: made()[1]),
-            "shown": Fixed(lambda: made()[2]),
+            name: Fixed(partial(lambda i: tables()[i], i)) for i, name in enumerate(("facets", "cumulated", "shown"))
         }
 
-    def __getattr__(self, name: str) -> Any:  # what formulas look up, where nothing is bound
+    def __getattr__(self, name: str) -> Any:  # tables, in formulas where nothing is bound
         if name in self._kept:
             return self._kept[name].numbers
         raise AttributeError(f"TabulatedFacets has no attribute {name!r}")
@@ -87,13 +85,8 @@ class TabulatedFacets(Distribution):
         v = 1.0 - rest
         f = [ops.take(self.shown, i + k) for k in range(4)]
         a, b, c = v + 1.0, v - 1.0, v - 2.0
-        cubic = (
-            a * b * c * f[1] * 0.5
-            - v * b * c * f[0] * (1.0 / 6)
-            - a * v * c * f[2] * 0.5
-            + a * v * b * f[3] * (1.0 / 6)
-        )
-        return ops.maximum(cubic, 0.0) / w.z
+        inner, outer = a * b * c * f[1] * 0.5 - v * b * c * f[0] * (1.0 / 6), a * v * c * f[2] * 0.5
+        return ops.maximum(inner - outer + a * v * b * f[3] * (1.0 / 6), 0.0) / w.z
 
     # Drawn is a cell of theta, and in it sin^2(theta) uniformly: the density is a step function times cos(theta).
 
@@ -149,14 +142,14 @@ def _tables(theta: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarr
     def between(at: np.ndarray) -> np.ndarray:
         return np.interp(np.sqrt(at * (2.0 / math.pi)), t, D)
 
-    held = (between(angle) * math.pi * np.sin(2.0 * angle) * width).reshape(CELLS, -1).sum(axis=1)
-    D /= held.sum()
-    sin2 = np.sin(angles) ** 2
+    share = (between(angle) * math.pi * np.sin(2.0 * angle) * width).reshape(CELLS, -1).sum(axis=1)
+    D /= share.sum()
+    share = share / share.sum()
     sampling = np.zeros((3, _ROW))
-    sampling[0, 1:] = np.cumsum(held / held.sum())
+    sampling[0, 1:] = np.cumsum(share)
     sampling[0, -1] = 1.0
-    sampling[1] = sin2
-    sampling[2, :-1] = held / held.sum() / (math.pi * np.diff(sin2))
+    sampling[1] = np.sin(angles) ** 2
+    sampling[2, :-1] = share / (math.pi * np.diff(sampling[1]))
     # Smith's integral along the circle of facets that w just grazes, as in `smith` but in angles.
     z, s = np.sin(angles)[:, None], np.cos(angles)[:, None]
     sin, cos = np.sin(angle), np.cos(angle)

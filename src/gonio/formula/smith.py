@@ -77,7 +77,7 @@ def _rule(count: int) -> Sequence[tuple[float, float]]:
     return [(0.5 * (float(x) + 1.0), 0.5 * float(y)) for x, y in zip(t, w, strict=True)]
 
 
-_RULES = {count: _rule(count) for count in (6, 16, 20, 22, 24, 32)}  # made once: compilers of formulas cannot
+_RULES = {count: _rule(count) for count in (6, 10, 16, 20, 22, 24, 32)}  # made once: compilers of formulas cannot
 
 
 def gauss(count: int) -> Sequence[tuple[float, float]]:

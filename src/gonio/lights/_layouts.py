@@ -38,7 +38,7 @@ def to_mitsuba(picture: Panorama) -> NDArray[Any]:
 
 
 def from_mitsuba(picture: Panorama, height: int | None = None) -> NDArray[Any]:
-    """Pixels (H, W, C) of what Mitsuba 3 shows in every direction, at the pixel centres of gonio's layout.
+    """Pixels (H, W, C) of Mitsuba 3's radiance in every direction, at the pixel centres of gonio's layout.
 
     `height`: rows of the result; without it, as many as `picture` has.
     """
@@ -107,7 +107,7 @@ def to_pbrt(picture: Panorama, size: int | None = None) -> NDArray[Any]:
 
 
 def from_pbrt(picture: Panorama, height: int | None = None) -> NDArray[Any]:
-    """Pixels (H, 2H, C) of a picture in pbrt-v4's equal-area layout: means of what pbrt shows in each.
+    """Pixels (H, 2H, C) of a picture in pbrt-v4's equal-area layout: the mean of pbrt's radiance in each.
 
     `height`: H; without it, sqrt(pi) N/2, which undoes `to_pbrt`.
     """

@@ -56,7 +56,7 @@ class Panorama:
     def of(cls, value: Any) -> Panorama:
         """A panorama from an array (H, W, C) or (H, W), an Image, or the path of a picture.
 
-        Raises what `read_image` raises for a picture of at most `MOST` pixels; what is read here is not copied.
+        Raises what `read_image` raises for a picture of at most `MOST` pixels; pixels read here are not copied.
         """
         if isinstance(value, Panorama):
             return value
@@ -74,8 +74,8 @@ class Panorama:
         try:
             array = np.array(ops.plain(value), order="C")
         except (TypeError, ValueError, OverflowError) as error:
-            given = "lists" if isinstance(value, (list, tuple)) else "arrays"
-            raise ParameterError(f"environment map: got {given} that are not (H, W, C) numbers: {error}") from None
+            kind = "lists" if isinstance(value, (list, tuple)) else "arrays"
+            raise ParameterError(f"environment map: got {kind} that are not (H, W, C) numbers: {error}") from None
         if array.dtype not in (np.float32, np.float64):
             raise ArrayTypeError(
                 f"environment map: pixels are {array.dtype}, expected float32 or float64 radiances; "
@@ -94,17 +94,11 @@ class Panorama:
             for block in self._blocks():
                 pixels[block][~_good(pixels[block])] = 0.0
             return Panorama(pixels, self.path)
-        first_bad, count = None, 0
-        for block in self._blocks():
-            bad = ~_good(self.pixels[block]).all(axis=-1)
-            if first_bad is None and bad.any():
-                first_bad = np.argwhere(bad)[0] + (block.start, 0)
-            count += int(bad.sum())
-        assert first_bad is not None
-        row, column = (int(i) for i in first_bad)
+        bad = np.concatenate([~_good(self.pixels[block]).all(axis=-1) for block in self._blocks()])
+        row, column = divmod(int(bad.argmax()), bad.shape[1])
         values = ", ".join(f"{v:g}" for v in self.pixels[row, column])
         raise ParameterError(
-            f"{self.path or 'environment map'}: {count} of {self.pixels[..., 0].size} pixels are negative, NaN or "
+            f"{self.path or 'environment map'}: {bad.sum()} of {bad.size} pixels are negative, NaN or "
             f"infinite, the first in row {row}, column {column}: ({values}); expected radiances from 0 up; "
             f"repair the picture, or pass invalid='zero' to count such values as 0"
         )
@@ -195,7 +189,7 @@ class Panorama:
         """What `sample` and `pdf` look up, flat.
 
         row_share, column_share: probabilities of a row, and of a column within a row, these in the precision of the
-        pixels. row, column: sums of these over what lies before. row_density: density [1/sr] of a pixel over its
+        pixels. row, column: sums of these over all before. row_density: density [1/sr] of a pixel over its
         column_share. down, up: 1 - cos theta and 1 + cos theta at the edges of the rows.
         """
         height, width, _ = self.pixels.shape

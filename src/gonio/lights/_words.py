@@ -16,10 +16,10 @@ from ..errors import ParameterError
 class Word(NamedTuple):
     """A word, such as `distant` in distant:45,-60, and the light that it stands for.
 
-    usage     what is typed: the word, a colon, the numbers that it needs, in brackets those that may follow
-    meaning   what the help says
+    usage     the form typed: the word, a colon, the numbers that it needs, in brackets those that may follow
+    meaning   the text of the help
     light     the light of the numbers; of a path for FILE
-    example   what an error adds to the usage
+    example   an example for errors, after the usage
     aliases   other words for the same
     """
 
@@ -52,7 +52,7 @@ def words() -> list[Word]:
 
 
 DEFAULT = "studio"
-"""What lights a picture where nothing else is asked for."""
+"""The light of a picture where no other is asked for."""
 
 
 def spectrum(numbers: list[float], default: float) -> Any:

@@ -33,31 +33,29 @@ class _Picture(Field):
 class EnvironmentLight(Light):
     r"""Light from infinitely far away on all sides: $L(\omega)$ = scale times an equirectangular picture.
 
-    Row i, column j is the radiance at $\theta = \pi (i + 1/2)/H$, $\phi = 2\pi (j + 1/2)/W$ (z up, $\phi$
-    from +x towards +y). Between these it is bilinear in $(\theta, \phi)$, across $\phi = 0$ too; in the last
-    half pixel at the poles it does not depend on $\theta$. Seen from inside, $\phi$ grows to the left: a
-    photographed panorama, which runs to the right, gives a mirrored place unless it is turned round,
-    `pixels[:, ::-1]`.
+    Row i, column j is the radiance at $\theta = \pi (i + 1/2)/H$, $\phi = 2\pi (j + 1/2)/W$ (z up, $\phi$ from +x
+    towards +y). Between these it is bilinear in $(\theta, \phi)$, across $\phi = 0$ too; in the last half pixel at the
+    poles it does not depend on $\theta$. Seen from inside, $\phi$ grows to the left: a photographed panorama, which
+    runs to the right, gives a mirrored place unless it is turned round, `pixels[:, ::-1]`.
 
     `sample` takes u[1] to the row and to $\cos\theta$ within it, and u[0] to the column and to $\phi$, both
-    monotonically. The density is constant within a pixel, proportional to the mean plus the maximum over the
-    pixel of the radiance (averaged over the channels), and so positive wherever there is light; uniform for a
-    black map.
+    monotonically. The density is constant within a pixel, proportional to the mean plus the maximum over the pixel of
+    the radiance (averaged over the channels), and so positive wherever there is light; uniform for a black map.
 
-    Shapes   image: a NumPy array (H, W, C) or (H, W), an `Image`, or the path of a picture (.exr, .hdr,
-             ...); scale: a number or (C,). `radiance` (..., 3) -> (..., C), `sample` (..., 2) -> (..., 3)
-             and (...), `pdf` (..., 3) -> (...), for arrays of NumPy, PyTorch or JAX, float32 or float64,
-             whose library and dtype the results have. Pixels stay float32 or float64.
+    Shapes   image: a NumPy array (H, W, C) or (H, W), an `Image`, or the path of a picture (.exr, .hdr, ...); scale: a
+             number or (C,). `radiance` (..., 3) -> (..., C), `sample` (..., 2) -> (..., 3) and (...), `pdf` (..., 3) ->
+             (...), for arrays of NumPy, PyTorch or JAX, float32 or float64, whose library and dtype the results have.
+             Pixels stay float32 or float64.
     Units    image times scale: W m-2 sr-1; densities: sr-1.
-    Error    rounding: in float32 a direction is found within 1.2e-7 H pixels (6e-5 pixels at 512 rows). As
-             an approximation of the field that the pixels are samples of: at most (pi/H)^2/8 times the sum
-             of its second derivatives by theta and phi.
+    Error    rounding: in float32 a direction is found within 1.2e-7 H pixels (6e-5 pixels at 512 rows). As an
+             approximation of the field that the pixels are samples of: at most (pi/H)^2/8 times the sum of its second
+             derivatives by theta and phi.
     Source   PBRT-4 section 12.5, for infinite lights and their sampling; the layout: docs/conventions.md.
     """
 
     image: Any = _Picture(None, "equirectangular picture: an array, an Image or a path")
     scale = param(1.0, 0.0, 1e30, "factor on the pixels", unit="W m-2 sr-1")
-    invalid = option("error", "zero", doc="what negative, NaN and infinite pixels are: an error, or 0")
+    invalid = option("error", "zero", doc="negative, NaN and infinite pixels: an error, or 0")
 
     can_sample: ClassVar[bool] = True
     MITSUBA_TO_WORLD: ClassVar[NDArray[np.float64]] = MITSUBA_TO_WORLD
@@ -74,8 +72,8 @@ class EnvironmentLight(Light):
         return {**super().to_json(), "image": self.image.path or self.image.pixels.tolist()}
 
     def incident(self, w: Any) -> Any:
-        found = self.image.radiance(w)
-        return found * ops.library(found).convert(self.scale, found)
+        radiance = self.image.radiance(w)
+        return radiance * ops.library(radiance).convert(self.scale, radiance)
 
     def sample(self, u: Any) -> tuple[Any, Any]:
         return self.image.sample(u)
@@ -87,14 +85,13 @@ class EnvironmentLight(Light):
     def studio(cls, sun: ArrayLike = (-0.8, -0.7, 0.8), height: int = 256) -> Self:
         """A made-up place to judge materials in, of (H, 2H, 3) pixels.
 
-        A small warm sun for highlights, a window and a light strip for the shape of reflections, a sky with
-        hills and a tiled floor for mirrors; the formulas are in `_studio.py`. `sun` is the direction to the
-        sun, and everything but the floor turns with its azimuth: by default it is on the upper left, on the
-        side of a camera that looks along +y.
+        A small warm sun for highlights, a window and a light strip for the shape of reflections, a sky with hills and a
+        tiled floor for mirrors; the formulas are in `_studio.py`. `sun` is the direction to the sun, and everything but
+        the floor turns with its azimuth: by default it is on the upper left, on the side of a camera that looks along
+        +y.
 
-        The irradiance is at most pi, on the plane that gets most, in red: a Lambertian surface stays below
-        radiance 1. The brightest pixel has 550 times the mean radiance. Below 128 rows the sun is less than 4
-        pixels wide.
+        The irradiance is at most pi, on the plane that gets most, in red: a Lambertian surface stays below radiance 1.
+        The brightest pixel has 550 times the mean radiance. Below 128 rows the sun is less than 4 pixels wide.
         """
         axis = np.asarray(ops.plain(sun), dtype=float)
         if axis.shape != (3,) or not np.all(np.isfinite(axis)) or not axis.any():
@@ -105,17 +102,17 @@ class EnvironmentLight(Light):
     def from_mitsuba(cls, image: Any, height: int | None = None, **options: Any) -> Self:
         """The light of a picture as Mitsuba 3's `envmap` shows it with `to_world=MITSUBA_TO_WORLD`.
 
-        `height`: rows; without it, as many as the picture has. Mitsuba's rows reach from pole to pole, so
-        that pixel centres lie between them and are interpolated; exact for pictures of `to_mitsuba` and the
-        height that they came from. `options`: scale and invalid, as for the class.
+        `height`: rows; without it, as many as the picture has. Mitsuba's rows reach from pole to pole, so that pixel
+        centres lie between them and are interpolated; exact for pictures of `to_mitsuba` and the height that they came
+        from. `options`: scale and invalid, as for the class.
         """
         return cls(from_mitsuba(Panorama.of(image), height), **options)
 
     def to_mitsuba(self) -> Image:
         """A picture (2H + 1, W, C) for Mitsuba 3's `envmap` with `to_world=light.MITSUBA_TO_WORLD`.
 
-        Mitsuba's world is then this one, z up, and its radiance is this one in every direction but for its
-        single precision (1.4e-5 of the contrast between pixels at 128 columns). It takes C = 1 and C = 3.
+        Mitsuba's world is then this one, z up, and its radiance is this one in every direction but for its single
+        precision (1.4e-5 of the contrast between pixels at 128 columns). It takes C = 1 and C = 3.
         """
         return self._picture(to_mitsuba(self.image))
 
@@ -123,17 +120,17 @@ class EnvironmentLight(Light):
     def from_pbrt(cls, image: Any, height: int | None = None, **options: Any) -> Self:
         """The light of a square picture in pbrt-v4's equal-area layout; pbrt's light axes become x, y, z.
 
-        `height`: rows H of the (H, 2H, C) pixels, each the mean over its solid angle of what pbrt shows;
-        without it, sqrt(pi)/2 times the rows of the square. `options`: scale and invalid, as for the class.
+        `height`: rows H of the (H, 2H, C) pixels, each the mean over its solid angle of what pbrt shows; without it,
+        sqrt(pi)/2 times the rows of the square. `options`: scale and invalid, as for the class.
         """
         return cls(from_pbrt(Panorama.of(image), height), **options)
 
     def to_pbrt(self, size: int | None = None) -> Image:
         """A square picture (N, N, C) for pbrt-v4's infinite light, in its equal-area layout.
 
-        x, y, z become pbrt's light axes. pbrt's world is left-handed and would show gonio's in a mirror:
-        begin the scene with `Scale -1 1 1`. `size`: N; without it, 2H/sqrt(pi), texels as large as pixels at
-        the equator. A texel holds the mean over its solid angle: the flux of `studio()` is kept to 4e-4.
+        x, y, z become pbrt's light axes. pbrt's world is left-handed and would show gonio's in a mirror: begin the
+        scene with `Scale -1 1 1`. `size`: N; without it, 2H/sqrt(pi), texels as large as pixels at the equator. A texel
+        holds the mean over its solid angle: the flux of `studio()` is kept to 4e-4.
         """
         return self._picture(to_pbrt(self.image, size))
 
@@ -144,19 +141,15 @@ class EnvironmentLight(Light):
 
 
 def photograph(path: str) -> EnvironmentLight:
-    """An environment map from a file. Resampled photographs often hold values a little below 0: these count as 0 and
-    are announced; NaN and infinity are errors."""
+    """An environment map from a file. Resampled photographs often hold values a little below 0: these count as 0, with
+    a warning; NaN and infinity are errors."""
     picture = Panorama.of(path)
     least, most = picture.pixels.min(), picture.pixels.max()
     if not (-math.inf < least < 0.0 and most < math.inf):
         return EnvironmentLight(picture)
     negative = sum(int((row < 0.0).any(axis=-1).sum()) for row in picture.pixels)
-    count = picture.pixels[..., 0].size
-    warnings.warn(
-        f"{path}: {negative} of {count} pixels are negative (down to {least:.3g}) and count as 0",
-        MissingDataWarning,
-        stacklevel=2,
-    )
+    share = f"{negative} of {picture.pixels[..., 0].size} pixels are negative (down to {least:.3g})"
+    warnings.warn(f"{path}: {share} and count as 0", MissingDataWarning, stacklevel=2)
     return EnvironmentLight(picture, invalid="zero")
 
 

@@ -2,26 +2,29 @@
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from typing import Any
 
 from ..base.reflectance import Reflectance
 from ..formula.direction import Direction, half_and_cosine, reflect
 from ..formula.distribution import Distribution
+from ..formula.maskings import MASKINGS
 
 
 class Facets(Reflectance):
     """Reflection by mirror facets: D F G / (4 cos cos), sampled by drawing a facet's normal."""
 
     fresnel: Any
+    masking: str
 
     @property
+    @abstractmethod
     def facets(self) -> Distribution:
         """The distribution of normals."""
-        raise NotImplementedError
 
     def G(self, wi: Direction, wo: Direction, wm: Direction) -> Any:
         """The fraction of facets wm that is both lit and seen."""
-        raise NotImplementedError
+        return MASKINGS[self.masking](self.facets, wi, wo, wm)
 
     def formula(self, wi: Direction, wo: Direction) -> Any:
         wm, cos_d = half_and_cosine(wi, wo)

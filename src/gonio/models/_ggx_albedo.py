@@ -25,7 +25,7 @@ _LOST = (
     (0.00128, -0.00139, 0.00228, -0.00073, 0.00110),
 )
 _LOST_ON_AVERAGE = (1.05247, 0.09108, -0.11288, 0.00193, 0.00461, -0.00150, 0.00016, 0.00044)
-# By how much the cosine to the facets that are met differs from mu: the same with 2 x - 1 for 2 sqrt(x) - 1.
+# The difference between mu and the cosine to the facets that are met: the same with 2 x - 1 for 2 sqrt(x) - 1.
 _MET = (
     (0.41723, -0.51761, -0.32032, -0.14311, -0.06985, -0.03802, -0.02123, -0.01133, -0.00579, -0.00190),
     (0.23867, 0.19417, 0.00543, -0.03257, -0.03613, -0.03067, -0.02055, -0.01326, -0.00820, -0.00345),
@@ -40,11 +40,9 @@ _SCHLICK_ON_AVERAGE = (0.02356, 0.02558, 0.00292, -0.00332, -0.00163, 0.00007, 0
 
 
 def lost(mu: Any, alpha: Any) -> Any:
-    """1 - E(mu, alpha): the share of light that a first reflection loses, for mirrors.
+    """1 - E(mu, alpha): the share of light that a first reflection loses, for mirrors; mu 1e-6 to 1, alpha 1e-3 to 1.
 
-    Shapes   any that broadcast.
-    Units    1. `mu`: cosine to the normal, 1e-6 to 1; `alpha`: 1e-3 to 1. Positive.
-    Error    absolute 5e-4, root mean square 2e-4.
+    Error    absolute 5e-4, root mean square 2e-4; positive.
     Source   least squares on 1900 points, against integrals in the slopes of the facets.
     """
     across = mu + alpha
@@ -61,14 +59,16 @@ def lost_on_average(alpha: Any) -> Any:
 def schlick_share(mu: Any, alpha: Any) -> Any:
     """B(mu, alpha): the albedo of `Microfacet(GGX(alpha), Schlick(0))`; with F0 it is F0 (E - B) + B, exactly.
 
-    Shapes   any that broadcast.
-    Units    1. `mu`: cosine to the normal, 1e-6 to 1; `alpha`: 1e-3 to 1.
-    Error    absolute 5e-4, root mean square 2e-4.
-    Source   least squares, as for `lost`.
+    Range, error and source as for `lost`.
     """
     steeper = chebyshev2(_MET, alpha * (1.0 - mu) / (mu + alpha), ops.sqrt(alpha))
     m = ops.maximum(1.0 - mu - alpha * alpha / (mu + alpha) * ops.log(1.0 + 1.0 / alpha) * steeper, 0.0)
     return (1.0 - lost(mu, alpha)) * m * m * m * m * m
+
+
+def entering(mu: Any, alpha: Any, F0: Any) -> Any:
+    """1 - E(mu), what `Microfacet(GGX(alpha), Schlick(F0))` does not reflect: E = F0 (E_1 - B) + B."""
+    return F0 * lost(mu, alpha) + (1.0 - F0) * (1.0 - schlick_share(mu, alpha))
 
 
 def schlick_share_on_average(alpha: Any) -> Any:
@@ -89,6 +89,6 @@ def chebyshev(coefficients: Sequence[Any], v: Any) -> Any:
 
 
 def chebyshev2(rows: Sequence[Sequence[float]], v: Any, w: Any) -> Any:
-    """Sum of rows[j][i] T_i(1 - 2v) T_j(1 - 2w); first what depends on w alone, once for all v where w is a number."""
+    """Sum of rows[j][i] T_i(1 - 2v) T_j(1 - 2w); the sums over w first, once for all v where w is a number."""
     columns = [[row[i] for row in rows if i < len(row)] for i in range(len(rows[0]))]
     return chebyshev([chebyshev(column, w) for column in columns], v)

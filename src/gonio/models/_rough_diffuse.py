@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from abc import abstractmethod
 from typing import Any
 
 from ..arrays import ops
@@ -18,9 +19,9 @@ class _RoughDiffuse(Reflectance):
     """
 
     @property
+    @abstractmethod
     def back(self) -> Any:
         """B/A, how strongly the surface scatters back."""
-        raise NotImplementedError
 
     def _level(self, wo: Direction) -> Any:
         """Share of the density 1 in that of z_i."""

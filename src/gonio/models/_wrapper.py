@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from collections.abc import Iterable
 from typing import Any, ClassVar
 
@@ -12,14 +13,14 @@ from ..formula.warp import cosine_hemisphere, cosine_hemisphere_density
 
 
 class Wrapper(Reflectance):
-    """Base of what is another reflectance, changed: that one names the channels."""
+    """Another reflectance, changed: that one names the channels."""
 
     wraps: ClassVar[str] = "of"
     """Name of the part that is wrapped."""
 
     @property
     def inside(self) -> Any:
-        """What is wrapped."""
+        """The wrapped reflectance."""
         return self.__dict__[self.wraps]
 
     @property
@@ -28,7 +29,7 @@ class Wrapper(Reflectance):
 
 
 class WrappedLobe(Wrapper):
-    """A lobe of what is wrapped: a delta lobe where that is one, drawn with its seam."""
+    """A lobe of the wrapped reflectance: a delta lobe where that is one, drawn with its seam."""
 
     def lobes(self) -> Iterable[tuple[Any, Reflectance]]:
         yield 1.0, self
@@ -47,16 +48,16 @@ class Reframed(WrappedLobe):
 
     of: Any
 
+    @abstractmethod
     def light_within(self, wi: Direction) -> Direction:
-        """wi in the frame of what is inside."""
-        raise NotImplementedError
+        """wi in the frame of the reflectance inside."""
 
+    @abstractmethod
     def light_outside(self, wi: Direction) -> Direction:
         """The inverse of `light_within`."""
-        raise NotImplementedError
 
     def viewer_within(self, wo: Direction) -> Direction:
-        """wo in the frame of what is inside."""
+        """wo in the frame of the reflectance inside."""
         return self.light_within(wo)
 
     def lobes(self) -> Iterable[tuple[Any, Reflectance]]:
@@ -69,7 +70,7 @@ class Reframed(WrappedLobe):
         up, seen = raised(self.viewer_within(wo))
         inside = self.of.warp(seen, u0, u1)
         wi = self.light_outside(inside)
-        # What is lost inside is lost: `density` does not count it, though here it may be above the horizon.
+        # Light that is lost inside stays lost: `density` does not count it, though here it may be above the horizon.
         wi = Direction(wi.x, wi.y, ops.where(inside.z > HORIZON, wi.z, -ops.absolute(wi.z)))
         return select(up, wi, cosine_hemisphere(u0, u1))
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from abc import abstractmethod
 from collections.abc import Iterable
 from typing import Any
 
@@ -10,7 +11,6 @@ import numpy as np
 
 from ..arrays import ops
 from ..base.reflectance import Reflectance
-from ..distributions.ggx import GGX
 from ..formula.direction import HORIZON, NORMAL, Direction, select
 from ..formula.distribution import ALPHA_HIGH, ALPHA_LOW
 from ..formula.fields import option, param, part
@@ -18,27 +18,42 @@ from ..formula.fresnel.dielectric import Dielectric, dielectric_transmittance
 from ._wrapper import WrappedLobe, Wrapper
 from .ideal_specular import IdealSpecular
 from .lambertian import Lambertian
-from .microfacet import Microfacet
+from .microfacet import ggx_mirrors
 
 ETA_HIGH, TAU_HIGH = 3.0, 50.0
 
 
+def _panel(n: int, power: float, falling: bool = False) -> list[tuple[float, float]]:
+    """Gauss–Legendre nodes and weights on [0, 1], crowded at 0 (or 1, if `falling`) by a power."""
+    t, w = np.polynomial.legendre.leggauss(n)
+    t, w = 0.5 * (t + 1.0), 0.5 * w
+    nodes, weights = t**power, w * t ** (power - 1.0)
+    weights = weights / weights.sum()
+    return list(zip((1.0 - nodes if falling else nodes).tolist(), weights.tolist(), strict=True))
+
+
 class _Coat(Wrapper):
-    """What both coats share: the light reflected by the coat, and the base as it is seen through it."""
+    """The light reflected by the coat, and the base as it is seen through it."""
 
     wraps = "base"
-    base: Any
-    eta: Any
-    tau: Any
-    internal: str
-
     costs = 8
 
-    def _surface(self) -> Reflectance:
-        raise NotImplementedError
+    base = part(Reflectance, Lambertian(0.5), "reflectance under the coat")
+    eta = param(1.5, 1.0, ETA_HIGH, "refractive index of the coat over that in front of it")
+    tau = param(0.0, 0.0, TAU_HIGH, "optical depth of the coat, straight through once")
+    internal = option("followed", "lost", doc="fate of light that the coat reflects back to the base")
 
-    def _below(self, coat: dict[str, Any]) -> _Below:
-        return _Below.unchecked(**coat)
+    @abstractmethod
+    def below(self) -> type[_Below]:
+        """Class of the lobes of the base."""
+
+    @abstractmethod
+    def surface(self) -> Reflectance:
+        """The coat by itself, without absorption."""
+
+    @abstractmethod
+    def T(self, w: Direction) -> Any:
+        """Share of light from w that enters the coat, as of light inside that leaves along w."""
 
     def formula(self, wi: Direction, wo: Direction) -> Any:
         (_, surface), *below = self.lobes()
@@ -48,12 +63,12 @@ class _Coat(Wrapper):
         return total
 
     def lobes(self) -> Iterable[tuple[Any, Reflectance]]:
-        yield 1.0, self._surface()
-        own = self.base.diffuse()
-        rho = 0.0 if own is None else ops.minimum(own, 1.0)
-        coat = {"eta": self.eta, "tau": self.tau, "rho": rho, "internal": self.internal}
+        yield 1.0, self.surface()
+        albedo = self.base.diffuse()
+        rho = 0.0 if albedo is None else ops.minimum(albedo, 1.0)
+        coat = {name: self.__dict__[name] for name in self.fields}
         for weight, lobe in self.base.lobes():
-            yield 1.0, self._below({"weight": weight, "of": lobe, **coat})
+            yield 1.0, self.below().unchecked(**(coat | {"base": lobe, "weight": weight, "rho": rho}))
 
 
 class Coated(_Coat):
@@ -66,10 +81,10 @@ class Coated(_Coat):
     together, f_more = rho/pi rho R/(1 - rho R), where R is the share of diffuse light that the coat reflects inside,
     absorption included; a mirror k below becomes k/(1 - k F). Both are exact for these bases alone. Other lobes count
     as mirrors, with k their estimated albedo and F the smaller of F_i and F_o: so energy is conserved over any base,
-    and almost all light is there again over narrow lobes. Of wide ones what the coat reflects totally is lost: over
+    and almost all light is there again over narrow lobes. Wide ones lose the light that the coat reflects totally: over
     perfect mirrors of GGX(0.1) 93 % returns at normal incidence and 71 % at 60 degrees, of GGX(0.3) 61 % and 49 %; of
-    a base that is nearly diffuse without being `Lambertian`, R = 0.6 of what it reflects is lost. "lost" leaves all of
-    it out.
+    a base that is nearly diffuse without being `Lambertian`, R = 0.6 of the reflected light is lost. "lost" leaves all
+    of it out.
 
     Looks    `Coated(Lambertian([0.6, 0.1, 0.05]))` is varnished red: a mirror image of the surroundings over a deeper
              colour; with `tau=[0.1, 0.4, 1.5]` the varnish is amber.
@@ -82,13 +97,14 @@ class Coated(_Coat):
              covered by a partly absorbing layer"; R: Saunderson 1942, J. Opt. Soc. Am. 32(12):727. Derived here.
     """
 
-    base = part(Reflectance, Lambertian(0.5), "what lies under the coat")
-    eta = param(1.5, 1.0, ETA_HIGH, "refractive index of the coat over that in front of it")
-    tau = param(0.0, 0.0, TAU_HIGH, "optical depth of the coat, straight through once")
-    internal = option("followed", "lost", doc="what becomes of light that the coat reflects back to the base")
+    def below(self) -> type[_Below]:
+        return _BelowSmooth
 
-    def _surface(self) -> Reflectance:
+    def surface(self) -> Reflectance:
         return IdealSpecular.unchecked(reflectance=Dielectric.unchecked(eta=self.eta))
+
+    def T(self, w: Direction) -> Any:
+        return dielectric_transmittance(w.z, self.eta)
 
 
 class RoughCoated(_Coat):
@@ -102,144 +118,20 @@ class RoughCoated(_Coat):
              is satin paint with a wide, soft one.
     Shapes   alpha, eta, tau: numbers or (..., C).
     Units    f: 1/sr; alpha, tau: 1.
-    Error    F: 8e-3. White Lambertian base, tau = 0: the albedo is 1 less what the facets lose, 0.9995 at normal
+    Error    F: 8e-3. White Lambertian base, tau = 0: the albedo is 1 less the facets' loss, 0.9995 at normal
              incidence and 0.95 at 80 degrees for alpha = 0.1, 0.98 and 0.96 for 0.4.
     Source   as `Coated`; facets: Walter et al. 2007, EGSR; those seen: Heitz 2014, JCGT 3(2). F is derived here.
     """
 
-    base = part(Reflectance, Lambertian(0.5), "what lies under the coat")
-    eta = param(1.5, 1.0, ETA_HIGH, "refractive index of the coat over that in front of it")
-    tau = param(0.0, 0.0, TAU_HIGH, "optical depth of the coat, straight through once")
-    internal = option("followed", "lost", doc="what becomes of light that the coat reflects back to the base")
     alpha = param(0.1, ALPHA_LOW, ALPHA_HIGH, "slope scale of the coat", sampled="max")
 
-    def _surface(self) -> Reflectance:
-        facets = GGX.unchecked(alpha_x=self.alpha, alpha_y=self.alpha)
-        fresnel = Dielectric.unchecked(eta=self.eta)
-        return Microfacet.unchecked(distribution=facets, fresnel=fresnel, masking="height_correlated")
-
-    def _below(self, coat: dict[str, Any]) -> _Below:
-        return _BelowRough.unchecked(alpha=self.alpha, **coat)
-
-
-def refracted(w: Direction, eta: Any) -> Direction:
-    """The direction w inside a coat of index eta, by Snell's law."""
-    return Direction(w.x / eta, w.y / eta, ops.sqrt((eta - 1.0) * (eta + 1.0) + w.z * w.z) / eta)
-
-
-def _panel(n: int, power: float, falling: bool = False) -> list[tuple[float, float]]:
-    """Gauss–Legendre nodes and weights on [0, 1], crowded at 0 (or 1, if `falling`) by a power."""
-    t, w = np.polynomial.legendre.leggauss(n)
-    t, w = 0.5 * (t + 1.0), 0.5 * w
-    nodes, weights = t**power, w * t ** (power - 1.0)
-    weights = weights / weights.sum()
-    return list(zip((1.0 - nodes if falling else nodes).tolist(), weights.tolist(), strict=True))
-
-
-class _Below(WrappedLobe):
-    """A base, or a lobe of it, through the coat. `rho` is the albedo of all Lambertian lobes of the base."""
-
-    weight = param(1.0, 0.0, 1e9, "factor")
-    of = part(Reflectance, None, "what lies under the coat")
-    eta = param(1.5, 1.0, ETA_HIGH, "refractive index")
-    tau = param(0.0, 0.0, TAU_HIGH, "optical depth")
-    rho = param(0.0, 0.0, 1.0, "diffuse albedo")
-    internal = option("followed", "lost", doc="what becomes of light that the coat reflects back to the base")
-
-    total_nodes = nodes = _panel(12, 2.0)
-
-    def T(self, w: Direction) -> Any:
-        """Share of light from w that enters the coat, as of light inside that leaves along w."""
-        return dielectric_transmittance(w.z, self.eta)
-
-    def R(self) -> Any:
-        """Share of diffuse light from the base that the coat reflects, absorption both ways included."""
-        # 2 mu' dmu' is integrated up to the critical angle, and beyond it over mu outside: mu' dmu' = mu dmu/eta^2.
-        beyond = (self.eta - 1.0) * (self.eta + 1.0) / (self.eta * self.eta)
-        edge, total = ops.sqrt(beyond + 1e-12), 0.0
-        for mu, weight in self.total_nodes:
-            total = total + 2.0 * mu * weight * beyond * ops.exp(-2.0 * self.tau / (edge * mu))
-        for mu, weight in self.nodes:
-            w = Direction(math.sqrt(1.0 - mu * mu) + 0.0 * self.eta, 0.0, mu)
-            passed = ops.exp(-2.0 * self.tau / refracted(w, self.eta).z)
-            total = total + 2.0 * mu * weight / (self.eta * self.eta) * (1.0 - self.T(w)) * passed
-        return total
-
-    def formula(self, wi: Direction, wo: Direction) -> Any:
-        ti, to = refracted(wi, self.eta), refracted(wo, self.eta)
-        f, own = self.of.formula(ti, to), self.of.diffuse()
-        if own is None:
-            k = self.weight * ops.minimum(self.of.estimate(ti), self.of.estimate(to))
-            return self._passed(wi, wo, ti, to, k) / (self.eta * self.eta) * self.weight * f
-        if self.internal == "followed":
-            again = self.rho * self.R()
-            f = f + own * again / (1.0 - again) * (1.0 / math.pi)
-        return self._passed(wi, wo, ti, to, None) / (self.eta * self.eta) * self.weight * f
-
-    def _passed(self, wi: Direction, wo: Direction, ti: Direction, to: Direction, k: Any) -> Any:
-        """T_i T_o with absorption, over 1 - k F where light goes to and fro between the coat and a mirror k."""
-        (a, b), absorbed = (self.T(wi), self.T(wo)), ops.exp(-self.tau * (1.0 / ti.z + 1.0 / to.z))
-        if self.internal == "lost" or k is None:
-            return a * b * absorbed
-        # With the smaller F no more leaves than arrives, whatever the base: (1 - F_o)/(1 - min(F_i, F_o)) <= 1.
-        again = ops.clip(k, 0.0, 1.0) * absorbed
-        return a * b * absorbed / ((1.0 - again) + again * ops.maximum(a, b))
-
-    @property
-    def seam(self) -> float:
-        return 0.0 if self._wide() else super().seam
-
-    def mirrored(self, wo: Direction) -> Direction:
-        return self._emerging(self.of.mirrored(refracted(wo, self.eta)))
-
-    def mirror(self, wo: Direction) -> Any:
-        to = refracted(wo, self.eta)
-        ti = self.of.mirrored(to)
-        wi = self._emerging(ti)
-        out = wi.z > HORIZON
-        wi, ti = select(out, wi, NORMAL), select(out, ti, NORMAL)
-        k = self.weight * self.of.mirror(to)
-        return ops.where(out, k * self._passed(wi, wo, ti, to, k), 0.0)
-
-    # Wide lobes are sampled outside the coat: of light that is diffuse inside more than half does not get out.
-
-    def _wide(self) -> bool:
-        return self.of.diffuse() is not None or type(self.of).warp is Reflectance.warp
-
-    def warp(self, wo: Direction, u0: Any, u1: Any) -> Direction:
-        if self._wide():
-            return super().warp(wo, u0, u1)
-        return self._emerging(self.of.warp(refracted(wo, self.eta), u0, u1))
-
-    def density(self, wi: Direction, wo: Direction) -> Any:
-        if self._wide():
-            return super().density(wi, wo)
-        ti = refracted(wi, self.eta)
-        return self.of.density(ti, refracted(wo, self.eta)) * wi.z / (self.eta * self.eta * ti.z)
-
-    def _emerging(self, t: Direction) -> Direction:
-        """The inverse of `refracted`; below the horizon what is reflected totally."""
-        x, y = self.eta * t.x, self.eta * t.y
-        z2 = 1.0 - x * x - y * y
-        out = (z2 > 0.0) & (t.z > 0.0)
-        w = Direction(x, y, ops.sqrt(ops.where(out, z2, 1.0)))
-        return select(out, w, Direction(t.x, t.y, -ops.absolute(t.z)))
-
-    def estimate(self, wo: Direction) -> Any:
-        to = refracted(wo, self.eta)
-        inside = self.weight * self.of.estimate(to) * ops.exp(-2.0 * self.tau / to.z)
-        eta2 = self.eta * self.eta
-        leaving = 1.0 / (eta2 - self.rho * (eta2 - 1.0)) if self._wide() else 1.0  # R is about 1 - 1/eta^2
-        return self.T(wo) * inside * leaving
-
-
-class _BelowRough(_Below):
-    """The same through a rough coat."""
-
-    alpha = param(0.1, ALPHA_LOW, ALPHA_HIGH, "slope scale of the coat", sampled="max")
-
-    nodes = _panel(5, 2.0)
     caps, turns = _panel(3, 1.5, True), [(math.cos(math.pi * u), w) for u, w in _panel(3, 1.35, True)]
+
+    def below(self) -> type[_Below]:
+        return _BelowRough
+
+    def surface(self) -> Reflectance:
+        return ggx_mirrors(self.alpha, Dielectric.unchecked(eta=self.eta))
 
     def T(self, w: Direction) -> Any:
         # Facets seen from w, with their density: a cap of directions about s, w as a facet of slope scale 1 sees it.
@@ -260,3 +152,107 @@ class _BelowRough(_Below):
                 cos = length * (1.0 + along + sz * z) / ops.sqrt(h2)
                 total = total + weight * share * dielectric_transmittance(ops.minimum(cos, 1.0), self.eta)
         return total
+
+
+def refracted(w: Direction, eta: Any) -> Direction:
+    """The direction w inside a coat of index eta, by Snell's law."""
+    return Direction(w.x / eta, w.y / eta, ops.sqrt((eta - 1.0) * (eta + 1.0) + w.z * w.z) / eta)
+
+
+class _Below(WrappedLobe, _Coat):
+    """A lobe of the base through the coat."""
+
+    weight = param(1.0, 0.0, 1e9, "factor of the lobe")
+    rho = param(0.0, 0.0, 1.0, "albedo of all Lambertian lobes of the base")
+
+    total_nodes = nodes = _panel(12, 2.0)
+
+    def R(self) -> Any:
+        """Share of diffuse light from the base that the coat reflects, absorption both ways included."""
+        # 2 mu' dmu' is integrated up to the critical angle, and beyond it over mu outside: mu' dmu' = mu dmu/eta^2.
+        beyond = (self.eta - 1.0) * (self.eta + 1.0) / (self.eta * self.eta)
+        edge, total = ops.sqrt(beyond + 1e-12), 0.0
+        for mu, weight in self.total_nodes:
+            total = total + 2.0 * mu * weight * beyond * ops.exp(-2.0 * self.tau / (edge * mu))
+        for mu, weight in self.nodes:
+            w = Direction(math.sqrt(1.0 - mu * mu) + 0.0 * self.eta, 0.0, mu)
+            passed = ops.exp(-2.0 * self.tau / refracted(w, self.eta).z)
+            total = total + 2.0 * mu * weight / (self.eta * self.eta) * (1.0 - self.T(w)) * passed
+        return total
+
+    def formula(self, wi: Direction, wo: Direction) -> Any:
+        ti, to = refracted(wi, self.eta), refracted(wo, self.eta)
+        f, albedo = self.base.formula(ti, to), self.base.diffuse()
+        if albedo is None:
+            k = self.weight * ops.minimum(self.base.estimate(ti), self.base.estimate(to))
+            return self._passed(wi, wo, ti, to, k) / (self.eta * self.eta) * self.weight * f
+        if self.internal == "followed":
+            again = self.rho * self.R()
+            f = f + albedo * again / (1.0 - again) * (1.0 / math.pi)
+        return self._passed(wi, wo, ti, to, None) / (self.eta * self.eta) * self.weight * f
+
+    def _passed(self, wi: Direction, wo: Direction, ti: Direction, to: Direction, k: Any) -> Any:
+        """T_i T_o with absorption, over 1 - k F where light goes to and fro between the coat and a mirror k."""
+        (a, b), absorbed = (self.T(wi), self.T(wo)), ops.exp(-self.tau * (1.0 / ti.z + 1.0 / to.z))
+        if self.internal == "lost" or k is None:
+            return a * b * absorbed
+        # With the smaller F no more leaves than arrives, whatever the base: (1 - F_o)/(1 - min(F_i, F_o)) <= 1.
+        again = ops.clip(k, 0.0, 1.0) * absorbed
+        return a * b * absorbed / ((1.0 - again) + again * ops.maximum(a, b))
+
+    @property
+    def seam(self) -> float:
+        return 0.0 if self._wide() else super().seam
+
+    def mirrored(self, wo: Direction) -> Direction:
+        return self._emerging(self.base.mirrored(refracted(wo, self.eta)))
+
+    def mirror(self, wo: Direction) -> Any:
+        to = refracted(wo, self.eta)
+        ti = self.base.mirrored(to)
+        wi = self._emerging(ti)
+        out = wi.z > HORIZON
+        wi, ti = select(out, wi, NORMAL), select(out, ti, NORMAL)
+        k = self.weight * self.base.mirror(to)
+        return ops.where(out, k * self._passed(wi, wo, ti, to, k), 0.0)
+
+    # Wide lobes are sampled outside the coat: of light that is diffuse inside more than half does not get out.
+
+    def _wide(self) -> bool:
+        return self.base.diffuse() is not None or type(self.base).warp is Reflectance.warp
+
+    def warp(self, wo: Direction, u0: Any, u1: Any) -> Direction:
+        if self._wide():
+            return super().warp(wo, u0, u1)
+        return self._emerging(self.base.warp(refracted(wo, self.eta), u0, u1))
+
+    def density(self, wi: Direction, wo: Direction) -> Any:
+        if self._wide():
+            return super().density(wi, wo)
+        ti = refracted(wi, self.eta)
+        return self.base.density(ti, refracted(wo, self.eta)) * wi.z / (self.eta * self.eta * ti.z)
+
+    def _emerging(self, t: Direction) -> Direction:
+        """The inverse of `refracted`; totally reflected light ends below the horizon."""
+        x, y = self.eta * t.x, self.eta * t.y
+        z2 = 1.0 - x * x - y * y
+        out = (z2 > 0.0) & (t.z > 0.0)
+        w = Direction(x, y, ops.sqrt(ops.where(out, z2, 1.0)))
+        return select(out, w, Direction(t.x, t.y, -ops.absolute(t.z)))
+
+    def estimate(self, wo: Direction) -> Any:
+        to = refracted(wo, self.eta)
+        inside = self.weight * self.base.estimate(to) * ops.exp(-2.0 * self.tau / to.z)
+        eta2 = self.eta * self.eta
+        leaving = 1.0 / (eta2 - self.rho * (eta2 - 1.0)) if self._wide() else 1.0  # R is about 1 - 1/eta^2
+        return self.T(wo) * inside * leaving
+
+
+class _BelowSmooth(_Below, Coated):
+    """A lobe under the smooth coat."""
+
+
+class _BelowRough(_Below, RoughCoated):
+    """A lobe under the rough coat."""
+
+    nodes = _panel(5, 2.0)

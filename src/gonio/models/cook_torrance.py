@@ -12,7 +12,6 @@ from ..formula.fields import param, part
 from ..formula.fresnel import as_fresnel
 from ..formula.fresnel.dielectric import Dielectric
 from ..formula.fresnel_term import Fresnel
-from ..formula.maskings.v_groove import v_groove
 from ._facets import Facets
 
 
@@ -35,6 +34,8 @@ class CookTorrance(Facets):
     m = param(0.2, ALPHA_LOW, ALPHA_HIGH, "slope scale of the facets (the paper's m)", sampled="max")
     fresnel = part(Fresnel, Dielectric(1.5), "reflectance of a facet", coerce=as_fresnel)
 
+    masking = "v_groove"
+
     breaks: ClassVar[dict[str, str]] = {
         "energy": "as printed it reflects 4 times what a surface of such facets does: with F = 1 and m = 0.1 the "
         "albedo at normal incidence is 4.0; Microfacet(Beckmann(m), F, masking='v_groove') is the same without the 4",
@@ -43,9 +44,6 @@ class CookTorrance(Facets):
     @property
     def facets(self) -> Distribution:
         return Beckmann.unchecked(alpha_x=self.m, alpha_y=self.m)
-
-    def G(self, wi: Direction, wo: Direction, wm: Direction) -> Any:
-        return v_groove(self.facets, wi, wo, wm)
 
     def formula(self, wi: Direction, wo: Direction) -> Any:
         wm, cos_d = half_and_cosine(wi, wo)

@@ -6,15 +6,14 @@ import math
 from typing import Any, ClassVar
 
 from ..arrays import ops
-from ..base.reflectance import Reflectance
 from ..distributions.beckmann import Beckmann
-from ..formula.direction import Direction, half_and_cosine, reflect
+from ..formula.direction import Direction, half_and_cosine
 from ..formula.fields import option, param
-from ..formula.fresnel.dielectric import fresnel_dielectric
-from ..formula.maskings import MASKINGS
+from ..formula.fresnel.dielectric import Dielectric
+from ._facets import Facets
 
 
-class CoxMunk(Reflectance):
+class CoxMunk(Facets):
     """Wind-ruffled sea: f = p(z_u, z_c) F(wo . wm) G / (4 cos(theta_i) cos(theta_o) cos(theta_m)^4).
 
     p is the density of slopes, z_u along the direction that the wind comes from, z_c across; W the wind speed:
@@ -53,10 +52,9 @@ class CoxMunk(Reflectance):
     def formula(self, wi: Direction, wo: Direction) -> Any:
         wi, wo = self._to_wind(wi), self._to_wind(wo)
         wm, cos_d = half_and_cosine(wi, wo)
-        facets = self._gaussian()
-        D = facets.D(wm) * self._skewed(wm)
-        G = 1.0 if self.masking == "none" else MASKINGS[self.masking](facets, wi, wo, wm)
-        return D * fresnel_dielectric(cos_d, self.eta) * G / (4.0 * wi.z * wo.z)
+        D = self.facets.D(wm) * self._skewed(wm)
+        G = 1.0 if self.masking == "none" else self.G(wi, wo, wm)
+        return D * self.fresnel.F(cos_d) * G / (4.0 * wi.z * wo.z)
 
     def _variances(self) -> tuple[Any, Any]:
         """sigma_u^2, sigma_c^2."""
@@ -65,9 +63,14 @@ class CoxMunk(Reflectance):
             return each, each
         return ops.maximum(0.00316 * self.wind_speed, 1e-4), 0.003 + 0.00192 * self.wind_speed
 
-    def _gaussian(self) -> Beckmann:
+    @property
+    def facets(self) -> Beckmann:
         upwind, crosswind = self._variances()
         return Beckmann.unchecked(alpha_x=ops.sqrt(2.0 * upwind), alpha_y=ops.sqrt(2.0 * crosswind))
+
+    @property
+    def fresnel(self) -> Any:
+        return Dielectric.unchecked(eta=self.eta)
 
     def _skewed(self, wm: Direction) -> Any:
         """The Gram–Charlier series in the slopes of a facet, -x/z and -y/z of its normal."""
@@ -90,15 +93,9 @@ class CoxMunk(Reflectance):
         return Direction(c * w.x + s * w.y, c * w.y - s * w.x, w.z)
 
     def warp(self, wo: Direction, u0: Any, u1: Any) -> Direction:
-        wo = self._to_wind(wo)
-        wi = reflect(wo, self._gaussian().warp_normal(wo, u0, u1))
+        wi = super().warp(self._to_wind(wo), u0, u1)
         c, s = ops.cos(self.wind_azimuth), ops.sin(self.wind_azimuth)
         return Direction(c * wi.x - s * wi.y, c * wi.y + s * wi.x, wi.z)
 
     def density(self, wi: Direction, wo: Direction) -> Any:
-        wi, wo = self._to_wind(wi), self._to_wind(wo)
-        wm, cos_d = half_and_cosine(wi, wo)
-        return self._gaussian().normal_density(wo, wm, cos_d) / (4.0 * cos_d)
-
-    def estimate(self, wo: Direction) -> Any:
-        return fresnel_dielectric(wo.z, self.eta)
+        return super().density(self._to_wind(wi), self._to_wind(wo))

@@ -14,10 +14,11 @@ from ..distributions.ggx import GGX
 from ..formula.direction import Direction, dot, half_and_cosine, half_vector, reflect
 from ..formula.fields import option, param
 from ..formula.special import expm1_over, less_fifth_power
+from ._facets import Facets
 
 
 class _Disney(Reflectance):
-    """The parameters, and what all lobes need."""
+    """The parameters of the model and of each of its lobes."""
 
     base_color = param(0.5, 0.0, 1.0, "colour of the surface, linear")
     metallic = param(0.0, 0.0, 1.0, "blends from a dielectric (0) to a metal (1)")
@@ -39,57 +40,6 @@ class _Disney(Reflectance):
         "energy": "its lobes are added with no regard to each other, and the diffuse one alone gains towards grazing: "
         "with base_color = 1 and roughness = 1 the albedo is 1.44 at 85 degrees, with sheen and clearcoat 1.57",
     }
-
-    def matte(self, wi: Direction, wo: Direction) -> Any:
-        """Diffuse or subsurface lobe, and sheen: nothing of a metal."""
-        cos_d, grazing = _difference(wi, wo)
-        bright = cos_d * cos_d * self.roughness
-        gi, go = less_fifth_power(wi.z), less_fifth_power(wo.z)
-        edge = 0.5 + 2.0 * bright  # F_D90
-        diffuse = (gi + edge * (1.0 - gi)) * (go + edge * (1.0 - go))
-        below = (gi + bright * (1.0 - gi)) * (go + bright * (1.0 - go))
-        below = 1.25 * (below * (1.0 / (wi.z + wo.z) - 0.5) + 0.5)
-        base = self.base_color * (1.0 / math.pi) * (diffuse + self.subsurface * (below - diffuse))
-        return (1.0 - self.metallic) * (base + self.sheen * _toward(self.tint, self.sheen_tint) * grazing)
-
-    def F0(self) -> Any:
-        """Reflectance of a facet at normal incidence."""
-        dielectric = 0.08 * self.specular * _toward(self.tint, self.specular_tint)
-        return dielectric + self.metallic * (self.base_color - dielectric)
-
-    @property
-    def facets(self) -> GGX:
-        """GTR2, which is GGX."""
-        alpha, aspect = self.roughness * self.roughness, ops.sqrt(1.0 - 0.9 * self.anisotropic)
-        return GGX.unchecked(alpha_x=ops.maximum(alpha / aspect, 1e-3), alpha_y=ops.maximum(alpha * aspect, 1e-3))
-
-    def mirrors(self, wi: Direction, wo: Direction) -> Any:
-        """Reflection by facets; the masking has the factor 1/(4 cos cos) in it."""
-        _, grazing = _difference(wi, wo)
-        if self.masking == "anisotropic":
-            facets = self.facets
-            G = 0.25 / ((1.0 + facets.Lambda(wi)) * (1.0 + facets.Lambda(wo)) * wi.z * wo.z)
-        else:
-            rough = 0.5 + 0.5 * self.roughness
-            G = _visible(wi, rough * rough) * _visible(wo, rough * rough)
-        F0 = self.F0()
-        return self.facets.D(half_vector(wi, wo)) * (F0 + (1.0 - F0) * grazing) * G
-
-    def gloss(self) -> Any:
-        """alpha of the clearcoat."""
-        return 0.1 + self.clearcoat_gloss * (0.001 - 0.1)
-
-    def coat_D(self, wm: Direction) -> Any:
-        """GTR1: tails longer than those of GGX."""
-        a2 = self.gloss() * self.gloss()
-        t = a2 * wm.z * wm.z + wm.x * wm.x + wm.y * wm.y
-        return (a2 - 1.0) / (math.pi * ops.log(a2) * t)
-
-    def coat(self, wi: Direction, wo: Direction) -> Any:
-        """The clearcoat, of index 1.5."""
-        _, grazing = _difference(wi, wo)
-        F, G = 0.04 + 0.96 * grazing, _visible(wi, 0.25) * _visible(wo, 0.25)
-        return 0.25 * self.clearcoat * self.coat_D(half_vector(wi, wo)) * F * G
 
 
 class DisneyPrincipled(_Disney):
@@ -116,53 +66,85 @@ class DisneyPrincipled(_Disney):
 
     @classmethod
     def from_rgb(cls, base_color: Any, **others: Any) -> Self:
-        """The material of a colour (..., 3), linear RGB, with the tint that is its own."""
+        """The material of a colour (..., 3), linear RGB, and its tint."""
         rgb = np.asarray(base_color, dtype=float)
         luminance = (rgb * [0.3, 0.6, 0.1]).sum(-1, keepdims=True)
         tint = np.where(luminance > 0.0, rgb / np.where(luminance > 0.0, luminance, 1.0), 1.0)
         return cls(base_color=base_color, tint=np.minimum(tint, 10.0), **others)
 
     def formula(self, wi: Direction, wo: Direction) -> Any:
-        return self.matte(wi, wo) + self.mirrors(wi, wo) + self.coat(wi, wo)
+        matte, mirrors, coat = (lobe.formula(wi, wo) for _, lobe in self.lobes())
+        return matte + mirrors + coat
 
     def lobes(self) -> Iterable[tuple[Any, Reflectance]]:
-        own = {name: self.__dict__[name] for name in self.fields}
-        for lobe in (_Matte, _Mirrors, _Coat):
-            yield 1.0, lobe.unchecked(**own)
+        values = {name: self.__dict__[name] for name in self.fields}
+        return [(1.0, lobe.unchecked(**values)) for lobe in (_Matte, _Mirrors, _Coat)]
 
 
 class _Matte(_Disney):
-    """The lobes that the cosine hemisphere serves."""
+    """Diffuse or subsurface lobe, and sheen, drawn from the cosine hemisphere: nothing of a metal."""
 
     def formula(self, wi: Direction, wo: Direction) -> Any:
-        return self.matte(wi, wo)
+        cos_d, grazing = _difference(wi, wo)
+        bright = cos_d * cos_d * self.roughness
+        gi, go = less_fifth_power(wi.z), less_fifth_power(wo.z)
+        edge = 0.5 + 2.0 * bright  # F_D90
+        diffuse = (gi + edge * (1.0 - gi)) * (go + edge * (1.0 - go))
+        below = (gi + bright * (1.0 - gi)) * (go + bright * (1.0 - go))
+        below = 1.25 * (below * (1.0 / (wi.z + wo.z) - 0.5) + 0.5)
+        base = self.base_color * (1.0 / math.pi) * (diffuse + self.subsurface * (below - diffuse))
+        return (1.0 - self.metallic) * (base + self.sheen * _toward(self.tint, self.sheen_tint) * grazing)
 
     def estimate(self, wo: Direction) -> Any:
         return (1.0 - self.metallic) * (self.base_color + 0.3 * self.sheen)
 
 
-class _Mirrors(_Disney):
-    """GGX facets."""
+class _Mirrors(_Disney, Facets):
+    """GGX facets; the masking has the factor 1/(4 cos cos) in it."""
+
+    def F0(self) -> Any:
+        """Reflectance of a facet at normal incidence."""
+        dielectric = 0.08 * self.specular * _toward(self.tint, self.specular_tint)
+        return dielectric + self.metallic * (self.base_color - dielectric)
+
+    @property
+    def facets(self) -> GGX:
+        """GTR2, which is GGX."""
+        alpha, aspect = self.roughness * self.roughness, ops.sqrt(1.0 - 0.9 * self.anisotropic)
+        return GGX.unchecked(alpha_x=ops.maximum(alpha / aspect, 1e-3), alpha_y=ops.maximum(alpha * aspect, 1e-3))
 
     def formula(self, wi: Direction, wo: Direction) -> Any:
-        return self.mirrors(wi, wo)
-
-    def warp(self, wo: Direction, u0: Any, u1: Any) -> Direction:
-        return reflect(wo, self.facets.warp_normal(wo, u0, u1))
-
-    def density(self, wi: Direction, wo: Direction) -> Any:
-        wm, cos_d = half_and_cosine(wi, wo)
-        return self.facets.normal_density(wo, wm, cos_d) / (4.0 * cos_d)
+        _, grazing = _difference(wi, wo)
+        if self.masking == "anisotropic":
+            facets = self.facets
+            G = 0.25 / ((1.0 + facets.Lambda(wi)) * (1.0 + facets.Lambda(wo)) * wi.z * wo.z)
+        else:
+            rough = 0.5 + 0.5 * self.roughness
+            G = _visible(wi, rough * rough) * _visible(wo, rough * rough)
+        F0 = self.F0()
+        return self.facets.D(half_vector(wi, wo)) * (F0 + (1.0 - F0) * grazing) * G
 
     def estimate(self, wo: Direction) -> Any:
         return self.F0() + (1.0 - self.F0()) * _fifth(1.0 - wo.z)
 
 
 class _Coat(_Disney):
-    """GTR1 facets, drawn with density D cos(theta_m)."""
+    """The clearcoat, of index 1.5: GTR1 facets, drawn with density D cos(theta_m)."""
+
+    def gloss(self) -> Any:
+        """alpha of the clearcoat."""
+        return 0.1 + self.clearcoat_gloss * (0.001 - 0.1)
+
+    def D(self, wm: Direction) -> Any:
+        """GTR1: tails longer than those of GGX."""
+        a2 = self.gloss() * self.gloss()
+        t = a2 * wm.z * wm.z + wm.x * wm.x + wm.y * wm.y
+        return (a2 - 1.0) / (math.pi * ops.log(a2) * t)
 
     def formula(self, wi: Direction, wo: Direction) -> Any:
-        return self.coat(wi, wo)
+        _, grazing = _difference(wi, wo)
+        F, G = 0.04 + 0.96 * grazing, _visible(wi, 0.25) * _visible(wo, 0.25)
+        return 0.25 * self.clearcoat * self.D(half_vector(wi, wo)) * F * G
 
     def warp(self, wo: Direction, u0: Any, u1: Any) -> Direction:
         a2 = self.gloss() * self.gloss()
@@ -173,7 +155,7 @@ class _Coat(_Disney):
 
     def density(self, wi: Direction, wo: Direction) -> Any:
         wm, cos_d = half_and_cosine(wi, wo)
-        return self.coat_D(wm) * wm.z / (4.0 * cos_d)
+        return self.D(wm) * wm.z / (4.0 * cos_d)
 
     def estimate(self, wo: Direction) -> Any:
         return 0.25 * self.clearcoat * (0.04 + 0.96 * _fifth(1.0 - wo.z))

@@ -1,15 +1,12 @@
-"""GGX mirrors with the light that is scattered more than once given back: three approximations in use.
+"""GGX mirrors that give back the light scattered more than once: three approximations in use.
 
-A microfacet model counts the first reflection only. What it loses, 1 - E, is up to 0.69 of the light at alpha = 1.
+A microfacet model counts the first reflection only. Its loss, 1 - E, is up to 0.69 of the light at alpha = 1.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
 from typing import Any, ClassVar
-
-import numpy as np
 
 from ..base.reflectance import Reflectance
 from ..distributions.ggx import GGX
@@ -20,51 +17,14 @@ from ..formula.fresnel import as_fresnel
 from ..formula.fresnel.constant import Constant
 from ..formula.fresnel.schlick import Schlick
 from ..formula.fresnel_term import Fresnel
-from ..formula.maskings.height_correlated import height_correlated
+from ..formula.smith import gauss
+from ._compensated import CompensatedMirrors
 from ._facets import Facets
 from ._ggx_albedo import lost, lost_on_average, schlick_share
-from .microfacet import Microfacet
 
 
-class _Mirrors(Facets):
-    """Isotropic GGX facets with the height-correlated masking."""
-
-    alpha: Any
-
-    @property
-    def facets(self) -> Distribution:
-        return GGX.unchecked(alpha_x=self.alpha, alpha_y=self.alpha)
-
-    def G(self, wi: Direction, wo: Direction, wm: Direction) -> Any:
-        return height_correlated(self.facets, wi, wo, wm)
-
-    @property
-    def first(self) -> Reflectance:
-        """The first reflection alone."""
-        return Microfacet.unchecked(distribution=self.facets, fresnel=self.fresnel, masking="height_correlated")
-
-
-class _Further(Reflectance):
-    """The further reflections of `KullaConty`: F_ms (1 - E(mu_i))(1 - E(mu_o))/(pi (1 - E_avg))."""
-
-    alpha = param(0.3, ALPHA_LOW, ALPHA_HIGH, "slope scale of the facets")
-    fresnel = part(Fresnel, Constant(1.0), "reflectance of a facet")
-
-    def colour(self) -> Any:
-        """F_ms = F_avg^2 E_avg/(1 - F_avg (1 - E_avg)): two reflections at least, each lets E_avg escape."""
-        mean, escaping = average(self.fresnel, self.alpha), 1.0 - lost_on_average(self.alpha)
-        return mean * mean * escaping / (1.0 - mean * (1.0 - escaping))
-
-    def formula(self, wi: Direction, wo: Direction) -> Any:
-        both = lost(wi.z, self.alpha) * lost(wo.z, self.alpha)
-        return self.colour() / (math.pi * lost_on_average(self.alpha)) * both
-
-    def estimate(self, wo: Direction) -> Any:
-        return self.colour() * lost(wo.z, self.alpha)
-
-
-class KullaConty(_Mirrors):
-    """GGX facets, and a lobe for what they lose: f = f_1 + F_ms (1 - E(mu_i))(1 - E(mu_o))/(pi (1 - E_avg)).
+class KullaConty(CompensatedMirrors):
+    """GGX facets, and a lobe for the light they lose: f = f_1 + F_ms (1 - E(mu_i))(1 - E(mu_o))/(pi (1 - E_avg)).
 
     f_1 is `Microfacet(GGX(alpha), fresnel)`, E its albedo for F = 1 and E_avg the mean of that over diffuse light.
     F_ms = F_avg^2 E_avg/(1 - F_avg (1 - E_avg)) adds up the reflections after the first, F_avg = 2 integral of F mu.
@@ -82,21 +42,30 @@ class KullaConty(_Mirrors):
     alpha = param(0.3, ALPHA_LOW, ALPHA_HIGH, "slope scale of the facets", sampled="max")
     fresnel = part(Fresnel, Constant(1.0), "reflectance of a facet", coerce=as_fresnel)
 
-    @property
-    def further(self) -> Reflectance:
-        """The reflections after the first."""
-        return _Further.unchecked(alpha=self.alpha, fresnel=self.fresnel)
+    def other(self) -> type[_Further]:
+        return _Further
+
+
+class _Further(KullaConty):
+    """The further reflections of `KullaConty`: F_ms (1 - E(mu_i))(1 - E(mu_o))/(pi (1 - E_avg))."""
+
+    lobes = Reflectance.lobes
+
+    def colour(self) -> Any:
+        """F_ms = F_avg^2 E_avg/(1 - F_avg (1 - E_avg)): two reflections at least, each lets E_avg escape."""
+        mean, escaping = average(self.fresnel, self.alpha), 1.0 - lost_on_average(self.alpha)
+        return mean * mean * escaping / (1.0 - mean * (1.0 - escaping))
 
     def formula(self, wi: Direction, wo: Direction) -> Any:
-        return super().formula(wi, wo) + self.further.formula(wi, wo)
+        both = lost(wi.z, self.alpha) * lost(wo.z, self.alpha)
+        return self.colour() / (math.pi * lost_on_average(self.alpha)) * both
 
-    def lobes(self) -> Iterable[tuple[Any, Reflectance]]:
-        yield 1.0, self.first
-        yield 1.0, self.further
+    def estimate(self, wo: Direction) -> Any:
+        return self.colour() * lost(wo.z, self.alpha)
 
 
-class Turquin(_Mirrors):
-    """GGX facets, made brighter by what they lose towards the viewer: f = f_1 (1 + F0 (1 - E(mu_o))/E(mu_o)).
+class Turquin(Facets):
+    """GGX facets, made brighter by their loss towards the viewer: f = f_1 (1 + F0 (1 - E(mu_o))/E(mu_o)).
 
     f_1 is `Microfacet(GGX(alpha), fresnel)`, E its albedo for F = 1, F0 the Fresnel term at normal incidence. With
     F = 1 every viewer in a uniform surround of radiance 1 sees radiance 1.
@@ -115,34 +84,22 @@ class Turquin(_Mirrors):
     breaks: ClassVar[dict[str, str]] = {
         "reciprocity": "the factor depends on the viewer alone: with F = 1 and alpha = 1 it is 3.3 at normal view, "
         "1 at grazing",
-        "energy": "light at grazing incidence loses little, and what it becomes is made brighter all the same: with "
+        "energy": "light at grazing incidence loses little, and its reflection is made brighter all the same: with "
         "F = 1 and alpha = 1 its albedo is 2.2. A viewer sees no gain",
     }
 
-    def formula(self, wi: Direction, wo: Direction) -> Any:
-        gone = lost(wo.z, self.alpha)
-        return super().formula(wi, wo) * (1.0 + self.fresnel.F(1.0 + 0.0 * self.alpha) * gone / (1.0 - gone))
+    masking = "height_correlated"
 
-
-class _Diffuse(Reflectance):
-    """The further reflections of `FdezAguera`: the same radiance to all sides, by where the viewer is."""
-
-    breaks: ClassVar[dict[str, str]] = {}
-
-    alpha = param(0.3, ALPHA_LOW, ALPHA_HIGH, "slope scale of the facets")
-    F0 = param(0.9, 0.0, 1.0, "reflectance of a facet at normal incidence")
-
-    def estimate(self, wo: Direction) -> Any:
-        gone, schlick = lost(wo.z, self.alpha), schlick_share(wo.z, self.alpha)
-        once = self.F0 * (1.0 - gone - schlick) + schlick
-        mean = self.F0 + (1.0 - self.F0) * (1.0 / 21.0)
-        return once * mean * gone / (1.0 - mean * gone)
+    @property
+    def facets(self) -> Distribution:
+        return GGX.unchecked(alpha_x=self.alpha, alpha_y=self.alpha)
 
     def formula(self, wi: Direction, wo: Direction) -> Any:
-        return self.estimate(wo) * (1.0 / math.pi)
+        loss = lost(wo.z, self.alpha)
+        return super().formula(wi, wo) * (1.0 + self.fresnel.F(1.0 + 0.0 * self.alpha) * loss / (1.0 - loss))
 
 
-class FdezAguera(_Mirrors):
+class FdezAguera(CompensatedMirrors):
     """GGX facets with Schlick's Fresnel term, and a diffuse lobe: f = f_1 + E_F F_avg (1 - E)/(pi (1 - F_avg (1 - E))).
 
     E and E_F are the albedos of `Microfacet(GGX(alpha))` for F = 1 and for F0, at the viewer's angle; F_avg is
@@ -162,39 +119,36 @@ class FdezAguera(_Mirrors):
 
     breaks: ClassVar[dict[str, str]] = {
         "reciprocity": "the second term depends on the viewer alone",
-        "energy": "light at grazing incidence loses little at its first reflection, but gets the mean of what light "
-        "from everywhere loses: at alpha = 1, F0 = 1 the albedo there is 1.59. A viewer sees no gain",
+        "energy": "light at grazing incidence loses little at its first reflection, but gains the mean loss of "
+        "light from everywhere: at alpha = 1, F0 = 1 the albedo there is 1.59. A viewer sees no gain",
     }
 
     @property
     def fresnel(self) -> Any:
         return Schlick.unchecked(F0=self.F0)
 
-    @property
-    def further(self) -> Reflectance:
-        """The reflections after the first."""
-        return _Diffuse.unchecked(alpha=self.alpha, F0=self.F0)
+    def other(self) -> type[_Diffuse]:
+        return _Diffuse
+
+
+class _Diffuse(FdezAguera):
+    """The further reflections of `FdezAguera`: the same radiance to all sides, by where the viewer is."""
+
+    lobes = Reflectance.lobes
+
+    def estimate(self, wo: Direction) -> Any:
+        loss, schlick = lost(wo.z, self.alpha), schlick_share(wo.z, self.alpha)
+        once = self.F0 * (1.0 - loss - schlick) + schlick
+        mean = self.F0 + (1.0 - self.F0) * (1.0 / 21.0)
+        return once * mean * loss / (1.0 - mean * loss)
 
     def formula(self, wi: Direction, wo: Direction) -> Any:
-        return super().formula(wi, wo) + self.further.formula(wi, wo)
-
-    def lobes(self) -> Iterable[tuple[Any, Reflectance]]:
-        yield 1.0, self.first
-        yield 1.0, self.further
-
-
-_Diffuse.breaks = FdezAguera.breaks
+        return self.estimate(wo) * (1.0 / math.pi)
 
 
 def average(fresnel: Fresnel, like: Any) -> Any:
     """Reflectance of a facet for diffuse light, 2 integral of F mu over [0, 1]; `like`: a number of its library."""
     total = 0.0 * like
-    for mu, weight in _NODES:
-        total = total + weight * fresnel.F(mu + 0.0 * like)
+    for mu, weight in gauss(10):
+        total = total + 2.0 * weight * mu * fresnel.F(mu + 0.0 * like)
     return total
-
-
-_NODES = [
-    (0.5 * (float(t) + 1.0), 0.5 * float(w) * (float(t) + 1.0))
-    for t, w in zip(*np.polynomial.legendre.leggauss(10), strict=True)
-]

@@ -17,8 +17,8 @@ C2 = 2.0 / 3.0 - 28.0 / (15.0 * math.pi)
 class _Fujii(_RoughDiffuse):
     """Fujii's single scattering, and the albedo that it lacks."""
 
-    rho: Any
-    r: Any
+    rho = param(0.5, 0.0, 1.0, "albedo of a facet")
+    r = param(0.5, 0.0, 1.0, "how rough: 0 is Lambertian, 1 the roughest", sampled="max")
 
     @property
     def back(self) -> Any:
@@ -67,15 +67,12 @@ class FujiiOrenNayar(_Fujii):
              Sampling derived here.
     """
 
-    rho = param(0.5, 0.0, 1.0, "albedo of a facet")
-    r = param(0.5, 0.0, 1.0, "how rough: 0 is Lambertian, 1 the roughest", sampled="max")
-
     def formula(self, wi: Direction, wo: Direction) -> Any:
         return self.rho * (1.0 / math.pi) * self.A * self.once(wi, wo)
 
 
 class EON(_Fujii):
-    """Rough diffuse surface that conserves energy: `FujiiOrenNayar`, and what it loses, given back evenly.
+    """Rough diffuse surface that conserves energy: `FujiiOrenNayar`, and its loss, given back evenly.
 
     f = rho/pi A (1 + r s/t) + rho_ms/pi (1 - E(theta_i)) (1 - E(theta_o))/(1 - <E>),
     rho_ms = rho^2 <E>/(1 - rho (1 - <E>)),   A = 1/(1 + (1/2 - 2/(3 pi)) r)
@@ -90,9 +87,6 @@ class EON(_Fujii):
     Source   Portsmouth, Kutz & Hill 2025, "EON: a practical energy-preserving rough diffuse BRDF", JCGT 14(1), with the
              analytic albedo. Sampling derived here.
     """
-
-    rho = param(0.5, 0.0, 1.0, "albedo of a facet")
-    r = param(0.5, 0.0, 1.0, "how rough: 0 is Lambertian, 1 the roughest", sampled="max")
 
     def formula(self, wi: Direction, wo: Direction) -> Any:
         once = self.rho * self.once(wi, wo)

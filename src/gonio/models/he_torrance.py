@@ -1,4 +1,4 @@
-"""He, Torrance, Sillion and Greenberg's wave-optical model: what a Gaussian rough surface diffracts, and reflects."""
+"""He, Torrance, Sillion and Greenberg's wave-optical model: light that a rough surface diffracts, and mirrors."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class _Gaussian(Reflectance):
         return 1.0 / (1.0 + ops.exp(-a * a) / (math.sqrt(math.pi) * a * (1.0 + ops.erf(a))))
 
     def _g(self, wi: Direction, wo: Direction) -> Any:
-        """((2 pi sigma/lambda)(cos(theta_i) + cos(theta_o)))^2, sigma the RMS height of what is lit and seen."""
+        """((2 pi sigma/lambda)(cos(theta_i) + cos(theta_o)))^2, sigma the RMS height of the parts lit and seen."""
         (tan_i, a_i), (tan_o, a_o) = self._cot(wi), self._cot(wo)
         K = (tan_i * (1.0 - ops.erf(a_i)) + tan_o * (1.0 - ops.erf(a_o))) * (1.0 / math.sqrt(8.0 * math.pi))
         # With x = z_0/sigma_0 the paper's x exp(x^2/2) = K is x^2 exp(x^2) = K^2; sigma^2 = sigma_0^2/(1 + x^2).

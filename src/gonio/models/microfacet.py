@@ -1,11 +1,12 @@
-"""Microfacet reflection: mirror facets with a chosen distribution of normals, Fresnel term and masking."""
+"""Mirror facets with a chosen distribution of normals, Fresnel term and masking: reflection, and retro-reflection."""
 
 from __future__ import annotations
 
 from typing import Any
 
+from ..base.reflectance import Reflectance
 from ..distributions.ggx import GGX
-from ..formula.direction import Direction
+from ..formula.direction import Direction, mirror
 from ..formula.distribution import Distribution
 from ..formula.fields import option, part
 from ..formula.fresnel import as_fresnel
@@ -35,8 +36,40 @@ class Microfacet(Facets):
     def facets(self) -> Distribution:
         return self.distribution
 
-    def G(self, wi: Direction, wo: Direction, wm: Direction) -> Any:
-        return MASKINGS[self.masking](self.distribution, wi, wo, wm)
-
     def mirror(self, wo: Direction) -> Any:
         return self.fresnel.F(wo.z)
+
+
+def ggx_mirrors(alpha: Any, fresnel: Fresnel) -> Microfacet:
+    """Isotropic GGX facets of slope scale `alpha` with the height-correlated masking, for use in formulas."""
+    facets = GGX.unchecked(alpha_x=alpha, alpha_y=alpha)
+    return Microfacet.unchecked(distribution=facets, fresnel=fresnel, masking="height_correlated")
+
+
+class RetroMicrofacet(Microfacet):
+    """Rough retro-reflector: f(wi, wo) = f_m(wi, mirror image of wo about the normal), f_m a `Microfacet`.
+
+    The lobe of f_m about the mirror direction becomes one about the direction to the light, of the same albedo. It is
+    reciprocal where normals to either side are as frequent, as in all of gonio's distributions. The half vector of the
+    mirrored pair is the normal where wi = wo. For road signs and safety clothing, whose prisms or beads it does not
+    follow further: towards grazing it falls off as f_m does.
+
+    Looks    `RetroMicrofacet(GGX(0.1))` is a road sign: bright all over seen with the light, else dark; `GGX(0.5)`
+             glows softly.
+    Shapes   the parts' parameters: numbers or (..., C).
+    Units    f: 1/sr.
+    Error    as `Microfacet`.
+    Source   Portsmouth, Raab, Belcour & Liu 2026, "The minimal retroreflective microfacet model", JCGT 15(1):60; the
+             vector goes back to Belcour, Pacanowski, Delahaie, Laville-Geay & Eupherte 2014.
+    """
+
+    mirror = Reflectance.mirror  # its limit is no mirror
+
+    def formula(self, wi: Direction, wo: Direction) -> Any:
+        return super().formula(wi, mirror(wo))
+
+    def warp(self, wo: Direction, u0: Any, u1: Any) -> Direction:
+        return super().warp(mirror(wo), u0, u1)
+
+    def density(self, wi: Direction, wo: Direction) -> Any:
+        return super().density(wi, mirror(wo))

@@ -6,13 +6,12 @@ import math
 from typing import Any, ClassVar
 
 from ..arrays import ops
-from ..base.reflectance import Reflectance
 from ..formula.direction import Direction
 from ..formula.fields import param
-from ..formula.warp import power_cosine, power_cosine_density
+from ._power_cosine import PowerCosine
 
 
-class Minnaert(Reflectance):
+class Minnaert(PowerCosine):
     """Limb darkening by a power law: f = B0/pi (cos(theta_i) cos(theta_o))^(k - 1).
 
     B0 is planetary science's normalisation: pi f at normal incidence, seen along the normal. The albedo is
@@ -37,11 +36,8 @@ class Minnaert(Reflectance):
     def formula(self, wi: Direction, wo: Direction) -> Any:
         return self.B0 * (1.0 / math.pi) * ops.power(wi.z * wo.z, self.k - 1.0)
 
-    def warp(self, wo: Direction, u0: Any, u1: Any) -> Direction:
-        return power_cosine(self.k, u0, u1)
-
-    def density(self, wi: Direction, wo: Direction) -> Any:
-        return power_cosine_density(self.k, wi.z)
+    def exponent(self, wo: Direction) -> Any:
+        return self.k
 
     def estimate(self, wo: Direction) -> Any:
         return 2.0 * self.B0 / (self.k + 1.0) * ops.power(wo.z, self.k - 1.0)

@@ -16,11 +16,13 @@ STEEPEST = 0.7  # of each component, so that the normal stays 8 degrees above th
 
 
 class _Tilted(Reframed):
-    """What has a normal of its own: its frame, and the facet of the surface that this makes."""
+    """A surface with a normal of its own, and the frame of that."""
 
     oriented: ClassVar[bool] = True
-    normal_x: Any
-    normal_y: Any
+
+    of = part(Reflectance, Lambertian(0.5), "reflectance of the tilted surface")
+    normal_x = param(0.0, -STEEPEST, STEEPEST, "x component of the tilted normal")
+    normal_y = param(0.0, -STEEPEST, STEEPEST, "y component of the tilted normal")
 
     @property
     def normal(self) -> Direction:
@@ -42,8 +44,8 @@ class _Tilted(Reframed):
 class ShadingNormal(_Tilted):
     """Another reflectance, lit and seen as if the normal were n': f = of.f(wi', wo') max(wi . n', 0)/(wi . n).
 
-    wi', wo' are in the frame of n', whose tangent is d_x turned as n is turned into n'. So f cos(theta_i) is what the
-    tilted surface has: what renderers do with bump and normal maps. 0 where a direction is below the horizon of n'.
+    wi', wo' are in the frame of n', whose tangent is d_x turned as n is turned into n'. So f cos(theta_i) is that of
+    the tilted surface, as renderers have it with bump and normal maps. 0 where a direction is below the horizon of n'.
     `NormalMapped` is the physical form.
 
     Looks    `ShadingNormal(Lambertian(0.5), 0.5)` is a facet that leans: lit as if turned by 30 degrees; arrays of
@@ -54,10 +56,6 @@ class ShadingNormal(_Tilted):
     Source   Blinn 1978, "Simulation of wrinkled surfaces", which perturbs the normal; as a BRDF and its breaches:
              Veach 1997, "Robust Monte Carlo methods for light transport simulation", chapter 5.
     """
-
-    of = part(Reflectance, Lambertian(0.5), "what is tilted")
-    normal_x = param(0.0, -STEEPEST, STEEPEST, "x component of the perturbed normal")
-    normal_y = param(0.0, -STEEPEST, STEEPEST, "y component of the perturbed normal")
 
     breaks: ClassVar[dict[str, str]] = {
         "reciprocity": "wi . n'/wi . n has no counterpart for wo: exchanging light and viewer changes the value",
@@ -97,10 +95,6 @@ class NormalMapped(_Tilted):
              tests/models/test_wrappers.py.
     """
 
-    of = part(Reflectance, Lambertian(0.5), "reflectance of the facets")
-    normal_x = param(0.0, -STEEPEST, STEEPEST, "x component of the facets' normal")
-    normal_y = param(0.0, -STEEPEST, STEEPEST, "y component of the facets' normal")
-
     repeats = 6  # three ways, and as much for weights and frames
 
     def formula(self, wi: Direction, wo: Direction) -> Any:
@@ -113,16 +107,13 @@ class NormalMapped(_Tilted):
                 yield from ((weight, of) for of in (path.ways() if lobe.is_delta else [path]))
 
     def _paths(self, of: Reflectance) -> tuple[_Path, _Ways]:
-        n = {"of": of, "normal_x": self.normal_x, "normal_y": self.normal_y}
-        return _Path.unchecked(mirrors="none", **n), _Ways.unchecked(**n)
+        tilt = {"normal_x": self.normal_x, "normal_y": self.normal_y}
+        return _Path.unchecked(of=of, mirrors="none", **tilt), _Ways.unchecked(of=of, **tilt)
 
 
 class _Path(_Tilted):
     """Light that meets no upright mirror, or one on its way from the facet to the viewer, or from light to facet."""
 
-    of = part(Reflectance, Lambertian(0.5), "reflectance of the facets")
-    normal_x = param(0.0, -STEEPEST, STEEPEST, "x component of the facets' normal")
-    normal_y = param(0.0, -STEEPEST, STEEPEST, "y component of the facets' normal")
     mirrors = option("none", "viewer", "light", doc="who sees the facet through a mirror")
 
     def ways(self) -> list[_Path]:
@@ -180,15 +171,11 @@ class _Path(_Tilted):
 class _Ways(_Tilted):
     """Light that meets one upright mirror, on either way: together they are reciprocal. Sampled half and half."""
 
-    of = part(Reflectance, Lambertian(0.5), "reflectance of the facets")
-    normal_x = param(0.0, -STEEPEST, STEEPEST, "x component of the facets' normal")
-    normal_y = param(0.0, -STEEPEST, STEEPEST, "y component of the facets' normal")
-
     seam = 0.5
 
     def ways(self) -> list[_Path]:
-        n = {"of": self.of, "normal_x": self.normal_x, "normal_y": self.normal_y}
-        return [_Path.unchecked(mirrors=which, **n) for which in ("viewer", "light")]
+        tilt = {"normal_x": self.normal_x, "normal_y": self.normal_y}
+        return [_Path.unchecked(of=self.of, mirrors=which, **tilt) for which in ("viewer", "light")]
 
     def formula(self, wi: Direction, wo: Direction) -> Any:
         viewer, light = self.ways()

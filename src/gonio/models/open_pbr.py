@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
 from typing import Any, ClassVar
 
 from ..arrays import ops
@@ -14,10 +13,9 @@ from ..formula.distribution import Distribution
 from ..formula.fields import param
 from ..formula.fresnel.f82_tint import F82Tint
 from ..formula.fresnel.schlick import Schlick
-from ..formula.maskings.height_correlated import height_correlated
+from ._compensated import CompensatedMirrors
 from ._facets import Facets
-from ._ggx_albedo import lost, lost_on_average, schlick_share, schlick_share_on_average
-from .microfacet import Microfacet
+from ._ggx_albedo import entering, lost_on_average, schlick_share_on_average
 
 
 class OpenPBRMetal(Facets):
@@ -43,6 +41,8 @@ class OpenPBRMetal(Facets):
     specular_roughness = param(0.3, 0.0, 1.0, "alpha = roughness^2", sampled="max")
     specular_roughness_anisotropy = param(0.0, 0.0, 1.0, "1 - alpha_y/alpha_x")
 
+    masking = "height_correlated"
+
     @property
     def facets(self) -> Distribution:
         thin, r = 1.0 - self.specular_roughness_anisotropy, self.specular_roughness
@@ -53,9 +53,6 @@ class OpenPBRMetal(Facets):
     def fresnel(self) -> Any:
         return F82Tint.unchecked(F0=self.base_color, tint=self.specular_color)
 
-    def G(self, wi: Direction, wo: Direction, wm: Direction) -> Any:
-        return height_correlated(self.facets, wi, wo, wm)
-
     def formula(self, wi: Direction, wo: Direction) -> Any:
         wm, cos_d = half_and_cosine(wi, wo)
         G = self.G(wi, wo, wm)
@@ -65,45 +62,7 @@ class OpenPBRMetal(Facets):
         return self.specular_weight * super().estimate(wo)
 
 
-class _GlossyDiffuse(Facets):
-    """The parameters, and what both lobes need."""
-
-    base_color = param(0.8, 0.0, 1.0, "share that returns of the light that enters, times base_weight")
-    specular_weight = param(1.0, 0.0, 1.0, "factor of the reflectance at normal incidence")
-    specular_roughness = param(0.3, 0.0, 1.0, "alpha = roughness^2", sampled="max")
-    specular_ior = param(1.5, 1.0, 3.0, "refractive index below over that above")
-
-    @property
-    def alpha(self) -> Any:
-        """Slope scale of the interface."""
-        return ops.maximum(self.specular_roughness * self.specular_roughness, 1e-3)
-
-    @property
-    def facets(self) -> Distribution:
-        return GGX.unchecked(alpha_x=self.alpha, alpha_y=self.alpha)
-
-    @property
-    def fresnel(self) -> Any:
-        amplitude = (self.specular_ior - 1.0) / (self.specular_ior + 1.0)
-        return Schlick.unchecked(F0=self.specular_weight * amplitude * amplitude)
-
-    def G(self, wi: Direction, wo: Direction, wm: Direction) -> Any:
-        return height_correlated(self.facets, wi, wo, wm)
-
-    def entering(self, w: Direction) -> Any:
-        """1 - E(mu): what the interface does not reflect, E = F0 (E_1 - B) + B."""
-        F0 = self.fresnel.F0
-        gone = lost(w.z, self.alpha)
-        return F0 * gone + (1.0 - F0) * (1.0 - schlick_share(w.z, self.alpha))
-
-    def below(self, wi: Direction, wo: Direction) -> Any:
-        """The diffuse lobe."""
-        F0 = self.fresnel.F0
-        mean = F0 * lost_on_average(self.alpha) + (1.0 - F0) * (1.0 - schlick_share_on_average(self.alpha))
-        return self.base_color * (1.0 / math.pi) * self.entering(wi) * self.entering(wo) / mean
-
-
-class OpenPBRGlossyDiffuse(_GlossyDiffuse):
+class OpenPBRGlossyDiffuse(CompensatedMirrors):
     """OpenPBR's glossy-diffuse base: f = f_gloss + base_color (1 - E(mu_i))(1 - E(mu_o))/(pi (1 - E_avg)).
 
     f_gloss is `Microfacet(GGX(alpha), Schlick(F0))`, alpha = roughness^2 (at least 0.001), F0 = specular_weight
@@ -121,21 +80,34 @@ class OpenPBRGlossyDiffuse(_GlossyDiffuse):
              Kelemen & Szirmay-Kalos 2001.
     """
 
-    def formula(self, wi: Direction, wo: Direction) -> Any:
-        return super().formula(wi, wo) + self.below(wi, wo)
+    base_color = param(0.8, 0.0, 1.0, "share that returns of the light that enters, times base_weight")
+    specular_weight = param(1.0, 0.0, 1.0, "factor of the reflectance at normal incidence")
+    specular_roughness = param(0.3, 0.0, 1.0, "alpha = roughness^2", sampled="max")
+    specular_ior = param(1.5, 1.0, 3.0, "refractive index below over that above")
 
-    def lobes(self) -> Iterable[tuple[Any, Reflectance]]:
-        yield 1.0, Microfacet.unchecked(distribution=self.facets, fresnel=self.fresnel, masking="height_correlated")
-        yield 1.0, _Below.unchecked(**{name: self.__dict__[name] for name in self.fields})
+    @property
+    def alpha(self) -> Any:
+        """Slope scale of the interface."""
+        return ops.maximum(self.specular_roughness * self.specular_roughness, 1e-3)
+
+    @property
+    def fresnel(self) -> Any:
+        amplitude = (self.specular_ior - 1.0) / (self.specular_ior + 1.0)
+        return Schlick.unchecked(F0=self.specular_weight * amplitude * amplitude)
+
+    def other(self) -> type[_Below]:
+        return _Below
 
 
-class _Below(_GlossyDiffuse):
+class _Below(OpenPBRGlossyDiffuse):
     """The diffuse lobe, drawn from the cosine hemisphere."""
 
-    warp, density = Reflectance.warp, Reflectance.density
+    lobes = Reflectance.lobes
 
     def formula(self, wi: Direction, wo: Direction) -> Any:
-        return self.below(wi, wo)
+        alpha, F0 = self.alpha, self.fresnel.F0
+        mean = F0 * lost_on_average(alpha) + (1.0 - F0) * (1.0 - schlick_share_on_average(alpha))
+        return self.base_color * (1.0 / math.pi) * entering(wi.z, alpha, F0) * entering(wo.z, alpha, F0) / mean
 
     def estimate(self, wo: Direction) -> Any:
-        return self.base_color * self.entering(wo)
+        return self.base_color * entering(wo.z, self.alpha, self.fresnel.F0)

@@ -2,37 +2,40 @@
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from collections.abc import Iterable
-from typing import Any, ClassVar
+from typing import Any
 
 from ..arrays import ops
 from ..base.reflectance import Reflectance
-from ..distributions.ggx import GGX
 from ..formula.direction import Direction, raised
 from ..formula.fields import param, part
 from ..formula.fresnel.schlick import Schlick
 from ..formula.warp import power_positive
-from ._ggx_albedo import chebyshev2, lost, schlick_share
+from ._ggx_albedo import chebyshev2, entering
 from ._wrapper import WrappedLobe, Wrapper
 from .lambertian import Lambertian
-from .microfacet import Microfacet
+from .microfacet import ggx_mirrors
 from .sheen import CharlieSheen
 
 
 class _Layer(Wrapper):
-    """What both have in common: a layer's own light, and that of the base which the layer lets through."""
+    """The layer's own light, and that of the base which the layer lets through."""
 
     wraps = "base"
     base: Any
-    below: ClassVar[type[_Below]]
 
+    @abstractmethod
+    def below(self) -> type[_Below]:
+        """Class of the lobes of the base."""
+
+    @abstractmethod
     def top(self) -> tuple[Any, Reflectance]:
         """Weight and reflectance of the layer."""
-        raise NotImplementedError
 
+    @abstractmethod
     def passed(self, wi: Direction, wo: Direction) -> Any:
         """The factor of the base, the same when directions are exchanged."""
-        raise NotImplementedError
 
     def formula(self, wi: Direction, wo: Direction) -> Any:
         weight, top = self.top()
@@ -42,14 +45,11 @@ class _Layer(Wrapper):
         yield self.top()
         values = {name: self.__dict__[name] for name in self.fields}
         for weight, lobe in self.base.lobes():
-            yield weight, self.below.unchecked(**(values | {"base": lobe}))
+            yield weight, self.below().unchecked(**(values | {"base": lobe}))
 
 
-class _Below(WrappedLobe):
+class _Below(WrappedLobe, _Layer):
     """A lobe of the base as it is seen through the layer."""
-
-    base: Any
-    passed: Any
 
     def formula(self, wi: Direction, wo: Direction) -> Any:
         return self.passed(wi, wo) * self.base.formula(wi, wo)
@@ -71,10 +71,31 @@ class _Below(WrappedLobe):
         return self.passed(wo, wo) * self.base.estimate(wo)
 
 
-class _Coat(_Layer):
-    """The parameters of the coat, and what it lets through."""
+class OpenPBRCoat(_Layer):
+    """OpenPBR's coat over any base: f = C f_coat + (1 - C max(E_i, E_o)) (1 - C + C T) f_base.
 
-    base = part(Reflectance, Lambertian(0.5), "what lies under the coat")
+    C is the weight; f_coat = `Microfacet(GGX(alpha), Schlick(F0))`, alpha = roughness^2 (at least 0.001),
+    F0 = ((ior - 1)/(ior + 1))^2, E(mu) its albedo; T = color^((1/mu_i' + 1/mu_o')/2), mu' the cosines of the
+    directions refracted into the coat, is the share that passes it.
+    The whole stack is `OpenPBRFuzz(OpenPBRCoat((1 - M) * OpenPBRGlossyDiffuse(...) + M * OpenPBRMetal(...)))`.
+    The specification scales the base by 1 - C E_o, which is not reciprocal; the larger E is, and conserves energy over
+    any base that does. Light is lost that comes in at a slant and is scattered to where E is smaller: over white
+    Lambertian surfaces and smooth coats of index 1.6, 4.5 % at normal incidence, 3.5 % at 60 degrees and 0.1 % at 85;
+    under rough ones (roughness = 1) 0.8 % and 0.3 %.
+    Left out: the exact Fresnel term, in whose place is Schlick's, which rises to 1 at grazing also where ior = 1;
+    anisotropy; light that the coat sends back to the base (the specification's darkening = 0; `Coated` follows it);
+    and the coat's effect on the base's own roughness and index.
+
+    Looks    `OpenPBRCoat(Lambertian([0.8, 0.1, 0.1]))` is lacquer with a sharp highlight; `coat_color=[1, 0.8, 0.4]` is
+             amber varnish, `coat_roughness=0.5` is frosted.
+    Shapes   all: numbers or (..., C).
+    Units    f: 1/sr; all others: 1.
+    Error    E, a fit: 7e-4; so is the albedo, which over a white base may exceed 1 by this.
+    Source   Andersson et al. 2024, "OpenPBR Surface", specification 1.1, section on the coat, with its view-dependent
+             absorption. The reciprocal form is derived here.
+    """
+
+    base = part(Reflectance, Lambertian(0.5), "reflectance under the coat")
     coat_weight = param(1.0, 0.0, 1.0, "share of the surface that is coated")
     coat_color = param(1.0, 0.0, 1.0, "share of light that passes the coat twice, straight through")
     coat_roughness = param(0.0, 0.0, 1.0, "alpha = roughness^2", sampled="max")
@@ -91,14 +112,11 @@ class _Coat(_Layer):
         amplitude = (self.coat_ior - 1.0) / (self.coat_ior + 1.0)
         return amplitude * amplitude
 
-    def top(self) -> tuple[Any, Reflectance]:
-        facets = GGX.unchecked(alpha_x=self.alpha, alpha_y=self.alpha)
-        fresnel = Schlick.unchecked(F0=self.F0)
-        return self.coat_weight, Microfacet.unchecked(distribution=facets, fresnel=fresnel, masking="height_correlated")
+    def below(self) -> type[_BelowCoat]:
+        return _BelowCoat
 
-    def entering(self, w: Direction) -> Any:
-        """1 - E(mu): what the coat does not reflect, E = F0 (E_1 - B) + B."""
-        return self.F0 * lost(w.z, self.alpha) + (1.0 - self.F0) * (1.0 - schlick_share(w.z, self.alpha))
+    def top(self) -> tuple[Any, Reflectance]:
+        return self.coat_weight, ggx_mirrors(self.alpha, Schlick.unchecked(F0=self.F0))
 
     def path(self, w: Direction) -> Any:
         """1/cos(theta) of w refracted into the coat."""
@@ -107,74 +125,22 @@ class _Coat(_Layer):
     def passed(self, wi: Direction, wo: Direction) -> Any:
         bare = 1.0 - self.coat_weight
         left = power_positive(self.coat_color, 0.5 * (self.path(wi) + self.path(wo)))
-        entering = ops.minimum(self.entering(wi), self.entering(wo))
-        return (bare + self.coat_weight * entering) * (bare + self.coat_weight * left)
+        least = ops.minimum(entering(wi.z, self.alpha, self.F0), entering(wo.z, self.alpha, self.F0))
+        return (bare + self.coat_weight * least) * (bare + self.coat_weight * left)
 
 
-class _BelowCoat(_Below, _Coat):
+class _BelowCoat(_Below, OpenPBRCoat):
     """A lobe under the coat."""
 
 
-class OpenPBRCoat(_Coat):
-    """OpenPBR's coat over any base: f = C f_coat + (1 - C max(E_i, E_o)) (1 - C + C T) f_base.
-
-    C is the weight; f_coat = `Microfacet(GGX(alpha), Schlick(F0))`, alpha = roughness^2 (at least 0.001),
-    F0 = ((ior - 1)/(ior + 1))^2, E(mu) its albedo; T = color^((1/mu_i' + 1/mu_o')/2), mu' the cosines of the
-    directions refracted into the coat, is what passes it.
-    The whole stack is `OpenPBRFuzz(OpenPBRCoat((1 - M) * OpenPBRGlossyDiffuse(...) + M * OpenPBRMetal(...)))`.
-    The specification scales the base by 1 - C E_o, which is not reciprocal; the larger E is, and conserves energy over
-    any base that does. Lost is what comes in at a slant and is scattered to where E is smaller: over white Lambertian
-    surfaces and smooth coats of index 1.6 4.5 % at normal incidence, 3.5 % at 60 degrees and 0.1 % at 85; under rough
-    ones (roughness = 1) 0.8 % and 0.3 %.
-    Left out: the exact Fresnel term, in whose place is Schlick's, which rises to 1 at grazing also where ior = 1;
-    anisotropy; light that the coat sends back to the base (the specification's darkening = 0; `Coated` follows it);
-    and what the coat does to the base's own roughness and index.
-
-    Looks    `OpenPBRCoat(Lambertian([0.8, 0.1, 0.1]))` is lacquer with a sharp highlight; `coat_color=[1, 0.8, 0.4]` is
-             amber varnish, `coat_roughness=0.5` is frosted.
-    Shapes   all: numbers or (..., C).
-    Units    f: 1/sr; all others: 1.
-    Error    E, a fit: 7e-4; so is the albedo, which over a white base may exceed 1 by this.
-    Source   Andersson et al. 2024, "OpenPBR Surface", specification 1.1, section on the coat, with its view-dependent
-             absorption. The reciprocal form is derived here.
-    """
-
-    below = _BelowCoat
-
-
-class _Fuzz(_Layer):
-    """The parameters of the fuzz, and what it lets through."""
-
-    base = part(Reflectance, Lambertian(0.5), "what lies under the fuzz")
-    fuzz_weight = param(1.0, 0.0, 1.0, "share of the surface that is covered")
-    fuzz_color = param(1.0, 0.0, 1.0, "reflectance of the fibres")
-    fuzz_roughness = param(0.5, 0.0, 1.0, "how far from the horizon the normals of the fibres spread")
-
-    @property
-    def sheen(self) -> CharlieSheen:
-        """The fibres, white."""
-        return CharlieSheen.unchecked(rho=1.0, r=ops.maximum(self.fuzz_roughness, 0.1))
-
-    def top(self) -> tuple[Any, Reflectance]:
-        return self.fuzz_weight * self.fuzz_color, self.sheen
-
-    def passed(self, wi: Direction, wo: Direction) -> Any:
-        most = ops.maximum(sheen_albedo(self.sheen, wi), sheen_albedo(self.sheen, wo))
-        return 1.0 - self.fuzz_weight * most
-
-
-class _BelowFuzz(_Below, _Fuzz):
-    """A lobe under the fuzz."""
-
-
-class OpenPBRFuzz(_Fuzz):
+class OpenPBRFuzz(_Layer):
     """OpenPBR's fuzz over any base, with another sheen: f = W color f_sheen + (1 - W max(E_i, E_o)) f_base.
 
     W is the weight; f_sheen = `CharlieSheen(1, r)`, r = roughness (at least 0.1), and E(mu) is its albedo. The
     specification has here the volume of fibres of Zeltner, Burley & Chiang 2022, whose numbers are tables; and it
     scales the base by 1 - W E_o, which is not reciprocal. The larger E is, and conserves energy over any base that
-    does; lost is what comes in at a slant and is scattered to where E is smaller: over a white
-    Lambertian surface 14 % at normal incidence and 4 % at 60 degrees (roughness 0.5; of 0.1, 8 % and 3.5 %).
+    does; light is lost that comes in at a slant and is scattered to where E is smaller: over a white Lambertian
+    surface 14 % at normal incidence and 4 % at 60 degrees (roughness 0.5; of 0.1, 8 % and 3.5 %).
     As in the specification the base is not tinted, as if all fibres were white.
     The whole stack is `OpenPBRFuzz(OpenPBRCoat((1 - M) * OpenPBRGlossyDiffuse(...) + M * OpenPBRMetal(...)))`.
 
@@ -188,14 +154,34 @@ class OpenPBRFuzz(_Fuzz):
              2017. The reciprocal form and E are derived here.
     """
 
-    below = _BelowFuzz
+    base = part(Reflectance, Lambertian(0.5), "reflectance under the fuzz")
+    fuzz_weight = param(1.0, 0.0, 1.0, "share of the surface that is covered")
+    fuzz_color = param(1.0, 0.0, 1.0, "reflectance of the fibres")
+    fuzz_roughness = param(0.5, 0.0, 1.0, "how far from the horizon the normals of the fibres spread")
+
+    @property
+    def sheen(self) -> CharlieSheen:
+        """The fibres, white."""
+        return CharlieSheen.unchecked(rho=1.0, r=ops.maximum(self.fuzz_roughness, 0.1))
+
+    def below(self) -> type[_BelowFuzz]:
+        return _BelowFuzz
+
+    def top(self) -> tuple[Any, Reflectance]:
+        return self.fuzz_weight * self.fuzz_color, self.sheen
+
+    def passed(self, wi: Direction, wo: Direction) -> Any:
+        most = ops.maximum(sheen_albedo(self.sheen, wi), sheen_albedo(self.sheen, wo))
+        return 1.0 - self.fuzz_weight * most
+
+
+class _BelowFuzz(_Below, OpenPBRFuzz):
+    """A lobe under the fuzz."""
 
 
 def sheen_albedo(m: CharlieSheen, w: Direction) -> Any:
     """The albedo E(mu) of `CharlieSheen(1, r)`, of a reflectance that may not exceed 1, from above.
 
-    Shapes   any that broadcast.
-    Units    1.
     Error    0 to 0.0065, 0.003 on average.
     Source   linear programming on 1600 points, against `gonio.albedo`. What is fitted is E mu (1 + Lambda), smooth.
     """

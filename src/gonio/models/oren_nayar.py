@@ -14,8 +14,8 @@ from ._rough_diffuse import _RoughDiffuse
 class _OrenNayar(_RoughDiffuse):
     """The functions A (C1) and B of the standard deviation of the facets' slope angles."""
 
-    rho: Any
-    sigma: Any
+    rho = param(0.5, 0.0, 1.0, "albedo of a facet")
+    sigma = param(0.3, 0.0, 0.5 * math.pi, "standard deviation of the slope angles", unit="rad", sampled="max")
 
     @property
     def A(self) -> Any:
@@ -52,9 +52,6 @@ class OrenNayar(_OrenNayar):
     Error    rounding: 4e-7 relative in float32, away from where f changes its sign.
     Source   Oren & Nayar 1994, "Generalization of Lambert's reflectance model", SIGGRAPH. Sampling derived here.
     """
-
-    rho = param(0.5, 0.0, 1.0, "albedo of a facet")
-    sigma = param(0.3, 0.0, 0.5 * math.pi, "standard deviation of the slope angles", unit="rad", sampled="max")
 
     breaks: ClassVar[dict[str, str]] = {
         "energy": "the published fit exceeds the integral that it stands for: at rho = 1 and grazing incidence the "
@@ -97,9 +94,6 @@ class QualitativeOrenNayar(_OrenNayar):
     Error    rounding: 2e-7 relative in float32. Light that is reflected twice is left out: see `OrenNayar`, `EON`.
     Source   Oren & Nayar 1994, "Generalization of Lambert's reflectance model", SIGGRAPH. Sampling derived here.
     """
-
-    rho = param(0.5, 0.0, 1.0, "albedo of a facet")
-    sigma = param(0.3, 0.0, 0.5 * math.pi, "standard deviation of the slope angles", unit="rad", sampled="max")
 
     breaks: ClassVar[dict[str, str]] = {
         "energy": "the published fit: at grazing incidence the albedo is rho (A + B/2), which reaches 1.015 rho at "

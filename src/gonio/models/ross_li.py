@@ -1,4 +1,4 @@
-"""Ross–Li: the sum of kernels that satellites' BRDF and albedo products are made of, and the kernels themselves."""
+"""Kernel-driven models: Roujean's, and Ross–Li with its kernels, of which satellites' products are made."""
 
 from __future__ import annotations
 
@@ -7,18 +7,22 @@ from collections.abc import Callable
 from typing import Any, ClassVar
 
 from ..arrays import ops
-from ..base.reflectance import Reflectance
-from ..formula.direction import Direction, dot
+from ..formula.direction import Direction, dot, length
 from ..formula.fields import option, param
-from ..formula.warp import power_cosine, power_cosine_density
-from ._phase_angle import phase_angle
+from ..formula.special import sin_minus_x_cos
+from ._power_cosine import PowerCosine
 
 HOT_SPOT_WIDTH = math.radians(1.5)
 """Half width xi_0 [rad] of the hot spot in `ross_thick_hotspot`, as fitted to POLDER's measurements."""
 
 
+def phase_angle(wi: Direction, wo: Direction) -> Any:
+    """Angle between two directions [rad] in [0, pi], without cancellation where it is small; 0 is back-scatter."""
+    return 2.0 * ops.arctan2(length(wi - wo), length(wi + wo))
+
+
 def scattering_by_leaves(xi: Any) -> Any:
-    """(pi/2 - xi) cos(xi) + sin(xi): what leaves of all orientations scatter once, at phase angle xi [rad]."""
+    """(pi/2 - xi) cos(xi) + sin(xi): single scattering by leaves of all orientations, at phase angle xi [rad]."""
     return (0.5 * math.pi - xi) * ops.cos(xi) + ops.sin(xi)
 
 
@@ -95,7 +99,7 @@ WHITE_SKY = {
 """The kernels' means over all cos(theta) dw of light and viewer, for the papers' crowns."""
 
 
-class RossLi(Reflectance):
+class RossLi(PowerCosine):
     """Kernel-driven surface of soil and plants: BRF = f_iso + f_vol K_vol + f_geo K_geo, and f = BRF/pi.
 
     K_vol (`ross_thick`, `ross_thin`, `ross_thick_hotspot`) is scattering by leaves, K_geo (`li_sparse_r`,
@@ -133,14 +137,70 @@ class RossLi(Reflectance):
         k_geo = GEOMETRIC[self.geometric](wi, wo, self.h_b, self.b_r)
         return (self.f_iso + self.f_vol * k_vol + self.f_geo * k_geo) * (1.0 / math.pi)
 
-    def warp(self, wo: Direction, u0: Any, u1: Any) -> Direction:
-        return power_cosine(0.0, u0, u1)
-
-    def density(self, wi: Direction, wo: Direction) -> Any:
-        return power_cosine_density(0.0, wi.z)
+    def exponent(self, wo: Direction) -> Any:
+        return 0.0
 
     def estimate(self, wo: Direction) -> Any:
         spread = ops.absolute(self.f_vol) + ops.absolute(self.f_geo)
         k_vol, k_geo = WHITE_SKY[self.volumetric], WHITE_SKY[self.geometric]
         white_sky = self.f_iso + k_vol * self.f_vol + k_geo * self.f_geo
         return ops.maximum(white_sky, 0.1 * (self.f_iso + spread)) + 0.0 * wo.z
+
+
+class Roujean(PowerCosine):
+    """Kernel-driven surface of soil and plants: BRF = k0 + k1 f1 + k2 f2, and f = BRF/pi.
+
+    f1 = ((pi - phi) cos(phi) + sin(phi)) t_i t_o/(2 pi) - (t_i + t_o + |t_i - t_o|)/pi, t = tan(theta) as a vector
+    of the plane, phi in [0, pi] with 0 for back-scatter: diffuse blocks and their shadows.
+    f2 = 4/(3 pi) ((pi/2 - xi) cos(xi) + sin(xi))/(cos(theta_i) + cos(theta_o)) - 1/3: scattering by leaves at phase
+    angle xi; 4/(3 pi) times the kernel `ross_thick` of `RossLi`.
+
+    Looks    `Roujean(0.2, 0, 0.3)` is a thick canopy, at the rim brighter than Lambertian; `Roujean(0.2, 0.04, 0)` is
+             ploughed soil, brightest where no shadow is seen.
+    Shapes   k0, k1, k2: numbers or (..., C).
+    Units    f: 1/sr; k0, k1, k2: 1, k0 is the BRF with light and viewer at the zenith.
+    Error    rounding. Sampling is uniform over the hemisphere, for f1 grows as tan(theta).
+    Source   Roujean, Leroy & Deschamps 1992, J. Geophys. Res. 97(D18):20455. Equations as in two independent
+             descriptions.
+    """
+
+    k0 = param(0.2, 0.0, 2.0, "weight of the constant: the BRF at the zenith")
+    k1 = param(0.02, -1.0, 1.0, "weight of the geometric kernel")
+    k2 = param(0.3, -2.0, 2.0, "weight of the volumetric kernel")
+
+    breaks: ClassVar[dict[str, str]] = {
+        "positivity": "a sum of signed kernels: with k0 = 0.1, k1 = 0.1 the BRF at 45 degrees in the forward direction "
+        "is -0.03",
+        "energy": "the weights are free and f1 has no bound towards grazing: k0 = 0.2, k1 = -1 reflects 1.5 times the "
+        "light that arrives at 60 degrees, 4.4 times at 85",
+    }
+
+    def formula(self, wi: Direction, wo: Direction) -> Any:
+        return (self.k0 + self.k1 * _blocks(wi, wo) + self.k2 * _leaves(wi, wo)) * (1.0 / math.pi)
+
+    def exponent(self, wo: Direction) -> Any:
+        return 0.0
+
+    def estimate(self, wo: Direction) -> Any:
+        spread = ops.absolute(self.k1) + ops.absolute(self.k2)
+        white_sky = self.k0 - 1.29 * self.k1 + 0.08 * self.k2
+        return ops.maximum(white_sky, 0.1 * (self.k0 + spread)) + 0.0 * wo.z
+
+
+def _blocks(wi: Direction, wo: Direction) -> Any:
+    """f1."""
+    ti, to = Direction(wi.x / wi.z, wi.y / wi.z, 0.0), Direction(wo.x / wo.z, wo.y / wo.z, 0.0)
+    along, across = dot(ti, to), ops.absolute(ti.x * to.y - ti.y * to.x)
+    product2 = along * along + across * across
+    upright = product2 < 1e-30
+    # With delta = pi - phi the bracket is sin(delta) - delta cos(delta), which cancels towards forward scattering.
+    delta = ops.arctan2(across, ops.where(upright, 1.0, -along))
+    product = ops.where(upright, 0.0, ops.sqrt(ops.where(upright, 1.0, product2)))
+    paths = length(ti) + length(to) + length(ti - to)
+    return product * sin_minus_x_cos(delta) * (0.5 / math.pi) - paths * (1.0 / math.pi)
+
+
+def _leaves(wi: Direction, wo: Direction) -> Any:
+    """f2."""
+    xi = phase_angle(wi, wo)
+    return (4.0 / (3.0 * math.pi)) * scattering_by_leaves(xi) / (wi.z + wo.z) - 1.0 / 3.0

@@ -17,7 +17,7 @@ from .microfacet import Microfacet
 class Rotated(Reframed):
     """Another reflectance with its tangent turned by `angle` about the normal, from x towards y: f = of.f(R wi, R wo).
 
-    R turns directions by -angle, so that what was along x lies at azimuth `angle`.
+    R turns directions by -angle, so that the brushing direction of `of` lies at azimuth `angle`.
 
     Looks    `Rotated(Microfacet(GGX(0.05, 0.4)), 0.8)` is brushed metal whose highlight is drawn out along a slant;
              over isotropic materials it changes nothing.
@@ -27,7 +27,7 @@ class Rotated(Reframed):
     Source   definition.
     """
 
-    of = part(Reflectance, Microfacet(GGX(0.1, 0.4)), "what is turned")
+    of = part(Reflectance, Microfacet(GGX(0.1, 0.4)), "reflectance before the turn")
     angle = param(0.0, -2.0 * math.pi, 2.0 * math.pi, "azimuth of its tangent", unit="rad")
 
     def light_within(self, wi: Direction) -> Direction:

@@ -6,13 +6,12 @@ import math
 from typing import Any, ClassVar
 
 from ..arrays import ops
-from ..base.reflectance import Reflectance
 from ..formula.direction import Direction, dot, length
 from ..formula.fields import param
-from ..formula.warp import power_cosine, power_cosine_density
+from ._power_cosine import PowerCosine
 
 
-class RPV(Reflectance):
+class RPV(PowerCosine):
     """Semi-empirical land surface: BRF = rho_0 M F H, and f = BRF/pi.
 
     M = (cos(theta_i) cos(theta_o) (cos(theta_i) + cos(theta_o)))^(k - 1): bowl (k < 1) or bell (k > 1);
@@ -56,11 +55,8 @@ class RPV(Reflectance):
         apart = Direction(wi.x / wi.z - wo.x / wo.z, wi.y / wi.z - wo.y / wo.z, 0.0)
         return 1.0 + (1.0 - self.rho_c) / (1.0 + length(apart))
 
-    def warp(self, wo: Direction, u0: Any, u1: Any) -> Direction:
-        return power_cosine(self.k, u0, u1)
-
-    def density(self, wi: Direction, wo: Direction) -> Any:
-        return power_cosine_density(self.k, wi.z)
+    def exponent(self, wo: Direction) -> Any:
+        return self.k
 
     def estimate(self, wo: Direction) -> Any:
         return self.rho_0 + 0.0 * wo.z

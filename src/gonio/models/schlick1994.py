@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 from ..arrays import ops
 from ..base.reflectance import Reflectance
 from ..distributions.ggx import GGX
-from ..formula.direction import Direction, azimuth, dot, half_and_cosine, normalize, reflect
+from ..formula.direction import Direction, azimuth, dot, half_and_cosine, half_vector, normalize, reflect
 from ..formula.fields import param
 from ..formula.fresnel.schlick import Schlick
 
@@ -46,16 +46,21 @@ class Schlick1994(_Single):
     p = param(1.0, 1e-2, 1.0, "isotropy factor: 1 isotropic, smaller ones spread the lobe along y")
 
     breaks: ClassVar[dict[str, str]] = {
-        "energy": "what facets shadow leaves again as (1 - G(v) G(v'))/(4 pi v v'), whose albedo grows without bound "
+        "energy": "shadowed light leaves again as (1 - G(v) G(v'))/(4 pi v v'), whose albedo grows without bound "
         "towards grazing: for C = 1, r = 0.5 it is 1.03 at 60 degrees, 5.6 at 85, 286 at 89.9",
     }
 
     def formula(self, wi: Direction, wo: Direction) -> Any:
-        H = wi + wo
-        return self.S(0.5 * ops.sqrt(dot(H, H))) * (self.obstructed(wi, wo, normalize(H)) + self.spread(wi, wo))
+        return self.colour(wi, wo) * (self.obstructed(wi, wo) + self.spread(wi, wo))
 
-    def obstructed(self, wi: Direction, wo: Direction, h: Direction) -> Any:
+    def colour(self, wi: Direction, wo: Direction) -> Any:
+        """S(cos(theta_d))."""
+        H = wi + wo
+        return self.S(0.5 * ops.sqrt(dot(H, H)))
+
+    def obstructed(self, wi: Direction, wo: Direction) -> Any:
         """b G(v) G(v') Z A/(4 pi v v'), with G(v)/v = 1/(q + v), q = r (1 - v)."""
+        h = half_vector(wi, wo)
         A = ops.sqrt(self.p) * ops.sqrt(1.0 / self.ellipse(h, self.p))
         return self.r * (1.0 - self.r) * self.facets().D(h) * A / (self._gap(wi) * self._gap(wo))
 
@@ -80,19 +85,16 @@ class Schlick1994(_Single):
         return p * p * sin_phi * sin_phi + cos_phi * cos_phi
 
     def lobes(self) -> Iterable[tuple[Any, Reflectance]]:
-        for lobe in (_Obstructed, _Spread):
-            yield 1.0, lobe.unchecked(C=self.C, r=self.r, p=self.p)
+        return [(1.0, lobe.unchecked(C=self.C, r=self.r, p=self.p)) for lobe in (_Obstructed, _Spread)]
 
 
 class _Obstructed(Schlick1994):
     """The facets' part, sampled by its half vector: t as t Z(t) has it, azimuths more evenly than A, to bound it."""
 
-    def formula(self, wi: Direction, wo: Direction) -> Any:
-        H = wi + wo
-        return self.S(0.5 * ops.sqrt(dot(H, H))) * self.obstructed(wi, wo, normalize(H))
+    lobes = Reflectance.lobes
 
-    def lobes(self) -> Iterable[tuple[Any, Reflectance]]:
-        yield 1.0, self
+    def formula(self, wi: Direction, wo: Direction) -> Any:
+        return self.colour(wi, wo) * self.obstructed(wi, wo)
 
     def warp(self, wo: Direction, u0: Any, u1: Any) -> Direction:
         psi = 2.0 * math.pi * u0
@@ -112,12 +114,10 @@ class _Obstructed(Schlick1994):
 class _Spread(Schlick1994):
     """Diffuse and re-emitted light, sampled uniformly: so it stays bounded where light leaves at grazing angles."""
 
-    def formula(self, wi: Direction, wo: Direction) -> Any:
-        H = wi + wo
-        return self.S(0.5 * ops.sqrt(dot(H, H))) * self.spread(wi, wo)
+    lobes = Reflectance.lobes
 
-    def lobes(self) -> Iterable[tuple[Any, Reflectance]]:
-        yield 1.0, self
+    def formula(self, wi: Direction, wo: Direction) -> Any:
+        return self.colour(wi, wo) * self.spread(wi, wo)
 
     def warp(self, wo: Direction, u0: Any, u1: Any) -> Direction:
         phi, z = 2.0 * math.pi * u0, 1.0 - u1
@@ -132,7 +132,7 @@ class _Spread(Schlick1994):
 
 
 class Schlick1994Specular(_Single):
-    """What Schlick's model mirrors: reflectance c S(u), c = (1 - 2 r)^2 for r < 1/2 and 0 above, as in `Schlick1994`.
+    """The mirror in Schlick's model: reflectance c S(u), c = (1 - 2 r)^2 for r < 1/2 and 0 above, as in `Schlick1994`.
 
     Looks    `Schlick1994Specular(0.5, 0.01)` is a clear mirror, brighter at the rim; from r = 1/2 on nothing is
              mirrored.

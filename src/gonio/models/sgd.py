@@ -18,7 +18,7 @@ class SGD(Facets):
     """Glossy lobe of the SGD model: f = (rho_s/pi) F(theta_d) D(theta_m) G1(theta_i) G1(theta_o) / (cos_i cos_o).
 
     D is `SGDFacets(alpha, p)`; F = F0 - F1 cos + (1 - F0)(1 - cos)^5 at the difference angle, which is no Fresnel
-    reflectance but fits what is measured; G1 = 1 + lam (1 - exp(c max(theta - theta0, 0)^k)), a fit to Smith's
+    reflectance but fits measurements; G1 = 1 + lam (1 - exp(c max(theta - theta0, 0)^k)), a fit to Smith's
     masking of each D, whose numbers come with those of D. F and G1 below 0 count as 0. The diffuse part is a
     `Lambertian` beside it. For a physical surface with this D take `Microfacet(SGDFacets(alpha, p), ...)`.
 

@@ -1,4 +1,4 @@
-"""Sheen: what fibres that stand out of a cloth add towards grazing."""
+"""Sheen: light that the fibres of a cloth add towards grazing."""
 
 from __future__ import annotations
 
@@ -43,10 +43,10 @@ class CharlieSheen(Reflectance):
     def _lambda(self, w: Direction) -> Any:
         low = w.z < 0.5
         opposite = (w.x * w.x + w.y * w.y) / (1.0 + w.z)  # 1 - cos, without cancellation
-        own = self._exponent(ops.where(low, w.z, ops.maximum(opposite, 1e-10)))
+        exponent = self._exponent(ops.where(low, w.z, ops.maximum(opposite, 1e-10)))
         rough, smooth = (0.5 * a + e for a, e in zip(_TABLE[0], _TABLE[4], strict=True))
         factor = math.exp(rough) * ops.exp((smooth - rough) * self._smooth())
-        return factor * ops.exp(ops.where(low, own, 2.0 * self._exponent(0.5 + 0.0 * w.z) - own))
+        return factor * ops.exp(ops.where(low, exponent, 2.0 * self._exponent(0.5 + 0.0 * w.z) - exponent))
 
     def formula(self, wi: Direction, wo: Direction) -> Any:
         wm = half_vector(wi, wo)

@@ -11,7 +11,6 @@ from ..formula.fields import param, part
 from ..formula.fresnel import as_fresnel
 from ..formula.fresnel.constant import Constant
 from ..formula.fresnel_term import Fresnel
-from ..formula.maskings.v_groove import v_groove
 from ._facets import Facets
 
 
@@ -32,12 +31,11 @@ class TorranceSparrow(Facets):
     alpha = param(0.2, 1e-3, 1.0, "angular width of the facets (1/c)", unit="rad", sampled="max")
     fresnel = part(Fresnel, Constant(1.0), "reflectance of a facet", coerce=as_fresnel)
 
+    masking = "v_groove"
+
     @property
     def facets(self) -> Distribution:
         return GaussianFacets.unchecked(alpha=self.alpha)
-
-    def G(self, wi: Direction, wo: Direction, wm: Direction) -> Any:
-        return v_groove(self.facets, wi, wo, wm)
 
     def mirror(self, wo: Direction) -> Any:
         return self.fresnel.F(wo.z)

@@ -1,0 +1,30 @@
+"""What models share that give back the light lost by mirror facets."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Iterable
+from typing import Any
+
+from ..base.reflectance import Reflectance
+from ..formula.direction import Direction
+from .microfacet import ggx_mirrors
+
+
+class CompensatedMirrors(Reflectance):
+    """Isotropic GGX facets, and a second lobe."""
+
+    alpha: Any
+    fresnel: Any
+
+    @abstractmethod
+    def other(self) -> type[CompensatedMirrors]:
+        """Class of the second lobe, which has the same parameters."""
+
+    def formula(self, wi: Direction, wo: Direction) -> Any:
+        (_, first), (_, other) = self.lobes()
+        return first.formula(wi, wo) + other.formula(wi, wo)
+
+    def lobes(self) -> Iterable[tuple[Any, Reflectance]]:
+        other = self.other().unchecked(**{name: self.__dict__[name] for name in self.fields})
+        return [(1.0, ggx_mirrors(self.alpha, self.fresnel)), (1.0, other)]
