@@ -1,4 +1,4 @@
-"""Whether a reflectance obeys the laws: a verdict per law, with the number, the tolerance, the place and the reason.
+"""Whether a reflectance obeys the laws: a verdict per law, with its number, tolerance, place and reason.
 
 A law is a file of its own, named after it. It has a function `law(m)` that yields verdicts and notes; ORDER, its place
 in reports: tens for what it looks at (values of f, energy, sampling, limits), ones within; a docstring "Name: what it
@@ -11,6 +11,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -62,7 +63,7 @@ def check(
         raise ShapeError(f"check: parameters are maps of shape {maps}; expected one value, or one per channel")
     judge = _judge(m)
     verdicts, notes = [], []
-    for i, name in enumerate(wanted):
+    for done, name in enumerate(wanted, 1):
         with warnings.catch_warnings(), np.errstate(all="ignore"):
             warnings.simplefilter("ignore", MissingDataWarning)
             for outcome in LAWS[name](m):
@@ -75,28 +76,29 @@ def check(
                 outcome = outcome if outcome.passed else replace(outcome, declared=reason)
                 verdicts.append(judge(outcome))
         if progress is not None:
-            progress(i + 1, len(wanted))
+            progress(done, len(wanted))
     return Report(repr(m), tuple(verdicts), tuple(notes))
 
 
 def _judge(m: Reflectance) -> Callable[[Law], Law]:
-    """What adds to a verdict how significant it is: of a measurement with uncertainties."""
-    if not isinstance(m, Gridded):
-        return lambda law: law
-    from ..uncertainty.table import has_uncertainty
-    from ._significance import judged
+    """The function that adds its significance to a verdict, for a measurement with uncertainties."""
+    if isinstance(m, Gridded):
+        from ..uncertainty.table import has_uncertainty
+        from ._significance import judged
 
-    return (lambda law: judged(m, law)) if has_uncertainty(m) else (lambda law: law)
+        if has_uncertainty(m):
+            return partial(judged, m)
+    return lambda law: law
 
 
 def check_all(progress: Callable[[int, int], None] | None = None) -> dict[str, Report]:
     """Name -> report of every model of gonio, with its default parameters; `table` makes rows of them."""
     kinds = _overview.models()
     reports = {}
-    for i, (name, kind) in enumerate(kinds.items()):
+    for name, kind in kinds.items():
         reports[name] = check(kind())
         if progress is not None:
-            progress(i + 1, len(kinds))
+            progress(len(reports), len(kinds))
     return reports
 
 

@@ -16,12 +16,12 @@ import numpy as np
 
 from ..base.angles import direction
 from ..base.reflectance import Reflectance
-from ._probes import degrees, is_measured, values
-from ._verdict import Law
+from ._probes import degrees, is_measured, largest, values
+from ._verdict import Law, at_most
 
 ORDER = 41
 FOLLOWS = ("energy",)
-GROWTH = 1.25  # of f cos per tenth of the cosine: what tends to a limit is at 1, what grows as 1/sqrt(cos) at 3.2
+GROWTH = 1.25  # of f cos per tenth of the cosine: 1 for a finite limit, 3.2 for 1/sqrt(cos)
 JUMP = 1e-2  # of the value there, from a millionth of the largest up; a square root's kink leaves 1e-4
 HALVINGS = 24
 FAR = np.radians([89.99, 89.999])
@@ -77,16 +77,14 @@ def _growth(m: Reflectance, way: Way) -> Law:
     growth = np.where(infinite, np.inf, growth)
     n = int(growth.argmax())
     value = float(growth[n])
-    passed, why = value <= GROWTH, ""
-    if not passed:
-        who = "light" if way.light_moves else "viewer"
-        why = "f is infinite" if np.isinf(value) else f"f cos(theta) grows {value:.3g}-fold as the {who} goes on"
+    mover = "light" if way.light_moves else "viewer"
+    why = "f is infinite" if np.isinf(value) else f"f cos(theta) grows {value:.3g}-fold as the {mover} goes on"
     rule = "f cos at 89.999/at 89.99 deg = {value} <= {tolerance}"
-    return Law("grazing", passed, value, GROWTH, rule, {} if passed else _place(way, n, float(np.cos(FAR[1]))), why)
+    return at_most("grazing", value, GROWTH, rule, _place(way, n, float(np.cos(FAR[1]))), why)
 
 
 def _jump(m: Reflectance, way: Way) -> Law:
-    """Every step on the way is halved again and again, towards the larger change: what is smooth loses it."""
+    """Every step on the way is halved again and again, towards the larger change: of a smooth f none is left."""
     high, low = (np.repeat(c[:, None], len(way.phi), axis=1) for c in (COSINES[:-1], COSINES[1:]))
     whole = along(m, way, COSINES[:, None]) / COSINES[:, None, None]
     above, below = whole[:-1], whole[1:]
@@ -97,13 +95,9 @@ def _jump(m: Reflectance, way: Way) -> Law:
         upper = _change(above, f, floor) > _change(f, below, floor)
         high, low = np.where(upper, high, middle), np.where(upper, middle, low)
         above, below = np.where(upper[..., None], above, f), np.where(upper[..., None], f, below)
-    jump = _change(above, below, floor)
-    k, n = np.unravel_index(int(jump.argmax()), jump.shape)
-    value = float(jump[k, n])
-    passed = value <= JUMP
-    why = "" if passed else f"f jumps by {value:.3g} of its value there"
-    rule = "largest jump of f = {value} <= {tolerance}"
-    return Law("grazing", passed, value, JUMP, rule, {} if passed else _place(way, int(n), float(low[k, n])), why)
+    value, (k, n) = largest(_change(above, below, floor))
+    why, rule = f"f jumps by {value:.3g} of its value there", "largest jump of f = {value} <= {tolerance}"
+    return at_most("grazing", value, JUMP, rule, _place(way, n, float(low[k, n])), why)
 
 
 def _finite(f: np.ndarray) -> np.ndarray:

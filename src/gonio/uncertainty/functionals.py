@@ -52,7 +52,8 @@ def named(function: Callable, m: Any, args: tuple, named_args: dict[str, Any]) -
     return dict(list(bound.arguments.items())[1:])
 
 
-def _values(wi: Any, wo: Any, out: Any = None) -> Linear:
+def pointwise(wi: Any, wo: Any, out: Any = None) -> Linear:
+    """f at pairs of directions."""
     if out is not None:
         raise ParameterError("out=...: expected None; a result with its uncertainty is an object of its own")
     sides = directions(wi), directions(wo)
@@ -68,7 +69,7 @@ def _values(wi: Any, wo: Any, out: Any = None) -> Linear:
 
 
 def _values_by_angles(theta_i: Any, phi_i: Any, theta_o: Any, phi_o: Any) -> Linear:
-    return _values(direction(theta_i, phi_i), direction(theta_o, phi_o))
+    return pointwise(direction(theta_i, phi_i), direction(theta_o, phi_o))
 
 
 def _factor(incident: Any, collected: Any, share: float) -> Linear:
@@ -134,7 +135,7 @@ def _white_sky(tolerance: float) -> Linear:
 
 
 _KNOWN: dict[Any, Callable[..., Linear]] = {
-    Reflectance.f: _values,
+    Reflectance.f: pointwise,
     Reflectance.f_angles: _values_by_angles,
     albedo: _albedo,
     nine.reflectance: _reflectance,
