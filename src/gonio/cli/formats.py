@@ -40,16 +40,10 @@ def formats_as_text(rows: Sequence[Format]) -> str:
     """The table of file formats."""
     from ..report.format_table import sampled_in_words
 
-    cells = [
-        (
-            row.name,
-            " ".join(row.suffixes),
-            row.access,
-            sampled_in_words(row),
-            f"{row.description}; checked against: {row.oracle}",
-        )
-        for row in rows
-    ]
+    cells = []
+    for row in rows:
+        meaning = f"{row.description}; checked against: {row.oracle}"
+        cells.append((row.name, " ".join(row.suffixes), row.access, sampled_in_words(row), meaning))
     return table(("format", "suffixes", "access", "sampled", "what it is"), cells)
 
 

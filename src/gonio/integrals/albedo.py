@@ -21,5 +21,5 @@ def albedo(m: Reflectance, wi: Any, tolerance: float = 1e-4, error: bool = False
     Source   lecture 4, eq. 4.2; Nicodemus et al. 1977, NBS Monograph 160; the quadrature: `quadrature.cubature`.
              Directions without measured data count as 0 and are reported by a MissingDataWarning.
     """
-    found = integral_over(m, wi, tolerance, True, None)
-    return found if error else found.value
+    rho = integral_over(m, wi, tolerance, True, None)
+    return rho if error else rho.value

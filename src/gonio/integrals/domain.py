@@ -10,8 +10,8 @@ import numpy as np
 from ..formula.direction import Direction
 
 Coordinates = Callable[..., tuple[Direction, Callable[[Direction], Any]]]
-"""Coordinates on directions, for kernels: `(mean, known, u0, u1, numbers)` gives the direction for a point of the unit
-square, and a function that gives the density [1/sr] at a direction, 0 for one that does not count."""
+"""Coordinates on directions, for kernels: `(mean, fixed, u0, u1, numbers)` gives the direction for a point of the unit
+square, and a function that gives the density [1/sr] at a direction, 0 outside."""
 
 
 class Domain(NamedTuple):
@@ -33,8 +33,8 @@ class Domain(NamedTuple):
     inverse: Callable[[np.ndarray], tuple[np.ndarray, np.ndarray, np.ndarray]] | None = None
 
 
-def _sampled(mean: Any, known: Direction, u0: Any, u1: Any, numbers: Any) -> tuple[Direction, Callable]:
-    return mean.warp(known, u0, u1), lambda there: mean.density(there, known)
+def _sampled(mean: Any, fixed: Direction, u0: Any, u1: Any, numbers: Any) -> tuple[Direction, Callable]:
+    return mean.warp(fixed, u0, u1), lambda there: mean.density(there, fixed)
 
 
 SAMPLED = Domain(_sampled, None, np.zeros(16))

@@ -97,7 +97,7 @@ def difference(a: np.ndarray, b: np.ndarray) -> np.ndarray:
 
 def degrees(wi: Any = None, wo: Any = None) -> dict[str, float]:
     """Directions as angles in degrees, by name."""
-    by_name = {}
+    by_name: dict[str, float] = {}
     for name, w in (("i", wi), ("o", wo)):
         if w is not None:
             theta, phi = angles(np.asarray(w, dtype=float))

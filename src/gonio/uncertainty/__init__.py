@@ -10,14 +10,14 @@ from typing import Any
 import numpy as np
 
 from ..errors import MissingDataWarning, ParameterError, ShapeError
-from .functionals import KNOWN_NAMES, linear, named
+from .functionals import LINEAR, linear, named
 from .quoted import Quoted as Quoted
 from .table import TableErrors
 
 METHODS = ("first order", "Monte Carlo")
 
 EXACT, TIGHTEST = 0.3, 1e-6
-"""Which share of u the error of an integral may be, and the smallest tolerance that is asked for because of it."""
+"""The largest error of an integral as a share of u, and the smallest tolerance that may follow from it."""
 
 
 def with_uncertainty(
@@ -43,7 +43,7 @@ def with_uncertainty(
     Monte Carlo   any function: it is called with `draws` tables as they may have been measured, values with normally
                   distributed errors. What it returns is a number or an array. JCGM 101:2008.
 
-    `correlation`: how the errors of the values go together, which no file says and which matters most: "independent"
+    `correlation`: that of the errors of the values, which no file says and which matters most: "independent"
     (repeatability), "common" to all values (calibration), common within a "channel", a correlation length [rad] along
     all angles, or a mapping from axes of the table and "channel" to correlation lengths [rad, nm], math.inf for errors
     that are common along an axis: R = product of exp(-d^2 / 2 length^2). `scale`: relative standard uncertainty of all
@@ -60,11 +60,10 @@ def with_uncertainty(
         function, args = bound.__func__, (bound.__self__, *args)
     if not args:
         raise ParameterError("with_uncertainty(function, m, ...): got no measurement; expected it behind the function")
-    m, *rest = args
-    errors = TableErrors(m, correlation, scale)
+    errors, args = TableErrors(args[0], correlation, scale), args[1:]
     if method == "Monte Carlo":
-        return _drawn(function, errors, rest, named_args, draws, seed, progress)
-    return _first_order(function, errors, tuple(rest), named_args)
+        return _drawn(function, errors, args, named_args, draws, seed, progress)
+    return _first_order(function, errors, args, named_args)
 
 
 def _first_order(function: Callable, errors: TableErrors, args: tuple, named_args: dict[str, Any]) -> Quoted:
@@ -72,11 +71,10 @@ def _first_order(function: Callable, errors: TableErrors, args: tuple, named_arg
     if of is None:
         raise ParameterError(
             f"{getattr(function, '__name__', function)!s:.40}: not known to be linear in the table; expected one of "
-            f"{', '.join(KNOWN_NAMES)}, or method='Monte Carlo'"
+            f"{', '.join(f.__name__ for f in LINEAR)}, or method='Monte Carlo'"
         )
     if of.sampled and "tolerance" in inspect.signature(function).parameters and "tolerance" not in named_args:
-        least = errors.roughly(of)
-        named_args = {**named_args, "tolerance": min(1e-4, max(TIGHTEST, EXACT * least))}
+        named_args = {**named_args, "tolerance": min(1e-4, max(TIGHTEST, EXACT * errors.least(of)))}
     value = function(errors.m, *args, **named_args)
     latent = errors.results(of, value)
     u = latent.u.reshape(np.shape(value))[()]
@@ -98,7 +96,7 @@ def _warn_of_unknown(u: Any, value: Any) -> None:
 def _drawn(
     function: Callable,
     errors: TableErrors,
-    args: list[Any],
+    args: tuple,
     named_args: dict[str, Any],
     draws: int,
     seed: int,
@@ -122,9 +120,9 @@ def _drawn(
             )
         if progress is not None:
             progress(done + 1, draws)
-    all_ = np.stack(results)
-    value, u = all_.mean(axis=0)[()], all_.std(axis=0, ddof=1)[()]
-    return Quoted(value, u, at_estimate[()], f"Monte Carlo, {draws} draws", errors.assumed, draws=all_)
+    drawn = np.stack(results)
+    value, u = drawn.mean(axis=0)[()], drawn.std(axis=0, ddof=1)[()]
+    return Quoted(value, u, at_estimate[()], f"Monte Carlo, {draws} draws", errors.assumed, draws=drawn)
 
 
 def _numbers(result: Any) -> np.ndarray:
