@@ -46,17 +46,18 @@ class Integral(NamedTuple):
 
 
 def integrate(
-    m: Reflectance, w: Any, tolerance: float = 1e-4, incident: bool = True, radiance: Radiance | None = None
+    m: Reflectance,
+    w: Any,
+    tolerance: float = 1e-4,
+    incident: bool = True,
+    radiance: Radiance | None = None,
+    error: bool = False,
 ) -> Any:
     """Integral over the hemisphere of f cos, times `radiance(w', index)` if given, lobe by lobe; see `albedo`.
 
     `incident`: whether w is the incident direction and the integral runs over wo, or the other way round. Under a
-    radiance the tolerance is relative to its mean over the hemisphere.
+    radiance the tolerance is relative to its mean over the hemisphere. With `error` an `Integral`.
     """
-    return integral_over(m, w, tolerance, incident, radiance).value
-
-
-def integral_over(m: Reflectance, w: Any, tolerance: float, incident: bool, radiance: Radiance | None) -> Integral:
     w = directions(w)
     shape = batch.full_shape(m, w.shape[:-1])
     memory.check((*shape, 3), np.float64, "an array of directions")
@@ -83,7 +84,8 @@ def integral_over(m: Reflectance, w: Any, tolerance: float, incident: bool, radi
         value = np.zeros((0, m.channels or 1))
     channels = radiance is not None or m.channels is not None
     value = (value.reshape(*shape, value.shape[-1]) + absent).astype(w.dtype)
-    return Integral(value if channels else value[..., 0][()], integrals.error.reshape(shape)[()])
+    value = value if channels else value[..., 0][()]
+    return Integral(value, integrals.error.reshape(shape)[()]) if error else value
 
 
 def directions(w: Any) -> np.ndarray:

@@ -19,7 +19,6 @@ from ..base.angles import direction
 from ..base.reflectance import Reflectance
 from ..formula.direction import Direction
 from ..formula.fields import Param, Part
-from ..formula.parametrised import Parametrised
 from ..numerics.lattice import lattice
 from ..tables.nodes import with_channels
 from ._probes import degrees, largest
@@ -43,20 +42,17 @@ class Narrowing(NamedTuple):
     mirror: np.ndarray
 
 
-def narrow_ends(m: Parametrised, prefix: str = "") -> Iterator[tuple[str, Any, float]]:
+def narrow_ends(m: Reflectance) -> Iterator[tuple[str, Any, float]]:
     """Path, value and narrow bound of every width."""
-    for name, field in m.fields.items():
-        value = getattr(m, name)
-        if isinstance(field, Part):
-            yield from narrow_ends(value, f"{prefix}{name}.")
-        elif isinstance(field, Param) and name in m.parameters and field.sampled in ("max", "min"):
-            yield prefix + name, value, field.low if field.sampled == "max" else field.high
+    for path, field, value in m.settable():
+        if isinstance(field, Param) and field.sampled in ("max", "min") and path in m.parameters:
+            yield path, value, field.low if field.sampled == "max" else field.high
 
 
 def lobes(m: Reflectance) -> list[Reflectance]:
     """The lobes of a material that declare a mirror as their limit, without those that wrap another reflectance."""
     declared = (lobe for _, lobe in m.lobes() if type(lobe).mirror is not Reflectance.mirror and not lobe.is_delta)
-    return [lobe for lobe in declared if not _wraps(lobe) and any(True for _ in narrow_ends(lobe))]
+    return [lobe for lobe in declared if not _wraps(lobe) and [*narrow_ends(lobe)]]
 
 
 def _wraps(m: Reflectance) -> bool:

@@ -12,8 +12,8 @@ import numpy as np
 from ..base.angles import direction
 from ..base.reflectance import Reflectance
 from ..errors import ParameterError
-from ..integrals import nine, under_sky
-from ..integrals.albedo import albedo
+from ..integrals import nine
+from ..integrals.albedo import albedo, black_sky_albedo, white_sky_albedo
 from ..integrals.cones import Cone, Hemisphere
 from ..integrals.over_directions import directions, in_double
 from ..numerics.lattice import lattice
@@ -112,9 +112,9 @@ LINEAR: dict[Any, Callable[..., Linear]] = {
     nine.reflectance_factor: lambda incident, collected, sky, tolerance, error: _factor(
         incident, collected, sky=sky, error=error
     ),
-    under_sky.black_sky_albedo: lambda theta, phi, tolerance: _factor(
+    black_sky_albedo: lambda theta, phi, tolerance: _factor(
         direction(np.asarray(theta, dtype=float), np.asarray(phi, dtype=float)), Hemisphere()
     ),
-    under_sky.white_sky_albedo: lambda tolerance: _factor(Hemisphere(), Hemisphere()),
+    white_sky_albedo: lambda tolerance: _factor(Hemisphere(), Hemisphere()),
 }
 """Functions that are linear in f -> the sum over pairs for their arguments."""
