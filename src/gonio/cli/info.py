@@ -1,4 +1,4 @@
-"""`gonio info`: what a material is, and what a file holds."""
+"""`gonio info`: a material, and the contents of a file."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from .tables import size_in_words, table
 from .terminal import echo, print_json
 
 AGREEING = 0.005
-"""Relative difference up to which a total that a file states counts as that of its values."""
+"""Largest relative difference of a stated total from that of the values that counts as agreement."""
 
 
 @click.command(short_help="Say what MATERIAL is, and what a file holds.")

@@ -18,15 +18,15 @@ class Domain(NamedTuple):
     """Directions to integrate over: all (`SAMPLED`), or a part, with coordinates of its own.
 
     within      a lobe's own sampling, with density 0 outside
-    own         the part's coordinates
+    coordinates the part's own
     numbers     (16,), for both
-    seam        of `own`
+    seam        of `coordinates`
     contains    whether directions (..., 3) are inside
     inverse     place x, y in the plane of the unit square of directions (n, K, 3), and the period of y: each (n, K)
     """
 
     within: Coordinates
-    own: Coordinates | None
+    coordinates: Coordinates | None
     numbers: np.ndarray
     seam: float = 0.0
     contains: Callable[[np.ndarray], np.ndarray] | None = None

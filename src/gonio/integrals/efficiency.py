@@ -1,4 +1,4 @@
-"""How well a material's own sampling serves rendering: the scatter of its weights, and the samples lost."""
+"""The efficiency of a material's own sampling: the scatter of its weights, and the samples lost."""
 
 from __future__ import annotations
 
@@ -43,9 +43,9 @@ class Efficiency(NamedTuple):
 
 
 def sampling_efficiency(m: Reflectance) -> list[Efficiency]:
-    """How well `m.sample` serves at VIEWS: one row for the whole, and in a sum one per lobe.
+    """The efficiency of `m.sample` at VIEWS: one row for the whole, and in a sum one per lobe.
 
-    Light from everywhere is what the weights are for: a lobe whose weights are all equal has scatter 0 and effective 1.
+    Weights are those for light from everywhere: a lobe with equal weights has scatter 0 and effective 1.
     Not random: 65536 evenly spread numbers.
     """
     lobes = list(m.lobes())

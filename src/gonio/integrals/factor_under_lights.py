@@ -40,7 +40,7 @@ class _Within:
 def factor_under(
     m: Reflectance, lights: list[Light], of: Geometry, to: Geometry | np.ndarray, places: Places, tolerance: float
 ) -> tuple[Integrals, bool]:
-    """Reflectance factors (n, C) under lights as far as they are in a geometry, and whether these have channels.
+    """Reflectance factors (n, C) under the part of lights in a geometry, and whether these have channels.
 
     `to`: a geometry, or directions (n, 3). The factor is the sum of pi L_o over the sum of E, light by light.
     """
@@ -86,7 +86,7 @@ def _by_quadrature(
     w, solid = of.points(*u)
     size = float(np.abs(light.incident(w) * np.broadcast_to(solid, u[0].shape)[..., None]).mean())
     E = cubature(evaluate, 1, 0.1 * tolerance, size, seam=of.seam).value[0]
-    size = np.abs(E)  # what each channel of the factor is divided by
+    size = np.abs(E)  # the divisor of each channel of the factor
     unit = float(max(size.min(), 1e-3 * size.max())) / of.projected
 
     def radiance(there: np.ndarray, index: np.ndarray) -> np.ndarray:

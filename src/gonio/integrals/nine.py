@@ -42,7 +42,7 @@ def reflectance(
         Hemisphere, Cone            hemispherical-conical                 case 8
         Hemisphere, Hemisphere      bihemispherical                       case 9, BHR, "white-sky albedo"
 
-    What a single direction collects is infinitely little: the other three cases (1, 4, 7) are reflectance factors, see
+    A single direction collects infinitely little: the other three cases (1, 4, 7) are reflectance factors, see
     `reflectance_factor`.
 
     Shapes   directions: (..., 3) NumPy arrays; result (...[, C]), or with `error` an `Integral` of it and (...).
@@ -70,7 +70,7 @@ def reflectance_factor(
     tolerance: float = 1e-4,
     error: bool = False,
 ) -> Any:
-    """Flux collected over what an ideal white Lambertian surface in its place would send there; all nine cases.
+    """Flux collected over that from an ideal white Lambertian surface in its place; all nine cases.
 
     R = pi/(Omega_i Omega_o) times the integral of f over Omega_i and Omega_o, the projected solid angles. Directions
     are the limits of narrow cones: from one to another R = pi f. With a `sky` of radiance L its light in `incident` is

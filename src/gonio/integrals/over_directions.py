@@ -202,7 +202,7 @@ class _Integrand(NamedTuple):
         """Over a part of the directions in that part's coordinates, in which its rim is no jump; but in the lobe's own
         where it is narrow and leaves at grazing: too thin then to be found in others."""
         domain, lobe, count = self.domain, self.lobe, len(self.fixed)
-        if domain.own is None:
+        if domain.coordinates is None:
             return cubature(self.sums(domain.within, np.arange(count)), count, tolerance, unit, lobe.seam, side=side)
         seeds, sent = peaks(lobe, self.fixed, self.places, domain)
         narrow = (np.median(seeds[..., 2:].min(axis=-1), axis=-1) < SHARP) & (self.fixed[:, 2] < GRAZING) & sent
@@ -212,7 +212,7 @@ class _Integrand(NamedTuple):
             if narrow[rows[0]]:
                 group = cubature(self.sums(domain.within, rows), *goal, lobe.seam, side=side)
             else:
-                group = cubature(self.sums(domain.own, rows), *goal, domain.seam, seeds[rows], side)
+                group = cubature(self.sums(domain.coordinates, rows), *goal, domain.seam, seeds[rows], side)
             groups.append((rows, group))
         return in_order(groups)
 

@@ -1,8 +1,8 @@
 """Whether a reflectance obeys the laws: a verdict per law, with its number, tolerance, place and reason.
 
 A law is a file of its own, named after it. It has a function `law(m)` that yields verdicts and notes; ORDER, its place
-in reports: tens for what it looks at (values of f, energy, sampling, limits), ones within; a docstring "Name: what it
-says.", with what is Measured, Holds if, and why that Tolerance; and FOLLOWS, where another broken law explains it. It
+in reports: tens for its subject (values of f, energy, sampling, limits), ones within; a docstring "Name: statement.",
+with the labels Measured, Holds if, and Tolerance with its reason; and FOLLOWS, where another broken law explains it. It
 is found by being here; files with an underscore serve the laws.
 """
 
@@ -35,7 +35,7 @@ FOLLOWS: dict[str, tuple[str, ...]] = {name: m.FOLLOWS for name, m in MODULES.it
 
 
 def summaries() -> dict[str, str]:
-    """What each law says, by name, in one sentence."""
+    """The statement of each law in one sentence, by name."""
     heads = {name: discover.docstring(module).split("\n\n")[0] for name, module in MODULES.items()}
     return {name: " ".join(head.partition(": ")[2].split()).split(". ")[0].rstrip(".") for name, head in heads.items()}
 
@@ -45,17 +45,16 @@ def check(
 ) -> Report:
     """Hold a reflectance to the laws.
 
-    `LAWS` names them, `summaries()` says each in a sentence, docs/check.md what is measured, and why the tolerance is
-    what it is.
+    `LAWS` names them, `summaries()` states each in a sentence, docs/check.md gives measurements and tolerances.
 
     The same for models and measurements, on 131072 pairs of directions and 65536 samples, without random numbers:
     two runs give the same report. A law that does not apply is left out; a note may say why. `laws`: only these.
     `progress(done, total)` is called after each law. A law that the model's class declares not to obey is marked with
-    the class's reason. Of a table that holds the uncertainty of its values, verdicts say whether a failure is more than
-    that explains; they stay what the numbers say.
+    the class's reason. For a table with uncertainties a verdict also says whether a failure is more than they explain;
+    it stays that of the numbers.
     """
-    wanted = list(LAWS) if laws is None else list(laws)
-    for name in wanted:
+    names = list(LAWS) if laws is None else list(laws)
+    for name in names:
         if name not in LAWS:
             raise NotFoundError(f"check: no law {name!r}; expected some of {', '.join(LAWS)}")
     maps = batch.full_shape(m, ())
@@ -63,7 +62,7 @@ def check(
         raise ShapeError(f"check: parameters are maps of shape {maps}; expected one value, or one per channel")
     judge = _judge(m)
     verdicts, notes = [], []
-    for done, name in enumerate(wanted, 1):
+    for done, name in enumerate(names, 1):
         with warnings.catch_warnings(), np.errstate(all="ignore"):
             warnings.simplefilter("ignore", MissingDataWarning)
             for outcome in LAWS[name](m):
@@ -76,7 +75,7 @@ def check(
                 outcome = outcome if outcome.passed else replace(outcome, declared=reason)
                 verdicts.append(judge(outcome))
         if progress is not None:
-            progress(done, len(wanted))
+            progress(done, len(names))
     return Report(repr(m), tuple(verdicts), tuple(notes))
 
 

@@ -56,7 +56,7 @@ def opposite_pairs(n: int = 1 << 14) -> tuple[np.ndarray, np.ndarray]:
 
 
 def precisions(m: Reflectance) -> tuple[type[np.floating], ...]:
-    """The precisions to try a material in. A measurement's tables are kept once for each, and hold what they hold."""
+    """The precisions to try a material in: of measurements double alone, as their tables are kept once for each."""
     return (np.float64,) if is_measured(m) else (np.float64, np.float32)
 
 

@@ -38,7 +38,7 @@ def _axes(view: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 
 def _horizon(view: np.ndarray, psi: np.ndarray) -> np.ndarray:
-    """How far the horizon is from the mirror direction, on the way psi [rad]."""
+    """The distance [rad] of the horizon from the mirror direction, on the way psi [rad]."""
     mirror, t, b = _axes(view)
     return np.arctan2(mirror[2], -(np.cos(psi) * t[2] + np.sin(psi) * b[2]))
 

@@ -30,7 +30,7 @@ FAR = 5.0
 """The same, in u, for the largest of many: one of 10^5 normal errors lies beyond with a probability of 6 %."""
 
 PAIRS = 1 << 14
-"""How many pairs of directions are looked at."""
+"""Pairs of directions behind a share."""
 
 SIGNIFICANT = {True: "significant", False: "within the uncertainty"}
 

@@ -27,7 +27,7 @@ ORDER = 23
 FOLLOWS = ("energy", "reciprocity")
 BOUNCES = 8
 STARTS, PATHS = 32, 1024
-BLOCKS = 16  # of paths: their scatter says how well the mean is known
+BLOCKS = 16  # of paths: their scatter gives the error of the mean
 TOLERANCE = 1.0 + 5e-3  # as for the furnace, after three standard errors are taken off
 
 ACROSS = np.array([-1.0, 1.0, 1.0])

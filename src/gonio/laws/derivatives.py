@@ -29,7 +29,7 @@ TOLERANCE = 1e-3  # differences err by 1e-6 in lobes 1e-3 wide; a missing term i
 
 
 class Slopes(NamedTuple):
-    """Derivatives (N, C) and their differences' slopes to both sides; `size` is what an error is relative to."""
+    """Derivatives (N, C) and their differences' slopes to both sides; `size` is the unit of errors."""
 
     name: str
     exact: np.ndarray

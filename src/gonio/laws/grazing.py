@@ -4,7 +4,7 @@ f itself may grow: 1/cos(theta) is the limit, where the radiance that a beam of 
 
 Measured   f cos(theta) at 89.999° over that at 89.99°; largest jump of f between 80° and 89.9994°
 Holds if   <= 1.25; <= 0.01
-Tolerance  what tends to a limit is at 1, 1/sqrt(cos) at 3.2; steps are halved 24 times, which leaves a kink 1e-4
+Tolerance  a finite limit gives 1, 1/sqrt(cos) 3.2; 24 halvings of a step leave 1e-4 of a kink
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Limit: as the widths of a lobe go to their narrow bounds it becomes the mirror that the class says.
 
-A width is a parameter of which sampling takes the "max" (narrow at its lower bound: alpha) or the "min" (narrow at its
-upper: n). A class that has widths and defines `mirror` is held to it; a delta lobe is there already.
+A width is a parameter whose channels sampling merges by "max" (narrow at its lower bound: alpha) or by "min" (narrow at
+its upper: n). A class that has widths and defines `mirror` is held to it; a delta lobe is there already.
 
 Measured   with all widths at their narrow bounds: light outside 6° of the mirror direction, albedo against the mirror's
 Holds if   <= 0.02
@@ -94,7 +94,7 @@ def _seen(m: Reflectance, view: np.ndarray) -> tuple[float, float, float]:
 
 
 def law(m: Reflectance) -> Iterator[Law | str]:
-    """What is outside the cone, or the albedo's distance from the mirror's, whichever is larger, at the narrow end."""
+    """Light outside the cone, or the albedo's distance from the mirror's, whichever is larger, at the narrow end."""
     verdicts: list[Law] = []
     for n in map(narrowing, lobes(m)):
         off = np.abs(n.albedo[-1] - n.mirror[-1])

@@ -1,6 +1,6 @@
-"""pdf: the density of `sample` integrates to 1, with delta lobes and what falls below the horizon.
+"""pdf: the density of `sample` integrates to 1, with delta lobes and samples below the horizon.
 
-Measured   integral of the density + delta lobes + what falls below the horizon
+Measured   integral of the density + delta lobes + samples below the horizon
 Holds if   1 ± 5e-3; >= 0, finite, in single precision too
 Tolerance  the grid leaves 3e-4 about the mirror direction, and is coarser elsewhere
 """

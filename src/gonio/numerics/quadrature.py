@@ -100,13 +100,13 @@ def cubature(
 
     Cells are halved along the axes that their errors come from, those of the largest errors first, until all errors
     together are small enough. The error of a cell is the size of the highest coefficients of the integrand by Legendre
-    polynomials, times `SAFETY`, or a quarter of what its division changed, if that is more; all first cells are divided
-    once.
+    polynomials, times `SAFETY`, or a quarter of the change by its division, if that is more. All first cells are
+    divided once.
 
     `tolerance`, `unit`: numbers or (count,). `seam`: where the integrand jumps along the first axis, or 0. `seeds`
     (count, K, 4): points near which cells are made as narrow as the two lengths that come with them before anything is
-    evaluated, because the integrand may have a peak there. `side`: how many first cells lie side by side; more of them
-    find smaller things. Without it, as the smallest tolerance needs.
+    evaluated, because the integrand may have a peak there. `side`: first cells along each side; more of them find
+    smaller details. Without it, as many as the smallest tolerance needs.
 
     Error    the estimate (of many cells: twice the root of the sum of their squared errors) is typically 10 times the
              error; of 2580 albedos to 1e-3 and 1e-4, four exceeded it, none the tolerance. A detail on less than

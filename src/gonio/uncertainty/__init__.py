@@ -1,4 +1,4 @@
-"""Measurement uncertainty: results of a measured table with the uncertainty that follows from that of its values."""
+"""Measurement uncertainty: results of a measured table with the uncertainty that its values imply."""
 
 from __future__ import annotations
 
@@ -40,18 +40,18 @@ def with_uncertainty(
                   the covariance matrix V of the values: sum c_k^2 u_k^2 for independent errors, (sum c_k u_k)^2 for
                   one common to all. Of `f`, `f_angles`, `albedo`, `black_sky_albedo`, `white_sky_albedo`,
                   `reflectance` and `reflectance_factor` (without a sky). GUM, JCGM 100:2008, 5.2.
-    Monte Carlo   any function: it is called with `draws` tables as they may have been measured, values with normally
-                  distributed errors. What it returns is a number or an array. JCGM 101:2008.
+    Monte Carlo   any function that returns a number or an array: it is called with `draws` tables as they may have been
+                  measured, values with normally distributed errors. JCGM 101:2008.
 
     `correlation`: that of the errors of the values, which no file says and which matters most: "independent"
     (repeatability), "common" to all values (calibration), common within a "channel", a correlation length [rad] along
     all angles, or a mapping from axes of the table and "channel" to correlation lengths [rad, nm], math.inf for errors
     that are common along an axis: R = product of exp(-d^2 / 2 length^2). `scale`: relative standard uncertainty of all
-    values together, in addition; without it what the measurement itself says (`m.about["scale_uncertainty"]`).
+    values together, in addition; without it that of the measurement (`m.about["scale_uncertainty"]`).
 
     Error    first order: u to 1 % (a sum over 2^13 to 2^18 pairs of directions, doubled until u changes by less than
              0.5 %; measured: 0.3 %). Monte Carlo: u to a relative standard error of 1/sqrt(2 draws), 2 % for 1000.
-             Not in u: what the interpolation between nodes adds, and directions without data.
+             Not in u: the error of interpolation between nodes, and directions without data.
     """
     if method not in METHODS:
         raise ParameterError(f"method={method!r:.40}: expected one of {', '.join(map(repr, METHODS))}")

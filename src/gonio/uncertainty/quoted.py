@@ -70,9 +70,9 @@ class Quoted:
     def ufloat(self) -> UFloat | np.ndarray:
         """The same for calculations with the package `uncertainties`: a number, or an array (dtype object) of them.
 
-        They know of each other: two results of first order from the same table with the same correlation are
-        correlated as they should be, whether they come from one call or from two, so that their difference or ratio
-        has the right uncertainty. Of Monte Carlo results, those of one call are.
+        Results of first order from the same table with the same correlation are correlated as they should be, from
+        one call or from several, so that their difference or ratio has the right uncertainty. Of Monte Carlo results,
+        those of one call are.
         """
         from uncertainties import correlated_values
 

@@ -91,10 +91,10 @@ def _shares(m: Gridded, node: np.ndarray, weight: np.ndarray, usable: np.ndarray
     """Weights with holes left out, as in `Gridded`."""
     if usable.all():
         return weight
-    there = usable[node]
+    valid = usable[node]
     if not m.holes or len(node) == 1:
-        return np.where(there.all(axis=0), weight, 0.0)
-    weight = np.where(there, weight, 0.0)
+        return np.where(valid.all(axis=0), weight, 0.0)
+    weight = np.where(valid, weight, 0.0)
     left = weight.sum(axis=0)
     enough = left > LEAST_KNOWN
     return np.where(enough, weight / np.where(enough, left, 1.0), 0.0)

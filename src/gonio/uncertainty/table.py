@@ -116,18 +116,18 @@ def has_uncertainty(m: Any) -> bool:
     return isinstance(m, Gridded) and (m.uncertainty is not None or bool(scale_uncertainty(m)))
 
 
-def scale_uncertainty(m: Gridded, given: float | None = None) -> float:
-    """Relative standard uncertainty that all values have in common: as given, else as the measurement says, else 0."""
-    value = m.about.get(SCALE, 0.0) if given is None else given
+def scale_uncertainty(m: Gridded, scale: float | None = None) -> float:
+    """Relative standard uncertainty that all values have in common: `scale`, else the measurement's own, else 0."""
+    value = m.about.get(SCALE, 0.0) if scale is None else scale
     try:
-        scale = float(value)
+        u = float(value)
     except (TypeError, ValueError):
-        scale = -1.0
-    if not 0.0 <= scale < math.inf:
+        u = -1.0
+    if not 0.0 <= u < math.inf:
         raise ParameterError(
             f"{SCALE}={value!r:.40}: expected a relative standard uncertainty such as 0.02 for 2 %, or 0"
         )
-    return scale
+    return u
 
 
 def _uncertainty(m: Gridded, scale: float) -> np.ndarray:
