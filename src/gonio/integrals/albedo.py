@@ -54,7 +54,7 @@ def white_sky_albedo(m: Reflectance, tolerance: float = 1e-4) -> Any:
 def blue_sky_albedo(m: Reflectance, theta: Any, diffuse_fraction: Any, phi: Any = 0.0, tolerance: float = 1e-4) -> Any:
     """Albedo under the sun and a uniform sky, the "actual" one: (1 - d) black-sky + d white-sky albedo.
 
-    d, the diffuse fraction, is the sky's share of the irradiance. A sky that is not uniform is given to `reflectance`.
+    d, the diffuse fraction, is the sky's share of the irradiance. `reflectance` takes skies that are not uniform.
 
     Shapes   theta, phi, diffuse_fraction: numbers or arrays that broadcast; result (...[, C]).
     Units    theta, phi: rad; others: 1.

@@ -47,7 +47,7 @@ class Hemisphere:
 
 @dataclass(frozen=True)
 class Cone:
-    """A circular cone of directions, as far as it is above the horizon.
+    """The part of a circular cone of directions above the horizon.
 
     axis         (3,) in the local frame, of any length
     half_angle   between the axis and the rim [rad], in (0, pi/2]

@@ -59,17 +59,16 @@ def reflected_radiance(
              Guibas 1995.
     """
     lights = as_lights(lights)
-    lib, wo, arrays = _world_arrays(wo, normal, tangent, position)
-    shape = batch.full_shape(m, np.broadcast_shapes(*(tuple(x.shape[:-1]) for x in (wo, *arrays) if x is not None)))
+    lib, wo, (normal, tangent, position), shape = _world_arrays(wo, normal, tangent, position)
+    shape = batch.full_shape(m, shape)
     if lib.name == "numpy":
         memory.check((*shape, 3), wo.dtype, "an array of directions")
+        _check_frame(normal, tangent)
     wo = lib.module.broadcast_to(wo, (*shape, 3))
-    if lib.name == "numpy":
-        _check_frame(arrays[0], arrays[1])
-    local = surface_frame(lib, arrays[0], arrays[1])
+    local = surface_frame(lib, normal, tangent)
     local_wo = to_local(lib, local, wo)
     fields = [light for light in lights if not light.is_delta]
-    parts = [delta_radiance(m, light, local, local_wo, arrays[2]) for light in lights if light.is_delta]
+    parts = [delta_radiance(m, light, local, local_wo, position) for light in lights if light.is_delta]
     if fields and lib.name != "numpy":
         raise ArrayTypeError(
             f"{type(fields[0]).__name__} under {lib.name} directions: lights with extent are integrated on NumPy arrays"
@@ -102,7 +101,8 @@ def as_lights(lights: Any) -> list[Light]:
     return listed
 
 
-def _world_arrays(wo: Any, *others: Any) -> tuple[ops.Library, Any, list[Any]]:
+def _world_arrays(wo: Any, *others: Any) -> tuple[ops.Library, Any, list[Any], tuple[int, ...]]:
+    """The library of wo, wo and the others as its arrays, and the shape of the batch."""
     lib, (wo,) = ops.as_arrays(wo)
     if lib.channel_loop:
         raise ArrayTypeError(f"reflected_radiance takes NumPy, PyTorch or JAX arrays; got {lib.name}")
@@ -117,8 +117,8 @@ def _world_arrays(wo: Any, *others: Any) -> tuple[ops.Library, Any, list[Any]]:
             except ValueError as error:
                 raise ArrayTypeError(f"normal, tangent or position: {error}; expected vectors (..., 3)") from None
         arrays.append(x)
-    ops.broadcast_shape([tuple(x.shape) for x in (wo, *arrays) if x is not None], "wo, normal, tangent, position")
-    return lib, wo, arrays
+    shapes = [tuple(x.shape) for x in (wo, *arrays) if x is not None]
+    return lib, wo, arrays, ops.broadcast_shape(shapes, "wo, normal, tangent, position")[:-1]
 
 
 def _check_frame(normal: np.ndarray, tangent: np.ndarray | None) -> None:

@@ -134,6 +134,6 @@ def _factor(m: Reflectance, incident: Any, to: Any, sky: Any, tolerance: float) 
         R = single_integral(m, fixed, places, of, False, tolerance)
     else:
         R = double_integral(m, of, to, places, tolerance)
-    report(R, tolerance * np.maximum(1.0, np.abs(R.value).max(axis=-1, initial=0.0)), stacklevel=4)
+    report(R, tolerance * np.maximum(1.0, np.abs(R.value).max(axis=-1, initial=0.0)))
     value = R.value.reshape(*shape, R.value.shape[-1]).astype(w.dtype)
     return Integral(value if channels else value[..., 0][()], R.error.reshape(shape)[()])

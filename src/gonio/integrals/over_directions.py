@@ -17,6 +17,7 @@ from ..compile import memory
 from ..errors import ArrayTypeError, MissingDataWarning, ShapeError, ToleranceWarning
 from ..evaluate import batch
 from ..formula.direction import HORIZON, NORMAL, Direction, select, served
+from ..formula.fields import Param
 from ..formula.warp import cosine_hemisphere
 from ..numerics.lattice import lattice
 from ..numerics.quadrature import NODES, Evaluate, Integrals, Sums, cubature, in_order, place, weighed
@@ -79,7 +80,7 @@ def integrate(
                 mirrored = lobe.sample(double, np.zeros(2)).wi
                 part = part * radiance(mirrored.reshape(-1, 1, 3), index)[:, 0]
             value = value + places.values(weight) * part
-    report(integrals, tolerance * np.maximum(unit, np.abs(value).max(axis=-1, initial=0.0)), stacklevel=4)
+    report(integrals, tolerance * np.maximum(unit, np.abs(value).max(axis=-1, initial=0.0)))
     if len(flat) == 0:
         value = np.zeros((0, m.channels or 1))
     channels = radiance is not None or m.channels is not None
@@ -107,14 +108,14 @@ def in_double(w: np.ndarray) -> np.ndarray:
     return flat / np.sqrt((flat * flat).sum(axis=-1, keepdims=True))
 
 
-def report(integrals: Integrals, goal: Any, stacklevel: int) -> None:
-    """Warns of missing data, and of errors above the goal."""
+def report(integrals: Integrals, goal: Any) -> None:
+    """Warns of missing data, and of errors above the goal, at the call of a public function that called the caller."""
     missing = integrals.missing.max(initial=0.0)
     if missing > 0.0:
         warnings.warn(
             f"{missing:.1%} of the directions of an integral hold no measured data and counted as 0",
             MissingDataWarning,
-            stacklevel=stacklevel,
+            stacklevel=4,
         )
     over = integrals.error > goal
     if over.any():
@@ -123,7 +124,7 @@ def report(integrals: Integrals, goal: Any, stacklevel: int) -> None:
             f"the error of {over.sum()} of {over.size} integrals may be up to {worst:.2g}, more than the tolerance "
             f"asked for; ask for a larger one",
             ToleranceWarning,
-            stacklevel=stacklevel,
+            stacklevel=4,
         )
 
 
@@ -162,15 +163,12 @@ def over_directions(
 def _alike(lobe: Reflectance) -> Iterator[tuple[int, int]]:
     """First channels and ends of the groups that are integrated together, because their lobes are equally wide;
     (0, 0) for a lobe without channels."""
-    lengths: list[int] = []
-    lobe.each(lambda value: lengths.append(np.shape(value)[-1] if np.ndim(value) else 0))
-    count = max(lengths, default=0)
-    widths = [
-        v for _, field, v, _ in lobe.walk() if getattr(field, "sampled", "mean") != "mean" and np.shape(v)[-1:] > (1,)
-    ]
+    numbers = [(field.sampled, x) for _, field, x, _ in lobe.walk() if isinstance(field, Param) and np.ndim(x)]
+    count = max((x.shape[-1] for _, x in numbers), default=0)
+    widths = [x for sampled, x in numbers if sampled != "mean" and x.shape[-1] > 1]
     first = 0
     for c in range(1, count):
-        if c - first == TOGETHER or any((v[..., c] != v[..., first]).any() for v in widths):
+        if c - first == TOGETHER or any((x[..., c] != x[..., first]).any() for x in widths):
             yield first, c
             first = c
     yield first, count
