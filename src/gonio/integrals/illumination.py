@@ -196,11 +196,8 @@ def _sampled(m: Reflectance, light: Light, local: Frame, wo: np.ndarray, samples
         part = np.broadcast_to(part, (*u.shape[:-1], part.shape[-1]))  # that of a delta lobe has no axis of samples
         total, missing = total + part.sum(axis=0), missing + holes
     if missing:
-        warnings.warn(
-            f"{missing} samples met directions without measured data, which count as 0",
-            MissingDataWarning,
-            stacklevel=3,
-        )
+        text = f"{missing} samples met directions without measured data, which count as 0"
+        warnings.warn(text, MissingDataWarning, stacklevel=3)
     return total / samples
 
 

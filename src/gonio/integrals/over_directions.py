@@ -112,20 +112,15 @@ def report(integrals: Integrals, goal: Any) -> None:
     """Warns of missing data, and of errors above the goal, at the call of a public function that called the caller."""
     missing = integrals.missing.max(initial=0.0)
     if missing > 0.0:
-        warnings.warn(
-            f"{missing:.1%} of the directions of an integral hold no measured data and counted as 0",
-            MissingDataWarning,
-            stacklevel=4,
-        )
+        text = f"{missing:.1%} of the directions of an integral hold no measured data and counted as 0"
+        warnings.warn(text, MissingDataWarning, stacklevel=4)
     over = integrals.error > goal
     if over.any():
-        worst = integrals.error[over].max()
-        warnings.warn(
-            f"the error of {over.sum()} of {over.size} integrals may be up to {worst:.2g}, more than the tolerance "
-            f"asked for; ask for a larger one",
-            ToleranceWarning,
-            stacklevel=4,
+        text = (
+            f"the error of {over.sum()} of {over.size} integrals may be up to {integrals.error[over].max():.2g}, more "
+            f"than the tolerance asked for; ask for a larger one"
         )
+        warnings.warn(text, ToleranceWarning, stacklevel=4)
 
 
 def over_directions(

@@ -10,8 +10,8 @@ import numpy as np
 ORDER = 8
 """Nodes along each side of a cell."""
 
-PANEL, CORNER, SIDE = slice(0, 2), slice(2, 4), slice(4, 6)
-"""The parts of a cell (6,): start and length of its panel on the first axis, its corner and its sides in that panel."""
+CORNER, SIDE = slice(2, 4), slice(4, 6)
+"""Corner and sides of a cell (6,) in its panel; before them stand the panel's start and length on the first axis."""
 
 SUMS = 5
 """Weighted sums over the nodes of a cell: the integral, and two estimates of its error along each axis."""

@@ -80,11 +80,8 @@ def render(
     alpha = np.concatenate([coverage for _, coverage, _ in ordered]).astype(np.float32)
     missing = sum(holes for _, _, holes in ordered)
     if missing:
-        warnings.warn(
-            f"{missing} samples met directions without measured data, which count as black",
-            MissingDataWarning,
-            stacklevel=2,
-        )
+        text = f"{missing} samples met directions without measured data, which count as black"
+        warnings.warn(text, MissingDataWarning, stacklevel=2)
     if colour_after is not None:
         colour = transformed(colour, colour_after)
     return Image(colour.reshape(size, size, -1), alpha=alpha.reshape(size, size))

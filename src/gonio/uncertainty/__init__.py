@@ -78,19 +78,14 @@ def _first_order(function: Callable, errors: TableErrors, args: tuple, named_arg
     value = function(errors.m, *args, **named_args)
     latent = errors.results(of, value)
     u = latent.u.reshape(np.shape(value))[()]
-    _warn_of_unknown(u, value)
-    return Quoted(value, u, value, "first order", errors.assumed, latent)
-
-
-def _warn_of_unknown(u: Any, value: Any) -> None:
-    lost = np.isnan(u) & ~np.isnan(value)
-    if lost.any():
-        warnings.warn(
-            f"the uncertainty of {lost.sum()} of {lost.size} results is unknown (NaN), because that of some values "
-            f"behind them is; fill it in, as m.with_brdf(m.brdf(), u)",
-            MissingDataWarning,
-            stacklevel=4,
+    unknown = np.isnan(u) & ~np.isnan(value)
+    if unknown.any():
+        text = (
+            f"the uncertainty of {unknown.sum()} of {unknown.size} results is unknown (NaN), because some values "
+            f"behind them have none; fill it in, as m.with_brdf(m.brdf(), u)"
         )
+        warnings.warn(text, MissingDataWarning, stacklevel=3)
+    return Quoted(value, u, value, "first order", errors.assumed, latent)
 
 
 def _drawn(
