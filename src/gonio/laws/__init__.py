@@ -9,7 +9,7 @@ is found by being here; files with an underscore serve the laws.
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable
 from dataclasses import replace
 from functools import partial
 
@@ -21,13 +21,14 @@ from ..errors import MissingDataWarning, NotFoundError, ShapeError
 from ..evaluate import batch
 from ..tables.gridded import Gridded
 from . import _overview
+from ._verdict import Findings
 from ._verdict import Law as Law
 from ._verdict import Report as Report
 
 MODULES = dict(sorted(discover.by_name(__name__).items(), key=lambda named: named[1].ORDER))
 """Every law's module by the law's name, in the order of reports."""
 
-LAWS: dict[str, Callable[[Reflectance], Iterator[Law | str]]] = {name: m.law for name, m in MODULES.items()}
+LAWS: dict[str, Callable[[Reflectance], Findings]] = {name: m.law for name, m in MODULES.items()}
 """Every law by name, in the order of reports."""
 
 FOLLOWS: dict[str, tuple[str, ...]] = {name: m.FOLLOWS for name, m in MODULES.items() if hasattr(m, "FOLLOWS")}

@@ -88,17 +88,20 @@ def _there(law: Law) -> tuple[np.ndarray, np.ndarray]:
     return direction(theta_i, phi_i), direction(theta_o, phi_o)
 
 
+def _pointwise(m: Gridded, wi: np.ndarray, wo: np.ndarray, swapped: bool) -> tuple[np.ndarray, np.ndarray]:
+    """f at pairs, less f of the swapped pairs if so, and the standard uncertainties: each (n, C)."""
+    value = values(m, wi, wo) - values(m, wo, wi) if swapped else values(m, wi, wo)
+    return value, _u(m, pointwise(wi, wo), value, pointwise(wo, wi) if swapped else None)
+
+
 def _positivity(m: Gridded, law: Law) -> Law:
     if law.passed:
         return law
-    wi, wo = _there(law)
-    f = values(m, wi, wo)
-    u = float(_u(m, pointwise(wi, wo), f)[0, int(np.nanargmin(f))])
-    wi, wo = _some(m)
-    f = values(m, wi, wo)
+    f, u = _pointwise(m, *_there(law), False)
+    many, spread = _pointwise(m, *_some(m), False)
     with np.errstate(invalid="ignore", divide="ignore"):
-        z = -f / _u(m, pointwise(wi, wo), f)
-    return replace(law, u=u, significance=_shares(m, z, "values", "are more than 2 u below 0", 0.023, "where f is 0"))
+        text = _shares(m, -many / spread, "values", "are more than 2 u below 0", 0.023, "where f is 0")
+    return replace(law, u=float(u[0, int(np.nanargmin(f))]), significance=text)
 
 
 def _reciprocity(m: Gridded, law: Law) -> Law:
@@ -107,14 +110,12 @@ def _reciprocity(m: Gridded, law: Law) -> Law:
     wi, wo = _there(law)
     there, back = values(m, wi, wo), values(m, wo, wi)
     channel = int(difference(there, back)[0].argmax())
-    u = _u(m, pointwise(wi, wo), there - back, pointwise(wo, wi))[0, channel]
+    u = float(_pointwise(m, wi, wo, True)[1][0, channel])
     mean = 0.5 * float(np.abs(there[0, channel]) + np.abs(back[0, channel]))
-    wi, wo = _some(m)
-    change = values(m, wi, wo) - values(m, wo, wi)
+    many, spread = _pointwise(m, *_some(m), True)
     with np.errstate(invalid="ignore", divide="ignore"):
-        z = np.abs(change) / _u(m, pointwise(wi, wo), change, pointwise(wo, wi))
-    text = _shares(m, z, "pairs", "differ by more than 2 u", 0.046, "of a reciprocal surface")
-    return replace(law, u=float(u) / mean if mean > 0.0 else None, significance=text)
+        text = _shares(m, np.abs(many) / spread, "pairs", "differ by more than 2 u", 0.046, "of a reciprocal surface")
+    return replace(law, u=u / mean if mean > 0.0 else None, significance=text)
 
 
 def _shares(m: Gridded, z: np.ndarray, what: str, do: str, expected: float, when: str) -> str:

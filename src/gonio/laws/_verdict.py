@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import textwrap
+from collections.abc import Iterator
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
@@ -43,6 +44,10 @@ class Law:
     def place(self) -> str:
         """`where` in words."""
         return ", ".join(f"{name} {angle:.4g}" for name, angle in self.where.items())
+
+
+Findings = Iterator[Law | str]
+"""Verdicts and notes of a law."""
 
 
 def at_most(

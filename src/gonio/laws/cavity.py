@@ -12,8 +12,6 @@ Tolerance  as for the furnace; three standard errors are taken off first
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import numpy as np
 
 from ..base.angles import direction
@@ -21,7 +19,7 @@ from ..base.reflectance import Reflectance
 from ..numerics.lattice import lattice
 from ..tables.nodes import with_channels
 from ._probes import degrees, in_channel, largest
-from ._verdict import Law, at_most
+from ._verdict import Findings, at_most
 
 ORDER = 23
 FOLLOWS = ("energy", "reciprocity")
@@ -69,7 +67,7 @@ def steady(m: Reflectance, emission: float = 1.0, bounces: int = BOUNCES) -> np.
     return emission * (1.0 + L.sum(axis=0) + rest)
 
 
-def law(m: Reflectance) -> Iterator[Law | str]:
+def law(m: Reflectance) -> Findings:
     """The largest radiance after any number of bounces up to BOUNCES, less three standard errors."""
     mean, error = radiance(m)
     value, (k, at, c) = largest(mean - 3.0 * error)

@@ -20,7 +20,7 @@ import numpy as np
 from ..base.reflectance import Reflectance
 from ..errors import TraceError
 from ._probes import degrees, exact_pairs, is_measured, largest, pairs, values
-from ._verdict import Law, at_most
+from ._verdict import Findings, at_most
 
 ORDER = 42
 COUNT = 2048
@@ -104,7 +104,7 @@ def slopes(m: Reflectance) -> Iterator[Slopes]:
             yield sides(f"{name}.{axis}", exact.by[name][..., k], low, high, STEP_OF_DIRECTIONS, 1.0)
 
 
-def law(m: Reflectance) -> Iterator[Law | str]:
+def law(m: Reflectance) -> Findings:
     """The largest error of a derivative, relative to it and to f over the parameter (for directions, over 1)."""
     if is_measured(m):
         yield "derivatives: not tested, those of a table are its interpolation's"

@@ -10,15 +10,13 @@ Tolerance  the quadrature is asked for 5e-4
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import numpy as np
 
 from ..base.reflectance import Reflectance
 from ..integrals.over_directions import integrate
 from ..tables.nodes import with_channels
 from ._probes import degrees, in_channel, incidence, largest
-from ._verdict import Law, at_most
+from ._verdict import Findings, at_most
 
 ORDER = 21
 TOLERANCE = 1.0 + 1e-3  # the quadrature is asked for 5e-4
@@ -30,7 +28,7 @@ def albedos(m: Reflectance) -> tuple[np.ndarray, np.ndarray]:
     return w, with_channels(integrate(m, w, tolerance=5e-4), 1)
 
 
-def law(m: Reflectance) -> Iterator[Law | str]:
+def law(m: Reflectance) -> Findings:
     """The largest albedo, by quadrature in the coordinates of each lobe's sampling."""
     w, a = albedos(m)
     value, (at, c) = largest(np.where(np.isnan(a), np.inf, a))

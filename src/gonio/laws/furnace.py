@@ -7,15 +7,13 @@ Tolerance  the means are good to 3e-3
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import numpy as np
 
 from ..base.reflectance import Reflectance
 from ..numerics.lattice import lattice
 from ..tables.nodes import with_channels
 from ._probes import SAMPLES, degrees, in_channel, incidence, largest
-from ._verdict import Law, at_most
+from ._verdict import Findings, at_most
 
 ORDER = 22
 FOLLOWS = ("energy", "reciprocity")
@@ -29,7 +27,7 @@ def radiance(m: Reflectance) -> tuple[np.ndarray, np.ndarray]:
     return views, np.stack([np.nan_to_num(with_channels(w, 1)).mean(axis=0) for w in weights])
 
 
-def law(m: Reflectance) -> Iterator[Law | str]:
+def law(m: Reflectance) -> Findings:
     """The largest radiance."""
     views, L = radiance(m)
     value, (at, c) = largest(L)

@@ -9,7 +9,6 @@ Tolerance  a finite limit gives 1, 1/sqrt(cos) 3.2; 24 halvings of a step leave 
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -17,7 +16,7 @@ import numpy as np
 from ..base.angles import direction
 from ..base.reflectance import Reflectance
 from ._probes import degrees, is_measured, largest, values
-from ._verdict import Law, at_most
+from ._verdict import Findings, Law, at_most
 
 ORDER = 41
 FOLLOWS = ("energy",)
@@ -53,7 +52,7 @@ def along(m: Reflectance, way: Way, cosine: np.ndarray) -> np.ndarray:
     return values(m, *((moving, fixed) if way.light_moves else (fixed, moving))) * cosine[..., None]
 
 
-def law(m: Reflectance) -> Iterator[Law | str]:
+def law(m: Reflectance) -> Findings:
     """Growth from 89.99 to 89.999 degrees, and the largest jump between 80 and 89.9994, whichever is worse."""
     verdicts = [verdict for way in ways() for verdict in (_growth(m, way), _jump(m, way))]
     worst = max(verdicts, key=lambda law: law.value / law.tolerance)

@@ -8,13 +8,12 @@ Tolerance  as for reciprocity; a class that is `oriented` may change, which is n
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 
 import numpy as np
 
 from ..base.reflectance import Reflectance
 from ._probes import degrees, difference, largest, pairs, values
-from ._verdict import Law, at_most
+from ._verdict import Findings, at_most
 
 ORDER = 13
 TOLERANCE = 1e-4  # as for reciprocity
@@ -28,7 +27,7 @@ def turned(w: np.ndarray, turn: float) -> np.ndarray:
     return w @ np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
 
 
-def law(m: Reflectance) -> Iterator[Law | str]:
+def law(m: Reflectance) -> Findings:
     """The largest change of f by any of TURNS, relative; notes where angles can be saved, and where they cannot."""
     wi, wo = pairs(COUNT)
     f = values(m, wi, wo)

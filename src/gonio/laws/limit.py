@@ -23,7 +23,7 @@ from ..numerics.lattice import lattice
 from ..tables.nodes import with_channels
 from ._probes import degrees, largest
 from ._rings import distance
-from ._verdict import Law, at_most
+from ._verdict import Findings, Law, at_most
 
 ORDER = 43
 COUNT = 1 << 14
@@ -93,7 +93,7 @@ def _seen(m: Reflectance, view: np.ndarray) -> tuple[float, float, float]:
     return float(far.max()), float(mean[c]), float(mirror[c])
 
 
-def law(m: Reflectance) -> Iterator[Law | str]:
+def law(m: Reflectance) -> Findings:
     """Light outside the cone, or the albedo's distance from the mirror's, whichever is larger, at the narrow end."""
     verdicts: list[Law] = []
     for n in map(narrowing, lobes(m)):

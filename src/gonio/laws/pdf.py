@@ -7,21 +7,19 @@ Tolerance  the grid leaves 3e-4 about the mirror direction, and is coarser elsew
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import numpy as np
 
 from ..base.reflectance import Reflectance
 from ..numerics.lattice import lattice
 from ._probes import SAMPLES, degrees, opposite_pairs, precisions
 from ._rings import grids
-from ._verdict import Law, at_most
+from ._verdict import Findings, Law, at_most
 
 ORDER = 31
 TOLERANCE = 5e-3  # grid and samples leave 3e-4 about the mirror direction; lobes elsewhere meet coarser rings
 
 
-def law(m: Reflectance) -> Iterator[Law | str]:
+def law(m: Reflectance) -> Findings:
     """The distance of the total from 1, at the worst of VIEWS; or the lowest density, if that is no density."""
     for dtype in precisions(m):
         wi, wo = (w.astype(dtype) for w in opposite_pairs())

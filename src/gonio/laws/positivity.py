@@ -8,18 +8,16 @@ Tolerance  exact
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import numpy as np
 
 from ..base.reflectance import Reflectance
 from ._probes import degrees, exact_pairs, is_measured, opposite_pairs, pairs, precisions, values
-from ._verdict import Law
+from ._verdict import Findings, Law
 
 ORDER = 11
 
 
-def law(m: Reflectance) -> Iterator[Law | str]:
+def law(m: Reflectance) -> Findings:
     """The lowest value at all pairs; not below 0, exactly. NaN is for missing data only."""
     usual = [np.concatenate(w) for w in zip(pairs(), exact_pairs(), strict=True)]
     hard = [np.concatenate(w) for w in zip(exact_pairs(), opposite_pairs(), strict=True)]

@@ -7,19 +7,17 @@ Tolerance  formulas stay below 1e-9, interpolated tables below 1e-5
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import numpy as np
 
 from ..base.reflectance import Reflectance
 from ._probes import degrees, difference, largest, pairs, values
-from ._verdict import Law, at_most
+from ._verdict import Findings, at_most
 
 ORDER = 12
 TOLERANCE = 1e-4  # formulas in double precision stay below 1e-9, tables that are read by interpolation below 1e-5
 
 
-def law(m: Reflectance) -> Iterator[Law | str]:
+def law(m: Reflectance) -> Findings:
     """The largest difference on exchanging the directions, relative to the mean of both values."""
     wi, wo = pairs()
     there, back = values(m, wi, wo), values(m, wo, wi)

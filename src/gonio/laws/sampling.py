@@ -7,8 +7,6 @@ Tolerance  65536 points leave 2e-3
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import numpy as np
 
 from ..base.reflectance import Reflectance
@@ -16,7 +14,7 @@ from ..numerics.lattice import lattice
 from ..tables.nodes import with_channels
 from ._probes import SAMPLES, degrees, values
 from ._rings import bins_of, grids
-from ._verdict import Law, at_most
+from ._verdict import Findings, Law, at_most
 
 ORDER = 32
 TOLERANCE = 2e-2  # of 200 bins, 65536 evenly spread points fill most to a few in a thousand; an error of 2 % shows
@@ -25,7 +23,7 @@ ENDS = np.array([[u, v] for u in (0.0, 0.5, 1.0) for v in (0.0, 0.5, 1.0)])
 """Corners, sides and middle of the unit square: uniform numbers that are rounded to float32 may be 1."""
 
 
-def law(m: Reflectance) -> Iterator[Law | str]:
+def law(m: Reflectance) -> Findings:
     """Total variation between histogram and density, or the largest error of a weight, at the worst of VIEWS."""
     for view, _ in grids():
         s = m.sample(view, ENDS)
