@@ -49,14 +49,14 @@ from .formula.fresnel.f82_tint import F82Tint as _F82Tint
 from .formula.fresnel.schlick import Schlick as _Schlick
 from .formula.fresnel_term import Fresnel as Fresnel
 from .integrals.albedo import albedo as albedo
+from .integrals.albedo import black_sky_albedo as black_sky_albedo
+from .integrals.albedo import blue_sky_albedo as blue_sky_albedo
+from .integrals.albedo import white_sky_albedo as white_sky_albedo
 from .integrals.cones import Cone as Cone
 from .integrals.cones import Hemisphere as Hemisphere
 from .integrals.illumination import reflected_radiance as reflected_radiance
 from .integrals.nine import reflectance as reflectance
 from .integrals.nine import reflectance_factor as reflectance_factor
-from .integrals.under_sky import black_sky_albedo as black_sky_albedo
-from .integrals.under_sky import blue_sky_albedo as blue_sky_albedo
-from .integrals.under_sky import white_sky_albedo as white_sky_albedo
 from .laws import check as check
 from .lights.constant import ConstantLight as _ConstantLight
 from .lights.distant import DistantLight as _DistantLight

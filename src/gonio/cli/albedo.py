@@ -16,7 +16,6 @@ from .terminal import echo, print_json
 
 if TYPE_CHECKING:
     from ..base.reflectance import Reflectance
-    from ..uncertainty import Quoted
 
 
 @click.command(short_help="Quote the albedo of MATERIAL, with its uncertainty.")
@@ -81,25 +80,22 @@ def albedos(
     from ..integrals.albedo import albedo
     from ..laws._probes import channel
     from ..report.facts import ASSUMPTIONS
+    from ..tables.nodes import with_channels
     from ..uncertainty import with_uncertainty
     from ..uncertainty.table import has_uncertainty
 
     w = direction(np.radians(theta)[:, None], np.radians(phi)).reshape(-1, 3)
-    quoted: dict[str, Quoted] = {}
-    if assumptions or scale is not None or has_uncertainty(m):
-        quoted = {
-            name: with_uncertainty(albedo, m, w, correlation=name, scale=scale) for name in assumptions or ASSUMPTIONS
-        }
-    value = next(iter(quoted.values())).value if quoted else albedo(m, w)
-    if value.ndim == 1:
-        value = value[:, None]
+    uncertain = assumptions or scale is not None or has_uncertainty(m)
+    names = (assumptions or ASSUMPTIONS) if uncertain else ()
+    quoted = {name: with_uncertainty(albedo, m, w, correlation=name, scale=scale) for name in names}
+    value = with_channels(quoted[names[0]].value if names else albedo(m, w), 1)
     count = value.shape[1]
-    names = list("RGB") if m.channel_names is None and count == 3 else [channel(m, c) for c in range(count)]
+    channels = list("RGB") if m.channel_names is None and count == 3 else [channel(m, c) for c in range(count)]
     rows = []
     for i, (t, p) in enumerate((t, p) for t in theta for p in phi):
         for c, number in enumerate(value[i]):
             u = {name: float(q.u.reshape(value.shape)[i, c]) for name, q in quoted.items()}
-            of = {"channel": names[c]} if len(names) > 1 else {}
+            of = {"channel": channels[c]} if count > 1 else {}
             rows.append({"theta_i": t, "phi_i": p, **of, "albedo": float(number), **({"u": u} if u else {})})
     return rows
 

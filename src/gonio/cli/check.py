@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import textwrap
 from collections.abc import Iterable
-from itertools import chain
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -19,6 +19,12 @@ if TYPE_CHECKING:
     from ..integrals.efficiency import Efficiency
 
 
+EFFICIENCY = (
+    "scatter: standard deviation of a weight over the mean; effective: as many samples of equal weight would say as "
+    "much; lost: below the horizon"
+)
+
+
 class _WithLaws(click.Command):
     """A command that lists the laws in its help, where LAWS stands; they are looked up when help is asked for."""
 
@@ -27,12 +33,9 @@ class _WithLaws(click.Command):
         from ..laws import summaries
 
         laws = summaries()
-        indent = " " * (max(map(len, laws)) + 2)
-        lines = [
-            textwrap.wrap(text, 76, initial_indent=name.ljust(len(indent)), subsequent_indent=indent)
-            for name, text in laws.items()
-        ]
-        self.help = (self.help or "").replace("LAWS", "\n".join(["\b", *chain.from_iterable(lines)]))
+        width = max(map(len, laws)) + 2
+        lines = [textwrap.fill(f"{k:<{width}}{text}", 76, subsequent_indent=" " * width) for k, text in laws.items()]
+        self.help = (self.help or "").replace("LAWS", "\n".join(["\b", *lines]))
         super().format_help_text(ctx, formatter)
 
 
@@ -66,8 +69,7 @@ def check(
         if replaced or plot or sampling:
             raise click.UsageError("--all takes no -p, --plot or --sampling", ctx)
         ctx.exit(_check_all(as_json))
-    from dataclasses import replace
-
+    from ..integrals.efficiency import sampling_efficiency
     from ..laws import check as check_laws
 
     if plot is not None:
@@ -78,11 +80,7 @@ def check(
     title = title_of(material, replaced) if as_json else visible(title_of(material, replaced))
     with bar("checking") as progress:
         report = replace(check_laws(m, progress=progress), material=title)
-    rows = []
-    if sampling:
-        from ..integrals.efficiency import sampling_efficiency
-
-        rows = sampling_efficiency(m)
+    rows = sampling_efficiency(m) if sampling else []
     if plot is not None:
         from ..report.law_figures import draw
 
@@ -119,15 +117,11 @@ def _coloured(report: str) -> str:
 
 
 def efficiency_table(rows: Iterable[Efficiency]) -> str:
-    """Rows of `sampling_efficiency`, aligned, with what the columns mean."""
+    """Rows of `sampling_efficiency`, aligned, and the meaning of the columns."""
     header = ("theta_o", "lobe", "chosen", "mean weight", "scatter", "effective", "lost")
     cells = [
         (f"{r.theta_o:g}", r.lobe, f"{r.chosen:.1%}", f"{r.mean:.4g}", f"{r.scatter:.3g}", f"{r.effective:.1%}",
          f"{r.lost:.2%}")
         for r in rows
     ]  # fmt: skip
-    meaning = (
-        "scatter: standard deviation of a weight over the mean; effective: as many samples of equal weight would say "
-        "as much; lost: below the horizon"
-    )
-    return f"{table(header, cells)}\n{paragraph(meaning)}"
+    return f"{table(header, cells)}\n{paragraph(EFFICIENCY)}"

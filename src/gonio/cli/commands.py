@@ -1,4 +1,4 @@
-"""The command line, `gonio`: a file a command. What takes time to import is imported by the commands that use it."""
+"""The command line, `gonio`: a file a command. Commands import slow modules when they run."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`gonio convert`: a material written to a file of another format, and what that changes."""
+"""`gonio convert`: a material written to a file of another format, with the changes that follow."""
 
 from __future__ import annotations
 
@@ -34,10 +34,10 @@ def convert(
     options: tuple[str, ...],
     as_json: bool,
 ) -> None:
-    """Write the material IN to the file OUT, and say what that changes and loses.
+    """Write the material IN to the file OUT, and report changes and losses.
 
-    IN is any MATERIAL. The format is that of OUT's suffix, or the one named; `gonio formats` lists them all. What is
-    said is measured: the file is read again and compared with IN, at 32768 pairs of directions.
+    IN is any MATERIAL. The format is that of OUT's suffix, or the one named; `gonio formats` lists them all.
+    Changes are measured: the file is read again and compared with IN, at 32768 pairs of directions.
 
     \b
     Examples:
@@ -51,8 +51,8 @@ def convert(
     start = time.perf_counter()
     module = writer(output, format_)
     target(module, output)
-    given = [*([] if resolution is None else [f"resolution={resolution}"]), *options]
-    chosen = of_texts(module, "write", given)
+    texts = [*([] if resolution is None else [f"resolution={resolution}"]), *options]
+    chosen = of_texts(module, "write", texts)
     conversion = convert_to(read_material(material, replaced), output, module.NAME, **chosen)
     if as_json:
         print_json({**conversion.to_json(), "material": title_of(material, replaced)})

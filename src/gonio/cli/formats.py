@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 def formats_(name: tuple[str, ...], as_json: bool) -> None:
     """List the file formats: their suffixes, whether they are read and written, and what they were checked against.
 
-    With the NAME or a suffix of a format: its options too, what they mean and may be. Files are recognised by their
+    With the NAME or a suffix of a format: its options too, with meanings and values. Files are recognised by their
     content. A suffix of several formats does not say which one to write: name it.
     """
     from ..report.format_table import format_table
@@ -40,16 +40,10 @@ def formats_as_text(rows: Sequence[Format]) -> str:
     """The table of file formats."""
     from ..report.format_table import sampled_in_words
 
-    cells = [
-        (
-            row.name,
-            " ".join(row.suffixes),
-            row.access,
-            sampled_in_words(row),
-            f"{row.description}; checked against: {row.oracle}",
-        )
-        for row in rows
-    ]
+    cells = []
+    for row in rows:
+        meaning = f"{row.description}; checked against: {row.oracle}"
+        cells.append((row.name, " ".join(row.suffixes), row.access, sampled_in_words(row), meaning))
     return table(("format", "suffixes", "access", "sampled", "what it is"), cells)
 
 

@@ -1,8 +1,7 @@
-"""`gonio info`: what a material is, and what a file holds."""
+"""`gonio info`: a material, and the contents of a file."""
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 import click
@@ -14,7 +13,7 @@ from .tables import size_in_words, table
 from .terminal import echo, print_json
 
 AGREEING = 0.005
-"""Relative difference up to which a total that a file states counts as that of its values."""
+"""Largest relative difference of a stated total from that of the values that counts as agreement."""
 
 
 @click.command(short_help="Say what MATERIAL is, and what a file holds.")
@@ -25,11 +24,11 @@ def info(material: str, replaced: tuple[str, ...], as_json: bool) -> None:
     """Say what MATERIAL is: formula, parameters, channels, albedo; of a file also what it holds and lacks."""
     from ..report.facts import facts
 
-    found = facts(material, read_material(material, replaced))
+    about = facts(material, read_material(material, replaced))
     if as_json:
-        print_json(found)
+        print_json(about)
     else:
-        echo(facts_as_text(found))
+        echo(facts_as_text(about))
 
 
 def facts_as_text(facts: dict[str, Any]) -> str:
@@ -42,24 +41,21 @@ def facts_as_text(facts: dict[str, Any]) -> str:
     rows += _file_rows(facts) if "format" in facts else [("formula", facts["expression"])]
     rows.append(("channels", _channels(facts)))
     if "albedo" in facts:
-        values = facts["albedo"]["values"]
-        parts = [f"{_spectrum(v)} at {t:g}°" for t, v in zip(facts["albedo"]["theta_i"], values, strict=True)]
-        rows.append(("albedo", ", ".join(parts)))
+        rows.append(("albedo", _by_angle(facts["albedo"]["theta_i"], facts["albedo"]["values"])))
     if "stated_totals" in facts:
         rows.append(("stated total", _totals(**facts["stated_totals"])))
-    for assumed, spread in facts.get("uncertainty_of_albedo", {}).items():
-        at = ", ".join(f"{_spectrum(v)} at {t:g}°" for t, v in zip(facts["albedo"]["theta_i"], spread, strict=True))
-        rows.append(("u of albedo", f"{at}, of {assumed} errors"))
+    for assumed, u in facts.get("uncertainty_of_albedo", {}).items():
+        rows.append(("u of albedo", f"{_by_angle(facts['albedo']['theta_i'], u)}, of {assumed} errors"))
     rows += [(name, _within(off)) for name, off in facts.get("symmetry", {}).items()]
     if facts["has_delta"]:
         rows.append(("mirror", "has a delta lobe: f is 0 pointwise, sampling and integrals are exact"))
     rows += labelled("may break", facts["breaks"])
     if "source" in facts:
         rows.append(("source", facts["source"]))
-    rows += _provenance_rows(facts.get("provenance"))
+    rows += _provenance_rows(facts.get("provenance") or {})
     text = table(("", ""), rows).removeprefix("\n")
     listed = [
-        (path, _value(p["value"]), f"{_number(p['low'])} ... {_number(p['high'])}", _meaning(p))
+        (path, _value(p["value"]), f"{p['low']:g} ... {p['high']:g}", _meaning(p))
         for path, p in facts["parameters"].items()
     ]
     listed += [
@@ -71,7 +67,7 @@ def facts_as_text(facts: dict[str, Any]) -> str:
 
 
 def _totals(theta_i: list[float], phi_i: list[float], stated: list, integral: list) -> str:
-    """Where the shares of light that a file states and the integrals of its values disagree, and by how much."""
+    """The agreement of the shares of light that a file states with the integrals of its values."""
     from ..conversion.conversion import percent
 
     shares, rho = np.array(stated), np.array(integral)
@@ -90,7 +86,7 @@ def _totals(theta_i: list[float], phi_i: list[float], stated: list, integral: li
 
 
 def _file_rows(facts: dict[str, Any]) -> list[tuple[str, str]]:
-    """What a file is and holds."""
+    """Rows about a file and its contents."""
     from ..conversion.conversion import percent
     from ..tables.angle_systems import SYSTEMS
 
@@ -138,27 +134,25 @@ def _within(off: dict[str, float] | None) -> str:
     return f"to {percent(off['median'])} of f (median), {percent(off['high'])} (99th percentile)"
 
 
-def _provenance_rows(held: dict[str, Any] | None) -> list[tuple[str, str]]:
-    if not held:
-        return []
-    rows = [("sha256", held["sha256"])] if "sha256" in held else []
-    if "gonio" in held:
-        rows.append(("read by", f"gonio {held['gonio']}"))
-    if "options" in held:
-        rows.append(("read with", ", ".join(f"{k}={v}" for k, v in held["options"].items())))
-    return rows + _made_from(held.get("converted_from"))
+def _provenance_rows(provenance: dict[str, Any]) -> list[tuple[str, str]]:
+    rows = [("sha256", provenance["sha256"])] if "sha256" in provenance else []
+    if "gonio" in provenance:
+        rows.append(("read by", f"gonio {provenance['gonio']}"))
+    if "options" in provenance:
+        rows.append(("read with", ", ".join(f"{k}={v}" for k, v in provenance["options"].items())))
+    return rows + _origins(provenance.get("converted_from"))
 
 
-def _made_from(origin: Any) -> list[tuple[str, str]]:
+def _origins(origin: Any) -> list[tuple[str, str]]:
     """A row for the origin of a table, one for the origin of that, and so on."""
     if isinstance(origin, list):
-        return [row for of in origin for row in _made_from(of)]
+        return [row for of in origin for row in _origins(of)]
     if not isinstance(origin, dict):
         return []
     what = origin.get("file") or origin.get("material", "?")
     digest = f", {origin.get('format')}, sha256 {origin['sha256']}" if "sha256" in origin else ""
     row = ("made from", f"{what}{digest}, by {origin.get('converted_by', 'gonio')}")
-    return [row, *_made_from(origin.get("converted_from"))]
+    return [row, *_origins(origin.get("converted_from"))]
 
 
 def _short(value: Any) -> str:
@@ -189,22 +183,17 @@ def _channels(facts: dict[str, Any]) -> str:
     return f"{count}: {names[0]:g} to {names[-1]:g} nm"
 
 
-def _spectrum(values: Any) -> str:
-    values = np.atleast_1d(values)
-    if len(values) <= 4:
-        return " ".join(f"{v:.3g}" for v in values)
-    return f"{np.min(values):.3g} to {np.max(values):.3g}"
-
-
-def _number(x: float) -> str:
-    return "inf" if math.isinf(x) else f"{x:g}"
+def _by_angle(theta: list[float], values: Any) -> str:
+    """Values (angles...[, C]) at angles of incidence [degrees]."""
+    spectra = map(np.atleast_1d, values)
+    parts = [" ".join(f"{v:.3g}" for v in s) if len(s) <= 4 else f"{s.min():.3g} to {s.max():.3g}" for s in spectra]
+    return ", ".join(f"{part} at {t:g}°" for t, part in zip(theta, parts, strict=True))
 
 
 def _value(value: Any) -> str:
-    flat = np.ravel(value)
     if np.ndim(value) == 0:
         return f"{value:.6g}"
     if np.ndim(value) > 1:
         return f"{literal(np.asarray(value))[:30]} ..."
-    shown = ", ".join(f"{v:.5g}" for v in flat[:3])
-    return shown if len(flat) <= 3 else f"{shown}, ... ({len(flat)})"
+    first = ", ".join(f"{v:.5g}" for v in value[:3])
+    return first if len(value) <= 3 else f"{first}, ... ({len(value)})"

@@ -34,19 +34,15 @@ def materials(pattern: str | None, as_json: bool) -> None:
 
 
 def matching(pattern: str | None) -> list[Entry]:
-    """Built-in materials of which name, kind, description or alias holds the word, or matches its * and ?."""
+    """Built-in materials with a name, kind, description or alias that holds the word, or matches its * and ?."""
     from ..catalogue import builtin
     from ..errors import NotFoundError
 
     entries = builtin.materials()
     if not pattern:
         return entries
-    wanted = pattern.lower() if any(c in pattern for c in "*?[") else f"*{pattern.lower()}*"
-    chosen = [
-        e
-        for e in entries
-        if any(fnmatch.fnmatchcase(x.lower(), wanted) for x in (e.name, e.kind, e.description, *e.aliases))
-    ]
+    mask = pattern.lower() if any(c in pattern for c in "*?[") else f"*{pattern.lower()}*"
+    chosen = [e for e in entries if fnmatch.filter(map(str.lower, (e.name, e.kind, e.description, *e.aliases)), mask)]
     if not chosen:
         raise NotFoundError(f"no built-in material matches {pattern!r}{builtin.hint(pattern)}")
     return chosen

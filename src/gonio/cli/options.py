@@ -1,4 +1,4 @@
-"""What several commands take: MATERIAL with -p, lights, a file to write; and what they say of it."""
+"""Arguments of several commands: MATERIAL with -p, lights, a file to write; and words about them."""
 
 from __future__ import annotations
 
@@ -44,16 +44,11 @@ def output_option(help_: str) -> Callable:
 
 
 def with_light_help(command: Callable) -> Callable:
-    """Add what LIGHT may be, by what the lights declare."""
-    declared = words()
-    start = max(len(word.usage) for word in declared) + 4
-    listed = [
-        textwrap.fill(
-            word.meaning, start + 50, initial_indent=f"  {word.usage}".ljust(start), subsequent_indent=" " * start
-        )
-        for word in declared
-    ]
-    command.__doc__ = docstring(command) + LIGHT_HELP.replace("WORDS", "\n".join(listed))
+    """Add to a command's help the words for LIGHT that the lights declare."""
+    start = max(len(word.usage) for word in words()) + 4
+    entries = [(f"  {word.usage}".ljust(start), word.meaning) for word in words()]
+    lines = [textwrap.fill(head + text, start + 50, subsequent_indent=" " * start) for head, text in entries]
+    command.__doc__ = docstring(command) + LIGHT_HELP.replace("WORDS", "\n".join(lines))
     return command
 
 
@@ -77,7 +72,7 @@ def read_material(material: str, replaced: Sequence[str]) -> Reflectance:
 
 
 def title_of(material: str, replaced: Sequence[str]) -> str:
-    """What was asked for, in a line."""
+    """MATERIAL and its -p, in a line."""
     return ", ".join([material, *replaced])
 
 

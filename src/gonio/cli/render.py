@@ -9,37 +9,23 @@ import click
 
 from ..errors import visible
 from ..scenes.shapes import SHAPES
-from .options import (
-    lights_option,
-    material_argument,
-    output_option,
-    read_material,
-    replace_option,
-    samples_option,
-    since,
-    title_of,
-    with_light_help,
-)
+from . import options
 from .terminal import bar, echo
+
+SEED = "Of the random numbers: the same seed, the same picture."
 
 
 @click.command(short_help="Render MATERIAL on a lit shape.")
-@material_argument
-@output_option("Picture to write: .png, .exr or .hdr.")
-@lights_option
-@replace_option
+@options.material_argument
+@options.output_option("Picture to write: .png, .exr or .hdr.")
+@options.lights_option
+@options.replace_option
 @click.option("--shape", default="sphere", show_default=True, help=f"What to render: {', '.join(SHAPES)}.")
 @click.option("--size", default=512, show_default=True, help="Width and height in pixels.")
-@samples_option
-@click.option(
-    "--seed",
-    default=0,
-    type=click.IntRange(min=0),
-    show_default=True,
-    help="Of the random numbers: the same seed, the same picture.",
-)
+@options.samples_option
+@click.option("--seed", default=0, type=click.IntRange(min=0), show_default=True, help=SEED)
 @click.option("--exposure", default=0.0, show_default=True, help="Stops by which a .png is brightened.")
-@with_light_help
+@options.with_light_help
 def render(
     material: str,
     output: Path,
@@ -61,10 +47,10 @@ def render(
 
     start = time.perf_counter()
     check_target(output, exposure)
-    m = read_material(material, replaced)
+    m = options.read_material(material, replaced)
     sources = [resolve_light(text) for text in lights]
     with bar("rendering") as progress:
         picture = render_image(m, sources, shape, size, samples, seed, progress=progress)
     picture.save(output, exposure)
-    what = f"{title_of(material, replaced)} under {', '.join(lights)}"
-    echo(visible(f"{output}: {what}, {size} x {size}, {samples} samples per pixel, {since(start)}"))
+    what = f"{options.title_of(material, replaced)} under {', '.join(lights)}"
+    echo(visible(f"{output}: {what}, {size} x {size}, {samples} samples per pixel, {options.since(start)}"))

@@ -18,32 +18,25 @@ NARROWEST = 20
 def table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
     """Aligned columns. On a terminal the last is wrapped to the width, below the others for want of room.
 
-    What is not visible in a cell is written out: much of it is from files."""
+    Invisible characters of cells are written out, as many cells are from files."""
     lines = [tuple(header), *(tuple(map(visible, row)) for row in rows)]
     widths = [max(len(line[c]) for line in lines) for c in range(len(header) - 1)]
     start = sum(w + 2 for w in widths)
     below = _width() - start < 30
-    if below:
-        start = 4
+    start = 4 if below else start
     text = []
-    for i, line in enumerate(lines):
+    for line in lines:
         first = "".join(f"{cell:<{w}}  " for cell, w in zip(line, widths, strict=False))
-        wrapped = textwrap.wrap(line[-1], max(_width() - start, NARROWEST), break_long_words=False) or [""]
-        if below:
-            text.append(_heading(first.rstrip(), i == 0))
-        else:
-            text.append(_heading((first + wrapped.pop(0)).rstrip(), i == 0))
-        text += [_heading(" " * start + more, i == 0) for more in wrapped]
+        last = textwrap.wrap(line[-1], max(_width() - start, NARROWEST), break_long_words=False) or [""]
+        head = first if below else first + last.pop(0)
+        parts = [head.rstrip(), *(" " * start + more for more in last)]
+        text += [click.style(part, bold=True) if part and line is lines[0] else part for part in parts]
     return "\n".join(text)
 
 
 def paragraph(text: str) -> str:
     """Text wrapped to the terminal, to 100 characters at most."""
     return "\n".join(textwrap.wrap(text, max(min(_width(), 100), NARROWEST)))
-
-
-def _heading(line: str, bold: bool) -> str:
-    return click.style(line, bold=True) if bold and line else line
 
 
 def _width() -> int:

@@ -1,4 +1,4 @@
-"""How the command line speaks: errors and warnings in one line each, progress bars, JSON."""
+"""Output of the command line: errors and warnings in one line each, progress bars, JSON."""
 
 from __future__ import annotations
 
@@ -78,7 +78,8 @@ class Program(click.Group):
         except RecursionError:
             _stop("nested too deeply to be worked out; write it with fewer levels")
         except OSError as error:
-            _stop(_of_the_machine(error))
+            place = f"{os.fsdecode(error.filename)}: " if isinstance(error.filename, (str, bytes)) else ""
+            _stop(f"{place}{error.strerror or error}")
         except Exception as error:
             _fault(error)
         sys.exit(code if isinstance(code, int) else 0)
@@ -103,11 +104,6 @@ def _drop(*names: str) -> None:
     """Lead standard streams to nowhere: as it ends, Python flushes them, and complains if it cannot."""
     for name in names:
         setattr(sys, name, open(os.devnull, "w"))  # noqa: SIM115
-
-
-def _of_the_machine(error: OSError) -> str:
-    place = f"{os.fsdecode(error.filename)}: " if isinstance(error.filename, (str, bytes)) else ""
-    return f"{place}{error.strerror or error}"
 
 
 def _one_line(text: str) -> str:

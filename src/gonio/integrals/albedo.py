@@ -1,11 +1,16 @@
-"""Albedo: the directional-hemispherical reflectance of any BRDF, by integration."""
+"""Albedo: the directional-hemispherical reflectance; and black-sky, white-sky and blue-sky, as in remote sensing."""
 
 from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
+
+from ..base.angles import direction
 from ..base.reflectance import Reflectance
-from .over_directions import integral_over
+from ..errors import ParameterError
+from .nine import reflectance
+from .over_directions import integrate
 
 
 def albedo(m: Reflectance, wi: Any, tolerance: float = 1e-4, error: bool = False) -> Any:
@@ -21,5 +26,45 @@ def albedo(m: Reflectance, wi: Any, tolerance: float = 1e-4, error: bool = False
     Source   lecture 4, eq. 4.2; Nicodemus et al. 1977, NBS Monograph 160; the quadrature: `quadrature.cubature`.
              Directions without measured data count as 0 and are reported by a MissingDataWarning.
     """
-    found = integral_over(m, wi, tolerance, True, None)
-    return found if error else found.value
+    return integrate(m, wi, tolerance, error=error)
+
+
+def black_sky_albedo(m: Reflectance, theta: Any, phi: Any = 0.0, tolerance: float = 1e-4) -> Any:
+    """Albedo under the sun alone, at polar angle `theta`: the directional-hemispherical reflectance; see `albedo`.
+
+    Shapes   theta, phi: numbers or arrays that broadcast; result (...[, C]).
+    Units    theta, phi: rad; result: 1.
+    Error    `tolerance`.
+    Source   Schaepman-Strub et al. 2006, Remote Sens. Environ. 103:27 (case 3); Lucht et al. 2000, IEEE TGRS 38:977.
+    """
+    return albedo(m, direction(np.asarray(theta, dtype=float), np.asarray(phi, dtype=float)), tolerance)
+
+
+def white_sky_albedo(m: Reflectance, tolerance: float = 1e-4) -> Any:
+    """Albedo under a sky of equal radiance everywhere: the bihemispherical reflectance; see `reflectance`.
+
+    Shapes   () or (C,); maps give (...[, C]).
+    Units    1.
+    Error    `tolerance`.
+    Source   Schaepman-Strub et al. 2006, Remote Sens. Environ. 103:27 (case 9); Lucht et al. 2000, IEEE TGRS 38:977.
+    """
+    return reflectance(m, tolerance=tolerance)
+
+
+def blue_sky_albedo(m: Reflectance, theta: Any, diffuse_fraction: Any, phi: Any = 0.0, tolerance: float = 1e-4) -> Any:
+    """Albedo under the sun and a uniform sky, the "actual" one: (1 - d) black-sky + d white-sky albedo.
+
+    d, the diffuse fraction, is the sky's share of the irradiance. `reflectance` takes skies that are not uniform.
+
+    Shapes   theta, phi, diffuse_fraction: numbers or arrays that broadcast; result (...[, C]).
+    Units    theta, phi: rad; others: 1.
+    Error    `tolerance`.
+    Source   Lucht et al. 2000, IEEE TGRS 38:977; Schaepman-Strub et al. 2006, Remote Sens. Environ. 103:27.
+    """
+    d = np.asarray(diffuse_fraction, dtype=float)
+    if not ((d >= 0.0) & (d <= 1.0)).all():
+        raise ParameterError(f"diffuse_fraction={diffuse_fraction!r:.60}: expected the sky's share of light, in [0, 1]")
+    black, white = black_sky_albedo(m, theta, phi, tolerance), white_sky_albedo(m, tolerance)
+    if m.channels is not None:
+        d = d[..., None]
+    return (1.0 - d) * black + d * white

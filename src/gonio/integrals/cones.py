@@ -1,4 +1,4 @@
-"""Solid angles that light comes from or is collected in: cones and the hemisphere, with coordinates on them."""
+"""Solid angles of incidence or collection: cones and the hemisphere, with coordinates on them."""
 
 from __future__ import annotations
 
@@ -24,18 +24,13 @@ MIRROR = np.array([-1.0, -1.0, 1.0])
 class Hemisphere:
     """All directions above the surface."""
 
-    @property
-    def projected(self) -> float:
-        """Projected solid angle [sr]."""
-        return math.pi
+    projected = math.pi
+    """Projected solid angle [sr]."""
 
-    @property
-    def about_normal(self) -> bool:
-        """Whether turning it about the normal changes nothing."""
-        return True
+    about_normal = True
+    """Turning it about the normal changes nothing."""
 
-    domain = SAMPLED
-    seam = 0.0
+    domain, seam = SAMPLED, 0.0
 
     def points(self, u0: Any, u1: Any) -> tuple[np.ndarray, Any]:
         """Directions (..., 3) for points of the unit square, and the projected solid angle per area of it."""
@@ -52,7 +47,7 @@ class Hemisphere:
 
 @dataclass(frozen=True)
 class Cone:
-    """A circular cone of directions, as far as it is above the horizon.
+    """The part of a circular cone of directions above the horizon.
 
     axis         (3,) in the local frame, of any length
     half_angle   between the axis and the rim [rad], in (0, pi/2]
@@ -126,7 +121,7 @@ class Cone:
 
     @cached_property
     def numbers(self) -> np.ndarray:
-        """What kernels need: frame, squared sines of half the radii, height of axis and t, squared chord to the rim."""
+        """For kernels: frame, squared sines of half the radii, height of axis and t, squared chord to the rim."""
         t, b, axis = self.frame
         low, high = (math.sin(0.5 * r) ** 2 for r in self.radii)
         return np.array([*t, *b, *axis, low, high, axis[2], t[2], 4.0 * high, 0.0, 0.0])
@@ -176,7 +171,7 @@ def _half_arc(h: Any, up: Any, across: Any) -> Any:
     return ops.where(cuts, ops.arccos(-low / ops.where(cuts, high, 1.0)), ops.where(low > 0.0, math.pi, 0.0))
 
 
-def _in_cone(mean: Any, known: Any, u0: Any, u1: Any, numbers: Any) -> tuple[Direction, Callable[[Direction], Any]]:
+def _in_cone(mean: Any, fixed: Any, u0: Any, u1: Any, numbers: Any) -> tuple[Direction, Callable[[Direction], Any]]:
     t, b, axis = (Direction(*numbers[i : i + 3]) for i in (0, 3, 6))
     low, high, up, across = numbers[9:13]
     h = low + (high - low) * u0
@@ -186,20 +181,20 @@ def _in_cone(mean: Any, known: Any, u0: Any, u1: Any, numbers: Any) -> tuple[Dir
     return c * axis + x * t + y * b, lambda there: 0.25 / ((high - low) * ops.maximum(arc, 1e-30))
 
 
-def _sampled_within(mean: Any, known: Any, u0: Any, u1: Any, numbers: Any) -> tuple[Direction, Callable]:
+def _sampled_within(mean: Any, fixed: Any, u0: Any, u1: Any, numbers: Any) -> tuple[Direction, Callable]:
     axis, rim = Direction(*numbers[6:9]), numbers[13]
 
     def density(there: Direction) -> Any:
         apart = there - axis
-        return ops.where(dot(apart, apart) <= rim, mean.density(there, known), 0.0)
+        return ops.where(dot(apart, apart) <= rim, mean.density(there, fixed), 0.0)
 
-    return mean.warp(known, u0, u1), density
+    return mean.warp(fixed, u0, u1), density
 
 
 @dataclass(frozen=True)
 class Rings:
-    """A cone by polar angles: the first coordinate of the square is that from the normal, the second runs along the arc
-    of its circle that is in the cone. What depends on the polar angle alone is constant along the second.
+    """A cone by polar angles: the first coordinate of the square is the polar angle, the second runs along the arc of
+    that circle in the cone. A function of the polar angle alone is constant along the second.
 
     The arc of half width a: sin^2(a/2) = sin((r + t)/2) sin((r - t)/2)/(sin(theta) sin(p)), of a cone of half angle r
     about an axis at polar angle p, with t = theta - p.
@@ -274,15 +269,9 @@ def overlap(first: Geometry, second: Geometry) -> tuple[Callable, float] | None:
             lengths.append(np.maximum(np.minimum(above, towards + turn + inside) - start, 0.0))
         whole = lengths[0] + lengths[1] + lengths[2]
         along = u1 * whole
-        phi = np.where(
-            along < lengths[0],
-            starts[0] + along,
-            np.where(
-                along < lengths[0] + lengths[1],
-                starts[1] + along - lengths[0],
-                starts[2] + along - lengths[0] - lengths[1],
-            ),
-        )
+        middle, last = starts[1] + along - lengths[0], starts[2] + along - lengths[0] - lengths[1]
+        phi = np.where(along < lengths[0] + lengths[1], middle, last)
+        phi = np.where(along < lengths[0], starts[0] + along, phi)
         w = c[..., None] * axis + (s * np.cos(phi))[..., None] * t + (s * np.sin(phi))[..., None] * b
         return w, np.maximum(w[..., 2], 0.0) * 2.0 * (high - low) * whole
 

@@ -1,4 +1,4 @@
-"""How well a material's own sampling serves rendering: the scatter of its weights, and what is lost."""
+"""The efficiency of a material's own sampling: the scatter of its weights, and the samples lost."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ from ..base.reflectance import Reflectance
 from ..errors import MissingDataWarning
 from ..formula.direction import Direction
 from ..numerics.lattice import lattice
+from ..tables.nodes import with_channels
 
 VIEWS = (0.0, 30.0, 60.0, 75.0, 85.0, 89.0)
 """Angles of view [degrees]."""
@@ -42,32 +43,29 @@ class Efficiency(NamedTuple):
 
 
 def sampling_efficiency(m: Reflectance) -> list[Efficiency]:
-    """How well `m.sample` serves at VIEWS: one row for the whole, and in a sum one per lobe.
+    """The efficiency of `m.sample` at VIEWS: one row for the whole, and in a sum one per lobe.
 
-    Light from everywhere is what the weights are for: a lobe whose weights are all equal has scatter 0 and effective 1.
+    Weights are those for light from everywhere: a lobe with equal weights has scatter 0 and effective 1.
     Not random: 65536 evenly spread numbers.
     """
     lobes = list(m.lobes())
-    found = []
+    merged = m.merged(LIBRARIES["numpy"].merge_channels)
+    rows = []
     for theta in VIEWS:
         view = direction(math.radians(theta), 0.3)
-        found.append(_row(theta, "all", 1.0, m, view))
+        rows.append(_row(theta, "all", 1.0, m, view))
         if len(lobes) > 1:
-            merged = m.merged(LIBRARIES["numpy"].merge_channels)
-            for i, ((chosen, _), (weight, lobe)) in enumerate(
-                zip(shares_of(merged, Direction(*view)), lobes, strict=True)
-            ):
-                share = float(np.ravel(chosen)[0])
-                found.append(_row(theta, f"{i} {type(lobe).__name__}", share, weight * lobe, view))
-    return found
+            shares = [float(np.ravel(share)[0]) for share, _ in shares_of(merged, Direction(*view))]
+            for i, (share, (weight, lobe)) in enumerate(zip(shares, lobes, strict=True)):
+                rows.append(_row(theta, f"{i} {type(lobe).__name__}", share, weight * lobe, view))
+    return rows
 
 
 def _row(theta: float, lobe: str, chosen: float, m: Reflectance, view: np.ndarray) -> Efficiency:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", MissingDataWarning)
         s = m.sample(np.broadcast_to(view, (SAMPLES, 3)), lattice(SAMPLES))
-    w = np.nan_to_num(s.weight)
-    w = w if w.ndim == 1 else w.mean(axis=-1)
+    w = with_channels(np.nan_to_num(s.weight), 1).mean(axis=-1)
     mean, square = float(w.mean()), float((w * w).mean())
     lit = square > 0.0
     effective = mean * mean / square if lit else 0.0

@@ -11,22 +11,23 @@ from ..base.angles import direction
 from ..base.reflectance import Reflectance
 from ..errors import ParameterError
 from ..evaluate import batch
-from ..numerics.quadrature import NODES, Found, Sums, cubature, place, weighed
+from ..numerics.quadrature import NODES, Integrals, Sums, cubature, place, weighed
+from ..tables.nodes import with_channels
 from .cones import MIRROR, Cone, Geometry, Rings, overlap
 from .over_directions import Radiance, over_directions
-from .places import Place, of_places, texels
+from .places import Places
 
 OUTER, INNER, DELTA = 0.7, 0.2, 0.1
-"""What shares of the tolerance of a double integral the outer and the inner one may use, and that of delta lobes."""
+"""Shares of the tolerance of a double integral for the outer and the inner one, and for that of delta lobes."""
 
 FEW = 2
-"""First cells along a side, of both: small things that one inner integral misses others find."""
+"""First cells along a side, of both: details that one inner integral misses others find."""
 
 
 def single_integral(
     m: Reflectance,
-    known: np.ndarray,
-    here: Place,
+    fixed: np.ndarray,
+    places: Places,
     over: Geometry,
     incident: bool,
     tolerance: Any,
@@ -34,30 +35,29 @@ def single_integral(
     radiance: Radiance | None = None,
     unit: float = 1.0,
     side: int | None = None,
-) -> Found:
-    """Reflectance factors (n, C) between known directions and a geometry, times `radiance` of the light there.
+) -> Integrals:
+    """Reflectance factors (n, C) between fixed directions and a geometry, times `radiance` of the light there.
 
     `unit`: the radiance that the tolerance goes with.
     """
     size = over.projected / math.pi
-    found = over_directions(m, known, here, tolerance, incident, over.domain, radiance, size * unit, side)
-    value = found.value
+    value, error, missing = over_directions(
+        m, fixed, places, tolerance, incident, over.domain, radiance, size * unit, side
+    )
     for weight, lobe in m.lobes():
         if delta and lobe.is_delta:
-            mirrored = texels(lobe, here.shape, here.of).sample(known[:, None], np.zeros(2)).wi[:, 0]
-            part = _delta(weight, lobe, known[:, None], here, here.of)[:, 0]
+            mirrored = places.material(lobe).sample(fixed[:, None], np.zeros(2)).wi[:, 0]
+            part = _delta(weight, lobe, fixed[:, None], places)[:, 0]
             part = np.where(over.contains(mirrored)[:, None], part, 0.0)
             if radiance is not None:
-                part = part * radiance(mirrored[:, None], here.of)[:, 0]
+                part = part * radiance(mirrored[:, None], places.elements)[:, 0]
             value = value + part
-    return Found(value / size, found.error / size, found.missing)
+    return Integrals(value / size, error / size, missing)
 
 
-def _delta(weight: Any, lobe: Reflectance, w: np.ndarray, here: Place, index: np.ndarray) -> np.ndarray:
+def _delta(weight: Any, lobe: Reflectance, w: np.ndarray, places: Places) -> np.ndarray:
     """Reflectance (n, k, C) of a delta lobe for directions (n, k, 3) at places (n,)."""
-    found = texels(lobe, here.shape, index).delta_reflectance(w)
-    found = found if found.ndim == 3 else found[..., None]
-    return found * of_places(weight, here.shape, index)[:, None]
+    return with_channels(places.material(lobe).delta_reflectance(w), 2) * places.values(weight)[:, None]
 
 
 def _check_level(lobe: Reflectance) -> None:
@@ -79,43 +79,38 @@ def smaller_first(of: Geometry, to: Geometry) -> bool:
     return of.projected <= to.projected
 
 
-def double_integral(m: Reflectance, of: Geometry, to: Geometry, here: Place, tolerance: float) -> Found:
+def double_integral(m: Reflectance, of: Geometry, to: Geometry, places: Places, tolerance: float) -> Integrals:
     """Reflectance factors (n, C) between two geometries: outside the integral over the smaller one."""
     outward = smaller_first(of, to)
     outer, inner = (of, to) if outward else (to, of)
-    found = averaged(
-        m,
-        outer,
-        here,
-        tolerance,
-        turns=inner.about_normal,
-        single=lambda w, there: single_integral(m, w, there, inner, outward, INNER * tolerance, delta=False, side=FEW),
-    )
+
+    def single(w: np.ndarray, there: Places) -> Integrals:
+        return single_integral(m, w, there, inner, outward, INNER * tolerance, delta=False, side=FEW)
+
+    value, error, missing = averaged(m, outer, places, tolerance, inner.about_normal, single)
     mirrors = [(weight, lobe) for weight, lobe in m.lobes() if lobe.is_delta]
     for _, lobe in mirrors:
         _check_level(lobe)
     both = overlap(of, to.mirrored())
     if not mirrors or both is None:
-        return found
+        return Integrals(value, error, missing)
     points, seam = both
     scale = math.pi / (of.projected * to.projected)
 
     def evaluate(rows: np.ndarray, cells: np.ndarray) -> Sums:
         u, area = square_nodes(cells)
         w, solid = points(*u)
-        total: Any = 0.0
-        for weight, lobe in mirrors:
-            total = total + _delta(weight, lobe, w, here, rows)
+        total = sum((_delta(weight, lobe, w, places.of(rows)) for weight, lobe in mirrors), np.zeros(()))
         return Sums(weighed(total * (scale * area * solid)[..., None]), 0.0, 0.0)
 
-    delta = cubature(evaluate, len(here.of), DELTA * tolerance, seam=seam)
-    return Found(found.value + delta.value, found.error + delta.error, found.missing)
+    delta = cubature(evaluate, len(places.elements), DELTA * tolerance, seam=seam)
+    return Integrals(value + delta.value, error + delta.error, missing)
 
 
 def averaged(
-    m: Reflectance, outer: Geometry, here: Place, tolerance: float, turns: bool, single: Any, unit: Any = 1.0
-) -> Found:
-    """Averages (n, C) over a geometry, weighed by the cosine, of what `single(directions, places)` finds.
+    m: Reflectance, outer: Geometry, places: Places, tolerance: float, turns: bool, single: Any, unit: Any = 1.0
+) -> Integrals:
+    """Averages (n, C) over a geometry, weighed by the cosine, of the integrals `single(directions, places)`.
 
     `turns`: whether turning directions about the normal changes nothing but for the material.
     """
@@ -127,7 +122,7 @@ def averaged(
         u, area = square_nodes(cells)
         w, solid = around.points(*u)
         area = area * solid / around.projected
-        index = np.repeat(here.of[rows], w.shape[1])
+        index = np.repeat(places.elements[rows], w.shape[1])
         flat = w.reshape(-1, 3)
         back: Any = slice(None)
         if same:  # one direction for each polar angle
@@ -137,10 +132,10 @@ def averaged(
             z, index = key[:, 0], index[first]
             flat = np.stack([np.sqrt(np.maximum(1.0 - z * z, 0.0)), np.zeros_like(z), z], axis=-1)
             back = back.reshape(-1)
-        found = single(flat, Place(here.shape, index))
-        value, error, missing = (x[back].reshape(*area.shape, -1) for x in found)
+        inner = single(flat, Places(places.shape, index))
+        value, error, missing = (x[back].reshape(*area.shape, -1) for x in inner)
         share = NODES[:, 2] * area
         sums = weighed(value * area[..., None])
         return Sums(sums, (share * error[..., 0]).sum(axis=-1), (share * missing[..., 0]).sum(axis=-1))
 
-    return cubature(evaluate, len(here.of), OUTER * tolerance, unit, around.seam, side=FEW)
+    return cubature(evaluate, len(places.elements), OUTER * tolerance, unit, around.seam, side=FEW)

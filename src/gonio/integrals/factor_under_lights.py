@@ -12,21 +12,20 @@ from ..base.reflectance import Reflectance
 from ..errors import ParameterError
 from ..formula.direction import Direction
 from ..numerics.lattice import lattice
-from ..numerics.quadrature import Found, Sums, cubature, weighed
+from ..numerics.quadrature import Integrals, Sums, cubature, weighed
 from .cones import Geometry
 from .factor_between import FEW, INNER, averaged, single_integral, square_nodes
-from .illumination import Frame, estimate
-from .places import Place, texels
+from .illumination import Frame, estimate, have_channels
+from .places import Places
 
 SAMPLES = (1 << 13, 1 << 20)
-"""How many samples lights that are sampled get for a direction at first and at most."""
-
+"""Samples of a light for a direction, at first and at most."""
 
 _LOCAL = Frame(Direction(1.0, 0.0, 0.0), Direction(0.0, 1.0, 0.0), Direction(0.0, 0.0, 1.0))
 
 
 class _Within:
-    """The part of a light that comes from a geometry; what sampling it needs."""
+    """The part of a light that comes from a geometry, to be sampled."""
 
     is_delta, can_sample = False, True
 
@@ -39,14 +38,14 @@ class _Within:
 
 
 def factor_under(
-    m: Reflectance, lights: list[Light], of: Geometry, to: Geometry | np.ndarray, here: Place, tolerance: float
-) -> tuple[Found, bool]:
-    """Reflectance factors (n, C) under lights as far as they are in a geometry, and whether these have channels.
+    m: Reflectance, lights: list[Light], of: Geometry, to: Geometry | np.ndarray, places: Places, tolerance: float
+) -> tuple[Integrals, bool]:
+    """Reflectance factors (n, C) under the part of lights in a geometry, and whether these have channels.
 
     `to`: a geometry, or directions (n, 3). The factor is the sum of pi L_o over the sum of E, light by light.
     """
-    count = len(here.of)
-    sums: list[Found] = []  # pi L_o
+    count = len(places.elements)
+    sums: list[Integrals] = []  # pi L_o
     arriving: list[np.ndarray] = []
     for light in lights:
         if light.is_delta:
@@ -54,32 +53,28 @@ def factor_under(
             w = np.asarray(arrival.w, dtype=float).reshape(3)
             E = np.asarray(arrival.irradiance, dtype=float).reshape(-1) * max(w[2], 0.0) * bool(of.contains(w))
             if isinstance(to, np.ndarray):
-                f = texels(m, here.shape, here.of).f(w[None, None], to[:, None])[:, 0]
-                R = Found(math.pi * f.reshape(count, -1), np.zeros(count), np.zeros(count))
+                f = places.material(m).f(w[None, None], to[:, None])[:, 0]
+                R = Integrals(math.pi * f.reshape(count, -1), np.zeros(count), np.zeros(count))
             else:
-                R = single_integral(m, np.broadcast_to(w, (count, 3)), here, to, True, tolerance)
-            found = Found(R.value * E, R.error * E.max(), R.missing)
+                R = single_integral(m, np.broadcast_to(w, (count, 3)), places, to, True, tolerance)
+            reflected = Integrals(R.value * E, R.error * E.max(), R.missing)
         elif light.can_sample:
-            E, found = _by_samples(m, _Within(light, of), to, here, tolerance)
+            E, reflected = _by_samples(m, _Within(light, of), to, places, tolerance)
         else:
-            E, found = _by_quadrature(m, light, of, to, here, tolerance)
+            E, reflected = _by_quadrature(m, light, of, to, places, tolerance)
         arriving.append(E)
-        sums.append(found)
+        sums.append(reflected)
     E = sum(arriving[1:], arriving[0])
     if not E.min() > 0.0:
         raise ParameterError(f"sky: its irradiance from `incident` is {E}; expected light in every channel")
     value = sum((x.value for x in sums[1:]), sums[0].value) / E
     error = sum((x.error for x in sums[1:]), sums[0].error) / E.min()
-    return Found(value, error, np.max([x.missing for x in sums], axis=0)), len(E) > 1 or _coloured(lights)
-
-
-def _coloured(lights: list[Light]) -> bool:
-    return any(getattr(v, "ndim", 0) for light in lights for v in light.leaves())
+    return Integrals(value, error, np.max([x.missing for x in sums], axis=0)), len(E) > 1 or have_channels(lights)
 
 
 def _by_quadrature(
-    m: Reflectance, light: Light, of: Geometry, to: Geometry | np.ndarray, here: Place, tolerance: float
-) -> tuple[np.ndarray, Found]:
+    m: Reflectance, light: Light, of: Geometry, to: Geometry | np.ndarray, places: Places, tolerance: float
+) -> tuple[np.ndarray, Integrals]:
     """Irradiance (C,) by a light that is a function of direction, and pi L_o (n, C)."""
 
     def evaluate(rows: np.ndarray, cells: np.ndarray) -> Sums:
@@ -91,36 +86,35 @@ def _by_quadrature(
     w, solid = of.points(*u)
     size = float(np.abs(light.incident(w) * np.broadcast_to(solid, u[0].shape)[..., None]).mean())
     E = cubature(evaluate, 1, 0.1 * tolerance, size, seam=of.seam).value[0]
-    size = np.abs(E)  # what each channel of the factor is divided by
+    size = np.abs(E)  # the divisor of each channel of the factor
     unit = float(max(size.min(), 1e-3 * size.max())) / of.projected
 
     def radiance(there: np.ndarray, index: np.ndarray) -> np.ndarray:
         return light.incident(there)
 
-    def single(known: np.ndarray, place: Place, share: float = INNER, side: int | None = FEW) -> Found:
-        return single_integral(m, known, place, of, False, share * tolerance, radiance=radiance, unit=unit, side=side)
+    def single(w: np.ndarray, there: Places, share: float = INNER, side: int | None = FEW) -> Integrals:
+        return single_integral(m, w, there, of, False, share * tolerance, radiance=radiance, unit=unit, side=side)
 
     if isinstance(to, np.ndarray):
-        found = single(to, here, 1.0, None)
+        value, error, missing = single(to, places, 1.0, None)
     else:
-        found = averaged(m, to, here, tolerance, turns=False, single=single, unit=unit)
-    return E, Found(found.value * of.projected, found.error * of.projected, found.missing)
+        value, error, missing = averaged(m, to, places, tolerance, False, single, unit)
+    return E, Integrals(value * of.projected, error * of.projected, missing)
 
 
 def _by_samples(
-    m: Reflectance, light: Any, to: Geometry | np.ndarray, here: Place, tolerance: float
-) -> tuple[np.ndarray, Found]:
+    m: Reflectance, light: Any, to: Geometry | np.ndarray, places: Places, tolerance: float
+) -> tuple[np.ndarray, Integrals]:
     """Irradiance (C,) by a light that is sampled, and pi L_o (n, C): each the mean of the parts of a lattice."""
     parts, n = 16, SAMPLES[0]
-    count, most = len(here.of), SAMPLES[1]
     while True:
         u = lattice(n, 2 if isinstance(to, np.ndarray) else 4)
         w, pdf = light.sample(lattice(1 << 18))
         E = light.incident(w) * (np.maximum(w[:, 2], 0.0) / np.where(pdf > 0.0, pdf, np.inf))[:, None]
         E = E.mean(axis=0)
         value, error, holes = [], [], []
-        for k in range(count):
-            material = texels(m, here.shape, here.of[k : k + 1])
+        for k in range(len(places.elements)):
+            material = places.of(np.array([k])).material(m)
             if isinstance(to, np.ndarray):
                 wo, share = np.broadcast_to(to[k], (n, 3)), np.ones(n)
             else:
@@ -132,18 +126,19 @@ def _by_samples(
             value.append(means.mean(axis=0))
             error.append(2.0 * means.std(axis=0, ddof=1).max() / math.sqrt(parts))
             holes.append(missing / n)
-        found = Found(np.array(value), np.array(error), np.array(holes))
-        goal = tolerance * np.maximum(E.max(), np.abs(found.value).max(axis=-1))
-        if n >= most or not (found.error > goal).any():
-            return E, found
+        reflected = Integrals(np.array(value), np.array(error), np.array(holes))
+        goal = tolerance * np.maximum(E.max(), np.abs(reflected.value).max(axis=-1))
+        if n >= SAMPLES[1] or not (reflected.error > goal).any():
+            return E, reflected
         n *= 4
 
 
 def _estimates(m: Reflectance, light: Any, wo: np.ndarray, u: np.ndarray) -> tuple[np.ndarray, int]:
-    found, holes = [], 0
+    """`estimate` in blocks of samples."""
+    blocks, holes = [], 0
     for start in range(0, len(u), 1 << 17):
         part = slice(start, start + (1 << 17))
         values, missing = estimate(m, light, _LOCAL, wo[part], u[part], u[part])
-        found.append(np.broadcast_to(values, (len(u[part]), values.shape[-1])))
+        blocks.append(np.broadcast_to(values, (len(u[part]), values.shape[-1])))
         holes += missing
-    return np.concatenate(found), holes
+    return np.concatenate(blocks), holes

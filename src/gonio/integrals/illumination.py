@@ -21,6 +21,7 @@ from ..evaluate import batch
 from ..formula.direction import Direction, cross, dot, frame, normalize, select
 from ..numerics.lattice import lattice
 from ..pictures.colour import transformed
+from ..tables.nodes import with_channels
 from .over_directions import integrate
 
 
@@ -58,20 +59,16 @@ def reflected_radiance(
              Guibas 1995.
     """
     lights = as_lights(lights)
-    lib, wo, arrays = _world_arrays(wo, normal, tangent, position)
-    shape = batch.full_shape(m, np.broadcast_shapes(*(tuple(x.shape[:-1]) for x in (wo, *arrays) if x is not None)))
+    lib, wo, (normal, tangent, position), shape = _world_arrays(wo, normal, tangent, position)
+    shape = batch.full_shape(m, shape)
     if lib.name == "numpy":
         memory.check((*shape, 3), wo.dtype, "an array of directions")
+        _check_frame(normal, tangent)
     wo = lib.module.broadcast_to(wo, (*shape, 3))
-    if lib.name == "numpy":
-        _check_frame(arrays[0], arrays[1])
-    local = surface_frame(lib, arrays[0], arrays[1])
+    local = surface_frame(lib, normal, tangent)
     local_wo = to_local(lib, local, wo)
-    parts = []
     fields = [light for light in lights if not light.is_delta]
-    for light in lights:
-        if light.is_delta:
-            parts.append(delta_radiance(m, light, local, local_wo, arrays[2]))
+    parts = [delta_radiance(m, light, local, local_wo, position) for light in lights if light.is_delta]
     if fields and lib.name != "numpy":
         raise ArrayTypeError(
             f"{type(fields[0]).__name__} under {lib.name} directions: lights with extent are integrated on NumPy arrays"
@@ -82,42 +79,46 @@ def reflected_radiance(
             parts.append(_sampled(m, light, local, local_wo, samples))
         else:
             parts.append(_smooth(m, light, local, local_wo, tolerance))
-    total = parts[0]
-    for part in parts[1:]:
-        total = total + part
+    total = sum(parts[1:], parts[0])
     if fields:
         total = with_holes(total, m)  # integrals count NaN as 0
-    has_channels = m.channels is not None or any(getattr(v, "ndim", 0) for x in lights for v in x.leaves())
-    return total if has_channels or total.shape[-1] > 1 else total[..., 0][()]
+    channels = m.channels is not None or have_channels(lights) or total.shape[-1] > 1
+    return total if channels else total[..., 0][()]
+
+
+def have_channels(lights: list[Light]) -> bool:
+    """Whether a number of any of the lights has a channel axis."""
+    return any(getattr(v, "ndim", 0) for light in lights for v in light.leaves())
 
 
 def as_lights(lights: Any) -> list[Light]:
     """A light or a list of lights, as a list. Raises ParameterError for anything else, and for none."""
-    found = [lights] if isinstance(lights, Light) else list(lights) if isinstance(lights, Iterable) else [lights]
-    if not found or not all(isinstance(x, Light) for x in found):
+    listed = [lights] if isinstance(lights, Light) or not isinstance(lights, Iterable) else list(lights)
+    if not listed or not all(isinstance(x, Light) for x in listed):
         raise ParameterError(
             f"lights={lights!r:.80}: expected a light or a non-empty list of lights, such as ConstantLight(1.0)"
         )
-    return found
+    return listed
 
 
-def _world_arrays(wo: Any, *others: Any) -> tuple[ops.Library, Any, list[Any]]:
+def _world_arrays(wo: Any, *others: Any) -> tuple[ops.Library, Any, list[Any], tuple[int, ...]]:
+    """The library of wo, wo and the others as its arrays, and the shape of the batch."""
     lib, (wo,) = ops.as_arrays(wo)
     if lib.channel_loop:
         raise ArrayTypeError(f"reflected_radiance takes NumPy, PyTorch or JAX arrays; got {lib.name}")
     arrays = []
     for x in others:
         if x is not None:
-            own = ops.library_of_type(type(x))
-            if own not in (None, lib, LIBRARIES["numpy"]):
+            library = ops.library_of_type(type(x))
+            if library not in (None, lib, LIBRARIES["numpy"]):
                 ops.library(x, wo)
             try:
-                x = lib.convert(ops.numbers(x) if own in (None, LIBRARIES["numpy"]) else x, wo)
+                x = lib.convert(ops.numbers(x) if library in (None, LIBRARIES["numpy"]) else x, wo)
             except ValueError as error:
                 raise ArrayTypeError(f"normal, tangent or position: {error}; expected vectors (..., 3)") from None
         arrays.append(x)
-    ops.broadcast_shape([tuple(x.shape) for x in (wo, *arrays) if x is not None], "wo, normal, tangent, position")
-    return lib, wo, arrays
+    shapes = [tuple(x.shape) for x in (wo, *arrays) if x is not None]
+    return lib, wo, arrays, ops.broadcast_shape(shapes, "wo, normal, tangent, position")[:-1]
 
 
 def _check_frame(normal: np.ndarray, tangent: np.ndarray | None) -> None:
@@ -155,11 +156,6 @@ def to_world(lib: ops.Library, local: Frame, w: Any) -> Any:
     return lib.stack(local.t * d.x + local.b * d.y + local.n * d.z)
 
 
-def _channelled(value: Any, w: Any) -> Any:
-    """A reflectance's values with a channel axis."""
-    return value if value.ndim == w.ndim else value[..., None]
-
-
 def delta_radiance(
     m: Reflectance, light: Light, local: Frame, wo: Any, position: Any, colour: np.ndarray | None = None
 ) -> Any:
@@ -172,7 +168,7 @@ def delta_radiance(
     wi = to_local(lib, local, arrival.w)
     wi, wo = lib.broadcast(wi, wo)
     cos = ops.maximum(wi[..., 2:3], 0.0)
-    f = _channelled(m.f(wi, wo), wi)
+    f = with_channels(m.f(wi, wo), wi.ndim - 1)
     return (f if colour is None else transformed(f, colour)) * arrival.irradiance * cos
 
 
@@ -200,11 +196,8 @@ def _sampled(m: Reflectance, light: Light, local: Frame, wo: np.ndarray, samples
         part = np.broadcast_to(part, (*u.shape[:-1], part.shape[-1]))  # that of a delta lobe has no axis of samples
         total, missing = total + part.sum(axis=0), missing + holes
     if missing:
-        warnings.warn(
-            f"{missing} samples met directions without measured data, which count as 0",
-            MissingDataWarning,
-            stacklevel=3,
-        )
+        text = f"{missing} samples met directions without measured data, which count as 0"
+        warnings.warn(text, MissingDataWarning, stacklevel=3)
     return total / samples
 
 
@@ -217,8 +210,8 @@ def estimate(
     v: np.ndarray,
     colour: np.ndarray | None = None,
 ) -> tuple[np.ndarray, int]:
-    """One-sample estimates (..., C) of the radiance that a light with extent causes towards local wo (..., 3), and
-    how many samples met directions without measured data (they count as 0).
+    """One-sample estimates (..., C) of the radiance that a light with extent causes towards local wo (..., 3), and the
+    number of samples in directions without measured data (they count as 0).
 
     Every lobe of the material is sampled with u (..., 2) and, where the light can be sampled, the light with v; the
     two are combined by the balance heuristic. Delta lobes are exact.
@@ -234,7 +227,7 @@ def estimate(
     for weight, lobe in m.lobes():
 
         def seen_values(values: np.ndarray, w: np.ndarray, weight: Any = weight) -> tuple[np.ndarray, int]:
-            values, holes = without_holes(_channelled(values, w))
+            values, holes = without_holes(with_channels(values, w.ndim - 1))
             values = np.asarray(weight, wo.dtype) * values
             return (values if colour is None else transformed(values, colour)), holes
 
@@ -260,7 +253,7 @@ def estimate(
 
 
 def without_holes(values: np.ndarray) -> tuple[np.ndarray, int]:
-    """Values (..., C) with 0 where a measurement holds none, and at how many places."""
+    """Values (..., C) with 0 where a measurement holds none, and the number of such places."""
     absent = np.isnan(values)
     if not absent.any():
         return values, 0

@@ -17,7 +17,7 @@ from .factor_between import double_integral, single_integral
 from .factor_under_lights import factor_under
 from .illumination import as_lights
 from .over_directions import Integral, directions, in_double, report
-from .places import Place
+from .places import Places
 
 
 def reflectance(
@@ -42,7 +42,7 @@ def reflectance(
         Hemisphere, Cone            hemispherical-conical                 case 8
         Hemisphere, Hemisphere      bihemispherical                       case 9, BHR, "white-sky albedo"
 
-    What a single direction collects is infinitely little: the other three cases (1, 4, 7) are reflectance factors, see
+    A single direction collects infinitely little: the other three cases (1, 4, 7) are reflectance factors, see
     `reflectance_factor`.
 
     Shapes   directions: (..., 3) NumPy arrays; result (...[, C]), or with `error` an `Integral` of it and (...).
@@ -57,10 +57,9 @@ def reflectance(
             "reflectance(collected=...): got a direction, which collects infinitely little light; expected Cone or "
             "Hemisphere; reflectance_factor takes directions on both sides"
         )
-    found = _factor(m, incident, to, sky, tolerance)
+    R = _factor(m, incident, to, sky, tolerance)
     share = to.projected / math.pi
-    value = found.value * share
-    return Integral(value, found.error * share) if error else value
+    return Integral(R.value * share, R.error * share) if error else R.value * share
 
 
 def reflectance_factor(
@@ -71,7 +70,7 @@ def reflectance_factor(
     tolerance: float = 1e-4,
     error: bool = False,
 ) -> Any:
-    """Flux collected over what an ideal white Lambertian surface in its place would send there; all nine cases.
+    """Flux collected over that from an ideal white Lambertian surface in its place; all nine cases.
 
     R = pi/(Omega_i Omega_o) times the integral of f over Omega_i and Omega_o, the projected solid angles. Directions
     are the limits of narrow cones: from one to another R = pi f. With a `sky` of radiance L its light in `incident` is
@@ -95,11 +94,8 @@ def reflectance_factor(
              error of 16 parts.
     Source   Nicodemus et al. 1977, NBS Monograph 160; Schaepman-Strub et al. 2006, Remote Sens. Environ. 103:27.
     """
-    found = _factor(m, incident, _geometry("collected", collected), sky, tolerance)
-    return found if error else found.value
-
-
-# What is common to all: the reflectance factor.
+    R = _factor(m, incident, _geometry("collected", collected), sky, tolerance)
+    return R if error else R.value
 
 
 def _geometry(name: str, value: Any) -> Any:
@@ -121,25 +117,23 @@ def _factor(m: Reflectance, incident: Any, to: Any, sky: Any, tolerance: float) 
         raise ParameterError(
             "incident is a direction, without room for a sky; expected Hemisphere or Cone, or a DistantLight as sky"
         )
-    own, other = (x if isinstance(x, np.ndarray) else None for x in (of, to))
-    if own is not None and other is not None:
-        value = math.pi * m.f(own, other)
+    wi, wo = (x if isinstance(x, np.ndarray) else None for x in (of, to))
+    if wi is not None and wo is not None:
+        value = math.pi * m.f(wi, wo)
         return Integral(value, np.zeros(np.shape(value)[: np.ndim(value) - (m.channels is not None)])[()])
-    batch_of = own if own is not None else other if other is not None else np.zeros(3)
-    shape = batch.full_shape(m, batch_of.shape[:-1])
-    known = in_double(np.broadcast_to(batch_of, (*shape, 3)))
-    here = Place(shape, np.arange(len(known)))
+    w = wi if wi is not None else wo if wo is not None else np.zeros(3)
+    shape = batch.full_shape(m, w.shape[:-1])
+    fixed = in_double(np.broadcast_to(w, (*shape, 3)))
+    places, channels = Places(shape, np.arange(len(fixed))), m.channels is not None
     if sky is not None:
-        found, channels = factor_under(m, as_lights(sky), of, to if other is None else known, here, tolerance)
+        R, coloured = factor_under(m, as_lights(sky), of, to if wo is None else fixed, places, tolerance)
+        channels = channels or coloured
+    elif wi is not None:
+        R = single_integral(m, fixed, places, to, True, tolerance)
+    elif wo is not None:
+        R = single_integral(m, fixed, places, of, False, tolerance)
     else:
-        channels = False
-        if own is not None:
-            found = single_integral(m, known, here, to, True, tolerance)
-        elif other is not None:
-            found = single_integral(m, known, here, of, False, tolerance)
-        else:
-            found = double_integral(m, of, to, here, tolerance)
-    report(found, tolerance * np.maximum(1.0, np.abs(found.value).max(axis=-1, initial=0.0)), stacklevel=4)
-    value = found.value.reshape(*shape, found.value.shape[-1]).astype(batch_of.dtype)
-    channels = channels or m.channels is not None
-    return Integral(value if channels else value[..., 0][()], found.error.reshape(shape)[()])
+        R = double_integral(m, of, to, places, tolerance)
+    report(R, tolerance * np.maximum(1.0, np.abs(R.value).max(axis=-1, initial=0.0)))
+    value = R.value.reshape(*shape, R.value.shape[-1]).astype(w.dtype)
+    return Integral(value if channels else value[..., 0][()], R.error.reshape(shape)[()])

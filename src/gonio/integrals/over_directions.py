@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Iterator
-from functools import cache, partial
+from collections.abc import Callable, Iterator, Sequence
+from functools import cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -17,24 +17,26 @@ from ..compile import memory
 from ..errors import ArrayTypeError, MissingDataWarning, ShapeError, ToleranceWarning
 from ..evaluate import batch
 from ..formula.direction import HORIZON, NORMAL, Direction, select, served
+from ..formula.fields import Param
 from ..formula.warp import cosine_hemisphere
 from ..numerics.lattice import lattice
-from ..numerics.quadrature import NODES, Found, Sums, cubature, place, weighed
+from ..numerics.quadrature import NODES, Evaluate, Integrals, Sums, cubature, in_order, place, weighed
+from ..tables.nodes import with_channels
 from .domain import SAMPLED, Coordinates, Domain
 from .peaks import GRAZING, SHARP, peaks
-from .places import Place, of_places, texels
+from .places import Places
 
 CHUNKS = (4096, 512, 64)
-"""How many cells a kernel is given at a time: always the same few numbers, because each needs a plan of its own."""
+"""Numbers of cells that a kernel is given at a time: few, because each needs a plan of its own."""
 
 TOGETHER = 8
-"""How many channels are integrated together at most."""
+"""Most channels that are integrated together."""
 
 Radiance = Callable[[np.ndarray, np.ndarray], np.ndarray]
 """Radiance (n, k, 1 or C) from directions (n, k, 3), for the places (n,) of a flattened batch that they belong to."""
 
 _SIDES = np.stack(cosine_hemisphere(*lattice(64).T[::-1]), axis=-1)
-"""Directions that are spread over the hemisphere as the cosine."""
+"""Directions spread over the hemisphere in proportion to the cosine."""
 
 
 class Integral(NamedTuple):
@@ -45,42 +47,46 @@ class Integral(NamedTuple):
 
 
 def integrate(
-    m: Reflectance, w: Any, tolerance: float = 1e-4, incident: bool = True, radiance: Radiance | None = None
+    m: Reflectance,
+    w: Any,
+    tolerance: float = 1e-4,
+    incident: bool = True,
+    radiance: Radiance | None = None,
+    error: bool = False,
 ) -> Any:
     """Integral over the hemisphere of f cos, times `radiance(w', index)` if given, lobe by lobe; see `albedo`.
 
     `incident`: whether w is the incident direction and the integral runs over wo, or the other way round. Under a
-    radiance the tolerance is relative to its mean over the hemisphere.
+    radiance the tolerance is relative to its mean over the hemisphere. With `error` an `Integral`.
     """
-    return integral_over(m, w, tolerance, incident, radiance).value
-
-
-def integral_over(m: Reflectance, w: Any, tolerance: float, incident: bool, radiance: Radiance | None) -> Integral:
     w = directions(w)
     shape = batch.full_shape(m, w.shape[:-1])
     memory.check((*shape, 3), np.float64, "an array of directions")
     flat = in_double(np.broadcast_to(w, (*shape, 3)))
     index = np.arange(len(flat))
-    unit: Any = 1.0
+    places, unit = Places(shape, index), 1.0
     if radiance is not None:
         around = np.broadcast_to(_SIDES, (len(flat), *_SIDES.shape))
         unit = np.abs(radiance(around, index)).mean(axis=1).max(axis=-1)
-    found = over_directions(m, flat, Place(shape, index), tolerance, incident, radiance=radiance, unit=unit)
-    value, absent = found.value, with_holes(np.zeros((*shape, 1)), m)  # the integrand's NaN count as 0
-    found = found._replace(missing=np.where(np.isnan(absent).any(axis=-1).reshape(-1), 0.0, found.missing))
+    integrals = over_directions(m, flat, places, tolerance, incident, radiance=radiance, unit=unit)
+    value, absent = integrals.value, with_holes(np.zeros((*shape, 1)), m)  # the integrand's NaN count as 0
+    hidden = np.isnan(absent).any(axis=-1).reshape(-1)
+    integrals = integrals._replace(missing=np.where(hidden, 0.0, integrals.missing))
     for weight, lobe in m.lobes():
         if lobe.is_delta:
-            part = of_places(lobe.delta_reflectance(np.broadcast_to(w, (*shape, 3)).astype(float)), shape, index)
+            double = np.broadcast_to(w, (*shape, 3)).astype(float)
+            part = places.values(lobe.delta_reflectance(double))
             if radiance is not None:
-                mirrored = lobe.sample(np.broadcast_to(w, (*shape, 3)).astype(float), np.zeros(2)).wi
+                mirrored = lobe.sample(double, np.zeros(2)).wi
                 part = part * radiance(mirrored.reshape(-1, 1, 3), index)[:, 0]
-            value = value + of_places(weight, shape, index) * part
-    report(found, tolerance * np.maximum(unit, np.abs(value).max(axis=-1, initial=0.0)), stacklevel=4)
+            value = value + places.values(weight) * part
+    report(integrals, tolerance * np.maximum(unit, np.abs(value).max(axis=-1, initial=0.0)))
     if len(flat) == 0:
         value = np.zeros((0, m.channels or 1))
     channels = radiance is not None or m.channels is not None
     value = (value.reshape(*shape, value.shape[-1]) + absent).astype(w.dtype)
-    return Integral(value if channels else value[..., 0][()], found.error.reshape(shape)[()])
+    value = value if channels else value[..., 0][()]
+    return Integral(value, integrals.error.reshape(shape)[()]) if error else value
 
 
 def directions(w: Any) -> np.ndarray:
@@ -102,180 +108,139 @@ def in_double(w: np.ndarray) -> np.ndarray:
     return flat / np.sqrt((flat * flat).sum(axis=-1, keepdims=True))
 
 
-def report(found: Found, goal: Any, stacklevel: int) -> None:
-    """Warns of missing data, and of errors that are larger than what was asked for."""
-    missing = found.missing.max(initial=0.0)
+def report(integrals: Integrals, goal: Any) -> None:
+    """Warns of missing data, and of errors above the goal, at the call of a public function that called the caller."""
+    missing = integrals.missing.max(initial=0.0)
     if missing > 0.0:
-        warnings.warn(
-            f"{missing:.1%} of the directions of an integral hold no measured data and counted as 0",
-            MissingDataWarning,
-            stacklevel=stacklevel,
-        )
-    over = found.error > goal
+        text = f"{missing:.1%} of the directions of an integral hold no measured data and counted as 0"
+        warnings.warn(text, MissingDataWarning, stacklevel=4)
+    over = integrals.error > goal
     if over.any():
-        worst = found.error[over].max()
-        warnings.warn(
-            f"the error of {over.sum()} of {over.size} integrals may be up to {worst:.2g}, more than the tolerance "
-            f"asked for; ask for a larger one",
-            ToleranceWarning,
-            stacklevel=stacklevel,
+        text = (
+            f"the error of {over.sum()} of {over.size} integrals may be up to {integrals.error[over].max():.2g}, more "
+            f"than the tolerance asked for; ask for a larger one"
         )
+        warnings.warn(text, ToleranceWarning, stacklevel=4)
 
 
 def over_directions(
     m: Reflectance,
-    known: np.ndarray,
-    place: Place,
+    fixed: np.ndarray,
+    places: Places,
     tolerance: Any,
     incident: bool,
     domain: Domain = SAMPLED,
     radiance: Radiance | None = None,
     unit: Any = 1.0,
     side: int | None = None,
-) -> Found:
-    """Integrals (n, C) of f cos over the directions of a domain, for known directions (n, 3), without delta lobes.
+) -> Integrals:
+    """Integrals (n, C) of f cos over the directions of a domain, for fixed directions (n, 3), without delta lobes.
 
     `tolerance`, `unit`, `side`: see `cubature`.
     """
-    count = len(known)
+    count = len(fixed)
     tolerance, unit = (np.broadcast_to(np.asarray(x, dtype=float), count) for x in (tolerance, unit))
-    lobes = [(of_places(w, *place), lobe) for w, lobe in m.lobes() if not lobe.is_delta]
+    lobes = [(places.values(w), lobe) for w, lobe in m.lobes() if not lobe.is_delta]
     value, error, missing = np.zeros((count, 1)), np.zeros(count), np.zeros(count)
     for weight, lobe in lobes:
         largest = np.abs(weight).max(axis=-1)
         if not largest.any():
             continue
         goal = tolerance / (len(lobes) * np.fmax(largest, 1e-300))
-        groups = []
-        for first, last in _alike(lobe):
-            part = lobe.each(partial(_channels, first=first, last=last)) if last else lobe
-            light = None if radiance is None else partial(_coloured, radiance, place.of, first, last)
-            groups.append(_integrals(part, known, place, goal, incident, domain, light, unit, side))
-        wide = np.concatenate([g.value for g in groups], axis=-1)
-        value = value + weight * wide
+        integrands = [_Integrand(lobe, fixed, places, incident, domain, radiance).of(*c) for c in _alike(lobe)]
+        groups = [integrand.integrals(goal, unit, side) for integrand in integrands]
+        value = value + weight * np.concatenate([g.value for g in groups], axis=-1)
         error = error + largest * np.max([g.error for g in groups], axis=0)
         missing = np.maximum(missing, np.max([g.missing for g in groups], axis=0))
-    return Found(value, error, missing)
+    return Integrals(value, error, missing)
 
 
 def _alike(lobe: Reflectance) -> Iterator[tuple[int, int]]:
     """First channels and ends of the groups that are integrated together, because their lobes are equally wide;
     (0, 0) for a lobe without channels."""
-    lengths: list[int] = []
-    lobe.each(lambda value: lengths.append(np.shape(value)[-1] if np.ndim(value) else 0))
-    count = max(lengths, default=0)
-    widths = [
-        v for _, field, v, _ in lobe.walk() if getattr(field, "sampled", "mean") != "mean" and np.shape(v)[-1:] > (1,)
-    ]
+    numbers = [(field.sampled, x) for _, field, x, _ in lobe.walk() if isinstance(field, Param) and np.ndim(x)]
+    count = max((x.shape[-1] for _, x in numbers), default=0)
+    widths = [x for sampled, x in numbers if sampled != "mean" and x.shape[-1] > 1]
     first = 0
     for c in range(1, count):
-        if c - first == TOGETHER or any((v[..., c] != v[..., first]).any() for v in widths):
+        if c - first == TOGETHER or any((x[..., c] != x[..., first]).any() for x in widths):
             yield first, c
             first = c
     yield first, count
 
 
-def _channels(value: Any, first: int, last: int) -> Any:
-    return value[..., first:last] if np.ndim(value) and value.shape[-1] > 1 else value
+class _Integrand(NamedTuple):
+    """f cos of a lobe over a domain, for fixed directions (n, 3) at places, times `radiance` of the light there."""
 
+    lobe: Reflectance
+    fixed: np.ndarray
+    places: Places
+    incident: bool
+    domain: Domain
+    radiance: Radiance | None
 
-def _coloured(
-    radiance: Radiance, index: np.ndarray, first: int, last: int, there: np.ndarray, rows: np.ndarray
-) -> np.ndarray:
-    found = radiance(there, index[rows])
-    return found[..., first:last] if last and found.shape[-1] > 1 else found
+    def of(self, first: int, last: int) -> _Integrand:
+        """That of channels from `first` to before `last`; (0, 0): of a lobe without channels."""
+        lobe, radiance = self.lobe, self.radiance
+        if not last:
+            return self
 
+        def channels(value: Any) -> Any:
+            return value[..., first:last] if np.ndim(value) and value.shape[-1] > 1 else value
 
-def _integrals(
-    lobe: Reflectance,
-    known: np.ndarray,
-    place: Place,
-    tolerance: np.ndarray,
-    incident: bool,
-    domain: Domain,
-    radiance: Radiance | None,
-    unit: np.ndarray,
-    side: int | None,
-) -> Found:
-    """`over_directions` of one lobe, for channels that are integrated together.
+        light = None if radiance is None else lambda there, index: channels(radiance(there, index))
+        return self._replace(lobe=lobe.each(channels), radiance=light)
 
-    Over a part of the directions in that part's coordinates, in which its rim is no jump; but in the lobe's own ones
-    where it is narrow and leaves at grazing: too thin then to be found in others.
-    """
-    evaluate = partial(_evaluator, lobe, known, place, incident, radiance, domain.numbers)
-    if domain.own is None:
-        return cubature(
-            evaluate(domain.within, np.arange(len(known))), len(known), tolerance, unit, lobe.seam, side=side
-        )
-    seeds, sent = peaks(lobe, known, place, domain)
-    narrow = (np.median(seeds[..., 2:].min(axis=-1), axis=-1) < SHARP) & (known[:, 2] < GRAZING) & sent
-    results = []
-    for rows in (np.flatnonzero(narrow), np.flatnonzero(~narrow)):
-        of = tolerance[rows], unit[rows]
-        if narrow[rows].any():
-            found = cubature(evaluate(domain.within, rows), len(rows), *of, lobe.seam, side=side)
-        else:
-            found = cubature(evaluate(domain.own, rows), len(rows), *of, domain.seam, seeds[rows], side)
-        results.append(found)
-    return _merged(narrow, *results)
-
-
-def _merged(first: np.ndarray, a: Found, b: Found) -> Found:
-    """Results of which `first` says where they are from."""
-    if len(a.error) == 0 or len(b.error) == 0:
-        return a if len(b.error) == 0 else b
-    found = []
-    for x, y in zip(a, b, strict=True):
-        both = np.empty((len(first), *x.shape[1:]))
-        both[first], both[~first] = x, y
-        found.append(both)
-    return Found(*found)
-
-
-def _evaluator(
-    lobe: Reflectance,
-    known: np.ndarray,
-    place: Place,
-    incident: bool,
-    radiance: Radiance | None,
-    numbers: np.ndarray,
-    coordinates: Coordinates,
-    used: np.ndarray,
-) -> Callable[[np.ndarray, np.ndarray], Sums]:
-    """What `cubature` needs for the known directions number `used`."""
-    kernel = _kernel(coordinates, incident, radiance is not None)
-    mapped = batch.full_shape(lobe, ()) != ()
-
-    def run(m: Reflectance, rows: np.ndarray, cells: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        inputs = (known[rows][:, None], cells[:, None], NODES, numbers[None, None])
-        if radiance is None:
-            *totals, absent = batch.run(kernel, _TOTALS, m, inputs, _WIDTHS)
-            sums = np.stack([t if t.ndim == 2 else t[:, None] for t in totals], axis=1)
-            return sums, absent if absent.ndim == 1 else absent.max(axis=-1)
-        there, values, absent = batch.run(kernel, (VECTOR, VALUE, VALUE), m, inputs, _WIDTHS)
-        values, absent = (x if x.ndim == 3 else x[..., None] for x in (values, absent))
-        sums = weighed(values * radiance(there, rows))
-        return sums, absent.max(axis=-1) @ NODES[:, 2]
-
-    def evaluate(rows: np.ndarray, cells: np.ndarray) -> Sums:
-        rows, start = used[rows], 0
-        totals, missing = [], []
-        while start < len(rows):
-            left = len(rows) - start
-            size = next((n for n in CHUNKS if n <= left), CHUNKS[-1])
-            part = slice(start, start + size)
-            here, square = rows[part], cells[part]
-            start += size
-            if mapped:
-                sums, absent = run(texels(lobe, place.shape, place.of[here]), here, square)
+    def integrals(self, tolerance: np.ndarray, unit: np.ndarray, side: int | None) -> Integrals:
+        """Over a part of the directions in that part's coordinates, in which its rim is no jump; but in the lobe's own
+        where it is narrow and leaves at grazing: too thin then to be found in others."""
+        domain, lobe, count = self.domain, self.lobe, len(self.fixed)
+        if domain.coordinates is None:
+            return cubature(self.sums(domain.within, np.arange(count)), count, tolerance, unit, lobe.seam, side=side)
+        seeds, sent = peaks(lobe, self.fixed, self.places, domain)
+        narrow = (np.median(seeds[..., 2:].min(axis=-1), axis=-1) < SHARP) & (self.fixed[:, 2] < GRAZING) & sent
+        groups = []
+        for rows in filter(len, (np.flatnonzero(narrow), np.flatnonzero(~narrow))):
+            goal = len(rows), tolerance[rows], unit[rows]
+            if narrow[rows[0]]:
+                group = cubature(self.sums(domain.within, rows), *goal, lobe.seam, side=side)
             else:
-                filled = np.arange(size) % len(here)
-                sums, absent = (x[: len(here)] for x in run(lobe, here[filled], square[filled]))
-            totals.append(sums)
-            missing.append(absent)
-        return Sums(np.concatenate(totals), 0.0, np.concatenate(missing))
+                group = cubature(self.sums(domain.coordinates, rows), *goal, domain.seam, seeds[rows], side)
+            groups.append((rows, group))
+        return in_order(groups)
 
-    return evaluate
+    def sums(self, coordinates: Coordinates, used: np.ndarray) -> Evaluate:
+        """The function that `cubature` evaluates, for the fixed directions number `used`."""
+        kernel = _kernel(coordinates, self.incident, self.radiance is not None)
+        mapped = batch.full_shape(self.lobe, ()) != ()
+
+        def evaluate(rows: np.ndarray, cells: np.ndarray) -> Sums:
+            rows, start = used[rows], 0
+            parts = []
+            while start < len(rows):
+                left = len(rows) - start
+                size = next((n for n in CHUNKS if n <= left), CHUNKS[-1])
+                here, square = rows[start : start + size], cells[start : start + size]
+                start += size
+                if mapped:
+                    parts.append(self._run(kernel, self.places.of(here).material(self.lobe), here, square))
+                else:
+                    filled = np.arange(size) % len(here)
+                    parts.append([x[: len(here)] for x in self._run(kernel, self.lobe, here[filled], square[filled])])
+            totals, missing = (np.concatenate(x) for x in zip(*parts, strict=True))
+            return Sums(totals, 0.0, missing)
+
+        return evaluate
+
+    def _run(self, kernel: Callable, m: Reflectance, rows: np.ndarray, cells: np.ndarray) -> Sequence[np.ndarray]:
+        """Sums (k, SUMS, C) over cells, and the share of each without data (k,)."""
+        inputs = (self.fixed[rows][:, None], cells[:, None], NODES, self.domain.numbers[None, None])
+        if self.radiance is None:
+            *totals, absent = batch.run(kernel, _TOTALS, m, inputs, _WIDTHS)
+            return np.stack([with_channels(t, 1) for t in totals], axis=1), with_channels(absent, 1).max(axis=-1)
+        there, values, absent = batch.run(kernel, (VECTOR, VALUE, VALUE), m, inputs, _WIDTHS)
+        light = self.radiance(there, self.places.elements[rows])
+        return weighed(with_channels(values, 2) * light), with_channels(absent, 2).max(axis=-1) @ NODES[:, 2]
 
 
 _TOTALS = (TOTAL,) * 6
@@ -284,13 +249,13 @@ _WIDTHS = (3, 6, NODES.shape[1], 16)
 
 @cache
 def _kernel(coordinates: Callable, incident: bool, lit: bool) -> Callable:
-    """The kernel for cells: sums over their nodes, or for light the directions and values times areas at the nodes;
+    """The kernel for cells: sums over their nodes, or under light the directions and values times areas at the nodes;
     and the area without data."""
 
     def kernel(m: Reflectance, mean: Reflectance, w: Any, cell: Any, node: Any, numbers: Any) -> tuple:
-        known = Direction(*w)
+        fixed = Direction(*w)
         u, area = place(cell, node)
-        hidden, up = served(known)
+        hidden, up = served(fixed)
         there, density = coordinates(mean, up, *u, numbers)
         lost = (there.z <= HORIZON) | hidden
         safe = select(lost, NORMAL, there)

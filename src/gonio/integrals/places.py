@@ -1,4 +1,4 @@
-"""Elements of a batch of directions, and what a material with maps is there."""
+"""Elements of a batch of directions, and a material with maps at them."""
 
 from __future__ import annotations
 
@@ -10,25 +10,27 @@ from ..base.reflectance import Reflectance
 from ..evaluate import batch
 
 
-class Place(NamedTuple):
-    """Which elements `of` (n,) a flattened batch of a material with maps are meant."""
+class Places(NamedTuple):
+    """Elements (n,) of a flattened batch of this shape, each with its texel of a material with maps."""
 
     shape: tuple[int, ...]
-    of: np.ndarray
+    elements: np.ndarray
 
+    def of(self, rows: np.ndarray) -> Places:
+        """Some of the places."""
+        return Places(self.shape, self.elements[rows])
 
-def texels(m: Reflectance, shape: tuple[int, ...], index: np.ndarray) -> Reflectance:
-    """The material at elements of a flattened batch, to meet directions (n, k, 3)."""
-    found = batch.texels(m, shape, index)
-    assert isinstance(found, Reflectance)
-    return found
+    def material(self, m: Reflectance) -> Reflectance:
+        """The material at the places, to meet directions (n, k, 3)."""
+        there = batch.texels(m, self.shape, self.elements)
+        assert isinstance(there, Reflectance)
+        return there
 
-
-def of_places(value: Any, shape: tuple[int, ...], index: np.ndarray) -> np.ndarray:
-    """A weight or a reflectance, a number or (...[, C]), at elements of a flattened batch: (n or 1, C or 1)."""
-    value = np.asarray(value, dtype=float)
-    if value.ndim <= 1 and value.shape != shape:
-        return value.reshape(1, -1)
-    if value.ndim == len(shape):
-        value = value[..., None]
-    return np.broadcast_to(value, (*shape, value.shape[-1])).reshape(-1, value.shape[-1])[index]
+    def values(self, x: Any) -> np.ndarray:
+        """A weight or a reflectance, a number or (...[, C]), at the places: (n or 1, C or 1)."""
+        x = np.asarray(x, dtype=float)
+        if x.ndim <= 1 and x.shape != self.shape:
+            return x.reshape(1, -1)
+        if x.ndim == len(self.shape):
+            x = x[..., None]
+        return np.broadcast_to(x, (*self.shape, x.shape[-1])).reshape(-1, x.shape[-1])[self.elements]

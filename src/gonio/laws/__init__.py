@@ -1,16 +1,17 @@
-"""Whether a reflectance obeys the laws: a verdict per law, with the number, the tolerance, the place and the reason.
+"""Whether a reflectance obeys the laws: a verdict per law, with its number, tolerance, place and reason.
 
 A law is a file of its own, named after it. It has a function `law(m)` that yields verdicts and notes; ORDER, its place
-in reports: tens for what it looks at (values of f, energy, sampling, limits), ones within; a docstring "Name: what it
-says.", with what is Measured, Holds if, and why that Tolerance; and FOLLOWS, where another broken law explains it. It
+in reports: tens for its subject (values of f, energy, sampling, limits), ones within; a docstring "Name: statement.",
+with the labels Measured, Holds if, and Tolerance with its reason; and FOLLOWS, where another broken law explains it. It
 is found by being here; files with an underscore serve the laws.
 """
 
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -20,13 +21,14 @@ from ..errors import MissingDataWarning, NotFoundError, ShapeError
 from ..evaluate import batch
 from ..tables.gridded import Gridded
 from . import _overview
+from ._verdict import Findings
 from ._verdict import Law as Law
 from ._verdict import Report as Report
 
 MODULES = dict(sorted(discover.by_name(__name__).items(), key=lambda named: named[1].ORDER))
 """Every law's module by the law's name, in the order of reports."""
 
-LAWS: dict[str, Callable[[Reflectance], Iterator[Law | str]]] = {name: m.law for name, m in MODULES.items()}
+LAWS: dict[str, Callable[[Reflectance], Findings]] = {name: m.law for name, m in MODULES.items()}
 """Every law by name, in the order of reports."""
 
 FOLLOWS: dict[str, tuple[str, ...]] = {name: m.FOLLOWS for name, m in MODULES.items() if hasattr(m, "FOLLOWS")}
@@ -34,7 +36,7 @@ FOLLOWS: dict[str, tuple[str, ...]] = {name: m.FOLLOWS for name, m in MODULES.it
 
 
 def summaries() -> dict[str, str]:
-    """What each law says, by name, in one sentence."""
+    """The statement of each law in one sentence, by name."""
     heads = {name: discover.docstring(module).split("\n\n")[0] for name, module in MODULES.items()}
     return {name: " ".join(head.partition(": ")[2].split()).split(". ")[0].rstrip(".") for name, head in heads.items()}
 
@@ -44,17 +46,16 @@ def check(
 ) -> Report:
     """Hold a reflectance to the laws.
 
-    `LAWS` names them, `summaries()` says each in a sentence, docs/check.md what is measured, and why the tolerance is
-    what it is.
+    `LAWS` names them, `summaries()` states each in a sentence, docs/check.md gives measurements and tolerances.
 
     The same for models and measurements, on 131072 pairs of directions and 65536 samples, without random numbers:
     two runs give the same report. A law that does not apply is left out; a note may say why. `laws`: only these.
     `progress(done, total)` is called after each law. A law that the model's class declares not to obey is marked with
-    the class's reason. Of a table that holds the uncertainty of its values, verdicts say whether a failure is more than
-    that explains; they stay what the numbers say.
+    the class's reason. For a table with uncertainties a verdict also says whether a failure is more than they explain;
+    it stays that of the numbers.
     """
-    wanted = list(LAWS) if laws is None else list(laws)
-    for name in wanted:
+    names = list(LAWS) if laws is None else list(laws)
+    for name in names:
         if name not in LAWS:
             raise NotFoundError(f"check: no law {name!r}; expected some of {', '.join(LAWS)}")
     maps = batch.full_shape(m, ())
@@ -62,7 +63,7 @@ def check(
         raise ShapeError(f"check: parameters are maps of shape {maps}; expected one value, or one per channel")
     judge = _judge(m)
     verdicts, notes = [], []
-    for i, name in enumerate(wanted):
+    for done, name in enumerate(names, 1):
         with warnings.catch_warnings(), np.errstate(all="ignore"):
             warnings.simplefilter("ignore", MissingDataWarning)
             for outcome in LAWS[name](m):
@@ -75,28 +76,29 @@ def check(
                 outcome = outcome if outcome.passed else replace(outcome, declared=reason)
                 verdicts.append(judge(outcome))
         if progress is not None:
-            progress(i + 1, len(wanted))
+            progress(done, len(names))
     return Report(repr(m), tuple(verdicts), tuple(notes))
 
 
 def _judge(m: Reflectance) -> Callable[[Law], Law]:
-    """What adds to a verdict how significant it is: of a measurement with uncertainties."""
-    if not isinstance(m, Gridded):
-        return lambda law: law
-    from ..uncertainty.table import has_uncertainty
-    from ._significance import judged
+    """The function that adds its significance to a verdict, for a measurement with uncertainties."""
+    if isinstance(m, Gridded):
+        from ..uncertainty.table import has_uncertainty
+        from ._significance import judged
 
-    return (lambda law: judged(m, law)) if has_uncertainty(m) else (lambda law: law)
+        if has_uncertainty(m):
+            return partial(judged, m)
+    return lambda law: law
 
 
 def check_all(progress: Callable[[int, int], None] | None = None) -> dict[str, Report]:
     """Name -> report of every model of gonio, with its default parameters; `table` makes rows of them."""
     kinds = _overview.models()
     reports = {}
-    for i, (name, kind) in enumerate(kinds.items()):
+    for name, kind in kinds.items():
         reports[name] = check(kind())
         if progress is not None:
-            progress(i + 1, len(kinds))
+            progress(len(reports), len(kinds))
     return reports
 
 

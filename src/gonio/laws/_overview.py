@@ -16,7 +16,7 @@ def models() -> dict[str, type[Reflectance]]:
 
 
 def as_text(rows: Sequence[tuple[str, ...]], reports: dict[str, Report]) -> str:
-    """The rows of `table`, aligned, the reasons of what is not "pass", and a count."""
+    """The rows of `table`, aligned, the reasons of all that is not "pass", and a count."""
     header, *rows = rows
     top, below = zip(*map(_hyphenated, header), strict=True)
     lines = [top, below, *rows]
@@ -33,7 +33,7 @@ def as_text(rows: Sequence[tuple[str, ...]], reports: dict[str, Report]) -> str:
 
 
 def _reasons(report: Report) -> Iterator[tuple[str, str]]:
-    """What is not "pass", and why; laws that are declared for one reason together."""
+    """Broken laws, and why; those that are declared for one reason together."""
     declared: dict[str, list[str]] = {}
     for law in report.laws:
         if law.verdict == "FAIL":

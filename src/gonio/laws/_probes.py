@@ -1,4 +1,4 @@
-"""Directions at which laws are tried, and how values there are compared. Nothing is random: two runs agree."""
+"""Directions at which laws are tried, and comparisons of values there. Nothing is random: two runs agree."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from ..base.angles import angles, direction
 from ..base.measured import Measured
 from ..base.reflectance import Reflectance
 from ..numerics.lattice import lattice
+from ..tables.nodes import with_channels
 
 PAIRS = 1 << 17
 SAMPLES = 1 << 16
@@ -45,9 +46,8 @@ def exact_pairs() -> tuple[np.ndarray, np.ndarray]:
 
 @cache
 def opposite_pairs(n: int = 1 << 14) -> tuple[np.ndarray, np.ndarray]:
-    """Pairs of directions that all but graze, opposite or nearly so, in float32: there wi . wo is next to -1, and
-    what is made of it has few digits left, or none, and no sign.
-    """
+    """Pairs of nearly opposite directions close to grazing, in float32: wi . wo is next to -1, and 1 + wi . wo has few
+    digits or none, and no reliable sign."""
     u = lattice(n, 4)
     z = 0.1 * (2e-5) ** u[:, :2]  # cosines from 0.1 to 2e-6
     turn = np.pi + np.where(u[:, 3] < 0.5, 0.0, 10.0 ** (-14.0 * (u[:, 3] - 0.5) - 1.0))
@@ -56,7 +56,7 @@ def opposite_pairs(n: int = 1 << 14) -> tuple[np.ndarray, np.ndarray]:
 
 
 def precisions(m: Reflectance) -> tuple[type[np.floating], ...]:
-    """The precisions to try a material in. A measurement's tables are kept once for each, and hold what they hold."""
+    """The precisions to try a material in: of measurements double alone, as their tables are kept once for each."""
     return (np.float64,) if is_measured(m) else (np.float64, np.float32)
 
 
@@ -65,23 +65,29 @@ def azimuths(m: Reflectance) -> np.ndarray:
     return np.array([0.3]) if m.is_isotropic() else np.radians([0.0, 45.0, 90.0, 200.0])
 
 
+def incidence(m: Reflectance) -> np.ndarray:
+    """Directions (K, 3) at INCIDENCE and `azimuths`."""
+    return direction(INCIDENCE[:, None], azimuths(m)[None, :]).reshape(-1, 3)
+
+
 def is_measured(m: Reflectance) -> bool:
-    """Whether a measurement is part of the material: what it is between its numbers is the interpolation's doing."""
+    """Whether a measurement is part of the material: between its nodes, f is the interpolation's."""
     return any(isinstance(lobe, Measured) for _, lobe in m.lobes())
 
 
 def values(m: Reflectance, wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
     """f with a channel axis: (..., C)."""
-    return with_channels(m.f(wi, wo), wi, wo)
+    return with_channels(m.f(wi, wo), max(wi.ndim, wo.ndim) - 1)
 
 
-def with_channels(f: np.ndarray, *w: np.ndarray) -> np.ndarray:
-    """Values over directions, with a channel axis even where there is one channel."""
-    return f if f.ndim == max(x.ndim for x in w) else f[..., None]
+def largest(x: np.ndarray) -> tuple[float, tuple[int, ...]]:
+    """The largest number of an array, and its indices."""
+    at = np.unravel_index(int(x.argmax()), x.shape)
+    return float(x[at]), tuple(map(int, at))
 
 
 def difference(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """How far values of f are apart, relative to their mean; 0 where data are missing.
+    """The distance of two values of f, relative to their mean; 0 where data are missing.
 
     Values below a millionth of the median count as being of that size: there a difference means nothing.
     """
@@ -91,12 +97,12 @@ def difference(a: np.ndarray, b: np.ndarray) -> np.ndarray:
 
 def degrees(wi: Any = None, wo: Any = None) -> dict[str, float]:
     """Directions as angles in degrees, by name."""
-    found = {}
+    by_name: dict[str, float] = {}
     for name, w in (("i", wi), ("o", wo)):
         if w is not None:
             theta, phi = angles(np.asarray(w, dtype=float))
-            found[f"theta_{name}"], found[f"phi_{name}"] = math.degrees(float(theta)), math.degrees(float(phi))
-    return found
+            by_name |= {f"theta_{name}": math.degrees(float(theta)), f"phi_{name}": math.degrees(float(phi))}
+    return by_name
 
 
 def channel(m: Reflectance, c: int) -> str:

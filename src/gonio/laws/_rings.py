@@ -5,9 +5,13 @@ The distance from the mirror direction is counted in units of the horizon's, so 
 
 from __future__ import annotations
 
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
+
+from ..base.angles import direction
+from ._probes import VIEWS
 
 SECTORS, NODES = 192, 4
 PARTS, TOGETHER = 8, 4
@@ -18,11 +22,10 @@ EDGES = np.concatenate([[0.0], np.geomspace(1e-6, 0.2, 60), np.linspace(0.2, 1.0
 
 
 class Rings(NamedTuple):
-    """Directions (K, 3), their solid angles (K,), distances from the mirror direction [rad] (K,), bin numbers (K,)."""
+    """Directions (K, 3), their solid angles (K,) and bin numbers (K,)."""
 
     w: np.ndarray
     solid: np.ndarray
-    radius: np.ndarray
     bins: np.ndarray
 
 
@@ -35,7 +38,7 @@ def _axes(view: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 
 def _horizon(view: np.ndarray, psi: np.ndarray) -> np.ndarray:
-    """How far the horizon is from the mirror direction, on the way psi [rad]."""
+    """The distance [rad] of the horizon from the mirror direction, on the way psi [rad]."""
     mirror, t, b = _axes(view)
     return np.arctan2(mirror[2], -(np.cos(psi) * t[2] + np.sin(psi) * b[2]))
 
@@ -58,7 +61,13 @@ def rings(view: np.ndarray) -> Rings:
     ring = np.arange(r.shape[1]) // (NODES * TOGETHER)
     bins = ring * PARTS + np.arange(SECTORS)[:, None] * PARTS // SECTORS
     solid = np.sin(r) * dr * (2.0 * np.pi / SECTORS)
-    return Rings(w.reshape(-1, 3), solid.ravel(), r.ravel(), bins.ravel())
+    return Rings(w.reshape(-1, 3), solid.ravel(), bins.ravel())
+
+
+@cache
+def grids() -> list[tuple[np.ndarray, Rings]]:
+    """Views (3,) at VIEWS, and the grid of each."""
+    return [(view, rings(view)) for view in direction(VIEWS, 0.3)]
 
 
 def distance(view: np.ndarray, w: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

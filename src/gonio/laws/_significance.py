@@ -1,7 +1,7 @@
-"""What a law's number means for a measurement with uncertainty: whether what is found is more than its errors explain.
+"""Whether a failure is more than the uncertainty of a measurement explains.
 
-A verdict stays what the numbers say. Beside it stands the standard uncertainty u of the number, the larger one of what
-independent errors and an error common to all values would give, because files do not say which they mean.
+A verdict is that of the numbers. Beside it stands the standard uncertainty u of its number: the larger one of those by
+independent errors and by an error common to all values, because files do not say which they mean.
 """
 
 from __future__ import annotations
@@ -13,12 +13,11 @@ from dataclasses import replace
 import numpy as np
 
 from ..base.angles import direction
-from ..base.reflectance import Reflectance
 from ..integrals.albedo import albedo
 from ..integrals.cones import Hemisphere
 from ..integrals.nine import reflectance_factor
 from ..tables.gridded import Gridded
-from ..uncertainty.functionals import Linear, linear, named
+from ..uncertainty.functionals import Linear, linear, named, pointwise
 from ..uncertainty.sensitivity import Coefficients, by_channel, coefficients
 from ..uncertainty.table import TableErrors
 from ._probes import difference, pairs, values
@@ -31,11 +30,13 @@ FAR = 5.0
 """The same, in u, for the largest of many: one of 10^5 normal errors lies beyond with a probability of 6 %."""
 
 PAIRS = 1 << 14
-"""How many pairs of directions are looked at."""
+"""Pairs of directions behind a share."""
+
+SIGNIFICANT = {True: "significant", False: "within the uncertainty"}
 
 
 def judged(m: Gridded, law: Law) -> Law:
-    """The verdict with the uncertainty of its number, and what that means."""
+    """The verdict with the uncertainty of its number, and the significance of a failure."""
     judge = _JUDGES.get(law.name)
     return law if judge is None or not math.isfinite(law.value) else judge(m, law)
 
@@ -56,7 +57,7 @@ def _u(m: Gridded, of: Linear, value: np.ndarray, minus: Linear | None = None) -
 
 
 def _integral(function: Callable, *args: object) -> Callable[[Gridded, Law], Law]:
-    """Of an integral at one place: its number and that of the law are the same, but for the quadrature."""
+    """The judge of an integral at one place; its value is the law's, but for the quadrature."""
 
     def judge(m: Gridded, law: Law) -> Law:
         where = [math.radians(x) for x in law.where.values()]
@@ -71,24 +72,14 @@ def _integral(function: Callable, *args: object) -> Callable[[Gridded, Law], Law
         if math.isnan(u) or law.passed:
             return replace(law, u=u)
         z = (law.value - 1.0) / u if u > 0.0 else math.inf
-        return replace(law, u=u, significance=f"exceeds 1 by {z:.2g} u: {_word(z > K)}")
+        return replace(law, u=u, significance=f"exceeds 1 by {z:.2g} u: {SIGNIFICANT[z > K]}")
 
     return judge
-
-
-def _word(significant: bool) -> str:
-    return "significant" if significant else "within the uncertainty"
 
 
 def _some(m: Gridded) -> tuple[np.ndarray, np.ndarray]:
     count = max(1 << 10, PAIRS // by_channel(m.stored, m).shape[1])
     return pairs(min(count, PAIRS))
-
-
-def _values(wi: np.ndarray, wo: np.ndarray) -> Linear:
-    values = linear(Reflectance.f, {"wi": wi, "wo": wo})
-    assert values is not None
-    return values
 
 
 def _there(law: Law) -> tuple[np.ndarray, np.ndarray]:
@@ -97,17 +88,20 @@ def _there(law: Law) -> tuple[np.ndarray, np.ndarray]:
     return direction(theta_i, phi_i), direction(theta_o, phi_o)
 
 
+def _pointwise(m: Gridded, wi: np.ndarray, wo: np.ndarray, swapped: bool) -> tuple[np.ndarray, np.ndarray]:
+    """f at pairs, less f of the swapped pairs if so, and the standard uncertainties: each (n, C)."""
+    value = values(m, wi, wo) - values(m, wo, wi) if swapped else values(m, wi, wo)
+    return value, _u(m, pointwise(wi, wo), value, pointwise(wo, wi) if swapped else None)
+
+
 def _positivity(m: Gridded, law: Law) -> Law:
     if law.passed:
         return law
-    wi, wo = _there(law)
-    f = values(m, wi, wo)
-    u = float(_u(m, _values(wi, wo), f)[0, int(np.nanargmin(f))])
-    wi, wo = _some(m)
-    f = values(m, wi, wo)
+    f, u = _pointwise(m, *_there(law), False)
+    many, spread = _pointwise(m, *_some(m), False)
     with np.errstate(invalid="ignore", divide="ignore"):
-        z = -f / _u(m, _values(wi, wo), f)
-    return replace(law, u=u, significance=_shares(m, z, "values", "are more than 2 u below 0", 0.023, "where f is 0"))
+        text = _shares(m, -many / spread, "values", "are more than 2 u below 0", 0.023, "where f is 0")
+    return replace(law, u=float(u[0, int(np.nanargmin(f))]), significance=text)
 
 
 def _reciprocity(m: Gridded, law: Law) -> Law:
@@ -116,21 +110,19 @@ def _reciprocity(m: Gridded, law: Law) -> Law:
     wi, wo = _there(law)
     there, back = values(m, wi, wo), values(m, wo, wi)
     channel = int(difference(there, back)[0].argmax())
-    u = _u(m, _values(wi, wo), there - back, _values(wo, wi))[0, channel]
+    u = float(_pointwise(m, wi, wo, True)[1][0, channel])
     mean = 0.5 * float(np.abs(there[0, channel]) + np.abs(back[0, channel]))
-    wi, wo = _some(m)
-    change = values(m, wi, wo) - values(m, wo, wi)
+    many, spread = _pointwise(m, *_some(m), True)
     with np.errstate(invalid="ignore", divide="ignore"):
-        z = np.abs(change) / _u(m, _values(wi, wo), change, _values(wo, wi))
-    text = _shares(m, z, "pairs", "differ by more than 2 u", 0.046, "of a reciprocal surface")
-    return replace(law, u=float(u) / mean if mean > 0.0 else None, significance=text)
+        text = _shares(m, np.abs(many) / spread, "pairs", "differ by more than 2 u", 0.046, "of a reciprocal surface")
+    return replace(law, u=u / mean if mean > 0.0 else None, significance=text)
 
 
 def _shares(m: Gridded, z: np.ndarray, what: str, do: str, expected: float, when: str) -> str:
-    """How many deviations, in standard uncertainties, are large, and whether these are more than errors explain.
+    """The share of deviations, in standard uncertainties, that are large, and whether errors explain it.
 
-    As many as there are values in the table are independent, whatever number is interpolated from them: the share that
-    is expected gets three standard deviations of a binomial distribution.
+    Of the deviations, however many are interpolated, only as many as the table has values are independent: the expected
+    share gets three standard deviations of a binomial distribution.
     """
     quoted = z[~np.isnan(z)]
     if quoted.size == 0:
@@ -140,7 +132,7 @@ def _shares(m: Gridded, z: np.ndarray, what: str, do: str, expected: float, when
     significant = share > most_expected or most > FAR
     return (
         f"{share:.1%} of the {what} {do} (up to {expected:.1%} {when}, by normal errors), the worst by {most:.2g} u: "
-        f"{_word(significant)}"
+        f"{SIGNIFICANT[significant]}"
     )
 
 

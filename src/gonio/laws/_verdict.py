@@ -1,9 +1,10 @@
-"""What a law finds: one verdict with its number, tolerance, place and reason; and the report of all."""
+"""The verdict of a law, with its number, tolerance, place and reason; and the report of all laws."""
 
 from __future__ import annotations
 
 import math
 import textwrap
+from collections.abc import Iterator
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
@@ -12,9 +13,9 @@ from typing import Any
 class Law:
     """One verdict. `value` is compared with `tolerance` as `rule` says; `where` holds angles [degrees].
 
-    `why` says what was found where the law fails, `declared` the reason that the material's class gives for that.
-    `u` is the standard uncertainty of `value`, of a measurement that has one (NaN: unknown), and `significance` says
-    whether a failure is more than that explains.
+    `why` describes a failure, `declared` is the reason that the material's class gives for it. `u` is the standard
+    uncertainty of `value` for a measurement with uncertainties (NaN: unknown), and `significance` says whether a
+    failure is more than u explains.
     """
 
     name: str
@@ -45,9 +46,24 @@ class Law:
         return ", ".join(f"{name} {angle:.4g}" for name, angle in self.where.items())
 
 
+Findings = Iterator[Law | str]
+"""Verdicts and notes of a law."""
+
+
+def at_most(
+    name: str, value: float, tolerance: float, rule: str, where: dict[str, float], why: str, placed: bool = False
+) -> Law:
+    """The verdict of a law whose value may not exceed its tolerance.
+
+    `where` and `why` are those of a failure; with `placed` a verdict that passes has its place too.
+    """
+    passed = value <= tolerance
+    return Law(name, passed, value, tolerance, rule, {} if passed and not placed else where, "" if passed else why)
+
+
 @dataclass(frozen=True)
 class Report:
-    """What `check` found: `passed` if every law holds. Prints as a table."""
+    """The verdicts of `check`: `passed` if every law holds. Prints as a table."""
 
     material: str
     laws: tuple[Law, ...]
@@ -81,13 +97,13 @@ class Report:
         width = max((len(law.name) for law in self.laws), default=0)
         room = max((len(law.finding) for law in self.laws), default=0)
         indent = " " * (10 + width)
-        told: dict[str, str] = {}
+        first: dict[str, str] = {}  # reason -> the first law that it is declared for
         for law in self.laws:
             verdict = "pass" if law.passed else "FAIL"
             lines.append(f"  {verdict}  {law.name:<{width}}  {law.finding:<{room}}  {law.place}".rstrip())
-            as_before = f"as for {told[law.declared]}" if law.declared in told else law.declared
-            told.setdefault(law.declared, law.name)
-            declared = f"declared: {as_before}" if law.declared else ""
+            reason = f"as for {first[law.declared]}" if law.declared in first else law.declared
+            first.setdefault(law.declared, law.name)
+            declared = f"declared: {reason}" if law.declared else ""
             for text in (law.why, law.significance, declared):
                 lines += textwrap.wrap(text, 100, initial_indent=indent, subsequent_indent=indent)
         for note in self.notes:

@@ -12,21 +12,20 @@ Tolerance  as for the furnace; three standard errors are taken off first
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import numpy as np
 
 from ..base.angles import direction
 from ..base.reflectance import Reflectance
 from ..numerics.lattice import lattice
-from ._probes import degrees, in_channel, with_channels
-from ._verdict import Law
+from ..tables.nodes import with_channels
+from ._probes import degrees, in_channel, largest
+from ._verdict import Findings, at_most
 
 ORDER = 23
 FOLLOWS = ("energy", "reciprocity")
 BOUNCES = 8
 STARTS, PATHS = 32, 1024
-BLOCKS = 16  # of paths: their scatter says how well the mean is known
+BLOCKS = 16  # of paths: their scatter gives the error of the mean
 TOLERANCE = 1.0 + 5e-3  # as for the furnace, after three standard errors are taken off
 
 ACROSS = np.array([-1.0, 1.0, 1.0])
@@ -47,7 +46,7 @@ def radiance(m: Reflectance, bounces: int = BOUNCES) -> tuple[np.ndarray, np.nda
     throughput = np.ones(1)
     for k in range(bounces):
         s = m.sample(wo, u[:, 2 * k : 2 * k + 2])
-        throughput = throughput * np.nan_to_num(with_channels(s.weight, wo))
+        throughput = throughput * np.nan_to_num(with_channels(s.weight, 2))
         block = throughput.reshape(STARTS, -1, BLOCKS, throughput.shape[-1]).mean(axis=1)
         mean.append(block.mean(axis=1))
         error.append(block.std(axis=1, ddof=1) / BLOCKS**0.5)
@@ -68,16 +67,11 @@ def steady(m: Reflectance, emission: float = 1.0, bounces: int = BOUNCES) -> np.
     return emission * (1.0 + L.sum(axis=0) + rest)
 
 
-def law(m: Reflectance) -> Iterator[Law | str]:
+def law(m: Reflectance) -> Findings:
     """The largest radiance after any number of bounces up to BOUNCES, less three standard errors."""
     mean, error = radiance(m)
-    sure = mean - 3.0 * error
-    k, at, c = np.unravel_index(int(sure.argmax()), sure.shape)
-    value = float(sure[k, at, c])
-    passed = value <= TOLERANCE
-    where = in_channel(m, int(c), mean.shape[-1])
-    why = "" if passed else f"between two plates radiance 1 has grown to {mean[k, at, c]:.4g} at bounce {k + 1}{where}"
-    place = {} if passed else degrees(wo=starts()[at])
-    yield Law(
-        "cavity", passed, value, TOLERANCE, f"max L in {BOUNCES} bounces = {{value}} <= {{tolerance}}", place, why
-    )
+    value, (k, at, c) = largest(mean - 3.0 * error)
+    channel = in_channel(m, c, mean.shape[-1])
+    why = f"between two plates radiance 1 has grown to {mean[k, at, c]:.4g} at bounce {k + 1}{channel}"
+    rule = f"max L in {BOUNCES} bounces = {{value}} <= {{tolerance}}"
+    yield at_most("cavity", value, TOLERANCE, rule, degrees(wo=starts()[at]), why)

@@ -1,4 +1,4 @@
-"""Derivatives: by its parameters and by directions, `jacobian` is finite, and what differences say.
+"""Derivatives: by parameters and by directions, `jacobian` is finite and agrees with differences.
 
 Where f has a kink (a V-groove's edge, a total reflection) the slopes of both sides differ, and anything from one to the
 other will do. Where wi = wo, at mirror pairs and along the normal, derivatives have to be finite, no more.
@@ -19,8 +19,8 @@ import numpy as np
 
 from ..base.reflectance import Reflectance
 from ..errors import TraceError
-from ._probes import degrees, exact_pairs, is_measured, pairs, values
-from ._verdict import Law
+from ._probes import degrees, exact_pairs, is_measured, largest, pairs, values
+from ._verdict import Findings, at_most
 
 ORDER = 42
 COUNT = 2048
@@ -29,7 +29,7 @@ TOLERANCE = 1e-3  # differences err by 1e-6 in lobes 1e-3 wide; a missing term i
 
 
 class Slopes(NamedTuple):
-    """Derivatives (N, C) and their differences' slopes to both sides; `size` is what an error is relative to."""
+    """Derivatives (N, C) and their differences' slopes to both sides; `size` is the unit of errors."""
 
     name: str
     exact: np.ndarray
@@ -60,7 +60,7 @@ def directions() -> tuple[np.ndarray, np.ndarray]:
 
 @cache
 def apart() -> np.ndarray:
-    """Which of `directions` are a hundred steps away from pairs where slopes may depend on the way one comes."""
+    """Whether each of `directions` is a hundred steps away from pairs where slopes may differ from side to side."""
     wi, wo = directions()
     meeting = [(wi + wo)[:, :2], wi - wo, wi[:, :2], wo[:, :2]]
     return np.min([np.linalg.norm(d, axis=-1) for d in meeting], axis=0) > 100.0 * STEP_OF_DIRECTIONS
@@ -104,7 +104,7 @@ def slopes(m: Reflectance) -> Iterator[Slopes]:
             yield sides(f"{name}.{axis}", exact.by[name][..., k], low, high, STEP_OF_DIRECTIONS, 1.0)
 
 
-def law(m: Reflectance) -> Iterator[Law | str]:
+def law(m: Reflectance) -> Findings:
     """The largest error of a derivative, relative to it and to f over the parameter (for directions, over 1)."""
     if is_measured(m):
         yield "derivatives: not tested, those of a table are its interpolation's"
@@ -116,10 +116,7 @@ def law(m: Reflectance) -> Iterator[Law | str]:
         return
     wi, wo = directions()
     worst = max(all_slopes, key=lambda s: float(s.error.max()))
-    n, c = np.unravel_index(int(worst.error.argmax()), worst.error.shape)
-    value = float(worst.error[n, c])
-    passed, why = value <= TOLERANCE, ""
-    if not passed:
-        why = f"by {worst.name} it is {worst.exact[n, c]:.6g}, but differences give {worst.middle[n, c]:.6g}"
+    value, (n, c) = largest(worst.error)
+    why = f"by {worst.name} it is {worst.exact[n, c]:.6g}, but differences give {worst.middle[n, c]:.6g}"
     rule = "|jacobian - difference| = {value} <= {tolerance}"
-    yield Law("derivatives", passed, value, TOLERANCE, rule, {} if passed else degrees(wi[n], wo[n]), why)
+    yield at_most("derivatives", value, TOLERANCE, rule, degrees(wi[n], wo[n]), why)

@@ -7,15 +7,13 @@ Tolerance  the means are good to 3e-3
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import numpy as np
 
-from ..base.angles import direction
 from ..base.reflectance import Reflectance
 from ..numerics.lattice import lattice
-from ._probes import INCIDENCE, SAMPLES, azimuths, degrees, in_channel, with_channels
-from ._verdict import Law
+from ..tables.nodes import with_channels
+from ._probes import SAMPLES, degrees, in_channel, incidence, largest
+from ._verdict import Findings, at_most
 
 ORDER = 22
 FOLLOWS = ("energy", "reciprocity")
@@ -23,19 +21,16 @@ TOLERANCE = 1.0 + 5e-3  # means of 65536 weights, which lie within 3e-3 of the i
 
 
 def radiance(m: Reflectance) -> tuple[np.ndarray, np.ndarray]:
-    """Views (K, 3) at INCIDENCE and the radiance seen there (K, C)."""
-    views = direction(INCIDENCE[:, None], azimuths(m)[None, :]).reshape(-1, 3)
-    u = lattice(SAMPLES)
-    weights = [m.sample(np.broadcast_to(view, (SAMPLES, 3)), u).weight for view in views]
-    return views, np.stack([np.nan_to_num(with_channels(w, u)).mean(axis=0) for w in weights])
+    """Views (K, 3) and the radiance seen there (K, C)."""
+    views = incidence(m)
+    weights = [m.sample(np.broadcast_to(view, (SAMPLES, 3)), lattice(SAMPLES)).weight for view in views]
+    return views, np.stack([np.nan_to_num(with_channels(w, 1)).mean(axis=0) for w in weights])
 
 
-def law(m: Reflectance) -> Iterator[Law | str]:
+def law(m: Reflectance) -> Findings:
     """The largest radiance."""
     views, L = radiance(m)
-    at, c = np.unravel_index(int(L.argmax()), L.shape)
-    value = float(L[at, c])
-    passed = value <= TOLERANCE
-    where = in_channel(m, int(c), L.shape[-1])
-    why = "" if passed else f"a body of this material would outshine a surround of radiance 1: L = {value:.4g}{where}"
-    yield Law("furnace", passed, value, TOLERANCE, "max L = {value} <= {tolerance}", degrees(wo=views[at]), why)
+    value, (at, c) = largest(L)
+    place, channel = degrees(wo=views[at]), in_channel(m, c, L.shape[-1])
+    why = f"a body of this material would outshine a surround of radiance 1: L = {value:.4g}{channel}"
+    yield at_most("furnace", value, TOLERANCE, "max L = {value} <= {tolerance}", place, why, placed=True)

@@ -4,24 +4,23 @@ f itself may grow: 1/cos(theta) is the limit, where the radiance that a beam of 
 
 Measured   f cos(theta) at 89.999° over that at 89.99°; largest jump of f between 80° and 89.9994°
 Holds if   <= 1.25; <= 0.01
-Tolerance  what tends to a limit is at 1, 1/sqrt(cos) at 3.2; steps are halved 24 times, which leaves a kink 1e-4
+Tolerance  a finite limit gives 1, 1/sqrt(cos) 3.2; 24 halvings of a step leave 1e-4 of a kink
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
 
 from ..base.angles import direction
 from ..base.reflectance import Reflectance
-from ._probes import degrees, is_measured, values
-from ._verdict import Law
+from ._probes import degrees, is_measured, largest, values
+from ._verdict import Findings, Law, at_most
 
 ORDER = 41
 FOLLOWS = ("energy",)
-GROWTH = 1.25  # of f cos per tenth of the cosine: what tends to a limit is at 1, what grows as 1/sqrt(cos) at 3.2
+GROWTH = 1.25  # of f cos per tenth of the cosine: 1 for a finite limit, 3.2 for 1/sqrt(cos)
 JUMP = 1e-2  # of the value there, from a millionth of the largest up; a square root's kink leaves 1e-4
 HALVINGS = 24
 FAR = np.radians([89.99, 89.999])
@@ -53,7 +52,7 @@ def along(m: Reflectance, way: Way, cosine: np.ndarray) -> np.ndarray:
     return values(m, *((moving, fixed) if way.light_moves else (fixed, moving))) * cosine[..., None]
 
 
-def law(m: Reflectance) -> Iterator[Law | str]:
+def law(m: Reflectance) -> Findings:
     """Growth from 89.99 to 89.999 degrees, and the largest jump between 80 and 89.9994, whichever is worse."""
     verdicts = [verdict for way in ways() for verdict in (_growth(m, way), _jump(m, way))]
     worst = max(verdicts, key=lambda law: law.value / law.tolerance)
@@ -77,16 +76,14 @@ def _growth(m: Reflectance, way: Way) -> Law:
     growth = np.where(infinite, np.inf, growth)
     n = int(growth.argmax())
     value = float(growth[n])
-    passed, why = value <= GROWTH, ""
-    if not passed:
-        who = "light" if way.light_moves else "viewer"
-        why = "f is infinite" if np.isinf(value) else f"f cos(theta) grows {value:.3g}-fold as the {who} goes on"
+    mover = "light" if way.light_moves else "viewer"
+    why = "f is infinite" if np.isinf(value) else f"f cos(theta) grows {value:.3g}-fold as the {mover} goes on"
     rule = "f cos at 89.999/at 89.99 deg = {value} <= {tolerance}"
-    return Law("grazing", passed, value, GROWTH, rule, {} if passed else _place(way, n, float(np.cos(FAR[1]))), why)
+    return at_most("grazing", value, GROWTH, rule, _place(way, n, float(np.cos(FAR[1]))), why)
 
 
 def _jump(m: Reflectance, way: Way) -> Law:
-    """Every step on the way is halved again and again, towards the larger change: what is smooth loses it."""
+    """Every step on the way is halved again and again, towards the larger change: of a smooth f none is left."""
     high, low = (np.repeat(c[:, None], len(way.phi), axis=1) for c in (COSINES[:-1], COSINES[1:]))
     whole = along(m, way, COSINES[:, None]) / COSINES[:, None, None]
     above, below = whole[:-1], whole[1:]
@@ -97,13 +94,9 @@ def _jump(m: Reflectance, way: Way) -> Law:
         upper = _change(above, f, floor) > _change(f, below, floor)
         high, low = np.where(upper, high, middle), np.where(upper, middle, low)
         above, below = np.where(upper[..., None], above, f), np.where(upper[..., None], f, below)
-    jump = _change(above, below, floor)
-    k, n = np.unravel_index(int(jump.argmax()), jump.shape)
-    value = float(jump[k, n])
-    passed = value <= JUMP
-    why = "" if passed else f"f jumps by {value:.3g} of its value there"
-    rule = "largest jump of f = {value} <= {tolerance}"
-    return Law("grazing", passed, value, JUMP, rule, {} if passed else _place(way, int(n), float(low[k, n])), why)
+    value, (k, n) = largest(_change(above, below, floor))
+    why, rule = f"f jumps by {value:.3g} of its value there", "largest jump of f = {value} <= {tolerance}"
+    return at_most("grazing", value, JUMP, rule, _place(way, n, float(low[k, n])), why)
 
 
 def _finite(f: np.ndarray) -> np.ndarray:

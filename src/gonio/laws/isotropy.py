@@ -8,13 +8,12 @@ Tolerance  as for reciprocity; a class that is `oriented` may change, which is n
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 
 import numpy as np
 
 from ..base.reflectance import Reflectance
-from ._probes import degrees, difference, pairs, values
-from ._verdict import Law
+from ._probes import degrees, difference, largest, pairs, values
+from ._verdict import Findings, at_most
 
 ORDER = 13
 TOLERANCE = 1e-4  # as for reciprocity
@@ -28,19 +27,14 @@ def turned(w: np.ndarray, turn: float) -> np.ndarray:
     return w @ np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
 
 
-def mirrored(w: np.ndarray) -> np.ndarray:
-    """Directions with phi replaced by -phi."""
-    return w * np.array([1.0, -1.0, 1.0])
-
-
-def law(m: Reflectance) -> Iterator[Law | str]:
+def law(m: Reflectance) -> Findings:
     """The largest change of f by any of TURNS, relative; notes where angles can be saved, and where they cannot."""
     wi, wo = pairs(COUNT)
     f = values(m, wi, wo)
     changes = np.stack([difference(f, values(m, turned(wi, t), turned(wo, t))).max(axis=-1) for t in TURNS])
-    k, at = np.unravel_index(int(changes.argmax()), changes.shape)
-    value, turn = float(changes[k, at]), math.degrees(TURNS[k])
-    flipped = float(difference(f, values(m, mirrored(wi), mirrored(wo))).max())
+    value, (k, at) = largest(changes)
+    turn, flip = math.degrees(TURNS[k]), np.array([1.0, -1.0, 1.0])
+    flipped = float(difference(f, values(m, wi * flip, wo * flip)).max())
     isotropic, bilateral = value <= TOLERANCE, flipped <= TOLERANCE
     if isotropic and bilateral:
         yield "three angles are enough: f depends on theta_i, theta_o and |phi_i - phi_o|"
@@ -53,6 +47,6 @@ def law(m: Reflectance) -> Iterator[Law | str]:
         changes_too = "phi -> -phi changes nothing" if bilateral else "so does phi -> -phi"
         yield f"anisotropic: turning by {turn:.0f} degrees changes f by {value:.2g} of its mean, {changes_too}"
         return
-    why = "" if isotropic else f"turning both directions by {turn:.0f} degrees changes f; `oriented = True` declares it"
+    why = f"turning both directions by {turn:.0f} degrees changes f; `oriented = True` declares it"
     rule = "|f - f turned|/mean = {value} <= {tolerance}"
-    yield Law("isotropy", isotropic, value, TOLERANCE, rule, {} if isotropic else degrees(wi[at], wo[at]), why)
+    yield at_most("isotropy", value, TOLERANCE, rule, degrees(wi[at], wo[at]), why)

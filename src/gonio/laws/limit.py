@@ -1,7 +1,7 @@
 """Limit: as the widths of a lobe go to their narrow bounds it becomes the mirror that the class says.
 
-A width is a parameter of which sampling takes the "max" (narrow at its lower bound: alpha) or the "min" (narrow at its
-upper: n). A class that has widths and defines `mirror` is held to it; a delta lobe is there already.
+A width is a parameter whose channels sampling merges by "max" (narrow at its lower bound: alpha) or by "min" (narrow at
+its upper: n). A class that has widths and defines `mirror` is held to it; a delta lobe is there already.
 
 Measured   with all widths at their narrow bounds: light outside 6° of the mirror direction, albedo against the mirror's
 Holds if   <= 0.02
@@ -19,11 +19,11 @@ from ..base.angles import direction
 from ..base.reflectance import Reflectance
 from ..formula.direction import Direction
 from ..formula.fields import Param, Part
-from ..formula.parametrised import Parametrised
 from ..numerics.lattice import lattice
-from ._probes import degrees, with_channels
+from ..tables.nodes import with_channels
+from ._probes import degrees, largest
 from ._rings import distance
-from ._verdict import Law
+from ._verdict import Findings, Law, at_most
 
 ORDER = 43
 COUNT = 1 << 14
@@ -42,20 +42,17 @@ class Narrowing(NamedTuple):
     mirror: np.ndarray
 
 
-def narrow_ends(m: Parametrised, prefix: str = "") -> Iterator[tuple[str, Any, float]]:
+def narrow_ends(m: Reflectance) -> Iterator[tuple[str, Any, float]]:
     """Path, value and narrow bound of every width."""
-    for name, field in m.fields.items():
-        value = getattr(m, name)
-        if isinstance(field, Part):
-            yield from narrow_ends(value, f"{prefix}{name}.")
-        elif isinstance(field, Param) and name in m.parameters and field.sampled in ("max", "min"):
-            yield prefix + name, value, field.low if field.sampled == "max" else field.high
+    for path, field, value in m.settable():
+        if isinstance(field, Param) and field.sampled in ("max", "min") and path in m.parameters:
+            yield path, value, field.low if field.sampled == "max" else field.high
 
 
 def lobes(m: Reflectance) -> list[Reflectance]:
-    """The lobes of a material that say to be mirrors in the limit; what wraps another is what that is."""
+    """The lobes of a material that declare a mirror as their limit, without those that wrap another reflectance."""
     declared = (lobe for _, lobe in m.lobes() if type(lobe).mirror is not Reflectance.mirror and not lobe.is_delta)
-    return [lobe for lobe in declared if not _wraps(lobe) and any(True for _ in narrow_ends(lobe))]
+    return [lobe for lobe in declared if not _wraps(lobe) and [*narrow_ends(lobe)]]
 
 
 def _wraps(m: Reflectance) -> bool:
@@ -64,18 +61,15 @@ def _wraps(m: Reflectance) -> bool:
 
 def narrowing(lobe: Reflectance) -> Narrowing:
     """The lobe followed to its limit, all widths together, in equal ratios."""
-    outside, albedo, mirrors = [], [], []
+    views = []
     for t in np.linspace(0.0, 1.0, STEPS):
         changes = {
             path: np.clip(_between(value, end, float(t)), min(np.min(value), end), max(np.max(value), end))
             for path, value, end in narrow_ends(lobe)
         }
         m = lobe.replace(changes)
-        rows = [_seen(m, view) for view in direction(VIEWS, 0.3)]
-        outside.append([row[0] for row in rows])
-        albedo.append([row[1] for row in rows])
-        mirrors.append([row[2] for row in rows])
-    return Narrowing(lobe, np.array(outside), np.array(albedo), np.array(mirrors))
+        views.append([_seen(m, view) for view in direction(VIEWS, 0.3)])
+    return Narrowing(lobe, *np.moveaxis(np.array(views), -1, 0))
 
 
 def _between(value: Any, end: float, t: float) -> Any:
@@ -90,7 +84,7 @@ def _between(value: Any, end: float, t: float) -> Any:
 def _seen(m: Reflectance, view: np.ndarray) -> tuple[float, float, float]:
     """Share of the light outside the cone, albedo and reflectance of the mirror, of the channel that is worst."""
     s = m.sample(np.broadcast_to(view, (COUNT, 3)), lattice(COUNT))
-    weight = np.nan_to_num(with_channels(s.weight, s.wi))
+    weight = np.nan_to_num(with_channels(s.weight, 1))
     total = weight.sum(axis=0)
     far = weight[distance(view, s.wi)[0] > CONE].sum(axis=0) / np.maximum(total, 1e-300)
     mean = total / COUNT
@@ -99,24 +93,19 @@ def _seen(m: Reflectance, view: np.ndarray) -> tuple[float, float, float]:
     return float(far.max()), float(mean[c]), float(mirror[c])
 
 
-def law(m: Reflectance) -> Iterator[Law | str]:
-    """What is outside the cone, or the albedo's distance from the mirror's, whichever is larger, at the narrow end."""
+def law(m: Reflectance) -> Findings:
+    """Light outside the cone, or the albedo's distance from the mirror's, whichever is larger, at the narrow end."""
     verdicts: list[Law] = []
     for n in map(narrowing, lobes(m)):
         off = np.abs(n.albedo[-1] - n.mirror[-1])
         if n.outside[-1].max() >= off.max():
-            v = int(n.outside[-1].argmax())
-            value, why = float(n.outside[-1, v]), f"{n.outside[-1, v]:.1%} of the light stays away from the mirror"
+            value, (v,) = largest(n.outside[-1])
+            why = f"{value:.1%} of the light stays away from the mirror"
         else:
-            v = int(off.argmax())
-            value, why = (
-                float(off[v]),
-                f"the albedo goes to {n.albedo[-1, v]:.4g}, the mirror's is {n.mirror[-1, v]:.4g}",
-            )
-        passed = value <= TOLERANCE
+            value, (v,) = largest(off)
+            why = f"the albedo goes to {n.albedo[-1, v]:.4g}, the mirror's is {n.mirror[-1, v]:.4g}"
         ends = ", ".join(f"{path} = {end:g}" for path, _, end in narrow_ends(n.lobe))
-        place = {} if passed else degrees(wo=direction(VIEWS[v], 0.3))
-        rule = "distance from a mirror = {value} <= {tolerance}"
-        verdicts.append(Law("limit", passed, value, TOLERANCE, rule, place, "" if passed else f"at {ends} {why}"))
+        place, rule = degrees(wo=direction(VIEWS[v], 0.3)), "distance from a mirror = {value} <= {tolerance}"
+        verdicts.append(at_most("limit", value, TOLERANCE, rule, place, f"at {ends} {why}"))
     if verdicts:
         yield max(verdicts, key=lambda law: law.value)

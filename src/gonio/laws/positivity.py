@@ -8,25 +8,23 @@ Tolerance  exact
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import numpy as np
 
 from ..base.reflectance import Reflectance
 from ._probes import degrees, exact_pairs, is_measured, opposite_pairs, pairs, precisions, values
-from ._verdict import Law
+from ._verdict import Findings, Law
 
 ORDER = 11
 
 
-def law(m: Reflectance) -> Iterator[Law | str]:
-    """The lowest value at the pairs of `probes`; not below 0, exactly. NaN is for missing data only."""
+def law(m: Reflectance) -> Findings:
+    """The lowest value at all pairs; not below 0, exactly. NaN is for missing data only."""
     usual = [np.concatenate(w) for w in zip(pairs(), exact_pairs(), strict=True)]
     hard = [np.concatenate(w) for w in zip(exact_pairs(), opposite_pairs(), strict=True)]
-    tried = [usual, *([w.astype(dtype) for w in hard] for dtype in precisions(m))]
-    each = [values(m, *w) for w in tried]
-    missing = float(np.isnan(each[0]).mean())
-    (wi, wo), f = (np.concatenate(w) for w in zip(*tried, strict=True)), np.concatenate(each)
+    batches = [usual, *([w.astype(dtype) for w in hard] for dtype in precisions(m))]
+    parts = [values(m, *w) for w in batches]
+    missing = float(np.isnan(parts[0]).mean())
+    (wi, wo), f = (np.concatenate(w) for w in zip(*batches, strict=True)), np.concatenate(parts)
     single = len(usual[0]) + len(hard[0])  # from here on
     bad = np.isinf(f) if is_measured(m) else ~np.isfinite(f)
     if bad.any():
@@ -40,8 +38,7 @@ def law(m: Reflectance) -> Iterator[Law | str]:
     worst = np.where(np.isnan(f), np.inf, f).min(axis=-1)
     at = int(worst.argmin())
     value = float(worst[at])
-    share = float((f < 0.0).mean())
-    why = f"{share:.2%} of the values are negative, the lowest is {value:.4g} sr-1" if value < 0.0 else ""
+    why = f"{(f < 0.0).mean():.2%} of the values are negative, the lowest is {value:.4g} sr-1" if value < 0.0 else ""
     why += ", in single precision" if why and at >= single else ""
     place = degrees(wi[at], wo[at]) if why else {}
     yield Law("positivity", value >= 0.0, value, 0.0, "min f = {value}", place, why)

@@ -10,8 +10,8 @@ import numpy as np
 ORDER = 8
 """Nodes along each side of a cell."""
 
-PANEL, CORNER, SIDE = slice(0, 2), slice(2, 4), slice(4, 6)
-"""The parts of a cell (6,): start and length of its panel on the first axis, its corner and its sides in that panel."""
+CORNER, SIDE = slice(2, 4), slice(4, 6)
+"""Corner and sides of a cell (6,) in its panel; before them stand the panel's start and length on the first axis."""
 
 SUMS = 5
 """Weighted sums over the nodes of a cell: the integral, and two estimates of its error along each axis."""
@@ -62,7 +62,7 @@ def place(cell: Any, node: Any) -> tuple[tuple[Any, Any], Any]:
     return (cell[0] + cell[1] * t, u), area * cell[1]
 
 
-class Found(NamedTuple):
+class Integrals(NamedTuple):
     """Integrals (n, C), estimates of their errors (n,), and the share of the square without data (n,)."""
 
     value: np.ndarray
@@ -95,46 +95,50 @@ def cubature(
     seam: float = 0.0,
     seeds: np.ndarray | None = None,
     side: int | None = None,
-) -> Found:
+) -> Integrals:
     """`count` integrals over the unit square, each to an error of `tolerance` times the larger of `unit` and its value.
 
     Cells are halved along the axes that their errors come from, those of the largest errors first, until all errors
     together are small enough. The error of a cell is the size of the highest coefficients of the integrand by Legendre
-    polynomials, times `SAFETY`, or a quarter of what its division changed, if that is more; all first cells are divided
-    once.
+    polynomials, times `SAFETY`, or a quarter of the change by its division, if that is more. All first cells are
+    divided once.
 
     `tolerance`, `unit`: numbers or (count,). `seam`: where the integrand jumps along the first axis, or 0. `seeds`
     (count, K, 4): points near which cells are made as narrow as the two lengths that come with them before anything is
-    evaluated, because the integrand may have a peak there. `side`: how many first cells lie side by side; more of them
-    find smaller things. Without it, as the smallest tolerance needs.
+    evaluated, because the integrand may have a peak there. `side`: first cells along each side; more of them find
+    smaller details. Without it, as many as the smallest tolerance needs.
 
     Error    the estimate (of many cells: twice the root of the sum of their squared errors) is typically 10 times the
-             error; of 2580 albedos to 1e-3 and 1e-4, four exceeded it, none the tolerance. What differs from a smooth
-             integrand in less than `tolerance` of the square may be missed, and a kink along the diagonals of cells
-             exceeds the estimate by 1.6.
+             error; of 2580 albedos to 1e-3 and 1e-4, four exceeded it, none the tolerance. A detail on less than
+             `tolerance` of the square may be missed, and a kink along the diagonals of cells exceeds the estimate by
+             1.6.
     Source   Gander & Gautschi 2000, BIT 40:84, for Lobatto's rule; Berntsen & Espelid 1991, ACM TOMS 17:233, for error
              estimates by rules that are zero for polynomials; the rest is derived here.
     """
     tolerance, unit = (np.broadcast_to(np.asarray(x, dtype=float), count) for x in (tolerance, unit))
     side = side or _first_side(tolerance.min(initial=1.0))
     todo = np.arange(count)
-    parts: list[tuple[np.ndarray, Found]] = []
-    for block, cells in STAGES:
-        unfinished = []
+    groups: list[tuple[np.ndarray, Integrals]] = []
+    for block, most in STAGES:
+        unfinished = [todo[:0]]
         for start in range(0, len(todo), block):
             rows = todo[start : start + block]
-            found, done = _refined(evaluate, rows, tolerance[rows], unit[rows], seam, seeds, side, cells)
+            cells = _first_cells(len(rows), side, seam, None if seeds is None else seeds[rows])
+            integrals, done = _refined(evaluate, rows, cells, tolerance[rows], unit[rows], most)
             if block == STAGES[-1][0]:
                 done[:] = True
-            parts.append((rows[done], Found(*(x[done] for x in found))))
+            groups.append((rows[done], Integrals(*(x[done] for x in integrals))))
             unfinished.append(rows[~done])
-        todo = np.concatenate([todo[:0], *unfinished])
-        if len(todo) == 0:
-            break
-    order = np.argsort(np.concatenate([np.zeros(0, int), *(rows for rows, _ in parts)]))
-    if len(order) == 0:
-        return Found(np.zeros((0, 1)), np.zeros(0), np.zeros(0))
-    return Found(*(np.concatenate(x)[order] for x in zip(*(found for _, found in parts), strict=True)))
+        todo = np.concatenate(unfinished)
+    return in_order(groups)
+
+
+def in_order(groups: list[tuple[np.ndarray, Integrals]]) -> Integrals:
+    """Groups of integrals, each with their numbers (k,), as one, by these numbers."""
+    if not groups:
+        return Integrals(np.zeros((0, 1)), np.zeros(0), np.zeros(0))
+    order = np.argsort(np.concatenate([numbers for numbers, _ in groups]))
+    return Integrals(*(np.concatenate(x)[order] for x in zip(*(group for _, group in groups), strict=True)))
 
 
 class _Cells(NamedTuple):
@@ -144,7 +148,7 @@ class _Cells(NamedTuple):
     cell: np.ndarray
     value: np.ndarray
     error: np.ndarray
-    along: np.ndarray  # by which axes it is to be halved: 1, 2, or 3 for both
+    along: np.ndarray  # the axes to halve it by: 1, 2, or 3 for both
     missing: np.ndarray
     inherent: np.ndarray
 
@@ -155,25 +159,26 @@ class _Cells(NamedTuple):
 def _refined(
     evaluate: Evaluate,
     rows: np.ndarray,
+    first: tuple[np.ndarray, np.ndarray],
     tolerance: np.ndarray,
     unit: np.ndarray,
-    seam: float,
-    seeds: np.ndarray | None,
-    side: int,
     most: int,
-) -> tuple[Found, np.ndarray]:
-    """The integrals with numbers `rows`, of at most `most` cells each, and which of them reach the tolerance."""
+) -> tuple[Integrals, np.ndarray]:
+    """The integrals number `rows` from their first cells, of at most `most` each, and which reach the tolerance."""
     n = len(rows)
-    row, cell = _first_cells(n, side, seam, None if seeds is None else seeds[rows])
-    live = _evaluated(evaluate, rows, row, cell, None, None)._replace(along=np.full(len(row), 3))
+    live = _evaluated(evaluate, rows, *first)
+    live = live._replace(along=np.full(len(live.row), 3))
     settled: list[_Cells] = []
-    divide = np.arange(len(row))
-    while True:
+    divide = np.arange(len(live.row))
+    while len(divide):
         parents = live.at(divide)
         kept = np.ones(len(live.row), bool)
         kept[divide] = False
         row, cell, family = _halved(parents.row, parents.cell, parents.along)
-        new = _evaluated(evaluate, rows, row, cell, family, parents)
+        new = _evaluated(evaluate, rows, row, cell)
+        change = np.abs(_totals(family, new.value, len(divide)) - parents.value).max(axis=-1)
+        share = 0.25 * change / np.bincount(family, minlength=len(divide))
+        new = new._replace(error=np.maximum(new.error, share[family]))
         live = _Cells(*(np.concatenate([a[kept], b]) for a, b in zip(live, new, strict=True)))
         error = _together(live.row, live.error, n)
         goal = tolerance * np.maximum(unit, np.abs(_totals(live.row, live.value, n)).max(axis=-1))
@@ -187,8 +192,8 @@ def _refined(
         order = np.lexsort((live.error, live.row))
         row, squared = live.row[order], np.square(live.error[order] / goal[live.row[order]])
         up_to = np.cumsum(squared)
-        first = np.searchsorted(row, row)
-        up_to -= up_to[first] - squared[first]
+        start = np.searchsorted(row, row)
+        up_to -= up_to[start] - squared[start]
         divide = order[(up_to > 0.125) & (live.cell[order][:, SIDE].max(axis=-1) > SMALLEST)]
         stuck = np.ones(n, bool)
         stuck[live.row[divide]] = False
@@ -196,14 +201,12 @@ def _refined(
             settled.append(live.at(stuck[live.row]))
             number = np.cumsum(~stuck[live.row]) - 1
             divide, live = number[divide], live.at(~stuck[live.row])
-        if len(divide) == 0:
-            break
     every = _Cells(*(np.concatenate(x) for x in zip(*settled, strict=True)))
     value = _totals(every.row, every.value, n)
     error = _together(every.row, every.error, n)
     done = ~(error > tolerance * np.maximum(unit, np.abs(value).max(axis=-1)))
     error = error + np.bincount(every.row, every.inherent, n)
-    return Found(value, error, np.bincount(every.row, every.missing, n)), done
+    return Integrals(value, error, np.bincount(every.row, every.missing, n)), done
 
 
 def _together(row: np.ndarray, error: np.ndarray, n: int) -> np.ndarray:
@@ -227,7 +230,7 @@ def _first_cells(n: int, side: int, seam: float, seeds: np.ndarray | None) -> tu
     row, cell = np.repeat(np.arange(n), len(first)), np.tile(np.array(first), (n, 1))
     if seeds is None:
         return row, cell
-    done: list[tuple[np.ndarray, np.ndarray]] = []
+    narrow: list[tuple[np.ndarray, np.ndarray]] = []
     while len(row):
         low, _ = place(cell.T, (0.0, 0.0))
         high, _ = place(cell.T, (1.0, 1.0))
@@ -240,9 +243,9 @@ def _first_cells(n: int, side: int, seam: float, seeds: np.ndarray | None) -> tu
             along |= close * ((width > widest) + 2 * (height > highest))
         along &= (cell[:, 4] > NARROWEST) + 2 * (cell[:, 5] > NARROWEST)
         near = along > 0
-        done.append((row[~near], cell[~near]))
+        narrow.append((row[~near], cell[~near]))
         row, cell, _ = _halved(row[near], cell[near], along[near])
-    row, cell = (np.concatenate(x) for x in zip(*done, strict=True))
+    row, cell = (np.concatenate(x) for x in zip(*narrow, strict=True))
     return row, cell
 
 
@@ -262,22 +265,11 @@ def _halved(row: np.ndarray, cell: np.ndarray, along: np.ndarray) -> tuple[np.nd
     return np.concatenate(rows), np.concatenate(cells), np.concatenate(families)
 
 
-def _evaluated(
-    evaluate: Evaluate,
-    rows: np.ndarray,
-    row: np.ndarray,
-    cell: np.ndarray,
-    family: np.ndarray | None,
-    parents: _Cells | None,
-) -> _Cells:
+def _evaluated(evaluate: Evaluate, rows: np.ndarray, row: np.ndarray, cell: np.ndarray) -> _Cells:
     totals, inherent, missing = evaluate(rows[row], cell)
     value = totals[:, 0]
     across, along = (np.hypot(totals[:, k], totals[:, k + 1]).max(axis=-1) for k in (1, 3))
     error = SAFETY * (across + along)
     axes = np.where(across > 8.0 * along, 1, np.where(along > 8.0 * across, 2, 3))
-    if family is not None and parents is not None:
-        n = len(parents.row)
-        change = np.abs(_totals(family, value, n) - parents.value).max(axis=-1)
-        error = np.maximum(error, (0.25 * change / np.bincount(family, minlength=n))[family])
     inherent, missing = (np.broadcast_to(x, error.shape) for x in (inherent, missing))
     return _Cells(row, cell, value, error, axes, missing, inherent)

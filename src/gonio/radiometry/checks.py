@@ -84,11 +84,11 @@ def _points(name: str, value: Any, allowed: _Points) -> Array:
     return array
 
 
-def _one_dtype(read: dict[str, Array], given: dict[str, Any]) -> dict[str, Array]:
+def _one_dtype(arrays: dict[str, Array], arguments: dict[str, Any]) -> dict[str, Array]:
     """Python numbers and lists take the dtype of the arrays: they must not turn float32 into float64."""
-    arrays = [array.dtype for name, array in read.items() if hasattr(given[name], "dtype")]
-    dtype = np.result_type(*arrays) if arrays else np.dtype(np.float64)
-    return {name: array.astype(dtype, copy=False) for name, array in read.items()}
+    dtypes = [array.dtype for name, array in arrays.items() if hasattr(arguments[name], "dtype")]
+    dtype = np.result_type(*dtypes) if dtypes else np.dtype(np.float64)
+    return {name: array.astype(dtype, copy=False) for name, array in arrays.items()}
 
 
 def _checked(function: _F) -> _F:
@@ -101,13 +101,12 @@ def _checked(function: _F) -> _F:
     def checked(*args: Any, **kwargs: Any) -> Any:
         call = signature.bind(*args, **kwargs)
         call.apply_defaults()
-        read, shapes = {}, {}
+        arrays, shapes = {}, {}
         for name, rule in rules.items():
-            if call.arguments[name] is None:
-                continue
-            read[name] = (_in_range if isinstance(rule, _Range) else _points)(name, call.arguments[name], rule)
-            shapes[name] = read[name].shape[: read[name].ndim - getattr(rule, "axes", 0)]
-        call.arguments |= _one_dtype(read, call.arguments)
+            if call.arguments[name] is not None:
+                array = (_in_range if isinstance(rule, _Range) else _points)(name, call.arguments[name], rule)
+                arrays[name], shapes[name] = array, array.shape[: array.ndim - getattr(rule, "axes", 0)]
+        call.arguments |= _one_dtype(arrays, call.arguments)
         try:
             np.broadcast_shapes(*shapes.values())
         except ValueError:

@@ -94,7 +94,7 @@ def radiance(flux: _Real, area: _Positive, dw: _Positive, cos_theta: _Divisor = 
 def basic_radiance(L: _Real, n: _Positive = 1.0) -> Array:
     """Basic radiance L/n²: constant along a ray without losses, through refraction too (L₁/n₁² = L₂/n₂²).
 
-    In vacuum it is L itself: what leaves p towards q arrives at q from p, at any distance.
+    In vacuum it is L itself: the radiance that leaves p towards q arrives at q, at any distance.
 
     Shapes broadcast. Units W m⁻² sr⁻¹, refractive index -> W m⁻² sr⁻¹. Error rounding.
     Source Nicodemus et al. 1977, NBS Monograph 160.
@@ -196,7 +196,7 @@ def radiosity(L: Any, w: Any, dw: Any, normal: Any = (0.0, 0.0, 1.0)) -> Array:
 
 @_checked
 def radiosity_balance(exitance: _Real, reflectance: _Reflectance, irradiance: _Real) -> Array:
-    """Radiosity as what a surface emits plus what it reflects: B = M + ρ E.
+    """Radiosity as emitted plus reflected flux: B = M + ρ E.
 
     Shapes broadcast. Units W m⁻², 1, W m⁻² -> W m⁻². Error rounding.
     Source Goral et al. 1984, doi:10.1145/964965.808601.

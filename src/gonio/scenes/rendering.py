@@ -23,10 +23,6 @@ from .shapes import SHAPES, Shape
 TILE = 1 << 14  # samples of a tile, the part of a picture that a thread takes: few enough for a processor's cache
 ORDERS = 16  # orders of a lattice's points that the pixels of a tile choose from
 MARGIN = 1.06  # half width of the picture, where shapes reach to 1
-
-Progress = Callable[[int, int], None]
-
-
 VIEW = np.array([0.0, -1.0, 0.0])
 """Direction from the surface to the camera, in the world."""
 
@@ -38,7 +34,7 @@ def render(
     size: int = 512,
     samples: int = 32,
     seed: int = 0,
-    progress: Progress | None = None,
+    progress: Callable[[int, int], None] | None = None,
 ) -> Image:
     """A square picture of a lit shape, in linear RGB (or gray), with coverage as alpha.
 
@@ -68,27 +64,24 @@ def render(
         stop = min(start + per_tile, size * size)
         tiles[start] = _tile(m, lights, colour_before, SHAPES[shape], size, samples, seed, start, stop)
 
-    told = 0
+    announced = 0
 
-    def tell() -> None:
-        nonlocal told
-        while progress is not None and told < len(tiles):
-            told += 1
-            progress(told, len(starts))
+    def announce() -> None:
+        nonlocal announced
+        while progress is not None and announced < len(tiles):
+            announced += 1
+            progress(announced, len(starts))
 
-    share(work, [(start,) for start in starts], tell)
-    tell()
+    share(work, [(start,) for start in starts], announce)
+    announce()
     channels = max(radiance.shape[-1] for radiance, _, _ in tiles.values())
     ordered = [tiles[start] for start in sorted(tiles)]
     colour = np.concatenate([np.broadcast_to(radiance, (len(radiance), channels)) for radiance, _, _ in ordered])
     alpha = np.concatenate([coverage for _, coverage, _ in ordered]).astype(np.float32)
     missing = sum(holes for _, _, holes in ordered)
     if missing:
-        warnings.warn(
-            f"{missing} samples met directions without measured data, which count as black",
-            MissingDataWarning,
-            stacklevel=2,
-        )
+        text = f"{missing} samples met directions without measured data, which count as black"
+        warnings.warn(text, MissingDataWarning, stacklevel=2)
     if colour_after is not None:
         colour = transformed(colour, colour_after)
     return Image(colour.reshape(size, size, -1), alpha=alpha.reshape(size, size))
@@ -99,23 +92,18 @@ def _colour(m: Reflectance, lights: list[Light]) -> tuple[np.ndarray | None, np.
     channel or RGB, or the radiance in the end, for lights with the same channels. None where nothing is to be turned.
     """
     up = np.array([[0.0, 0.0, 1.0]])
-    channels = m.channels or 1
-    after = None
-    to_rgb = rgb_of(m.channel_names)
-    if to_rgb is not None and channels == len(to_rgb):
-        matrix = to_rgb.astype(np.float32)
-        lit = {(x.arrival(up).irradiance if x.is_delta else x.incident(up)).shape[-1] for x in lights}
-        if lit <= {1, 3}:
-            return matrix, None
-        after = matrix
-    for light in lights:
-        lit = (light.arrival(up).irradiance if light.is_delta else light.incident(up)).shape[-1]
+    channels, to_rgb = m.channels or 1, rgb_of(m.channel_names)
+    counts = [(x.arrival(up).irradiance if x.is_delta else x.incident(up)).shape[-1] for x in lights]
+    matrix = None if to_rgb is None or channels != len(to_rgb) else to_rgb.astype(np.float32)
+    if matrix is not None and {*counts} <= {1, 3}:
+        return matrix, None
+    for light, lit in zip(lights, counts, strict=True):
         if channels != lit and 1 not in (channels, lit):
             raise ParameterError(
                 f"{type(light).__name__} has {lit} channels and the material has {channels}; expected as many, or a "
                 f"light of one channel such as ConstantLight(1.0)"
             )
-    return None, after
+    return None, matrix
 
 
 def _tile(
@@ -133,8 +121,8 @@ def _tile(
     rng = np.random.default_rng([seed, start])
     count = stop - start
     points = lattice(samples).astype(np.float32)
-    # A lattice per pixel and use, shifted at random: evenly spread within the pixel, independent between pixels. The
-    # uses take its points in unrelated orders, for in one order they would fill a plane of the six dimensions only.
+    # A lattice per pixel and use, shifted at random: evenly spread within the pixel, independent between pixels. Each
+    # use takes its points in an order of its own, for in one order they would fill a plane of the six dimensions only.
     shift = rng.random((3, count, 1, 2), dtype=np.float32)
     orders = rng.permuted(np.tile(np.arange(samples), (2 * ORDERS, 1)), axis=1)
     pick = rng.integers(ORDERS, size=(2, count))
@@ -149,10 +137,7 @@ def _tile(
     if not hit.any():
         return np.zeros((count, 1), np.float32), coverage, 0
     n, t, u, v = (a[hit].astype(np.float32) for a in (n, t, u, v))
-    normal = Direction(*np.moveaxis(n, -1, 0))
-    tangent = Direction(*np.moveaxis(t, -1, 0))
-    b = np.cross(n, t)
-    local = Frame(tangent, Direction(*np.moveaxis(b, -1, 0)), normal)
+    local = Frame(*(Direction(*np.moveaxis(axis, -1, 0)) for axis in (t, np.cross(n, t), n)))
     wo = to_local(ops.library(n), local, np.broadcast_to(VIEW.astype(np.float32), n.shape))
     total: Any = 0.0
     missing = 0

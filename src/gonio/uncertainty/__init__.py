@@ -1,4 +1,4 @@
-"""Measurement uncertainty: results of a measured table with the uncertainty that follows from that of its values."""
+"""Measurement uncertainty: results of a measured table with the uncertainty that its values imply."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from typing import Any
 import numpy as np
 
 from ..errors import MissingDataWarning, ParameterError, ShapeError
-from .functionals import KNOWN_NAMES, linear, named
+from .functionals import LINEAR, linear, named
 from .quoted import Quoted as Quoted
 from .table import TableErrors
 
 METHODS = ("first order", "Monte Carlo")
 
 EXACT, TIGHTEST = 0.3, 1e-6
-"""Which share of u the error of an integral may be, and the smallest tolerance that is asked for because of it."""
+"""The largest error of an integral as a share of u, and the smallest tolerance that may follow from it."""
 
 
 def with_uncertainty(
@@ -40,18 +40,18 @@ def with_uncertainty(
                   the covariance matrix V of the values: sum c_k^2 u_k^2 for independent errors, (sum c_k u_k)^2 for
                   one common to all. Of `f`, `f_angles`, `albedo`, `black_sky_albedo`, `white_sky_albedo`,
                   `reflectance` and `reflectance_factor` (without a sky). GUM, JCGM 100:2008, 5.2.
-    Monte Carlo   any function: it is called with `draws` tables as they may have been measured, values with normally
-                  distributed errors. What it returns is a number or an array. JCGM 101:2008.
+    Monte Carlo   any function that returns a number or an array: it is called with `draws` tables as they may have been
+                  measured, values with normally distributed errors. JCGM 101:2008.
 
-    `correlation`: how the errors of the values go together, which no file says and which matters most: "independent"
+    `correlation`: that of the errors of the values, which no file says and which matters most: "independent"
     (repeatability), "common" to all values (calibration), common within a "channel", a correlation length [rad] along
     all angles, or a mapping from axes of the table and "channel" to correlation lengths [rad, nm], math.inf for errors
     that are common along an axis: R = product of exp(-d^2 / 2 length^2). `scale`: relative standard uncertainty of all
-    values together, in addition; without it what the measurement itself says (`m.about["scale_uncertainty"]`).
+    values together, in addition; without it that of the measurement (`m.about["scale_uncertainty"]`).
 
     Error    first order: u to 1 % (a sum over 2^13 to 2^18 pairs of directions, doubled until u changes by less than
              0.5 %; measured: 0.3 %). Monte Carlo: u to a relative standard error of 1/sqrt(2 draws), 2 % for 1000.
-             Not in u: what the interpolation between nodes adds, and directions without data.
+             Not in u: the error of interpolation between nodes, and directions without data.
     """
     if method not in METHODS:
         raise ParameterError(f"method={method!r:.40}: expected one of {', '.join(map(repr, METHODS))}")
@@ -60,11 +60,10 @@ def with_uncertainty(
         function, args = bound.__func__, (bound.__self__, *args)
     if not args:
         raise ParameterError("with_uncertainty(function, m, ...): got no measurement; expected it behind the function")
-    m, *rest = args
-    errors = TableErrors(m, correlation, scale)
+    errors, args = TableErrors(args[0], correlation, scale), args[1:]
     if method == "Monte Carlo":
-        return _drawn(function, errors, rest, named_args, draws, seed, progress)
-    return _first_order(function, errors, tuple(rest), named_args)
+        return _drawn(function, errors, args, named_args, draws, seed, progress)
+    return _first_order(function, errors, args, named_args)
 
 
 def _first_order(function: Callable, errors: TableErrors, args: tuple, named_args: dict[str, Any]) -> Quoted:
@@ -72,33 +71,27 @@ def _first_order(function: Callable, errors: TableErrors, args: tuple, named_arg
     if of is None:
         raise ParameterError(
             f"{getattr(function, '__name__', function)!s:.40}: not known to be linear in the table; expected one of "
-            f"{', '.join(KNOWN_NAMES)}, or method='Monte Carlo'"
+            f"{', '.join(f.__name__ for f in LINEAR)}, or method='Monte Carlo'"
         )
     if of.sampled and "tolerance" in inspect.signature(function).parameters and "tolerance" not in named_args:
-        least = errors.roughly(of)
-        named_args = {**named_args, "tolerance": min(1e-4, max(TIGHTEST, EXACT * least))}
+        named_args = {**named_args, "tolerance": min(1e-4, max(TIGHTEST, EXACT * errors.least(of)))}
     value = function(errors.m, *args, **named_args)
     latent = errors.results(of, value)
     u = latent.u.reshape(np.shape(value))[()]
-    _warn_of_unknown(u, value)
-    return Quoted(value, u, value, "first order", errors.assumed, latent)
-
-
-def _warn_of_unknown(u: Any, value: Any) -> None:
-    lost = np.isnan(u) & ~np.isnan(value)
-    if lost.any():
-        warnings.warn(
-            f"the uncertainty of {lost.sum()} of {lost.size} results is unknown (NaN), because that of some values "
-            f"behind them is; fill it in, as m.with_brdf(m.brdf(), u)",
-            MissingDataWarning,
-            stacklevel=4,
+    unknown = np.isnan(u) & ~np.isnan(value)
+    if unknown.any():
+        text = (
+            f"the uncertainty of {unknown.sum()} of {unknown.size} results is unknown (NaN), because some values "
+            f"behind them have none; fill it in, as m.with_brdf(m.brdf(), u)"
         )
+        warnings.warn(text, MissingDataWarning, stacklevel=3)
+    return Quoted(value, u, value, "first order", errors.assumed, latent)
 
 
 def _drawn(
     function: Callable,
     errors: TableErrors,
-    args: list[Any],
+    args: tuple,
     named_args: dict[str, Any],
     draws: int,
     seed: int,
@@ -122,9 +115,9 @@ def _drawn(
             )
         if progress is not None:
             progress(done + 1, draws)
-    all_ = np.stack(results)
-    value, u = all_.mean(axis=0)[()], all_.std(axis=0, ddof=1)[()]
-    return Quoted(value, u, at_estimate[()], f"Monte Carlo, {draws} draws", errors.assumed, draws=all_)
+    drawn = np.stack(results)
+    value, u = drawn.mean(axis=0)[()], drawn.std(axis=0, ddof=1)[()]
+    return Quoted(value, u, at_estimate[()], f"Monte Carlo, {draws} draws", errors.assumed, draws=drawn)
 
 
 def _numbers(result: Any) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""How the errors of a table go together: one factor per axis, whose product with independent errors gives them."""
+"""The correlation of the errors of a table: one factor per axis; their product turns independent errors into them."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ CHANNEL = "channel"
 WORDS = ("independent", "common", "channel")
 
 LOST = 1e-12
-"""Which share of the variance along an axis may be left out."""
+"""The share of the variance along an axis that may be left out."""
 
 SPARSE = 1e-3
-"""Up to which share of numbers that are not 0 rows stay sparse, where errors are correlated over some distance."""
+"""The largest share of numbers other than 0 in rows that stay sparse, for errors correlated over some distance."""
 
 Lengths = dict[str, float]
 """Axis -> correlation length: 0 for independent errors, infinite for one error that is common along the axis."""
 
 
 def lengths(correlation: str | float | Mapping[str, float], axes: Sequence[str]) -> Lengths:
-    """What `correlation` says, for each axis of angles and for "channel".
+    """The lengths that `correlation` means, for each axis of angles and for "channel".
 
     "independent"   every value has an error of its own
     "common"        one error for all: calibration, scale
@@ -43,9 +43,8 @@ def lengths(correlation: str | float | Mapping[str, float], axes: Sequence[str])
         angle = 0.0 if correlation == "independent" else math.inf
         return {**dict.fromkeys(axes, angle), CHANNEL: math.inf if correlation == "common" else 0.0}
     names = (*axes, CHANNEL)
-    given = correlation if isinstance(correlation, Mapping) else dict.fromkeys(axes, correlation)
     along = dict.fromkeys(names, 0.0)
-    for axis, length in given.items():
+    for axis, length in (correlation if isinstance(correlation, Mapping) else dict.fromkeys(axes, correlation)).items():
         if axis not in names:
             raise ParameterError(f"correlation: no axis {axis!r:.60}; expected some of {', '.join(names)}")
         try:
@@ -119,7 +118,9 @@ class Factors:
             return sparse.csr_array(rows @ self.shared)
         wide = any(f is not None and f.shape[1] > 1 for f in self.angles)
         if wide and rows.nnz > SPARSE * math.prod(rows.shape):
-            return sparse.vstack([self._row(rows[i : i + 1]) for i in range(rows.shape[0])], format="csr")
+            tables = (rows[[i]].toarray().reshape(self.shape) for i in range(rows.shape[0]))
+            parts = [sparse.csr_array(_along_axes(table, self.angles, 0).reshape(1, -1)) for table in tables]
+            return sparse.vstack(parts, format="csr")
         sizes = list(self.shape)
         for axis, f in enumerate(self.angles):
             if f is not None:
@@ -128,14 +129,6 @@ class Factors:
                 sizes[axis] = f.shape[1]
         return rows
 
-    def _row(self, row: sparse.csr_array) -> sparse.csr_array:
-        """The same of one row (1, nodes) with many numbers, axis by axis."""
-        table = row.toarray().reshape(self.shape)
-        for axis, f in enumerate(self.angles):
-            if f is not None:
-                table = np.moveaxis(np.tensordot(table, f, (axis, 0)), -1, axis)
-        return sparse.csr_array(table.reshape(1, -1))
-
     def draw(self, random: np.random.Generator) -> np.ndarray:
         """A table (nodes, C) of errors with standard deviation 1."""
         channels = self.channels.shape[1]
@@ -143,11 +136,16 @@ class Factors:
             errors = random.standard_normal((self.shared.shape[1], channels))[self.shared.indices]
         else:
             sizes = [n if f is None else f.shape[1] for n, f in zip(self.shape, self.angles, strict=True)]
-            errors = random.standard_normal((*sizes, channels))
-            for axis, f in enumerate(self.angles):
-                if f is not None:
-                    errors = np.moveaxis(np.tensordot(errors, f, (axis, 1)), -1, axis)
+            errors = _along_axes(random.standard_normal((*sizes, channels)), self.angles, 1)
         return errors.reshape(-1, channels) @ self.channels.T
+
+
+def _along_axes(table: np.ndarray, factors: Sequence[np.ndarray | None], side: int) -> np.ndarray:
+    """A table with each axis multiplied by its factor, along the factor's axis `side`."""
+    for axis, f in enumerate(factors):
+        if f is not None:
+            table = np.moveaxis(np.tensordot(table, f, (axis, side)), -1, axis)
+    return table
 
 
 def in_words(correlation: Any) -> str:

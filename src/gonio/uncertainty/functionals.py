@@ -1,4 +1,4 @@
-"""What is linear in a table: f, albedo and the nine reflectances, as weighted sums over pairs of directions."""
+"""Functions that are linear in a table: f, albedo, the nine reflectances, as weighted sums over pairs of directions."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ import numpy as np
 from ..base.angles import direction
 from ..base.reflectance import Reflectance
 from ..errors import ParameterError
-from ..integrals import nine, under_sky
-from ..integrals.albedo import albedo
+from ..integrals import nine
+from ..integrals.albedo import albedo, black_sky_albedo, white_sky_albedo
 from ..integrals.cones import Cone, Hemisphere
 from ..integrals.over_directions import directions, in_double
 from ..numerics.lattice import lattice
@@ -40,9 +40,8 @@ class Linear(NamedTuple):
 
 
 def linear(function: Callable, arguments: dict[str, Any]) -> Linear | None:
-    """The function of these arguments, if it is known to be linear in f; None if it is not."""
-    make = _KNOWN.get(function)
-    return None if make is None else make(**arguments)
+    """The function of these arguments as a sum over pairs; None if it is not one of `LINEAR`."""
+    return None if function not in LINEAR else LINEAR[function](**arguments)
 
 
 def named(function: Callable, m: Any, args: tuple, named_args: dict[str, Any]) -> dict[str, Any]:
@@ -52,7 +51,8 @@ def named(function: Callable, m: Any, args: tuple, named_args: dict[str, Any]) -
     return dict(list(bound.arguments.items())[1:])
 
 
-def _values(wi: Any, wo: Any, out: Any = None) -> Linear:
+def pointwise(wi: Any, wo: Any, out: Any = None) -> Linear:
+    """f at pairs of directions."""
     if out is not None:
         raise ParameterError("out=...: expected None; a result with its uncertainty is an object of its own")
     sides = directions(wi), directions(wo)
@@ -67,12 +67,12 @@ def _values(wi: Any, wo: Any, out: Any = None) -> Linear:
     return Linear(shape, False, pairs)
 
 
-def _values_by_angles(theta_i: Any, phi_i: Any, theta_o: Any, phi_o: Any) -> Linear:
-    return _values(direction(theta_i, phi_i), direction(theta_o, phi_o))
-
-
-def _factor(incident: Any, collected: Any, share: float) -> Linear:
+def _factor(incident: Any, collected: Any, share: float = 1.0, sky: Any = None, error: bool = False) -> Linear:
     """`share` times the reflectance factor pi/(Omega_i Omega_o) integral f."""
+    if error:
+        raise ParameterError("error=True: expected False; the error of quadrature is kept below u/10 here")
+    if sky is not None:
+        raise ParameterError("sky=...: first order knows uniform light only; take method='Monte Carlo'")
     sides = [x if isinstance(x, (Cone, Hemisphere)) else directions(x) for x in (incident, collected)]
     shape = np.broadcast_shapes(*(x.shape[:-1] for x in sides if isinstance(x, np.ndarray)))
     ends = [in_double(np.broadcast_to(x, (*shape, 3))) if isinstance(x, np.ndarray) else x for x in sides]
@@ -96,52 +96,25 @@ def _factor(incident: Any, collected: Any, share: float) -> Linear:
     return Linear(shape, free > 0, pairs)
 
 
-def _albedo(wi: Any, tolerance: float, error: bool) -> Linear:
-    _no_error(error)
-    return _factor(wi, Hemisphere(), 1.0)
-
-
-def _no_error(error: bool) -> None:
-    if error:
-        raise ParameterError("error=True: expected False; the error of quadrature is kept below u/10 here")
-
-
-def _no_sky(sky: Any) -> None:
-    if sky is not None:
-        raise ParameterError("sky=...: first order knows uniform light only; take method='Monte Carlo'")
-
-
 def _reflectance(incident: Any, collected: Any, sky: Any, tolerance: float, error: bool) -> Linear:
-    _no_error(error)
-    _no_sky(sky)
-    if not isinstance(collected, (Cone, Hemisphere)):
-        return _factor(incident, collected, 1.0)  # which `reflectance` itself refuses
-    return _factor(incident, collected, collected.projected / math.pi)
+    # A direction that collects is refused by `reflectance` itself.
+    share = collected.projected / math.pi if isinstance(collected, (Cone, Hemisphere)) else 1.0
+    return _factor(incident, collected, share, sky, error)
 
 
-def _reflectance_factor(incident: Any, collected: Any, sky: Any, tolerance: float, error: bool) -> Linear:
-    _no_error(error)
-    _no_sky(sky)
-    return _factor(incident, collected, 1.0)
-
-
-def _black_sky(theta: Any, phi: Any, tolerance: float) -> Linear:
-    return _factor(direction(np.asarray(theta, dtype=float), np.asarray(phi, dtype=float)), Hemisphere(), 1.0)
-
-
-def _white_sky(tolerance: float) -> Linear:
-    return _factor(Hemisphere(), Hemisphere(), 1.0)
-
-
-_KNOWN: dict[Any, Callable[..., Linear]] = {
-    Reflectance.f: _values,
-    Reflectance.f_angles: _values_by_angles,
-    albedo: _albedo,
+LINEAR: dict[Any, Callable[..., Linear]] = {
+    Reflectance.f: pointwise,
+    Reflectance.f_angles: lambda theta_i, phi_i, theta_o, phi_o: pointwise(
+        direction(theta_i, phi_i), direction(theta_o, phi_o)
+    ),
+    albedo: lambda wi, tolerance, error: _factor(wi, Hemisphere(), error=error),
     nine.reflectance: _reflectance,
-    nine.reflectance_factor: _reflectance_factor,
-    under_sky.black_sky_albedo: _black_sky,
-    under_sky.white_sky_albedo: _white_sky,
+    nine.reflectance_factor: lambda incident, collected, sky, tolerance, error: _factor(
+        incident, collected, sky=sky, error=error
+    ),
+    black_sky_albedo: lambda theta, phi, tolerance: _factor(
+        direction(np.asarray(theta, dtype=float), np.asarray(phi, dtype=float)), Hemisphere()
+    ),
+    white_sky_albedo: lambda tolerance: _factor(Hemisphere(), Hemisphere()),
 }
-"""What is linear in f -> how it is a sum."""
-
-KNOWN_NAMES = tuple(f.__name__ for f in _KNOWN)
+"""Functions that are linear in f -> the sum over pairs for their arguments."""

@@ -1,4 +1,4 @@
-"""Results as sums of independent errors, and what that says about results together."""
+"""Results as sums of independent errors, and the covariances that follow."""
 
 from __future__ import annotations
 
@@ -49,9 +49,9 @@ class Latent:
     """n results as rows (n, latents) of coefficients of independent errors with standard deviation 1."""
 
     def __init__(self, rows: sparse.csr_array, unknown: np.ndarray, ledger: Ledger):
-        """`unknown` (n,): whether an uncertainty that the result needs is not known."""
+        """`unknown` (n,): whether an uncertainty behind the result is not known."""
         self.rows, self.unknown, self.ledger = rows, unknown, ledger
-        self._made: list[Any] | None = None
+        self._ufloats: list[Any] | None = None
 
     @property
     def u(self) -> np.ndarray:
@@ -70,12 +70,12 @@ class Latent:
         """The results (n,) as correlated numbers of the package `uncertainties`; the same ones when asked again."""
         from uncertainties import ufloat
 
-        if self._made is None:
+        if self._ufloats is None:
             coefficients = self.ledger.add(self.rows)
-            self._made = []
+            self._ufloats = []
             for value, row, unknown in zip(values, coefficients, self.unknown, strict=True):
                 terms = [c * z for c, z in zip(row, self.ledger.variables, strict=False) if c != 0.0]
                 with warnings.catch_warnings():
                     warnings.simplefilter("ignore", UserWarning)  # that an uncertainty may be 0 is known here
-                    self._made.append(ufloat(value, np.nan if unknown else 0.0) + sum(terms))
-        return self._made
+                    self._ufloats.append(ufloat(value, np.nan if unknown else 0.0) + sum(terms))
+        return self._ufloats

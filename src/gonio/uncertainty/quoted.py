@@ -24,7 +24,7 @@ class Quoted:
     u            its standard uncertainty, NaN where that of the table is unknown
     at_estimate  the result of the table as it is: the same, but for a Monte Carlo calculation of something non-linear
     method       "first order", or "Monte Carlo" with the number of draws
-    assumed      what the errors of the table are taken to be
+    assumed      the assumption about the errors of the table
     draws        (draws, ...[, C]) of a Monte Carlo calculation, else None
     """
 
@@ -70,16 +70,15 @@ class Quoted:
     def ufloat(self) -> UFloat | np.ndarray:
         """The same for calculations with the package `uncertainties`: a number, or an array (dtype object) of them.
 
-        They know of each other: two results of first order from the same table with the same correlation are
-        correlated as they should be, whether they come from one call or from two, so that their difference or ratio
-        has the right uncertainty. Of Monte Carlo results, those of one call are.
+        Results of first order from the same table with the same correlation are correlated as they should be, from
+        one call or from several, so that their difference or ratio has the right uncertainty. Of Monte Carlo results,
+        those of one call are.
         """
         from uncertainties import correlated_values
 
         flat = np.ravel(self.value).astype(float)
-        latent = self.latent
         array = np.empty(flat.size, dtype=object)
-        array[:] = correlated_values(flat, self.covariance) if latent is None else latent.ufloats(flat)
+        array[:] = correlated_values(flat, self.covariance) if self.latent is None else self.latent.ufloats(flat)
         return array.reshape(np.shape(self.value))[()]
 
     def __str__(self) -> str:
@@ -103,7 +102,6 @@ def rounded(value: float, u: float, sign: str = "") -> str:
     if not math.isfinite(value):
         return f"{value:g}"
     if not math.isfinite(u) or u == 0.0:
-        said = "unknown" if not math.isfinite(u) else "0"
-        return f"{value:.6g}{sign}{said}" if sign else f"{value:.6g}({said})"
-    text = f"{ufloat(value, u):.2u{'' if sign else 'S'}}"
-    return text.replace("+/-", sign)
+        spread = "0" if u == 0.0 else "unknown"
+        return f"{value:.6g}{sign}{spread}" if sign else f"{value:.6g}({spread})"
+    return f"{ufloat(value, u):.2u{'' if sign else 'S'}}".replace("+/-", sign)

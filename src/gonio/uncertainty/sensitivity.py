@@ -1,4 +1,4 @@
-"""How results depend on every number of a table: the coefficients c of result = sum of c_k v_k."""
+"""The dependence of results on every number of a table: the coefficients c of result = sum of c_k v_k."""
 
 from __future__ import annotations
 
@@ -17,17 +17,17 @@ from ..tables.gridded import Gridded
 from .functionals import Linear, Pairs
 
 FEWEST, MOST = 1 << 13, 1 << 18
-"""How many pairs stand for an integral at first and at most."""
+"""Pairs of directions for an integral, at first and at most."""
 
 STEADY = 5e-3
 """Relative change of uncertainties on doubling the pairs, below which there are enough."""
 
 TRIED = 3
-"""How many results are looked at for that."""
+"""Results that decide on that."""
 
 
 class Coefficients(NamedTuple):
-    """`rows` holds matrices (n, nodes), one for each pattern of holes; `pattern` (C,) says which is a channel's."""
+    """Matrices `rows` (n, nodes), one for each pattern of holes; `pattern` (C,) is the number of a channel's."""
 
     rows: list[sparse.csr_array]
     pattern: np.ndarray
@@ -45,7 +45,7 @@ def by_channel(values: np.ndarray, m: Gridded) -> np.ndarray:
 def coefficients(m: Gridded, of: Linear, n: int, only: int | None = None) -> Coefficients:
     """The coefficients of results, with n pairs for each; of the first `only` of them.
 
-    Holes count as 0 in an integral and make f unknown; nodes around them share their weights, as `Gridded` does it.
+    Holes count as 0 in an integral and make f unknown; nodes around them share their weights, as in `Gridded`.
     """
     valid, pattern = _patterns(~np.isnan(by_channel(m.brdf(), m)))
     count = int(np.prod(of.shape)) if only is None else only
@@ -61,7 +61,7 @@ def coefficients(m: Gridded, of: Linear, n: int, only: int | None = None) -> Coe
 
 
 def _patterns(valid: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The different columns of (nodes, C), as rows, and which of them each channel has."""
+    """The different columns of (nodes, C), as rows, and the number of each channel's."""
     numbers: dict[bytes, int] = {}
     pattern = [numbers.setdefault(column.tobytes(), len(numbers)) for column in valid.T]
     return np.stack([np.frombuffer(key, dtype=bool) for key in numbers]), np.array(pattern)
@@ -88,13 +88,13 @@ def _kernel(m: Reflectance, mean: Any, wi: Any, wo: Any) -> tuple:
 
 
 def _shares(m: Gridded, node: np.ndarray, weight: np.ndarray, usable: np.ndarray) -> np.ndarray:
-    """Weights with holes left out, as `Gridded` does it."""
+    """Weights with holes left out, as in `Gridded`."""
     if usable.all():
         return weight
-    there = usable[node]
+    valid = usable[node]
     if not m.holes or len(node) == 1:
-        return np.where(there.all(axis=0), weight, 0.0)
-    weight = np.where(there, weight, 0.0)
+        return np.where(valid.all(axis=0), weight, 0.0)
+    weight = np.where(valid, weight, 0.0)
     left = weight.sum(axis=0)
     enough = left > LEAST_KNOWN
     return np.where(enough, weight / np.where(enough, left, 1.0), 0.0)

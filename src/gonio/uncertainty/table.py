@@ -1,4 +1,4 @@
-"""The errors of one measured table under an assumption about how they go together."""
+"""The errors of one measured table under an assumption about their correlation."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ from .latent import Latent, Ledger
 from .sensitivity import FEWEST, MOST, STEADY, TRIED, Coefficients, by_channel, coefficients
 
 SCALE = "scale_uncertainty"
-"""What `about` calls the relative standard uncertainty that all values have in common."""
+"""The key in `about` of the relative standard uncertainty that all values have in common."""
 
 
 class TableErrors:
-    """Standard uncertainties of the f of a table, how its errors are correlated, and a common error of scale.
+    """Standard uncertainties of the f of a table, the correlation of its errors, and a common error of scale.
 
     u            (nodes, C) [1/sr], NaN where unknown
     scale        relative standard uncertainty of all values together
@@ -72,10 +72,9 @@ class TableErrors:
         missing = np.stack(unknown, axis=1).reshape(-1) | np.isnan(flat)
         return Latent(sparse.csr_array(stacked), missing, self.ledger)
 
-    def roughly(self, of: Linear) -> float:
-        """The smallest standard uncertainty of a few results of a linear function, infinite if there is none."""
-        few = coefficients(self.m, of, FEWEST, min(math.prod(of.shape), TRIED))
-        u = self.latent(few, np.full((few.rows[0].shape[0], self.u.shape[1]), 0.0)).u
+    def least(self, of: Linear) -> float:
+        """Roughly the smallest standard uncertainty of a few results of a linear function; infinite if all are 0."""
+        u = self._tried(of, FEWEST)
         return float(np.min(u[u > 0.0], initial=math.inf))
 
     def draw(self, random: np.random.Generator) -> Gridded:
@@ -86,20 +85,23 @@ class TableErrors:
         return self.m.redrawn(table)
 
     def _enough(self, of: Linear) -> int:
-        """How many pairs per result are enough for steady uncertainties."""
+        """The number of pairs per result that is enough for steady uncertainties."""
         n, before = FEWEST, np.zeros(0)
-        few = min(math.prod(of.shape), TRIED)
         while n < MOST:
-            by = coefficients(self.m, of, n, few)
-            u = self.latent(by, np.zeros((few, self.u.shape[1]))).u
+            u = self._tried(of, n)
             if before.size and not (np.abs(u - before) > STEADY * u).any():
                 break
             before, n = u, 2 * n
         return n
 
+    def _tried(self, of: Linear, n: int) -> np.ndarray:
+        """Standard uncertainties of the first results of a linear function by n pairs each, without that of scale."""
+        count = min(math.prod(of.shape), TRIED)
+        return self.latent(coefficients(self.m, of, n, count), np.zeros((count, self.u.shape[1]))).u
+
 
 def _ledger(m: Gridded, key: tuple) -> Ledger:
-    """What results of a table under an assumption are entered in: kept as long as the table is."""
+    """The ledger of a table's results under an assumption: kept as long as the table is."""
     if id(m) not in _LEDGERS:
         _LEDGERS[id(m)] = {}
         weakref.finalize(m, _LEDGERS.pop, id(m), None)
@@ -114,18 +116,18 @@ def has_uncertainty(m: Any) -> bool:
     return isinstance(m, Gridded) and (m.uncertainty is not None or bool(scale_uncertainty(m)))
 
 
-def scale_uncertainty(m: Gridded, given: float | None = None) -> float:
-    """Relative standard uncertainty that all values have in common: as given, else as the measurement says, else 0."""
-    value = m.about.get(SCALE, 0.0) if given is None else given
+def scale_uncertainty(m: Gridded, scale: float | None = None) -> float:
+    """Relative standard uncertainty that all values have in common: `scale`, else the measurement's own, else 0."""
+    value = m.about.get(SCALE, 0.0) if scale is None else scale
     try:
-        scale = float(value)
+        u = float(value)
     except (TypeError, ValueError):
-        scale = -1.0
-    if not 0.0 <= scale < math.inf:
+        u = -1.0
+    if not 0.0 <= u < math.inf:
         raise ParameterError(
             f"{SCALE}={value!r:.40}: expected a relative standard uncertainty such as 0.02 for 2 %, or 0"
         )
-    return scale
+    return u
 
 
 def _uncertainty(m: Gridded, scale: float) -> np.ndarray:
