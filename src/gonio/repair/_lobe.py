@@ -1,4 +1,4 @@
-"""A simple lobe fitted to a table: Lambertian plus GGX, to continue measurements where they end."""
+"""A Lambertian plus a GGX lobe fitted to a table, to continue measurements beyond their largest angles."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from ..models.microfacet import Microfacet
 from ._cells import Cells, evaluated
 
 MOST = 20_000
-"""Cells that are fitted to at most, evenly picked."""
+"""Largest number of cells in a fit; of more, evenly picked ones."""
 
 
 def fitted_lobe(cells: Cells, use: np.ndarray) -> tuple[Callable, dict[str, float]]:
-    """kd/pi + ks D F G/(4 cos cos) of the cells to use: a function of (wi, wo) that gives (..., C), and figures.
+    """kd/pi + ks D F G/(4 cos cos) fitted to the cells to use: a function (wi, wo) -> (..., C), and figures.
 
-    kd, ks >= 0 belong to each channel, alpha and f0 to all. Relative differences are made smallest, where |f| is below
-    a tenth of a channel's mean those to that tenth.
+    Each channel has its own kd, ks >= 0; alpha and f0 are common. The fit minimises differences relative to |f|, or to
+    a tenth of a channel's mean |f| where that is larger.
     """
     from scipy.optimize import least_squares, nnls
 
@@ -46,11 +46,7 @@ def fitted_lobe(cells: Cells, use: np.ndarray) -> tuple[Callable, dict[str, floa
 
     starts = [np.array([np.log(alpha), 0.1]) for alpha in (0.05, 0.2, 0.6)]
     best = min(starts, key=lambda x: float(np.sum(residual(x) ** 2)))
-    found = least_squares(residual, best, bounds=([np.log(0.005), 0.0], [0.0, 1.0]), x_scale=[1.0, 0.3])
-    k = amounts(parts(found.x, wi, wo))
-    figures = {
-        "alpha": float(np.exp(found.x[0])),
-        "f0": float(found.x[1]),
-        "fit": float(np.sqrt(np.mean(found.fun**2))),
-    }
-    return lambda wi, wo: parts(found.x, wi, wo) @ k, figures
+    fit = least_squares(residual, best, bounds=([np.log(0.005), 0.0], [0.0, 1.0]), x_scale=[1.0, 0.3])
+    k = amounts(parts(fit.x, wi, wo))
+    figures = {"alpha": np.exp(fit.x[0]), "f0": fit.x[1], "fit": np.sqrt(np.mean(fit.fun**2))}
+    return lambda wi, wo: parts(fit.x, wi, wo) @ k, {name: float(x) for name, x in figures.items()}
