@@ -10,11 +10,13 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..base.angles import angles, direction
+from ..distributions.ggx import GGX
 from ..errors import ParameterError
+from ..formula.fresnel.schlick import Schlick
+from ..models.microfacet import Microfacet
 from ..tables.gridded import Gridded
 from ..tables.nodes import with_channels
 from ._cells import Cells, evaluated, expect_one_of, like, relative, spread, variances
-from ._lobe import fitted_lobe
 
 METHODS = ("hold", "linear in cosine", "model")
 STEP = math.radians(5.0)
@@ -23,6 +25,9 @@ WITHIN = 1e-6
 """Angles up to this [rad] beyond reach count as within reach."""
 LEAST = 0.01
 """Cosine of the directions at which the model is evaluated for those nearer to the horizon."""
+
+FITTED = 20_000
+"""Largest number of cells that the model is fitted to; of more, evenly picked ones."""
 
 
 class _Reach(NamedTuple):
@@ -61,7 +66,7 @@ def extrapolate_to_grazing(m: Gridded, method: str, reach: float | tuple[float, 
     figures: dict[str, float] = {}
     extend: Callable[..., Any] = partial(_linear if method == "linear in cosine" else _hold, cells.m)
     if method == "model":
-        lobe, figures = fitted_lobe(cells, _excess(cells.wi, cells.wo, end) <= WITHIN)
+        lobe, figures = _fitted_lobe(cells, _excess(cells.wi, cells.wo, end) <= WITHIN)
         extend = partial(_by_model, cells.m, lobe)
     rehearsal = _rehearsal(cells, extend, end)
     new = Cells(_with_nodes(cells.m))
@@ -157,3 +162,39 @@ def _with_nodes(m: Gridded) -> Gridded:
         widths = [(0, more if axis == k else 0) for axis in range(len(axes) + 1)]
         arrays = [np.pad(a, widths, constant_values=np.nan) for a in arrays]
     return like(m, axes, arrays[0], arrays[1] if len(arrays) > 1 else None)
+
+
+def _fitted_lobe(cells: Cells, use: np.ndarray) -> tuple[Callable, dict[str, float]]:
+    """kd/pi + ks D F G/(4 cos cos) fitted to the cells to use: a function (wi, wo) -> (..., C), and figures.
+
+    Each channel has its own kd, ks >= 0; alpha and f0 are common. The fit minimises differences relative to |f|, or to
+    a tenth of a channel's mean |f| where that is larger.
+    """
+    from scipy.optimize import least_squares, nnls
+
+    use = use & cells.up & np.isfinite(cells.f).all(axis=-1)
+    if use.sum() < 4:
+        raise ParameterError(f"method='model': only {int(use.sum())} cells to fit to; expected at least 4")
+    wi, wo, f = cells.wi[use], cells.wo[use], cells.f[use]
+    few = np.unique(np.linspace(0, len(f) - 1, FITTED).astype(int))
+    wi, wo, f = wi[few], wo[few], f[few]
+    weight = 1.0 / np.maximum(np.abs(f), 0.1 * np.abs(f).mean(axis=0) + 1e-30)
+
+    def parts(x: np.ndarray, wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
+        lobe = Microfacet(GGX(float(np.exp(x[0]))), Schlick(float(x[1])))
+        glossy = evaluated(lobe, wi, wo)[..., 0]
+        return np.stack([np.full(glossy.shape, 1.0 / np.pi), glossy], axis=-1)
+
+    def amounts(columns: np.ndarray) -> np.ndarray:
+        return np.stack([nnls(columns * w[:, None], v * w)[0] for w, v in zip(weight.T, f.T, strict=True)], axis=-1)
+
+    def residual(x: np.ndarray) -> np.ndarray:
+        columns = parts(x, wi, wo)
+        return ((columns @ amounts(columns) - f) * weight).ravel()
+
+    starts = [np.array([np.log(alpha), 0.1]) for alpha in (0.05, 0.2, 0.6)]
+    best = min(starts, key=lambda x: float(np.sum(residual(x) ** 2)))
+    fit = least_squares(residual, best, bounds=([np.log(0.005), 0.0], [0.0, 1.0]), x_scale=[1.0, 0.3])
+    k = amounts(parts(fit.x, wi, wo))
+    figures = {"alpha": np.exp(fit.x[0]), "f0": fit.x[1], "fit": np.sqrt(np.mean(fit.fun**2))}
+    return lambda wi, wo: parts(fit.x, wi, wo) @ k, {name: float(x) for name, x in figures.items()}

@@ -11,10 +11,9 @@ import numpy as np
 from ..base.angles import angles, direction
 from ..base.measured import Measured
 from ..base.provenance import derived
-from ..base.quantities import to_brdf
 from ..errors import ParameterError
 from ..tables.gridded import Gridded
-from ..tables.nodes import above
+from ..tables.nodes import above, with_channels
 from ..tables.rows import distinct, turned
 from ..tables.scattered import Scattered
 from ._cells import Cells, reported, spread
@@ -132,18 +131,16 @@ def _lines_of(m: Measured, oriented: bool) -> Iterable[_Line]:
 def _rows(m: Measured) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray | None]:
     """wi, wo (n, 3), f (n, C) and u of all measured pairs."""
     if isinstance(m, Scattered):
-        theta_i, phi_i, theta_o, phi_o = m.rows.T
-        wi, wo = direction(theta_i, phi_i), direction(theta_o, phi_o)
-        cosines = (wi[:, 2, None], wo[:, 2, None])
-        f = to_brdf(m.quantity, m.stored.reshape(len(wi), -1), *cosines)
-        u = None if m.uncertainty is None else to_brdf(m.quantity, m.uncertainty.reshape(len(wi), -1), *cosines)
-        use = above(wi, wo) & np.isfinite(f).all(axis=-1)
-        return wi[use], wo[use], f[use], None if u is None else u[use]
-    if isinstance(m, Gridded):
+        wi, wo = direction(m.rows[:, 0], m.rows[:, 1]), direction(m.rows[:, 2], m.rows[:, 3])
+        f, u = (None if x is None else with_channels(x, 1) for x in m.row_brdf())
+    elif isinstance(m, Gridded):
         cells = Cells(m)
-        use = cells.up & np.isfinite(cells.f).all(axis=-1)
-        return cells.wi[use], cells.wo[use], cells.f[use], None if cells.u is None else cells.u[use]
-    raise ParameterError(f"merge_scans: got {m!r:.80}, expected Gridded or Scattered measurements")
+        wi, wo, f, u = cells.wi, cells.wo, cells.f, cells.u
+    else:
+        raise ParameterError(f"merge_scans: got {m!r:.80}, expected Gridded or Scattered measurements")
+    assert f is not None
+    use = above(wi, wo) & np.isfinite(f).all(axis=-1)
+    return wi[use], wo[use], f[use], None if u is None else u[use]
 
 
 def _rounded(values: np.ndarray, turning: bool) -> np.ndarray:

@@ -46,9 +46,9 @@ def dataset(
     }
     dims = list(dims)
     if channels is not None:
-        name, coordinate = _channels(channels)
+        name, nodes, about = _channels(channels)
         dims.append(name)
-        coordinates[name] = coordinate
+        coordinates[name] = (name, nodes, about)
     units = {"units": "1" if attributes["quantity"] == "reflectance factor" else "sr-1"}
     beside = "valid" if uncertainty is None else "uncertainty valid"
     variables: dict[str, Any] = {
@@ -61,14 +61,14 @@ def dataset(
     return xarray.Dataset(variables, coordinates, {"Conventions": "CF-1.11", "gonio_schema": VERSION, **texts})
 
 
-def _channels(channels: Sequence[str | float]) -> tuple[str, tuple[str, Any, dict[str, str]]]:
-    """The coordinate along the channels: wavelengths [nm], or names."""
+def _channels(channels: Sequence[str | float]) -> tuple[str, np.ndarray, dict[str, str]]:
+    """The coordinate along the channels: its name, wavelengths [nm] or names, and its attributes."""
     if all(isinstance(x, str) for x in channels):
-        return "channel", ("channel", np.array(channels, str), {"long_name": "channel"})
+        return "channel", np.array(channels, str), {"long_name": "channel"}
     if any(isinstance(x, str) for x in channels):
         raise ParameterError(f"channels {list(channels)!r:.80}: expected names alone, or wavelengths [nm] alone")
     about = {"units": "nm", "standard_name": "radiation_wavelength", "long_name": "wavelength in a vacuum"}
-    return "wavelength", ("wavelength", np.array(channels, float), about)
+    return "wavelength", np.array(channels, float), about
 
 
 def _attribute(value: Any) -> Any:

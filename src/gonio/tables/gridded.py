@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from ..arrays import frozen, ops
+from ..arrays import frozen
 from ..base.provenance import derived
 from ..base.quantities import from_brdf, quantity_named, to_brdf
 from ..errors import ParameterError
@@ -110,7 +110,7 @@ class Gridded(Interpolated):
         names: tuple | None,
     ) -> tuple[int, ...]:
         """The shape of the grid, after its axes and channels are set."""
-        nodes = Held({name: _nodes(name, x) for name, x in axes.items()})
+        nodes = Held({name: frozen(real(f"axes: {name}", x).astype(float).reshape(-1)) for name, x in axes.items()})
         layout, all_periods = laid_out(parameterisation, nodes, mirrored, periods)
         self._hold(
             parameterisation=parameterisation,
@@ -239,10 +239,3 @@ def real(what: str, values: Any) -> np.ndarray:
     except (TypeError, ValueError) as error:
         raise ParameterError(f"{what}: got {error}; expected an array of numbers") from None
     return array if array.dtype in (np.float32, np.float64) else frozen(array.astype(np.float64))
-
-
-def _nodes(name: str, nodes: Any) -> np.ndarray:
-    try:
-        return frozen(np.array(ops.numbers(nodes), dtype=float).reshape(-1))
-    except (TypeError, ValueError) as error:
-        raise ParameterError(f"axes: {name} holds {error}; expected increasing, finite nodes [rad]") from None

@@ -88,16 +88,14 @@ class Scattered(Gridded):
     @derived
     def nodes(self) -> tuple[np.ndarray, np.ndarray | None, np.ndarray]:
         """f [1/sr] at the nodes of the grid, its standard uncertainty, and the number of the nearest row."""
-        u = None if self.uncertainty is None else self._row_brdf(self.uncertainty)
-        f = self._row_brdf(self.stored)
-        oriented = self.is_oriented()
-        nodes: tuple = freeze(interpolated(self.rows, f, u, self.axes, oriented, self.is_mirrored, self.outside))
+        grid = self.axes, self.is_oriented(), self.is_mirrored, self.outside
+        nodes: tuple = freeze(interpolated(self.rows, *self.row_brdf(), *grid))
         return nodes
 
     @derived
     def residual(self) -> Residual:
         """Difference of the grid from the rows."""
-        true = self._row_brdf(self.stored)
+        true, _ = self.row_brdf()
         wi, wo = (direction(self.rows[:, k], self.rows[:, k + 1]) for k in (0, 2))
         off = np.abs(self.f(wi, wo) - true) / np.nanmean(np.abs(true))
         off = off[np.isfinite(off)]
@@ -120,10 +118,13 @@ class Scattered(Gridded):
         )
         return other.with_notes(provenance=self.provenance)._replaced(grouped)
 
-    def _row_brdf(self, values: np.ndarray) -> np.ndarray:
-        """Values or uncertainties of the rows as BRDFs."""
-        cosines = [np.cos(self.rows[:, k]) if values.ndim == 1 else np.cos(self.rows[:, k, None]) for k in (0, 2)]
-        return to_brdf(self.quantity, np.where(np.isfinite(values), values, np.nan), *cosines)
+    def row_brdf(self) -> tuple[np.ndarray, np.ndarray | None]:
+        """f [1/sr] of the rows, (n,) or (n, C), and its standard uncertainty."""
+        cosines = [np.cos(self.rows[:, k] if self.stored.ndim == 1 else self.rows[:, k, None]) for k in (0, 2)]
+        values = (None if x is None else np.where(np.isfinite(x), x, np.nan) for x in (self.stored, self.uncertainty))
+        f, u = (None if x is None else to_brdf(self.quantity, x, *cosines) for x in values)
+        assert f is not None
+        return f, u
 
     @property
     def data(self) -> xarray.Dataset:
