@@ -17,7 +17,7 @@ from ..numerics.filling import filled_in_layers
 from ..tables.angle_systems import SYSTEMS, AngleSystem, angle_system
 from ..tables.axes import nodes_of
 from ..tables.gridded import Gridded
-from ..tables.nodes import f_at
+from ..tables.nodes import channels_named, f_at
 from .comparison import ResamplingError, lattice_pairs, resampling_error
 
 GRAZING = 0.01
@@ -70,20 +70,18 @@ def tabulate(
     if reciprocal and parameterisation == "angles":  # averaged with the exchange of wi and wo; phi becomes -phi
         exchanged = values.transpose(1, 0, 3, 2, 4) if four else values.transpose(1, 0, 2, 3)[:, :, ::-1]
         values = 0.5 * (values + (exchanged if four else np.roll(exchanged, 1, axis=2)))
-    names = m.channel_names
-    if names is not None and channels is not None:
-        names = tuple(names[c] for c in channels)
+    names = m.channel_names or channels_named(m.channels or 1)
     table = Tabulated(
         parameterisation,
         axes,
         values if shape else values[..., 0],
-        channels=(names or tuple(map(str, range(len(chosen.numbers))))) if shape else None,
+        channels=[names[c] for c in chosen.numbers] if shape else None,
         periods=periods,
         about={"made_of": repr(m)},
     )
     error = resampling_error(m, table, chosen.numbers)
     breaks = {**Tabulated.breaks, **m.breaches()}
-    return table.with_notes(channel_names=names, provenance=derived(m), breaks=breaks, error=error)
+    return table.with_notes(provenance=derived(m), breaks=breaks, error=error)
 
 
 class _Channels:
