@@ -48,13 +48,13 @@ def lattice_pairs(count: int, least: float = 0.1) -> tuple[np.ndarray, np.ndarra
     return direction(theta[:, 0], 2.0 * math.pi * u[:, 2]), direction(theta[:, 1], 2.0 * math.pi * u[:, 3])
 
 
-def resampling_error(m: Reflectance, made: Reflectance, of: Channels = None, to: Channels = None) -> ResamplingError:
-    """Difference of `made` in its channels `to` from `m` in its channels `of`; one channel is compared with all."""
+def resampling_error(m: Reflectance, other: Reflectance, of: Channels = None, to: Channels = None) -> ResamplingError:
+    """Difference of `other` in its channels `to` from `m` in its channels `of`; one channel is compared with all."""
     wi, wo = lattice_pairs(PAIRS)
-    true, tabulated = (_picked(x.f(wi, wo), len(wi), c) for x, c in ((m, of), (made, to)))
+    true, tabulated = (_picked(x.f(wi, wo), len(wi), c) for x, c in ((m, of), (other, to)))
     true, tabulated = np.broadcast_arrays(true, tabulated)
     known = np.isfinite(true) & np.isfinite(tabulated)
-    albedo = _albedo_change(m, made, of, to)
+    albedo = _albedo_change(m, other, of, to)
     if not known.any():
         return ResamplingError(math.nan, math.nan, math.nan, albedo, (math.nan, math.nan, math.nan))
     pair, _ = np.nonzero(known)
@@ -67,11 +67,11 @@ def resampling_error(m: Reflectance, made: Reflectance, of: Channels = None, to:
     return ResamplingError(float(off.mean()), float(np.quantile(off, 0.99)), float(off.max()), albedo, at)
 
 
-def _albedo_change(m: Reflectance, made: Reflectance, of: Channels, to: Channels) -> float:
+def _albedo_change(m: Reflectance, other: Reflectance, of: Channels, to: Channels) -> float:
     w = direction(np.radians(INCIDENCE), 0.3)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", MissingDataWarning)
-        before, after = (_picked(integrate(x, w, 1e-3), len(w), c) for x, c in ((m, of), (made, to)))
+        before, after = (_picked(integrate(x, w, 1e-3), len(w), c) for x, c in ((m, of), (other, to)))
     return float(np.abs(after - before).max())
 
 

@@ -57,10 +57,10 @@ def _fill(cells: Cells, f: np.ndarray, method: str) -> tuple[np.ndarray, np.ndar
     near, depth = filled_in_layers(f, cells.wraps)
     if method == "neighbours":
         return near, depth
-    wanted = np.isnan(f) & cells.up[..., None]
+    unknown = np.isnan(f) & cells.up[..., None]
     smooth = np.where(np.isnan(f) & ~cells.up[..., None], np.nan, near)
     for c in range(f.shape[-1]):
-        smooth[..., c] = smoothest(smooth[..., c], wanted[..., c], cells.nodes, cells.wraps)
+        smooth[..., c] = smoothest(smooth[..., c], unknown[..., c], cells.nodes, cells.wraps)
     return filled_in_layers(smooth, cells.wraps)[0], depth
 
 

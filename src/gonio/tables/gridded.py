@@ -50,8 +50,8 @@ class Gridded(Interpolated):
     breaks: ClassVar[dict[str, str]] = {
         "positivity": "measured values are kept as they are, with noise around 0",
         "reciprocity": "a table holds every pair of directions on its own",
-        "energy": "measured values, and what is interpolated between them, are kept as they are",
-        "furnace": "measured values, and what is interpolated between them, are kept as they are",
+        "energy": "measured values, and interpolations between them, are kept as they are",
+        "furnace": "measured values, and interpolations between them, are kept as they are",
         "grazing": "beyond the outermost nodes nothing is known",
     }
 
@@ -182,8 +182,8 @@ class Gridded(Interpolated):
         """A table like this one with other `values`, and with the arguments of `Gridded` that `other` names; its
         `provenance` says which file this one was read from.
         """
-        made = Gridded(values=values, uncertainty=uncertainty, **{**self._arguments(), **other})
-        return made.with_notes(provenance=derived(self))
+        like_this = Gridded(values=values, uncertainty=uncertainty, **{**self._arguments(), **other})
+        return like_this.with_notes(provenance=derived(self))
 
     def _arguments(self) -> dict[str, Any]:
         """The arguments of `Gridded` that made this table, but for the numbers in it."""

@@ -102,7 +102,7 @@ class Scattered(Gridded):
         return Residual(float(np.sqrt(np.mean(off**2))), float(off.max())) if off.size else Residual(math.nan, math.nan)
 
     def _replaced(self, grouped: dict[str, Any]) -> Self:
-        """As the base's; with another `outside` the grid is made anew."""
+        """A copy with other fields; another `outside` needs another grid."""
         if grouped.get("outside", self.outside) == self.outside:
             return super()._replaced(grouped)
         other = type(self)(
