@@ -211,8 +211,8 @@ def _entries() -> tuple[Entry, ...]:
         description = next(family for word, family in _FAMILIES.items() if word in name)
         if name in pure:
             description += f"; as an ideal metal: {pure[name]}"
-        aliases = (_FIT_ALIASES[name],) if name in _FIT_ALIASES else ()
-        entries.append(Entry(name, FIT, description, _FIT_SOURCE, aliases))
+        respelled = (_FIT_ALIASES[name],) if name in _FIT_ALIASES else ()
+        entries.append(Entry(name, FIT, description, _FIT_SOURCE, respelled))
     return tuple(entries)
 
 

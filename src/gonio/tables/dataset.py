@@ -95,9 +95,10 @@ def _gridded(ds: xarray.Dataset, path: str, where: str, copied: bool) -> Gridded
 
 
 def _scattered(ds: xarray.Dataset, path: str, where: str) -> Scattered:
+    angles: dict[str, Any] = {angle: _scaled(ds, angle, RADIANS, where) for angle in ROW_ANGLES}
     return Scattered(
-        *(_scaled(ds, angle, RADIANS, where) for angle in ROW_ANGLES),
-        _masked(ds, (ROW,)),
+        **angles,
+        values=_masked(ds, (ROW,)),
         uncertainty=_variable(ds, "uncertainty", (ROW,)),
         isotropic=_flag(ds, "isotropic", where),
         **_common(ds, path, where),

@@ -122,10 +122,10 @@ def _untagged(value: Any) -> Any:
         return [_untagged(x) for x in value]
     if not isinstance(value, dict):
         return value
-    tag, data = next(iter(value.items()), ("", ""))
-    if len(value) > 1 or not tag.startswith(TAG):
-        return {k: _untagged(v) for k, v in value.items()}
-    kind = tag.removeprefix(TAG)
+    items: list[Any] = [*value.items()]
+    if len(items) != 1 or not items[0][0].startswith(TAG):
+        return {k: _untagged(v) for k, v in items}
+    kind, data = items[0][0].removeprefix(TAG), items[0][1]
     if kind == "number":
         return _dtype(data[0]).type(data[1])
     if kind == "array":

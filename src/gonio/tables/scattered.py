@@ -88,8 +88,9 @@ class Scattered(Gridded):
     @derived
     def nodes(self) -> tuple[np.ndarray, np.ndarray | None, np.ndarray]:
         """f [1/sr] at the nodes of the grid, its standard uncertainty, and the number of the nearest row."""
-        grid = self.axes, self.is_oriented(), self.is_mirrored, self.outside
-        nodes: tuple = freeze(interpolated(self.rows, *self.row_brdf(), *grid))
+        f, u = self.row_brdf()
+        four = self.is_oriented()
+        nodes: tuple = freeze(interpolated(self.rows, f, u, self.axes, four, self.is_mirrored, self.outside))
         return nodes
 
     @derived
@@ -106,8 +107,8 @@ class Scattered(Gridded):
         if grouped.get("outside", self.outside) == self.outside:
             return super()._replaced(grouped)
         other = type(self)(
-            *self.rows.T,
-            self.stored,
+            **dict(zip(ROW_ANGLES, self.rows.T, strict=True)),
+            values=self.stored,
             quantity=self.quantity,
             uncertainty=self.uncertainty,
             channels=self.channel_names,
@@ -186,7 +187,8 @@ def gridded_or_scattered(
     others["channels"] = channels
     grid = as_grid(rows, four)
     if grid is None:
-        return Scattered(*rows.T, measured, uncertainty=spread, isotropic=not four, **others)
+        columns = dict(zip(ROW_ANGLES, rows.T, strict=True))
+        return Scattered(**columns, values=measured, uncertainty=spread, isotropic=not four, **others)
     nodes, index, mirrored = grid
     axes = dict(zip(SYSTEMS["angles"].axes(four), nodes, strict=True))
     u = None if spread is None else spread[index]
