@@ -93,7 +93,7 @@ class _Reader:
         self._check_nesting()
         try:
             with warnings.catch_warnings():
-                warnings.simplefilter("ignore")  # of what Python would make of the text
+                warnings.simplefilter("ignore")  # Python's own, about the text
                 body = ast.parse(self.text, mode="eval").body
         except SyntaxError as error:
             column = error.offset or 1

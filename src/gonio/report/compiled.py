@@ -19,11 +19,7 @@ from ..trace.show import show
 _KERNELS: dict[str, tuple[Callable, tuple[tuple[str, str], ...], tuple[str, ...]]] = {
     "f": (kernels.value, ((VALUE, "f"),), ("wi", "wo")),
     "pdf": (kernels.pdf, ((SCALAR, "pdf"),), ("wi", "wo")),
-    "sample": (
-        kernels.sample,
-        ((VECTOR, "wi"), (VALUE, "weight"), (SCALAR, "pdf"), (SCALAR, "delta")),
-        ("wo", "u"),
-    ),
+    "sample": (kernels.sample, ((VECTOR, "wi"), (VALUE, "weight"), (SCALAR, "pdf"), (SCALAR, "delta")), ("wo", "u")),
 }
 """Method -> its kernel, kinds and names of its results, and its inputs."""
 

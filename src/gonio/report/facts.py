@@ -131,13 +131,8 @@ def _axis(nodes: np.ndarray) -> dict[str, Any]:
     """Number of nodes, range [degrees] and steps of an axis."""
     degrees = np.degrees(np.asarray(nodes, dtype=float))
     steps = np.diff(degrees)
-    even = len(steps) > 0 and bool(np.ptp(steps) <= 1e-4 * steps.mean())
-    return {
-        "nodes": len(degrees),
-        "low": float(degrees[0]),
-        "high": float(degrees[-1]),
-        "step": float(steps.mean()) if even else None,
-    }
+    step = float(steps.mean()) if len(steps) and np.ptp(steps) <= 1e-4 * steps.mean() else None
+    return {"nodes": len(degrees), "low": float(degrees[0]), "high": float(degrees[-1]), "step": step}
 
 
 def _uncertainty(m: Measured, values: np.ndarray) -> dict[str, float] | None:
@@ -162,12 +157,8 @@ def _symmetry(m: Reflectance) -> dict[str, Any]:
     c, s = math.cos(1.1), math.sin(1.1)
     turn = np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
     mirror = np.array([1.0, -1.0, 1.0])
-    others = {
-        "isotropic": m.f(wi @ turn, wo @ turn),
-        "plane-symmetric": m.f(wi * mirror, wo * mirror),
-        "reciprocal": m.f(wo, wi),
-    }
-    return {name: _change(f, other) for name, other in others.items()}
+    pairs = {"isotropic": (wi @ turn, wo @ turn), "plane-symmetric": (wi * mirror, wo * mirror), "reciprocal": (wo, wi)}
+    return {name: _change(f, m.f(*pair)) for name, pair in pairs.items()}
 
 
 def _change(a: np.ndarray, b: np.ndarray) -> dict[str, float] | None:

@@ -78,18 +78,11 @@ def sampled_in_words(row: Format) -> str:
 
 def as_page(rows: Sequence[Format]) -> str:
     """docs/formats.md."""
-    table = [
-        (
-            row.name,
-            " ".join(row.suffixes),
-            "yes",
-            "its own kind" if row.own_kind else "yes" if row.written else "no",
-            sampled_in_words(row),
-            row.description,
-            row.oracle,
-        )
-        for row in rows
-    ]
+    table = []
+    for row in rows:
+        written = "its own kind" if row.own_kind else "yes" if row.written else "no"
+        suffixes, sampled = " ".join(row.suffixes), sampled_in_words(row)
+        table.append((row.name, suffixes, "yes", written, sampled, row.description, row.oracle))
     header = ("format", "suffixes", "read", "written", "sampled", "what it is", "checked against")
     sections = [f"### {row.name}\n\n{_options(row)}\n" for row in rows if row.read_options or row.write_options]
     return PAGE.format(formats=_table(header, table), options="\n".join(sections))

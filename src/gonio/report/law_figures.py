@@ -58,7 +58,8 @@ def _reciprocity(figure: Any, axes: Any, m: Reflectance) -> None:
     from matplotlib.colors import LogNorm
 
     edges = np.linspace(0.0, 90.0, 61)
-    theta = np.radians(0.5 * (edges[1:] + edges[:-1]))
+    middle = 0.5 * (edges[1:] + edges[:-1])
+    theta = np.radians(middle)
     phi = np.radians(np.arange(0.0, 360.0, 30.0)) + 0.3
     wi = direction(theta[:, None, None], np.full((1, 1, 1), 0.3))
     wo = direction(theta[None, :, None], phi[None, None, :])
@@ -66,7 +67,6 @@ def _reciprocity(figure: Any, axes: Any, m: Reflectance) -> None:
     error = difference(values(m, wi, wo), values(m, wo, wi)).max(axis=(-2, -1))
     shown = axes.pcolormesh(edges, edges, np.maximum(error, 1e-16).T, norm=LogNorm(1e-16, 2.0), cmap="viridis")
     if error.max() > reciprocity.TOLERANCE:
-        middle = 0.5 * (edges[1:] + edges[:-1])
         axes.contour(middle, middle, error.T, [reciprocity.TOLERANCE], colors=BAD, linewidths=1.2)
     beside = axes.inset_axes((1.05, 0.0, 0.06, 1.0))
     beside.set_in_layout(False)
@@ -99,8 +99,8 @@ def _isotropy(axes: Any, m: Reflectance) -> None:
     axes.set_thetagrids(np.arange(0, 360, 45), fontsize=8)
     axes.set_rticks([1.0] if top < 1.5 else [1.0, top], [""] if top < 1.5 else ["", f"{top:.2g}×"], fontsize=8)
     if axes.lines:
-        pairs_shown = {"fontsize": 8, "title": "θᵢ, θₒ, φₒ − φᵢ", "title_fontsize": 8}
-        axes.legend(**pairs_shown, loc="lower right", bbox_to_anchor=(0.0, -0.17)).set_in_layout(False)
+        small = {"fontsize": 8, "title_fontsize": 8, "loc": "lower right", "bbox_to_anchor": (0.0, -0.17)}
+        axes.legend(title="θᵢ, θₒ, φₒ − φᵢ", **small).set_in_layout(False)
     else:
         write(axes, colour=GREY)
     axes.set_title("isotropy: f as the surface turns, over its mean")
@@ -123,10 +123,9 @@ def _energy(axes: Any, m: Reflectance) -> None:
         axes.plot(degrees, L[:, c], "o", color=colour, ms=5, mfc="none", label=labels[1])
     words = f"more than arrives, up to {largest:.3g}" if largest > top else "more than arrives"
     axes.text(1.5, 0.985 * top, words, color=BAD, fontsize=9, va="top")
-    axes.set(xlim=(0, 90.5), xticks=np.arange(0, 91, 15), ylim=(min(0.0, 1.1 * low), top))
-    axes.set_xlabel("θ of the light (albedo), of the view (radiance) [°]")
+    axes.set(xlim=(0, 90.5), xticks=np.arange(0, 91, 15), xlabel="θ of the light (albedo), of the view (radiance) [°]")
+    axes.set(ylim=(min(0.0, 1.1 * low), top), title="energy and furnace: a surround of radiance 1")
     axes.legend()
-    axes.set_title("energy and furnace: a surround of radiance 1")
 
 
 def _cavity(axes: Any, m: Reflectance) -> None:
@@ -143,10 +142,10 @@ def _cavity(axes: Any, m: Reflectance) -> None:
     else:
         axes.set_ylim(0.0, max(1.12, 1.1 * high))
     axes.set(xlim=(0, len(mean) - 1), xlabel="bounces", ylabel="radiance")
+    axes.set_title("cavity: radiance 1 between two plates, by bounces")
     steady = cavity.steady(m).max()
     words = f"plates that emit 1 settle at {steady:.4g}" if np.isfinite(steady) else "plates that emit never settle"
     axes.legend(loc="lower left", title=words)
-    axes.set_title("cavity: radiance 1 between two plates, by bounces")
 
 
 def _density(axes: Any, m: Reflectance) -> None:
@@ -177,15 +176,13 @@ def _density(axes: Any, m: Reflectance) -> None:
 
 def _grazing(axes: Any, m: Reflectance) -> None:
     away = np.degrees(np.pi / 2 - np.arccos(grazing.COSINES))
-    way = grazing.ways()[0]
-    f = np.abs(grazing.along(m, way, grazing.COSINES[:, None])).max(axis=-1)
+    f = np.abs(grazing.along(m, grazing.ways()[0], grazing.COSINES[:, None])).max(axis=-1)
     top = float(f[np.isfinite(f)].max(initial=0.0))
     for k, theta in enumerate(np.degrees(grazing.OTHERS)):
         mine = f[:, k * len(grazing.AZIMUTHS) : (k + 1) * len(grazing.AZIMUTHS)]
         with np.errstate(invalid="ignore"):
             shown = np.where((mine > 1e-12 * top) & np.isfinite(mine), mine, np.nan)
-        for c in range(shown.shape[1]):
-            axes.plot(away, shown[:, c], color=LINES[k], lw=1.2, label=f"{theta:.0f}°" if c == 0 else None)
+        axes.plot(away, shown, color=LINES[k], lw=1.2)[0].set_label(f"{theta:.0f}°")
     axes.set(xscale="log", xlim=(10.0, away.min()), xlabel="light above the horizon [°]", ylabel="f cosθᵢ [1/sr]")
     if top > 0.0:
         axes.set_yscale("log")
@@ -249,6 +246,5 @@ def _efficiency(axes: Any, m: Reflectance) -> None:
         if whole:
             axes.plot(VIEWS, [r.lost for r in mine], color=BAD, lw=1.4, ls=":", label="lost")
     axes.set(xlim=(0, 90), xticks=np.arange(0, 91, 15), xlabel="θₒ [°]")
-    axes.set(ylim=(0.0, 1.05), ylabel="share of the samples")
+    axes.set(ylim=(0.0, 1.05), ylabel="share of the samples", title="how well sampling does")
     axes.legend()
-    axes.set_title("how well sampling does")

@@ -38,8 +38,7 @@ def to_dataset(
     Raises ParameterError for a material with a delta lobe or with maps.
     """
     table = m.as_grid() if isinstance(m, Measured) and resolution is None else None
-    if table is None:
-        table = on_grid(m, parameterisation, resolution)
+    table = _on_grid(m, parameterisation, resolution) if table is None else table
     return table.data.assign_attrs(provenance=dataset_layout.to_text(origin(m)))
 
 
@@ -191,11 +190,8 @@ def _text(ds: xarray.Dataset, name: str, where: str, default: str | None = None)
     return value
 
 
-def on_grid(m: Reflectance, parameterisation: str, resolution: Sequence[int] | None = None) -> Gridded:
-    """f of any reflectance on a grid of angles; NaN at pairs below the horizon.
-
-    theta_h is spaced as its square root. Raises ParameterError for a material with a delta lobe or with maps.
-    """
+def _on_grid(m: Reflectance, parameterisation: str, resolution: Sequence[int] | None = None) -> Gridded:
+    """f of any reflectance on a grid of angles; NaN at pairs below the horizon."""
     tabular_shape(m)
     system = angle_system(parameterisation)
     axes = nodes_of(system, not m.is_isotropic(), resolution, system.coarse)

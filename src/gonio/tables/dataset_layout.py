@@ -112,8 +112,8 @@ def _tagged(value: Any) -> Any:
             return {k: _tagged(v) for k, v in value.items()}
         return {f"{TAG}items": [[_tagged(k), _tagged(v)] for k, v in value.items()]}
     raise ParameterError(
-        f"{value!r:.60}: what is known about a measurement cannot be kept with it; expected numbers, text, arrays, "
-        f"and lists and dictionaries of them"
+        f"{value!r:.60}: cannot be written as metadata of a measurement; expected numbers, text, arrays, and lists and "
+        f"dictionaries of them"
     )
 
 
