@@ -447,8 +447,15 @@ def test_a_table_at_its_nodes():
     flat = gn.tabulate(gn.Lambertian([0.1, 0.9]), resolution=(4, 3, 2), channels=[1])
     np.testing.assert_allclose(flat.f(WI, WO), 0.9 / PI, rtol=1e-12)
     assert flat.error.largest < 1e-12
-    assert flat.channel_names is None
+    assert flat.channel_names == ("1",)
     assert gn.tabulate(gn.Lambertian(0.5), resolution=(4, 3, 2)).f(WI, WO).shape == (200,)
+
+
+def test_a_table_of_channels_without_names_is_a_measurement_like_any_other():
+    m = gn.tabulate(gn.Lambertian([0.5, 0.3, 0.1]), resolution=(4, 3, 2))
+    assert m.channel_names == ("R", "G", "B")
+    np.testing.assert_array_equal(gn.from_dataset(gn.to_dataset(m)).stored, m.stored)
+    np.testing.assert_array_equal(gn.repair.remove_negatives(m).stored, m.stored)
 
 
 def test_tables_without_reciprocity():

@@ -1,1 +1,1 @@
-"""Materials by name and by text, and where each is from."""
+"""Built-in materials, material expressions, and citations."""

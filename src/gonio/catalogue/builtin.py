@@ -23,10 +23,10 @@ from ..models.microfacet import Microfacet
 from ..pictures.colour import RGB_WAVELENGTHS
 
 POLISHED = 0.1
-"""Slope scale alpha of metals and dielectrics where none is asked for: visibly polished, not a mirror."""
+"""Default slope scale alpha of metals and dielectrics: visibly polished, not a mirror."""
 
 TRANSPARENT = 1e-3
-"""Extinction k below which a substance is taken as a dielectric."""
+"""Extinction k up to which a substance is a dielectric."""
 
 FIT, METAL, DIELECTRIC = "measured fit", "metal", "dielectric"
 
@@ -54,8 +54,8 @@ _FIT_SOURCE = (
     "Matusik, Pfister, Brand & McMillan 2003, doi:10.1145/882262.882343"
 )
 
-# Two metals share their name with a measured sample. The plain name is the sample's, as in the database and
-# in all of its literature; the metal goes by its symbol and as "pure-...".
+# Two metals share their name with a measured sample. The plain name means the sample, as in the database and in all of
+# its literature; the names of the metal are its symbol and "pure-...".
 _SUBSTANCES = {
     "Ag": (METAL, ("silver",), "Johnson & Christy 1972, doi:10.1103/PhysRevB.6.4370"),
     "Al": (METAL, ("pure-aluminium", "pure-aluminum"), "Rakić 1995, doi:10.1364/AO.34.004755"),
@@ -73,12 +73,8 @@ _SUBSTANCES = {
 }
 _DATABASE = "; table: Polyanskiy 2024, doi:10.1038/s41597-023-02898-2"
 
-_FIT_ALIASES = {
-    "aluminium": ("aluminum",),
-    "aventurnine": ("aventurine",),
-    "silicon-nitrade": ("silicon-nitride",),
-}
-_FAMILIES = {  # by the first word, here in order, that the name of a fit holds
+_FIT_ALIASES = {"aluminium": "aluminum", "aventurnine": "aventurine", "silicon-nitrade": "silicon-nitride"}
+_FAMILIES = {  # by the first of these words in the name of a fit
     "color-changing-paint": "colour-changing paint",
     "metallic-paint": "metallic paint",
     "two-layer": "metallic, two layers",
@@ -89,13 +85,8 @@ _FAMILIES = {  # by the first word, here in order, that the name of a fit holds
     "phenolic": "phenolic resin",
     "rubber": "rubber",
     "bball": "diffuse ball",
-    "obsidian": "polished stone",
-    "marble": "polished stone",
-    "jasper": "polished stone",
-    "aventurnine": "polished stone",
-    "hematite": "polished stone",
-    "alumina": "ceramic",
-    "nitrade": "ceramic",
+    **dict.fromkeys(("obsidian", "marble", "jasper", "aventurnine", "hematite"), "polished stone"),
+    **dict.fromkeys(("alumina", "nitrade"), "ceramic"),
     "carbide": "hard metal",
     **dict.fromkeys(("bronze", "aluminium", "brass", "chrome", "nickel", "steel", "ss440"), "metal"),
     **dict.fromkeys(("plastic", "acrylic", "delrin", "nylon", "polyethylene", "foam", "pvc", "teflon"), "plastic"),
@@ -104,28 +95,27 @@ _FAMILIES = {  # by the first word, here in order, that the name of a fit holds
 
 
 def materials() -> Entries:
-    """Every built-in material, metals, dielectrics and measured fits; `material` makes one by name."""
+    """All built-in materials: metals, dielectrics and measured fits; `material` makes one by name."""
     return Entries(_entries())
 
 
 def material(name: str, *, alpha: float | None = None, wavelengths: Any = None) -> Reflectance:
     """The built-in material of a name, an ordinary model: `material("brass")`, `material("Au", alpha=0.2)`.
 
-    A measured fit is `Lambertian(rho) + ABC(A, B, C, eta)` in linear RGB. A metal or dielectric is a
-    microfacet surface (GGX) with the exact Fresnel reflectance of its refractive index: `Conductor`, or
-    `Dielectric` where k is below 0.001 (which changes the reflectance by 1e-6). Of a dielectric this is the
-    light reflected at the surface alone, not what comes back from inside.
+    A measured fit is `Lambertian(rho) + ABC(A, B, C, eta)` in linear RGB. A metal or dielectric is a microfacet surface
+    (GGX) with the exact Fresnel reflectance of its refractive index: `Conductor`, or `Dielectric` if k is below 0.001
+    (which changes the reflectance by 1e-6). Dielectrics reflect at the surface only; light from inside is left out.
 
-    alpha        slope scale of a metal or dielectric, 0.1 if not given; 0 is a mirror, `IdealSpecular`
-    wavelengths  [nm] of the channels of a metal or dielectric, interpolated linearly in the table; a number
-                 gives no channel axis. Not given: 630, 532 and 465 nm, which stand for linear RGB.
+    alpha        slope scale of a metal or dielectric, by default 0.1; 0 is a mirror, `IdealSpecular`
+    wavelengths  [nm] of the channels of a metal or dielectric, interpolated linearly in the table; a number gives no
+                 channel axis. By default 630, 532 and 465 nm, for linear RGB.
 
-    Case does not matter, spaces and underscores are hyphens, and substances go by their symbols too.
-    `aluminium` and `nickel` are the measured samples; the metals by refractive index are `pure-aluminium` or
-    `Al`, and `pure-nickel` or `Ni`.
+    Case does not matter, spaces and underscores count as hyphens, and symbols name substances too. `aluminium` and
+    `nickel` are the measured samples; the metals by refractive index are `pure-aluminium` or `Al`, and `pure-nickel` or
+    `Ni`.
 
-    Raises NotFoundError for an unknown name; ParameterError for wavelengths outside the table (nothing is
-    extrapolated) and for options on a measured fit, which has none.
+    Raises NotFoundError for an unknown name; ParameterError for wavelengths outside the table (nothing is extrapolated)
+    and for options of a measured fit, which has none.
     """
     entry = find(name)
     if entry is None:
@@ -138,7 +128,8 @@ def material(name: str, *, alpha: float | None = None, wavelengths: Any = None) 
                 f"material({name!r}): a measured fit has no options alpha and wavelengths; change it by "
                 f"replace(...){other}"
             )
-        return _fit(entry)
+        r = _fits()[entry.name]
+        return Lambertian(r[:3]) + ABC(r[3:6], r[6], r[7], r[8]).with_notes(numbers_from=entry.source)
     return _polished(entry, POLISHED if alpha is None else alpha, wavelengths)
 
 
@@ -148,11 +139,11 @@ def find(name: str) -> Entry | None:
 
 
 def hint(name: str) -> str:
-    """What to say after an unknown name: "; nearest: gold, ...", or nothing if no name is like it."""
+    """A hint after an unknown name: "; nearest: gold, ...", or "" if no name is similar."""
     plain, by_name = _plain(name), _by_name()
-    like = difflib.get_close_matches(plain, by_name, n=5, cutoff=0.6)
-    like += [k for k in by_name if plain and (plain in k or k in plain.split("-"))]
-    names = list(dict.fromkeys(by_name[k].name for k in like))[:4]
+    similar = difflib.get_close_matches(plain, by_name, n=5, cutoff=0.6)
+    similar += [k for k in by_name if plain and (plain in k or k in plain.split("-"))]
+    names = list(dict.fromkeys(by_name[k].name for k in similar))[:4]
     return f"; nearest: {', '.join(names)}" if names else ""
 
 
@@ -160,12 +151,12 @@ def refractive_index(substance: str, wavelengths: Any) -> tuple[Any, Any]:
     """Refractive index n and extinction k of a substance, n + ik, by name or symbol ("gold", "Au").
 
     Shapes   wavelengths: any; n, k: the same.
-    Units    wavelengths: nm, in vacuum or air as the source has them; n, k: 1.
-    Error    that of the measurement: about 0.02 in n for metals. Linear interpolation between the table's
-             rows adds at most 1e-5 for H2O, MgF2, SiO2.
+    Units    wavelengths: nm, in vacuum or air as in the source; n, k: 1.
+    Error    that of the measurement: about 0.02 in n for metals. Linear interpolation between the rows of the table
+             adds at most 1e-5 for H2O, MgF2, SiO2.
     Source   per substance, see `materials`; database: Polyanskiy 2024, doi:10.1038/s41597-023-02898-2.
 
-    Raises NotFoundError for a name that is no substance, ParameterError outside the table's range.
+    Raises NotFoundError for a name that is no substance, ParameterError outside the range of the table.
     """
     entry = find(substance)
     if entry is None or entry.kind == FIT:
@@ -185,11 +176,6 @@ def refractive_index(substance: str, wavelengths: Any) -> tuple[Any, Any]:
         )
     n, k = (np.interp(at, table[:, 0], column) for column in (table[:, 1], table[:, 2]))
     return (n, k) if at.ndim else (float(n), float(k))
-
-
-def _fit(entry: Entry) -> Reflectance:
-    r = _fits()[entry.name]
-    return Lambertian(r[:3]) + ABC(r[3:6], r[6], r[7], r[8]).with_notes(numbers_from=entry.source)
 
 
 def _polished(entry: Entry, alpha: Any, wavelengths: Any) -> Reflectance:
@@ -217,15 +203,16 @@ def _symbol(entry: Entry) -> str:
 def _entries() -> tuple[Entry, ...]:
     entries = []
     for symbol, (kind, (name, *aliases), source) in _SUBSTANCES.items():
-        about = f"{symbol}, by {'complex ' if kind == METAL else ''}refractive index"
-        entries.append(Entry(name, kind, about, source + _DATABASE, (symbol, *aliases)))
+        description = f"{symbol}, by {'complex ' if kind == METAL else ''}refractive index"
+        entries.append(Entry(name, kind, description, source + _DATABASE, (symbol, *aliases)))
     entries.sort(key=lambda e: (e.kind != METAL, e.name))
     pure = {e.name.removeprefix("pure-"): e.name for e in entries if e.name.startswith("pure-")}
     for name in _fits():
-        about = next(family for word, family in _FAMILIES.items() if word in name)
+        description = next(family for word, family in _FAMILIES.items() if word in name)
         if name in pure:
-            about += f"; as an ideal metal: {pure[name]}"
-        entries.append(Entry(name, FIT, about, _FIT_SOURCE, _FIT_ALIASES.get(name, ())))
+            description += f"; as an ideal metal: {pure[name]}"
+        respelled = (_FIT_ALIASES[name],) if name in _FIT_ALIASES else ()
+        entries.append(Entry(name, FIT, description, _FIT_SOURCE, respelled))
     return tuple(entries)
 
 
@@ -235,7 +222,7 @@ def _by_name() -> dict[str, Entry]:
 
 
 def _rows(file: str) -> list[list[str]]:
-    """The rows of a table of the package without comments and header, cut at tabs."""
+    """The rows of a table of the package, split at tabs, without comments and header."""
     text = (resources.files("gonio") / "data" / file).read_text(encoding="utf-8")
     return [line.split("\t") for line in text.splitlines() if line and not line.startswith("#")][1:]
 

@@ -1,8 +1,8 @@
-"""What to cite: BibTeX for the sources of a material, of its pieces and of its numbers.
+"""Citations: BibTeX for the sources of a material, of its pieces and of its numbers.
 
-The "Source" part of a class's docstring names its papers ("Walter et al. 2007"), and so does the origin of a
-built-in material; `data/references.bib` holds the entry of each under the same words (`cited = {...}`). A
-source without entry is passed on as it is written.
+The "Source" part of a class's docstring names its papers ("Walter et al. 2007"), and so does the source of a built-in
+material; `data/references.bib` has an entry for each under the same words (`cited = {...}`). A source without entry is
+quoted as it is.
 """
 
 from __future__ import annotations
@@ -26,12 +26,12 @@ from . import builtin
 
 
 def cite(m: Any) -> str:
-    """BibTeX entries for all that a material rests on, and for gonio; a comment says what each is for.
+    """BibTeX entries for all sources of a material, and for gonio, with comments that name the user of each source.
 
-    `m` is a material, a piece of one such as a light or a distribution, the name of a built-in material, or
-    the name of a class ("GGX"). Raises NotFoundError for an unknown name.
+    `m` is a material, a piece of one such as a light or a distribution, the name of a built-in material, or the name of
+    a class ("GGX"). Raises NotFoundError for an unknown name.
     """
-    uses: dict[str, list[str]] = {}  # entry or text -> names of what rests on it
+    uses: dict[str, list[str]] = {}  # entry or text -> names of its users
     for name, source in _named(m):
         entries = [entry for phrase, entry in _entries().items() if phrase in source]
         for entry in entries or [_without_entry(name, source)]:

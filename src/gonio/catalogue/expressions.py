@@ -1,8 +1,8 @@
 """Material expressions, parsed and never executed: `0.2 * Lambertian(0.5) + Microfacet(GGX(0.1), 0.9)`.
 
-An expression is made of constructors of models and their pieces with positional and keyword arguments,
-numbers, lists of numbers, words in quotes, `+`, `*`, parentheses, `material("name")` and, where the caller allows
-files, `load("path")`; `gn.` before a name is read over. Numbers may be computed with + - * / and `pi`.
+An expression consists of constructors of models and their pieces with positional and keyword arguments, numbers, lists
+of numbers, words in quotes, `+`, `*`, parentheses, `material("name")` and, if the caller allows files, `load("path")`;
+`gn.` before a name is ignored. Numbers may be computed with + - * / and `pi`.
 """
 
 from __future__ import annotations
@@ -36,17 +36,18 @@ _FUNCTIONS: dict[str, Callable[..., Any]] = {"load": load, "material": material}
 
 
 def expression(text: str, files: bool = False) -> Reflectance:
-    """The reflectance that an expression describes: `expression(repr(m)) == m`, of a measurement with `files=True`.
+    """The reflectance that an expression describes: `expression(repr(m)) == m`, for a measurement with `files=True`.
 
-    Nothing is executed: names stand for gonio's classes only. `files`: whether `load("path")` and paths of pictures in
-    it open files, as on the command line; not for texts of strangers, who learn by it which files there are.
-    Raises ExpressionError that says the column, what stands there and what was expected; ParameterError where a value
-    is out of its bounds; of a file that it names NotFoundError or FormatError, which say nothing of its content.
+    Nothing is executed: names stand for gonio's classes only. `files`: whether `load("path")` and paths of pictures may
+    open files, as on the command line; not for texts of strangers, who would learn which files exist.
+    Raises ExpressionError with the column, the text there and the expected text; ParameterError for a value out of its
+    bounds; for a file NotFoundError or FormatError, which reveal nothing of its content.
     """
     value = read(text, files=files)
     if not isinstance(value, Reflectance):
         kind = type(value).__name__ if isinstance(value, Parametrised) else describe(value)
-        raise ExpressionError(f"{_short(text)}: {kind}, expected a reflectance such as Lambertian(0.5)")
+        shown = repr(text if len(text) <= 60 else text[:57] + "...")
+        raise ExpressionError(f"{shown}: {kind}, expected a reflectance such as Lambertian(0.5)")
     return value
 
 
@@ -69,16 +70,12 @@ def describe(value: Any) -> str:
     return f"a {type(value).__name__}"
 
 
-def _short(text: str) -> str:
-    return repr(text if len(text) <= 60 else text[:57] + "...")
-
-
 def _opened(make: Callable[..., Any], arguments: list[Any], named: dict[str, Any]) -> list[str]:
     """The paths of the files that a call opens."""
     if isinstance(make, type) and issubclass(make, Parametrised):
         return make.files_among(arguments, named)
-    given = [*arguments, *named.values()] if make is load else []
-    return [path for path in given[:1] if isinstance(path, str)]
+    first = [*arguments, *named.values()][:1] if make is load else []
+    return [path for path in first if isinstance(path, str)]
 
 
 class _Reader:
@@ -96,16 +93,13 @@ class _Reader:
         self._check_nesting()
         try:
             with warnings.catch_warnings():
-                warnings.simplefilter("ignore")  # of what Python would make of the text
+                warnings.simplefilter("ignore")  # Python's own, about the text
                 body = ast.parse(self.text, mode="eval").body
         except SyntaxError as error:
             column = error.offset or 1
             self._fail(column, f"{error.msg}; expected an expression such as 0.5 * Lambertian(0.2) + Phong(0.1, 20)")
         except (ValueError, MemoryError, RecursionError) as error:
-            self._fail(
-                1,
-                f"cannot be read ({error or type(error).__name__}); expected printable text and less nesting",
-            )
+            self._fail(1, f"cannot be read ({error or type(error).__name__}); expected printable text and less nesting")
         return self._value(body, 0)
 
     def _check_nesting(self) -> None:
@@ -116,7 +110,7 @@ class _Reader:
                 self._fail(column, f"brackets nested more than {MAX_DEPTH} deep")
 
     def _fail(self, where: int | ast.AST, what: str) -> NoReturn:
-        """Raise the error; its first line says all, two more show the place."""
+        """Raises the error; its first line is complete, two more show the place."""
         if isinstance(where, ast.AST):
             start = getattr(where, "col_offset", 0)  # in bytes
             where = len(self.text.encode()[:start].decode(errors="ignore")) + 1
@@ -229,7 +223,7 @@ class _Reader:
         except DependencyError:
             raise
         except Error as error:
-            if opened and os.path.exists(opened[0]):  # who may not read a file learns nothing of what is in it
+            if opened and os.path.exists(opened[0]):  # nothing of the content, for those who may not read the file
                 what = "is of no known format, damaged, or lacks what was asked for; `gonio info` of it says more"
                 raise type(error)(f"{name}(...): the file {opened[0]!r:.200} {what}") from None
             raise

@@ -1,1 +1,1 @@
-"""From one format, or from any reflectance, to a table or a file, with what that costs."""
+"""Any reflectance as a table, or as a file of another format, with the error of the conversion."""

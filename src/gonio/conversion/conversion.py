@@ -1,4 +1,4 @@
-"""From one file format to another, with a report of what that changed and lost: `gonio.convert`."""
+"""Conversion of file formats with a report of changes and losses: `gonio.convert`."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ from .comparison import Channels, ResamplingError, lattice_pairs, resampling_err
 
 @dataclass(frozen=True)
 class Conversion:
-    """What `convert` wrote, and what it differs from its source by.
+    """A report of `convert`: the file, and its difference from the source.
 
-    error      of the file, read again, against the source; None where they have no channel in common
-    channels   names or wavelengths [nm] of the source and of the file; None for one that has no name
-    lost       what the file does not hold, name -> what it was
-    gained     what it holds and the source did not
+    error      of the file, read again, against the source; None if they have no channel in common
+    channels   names or wavelengths [nm] of the source and of the file; None for one without names
+    lost       content of the source that the file lacks, name -> description
+    gained     content of the file that the source lacks
     made       the file, read again
     """
 
@@ -41,14 +41,14 @@ class Conversion:
 
     def to_json(self) -> dict[str, Any]:
         """As JSON data, without `made`; angles in radians."""
-        held = {name: value for name, value in vars(self).items() if name != "made"}
+        report = {name: value for name, value in vars(self).items() if name != "made"}
         error = None if self.error is None else self.error._asdict()
-        return {**held, "error": error, "channels": [None if c is None else list(c) for c in self.channels]}
+        return {**report, "error": error, "channels": [None if c is None else list(c) for c in self.channels]}
 
     def rows(self) -> list[tuple[str, str]]:
         """The report as pairs of a word and a text."""
-        return [*_error_rows(self.error), *(labelled("lost", self.lost) or [("lost", "nothing else")]),
-                *labelled("added", self.gained)]  # fmt: skip
+        lost = labelled("lost", self.lost) or [("lost", "nothing else")]
+        return [*_error_rows(self.error), *lost, *labelled("added", self.gained)]
 
     def __str__(self) -> str:
         head = f"{self.path}: {self.material:.80} as {self.format}"
@@ -71,35 +71,35 @@ def _error_rows(error: ResamplingError | None) -> list[tuple[str, str]]:
     ]
 
 
-def labelled(label: str, held: dict[str, str]) -> list[tuple[str, str]]:
-    """A row for each text, of which the first has the label."""
-    return [("" if k else label, f"{name}: {text}") for k, (name, text) in enumerate(held.items())]
+def labelled(label: str, texts: dict[str, str]) -> list[tuple[str, str]]:
+    """A row for each text, the first one with the label."""
+    return [("" if k else label, f"{name}: {text}") for k, (name, text) in enumerate(texts.items())]
 
 
 def percent(x: float) -> str:
-    """A share to two digits."""
+    """A share in percent, with two digits."""
     return f"{100.0 * x:.2g} %"
 
 
 def convert(m: Reflectance, path: str | os.PathLike, format: str | None = None, **options: Any) -> Conversion:
-    """Save a reflectance in a format, load it again, and report what that changed and lost.
+    """Save a reflectance in a format, load it again, and report changes and losses.
 
-    `format` and `options` as for `gonio.save`. The report is measured: 32768 pairs of directions with cosines above
-    0.1, and albedos. Raises what `save` raises; then nothing is written.
+    `format` and `options` as for `gonio.save`. The report is measured at 32768 pairs of directions with cosines above
+    0.1, and in albedos. Raises what `save` raises; then nothing is written.
     """
     path = Path(path)
     module = writer(path, format)
     save(m, path, module.NAME, **options)
     made = load(path)
     names = _names(m), _names(made)
-    pairs = _colours(m, made, names) or _common(*names)
+    compared = _colours(*names) or _common(*names)
     lost, gained = _differences(m, made)
     return Conversion(
         material=repr(m),
         path=str(path),
         format=module.NAME,
         bytes=size_of(path),
-        error=resampling_error(m, made, *pairs) if pairs else None,
+        error=resampling_error(m, made, *compared) if compared else None,
         channels=names,
         lost=lost,
         gained=gained,
@@ -113,35 +113,34 @@ def size_of(path: Path) -> int:
 
 
 def _names(m: Reflectance) -> tuple | None:
-    """Names of the channels, or None of the only one; three without names are R, G and B."""
-    count = m.channels
-    if m.channel_names is not None or count is None:
+    """Names of the channels, or None of a single one; three without names are R, G and B."""
+    count = m.channels or 1
+    if m.channel_names is not None or count == 1:
         return m.channel_names
-    return ("R", "G", "B") if count == 3 else tuple(range(count)) if count > 1 else None
+    return ("R", "G", "B") if count == 3 else tuple(range(count))
 
 
 COLOURS = {("R", "G", "B"), XYZ, RELATIVE_XYZ}
 
 
-def _colours(m: Reflectance, made: Reflectance, names: tuple[Any, Any]) -> tuple[Channels, Channels] | None:
-    """Matrices that make linear sRGB of both, where they are colours of different kinds; else None."""
-    if not {*names} <= COLOURS or names[0] == names[1]:
+def _colours(before: tuple | None, after: tuple | None) -> tuple[Channels, Channels] | None:
+    """Matrices that convert both to linear sRGB, if they are colours of different kinds; else None."""
+    if before == after or not {before, after} <= COLOURS:
         return None
-    first, second = (np.eye(3) if matrix is None else matrix.T for matrix in map(rgb_of, names))
+    first, second = (np.eye(3) if matrix is None else matrix.T for matrix in map(rgb_of, (before, after)))
     return first, second
 
 
 def _common(before: tuple | None, after: tuple | None) -> tuple[Channels, Channels] | None:
-    """The channels to compare: of the same name, or every one with an only one; None if there are none."""
-    count, made = len(before or (0,)), len(after or (0,))
-    if before is None or after is None or 1 in (count, made):
-        return list(range(count)), list(range(made))
-    of = [i for i, name in enumerate(before) if _place(name, after) is not None]
-    return (of, [_place(before[i], after) or 0 for i in of]) if of else None
+    """Numbers of the channels to compare: of equal names, or a single one with all; None if there are none."""
+    if before is None or after is None or 1 in (len(before), len(after)):
+        return list(range(len(before or (0,)))), list(range(len(after or (0,))))
+    pairs = [(i, k) for i, name in enumerate(before) if (k := _place(name, after)) is not None]
+    return ([i for i, _ in pairs], [k for _, k in pairs]) if pairs else None
 
 
 def _place(name: Any, names: tuple) -> int | None:
-    """Where a channel is among others: wavelengths agree to the digits of single precision."""
+    """The number of a channel among others; wavelengths agree to the digits of single precision."""
     for i, other in enumerate(names):
         numbers = isinstance(name, (int, float)) and isinstance(other, (int, float))
         if name == other or (numbers and math.isclose(name, other, rel_tol=1e-6)):
@@ -150,7 +149,7 @@ def _place(name: Any, names: tuple) -> int | None:
 
 
 def _differences(m: Reflectance, made: Reflectance) -> tuple[dict[str, str], dict[str, str]]:
-    """What the file lacks and what it adds."""
+    """Content that the file lacks, and content that it adds."""
     lost: dict[str, str] = {}
     gained: dict[str, str] = {}
     if not isinstance(m, Measured) and isinstance(made, Measured):
@@ -162,18 +161,14 @@ def _differences(m: Reflectance, made: Reflectance) -> tuple[dict[str, str], dic
             lost[name] = what
     if isinstance(m, Measured):
         about = made.about if isinstance(made, Measured) else {}
-        missing = [name for name, value in m.about.items() if name not in about or not _same(about[name], value)]
+        missing = [name for name, value in m.about.items() if name not in about or str(about[name]) != str(value)]
         if missing:
             lost["metadata"] = ", ".join(missing)
-        if m.provenance and ORIGIN not in getattr(made, "provenance", {}) and not _again(m, made):
+        provenance = getattr(made, "provenance", {})
+        same_bytes = "sha256" in m.provenance and provenance.get("sha256") == m.provenance["sha256"]
+        if m.provenance and ORIGIN not in provenance and not same_bytes:
             lost["provenance"] = f"that it was {in_words(m.provenance)}"
     return lost, gained
-
-
-def _again(m: Measured, made: Reflectance) -> bool:
-    """Whether the file is the one it was made from, byte by byte."""
-    digest = m.provenance.get("sha256")
-    return isinstance(made, Measured) and digest is not None and made.provenance.get("sha256") == digest
 
 
 def _channels(before: tuple | None, after: tuple | None, lost: dict[str, str], gained: dict[str, str]) -> None:
@@ -196,7 +191,3 @@ def _holes(m: Reflectance, made: Reflectance, lost: dict[str, str], gained: dict
         lost["holes"] = f"{percent(filled)} of all pairs of directions had no data and have values now"
     if opened := float((before & ~after).mean()):
         lost["data"] = f"{percent(opened)} of all pairs of directions had a value and have none now"
-
-
-def _same(a: Any, b: Any) -> bool:
-    return str(a) == str(b)

@@ -1,11 +1,11 @@
-"""Repairs of measurements: each an operation that is asked for by name, and reports what it did.
+"""Repairs of measurements: functions that change a measurement on request, and report the change.
 
     m = gn.repair.fill_holes(m, "smooth")
     print(m.repairs[-1])       # cells, share, largest and mean change of f, albedo before and after, figures
 
 Every function takes a Gridded measurement and returns a new one, with one more `Repair` in its history, `m.repairs`.
 `resample` takes any reflectance, `merge_scans` several measurements. Standard uncertainties are propagated as those of
-independent errors, where nothing else is said. Nothing is ever repaired without being asked for.
+independent errors, if a function does not say otherwise. gonio never repairs anything without being asked.
 """
 
 from __future__ import annotations

@@ -1,9 +1,9 @@
-"""A gridded measurement as arrays of f at its nodes, and back: what every repair starts and ends with."""
+"""A gridded measurement as arrays of f at its nodes, and back: the first and the last step of every repair."""
 
 from __future__ import annotations
 
 import warnings
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from typing import Any
 
 import numpy as np
@@ -16,21 +16,27 @@ from ..base.quantities import from_brdf
 from ..errors import MissingDataWarning, ParameterError, ToleranceWarning
 from ..integrals.over_directions import integrate
 from ..tables.gridded import Gridded
-from ..tables.nodes import above
+from ..tables.nodes import above, with_channels
 from ..tables.scattered import Scattered
 
 ALBEDO_TOLERANCE = 1e-3
 BATCH = 1 << 20
-"""How many pairs are evaluated at a time."""
-
+"""Number of pairs that are evaluated at a time."""
 
 ROUNDING = 1e-14
 """Relative change of f up to which a cell counts as unchanged."""
 
 
-class Cells:
-    """f [1/sr] (grid..., C) at the nodes of a measurement, its standard uncertainty or None, and where the nodes are.
+def expect_one_of(words: Collection[str], argument: str, value: object) -> None:
+    """Raises ParameterError for a value that is none of the words."""
+    if value not in words:
+        raise ParameterError(f"{argument}={value!r}: expected one of {', '.join(map(repr, words))}")
 
+
+class Cells:
+    """A measurement `m` on a grid: f and u [1/sr] (grid..., C) at its nodes, and the directions wi and wo of these.
+
+    u       standard uncertainty of f, or None
     up      (grid...), whether both directions of a node are above the horizon
     wraps   for each axis, whether it closes to a circle
     """
@@ -47,13 +53,9 @@ class Cells:
         self.m, self.nodes = grid, list(grid.axes.values())
         self.wi, self.wo = grid.directions()
         self.up = above(self.wi, self.wo)
-        self.f = self.with_channels(grid.brdf())
+        self.f = with_channels(grid.brdf(), len(self.nodes))
         u = grid.brdf_uncertainty()
-        self.u = None if u is None else self.with_channels(u)
-
-    def with_channels(self, values: np.ndarray) -> np.ndarray:
-        """Values with a channel axis, where there is none."""
-        return values if self.m.channel_names is not None else values[..., None]
+        self.u = None if u is None else with_channels(u, len(self.nodes))
 
     @property
     def grid(self) -> tuple[int, ...]:
@@ -78,16 +80,17 @@ class Cells:
     ) -> Gridded:
         """The measurement with other f and uncertainties at the same nodes; cells that do not change stay as stored.
 
-        `before`: what it is a repair of, if not of this measurement itself.
+        `before`: the measurement that is repaired, if not this one itself.
         """
         changed = ~((f == self.f) | (np.isnan(f) & np.isnan(self.f)))
         cosines = (self.wi[..., 2, None], self.wo[..., 2, None])
-        stored = np.where(changed, from_brdf(self.m.quantity, f, *cosines), self.with_channels(self.m.stored))
-        made = like(self.m, self.m.axes, stored, None if u is None else from_brdf(self.m.quantity, u, *cosines))
-        return reported(made, before or self.m, operation, parameters, self.changes(f), figures)
+        stored = with_channels(self.m.stored, len(self.nodes))
+        stored = np.where(changed, from_brdf(self.m.quantity, f, *cosines), stored)
+        after = like(self.m, self.m.axes, stored, None if u is None else from_brdf(self.m.quantity, u, *cosines))
+        return reported(after, before or self.m, operation, parameters, self.changes(f), figures)
 
     def changes(self, f: np.ndarray) -> dict[str, Any]:
-        """How many cells above the horizon have another value than before, or one for the first time, and by how much.
+        """Number of cells above the horizon whose value changed, appeared or vanished, and the size of the changes.
 
         A cell counts once, whatever the number of its channels.
         """
@@ -122,26 +125,33 @@ def like(
     return m.with_table(stored, uncertainty, **{"axes": axes, "path": "", "about": about, **other})
 
 
+def changes_of_all(cells: int, share: float, differences: np.ndarray) -> dict[str, Any]:
+    """What `Cells.changes` counts, of a new grid: all its cells have changed, by `differences` of f."""
+    off = np.abs(differences)
+    off = {"largest": float(np.nanmax(off, initial=0.0)), "mean": float(np.nanmean(off)) if off.size else 0.0}
+    return {"cells": cells, "share": share, "filled": 0, **off}
+
+
 def reported(
-    made: Gridded,
+    after: Gridded,
     before: Measured | None,
     operation: str,
     parameters: Mapping[str, Any],
     changes: Mapping[str, Any],
     figures: Mapping[str, float] | None = None,
 ) -> Gridded:
-    """The measurement with one more record in its history, after those of the one it was made of."""
+    """The measurement `after` a repair, with the history of the one `before` and one more record."""
     record = Repair(
         operation,
         {name: np.asarray(x).tolist() for name, x in parameters.items()},
         **changes,
         albedo_before=None if before is None else black_sky(before),
-        albedo_after=black_sky(made),
+        albedo_after=black_sky(after),
         figures=dict(figures or {}),
     )
     history = [] if before is None else list(before.about.get("repairs", ()))
-    from_ = made.provenance if before is None else derived(before)
-    return made.with_notes(about={**made.about, "repairs": [*history, record.to_json()]}, provenance=from_)
+    provenance = after.provenance if before is None else derived(before)
+    return after.with_notes(about={**after.about, "repairs": [*history, record.to_json()]}, provenance=provenance)
 
 
 def black_sky(m: Any) -> tuple[float, ...]:
@@ -151,33 +161,25 @@ def black_sky(m: Any) -> tuple[float, ...]:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", MissingDataWarning)
         warnings.simplefilter("ignore", ToleranceWarning)
-        found = integrate(m, direction(np.radians(ALBEDO_AT), 0.0), ALBEDO_TOLERANCE)
-    return tuple(float(x) for x in found.reshape(len(ALBEDO_AT), -1).mean(axis=-1))
+        albedos = integrate(m, direction(np.radians(ALBEDO_AT), 0.0), ALBEDO_TOLERANCE)
+    return tuple(map(float, albedos.reshape(len(ALBEDO_AT), -1).mean(axis=-1)))
 
 
 def evaluated(m: Any, wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
-    """f (..., C) of any reflectance at pairs (..., 3), with a channel axis in any case."""
+    """f (..., C) of any reflectance at pairs (..., 3), always with a channel axis."""
     shape = np.broadcast_shapes(wi.shape, wo.shape)[:-1]
     flat = [np.broadcast_to(w, (*shape, 3)).reshape(-1, 3) for w in (wi, wo)]
     parts = [m.f(flat[0][k : k + BATCH], flat[1][k : k + BATCH]) for k in range(0, max(len(flat[0]), 1), BATCH)]
-    found = np.concatenate(parts)
-    return found.reshape(*shape, found.shape[1] if found.ndim > 1 else 1)
+    f = with_channels(np.concatenate(parts), 1)
+    return f.reshape(*shape, f.shape[1])
 
 
 class Values(Gridded):
-    """Any numbers (grid..., n) on the grid of a measurement, to be interpolated as its f are and never sampled."""
+    """Any numbers (grid..., n) on the grid of a measurement, interpolated like its f and never sampled."""
 
     def __init__(self, m: Gridded, values: np.ndarray):
-        super().__init__(
-            m.parameterisation,
-            m.axes,
-            values,
-            channels=range(values.shape[-1]),
-            mirrored=m.is_mirrored,
-            periods=m.periods,
-            interpolation=m.interpolation,
-            outside=m.outside,
-        )
+        other = {"channels": range(values.shape[-1]), "quantity": "brdf", "path": "", "about": None}
+        super().__init__(values=values, **{**m._arguments(), **other})
 
     def _keep(self) -> Any:
         return self._looked_up()  # without the tables of sampling, which take longer than all else
@@ -191,13 +193,17 @@ def variances(m: Gridded) -> Values:
     """
     u = m.brdf_uncertainty()
     assert u is not None
-    return Values(m, u**2 if m.channel_names is not None else u[..., None] ** 2)
+    return Values(m, with_channels(u, len(m.axes)) ** 2)
 
 
-def relative(found: np.ndarray, true: np.ndarray, of: np.ndarray) -> np.ndarray:
-    """|found - true| over |true|, or over a thousandth of the mean |f| of a table where that is larger."""
-    floor = 1e-3 * float(np.nanmean(np.abs(of))) + 1e-300
-    return np.abs(found - true) / np.maximum(np.abs(true), floor)
+def floor(f: np.ndarray) -> float:
+    """A thousandth of the mean |f| of a table: smaller f have relative differences to this instead."""
+    return 1e-3 * float(np.nanmean(np.abs(f))) + 1e-300
+
+
+def relative(f: np.ndarray, true: np.ndarray, table: np.ndarray) -> np.ndarray:
+    """|f - true| over |true|, or over the `floor` of a table where that is larger."""
+    return np.abs(f - true) / np.maximum(np.abs(true), floor(table))
 
 
 def spread(differences: np.ndarray) -> tuple[float, float]:

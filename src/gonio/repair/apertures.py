@@ -1,4 +1,4 @@
-"""Finite apertures: what an instrument measures whose detector and source are no points, and the way back."""
+"""Finite apertures: readings of an instrument whose detector and source are no points, and the way back."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from ..base.reflectance import Reflectance
 from ..errors import ParameterError
 from ..formula.direction import HORIZON
 from ..tables.gridded import Gridded
-from ._cells import BATCH, Cells, Values, evaluated, spread
+from ._cells import BATCH, Cells, Values, evaluated, expect_one_of, relative, spread
 
 Opening = float | tuple[float, float]
-"""Half-angle [rad] of a round aperture; those along theta and across of a rectangular one; 0: a point."""
+"""Half-angle [rad] of a round aperture, or half-angles along theta and across of a rectangular one; 0: a point."""
 
 HORIZONS = ("visible", "full")
 METHODS = ("van_cittert", "richardson_lucy")
@@ -33,18 +33,18 @@ def through_aperture(
     horizon: str = "visible",
     rings: int = 4,
 ) -> np.ndarray:
-    """What an instrument with these apertures measures at pairs of directions, which are those of their centres.
+    """The reading of an instrument with these apertures at pairs of directions, the directions of their centres.
 
     The mean of f, weighted by the cosines, over the solid angles of detector (around wo) and source (around wi):
-    the power that a detector of even sensitivity collects, over what a Lambertian surface would send there.
+    the power on a detector of even sensitivity, over the power from a Lambertian surface.
 
-    horizon   "visible": over the parts above the horizon, so that a Lambertian surface measures the same everywhere.
-              "full": over the projected solid angle of the whole apertures, Omega cos(theta), as instruments do whose
-              software knows nothing of the horizon: readings rise without bound towards it, because what is left of
-              an aperture there (vignetting) does not go to 0, and the cosine of its centre does
+    horizon   "visible": mean over the parts above the horizon; a Lambertian surface has the same reading everywhere.
+              "full": mean over the projected solid angle of the whole apertures, Omega cos(theta), as by instruments
+              whose software ignores the horizon. Readings rise without bound towards it, because the visible part of
+              an aperture (vignetting) does not go to 0 there, and the cosine of its centre does
     rings     of points over an aperture: 3 rings^2 points of a round one, 4 rings^2 of a rectangular one
 
-    Where f has no value in more than half of the apertures' weight the result is NaN, else the mean of the rest.
+    If f has no value in more than half of the apertures' weight the result is NaN, else the mean of the rest.
 
     Shapes   wi, wo: (..., 3); result (...), or (..., C).
     Units    1/sr; half-angles in rad.
@@ -56,8 +56,9 @@ def through_aperture(
     wi, wo = (np.asarray(w, dtype=float) for w in (wi, wo))
     shape = np.broadcast_shapes(wi.shape, wo.shape)[:-1]
     a, b = (np.broadcast_to(w, (*shape, 3)).reshape(-1, 3) for w in (wi, wo))
-    found = _through(m, a, b, _points(detector, rings), _points(source, rings), _checked(horizon))
-    return found.reshape(shape) if m.channels is None else found.reshape(*shape, -1)
+    expect_one_of(HORIZONS, "horizon", horizon)
+    mean = _through(m, a, b, _points(detector, rings), _points(source, rings), horizon)
+    return mean.reshape(shape) if m.channels is None else mean.reshape(*shape, -1)
 
 
 def aperture_averaged(
@@ -67,14 +68,20 @@ def aperture_averaged(
 
     Detector and source are applied one after the other, with a table between. Errors of the nodes are taken as fully
     correlated within an aperture: the uncertainty is the mean one, an upper bound. `figures`: "relative_rms",
-    "relative_largest", of the change; "cut", how many cells have an aperture that the horizon cuts.
+    "relative_largest", of the change; "cut", the number of cells with an aperture that the horizon cuts.
     """
     cells = Cells(m)
     blur = _Blur(m, detector, source, horizon, rings)
     f = blur(cells.f)
     u = None if cells.u is None else blur(cells.u)
-    rms, largest = spread(np.abs(f - cells.f)[cells.up] / _floored(cells.f[cells.up]))
-    figures = {"relative_rms": rms, "relative_largest": largest, "cut": _cut(cells, detector, source)}
+    before = cells.f[cells.up]
+    rms, largest = spread(relative(f[cells.up], before, before))
+    low = [
+        angles(w)[0] + float(np.max(half_angle)) > 0.5 * math.pi
+        for w, half_angle in ((cells.wo, detector), (cells.wi, source))
+    ]
+    cut = int((np.any(low, axis=0) & cells.up).sum())
+    figures = {"relative_rms": rms, "relative_largest": largest, "cut": cut}
     return cells.repaired("aperture_averaged", blur.parameters, f, u, figures)
 
 
@@ -87,7 +94,7 @@ def aperture_removed(
     horizon: str = "visible",
     rings: int = 4,
 ) -> Gridded:
-    """An estimate of what an instrument with point-like apertures would have measured: `aperture_averaged` undone.
+    """An estimate of the table that point-like apertures would have measured: the inverse of `aperture_averaged`.
 
     van_cittert       f <- f + (g - A f), with g the table and A the average over the apertures; linear, keeps the mean
                       of the noise, may give negative values
@@ -95,15 +102,14 @@ def aperture_removed(
                       stands for its transpose
 
     Each step sharpens, and raises the noise. One step of van Cittert removes the error of first order. With
-    uncertainties the steps end once mean (g - A f)^2/u^2 is 2 or less: noise alone leaves 1, and what else is left is
-    no more than that (the discrepancy principle). Detail smaller than the aperture does not come back.
+    uncertainties the steps end once mean (g - A f)^2/u^2 is 2 or less: noise alone leaves 1, and other errors are then
+    no larger (the discrepancy principle). Detail smaller than the aperture does not come back.
 
     `figures`: "steps"; "residual_before", "residual": root mean square of g - A f, relative to that of g, for f = g and
-    at the end; "noise", by how much the mean uncertainty has grown. Uncertainties are propagated by repeating the steps
-    on 16 copies of g with independent normal errors (the same every time), good to 18 % in a cell.
+    at the end; "noise", the factor of growth of the mean uncertainty. Uncertainties are propagated by the same steps on
+    16 copies of g with independent normal errors (the same every time), good to 18 % in a cell.
     """
-    if method not in METHODS:
-        raise ParameterError(f"method={method!r}: expected one of {', '.join(map(repr, METHODS))}")
+    expect_one_of(METHODS, "method", method)
     if not (isinstance(iterations, (int, np.integer)) and iterations >= 1):
         raise ParameterError(f"iterations={iterations!r}: expected a whole number from 1")
     cells = Cells(m)
@@ -130,12 +136,12 @@ def aperture_removed(
 def _sharpened(
     cells: Cells, g: np.ndarray, blur: _Blur, method: str, steps: int, u: np.ndarray | None
 ) -> tuple[np.ndarray, int, tuple[float, float]]:
-    """f after so many steps, or fewer; how many; the relative residual at the start and at the end."""
+    """f after at most `steps` steps, their number, and the relative residuals at the start and at the end."""
     f = g
     rest = g - blur(f)
     scale = max(spread(g[cells.up])[0], 1e-300)
-    first, done = spread(rest[cells.up])[0] / scale, 0
-    while done < steps and not (u is not None and spread((rest / u)[cells.up])[0] ** 2 <= DISCREPANCY):
+    first, step = spread(rest[cells.up])[0] / scale, 0
+    while step < steps and not (u is not None and spread((rest / u)[cells.up])[0] ** 2 <= DISCREPANCY):
         if method == "van_cittert":
             f = np.where(np.isnan(rest), f, f + rest)
         else:
@@ -144,15 +150,16 @@ def _sharpened(
             change = blur(np.where(np.isnan(f), np.nan, ratio))
             f = np.where(np.isnan(change), f, f * change)
         rest = g - blur(f)
-        done += 1
-    return f, done, (first, spread(rest[cells.up])[0] / scale)
+        step += 1
+    return f, step, (first, spread(rest[cells.up])[0] / scale)
 
 
 class _Blur:
     """The average over both apertures, of values (grid..., C) on a measurement's grid; NaN stays NaN."""
 
     def __init__(self, m: Gridded, detector: Opening, source: Opening, horizon: str, rings: int):
-        self.cells, self.horizon = Cells(m), _checked(horizon)
+        expect_one_of(HORIZONS, "horizon", horizon)
+        self.cells, self.horizon = Cells(m), horizon
         self.passes = [(_points(detector, rings), _POINT), (_POINT, _points(source, rings))]
         self.passes = [p for p in self.passes if len(p[0][1]) + len(p[1][1]) > 2]
         self.parameters = {"detector": detector, "source": source, "horizon": horizon, "rings": rings}
@@ -170,14 +177,8 @@ class _Blur:
 _POINT = (np.zeros((1, 2)), np.ones(1))
 
 
-def _checked(horizon: str) -> str:
-    if horizon not in HORIZONS:
-        raise ParameterError(f"horizon={horizon!r}: expected one of {', '.join(map(repr, HORIZONS))}")
-    return horizon
-
-
 def _points(opening: Opening, rings: int) -> tuple[np.ndarray, np.ndarray]:
-    """Offsets (n, 2), tangents of the angles along theta and across it, and solid angles that add up to 1."""
+    """Offsets (n, 2), tangents of the angles along theta and across, and solid angles, which add up to 1."""
     if not (isinstance(rings, (int, np.integer)) and 1 <= rings <= 64):
         raise ParameterError(f"rings={rings!r}: expected a whole number from 1 to 64")
     sides = np.atleast_1d(np.asarray(opening, dtype=float))
@@ -205,18 +206,15 @@ def _around(w: np.ndarray, offsets: np.ndarray) -> np.ndarray:
     theta, phi = angles(w)
     along = np.stack([np.cos(theta) * np.cos(phi), np.cos(theta) * np.sin(phi), -np.sin(theta)], axis=-1)
     across = np.stack([-np.sin(phi), np.cos(phi), 0.0 * phi], axis=-1)
-    found = w[:, None] + offsets[:, 0, None] * along[:, None] + offsets[:, 1, None] * across[:, None]
-    return found / np.sqrt(1.0 + (offsets**2).sum(axis=-1))[:, None]
+    points = w[:, None] + offsets[:, 0, None] * along[:, None] + offsets[:, 1, None] * across[:, None]
+    return points / np.sqrt(1.0 + (offsets**2).sum(axis=-1))[:, None]
 
 
 def _through(m: Reflectance, wi: np.ndarray, wo: np.ndarray, detector: Any, source: Any, horizon: str) -> np.ndarray:
     """The average (n, C) over both apertures at pairs (n, 3)."""
     size = max(BATCH // (len(detector[1]) * len(source[1])), 1)
-    parts = [
-        _batch(m, wi[k : k + size], wo[k : k + size], detector, source, horizon)
-        for k in range(0, max(len(wi), 1), size)
-    ]
-    return np.concatenate(parts)
+    starts = range(0, max(len(wi), 1), size)
+    return np.concatenate([_batch(m, wi[k : k + size], wo[k : k + size], detector, source, horizon) for k in starts])
 
 
 def _batch(m: Reflectance, wi: np.ndarray, wo: np.ndarray, detector: Any, source: Any, horizon: str) -> np.ndarray:
@@ -236,15 +234,3 @@ def _batch(m: Reflectance, wi: np.ndarray, wo: np.ndarray, detector: Any, source
     mean = (weight @ np.where(hole, 0.0, f))[:, 0]
     with np.errstate(invalid="ignore", divide="ignore"):
         return np.where(known > 0.5 * whole, mean * (whole / known), np.nan)
-
-
-def _cut(cells: Cells, detector: Opening, source: Opening) -> int:
-    """How many cells have an aperture that reaches below the horizon."""
-    low = np.zeros(cells.grid, bool)
-    for w, opening in ((cells.wo, detector), (cells.wi, source)):
-        low |= angles(w)[0] + float(np.max(opening)) > 0.5 * math.pi
-    return int((low & cells.up).sum())
-
-
-def _floored(f: np.ndarray) -> np.ndarray:
-    return np.maximum(np.abs(f), 1e-3 * float(np.nanmean(np.abs(f))) + 1e-300)

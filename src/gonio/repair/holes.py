@@ -1,4 +1,4 @@
-"""Fill holes: from the edges inwards, or by the smoothest surface through what is known."""
+"""Filling of holes: from the edges inwards, or by the smoothest surface through the known values."""
 
 from __future__ import annotations
 
@@ -8,39 +8,38 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..errors import ParameterError, ToleranceWarning
+from ..errors import ToleranceWarning
 from ..numerics.filling import filled_in_layers
-from ._cells import Cells, relative
+from ._cells import Cells, expect_one_of, relative
 
 if TYPE_CHECKING:
     from ..tables.gridded import Gridded
 
 METHODS = ("neighbours", "smooth")
 DIRECT = 20_000
-"""Unknowns up to which the smooth surface is solved for directly; above, by conjugate gradients."""
+"""Number of unknowns up to which the smooth surface is solved for directly; above, by conjugate gradients."""
 
 
 def fill_holes(m: Gridded, method: str = "neighbours") -> Gridded:
-    """The measurement with a value in every cell; those that had one keep it, bit by bit.
+    """The measurement with a value in every cell; known values stay the same, bit by bit.
 
-    neighbours   layer by layer, from the edges of what is known inwards, the mean of the neighbours along the axes
-    smooth       the surface with the smallest sum of squared second differences along the axes (between equal steps
-                 along an axis; unequal ones by their lengths): what is linear along every axis is found exactly.
-                 Cells that the horizon cuts off are filled from their neighbours, whatever the method
+    neighbours   layer by layer from the edges of a hole inwards, the mean of the neighbours along the axes
+    smooth       the surface with the smallest sum of squared second differences along the axes (unequal steps count by
+                 their lengths), exact for f linear along every axis. Cells that the horizon cuts off are filled from
+                 their neighbours by both methods
 
     The method is rehearsed: the known cells around the holes are hidden, filled and compared. `figures`: "rehearsal",
     the root mean square of the relative difference there; "deepest", the largest number of cells to a known one;
-    "negative", how many cells were filled with a negative value. The standard uncertainty of a filled cell is that of
+    "negative", the number of cells filled with a negative value. The standard uncertainty of a filled cell is that of
     its neighbours and, in quadrature, rehearsal * |f| * (cells to the next known one): an estimate, NaN where no
     rehearsal was possible.
 
     Error    0.3 Lambertian + GGX(0.3), glass, 18 x 18 x 36 nodes of angles, a hole of 5 x 5 x 5 in the flank of the
              lobe: neighbours 0.06 rms and 0.20 largest, relative, smooth 0.04 and 0.09; rehearsals 0.055 and 0.044; of
              the filled cells 97 % and 100 % within two uncertainties. Holes of more than 20000 cells are solved for by
-             conjugate gradients, to 1e-5; a ToleranceWarning says where that did not succeed.
+             conjugate gradients, to 1e-5, with a ToleranceWarning if that fails.
     """
-    if method not in METHODS:
-        raise ParameterError(f"fill_holes(method={method!r}): expected one of {', '.join(map(repr, METHODS))}")
+    expect_one_of(METHODS, "method", method)
     cells = Cells(m)
     f, depth = _fill(cells, cells.f, method)
     figures = {"rehearsal": _rehearsal(cells, method), "deepest": int(depth[cells.up].max(initial=0))}
@@ -54,19 +53,19 @@ def fill_holes(m: Gridded, method: str = "neighbours") -> Gridded:
 
 
 def _fill(cells: Cells, f: np.ndarray, method: str) -> tuple[np.ndarray, np.ndarray]:
-    """Values without holes, and how far each cell is from what was known."""
+    """Values without holes, and the number of cells from each to a known one."""
     near, depth = filled_in_layers(f, cells.wraps)
     if method == "neighbours":
         return near, depth
-    wanted = np.isnan(f) & cells.up[..., None]
+    unknown = np.isnan(f) & cells.up[..., None]
     smooth = np.where(np.isnan(f) & ~cells.up[..., None], np.nan, near)
     for c in range(f.shape[-1]):
-        smooth[..., c] = smoothest(smooth[..., c], wanted[..., c], cells.nodes, cells.wraps)
+        smooth[..., c] = smoothest(smooth[..., c], unknown[..., c], cells.nodes, cells.wraps)
     return filled_in_layers(smooth, cells.wraps)[0], depth
 
 
 def _rehearsal(cells: Cells, method: str) -> float:
-    """Root mean square of the relative error at the known cells next to holes, once hidden; NaN if there are none."""
+    """Root mean square of the relative error at the known cells next to holes when hidden; NaN if there are none."""
     holes = np.isnan(cells.f) & cells.up[..., None]
     edge = np.zeros(holes.shape, bool)
     for axis, wraps in enumerate(cells.wraps):
@@ -77,12 +76,12 @@ def _rehearsal(cells: Cells, method: str) -> float:
     known_left = (~np.isnan(hidden)).reshape(-1, hidden.shape[-1]).any(axis=0)
     if not edge.any() or not known_left.all():
         return math.nan
-    found, _ = _fill(cells, hidden, method)
-    return float(np.sqrt(np.mean(relative(found[edge], cells.f[edge], cells.f) ** 2)))
+    filled, _ = _fill(cells, hidden, method)
+    return float(np.sqrt(np.mean(relative(filled[edge], cells.f[edge], cells.f) ** 2)))
 
 
 def _shifted(a: np.ndarray, axis: int, step: int, wraps: bool, outside: Any) -> np.ndarray:
-    """The array moved by one cell; what comes from beyond the edge is `outside`."""
+    """The array moved by one cell; cells from beyond the edge hold `outside`."""
     moved = np.roll(a, step, axis)
     if not wraps:
         edge = [slice(None)] * a.ndim
@@ -92,68 +91,51 @@ def _shifted(a: np.ndarray, axis: int, step: int, wraps: bool, outside: Any) -> 
 
 
 def smoothest(values: np.ndarray, unknown: np.ndarray, nodes: list[np.ndarray], wraps: tuple[bool, ...]) -> np.ndarray:
-    """Values (grid) of which those `unknown` are replaced by what makes second differences smallest.
+    """Values (grid) with those `unknown` replaced by the values that make second differences smallest.
 
     `values` hold a first guess there; NaN elsewhere is outside of the domain and ignored.
     """
     from scipy import sparse
     from scipy.sparse import linalg
 
-    if not unknown.any():
+    n = int(unknown.sum())
+    if not n:
         return values
     number = np.full(values.shape, -1)
-    number[unknown] = np.arange(unknown.sum())
-    n = int(unknown.sum())
-    rows: list[np.ndarray] = []
-    columns: list[np.ndarray] = []
-    entries: list[np.ndarray] = []
-    right: list[np.ndarray] = []
-    count = 0
-    for axis, wrap in enumerate(wraps):
-        for numbers, weights, known in _stencils(values, number, axis, nodes[axis], wrap):
-            line = count + np.arange(len(known))
-            for k in range(3):
-                free = numbers[k] >= 0
-                rows.append(line[free])
-                columns.append(numbers[k][free])
-                entries.append(weights[k][free])
-            right.append(-known)
-            count += len(known)
-    guess = values[unknown]
-    if not count:
+    number[unknown] = np.arange(n)
+    along = [_differences(values, number, k, x, wraps[k]) for k, x in enumerate(nodes) if len(x) > 2]
+    if not any(known.size for *_, known in along):
         return values
-    A = sparse.csr_matrix((np.concatenate(entries), (np.concatenate(rows), np.concatenate(columns))), (count, n))
-    tie = 1e-9  # to the guess: decides where second differences do not
-    normal, b = (A.T @ A + tie * sparse.identity(n)).tocsc(), A.T @ np.concatenate(right) + tie * guess
+    numbers, weights, known = (np.concatenate(x, axis=-1) for x in zip(*along, strict=True))
+    free = numbers >= 0
+    lines = np.broadcast_to(np.arange(known.size), numbers.shape)
+    A = sparse.csr_matrix((weights[free], (lines[free], numbers[free])), (known.size, n))
+    guess, tie = values[unknown], 1e-9  # to the guess: decides where second differences do not
+    normal, b = (A.T @ A + tie * sparse.identity(n)).tocsc(), A.T @ -known + tie * guess
     if n <= DIRECT:
-        found = linalg.spsolve(normal, b)
+        solution = linalg.spsolve(normal, b)
     else:
         start = sparse.diags(1.0 / normal.diagonal())
-        found, unfinished = linalg.cg(normal, b, x0=guess, rtol=1e-5, maxiter=2000, M=start)
+        solution, unfinished = linalg.cg(normal, b, x0=guess, rtol=1e-5, maxiter=2000, M=start)
         if unfinished:
             warnings.warn("the smoothest surface was not found to 1e-5 in 2000 steps", ToleranceWarning, stacklevel=5)
     result = values.copy()
-    result[unknown] = found
+    result[unknown] = solution
     return result
 
 
-def _stencils(values: np.ndarray, number: np.ndarray, axis: int, nodes: np.ndarray, wrap: bool) -> Any:
-    """Second differences along an axis that an unknown takes part in: its numbers, weights, and the known part."""
+def _differences(values: np.ndarray, number: np.ndarray, axis: int, nodes: np.ndarray, wrap: bool) -> tuple:
+    """Second differences along an axis with an unknown in them: numbers (3, n) of the unknowns, -1 of known values,
+    weights (3, n), and the sum (n,) of the known part."""
     v, k = np.moveaxis(values, axis, 0), np.moveaxis(number, axis, 0)
-    size = len(nodes)
-    if size < 3:
-        return
-    step = np.diff(nodes)
-    step = step / step.mean()
+    size, step = len(nodes), np.diff(nodes)
+    step = np.append(step / step.mean(), 1.0)
     middle = np.arange(size) if wrap else np.arange(1, size - 1)
-    before = step[middle - 1] if not wrap else np.append(step, 1.0)[middle - 1]
-    after = np.append(step, 1.0)[middle]
+    before, after = step[middle - 1], step[middle]
     weights = np.stack([2.0 / (before * (before + after)), -2.0 / (before * after), 2.0 / (after * (before + after))])
     lines = [(middle - 1) % size, middle, (middle + 1) % size]
-    numbers = np.stack([k[i] for i in lines]).reshape(3, -1)
-    found = np.stack([v[i] for i in lines]).reshape(3, -1)
-    spread = np.repeat(weights, v[0].size, axis=1).reshape(3, -1)
-    use = (numbers >= 0).any(axis=0) & ~np.isnan(found).any(axis=0)
-    numbers, found, spread = numbers[:, use], found[:, use], spread[:, use]
-    known = np.where(numbers < 0, spread * found, 0.0).sum(axis=0)
-    yield numbers, spread, known
+    numbers, three = (np.stack([x[i] for i in lines]).reshape(3, -1) for x in (k, v))
+    weights = np.repeat(weights, v[0].size, axis=1)
+    use = (numbers >= 0).any(axis=0) & ~np.isnan(three).any(axis=0)
+    numbers, three, weights = numbers[:, use], three[:, use], weights[:, use]
+    return numbers, weights, np.where(numbers < 0, weights * three, 0.0).sum(axis=0)

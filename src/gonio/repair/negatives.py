@@ -1,4 +1,4 @@
-"""Remove negative values: measurements near zero scatter around it, a renderer wants none below."""
+"""Removal of negative values: measurements scatter around zero, renderers expect none below."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from ._cells import Cells
 
 
 def remove_negatives(m: Gridded, floor: float | str = 0.0) -> Gridded:
-    """The measurement with every f below a floor raised to it. That takes noise away on one side only: it is a bias.
+    """The measurement with every f below a floor raised to it. Noise is removed on one side only, which is a bias.
 
-    `floor`: f [1/sr], 0 or the noise floor of the instrument; or "uncertainty", each cell's own standard uncertainty.
+    `floor`: f [1/sr], 0 or the noise floor of the instrument; or "uncertainty", the standard uncertainty of each cell.
 
-    The bias is in the record: `albedo_after` - `albedo_before`. `figures`: "lowest", the lowest f there was. For noise
-    of standard deviation s around f = 0 it is s/sqrt(2 pi) = 0.40 s in every cell. Uncertainties stay as they are.
+    The bias is `albedo_after` - `albedo_before` of the record: for noise of standard deviation s around f = 0,
+    s/sqrt(2 pi) = 0.40 s in every cell. `figures`: "lowest", the lowest f before. Uncertainties stay as they are.
     """
     cells = Cells(m)
     if isinstance(floor, str):

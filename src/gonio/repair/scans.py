@@ -1,4 +1,4 @@
-"""Merge scans in planes of incidence into one grid, overlapping parts averaged and held against each other."""
+"""Merging of scans in planes of incidence into one grid, with averages where they overlap."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ import numpy as np
 from ..base.angles import angles, direction
 from ..base.measured import Measured
 from ..base.provenance import derived
-from ..base.quantities import to_brdf
 from ..errors import ParameterError
 from ..tables.gridded import Gridded
-from ..tables.nodes import above
+from ..tables.nodes import above, with_channels
+from ..tables.rows import distinct, turned
 from ..tables.scattered import Scattered
 from ._cells import Cells, reported, spread
 
@@ -38,26 +38,25 @@ def merge_scans(scans: Sequence[Measured], oriented: bool = False) -> Gridded:
 
     The merged grid has every theta_i, theta_o and phi = phi_o - phi_i at which there is a scan (with `oriented`: every
     theta_i, theta_o, phi_i and phi_o). Along theta_o each scan is interpolated linearly to the nodes of the others, and
-    nowhere extrapolated; where no scan has been, there is a hole. A measurement's value at theta_o = 0 belongs to all
-    its azimuths, and a scan at theta_i = 0 to all azimuths of the grid (unless `oriented`).
+    nowhere extrapolated; cells without a scan are holes. A measurement's value at theta_o = 0 belongs to all its
+    azimuths, and a scan at theta_i = 0 to all azimuths of the grid (unless `oriented`).
 
-    Where scans overlap, the result is their mean, weighted by 1/u^2, with u = 1/sqrt(sum 1/u^2); a plain mean where no
-    scan has uncertainties. `figures`: "overlapping", how many cells have several scans; "scatter_rms" and
+    Where scans overlap, the result is their mean, weighted by 1/u^2, with u = 1/sqrt(sum 1/u^2); a plain mean if no
+    scan has uncertainties. `figures`: "overlapping", the number of cells with several scans; "scatter_rms" and
     "scatter_largest", of their |f - mean|/mean; and "chi2", sum of (f - mean)^2/u^2 over the degrees of freedom: about
     1 if the uncertainties explain the scatter, more if scans differ by their scale or alignment.
 
     Raises ParameterError where channels differ, or only some of the scans have uncertainties.
     """
     lines, names, quantities = _lines(scans, oriented)
-    theta_i, theta_o = _clustered(x.theta_i for x in lines), _clustered(t for x in lines for t in x.theta_o)
-    phi = _circle(x.phi for x in lines if oriented or x.theta_i > SAME) or [0.0]
-    phi_i = _circle(x.phi_i for x in lines) if oriented else [0.0]
-    grid = (len(theta_i), len(theta_o), len(phi_i), len(phi), lines[0].f.shape[1])
-    total, weights, squares, counts = (np.zeros(grid) for _ in range(4))
-    used = []
-    for line in lines:
-        index, f, w = _on_nodes(line, theta_i, theta_o, phi_i, phi, oriented)
-        used.append((index, f, w))
+    theta_i = distinct(np.array([x.theta_i for x in lines]), SAME)
+    theta_o = distinct(np.concatenate([x.theta_o for x in lines]), SAME)
+    phi = _circle([x.phi for x in lines if oriented or x.theta_i > SAME] or [0.0])
+    phi_i = _circle([x.phi_i for x in lines] if oriented else [0.0])
+    nodes = (theta_i, theta_o, phi_i, phi)
+    total, weights, squares, counts = (np.zeros((*map(len, nodes), lines[0].f.shape[1])) for _ in range(4))
+    on_nodes = [_on_nodes(line, *nodes, oriented) for line in lines]
+    for index, f, w in on_nodes:
         total[index] += w * f
         weights[index] += w
         counts[index] += 1.0
@@ -65,7 +64,7 @@ def merge_scans(scans: Sequence[Measured], oriented: bool = False) -> Gridded:
         mean = total / weights
         u = np.sqrt(1.0 / weights)
     off = []
-    for index, f, w in used:
+    for index, f, w in on_nodes:
         squares[index] += w * (f - mean[index]) ** 2
         several = counts[index] > 1
         off.append(((f - mean[index]) / np.abs(mean[index]))[several])
@@ -78,23 +77,20 @@ def merge_scans(scans: Sequence[Measured], oriented: bool = False) -> Gridded:
         figures["chi2"] = float(squares[several].sum()) / freedom if freedom else math.nan
     axes: dict[str, Any] = {"theta_i": theta_i, "theta_o": theta_o}
     axes |= {"phi_i": phi_i, "phi_o": phi} if oriented else {"phi": phi}
-    shape = tuple(map(len, axes.values()))
-    values, u = (x.reshape(*shape, -1) for x in (mean, u))
+    shape = (*map(len, axes.values()), *(() if names is None else (-1,)))
+    values, u = (x.reshape(shape) for x in (mean, u))
     about = {"merged_from": [repr(m) for m in scans], "quantities": quantities}
-    made = Gridded(
-        "angles",
-        axes,
-        values if names is not None else values[..., 0],
-        uncertainty=None if not certain else u if names is not None else u[..., 0],
-        channels=names,
-        about=about,
-    )
-    known = (counts > 0).any(axis=-1)
-    changes = {"cells": int(known.sum()), "share": float(known.mean()), "filled": 0}
-    changes |= {"largest": float(max((np.abs(f - mean[i]).max(initial=0.0) for i, f, _ in used), default=0.0))}
-    changes["mean"] = float(np.mean([np.abs(f - mean[i]).mean() for i, f, _ in used if f.size] or [0.0]))
-    made = made.with_notes(provenance=derived(*scans))
-    return reported(made, None, "merge_scans", {"scans": len(scans), "oriented": oriented}, changes, figures)
+    table = Gridded("angles", axes, values, uncertainty=u if certain else None, channels=names, about=about)
+    covered, changes_of = (counts > 0).any(axis=-1), [np.abs(f - mean[index]) for index, f, _ in on_nodes if f.size]
+    changes = {
+        "cells": int(covered.sum()),
+        "share": float(covered.mean()),
+        "filled": 0,
+        "largest": float(max((x.max() for x in changes_of), default=0.0)),
+        "mean": float(np.mean([x.mean() for x in changes_of] or [0.0])),
+    }
+    table = table.with_notes(provenance=derived(*scans))
+    return reported(table, None, "merge_scans", {"scans": len(scans), "oriented": oriented}, changes, figures)
 
 
 def _lines(scans: Sequence[Measured], oriented: bool) -> tuple[list[_Line], tuple | None, list[str]]:
@@ -103,7 +99,7 @@ def _lines(scans: Sequence[Measured], oriented: bool) -> tuple[list[_Line], tupl
     names = {m.channel_names for m in scans}
     if len(names) > 1:
         raise ParameterError(f"merge_scans: channels differ: {' and '.join(map(repr, names)):.120}; expected the same")
-    lines = [line for m in scans for line in _of_one(m, oriented)]
+    lines = [line for m in scans for line in _lines_of(m, oriented)]
     certain = [line.u is not None for line in lines]
     if any(certain) != all(certain):
         raise ParameterError(
@@ -114,7 +110,7 @@ def _lines(scans: Sequence[Measured], oriented: bool) -> tuple[list[_Line], tupl
     return lines, names.pop(), [m.quantity for m in scans]
 
 
-def _of_one(m: Measured, oriented: bool) -> Iterable[_Line]:
+def _lines_of(m: Measured, oriented: bool) -> Iterable[_Line]:
     """The lines along theta_o of a measurement."""
     wi, wo, f, u = _rows(m)
     (theta_i, phi_i), (theta_o, phi_o) = angles(wi), angles(wo)
@@ -135,46 +131,35 @@ def _of_one(m: Measured, oriented: bool) -> Iterable[_Line]:
 def _rows(m: Measured) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray | None]:
     """wi, wo (n, 3), f (n, C) and u of all measured pairs."""
     if isinstance(m, Scattered):
-        theta_i, phi_i, theta_o, phi_o = m.rows.T
-        wi, wo = direction(theta_i, phi_i), direction(theta_o, phi_o)
-        cosines = (wi[:, 2, None], wo[:, 2, None])
-        f = to_brdf(m.quantity, m.stored.reshape(len(wi), -1), *cosines)
-        u = None if m.uncertainty is None else to_brdf(m.quantity, m.uncertainty.reshape(len(wi), -1), *cosines)
-        use = above(wi, wo) & np.isfinite(f).all(axis=-1)
-        return wi[use], wo[use], f[use], None if u is None else u[use]
-    if isinstance(m, Gridded):
+        wi, wo = direction(m.rows[:, 0], m.rows[:, 1]), direction(m.rows[:, 2], m.rows[:, 3])
+        f, u = (None if x is None else with_channels(x, 1) for x in m.row_brdf())
+    elif isinstance(m, Gridded):
         cells = Cells(m)
-        use = cells.up & np.isfinite(cells.f).all(axis=-1)
-        return cells.wi[use], cells.wo[use], cells.f[use], None if cells.u is None else cells.u[use]
-    raise ParameterError(f"merge_scans: got {m!r:.80}, expected Gridded or Scattered measurements")
+        wi, wo, f, u = cells.wi, cells.wo, cells.f, cells.u
+    else:
+        raise ParameterError(f"merge_scans: got {m!r:.80}, expected Gridded or Scattered measurements")
+    assert f is not None
+    use = above(wi, wo) & np.isfinite(f).all(axis=-1)
+    return wi[use], wo[use], f[use], None if u is None else u[use]
 
 
 def _rounded(values: np.ndarray, turning: bool) -> np.ndarray:
-    """Numbers that are the same where angles are."""
-    whole = round(2.0 * math.pi / SAME)
-    found = np.rint(values / SAME).astype(np.int64)
-    return found % whole if turning else found
+    """Whole numbers that are equal for equal angles."""
+    steps = np.rint(values / SAME).astype(np.int64)
+    return steps % round(2.0 * math.pi / SAME) if turning else steps
 
 
-def _clustered(found: Iterable[float]) -> list[float]:
-    """Increasing angles, those closer than `SAME` once."""
-    ordered = np.sort(np.fromiter(found, float))
-    return ordered[np.diff(ordered, prepend=-math.inf) > SAME].tolist()
-
-
-def _circle(found: Iterable[float]) -> list[float]:
+def _circle(phi: list[float]) -> np.ndarray:
     """Azimuths in [0, 2 pi), increasing, those closer than `SAME` once."""
-    turned = [phi % (2.0 * math.pi) for phi in found]
-    return _clustered(0.0 if phi > 2.0 * math.pi - SAME else phi for phi in turned)
+    return distinct(turned(np.array(phi), SAME), SAME)
 
 
 def _on_nodes(
-    line: _Line, theta_i: list[float], theta_o: list[float], phi_i: list[float], phi: list[float], oriented: bool
+    line: _Line, theta_i: np.ndarray, theta_o: np.ndarray, phi_i: np.ndarray, phi: np.ndarray, oriented: bool
 ) -> tuple[Any, np.ndarray, np.ndarray]:
-    """Index of the merged cells that a line covers, f and weights there (cells..., C)."""
-    nodes = np.array(theta_o)
-    inside = np.flatnonzero((nodes >= line.theta_o[0] - SAME) & (nodes <= line.theta_o[-1] + SAME))
-    at = np.clip(nodes[inside], line.theta_o[0], line.theta_o[-1])
+    """Index of the cells that a line covers, with f and weights there (cells..., C)."""
+    inside = np.flatnonzero((theta_o >= line.theta_o[0] - SAME) & (theta_o <= line.theta_o[-1] + SAME))
+    at = np.clip(theta_o[inside], line.theta_o[0], line.theta_o[-1])
     f, u2 = _interpolated(at, line)
     i = _nearest(theta_i, line.theta_i, 0.0)
     everywhere = not oriented and line.theta_i <= SAME
@@ -186,7 +171,7 @@ def _on_nodes(
 
 
 def _interpolated(at: np.ndarray, line: _Line) -> tuple[np.ndarray, np.ndarray]:
-    """f and variances (n, C) of a line at angles within it; variances 1 where it has no uncertainties."""
+    """f and variances (n, C) of a line at angles within it; variances 1 if it has no uncertainties."""
     x = line.theta_o
     if len(x) == 1:
         lower, upper, w = np.zeros(len(at), int), np.zeros(len(at), int), np.zeros(len(at))
@@ -200,8 +185,8 @@ def _interpolated(at: np.ndarray, line: _Line) -> tuple[np.ndarray, np.ndarray]:
     return f, (1.0 - w) ** 2 * line.u[lower] ** 2 + w**2 * line.u[upper] ** 2
 
 
-def _nearest(nodes: list[float], angle: float, period: float) -> int:
-    apart = np.abs(np.array(nodes) - angle)
+def _nearest(nodes: np.ndarray, angle: float, period: float) -> int:
+    apart = np.abs(nodes - angle)
     if period:
         apart = np.minimum(apart % period, period - apart % period)
     return int(apart.argmin())

@@ -1,4 +1,4 @@
-"""Subtract an instrument's signature: what it measures where there is no sample."""
+"""Subtraction of an instrument's signature: its reading without a sample."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 from ..base.reflectance import Reflectance
 from ..errors import ParameterError
 from ..tables.gridded import Gridded
-from ._cells import Cells, evaluated, variances
+from ._cells import Cells, evaluated, expect_one_of, variances
 
 NEGATIVES = ("keep", "zero", "missing")
 
@@ -24,27 +24,28 @@ def subtract_signature(
 ) -> Gridded:
     """f - scale * signature: without the light that reaches the detector when there is no sample.
 
-    signature          what was measured without a sample, in units of the BRDF (its signal divided by the same
-                       irradiance, solid angle and cosine as the sample's): any reflectance; at nodes where it has no
-                       value the result has none
+    signature          any reflectance: the measurement without a sample, in units of the BRDF (its signal divided by
+                       the irradiance, solid angle and cosine of the sample's); where it has no value the result has
+                       none
     scale              of the signature: 1 if nothing else changed, less where the sample blocks part of the stray light
-    scale_uncertainty  standard uncertainty of that
-    negatives          what to do where less than nothing is left: "keep" (unbiased), "zero", or "missing" (NaN)
+    scale_uncertainty  standard uncertainty of the scale
+    negatives          f below 0 stay ("keep", unbiased), become 0 ("zero"), or NaN ("missing")
 
     Uncertainties add in quadrature: u^2 = u_m^2 + (scale u_s)^2 + (scale_uncertainty signature)^2; a signature without
-    uncertainty has u_s = 0. `figures`: "negative", how many cells ended below 0, before these were dealt with;
-    "without_signature", how many lost their value because the signature has none there; "largest_share", the largest
-    share of a cell's f that was signature.
+    uncertainty has u_s = 0. `figures`: "negative", the number of cells with f below 0 after the subtraction;
+    "without_signature", the number of cells that lost their value because the signature has none; "largest_share", the
+    largest share of the signature in a cell's f.
     """
-    if negatives not in NEGATIVES:
-        raise ParameterError(f"negatives={negatives!r}: expected one of {', '.join(map(repr, NEGATIVES))}")
+    expect_one_of(NEGATIVES, "negatives", negatives)
     if not (math.isfinite(scale) and scale_uncertainty >= 0.0):
         raise ParameterError(f"scale={scale!r}, scale_uncertainty={scale_uncertainty!r}: expected finite numbers, >= 0")
     cells = Cells(m)
-    stray = np.full(cells.f.shape, np.nan)
-    stray[cells.up] = _fitting(evaluated(signature, cells.wi[cells.up], cells.wo[cells.up]), cells.f.shape[-1])
-    f = cells.f - scale * stray
-    f = np.where(cells.up[..., None], f, cells.f)
+    stray, channels = np.full(cells.f.shape, np.nan), cells.f.shape[-1]
+    reading = evaluated(signature, cells.wi[cells.up], cells.wo[cells.up])
+    if reading.shape[-1] not in (1, channels):
+        raise ParameterError(f"signature: has {reading.shape[-1]} channels, expected 1 or the measurement's {channels}")
+    stray[cells.up] = reading
+    f = np.where(cells.up[..., None], cells.f - scale * stray, cells.f)
     up = cells.up[..., None] & ~np.isnan(cells.f)
     with np.errstate(invalid="ignore", divide="ignore"):
         below = up & (f < 0.0)
@@ -66,22 +67,15 @@ def subtract_signature(
     return cells.repaired("subtract_signature", parameters, f, u, figures)
 
 
-def _fitting(stray: np.ndarray, channels: int) -> np.ndarray:
-    if stray.shape[-1] not in (1, channels):
-        raise ParameterError(f"signature: has {stray.shape[-1]} channels, expected 1 or {channels}, as the measurement")
-    return stray
-
-
 def _uncertainty(
     cells: Cells, signature: Reflectance, stray: np.ndarray, scale: float, scale_uncertainty: float
 ) -> np.ndarray | None:
-    own = isinstance(signature, Gridded) and signature.uncertainty is not None
-    if cells.u is None and not own and scale_uncertainty == 0.0:
+    uncertain = signature if isinstance(signature, Gridded) and signature.uncertainty is not None else None
+    if cells.u is None and uncertain is None and scale_uncertainty == 0.0:
         return None
     total = (scale_uncertainty * stray) ** 2
     if cells.u is not None:
         total = total + cells.u**2
-    if own:
-        assert isinstance(signature, Gridded)
-        total[cells.up] += scale**2 * evaluated(variances(signature), cells.wi[cells.up], cells.wo[cells.up])
+    if uncertain is not None:
+        total[cells.up] += scale**2 * evaluated(variances(uncertain), cells.wi[cells.up], cells.wo[cells.up])
     return np.sqrt(total)

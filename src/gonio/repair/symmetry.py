@@ -1,4 +1,4 @@
-"""Symmetries that a surface has and a measurement lacks: averaged in, and the asymmetry found reported."""
+"""Symmetries of a surface that a measurement lacks: averaging over them, with a report of the asymmetry."""
 
 from __future__ import annotations
 
@@ -7,34 +7,32 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from ..errors import ParameterError
 from ..tables.gridded import Gridded
-from ..tables.nodes import f_at
-from ._cells import Cells, like, reported, spread, variances
+from ..tables.nodes import f_at, with_channels
+from ._cells import Cells, changes_of_all, expect_one_of, floor, like, reported, spread, variances
 
 KINDS = ("reciprocity", "isotropy", "plane")
 SAME = 1e-5
-"""Angles [rad] closer than this are those of one node."""
+"""Angles [rad] closer than this are one node."""
 
 
 def symmetrise(m: Gridded, kind: str, plane: float = 0.0) -> Gridded:
     """The measurement averaged over a symmetry.
 
     reciprocity   f(wi, wo) = f(wo, wi)
-    plane         f(wi, wo) = f of both mirrored at a plane through the normal, at azimuth `plane` [rad]: that of
-                  brushing, of a weave. Isotropic tables are compared with phi -> -phi
+    plane         f(wi, wo) = f of both mirrored at a plane through the normal, at azimuth `plane` [rad]: of brushed
+                  metals and weaves. Isotropic tables are averaged with phi -> -phi
     isotropy      f(theta_i, theta_o, phi_o - phi_i): four axes become three
 
-    Where the symmetry maps the grid onto itself, values are averaged in pairs, and the result has the symmetry to
-    rounding; else the other value is interpolated, and it has it about as well as the grid resolves the material.
-    Of a pair of which one value is missing, both get the other. Averages of two have u = sqrt(u1^2 + u2^2)/2.
+    Where the symmetry maps the grid onto itself, values are averaged in pairs, and the result is symmetric to rounding.
+    Elsewhere the second value is interpolated, and the result is about as symmetric as the grid resolves the material.
+    If one value of a pair is missing, both get the other. Averages of two have u = sqrt(u1^2 + u2^2)/2.
 
-    `figures`: "asymmetry_median", "asymmetry_rms", "asymmetry_largest": |f1 - f2|/mean, of pairs (of all azimuths of wi
-    and their mean for "isotropy"), a measure of the data's quality; "on_grid", 1 if no value was interpolated, else 0;
+    `figures`: "asymmetry_median", "asymmetry_rms", "asymmetry_largest": |f1 - f2|/mean, of pairs (for "isotropy" of the
+    azimuths of wi from their mean), a measure of the data's quality; "on_grid", 1 if no value was interpolated, else 0;
     and with uncertainties "chi2", the mean of (f1 - f2)^2/(u1^2 + u2^2): about 1 if these explain the asymmetry.
     """
-    if kind not in KINDS:
-        raise ParameterError(f"symmetrise(kind={kind!r}): expected one of {', '.join(map(repr, KINDS))}")
+    expect_one_of(KINDS, "kind", kind)
     if kind == "isotropy":
         return _isotropic(m)
     cells = Cells(m)
@@ -44,22 +42,22 @@ def symmetrise(m: Gridded, kind: str, plane: float = 0.0) -> Gridded:
 
 
 def _paired(cells: Cells, kind: str, plane: float) -> tuple[np.ndarray, np.ndarray | None, dict[str, float]]:
-    """Averages with the value of the pair that the symmetry makes of each pair."""
-    found = _positions(cells.m, kind, plane)
-    if found is not None:
-        other, other_u = (None if a is None else _moved(a, *found) for a in (cells.f, cells.u))
-        itself = _moved(np.arange(math.prod(cells.grid)).reshape(*cells.grid, 1), *found)[..., 0]
-        itself = itself == np.arange(itself.size).reshape(itself.shape)
+    """f averaged with f of the symmetric pairs, its uncertainty, and figures of the asymmetry."""
+    image = _positions(cells.m, kind, plane)
+    if image is not None:
+        other, other_u = (None if a is None else _moved(a, *image) for a in (cells.f, cells.u))
+        number = np.arange(math.prod(cells.grid)).reshape(cells.grid)
+        itself = _moved(number[..., None], *image)[..., 0] == number
     else:
         wi, wo = _mapped(cells.wi, cells.wo, kind, plane)
-        other = cells.with_channels(f_at(cells.m, wi, wo))
+        other = with_channels(f_at(cells.m, wi, wo), len(cells.grid))
         other_u = None if cells.u is None else np.sqrt(f_at(variances(cells.m), wi, wo))
         itself = np.zeros(cells.grid, bool)
     assert other is not None
     f = np.where(np.isnan(cells.f), other, np.where(np.isnan(other), cells.f, 0.5 * (cells.f + other)))
     apart = cells.up & ~itself
     first, second = cells.f[apart], other[apart]
-    figures = {**_asymmetry(first, second, cells.f), "on_grid": int(found is not None)}
+    figures = {**_asymmetry(first, second, cells.f), "on_grid": int(image is not None)}
     if cells.u is None:
         return f, None, figures
     assert other_u is not None
@@ -68,17 +66,16 @@ def _paired(cells: Cells, kind: str, plane: float) -> tuple[np.ndarray, np.ndarr
     return f, np.where(itself[..., None], cells.u, u), figures
 
 
-def _asymmetry(first: np.ndarray, second: np.ndarray, of: np.ndarray) -> dict[str, float]:
-    """Figures of |first - second| over their mean, or over a thousandth of the table's."""
-    floor = 1e-3 * float(np.nanmean(np.abs(of))) + 1e-300
-    off = np.abs(first - second) / np.maximum(0.5 * (np.abs(first) + np.abs(second)), floor)
+def _asymmetry(first: np.ndarray, second: np.ndarray, table: np.ndarray) -> dict[str, float]:
+    """Figures of |first - second| over their mean, or over the `floor` of a table where that is larger."""
+    off = np.abs(first - second) / np.maximum(0.5 * (np.abs(first) + np.abs(second)), floor(table))
     rms, largest = spread(off)
     median = float(np.median(off[np.isfinite(off)])) if np.isfinite(off).any() else 0.0
     return {"asymmetry_median": median, "asymmetry_rms": rms, "asymmetry_largest": largest}
 
 
 def _mapped(wi: np.ndarray, wo: np.ndarray, kind: str, plane: float) -> tuple[np.ndarray, np.ndarray]:
-    """The pairs (..., 3) that a symmetry makes of pairs."""
+    """The symmetric pairs (..., 3) of pairs."""
     if kind == "reciprocity":
         return wo, wi
     c, s = math.cos(2.0 * plane), math.sin(2.0 * plane)
@@ -87,7 +84,7 @@ def _mapped(wi: np.ndarray, wo: np.ndarray, kind: str, plane: float) -> tuple[np
 
 
 def _image(m: Gridded, kind: str, plane: float) -> Mapping[str, tuple[str, float, float]]:
-    """By axis: which one a symmetry takes the angle to, and the sign and the shift that it gets there."""
+    """Axis -> the axis to which a symmetry takes its angle, with a sign and a shift."""
     if kind == "reciprocity":
         return m.system.exchange
     turned = {name: (name, -1.0, 2.0 * plane if name in m.system.turned else 0.0) for name in m.periods}
@@ -95,9 +92,9 @@ def _image(m: Gridded, kind: str, plane: float) -> Mapping[str, tuple[str, float
 
 
 def _positions(m: Gridded, kind: str, plane: float) -> tuple[list[int], list[np.ndarray]] | None:
-    """Where the symmetry takes the nodes: the order of the axes, and numbers of nodes along each; None if off the grid.
+    """Nodes after the symmetry: the order of the axes, and numbers of nodes along each; None if some are off the grid.
 
-    Of a node (i, j, ...) it makes the node whose number along axis order[k] is numbers[k][node's number along k].
+    Node number i along axis k becomes node number numbers[k][i] along axis order[k].
     """
     image, names = _image(m, kind, plane), list(m.axes)
     if not image.keys() >= m.axes.keys():
@@ -113,35 +110,30 @@ def _positions(m: Gridded, kind: str, plane: float) -> tuple[list[int], list[np.
 
 
 def _numbers(among: np.ndarray, angles: np.ndarray, period: float, mirrored: bool) -> np.ndarray | None:
-    """Number of the node that each angle is; None if one is none."""
-    apart = np.abs(angles[:, None] - among[None, :])
-    if mirrored:
-        apart = np.minimum(_around(apart, period), _around(np.abs(angles[:, None] + among[None, :]), period))
-    elif period:
-        apart = _around(apart, period)
+    """Number of each angle's node; None if some angle is no node."""
+    images = [angles[:, None] - among, angles[:, None] + among] if mirrored else [angles[:, None] - among]
+    apart = np.abs(images)
+    if period:
+        apart = np.minimum(apart % period, period - apart % period)
+    apart = apart.min(axis=0)
     at = apart.argmin(axis=1)
     return at if (apart[np.arange(len(angles)), at] < SAME).all() else None
 
 
-def _around(apart: np.ndarray, period: float) -> np.ndarray:
-    apart = apart % period
-    return np.minimum(apart, period - apart)
-
-
 def _moved(values: np.ndarray, order: list[int], numbers: list[np.ndarray]) -> np.ndarray:
-    """The values (grid..., C) that the symmetry's image of each node has."""
+    """The values (grid..., C) at the symmetric nodes; `order` and `numbers` as `_positions` returns them."""
     by_axis = [numbers[order.index(k)] for k in range(len(order))]
     return values[np.ix_(*by_axis)].transpose(*order, len(order))
 
 
 def _isotropic(m: Gridded) -> Gridded:
-    """The mean over azimuths of wi, or of the half vector, at fixed relative ones, by the arcs around nodes."""
+    """The mean over azimuths of wi, or of the half vector, at fixed relative azimuths; weights are the nodes' arcs."""
     cells = Cells(m)
     m = cells.m
     names = list(m.axes)
     if len(names) == 3:
-        nothing = {**_asymmetry(cells.f, cells.f, cells.f), "on_grid": 1}
-        return cells.repaired("symmetrise", {"kind": "isotropy"}, cells.f, cells.u, nothing)
+        none = {**_asymmetry(cells.f, cells.f, cells.f), "on_grid": 1}
+        return cells.repaired("symmetrise", {"kind": "isotropy"}, cells.f, cells.u, none)
     axis = names.index(m.system.turned[0])
     turns, weights = _arcs(m.axes[names[axis]], m.periods[names[axis]])
     slices = [np.take(cells.f, i, axis=axis) for i in range(len(turns))]
@@ -170,15 +162,13 @@ def _isotropic(m: Gridded) -> Gridded:
     if squares is not None:
         u = np.sqrt(np.where(known, share**2 * np.stack(squares), 0.0).sum(axis=0))
     figures = {**_asymmetry(stack, np.broadcast_to(f, stack.shape), cells.f), "on_grid": int(on_grid)}
-    made = like(m, axes, f, u, quantity="brdf", periods=periods)
-    off = np.abs(stack - f)
-    changes = {"cells": int(Cells(made).up.sum()), "share": 1.0, "filled": 0}
-    changes |= {"largest": float(np.nanmax(off, initial=0.0)), "mean": float(np.nanmean(off))}
-    return reported(made, m, "symmetrise", {"kind": "isotropy"}, changes, figures)
+    table = like(m, axes, f, u, quantity="brdf", periods=periods)
+    changes = changes_of_all(int(Cells(table).up.sum()), 1.0, stack - f)
+    return reported(table, m, "symmetrise", {"kind": "isotropy"}, changes, figures)
 
 
 def _arcs(nodes: np.ndarray, period: float) -> tuple[np.ndarray, np.ndarray]:
-    """The nodes of a circle, the first not repeated, and the share of the circle around each."""
+    """The nodes of a circle, without a repeated first one, and the share of the circle around each."""
     if len(nodes) > 1 and nodes[-1] - nodes[0] > period - SAME:
         nodes = nodes[:-1]
     gaps = np.diff(nodes, append=nodes[0] + period)
@@ -195,6 +185,6 @@ def _bracketed(nodes: np.ndarray, angles: np.ndarray, period: float) -> tuple[np
 
 
 def _mixed(values: np.ndarray, lower: np.ndarray, upper: np.ndarray, v: np.ndarray, w: np.ndarray) -> np.ndarray:
-    """v of one node and w of the next along the last axis of the grid; what has no weight may be NaN."""
+    """v times the lower and w times the upper node along the last axis of the grid; without weight, NaN counts as 0."""
     first, second = values[..., lower, :], values[..., upper, :]
     return np.where(v == 0.0, 0.0, v * first) + np.where(w == 0.0, 0.0, w * second)

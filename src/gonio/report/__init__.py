@@ -1,1 +1,1 @@
-"""What there is to know about a material, as facts, tables and figures."""
+"""Facts, tables and figures about materials and formats."""

@@ -1,4 +1,4 @@
-"""A material's formula as it is computed: its graph as text, and the code compiled from it."""
+"""The computation of a material's formula: its graph as text, and the code compiled from it."""
 
 from __future__ import annotations
 
@@ -19,23 +19,19 @@ from ..trace.show import show
 _KERNELS: dict[str, tuple[Callable, tuple[tuple[str, str], ...], tuple[str, ...]]] = {
     "f": (kernels.value, ((VALUE, "f"),), ("wi", "wo")),
     "pdf": (kernels.pdf, ((SCALAR, "pdf"),), ("wi", "wo")),
-    "sample": (
-        kernels.sample,
-        ((VECTOR, "wi"), (VALUE, "weight"), (SCALAR, "pdf"), (SCALAR, "delta")),
-        ("wo", "u"),
-    ),
+    "sample": (kernels.sample, ((VECTOR, "wi"), (VALUE, "weight"), (SCALAR, "pdf"), (SCALAR, "delta")), ("wo", "u")),
 }
-"""Method -> its kernel, what it returns, and its inputs."""
+"""Method -> its kernel, kinds and names of its results, and its inputs."""
 
 _COMPONENTS = {"wi": "xyz", "wo": "xyz", "u": "01"}
 
 
 @dataclass(frozen=True)
 class Kernel:
-    """The formula of a material as it is computed; prints as `source`.
+    """The computation of a material's formula; prints as `source`.
 
     source    assignments in the order of computation; a value used twice has a name
-    inputs    components of directions and parameters that it reads
+    inputs    components of directions, and parameters, that the formula reads
     program   input of the compiler, for float32 batches (N, 3)
     """
 
@@ -60,17 +56,17 @@ class Kernel:
 def kernel(m: Reflectance, method: str = "f") -> Kernel:
     """The kernel that `m.f`, `m.pdf` or `m.sample` runs on NumPy arrays.
 
-    Raises TraceError, which says why, where the formula cannot be compiled and runs on arrays instead.
+    Raises TraceError, with the reason, if the formula cannot be compiled and runs on arrays instead.
     """
     if method not in _KERNELS:
         raise NotFoundError(f"kernel(method={method!r}): expected one of {', '.join(map(repr, _KERNELS))}")
     function, returned, names = _KERNELS[method]
     kinds = tuple(kind for kind, _ in returned)
     widths = tuple(len(_COMPONENTS[name]) for name in names)
-    leaves = list(zip(m.leaf_paths(), m.leaves(), strict=True))
+    paths, shapes = [path or "channel" for path in m.leaf_paths()], [np.shape(v)[-1:] for v in m.leaves()]
     channels = m.channels
     trace = tracing.traced(tracing.Task(function, kinds, widths), m, channels)
-    loads = _names(names, [path or "channel" for path, _ in leaves], [np.shape(v)[-1:] for _, v in leaves])
+    loads = _names(names, paths, shapes)
     outputs = {}
     for (kind, name), nodes in zip(returned, trace.results, strict=True):
         ends = [f".{c}" for c in "xyz"] if kind == VECTOR else _entries(len(nodes) if channels else None)
@@ -78,21 +74,22 @@ def kernel(m: Reflectance, method: str = "f") -> Kernel:
     order = trace.graph.reachable(outputs.values())
     read = tuple(loads[trace.graph.arguments[n]] for n in order if trace.graph.operations[n] == "load")
     arrays = [Array(w, PACKED) for w in widths]
-    arrays += [Array(1 if not np.ndim(v) else np.shape(v)[-1], SAME) for _, v in leaves]
-    arrays += [Array(1, SAME)] * (len(leaves) if channels else 0)
+    arrays += [Array(shape[0] if shape else 1, SAME) for shape in shapes]
+    arrays += [Array(1, SAME)] * (len(shapes) if channels else 0)
     tables = 1 + max((trace.graph.arguments[n][0] for n in order if trace.graph.operations[n] == "take"), default=-1)
     text = show(trace.graph, outputs, loads, [f"table{i}" for i in range(tables)])
     results = tuple(Output(nodes, EACH) for nodes in trace.results)
     return Kernel(text, read, Program(trace.graph, results, tuple(arrays), tables, "float32"))
 
 
-def _names(inputs: tuple[str, ...], paths: list[str], channels: list[tuple[int, ...]]) -> dict[tuple[int, int], str]:
-    names_of = {(k, c): f"{name}.{x}" for k, name in enumerate(inputs) for c, x in enumerate(_COMPONENTS[name])}
-    for k, (path, shape) in enumerate(zip(paths, channels, strict=True), len(inputs)):
+def _names(inputs: tuple[str, ...], paths: list[str], shapes: list[tuple[int, ...]]) -> dict[tuple[int, int], str]:
+    """(number of an array, number of an entry) -> the name of what is loaded from there."""
+    names = {(k, c): f"{name}.{x}" for k, name in enumerate(inputs) for c, x in enumerate(_COMPONENTS[name])}
+    for k, (path, shape) in enumerate(zip(paths, shapes, strict=True), len(inputs)):
         for c, end in enumerate(_entries(shape[0] if shape else None)):
-            names_of[k, c] = path + end
-        names_of[k + len(paths), 0] = f"merged({path})"
-    return names_of
+            names[k, c] = path + end
+        names[k + len(paths), 0] = f"merged({path})"
+    return names
 
 
 def _entries(count: int | None) -> list[str]:

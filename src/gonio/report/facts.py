@@ -1,4 +1,4 @@
-"""Facts about a material, and about the file it was read from, as JSON data: what `gonio info` prints."""
+"""Facts about a material and its file as JSON data, for `gonio info`."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ INCIDENCE = (0.0, 45.0, 75.0)
 """Angles [degrees] at which `facts` gives the albedo."""
 
 ASSUMPTIONS = ("independent", "common")
-"""Correlations of errors that are assumed unless others are asked for: the two extremes."""
+"""Default correlations of errors: the two extremes."""
 
 EXACT = 1e-6
 """Relative difference up to which a symmetry counts as exact."""
@@ -40,12 +40,11 @@ EXACT = 1e-6
 def facts(text: str, m: Reflectance) -> dict[str, Any]:
     """Facts about the material that `text` names, as JSON data."""
     result: dict[str, Any] = {"material": text, "type": type(m).__name__}
-    entry = None if isinstance(m, Measured) else builtin.find(text)
-    if entry is not None:
-        result |= {"built_in": entry.kind, "description": entry.description, "source": entry.source}
     if isinstance(m, Measured):
         result |= _file_facts(m)
     else:
+        if entry := builtin.find(text):
+            result |= {"built_in": entry.kind, "description": entry.description, "source": entry.source}
         result["expression"] = repr(m)
     names = m.channel_names
     result["channels"] = m.channels or 1
@@ -53,41 +52,37 @@ def facts(text: str, m: Reflectance) -> dict[str, Any]:
     result["has_delta"] = bool(m.has_delta)
     result["breaks"] = m.breaches()
     if not batch.full_shape(m, ()):
-        result["albedo"] = _albedo(m)
-        if isinstance(m, Measured):
-            result["symmetry"] = _symmetry(m)
-        if isinstance(m, Measured) and m.stated_totals:
-            result["stated_totals"] = _totals(m, m.stated_totals)
-        if isinstance(m, Gridded) and has_uncertainty(m):
-            result["uncertainty_of_albedo"] = _uncertainty_of_albedo(m)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", MissingDataWarning)
+            result |= _computed_facts(m)
     return result | _settable_facts(m)
 
 
-def _albedo(m: Reflectance) -> dict[str, Any]:
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", MissingDataWarning)
-        rho = albedo(m, direction(np.radians(INCIDENCE), 0.0), tolerance=1e-3)
-    return {"theta_i": list(INCIDENCE), "values": rho.tolist()}
+def _computed_facts(m: Reflectance) -> dict[str, Any]:
+    """Albedos, and of measurements symmetries, stated totals, and uncertainties of the albedos."""
+    at = direction(np.radians(INCIDENCE), 0.0)
+    rho = albedo(m, at, tolerance=1e-3)
+    result: dict[str, Any] = {"albedo": {"theta_i": list(INCIDENCE), "values": rho.tolist()}}
+    if isinstance(m, Measured):
+        result["symmetry"] = _symmetry(m)
+        if m.stated_totals:
+            result["stated_totals"] = _totals(m, m.stated_totals)
+    if isinstance(m, Gridded) and has_uncertainty(m):
+        u = {how: with_uncertainty(albedo, m, at, correlation=how, tolerance=1e-3).u for how in ASSUMPTIONS}
+        result["uncertainty_of_albedo"] = {how: x.tolist() for how, x in u.items()}
+    return result
 
 
-def _totals(m: Reflectance, stated: Sequence[Any]) -> dict[str, Any]:
-    """What the file says that is reflected to all sides, by direction [degrees] and channel, and what its f does."""
-    at = [[total.theta_i, total.phi_i] for total in stated]
-    shares = np.array([total.shares for total in stated])
+def _totals(m: Reflectance, totals: Sequence[Any]) -> dict[str, Any]:
+    """Reflectances by direction [degrees] and channel as the file states them, and as integrals of f."""
+    at = np.transpose([[total.theta_i, total.phi_i] for total in totals])
+    shares = np.array([total.shares for total in totals])
     tolerance = max(1e-3 * shares[shares > 0.0].min(initial=1.0), 1e-6)
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", MissingDataWarning)
         warnings.simplefilter("ignore", ToleranceWarning)
-        rho = albedo(m, direction(*np.transpose(at)), tolerance=tolerance).reshape(shares.shape)
-    theta_i, phi_i = np.degrees(np.transpose(at)).round(9).tolist()
+        rho = albedo(m, direction(*at), tolerance=tolerance).reshape(shares.shape)
+    theta_i, phi_i = np.degrees(at).round(9).tolist()
     return {"theta_i": theta_i, "phi_i": phi_i, "stated": shares.tolist(), "integral": rho.tolist()}
-
-
-def _uncertainty_of_albedo(m: Gridded) -> dict[str, Any]:
-    at = direction(np.radians(INCIDENCE), 0.0)
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", MissingDataWarning)
-        return {how: with_uncertainty(albedo, m, at, correlation=how, tolerance=1e-3).u.tolist() for how in ASSUMPTIONS}
 
 
 def _settable_facts(m: Reflectance) -> dict[str, Any]:
@@ -106,12 +101,12 @@ def _settable_facts(m: Reflectance) -> dict[str, Any]:
 
 
 def _file_facts(m: Measured) -> dict[str, Any]:
-    """Contents of a file; `missing` and `negative` are shares of its main table, None where its numbers are no f."""
+    """Contents of a file; `missing` and `negative` are shares of its main table, None if its numbers are no f."""
     valid = m.valid
     tables = {name: getattr(m, name) for name, field in m.fields.items() if isinstance(field, Table)}
-    fitting = {name: table for name, table in tables.items() if table.shape == valid.shape}
-    values = fitting.get("values", next(iter(fitting.values()), None))
-    held = None if values is None else values[valid]
+    tables = {name: table for name, table in tables.items() if table.shape == valid.shape}
+    values = tables.get("values", next(iter(tables.values()), None))
+    usable = None if values is None else values[valid]
     return {
         "path": m.path,
         "bytes": size_of(Path(m.path)) if os.path.exists(m.path) else None,
@@ -124,7 +119,7 @@ def _file_facts(m: Measured) -> dict[str, Any]:
         "published_as": getattr(m, "published", None),
         "shape": list(valid.shape),
         "missing": float(1.0 - valid.mean()),
-        "negative": None if held is None else float((held < 0.0).mean()) if held.size else 0.0,
+        "negative": None if usable is None else float((usable < 0.0).mean()) if usable.size else 0.0,
         "uncertainty": None if values is None else _uncertainty(m, values),
         "scale_uncertainty": scale_uncertainty(m) if isinstance(m, Gridded) else 0.0,
         "repairs": [{**r.to_json(), "summary": str(r)} for r in m.repairs],
@@ -136,43 +131,34 @@ def _axis(nodes: np.ndarray) -> dict[str, Any]:
     """Number of nodes, range [degrees] and steps of an axis."""
     degrees = np.degrees(np.asarray(nodes, dtype=float))
     steps = np.diff(degrees)
-    even = len(steps) > 0 and bool(np.ptp(steps) <= 1e-4 * steps.mean())
-    return {
-        "nodes": len(degrees),
-        "low": float(degrees[0]),
-        "high": float(degrees[-1]),
-        "step": float(steps.mean()) if even else None,
-    }
+    step = float(steps.mean()) if len(steps) and np.ptp(steps) <= 1e-4 * steps.mean() else None
+    return {"nodes": len(degrees), "low": float(degrees[0]), "high": float(degrees[-1]), "step": step}
 
 
 def _uncertainty(m: Measured, values: np.ndarray) -> dict[str, float] | None:
     """Median and range of the standard uncertainties relative to their values; None of measurements without any."""
-    spread = getattr(m, "uncertainty", None)
-    if spread is None or np.shape(spread) != values.shape:
+    u = getattr(m, "uncertainty", None)
+    if u is None or np.shape(u) != values.shape:
         return None
-    usable = np.isfinite(values) & np.isfinite(spread) & (values != 0.0)
+    usable = np.isfinite(values) & np.isfinite(u) & (values != 0.0)
     if not usable.any():
         return None
-    relative = np.abs(np.asarray(spread)[usable] / values[usable])
-    of = {"median": np.median(relative), "low": relative.min(), "high": relative.max()}
-    unknown = np.isfinite(values) & ~np.isfinite(spread)
-    return {**{name: float(x) for name, x in of.items()}, "unknown": float(unknown.mean())}
+    relative = np.abs(np.asarray(u)[usable] / values[usable])
+    unknown = (np.isfinite(values) & ~np.isfinite(u)).mean()
+    shares = {"median": np.median(relative), "low": relative.min(), "high": relative.max(), "unknown": unknown}
+    return {name: float(x) for name, x in shares.items()}
 
 
 def _symmetry(m: Reflectance) -> dict[str, Any]:
-    """Relative changes of f as the sample is turned, as both directions are mirrored at the x-z plane, and as they are
-    exchanged: median and 99th percentile, 0 where a change is rounding."""
+    """Relative changes of f, median and 99th percentile, when the sample is turned, when both directions are mirrored
+    at the x-z plane, and when they are exchanged; 0 for rounding."""
     wi, wo = lattice_pairs(4096)
     f = m.f(wi, wo)
     c, s = math.cos(1.1), math.sin(1.1)
     turn = np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
     mirror = np.array([1.0, -1.0, 1.0])
-    others = {
-        "isotropic": m.f(wi @ turn, wo @ turn),
-        "plane-symmetric": m.f(wi * mirror, wo * mirror),
-        "reciprocal": m.f(wo, wi),
-    }
-    return {name: _change(f, other) for name, other in others.items()}
+    pairs = {"isotropic": (wi @ turn, wo @ turn), "plane-symmetric": (wi * mirror, wo * mirror), "reciprocal": (wo, wi)}
+    return {name: _change(f, m.f(*pair)) for name, pair in pairs.items()}
 
 
 def _change(a: np.ndarray, b: np.ndarray) -> dict[str, float] | None:

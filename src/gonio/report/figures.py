@@ -1,4 +1,4 @@
-"""Figures that show a material: polar slices in the plane of incidence, albedo against angle, a lit sphere."""
+"""Figures of a material: polar slices in the plane of incidence, albedo against angle, a lit sphere."""
 
 from __future__ import annotations
 
@@ -21,6 +21,7 @@ from ..files import replacing, target
 from ..integrals.albedo import albedo
 from ..pictures.colour import LUMINANCE, RELATIVE_XYZ, XYZ, rgb_of, srgb_encode
 from ..scenes.rendering import render
+from ..tables.nodes import with_channels
 
 SLICES = (0.0, 15.0, 30.0, 45.0, 60.0, 75.0)
 INCIDENCE = (0.0, 10.0, 20.0, 30.0, 40.0, 50.0, 60.0, 70.0, 75.0, 80.0, 85.0, 88.0)
@@ -36,12 +37,12 @@ def show(
     samples: int = 32,
     progress: Callable[[int, int], None] | None = None,
 ) -> None:
-    """Write the figure to a .png, .jpg, .pdf or .svg file.
+    """Write the figure of a material to a .png, .jpg, .pdf or .svg file.
 
     Above: f [1/sr] in the plane of incidence as polar slices, one per angle of incidence, with a logarithmic radius,
     and a lit sphere. Below: the same slices against the viewing angle, and albedo against the angle of incidence, per
-    channel. Ticks on the axis mark the mirror directions, those on the half circle the light. The plane of incidence
-    is the x-z plane.
+    channel. Ticks on the half circle mark the light, ticks on the axis the mirror directions. The plane of incidence is
+    the x-z plane.
     """
     with new_figure(path, (11.0, 8.6), title or repr(m)) as figure:
         grid = figure.add_gridspec(2, 2, width_ratios=[1.25, 1.0])
@@ -65,7 +66,7 @@ def portrait(m: Reflectance, path: str | Path, lights: Light | Iterable[Light]) 
 
 @contextmanager
 def new_figure(path: str | Path, size: tuple[float, float], title: str) -> Iterator[Any]:
-    """A figure to draw in, which is written when all is drawn."""
+    """A figure to draw in, which is written at the end of the context."""
     path = Path(path)
     if path.suffix.lower() not in SUFFIXES:
         raise ParameterError(f"{path}: expected a name that ends in {', '.join(SUFFIXES)}")
@@ -85,18 +86,18 @@ def new_figure(path: str | Path, size: tuple[float, float], title: str) -> Itera
 
 
 def _matplotlib() -> Any:
-    """The library, which refuses to be imported where MPLBACKEND names a backend that it has not: none is used here."""
-    asked = os.environ.pop("MPLBACKEND", None)
+    """Matplotlib; its import fails where MPLBACKEND names an unknown backend, though none is used here."""
+    backend = os.environ.pop("MPLBACKEND", None)
     try:
         import matplotlib
     except ImportError:
         raise DependencyError("figures need matplotlib; pip install matplotlib") from None
     finally:
-        if asked is not None:
-            os.environ["MPLBACKEND"] = asked
-    if asked:
+        if backend is not None:
+            os.environ["MPLBACKEND"] = backend
+    if backend:
         with suppress(ValueError):
-            matplotlib.rcParams["backend"] = asked  # for who calls gonio and shows figures of his own
+            matplotlib.rcParams["backend"] = backend  # for callers that show figures of their own
     return matplotlib
 
 
@@ -105,15 +106,19 @@ STYLE: Any = {
     "axes.spines.top": False,
     "axes.spines.right": False,
     "axes.grid": True,
+    "axes.titlesize": 11,
     "grid.alpha": 0.25,
     "legend.frameon": False,
+    "legend.loc": "best",
+    "legend.fontsize": 9,
+    "legend.title_fontsize": 9,
 }
 _SEQUENCE = ["#0b1f4b", "#234f9a", "#2f86c1", "#37b59d", "#8cc63f", "#e3a72f"]
 RGB = ["#c8362f", "#2f8f46", "#2f5fc8"]
 
 
 def _brightness(m: Reflectance, f: np.ndarray, ndim: int) -> np.ndarray:
-    """One curve from values with or without channels: the luminance of RGB, else the mean."""
+    """f without its channels: their luminance if they are colours, else their mean."""
     if f.ndim == ndim:
         return f
     names = m.channel_names
@@ -146,21 +151,19 @@ def _range(slices: list[np.ndarray]) -> tuple[float, float]:
     return max(float(np.nanmin(values)), high * 1e-5), high
 
 
-def _nothing(axes: Any) -> None:
-    axes.text(0.5, 0.5, "f = 0 away from\nthe mirror direction", ha="center", va="center", transform=axes.transAxes)
+def write(axes: Any, text: str = "f = 0 away from\nthe mirror direction", colour: str = "black") -> None:
+    """Text in place of curves."""
+    axes.text(0.5, 0.5, text, ha="center", va="center", transform=axes.transAxes, color=colour)
 
 
 def _polar(axes: Any, slices: list[np.ndarray]) -> None:
     low, high = _range(slices)
-    axes.set_theta_zero_location("N")
-    axes.set_theta_direction(-1)
-    axes.set_thetamin(-90)
-    axes.set_thetamax(90)
+    axes.set(theta_zero_location="N", theta_direction=-1, thetamin=-90, thetamax=90)
     axes.set_thetagrids(np.arange(-90, 91, 30), [f"{abs(a)}°" for a in range(-90, 91, 30)])
-    axes.set_title("Polar slices of f [1/sr] in the plane of incidence, light from the left", fontsize=11)
+    axes.set_title("Polar slices of f [1/sr] in the plane of incidence, light from the left")
     if high == 0.0:
         axes.set_rticks([])
-        _nothing(axes)
+        write(axes)
         return
     bottom, top = math.floor(math.log10(low) - 0.3), math.log10(high) + 0.15
     for theta, f, colour in zip(SLICES, slices, _SEQUENCE, strict=True):
@@ -169,8 +172,8 @@ def _polar(axes: Any, slices: list[np.ndarray]) -> None:
         axes.plot([-math.radians(theta)] * 2, [top - 0.08 * (top - bottom), top], color=colour, lw=2.5)
     axes.set_rlim(bottom, top)
     decades = range(bottom + 1, math.floor(top) + 1)
-    step = max(1, -(-len(decades) // 3))  # more labels would touch in small figures
-    axes.set_rgrids(list(decades)[::step], [f"$10^{{{d}}}$" for d in list(decades)[::step]], angle=-90, fontsize=8)
+    decades = decades[:: max(1, -(-len(decades) // 3))]  # more labels would touch in small figures
+    axes.set_rgrids(list(decades), [f"$10^{{{d}}}$" for d in decades], angle=-90, fontsize=8)
 
 
 def _cartesian(axes: Any, slices: list[np.ndarray]) -> None:
@@ -179,43 +182,34 @@ def _cartesian(axes: Any, slices: list[np.ndarray]) -> None:
         axes.plot(VIEWS, f, color=colour, lw=1.6, label=f"{theta:g}°")
         axes.axvline(theta, ymax=0.03, color=colour, lw=2.0)
     if high == 0.0:
-        _nothing(axes)
+        write(axes)
     elif high / low < 3.0:
         axes.set_ylim(0.0, 1.25 * high)
     else:
-        axes.set_yscale("log")
-        axes.set_ylim(0.7 * low, 2.0 * high)
-    axes.set_xlim(-90, 90)
-    axes.set_xticks(np.arange(-90, 91, 30))
-    axes.set_xlabel("viewing angle θₒ [°]; ticks: mirror directions")
-    axes.set_ylabel("BRDF f [1/sr], without cosine")
-    axes.set_title("The same slices", fontsize=11)
-    axes.legend(title="incidence θᵢ", loc="best", fontsize=9, title_fontsize=9)
+        axes.set(yscale="log", ylim=(0.7 * low, 2.0 * high))
+    axes.set(xlim=(-90, 90), xticks=np.arange(-90, 91, 30), xlabel="viewing angle θₒ [°]; ticks: mirror directions")
+    axes.set(ylabel="BRDF f [1/sr], without cosine", title="The same slices")
+    axes.legend(title="incidence θᵢ")
 
 
 def _albedo(axes: Any, m: Reflectance) -> None:
     rho = albedo(m, direction(np.radians(INCIDENCE), 0.0), tolerance=1e-3)
-    rho = rho if rho.ndim == 2 else rho[:, None]
+    rho = with_channels(rho, 1)
     names = m.channel_names
     matrix = rgb_of(names) if rho.shape[1] > 3 or names in (XYZ, RELATIVE_XYZ) else None
     if matrix is not None:
         rho = rho @ matrix
     elif rho.shape[1] > 3:
         rho = rho.mean(axis=1, keepdims=True)
-    colours = RGB if rho.shape[1] == 3 else ["#333333"]
-    for c, colour in zip(range(rho.shape[1]), colours, strict=False):
-        label = "RGB"[c] if rho.shape[1] == 3 else None
-        axes.plot(INCIDENCE, rho[:, c], color=colour, lw=1.8, marker="o", ms=3.5, label=label)
-    top = max(1.0, float(rho.max()) * 1.05)
+    curves = zip("RGB", RGB, rho.T, strict=True) if rho.shape[1] == 3 else [(None, "#333333", rho[:, 0])]
+    for label, colour, curve in curves:
+        axes.plot(INCIDENCE, curve, color=colour, lw=1.8, marker="o", ms=3.5, label=label)
     axes.axhline(1.0, color="#999999", lw=1.0, ls="--")
-    axes.set_xlim(0, 90)
-    axes.set_xticks(np.arange(0, 91, 15))
-    axes.set_ylim(0.0, top)
-    axes.set_xlabel("angle of incidence θᵢ [°]")
-    axes.set_ylabel("albedo")
-    axes.set_title("Albedo: the fraction of light that leaves again", fontsize=11)
+    axes.set(xlim=(0, 90), xticks=np.arange(0, 91, 15), xlabel="angle of incidence θᵢ [°]")
+    axes.set(ylim=(0.0, max(1.0, float(rho.max()) * 1.05)), ylabel="albedo")
+    axes.set_title("Albedo: the fraction of light that leaves again")
     if rho.shape[1] == 3:
-        axes.legend(loc="best", fontsize=9)
+        axes.legend()
 
 
 def _sphere(axes: Any, picture: Any) -> None:
@@ -225,4 +219,4 @@ def _sphere(axes: Any, picture: Any) -> None:
     alpha = picture.alpha if picture.alpha is not None else np.ones(rgb.shape[:2])
     axes.imshow(np.concatenate([shown, alpha[..., None]], axis=-1), interpolation="lanczos")
     axes.set_axis_off()
-    axes.set_title("Sphere, seen by a parallel camera", fontsize=11)
+    axes.set_title("Sphere, seen by a parallel camera")

@@ -1,4 +1,4 @@
-"""The file formats as a table, made from their modules: what `gonio formats` and docs/formats.md show."""
+"""The file formats as a table, made from their modules, for `gonio formats` and docs/formats.md."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from ..formats._options import Option, options
 class Format(NamedTuple):
     """A file format.
 
-    own_kind       whether nothing else can be written than what was read from the format
-    sampled        whether what it is read into draws directions by its own values; None: that depends on the file
-    read_options   by name; None of formats that are not written in `write_options`
+    own_kind       whether only measurements read from the format can be written
+    sampled        whether measurements of the format are sampled by their own values; None: that depends on the file
+    read_options   by name; `write_options` are None of formats that are not written
     """
 
     name: str
@@ -36,11 +36,10 @@ class Format(NamedTuple):
 
     def to_json(self) -> dict[str, Any]:
         """As JSON data."""
-        listed = [
-            {name: option.to_json() for name, option in (options or {}).items()}
-            for options in (self.read_options, self.write_options)
-        ]
-        return {**self._asdict(), "read_options": listed[0], "write_options": listed[1] if self.written else None}
+        row = self._asdict()
+        for name in ("read_options", "write_options"):
+            row[name] = row[name] and {option: value.to_json() for option, value in row[name].items()}
+        return row
 
 
 def format_table() -> list[Format]:
@@ -65,41 +64,34 @@ def _row(module: ModuleType) -> Format:
 
 
 def _sampled(module: ModuleType) -> bool | None:
-    """By the classes that `read` says it returns."""
-    said = module.read.__annotations__.get("return", "")
-    names = said.split("|") if isinstance(said, str) else [said.__name__]
+    """By the classes in the annotation of `read`."""
+    returned = module.read.__annotations__.get("return", "")
+    names = returned.split("|") if isinstance(returned, str) else [returned.__name__]
     kinds = [getattr(module, name.strip(), Reflectance) for name in names]
     return None if Reflectance in kinds else all(kind.warp is not Reflectance.warp for kind in kinds)
 
 
 def sampled_in_words(row: Format) -> str:
-    """What the column "sampled" says."""
+    """The entry of the column "sampled"."""
     return {True: "yes", False: "by cosine", None: "by content"}[row.sampled]
 
 
 def as_page(rows: Sequence[Format]) -> str:
     """docs/formats.md."""
-    table = [
-        (
-            row.name,
-            " ".join(row.suffixes),
-            "yes",
-            "its own kind" if row.own_kind else "yes" if row.written else "no",
-            sampled_in_words(row),
-            row.description,
-            row.oracle,
-        )
-        for row in rows
-    ]
+    table = []
+    for row in rows:
+        written = "its own kind" if row.own_kind else "yes" if row.written else "no"
+        suffixes, sampled = " ".join(row.suffixes), sampled_in_words(row)
+        table.append((row.name, suffixes, "yes", written, sampled, row.description, row.oracle))
     header = ("format", "suffixes", "read", "written", "sampled", "what it is", "checked against")
-    chosen = [f"### {row.name}\n\n{_options(row)}\n" for row in rows if row.read_options or row.write_options]
-    return PAGE.format(formats=_table(header, table), options="\n".join(chosen))
+    sections = [f"### {row.name}\n\n{_options(row)}\n" for row in rows if row.read_options or row.write_options]
+    return PAGE.format(formats=_table(header, table), options="\n".join(sections))
 
 
 def _options(row: Format) -> str:
     cells = [
-        (does, f"`{name}`", option.expected, f"`{option.usual}`" if option.usual else "", option.declared.doc)
-        for does, options in (("read", row.read_options), ("write", row.write_options or {}))
+        (to, f"`{name}`", option.expected, f"`{option.usual}`" if option.usual else "", option.declared.doc)
+        for to, options in (("read", row.read_options), ("write", row.write_options or {}))
         for name, option in options.items()
     ]
     return _table(("to", "option", "value", "default", "meaning"), cells)
@@ -113,22 +105,22 @@ def _table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
 PAGE = """# File formats
 
 `gn.load(path)` recognises a file by its content, whatever its name. `gn.save(m, path)` takes the format of the suffix,
-and `format=` where several formats share one. `gn.convert(m, path)` saves, reads the file again, and says what that
-changed and lost: so does `gonio convert IN OUT`. `gonio info FILE` says what a file holds.
+or `format=` where several formats share a suffix. `gn.convert(m, path)` saves, reads the file again, and reports
+changes and losses, and so does `gonio convert IN OUT`. `gonio info FILE` describes a file.
 
-*Sampled*: whether directions are drawn by the file's own values, or by the cosine. *Checked against*: what says that
-the reader is right, beside files that gonio's tests write themselves.
+*Sampled*: whether directions are drawn by the file's own values, or by the cosine. *Checked against*: independent
+evidence that the reader is right, beside files that gonio's tests write themselves.
 
-This page is made by `python3 dev.py docs`, of what the modules in `src/gonio/formats` say.
+`python3 dev.py docs` makes this page from the modules in `src/gonio/formats`.
 
 {formats}
 
 ## Options
 
-Those to read are keyword arguments of `gn.load`, those to write of `gn.save` and `gn.convert`; `gonio convert` takes
-the latter as `--option NAME=VALUE`, a list as `1,2,3`, and `resolution` as `--resolution N,N` too. `gonio formats NAME`
-lists them in a terminal. A value of another kind or out of bounds is a ParameterError, before anything is read or
-written.
+Options to read are keyword arguments of `gn.load`, options to write are those of `gn.save` and `gn.convert`.
+`gonio convert` takes options to write as `--option NAME=VALUE`, a list as `1,2,3`, and `resolution` as
+`--resolution N,N` too. `gonio formats NAME` lists them in a terminal. A value of another kind or out of bounds is a
+ParameterError, before anything is read or written.
 
 `resolution` is always a count of nodes, `step` an angle in degrees.
 

@@ -1,4 +1,4 @@
-"""One figure that explains the verdicts of `check`: what each law measured, beside the tolerance it is held to."""
+"""The figure that explains the verdicts of `check`: the measurement of each law, and its tolerance."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from ..laws._probes import INCIDENCE, SAMPLES, difference, is_measured, values
 from ..laws._rings import around, distance
 from ..laws._verdict import Report
 from ..numerics.lattice import lattice
-from .figures import RGB, new_figure
+from .figures import RGB, new_figure, write
 
 GOOD, BAD, DECLARED, INK, GREY = "#2f8f46", "#c8362f", "#c47a00", "#1f3f77", "#8a8a8a"
 COLOURS = {"pass": GOOD, "FAIL": BAD, "breaks": DECLARED}
@@ -24,7 +24,7 @@ LINES = ["#1f3f77", "#2f86c1", "#37b59d", "#e3a72f", "#c8362f"]
 
 
 def draw(m: Reflectance, report: Report, path: str | Path) -> None:
-    """Write the figure to a .png, .pdf or .svg file: the verdicts of `report`, and panel by panel what was measured."""
+    """Write the figure to a .png, .pdf or .svg file: the verdicts of `report`, and a panel for each measurement."""
     with np.errstate(all="ignore"), new_figure(path, (14.0, 10.8), report.material) as figure:
         figure.get_layout_engine().set(w_pad=0.1, h_pad=0.1)
         grid = figure.add_gridspec(3, 3)
@@ -40,36 +40,26 @@ def draw(m: Reflectance, report: Report, path: str | Path) -> None:
         _limit(last, m) if limit.lobes(m) else _efficiency(last, m)
 
 
-def _title(axes: Any, text: str) -> None:
-    axes.set_title(text, fontsize=11)
-
-
-def _says(axes: Any, text: str) -> None:
-    axes.text(0.5, 0.5, text, ha="center", va="center", transform=axes.transAxes, color=GREY)
-
-
 def _verdicts(axes: Any, report: Report) -> None:
     axes.set_axis_off()
     broken = [law for law in report.laws if not law.passed]
-    _title(axes, "all laws hold" if not broken else f"{len(broken)} of {len(report.laws)} laws broken")
+    axes.set_title("all laws hold" if not broken else f"{len(broken)} of {len(report.laws)} laws broken")
     step = 1.0 / len(LAWS)
     for i, law in enumerate(report.laws):
         y = 1.0 - (i + 0.5) * step
         finding = law.finding.replace("|jacobian - difference|", "error").replace("distance from a mirror", "distance")
-        words = [
-            axes.text(-0.08, y, law.verdict, color=COLOURS[law.verdict], weight="bold", va="center"),
-            axes.text(0.1, y, law.name, va="center"),
-            axes.text(0.36, y, finding, va="center", fontsize=8.5, color="#444444"),
-        ]
-        for word in words:
-            word.set_in_layout(False)
+        outside = {"va": "center", "in_layout": False}
+        axes.text(-0.08, y, law.verdict, color=COLOURS[law.verdict], weight="bold", **outside)
+        axes.text(0.1, y, law.name, **outside)
+        axes.text(0.36, y, finding, fontsize=8.5, color="#444444", **outside)
 
 
 def _reciprocity(figure: Any, axes: Any, m: Reflectance) -> None:
     from matplotlib.colors import LogNorm
 
     edges = np.linspace(0.0, 90.0, 61)
-    theta = np.radians(0.5 * (edges[1:] + edges[:-1]))
+    middle = 0.5 * (edges[1:] + edges[:-1])
+    theta = np.radians(middle)
     phi = np.radians(np.arange(0.0, 360.0, 30.0)) + 0.3
     wi = direction(theta[:, None, None], np.full((1, 1, 1), 0.3))
     wo = direction(theta[None, :, None], phi[None, None, :])
@@ -77,19 +67,15 @@ def _reciprocity(figure: Any, axes: Any, m: Reflectance) -> None:
     error = difference(values(m, wi, wo), values(m, wo, wi)).max(axis=(-2, -1))
     shown = axes.pcolormesh(edges, edges, np.maximum(error, 1e-16).T, norm=LogNorm(1e-16, 2.0), cmap="viridis")
     if error.max() > reciprocity.TOLERANCE:
-        middle = 0.5 * (edges[1:] + edges[:-1])
         axes.contour(middle, middle, error.T, [reciprocity.TOLERANCE], colors=BAD, linewidths=1.2)
     beside = axes.inset_axes((1.05, 0.0, 0.06, 1.0))
     beside.set_in_layout(False)
     bar = figure.colorbar(shown, cax=beside, ticks=[1e-16, 1e-12, 1e-8, 1e-4, 1.0])
     bar.ax.axhline(reciprocity.TOLERANCE, color=BAD, lw=2.0)
-    axes.set_aspect("equal")
+    ticks = np.arange(0, 91, 30)
     axes.grid(False)
-    axes.set_xticks(np.arange(0, 91, 30))
-    axes.set_yticks(np.arange(0, 91, 30))
-    axes.set_xlabel("θᵢ [°]")
-    axes.set_ylabel("θₒ [°]")
-    _title(axes, "reciprocity: |f − f swapped| / mean; red: tolerance")
+    axes.set(aspect="equal", xticks=ticks, yticks=ticks, xlabel="θᵢ [°]", ylabel="θₒ [°]")
+    axes.set_title("reciprocity: |f − f swapped| / mean; red: tolerance")
 
 
 PLACES = ((30.0, 30.0, 180.0), (60.0, 60.0, 180.0), (60.0, 45.0, 120.0))
@@ -113,11 +99,11 @@ def _isotropy(axes: Any, m: Reflectance) -> None:
     axes.set_thetagrids(np.arange(0, 360, 45), fontsize=8)
     axes.set_rticks([1.0] if top < 1.5 else [1.0, top], [""] if top < 1.5 else ["", f"{top:.2g}×"], fontsize=8)
     if axes.lines:
-        pairs_shown = {"fontsize": 8, "title": "θᵢ, θₒ, φₒ − φᵢ", "title_fontsize": 8}
-        axes.legend(**pairs_shown, loc="lower right", bbox_to_anchor=(0.0, -0.17)).set_in_layout(False)
+        small = {"fontsize": 8, "title_fontsize": 8, "loc": "lower right", "bbox_to_anchor": (0.0, -0.17)}
+        axes.legend(title="θᵢ, θₒ, φₒ − φᵢ", **small).set_in_layout(False)
     else:
-        _says(axes, "f = 0 away from\nthe mirror direction")
-    _title(axes, "isotropy: f as the surface turns, over its mean")
+        write(axes, colour=GREY)
+    axes.set_title("isotropy: f as the surface turns, over its mean")
 
 
 def _energy(axes: Any, m: Reflectance) -> None:
@@ -126,25 +112,20 @@ def _energy(axes: Any, m: Reflectance) -> None:
     _, L = furnace.radiance(m)
     a, L = (np.nan_to_num(x, nan=np.inf, posinf=np.inf) for x in (a, L))
     a, L = (x.reshape(len(degrees), -1, x.shape[-1]).max(axis=1) for x in (a, L))
-    top = min(max(1.12, 1.1 * float(max(a.max(), L.max()))), 3.0)
+    low, largest = float(min(a.min(), L.min())), float(max(a.max(), L.max()))
+    top = min(max(1.12, 1.1 * largest), 3.0)
     axes.axhspan(1.0, top, color=BAD, alpha=0.08, lw=0)
     axes.axhline(1.0, color=BAD, lw=1.2)
     colours = RGB if a.shape[-1] == 3 else [INK] * a.shape[-1]
-    for c in range(a.shape[-1]):
-        first = c == 0
-        axes.plot(degrees, a[:, c], color=colours[c], lw=1.8, label="albedo, by quadrature" if first else None)
-        axes.plot(
-            degrees, L[:, c], "o", color=colours[c], ms=5, mfc="none", label="radiance, by sampling" if first else None
-        )
-    largest = float(max(a.max(), L.max()))
+    for c, colour in enumerate(colours):
+        labels = (None, None) if c else ("albedo, by quadrature", "radiance, by sampling")
+        axes.plot(degrees, a[:, c], color=colour, lw=1.8, label=labels[0])
+        axes.plot(degrees, L[:, c], "o", color=colour, ms=5, mfc="none", label=labels[1])
     words = f"more than arrives, up to {largest:.3g}" if largest > top else "more than arrives"
     axes.text(1.5, 0.985 * top, words, color=BAD, fontsize=9, va="top")
-    axes.set_xlim(0, 90.5)
-    axes.set_xticks(np.arange(0, 91, 15))
-    axes.set_ylim(min(0.0, 1.1 * float(min(a.min(), L.min()))), top)
-    axes.set_xlabel("θ of the light (albedo), of the view (radiance) [°]")
-    axes.legend(fontsize=9, loc="best")
-    _title(axes, "energy and furnace: a surround of radiance 1")
+    axes.set(xlim=(0, 90.5), xticks=np.arange(0, 91, 15), xlabel="θ of the light (albedo), of the view (radiance) [°]")
+    axes.set(ylim=(min(0.0, 1.1 * low), top), title="energy and furnace: a surround of radiance 1")
+    axes.legend()
 
 
 def _cavity(axes: Any, m: Reflectance) -> None:
@@ -157,17 +138,14 @@ def _cavity(axes: Any, m: Reflectance) -> None:
     axes.plot(bounce, mean.mean(axis=1), color=INK, lw=1.8, marker="o", ms=4, label="mean")
     low, high = float(mean.min()), float(mean.max())
     if low > 0.0 and (low < 0.2 or high > 5.0):
-        axes.set_yscale("log")
-        axes.set_ylim(0.6 * low, max(2.0, 1.2 * high))
+        axes.set(yscale="log", ylim=(0.6 * low, max(2.0, 1.2 * high)))
     else:
         axes.set_ylim(0.0, max(1.12, 1.1 * high))
-    axes.set_xlim(0, len(mean) - 1)
-    axes.set_xlabel("bounces")
-    axes.set_ylabel("radiance")
+    axes.set(xlim=(0, len(mean) - 1), xlabel="bounces", ylabel="radiance")
+    axes.set_title("cavity: radiance 1 between two plates, by bounces")
     steady = cavity.steady(m).max()
     words = f"plates that emit 1 settle at {steady:.4g}" if np.isfinite(steady) else "plates that emit never settle"
-    axes.legend(fontsize=9, loc="lower left", title=words, title_fontsize=9)
-    _title(axes, "cavity: radiance 1 between two plates, by bounces")
+    axes.legend(loc="lower left", title=words)
 
 
 def _density(axes: Any, m: Reflectance) -> None:
@@ -187,55 +165,47 @@ def _density(axes: Any, m: Reflectance) -> None:
         axes.plot(r[:, 0], expected, color=colour, lw=1.6, label="density")
         seen = r[expected > 1e-3 * max(float(expected.max()), 1e-30), 0]
         low = min(low or 180.0, float(seen[0])) if len(seen) else low
-    axes.set_xscale("log")
-    axes.set_xlim(low or 1e-3, 180.0)
-    axes.set_ylim(0.0, None)
-    axes.set_xlabel("distance from the mirror direction [°]")
-    axes.set_ylabel("share per decade")
+    axes.set(xscale="log", xlim=(low or 1e-3, 180.0), ylim=(0.0, None))
+    axes.set(xlabel="distance from the mirror direction [°]", ylabel="share per decade")
     if low:
-        axes.legend(fontsize=9, loc="upper left")
+        axes.legend(loc="upper left")
     else:
-        _says(axes, "a delta lobe:\nno density")
-    _title(axes, "pdf and sampling: histogram and density")
+        write(axes, "a delta lobe:\nno density", GREY)
+    axes.set_title("pdf and sampling: histogram and density")
 
 
 def _grazing(axes: Any, m: Reflectance) -> None:
     away = np.degrees(np.pi / 2 - np.arccos(grazing.COSINES))
-    way = grazing.ways()[0]
-    f = np.abs(grazing.along(m, way, grazing.COSINES[:, None])).max(axis=-1)
+    f = np.abs(grazing.along(m, grazing.ways()[0], grazing.COSINES[:, None])).max(axis=-1)
     top = float(f[np.isfinite(f)].max(initial=0.0))
     for k, theta in enumerate(np.degrees(grazing.OTHERS)):
         mine = f[:, k * len(grazing.AZIMUTHS) : (k + 1) * len(grazing.AZIMUTHS)]
         with np.errstate(invalid="ignore"):
             shown = np.where((mine > 1e-12 * top) & np.isfinite(mine), mine, np.nan)
-        for c in range(shown.shape[1]):
-            axes.plot(away, shown[:, c], color=LINES[k], lw=1.2, label=f"{theta:.0f}°" if c == 0 else None)
-    axes.set_xscale("log")
-    axes.set_xlim(10.0, away.min())
-    axes.set_xlabel("light above the horizon [°]")
-    axes.set_ylabel("f cosθᵢ [1/sr]")
+        axes.plot(away, shown, color=LINES[k], lw=1.2)[0].set_label(f"{theta:.0f}°")
+    axes.set(xscale="log", xlim=(10.0, away.min()), xlabel="light above the horizon [°]", ylabel="f cosθᵢ [1/sr]")
     if top > 0.0:
         axes.set_yscale("log")
-        axes.legend(title="θₒ", fontsize=9, title_fontsize=9, loc="best")
+        axes.legend(title="θₒ")
     else:
-        _says(axes, "f = 0 away from\nthe mirror direction")
-    _title(axes, "grazing: five azimuths each; level or falling is right")
+        write(axes, colour=GREY)
+    axes.set_title("grazing: five azimuths each; level or falling is right")
 
 
 def _derivatives(axes: Any, m: Reflectance) -> None:
-    _title(axes, "derivatives: jacobian against differences")
+    axes.set_title("derivatives: jacobian against differences")
     try:
         slopes = [] if is_measured(m) else list(derivatives.slopes(m))
     except TraceError:
         slopes = []
     if not slopes:
         axes.set_axis_off()
-        _says(axes, "not tested: a table,\nor a formula that cannot be traced")
+        write(axes, "not tested: a table,\nor a formula that cannot be traced", GREY)
         return
     errors: dict[str, list[np.ndarray]] = {}
     for s in slopes:
         errors.setdefault(s.name.partition(".")[0] if s.name[:2] in ("wi", "wo") else s.name, []).append(s.error)
-    for i, (_, parts) in enumerate(errors.items()):
+    for i, parts in enumerate(errors.values()):
         e = np.sort(np.maximum(np.concatenate([p.ravel() for p in parts]), 1e-16))
         e = np.where(np.isfinite(e), e, 1e2)
         half, most, worst = e[len(e) // 2], e[int(0.99 * (len(e) - 1))], e[-1]
@@ -245,9 +215,7 @@ def _derivatives(axes: Any, m: Reflectance) -> None:
         axes.plot(worst, i, "o", color=colour, ms=6)
     axes.axvspan(derivatives.TOLERANCE, 1e3, color=BAD, alpha=0.08, lw=0)
     axes.axvline(derivatives.TOLERANCE, color=BAD, lw=1.2)
-    axes.set_xscale("log")
-    axes.set_xlim(0.5e-16, 1e2)
-    axes.set_xticks(10.0 ** np.arange(-15, 1, 3))
+    axes.set(xscale="log", xlim=(0.5e-16, 1e2), xticks=10.0 ** np.arange(-15, 1, 3))
     axes.set_yticks(range(len(errors)), [name.rpartition(".")[2] for name in errors])
     axes.set_ylim(len(errors) - 0.4, -0.6)
     axes.set_xlabel("relative error: from the median (bar: 99 %) to the largest")
@@ -264,8 +232,8 @@ def _limit(axes: Any, m: Reflectance) -> None:
     axes.set_xticks(step, ["as given", *[""] * (len(step) - 2), "narrow"])
     axes.set_xlabel(", ".join(f"{name}: {value:g} → {end:g}" for name, value, end in ends))
     axes.set_ylim(0.0, max(1.02, 1.05 * float(n.albedo.max())))
-    axes.legend(fontsize=8, loc="best")
-    _title(axes, "limit: light outside 6° of the mirror, albedo")
+    axes.legend(fontsize=8)
+    axes.set_title("limit: light outside 6° of the mirror, albedo")
 
 
 def _efficiency(axes: Any, m: Reflectance) -> None:
@@ -277,10 +245,6 @@ def _efficiency(axes: Any, m: Reflectance) -> None:
         axes.plot(VIEWS, [r.effective for r in mine], **style, label="effective" if whole else name)
         if whole:
             axes.plot(VIEWS, [r.lost for r in mine], color=BAD, lw=1.4, ls=":", label="lost")
-    axes.set_xlim(0, 90)
-    axes.set_ylim(0.0, 1.05)
-    axes.set_xticks(np.arange(0, 91, 15))
-    axes.set_xlabel("θₒ [°]")
-    axes.set_ylabel("share of the samples")
-    axes.legend(fontsize=9, loc="best")
-    _title(axes, "how well sampling does")
+    axes.set(xlim=(0, 90), xticks=np.arange(0, 91, 15), xlabel="θₒ [°]")
+    axes.set(ylim=(0.0, 1.05), ylabel="share of the samples", title="how well sampling does")
+    axes.legend()

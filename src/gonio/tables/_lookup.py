@@ -1,4 +1,4 @@
-"""f between the nodes of a grid: which of them a pair of directions is between, and their weighted mean."""
+"""f between the nodes of a grid: the nodes around a pair of directions, and the weighted mean of their values."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ from .axes import Axis, nearest
 from .drawing import Sampled
 
 LEAST_KNOWN = 1e-3
-"""Below this share of the weights among nodes with data, f is NaN."""
+"""Share of the weights, of nodes with data, below which f is NaN."""
 
 
 class Interpolated(Sampled):
-    """Base of tables: their formula. What they hold, and how it is given to them, is the subclass's."""
+    """Base of tables: the formula that looks them up. Subclasses hold the values, and have the constructors."""
 
     interpolation: str
     outside: str
     channel: Any
     parameterisation: str = state()
-    """The name of the system of angles that the axes are of."""
+    """Name of the system of angles of the axes."""
     axes: dict[str, np.ndarray] = note()
     """Nodes [rad] of each axis, as given."""
     layout: tuple[Axis, ...] = state()
@@ -34,11 +34,11 @@ class Interpolated(Sampled):
     """Channels, or 1."""
     holes: bool = state()
     """Whether f is NaN at some nodes."""
-    values: Any  # what formulas look up, of bound materials only
+    values: Any  # f at the nodes, flat; of bound materials only
 
     @property
     def system(self) -> AngleSystem:
-        """What is known about its axes."""
+        """The system of angles of the axes."""
         return angle_system(self.parameterisation)
 
     def brdf(self) -> np.ndarray:
@@ -46,18 +46,18 @@ class Interpolated(Sampled):
         raise NotImplementedError
 
     def _looked_up(self) -> dict[str, Fixed]:
-        """The nodes' f with the circles closed, flat, and the nodes of uneven axes."""
-        kept = super()._looked_up()
-        del kept["stored"]
+        """f at the nodes with the circles closed, flat, and the nodes of uneven axes."""
+        fixed = super()._looked_up()
+        del fixed["stored"]
         uneven = {
             f"nodes_{k}": Fixed(axis.closed(nodes))
             for k, (axis, nodes) in enumerate(zip(self.layout, self.axes.values(), strict=True))
             if axis.spacing == "uneven"
         }
-        return {**kept, "values": Roomy(self._flat), **uneven}
+        return {**fixed, "values": Roomy(self._flat), **uneven}
 
     def _flat(self) -> np.ndarray:
-        """f at the nodes with the circles closed, flat, and an entry more."""
+        """f at the nodes with the circles closed, flat, with one entry more: kernels gather pairs."""
         grid, sizes = tuple(map(len, self.axes.values())), tuple(axis.size for axis in self.layout)
         flat = np.empty(math.prod(sizes) * self.width + 1)
         flat[-1] = 0.0
@@ -77,9 +77,9 @@ class Interpolated(Sampled):
         return ops.where(beyond, math.nan if self.outside == "missing" else 0.0, value)
 
     def corners(self, wi: Direction, wo: Direction) -> tuple[Slices, Any]:
-        """The nodes around a pair with their weights, as if none were without data; and whether it is beyond the grid.
+        """The nodes around a pair with their weights, those without data too; and whether it is beyond the grid.
 
-        Of bound materials. Nodes are counted through the grid with its circles closed: `layout[k].size` along axis k.
+        Of bound materials. A node's number counts the grid with its circles closed: `layout[k].size` along axis k.
         """
         corners: list[tuple[Any, Any]] = [(0, 1.0)]
         beyond: Any = False
@@ -99,15 +99,15 @@ class Interpolated(Sampled):
         if len(values) == 1:
             return values[0][0]
         if self.holes:
-            return _of_known(values)
+            return _mean_of_known(values)
         total = values[0][0] * values[0][1]
         for value, weight in values[1:]:
             total = total + weight * value
         return total
 
 
-def _of_known(values: Slices) -> Any:
-    """The weighted mean of values that are numbers; NaN where these have next to no weight."""
+def _mean_of_known(values: Slices) -> Any:
+    """The weighted mean of the values that are no NaN; NaN where these have next to no weight."""
     total: Any = 0.0
     known: Any = 0.0
     for value, weight in values:

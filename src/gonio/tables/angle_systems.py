@@ -1,4 +1,4 @@
-"""Angles that pairs of directions are measured and tabulated by: all that is said of each system of them, said once."""
+"""Systems of angles in which pairs of directions are measured and tabulated."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ class Angle(NamedTuple):
     """An angle of a pair of directions.
 
     meaning   in words
-    highest   the largest [rad], from 0; None of azimuths
-    power     of the even spacing that default nodes have: 2 where f changes fastest near 0
+    highest   the largest [rad], from 0; None for azimuths
+    power     of the even spacing of default nodes: 2 where f changes fastest near 0
     """
 
     meaning: str
@@ -42,31 +42,31 @@ ANGLES = {
     "radial": Angle("angle between the direction to the viewer and the mirror direction of the light", math.pi, 2),
     "azimuth": Angle("azimuth of the viewer about the mirror direction of the light, 0 towards the horizon"),
 }
-"""The angles of all systems by name. Files name their columns, variables and axes so."""
+"""The angles of all systems by name; files use these names for columns, variables and axes."""
 
 AZIMUTHS = tuple(name for name, angle in ANGLES.items() if angle.highest is None)
 
 
 class Nodes(NamedTuple):
-    """How many nodes a grid has along each axis: of a system's isotropic axes, and of its oriented ones."""
+    """Numbers of nodes along the isotropic axes of a system, and along its oriented axes."""
 
     isotropic: tuple[int, ...]
     oriented: tuple[int, ...]
 
 
 class AngleSystem(NamedTuple):
-    """How pairs of directions are described by angles [rad].
+    """A description of pairs of directions by angles [rad].
 
     title      in words, for people
-    isotropic  axes of materials that turning both directions about the normal leaves as they are
-    oriented   axes of the others: those that `isotropic` has not are what such a turn changes
-    angles     of a pair, components in and numbers out; `oriented` asks for four
-    pairs      wi and wo (..., 3) of angles, NumPy arrays
-    coarse     nodes of a dataset, where a caller does not say
-    fine       nodes of a table that is resampled
-    tabulated  nodes of `gonio.tabulate`; None where it has no such tables
-    exchange   of axes: the one that the angle is on when wi and wo are exchanged, and the sign and the shift that it
-               has there; nothing of axes whose angle then follows from several
+    isotropic  axes for isotropic materials, which do not change as both directions turn about the normal
+    oriented   axes for other materials; such a turn changes the angles that are not among the isotropic axes
+    angles     (wi, wo, oriented) -> angles of a pair, components in and numbers out; four if `oriented`
+    pairs      angles, NumPy arrays -> wi and wo (..., 3)
+    coarse     default nodes of a dataset
+    fine       default nodes of `gonio.repair.resample`
+    tabulated  default nodes of `gonio.tabulate`; None if it makes no such tables
+    exchange   axis -> the axis that has its angle when wi and wo are exchanged, with a sign and a shift; without axes
+               whose angle then follows from several
     """
 
     name: str
@@ -91,7 +91,7 @@ class AngleSystem(NamedTuple):
     def nodes(
         self, counts: Sequence[int], periods: Mapping[str, float] = MappingProxyType({})
     ) -> dict[str, np.ndarray]:
-        """Nodes of the axes, so many along each: azimuths around their period (2 pi), others from 0 to the largest."""
+        """`counts` nodes of each axis: azimuths around their period (2 pi), others from 0 to the largest."""
         grid = {}
         for name, count in zip(self.axes(len(counts) == len(self.oriented)), counts, strict=True):
             _, highest, power = ANGLES[name]
@@ -107,7 +107,7 @@ class AngleSystem(NamedTuple):
 
 
 POLE = 1e-30
-"""Square of a length along the surface up to which it has no azimuth."""
+"""Square of the length along the surface up to which a direction has no azimuth."""
 
 
 def azimuth_of(w: Direction) -> Any:
@@ -125,7 +125,7 @@ def _angles(wi: Direction, wo: Direction, oriented: bool) -> list[Any]:
 
 
 def _flat(w: Direction) -> Direction:
-    """Along the surface as w is; along x if w is the normal, whose azimuth is 0."""
+    """The part of w along the surface; x if w is the normal, whose azimuth is 0."""
     pole = w.x * w.x + w.y * w.y < POLE
     return Direction(ops.where(pole, 1.0, w.x), ops.where(pole, 0.0, w.y), 0.0)
 
@@ -180,6 +180,8 @@ def _pairs_of_specular(theta_i: Any, radial: Any, around: Any, phi_i: Any = 0.0)
     return wi, np.stack(wo, -1)
 
 
+_EXCHANGED = {"theta_i": ("theta_o", 1.0, 0.0), "theta_o": ("theta_i", 1.0, 0.0), "phi": ("phi", -1.0, 0.0)}
+
 SYSTEMS = {
     system.name: system
     for system in (
@@ -193,13 +195,7 @@ SYSTEMS = {
             coarse=Nodes((31, 31, 36), (13, 13, 24, 24)),
             fine=Nodes((46, 46, 72), (19, 19, 36, 36)),
             tabulated=Nodes((46, 46, 72), (19, 19, 36, 36)),
-            exchange={
-                "theta_i": ("theta_o", 1.0, 0.0),
-                "theta_o": ("theta_i", 1.0, 0.0),
-                "phi": ("phi", -1.0, 0.0),
-                "phi_i": ("phi_o", 1.0, 0.0),
-                "phi_o": ("phi_i", 1.0, 0.0),
-            },
+            exchange={**_EXCHANGED, "phi_i": ("phi_o", 1.0, 0.0), "phi_o": ("phi_i", 1.0, 0.0)},
         ),
         AngleSystem(
             "relative",  # lobes that turn with wi stay whole, which they do not on axes phi_i and phi_o
@@ -210,11 +206,7 @@ SYSTEMS = {
             _pairs_of_relative,
             coarse=Nodes((31, 31, 36), (13, 13, 24, 24)),
             fine=Nodes((46, 46, 72), (19, 19, 36, 36)),
-            exchange={
-                "theta_i": ("theta_o", 1.0, 0.0),
-                "theta_o": ("theta_i", 1.0, 0.0),
-                "phi": ("phi", -1.0, 0.0),
-            },
+            exchange=_EXCHANGED,
         ),
         AngleSystem(
             "half_difference",  # Rusinkiewicz'

@@ -1,4 +1,4 @@
-"""The axes of a grid of angles: checked, and how an angle becomes a position among the nodes of one."""
+"""The axes of a grid of angles: checks of their nodes, and the position of an angle among them."""
 
 from __future__ import annotations
 
@@ -15,20 +15,21 @@ from ..formula.table_warp import Slices, bracket
 from .angle_systems import ANGLES, AZIMUTHS, AngleSystem, Nodes, angle_system
 
 INSIDE = 1e-6
-"""How far [rad] a direction may be beyond the outermost nodes and still count as between them."""
+"""Angles up to this [rad] beyond the outermost nodes count as between them."""
 
 PAIR = 128
-"""Bytes that an evaluation takes at least for every pair of directions: these, their angles, and f."""
+"""Bytes that an evaluation takes at least for a pair of directions, its angles, and f."""
 
 
 def counts(resolution: Any, lengths: Sequence[int], least: int, expected: str) -> tuple[int, ...]:
-    """How many nodes there are along each axis, as a caller asks for.
+    """The numbers of nodes along each axis that a caller asks for.
 
-    Raises ParameterError for anything but so many whole numbers of at least `least`, `expected` says of what, and
-    TooLargeError where their product is more than this machine has memory for.
+    `lengths`: how many numbers may be given; `least`: of each; `expected`: their meaning, for messages. Raises
+    ParameterError for anything else, and TooLargeError where their product is more than this machine has memory for.
     """
     numbers = list(resolution) if isinstance(resolution, (tuple, list, np.ndarray)) else []
-    if len(numbers) not in lengths or not all(_is_whole(n) and n >= least for n in numbers):
+    whole = all(isinstance(n, (int, np.integer)) and not isinstance(n, bool) for n in numbers)
+    if not whole or len(numbers) not in lengths or min(numbers) < least:
         many = " or ".join(map(str, lengths))
         example = ",".join(["18"] * lengths[0])
         raise ParameterError(
@@ -39,12 +40,8 @@ def counts(resolution: Any, lengths: Sequence[int], least: int, expected: str) -
     return sizes
 
 
-def _is_whole(n: Any) -> bool:
-    return isinstance(n, (int, np.integer)) and not isinstance(n, bool)
-
-
 def fits(pairs: float, asked: str) -> None:
-    """Raises TooLargeError where f at so many pairs of directions is more than this machine has memory for."""
+    """Raises TooLargeError if f at this number of pairs of directions needs more memory than this machine has."""
     if pairs * PAIR > physical():
         raise TooLargeError(
             f"{asked}: {pairs:.3g} pairs of directions take {pairs * PAIR / 1e9:.3g} GB and this machine has "
@@ -55,21 +52,27 @@ def fits(pairs: float, asked: str) -> None:
 def nodes_of(
     system: AngleSystem, oriented: bool, resolution: Any, usual: Nodes, periods: Mapping[str, float] | None = None
 ) -> dict[str, np.ndarray]:
-    """The default nodes of a system's axes, as many along each as `resolution` says, or `usual` if that is None.
-
-    Raises what `counts` does.
-    """
+    """Nodes of a system's axes, `resolution` along each, or `usual` if that is None. Raises what `counts` does."""
     names = system.axes(oriented)
-    asked = (usual.oriented if oriented else usual.isotropic) if resolution is None else resolution
-    return system.nodes(counts(asked, (len(names),), 2, f"nodes of {', '.join(names)}"), periods or {})
+    if resolution is None:
+        resolution = usual.oriented if oriented else usual.isotropic
+    return system.nodes(counts(resolution, (len(names),), 2, f"nodes of {', '.join(names)}"), periods or {})
+
+
+def between(position: Any, count: int) -> Slices:
+    """The two nodes around a position, among `count` nodes 0, 1, ..., with linear weights."""
+    position = ops.clip(position, 0.0, count - 1.0)
+    start = ops.minimum(ops.floor(position), count - 2.0)
+    i, w = ops.to_index(start), position - start
+    return ((i, 1.0 - w), (i + 1, w))
 
 
 class Axis(NamedTuple):
-    """How an angle becomes a position among the nodes of an axis.
+    """An axis, for formulas that look up the position of an angle among its nodes.
 
-    spacing   "even", "even in square root", or "uneven": looked up
-    start     first node, and what one step is, of even ones
-    size      nodes, with the one that closes the circle
+    spacing   "even", "even in square root", or "uneven": searched
+    start     first node of an even axis (its square root), and `step`, the distance between nodes
+    size      number of nodes, with the one that closes the circle
     period    of azimuths, else 0
     """
 
@@ -83,9 +86,9 @@ class Axis(NamedTuple):
     last: float
 
     def around(self, angle: Any, nodes: Any) -> Slices:
-        """The nodes around an angle with their weights, which are linear; `nodes`: those of an uneven axis, `closed`.
+        """The nodes around an angle with linear weights; beyond the outermost nodes these have all the weight.
 
-        Beyond the outermost nodes these have all the weight.
+        `nodes`: of an uneven axis, as `closed` returns them.
         """
         if self.size == 1:
             return ((0, 1.0),)
@@ -100,22 +103,19 @@ class Axis(NamedTuple):
             angle = angle - self.start
         if self.spacing == "uneven":
             return bracket(nodes, self.size, angle)
-        position = ops.clip(angle * (1.0 / self.step), 0.0, self.size - 1.0)
-        start = ops.minimum(ops.floor(position), self.size - 2.0)
-        i, w = ops.to_index(start), position - start
-        return ((i, 1.0 - w), (i + 1, w))
+        return between(angle * (1.0 / self.step), self.size)
 
     @property
     def has_ends(self) -> bool:
-        """Whether there are angles beyond the outermost nodes: not of azimuths, and one node stands for all."""
+        """Whether angles can be beyond the outermost nodes: not azimuths, nor where one node stands for all angles."""
         return not self.period and self.size > 1
 
     def is_beyond(self, angle: Any) -> Any:
-        """Whether an angle is outside of the outermost nodes."""
+        """Whether an angle is beyond the outermost nodes."""
         return (angle < self.first - INSIDE) | (angle > self.last + INSIDE)
 
     def closed(self, nodes: np.ndarray) -> np.ndarray:
-        """The nodes of an uneven axis, with the first again at the end where the circle is closed; azimuths from it."""
+        """Nodes to search: those of a circle count from the first, which is repeated at the end to close it."""
         if not self.period:
             return nodes
         return np.append(nodes, nodes[0] + self.period)[: self.size] - nodes[0]
@@ -136,16 +136,16 @@ def laid_out(
 
     Raises ParameterError where the nodes do not fit the system, a period, or each other.
     """
-    turning = _check(name, axes, mirrored)
-    given = {axis: float(periods.get(axis, 2.0 * math.pi)) for axis in turning}
-    if unknown := set(periods) - set(given):
-        raise ParameterError(f"periods={dict(periods)!r}: {unknown} are no azimuths; expected {list(given)}")
-    made = (_axis(n, x, given.get(n, 0.0), mirrored and k == 2) for k, (n, x) in enumerate(axes.items()))
-    return tuple(made), given
+    _check(name, axes, mirrored)
+    around = {axis: float(periods.get(axis, 2.0 * math.pi)) for axis in axes if axis in AZIMUTHS}
+    if unknown := set(periods) - set(around):
+        raise ParameterError(f"periods={dict(periods)!r}: {unknown} are no azimuths; expected {list(around)}")
+    layout = (_axis(n, x, around.get(n, 0.0), mirrored and k == 2) for k, (n, x) in enumerate(axes.items()))
+    return tuple(layout), around
 
 
-def _check(name: str, axes: Mapping[str, np.ndarray], mirrored: bool) -> list[str]:
-    """The azimuths among the axes; ParameterError where the axes do not fit the system."""
+def _check(name: str, axes: Mapping[str, np.ndarray], mirrored: bool) -> None:
+    """Raises ParameterError where the axes do not fit the system."""
     system = angle_system(name)
     if tuple(axes) not in (system.isotropic, system.oriented):
         listed = " or ".join(", ".join(names) for names in (system.isotropic, system.oriented))
@@ -156,13 +156,13 @@ def _check(name: str, axes: Mapping[str, np.ndarray], mirrored: bool) -> list[st
         highest = ANGLES[axis].highest
         low, high = (-4.0 * math.pi, 4.0 * math.pi) if highest is None else (0.0, highest)
         if not len(nodes) or not np.isfinite(nodes).all() or not (np.diff(nodes) > 0.0).all():
-            raise ParameterError(f"axes: {axis} is {_short(nodes)}, expected increasing, finite nodes [rad]")
+            shown = np.array2string(nodes, threshold=6, edgeitems=3, precision=4)
+            raise ParameterError(f"axes: {axis} is {shown}, expected increasing, finite nodes [rad]")
         if nodes[0] < low - INSIDE or nodes[-1] > high + INSIDE:
             raise ParameterError(
                 f"axes: {axis} runs from {nodes[0]:g} to {nodes[-1]:g}, expected {low:g} to {high:g} rad; "
                 f"convert degrees with numpy.radians"
             )
-    return [axis for axis in axes if axis in AZIMUTHS]
 
 
 def _axis(name: str, nodes: np.ndarray, period: float, mirrored: bool) -> Axis:
@@ -186,7 +186,3 @@ def _axis(name: str, nodes: np.ndarray, period: float, mirrored: bool) -> Axis:
                 spacing, start, step = kind, float(x[0]), float(x[-1] - x[0]) / (len(x) - 1)
                 break
     return Axis(spacing, start, step, len(closed), period, mirrored, float(nodes[0]), float(nodes[-1]))
-
-
-def _short(a: np.ndarray) -> str:
-    return np.array2string(a, threshold=6, edgeitems=3, precision=4)

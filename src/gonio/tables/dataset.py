@@ -1,8 +1,8 @@
-"""Measurements as `xarray.Dataset`s and back, without loss: the layout of docs/data-model.md."""
+"""Measurements as `xarray.Dataset`s and back, without loss, in the layout of docs/data-model.md."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -30,34 +30,33 @@ def to_dataset(
 ) -> xarray.Dataset:
     """A reflectance as a dataset in gonio's layout; see docs/data-model.md.
 
-    What is on a grid (MERL's too) or in rows is kept as it is, with uncertainty, validity and all that is known about
-    it. Of others, and where a `resolution` is asked for (nodes along each axis), f is put on a grid of the
-    `parameterisation`; pairs below the horizon have no value. Where the measurement was read from a file the dataset
-    says which, with its SHA-256.
+    Measurements on a grid (MERL too) or in rows stay as they are, with uncertainty, validity and metadata. Other
+    reflectances, and any if a `resolution` is given (nodes along each axis), are evaluated on a grid of the
+    `parameterisation`; pairs below the horizon have no value. The dataset names the file that a measurement was read
+    from, with its SHA-256.
 
     Raises ParameterError for a material with a delta lobe or with maps.
     """
     table = m.as_grid() if isinstance(m, Measured) and resolution is None else None
-    if table is None:
-        table = on_grid(m, parameterisation, resolution)
+    table = _on_grid(m, parameterisation, resolution) if table is None else table
     return table.data.assign_attrs(provenance=dataset_layout.to_text(origin(m)))
 
 
 def from_dataset(ds: xarray.Dataset, path: str = "") -> Gridded:
     """The measurement in a dataset in gonio's layout, made by `to_dataset` or by hand; see docs/data-model.md.
 
-    Angles may be in degrees, wavelengths in um or m: their `units` say so. Where `valid` is false there is no value.
-    Raises FormatError that names the variable or attribute that is missing or wrong.
+    Angles may be in degrees and wavelengths in um or m, by their `units`. Where `valid` is false there is no value.
+    Raises FormatError, which names the missing or wrong variable or attribute.
     """
-    return _measurement(ds, path, lambda array: array)
+    return _measurement(ds, path, copied=True)
 
 
 def of_file(ds: xarray.Dataset, path: str) -> Gridded:
-    """The same of a dataset that a reader has just made: its arrays are not copied."""
-    return _measurement(ds, path, Ours)
+    """`from_dataset` of a dataset that a reader has just made: its arrays are not copied."""
+    return _measurement(ds, path, copied=False)
 
 
-def _measurement(ds: xarray.Dataset, path: str, own: Callable[[Any], Any]) -> Gridded:
+def _measurement(ds: xarray.Dataset, path: str, copied: bool) -> Gridded:
     where = path or "dataset"
     version = str(ds.attrs.get("gonio_schema", ""))
     if not version:
@@ -69,24 +68,24 @@ def _measurement(ds: xarray.Dataset, path: str, own: Callable[[Any], Any]) -> Gr
         raise FormatError(f"{where}: gonio_schema is {version!r}, expected {dataset_layout.VERSION!r}; update gonio")
     if "values" not in ds:
         raise FormatError(f"{where}: has no variable values; its variables: {', '.join(map(str, ds))}")
-    kind = Scattered if ROW in ds["values"].dims else Gridded
     try:
-        return _scattered(ds, path, where) if kind is Scattered else _gridded(ds, path, where, own)
+        return _scattered(ds, path, where) if ROW in ds["values"].dims else _gridded(ds, path, where, copied)
     except ParameterError as error:
         raise FormatError(f"{where}: {error}") from None
 
 
-def _gridded(ds: xarray.Dataset, path: str, where: str, own: Callable[[Any], Any]) -> Gridded:
+def _gridded(ds: xarray.Dataset, path: str, where: str, copied: bool) -> Gridded:
     name = _text(ds, "parameterisation", where)
     dims = [d for d in ds["values"].dims if d not in ("wavelength", "channel")]
     axes = angle_system(name).axes(len(dims) > 3)
     if set(dims) != set(axes):
         raise FormatError(f"{where}: values has dimensions {', '.join(map(str, dims))}, expected {', '.join(axes)}")
+    values, u = _masked(ds, axes), _variable(ds, "uncertainty", axes)
     return Gridded(
         name,
-        {axis: _angle(ds, axis, where) for axis in axes},
-        own(_masked(ds, axes)),
-        uncertainty=None if (spread := _variable(ds, "uncertainty", axes)) is None else own(spread),
+        {axis: _scaled(ds, axis, RADIANS, where) for axis in axes},
+        values if copied else Ours(values),
+        uncertainty=u if copied or u is None else Ours(u),
         mirrored=bool(_flag(ds, "mirrored", where)),
         periods=_periods(ds, where),
         interpolation=_text(ds, "interpolation", where, "linear"),
@@ -95,13 +94,10 @@ def _gridded(ds: xarray.Dataset, path: str, where: str, own: Callable[[Any], Any
 
 
 def _scattered(ds: xarray.Dataset, path: str, where: str) -> Scattered:
-    theta_i, phi_i, theta_o, phi_o = (_angle(ds, angle, where) for angle in ROW_ANGLES)
+    angles: dict[str, Any] = {angle: _scaled(ds, angle, RADIANS, where) for angle in ROW_ANGLES}
     return Scattered(
-        theta_i,
-        phi_i,
-        theta_o,
-        phi_o,
-        _masked(ds, (ROW,)),
+        **angles,
+        values=_masked(ds, (ROW,)),
         uncertainty=_variable(ds, "uncertainty", (ROW,)),
         isotropic=_flag(ds, "isotropic", where),
         **_common(ds, path, where),
@@ -109,12 +105,12 @@ def _scattered(ds: xarray.Dataset, path: str, where: str) -> Scattered:
 
 
 def _common(ds: xarray.Dataset, path: str, where: str) -> dict[str, Any]:
-    """What both kinds of measurement are given."""
+    """The arguments that `Gridded` and `Scattered` share."""
     about = from_text(_text(ds, "about", where), where) if "about" in ds.attrs else {}
     if not isinstance(about, dict):
         raise FormatError(f"{where}: the attribute about is {about!r:.40}, expected a JSON object")
-    if "provenance" in ds.attrs and (made_of := from_text(_text(ds, "provenance", where), where)):
-        about[ORIGIN] = made_of
+    if "provenance" in ds.attrs and (source := from_text(_text(ds, "provenance", where), where)):
+        about[ORIGIN] = source
     return {
         "quantity": _text(ds, "quantity", where),
         "channels": _channel_names(ds, where),
@@ -127,13 +123,8 @@ def _common(ds: xarray.Dataset, path: str, where: str) -> dict[str, Any]:
 def _channel_names(ds: xarray.Dataset, where: str) -> list[str | float] | None:
     dims = ds["values"].dims
     if "wavelength" in dims:
-        wavelengths = _scaled(ds, "wavelength", NANOMETRES, where)
-        return [float(x) for x in wavelengths]
-    return [str(x) for x in _coordinate(ds, "channel", where).values] if "channel" in dims else None
-
-
-def _angle(ds: xarray.Dataset, name: str, where: str) -> np.ndarray:
-    return _scaled(ds, name, RADIANS, where)
+        return list(map(float, _scaled(ds, "wavelength", NANOMETRES, where)))
+    return list(map(str, _coordinate(ds, "channel", where).values)) if "channel" in dims else None
 
 
 def _coordinate(ds: xarray.Dataset, name: str, where: str) -> xarray.DataArray:
@@ -155,11 +146,10 @@ def _scaled(ds: xarray.Dataset, name: str, units: dict[str, float], where: str) 
 
 
 def _variable(ds: xarray.Dataset, name: str, axes: Sequence[str]) -> np.ndarray | None:
-    """A variable with its dimensions in the order of values; None if there is none."""
+    """A variable with dimensions in the order of `axes`, channels last; None if the dataset has no such variable."""
     if name not in ds:
         return None
-    channel = [d for d in ("wavelength", "channel") if d in ds["values"].dims]
-    expected = [*axes, *channel]
+    expected = [*axes, *(d for d in ("wavelength", "channel") if d in ds["values"].dims)]
     if set(ds[name].dims) != set(expected):
         raise ParameterError(f"{name} has dimensions {ds[name].dims}, expected {', '.join(expected)}")
     values = ds[name].transpose(*expected).values
@@ -169,7 +159,7 @@ def _variable(ds: xarray.Dataset, name: str, axes: Sequence[str]) -> np.ndarray 
 
 
 def _masked(ds: xarray.Dataset, axes: Sequence[str]) -> np.ndarray:
-    """The values, NaN where `valid` says that there is none."""
+    """The values, NaN where `valid` is false."""
     values, valid = _variable(ds, "values", axes), _variable(ds, "valid", axes)
     assert values is not None
     if values.dtype.kind != "f":
@@ -200,11 +190,8 @@ def _text(ds: xarray.Dataset, name: str, where: str, default: str | None = None)
     return value
 
 
-def on_grid(m: Reflectance, parameterisation: str, resolution: Sequence[int] | None = None) -> Gridded:
-    """f of any reflectance on a grid of angles; NaN for pairs below the horizon.
-
-    theta_h is spaced as its square root. Raises ParameterError for a material with a delta lobe or with maps.
-    """
+def _on_grid(m: Reflectance, parameterisation: str, resolution: Sequence[int] | None = None) -> Gridded:
+    """f of any reflectance on a grid of angles; NaN at pairs below the horizon."""
     tabular_shape(m)
     system = angle_system(parameterisation)
     axes = nodes_of(system, not m.is_isotropic(), resolution, system.coarse)

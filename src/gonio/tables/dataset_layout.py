@@ -1,6 +1,6 @@
-"""gonio's layout of measurements as `xarray.Dataset`s: what their variables and attributes are called.
+"""gonio's layout of measurements as `xarray.Dataset`s: names of variables and attributes, as in docs/data-model.md.
 
-Written down in docs/data-model.md. Nothing here knows the classes of measurements; `dataset` does.
+Nothing here knows the classes of measurements; `dataset` does.
 """
 
 from __future__ import annotations
@@ -19,19 +19,16 @@ if TYPE_CHECKING:
     import xarray
 
 VERSION = "1.0"
-"""Of the layout; the first number changes where old readers would misunderstand."""
-
-CONVENTIONS = "CF-1.11"
+"""Version of the layout; its first number changes when older readers would misunderstand a file."""
 
 ROW = "measurement"
-"""The dimension of measurements in no grid."""
+"""Dimension of measurements in no grid."""
 
 RADIANS = {"rad": 1.0, "radian": 1.0, "radians": 1.0, "degree": np.pi / 180.0, "degrees": np.pi / 180.0}
 NANOMETRES = {"nm": 1.0, "um": 1e3, "µm": 1e3, "m": 1e9}
-BRDF = "sr-1"
 
 
-def described(
+def dataset(
     axes: Mapping[str, np.ndarray],
     dims: Sequence[str],
     values: np.ndarray,
@@ -39,7 +36,7 @@ def described(
     channels: Sequence[str | float] | None,
     **attributes: Any,
 ) -> xarray.Dataset:
-    """A dataset: `axes` are coordinates [rad] along `dims`, channels come last, `attributes` say what they are."""
+    """A dataset of values (dims..., C); `axes` are coordinates [rad] along `dims`; empty provenance is left out."""
     import xarray
 
     along = dims if len(dims) == len(axes) else [dims[0]] * len(axes)
@@ -49,45 +46,40 @@ def described(
     }
     dims = list(dims)
     if channels is not None:
-        name, coordinate = _channels(channels)
+        name, nodes, about = _channels(channels)
         dims.append(name)
-        coordinates[name] = coordinate
-    units = {"units": "1" if attributes["quantity"] == "reflectance factor" else BRDF}
-    others = "valid" if uncertainty is None else "uncertainty valid"
-    held: dict[str, Any] = {
-        "values": (dims, values, {**units, "long_name": attributes["quantity"], "ancillary_variables": others}),
+        coordinates[name] = (name, nodes, about)
+    units = {"units": "1" if attributes["quantity"] == "reflectance factor" else "sr-1"}
+    beside = "valid" if uncertainty is None else "uncertainty valid"
+    variables: dict[str, Any] = {
+        "values": (dims, values, {**units, "long_name": attributes["quantity"], "ancillary_variables": beside}),
         "valid": (dims, np.isfinite(values), {"long_name": "whether there is a value"}),
     }
     if uncertainty is not None:
-        held["uncertainty"] = (dims, uncertainty, {**units, "long_name": "standard uncertainty of values"})
-    head = {"Conventions": CONVENTIONS, "gonio_schema": VERSION}
-    return xarray.Dataset(held, coordinates, {**head, **{k: _attribute(v) for k, v in attributes.items()}})
+        variables["uncertainty"] = (dims, uncertainty, {**units, "long_name": "standard uncertainty of values"})
+    texts = {name: _attribute(value) for name, value in attributes.items() if value or name != "provenance"}
+    return xarray.Dataset(variables, coordinates, {"Conventions": "CF-1.11", "gonio_schema": VERSION, **texts})
 
 
-def _channels(channels: Sequence[str | float]) -> tuple[str, tuple[str, Any, dict[str, str]]]:
-    """The coordinate along the channels: wavelengths [nm], or names."""
+def _channels(channels: Sequence[str | float]) -> tuple[str, np.ndarray, dict[str, str]]:
+    """The coordinate along the channels: its name, wavelengths [nm] or names, and its attributes."""
     if all(isinstance(x, str) for x in channels):
-        return "channel", ("channel", np.array(channels, str), {"long_name": "channel"})
+        return "channel", np.array(channels, str), {"long_name": "channel"}
     if any(isinstance(x, str) for x in channels):
         raise ParameterError(f"channels {list(channels)!r:.80}: expected names alone, or wavelengths [nm] alone")
     about = {"units": "nm", "standard_name": "radiation_wavelength", "long_name": "wavelength in a vacuum"}
-    return "wavelength", ("wavelength", np.array(channels, float), about)
+    return "wavelength", np.array(channels, float), about
 
 
 def _attribute(value: Any) -> Any:
-    """What netCDF and Zarr can hold: text and numbers; the rest as JSON."""
+    """Text and numbers as netCDF and Zarr hold them; anything else as JSON."""
     if isinstance(value, bool):
         return int(value)
     return value if isinstance(value, (str, int, float)) else to_text(value)
 
 
-def known(about: Mapping[str, Any], provenance: Mapping[str, Any]) -> dict[str, Any]:
-    """The attributes that say what is known about a measurement, and where it came from."""
-    return {"about": dict(about), **({"provenance": dict(provenance)} if provenance else {})}
-
-
 def to_text(value: Any) -> str:
-    """JSON that `from_text` turns into the same again: with tuples, bytes, arrays, and keys of any kind."""
+    """JSON from which `from_text` makes an equal value: with tuples, bytes, arrays, and keys of any kind."""
     return json.dumps(_tagged(value), ensure_ascii=False)
 
 
@@ -120,8 +112,8 @@ def _tagged(value: Any) -> Any:
             return {k: _tagged(v) for k, v in value.items()}
         return {f"{TAG}items": [[_tagged(k), _tagged(v)] for k, v in value.items()]}
     raise ParameterError(
-        f"{value!r:.60}: what is known about a measurement cannot be kept with it; expected numbers, text, arrays, "
-        f"and lists and dictionaries of them"
+        f"{value!r:.60}: cannot be written as metadata of a measurement; expected numbers, text, arrays, and lists and "
+        f"dictionaries of them"
     )
 
 
@@ -130,28 +122,25 @@ def _untagged(value: Any) -> Any:
         return [_untagged(x) for x in value]
     if not isinstance(value, dict):
         return value
-    tag, held = next(iter(value.items()), ("", ""))
-    if len(value) > 1 or not tag.startswith(TAG):
-        return {k: _untagged(v) for k, v in value.items()}
-    return _of_kind(tag.removeprefix(TAG), held)
-
-
-def _of_kind(kind: str, held: Any) -> Any:
+    items: list[Any] = [*value.items()]
+    if len(items) != 1 or not items[0][0].startswith(TAG):
+        return {k: _untagged(v) for k, v in items}
+    kind, data = items[0][0].removeprefix(TAG), items[0][1]
     if kind == "number":
-        return _dtype(held[0]).type(held[1])
+        return _dtype(data[0]).type(data[1])
     if kind == "array":
-        return np.array(held[2], _dtype(held[0])).reshape(held[1])
+        return np.array(data[2], _dtype(data[0])).reshape(data[1])
     if kind == "bytes":
-        return base64.b64decode(held, validate=True)
+        return base64.b64decode(data, validate=True)
     if kind == "tuple":
-        return tuple(_untagged(x) for x in held)
+        return tuple(_untagged(x) for x in data)
     if kind == "items":
-        return {_untagged(k): _untagged(v) for k, v in held}
+        return {_untagged(k): _untagged(v) for k, v in data}
     raise ValueError(f"unknown kind {kind!r}")
 
 
 def _dtype(name: str) -> np.dtype:
-    found = np.dtype(name)
-    if found.kind not in "biufU" or found.itemsize > 4096:
+    dtype = np.dtype(name)
+    if dtype.kind not in "biufU" or dtype.itemsize > 4096:
         raise ValueError(f"unknown dtype {name!r}")
-    return found
+    return dtype

@@ -1,4 +1,4 @@
-"""Sampling of measurements: by tables of their own values over half vectors, made when first needed."""
+"""Sampling of measurements, by tables of their values over half vectors, which are made when first needed."""
 
 from __future__ import annotations
 
@@ -14,12 +14,13 @@ from ..formula.direction import Direction, half_and_cosine, polar_angle, reflect
 from ..formula.table_warp import MarginalWarp, Slices, both, gather, tables_when_needed
 from ..formula.warp import cosine_hemisphere, cosine_hemisphere_density
 from .angle_systems import azimuth_of
+from .axes import between
 
 COSINE_SHARE = 0.2
 """Share of samples that is cosine-distributed: weights are at most 5 pi f."""
 
 VIEWS, TURNS, ROWS, COLUMNS = 16, 16, 32, 64
-"""Polar angles and azimuths of wo that there are tables for; azimuths and polar angles of half vectors in each."""
+"""Polar angles and azimuths of wo, one table each; azimuths and polar angles of half vectors in a table."""
 
 STEEPEST = math.radians(88.0)
 GRAZING = 0.01  # cosine, below which f is not looked at
@@ -28,8 +29,9 @@ KINDS = ("lobe", "lobe_conditional", "lobe_marginal", "lobe_integral")
 
 
 class Sampled(Measured):
-    """Base of measurements that know f only: half vectors are drawn by tables of f cos(theta_i), seen from 16 polar
-    angles (and 16 azimuths, if turning the sample changes f), mixed with the cosine hemisphere; the density is exact.
+    """Base of measurements of which only f is known. Half vectors are drawn by tables of f cos(theta_i), one for each
+    of 16 polar angles of wo (and 16 azimuths, if turning the sample changes f), mixed with the cosine hemisphere; the
+    density is exact.
 
     Source   Dupuy & Jakob 2018, "An adaptive parameterization for efficient material acquisition and rendering",
              ACM TOG 37(6):274, for half vectors drawn by tables over their angles; here the tables are those of f.
@@ -37,13 +39,13 @@ class Sampled(Measured):
 
     seam = COSINE_SHARE
 
-    lobe: Any  # what sampling looks up, of bound materials only
+    lobe: Any  # tables of sampling, of bound materials only
     lobe_conditional: Any
     lobe_marginal: Any
     lobe_integral: Any
 
     def _keep(self) -> dict[str, Fixed]:
-        """What `_looked_up` says, and the tables of sampling, made of it when first needed."""
+        """The tables of `_looked_up`, and those of sampling, which are made from them when first needed."""
         bare = self._looked_up()
 
         def lobes() -> np.ndarray:
@@ -80,25 +82,17 @@ class Sampled(Measured):
         return gather(self.lobe_integral, self._seen_from(wo)[0], 1, 0)
 
     def _seen_from(self, wo: Direction) -> tuple[Slices, Any]:
-        """The sampling tables to interpolate, and the azimuth that theirs are counted from."""
-        theta = _between(polar_angle(wo) * ((VIEWS - 1) / STEEPEST), VIEWS)
+        """The sampling tables around wo with their weights, and the azimuth from which their azimuths count."""
+        theta = between(polar_angle(wo) * ((VIEWS - 1) / STEEPEST), VIEWS)
         if not self.is_oriented():
             return theta, azimuth_of(wo)
-        phi = _between((azimuth_of(wo) + math.pi) * (TURNS / (2.0 * math.pi)), TURNS + 1)
+        phi = between((azimuth_of(wo) + math.pi) * (TURNS / (2.0 * math.pi)), TURNS + 1)
         return both(phi, theta, VIEWS), 0.0
 
     @property
     def _lobe(self) -> MarginalWarp:
         count = VIEWS * (TURNS + 1) if self.is_oriented() else VIEWS
         return MarginalWarp(self.lobe, self.lobe_conditional, self.lobe_marginal, (ROWS, COLUMNS), count)
-
-
-def _between(position: Any, count: int) -> Slices:
-    """The two of `count` nodes 0, 1, ... around a position, with linear weights."""
-    position = ops.clip(position, 0.0, count - 1.0)
-    start = ops.minimum(ops.floor(position), count - 2.0)
-    i = ops.to_index(start)
-    return ((i, 1.0 - (position - start)), (i + 1, position - start))
 
 
 def _lobes(m: Measured, oriented: bool) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""Values at the nodes of a grid of angles, interpolated: what most measurements and tables are."""
+"""Values at the nodes of a grid of angles, interpolated between them: the class of most measurements and tables."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from ..arrays import frozen, ops
+from ..arrays import frozen
 from ..base.provenance import derived
 from ..base.quantities import from_brdf, quantity_named, to_brdf
 from ..errors import ParameterError
@@ -27,20 +27,20 @@ if TYPE_CHECKING:
 class Gridded(Interpolated):
     """Values at the nodes of a grid of angles, linear between them along every axis.
 
-    `parameterisation` names the system of angles that the axes are of (`angle_systems.SYSTEMS`). Nodes [rad] are
-    increasing, of any spacing; three axes mean an isotropic material. Azimuths wrap with their period (2 pi unless
-    `periods` has another: pi for phi_d of a reciprocal table); `mirrored`: the third axis covers half of it, and the
-    other half is its mirror image. Below the first node and above the last of another axis, `outside` says what f is:
-    "hold" (the outermost value), "missing" (NaN) or "zero".
+    `parameterisation` names the system of angles of the axes (`angle_systems.SYSTEMS`). Nodes [rad] are increasing, of
+    any spacing; three axes mean an isotropic material. Azimuths wrap with their period (2 pi unless `periods` has
+    another: pi for phi_d of a reciprocal table); `mirrored`: the third axis covers half of its period, and the other
+    half is the mirror image. Beyond the outermost nodes of the other axes, f is the outermost value (`outside`:
+    "hold"), NaN ("missing") or 0 ("zero").
     Nodes without data (NaN) are left out and the weights of the others renormalised; f is NaN where these hold less
-    than 1/1000 of the weight. "nearest" takes the value of the nearest node instead. Values are interpolated as BRDFs.
+    than 1/1000 of the weight. `interpolation`: "nearest" takes the value of the nearest node instead of "linear".
+    Values are interpolated as BRDFs.
 
     Sampling: see `Sampled`.
 
     Shapes   values, uncertainty: (grid...) or (grid..., C). f: (...) or (..., C).
     Units    f: 1/sr; `values` those of `quantity`, a name in `quantities.QUANTITIES`.
-    Error    at nodes rounding; between them that of linear interpolation, which depends on the data: `gn.tabulate`
-             measures it.
+    Error    at nodes rounding; between nodes that of linear interpolation, which `gn.tabulate` measures.
     Source   definition; angles of half_difference: Rusinkiewicz 1998, "A new change of variables for efficient BRDF
              representation".
     """
@@ -49,8 +49,8 @@ class Gridded(Interpolated):
     breaks: ClassVar[dict[str, str]] = {
         "positivity": "measured values are kept as they are, with noise around 0",
         "reciprocity": "a table holds every pair of directions on its own",
-        "energy": "measured values, and what is interpolated between them, are kept as they are",
-        "furnace": "measured values, and what is interpolated between them, are kept as they are",
+        "energy": "measured values, and interpolations between them, are kept as they are",
+        "furnace": "measured values, and interpolations between them, are kept as they are",
         "grazing": "beyond the outermost nodes nothing is known",
     }
 
@@ -81,12 +81,12 @@ class Gridded(Interpolated):
         path: str = "",
         about: Mapping[str, Any] | None = None,
     ):
-        stored = _real("values", values)
+        stored = real("values", values)
         names = None if channels is None else tuple(channels)
         grid = self._lay_out(parameterisation, axes, mirrored, periods or {}, names)
         _check_values("values", stored, grid, names)
         if uncertainty is not None:
-            uncertainty = _real("uncertainty", uncertainty)
+            uncertainty = real("uncertainty", uncertainty)
             _check_values("uncertainty", uncertainty, grid, names)
         self._hold(uncertainty=uncertainty, quantity=quantity_named(quantity))
         super().__init__(
@@ -97,13 +97,8 @@ class Gridded(Interpolated):
             stored=Ours(stored),
             channel=0.0 if names is None else len(names),
         )
-        self._hold(holes=not np.isfinite(stored).all() or self._is_undetermined())
-
-    def _is_undetermined(self) -> bool:
-        """Whether f does not follow from what is stored at some nodes: where it was multiplied by a cosine of 0."""
-        if "cos" not in self.quantity:
-            return False
-        return any((w[..., 2] <= HORIZON).any() for w in self.directions())
+        times_zero = "cos" in self.quantity and any((w[..., 2] <= HORIZON).any() for w in self.directions())
+        self._hold(holes=bool(times_zero or not np.isfinite(stored).all()))
 
     def _lay_out(
         self,
@@ -113,19 +108,19 @@ class Gridded(Interpolated):
         periods: Mapping[str, float],
         names: tuple | None,
     ) -> tuple[int, ...]:
-        """Set what the grid is; its shape."""
-        held = Held({name: _nodes(name, nodes) for name, nodes in axes.items()})
-        layout, given = laid_out(parameterisation, held, mirrored, periods)
+        """The shape of the grid, after its axes and channels are set."""
+        nodes = Held({name: frozen(real(f"axes: {name}", x).astype(float).reshape(-1)) for name, x in axes.items()})
+        layout, all_periods = laid_out(parameterisation, nodes, mirrored, periods)
         self._hold(
             parameterisation=parameterisation,
-            axes=held,
+            axes=nodes,
             is_mirrored=bool(mirrored),
-            periods=Held(given),
-            layout=tuple(layout),
+            periods=Held(all_periods),
+            layout=layout,
             width=1 if names is None else len(names),
             channel_names=names,
         )
-        return tuple(map(len, held.values()))
+        return tuple(map(len, nodes.values()))
 
     @property
     def valid(self) -> np.ndarray:
@@ -139,7 +134,7 @@ class Gridded(Interpolated):
     @property
     def data(self) -> xarray.Dataset:
         """As stored, in the layout of docs/data-model.md: `values`, `valid`, `uncertainty`, by the axes and channel."""
-        return dataset_layout.described(
+        return dataset_layout.dataset(
             self.axes,
             list(self.axes),
             self.stored,
@@ -152,7 +147,8 @@ class Gridded(Interpolated):
             interpolation=self.interpolation,
             outside=self.outside,
             source=self.path,
-            **dataset_layout.known(self.about, self.provenance),
+            about=self.about,
+            provenance=self.provenance,
         )
 
     def is_oriented(self) -> bool:
@@ -160,14 +156,13 @@ class Gridded(Interpolated):
         return len(self.layout) == 4
 
     def directions(self) -> tuple[np.ndarray, np.ndarray]:
-        """wi and wo (grid..., 3) at the nodes; a component z below 0 where the grid goes below the horizon."""
+        """wi and wo (grid..., 3) at the nodes; z is below 0 where the grid goes below the horizon."""
         return self.system.directions(self.axes)
 
     def brdf(self) -> np.ndarray:
-        """f [1/sr] at the nodes, shape of `stored`; NaN where there is no value, or where that does not tell f because
-        it was multiplied by a cosine of 0 or less.
+        """f [1/sr] at the nodes, shape of `stored`; NaN where there is no value, or only f times a cosine of 0 or less.
 
-        Nodes below the horizon keep the f that is stored for them: between nodes on both sides it is interpolated.
+        Nodes below the horizon keep their f: between nodes on both sides it is interpolated.
         """
         return self._as_brdf(self.stored)
 
@@ -176,34 +171,29 @@ class Gridded(Interpolated):
         return None if self.uncertainty is None else self._as_brdf(self.uncertainty)
 
     def with_brdf(self, values: np.ndarray, uncertainty: np.ndarray | None = None, **about: Any) -> Gridded:
-        """The same grid with other f [1/sr] at its nodes, kept in the same quantity; `about` is added to its own."""
-        f, u = Ours(self._converted(_real("values", values), from_brdf)), None
+        """The same grid with other f [1/sr] at its nodes, stored in the same quantity; `about` is added to its own."""
+        f, u = Ours(self._converted(real("values", values), from_brdf)), None
         if uncertainty is not None:
-            u = Ours(self._converted(_real("uncertainty", uncertainty), from_brdf))
+            u = Ours(self._converted(real("uncertainty", uncertainty), from_brdf))
         return self.with_table(f, u, about={**self.about, **about})
 
     def with_table(self, values: Any, uncertainty: Any = None, **other: Any) -> Gridded:
-        """A table of other `values`, as given to `Gridded`, with all else that this has but for what `other` says,
-        arguments of `Gridded`; its `provenance` says which file this was read from.
+        """A table like this one with other `values`, and with the arguments of `Gridded` that `other` names; its
+        `provenance` says which file this one was read from.
         """
-        known = {
-            "parameterisation": self.parameterisation,
-            "axes": self.axes,
-            "quantity": self.quantity,
-            "channels": self.channel_names,
-            "mirrored": self.is_mirrored,
-            "periods": self.periods,
-            "interpolation": self.interpolation,
-            "outside": self.outside,
-            "path": self.path,
-            "about": self.about,
-        }
-        made = Gridded(values=values, uncertainty=uncertainty, **{**known, **other})
-        return made.with_notes(provenance=derived(self))
+        like_this = Gridded(values=values, uncertainty=uncertainty, **{**self._arguments(), **other})
+        return like_this.with_notes(provenance=derived(self))
+
+    def _arguments(self) -> dict[str, Any]:
+        """The arguments of `Gridded` that made this table, but for the numbers in it."""
+        same = ("parameterisation", "axes", "quantity", "periods", "interpolation", "outside", "path", "about")
+        renamed = {"channels": self.channel_names, "mirrored": self.is_mirrored}
+        return {**{name: getattr(self, name) for name in same}, **renamed}
 
     def redrawn(self, values: np.ndarray) -> Gridded:
-        """As `with_brdf`, for many tables of much the same f with data at the same nodes: with this one's tables of
-        sampling, which take longer to make than an integral. f is what `with_brdf` gives.
+        """As `with_brdf`, but with this table's tables of sampling, which take longer to make than an integral.
+
+        For many tables of much the same f with data at the same nodes; f is that of `with_brdf`.
         """
         table = self.with_brdf(values)
         return table._changed({}, {**table._looked_up(), **{name: self._kept[name] for name in KINDS}})
@@ -220,16 +210,10 @@ class Gridded(Interpolated):
         return convert(self.quantity, values, *cosines)
 
     def _key(self) -> tuple:
-        shape = (
-            ("parameterisation", self.parameterisation),
-            ("quantity", self.quantity),
-            ("mirrored", self.is_mirrored),
-            ("periods", self.periods),
-        )
-        nodes = tuple((f"nodes of {name}", x) for name, x in self.axes.items())
-        names = (("channel_names", self.channel_names),)
-        uncertainty = () if self.uncertainty is None else (("uncertainty", self.uncertainty),)
-        return (*super()._key(), *shape, *nodes, *names, *uncertainty)
+        compared = ("parameterisation", "quantity", "is_mirrored", "periods", "channel_names", "uncertainty")
+        nodes = ((f"nodes of {name}", x) for name, x in self.axes.items())
+        values = ((name, getattr(self, name)) for name in compared)
+        return (*super()._key(), *nodes, *(pair for pair in values if pair[1] is not None))
 
     def __repr__(self) -> str:
         if self.path:
@@ -247,17 +231,10 @@ def _check_values(what: str, values: np.ndarray, grid: tuple[int, ...], names: t
         raise ParameterError("channels: got none, expected names or wavelengths [nm]; None for values without channels")
 
 
-def _real(what: str, values: Any) -> np.ndarray:
-    """An array of floats of our own; those of single and double precision stay so."""
+def real(what: str, values: Any) -> np.ndarray:
+    """A read-only array of floats; single and double precision stay as they are."""
     try:
         array = kept(values)
     except (TypeError, ValueError) as error:
         raise ParameterError(f"{what}: got {error}; expected an array of numbers") from None
     return array if array.dtype in (np.float32, np.float64) else frozen(array.astype(np.float64))
-
-
-def _nodes(name: str, nodes: Any) -> np.ndarray:
-    try:
-        return frozen(np.array(ops.numbers(nodes), dtype=float).reshape(-1))
-    except (TypeError, ValueError) as error:
-        raise ParameterError(f"axes: {name} holds {error}; expected increasing, finite nodes [rad]") from None

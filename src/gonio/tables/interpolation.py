@@ -18,7 +18,7 @@ TOGETHER = 1024
 
 
 def _places(rows: np.ndarray, four: bool, mirrored: bool) -> np.ndarray:
-    """Where rows lie for interpolation: projections of the directions on the surface, turned together if isotropic."""
+    """Places of rows: projections of both directions on the surface, turned together if the material is isotropic."""
     theta_i, phi_i, theta_o, phi_o = rows.T
     wi, wo = direction(theta_i, phi_i), direction(theta_o, phi_o if four else phi_o - phi_i)
     if four:
@@ -30,96 +30,94 @@ def _places(rows: np.ndarray, four: bool, mirrored: bool) -> np.ndarray:
 def interpolated(
     rows: np.ndarray,
     f: np.ndarray,
-    spread: np.ndarray | None,
+    u: np.ndarray | None,
     axes: Mapping[str, np.ndarray],
     four: bool,
     mirrored: bool,
     outside: str,
 ) -> tuple[np.ndarray, np.ndarray | None, np.ndarray]:
-    """f at the nodes of a grid (grid...[, C]), its standard uncertainty: that of the nearest row; and which that is.
+    """f (grid...[, C]) at the nodes of a grid, the standard uncertainty of the nearest row, and which row that is.
 
     Each channel is interpolated from the rows with a number in it; the nearest row returned has one in some channel.
     """
     from scipy.spatial import KDTree
 
     nodes = np.meshgrid(*axes.values(), indexing="ij")
-    grid = nodes[0].shape
     theta_i, theta_o, *phis = (x.reshape(-1) for x in nodes)
     phi_i, phi_o = phis if four else (0.0 * theta_i, phis[0])
-    wanted = _places(np.stack([theta_i, phi_i, theta_o, phi_o], axis=-1), four, mirrored)
+    targets = _places(np.stack([theta_i, phi_i, theta_o, phi_o], axis=-1), four, mirrored)
     places, values = _places(rows, four, mirrored), f.reshape(len(f), -1)
-    spreads = None if spread is None else spread.reshape(values.shape)
-    found = np.full((len(wanted), values.shape[1]), np.nan)
-    found_spread = None if spread is None else found.copy()
+    spread = None if u is None else u.reshape(values.shape)
+    f_at_nodes = np.full((len(targets), values.shape[1]), np.nan)
+    u_at_nodes = None if u is None else f_at_nodes.copy()
     known = np.isfinite(values)
     for pattern in np.unique(known, axis=1).T:
-        same = (known == pattern[:, None]).all(axis=0)
+        channels = (known == pattern[:, None]).all(axis=0)
         if pattern.any():
-            at = np.ix_(pattern, same)
-            merged = _merged(places[pattern], values[at], None if spreads is None else spreads[at])
-            found[:, same], around = _between(*merged[:2], wanted, outside)
-            if found_spread is not None and merged[2] is not None:
-                found_spread[:, same] = merged[2][around]
+            at = np.ix_(pattern, channels)
+            merged = _merged(places[pattern], values[at], None if spread is None else spread[at])
+            f_at_nodes[:, channels], nearest = _between(*merged[:2], targets, outside)
+            if u_at_nodes is not None and merged[2] is not None:
+                u_at_nodes[:, channels] = merged[2][nearest]
     some = known.any(axis=1)
-    nearest = KDTree(_merged(places[some], values[some], None)[0]).query(wanted)[1]
+    nearest = KDTree(_merged(places[some], values[some], None)[0]).query(targets)[1]
+    grid = nodes[0].shape
     shape = (*grid, *f.shape[1:])
-    spread = None if found_spread is None else found_spread.reshape(shape)
-    return found.reshape(shape), spread, nearest.reshape(grid)
+    return f_at_nodes.reshape(shape), None if u_at_nodes is None else u_at_nodes.reshape(shape), nearest.reshape(grid)
 
 
-def _between(places: np.ndarray, values: np.ndarray, wanted: np.ndarray, outside: str) -> tuple[np.ndarray, np.ndarray]:
-    """Values (n, C) at the places wanted, interpolated from those at others; and the number of the nearest of these."""
+def _between(places: np.ndarray, values: np.ndarray, targets: np.ndarray, outside: str) -> tuple[np.ndarray, ...]:
+    """Values (m, C) at the targets, interpolated from those (n, C) at places; and the number of the nearest place."""
     from scipy.spatial import KDTree
 
     tree = KDTree(places)
-    distance, nearest = tree.query(wanted)
-    found = values[nearest]
+    distance, nearest = tree.query(targets)
+    result = values[nearest]
     if len(places) > 1:
         usual = np.median(tree.query(places, k=2)[0][:, 1])
         near = distance <= 2.0 * usual
         if near.any():
-            found[near] = _by_radial_functions(tree, values, wanted[near])
+            result[near] = _by_radial_functions(tree, values, targets[near])
         if outside == "missing":
-            found[~near] = np.nan
-    return found, nearest
+            result[~near] = np.nan
+    return result, nearest
 
 
-def _by_radial_functions(tree: Any, values: np.ndarray, wanted: np.ndarray) -> np.ndarray:
-    """Values (m, C) at the places wanted, by sum_k c_k |x - x_k| + d through the nearest of those (n, C) in a tree.
+def _by_radial_functions(tree: Any, values: np.ndarray, targets: np.ndarray) -> np.ndarray:
+    """Values (m, C) at the targets, by sum_k c_k |x - x_k| + d through the nearest of the points of a tree, (n, C).
 
     Source   `scipy.interpolate.RBFInterpolator(kernel="linear", degree=0)`: the same but for rounding, and faster, as
              it solves for many neighbourhoods at once.
     """
     count = min(NEIGHBOURS, len(values))
-    found = np.empty((len(wanted), values.shape[1]))
-    for start in range(0, len(wanted), TOGETHER):
+    result = np.empty((len(targets), values.shape[1]))
+    for start in range(0, len(targets), TOGETHER):
         part = slice(start, start + TOGETHER)
-        distance, index = tree.query(wanted[part], k=count)
+        distance, index = tree.query(targets[part], k=count)
         order = np.argsort(index, axis=1)
         distance, index = (np.take_along_axis(x, order, axis=1) for x in (distance, index))
         around, which = np.unique(index, axis=0, return_inverse=True)
         which = which.reshape(-1)
         squares = sum((x[:, :, None] - x[:, None]) ** 2 for x in np.moveaxis(tree.data[around], -1, 0))
-        system, right = np.ones((len(around), count + 1, count + 1)), np.zeros((len(around), count + 1, found.shape[1]))
+        system = np.ones((len(around), count + 1, count + 1))
+        right = np.zeros((len(around), count + 1, values.shape[1]))
         system[:, :-1, :-1], system[:, -1, -1], right[:, :-1] = np.sqrt(squares), 0.0, values[around]
         c = np.linalg.solve(system, right)
-        found[part] = np.einsum("mk,mkc->mc", distance, c[which, :-1]) + c[which, -1]
-    return found
+        result[part] = np.einsum("mk,mkc->mc", distance, c[which, :-1]) + c[which, -1]
+    return result
 
 
-def _merged(
-    places: np.ndarray, values: np.ndarray, spread: np.ndarray | None
-) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
-    """Rows with those at the same place taken as their mean."""
+def _merged(places: np.ndarray, values: np.ndarray, u: np.ndarray | None) -> tuple[np.ndarray, Any, Any]:
+    """Places, values (n, C) and uncertainties of rows; rows at the same place become their mean."""
     _, first, which = np.unique(np.round(places / SAME), axis=0, return_index=True, return_inverse=True)
     which = which.reshape(-1)
     if len(first) == len(places):
-        return places, values, spread
-    count = np.bincount(which).reshape(-1, *(1,) * (values.ndim - 1))
-    mean = np.zeros((len(first), *values.shape[1:]))
+        return places, values, u
+    count = np.bincount(which)[:, None]
+    mean = np.zeros((len(first), values.shape[1]))
     np.add.at(mean, which, values)
-    if spread is not None:
+    if u is not None:
         squares = np.zeros(mean.shape)
-        np.add.at(squares, which, spread**2)
-        spread = np.sqrt(squares) / count
-    return places[first], mean / count, spread
+        np.add.at(squares, which, u**2)
+        u = np.sqrt(squares) / count
+    return places[first], mean / count, u

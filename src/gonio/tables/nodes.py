@@ -1,4 +1,4 @@
-"""f of any reflectance at the nodes of a grid, or at any other pairs of which some are below the horizon."""
+"""f of any reflectance at pairs of directions of which some are below the horizon, such as the nodes of a grid."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ def above(wi: np.ndarray, wo: np.ndarray, least: float = HORIZON) -> np.ndarray:
 
 
 def f_at(m: Any, wi: np.ndarray, wo: np.ndarray, below: float = np.nan, least: float = HORIZON) -> np.ndarray:
-    """f (...) or (..., C) at pairs of directions (..., 3); `below` where one of both is not `above` the horizon."""
+    """f (...) or (..., C) at pairs of directions (..., 3); `below` where one of the two is below the horizon."""
     wi, wo = np.broadcast_arrays(wi, wo)
     up = above(wi, wo, least)
     values = m.f(wi[up], wo[up])
@@ -25,10 +25,10 @@ def f_at(m: Any, wi: np.ndarray, wo: np.ndarray, below: float = np.nan, least: f
 
 
 def channels_named(count: int) -> tuple[str, ...]:
-    """Names of so many channels that have none: those of colours, or numbers."""
+    """Names for channels without names: those of colours if there are three, else numbers."""
     return ("R", "G", "B") if count == 3 else tuple(map(str, range(count)))
 
 
 def with_channels(f: np.ndarray, pairs: int) -> np.ndarray:
-    """f at pairs of so many axes with a channel axis, where it has none."""
+    """f with a channel axis, where it has no more than the axes of the `pairs`."""
     return f if f.ndim > pairs else f[..., None]

@@ -1,4 +1,4 @@
-"""Measurements in no grid: kept as the rows they are, looked up in a grid that is interpolated from them."""
+"""Measurements in no grid: rows of angles and values, looked up in a grid that is interpolated from them."""
 
 from __future__ import annotations
 
@@ -8,16 +8,17 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Self
 
 import numpy as np
 
-from ..arrays import frozen, ops
+from ..arrays import frozen
 from ..base.angles import direction
 from ..base.measured import Measured
 from ..base.quantities import quantity_named, to_brdf
 from ..errors import ParameterError
 from ..formula.fields import Ours
+from ..formula.held import freeze
 from ..formula.state import derived, note
 from . import dataset_layout
 from .angle_systems import SYSTEMS
-from .gridded import Gridded
+from .gridded import Gridded, real
 from .interpolation import interpolated
 from .rows import ROW_ANGLES, SAME, as_grid, grid_for, oriented
 
@@ -26,7 +27,7 @@ if TYPE_CHECKING:
 
 
 class Residual(NamedTuple):
-    """How much the grid differs from the rows it was made of: root mean square, and largest, relative to the mean f."""
+    """Difference of the grid from its rows, relative to the mean f: root mean square, and largest."""
 
     rms: float
     largest: float
@@ -37,14 +38,14 @@ class Scattered(Gridded):
 
     Looked up in a grid of angles: at its nodes, f is interpolated from the 24 nearest rows by radial basis functions
     (|r|, exact at rows), over the projections of both directions on the surface; between nodes linearly. A node
-    further from all rows than twice the distance usual between rows has the value of the nearest row where `outside`
-    is "hold", and none where it is "missing". Rows of one orientation are taken as an isotropic material's: turned
-    together with wi, and, if all lie in the plane of incidence or on one side of it, mirrored at it. Each channel is
-    interpolated from the rows that have a number in it; NaN where none has.
+    further from all rows than twice the usual distance between rows has the value of the nearest row if `outside` is
+    "hold", and none if it is "missing". If light came from one azimuth only, the material counts as isotropic: rows are
+    turned together with wi, and, if all lie in the plane of incidence or on one side of it, mirrored at it. Each
+    channel is interpolated from the rows with a number in it; NaN where none has.
 
     Shapes   theta_i, phi_i, theta_o, phi_o: (n,); values, uncertainty: (n,) or (n, C).
     Units    angles: rad; f: 1/sr; values: those of `quantity`.
-    Error    of the grid against the rows, in `residual`; rows that repeat a pair of directions count as their mean.
+    Error    of the grid at the rows, in `residual`; rows that repeat a pair of directions count as their mean.
     Source   `scipy.interpolate.RBFInterpolator`; Wahba 1990, "Spline Models for Observational Data", SIAM.
     """
 
@@ -86,34 +87,28 @@ class Scattered(Gridded):
 
     @derived
     def nodes(self) -> tuple[np.ndarray, np.ndarray | None, np.ndarray]:
-        """f [1/sr] at the nodes of the grid, its standard uncertainty, and the number of the nearest measurement."""
-        spread = None if self.uncertainty is None else self._of_rows(self.uncertainty)
-        f = self._of_rows(self.stored)
-        found = interpolated(self.rows, f, spread, self.axes, self.is_oriented(), self.is_mirrored, self.outside)
-        for array in found:
-            if array is not None:
-                frozen(array)
-        return found
+        """f [1/sr] at the nodes of the grid, its standard uncertainty, and the number of the nearest row."""
+        f, u = self.row_brdf()
+        four = self.is_oriented()
+        nodes: tuple = freeze(interpolated(self.rows, f, u, self.axes, four, self.is_mirrored, self.outside))
+        return nodes
 
     @derived
     def residual(self) -> Residual:
-        """How far the grid is from the rows."""
-        true = self._of_rows(self.stored)
+        """Difference of the grid from the rows."""
+        true, _ = self.row_brdf()
         wi, wo = (direction(self.rows[:, k], self.rows[:, k + 1]) for k in (0, 2))
         off = np.abs(self.f(wi, wo) - true) / np.nanmean(np.abs(true))
         off = off[np.isfinite(off)]
         return Residual(float(np.sqrt(np.mean(off**2))), float(off.max())) if off.size else Residual(math.nan, math.nan)
 
     def _replaced(self, grouped: dict[str, Any]) -> Self:
-        """As the base's; with another `outside` the grid is made anew."""
+        """A copy with other fields; another `outside` needs another grid."""
         if grouped.get("outside", self.outside) == self.outside:
             return super()._replaced(grouped)
-        made = type(self)(
-            self.rows[:, 0],
-            self.rows[:, 1],
-            self.rows[:, 2],
-            self.rows[:, 3],
-            self.stored,
+        other = type(self)(
+            **dict(zip(ROW_ANGLES, self.rows.T, strict=True)),
+            values=self.stored,
             quantity=self.quantity,
             uncertainty=self.uncertainty,
             channels=self.channel_names,
@@ -122,17 +117,20 @@ class Scattered(Gridded):
             path=self.path,
             about=self.about,
         )
-        return made.with_notes(provenance=self.provenance)._replaced(grouped)
+        return other.with_notes(provenance=self.provenance)._replaced(grouped)
 
-    def _of_rows(self, values: np.ndarray) -> np.ndarray:
-        """Values or uncertainties of the rows as BRDFs."""
-        cosines = [np.cos(self.rows[:, k]) if values.ndim == 1 else np.cos(self.rows[:, k, None]) for k in (0, 2)]
-        return to_brdf(self.quantity, np.where(np.isfinite(values), values, np.nan), *cosines)
+    def row_brdf(self) -> tuple[np.ndarray, np.ndarray | None]:
+        """f [1/sr] of the rows, (n,) or (n, C), and its standard uncertainty."""
+        cosines = [np.cos(self.rows[:, k] if self.stored.ndim == 1 else self.rows[:, k, None]) for k in (0, 2)]
+        values = (None if x is None else np.where(np.isfinite(x), x, np.nan) for x in (self.stored, self.uncertainty))
+        f, u = (None if x is None else to_brdf(self.quantity, x, *cosines) for x in values)
+        assert f is not None
+        return f, u
 
     @property
     def data(self) -> xarray.Dataset:
         """As given, in the layout of docs/data-model.md: `values`, `valid`, `uncertainty`, angles by measurement."""
-        return dataset_layout.described(
+        return dataset_layout.dataset(
             dict(zip(ROW_ANGLES, self.rows.T, strict=True)),
             [dataset_layout.ROW],
             self.stored,
@@ -143,7 +141,8 @@ class Scattered(Gridded):
             isotropic=not self.is_oriented(),
             outside=self.outside,
             source=self.path,
-            **dataset_layout.known(self.about, self.provenance),
+            about=self.about,
+            provenance=self.provenance,
         )
 
     def brdf(self) -> np.ndarray:
@@ -175,44 +174,39 @@ def gridded_or_scattered(
     uncertainty: Any = None,
     channels: Sequence[str | float] | None = None,
     isotropic: bool | None = None,
-    **known: Any,
+    **others: Any,
 ) -> Gridded:
     """Rows (n,) of angles [rad] with their values: a `Gridded` if they are the nodes of a grid of `angles`, each once,
-    else `Scattered`. `known`: the other arguments of both: quantity, outside, path, about.
+    else `Scattered`. `others`: further arguments of both, which are quantity, outside, path and about.
 
-    Where a polar angle is 0 one row stands for all azimuths, or there is one for each. With azimuths on one side of
-    the plane of incidence only (0 to pi) the grid of an isotropic material is mirrored.
+    Where a polar angle is 0, one row stands for all azimuths, or there is one for each. If all azimuths of an isotropic
+    material are on one side of the plane of incidence (0 to pi), its grid is mirrored.
     """
     rows, measured, spread = _rows((theta_i, phi_i, theta_o, phi_o), values, uncertainty, channels)
     four = oriented(rows) if isotropic is None else not isotropic
-    known["channels"] = channels
+    others["channels"] = channels
     grid = as_grid(rows, four)
     if grid is None:
-        theta_i, phi_i, theta_o, phi_o = rows.T
-        return Scattered(theta_i, phi_i, theta_o, phi_o, measured, uncertainty=spread, isotropic=not four, **known)
+        columns = dict(zip(ROW_ANGLES, rows.T, strict=True))
+        return Scattered(**columns, values=measured, uncertainty=spread, isotropic=not four, **others)
     nodes, index, mirrored = grid
-    return Gridded(
-        "angles",
-        dict(zip(SYSTEMS["angles"].axes(four), nodes, strict=True)),
-        measured[index],
-        uncertainty=None if spread is None else spread[index],
-        mirrored=mirrored,
-        **known,
-    )
+    axes = dict(zip(SYSTEMS["angles"].axes(four), nodes, strict=True))
+    u = None if spread is None else spread[index]
+    return Gridded("angles", axes, measured[index], uncertainty=u, mirrored=mirrored, **others)
 
 
 def _rows(
     angles: Sequence[Any], values: Any, uncertainty: Any, channels: Sequence | None
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
     """Angles (n, 4), values and uncertainties, checked."""
-    held = _real("values", values)
-    n = len(held) if held.ndim else 0
+    measured = _double("values", values)
+    n = len(measured) if measured.ndim else 0
     if n == 0:
         raise ParameterError("values: got no rows, expected at least one measurement")
     expected = (n,) if channels is None else (n, len(channels))
-    if held.shape != expected:
-        raise ParameterError(f"values: got shape {held.shape}, expected {expected}: rows, and channels")
-    columns = [_real(name, a) for name, a in zip(ROW_ANGLES, angles, strict=True)]
+    if measured.shape != expected:
+        raise ParameterError(f"values: got shape {measured.shape}, expected {expected}: rows, and channels")
+    columns = [_double(name, a) for name, a in zip(ROW_ANGLES, angles, strict=True)]
     rows = np.stack(np.broadcast_arrays(*columns, np.zeros(n))[:4], axis=-1)
     if rows.shape != (n, 4) or not np.isfinite(rows).all():
         raise ParameterError(f"angles: expected {n} finite numbers [rad] each of {', '.join(ROW_ANGLES)}")
@@ -225,13 +219,9 @@ def _rows(
             )
     spread = None
     if uncertainty is not None:
-        spread = frozen(np.array(np.broadcast_to(_real("uncertainty", uncertainty), expected)))
-    return frozen(rows), frozen(held), spread
+        spread = frozen(np.array(np.broadcast_to(_double("uncertainty", uncertainty), expected)))
+    return frozen(rows), frozen(measured), spread
 
 
-def _real(what: str, values: Any) -> np.ndarray:
-    """A copy, in double precision."""
-    try:
-        return np.array(ops.numbers(values), dtype=float)
-    except (TypeError, ValueError) as error:
-        raise ParameterError(f"{what}: got {error}; expected an array of numbers") from None
+def _double(what: str, values: Any) -> np.ndarray:
+    return real(what, values).astype(float, copy=False)
