@@ -66,10 +66,7 @@ def _wavelength(lines: plain_text.Lines, word: str) -> float:
 
 
 def write(
-    m: Reflectance,
-    path: Path,
-    wavelengths: channel_words.Wavelengths = None,
-    resolution: CoarseResolution = None,
+    m: Reflectance, path: Path, wavelengths: channel_words.Wavelengths = None, resolution: CoarseResolution = None
 ) -> None:
     """Write reflectance factors at the pairs that a measurement holds, else at those of a grid.
 

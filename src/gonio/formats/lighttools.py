@@ -297,10 +297,7 @@ def _axes(m: Reflectance, given: tuple, step: float | None) -> tuple[dict[str, n
     theta_i, theta_o, phi_i, phi = given
     isotropic = phi_i is None and m.is_isotropic()
     usual = default_angles(step, not isotropic)
-    axes = {
-        "theta_i": theta_i or usual.theta_i,
-        "theta_o": theta_o or [*usual.theta_o, 89.0],
-    }
+    axes = {"theta_i": theta_i or usual.theta_i, "theta_o": theta_o or [*usual.theta_o, 89.0]}
     if isotropic and phi and phi[0] < 0.0:
         raise ParameterError(f"phi={shown(phi)}: expected angles from 0 to 360 degrees, for an isotropic material")
     if isotropic:

@@ -47,11 +47,7 @@ SCALE = (1.0 / 1500.0, 1.15 / 1500.0, 1.66 / 1500.0)
 
 N = 90
 SHAPES = ((N, N, 180), (N, N, 360))
-AXES = {
-    "theta_h": "half angle",
-    "theta_d": "difference angle",
-    "phi_d": "azimuth of wi about the half vector",
-}
+AXES = {"theta_h": "half angle", "theta_d": "difference angle", "phi_d": "azimuth of wi about the half vector"}
 HEADER = 12
 
 # Sampling looks up one flat table of three rows of 128, by ring of theta_h: the probability of all rings
@@ -96,11 +92,7 @@ class MERL(Measured):
     phi_cells: int = state()
 
     def __init__(
-        self,
-        raw: Any = None,
-        interpolation: str = "trilinear",
-        path: str = "",
-        about: dict[str, Any] | None = None,
+        self, raw: Any = None, interpolation: str = "trilinear", path: str = "", about: dict[str, Any] | None = None
     ):
         raw = np.ascontiguousarray(kept(raw), dtype=np.float64) if raw is not None else np.empty(0)
         super().__init__(path, about, raw=Ours(raw), interpolation=interpolation, channel=len(SCALE))
@@ -137,17 +129,10 @@ class MERL(Measured):
 
         axes: dict[str, Any] = {"channel": ("channel", list("RGB"), {"long_name": "linear RGB as stored"})}
         for name, nodes in self.axes.items():
-            axes[name] = (
-                name,
-                np.degrees(nodes),
-                {"units": "degree", "long_name": f"{AXES[name]}, centres of cells"},
-            )
+            axes[name] = (name, np.degrees(nodes), {"units": "degree", "long_name": f"{AXES[name]}, centres of cells"})
         stored = {"units": "1", "long_name": "stored number; negative or not finite: no data"}
         scale = {"units": "sr-1", "long_name": "BRDF per stored number"}
-        variables = {
-            "raw": (("channel", *AXES), self.raw, stored),
-            "scale": ("channel", np.array(SCALE), scale),
-        }
+        variables = {"raw": (("channel", *AXES), self.raw, stored), "scale": ("channel", np.array(SCALE), scale)}
         return xarray.Dataset(variables, axes, self.attributes)
 
     def as_grid(self) -> Gridded:
