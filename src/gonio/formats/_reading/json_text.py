@@ -60,8 +60,8 @@ def member(of: dict[str, Any], name: str, kind: type, where: str) -> Any:
     value = of.get(name)
     if not isinstance(value, kind):
         got = "is missing" if name not in of else f"is {value!r:.40}"
-        expected = {dict: "an object {...}", list: "a list [...]", str: "text"}[kind]
-        raise FormatError(f"{where}: {name!r} {got}, expected {expected}")
+        expected: dict[type, str] = {dict: "an object {...}", list: "a list [...]", str: "text"}
+        raise FormatError(f"{where}: {name!r} {got}, expected {expected[kind]}")
     return value
 
 

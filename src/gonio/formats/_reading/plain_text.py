@@ -301,10 +301,13 @@ def join(rows: Iterable[Iterable[float | str]], separator: str = " ") -> Iterato
         yield separator.join([x if isinstance(x, str) else number(x) for x in row]) + "\n"
 
 
-def write(path: str | os.PathLike, lines: Iterable[str]) -> None:
-    """Write lines, with their ends, as UTF-8; a failed write leaves an existing file as it was."""
+def write(
+    path: str | os.PathLike, lines: Iterable[str], rows: Iterable[Iterable[float | str]] = (), separator: str = " "
+) -> None:
+    """Write lines, with their ends, then rows (see `join`), as UTF-8; after a failure an existing file is as it was."""
     with replacing(path) as temporary, temporary.open("w", encoding="utf-8", newline="\n") as file:
         file.writelines(lines)
+        file.writelines(join(rows, separator))
 
 
 def degrees(radians: np.ndarray) -> np.ndarray:

@@ -149,7 +149,8 @@ def _bytes(entry: Entry) -> int:
 
 def _entry(head: _Header, i: int) -> tuple[str, Entry]:
     """Name and entry of the i-th field."""
-    raw = head.bytes(*head.numbers("H", f"field {i}"), f"the name of field {i}")
+    (length,) = head.numbers("H", f"field {i}")
+    raw = head.bytes(length, f"the name of field {i}")
     try:
         field = raw.decode("utf-8")
     except UnicodeDecodeError:
