@@ -356,10 +356,11 @@ def test_a_failed_write_leaves_the_old_file(tmp_path, monkeypatch, asymmetric):
     with pytest.raises(gn.Error, match="the lamp went out"):
         save(_Fails(0.5), file)
 
-    def full(raw):
-        raise OSError("no space left on device")
+    class Full:
+        def tofile(self, file):
+            raise OSError("no space left on device")
 
-    monkeypatch.setattr(merl, "_header", full)
+    monkeypatch.setattr(merl, "_tables", lambda raw: (Full(),))
     with pytest.raises(OSError, match="no space"):
         save(asymmetric, file)
     assert file.read_bytes() == b"what was there"

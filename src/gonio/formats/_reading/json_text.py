@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 
 from ...errors import FormatError, ParameterError
-from ...files import replacing
 from . import plain_text
 
 LIMIT = 2**28
@@ -87,5 +86,4 @@ def write(path: Path, data: dict[str, Any]) -> None:
         text = json.dumps(data, indent=1, ensure_ascii=False, allow_nan=False)
     except (TypeError, ValueError) as error:
         raise ParameterError(f"{path}: what is known about the material cannot be written as JSON: {error}") from None
-    with replacing(path) as temporary:
-        temporary.write_text(text + "\n", encoding="utf-8")
+    plain_text.write(path, [text + "\n"])

@@ -202,6 +202,13 @@ class Lines:
         """The numbers of the line read last, separated by blanks, commas or semicolons."""
         return [self.float(token, expected) for token in split(line)]
 
+    def row(self, line: str, columns: int) -> list[float]:
+        """The same, of so many numbers."""
+        numbers = self.floats(line)
+        if len(numbers) != columns:
+            raise self.fault(line, f"{columns} numbers, not {len(numbers)}")
+        return numbers
+
     def float(self, token: str, expected: str = "a number") -> float:
         """A number by the rules of `is_number`."""
         if not is_number(token):
@@ -259,10 +266,7 @@ class Lines:
 
     def _row_by_row(self, out: array, columns: int, at: int) -> None:
         while self._at < at and (line := self.next()) is not None:
-            row = self.floats(line)
-            if len(row) != columns:
-                raise self.fault(line, f"{columns} numbers, not {len(row)}")
-            out.extend(row)
+            out.extend(self.row(line, columns))
 
 
 def is_number(token: str) -> bool:
