@@ -162,17 +162,18 @@ def _material(path: str, columns: dict[str, np.ndarray], measured: Pairs, about:
     unit = options.get("angle_unit", "deg").lower()
     if unit not in ("deg", "degree", "degrees", "rad", "radian", "radians"):
         raise FormatError(f"{path}: angle_unit: {unit}, expected deg or rad")
+    names = [name for name in columns if name != "wavelength"]
+    axes = next((axes for axes in _COLUMNS if set(names) == set(axes)), None)
+    if axes is None:
+        expected = "; ".join(map(", ".join, _COLUMNS))
+        raise FormatError(f"{path}: columns of angles are {', '.join(names) or 'missing'}, expected one of: {expected}")
     if "wavelength" in columns:
         columns, measured = _by_wavelength(path, columns, measured)
     if unit.startswith("deg"):
         columns = {name: np.radians(x) for name, x in columns.items()}
     if not np.isfinite(np.stack([*columns.values()])).all():
         raise FormatError(f"{path}: an angle is no number")
-    for names, system in _COLUMNS.items():
-        if set(columns) == set(names):
-            return _of_columns(path, system, {n: columns[n] for n in names}, measured, about, options, side)
-    expected = "; ".join(map(", ".join, _COLUMNS))
-    raise FormatError(f"{path}: columns of angles are {', '.join(columns)}, expected one of: {expected}")
+    return _of_columns(path, _COLUMNS[axes], {n: columns[n] for n in axes}, measured, about, options, side)
 
 
 IN_PLANE = ("theta_i", "theta_o")
