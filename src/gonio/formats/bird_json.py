@@ -74,13 +74,9 @@ def read(
     about = {"metadata": document.get("metadata", {}), "data": other}
     columns = _of_polarization(columns, states, polarization, about, where)
     angles = np.stack([columns[name] for name in ANGLES], axis=1)
-    values, channels = {"values": columns["BRDF"]}, None
-    if "uBRDF" in columns:
-        values["uncertainty"] = columns["uBRDF"]
+    pairs = Pairs(angles, columns["BRDF"], uncertainty=columns.get("uBRDF"))
     if "wavelength_i" in columns:
-        angles, nm, values = channel_words.by_channel(angles, columns["wavelength_i"], values, where)
-        channels = tuple(nm.tolist())
-    pairs = Pairs(angles, values["values"], uncertainty=values.get("uncertainty"), channels=channels)
+        pairs = pairs.by_channel(columns["wavelength_i"], where)
     return material(pairs, where, about)
 
 

@@ -24,7 +24,7 @@ import math
 import re
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -71,6 +71,16 @@ MARK = "# gonio measurement"
 
 _VALUE = re.compile(r"(u_)?(f_cos_i|f_cos|f|brdf|dsf|brf)(?:_(.+))?", re.IGNORECASE)
 _KEY = re.compile(r"#\s*(\w[^:]*):\s*(.*)")
+
+
+class Table(NamedTuple):
+    """The content of a file; `axes` are the names of the columns of angles [rad] in `pairs`."""
+
+    path: str
+    axes: tuple[str, ...]
+    pairs: Pairs
+    about: dict[str, Any]
+    options: dict[str, str]
 
 
 def matches(head: bytes, size: int) -> bool:
@@ -120,7 +130,7 @@ def read(path: Path, side: Side = "front") -> Gridded:
         if key in columns:
             raise FormatError(f"{path}: column {name} twice, expected each once")
         columns[key] = table[:, k]
-    return _material(str(path), angles, _measured(str(path), values), about, side)
+    return _material(str(path), angles, values, about, side)
 
 
 def _filled(text: str, separator: str) -> str:
@@ -135,8 +145,8 @@ def _filled(text: str, separator: str) -> str:
     return text + "nan" if text.endswith(separator) else text
 
 
-def _measured(path: str, columns: Mapping[tuple[str, bool, str], np.ndarray]) -> Pairs:
-    """The values and uncertainties, without angles yet."""
+def _measured(path: str, angles: dict[str, np.ndarray], columns: Mapping[tuple[str, bool, str], np.ndarray]) -> Pairs:
+    """The rows, with the columns of angles as they are."""
     quantities = {quantity for quantity, _, _ in columns}
     names = [channel for _, uncertain, channel in columns if not uncertain]
     spreads = [channel for _, uncertain, channel in columns if uncertain]
@@ -147,33 +157,40 @@ def _measured(path: str, columns: Mapping[tuple[str, bool, str], np.ndarray]) ->
             f"quantity, one column or one per channel, and uncertainties of none or of all"
         )
     (quantity,) = quantities
-    channels = None if names == [""] else channel_words.of_names(names)
-    tables = [
-        np.stack([columns[quantity, u, n] for n in names], axis=1) for u in ([False, True] if spreads else [False])
-    ]
-    if channels is None:
-        tables = [table[:, 0] for table in tables]
-    spread = tables[1] if spreads else None
-    return Pairs(np.empty((len(tables[0]), 0)), tables[0], quantity, spread, channels)
+    values = np.stack([columns[quantity, False, name] for name in names], axis=1)
+    spread = np.stack([columns[quantity, True, name] for name in names], axis=1) if spreads else None
+    rows = np.stack([*angles.values()], axis=1)
+    if names != [""]:
+        return Pairs(rows, values, quantity, spread, channel_words.of_names(names))
+    return Pairs(rows, values[:, 0], quantity, None if spread is None else spread[:, 0])
 
 
-def _material(path: str, columns: dict[str, np.ndarray], measured: Pairs, about: dict[str, Any], side: str) -> Gridded:
+def _material(
+    path: str,
+    angles: dict[str, np.ndarray],
+    values: Mapping[tuple[str, bool, str], np.ndarray],
+    about: dict[str, Any],
+    side: str,
+) -> Gridded:
     options = {key: about.pop(key) for key in OPTIONS if key in about}
     unit = options.get("angle_unit", "deg").lower()
     if unit not in ("deg", "degree", "degrees", "rad", "radian", "radians"):
         raise FormatError(f"{path}: angle_unit: {unit}, expected deg or rad")
-    names = [name for name in columns if name != "wavelength"]
-    axes = next((axes for axes in _COLUMNS if set(names) == set(axes)), None)
+    wavelength = angles.pop("wavelength", None)
+    axes = next((axes for axes in _COLUMNS if set(angles) == set(axes)), None)
     if axes is None:
         expected = "; ".join(map(", ".join, _COLUMNS))
-        raise FormatError(f"{path}: columns of angles are {', '.join(names) or 'missing'}, expected one of: {expected}")
-    if "wavelength" in columns:
-        columns, measured = _by_wavelength(path, columns, measured)
+        raise FormatError(
+            f"{path}: columns of angles are {', '.join(angles) or 'missing'}, expected one of: {expected}"
+        )
+    pairs = _measured(path, {name: angles[name] for name in axes}, values)
+    if wavelength is not None:
+        pairs = _of_all_channels(path, pairs, wavelength)
     if unit.startswith("deg"):
-        columns = {name: np.radians(x) for name, x in columns.items()}
-    if not np.isfinite(np.stack([*columns.values()])).all():
+        pairs = pairs._replace(angles=np.radians(pairs.angles))
+    if not np.isfinite(pairs.angles).all():
         raise FormatError(f"{path}: an angle is no number")
-    return _of_columns(path, _COLUMNS[axes], {n: columns[n] for n in axes}, measured, about, options, side)
+    return _of_columns(Table(path, axes, pairs, about, options), _COLUMNS[axes], side)
 
 
 IN_PLANE = ("theta_i", "theta_o")
@@ -184,21 +201,15 @@ _COLUMNS = {
 """Columns of angles -> their system, the first of `SYSTEMS` if several have them."""
 
 
-def _of_columns(
-    path: str,
-    system: AngleSystem,
-    columns: dict[str, np.ndarray],
-    measured: Pairs,
-    about: dict[str, Any],
-    options: Mapping[str, str],
-    side: str,
-) -> Gridded:
+def _of_columns(table: Table, system: AngleSystem, side: str) -> Gridded:
+    path, names, pairs, about, options = table
+    columns = dict(zip(names, pairs.angles.T, strict=True))
     periods = {k.removeprefix("period_"): _radians(path, k, v) for k, v in options.items() if k.startswith("period_")}
     one_azimuth = "phi_i" in columns and np.ptp(columns["phi_i"]) == 0.0 and "mirrored" not in options
-    rows_only = "isotropic" in options or tuple(columns) == IN_PLANE or one_azimuth
-    axes_and_order = None if rows_only else grid_of(columns, measured, path)
+    rows_only = "isotropic" in options or names == IN_PLANE or one_azimuth
+    axes_and_order = None if rows_only else grid_of(columns, pairs, path)
     if axes_and_order and all(_is_axis(n, x) for n, x in axes_and_order[0].items()):
-        return _on_grid(path, system.name, *axes_and_order, measured, about, options, periods)
+        return _on_grid(table, system.name, *axes_and_order, periods)
     isotropic = len(columns) < 4 or one_azimuth
     if "isotropic" in options:
         isotropic = options["isotropic"].lower() == "true"
@@ -210,22 +221,16 @@ def _of_columns(
         (theta_i, phi_i), (theta_o, phi_o) = angles(wi), angles(wo)
         if isotropic:
             phi_i, phi_o = 0.0 * phi_i, phi_o - phi_i
-    pairs = measured._replace(angles=np.stack([theta_i, phi_i, theta_o, phi_o], axis=1))
+    pairs = pairs._replace(angles=np.stack([theta_i, phi_i, theta_o, phi_o], axis=1))
     stated = isotropic if "isotropic" in options or isotropic else None
     return material(pairs, path, about, side, stated, options.get("outside", "hold"))
 
 
 def _on_grid(
-    path: str,
-    name: str,
-    axes: dict[str, np.ndarray],
-    order: np.ndarray,
-    measured: Pairs,
-    about: dict[str, Any],
-    options: Mapping[str, str],
-    periods: dict[str, float],
+    table: Table, name: str, axes: dict[str, np.ndarray], order: np.ndarray, periods: dict[str, float]
 ) -> Gridded:
     """The grid; by default half a circle of phi is mirrored, and half a circle of phi_d means reciprocity."""
+    path, _, pairs, about, options = table
     if "phi_i" in options and "phi" in axes:
         about = {**about, "phi_i": _radians(path, "phi_i", options["phi_i"])}
     if "phi_d" in axes and "phi_d" not in periods and half_circle(axes["phi_d"]):
@@ -236,7 +241,7 @@ def _on_grid(
     more: dict[str, Any] = {k: options[k] for k in ("interpolation", "outside") if k in options}
     more |= {"mirrored": mirrored, "periods": periods or None, "path": path, "about": about}
     try:
-        return gridded(name, axes, order, measured, **more)
+        return gridded(name, axes, order, pairs, **more)
     except ParameterError as error:
         raise FormatError(f"{path}: {error}") from None
 
@@ -255,24 +260,17 @@ def _is_axis(name: str, nodes: np.ndarray) -> bool:
     return bool(nodes[0] >= 0.0 and nodes[-1] <= highest + INSIDE)
 
 
-def _by_wavelength(path: str, columns: dict[str, np.ndarray], measured: Pairs) -> tuple[dict[str, np.ndarray], Pairs]:
+def _of_all_channels(path: str, pairs: Pairs, wavelength: np.ndarray) -> Pairs:
     """Rows of one channel each as rows of all channels; nan where a pair has no value in a channel."""
-    if measured.channels is not None:
-        raise FormatError(f"{path}: a column wavelength and channels {measured.channels}, expected one of these")
-    angles = {name: x for name, x in columns.items() if name != "wavelength"}
-    tables = {"values": measured.values}
-    if measured.uncertainty is not None:
-        tables["uncertainty"] = measured.uncertainty
-    rows = np.stack([*angles.values()], axis=1)
-    rows, wavelengths, tables = channel_words.by_channel(rows, columns["wavelength"], tables, path)
-    if not np.isfinite(wavelengths).all() or len(np.unique(rows, axis=0)) < len(rows):
+    if pairs.channels is not None:
+        raise FormatError(f"{path}: a column wavelength and channels {pairs.channels}, expected one of these")
+    pairs = pairs.by_channel(wavelength, path)
+    if not np.isfinite(pairs.channels).all() or len(np.unique(pairs.angles, axis=0)) < len(pairs.angles):
         raise FormatError(
-            f"{path}: a wavelength is no number, or one of {len(rows)} pairs has several values at one wavelength; "
-            f"expected each pair once at each wavelength"
+            f"{path}: a wavelength is no number, or one of {len(pairs.angles)} pairs has several values at one "
+            f"wavelength; expected each pair once at each wavelength"
         )
-    values, spread = tables["values"], tables.get("uncertainty")
-    measured = measured._replace(values=values, uncertainty=spread, channels=tuple(wavelengths.tolist()))
-    return dict(zip(angles, rows.T, strict=True)), measured
+    return pairs
 
 
 def write(m: Reflectance, path: Path, resolution: Resolution = None) -> None:

@@ -16,6 +16,7 @@ from ...tables.gridded import Gridded
 from ...tables.rows import ROW_ANGLES
 from ...tables.scattered import Scattered, gridded_or_scattered
 from .._options import Declared
+from .._reading import channel_words
 
 LEVEL = 0.5 * math.pi + 1e-6
 """Largest polar angle [rad] above the surface."""
@@ -54,6 +55,15 @@ class Pairs(NamedTuple):
         """Angles, values and uncertainties, each (n, ...)."""
         spread = [] if self.uncertainty is None else [self.uncertainty.reshape(len(self.angles), -1)]
         return [self.angles, self.columns(), *spread]
+
+    def by_channel(self, channel: np.ndarray, where: str) -> Pairs:
+        """Rows of one channel (n,) each as rows of all channels: see `channel_words.by_channel`."""
+        columns = {"values": self.values}
+        if self.uncertainty is not None:
+            columns["uncertainty"] = self.uncertainty
+        rows, channels, columns = channel_words.by_channel(self.angles, channel, columns, where)
+        values, spread = columns["values"], columns.get("uncertainty")
+        return Pairs(rows, values, self.quantity, spread, tuple(channels.tolist()))
 
     def known(self) -> Pairs:
         """The pairs with a number in some channel."""
