@@ -59,9 +59,9 @@ def load(path: str | os.PathLike, **options: Any) -> Reflectance:
 
     `options` are those of the format: `gonio formats NAME` lists them. A measurement knows its `provenance`. A pipe
     (`/dev/stdin` too) is read to its end, up to 4 GiB, into a temporary file.
-    Raises NotFoundError if there is no such file, or if it is a device or a pipe that nobody writes to, FormatError if
-    it is of no known format or damaged, ParameterError for options that the format has not or of values that they may
-    not have, TooLargeError where there is not the memory for what it holds.
+    Raises NotFoundError for a missing file, a device, and a pipe that nobody writes to, FormatError for an unknown
+    format and a damaged file, ParameterError for unknown options and values out of their bounds, TooLargeError for
+    content that does not fit into memory.
     """
     path = pipes.named(path)
     with pipes.readable(path) as source:
@@ -110,9 +110,9 @@ def save(m: Reflectance, path: str | os.PathLike, format: str | None = None, **o
     """Write a reflectance to a file; the format is that of the suffix, or the one named.
 
     `options` are those of the format: `gonio formats NAME` lists them. A failed or interrupted write leaves an existing
-    file as it was. Raises ParameterError where the suffix names no format, or several, and `format` is not given, for
-    options that the format has not or of values that they may not have, and where it cannot hold the material or `path`
-    may not be replaced; WriteError where the system refuses, as where the disk is full.
+    file as it was. Raises ParameterError for a suffix of no format, or of several, without `format`, for unknown
+    options and values out of their bounds, for a material that the format cannot hold, and for a `path` that may not be
+    replaced; WriteError where the system refuses, as on a full disk.
     """
     module = writer(path, format)
     options = _options.checked(module, "write", options)
@@ -126,7 +126,7 @@ def save(m: Reflectance, path: str | os.PathLike, format: str | None = None, **o
 
 
 def target(module: ModuleType, path: str | os.PathLike) -> Path:
-    """Where a format's file, or folder, of this name is written to. Raises what `files.target` raises."""
+    """The place of a format's file, or folder, of this name. Raises the errors of `files.target`."""
     return getattr(module, "target", files.target)(Path(path))
 
 

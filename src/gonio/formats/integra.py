@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -93,9 +93,7 @@ def read(path: Path) -> Gridded:
     Raises FormatError, with the line, for a damaged file, and for the transmission of `.ddt` files.
     """
     if Path(path).suffix.lower() == ".ddt":
-        raise FormatError(
-            f"{path}: .ddt files are transmission, which gonio does not read yet; expected reflection, .ddr"
-        )
+        raise FormatError(f"{path}: .ddt files are transmission, which is not read yet; expected reflection, .ddr")
     words = _Words(path)
     header, lists, about = _header(words)
     shape = tuple(len(lists[name]) for name in ("psi", "sigma", "phi", "theta"))
@@ -104,10 +102,7 @@ def read(path: Path) -> Gridded:
         if word.lower() not in CHANNELS:
             raise words.lines.fault(word, f"one of {', '.join(CHANNELS)}")
         blocks.append(_channel(words, word.lower(), shape))
-    names = [name for name, *_ in blocks]
-    channels = _channels(words.lines, header, names)
-    values, kbdf = (np.stack([blocks[names.index(c)][k] for c in channels], axis=-1) for k in (1, 2))
-    return _material(str(path), header, lists, values, kbdf, channels, about)
+    return _material(words.lines, header, lists, blocks, about)
 
 
 def _header(words: _Words) -> tuple[dict[str, str], dict[str, np.ndarray], dict[str, str]]:
@@ -161,7 +156,7 @@ def _channel(words: _Words, kind: str, shape: tuple[int, ...]) -> tuple[str | fl
     return name, table, scale
 
 
-def _channels(lines: plain_text.Lines, header: Mapping[str, str], names: list) -> list[str | float]:
+def _channels(lines: plain_text.Lines, header: dict[str, str], names: list) -> list[str | float]:
     """The channels in their order. Raises FormatError for missing and repeated ones."""
     expected = {"rgb": ["R", "G", "B"], "bw": ["BW"]}.get(header["colour"], names)
     if header["colour"] == "spectral" and str(len(names)) != header["count"]:
@@ -172,14 +167,12 @@ def _channels(lines: plain_text.Lines, header: Mapping[str, str], names: list) -
 
 
 def _material(
-    path: str,
-    header: Mapping[str, str],
-    lists: Mapping[str, np.ndarray],
-    values: np.ndarray,
-    kbdf: np.ndarray,
-    channels: Sequence[str | float],
-    about: Mapping[str, str],
+    lines: plain_text.Lines, header: dict[str, str], lists: dict[str, np.ndarray], blocks: list, about: dict[str, str]
 ) -> Gridded:
+    """The measurement of blocks of a name, values and kbdf each."""
+    names = [name for name, *_ in blocks]
+    channels = _channels(lines, header, names)
+    values, kbdf = (np.stack([blocks[names.index(c)][k] for c in channels], axis=-1) for k in (1, 2))
     mirrored, oriented = header["symmetry"] == "planesymmetrical", len(lists["psi"]) > 1 or lists["psi"].any()
     relative, phi = header["scale"] == "relative", lists["phi"]
     values = values if relative else values * kbdf[:, :, None, None]
@@ -193,24 +186,25 @@ def _material(
         axes["phi_i"] = np.radians(lists["psi"])
     else:
         values = values[:, :, :, 0]
-    names = None if list(channels) == ["BW"] else tuple(channels)
-    values = np.ascontiguousarray(values if names else values[..., 0])
-    options: dict[str, Any] = {"quantity": QUANTITIES[header["data"]], "path": path, "about": about}
+    gray = channels == ["BW"]
+    values = np.ascontiguousarray(values[..., 0] if gray else values)
+    options: dict[str, Any] = {"quantity": QUANTITIES[header["data"]], "path": lines.path, "about": about}
+    options |= {"channels": None if gray else tuple(channels), "mirrored": mirrored}
     try:
-        m = Gridded("specular", axes, values, channels=names, mirrored=mirrored, **options)
+        m = Gridded("specular", axes, values, **options)
     except ParameterError as error:
-        raise FormatError(f"{path}: {error}") from None
+        raise FormatError(f"{lines.path}: {error}") from None
     if relative:
         m = _scaled(m, kbdf.transpose(1, 0, 2))
     centres = lists.get("sigmat", lists["sigma"])
     if np.array_equal(centres, lists["sigma"]):
         return m
-    return libbsdf_grids.offset(m.axes, m.brdf(), np.radians(centres), names, path, about)
+    return libbsdf_grids.offset(m.axes, m.brdf(), np.radians(centres), options["channels"], lines.path, about)
 
 
 def _scaled(m: Gridded, albedo: np.ndarray) -> Gridded:
     """The same, scaled to these directional-hemispherical reflectances (theta_i, phi_i, channel)."""
-    (radial, d_radial), (azimuth, d_azimuth) = (_between(m, name) for name in ("radial", "azimuth"))
+    (radial, d_radial), (azimuth, d_azimuth) = _between(m, "radial"), _between(m, "azimuth")
     factor = np.empty((len(m.axes["theta_i"]), albedo.shape[1], albedo.shape[2]))
     for i, theta_i in enumerate(m.axes["theta_i"]):
         for j, phi_i in enumerate(m.axes.get("phi_i", np.zeros(1))):

@@ -70,7 +70,7 @@ class KAIST(Unscanned):
         """From the fields of a tensor file. Raises FormatError where they do not fit each other."""
         where = path or "KAIST fields"
         stored = Held({name: a if isinstance(a, Kept) else kept(a) for name, a in fields.items()})
-        wavelengths = tensor_file.held(expect(stored, where, "wvls", (None,), "uint16")).astype(float)
+        wavelengths = tensor_file.as_array(expect(stored, where, "wvls", (None,), "uint16")).astype(float)
         if (np.diff(wavelengths) <= 0.0).any():
             raise FormatError(f"{where}: wvls is {wavelengths[:8]}, expected increasing wavelengths [nm]")
         M = expect(stored, where, "M", (None, None, None, len(wavelengths), 4, 4))
@@ -95,7 +95,7 @@ class KAIST(Unscanned):
     @property
     def mueller(self) -> np.ndarray:
         """The Mueller matrices, as stored."""
-        return tensor_file.held(self.fields_stored["M"])
+        return tensor_file.as_array(self.fields_stored["M"])
 
     @property
     def data(self) -> xarray.Dataset:
@@ -118,7 +118,7 @@ def _first_elements(M: np.ndarray | Kept) -> np.ndarray:
 def _nodes(fields: Mapping[str, Any], where: str, name: str) -> np.ndarray:
     """Nodes of an axis [rad], made even if they are but for the rounding of float32."""
     shape = (1, None) if name in fields and fields[name].ndim == 2 else (None,)
-    exact = tensor_file.held(expect(fields, where, name, shape)).reshape(-1).astype(float)
+    exact = tensor_file.as_array(expect(fields, where, name, shape)).reshape(-1).astype(float)
     even = np.linspace(exact[0], exact[-1], len(exact))
     return even if np.abs(even - exact).max() <= 1e-6 else exact
 

@@ -105,15 +105,6 @@ class _Header:
         return struct.unpack(layout, self.bytes(struct.calcsize(layout), part))
 
 
-def parse(data: bytes, name: str) -> dict[str, np.ndarray]:
-    """The fields of a tensor file in their order, as read-only views of `data`; `name` is for error messages.
-
-    Raises the errors of `entries`, and never allocates more than `data` holds.
-    """
-    fields = entries(io.BytesIO(data), len(data), name)
-    return {field: np.ndarray(e.shape, e.dtype, buffer=data, offset=e.offset) for field, e in fields.items()}
-
-
 def entries(file: BinaryIO, size: int, name: str) -> dict[str, Entry]:
     """The fields in the header of a file of `size` bytes, which all lie within it; FormatError for other files."""
     head = _Header(file, size, name)
@@ -164,12 +155,14 @@ def _entry(head: _Header, i: int) -> tuple[str, Entry]:
 
 
 def read(path: Path) -> dict[str, np.ndarray]:
-    """The fields of a tensor file."""
+    """The fields of a tensor file in their order, read-only; nothing is allocated on its header's word."""
     with opened(path) as file:
-        return parse(file.read(), str(path))
+        data = file.read()
+    fields = entries(io.BytesIO(data), len(data), str(path))
+    return {field: np.ndarray(e.shape, e.dtype, buffer=data, offset=e.offset) for field, e in fields.items()}
 
 
-def held(field: np.ndarray | Kept) -> np.ndarray:
+def as_array(field: np.ndarray | Kept) -> np.ndarray:
     """A field as an array."""
     return field.read() if isinstance(field, Kept) else field
 

@@ -65,7 +65,7 @@ class Pairs(NamedTuple):
         values, spread = columns["values"], columns.get("uncertainty")
         return Pairs(rows, values, self.quantity, spread, tuple(channels.tolist()))
 
-    def known(self) -> Pairs:
+    def finite(self) -> Pairs:
         """The pairs with a number in some channel."""
         finite = np.isfinite(self.columns()).any(axis=1)
         return self if finite.all() else self.only(finite)
@@ -131,8 +131,8 @@ def _measurement(pairs: Pairs, path: str, about: Mapping[str, Any], isotropic: b
     options: dict[str, Any] = {"quantity": pairs.quantity, "uncertainty": pairs.uncertainty, "channels": pairs.channels}
     options |= {"isotropic": isotropic, "outside": outside, "path": path, "about": about}
     try:
-        grid = _as_grid(pairs, path, about, isotropic, outside)
-        return grid or gridded_or_scattered(theta_i, phi_i, theta_o, phi_o, pairs.values, **options)
+        table = _as_grid(pairs, path, about, isotropic, outside)
+        return table or gridded_or_scattered(theta_i, phi_i, theta_o, phi_o, pairs.values, **options)
     except ParameterError as error:
         raise FormatError(f"{path}: {error}") from None
 

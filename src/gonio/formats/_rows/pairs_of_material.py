@@ -80,7 +80,7 @@ def pairs_of(
         pairs = _of_model(m, resolution, incident, nodes)
     if pairs.quantity not in quantities:
         pairs = _as_quantity(pairs, quantities[0])
-        pairs = pairs if as_held else pairs.known()  # along the surface some quantities tell nothing
+        pairs = pairs if as_held else pairs.finite()  # along the surface some quantities tell nothing
     if not np.isfinite(pairs.values).any():
         raise ParameterError(f"{m!r:.80}: has no values to write, expected a number at one pair of directions at least")
     if incident is None:
@@ -136,7 +136,7 @@ def _of_grid(m: Gridded, as_held: bool) -> Pairs:
     pairs = pairs._replace(angles=np.stack([theta_i, phi_i, theta_o, phi_o], axis=1)).only(up)
     if as_held:
         return pairs
-    return (_both_halves(pairs) if m.is_mirrored else pairs).known()
+    return (_both_halves(pairs) if m.is_mirrored else pairs).finite()
 
 
 def _turned(phi: np.ndarray, phi_i: object) -> tuple[np.ndarray, np.ndarray]:
