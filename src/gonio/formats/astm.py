@@ -60,9 +60,7 @@ def read(path: Path, side: direction_pairs.Side = "front") -> Gridded:
         raise lines.fault(", ".join(names), f"{', '.join(ANGLES)}, each once, and at least one channel")
     rows = lines.rows(len(names))
     if count not in (None, len(rows)) or not len(rows):
-        raise FormatError(
-            f"{path}: NUM_POINTS says {count} rows, got {len(rows)}; fetch it again or correct the number"
-        )
+        raise FormatError(f"{path}: NUM_POINTS says {count} rows, got {len(rows)}; fetch it again or correct it")
     angles = [rows[:, columns[name]] if name in columns else np.zeros(len(rows)) for name in ANGLES]
     channels = channel_words.of_names([names[k] for k in values])
     pairs = direction_pairs.Pairs(np.stack(angles, axis=1), rows[:, values], channels=channels)

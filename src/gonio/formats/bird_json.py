@@ -184,9 +184,7 @@ def _mean(s: dict[str, np.ndarray], p: dict[str, np.ndarray], where: str) -> dic
     keys = [name for name in s if name not in ("BRDF", "uBRDF")]
     order_s, order_p = (np.lexsort([rows[name] for name in reversed(keys)]) for rows in (s, p))
     if len(order_s) != len(order_p) or not all(np.array_equal(s[n][order_s], p[n][order_p]) for n in keys):
-        raise ParameterError(
-            f"{where}: rows for s and p are of different pairs of directions; give polarization='s' or 'p'"
-        )
+        raise ParameterError(f"{where}: rows for s and p have different directions; give polarization='s' or 'p'")
     partner = order_p[np.argsort(order_s)]
     mean = {**s, "BRDF": 0.5 * (s["BRDF"] + p["BRDF"][partner])}
     if "uBRDF" in s:

@@ -180,9 +180,7 @@ def _material(
     axes = next((axes for axes in _COLUMNS if set(angles) == set(axes)), None)
     if axes is None:
         expected = "; ".join(map(", ".join, _COLUMNS))
-        raise FormatError(
-            f"{path}: columns of angles are {', '.join(angles) or 'missing'}, expected one of: {expected}"
-        )
+        raise FormatError(f"{path}: columns of angles are {', '.join(angles) or 'missing'}, expected {expected}")
     pairs = _measured(path, {name: angles[name] for name in axes}, values)
     if wavelength is not None:
         pairs = _of_all_channels(path, pairs, wavelength)
@@ -324,9 +322,7 @@ def _value_names(m: Reflectance, pairs: Pairs) -> list[str]:
         return [base]
     names = [*map(channel_words.name_of, pairs.channels)]
     if any(n != n.strip() or not n or re.search(r'[,;"#\s]', n) for n in names) or len({*names}) < len(names):
-        raise ParameterError(
-            f"{m!r:.80}: has channels {names}, expected different names without blanks, commas and quotes"
-        )
+        raise ParameterError(f"{m!r:.80}: has channels {names}, expected unique names without blanks, commas, quotes")
     if base == "f" and any(n.lower().startswith("cos") for n in names):
         base = "brdf"
     return [f"{base}_{n}" for n in names]

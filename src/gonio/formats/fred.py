@@ -168,9 +168,7 @@ def _tabulated(m: Reflectance, asked: tuple, step: float | None, channel: Any) -
         f = values_at(m, wi, direction(np.radians(polar), np.radians(away)))
     names, f = channel_named(m, f, channel)
     if len(names) > 1:
-        raise ParameterError(
-            f"{m!r:.80}: has channels {names!r:.80}, and FRED's table has one; choose it with channel="
-        )
+        raise ParameterError(f"{m!r:.80}: has channels {names!r:.80}, and FRED's table has one; choose it: channel=")
     return _sorted(angles, f)
 
 

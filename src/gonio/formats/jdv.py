@@ -179,6 +179,4 @@ def _expect(lines: plain_text.Lines, name: str, entry: str, angles: list[float])
         raise lines.fault(entry, f"{name}: first and last angle, and the step between")
     expected = _range(lines, ends)
     if len(angles) != len(expected) or not np.allclose(angles, expected, atol=1e-6):
-        raise FormatError(
-            f"{lines.path}, line {lines.number}: {len(angles)} angles of {name}, expected {len(expected)}: {entry}"
-        )
+        raise lines.fault(f"{len(angles)} angles of {name}", f"{len(expected)}: {entry}")

@@ -22,9 +22,7 @@ def inspected(kind: str, path: Path, *more: str) -> dict[str, Any]:
     try:
         report = json.loads(probed(kind, str(path), *more))
     except ValueError:
-        raise FormatError(
-            f"{path}: {kind.upper()} file that is damaged: its library does not come to an end with it; fetch it again"
-        ) from None
+        raise FormatError(f"{path}: damaged {kind.upper()} file: its library hangs; fetch it again") from None
     if "refused" in report:
         raise FormatError(f"{path}: {report['refused']}")
     return report

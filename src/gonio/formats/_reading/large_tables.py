@@ -45,9 +45,7 @@ def expect_channels(m: Reflectance, format: str) -> int:
     """The number of channels of m, 1 or 3. Raises ParameterError for a material that no table of RGB can hold."""
     shape = tabular_shape(m)
     if shape not in ((), (1,), (3,)):
-        raise ParameterError(
-            f"{m!r:.80}: has {shape[0]} channels, expected 1 or 3 in {format} files; write some of them"
-        )
+        raise ParameterError(f"{m!r:.80}: has {shape[0]} channels, expected 1 or 3 in {format} files; choose some")
     return shape[0] if shape else 1
 
 

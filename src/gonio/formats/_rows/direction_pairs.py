@@ -147,10 +147,7 @@ def _refuse_copies(pairs: Pairs, numbers: np.ndarray, path: str, *more: Any) -> 
         return
     first, again = (int(numbers[k]) + 1 for k in pair)
     if all_twice and len(once) > 1:
-        raise FormatError(
-            f"{path}: every row is there several times: row {again} repeats row {first}; expected each once: remove "
-            f"the copies"
-        )
+        raise FormatError(f"{path}: every row is there several times: row {again} repeats row {first}; remove copies")
     if not isinstance(_measurement(pairs.only(once), path, *more), Scattered):
         raise _copy_of_node(path, first, again)
 
