@@ -142,6 +142,12 @@ def test_damaged_csv(tmp_path, old, new, says):
         loaded(tmp_path, CSV.replace(old, new), csv_table)
 
 
+@pytest.mark.parametrize("table", ["f\n1\n2\n", "wavelength,f\n400,1\n500,2\n"])
+def test_a_table_without_angles_is_no_format_of_directions(tmp_path, table):
+    with pytest.raises(gn.errors.FormatError, match=r"columns of angles are missing, expected theta_i"):
+        loaded(tmp_path, f"{csv_table.MARK}\n{table}")
+
+
 def test_csv_refuses_names_that_are_no_columns(tmp_path):
     for names in (("a,b", "c"), ("a b", "c"), ("a", "a")):
         with pytest.raises(gn.errors.ParameterError, match="has channels"):

@@ -6,9 +6,9 @@ format was checked against. SHARED_SUFFIX = True: a suffix is another format's t
 whose files are folders has `matches_folder(path)` and `target(path)` (see `files`). A module is found by being in this
 folder.
 
-No file is claimed by two formats: a `matches` whose marks are in another format's files, too, says no to that other's
-(`material_json`, `xarray_netcdf`). Of a damaged or contrived file with the marks of several the first module by name
-is taken (tests/formats/test_claims.py).
+No file is claimed by two formats: a `matches` whose marks also occur in another format's files rejects those
+(`material_json`, `xarray_netcdf`). A damaged or contrived file with the marks of several formats goes to the first
+module by name (tests/formats/test_claims.py).
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from . import _options
 from ._reading import pipes, plain_text
 
 HEAD = 4096
-"""How many of a file's first bytes `matches` is given; of text in UTF-16 or with a mark, as UTF-8 without."""
+"""Number of a file's first bytes that `matches` gets; text in UTF-16, or with a byte order mark, as plain UTF-8."""
 
 DEMANDED = ("NAME", "SUFFIXES", "DESCRIPTION", "matches", "read")
 
@@ -59,24 +59,25 @@ def load(path: str | os.PathLike, **options: Any) -> Reflectance:
 
     `options` are those of the format: `gonio formats NAME` lists them. A measurement knows its `provenance`. A pipe
     (`/dev/stdin` too) is read to its end, up to 4 GiB, into a temporary file.
-    Raises NotFoundError if there is no such file, or if it is a device or a pipe that nobody writes to, FormatError if
-    it is of no known format or damaged, ParameterError for options that the format has not or of values that they may
-    not have, TooLargeError where there is not the memory for what it holds.
+    Raises NotFoundError for a missing file, a device, and a pipe that nobody writes to, FormatError for an unknown
+    format and a damaged file, ParameterError for unknown options and values out of their bounds, TooLargeError for
+    content that does not fit into memory.
     """
     path = pipes.named(path)
-    with pipes.readable(path) as there:
-        module = _of_folder(there) if there.is_dir() else _of_file(there)
+    with pipes.readable(path) as source:
+        module = _of_folder(source) if source.is_dir() else _of_file(source)
         options = _options.checked(module, "read", options)
         try:
-            m = module.read(there, **options)
-        except MemoryError as error:
-            if isinstance(error, TooLargeError):
-                raise
-            says = f"a {module.NAME} file that takes more memory than there is"
-            raise TooLargeError(f"{path}: {says}; split it up") from None
+            m = module.read(source, **options)
+        except TooLargeError:
+            raise
+        except MemoryError:
+            raise TooLargeError(
+                f"{path}: a {module.NAME} file that takes more memory than there is; split it up"
+            ) from None
         if isinstance(m, Measured):
-            m = provenance.noted(m, there, module.NAME, options)
-            if there != path:
+            m = provenance.noted(m, source, module.NAME, options)
+            if source != path:
                 m = m.with_notes(path=str(path))
             freeze(vars(m))
     return m
@@ -94,8 +95,8 @@ def _of_file(path: Path) -> ModuleType:
     for module in formats():
         if module.matches(head, size):
             return module
-    known = "; ".join(f"{m.NAME} ({', '.join(m.SUFFIXES)})" for m in formats())
-    raise FormatError(f"{path}: not a known format: starts with {head[:16]!r}, {size} bytes; known formats: {known}")
+    names = "; ".join(f"{m.NAME} ({', '.join(m.SUFFIXES)})" for m in formats())
+    raise FormatError(f"{path}: not a known format: starts with {head[:16]!r}, {size} bytes; known formats: {names}")
 
 
 def _of_folder(path: Path) -> ModuleType:
@@ -109,23 +110,23 @@ def save(m: Reflectance, path: str | os.PathLike, format: str | None = None, **o
     """Write a reflectance to a file; the format is that of the suffix, or the one named.
 
     `options` are those of the format: `gonio formats NAME` lists them. A failed or interrupted write leaves an existing
-    file as it was. Raises ParameterError where the suffix names no format, or several, and `format` is not given, for
-    options that the format has not or of values that they may not have, and where it cannot hold the material or `path`
-    may not be replaced; WriteError where the system refuses, as where the disk is full.
+    file as it was. Raises ParameterError for a suffix of no format, or of several, without `format`, for unknown
+    options and values out of their bounds, for a material that the format cannot hold, and for a `path` that may not be
+    replaced; WriteError where the system refuses, as on a full disk.
     """
     module = writer(path, format)
     options = _options.checked(module, "write", options)
-    target(module, path)  # before anything is worked out
+    target(module, path)  # before any computation
     try:
         module.write(m, Path(path), **options)
-    except MemoryError as error:
-        if isinstance(error, TooLargeError):
-            raise
+    except TooLargeError:
+        raise
+    except MemoryError:
         raise TooLargeError(f"{path}: {module.NAME} takes more memory than there is; ask for fewer nodes") from None
 
 
 def target(module: ModuleType, path: str | os.PathLike) -> Path:
-    """Where a format's file, or folder, of this name is written to. Raises what `files.target` raises."""
+    """The place of a format's file, or folder, of this name. Raises the errors of `files.target`."""
     return getattr(module, "target", files.target)(Path(path))
 
 
@@ -135,18 +136,15 @@ def writer(path: str | os.PathLike, format: str | None = None) -> ModuleType:
     A name may be in any case, or be a suffix without its dot. Raises ParameterError where no format, or several, fit.
     """
     writers = [m for m in formats() if hasattr(m, "write")]
-    if format is not None:
-        word = str(format).lower().removeprefix(".")
-        named = [w for w in writers if w.NAME.lower() == word]
-        named = named or [w for w in writers if f".{word}" in w.SUFFIXES and not getattr(w, "SHARED_SUFFIX", False)]
-        if len(named) != 1:
-            raise ParameterError(f"format={format!r}: expected one of {', '.join(repr(w.NAME) for w in writers)}")
-        return named[0]
-    suffix = Path(path).suffix.lower()
+    word = None if format is None else str(format).lower().removeprefix(".")
+    suffix = Path(path).suffix.lower() if word is None else f".{word}"
     fitting = [w for w in writers if suffix in w.SUFFIXES]
-    own = [w for w in fitting if not getattr(w, "SHARED_SUFFIX", False)]
-    if len(own) == 1:
-        return own[0]
-    listed = ", ".join(f"{w.NAME!r} ({' '.join(w.SUFFIXES)})" for w in fitting or writers)
-    says = "is that of several formats" if len(fitting) > 1 else "does not say which format"
-    raise ParameterError(f"{path}: the suffix {suffix!r} {says}; give format= (on the command line --format) {listed}")
+    choices = [w for w in writers if w.NAME.lower() == word]
+    choices = choices or [w for w in fitting if not getattr(w, "SHARED_SUFFIX", False)]
+    if len(choices) == 1:
+        return choices[0]
+    if format is not None:
+        raise ParameterError(f"format={format!r}: expected one of {', '.join(repr(w.NAME) for w in writers)}")
+    names = ", ".join(f"{w.NAME!r} ({' '.join(w.SUFFIXES)})" for w in fitting or writers)
+    fault = "is that of several formats" if len(fitting) > 1 else "does not say which format"
+    raise ParameterError(f"{path}: the suffix {suffix!r} {fault}; give format= (on the command line --format) {names}")

@@ -2,8 +2,8 @@
 
     def write(m: Reflectance, path: Path, nodes: Annotated[int, Declared("cosines of either sign", 4, 2048)] = 64): ...
 
-The type is bool, int, float, str, Path, dict (JSON) or another class; a tuple of so many, a Sequence of any number, or
-several of these with `|`. `Declared` says the bounds and the meaning. A default of None: the option may be left out.
+The type is bool, int, float, str, Path, dict (JSON) or another class; a tuple of fixed length, a Sequence of any; or
+several of these with `|`. `Declared` holds the bounds and the meaning. A default of None makes the option optional.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ ABOVE_ZERO, BELOW_ONE = sys.float_info.min, math.nextafter(1.0, 0.0)
 """Bounds of numbers that may not be 0, or 1."""
 
 LARGEST, LONGEST = 1 << 63, 1000
-"""Whole numbers are smaller, and words have at most so many characters."""
+"""Bound below which whole numbers are; largest number of characters of a word."""
 
 NOUNS = {bool: "true or false", int: "a whole number", float: "a number", str: "a word", Path: "a file name"}
 NOUNS |= {dict: "a JSON object"}
@@ -47,11 +47,11 @@ class Declared(NamedTuple):
     """The meaning and the bounds of an option, in `Annotated[type, Declared(...)]`.
 
     low, high   bounds of every number, in the `unit`
-    words       the only values; those that are text, in any case
-    lengths     of a Sequence: it holds the nodes along each axis of a grid, which must fit into memory
-    multiple    whole numbers are multiples of it
-    rising      a Sequence increases
-    usual       what a default of None stands for
+    words       the only values; text in any case
+    lengths     of a Sequence of node counts, one for each axis of a grid, which must fit into memory
+    multiple    divisor of whole numbers
+    rising      whether a Sequence increases
+    usual       the meaning of a default of None
     """
 
     doc: str
@@ -66,7 +66,7 @@ class Declared(NamedTuple):
 
 
 class Option(NamedTuple):
-    """An option of a reader or a writer; `kinds`: the types that its value may have, None aside."""
+    """An option of a reader or a writer; `kinds`: the types of its value, None aside."""
 
     name: str
     kinds: tuple[Any, ...]
@@ -75,77 +75,76 @@ class Option(NamedTuple):
 
     @property
     def expected(self) -> str:
-        """The values it may have, in words."""
+        """The allowed values, in words."""
         return ", or ".join(_in_words(kind, self.declared) for kind in self.kinds)
 
     @property
     def usual(self) -> str:
-        """The value it has where it is not given, as typed on the command line; "" for none."""
+        """The default value, as typed on the command line; "" for none."""
         return _typed(self.declared.usual if self.default is None else self.default)
 
     def checked(self, value: Any, advice: str = "") -> Any:
-        """The value as a reader or a writer takes it. Raises ParameterError; TooLargeError for too large a grid."""
+        """The value, converted for a reader or a writer. Raises ParameterError; TooLargeError for too large a grid."""
         if value is None and self.default is None:
             return None
         for kind in self.kinds:
             with contextlib.suppress(*UNFIT):
-                taken = _taken(kind, value, self.declared)
+                converted = _converted(kind, value, self.declared)
                 break
         else:
             raise ParameterError(f"{self.name}={shown(value)}: expected {self.expected}: {self.declared.doc}{advice}")
         if self.declared.lengths:
-            fits(math.prod(taken), f"{self.name}={shown(value)}")
-        return taken
+            fits(math.prod(converted), f"{self.name}={shown(value)}")
+        return converted
 
     def of_text(self, text: str) -> Any:
-        """The value of a text of the command line, or what `checked` refuses where it is none of this option."""
+        """The value typed on the command line; where no kind fits, a value that `checked` refuses."""
         if text.lower() == "none" and self.default is None:
             return None
-        meant: Any = text
+        value: Any = text
         for kind in self.kinds:
             with contextlib.suppress(*UNFIT):
-                meant = _of_text(kind, text)
-                return _taken(kind, meant, self.declared)
-        return meant
+                value = _of_text(kind, text)
+                return _converted(kind, value, self.declared)
+        return value
 
     def to_json(self) -> dict[str, str]:
         return {"expected": self.expected, "default": self.usual, "doc": self.declared.doc}
 
 
-def _taken(kind: Any, value: Any, d: Declared) -> Any:
-    """The value as this kind. Raises one of UNFIT where it is none."""
+def _converted(kind: Any, value: Any, d: Declared) -> Any:
+    """The value as this kind. Raises one of UNFIT for another value."""
     inner = typing.get_args(kind)
     if hasattr(kind, "__metadata__"):
-        return _taken(inner[0], value, inner[1])
+        return _converted(inner[0], value, inner[1])
     if typing.get_origin(kind) is tuple:
-        return tuple(_taken(of, x, d) for of, x in zip(inner, _items(value), strict=True))
+        return tuple(_converted(of, x, d) for of, x in zip(inner, _items(value), strict=True))
     if inner:
-        return _sequence(tuple(_taken(inner[0], x, d) for x in _items(value)), d)
+        values = tuple(_converted(inner[0], x, d) for x in _items(value))
+        fitting = len(values) in d.lengths if d.lengths else len(values) > 0
+        if not fitting or (d.rising and not all(a < b for a, b in pairwise(values))):
+            raise ValueError
+        return values
     if kind in (int, float):
         return _number(kind, value, d)
     if kind is Path:
-        return Path(_taken(str, os.fspath(value), d))
+        return Path(_converted(str, os.fspath(value), d))
     if not isinstance(value, (bool, np.bool_) if kind is bool else kind):
         raise TypeError
     if isinstance(value, str):
-        return _word(value, d)
+        if not value.isprintable() or len(value) > LONGEST:
+            raise ValueError
+        return {word.lower(): word for word in d.words}[value.lower()] if d.words else value
     if isinstance(value, dict):
         json.dumps(value, ensure_ascii=False, allow_nan=False).encode()
     return bool(value) if kind is bool else value
 
 
 def _items(value: Any) -> list[Any]:
-    """The items of a list, a tuple or an array of any library; anything else is the only one."""
+    """The items of a list, a tuple or an array of any library; of anything else itself alone."""
     if isinstance(value, (list, tuple, range)):
         return list(value)
     return list(ops.numbers(value).tolist()) if hasattr(value, "__array__") and np.ndim(value) else [value]
-
-
-def _sequence(values: tuple, d: Declared) -> tuple:
-    fitting = len(values) in d.lengths if d.lengths else len(values) > 0
-    if not fitting or (d.rising and not all(a < b for a, b in pairwise(values))):
-        raise ValueError
-    return values
 
 
 def _number(kind: type, value: Any, d: Declared) -> float:
@@ -160,14 +159,8 @@ def _number(kind: type, value: Any, d: Declared) -> float:
     return number
 
 
-def _word(value: str, d: Declared) -> str:
-    if not value.isprintable() or len(value) > LONGEST:
-        raise ValueError
-    return {word.lower(): word for word in d.words}[value.lower()] if d.words else value
-
-
 def _of_text(kind: Any, text: str) -> Any:
-    """The value of a text as this kind; the text itself where it has none."""
+    """The value of a text as this kind; the text itself if it has none."""
     inner = typing.get_args(kind)
     if hasattr(kind, "__metadata__"):
         return _of_text(inner[0], text)
@@ -223,20 +216,19 @@ def _typed(value: Any) -> str:
 
 @cache
 def options(function: Callable) -> dict[str, Option]:
-    """The options of a module's `read` or `write`, by name. Raises ParameterError where one is not declared."""
+    """The options of a module's `read` or `write`, by name. Raises ParameterError for one without a declaration."""
     where = f"{function.__module__}.{function.__name__}"
     try:
         hints = typing.get_type_hints(function, include_extras=True)
     except (NameError, TypeError, SyntaxError) as error:
         raise ParameterError(f"{where}: a type in its signature cannot be read: {error}; import its name") from None
     first = {"read": 1, "write": 2}[function.__name__]
-    taken = list(signature(function).parameters.values())[first:]
-    return {p.name: _declared(p, hints.get(p.name), where) for p in taken}
+    return {p.name: _option(p, hints.get(p.name), where) for p in [*signature(function).parameters.values()][first:]}
 
 
-def _declared(parameter: Parameter, hint: Any, where: str) -> Option:
-    kind, *said = typing.get_args(hint) if hasattr(hint, "__metadata__") else (hint,)
-    declared = next((x for x in said if isinstance(x, Declared)), None)
+def _option(parameter: Parameter, hint: Any, where: str) -> Option:
+    kind, *metadata = typing.get_args(hint) if hasattr(hint, "__metadata__") else (hint,)
+    declared = next((x for x in metadata if isinstance(x, Declared)), None)
     if declared is None or not declared.doc or parameter.default is Parameter.empty:
         raise ParameterError(
             f"{where}: the option {parameter.name} is not declared; expected "
@@ -246,30 +238,30 @@ def _declared(parameter: Parameter, hint: Any, where: str) -> Option:
     return Option(parameter.name, tuple(k for k in kinds if k is not NoneType), parameter.default, declared)
 
 
-def checked(module: ModuleType, does: str, given: Mapping[str, Any]) -> dict[str, Any]:
-    """The options given to "read" or "write" a format, as its module takes them.
+def checked(module: ModuleType, verb: str, values: Mapping[str, Any]) -> dict[str, Any]:
+    """Values of options, converted for a format's `verb`, "read" or "write".
 
-    Raises ParameterError for an option that it has not, or of a value that this may not have.
+    Raises ParameterError for an option that the format has not, or a value that is not allowed.
     """
-    known = options(getattr(module, does))
+    declared = options(getattr(module, verb))
     advice = f"; `gonio formats {module.NAME}` lists the options"
-    for name in given:
-        if name not in known:
-            expected = f"expected one of {', '.join(known)}{advice}" if known else "expected none"
-            raise ParameterError(f"{name}={shown(given[name])}: no option to {does} {module.NAME} files; {expected}")
-    return {name: known[name].checked(value, advice) for name, value in given.items()}
+    for name in values:
+        if name not in declared:
+            expected = f"expected one of {', '.join(declared)}{advice}" if declared else "expected none"
+            raise ParameterError(f"{name}={shown(values[name])}: no option to {verb} {module.NAME} files; {expected}")
+    return {name: declared[name].checked(value, advice) for name, value in values.items()}
 
 
-def of_texts(module: ModuleType, does: str, texts: Iterable[str]) -> dict[str, Any]:
+def of_texts(module: ModuleType, verb: str, texts: Iterable[str]) -> dict[str, Any]:
     """The options typed as "name=value" on the command line, checked."""
-    known = options(getattr(module, does))
-    given: dict[str, Any] = {}
+    declared = options(getattr(module, verb))
+    values: dict[str, Any] = {}
     for text in texts:
         name, equals, value = (part.strip() for part in text.partition("="))
         name = name.replace("-", "_")
         if not equals or not name:
             raise ParameterError(f"--option {text!r:.60}: expected name=value, such as interpolation=linear")
-        if name in given:
+        if name in values:
             raise ParameterError(f"--option {text!r:.60}: {name} is given twice, expected once")
-        given[name] = known[name].of_text(value) if name in known else value
-    return checked(module, does, given)
+        values[name] = declared[name].of_text(value) if name in declared else value
+    return checked(module, verb, values)

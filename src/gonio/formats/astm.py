@@ -3,8 +3,8 @@
 Lines `KEY value`, of which the last is `VARS` with the names of the columns, separated by commas: `theta_i`, `phi_i`,
 `theta_s`, `phi_s` [rad] in any order (a missing `phi_i` is 0), then channels: `R,G,B`, `X,Y,Z`, wavelengths like
 `400nm`, or one name such as `Integrated 300-700nm`. Then `NUM_POINTS` rows of as many numbers, separated by commas.
-theta_s, phi_s is the scattered direction, wo. The standard was not seen: this follows what libbsdf's AstmReader and
-ALTA's astm.cpp read. Checked against its own generator only.
+theta_s, phi_s is the scattered direction, wo. The standard was not seen: this follows libbsdf's AstmReader and ALTA's
+astm.cpp. Checked against its own generator only.
 """
 
 from __future__ import annotations
@@ -16,7 +16,6 @@ import numpy as np
 
 from ..base.reflectance import Reflectance
 from ..errors import FormatError, ParameterError
-from ..files import replacing
 from ..tables.gridded import Gridded
 from ._reading import channel_words, plain_text
 from ._rows import direction_pairs
@@ -40,8 +39,8 @@ def matches(head: bytes, size: int) -> bool:
 def read(path: Path, side: direction_pairs.Side = "front") -> Gridded:
     """The measurement in a file: a grid if its rows fill one, else `Scattered`.
 
-    Rows of another `side`, and of transmission, are kept in `about["other_pairs"]` to be written again. Raises
-    FormatError where the file is damaged, with the line.
+    Rows of the other side, and of transmission, stay in `about["other_pairs"]` to be written again. Raises FormatError,
+    with the line, for a damaged file.
     """
     lines = plain_text.read(path)
     about: dict[str, str] = {}
@@ -61,9 +60,7 @@ def read(path: Path, side: direction_pairs.Side = "front") -> Gridded:
         raise lines.fault(", ".join(names), f"{', '.join(ANGLES)}, each once, and at least one channel")
     rows = lines.rows(len(names))
     if count not in (None, len(rows)) or not len(rows):
-        raise FormatError(
-            f"{path}: NUM_POINTS says {count} rows, got {len(rows)}; fetch it again or correct the number"
-        )
+        raise FormatError(f"{path}: NUM_POINTS says {count} rows, got {len(rows)}; fetch it again or correct it")
     angles = [rows[:, columns[name]] if name in columns else np.zeros(len(rows)) for name in ANGLES]
     channels = channel_words.of_names([names[k] for k in values])
     pairs = direction_pairs.Pairs(np.stack(angles, axis=1), rows[:, values], channels=channels)
@@ -74,7 +71,7 @@ def read(path: Path, side: direction_pairs.Side = "front") -> Gridded:
 
 
 def write(m: Reflectance, path: Path, resolution: Resolution = None) -> None:
-    """Write the BRDF at the pairs that a measurement holds, else, and where `resolution` is given, at a grid of angles.
+    """Write the BRDF at the pairs of a measurement; for others, and where `resolution` is given, at a grid of angles.
 
     Lost: uncertainties, and nodes without data. Values along the surface (a cosine of 0) too, if they are not BRDFs.
     Raises ParameterError for delta lobes, maps, and channels whose names have commas.
@@ -84,9 +81,8 @@ def write(m: Reflectance, path: Path, resolution: Resolution = None) -> None:
     names = [about.pop("channel", "BRDF")] if pairs.channels is None else [*map(channel_words.name_of, pairs.channels)]
     if any(re.search(r"[,\r\n]", name) for name in names):
         raise ParameterError(f"channels {names}: expected names without commas and line ends; rename them")
-    with replacing(path) as temporary, temporary.open("w", encoding="utf-8") as file:
-        for key, value in about.items():
-            if re.fullmatch(r"\S+", key) and "\n" not in value and key.upper() not in ("VARS", "NUM_POINTS"):
-                file.write(f"{key} {value}\n")
-        file.write(f"NUM_POINTS {len(pairs.angles)}\nVARS {','.join([*ANGLES, *names])}\n")
-        file.writelines(plain_text.join(np.concatenate([pairs.angles, pairs.columns()], axis=1), ","))
+    words = [(k, v) for k, v in about.items() if k.upper() not in ("VARS", "NUM_POINTS")]
+    header = [f"{k} {v}\n" for k, v in words if re.fullmatch(r"\S+", k) and "\n" not in v]
+    header.append(f"NUM_POINTS {len(pairs.angles)}\nVARS {','.join([*ANGLES, *names])}\n")
+    rows = np.concatenate([pairs.angles, pairs.columns()], axis=1)
+    plain_text.write(path, header, rows, ",")

@@ -2,10 +2,10 @@
 
 `metadata` says what was measured and how; `data` holds objects with a unit and a list of values for each of theta_i,
 phi_i, theta_r, phi_r [deg or rad], BRDF [1/sr], and optionally wavelength_i [nm or um], polarization_i, uBRDF. The
-project's earlier files have `data.variables`, names and units, and `data.values`, rows; both are read. The schema does
-not say whether uncertainties are standard ones: they are taken for such. Azimuths are those of the directions to the
-lamp and to the detector, counted from one mark on the sample. Checked against the schema and the short example that the
-project publishes, and against files written here.
+project's earlier files have `data.variables`, names and units, and `data.values`, rows; both are read. Uncertainties
+are taken for standard ones, which the schema leaves open. Azimuths are those of the directions to the lamp and to the
+detector, counted from one mark on the sample. Checked against the project's schema and its short example, and against
+files written here.
 """
 
 from __future__ import annotations
@@ -56,8 +56,8 @@ def read(
     polarization: Annotated[
         str | None,
         Declared(
-            "which rows are read: s, p, u, or a Stokes vector as the file has it; if not given, those of "
-            "unpolarised light, else the mean of s and p, which is the same, else the only ones"
+            "rows to read: s, p, u, or a Stokes vector of the file; by default those of unpolarised light, else the "
+            "mean of s and p, which is the same, else the only ones"
         ),
     ] = None,
 ) -> Gridded:
@@ -72,38 +72,34 @@ def read(
     angles = upright(np.stack([columns[name] for name in ANGLES], axis=1), f"{where}, data", LEVEL)
     columns |= dict(zip(ANGLES, angles.T, strict=True))
     about = {"metadata": document.get("metadata", {}), "data": other}
-    rows = _of_polarization(columns, states, polarization, about, where)
-    angles = np.stack([rows[name] for name in ANGLES], axis=1)
-    values, u, channels = rows["BRDF"], rows.get("uBRDF"), None
-    if "wavelength_i" in rows:
-        held = {"f": values} if u is None else {"f": values, "u": u}
-        angles, nm, wide = channel_words.by_channel(angles, rows["wavelength_i"], held, where)
-        values, u, channels = wide["f"], wide.get("u"), tuple(nm.tolist())
-    return material(Pairs(angles, values, uncertainty=u, channels=channels), where, about)
+    columns = _of_polarization(columns, states, polarization, about, where)
+    angles = np.stack([columns[name] for name in ANGLES], axis=1)
+    pairs = Pairs(angles, columns["BRDF"], uncertainty=columns.get("uBRDF"))
+    if "wavelength_i" in columns:
+        pairs = pairs.by_channel(columns["wavelength_i"], where)
+    return material(pairs, where, about)
 
 
 def _columns(data: dict[str, Any], where: str) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
-    """The columns that are known, in gonio's units, and everything else that `data` says."""
+    """The columns of `COLUMNS` in gonio's units, and the other content of `data`."""
     if "variables" in data:
         data = _of_rows(data, where)
-    missing = [name for name in (*ANGLES, "BRDF") if name not in data]
-    if missing:
+    if missing := [name for name in (*ANGLES, "BRDF") if name not in data]:
         raise FormatError(f"{where}: data has no {', '.join(missing)}; expected {', '.join((*ANGLES, 'BRDF'))}")
-    found, other = {}, {name: value for name, value in data.items() if name not in COLUMNS}
+    columns, other = {}, {name: value for name, value in data.items() if name not in COLUMNS}
     for name in COLUMNS:
         if name in data:
             column = json_text.member(data, name, dict, f"{where}, data")
-            found[name] = _column(name, column, f"{where}, data.{name}")
-            rest = {k: v for k, v in column.items() if k not in ("values", "unit", "uncertainty", "notation")}
-            if name in ANGLES and "uncertainty" in column:
-                rest["uncertainty"] = column["uncertainty"]
-            if rest:
+            columns[name] = _column(name, column, f"{where}, data.{name}")
+            used = ("values", "unit", "notation") if name in ANGLES else ("values", "unit", "notation", "uncertainty")
+            if rest := {k: v for k, v in column.items() if k not in used}:
                 other[name] = rest
-    lengths = {name: len(column) for name, column in found.items()}
+    lengths = {name: len(column) for name, column in columns.items()}
     if len(set(lengths.values())) > 1 or not lengths["BRDF"]:
         raise FormatError(f"{where}: columns have {lengths} values, expected the same number, at least one")
-    _uncertainty(found, data, where)
-    return found, other
+    if (uncertainty := _uncertainty(columns, data, where)) is not None:
+        columns["uBRDF"] = uncertainty
+    return columns, other
 
 
 def _of_rows(data: dict[str, Any], where: str) -> dict[str, Any]:
@@ -115,8 +111,8 @@ def _of_rows(data: dict[str, Any], where: str) -> dict[str, Any]:
     for at, row in enumerate(rows):
         if not isinstance(row, list) or len(row) != len(variables):
             raise FormatError(f"{where}: data.values, row {at + 1}: expected {len(variables)} values: {row!r:.60}")
-    named = {v["name"]: {**v, "values": [row[k] for row in rows]} for k, v in enumerate(variables)}
-    return {**named, **{k: v for k, v in data.items() if k not in ("variables", "values")}}
+    columns = {v["name"]: {**v, "values": [row[k] for row in rows]} for k, v in enumerate(variables)}
+    return columns | {k: v for k, v in data.items() if k not in ("variables", "values")}
 
 
 def _column(name: str, column: dict[str, Any], where: str) -> np.ndarray:
@@ -124,16 +120,16 @@ def _column(name: str, column: dict[str, Any], where: str) -> np.ndarray:
     if name == "polarization_i":
         return np.array([_state(v, where) for v in values])
     kind = "angle" if name in ANGLES else name.rpartition("_")[0] if name.startswith("wave") else "brdf"
-    unit, found = column.get("unit"), json_text.numbers(values, where)
-    if found.ndim != 1:
+    unit, numbers = column.get("unit"), json_text.numbers(values, where)
+    if numbers.ndim != 1:
         raise FormatError(f"{where}: expected a list of numbers, got lists in it")
     if name == "uBRDF" and unit == "%":
-        return found  # of BRDF, below
+        return numbers  # of BRDF, see `_uncertainty`
     factor = UNITS.get(f"{kind} {unit}")
     if factor is None:
-        known = [u.partition(" ")[2] for u in UNITS if u.startswith(kind)]
-        raise FormatError(f"{where}: unit {unit!r}, expected one of {', '.join(known)}")
-    return np.radians(found) if kind == "angle" and factor != 1.0 else found * factor
+        expected = ", ".join(u.partition(" ")[2] for u in UNITS if u.startswith(kind))
+        raise FormatError(f"{where}: unit {unit!r}, expected one of {expected}")
+    return np.radians(numbers) if kind == "angle" and factor != 1.0 else numbers * factor
 
 
 def _state(value: Any, where: str) -> str:
@@ -146,19 +142,21 @@ def _state(value: Any, where: str) -> str:
     return STATES.get(tuple(stokes.tolist()), str(stokes.tolist()))
 
 
-def _uncertainty(found: dict[str, np.ndarray], data: dict[str, Any], where: str) -> None:
-    """uBRDF in 1/sr: the column of that name, or the one number for all values."""
-    one = data["BRDF"].get("uncertainty")
-    if "uBRDF" in found:
-        if data["uBRDF"].get("unit") == "%":
-            found["uBRDF"] = found["uBRDF"] * 0.01 * np.abs(found["BRDF"])
-    elif one is not None:
-        if not isinstance(one, dict):
-            raise FormatError(f"{where}: data.BRDF.uncertainty is {one!r:.40}, expected an object with value and unit")
-        value, unit = json_text.numbers(one.get("value"), f"{where}, data.BRDF.uncertainty"), one.get("unit")
-        if value.shape != (1,) or (unit != "%" and f"brdf {unit}" not in UNITS):
-            raise FormatError(f"{where}: data.BRDF.uncertainty is {one!r:.60}, expected a value in 1/sr, sr^-1 or %")
-        found["uBRDF"] = value * (0.01 * np.abs(found["BRDF"]) if unit == "%" else np.ones_like(found["BRDF"]))
+def _uncertainty(columns: dict[str, np.ndarray], data: dict[str, Any], where: str) -> np.ndarray | None:
+    """uBRDF in 1/sr: the column of that name, else the one number for all values, else None."""
+    column, f = columns.get("uBRDF"), np.abs(columns["BRDF"])
+    if column is not None:
+        return column * 0.01 * f if data["uBRDF"].get("unit") == "%" else column
+    where += ", data.BRDF.uncertainty"
+    single = data["BRDF"].get("uncertainty")
+    if single is None:
+        return None
+    if not isinstance(single, dict):
+        raise FormatError(f"{where} is {single!r:.40}, expected an object with value and unit")
+    value, unit = json_text.numbers(single.get("value"), where), single.get("unit")
+    if value.shape != (1,) or (unit != "%" and f"brdf {unit}" not in UNITS):
+        raise FormatError(f"{where} is {single!r:.60}, expected a value in 1/sr, sr^-1 or %")
+    return value * (0.01 * f if unit == "%" else np.ones_like(f))
 
 
 def _of_polarization(
@@ -169,32 +167,28 @@ def _of_polarization(
         if asked is not None:
             raise ParameterError(f"polarization={asked!r}: {where} does not say how its light was polarised")
         return columns
-    there = sorted(set(states.tolist()))
+    kinds = sorted(set(states.tolist()))
     if asked is None:
-        asked = there[0] if len(there) == 1 else "u" if "u" in there else "mean of s and p"
+        asked = kinds[0] if len(kinds) == 1 else "u" if "u" in kinds else "mean of s and p"
     about["polarization_i"] = asked
-    if asked == "mean of s and p" and {"s", "p"} <= set(there):
-        s, p = ({name: column[states == state] for name, column in columns.items()} for state in "sp")
-        return _mean(s, p, where)
-    if asked not in there:
-        raise ParameterError(f"polarization={asked!r}: {where} holds {', '.join(there)}; give one of these")
-    return {name: column[states == asked] for name, column in columns.items()}
+    rows = {state: {name: column[states == state] for name, column in columns.items()} for state in kinds}
+    if asked == "mean of s and p" and {"s", "p"} <= rows.keys():
+        return _mean(rows["s"], rows["p"], where)
+    if asked not in kinds:
+        raise ParameterError(f"polarization={asked!r}: {where} holds {', '.join(kinds)}; give one of these")
+    return rows[asked]
 
 
 def _mean(s: dict[str, np.ndarray], p: dict[str, np.ndarray], where: str) -> dict[str, np.ndarray]:
     """f of unpolarised light: the mean of rows for s and p that agree in everything else."""
     keys = [name for name in s if name not in ("BRDF", "uBRDF")]
-    orders = [np.lexsort([rows[name] for name in reversed(keys)]) for rows in (s, p)]
-    if len(orders[0]) != len(orders[1]) or not all(np.array_equal(s[n][orders[0]], p[n][orders[1]]) for n in keys):
-        raise ParameterError(
-            f"{where}: rows for s and p are of different pairs of directions; give polarization='s' or 'p'"
-        )
-    mean = dict(s)
-    back = np.empty_like(orders[0])
-    back[orders[0]] = orders[1]
-    mean["BRDF"] = 0.5 * (s["BRDF"] + p["BRDF"][back])
+    order_s, order_p = (np.lexsort([rows[name] for name in reversed(keys)]) for rows in (s, p))
+    if len(order_s) != len(order_p) or not all(np.array_equal(s[n][order_s], p[n][order_p]) for n in keys):
+        raise ParameterError(f"{where}: rows for s and p have different directions; give polarization='s' or 'p'")
+    partner = order_p[np.argsort(order_s)]
+    mean = {**s, "BRDF": 0.5 * (s["BRDF"] + p["BRDF"][partner])}
     if "uBRDF" in s:
-        mean["uBRDF"] = 0.5 * np.hypot(s["uBRDF"], p["uBRDF"][back])
+        mean["uBRDF"] = 0.5 * np.hypot(s["uBRDF"], p["uBRDF"][partner])
     return mean
 
 
@@ -203,35 +197,33 @@ def write(
     path: Path,
     metadata: Annotated[
         dict | None,
-        Declared("added to what the measurement knows; a valid file needs id, timestamp, provenance, sample ..."),
+        Declared("added to that of the measurement; a valid file needs id, timestamp, provenance, sample ..."),
     ] = None,
     wavelengths: channel_words.Wavelengths = None,
     resolution: CoarseResolution = None,
 ) -> None:
-    """Write a row for every pair (and wavelength) that a measurement holds, else for those of a grid of angles.
+    """Write a row for every pair (and wavelength) of a measurement, for others for those of a grid of angles.
 
     Rows without a value are left out. Raises ParameterError for several channels without wavelengths, delta lobes and
     maps.
     """
     pairs = pairs_of(m, resolution, nodes=COARSE, as_held=True)
-    f = pairs.columns()
-    known = getattr(m, "about", {})
-    angles = plain_text.degrees(pairs.angles)
-    there = np.isfinite(f)
-    at, channel = np.nonzero(there)
-    # Another format's words may be called so too.
-    more, said = (x if isinstance(x := known.get(name), dict) else {} for name in ("data", "metadata"))
+    f, about = pairs.columns(), getattr(m, "about", {})
+    finite = np.isfinite(f)
+    row, channel = np.nonzero(finite)
+    # Entries of another format may have the same names.
+    other, head = (x if isinstance(x := about.get(name), dict) else {} for name in ("data", "metadata"))
     data: dict[str, Any] = {}
     if f.shape[1] > 1 or wavelengths is not None or m.channel_names:
         nm = np.array(channel_words.wavelengths_of(m, wavelengths, f.shape[1]))
         data["wavelength_i"] = {"unit": "nm", "values": nm[channel].tolist()}
-    if known.get("polarization_i") in ("s", "p", "u"):
-        data["polarization_i"] = {"notation": "sp", "values": [known["polarization_i"]] * len(at)}
-    for name, column in zip(ANGLES, angles.T, strict=True):
-        data[name] = {"unit": "deg", "values": column[at].tolist()}
-    data["BRDF"] = {"unit": "sr^-1", "values": f[there].tolist()}
+    if about.get("polarization_i") in ("s", "p", "u"):
+        data["polarization_i"] = {"notation": "sp", "values": [about["polarization_i"]] * len(row)}
+    for name, column in zip(ANGLES, plain_text.degrees(pairs.angles).T, strict=True):
+        data[name] = {"unit": "deg", "values": column[row].tolist()}
+    data["BRDF"] = {"unit": "sr^-1", "values": f[finite].tolist()}
     if pairs.uncertainty is not None:
-        data["uBRDF"] = {"unit": "sr^-1", "values": pairs.uncertainty.reshape(f.shape)[there].tolist()}
-    merged = {name: {**value, **data.get(name, {})} if name in COLUMNS else value for name, value in more.items()}
-    about = {"schema": SCHEMA, "type": "BRDF", **said, **(metadata or {})}
-    json_text.write(path, {"metadata": about, "data": {**merged, **{k: v for k, v in data.items() if k not in merged}}})
+        data["uBRDF"] = {"unit": "sr^-1", "values": pairs.uncertainty.reshape(f.shape)[finite].tolist()}
+    merged = {name: {**value, **data.get(name, {})} if name in COLUMNS else value for name, value in other.items()}
+    head = {"schema": SCHEMA, "type": "BRDF", **head, **(metadata or {})}
+    json_text.write(path, {"metadata": head, "data": {**other, **data, **merged}})

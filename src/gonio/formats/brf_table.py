@@ -16,7 +16,6 @@ import numpy as np
 
 from ..base.reflectance import Reflectance
 from ..errors import ParameterError
-from ..files import replacing
 from ..tables.gridded import Gridded
 from ._reading import channel_words, plain_text
 from ._rows.direction_pairs import LEVEL, Pairs, material, upright
@@ -38,7 +37,7 @@ def matches(head: bytes, size: int) -> bool:
 
 
 def read(path: Path) -> Gridded:
-    """The table in a file. Raises FormatError with the line where it holds something else."""
+    """The table in a file. Raises FormatError, with the line, for anything else."""
     lines, text = plain_text.read(path), []
     expected = f"a line of column names, {' '.join(NAMES)} ..."
     line = lines.take(expected)
@@ -58,36 +57,27 @@ def read(path: Path) -> Gridded:
 
 
 def _wavelength(lines: plain_text.Lines, word: str) -> float:
-    found = _WAVELENGTH.fullmatch(word)
-    if not found:
+    match = _WAVELENGTH.fullmatch(word)
+    if not match:
         raise lines.fault(word, "a wavelength like 385.65nm")
-    value = float(found[1])
-    return value if (found[2] or "nm").lower() == "nm" else value * 1e3
+    value = float(match[1])
+    return value if (match[2] or "nm").lower() == "nm" else value * 1e3
 
 
 def write(
-    m: Reflectance,
-    path: Path,
-    wavelengths: channel_words.Wavelengths = None,
-    resolution: CoarseResolution = None,
+    m: Reflectance, path: Path, wavelengths: channel_words.Wavelengths = None, resolution: CoarseResolution = None
 ) -> None:
-    """Write reflectance factors at the pairs that a measurement holds, else at those of a grid.
+    """Write reflectance factors at the pairs of a measurement, for others at those of a grid.
 
-    Uncertainties are lost. Raises ParameterError without
-    wavelengths, and for delta lobes and maps.
+    Uncertainties are lost. Raises ParameterError without wavelengths, and for delta lobes and maps.
     """
     pairs = pairs_of(m, resolution, ("reflectance factor",), nodes=COARSE, as_held=True)
     values = pairs.columns()
-    names = channel_words.wavelengths_of(m, wavelengths, values.shape[1])
-    if not all(a < b for a, b in pairwise(names)):
-        raise ParameterError(f"wavelengths {names}: expected rising ones [nm]")
-    with replacing(path) as temporary, temporary.open("w", encoding="utf-8") as file:
-        file.writelines(f"{line}\n" for line in _free_text(m))
-        file.write("\t".join([*NAMES, *map(channel_words.name_of, names)]) + "\n")
-        file.writelines(plain_text.join(np.concatenate([plain_text.degrees(pairs.angles), values], axis=1), "\t"))
-
-
-def _free_text(m: Reflectance) -> list[str]:
-    """The free text above the table."""
+    nm = channel_words.wavelengths_of(m, wavelengths, values.shape[1])
+    if not all(a < b for a, b in pairwise(nm)):
+        raise ParameterError(f"wavelengths {nm}: expected rising ones [nm]")
     text = getattr(m, "about", {}).get("text")
-    return text if isinstance(text, list) and text else [f"BRF values of {m!r:.200}"]
+    text = text if isinstance(text, list) and text else [f"BRF values of {m!r:.200}"]
+    names = "\t".join([*NAMES, *map(channel_words.name_of, nm)])
+    rows = np.concatenate([plain_text.degrees(pairs.angles), values], axis=1)
+    plain_text.write(path, (f"{line}\n" for line in (*text, names)), rows, "\t")

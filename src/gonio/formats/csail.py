@@ -3,9 +3,9 @@
 int32[16], little-endian: the counts of theta_i, theta_o, phi = phi_o - phi_i and phi_i; [6] 1, these angles; [7] 0,
 bins of equal width; [9] 1 where phi covers 0 to pi only, 0 to 2 pi otherwise; [10] 3 channels; the others are reserved.
 Then float32, planes R, G, B, each [theta_i][theta_o][phi][phi_i] with phi_i fastest; negative where there is no data.
-Known from the header that BRDF Explorer documents; azimuths as it has them: phi_i is that of the direction away from
-the light. It multiplies values by 10; nothing was found that says why, so that here `scale` is 1 unless you give
-another. No published file was at hand.
+Source: the header documented in BRDF Explorer, and its azimuths: phi_i is that of the direction away from the light. It
+multiplies values by 10 without a reason, so that `scale` is 1 here unless you give another. No published file was at
+hand.
 """
 
 from __future__ import annotations
@@ -20,11 +20,11 @@ import numpy as np
 
 from ..base.reflectance import Reflectance
 from ..errors import FormatError, ParameterError
-from ..files import replacing
 from ..formula.fields import Ours, kept
 from ..formula.state import note
 from ..tables.angle_systems import angle_system
 from ._options import ABOVE_ZERO, Declared
+from ._reading import large_tables
 from ._reading.large_tables import Unscanned, expect_channels, numbers
 
 NAME = "CSAIL"
@@ -51,7 +51,7 @@ class CSAIL(Unscanned):
 
     Shapes   f: (..., 3).
     Units    f: 1/sr, if `scale` is right.
-    Error    of the bins; memory: 24 bytes per bin, 0.8 GB for the published 45 x 45 x 180 x 90, more while it is made.
+    Error    of the bins; memory: 24 bytes per bin, 0.8 GB for the published 45 x 45 x 180 x 90, more while loading.
     Source   Ngan, Durand & Matusik 2005, "Experimental analysis of BRDF models", EGSR.
     """
 
@@ -63,20 +63,14 @@ class CSAIL(Unscanned):
     def __init__(self, raw: Any, header: Any, scale: float = 1.0, path: str = ""):
         if not (math.isfinite(scale) and scale > 0.0):
             raise ParameterError(f"scale={scale!r}: expected a positive number")
-        raw, header = kept(raw), kept(header)
+        raw, header, scale = kept(raw), kept(header), float(scale)
         half = bool(header[9])
-        self._hold(raw=raw, header=header, scale=float(scale))
+        self._hold(raw=raw, header=header, scale=scale)
         stored = np.moveaxis(raw, 0, -1)
         if half:
             stored = np.concatenate([stored, stored[:, :, ::-1]], axis=2)
-        super().__init__(
-            "relative",
-            _centres(raw.shape[1:], half),
-            stored,
-            ("R", "G", "B"),
-            path,
-            {"half": half, "scale": float(scale)},
-        )
+        axes, about = _centres(raw.shape[1:], half), {"half": half, "scale": scale}
+        super().__init__("relative", axes, stored, ("R", "G", "B"), path, about)
 
     @property
     def valid(self) -> np.ndarray:
@@ -120,14 +114,10 @@ def read(
     with path.open("rb") as file:
         header = numbers(file, path, "<i4", (COUNT,))
         counts, size = tuple(header[:4].tolist()), file.seek(0, os.SEEK_END)
-        for at, what, allowed in (
-            (6, "paramType", (1,)),
-            (7, "binType", (0,)),
-            (9, "half_data", (0, 1)),
-            (10, "channels", (3,)),
-        ):
-            if header[at] not in allowed:
-                raise FormatError(f"{path}: {what} is {header[at]}, expected {' or '.join(map(str, allowed))}")
+        allowed = {(6, "paramType"): (1,), (7, "binType"): (0,), (9, "half_data"): (0, 1), (10, "channels"): (3,)}
+        for (at, name), values in allowed.items():
+            if header[at] not in values:
+                raise FormatError(f"{path}: {name} is {header[at]}, expected {' or '.join(map(str, values))}")
         if min(counts) < 1 or size != _size(counts):
             raise FormatError(
                 f"{path}: {size} bytes, expected {_size(counts)} for {'×'.join(map(str, counts))} bins of theta_i, "
@@ -147,15 +137,13 @@ def write(
     """Write f at the centres of bins; a CSAIL is written as it was read, bit by bit, unless `resolution` is given.
 
     One channel becomes gray; -1 stands for values that are negative, NaN or infinite. Raises ParameterError for a
-    material with a delta lobe, other than 1 or 3 channels, or maps: no such table could hold it.
+    delta lobe, other than 1 or 3 channels, and maps.
     """
     if isinstance(m, CSAIL) and resolution is None:
-        header, raw = m.header, m.raw
+        tables = m.header, m.raw
     else:
-        header, raw = _tabulated(m, RESOLUTION if resolution is None else resolution)
-    with replacing(path) as temporary, temporary.open("wb") as file:
-        header.tofile(file)
-        raw.tofile(file)
+        tables = _tabulated(m, resolution or RESOLUTION)
+    large_tables.write(path, *tables)
 
 
 def _tabulated(m: Reflectance, resolution: Sequence[int]) -> tuple[np.ndarray, np.ndarray]:

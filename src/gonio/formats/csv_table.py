@@ -1,4 +1,4 @@
-"""CSV tables of measurements: gonio's own, also what a spreadsheet exports with these column names.
+"""CSV tables of measurements: gonio's own, and spreadsheets with these column names.
 
 Lines `# key: value`, then a line of column names, then rows of numbers; separated by commas, semicolons (then a comma
 may be the decimal point), tabs or blanks. Columns, in any order and case:
@@ -12,8 +12,8 @@ may be the decimal point), tabs or blanks. Columns, in any order and case:
     u_f, u_f_R, ...                   standard uncertainty of the values, in the same quantity
     wavelength                        [nm]: rows then hold one channel each
 
-Angles are degrees, or what `# angle_unit: rad` says. Empty cells and nan are values that are not there. Rows that are
-all nodes of a grid, each once, become a `Gridded`, others `Scattered`. Options of these are `# mirrored`, `# outside`,
+Angles are degrees, or radians with `# angle_unit: rad`. Empty cells and nan are missing values. Rows that are all nodes
+of a grid, each once, become a `Gridded`, others `Scattered`. Options of these are `# mirrored`, `# outside`,
 `# interpolation`, `# period_phi_d` (degrees; of any azimuth), `# isotropic`, `# phi_i`; other keys are kept.
 Checked against its own generator only, as it is defined here.
 """
@@ -24,22 +24,21 @@ import math
 import re
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from ..base.angles import angles
 from ..base.reflectance import Reflectance
 from ..errors import FormatError, ParameterError
-from ..files import replacing
 from ..tables.angle_systems import ANGLES, AZIMUTHS, SYSTEMS, AngleSystem
 from ..tables.axes import INSIDE
 from ..tables.gridded import Gridded
 from ..tables.rows import ROW_ANGLES
 from ..tables.scattered import Scattered
 from ._reading import channel_words, plain_text
-from ._rows import direction_pairs
-from ._rows.pairs_of_material import Resolution, pairs_of, table_of, with_others
+from ._rows.direction_pairs import Pairs, Side, grid_of, gridded, half_circle, material
+from ._rows.pairs_of_material import Resolution, of_nodes, pairs_of, table_of, with_others
 
 NAME = "CSV"
 SUFFIXES = (".csv",)
@@ -65,17 +64,27 @@ OPTIONS = (
 )
 
 MOST = 2**16
-"""Columns of a table."""
+"""Largest number of columns."""
 
 MARK = "# gonio measurement"
-"""The first line of what `write` makes."""
+"""The first line of a file of `write`."""
 
 _VALUE = re.compile(r"(u_)?(f_cos_i|f_cos|f|brdf|dsf|brf)(?:_(.+))?", re.IGNORECASE)
 _KEY = re.compile(r"#\s*(\w[^:]*):\s*(.*)")
 
 
+class Table(NamedTuple):
+    """The content of a file; `axes` are the names of the columns of angles [rad] in `pairs`."""
+
+    path: str
+    axes: tuple[str, ...]
+    pairs: Pairs
+    about: dict[str, Any]
+    options: dict[str, str]
+
+
 def matches(head: bytes, size: int) -> bool:
-    """Whether a file that starts so can be one of these: its first line that is no comment names such columns."""
+    """Whether a file that starts so can be one of these: its first line after comments names such columns."""
     text = plain_text.start(head)
     if text.startswith(MARK + "\n"):
         return True
@@ -85,52 +94,47 @@ def matches(head: bytes, size: int) -> bool:
     return any(system.isotropic[0] in names for system in SYSTEMS.values()) and any(_VALUE.fullmatch(n) for n in names)
 
 
-def read(path: Path, side: direction_pairs.Side = "front") -> Gridded:
+def read(path: Path, side: Side = "front") -> Gridded:
     """The table in a file.
 
-    Rows of another `side`, and of transmission, are kept in `about["other_pairs"]` to be written again. Raises
-    FormatError where the file is damaged or its columns do not fit, with the line.
+    Rows of the other side, and of transmission, stay in `about["other_pairs"]` to be written again. Raises FormatError,
+    with the line, for a damaged file and columns that do not fit each other.
     """
     lines = plain_text.read(path)
     about: dict[str, Any] = {}
     while (line := lines.take("a line of column names")).startswith("#"):
-        if found := _KEY.fullmatch(line):
-            about[found[1].strip()] = found[2]
+        if match := _KEY.fullmatch(line):
+            about[match[1].strip()] = match[2]
     separator = next((s for s in ";\t," if s in line), None)
     names = [name.strip().strip('"') for name in line.split(separator)]
     if len(names) > MOST:
         raise FormatError(f"{path}: {len(names)} columns, expected at most {MOST}; split the table by channels")
     lines.comment = "#"
-    table = _numbers(lines, separator, len(names))
+    if separator is not None:
+        lines.edit(lambda text: _filled(text, separator))
+    table = lines.rows(len(names))
     if not len(table):
         raise lines.cut_short("rows of numbers")
-    given: dict[str, np.ndarray] = {}
+    key: Any
+    columns: dict[Any, np.ndarray]
+    angles: dict[str, np.ndarray] = {}
     values: dict[tuple[str, bool, str], np.ndarray] = {}
     for k, name in enumerate(names):
         if name.lower() in (*ANGLES, "wavelength"):
-            if name.lower() in given:
-                raise FormatError(f"{path}: column {name} twice, expected each once")
-            given[name.lower()] = table[:, k]
-        elif found := _VALUE.fullmatch(name):
-            key = (COLUMNS[found[2].lower()], bool(found[1]), found[3] or "")
-            if key in values:
-                raise FormatError(f"{path}: column {name} twice, expected each once")
-            values[key] = table[:, k]
+            key, columns = name.lower(), angles
+        elif match := _VALUE.fullmatch(name):
+            key, columns = (COLUMNS[match[2].lower()], bool(match[1]), match[3] or ""), values
         else:
-            raise FormatError(
-                f"{path}: column {name!r}: expected {', '.join(ANGLES)}, wavelength, or {', '.join(COLUMNS)}"
-            )
-    return _material(str(path), given, _measured(str(path), values), about, side)
-
-
-def _numbers(lines: plain_text.Lines, separator: str | None, columns: int) -> np.ndarray:
-    """All rows that are left; empty cells are nan."""
-    if separator is not None:
-        lines.edit(lambda text: _filled(text, separator))
-    return lines.rows(columns)
+            expected = f"{', '.join(ANGLES)}, wavelength, or {', '.join(COLUMNS)}"
+            raise FormatError(f"{path}: column {name!r}: expected {expected}")
+        if key in columns:
+            raise FormatError(f"{path}: column {name} twice, expected each once")
+        columns[key] = table[:, k]
+    return _material(str(path), angles, values, about, side)
 
 
 def _filled(text: str, separator: str) -> str:
+    """The text with nan in its empty cells."""
     if separator == ";":
         text = text.replace(",", ".")
     if f"{separator} " in text or " \n" in text:
@@ -141,49 +145,50 @@ def _filled(text: str, separator: str) -> str:
     return text + "nan" if text.endswith(separator) else text
 
 
-def _measured(path: str, columns: Mapping[tuple[str, bool, str], np.ndarray]) -> direction_pairs.Pairs:
-    """The values and uncertainties, without angles yet."""
+def _measured(path: str, angles: dict[str, np.ndarray], columns: Mapping[tuple[str, bool, str], np.ndarray]) -> Pairs:
+    """The rows, with the columns of angles as they are."""
     quantities = {quantity for quantity, _, _ in columns}
     names = [channel for _, uncertain, channel in columns if not uncertain]
     spreads = [channel for _, uncertain, channel in columns if uncertain]
-    if (
-        len(quantities) != 1
-        or not names
-        or (spreads and sorted(spreads) != sorted(names))
-        or ("" in names) > (len(names) == 1)
-    ):
+    one_per_channel = bool(names) and (names == [""] or "" not in names)
+    if len(quantities) != 1 or not one_per_channel or (spreads and sorted(spreads) != sorted(names)):
         raise FormatError(
             f"{path}: columns of values are {names} of {sorted(quantities)}, of uncertainties {spreads}; expected one "
             f"quantity, one column or one per channel, and uncertainties of none or of all"
         )
     (quantity,) = quantities
-    channels = None if names == [""] else channel_words.of_names(names)
-    held = [
-        np.stack([columns[quantity, u, name] for name in names], axis=1) for u in (False, True)[: 2 if spreads else 1]
-    ]
-    if channels is None:
-        held = [v[:, 0] for v in held]
-    return direction_pairs.Pairs(np.empty((len(held[0]), 0)), held[0], quantity, held[1] if spreads else None, channels)
+    values = np.stack([columns[quantity, False, name] for name in names], axis=1)
+    spread = np.stack([columns[quantity, True, name] for name in names], axis=1) if spreads else None
+    rows = np.stack([*angles.values()], axis=1)
+    if names != [""]:
+        return Pairs(rows, values, quantity, spread, channel_words.of_names(names))
+    return Pairs(rows, values[:, 0], quantity, None if spread is None else spread[:, 0])
 
 
 def _material(
-    path: str, given: dict[str, np.ndarray], measured: direction_pairs.Pairs, about: dict[str, Any], side: str
+    path: str,
+    angles: dict[str, np.ndarray],
+    values: Mapping[tuple[str, bool, str], np.ndarray],
+    about: dict[str, Any],
+    side: str,
 ) -> Gridded:
     options = {key: about.pop(key) for key in OPTIONS if key in about}
     unit = options.get("angle_unit", "deg").lower()
     if unit not in ("deg", "degree", "degrees", "rad", "radian", "radians"):
         raise FormatError(f"{path}: angle_unit: {unit}, expected deg or rad")
-    if "wavelength" in given:
-        given, measured = _by_wavelength(path, given, measured)
+    wavelength = angles.pop("wavelength", None)
+    axes = next((axes for axes in _COLUMNS if set(angles) == set(axes)), None)
+    if axes is None:
+        expected = "; ".join(map(", ".join, _COLUMNS))
+        raise FormatError(f"{path}: columns of angles are {', '.join(angles) or 'missing'}, expected {expected}")
+    pairs = _measured(path, {name: angles[name] for name in axes}, values)
+    if wavelength is not None:
+        pairs = _of_all_channels(path, pairs, wavelength)
     if unit.startswith("deg"):
-        given = {name: np.radians(x) for name, x in given.items()}
-    if not np.isfinite(np.stack([*given.values()])).all():
+        pairs = pairs._replace(angles=np.radians(pairs.angles))
+    if not np.isfinite(pairs.angles).all():
         raise FormatError(f"{path}: an angle is no number")
-    for names, system in _COLUMNS.items():
-        if set(given) == set(names):
-            return _of_columns(path, system, {n: given[n] for n in names}, measured, about, options, side)
-    known = "; ".join(map(", ".join, _COLUMNS))
-    raise FormatError(f"{path}: columns of angles are {', '.join(given)}, expected one of: {known}")
+    return _of_columns(Table(path, axes, pairs, about, options), _COLUMNS[axes], side)
 
 
 IN_PLANE = ("theta_i", "theta_o")
@@ -191,24 +196,18 @@ _COLUMNS = {
     **{axes: system for system in reversed(SYSTEMS.values()) for axes in (system.isotropic, system.oriented)},
     IN_PLANE: SYSTEMS["angles"],
 }
-"""Columns of angles, and the system that they are of: the first of `SYSTEMS` where several have them."""
+"""Columns of angles -> their system, the first of `SYSTEMS` if several have them."""
 
 
-def _of_columns(
-    path: str,
-    system: AngleSystem,
-    columns: dict[str, np.ndarray],
-    measured: direction_pairs.Pairs,
-    about: dict[str, Any],
-    options: Mapping[str, str],
-    side: str,
-) -> Gridded:
-    periods = {k.removeprefix("period_"): _turn(path, k, v) for k, v in options.items() if k.startswith("period_")}
+def _of_columns(table: Table, system: AngleSystem, side: str) -> Gridded:
+    path, names, pairs, about, options = table
+    columns = dict(zip(names, pairs.angles.T, strict=True))
+    periods = {k.removeprefix("period_"): _radians(path, k, v) for k, v in options.items() if k.startswith("period_")}
     one_azimuth = "phi_i" in columns and np.ptp(columns["phi_i"]) == 0.0 and "mirrored" not in options
-    rows_only = "isotropic" in options or tuple(columns) == IN_PLANE or one_azimuth
-    found = None if rows_only else direction_pairs.grid_of(columns, measured, path)
-    if found is not None and all(_is_axis(n, x) for n, x in found[0].items()):
-        return _on_grid(path, system.name, found, measured, about, options, periods)
+    rows_only = "isotropic" in options or names == IN_PLANE or one_azimuth
+    axes_and_order = None if rows_only else grid_of(columns, pairs, path)
+    if axes_and_order and all(_is_axis(n, x) for n, x in axes_and_order[0].items()):
+        return _on_grid(table, system.name, *axes_and_order, periods)
     isotropic = len(columns) < 4 or one_azimuth
     if "isotropic" in options:
         isotropic = options["isotropic"].lower() == "true"
@@ -220,43 +219,36 @@ def _of_columns(
         (theta_i, phi_i), (theta_o, phi_o) = angles(wi), angles(wo)
         if isotropic:
             phi_i, phi_o = 0.0 * phi_i, phi_o - phi_i
-    pairs = measured._replace(angles=np.stack([theta_i, phi_i, theta_o, phi_o], axis=1))
-    known = isotropic if "isotropic" in options or isotropic else None
-    return direction_pairs.material(pairs, path, about, side, known, options.get("outside", "hold"))
+    pairs = pairs._replace(angles=np.stack([theta_i, phi_i, theta_o, phi_o], axis=1))
+    stated = isotropic if "isotropic" in options or isotropic else None
+    return material(pairs, path, about, side, stated, options.get("outside", "hold"))
 
 
 def _on_grid(
-    path: str,
-    name: str,
-    found: tuple[dict[str, np.ndarray], np.ndarray],
-    measured: direction_pairs.Pairs,
-    about: dict[str, Any],
-    options: Mapping[str, str],
-    periods: dict[str, float],
+    table: Table, name: str, axes: dict[str, np.ndarray], order: np.ndarray, periods: dict[str, float]
 ) -> Gridded:
-    """What is not said: half a circle of phi is mirrored, half a circle of phi_d is a reciprocal table's."""
-    axes, order = found
-    more: dict[str, Any] = {k: options[k] for k in ("interpolation", "outside") if k in options}
-    if "phi_d" in axes and "phi_d" not in periods and direction_pairs.half_circle(axes["phi_d"]):
+    """The grid; by default half a circle of phi is mirrored, and half a circle of phi_d means reciprocity."""
+    path, _, pairs, about, options = table
+    if "phi_i" in options and "phi" in axes:
+        about = {**about, "phi_i": _radians(path, "phi_i", options["phi_i"])}
+    if "phi_d" in axes and "phi_d" not in periods and half_circle(axes["phi_d"]):
         periods["phi_d"] = math.pi
-    mirrored = len(axes) == 3 and "phi" in axes and direction_pairs.half_circle(axes["phi"])
+    mirrored = len(axes) == 3 and "phi" in axes and half_circle(axes["phi"])
     if "mirrored" in options:
         mirrored = options["mirrored"].lower() == "true"
-    more |= {"mirrored": mirrored, "periods": periods or None}
-    if "phi_i" in options and "phi" in axes:
-        about = {**about, "phi_i": _turn(path, "phi_i", options["phi_i"])}
+    more: dict[str, Any] = {k: options[k] for k in ("interpolation", "outside") if k in options}
+    more |= {"mirrored": mirrored, "periods": periods or None, "path": path, "about": about}
     try:
-        return direction_pairs.gridded(name, axes, order, measured, path=path, about=about, **more)
+        return gridded(name, axes, order, pairs, **more)
     except ParameterError as error:
         raise FormatError(f"{path}: {error}") from None
 
 
-def _turn(path: str, key: str, text: str) -> float:
-    """An angle [rad] of a text in degrees."""
+def _radians(path: str, key: str, degrees: str) -> float:
     try:
-        return math.radians(float(text))
+        return math.radians(float(degrees))
     except ValueError:
-        raise FormatError(f"{path}: {key}: {text!r}, expected degrees") from None
+        raise FormatError(f"{path}: {key}: {degrees!r}, expected degrees") from None
 
 
 def _is_axis(name: str, nodes: np.ndarray) -> bool:
@@ -266,88 +258,71 @@ def _is_axis(name: str, nodes: np.ndarray) -> bool:
     return bool(nodes[0] >= 0.0 and nodes[-1] <= highest + INSIDE)
 
 
-def _by_wavelength(
-    path: str, given: dict[str, np.ndarray], measured: direction_pairs.Pairs
-) -> tuple[dict[str, np.ndarray], direction_pairs.Pairs]:
-    """Rows of one channel each as rows of all channels; nan where a pair has none of one."""
-    if measured.channels is not None:
-        raise FormatError(f"{path}: a column wavelength and channels {measured.channels}, expected one of these")
-    names = [name for name in given if name != "wavelength"]
-    held = np.stack([given[n] for n in names], axis=1)
-    columns = {"values": measured.values}
-    if measured.uncertainty is not None:
-        columns["uncertainty"] = measured.uncertainty
-    pairs, wavelengths, wide = channel_words.by_channel(held, given["wavelength"], columns, path)
-    if not np.isfinite(wavelengths).all() or len(np.unique(pairs, axis=0)) < len(pairs):
+def _of_all_channels(path: str, pairs: Pairs, wavelength: np.ndarray) -> Pairs:
+    """Rows of one channel each as rows of all channels; nan where a pair has no value in a channel."""
+    if pairs.channels is not None:
+        raise FormatError(f"{path}: a column wavelength and channels {pairs.channels}, expected one of these")
+    pairs = pairs.by_channel(wavelength, path)
+    if not np.isfinite(wavelength).all() or len(np.unique(pairs.angles, axis=0)) < len(pairs.angles):
         raise FormatError(
-            f"{path}: a wavelength is no number, or one of {len(pairs)} pairs has several values at one wavelength; "
-            f"expected each pair once at each wavelength"
+            f"{path}: a wavelength is no number, or one of {len(pairs.angles)} pairs has several values at one "
+            f"wavelength; expected each pair once at each wavelength"
         )
-    made = measured._replace(values=wide["values"], uncertainty=wide.get("uncertainty"))
-    return dict(zip(names, pairs.T, strict=True)), made._replace(channels=tuple(wavelengths.tolist()))
+    return pairs
 
 
 def write(m: Reflectance, path: Path, resolution: Resolution = None) -> None:
-    """Write a measurement, grid or rows, as it is held, with its options and uncertainty; of anything else, and where
-    `resolution` is given, f at a grid of angles.
+    """Write a measurement, grid or rows, as it is, with its options and uncertainty; for others, and where `resolution`
+    is given, f at a grid of angles.
 
-    Angles are degrees if these read back as the same numbers, else radians. Of `about` texts and numbers are kept, as
-    texts. Raises ParameterError for delta lobes, maps, and channels whose names cannot be in a column's.
+    Angles are degrees if these read back as the same numbers, else radians. Texts and numbers of `about` are kept, as
+    texts. Raises ParameterError for delta lobes, maps, and channels whose names do not fit into those of columns.
     """
     table = table_of(m, resolution)
-    rows = isinstance(table, Scattered) or "other_pairs" in table.about
-    names, pairs, said = _of_rows(table) if rows else _of_grid(table)
-    degrees = plain_text.degrees(pairs.angles)
-    if not (np.radians(degrees) == pairs.angles).all():
-        said, degrees = {**said, "angle_unit": "rad"}, pairs.angles
-    heads = _heads(m, pairs)
-    held = [degrees, pairs.columns()]
+    options = {"outside": table.outside}
+    if isinstance(table, Scattered) or "other_pairs" in table.about:
+        axes, pairs = [*ROW_ANGLES], with_others(pairs_of(table, quantities=[table.quantity]), table)
+        options["isotropic"] = str(len(table.axes) == 3).lower()
+    else:
+        axes, pairs = [*table.axes], of_nodes(table)
+        options |= _grid_options(table)
+    angles = plain_text.degrees(pairs.angles)
+    if not (np.radians(angles) == pairs.angles).all():
+        options["angle_unit"], angles = "rad", pairs.angles
+    names = _value_names(m, pairs)
     if pairs.uncertainty is not None:
-        heads += [f"u_{head}" for head in heads]
-        held.append(pairs.uncertainty.reshape(len(degrees), -1))
-    with replacing(path) as temporary, temporary.open("w", encoding="utf-8") as file:
-        file.write(MARK + "\n")
-        file.writelines(f"# {key}: {value}\n" for key, value in (_kept(table.about) | said).items())
-        file.write(",".join([*names, *heads]) + "\n")
-        file.writelines(plain_text.join(np.concatenate(held, axis=1), ","))
+        names += [f"u_{name}" for name in names]
+    lines = [MARK, *(f"# {key}: {text}" for key, text in (_texts(table.about) | options).items())]
+    lines.append(",".join([*axes, *names]))
+    rows = np.concatenate([angles, *pairs.numbers()[1:]], axis=1)
+    plain_text.write(path, (line + "\n" for line in lines), rows, ",")
 
 
-def _of_rows(m: Gridded) -> tuple[list[str], direction_pairs.Pairs, dict[str, str]]:
-    """Names of the columns of angles, the rows, and the options."""
-    said = {"outside": m.outside, "isotropic": str(len(m.axes) == 3).lower()}
-    return [*ROW_ANGLES], with_others(pairs_of(m, quantities=[m.quantity]), m), said
-
-
-def _of_grid(m: Gridded) -> tuple[list[str], direction_pairs.Pairs, dict[str, str]]:
-    """The same, with the angles of the grid itself."""
-    nodes = np.stack([x.reshape(-1) for x in np.meshgrid(*m.axes.values(), indexing="ij")], axis=1)
-    values = m.stored.reshape(len(nodes), *m.stored.shape[len(m.axes) :])
-    spread = None if m.uncertainty is None else m.uncertainty.reshape(values.shape)
-    said = {"outside": m.outside, "interpolation": m.interpolation, "mirrored": str(m.is_mirrored).lower()}
+def _grid_options(m: Gridded) -> dict[str, str]:
+    options = {"interpolation": m.interpolation, "mirrored": str(m.is_mirrored).lower()}
     if isinstance(m.about.get("phi_i"), float):
-        said["phi_i"] = plain_text.number(plain_text.degrees(np.array([m.about["phi_i"]]))[0])
+        options["phi_i"] = plain_text.number(plain_text.degrees(np.array([m.about["phi_i"]]))[0])
     for name, period in m.periods.items():
         if name == "phi_d" or period != 2.0 * math.pi:
-            said[f"period_{name}"] = plain_text.number(math.degrees(period))
-    return [*m.axes], direction_pairs.Pairs(nodes, values, m.quantity, spread, m.channel_names), said
+            options[f"period_{name}"] = plain_text.number(math.degrees(period))
+    return options
 
 
-def _kept(about: Mapping[str, Any]) -> dict[str, str]:
-    known = {k: str(v).strip() for k, v in about.items() if isinstance(v, (str, int, float)) and k not in OPTIONS}
+def _texts(about: Mapping[str, Any]) -> dict[str, str]:
+    """The entries of `about` that are lines `# key: value`."""
+    texts = {k: str(v).strip() for k, v in about.items() if isinstance(v, (str, int, float)) and k not in OPTIONS}
     return {
-        k: v for k, v in known.items() if _KEY.fullmatch(f"# {k}: {v}") and ":" not in k and not re.search(r"[\r\n]", v)
+        k: v for k, v in texts.items() if _KEY.fullmatch(f"# {k}: {v}") and ":" not in k and not re.search(r"[\r\n]", v)
     }
 
 
-def _heads(m: Reflectance, pairs: direction_pairs.Pairs) -> list[str]:
+def _value_names(m: Reflectance, pairs: Pairs) -> list[str]:
     base = next(name for name, quantity in COLUMNS.items() if quantity == pairs.quantity)
     if pairs.channels is None:
         return [base]
     names = [*map(channel_words.name_of, pairs.channels)]
     if any(n != n.strip() or not n or re.search(r'[,;"#\s]', n) for n in names) or len({*names}) < len(names):
-        raise ParameterError(
-            f"{m!r:.80}: has channels {names}, expected different names without blanks, commas and quotes"
-        )
+        raise ParameterError(f"{m!r:.80}: has channels {names}, expected unique names without blanks, commas, quotes")
     if base == "f" and any(n.lower().startswith("cos") for n in names):
         base = "brdf"
     return [f"{base}_{n}" for n in names]

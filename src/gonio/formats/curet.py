@@ -3,8 +3,8 @@
 Text, a row per sample: its number, then 205 values of f (`abrdf.dat`, the mean of red, green and blue; `rbrdf.dat`,
 `gbrdf.dat`, `bbrdf.dat`); rho, sigma, kd of the Oren-Nayar model (`op.dat`, `opr.dat` ...); or 5 or 55 coefficients of
 Koenderink's modes up to order 2 or 8 (`kp2.dat`, `kp8.dat` ...). The directions of the 205 measurements are those
-published with the tables, in `data/curet_directions.txt`: all have a multiple of 22.5 degrees between light and viewer,
-to 1e-4 degrees. Checked against that; no table and no fit was at hand, only descriptions.
+published with the tables, in `data/curet_directions.txt`: the angles between light and viewer are multiples of 22.5
+degrees, to 1e-4 degrees. Checked against that; no table and no fit was at hand, only descriptions.
 """
 
 from __future__ import annotations
@@ -39,15 +39,13 @@ _NUMBER = re.compile(r"[-+]?[0-9.]+(e[-+]?[0-9]+)?", re.IGNORECASE)
 
 def matches(head: bytes, size: int) -> bool:
     """Whether a file that starts so can be one of these: rows of numbers of the right length, numbered from 1 on."""
-    lines = plain_text.start(head).split("\n")
-    rows = [line.split() for line in lines if line.strip()]
+    rows = [words for line in plain_text.start(head).split("\n") if (words := line.split())]
     whole = rows if len(head) >= size else rows[:-1]
     if not rows or not all(_NUMBER.fullmatch(word) for row in rows for word in row[:-1]):
         return False
     count = len(rows[0]) - 1
-    return count in (*FITS, PAIRS) and all(
-        len(row) == count + 1 and row[0] == str(i) for i, row in enumerate(whole, start=1)
-    )
+    numbered = all(len(row) == count + 1 and row[0] == str(i) for i, row in enumerate(whole, start=1))
+    return count in (*FITS, PAIRS) and numbered
 
 
 def read(
@@ -58,30 +56,30 @@ def read(
     rgb: Annotated[
         bool, Declared("read the files of the other two colours too: rbrdf.dat, gbrdf.dat and bbrdf.dat together")
     ] = False,
-    kd: Annotated[bool, Declared("multiply an Oren-Nayar fit by its kd; how kd enters was not found")] = True,
+    kd: Annotated[bool, Declared("multiply an Oren-Nayar fit by its kd, a use that no description confirms")] = True,
     modes: Annotated[
         Sequence[tuple[int, int, int]] | None,
         Declared("n, m, l of the columns of a Koenderink fit, whose order and normalisation were not found", -8, 8),
     ] = None,
 ) -> Reflectance:
-    """One sample: of a table a `Scattered`, taken as isotropic; of Oren-Nayar fits gn.OrenNayar; of Koenderink fits a
+    """One sample: a table as `Scattered`, taken for isotropic, an Oren-Nayar fit as gn.OrenNayar, a Koenderink fit as
     `Zernike`.
 
-    Raises FormatError with the line where a row is not like the first, NotFoundError for a sample that is not there.
+    Raises FormatError, with the line, for a row unlike the first, NotFoundError for a sample that is not in the file.
     """
     path = Path(path)
-    values = np.stack([_row(p, sample) for p in (_of_colours(path) if rgb else [path])], axis=-1)
-    about, values = {"sample": int(values[0, 0])}, values[1:]
-    names = ("R", "G", "B") if rgb else None
-    held = values if rgb else values[:, 0]
+    rows = np.stack([_row(p, sample) for p in (_of_colours(path) if rgb else [path])], axis=-1)
+    about = {"sample": int(rows[0, 0])}
+    values = rows[1:] if rgb else rows[1:, 0]
     if len(values) == PAIRS:
         theta_o, phi_o, theta_i, phi_i = directions().T
+        names = ("R", "G", "B") if rgb else None
         return Scattered(
-            theta_i, phi_i, theta_o, phi_o, held, channels=names, isotropic=True, path=str(path), about=about
+            theta_i, phi_i, theta_o, phi_o, values, channels=names, isotropic=True, path=str(path), about=about
         )
     if len(values) != 3:
-        return _koenderink(held, modes, rgb, str(path))
-    rho, sigma, factor = held
+        return _koenderink(values, modes, rgb, str(path))
+    rho, sigma, factor = values
     try:
         fit = OrenNayar(rho, sigma)
         return factor * fit if kd else fit
@@ -90,7 +88,7 @@ def read(
 
 
 def _row(path: Path, sample: int | None) -> np.ndarray:
-    """The numbers of a sample, its own first."""
+    """The row of a sample: its number, then its values."""
     lines = plain_text.read(path)
     first = lines.peek()
     if first is None:
@@ -99,23 +97,22 @@ def _row(path: Path, sample: int | None) -> np.ndarray:
     if count not in (*FITS, PAIRS):
         raise FormatError(f"{path}, line 1: {count} values, expected {PAIRS}, or {', '.join(map(str, FITS))} of fits")
     rows = lines.rows(count + 1, expected=f"numbers: that of a sample and {count} values")
-    found = rows[:, 0].tolist()
-    if len(set(found)) < len(found):
-        raise FormatError(f"{path}: numbers of samples occur twice, expected each once: {found[:8]} ...")
+    samples = rows[:, 0].tolist()
+    if len(set(samples)) < len(samples):
+        raise FormatError(f"{path}: numbers of samples occur twice, expected each once: {samples[:8]} ...")
     if sample is None and len(rows) == 1:
         return rows[0]
-    if sample not in found:
-        listed = ", ".join(f"{x:g}" for x in found[:64])
-        raise NotFoundError(f"{path}: sample={sample}: expected one of {listed}")
-    return rows[found.index(sample)]
+    if sample not in samples:
+        raise NotFoundError(f"{path}: sample={sample}: expected one of {', '.join(f'{x:g}' for x in samples[:64])}")
+    return rows[samples.index(sample)]
 
 
 def _of_colours(path: Path) -> list[Path]:
     """The files of red, green and blue, of which this is one."""
-    found = re.fullmatch(r"(?i)([rgb])(brdf)|(op|kp2|kp8)([rgb])", path.stem)
-    if not found:
+    match = re.fullmatch(r"(?i)([rgb])(brdf)|(op|kp2|kp8)([rgb])", path.stem)
+    if not match:
         raise ParameterError(f"{path}: rgb=True: expected a file named as rbrdf.dat, opr.dat, kp2r.dat or kp8r.dat")
-    before, after = ("", found[2]) if found[1] else (found[3], "")
+    before, after = ("", match[2]) if match[1] else (match[3], "")
     return [path.with_name(before + colour + after + path.suffix) for colour in "rgb"]
 
 

@@ -7,7 +7,7 @@ Azimuths are those of rays as they travel: phi_s - phi_i = 0 is forward, so that
 phi_i); light then comes from phi_i + 180 degrees, and in gonio phi = phi_s - phi_i - 180 degrees. One phi_i stands for
 an isotropic material, azimuths up to 180 degrees for both sides of the plane of incidence. f = number x scale.
 
-No specification of the header's words was seen: other angles than degrees and radians, and other than `bsdf=value`, are
+No specification of the header's words was seen: angles are degrees or radians, values `bsdf=value`, all else is
 refused. The geometry is that of the manual's pages and of the laboratory's converters; it was checked on a real file
 against the same measurement in Zemax's format, and against its raw data.
 
@@ -19,6 +19,7 @@ from __future__ import annotations
 import os
 from array import array
 from collections.abc import Iterator, Sequence
+from itertools import groupby
 from typing import Annotated, Any, NamedTuple
 
 import numpy as np
@@ -53,7 +54,7 @@ WORDS = {"angles": "deg", "bsdf": "value", "scale": "1"}
 
 
 class Sheet(NamedTuple):
-    """A file: its words after `format`, and rows (n, 5) of theta_i, phi_i, theta_s, phi_s and the number."""
+    """A file: the words after `format`, and rows (n, 5) of theta_i, phi_i, theta_s, phi_s and the number."""
 
     format: dict[str, str]
     rows: np.ndarray
@@ -68,13 +69,16 @@ def read(path: str | os.PathLike) -> Gridded:
     """The reflectance of a file: `angles` axes theta_i, theta_o, phi (phi_i, phi_o if there are several phi_i).
 
     Directions that are not listed are no data (NaN); lists that fill less than half of the grid of their angles become
-    a `Scattered`. Raises FormatError where the file is damaged or of a kind that is not known.
+    a `Scattered`. Raises FormatError for damaged files and unknown kinds.
     """
     lines = plain_text.read(path, ("#", "!", "//"))
     if " ".join(plain_text.split(lines.take(FIRST).lower())) != FIRST:
         raise lines.fault("another first line", FIRST)
     words = dict(word.partition("=")[::2] for word in plain_text.split(lines.take("format ..."))[1:])
-    in_degrees, scale = _format(lines, words)
+    in_degrees = {"deg": True, "degrees": True, "rad": False, "radians": False}.get(words.get("angles", "deg").lower())
+    if in_degrees is None or words.get("bsdf", "value").lower() != "value":
+        raise lines.fault(" ".join(f"{k}={v}" for k, v in words.items()), "angles=deg bsdf=value")
+    scale = lines.float(words.get("scale", "1"))
     sheet = Sheet(words, _rows(lines))
     theta_i, phi_i, theta_s, phi_s, number = sheet.rows.T
     if not in_degrees:
@@ -87,14 +91,6 @@ def read(path: str | os.PathLike) -> Gridded:
         raise FormatError(f"{path}: polar angles beyond 0 to 90 degrees, expected reflection only")
     about = {"format": words, "scale": scale}
     return from_rows(theta_i, phi_i + 180.0, theta_s, phi_s, f, path=str(path), about=about, filed=sheet)
-
-
-def _format(lines: plain_text.Lines, words: dict[str, str]) -> tuple[bool, float]:
-    """Whether angles are in degrees, and the factor of the values."""
-    unit = {"deg": True, "degrees": True, "rad": False, "radians": False}.get(words.get("angles", "deg").lower())
-    if unit is None or words.get("bsdf", "value").lower() != "value":
-        raise lines.fault(" ".join(f"{k}={v}" for k, v in words.items()), "angles=deg bsdf=value")
-    return unit, lines.float(words.get("scale", "1"))
 
 
 def _rows(lines: plain_text.Lines) -> np.ndarray:
@@ -129,38 +125,34 @@ def write(
 ) -> None:
     """Write f at lists of angles; a material read from such a file is written with the same rows.
 
-    An `angles` table keeps its grid and numbers, without the nodes that have no data. Of others f is taken at the given
-    angles, by default in steps up to theta_o = 85 degrees; phi from 0 to 180 for isotropic materials, else to 360 and
-    phi_i every 30. FRED's table has one channel: others are refused unless `channel` names one. Raises ParameterError
+    An `angles` table keeps its grid and numbers, without the nodes that have no data. For others f is taken at the
+    given angles, by default in steps up to theta_o = 85 degrees; phi from 0 to 180 for isotropic materials, else to 360
+    and phi_i every 30. FRED's table has one channel: give `channel` for materials with several. Raises ParameterError
     for a delta lobe, maps, and several channels.
     """
-    given = (theta_i, theta_o, phi, phi_i)
-    sheet = as_filed(m, Sheet, *given, step, channel) or Sheet(WORDS, _made_of(m, given, step, channel))
-    plain_text.write(path, _written(sheet))
+    asked = (theta_i, theta_o, phi, phi_i)
+    sheet = as_filed(m, Sheet, *asked, step, channel) or Sheet(WORDS, _tabulated(m, asked, step, channel))
+    plain_text.write(path, _lines(sheet))
 
 
-def _written(sheet: Sheet) -> Iterator[str]:
+def _lines(sheet: Sheet) -> Iterator[str]:
     yield f"{FIRST}\nformat {' '.join(f'{k}={v}' for k, v in sheet.format.items())}\n"
-    before = None
-    for row in sheet.rows.tolist():
-        if row[:2] != before:
-            before = row[:2]
-            yield from plain_text.join([before], "\t")
-        yield from plain_text.join([row[2:]], "\t")
+    for incidence, rows in groupby(sheet.rows.tolist(), key=lambda row: row[:2]):
+        yield from plain_text.join([incidence, *(row[2:] for row in rows)], "\t")
 
 
-def _made_of(m: Reflectance, given: tuple, step: float | None, channel: Any) -> np.ndarray:
-    """Rows as in a file."""
-    if own := own_table(m, "angles", (*given, step)):
-        table, f = own
+def _tabulated(m: Reflectance, asked: tuple, step: float | None, channel: Any) -> np.ndarray:
+    """Rows of a file."""
+    if measured := own_table(m, "angles", (*asked, step)):
+        table, f = measured
         angles = [plain_text.degrees(x) for x in table.axes.values()]
         angles, f = (angles, f) if len(angles) == 4 else ([*angles[:2], np.zeros(1), angles[2]], f[:, :, None])
         incidence, polar, light, away = np.meshgrid(*angles, indexing="ij")
         if not table.is_oriented():
             light, away = light + 180.0, 180.0 - away if table.is_mirrored else away + 180.0
-        rows = [incidence, light + 180.0, polar, away]
+        angles = [incidence, light + 180.0, polar, away]
     else:
-        theta_i, theta_o, phi, phi_i = given
+        theta_i, theta_o, phi, phi_i = asked
         isotropic = phi_i is None and m.is_isotropic()
         usual = default_angles(step, not isotropic)
         grid = [
@@ -171,26 +163,22 @@ def _made_of(m: Reflectance, given: tuple, step: float | None, channel: Any) -> 
         ]
         incidence, light, polar, away = np.meshgrid(*grid, indexing="ij")
         away = away + light
-        rows = [incidence, light, polar, away]
+        angles = [incidence, light, polar, away]
         wi = direction(np.radians(incidence), np.radians(light + 180.0))
         f = values_at(m, wi, direction(np.radians(polar), np.radians(away)))
-    return _table(m, rows, f, channel)
-
-
-def _table(m: Reflectance, angles: list[np.ndarray], f: np.ndarray, channel: Any) -> np.ndarray:
-    """Rows sorted by direction of incidence, one of several along the normal, none without data."""
     names, f = channel_named(m, f, channel)
     if len(names) > 1:
-        raise ParameterError(
-            f"{m!r:.80}: has channels {names!r:.80}, and FRED's table has one; choose it with channel="
-        )
+        raise ParameterError(f"{m!r:.80}: has channels {names!r:.80}, and FRED's table has one; choose it: channel=")
+    return _sorted(angles, f)
+
+
+def _sorted(angles: list[np.ndarray], f: np.ndarray) -> np.ndarray:
+    """Rows sorted by direction of incidence, one of several along the normal, none without data."""
     theta_i, phi_i, theta_s, phi_s = (np.round(a, 9).reshape(-1) for a in angles)
     phi_i = np.mod(phi_i, 360.0)
     phi_s = np.where(np.abs(phi_s) == 360.0, phi_s, np.mod(phi_s, 360.0))
     rows = np.stack([theta_i, phi_i, theta_s, phi_s, f.reshape(-1)], axis=-1)
     rows = rows[np.isfinite(rows[:, 4])]
     rows = rows[np.lexsort(rows.T[3::-1])]
-    along_normal = np.concatenate(
-        [[False], (rows[1:, 2] == 0.0) & (rows[1:, [0, 1, 2, 4]] == rows[:-1, [0, 1, 2, 4]]).all(1)]
-    )
-    return rows[~along_normal]
+    repeats = (rows[1:, 2] == 0.0) & (rows[1:, [0, 1, 2, 4]] == rows[:-1, [0, 1, 2, 4]]).all(1)
+    return rows[~np.concatenate([[False], repeats])]

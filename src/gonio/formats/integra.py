@@ -1,20 +1,20 @@
 """Integra's diffuse distributions, `.ddr`: grids about the mirror direction.
 
-Words and numbers over any number of lines; lines that begin with `;;` are comments. `TypeSym` says which half of the
-azimuths there is, `TypeColorModel` BW, RGB or spectral, `TypeData` what the values are: Luminance is pi f, Intensity
-f cos(theta_o), each times the block's `kbdf`; Relative ones are scaled so that the directional-hemispherical
-reflectance is `kbdf`. `sigma`, `psi` are theta and phi of wi, `theta`, `phi` those of wo about the mirror direction,
-or about `sigmaT`, in degrees; lists begin with their length. Then per channel `bw`, `red`, `gre`, `blu` or `wl` nm:
-`kbdf` and numbers by psi, sigma; `def` and numbers by psi, sigma, phi, theta; `enddef`. Integra's specification was
-not seen: this follows libbsdf's DdrReader and DdrWriter. Checked against its own generator only. `.ddt` files look
-the same but are transmission.
+Words and numbers over any number of lines; lines that begin with `;;` are comments. `TypeSym` names the symmetry of the
+azimuths, `TypeColorModel` BW, RGB or spectral, `TypeData` the quantity: Luminance is pi f, Intensity f cos(theta_o),
+each times the block's `kbdf`; Relative ones are scaled so that the directional-hemispherical reflectance is `kbdf`.
+`sigma`, `psi` are theta and phi of wi, `theta`, `phi` those of wo about the mirror direction, or about `sigmaT`, in
+degrees; lists begin with their length. Then per channel `bw`, `red`, `gre`, `blu` or `wl` nm: `kbdf` and numbers by
+psi, sigma; `def` and numbers by psi, sigma, phi, theta; `enddef`. Integra's specification was not seen: this follows
+libbsdf's DdrReader and DdrWriter. Checked against its own generator only. `.ddt` files look the same but are
+transmission.
 """
 
 from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -41,18 +41,18 @@ QUANTITIES = {"luminance": "reflectance factor", "intensity": "brdf * cos(theta_
 CHANNELS = {"bw": "BW", "red": "R", "gre": "G", "green": "G", "blu": "B", "blue": "B", "wl": ""}
 LISTS = ("psi", "sigma", "sigmat", "phi", "theta")
 RESOLUTION = (18, 61, 37)
-"""Nodes of theta_i, radial and azimuth that a model is written at."""
+"""Numbers of nodes of theta_i, radial and azimuth of a written model."""
 
 _TYPE = re.compile(r"\bType(Sym|Data|ColorModel)[ \t]+\w+", re.IGNORECASE)
 
 
 def matches(head: bytes, size: int) -> bool:
     """Whether a file that starts so can be one of these: lines TypeSym, TypeData or TypeColorModel, two of them."""
-    return len({found.lower() for found in _TYPE.findall(plain_text.start(head))}) >= 2
+    return len({kind.lower() for kind in _TYPE.findall(plain_text.start(head))}) >= 2
 
 
 class _Words:
-    """The words of a file, with the lines they are in."""
+    """The words of a file, one after the other; `left` are those of the current line."""
 
     def __init__(self, path: Path):
         self.lines = plain_text.read(path, comment=";;")
@@ -79,36 +79,30 @@ class _Words:
             return np.array(first)
         return np.concatenate([first, self.lines.numbers(count - len(first), expected)])
 
-    def one_of(self, known: Sequence[str]) -> str:
-        word = self.take(f"one of {', '.join(known)}")
-        if word.lower() not in known:
-            raise self.lines.fault(word, f"one of {', '.join(known)}")
+    def one_of(self, *choices: str) -> str:
+        expected = f"one of {', '.join(choices)}"
+        word = self.take(expected)
+        if word.lower() not in choices:
+            raise self.lines.fault(word, expected)
         return word.lower()
 
 
 def read(path: Path) -> Gridded:
     """The measurement in a file; one about `sigmaT` becomes `Scattered`.
 
-    Raises FormatError where the file is damaged, with the line, and for the transmission of `.ddt` files.
+    Raises FormatError, with the line, for a damaged file, and for the transmission of `.ddt` files.
     """
     if Path(path).suffix.lower() == ".ddt":
-        raise FormatError(
-            f"{path}: .ddt files are transmission, which gonio does not read yet; expected reflection, .ddr"
-        )
+        raise FormatError(f"{path}: .ddt files are transmission, which is not read yet; expected reflection, .ddr")
     words = _Words(path)
     header, lists, about = _header(words)
     shape = tuple(len(lists[name]) for name in ("psi", "sigma", "phi", "theta"))
-    names, tables, scales = [], [], []
+    blocks = []
     while (word := words.next()) is not None:
         if word.lower() not in CHANNELS:
             raise words.lines.fault(word, f"one of {', '.join(CHANNELS)}")
-        name, table, scale = _channel(words, word.lower(), shape)
-        names.append(name)
-        tables.append(table)
-        scales.append(scale)
-    channels = _channels(words.lines, header, names)
-    values, kbdf = (np.stack([x[names.index(c)] for c in channels], axis=-1) for x in (tables, scales))
-    return _material(str(path), header, lists, values, kbdf, channels, about)
+        blocks.append(_channel(words, word.lower(), shape))
+    return _material(words.lines, header, lists, blocks, about)
 
 
 def _header(words: _Words) -> tuple[dict[str, str], dict[str, np.ndarray], dict[str, str]]:
@@ -119,15 +113,15 @@ def _header(words: _Words) -> tuple[dict[str, str], dict[str, np.ndarray], dict[
     while (word := words.take("a list or a channel")).lower() not in CHANNELS:
         key = word.lower()
         if key == "typesym":
-            header["symmetry"] = words.one_of(SYMMETRIES)
+            header["symmetry"] = words.one_of(*SYMMETRIES)
             if words.left[:1] in (["4D"], ["4d"]):
                 words.next()
         elif key == "typecolormodel":
-            header["colour"] = words.one_of(("rgb", "spectral", "bw"))
+            header["colour"] = words.one_of("rgb", "spectral", "bw")
             if header["colour"] == "spectral":
                 header["count"] = words.take("the number of wavelengths")
         elif key == "typedata":
-            header["data"], header["scale"] = words.one_of(tuple(QUANTITIES)), words.one_of(("absolute", "relative"))
+            header["data"], header["scale"] = words.one_of(*QUANTITIES), words.one_of("absolute", "relative")
         elif key in LISTS:
             if key in lists:
                 raise words.lines.fault(word, "each list once")
@@ -151,9 +145,9 @@ def _channel(words: _Words, kind: str, shape: tuple[int, ...]) -> tuple[str | fl
     if kind == "wl":
         name = words.lines.float(words.take("a wavelength"), "a wavelength [nm]")
     scale = np.ones(shape[:2])
-    if words.one_of(("kbdf", "def")) == "kbdf":
+    if words.one_of("kbdf", "def") == "kbdf":
         scale = words.numbers(shape[0] * shape[1], "numbers of kbdf").reshape(shape[:2])
-        words.one_of(("def",))
+        words.one_of("def")
     count = math.prod(shape)
     table = words.numbers(count, "values by psi, sigma, phi, theta").reshape(shape)
     end = words.next()
@@ -162,8 +156,8 @@ def _channel(words: _Words, kind: str, shape: tuple[int, ...]) -> tuple[str | fl
     return name, table, scale
 
 
-def _channels(lines: plain_text.Lines, header: Mapping[str, str], names: list) -> list[str | float]:
-    """The channels in their order; FormatError where some are missing or twice."""
+def _channels(lines: plain_text.Lines, header: dict[str, str], names: list) -> list[str | float]:
+    """The channels in their order. Raises FormatError for missing and repeated ones."""
     expected = {"rgb": ["R", "G", "B"], "bw": ["BW"]}.get(header["colour"], names)
     if header["colour"] == "spectral" and str(len(names)) != header["count"]:
         raise lines.fault(f"{len(names)} channels", f"{header['count']} wavelengths")
@@ -173,14 +167,12 @@ def _channels(lines: plain_text.Lines, header: Mapping[str, str], names: list) -
 
 
 def _material(
-    path: str,
-    header: Mapping[str, str],
-    lists: Mapping[str, np.ndarray],
-    values: np.ndarray,
-    kbdf: np.ndarray,
-    channels: Sequence[str | float],
-    about: Mapping[str, str],
+    lines: plain_text.Lines, header: dict[str, str], lists: dict[str, np.ndarray], blocks: list, about: dict[str, str]
 ) -> Gridded:
+    """The measurement of blocks of a name, values and kbdf each."""
+    names = [name for name, *_ in blocks]
+    channels = _channels(lines, header, names)
+    values, kbdf = (np.stack([blocks[names.index(c)][k] for c in channels], axis=-1) for k in (1, 2))
     mirrored, oriented = header["symmetry"] == "planesymmetrical", len(lists["psi"]) > 1 or lists["psi"].any()
     relative, phi = header["scale"] == "relative", lists["phi"]
     values = values if relative else values * kbdf[:, :, None, None]
@@ -192,25 +184,27 @@ def _material(
     axes = {"theta_i": np.radians(lists["sigma"]), "radial": np.radians(lists["theta"]), "azimuth": azimuth}
     if oriented:
         axes["phi_i"] = np.radians(lists["psi"])
-    names = None if list(channels) == ["BW"] else tuple(channels)
-    held = values if names is not None else values[..., 0]
-    held = np.ascontiguousarray(held if oriented else held[:, :, :, 0])
-    centres = lists.get("sigmat", lists["sigma"])
-    known: dict[str, Any] = {"quantity": QUANTITIES[header["data"]], "path": path, "about": about}
+    else:
+        values = values[:, :, :, 0]
+    gray = channels == ["BW"]
+    values = np.ascontiguousarray(values[..., 0] if gray else values)
+    options: dict[str, Any] = {"quantity": QUANTITIES[header["data"]], "path": lines.path, "about": about}
+    options |= {"channels": None if gray else tuple(channels), "mirrored": mirrored}
     try:
-        made = Gridded("specular", axes, held, channels=names, mirrored=mirrored, **known)
+        m = Gridded("specular", axes, values, **options)
     except ParameterError as error:
-        raise FormatError(f"{path}: {error}") from None
+        raise FormatError(f"{lines.path}: {error}") from None
     if relative:
-        made = _scaled(made, kbdf.transpose(1, 0, 2))
+        m = _scaled(m, kbdf.transpose(1, 0, 2))
+    centres = lists.get("sigmat", lists["sigma"])
     if np.array_equal(centres, lists["sigma"]):
-        return made
-    return libbsdf_grids.offset(made.axes, made.brdf(), np.radians(centres), names, path, about)
+        return m
+    return libbsdf_grids.offset(m.axes, m.brdf(), np.radians(centres), options["channels"], lines.path, about)
 
 
 def _scaled(m: Gridded, albedo: np.ndarray) -> Gridded:
-    """The values, scaled to these directional-hemispherical reflectances (theta_i, phi_i, channel)."""
-    (radial, d_radial), (azimuth, d_azimuth) = (_between(m, name) for name in ("radial", "azimuth"))
+    """The same, scaled to these directional-hemispherical reflectances (theta_i, phi_i, channel)."""
+    (radial, d_radial), (azimuth, d_azimuth) = _between(m, "radial"), _between(m, "azimuth")
     factor = np.empty((len(m.axes["theta_i"]), albedo.shape[1], albedo.shape[2]))
     for i, theta_i in enumerate(m.axes["theta_i"]):
         for j, phi_i in enumerate(m.axes.get("phi_i", np.zeros(1))):
@@ -238,49 +232,44 @@ def write(
         Sequence[int] | None, Declared("nodes of theta_i, radial and azimuth", 2, lengths=(3,), usual=RESOLUTION)
     ] = None,
 ) -> None:
-    """Write the grid of a measurement about the mirror direction; of anything else, and where `resolution` is given, f
-    at such a grid, and f at the horizon where nodes are below it.
+    """Write the grid of a measurement about the mirror direction; for others, and where `resolution` is given, f at
+    such a grid, with f at the horizon for nodes below it.
 
-    f cos(theta_o) stays that, other quantities become pi f. Lost: uncertainties, and how to interpolate. Raises
+    f cos(theta_o) stays that, other quantities become pi f. Lost: uncertainties, and the interpolation. Raises
     ParameterError for data with holes, delta lobes, maps, and channels other than one, RGB or wavelengths.
     """
     if isinstance(m, Gridded) and m.parameterisation == "specular" and resolution is None:
         table = m
     else:
-        table = _sampled(m, RESOLUTION if resolution is None else resolution)
-    intensity = table.quantity == QUANTITIES["intensity"]
+        table = _sampled(m, resolution or RESOLUTION)
     values = table.stored if table.quantity in QUANTITIES.values() else np.pi * table.brdf()
     if not np.isfinite(values).all():
         raise ParameterError(f"{m!r:.80}: has nodes without data, which the format cannot say; fill them first")
+    plain_text.write(path, _lines(table, values, *_channel_words(m, table.channel_names)))
+
+
+def _lines(table: Gridded, values: np.ndarray, colour: str, heads: list[str]) -> Iterator[str]:
+    """The lines of a file; `heads` are the first words of the channels."""
+    oriented, mirrored = "phi_i" in table.axes, table.is_mirrored
     values = values if table.channel_names is not None else values[..., None]
-    values = values if len(table.axes) == 4 else values[:, :, :, None]
-    phi, values = libbsdf_grids.degrees(table.axes["azimuth"], values, 2, table.is_mirrored)
-    lists = {"psi": table.axes.get("phi_i", np.zeros(1)), "sigma": table.axes["theta_i"], "theta": table.axes["radial"]}
-    degrees = {key: plain_text.degrees(x) for key, x in lists.items()} | {"phi": phi}
-    colour, heads = _heads(m, table.channel_names)
-    symmetry = "PlaneSymmetrical" if table.is_mirrored else "ASymmetrical" + " 4D" * (len(table.axes) == 4)
+    values = values if oriented else values[:, :, :, None]
+    phi, values = libbsdf_grids.degrees(table.axes["azimuth"], values, 2, mirrored)
     source = next(iter(str(table.about.get("Source", "")).split()), "Measured")
-    types = [f"Source {source}", f"TypeSym {symmetry}", f"TypeColorModel {colour}"]
-    types.append(f"TypeData {'Intensity' if intensity else 'Luminance'} Absolute")
-    keys = ("psi", "sigma", "phi", "theta")[len(table.axes) != 4 :]
-    plain_text.write(
-        path, _written(types, {key: degrees[key] for key in keys}, dict(zip(heads, values.T, strict=True)))
-    )
-
-
-def _written(types: list[str], lists: dict[str, np.ndarray], tables: dict[str, np.ndarray]) -> Iterator[str]:
-    """Lines of the types, of the lists, and of tables (psi, phi, theta, sigma) by the words that they begin with."""
-    yield from (f"{line}\n" for line in types)
-    for key, x in lists.items():
-        yield f"{key} {len(x)}\n{' '.join(map(plain_text.number, x))}\n"
-    for head, table in tables.items():
-        ones = " ".join(["1"] * (table.shape[0] * table.shape[3]))
+    symmetry = "PlaneSymmetrical" if mirrored else "ASymmetrical" + " 4D" * oriented
+    data = "Intensity" if table.quantity == QUANTITIES["intensity"] else "Luminance"
+    yield f"Source {source}\nTypeSym {symmetry}\nTypeColorModel {colour}\nTypeData {data} Absolute\n"
+    for name, axis in {"psi": "phi_i", "sigma": "theta_i", "phi": "azimuth", "theta": "radial"}.items():
+        if axis in table.axes:
+            nodes = phi if name == "phi" else plain_text.degrees(table.axes[axis])
+            yield f"{name} {len(nodes)}\n{' '.join(map(plain_text.number, nodes))}\n"
+    for head, block in zip(heads, values.T, strict=True):  # psi, phi, theta, sigma
+        ones = " ".join(["1"] * (block.shape[0] * block.shape[3]))
         yield f"{head}\nkbdf\n{ones}\ndef\n"
-        yield from plain_text.join(table.transpose(0, 3, 1, 2).reshape(-1, table.shape[2]))
+        yield from plain_text.join(block.transpose(0, 3, 1, 2).reshape(-1, block.shape[2]))
         yield "enddef\n"
 
 
-def _heads(m: Reflectance, names: tuple | None) -> tuple[str, list[str]]:
+def _channel_words(m: Reflectance, names: tuple | None) -> tuple[str, list[str]]:
     """The value of TypeColorModel, and the first words of the channels."""
     if names is None:
         return "BW", ["bw"]

@@ -1,4 +1,4 @@
-"""Text that the software of the RT-300S goniophotometer exports: `.jdv`, and what it writes for other programs.
+"""Exports of the RT-300S goniophotometer's software: `.jdv`, and texts for other programs.
 
 Four dialects of the same tables, one record for each angle of incidence, one after the other:
 
@@ -8,13 +8,13 @@ Four dialects of the same tables, one record for each angle of incidence, one af
               then a row of values by Azimuth for each Polar
     Reflet    `Name / Comment :`, `Theta measure beginning :` and others, `Theta Lighting`, then rows of Polar and
               values
-    Speos     `OPTIS - Anisotropic BSDF surface file v1.0`, `SampleID: Sample 60` (the only place that tells the angle
-              of incidence), a header, then a row of Azimuth and rows of Polar and values; a second table is derived
-              from it
+    Speos     `OPTIS - Anisotropic BSDF surface file v1.0`, `SampleID: Sample 60` (the only source of the angle of
+              incidence), a header, then a row of Azimuth and rows of Polar and values; a second table is derived from
+              it
 
-For the angles and the quantity see `rt300s`. Of a file with several measurements the last is read, or the one named.
-Checked against four exports of one measurement, which give the same table; they hold test data only, whose values mean
-nothing. That Raywiz' Polar are evenly spaced, and what its first line counts, is a guess.
+For the angles and the quantity see `rt300s`. From a file with several measurements the last is read, or the one asked
+for. Checked against four exports of one measurement, which give the same table; they hold test data only, whose values
+mean nothing. Even spacing of Raywiz' Polar, and the meaning of its first line, are guesses.
 """
 
 from __future__ import annotations
@@ -40,12 +40,8 @@ SHARED_SUFFIX = True
 DESCRIPTION = "exports of the RT-300S goniophotometer: .jdv, Raywiz, Reflet (LightTools), Speos"
 ORACLE = "real files (University of Arizona), the same measurement in four dialects"
 
-RAW, RAYWIZ, REFLET, SPEOS = (
-    "datatype: brdf(rt-300s)",
-    "datatype: brdf(raywiz)",
-    "name / comment :",
-    "optis - anisotropic",
-)
+RAW, RAYWIZ = "datatype: brdf(rt-300s)", "datatype: brdf(raywiz)"
+REFLET, SPEOS = "name / comment :", "optis - anisotropic"
 
 
 def matches(head: bytes, size: int) -> bool:
@@ -83,8 +79,8 @@ def _raw(lines: plain_text.Lines) -> Iterator[Scan]:
         receive = lines.floats(lines.take("a row of Polar angles"))
         rows = _rows(lines, len(receive) + 1)
         azimuth = [row[0] for row in rows]
-        for name, found in (("polar", receive), ("azimuth", azimuth)):
-            _agree(lines, name, words.get(name, ""), found)
+        for name, angles in (("polar", receive), ("azimuth", azimuth)):
+            _expect(lines, name, words.get(name, ""), angles)
         incidence = lines.float(words.get("incidence", ""), "Incidence: and an angle")
         yield Scan(words.get("sampleid", ""), incidence, azimuth, receive, np.array(rows)[:, 1:])
 
@@ -104,15 +100,12 @@ def _raywiz(lines: plain_text.Lines) -> Iterator[Scan]:
 
 def _reflet(lines: plain_text.Lines) -> Iterator[Scan]:
     while (words := _words(lines, "theta lighting")) is not None:
-        phi = [
-            lines.float(words.get(f"phi measure {end}", ""), f"Phi measure {end}")
-            for end in ("beginning", "end", "step")
-        ]
+        ends = ("beginning", "end", "step")
+        phi = [lines.float(words.get(f"phi measure {end}", ""), f"Phi measure {end}") for end in ends]
         azimuth = _range(lines, phi)
         rows = _rows(lines, len(azimuth) + 1)
         receive = [row[0] for row in rows]
-        theta = [words.get(f"theta measure {end}", "") for end in ("beginning", "end", "step")]
-        _agree(lines, "theta measure", ",".join(theta), receive)
+        _expect(lines, "theta measure", ",".join(words.get(f"theta measure {end}", "") for end in ends), receive)
         incidence = lines.float(words["theta lighting"], "Theta Lighting and an angle")
         yield Scan(words.get("name / comment", ""), incidence, azimuth, receive, np.array(rows)[:, 1:].T)
 
@@ -122,13 +115,13 @@ def _speos(lines: plain_text.Lines) -> Iterator[Scan]:
         if not line.lower().startswith(SPEOS):
             continue  # the derived table
         name = lines.take("SampleID:").partition("\t")[2].strip()
-        found = re.search(r"(?:[-+]|(?<![0-9]))[0-9]+(\.[0-9]+)?$", name)
-        if found is None:
+        incidence = re.search(r"(?:[-+]|(?<![0-9]))[0-9]+(\.[0-9]+)?$", name)
+        if incidence is None:
             raise lines.fault(name, "a name that ends with the angle of incidence")
         for _ in range(7):
             lines.take("a header of 7 lines")
         lines.take("the name of the spectrum")
-        for _ in range(lines.count(lines.take("how many wavelengths"))):
+        for _ in range(lines.count(lines.take("the number of wavelengths"))):
             lines.take("a wavelength and a share")
         azimuth = lines.floats(lines.take("a row of Azimuth angles"))
         rows: list[list[float]] = []
@@ -139,16 +132,14 @@ def _speos(lines: plain_text.Lines) -> Iterator[Scan]:
             if rows and row and row[0] <= rows[-1][0]:
                 break
             lines.next()
-            if len(row) != len(azimuth) + 1:
-                raise lines.fault(line, f"{len(azimuth) + 1} numbers, not {len(row)}")
-            rows.append(row)
+            rows.append(lines.row(line, len(azimuth) + 1))
         if not rows:
             raise lines.cut_short("rows of Polar angles and values")
-        yield Scan(name, float(found[0]), azimuth, [row[0] for row in rows], np.array(rows)[:, 1:].T)
+        yield Scan(name, float(incidence[0]), azimuth, [row[0] for row in rows], np.array(rows)[:, 1:].T)
 
 
 def _words(lines: plain_text.Lines, last: str) -> dict[str, str] | None:
-    """Keys, in lower case, and what follows them, up to and with the key `last`; None at the end of the file."""
+    """Entries by keys in lower case, up to and with the key `last`; None at the end of the file."""
     words: dict[str, str] = {}
     for line in lines:
         key, _, value = line.partition("\t") if "\t" in line else line.partition(":")
@@ -166,17 +157,14 @@ def _rows(lines: plain_text.Lines, columns: int) -> list[list[float]]:
     rows = []
     while (line := lines.peek()) is not None and re.match(r"[-+.0-9]", line):
         lines.next()
-        row = lines.floats(line)
-        if len(row) != columns:
-            raise lines.fault(line, f"{columns} numbers, not {len(row)}")
-        rows.append(row)
+        rows.append(lines.row(line, columns))
     if not rows:
         raise lines.cut_short(f"rows of {columns} numbers")
     return rows
 
 
 def _range(lines: plain_text.Lines, ends: list[float]) -> list[float]:
-    """first, first + step, ... last."""
+    """The angles first, first + step, ... last."""
     first, last, step = ends
     count = 1.0 + (np.round((last - first) / step) if step else 0.0)
     if not 1.0 <= count <= 100_000.0:
@@ -184,13 +172,11 @@ def _range(lines: plain_text.Lines, ends: list[float]) -> list[float]:
     return (first + step * np.arange(int(count))).tolist()
 
 
-def _agree(lines: plain_text.Lines, name: str, given: str, found: list[float]) -> None:
-    """Raises FormatError unless the angles found are those that the header tells: the file was cut, or changed."""
-    ends = lines.floats(given)
+def _expect(lines: plain_text.Lines, name: str, entry: str, angles: list[float]) -> None:
+    """Raises FormatError unless the angles are those of the header's entry: the file was cut, or changed."""
+    ends = lines.floats(entry)
     if len(ends) != 3:
-        raise lines.fault(given, f"{name}: first and last angle, and the step between")
+        raise lines.fault(entry, f"{name}: first and last angle, and the step between")
     expected = _range(lines, ends)
-    if len(found) != len(expected) or not np.allclose(found, expected, atol=1e-6):
-        raise FormatError(
-            f"{lines.path}, line {lines.number}: {len(found)} angles of {name}, expected {len(expected)}: {given}"
-        )
+    if len(angles) != len(expected) or not np.allclose(angles, expected, atol=1e-6):
+        raise lines.fault(f"{len(angles)} angles of {name}", f"{len(expected)}: {entry}")

@@ -1,9 +1,9 @@
 """KAIST's `.pbsdf`: polarimetric measurements, Mueller matrices on half and difference angles and five wavelengths.
 
 A tensor file (see `tensor_file`) with the fields theta_h, theta_d, phi_d, f32 (1, n) [rad], wvls u16 [nm], and M
-f32 (phi_d, theta_d, theta_h, wavelength, 4, 4), without a cosine, NaN where there is nothing; published files are
-361 x 91 x 91 x 5 and 957 MB. An axis may be empty, f32 (0, n): its nodes are even then. phi_d is the azimuth of wi, to
-the light. Checked against Mitsuba's `measured_polarized` on files written here; no published file was at hand.
+f32 (phi_d, theta_d, theta_h, wavelength, 4, 4), without a cosine, NaN for no data; published files are 361 x 91 x 91 x
+5 and 957 MB. An empty axis, f32 (0, n), stands for even nodes. phi_d is the azimuth of wi, to the light. Checked
+against Mitsuba's `measured_polarized` on files written here; no published file was at hand.
 """
 
 from __future__ import annotations
@@ -44,13 +44,12 @@ RESOLUTION = (91, 46, 73)
 class KAIST(Unscanned):
     """Polarimetric BRDF of an isotropic material: f is M00 at each wavelength, linear in theta_h, theta_d and phi_d.
 
-    Beyond the outermost nodes f is what it is there. Nodes without data (NaN) are left out and the weights of the
-    others renormalised; Mitsuba has 0 for pairs with such a node around them.
+    f is constant beyond the outermost nodes. Nodes without data (NaN) are left out and the weights of the others
+    renormalised; Mitsuba has 0 for pairs with such a node around them.
 
-    mueller   the matrices (phi_d, theta_d, theta_h, wavelength, 4, 4) [1/sr] as they are stored: read from the file
-              each time they are asked for; FormatError, or NotFoundError, where that is another by then, or gone.
-              Stokes vectors are in the frames of the facet, whose normal is the half vector: x lies across the plane
-              of wi and wo, as Mitsuba has it.
+    mueller   the stored matrices (phi_d, theta_d, theta_h, wavelength, 4, 4) [1/sr], read from the file each time they
+              are asked for; FormatError if it has changed, NotFoundError if it is gone. Stokes vectors are in the
+              frames of the facet, whose normal is the half vector: x lies across the plane of wi and wo, as in Mitsuba.
 
     Sampling: see `Sampled`.
 
@@ -69,37 +68,33 @@ class KAIST(Unscanned):
     def __init__(self, fields: Mapping[str, Any], path: str = ""):
         """From the fields of a tensor file. Raises FormatError where they do not fit each other."""
         where = path or "KAIST fields"
-        held = Held({name: a if isinstance(a, Kept) else kept(a) for name, a in fields.items()})
-        wavelengths = tensor_file.held(expect(held, where, "wvls", (None,), "uint16"))
-        if (np.diff(wavelengths.astype(int)) <= 0).any():
+        stored = Held({name: a if isinstance(a, Kept) else kept(a) for name, a in fields.items()})
+        wavelengths = tensor_file.as_array(expect(stored, where, "wvls", (None,), "uint16")).astype(float)
+        if (np.diff(wavelengths) <= 0.0).any():
             raise FormatError(f"{where}: wvls is {wavelengths[:8]}, expected increasing wavelengths [nm]")
-        M = expect(held, where, "M", (None, None, None, len(wavelengths), 4, 4))
-        empty = [name for name in AXES if name in held and 0 in held[name].shape]
-        counts = dict(zip(AXES, M.shape[2::-1], strict=True))
-        nodes = {name: _even(name, n) if name in empty else _nodes(held, where, name) for name, n in counts.items()}
-        expect(held, where, "M", (*(len(nodes[name]) for name in reversed(AXES)), len(wavelengths), 4, 4))
+        M = expect(stored, where, "M", (None, None, None, len(wavelengths), 4, 4))
+        empty = [name for name in AXES if name in stored and 0 in stored[name].shape]
+        nodes = {
+            name: np.pi * np.linspace(*ENDS[name], count) if name in empty else _nodes(stored, where, name)
+            for name, count in zip(AXES, M.shape[2::-1], strict=True)
+        }
+        expect(stored, where, "M", (*(len(nodes[name]) for name in reversed(AXES)), len(wavelengths), 4, 4))
         about: dict[str, Any] = {name: len(x) for name, x in nodes.items()}
         if empty:
             about["nodes"] = (
-                f"{', '.join(empty)} empty in the file, taken as even from end to end, as Mitsuba takes all"
+                f"{', '.join(empty)} empty in the file, taken for even from end to end, as Mitsuba takes all"
             )
-        self._hold(fields_stored=held)
+        self._hold(fields_stored=stored)
+        f = _first_elements(M).transpose(2, 1, 0, 3)
         try:
-            super().__init__(
-                "half_difference",
-                nodes,
-                _first_elements(M).transpose(2, 1, 0, 3),
-                tuple(wavelengths.astype(float).tolist()),
-                path,
-                about,
-            )
+            super().__init__("half_difference", nodes, f, tuple(wavelengths.tolist()), path, about)
         except ParameterError as error:
             raise FormatError(f"{where}: {error}") from None
 
     @property
     def mueller(self) -> np.ndarray:
         """The Mueller matrices, as stored."""
-        return tensor_file.held(self.fields_stored["M"])
+        return tensor_file.as_array(self.fields_stored["M"])
 
     @property
     def data(self) -> xarray.Dataset:
@@ -113,21 +108,16 @@ def _first_elements(M: np.ndarray | Kept) -> np.ndarray:
     """M00 of all matrices."""
     if not isinstance(M, Kept):
         return M[..., 0, 0]
-    found = np.empty(M.shape[:-2], M.dtype)
+    first = np.empty(M.shape[:-2], M.dtype)
     for k, row in enumerate(M.rows()):
-        found[k] = row[..., 0, 0]
-    return found
-
-
-def _even(name: str, count: int) -> np.ndarray:
-    """Even nodes [rad] of an axis, from one end to the other, as `write` has them."""
-    return np.pi * np.linspace(*ENDS[name], count)
+        first[k] = row[..., 0, 0]
+    return first
 
 
 def _nodes(fields: Mapping[str, Any], where: str, name: str) -> np.ndarray:
-    """Nodes of an axis [rad]; those that are even but for the rounding of float32 are made even."""
+    """Nodes of an axis [rad], made even if they are but for the rounding of float32."""
     shape = (1, None) if name in fields and fields[name].ndim == 2 else (None,)
-    exact = tensor_file.held(expect(fields, where, name, shape)).reshape(-1).astype(float)
+    exact = tensor_file.as_array(expect(fields, where, name, shape)).reshape(-1).astype(float)
     even = np.linspace(exact[0], exact[-1], len(exact))
     return even if np.abs(even - exact).max() <= 1e-6 else exact
 
@@ -138,11 +128,11 @@ def matches(head: bytes, size: int) -> bool:
 
 
 def read(path: Path) -> KAIST:
-    """The measurement in a file: M00 of all matrices, which f is made of; the others stay there."""
+    """The measurement in a file: M00 of all matrices, which is f; the other elements stay in the file."""
     with tensor_file.opened(path) as file:
-        known = tensor_file.stamp(file)
-        found = {n: Kept(str(path), known, e) for n, e in tensor_file.entries(file, known[0], str(path)).items()}
-    return KAIST(found, str(path))
+        stamp = tensor_file.stamp(file)
+        fields = {n: Kept(str(path), stamp, e) for n, e in tensor_file.entries(file, stamp[0], str(path)).items()}
+    return KAIST(fields, str(path))
 
 
 def write(
@@ -152,17 +142,16 @@ def write(
         Sequence[int] | None, Declared("nodes of theta_h, theta_d and phi_d", 2, lengths=(3,), usual=RESOLUTION)
     ] = None,
 ) -> None:
-    """Write f as M00, and 0 as what polarises; a KAIST is written with all its fields, bit by bit, unless `resolution`
-    is given.
+    """Write f as M00, with 0 for the other elements; a KAIST is written with all its fields, bit by bit, unless
+    `resolution` is given.
 
-    A material without wavelengths has the
-    same f at 450 to 650 nm. NaN stands for below the horizon. Raises ParameterError for materials that are
-    anisotropic, coloured without wavelengths, or have a delta lobe or maps.
+    A material without wavelengths gets the same f at 450 to 650 nm. NaN stands for pairs below the horizon. Raises
+    ParameterError for materials that are anisotropic, coloured without wavelengths, or have a delta lobe or maps.
     """
     if isinstance(m, KAIST) and resolution is None:
         tensor_file.write(path, m.fields_stored)
     else:
-        tensor_file.write(path, _tabulated(m, RESOLUTION if resolution is None else resolution))
+        tensor_file.write(path, _tabulated(m, resolution or RESOLUTION))
 
 
 def _tabulated(m: Reflectance, resolution: Sequence[int]) -> dict[str, np.ndarray]:
@@ -177,8 +166,8 @@ def _tabulated(m: Reflectance, resolution: Sequence[int]) -> dict[str, np.ndarra
     axes = [np.linspace(a, b, n, dtype="f4") * np.float32(np.pi) for (a, b), n in ends]
     wavelengths = np.array(names if spectral else WAVELENGTHS, "u2")
     M = np.zeros((*resolution[::-1], len(wavelengths), 4, 4), "f4")
+    theta_d, theta_h = np.meshgrid(axes[1].astype(float), axes[0].astype(float), indexing="ij")
     for k, phi_d in enumerate(axes[2].astype(float)):
-        theta_d, theta_h = np.meshgrid(axes[1].astype(float), axes[0].astype(float), indexing="ij")
         wi, wo = angle_system("half_difference").pairs(theta_h, theta_d, phi_d + 0.0 * theta_h)
         M[k][~above(wi, wo)] = np.nan
         M[k, ..., 0, 0] = with_channels(f_at(m, wi, wo), 2)

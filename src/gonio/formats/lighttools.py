@@ -8,20 +8,19 @@ Text; a line that begins with # is a comment. A header,
 then blocks of `AOI`, `POI` [degrees], `Side Front | Back`, `Wavelength` [nm], `ScatterType BRDF | BTDF`,
 `TristimulusValue TrisX | TrisY | TrisZ` (XYZ only), `TIS share`, and n azimuths of n values f [1/sr]; `DataEnd`.
 
-Radial is theta_o. Where all POI are the same the material is isotropic and light comes from azimuth 90 degrees (so
-libbsdf reads it): phi = ScatterAzimuth - 90 degrees, and PlaneSymmetrical files hold one side of that plane. Where they
-differ POI is phi_i, and ScatterAzimuth phi_o (chosen here: no reader was seen that uses POI). Light on the back comes
-with AOI above 90 degrees or with Side Back.
+Radial is theta_o. If all POI are the same, the material is isotropic and light comes from azimuth 90 degrees, as in
+libbsdf: phi = ScatterAzimuth - 90 degrees, and PlaneSymmetrical files hold one side of that plane. If they differ, POI
+is phi_i, and ScatterAzimuth phi_o (chosen here: no reader was seen that uses POI). Light on the back has an AOI above
+90 degrees or Side Back.
 
 No specification and no real file was seen: the layout is that of libbsdf's reader; checked against own files only.
 """
 
 from __future__ import annotations
 
-import math
 import os
 from collections.abc import Iterator, Sequence
-from itertools import groupby, product
+from itertools import product
 from pathlib import Path
 from typing import Annotated, Any, NamedTuple
 
@@ -62,7 +61,7 @@ LISTS = ("ScatterAzimuth", "ScatterRadial")
 TRISTIMULUS = {"trisx": 0, "trisy": 1, "trisz": 2}
 KEYS = ("aoi", "poi", "side", "wavelength", "scattertype", "tristimulusvalue", "tis")
 LIGHT = 90.0
-"""Azimuth [degrees] that light comes from in files of isotropic materials."""
+"""Azimuth [degrees] of the light in files of isotropic materials."""
 
 
 class Block(NamedTuple):
@@ -92,8 +91,8 @@ class Sheet(NamedTuple):
 def matches(head: bytes, size: int) -> bool:
     """Whether a file that starts so is one of these."""
     words = head.replace(b"\0", b"").lower()
-    known = b"scatterazimuth" in words and b"scatterradial" in words and b"spectralcontent" in words
-    return known and b"angleofincidence" not in words and b"samplerotation" not in words
+    marks, others = (b"scatterazimuth", b"scatterradial", b"spectralcontent"), (b"angleofincidence", b"samplerotation")
+    return all(mark in words for mark in marks) and not any(mark in words for mark in others)
 
 
 def read(path: str | os.PathLike, side: Side = "front") -> Gridded:
@@ -105,56 +104,41 @@ def read(path: str | os.PathLike, side: Side = "front") -> Gridded:
     sheet = _sheet(Path(path))
     blocks = [b for b in sheet.blocks if b.kind.lower() == "brdf" and _side(b) == side]
     if not blocks:
-        held = ", ".join(sorted({f"{b.kind} {_side(b)}" for b in sheet.blocks})) or "nothing"
-        raise FormatError(f"{path}: no BRDF of the {side}, it holds {held}; {NO_TRANSMISSION}")
-    theta_i = sorted({_theta(b) for b in blocks})
-    phi_i = sorted({b.poi for b in blocks})
-    channels = sorted({_channel(b, sheet) for b in blocks})
+        content = ", ".join(sorted({f"{b.kind} {_side(b)}" for b in sheet.blocks})) or "nothing"
+        raise FormatError(f"{path}: no BRDF of the {side}, it holds {content}; {NO_TRANSMISSION}")
+    theta_i, phi_i, channels = (sorted(set(x)) for x in zip(*(_place(b, sheet) for b in blocks), strict=True))
     grid = np.full((len(theta_i), len(phi_i), len(channels), len(sheet.azimuth), len(sheet.radial)), np.nan)
+    tis = np.empty(grid.shape[:3])
     for b in blocks:
-        at = theta_i.index(_theta(b)), phi_i.index(b.poi), channels.index(_channel(b, sheet))
+        at = tuple(nodes.index(x) for nodes, x in zip((theta_i, phi_i, channels), _place(b, sheet), strict=True))
         if not np.isnan(grid[at]).all():
             raise FormatError(f"{path}: two tables for AOI {b.aoi:g}, POI {b.poi:g} and the same channel, expected one")
-        grid[at] = b.values
-    if len(blocks) != np.prod(grid.shape[:3]):
-        raise FormatError(f"{path}: {len(blocks)} tables, expected one for each AOI, POI and channel: {grid.shape[:3]}")
+        grid[at], tis[at] = b.values, b.tis
+    if len(blocks) != tis.size:
+        raise FormatError(f"{path}: {len(blocks)} tables, expected one for each AOI, POI and channel: {tis.shape}")
     axes, values, half = _as_axes(sheet, theta_i, phi_i, grid)
-    names = _names(sheet, channels)
+    names: tuple[str | float, ...] | None = None if channels == [0.0] else tuple(channels)
+    if sheet.content == "XYZ":
+        names = tuple("XYZ"[int(k)] for k in channels)
     about = {"Symmetry": sheet.symmetry, "side": side, "comments": sheet.comments, "TIS": [b.tis for b in blocks]}
-    f = values if names else values[..., 0]
+    f, azimuths = values if names else values[..., 0], axes.get("phi_i", np.zeros(1)).tolist()
+    incidence = product(axes["theta_i"].tolist(), azimuths)
+    totals = [Total(*wi, tuple(x)) for wi, x in zip(incidence, tis.reshape(-1, len(channels)).tolist(), strict=True)]
     return Filed(
         "angles", axes, f, channels=names, mirrored=half, path=str(path), about=about,
-        filed=sheet, stated_totals=_totals(sheet, blocks),
+        filed=sheet, stated_totals=totals,
     )  # fmt: skip
-
-
-def _totals(sheet: Sheet, blocks: Sequence[Block]) -> Iterator[Total]:
-    turned = len({b.poi for b in blocks}) > 1
-    for (theta_i, poi), same in groupby(sorted(blocks, key=_incidence), key=_incidence):
-        shares = [b.tis for b in sorted(same, key=lambda b: _channel(b, sheet))]
-        yield Total(math.radians(theta_i), math.radians(poi) if turned else 0.0, tuple(shares))
-
-
-def _incidence(block: Block) -> tuple[float, float]:
-    return _theta(block), block.poi
 
 
 def _side(block: Block) -> str:
     return "back" if block.side.lower() == "back" or block.aoi > 90.0 else "front"
 
 
-def _theta(block: Block) -> float:
-    return 180.0 - block.aoi if block.aoi > 90.0 else block.aoi
-
-
-def _channel(block: Block, sheet: Sheet) -> float:
-    return TRISTIMULUS[block.tristimulus.lower()] if sheet.content == "XYZ" else block.wavelength
-
-
-def _names(sheet: Sheet, channels: list[float]) -> tuple[str | float, ...] | None:
-    if sheet.content == "XYZ":
-        return tuple("XYZ"[int(k)] for k in channels)
-    return None if channels == [0.0] else tuple(channels)
+def _place(block: Block, sheet: Sheet) -> tuple[float, float, float]:
+    """theta_i and phi_i [degrees] and the channel of a block."""
+    theta_i = 180.0 - block.aoi if block.aoi > 90.0 else block.aoi
+    colour = sheet.content == "XYZ"
+    return theta_i, block.poi, TRISTIMULUS[block.tristimulus.lower()] if colour else block.wavelength
 
 
 def _as_axes(
@@ -253,21 +237,21 @@ def write(
 ) -> None:
     """Write f by angles; a material read from such a file is written with the same numbers, all blocks of it.
 
-    A table with `angles` axes keeps its grid. Of others f is taken at the given angles, by default in steps up to
+    A table with `angles` axes keeps its grid. For others f is taken at the given angles, by default in steps up to
     theta_o = 85 and at 89 degrees, phi_i of anisotropic materials every 30. RGB becomes XYZ (linear sRGB, D65),
     wavelengths stay. No data becomes 0. TIS is integrated.
     Raises ParameterError for a delta lobe, maps, and channels with other names.
     """
-    given = (theta_i, theta_o, phi_i, phi)
-    sheet = as_filed(m, Sheet, *given, step, channel) or _made_of(m, given, step, channel, wavelength)
-    plain_text.write(path, _written(sheet))
+    asked = (theta_i, theta_o, phi_i, phi)
+    sheet = as_filed(m, Sheet, *asked, step, channel) or _tabulated(m, asked, step, channel, wavelength)
+    plain_text.write(path, _lines(sheet))
 
 
-def _made_of(m: Reflectance, given: tuple, step: float | None, channel: Any, wavelength: float) -> Sheet:
-    if own := own_table(m, "angles", (*given, step)):
-        axes, f, half = own[0].axes, own[1], own[0].is_mirrored
+def _tabulated(m: Reflectance, asked: tuple, step: float | None, channel: Any, wavelength: float) -> Sheet:
+    if measured := own_table(m, "angles", (*asked, step)):
+        axes, f, half = measured[0].axes, measured[1], measured[0].is_mirrored
     else:
-        axes, half = _axes(m, given, step)
+        axes, half = _axes(m, asked, step)
         f = on_grid(m, "angles", axes)
     names = m.channel_names or ()
     if channel is None and names and all(isinstance(n, (int, float)) for n in names):
@@ -292,15 +276,12 @@ def _made_of(m: Reflectance, given: tuple, step: float | None, channel: Any, wav
     return Sheet(symmetry, content, azimuth.tolist(), degrees["theta_o"].tolist(), tuple(blocks))
 
 
-def _axes(m: Reflectance, given: tuple, step: float | None) -> tuple[dict[str, np.ndarray], bool]:
+def _axes(m: Reflectance, asked: tuple, step: float | None) -> tuple[dict[str, np.ndarray], bool]:
     """Nodes [rad], and whether they are on one side of the plane of incidence."""
-    theta_i, theta_o, phi_i, phi = given
+    theta_i, theta_o, phi_i, phi = asked
     isotropic = phi_i is None and m.is_isotropic()
     usual = default_angles(step, not isotropic)
-    axes = {
-        "theta_i": theta_i or usual.theta_i,
-        "theta_o": theta_o or [*usual.theta_o, 89.0],
-    }
+    axes = {"theta_i": theta_i or usual.theta_i, "theta_o": theta_o or [*usual.theta_o, 89.0]}
     if isotropic and phi and phi[0] < 0.0:
         raise ParameterError(f"phi={shown(phi)}: expected angles from 0 to 360 degrees, for an isotropic material")
     if isotropic:
@@ -310,7 +291,7 @@ def _axes(m: Reflectance, given: tuple, step: float | None) -> tuple[dict[str, n
     return {name: np.radians(x) for name, x in axes.items()}, isotropic and axes["phi"][-1] <= 180.0
 
 
-def _written(sheet: Sheet) -> Iterator[str]:
+def _lines(sheet: Sheet) -> Iterator[str]:
     yield from (f"#{comment}\n" for comment in sheet.comments)
     yield f"Symmetry\t{sheet.symmetry}\nSpectralContent\t{sheet.content}\n"
     for name, angles in zip(LISTS, (sheet.azimuth, sheet.radial), strict=True):

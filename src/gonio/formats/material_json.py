@@ -7,10 +7,9 @@ from pathlib import Path
 
 from ..base.reflectance import Reflectance
 from ..errors import Error, FormatError
-from ..files import replacing
 from ..formula.json_form import from_json
 from . import bird_json, open_material
-from ._reading import json_text
+from ._reading import json_text, plain_text
 
 NAME = "gonio JSON"
 SUFFIXES = (".json",)
@@ -20,13 +19,12 @@ ORACLE = "round trip: the format is gonio's own"
 
 def matches(head: bytes, size: int) -> bool:
     """Whether a file that starts so can be one of these: JSON that names a type, and no measurement in JSON."""
-    if bird_json.matches(head, size) or open_material.matches(head, size):
-        return False
-    return head.lstrip()[:1] == b"{" and b'"type"' in head
+    measured = bird_json.matches(head, size) or open_material.matches(head, size)
+    return not measured and head.lstrip().startswith(b"{") and b'"type"' in head
 
 
 def read(path: Path) -> Reflectance:
-    """The material of a JSON file. It opens no other file, whatever is in it."""
+    """The material of a JSON file. No content makes it open another file."""
     data = json_text.read(path)
     try:
         m = from_json(data)
@@ -39,6 +37,4 @@ def read(path: Path) -> Reflectance:
 
 def write(m: Reflectance, path: Path) -> None:
     """Write a material as JSON."""
-    text = json.dumps(m.to_json(), indent=2) + "\n"
-    with replacing(path) as temporary:
-        temporary.write_text(text, encoding="utf-8")
+    plain_text.write(path, [json.dumps(m.to_json(), indent=2) + "\n"])

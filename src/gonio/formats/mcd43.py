@@ -1,9 +1,9 @@
 """MODIS' albedo product MCD43A1: weights of the Ross-Thick and Li-Sparse-Reciprocal kernels, by band, day and pixel.
 
 Variables BRDF_Albedo_Parameters_<band> (time, y, x, parameter), or without time, hold the parameters iso, vol, geo in
-this order: stored numbers times their `scale_factor` (0.001), `_FillValue` (32767, NaN) is no data. Read are HDF4-EOS,
-as NASA distributes tiles of 2400 x 2400 pixels, with pyhdf (`pip install 'gonio[hdf4]'`), and netCDF-4 or HDF5, as
-AppEEARS and h4toh5 make them, all in one group.
+this order: stored numbers times their `scale_factor` (0.001), `_FillValue` (32767, NaN) is no data. Two containers are
+read: HDF4-EOS, NASA's tiles of 2400 x 2400 pixels, with pyhdf (`pip install 'gonio[hdf4]'`), and netCDF-4 or HDF5 of
+AppEEARS and h4toh5, all in one group.
 Checked against a real netCDF file (LP DAAC's AppEEARS, one pixel, 365 days); HDF4 and groups on own files only, with
 the names, numbers and attributes of that file: no tile and no description of one was at hand.
 """
@@ -39,27 +39,18 @@ ORACLE = "real file (AppEEARS)"
 HDF4 = b"\x0e\x03\x13\x01"
 PREFIX = "BRDF_Albedo_Parameters_"
 QUALITY = "BRDF_Albedo_Band_Mandatory_Quality_"
-BANDS = {
-    "Band1": 645.0,
-    "Band2": 858.5,
-    "Band3": 469.0,
-    "Band4": 555.0,
-    "Band5": 1240.0,
-    "Band6": 1640.0,
-    "Band7": 2130.0,
-}
+BANDS = {f"Band{k}": nm for k, nm in enumerate((645.0, 858.5, 469.0, 555.0, 1240.0, 1640.0, 2130.0), start=1)}
 """MODIS' land bands -> centre wavelength [nm]; the others, vis, nir and shortwave, are broad."""
 PREFIXES, NEEDED = [PREFIX, QUALITY], frozenset({"time"})
-"""Names of the arrays that are read, or their beginnings."""
+"""Beginnings of names, and names, of the arrays that are read."""
 KERNELS = ("f_iso", "f_vol", "f_geo")
 
-
 MOST = 1 << 25
-"""Numbers that are read without asking which: 268 MB of them as they are held. A tile has five times as many."""
+"""Most numbers that are read by default: 268 MB in memory. A tile has five times as many."""
 
 
 def matches(head: bytes, size: int) -> bool:
-    """Whether a file that starts so is HDF4; netCDF-4 is found by `xarray_netcdf`."""
+    """Whether a file that starts so is HDF4; `xarray_netcdf` recognises netCDF-4."""
     return head.startswith(HDF4)
 
 
@@ -70,8 +61,8 @@ def read(
 ) -> MCD43:
     """The kernel weights of a tile, or of some of its pixels: all by default, if they take at most 268 MB.
 
-    Raises DependencyError without pyhdf, FormatError where the file is damaged or something else, ParameterError where
-    there are no such pixels, or too many and both were not given.
+    Raises DependencyError without pyhdf, FormatError for a damaged file or another product, ParameterError for pixels
+    that the file has not, and where `rows` and `columns` are needed to choose among too many.
     """
     import xarray
 
@@ -84,48 +75,43 @@ def read(
     most = MOST if None in window else sys.maxsize
     asked = {"prefixes": PREFIXES, "window": window, "most": most}
     with tempfile.TemporaryDirectory() as folder:
-        found = hdf.inspected("hdf4", path, folder, json.dumps(asked))
-        shape = next((shape for name, shape in found["shapes"].items() if name.startswith(PREFIX)), None)
+        report = hdf.inspected("hdf4", path, folder, json.dumps(asked))
+        shape = next((shape for name, shape in report["shapes"].items() if name.startswith(PREFIX)), None)
         if shape is None:
-            raise FormatError(
-                f"{path}: HDF4 without {PREFIX}*, expected MODIS' product MCD43A1, all that is read in HDF4"
-            )
-        if not found["arrays"]:
+            raise FormatError(f"{path}: HDF4 without {PREFIX}*, expected MODIS' product MCD43A1, the only one in HDF4")
+        if not report["arrays"]:
             size = f"{path}: holds {shape[0]} rows and {shape[1]} columns of pixels"
-            if found["count"] > most:
-                raise ParameterError(
-                    f"{size}, {8e-6 * found['count']:.0f} MB of weights; say which are wanted: rows=(start, end), "
-                    f"columns=(start, end)"
-                )
+            if report["count"] > most:
+                choice = "say which are wanted: rows=(start, end), columns=(start, end)"
+                raise ParameterError(f"{size}, {8e-6 * report['count']:.0f} MB of weights; {choice}")
             raise ParameterError(f"{size}; got rows={rows!r:.40}, columns={columns!r:.40}, expected some of these")
-        variables = {
-            name: (("time", "y", "x", "kernel")[: values.ndim + 1], values[None])
-            for number, (name, attributes) in enumerate(found["arrays"].items())
-            for values in [_scaled(np.load(Path(folder) / f"{number}.npy"), attributes, name, path)]
-            if values.ndim in (2, 3)
-        }
+        variables = {}
+        for number, (name, attributes) in enumerate(report["arrays"].items()):
+            values = _scaled(np.load(Path(folder) / f"{number}.npy"), attributes, name, path)
+            if values.ndim in (2, 3):
+                variables[name] = (("time", "y", "x", "kernel")[: values.ndim + 1], values[None])
     try:
-        ds = xarray.Dataset(variables, attrs=found["attributes"])
+        ds = xarray.Dataset(variables, attrs=report["attributes"])
     except ValueError as error:
         raise FormatError(f"{path}: bands that do not lie on the same pixels: {error}") from None
     return read_dataset(ds, str(path))
 
 
 def _scaled(stored: np.ndarray, attributes: dict[str, Any], name: str, path: Path) -> np.ndarray:
-    """Weights of stored numbers as HDF4 scales them: scale_factor (stored - add_offset); flags as they are."""
+    """Weights of stored numbers by HDF4's rule, scale_factor (stored - add_offset); flags as they are."""
     if not name.startswith(PREFIX):
         return stored
-    said = [attributes.get(key, usual) for key, usual in (("scale_factor", 0.001), ("add_offset", 0.0))]
-    fill = attributes.get("_FillValue", 32767)
-    if not all(isinstance(x, (int, float)) for x in (*said, fill)) or stored.dtype.kind not in "iuf":
+    usual = {"scale_factor": 0.001, "add_offset": 0.0, "_FillValue": 32767}
+    scale, offset, fill = (attributes.get(key, value) for key, value in usual.items())
+    if not all(isinstance(x, (int, float)) for x in (scale, offset, fill)) or stored.dtype.kind not in "iuf":
         raise FormatError(f"{path}: {name} has attributes {attributes!r:.80} and {stored.dtype}, expected numbers")
-    return np.where(stored == fill, np.nan, said[0] * (stored - said[1]))
+    return np.where(stored == fill, np.nan, scale * (stored - offset))
 
 
 def group(names: Iterable[str]) -> str | None:
-    """The group of a file that holds this product, "" for its root, by the names of its datasets; None without any."""
-    held = (name.rpartition("/") for name in names)
-    return next((folder for folder, _, name in held if name.startswith(PREFIX)), None)
+    """The group of this product in a file with datasets of these names, "" for its root; None without the product."""
+    paths = (name.rpartition("/") for name in names)
+    return next((folder for folder, _, name in paths if name.startswith(PREFIX)), None)
 
 
 def read_dataset(ds: xarray.Dataset, path: str, time: int | None = None) -> MCD43:
@@ -135,22 +121,20 @@ def read_dataset(ds: xarray.Dataset, path: str, time: int | None = None) -> MCD4
     where there is no such day.
     """
     weights, bands = _weights(ds, path)
-    known = np.isfinite(weights).all(axis=-2)  # time, y, x, band
     if time is None:
-        whole = known.all(axis=-1).any(axis=(1, 2))
-        some = known.any(axis=(1, 2, 3))
+        valid = np.isfinite(weights).all(axis=-2)  # time, y, x, band
+        whole, some = valid.all(axis=-1).any(axis=(1, 2)), valid.any(axis=(1, 2, 3))
         if not some.any():
             raise FormatError(f"{path}: holds no weights, only missing values; choose another pixel or period")
         time = int(np.argmax(whole if whole.any() else some))
     if not -len(weights) <= time < len(weights):
         raise ParameterError(f"time={time}: {path} holds {len(weights)} days, expected 0 to {len(weights) - 1}")
     flags = {band: ds[QUALITY + band].values for band in bands if QUALITY + band in ds}
-    quality = {band: found[time] for band, found in flags.items() if found.shape[:1] == weights.shape[:1]}
     about = {**{k: str(v) for k, v in ds.attrs.items()}, "time": time, "days": len(weights)}
     if "time" in ds.variables and (dates := ds["time"].values.ravel()).dtype.kind in "iuf" and len(dates) > time:
         about["date"] = f"{dates[time]:g} {ds['time'].attrs.get('units', '')}".strip()
-    if quality:
-        about["quality"] = {band: np.squeeze(q).tolist() for band, q in quality.items()}
+    if quality := {b: np.squeeze(q[time]).tolist() for b, q in flags.items() if q.shape[:1] == weights.shape[:1]}:
+        about["quality"] = quality
     try:
         return MCD43(weights, bands, time, path, about)
     except ParameterError as error:
@@ -159,22 +143,20 @@ def read_dataset(ds: xarray.Dataset, path: str, time: int | None = None) -> MCD4
 
 def _weights(ds: xarray.Dataset, path: str) -> tuple[np.ndarray, tuple[str, ...]]:
     """Weights (time, y, x, kernel, band), NaN where there are none, and the names of the bands."""
-    found = {str(name).removeprefix(PREFIX): ds[name] for name in ds.data_vars if str(name).startswith(PREFIX)}
-    shapes = {band: v.shape for band, v in found.items()}
+    bands = {str(name).removeprefix(PREFIX): ds[name] for name in ds.data_vars if str(name).startswith(PREFIX)}
+    shapes = {band: v.shape for band, v in bands.items()}
     if len(set(shapes.values())) != 1:
         raise FormatError(f"{path}: bands have shapes {shapes}, expected the same for all")
-    if kinds := {str(v.dtype) for v in found.values() if v.dtype.kind not in "iuf"}:
+    if kinds := {str(v.dtype) for v in bands.values() if v.dtype.kind not in "iuf"}:
         raise FormatError(f"{path}: {PREFIX}* hold {', '.join(kinds)}, expected numbers")
     shape = next(iter(shapes.values()))
     if len(shape) not in (3, 4) or shape[-1] != len(KERNELS) or 0 in shape:
         raise FormatError(f"{path}: {PREFIX}* has shape {shape}, expected ([time,] y, x, 3)")
-    values = np.stack([np.asarray(v.values, np.float64) for v in found.values()], axis=-1)
-    if np.nanmax(np.abs(values), initial=0.0) > 32.0:
-        raise FormatError(
-            f"{path}: weights reach {np.nanmax(np.abs(values)):g}, expected at most 32.766; the variables lack their "
-            f"scale_factor (0.001) or _FillValue (32767): add them"
-        )
-    return values.reshape(-1, *values.shape[-4:]), tuple(found)
+    values = np.stack([np.asarray(v.values, np.float64) for v in bands.values()], axis=-1)
+    if (largest := np.nanmax(np.abs(values), initial=0.0)) > 32.0:
+        missing = "the variables lack their scale_factor (0.001) or _FillValue (32767): add them"
+        raise FormatError(f"{path}: weights reach {largest:g}, expected at most 32.766; {missing}")
+    return values.reshape(-1, *values.shape[-4:]), tuple(bands)
 
 
 class MCD43(RossLi, Measured):
@@ -204,11 +186,11 @@ class MCD43(RossLi, Measured):
         spectral = all(band in BANDS for band in bands)
         names = tuple(BANDS[band] for band in bands) if spectral else bands
         day = weights[time]  # y, x, kernel, band
-        shown = day[0, 0] if day.shape[:2] == (1, 1) else np.moveaxis(day, 2, 0)
-        held = dict(zip(KERNELS, shown, strict=True))
+        day = day[0, 0] if day.shape[:2] == (1, 1) else np.moveaxis(day, 2, 0)
+        parameters = dict(zip(KERNELS, day, strict=True))
         self._hold(weights=weights, bands=bands, time=time, channel_names=names)
-        super().__init__(path, about, **{name: np.nan_to_num(values) for name, values in held.items()})
-        for name, values in held.items():
+        super().__init__(path, about, **{name: np.nan_to_num(values) for name, values in parameters.items()})
+        for name, values in parameters.items():
             if np.isnan(values).any():
                 self._hold(**{name: frozen(values.copy())})
 
@@ -229,6 +211,6 @@ class MCD43(RossLi, Measured):
         import xarray
 
         dims = ("time", "y", "x", "kernel", "band")
-        held = {"weights": (dims, self.weights, {"units": "1", "long_name": self.quantity})}
+        variables = {"weights": (dims, self.weights, {"units": "1", "long_name": self.quantity})}
         axes = {"kernel": ("kernel", list(KERNELS)), "band": ("band", list(self.bands))}
-        return xarray.Dataset(held, axes, {"quantity": self.quantity, "source": self.path})
+        return xarray.Dataset(variables, axes, {"quantity": self.quantity, "source": self.path})

@@ -18,7 +18,7 @@ SHORTEST, LONGEST = 1e-3, 1e9
 
 Wavelengths = Annotated[
     Sequence[float] | None,
-    Declared("wavelengths of the channels, for materials that do not say", SHORTEST, LONGEST, "nm"),
+    Declared("wavelengths of the channels, for materials without any", SHORTEST, LONGEST, "nm"),
 ]
 
 _WAVELENGTH = re.compile(r"(\d+(?:\.\d*)?|\.\d+)\s*nm", re.ASCII | re.IGNORECASE)
@@ -26,22 +26,22 @@ _WAVELENGTH = re.compile(r"(\d+(?:\.\d*)?|\.\d+)\s*nm", re.ASCII | re.IGNORECASE
 
 def of_names(names: Sequence[str]) -> tuple[str | float, ...]:
     """Channels of columns: wavelengths [nm] if all names are such as "450nm", else the names."""
-    found = [_WAVELENGTH.fullmatch(name) for name in names]
-    return tuple(float(w[1]) if all(found) and w else name for name, w in zip(names, found, strict=True))
+    matches = [match for name in names if (match := _WAVELENGTH.fullmatch(name))]
+    return tuple(float(match[1]) for match in matches) if len(matches) == len(names) else tuple(names)
 
 
 def name_of(channel: str | float) -> str:
-    """The name of a channel's column, which `of_names` understands."""
+    """The name of a channel's column; the inverse of `of_names`."""
     return channel if isinstance(channel, str) else f"{plain_text.number(channel)}nm"
 
 
 def by_channel(
     geometry: np.ndarray, channel: np.ndarray, columns: dict[str, np.ndarray], where: str
 ) -> tuple[np.ndarray, np.ndarray, dict[str, np.ndarray]]:
-    """Rows of one geometry each, with the channels side by side; NaN where a channel has no row.
+    """Rows of one channel each as rows of one geometry each, with the channels side by side; NaN for missing rows.
 
-    `geometry` (n, k) and `channel` (n,) say which row is which; geometries come in the order in which they first occur,
-    one that was measured twice twice, and channels rising. Returns them, and the columns as (geometries, channels...).
+    `geometry` (n, k) and `channel` (n,) are those of each row. Geometries keep the order of their first rows, one that
+    was measured twice stays twice; channels rise. Returns both, and the columns as (geometries, channels...).
     Raises FormatError where most of these cells would be empty.
     """
     channels, at = np.unique(channel, return_inverse=True)
@@ -49,8 +49,7 @@ def by_channel(
     keys = np.stack([kinds, _times_before(kinds * len(channels) + at)], axis=1)
     _, first, place = np.unique(keys, axis=0, return_index=True, return_inverse=True)
     order = np.argsort(first)
-    rank = np.empty_like(order)
-    rank[order] = np.arange(len(order))
+    rank = np.argsort(order)
     cell = rank[place.reshape(-1)] * len(channels) + at
     if len(first) * len(channels) > 16 * len(cell) + 64:
         raise FormatError(
@@ -59,24 +58,22 @@ def by_channel(
         )
     wide = {}
     for name, column in columns.items():
-        held = np.full((len(first) * len(channels), *column.shape[1:]), np.nan)
-        held[cell] = column
-        wide[name] = held.reshape(len(first), len(channels), *column.shape[1:])
+        cells = np.full((len(first) * len(channels), *column.shape[1:]), np.nan)
+        cells[cell] = column
+        wide[name] = cells.reshape(len(first), len(channels), *column.shape[1:])
     return geometry[first[order]], channels, wide
 
 
 def _times_before(kinds: np.ndarray) -> np.ndarray:
-    """How often the number at each place has occurred before it."""
+    """For each number, how often it occurred before."""
     order = np.argsort(kinds, kind="stable")
     starts = np.flatnonzero(np.diff(kinds[order], prepend=-1))
     counts = np.arange(len(kinds)) - np.repeat(starts, np.diff(starts, append=len(kinds)))
-    times = np.empty_like(counts)
-    times[order] = counts
-    return times
+    return counts[np.argsort(order)]
 
 
 def wavelengths_of(m: Reflectance, asked: Sequence[float] | None, channels: int) -> list[float]:
-    """Wavelengths [nm] of the channels, as asked for or as the material has them. Raises ParameterError without any."""
+    """Wavelengths [nm] of the channels, as asked for, else the material's. Raises ParameterError without any."""
     names = list(m.channel_names or ()) if asked is None else list(asked)
     if len(names) != channels or any(isinstance(n, str) for n in names):
         raise ParameterError(

@@ -1,10 +1,11 @@
-"""Run as a program: reads an HDF file, and says what is in it or what is wrong with it, as JSON.
+"""A program that reads an HDF file and reports its content, or its fault, as JSON.
 
-python hdf_probe.py hdf5 PATH NEEDED                     arrays of an HDF5 file, from its first to its last number
-python hdf_probe.py hdf4 PATH FOLDER ASKED               arrays of an HDF4 file, which it writes into a folder
+python hdf_probe.py hdf5 PATH NEEDED          reads arrays of an HDF5 file, from its first to its last number
+python hdf_probe.py hdf4 PATH FOLDER ASKED    writes arrays of an HDF4 file into a folder
 
-NEEDED is JSON: names of arrays, and what they may begin with. The libraries may crash or never return on damaged files.
-Here they may: this is a process of its own, which is stopped when it has used more processor time than reading takes.
+NEEDED is JSON: names of arrays, and beginnings of names. ASKED is JSON: the arguments of `_hdf4`. On damaged files the
+libraries may crash or never return. In a process of its own they may: it is stopped when it has used more processor
+time than reading takes.
 """
 
 from __future__ import annotations
@@ -18,13 +19,13 @@ from collections.abc import Iterator
 from typing import Any
 
 COMPRESSED = 1100
-"""No file's arrays are more than this many times as long as the file: deflate's limit is 1032."""
+"""Largest ratio of a file's arrays to its length: deflate's limit is 1032."""
 SMALL = 2**20
-"""Bytes of arrays that any file may hold, as of constants that were never stored."""
+"""Bytes of arrays that any file may hold, such as constants that were never stored."""
 AT_ONCE = 2**24
 """Bytes that are read at a time."""
 STARTED = "gonio reads\n"
-"""What a program says first: another than Python does not."""
+"""First line of the output, which a program other than Python does not print."""
 
 
 class Refused(Exception):
@@ -48,19 +49,19 @@ def main(kind: str, path: str, *more: str) -> dict[str, Any]:
 
 
 def _hdf5(path: str, size: int, names: list[str], prefixes: list[str]) -> dict[str, Any]:
-    """The names of all arrays, of which those were read that are called or begin so."""
+    """The names of all arrays; those called or beginning so have been read."""
     import h5py
 
     _limit_time(size)
     with h5py.File(path, "r") as file:
-        found = list(_datasets(h5py, file))
-        called = {dataset: dataset.name.rpartition("/")[2] for dataset in found}
-        needed = [x for x, name in called.items() if name in names or name.startswith(tuple(prefixes))]
-        _refuse_promises(sum(map(_bytes, found)), size)
+        datasets = list(_datasets(h5py, file))
+        short = {dataset: dataset.name.rpartition("/")[2] for dataset in datasets}
+        needed = [x for x, name in short.items() if name in names or name.startswith(tuple(prefixes))]
+        _refuse_promises(sum(map(_bytes, datasets)), size)
         _limit_time(size, sum(map(_bytes, needed)))
         for dataset in needed:
             _read(dataset)
-        return {"names": [dataset.name.lstrip("/") for dataset in found]}
+        return {"names": [dataset.name.lstrip("/") for dataset in datasets]}
 
 
 def _hdf4(
@@ -68,54 +69,54 @@ def _hdf4(
 ) -> dict[str, Any]:
     """The arrays whose names begin so, written as files NUMBER.npy, and attributes, theirs and the file's.
 
-    window   first and last + 1 of the rows, and of the columns, the first two axes; all where it is None
-    most     numbers that may be read: where there are more, or no such rows, none are
+    window   first and last + 1 of the rows, and of the columns, the first two axes; None for all
+    most     numbers that may be read: no array is read if there are more, or no such rows
     """
     import numpy as np
     from pyhdf.SD import SD, SDC
 
     _limit_time(size)
     file = SD(path, SDC.READ)
-    shapes = {name: list(held[1]) for name, held in file.datasets().items() if name.startswith(tuple(prefixes))}
-    parts: dict[str, list[tuple[int, int]]] = {}
+    shapes = {name: list(entry[1]) for name, entry in file.datasets().items() if name.startswith(tuple(prefixes))}
+    starts, lengths, inside = {}, {}, True
     for name, shape in shapes.items():
         if len(shape) < 2 or min(shape) < 1:
             raise Refused(f"{name} has shape {shape}, expected rows and columns")
-        asked = [*window, *[None] * (len(shape) - 2)]
-        parts[name] = [(0, n) if ends is None else (ends[0], ends[1]) for n, ends in zip(shape, asked, strict=True)]
-    count = sum(math.prod(max(b - a, 0) for a, b in part) for part in parts.values())
-    found: dict[str, Any] = {"shapes": shapes, "count": count, "arrays": {}, "attributes": file.attributes()}
-    if count > most or not all(
-        0 <= a < b <= n for name, part in parts.items() for (a, b), n in zip(part, shapes[name], strict=True)
-    ):
-        return found
+        parts = [*window, *[None] * (len(shape) - 2)]
+        ends = [(0, n) if part is None else part for n, part in zip(shape, parts, strict=True)]
+        starts[name], lengths[name] = [a for a, _ in ends], [max(b - a, 0) for a, b in ends]
+        inside = inside and all(0 <= a < b <= n for n, (a, b) in zip(shape, ends, strict=True))
+    count = sum(map(math.prod, lengths.values()))
+    report: dict[str, Any] = {"shapes": shapes, "count": count, "arrays": {}, "attributes": file.attributes()}
+    if count > most or not inside:
+        return report
     _refuse_promises(8 * count, size)
     _limit_time(size, 8 * count)
-    for number, (name, part) in enumerate(parts.items()):
+    for number, name in enumerate(shapes):
         dataset = file.select(name)
-        values = np.asarray(dataset.get([a for a, _ in part], [b - a for a, b in part]))
-        np.save(os.path.join(folder, f"{number}.npy"), values.reshape([b - a for a, b in part]), allow_pickle=False)
-        found["arrays"][name] = dataset.attributes()
-    return found
+        values = np.asarray(dataset.get(starts[name], lengths[name])).reshape(lengths[name])
+        np.save(os.path.join(folder, f"{number}.npy"), values, allow_pickle=False)
+        report["arrays"][name] = dataset.attributes()
+    return report
 
 
 def _refuse_promises(total: int, size: int) -> None:
-    """Arrays that take more memory than what a file of this size can have been unpacked to."""
+    """Raises Refused for arrays that are larger than anything a file of this size unpacks to."""
     if total > COMPRESSED * size + SMALL:
         raise Refused(f"says that it holds {total} bytes of numbers, which {size} bytes of file cannot")
 
 
 def _limit_time(size: int, total: int = 0) -> None:
-    """End the process after more time than a slow processor takes for this many bytes of file, and of numbers.
+    """End the process after more processor time than a slow one takes for these bytes of file, and of numbers.
 
-    Processor time from now on, where the system can count it.
+    Counted from now on, if the system can.
     """
     if hasattr(signal, "setitimer"):
         signal.setitimer(signal.ITIMER_PROF, 0.7 + size / 5e6 + total / 1e7)
 
 
 def _datasets(h5py: Any, file: Any) -> Iterator[Any]:
-    """Every array of a file once, its own and not those of other files; all attributes are read on the way."""
+    """Every array of a file once, none of other files; all attributes are read on the way."""
     waiting, seen = [file], set()
     dict(file.attrs)
     while waiting:
@@ -123,39 +124,35 @@ def _datasets(h5py: Any, file: Any) -> Iterator[Any]:
         for name in group:
             if not isinstance(group.get(name, getlink=True), h5py.HardLink):
                 raise Refused(f"{name} is a link to elsewhere, expected the data itself")
-            found = group[name]
-            address = h5py.h5o.get_info(found.id).addr
+            item = group[name]
+            address = h5py.h5o.get_info(item.id).addr
             if address in seen:
                 continue
             seen.add(address)
-            dict(found.attrs)
-            if isinstance(found, h5py.Group):
-                waiting.append(found)
-            elif isinstance(found, h5py.Dataset):
-                if found.external or found.is_virtual:
-                    raise Refused(f"{found.name} is kept in other files, expected the data itself")
-                yield found
+            dict(item.attrs)
+            if isinstance(item, h5py.Group):
+                waiting.append(item)
+            elif isinstance(item, h5py.Dataset):
+                if item.external or item.is_virtual:
+                    raise Refused(f"{item.name} is kept in other files, expected the data itself")
+                yield item
 
 
 def _bytes(dataset: Any) -> int:
-    """Memory that an array takes, or one of its chunks if that is more."""
-    cells, chunk = 1 if dataset.shape is not None else 0, 1
-    for n in dataset.shape or ():
-        cells *= int(n)
-    for n in dataset.chunks or ():
-        chunk *= int(n)
-    return max(cells, chunk) * int(dataset.dtype.itemsize)
+    """Memory of an array, or of one of its chunks if that is more."""
+    cells = 0 if dataset.shape is None else math.prod(map(int, dataset.shape))
+    return max(cells, math.prod(map(int, dataset.chunks or ()))) * int(dataset.dtype.itemsize)
 
 
 def _read(dataset: Any) -> None:
-    """Read an array by rows; and what its dimensions are, as netCDF has it."""
+    """Read an array by rows; and its dimensions, as netCDF does."""
     for dimension in dataset.dims:
         len(dimension)
     if not dataset.shape:
         dataset[()]
         return
     row = max(1, _bytes(dataset) // max(1, dataset.shape[0]))
-    rows = dataset.chunks[0] if dataset.chunks else 1  # of chunks, which are unpacked as a whole
+    rows = dataset.chunks[0] if dataset.chunks else 1  # chunks are unpacked as a whole
     step = max(1, AT_ONCE // (row * rows)) * rows
     for start in range(0, dataset.shape[0], step):
         dataset[start : start + step]

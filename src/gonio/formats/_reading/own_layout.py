@@ -18,7 +18,7 @@ from .._options import Declared
 if TYPE_CHECKING:
     import xarray
 
-Found = TypeVar("Found")
+Content = TypeVar("Content")
 
 Parameterisation = Annotated[
     str, Declared("angles of the grid that a material without a grid is put on", words=SYSTEMS)
@@ -29,44 +29,42 @@ Resolution = Annotated[
 ]
 
 AS_STORED: dict[str, Any] = {"decode_times": False, "decode_coords": False}
-"""Options of xarray with which a file is opened."""
+"""Options of xarray for opening a file."""
 
 NEEDED = frozenset({"values", "valid", "uncertainty", "wavelength", "channel", ROW, *ANGLES})
-"""Names of the arrays that are read. What others would unpack to is nobody's business."""
+"""Names of the arrays that are read; others are never unpacked."""
 
 
 def encoded(
     m: Reflectance, parameterisation: str, resolution: Sequence[int] | None
 ) -> tuple[xarray.Dataset, dict[Any, dict[str, Any]]]:
-    """The dataset to write, see `to_dataset`, and its encodings: NaN is kept as such, no other number stands for it."""
+    """The dataset to write, see `to_dataset`, and its encodings: NaN stays NaN, no other number stands for it."""
     ds = to_dataset(m, parameterisation, resolution)
     return ds, {name: {"_FillValue": None} for name in ds.variables if ds[name].dtype.kind == "f"}
 
 
-def steady(path: Path, read: Callable[[], Found]) -> Found:
-    """The result of a function that reads a file or folder; where that is replaced meanwhile, it is read again.
+def steady(path: Path, read: Callable[[], Content]) -> Content:
+    """The result of `read`, which reads a file or folder, again if that is replaced meanwhile.
 
-    Raises what `read` does; FormatError where it is replaced all the time.
+    Raises the errors of `read`, and FormatError where the file is replaced all the time.
     """
     for attempt in range(100):
-        opened = os.open(path, os.O_RDONLY)  # as long as it is open, no other has its number
+        descriptor = os.open(path, os.O_RDONLY)  # as long as it is open, no other file has its number
         try:
-            try:
-                found = read()
-            except Exception:
-                if _is_still(opened, path):
-                    raise
-            else:
-                if _is_still(opened, path):
-                    return found
+            content = read()
+            if _is_same(descriptor, path):
+                return content
+        except Exception:
+            if _is_same(descriptor, path):
+                raise
         finally:
-            os.close(opened)
+            os.close(descriptor)
         time.sleep(1e-4 * attempt)
     raise FormatError(f"{path}: is replaced by others all the time; read it when they are done")
 
 
-def _is_still(opened: int, path: Path) -> bool:
+def _is_same(descriptor: int, path: Path) -> bool:
     try:
-        return os.path.samestat(os.fstat(opened), os.stat(path))
+        return os.path.samestat(os.fstat(descriptor), os.stat(path))
     except FileNotFoundError:
         return False

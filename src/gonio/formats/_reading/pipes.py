@@ -15,10 +15,10 @@ from typing import Any
 from ...errors import Error, FormatError, NotFoundError, ParameterError
 
 LIMIT = 1 << 32
-"""Most bytes (4 GiB) that are read from a pipe; half of what is free where they are kept, if that is less."""
+"""Most bytes (4 GiB) that are read from a pipe; half of the free disk space if that is less."""
 
 PATIENCE = 5.0
-"""How long [s] a pipe may be without anybody who writes to it."""
+"""Seconds that a pipe may wait for its first writer."""
 
 _KINDS = {
     stat.S_ISCHR: "a terminal or another character device",
@@ -28,28 +28,28 @@ _KINDS = {
 
 
 def named(path: Any) -> Path:
-    """A path as text, bytes or `os.PathLike`. Raises ParameterError for anything else, and for a NUL in it."""
+    """A path given as text, bytes or `os.PathLike`. Raises ParameterError for anything else, and for a NUL in it."""
     try:
-        found = os.fsdecode(path)
+        name = os.fsdecode(path)
     except TypeError:
         raise ParameterError(f"{path!r:.60}: a {type(path).__name__}, expected the path of a file") from None
-    if "\0" in found:
-        raise ParameterError(f"{found!r:.60}: a path with a NUL character in it; expected the path of a file")
-    return Path(found)
+    if "\0" in name:
+        raise ParameterError(f"{name!r:.60}: a path with a NUL character in it; expected the path of a file")
+    return Path(name)
 
 
 def shown(path: Path) -> str:
-    """A path in a message: as it is, or, where it is long or holds what cannot be printed, the start of its repr."""
+    """A path in a message: as it is, or the start of its repr if it is long or cannot be printed."""
     text = str(path)
     return text if len(text) <= 1000 and text.isprintable() else f"{text[:200]!r}{'...' * (len(text) > 200)}"
 
 
 @contextlib.contextmanager
 def readable(path: Path) -> Iterator[Path]:
-    """`path`, if it is a file or a folder; of a pipe a copy of all that comes out of it, while the block lasts.
+    """`path` itself for a file or a folder; for a pipe a copy of its content, which lasts as long as the block.
 
-    Waits for what writes to a pipe, as `cat` does, and `PATIENCE` for somebody to begin. Messages of the block name
-    `path`, not the copy. Raises NotFoundError where there is nothing to read, FormatError where a pipe holds too much.
+    Waits for the writer of a pipe, as `cat` does, and `PATIENCE` for its beginning. Messages of the block name `path`,
+    not the copy. Raises NotFoundError where there is nothing to read, FormatError where a pipe holds too much.
     """
     try:
         mode = path.stat().st_mode
@@ -57,9 +57,9 @@ def readable(path: Path) -> Iterator[Path]:
         raise NotFoundError(f"{shown(path)}: no such file; `gonio materials` lists the built-in names") from None
     except (OSError, ValueError) as error:
         raise NotFoundError(f"{shown(path)}: cannot be read: {_why(error)}") from None
-    for is_one, what in _KINDS.items():
-        if is_one(mode):
-            raise NotFoundError(f"{shown(path)}: {what}, expected a file, a folder or a pipe")
+    for is_kind, kind in _KINDS.items():
+        if is_kind(mode):
+            raise NotFoundError(f"{shown(path)}: {kind}, expected a file, a folder or a pipe")
     if not stat.S_ISFIFO(mode):
         try:
             yield path
@@ -82,10 +82,10 @@ def _why(error: Exception) -> str:
 
 
 def _drain(path: Path, copy: Path) -> None:
-    """Write all that comes out of a pipe to a file."""
+    """Copy the content of a pipe to a file."""
     room = min(LIMIT, shutil.disk_usage(copy.parent).free // 2)
     try:
-        pipe = os.open(path, os.O_RDONLY | os.O_NONBLOCK)  # or opening waits for somebody who writes
+        pipe = os.open(path, os.O_RDONLY | os.O_NONBLOCK)  # or opening waits for a writer
     except OSError as error:
         raise NotFoundError(f"{shown(path)}: cannot be read: {_why(error)}") from None
     try:
@@ -107,21 +107,19 @@ def _drain(path: Path, copy: Path) -> None:
 
 
 def _pieces(pipe: int, path: Path) -> Iterator[bytes]:
-    begun, events = False, select.poll()
+    has_writer, events = False, select.poll()
     events.register(pipe, select.POLLIN)
     while True:
         try:
             piece = os.read(pipe, 1 << 20)
-        except BlockingIOError:  # somebody has it open, and has not written yet
-            begun = True
+        except BlockingIOError:  # a writer has it open, and has not written yet
+            has_writer = True
             events.poll()
             continue
         if piece:
-            begun = True
             yield piece
-        elif begun or not events.poll(PATIENCE * 1000.0):
-            break
-        else:
-            begun = True
-    if not begun:
-        raise NotFoundError(f"{shown(path)}: a pipe that nobody writes to; start what writes to it first")
+        elif has_writer:
+            return
+        elif not events.poll(PATIENCE * 1000.0):
+            raise NotFoundError(f"{shown(path)}: a pipe that nobody writes to; start what writes to it first")
+        has_writer = True

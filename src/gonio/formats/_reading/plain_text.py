@@ -1,7 +1,7 @@
-"""Text files of numbers: lines with their numbers for messages, rows read fast, numbers written without loss.
+"""Text files of numbers: lines counted for messages, rows read fast, numbers written without loss.
 
 Memory stays below a small multiple of the file's size: the text is kept whole, numbers are collected as they are
-read, and what a header promises is never allocated.
+read, and nothing is allocated on a header's word.
 """
 
 from __future__ import annotations
@@ -21,22 +21,22 @@ LIMIT = 2**30
 """Longest text file that is read, in bytes."""
 
 LONGEST = 2**22
-"""Longest line, in characters: of words, which take up to thirty times the memory of their text, no more are made."""
+"""Longest line, in characters: its words take up to thirty times the memory of their text."""
 
 CHUNK = 2**20
-"""Characters that `Lines.rows` works on at a time."""
+"""Characters that `Lines.rows` converts at a time."""
 
 BLOCK = 4096
 """Rows that `join` writes at a time."""
 
 MARKS = {
     codecs.BOM_UTF8: "utf-8",
-    codecs.BOM_UTF32_LE: "utf-32-le",  # begins as the mark of UTF-16 does
+    codecs.BOM_UTF32_LE: "utf-32-le",  # begins with the mark of UTF-16
     codecs.BOM_UTF32_BE: "utf-32-be",
     codecs.BOM_UTF16_LE: "utf-16-le",
     codecs.BOM_UTF16_BE: "utf-16-be",
 }
-"""How a text begins that says how it is encoded."""
+"""Byte order marks -> encoding."""
 
 _SEPARATORS = str.maketrans(",;", "  ")
 _WHOLE = re.compile(r"\d{1,15}", re.ASCII)
@@ -44,10 +44,10 @@ _NUMBER = re.compile(r"[-+]?(?:(?:\d+(?:\.\d*)?|\.\d+)(?:e[-+]?\d+)?|inf(?:inity
 
 
 def read(path: str | os.PathLike, comment: str | tuple[str, ...] = (), mixed: re.Pattern[bytes] | None = None) -> Lines:
-    """The lines of a text file; those that begin with `comment` are passed over. Raises what `decode` raises, and
-    FormatError for a file longer than `LIMIT`, or a line longer than `LONGEST`.
+    """The lines of a text file without those that begin with `comment`.
 
-    `mixed`: where this is found there are binary numbers between lines; the text is Latin-1 then (`Lines.mixed`).
+    `mixed` is the mark of files with binary numbers between lines; their text is Latin-1 (`Lines.mixed`). Raises the
+    errors of `decode`, and FormatError for a file longer than `LIMIT` or a line longer than `LONGEST`.
     """
     content = _content(path, LIMIT)
     if mixed is not None and mixed.search(content):
@@ -56,7 +56,7 @@ def read(path: str | os.PathLike, comment: str | tuple[str, ...] = (), mixed: re
 
 
 def text(path: str | os.PathLike, limit: int = LIMIT) -> str:
-    """The whole of a text file. Raises FormatError for one of more than `limit` bytes, and what `decode` raises."""
+    """A whole text file. Raises FormatError for one of more than `limit` bytes, and the errors of `decode`."""
     return decode(path, _content(path, limit))
 
 
@@ -82,25 +82,26 @@ def _expect_lines(path: str | os.PathLike, text: str) -> None:
 
 
 def decode(path: str | os.PathLike, content: bytes) -> str:
-    """Text of a file: in the encoding that its mark says, else UTF-8, or Latin-1 where it is not; lines end with "\n".
+    """Text of a file in the encoding of its mark, else in UTF-8, or in Latin-1 if it is not UTF-8; lines end with "\n".
 
-    Raises FormatError where there are zero bytes or half characters, as in files that are not text.
+    Raises FormatError for zero bytes and half characters, which no text file has.
     """
     mark, encoding = marked(content)
+    content = content.removeprefix(mark)
     try:
-        text = content[len(mark) :].decode(encoding)
+        text = content.decode(encoding)
     except UnicodeDecodeError as error:
         if encoding != "utf-8":
             name = encoding[:6].upper()
             raise FormatError(f"{path}: expected {name} text, as its first bytes say: {error.reason}") from None
-        text = content[len(mark) :].decode("latin-1")
+        text = content.decode("latin-1")
     if "\0" in text:
         raise FormatError(f"{path}: not a text file: zero byte at {text.index(chr(0))}, expected text only")
     return _lines(text)
 
 
 def marked(content: bytes) -> tuple[bytes, str]:
-    """The mark that a text begins with, if any, and its encoding."""
+    """The byte order mark of a text, if any, and its encoding."""
     return next(((mark, name) for mark, name in MARKS.items() if content.startswith(mark)), (b"", "utf-8"))
 
 
@@ -109,21 +110,23 @@ def _lines(text: str) -> str:
 
 
 def head(content: bytes, size: int, length: int) -> tuple[bytes, int]:
-    """The first `length` bytes of a file of `size` bytes that begins with `content`, and its size: of a text with a
-    mark the bytes of UTF-8 without, so that `matches` need not know of encodings. What is no such text stays."""
+    """The first `length` bytes of a file of `size` bytes that begins with `content`, and its size.
+
+    A text with a mark becomes UTF-8 without one, so that `matches` need not know encodings; other files stay.
+    """
     mark, encoding = marked(content)
-    whole, made = len(content) >= size, content[len(mark) :]
+    whole, plain = len(content) >= size, content.removeprefix(mark)
     if mark and encoding != "utf-8":
         try:
-            made = codecs.getincrementaldecoder(encoding)().decode(made, final=whole).encode()
+            plain = codecs.getincrementaldecoder(encoding)().decode(plain, final=whole).encode()
         except UnicodeDecodeError:
-            made = content
-        made = content if b"\0" in made else made
-    return made[:length], len(made) if whole else size
+            plain = content
+        plain = content if b"\0" in plain else plain
+    return plain[:length], len(plain) if whole else size
 
 
 def start(head: bytes) -> str:
-    """The first characters of what may be a text file, each byte as one; lines end with "\n" alone."""
+    """The first characters of a possible text file, one for each byte; lines end with "\n" alone."""
     return _lines(head.decode("latin-1"))
 
 
@@ -132,7 +135,7 @@ class Lines:
 
     path     for messages
     number   of the line read last, counted from 1
-    comment  how lines begin that are passed over
+    comment  beginnings of comments
     mixed    whether there are bytes between lines, and characters are bytes
 
     Raises FormatError for a line longer than `LONGEST`.
@@ -167,7 +170,7 @@ class Lines:
         return line
 
     def bytes(self, count: int, expected: str) -> bytes:
-        """The next bytes of a mixed file. Raises FormatError at the end of the file."""
+        """The next bytes of a mixed file. Raises FormatError if fewer are left."""
         left = len(self._text) - self._at
         if count > left:
             raise FormatError(
@@ -177,43 +180,50 @@ class Lines:
         return self._text[self._at - count : self._at].encode("latin-1")
 
     def edit(self, change: Callable[[str], str]) -> None:
-        """Change the text that is left, but not its lines."""
+        """Change the rest of the text within its lines."""
         self._text, self._at = change(self._text[self._at :]), 0
 
     def take(self, expected: str) -> str:
-        """The next line. Raises FormatError at the end of the file: it should have held what is `expected`."""
+        """The next line. Raises FormatError, with `expected`, at the end of the file."""
         line = self.next()
         if line is None:
             raise self.cut_short(expected)
         return line
 
-    def fault(self, found: object, expected: str) -> FormatError:
+    def fault(self, text: str, expected: str) -> FormatError:
         """The error for the line read last."""
-        text = found if isinstance(found, str) else repr(found)
         return FormatError(f"{self.path}, line {self.number}: got {text[:60]!r}, expected {expected}")
 
     def cut_short(self, expected: str) -> FormatError:
+        """The error for the end of the file."""
         return FormatError(f"{self.path}: cut short: ends after line {self.number}, expected {expected}")
 
     def floats(self, line: str, expected: str = "numbers") -> list[float]:
-        """The numbers of a line that was read, separated by blanks, commas or semicolons."""
+        """The numbers of the line read last, separated by blanks, commas or semicolons."""
         return [self.float(token, expected) for token in split(line)]
 
+    def row(self, line: str, columns: int) -> list[float]:
+        """The same, of so many numbers."""
+        numbers = self.floats(line)
+        if len(numbers) != columns:
+            raise self.fault(line, f"{columns} numbers, not {len(numbers)}")
+        return numbers
+
     def float(self, token: str, expected: str = "a number") -> float:
-        """A number, as `is_number` has it."""
+        """A number by the rules of `is_number`."""
         if not is_number(token):
             raise self.fault(token, expected)
         return float(token)
 
     def count(self, token: str, expected: str = "a count") -> int:
-        """A whole number, 0 or above; "3.0" is such too."""
+        """A whole number, 0 or above; "3.0" too."""
         value = self.float(token, expected)
         if not (value >= 0.0 and value == int(min(value, 2.0**53))):
             raise self.fault(token, expected)
         return int(value)
 
     def numbers(self, count: int, expected: str = "numbers") -> np.ndarray:
-        """The next `count` numbers (count,), over as many lines as they take; the last line holds no more."""
+        """The next `count` numbers (count,), over several lines; the last of these holds no more."""
         out = array("d")
         while len(out) < count:
             out.extend(self.floats(self.take(f"{count} {expected}, got {len(out)}"), expected))
@@ -222,7 +232,7 @@ class Lines:
         return _array(out)
 
     def rows(self, columns: int, count: int | None = None, expected: str = "numbers") -> np.ndarray:
-        """The next `count` lines, or all that are left, of so many numbers each: (rows, columns)."""
+        """The next `count` lines, or all that are left, as an array of numbers (rows, columns)."""
         out = array("d")
         while count is None or len(out) < count * columns:
             lines, at = self._chunk(CHUNK if count is None else min(CHUNK, count - len(out) // columns))
@@ -247,7 +257,7 @@ class Lines:
         return _array(out).reshape(-1, columns)
 
     def _chunk(self, count: int) -> tuple[list[str], int]:
-        """At most `count` whole lines from here on, blanks as separators, and where the next one begins."""
+        """At most `count` whole lines from here on, blanks as separators, and the place of the next one."""
         end = self._text.find("\n", self._at + CHUNK)
         text = self._text[self._at : end if end >= 0 else len(self._text)]
         lines = text.translate(_SEPARATORS).split("\n", count) if text else []
@@ -256,14 +266,11 @@ class Lines:
 
     def _row_by_row(self, out: array, columns: int, at: int) -> None:
         while self._at < at and (line := self.next()) is not None:
-            row = self.floats(line)
-            if len(row) != columns:
-                raise self.fault(line, f"{columns} numbers, not {len(row)}")
-            out.extend(row)
+            out.extend(self.row(line, columns))
 
 
 def is_number(token: str) -> bool:
-    """Whether a word is a number: nan and inf are, "1_0" and digits of other scripts, which float() takes, are not."""
+    """Whether a word is a number; nan and inf are; "1_0" and digits of other scripts, which float() takes, are not."""
     return _NUMBER.fullmatch(token) is not None
 
 
@@ -282,7 +289,7 @@ def _array(numbers: array) -> np.ndarray:
 
 
 def number(value: float) -> str:
-    """Shortest text that reads back as the same float64; whole numbers below 1e16 without a point."""
+    """The shortest text that reads back as the same float64; whole numbers below 1e16 without a point."""
     return repr(float(value)).removesuffix(".0")
 
 
@@ -298,23 +305,26 @@ def join(rows: Iterable[Iterable[float | str]], separator: str = " ") -> Iterato
         yield separator.join([x if isinstance(x, str) else number(x) for x in row]) + "\n"
 
 
-def write(path: str | os.PathLike, lines: Iterable[str]) -> None:
-    """Write lines, with their ends, as UTF-8; a failed write leaves an existing file as it was."""
+def write(
+    path: str | os.PathLike, lines: Iterable[str], rows: Iterable[Iterable[float | str]] = (), separator: str = " "
+) -> None:
+    """Write lines, with their ends, then rows (see `join`), as UTF-8; after a failure an existing file is as it was."""
     with replacing(path) as temporary, temporary.open("w", encoding="utf-8", newline="\n") as file:
         file.writelines(lines)
+        file.writelines(join(rows, separator))
 
 
 def degrees(radians: np.ndarray) -> np.ndarray:
-    """Angles in degrees, with the fewest decimals that read back as the same radians where there are such.
+    """Angles in degrees, with the fewest decimals that read back as the same radians if any do.
 
     np.radians of the result is the argument, bit by bit, for angles that were read in degrees; else within 1 unit
     in the last place.
     """
     exact = np.degrees(np.asarray(radians, np.float64))
-    result, open_ = exact.copy(), np.isfinite(exact)
+    result, unmatched = exact.copy(), np.isfinite(exact)
     for decimals in range(15):
         near = np.round(exact, decimals)
-        good = open_ & (np.radians(near) == radians)
-        result[good] = near[good]
-        open_ &= ~good
+        same = unmatched & (np.radians(near) == radians)
+        result[same] = near[same]
+        unmatched &= ~same
     return result

@@ -1,4 +1,4 @@
-"""The container that RGL's material files are stored in: named arrays of numbers, "tensor files".
+"""Tensor files: named arrays of numbers, the container of RGL's material files.
 
 Layout, little-endian: 12 bytes "tensor_file\\0"; version u8 major, u8 minor; u32 number of fields; per field
 u16 length of the name, the name, u16 number of axes, u8 type, u64 offset of the data in the file, u64 length
@@ -39,7 +39,7 @@ class Entry(NamedTuple):
 
 
 class Kept:
-    """A field that stays in its file until it is asked for, if that is the same file then."""
+    """A field that stays in its file until it is asked for, and is read only if the file is still the same."""
 
     def __init__(self, path: str, stamp: tuple[int, ...], entry: Entry):
         self.path, self.stamp, self.dtype, self.shape = path, stamp, entry.dtype, entry.shape
@@ -48,7 +48,7 @@ class Kept:
     def rows(self) -> Iterator[np.ndarray]:
         """The entries along its first axis, one after the other, each a new array.
 
-        Raises NotFoundError where the file is gone, FormatError where it is another than when its header was read.
+        Raises NotFoundError where the file is gone, FormatError where it has changed since its header was read.
         """
         with opened(self.path) as file:
             for k in range(self.shape[0]):
@@ -57,12 +57,12 @@ class Kept:
                 yield row
 
     def read(self) -> np.ndarray:
-        """All of it; read-only. Raises what `rows` raises."""
-        found = np.empty(self.shape, self.dtype)
+        """The whole field, read-only. Raises the errors of `rows`."""
+        field = np.empty(self.shape, self.dtype)
         with opened(self.path) as file:
-            self._fill(file, found, self.offset)
-        found.flags.writeable = False
-        return found
+            self._fill(file, field, self.offset)
+        field.flags.writeable = False
+        return field
 
     def _fill(self, file: BinaryIO, out: np.ndarray, offset: int) -> None:
         file.seek(offset)
@@ -80,72 +80,58 @@ def opened(path: str | os.PathLike) -> BinaryIO:
 
 
 def stamp(file: BinaryIO) -> tuple[int, ...]:
-    """The marks of an open file's content: length, time of the last change, number on its disk."""
-    held = os.fstat(file.fileno())
-    return held.st_size, held.st_mtime_ns, held.st_ino
+    """The identity of an open file's content: length, time of the last change, number on its disk."""
+    status = os.fstat(file.fileno())
+    return status.st_size, status.st_mtime_ns, status.st_ino
 
 
 class _Header:
-    """Reads one number after the other from the start of a file, never beyond its end."""
+    """The numbers at the start of a file, read one after the other, never beyond its end."""
 
     def __init__(self, file: BinaryIO, size: int, name: str):
         self.file, self.size, self.name, self.at = file, size, name, 0
 
-    def bytes(self, count: int, what: str) -> bytes:
+    def bytes(self, count: int, part: str) -> bytes:
         end = self.at + count
         piece = self.file.read(count) if end <= self.size else b""
         if len(piece) < count:
-            raise FormatError(
-                f"{self.name}: truncated: {what} needs bytes {self.at} to {end}, "
-                f"the file has {self.size}; fetch it again"
-            )
+            need = f"{part} needs bytes {self.at} to {end}, the file has {self.size}"
+            raise FormatError(f"{self.name}: truncated: {need}; fetch it again")
         self.at = end
         return piece
 
-    def number(self, code: str, what: str) -> int:
+    def numbers(self, code: str, part: str) -> tuple[Any, ...]:
         layout = "<" + code
-        return struct.unpack(layout, self.bytes(struct.calcsize(layout), what))[0]
-
-
-def parse(data: bytes, name: str) -> dict[str, np.ndarray]:
-    """The fields of a tensor file in their order, as read-only views of `data`; `name` is for error messages.
-
-    Raises what `entries` raises, and never allocates more than `data` holds.
-    """
-    found = entries(io.BytesIO(data), len(data), name)
-    return {field: np.ndarray(e.shape, e.dtype, buffer=data, offset=e.offset) for field, e in found.items()}
+        return struct.unpack(layout, self.bytes(struct.calcsize(layout), part))
 
 
 def entries(file: BinaryIO, size: int, name: str) -> dict[str, Entry]:
-    """The fields in the header of a file of `size` bytes, which all lie within it.
-
-    Raises FormatError for whatever is no tensor file.
-    """
+    """The fields in the header of a file of `size` bytes, which all lie within it; FormatError for other files."""
     head = _Header(file, size, name)
     magic = head.bytes(len(MAGIC), "the signature")
     if magic != MAGIC:
         raise FormatError(f"{name}: not a tensor file: starts with {magic!r}, expected {MAGIC!r}")
-    version = (head.number("B", "the version"), head.number("B", "the version"))
+    version = head.numbers("BB", "the version")
     if version != VERSION:
         raise FormatError(f"{name}: tensor file version {version[0]}.{version[1]}, expected 1.0")
-    count = head.number("I", "the number of fields")
+    (count,) = head.numbers("I", "the number of fields")
     most = (size - _START) // _SMALLEST_ENTRY
     if count > most:
         raise FormatError(f"{name}: header says {count} fields, {size} bytes can hold at most {most}")
-    found: dict[str, Entry] = {}
+    fields: dict[str, Entry] = {}
     for i in range(count):
         field, entry = _entry(head, i)
-        if field in found:
+        if field in fields:
             raise FormatError(f"{name}: field {field!r} occurs twice, expected once")
-        found[field] = entry
-    for field, entry in found.items():
+        fields[field] = entry
+    for field, entry in fields.items():
         end = entry.offset + _bytes(entry)
         if not head.at <= entry.offset <= end <= size or max(entry.shape, default=0) > size:
             raise FormatError(
                 f"{name}: field {field!r}, {entry.dtype.name} of shape {entry.shape}, lies at bytes {entry.offset} to "
                 f"{end}; expected between the header's end {head.at} and the file's end {size}: truncated or damaged"
             )
-    return found
+    return fields
 
 
 def _bytes(entry: Entry) -> int:
@@ -153,54 +139,48 @@ def _bytes(entry: Entry) -> int:
 
 
 def _entry(head: _Header, i: int) -> tuple[str, Entry]:
-    """Name of the i-th field, and what is said of it."""
-    raw = head.bytes(head.number("H", f"field {i}"), f"the name of field {i}")
+    """Name and entry of the i-th field."""
+    (length,) = head.numbers("H", f"field {i}")
+    raw = head.bytes(length, f"the name of field {i}")
     try:
         field = raw.decode("utf-8")
     except UnicodeDecodeError:
         raise FormatError(f"{head.name}: field {i} is named {raw[:32]!r}, expected UTF-8 text") from None
-    axes = head.number("H", f"field {field!r}")
-    code = head.number("B", f"field {field!r}")
-    offset = head.number("Q", f"field {field!r}")
+    axes, code, offset = head.numbers("HBQ", f"field {field!r}")
     if axes > _MOST_AXES:
         raise FormatError(f"{head.name}: field {field!r} has {axes} axes, expected at most {_MOST_AXES}")
     if code not in TYPES:
         raise FormatError(f"{head.name}: field {field!r} has type {code}, expected 1 to {len(TYPES)}")
-    shape = tuple(head.number("Q", f"the shape of field {field!r}") for _ in range(axes))
-    return field, Entry(TYPES[code], offset, shape)
+    return field, Entry(TYPES[code], offset, head.numbers(f"{axes}Q", f"the shape of field {field!r}"))
 
 
 def read(path: Path) -> dict[str, np.ndarray]:
-    """The fields of a tensor file."""
+    """The fields of a tensor file in their order, read-only; nothing is allocated on its header's word."""
     with opened(path) as file:
-        return parse(file.read(), str(path))
+        data = file.read()
+    fields = entries(io.BytesIO(data), len(data), str(path))
+    return {field: np.ndarray(e.shape, e.dtype, buffer=data, offset=e.offset) for field, e in fields.items()}
 
 
-def held(field: np.ndarray | Kept) -> np.ndarray:
+def as_array(field: np.ndarray | Kept) -> np.ndarray:
     """A field as an array."""
     return field.read() if isinstance(field, Kept) else field
 
 
 def expect(
-    fields: Mapping[str, Any],
-    where: str,
-    name: str,
-    shape: tuple[int | None, ...],
-    dtype: str = "float32",
+    fields: Mapping[str, Any], where: str, name: str, shape: tuple[int | None, ...], dtype: str = "float32"
 ) -> Any:
-    """The field of that name, an array or `Kept`, which must have these axes (None: any length but 0) and this type.
+    """The field of that name, an array or `Kept`, of this type and shape (None: any length but 0).
 
-    `where` names the file in the FormatError that is raised otherwise.
+    Raises FormatError for another one; `where` names the file.
     """
     if name not in fields:
         raise FormatError(f"{where}: field {name!r} is missing; its fields: {', '.join(map(repr, fields)):.200}")
     a = fields[name]
-    fits = a.ndim == len(shape) and all(
-        n == want or (want is None and n > 0) for n, want in zip(a.shape, shape, strict=True)
-    )
+    fits = a.ndim == len(shape) and all(n == k or (k is None and n > 0) for n, k in zip(a.shape, shape, strict=True))
     if not fits or a.dtype != dtype:
-        wanted = ", ".join("n" if n is None else str(n) for n in shape)
-        raise FormatError(f"{where}: {name} is {a.dtype} of shape {a.shape}, expected {dtype} of shape ({wanted})")
+        expected = ", ".join("n" if n is None else str(n) for n in shape)
+        raise FormatError(f"{where}: {name} is {a.dtype} of shape {a.shape}, expected {dtype} of shape ({expected})")
     return a
 
 
@@ -210,7 +190,7 @@ def serialise(fields: Mapping[str, np.ndarray]) -> bytes:
 
 
 def _pieces(fields: Mapping[str, np.ndarray | Kept]) -> Iterator[Any]:
-    """A tensor file piece by piece: fields may be larger than memory."""
+    """The pieces of a tensor file, whose fields may be larger than memory."""
     codes = {dtype: code for code, dtype in TYPES.items()}
     arrays: list[Any] = []
     names = [field.encode("utf-8") for field in fields]

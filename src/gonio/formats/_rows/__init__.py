@@ -1,1 +1,1 @@
-"""Shared by formats of rows and of angles: pairs of directions with values, and grids as libbsdf has them."""
+"""Shared by formats of rows and of angles: pairs of directions with values, and libbsdf's grids."""

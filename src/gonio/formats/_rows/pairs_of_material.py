@@ -1,10 +1,10 @@
-"""Any reflectance as pairs of directions with values: what formats that list pairs are written from."""
+"""Any reflectance as pairs of directions with values, for the writers of formats that list pairs."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Annotated, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
@@ -23,11 +23,11 @@ from .direction_pairs import Pairs, material
 
 
 class Nodes(NamedTuple):
-    """The grid of angles that a model is written at where the caller does not say.
+    """The default grid of angles of a written model.
 
     isotropic   numbers of theta_i, theta_o, phi
     oriented    numbers of theta_i, theta_o, phi_i, phi_o: for anisotropic models
-    last        largest polar angle [degrees], or None: a step below 90
+    last        largest polar angle [degrees]; None for a step below 90
     """
 
     isotropic: tuple[int, ...]
@@ -35,7 +35,7 @@ class Nodes(NamedTuple):
     last: float | None = None
 
     def polar(self, count: int) -> np.ndarray:
-        """So many polar angles [rad], from 0."""
+        """Polar angles [rad], from 0."""
         last = 90.0 if self.last is None else self.last
         return np.radians(np.linspace(0.0, last, count, endpoint=self.last is not None))
 
@@ -61,14 +61,15 @@ def pairs_of(
     nodes: Nodes = FINE,
     as_held: bool = False,
 ) -> Pairs:
-    """The pairs that a measurement holds, with its values as stored; of anything else f at a grid of angles, and of
-    anything at the grid that is asked for.
+    """The pairs of a measurement, with its values as stored; of anything else, and where a resolution is given, f at
+    a grid of angles.
 
-    `resolution`: see `Resolution`; three numbers have the azimuths of wo for wi too where a model is anisotropic. The
-    grid of `nodes` where it is not given. `quantities`: what the format can hold; other values
-    become the first of these. `incident`: theta_i and phi_i [rad], which are the only ones then.
-    Of a grid both halves of mirrored data are there, and no nodes on the horizon or below it, or without a number;
-    `as_held`: the nodes as they are, but for those below the horizon.
+    resolution    see `Resolution`; with three numbers anisotropic models have wi at the azimuths of wo. None: `nodes`
+    quantities    those of the format; values of another quantity become the first
+    incident      theta_i and phi_i [rad] of the only direction of light
+    as_held       a measured grid keeps its nodes above the horizon as they are; else it gives both halves of mirrored
+                  data, and no nodes on the horizon or without a number
+
     Raises ParameterError for a material with a delta lobe, with maps, or without any number.
     """
     if isinstance(m, Scattered) and resolution is None:
@@ -79,14 +80,18 @@ def pairs_of(
         pairs = _of_model(m, resolution, incident, nodes)
     if pairs.quantity not in quantities:
         pairs = _as_quantity(pairs, quantities[0])
-        pairs = pairs if as_held else pairs.known()  # along the surface there may be none
+        pairs = pairs if as_held else pairs.finite()  # along the surface some quantities tell nothing
     if not np.isfinite(pairs.values).any():
         raise ParameterError(f"{m!r:.80}: has no values to write, expected a number at one pair of directions at least")
-    return pairs if incident is None else _lit_from(incident, pairs)
+    if incident is None:
+        return pairs
+    off = np.abs(np.sin(0.5 * (pairs.angles[:, :2] - incident)))
+    off[:, 1] *= np.sin(pairs.angles[:, 0])  # along the normal there is no azimuth
+    return pairs.only(off.max(axis=1) < 1e-6)
 
 
 def table_of(m: Reflectance, resolution: Sequence[int] | None = None) -> Gridded:
-    """A measurement as it is; of anything else, and where a resolution is asked for, the table of its `pairs_of`."""
+    """A measurement as it is; for anything else, and where a resolution is given, the table of its `pairs_of`."""
     if isinstance(m, Gridded) and resolution is None:
         return m
     return material(pairs_of(m, resolution), "", m.about if isinstance(m, Measured) else {})
@@ -110,35 +115,34 @@ def _of_model(
     return Pairs(rows, f, channels=None if f.ndim == 1 else names or channels_named(f.shape[1]))
 
 
-def _lit_from(incident: tuple[float, float], pairs: Pairs) -> Pairs:
-    off = np.abs(np.sin(0.5 * (pairs.angles[:, :2] - incident)))
-    off[:, 1] *= np.sin(pairs.angles[:, 0])  # along the normal there is no azimuth
-    return pairs.only(off.max(axis=1) < 1e-6)
+def of_nodes(m: Gridded) -> Pairs:
+    """A row for each node of a grid; `angles` (n, axes) are those of its own axes."""
+    nodes = np.stack([x.reshape(-1) for x in np.meshgrid(*m.axes.values(), indexing="ij")], axis=1)
+    values = m.stored.reshape(len(nodes), *m.stored.shape[len(m.axes) :])
+    spread = None if m.uncertainty is None else m.uncertainty.reshape(values.shape)
+    return Pairs(nodes, values, m.quantity, spread, m.channel_names)
 
 
 def _of_grid(m: Gridded, as_held: bool) -> Pairs:
-    shape = tuple(len(x) for x in m.axes.values())
-    values = m.stored.reshape(-1, *m.stored.shape[len(shape) :])
-    spread = None if m.uncertainty is None else m.uncertainty.reshape(values.shape)
+    pairs = of_nodes(m)
+    up: Any = slice(None)
     if "theta_o" in m.axes and (not m.is_oriented() or "phi_o" in m.axes):
-        theta_i, theta_o, *phi = (x.reshape(-1) for x in np.meshgrid(*m.axes.values(), indexing="ij"))
+        theta_i, theta_o, *phi = pairs.angles.T
         phi_i, phi_o = _turned(phi[0], m.about.get("phi_i")) if len(phi) == 1 else phi
-        up = np.ones(len(theta_i), bool)
     else:
         wi, wo = (w.reshape(-1, 3) for w in m.directions())
         (theta_i, phi_i), (theta_o, phi_o) = angles(wi), angles(wo)
         up = np.minimum(wi[:, 2], wo[:, 2]) > (-HORIZON if as_held else HORIZON)
-    rows = np.stack([theta_i, phi_i, theta_o, phi_o], axis=1)
-    pairs = Pairs(rows, values, m.quantity, spread, m.channel_names).only(up)
+    pairs = pairs._replace(angles=np.stack([theta_i, phi_i, theta_o, phi_o], axis=1)).only(up)
     if as_held:
         return pairs
-    return (_both_halves(pairs) if m.is_mirrored else pairs).known()
+    return (_both_halves(pairs) if m.is_mirrored else pairs).finite()
 
 
 def _turned(phi: np.ndarray, phi_i: object) -> tuple[np.ndarray, np.ndarray]:
     """Azimuths of wi and wo, those of wo with the digits in degrees that they were read with.
 
-    `phi_i` is what `about` says, of grids that were read from one azimuth of wi (see `direction_pairs.material`).
+    `phi_i` is the entry of `about` of grids that were read from one azimuth of wi (see `direction_pairs.material`).
     """
     if not isinstance(phi_i, float) or not phi_i:
         return np.zeros_like(phi), phi
@@ -158,7 +162,7 @@ def _both_halves(pairs: Pairs) -> Pairs:
 
 
 def _as_quantity(pairs: Pairs, quantity: str) -> Pairs:
-    """The same pairs with values of another quantity; NaN where they do not tell it (along the surface)."""
+    """The same pairs with values of another quantity; NaN along the surface, where that may not follow."""
     cosines = [np.cos(pairs.angles[:, k]).reshape(-1, *(1,) * (pairs.values.ndim - 1)) for k in (0, 2)]
 
     def convert(v: np.ndarray) -> np.ndarray:
@@ -169,15 +173,12 @@ def _as_quantity(pairs: Pairs, quantity: str) -> Pairs:
 
 
 def with_others(pairs: Pairs, m: Reflectance) -> Pairs:
-    """The pairs and those that were kept from the file (see `direction_pairs.material`) as they were."""
+    """The pairs, and those of the other side that were kept from the file (see `direction_pairs.material`)."""
     others = getattr(m, "about", {}).get("other_pairs")
     if others is None or others.channels != pairs.channels or others.quantity != pairs.quantity:
         return pairs
     spread = None
     if pairs.uncertainty is not None and others.uncertainty is not None:
         spread = np.concatenate([pairs.uncertainty, others.uncertainty])
-    return pairs._replace(
-        angles=np.concatenate([pairs.angles, others.angles]),
-        values=np.concatenate([pairs.values, others.values]),
-        uncertainty=spread,
-    )
+    rows, values = (np.concatenate([getattr(p, name) for p in (pairs, others)]) for name in ("angles", "values"))
+    return pairs._replace(angles=rows, values=values, uncertainty=spread)

@@ -19,20 +19,21 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 
-from ..arrays import Fixed, Roomy, ops
-from ..base.measured import Measured, tabular_shape
-from ..base.reflectance import Reflectance
-from ..errors import FormatError, ParameterError
-from ..files import replacing
-from ..formula.direction import Direction, half_and_cosine, half_difference, reflect, select
-from ..formula.fields import Ours, channels, kept, option, table
-from ..formula.state import state
-from ..formula.warp import cosine_hemisphere, cosine_hemisphere_density
-from ..pictures.colour import RELATIVE_XYZ, XYZ, rgb_of
-from ..tables.angle_systems import SYSTEMS
-from ..tables.gridded import Gridded
-from ..tables.nodes import f_at, with_channels
-from ._options import Declared
+from ...arrays import Fixed, Roomy, ops
+from ...base.measured import Measured
+from ...base.reflectance import Reflectance
+from ...errors import FormatError, ParameterError
+from ...formula.direction import Direction, half_and_cosine, half_difference, reflect, select
+from ...formula.fields import Ours, channels, kept, option, table
+from ...formula.state import state
+from ...formula.warp import cosine_hemisphere, cosine_hemisphere_density
+from ...pictures.colour import RELATIVE_XYZ, XYZ, rgb_of
+from ...tables.angle_systems import SYSTEMS
+from ...tables.gridded import Gridded
+from ...tables.nodes import f_at, with_channels
+from .._options import Declared
+from .._reading import large_tables
+from .cells import ALBEDO, ROW, SCALE, SHAPES, N, bordered, centres, is_valid, rings
 
 if TYPE_CHECKING:
     import xarray
@@ -42,24 +43,8 @@ SUFFIXES = (".binary",)
 DESCRIPTION = "isotropic RGB on half and difference angles (Matusik et al. 2003)"
 ORACLE = "own files from the published description; length and sha256 of the published files"
 
-SCALE = (1.0 / 1500.0, 1.15 / 1500.0, 1.66 / 1500.0)
-"""f = stored number * SCALE, for red, green, blue."""
-
-N = 90
-SHAPES = ((N, N, 180), (N, N, 360))
-AXES = {
-    "theta_h": "half angle",
-    "theta_d": "difference angle",
-    "phi_d": "azimuth of wi about the half vector",
-}
+AXES = {"theta_h": "half angle", "theta_d": "difference angle", "phi_d": "azimuth of wi about the half vector"}
 HEADER = 12
-
-# Sampling looks up one flat table of three rows of 128, by ring of theta_h: the probability of all rings
-# before this one, then 1 - cos(theta_h) and the relative density at its inner edge. Ring 90 stands for the
-# cosine hemisphere.
-ROW = 128
-ALBEDO = 3 * ROW - 1
-"""Where that table keeps the share of diffuse light that is reflected."""
 
 
 class MERL(Measured):
@@ -96,13 +81,9 @@ class MERL(Measured):
     phi_cells: int = state()
 
     def __init__(
-        self,
-        raw: Any = None,
-        interpolation: str = "trilinear",
-        path: str = "",
-        about: dict[str, Any] | None = None,
+        self, raw: Any = None, interpolation: str = "trilinear", path: str = "", about: dict[str, Any] | None = None
     ):
-        raw = np.ascontiguousarray(kept(raw), dtype=np.float64) if raw is not None else np.empty(0)
+        raw = np.empty(0) if raw is None else np.ascontiguousarray(kept(raw), dtype=np.float64)
         super().__init__(path, about, raw=Ours(raw), interpolation=interpolation, channel=len(SCALE))
 
     def validate(self) -> None:
@@ -116,7 +97,7 @@ class MERL(Measured):
     @property
     def valid(self) -> np.ndarray:
         """True where there is data; shape of `raw`."""
-        return _valid(self.raw)
+        return is_valid(self.raw)
 
     @property
     def axes(self) -> dict[str, np.ndarray]:
@@ -126,8 +107,9 @@ class MERL(Measured):
     @property
     def published(self) -> str | None:
         """Name of the published material whose file this is, bit by bit ("alum-bronze"), or None."""
-        digest = hashlib.sha256(_header(self.raw))
-        digest.update(self.raw.astype("<f8", copy=False).reshape(-1).view(np.uint8))
+        digest = hashlib.sha256()
+        for part in _tables(self.raw):
+            digest.update(part.reshape(-1).view(np.uint8))
         return _published().get(digest.hexdigest())
 
     @property
@@ -137,17 +119,10 @@ class MERL(Measured):
 
         axes: dict[str, Any] = {"channel": ("channel", list("RGB"), {"long_name": "linear RGB as stored"})}
         for name, nodes in self.axes.items():
-            axes[name] = (
-                name,
-                np.degrees(nodes),
-                {"units": "degree", "long_name": f"{AXES[name]}, centres of cells"},
-            )
-        stored = {"units": "1", "long_name": "stored number; negative or not finite: no data"}
+            axes[name] = (name, np.degrees(nodes), {"units": "degree", "long_name": f"{AXES[name]}, centres of cells"})
+        raw = {"units": "1", "long_name": "stored number; negative or not finite: no data"}
         scale = {"units": "sr-1", "long_name": "BRDF per stored number"}
-        variables = {
-            "raw": (("channel", *AXES), self.raw, stored),
-            "scale": ("channel", np.array(SCALE), scale),
-        }
+        variables = {"raw": (("channel", *AXES), self.raw, raw), "scale": ("channel", np.array(SCALE), scale)}
         return xarray.Dataset(variables, axes, self.attributes)
 
     def as_grid(self) -> Gridded:
@@ -161,10 +136,10 @@ class MERL(Measured):
         )  # fmt: skip
 
     def _keep(self) -> dict[str, Fixed]:
-        """As the base's, with tables made from `raw` when first needed in its place, which the formulas look up."""
-        kept, raw = super()._keep(), self.raw
-        del kept["raw"]
-        return {**kept, "cells": Roomy(lambda: _cells(raw)), "rings": Fixed(lambda: _rings(raw))}
+        """The base's fields, with the tables of the formulas in place of `raw`; they are made when first needed."""
+        fields, raw = super()._keep(), self.raw
+        del fields["raw"]
+        return {**fields, "cells": Roomy(lambda: bordered(raw)), "rings": Fixed(lambda: rings(raw))}
 
     def formula(self, wi: Direction, wo: Direction) -> Any:
         h, d, p = self._coordinates(wi, wo)
@@ -178,19 +153,19 @@ class MERL(Measured):
         stride = self.phi_cells + 2
         corner = (ops.to_index(h0) * N + ops.to_index(d0)) * stride + ops.to_index(p0 + 1.0)
         first, second = self._entry(corner), self._entry(corner + 1)
-        # From here on every channel has its own copy of the weights: arrays of one shape are combined several
-        # times faster than by broadcasting.
-        every = 0.0 * self.channel
-        h, d, p = h - h0 + every, d - d0 + every, p - p0 + every
-        total, known = 0.0, 0.0
+        # Every channel has its own copy of the weights: arrays of one shape are combined several times faster than by
+        # broadcasting.
+        zeros = 0.0 * self.channel
+        h, d, p = h - h0 + zeros, d - d0 + zeros, p - p0 + zeros
+        total, weights = 0.0, 0.0
         for row, along_h in ((0, 1.0 - h), (N, h)):
             for step, along_d in ((row, 1.0 - d), (row + 1, d)):
                 for entry, along_p in ((first, 1.0 - p), (second, p)):
                     value = ops.take(self.cells, entry + step * stride * len(SCALE))
                     weight = ops.where(value >= 0.0, along_h * along_d * along_p, 0.0)
-                    total, known = total + weight * value, known + weight
-        enough = known > 1e-3
-        return ops.where(enough, total / ops.where(enough, known, 1.0), math.nan)
+                    total, weights = total + weight * value, weights + weight
+        enough = weights > 1e-3
+        return ops.where(enough, total / ops.where(enough, weights, 1.0), math.nan)
 
     def _coordinates(self, wi: Direction, wo: Direction) -> tuple[Any, Any, Any]:
         """Positions along theta_h, theta_d, phi_d in cells: cell i is between i and i + 1."""
@@ -229,7 +204,7 @@ class MERL(Measured):
 
     @property
     def seam(self) -> float:
-        """Where `warp` changes from the rings to the cosine hemisphere."""
+        """The first random number at which `warp` changes from the rings to the cosine hemisphere."""
         return float(self._kept["rings"].numbers[N])
 
     def estimate(self, wo: Direction) -> Any:
@@ -241,68 +216,9 @@ def _ring(theta_h: Any) -> Any:
     return N * ops.sqrt(ops.maximum(theta_h * (2.0 / math.pi), 1e-8))
 
 
-def _valid(raw: np.ndarray) -> np.ndarray:
-    return (raw >= 0.0) & (raw < np.inf)
-
-
-def _header(raw: np.ndarray) -> bytes:
-    return np.array(raw.shape[1:], "<i4").tobytes()
-
-
-def centres(phi_cells: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """theta_h, theta_d, phi_d [rad] of the centres of cells."""
-    i = np.arange(N) + 0.5
-    return np.radians(i * i / N), np.radians(i), np.radians(np.arange(phi_cells) + 0.5)
-
-
-def _cells(raw: np.ndarray) -> np.ndarray:
-    """f [1/sr] with the channels of a cell side by side, -1 where there is no data; flat, and an entry more.
-
-    Rows of phi_d begin with a copy of their last cell and end with one of their first: neighbours always lie together.
-    """
-    shape = (*raw.shape[1:3], raw.shape[3] + 2, len(SCALE))
-    flat = np.empty(math.prod(shape) + 1)
-    flat[-1] = -1.0
-    cells = flat[:-1].reshape(shape)
-    for c, scale in enumerate(SCALE):
-        np.multiply(raw[c], scale, out=cells[..., 1:-1, c])
-        cells[..., 1:-1, c][~_valid(raw[c])] = -1.0
-    cells[..., 0, :], cells[..., -1, :] = cells[..., -2, :], cells[..., 1, :]
-    return flat
-
-
-def _rings(raw: np.ndarray) -> np.ndarray:
-    """The table of rings that sampling looks up; flat.
-
-    What diffuse light becomes has half vectors with the density  integral of f cos(theta_i) cos(theta_o)
-    4 cos(theta_d) dw_d. The rings get that without nine tenths of the f that the dimmest of them has, which
-    is left to the cosine hemisphere.
-    """
-    theta_h, theta_d, phi_d = centres(raw.shape[3])
-    mean, room = np.zeros(N), np.zeros(N)
-    for i in range(N):
-        wi, wo = SYSTEMS["half_difference"].pairs(theta_h[i], theta_d[:, None], phi_d)
-        cosines = np.maximum(wi[..., 2] * wo[..., 2], 0.0) * np.sin(2.0 * theta_d)[:, None]
-        valid = _valid(raw[:, i])
-        f = np.where(valid, raw[:, i], 0.0) * np.array(SCALE)[:, None, None]
-        mean[i] = (cosines * f).sum() / (cosines * valid).sum()  # NaN without data
-        room[i] = cosines.mean() * 2.0 * math.pi**2
-    mean += 1e-9  # black is sampled too
-    # The dimmest up to 60 degrees: beyond, there is little data.
-    least = np.nan_to_num(np.fmin.reduce(mean[:73]), nan=1e-9)
-    mean = np.where(np.isnan(mean), least, mean)
-    edges = 2.0 * np.sin(0.25 * math.pi * (np.arange(N + 1) / N) ** 2) ** 2
-    solid_angle = 2.0 * math.pi * np.diff(edges)
-    reflected = (mean * room * solid_angle).sum()
-    share = np.clip(0.9 * least * (room * solid_angle).sum() / reflected, 0.1, 0.9)
-    centre = np.maximum(mean - 0.9 * least, 0.0) * room + 1e-6 * reflected
-    inner = np.concatenate([centre[:1], 0.5 * (centre[:-1] + centre[1:]), centre[-1:]])
-    held = np.cumsum((inner[:-1] + inner[1:]) * solid_angle)
-    rings = np.full((3, ROW), [[2.0], [1.0], [1.0]])
-    rings[0, : N + 2] = [0.0, *held / held[-1] * (1.0 - share), 1.0]
-    rings[1, : N + 1], rings[2, : N + 1] = edges, inner / inner.max()
-    rings[2, -1] = reflected / math.pi
-    return rings.reshape(-1)
+def _tables(raw: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Header and numbers of a file."""
+    return np.array(raw.shape[1:], "<i4"), raw.astype("<f8", copy=False)
 
 
 @cache
@@ -313,7 +229,7 @@ def _published() -> dict[str, str]:
 
 
 def matches(head: bytes, size: int) -> bool:
-    """Whether a file that starts so can be one of these, or looks meant to: three small numbers first."""
+    """Whether a file that starts so can be one of these, or was meant to be: three small numbers first."""
     if len(head) < HEADER:
         return False
     *dims, following = np.frombuffer(head[:16].ljust(16, b"\xff"), "<i4").tolist()
@@ -328,26 +244,21 @@ def _size(dims: Sequence[int]) -> int:
 
 
 def read(path: Path) -> MERL:
-    """The material of a MERL file. Raises FormatError where its header or its length is another."""
+    """The material of a MERL file. Raises FormatError for another header or length."""
     with Path(path).open("rb") as file:
         head, size = file.read(HEADER), file.seek(0, os.SEEK_END)
         dims = tuple(np.frombuffer(head.ljust(HEADER, b"\0"), "<i4").tolist())
-        says = "×".join(map(str, dims))
+        cells = "×".join(map(str, dims))
         if dims not in SHAPES:
             raise FormatError(
-                f"{path}: not a MERL file: header says {says}, expected 90×90×180 or 90×90×360 cells of "
+                f"{path}: not a MERL file: header says {cells}, expected 90×90×180 or 90×90×360 cells of "
                 f"theta_h, theta_d, phi_d; fetch it again, or resample it to these cells"
             )
         if size != _size(dims):
-            fault = "too long" if size > _size(dims) else "cut short"
-            raise FormatError(
-                f"{path}: MERL file {fault}: {size} bytes, expected {_size(dims)} for {says}; fetch it again"
-            )
-        file.seek(HEADER)
-        raw = np.fromfile(file, "<f8", 3 * math.prod(dims))
-    if raw.nbytes != _size(dims) - HEADER:
-        raise FormatError(f"{path}: cut short while it was read: expected {_size(dims)} bytes; fetch it again")
-    return MERL(Ours(raw.reshape(3, *dims)), path=str(path))
+            fault = f"{'too long' if size > _size(dims) else 'cut short'}: {size} bytes, expected {_size(dims)}"
+            raise FormatError(f"{path}: MERL file {fault} for {cells}; fetch it again")
+        raw = large_tables.numbers(file, path, "<f8", (3, *dims), HEADER)
+    return MERL(Ours(raw), path=str(path))
 
 
 def write(
@@ -355,42 +266,34 @@ def write(
     path: Path,
     phi_d: Annotated[
         int,
-        Declared(
-            "cells of phi_d; 360 keep both halves of a material without reciprocity",
-            words=[shape[2] for shape in SHAPES],
-        ),
+        Declared("cells of phi_d; 360 keep both halves of a material without reciprocity", words=[180, 360]),
     ] = 180,
 ) -> None:
     """Write f at the centres of cells; a MERL is written as it was read, bit by bit.
 
-    One channel becomes gray; X, Y, Z become linear sRGB. -1 stands for below the horizon, and for values that are
-    negative, NaN or infinite. Raises ParameterError for a material that is anisotropic, that has a delta lobe, channels
-    other than one or colours, or maps: no such table could hold it.
+    One channel becomes gray; X, Y, Z become linear sRGB. -1 stands for pairs below the horizon, and for values that are
+    negative, NaN or infinite. Raises ParameterError for anisotropic materials, delta lobes, channels other than one or
+    colours, and maps.
     """
-    raw = m.raw if isinstance(m, MERL) else _tabulate(m, phi_d)
-    with replacing(path) as temporary, temporary.open("wb") as file:
-        file.write(_header(raw))
-        raw.astype("<f8", copy=False).tofile(file)
+    large_tables.write(path, *_tables(m.raw if isinstance(m, MERL) else _tabulated(m, phi_d)))
 
 
-def _tabulate(m: Reflectance, phi_cells: int) -> np.ndarray:
-    shape, names = tabular_shape(m), m.channel_names
-    if shape not in ((), (1,), (3,)):
-        raise ParameterError(f"{m!r:.80}: values have shape {shape}, expected () or (1,) for gray or (3,) for RGB")
-    if shape == (3,) and names not in (None, tuple("RGB"), XYZ, RELATIVE_XYZ):
+def _tabulated(m: Reflectance, phi_cells: int) -> np.ndarray:
+    colours, names = large_tables.expect_channels(m, NAME) == 3, m.channel_names
+    if colours and names not in (None, tuple("RGB"), XYZ, RELATIVE_XYZ):
         raise ParameterError(f"{m!r:.80}: has channels {names!r:.60}, expected one, or colours: R, G, B or X, Y, Z")
     if not m.is_isotropic():
         raise ParameterError(
             f"{m!r:.80}: is anisotropic, and MERL files hold isotropic materials only; take the mean over turns: "
             f"gonio.repair.symmetrise(gonio.repair.resample(m), 'isotropy')"
         )
-    colours = rgb_of(names) if shape == (3,) else None
+    to_rgb = rgb_of(names) if colours else None
     raw = np.empty((3, N, N, phi_cells))
     theta_h, theta_d, phi_d = centres(phi_cells)
     for i in range(0, N, 10):
         rows = slice(i, i + 10)
         pairs = SYSTEMS["half_difference"].pairs(theta_h[rows, None, None], theta_d[:, None], phi_d)
         f = with_channels(f_at(m, *pairs), 3)
-        f = f if colours is None else f @ colours
-        raw[:, rows] = np.moveaxis(np.where(_valid(f), f / np.array(SCALE), -1.0), -1, 0)
+        f = f if to_rgb is None else f @ to_rgb
+        raw[:, rows] = np.moveaxis(np.where(is_valid(f), f / np.array(SCALE), -1.0), -1, 0)
     return raw
