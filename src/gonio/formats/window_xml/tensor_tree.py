@@ -142,9 +142,12 @@ class TensorTree(Cellwise):
 
     def formula(self, wi: Direction, wo: Direction) -> Any:
         place = self._place(wi, wo)
+        roots = range(3) if self.colour else [ops.to_index(self.channel)]
+        nodes = _descend(self.first, [ops.to_index(ops.take(self.roots, k)) for k in roots], place, self.depth)
+        values = [ops.take(self.values, node) for node in nodes]
         if not self.colour:
-            return self._lookup(place, ops.take(self.roots, ops.to_index(self.channel)))
-        Y, u, v = (self._lookup(place, ops.take(self.roots, k)) for k in range(3))
+            return values[0]
+        Y, u, v = values
         scale = Y / ops.where(ops.absolute(v) < 1e-6, 1.0, 4.0 * v)
         X, Z = 9.0 * u * scale, (12.0 - 3.0 * u - 20.0 * v) * scale
         return ops.where(self.channel < 0.5, X, ops.where(self.channel < 1.5, Y, Z))
@@ -158,10 +161,6 @@ class TensorTree(Cellwise):
         c, d = azimuth(wi, s)
         x, y = -(c * wo.x + d * wo.y), -(c * wo.y - d * wo.x)
         return [ops.minimum(0.5 - 0.5 * s, 0.5 - 1e-6), *_square(x, sign * y)]
-
-    def _lookup(self, place: list[Any], root: Any) -> Any:
-        node = _descend(self.first, ops.to_index(root), place, self.depth)
-        return ops.take(self.values, node)
 
     @property
     def _fineness(self) -> int:
@@ -187,9 +186,8 @@ class TensorTree(Cellwise):
 
     def _means(self, place: list[Any], roots: np.ndarray, depth: int) -> np.ndarray:
         """|f|, mean of the trees, in the nodes around points that lie at most `depth` levels down."""
-        values = _cell_tables.magnitude(self.values)
-        found = [values[_descend(self.first, np.full(place[0].shape, int(root)), place, depth)] for root in roots]
-        return np.mean(found, axis=0)
+        nodes = _descend(self.first, [np.full(place[0].shape, int(root)) for root in roots], place, depth)
+        return np.mean(_cell_tables.magnitude(self.values)[nodes], axis=0)
 
     def warp(self, wo: Direction, u0: Any, u1: Any) -> Direction:
         k, (row, c, d) = self._fineness, self._seen_from(wo)
@@ -221,16 +219,16 @@ class TensorTree(Cellwise):
         return ops.to_index(ops.minimum(s, 1.0 - 1e-7) * 2.0**k), c, d
 
 
-def _descend(first: Any, node: Any, place: list[Any], depth: int) -> Any:
-    """The node around a point of the unit cube, `depth` levels below a root or a leaf above."""
+def _descend(first: Any, nodes: list[Any], place: list[Any], depth: int) -> list[Any]:
+    """The nodes around a point of the unit cube in the trees with these roots: `depth` levels down, or leaves."""
     place = [ops.clip(x, 0.0, 1.0 - 1e-7) for x in place]
     for _ in range(depth):
         halves = [ops.floor(2.0 * x) for x in place]
-        child = ops.take(first, node)
+        children = [ops.take(first, node) for node in nodes]
         step = sum(((1 << d) * half for d, half in enumerate(halves)), 0.0)
-        node = ops.where(child > 0.0, ops.to_index(child + step), node)
+        nodes = [ops.where(c > 0.0, ops.to_index(c + step), n) for c, n in zip(children, nodes, strict=True)]
         place = [2.0 * x - half for x, half in zip(place, halves, strict=True)]
-    return node
+    return nodes
 
 
 def _cell(point: tuple[Any, Any], k: int) -> Any:
