@@ -54,11 +54,11 @@ def header(
 
 def one_of(lines: plain_text.Lines, words: dict[str, str], name: str, allowed: Sequence[str]) -> str:
     """The word of an entry, as it is in `allowed`. Raises FormatError for another one."""
-    found = {word.lower(): word for word in allowed}.get(words.get(name, "").lower())
-    if found is None:
+    word = {word.lower(): word for word in allowed}.get(words.get(name, "").lower())
+    if word is None:
         got = repr(words[name]) if name in words else "nothing"
         raise FormatError(f"{lines.path}: {name} is {got}, expected one of {', '.join(allowed)}")
-    return found
+    return word
 
 
 def table(lines: plain_text.Lines, azimuths: int, radials: int) -> np.ndarray:
