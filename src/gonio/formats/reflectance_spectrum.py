@@ -32,8 +32,7 @@ DESCRIPTION = "wavelength, reflectance, uncertainty: a Lambertian surface, by as
 ORACLE = "real file (GRIT Lab, Spectralon)"
 
 COMMENTS = ("#", ";")
-SHORTEST, LONGEST = 100.0, 100000.0
-"""Wavelengths [nm] that a file of this kind may begin and end with."""
+SHORTEST, LONGEST = 100.0, 100000.0  # wavelengths [nm] that a file of this kind may begin and end with
 ASSUMPTION = "Lambertian: f = reflectance/pi for all directions; the file has no angles"
 
 
@@ -111,10 +110,8 @@ class ReflectanceSpectrum(Lambertian, Measured):
         if not (nm[0] >= SHORTEST and nm[-1] <= LONGEST and (np.diff(nm) > 0.0).all()):
             raise FormatError(f"{where}: wavelengths from {nm[0]:g} to {nm[-1]:g}, expected rising ones in nm")
         if not ((rho >= 0.0) & (rho <= 1.0)).all():
-            raise FormatError(
-                f"{where}: reflectances from {np.min(rho):g} to {np.max(rho):g}, expected 0 to 1; "
-                f"divide percentages by 100"
-            )
+            got = f"reflectances from {np.min(rho):g} to {np.max(rho):g}"
+            raise FormatError(f"{where}: {got}, expected 0 to 1; divide percentages by 100")
         rows.flags.writeable = False
         names = tuple(nm.tolist())
         self._hold(rows=rows, channel_names=names, uncertainty=rows[:, 2] if rows.shape[1] == 3 else None)
@@ -130,8 +127,7 @@ class ReflectanceSpectrum(Lambertian, Measured):
         """Variables `reflectance` and `uncertainty`, by wavelength."""
         import xarray
 
-        held = {"reflectance": ("wavelength", self.rows[:, 1], {"units": "1"})}
-        if self.uncertainty is not None:
-            held["uncertainty"] = ("wavelength", self.uncertainty, {"units": "1"})
-        axes = {"wavelength": ("wavelength", self.rows[:, 0], {"units": "nm"})}
-        return xarray.Dataset(held, axes, {"quantity": self.quantity, "source": self.path, "assumption": ASSUMPTION})
+        names, units = ("wavelength", "reflectance", "uncertainty"), ("nm", "1", "1")
+        columns = {n: ("wavelength", x, {"units": unit}) for n, x, unit in zip(names, self.rows.T, units, strict=False)}
+        about = {"quantity": self.quantity, "source": self.path, "assumption": ASSUMPTION}
+        return xarray.Dataset(columns, attrs=about)

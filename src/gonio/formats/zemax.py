@@ -211,22 +211,22 @@ def write(
     one `channel` is Monochrome. TIS is integrated (`angle_tables.totals`). Lost: the difference between 0 and no data.
     Raises ParameterError for a delta lobe, maps, and channels other than one, RGB or XYZ.
     """
-    given = (aoi, radial, azimuth, rotation)
-    sheet = as_filed(m, Sheet, *given, step, channel) or _made_of(m, given, step, channel)
+    angles = (aoi, radial, azimuth, rotation)
+    sheet = as_filed(m, Sheet, *angles, step, channel) or _of_material(m, angles, step, channel)
     plain_text.write(path, _written(sheet))
 
 
-def _made_of(m: Reflectance, given: tuple, step: float | None, channel: Any) -> Sheet:
-    own = own_table(m, "specular", (*given, step))
-    axes = own[0].axes if own else _axes(m, given, step)
-    _, f = spectral(m, own[1] if own else on_grid(m, "specular", axes), channel)
+def _of_material(m: Reflectance, angles: tuple, step: float | None, channel: Any) -> Sheet:
+    table, f = own_table(m, "specular", (*angles, step)) or (None, None)
+    axes = _axes(m, angles, step) if table is None else table.axes
+    _, f = spectral(m, on_grid(m, "specular", axes) if f is None else f, channel)
     f = np.nan_to_num(f, nan=0.0, posinf=np.nan, neginf=np.nan)
     if np.isnan(f).any():
         raise ParameterError(f"{m!r:.80}: has infinite values, which the format cannot hold; choose other angles")
     if len(axes) == 4:
         symmetry = SYMMETRIES[2]
-    elif own:
-        symmetry = SYMMETRIES[0] if own[0].is_mirrored else SYMMETRIES[1]
+    elif table is not None:
+        symmetry = SYMMETRIES[0] if table.is_mirrored else SYMMETRIES[1]
     else:
         axes, f, symmetry = _as_half(axes, f)
     sheet = _from_axes(axes, f, symmetry)
@@ -235,11 +235,11 @@ def _made_of(m: Reflectance, given: tuple, step: float | None, channel: Any) -> 
     return sheet._replace(tis=tis.transpose(2, 0, 1))
 
 
-def _axes(m: Reflectance, given: tuple, asked: float | None) -> dict[str, np.ndarray]:
+def _axes(m: Reflectance, angles: tuple, step: float | None) -> dict[str, np.ndarray]:
     """Nodes [rad] about the mirror direction over the whole circle, from angles of the file [degrees]."""
-    aoi, radial, azimuth, rotation = given
+    aoi, radial, azimuth, rotation = angles
     anisotropic = rotation is not None or not m.is_isotropic()
-    usual, step = default_angles(asked, anisotropic), asked or USUAL
+    usual, step = default_angles(step, anisotropic), step or USUAL
     theta_i = aoi or usual.theta_i
     last = min(180.0, 90.0 + theta_i[-1])
     fine = [step * x for x in (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.8, 1.25, 1.5, 1.75)]

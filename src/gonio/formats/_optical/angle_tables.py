@@ -1,4 +1,4 @@
-"""What formats of optical design software and of the RT-300S share: tables by angles, and values of any material."""
+"""Tables by angles, and values of any material at them: for formats of optical design software and of the RT-300S."""
 
 from __future__ import annotations
 
@@ -20,9 +20,7 @@ from ...tables.gridded import Gridded
 from ...tables.nodes import above, f_at, with_channels
 from .._options import Declared
 
-SAME = 1e-8
-"""Angles closer than this [degrees] are the same."""
-
+SAME = 1e-8  # angles closer than this [degrees] are the same
 FULLEST = 0.5
 """Rows that fill at least this share of the grid of their angles are a grid with holes, others are scattered."""
 
@@ -30,7 +28,7 @@ NO_TRANSMISSION = "gonio evaluates reflection only, transmission comes with a la
 
 
 class Filed(Gridded):
-    """A `Gridded` as a file has it; `filed` is what that file says beside, from which it is written again unchanged."""
+    """A `Gridded` from a file; `filed` is the content of that file, from which it is written again unchanged."""
 
     filed: Any = note()
 
@@ -40,10 +38,10 @@ class Filed(Gridded):
 
 
 def as_filed(m: Reflectance, kind: type, *asked: Any) -> Any:
-    """What the file said that m was read from, if it was one of this kind and m is unchanged since; else None.
+    """The content of the file that m was read from, if it is of this kind and m is unchanged since; else None.
 
-    None, too, where a writer is asked for something else: where an option is not None. Raises ParameterError for what
-    no table of f holds: a delta lobe, maps.
+    None, too, where an option of the writer is not None. Raises ParameterError for a delta lobe and for maps, which no
+    table of f holds.
     """
     tabular_shape(m)
     filed = m.filed if isinstance(m, Filed) else None
@@ -63,7 +61,7 @@ def increasing(path: Any, name: str, nodes: Sequence[float], low: float, high: f
 
 
 def without_ground(kind: str, axes: Mapping[str, np.ndarray], values: np.ndarray) -> np.ndarray:
-    """Values (grid..., C) with NaN for the zeros below the horizon, which only fill the table up."""
+    """Values (grid..., C) with NaN for the zeros below the horizon, which only pad the table."""
     below = ~above(*angle_system(kind).directions(axes))
     return np.where(below[..., None] & (values == 0.0), np.nan, values)
 
@@ -93,7 +91,7 @@ def from_rows(
     table, count = np.zeros(shape), np.zeros(shape)
     np.add.at(table, at, values)
     np.add.at(count, at, 1.0)
-    if nodes[1][0] == 0.0:  # along the normal: what was measured belongs to every azimuth of wo
+    if nodes[1][0] == 0.0:  # values along the normal belong to every azimuth of wo
         for sums in (table, count):
             sums[:, 0] = sums[:, 0].sum(-1, keepdims=True)
     with np.errstate(invalid="ignore"):
@@ -208,12 +206,11 @@ class Angles(NamedTuple):
     turns: list[float]
 
 
-USUAL = 5.0
-"""Degrees between the angles of a file, where a caller does not say."""
+USUAL = 5.0  # degrees between the angles of a file, where a caller does not say
 
 Step = Annotated[
     float | None,
-    Declared("between angles of wo; those of wi, and azimuths, are two apart", 1e-3, 90.0, "degrees", usual=USUAL),
+    Declared("between angles of wo; angles of wi and azimuths are two steps apart", 1e-3, 90.0, "degrees", usual=USUAL),
 ]
 IncidentAngles = Annotated[Sequence[float] | None, Declared("polar angles of wi", 0.0, 90.0, "degrees", rising=True)]
 OutgoingAngles = Annotated[Sequence[float] | None, Declared("polar angles of wo", 0.0, 90.0, "degrees", rising=True)]

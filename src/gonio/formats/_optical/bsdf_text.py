@@ -44,11 +44,10 @@ def header(
         if not rest:
             raise lines.fault(line, f"{name} and how many angles")
         count = lines.count(rest[0], f"{name} and how many angles")
-        given = [lines.float(token) for token in rest[1:]]
-        given.extend(lines.numbers(count - len(given), f"angles of {name}") if count > len(given) else ())
-        if len(given) != count:
-            raise lines.fault(line, f"{count} angles, not {len(given)}")
-        angles[name] = given
+        angles[name] = numbers = [lines.float(token) for token in rest[1:]]
+        numbers.extend(lines.numbers(count - len(numbers), f"angles of {name}") if count > len(numbers) else ())
+        if len(numbers) != count:
+            raise lines.fault(line, f"{count} angles, not {len(numbers)}")
     return words, angles
 
 

@@ -64,12 +64,11 @@ SHARED_SUFFIX = True
 DESCRIPTION = "Ansys Speos (OPTIS) text: .brdf by wavelength, .anisotropicbsdf by angle of the sample"
 ORACLE = "own generator, written from Ansys' manual; parts of two real files"
 
-SPECTRAL = 50
-"""Largest growth, values over bytes of the file, by a spectrum that multiplies all tables."""
+SPECTRAL = 50  # largest growth, values over bytes of the file, by a spectrum that multiplies all tables
 
 
 def matches(head: bytes, size: int) -> bool:
-    """Whether a file that starts so is one of these; what the RT-300S exports for Speos is another."""
+    """Whether a file that starts so is one of these; the RT-300S's export for Speos is another format."""
     words = b" ".join(head.replace(b"\0", b"")[:256].lower().split())
     return words.startswith(START.encode()) and b"surface file" in words and b"sampleid:" not in words
 
@@ -246,26 +245,26 @@ def write(
     """
     path = Path(path)
     anisotropic = path.suffix.lower() == ".anisotropicbsdf"
-    given = (theta_i, theta_o, phi, phi_i)
-    sheet = as_filed(m, Sheet, *given, step, channel, wavelengths)
+    angles = (theta_i, theta_o, phi, phi_i)
+    sheet = as_filed(m, Sheet, *angles, step, channel, wavelengths)
     if sheet is None or sheet.is_anisotropic != anisotropic:
-        f, axes = _sampled(m, anisotropic, given, step)
+        f, axes = _sampled(m, anisotropic, angles, step)
         f, names = _spectrally(m, f, channel, wavelengths, anisotropic)
         sheet = _made_of(f, axes, names, anisotropic)
     plain_text.write(path, written(sheet))
 
 
 def _sampled(
-    m: Reflectance, anisotropic: bool, given: tuple, step: float | None
+    m: Reflectance, anisotropic: bool, angles: tuple, step: float | None
 ) -> tuple[np.ndarray, dict[str, list[float]]]:
     """f (phi_i, theta_i, theta_o, phi, C) and angles of the file [degrees]."""
-    if (own := own_table(m, "angles", (*given, step))) and not own[0].is_oriented():
+    if (own := own_table(m, "angles", (*angles, step))) and not own[0].is_oriented():
         table, f = own
         theta_i, theta_o, phi = (plain_text.degrees(x) for x in table.axes.values())
         phi, f = _about_light(phi, f) if table.is_mirrored else (np.round(phi - 180.0, 9), f)
         axes = {"theta_i": theta_i.tolist(), "theta_o": theta_o.tolist(), "phi": phi.tolist()}
         return f[None], {"phi_i": [180.0], **axes}
-    theta_i, theta_o, phi, phi_i = given
+    theta_i, theta_o, phi, phi_i = angles
     isotropic = phi_i is None and m.is_isotropic()
     if not anisotropic and not isotropic:
         raise ParameterError(f"{m!r:.80}: is anisotropic, and a .brdf is not; name the file .anisotropicbsdf")

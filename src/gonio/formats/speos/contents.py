@@ -1,4 +1,4 @@
-"""Speos' (OPTIS) text files as they are written: headers, lists of angles, tables. See `speos` for what they mean."""
+"""Speos' (OPTIS) text files: headers, lists of angles, tables, read and written. Their meaning: see `speos`."""
 
 from __future__ import annotations
 
@@ -89,7 +89,7 @@ def read_sheet(path: Path) -> Sheet:
 
 
 def _described(path: Path, text: str) -> tuple[str, str, int]:
-    """The description, whose length the first line tells, what follows it, and the number of the line before that."""
+    """The description, whose length the first line tells; the text after it; and the number of the line before that."""
     length, _, rest = text.partition("\n")
     if not plain_text.is_whole(length.strip()):
         raise FormatError(f"{path}, line 4: got {length[:20]!r}, expected how many characters the description has")
@@ -181,14 +181,10 @@ def written(sheet: Sheet) -> Iterator[str]:
         yield from plain_text.join([part.incidence[0], part.spectrum[:, 0].tolist()], "\t")
     else:
         for part in sheet.parts.values():
-            yield f"{len(part.turns)}\n"
-            yield from plain_text.join([part.turns], "\t")
-            for incidence in part.incidence:
-                yield f"{len(incidence)}\n"
-                yield from plain_text.join([incidence], "\t")
+            for angles in (part.turns, *part.incidence):
+                yield from plain_text.join([[len(angles)], angles], "\t")
         for part in sheet.parts.values():
-            yield from plain_text.join([part.lit], "\t")
-            yield f"{part.word}\n{len(part.spectrum)}\n"
+            yield from plain_text.join([part.lit, [part.word], [len(part.spectrum)]], "\t")
             yield from plain_text.join(part.spectrum, "\t")
     for part in sheet.parts.values():
         for table in part.tables:

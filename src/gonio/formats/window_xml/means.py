@@ -19,8 +19,7 @@ from .tensor_tree import disc
 INCIDENT, OUTGOING = 4, (3, 5, 10, 20, 40)
 """Nodes along an axis of incident patches; of outgoing ones, the next number only where the last two disagree."""
 
-TOLERANCE = 2e-6
-"""Difference of a patch's share of the reflectance up to which two rules agree."""
+TOLERANCE = 2e-6  # difference of a patch's share of the reflectance up to which two rules agree
 
 
 def averages(m: Reflectance, basis: AngleBasis, side: str) -> np.ndarray:
@@ -36,11 +35,11 @@ def averages(m: Reflectance, basis: AngleBasis, side: str) -> np.ndarray:
 
     def mean(patch: int, wo: np.ndarray, weight_o: np.ndarray) -> np.ndarray:
         f = m.f(wi[patch][:, None], wo.reshape(-1, 3)).reshape(len(wi[patch]), *weight_o.shape, -1)
-        known = np.isfinite(f)
-        total = np.einsum("i,ko,ikoc->kc", weight_i[patch], weight_o, np.where(known, f, 0.0))
-        if known.all():
+        finite = np.isfinite(f)
+        total = np.einsum("i,ko,ikoc->kc", weight_i[patch], weight_o, np.where(finite, f, 0.0))
+        if finite.all():
             return total
-        share = np.einsum("i,ko,ikoc->kc", weight_i[patch], weight_o, known.astype(float))
+        share = np.einsum("i,ko,ikoc->kc", weight_i[patch], weight_o, finite.astype(float))
         return np.where(share > 0.0, total / np.where(share > 0.0, share, 1.0), np.nan)
 
     values = np.empty((size, size, math.prod(tabular_shape(m))))
@@ -108,8 +107,8 @@ def grids(m: Reflectance, dimensions: int, resolution: int, side: str) -> np.nda
     x, y = disc(*np.meshgrid(fine, fine, indexing="ij"))
     wi = np.stack([-sign * x, -y, np.sqrt(1.0 - x * x - y * y)], -1).reshape(resolution, 2, resolution, 2, 3)
     columns = wi.swapaxes(1, 2).reshape(resolution * resolution, 4, 3)  # both rules of two have equal weights
-    found = np.stack([np.mean([seen(w) for w in cell], axis=0) for cell in columns])
-    return found.reshape(resolution, resolution, *found.shape[1:])
+    means = np.stack([np.mean([seen(w) for w in cell], axis=0) for cell in columns])
+    return means.reshape(resolution, resolution, *means.shape[1:])
 
 
 def _along(resolution: int, points: int) -> tuple[np.ndarray, np.ndarray]:
