@@ -42,7 +42,7 @@ def matches(head: bytes, size: int) -> bool:
     if size > len(head):
         lines = lines[:-1]  # may be cut
     rows = [words for line in lines if (words := plain_text.split(line)) and not line.startswith(COMMENTS)]
-    rows = rows[_first(rows) :]
+    rows = rows[next((k for k, row in enumerate(rows[:4]) if plain_text.is_number(row[0])), 0) :]
     if len(rows) < 2 or len({len(row) for row in rows}) > 1 or len(rows[0]) not in (2, 3):
         return False
     if not all(plain_text.is_number(x) for row in rows for x in row):
@@ -51,22 +51,18 @@ def matches(head: bytes, size: int) -> bool:
     return bool(nm[0] >= SHORTEST and nm[-1] <= LONGEST and (np.diff(nm) > 0.0).all() and (np.abs(rho) <= 120.0).all())
 
 
-def _first(rows: list[list[str]]) -> int:
-    """The first row that begins with a number; at most three lines of words come before it."""
-    return next((k for k, row in enumerate(rows[:4]) if row and plain_text.is_number(row[0])), 0)
-
-
 def read(path: Path) -> ReflectanceSpectrum:
     """The spectrum, as a Lambertian surface. Raises FormatError with the line where there is something else."""
     lines = plain_text.read(path, COMMENTS)
     words: list[str] = []
-    line = lines.peek()
-    while line is not None and len(words) < 3 and not _first([["x"], plain_text.split(line)]):
+    while (line := lines.peek()) is not None:
+        row = plain_text.split(line)
+        if len(words) == 3 or (row and plain_text.is_number(row[0])):
+            break
         words.append(lines.take("a line"))
-        line = lines.peek()
     if line is None:
         raise lines.cut_short("rows of wavelength and reflectance")
-    columns = len(plain_text.split(line))
+    columns = len(row)
     if columns not in (2, 3):
         raise lines.fault(line, "two or three columns: wavelength [nm], reflectance, and its uncertainty")
     rows = lines.rows(columns, expected="numbers: wavelength [nm], reflectance, and its uncertainty")

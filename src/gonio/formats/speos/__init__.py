@@ -195,10 +195,7 @@ def _shares(
     """Shares (C,) and wavelengths of the channels, or one share where they are all the same."""
     nm, shares = part.spectrum.T
     if wavelengths is not None:
-        asked = np.asarray(wavelengths, dtype=float).reshape(-1)
-        if not asked.size or not (np.isfinite(asked).all() and (asked > 0.0).all()):
-            raise ParameterError(f"wavelengths={wavelengths!r:.60}: expected wavelengths in nm")
-        return np.interp(asked, nm, shares) / 100.0, tuple(asked.tolist())
+        return np.interp(wavelengths, nm, shares) / 100.0, tuple(map(float, wavelengths))
     if (shares == shares[0]).all():
         return shares[:1] / 100.0, None
     if size * len(shares) > SPECTRAL * path.stat().st_size:

@@ -93,22 +93,25 @@ def grids(m: Reflectance, dimensions: int, resolution: int, side: str) -> np.nda
     shape = (resolution, 3)
     out_weight = (weight[:, None] * weight).reshape(*shape, *shape)
 
-    def seen(wi: np.ndarray) -> np.ndarray:
-        return np.einsum("apbq,apbqc->abc", out_weight, m.f(wi, wo).reshape(*shape, *shape, -1))
+    def means(wi: np.ndarray) -> np.ndarray:
+        """For each of several wi, by cells of wo and channels."""
+        f = m.f(wi[:, None, None], wo).reshape(len(wi), *shape, *shape, -1)
+        return np.einsum("apbq,iapbqc->iabc", out_weight, f)
 
     fine, weight = _along(resolution, 2)
     if dimensions == 3:
         s = 1.0 - 2.0 * fine[:resolution]  # the half of the axis that is used
         w = s * weight[:resolution]
-        rows = [a * seen(np.array([-sign * k, 0.0, math.sqrt(1.0 - k * k)])) for a, k in zip(w, s, strict=True)]
+        wi = np.stack([-sign * s, 0.0 * s, np.sqrt(1.0 - s * s)], -1)
+        rows = [a * means(each[None])[0] for a, each in zip(w, wi, strict=True)]
         half = np.add.reduceat(rows, np.arange(0, resolution, 2), axis=0)
         half /= np.add.reduceat(w, np.arange(0, resolution, 2))[:, None, None, None]
         return np.concatenate([half, np.zeros_like(half)])
     x, y = disc(*np.meshgrid(fine, fine, indexing="ij"))
     wi = np.stack([-sign * x, -y, np.sqrt(1.0 - x * x - y * y)], -1).reshape(resolution, 2, resolution, 2, 3)
     columns = wi.swapaxes(1, 2).reshape(resolution * resolution, 4, 3)  # both rules of two have equal weights
-    means = np.stack([np.mean([seen(w) for w in cell], axis=0) for cell in columns])
-    return means.reshape(resolution, resolution, *means.shape[1:])
+    values = np.stack([means(cell).mean(axis=0) for cell in columns])
+    return values.reshape(resolution, resolution, *values.shape[1:])
 
 
 def _along(resolution: int, points: int) -> tuple[np.ndarray, np.ndarray]:
