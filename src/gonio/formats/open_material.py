@@ -70,9 +70,7 @@ def read(path: Path) -> Gridded:
 def write(
     m: Reflectance,
     path: Path,
-    metadata: Annotated[
-        dict | None, Declared("added to what the measurement knows: name, license, authors ...")
-    ] = None,
+    metadata: Annotated[dict | None, Declared("added to the measurement's own: name, license, authors ...")] = None,
     wavelengths: channel_words.Wavelengths = None,
     resolution: CoarseResolution = None,
 ) -> None:

@@ -50,9 +50,7 @@ def matches(head: bytes, size: int) -> bool:
 def read(
     path: Path,
     side: direction_pairs.Side = "front",
-    more: Annotated[
-        Sequence[Path] | None, Declared("files of other incident directions, read together with this one")
-    ] = None,
+    more: Annotated[Sequence[Path] | None, Declared("files of other incident directions, read with this one")] = None,
 ) -> Gridded:
     """The measurement in a file, and in `more` files: a grid if its rows fill one, else `Scattered`.
 

@@ -136,10 +136,7 @@ def read(
     path: Path,
     decoding: Annotated[str, Declared("what the numbers are: readers disagree", words=DECODINGS)] = "linear",
     theta_step: Annotated[
-        float | None,
-        Declared(
-            "from one polar angle to the next; if not given 15 for 6 angles, 2 for 44", ABOVE_ZERO, 18.0, "degrees"
-        ),
+        float | None, Declared("step of theta; if not given 15 for 6 angles, 2 for 44", ABOVE_ZERO, 18.0, "degrees")
     ] = None,
     rows: Annotated[
         str | None,

@@ -23,7 +23,8 @@ from ..formula.direction import Direction
 from ..formula.fields import channels, table
 from ..formula.state import note, state
 from ._options import Declared
-from ._reading import channel_words, plain_text
+from ._reading import plain_text
+from ._reading.channel_words import LONGEST, SHORTEST
 from ._rows.direction_pairs import repeated
 
 if TYPE_CHECKING:
@@ -58,13 +59,7 @@ def read(
     path: Path,
     wavelengths: Annotated[
         Sequence[float] | None,
-        Declared(
-            "a channel for each; if not given one of 532 nm, or one without a name where coefficients do not "
-            "depend on it",
-            channel_words.SHORTEST,
-            channel_words.LONGEST,
-            "nm",
-        ),
+        Declared("a channel for each; if not given 532 nm where coefficients depend on it", SHORTEST, LONGEST, "nm"),
     ] = None,
 ) -> Zernike:
     """The expansion in a file. Raises FormatError with the line where a row is no mode."""

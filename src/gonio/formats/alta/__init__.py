@@ -65,9 +65,7 @@ def matches(head: bytes, size: int) -> bool:
 def read(
     path: Path,
     param_in: Annotated[str | None, Declared("parametrisation, in place of the file's", words=PARAMETERS)] = None,
-    param_out: Annotated[
-        str | None, Declared("quantity of the values, in place of the file's word", words=QUANTITIES)
-    ] = None,
+    param_out: Annotated[str | None, Declared("quantity, in place of the file's word", words=QUANTITIES)] = None,
 ) -> Gridded:
     """The measurement in a file: a grid if its rows fill one, else `Scattered`.
 
@@ -208,11 +206,7 @@ def write(
     path: Path,
     param_in: Annotated[
         str | None,
-        Declared(
-            "parametrisation of the rows; if not given ISOTROPIC_TV_TL_DPHI, or SPHERICAL_TL_PL_TV_PV where wi has "
-            "several azimuths",
-            words=WRITTEN,
-        ),
+        Declared("usually ISOTROPIC_TV_TL_DPHI, with several azimuths of wi SPHERICAL_TL_PL_TV_PV", words=WRITTEN),
     ] = None,
     binary: Annotated[bool, Declared("a stream of float64 in place of text")] = False,
     resolution: Resolution = None,

@@ -55,10 +55,7 @@ def write(
     theta_i: Annotated[
         int | None, Declared("polar angles of wi from 0 to 90 degrees, denser towards grazing", 2, usual=writer.THETA_I)
     ] = None,
-    phi_i: Annotated[
-        int | None,
-        Declared("azimuths of wi, of anisotropic materials", 8, multiple=4, usual=writer.PHI_I),
-    ] = None,
+    phi_i: Annotated[int | None, Declared("azimuths of wi, if anisotropic", 8, multiple=4, usual=writer.PHI_I)] = None,
 ) -> None:
     """Write f as such a file: rgb (one channel becomes gray, X, Y, Z linear sRGB), or spectra for wavelengths.
 

@@ -55,7 +55,8 @@ from .._optical.angle_tables import (
     values_at,
 )
 from .._options import Declared
-from .._reading import channel_words, plain_text
+from .._reading import plain_text
+from .._reading.channel_words import LONGEST, SHORTEST, Wavelengths
 from .contents import ANISOTROPIC, BRDF, START, Part, Sheet, Table, read_sheet, written
 
 NAME = "Speos"
@@ -77,12 +78,7 @@ def read(
     path: str | os.PathLike,
     wavelengths: Annotated[
         Sequence[float] | None,
-        Declared(
-            "channels at which the spectrum of an .anisotropicbsdf is taken, linear between its lines",
-            channel_words.SHORTEST,
-            channel_words.LONGEST,
-            "nm",
-        ),
+        Declared("channels of an .anisotropicbsdf, linear in its spectrum", SHORTEST, LONGEST, "nm"),
     ] = None,
 ) -> Gridded:
     """The reflectance of a file: `angles` axes theta_i, theta_o, phi; or with phi_i, phi_o where the sample was turned.
@@ -228,7 +224,7 @@ def write(
     phi_i: Annotated[Sequence[float] | None, Declared("azimuths of wi", -360.0, 540.0, "degrees", rising=True)] = None,
     step: Step = None,
     channel: Channel = None,
-    wavelengths: channel_words.Wavelengths = None,
+    wavelengths: Wavelengths = None,
 ) -> None:
     """Write f by angles, as `.anisotropicbsdf` if the file is named so, else as `.brdf`; a material read from such a
     file is written with the same numbers, transmission too.

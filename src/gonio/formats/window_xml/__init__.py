@@ -46,10 +46,7 @@ def read(
     path: Path,
     side: Annotated[
         str | None,
-        Declared(
-            "side in WINDOW's words (Radiance's are exchanged); if not given the front if the file has it",
-            words=MIRRORED,
-        ),
+        Declared("side in WINDOW's words (Radiance's are exchanged); usually the front, if there", words=MIRRORED),
     ] = None,
     wavelength: Annotated[
         str | None,
@@ -217,10 +214,7 @@ def write(
     tolerance: Annotated[
         float, Declared("cells of a tree whose values differ by at most this share become one", 0.0, BELOW_ONE)
     ] = 0.0,
-    side: Annotated[
-        str,
-        Declared("side in WINDOW's words; Radiance's front is the back here", words=MIRRORED),
-    ] = "front",
+    side: Annotated[str, Declared("side in WINDOW's words, which Radiance exchanges", words=MIRRORED)] = "front",
     name: Annotated[str, Declared("name of the material in the file")] = "",
 ) -> None:
     """Write a reflectance as a matrix, or as a tree; one read from such a file, unchanged if neither is named.
