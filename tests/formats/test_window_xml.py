@@ -30,7 +30,7 @@ from window_xml_texts import (
 import gonio as gn
 from gonio.errors import ParameterError
 from gonio.formats import load, save, window_xml
-from gonio.formats.window_xml import tree_nodes
+from gonio.formats.window_xml import means, tree_nodes
 from gonio.formats.window_xml.klems import FULL, HALF, HALF_2021, QUARTER, AngleBasis, Klems
 from gonio.formats.window_xml.tensor_tree import TensorTree, disc
 from gonio.pictures.colour import RELATIVE_XYZ, WHITE, rgb_of
@@ -320,6 +320,24 @@ def test_colours_of_trees_are_those_of_radiance(tmp_path):
     expected = radiance(path, asked)[:, :3]
     found = [m.f(in_gonio(a, b), in_gonio(c, d)) for a, b, c, d in asked]
     np.testing.assert_allclose(found, expected, rtol=5e-4)
+
+
+# Means.
+
+
+class _Twisted(gn.Reflectance):
+    """Isotropic, neither reciprocal nor the same on both sides of the plane of incidence."""
+
+    def formula(self, wi, wo):
+        return 0.3 + 0.1 * (wi.x * wo.y - wi.y * wo.x) + 0.05 * (wi.x * wo.x + wi.y * wo.y) + 0.1 * wi.z
+
+
+@pytest.mark.parametrize("side", ["front", "back"])
+@pytest.mark.parametrize("basis", [QUARTER, TINY, AngleBasis("no common divisor", (0, 30, 60, 90), (4, 9, 6))])
+def test_turned_pairs_of_an_isotropic_material_share_the_mean_that_each_has(basis, side, monkeypatch):
+    shared = means.averages(_Twisted(), basis, side)
+    monkeypatch.setattr(_Twisted, "is_isotropic", lambda self: False)
+    np.testing.assert_allclose(shared, means.averages(_Twisted(), basis, side), rtol=1e-12)
 
 
 # Sampling.

@@ -29,8 +29,7 @@ DESCRIPTION = "weights of a network fitted to a MERL measurement (Sztrajman et a
 ORACLE = "real files: the formula in NumPy, and published fits of the same materials"
 
 MAGIC = b"\x89HDF\r\n\x1a\n"
-LARGEST = 1 << 22
-"""Most bytes that such a file has; published ones have 18 736."""
+LARGEST = 1 << 22  # most bytes that such a file has; published ones have 18 736
 SHAPES = ((6, 21), (21, 21), (21, 3))
 
 
@@ -70,9 +69,8 @@ class Neural(Sampled):
     def __init__(self, kernels: Sequence[np.ndarray], biases: Sequence[np.ndarray], path: str = ""):
         for k, (kernel, bias, shape) in enumerate(zip(kernels, biases, SHAPES, strict=True), start=1):
             if np.shape(kernel) != shape or np.shape(bias) != shape[1:]:
-                raise ParameterError(
-                    f"Neural: layer {k} has shapes {np.shape(kernel)}, {np.shape(bias)}, expected {shape}, {shape[1:]}"
-                )
+                got = f"layer {k} has shapes {np.shape(kernel)}, {np.shape(bias)}"
+                raise ParameterError(f"Neural: {got}, expected {shape}, {shape[1:]}")
         layers = {f"kernel_{k}": ops.numbers(x).astype("f4") for k, x in enumerate(kernels, start=1)}
         layers |= {f"bias_{k}": ops.numbers(x).astype("f4") for k, x in enumerate(biases, start=1)}
         super().__init__(path, {"weights": sum(x.size for x in layers.values())}, **layers, channel=3)
@@ -87,11 +85,11 @@ class Neural(Sampled):
         """Kernels and biases."""
         import xarray
 
-        held: dict[str, Any] = {}
+        variables: dict[str, Any] = {}
         for k in (1, 2, 3):
-            held[f"kernel_{k}"] = ((f"layer_{k - 1}", f"layer_{k}"), self.__dict__[f"kernel_{k}"])
-            held[f"bias_{k}"] = ((f"layer_{k}",), self.__dict__[f"bias_{k}"])
-        return xarray.Dataset(held, attrs={"quantity": self.quantity, "source": self.path})
+            variables[f"kernel_{k}"] = ((f"layer_{k - 1}", f"layer_{k}"), self.__dict__[f"kernel_{k}"])
+            variables[f"bias_{k}"] = ((f"layer_{k}",), self.__dict__[f"bias_{k}"])
+        return xarray.Dataset(variables, attrs={"quantity": self.quantity, "source": self.path})
 
     def formula(self, wi: Direction, wo: Direction) -> Any:
         theta_h, theta_d, phi_d = half_difference(wi, wo)
@@ -104,7 +102,7 @@ class Neural(Sampled):
 
 
 def _neuron(kernel: Any, bias: Any, x: Sequence[Any], width: int, j: Any) -> Any:
-    """Sum of what comes in, weighted, and of the bias."""
+    """Weighted sum of the inputs, and the bias."""
     total = ops.take(bias, j)
     for i, value in enumerate(x):
         if not (isinstance(value, float) and value == 0.0):
@@ -136,8 +134,8 @@ def read(path: Path) -> Neural:
 
 
 def _layer(file: Any, k: int, shape: tuple[int, int]) -> tuple[np.ndarray, np.ndarray]:
-    """Kernel and bias of a layer; what they are is compared before they are read, and no other file is."""
-    found = []
+    """Kernel and bias of a layer; types and shapes are compared before anything is read, and no other file is."""
+    arrays = []
     for what, expected in (("kernel:0", shape), ("bias:0", shape[1:])):
         at = file
         for name in (f"dense_{k}", f"dense_{k}", what):
@@ -146,12 +144,12 @@ def _layer(file: Any, k: int, shape: tuple[int, int]) -> tuple[np.ndarray, np.nd
             at = at[name]
         if at.shape != expected or at.dtype.kind != "f" or at.external or at.is_virtual:
             raise FormatError(f"dense_{k}/{what}: {at.dtype} of shape {at.shape}, expected floats of shape {expected}")
-        found.append(at[()].astype("f4"))
-    return found[0], found[1]
+        arrays.append(at[()].astype("f4"))
+    return arrays[0], arrays[1]
 
 
 def write(m: Neural, path: Path) -> None:
-    """Write the weights in the same layout. Raises ParameterError for what is no such network."""
+    """Write the weights in the same layout. Raises ParameterError for other materials."""
     import h5py
 
     if not isinstance(m, Neural):

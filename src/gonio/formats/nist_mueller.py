@@ -33,17 +33,14 @@ ANGLES = slice(1, 5)
 
 def matches(head: bytes, size: int) -> bool:
     """Whether a file that starts so can be one of these: names of columns, lambda, thetai ... and Mueller elements."""
-    words = [w.strip(' "') for w in _first_line(head).lower().split(",")]
+    first = plain_text.start(head).lstrip().partition("\n")[0]
+    words = [w.strip(' "') for w in first.lower().split(",")]
     return (
         len(words) == COLUMNS
         and words[:2] == ["lambda", "thetai"]
         and words[3] == "thetar"
         and words[20].endswith(("m44", "f_r44/f_r11"))
     )
-
-
-def _first_line(head: bytes) -> str:
-    return plain_text.start(head).lstrip().partition("\n")[0]
 
 
 def read(path: Path) -> MuellerRows:
@@ -91,8 +88,8 @@ class MuellerRows(Scattered):
             raise FormatError(f"{where}: a wavelength is {nm.min():g} nm, expected positive numbers [um]")
         angles = upright(angles, where, LEVEL)
         elements = np.concatenate([np.ones((len(rows), 1)), rows[:, 6:]], axis=1) * rows[:, 5:6]
-        columns_ = {"f": rows[:, 5], "mueller": elements.reshape(-1, 4, 4)}
-        pairs, names, wide = channel_words.by_channel(angles, nm, columns_, where)
+        values = {"f": rows[:, 5], "mueller": elements.reshape(-1, 4, 4)}
+        pairs, names, wide = channel_words.by_channel(angles, nm, values, where)
         single = len(names) == 1
         about = {"columns": list(columns), "wavelengths": names.tolist()}
         if not np.isfinite(wide["f"]).any():

@@ -70,16 +70,14 @@ def read(path: Path) -> Gridded:
 def write(
     m: Reflectance,
     path: Path,
-    metadata: Annotated[
-        dict | None, Declared("added to what the measurement knows: name, license, authors ...")
-    ] = None,
+    metadata: Annotated[dict | None, Declared("added to the measurement's own: name, license, authors ...")] = None,
     wavelengths: channel_words.Wavelengths = None,
     resolution: CoarseResolution = None,
 ) -> None:
     """Write a row for every pair and wavelength that a measurement holds, else for those of a grid of angles.
 
-    Uncertainties are lost. Raises ParameterError for anisotropic materials, negative
-    values, no wavelengths, delta lobes and maps: the format has no place for them.
+    Uncertainties are lost. Raises ParameterError for anisotropic materials, negative values, no wavelengths, delta
+    lobes and maps: the format has no place for them.
     """
     pairs = pairs_of(m, resolution, nodes=COARSE, as_held=True)
     if not m.is_isotropic():
@@ -88,14 +86,14 @@ def write(
     nm = channel_words.wavelengths_of(m, wavelengths, f.shape[1])
     if np.nanmin(f, initial=0.0) < 0.0 or np.isinf(f).any():
         raise ParameterError(
-            f"{m!r:.80}: holds {np.nanmin(f):g}/sr, expected finite values that are not negative; repair them first"
+            f"{m!r:.80}: holds {np.nanmin(f):g}/sr, expected finite ones, not negative; repair them first"
         )
-    known = getattr(m, "about", {})
-    stored = known.get("wavelengths", [])
-    exact = {float(f"{x * NM:.12g}"): x for x in stored}
+    about = getattr(m, "about", {})
+    exact = {float(f"{x * NM:.12g}"): x for x in about.get("wavelengths", [])}
     metres = [exact.get(x, x / NM) for x in nm]
     theta_i, phi_i, theta_o, phi_o = pairs.angles.T
-    phi = _wrapped(phi_o - phi_i)
+    phi = phi_o - phi_i
+    phi = np.where((phi < 0.0) | (phi > 2.0 * np.pi), np.mod(phi, 2.0 * np.pi), phi)
     table = []
     for c in np.argsort(metres):
         for k in np.lexsort([phi, theta_o, theta_i]):
@@ -103,20 +101,9 @@ def write(
             angles = [float(theta_i[k]), float(theta_o[k]), float(phi[k])]
             table.append([metres[c], *angles, None if np.isnan(value) else value])
     brdf: dict[str, Any] = {"wavelengths": sorted(metres)}
-    if "receiverSolidAngles" in known:
-        brdf["receiverSolidAngles"] = known["receiverSolidAngles"]
-    described = {**_unknown(m), **known.get("metadata", {}), **(metadata or {})}
-    json_text.write(path, {"metadata": described, "brdf": {**brdf, "lookupTable": table}})
-
-
-def _wrapped(phi: np.ndarray) -> np.ndarray:
-    """Azimuths in [0, 2 pi]; those that are there already as they are."""
-    return np.where((phi < 0.0) | (phi > 2.0 * np.pi), np.mod(phi, 2.0 * np.pi), phi)
-
-
-def _unknown(m: Reflectance) -> dict[str, Any]:
-    """The metadata that the standard requires, as far as anything is known."""
-    return {
+    if "receiverSolidAngles" in about:
+        brdf["receiverSolidAngles"] = about["receiverSolidAngles"]
+    required = {
         "name": f"{m!r:.80}",
         "uuid": str(uuid.uuid4()),
         "materialVersion": "1.0.0",
@@ -127,3 +114,5 @@ def _unknown(m: Reflectance) -> dict[str, Any]:
         "creationDate": datetime.now(UTC).strftime("%Y%m%dT%H%M%SZ"),
         "sources": "measurement" if isinstance(m, Measured) else "model",
     }
+    described = {**required, **about.get("metadata", {}), **(metadata or {})}
+    json_text.write(path, {"metadata": described, "brdf": {**brdf, "lookupTable": table}})

@@ -35,12 +35,7 @@ SHARED_SUFFIX = True
 DESCRIPTION = "rows of theta, phi and DSF or BSDF of one incident direction (pab goniophotometers, Radiance)"
 ORACLE = "own generator only"
 
-QUANTITIES = {
-    "dsf": "brdf * cos(theta_o)",
-    "bsdf": "brdf",
-    "brdf": "brdf",
-    "btdf": "brdf",
-}
+QUANTITIES = {"dsf": "brdf * cos(theta_o)", "bsdf": "brdf", "brdf": "brdf", "btdf": "brdf"}
 CHANNELS = ("X", "Y", "Z")
 
 _FORMAT = re.compile(r"^[ \t]*#[ \t]*format:[ \t]*theta[ \t,]+phi[ \t,]+\S", re.IGNORECASE | re.MULTILINE)
@@ -55,9 +50,7 @@ def matches(head: bytes, size: int) -> bool:
 def read(
     path: Path,
     side: direction_pairs.Side = "front",
-    more: Annotated[
-        Sequence[Path] | None, Declared("files of other incident directions, read together with this one")
-    ] = None,
+    more: Annotated[Sequence[Path] | None, Declared("files of other incident directions, read with this one")] = None,
 ) -> Gridded:
     """The measurement in a file, and in `more` files: a grid if its rows fill one, else `Scattered`.
 
@@ -65,27 +58,24 @@ def read(
     FormatError where a file is damaged, with the line, or holds something else than the first.
     """
     pairs, about = _one(path)
-    found = [pairs]
     for other in more or ():
-        pairs, _ = _one(other)
-        if (pairs.quantity, pairs.channels) != (found[0].quantity, found[0].channels):
-            raise FormatError(f"{other}: holds {pairs.quantity} {pairs.channels or ''}, expected the same as {path}")
-        found.append(pairs)
-    joined = found[0]._replace(
-        angles=np.concatenate([p.angles for p in found]), values=np.concatenate([p.values for p in found])
-    )
-    return direction_pairs.material(joined, str(path), about, side)
+        others, _ = _one(other)
+        if (others.quantity, others.channels) != (pairs.quantity, pairs.channels):
+            raise FormatError(f"{other}: holds {others.quantity} {others.channels or ''}, expected the same as {path}")
+        angles, values = np.concatenate([pairs.angles, others.angles]), np.concatenate([pairs.values, others.values])
+        pairs = pairs._replace(angles=angles, values=values)
+    return direction_pairs.material(pairs, str(path), about, side)
 
 
 def _one(path: str | os.PathLike) -> tuple[direction_pairs.Pairs, dict[str, Any]]:
-    """The pairs of one file, of all sides, and what it says."""
+    """The pairs of one file, of all sides, and the entries of its head."""
     lines = plain_text.read(path)
     about: dict[str, Any] = {}
     numbers: dict[str, list[float]] = {}
     quantity = ""
     while (line := lines.peek()) is not None and line.startswith("#"):
         lines.next()
-        key, text = found.groups() if (found := _KEY.match(line)) else ("", "")
+        key, text = match.groups() if (match := _KEY.match(line)) else ("", "")
         if key.lower() in ("intheta", "inphi", "incident_angle"):
             numbers[key.lower()] = lines.floats(text, "an angle in degrees")
         elif key.lower() == "format":
@@ -99,11 +89,9 @@ def _one(path: str | os.PathLike) -> tuple[direction_pairs.Pairs, dict[str, Any]
     rows = lines.rows(5 if xyz else 3, expected="numbers: theta, phi and values")
     if not len(rows):
         raise lines.cut_short("rows of theta, phi and values")
-    count = np.full(len(rows), theta_i), np.full(len(rows), phi_i)
-    angles = np.radians(np.stack([*count, rows[:, 0], rows[:, 1]], axis=1))
-    return direction_pairs.Pairs(
-        angles, rows[:, 2:] if xyz else rows[:, 2], quantity, channels=CHANNELS if xyz else None
-    ), about
+    angles = np.radians(np.insert(rows[:, :2], [0, 0], [theta_i, phi_i], axis=1))
+    values, channels = (rows[:, 2:], CHANNELS) if xyz else (rows[:, 2], None)
+    return direction_pairs.Pairs(angles, values, quantity, channels=channels), about
 
 
 def _quantity(lines: plain_text.Lines, text: str) -> str:
@@ -117,14 +105,14 @@ def _incident(lines: plain_text.Lines, numbers: dict[str, list[float]]) -> tuple
     """theta and phi [degrees] of the incident direction; where it is said twice, both must agree."""
     both = numbers.get("incident_angle", [])
     single = [x for key in ("intheta", "inphi") for x in numbers.get(key, [])]
-    said = [x for x in (both, single) if x]
-    if not said or any(len(x) != 2 for x in said):
-        raise FormatError(
-            f"{lines.path}: no incident direction, expected #intheta and #inphi, or #incident_angle with two numbers"
-        )
-    if not np.allclose(said[0], said[-1], atol=0.06) or not np.isfinite(said).all():
+    pairs = [x for x in (both, single) if x]
+    if not pairs or any(len(x) != 2 for x in pairs):
+        rule = "expected #intheta and #inphi, or #incident_angle with two numbers"
+        raise FormatError(f"{lines.path}: no incident direction, {rule}")
+    if not np.allclose(pairs[0], pairs[-1], atol=0.06) or not np.isfinite(pairs).all():
         raise FormatError(f"{lines.path}: #incident_angle is {both}, but #intheta, #inphi are {single}")
-    return said[-1][0], said[-1][1]
+    theta, phi = pairs[-1]
+    return theta, phi
 
 
 def write(
@@ -138,9 +126,8 @@ def write(
 ) -> None:
     """Write the pairs of one incident direction: a file holds no more.
 
-    A measurement's own DSF stays DSF, other quantities become BSDF. Lost: uncertainties
-    and nodes without data. Raises ParameterError where several directions, or none, are left, and for channels other
-    than X, Y, Z.
+    A measurement's own DSF stays DSF, other quantities become BSDF. Lost: uncertainties and nodes without data. Raises
+    ParameterError where several directions, or none, are left, and for channels other than X, Y, Z.
     """
     pairs = pairs_of(m, resolution, (QUANTITIES["bsdf"], QUANTITIES["dsf"]), incident=incident)
     if incident is None:
@@ -149,14 +136,12 @@ def write(
         raise ParameterError(f"{m!r:.80}: has channels {pairs.channels}, expected one or X, Y, Z; write one of them")
     lit_from = np.unique(pairs.angles[:, :2], axis=0)
     if len(lit_from) != 1:
-        raise ParameterError(
-            f"{m!r:.80}: has {len(lit_from)} incident directions there, expected one; give incident=(theta_i, phi_i) "
-            f"in radians, and write a file of each"
-        )
+        rule = "expected one; give incident=(theta_i, phi_i) in radians, and write a file of each"
+        raise ParameterError(f"{m!r:.80}: has {len(lit_from)} incident directions there, {rule}")
     degrees = plain_text.degrees(pairs.angles)
     theta, phi = (plain_text.number(x) for x in degrees[0, :2])
     with replacing(path) as temporary, temporary.open("w", encoding="utf-8") as file:
-        file.writelines(f"#{key}{':' if key == 'colorimetry' else ''} {value}\n" for key, value in _said(m).items())
+        file.writelines(f"#{key}{':' if key == 'colorimetry' else ''} {value}\n" for key, value in _heads(m).items())
         if pairs.channels:
             file.write("#colorimetry: CIE-XYZ\n")
         file.write(f"#incident_angle {theta} {phi}\n#intheta {theta}\n#inphi {phi}\n")
@@ -165,8 +150,8 @@ def write(
         file.writelines(plain_text.join(np.concatenate([degrees[:, 2:], pairs.columns()], axis=1), "\t"))
 
 
-def _said(m: Reflectance) -> dict[str, str]:
+def _heads(m: Reflectance) -> dict[str, str]:
     """Keys and values in the head of the file that a measurement came from."""
     about = getattr(m, "about", {})
-    known = {k: v for k, v in about.items() if isinstance(v, str) and "\n" not in v and re.fullmatch(r"\w+", k)}
-    return {k: v for k, v in known.items() if v.strip().upper() != "CIE-XYZ"}
+    lines = {k: v for k, v in about.items() if isinstance(v, str) and "\n" not in v and re.fullmatch(r"\w+", k)}
+    return {k: v for k, v in lines.items() if v.strip().upper() != "CIE-XYZ"}

@@ -32,8 +32,7 @@ DESCRIPTION = "wavelength, reflectance, uncertainty: a Lambertian surface, by as
 ORACLE = "real file (GRIT Lab, Spectralon)"
 
 COMMENTS = ("#", ";")
-SHORTEST, LONGEST = 100.0, 100000.0
-"""Wavelengths [nm] that a file of this kind may begin and end with."""
+SHORTEST, LONGEST = 100.0, 100000.0  # wavelengths [nm] that a file of this kind may begin and end with
 ASSUMPTION = "Lambertian: f = reflectance/pi for all directions; the file has no angles"
 
 
@@ -43,7 +42,7 @@ def matches(head: bytes, size: int) -> bool:
     if size > len(head):
         lines = lines[:-1]  # may be cut
     rows = [words for line in lines if (words := plain_text.split(line)) and not line.startswith(COMMENTS)]
-    rows = rows[_first(rows) :]
+    rows = rows[next((k for k, row in enumerate(rows[:4]) if plain_text.is_number(row[0])), 0) :]
     if len(rows) < 2 or len({len(row) for row in rows}) > 1 or len(rows[0]) not in (2, 3):
         return False
     if not all(plain_text.is_number(x) for row in rows for x in row):
@@ -52,22 +51,18 @@ def matches(head: bytes, size: int) -> bool:
     return bool(nm[0] >= SHORTEST and nm[-1] <= LONGEST and (np.diff(nm) > 0.0).all() and (np.abs(rho) <= 120.0).all())
 
 
-def _first(rows: list[list[str]]) -> int:
-    """The first row that begins with a number; at most three lines of words come before it."""
-    return next((k for k, row in enumerate(rows[:4]) if row and plain_text.is_number(row[0])), 0)
-
-
 def read(path: Path) -> ReflectanceSpectrum:
     """The spectrum, as a Lambertian surface. Raises FormatError with the line where there is something else."""
     lines = plain_text.read(path, COMMENTS)
     words: list[str] = []
-    line = lines.peek()
-    while line is not None and len(words) < 3 and not _first([["x"], plain_text.split(line)]):
+    while (line := lines.peek()) is not None:
+        row = plain_text.split(line)
+        if len(words) == 3 or (row and plain_text.is_number(row[0])):
+            break
         words.append(lines.take("a line"))
-        line = lines.peek()
     if line is None:
         raise lines.cut_short("rows of wavelength and reflectance")
-    columns = len(plain_text.split(line))
+    columns = len(row)
     if columns not in (2, 3):
         raise lines.fault(line, "two or three columns: wavelength [nm], reflectance, and its uncertainty")
     rows = lines.rows(columns, expected="numbers: wavelength [nm], reflectance, and its uncertainty")
@@ -111,10 +106,8 @@ class ReflectanceSpectrum(Lambertian, Measured):
         if not (nm[0] >= SHORTEST and nm[-1] <= LONGEST and (np.diff(nm) > 0.0).all()):
             raise FormatError(f"{where}: wavelengths from {nm[0]:g} to {nm[-1]:g}, expected rising ones in nm")
         if not ((rho >= 0.0) & (rho <= 1.0)).all():
-            raise FormatError(
-                f"{where}: reflectances from {np.min(rho):g} to {np.max(rho):g}, expected 0 to 1; "
-                f"divide percentages by 100"
-            )
+            got = f"reflectances from {np.min(rho):g} to {np.max(rho):g}"
+            raise FormatError(f"{where}: {got}, expected 0 to 1; divide percentages by 100")
         rows.flags.writeable = False
         names = tuple(nm.tolist())
         self._hold(rows=rows, channel_names=names, uncertainty=rows[:, 2] if rows.shape[1] == 3 else None)
@@ -130,8 +123,7 @@ class ReflectanceSpectrum(Lambertian, Measured):
         """Variables `reflectance` and `uncertainty`, by wavelength."""
         import xarray
 
-        held = {"reflectance": ("wavelength", self.rows[:, 1], {"units": "1"})}
-        if self.uncertainty is not None:
-            held["uncertainty"] = ("wavelength", self.uncertainty, {"units": "1"})
-        axes = {"wavelength": ("wavelength", self.rows[:, 0], {"units": "nm"})}
-        return xarray.Dataset(held, axes, {"quantity": self.quantity, "source": self.path, "assumption": ASSUMPTION})
+        names, units = ("wavelength", "reflectance", "uncertainty"), ("nm", "1", "1")
+        columns = {n: ("wavelength", x, {"units": unit}) for n, x, unit in zip(names, self.rows.T, units, strict=False)}
+        about = {"quantity": self.quantity, "source": self.path, "assumption": ASSUMPTION}
+        return xarray.Dataset(columns, attrs=about)

@@ -69,22 +69,12 @@ def _sheets(path: Path) -> list[list[list[Any]]]:
         import xlrd
         import xlrd.compdoc
     except ImportError:
-        raise DependencyError(
-            f"{path}: Excel workbooks are read with xlrd; install it: pip install 'gonio[io]'"
-        ) from None
-    # What xlrd raises on damaged files; it checks little.
-    faults = (
-        xlrd.XLRDError,
-        xlrd.compdoc.CompDocError,
-        struct.error,
-        LookupError,
-        ValueError,
-        TypeError,
-        ArithmeticError,
-        AssertionError,
-    )
+        raise DependencyError(f"{path}: workbooks are read with xlrd; install it: pip install 'gonio[io]'") from None
+    # xlrd checks little: damaged files raise any of these.
+    faults = (xlrd.XLRDError, xlrd.compdoc.CompDocError, struct.error, LookupError, ValueError, TypeError)
+    more = (ArithmeticError, AssertionError, AttributeError, NotImplementedError, RecursionError, MemoryError)
     try:
         book = xlrd.open_workbook(path, logfile=io.StringIO(), on_demand=False, ragged_rows=True)
         return [[sheet.row_values(k) for k in range(sheet.nrows)] for sheet in book.sheets()]
-    except (*faults, AttributeError, NotImplementedError, RecursionError, MemoryError) as error:
+    except (*faults, *more) as error:
         raise FormatError(f"{path}: not a workbook that can be read: {type(error).__name__}: {error}") from None

@@ -79,11 +79,11 @@ def read(path: Path) -> Gridded:
     is damaged, with the line, or has no BRDF.
     """
     lines = plain_text.read(path, comment="#", mixed=_BINARY)
-    about, blocks = {}, []
+    about: dict[str, Any] = {}
+    blocks = []
     while (line := lines.peek()) is not None and not line.upper().startswith("DATA_TYPE"):
         lines.next()
-        name, value = _entry(line, lines.mixed)
-        about[name] = value
+        about.update([_entry(line, lines.mixed)])
     while lines.peek() is not None:
         blocks.append(_block(lines))
     types = [block.entries["DATA_TYPE"] for block in blocks]
@@ -113,9 +113,9 @@ def _block(lines: plain_text.Lines) -> Block:
         if plain_text.is_number(name):
             raise lines.fault(name, "DATA_TYPE of the next block; the table before has more rows than its lists say")
         if name in LISTS:
-            lists[name] = found = np.array(lines.floats(value, "a list of numbers"))
-            rising = name == "PARAM4_LIST" or (np.diff(found) > 0.0).all()
-            if not len(found) or not np.isfinite(found).all() or not rising:
+            lists[name] = numbers = np.array(lines.floats(value, "a list of numbers"))
+            rising = name == "PARAM4_LIST" or (np.diff(numbers) > 0.0).all()
+            if not len(numbers) or not np.isfinite(numbers).all() or not rising:
                 raise lines.fault(value, f"{name} with rising numbers")
         entries[name] = value if name in (*OF_BLOCK, *LISTS) else value.strip().lower()
     return Block(entries, lists, _table(lines, entries, lists))
@@ -124,9 +124,8 @@ def _block(lines: plain_text.Lines) -> Block:
 def _table(lines: plain_text.Lines, entries: Mapping[str, str], lists: Mapping[str, np.ndarray]) -> np.ndarray:
     colour, kind = entries.get("COLOR_MODEL", ""), entries.get("DATA_TYPE", "")
     if kind not in DATA_TYPES or colour not in (*COLOURS, "spectrum"):
-        raise lines.fault(
-            f"DATA_TYPE {kind:.40}, COLOR_MODEL {colour:.40}", f"one of {DATA_TYPES} and {(*COLOURS, 'spectrum')}"
-        )
+        got = f"DATA_TYPE {kind:.40}, COLOR_MODEL {colour:.40}"
+        raise lines.fault(got, f"one of {DATA_TYPES} and {(*COLOURS, 'spectrum')}")
     needed = ["PARAM0_LIST", *(["PARAM2_LIST", "PARAM3_LIST"] if kind in ("brdf", "btdf") else [])]
     needed += ["WAVELENGTH_LIST"] if colour == "spectrum" else []
     if missing := [name for name in needed if name not in lists]:
@@ -137,8 +136,7 @@ def _table(lines: plain_text.Lines, entries: Mapping[str, str], lists: Mapping[s
     if entries["DATA"] == "ascii":
         table = lines.rows(width, count, "a colour")
     elif entries["DATA"] == "binary":
-        held = lines.bytes(4 * width * count, f"{count} colours of {width} float32 numbers")
-        table = np.frombuffer(held, "<f4")
+        table = np.frombuffer(lines.bytes(4 * width * count, f"{count} colours of {width} float32 numbers"), "<f4")
     else:
         raise lines.fault(entries["DATA"], "DATA ascii or DATA binary")
     return table.reshape(*shape, width)
@@ -152,17 +150,14 @@ def _material(block: Block, path: str, about: Mapping[str, Any]) -> Gridded:
     oriented = len(lists.get("PARAM1_LIST", ())) > 1 or bool(lists.get("PARAM1_LIST", np.zeros(1))[0])
     reduction = block.entries.get("REDUCTION_TYPE", "").split()
     if not set(reduction) <= {"bilateral_symmetry", "reciprocity"} or ("reciprocity" in reduction) > (kind[0] == "h"):
-        raise FormatError(
-            f"{path}: REDUCTION_TYPE {reduction!s:.60}: expected bilateral_symmetry, or reciprocity of half angles"
-        )
+        got = f"REDUCTION_TYPE {reduction!s:.60}"
+        raise FormatError(f"{path}: {got}: expected bilateral_symmetry, or reciprocity of half angles")
     mirrored, period = "bilateral_symmetry" in reduction, math.pi if "reciprocity" in reduction else 2.0 * math.pi
     theta, phi, theta_2, phi_2 = (lists.get(f"PARAM{k}_LIST", np.zeros(1)) for k in range(4))
     values = block.table.transpose(3, 1, 0, 2, 4)  # PARAM0, PARAM2, PARAM3, PARAM1
     if mirrored and oriented:
         if kind == "angles" or period < 2.0 * math.pi:
-            raise FormatError(
-                f"{path}: bilateral_symmetry and PARAM1_LIST: expected isotropic data where half is left out"
-            )
+            raise FormatError(f"{path}: bilateral_symmetry and PARAM1_LIST: expected isotropic data of half a circle")
         phi_2, values = libbsdf_grids.expand(phi_2, values, 2)
         mirrored = False
     channels: tuple[Any, ...] | None = COLOURS.get(block.entries["COLOR_MODEL"])
@@ -185,14 +180,11 @@ def _material(block: Block, path: str, about: Mapping[str, Any]) -> Gridded:
     try:
         if kind == "specular" and offsets.any():
             if len(offsets) != len(theta):
-                raise FormatError(
-                    f"{path}: PARAM4_LIST has {len(offsets)} offsets, expected {len(theta)} as PARAM0_LIST"
-                )
+                raise FormatError(f"{path}: PARAM4_LIST: {len(offsets)} offsets, expected {len(theta)} as PARAM0_LIST")
             return libbsdf_grids.offset(axes, values, np.radians(theta + offsets), channels, path, about)
         periods = {"phi_d": period} if kind == "half_difference" else None
-        return Gridded(
-            kind, axes, values, channels=channels, mirrored=mirrored, periods=periods, path=path, about=about
-        )
+        named: dict[str, Any] = {"channels": channels, "mirrored": mirrored, "periods": periods}
+        return Gridded(kind, axes, values, **named, path=path, about=about)
     except ParameterError as error:
         raise FormatError(f"{path}: {error}") from None
 
@@ -206,9 +198,9 @@ def write(
     """Write the BRDF on the grid of a measurement, else, and where `resolution` is given, on a grid of angles; and the
     other blocks of the file that it came from.
 
-    Lost: uncertainties, and how to interpolate; of rows in no
-    grid, all but the grid made of them. Raises ParameterError for delta lobes, maps, channels other than one, RGB, XYZ
-    or rising wavelengths, and periods other than pi of phi_d.
+    Lost: uncertainties, and how to interpolate; of rows in no grid, all but the grid made of them. Raises
+    ParameterError for delta lobes, maps, channels other than one, RGB, XYZ or rising wavelengths, and periods other
+    than pi of phi_d.
     """
     table = table_of(m, resolution)
     if table.parameterisation == "relative" and table.is_oriented():
@@ -218,12 +210,10 @@ def write(
         file.write(b"VERSION 0.2\n")
         file.writelines(f"{k} {v}\n".encode() for k, v in _said(table, OF_FILE))
         for number, block in enumerate(blocks):
-            entries = {**block.entries, "DATA": "binary" if binary else "ascii"}
-            if number == 0:
-                entries = {**entries, **dict(_said(table, OF_BLOCK)), "DATA": entries["DATA"]}
-            data = entries.pop("DATA")
+            entries = {**block.entries, **(dict(_said(table, OF_BLOCK)) if number == 0 else {})}
+            entries.pop("DATA", None)
             file.writelines(f"{k} {v}\n".encode() for k, v in entries.items())
-            file.write(f"DATA {data}\n".encode())
+            file.write(f"DATA {'binary' if binary else 'ascii'}\n".encode())
             colours = block.table.reshape(-1, block.table.shape[-1])
             if binary:
                 file.write(colours.astype("<f4").tobytes() + b"\n")
@@ -267,9 +257,8 @@ def _block_of(m: Gridded) -> Block:
         if abs(period - math.pi) < 1e-12 and axis == "phi_d":
             reduction.append("reciprocity")
         elif abs(period - 2.0 * math.pi) > 1e-12:
-            raise ParameterError(
-                f"{m!r:.80}: {axis} has the period {period:g}, expected 2 pi, or pi for phi_d; tabulate it"
-            )
+            got = f"{axis} has the period {period:g}"
+            raise ParameterError(f"{m!r:.80}: {got}, expected 2 pi, or pi for phi_d; tabulate it")
     entries = {"DATA_TYPE": "brdf", **_colour(m, names), "PARAM_TYPE": coordinates}
     if reduction:
         entries["REDUCTION_TYPE"] = " ".join(reduction)
@@ -283,16 +272,15 @@ def _within_a_turn(nodes: np.ndarray, values: np.ndarray, axis: int) -> tuple[np
     """Azimuths in [0, 360] degrees, rising."""
     if nodes[0] >= 0.0 and nodes[-1] <= 360.0:
         return nodes, values
-    found, order = np.unique(np.mod(nodes, 360.0), return_index=True)
-    return found, values.take(order, axis)
+    azimuths, order = np.unique(np.mod(nodes, 360.0), return_index=True)
+    return azimuths, values.take(order, axis)
 
 
 def _colour(m: Gridded, names: tuple | None) -> dict[str, str]:
-    for colour, known in COLOURS.items():
-        if names == known:
+    for colour, channels in COLOURS.items():
+        if names == channels:
             return {"COLOR_MODEL": colour}
     if names is None or any(isinstance(n, str) for n in names) or (np.diff(names) <= 0.0).any():
-        raise ParameterError(
-            f"{m!r:.80}: has channels {names}, expected one, R, G, B, X, Y, Z or rising wavelengths [nm]"
-        )
+        rule = "expected one, R, G, B, X, Y, Z or rising wavelengths [nm]"
+        raise ParameterError(f"{m!r:.80}: has channels {names}, {rule}")
     return {"COLOR_MODEL": "spectrum", "WAVELENGTH_LIST": " ".join(map(plain_text.number, names))}

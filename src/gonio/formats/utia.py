@@ -59,8 +59,8 @@ ROWS = ("down", "up")
 class UTIA(Unscanned):
     """BRDF of an anisotropic material, linear in theta_i, theta_o, phi_i and phi_o between nodes; RGB.
 
-    Beyond the outermost theta (75 degrees) f is what it is there; other readers extrapolate. Values are decoded at
-    nodes. By default they are taken as they are stored, which changes nothing: negative ones occur, and stay.
+    Beyond the outermost theta (75 degrees) f is constant; other readers extrapolate. Values are decoded at nodes. By
+    default they are taken as they are stored: negative ones occur, and stay.
 
     raw       (3, theta_i, phi_i, theta_o, phi_o), as in the file
     decoding  a name in `DECODINGS`
@@ -92,23 +92,18 @@ class UTIA(Unscanned):
         theta = np.radians(step * np.arange(grid[0]))
         phi = np.radians(360.0 / grid[1]) * np.arange(grid[1])
         self._hold(raw=raw, decoding=decoding)
-        super().__init__(
-            "angles",
-            {"theta_i": theta, "theta_o": theta, "phi_i": phi, "phi_o": phi},
-            raw.transpose(1, 3, 2, 4, 0),
-            ("R", "G", "B"),
-            path,
-            {"decoding": decoding, "theta_step": step},
-        )
+        axes = {"theta_i": theta, "theta_o": theta, "phi_i": phi, "phi_o": phi}
+        about = {"decoding": decoding, "theta_step": step}
+        super().__init__("angles", axes, raw.transpose(1, 3, 2, 4, 0), ("R", "G", "B"), path, about)
         if raw.nbytes < LARGE:
             self._hold(holes=not np.isfinite(raw).all())
 
     def brdf(self) -> np.ndarray:
-        """f [1/sr] at the nodes; read-only where that is what is stored."""
-        known = np.isfinite(self.stored)
+        """f [1/sr] at the nodes; read-only where the file's numbers are f."""
+        finite = np.isfinite(self.stored)
         with np.errstate(invalid="ignore"):
             f = DECODINGS[self.decoding](self.stored)
-        return f if known.all() else np.where(known, f, np.nan)
+        return f if finite.all() else np.where(finite, f, np.nan)
 
     def _key(self) -> tuple:
         return (*super()._key(), ("decoding", self.decoding))
@@ -130,8 +125,8 @@ def matches(head: bytes, size: int) -> bool:
 
 def _picture_grid(head: bytes) -> tuple[int, int] | None:
     """The grid whose directions a picture with this head has as columns and rows."""
-    _, found, window = head.partition(b"dataWindow\0box2i\0\x10\0\0\0")
-    if not found or len(window) < 16:
+    _, _, window = head.partition(b"dataWindow\0box2i\0\x10\0\0\0")
+    if len(window) < 16:
         return None
     left, top, right, bottom = struct.unpack("<4i", window[:16])
     return next((g for g in GRIDS if (right - left + 1, bottom - top + 1) == 2 * (math.prod(g),)), None)
@@ -141,10 +136,7 @@ def read(
     path: Path,
     decoding: Annotated[str, Declared("what the numbers are: readers disagree", words=DECODINGS)] = "linear",
     theta_step: Annotated[
-        float | None,
-        Declared(
-            "from one polar angle to the next; if not given 15 for 6 angles, 2 for 44", ABOVE_ZERO, 18.0, "degrees"
-        ),
+        float | None, Declared("step of theta; if not given 15 for 6 angles, 2 for 44", ABOVE_ZERO, 18.0, "degrees")
     ] = None,
     rows: Annotated[
         str | None,
@@ -155,9 +147,9 @@ def read(
     channels."""
     with path.open("rb") as file:
         head, size = file.read(4096), file.seek(0, os.SEEK_END)
-        found = next((grid for grid in GRIDS if size == _size(grid)), None)
-        if found is not None and not head.startswith(EXR):
-            return UTIA(Ours(numbers(file, path, "<f8", (3, *found, *found))), decoding, theta_step, str(path))
+        grid = next((grid for grid in GRIDS if size == _size(grid)), None)
+        if grid is not None and not head.startswith(EXR):
+            return UTIA(Ours(numbers(file, path, "<f8", (3, *grid, *grid))), decoding, theta_step, str(path))
     if head.startswith(EXR):
         return UTIA(Ours(_of_picture(path, _picture_grid(head), rows)), decoding, theta_step, str(path))
     listed = " or ".join(f"{_size(g)} for {g[0]} theta and {g[1]} phi" for g in GRIDS)
@@ -180,7 +172,7 @@ def write(m: Reflectance, path: Path) -> None:
     """Write f at the nodes of the usual grid, as it is ("linear"); a UTIA is written as it was read, bit by bit.
 
     As a picture, theta_i growing down, where the name ends in `.exr`: numbers are float32 then. One channel becomes
-    gray. What is beyond 75 degrees is lost. Raises ParameterError for a material with holes at nodes, a delta lobe,
+    gray. Values beyond 75 degrees are lost. Raises ParameterError for a material with holes at nodes, a delta lobe,
     other than 1 or 3 channels, or maps: no such table could hold it.
     """
     raw = m.raw if isinstance(m, UTIA) else _tabulated(m)

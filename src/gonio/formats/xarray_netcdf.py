@@ -1,6 +1,6 @@
-"""netCDF-4 files in gonio's own layout (docs/data-model.md): what any measurement can be kept in without loss.
+"""netCDF-4 files in gonio's own layout (docs/data-model.md), which holds any measurement without loss.
 
-Read and written through xarray with h5netcdf. Other HDF5 files are recognised by what is in them: NASA's MCD43A1 is
+Read and written through xarray with h5netcdf. Other HDF5 files are recognised by their content: NASA's MCD43A1 is
 read by `mcd43`. A process of its own reads a file first (`hdf`): damaged files can stop the HDF5 library, or
 never end. It compares every array with the length of the file, and refuses links to other files. A file is made in
 memory, and then written: the HDF5 library does not survive a full disk.
@@ -31,13 +31,12 @@ SUFFIXES = (".nc", ".nc4")
 DESCRIPTION = "netCDF-4 in gonio's own layout: every measurement, with uncertainty and provenance, without loss"
 ORACLE = "own generator; xarray, h5py"
 
-MAGIC = b"\x89HDF\r\n\x1a\n"
 CLASSIC = (b"CDF\x01", b"CDF\x02", b"CDF\x05")
 
 
 def matches(head: bytes, size: int) -> bool:
     """Whether a file that starts so is HDF5 and no `neural` network, or netCDF of an older kind."""
-    return head.startswith((MAGIC, *CLASSIC)) and not neural.matches(head, size)
+    return head.startswith((neural.MAGIC, *CLASSIC)) and not neural.matches(head, size)
 
 
 def read(
@@ -52,11 +51,9 @@ def read(
     Raises FormatError where the file is damaged or has another layout, DependencyError without h5netcdf.
     """
     with path.open("rb") as file:
-        if file.read(len(MAGIC)) != MAGIC:
-            raise FormatError(
-                f"{path}: netCDF of the classic kind, expected netCDF-4; convert it: `nccopy -k nc4 old.nc new.nc`, "
-                f"or `ncks -4 old.nc new.nc`"
-            )
+        if file.read(len(neural.MAGIC)) != neural.MAGIC:
+            advice = "`nccopy -k nc4 old.nc new.nc`, or `ncks -4 old.nc new.nc`"
+            raise FormatError(f"{path}: netCDF of the classic kind, expected netCDF-4; convert it: {advice}")
     _libraries()
     return apart(steady, path, lambda: _measurement(path, time))
 
@@ -109,13 +106,13 @@ def _opened(path: Path, names: list[str], **options: Any) -> xarray.Dataset:
     """The arrays that are needed, of those with these names; others are not opened."""
     import xarray
 
-    held = {name.rpartition("/")[2] for name in names}
-    others = [x for x in held - NEEDED - mcd43.NEEDED if not x.startswith(tuple(mcd43.PREFIXES))]
+    arrays = {name.rpartition("/")[2] for name in names}
+    others = [x for x in arrays - NEEDED - mcd43.NEEDED if not x.startswith(tuple(mcd43.PREFIXES))]
     options |= {"drop_variables": others, **AS_STORED}
     try:
         with xarray.open_dataset(path, engine="h5netcdf", **options) as ds:
             if "group" not in options:
-                if "gonio_schema" not in ds.attrs:  # which is said without its numbers
+                if "gonio_schema" not in ds.attrs:  # `of_file` refuses it without its numbers
                     return ds
                 _refuse_nameless(ds, path)
             return ds.load()
@@ -129,7 +126,5 @@ def _refuse_nameless(ds: xarray.Dataset, path: Path) -> None:
     """FormatError where an array has a dimension without a name: one array without any makes others lose theirs."""
     for name, variable in ds.variables.items():
         if any(str(dim).startswith("phony_dim_") for dim in variable.dims):
-            raise FormatError(
-                f"{path}: {name} has a dimension without a name, expected those of docs/data-model.md; remove what was "
-                f"added without dimensions, or give it some"
-            )
+            rule = "expected those of docs/data-model.md; remove what was added without dimensions, or give it some"
+            raise FormatError(f"{path}: {name} has a dimension without a name, {rule}")

@@ -19,7 +19,7 @@ import re
 import stat
 import struct
 import zipfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -39,11 +39,9 @@ DESCRIPTION = "Zarr in gonio's own layout, a folder or zipped: every measurement
 ORACLE = "own generator; xarray, zarr"
 
 ROOTS = ("zarr.json", ".zgroup")
-COMPRESSED = 1100
-"""No store's arrays are more than this many times as long as its files, plus `SMALL`."""
+COMPRESSED = 1100  # no store's arrays are more than this many times as long as its files, plus `SMALL`
 SMALL = 2**20
-DESCRIPTIONS = 2**24
-"""Most bytes that descriptions of arrays and groups may have, all together."""
+DESCRIPTIONS = 2**24  # most bytes that descriptions of arrays and groups may have, all together
 DESCRIBING = ("zarr.json", ".zarray", ".zmetadata", ".zattrs", ".zgroup")
 CHUNK = re.compile(r"c|(c[./])?\d+([./]\d+)*")
 """Key of a chunk, its place below the folder of its array."""
@@ -51,8 +49,7 @@ CODECS = {
     *("blosc", "zstd", "gzip", "zlib", "lz4", "crc32", "crc32c", "adler32", "fletcher32"),
     *("bytes", "endian", "transpose", "shuffle", "delta", "vlen-utf8", "numcodecs.zlib", "numcodecs.shuffle"),
 }
-CLAIM = 18
-"""Bytes of a packed chunk in which it says how large it was, see `_claimed`."""
+CLAIM = 18  # bytes of a packed chunk in which it says how large it was, see `_claimed`
 ZIPPED = b"PK\x03\x04"
 
 
@@ -130,12 +127,12 @@ def _foreign(folder: Path) -> str | None:
             array = at
         for name in names:
             entry = at / name
-            held = entry.lstat()
-            if stat.S_ISDIR(held.st_mode) and held.st_dev == disk:
+            status = entry.lstat()
+            if stat.S_ISDIR(status.st_mode) and status.st_dev == disk:
                 waiting.append((entry, array))
-            elif not stat.S_ISREG(held.st_mode) or not (
-                name in DESCRIBING or CHUNK.fullmatch(entry.relative_to(array).as_posix())
-            ):
+                continue
+            is_part = name in DESCRIBING or CHUNK.fullmatch(entry.relative_to(array).as_posix())
+            if not is_part or not stat.S_ISREG(status.st_mode):
                 return f"holds {str(entry.relative_to(folder))!r:.100}, which is no part of a Zarr store"
     return None
 
@@ -157,8 +154,8 @@ def _opened(zarr: Any, path: Path) -> Any:
     store = kind(path, read_only=True)
     try:
         group = zarr.open_group(store, mode="r", use_consolidated=False)
-        held = {name: _variable(group[name]) for name in names}
-        return xarray.decode_cf(xarray.Dataset(held, attrs=dict(group.attrs)), **AS_STORED)
+        variables = {name: _variable(group[name]) for name in names}
+        return xarray.decode_cf(xarray.Dataset(variables, attrs=dict(group.attrs)), **AS_STORED)
     except Exception:
         _finish(zarr)
         raise
@@ -178,7 +175,7 @@ def _variable(array: Any) -> Any:
 
 
 def _finish(zarr: Any) -> None:
-    """Wait for what zarr's own thread still does after an error: when Python ends it would complain of it."""
+    """Wait for the tasks of zarr's own thread after an error: at the end of Python they would print a complaint."""
 
     async def others() -> None:
         if tasks := asyncio.all_tasks() - {asyncio.current_task()}:
@@ -188,13 +185,11 @@ def _finish(zarr: Any) -> None:
 
 
 def _inspect(path: Path) -> set[str]:
-    """The names of the arrays in a store.
-
-    FormatError where one is larger than the store allows, has codecs that are not known, or is not there as a whole.
-    """
+    """The names of the arrays in a store. Raises FormatError where one is larger than the store allows, has codecs that
+    are not known, or is not there as a whole."""
     total, size, described = 0, 0, 0
     arrays: dict[Path, tuple[set[str], int]] = {}
-    own: list[tuple[Path, dict[str, Any]]] = []
+    described_alone: list[tuple[Path, dict[str, Any]]] = []
     keys: dict[Path, set[str]] = {}
     chunks: list[tuple[Path, int, bytes]] = []
     for name, stored, length, content in _files(path):
@@ -212,7 +207,7 @@ def _inspect(path: Path) -> set[str]:
             total += taken
             folder = Path(at).parent if at == name else Path(at)
             if at == name:
-                own.append((folder, array))
+                described_alone.append((folder, array))
             codecs, most = arrays.get(folder, (set(), 0))  # several files may describe it, and not say the same
             arrays[folder] = codecs | {*_codecs(array)}, max(most, taken)
     if total > COMPRESSED * size + SMALL:
@@ -226,10 +221,10 @@ def _inspect(path: Path) -> set[str]:
             raise FormatError(f"{path}: {chunk} says that it unpacks to {claimed} bytes, expected at most {taken}")
         if "blosc" in codecs and (length < CLAIM or int.from_bytes(content[12:16], "little") > length):
             raise FormatError(f"{path}: {chunk} is cut short: it has {length} bytes, expected what its header says")
-    for folder, array in own:
+    for folder, array in described_alone:
         if folder.as_posix() in NEEDED:
             _refuse_lost(path, folder, array, keys.get(folder, set()))
-    return {folder.as_posix() for folder, _ in own}
+    return {folder.as_posix() for folder, _ in described_alone}
 
 
 def _refuse_lost(path: Path, folder: Path, array: dict[str, Any], keys: set[str]) -> None:
@@ -244,17 +239,16 @@ def _refuse_lost(path: Path, folder: Path, array: dict[str, Any], keys: set[str]
     is_prefixed = is_new and coding.get("name", "default") == "default"
     usual = coding.get("configuration", {}).get("separator", "/" if is_prefixed else ".")
     separator = usual if is_new else array.get("dimension_separator", ".")
-    lost = f"{folder} has {len(keys)} chunks" if math.prod(counts) > len(keys) else None
-    for index in itertools.product(*map(range, counts)) if lost is None else ():
+    lost = f"{len(keys)} chunks" if math.prod(counts) > len(keys) else ""
+    for index in itertools.product(*map(range, counts)) if not lost else ():
         key = separator.join([*(["c"] if is_prefixed else []), *map(str, index)]) or "0"
         if key not in keys:
-            lost = f"{folder} has no chunk {key}"
+            lost = f"no chunk {key}"
             break
-    if lost is not None:
-        raise FormatError(
-            f"{path}: is not whole: {lost}, expected {math.prod(counts)}; copy it again; if its writer left out "
-            f"chunks of {array.get('fill_value')!r:.20}, have them written: ds.to_zarr(..., write_empty_chunks=True)"
-        )
+    if lost:
+        advice = f"copy it again; if its writer left out chunks of {array.get('fill_value')!r:.20}, have them written"
+        says = f"{folder} has {lost}, expected {math.prod(counts)}"
+        raise FormatError(f"{path}: is not whole: {says}; {advice}: ds.to_zarr(..., write_empty_chunks=True)")
 
 
 def _files(path: Path) -> Iterator[tuple[str, int, int, bytes]]:
@@ -263,11 +257,11 @@ def _files(path: Path) -> Iterator[tuple[str, int, int, bytes]]:
         for folder, folders, names in os.walk(path):
             for each in [*folders, *names]:
                 file = Path(folder) / each
-                held = file.lstat()
-                if stat.S_ISDIR(held.st_mode):
+                status = file.lstat()
+                if stat.S_ISDIR(status.st_mode):
                     continue
-                name, length = file.relative_to(path).as_posix(), held.st_size
-                if not stat.S_ISREG(held.st_mode):
+                name, length = file.relative_to(path).as_posix(), status.st_size
+                if not stat.S_ISREG(status.st_mode):
                     raise FormatError(f"{path}: {name} is a link, a pipe or a device, expected a file; copy the store")
                 with file.open("rb") as content:
                     yield name, length, length, content.read(_looked_at(name, length, path))
@@ -281,8 +275,8 @@ def _files(path: Path) -> Iterator[tuple[str, int, int, bytes]]:
             if entry.file_size > COMPRESSED * entry.compress_size + SMALL:
                 raise FormatError(f"{path}: {entry.filename} unpacks to {entry.file_size} bytes, more than zip allows")
             with packed.open(entry) as content:
-                looked_at = _looked_at(entry.filename, entry.file_size, path)
-                yield entry.filename, entry.compress_size, entry.file_size, content.read(looked_at)
+                start = content.read(_looked_at(entry.filename, entry.file_size, path))
+                yield entry.filename, entry.compress_size, entry.file_size, start
 
 
 def _looked_at(name: str, length: int, path: Path) -> int:
@@ -328,33 +322,20 @@ def _bytes(array: dict[str, Any], where: str) -> int:
     codecs = _codecs(array)
     if unknown := {*codecs} - CODECS:
         raise FormatError(f"{where}: is coded by {', '.join(map(repr, unknown))}, expected one of {sorted(CODECS)}")
-    if "data_type" in array and codecs[-1:] == ["crc32c"]:  # which is put behind what others make
+    if "data_type" in array and codecs[-1:] == ["crc32c"]:  # a checksum after the others' output
         codecs.pop()
     if "blosc" in codecs[:-1]:
         raise FormatError(f"{where}: is coded by {', '.join(codecs)}, expected blosc to be the last of them")
     if any(int(n) < 1 for n in chunks or []):
         raise FormatError(f"{where}: chunks of {chunks!r:.60}, expected at least 1 along every axis")
-    return max(_product(array["shape"]), _product(chunks or [])) * _item_size(array)
+    count = max(math.prod(max(int(n), 0) for n in counts) for counts in (array["shape"], chunks or []))
+    if isinstance(kind := array.get("data_type", array.get("dtype")), dict):
+        return count * int(kind.get("configuration", {}).get("length_bytes", 8))
+    return count * (8 if "data_type" in array else np.dtype(str(kind)).itemsize)
 
 
 def _codecs(array: dict[str, Any]) -> list[str]:
-    """Names of what an array is coded by, in the order of writing."""
+    """Names of an array's codecs, in the order of writing."""
     if "data_type" in array:
         return [c.get("name") for c in array.get("codecs", [])]
     return [c.get("id") for c in [*(array.get("filters") or []), array.get("compressor")] if c]
-
-
-def _item_size(array: dict[str, Any]) -> int:
-    kind = array.get("data_type", array.get("dtype"))
-    if isinstance(kind, dict):
-        return int(kind.get("configuration", {}).get("length_bytes", 8))
-    if "data_type" in array:
-        return 8
-    return np.dtype(str(kind)).itemsize
-
-
-def _product(counts: Sequence[int]) -> int:
-    total = 1
-    for n in counts:
-        total *= max(int(n), 0)
-    return total

@@ -90,6 +90,10 @@ class Sheet(NamedTuple):
     comments: tuple[str, ...] = ()
     source: str = "Measured"
 
+    @property
+    def is_half(self) -> bool:
+        return self.symmetry == SYMMETRIES[0]
+
 
 def matches(head: bytes, size: int) -> bool:
     """Whether a file that starts so is one of these."""
@@ -105,12 +109,11 @@ def read(path: str | os.PathLike) -> Gridded:
     """
     sheet = _sheet(Path(path))
     axes, values = _as_axes(sheet)
-    about = {"Source": sheet.source, "Symmetry": sheet.symmetry, "comments": sheet.comments, "TIS": sheet.tis}
     values = without_ground("specular", axes, values)
+    about = {"Source": sheet.source, "Symmetry": sheet.symmetry, "comments": sheet.comments, "TIS": sheet.tis}
     f, names = (values, ("X", "Y", "Z")) if len(sheet.values) > 1 else (values[..., 0], None)
-    half = _is_half(sheet) and len(axes) == 3
     return Filed(
-        "specular", axes, f, channels=names, mirrored=half, path=str(path), about=about,
+        "specular", axes, f, channels=names, mirrored=sheet.is_half and len(axes) == 3, path=str(path), about=about,
         filed=sheet, stated_totals=_totals(sheet),
     )  # fmt: skip
 
@@ -122,17 +125,13 @@ def _totals(sheet: Sheet) -> Iterator[Total]:
             yield Total(float(theta_i), phi_i, tuple(shares.tolist()))
 
 
-def _is_half(sheet: Sheet) -> bool:
-    return sheet.symmetry == SYMMETRIES[0]
-
-
 def _as_axes(sheet: Sheet) -> tuple[dict[str, np.ndarray], np.ndarray]:
     """Axes [rad] of a `Gridded` and values (theta_i, radial, azimuth[, phi_i], channel)."""
     values = sheet.values.transpose(2, 4, 3, 1, 0)
     azimuth = np.array(sheet.azimuth)
-    if _is_half(sheet) and len(sheet.rotation) == 1:
+    if sheet.is_half and len(sheet.rotation) == 1:
         azimuth, values = 180.0 - azimuth[::-1], values[:, :, ::-1]
-    elif _is_half(sheet):
+    elif sheet.is_half:
         other = azimuth[(azimuth > 0.0) & (azimuth < 180.0)][::-1]
         at = [*range(len(azimuth)), *(sheet.azimuth.index(x) for x in other)]
         azimuth, values = np.concatenate([azimuth, 360.0 - other]) + 180.0, values[:, :, at]
@@ -167,25 +166,24 @@ def _blocks(lines: plain_text.Lines, shape: tuple[int, ...], channels: int) -> t
     """Values (channel, rotation, incidence, azimuth, radial) and TIS (channel, rotation, incidence)."""
     rotations, incidences, azimuths, radials = shape
     wanted = rotations * incidences
-    found: list[list[np.ndarray]] = [[] for _ in range(channels)]
+    tables: list[list[np.ndarray]] = [[] for _ in range(channels)]
     tis: list[list[float]] = [[] for _ in range(channels)]
     at = 0
     for line in lines:
         key, rest = bsdf_text.key_and_words(line)
         if key in CHANNELS:
             at = CHANNELS[key]
-            if at >= channels or found[at]:
+            if at >= channels or tables[at]:
                 raise lines.fault(line, "each channel that SpectralContent promises, once")
-        elif key == "tis" and len(found[at]) < wanted:
+        elif key == "tis" and len(tables[at]) < wanted:
             tis[at].append(lines.float(rest[0] if len(rest) == 1 else line, "TIS and a number"))
-            found[at].append(bsdf_text.table(lines, azimuths, radials))
+            tables[at].append(bsdf_text.table(lines, azimuths, radials))
         elif key not in ("databegin", "dataend"):
             raise lines.fault(line, f"{wanted} tables that begin with TIS, then DataEnd")
-    short = [len(tables) for tables in found if len(tables) < wanted]
-    if short:
-        raise lines.cut_short(f"{wanted} tables (rotations x angles of incidence) in each channel, got {short[0]}")
+    if (least := min(map(len, tables))) < wanted:
+        raise lines.cut_short(f"{wanted} tables (rotations x angles of incidence) in each channel, got {least}")
     grid = (channels, rotations, incidences)
-    return np.array(found).reshape(*grid, azimuths, radials), np.array(tis).reshape(grid)
+    return np.array(tables).reshape(*grid, azimuths, radials), np.array(tis).reshape(grid)
 
 
 def write(
@@ -210,39 +208,38 @@ def write(
     A `specular` table keeps its grid and its numbers. Of others f is taken at the given angles, by default in steps,
     ten times denser at the mirror direction. PlaneSymmetrical if f is the same on both sides of the plane of incidence;
     ASymmetrical4D, every 30 degrees of rotation, if the material is anisotropic. RGB becomes XYZ (linear sRGB, D65);
-    one `channel` is Monochrome. TIS is integrated (`angle_tables.total`). Lost: the difference between 0 and no data.
+    one `channel` is Monochrome. TIS is integrated (`angle_tables.totals`). Lost: the difference between 0 and no data.
     Raises ParameterError for a delta lobe, maps, and channels other than one, RGB or XYZ.
     """
-    given = (aoi, radial, azimuth, rotation)
-    sheet = as_filed(m, Sheet, *given, step, channel) or _made_of(m, given, step, channel)
+    angles = (aoi, radial, azimuth, rotation)
+    sheet = as_filed(m, Sheet, *angles, step, channel) or _of_material(m, angles, step, channel)
     plain_text.write(path, _written(sheet))
 
 
-def _made_of(m: Reflectance, given: tuple, step: float | None, channel: Any) -> Sheet:
-    own = own_table(m, "specular", (*given, step))
-    axes = own[0].axes if own else _axes(m, given, step)
-    _, f = spectral(m, own[1] if own else on_grid(m, "specular", axes), channel)
+def _of_material(m: Reflectance, angles: tuple, step: float | None, channel: Any) -> Sheet:
+    table, f = own_table(m, "specular", (*angles, step)) or (None, None)
+    axes = _axes(m, angles, step) if table is None else table.axes
+    _, f = spectral(m, on_grid(m, "specular", axes) if f is None else f, channel)
     f = np.nan_to_num(f, nan=0.0, posinf=np.nan, neginf=np.nan)
     if np.isnan(f).any():
         raise ParameterError(f"{m!r:.80}: has infinite values, which the format cannot hold; choose other angles")
     if len(axes) == 4:
         symmetry = SYMMETRIES[2]
-    elif own:
-        symmetry = SYMMETRIES[0] if own[0].is_mirrored else SYMMETRIES[1]
+    elif table is not None:
+        symmetry = SYMMETRIES[0] if table.is_mirrored else SYMMETRIES[1]
     else:
         axes, f, symmetry = _as_half(axes, f)
     sheet = _from_axes(axes, f, symmetry)
     phi_i = [90.0 - r for r in sheet.rotation] if len(sheet.rotation) > 1 else [0.0]
-    wanted = totals(m, sheet.incidence, phi_i)
-    tis = spectral(m, wanted, channel)[1].transpose(2, 0, 1)
-    return sheet._replace(tis=tis)
+    _, tis = spectral(m, totals(m, sheet.incidence, phi_i), channel)
+    return sheet._replace(tis=tis.transpose(2, 0, 1))
 
 
-def _axes(m: Reflectance, given: tuple, asked: float | None) -> dict[str, np.ndarray]:
+def _axes(m: Reflectance, angles: tuple, step: float | None) -> dict[str, np.ndarray]:
     """Nodes [rad] about the mirror direction over the whole circle, from angles of the file [degrees]."""
-    aoi, radial, azimuth, rotation = given
+    aoi, radial, azimuth, rotation = angles
     anisotropic = rotation is not None or not m.is_isotropic()
-    usual, step = default_angles(asked, anisotropic), asked or USUAL
+    usual, step = default_angles(step, anisotropic), step or USUAL
     theta_i = aoi or usual.theta_i
     last = min(180.0, 90.0 + theta_i[-1])
     fine = [step * x for x in (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.8, 1.25, 1.5, 1.75)]
@@ -283,10 +280,9 @@ def _from_axes(axes: dict[str, np.ndarray], f: np.ndarray, symmetry: str) -> She
             azimuth, first = np.unique(azimuth, return_index=True)
             f = f[:, :, first]
     rotation = [0.0]
+    f = f[:, :, :, ::-1] if "phi_i" in degrees else f[:, :, :, None]
     if "phi_i" in degrees:
-        rotation, f = np.round(90.0 - degrees["phi_i"][::-1], 9).tolist(), f[:, :, :, ::-1]
-    else:
-        f = f[:, :, :, None]
+        rotation = np.round(90.0 - degrees["phi_i"][::-1], 9).tolist()
     incidence, radial = degrees["theta_i"].tolist(), degrees["radial"].tolist()
     around = np.round(azimuth, 9).tolist()
     return Sheet(symmetry, rotation, incidence, around, radial, f.transpose(4, 3, 0, 2, 1), np.empty(0))

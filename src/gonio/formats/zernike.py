@@ -23,7 +23,8 @@ from ..formula.direction import Direction
 from ..formula.fields import channels, table
 from ..formula.state import note, state
 from ._options import Declared
-from ._reading import channel_words, plain_text
+from ._reading import plain_text
+from ._reading.channel_words import LONGEST, SHORTEST
 from ._rows.direction_pairs import repeated
 
 if TYPE_CHECKING:
@@ -37,8 +38,7 @@ ORACLE = "real file (NIST PTFE): a least-squares fit to NIST's measurements give
 
 COLUMNS = ("i", "j", "n", "m", "k", "l", "p", "coefficient")
 COMMENTS = ("%", "#", ";")
-HIGHEST = 24
-"""Highest radial order; the polynomials lose digits beyond, 8 of them at 24."""
+HIGHEST = 24  # highest radial order; the polynomials lose digits beyond, 8 of them at 24
 LAMBDA = 532.0
 """Wavelength [nm] at which coefficients that depend on it are taken if none is asked for; SCATMECH's default."""
 
@@ -59,13 +59,7 @@ def read(
     path: Path,
     wavelengths: Annotated[
         Sequence[float] | None,
-        Declared(
-            "a channel for each; if not given one of 532 nm, or one without a name where coefficients do not "
-            "depend on it",
-            channel_words.SHORTEST,
-            channel_words.LONGEST,
-            "nm",
-        ),
+        Declared("a channel for each; if not given 532 nm where coefficients depend on it", SHORTEST, LONGEST, "nm"),
     ] = None,
 ) -> Zernike:
     """The expansion in a file. Raises FormatError with the line where a row is no mode."""
@@ -119,11 +113,7 @@ class Zernike(Measured):
     wavelengths: tuple[float, ...] = state()
 
     def __init__(
-        self,
-        rows: Any,
-        wavelengths: Sequence[float] | None = None,
-        path: str = "",
-        about: dict[str, Any] | None = None,
+        self, rows: Any, wavelengths: Sequence[float] | None = None, path: str = "", about: dict[str, Any] | None = None
     ):
         rows = _checked(np.array(ops.numbers(rows), np.float64), path or "Zernike(rows)")
         if wavelengths is None and rows[:, 6].any():
@@ -218,10 +208,8 @@ def _checked(rows: np.ndarray, where: str) -> np.ndarray:
             raise FormatError(f"{where}: mode {at + 1} is {rows[at].tolist()}, expected {rule}")
     if twice := repeated(rows[:, :7])[0]:
         first, again = twice
-        raise FormatError(
-            f"{where}: rows {first + 1} and {again + 1} are of one mode, {rows[first, :7].tolist()}; expected each "
-            f"once: remove what is there twice, or add the coefficients up"
-        )
+        got = f"rows {first + 1} and {again + 1} are of one mode, {rows[first, :7].tolist()}"
+        raise FormatError(f"{where}: {got}; expected each once: remove one of them, or add the coefficients up")
     return rows
 
 
@@ -237,18 +225,12 @@ def _disc(w: Direction) -> tuple[Any, Any, Any]:
     return x, y, x * x + y * y
 
 
-def _series(n: int, turn: int) -> list[float]:
-    """Coefficients of R_n^turn(rho)/rho^turn in powers of rho^2, the highest first."""
-    half, other = (n + turn) // 2, (n - turn) // 2
-    terms = range(other + 1)
-    fact = math.factorial
-    return [float((-1) ** s * fact(n - s) // (fact(s) * fact(half - s) * fact(other - s))) for s in terms]
-
-
 def _radial(n: int, turn: int, u: Any) -> Any:
+    """R_n^turn(rho)/rho^turn, a polynomial in u = rho^2."""
     total: Any = 0.0
-    for a in _series(n, turn):
-        total = total * u + a
+    last = (n - turn) // 2
+    for s in range(last + 1):
+        total = total * u + float((-1) ** s * math.comb(n - s, s) * math.comb(n - 2 * s, last - s))
     return total
 
 
@@ -258,10 +240,7 @@ def _polar(w: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _element(
-    element: tuple[int, int],
-    orders: list[int],
-    at_i: tuple[np.ndarray, np.ndarray],
-    at_o: tuple[np.ndarray, np.ndarray],
+    element: tuple[int, int], orders: list[int], at_i: Sequence[np.ndarray], at_o: Sequence[np.ndarray]
 ) -> list[tuple[tuple[int, int], np.ndarray]]:
     """A mode of a normalised element, and of its mirror image across the diagonal: places and values."""
     n, m, k, turn = orders

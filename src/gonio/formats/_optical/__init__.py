@@ -1,1 +1,1 @@
-"""What formats of optical design programs share: tables by angles of incidence."""
+"""Parts that formats of optical design programs share: tables by angles of incidence."""

@@ -1,7 +1,8 @@
-"""What formats of optical design software and of the RT-300S share: tables by angles, and values of any material."""
+"""Tables by angles, and values of any material at them: for formats of optical design software and of the RT-300S."""
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Annotated, Any, NamedTuple
@@ -19,9 +20,7 @@ from ...tables.gridded import Gridded
 from ...tables.nodes import above, f_at, with_channels
 from .._options import Declared
 
-SAME = 1e-8
-"""Angles closer than this [degrees] are the same."""
-
+SAME = 1e-8  # angles closer than this [degrees] are the same
 FULLEST = 0.5
 """Rows that fill at least this share of the grid of their angles are a grid with holes, others are scattered."""
 
@@ -29,7 +28,7 @@ NO_TRANSMISSION = "gonio evaluates reflection only, transmission comes with a la
 
 
 class Filed(Gridded):
-    """A `Gridded` as a file has it; `filed` is what that file says beside, from which it is written again unchanged."""
+    """A `Gridded` from a file; `filed` is the content of that file, from which it is written again unchanged."""
 
     filed: Any = note()
 
@@ -39,21 +38,22 @@ class Filed(Gridded):
 
 
 def as_filed(m: Reflectance, kind: type, *asked: Any) -> Any:
-    """What the file said that m was read from, if it was one of this kind and m is unchanged since; else None.
+    """The content of the file that m was read from, if it is of this kind and m is unchanged since; else None.
 
-    None, too, where a writer is asked for something else: where an option is not None. Raises ParameterError for what
-    no table of f holds: a delta lobe, maps.
+    None, too, where an option of the writer is not None. Raises ParameterError for a delta lobe and for maps, which no
+    table of f holds.
     """
     tabular_shape(m)
-    found = m.filed if isinstance(m, Filed) else None
-    return found if isinstance(found, kind) and all(option is None for option in asked) else None
+    filed = m.filed if isinstance(m, Filed) else None
+    return filed if isinstance(filed, kind) and all(option is None for option in asked) else None
 
 
 def increasing(path: Any, name: str, nodes: Sequence[float], low: float, high: float) -> None:
     """Raises FormatError unless angles [degrees] increase, and lie between two."""
     x = np.asarray(nodes, dtype=float)
     if not x.size or not np.isfinite(x).all() or not (np.diff(x) > SAME).all():
-        raise FormatError(f"{path}: {name} is {_short(x)}, expected increasing angles in degrees")
+        short = np.array2string(x, threshold=6, edgeitems=3, precision=6)
+        raise FormatError(f"{path}: {name} is {short}, expected increasing angles in degrees")
     if x[0] < low or x[-1] > high:
         raise FormatError(f"{path}: {name} runs from {x[0]:g} to {x[-1]:g}, expected {low:g} to {high:g} degrees")
     if x[-1] - x[0] > 360.0:
@@ -61,7 +61,7 @@ def increasing(path: Any, name: str, nodes: Sequence[float], low: float, high: f
 
 
 def without_ground(kind: str, axes: Mapping[str, np.ndarray], values: np.ndarray) -> np.ndarray:
-    """Values (grid..., C) with NaN for the zeros below the horizon, which only fill the table up."""
+    """Values (grid..., C) with NaN for the zeros below the horizon, which only pad the table."""
     below = ~above(*angle_system(kind).directions(axes))
     return np.where(below[..., None] & (values == 0.0), np.nan, values)
 
@@ -91,18 +91,13 @@ def from_rows(
     table, count = np.zeros(shape), np.zeros(shape)
     np.add.at(table, at, values)
     np.add.at(count, at, 1.0)
-    _spread(nodes[1], table, count)
+    if nodes[1][0] == 0.0:  # values along the normal belong to every azimuth of wo
+        for sums in (table, count):
+            sums[:, 0] = sums[:, 0].sum(-1, keepdims=True)
     with np.errstate(invalid="ignore"):
         table = table / count
     axes = dict(zip(SYSTEMS["angles"].axes(around is not None), map(np.radians, nodes), strict=True))
     return Filed("angles", axes, table, mirrored=mirrored, **named)
-
-
-def _spread(theta_o: np.ndarray, table: np.ndarray, count: np.ndarray) -> None:
-    """What was measured along the normal belongs to every azimuth of wo."""
-    if theta_o[0] == 0.0:
-        for held in (table, count):
-            held[:, 0] = held[:, 0].sum(-1, keepdims=True)
 
 
 def on_grid(m: Reflectance, kind: str, axes: Mapping[str, np.ndarray]) -> np.ndarray:
@@ -137,7 +132,7 @@ def spectral(m: Reflectance, f: np.ndarray, channel: Any = None) -> tuple[tuple,
     if tuple(names) in (("R", "G", "B"), (0, 1, 2)):
         return ("X", "Y", "Z"), f @ XYZ_OF_RGB.T
     raise ParameterError(
-        f"{m!r:.80}: has channels {names!r:.80}, and the format holds one, or X, Y, Z; choose one with channel="
+        f"{m!r:.80}: channels {names!r:.80}: the format holds one, or X, Y, Z; choose one with channel="
     )
 
 
@@ -146,45 +141,41 @@ def channel_named(m: Reflectance, f: np.ndarray, channel: Any) -> tuple[tuple, n
 
     Raises ParameterError where there is none of that name.
     """
-    known, f = tristimulus(m.channel_names, f)
-    names = known or tuple(range(f.shape[-1]))
+    names, f = tristimulus(m.channel_names, f)
+    names = tuple(names or range(f.shape[-1]))
     if channel is None:
-        return tuple(names), f
+        return names, f
     if channel not in names:
         raise ParameterError(f"channel={channel!r}: expected one of {', '.join(map(repr, names))}")
-    at = names.index(channel)
-    return (channel,), f[..., at : at + 1]
+    return (channel,), f[..., [names.index(channel)]]
 
 
-def total(m: Reflectance, theta_i: float, phi_i: float = 0.0) -> np.ndarray:
-    """Share of light (C,) that m reflects from a direction [rad] to all sides (TIS): by a product rule about the mirror
-    direction, dense there. Against `gn.albedo`, GGX(0.02) to GGX(0.5) and diffuse, 0 to 85 degrees: within 4e-4.
-    """
+def totals(m: Reflectance, theta_i: Sequence[float], phi_i: Sequence[float]) -> np.ndarray:
+    """Shares of light (phi_i, theta_i, C) that m reflects from directions [degrees] to all sides (TIS), by a product
+    rule about the mirror direction, dense there. Against `gn.albedo`, GGX(0.02) to GGX(0.5) and diffuse, 0 to 85
+    degrees: within 4e-4."""
     x, w = np.polynomial.legendre.leggauss(96)
     t, w = 0.5 * (x + 1.0), 0.5 * w
     radial, weight = math.pi * t**4, 4.0 * math.pi * t**3 * w
     around = (np.arange(256) + 0.5) * (2.0 * math.pi / 256)
-    grid = np.meshgrid([theta_i], radial, around, [phi_i], indexing="ij")
-    wi, wo = angle_system("specular").pairs(*grid)
-    f = values_at(m, wi, wo)[0, :, :, 0] * (wo[0, :, :, 0, 2:])
-    return np.nansum(f * (np.sin(radial) * weight)[:, None, None], axis=(0, 1)) * (2.0 * math.pi / 256)
+    shares = []
+    for phi, theta in itertools.product(np.radians(phi_i), np.radians(theta_i)):
+        grid = np.meshgrid([theta], radial, around, [phi], indexing="ij")
+        wi, wo = angle_system("specular").pairs(*grid)
+        f = values_at(m, wi, wo)[0, :, :, 0] * (wo[0, :, :, 0, 2:])
+        shares.append(np.nansum(f * (np.sin(radial) * weight)[:, None, None], axis=(0, 1)) * (2.0 * math.pi / 256))
+    return np.reshape(shares, (len(phi_i), len(theta_i), -1))
 
 
-def totals(m: Reflectance, theta_i: Sequence[float], phi_i: Sequence[float]) -> np.ndarray:
-    """`total` (phi_i, theta_i, C) of angles in degrees."""
-    each = [[total(m, math.radians(t), math.radians(p)) for t in theta_i] for p in phi_i]
-    return np.array(each).reshape(len(phi_i), len(theta_i), -1)
-
-
-def at_azimuths(phi: np.ndarray, own: np.ndarray, f: np.ndarray) -> np.ndarray:
-    """f (theta_i, theta_o, own azimuths, C) at other azimuths [degrees], those between linearly."""
-    order = np.argsort(own)
-    x = np.concatenate([own[order], own[order][:1] + 360.0])
+def at_azimuths(phi: np.ndarray, nodes: np.ndarray, f: np.ndarray) -> np.ndarray:
+    """f (theta_i, theta_o, nodes, C) at other azimuths [degrees] than its nodes, linear between these."""
+    order = np.argsort(nodes)
+    x = np.concatenate([nodes[order], nodes[order][:1] + 360.0])
     place = np.mod(phi - x[0], 360.0) + x[0]
-    k = np.clip(np.searchsorted(x, place, side="right") - 1, 0, len(own) - 1)
+    k = np.clip(np.searchsorted(x, place, side="right") - 1, 0, len(nodes) - 1)
     w = ((place - x[k]) / (x[k + 1] - x[k]))[:, None]
     f = f[:, :, order]
-    return np.where(w == 0.0, f[:, :, k], (1.0 - w) * f[:, :, k] + w * f[:, :, (k + 1) % len(own)])
+    return np.where(w == 0.0, f[:, :, k], (1.0 - w) * f[:, :, k] + w * f[:, :, (k + 1) % len(nodes)])
 
 
 def reflected(theta: np.ndarray, phi: np.ndarray, table: np.ndarray) -> float:
@@ -215,18 +206,11 @@ class Angles(NamedTuple):
     turns: list[float]
 
 
-USUAL = 5.0
-"""Degrees between the angles of a file, where a caller does not say."""
+USUAL = 5.0  # degrees between the angles of a file, where a caller does not say
 
 Step = Annotated[
     float | None,
-    Declared(
-        "from one angle of wo to the next; angles of wi, and azimuths, are two steps apart",
-        1e-3,
-        90.0,
-        "degrees",
-        usual=USUAL,
-    ),
+    Declared("between angles of wo; angles of wi and azimuths are two steps apart", 1e-3, 90.0, "degrees", usual=USUAL),
 ]
 IncidentAngles = Annotated[Sequence[float] | None, Declared("polar angles of wi", 0.0, 90.0, "degrees", rising=True)]
 OutgoingAngles = Annotated[Sequence[float] | None, Declared("polar angles of wo", 0.0, 90.0, "degrees", rising=True)]
@@ -240,16 +224,10 @@ def default_angles(asked: float | None, anisotropic: bool) -> Angles:
     30. Raises TooLargeError where so many angles do not fit into memory."""
     step = USUAL if asked is None else asked
     fits(85.0 / step * (40.0 / step) * (180.0 / step) * (12 if anisotropic else 1), f"{step=}")
-    theta_o = steps(85.0, step)
     count = max(4, 2 * round(90.0 / step))
     circle = (np.arange(count) * (360.0 / count)).round(9).tolist()
-    return Angles(
-        steps(80.0, min(2.0 * step, 80.0)),
-        theta_o,
-        [*circle[: count // 2], 180.0],
-        circle,
-        circle[:: max(1, round(count / 12))],
-    )
+    half, turns = [*circle[: count // 2], 180.0], circle[:: max(1, round(count / 12))]
+    return Angles(steps(80.0, min(2.0 * step, 80.0)), steps(85.0, step), half, circle, turns)
 
 
 def steps(last: float, step: float) -> list[float]:
@@ -257,7 +235,3 @@ def steps(last: float, step: float) -> list[float]:
     x = np.arange(0.0, last, step)
     x = x[x < last - 0.25 * step]
     return [*x.round(9).tolist(), float(last)]
-
-
-def _short(a: np.ndarray) -> str:
-    return np.array2string(a, threshold=6, edgeitems=3, precision=6)

@@ -44,21 +44,20 @@ def header(
         if not rest:
             raise lines.fault(line, f"{name} and how many angles")
         count = lines.count(rest[0], f"{name} and how many angles")
-        given = [lines.float(token) for token in rest[1:]]
-        given.extend(lines.numbers(count - len(given), f"angles of {name}") if count > len(given) else ())
-        if len(given) != count:
-            raise lines.fault(line, f"{count} angles, not {len(given)}")
-        angles[name] = given
+        angles[name] = numbers = [lines.float(token) for token in rest[1:]]
+        numbers.extend(lines.numbers(count - len(numbers), f"angles of {name}") if count > len(numbers) else ())
+        if len(numbers) != count:
+            raise lines.fault(line, f"{count} angles, not {len(numbers)}")
     return words, angles
 
 
 def one_of(lines: plain_text.Lines, words: dict[str, str], name: str, allowed: Sequence[str]) -> str:
     """The word of an entry, as it is in `allowed`. Raises FormatError for another one."""
-    found = {word.lower(): word for word in allowed}.get(words.get(name, "").lower())
-    if found is None:
+    word = {word.lower(): word for word in allowed}.get(words.get(name, "").lower())
+    if word is None:
         got = repr(words[name]) if name in words else "nothing"
         raise FormatError(f"{lines.path}: {name} is {got}, expected one of {', '.join(allowed)}")
-    return found
+    return word
 
 
 def table(lines: plain_text.Lines, azimuths: int, radials: int) -> np.ndarray:

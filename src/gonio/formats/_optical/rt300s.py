@@ -68,11 +68,7 @@ def of_scans(path: Path, scans: Sequence[Scan], measurement: int) -> Gridded:
         raise FormatError(f"{path}: holds {len(sets)} measurements, and measurement={measurement} was asked for")
     chosen = sets[measurement]
     grids = [np.meshgrid([s.incidence], s.azimuth, s.receive, indexing="ij") for s in chosen]
-    points = [np.concatenate([g[k].reshape(-1) for g in grids]) for k in range(3)]
+    incidence, azimuth, receive = np.concatenate([np.reshape(grid, (3, -1)) for grid in grids], axis=1)
     values = np.concatenate([s.values.reshape(-1) for s in chosen])
-    about = {
-        "samples": tuple(s.name for s in chosen),
-        "measurements": len(sets),
-        "measurement": measurement % len(sets),
-    }
-    return measured(path, points[0], points[1], points[2], values, about)
+    about = {"samples": tuple(s.name for s in chosen), "measurements": len(sets)}
+    return measured(path, incidence, azimuth, receive, values, {**about, "measurement": measurement % len(sets)})

@@ -42,7 +42,7 @@ QUANTITIES = {
     "XYZ_COLOR": "brdf",
     "UNKNOWN_OUTPUT": "brdf",
 }
-"""PARAM_OUT -> what the values are; a file that does not say holds f."""
+"""PARAM_OUT -> quantity of the values; f where a file has none."""
 
 WRITTEN = [name for name, parameters in PARAMETERS.items() if parameters.of_angles is not None]
 """Parametrisations that directions can be put into."""
@@ -65,9 +65,7 @@ def matches(head: bytes, size: int) -> bool:
 def read(
     path: Path,
     param_in: Annotated[str | None, Declared("parametrisation, in place of the file's", words=PARAMETERS)] = None,
-    param_out: Annotated[
-        str | None, Declared("what the values are, in place of the file's word", words=QUANTITIES)
-    ] = None,
+    param_out: Annotated[str | None, Declared("quantity, in place of the file's word", words=QUANTITIES)] = None,
 ) -> Gridded:
     """The measurement in a file: a grid if its rows fill one, else `Scattered`.
 
@@ -77,7 +75,7 @@ def read(
     """
     lines = plain_text.read(path, mixed=_STREAM)
     header = _header(lines)
-    header |= {key: said for key, said in (("PARAM_IN", param_in), ("PARAM_OUT", param_out)) if said}
+    header |= {key: word for key, word in (("PARAM_IN", param_in), ("PARAM_OUT", param_out)) if word}
     rows = _stream(lines, header) if lines.mixed else _rows(lines, header)
     if not len(rows):
         raise lines.cut_short("rows of numbers")
@@ -90,33 +88,27 @@ def _header(lines: plain_text.Lines) -> dict[str, str]:
         lines.next()
         if re.fullmatch(r"#\s*BEGIN_STREAM", line):
             break
-        if found := _KEY.fullmatch(line):
-            header[found[1]] = found[2]
+        if match := _KEY.fullmatch(line):
+            header[match[1]] = match[2]
     return header
 
 
 def _dimensions(path: str, header: Mapping[str, str]) -> tuple[int, int, int]:
-    """Columns of x and y, and what #VS says."""
+    """Columns of x and y, and the number of #VS."""
     words = [*header.get("DIM", "").split(), *dict.fromkeys(header.get("VS", "0").split())]
+    got = f"{path}: #DIM {header.get('DIM')!s:.60}, #VS {header.get('VS')!s:.60}"
     if len(words) != 3 or not all(re.fullmatch(r"[0-9]{1,4}", w) for w in words):
-        raise FormatError(
-            f"{path}: #DIM {header.get('DIM')!s:.60}, #VS {header.get('VS')!s:.60}: expected two numbers, and 0, 1 or 2"
-        )
+        raise FormatError(f"{got}: expected two numbers, and 0, 1 or 2")
     nx, ny, kind = map(int, words)
-    name = header.get("PARAM_IN", "UNKNOWN_INPUT")
+    name, out = header.get("PARAM_IN", "UNKNOWN_INPUT"), header.get("PARAM_OUT", "INV_STERADIAN")
     if name not in PARAMETERS:
-        raise FormatError(
-            f"{path}: #PARAM_IN {name:.60}: expected one of {', '.join(PARAMETERS)}; give param_in= if you know which"
-        )
-    if header.get("PARAM_OUT", "INV_STERADIAN") not in QUANTITIES:
-        raise FormatError(
-            f"{path}: #PARAM_OUT {header['PARAM_OUT']:.60}: is no BRDF, expected one of {', '.join(QUANTITIES)}"
-        )
-    if nx != PARAMETERS[name].size or ny < 1 or kind > 2:
-        raise FormatError(
-            f"{path}: #DIM {nx} {ny}, #VS {kind}: expected {PARAMETERS[name].size} numbers for {name}, "
-            f"at least one value, and 0, 1 or 2"
-        )
+        listed = ", ".join(PARAMETERS)
+        raise FormatError(f"{path}: #PARAM_IN {name:.60}: expected one of {listed}; give param_in= if you know which")
+    if out not in QUANTITIES:
+        raise FormatError(f"{path}: #PARAM_OUT {out:.60}: is no BRDF, expected one of {', '.join(QUANTITIES)}")
+    size = PARAMETERS[name].size
+    if nx != size or ny < 1 or kind > 2:
+        raise FormatError(f"{got}: expected {size} numbers for {name}, at least one value, and 0, 1 or 2")
     return nx, ny, kind
 
 
@@ -136,16 +128,14 @@ def _stream(lines: plain_text.Lines, header: Mapping[str, str]) -> np.ndarray:
     order = {"little": "<f8", "big": ">f8"}.get(header.get("ENDIAN", "little").lower())
     precision, count = header.get("PRECISION", "ieee754-double"), header.get("SAMPLE_COUNT", "")
     if order is None or precision != "ieee754-double" or not plain_text.is_whole(count):
-        raise FormatError(
-            f"{lines.path}: #ENDIAN {header.get('ENDIAN')!s:.60}, #PRECISION {precision:.60}, #SAMPLE_COUNT "
-            f"{count:.60}: expected little or big, ieee754-double and a whole number"
-        )
+        got = f"#ENDIAN {header.get('ENDIAN')!s:.60}, #PRECISION {precision:.60}, #SAMPLE_COUNT {count:.60}"
+        raise FormatError(f"{lines.path}: {got}: expected little or big, ieee754-double and a whole number")
     columns = nx + ny + kind * ny
-    held = lines.bytes(8 * columns * int(count), f"{count} rows of {columns} numbers")
+    stream = lines.bytes(8 * columns * int(count), f"{count} rows of {columns} numbers")
     rest = lines.next()
     if rest is not None and not re.fullmatch(r"#\s*END_STREAM", rest):
         raise lines.fault(rest, f"#END_STREAM after {count} rows of {columns} numbers")
-    return np.frombuffer(held, order).astype(np.float64).reshape(int(count), columns)
+    return np.frombuffer(stream, order).astype(np.float64).reshape(int(count), columns)
 
 
 def _material(header: Mapping[str, str], rows: np.ndarray, path: str) -> Gridded:
@@ -164,9 +154,9 @@ def _material(header: Mapping[str, str], rows: np.ndarray, path: str) -> Gridded
     if not np.isfinite(x).all():
         raise FormatError(f"{path}: row {np.argmin(np.isfinite(x).all(axis=0)) + 1} has no finite {header['PARAM_IN']}")
     with np.errstate(invalid="ignore"):
-        found = _half_difference(header["PARAM_IN"], x, pairs, path, about)
-        if found is not None:
-            return found
+        grid = _half_difference(header["PARAM_IN"], x, pairs, path, about)
+        if grid is not None:
+            return grid
         angles = PARAMETERS[header["PARAM_IN"]].to_angles(*x)
     if isotropic := nx < 4 and header["PARAM_IN"] not in ORIENTED:
         angles = angles[0], 0.0 * angles[0], angles[2], angles[3] - angles[1]
@@ -187,27 +177,26 @@ def _uncertainty(bounds: np.ndarray, ny: int, kind: int, blocks: bool) -> np.nda
 def _half_difference(
     name: str, x: np.ndarray, pairs: direction_pairs.Pairs, path: str, about: Mapping[str, Any]
 ) -> Gridded | None:
-    """The grid of half and difference angles that the rows fill, if they are such and do; what is not said is held."""
+    """The grid of half and difference angles that the rows fill, or None. Angles that have no column are 0."""
     half = PARAMETERS[name].half
     if not half:
         return None
-    given = dict(zip(half, np.arccos(x) if name.startswith("COS") else x, strict=True))
+    angles = dict(zip(half, np.arccos(x) if name.startswith("COS") else x, strict=True))
     names = SYSTEMS["half_difference"].axes("phi_h" in half)
-    columns = {axis: given[axis] for axis in names if axis in given}
+    columns = {axis: angles[axis] for axis in names if axis in angles}
     if any(((c < 0.0) | (c > 0.5 * math.pi + 1e-6)).any() for n, c in columns.items() if n.startswith("theta")):
         return None
     reduced = {}
     phi = columns.get("phi_d")
     if phi is not None and len(np.unique(phi)) > 1:
-        whole = np.ptp(phi) > math.pi + 1e-6 or phi.min() < 0.0 or phi.max() > math.pi + 1e-6
-        if whole:
+        if np.ptp(phi) > math.pi + 1e-6 or phi.min() < 0.0 or phi.max() > math.pi + 1e-6:
             columns["phi_d"] = phi + math.pi
         else:
             reduced = {"periods": {"phi_d": math.pi}, "mirrored": len(names) == 3 and phi.max() <= 0.5 * math.pi + 1e-6}
-    found = direction_pairs.grid_of(columns, pairs, path)
-    if found is None or any(np.ptp(a) > 2.0 * math.pi + 1e-6 for a in found[0].values()):
+    filled = direction_pairs.grid_of(columns, pairs, path)
+    if filled is None or any(np.ptp(a) > 2.0 * math.pi + 1e-6 for a in filled[0].values()):
         return None
-    axes, order = found
+    axes, order = filled
     whole_axes = {axis: axes.get(axis, np.zeros(1)) for axis in names}
     return direction_pairs.gridded("half_difference", whole_axes, order, pairs, path=path, about=about, **reduced)
 
@@ -217,27 +206,22 @@ def write(
     path: Path,
     param_in: Annotated[
         str | None,
-        Declared(
-            "parametrisation of the rows; if not given ISOTROPIC_TV_TL_DPHI, or SPHERICAL_TL_PL_TV_PV where wi has "
-            "several azimuths",
-            words=WRITTEN,
-        ),
+        Declared("usually ISOTROPIC_TV_TL_DPHI, with several azimuths of wi SPHERICAL_TL_PL_TV_PV", words=WRITTEN),
     ] = None,
     binary: Annotated[bool, Declared("a stream of float64 in place of text")] = False,
     resolution: Resolution = None,
 ) -> None:
-    """Write rows: those that it was read from, if `m` was and `param_in` is not given, else the pairs it holds, or of
-    anything else those of a grid of angles.
+    """Write rows: those that `m` was read from, if `param_in` is not given; else the pairs of a measurement; of other
+    materials those of a grid of angles.
 
-    An uncertainty u becomes the bound sqrt(3) u. A cosine at wo stays, other quantities become f. Lost: nodes
-    without data, names of channels. Raises ParameterError for delta lobes, maps, and parametrisations that lack an
-    azimuth.
+    An uncertainty u becomes the bound sqrt(3) u. A cosine at wo stays, other quantities become f. Lost: nodes without
+    data, names of channels. Raises ParameterError for delta lobes, maps, and parametrisations that lack an azimuth.
     """
-    kept = getattr(m, "about", {}).get("alta")
-    if kept and param_in is None and _material(kept["header"], kept["rows"], "") == m:
-        header, rows = kept["header"], kept["rows"]
+    filed = getattr(m, "about", {}).get("alta")
+    if filed and param_in is None and _material(filed["header"], filed["rows"], "") == m:
+        header, rows = filed["header"], filed["rows"]
     else:
-        header, rows = _made(pairs_of(m, resolution, ("brdf", "brdf * cos(theta_o)")), param_in)
+        header, rows = _of_pairs(pairs_of(m, resolution, ("brdf", "brdf * cos(theta_o)")), param_in)
     with replacing(path) as temporary, temporary.open("wb") as file:
         stream = {"FORMAT", "VERSION", "PRECISION", "SAMPLE_COUNT", "ENDIAN"}
         lines = [f"#{key} {value}\n" for key, value in header.items() if key not in stream]
@@ -251,7 +235,7 @@ def write(
             file.writelines(line.encode() for line in plain_text.join(rows, "\t"))
 
 
-def _made(pairs: direction_pairs.Pairs, param_in: str | None) -> tuple[dict[str, str], np.ndarray]:
+def _of_pairs(pairs: direction_pairs.Pairs, param_in: str | None) -> tuple[dict[str, str], np.ndarray]:
     name = param_in or ("SPHERICAL_TL_PL_TV_PV" if pairs.angles[:, 1].any() else "ISOTROPIC_TV_TL_DPHI")
     of_angles = PARAMETERS[name].of_angles
     assert of_angles is not None

@@ -107,9 +107,9 @@ def _neumann(along: Any, back: Any, phi: Any) -> tuple:
     return _of_vectors(_up(along - x, -y), _up(along + x, y))
 
 
-def _to_neumann(*given: Any) -> tuple:
-    along, _, phi = _to_stark(*given)
-    back = 0.5 * (direction(*given[:2]) - direction(*given[2:]))
+def _to_neumann(theta_i: Any, phi_i: Any, theta_o: Any, phi_o: Any) -> tuple:
+    along, _, phi = _to_stark(theta_i, phi_i, theta_o, phi_o)
+    back = 0.5 * (direction(theta_i, phi_i) - direction(theta_o, phi_o))
     return along, np.hypot(back[:, 0], back[:, 1]), phi
 
 
@@ -123,12 +123,10 @@ def _schlick(theta_i: Any, x: Any, y: Any) -> tuple:
 
 def _retro(theta_i: Any, x: Any, y: Any) -> tuple:
     """View at the angle hypot(x, y) from the light, in the azimuth about it that counts from the normal."""
-    apart, turn = np.hypot(x, y), np.arctan2(y, x)
+    apart, turn = np.hypot(x, y)[:, None], np.arctan2(y, x)[:, None]
     light, towards = direction(theta_i, 0.0 * x), _stack(-np.cos(theta_i), 0.0 * x, np.sin(theta_i))
     across = _stack(0.0 * x, 1.0 + 0.0 * x, 0.0 * x)
-    view = np.cos(apart)[:, None] * light + np.sin(apart)[:, None] * (
-        np.cos(turn)[:, None] * towards + np.sin(turn)[:, None] * across
-    )
+    view = np.cos(apart) * light + np.sin(apart) * (np.cos(turn) * towards + np.sin(turn) * across)
     return theta_i, 0.0 * x, *angles(view)
 
 

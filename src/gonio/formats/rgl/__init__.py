@@ -32,10 +32,9 @@ DESCRIPTION = "tensor file of the RGL material database, rgb or spectral, isotro
 ORACLE = "Mitsuba 3 `measured`; two real files (isotropic, rgb)"
 
 KINDS = ("", "_conditional", "_marginal", "_integral")
-"""Endings of the names of what `marginal_warp.tables` makes of a density."""
+"""Endings of the names of the tables that `table_warp.tables` makes of a density."""
 
-COSINE_SHARE = 0.1
-"""Share of samples that is cosine-distributed: no direction is missed where the table's density is 0."""
+COSINE_SHARE = 0.1  # share of samples that is cosine-distributed: no direction is missed where the table's density is 0
 
 
 def matches(head: bytes, size: int) -> bool:
@@ -55,25 +54,21 @@ def write(
     theta_i: Annotated[
         int | None, Declared("polar angles of wi from 0 to 90 degrees, denser towards grazing", 2, usual=writer.THETA_I)
     ] = None,
-    phi_i: Annotated[
-        int | None,
-        Declared("azimuths of wi, of anisotropic materials", 8, multiple=4, usual=writer.PHI_I),
-    ] = None,
+    phi_i: Annotated[int | None, Declared("azimuths of wi, if anisotropic", 8, multiple=4, usual=writer.PHI_I)] = None,
 ) -> None:
     """Write f as such a file: rgb (one channel becomes gray, X, Y, Z linear sRGB), or spectra for wavelengths.
 
     A measurement read from such a file is written with every field as it was, bit by bit, unless an option is given.
-    What repeats after half or a quarter of the circle of azimuths is stored once.
+    Tables that repeat after half or a quarter of the circle of azimuths are stored once.
 
-    Lost: holes, which are filled from what is next to them; values between the nodes. f with both cosines above 0.1
+    Lost: holes, which are filled from their neighbours; values between the nodes. f with both cosines above 0.1
     changes by (mean, 99th percentile, largest; relative) 5e-4, 6e-3, 2e-2 for GGX(0.1), 2e-3, 9e-3, 4e-2 for
     Lambertian + GGX(0.3) of glass, 2e-3, 1e-2, 0.3 for gold-metallic-paint, 4e-3, 3e-2, 0.1 for GGX(0.1, 0.4).
     Raises ParameterError for a delta lobe, maps, and channels that are neither colours nor wavelengths.
     """
-    given = {"resolution": resolution, "theta_i": theta_i, "phi_i": phi_i}
-    wanted = {name: value for name, value in given.items() if value is not None}
-    as_it_was = isinstance(m, RGL) and not wanted
-    tensor_file.write(path, m.stored if as_it_was else writer.fields(m, **wanted))  # type: ignore[attr-defined]
+    asked = (("resolution", resolution), ("theta_i", theta_i), ("phi_i", phi_i))
+    options = {name: value for name, value in asked if value is not None}
+    tensor_file.write(path, m.stored if isinstance(m, RGL) and not options else writer.fields(m, **options))
 
 
 class RGL(Measured):
@@ -134,18 +129,7 @@ class RGL(Measured):
     divided: bool = state()
     """Whether S is f cos(theta_o) divided by D / (4 sigma)."""
 
-    # What is looked up, of bound materials only, and made when it first is: tables by phi_i, theta_i of a density, its
-    # integrals along a row and over the rows, and its mean.
-    vndf: Any
-    """Of visible normals, by phi_m, sqrt(theta_m)."""
-    vndf_conditional: Any
-    vndf_marginal: Any
-    luminance: Any
-    """Of samples, over s."""
-    luminance_conditional: Any
-    luminance_marginal: Any
-    luminance_integral: Any
-    """About the albedo."""
+    luminance_integral: Any  # about the albedo; of bound materials only, as the tables of `_warp`
 
     def __init__(self, fields: Mapping[str, Any], path: str = ""):
         """From the fields of a tensor file, name -> array. Raises FormatError where they do not fit."""
@@ -153,8 +137,8 @@ class RGL(Measured):
         main, reduction = check(stored, path or "RGL fields")
         about = {"description": stored["description"].tobytes().decode("utf-8", "replace").rstrip("\0")}
         about |= writer.history(stored)
-        made = {name: stored[name] for name in ("theta_i", "phi_i", "sigma")}
-        made |= {"values": _finite_or_nan(stored[main]), "ndf": _finite_or_nan(stored["ndf"])}
+        tables = {name: stored[name] for name in ("theta_i", "phi_i", "sigma")}
+        tables |= {"values": _finite_or_nan(stored[main]), "ndf": _finite_or_nan(stored["ndf"])}
         names = tuple(stored["wavelengths"].tolist()) if main == "spectra" else ("R", "G", "B")
         self._hold(
             stored=stored,
@@ -168,7 +152,7 @@ class RGL(Measured):
         )
         if self.divided:
             self._hold(quantity="brdf * cos(theta_o) / (ndf / (4 sigma))")
-        super().__init__(path, about, **{name: Ours(a) for name, a in made.items()}, channel=len(names))
+        super().__init__(path, about, **{name: Ours(a) for name, a in tables.items()}, channel=len(names))
 
     def _keep(self) -> dict[str, Fixed]:
         vndf, luminance = self.stored["vndf"], self.stored["luminance"]
@@ -207,7 +191,7 @@ class RGL(Measured):
         wi, wo, _ = self._folded(wi, wo)
         at, x_i, y_i, phi_i = self._lit_from(wi)
         x, y = self._point(wi + wo, phi_i)
-        sx, sy, _ = self._warps[0].invert(at, x, y)
+        sx, sy, _ = self._warp("vndf").invert(at, x, y)
         plane, planes = ops.to_index(self.channel), self.planes
         S = bilinear(self.values, at, self._grid(self.main), sx, sy, plane, planes)
         if self.divided:
@@ -232,8 +216,7 @@ class RGL(Measured):
     def _table_warp(self, wo: Direction, u0: Any, u1: Any) -> Direction:
         wo, _, (turn_x, turn_y) = self._folded(wo, wo)
         at, _, _, phi_o = self._lit_from(wo)
-        vndf, lum = self._warps
-        x, y = vndf.sample(at, *lum.sample(at, u1, u0))
+        x, y = self._warp("vndf").sample(at, *self._warp("luminance").sample(at, u1, u0))
         theta, phi = (0.5 * math.pi) * x * x, (2.0 * y - 1.0) * math.pi
         if self.isotropic:
             phi = phi + phi_o
@@ -246,22 +229,21 @@ class RGL(Measured):
         at, _, _, phi_o = self._lit_from(wo)
         wm, cos_d = half_and_cosine(wi, wo)
         x, y = self._point(wm, phi_o)
-        vndf, lum = self._warps
-        sx, sy, density = vndf.invert(at, x, y)
+        sx, sy, density = self._warp("vndf").invert(at, x, y)
         # Solid angle of the half vectors, then of wi, per area of the square; 0 at the pole, where x = 0.
         sin_m = ops.sqrt(wm.x * wm.x + wm.y * wm.y + 1e-20)
         solid = (8.0 * math.pi**2) * x * sin_m * cos_d
-        return density * lum.eval(at, sx, sy) / ops.maximum(solid, 1e-12)
+        return density * self._warp("luminance").eval(at, sx, sy) / ops.maximum(solid, 1e-12)
 
-    def _folded(self, given: Direction, other: Direction) -> tuple[Direction, Direction, tuple[Any, Any]]:
-        """Both, turned or mirrored so that `given` lies in the part of the circle that the file covers."""
+    def _folded(self, lit: Direction, other: Direction) -> tuple[Direction, Direction, tuple[Any, Any]]:
+        """Both, turned or mirrored so that `lit` lies in the part of the circle that the file covers."""
         if self.reduction == 1:
-            return given, other, (1.0, 1.0)
-        one = 1.0 + 0.0 * given.y
-        turn_y = ops.where(given.y < 0.0, one, -one)
-        turn_x = ops.where(given.x < 0.0, one, -one) if self.reduction == 4 else turn_y
-        given, other = (Direction(turn_x * w.x, turn_y * w.y, w.z) for w in (given, other))
-        return given, other, (turn_x, turn_y)
+            return lit, other, (1.0, 1.0)
+        one = 1.0 + 0.0 * lit.y
+        turn_y = ops.where(lit.y < 0.0, one, -one)
+        turn_x = ops.where(lit.x < 0.0, one, -one) if self.reduction == 4 else turn_y
+        lit, other = (Direction(turn_x * w.x, turn_y * w.y, w.z) for w in (lit, other))
+        return lit, other, (turn_x, turn_y)
 
     def _lit_from(self, w: Direction) -> tuple[Slices, Any, Any, Any]:
         """For light from w: the tables to interpolate, the place of w in `sigma`, and its azimuth."""
@@ -284,23 +266,20 @@ class RGL(Measured):
         rows, columns = self.shapes[name][-2:]
         return rows, columns
 
-    @property
-    def _warps(self) -> tuple[MarginalWarp, MarginalWarp]:
-        vndf, lum = self._grid("vndf"), self._grid("luminance")
+    def _warp(self, name: str) -> MarginalWarp:
+        """Of "vndf", visible normals over phi_m and sqrt(theta_m), or of "luminance", samples over s."""
+        density, conditional, marginal = (getattr(self, name + kind) for kind in KINDS[:3])
         count = math.prod(self.shapes["phi_i"] + self.shapes["theta_i"])
-        return (
-            MarginalWarp(self.vndf, self.vndf_conditional, self.vndf_marginal, vndf, count),
-            MarginalWarp(self.luminance, self.luminance_conditional, self.luminance_marginal, lum, count),
-        )
+        return MarginalWarp(density, conditional, marginal, self._grid(name), count)
 
 
 def _lit(luminance: np.ndarray) -> np.ndarray:
     """The densities that samples are drawn by: even where there is no luminance."""
     with np.errstate(invalid="ignore"):
-        lit = luminance.astype(np.float64)
-        lit = np.where(np.isfinite(lit) & (lit > 0.0), lit, 0.0)
-    lit[lit.sum(axis=(-2, -1)) <= 0.0] = 1.0
-    return lit
+        density = luminance.astype(np.float64)
+        density = np.where(np.isfinite(density) & (density > 0.0), density, 0.0)
+    density[density.sum(axis=(-2, -1)) <= 0.0] = 1.0
+    return density
 
 
 def _azimuth(w: Direction) -> Any:
@@ -310,5 +289,5 @@ def _azimuth(w: Direction) -> Any:
 
 
 def _finite_or_nan(a: np.ndarray) -> np.ndarray:
-    """The array, with infinities as NaN: both are no values, and NaN is what f shows there."""
+    """The array, with infinities as NaN: neither is a value, and f is NaN there."""
     return a if not np.isinf(a).any() else np.where(np.isinf(a), np.float32(np.nan), a)

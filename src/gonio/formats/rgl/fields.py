@@ -18,25 +18,21 @@ if TYPE_CHECKING:
 def check(fields: Mapping[str, np.ndarray], where: str) -> tuple[str, int]:
     """Which field holds S, and the reduction; FormatError where a field is missing or does not fit."""
     phi, theta = (expect(fields, where, name, (None,)) for name in ("phi_i", "theta_i"))
-    for name, nodes, low, high in (
-        ("phi_i", phi, -2.0 * math.pi, 2.0 * math.pi),
-        ("theta_i", theta, 0.0, 0.5 * math.pi),
-    ):
+    ends = {"phi_i": (phi, -2.0 * math.pi, 2.0 * math.pi), "theta_i": (theta, 0.0, 0.5 * math.pi)}
+    for name, (nodes, low, high) in ends.items():
         if not (np.isfinite(nodes).all() and (np.diff(nodes) > 0.0).all()):
             raise FormatError(f"{where}: {name} is {_short(nodes)}, expected finite, increasing numbers")
         if nodes[0] < low - 0.01 or nodes[-1] > high + 0.01:
             raise FormatError(
-                f"{where}: {name} runs from {nodes[0]:g} to {nodes[-1]:g} rad, expected {low:g} to {high:g} at most"
+                f"{where}: {name} runs from {nodes[0]:g} to {nodes[-1]:g} rad, expected {low:g} to {high:g}"
             )
     reduction = 1
     if len(phi) > 2:
         span = float(phi[-1]) - float(phi[0])
         reduction = round(2.0 * math.pi / max(span, 0.1))
         if reduction not in (1, 2, 4) or abs(float(phi[0]) + math.pi) > 0.5:
-            raise FormatError(
-                f"{where}: phi_i covers {math.degrees(phi[0]):.1f} to {math.degrees(phi[-1]):.1f} degrees, "
-                f"expected -180 to 180, 0 or -90: all, a half or a quarter of the circle"
-            )
+            got = f"phi_i covers {math.degrees(phi[0]):.1f} to {math.degrees(phi[-1]):.1f} degrees"
+            raise FormatError(f"{where}: {got}, expected -180 to 180, 0 or -90: all, half or a quarter of the circle")
     at = (len(phi), len(theta))
     main = "spectra" if "spectra" in fields else "rgb"
     if main not in fields:
@@ -60,10 +56,8 @@ def check(fields: Mapping[str, np.ndarray], where: str) -> tuple[str, int]:
         raise FormatError(f"{where}: sigma holds {np.min(sigma):g}, expected positive, finite areas")
     lit = np.isfinite(vndf).all() and (vndf >= 0.0).all()
     if not lit or not (vndf.sum(axis=(2, 3), dtype=float) > 0.0).all():
-        raise FormatError(
-            f"{where}: vndf holds numbers from {np.min(vndf):g} to {np.max(vndf):g}, expected finite ones, "
-            f"none negative and some positive for every phi_i and theta_i"
-        )
+        got = f"vndf holds numbers from {np.min(vndf):g} to {np.max(vndf):g}"
+        raise FormatError(f"{where}: {got}, expected finite ones, none negative, for each wi some positive")
     return main, reduction
 
 

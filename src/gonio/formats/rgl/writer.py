@@ -60,7 +60,7 @@ class _Source(NamedTuple):
         return np.where(np.isfinite(f), f, np.nan)
 
     def luminance(self, values: np.ndarray) -> np.ndarray:
-        """One number of values (..., C): what samples are distributed by."""
+        """One number of values (..., C), which samples are distributed by."""
         return values @ LUMINANCE if self.wavelengths is None else values.mean(axis=-1)
 
 
@@ -77,17 +77,15 @@ def _source(m: Reflectance) -> _Source:
         return _Source(m, None, [0, 0, 0])
     if shape == (3,) and names in (None, ("R", "G", "B"), XYZ, RELATIVE_XYZ):
         return _Source(m, None, [0, 1, 2], rgb_of(names))
-    raise ParameterError(
-        f"{m!r:.80}: has channels {names or shape[0]!r:.80}, expected one, R, G and B, or wavelengths [nm], "
-        f"or X, Y and Z, which become R, G and B: what an RGL file can hold"
-    )
+    rule = "expected one, R, G and B, or wavelengths [nm], or X, Y and Z, which become R, G and B"
+    raise ParameterError(f"{m!r:.80}: has channels {names or shape[0]!r:.80}, {rule}")
 
 
 def fields(
     m: Reflectance, resolution: int = RESOLUTION, theta_i: int = THETA_I, phi_i: int = PHI_I
 ) -> dict[str, np.ndarray]:
     """The fields of a file: S on resolution x resolution nodes for each of theta_i polar angles and phi_i azimuths of
-    wi. Raises ParameterError for what such a file cannot hold."""
+    wi. Raises ParameterError for materials that such a file cannot hold."""
     source = _source(m)
     oriented = not m.is_isotropic()
     fits(resolution**2 * theta_i * (phi_i if oriented else 1), f"{resolution=}, {theta_i=}, {phi_i=}")
@@ -122,10 +120,11 @@ def history(fields: Mapping[str, np.ndarray]) -> dict[str, Any]:
     if PROVENANCE not in fields:
         return {}
     try:
-        held = json.loads(fields[PROVENANCE].tobytes())
+        provenance = json.loads(fields[PROVENANCE].tobytes())
     except (ValueError, RecursionError):
         return {}
-    return {ORIGIN: held[ORIGIN]} if isinstance(held, dict) and isinstance(held.get(ORIGIN), dict) else {}
+    source = provenance.get(ORIGIN) if isinstance(provenance, dict) else None
+    return {ORIGIN: source} if isinstance(source, dict) else {}
 
 
 def _text(text: str) -> np.ndarray:
@@ -171,13 +170,13 @@ def _facets(source: _Source, oriented: bool) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _projection(to: tuple[int, int], rows: int, x: np.ndarray) -> np.ndarray:
-    """The matrix that makes sigma, at nodes of a grid of `to`, of D at `rows` azimuths (without the last, which is the
-    first again) and columns at x; one row stands for all azimuths."""
+    """The matrix from D, at `rows` azimuths (without the last, the first again) and columns at x, to sigma at the nodes
+    of a grid of shape `to`; one row stands for all azimuths."""
     around, theta = _azimuths(rows if rows > 1 else 65)[:-1], RIGHT * x * x
     steps = np.full(len(x), 1.0 / (len(x) - 1))
     steps[[0, -1]] *= 0.5
     solid_angle = np.sin(theta) * (2.0 * RIGHT * x) * steps * (2.0 * math.pi / len(around))
-    # Single precision: this is the largest array here, and what it makes is stored so.
+    # Single precision: this is the largest array here, and sigma is stored so.
     wm = direction(theta, around[:, None]).reshape(-1, 3).astype(np.float32)
     w = direction(RIGHT * np.linspace(0.0, 1.0, to[1]) ** 2, _azimuths(to[0])[:, None]).reshape(-1, 3)
     area = np.maximum(w.astype(np.float32) @ wm.T, 0.0).reshape(len(w), len(around), len(x))
@@ -223,7 +222,7 @@ def _reflected(source: _Source, wi: np.ndarray, x: np.ndarray, y: np.ndarray) ->
 def _values(
     source: _Source, thetas: np.ndarray, phis: np.ndarray, ndf: np.ndarray, sigma: np.ndarray, vndf: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """S (phi_i, theta_i, C, n, n) and what samples are drawn by (phi_i, theta_i, n, n)."""
+    """S (phi_i, theta_i, C, n, n), and the luminance that samples are drawn by (phi_i, theta_i, n, n)."""
     n = vndf.shape[2]
     density, conditional, marginal = (t.reshape(-1) for t in tables(vndf)[:3])
     warp = MarginalWarp(density, conditional, marginal, (n, COLUMNS), len(phis) * len(thetas))

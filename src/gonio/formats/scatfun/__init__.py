@@ -38,20 +38,17 @@ ORACLE = "real file, and the Beckmann conductor that it was computed from"
 SAMPLES, LEAST_SAMPLES = 8, 32
 """Intervals of the tables that are looked up, along half a circle: per order, and at least."""
 
-FEW_ORDERS = 64
-"""Orders that are tried first, when a material is written."""
-
-Y, R, B = 1.39829, -0.297375, -0.100913
-"""Green from luminance, red and blue, as pbrt has it."""
+FEW_ORDERS = 64  # orders that are tried first, when a material is written
+Y, R, B = 1.39829, -0.297375, -0.100913  # green from luminance, red and blue, as pbrt has it
 
 
 class Scatfun(Sampled):
     """f = 1/cos(theta_i) sum_k a_k(mu_i, mu_o) cos(k phi), mu_i = -cos(theta_i), mu_o = cos(theta_o).
 
     phi = phi_o - phi_i - pi is 0 in the forward direction. The a_k are Catmull-Rom splines along mu_i and mu_o through
-    the nodes that the file holds them for, as in pbrt. What they sum up to is looked up for each of 4 x 4 nodes, in a
-    table over phi of 8 entries per order, cubic between these: at nodes and entries it is exact. Three channels are
-    luminance, red and blue; green follows. Where the series rings below 0 it is kept as it is (pbrt makes it 0).
+    the nodes of the file, as in pbrt. The sum of a series is looked up for each of 4 x 4 nodes in a table over phi, of
+    8 entries per order, cubic between these: at nodes and entries it is exact. Three channels are luminance, red and
+    blue; green follows. Where the series rings below 0 it is kept as it is (pbrt makes it 0).
     A file has four quarters: light from in front or behind, reflected or transmitted. f is what `side` reflects;
     all of them are kept, and written.
 
@@ -96,14 +93,9 @@ class Scatfun(Sampled):
         width, mu, sign = parts["channels"], parts["mu"].astype(float), 1.0 if side == "front" else -1.0
         at_i, at_o = _beyond(mu, -sign), _beyond(mu, sign)
         first, steps, samples = _sampled(parts["coefficients"], parts["places"][at_o, at_i], width)
-        about = {
-            "side": side,
-            "eta": parts["eta"],
-            "alpha": parts["alpha"],
-            "metadata": parts["metadata"].decode("utf-8", "replace"),
-        }
-        names = ("R", "G", "B") if width == 3 else None
-        nodes = (len(mu[at_i]), len(mu[at_o]))
+        about = {"side": side, "eta": parts["eta"], "alpha": parts["alpha"]}
+        about["metadata"] = parts["metadata"].decode("utf-8", "replace")
+        names, nodes = ("R", "G", "B") if width == 3 else None, (len(mu[at_i]), len(mu[at_o]))
         self._hold(parts=parts, sign=sign, nodes=nodes, width=width, channel_names=names)
         tables = {"mu_i": mu[at_i], "mu_o": mu[at_o], "first": first, "steps": steps, "samples": Ours(samples)}
         super().__init__(path, about, **tables, channel=3 if width == 3 else 0.0)
@@ -118,15 +110,15 @@ class Scatfun(Sampled):
         """The parts of the file, coefficients one after the other as they are stored; see `places`."""
         import xarray
 
-        pairs = ("mu_o", "mu_i")
-        held = {
+        pairs, places = ("mu_o", "mu_i"), self.parts["places"]
+        variables = {
             "coefficients": ("coefficient", self.parts["coefficients"], {"units": "sr-1", "long_name": self.quantity}),
-            "offset": (pairs, self.parts["places"][..., 0], {"units": "1", "long_name": "first coefficient"}),
-            "length": (pairs, self.parts["places"][..., 1], {"units": "1", "long_name": "orders, per channel"}),
+            "offset": (pairs, places[..., 0], {"units": "1", "long_name": "first coefficient"}),
+            "length": (pairs, places[..., 1], {"units": "1", "long_name": "orders, per channel"}),
             "cdf": (pairs, self.parts["cdf"], {"units": "sr-1", "long_name": "integral of order 0 along mu_i"}),
         }
         nodes = {n: (n, self.parts["mu"], {"units": "1", "long_name": "cosine"}) for n in pairs}
-        return xarray.Dataset(held, nodes, {"quantity": self.quantity, "source": self.path, **self.about})
+        return xarray.Dataset(variables, nodes, {"quantity": self.quantity, "source": self.path, **self.about})
 
     def formula(self, wi: Direction, wo: Direction) -> Any:
         across = ops.absolute(wi.x * wo.y - wi.y * wo.x)
@@ -179,8 +171,7 @@ def _sampled(coefficients: np.ndarray, places: np.ndarray, width: int) -> tuple[
 
     Each row of samples has one entry more at both ends. The first row is that of pairs without coefficients: zeros.
     """
-    lengths = places[..., 1].reshape(-1).astype(np.int64)
-    offsets = places[..., 0].reshape(-1).astype(np.int64)
+    offsets, lengths = places.reshape(-1, 2).astype(np.int64).T
     steps = np.where(lengths > 1, np.maximum(SAMPLES * (lengths - 1), LEAST_SAMPLES), 1)
     entries = np.where(lengths > 0, steps + 3, 0)
     first = np.where(lengths > 0, 4 + np.cumsum(entries) - entries, 0)
@@ -196,7 +187,7 @@ def _sampled(coefficients: np.ndarray, places: np.ndarray, width: int) -> tuple[
 def _summed(series: np.ndarray, steps: int) -> np.ndarray:
     """Cosine series (width, orders) at -1 to steps + 1 steps, of which `steps` are half a circle."""
     whole = np.fft.irfft(np.pad(series, ((0, 0), (0, steps + 1 - series.shape[1]))) * steps, 2 * steps)
-    whole[:] += series[:, :1] * 0.5  # irfft halves what all other orders have twice
+    whole[:] += series[:, :1] * 0.5  # irfft halves order 0, which all others have twice
     return whole[:, np.arange(-1, steps + 2) % (2 * steps)]
 
 
@@ -239,8 +230,8 @@ def write(
 ) -> None:
     """Write f cos(theta_i) as Fourier series; a Scatfun is written as it was read, bit by bit.
 
-    Files whose name ends in .gz are compressed. Raises ParameterError for
-    what such a file cannot hold: anisotropic materials, delta lobes, holes, other than 1 or 3 channels.
+    Files whose name ends in .gz are compressed. Raises ParameterError for anisotropic materials, delta lobes, holes,
+    and other than 1 or 3 channels, which no such file can hold.
     """
     data = serialise(m.parts if isinstance(m, Scatfun) else _fitted(m, nodes, orders, tolerance))
     with replacing(path) as temporary:
@@ -282,15 +273,15 @@ def _series(
         values = m.f(wi, wo).reshape(len(theta_i), 2 * count, width) * wi[..., 2:]
         if not np.isfinite(values).all():
             raise ParameterError(f"{m!r:.80}: has holes, which SCATFUN files cannot hold; fill them first")
-        found = np.fft.rfft(np.moveaxis(values, -1, 1)).real[..., :count] / count
-        found[..., 0] *= 0.5
+        series = np.fft.rfft(np.moveaxis(values, -1, 1)).real[..., :count] / count
+        series[..., 0] *= 0.5
         if width == 3:
-            red, green, blue = np.moveaxis(found, 1, 0)
-            found = np.stack([(green - R * red - B * blue) / Y, red, blue], axis=1)
-        beyond = np.cumsum(np.abs(found[..., ::-1]), axis=-1)[..., ::-1]
-        lengths = (beyond > tolerance * np.abs(found[..., :1])).any(axis=1).sum(axis=1)
+            red, green, blue = np.moveaxis(series, 1, 0)
+            series = np.stack([(green - R * red - B * blue) / Y, red, blue], axis=1)
+        beyond = np.cumsum(np.abs(series[..., ::-1]), axis=-1)[..., ::-1]
+        lengths = (beyond > tolerance * np.abs(series[..., :1])).any(axis=1).sum(axis=1)
         if lengths.max() < count or count == orders:
-            return found, lengths.tolist()
+            return series, lengths.tolist()
         count = min(2 * count, orders)
 
 

@@ -23,7 +23,7 @@ GZIP, MOST_INFLATED = b"\x1f\x8b", 100
 
 
 def inflated(data: bytes, where: str) -> bytes:
-    """The content of a gzipped file, no longer than its header says; other files as they are."""
+    """The content of a gzipped file, at most as long as its header says; other files unchanged."""
     if not data.startswith(GZIP):
         return data
     stream = zlib.decompressobj(zlib.MAX_WBITS | 16)
@@ -31,10 +31,8 @@ def inflated(data: bytes, where: str) -> bytes:
         head = stream.decompress(data, HEADER.size)
         size = _size(_header(head, where))
         if size > MOST_INFLATED * len(data):
-            raise FormatError(
-                f"{where}: header says {size} bytes, which is more than {MOST_INFLATED} times the {len(data)} of the "
-                f"compressed file; decompress it with gunzip if you trust it"
-            )
+            got = f"header says {size} bytes, more than {MOST_INFLATED} times the {len(data)} of the compressed file"
+            raise FormatError(f"{where}: {got}; decompress it with gunzip if you trust it")
         rest = stream.decompress(stream.unconsumed_tail, size - len(head) + 1)
     except zlib.error as error:
         raise FormatError(f"{where}: damaged gzip file: {error}; fetch it again") from None
@@ -49,17 +47,15 @@ def _header(data: bytes, where: str) -> dict[str, Any]:
     magic, *numbers = HEADER.unpack_from(data)
     if magic != MAGIC:
         raise FormatError(f"{where}: starts with {magic!r}, expected {MAGIC!r}: SCATFUN, version 1")
-    found = dict(zip(COUNTS, numbers, strict=False))
-    found |= {"eta": numbers[9], "alpha": tuple(numbers[10:12]), "unused": numbers[12]}
+    header = dict(zip(COUNTS, numbers, strict=False))
+    header |= {"eta": numbers[9], "alpha": tuple(numbers[10:12]), "unused": numbers[12]}
     for name, allowed in (("flags", (1,)), ("channels", (1, 3)), ("bases", (1,)), ("parameters", (0,))):
-        if found[name] not in allowed:
-            raise FormatError(
-                f"{where}: {name} is {found[name]}, expected {' or '.join(map(str, allowed))}: files that extrapolate "
-                f"series or hold several materials are not read; write it without"
-            )
-    if found["nodes"] < 2:
-        raise FormatError(f"{where}: {found['nodes']} nodes, expected at least 2")
-    return found
+        if header[name] not in allowed:
+            rule = "files that extrapolate series or hold several materials are not read; write it without"
+            raise FormatError(f"{where}: {name} is {header[name]}, expected {' or '.join(map(str, allowed))}: {rule}")
+    if header["nodes"] < 2:
+        raise FormatError(f"{where}: {header['nodes']} nodes, expected at least 2")
+    return header
 
 
 def _size(header: Mapping[str, Any]) -> int:
@@ -72,17 +68,16 @@ def parse(data: bytes, where: str) -> dict[str, Any]:
     """The parts of a file; `where` names it in messages. Raises FormatError where they do not fit each other."""
     header = _header(data, where)
     if len(data) != _size(header):
-        raise FormatError(
-            f"{where}: SCATFUN file of {len(data)} bytes, expected {_size(header)} for {header['nodes']} nodes and "
-            f"{header['coefficients']} coefficients: cut short or damaged; fetch it again"
-        )
+        counts = f"{header['nodes']} nodes and {header['coefficients']} coefficients"
+        got = f"SCATFUN file of {len(data)} bytes, expected {_size(header)} for {counts}"
+        raise FormatError(f"{where}: {got}: cut short or damaged; fetch it again")
     at, n = HEADER.size, header["nodes"]
 
     def taken(dtype: str, *shape: int) -> np.ndarray:
         nonlocal at
-        found = np.ndarray(shape, dtype, buffer=data, offset=at)
-        at += found.nbytes
-        return found
+        part = np.ndarray(shape, dtype, buffer=data, offset=at)
+        at += part.nbytes
+        return part
 
     mu = taken("<f4", n)
     parts = {"mu": mu, "positions": taken("<f4", header["positions"]), "cdf": taken("<f4", n, n)}
@@ -91,23 +86,21 @@ def parse(data: bytes, where: str) -> dict[str, Any]:
     increasing = (steps >= 0.0).all() and (steps[mu[1:] != 0.0] > 0.0).all() and (mu == 0.0).sum() <= 2
     if not (increasing and np.abs(mu).max() <= 1.0):
         raise FormatError(f"{where}: nodes {mu[:4]} ..., expected increasing cosines from -1 to 1, only 0 twice")
-    offset, length = parts["places"][..., 0].astype(np.int64), parts["places"][..., 1].astype(np.int64)
-    held, width = header["coefficients"], header["channels"]
-    if length.max() > header["orders"] or (offset + width * length)[length > 0].max(initial=0) > held:
-        raise FormatError(
-            f"{where}: pairs of nodes have up to {length.max()} orders, their coefficients end at "
-            f"{(offset + width * length).max()}; expected {header['orders']} and {held} at most: damaged"
-        )
-    if width * length.sum() > held:
-        raise FormatError(f"{where}: pairs of nodes share coefficients: {width * length.sum()} of {held}; damaged")
+    offset, length = np.moveaxis(parts["places"].astype(np.int64), -1, 0)
+    count, width = header["coefficients"], header["channels"]
+    end = offset + width * length
+    if length.max() > header["orders"] or end[length > 0].max(initial=0) > count:
+        got = f"pairs of nodes have up to {length.max()} orders, their coefficients end at {end.max()}"
+        raise FormatError(f"{where}: {got}; expected {header['orders']} and {count} at most: damaged")
+    if width * length.sum() > count:
+        raise FormatError(f"{where}: pairs of nodes share coefficients: {width * length.sum()} of {count}; damaged")
     named = {name: header[name] for name in ("channels", "orders", "eta", "alpha", "unused")}
     return {**parts, "metadata": data[at:], **named}
 
 
 def serialise(parts: Mapping[str, Any]) -> bytes:
     """The file of these parts."""
-    sizes = {name: len(parts[name]) for name in ("mu", "coefficients", "metadata", "positions")}
-    first = (1, sizes["mu"], sizes["coefficients"], parts["orders"], parts["channels"], 1)
-    counts = (*first, sizes["metadata"], 0, sizes["positions"])
+    nodes, coefficients, metadata, positions = (len(parts[n]) for n in ("mu", "coefficients", "metadata", "positions"))
+    counts = (1, nodes, coefficients, parts["orders"], parts["channels"], 1, metadata, 0, positions)
     arrays = b"".join(parts[name].tobytes() for name in ("mu", "positions", "cdf", "places", "coefficients"))
     return HEADER.pack(MAGIC, *counts, parts["eta"], *parts["alpha"], parts["unused"]) + arrays + parts["metadata"]

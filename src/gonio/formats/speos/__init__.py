@@ -55,7 +55,8 @@ from .._optical.angle_tables import (
     values_at,
 )
 from .._options import Declared
-from .._reading import channel_words, plain_text
+from .._reading import plain_text
+from .._reading.channel_words import LONGEST, SHORTEST, Wavelengths
 from .contents import ANISOTROPIC, BRDF, START, Part, Sheet, Table, read_sheet, written
 
 NAME = "Speos"
@@ -64,12 +65,11 @@ SHARED_SUFFIX = True
 DESCRIPTION = "Ansys Speos (OPTIS) text: .brdf by wavelength, .anisotropicbsdf by angle of the sample"
 ORACLE = "own generator, written from Ansys' manual; parts of two real files"
 
-SPECTRAL = 50
-"""Largest growth, values over bytes of the file, by a spectrum that multiplies all tables."""
+SPECTRAL = 50  # largest growth, values over bytes of the file, by a spectrum that multiplies all tables
 
 
 def matches(head: bytes, size: int) -> bool:
-    """Whether a file that starts so is one of these; what the RT-300S exports for Speos is another."""
+    """Whether a file that starts so is one of these; the RT-300S's export for Speos is another format."""
     words = b" ".join(head.replace(b"\0", b"")[:256].lower().split())
     return words.startswith(START.encode()) and b"surface file" in words and b"sampleid:" not in words
 
@@ -78,12 +78,7 @@ def read(
     path: str | os.PathLike,
     wavelengths: Annotated[
         Sequence[float] | None,
-        Declared(
-            "channels at which the spectrum of an .anisotropicbsdf is taken, linear between its lines",
-            channel_words.SHORTEST,
-            channel_words.LONGEST,
-            "nm",
-        ),
+        Declared("channels of an .anisotropicbsdf, linear in its spectrum", SHORTEST, LONGEST, "nm"),
     ] = None,
 ) -> Gridded:
     """The reflectance of a file: `angles` axes theta_i, theta_o, phi; or with phi_i, phi_o where the sample was turned.
@@ -97,12 +92,9 @@ def read(
     part = sheet.parts.get("reflection")
     if part is None:
         raise FormatError(f"{path}: holds transmission only; {NO_TRANSMISSION}")
-    theta, phi = part.tables[0].theta, part.tables[0].phi
-    for table in part.tables:
-        if not (np.array_equal(table.theta, theta) and np.array_equal(table.phi, phi)):
-            raise FormatError(
-                f"{path}: tables of different theta or phi, expected the same; resample them in Ansys' viewer"
-            )
+    first, *others = part.tables
+    if not all(np.array_equal(t.theta, first.theta) and np.array_equal(t.phi, first.phi) for t in others):
+        raise FormatError(f"{path}: tables of different theta or phi, expected one grid; resample in Ansys' viewer")
     if wavelengths is not None and not sheet.is_anisotropic:
         raise ParameterError("wavelengths=: expected for .anisotropicbsdf only; a .brdf has a table for each")
     with np.errstate(over="ignore", invalid="ignore"):
@@ -110,11 +102,12 @@ def read(
             axes, f, names = _anisotropic(path, sheet, part, wavelengths)
         else:
             axes, f, names = _isotropic(sheet, part)
-    about = {"comment": sheet.comment, "description": sheet.description, "start": sheet.start}
-    stated = [] if wavelengths is not None else _totals(sheet, part, names)
+    phi = axes.get("phi", np.zeros(1))
     return Filed(
-        "angles", axes, f, channels=names, mirrored=_half(axes), path=str(path), about=about,
-        filed=sheet, stated_totals=stated,
+        "angles", axes, f, channels=names,
+        mirrored=len(phi) > 1 and phi[0] >= -1e-9 and phi[-1] <= math.pi + 1e-9,
+        path=str(path), about={"comment": sheet.comment, "description": sheet.description, "start": sheet.start},
+        filed=sheet, stated_totals=[] if wavelengths is not None else _totals(sheet, part, names),
     )  # fmt: skip
 
 
@@ -129,10 +122,6 @@ def _totals(sheet: Sheet, part: Part, names: tuple[float, ...] | None) -> list[T
     return [Total(theta_i, 0.0, tuple(row)) for theta_i, row in zip(angles, shares.tolist(), strict=True)]
 
 
-def _half(axes: dict[str, np.ndarray]) -> bool:
-    return "phi" in axes and len(axes["phi"]) > 1 and axes["phi"][0] >= -1e-9 and axes["phi"][-1] <= math.pi + 1e-9
-
-
 def _integral(sheet: Sheet, table: Table) -> float:
     """Of f cos(theta_o), in the table's own unit."""
     theta = np.radians(table.theta)
@@ -141,7 +130,7 @@ def _integral(sheet: Sheet, table: Table) -> float:
 
 
 def _unit(sheet: Sheet, part: Part) -> np.ndarray:
-    """What brings values (theta, phi) to the BRDF but for their scale."""
+    """The factor (theta, 1) that makes values the BRDF but for a scale."""
     cosine = np.cos(np.radians(part.tables[0].theta))[:, None]
     return np.ones_like(cosine) if sheet.of_bsdf else 1.0 / np.where(cosine > 1e-6, cosine, np.nan)
 
@@ -182,7 +171,7 @@ def _anisotropic(
         phi, f = _about_light(phi, f[0])
         axes: dict[str, Any] = {"theta_i": first, "theta_o": theta, "phi": phi}
     else:
-        axes, f = _oriented(path, part, theta, phi, f)
+        axes, f = _oriented(path, part, phi, f)
     return {name: np.radians(x) for name, x in axes.items()}, f if names else f[..., 0], names
 
 
@@ -200,36 +189,27 @@ def _shares(
     path: Path, part: Part, wavelengths: Sequence[float] | None, size: int
 ) -> tuple[np.ndarray, tuple[float, ...] | None]:
     """Shares (C,) and wavelengths of the channels, or one share where they are all the same."""
-    known, shares = part.spectrum.T
+    nm, shares = part.spectrum.T
     if wavelengths is not None:
-        asked = np.asarray(wavelengths, dtype=float).reshape(-1)
-        if not asked.size or not (np.isfinite(asked).all() and (asked > 0.0).all()):
-            raise ParameterError(f"wavelengths={wavelengths!r:.60}: expected wavelengths in nm")
-        return np.interp(asked, known, shares) / 100.0, tuple(asked.tolist())
+        return np.interp(wavelengths, nm, shares) / 100.0, tuple(map(float, wavelengths))
     if (shares == shares[0]).all():
         return shares[:1] / 100.0, None
     if size * len(shares) > SPECTRAL * path.stat().st_size:
-        raise FormatError(
-            f"{path}: {len(shares)} wavelengths would make {size * len(shares)} values; "
-            f"name those you need: load(path, wavelengths=[450, 550, 650])"
-        )
-    return shares / 100.0, tuple(known.tolist())
+        many = f"{len(shares)} wavelengths would make {size * len(shares)} values"
+        raise FormatError(f"{path}: {many}; name those you need: load(path, wavelengths=[450, 550, 650])")
+    return shares / 100.0, tuple(nm.tolist())
 
 
-def _oriented(
-    path: Path, part: Part, theta: np.ndarray, phi: np.ndarray, f: np.ndarray
-) -> tuple[dict[str, Any], np.ndarray]:
+def _oriented(path: Path, part: Part, phi: np.ndarray, f: np.ndarray) -> tuple[dict[str, Any], np.ndarray]:
     """Axes [degrees] with phi_o for phi, and f (theta_i, theta_o, phi_i, phi_o, C): phi_o = phi + sample's angle."""
     around = phi[:-1] if len(phi) > 1 and abs(phi[-1] - phi[0] - 360.0) < 1e-9 else phi
     turned = [np.mod(np.round(around + turn, 9), 360.0) for turn in part.turns]
     phi_o = np.unique(np.concatenate(turned))
     if f[0].size * len(part.turns) * len(phi_o) > len(phi) * SPECTRAL * path.stat().st_size:
-        raise FormatError(
-            f"{path}: phi and the angles of the sample make {len(phi_o)} azimuths; resample it to one step"
-        )
-    rows = [at_azimuths(phi_o, own, row) for own, row in zip(turned, f, strict=True)]
-    axes = {"theta_i": part.incidence[0], "theta_o": theta, "phi_i": np.array(part.turns) + 180.0, "phi_o": phi_o}
-    return axes, np.array(rows).transpose(1, 2, 0, 3, 4)
+        raise FormatError(f"{path}: phi and angles of the sample make {len(phi_o)} azimuths; resample to one step")
+    rows = [at_azimuths(phi_o, nodes, row) for nodes, row in zip(turned, f, strict=True)]
+    axes = {"theta_i": part.incidence[0], "theta_o": part.tables[0].theta, "phi_i": np.array(part.turns) + 180.0}
+    return {**axes, "phi_o": phi_o}, np.array(rows).transpose(1, 2, 0, 3, 4)
 
 
 def write(
@@ -244,7 +224,7 @@ def write(
     phi_i: Annotated[Sequence[float] | None, Declared("azimuths of wi", -360.0, 540.0, "degrees", rising=True)] = None,
     step: Step = None,
     channel: Channel = None,
-    wavelengths: channel_words.Wavelengths = None,
+    wavelengths: Wavelengths = None,
 ) -> None:
     """Write f by angles, as `.anisotropicbsdf` if the file is named so, else as `.brdf`; a material read from such a
     file is written with the same numbers, transmission too.
@@ -258,26 +238,26 @@ def write(
     """
     path = Path(path)
     anisotropic = path.suffix.lower() == ".anisotropicbsdf"
-    given = (theta_i, theta_o, phi, phi_i)
-    sheet = as_filed(m, Sheet, *given, step, channel, wavelengths)
+    angles = (theta_i, theta_o, phi, phi_i)
+    sheet = as_filed(m, Sheet, *angles, step, channel, wavelengths)
     if sheet is None or sheet.is_anisotropic != anisotropic:
-        f, axes = _sampled(m, anisotropic, given, step)
+        f, axes = _sampled(m, anisotropic, angles, step)
         f, names = _spectrally(m, f, channel, wavelengths, anisotropic)
         sheet = _made_of(f, axes, names, anisotropic)
     plain_text.write(path, written(sheet))
 
 
 def _sampled(
-    m: Reflectance, anisotropic: bool, given: tuple, step: float | None
+    m: Reflectance, anisotropic: bool, angles: tuple, step: float | None
 ) -> tuple[np.ndarray, dict[str, list[float]]]:
     """f (phi_i, theta_i, theta_o, phi, C) and angles of the file [degrees]."""
-    own = own_table(m, "angles", (*given, step))
-    if own and not own[0].is_oriented():
-        theta_i, theta_o, phi = (plain_text.degrees(x) for x in own[0].axes.values())
-        phi, f = _about_light(phi, own[1]) if own[0].is_mirrored else (np.round(phi - 180.0, 9), own[1])
-        lists = {"theta_i": theta_i, "theta_o": theta_o, "phi": phi}
-        return f[None], {"phi_i": [180.0], **{name: x.tolist() for name, x in lists.items()}}
-    theta_i, theta_o, phi, phi_i = given
+    if (own := own_table(m, "angles", (*angles, step))) and not own[0].is_oriented():
+        table, f = own
+        theta_i, theta_o, phi = (plain_text.degrees(x) for x in table.axes.values())
+        phi, f = _about_light(phi, f) if table.is_mirrored else (np.round(phi - 180.0, 9), f)
+        axes = {"theta_i": theta_i.tolist(), "theta_o": theta_o.tolist(), "phi": phi.tolist()}
+        return f[None], {"phi_i": [180.0], **axes}
+    theta_i, theta_o, phi, phi_i = angles
     isotropic = phi_i is None and m.is_isotropic()
     if not anisotropic and not isotropic:
         raise ParameterError(f"{m!r:.80}: is anisotropic, and a .brdf is not; name the file .anisotropicbsdf")
@@ -298,34 +278,26 @@ def _spectrally(
     """The channels that are written, and their wavelengths."""
     names, f = channel_named(m, f, channel)
     if anisotropic and f.shape[-1] > 1:
-        raise ParameterError(
-            f"{m!r:.80}: has {f.shape[-1]} channels, and an .anisotropicbsdf one; choose it with channel="
-        )
-    own = () if m.channel_names is None else names
-    named = list(wavelengths) if wavelengths is not None else [n for n in own if not isinstance(n, str)]
-    if f.shape[-1] == 1 and not named:
-        named = [550.0]
-    if len(named) != f.shape[-1] or not (np.diff(named) > 0.0).all():
-        raise ParameterError(
-            f"{m!r:.80}: has channels {names!r:.60} and wavelengths {named!r:.60}; give one for each, "
-            f"increasing, in nm: wavelengths=[...]"
-        )
-    return f, [float(n) for n in named]
+        raise ParameterError(f"{m!r:.80}: {f.shape[-1]} channels, an .anisotropicbsdf has one; choose it with channel=")
+    of_m = [] if m.channel_names is None else [n for n in names if not isinstance(n, str)]
+    nm = of_m if wavelengths is None else list(wavelengths)
+    if f.shape[-1] == 1 and not nm:
+        nm = [550.0]
+    if len(nm) != f.shape[-1] or not (np.diff(nm) > 0.0).all():
+        got = f"has channels {names!r:.60} and wavelengths {nm!r:.60}"
+        raise ParameterError(f"{m!r:.80}: {got}; give one for each, increasing, in nm: wavelengths=[...]")
+    return f, [float(n) for n in nm]
 
 
 def _made_of(f: np.ndarray, axes: dict[str, list[float]], names: list[float], anisotropic: bool) -> Sheet:
     theta, phi = np.array(axes["theta_o"]), np.array(axes["phi"])
     values = np.nan_to_num(f)
-    if anisotropic:
-        by_table = values[..., 0].reshape(-1, len(theta), len(phi))
-    else:
-        by_table = values[0].transpose(0, 3, 1, 2).reshape(-1, len(theta), len(phi))
+    by_table = values[..., 0] if anisotropic else values[0].transpose(0, 3, 1, 2)
+    by_table = by_table.reshape(-1, len(theta), len(phi))
     sheet = Sheet(ANISOTROPIC if anisotropic else BRDF, "written by gonio", "", [1.0, 0.0, 0.0], True, {})
     shares = [100.0 * _integral(sheet, Table(0.0, theta, phi, table)) for table in by_table]
     tables = [Table(s, theta, phi, table) for s, table in zip(shares, by_table, strict=True)]
-    spectrum = np.array(names)[:, None]
-    if anisotropic:
-        spectrum = np.array([[380.0, shares[0]], [780.0, shares[0]]])
+    spectrum = np.array([[380.0, shares[0]], [780.0, shares[0]]] if anisotropic else [[nm] for nm in names])
     turns = [np.round(p - 180.0, 9) for p in axes["phi_i"]]
     incidence = [axes["theta_i"]] * len(turns)
     part = Part(turns, incidence, [axes["theta_i"][0], turns[0]], "Reflection Spectrum", spectrum, tables)

@@ -1,11 +1,11 @@
-"""Speos' (OPTIS) text files as they are written: headers, lists of angles, tables. See `speos` for what they mean."""
+"""Speos' (OPTIS) text files: headers, lists of angles, tables, read and written. Their meaning: see `speos`."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -89,30 +89,37 @@ def read_sheet(path: Path) -> Sheet:
 
 
 def _described(path: Path, text: str) -> tuple[str, str, int]:
-    """The description, whose length the first line tells, what follows it, and the number of the line before that."""
+    """The description, whose length the first line tells; the text after it; and the number of the line before that."""
     length, _, rest = text.partition("\n")
     if not plain_text.is_whole(length.strip()):
         raise FormatError(f"{path}, line 4: got {length[:20]!r}, expected how many characters the description has")
-    wanted, held = int(length), list[str]()
+    wanted, described = int(length), list[str]()
     rows = rest.split("\n", 1000)
     # Ends of lines count as one or two characters, and that of the last line counts or not.
-    while wanted and rows and sum(map(len, held)) + 2 * len(held) < wanted:
-        held.append(rows.pop(0))
-    return "\n".join(held), "\n".join(rows), 4 + len(held)
+    while wanted and rows and sum(map(len, described)) + 2 * len(described) < wanted:
+        described.append(rows.pop(0))
+    return "\n".join(described), "\n".join(rows), 4 + len(described)
 
 
-def _angles(lines: plain_text.Lines, name: str, count: int, low: float, high: float) -> list[float]:
-    found = lines.numbers(count, name).tolist()
-    increasing(f"{lines.path}, line {lines.number}", name, found, low, high)
-    return found
+def _counts(lines: plain_text.Lines, expected: str) -> tuple[int, int]:
+    counts = lines.floats(lines.take(expected))
+    if len(counts) != 2 or not all(c >= 1.0 and c == int(min(c, 1e9)) for c in counts):
+        raise lines.fault(f"{counts}", expected)
+    return int(counts[0]), int(counts[1])
+
+
+def _angles(lines: plain_text.Lines, name: str, low: float, high: float, count: int | None = None) -> list[float]:
+    """Increasing angles [degrees]; their count comes first where it is not known."""
+    count = lines.count(lines.take(f"how many {name}")) if count is None else count
+    angles = lines.numbers(count, name).tolist()
+    increasing(f"{lines.path}, line {lines.number}", name, angles, low, high)
+    return angles
 
 
 def _isotropic_parts(lines: plain_text.Lines, names: list[str]) -> dict[str, Part]:
-    counts = lines.floats(lines.take("counts of angles of incidence and wavelengths"))
-    if len(counts) != 2 or not all(c >= 1.0 and c == int(min(c, 1e9)) for c in counts):
-        raise lines.fault(f"{counts}", "counts of angles of incidence and wavelengths")
-    incidence = _angles(lines, "angles of incidence", int(counts[0]), 0.0, 90.0)
-    spectrum = lines.numbers(int(counts[1]), "wavelengths")[:, None]
+    incidences, wavelengths = _counts(lines, "counts of angles of incidence and wavelengths")
+    incidence = _angles(lines, "angles of incidence", 0.0, 90.0, incidences)
+    spectrum = lines.numbers(wavelengths, "wavelengths")[:, None]
     if not (np.diff(spectrum[:, 0]) > 0.0).all():
         raise lines.fault(f"{spectrum[:, 0].tolist()}", "increasing wavelengths")
     parts = {}
@@ -123,20 +130,15 @@ def _isotropic_parts(lines: plain_text.Lines, names: list[str]) -> dict[str, Par
 
 
 def _anisotropic_parts(lines: plain_text.Lines, names: list[str]) -> dict[str, Part]:
-    found: dict[str, Any] = {}
+    angles = {}
     for name in names:
-        count = lines.count(lines.take("how many angles of the sample"))
-        turns = _angles(lines, "angles of the sample", count, -360.0, 360.0)
-        incidence = []
-        for _ in turns:
-            count = lines.count(lines.take("how many angles of incidence"))
-            incidence.append(_angles(lines, "angles of incidence", count, 0.0, 90.0))
-        found[name] = (turns, incidence)
+        turns = _angles(lines, "angles of the sample", -360.0, 360.0)
+        angles[name] = turns, [_angles(lines, "angles of incidence", 0.0, 90.0) for _ in turns]
     spectra = {name: _spectrum(lines) for name in names}
     parts = {}
     for name in names:
-        turns, incidence = found[name]
-        tables = [_table(lines, math.nan) for angles in incidence for _ in angles]
+        turns, incidence = angles[name]
+        tables = [_table(lines, math.nan) for row in incidence for _ in row]
         parts[name] = Part(turns, incidence, *spectra[name], tables)
     return parts
 
@@ -155,11 +157,9 @@ def _spectrum(lines: plain_text.Lines) -> tuple[list[float], str, np.ndarray]:
 
 
 def _table(lines: plain_text.Lines, share: float) -> Table:
-    counts = lines.floats(lines.take("counts of theta and phi"))
-    if len(counts) != 2 or not all(c >= 1.0 and c == int(min(c, 1e9)) for c in counts):
-        raise lines.fault(f"{counts}", "counts of theta and phi")
-    phi = lines.numbers(int(counts[1]), "azimuths phi")
-    rows = lines.rows(int(counts[1]) + 1, int(counts[0]), "theta and values")
+    thetas, phis = _counts(lines, "counts of theta and phi")
+    phi = lines.numbers(phis, "azimuths phi")
+    rows = lines.rows(phis + 1, thetas, "theta and values")
     theta = rows[:, 0].copy()
     where = f"{lines.path}, line {lines.number}"
     increasing(where, "phi", phi.tolist(), -360.0, 360.0)
@@ -181,14 +181,10 @@ def written(sheet: Sheet) -> Iterator[str]:
         yield from plain_text.join([part.incidence[0], part.spectrum[:, 0].tolist()], "\t")
     else:
         for part in sheet.parts.values():
-            yield f"{len(part.turns)}\n"
-            yield from plain_text.join([part.turns], "\t")
-            for incidence in part.incidence:
-                yield f"{len(incidence)}\n"
-                yield from plain_text.join([incidence], "\t")
+            for angles in (part.turns, *part.incidence):
+                yield from plain_text.join([[len(angles)], angles], "\t")
         for part in sheet.parts.values():
-            yield from plain_text.join([part.lit], "\t")
-            yield f"{part.word}\n{len(part.spectrum)}\n"
+            yield from plain_text.join([part.lit, [part.word], [len(part.spectrum)]], "\t")
             yield from plain_text.join(part.spectrum, "\t")
     for part in sheet.parts.values():
         for table in part.tables:

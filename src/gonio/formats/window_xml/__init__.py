@@ -46,10 +46,7 @@ def read(
     path: Path,
     side: Annotated[
         str | None,
-        Declared(
-            "side in WINDOW's words (Radiance's are exchanged); if not given the front if the file has it",
-            words=MIRRORED,
-        ),
+        Declared("side in WINDOW's words (Radiance's are exchanged); usually the front, if there", words=MIRRORED),
     ] = None,
     wavelength: Annotated[
         str | None,
@@ -66,33 +63,32 @@ def read(
     document, contents = parse(Path(path))
     trees = document.structure.startswith("TensorTree")
     bases: list[tuple[AngleBasis, AngleBasis]] = []
-    held: list[Any] = []
+    tables: list[Any] = []
     lines = [content.line for content in contents]
     for block in document.blocks:
         content = contents.pop(0)  # its memory is needed
         where = f"{path}, line {content.line} ({block.label:.60})"
         if trees:
-            held.append(_tree_of(document, block, content, where))
+            tables.append(_tree_of(document, block, content, where))
         else:
             incident, outgoing, values = _matrix_of(document, block, content, where)
             bases.append((incident, outgoing))
-            held.append(values)
-    found = _choice(document.blocks, lines, side, wavelength, path)
+            tables.append(values)
+    choice = _choice(document.blocks, lines, side, wavelength, path)
     about = {**document.about, "structure": document.structure, "blocks": [b.label for b in document.blocks]}
-    about |= {"side": found.side, "bands": [document.blocks[i].wavelength for i in found.blocks]}
-    used = [held[i] for i in found.blocks]
-    others = tuple(None if i in found.blocks else h for i, h in enumerate(held))
-    held.clear()
+    about |= {"side": choice.side, "bands": [document.blocks[i].wavelength for i in choice.blocks]}
+    used = [tables[i] for i in choice.blocks]
+    others = tuple(None if i in choice.blocks else table for i, table in enumerate(tables))
+    tables.clear()
     m: Klems | TensorTree
     if trees:
-        m = TensorTree(used, found.side, found.colour, found.names, str(path), about)
+        m = TensorTree(used, choice.side, choice.colour, choice.names, str(path), about)
     else:
-        if len({bases[i] for i in found.blocks}) > 1:
+        if len({bases[i] for i in choice.blocks}) > 1:
             raise FormatError(f"{path}: the bands {', '.join(about['bands'])} have different angle bases; name one")
-        incident, outgoing = bases[found.blocks[0]]
-        values = _stacked(used) if found.names else used[0]
-        m = Klems(Ours(values), incident, outgoing, found.side, found.names, str(path), about)
-    return m.with_notes(document=document, chosen=(found.blocks, others))
+        values = _stacked(used) if choice.names else used[0]
+        m = Klems(Ours(values), *bases[choice.blocks[0]], choice.side, choice.names, str(path), about)
+    return m.with_notes(document=document, chosen=(choice.blocks, others))
 
 
 def _stacked(matrices: list[np.ndarray]) -> np.ndarray:
@@ -117,9 +113,9 @@ def _choice(
 ) -> _Choice:
     sides: dict[str, dict[str, int]] = {}
     for i, b in enumerate(blocks):
-        what, _, where = b.direction.lower().partition(" ")
-        if what == "reflection" and where in MIRRORED and b.kind.lower() in REFLECTING:
-            bands = sides.setdefault(where, {})
+        way, _, seen_from = b.direction.lower().partition(" ")
+        if way == "reflection" and seen_from in MIRRORED and b.kind.lower() in REFLECTING:
+            bands = sides.setdefault(seen_from, {})
             if b.wavelength.lower() in bands:
                 raise FormatError(f"{path}, line {lines[i]}: a second block of {b.label}; expected one")
             bands[b.wavelength.lower()] = i
@@ -130,9 +126,9 @@ def _choice(
     bands = sides[side]
     spectral = {n: i for name, i in bands.items() if (n := _nanometres(name, blocks[i].unit)) is not None}
     ordered = tuple(sorted(spectral))
-    spectrum_of = _Choice(tuple(spectral[n] for n in ordered), ordered, side)
+    spectrum = _Choice(tuple(spectral[n] for n in ordered), ordered, side)
     if wavelength == "spectral" and spectral:
-        return spectrum_of
+        return spectrum
     if wavelength is not None:
         if wavelength.lower() not in bands:
             listed = ", ".join(repr(blocks[i].wavelength) for i in bands.values())
@@ -144,7 +140,7 @@ def _choice(
             order = (y, *others) if colour else (others[0], y, others[1])
             return _Choice(tuple(bands[name] for name in order), RELATIVE_XYZ, side, colour)
     if y is None and spectral:
-        return spectrum_of
+        return spectrum
     return _Choice((bands[y] if y else next(iter(bands.values())),), None, side)
 
 
@@ -171,10 +167,8 @@ def _matrix_of(
     fitting = [(a, b) for a, b in pairs if a.size * b.size == len(values)]
     if not fitting:
         a, b = pairs[0]
-        raise FormatError(
-            f"{where}: {len(values)} numbers, expected {a.size * b.size}: {b.size} patches of {b.name!r:.40} for each "
-            f"of {a.size} of {a.name!r:.40}; fetch it again"
-        )
+        patches = f"{b.size} patches of {b.name!r:.40} for each of {a.size} of {a.name!r:.40}"
+        raise FormatError(f"{where}: {len(values)} numbers, expected {a.size * b.size}: {patches}; fetch it again")
     a, b = fitting[0]
     if document.structure == "Rows":
         return a, b, np.ascontiguousarray(values.reshape(a.size, b.size).T)
@@ -183,19 +177,19 @@ def _matrix_of(
 
 def _bases(document: Document, name: str, where: str) -> list[AngleBasis]:
     """The bases of this name: the file's own definition, else the known ones."""
-    own = {AngleBasis(*basis) for basis in document.bases if basis[0].lower() == name.lower() and basis[2]}
+    defined = {AngleBasis(*basis) for basis in document.bases if basis[0].lower() == name.lower() and basis[2]}
     if not name and len(document.bases) == 1:
-        own = {AngleBasis(*document.bases[0])}
-    if len(own) > 1:
-        raise FormatError(
-            f"{where}: the angle basis {name!r:.60} is defined twice, differently; expected one definition"
-        )
-    found = list(own) or [basis for basis in KNOWN if basis.name.lower() == name.lower()]
-    if not found:
-        raise FormatError(f"{where}: the angle basis {name!r:.60} is neither defined in the file nor known; define it")
-    if found[0].problem():
-        raise FormatError(f"{where}: the angle basis {name!r:.60} has {found[0].problem()}")
-    return found
+        defined = {AngleBasis(*document.bases[0])}
+    bases = list(defined) or [basis for basis in KNOWN if basis.name.lower() == name.lower()]
+    if len(defined) > 1:
+        problem = "is defined twice, differently; expected one definition"
+    elif not bases:
+        problem = "is neither defined in the file nor known; define it"
+    elif flaw := bases[0].problem():
+        problem = f"has {flaw}"
+    else:
+        return bases
+    raise FormatError(f"{where}: the angle basis {name!r:.60} {problem}")
 
 
 def _tree_of(document: Document, block: Block, content: Content, where: str) -> Tree:
@@ -220,13 +214,10 @@ def write(
     tolerance: Annotated[
         float, Declared("cells of a tree whose values differ by at most this share become one", 0.0, BELOW_ONE)
     ] = 0.0,
-    side: Annotated[
-        str,
-        Declared("side in WINDOW's words; Radiance shows what is the back here on its front", words=MIRRORED),
-    ] = "front",
+    side: Annotated[str, Declared("side in WINDOW's words, which Radiance exchanges", words=MIRRORED)] = "front",
     name: Annotated[str, Declared("name of the material in the file")] = "",
 ) -> None:
-    """Write a reflectance as a matrix, or as a tree; one that was read from such a file, as it was unless told more.
+    """Write a reflectance as a matrix, or as a tree; one read from such a file, unchanged if neither is named.
 
     One channel is written as Visible; RGB as CIE-X, Visible (Y) and CIE-Z (trees: Visible, CIE-u, CIE-v), in which a
     flat reflectance of 1 is 1, as in Radiance; wavelengths as these, and each on its own.
@@ -236,31 +227,26 @@ def write(
     """
     if tree is None and (resolution is not None or tolerance):
         raise ParameterError(f"{resolution=!r:.60}, {tolerance=!r:.60}: are of trees; give tree=3 or tree=4 with them")
-    if isinstance(m, (Klems, TensorTree)) and basis is None and tree is None:
-        pieces = _as_it_was(m) if m.document is not None else new.own(m, name)
+    if basis is not None and tree is not None:
+        raise ParameterError(f"basis={basis!r:.40} and tree={tree!r}: expected one of them")
+    if tree is not None:
+        pieces = new.tree(m, tree, resolution, tolerance, side, name)
+    elif basis is None and isinstance(m, (Klems, TensorTree)):
+        pieces = _as_it_was(m) if m.document is not None else new.of_cells(m, name)
     else:
-        if basis is not None and tree is not None:
-            raise ParameterError(f"basis={basis!r:.40} and tree={tree!r}: expected one of them")
-        if tree is None:
-            pieces = new.matrix(m, basis or "full", side, name)
-        else:
-            pieces = new.tree(m, tree, resolution, tolerance, side, name)
+        pieces = new.matrix(m, basis or "full", side, name)
     with replacing(path) as temporary:
         temporary.write_bytes(b"".join(pieces))
 
 
 def _as_it_was(m: Klems | TensorTree) -> list[bytes]:
-    """The file that was read, with the numbers of today."""
+    """The file that was read, with the present numbers."""
     assert m.document is not None
-    blocks, held = m.chosen[0], list(m.chosen[1])
-    if isinstance(m, Klems):
-        values = m.values.reshape(*m.values.shape[:2], -1)
-        own: Any = [values[..., k] for k in range(values.shape[2])]
-    else:
-        own = m.trees
-    for i, numbers_of in zip(blocks, own, strict=True):
-        held[i] = numbers_of
+    blocks, tables = m.chosen[0], list(m.chosen[1])
+    chosen = np.moveaxis(np.atleast_3d(m.values), -1, 0) if isinstance(m, Klems) else m.trees
+    for i, table in zip(blocks, chosen, strict=True):
+        tables[i] = table
     pieces = [m.document.pieces[0]]
-    for content, after in zip(held, m.document.pieces[1:], strict=True):
-        pieces += [new.text(content, m.document.structure).encode("ascii"), after]
+    for table, after in zip(tables, m.document.pieces[1:], strict=True):
+        pieces += [new.text(table, m.document.structure).encode("ascii"), after]
     return pieces

@@ -1,4 +1,4 @@
-"""BSDFs that are constant in cells of two hemispheres: what Klems' matrices and tensor trees share.
+"""BSDFs that are constant in cells of two hemispheres: common to Klems' matrices and tensor trees.
 
 Directions are drawn from tables of cells of equal or known projected solid angle, constant within a cell.
 """
@@ -23,8 +23,7 @@ if TYPE_CHECKING:
 MIRRORED = {"front": -1.0, "back": 1.0}
 """x of a file over x of gonio, by side: the sample is turned about its y axis to see its front."""
 
-COSINE_SHARE = 0.1
-"""Share of the samples that is cosine-distributed: weights are at most 10 pi f."""
+COSINE_SHARE = 0.1  # share of the samples that is cosine-distributed: weights are at most 10 pi f
 
 
 class Cellwise(Measured):
@@ -45,7 +44,7 @@ class Cellwise(Measured):
     """The file around the numbers."""
     chosen: tuple[tuple[int, ...], tuple[Any, ...]] = note(((), ()))
     """Which of its blocks are these numbers; and the numbers of all of them."""
-    densities: Any  # what formulas look up, of bound materials only
+    densities: Any  # tables of formulas, of bound materials only
     sums: Any
     reflected: Any
 
@@ -63,12 +62,12 @@ class Cellwise(Measured):
 
 
 def sampling(weights: Callable[[], np.ndarray], solid: np.ndarray) -> dict[str, Fixed]:
-    """What directions are drawn by: `densities` and `sums` of `chances`, and `reflected`, the weights' sums by row."""
-    held = Fixed(weights)
+    """Tables that directions are drawn by: `densities` and `sums` of `chances`; `reflected`: weights, summed by row."""
+    table = Fixed(weights)
     return {
-        "densities": Fixed(lambda: chances(held.numbers, solid)[0].reshape(-1)),
-        "sums": Fixed(lambda: chances(held.numbers, solid)[1].reshape(-1)),
-        "reflected": Fixed(lambda: held.numbers.sum(axis=1)),
+        "densities": Fixed(lambda: chances(table.numbers, solid)[0].reshape(-1)),
+        "sums": Fixed(lambda: chances(table.numbers, solid)[1].reshape(-1)),
+        "reflected": Fixed(lambda: table.numbers.sum(axis=1)),
     }
 
 
@@ -90,8 +89,8 @@ def chances(weights: np.ndarray, solid: np.ndarray) -> tuple[np.ndarray, np.ndar
 
 def with_holes(values: np.ndarray) -> np.ndarray:
     """The values, NaN where they are not finite; they themselves if all are."""
-    known = np.isfinite(values)
-    return values if known.all() else np.where(known, values, np.nan)
+    finite = np.isfinite(values)
+    return values if finite.all() else np.where(finite, values, np.nan)
 
 
 def magnitude(values: np.ndarray) -> np.ndarray:

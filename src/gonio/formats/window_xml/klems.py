@@ -35,7 +35,7 @@ class AngleBasis(NamedTuple):
 
     @property
     def size(self) -> int:
-        """How many patches there are."""
+        """Number of patches."""
         return sum(self.counts)
 
     @property
@@ -50,7 +50,7 @@ class AngleBasis(NamedTuple):
 
     @property
     def patches(self) -> np.ndarray:
-        """(size, 4): where sin^2(theta) begins, and how far it goes; the same of phi/(2 pi)."""
+        """(size, 4): start and width in sin^2(theta), start and width in phi/(2 pi)."""
         sines, rows = self.sines, []
         for low, high, count in zip(sines, sines[1:], self.counts, strict=False):
             rows += [(low, high - low, (k - 0.5) / count, 1.0 / count) for k in range(count)]
@@ -66,7 +66,7 @@ class AngleBasis(NamedTuple):
         return np.radians(np.repeat(middles, self.counts)), np.array(phi)
 
     def problem(self) -> str:
-        """What is wrong with it, or ""."""
+        """The rule that it breaks, or ""."""
         edges, counts = self.edges, self.counts
         if not counts or len(edges) != len(counts) + 1 or min(counts) < 1:
             return f"{len(edges)} edges and numbers of azimuths {counts}; expected positive ones, one per ring"
@@ -81,7 +81,7 @@ QUARTER = AngleBasis("LBNL/Klems Quarter", (0, 9, 27, 45, 63, 90), (1, 8, 12, 12
 HALF_2021 = AngleBasis("LBNL/Klems Half", (0, 6.5, 19.5, 32.5, 46.5, 61.5, 76.5, 90), (1, 8, 12, 16, 20, 12, 4))
 
 KNOWN = (FULL, HALF, QUARTER, HALF_2021)
-"""What a basis is where a file names it and does not define it: those of Radiance since July 2022; the last before."""
+"""Bases that a file may name without a definition: those of Radiance since July 2022; the last one before."""
 
 
 class Klems(Cellwise):
@@ -116,7 +116,7 @@ class Klems(Cellwise):
     incident: AngleBasis = state()
     outgoing: AngleBasis = state()
     width: int = state()
-    cells: Any  # what formulas look up, of bound materials only
+    cells: Any  # tables of formulas, of bound materials only
     edges_i: Any
     rings_i: Any
     patches_i: Any
@@ -146,9 +146,7 @@ class Klems(Cellwise):
                 raise ParameterError(f"Klems: angle basis {basis.name!r}: {basis.problem()}")
         size = (self.outgoing.size, self.incident.size)
         if self.values.shape[:2] != size or self.values.ndim > 3 or 0 in self.values.shape:
-            raise ParameterError(
-                f"Klems(values): got shape {self.values.shape}, expected {size} or {(*size, 'C')}: patches of wo, of wi"
-            )
+            raise ParameterError(f"Klems(values): got shape {self.values.shape}, expected {size} or {(*size, 'C')}")
         super().validate()
         names, width = self.channel_names, self.values.shape[2:]
         if names is not None and (len(names),) != width:
@@ -162,17 +160,13 @@ class Klems(Cellwise):
         coordinates: dict[str, Any] = {}
         for axis, basis in (("outgoing", self.outgoing), ("incident", self.incident)):
             theta, phi = basis.centres
-            for name, numbers, unit in (
-                ("theta", theta, "rad"),
-                ("phi", phi, "rad"),
-                ("omega", basis.solid_angles, "sr"),
-            ):
-                coordinates[f"{name}_{axis}"] = (axis, numbers, {"units": unit})
-        dims = ("outgoing", "incident", "channel")[: self.values.ndim]
+            numbers = {"theta": (theta, "rad"), "phi": (phi, "rad"), "omega": (basis.solid_angles, "sr")}
+            coordinates |= {f"{name}_{axis}": (axis, x, {"units": unit}) for name, (x, unit) in numbers.items()}
         if self.channel_names is not None:
             coordinates["channel"] = ("channel", list(self.channel_names))
-        held = {"values": (dims, self.values, {"units": "sr-1", "long_name": f"BRDF, {self.side}"})}
-        return xarray.Dataset(held, coordinates, {"quantity": self.quantity, "source": self.path})
+        dims = ("outgoing", "incident", "channel")[: self.values.ndim]
+        variables = {"values": (dims, self.values, {"units": "sr-1", "long_name": f"BRDF, {self.side}"})}
+        return xarray.Dataset(variables, coordinates, {"quantity": self.quantity, "source": self.path})
 
     def hemispherical_totals(self) -> np.ndarray:
         """Directional-hemispherical reflectance of each incident patch: sum of f over wo, times projected solid angle.

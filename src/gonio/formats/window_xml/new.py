@@ -1,8 +1,9 @@
-"""New files of WINDOW's XML, of any reflectance."""
+"""New files of WINDOW's XML, of any reflectance: the text around the numbers, and the numbers."""
 
 from __future__ import annotations
 
 from typing import Any
+from xml.sax.saxutils import escape
 
 import numpy as np
 
@@ -12,7 +13,6 @@ from ...errors import ParameterError
 from ...pictures import colour
 from ...pictures.colour import RELATIVE_XYZ, XYZ
 from . import tree_nodes
-from .frame import around
 from .klems import FULL, HALF, QUARTER, AngleBasis, Klems
 from .means import averages, grids
 from .tensor_tree import TensorTree
@@ -24,10 +24,56 @@ FINEST = {3: 256, 4: 64}
 """Of trees, by dimensions: the resolution they are written with, and the largest."""
 CELLS = [1 << k for k in range(1, 9)]
 """Resolutions of trees."""
-
-
 VISIBLE = (450.0, 650.0)
 """Wavelengths [nm] that a spectrum reaches to, of which X, Y and Z are made."""
+DETECTORS = {"Visible": "ASTM E308 1931 Y.dsp", "CIE-X": "ASTM E308 1931 X.dsp", "CIE-Z": "ASTM E308 1931 Z.dsp"}
+
+_START = """<?xml version="1.0" encoding="UTF-8"?>
+<WindowElement xmlns="http://windows.lbl.gov" xmlns:xsi="http://www.w3.org/2001/XMLSchema-instance" \
+xsi:schemaLocation="http://windows.lbl.gov/BSDF-v1.4.xsd">
+<WindowElementType>System</WindowElementType>
+<FileType>BSDF</FileType>
+<Optical>
+<Layer>
+	<Material>
+		<Name>{name}</Name>
+		<Manufacturer>gonio</Manufacturer>
+		<DeviceType>Other</DeviceType>
+	</Material>
+	<DataDefinition>
+		<IncidentDataStructure>{structure}</IncidentDataStructure>
+{bases}	</DataDefinition>
+"""
+
+_BASIS = """		<AngleBasis>
+			<AngleBasisName>{name}</AngleBasisName>
+{rings}		</AngleBasis>
+"""
+
+_RING = """			<AngleBasisBlock>
+				<Theta>{theta!r}</Theta>
+				<nPhis>{count}</nPhis>
+				<ThetaBounds><LowerTheta>{low!r}</LowerTheta><UpperTheta>{high!r}</UpperTheta></ThetaBounds>
+			</AngleBasisBlock>
+"""
+
+_BLOCK = """	<WavelengthData>
+		<LayerNumber>System</LayerNumber>
+		<Wavelength unit="{unit}">{band}</Wavelength>
+{spectra}		<WavelengthDataBlock>
+			<WavelengthDataDirection>{direction}</WavelengthDataDirection>
+{over}			<ScatteringDataType>BTDF</ScatteringDataType>
+			<ScatteringData>"""
+
+_AFTER = """</ScatteringData>
+		</WavelengthDataBlock>
+	</WavelengthData>
+"""
+
+_END = """</Layer>
+</Optical>
+</WindowElement>
+"""
 
 
 def text(content: np.ndarray | Tree, structure: str) -> str:
@@ -38,52 +84,63 @@ def text(content: np.ndarray | Tree, structure: str) -> str:
     return "\n" + "\n".join(", ".join(map(repr, row)) + "," for row in rows.tolist()) + "\n"
 
 
-def own(m: Klems | TensorTree, name: str) -> list[bytes]:
+Bands = list[tuple[tuple[str, str], np.ndarray]]
+"""((name, unit or "" of an integral), weights (C,) of the channels in it)."""
+
+
+def of_cells(m: Klems | TensorTree, name: str) -> list[bytes]:
     """A new file with the numbers of a measurement as they are."""
     if isinstance(m, Klems):
         values = m.values.reshape(*m.values.shape[:2], -1)
-        bands = _bands(m, values.shape[2])
-        content: list[Any] = [(band, values @ weights) for band, weights in bands]
-        return _framed(content, "Columns", m.side, name, m.incident, m.outgoing)
+        blocks: list[Any] = [(band, values @ weights) for band, weights in _bands(m, values.shape[2])]
+        return _framed(blocks, "Columns", m.side, name, (m.incident, m.outgoing))
     return _framed(list(zip(_tree_bands(m), m.trees, strict=True)), f"TensorTree{m.dimensions}", m.side, name)
 
 
-def _tree_bands(m: TensorTree) -> list[tuple[str, str]]:
-    """The bands of its trees: (name, unit)."""
-    names = m.channel_names
-    if m.colour:
-        return [("Visible", ""), ("CIE-u", ""), ("CIE-v", "")]
-    if names is None:
-        return [("Visible", "")]
-    if names == RELATIVE_XYZ:
-        return [("CIE-X", ""), ("Visible", ""), ("CIE-Z", "")]
-    if any(isinstance(n, str) for n in names):
-        raise ParameterError(
-            f"{m!r:.80}: trees of channels {names!r:.60}; expected one, {RELATIVE_XYZ}, or wavelengths: write it with "
-            f"tree={m.dimensions}"
-        )
-    return [(repr(float(n)), "Nanometer") for n in names]
+def matrix(m: Reflectance, basis: str | AngleBasis, side: str, name: str) -> list[bytes]:
+    """A new file of means over patches."""
+    patches = BASES[basis] if isinstance(basis, str) else basis
+    if patches.problem():
+        raise ParameterError(f"basis={patches.name!r}: {patches.problem()}")
+    bands = _bands(m, *tabular_shape(m))
+    values = _whole(m, averages(m, patches, side))
+    return _framed([(band, values @ weights) for band, weights in bands], "Columns", side, name, (patches, patches))
 
 
-def _framed(
-    content: list[Any], structure: str, side: str, name: str, incident: Any = None, outgoing: Any = None
+def tree(
+    m: Reflectance, dimensions: int, resolution: int | None, tolerance: float, side: str, name: str
 ) -> list[bytes]:
-    """A new file of bands: ((name, unit), numbers)."""
-    frame = around(
-        [band for band, _ in content], structure, f"Reflection {side.capitalize()}", name, incident, outgoing
-    )
-    pieces = [frame[0]]
-    for (_, held), after in zip(content, frame[1:], strict=True):
-        pieces += [text(held, structure), after]
-    return [p.encode("utf-8") for p in pieces]
+    """A new file of means over the cells of trees."""
+    resolution, finest = RESOLUTION[dimensions] if resolution is None else resolution, FINEST[dimensions]
+    if resolution > finest:
+        raise ParameterError(f"resolution={resolution}: expected at most {finest} for {dimensions} dimensions")
+    bands = _bands(m, *tabular_shape(m))
+    if dimensions == 3 and not m.is_isotropic():
+        raise ParameterError(f"{m!r:.80}: is anisotropic; write it with tree=4")
+    values = _whole(m, grids(m, dimensions, resolution, side))
+    by_band = {band: values @ weights for band, weights in bands}
+    if ("CIE-X", "") in by_band:
+        Y, X, Z = (by_band.pop((band, "")) for band in ("Visible", "CIE-X", "CIE-Z"))
+        total = X + 15.0 * Y + 3.0 * Z
+        lit = total > 0.0
+        safe = np.where(lit, total, 1.0)
+        u, v = np.where(lit, 4.0 * X / safe, 4.0 / 19.0), np.where(lit, 9.0 * Y / safe, 9.0 / 19.0)
+        by_band = {("Visible", ""): Y, ("CIE-u", ""): u, ("CIE-v", ""): v, **by_band}
+    blocks = [(band, tree_nodes.from_grid(grid, tolerance)) for band, grid in by_band.items()]
+    return _framed(blocks, f"TensorTree{dimensions}", side, name)
 
 
-Bands = list[tuple[tuple[str, str], np.ndarray]]
-"""((name, unit), weights (C,) of the channels in it)."""
+def _whole(m: Reflectance, values: np.ndarray) -> np.ndarray:
+    """The values. Raises ParameterError where some are missing."""
+    missing = np.isnan(values).any(axis=-1)
+    if missing.any():
+        got = f"no value at all in {missing.sum()} of {missing.size} pairs of patches or cells"
+        raise ParameterError(f"{m!r:.80}: {got}, and the format has no mark for that; fill the gaps first")
+    return values
 
 
-def _bands(m: Reflectance, width: int) -> Bands:
-    """The bands that a material's channels are written as."""
+def _bands(m: Reflectance, width: int = 1) -> Bands:
+    """The bands that a material's channels are written as. Raises ParameterError for others than a file can hold."""
     names = m.channel_names
     if names is not None and not isinstance(names[0], str):
         by_wavelength = [((repr(float(n)), "Nanometer"), w) for n, w in zip(names, np.eye(width), strict=True)]
@@ -97,15 +154,8 @@ def _bands(m: Reflectance, width: int) -> Bands:
         return _xyz((colour.XYZ_OF_RGB / colour.WHITE[:, None]).T)
     if names in (XYZ, RELATIVE_XYZ):
         return _xyz(np.diag(1.0 / colour.WHITE) if names == XYZ else np.eye(3))
-    raise ParameterError(
-        f"{m!r:.80}: {width} channels named {names!r:.60}; expected one, RGB, XYZ, or wavelengths: write one at a time"
-    )
-
-
-def _bands_of(m: Reflectance, side: str) -> Bands:
-    """The bands of a material that means are made of; ParameterError for one that a file cannot hold."""
-    shape = tabular_shape(m)
-    return _bands(m, shape[0] if shape else 1)
+    got = f"{width} channels named {names!r:.60}"
+    raise ParameterError(f"{m!r:.80}: {got}; expected one, RGB, XYZ, or wavelengths: write one at a time")
 
 
 def _xyz(weights: np.ndarray) -> Bands:
@@ -113,50 +163,47 @@ def _xyz(weights: np.ndarray) -> Bands:
     return [(("Visible", ""), weights[:, 1]), (("CIE-X", ""), weights[:, 0]), (("CIE-Z", ""), weights[:, 2])]
 
 
-def _basis_named(basis: str | AngleBasis) -> AngleBasis:
-    if isinstance(basis, AngleBasis):
-        if basis.problem():
-            raise ParameterError(f"basis={basis.name!r}: {basis.problem()}")
-        return basis
-    return BASES[basis]
+def _tree_bands(m: TensorTree) -> list[tuple[str, str]]:
+    """The bands of its trees: (name, unit)."""
+    names = m.channel_names
+    if names is None:
+        return [("Visible", "")]
+    if m.colour or names == RELATIVE_XYZ:
+        return [(band, "") for band in (("Visible", "CIE-u", "CIE-v") if m.colour else ("CIE-X", "Visible", "CIE-Z"))]
+    if any(isinstance(n, str) for n in names):
+        got = f"trees of channels {names!r:.60}; expected one, {RELATIVE_XYZ}, or wavelengths"
+        raise ParameterError(f"{m!r:.80}: {got}: write it with tree={m.dimensions}")
+    return [(repr(float(n)), "Nanometer") for n in names]
 
 
-def matrix(m: Reflectance, basis: str | AngleBasis, side: str, name: str) -> list[bytes]:
-    """A new file of means over patches."""
-    basis, bands = _basis_named(basis), _bands_of(m, side)
-    values = averages(m, basis, side)
-    _refuse_holes(m, values)
-    return _framed([(band, values @ weights) for band, weights in bands], "Columns", side, name, basis, basis)
-
-
-def tree(
-    m: Reflectance, dimensions: int, resolution: int | None, tolerance: float, side: str, name: str
+def _framed(
+    blocks: list[Any], structure: str, side: str, name: str, patches: tuple[AngleBasis, AngleBasis] | None = None
 ) -> list[bytes]:
-    """A new file of means over the cells of trees."""
-    resolution, finest = RESOLUTION[dimensions] if resolution is None else resolution, FINEST[dimensions]
-    if resolution > finest:
-        raise ParameterError(f"resolution={resolution}: expected at most {finest} for {dimensions} dimensions")
-    bands = _bands_of(m, side)
-    if dimensions == 3 and not m.is_isotropic():
-        raise ParameterError(f"{m!r:.80}: is anisotropic; write it with tree=4")
-    values = grids(m, dimensions, resolution, side)
-    _refuse_holes(m, values)
-    made = {band: values @ weights for band, weights in bands}
-    if ("CIE-X", "") in made:
-        Y, X, Z = (made.pop((band, "")) for band in ("Visible", "CIE-X", "CIE-Z"))
-        total = X + 15.0 * Y + 3.0 * Z
-        lit = total > 0.0
-        safe = np.where(lit, total, 1.0)
-        u, v = np.where(lit, 4.0 * X / safe, 4.0 / 19.0), np.where(lit, 9.0 * Y / safe, 9.0 / 19.0)
-        made = {("Visible", ""): Y, ("CIE-u", ""): u, ("CIE-v", ""): v, **made}
-    content = [(band, tree_nodes.from_grid(grid, tolerance)) for band, grid in made.items()]
-    return _framed(content, f"TensorTree{dimensions}", side, name)
+    """A new file of blocks, each ((name of the band, unit or "" of an integral), numbers); patches of wi and wo."""
+    over, bases = "\t\t\t<AngleBasis>LBNL/Shirley-Chiu</AngleBasis>\n", ""
+    if patches is not None:
+        incident, outgoing = (escape(basis.name) for basis in patches)
+        over = f"\t\t\t<ColumnAngleBasis>{incident}</ColumnAngleBasis>\n"
+        over += f"\t\t\t<RowAngleBasis>{outgoing}</RowAngleBasis>\n"
+        bases = "".join(_defined(basis) for basis in dict.fromkeys(patches))
+    pieces = [_START.format(name=escape(name or "BRDF"), structure=structure, bases=bases)]
+    for (band, unit), numbers in blocks:
+        direction = f"Reflection {side.capitalize()}"
+        around = {"unit": unit or "Integral", "band": band, "spectra": _spectra(band), "direction": direction}
+        pieces += [_BLOCK.format(**around, over=over), text(numbers, structure), _AFTER]
+    return [piece.encode("utf-8") for piece in [*pieces, _END]]
 
 
-def _refuse_holes(m: Reflectance, values: np.ndarray) -> None:
-    missing = np.isnan(values).any(axis=-1)
-    if missing.any():
-        raise ParameterError(
-            f"{m!r:.80}: no value at all in {missing.sum()} of {missing.size} pairs of patches or cells, and the "
-            f"format has no mark for that; fill the gaps first"
-        )
+def _spectra(band: str) -> str:
+    if band not in DETECTORS:
+        return ""
+    detector = f"\t\t<DetectorSpectrum>{DETECTORS[band]}</DetectorSpectrum>\n"
+    return "\t\t<SourceSpectrum>CIE Illuminant D65 1nm.ssp</SourceSpectrum>\n" + detector
+
+
+def _defined(basis: AngleBasis) -> str:
+    rings = []
+    for low, high, count in zip(basis.edges, basis.edges[1:], basis.counts, strict=False):
+        theta = 0.0 if low == 0.0 and count == 1 else 0.5 * (low + high)
+        rings.append(_RING.format(theta=theta, count=count, low=float(low), high=float(high)))
+    return _BASIS.format(name=escape(basis.name), rings="".join(rings))

@@ -7,8 +7,7 @@ import numpy as np
 from ...errors import FormatError
 from .._reading.plain_text import is_number
 
-LONGEST = 1 << 16
-"""Characters of a word that can still become a number."""
+LONGEST = 1 << 16  # characters of a word that can still become a number
 
 _BREAKS = " \t\r\n,{}"
 _SEPARATOR = np.isin(np.arange(128), [ord(c) for c in _BREAKS])
@@ -43,7 +42,7 @@ class Numbers:
         try:
             if "_" in text or not text.isascii():
                 raise ValueError
-            found = np.fromiter(map(float, words), float, len(words))
+            numbers = np.fromiter(map(float, words), float, len(words))
         except ValueError:
             self._wrong = next((w for w in words if not is_number(w)), "_")
             return
@@ -54,7 +53,7 @@ class Numbers:
             at = np.flatnonzero((codes == ord("{")) | (codes == ord("}")))
             self._opens.append(codes[at] == ord("{"))
             self._before.append(self.count + np.searchsorted(starts, at))
-        self._parts.append(found)
+        self._parts.append(numbers)
         self.count += len(words)
 
     def __bool__(self) -> bool:

@@ -21,8 +21,7 @@ from .tree_nodes import Tree
 if TYPE_CHECKING:
     import xarray
 
-FINEST = 5
-"""Sampling tables have at most 2^5 cells per side of a square."""
+FINEST = 5  # sampling tables have at most 2^5 cells per side of a square
 
 
 class TensorTree(Cellwise):
@@ -80,9 +79,9 @@ class TensorTree(Cellwise):
         roots = np.cumsum([0, *(len(t.first) for t in trees[:-1])])
         size = sum(len(t.first) for t in trees)
         if size >= 1 << 24:
+            most = f"expected fewer than {1 << 24}, which single precision can number"
             raise ParameterError(
-                f"TensorTree: {size} nodes, expected fewer than {1 << 24}, which single precision can number; "
-                f"prune it, with Radiance's rttree_reduce for example"
+                f"TensorTree: {size} nodes, {most}; prune it, with Radiance's rttree_reduce for example"
             )
         first = np.empty(size)
         for t, root in zip(trees, roots.tolist(), strict=True):
@@ -90,15 +89,9 @@ class TensorTree(Cellwise):
         names = tuple(channel_names) if channel_names is not None else RELATIVE_XYZ if colour else None
         depth = max(t.depth for t in trees)
         self._hold(dimensions=trees[0].dimensions, depth=depth, colour=colour, channel_names=names)
-        super().__init__(
-            path,
-            about,
-            side,
-            first=Ours(first),
-            values=Ours(np.concatenate([ops.numbers(t.values) for t in trees])),
-            roots=roots.astype(float),
-            channel=len(names) if names else 0.0,
-        )
+        values = np.concatenate([ops.numbers(t.values) for t in trees])
+        tables = {"first": Ours(first), "values": Ours(values), "roots": roots.astype(float)}
+        super().__init__(path, about, side, **tables, channel=len(names) if names else 0.0)
 
     def validate(self) -> None:
         super().validate()
@@ -109,13 +102,12 @@ class TensorTree(Cellwise):
     def trees(self) -> tuple[Tree, ...]:
         """The trees, one per channel or those of Y, u' and v'."""
         roots = self.roots.astype(int).tolist()
-        found = []
+        trees = []
         for start, end in zip(roots, [*roots[1:], len(self.first)], strict=True):
             first = self.first[start:end].astype(int)
-            found.append(
-                Tree(np.where(first > 0, first - start, 0), self.values[start:end], self.dimensions, self.depth)
-            )
-        return tuple(found)
+            first = np.where(first > 0, first - start, 0)
+            trees.append(Tree(first, self.values[start:end], self.dimensions, self.depth))
+        return tuple(trees)
 
     @property
     def data(self) -> xarray.Dataset:
@@ -142,9 +134,12 @@ class TensorTree(Cellwise):
 
     def formula(self, wi: Direction, wo: Direction) -> Any:
         place = self._place(wi, wo)
+        roots = range(3) if self.colour else [ops.to_index(self.channel)]
+        nodes = _descend(self.first, [ops.to_index(ops.take(self.roots, k)) for k in roots], place, self.depth)
+        values = [ops.take(self.values, node) for node in nodes]
         if not self.colour:
-            return self._lookup(place, ops.take(self.roots, ops.to_index(self.channel)))
-        Y, u, v = (self._lookup(place, ops.take(self.roots, k)) for k in range(3))
+            return values[0]
+        Y, u, v = values
         scale = Y / ops.where(ops.absolute(v) < 1e-6, 1.0, 4.0 * v)
         X, Z = 9.0 * u * scale, (12.0 - 3.0 * u - 20.0 * v) * scale
         return ops.where(self.channel < 0.5, X, ops.where(self.channel < 1.5, Y, Z))
@@ -159,10 +154,6 @@ class TensorTree(Cellwise):
         x, y = -(c * wo.x + d * wo.y), -(c * wo.y - d * wo.x)
         return [ops.minimum(0.5 - 0.5 * s, 0.5 - 1e-6), *_square(x, sign * y)]
 
-    def _lookup(self, place: list[Any], root: Any) -> Any:
-        node = _descend(self.first, ops.to_index(root), place, self.depth)
-        return ops.take(self.values, node)
-
     @property
     def _fineness(self) -> int:
         """log2 of the cells per side of the sampling tables."""
@@ -175,21 +166,18 @@ class TensorTree(Cellwise):
         roots = self.roots[:1] if self.colour else self.roots
         if self.dimensions == 4:
             a, b, c, d = np.meshgrid(centres, centres, centres, centres, indexing="ij")
-            means = self._means([c, d, a, b], roots, k)
+            place, depth = [c, d, a, b], k
         else:
             fine = (np.arange(2 << k) + 0.5) / (2 << k)
             s, x, y = np.meshgrid(centres, fine, fine, indexing="ij")
             wo = Direction(s, 0.0 * s, np.sqrt(1.0 - s * s))
             wi = _cell_tables.lifted(*disc(x, y))
-            means = self._means(self._place(wi, wo), roots, self.depth)
+            place, depth = self._place(wi, wo), self.depth
+        nodes = _descend(self.first, [np.full(place[0].shape, int(root)) for root in roots], place, depth)
+        means = np.mean(_cell_tables.magnitude(self.values)[nodes], axis=0)
+        if self.dimensions == 3:
             means = means.reshape(1 << k, 1 << k, 2, 1 << k, 2).mean(axis=(2, 4))
         return means.reshape(-1, 4**k) * (math.pi / 4**k)
-
-    def _means(self, place: list[Any], roots: np.ndarray, depth: int) -> np.ndarray:
-        """|f|, mean of the trees, in the nodes around points that lie at most `depth` levels down."""
-        values = _cell_tables.magnitude(self.values)
-        found = [values[_descend(self.first, np.full(place[0].shape, int(root)), place, depth)] for root in roots]
-        return np.mean(found, axis=0)
 
     def warp(self, wo: Direction, u0: Any, u1: Any) -> Direction:
         k, (row, c, d) = self._fineness, self._seen_from(wo)
@@ -221,16 +209,16 @@ class TensorTree(Cellwise):
         return ops.to_index(ops.minimum(s, 1.0 - 1e-7) * 2.0**k), c, d
 
 
-def _descend(first: Any, node: Any, place: list[Any], depth: int) -> Any:
-    """The node around a point of the unit cube, `depth` levels below a root or a leaf above."""
+def _descend(first: Any, nodes: list[Any], place: list[Any], depth: int) -> list[Any]:
+    """The nodes around a point of the unit cube in the trees with these roots: `depth` levels down, or leaves."""
     place = [ops.clip(x, 0.0, 1.0 - 1e-7) for x in place]
     for _ in range(depth):
         halves = [ops.floor(2.0 * x) for x in place]
-        child = ops.take(first, node)
+        children = [ops.take(first, node) for node in nodes]
         step = sum(((1 << d) * half for d, half in enumerate(halves)), 0.0)
-        node = ops.where(child > 0.0, ops.to_index(child + step), node)
+        nodes = [ops.where(c > 0.0, ops.to_index(c + step), n) for c, n in zip(children, nodes, strict=True)]
         place = [2.0 * x - half for x, half in zip(place, halves, strict=True)]
-    return node
+    return nodes
 
 
 def _cell(point: tuple[Any, Any], k: int) -> Any:

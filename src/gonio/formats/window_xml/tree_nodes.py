@@ -10,15 +10,14 @@ import numpy as np
 from ...errors import FormatError
 from .numbers import Numbers
 
-DEEPEST = 16
-"""Levels of a tree: 1/65536 of each side, as finely as Radiance samples them."""
+DEEPEST = 16  # levels of a tree: 1/65536 of each side, as finely as Radiance samples them
 
 
 class Tree(NamedTuple):
     """Values that are constant in cubes.
 
     first    (n,) number of a node's first child, the 2^dimensions of which lie side by side; 0 for a leaf
-    values   (n,) of a leaf its value; of another node the mean over it, where what is no number counts as 0
+    values   (n,) of a leaf its value; of another node the mean over it, where NaN and infinity count as 0
     depth    levels below the root, which is node 0
     Bit d of a child's place says in which half of dimension d it lies.
     """
@@ -53,8 +52,7 @@ def parse(content: Numbers, dimensions: int, where: str) -> Tree:
         stored[rows + np.arange(1 << (dimensions * k))] = stored[rows + _order(dimensions, k)]
     size = np.zeros(len(opens), np.int8)
     size[groups] = grids
-    levels = _levels(opens, depth, groups, dimensions, where)
-    texts = [(groups[a], size[a], before[a]) for a in levels]
+    texts = [(groups[a], size[a], before[a]) for a in _levels(opens, depth, groups, dimensions, where)]
     return _with_means(*_nodes(texts, stored, dimensions), dimensions)
 
 
@@ -88,8 +86,6 @@ def _levels(opens: np.ndarray, depth: np.ndarray, groups: np.ndarray, dimensions
 
 Level = tuple[np.ndarray, np.ndarray, np.ndarray]
 """Nodes of one level of a text: whether a node is a grid, its log2 size, and where its values are."""
-
-
 Levels = list[np.ndarray]
 """Of a tree's nodes, one array per level from the root on."""
 
@@ -109,8 +105,8 @@ def _nodes(texts: list[Level], stored: np.ndarray, dimensions: int) -> tuple[Lev
         grown = [np.empty((branch.sum(), many), a.dtype) for a in (is_grid, k, at)]
         split = is_grid[branch]
         if not split.all():
-            for made, found in zip(grown, next(below), strict=True):
-                made[~split] = found.reshape(-1, many)
+            for children, level in zip(grown, next(below), strict=True):
+                children[~split] = level.reshape(-1, many)
         k_below = k[branch][split][:, None].astype(int) - 1
         grown[0][split], grown[1][split] = True, k_below
         grown[2][split] = at[branch][split][:, None] + (1 << (dimensions * k_below)) * np.arange(many)
@@ -177,15 +173,14 @@ def text(tree: Tree) -> str:
 
 def leaf_places(tree: Tree) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Leaves of a tree: their numbers (n,), lowest corners (n, dimensions) and sides (n,)."""
-    node = np.zeros(1, int)
-    corner, side, found = np.zeros((1, tree.dimensions)), 1.0, []
+    node, corner, side, leaves = np.zeros(1, int), np.zeros((1, tree.dimensions)), 1.0, []
     bits = (np.arange(1 << tree.dimensions)[:, None] >> np.arange(tree.dimensions)) & 1
     while len(node):
         leaf = tree.first[node] == 0
-        found.append((node[leaf], corner[leaf], np.full(leaf.sum(), side)))
+        leaves.append((node[leaf], corner[leaf], np.full(leaf.sum(), side)))
         side *= 0.5
         node, corner = node[~leaf], corner[~leaf]
         node = (tree.first[node][:, None] + np.arange(len(bits))).ravel()
         corner = (corner[:, None] + side * bits).reshape(-1, tree.dimensions)
-    nodes, corners, sides = (np.concatenate(parts) for parts in zip(*found, strict=True))
+    nodes, corners, sides = (np.concatenate(parts) for parts in zip(*leaves, strict=True))
     return nodes, corners, sides

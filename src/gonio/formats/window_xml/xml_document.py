@@ -1,4 +1,4 @@
-"""WINDOW's XML without its numbers: what stands around them, and what they are; nothing in it is lost on writing."""
+"""WINDOW's XML: the text around its numbers, which is written again unchanged, and the meaning of the numbers."""
 
 from __future__ import annotations
 
@@ -14,25 +14,17 @@ from ...errors import FormatError
 from .._reading.plain_text import is_number, is_whole, marked
 from .numbers import Numbers
 
-CHUNK = 1 << 16
-"""Bytes that are read at a time."""
-
+CHUNK = 1 << 16  # bytes that are read at a time
 LONGEST = 1 << 20
 """Bytes of a comment, of a tag with its attributes, or of whatever else expat takes as a whole.
 
 It looks at such a thing from its start again with every chunk that does not end it (before 2.6), and keeps it all."""
 
-MANY = 1_000_000
-"""Elements of a file; that of 10 000 blocks has 100 000."""
-
-DEEPEST = 64
-"""Levels of tags; the schema needs ten."""
-
-MOST = 100_000
-"""Azimuths of a ring."""
-
-BLOCKS = 10_000
-"""Blocks of numbers in a file; a spectrum of 400 wavelengths, both ways from both sides, has 1600."""
+MANY = 1_000_000  # elements of a file; that of 10 000 blocks has 100 000
+DEEPEST = 64  # levels of tags; the schema needs ten
+MOST = 100_000  # azimuths of a ring
+BLOCKS = 10_000  # blocks of numbers in a file; a spectrum of 400 wavelengths, both ways from both sides, has 1600
+STRUCTURES = ("Columns", "Rows", "TensorTree3", "TensorTree4")
 
 _START_TAG = re.compile(rb"""<(?:[^>"']|"[^"]*"|'[^']*')*>""")
 _DECLARED = re.compile(rb"""(<\?xml[^>]*encoding\s*=\s*["'])[^"']*""")
@@ -75,9 +67,9 @@ class Document(NamedTuple):
 
     structure  "Columns", "Rows", "TensorTree3" or "TensorTree4"
     bases      angle bases as defined in the file: name, edges of theta [degree], numbers of azimuths
-    blocks     what the numbers of the first layer are
+    blocks     meaning of the numbers of the first layer
     pieces     the bytes before, between and after these numbers: one more than blocks
-    about      what the file says of the material
+    about      facts about the material
     """
 
     structure: str
@@ -121,10 +113,7 @@ class _Parser:
                 self.parser.Parse(chunk, False)
                 self.fed += len(chunk)
                 if self.fed - self.parser.CurrentByteIndex > LONGEST:
-                    raise FormatError(
-                        f"{self.path}, line {self._line()}: a comment, a tag or the like of more than {LONGEST} bytes; "
-                        f"BSDF files have none so long: take it out"
-                    )
+                    raise self._fault(f"a comment, a tag or the like of more than {LONGEST} bytes; take it out")
             self.parser.Parse(b"", True)
         except expat.ExpatError as error:
             line, says = error.lineno + self.lines_before, expat.ErrorString(error.code)
@@ -138,9 +127,10 @@ class _Parser:
         return self.tree.close()
 
     def _doctype(self, *_: Any) -> None:
-        raise FormatError(
-            f"{self.path}, line {self._line()}: a document type declaration; BSDF files have none, and it is not read"
-        )
+        raise self._fault("a document type declaration; BSDF files have none, and it is not read")
+
+    def _fault(self, problem: str) -> FormatError:
+        return FormatError(f"{self.path}, line {self._line()}: {problem}")
 
     def _line(self) -> int:
         return self.parser.CurrentLineNumber + self.lines_before
@@ -150,15 +140,15 @@ class _Parser:
 
     def _start(self, tag: str, attributes: dict[str, str]) -> None:
         if len(self.open) == DEEPEST:
-            raise FormatError(f"{self.path}, line {self._line()}: tags nested more than {DEEPEST} deep; expected ten")
+            raise self._fault(f"tags nested more than {DEEPEST} deep; expected ten")
         self.elements += 1
         if self.elements > MANY:
-            raise FormatError(f"{self.path}, line {self._line()}: more than {MANY} tags; split the file")
+            raise self._fault(f"more than {MANY} tags; split the file")
         tag = tag.rpartition(":")[2]
         content = None
         if tag == "ScatteringData":
             if len(self.contents) == BLOCKS:
-                raise FormatError(f"{self.path}, line {self._line()}: more than {BLOCKS} blocks; split the file")
+                raise self._fault(f"more than {BLOCKS} blocks; split the file")
             opening = _START_TAG.match(self.parser.GetInputContext() or b"")
             start = self._at() + (opening.end() if opening else 0)
             content = Content(start, start, self._line(), Numbers())
@@ -174,35 +164,30 @@ class _Parser:
 
 
 def parse(path: Path) -> tuple[Document, list[Content]]:
-    """The document in a file, and what its blocks hold. FormatError where it is damaged, or not of this kind."""
+    """The document in a file, and the contents of its blocks. Raises FormatError for damage and other kinds of file."""
     parser = _Parser(path)
     root = parser.root(_chunks(path))
     layer = root.find("Optical/Layer")
     if root.tag != "WindowElement" or layer is None:
-        raise FormatError(
-            f"{path}: starts with <{root.tag}>, expected <WindowElement> with <Optical> and <Layer> in it"
-        )
-    structure = _text(layer, "DataDefinition/IncidentDataStructure")
-    known = {name.lower(): name for name in ("Columns", "Rows", "TensorTree3", "TensorTree4")}
-    if structure.lower() not in known:
-        listed = ", ".join(known.values())
-        raise FormatError(f"{path}: IncidentDataStructure is {structure!r:.60}, expected one of {listed}")
+        raise FormatError(f"{path}: starts with <{root.tag}>, expected <WindowElement> with <Optical> and <Layer>")
+    word = _text(layer, "DataDefinition/IncidentDataStructure")
+    structure = next((name for name in STRUCTURES if name.lower() == word.lower()), None)
+    if structure is None:
+        raise FormatError(f"{path}: IncidentDataStructure is {word!r:.60}, expected one of {', '.join(STRUCTURES)}")
     blocks, contents = [], []
     for wavelength in layer.findall("WavelengthData"):
         for element in wavelength.findall("WavelengthDataBlock"):
-            held = element.find("ScatteringData")
-            if held is None or len(held) or not parser.contents[held].numbers:
-                raise FormatError(
-                    f"{path}: the block {_text(wavelength, 'Wavelength')!r:.40} "
-                    f"{_text(element, 'WavelengthDataDirection')!r:.40} has no numbers in <ScatteringData>"
-                )
-            contents.append(parser.contents[held])
-            blocks.append(_block(wavelength, element))
+            block, data = _block(wavelength, element), element.find("ScatteringData")
+            if data is None or len(data) or not parser.contents[data].numbers:
+                label = f"{block.wavelength!r:.40} {block.direction!r:.40}"
+                raise FormatError(f"{path}: the block {label} has no numbers in <ScatteringData>")
+            contents.append(parser.contents[data])
+            blocks.append(block)
     if not blocks:
         raise FormatError(f"{path}: no <WavelengthDataBlock> in the first <Layer>; expected numbers")
     bases = tuple(_basis(b, path) for b in layer.findall("DataDefinition/AngleBasis"))
     pieces = _around(_chunks(path), contents)
-    return Document(known[structure.lower()], bases, tuple(blocks), pieces, _about(root, layer)), contents
+    return Document(structure, bases, tuple(blocks), pieces, _about(root, layer)), contents
 
 
 def _chunks(path: Path) -> Iterator[bytes]:
@@ -258,19 +243,17 @@ def _block(wavelength: Any, element: Any) -> Block:
 
 def _basis(element: Any, path: Path) -> tuple[str, tuple[float, ...], tuple[int, ...]]:
     name = _text(element, "AngleBasisName")
+    where = f"{path}: angle basis {name!r:.60}"
     edges, counts = [0.0], []
     for ring in element.findall("AngleBasisBlock"):
         low, high, count = (_text(ring, t) for t in ("ThetaBounds/LowerTheta", "ThetaBounds/UpperTheta", "nPhis"))
         low = low or repr(edges[-1])
         if not (is_number(low) and is_number(high) and is_whole(count) and int(count) <= MOST):
-            raise FormatError(
-                f"{path}: angle basis {name!r:.60}: theta {low!r:.20} to {high!r:.20} with nPhis {count!r:.20}, "
-                f"expected numbers, nPhis whole and at most {MOST}"
-            )
+            got = f"theta {low!r:.20} to {high!r:.20} with nPhis {count!r:.20}"
+            raise FormatError(f"{where}: {got}, expected numbers, nPhis whole and at most {MOST}")
         if not abs(float(low) - edges[-1]) <= 1e-6 * 90.0:
             raise FormatError(
-                f"{path}: angle basis {name!r:.60}: a ring starts at theta = {low} degrees, expected {edges[-1]:g}, "
-                f"where the ring before it ends"
+                f"{where}: a ring starts at theta = {low} degrees, expected {edges[-1]:g}, the end of the last"
             )
         edges.append(float(high))
         counts.append(int(count))
@@ -279,12 +262,12 @@ def _basis(element: Any, path: Path) -> tuple[str, tuple[float, ...], tuple[int,
 
 def _about(root: Any, layer: Any) -> dict[str, Any]:
     """Facts about the file and the material, by tag; a unit follows its number."""
-    found = {}
+    about = {}
     for element in [*root, *layer.iterfind("Material[1]/*")]:
         text = " ".join((element.text or "").split())
         if text and not len(element):
-            found[element.tag] = " ".join([text, *element.attrib.values()])
-    return found
+            about[element.tag] = " ".join([text, *element.attrib.values()])
+    return about
 
 
 def _text(element: Any, path: str) -> str:
