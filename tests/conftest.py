@@ -12,7 +12,7 @@ os.environ.setdefault("JAX_ENABLE_X64", "1")
 os.environ.setdefault("JAX_PLATFORMS", "cpu")
 os.environ.setdefault("XLA_FLAGS", "--xla_cpu_multi_thread_eigen=false intra_op_parallelism_threads=1")
 
-from collections.abc import Collection, Iterable
+from collections.abc import Callable, Collection, Iterable
 from importlib import import_module
 from typing import Any
 
@@ -58,6 +58,10 @@ class Library:
     def dtype(self, x: Any) -> str:
         return str(x.dtype).rpartition(".")[2]
 
+    def whole(self, function: Callable[..., Any]) -> Callable[..., Any]:
+        """The function, compiled as one by JAX, which compiles each operation otherwise: for large formulas of tables."""
+        return function
+
 
 class Uncompiled(Library):
     """NumPy in blocks, as where llvmlite is missing."""
@@ -87,6 +91,9 @@ class Jax(Library):
 
     def array(self, x: Any, dtype: str = "float64") -> Any:
         return self.module.numpy.asarray(np.asarray(x, dtype))
+
+    def whole(self, function: Callable[..., Any]) -> Callable[..., Any]:
+        return self.module.jit(function)
 
 
 class DrJitTensor(Library):

@@ -22,7 +22,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 from click.testing import CliRunner
-from conftest import switch_off, thinned
+from conftest import thinned
 
 import gonio as gn
 from gonio.base.angles import angles, direction
@@ -408,12 +408,6 @@ def converted(m: Any, to: str, path: Any, by_command: bool = False) -> Held:
         raise result.exception
     assert result.exit_code == 0, result.output
     return Held(gn.load(path), json.loads(result.stdout))
-
-
-@pytest.fixture(autouse=True)
-def plain(monkeypatch):
-    """No kernels: every table would be one, and take longer to compile than to write."""
-    switch_off(monkeypatch)
 
 
 @pytest.fixture(scope="module")
