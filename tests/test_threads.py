@@ -5,6 +5,7 @@ Each script runs in a process of its own, whose threads are told apart by the ti
 
 from __future__ import annotations
 
+import gc
 import inspect
 import json
 import os
@@ -13,6 +14,7 @@ import subprocess
 import sys
 import threading
 import time
+import weakref
 from pathlib import Path
 from typing import Any
 
@@ -125,6 +127,31 @@ def test_what_is_called_within_a_part_is_not_shared_out(monkeypatch):
         assert not workers.busy() and not workers.team().jobs
     finally:
         gn.threads(before)
+
+
+def test_helpers_keep_nothing_of_what_they_did():
+    """A part holds arrays and materials: they go when it is done, not when the next is shared out."""
+
+    class Material:
+        pass
+
+    material, before, barrier = Material(), gn.threads(), threading.Barrier(2, timeout=20)
+    gone = weakref.ref(material)
+
+    def part(number: int, material: Material | None = material) -> None:
+        barrier.wait()  # until a helper is at its part, too
+
+    try:
+        gn.threads(2)
+        share(part, [(i,) for i in range(2)])
+    finally:
+        gn.threads(before)
+    del part, material
+    deadline = time.monotonic() + 20.0
+    while gone() is not None and time.monotonic() < deadline:  # the helper is on its way to sleep
+        gc.collect()
+        time.sleep(0.001)
+    assert gone() is None
 
 
 class Stop(BaseException):
