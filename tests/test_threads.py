@@ -33,7 +33,8 @@ needs_linux = pytest.mark.skipif(
 )
 
 START = """
-import json, os, threading
+import json, os, threading, time
+from contextlib import suppress
 from pathlib import Path
 import numpy as np
 import gonio as gn
@@ -41,7 +42,17 @@ from gonio.compile import workers
 from gonio.scenes import rendering
 
 def ran():
-    return {int(p.name): int((p / "schedstat").read_text().split()[0]) for p in Path("/proc/self/task").iterdir()}
+    times = {}
+    for p in Path("/proc/self/task").iterdir():
+        with suppress(OSError):  # it has ended since
+            times[int(p.name)] = int((p / "schedstat").read_text().split()[0])
+    return times
+
+def until(condition):
+    "Wait for what other threads are still to do, on a busy machine."
+    end = time.monotonic() + 60.0
+    while not condition() and time.monotonic() < end:
+        time.sleep(0.001)
 
 class Spectral(gn.Lambertian):
     channel_names = tuple(np.linspace(400.0, 700.0, 200))
@@ -53,9 +64,11 @@ MATERIALS = {
 LIGHT = gn.EnvironmentLight.studio(height=16)
 
 def computing(work):
+    "What it gives, and the threads that ran for more than a millisecond: one that goes to sleep computes nothing."
+    until(lambda: all(helper.asleep for helper in workers.team().helpers.values()))
     before = ran()
     result = work()
-    return result, {tid for tid, time in ran().items() if time > before.get(tid, 0)}
+    return result, {tid for tid, ns in ran().items() if ns > before.get(tid, 0) + 1_000_000}
 
 live, most, tile = [], [0], rendering._tile
 def counted(*args):
@@ -81,11 +94,12 @@ PICTURES = """
 gn.threads(COUNT)
 sums = {}
 for name, m in MATERIALS.items():
-    for size, samples in ((96, 16), (2, 1 << 16)):
+    for size, samples in ((96, 16), (2, 1 << 15)):
         picture, threads = computing(lambda: gn.render(m, LIGHT, size=size, samples=samples))
         helpers = {helper.thread for helper in workers.team().helpers.values()}
         assert threads <= helpers | {threading.get_native_id()}, (name, threads, helpers)
         sums[f"{name} {size}"] = picture.pixels.tobytes().hex()[:4000]
+until(lambda: len(workers.team().helpers) == COUNT - 1)
 print(json.dumps({"most": most[0], "helpers": len(workers.team().helpers), "sums": sums}))
 """
 
@@ -95,7 +109,7 @@ print(json.dumps({"most": most[0], "helpers": len(workers.team().helpers), "sums
 def test_a_picture_takes_as_many_threads_as_are_asked_for(engine):
     """None beside the caller and the pool's helpers computes, BLAS's own neither, and no tile shares out what it calls,
     be its batches as large as they may; the picture is the same."""
-    seen = {n: run(PICTURES.replace("COUNT", str(n)), GONIO_ENGINE=engine) for n in (1, 2, 4)}
+    seen = {n: run(PICTURES.replace("COUNT", str(n)), GONIO_ENGINE=engine) for n in (1, 3)}
     for count, found in seen.items():
         assert found["helpers"] == count - 1
         assert found["most"] <= count
@@ -235,6 +249,7 @@ def test_the_affinity_binds():
     code = f"""
 os.environ.pop("GONIO_THREADS", None)
 gn.render(MATERIALS["coloured"], LIGHT, size=64, samples=64)
+until(lambda: workers.team().helpers)
 before = [gn.threads(), len(workers.team().helpers)]
 os.sched_setaffinity(0, [{processors[1]}])
 _, threads = computing(lambda: gn.render(MATERIALS["coloured"], LIGHT, size=64, samples=64))
