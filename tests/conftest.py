@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 import os
+import sys
 
 # Before any of them is imported: double precision for JAX, and one thread, so that small arrays cost nothing.
 os.environ.setdefault("JAX_ENABLE_X64", "1")
@@ -13,6 +14,7 @@ os.environ.setdefault("JAX_PLATFORMS", "cpu")
 os.environ.setdefault("XLA_FLAGS", "--xla_cpu_multi_thread_eigen=false intra_op_parallelism_threads=1")
 
 from collections.abc import Callable, Collection, Iterable
+from functools import partial
 from importlib import import_module
 from typing import Any
 
@@ -20,6 +22,7 @@ import numpy as np
 import pytest
 
 from gonio.evaluate import planning
+from gonio.formats._reading import hdf
 
 
 @pytest.hookimpl(tryfirst=True)  # before pytest leaves out what `-m` says
@@ -59,7 +62,7 @@ class Library:
         return str(x.dtype).rpartition(".")[2]
 
     def whole(self, function: Callable[..., Any]) -> Callable[..., Any]:
-        """The function, compiled as one by JAX, which compiles each operation otherwise: for large formulas of tables."""
+        """The function, compiled as one by JAX, which else compiles each operation of a large formula."""
         return function
 
 
@@ -169,6 +172,15 @@ def evaluation(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) 
     elif not planning.available():
         pytest.skip("nothing can be compiled here: llvmlite is missing, or the processor has no fused multiply-add")
     return request.param
+
+
+@pytest.fixture
+def one_probe(monkeypatch: pytest.MonkeyPatch) -> None:
+    """On Linux HDF files are looked at by one process for all, instead of by a new one for each."""
+    if sys.platform == "linux":
+        from fuzzing import probed_by_one
+
+        monkeypatch.setattr(hdf, "probed", partial(probed_by_one, 1 << 30))
 
 
 @pytest.fixture(scope="session")

@@ -36,6 +36,7 @@ from gonio.numerics.lattice import lattice
 from gonio.pictures.colour import RELATIVE_XYZ, RGB_OF_XYZ, XYZ
 from gonio.tables.angle_systems import angle_system
 
+pytestmark = pytest.mark.usefixtures("one_probe")
 DEGREE = math.pi / 180.0
 NM = (500.0, 550.0, 600.0)
 

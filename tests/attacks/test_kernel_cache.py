@@ -696,7 +696,7 @@ def test_names_stand_for_what_the_compiler_says(tmp_path):
     source.write_text(text[: first.start(2)] + str((int(first[2]) + 5) % 10) + text[first.end(2) :], encoding="utf-8")
     os.utime(source, (1.0, 1.0))
     got = {}
-    for place in (a, b, a, b):
+    for place in (a, b, a):
         value, compiled, path = run(SINE, PYTHONPATH=str(place), GONIO_CACHE_DIR=tmp_path / "cache").lines[0].split()
         assert Path(path).is_relative_to(place)
         assert compiled == ("0" if place in got else "1")

@@ -17,6 +17,7 @@ from gonio.formats._reading import plain_text
 from gonio.formats.window_xml import xml_document
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
+from conftest import thinned
 from seeds import SEEDS
 
 MB = 1_000_000
@@ -61,7 +62,7 @@ ROWS = [("0", "0", "0"), ("30", "0", "0"), ("0", "30", "0"), ("30", "30", "0")]
 
 
 @needs_proc
-@pytest.mark.parametrize("what", [b"1.5 ", b"x", b",", b"0.1,0.2,"])
+@pytest.mark.parametrize("what", thinned([b"1.5 ", b"x", b",", b"0.1,0.2,"], [b"1.5 ", b","]))
 def test_a_csv_of_one_line_without_end_is_refused_in_little_memory(tmp_path, what):
     """... in three times its own size. (D14)"""
     path = tmp_path / "a.csv"
