@@ -6,18 +6,21 @@
 from __future__ import annotations
 
 import os
+import sys
 
 # Before any of them is imported: double precision for JAX, and one thread, so that small arrays cost nothing.
 os.environ.setdefault("JAX_ENABLE_X64", "1")
 os.environ.setdefault("JAX_PLATFORMS", "cpu")
 os.environ.setdefault("XLA_FLAGS", "--xla_cpu_multi_thread_eigen=false intra_op_parallelism_threads=1")
 
+from functools import partial
 from typing import Any
 
 import pytest
 from libraries import KINDS, Jax, Library, Torch, Uncompiled, opened, switch_off
 
 from gonio.evaluate import planning
+from gonio.formats._reading import hdf
 
 
 @pytest.hookimpl(tryfirst=True)  # before pytest leaves out what `-m` says
@@ -65,6 +68,15 @@ def evaluation(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) 
 @pytest.fixture
 def uncompiled(monkeypatch: pytest.MonkeyPatch) -> None:
     switch_off(monkeypatch)
+
+
+@pytest.fixture
+def one_probe(monkeypatch: pytest.MonkeyPatch) -> None:
+    """On Linux HDF files are looked at by one process for all, instead of by a new one for each."""
+    if sys.platform == "linux":
+        from fuzzing import probed_by_one
+
+        monkeypatch.setattr(hdf, "probed", partial(probed_by_one, 1 << 30))
 
 
 @pytest.fixture(scope="session")

@@ -9,6 +9,7 @@ import time
 from pathlib import Path
 
 import pytest
+from libraries import thinned
 from seeds import SEEDS
 
 import gonio as gn
@@ -59,7 +60,7 @@ ROWS = [("0", "0", "0"), ("30", "0", "0"), ("0", "30", "0"), ("30", "30", "0")]
 
 
 @needs_proc
-@pytest.mark.parametrize("what", [b"1.5 ", b"x", b",", b"0.1,0.2,"])
+@pytest.mark.parametrize("what", thinned([b"1.5 ", b"x", b",", b"0.1,0.2,"], [b"1.5 ", b","]))
 def test_a_csv_of_one_line_without_end_is_refused_in_little_memory(tmp_path, what):
     """... in three times its own size. (D14)"""
     path = tmp_path / "a.csv"

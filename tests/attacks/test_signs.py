@@ -179,8 +179,9 @@ def test_u_of_1_is_sampled_by_every_library(m, dtype, library):
     if library.name.startswith("drjit"):
         pytest.skip("LLVM, as Dr.Jit has it, cannot compile these models' `minimum` of parameters on every processor")
     wo, below = library.array([[0.3, 0.0, 0.954]] * 3, dtype), 1.0 - 6e-8
-    s = m.sample(wo, library.array([[1.0, 1.0], [0.3, 1.0], [1.0, 0.3]], dtype))
-    t = m.sample(wo, library.array([[below, below], [0.3, below], [below, 0.3]], dtype))
+    sample = library.whole(m.sample)
+    s = sample(wo, library.array([[1.0, 1.0], [0.3, 1.0], [1.0, 0.3]], dtype))
+    t = sample(wo, library.array([[below, below], [0.3, below], [below, 0.3]], dtype))
     for a, b in zip(s[:3], t[:3], strict=True):
         np.testing.assert_allclose(library.numpy(a), library.numpy(b), rtol=2e-5, atol=1e-6)
 

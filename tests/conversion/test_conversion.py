@@ -6,7 +6,6 @@ import os
 
 import numpy as np
 import pytest
-from libraries import switch_off
 from seeds import SEEDS
 
 import gonio as gn
@@ -29,6 +28,7 @@ NEEDED = {"pab-opto": {"incident": (0.5, 0.0)}}
 """Options without which a format cannot be written."""
 COARSE = {"WINDOW XML": 0.1, "BRF table": 0.1, "OpenMATERIAL": 0.1}
 """Mean errors of formats whose cells or rows are wide; 0.05 of others."""
+pytestmark = pytest.mark.usefixtures("one_probe")
 each_writer = pytest.mark.parametrize("module", WRITERS.values(), ids=WRITERS)
 
 GRAY = gn.Lambertian(0.2) + gn.Microfacet(gn.GGX(0.4), gn.Dielectric(1.5))
@@ -60,8 +60,7 @@ def in_rgb(m, f):
 
 
 @each_writer
-def test_a_material_survives_the_round_trip(module, tmp_path, monkeypatch):
-    switch_off(monkeypatch)  # every table would be a kernel
+def test_a_material_survives_the_round_trip(module, tmp_path):
     path = tmp_path / f"a{module.SUFFIXES[0]}"
     m, report = held_by(module, path)
     again = load(path)

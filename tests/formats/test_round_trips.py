@@ -22,7 +22,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 from click.testing import CliRunner
-from libraries import switch_off, thinned
+from libraries import thinned
 
 import gonio as gn
 from gonio.base.angles import angles, direction
@@ -36,6 +36,7 @@ from gonio.numerics.lattice import lattice
 from gonio.pictures.colour import RELATIVE_XYZ, RGB_OF_XYZ, XYZ
 from gonio.tables.angle_systems import angle_system
 
+pytestmark = pytest.mark.usefixtures("one_probe")
 DEGREE = math.pi / 180.0
 NM = (500.0, 550.0, 600.0)
 
@@ -408,12 +409,6 @@ def converted(m: Any, to: str, path: Any, by_command: bool = False) -> Held:
         raise result.exception
     assert result.exit_code == 0, result.output
     return Held(gn.load(path), json.loads(result.stdout))
-
-
-@pytest.fixture(autouse=True)
-def plain(monkeypatch):
-    """No kernels: every table would be one, and take longer to compile than to write."""
-    switch_off(monkeypatch)
 
 
 @pytest.fixture(scope="module")

@@ -533,7 +533,7 @@ def test_command_line(tmp_path, monkeypatch):
     result = run(cli, ["check", "Phong()", "--plot", "a.png"])
     assert result.exit_code == 1, result.output
     assert min(read_image("a.png").pixels.shape[:2]) > 500
-    assert run(cli, ["check", "gold", "--plot", "a.txt"]).exit_code != 0
+    assert run(cli, ["check", "Phong()", "--plot", "a.txt"]).exit_code != 0
 
 
 @pytest.mark.parametrize("words", [[], ["gold", "--all"], ["--all", "--sampling"], ["--all", "-p", "rho=1"]], ids=str)

@@ -27,7 +27,7 @@ WI, WO = (
 
 
 @pytest.fixture(autouse=True)
-def plain(monkeypatch):
+def plain(monkeypatch, one_probe):
     """No kernels: compiling one for every table takes longer than all else here."""
     monkeypatch.setattr(planning, "available", lambda: False)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import atexit
 import io
 import json
 import os
@@ -278,18 +279,26 @@ def bounded_time() -> Iterator[None]:
 @contextmanager
 def reading(size: int) -> Iterator[None]:
     """For reading a damaged file of this size, in bounded memory: values may be anything."""
-    probed = partial(_probed, allowed(size))
+    probed = partial(probed_by_one, allowed(size))
     with warnings.catch_warnings(), bounded_memory(size), mock.patch.object(hdf, "probed", probed):
         warnings.simplefilter("ignore")
         yield
 
 
 _probes: list[subprocess.Popen] = []
-"""The process that `_probed` asks, once there is one."""
+"""The process that `probed_by_one` asks, once there is one."""
 
 
-def _probed(memory: int, *words: str) -> bytes:
-    """`_hdf.probed` by a process that has the libraries already: 5 ms instead of 300."""
+@atexit.register
+def _end() -> None:
+    while _probes:
+        asked = _probes.pop()
+        asked.kill()
+        asked.communicate()
+
+
+def probed_by_one(memory: int, *words: str) -> bytes:
+    """`hdf.probed` by a process that has the libraries already: 5 ms instead of 300."""
     if not _probes:
         limit = resource.getrlimit(resource.RLIMIT_AS)
         resource.setrlimit(resource.RLIMIT_AS, (limit[1], limit[1]))  # what this process may take is not its limit
@@ -307,9 +316,7 @@ def _probed(memory: int, *words: str) -> bytes:
                 raise EOFError("the process that probes HDF files has ended")
             said += part
     except BaseException:
-        _probes.clear()
-        asked.kill()
-        asked.communicate()
+        _end()
         raise
     return said[:-1]
 

@@ -167,7 +167,7 @@ def campaign(count: int, seed: int, threads: int) -> dict[str, Any]:
         left = sorted(str(p) for p in made if p.parts[0].startswith("."))
     members = list(workers.team().helpers.values())
     before = [busy(helper.thread) for helper in members]
-    for _ in range(200):
+    for _ in range(200 if planning.available() else 20):
         asked["f"]()
     lost = threads - 1 - sum(busy(h.thread) - b > 1e6 for h, b in zip(members, before, strict=True))
     return {

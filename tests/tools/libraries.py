@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable
+from collections.abc import Callable, Collection, Iterable
 from importlib import import_module
 from typing import Any
 
@@ -33,6 +33,10 @@ class Library:
     def dtype(self, x: Any) -> str:
         return str(x.dtype).rpartition(".")[2]
 
+    def whole(self, function: Callable[..., Any]) -> Callable[..., Any]:
+        """The function, compiled as one by JAX, which else compiles each operation of a large formula."""
+        return function
+
 
 class Uncompiled(Library):
     """NumPy in blocks, as where llvmlite is missing."""
@@ -62,6 +66,9 @@ class Jax(Library):
 
     def array(self, x: Any, dtype: str = "float64") -> Any:
         return self.module.numpy.asarray(np.asarray(x, dtype))
+
+    def whole(self, function: Callable[..., Any]) -> Callable[..., Any]:
+        return self.module.jit(function)
 
 
 class DrJitTensor(Library):

@@ -162,12 +162,16 @@ class _Team:
             while True:
                 if _help.cache_info().currsize:  # once a kernel is shared out; with GONIO_ENGINE=numpy none ever is
                     round_ = _help()(self.address, round_, PATIENCE)
-                for job in list(self.jobs):
-                    job.help()
-                    self.forget(job)  # all its parts are taken, or all its seats
+                self.take_parts()
                 helper.sleep()
         finally:
             del self.helpers[number]
+
+    def take_parts(self) -> None:
+        """Of every job, in a function of its own: a job holds arrays, and this thread may sleep long."""
+        for job in list(self.jobs):
+            job.help()
+            self.forget(job)  # all its parts are taken, or all its seats
 
     def forget(self, job: Job) -> None:
         with suppress(ValueError):  # another thread was quicker
