@@ -112,7 +112,7 @@ def _tagged(value: Any) -> Any:
             return {k: _tagged(v) for k, v in value.items()}
         return {f"{TAG}items": [[_tagged(k), _tagged(v)] for k, v in value.items()]}
     raise ParameterError(
-        f"{value!r:.60}: cannot be written as metadata of a measurement; expected numbers, text, arrays, and lists and "
+        f"{value!r:.60}: cannot be kept as metadata of a measurement; expected numbers, text, arrays, and lists and "
         f"dictionaries of them"
     )
 
