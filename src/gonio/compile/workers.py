@@ -136,7 +136,7 @@ class _Helper:
         """Wake the thread, on another of these processors than `here`; one that is awake will look once more."""
         if self.asleep and places:
             self.places = places
-            with suppress(OSError):  # where a process may not say so
+            with suppress(OSError):  # where a process may not set that
                 os.sched_setaffinity(self.thread, places - {here} or places)
         with suppress(RuntimeError):  # another caller was quicker
             self.bed.release()

@@ -1,7 +1,7 @@
 """From arrays to formulas and back: a kernel written on components is run over any batch, channels and library.
 
 A kernel is a function `kernel(m, mean, *inputs)`: `m` is the material with parameters ready to compute with, `mean`
-the same with channels merged (what sampling uses), each input a tuple of components. The kinds of what it returns are
+the same with channels merged (what sampling uses), each input a tuple of components. The kinds of its results are
 declared: see `arrays/kinds.py`. Kernels see no axis, no channel and no library.
 
 For NumPy arrays kernels are compiled (`planning.py`). Where that cannot be, or a formula cannot be traced, batches are
@@ -142,10 +142,10 @@ def _in_blocks(call: Call) -> list[np.ndarray]:
 def _at_once(
     kernel: Kernel, kinds: Sequence[str], material: Parametrised, lib: ops.Library, inputs: Sequence[Any]
 ) -> list[Any]:
-    """The results of a library that is given the whole batch.
+    """The results of a library that computes the whole batch at once.
 
-    Such a library may be compiling: nothing here or below it may depend on the values of arrays, or touch those of
-    NumPy but through `Library.fixed`.
+    Such a library may be compiling: nothing here or below may depend on the values of arrays, or touch those of NumPy
+    but through `Library.fixed`.
     """
     like = inputs[0]
     m = material.bind(partial(_converted, lib=lib, like=like), partial(lib.fixed, like=like))

@@ -128,7 +128,7 @@ class Graph:
         return None
 
     def split(self, node: int) -> tuple[int | None, float]:
-        """An index as node + constant; no node for a constant."""
+        """An index as a node and a constant to be added; None and the value for a constant."""
         value = self.value(node)
         if value is not None:
             return None, value
