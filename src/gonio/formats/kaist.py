@@ -82,7 +82,7 @@ class KAIST(Unscanned):
         about: dict[str, Any] = {name: len(x) for name, x in nodes.items()}
         if empty:
             about["nodes"] = (
-                f"{', '.join(empty)} empty in the file, taken for even from end to end, as Mitsuba takes all"
+                f"{', '.join(empty)} empty in the file, taken as even from end to end, as Mitsuba takes all"
             )
         self._hold(fields_stored=stored)
         f = _first_elements(M).transpose(2, 1, 0, 3)
