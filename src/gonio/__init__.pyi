@@ -66,12 +66,11 @@ from .lights.point import PointLight as _PointLight
 from .models.abc import ABC as _ABC
 from .models.ashikhmin_shirley import AshikhminShirley as _AshikhminShirley
 from .models.ashikhmin_shirley import AshikhminShirleyDiffuse as _AshikhminShirleyDiffuse
+from .models.chandrasekhar import Chandrasekhar as _Chandrasekhar
 from .models.coated import Coated as _Coated
 from .models.coated import RoughCoated as _RoughCoated
 from .models.cook_torrance import CookTorrance as _CookTorrance
 from .models.cox_munk import CoxMunk as _CoxMunk
-from .models.deep_layer import Chandrasekhar as _Chandrasekhar
-from .models.deep_layer import LommelSeeliger as _LommelSeeliger
 from .models.disney_diffuse import DisneyDiffuse as _DisneyDiffuse
 from .models.disney_diffuse import FrostbiteDiffuse as _FrostbiteDiffuse
 from .models.disney_principled import DisneyPrincipled as _DisneyPrincipled
@@ -87,6 +86,7 @@ from .models.ideal_specular import IdealSpecular as _IdealSpecular
 from .models.lafortune import Lafortune as _Lafortune
 from .models.lafortune import NormalizedLafortune as _NormalizedLafortune
 from .models.lambertian import Lambertian as _Lambertian
+from .models.lommel_seeliger import LommelSeeliger as _LommelSeeliger
 from .models.microfacet import Microfacet as _Microfacet
 from .models.microfacet import RetroMicrofacet as _RetroMicrofacet
 from .models.minnaert import Minnaert as _Minnaert
@@ -103,8 +103,8 @@ from .models.phong import ModifiedPhong as _ModifiedPhong
 from .models.phong import OriginalPhong as _OriginalPhong
 from .models.phong import Phong as _Phong
 from .models.ross_li import RossLi as _RossLi
-from .models.ross_li import Roujean as _Roujean
 from .models.rotated import Rotated as _Rotated
+from .models.roujean import Roujean as _Roujean
 from .models.rpv import RPV as _RPV
 from .models.schlick1994 import Schlick1994 as _Schlick1994
 from .models.schlick1994 import Schlick1994Specular as _Schlick1994Specular

@@ -13,7 +13,7 @@ import pytest
 import gonio as gn
 from gonio.formula.direction import Direction
 from gonio.models import ross_li
-from gonio.models.ross_li import _blocks, _leaves
+from gonio.models.roujean import _blocks, _leaves
 
 PI = math.pi
 UP = np.array([0.0, 0.0, 1.0])

@@ -14,8 +14,7 @@ from ..base.measured import Measured
 from ..base.quantities import quantity_named, to_brdf
 from ..errors import ParameterError
 from ..formula.fields import Ours
-from ..formula.held import freeze
-from ..formula.state import derived, note
+from ..formula.state import derived, freeze, note
 from . import dataset_layout
 from .angle_systems import SYSTEMS
 from .gridded import Gridded, real

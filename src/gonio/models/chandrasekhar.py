@@ -1,4 +1,4 @@
-"""Deep layers of isotropic particles: light scattered once, by Lommel and Seeliger, or any number of times."""
+"""Chandrasekhar's semi-infinite atmosphere: light scattered in a deep layer, any number of times."""
 
 from __future__ import annotations
 
@@ -8,44 +8,13 @@ from typing import Any
 from ..arrays import ops
 from ..formula.direction import Direction
 from ..formula.fields import param
-from ._power_cosine import PowerCosine
+from ._deep_layer import DeepLayer
 
 STEP = 0.6
 NODES = [math.sinh((j + 0.5) * STEP) for j in range(20)]
 
 
-class _DeepLayer(PowerCosine):
-    """Sampling of z_i/(z_i + z_o), z = cos(theta), by the power of z_i that has its slope at z_i = 1/2."""
-
-    w: Any
-
-    def exponent(self, wo: Direction) -> Any:
-        return wo.z / (0.5 + wo.z)
-
-
-class LommelSeeliger(_DeepLayer):
-    """Dark powder, such as the Moon's: f = w / (4 pi (cos(theta_i) + cos(theta_o))).
-
-    The albedo is w/2 (1 - z ln((1 + z)/z)), z = cos(theta). `Chandrasekhar` adds light that is scattered again.
-
-    Looks    `LommelSeeliger(0.2)` is the Moon: seen with the light a full disc, at the rim no darker than in the
-             middle.
-    Shapes   w: a number or (..., C).
-    Units    f: 1/sr; w: 1.
-    Error    rounding.
-    Source   Seeliger 1887; Hapke 1981, J. Geophys. Res. 86(B4):3039, with isotropic particles, scattered once.
-    """
-
-    w = param(0.5, 0.0, 1.0, "single-scattering albedo: the share of light that a particle scatters")
-
-    def formula(self, wi: Direction, wo: Direction) -> Any:
-        return self.w * (0.25 / math.pi) / (wi.z + wo.z)
-
-    def estimate(self, wo: Direction) -> Any:
-        return 0.5 * self.w * (1.0 - wo.z * ops.log(1.0 + 1.0 / wo.z))
-
-
-class Chandrasekhar(_DeepLayer):
+class Chandrasekhar(DeepLayer):
     """Deep layer of isotropic scatterers: f = w/(4 pi) H(z_i) H(z_o) / (z_i + z_o), z = cos(theta).
 
     H(z) = exp(-z/pi int_0^inf ln(1 - w arctan(t)/t) / (1 + z^2 t^2) dt) counts light that is scattered more than once;
