@@ -258,7 +258,7 @@ BAD = [
     ("convert gold a.binary --format foo", "'foo'"),
     ("convert gold nowhere/a.binary", "does not exist"),
     ("convert IdealSpecular(0.5) a.binary", "mirror"),
-    ("convert Lambertian([0.1,0.2]) a.binary", "RGB"),
+    ("convert Lambertian([0.1,0.2]) a.binary", "expected 1 or 3 in MERL files"),
     ("convert gold", "Missing argument 'OUT'"),
     ("convert gold a.bsdf", "give format= (on the command line --format)"),
     ("convert gold a.binary --resolution 3,4", "expected one of phi_d"),

@@ -65,7 +65,7 @@ def test_transmission_is_kept_beside_the_reflection(tmp_path):
     with pytest.raises(gn.errors.FormatError, match="none of 1 rows is reflection on the front"):
         loaded(tmp_path, only)
     with pytest.raises(gn.errors.ParameterError, match="side='top'"):
-        gn.load(tmp_path / "file.txt", side="top")
+        gn.load(tmp_path / "file", side="top")
 
 
 @pytest.mark.parametrize(

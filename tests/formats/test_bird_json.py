@@ -87,7 +87,7 @@ def test_bird_rows_of_the_earlier_layout(tmp_path):
         ({"theta_r": {"unit": "deg"}}, "'values' is missing"),
         ({"theta_r": 3}, "values"),
         ({"polarization_i": {"values": ["s", 4]}}, "Stokes"),
-        ({"polarization_i": {"values": ["s", "p"]}}, "different pairs"),
+        ({"polarization_i": {"values": ["s", "p"]}}, "different directions"),
         ({"uBRDF": {"unit": "1/sr", "values": None}}, "'values' is None"),
         ({"BRDF": {"unit": "1/sr", "values": [0.1, 0.2], "uncertainty": {"value": 1, "unit": "K"}}}, "uncertainty"),
     ],

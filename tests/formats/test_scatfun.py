@@ -126,7 +126,7 @@ def test_scatfun_real_file_is_its_splines_and_the_surface_it_was_made_of():
 
 def test_scatfun_real_file_bit_by_bit(tmp_path):
     data = gzip.decompress(real(ROUGH_GOLD).read_bytes())
-    m = load(ROUGH_GOLD)
+    m = load(real(ROUGH_GOLD))
     save(m, tmp_path / "copy.bsdf", format="SCATFUN")
     save(m, tmp_path / "copy.bsdf.gz", format="SCATFUN")
     assert (tmp_path / "copy.bsdf").read_bytes() == data

@@ -61,7 +61,7 @@ def test_cut_files_are_refused(tmp_path, name):
             loaded(tmp_path, part)
         except gn.errors.FormatError as error:
             refused += 1
-            assert "file.txt" in str(error)
+            assert str(tmp_path / "file") in str(error)
     least = 0.5 if name in ("pab-opto", "ALTA", "CSV", "SSDD") else 0.9
     assert refused > least * len(cut)
 

@@ -26,7 +26,7 @@ def file_of(tmp_path: Path, content: str | bytes, name: str = "file") -> Path:
     return path
 
 
-def loaded(tmp_path: Path, content: str | bytes, module: Any = None, name: str = "file.txt", **options: Any) -> Any:
+def loaded(tmp_path: Path, content: str | bytes, module: Any = None, name: str = "file", **options: Any) -> Any:
     """What gonio reads, or what the reader of one format reads with options."""
     path = file_of(tmp_path, content, name)
     return gn.load(path) if module is None else module.read(path, **options)
