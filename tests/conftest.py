@@ -27,17 +27,17 @@ from gonio.formats._reading import hdf
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """What is left out by default where a compiler is slow.
 
-    Of random materials one of each model is compiled, and all are evaluated in blocks, by the same formula: what
-    compiling adds is held per operation (`test_elementary.py`, `test_engine.py`). JAX compiles each operation for each
+    Of random materials few are compiled, and all are evaluated in blocks, by the same formula: kernels of every model
+    are compared with arrays (`test_laws.py`), each operation by itself (`test_elementary.py`, `test_engine.py`). JAX compiles each operation for each
     shape: of a test marked `few_by_jax` it runs the cases that the mark names.
     """
-    from materials import COMPILED
+    from materials import OBEDIENT
 
     for item in items:
         case = item.callspec if isinstance(item, pytest.Function) and hasattr(item, "callspec") else None
         if case is None:
             continue
-        if case.params.get("evaluation") == "compiled" and not {case.params.get("draw")} <= {None, *COMPILED}:
+        if case.params.get("evaluation") == "compiled" and not {case.params.get("draw")} <= {None, *OBEDIENT}:
             item.add_marker("full")
         few = item.get_closest_marker("few_by_jax")
         if few and case.params.get("library") is Jax and not any(word in case.id for word in few.args):

@@ -20,6 +20,7 @@ def channels_of_f(m: gn.Reflectance) -> int | None:
 
 @pytest.mark.parametrize("draw", draws(1, every=100), ids=str)
 @pytest.mark.parametrize("count", [None, 3])
+@pytest.mark.usefixtures("uncompiled")
 def test_channels_of_models_are_those_of_f(draw, count):
     m = draw.material(count)
     assert m.channels == channels_of_f(m)

@@ -310,8 +310,10 @@ def draws(least: int = 3, every: int = 1) -> list[Draw]:
     return found
 
 
-COMPILED = frozenset(draws(1, every=9))
-"""Random materials that are compiled where not all are: of each model at least one."""
+COMPILED = sorted(draws(1, every=9), key=str)
+"""Random materials of which kernels are compared with arrays: of each model at least one."""
+OBEDIENT = frozenset(COMPILED[::3])
+"""Those of them whose kernels are held to the laws, too, where not all are."""
 
 
 def at_bounds(model: type[Reflectance], most: int | None = None) -> Iterator[Reflectance]:
