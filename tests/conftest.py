@@ -28,8 +28,8 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """What is left out by default where a compiler is slow.
 
     Of random materials few are compiled, and all are evaluated in blocks, by the same formula: kernels of every model
-    are compared with arrays (`test_laws.py`), each operation by itself (`test_elementary.py`, `test_engine.py`). JAX compiles each operation for each
-    shape: of a test marked `few_by_jax` it runs the cases that the mark names.
+    are compared with arrays (`test_laws.py`), each operation by itself (`test_elementary.py`, `test_engine.py`). JAX
+    compiles each operation for each shape: of a test marked `few_by_jax` it runs the cases that the mark names.
     """
     from materials import OBEDIENT
 
