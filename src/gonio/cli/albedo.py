@@ -76,11 +76,11 @@ def albedos(
     scale: float | None = None,
 ) -> list[dict[str, Any]]:
     """A row for every direction of incidence [degrees] and channel: the albedo, and u under each assumption."""
+    from ..arrays.kinds import with_channels
     from ..base.angles import direction
     from ..integrals.albedo import albedo
     from ..laws._probes import channel
     from ..report.facts import ASSUMPTIONS
-    from ..tables.nodes import with_channels
     from ..uncertainty import with_uncertainty
     from ..uncertainty.table import has_uncertainty
 

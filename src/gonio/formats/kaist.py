@@ -14,13 +14,14 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 
+from ..arrays.kinds import with_channels
 from ..base.reflectance import Reflectance
 from ..errors import FormatError, ParameterError
 from ..evaluate import batch
 from ..formula.fields import kept
 from ..formula.state import Held, note
 from ..tables.angle_systems import angle_system
-from ..tables.nodes import above, f_at, with_channels
+from ..tables.nodes import above, f_at
 from ._options import Declared
 from ._reading import tensor_file
 from ._reading.large_tables import Unscanned

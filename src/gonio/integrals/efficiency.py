@@ -9,13 +9,13 @@ from typing import NamedTuple
 import numpy as np
 
 from ..arrays import LIBRARIES
+from ..arrays.kinds import with_channels
 from ..base.angles import direction
 from ..base.kernels import shares_of
 from ..base.reflectance import Reflectance
 from ..errors import MissingDataWarning
 from ..formula.direction import Direction
 from ..numerics.lattice import lattice
-from ..tables.nodes import with_channels
 
 VIEWS = (0.0, 30.0, 60.0, 75.0, 85.0, 89.0)
 """Angles of view [degrees]."""

@@ -7,12 +7,12 @@ from typing import Any
 
 import numpy as np
 
+from ..arrays.kinds import with_channels
 from ..base.angles import direction
 from ..base.reflectance import Reflectance
 from ..errors import ParameterError
 from ..evaluate import batch
 from ..numerics.quadrature import NODES, Integrals, Sums, cubature, place, weighed
-from ..tables.nodes import with_channels
 from .cones import MIRROR, Cone, Geometry, Rings, overlap
 from .over_directions import Radiance, over_directions
 from .places import Places

@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..arrays import LIBRARIES, ops
+from ..arrays.kinds import with_channels
 from ..base.kernels import with_holes
 from ..base.light import Light
 from ..base.reflectance import Reflectance
@@ -21,7 +22,6 @@ from ..evaluate import batch
 from ..formula.direction import Direction, cross, dot, frame, normalize, select
 from ..numerics.lattice import lattice
 from ..pictures.colour import transformed
-from ..tables.nodes import with_channels
 from .over_directions import integrate
 
 

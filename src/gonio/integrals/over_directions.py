@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..arrays import ops
-from ..arrays.kinds import TOTAL, VALUE, VECTOR
+from ..arrays.kinds import TOTAL, VALUE, VECTOR, with_channels
 from ..base.kernels import with_holes
 from ..base.reflectance import Reflectance
 from ..compile import memory
@@ -21,7 +21,6 @@ from ..formula.fields import Param
 from ..formula.warp import cosine_hemisphere
 from ..numerics.lattice import lattice
 from ..numerics.quadrature import NODES, Evaluate, Integrals, Sums, cubature, in_order, place, weighed
-from ..tables.nodes import with_channels
 from .domain import SAMPLED, Coordinates, Domain
 from .peaks import GRAZING, SHARP, peaks
 from .places import Places

@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 
+from ..arrays.kinds import with_channels
 from ..base.angles import angles, direction
 from ..base.measured import Measured
 from ..base.reflectance import Reflectance
 from ..numerics.lattice import lattice
-from ..tables.nodes import with_channels
 
 PAIRS = 1 << 17
 SAMPLES = 1 << 16

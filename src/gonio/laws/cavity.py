@@ -14,10 +14,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..arrays.kinds import with_channels
 from ..base.angles import direction
 from ..base.reflectance import Reflectance
 from ..numerics.lattice import lattice
-from ..tables.nodes import with_channels
 from ._probes import degrees, in_channel, largest
 from ._verdict import Findings, at_most
 

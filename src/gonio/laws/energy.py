@@ -12,9 +12,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..arrays.kinds import with_channels
 from ..base.reflectance import Reflectance
 from ..integrals.over_directions import integrate
-from ..tables.nodes import with_channels
 from ._probes import degrees, in_channel, incidence, largest
 from ._verdict import Findings, at_most
 

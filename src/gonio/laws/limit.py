@@ -15,12 +15,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..arrays.kinds import with_channels
 from ..base.angles import direction
 from ..base.reflectance import Reflectance
 from ..formula.direction import Direction
 from ..formula.fields import Param, Part
 from ..numerics.lattice import lattice
-from ..tables.nodes import with_channels
 from ._probes import degrees, largest
 from ._rings import distance
 from ._verdict import Findings, Law, at_most

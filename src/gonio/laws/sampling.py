@@ -9,9 +9,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..arrays.kinds import with_channels
 from ..base.reflectance import Reflectance
 from ..numerics.lattice import lattice
-from ..tables.nodes import with_channels
 from ._probes import SAMPLES, degrees, values
 from ._rings import bins_of, grids
 from ._verdict import Findings, Law, at_most

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from ..arrays.kinds import with_channels
 from ..base.angles import direction
 from ..base.history import ALBEDO_AT, Repair
 from ..base.measured import Measured
@@ -16,7 +17,7 @@ from ..base.quantities import from_brdf
 from ..errors import MissingDataWarning, ParameterError, ToleranceWarning
 from ..integrals.over_directions import integrate
 from ..tables.gridded import Gridded
-from ..tables.nodes import above, with_channels
+from ..tables.nodes import above
 from ..tables.scattered import Scattered
 
 ALBEDO_TOLERANCE = 1e-3

@@ -9,13 +9,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..arrays.kinds import with_channels
 from ..base.angles import angles, direction
 from ..distributions.ggx import GGX
 from ..errors import ParameterError
 from ..formula.fresnel.schlick import Schlick
 from ..models.microfacet import Microfacet
 from ..tables.gridded import Gridded
-from ..tables.nodes import with_channels
 from ._cells import Cells, evaluated, expect_one_of, like, relative, spread, variances
 
 METHODS = ("hold", "linear in cosine", "model")

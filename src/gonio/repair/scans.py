@@ -8,12 +8,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..arrays.kinds import with_channels
 from ..base.angles import angles, direction
 from ..base.measured import Measured
 from ..base.provenance import derived
 from ..errors import ParameterError
 from ..tables.gridded import Gridded
-from ..tables.nodes import above, with_channels
+from ..tables.nodes import above
 from ..tables.rows import distinct, turned
 from ..tables.scattered import Scattered
 from ._cells import Cells, reported, spread

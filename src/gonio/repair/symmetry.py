@@ -7,8 +7,9 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from ..arrays.kinds import with_channels
 from ..tables.gridded import Gridded
-from ..tables.nodes import f_at, with_channels
+from ..tables.nodes import f_at
 from ._cells import Cells, changes_of_all, expect_one_of, floor, like, reported, spread, variances
 
 KINDS = ("reciprocity", "isotropy", "plane")

@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from ..arrays.kinds import with_channels
 from ..base.angles import direction
 from ..base.light import Light
 from ..base.reflectance import Reflectance
@@ -21,7 +22,6 @@ from ..files import replacing, target
 from ..integrals.albedo import albedo
 from ..pictures.colour import LUMINANCE, RELATIVE_XYZ, XYZ, rgb_of, srgb_encode
 from ..scenes.rendering import render
-from ..tables.nodes import with_channels
 
 SLICES = (0.0, 15.0, 30.0, 45.0, 60.0, 75.0)
 INCIDENCE = (0.0, 10.0, 20.0, 30.0, 40.0, 50.0, 60.0, 70.0, 75.0, 80.0, 85.0, 88.0)

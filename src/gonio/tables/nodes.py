@@ -27,8 +27,3 @@ def f_at(m: Any, wi: np.ndarray, wo: np.ndarray, below: float = np.nan, least: f
 def channels_named(count: int) -> tuple[str, ...]:
     """Names for channels without names: those of colours if there are three, else numbers."""
     return ("R", "G", "B") if count == 3 else tuple(map(str, range(count)))
-
-
-def with_channels(f: np.ndarray, pairs: int) -> np.ndarray:
-    """f with a channel axis, where it has no more than the axes of the `pairs`."""
-    return f if f.ndim > pairs else f[..., None]

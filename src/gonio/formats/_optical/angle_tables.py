@@ -9,6 +9,7 @@ from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
+from ...arrays.kinds import with_channels
 from ...base.measured import Total, tabular_shape, tristimulus
 from ...base.reflectance import Reflectance
 from ...errors import FormatError, ParameterError
@@ -17,7 +18,7 @@ from ...pictures.colour import XYZ_OF_RGB
 from ...tables.angle_systems import SYSTEMS, angle_system
 from ...tables.axes import fits
 from ...tables.gridded import Gridded
-from ...tables.nodes import above, f_at, with_channels
+from ...tables.nodes import above, f_at
 from .._options import Declared
 
 SAME = 1e-8  # angles closer than this [degrees] are the same

@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import numpy as np
 
 from ...arrays import Fixed, Roomy, ops
+from ...arrays.kinds import with_channels
 from ...base.measured import Measured
 from ...base.reflectance import Reflectance
 from ...errors import FormatError, ParameterError
@@ -30,7 +31,7 @@ from ...formula.warp import cosine_hemisphere, cosine_hemisphere_density
 from ...pictures.colour import RELATIVE_XYZ, XYZ, rgb_of
 from ...tables.angle_systems import SYSTEMS
 from ...tables.gridded import Gridded
-from ...tables.nodes import f_at, with_channels
+from ...tables.nodes import f_at
 from .._options import Declared
 from .._reading import large_tables
 from .cells import ALBEDO, ROW, SCALE, SHAPES, N, bordered, centres, is_valid, rings
