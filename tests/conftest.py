@@ -33,11 +33,13 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """
     from materials import OBEDIENT
 
+    models = {draw.model for draw in OBEDIENT}
     for item in items:
         case = item.callspec if isinstance(item, pytest.Function) and hasattr(item, "callspec") else None
         if case is None:
             continue
-        if case.params.get("evaluation") == "compiled" and not {case.params.get("draw")} <= {None, *OBEDIENT}:
+        material = case.params.get("draw", case.params.get("model"))
+        if case.params.get("evaluation") == "compiled" and not {material} <= {None, *OBEDIENT, *models}:
             item.add_marker("full")
         few = item.get_closest_marker("few_by_jax")
         if few and case.params.get("library") is Jax and not any(word in case.id for word in few.args):

@@ -40,7 +40,7 @@ def test_long_runs_of_one_character(name, tmp_path):
     """What an expression that goes back over what it has matched does not come to an end with."""
     seed = SEEDS[name]()[:5000]
     for run in (b" ", b"# ", b"1", b"-", b"a", b"<", b'"', b":", b",", b"\n", b"(", b"."):
-        for at in (0, 1, len(seed) // 3, 2 * len(seed) // 3, len(seed)):
+        for at in (1, len(seed) // 3, len(seed)):
             outcome(seed[:at] + run * (100_000 // len(run)) + seed[at:], tmp_path / "long")
 
 

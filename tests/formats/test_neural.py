@@ -35,6 +35,7 @@ def forward(m, wi, wo):
     return np.exp(x @ m.kernel_3 + m.bias_3) - 1.0
 
 
+@pytest.mark.parametrize("evaluation", ["uncompiled", pytest.param("compiled", marks=pytest.mark.full)], indirect=True)
 def test_neural_is_the_network(evaluation):
     m = random_network()
     wi, wo = directions(100, 1), directions(100, 2)

@@ -234,6 +234,7 @@ def check_values(library: Any, m: Any, dtype: str) -> None:
     np.testing.assert_allclose(library.numpy(pdf), m.pdf(wi64, wo64), rtol=2e4 * unit, atol=1e-30)
 
 
+@pytest.mark.few_by_jax("float64", "number")
 @each_plumbing
 @each_dtype
 def test_libraries_agree(library, m, dtype):
