@@ -36,13 +36,14 @@ def child(*arguments: str, **environment: str) -> str:
     return run.stdout
 
 
+@pytest.mark.parametrize("count", [300, pytest.param(600, marks=pytest.mark.full)])
 @pytest.mark.parametrize("engine", ["", "numpy"])
-def test_interrupts_do_no_harm(engine):
+def test_interrupts_do_no_harm(engine, count):
     """Random exceptions from signal handlers: none is lost, no number is wrong, nothing is written after a call has
     been left, no helper goes missing. (D1, D2)"""
     if not Path("/proc/self/schedstat").exists():
         pytest.skip("needs Linux: the time that each thread has run is read from /proc")
-    seen = json.loads(child(str(CAMPAIGN), "75" if engine else "300", "7", "2", GONIO_ENGINE=engine))
+    seen = json.loads(child(str(CAMPAIGN), str(count // 4 if engine else count), "7", "2", GONIO_ENGINE=engine))
     assert seen["wrong"] == 0, seen["where"]
     assert seen["lost interrupts"] == 0, seen["ignored"]
     assert seen["ignored"] == []

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import optical_files as files
 import pytest
-from format_cases import at, file_of, random_pairs
+from format_cases import at, file_of, pairs_off_grazing
 from places import real
 
 import gonio as gn
@@ -40,7 +40,7 @@ def test_fred_sparse_rows_are_scattered(tmp_path):
     rows = "".join(f"{10 + k} 0\n{5 + 3 * k} {7 * k} 0.{k + 1}\n" for k in range(8))
     m = gn.load(file_of(tmp_path, f"type bsdf_data\nformat angles=deg bsdf=value scale=1\n{rows}"))
     assert isinstance(m, Scattered)
-    assert m.f(*random_pairs(5)).shape == (5,)
+    assert m.f(*pairs_off_grazing(5)).shape == (5,)
 
 
 @pytest.mark.parametrize("kind", ["read", "table"])

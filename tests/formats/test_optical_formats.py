@@ -7,7 +7,7 @@ import math
 import numpy as np
 import optical_files as files
 import pytest
-from format_cases import at, random_pairs
+from format_cases import at, pairs_off_grazing
 from places import real
 
 import gonio as gn
@@ -58,7 +58,7 @@ def test_materials_are_written_and_read(tmp_path, name, m, median, most):
     up = (wi[..., 2] > 1e-6) & (wo[..., 2] > 1e-6)
     f = table.brdf().reshape(up.shape)
     np.testing.assert_allclose(f[up], m.f(wi[up], wo[up]), rtol=2e-9)
-    wi, wo = random_pairs(500, 2, lowest=0.25)
+    wi, wo = pairs_off_grazing()
     error = np.abs(table.f(wi, wo).reshape(-1) / m.f(wi, wo) - 1.0)
     assert np.quantile(error, 0.5) < median and np.quantile(error, 0.9) < most
     module.write(table, tmp_path / ("b" + file))

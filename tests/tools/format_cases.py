@@ -56,11 +56,17 @@ def directions(n: int, seed: int, low: float = 0.0) -> np.ndarray:
     return np.stack([s * np.cos(phi), s * np.sin(phi), z], -1)
 
 
-def random_pairs(count: int = 400, seed: int = 5, lowest: float = 0.05) -> tuple[np.ndarray, np.ndarray]:
+def random_pairs(count: int = 400, seed: int = 5) -> tuple[np.ndarray, np.ndarray]:
     rng = np.random.default_rng(seed)
-    theta_i, theta_o = np.arccos(rng.uniform(lowest, 1.0, (2, count)))
+    theta_i, theta_o = np.arccos(rng.uniform(0.05, 1.0, (2, count)))
     phi_i, phi_o = rng.uniform(0.0, 6.28, (2, count))
     return gn.direction(theta_i, phi_i), gn.direction(theta_o, phi_o)
+
+
+def pairs_off_grazing(count: int = 500, seed: int = 1) -> list[np.ndarray]:
+    """wi and wo (N, 3), all within 75 degrees of the normal."""
+    rng = np.random.default_rng(seed)
+    return [gn.direction(np.arccos(rng.uniform(0.25, 1.0, count)), rng.uniform(-np.pi, np.pi, count)) for _ in range(2)]
 
 
 def grid(kind: str, counts: tuple[int, ...], channels: Any = None, mirrored: bool = False, **options: Any) -> Gridded:
