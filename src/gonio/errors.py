@@ -1,6 +1,8 @@
 """Errors and warnings of gonio. Every error says the rule, the value got, the value expected and the next step."""
 
+import sys
 import unicodedata
+import warnings
 from collections.abc import Iterable
 
 
@@ -31,6 +33,10 @@ class Error(Exception):
 
 class ParameterError(Error, ValueError):
     """A parameter, an option or an argument has a value that is not allowed."""
+
+
+class DirectionError(ParameterError):
+    """A direction is no unit vector, or points to where the question has no answer; or an angle is no such angle."""
 
 
 class ShapeError(Error, ValueError):
@@ -81,5 +87,22 @@ class ToleranceWarning(UserWarning):
     """An integral is less exact than its tolerance."""
 
 
+class DirectionWarning(UserWarning):
+    """Directions are likely not what was meant: all of them lie below the horizon, or azimuths look like degrees."""
+
+
+class MeaningWarning(UserWarning):
+    """Numbers are likely not what was meant: percent, micrometres, a map in the place of channels."""
+
+
 class EngineWarning(UserWarning):
     """Results take longer than necessary: formulas are not compiled, or compiled ones are not kept on disk."""
+
+
+def warn(text: str, category: type[Warning]) -> None:
+    """Warns at the line that called gonio, however deep inside the cause is."""
+    package, level = f"{__name__.partition('.')[0]}.", 2
+    frame = sys._getframe(1)
+    while frame.f_back is not None and f"{frame.f_globals.get('__name__', '')}.".startswith(package):
+        frame, level = frame.f_back, level + 1
+    warnings.warn(visible(text, keep="\n"), category, stacklevel=level)

@@ -18,12 +18,11 @@ import re
 import stat
 import sys
 import time
-import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from typing import NamedTuple
 
-from ..errors import EngineWarning, ParameterError
+from ..errors import EngineWarning, ParameterError, warn
 
 FOLDER, MAGIC = "gonio-kernels-2", b"gonio kernel 2\n"  # with the format's number: files of older formats are ignored
 LARGEST = 1 << 24  # bytes of a file
@@ -178,7 +177,7 @@ def _warn(path: str, why: str, remedy: str = "") -> None:
     if path not in _WARNED:
         _WARNED.append(path)
         rest = f"{remedy}set GONIO_CACHE_DIR to a folder of yours, or GONIO_CACHE=off"
-        warnings.warn(f"no kernels are kept on disk: {path!r} {why}; {rest}", EngineWarning, stacklevel=2)
+        warn(f"no kernels are kept on disk: {path!r} {why}; {rest}", EngineWarning)
 
 
 def _prune(folder: _Folder) -> None:

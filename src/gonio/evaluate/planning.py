@@ -6,7 +6,6 @@ To carry out the plan of a compiled kernel takes addresses alone; `available` sa
 from __future__ import annotations
 
 import os
-import warnings
 from collections.abc import Sequence
 from functools import cache
 from typing import Any, NamedTuple
@@ -21,7 +20,7 @@ from ..compile.llvm import machine
 from ..compile.llvm.program import EACH, ONCE
 from ..compile.llvm.program import TOTAL as SUMMED
 from ..compile.plans import Plan, Result, carry_out, prepare, renewed
-from ..errors import DependencyError, EngineError, EngineWarning, ParameterError, TraceError
+from ..errors import DependencyError, EngineError, EngineWarning, ParameterError, TraceError, warn
 from ..formula.parametrised import Parametrised
 from .blocks import Box, cut
 from .interpret import evaluate
@@ -75,7 +74,7 @@ def _give_up(error: Exception) -> None:
     if not _GIVEN_UP:
         _GIVEN_UP.append(str(error))
         text = f"formulas are computed by NumPy, about twenty times slower: {error}"
-        warnings.warn(f"{text}; mend that, or set GONIO_ENGINE=numpy to silence this", EngineWarning, stacklevel=2)
+        warn(f"{text}; mend that, or set GONIO_ENGINE=numpy to silence this", EngineWarning)
 
 
 def known(name: tuple[Any, ...], material: Parametrised, inputs: Sequence[Any]) -> Plan | None:

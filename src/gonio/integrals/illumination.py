@@ -5,7 +5,6 @@ L_o(wo) = integral of L_i(wi) f(wi, wo) cos+(theta_i) dwi, exact for delta light
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Iterable
 from typing import Any, NamedTuple
 
@@ -17,7 +16,7 @@ from ..base.kernels import with_holes
 from ..base.light import Light
 from ..base.reflectance import Reflectance
 from ..compile import memory
-from ..errors import ArrayTypeError, MissingDataWarning, ParameterError
+from ..errors import ArrayTypeError, MissingDataWarning, ParameterError, warn
 from ..evaluate import batch
 from ..formula.direction import Direction, cross, dot, frame, normalize, select
 from ..numerics.lattice import lattice
@@ -197,7 +196,7 @@ def _sampled(m: Reflectance, light: Light, local: Frame, wo: np.ndarray, samples
         total, missing = total + part.sum(axis=0), missing + holes
     if missing:
         text = f"{missing} samples met directions without measured data, which count as 0"
-        warnings.warn(text, MissingDataWarning, stacklevel=3)
+        warn(text, MissingDataWarning)
     return total / samples
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Callable, Iterator, Sequence
 from functools import cache
 from typing import Any, NamedTuple
@@ -14,7 +13,7 @@ from ..arrays.kinds import TOTAL, VALUE, VECTOR, with_channels
 from ..base.kernels import with_holes
 from ..base.reflectance import Reflectance
 from ..compile import memory
-from ..errors import ArrayTypeError, MissingDataWarning, ShapeError, ToleranceWarning
+from ..errors import ArrayTypeError, MissingDataWarning, ShapeError, ToleranceWarning, warn
 from ..evaluate import batch
 from ..formula.direction import HORIZON, NORMAL, Direction, select, served
 from ..formula.fields import Param
@@ -112,14 +111,14 @@ def report(integrals: Integrals, goal: Any) -> None:
     missing = integrals.missing.max(initial=0.0)
     if missing > 0.0:
         text = f"{missing:.1%} of the directions of an integral hold no measured data and counted as 0"
-        warnings.warn(text, MissingDataWarning, stacklevel=4)
+        warn(text, MissingDataWarning)
     over = integrals.error > goal
     if over.any():
         text = (
             f"the error of {over.sum()} of {over.size} integrals may be up to {integrals.error[over].max():.2g}, more "
             f"than the tolerance asked for; ask for a larger one"
         )
-        warnings.warn(text, ToleranceWarning, stacklevel=4)
+        warn(text, ToleranceWarning)
 
 
 def over_directions(

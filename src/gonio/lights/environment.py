@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import warnings
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
@@ -11,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..arrays import ops
 from ..base.light import Light
-from ..errors import MissingDataWarning, ParameterError, ShapeError
+from ..errors import MissingDataWarning, ParameterError, ShapeError, warn
 from ..formula.fields import Field, option, param
 from ._layouts import MITSUBA_TO_WORLD, from_mitsuba, from_pbrt, to_mitsuba, to_pbrt
 from ._panorama import Panorama, pixel_count
@@ -149,7 +148,7 @@ def photograph(path: str) -> EnvironmentLight:
         return EnvironmentLight(picture)
     negative = sum(int((row < 0.0).any(axis=-1).sum()) for row in picture.pixels)
     share = f"{negative} of {picture.pixels[..., 0].size} pixels are negative (down to {least:.3g})"
-    warnings.warn(f"{path}: {share} and count as 0", MissingDataWarning, stacklevel=2)
+    warn(f"{path}: {share} and count as 0", MissingDataWarning)
     return EnvironmentLight(picture, invalid="zero")
 
 

@@ -7,7 +7,6 @@ announced; .png alone is for looking at.
 from __future__ import annotations
 
 import os
-import warnings
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -17,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from .. import errors
 from ..compile.threads import apart
 from ..discover import modules
-from ..errors import FormatError, ParameterError, ShapeError, TooLargeError
+from ..errors import FormatError, ParameterError, ShapeError, TooLargeError, warn
 from ..files import replacing, target
 from .colour import SRGB_XY
 from .files._source import Picture, Source, opened
@@ -128,7 +127,7 @@ def read_image(path: str | os.PathLike[str], most: int = PIXELS) -> Image:
     image, primaries = apart(_decoded, path, most)
     if primaries is not None and not np.allclose(primaries, SRGB_XY, atol=0.002):
         mismatch = f"primaries are {tuple(np.round(primaries, 4).tolist())}, not sRGB's {SRGB_XY}"
-        warnings.warn(f"{path}: {mismatch}; nothing is converted", stacklevel=2)
+        warn(f"{path}: {mismatch}; nothing is converted", UserWarning)
     return image
 
 

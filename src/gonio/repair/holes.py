@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import math
-import warnings
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..errors import ToleranceWarning
+from ..errors import ToleranceWarning, warn
 from ..numerics.filling import filled_in_layers
 from ._cells import Cells, expect_one_of, relative
 
@@ -118,7 +117,7 @@ def smoothest(values: np.ndarray, unknown: np.ndarray, nodes: list[np.ndarray], 
         start = sparse.diags(1.0 / normal.diagonal())
         solution, unfinished = linalg.cg(normal, b, x0=guess, rtol=1e-5, maxiter=2000, M=start)
         if unfinished:
-            warnings.warn("the smoothest surface was not found to 1e-5 in 2000 steps", ToleranceWarning, stacklevel=5)
+            warn("the smoothest surface was not found to 1e-5 in 2000 steps", ToleranceWarning)
     result = values.copy()
     result[unknown] = solution
     return result

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Callable, Iterable
 from typing import Any
 
@@ -12,7 +11,7 @@ from ..arrays import ops
 from ..base.light import Light
 from ..base.reflectance import Reflectance
 from ..compile.threads import share
-from ..errors import MissingDataWarning, ParameterError
+from ..errors import MissingDataWarning, ParameterError, warn
 from ..formula.direction import Direction
 from ..integrals.illumination import Frame, as_lights, delta_radiance, estimate, to_local, without_holes
 from ..numerics.lattice import lattice
@@ -81,7 +80,7 @@ def render(
     missing = sum(holes for _, _, holes in ordered)
     if missing:
         text = f"{missing} samples met directions without measured data, which count as black"
-        warnings.warn(text, MissingDataWarning, stacklevel=2)
+        warn(text, MissingDataWarning)
     if colour_after is not None:
         colour = transformed(colour, colour_after)
     return Image(colour.reshape(size, size, -1), alpha=alpha.reshape(size, size))

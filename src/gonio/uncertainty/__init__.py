@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import inspect
-import warnings
 from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
 
-from ..errors import MissingDataWarning, ParameterError, ShapeError
+from ..errors import MissingDataWarning, ParameterError, ShapeError, warn
 from .functionals import LINEAR, linear, named
 from .quoted import Quoted as Quoted
 from .table import TableErrors
@@ -84,7 +83,7 @@ def _first_order(function: Callable, errors: TableErrors, args: tuple, named_arg
             f"the uncertainty of {unknown.sum()} of {unknown.size} results is unknown (NaN), because some values "
             f"behind them have none; fill it in, as m.with_brdf(m.brdf(), u)"
         )
-        warnings.warn(text, MissingDataWarning, stacklevel=3)
+        warn(text, MissingDataWarning)
     return Quoted(value, u, value, "first order", errors.assumed, latent)
 
 

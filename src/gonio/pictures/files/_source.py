@@ -5,7 +5,6 @@ from __future__ import annotations
 import importlib
 import os
 import stat
-import warnings
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any, BinaryIO, NamedTuple
@@ -13,7 +12,7 @@ from typing import Any, BinaryIO, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ...errors import DependencyError, FormatError, MissingDataWarning, NotFoundError, ShapeError, TooLargeError
+from ...errors import DependencyError, FormatError, MissingDataWarning, NotFoundError, ShapeError, TooLargeError, warn
 
 DENSE = 2**14
 """Pixels that a byte may stand for: one colour, 8192 x 4096, comes to 8089 as 1-bit PNG."""
@@ -97,7 +96,7 @@ def warn_lost(lost: NDArray[np.bool_], path: str, what: str) -> None:
     """Announce pixels whose values a format cannot hold, to who saves the picture."""
     if count := int(lost.any(axis=-1).sum()):
         message = f"{path}: {count} of {lost[..., 0].size} pixels are {what}; .exr keeps them"
-        warnings.warn(message, MissingDataWarning, stacklevel=4)
+        warn(message, MissingDataWarning)
 
 
 def library(module: str, package: str) -> Any:
