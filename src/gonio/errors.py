@@ -59,6 +59,10 @@ class WriteError(Error, OSError):
     """A file cannot be written: the disk is full, or the system refuses."""
 
 
+class AccessError(Error, AttributeError):
+    """An object has no attribute of this name, or one that cannot be changed."""
+
+
 class ExpressionError(Error, ValueError):
     """A material expression cannot be read."""
 

@@ -24,6 +24,9 @@ class Light(Parametrised):
     """Base of the lights. A subclass is a delta light with `arrival`, or gives `incident`, and `sample` and `pdf` if
     it can be sampled."""
 
+    known_elsewhere: ClassVar[dict[str, str]] = dict.fromkeys(
+        ("__call__", "f", "eval", "evaluate"), "gn.reflected_radiance(m, light, wo)"
+    )
     is_delta: ClassVar[bool] = False
     can_sample: ClassVar[bool] = False
 

@@ -56,6 +56,11 @@ class Reflectance(Parametrised):
 
     breaks: ClassVar[dict[str, str]] = {}
     """Laws of `gonio.check` that this model does not obey for all parameters, each with the reason."""
+    known_elsewhere: ClassVar[dict[str, str]] = {
+        **dict.fromkeys(("__call__", "eval", "evaluate", "brdf", "bsdf", "value"), "m.f(wi, wo)"),
+        "plot": "gn.render(m, lights).save(path), or on the command line: gonio show",
+        "show": "gn.render(m, lights).save(path), or on the command line: gonio show",
+    }
     numbers_from: str = note("")
     """The source of the numbers of a built-in material."""
 

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from ..base.arguments import checked
 from ..base.reflectance import Reflectance
 from ..contents import columns
 from ..distributions.ggx import GGX
@@ -99,6 +100,7 @@ def materials() -> Entries:
     return Entries(_entries())
 
 
+@checked
 def material(name: str, *, alpha: float | None = None, wavelengths: Any = None) -> Reflectance:
     """The built-in material of a name, an ordinary model: `material("brass")`, `material("Au", alpha=0.2)`.
 
@@ -147,6 +149,7 @@ def hint(name: str) -> str:
     return f"; nearest: {', '.join(names)}" if names else ""
 
 
+@checked
 def refractive_index(substance: str, wavelengths: Any) -> tuple[Any, Any]:
     """Refractive index n and extinction k of a substance, n + ik, by name or symbol ("gold", "Au").
 

@@ -16,6 +16,7 @@ import warnings
 from collections.abc import Callable
 from typing import Any, NoReturn
 
+from ..base.arguments import checked
 from ..base.light import Light
 from ..base.reflectance import Reflectance, Scaled
 from ..bounds import MAX_DEPTH, MAX_LENGTH
@@ -35,6 +36,7 @@ _NUMBERS = {"pi": math.pi, "inf": math.inf, "nan": math.nan}
 _FUNCTIONS: dict[str, Callable[..., Any]] = {"load": load, "material": material}
 
 
+@checked
 def expression(text: str, files: bool = False) -> Reflectance:
     """The reflectance that an expression describes: `expression(repr(m)) == m`, for a measurement with `files=True`.
 

@@ -22,6 +22,7 @@ from typing import Any
 
 from .. import discover, files
 from ..base import provenance
+from ..base.arguments import checked
 from ..base.measured import Measured
 from ..base.reflectance import Reflectance
 from ..contents import Contents, Folder
@@ -54,6 +55,7 @@ def contents() -> Contents[ModuleType]:
 sys.modules[__name__].__class__ = Folder
 
 
+@checked
 def load(path: str | os.PathLike, **options: Any) -> Reflectance:
     """The reflectance in a file, recognised by content and not by name.
 
@@ -106,6 +108,7 @@ def _of_folder(path: Path) -> ModuleType:
     raise FormatError(f"{path}: a folder of no known format, expected a file, or a folder that gonio.save wrote")
 
 
+@checked
 def save(m: Reflectance, path: str | os.PathLike, format: str | None = None, **options: Any) -> None:
     """Write a reflectance to a file; the format is that of the suffix, or the one named.
 

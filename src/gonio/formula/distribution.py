@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from abc import abstractmethod
-from typing import Any
+from typing import Any, ClassVar
 
 from ..arrays import ops
 from .direction import Direction, normalize
@@ -18,6 +18,10 @@ ALPHA_LOW, ALPHA_HIGH = 1e-3, 1.0
 
 class Distribution(Parametrised):
     """Base of the distributions of facet normals, normalised to one: integral of D(wm) cos(theta_m) dwm = 1."""
+
+    known_elsewhere: ClassVar[dict[str, str]] = dict.fromkeys(
+        ("__call__", "f", "pdf", "sample", "eval", "evaluate"), "gn.Microfacet(distribution), which has f, pdf and sample"
+    )
 
     @abstractmethod
     def D(self, wm: Direction) -> Any:

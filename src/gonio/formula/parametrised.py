@@ -87,6 +87,12 @@ class Parametrised(Value):
         values = [*zip(cls._settable(), arguments, strict=False), *named.items()]
         return [v for name, v in values if isinstance(v, str) and name in cls.fields and cls.fields[name].opens_files]
 
+    def _meant(self, name: str) -> str:
+        for path, field, _, _ in self.walk():
+            if name in (field.name, getattr(field, "alias", None)) and isinstance(field, Param):
+                return f"; write m.parameters[{path!r}].value"
+        return super()._meant(name)
+
     def _set(self, values: dict[str, Any], **own: dict[str, Field]) -> None:
         """Check and store values of fields, or their defaults. `own`: `fields=...`, where they are not the class's."""
         self.__dict__.update(own)

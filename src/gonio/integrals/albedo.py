@@ -7,12 +7,14 @@ from typing import Any
 import numpy as np
 
 from ..base.angles import direction
+from ..base.arguments import checked
 from ..base.reflectance import Reflectance
 from ..errors import ParameterError
 from .nine import reflectance
 from .over_directions import integrate
 
 
+@checked
 def albedo(m: Reflectance, wi: Any, tolerance: float = 1e-4, error: bool = False) -> Any:
     """Directional-hemispherical reflectance: the fraction of light arriving from wi that leaves, to all sides.
 
@@ -29,6 +31,7 @@ def albedo(m: Reflectance, wi: Any, tolerance: float = 1e-4, error: bool = False
     return integrate(m, wi, tolerance, error=error)
 
 
+@checked
 def black_sky_albedo(m: Reflectance, theta: Any, phi: Any = 0.0, tolerance: float = 1e-4) -> Any:
     """Albedo under the sun alone, at polar angle `theta`: the directional-hemispherical reflectance; see `albedo`.
 
@@ -40,6 +43,7 @@ def black_sky_albedo(m: Reflectance, theta: Any, phi: Any = 0.0, tolerance: floa
     return albedo(m, direction(np.asarray(theta, dtype=float), np.asarray(phi, dtype=float)), tolerance)
 
 
+@checked
 def white_sky_albedo(m: Reflectance, tolerance: float = 1e-4) -> Any:
     """Albedo under a sky of equal radiance everywhere: the bihemispherical reflectance; see `reflectance`.
 
@@ -51,6 +55,7 @@ def white_sky_albedo(m: Reflectance, tolerance: float = 1e-4) -> Any:
     return reflectance(m, tolerance=tolerance)
 
 
+@checked
 def blue_sky_albedo(m: Reflectance, theta: Any, diffuse_fraction: Any, phi: Any = 0.0, tolerance: float = 1e-4) -> Any:
     """Albedo under the sun and a uniform sky, the "actual" one: (1 - d) black-sky + d white-sky albedo.
 

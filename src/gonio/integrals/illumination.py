@@ -12,6 +12,7 @@ import numpy as np
 
 from ..arrays import LIBRARIES, ops
 from ..arrays.kinds import with_channels
+from ..base.arguments import checked
 from ..base.kernels import with_holes
 from ..base.light import Light
 from ..base.reflectance import Reflectance
@@ -32,6 +33,7 @@ class Frame(NamedTuple):
     n: Direction
 
 
+@checked
 def reflected_radiance(
     m: Reflectance,
     lights: Light | Iterable[Light],

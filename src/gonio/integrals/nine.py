@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from ..base.arguments import checked
 from ..base.light import Light
 from ..base.reflectance import Reflectance
 from ..errors import ParameterError
@@ -20,6 +21,7 @@ from .over_directions import Integral, directions, in_double, report
 from .places import Places
 
 
+@checked
 def reflectance(
     m: Reflectance,
     incident: Any = Hemisphere(),  # noqa: B008  (a value without state)
@@ -62,6 +64,7 @@ def reflectance(
     return Integral(R.value * share, R.error * share) if error else R.value * share
 
 
+@checked
 def reflectance_factor(
     m: Reflectance,
     incident: Any = Hemisphere(),  # noqa: B008

@@ -8,6 +8,8 @@ from typing import Any
 import numpy as np
 
 from ..base.angles import angles
+from ..base.arguments import checked
+from ..base.measured import Measured
 from ..base.reflectance import Reflectance
 from ..errors import ParameterError
 from ..formula.direction import HORIZON
@@ -24,6 +26,7 @@ DISCREPANCY = 2.0
 """Mean square of residual over uncertainty at which sharpening ends."""
 
 
+@checked
 def through_aperture(
     m: Reflectance,
     wi: Any,
@@ -61,8 +64,9 @@ def through_aperture(
     return mean.reshape(shape) if m.channels is None else mean.reshape(*shape, -1)
 
 
+@checked
 def aperture_averaged(
-    m: Gridded, detector: Opening = 0.0, source: Opening = 0.0, horizon: str = "visible", rings: int = 4
+    m: Measured, detector: Opening = 0.0, source: Opening = 0.0, horizon: str = "visible", rings: int = 4
 ) -> Gridded:
     """The table that an instrument with these apertures would have measured of this material; see `through_aperture`.
 
@@ -85,8 +89,9 @@ def aperture_averaged(
     return cells.repaired("aperture_averaged", blur.parameters, f, u, figures)
 
 
+@checked
 def aperture_removed(
-    m: Gridded,
+    m: Measured,
     detector: Opening = 0.0,
     source: Opening = 0.0,
     method: str = "van_cittert",

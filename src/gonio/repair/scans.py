@@ -10,6 +10,7 @@ import numpy as np
 
 from ..arrays.kinds import with_channels
 from ..base.angles import angles, direction
+from ..base.arguments import checked
 from ..base.measured import Measured
 from ..base.provenance import derived
 from ..errors import ParameterError
@@ -34,6 +35,7 @@ class _Line(NamedTuple):
     u: np.ndarray | None
 
 
+@checked
 def merge_scans(scans: Sequence[Measured], oriented: bool = False) -> Gridded:
     """Several measurements along theta_o, at one or more theta_i and azimuths each, as one grid of "angles".
 

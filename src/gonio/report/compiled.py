@@ -9,6 +9,7 @@ import numpy as np
 
 from ..arrays.kinds import SCALAR, VALUE, VECTOR
 from ..base import kernels
+from ..base.arguments import checked
 from ..base.reflectance import Reflectance
 from ..compile import store
 from ..compile.llvm.program import EACH, PACKED, SAME, Array, Output, Program
@@ -53,6 +54,7 @@ class Kernel:
         return self.source
 
 
+@checked
 def kernel(m: Reflectance, method: str = "f") -> Kernel:
     """The kernel that `m.f`, `m.pdf` or `m.sample` runs on NumPy arrays.
 

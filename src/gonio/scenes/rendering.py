@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..arrays import ops
+from ..base.arguments import checked
 from ..base.light import Light
 from ..base.reflectance import Reflectance
 from ..compile.threads import share
@@ -26,6 +27,7 @@ VIEW = np.array([0.0, -1.0, 0.0])
 """Direction from the surface to the camera, in the world."""
 
 
+@checked
 def render(
     m: Reflectance,
     lights: Light | Iterable[Light],

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..base.arguments import checked
 from ..base.measured import Measured, tabular_shape, tristimulus
 from ..base.provenance import ORIGIN, derived, origin
 from ..base.reflectance import Reflectance
@@ -25,6 +26,7 @@ if TYPE_CHECKING:
     import xarray
 
 
+@checked
 def to_dataset(
     m: Reflectance, parameterisation: str = "half_difference", resolution: Sequence[int] | None = None
 ) -> xarray.Dataset:
