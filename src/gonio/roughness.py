@@ -11,11 +11,15 @@ from typing import Any
 
 import numpy as np
 
-from .errors import ParameterError
+from .errors import ParameterError, shown
+from .numbers import numbers
 
 
 def _checked(name: str, x: Any, low: float = 0.0, high: float = np.inf, *, open_low: bool = False) -> Any:
-    value = np.asarray(x, dtype=float)
+    try:
+        value = numbers(x).astype(float)
+    except ValueError as error:
+        raise ParameterError(f"{name}={shown(x)}: {error}; expected a number, or an array of numbers") from None
     wrong = (value <= low if open_low else value < low) | (value > high)
     if wrong.any():
         expected = f"{low:g} {'<' if open_low else '<='} {name} <= {high:g}"

@@ -24,6 +24,8 @@ class Light(Parametrised):
     """Base of the lights. A subclass is a delta light with `arrival`, or gives `incident`, and `sample` and `pdf` if
     it can be sampled."""
 
+    noun: ClassVar[str] = "a light"
+    reflects: ClassVar[str] = "gn.render(m, {}), with the reflectance first"
     known_elsewhere: ClassVar[dict[str, str]] = dict.fromkeys(
         ("__call__", "f", "eval", "evaluate"), "gn.reflected_radiance(m, light, wo)"
     )

@@ -50,6 +50,13 @@ class Measured(Reflectance):
     about     the file's notes on itself, name -> value
     """
 
+    noun = "a measurement"
+
+    @staticmethod
+    def instead(value: Any) -> str:
+        table = "gn.tabulate(m), or gn.repair.resample(m), makes a table of any reflectance"
+        return table if isinstance(value, Reflectance) else Reflectance.instead(value)
+
     path: str = note("")
     about: dict[str, Any] = note(Held())
     provenance: dict[str, Any] = note(Held())

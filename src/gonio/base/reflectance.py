@@ -25,6 +25,7 @@ from ..formula.state import note
 from ..formula.text import listed, literal
 from ..numerics.lattice import lattice
 from . import kernels
+from .advice import instead
 from .angles import direction
 
 
@@ -53,6 +54,9 @@ class Jacobian(NamedTuple):
 
 class Reflectance(Parametrised):
     """Base of everything that reflects. See `f`, `pdf`, `sample`, `parameters`, `replace`, `+`, `*`."""
+
+    noun: ClassVar[str] = "a reflectance"
+    reflects: ClassVar[str] = "{}"
 
     breaks: ClassVar[dict[str, str]] = {}
     """Laws of `gonio.check` that this model does not obey for all parameters, each with the reason."""
@@ -161,7 +165,9 @@ class Reflectance(Parametrised):
         """
         leaves = {path: i for i, path in enumerate(self.leaf_paths()) if path}
         inputs = {"wi": 0, "wo": 1}
-        variables = list(self.parameters if by is None else by)
+        if by is not None and not isinstance(by, Iterable):
+            raise ParameterError(f"jacobian(by={by!r:.60}): expected a list of parameters, of {listed([*leaves, *inputs])}")
+        variables = list(self.parameters if by is None else [by] if isinstance(by, str) else by)
         for path in variables:
             if path not in leaves and path not in inputs:
                 raise NotFoundError(f"jacobian(by={path!r}): expected one of {listed([*leaves, *inputs])}")
@@ -205,6 +211,11 @@ class Reflectance(Parametrised):
         phi_i, phi_o = 2.0 * np.pi * u[..., 1], 2.0 * np.pi * u[..., 2]
         f, turned = (self.f_angles(theta_i, turn + phi_i, theta_o, turn + phi_o) for turn in (0.0, 1.1))
         return bool(np.allclose(f, turned, rtol=1e-6, atol=1e-9, equal_nan=True))
+
+    @staticmethod
+    def instead(value: Any) -> str:
+        """What to write where a reflectance is expected and this value was given."""
+        return instead(value)
 
     def __add__(self, other: Reflectance) -> Sum:
         if not isinstance(other, Reflectance):

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from ..base.arguments import checked
+from ..arguments import checked
 from ..base.reflectance import Reflectance
 from ..contents import columns
 from ..distributions.ggx import GGX

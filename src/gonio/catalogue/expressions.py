@@ -16,7 +16,7 @@ import warnings
 from collections.abc import Callable
 from typing import Any, NoReturn
 
-from ..base.arguments import checked
+from ..arguments import checked
 from ..base.light import Light
 from ..base.reflectance import Reflectance, Scaled
 from ..bounds import MAX_DEPTH, MAX_LENGTH

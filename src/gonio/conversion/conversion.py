@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from ..base.arguments import checked
+from ..arguments import checked
 from ..base.measured import Measured
 from ..base.provenance import ORIGIN, in_words
 from ..base.reflectance import Reflectance

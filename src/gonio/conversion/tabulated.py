@@ -8,7 +8,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from ..base.arguments import checked
+from ..arguments import checked
 from ..base.measured import tabular_shape
 from ..base.provenance import derived
 from ..base.reflectance import Reflectance

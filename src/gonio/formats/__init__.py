@@ -21,8 +21,8 @@ from types import ModuleType
 from typing import Any
 
 from .. import discover, files
+from ..arguments import checked
 from ..base import provenance
-from ..base.arguments import checked
 from ..base.measured import Measured
 from ..base.reflectance import Reflectance
 from ..contents import Contents, Folder

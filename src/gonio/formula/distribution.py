@@ -19,8 +19,10 @@ ALPHA_LOW, ALPHA_HIGH = 1e-3, 1.0
 class Distribution(Parametrised):
     """Base of the distributions of facet normals, normalised to one: integral of D(wm) cos(theta_m) dwm = 1."""
 
+    noun: ClassVar[str] = "a distribution of facet normals"
+    reflects: ClassVar[str] = "gn.Microfacet({})"
     known_elsewhere: ClassVar[dict[str, str]] = dict.fromkeys(
-        ("__call__", "f", "pdf", "sample", "eval", "evaluate"), "gn.Microfacet(distribution), which has f, pdf and sample"
+        ("__call__", "f", "pdf", "sample", "eval"), "gn.Microfacet(distribution), which has f, pdf and sample"
     )
 
     @abstractmethod

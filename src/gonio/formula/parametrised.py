@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import cache
+from types import NoneType
 from typing import Any, ClassVar, Self
 
 import numpy as np
@@ -14,7 +15,7 @@ from ..errors import NotFoundError, ParameterError
 from .classes import Docstring, Signature, register
 from .fields import Channels, Field, Ours, Param, Parameter, Part, Table, subclasses
 from .state import Beside, Note, derived
-from .text import unknown
+from .text import shown, unknown
 from .value import Value
 
 Place = tuple[str, Field, Any, "Parametrised"]
@@ -24,6 +25,10 @@ Place = tuple[str, Field, Any, "Parametrised"]
 class Parametrised(Value):
     """An immutable value made of declared fields: equality, repr, replace, paths and JSON come from the fields."""
 
+    noun: ClassVar[str] = "a value"
+    """What messages call it."""
+    reflects: ClassVar[str] = "gn.Lambertian(0.5)"
+    """What messages advise to write where it is given for a reflectance; {} stands for it."""
     oriented: ClassVar[bool] = False
     """Whether x and y differ for this class: turning all directions about the normal may change its values."""
 
@@ -181,6 +186,9 @@ class Parametrised(Value):
         `m.replace(alpha=0.3)`, `m.replace({"1.distribution.alpha_x": 0.3})`.
         """
         grouped: dict[str, Any] = {}
+        if not isinstance(changes, (Mapping, NoneType)) or not all(isinstance(path, str) for path in changes or ()):
+            rule = 'expected a dictionary such as {"1.distribution.alpha_x": 0.3}, or names: m.replace(rho=0.3)'
+            raise ParameterError(f"replace({shown(changes)}): {rule}")
         for path, value in {**(changes or {}), **kwargs}.items():
             head, _, rest = path.partition(".")
             if rest:

@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
+from ..arguments import checked
 from ..base.angles import direction
-from ..base.arguments import checked
 from ..base.reflectance import Reflectance
 from ..errors import ParameterError
 from .nine import reflectance

@@ -10,9 +10,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..arguments import checked
 from ..arrays import LIBRARIES, ops
 from ..arrays.kinds import with_channels
-from ..base.arguments import checked
 from ..base.kernels import with_holes
 from ..base.light import Light
 from ..base.reflectance import Reflectance

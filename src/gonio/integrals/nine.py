@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ..base.arguments import checked
+from ..arguments import checked
 from ..base.light import Light
 from ..base.reflectance import Reflectance
 from ..errors import ParameterError

@@ -16,7 +16,7 @@ from functools import partial
 import numpy as np
 
 from .. import discover
-from ..base.arguments import checked
+from ..arguments import checked
 from ..base.reflectance import Reflectance
 from ..errors import MissingDataWarning, NotFoundError, ShapeError
 from ..evaluate import batch

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import ArrayTypeError, ParameterError, ShapeError
+from ..numbers import numbers
 
 Array = NDArray[np.floating[Any]]
 
@@ -57,10 +58,9 @@ _F = TypeVar("_F", bound=Callable[..., Any])
 
 def _numbers(name: str, value: Any) -> Array:
     try:
-        array = np.asarray(value)
-    except Exception as error:  # ragged lists, and arrays of other libraries that refuse
-        got = type(value).__name__
-        raise ArrayTypeError(f"{name} must be real numbers, got {got}: make it a NumPy array") from error
+        array = numbers(value)
+    except ValueError as error:
+        raise ArrayTypeError(f"{name} must be real numbers, got {error}") from None
     if array.dtype.kind not in "iuf":
         raise ArrayTypeError(f"{name} must be real numbers, got dtype {array.dtype}: convert it to float64")
     return array if array.dtype.kind == "f" else array.astype(np.float64)
@@ -99,11 +99,14 @@ def _checked(function: _F) -> _F:
 
     @functools.wraps(function)
     def checked(*args: Any, **kwargs: Any) -> Any:
-        call = signature.bind(*args, **kwargs)
+        try:
+            call = signature.bind(*args, **kwargs)
+        except TypeError:
+            return function(*args, **kwargs)  # Python's own words about the number and names of arguments
         call.apply_defaults()
         arrays, shapes = {}, {}
         for name, rule in rules.items():
-            if call.arguments[name] is not None:
+            if call.arguments[name] is not None or signature.parameters[name].default is not None:
                 array = (_in_range if isinstance(rule, _Range) else _points)(name, call.arguments[name], rule)
                 arrays[name], shapes[name] = array, array.shape[: array.ndim - getattr(rule, "axes", 0)]
         call.arguments |= _one_dtype(arrays, call.arguments)

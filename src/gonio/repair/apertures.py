@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from ..arguments import checked
 from ..base.angles import angles
-from ..base.arguments import checked
 from ..base.measured import Measured
 from ..base.reflectance import Reflectance
 from ..errors import ParameterError

@@ -9,9 +9,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..arguments import checked
 from ..arrays.kinds import with_channels
 from ..base.angles import angles, direction
-from ..base.arguments import checked
 from ..base.measured import Measured
 from ..distributions.ggx import GGX
 from ..errors import ParameterError

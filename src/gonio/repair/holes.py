@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..base.arguments import checked
+from ..arguments import checked
 from ..base.measured import Measured
 from ..errors import ToleranceWarning, warn
 from ..numerics.filling import filled_in_layers

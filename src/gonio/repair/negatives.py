@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..base.arguments import checked
+from ..arguments import checked
 from ..base.measured import Measured
 from ..errors import ParameterError
 from ..tables.gridded import Gridded

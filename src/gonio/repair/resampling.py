@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ..base.arguments import checked
+from ..arguments import checked
 from ..base.measured import Measured, tabular_shape
 from ..base.reflectance import Reflectance
 from ..conversion.comparison import lattice_pairs

@@ -8,9 +8,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..arguments import checked
 from ..arrays.kinds import with_channels
 from ..base.angles import angles, direction
-from ..base.arguments import checked
 from ..base.measured import Measured
 from ..base.provenance import derived
 from ..errors import ParameterError

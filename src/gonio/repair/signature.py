@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ..base.arguments import checked
+from ..arguments import checked
 from ..base.measured import Measured
 from ..base.reflectance import Reflectance
 from ..errors import ParameterError

@@ -7,8 +7,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from ..arguments import checked
 from ..arrays.kinds import with_channels
-from ..base.arguments import checked
 from ..base.measured import Measured
 from ..tables.gridded import Gridded
 from ..tables.nodes import f_at

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..arguments import checked
 from ..arrays.kinds import SCALAR, VALUE, VECTOR
 from ..base import kernels
-from ..base.arguments import checked
 from ..base.reflectance import Reflectance
 from ..compile import store
 from ..compile.llvm.program import EACH, PACKED, SAME, Array, Output, Program

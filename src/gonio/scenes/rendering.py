@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from ..arguments import checked
 from ..arrays import ops
-from ..base.arguments import checked
 from ..base.light import Light
 from ..base.reflectance import Reflectance
 from ..compile.threads import share

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..base.arguments import checked
+from ..arguments import checked
 from ..base.measured import Measured, tabular_shape, tristimulus
 from ..base.provenance import ORIGIN, derived, origin
 from ..base.reflectance import Reflectance

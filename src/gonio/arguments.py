@@ -21,15 +21,8 @@ from typing import Annotated, Any, NamedTuple, TypeVar, cast
 
 import numpy as np
 
-from ..arrays import ops
-from ..errors import ParameterError
-from ..formula.distribution import Distribution
-from ..formula.fresnel_term import Fresnel
-from ..formula.parametrised import Parametrised
-from ..formula.text import shown
-from .light import Light
-from .measured import Measured
-from .reflectance import Reflectance
+from .errors import ParameterError, shown
+from .numbers import numbers
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -40,11 +33,8 @@ NOUNS: dict[Any, str] = {
     str: "a word",
     os.PathLike: "a path",
     Callable: "a function",
-    Reflectance: "a reflectance",
-    Measured: "a measurement",
-    Light: "a light such as gn.ConstantLight(1.0)",
 }
-"""Types in words."""
+"""Types in words; classes of gonio have theirs in `noun`."""
 
 UNFIT = (TypeError, ValueError, OverflowError, RecursionError)
 """Errors of conversions of unfit values."""
@@ -83,7 +73,7 @@ def checked(function: F) -> F:
         with suppress(*UNFIT):
             return _fit(kind, value)
         raise ParameterError(
-            f"{function.__name__}({name}={shown(value)}): expected {_words(kind)}{advice(kind, value)}"
+            f"{function.__name__}({name}={shown(value)}): expected {_words(kind)}{_advice(kind, value)}"
         )
 
     @functools.wraps(function)
@@ -111,7 +101,7 @@ def _fit(kind: Any, value: Any) -> Any:
         return value
     if hasattr(kind, "__metadata__"):
         (of,), (rule, *_) = typing.get_args(kind)[:1], kind.__metadata__
-        return ops.numbers(value) if rule is _Real else _bounded(_fit(of, value), rule)
+        return numbers(value) if rule is _Real else _bounded(_fit(of, value), rule)
     origin, inner = typing.get_origin(kind), typing.get_args(kind)
     if origin in (UnionType, typing.Union):
         return _fit_any(inner, value)
@@ -119,7 +109,7 @@ def _fit(kind: Any, value: Any) -> Any:
         items = _items(value)
         return tuple(_fit(of, x) for of, x in zip(inner, items, strict=True))
     if origin is Callable or kind is Callable:
-        if not callable(value) or isinstance(value, Parametrised):
+        if not callable(value) or hasattr(type(value), "noun"):
             raise TypeError
         return value
     if origin is not None and issubclass(origin, Mapping):
@@ -152,8 +142,8 @@ def _bounded(value: Any, bounds: Within) -> Any:
 
 def _number(kind: type, value: Any) -> Any:
     """A number of this type; NaN is none, and neither are True and False."""
-    if ops.library_of_type(type(value)) is not None and np.ndim(value) == 0:
-        value = ops.numbers(value)[()]
+    if hasattr(value, "__array__") and np.ndim(value) == 0:
+        value = numbers(value)[()]
     whole, real = (int, np.integer), (int, float, np.integer, np.floating)
     if isinstance(value, bool) or not isinstance(value, whole if kind is int else real) or math.isnan(value):
         raise TypeError
@@ -162,7 +152,7 @@ def _number(kind: type, value: Any) -> Any:
 
 def _items(value: Any) -> list[Any]:
     """The items of something that has several; of a word or a value itself alone."""
-    if isinstance(value, (str, bytes, Mapping, Parametrised)) or not isinstance(value, Iterable):
+    if isinstance(value, (str, bytes, Mapping)) or not isinstance(value, Iterable):
         return [value]
     return list(value)
 
@@ -182,58 +172,11 @@ def _words(kind: Any) -> str:
     if origin is not None and issubclass(origin, Mapping):
         return f"a dictionary from {_words(inner[0])} to {_words(inner[1])}"
     if origin is not None:
-        return f"a list with {_words(inner[0])} in each place"
-    return NOUNS.get(kind) or ("anything" if kind is Any else f"a {kind.__name__}")
+        return f"a list of which each is {_words(inner[0])}"
+    return NOUNS.get(kind) or getattr(kind, "noun", "anything" if kind is Any else f"a {kind.__name__}")
 
 
-def advice(kind: Any, value: Any) -> str:
-    """What to write in place of a value that is no reflectance (or table): "; write gn.Microfacet(gn.GGX(0.2))"."""
-    if not isinstance(kind, type) or not issubclass(kind, Reflectance):
-        return ""
-    return f"; {_instead(value)}"
-
-
-def _instead(value: Any) -> str:
-    name = type(value).__name__
-    if isinstance(value, Reflectance):
-        return "gn.tabulate(m), or gn.repair.resample(m), makes a table of any reflectance"
-    if isinstance(value, type):
-        return _of_class(value)
-    if isinstance(value, Distribution):
-        return f"this is a distribution of facet normals; write gn.Microfacet(gn.{shown(value)})"
-    if isinstance(value, Fresnel):
-        return f"this is a Fresnel term; write gn.Microfacet(gn.GGX(0.1), gn.{shown(value)})"
-    if isinstance(value, Light):
-        return "this is a light; write gn.render(m, light), the reflectance first"
-    if isinstance(value, str):
-        return _of_text(value)
-    if isinstance(value, os.PathLike):
-        return f"write gn.load({shown(os.fspath(value))})"
-    if name in ("Dataset", "DataArray"):
-        return "write gn.from_dataset(ds)"
-    if isinstance(value, (list, tuple)) and any(isinstance(x, Reflectance) for x in value):
-        return "one at a time, or their sum: write m1 + m2"
-    if callable(value):
-        return "a function becomes one as `formula` of a subclass of gn.Reflectance"
-    if value is None:
-        return "write one, such as gn.Lambertian(0.5)"
-    return "a number or an array of albedos: write gn.Lambertian(rho); measured values: gn.Gridded or gn.Scattered"
-
-
-def _of_class(kind: type) -> str:
-    name = kind.__name__
-    if issubclass(kind, Distribution):
-        return f"this is the class of a distribution; write gn.Microfacet(gn.{name}())"
-    if issubclass(kind, Fresnel):
-        return f"this is the class of a Fresnel term; write gn.Microfacet(gn.GGX(0.1), gn.{name}())"
-    if issubclass(kind, Reflectance):
-        return f"this is a class, of which an instance is needed; write gn.{name}()"
-    return f"this is the class {name}; write an instance of a model, such as gn.Lambertian(0.5)"
-
-
-def _of_text(text: str) -> str:
-    if "(" in text:
-        return f"write gn.expression({shown(text)})"
-    if os.sep in text or "." in text:
-        return f"write gn.load({shown(text)})"
-    return f"write gn.material({shown(text)}) for a built-in material, or gn.load(path) for a file"
+def _advice(kind: Any, value: Any) -> str:
+    """What to write in the place of a value that is not of a class of gonio, where the class says so."""
+    instead = getattr(kind, "instead", None)
+    return f"; {instead(value)}" if instead is not None else ""
