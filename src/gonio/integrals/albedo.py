@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
 
-from ..base.angles import direction
+from ..base.angles import check_angle, direction
 from ..base.reflectance import Reflectance
 from ..errors import ParameterError
 from .nine import reflectance
@@ -37,7 +38,8 @@ def black_sky_albedo(m: Reflectance, theta: Any, phi: Any = 0.0, tolerance: floa
     Error    `tolerance`.
     Source   Schaepman-Strub et al. 2006, Remote Sens. Environ. 103:27 (case 3); Lucht et al. 2000, IEEE TGRS 38:977.
     """
-    return albedo(m, direction(np.asarray(theta, dtype=float), np.asarray(phi, dtype=float)), tolerance)
+    check_angle("theta", theta, 0.0, 0.5 * math.pi)
+    return albedo(m, direction(theta, phi), tolerance)
 
 
 def white_sky_albedo(m: Reflectance, tolerance: float = 1e-4) -> Any:
