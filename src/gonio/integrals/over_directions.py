@@ -106,7 +106,8 @@ def in_double(w: np.ndarray) -> np.ndarray:
     """Directions (n, 3) in double precision; those typed, or of single precision, get their unit length back."""
     flat = np.ascontiguousarray(w.reshape(-1, 3), dtype=np.float64)
     length = np.sqrt((flat * flat).sum(axis=-1, keepdims=True))
-    return np.where(np.abs(length - 1.0) > 1e-12, flat / length, flat)
+    with np.errstate(invalid="ignore"):  # infinite components
+        return np.where(np.abs(length - 1.0) > 1e-12, flat / length, flat)
 
 
 def report(integrals: Integrals, goal: Any) -> None:
