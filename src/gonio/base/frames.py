@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from ..arrays import LIBRARIES, ops
+from ..arrays.kinds import SCALAR, VECTOR
 from ..errors import DirectionError, ShapeError
 from ..formula import direction as components
 from ..formula.direction import Direction, cross, dot, select
@@ -20,29 +22,39 @@ class Frame(NamedTuple):
     n: Direction
 
     @classmethod
-    def of(cls, lib: ops.Library, normal: Any, tangent: Any = None) -> Frame:
-        """For world normals (..., 3) of any length; d_x is the part of the tangents along the surface, without these
-        the world's x axis, turned with the normal. Raises DirectionError where that is no direction."""
-        _check(lib, normal, tangent)
-        n = components.normalize(_split(lib, normal))
+    def of(cls, normal: Direction, tangent: Direction | None = None) -> Frame:
+        """For world normals of any length; d_x is the part of the tangents along the surface, without these the
+        world's x axis, turned with the normal."""
+        n = components.normalize(normal)
         if tangent is None:
             up = n.z >= 0.0
             t, _ = components.frame(select(up, n, Direction(n.x, n.y, -n.z)))
             t = select(up, t, Direction(t.x, t.y, -t.z))
         else:
-            t = _split(lib, tangent)
-            t = components.normalize(t - n * dot(t, n))
+            t = components.normalize(tangent - n * dot(tangent, n))
         return cls(t, cross(n, t), n)
+
+    @classmethod
+    def of_arrays(cls, lib: ops.Library, normal: Any, tangent: Any = None) -> Frame:
+        """`of` for vectors (..., 3). Raises DirectionError for normals of length 0 and tangents along the normal."""
+        check_frame(lib, normal, tangent)
+        return cls.of(split(lib, normal), None if tangent is None else split(lib, tangent))
+
+    def local(self, w: Direction) -> Direction:
+        """A world vector in the local frame."""
+        return Direction(dot(w, self.t), dot(w, self.b), dot(w, self.n))
+
+    def world(self, w: Direction) -> Direction:
+        """A local vector in the world frame."""
+        return self.t * w.x + self.b * w.y + self.n * w.z
 
     def to_local(self, lib: ops.Library, w: Any) -> Any:
         """World vectors (..., 3) in the local frame."""
-        d = _split(lib, w)
-        return lib.stack([dot(d, self.t), dot(d, self.b), dot(d, self.n)])
+        return lib.stack(self.local(split(lib, w)))
 
     def to_world(self, lib: ops.Library, w: Any) -> Any:
         """Local vectors (..., 3) in the world frame."""
-        d = _split(lib, w)
-        return lib.stack(self.t * d.x + self.b * d.y + self.n * d.z)
+        return lib.stack(self.world(split(lib, w)))
 
 
 class HalfDifferenceAngles(NamedTuple):
@@ -68,7 +80,7 @@ def normalize(w: Any) -> Any:
     """
     lib, (w,) = vectors(w=w)
     _check_length(lib, "w", w)
-    return lib.stack(components.normalize(_split(lib, w)))
+    return _vector(components.normalize, lib, w)
 
 
 def to_local(w: Any, normal: Any, tangent: Any = None) -> Any:
@@ -87,7 +99,9 @@ def to_local(w: Any, normal: Any, tangent: Any = None) -> Any:
     array([0.707, 0.   , 0.707])
     """
     lib, (w, normal, tangent) = vectors(w=w, normal=normal, tangent=tangent)
-    return Frame.of(lib, normal, tangent).to_local(lib, w)
+    check_frame(lib, normal, tangent)
+    axes = (normal,) if tangent is None else (normal, tangent)
+    return _vector(lambda w, *axes: Frame.of(*axes).local(w), lib, w, *axes)
 
 
 def to_world(w: Any, normal: Any, tangent: Any = None) -> Any:
@@ -104,7 +118,9 @@ def to_world(w: Any, normal: Any, tangent: Any = None) -> Any:
     array([0. , 0.6, 0.8])
     """
     lib, (w, normal, tangent) = vectors(w=w, normal=normal, tangent=tangent)
-    return Frame.of(lib, normal, tangent).to_world(lib, w)
+    check_frame(lib, normal, tangent)
+    axes = (normal,) if tangent is None else (normal, tangent)
+    return _vector(lambda w, *axes: Frame.of(*axes).world(w), lib, w, *axes)
 
 
 def reflect(w: Any, wm: Any) -> Any:
@@ -120,7 +136,7 @@ def reflect(w: Any, wm: Any) -> Any:
     array([-0.6,  0. ,  0.8])
     """
     lib, (w, wm) = vectors(w=w, wm=wm)
-    return lib.stack(components.reflect(_split(lib, w), _split(lib, wm)))
+    return _vector(components.reflect, lib, w, wm)
 
 
 def refract(w: Any, wm: Any, eta: Any) -> Any:
@@ -143,15 +159,18 @@ def refract(w: Any, wm: Any, eta: Any) -> Any:
     lib, (w, wm) = vectors(w=w, wm=wm)
     if not isinstance(eta, (int, float)):
         eta = lib.convert(ops.plain(eta), w)
-    w, wm = _split(lib, w), _split(lib, wm)
-    cos = dot(w, wm)
-    front = cos >= 0.0
-    ratio = ops.where(front, 1.0 / eta, 0.0 * cos + eta)
-    sin2 = ratio * ratio * (1.0 - cos * cos)
-    all_reflected = sin2 > 1.0
-    cos_t = ops.sqrt(ops.where(all_reflected, 1.0, 1.0 - sin2))
-    cos_t = ops.where(all_reflected, float("nan"), ops.where(front, cos_t, -cos_t))
-    return lib.stack(wm * (ratio * cos - cos_t) - w * ratio)
+
+    def refracted(w: Direction, wm: Direction) -> Direction:
+        cos = dot(w, wm)
+        front = cos >= 0.0
+        ratio = ops.where(front, 0.0 * cos + 1.0 / eta, 0.0 * cos + eta)
+        sin2 = ratio * ratio * (1.0 - cos * cos)
+        all_reflected = sin2 > 1.0
+        cos_t = ops.sqrt(ops.where(all_reflected, 1.0, 1.0 - sin2))
+        cos_t = ops.where(all_reflected, float("nan"), ops.where(front, cos_t, -cos_t))
+        return wm * (ratio * cos - cos_t) - w * ratio
+
+    return _vector(refracted, lib, w, wm)
 
 
 def half_difference(wi: Any, wo: Any) -> HalfDifferenceAngles:
@@ -169,13 +188,16 @@ def half_difference(wi: Any, wo: Any) -> HalfDifferenceAngles:
     >>> print(f"theta_h {a.theta_h:.3f}, theta_d {a.theta_d:.3f}, phi_d {abs(a.phi_d):.3f}")
     theta_h 0.100, theta_d 0.400, phi_d 0.000
     """
-    lib, (wi, wo) = vectors(wi=wi, wo=wo)
-    i, o = _split(lib, wi), _split(lib, wo)
-    theta_h, theta_d, phi_d = components.half_difference(i, o)
-    x, y = i.x + o.x, i.y + o.y
-    pole = x * x + y * y < 1e-30
-    phi_h = ops.arctan2(ops.where(pole, 0.0 * y, y), ops.where(pole, 1.0, x))
-    return HalfDifferenceAngles(theta_h, phi_h, theta_d, phi_d)
+    lib, pair = vectors(wi=wi, wo=wo)
+
+    def four(wi: Direction, wo: Direction) -> tuple[Any, ...]:
+        theta_h, theta_d, phi_d = components.half_difference(wi, wo)
+        x, y = wi.x + wo.x, wi.y + wo.y
+        pole = x * x + y * y < 1e-30
+        phi_h = ops.arctan2(ops.where(pole, 0.0 * y, y), ops.where(pole, 0.0 * x + 1.0, x))
+        return theta_h, phi_h, theta_d, phi_d
+
+    return HalfDifferenceAngles(*_on_components(four, (SCALAR,) * 4, lib, pair))
 
 
 def from_half_difference(theta_h: Any, phi_h: Any, theta_d: Any, phi_d: Any) -> tuple[Any, Any]:
@@ -226,11 +248,26 @@ def vectors(**given: Any) -> tuple[ops.Library, list[Any]]:
     return lib, [by_name.get(name) for name in given]
 
 
-def _split(lib: ops.Library, w: Any) -> Direction:
+def split(lib: ops.Library, w: Any) -> Direction:
+    """The components of vectors (..., 3)."""
     return Direction(*lib.split(w, lib.shape(w)[:-1], False))
 
 
-def _check(lib: ops.Library, normal: Any, tangent: Any) -> None:
+def _on_components(
+    function: Callable[..., Sequence[Any]], kinds: Sequence[str], lib: ops.Library, given: Sequence[Any]
+) -> list[Any]:
+    """Results of a function of the components of vectors, over their broadcast batch."""
+    batch = ops.broadcast_shape([lib.shape(w) for w in given], "vectors")[:-1]
+    results = function(*(Direction(*lib.split(w, batch, False)) for w in given))
+    return lib.assemble(kinds, [results], given[0], batch, False)
+
+
+def _vector(function: Callable[..., Direction], lib: ops.Library, *given: Any) -> Any:
+    return _on_components(lambda *parts: [function(*parts)], (VECTOR,), lib, given)[0]
+
+
+def check_frame(lib: ops.Library, normal: Any, tangent: Any) -> None:
+    """Raises DirectionError for normals (..., 3) of length 0 and for tangents along the normal."""
     _check_length(lib, "normal", normal)
     known = None if tangent is None else lib.known(tangent)
     if known is None or (n := lib.known(normal)) is None:

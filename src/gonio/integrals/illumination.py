@@ -62,7 +62,7 @@ def reflected_radiance(
     if (known := lib.known(wo)) is not None:
         check_unit("wo", known)
     wo = lib.module.broadcast_to(wo, (*shape, 3))
-    local = Frame.of(lib, normal, tangent)
+    local = Frame.of_arrays(lib, normal, tangent)
     local_wo = local.to_local(lib, wo)
     fields = [light for light in lights if not light.is_delta]
     parts = [delta_radiance(m, light, local, local_wo, position) for light in lights if light.is_delta]
