@@ -21,7 +21,7 @@ from typing import Annotated, Any, NamedTuple, TypeVar, cast
 
 import numpy as np
 
-from .errors import ParameterError, shown
+from .errors import ParameterError, TooLargeError, shown
 from .numbers import numbers
 
 F = TypeVar("F", bound=Callable[..., Any])
@@ -65,6 +65,7 @@ def checked(function: F) -> F:
     scope = getattr(function, "__globals__", {})
     kinds = {name: _kind(p.annotation, scope) for name, p in parameters.items() if p.kind is not p.VAR_KEYWORD}
     defaults = {name: p.default for name, p in parameters.items()}
+    title = function.__qualname__.removesuffix(".__init__").rpartition(".")[2]
 
     def fitting(name: str, value: Any) -> Any:
         kind = kinds.get(name, Any)
@@ -72,15 +73,19 @@ def checked(function: F) -> F:
             return value
         with suppress(*UNFIT):
             return _fit(kind, value)
-        raise ParameterError(
-            f"{function.__name__}({name}={shown(value)}): expected {_words(kind)}{_advice(kind, value)}"
-        )
+        raise ParameterError(f"{title}({name}={shown(value)}): expected {_words(kind)}{_advice(kind, value)}")
 
     @functools.wraps(function)
     def call(*args: Any, **named: Any) -> Any:
         rest = args[len(names) :]
         args = tuple([fitting(name, value) for name, value in zip(names, args, strict=False)])
-        return function(*args, *rest, **{name: fitting(name, value) for name, value in named.items()})
+        named = {name: fitting(name, value) for name, value in named.items()}
+        try:
+            return function(*args, *rest, **named)
+        except TooLargeError:
+            raise
+        except MemoryError as error:
+            raise TooLargeError(f"{title}: {str(error) or 'not enough memory'}; ask for less at a time") from None
 
     return cast(F, call)
 
@@ -142,7 +147,7 @@ def _bounded(value: Any, bounds: Within) -> Any:
 
 def _number(kind: type, value: Any) -> Any:
     """A number of this type; NaN is none, and neither are True and False."""
-    if hasattr(value, "__array__") and np.ndim(value) == 0:
+    if hasattr(value, "__array__"):  # a number in an array without axes, of any library
         value = numbers(value)[()]
     whole, real = (int, np.integer), (int, float, np.integer, np.floating)
     if isinstance(value, bool) or not isinstance(value, whole if kind is int else real) or math.isnan(value):

@@ -16,11 +16,11 @@ import signal
 import traceback
 import types
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, redirect_stderr, redirect_stdout, suppress
 from datetime import date
 from fractions import Fraction
-from functools import cache
+from functools import cache, cached_property
 from pathlib import Path
 from random import Random
 from typing import Any, NamedTuple
@@ -29,6 +29,7 @@ import numpy as np
 import xarray
 
 import gonio as gn
+from gonio.formula.state import derived
 
 LONGEST = 20
 """Seconds that a call may take."""
@@ -36,10 +37,17 @@ LONGEST = 20
 LEFT_OUT = dict.fromkeys(
     ("bind", "each", "merged", "rebuilt", "with_values", "unchecked", "walk", "leaves", "leaf_paths", "holed"),
     "the engine's own: unchecked, as its docstring says",
-) | dict.fromkeys(("settable", "files_among", "unwritten"), "asked by the command line and by messages")
+) | dict.fromkeys(("settable", "files_among", "unwritten", "instead"), "asked by the command line and by messages")
+LEFT_OUT |= dict.fromkeys(("points", "contains", "mirrored", "redrawn"), "called by integrals and Monte Carlo")
 """Names that are not called, and the reason."""
 
-FORMULAS = ("gonio.models.", "gonio.distributions.", "gonio.formula.fresnel", "gonio.formula.distribution", "gonio.formats.")
+FORMULAS = (
+    "gonio.models.",
+    "gonio.distributions.",
+    "gonio.formula.fresnel",
+    "gonio.formula.distribution",
+    "gonio.formats.",
+)
 """Modules whose methods are formulas, or parts of them: components in, numbers out, called by kernels."""
 
 LIGHTS = ("arrival", "incident", "sample", "pdf")
@@ -166,12 +174,12 @@ def targets() -> tuple[Target, ...]:
                     continue
                 if inspect.isfunction(attribute):
                     found[full] = _target(full, attribute, kind)
-                else:
+                elif isinstance(attribute, (property, cached_property, derived)):
                     found[full] = Target(full, None, kind, ())
     return tuple(t for t in found.values() if t is not None)
 
 
-OPERATORS = ("__add__", "__radd__", "__mul__", "__rmul__", "__truediv__", "__eq__", "__hash__", "__repr__", "__call__")
+OPERATORS = ("__add__", "__radd__", "__mul__", "__rmul__", "__truediv__", "__eq__", "__repr__", "__call__")
 
 
 def _generator() -> Iterator[int]:
@@ -211,7 +219,27 @@ def _jax(*numbers: Any) -> Any:
 def wrong() -> tuple[Made, ...]:
     """Arguments of any kind."""
     fixed = (
-        *(None, True, False, 0, 1, -1, 2, 7, 10**6, 10**12, 10**400, -(10**30), 0.0, 0.5, 1.5, -0.5, 1e-300, 1e300, 45.0),
+        *(
+            None,
+            True,
+            False,
+            0,
+            1,
+            -1,
+            2,
+            7,
+            10**6,
+            10**12,
+            10**400,
+            -(10**30),
+            0.0,
+            0.5,
+            1.5,
+            -0.5,
+            1e-300,
+            1e300,
+            45.0,
+        ),
         *(math.nan, math.inf, -math.inf, 1j, Fraction(1, 3), "", "x", "gold", "0.5", "GGX(0.2)", "a" * 3000, "\0", "é"),
         *(b"", b"abc", bytearray(b"x"), [], (), {}, set(), frozenset({1}), [[]], [1], [1, 2], [0.0, 0.0, 1.0]),
         *([1, "a"], ["a", "b"], [None], [[1, 2], [3]], [1j], (1, 2, 3), [0.5] * 100, {"a": 1}, {1: 2}, {"alpha": "x"}),
@@ -433,7 +461,7 @@ def limited(seconds: float = LONGEST) -> Iterator[None]:
 
 
 def outcome(call: Call) -> str:
-    """The finding of a call: "" for none, else what came out that should not, and where."""
+    """What a call comes to: "" if it was carried out, "refused" by a gonio.Error, else what came out, and where."""
     threads = gn.threads()
     with warnings.catch_warnings(record=True) as heard, redirect_stdout(io.StringIO()), redirect_stderr(io.StringIO()):
         warnings.simplefilter("always")
@@ -443,13 +471,15 @@ def outcome(call: Call) -> str:
         except gn.Error as error:
             if not str(error).strip():
                 return f"{type(error).__name__} without words {_where(error)}"
+            return "refused"
         except Hang:
             return f"no end within {LONGEST} s"
         except TypeError as error:
             if not (BINDING.search(str(error)) and _is_binding(error)):
                 return _finding(error)
+            return "refused"
         except Exception as error:
-            return _finding(error)
+            return "" if "no repr" in str(error) else _finding(error)  # of a NamedTuple that holds the hostile object
         finally:
             gn.threads(threads)
     foreign = [w for w in heard if not w.category.__module__.startswith("gonio") and w.category is not UserWarning]
@@ -474,7 +504,7 @@ def _frames(error: BaseException) -> list[traceback.FrameSummary]:
 def _is_binding(error: BaseException) -> bool:
     """Whether Python itself refused the call: nothing of the function was run."""
     last = _frames(error)[-1]
-    return last.filename == __file__ or "arguments.py" in last.filename
+    return last.filename == __file__ or last.name in ("call", "checked")
 
 
 def _finding(error: BaseException) -> str:

@@ -72,7 +72,7 @@ def plain(x: Array) -> Array:
 
 def as_arrays(*arrays: Array, name: str = "directions") -> tuple[Library, list[Array]]:
     """The arrays of one call with their library: lists join the others, dtypes must agree and be floating point."""
-    like = next((x for x in arrays if _dtype(x)), np.zeros(0))
+    like = next((x for x in arrays if dtype_of(x)), np.zeros(0))
     try:
         first = library(like)
         arrays = tuple(first.vectors(plain(x), like) if isinstance(x, (list, tuple)) else plain(x) for x in arrays)
@@ -81,7 +81,7 @@ def as_arrays(*arrays: Array, name: str = "directions") -> tuple[Library, list[A
     except (TypeError, ValueError) as error:
         raise ArrayTypeError(f"{name}: got {error}; expected an array of numbers (..., n), n in every row") from None
     for x in arrays:
-        if not _dtype(x):
+        if not dtype_of(x):
             draw = "; draw numbers first: rng.random((n, 2))" if hasattr(x, "random") else ""
             raise ArrayTypeError(f"{name}: got {type(x).__name__}, expected an array of float32 or float64{draw}")
     lib = library(*arrays)
@@ -97,7 +97,7 @@ def as_arrays(*arrays: Array, name: str = "directions") -> tuple[Library, list[A
 _WHOLE = ("int", "uint")
 
 
-def _dtype(x: Array) -> str:
+def dtype_of(x: Array) -> str:
     """The dtype of an array; "" of anything else, which may be of an array library too (its dtypes, its generators)."""
     lib = library_of_type(type(x))
     try:

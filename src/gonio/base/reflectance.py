@@ -15,7 +15,7 @@ import numpy as np
 
 from ..arrays import ops
 from ..arrays.kinds import SCALAR, VALUE, VECTOR
-from ..errors import ArrayTypeError, NotFoundError, ParameterError
+from ..errors import ArrayTypeError, NotFoundError, ParameterError, shown
 from ..evaluate import batch
 from ..formula import warp
 from ..formula.direction import Direction, mirror
@@ -166,11 +166,12 @@ class Reflectance(Parametrised):
         leaves = {path: i for i, path in enumerate(self.leaf_paths()) if path}
         inputs = {"wi": 0, "wo": 1}
         if by is not None and not isinstance(by, Iterable):
-            raise ParameterError(f"jacobian(by={by!r:.60}): expected a list of parameters, of {listed([*leaves, *inputs])}")
+            expected = f"expected a list of paths, of {listed([*leaves, *inputs])}"
+            raise ParameterError(f"jacobian(by={shown(by)}): {expected}")
         variables = list(self.parameters if by is None else [by] if isinstance(by, str) else by)
         for path in variables:
-            if path not in leaves and path not in inputs:
-                raise NotFoundError(f"jacobian(by={path!r}): expected one of {listed([*leaves, *inputs])}")
+            if not isinstance(path, str) or (path not in leaves and path not in inputs):
+                raise NotFoundError(f"jacobian(by={shown(path)}): expected one of {listed([*leaves, *inputs])}")
         paths, directions = ([p for p in variables if p in places] for places in (leaves, inputs))
         value, *slopes = batch.jacobian(
             kernels.value, self, (wi, wo), (3, 3), tuple(leaves[p] for p in paths), tuple(inputs[p] for p in directions)
@@ -234,7 +235,8 @@ class Reflectance(Parametrised):
         if ops.is_masked(number):
             return self * (1.0 / number)
         try:
-            return self * (1.0 / ops.numbers(number))
+            with np.errstate(divide="ignore", over="ignore"):
+                return self * (1.0 / ops.numbers(number))
         except (TypeError, ValueError) as error:
             raise ArrayTypeError(f"a reflectance divided by {number!r:.60}: {error}") from None
 

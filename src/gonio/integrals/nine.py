@@ -129,7 +129,9 @@ def _factor(m: Reflectance, incident: Any, to: Any, sky: Any, tolerance: float) 
     fixed = in_double(np.broadcast_to(w, (*shape, 3)))
     places, channels = Places(shape, np.arange(len(fixed))), m.channels is not None
     if sky is not None:
-        R, coloured = factor_under(m, as_lights(sky), of, to if wo is None else fixed, places, tolerance)
+        R, coloured = factor_under(
+            m, [light.in_numpy() for light in as_lights(sky)], of, to if wo is None else fixed, places, tolerance
+        )
         channels = channels or coloured
     elif wi is not None:
         R = single_integral(m, fixed, places, to, True, tolerance)

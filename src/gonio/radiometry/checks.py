@@ -8,7 +8,7 @@ from typing import Annotated, Any, NamedTuple, TypeVar, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import ArrayTypeError, ParameterError, ShapeError
+from ..errors import ArrayTypeError, ParameterError, ShapeError, TooLargeError, shown
 from ..numbers import numbers
 
 Array = NDArray[np.floating[Any]]
@@ -96,14 +96,25 @@ def _checked(function: _F) -> _F:
     signature = inspect.signature(function)
     marked = [p for p in signature.parameters.values() if p.annotation not in (str, bool)]
     rules = {p.name: p.annotation.__metadata__[0] for p in marked}
+    kinds = {p.name: p.annotation for p in signature.parameters.values() if p.annotation in (str, bool)}
 
     @functools.wraps(function)
     def checked(*args: Any, **kwargs: Any) -> Any:
+        try:
+            return carried_out(*args, **kwargs)
+        except MemoryError as error:
+            raise TooLargeError(f"{function.__name__}: {error}; take a part at a time") from None
+
+    def carried_out(*args: Any, **kwargs: Any) -> Any:
         try:
             call = signature.bind(*args, **kwargs)
         except TypeError:
             return function(*args, **kwargs)  # Python's own words about the number and names of arguments
         call.apply_defaults()
+        for name, kind in kinds.items():
+            if not isinstance(call.arguments[name], kind):
+                got = shown(call.arguments[name])
+                raise ParameterError(f"{name} must be {'True or False' if kind is bool else 'a word'}, got {got}")
         arrays, shapes = {}, {}
         for name, rule in rules.items():
             if call.arguments[name] is not None or signature.parameters[name].default is not None:

@@ -8,11 +8,13 @@ from typing import Any
 import numpy as np
 
 from ..arguments import checked
+from ..arrays import ops
 from ..base.angles import angles
 from ..base.measured import Measured
 from ..base.reflectance import Reflectance
 from ..errors import ParameterError
 from ..formula.direction import HORIZON
+from ..integrals.over_directions import directions
 from ..tables.gridded import Gridded
 from ._cells import BATCH, Cells, Values, evaluated, expect_one_of, relative, spread
 
@@ -56,8 +58,8 @@ def through_aperture(
              2e-2 (rings=8: 3e-4). Where the horizon cuts an aperture 3e-3.
     Source   biconical reflectance factor: Nicodemus et al. 1977, NBS Monograph 160; Schaepman-Strub et al. 2006.
     """
-    wi, wo = (np.asarray(w, dtype=float) for w in (wi, wo))
-    shape = np.broadcast_shapes(wi.shape, wo.shape)[:-1]
+    wi, wo = (directions(w).astype(float) for w in (wi, wo))
+    shape = ops.broadcast_shape([wi.shape, wo.shape], "wi, wo")[:-1]
     a, b = (np.broadcast_to(w, (*shape, 3)).reshape(-1, 3) for w in (wi, wo))
     expect_one_of(HORIZONS, "horizon", horizon)
     mean = _through(m, a, b, _points(detector, rings), _points(source, rings), horizon)

@@ -9,12 +9,14 @@ import numpy as np
 
 from ..arguments import checked
 from ..arrays import ops
+from ..base.frames import Frame
 from ..base.light import Light
 from ..base.reflectance import Reflectance
 from ..compile.threads import share
-from ..errors import MissingDataWarning, ParameterError, warn
+from ..errors import MissingDataWarning, ParameterError, ShapeError, warn
+from ..evaluate import batch
 from ..formula.direction import Direction
-from ..integrals.illumination import Frame, as_lights, delta_radiance, estimate, to_local, without_holes
+from ..integrals.illumination import as_lights, check_channels, delta_radiance, estimate, without_holes
 from ..numerics.lattice import lattice
 from ..pictures.colour import rgb_of, transformed
 from ..pictures.image import Image
@@ -48,7 +50,12 @@ def render(
     `progress(done, total)` is called as the work goes on. Direct light: Szeliski 2.83 to 2.85; sampling: Veach & Guibas
     1995.
     """
-    lights = as_lights(lights)
+    if maps := batch.full_shape(m, ()):
+        places = [path for path, p in m.parameters.items() if np.ndim(p.value) > 1]
+        rule = "a picture shows one material: one number, or one per channel"
+        cure = f"for one place of the map m.replace({{{places[0]!r}: values[index]}})"
+        raise ShapeError(f"render: {places[0]} is a map of shape {maps}, with channels last; {rule}; {cure}")
+    lights = [light.in_numpy() for light in as_lights(lights)]
     if shape not in SHAPES:
         raise ParameterError(f"shape={shape!r}: expected one of {', '.join(map(repr, SHAPES))}")
     for name, value, high in (("size", size, 16384), ("samples", samples, 1 << 20)):
@@ -99,11 +106,7 @@ def _colour(m: Reflectance, lights: list[Light]) -> tuple[np.ndarray | None, np.
     if matrix is not None and {*counts} <= {1, 3}:
         return matrix, None
     for light, lit in zip(lights, counts, strict=True):
-        if channels != lit and 1 not in (channels, lit):
-            raise ParameterError(
-                f"{type(light).__name__} has {lit} channels and the material has {channels}; expected as many, or a "
-                f"light of one channel such as ConstantLight(1.0)"
-            )
+        check_channels(channels, light, lit)
     return None, matrix
 
 
@@ -139,7 +142,7 @@ def _tile(
         return np.zeros((count, 1), np.float32), coverage, 0
     n, t, u, v = (a[hit].astype(np.float32) for a in (n, t, u, v))
     local = Frame(*(Direction(*np.moveaxis(axis, -1, 0)) for axis in (t, np.cross(n, t), n)))
-    wo = to_local(ops.library(n), local, np.broadcast_to(VIEW.astype(np.float32), n.shape))
+    wo = local.to_local(ops.library(n), np.broadcast_to(VIEW.astype(np.float32), n.shape))
     total: Any = 0.0
     missing = 0
     for light in lights:
