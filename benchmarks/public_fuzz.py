@@ -17,7 +17,7 @@ from tempfile import TemporaryDirectory
 os.environ["GONIO_ENGINE"] = "numpy"  # a kernel for every combination of dtypes would take the time
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "tests" / "tools"))
 
-from public_calls import call_of, outcome, targets  # noqa: E402
+from public_calls import call_of, outcome, targets
 
 
 def main(count: str = "1e5", seed: str = "1", name: str = "") -> None:

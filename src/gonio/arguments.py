@@ -108,6 +108,8 @@ def _fit(kind: Any, value: Any) -> Any:
         (of,), (rule, *_) = typing.get_args(kind)[:1], kind.__metadata__
         return numbers(value) if rule is _Real else _bounded(_fit(of, value), rule)
     origin, inner = typing.get_origin(kind), typing.get_args(kind)
+    if origin is os.PathLike:
+        return _fit(os.PathLike, value)
     if origin in (UnionType, typing.Union):
         return _fit_any(inner, value)
     if origin is tuple:
@@ -168,6 +170,8 @@ def _words(kind: Any) -> str:
         of, rule = typing.get_args(kind)[0], kind.__metadata__[0]
         return "numbers" if rule is _Real else f"{_words(of)} from {rule.low:g} to {rule.high:g}"
     origin, inner = typing.get_origin(kind), typing.get_args(kind)
+    if origin is os.PathLike:
+        return NOUNS[os.PathLike]
     if origin in (UnionType, typing.Union):
         return " or ".join(dict.fromkeys(_words(of) for of in inner if of is not NoneType))
     if origin is tuple:

@@ -71,6 +71,10 @@ class AccessError(Error, AttributeError):
     """An object has no attribute of this name, or one that cannot be changed."""
 
 
+class UnwrittenError(Error, NotImplementedError):
+    """A class lacks a method that this call needs."""
+
+
 class ExpressionError(Error, ValueError):
     """A material expression cannot be read."""
 

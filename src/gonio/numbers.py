@@ -27,8 +27,9 @@ def numbers(value: Any) -> np.ndarray:
             return array.astype(float)
         except OverflowError:
             raise ValueError("an integer beyond the range of floating point") from None
-    got = f"{array.dtype}, which are" if array.ndim else f"a {type(value).__name__}, which is"
-    raise ValueError(f"{got} no real number{'s' * (array.ndim > 0)}; {_ADVICE.get(kind, 'convert first')}")
+    got = str(array.dtype) if array.ndim or kind != "O" else f"a {type(value).__name__}"
+    verb = "are no real numbers" if array.ndim else "is no real number"
+    raise ValueError(f"{got}, which {verb}; {_ADVICE.get(kind, 'convert first')}")
 
 
 def _plain(value: Any) -> np.ndarray:

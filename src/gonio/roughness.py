@@ -14,15 +14,18 @@ import numpy as np
 from .errors import ParameterError, ShapeError, TooLargeError, shown
 from .numbers import numbers
 
+LEAST, MOST = 1e-100, 1e100
+"""Bounds of numbers whose squares are numbers too."""
 
-def _checked(name: str, x: Any, low: float = 0.0, high: float = np.inf, *, open_low: bool = False) -> Any:
+
+def _checked(name: str, x: Any, low: float = 0.0, high: float = MOST, *, open_low: bool = False) -> Any:
     try:
         value = numbers(x).astype(float)
     except ValueError as error:
         raise ParameterError(f"{name}={shown(x)}: {error}; expected a number, or an array of numbers") from None
     except MemoryError:
         raise TooLargeError(f"{name}: no memory for an array of shape {np.shape(x)}; take a part at a time") from None
-    wrong = (value <= low if open_low else value < low) | (value > high)
+    wrong = (value < max(low, LEAST) if open_low else value < low) | (value > high)
     if wrong.any():
         expected = f"{low:g} {'<' if open_low else '<='} {name} <= {high:g}"
         raise ParameterError(f"{name}={value[wrong].flat[0]:g}: out of range; expected {expected}")
@@ -31,7 +34,7 @@ def _checked(name: str, x: Any, low: float = 0.0, high: float = np.inf, *, open_
 
 def _fit_together(**given: Any) -> None:
     """Raises ShapeError for arrays that do not broadcast."""
-    shapes = {name: np.shape(_checked(name, x, -np.inf)) for name, x in given.items()}
+    shapes = {name: np.shape(_checked(name, x, -MOST)) for name, x in given.items()}
     try:
         np.broadcast_shapes(*shapes.values())
     except ValueError:

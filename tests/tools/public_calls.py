@@ -9,14 +9,13 @@ from __future__ import annotations
 
 import inspect
 import io
-import linecache
 import math
 import re
 import signal
 import traceback
 import types
 import warnings
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, redirect_stderr, redirect_stdout, suppress
 from datetime import date
 from fractions import Fraction
@@ -357,6 +356,7 @@ def _by_name(folder: Path) -> dict[str, list[Any]]:
         light=lights[:1],
         size=[4],
         samples=[4],
+        tolerance=[1e-2],
         draws=[3],
         rings=[1],
         iterations=[2],
@@ -504,11 +504,12 @@ def _frames(error: BaseException) -> list[traceback.FrameSummary]:
 def _is_binding(error: BaseException) -> bool:
     """Whether Python itself refused the call: nothing of the function was run."""
     last = _frames(error)[-1]
-    return last.filename == __file__ or last.name in ("call", "checked")
+    return last.filename == __file__ or last.name in ("call", "carried_out")
 
 
 def _finding(error: BaseException) -> str:
-    if _frames(error)[-1].filename == __file__ and "lambda" in (linecache.getline(__file__, _frames(error)[-1].lineno)):
+    last = _frames(error)[-1]
+    if "lambda" in last.line if last.filename == __file__ else "progress(" in last.line:
         return ""  # the caller's own function failed
     return f"{type(error).__name__}: {str(error)[:100]!r} {_where(error)}"
 

@@ -41,6 +41,7 @@ def direction(theta: Any, phi: Any, degrees: bool = False) -> Any:
     # Numbers become arrays of the other's library.
     theta, phi = (b * 0.0 + a if isinstance(a, (int, float)) else a for a, b in ((theta, phi), (phi, theta)))
     lib = ops.library(theta, phi)
+    ops.broadcast_shape([lib.shape(x) for x in (theta, phi) if not isinstance(x, float)] or [()], "theta, phi")
     check_angle("theta", theta, -math.pi, math.pi, degrees)
     if not degrees:
         _suspect_degrees(phi)
@@ -50,6 +51,7 @@ def direction(theta: Any, phi: Any, degrees: bool = False) -> Any:
     return lib.stack([s * ops.cos(phi), s * ops.sin(phi), ops.cos(theta) + 0.0 * phi])
 
 
+@checked
 def angles(w: Any) -> tuple[Any, Any]:
     """theta in [0, pi] and phi in (-pi, pi] of vectors of any length.
 
@@ -114,9 +116,13 @@ def numbers_of(name: str, angle: Any) -> Any:
     try:
         numbers = ops.plain(angle)
         if isinstance(numbers, np.ndarray):
-            return ops.numbers(numbers)
-        if isinstance(numbers, (int, float)):
-            return float(numbers)
+            numbers = ops.numbers(numbers)
+        elif isinstance(numbers, (int, float)):
+            numbers = float(numbers)
+        if isinstance(numbers, (float, np.ndarray)):
+            if np.isinf(numbers).any():
+                raise ValueError("infinite")
+            return numbers
         if ops.dtype_of(numbers).startswith(("float", "int", "uint", "bfloat")):
             return numbers
         reason = f"a {type(angle).__name__} is no number"

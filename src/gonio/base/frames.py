@@ -10,7 +10,7 @@ import numpy as np
 from ..arguments import checked
 from ..arrays import LIBRARIES, ops
 from ..arrays.kinds import SCALAR, VECTOR
-from ..errors import DirectionError, ShapeError
+from ..errors import ArrayTypeError, DirectionError, ShapeError
 from ..formula import direction as components
 from ..formula.direction import Direction, cross, dot, select
 from .angles import numbers_of
@@ -68,6 +68,7 @@ class HalfDifferenceAngles(NamedTuple):
     phi_d: Any
 
 
+@checked
 def normalize(w: Any) -> Any:
     """Vectors divided by their length.
 
@@ -85,6 +86,7 @@ def normalize(w: Any) -> Any:
     return _vector(components.normalize, lib, w)
 
 
+@checked
 def to_local(w: Any, normal: Any, tangent: Any = None) -> Any:
     """World vectors in the local frame of a surface point: z along the normal, x along the tangent.
 
@@ -106,6 +108,7 @@ def to_local(w: Any, normal: Any, tangent: Any = None) -> Any:
     return _vector(lambda w, *axes: Frame.of(*axes).local(w), lib, w, *axes)
 
 
+@checked
 def to_world(w: Any, normal: Any, tangent: Any = None) -> Any:
     """Local vectors of a surface point in the world: the inverse of `to_local`.
 
@@ -125,6 +128,7 @@ def to_world(w: Any, normal: Any, tangent: Any = None) -> Any:
     return _vector(lambda w, *axes: Frame.of(*axes).world(w), lib, w, *axes)
 
 
+@checked
 def reflect(w: Any, wm: Any) -> Any:
     """The mirror image of directions about facet normals: 2 (w . wm) wm - w. Both leave the surface.
 
@@ -177,6 +181,7 @@ def refract(w: Any, wm: Any, eta: Any) -> Any:
     return _vector(refracted, lib, w, wm)
 
 
+@checked
 def half_difference(wi: Any, wo: Any) -> HalfDifferenceAngles:
     """Rusinkiewicz' angles of pairs of directions: those of the half vector, and those of wi about it.
 
@@ -233,8 +238,11 @@ def from_half_difference(theta_h: Any, phi_h: Any, theta_d: Any, phi_d: Any) -> 
 
 
 def vectors(**given: Any) -> tuple[ops.Library, list[Any]]:
-    """The library of some vectors (..., 3), and the vectors as its arrays: NumPy's join another's. None stays None."""
+    """The library of some vectors (..., 3), and the vectors as its arrays: NumPy's join another's. A tangent
+    of None stays None."""
     present = {name: w for name, w in given.items() if w is not None}
+    for name in given.keys() - present.keys() - {"tangent"}:
+        raise ArrayTypeError(f"{name}: got None, expected vectors (..., 3)")
     plain = (None, LIBRARIES["numpy"])
     like = next((w for w in present.values() if ops.library_of_type(type(w)) not in plain), None)
     names = ", ".join(present)
@@ -263,7 +271,8 @@ def _on_components(
 ) -> list[Any]:
     """Results of a function of the components of vectors, over their broadcast batch."""
     batch = ops.broadcast_shape([lib.shape(w) for w in given], "vectors")[:-1]
-    results = function(*(Direction(*lib.split(w, batch, False)) for w in given))
+    with np.errstate(invalid="ignore", divide="ignore", over="ignore"):  # infinite components become NaN
+        results = function(*(Direction(*lib.split(w, batch, False)) for w in given))
     return lib.assemble(kinds, [results], given[0], batch, False)
 
 

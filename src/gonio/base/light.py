@@ -45,7 +45,7 @@ class Light(Parametrised):
 
     def arrival(self, position: Any) -> Arrival:
         """The light that a delta light sends to `position` (..., 3)."""
-        raise NotImplementedError
+        raise self.lacks("arrival")
 
     @staticmethod
     def vector(value: Any, like: Any) -> Any:
@@ -69,15 +69,15 @@ class Light(Parametrised):
 
     def incident(self, w: Any) -> Any:
         """Radiance [W m-2 sr-1] from unit world directions w (..., 3), with a channel axis: (..., 1) or (..., C)."""
-        raise NotImplementedError
+        raise self.lacks("incident")
 
     def sample(self, u: Any) -> tuple[Any, Any]:
         """World directions (..., 3) for uniform numbers u (..., 2), and their density per solid angle [1/sr] (...)."""
-        raise NotImplementedError
+        raise self.lacks("sample")
 
     def pdf(self, w: Any) -> Any:
         """Density [1/sr] (...) of `sample` at world directions w (..., 3)."""
-        raise NotImplementedError
+        raise self.lacks("pdf")
 
 
 def channel_vector(value: Any, like: Any) -> Any:

@@ -83,12 +83,12 @@ class Measured(Reflectance):
     @property
     def valid(self) -> np.ndarray:
         """True where the file holds a usable value; shape of the main table."""
-        raise NotImplementedError
+        raise self.lacks("valid")
 
     @property
     def data(self) -> xarray.Dataset:
         """The file's content as it was stored, with named axes and CF units."""
-        raise NotImplementedError
+        raise self.lacks("data")
 
     def as_grid(self) -> Any:
         """The `Gridded` with the same values at the same nodes, where they lie on a grid; else None."""

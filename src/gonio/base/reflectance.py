@@ -97,7 +97,7 @@ class Reflectance(Parametrised):
     @abstractmethod
     def formula(self, wi: Direction, wo: Direction) -> Any:
         """f [1/sr] for directions above the horizon, without the cosine."""
-        raise NotImplementedError
+        raise self.lacks("formula")
 
     def warp(self, wo: Direction, u0: Any, u1: Any) -> Direction:
         """A direction wi for two uniform numbers; its density is `density`."""
@@ -117,7 +117,7 @@ class Reflectance(Parametrised):
         A model that becomes a mirror as its widths (parameters whose `sampled` is "max" or "min") go to their narrow
         bounds may write it too; `gonio.check` then tests this limit.
         """
-        raise NotImplementedError
+        raise self.lacks("mirror")
 
     def mirrored(self, wo: Direction) -> Direction:
         """The direction wi that a delta lobe reflects into wo."""
@@ -165,7 +165,7 @@ class Reflectance(Parametrised):
         """
         leaves = {path: i for i, path in enumerate(self.leaf_paths()) if path}
         inputs = {"wi": 0, "wo": 1}
-        if by is not None and not isinstance(by, Iterable):
+        if by is not None and (not isinstance(by, Iterable) or (np.ndim(by) == 0 and not isinstance(by, str))):
             expected = f"expected a list of paths, of {listed([*leaves, *inputs])}"
             raise ParameterError(f"jacobian(by={shown(by)}): {expected}")
         variables = list(self.parameters if by is None else [by] if isinstance(by, str) else by)

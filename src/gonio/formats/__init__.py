@@ -28,8 +28,9 @@ from ..base.reflectance import Reflectance
 from ..contents import Contents, Folder
 from ..errors import FormatError, NotFoundError, ParameterError, TooLargeError
 from ..formula.state import freeze
+from ..pictures.image import SUFFIXES as PICTURES
 from . import _options
-from ._reading import pipes, plain_text
+from ._reading import pipes, plain_text, strangers
 
 HEAD = 4096
 """Number of a file's first bytes that `matches` gets; text in UTF-16, or with a byte order mark, as plain UTF-8."""
@@ -98,7 +99,7 @@ def _of_file(path: Path) -> ModuleType:
         if module.matches(head, size):
             return module
     names = "; ".join(f"{m.NAME} ({', '.join(m.SUFFIXES)})" for m in formats())
-    raise FormatError(f"{path}: not a known format: starts with {head[:16]!r}, {size} bytes; known formats: {names}")
+    raise FormatError(f"{path}: not a known format: {strangers.described(head, size)}; known formats: {names}")
 
 
 def _of_folder(path: Path) -> ModuleType:
@@ -148,6 +149,8 @@ def writer(path: str | os.PathLike, format: str | None = None) -> ModuleType:
         return choices[0]
     if format is not None:
         raise ParameterError(f"format={format!r}: expected one of {', '.join(repr(w.NAME) for w in writers)}")
+    if suffix in PICTURES:
+        raise ParameterError(f"{path}: {suffix} is a picture, no reflectance; write gn.render(m, lights).save(path)")
     names = ", ".join(f"{w.NAME!r} ({' '.join(w.SUFFIXES)})" for w in fitting or writers)
     fault = "is that of several formats" if len(fitting) > 1 else "does not say which format"
     raise ParameterError(f"{path}: the suffix {suffix!r} {fault}; give format= (on the command line --format) {names}")

@@ -203,10 +203,11 @@ class Vector(Field):
         if lib.name != "numpy":
             return self._of_library(call, lib, value)
         try:
-            array = np.array(ops.numbers(value), dtype=float)
+            array = ops.numbers(value)
         except (TypeError, ValueError, OverflowError):
             raise ParameterError(f"{call}: expected three numbers ({self.doc})") from None
-        if array.shape != (3,) or not np.all(np.isfinite(array)):
+        array = array.astype(float) if array.shape == (3,) else np.full(3, math.nan)
+        if not np.all(np.isfinite(array)):
             raise ParameterError(f"{call}: expected three finite numbers ({self.doc})")
         length = math.hypot(*array) if self.unit else 1.0
         if not 0.0 < length < math.inf:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import cache
 from types import NoneType
@@ -11,7 +12,7 @@ import numpy as np
 
 from ..arrays import Fixed
 from ..bounds import EVALUATIONS, NESTED
-from ..errors import NotFoundError, ParameterError
+from ..errors import NotFoundError, ParameterError, UnwrittenError
 from .classes import Docstring, Signature, register
 from .fields import Channels, Field, Ours, Param, Parameter, Part, Table, subclasses
 from .state import Beside, Note, derived
@@ -55,7 +56,7 @@ class Parametrised(Value):
         kind, fields, settable = type(self).__name__, self.fields, self._settable()
         if missing := self.unwritten():
             finished = subclasses(type(self))
-            advice = "write a subclass that has it" + (f", or use one of {finished}" if finished else "")
+            advice = f"use one of {finished}" if finished else "; ".join(_to_write(type(self), x) for x in missing)
             raise ParameterError(f"{kind}(): an abstract base, without {' and '.join(missing)}; {advice}")
         if len(args) > len(settable):
             names = ", ".join(settable)
@@ -152,6 +153,11 @@ class Parametrised(Value):
 
     def validate(self) -> None:
         """Rules between fields; raises ParameterError. Overridden where there are any."""
+
+    def lacks(self, method: str) -> UnwrittenError:
+        """The error of a call that needs a method which the class of this value does not write."""
+        kind = type(self)
+        return UnwrittenError(f"{kind.__name__} has no {method}, which this needs; {_to_write(kind, method)}")
 
     def walk(self, prefix: str = "") -> Iterator[Place]:
         """Every field of this value; each part is followed by its own fields."""
@@ -297,6 +303,15 @@ class Parametrised(Value):
     def is_oriented(self) -> bool:
         """Whether this, or a part of it, is `oriented`."""
         return self.oriented or any(part.is_oriented() for part in self._components())
+
+
+def _to_write(kind: type, method: str) -> str:
+    """What to write in a class: "write def formula(self, wi, wo) in it: f [1/sr] for directions above ..."."""
+    function = getattr(kind, method, None)
+    if not inspect.isfunction(function):
+        return f"write {method} in the class"
+    arguments, doc = ", ".join(inspect.signature(function).parameters), (function.__doc__ or "").partition("\n\n")[0]
+    return f"write def {method}({arguments}) in the class: {' '.join(doc.split())}"
 
 
 def _declared(kind: type, name: str) -> Any:

@@ -72,6 +72,8 @@ class Value:
 
     def __getattr__(self, name: str) -> Any:
         """Called for what is not found: says which name was likely meant."""
+        if name == "_derived":
+            raise AccessError(f"{type(self).__name__} is not made yet: its __init__ ends with super().__init__(...)")
         if name.startswith("_") or hasattr(type(self), name):  # protocols ask for many; a property has failed itself
             return object.__getattribute__(self, name)
         raise AccessError(f"{type(self).__name__} has no attribute {name!r}{self._meant(name)}")

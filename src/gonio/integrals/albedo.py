@@ -9,7 +9,7 @@ import numpy as np
 
 from ..arguments import checked
 from ..arrays import ops
-from ..base.angles import check_angle, direction
+from ..base.angles import check_angle, direction, numbers_of
 from ..base.reflectance import Reflectance
 from ..errors import ParameterError
 from .nine import reflectance
@@ -69,12 +69,14 @@ def blue_sky_albedo(m: Reflectance, theta: Any, diffuse_fraction: Any, phi: Any 
     Error    `tolerance`.
     Source   Lucht et al. 2000, IEEE TGRS 38:977; Schaepman-Strub et al. 2006, Remote Sens. Environ. 103:27.
     """
+    theta, phi = numbers_of("theta", theta), numbers_of("phi", phi)
     try:
         d = np.asarray(ops.numbers(diffuse_fraction), dtype=float)
     except ValueError:
         d = np.array(-1.0)
     if ((d < 0.0) | (d > 1.0)).any():
         raise ParameterError(f"diffuse_fraction={diffuse_fraction!r:.60}: expected the sky's share of light, in [0, 1]")
+    ops.broadcast_shape([np.shape(x) for x in (theta, phi, d)], "theta, phi, diffuse_fraction")
     black, white = black_sky_albedo(m, theta, phi, tolerance), white_sky_albedo(m, tolerance)
     if m.channels is not None:
         d = d[..., None]

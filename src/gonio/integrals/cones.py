@@ -58,11 +58,12 @@ class Cone:
 
     def __post_init__(self) -> None:
         try:
-            axis, angle = (ops.numbers(x).astype(float) for x in (self.axis, self.half_angle))
+            axis, angle = (ops.numbers(x) for x in (self.axis, self.half_angle))
         except ValueError:
             axis = angle = np.zeros(0)
         half_angle = float(angle) if angle.ndim == 0 else math.nan
-        length = math.hypot(*axis) if axis.shape == (3,) else 0.0
+        axis = axis.astype(float) if axis.shape == (3,) else np.zeros(3)
+        length = math.hypot(*axis)
         if not 0.0 < length < math.inf:
             raise ParameterError(f"Cone(axis={shown(self.axis)}): expected a direction of three finite numbers, not 0")
         if not 0.0 < half_angle <= 0.5 * math.pi + 1e-12:

@@ -7,7 +7,6 @@ announced; .png alone is for looking at.
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -32,6 +31,10 @@ _WRITERS = {module.WRITTEN: module for module in _FORMATS}
 
 SUFFIXES = tuple(suffix for module in _FORMATS for suffix in module.SUFFIXES)
 """Suffixes of the files that `read_image` reads."""
+
+
+STARTS = {start: kind for module in _FORMATS for start, kind in module.STARTS.items()}
+"""The first bytes of these files, and the name of what they are."""
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -60,7 +63,8 @@ class Image:
                 raise ShapeError(f"alpha is {alpha.shape}, expected (H, W), here {pixels.shape[:2]}")
             object.__setattr__(self, "alpha", alpha)
         if self.channels is not None:
-            names = tuple(map(str, self.channels if isinstance(self.channels, Iterable) else [self.channels]))
+            several = isinstance(self.channels, (list, tuple, np.ndarray)) and np.ndim(self.channels) > 0
+            names = tuple(map(str, self.channels if several else [self.channels]))
             distinct = {n for n in names if n.isprintable() and 0 < len(n.encode()) < 256} - {"A"}
             if len(distinct) != pixels.shape[2] or len(names) != pixels.shape[2]:
                 expected = f"{pixels.shape[2]} different short names, none of them 'A'; coverage goes into alpha"

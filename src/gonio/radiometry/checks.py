@@ -63,7 +63,7 @@ def _numbers(name: str, value: Any) -> Array:
         raise ArrayTypeError(f"{name} must be real numbers, got {error}") from None
     if array.dtype.kind not in "iuf":
         raise ArrayTypeError(f"{name} must be real numbers, got dtype {array.dtype}: convert it to float64")
-    return array if array.dtype.kind == "f" else array.astype(np.float64)
+    return array if array.dtype.kind == "f" and array.dtype.itemsize >= 4 else array.astype(np.float64)
 
 
 def _in_range(name: str, value: Any, allowed: _Range) -> Array:

@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 from statistics import NormalDist
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 
-from ..arguments import checked
+from ..arguments import Within, checked
 from ..errors import ParameterError
 from .latent import Latent
 
@@ -66,7 +66,7 @@ class Quoted:
         return k * self.u
 
     @checked
-    def text(self, k: float = 1.0) -> Any:
+    def text(self, k: Annotated[float, Within(0.0, 1e6)] = 1.0) -> Any:
         """ "0.1234 ± 0.0056 (k = 1)": the value with the expanded uncertainty k u, two digits of it; an array of these
         for an array."""
         return _each(lambda v, u: f"{rounded(v, k * u, ' ± ')} (k = {k:g})", self.value, self.u)
