@@ -83,12 +83,12 @@ class Measured(Reflectance):
     @property
     def valid(self) -> np.ndarray:
         """True where the file holds a usable value; shape of the main table."""
-        raise self.lacks("valid")
+        raise self._lacks("valid")
 
     @property
     def data(self) -> xarray.Dataset:
         """The file's content as it was stored, with named axes and CF units."""
-        raise self.lacks("data")
+        raise self._lacks("data")
 
     def as_grid(self) -> Any:
         """The `Gridded` with the same values at the same nodes, where they lie on a grid; else None."""
