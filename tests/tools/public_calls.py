@@ -30,7 +30,7 @@ import xarray
 import gonio as gn
 from gonio.formula.state import derived
 
-LONGEST = 20
+LONGEST = 60
 """Seconds that a call may take."""
 
 LEFT_OUT = dict.fromkeys(

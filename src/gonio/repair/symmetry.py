@@ -37,9 +37,9 @@ def symmetrise(m: Measured, kind: str, plane: float = 0.0) -> Gridded:
     and with uncertainties "chi2", the mean of (f1 - f2)^2/(u1^2 + u2^2): about 1 if these explain the asymmetry.
     """
     expect_one_of(KINDS, "kind", kind)
-    if kind == "isotropy":
-        return _isotropic(m)
     cells = Cells(m)
+    if kind == "isotropy":
+        return _isotropic(cells.m)
     f, u, figures = _paired(cells, kind, plane)
     parameters = {"kind": kind, "plane": plane} if kind == "plane" else {"kind": kind}
     return cells.repaired("symmetrise", parameters, f, u, figures)
