@@ -53,6 +53,13 @@ LIGHTS = ("arrival", "incident", "sample", "pdf")
 """What lights write, for integrals."""
 
 
+INTEGRALS = {
+    *("albedo", "black_sky_albedo", "white_sky_albedo", "blue_sky_albedo", "reflectance", "reflectance_factor"),
+    *("reflected_radiance", "check", "with_uncertainty", "convert", "tabulate", "render"),
+}
+"""Functions that take longer."""
+
+
 class Target(NamedTuple):
     """Something public that can be called: `owner` is the class of which it is a method or a property."""
 
