@@ -69,8 +69,9 @@ def angles(w: Any) -> tuple[Any, Any]:
 def check_angle(name: str, angle: Any, low: float, high: float, degrees: bool = False) -> None:
     """Raises DirectionError where an angle [rad], or with `degrees` its bounds' in degrees, is out of bounds.
 
-    `angle`: a number or an array of any library. NaN passes.
+    `angle`: a number, a list or an array of any library. NaN passes.
     """
+    angle = _numbers(name, angle)
     unit = 180.0 / math.pi if degrees else 1.0
     values = angle if isinstance(angle, (int, float)) else ops.library(angle).known(angle)
     if values is None:
