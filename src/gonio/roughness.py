@@ -11,16 +11,35 @@ from typing import Any
 
 import numpy as np
 
-from .errors import ParameterError
+from .errors import ParameterError, ShapeError, TooLargeError, shown
+from .numbers import numbers
+
+LEAST, MOST = 1e-100, 1e100
+"""Bounds of numbers whose squares are numbers too."""
 
 
-def _checked(name: str, x: Any, low: float = 0.0, high: float = np.inf, *, open_low: bool = False) -> Any:
-    value = np.asarray(x, dtype=float)
-    wrong = (value <= low if open_low else value < low) | (value > high)
+def _checked(name: str, x: Any, low: float = 0.0, high: float = MOST, *, open_low: bool = False) -> Any:
+    try:
+        value = numbers(x).astype(float)
+    except ValueError as error:
+        raise ParameterError(f"{name}={shown(x)}: {error}; expected a number, or an array of numbers") from None
+    except MemoryError:
+        raise TooLargeError(f"{name}: no memory for an array of shape {np.shape(x)}; take a part at a time") from None
+    wrong = (value < max(low, LEAST) if open_low else value < low) | (value > high)
     if wrong.any():
         expected = f"{low:g} {'<' if open_low else '<='} {name} <= {high:g}"
         raise ParameterError(f"{name}={value[wrong].flat[0]:g}: out of range; expected {expected}")
     return value if value.ndim else float(value)
+
+
+def _fit_together(**given: Any) -> None:
+    """Raises ShapeError for arrays that do not broadcast."""
+    shapes = {name: np.shape(_checked(name, x, -MOST)) for name, x in given.items()}
+    try:
+        np.broadcast_shapes(*shapes.values())
+    except ValueError:
+        got = " and ".join(f"{name} {shape}" for name, shape in shapes.items())
+        raise ShapeError(f"shapes must broadcast against each other, got {got}") from None
 
 
 # Slopes.
@@ -55,6 +74,7 @@ def alpha_from_correlation(sigma_height: Any, correlation_length: Any) -> Any:
     Its autocovariance is sigma_h^2 exp(-(x/tau)^2), its RMS slope along an axis sqrt(2) sigma_h/tau.
     Beckmann & Spizzichino 1963.
     """
+    _fit_together(sigma_height=sigma_height, correlation_length=correlation_length)
     height = _checked("sigma_height", sigma_height)
     return 2.0 * height / _checked("correlation_length", correlation_length, open_low=True)
 
@@ -158,6 +178,7 @@ def pbrt_v3_from_alpha(alpha: Any) -> Any:
 
 def alphas_from_disney(roughness: Any, anisotropic: Any) -> tuple[Any, Any]:
     """alpha_x = roughness^2/aspect, alpha_y = roughness^2 aspect, aspect = sqrt(1 - 0.9 anisotropic). Burley 2012."""
+    _fit_together(roughness=roughness, anisotropic=anisotropic)
     aspect = np.sqrt(1.0 - 0.9 * _checked("anisotropic", anisotropic, 0.0, 1.0))
     alpha = alpha_from_perceptual(roughness)
     return alpha / aspect, alpha * aspect
@@ -166,6 +187,7 @@ def alphas_from_disney(roughness: Any, anisotropic: Any) -> tuple[Any, Any]:
 def disney_from_alphas(alpha_x: Any, alpha_y: Any) -> tuple[Any, Any]:
     """(roughness, anisotropic) of alpha_x >= alpha_y; see `alphas_from_disney`. Burley's anisotropic ends at
     alpha_y/alpha_x = 0.1."""
+    _fit_together(alpha_x=alpha_x, alpha_y=alpha_y)
     x, y = _checked("alpha_x", alpha_x, open_low=True), _checked("alpha_y", alpha_y)
     ratio = _checked("alpha_y/alpha_x", np.asarray(y) / x, 0.1 - 1e-12, 1.0 + 1e-12)
     return np.power(np.asarray(x) * y, 0.25)[()], np.clip((1.0 - ratio) / 0.9, 0.0, 1.0)[()]
@@ -176,6 +198,7 @@ def alphas_from_openpbr(roughness: Any, anisotropy: Any) -> tuple[Any, Any]:
 
     The mean of alpha_x^2 and alpha_y^2 stays roughness^4.
     """
+    _fit_together(roughness=roughness, anisotropy=anisotropy)
     narrow = 1.0 - _checked("anisotropy", anisotropy, 0.0, 1.0)
     wide = alpha_from_perceptual(roughness) * np.sqrt(2.0 / (1.0 + np.square(narrow)))
     return wide, narrow * wide
@@ -183,6 +206,7 @@ def alphas_from_openpbr(roughness: Any, anisotropy: Any) -> tuple[Any, Any]:
 
 def openpbr_from_alphas(alpha_x: Any, alpha_y: Any) -> tuple[Any, Any]:
     """(roughness, anisotropy) of alpha_x >= alpha_y; see `alphas_from_openpbr`."""
+    _fit_together(alpha_x=alpha_x, alpha_y=alpha_y)
     x, y = _checked("alpha_x", alpha_x, open_low=True), _checked("alpha_y", alpha_y)
     ratio = _checked("alpha_y/alpha_x", np.asarray(y) / x, 0.0, 1.0 + 1e-12)
     mean = 0.5 * (np.square(x) + np.square(y))
@@ -191,12 +215,14 @@ def openpbr_from_alphas(alpha_x: Any, alpha_y: Any) -> tuple[Any, Any]:
 
 def alphas_from_gltf(roughness: Any, anisotropy_strength: Any) -> tuple[Any, Any]:
     """alpha_x = a + (1 - a) strength^2, alpha_y = a = roughness^2, x the tangent. KHR_materials_anisotropy."""
+    _fit_together(roughness=roughness, anisotropy_strength=anisotropy_strength)
     a = alpha_from_perceptual(roughness)
     return a + (1.0 - a) * np.square(_checked("anisotropy_strength", anisotropy_strength, 0.0, 1.0)), a
 
 
 def gltf_from_alphas(alpha_x: Any, alpha_y: Any) -> tuple[Any, Any]:
     """(roughness, anisotropy strength) of 1 >= alpha_x >= alpha_y, alpha_y < 1; see `alphas_from_gltf`."""
+    _fit_together(alpha_x=alpha_x, alpha_y=alpha_y)
     x, y = _checked("alpha_x", alpha_x, 0.0, 1.0), _checked("alpha_y", alpha_y, 0.0, 1.0 - 1e-12)
     strength2 = (np.asarray(x) - y) / (1.0 - np.asarray(y))
     return np.sqrt(y), np.sqrt(np.clip(_checked("anisotropy strength^2", strength2, -1e-12, 1.0), 0.0, 1.0))[()]

@@ -50,6 +50,13 @@ class Measured(Reflectance):
     about     the file's notes on itself, name -> value
     """
 
+    noun = "a measurement"
+
+    @staticmethod
+    def instead(value: Any) -> str:
+        table = "gn.tabulate(m), or gn.repair.resample(m), makes a table of any reflectance"
+        return table if isinstance(value, Reflectance) else Reflectance.instead(value)
+
     path: str = note("")
     about: dict[str, Any] = note(Held())
     provenance: dict[str, Any] = note(Held())
@@ -76,12 +83,12 @@ class Measured(Reflectance):
     @property
     def valid(self) -> np.ndarray:
         """True where the file holds a usable value; shape of the main table."""
-        raise NotImplementedError
+        raise self.lacks("valid")
 
     @property
     def data(self) -> xarray.Dataset:
         """The file's content as it was stored, with named axes and CF units."""
-        raise NotImplementedError
+        raise self.lacks("data")
 
     def as_grid(self) -> Any:
         """The `Gridded` with the same values at the same nodes, where they lie on a grid; else None."""

@@ -15,7 +15,7 @@ import numpy as np
 
 from ..arrays import ops
 from ..arrays.kinds import SCALAR, VALUE, VECTOR
-from ..errors import ArrayTypeError, NotFoundError, ParameterError
+from ..errors import ArrayTypeError, NotFoundError, ParameterError, shown
 from ..evaluate import batch
 from ..formula import warp
 from ..formula.direction import Direction, mirror
@@ -25,6 +25,7 @@ from ..formula.state import note
 from ..formula.text import listed, literal
 from ..numerics.lattice import lattice
 from . import kernels
+from .advice import instead
 from .angles import direction
 
 
@@ -54,8 +55,16 @@ class Jacobian(NamedTuple):
 class Reflectance(Parametrised):
     """Base of everything that reflects. See `f`, `pdf`, `sample`, `parameters`, `replace`, `+`, `*`."""
 
+    noun: ClassVar[str] = "a reflectance"
+    reflects: ClassVar[str] = "{}"
+
     breaks: ClassVar[dict[str, str]] = {}
     """Laws of `gonio.check` that this model does not obey for all parameters, each with the reason."""
+    known_elsewhere: ClassVar[dict[str, str]] = {
+        **dict.fromkeys(("__call__", "eval", "evaluate", "brdf", "bsdf", "value"), "m.f(wi, wo)"),
+        "plot": "gn.render(m, lights).save(path), or on the command line: gonio show",
+        "show": "gn.render(m, lights).save(path), or on the command line: gonio show",
+    }
     numbers_from: str = note("")
     """The source of the numbers of a built-in material."""
 
@@ -88,7 +97,7 @@ class Reflectance(Parametrised):
     @abstractmethod
     def formula(self, wi: Direction, wo: Direction) -> Any:
         """f [1/sr] for directions above the horizon, without the cosine."""
-        raise NotImplementedError
+        raise self.lacks("formula")
 
     def warp(self, wo: Direction, u0: Any, u1: Any) -> Direction:
         """A direction wi for two uniform numbers; its density is `density`."""
@@ -108,7 +117,7 @@ class Reflectance(Parametrised):
         A model that becomes a mirror as its widths (parameters whose `sampled` is "max" or "min") go to their narrow
         bounds may write it too; `gonio.check` then tests this limit.
         """
-        raise NotImplementedError
+        raise self.lacks("mirror")
 
     def mirrored(self, wo: Direction) -> Direction:
         """The direction wi that a delta lobe reflects into wo."""
@@ -156,10 +165,13 @@ class Reflectance(Parametrised):
         """
         leaves = {path: i for i, path in enumerate(self.leaf_paths()) if path}
         inputs = {"wi": 0, "wo": 1}
-        variables = list(self.parameters if by is None else by)
+        if by is not None and (not isinstance(by, Iterable) or (np.ndim(by) == 0 and not isinstance(by, str))):
+            expected = f"expected a list of paths, of {listed([*leaves, *inputs])}"
+            raise ParameterError(f"jacobian(by={shown(by)}): {expected}")
+        variables = list(self.parameters if by is None else [by] if isinstance(by, str) else by)
         for path in variables:
-            if path not in leaves and path not in inputs:
-                raise NotFoundError(f"jacobian(by={path!r}): expected one of {listed([*leaves, *inputs])}")
+            if not isinstance(path, str) or (path not in leaves and path not in inputs):
+                raise NotFoundError(f"jacobian(by={shown(path)}): expected one of {listed([*leaves, *inputs])}")
         paths, directions = ([p for p in variables if p in places] for places in (leaves, inputs))
         value, *slopes = batch.jacobian(
             kernels.value, self, (wi, wo), (3, 3), tuple(leaves[p] for p in paths), tuple(inputs[p] for p in directions)
@@ -201,6 +213,11 @@ class Reflectance(Parametrised):
         f, turned = (self.f_angles(theta_i, turn + phi_i, theta_o, turn + phi_o) for turn in (0.0, 1.1))
         return bool(np.allclose(f, turned, rtol=1e-6, atol=1e-9, equal_nan=True))
 
+    @staticmethod
+    def instead(value: Any) -> str:
+        """What to write where a reflectance is expected and this value was given."""
+        return instead(value)
+
     def __add__(self, other: Reflectance) -> Sum:
         if not isinstance(other, Reflectance):
             return NotImplemented
@@ -218,7 +235,8 @@ class Reflectance(Parametrised):
         if ops.is_masked(number):
             return self * (1.0 / number)
         try:
-            return self * (1.0 / ops.numbers(number))
+            with np.errstate(divide="ignore", over="ignore"):
+                return self * (1.0 / ops.numbers(number))
         except (TypeError, ValueError) as error:
             raise ArrayTypeError(f"a reflectance divided by {number!r:.60}: {error}") from None
 

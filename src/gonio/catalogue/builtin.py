@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from ..arguments import checked
 from ..arrays import ops
 from ..base.reflectance import Reflectance
 from ..contents import columns
@@ -100,6 +101,7 @@ def materials() -> Entries:
     return Entries(_entries())
 
 
+@checked
 def material(name: str, *, alpha: float | None = None, wavelengths: Any = None) -> Reflectance:
     """The built-in material of a name, an ordinary model: `material("brass")`, `material("Au", alpha=0.2)`.
 
@@ -148,6 +150,7 @@ def hint(name: str) -> str:
     return f"; nearest: {', '.join(names)}" if names else ""
 
 
+@checked
 def refractive_index(substance: str, wavelengths: Any) -> tuple[Any, Any]:
     """Refractive index n and extinction k of a substance, n + ik, by name or symbol ("gold", "Au").
 

@@ -12,10 +12,12 @@ import difflib
 import math
 import operator
 import os
+import re
 import warnings
 from collections.abc import Callable
 from typing import Any, NoReturn
 
+from ..arguments import checked
 from ..base.light import Light
 from ..base.reflectance import Reflectance, Scaled
 from ..bounds import MAX_DEPTH, MAX_LENGTH
@@ -35,6 +37,7 @@ _NUMBERS = {"pi": math.pi, "inf": math.inf, "nan": math.nan}
 _FUNCTIONS: dict[str, Callable[..., Any]] = {"load": load, "material": material}
 
 
+@checked
 def expression(text: str, files: bool = False) -> Reflectance:
     """The reflectance that an expression describes: `expression(repr(m)) == m`, for a measurement with `files=True`.
 
@@ -47,7 +50,9 @@ def expression(text: str, files: bool = False) -> Reflectance:
     if not isinstance(value, Reflectance):
         kind = type(value).__name__ if isinstance(value, Parametrised) else describe(value)
         shown = repr(text if len(text) <= 60 else text[:57] + "...")
-        raise ExpressionError(f"{shown}: {kind}, expected a reflectance such as Lambertian(0.5)")
+        advice = Reflectance.instead(value).replace("gn.", "") if isinstance(value, Parametrised) else ""
+        expected = f"; {advice}" if advice else " such as Lambertian(0.5)"
+        raise ExpressionError(f"{shown}: {kind}, expected a reflectance{expected}")
     return value
 
 
@@ -245,6 +250,10 @@ class _Reader:
     def _unknown(self, node: ast.expr, name: str) -> NoReturn:
         classes = [n for n, kind in names().items() if not issubclass(kind, Light)]
         lower = {n.lower(): n for n in [*classes, *_FUNCTIONS]}
+        start = len(self.text.encode()[: node.col_offset].decode(errors="ignore"))
+        hyphened = re.match(r"[\w-]*", self.text[start:])  # to Python a difference: gold - metallic - paint
+        if hyphened is not None and find(hyphened[0]) is not None:
+            name = hyphened[0]
         close = difflib.get_close_matches(name.lower(), lower, n=1)
         if find(name) is not None:
             what = f'{name} is a built-in material; write material("{name}")'

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from ..arguments import checked
 from ..base.measured import Measured
 from ..base.provenance import ORIGIN, in_words
 from ..base.reflectance import Reflectance
@@ -81,6 +82,7 @@ def percent(x: float) -> str:
     return f"{100.0 * x:.2g} %"
 
 
+@checked
 def convert(m: Reflectance, path: str | os.PathLike, format: str | None = None, **options: Any) -> Conversion:
     """Save a reflectance in a format, load it again, and report changes and losses.
 

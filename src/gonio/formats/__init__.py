@@ -21,14 +21,16 @@ from types import ModuleType
 from typing import Any
 
 from .. import discover, files
+from ..arguments import checked
 from ..base import provenance
 from ..base.measured import Measured
 from ..base.reflectance import Reflectance
 from ..contents import Contents, Folder
 from ..errors import FormatError, NotFoundError, ParameterError, TooLargeError
 from ..formula.state import freeze
+from ..pictures.image import SUFFIXES as PICTURES
 from . import _options
-from ._reading import pipes, plain_text
+from ._reading import pipes, plain_text, strangers
 
 HEAD = 4096
 """Number of a file's first bytes that `matches` gets; text in UTF-16, or with a byte order mark, as plain UTF-8."""
@@ -54,6 +56,7 @@ def contents() -> Contents[ModuleType]:
 sys.modules[__name__].__class__ = Folder
 
 
+@checked
 def load(path: str | os.PathLike, **options: Any) -> Reflectance:
     """The reflectance in a file, recognised by content and not by name.
 
@@ -96,7 +99,7 @@ def _of_file(path: Path) -> ModuleType:
         if module.matches(head, size):
             return module
     names = "; ".join(f"{m.NAME} ({', '.join(m.SUFFIXES)})" for m in formats())
-    raise FormatError(f"{path}: not a known format: starts with {head[:16]!r}, {size} bytes; known formats: {names}")
+    raise FormatError(f"{path}: not a known format: {strangers.described(head, size)}; known formats: {names}")
 
 
 def _of_folder(path: Path) -> ModuleType:
@@ -106,6 +109,7 @@ def _of_folder(path: Path) -> ModuleType:
     raise FormatError(f"{path}: a folder of no known format, expected a file, or a folder that gonio.save wrote")
 
 
+@checked
 def save(m: Reflectance, path: str | os.PathLike, format: str | None = None, **options: Any) -> None:
     """Write a reflectance to a file; the format is that of the suffix, or the one named.
 
@@ -145,6 +149,8 @@ def writer(path: str | os.PathLike, format: str | None = None) -> ModuleType:
         return choices[0]
     if format is not None:
         raise ParameterError(f"format={format!r}: expected one of {', '.join(repr(w.NAME) for w in writers)}")
+    if suffix in PICTURES:
+        raise ParameterError(f"{path}: {suffix} is a picture, no reflectance; write gn.render(m, lights).save(path)")
     names = ", ".join(f"{w.NAME!r} ({' '.join(w.SUFFIXES)})" for w in fitting or writers)
     fault = "is that of several formats" if len(fitting) > 1 else "does not say which format"
     raise ParameterError(f"{path}: the suffix {suffix!r} {fault}; give format= (on the command line --format) {names}")

@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import cache
+from types import NoneType
 from typing import Any, ClassVar, Self
 
 import numpy as np
 
 from ..arrays import Fixed
 from ..bounds import EVALUATIONS, NESTED
-from ..errors import NotFoundError, ParameterError
+from ..errors import NotFoundError, ParameterError, UnwrittenError
 from .classes import Docstring, Signature, register
 from .fields import Channels, Field, Ours, Param, Parameter, Part, Table, subclasses
 from .state import Beside, Note, derived
-from .text import unknown
+from .text import shown, unknown
 from .value import Value
 
 Place = tuple[str, Field, Any, "Parametrised"]
@@ -24,6 +26,10 @@ Place = tuple[str, Field, Any, "Parametrised"]
 class Parametrised(Value):
     """An immutable value made of declared fields: equality, repr, replace, paths and JSON come from the fields."""
 
+    noun: ClassVar[str] = "a value"
+    """What messages call it."""
+    reflects: ClassVar[str] = "gn.Lambertian(0.5)"
+    """What messages advise to write where it is given for a reflectance; {} stands for it."""
     oriented: ClassVar[bool] = False
     """Whether x and y differ for this class: turning all directions about the normal may change its values."""
 
@@ -50,7 +56,7 @@ class Parametrised(Value):
         kind, fields, settable = type(self).__name__, self.fields, self._settable()
         if missing := self.unwritten():
             finished = subclasses(type(self))
-            advice = "write a subclass that has it" + (f", or use one of {finished}" if finished else "")
+            advice = f"use one of {finished}" if finished else "; ".join(_to_write(type(self), x) for x in missing)
             raise ParameterError(f"{kind}(): an abstract base, without {' and '.join(missing)}; {advice}")
         if len(args) > len(settable):
             names = ", ".join(settable)
@@ -86,6 +92,12 @@ class Parametrised(Value):
         """The paths among these arguments, of files that the constructor would open."""
         values = [*zip(cls._settable(), arguments, strict=False), *named.items()]
         return [v for name, v in values if isinstance(v, str) and name in cls.fields and cls.fields[name].opens_files]
+
+    def _meant(self, name: str) -> str:
+        for path, field, _, _ in self.walk():
+            if name in (field.name, getattr(field, "alias", None)) and isinstance(field, Param):
+                return f"; write m.parameters[{path!r}].value"
+        return super()._meant(name)
 
     def _set(self, values: dict[str, Any], **own: dict[str, Field]) -> None:
         """Check and store values of fields, or their defaults. `own`: `fields=...`, where they are not the class's."""
@@ -142,6 +154,11 @@ class Parametrised(Value):
     def validate(self) -> None:
         """Rules between fields; raises ParameterError. Overridden where there are any."""
 
+    def lacks(self, method: str) -> UnwrittenError:
+        """The error of a call that needs a method which the class of this value does not write."""
+        kind = type(self)
+        return UnwrittenError(f"{kind.__name__} has no {method}, which this needs; {_to_write(kind, method)}")
+
     def walk(self, prefix: str = "") -> Iterator[Place]:
         """Every field of this value; each part is followed by its own fields."""
         for name, field in self.fields.items():
@@ -175,6 +192,9 @@ class Parametrised(Value):
         `m.replace(alpha=0.3)`, `m.replace({"1.distribution.alpha_x": 0.3})`.
         """
         grouped: dict[str, Any] = {}
+        if not isinstance(changes, (Mapping, NoneType)) or not all(isinstance(path, str) for path in changes or ()):
+            rule = 'expected a dictionary such as {"1.distribution.alpha_x": 0.3}, or names: m.replace(rho=0.3)'
+            raise ParameterError(f"replace({shown(changes)}): {rule}")
         for path, value in {**(changes or {}), **kwargs}.items():
             head, _, rest = path.partition(".")
             if rest:
@@ -283,6 +303,15 @@ class Parametrised(Value):
     def is_oriented(self) -> bool:
         """Whether this, or a part of it, is `oriented`."""
         return self.oriented or any(part.is_oriented() for part in self._components())
+
+
+def _to_write(kind: type, method: str) -> str:
+    """What to write in a class: "write def formula(self, wi, wo) in it: f [1/sr] for directions above ..."."""
+    function = getattr(kind, method, None)
+    if not inspect.isfunction(function):
+        return f"write {method} in the class"
+    arguments, doc = ", ".join(inspect.signature(function).parameters), (function.__doc__ or "").partition("\n\n")[0]
+    return f"write def {method}({arguments}) in the class: {' '.join(doc.split())}"
 
 
 def _declared(kind: type, name: str) -> Any:

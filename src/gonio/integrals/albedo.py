@@ -7,14 +7,16 @@ from typing import Any
 
 import numpy as np
 
+from ..arguments import checked
 from ..arrays import ops
-from ..base.angles import check_angle, direction
+from ..base.angles import check_angle, direction, numbers_of
 from ..base.reflectance import Reflectance
 from ..errors import ParameterError
 from .nine import reflectance
 from .over_directions import integrate
 
 
+@checked
 def albedo(m: Reflectance, wi: Any, tolerance: float = 1e-4, error: bool = False) -> Any:
     """Directional-hemispherical reflectance: the fraction of light arriving from wi that leaves, to all sides.
 
@@ -31,6 +33,7 @@ def albedo(m: Reflectance, wi: Any, tolerance: float = 1e-4, error: bool = False
     return integrate(m, wi, tolerance, error=error)
 
 
+@checked
 def black_sky_albedo(m: Reflectance, theta: Any, phi: Any = 0.0, tolerance: float = 1e-4) -> Any:
     """Albedo under the sun alone, at polar angle `theta`: the directional-hemispherical reflectance; see `albedo`.
 
@@ -43,6 +46,7 @@ def black_sky_albedo(m: Reflectance, theta: Any, phi: Any = 0.0, tolerance: floa
     return albedo(m, direction(theta, phi), tolerance)
 
 
+@checked
 def white_sky_albedo(m: Reflectance, tolerance: float = 1e-4) -> Any:
     """Albedo under a sky of equal radiance everywhere: the bihemispherical reflectance; see `reflectance`.
 
@@ -54,6 +58,7 @@ def white_sky_albedo(m: Reflectance, tolerance: float = 1e-4) -> Any:
     return reflectance(m, tolerance=tolerance)
 
 
+@checked
 def blue_sky_albedo(m: Reflectance, theta: Any, diffuse_fraction: Any, phi: Any = 0.0, tolerance: float = 1e-4) -> Any:
     """Albedo under the sun and a uniform sky, the "actual" one: (1 - d) black-sky + d white-sky albedo.
 
@@ -64,12 +69,14 @@ def blue_sky_albedo(m: Reflectance, theta: Any, diffuse_fraction: Any, phi: Any 
     Error    `tolerance`.
     Source   Lucht et al. 2000, IEEE TGRS 38:977; Schaepman-Strub et al. 2006, Remote Sens. Environ. 103:27.
     """
+    theta, phi = numbers_of("theta", theta), numbers_of("phi", phi)
     try:
         d = np.asarray(ops.numbers(diffuse_fraction), dtype=float)
     except ValueError:
         d = np.array(-1.0)
     if ((d < 0.0) | (d > 1.0)).any():
         raise ParameterError(f"diffuse_fraction={diffuse_fraction!r:.60}: expected the sky's share of light, in [0, 1]")
+    ops.broadcast_shape([np.shape(x) for x in (theta, phi, d)], "theta, phi, diffuse_fraction")
     black, white = black_sky_albedo(m, theta, phi, tolerance), white_sky_albedo(m, tolerance)
     if m.channels is not None:
         d = d[..., None]

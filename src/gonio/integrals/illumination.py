@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from ..arguments import checked
 from ..arrays import ops
 from ..arrays.kinds import with_channels
 from ..base.angles import check_unit
@@ -18,7 +19,7 @@ from ..base.kernels import with_holes
 from ..base.light import Light
 from ..base.reflectance import Reflectance
 from ..compile import memory
-from ..errors import ArrayTypeError, MissingDataWarning, ParameterError, warn
+from ..errors import ArrayTypeError, MissingDataWarning, ParameterError, ShapeError, warn
 from ..evaluate import batch
 from ..formula.direction import Direction
 from ..numerics.lattice import lattice
@@ -26,6 +27,7 @@ from ..pictures.colour import transformed
 from .over_directions import integrate
 
 
+@checked
 def reflected_radiance(
     m: Reflectance,
     lights: Light | Iterable[Light],
@@ -52,6 +54,7 @@ def reflected_radiance(
              Guibas 1995.
     """
     lights = as_lights(lights)
+    wo = _joined(wo, lights)
     lib, (wo, normal, tangent, position) = vectors(wo=wo, normal=normal, tangent=tangent, position=position)
     if lib.channel_loop:
         raise ArrayTypeError(f"reflected_radiance takes NumPy, PyTorch or JAX arrays; got {lib.name}")
@@ -72,6 +75,7 @@ def reflected_radiance(
             f" only; expected NumPy, or delta lights"
         )
     for light in fields:
+        check_channels(m.channels or 1, light, light.incident(np.array([[0.0, 0.0, 1.0]])).shape[-1])
         if light.can_sample:
             parts.append(_sampled(m, light, local, local_wo, samples))
         else:
@@ -98,6 +102,24 @@ def as_lights(lights: Any) -> list[Light]:
     return listed
 
 
+def _joined(wo: Any, lights: list[Light]) -> Any:
+    """Directions of NumPy, or in lists, as arrays of the library that the lights' numbers are of."""
+    like = next((x for light in lights if (x := light.like()) is not None), None)
+    if like is None:
+        return wo
+    lib, (wo,) = ops.as_arrays(wo, name="wo")
+    return ops.library(like).vectors(wo, like) if lib.name == "numpy" else wo
+
+
+def check_channels(channels: int, light: Light, lit: int) -> None:
+    """Raises ShapeError where a light of `lit` channels cannot light a material of so many."""
+    if channels != lit and 1 not in (channels, lit):
+        raise ShapeError(
+            f"{type(light).__name__} has {lit} channels and the material has {channels}; expected as many, or a light "
+            f"of one channel such as gn.ConstantLight(1.0)"
+        )
+
+
 def delta_radiance(
     m: Reflectance, light: Light, local: Frame, wo: Any, position: Any, colour: np.ndarray | None = None
 ) -> Any:
@@ -111,7 +133,9 @@ def delta_radiance(
     wi, wo = lib.broadcast(wi, wo)
     cos = ops.maximum(wi[..., 2:3], 0.0)
     f = with_channels(m.f(wi, wo), wi.ndim - 1)
-    return (f if colour is None else transformed(f, colour)) * arrival.irradiance * cos
+    f = f if colour is None else transformed(f, colour)
+    check_channels(f.shape[-1], light, arrival.irradiance.shape[-1])
+    return f * arrival.irradiance * cos
 
 
 def _smooth(m: Reflectance, light: Light, local: Frame, wo: np.ndarray, tolerance: float) -> np.ndarray:

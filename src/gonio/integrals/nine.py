@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from ..arguments import checked
 from ..base.light import Light
 from ..base.reflectance import Reflectance
 from ..errors import ParameterError
@@ -20,6 +21,7 @@ from .over_directions import Integral, directions, in_double, report
 from .places import Places
 
 
+@checked
 def reflectance(
     m: Reflectance,
     incident: Any = Hemisphere(),  # noqa: B008  (a value without state)
@@ -62,6 +64,7 @@ def reflectance(
     return Integral(R.value * share, R.error * share) if error else R.value * share
 
 
+@checked
 def reflectance_factor(
     m: Reflectance,
     incident: Any = Hemisphere(),  # noqa: B008
@@ -126,7 +129,9 @@ def _factor(m: Reflectance, incident: Any, to: Any, sky: Any, tolerance: float) 
     fixed = in_double(np.broadcast_to(w, (*shape, 3)))
     places, channels = Places(shape, np.arange(len(fixed))), m.channels is not None
     if sky is not None:
-        R, coloured = factor_under(m, as_lights(sky), of, to if wo is None else fixed, places, tolerance)
+        R, coloured = factor_under(
+            m, [light.in_numpy() for light in as_lights(sky)], of, to if wo is None else fixed, places, tolerance
+        )
         channels = channels or coloured
     elif wi is not None:
         R = single_integral(m, fixed, places, to, True, tolerance)

@@ -16,6 +16,7 @@ from functools import partial
 import numpy as np
 
 from .. import discover
+from ..arguments import checked
 from ..base.reflectance import Reflectance
 from ..errors import MissingDataWarning, NotFoundError, ShapeError
 from ..evaluate import batch
@@ -41,6 +42,7 @@ def summaries() -> dict[str, str]:
     return {name: " ".join(head.partition(": ")[2].split()).split(". ")[0].rstrip(".") for name, head in heads.items()}
 
 
+@checked
 def check(
     m: Reflectance, progress: Callable[[int, int], None] | None = None, laws: Iterable[str] | None = None
 ) -> Report:

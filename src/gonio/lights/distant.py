@@ -5,9 +5,6 @@ from __future__ import annotations
 import math
 from typing import Any, ClassVar
 
-import numpy as np
-
-from ..arrays import ops
 from ..base.light import Arrival, Light, channel_vector
 from ..formula.fields import param, vector
 from ._words import Word, spectrum, towards
@@ -28,8 +25,7 @@ class DistantLight(Light):
     is_delta: ClassVar[bool] = True
 
     def arrival(self, position: Any) -> Arrival:
-        lib = ops.library(position)
-        return Arrival(lib.convert(np.array(self.direction), position), channel_vector(self.irradiance, position))
+        return Arrival(self.vector(self.direction, position), channel_vector(self.irradiance, position))
 
 
 WORDS = [

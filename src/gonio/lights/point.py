@@ -28,8 +28,7 @@ class PointLight(Light):
     is_delta: ClassVar[bool] = True
 
     def arrival(self, position: Any) -> Arrival:
-        lib = ops.library(position)
-        to = lib.convert(np.array(self.position), position) - position
+        to = self.vector(self.position, position) - position
         r2 = (to * to).sum(-1)[..., None]
         with np.errstate(divide="ignore", invalid="ignore"):
             return Arrival(to / ops.sqrt(r2), channel_vector(self.intensity, position) / r2)

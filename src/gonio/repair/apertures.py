@@ -7,10 +7,14 @@ from typing import Any
 
 import numpy as np
 
+from ..arguments import checked
+from ..arrays import ops
 from ..base.angles import angles
+from ..base.measured import Measured
 from ..base.reflectance import Reflectance
 from ..errors import ParameterError
 from ..formula.direction import HORIZON
+from ..integrals.over_directions import directions
 from ..tables.gridded import Gridded
 from ._cells import BATCH, Cells, Values, evaluated, expect_one_of, relative, spread
 
@@ -24,6 +28,7 @@ DISCREPANCY = 2.0
 """Mean square of residual over uncertainty at which sharpening ends."""
 
 
+@checked
 def through_aperture(
     m: Reflectance,
     wi: Any,
@@ -53,16 +58,17 @@ def through_aperture(
              2e-2 (rings=8: 3e-4). Where the horizon cuts an aperture 3e-3.
     Source   biconical reflectance factor: Nicodemus et al. 1977, NBS Monograph 160; Schaepman-Strub et al. 2006.
     """
-    wi, wo = (np.asarray(w, dtype=float) for w in (wi, wo))
-    shape = np.broadcast_shapes(wi.shape, wo.shape)[:-1]
+    wi, wo = (directions(w).astype(float) for w in (wi, wo))
+    shape = ops.broadcast_shape([wi.shape, wo.shape], "wi, wo")[:-1]
     a, b = (np.broadcast_to(w, (*shape, 3)).reshape(-1, 3) for w in (wi, wo))
     expect_one_of(HORIZONS, "horizon", horizon)
     mean = _through(m, a, b, _points(detector, rings), _points(source, rings), horizon)
     return mean.reshape(shape) if m.channels is None else mean.reshape(*shape, -1)
 
 
+@checked
 def aperture_averaged(
-    m: Gridded, detector: Opening = 0.0, source: Opening = 0.0, horizon: str = "visible", rings: int = 4
+    m: Measured, detector: Opening = 0.0, source: Opening = 0.0, horizon: str = "visible", rings: int = 4
 ) -> Gridded:
     """The table that an instrument with these apertures would have measured of this material; see `through_aperture`.
 
@@ -85,8 +91,9 @@ def aperture_averaged(
     return cells.repaired("aperture_averaged", blur.parameters, f, u, figures)
 
 
+@checked
 def aperture_removed(
-    m: Gridded,
+    m: Measured,
     detector: Opening = 0.0,
     source: Opening = 0.0,
     method: str = "van_cittert",

@@ -7,14 +7,16 @@ from typing import Any
 
 import numpy as np
 
+from ..arguments import checked
 from ..arrays import ops
 from ..base.frames import Frame
 from ..base.light import Light
 from ..base.reflectance import Reflectance
 from ..compile.threads import share
-from ..errors import MissingDataWarning, ParameterError, warn
+from ..errors import MissingDataWarning, ParameterError, ShapeError, warn
+from ..evaluate import batch
 from ..formula.direction import Direction
-from ..integrals.illumination import as_lights, delta_radiance, estimate, without_holes
+from ..integrals.illumination import as_lights, check_channels, delta_radiance, estimate, without_holes
 from ..numerics.lattice import lattice
 from ..pictures.colour import rgb_of, transformed
 from ..pictures.image import Image
@@ -27,6 +29,7 @@ VIEW = np.array([0.0, -1.0, 0.0])
 """Direction from the surface to the camera, in the world."""
 
 
+@checked
 def render(
     m: Reflectance,
     lights: Light | Iterable[Light],
@@ -47,7 +50,12 @@ def render(
     `progress(done, total)` is called as the work goes on. Direct light: Szeliski 2.83 to 2.85; sampling: Veach & Guibas
     1995.
     """
-    lights = as_lights(lights)
+    if maps := batch.full_shape(m, ()):
+        places = [path for path, p in m.parameters.items() if np.ndim(p.value) > 1]
+        rule = "a picture shows one material: one number, or one per channel"
+        cure = f"for one place of the map m.replace({{{places[0]!r}: values[index]}})"
+        raise ShapeError(f"render: {places[0]} is a map of shape {maps}, with channels last; {rule}; {cure}")
+    lights = [light.in_numpy() for light in as_lights(lights)]
     if shape not in SHAPES:
         raise ParameterError(f"shape={shape!r}: expected one of {', '.join(map(repr, SHAPES))}")
     for name, value, high in (("size", size, 16384), ("samples", samples, 1 << 20)):
@@ -98,11 +106,7 @@ def _colour(m: Reflectance, lights: list[Light]) -> tuple[np.ndarray | None, np.
     if matrix is not None and {*counts} <= {1, 3}:
         return matrix, None
     for light, lit in zip(lights, counts, strict=True):
-        if channels != lit and 1 not in (channels, lit):
-            raise ParameterError(
-                f"{type(light).__name__} has {lit} channels and the material has {channels}; expected as many, or a "
-                f"light of one channel such as ConstantLight(1.0)"
-            )
+        check_channels(channels, light, lit)
     return None, matrix
 
 

@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..arguments import checked
 from ..base.measured import Measured, tabular_shape, tristimulus
 from ..base.provenance import ORIGIN, derived, origin
 from ..base.reflectance import Reflectance
-from ..errors import FormatError, ParameterError
+from ..errors import FormatError, ParameterError, shown
 from ..formula.fields import Ours
 from . import dataset_layout
 from .angle_systems import angle_system
@@ -25,6 +26,7 @@ if TYPE_CHECKING:
     import xarray
 
 
+@checked
 def to_dataset(
     m: Reflectance, parameterisation: str = "half_difference", resolution: Sequence[int] | None = None
 ) -> xarray.Dataset:
@@ -42,12 +44,17 @@ def to_dataset(
     return table.data.assign_attrs(provenance=dataset_layout.to_text(origin(m)))
 
 
+@checked
 def from_dataset(ds: xarray.Dataset, path: str = "") -> Gridded:
     """The measurement in a dataset in gonio's layout, made by `to_dataset` or by hand; see docs/data-model.md.
 
     Angles may be in degrees and wavelengths in um or m, by their `units`. Where `valid` is false there is no value.
     Raises FormatError, which names the missing or wrong variable or attribute.
     """
+    if not hasattr(type(ds), "data_vars"):
+        raise ParameterError(
+            f"from_dataset(ds={shown(ds)}): expected an xarray.Dataset, such as gn.to_dataset(m) makes"
+        )
     return _measurement(ds, path, copied=True)
 
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
+from ..arguments import checked
 from ..arrays import frozen
 from ..base.provenance import derived
 from ..base.quantities import from_brdf, quantity_named, suspect_units, to_brdf
@@ -65,6 +66,7 @@ class Gridded(Interpolated):
     """Whether the third axis covers half of its period, and the other half is its mirror image."""
     periods: dict[str, float] = note()
 
+    @checked
     def __init__(
         self,
         parameterisation: str,

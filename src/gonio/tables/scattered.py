@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Self
 
 import numpy as np
 
+from ..arguments import checked
 from ..arrays import frozen
 from ..base.angles import direction
 from ..base.measured import Measured
@@ -52,6 +53,7 @@ class Scattered(Gridded):
     rows: np.ndarray = note()
     """Angles (n, 4) [rad]: theta_i, phi_i, theta_o, phi_o."""
 
+    @checked
     def __init__(
         self,
         theta_i: Any,
@@ -207,8 +209,9 @@ def _rows(
     if measured.shape != expected:
         raise ParameterError(f"values: got shape {measured.shape}, expected {expected}: rows, and channels")
     columns = [_double(name, a) for name, a in zip(ROW_ANGLES, angles, strict=True)]
-    rows = np.stack(np.broadcast_arrays(*columns, np.zeros(n))[:4], axis=-1)
-    if rows.shape != (n, 4) or not np.isfinite(rows).all():
+    fitting = all(a.shape in ((), (1,), (n,)) for a in columns)
+    rows = np.stack(np.broadcast_arrays(*columns, np.zeros(n))[:4], axis=-1) if fitting else np.zeros(0)
+    if not fitting or not np.isfinite(rows).all():
         raise ParameterError(f"angles: expected {n} finite numbers [rad] each of {', '.join(ROW_ANGLES)}")
     for k in (0, 2):
         low, high = rows[:, k].min(), rows[:, k].max()
@@ -226,7 +229,11 @@ def _rows(
             )
     spread = None
     if uncertainty is not None:
-        spread = frozen(np.array(np.broadcast_to(_double("uncertainty", uncertainty), expected)))
+        u = _double("uncertainty", uncertainty)
+        try:
+            spread = frozen(np.array(np.broadcast_to(u, expected)))
+        except ValueError:
+            raise ParameterError(f"uncertainty: got shape {u.shape}, expected {expected} or a number") from None
     return frozen(rows), frozen(measured), spread
 
 

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from ..arguments import checked
 from ..errors import MissingDataWarning, ParameterError, ShapeError, warn
 from .functionals import LINEAR, linear, named
 from .quoted import Quoted as Quoted
@@ -19,6 +20,7 @@ EXACT, TIGHTEST = 0.3, 1e-6
 """The largest error of an integral as a share of u, and the smallest tolerance that may follow from it."""
 
 
+@checked
 def with_uncertainty(
     function: Callable,
     *args: Any,

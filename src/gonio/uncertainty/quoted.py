@@ -5,10 +5,11 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 from statistics import NormalDist
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 
+from ..arguments import Within, checked
 from ..errors import ParameterError
 from .latent import Latent
 
@@ -44,6 +45,7 @@ class Quoted:
         assert self.draws is not None
         return np.cov(self.draws.reshape(len(self.draws), -1), rowvar=False).reshape(np.size(self.value), -1)
 
+    @checked
     def interval(self, p: float = 0.95) -> tuple[Any, Any]:
         """Ends of the coverage interval of probability p, with as much left out below as above.
 
@@ -58,11 +60,13 @@ class Quoted:
         k = NormalDist().inv_cdf(0.5 + 0.5 * p)
         return self.value - k * self.u, self.value + k * self.u
 
+    @checked
     def expanded(self, k: float = 2.0) -> Any:
         """Expanded uncertainty U = k u."""
         return k * self.u
 
-    def text(self, k: float = 1.0) -> Any:
+    @checked
+    def text(self, k: Annotated[float, Within(0.0, 1e6)] = 1.0) -> Any:
         """ "0.1234 ± 0.0056 (k = 1)": the value with the expanded uncertainty k u, two digits of it; an array of these
         for an array."""
         return _each(lambda v, u: f"{rounded(v, k * u, ' ± ')} (k = {k:g})", self.value, self.u)
