@@ -13,6 +13,7 @@ from ..base.light import Light
 from ..base.reflectance import Reflectance
 from ..errors import ParameterError
 from ..evaluate import batch
+from ..numerics.quadrature import Integrals
 from .cones import Cone, Hemisphere
 from .factor_between import double_integral, single_integral
 from .factor_under_lights import factor_under

@@ -66,8 +66,7 @@ def integrate(
     memory.check((*shape, 3), np.float64, "an array of directions")
     flat, unit = in_double(w), np.ones(math.prod(w.shape[:-1]))
     if radiance is not None:
-        around = np.broadcast_to(_SIDES, (len(flat), *_SIDES.shape))
-        unit = np.abs(radiance(around, np.arange(len(flat)))).mean(axis=1).max(axis=-1)
+        unit = mean_radiance(radiance, len(flat))
 
     def direct(lobe: Reflectance, number: np.ndarray, places: Places, tolerance: float) -> Integrals:
         light = None if radiance is None else lambda there, index: radiance(there, number[index])
@@ -99,6 +98,13 @@ def integrate(
     value = (value.reshape(*shape, value.shape[-1]) + absent).astype(w.dtype)
     value = value if channels else value[..., 0][()]
     return Integral(value, integrals.error.reshape(shape)[()]) if error else value
+
+
+def mean_radiance(radiance: Radiance, count: int) -> np.ndarray:
+    """The mean over the hemisphere (count,), weighed by the cosine, of the channel that has most."""
+    around = np.broadcast_to(_SIDES, (count, *_SIDES.shape))
+    mean: np.ndarray = np.abs(radiance(around, np.arange(count))).mean(axis=1).max(axis=-1)
+    return mean
 
 
 def directions(w: Any) -> np.ndarray:
@@ -172,7 +178,7 @@ def over_directions(
 
 def _alike(lobe: Reflectance) -> Iterator[tuple[int, int]]:
     """First channels and ends of the groups that are integrated together, because their lobes are equally wide;
-    (0, 0) for a lobe without channels."""
+    (0, 0) for a lobe without channels, or of one, which lights may have more of."""
     numbers = [(field.sampled, x) for _, field, x, _ in lobe.walk() if isinstance(field, Param) and np.ndim(x)]
     count = max((x.shape[-1] for _, x in numbers), default=0)
     widths = [x for sampled, x in numbers if sampled != "mean" and x.shape[-1] > 1]
@@ -181,7 +187,7 @@ def _alike(lobe: Reflectance) -> Iterator[tuple[int, int]]:
         if c - first == TOGETHER or any((x[..., c] != x[..., first]).any() for x in widths):
             yield first, c
             first = c
-    yield first, count
+    yield first, count if count > 1 else 0
 
 
 class _Integrand(NamedTuple):
@@ -195,7 +201,7 @@ class _Integrand(NamedTuple):
     radiance: Radiance | None
 
     def of(self, first: int, last: int) -> _Integrand:
-        """That of channels from `first` to before `last`; (0, 0): of a lobe without channels."""
+        """That of channels from `first` to before `last`; (0, 0): of all."""
         lobe, radiance = self.lobe, self.radiance
         if not last:
             return self

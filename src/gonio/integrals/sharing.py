@@ -5,13 +5,13 @@ those of a few wherever f is a combination, the same one for all directions, of 
 
 - `_by_factors`: f is written as a sum of products, a number of the place times a function of the directions (all
   kernel models, albedos, weights). Exact: as many places as products decide.
-- `_by_nodes`: f at some pairs of directions (nodes), chosen among many by how much they differ between places, is fitted
-  to the integrals of some hundred places: nodes and weights of a rule for this map alone. Its error is measured at
-  places that had no part in the fit, and grows with a place's leverage: how far its values at the nodes lie from those
-  of the places that had. Places whose error may be too large join them, or are integrated by themselves.
+- `_by_nodes`: f at some pairs of directions (nodes), chosen among many by how much they differ between places, is
+  fitted to the integrals of some hundred places: nodes and weights of a rule for this map alone. Its error is measured
+  at places that had no part in the fit, and grows with a place's leverage: how far its values at the nodes lie from
+  those of the places that had. Places whose error may be too large join them, or are integrated by themselves.
 
-Source   derived here; choosing nodes by pivoted elimination goes back to Barrault et al. 2004, C. R. Acad. Sci. Paris
-         339:667 (empirical interpolation); leverage: any text on linear regression.
+Source   derived here, after empirical interpolation: Barrault, Maday, Nguyen & Patera 2004, C. R. Acad. Sci. Paris
+         Ser. I 339:667 (nodes and weights from the functions themselves).
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ FITTED, TESTED, MOST = 128, 48, 1024
 """Places that nodes are fitted to at first, those that test them, and the most of the first."""
 
 CANDIDATES, NODES = 1024, (16, 24, 32, 48, 64, 96, 128, 192)
-"""Pairs of directions among which nodes are chosen, of either kind, and numbers of nodes that are tried."""
+"""Pairs of directions of either kind among which nodes are chosen, and numbers of nodes that are tried."""
 
 ALONE = 512
 """Places that are integrated by themselves, at most, before more of them are fitted."""
@@ -234,7 +234,7 @@ def _by_factors(rows: _Rows, columns: list[np.ndarray], wanted: Wanted) -> tuple
 
 
 def _independent(table: np.ndarray) -> list[int]:
-    """Rows that the others are combinations of, with small coefficients: Gauss's elimination with the largest pivots."""
+    """Rows that others are combinations of, with small coefficients: Gauss's elimination with the largest pivots."""
     rest = table / np.maximum(np.abs(table).max(axis=0, initial=0.0), 1e-300)
     few: list[int] = []
     for _ in range(min(rest.shape)):
@@ -343,7 +343,7 @@ class _Known:
         order = usable[_most_different(self.nodes[TESTED:, usable], NODES[-1])]
         best, least = None, math.inf
         for n in NODES:
-            if n > max(len(self.fitted) // 2, NODES[0]):
+            if best is not None and n > min(len(self.fitted) // 2, len(order)):
                 break
             rule = _fit(self, order[:n], scale)
             worst = float((rule.spread * np.sqrt(1.0 + rule.tested)).max())
@@ -356,7 +356,7 @@ class _Known:
 
 
 class _Rule(NamedTuple):
-    """Nodes, what turns f there into coordinates in which the fitted rows have unit spread, and these into integrals."""
+    """Nodes, what turns f there into coordinates in which the fitted rows have unit spread, and these into results."""
 
     wi: np.ndarray
     wo: np.ndarray
