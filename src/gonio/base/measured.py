@@ -77,7 +77,7 @@ class Measured(Reflectance):
 
     @derived
     def values(self) -> np.ndarray:
-        """The measurement's numbers as they are stored, of the quantity that `quantity` names: a NumPy array, read-only.
+        """The numbers as they are stored, of the quantity that `quantity` names: a NumPy array, read-only.
 
         The first table that a class declares; a class whose numbers stand elsewhere says so. `valid` is True where they
         are usable, `data` holds them with their axes, and `f` is made of them.

@@ -15,8 +15,9 @@ from ..compile.threads import share
 from ..errors import MissingDataWarning, ParameterError, warn
 from ..formula.direction import Direction
 from ..integrals.illumination import as_lights, delta_radiance, estimate, without_holes
+from ..lights.environment import EnvironmentLight
 from ..numerics.lattice import lattice
-from ..pictures.colour import rgb_of, transformed
+from ..pictures.colour import LUMINANCE, rgb_of, transformed
 from ..pictures.image import Image
 from .shapes import SHAPES, Shape
 
@@ -29,7 +30,7 @@ VIEW = np.array([0.0, -1.0, 0.0])
 
 def render(
     m: Reflectance,
-    lights: Light | Iterable[Light],
+    lights: Light | Iterable[Light] | None = None,
     shape: str = "sphere",
     size: int = 512,
     samples: int = 32,
@@ -37,6 +38,9 @@ def render(
     progress: Callable[[int, int], None] | None = None,
 ) -> Image:
     """A square picture of a lit shape, in linear RGB (or gray), with coverage as alpha.
+
+    `lights`: a light or several; by default `EnvironmentLight.studio()`, and its luminance, alike in all channels, for
+    materials whose channels are no colours (bands of a satellite, say), of which the picture has as many channels.
 
     Each pixel averages `samples` points within it. Lights with extent are sampled by every lobe of the material and,
     where they can be, by themselves, combined by the balance heuristic; delta lights and delta lobes are exact. There
@@ -47,7 +51,7 @@ def render(
     `progress(done, total)` is called as the work goes on. Direct light: Szeliski 2.83 to 2.85; sampling: Veach & Guibas
     1995.
     """
-    lights = as_lights(lights)
+    lights = as_lights(default_light(m) if lights is None else lights)
     if shape not in SHAPES:
         raise ParameterError(f"shape={shape!r}: expected one of {', '.join(map(repr, SHAPES))}")
     for name, value, high in (("size", size, 16384), ("samples", samples, 1 << 20)):
@@ -84,7 +88,24 @@ def render(
         warn(text, MissingDataWarning)
     if colour_after is not None:
         colour = transformed(colour, colour_after)
-    return Image(colour.reshape(size, size, -1), alpha=alpha.reshape(size, size))
+    names = tuple(map(str, m.channel_names)) if colour.shape[-1] > 3 and m.channel_names is not None else None
+    return Image(colour.reshape(size, size, -1), alpha.reshape(size, size), names)
+
+
+def is_coloured(m: Reflectance) -> bool:
+    """Whether a material is gray, RGB, or turned into RGB by the names of its channels."""
+    channels, names = m.channels or 1, m.channel_names
+    if channels == 1:
+        return True
+    if names is None or tuple(names) == ("R", "G", "B"):
+        return channels == 3
+    return rgb_of(names) is not None
+
+
+def default_light(m: Reflectance) -> EnvironmentLight:
+    """The light of pictures for which nobody asked for another: the studio, in gray where channels are no colours."""
+    studio = EnvironmentLight.studio()
+    return studio if is_coloured(m) else EnvironmentLight(transformed(studio.image.pixels, LUMINANCE[:, None]))
 
 
 def _colour(m: Reflectance, lights: list[Light]) -> tuple[np.ndarray | None, np.ndarray | None]:
@@ -101,7 +122,7 @@ def _colour(m: Reflectance, lights: list[Light]) -> tuple[np.ndarray | None, np.
         if channels != lit and 1 not in (channels, lit):
             raise ParameterError(
                 f"{type(light).__name__} has {lit} channels and the material has {channels}; expected as many, or a "
-                f"light of one channel such as ConstantLight(1.0)"
+                f"light of one channel such as ConstantLight(1.0), or no light: the default one lights any number"
             )
     return None, matrix
 
