@@ -228,7 +228,7 @@ BAD = [
     ("info Microfacet(GGX(-0.1))", "0.001 <= alpha_x"),
     ("info Lambertian([0.1,0.2])+Lambertian([0.1,0.2,0.3])", "channels"),
     ("info gold -p alpha=0", "0 is out of bounds"),
-    ("info gold -p alpah=1", "did you mean alpha?"),
+    ("info gold -p alpah=1", "did you mean 'alpha'?"),
     ("info gold -p alpha", "name=value"),
     ("info gold --foo", "No such option"),
     ("check material('gold',wavelengths=2000)", "292.4 to 1216 nm"),

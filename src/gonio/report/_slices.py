@@ -13,7 +13,7 @@ from ..arrays.kinds import with_channels
 from ..base.angles import direction
 from ..base.reflectance import Reflectance
 from ..pictures.colour import LUMINANCE, RELATIVE_XYZ, XYZ
-from ..scenes.rendering import is_coloured
+from ..scenes.rendering import is_rgb
 from ..tables.gridded import Gridded
 from ..tables.scattered import Scattered
 
@@ -51,7 +51,7 @@ def one_number(m: Reflectance) -> tuple[Callable[[np.ndarray], np.ndarray], str]
         return (lambda f: f[..., 0]), ""
     if names in (XYZ, RELATIVE_XYZ):
         return (lambda f: f[..., 1]), "luminance Y"
-    if count == 3 and is_coloured(m):
+    if count == 3 and is_rgb(m):
         return (lambda f: f @ LUMINANCE), "luminance"
     if names is None or isinstance(names[0], str):
         return _mean, f"mean of {count} channels"

@@ -23,13 +23,13 @@ from ..evaluate import batch
 from ..files import replacing, target
 from ..integrals.albedo import albedo
 from ..pictures.colour import RELATIVE_XYZ, XYZ, rgb_of, srgb_encode
-from ..scenes.rendering import is_coloured, render
+from ..scenes.rendering import is_coloured, is_rgb, render
 from ..tables.gridded import Gridded
 from ._slices import VIEWS, Slice, lit_range, one_number, plane, slices_of, spans
 
 INCIDENCE = (0.0, 10.0, 20.0, 30.0, 40.0, 50.0, 60.0, 70.0, 75.0, 80.0, 85.0, 88.0)
 SUFFIXES = (".png", ".jpg", ".pdf", ".svg")
-HELD = "beyond the data the outermost values count"
+HELD = "Beyond the data the sphere and the albedo are those of the outermost values"
 
 
 def show(
@@ -61,9 +61,12 @@ def show(
         else:
             _sphere(beside, m, render(m, lights, size=size, samples=samples, progress=progress))
         slices = slices_of(m)
-        _polar(figure.add_subplot(grid[0, 0], projection="polar"), m, slices)
+        _polar(figure.add_subplot(grid[0, 0]), m, slices)
         _cartesian(figure.add_subplot(grid[1, 0]), m, slices)
-        _albedo(figure.add_subplot(grid[1, 1]), m, slices)
+        _albedo(figure.add_subplot(grid[1, 1]), m)
+        low, high = lit_range(m)
+        if isinstance(m, Gridded) and m.outside == "hold" and (spans(slices) or high - low < 89.0):
+            figure.supxlabel(HELD, fontsize=9, color="#555555")
 
 
 def portrait(m: Reflectance, path: str | Path, lights: Light | Iterable[Light] | None = None) -> None:
@@ -71,7 +74,7 @@ def portrait(m: Reflectance, path: str | Path, lights: Light | Iterable[Light] |
     with new_figure(path, (6.4, 2.9), "") as figure:
         grid = figure.add_gridspec(1, 2, width_ratios=[1.0, 1.35])
         _sphere(figure.add_subplot(grid[0]), m, render(m, lights, size=256, samples=64))
-        _polar(figure.add_subplot(grid[1], projection="polar"), m, slices_of(m))
+        _polar(figure.add_subplot(grid[1]), m, slices_of(m))
         for axes in figure.axes:
             axes.set_title("")
 
@@ -162,12 +165,14 @@ def _colours(slices: list[Slice]) -> list[str]:
     return _SEQUENCE[: len(slices)]
 
 
-def _polar(axes: Any, m: Reflectance, slices: list[Slice]) -> None:
+def _polar(host: Any, m: Reflectance, slices: list[Slice]) -> None:
     low, high = _range(slices)
+    host.set_axis_off()
+    axes = host.inset_axes((0.07, -0.5, 0.86, 2.0), projection="polar")  # its box is a square, half of it empty
     axes.set(theta_zero_location="N", theta_direction=-1, thetamin=-90, thetamax=90)
     axes.set_thetagrids(np.arange(-90, 91, 30), [f"{abs(a)}°" for a in range(-90, 91, 30)])
     _, words = one_number(m)
-    axes.set_title(f"f [sr⁻¹]{', ' + words if words else ''}\nin the plane of incidence, light from the left")
+    host.set_title(f"f [sr⁻¹]{', ' + words if words else ''}\nin the plane of incidence, light from the left")
     if high == 0.0:
         axes.set_rticks([])
         write(axes, _nothing(slices))
@@ -182,13 +187,17 @@ def _polar(axes: Any, m: Reflectance, slices: list[Slice]) -> None:
         axes.plot(np.radians(VIEWS), np.log10(np.maximum(s.f, 10.0**bottom)), color=colour, lw=1.6)
         seen = s.measured > 10.0**bottom
         if seen.any():
-            size = 3.2 if len(s.views) <= _DENSE else 1.4
-            axes.plot(np.radians(s.views[seen]), np.log10(s.measured[seen]), ".", color=colour, ms=2.0 * size)
+            axes.plot(np.radians(s.views[seen]), np.log10(s.measured[seen]), "o", color=colour, ms=_size(s))
         axes.plot([-math.radians(s.theta)] * 2, [top - 0.08 * (top - bottom), top], color=colour, lw=2.5)
     axes.set_rlim(bottom, top)
     decades = range(bottom + 1, math.floor(top) + 1)
     decades = decades[:: max(1, -(-len(decades) // 3))]  # more labels would touch in small figures
     axes.set_rgrids(list(decades), [f"$10^{{{d}}}$" for d in decades], angle=-90, fontsize=8)
+
+
+def _size(s: Slice) -> float:
+    """The size of the points of a slice."""
+    return 3.2 if len(np.unique(s.views.round(1))) <= _DENSE else 1.4
 
 
 def _label_gap(axes: Any, x: float, y: float, **more: Any) -> None:
@@ -201,11 +210,11 @@ def _cartesian(axes: Any, m: Reflectance, slices: list[Slice]) -> None:
     low, high = _range(slices)
     has_points = has_bars = False
     for s, colour in zip(slices, _colours(slices), strict=True):
-        axes.plot(VIEWS, np.where(s.f > 0.0, s.f, np.nan), color=colour, lw=1.6, label=f"{s.theta:.4g}°")
+        axes.plot(VIEWS, np.where(s.f > 0.0, s.f, np.nan), color=colour, lw=1.6, label=f"{s.theta:.3g}°")
         axes.axvline(s.theta, ymax=0.03, color=colour, lw=2.0)
         if s.views.size:
-            has_points, size = True, 3.2 if len(s.views) <= _DENSE else 1.4
-            axes.plot(s.views, s.measured, "o", color=colour, ms=size)
+            has_points = True
+            axes.plot(s.views, s.measured, "o", color=colour, ms=_size(s))
         if s.u is not None:
             has_bars = True
             axes.errorbar(s.views, s.measured, 2.0 * s.u, fmt="none", ecolor=colour, elinewidth=1.0, capsize=1.5)
@@ -215,6 +224,7 @@ def _cartesian(axes: Any, m: Reflectance, slices: list[Slice]) -> None:
             _label_gap(axes, 0.5 * (start + stop), 0.5, rotation=90, transform=axes.get_xaxis_transform())
     if high == 0.0:
         write(axes, _nothing(slices))
+        axes.set_yticks([])
     elif high / low < 3.0:
         axes.set_ylim(0.0, 1.25 * high)
     else:
@@ -222,46 +232,51 @@ def _cartesian(axes: Any, m: Reflectance, slices: list[Slice]) -> None:
     axes.set(xlim=(-90, 90), xticks=np.arange(-90, 91, 30), xlabel="viewing angle θₒ [°]; ticks: mirror directions")
     _, words = one_number(m)
     points = "; points: measured" + (", bars: ±2u" if has_bars else "") if has_points else ""
-    axes.set(ylabel=f"BRDF f [sr⁻¹]{', ' + words if words else ''}", title=f"The same slices{points}")
+    axes.set(ylabel=f"BRDF f [sr⁻¹]{', ' + words.partition(',')[0] if words else ''}", title=f"The same slices{points}")
     axes.legend(title="incidence θᵢ")
 
 
-def _albedo(axes: Any, m: Reflectance, slices: list[Slice]) -> None:
+def _albedo(axes: Any, m: Reflectance) -> None:
     names, count = m.channel_names, m.channels or 1
-    low, high = lit_range(m)
-    is_held = isinstance(m, Gridded) and m.outside == "hold" and bool(spans(slices))
-    axes.set_title("Albedo: the fraction of light that leaves again" + (f";\n{HELD}" if is_held else ""))
+    axes.set_title("Albedo: the fraction of light that leaves again")
     axes.axhline(1.0, color="#999999", lw=1.0, ls="--")
-    if count > 3:
-        rho = _albedo_by_channel(axes, m)
-    else:
-        theta = np.unique(np.clip(INCIDENCE, low, high))
-        rho = with_channels(albedo(m, direction(np.radians(theta), plane(m)), tolerance=1e-3), 1)
-        rho = rho @ matrix if (matrix := rgb_of(names)) is not None and names in (XYZ, RELATIVE_XYZ) else rho
-        labels = _channel_labels(names) if count == 3 else [""]
-        for label, colour, curve in zip(labels, RGB if count == 3 else ["#333333"], rho.T, strict=False):
-            axes.plot(theta, curve, color=colour, lw=1.8, marker="o", ms=3.5, label=label)
-        for start, stop in ((0.0, low), (high, 90.0)):
-            if stop - start > 1.0 and (low, high) != (0.0, 90.0):
-                axes.axvspan(start, stop, **_NO_DATA)
-                if stop - start > 6.0:
-                    _label_gap(axes, 0.5 * (start + stop), 0.5, rotation=90, transform=axes.get_xaxis_transform())
-        axes.set(xlim=(0, 90), xticks=np.arange(0, 91, 15), xlabel="angle of incidence θᵢ [°]")
-        if count == 3:
-            axes.legend()
+    by_angle = count == 1 or is_rgb(m) or names in (XYZ, RELATIVE_XYZ)
+    rho = _albedo_by_angle(axes, m) if by_angle else _albedo_by_channel(axes, m)
     axes.set(ylim=(0.0, max(1.0, float(np.nanmax(rho, initial=0.0)) * 1.05)), ylabel="albedo")
 
 
+def _albedo_by_angle(axes: Any, m: Reflectance) -> np.ndarray:
+    """Draw the albedos of a gray or RGB material against the angle of incidence."""
+    low, high = lit_range(m)
+    theta = np.unique(np.clip(INCIDENCE, low, high))
+    rho = with_channels(albedo(m, direction(np.radians(theta), plane(m)), tolerance=1e-3), 1)
+    if (matrix := rgb_of(m.channel_names)) is not None:
+        rho = rho @ matrix
+    is_gray = rho.shape[1] == 1
+    for curve, colour, label in zip(rho.T, ["#333333"] if is_gray else RGB, "RGB", strict=False):
+        axes.plot(theta, curve, color=colour, lw=1.8, marker="o", ms=3.5, label=label, clip_on=False)
+    for start, stop in ((0.0, low), (high, 90.0)):
+        if stop - start > 1.0:
+            axes.axvspan(start, stop, **_NO_DATA)
+        if stop - start > 6.0:
+            _label_gap(axes, 0.5 * (start + stop), 0.5, rotation=90, transform=axes.get_xaxis_transform())
+    axes.set(xlim=(0, 90), xticks=np.arange(0, 91, 15), xlabel="angle of incidence θᵢ [°]")
+    if not is_gray:
+        axes.legend()
+    return np.asarray(rho)
+
+
 def _albedo_by_channel(axes: Any, m: Reflectance) -> np.ndarray:
-    """Draw the albedos of many channels, by wavelength or by name, at up to three angles of incidence."""
+    """Draw the albedos of channels that are no RGB, by wavelength or name, at up to three angles of incidence."""
     names, (low, high) = m.channel_names, lit_range(m)
     theta = np.unique(np.clip((0.0, 45.0, 75.0), low, high))
     rho = albedo(m, direction(np.radians(theta), plane(m)), tolerance=1e-3)
     has_wavelengths = names is not None and not isinstance(names[0], str)
     x = np.array(names, float) if has_wavelengths else np.arange(rho.shape[-1], dtype=float)
+    order = np.argsort(x)
     for t, curve, colour in zip(theta, rho, _SEQUENCE[::2], strict=False):
         style = "-" if has_wavelengths and len(x) > 40 else "o-" if has_wavelengths else "o"
-        axes.plot(x, curve, style, color=colour, lw=1.6, ms=3.5, label=f"{t:.4g}°")
+        axes.plot(x[order], curve[order], style, color=colour, lw=1.6, ms=3.5, label=f"{t:.3g}°")
     if has_wavelengths:
         axes.set(xlabel="wavelength [nm]", xlim=(x.min(), x.max()))
     elif names is not None and len(names) <= 16:
@@ -273,28 +288,23 @@ def _albedo_by_channel(axes: Any, m: Reflectance) -> np.ndarray:
     return np.asarray(rho)
 
 
-def _channel_labels(names: tuple[Any, ...] | None) -> list[str]:
-    """Names of three channels in a legend."""
-    if names is None or names in (XYZ, RELATIVE_XYZ):
-        return list("RGB")
-    return [x if isinstance(x, str) else f"{x:.4g} nm" for x in names]
-
-
-def _shown(m: Reflectance, values: np.ndarray) -> np.ndarray:
-    """Linear values (H, W, C) of a material as code values (H, W, 3): in colour, or in gray their mean."""
-    if values.shape[-1] == (m.channels or 1) != 3 or (values.shape[-1] == 3 and not is_coloured(m)):
-        values = values.mean(axis=-1, keepdims=True)
-    rgb = np.repeat(values, 3, axis=-1) if values.shape[-1] == 1 else values
+def _codes(linear: np.ndarray) -> np.ndarray:
+    """Linear RGB (..., 3), or gray (..., 1), as sRGB (..., 3) from 0 to 1."""
+    rgb = np.repeat(linear, 3, axis=-1) if linear.shape[-1] == 1 else linear
     return np.clip(srgb_encode(np.nan_to_num(rgb)), 0.0, 1.0)
 
 
 def _sphere(axes: Any, m: Reflectance, picture: Any) -> None:
-    shown = _shown(m, picture.pixels)
+    title = "Sphere, seen by a parallel camera"
+    if is_coloured(m):
+        shown = _codes(picture.pixels)
+    else:
+        shown = _codes(picture.pixels.mean(axis=-1, keepdims=True))
+        title += f",\n{one_number(m)[1]}"
     alpha = picture.alpha if picture.alpha is not None else np.ones(shown.shape[:2])
     axes.imshow(np.concatenate([shown, alpha[..., None]], axis=-1), interpolation="lanczos")
     axes.set_axis_off()
-    many = "" if is_coloured(m) else f",\n{one_number(m)[1]}"
-    axes.set_title(f"Sphere, seen by a parallel camera{many}")
+    axes.set_title(title)
 
 
 def _draw_map(axes: Any, m: Reflectance) -> Reflectance:
@@ -306,9 +316,10 @@ def _draw_map(axes: Any, m: Reflectance) -> Reflectance:
     if not len(known):
         raise ParameterError(f"{m!r:.80}: no place of the map has data; expected at least one")
     place = tuple(known[np.abs(known - 0.5 * (np.array(shape) - 1.0)).sum(axis=-1).argmin()].tolist())
-    rows = math.pi * f.reshape(-1, shape[-1], f.shape[-1])
-    if is_coloured(m) and f.shape[-1] == 3:
-        picture = axes.imshow(_shown(m, rows), aspect="equal", interpolation="nearest")
+    if is_coloured(m) and f.shape[-1] > 1:
+        matrix = rgb_of(m.channel_names)
+        rgb = math.pi * (f if matrix is None else f @ matrix)
+        axes.imshow(_codes(rgb.reshape(-1, shape[-1], 3)), aspect="equal", interpolation="nearest")
     else:
         gray = math.pi * number(f).reshape(-1, shape[-1])
         picture = axes.imshow(gray, aspect="equal", cmap="viridis", interpolation="nearest")

@@ -92,14 +92,14 @@ def render(
     return Image(colour.reshape(size, size, -1), alpha.reshape(size, size), names)
 
 
+def is_rgb(m: Reflectance) -> bool:
+    """Whether the channels of a material are linear RGB."""
+    return m.channels == 3 and m.channel_names in (None, ("R", "G", "B"))
+
+
 def is_coloured(m: Reflectance) -> bool:
     """Whether a material is gray, RGB, or turned into RGB by the names of its channels."""
-    channels, names = m.channels or 1, m.channel_names
-    if channels == 1:
-        return True
-    if names is None or tuple(names) == ("R", "G", "B"):
-        return channels == 3
-    return rgb_of(names) is not None
+    return (m.channels or 1) == 1 or is_rgb(m) or rgb_of(m.channel_names) is not None
 
 
 def default_light(m: Reflectance) -> EnvironmentLight:
