@@ -46,9 +46,9 @@ def labelled(text: str, labels: Sequence[str]) -> dict[str, str]:
     """A docstring cut at its labels ("Source   ..."): label -> text; the text before the first is under ""."""
     parts, label = {"": ""}, ""
     for line in text.splitlines():
-        head = re.match(rf"({'|'.join(labels)}) +(.*)", line)
+        head = re.match(rf"({'|'.join(labels)})(?: +(.*)|$)", line)
         if head:
-            label, line = head[1], head[2]
+            label, line = head[1], head[2] or ""
         parts[label] = parts.get(label, "") + "\n" + (line.strip() if label else line)
     return {name: part.strip() for name, part in parts.items()}
 

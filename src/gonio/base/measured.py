@@ -10,7 +10,8 @@ import numpy as np
 
 from ..errors import ParameterError
 from ..evaluate import batch
-from ..formula.state import Held, immutable, note
+from ..formula.fields import Table
+from ..formula.state import Held, derived, immutable, note
 from ..pictures.colour import RELATIVE_XYZ, WHITE, XYZ
 from .history import Repair
 from .reflectance import Reflectance
@@ -45,6 +46,7 @@ class Total(NamedTuple):
 class Measured(Reflectance):
     """Base of the measured reflectances. A subclass declares its tables as fields and writes `formula`.
 
+    values    the numbers as stored; `valid`: where they are usable; `data`: with their axes, an xarray.Dataset
     path      the file it was read from, or ""
     quantity  the quantity in the file ("brdf", "brdf * cos(theta_o)"); `f` is always the BRDF [1/sr]
     about     the file's notes on itself, name -> value
@@ -80,15 +82,33 @@ class Measured(Reflectance):
         records = self.about.get("repairs", ())
         return tuple(map(Repair.from_json, records if isinstance(records, (list, tuple)) else [records]))
 
+    @derived
+    def values(self) -> np.ndarray:
+        """The numbers as they are stored, of the quantity that `quantity` names: a NumPy array, read-only.
+
+        The first table that a class declares; a class whose numbers stand elsewhere says so. `valid` is True where they
+        are usable, `data` holds them with their axes, and `f` is made of them.
+        """
+        tables = [getattr(self, name) for name, field in self.fields.items() if isinstance(field, Table)]
+        if not tables:
+            raise self.lacks("values")
+        return np.asarray(tables[0])
+
     @property
     def valid(self) -> np.ndarray:
-        """True where the file holds a usable value; shape of the main table."""
+        """True where the file holds a usable value; shape of `values`."""
         raise self.lacks("valid")
 
     @property
     def data(self) -> xarray.Dataset:
-        """The file's content as it was stored, with named axes and CF units."""
-        raise self.lacks("data")
+        """The file's content as it was stored, with named axes and CF units; its tables, where a class says no more."""
+        import xarray
+
+        tables = [(name, getattr(self, name), x.doc) for name, x in self.fields.items() if isinstance(x, Table)]
+        variables = {
+            name: ([f"{name}_{k}" for k in range(np.ndim(x))], x, {"long_name": doc}) for name, x, doc in tables
+        }
+        return xarray.Dataset(variables, attrs=self.attributes)
 
     def as_grid(self) -> Any:
         """The `Gridded` with the same values at the same nodes, where they lie on a grid; else None."""

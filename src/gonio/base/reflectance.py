@@ -224,6 +224,10 @@ class Reflectance(Parametrised):
         terms = [t for m in (self, other) for t in (m.terms if isinstance(m, Sum) else (m,))]
         return Sum(*terms)
 
+    def __radd__(self, other: Any) -> Reflectance:
+        """`sum` begins with 0."""
+        return self if isinstance(other, int) and other == 0 else NotImplemented
+
     def __mul__(self, weight: Any) -> Scaled:
         if isinstance(weight, Reflectance):
             raise ArrayTypeError("a reflectance times a reflectance; expected a number or an array of weights")

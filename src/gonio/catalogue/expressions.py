@@ -247,6 +247,14 @@ class _Reader:
             return node.attr
         return node.id if isinstance(node, ast.Name) else None
 
+    def _material_at(self, node: ast.expr) -> str | None:
+        """The longest name of a built-in material at a node: gold-metallic-paint, of which the node is gold."""
+        column = len(self.text.encode()[: node.col_offset].decode(errors="ignore"))
+        words = (m[0] for m in re.finditer(r"[\w-]+", self.text) if m.start() <= column < m.end())
+        parts = next(words, "").split("-")
+        candidates = ("-".join(parts[:count]) for count in range(len(parts), 0, -1))
+        return next((name for name in candidates if find(name) is not None), None)
+
     def _unknown(self, node: ast.expr, name: str) -> NoReturn:
         classes = [n for n, kind in names().items() if not issubclass(kind, Light)]
         lower = {n.lower(): n for n in [*classes, *_FUNCTIONS]}
@@ -255,8 +263,9 @@ class _Reader:
         if hyphened is not None and find(hyphened[0]) is not None:
             name = hyphened[0]
         close = difflib.get_close_matches(name.lower(), lower, n=1)
-        if find(name) is not None:
-            what = f'{name} is a built-in material; write material("{name}")'
+        built_in = self._material_at(node) or name
+        if find(built_in) is not None:
+            what = f'{built_in} is a built-in material; write material("{built_in}")'
         elif name == "array":
             what = "a long array cannot be written in an expression; write the material to a .json file"
         elif close:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import textwrap
 import time
 from collections.abc import Callable, Sequence
@@ -14,6 +15,7 @@ from ..discover import docstring
 from ..lights._words import DEFAULT, words
 
 if TYPE_CHECKING:
+    from ..base.light import Light
     from ..base.reflectance import Reflectance
 
 material_argument = click.argument("material")
@@ -31,8 +33,7 @@ lights_option = click.option(
     "lights",
     metavar="LIGHT",
     multiple=True,
-    default=(DEFAULT,),
-    help=f"Where the light comes from, see above; may be repeated.  [default: {DEFAULT}]",
+    help=f"Where the light comes from, see above; may be repeated.  [default: {DEFAULT}, gray for bands]",
 )
 json_option = click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 samples_option = click.option("--samples", default=32, show_default=True, help="Samples per pixel.")
@@ -71,9 +72,22 @@ def read_material(material: str, replaced: Sequence[str]) -> Reflectance:
     return with_parameters(resolve(material), replaced)
 
 
+def read_lights(lights: Sequence[str]) -> list[Light] | None:
+    """The lights, or None for the default one."""
+    from .arguments import resolve_light
+
+    return [resolve_light(text) for text in lights] or None
+
+
 def title_of(material: str, replaced: Sequence[str]) -> str:
-    """MATERIAL and its -p, in a line."""
-    return ", ".join([material, *replaced])
+    """MATERIAL, a file by its name alone, and its -p, in a line."""
+    name = Path(material).name if os.path.exists(material) else material
+    return ", ".join([name, *replaced])
+
+
+def under(lights: Sequence[str]) -> str:
+    """The lights, in words."""
+    return f"under {', '.join(lights) or DEFAULT}"
 
 
 def since(start: float) -> str:

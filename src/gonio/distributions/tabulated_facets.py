@@ -26,6 +26,8 @@ class TabulatedFacets(Distribution):
     normalisation: the integral of D cos(theta_m) is made 1. They are resampled once, to 513 values that are equally
     spaced in sqrt(theta), and linear in it in between.
 
+    Looks    `TabulatedFacets([0, 0.2, 0.25], [1, 1, 0])` reflects a lamp as an even disc with an edge;
+             `TabulatedFacets([0, 0.2, 0.3, 0.4], [0, 0, 1, 0])` as a ring.
     Shapes   theta, values: (N,), N at least 2.
     Units    theta: rad; values: any; D: 1/sr.
     Error    of resampling a smooth lobe whose width is alpha: relative 1e-4 at alpha = 0.05, 2e-3 at 0.001. Lambda,

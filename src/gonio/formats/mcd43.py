@@ -201,6 +201,11 @@ class MCD43(RossLi, Measured):
         return MCD43(self.weights, self.bands, time, self.path, {**self.about, "time": time})
 
     @property
+    def values(self) -> np.ndarray:
+        """The weights of all days."""
+        return self.weights
+
+    @property
     def valid(self) -> np.ndarray:
         """True where the file holds weights; shape of `weights`."""
         return np.isfinite(self.weights)

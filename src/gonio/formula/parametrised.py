@@ -16,7 +16,7 @@ from ..errors import NotFoundError, ParameterError, UnwrittenError
 from .classes import Docstring, Signature, register
 from .fields import Channels, Field, Ours, Param, Parameter, Part, Table, subclasses
 from .state import Beside, Note, derived
-from .text import shown, unknown
+from .text import listed, shown, unknown
 from .value import Value
 
 Place = tuple[str, Field, Any, "Parametrised"]
@@ -65,7 +65,8 @@ class Parametrised(Value):
         for name, value in kwargs.items():
             target = aliases.get(name, name)
             if target not in fields:
-                raise NotFoundError(unknown(kind, name, [*settable, *aliases]))
+                known = [*settable, *aliases]
+                raise NotFoundError(unknown(kind, name, known) + self._of_a_part(name))
             if target in values:
                 raise ParameterError(f"{kind}: {target} is given twice")
             values[target] = value
@@ -186,21 +187,69 @@ class Parametrised(Value):
         """Path, declaration and value of everything that `replace` can set: numbers, words and parts."""
         return ((path, f, value) for path, f, value, _ in self.walk() if not isinstance(f, (Table, Channels)))
 
-    def replace(self, changes: dict[str, Any] | None = None, /, **kwargs: Any) -> Self:
-        """A copy with other values; keys are the paths of `parameters`, or names of options and parts.
+    def _names(self) -> list[str]:
+        """The paths of `settable`, each followed by that of its alias, if it has one."""
+        paths = []
+        for path, field, _ in self.settable():
+            paths.append(path)
+            if isinstance(field, Param) and field.alias:
+                paths.append(path.removesuffix(field.name) + field.alias)
+        return paths
 
-        `m.replace(alpha=0.3)`, `m.replace({"1.distribution.alpha_x": 0.3})`.
+    def located(self, name: str) -> str:
+        """The path that a name stands for: itself, or the only path that ends in it, be it in parts of parts.
+
+        `alpha` stands for `1.distribution.alpha` where nothing else is called so. Raises NotFoundError where nothing
+        is, ParameterError where several are.
+        """
+        if not isinstance(name, str):
+            raise NotFoundError(unknown(type(self).__name__, name, self._names()))
+        head, _, rest = name.partition(".")
+        part = self.__dict__.get(head) if isinstance(self.fields.get(head), Part) else None
+        if rest and part is not None:
+            return f"{head}.{part.located(rest)}"
+        if name in self.fields or name in self._aliases():
+            return name
+        kind, paths = type(self).__name__, self._names()
+        ending = [path for path in paths if path.endswith(f".{name}")]
+        if len(ending) > 1:
+            raise ParameterError(f"{kind}: {name} stands for several parameters; name one of {listed(ending)}")
+        if not ending:
+            known = [path for path in paths if not path.isdigit()] or list(self.fields)
+            near = [*paths, *(path.rpartition(".")[2] for path in paths)]
+            raise NotFoundError(unknown(kind, name, known, near=near))
+        return ending[0]
+
+    @classmethod
+    def _of_a_part(cls, name: str) -> str:
+        """A hint, where a part that the class has by default knows a name that the class does not."""
+        for part_name, field in cls.fields.items():
+            if isinstance(field, Part) and field.default is not None:
+                part = field.check(cls.__name__, field.default)
+                if name in part.fields or name in part._aliases():
+                    return f"; write {part_name}={type(part).__name__}({name}=...)"
+        return ""
+
+    def replace(self, changes: dict[str, Any] | None = None, /, **kwargs: Any) -> Self:
+        """A copy with other values, by name: the name of a parameter, an alias, an option or a part, or its path.
+
+        `m.replace(alpha=0.3)`, `m.replace({"1.distribution.alpha_x": 0.3})`. A name reaches into parts: it stands for
+        the only path that ends in it. Raises ParameterError where there are several, NotFoundError where there is none.
+
+        Example
+        >>> gn.material("gold").replace(alpha=0.3).parameters["distribution.alpha_x"].value
+        0.3
         """
         grouped: dict[str, Any] = {}
         if not isinstance(changes, (Mapping, NoneType)) or not all(isinstance(path, str) for path in changes or ()):
             rule = 'expected a dictionary such as {"1.distribution.alpha_x": 0.3}, or names: m.replace(rho=0.3)'
             raise ParameterError(f"replace({shown(changes)}): {rule}")
-        for path, value in {**(changes or {}), **kwargs}.items():
-            head, _, rest = path.partition(".")
-            if rest:
-                grouped.setdefault(head, {})[rest] = value
-            else:
-                grouped[head] = value
+        for name, value in {**(changes or {}), **kwargs}.items():
+            head, _, rest = self.located(name).partition(".")
+            inner = grouped.setdefault(head, {}) if rest else grouped
+            if not isinstance(inner, dict) or (rest or head) in inner:
+                raise ParameterError(f"{type(self).__name__}: {name} is given twice")
+            inner[rest or head] = value
         return self._replaced(grouped)
 
     def _replaced(self, grouped: dict[str, Any]) -> Self:
@@ -210,16 +259,12 @@ class Parametrised(Value):
             name = aliases.get(head, head)
             if head in aliases and name in grouped:
                 raise ParameterError(f"{kind}: {name} is given twice")
-            if name not in self.fields:
-                raise NotFoundError(unknown(kind, head, list(self.parameters) or list(self.fields)))
-            if isinstance(value, dict):
-                part = self.__dict__[name]
-                if not isinstance(part, Parametrised):
-                    raise NotFoundError(unknown(kind, f"{head}.{next(iter(value))}", list(self.parameters)))
-                value = part.replace(value)
+            if isinstance(value, dict) and isinstance(self.fields[name], Part):
+                value = self.__dict__[name].replace(value)
             values[name] = value
             if head in aliases:
-                values.update({n: f.default for n, f in self.fields.items() if f.default == name})
+                tied = {n: f.default for n, f in self.fields.items() if f.default == name and n not in grouped}
+                values.update(tied)
         attributes = self.__dict__
         new = self._made_of({n: attributes[n] for n in (*self.beside, "fields") if n in attributes})
         new._set(values)

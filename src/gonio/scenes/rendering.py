@@ -17,8 +17,9 @@ from ..errors import MissingDataWarning, ParameterError, ShapeError, warn
 from ..evaluate import batch
 from ..formula.direction import Direction
 from ..integrals.illumination import as_lights, check_channels, delta_radiance, estimate, without_holes
+from ..lights.environment import EnvironmentLight
 from ..numerics.lattice import lattice
-from ..pictures.colour import rgb_of, transformed
+from ..pictures.colour import LUMINANCE, rgb_of, transformed
 from ..pictures.image import Image
 from .shapes import SHAPES, Shape
 
@@ -32,7 +33,7 @@ VIEW = np.array([0.0, -1.0, 0.0])
 @checked
 def render(
     m: Reflectance,
-    lights: Light | Iterable[Light],
+    lights: Light | Iterable[Light] | None = None,
     shape: str = "sphere",
     size: int = 512,
     samples: int = 32,
@@ -40,6 +41,9 @@ def render(
     progress: Callable[[int, int], None] | None = None,
 ) -> Image:
     """A square picture of a lit shape, in linear RGB (or gray), with coverage as alpha.
+
+    `lights`: a light or several; by default `EnvironmentLight.studio()`, and its luminance, alike in all channels, for
+    materials whose channels are no colours (bands of a satellite, say), of which the picture has as many channels.
 
     Each pixel averages `samples` points within it. Lights with extent are sampled by every lobe of the material and,
     where they can be, by themselves, combined by the balance heuristic; delta lights and delta lobes are exact. There
@@ -55,7 +59,7 @@ def render(
         rule = "a picture shows one material: one number, or one per channel"
         cure = f"for one place of the map m.replace({{{places[0]!r}: values[index]}})"
         raise ShapeError(f"render: {places[0]} is a map of shape {maps}, with channels last; {rule}; {cure}")
-    lights = [light.in_numpy() for light in as_lights(lights)]
+    lights = [light.in_numpy() for light in as_lights(default_light(m) if lights is None else lights)]
     if shape not in SHAPES:
         raise ParameterError(f"shape={shape!r}: expected one of {', '.join(map(repr, SHAPES))}")
     for name, value, high in (("size", size, 16384), ("samples", samples, 1 << 20)):
@@ -92,7 +96,24 @@ def render(
         warn(text, MissingDataWarning)
     if colour_after is not None:
         colour = transformed(colour, colour_after)
-    return Image(colour.reshape(size, size, -1), alpha=alpha.reshape(size, size))
+    names = tuple(map(str, m.channel_names)) if colour.shape[-1] > 3 and m.channel_names is not None else None
+    return Image(colour.reshape(size, size, -1), alpha.reshape(size, size), names)
+
+
+def is_rgb(m: Reflectance) -> bool:
+    """Whether the channels of a material are linear RGB."""
+    return m.channels == 3 and m.channel_names in (None, ("R", "G", "B"))
+
+
+def is_coloured(m: Reflectance) -> bool:
+    """Whether a material is gray, RGB, or turned into RGB by the names of its channels."""
+    return (m.channels or 1) == 1 or is_rgb(m) or rgb_of(m.channel_names) is not None
+
+
+def default_light(m: Reflectance) -> EnvironmentLight:
+    """The light of pictures for which nobody asked for another: the studio, in gray where channels are no colours."""
+    studio = EnvironmentLight.studio()
+    return studio if is_coloured(m) else EnvironmentLight(transformed(studio.image.pixels, LUMINANCE[:, None]))
 
 
 def _colour(m: Reflectance, lights: list[Light]) -> tuple[np.ndarray | None, np.ndarray | None]:
