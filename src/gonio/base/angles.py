@@ -8,12 +8,15 @@ from typing import Any
 import numpy as np
 
 from ..arrays import ops
+from ..arrays.kinds import SCALAR, VECTOR
 from ..errors import DirectionError, DirectionWarning, ParameterError, warn
+from ..evaluate.labelled import takes_labels
 
 TYPED = 1e-3
 """How far from 1 the length of a vector may be that was typed with three digits; what is further off is refused."""
 
 
+@takes_labels(angles=("theta", "phi"), kinds=(VECTOR,))
 def direction(theta: Any, phi: Any, degrees: bool = False) -> Any:
     """Unit vectors (sin theta cos phi, sin theta sin phi, cos theta).
 
@@ -48,6 +51,7 @@ def direction(theta: Any, phi: Any, degrees: bool = False) -> Any:
     return lib.stack([s * ops.cos(phi), s * ops.sin(phi), ops.cos(theta) + 0.0 * phi])
 
 
+@takes_labels("w", kinds=(SCALAR, SCALAR))
 def angles(w: Any) -> tuple[Any, Any]:
     """theta in [0, pi] and phi in (-pi, pi] of vectors of any length.
 

@@ -15,6 +15,7 @@ import numpy as np
 
 from ..arrays import ops
 from ..arrays.kinds import SCALAR, VALUE, VECTOR
+from ..arrays.labels import Labels, is_named
 from ..errors import ArrayTypeError, NotFoundError, ParameterError
 from ..evaluate import batch
 from ..formula import warp
@@ -95,6 +96,11 @@ class Reflectance(Parametrised):
         if names is None:
             return self.with_notes(channel_names=None)
         return self.with_notes(channel_names=channel_names.checked(names, self))
+
+    def _name_channels(self, whole: Labels) -> None:
+        names = whole.channel_names
+        if names is not None and self.channel_names is None and self.channels == len(names):
+            self._hold(channel_names=channel_names.checked(names, self))
 
     def _replaced(self, grouped: dict[str, Any]) -> Self:
         new = super()._replaced(grouped)
@@ -245,7 +251,7 @@ class Reflectance(Parametrised):
     __rmul__ = __mul__
 
     def __truediv__(self, number: Any) -> Scaled:
-        if ops.is_masked(number):
+        if ops.is_masked(number) or is_named(number):
             return self * (1.0 / number)
         try:
             return self * (1.0 / ops.numbers(number))
@@ -277,7 +283,9 @@ class Scaled(Reflectance):
         """The product of both weights times `of`; nested where the product is no weight or of another shape."""
         nested = super().__mul__(weight)
         factors = [np.asarray(x) for x in (nested.weight, self.weight) if isinstance(x, (float, np.ndarray))]
-        if len(factors) < 2 or len({x.shape for x in factors} - {()}) > 1 or self._given("channel_names"):
+        if len(factors) < 2 or len({x.shape for x in factors} - {()}) > 1:
+            return nested
+        if self._given("channel_names") is not None or nested._labels is not None:
             return nested
         product = factors[0] * factors[1]
         lossless = (product > 1e-300) & (product <= 1e9) | (factors[0] == 0.0) | (factors[1] == 0.0)

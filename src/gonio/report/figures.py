@@ -6,7 +6,7 @@ import math
 import os
 import textwrap
 import warnings
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
@@ -36,6 +36,7 @@ def show(
     size: int = 256,
     samples: int = 32,
     progress: Callable[[int, int], None] | None = None,
+    bands: Sequence[str | float] | None = None,
 ) -> None:
     """Write the figure of a material to a .png, .jpg, .pdf or .svg file.
 
@@ -48,7 +49,7 @@ def show(
         grid = figure.add_gridspec(2, 2, width_ratios=[1.25, 1.0])
         slices = _slice_values(m)
         _polar(figure.add_subplot(grid[0, 0], projection="polar"), slices)
-        picture = render(m, lights, size=size, samples=samples, progress=progress)
+        picture = render(m, lights, size=size, samples=samples, progress=progress, bands=bands)
         _sphere(figure.add_subplot(grid[0, 1]), picture)
         _cartesian(figure.add_subplot(grid[1, 0]), slices)
         _albedo(figure.add_subplot(grid[1, 1]), m)
