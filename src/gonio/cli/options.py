@@ -38,6 +38,12 @@ lights_option = click.option(
 json_option = click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 samples_option = click.option("--samples", default=32, show_default=True, help="Samples per pixel.")
 
+bands_option = click.option(
+    "--bands",
+    metavar="RED,GREEN,BLUE",
+    help="Channels shown as red, green and blue, by name or wavelength in nm: nir,red,green; one is shown in gray.",
+)
+
 
 def output_option(help_: str) -> Callable:
     """The file to write."""
@@ -77,6 +83,16 @@ def read_lights(lights: Sequence[str]) -> list[Light] | None:
     from .arguments import resolve_light
 
     return [resolve_light(text) for text in lights] or None
+
+
+def bands_of(text: str | None) -> list[str | float] | None:
+    """The names, and wavelengths [nm], of --bands."""
+    if text is None:
+        return None
+    from ..formats._reading import plain_text
+
+    words = [word.strip() for word in text.split(",")]
+    return [float(word) if plain_text.is_number(word) else word for word in words]
 
 
 def title_of(material: str, replaced: Sequence[str]) -> str:

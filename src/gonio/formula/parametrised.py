@@ -10,7 +10,8 @@ from typing import Any, ClassVar, Self
 
 import numpy as np
 
-from ..arrays import Fixed
+from ..arrays import Fixed, frozen, labels
+from ..arrays.labels import Labels
 from ..bounds import EVALUATIONS, NESTED
 from ..errors import NotFoundError, ParameterError, UnwrittenError
 from .classes import Docstring, Signature, register
@@ -30,6 +31,9 @@ class Parametrised(Value):
     """What messages call it."""
     reflects: ClassVar[str] = "gn.Lambertian(0.5)"
     """What messages advise to write where it is given for a reflectance; {} stands for it."""
+    _labels: Labels | None = None
+    """The names of the axes of parameters, where some were given as arrays that have them: all maps have these axes."""
+
     oriented: ClassVar[bool] = False
     """Whether x and y differ for this class: turning all directions about the normal may change its values."""
 
@@ -103,19 +107,71 @@ class Parametrised(Value):
     def _set(self, values: dict[str, Any], **own: dict[str, Field]) -> None:
         """Check and store values of fields, or their defaults. `own`: `fields=...`, where they are not the class's."""
         self.__dict__.update(own)
-        attributes, tied, holed = self.__dict__, {}, set()
+        attributes, tied, holed, named = self.__dict__, {}, set(), {}
         for name, field in self.fields.items():
             value = values.get(name, field.default)
             if isinstance(field, Param) and isinstance(value, str) and value == field.default:
                 tied[name] = value
                 value = attributes[value]
             elif not (isinstance(field, Table) and value is None):
+                if isinstance(field, Param) and labels.is_named(value):
+                    value, named[name] = labels.taken(value, f"{type(self).__name__}({name})", ParameterError)
                 value = field.check(type(self).__name__, value)
             attributes[name] = value
             if isinstance(field, Param) and isinstance(value, np.ndarray) and np.isnan(value).any():
                 holed.add(name)
-        attributes.update(_tied=tied, _holed=frozenset(holed), _derived={}, _kept=self._keep())
+        attributes.update(_tied=tied)
+        self._lay(named)
+        attributes.update(_holed=frozenset(holed), _derived={}, _kept=self._keep())
         self._check_size()
+
+    def _lay(self, named: dict[str, Labels]) -> None:
+        """Give all maps, those of parts too, the same axes in the same order, where any of them have names.
+
+        `named`: parameters, with their axes.
+        """
+        parts = {n: self.__dict__[n] for n, field in self.fields.items() if isinstance(field, Part)}
+        own = {n: part._labels for n, part in parts.items() if part._labels is not None}
+        if not named and not own:
+            return
+        kind, attributes = type(self).__name__, self.__dict__
+        whole = labels.union([*named.values(), *own.values()], kind, ParameterError)
+        for name, of in named.items():
+            attributes[name] = frozen(whole.laid(attributes[name], of))
+        for name, of in own.items():
+            attributes[name] = parts[name]._laid(whole, of)
+        attributes.update({name: attributes[target] for name, target in self._tied.items()})
+        for path, _, value, owner in self._numbers():
+            if getattr(value, "ndim", 0) > 1 and owner._labels is None and (owner is not self or path not in named):
+                rule = f"a map without names for its axes, beside {', '.join(map(str, whole.dims)) or 'named channels'}"
+                raise ParameterError(f"{kind}: {path} is {rule}; expected a DataArray for each map, or for none")
+        attributes["_labels"] = whole
+        self._name_channels(whole)
+
+    def _laid(self, whole: Labels, of: Labels) -> Self:
+        """A copy whose maps have the axes of a whole that this is a part of; their own are `of`."""
+        changes: dict[str, Any] = {}
+        for name, field in self.fields.items():
+            value = self.__dict__[name]
+            if isinstance(field, Part):
+                changes[name] = value if value._labels is None else value._laid(whole, of)
+            elif isinstance(field, Param):
+                changes[name] = frozen(whole.laid(value, of))
+        new = self._changed(changes)
+        new.__dict__.update(_labels=whole)
+        new.__dict__["_kept"] = new._keep()
+        return new
+
+    def _name_channels(self, whole: Labels) -> None:
+        """Take over names of channels. Overridden where there are any."""
+
+    @derived
+    def unlabelled(self) -> Self:
+        """The same without names of axes, for computations on plain arrays."""
+        if self._labels is None:
+            return self
+        parts = {n: self.__dict__[n].unlabelled for n, field in self.fields.items() if isinstance(field, Part)}
+        return self._made_of(self.__dict__, parts, {"_labels": None})
 
     def _components(self) -> Iterator[Parametrised]:
         """The parts of this value."""
@@ -143,7 +199,7 @@ class Parametrised(Value):
         kept = {n: x for n, x in self._kept.items() if n not in values} if kept is None else kept
         attributes = self.__dict__
         if not self.is_bound:  # bound copies hold tables by names of their own
-            names = ("_tied", "_holed", "fields", *self.fields, *self.beside)
+            names = ("_tied", "_holed", "_labels", "fields", *self.fields, *self.beside)
             attributes = {n: attributes[n] for n in names if n in attributes}
         return self._made_of(attributes, values, {"_kept": kept, "_derived": {}})
 
@@ -277,6 +333,8 @@ class Parametrised(Value):
     def _argument(self, name: str) -> Any:
         """The value of a field, as `_set` takes it without a copy."""
         value = self.__dict__[name]
+        if self._labels is not None and getattr(value, "ndim", 0) > 1:
+            return self._labels.of_map(value)
         if name in self._holed:
             return np.ma.masked_invalid(value)
         return Ours(value) if isinstance(self.fields[name], Table) and value is not None else value

@@ -53,6 +53,10 @@ class Value:
                 raise AccessError(f"{type(self).__name__} has no note {name!r}; {name} = note() declares one")
         return self._made_of(self.__dict__, {name: immutable(value) for name, value in notes.items()})
 
+    def _given(self, name: str) -> Any:
+        """State or a note that this very value was given; None where it is a default, or inferred."""
+        return self.__dict__.get(name)
+
     def _keep(self) -> dict[str, Fixed]:
         """Arrays by name, which libraries convert once: tables, flat, and parameters given as NumPy arrays."""
         arrays = {n: (f, self.__dict__[n]) for n, f in self.fields.items() if isinstance(self.__dict__[n], np.ndarray)}

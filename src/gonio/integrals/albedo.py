@@ -12,10 +12,12 @@ from ..arrays import ops
 from ..base.angles import check_angle, direction, numbers_of
 from ..base.reflectance import Reflectance
 from ..errors import ParameterError
+from ..evaluate.labelled import takes_labels
 from .nine import reflectance
 from .over_directions import integrate
 
 
+@takes_labels("wi")
 @checked
 def albedo(m: Reflectance, wi: Any, tolerance: float = 1e-4, error: bool = False) -> Any:
     """Directional-hemispherical reflectance: the fraction of light arriving from wi that leaves, to all sides.
@@ -33,6 +35,7 @@ def albedo(m: Reflectance, wi: Any, tolerance: float = 1e-4, error: bool = False
     return integrate(m, wi, tolerance, error=error)
 
 
+@takes_labels(angles=("theta", "phi"))
 @checked
 def black_sky_albedo(m: Reflectance, theta: Any, phi: Any = 0.0, tolerance: float = 1e-4) -> Any:
     """Albedo under the sun alone, at polar angle `theta`: the directional-hemispherical reflectance; see `albedo`.
@@ -46,6 +49,7 @@ def black_sky_albedo(m: Reflectance, theta: Any, phi: Any = 0.0, tolerance: floa
     return albedo(m, direction(theta, phi), tolerance)
 
 
+@takes_labels()
 @checked
 def white_sky_albedo(m: Reflectance, tolerance: float = 1e-4) -> Any:
     """Albedo under a sky of equal radiance everywhere: the bihemispherical reflectance; see `reflectance`.
@@ -58,6 +62,7 @@ def white_sky_albedo(m: Reflectance, tolerance: float = 1e-4) -> Any:
     return reflectance(m, tolerance=tolerance)
 
 
+@takes_labels(angles=("theta", "diffuse_fraction", "phi"))
 @checked
 def blue_sky_albedo(m: Reflectance, theta: Any, diffuse_fraction: Any, phi: Any = 0.0, tolerance: float = 1e-4) -> Any:
     """Albedo under the sun and a uniform sky, the "actual" one: (1 - d) black-sky + d white-sky albedo.
