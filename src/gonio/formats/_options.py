@@ -132,9 +132,11 @@ def _converted(kind: Any, value: Any, d: Declared) -> Any:
     if not isinstance(value, (bool, np.bool_) if kind is bool else kind):
         raise TypeError
     if isinstance(value, str):
+        if d.words:
+            return {word.lower(): word for word in d.words}[value.lower()]
         if not value.isprintable() or len(value) > LONGEST:
             raise ValueError
-        return {word.lower(): word for word in d.words}[value.lower()] if d.words else value
+        return value
     if isinstance(value, dict):
         json.dumps(value, ensure_ascii=False, allow_nan=False).encode()
     return bool(value) if kind is bool else value
