@@ -34,7 +34,7 @@ import numpy as np
 
 from ..base.angles import angles
 from ..base.reflectance import Reflectance
-from ..errors import Error, FormatError, ParameterError
+from ..errors import Error, FormatError, MeaningWarning, ParameterError, warn
 from ..tables.angle_systems import ANGLES, AZIMUTHS, SYSTEMS, AngleSystem
 from ..tables.axes import INSIDE
 from ..tables.gridded import Gridded
@@ -44,7 +44,8 @@ from ._laboratory.layout import find
 from ._laboratory.names import QUANTITIES
 from ._laboratory.names import meaning as meaning_of
 from ._laboratory.sheets import DELIMITERS, TextSheet
-from ._laboratory.understanding import Said, Understood, stated_incidence, understand
+from ._laboratory.suspicions import suspicions
+from ._laboratory.understanding import Said, Understood, stated_incidence, understand, understand_names
 from ._options import ABOVE_ZERO, Declared
 from ._reading import channel_words, plain_text
 from ._rows.direction_pairs import Pairs, Side, grid_of, gridded, half_circle, material
@@ -89,24 +90,37 @@ Columns = Annotated[
     dict | Sequence[str] | None,
     Declared(
         "what columns mean: a name of gonio -> the name in the file, or a number for an angle that no column has, as in "
-        "{\"theta_i\": \"in (deg)\", \"phi\": 180, \"ignore\": \"Temp\"}; or names for all columns in their order"
+        '{"theta_i": "in (deg)", "phi": 180, "ignore": "Temp"}; or names for all columns in their order'
     ),
 ]
 Skip = Annotated[int | None, Declared("lines above the line of column names", 0)]
 Delimiter = Annotated[str | None, Declared("what is between cells", words=(*DELIMITERS, *DELIMITERS.values()))]
 Decimal = Annotated[str | None, Declared("decimal sign; the other one then parts thousands", words=(".", ","))]
-AngleUnit = Annotated[str | None, Declared("unit of angles whose names have none; degrees unless they look like radians", words=("deg", "rad"))]
-WavelengthUnit = Annotated[str | None, Declared("unit of wavelengths whose names have none; nm unless all are below 100", words=("nm", "um"))]
+AngleUnit = Annotated[
+    str | None,
+    Declared("unit of angles whose names have none; degrees unless they look like radians", words=("deg", "rad")),
+]
+WavelengthUnit = Annotated[
+    str | None, Declared("unit of wavelengths whose names have none; nm unless all are below 100", words=("nm", "um"))
+]
 Quantity = Annotated[
     str | None,
-    Declared("what the values are, in place of what their names say", words=(*QUANTITIES, *dict.fromkeys(QUANTITIES.values()))),
+    Declared(
+        "what the values are, in place of what their names say",
+        words=(*QUANTITIES, *dict.fromkeys(QUANTITIES.values())),
+    ),
 ]
-Coverage = Annotated[float | None, Declared("coverage factor k of the uncertainties, which are divided by it", ABOVE_ZERO, 10.0)]
+ValueUnit = Annotated[str | None, Declared("unit of values whose names have none", words=("1/sr", "1", "%"))]
+Coverage = Annotated[
+    float | None, Declared("coverage factor k of the uncertainties, which are divided by it", ABOVE_ZERO, 10.0)
+]
 Spread = Annotated[
     str | None,
     Declared("whether uncertainties are shares of the values, or of their unit", words=("relative", "absolute")),
 ]
-Missing = Annotated[float | str | None, Declared("a number or words, with commas between, in cells without a value: -999,sat")]
+Missing = Annotated[
+    float | str | None, Declared("a number or words, with commas between, in cells without a value: -999,sat")
+]
 Forward = Annotated[
     int | None,
     Declared(
@@ -150,6 +164,7 @@ def read(
     angle_unit: AngleUnit = None,
     wavelength_unit: WavelengthUnit = None,
     quantity: Quantity = None,
+    value_unit: ValueUnit = None,
     coverage: Coverage = None,
     uncertainty: Spread = None,
     missing: Missing = None,
@@ -162,11 +177,26 @@ def read(
     columns that are not there.
     """
     said = Said(
-        columns, skip, delimiter, decimal, angle_unit, wavelength_unit, quantity, coverage, uncertainty, missing, forward
-    )
+        columns, skip, delimiter, decimal, angle_unit, wavelength_unit, quantity, value_unit, coverage, uncertainty,
+        missing, forward,
+    )  # fmt: skip
     if said == Said() and plain_text.text(path).startswith(MARK + "\n"):
         return _read_own(path, side)
     return of_table(understand(TextSheet(path), said), str(path), side)
+
+
+def readable(head: bytes) -> bool:
+    """Whether a file that starts so is text with numbers, which may be a table whose names are unknown."""
+    return b"\0" not in head and any(48 <= byte <= 57 for byte in head)
+
+
+def refusal(path: Path) -> str | None:
+    """Why the names of a text file are no table's, with the option that helps; None for a table."""
+    try:
+        understand_names(TextSheet(path), Said())
+    except FormatError as error:
+        return str(error)
+    return None
 
 
 def understood(path: Path, side: Side = "front", **said: Any) -> Understood:
@@ -176,6 +206,8 @@ def understood(path: Path, side: Side = "front", **said: Any) -> Understood:
 
 def of_table(table: Understood, path: str, side: str) -> Gridded:
     """The measurement of a laboratory's table."""
+    for text in suspicions(table):
+        warn(f"{path}: {text}", MeaningWarning)
     about: dict[str, Any] = {**table.notes, **described(table)}
     about["angle_unit"] = "rad" if table.in_radians else "deg"
     return _material(path, dict(table.angles), table.values, about, side, stated_incidence(table.layout.text))
@@ -280,7 +312,9 @@ def _material(
     axes = next((axes for axes in _COLUMNS if set(angles) == set(axes)), None)
     if axes is None:
         expected = "; ".join(map(", ".join, _COLUMNS))
-        raise FormatError(f"{path}: columns of angles are {', '.join(angles) or 'missing'}, expected {expected}{advice}")
+        raise FormatError(
+            f"{path}: columns of angles are {', '.join(angles) or 'missing'}, expected {expected}{advice}"
+        )
     pairs = _measured(path, {name: angles[name] for name in axes}, values)
     if wavelength is not None:
         pairs = _of_all_channels(path, pairs, wavelength)

@@ -15,7 +15,9 @@ from .sheets import DELIMITERS, CellSheet, Row, TextSheet
 HEAD = 400
 """Rows among which the line of column names is sought."""
 
-MISSING = frozenset(("", "-", "--", "---", "n/a", "na", "n.a.", "#n/a", "nan", "null", "none", "missing", "*", "n.d.", "nd"))
+MISSING = frozenset(
+    ("", "-", "--", "---", "n/a", "na", "n.a.", "#n/a", "nan", "null", "none", "missing", "*", "n.d.", "nd")
+)
 """Cells, in small letters, that say that there is no value."""
 
 _COMMENT = re.compile(r"#\s*(\w[^:]*):\s*(.*)")

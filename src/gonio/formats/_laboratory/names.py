@@ -136,16 +136,13 @@ _QUANTITY_READINGS = {
     **dict.fromkeys(("value", "values", "data", "result", "mean", "scatter", "y"), (("brdf", "f"), ("dsf", "f cos"))),
 }
 _HARMLESS = frozenset(
-    "no nr number num index idx id point pointno pointnumber row line time date datetime timestamp temperature temp "
-    "humidity comment comments remark remarks note notes status operator sample samplename sampleid scan scanno run "
-    "signal counts intensity voltage current photocurrent power dark darksignal darkcounts reference referencesignal "
-    "gain integrationtime exposure elapsed elapsedtime file filename".split()
+    ["no", "nr", "number", "num", "index", "idx", "id", "point", "pointno", "pointnumber", "row", "line", "time", "date", "datetime", "timestamp", "temperature", "temp", "humidity", "comment", "comments", "remark", "remarks", "note", "notes", "status", "operator", "sample", "samplename", "sampleid", "scan", "scanno", "run", "signal", "counts", "intensity", "voltage", "current", "photocurrent", "power", "dark", "darksignal", "darkcounts", "reference", "referencesignal", "gain", "integrationtime", "exposure", "elapsed", "elapsedtime", "file", "filename"]
 )
 _UNCERTAIN = {
-    "standard": frozenset("u std stdev stddev sd sigma deviation".split()),
-    "any": frozenset("u95 unc uncert uncertainty error err ± +-".split()),
+    "standard": frozenset(["u", "std", "stdev", "stddev", "sd", "sigma", "deviation"]),
+    "any": frozenset(["u95", "unc", "uncert", "uncertainty", "error", "err", "±", "+-"]),
 }
-_FILLING = frozenset("of at for the value values k combined abs absolute measured".split())
+_FILLING = frozenset(["of", "at", "for", "the", "value", "values", "k", "combined", "abs", "absolute", "measured"])
 _CHANNELS = {"r": "R", "g": "G", "b": "B", "x": "X", "y": "Y", "z": "Z", "red": "R", "green": "G", "blue": "B"}
 
 _BRACKET = re.compile(r"[\[({]([^\[\](){}]*)[\])}]")

@@ -10,7 +10,7 @@ import numpy as np
 
 from ...errors import FormatError
 from .._reading import plain_text
-from .layout import MISSING, Layout, _is_data, _NUMERIC, _trimmed
+from .layout import _NUMERIC, MISSING, Layout, _is_data, _trimmed
 from .sheets import COLUMNS, CellSheet, Row, TextSheet
 
 _THOUSANDS = re.compile(r"[-+]?[1-9]\d{0,2}(?:,\d{3})+", re.ASCII)
@@ -64,7 +64,9 @@ def numbers(
     Raises FormatError, with the line and the column, for a cell that is no number.
     """
     if len(layout.names) > COLUMNS:
-        raise FormatError(f"{sheet.path}: {len(layout.names)} columns, expected at most {COLUMNS}; split the table by channels")
+        raise FormatError(
+            f"{sheet.path}: {len(layout.names)} columns, expected at most {COLUMNS}; split the table by channels"
+        )
     sign = decimal or decimal_of(sheet.path, layout, wanted)
     reader = _Reader(sheet, layout, sorted(wanted), {*needed}, sign, decimal is not None, missing)
     return reader.read()

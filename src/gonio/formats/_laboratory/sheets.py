@@ -30,7 +30,11 @@ class TextSheet:
 
     def __init__(self, path: Path, text: str | None = None):
         self.path = path
-        self.text = (plain_text.text(path) if text is None else text).replace("\N{MINUS SIGN}", "-").replace("\N{NO-BREAK SPACE}", " ")
+        self.text = (
+            (plain_text.text(path) if text is None else text)
+            .replace("\N{MINUS SIGN}", "-")
+            .replace("\N{NO-BREAK SPACE}", " ")
+        )
 
     def head(self, delimiter: str, count: int) -> list[Row]:
         """The first rows, numbered from 1; a line that begins with "#" is one cell."""
@@ -79,11 +83,15 @@ def cells(line: str, delimiter: str, path: Path, number: int) -> list[str]:
     if line.lstrip().startswith("#"):
         return [line]
     if delimiter.isspace() and delimiter != "\t":
-        return [part.strip('"') for part in (line.split() if delimiter == " " else re.split(r"\s{2,}|\t", line.strip()))]
+        return [
+            part.strip('"') for part in (line.split() if delimiter == " " else re.split(r"\s{2,}|\t", line.strip()))
+        ]
     if '"' in line:
         try:
             (parsed,) = csv.reader([line], delimiter=delimiter, skipinitialspace=True, strict=True)
         except (csv.Error, ValueError) as error:
-            raise FormatError(f"{path}, line {number}: got {line[:60]!r}, expected closed quotation marks: {error}") from None
+            raise FormatError(
+                f"{path}, line {number}: got {line[:60]!r}, expected closed quotation marks: {error}"
+            ) from None
         return [cell.strip() for cell in parsed]
     return [cell.strip() for cell in line.split(delimiter)]

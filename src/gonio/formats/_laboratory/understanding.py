@@ -28,6 +28,7 @@ class Said(NamedTuple):
     angle_unit: str | None = None
     wavelength_unit: str | None = None
     quantity: str | None = None
+    value_unit: str | None = None
     coverage: float | None = None
     uncertainty: str | None = None
     missing: float | str | None = None
@@ -83,6 +84,11 @@ def understand(sheet: TextSheet | CellSheet, said: Said) -> Understood:
     """The table of a sheet. Raises FormatError where something is unknown or has two readings, with the option that
     decides it, and ParameterError for columns that are not there."""
     return _Table(sheet, said).understood()
+
+
+def understand_names(sheet: TextSheet | CellSheet, said: Said) -> None:
+    """Raises the errors of `understand` that the names give, before any number is read."""
+    _Table(sheet, said)
 
 
 class _Table:
@@ -143,14 +149,18 @@ class _Table:
         if not places and plain_text.is_number(word):
             return None
         fault = "there is no such column" if not places else f"{len(places)} columns have this name"
-        raise ParameterError(f"columns: {name!r}: {fault} in {self.path}; line {self.layout.header} names {self._listed()}")
+        raise ParameterError(
+            f"columns: {name!r}: {fault} in {self.path}; line {self.layout.header} names {self._listed()}"
+        )
 
     def _listed(self) -> str:
         return ", ".join(map(repr, self.names[:20])) + (" ..." if len(self.names) > 20 else "")
 
     def _constant(self, key: str, number: Any) -> None:
         if key not in ANGLES and key != WAVELENGTH:
-            raise ParameterError(f"columns: {key}={number}: expected the name of a column; a number may stand for an angle")
+            raise ParameterError(
+                f"columns: {key}={number}: expected the name of a column; a number may stand for an angle"
+            )
         self.constants[key] = float(number)
 
     def _told(self, key: str, name: str) -> Meaning:
@@ -165,7 +175,9 @@ class _Table:
             return of._replace(unit=unit, coverage=coverage, relative=own.relative)
         if of.key == VALUE and (of.quantity or of.channel) and not of.readings:
             return of._replace(unit=unit)
-        expected = f"{', '.join(ANGLES)}, {WAVELENGTH}, {', '.join(QUANTITIES)}, each of these as f_R or f_550nm, u_f, ignore"
+        expected = (
+            f"{', '.join(ANGLES)}, {WAVELENGTH}, {', '.join(QUANTITIES)}, each of these as f_R or f_550nm, u_f, ignore"
+        )
         raise ParameterError(f"columns: {key!r}: expected one of {expected}")
 
     def _unknown(self, name: str) -> FormatError:
@@ -176,7 +188,7 @@ class _Table:
         )
 
     def _decide_red(self, found: dict[int, Meaning]) -> None:
-        """"R" beside "G" and "B" is a channel."""
+        """ "R" beside "G" and "B" is a channel."""
         channels = {of.channel for of in found.values() if of.key == VALUE}
         for k, of in found.items():
             if of.key in (VALUE, UNCERTAINTY) and "G" in channels and self.names[k].lower().split()[-1:] == ["r"]:
@@ -209,7 +221,9 @@ class _Table:
 
     def _sides(self, found: dict[int, Meaning], sure: set[str]) -> set[str]:
         """The side of the light where theta_s is the scattered light, as `sure` has it."""
-        return {"theta_i"} if "theta_i" in sure and any(of.key in ("angle", "theta_o") for of in found.values()) else set()
+        return (
+            {"theta_i"} if "theta_i" in sure and any(of.key in ("angle", "theta_o") for of in found.values()) else set()
+        )
 
     def _which_azimuth(self, name: str) -> None:
         if self.said.forward is None:
@@ -229,7 +243,9 @@ class _Table:
             below = self.layout.units[k] if k < len(self.layout.units) else ""
             if below and of.key != IGNORE:
                 if of.unit and of.unit != below:
-                    raise FormatError(f"{self.path}: column {self.names[k]!r}: unit {of.unit}, and {below} in the line below")
+                    raise FormatError(
+                        f"{self.path}: column {self.names[k]!r}: unit {of.unit}, and {below} in the line below"
+                    )
                 found[k] = of._replace(unit=below)
         seen: dict[Any, int] = {}
         for k, of in found.items():
@@ -244,6 +260,8 @@ class _Table:
                 )
             seen[same] = k
         values = [k for k, of in found.items() if of.key == VALUE]
+        for k in values:
+            found[k] = found[k]._replace(unit=found[k].unit or self.said.value_unit or "")
         if not values:
             raise FormatError(
                 f"{self.path}, line {self.layout.header}: no column of values among {self._listed()}; expected f, BRDF, "
@@ -263,7 +281,9 @@ class _Table:
                 raise self._two_readings(name, both, "quantity={key!r}")
             return of.quantity
         readings = of.readings or (("brdf", "f"), ("reflectance factor", "pi f"))
-        fitting = [q for q, _ in readings if q in QUANTITIES.values() and (q == "reflectance factor") == (of.unit != "1/sr")]
+        fitting = [
+            q for q, _ in readings if q in QUANTITIES.values() and (q == "reflectance factor") == (of.unit != "1/sr")
+        ]
         if of.unit in ("1/sr", "%", "1") and len(fitting) == 1 and len(readings) == 2 and readings[1][0] != "dsf":
             return fitting[0]
         stated = _stated_quantities(self.layout.text)
@@ -296,7 +316,9 @@ class _Table:
         """Angles by their name, all in one unit."""
         places = {of.key: k for k, of in self.meanings.items() if of.key in (*ANGLES, WAVELENGTH)}
         stated = (self.said.angle_unit or self.layout.notes.get("angle_unit", "")).lower()
-        units = {key: self._angle_unit(self.meanings[k], self.names[k], stated) for key, k in places.items() if key in ANGLES}
+        units = {
+            key: self._angle_unit(self.meanings[k], self.names[k], stated) for key, k in places.items() if key in ANGLES
+        }
         self._expect_degrees(found, {key: places[key] for key, unit in units.items() if not unit})
         radians = bool(units) and all(unit == "rad" for unit in units.values()) and not self.constants
         angles: dict[str, np.ndarray] = {}
@@ -308,7 +330,10 @@ class _Table:
                 words = "wavelength"
             else:
                 factor = 1.0 if radians else {"rad": math.degrees(1.0), "mrad": math.degrees(1e-3)}.get(units[key], 1.0)
-                angles[key], unit = column * factor if factor != 1.0 else column, units[key] or "deg, as no unit is stated"
+                angles[key], unit = (
+                    column * factor if factor != 1.0 else column,
+                    units[key] or "deg, as no unit is stated",
+                )
                 words = f"{key}: {ANGLES[key].meaning}"
             columns[k] = _column(self.names[k], words, unit, column)
         rows = len(found.lines)
@@ -356,12 +381,20 @@ class _Table:
             )
         return (np.round(column * 1000.0, 6) if unit == "um" else column), unit or "nm, as no unit is stated"
 
-    def _turn(self, angles: dict[str, np.ndarray], columns: dict[int, Column], places: dict[str, int], half: float) -> None:
+    def _turn(
+        self, angles: dict[str, np.ndarray], columns: dict[int, Column], places: dict[str, int], half: float
+    ) -> None:
         """Count azimuths from the side of the light, where they are counted from the mirror direction."""
         forward = self.said.forward
         if {"theta_i", "theta_o"} == {key for key in angles if key != WAVELENGTH}:
             theta_i, theta_o = angles["theta_i"], angles["theta_o"]
-            if forward is None and len(theta_i) and min(theta_i.min(), theta_o.min()) >= 0.0 and theta_i.max() > 0.0 and theta_o.max() > 0.0:
+            if (
+                forward is None
+                and len(theta_i)
+                and min(theta_i.min(), theta_o.min()) >= 0.0
+                and theta_i.max() > 0.0
+                and theta_o.max() > 0.0
+            ):
                 raise FormatError(
                     f"{self.path}: no column of an azimuth and no negative angle: the viewer may be on the side of the light or on "
                     f"the mirror's side; say forward=180 (on the light's) or forward=0 (theta_o = theta_i is the mirror direction)"
@@ -407,10 +440,12 @@ class _Table:
             if (value.quantity, True, value.channel) in values:
                 raise FormatError(
                     f"{self.path}, line {self.layout.header}: column {self.names[k]!r} is a second uncertainty of "
-                    f"{self.names[left]!r}; expected one; leave out the other: columns={{\"ignore\": {self.names[k]!r}}}"
+                    f'{self.names[left]!r}; expected one; leave out the other: columns={{"ignore": {self.names[k]!r}}}'
                 )
             values[value.quantity, True, value.channel] = u
-            columns[k] = _column(self.names[k], f"{words} of {self.names[left]!r}" if len(places) > 1 else words, unit, column)
+            columns[k] = _column(
+                self.names[k], f"{words} of {self.names[left]!r}" if len(places) > 1 else words, unit, column
+            )
         return values
 
     def _value_of(self, k: int, of: Meaning, places: list[int]) -> int:
@@ -429,7 +464,9 @@ class _Table:
         """The standard uncertainty, in the unit of the values, with words for the column and its unit."""
         of, name = self.meanings[k], self.names[k]
         factor = self._coverage(name, of)
-        words = "standard uncertainty" if factor == 1.0 else f"expanded uncertainty, k = {factor:g}: divided by {factor:g}"
+        words = (
+            "standard uncertainty" if factor == 1.0 else f"expanded uncertainty, k = {factor:g}: divided by {factor:g}"
+        )
         relative = {"relative": True, "absolute": False}.get(self.said.uncertainty or "", of.relative)
         if relative is None and of.unit == "%":
             if value.unit == "%":
@@ -447,7 +484,9 @@ class _Table:
         said, stated = self.said.coverage, _stated_coverage(self.layout.text)
         if of.coverage and of.coverage != 1.0:
             if said is not None and said != of.coverage:
-                raise ParameterError(f"coverage={said:g}: the column {name!r} says k = {of.coverage:g}; leave the option out")
+                raise ParameterError(
+                    f"coverage={said:g}: the column {name!r} says k = {of.coverage:g}; leave the option out"
+                )
             return of.coverage
         if said is not None:
             return said
@@ -495,7 +534,9 @@ _QUANTITY_WORDS = {
     "reflectance factor": re.compile(r"\bBRF\b|reflectance factor", re.IGNORECASE),
     "brdf * cos(theta_o)": re.compile(r"\bDSF\b|cosine[- ]corrected", re.IGNORECASE),
 }
-_COVERAGE_WORDS = re.compile(r"\bk\s*=\s*([0-9]+(?:[.,][0-9]+)?)|coverage factor\W*(?:k\W*)?([0-9]+(?:[.,][0-9]+)?)", re.IGNORECASE)
+_COVERAGE_WORDS = re.compile(
+    r"\bk\s*=\s*([0-9]+(?:[.,][0-9]+)?)|coverage factor\W*(?:k\W*)?([0-9]+(?:[.,][0-9]+)?)", re.IGNORECASE
+)
 
 
 def _stated_quantities(text: Sequence[str]) -> dict[str, str]:
@@ -525,6 +566,5 @@ def stated_incidence(text: Sequence[str]) -> str:
     for line in text:
         if match := _INCIDENCE.search(line):
             number = match[1].replace(",", ".")
-            return f"; the line {line[:50]!r} states it: columns={{\"theta_i\": {number}}} (-O columns.theta_i={number})"
+            return f'; the line {line[:50]!r} states it: columns={{"theta_i": {number}}} (-O columns.theta_i={number})'
     return ""
-
