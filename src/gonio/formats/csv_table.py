@@ -186,8 +186,8 @@ def read(
 
 
 def readable(head: bytes) -> bool:
-    """Whether a file that starts so is text with numbers, which may be a table whose names are unknown."""
-    return b"\0" not in head and any(48 <= byte <= 57 for byte in head)
+    """Whether a file that starts so is text, which may be a table whose names are unknown."""
+    return b"\0" not in head
 
 
 def refusal(path: Path) -> str | None:

@@ -171,8 +171,8 @@ def _refusal(
     """Why there is no table, from the first row of numbers with the most cells."""
     path = sheet.path
     firsts = [
-        (sum(1 for cell in rows[at][1] if cell), -order, d, rows, at)
-        for order, (d, rows) in enumerate(tried)
+        (sum(1 for cell in rows[at][1] if cell), -order, rows, at)
+        for order, (_, rows) in enumerate(tried)
         for at in [next((k for k, (n, row) in enumerate(rows) if n > (skip or 0) and _is_data(row)), None)]
         if at is not None
     ]
@@ -182,7 +182,7 @@ def _refusal(
             f"{path}: none of the first {HEAD} lines{more} holds two numbers or more; expected a table with a line of "
             f"column names above rows of numbers; skip=N passes over N lines, delimiter= says what is between cells"
         )
-    count, _, d, rows, at = max(firsts)
+    count, _, rows, at = max(firsts, key=lambda first: first[:2])
     number, row = rows[at]
     shown = " | ".join(row)[:60]
     if listed is not None:
@@ -191,18 +191,18 @@ def _refusal(
             f"{','.join(listed)}; ignore stands for one that is not needed"
         )
     above = next((k for k in range(at - 1, -1, -1) if any(rows[k][1]) and rows[k][0] > (skip or 0)), None)
+    names = [cell for cell in _uncommented(rows[above][1], rows[above]) if cell] if above is not None else []
+    for line, cells in ((number, row), (number if above is None else rows[above][0], names)):
+        if len(cells) > 2 and not _NUMERIC.fullmatch(cells[0]) and all(_NUMERIC.fullmatch(cell) for cell in cells[1:]):
+            return FormatError(
+                f"{path}, line {line}: columns are named by numbers, {', '.join(cells[:5])}; expected one row for each pair "
+                f"of directions: bring a cross table into that form; wavelengths need their unit, '450 nm'"
+            )
     if above is None:
         what = f"begins with numbers in line {number}, {shown!r}"
         return FormatError(
             f"{path}: {what}; expected a line of column names above; give columns=[...], a name for each of {count}: "
             f"theta_i, phi_i, theta_o, phi_o, f, u_f, wavelength, ignore"
-        )
-    names = [cell for cell in _uncommented(rows[above][1], rows[above]) if cell]
-    if len(names) > 2 and sum(1 for name in names if _NUMERIC.fullmatch(name)) >= len(names) - 1:
-        return FormatError(
-            f"{path}, line {rows[above][0]}: columns are named by numbers, {', '.join(names[:5])}; expected one row for "
-            f"each pair of directions: bring a cross table into that form; if these are wavelengths give them a unit, "
-            f"'450 nm'"
         )
     known = [name for name in names if meaning(name).key not in ("", IGNORE)]
     return FormatError(

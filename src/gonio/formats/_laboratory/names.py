@@ -194,7 +194,7 @@ def _of_tokens(tokens: list[str], unit: str, coverage: float | None, channel: st
     if spread is not None:
         return spread
     words = [word for word in lower if word not in _FILLING or len(lower) == 1]
-    found = _of_value(words, channel)
+    found = _of_value(words, channel) if words or channel else None
     if found is not None:
         return found._replace(unit=unit)
     return Meaning()

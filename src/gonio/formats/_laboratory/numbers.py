@@ -36,7 +36,7 @@ class Numbers(NamedTuple):
 
 def decimal_of(path: object, layout: Layout, wanted: Collection[int]) -> str:
     """The decimal sign of a table's first rows. Raises FormatError where a comma can be either."""
-    cells = [row[k] for row in layout.sample for k in wanted if k < len(row)]
+    cells = [row[k] for row in layout.sample if len(row) >= len(layout.names) for k in wanted]
     numeric = [cell for cell in cells if _NUMERIC.fullmatch(cell)]
     commas = [cell for cell in numeric if "," in cell]
     points = [cell for cell in numeric if "." in cell]
@@ -85,6 +85,7 @@ class _Reader:
     ):
         self.sheet, self.layout, self.wanted, self.needed, self.decimal = sheet, layout, wanted, needed, decimal
         self.other = {",": ".", ".": ","}[decimal] if chosen else ""
+        self.grouped = re.compile(rf"[-+]?\d{{1,3}}(?:[{self.other or ' '}]\d{{3}})+(?:[{decimal}]\d*)?", re.ASCII)
         self.missing = MISSING | {word.strip().lower() for word in missing}
         self.delimiter = " " if layout.delimiter == "  " else layout.delimiter
         self.repeated: list[int] = []
@@ -172,7 +173,7 @@ class _Reader:
     def _misfit(self, number: int, row: list[str]) -> FormatError:
         names, count = self.layout.names, len(row)
         cure = f"line {self.layout.header} has the names {', '.join(map(repr, names[:6]))}"
-        if self.delimiter == "," and count >= 2 * len(names) - 2 and count > len(names):
+        if self.delimiter == "," and count > len(names):
             cure += "; decimal commas between commas cannot be told apart: export with semicolons or points"
         elif self._is_text(row):
             cure += "; several tables in one file? split it; skip=N passes over the first N lines"
@@ -190,11 +191,10 @@ class _Reader:
                 f"{self.sheet.path}, line {number}, column {self.layout.names[k]!r}: an angle is no number: got "
                 f"{word!r}, expected one in every row; remove the line"
             )
-        plain = word.replace(self.other, "") if self.other else word
-        if self.decimal == "," and "." not in plain:
-            plain = plain.replace(",", ".", 1)
-        if plain_text.is_number(plain):
-            return float(plain)
+        plain = word.replace(self.other, "") if self.other and self.grouped.fullmatch(word) else word
+        swapped = plain.replace(",", ".") if self.decimal == "," and "." not in plain else plain
+        if plain_text.is_number(swapped) and (self.decimal == "." or "." not in plain):
+            return float(swapped)
         raise FormatError(
             f"{self.sheet.path}, line {number}: got {word[:60]!r} in the column {self.layout.names[k]!r}, expected a "
             f"number{_cure(word, self.decimal)}"

@@ -52,13 +52,13 @@ class TextSheet:
             lines = self.text[at:end].split("\n")
             at, number = end + 1, number + len(lines)
             if number > start:
-                yield self._split(lines, number - len(lines) + 1, delimiter)
+                yield self._split(lines, number - len(lines) + 1, delimiter, strict=size > 0)
 
-    def _split(self, lines: list[str], number: int, delimiter: str) -> list[Row]:
+    def _split(self, lines: list[str], number: int, delimiter: str, strict: bool) -> list[Row]:
         for k, line in enumerate(lines, number):
             if len(line) > plain_text.LONGEST:
                 raise FormatError(f"{self.path}, line {k}: more than {plain_text.LONGEST} characters, expected less")
-        return [(k, cells(line, delimiter, self.path, k)) for k, line in enumerate(lines, number)]
+        return [(k, cells(line, delimiter, self.path, k, strict)) for k, line in enumerate(lines, number)]
 
 
 class CellSheet:
@@ -78,20 +78,20 @@ class CellSheet:
         yield [*enumerate(self.content[start:], start + 1)]
 
 
-def cells(line: str, delimiter: str, path: Path, number: int) -> list[str]:
-    """The cells of a line, without blanks around them."""
+def cells(line: str, delimiter: str, path: Path, number: int, strict: bool) -> list[str]:
+    """The cells of a line, without blanks around them. Raises FormatError for an open quotation mark, if `strict`."""
     if line.lstrip().startswith("#"):
         return [line]
-    if delimiter.isspace() and delimiter != "\t":
-        return [
-            part.strip('"') for part in (line.split() if delimiter == " " else re.split(r"\s{2,}|\t", line.strip()))
-        ]
+    if delimiter in ("  ", " "):
+        parts = line.split() if delimiter == " " else re.split(r"\s{2,}|\t", line.strip())
+        return [part.strip('"') for part in parts]
     if '"' in line:
         try:
-            (parsed,) = csv.reader([line], delimiter=delimiter, skipinitialspace=True, strict=True)
+            (parsed,) = csv.reader([line], delimiter=delimiter, skipinitialspace=True, strict=strict)
         except (csv.Error, ValueError) as error:
-            raise FormatError(
-                f"{path}, line {number}: got {line[:60]!r}, expected closed quotation marks: {error}"
-            ) from None
+            if strict:
+                expected = f"expected closed quotation marks: {error}"
+                raise FormatError(f"{path}, line {number}: got {line[:60]!r}, {expected}") from None
+            parsed = line.split(delimiter)
         return [cell.strip() for cell in parsed]
     return [cell.strip() for cell in line.split(delimiter)]

@@ -305,7 +305,7 @@ class _Table:
         for k, of in self.meanings.items():
             if of.key == IGNORE:
                 columns[k] = Column(self.names[k], "left out", "")
-        listed = [Column("", f"{ANGLES[key].meaning}, of all rows" if key in ANGLES else "wavelength of all rows", "nm" if key == WAVELENGTH else "deg", (f"{x:g}",), x, x) for key, x in self.constants.items()]  # fmt: skip
+        listed = [Column("", f"{key}: {_short(key)}, of all rows" if key in ANGLES else "wavelength of all rows", "nm" if key == WAVELENGTH else "deg", (f"{x:g}",), x, x) for key, x in self.constants.items()]  # fmt: skip
         columns_ = [columns[k] for k in sorted(columns)] + listed
         return Understood(
             angles, values, in_radians, self.layout.notes, columns_, self.layout, found.lines, found.repeated, found.below,
@@ -334,7 +334,7 @@ class _Table:
                     column * factor if factor != 1.0 else column,
                     units[key] or "deg, as no unit is stated",
                 )
-                words = f"{key}: {ANGLES[key].meaning}"
+                words = f"{key}: {_short(key)}"
             columns[k] = _column(self.names[k], words, unit, column)
         rows = len(found.lines)
         for key, number in self.constants.items():
@@ -499,6 +499,10 @@ class _Table:
             f"{self.path}, line {self.layout.header}: column {name!r}: a standard uncertainty, or an expanded one, and by which "
             f"factor k? say coverage=1 for a standard uncertainty, coverage=2 for U (k = 2)"
         )
+
+
+def _short(angle: str) -> str:
+    return ANGLES[angle].meaning.replace("direction to the ", "")
 
 
 def _opposite(key: str) -> str:
