@@ -8,13 +8,15 @@ from __future__ import annotations
 
 import math
 import re
+import sys
 
 import numpy as np
 import pytest
 from format_cases import at, file_of
+from xlsx_files import workbook
 
 import gonio as gn
-from gonio.errors import FormatError, MeaningWarning, ParameterError
+from gonio.errors import DependencyError, FormatError, MeaningWarning, ParameterError
 
 PAIRS = [
     (i, o, phi)
@@ -202,16 +204,11 @@ def test_colours(tmp_path):
 
 
 def test_a_workbook(tmp_path):
-    openpyxl = pytest.importorskip("openpyxl")
-    book = openpyxl.Workbook()
-    book.active.title = "Setup"
-    book.active.append(["Instrument", "GSP-7"])
-    sheet = book.create_sheet("Data")
-    for row in (["PTFE"], [], [None, "AOI [°]", "theta_r [°]", "dphi [°]", "BRDF [1/sr]", "U(k=2)", "Remarks"]):
-        sheet.append(row)
-    for i, o, phi in PAIRS:
-        sheet.append([None, i, o, phi, truth(i, o, phi), 0.004, "ok"])
-    book.save(tmp_path / "a.xlsx")
+    pytest.importorskip("openpyxl", reason="openpyxl is not installed")
+    rows = [["PTFE"], [], [None, "AOI [°]", "theta_r [°]", "dphi [°]", "BRDF [1/sr]", "U(k=2)", "Remarks"]]
+    rows += [[None, i, o, phi, truth(i, o, phi), 0.004, "ok"] for i, o, phi in PAIRS]
+    data = workbook({"Setup": [["Instrument", "GSP-7"]], "Data": rows})
+    file_of(tmp_path, data, "a.xlsx")
     with pytest.raises(ParameterError, match=r"2 sheets, 'Setup', 'Data'; say which: sheet='Setup'"):
         gn.load(tmp_path / "a.xlsx")
     m = gn.load(tmp_path / "a.xlsx", sheet="Data")
@@ -220,7 +217,6 @@ def test_a_workbook(tmp_path):
     for asked in ("data", 3):
         with pytest.raises(ParameterError, match="expected one of 'Setup', 'Data', or a number from 1 to 2"):
             gn.load(tmp_path / "a.xlsx", sheet=asked)
-    data = (tmp_path / "a.xlsx").read_bytes()
     with pytest.raises(FormatError, match="not a workbook that can be read"):
         gn.load(file_of(tmp_path, data[:3000], "b.xlsx"))
 
@@ -328,10 +324,16 @@ def test_what_looks_wrong_is_said(tmp_path, name):
         gn.load(file_of(tmp_path, text, "export.csv"))
 
 
+def test_workbooks_need_openpyxl(tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "openpyxl", None)
+    with pytest.raises(DependencyError, match=r"pip install 'gonio\[io\]', or save the sheet as CSV"):
+        gn.load(file_of(tmp_path, workbook({"Data": [["AOI", "f"], [1.0, 2.0]]}), "a.xlsx"))
+
+
 def test_a_comma_is_what_is_said(tmp_path):
     path = file_of(tmp_path, "theta_i;theta_o;phi;dsf\n30;20;180;1,125\n30;40;180;2,125\n")
-    assert gn.load(path, decimal=",").stored.ravel().tolist() == [1.125, 2.125]
     with pytest.warns(MeaningWarning, match="percent"):
+        assert gn.load(path, decimal=",").stored.ravel().tolist() == [1.125, 2.125]
         assert gn.load(path, decimal=".").stored.ravel().tolist() == [1125.0, 2125.0]
 
 

@@ -86,12 +86,9 @@ def _sheet(path: Path, asked: int | str | None) -> CellSheet:
             raise FormatError(
                 f"{path}: {size} bytes unpacked, expected at most {plain_text.LIMIT}; save the sheet as CSV"
             )
-        book = openpyxl.load_workbook(path, read_only=True, data_only=True)
-        try:
-            chosen = _chosen(path, book, asked)
-            return CellSheet(path, _content(path, chosen))
-        finally:
-            book.close()
+        with path.open("rb") as file:
+            book = openpyxl.load_workbook(file, read_only=True, data_only=True)
+            return CellSheet(path, _content(path, _chosen(path, book, asked)))
     except (FormatError, ParameterError, MemoryError):
         raise
     except Exception as error:  # openpyxl raises any of damaged files

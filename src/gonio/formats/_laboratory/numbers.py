@@ -11,6 +11,7 @@ import numpy as np
 from ...errors import FormatError
 from .._reading import plain_text
 from .layout import _NUMERIC, MISSING, Layout, _is_data, _trimmed
+from .names import unit_of
 from .sheets import COLUMNS, CellSheet, Row, TextSheet
 
 _THOUSANDS = re.compile(r"[-+]?[1-9]\d{0,2}(?:,\d{3})+", re.ASCII)
@@ -158,9 +159,8 @@ class _Reader:
         return not _NUMERIC.fullmatch(first) and not plain_text.is_number(first)
 
     def _names_again(self, row: list[str]) -> bool:
-        return _trimmed(row) == self.layout.names or (
-            any(self.layout.units) and len(row) == len(self.layout.units) and not any(map(_NUMERIC.fullmatch, row))
-        )
+        units = [unit_of(cell) or "" for cell in row[: len(self.layout.units)]]
+        return _trimmed(row) == self.layout.names or (any(units) and units == self.layout.units)
 
     def _ends(self, number: int) -> bool:
         """Whether all lines from this one on are text."""
