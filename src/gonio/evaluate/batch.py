@@ -20,7 +20,7 @@ import numpy as np
 
 from ..arrays import LIBRARIES, Fixed, Later, ops
 from ..arrays.kinds import SCALAR, VALUE
-from ..errors import ArrayTypeError, EngineError, ShapeError, TraceError
+from ..errors import ArrayTypeError, EngineError, MeaningWarning, ShapeError, TraceError, warn
 from ..formula.parametrised import Parametrised
 from . import planning
 from .blocks import Box, cut, in_blocks, result_shape
@@ -44,6 +44,8 @@ def run(
                 _check_out(out, *plan.outputs[0][1:3])
             return planning.carried_out(plan, inputs, out)
     lib, inputs = _checked(inputs, widths)
+    if lib.known(inputs[0]) is not None:
+        _suspect_map(material, lib, inputs)
     if lib.name != "numpy":
         if out is not None:
             raise ArrayTypeError(f"out= is for NumPy arrays; got {lib.name} directions")
@@ -201,6 +203,21 @@ def texels(material: Parametrised, batch: tuple[int, ...], index: np.ndarray) ->
         return np.broadcast_to(value, (*batch, value.shape[-1])).reshape(-1, 1, value.shape[-1])[index]
 
     return material.each(pick) if full_shape(material, ()) else material
+
+
+MANY = 1000
+"""So many channels as directions are more likely a parameter for each direction."""
+
+
+def _suspect_map(material: Parametrised, lib: ops.Library, inputs: Sequence[Any]) -> None:
+    """Warns of a parameter (N,) beside N directions: its last axis is the channel axis, and the result is (N, N)."""
+    for value in material.leaves():
+        width = value.shape[-1] if getattr(value, "ndim", 0) == 1 else 0
+        if width >= MANY and any(lib.shape(x)[:-1] == (width,) for x in inputs):
+            text = f"a parameter of shape ({width},) beside {width} directions: its last axis is the channel axis, so "
+            text += f"that each direction has {width} channels; a value for each direction is parameter[:, None]"
+            warn(text, MeaningWarning)
+            return
 
 
 def _check_library(of_value: ops.Library | None, lib: ops.Library) -> None:

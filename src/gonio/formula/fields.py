@@ -6,6 +6,7 @@ The same line is read by the constructor, `repr`, the manual, the command line, 
 from __future__ import annotations
 
 import inspect
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, NamedTuple
@@ -99,12 +100,14 @@ class Param(Field):
                 raise self._wrong(owner, value, reason, TooLargeError) from None
             unmasked = array[~np.ma.getmaskarray(value)] if ops.is_masked(value) else array
             if not np.all(np.isfinite(unmasked)):
-                raise self._wrong(owner, value, "NaN or infinite")
+                missing = ", for missing places of a map numpy.ma.masked_invalid(map)" if unmasked.ndim else ""
+                raise self._wrong(owner, value, "NaN or infinite", cure=missing)
             if unmasked.size == 0:
                 raise self._wrong(owner, value, f"no numbers{', all are masked' if array.size else ''}")
             low, high = unmasked.min(), unmasked.max()
             if low < self.low or high > self.high:
-                raise self._wrong(owner, value, f"{low if low < self.low else high:g} is out of bounds")
+                out = float(low if low < self.low else high)
+                raise self._wrong(owner, value, f"{out:g} is out of bounds", cure=self._unit_meant(out))
             return float(array) if array.ndim == 0 else frozen(array)
         library = ops.library_of_type(type(value))
         if library is None:
@@ -118,9 +121,16 @@ class Param(Field):
         shape = () if type(value) is float else np.shape(value)
         return shape[-1] if shape else 0
 
-    def _wrong(self, owner: str, value: Any, reason: str, error: type[Error] = ParameterError) -> Error:
+    def _unit_meant(self, out: float) -> str:
+        """The unit that a number out of bounds is likely in, as the end of a message."""
+        if self.unit == "rad" and abs(out) <= 360.0:
+            return f"; in degrees? numpy.radians({out:g}) = {math.radians(out):.4g}"
+        percent = self.unit == "1" and self.low == 0.0 and 1.0 <= self.high <= 2.0 and 2.0 * self.high <= out <= 100.0
+        return f"; in percent? {out:g} % is {out / 100.0:g}" if percent else ""
+
+    def _wrong(self, owner: str, value: Any, reason: str, error: type[Error] = ParameterError, cure: str = "") -> Error:
         rule = f"expected a number or an array with {self.low:g} <= {self.name} <= {self.high:g} ({self.doc})"
-        return error(f"{owner}({self.name}={shown(value)}): {reason}; {rule}")
+        return error(f"{owner}({self.name}={shown(value)}): {reason}; {rule}{cure}")
 
 
 class Option(Field):

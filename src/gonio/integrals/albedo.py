@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
 
-from ..base.angles import direction
+from ..arrays import ops
+from ..base.angles import check_angle, direction
 from ..base.reflectance import Reflectance
 from ..errors import ParameterError
 from .nine import reflectance
@@ -37,7 +39,8 @@ def black_sky_albedo(m: Reflectance, theta: Any, phi: Any = 0.0, tolerance: floa
     Error    `tolerance`.
     Source   Schaepman-Strub et al. 2006, Remote Sens. Environ. 103:27 (case 3); Lucht et al. 2000, IEEE TGRS 38:977.
     """
-    return albedo(m, direction(np.asarray(theta, dtype=float), np.asarray(phi, dtype=float)), tolerance)
+    check_angle("theta", theta, 0.0, 0.5 * math.pi)
+    return albedo(m, direction(theta, phi), tolerance)
 
 
 def white_sky_albedo(m: Reflectance, tolerance: float = 1e-4) -> Any:
@@ -61,8 +64,11 @@ def blue_sky_albedo(m: Reflectance, theta: Any, diffuse_fraction: Any, phi: Any 
     Error    `tolerance`.
     Source   Lucht et al. 2000, IEEE TGRS 38:977; Schaepman-Strub et al. 2006, Remote Sens. Environ. 103:27.
     """
-    d = np.asarray(diffuse_fraction, dtype=float)
-    if not ((d >= 0.0) & (d <= 1.0)).all():
+    try:
+        d = np.asarray(ops.numbers(diffuse_fraction), dtype=float)
+    except ValueError:
+        d = np.array(-1.0)
+    if ((d < 0.0) | (d > 1.0)).any():
         raise ParameterError(f"diffuse_fraction={diffuse_fraction!r:.60}: expected the sky's share of light, in [0, 1]")
     black, white = black_sky_albedo(m, theta, phi, tolerance), white_sky_albedo(m, tolerance)
     if m.channels is not None:

@@ -10,10 +10,11 @@ import numpy as np
 
 from ..arrays import ops
 from ..arrays.kinds import TOTAL, VALUE, VECTOR, with_channels
+from ..base.angles import check_unit
 from ..base.kernels import with_holes
 from ..base.reflectance import Reflectance
 from ..compile import memory
-from ..errors import ArrayTypeError, MissingDataWarning, ShapeError, ToleranceWarning, warn
+from ..errors import ArrayTypeError, DirectionWarning, MissingDataWarning, ShapeError, ToleranceWarning, warn
 from ..evaluate import batch
 from ..formula.direction import HORIZON, NORMAL, Direction, select, served
 from ..formula.fields import Param
@@ -94,16 +95,19 @@ def directions(w: Any) -> np.ndarray:
         raise ArrayTypeError(f"integrals take NumPy directions; got {lib.name}; convert them first")
     if w.shape[-1:] != (3,):
         raise ShapeError(f"directions: got shape {w.shape}, expected (..., 3)")
+    check_unit("directions", w)
+    if w.size and (w[..., 2] <= HORIZON).all():
+        text = "all directions are below the horizon, where a surface neither receives nor sends light: results are 0"
+        warn(f"{text}; directions leave the surface, and z is its normal", DirectionWarning)
     return w
 
 
 def in_double(w: np.ndarray) -> np.ndarray:
-    """Directions (n, 3) in double precision; those of single precision get their unit length back."""
-    flat = w.reshape(-1, 3)
-    if w.dtype == np.float64:
-        return np.ascontiguousarray(flat)
-    flat = flat.astype(np.float64)
-    return flat / np.sqrt((flat * flat).sum(axis=-1, keepdims=True))
+    """Directions (n, 3) in double precision; those typed, or of single precision, get their unit length back."""
+    flat = np.ascontiguousarray(w.reshape(-1, 3), dtype=np.float64)
+    length = np.sqrt((flat * flat).sum(axis=-1, keepdims=True))
+    with np.errstate(invalid="ignore"):  # infinite components
+        return np.where(np.abs(length - 1.0) > 1e-12, flat / length, flat)
 
 
 def report(integrals: Integrals, goal: Any) -> None:

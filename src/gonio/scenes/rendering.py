@@ -8,12 +8,13 @@ from typing import Any
 import numpy as np
 
 from ..arrays import ops
+from ..base.frames import Frame
 from ..base.light import Light
 from ..base.reflectance import Reflectance
 from ..compile.threads import share
 from ..errors import MissingDataWarning, ParameterError, warn
 from ..formula.direction import Direction
-from ..integrals.illumination import Frame, as_lights, delta_radiance, estimate, to_local, without_holes
+from ..integrals.illumination import as_lights, delta_radiance, estimate, without_holes
 from ..numerics.lattice import lattice
 from ..pictures.colour import rgb_of, transformed
 from ..pictures.image import Image
@@ -137,7 +138,7 @@ def _tile(
         return np.zeros((count, 1), np.float32), coverage, 0
     n, t, u, v = (a[hit].astype(np.float32) for a in (n, t, u, v))
     local = Frame(*(Direction(*np.moveaxis(axis, -1, 0)) for axis in (t, np.cross(n, t), n)))
-    wo = to_local(ops.library(n), local, np.broadcast_to(VIEW.astype(np.float32), n.shape))
+    wo = local.to_local(ops.library(n), np.broadcast_to(VIEW.astype(np.float32), n.shape))
     total: Any = 0.0
     missing = 0
     for light in lights:

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..arrays import frozen
 from ..base.provenance import derived
-from ..base.quantities import from_brdf, quantity_named, to_brdf
+from ..base.quantities import from_brdf, quantity_named, suspect_units, to_brdf
 from ..errors import ParameterError
 from ..formula.direction import HORIZON
 from ..formula.fields import Ours, kept, option, table
@@ -88,7 +88,8 @@ class Gridded(Interpolated):
         if uncertainty is not None:
             uncertainty = real("uncertainty", uncertainty)
             _check_values("uncertainty", uncertainty, grid, names)
-        self._hold(uncertainty=uncertainty, quantity=quantity_named(quantity))
+        suspect_units(quantity_named(quantity), stored, names)
+        self._hold(uncertainty=uncertainty, quantity=quantity)
         super().__init__(
             path,
             dict(about or {}),

@@ -11,7 +11,7 @@ import numpy as np
 from ..arrays import frozen
 from ..base.angles import direction
 from ..base.measured import Measured
-from ..base.quantities import quantity_named, to_brdf
+from ..base.quantities import quantity_named, suspect_units, to_brdf
 from ..errors import ParameterError
 from ..formula.fields import Ours
 from ..formula.state import derived, freeze, note
@@ -73,8 +73,9 @@ class Scattered(Gridded):
             raise ParameterError("values: none of the rows holds a number; expected at least one measurement")
         axes, mirrored = grid_for(rows, oriented(rows) if isotropic is None else not isotropic)
         names = None if channels is None else tuple(channels)
+        suspect_units(quantity_named(quantity), measured, names)
         self._lay_out("angles", axes, mirrored, {}, names)
-        self._hold(rows=rows, uncertainty=spread, quantity=quantity_named(quantity), holes=outside == "missing")
+        self._hold(rows=rows, uncertainty=spread, quantity=quantity, holes=outside == "missing")
         Measured.__init__(
             self,
             path,
@@ -215,6 +216,13 @@ def _rows(
             raise ParameterError(
                 f"{ROW_ANGLES[k]}: from {low:g} to {high:g}, expected 0 to pi/2 rad; convert degrees with "
                 f"numpy.radians, and turn a negative polar angle into a positive one on the other side"
+            )
+    for k in (1, 3):
+        largest = np.abs(rows[:, k]).max()
+        if largest > 4.0 * math.pi:
+            raise ParameterError(
+                f"{ROW_ANGLES[k]}: up to {largest:g}, expected at most two turns, 4 pi rad; convert degrees with "
+                f"numpy.radians"
             )
     spread = None
     if uncertainty is not None:

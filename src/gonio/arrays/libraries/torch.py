@@ -43,6 +43,14 @@ class Torch(Library):
     def to_numpy(self, x: Array) -> np.ndarray:
         return x.detach().cpu().numpy()
 
+    def known(self, x: Array) -> np.ndarray | None:
+        if self.module.compiler.is_compiling() or x.device.type != "cpu":
+            return None
+        try:
+            return x.detach().numpy()
+        except RuntimeError:  # in torch.func's transformations, or without storage
+            return None
+
     def broadcast(self, *arrays: Array) -> Sequence[Array]:
         return self.module.broadcast_tensors(*arrays)
 
