@@ -18,7 +18,30 @@ if TYPE_CHECKING:
     from ..base.light import Light
     from ..base.reflectance import Reflectance
 
-material_argument = click.argument("material")
+READING = "gonio.reading"
+"""Where the context of a command holds the options that MATERIAL is read with."""
+
+
+def _note_reading(ctx: click.Context, param: click.Parameter, texts: tuple[str, ...]) -> None:
+    ctx.meta[READING] = texts
+
+
+reading_option = click.option(
+    "-O",
+    "--reading",
+    metavar="NAME=VALUE",
+    multiple=True,
+    expose_value=False,
+    callback=_note_reading,
+    help="Option to read a file with, as skip=12; may be repeated. `gonio formats FORMAT` lists them.",
+)
+
+
+def material_argument(command: Callable) -> Callable:
+    """MATERIAL, and the options to read its file with."""
+    return click.argument("material")(reading_option(command))
+
+
 replace_option = click.option(
     "-p",
     "--parameter",
@@ -75,7 +98,7 @@ def read_material(material: str, replaced: Sequence[str]) -> Reflectance:
     """The material, with parameters replaced."""
     from .arguments import resolve, with_parameters
 
-    return with_parameters(resolve(material), replaced)
+    return with_parameters(resolve(material, click.get_current_context().meta.get(READING, ())), replaced)
 
 
 def read_lights(lights: Sequence[str]) -> list[Light] | None:
