@@ -83,13 +83,11 @@ def check(
 
 
 def _judge(m: Reflectance) -> Callable[[Law], Law]:
-    """The function that adds its significance to a verdict, for a measurement with uncertainties."""
+    """The function that adds its uncertainty and significance to a verdict, for a measured table."""
     if isinstance(m, Gridded):
-        from ..uncertainty.table import has_uncertainty
         from ._significance import judged
 
-        if has_uncertainty(m):
-            return partial(judged, m)
+        return partial(judged, m)
     return lambda law: law
 
 

@@ -21,16 +21,21 @@ if TYPE_CHECKING:
 class Quoted:
     """A result with its uncertainty: a number, or an array (...[, C]). Prints as 0.1234(56).
 
-    value        the result; of a Monte Carlo calculation the mean of all draws (JCGM 101, 7.6)
-    u            its standard uncertainty, NaN where that of the table is unknown
-    at_estimate  the result of the table as it is: the same, but for a Monte Carlo calculation of something non-linear
-    method       "first order", or "Monte Carlo" with the number of draws
-    assumed      the assumption about the errors of the table
-    draws        (draws, ...[, C]) of a Monte Carlo calculation, else None
+    value            the result; of a Monte Carlo calculation the mean of all draws (JCGM 101, 7.6)
+    u                its standard uncertainty, NaN where that of the table is unknown
+    u_noise          the component by the errors of the values, 0 where the table states none
+    u_interpolation  the component by interpolation between nodes and by what is beyond them: u^2 is the sum of squares
+    at_estimate      the result of the table as it is: the same, but for a Monte Carlo calculation of something
+                     non-linear
+    method           "first order", or "Monte Carlo" with the number of draws
+    assumed          the assumption about the errors of the table, and what there is to say of where it was measured
+    draws            (draws, ...[, C]) of a Monte Carlo calculation, with both components, else None
     """
 
     value: Any
     u: Any
+    u_noise: Any
+    u_interpolation: Any
     at_estimate: Any
     method: str
     assumed: str
@@ -67,9 +72,12 @@ class Quoted:
 
     @checked
     def text(self, k: Annotated[float, Within(0.0, 1e6)] = 1.0) -> Any:
-        """ "0.1234 ± 0.0056 (k = 1)": the value with the expanded uncertainty k u, two digits of it; an array of these
-        for an array."""
-        return _each(lambda v, u: f"{rounded(v, k * u, ' ± ')} (k = {k:g})", self.value, self.u)
+        """ "0.1234 ± 0.0056 (k = 1: noise 0.0012, interpolation 0.0055)": the value with the expanded uncertainty k u,
+        two digits of it, and its components; an array of these for an array."""
+        return _each(
+            lambda v, u, *parts: f"{rounded(v, k * u, ' ± ')} (k = {k:g}: {components(k, *parts)})",
+            *(self.value, self.u, self.u_noise, self.u_interpolation),
+        )
 
     def ufloat(self) -> UFloat | np.ndarray:
         """The same for calculations with the package `uncertainties`: a number, or an array (dtype object) of them.
@@ -88,14 +96,28 @@ class Quoted:
     def __str__(self) -> str:
         return str(_each(rounded, self.value, self.u)).replace("'", "")
 
-    __repr__ = __str__
+    def __repr__(self) -> str:
+        each = _each(
+            lambda v, u, *parts: f"{rounded(v, u, ' ± ')} ({components(1.0, *parts)})",
+            *(self.value, self.u, self.u_noise, self.u_interpolation),
+        )
+        return str(each).replace("'", "")
 
 
-def _each(write: Any, value: Any, u: Any) -> Any:
-    if np.ndim(value) == 0:
-        return write(float(value), float(u))
-    flat = [write(float(v), float(s)) for v, s in zip(np.ravel(value), np.ravel(u), strict=True)]
-    return np.array(flat).reshape(np.shape(value))
+def _each(write: Any, *numbers: Any) -> Any:
+    if np.ndim(numbers[0]) == 0:
+        return write(*map(float, numbers))
+    flat = [write(*map(float, x)) for x in zip(*map(np.ravel, numbers), strict=True)]
+    return np.array(flat).reshape(np.shape(numbers[0]))
+
+
+def components(k: float, noise: float, interpolation: float) -> str:
+    """ "noise 0.0012, interpolation 0.0055", times k."""
+    return f"noise {_short(k * noise)}, interpolation {_short(k * interpolation)}"
+
+
+def _short(u: float) -> str:
+    return "unknown" if math.isnan(u) else f"{u:.2g}"
 
 
 def rounded(value: float, u: float, sign: str = "") -> str:
