@@ -17,7 +17,13 @@ ALPHA_LOW, ALPHA_HIGH = 1e-3, 1.0
 
 
 class Distribution(Parametrised):
-    """Base of the distributions of facet normals, normalised to one: integral of D(wm) cos(theta_m) dwm = 1."""
+    """Base of the distributions of facet normals, normalised to one: integral of D(wm) cos(theta_m) dwm = 1.
+
+    Example
+    >>> facets = gn.distributions()["GGX"](0.3)
+    >>> print(facets, isinstance(facets, gn.GGX))
+    GGX(alpha_x=0.3) True
+    """
 
     @abstractmethod
     def D(self, wm: Direction) -> Any:

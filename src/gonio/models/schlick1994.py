@@ -104,8 +104,8 @@ class Schlick1994(_Single):
         """The distribution of half vectors without A: Z/pi.
 
         Example
-        >>> print(gn.Schlick1994(0.5, r=0.25).facets())
-        GGX(alpha_x=np.float64(0.5), alpha_y=np.float64(0.5))
+        >>> print(gn.Schlick1994(0.5, r=0.25).facets().alpha_x)
+        0.5
         """
         alpha = ops.sqrt(self.r)
         return GGX.unchecked(alpha_x=alpha, alpha_y=alpha)
