@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import doctest
 import inspect
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 from types import FunctionType, ModuleType
@@ -35,12 +36,14 @@ def named(module: ModuleType) -> list[str]:
 
 
 def public() -> Iterator[tuple[str, Any]]:
-    """Name -> class or function of gonio."""
+    """Name -> class or function of gonio, and the classes that public functions return."""
     for module in (gn, *BESIDE):
         for name in named(module):
             value = getattr(module, name)
-            if isinstance(value, (type, FunctionType)) and value.__module__.startswith("gonio"):
-                yield f"{value.__module__}.{value.__qualname__}", value
+            returned = vars(sys.modules[value.__module__]).get(value.__annotations__.get("return")) if isinstance(value, FunctionType) else None
+            for each in (value, returned):
+                if isinstance(each, (type, FunctionType)) and each.__module__.startswith("gonio"):
+                    yield f"{each.__module__}.{each.__qualname__}", each
 
 
 def members(kind: type) -> Iterator[tuple[str, Any]]:

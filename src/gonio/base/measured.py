@@ -48,6 +48,11 @@ class Measured(Reflectance):
     path      the file it was read from, or ""
     quantity  the quantity in the file ("brdf", "brdf * cos(theta_o)"); `f` is always the BRDF [1/sr]
     about     the file's notes on itself, name -> value
+
+    Example
+    >>> m = gn.tabulate(gn.Lambertian(0.5))
+    >>> print(m.quantity, m.valid.all())
+    brdf True
     """
 
     path: str = note("")
@@ -69,27 +74,57 @@ class Measured(Reflectance):
 
     @property
     def repairs(self) -> tuple[Repair, ...]:
-        """The repairs of the measurement by `gonio.repair`, in order."""
+        """The repairs of the measurement by `gonio.repair`, in order.
+
+        Example
+        >>> m = gn.repair.remove_negatives(gn.tabulate(gn.Lambertian(0.5)))
+        >>> print([r.operation for r in m.repairs])
+        ['remove_negatives']
+        """
         records = self.about.get("repairs", ())
         return tuple(map(Repair.from_json, records if isinstance(records, (list, tuple)) else [records]))
 
     @property
     def valid(self) -> np.ndarray:
-        """True where the file holds a usable value; shape of the main table."""
+        """True where the file holds a usable value; shape of the main table.
+
+        Example
+        >>> m = gn.tabulate(gn.Lambertian(0.5))
+        >>> print(m.valid.mean())
+        1.0
+        """
         raise NotImplementedError
 
     @property
     def data(self) -> xarray.Dataset:
-        """The file's content as it was stored, with named axes and CF units."""
+        """The file's content as it was stored, with named axes and CF units.
+
+        Example
+        >>> m = gn.tabulate(gn.Lambertian(0.5))
+        >>> print(m.data["values"].attrs["units"])
+        sr-1
+        """
         raise NotImplementedError
 
     def as_grid(self) -> Any:
-        """The `Gridded` with the same values at the same nodes, where they lie on a grid; else None."""
+        """The `Gridded` with the same values at the same nodes, where they lie on a grid; else None.
+
+        Example
+        >>> m = gn.tabulate(gn.Lambertian(0.5))
+        >>> print(type(m.as_grid()).__name__)
+        Tabulated
+        """
         return None
 
     @property
     def attributes(self) -> dict[str, str]:
-        """The attributes of `data`, as text that any file can hold; `provenance` as JSON."""
+        """The attributes of `data`, as text that any file can hold; `provenance` as JSON.
+
+        Example
+        >>> m = gn.tabulate(gn.Lambertian(0.5))
+        >>> print(m.attributes["quantity"])
+        brdf
+        """
         attributes = {"quantity": self.quantity, "source": self.path}
         return attributes | ({"provenance": json.dumps(self.provenance)} if self.provenance else {})
 

@@ -96,7 +96,13 @@ _FAMILIES = {  # by the first of these words in the name of a fit
 
 
 def materials() -> Entries:
-    """All built-in materials: metals, dielectrics and measured fits; `material` makes one by name."""
+    """All built-in materials: metals, dielectrics and measured fits; `material` makes one by name.
+
+    Example
+    >>> metals = [e.name for e in gn.materials() if e.kind == "metal"]
+    >>> print("gold" in metals, "water" in metals)
+    True False
+    """
     return Entries(_entries())
 
 
@@ -119,6 +125,14 @@ def material(name: str, *, alpha: float | None = None, wavelengths: Any = None) 
 
     Raises NotFoundError for an unknown name; ParameterError for wavelengths outside the table (nothing is extrapolated)
     and for options of a measured fit, which has none.
+
+    Example
+    >>> print(gn.material("gold", alpha=0).delta_reflectance([0, 0, 1]).round(3))
+    [0.975 0.729 0.364]
+    >>> print(gn.material("gold", alpha=0, wavelengths=[630, 532, 465]).delta_reflectance([0, 0, 1]).round(3))
+    [0.942 0.704 0.404]
+    >>> print(gn.albedo(gn.material("brass"), [0, 0, 1]).round(3))
+    [0.129 0.092 0.052]
     """
     entry = find(name)
     if entry is None:
@@ -160,6 +174,11 @@ def refractive_index(substance: str, wavelengths: Any) -> tuple[Any, Any]:
     Source   per substance, see `materials`; database: Polyanskiy 2024, doi:10.1038/s41597-023-02898-2.
 
     Raises NotFoundError for a name that is no substance, ParameterError outside the range of the table.
+
+    Example
+    >>> n, k = gn.refractive_index("gold", [450.0, 550.0, 650.0])
+    >>> print(n.round(3), k.round(3))
+    [1.383 0.424 0.156] [1.916 2.472 3.602]
     """
     entry = find(substance)
     if entry is None or entry.kind == FIT:

@@ -86,6 +86,11 @@ def convert(m: Reflectance, path: str | os.PathLike, format: str | None = None, 
 
     `format` and `options` as for `gonio.save`. The report is measured at 32768 pairs of directions with cosines above
     0.1, and in albedos. Raises what `save` raises; then nothing is written.
+
+    Example
+    >>> report = gn.convert(gn.Lambertian(0.5), "white.xml", format="WINDOW XML")
+    >>> print(report.format, gn.albedo(gn.load("white.xml"), [0, 0, 1]).round(3))
+    WINDOW XML 0.5
     """
     path = Path(path)
     module = writer(path, format)

@@ -52,6 +52,11 @@ def tabulate(
     `resolution`: nodes along each axis. `anisotropic`: whether the table has a fourth axis, by default if the material
     needs one. `channels`: numbers of the channels of the table, by default all. Holes of a measurement are filled from
     their neighbours. Raises ParameterError for a material with a delta lobe or with maps, which no table can hold.
+
+    Example
+    >>> table = gn.tabulate(gn.Lambertian(0.3) + gn.Microfacet(gn.GGX(0.3), gn.Dielectric(1.5)))
+    >>> print(table.parameterisation, table.stored.shape)
+    half_difference (90, 46, 36)
     """
     shape, system = tabular_shape(m), angle_system(parameterisation)
     if system.tabulated is None:

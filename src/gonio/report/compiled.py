@@ -57,6 +57,12 @@ def kernel(m: Reflectance, method: str = "f") -> Kernel:
     """The kernel that `m.f`, `m.pdf` or `m.sample` runs on NumPy arrays.
 
     Raises TraceError, with the reason, if the formula cannot be compiled and runs on arrays instead.
+
+    Example
+    >>> kernel = gn.kernel(gn.Lambertian(0.5))
+    >>> print(str(kernel))
+    t1 = wi.x + wo.x + (wi.y + wo.y) + (wi.z + wo.z)
+    f = where((wi.z <= 1e-06) | (wo.z <= 1e-06), 0.0, rho * 0.3183098861837907) + (t1 - t1)
     """
     if method not in _KERNELS:
         raise NotFoundError(f"kernel(method={method!r}): expected one of {', '.join(map(repr, _KERNELS))}")

@@ -51,6 +51,15 @@ def with_uncertainty(
     Error    first order: u to 1 % (a sum over 2^13 to 2^18 pairs of directions, doubled until u changes by less than
              0.5 %; measured: 0.3 %). Monte Carlo: u to a relative standard error of 1/sqrt(2 draws), 2 % for 1000.
              Not in u: the error of interpolation between nodes, and directions without data.
+
+    Example
+    >>> theta = np.radians(np.arange(0.0, 90.0, 15.0))
+    >>> axes = {"theta_i": theta, "theta_o": theta, "phi": np.radians(np.arange(0.0, 360.0, 30.0))}
+    >>> f = np.full((6, 6, 12), 0.1)
+    >>> m = gn.Gridded("angles", axes, f, uncertainty=0.02 * f)
+    >>> q = gn.with_uncertainty(gn.albedo, m, [0, 0, 1], correlation=1.0)
+    >>> print(q.value.round(4))
+    0.3141
     """
     if method not in METHODS:
         raise ParameterError(f"method={method!r:.40}: expected one of {', '.join(map(repr, METHODS))}")
