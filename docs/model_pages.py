@@ -32,7 +32,7 @@ def kinds() -> dict[str, dict[str, type[Parametrised]]]:
 
 def sections(kind: type) -> dict[str, str]:
     """A docstring cut into its parts; the text before them is under ""."""
-    return discover.labelled(discover.docstring(kind), PARTS)
+    return discover.labelled(discover.docstring(kind), (*PARTS, "Example"))
 
 
 def markdown(text: str) -> str:
@@ -68,6 +68,8 @@ def page(kind: type[Parametrised]) -> str:
     for law, why in getattr(kind, "breaks", {}).items():
         lines.append(f"- **Breaks {law}.** {markdown(why)}")
     lines += ["", "```python", "import gonio as gn", "", f"m = {shown(kind)}", "```", ""]
+    if "Example" in parts:
+        lines += ["```pycon", parts["Example"], "```", ""]
     lines.append(f"`gonio cite {name}` prints the sources as BibTeX. [All models](README.md)")
     return "\n".join(lines) + "\n"
 

@@ -1,8 +1,9 @@
 """Every public thing has an example in its docstring, which runs and prints what stands there.
 
-Public are the names of `gn.__all__` and of the modules beside it, and the methods and properties of public classes and of
-their bases that have a docstring. Not asked for: what subclasses write without a docstring of their own (`formula`,
-`warp` ...), for those are written and not called, and what private classes and modules hold.
+Public are the names of `gn.__all__` and of the modules beside it, the classes that public functions return, and the
+methods and properties of public classes and their bases that have a docstring. Not asked for: what subclasses write
+without a docstring of their own (`formula`, `warp` ...), as it is written, not called, and what private classes and
+modules hold.
 """
 
 from __future__ import annotations
@@ -30,17 +31,18 @@ def is_private(thing: Any) -> bool:
     return any(word[0] == "_" for word in (*thing.__module__.split("."), thing.__name__))
 
 
-def named(module: ModuleType) -> list[str]:
-    own = (n for n, value in vars(module).items() if getattr(value, "__module__", "") == module.__name__ and n[0] != "_")
-    return list(getattr(module, "__all__", own))
+def names(module: ModuleType) -> list[str]:
+    """Its `__all__`, or all that it defines."""
+    defined = [n for n, x in vars(module).items() if getattr(x, "__module__", "") == module.__name__ and n[0] != "_"]
+    return list(getattr(module, "__all__", defined))
 
 
 def public() -> Iterator[tuple[str, Any]]:
-    """Name -> class or function of gonio, and the classes that public functions return."""
+    """Name -> class or function of gonio."""
     for module in (gn, *BESIDE):
-        for name in named(module):
-            value = getattr(module, name)
-            returned = vars(sys.modules[value.__module__]).get(value.__annotations__.get("return")) if isinstance(value, FunctionType) else None
+        for value in (getattr(module, name) for name in names(module)):
+            known = isinstance(value, FunctionType) and vars(sys.modules[value.__module__])
+            returned = known and known.get(value.__annotations__.get("return"))
             for each in (value, returned):
                 if isinstance(each, (type, FunctionType)) and each.__module__.startswith("gonio"):
                     yield f"{each.__module__}.{each.__qualname__}", each
@@ -75,8 +77,8 @@ def text(thing: Any) -> str:
 
 def things() -> dict[str, Any]:
     every = dict(public())
-    kinds = [value for value in every.values() if isinstance(value, type)]
-    for kind in dict.fromkeys(base for kind in kinds for base in kind.__mro__):
+    classes = [value for value in every.values() if isinstance(value, type)]
+    for kind in dict.fromkeys(base for each in classes for base in each.__mro__):
         if kind.__module__.startswith("gonio") and not is_private(kind):
             every |= members(kind)
     return dict(sorted(every.items()))
@@ -94,7 +96,7 @@ def test_every_public_thing_has_an_example():
 
 
 @pytest.mark.parametrize("name", [name for name, thing in THINGS.items() if example(thing)])
-def test_example(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, uncompiled: None) -> None:
+def test_example(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, uncompiled: None, classes: object) -> None:
     monkeypatch.chdir(tmp_path)
     test = doctest.DocTestParser().get_doctest(example(THINGS[name]), {"gn": gn, "np": np}, name, None, 0)
     shown: list[str] = []

@@ -50,7 +50,7 @@ class Measured(Reflectance):
     about     the file's notes on itself, name -> value
 
     Example
-    >>> m = gn.tabulate(gn.Lambertian(0.5))
+    >>> m = gn.tabulate(gn.Lambertian(0.5), resolution=(9, 9, 18))
     >>> print(m.quantity, m.valid.all())
     brdf True
     """
@@ -77,7 +77,7 @@ class Measured(Reflectance):
         """The repairs of the measurement by `gonio.repair`, in order.
 
         Example
-        >>> m = gn.repair.remove_negatives(gn.tabulate(gn.Lambertian(0.5)))
+        >>> m = gn.repair.remove_negatives(gn.tabulate(gn.Lambertian(0.5), resolution=(9, 9, 18)))
         >>> print([r.operation for r in m.repairs])
         ['remove_negatives']
         """
@@ -89,7 +89,7 @@ class Measured(Reflectance):
         """True where the file holds a usable value; shape of the main table.
 
         Example
-        >>> m = gn.tabulate(gn.Lambertian(0.5))
+        >>> m = gn.tabulate(gn.Lambertian(0.5), resolution=(9, 9, 18))
         >>> print(m.valid.mean())
         1.0
         """
@@ -100,7 +100,7 @@ class Measured(Reflectance):
         """The file's content as it was stored, with named axes and CF units.
 
         Example
-        >>> m = gn.tabulate(gn.Lambertian(0.5))
+        >>> m = gn.tabulate(gn.Lambertian(0.5), resolution=(9, 9, 18))
         >>> print(m.data["values"].attrs["units"])
         sr-1
         """
@@ -110,7 +110,7 @@ class Measured(Reflectance):
         """The `Gridded` with the same values at the same nodes, where they lie on a grid; else None.
 
         Example
-        >>> m = gn.tabulate(gn.Lambertian(0.5))
+        >>> m = gn.tabulate(gn.Lambertian(0.5), resolution=(9, 9, 18))
         >>> print(type(m.as_grid()).__name__)
         Tabulated
         """
@@ -121,7 +121,7 @@ class Measured(Reflectance):
         """The attributes of `data`, as text that any file can hold; `provenance` as JSON.
 
         Example
-        >>> m = gn.tabulate(gn.Lambertian(0.5))
+        >>> m = gn.tabulate(gn.Lambertian(0.5), resolution=(9, 9, 18))
         >>> print(m.attributes["quantity"])
         brdf
         """

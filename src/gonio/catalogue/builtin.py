@@ -44,7 +44,13 @@ class Entry:
 
 
 class Entries(list[Entry]):
-    """Built-in materials; they print with a line for each."""
+    """Built-in materials; they print with a line for each.
+
+    Example
+    >>> entries = gn.materials()
+    >>> print([e.source.split(",")[0] for e in entries if e.name == "gold"])
+    ['Johnson & Christy 1972']
+    """
 
     def __repr__(self) -> str:
         return columns((e.name, f"{e.kind}, {e.description}") for e in self)

@@ -31,6 +31,11 @@ class Tabulated(Gridded):
              7e-2, 7e-3, angles 1e-2, 13 (at the peak), 0.12; for 0.3 Lambertian + GGX(0.3): 6e-4, 4e-2, 1e-3 and
              1e-3, 0.3, 7e-4.
     Source   that of `Gridded`: Rusinkiewicz 1998, "A new change of variables for efficient BRDF representation".
+
+    Example
+    >>> table = gn.tabulate(gn.Lambertian(0.5), resolution=(9, 9, 18))
+    >>> print(table.stored.shape, gn.albedo(table, [0, 0, 1]).round(3))
+    (9, 9, 18) 0.5
     """
 
     breaks: ClassVar[dict[str, str]] = note(

@@ -33,6 +33,11 @@ class Kernel:
     source    assignments in the order of computation; a value used twice has a name
     inputs    components of directions, and parameters, that the formula reads
     program   input of the compiler, for float32 batches (N, 3)
+
+    Example
+    >>> kernel = gn.kernel(gn.Lambertian(0.5))
+    >>> print("rho" in kernel.source)
+    True
     """
 
     source: str
@@ -41,12 +46,24 @@ class Kernel:
 
     @property
     def llvm(self) -> str:
-        """The kernel in LLVM's intermediate representation, for this processor."""
+        """The kernel in LLVM's intermediate representation, for this processor.
+
+        Example
+        >>> kernel = gn.kernel(gn.Lambertian(0.5))
+        >>> print("define" in kernel.llvm)
+        True
+        """
         return store.source(self.program)
 
     @property
     def assembly(self) -> str:
-        """The kernel in this processor's assembly language."""
+        """The kernel in this processor's assembly language.
+
+        Example
+        >>> kernel = gn.kernel(gn.Lambertian(0.5))
+        >>> print(len(kernel.assembly) > 0)
+        True
+        """
         return store.assembly(self.program)
 
     def __str__(self) -> str:

@@ -144,7 +144,7 @@ class Gridded(Interpolated):
         """Itself.
 
         Example
-        >>> m = gn.tabulate(gn.Lambertian(0.5))
+        >>> m = gn.tabulate(gn.Lambertian(0.5), resolution=(9, 9, 18))
         >>> print(m.as_grid() is m)
         True
         """
@@ -226,7 +226,7 @@ class Gridded(Interpolated):
         """The same grid with other f [1/sr] at its nodes, stored in the same quantity; `about` is added to its own.
 
         Example
-        >>> m = gn.tabulate(gn.Lambertian(0.5))
+        >>> m = gn.tabulate(gn.Lambertian(0.5), resolution=(9, 9, 18))
         >>> print(gn.albedo(m.with_brdf(0.5 * m.brdf(), comment="dimmed"), [0, 0, 1]).round(4))
         0.25
         """
@@ -260,7 +260,7 @@ class Gridded(Interpolated):
         For many tables of much the same f with data at the same nodes; f is that of `with_brdf`.
 
         Example
-        >>> m = gn.tabulate(gn.Lambertian(0.5))
+        >>> m = gn.tabulate(gn.Lambertian(0.5), resolution=(9, 9, 18))
         >>> print(gn.albedo(m.redrawn(0.5 * m.brdf()), [0, 0, 1]).round(4))
         0.25
         """

@@ -53,13 +53,12 @@ def with_uncertainty(
              Not in u: the error of interpolation between nodes, and directions without data.
 
     Example
-    >>> theta = np.radians(np.arange(0.0, 90.0, 15.0))
-    >>> axes = {"theta_i": theta, "theta_o": theta, "phi": np.radians(np.arange(0.0, 360.0, 30.0))}
-    >>> f = np.full((6, 6, 12), 0.1)
+    >>> axes = {"theta_i": [0.0, 0.8, 1.5], "theta_o": [0.0, 0.8, 1.5], "phi": [0.0, np.pi]}
+    >>> f = np.full((3, 3, 2), 0.1)
     >>> m = gn.Gridded("angles", axes, f, uncertainty=0.02 * f)
-    >>> q = gn.with_uncertainty(gn.albedo, m, [0, 0, 1], correlation=1.0)
-    >>> print(q.value.round(4))
-    0.3141
+    >>> q = gn.with_uncertainty(gn.albedo, m, [0, 0, 1], correlation="common")
+    >>> print(q)
+    0.3141(63)
     """
     if method not in METHODS:
         raise ParameterError(f"method={method!r:.40}: expected one of {', '.join(map(repr, METHODS))}")
