@@ -48,6 +48,8 @@ def page(kind: type[Parametrised]) -> str:
     for law, why in getattr(kind, "breaks", {}).items():
         lines.append(f"- **Breaks {law}.** {markdown(why)}")
     lines += ["", "```python", "import gonio as gn", "", f"m = {shown(kind)}", "```", ""]
+    if "Example" in parts:
+        lines += ["```pycon", parts["Example"], "```", ""]
     lines.append(f"`gonio cite {name}` prints the sources as BibTeX. [All models](README.md)")
     return "\n".join(lines) + "\n"
 

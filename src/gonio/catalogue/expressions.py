@@ -45,6 +45,11 @@ def expression(text: str, files: bool = False) -> Reflectance:
     open files, as on the command line; not for texts of strangers, who would learn which files exist.
     Raises ExpressionError with the column, the text there and the expected text; ParameterError for a value out of its
     bounds; for a file NotFoundError or FormatError, which reveal nothing of its content.
+
+    Example
+    >>> m = gn.expression('Lambertian(0.2) + 0.5 * material("gold", alpha=0.3)')
+    >>> print(m.terms[0], gn.expression(repr(m)) == m)
+    Lambertian(rho=0.2) True
     """
     value = read(text, files=files)
     if not isinstance(value, Reflectance):

@@ -67,6 +67,11 @@ def load(path: str | os.PathLike, **options: Any) -> Reflectance:
     Raises NotFoundError for a missing file, a device, and a pipe that nobody writes to, FormatError for an unknown
     format and a damaged file, ParameterError for unknown options and values out of their bounds, TooLargeError for
     content that does not fit into memory.
+
+    Example
+    >>> gn.save(gn.Lambertian([0.6, 0.1, 0.05]), "red.json")
+    >>> print(gn.load("red.json"))
+    Lambertian(rho=[0.6, 0.1, 0.05])
     """
     return _loaded(path, options, lambda module: _options.checked(module, "read", options))
 
@@ -148,6 +153,11 @@ def save(m: Reflectance, path: str | os.PathLike, format: str | None = None, **o
     file as it was. Raises ParameterError for a suffix of no format, or of several, without `format`, for unknown
     options and values out of their bounds, for a material that the format cannot hold, and for a `path` that may not be
     replaced; WriteError where the system refuses, as on a full disk.
+
+    Example
+    >>> gn.save(gn.Lambertian(0.2) + gn.Microfacet(gn.GGX(0.1)), "paint.json")
+    >>> print(gn.load("paint.json").terms[0])
+    Lambertian(rho=0.2)
     """
     module = writer(path, format)
     options = _options.checked(module, "write", options)

@@ -80,7 +80,12 @@ class Parametrised(Value):
     @classmethod
     @cache
     def unwritten(cls) -> list[str]:
-        """The abstract methods that neither this class nor a base of it writes: those of an abstract base."""
+        """The abstract methods that neither this class nor a base of it writes: those of an abstract base.
+
+        Example
+        >>> print(gn.Reflectance.unwritten(), gn.Lambertian.unwritten())
+        ['formula'] []
+        """
         names = [n for kind in cls.__mro__ for n, x in vars(kind).items() if getattr(x, "__isabstractmethod__", False)]
         return [name for name in names if getattr(getattr(cls, name), "__isabstractmethod__", False)]
 
@@ -94,7 +99,12 @@ class Parametrised(Value):
 
     @classmethod
     def files_among(cls, arguments: Iterable[Any], named: Mapping[str, Any]) -> list[str]:
-        """The paths among these arguments, of files that the constructor would open."""
+        """The paths among these arguments, of files that the constructor would open.
+
+        Example
+        >>> print(gn.EnvironmentLight.files_among(["studio.exr"], {}))
+        ['studio.exr']
+        """
         values = [*zip(cls._settable(), arguments, strict=False), *named.items()]
         return [v for name, v in values if isinstance(v, str) and name in cls.fields and cls.fields[name].opens_files]
 
@@ -205,7 +215,12 @@ class Parametrised(Value):
 
     @classmethod
     def unchecked(cls, **values: Any) -> Self:
-        """An instance made inside a formula, of numbers that are checked and converted already."""
+        """An instance made inside a formula, of numbers that are checked and converted already.
+
+        Example
+        >>> print(gn.GGX.unchecked(alpha_x=0.1, alpha_y=0.4).alpha_y)
+        0.4
+        """
         return cls._made_of(values, {"_tied": {}, "_derived": {}})
 
     def validate(self) -> None:
@@ -217,7 +232,16 @@ class Parametrised(Value):
         return UnwrittenError(f"{kind.__name__} has no {method}, which this needs; {_to_write(kind, method)}")
 
     def walk(self, prefix: str = "") -> Iterator[Place]:
-        """Every field of this value; each part is followed by its own fields."""
+        """Every field of this value; each part is followed by its own fields.
+
+        Example
+        >>> for row in gn.Rotated(gn.Lambertian(0.5), 0.3).walk():
+        ...     print(row[0])
+        ...
+        of
+        of.rho
+        angle
+        """
         for name, field in self.fields.items():
             value: Any = self.__dict__.get(name)  # bound copies hold no tables that are not looked up
             yield prefix + name, field, value, self
@@ -232,7 +256,15 @@ class Parametrised(Value):
 
     @property
     def parameters(self) -> dict[str, Parameter]:
-        """Dotted path -> value, bounds, meaning and unit of every number this depends on."""
+        """Dotted path -> value, bounds, meaning and unit of every number this depends on.
+
+        Example
+        >>> for path, p in gn.Microfacet(gn.GGX(0.1)).parameters.items():
+        ...     print(path, p.value, p.low, p.high)
+        ...
+        distribution.alpha_x 0.1 0.001 1.0
+        fresnel.reflectance 1.0 0.0 1.0
+        """
         return {
             path: Parameter(value, field.low, field.high, field.doc, field.unit)
             for path, field, value, _ in self._numbers()
@@ -240,7 +272,19 @@ class Parametrised(Value):
         }
 
     def settable(self) -> Iterator[tuple[str, Field, Any]]:
-        """Path, declaration and value of everything that `replace` can set: numbers, words and parts."""
+        """Path, declaration and value of everything that `replace` can set: numbers, words and parts.
+
+        Example
+        >>> for path, field, value in gn.Microfacet(gn.GGX(0.1)).settable():
+        ...     print(path, value)
+        ...
+        distribution GGX(alpha_x=0.1)
+        distribution.alpha_x 0.1
+        distribution.alpha_y 0.1
+        fresnel Constant(reflectance=1.0)
+        fresnel.reflectance 1.0
+        masking height_correlated
+        """
         return ((path, f, value) for path, f, value, _ in self.walk() if not isinstance(f, (Table, Channels)))
 
     def _names(self) -> list[str]:
@@ -257,6 +301,13 @@ class Parametrised(Value):
 
         `alpha` stands for `1.distribution.alpha` where nothing else is called so. Raises NotFoundError where nothing
         is, ParameterError where several are.
+
+        Example
+        >>> m = gn.Lambertian(0.2) + gn.Microfacet(gn.GGX(0.1))
+        >>> print(m.replace({"0.rho": 0.3, "1.distribution.alpha_x": 0.5}).parameters["0.rho"].value)
+        0.3
+        >>> print(gn.GGX(0.1).replace(alpha=0.3))
+        GGX(alpha_x=0.3)
         """
         if not isinstance(name, str):
             raise NotFoundError(unknown(type(self).__name__, name, self._names()))
@@ -340,7 +391,12 @@ class Parametrised(Value):
         return Ours(value) if isinstance(self.fields[name], Table) and value is not None else value
 
     def rebuilt(self, change: Callable[[str, Field, Any], Any], prefix: str = "") -> Self:
-        """A copy, unchecked, with `change(path, field, value)` for every number; itself where that changes none."""
+        """A copy, unchecked, with `change(path, field, value)` for every number; itself where that changes none.
+
+        Example
+        >>> print(*gn.GGX(0.1, 0.4).rebuilt(lambda path, field, value: 0.5 * value).leaves())
+        0.05 0.2
+        """
         changes: dict[str, Any] = {}
         for name, field in self.fields.items():
             value: Any = self.__dict__.get(name)
@@ -357,21 +413,40 @@ class Parametrised(Value):
         return self._changed(changes) if changes else self
 
     def with_values(self, values: dict[str, Any]) -> Self:
-        """A copy with other numbers, by path, unchecked: for libraries that put values of their own kinds there."""
+        """A copy with other numbers, by path, unchecked: for libraries that put values of their own kinds there.
+
+        Example
+        >>> print(gn.GGX(0.1).with_values({"alpha_x": 0.3}).alpha_x)
+        0.3
+        """
         return self.rebuilt(lambda path, _, value: values.get(path, value))
 
     def each(self, change: Callable[[Any], Any]) -> Self:
-        """A copy, unchecked, with `change` applied to the value of every parameter."""
+        """A copy, unchecked, with `change` applied to the value of every parameter.
+
+        Example
+        >>> print(*gn.GGX(0.1, 0.4).each(lambda value: 2.0 * value).leaves())
+        0.2 0.8
+        """
         return self.rebuilt(lambda _, field, value: change(value) if isinstance(field, Param) else value)
 
     def merged(self, merge: Callable[[Any, str], Any]) -> Self:
-        """A copy, unchecked, with `merge` applied to every number and its way of merging channels for sampling."""
+        """A copy, unchecked, with `merge` applied to every number and its way of merging channels for sampling.
+
+        Example
+        >>> print(gn.Lambertian([0.6, 0.1, 0.05]).merged(lambda value, way: value.max()).rho)
+        0.6
+        """
         return self.rebuilt(lambda _, field, value: merge(value, getattr(field, "sampled", "mean")))
 
     def bind(self, convert: Callable[[Any], Any], table: Callable[[Fixed], Any]) -> Self:
         """A copy for evaluation, unchecked: `convert` applied to every number, `table` to every lookup table.
 
         It holds words and state besides, and nothing else: a formula that reads more fails, for no trace knows of it.
+
+        Example
+        >>> print(gn.GGX(0.1, 0.4).bind(np.float32, lambda table: table).alpha_y.dtype)
+        float32
         """
         attributes, kept, tied = self.__dict__, self._kept, self._tied
         bound = {"_tied": tied, "_holed": self._holed, "_derived": {}, "is_bound": True}
@@ -392,19 +467,39 @@ class Parametrised(Value):
         return self._made_of(bound)
 
     def leaves(self) -> Iterator[Any]:
-        """Values of all numbers, for shapes and libraries."""
+        """Values of all numbers, for shapes and libraries.
+
+        Example
+        >>> print(*gn.GGX(0.1, 0.4).leaves())
+        0.1 0.4
+        """
         return (value for _, _, value, _ in self._numbers())
 
     def leaf_paths(self) -> Iterator[str]:
-        """The dotted path of each of `leaves`; "" for one that is no parameter."""
+        """The dotted path of each of `leaves`; "" for one that is no parameter.
+
+        Example
+        >>> print(*gn.Microfacet(gn.GGX(0.1, 0.4)).leaf_paths())
+        distribution.alpha_x distribution.alpha_y fresnel.reflectance
+        """
         return (path if isinstance(field, Param) else "" for path, field, _, _ in self._numbers())
 
     def holed(self) -> Iterator[Any]:
-        """The numbers of parameters of which some are missing."""
+        """The numbers of parameters of which some are missing.
+
+        Example
+        >>> print(list(gn.Lambertian(0.5).holed()))
+        []
+        """
         return (value for _, field, value, owner in self.walk() if field.name in owner._holed)
 
     def is_oriented(self) -> bool:
-        """Whether this, or a part of it, is `oriented`."""
+        """Whether this, or a part of it, is `oriented`.
+
+        Example
+        >>> print(gn.Lambertian(0.5).is_oriented(), gn.Microfacet(gn.GGX(0.1)).is_oriented())
+        False True
+        """
         return self.oriented or any(part.is_oriented() for part in self._components())
 
 

@@ -59,6 +59,13 @@ def reflected_radiance(
              delta lobe contributes 0, by definition.
     Source   Szeliski 2.83 to 2.85; lecture 4, eq. 4.10 and 4.11 (docs/equations.md). Balance heuristic: Veach &
              Guibas 1995.
+
+    Example
+    >>> sun = gn.DistantLight(gn.direction(0.5, 0.0), irradiance=800.0)
+    >>> sky = gn.ConstantLight(60.0)
+    >>> up = [0, 0, 1]
+    >>> print(gn.reflected_radiance(gn.Lambertian(0.5), [sun, sky], up, normal=up).round(2))
+    141.74
     """
     lights = as_lights(lights)
     wo = _joined(wo, lights)

@@ -55,6 +55,12 @@ def reflectance(
     Error    at most `tolerance` times Omega_o/pi (relative where the reflectance factor is above 1), so that small
              cones keep their digits, or a ToleranceWarning. Delta lobes and environment maps: `reflectance_factor`.
     Source   Nicodemus et al. 1977, NBS Monograph 160; Schaepman-Strub et al. 2006, Remote Sens. Environ. 103:27.
+
+    Example
+    >>> glossy = gn.Lambertian(0.3) + gn.Microfacet(gn.GGX(0.1), gn.Dielectric(1.5))
+    >>> detector = gn.Cone(gn.direction(0.5, np.pi), np.radians(5.0))
+    >>> print(gn.reflectance(glossy, gn.direction(0.5, 0.0), detector).round(5))
+    0.00934
     """
     to = _geometry("collected", collected)
     if not isinstance(to, (Cone, Hemisphere)):
@@ -99,6 +105,13 @@ def reflectance_factor(
              as in `f`. Environment maps are sampled, up to 2^20 times: the error returned is then twice the standard
              error of 16 parts.
     Source   Nicodemus et al. 1977, NBS Monograph 160; Schaepman-Strub et al. 2006, Remote Sens. Environ. 103:27.
+
+    Example
+    >>> glossy = gn.Lambertian(0.3) + gn.Microfacet(gn.GGX(0.1), gn.Dielectric(1.5))
+    >>> print(gn.reflectance_factor(glossy, gn.direction(0.5, 0.0), [0, 0, 1]).round(4))
+    0.3229
+    >>> print(gn.reflectance_factor(glossy, gn.Hemisphere(), [0, 0, 1]).round(4))
+    0.3396
     """
     R = _factor(m, incident, _geometry("collected", collected), sky, tolerance)
     return R if error else R.value

@@ -55,6 +55,11 @@ def check(
     `progress(done, total)` is called after each law. A law that the model's class declares not to obey is marked with
     the class's reason. For a table with uncertainties a verdict also says whether a failure is more than they explain;
     it stays that of the numbers.
+
+    Example
+    >>> report = gn.check(gn.OriginalPhong(0.2), laws=["positivity", "reciprocity"])
+    >>> print(report.verdicts)
+    {'positivity': 'pass', 'reciprocity': 'breaks'}
     """
     names = list(LAWS) if laws is None else list(laws)
     for name in names:

@@ -73,7 +73,13 @@ def at_most(
 
 @dataclass(frozen=True)
 class Report:
-    """The verdicts of `check`: `passed` if every law holds. Prints as a table."""
+    """The verdicts of `check`: `passed` if every law holds. Prints as a table.
+
+    Example
+    >>> report = gn.check(gn.Lambertian(0.5), laws=["energy"])
+    >>> print(report.passed, report.laws[0].value <= report.laws[0].tolerance)
+    True True
+    """
 
     material: str
     laws: tuple[Law, ...]
@@ -81,24 +87,45 @@ class Report:
 
     @property
     def passed(self) -> bool:
-        """Whether every law holds."""
+        """Whether every law holds.
+
+        Example
+        >>> print(gn.check(gn.Lambertian(0.5), laws=["energy"]).passed)
+        True
+        """
         return all(law.passed for law in self.laws)
 
     @property
     def lawful(self) -> bool:
-        """Whether every law holds, or fails as the class declares."""
+        """Whether every law holds, or fails as the class declares.
+
+        Example
+        >>> report = gn.check(gn.OriginalPhong(0.2), laws=["reciprocity"])
+        >>> print(report.passed, report.lawful)
+        False True
+        """
         return not any(law.verdict == "FAIL" for law in self.laws)
 
     @property
     def verdicts(self) -> dict[str, str]:
-        """Law -> "pass", "breaks" or "FAIL"; laws that do not apply are left out."""
+        """Law -> "pass", "breaks" or "FAIL"; laws that do not apply are left out.
+
+        Example
+        >>> print(gn.check(gn.OriginalPhong(0.2), laws=["reciprocity"]).verdicts)
+        {'reciprocity': 'breaks'}
+        """
         return {law.name: law.verdict for law in self.laws}
 
     def __getitem__(self, name: str) -> Law:
         return next(law for law in self.laws if law.name == name)
 
     def to_json(self) -> dict[str, Any]:
-        """The report as JSON data."""
+        """The report as JSON data.
+
+        Example
+        >>> print(gn.check(gn.Lambertian(0.5), laws=["energy"]).to_json()["passed"])
+        True
+        """
         laws = [{**asdict(law), "verdict": law.verdict} for law in self.laws]
         return {**asdict(self), "laws": laws, "passed": self.passed, "lawful": self.lawful}
 

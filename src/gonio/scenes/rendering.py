@@ -57,6 +57,11 @@ def render(
     container's limit set how many); the same arguments and seed give the same picture on any number of them.
     `progress(done, total)` is called as the work goes on. Direct light: Szeliski 2.83 to 2.85; sampling: Veach & Guibas
     1995.
+
+    Example
+    >>> picture = gn.render(gn.material("gold"), gn.EnvironmentLight.studio(height=32), size=16, samples=4)
+    >>> print(picture.pixels.shape, picture.alpha.shape)
+    (16, 16, 3) (16, 16)
     """
     if maps := batch.full_shape(m, ()):
         places = [path for path, p in m.parameters.items() if np.ndim(p.value) > 1]

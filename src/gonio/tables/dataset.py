@@ -38,6 +38,11 @@ def to_dataset(
     from, with its SHA-256.
 
     Raises ParameterError for a material with a delta lobe or with maps.
+
+    Example
+    >>> ds = gn.to_dataset(gn.Lambertian(0.5), resolution=(4, 4, 8))
+    >>> print(dict(ds.sizes))
+    {'theta_h': 4, 'theta_d': 4, 'phi_d': 8}
     """
     table = m.as_grid() if isinstance(m, Measured) and resolution is None else None
     table = _on_grid(m, parameterisation, resolution) if table is None else table
@@ -50,6 +55,11 @@ def from_dataset(ds: xarray.Dataset, path: str = "") -> Gridded:
 
     Angles may be in degrees and wavelengths in um or m, by their `units`. Where `valid` is false there is no value.
     Raises FormatError, which names the missing or wrong variable or attribute.
+
+    Example
+    >>> ds = gn.to_dataset(gn.Lambertian(0.5), resolution=(4, 4, 8))
+    >>> print(gn.albedo(gn.from_dataset(ds), [0, 0, 1]).round(4))
+    0.4999
     """
     if not hasattr(type(ds), "data_vars"):
         raise ParameterError(

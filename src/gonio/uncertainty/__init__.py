@@ -61,6 +61,14 @@ def with_uncertainty(
     Error    u_noise: first order to 1 % (a sum over 2^13 to 2^18 pairs of directions, doubled until u changes by less
              than 0.5 %; measured: 0.3 %); Monte Carlo to a relative standard error of 1/sqrt(2 draws), 2 % for 1000.
              u_interpolation is an estimate: FIGURES
+
+    Example
+    >>> axes = {"theta_i": [0.0, 0.8, 1.5], "theta_o": [0.0, 0.8, 1.5], "phi": [0.0, np.pi]}
+    >>> f = np.full((3, 3, 2), 0.1)
+    >>> m = gn.Gridded("angles", axes, f, uncertainty=0.02 * f)
+    >>> q = gn.with_uncertainty(gn.albedo, m, [0, 0, 1], correlation="common")
+    >>> print(q)
+    0.3141(63)
     """
     if method not in METHODS:
         raise ParameterError(f"method={method!r:.40}: expected one of {', '.join(map(repr, METHODS))}")
