@@ -18,7 +18,7 @@ from .angle_systems import angle_system
 from .axes import nodes_of
 from .dataset_layout import NANOMETRES, RADIANS, ROW, from_text
 from .gridded import Gridded
-from .nodes import channels_named, f_at
+from .nodes import channels_named, f_at, needed
 from .rows import ROW_ANGLES
 from .scattered import Scattered
 
@@ -34,8 +34,8 @@ def to_dataset(
 
     Measurements on a grid (MERL too) or in rows stay as they are, with uncertainty, validity and metadata. Other
     reflectances, and any if a `resolution` is given (nodes along each axis), are evaluated on a grid of the
-    `parameterisation`; pairs below the horizon have no value. The dataset names the file that a measurement was read
-    from, with its SHA-256.
+    `parameterisation`, by default with no more nodes than f needs: two along an axis that it does not depend on. Pairs
+    below the horizon have no value. The dataset names the file that a measurement was read from, with its SHA-256.
 
     Raises ParameterError for a material with a delta lobe or with maps.
 
@@ -212,6 +212,8 @@ def _on_grid(m: Reflectance, parameterisation: str, resolution: Sequence[int] | 
     tabular_shape(m)
     system = angle_system(parameterisation)
     axes = nodes_of(system, not m.is_isotropic(), resolution, system.coarse)
+    if resolution is None:
+        axes = needed(m, system, axes)
     names, values = tristimulus(m.channel_names, f_at(m, *system.directions(axes)))
     channels = (names or channels_named(values.shape[-1])) if values.ndim > len(axes) else None
     table = Gridded(parameterisation, axes, values, channels=channels, about={"made_of": repr(m)})
