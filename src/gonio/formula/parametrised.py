@@ -226,7 +226,7 @@ class Parametrised(Value):
     def validate(self) -> None:
         """Rules between fields; raises ParameterError. Overridden where there are any."""
 
-    def lacks(self, method: str) -> UnwrittenError:
+    def _lacks(self, method: str) -> UnwrittenError:
         """The error of a call that needs a method which the class of this value does not write."""
         kind = type(self)
         return UnwrittenError(f"{kind.__name__} has no {method}, which this needs; {_to_write(kind, method)}")
