@@ -98,15 +98,19 @@ def import_(ctx: click.Context, file: Path, output: Path | None, format_: str | 
 def summary(table: Understood, m: Any) -> dict[str, str]:
     """What a table holds, in words: rows, what was passed over, angles, the measurement."""
     layout = table.layout
-    rows = len(table.lines)
+    rows = len(table.numbers.lines)
     between = {";": "semicolons", ",": "commas", "\t": "tabs", "|": "bars"}.get(layout.delimiter, "blanks")
-    comma = ", decimal commas" if table.decimal == "," else ""
-    last = f"{table.lines[0]} to {table.lines[-1]}" if rows else ""
+    comma = ", decimal commas" if table.numbers.decimal == "," else ""
+    last = f"{table.numbers.lines[0]} to {table.numbers.lines[-1]}" if rows else ""
     header = f", names in line {layout.header}" if layout.header else ""
     found = {"rows": f"{rows} in lines {last}{header}, {between} between cells{comma}"}
     passed = [f"{len(layout.text)} lines above"] if layout.text else []
-    passed += [f"{len(table.below)} below"] if table.below else []
-    passed += [f"column names again in lines {', '.join(map(str, table.repeated[:8]))}"] if table.repeated else []
+    passed += [f"{len(table.numbers.below)} below"] if table.numbers.below else []
+    passed += (
+        [f"column names again in lines {', '.join(map(str, table.numbers.repeated[:8]))}"]
+        if table.numbers.repeated
+        else []
+    )
     if passed:
         found["passed over"] = ", ".join(passed) + "; their text is kept"
     missing = sum(column.missing for column in table.columns)

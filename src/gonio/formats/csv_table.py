@@ -41,11 +41,12 @@ from ..tables.gridded import Gridded
 from ..tables.rows import ROW_ANGLES
 from ..tables.scattered import Scattered
 from ._laboratory.layout import find
+from ._laboratory.meanings import Meanings, Said, stated_incidence
 from ._laboratory.names import QUANTITIES
 from ._laboratory.names import meaning as meaning_of
 from ._laboratory.sheets import DELIMITERS, TextSheet
 from ._laboratory.suspicions import suspicions
-from ._laboratory.understanding import Said, Understood, stated_incidence, understand, understand_names
+from ._laboratory.understanding import Understood, understand
 from ._options import ABOVE_ZERO, Declared
 from ._reading import channel_words, plain_text
 from ._rows.direction_pairs import Pairs, Side, grid_of, gridded, half_circle, material
@@ -193,7 +194,7 @@ def readable(head: bytes) -> bool:
 def refusal(path: Path) -> str | None:
     """Why the names of a text file are no table's, with the option that helps; None for a table."""
     try:
-        understand_names(TextSheet(path), Said())
+        Meanings(TextSheet(path), Said())
     except FormatError as error:
         return str(error)
     return None
@@ -208,7 +209,7 @@ def of_table(table: Understood, path: str, side: str) -> Gridded:
     """The measurement of a laboratory's table."""
     for text in suspicions(table):
         warn(f"{path}: {text}", MeaningWarning)
-    about: dict[str, Any] = {**table.notes, **described(table)}
+    about: dict[str, Any] = {**table.layout.notes, **described(table)}
     about["angle_unit"] = "rad" if table.in_radians else "deg"
     return _material(path, dict(table.angles), table.values, about, side, stated_incidence(table.layout.text))
 
@@ -217,8 +218,8 @@ def described(table: Understood) -> dict[str, Any]:
     """What `about` says of a laboratory's table: its text, its columns if they have other names, what is missing."""
     names = {column.name for column in table.columns}
     about: dict[str, Any] = {}
-    if table.layout.text or table.below:
-        about["text"] = [*table.layout.text, *table.below]
+    if table.layout.text or table.numbers.below:
+        about["text"] = [*table.layout.text, *table.numbers.below]
     if not all(name.lower() in ANGLES or _VALUE.fullmatch(name) for name in names):
         about["columns"] = {
             column.name or "(said)": f"{column.meaning} [{column.unit}]" if column.unit else column.meaning

@@ -136,7 +136,10 @@ _QUANTITY_READINGS = {
     **dict.fromkeys(("value", "values", "data", "result", "mean", "scatter", "y"), (("brdf", "f"), ("dsf", "f cos"))),
 }
 _HARMLESS = frozenset(
-    ["no", "nr", "number", "num", "index", "idx", "id", "point", "pointno", "pointnumber", "row", "line", "time", "date", "datetime", "timestamp", "temperature", "temp", "humidity", "comment", "comments", "remark", "remarks", "note", "notes", "status", "operator", "sample", "samplename", "sampleid", "scan", "scanno", "run", "signal", "counts", "intensity", "voltage", "current", "photocurrent", "power", "dark", "darksignal", "darkcounts", "reference", "referencesignal", "gain", "integrationtime", "exposure", "elapsed", "elapsedtime", "file", "filename"]
+    " no nr number num index idx id point pointno pointnumber row line time date datetime timestamp temperature temp "
+    "humidity comment comments remark remarks note notes status operator sample samplename sampleid scan scanno run "
+    "signal counts intensity voltage current photocurrent power dark darksignal darkcounts reference referencesignal "
+    "gain integrationtime exposure elapsed elapsedtime file filename ".split(" ")[1:-1]
 )
 _UNCERTAIN = {
     "standard": frozenset(["u", "std", "stdev", "stddev", "sd", "sigma", "deviation"]),
@@ -158,6 +161,11 @@ def unit_of(text: str) -> str | None:
     """The unit of a text such as "sr⁻¹" or "Degrees"; None for another text."""
     word = unicodedata.normalize("NFKC", text.replace("º", "°")).replace("−", "-").replace("(-1)", "-1")
     return UNITS.get(re.sub(r"[\s.]+$|\s+|^\s+", "", word).lower())
+
+
+def unit_in(name: str) -> str:
+    """The unit in brackets in a name of any words, or ""."""
+    return next((unit for word in _BRACKET.findall(name) if (unit := unit_of(word))), "")
 
 
 @lru_cache(maxsize=4096)
