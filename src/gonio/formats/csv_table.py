@@ -90,7 +90,8 @@ class Table(NamedTuple):
 Columns = Annotated[
     dict | Sequence[str] | None,
     Declared(
-        "what columns mean: a name of gonio -> the name in the file, or a number for an angle that no column has, as in "
+        "what columns mean: a name of gonio -> the name in the file, or a number for an angle that no column "
+        "has, as in "
         '{"theta_i": "in (deg)", "phi": 180, "ignore": "Temp"}; or names for all columns in their order'
     ),
 ]
@@ -125,8 +126,8 @@ Missing = Annotated[
 Forward = Annotated[
     int | None,
     Declared(
-        "azimuth phi of the mirror direction [degrees]: 180 as gonio counts, or 0; without azimuths 180 has theta_o of the "
-        "other sign there, 0 of the same sign as theta_i",
+        "azimuth phi of the mirror direction [degrees]: 180 as gonio counts, or 0; without azimuths 180 has "
+        "theta_o of the other sign there, 0 of the same sign as theta_i",
         words=(0, 180),
     ),
 ]
@@ -207,11 +208,12 @@ def understood(path: Path, side: Side = "front", **said: Any) -> Understood:
 
 def of_table(table: Understood, path: str, side: str) -> Gridded:
     """The measurement of a laboratory's table."""
-    for text in suspicions(table):
-        warn(f"{path}: {text}", MeaningWarning)
     about: dict[str, Any] = {**table.layout.notes, **described(table)}
     about["angle_unit"] = "rad" if table.in_radians else "deg"
-    return _material(path, dict(table.angles), table.values, about, side, stated_incidence(table.layout.text))
+    m = _material(path, dict(table.angles), table.values, about, side, stated_incidence(table.layout.text))
+    for text in suspicions(table):
+        warn(f"{path}: {text}", MeaningWarning)
+    return m
 
 
 def described(table: Understood) -> dict[str, Any]:

@@ -165,8 +165,8 @@ class Meanings:
     def _expect_forward(self, name: str) -> None:
         if self.said.forward is None:
             raise self.fault(
-                f"column {name!r} has two readings: 0 is the mirror direction, or the side of the light; say forward=0 or "
-                f"forward=180, its value in the mirror direction"
+                f"column {name!r} has two readings: 0 is the mirror direction, or the side of the light; say "
+                f"forward=0 or forward=180, its value in the mirror direction"
             )
 
     def _leave_out_unknown(self) -> None:
@@ -175,7 +175,8 @@ class Meanings:
             if not of.key and not every:
                 name = self.names[k]
                 raise self.fault(
-                    f'column {name!r} is not known; say what it is, or leave it out: columns={{"theta_o": {name!r}}} or '
+                    f'column {name!r} is not known; say what it is, or leave it out: columns={{"theta_o": '
+                    f"{name!r}}} or "
                     f'columns={{"ignore": {name!r}}} (-O columns.ignore={name!r}); "*" leaves out every unknown one'
                 )
             if not of.key:
@@ -215,8 +216,8 @@ class Meanings:
             self.of[k] = self.of[k]._replace(quantity=self._quantity(self.names[k], self.of[k]), readings=())
         if len(values) > 1 and not all(self.of[k].channel for k in values):
             raise self.fault(
-                f"columns of values {', '.join(repr(self.names[k]) for k in values[:5])}: expected one column or one per "
-                f"channel, as in 'BRDF 550 nm'; columns={{\"ignore\": [...]}} leaves out others"
+                f"columns of values {', '.join(repr(self.names[k]) for k in values[:5])}: expected one column "
+                f"or one per channel, as in 'BRDF 550 nm'; columns={{\"ignore\": [...]}} leaves out others"
             )
 
     def _quantity(self, name: str, of: Meaning) -> str:

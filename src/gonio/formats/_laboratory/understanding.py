@@ -100,7 +100,7 @@ class _Table:
                 continue
             factor = 1.0 if in_radians else _DEGREES.get(units[key], 1.0)
             angles[key] = column if factor == 1.0 else column * factor
-            unit = units[key] or "deg, as no unit is stated"
+            unit = units[key] or "deg (unstated)"
             self.columns[k] = _column(self.names[k], f"{key}: {_short(key)}", unit, column)
         rows = len(self.numbers.lines)
         for key, number in self.meanings.constants.items():
@@ -134,18 +134,18 @@ class _Table:
         broken = any((column != np.round(column)).any() for column in polar.values())
         if small and broken and max(len(np.unique(column)) for column in polar.values()) > 2:
             raise FormatError(
-                f"{self.path}: polar angles up to {max(largest[key] for key in polar):.4g}, and no unit is stated: radians, "
-                f"or degrees close to the normal? say angle_unit='rad' or angle_unit='deg'"
+                f"{self.path}: polar angles up to {max(largest[key] for key in polar):.4g}, and no unit is "
+                f"stated: radians, or degrees close to the normal? say angle_unit='rad' or angle_unit='deg'"
             )
 
     def _nm(self, column: np.ndarray, of: Meaning) -> tuple[np.ndarray, str]:
         unit = of.unit if of.unit in ("nm", "um") else self.said.wavelength_unit
         if unit is None and len(column) and column.max() < 100.0:
             raise FormatError(
-                f"{self.path}: wavelengths from {column.min():g} to {column.max():g}, and no unit is stated: micrometres? "
-                f"say wavelength_unit='um' or wavelength_unit='nm'"
+                f"{self.path}: wavelengths from {column.min():g} to {column.max():g}, and no unit is stated: "
+                f"micrometres? say wavelength_unit='um' or wavelength_unit='nm'"
             )
-        return (np.round(column * 1000.0, 6) if unit == "um" else column), unit or "nm, as no unit is stated"
+        return (np.round(column * 1000.0, 6) if unit == "um" else column), unit or "nm (unstated)"
 
     def _turn(self, angles: dict[str, np.ndarray], places: dict[str, int], half: float) -> None:
         """Count azimuths from the side of the light, where they are counted from the mirror direction."""
@@ -169,7 +169,8 @@ class _Table:
         one_sided = len(theta_i) and min(theta_i.min(), theta_o.min()) >= 0.0
         if self.said.forward is None and one_sided and min(theta_i.max(), theta_o.max()) > 0.0:
             raise FormatError(
-                f"{self.path}: no column of an azimuth and no negative angle: the viewer may be on the side of the light, "
+                f"{self.path}: no column of an azimuth and no negative angle: the viewer may be on the side of "
+                f"the light, "
                 f"or on the mirror's; say forward=180, or forward=0, where theta_o = theta_i is the mirror direction"
             )
 
@@ -209,8 +210,8 @@ class _Table:
         if same or (before and not channel):
             return same[0] if same else before[-1]
         raise self.meanings.fault(
-            f"column {self.names[k]!r}: an uncertainty of channel {channel!r}, which no values have; expected uncertainties "
-            f"of none or of all channels, each on the right of its values or named as these"
+            f"column {self.names[k]!r}: an uncertainty of channel {channel!r}, which no values have; expected "
+            f"uncertainties of none or of all channels, each on the right of its values or named as these"
         )
 
     def _standard(self, k: int, column: np.ndarray, values: np.ndarray, value: Meaning) -> tuple[np.ndarray, str, str]:
