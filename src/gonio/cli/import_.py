@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from ..formats._laboratory.understanding import Column, Understood
     from ..tables.gridded import Gridded
 
-NARROWEST, USUAL = 60, 100
+NARROWEST, USUAL = 72, 100
 """Characters of a line of the table: at least, and where nothing says how wide a line may be."""
 
 SHOWN = 24
@@ -161,12 +161,10 @@ def _print(title: str, table: Understood, facts: dict[str, str], wrong: Sequence
         title=Text(visible(title)), title_justify="left", title_style="bold", box=box.SIMPLE_HEAD, pad_edge=False
     )
     for name in ("column", "meaning", "unit", "first values", "range"):
-        columns.add_column(name, overflow="fold", min_width=22 if name == "meaning" else 0)
-    if any(column.missing for column in table.columns):
-        columns.add_column("missing", min_width=7)
+        columns.add_column(name, overflow="fold", min_width=20 if name == "meaning" else 0)
     for column in shown(table.columns):
         style = "dim" if column.meaning == "left out" else ""
-        columns.add_row(*(Text(visible(cell), style) for cell in _cells(column)[: len(columns.columns)]))
+        columns.add_row(*(Text(visible(cell), style) for cell in _cells(column)))
     console.print(columns)
     below = Table(box=None, show_header=False, pad_edge=False)
     below.add_column(no_wrap=True, style="bold")
@@ -188,5 +186,5 @@ def shown(columns: Sequence[Column]) -> list[Column]:
 def _cells(column: Column) -> tuple[str, ...]:
     low, high = (f"{x:.4g}" for x in (column.low, column.high))
     span = "" if not column.first or math.isnan(column.low) else low if low == high else f"{low} to {high}"
-    name = column.name or "(said)"
-    return name, column.meaning, column.unit, ", ".join(column.first), span, str(column.missing or "")
+    missing = f"{', ' if span else ''}{column.missing} missing" if column.missing else ""
+    return column.name or "(said)", column.meaning, column.unit, ", ".join(column.first), span + missing
