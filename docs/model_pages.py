@@ -44,10 +44,12 @@ def page(kind: type[Parametrised]) -> str:
     lines = [f"# {name}", "", f"![{name}: a sphere, and slices of f](pictures/{name}.jpg)", "", markdown(parts[""]), ""]
     if kind.fields:
         lines += [*parameters(kind), ""]
-    lines += [f"- **{part}.** {markdown(parts[part])}" for part in PARTS if part in parts]
+    lines += [f"- **{part}.** {markdown(parts[part])}" for part in PARTS if part in parts and part != "Example"]
     for law, why in getattr(kind, "breaks", {}).items():
         lines.append(f"- **Breaks {law}.** {markdown(why)}")
     lines += ["", "```python", "import gonio as gn", "", f"m = {shown(kind)}", "```", ""]
+    if "Example" in parts:
+        lines += ["```pycon", parts["Example"], "```", ""]
     lines.append(f"`gonio cite {name}` prints the sources as BibTeX. [All models](README.md)")
     return "\n".join(lines) + "\n"
 

@@ -14,6 +14,13 @@ from . import repair as repair
 from . import roughness as roughness
 from .base.angles import angles as angles
 from .base.angles import direction as direction
+from .base.frames import from_half_difference as from_half_difference
+from .base.frames import half_difference as half_difference
+from .base.frames import normalize as normalize
+from .base.frames import reflect as reflect
+from .base.frames import refract as refract
+from .base.frames import to_local as to_local
+from .base.frames import to_world as to_world
 from .base.light import Light as Light
 from .base.reflectance import Reflectance as Reflectance
 from .base.reflectance import Sample as Sample

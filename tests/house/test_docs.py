@@ -93,7 +93,7 @@ def test_the_equations_are_there():
 @each_page
 def test_page_runs(page, tmp_path):
     home, work, file = PACKAGE.parent, tmp_path / "work", tmp_path / f"{page.stem}.py"
-    work.mkdir()
+    shutil.copytree(ROOT / "examples", work / "examples")  # pages are read in a clone
     if added := new_files(page):
         home = tmp_path / "package"
         shutil.copytree(PACKAGE, home / "gonio", ignore=shutil.ignore_patterns("__pycache__"))

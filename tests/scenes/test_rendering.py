@@ -31,6 +31,23 @@ def test_a_lambertian_sphere_in_a_furnace_has_its_albedo():
     np.testing.assert_allclose(picture.alpha.sum(), np.pi * (16 / rendering.MARGIN) ** 2, rtol=5e-3)
 
 
+def test_bands_are_chosen_by_name_or_wavelength():
+    m = gn.Lambertian([0.1, 0.2, 0.3, 0.4])
+    named, spectral = m.with_channels(["blue", "green", "red", "nir"]), m.with_channels([469, 555, 645, 858.5])
+
+    def pixel(material, light=1.0, **options):
+        return centre(gn.render(material, gn.ConstantLight(light), size=8, samples=4, **options), 1)
+
+    np.testing.assert_allclose(pixel(named), [0.3, 0.2, 0.1], rtol=1e-5)
+    for chosen, bands in ((named, ("nir", "red", "green")), (spectral, (860, 645, 550.0)), (m, (3, 2, 1))):
+        np.testing.assert_allclose(pixel(chosen, bands=bands), [0.4, 0.3, 0.2], rtol=1e-5)
+    np.testing.assert_allclose(pixel(named, [1.0, 2.0, 3.0, 4.0]), [0.9, 0.4, 0.1], rtol=1e-5)
+    np.testing.assert_allclose(pixel(named, bands=["nir"]), [0.4], rtol=1e-5)
+    for bands, wrong in ((("nir", "red"), "expected three"), ("nir", "expected three"), ((0, 1, 2), "no such channel")):
+        with pytest.raises(gn.Error, match=wrong):
+            pixel(named, bands=bands)
+
+
 def test_a_distant_light_falls_as_the_cosine():
     light = gn.DistantLight([0.0, -1.0, 0.0], np.pi)  # from the camera
     picture = gn.render(gn.Lambertian(1.0), light, size=64, samples=16)

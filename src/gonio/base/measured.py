@@ -50,7 +50,19 @@ class Measured(Reflectance):
     path      the file it was read from, or ""
     quantity  the quantity in the file ("brdf", "brdf * cos(theta_o)"); `f` is always the BRDF [1/sr]
     about     the file's notes on itself, name -> value
+
+    Example
+    >>> m = gn.tabulate(gn.Lambertian(0.5), resolution=(9, 9, 18))
+    >>> print(m.quantity, m.valid.all())
+    brdf True
     """
+
+    noun = "a measurement"
+
+    @staticmethod
+    def instead(value: Any) -> str:
+        table = "gn.tabulate(m), or gn.repair.resample(m), makes a table of any reflectance"
+        return table if isinstance(value, Reflectance) else Reflectance.instead(value)
 
     path: str = note("")
     about: dict[str, Any] = note(Held())
@@ -71,7 +83,13 @@ class Measured(Reflectance):
 
     @property
     def repairs(self) -> tuple[Repair, ...]:
-        """The repairs of the measurement by `gonio.repair`, in order."""
+        """The repairs of the measurement by `gonio.repair`, in order.
+
+        Example
+        >>> m = gn.repair.remove_negatives(gn.tabulate(gn.Lambertian(0.5), resolution=(9, 9, 18)))
+        >>> print([r.operation for r in m.repairs])
+        ['remove_negatives']
+        """
         records = self.about.get("repairs", ())
         return tuple(map(Repair.from_json, records if isinstance(records, (list, tuple)) else [records]))
 
@@ -84,17 +102,29 @@ class Measured(Reflectance):
         """
         tables = [getattr(self, name) for name, field in self.fields.items() if isinstance(field, Table)]
         if not tables:
-            raise NotImplementedError(f"{type(self).__name__}: declares no table, and no `values` in its place")
+            raise self.lacks("values")
         return np.asarray(tables[0])
 
     @property
     def valid(self) -> np.ndarray:
-        """True where the file holds a usable value; shape of `values`."""
-        raise NotImplementedError
+        """True where the file holds a usable value; shape of `values`.
+
+        Example
+        >>> m = gn.tabulate(gn.Lambertian(0.5), resolution=(9, 9, 18))
+        >>> print(m.valid.mean())
+        1.0
+        """
+        raise self.lacks("valid")
 
     @property
     def data(self) -> xarray.Dataset:
-        """The file's content as it was stored, with named axes and CF units; its tables, where a class says no more."""
+        """The file's content as it was stored, with named axes and CF units; its tables, where a class says no more.
+
+        Example
+        >>> m = gn.tabulate(gn.Lambertian(0.5), resolution=(9, 9, 18))
+        >>> print(m.data["values"].attrs["units"])
+        sr-1
+        """
         import xarray
 
         tables = [(name, getattr(self, name), x.doc) for name, x in self.fields.items() if isinstance(x, Table)]
@@ -104,12 +134,24 @@ class Measured(Reflectance):
         return xarray.Dataset(variables, attrs=self.attributes)
 
     def as_grid(self) -> Any:
-        """The `Gridded` with the same values at the same nodes, where they lie on a grid; else None."""
+        """The `Gridded` with the same values at the same nodes, where they lie on a grid; else None.
+
+        Example
+        >>> m = gn.tabulate(gn.Lambertian(0.5), resolution=(9, 9, 18))
+        >>> print(type(m.as_grid()).__name__)
+        Tabulated
+        """
         return None
 
     @property
     def attributes(self) -> dict[str, str]:
-        """The attributes of `data`, as text that any file can hold; `provenance` as JSON."""
+        """The attributes of `data`, as text that any file can hold; `provenance` as JSON.
+
+        Example
+        >>> m = gn.tabulate(gn.Lambertian(0.5), resolution=(9, 9, 18))
+        >>> print(m.attributes["quantity"])
+        brdf
+        """
         attributes = {"quantity": self.quantity, "source": self.path}
         return attributes | ({"provenance": json.dumps(self.provenance)} if self.provenance else {})
 

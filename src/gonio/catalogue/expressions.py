@@ -17,6 +17,7 @@ import warnings
 from collections.abc import Callable
 from typing import Any, NoReturn
 
+from ..arguments import checked
 from ..base.light import Light
 from ..base.reflectance import Reflectance, Scaled
 from ..bounds import MAX_DEPTH, MAX_LENGTH
@@ -36,6 +37,7 @@ _NUMBERS = {"pi": math.pi, "inf": math.inf, "nan": math.nan}
 _FUNCTIONS: dict[str, Callable[..., Any]] = {"load": load, "material": material}
 
 
+@checked
 def expression(text: str, files: bool = False) -> Reflectance:
     """The reflectance that an expression describes: `expression(repr(m)) == m`, for a measurement with `files=True`.
 
@@ -43,12 +45,19 @@ def expression(text: str, files: bool = False) -> Reflectance:
     open files, as on the command line; not for texts of strangers, who would learn which files exist.
     Raises ExpressionError with the column, the text there and the expected text; ParameterError for a value out of its
     bounds; for a file NotFoundError or FormatError, which reveal nothing of its content.
+
+    Example
+    >>> m = gn.expression('Lambertian(0.2) + 0.5 * material("gold", alpha=0.3)')
+    >>> print(m.terms[0], gn.expression(repr(m)) == m)
+    Lambertian(rho=0.2) True
     """
     value = read(text, files=files)
     if not isinstance(value, Reflectance):
         kind = type(value).__name__ if isinstance(value, Parametrised) else describe(value)
         shown = repr(text if len(text) <= 60 else text[:57] + "...")
-        raise ExpressionError(f"{shown}: {kind}, expected a reflectance such as Lambertian(0.5)")
+        advice = Reflectance.instead(value).replace("gn.", "") if isinstance(value, Parametrised) else ""
+        expected = f"; {advice}" if advice else " such as Lambertian(0.5)"
+        raise ExpressionError(f"{shown}: {kind}, expected a reflectance{expected}")
     return value
 
 
@@ -254,6 +263,10 @@ class _Reader:
     def _unknown(self, node: ast.expr, name: str) -> NoReturn:
         classes = [n for n, kind in names().items() if not issubclass(kind, Light)]
         lower = {n.lower(): n for n in [*classes, *_FUNCTIONS]}
+        start = len(self.text.encode()[: node.col_offset].decode(errors="ignore"))
+        hyphened = re.match(r"[\w-]*", self.text[start:])  # to Python a difference: gold - metallic - paint
+        if hyphened is not None and find(hyphened[0]) is not None:
+            name = hyphened[0]
         close = difflib.get_close_matches(name.lower(), lower, n=1)
         built_in = self._material_at(node) or name
         if find(built_in) is not None:

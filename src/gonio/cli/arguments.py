@@ -6,7 +6,7 @@ import difflib
 import math
 import os
 import sys
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +15,7 @@ from ..base.reflectance import Reflectance
 from ..catalogue import builtin
 from ..catalogue.expressions import describe, expression, read
 from ..errors import Error, ExpressionError, NotFoundError, ParameterError
-from ..formats import formats, load
+from ..formats import formats, load_as_typed
 from ..formula.fields import Channels, Table
 from ..formula.json_form import names
 from ..formula.parametrised import Parametrised
@@ -26,15 +26,17 @@ LONGEST = 255
 """Characters of a file's name that are compared with other names."""
 
 
-def resolve(text: str) -> Reflectance:
-    """The material of the argument MATERIAL: a path to read ("-" is standard input), else the name of a built-in one,
-    else an expression."""
+def resolve(text: str, reading: Sequence[str] = ()) -> Reflectance:
+    """The material of the argument MATERIAL: a path to read ("-" is standard input) with these options, else the name of
+    a built-in one, else an expression."""
     if text == "-":
         if sys.stdin is None:
             raise NotFoundError("-: standard input is closed; lead a file or a pipe to it")
-        return load("/dev/stdin")
+        return load_as_typed("/dev/stdin", reading)
     if _is_store(text) if os.path.isdir(text) else os.path.exists(text):
-        return load(text)
+        return load_as_typed(text, reading)
+    if reading and (builtin.find(text) is not None or "(" in text):
+        raise ParameterError(f"-O {reading[0]!r:.60}: options to read a file with, and {text!r:.60} is none")
     if builtin.find(text) is not None:
         return builtin.material(text)
     suffixes = {suffix for module in formats() for suffix in module.SUFFIXES}

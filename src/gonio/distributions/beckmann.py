@@ -24,6 +24,11 @@ class Beckmann(Distribution):
     Error    rounding; sampling inverts the distribution of visible slopes to 1e-6 in u (median 1e-17, float64).
     Source   Beckmann & Spizzichino 1963; Walter et al. 2007, EGSR; Lambda: Heitz 2014, JCGT 3(2). Visible normals:
              the slope integral of Heitz & d'Eon 2014, CGF 33(4), inverted by safeguarded Newton steps.
+
+    Example
+    >>> rough = gn.Microfacet(gn.Beckmann(0.3))
+    >>> print(rough.f_angles(0.0, 0.0, [0.0, 0.4, 0.8], 0.0).round(4))
+    [0.8842 0.6591 0.242 ]
     """
 
     oriented: ClassVar[bool] = True

@@ -26,6 +26,11 @@ class BlinnFacets(Distribution):
     Error    D: rounding. Lambda, by a 16-point rule: G1 relative 1e-6.
     Source   Blinn 1977, "Models of light reflection"; normalised by projected area: Walter et al. 2007, EGSR, whose
              Lambda is an approximation; here it is Smith's integral (see `StudentT`). Normals: density D cos.
+
+    Example
+    >>> facets = gn.BlinnFacets(gn.roughness.blinn_phong_n_from_alpha(0.3))
+    >>> print(gn.Microfacet(facets).f_angles(0.0, 0.0, [0.0, 0.4, 0.8], 0.0).round(4))
+    [0.8842 0.6389 0.2406]
     """
 
     n = param(40.0, 0.0, 1e4, "exponent: the larger, the narrower", sampled="min")

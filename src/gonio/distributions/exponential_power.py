@@ -26,6 +26,13 @@ class ExponentialPower(Distribution):
              D cos: weights stay below 4 times those of exact inversion.
     Source   Holzschuch & Pacanowski 2017, ACM TOG 36(4):66 (their beta is alpha); after Brady et al. 2014, ACM TOG
              33(4):114. Lambda: Smith's integral (`gonio.formula.smith.smith`). Sampling derived here.
+
+    Example
+    >>> for p in (0.6, 1.0):  # 1 is Beckmann
+    ...     print(gn.Microfacet(gn.ExponentialPower(0.3, p=p)).f_angles(0.0, 0.0, [0.0, 0.4, 0.8], 0.0).round(4))
+    ...
+    [0.5877 0.3703 0.2586]
+    [0.8842 0.6591 0.242 ]
     """
 
     oriented: ClassVar[bool] = True

@@ -26,6 +26,11 @@ class SGDFacets(Distribution):
              drawn with a density close to D cos: weights stay below 3 times those of exact inversion.
     Source   Bagher, Soler & Holzschuch 2012, CGF 31(4):1509. Lambda is Smith's integral of this D; the paper fits a
              formula with four more parameters to it, which is the masking of `SGD`. Sampling derived here.
+
+    Example
+    >>> rough = gn.Microfacet(gn.SGDFacets(0.1, p=0.6))
+    >>> print(rough.f_angles(0.0, 0.0, [0.0, 0.4, 0.8], 0.0).round(4))
+    [2.2923 0.6722 0.1313]
     """
 
     alpha = param(0.1, 1e-3, 2.0, "squared width of the tail", sampled="max")

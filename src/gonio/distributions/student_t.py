@@ -26,6 +26,13 @@ class StudentT(Distribution):
     Error    D: rounding. Lambda, by a 16-point rule: G1 relative 1e-6. Normals are drawn with the density D cos.
     Source   Ribardière et al. 2017, CGF 36(2):421, in slopes; Lambda there is a fitted approximation, here an
              integral. gamma = 2: Walter et al. 2007, EGSR.
+
+    Example
+    >>> for gamma in (2.0, 10.0):  # 2 is GGX, infinity Beckmann
+    ...     print(gn.Microfacet(gn.StudentT(0.3, gamma=gamma)).f_angles(0.0, 0.0, [0.0, 0.4, 0.8], 0.0).round(4))
+    ...
+    [0.8842 0.4885 0.1932]
+    [0.8842 0.6343 0.2401]
     """
 
     oriented: ClassVar[bool] = True

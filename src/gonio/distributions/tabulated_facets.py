@@ -33,6 +33,11 @@ class TabulatedFacets(Distribution):
     Error    of resampling a smooth lobe whose width is alpha: relative 1e-4 at alpha = 0.05, 2e-3 at 0.001. Lambda,
              tabulated at 513 elevations: G1 relative 1e-5. Normals: drawn per cell, within 2 % of the density D cos.
     Source   definition. Lambda: Smith's integral, see `gonio.formula.smith.smith`.
+
+    Example
+    >>> facets = gn.TabulatedFacets(theta=[0.0, 0.2, 0.6, 1.5], values=[1.0, 0.5, 0.1, 0.0])
+    >>> print(gn.Microfacet(facets).f_angles(0.0, 0.0, [0.0, 0.4, 0.8], 0.0).round(4))
+    [0.5568 0.3021 0.2332]
     """
 
     theta = table("polar angles [rad], increasing")

@@ -7,15 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from ..errors import shown as shown
 from ..errors import suggestion
-
-
-def shown(value: Any) -> str:
-    """The beginning of a value, in one line, for messages."""
-    try:
-        return f"{' '.join(repr(value[:60] if isinstance(value, (list, tuple)) else value).split()):.60}"
-    except (ValueError, RecursionError):  # an integer of 5000 digits; a list in a list in a list ...
-        return f"a {type(value).__name__}"
 
 
 def literal(value: Any) -> str:

@@ -26,6 +26,11 @@ class ABC(Reflectance):
     Error    rounding: 3e-6 relative in float32.
     Source   Löw, Kronander, Ynnerman & Unger 2012, ACM TOG 31(1):9, doi:10.1145/2077341.2077350 (the model for
              smooth surfaces, from Rayleigh–Rice theory with the ABC power spectrum). Sampling derived here.
+
+    Example
+    >>> m = gn.ABC(A=50.0, B=1e4, C=1.0)
+    >>> print(m.f_angles(0.5, 0.0, [0.4, 0.5, 0.6], np.pi).round(3))
+    [0.025 2.062 0.028]
     """
 
     A = param(10.0, 0.0, 1e4, "height of the lobe, before Fresnel", unit="sr-1")

@@ -27,6 +27,11 @@ class DisneyDiffuse(Reflectance):
     Units    f: 1/sr; rho: 1 (the paper's base colour); roughness: 1, the square root of the GGX lobe's alpha.
     Error    rounding: 8e-7 relative in float32.
     Source   Burley 2012, "Physically-based shading at Disney", SIGGRAPH course notes.
+
+    Example
+    >>> cloth = gn.DisneyDiffuse(0.5, roughness=1.0)
+    >>> print((np.pi * cloth.f_angles([0.0, 1.3], 0.0, [0.0, 1.3], 0.0)).round(3))
+    [0.5   0.866]
     """
 
     rho = param(0.5, 0.0, 1.0, "base colour")
@@ -56,6 +61,11 @@ class FrostbiteDiffuse(Reflectance):
     Units    f: 1/sr; rho: 1; roughness: 1, the square root of the GGX lobe's alpha.
     Error    rounding: 8e-7 relative in float32.
     Source   Lagarde & de Rousiers 2014, "Moving Frostbite to physically based rendering", SIGGRAPH course notes.
+
+    Example
+    >>> cloth = gn.FrostbiteDiffuse(0.5, roughness=1.0)
+    >>> print((np.pi * cloth.f_angles([0.0, 1.3], 0.0, [0.0, 1.3], 0.0)).round(3))
+    [0.331 0.574]
     """
 
     rho = param(0.5, 0.0, 1.0, "base colour")

@@ -37,6 +37,13 @@ class KullaConty(CompensatedMirrors):
     Error    E, a fit: 5e-4; so is the albedo for F = 1. F_avg by 10-point Gauss–Legendre: 1e-4 for eta above 1.1.
     Source   Kulla & Conty 2017, "Revisiting physically based shading at Imageworks", after Kelemen & Szirmay-Kalos
              2001; F_ms with F_avg squared: Hill 2018, "A multi-faceted exploration, part 2", and derived here.
+
+    Example
+    >>> rough = gn.KullaConty(1.0, fresnel=1.0)
+    >>> print(gn.albedo(rough, gn.direction(0.5, 0.0)).round(3))
+    1.0
+    >>> print(gn.albedo(gn.Microfacet(gn.GGX(1.0)), gn.direction(0.5, 0.0)).round(3))
+    0.333
     """
 
     alpha = param(0.3, ALPHA_LOW, ALPHA_HIGH, "slope scale of the facets", sampled="max")
@@ -76,6 +83,11 @@ class Turquin(Facets):
     Units    f: 1/sr; alpha: 1.
     Error    E, a fit: 5e-4, and the factor 1.6e-3 relative.
     Source   Turquin 2019, "Practical multiple scattering compensation for microfacet models", Industrial Light & Magic.
+
+    Example
+    >>> rough = gn.Turquin(1.0, fresnel=[1.0, 0.7, 0.3])
+    >>> print(gn.albedo(rough, gn.direction(0.5, 0.0)).round(3))
+    [0.824 0.473 0.144]
     """
 
     alpha = param(0.3, 0.04, ALPHA_HIGH, "slope scale of the facets; below, less than 1 % is lost", sampled="max")
@@ -112,6 +124,11 @@ class FdezAguera(CompensatedMirrors):
     Error    E and E_F, fits: 5e-4.
     Source   Fdez-Agüera 2019, "A multiple-scattering microfacet model for real-time image based lighting", JCGT
              8(1):45.
+
+    Example
+    >>> gold = gn.FdezAguera(1.0, F0=[1.0, 0.7, 0.3])
+    >>> print(gn.albedo(gold, gn.direction(0.5, 0.0)).round(3))
+    [0.923 0.436 0.129]
     """
 
     alpha = param(0.3, 0.04, ALPHA_HIGH, "slope scale of the facets; below, less than 1 % is lost", sampled="max")

@@ -65,6 +65,11 @@ class FujiiOrenNayar(_Fujii):
              is 0.78 at normal incidence, and rises to 1 at grazing; `EON` puts it back.
     Source   Fujii, "A tiny improvement of Oren-Nayar reflectance model"; Portsmouth, Kutz & Hill 2025, JCGT 14(1).
              Sampling derived here.
+
+    Example
+    >>> clay = gn.FujiiOrenNayar(0.5, r=1.0)
+    >>> print((np.pi * clay.f_angles([0.0, 1.2], 0.0, [0.0, 1.2], 0.0)).round(3))
+    [0.388 1.319]
     """
 
     def formula(self, wi: Direction, wo: Direction) -> Any:
@@ -87,6 +92,13 @@ class EON(_Fujii):
     Error    rounding: 3e-7 relative in float32.
     Source   Portsmouth, Kutz & Hill 2025, "EON: a practical energy-preserving rough diffuse BRDF", JCGT 14(1), with the
              analytic albedo. Sampling derived here.
+
+    Example
+    >>> clay = gn.EON(1.0, r=1.0)
+    >>> print((np.pi * clay.f_angles([0.0, 1.2], 0.0, [0.0, 1.2], 0.0)).round(3))
+    [1.075 2.695]
+    >>> print(gn.albedo(clay, gn.direction(1.2, 0.0)).round(3))
+    1.0
     """
 
     def formula(self, wi: Direction, wo: Direction) -> Any:

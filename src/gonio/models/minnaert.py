@@ -23,6 +23,11 @@ class Minnaert(PowerCosine):
     Units    f: 1/sr; B0, k: 1.
     Error    rounding: 1e-5 relative in float32, at k = 10 towards grazing.
     Source   Minnaert 1941, "The reciprocity principle in lunar photometry", Astrophysical Journal 93.
+
+    Example
+    >>> flat = gn.Minnaert(0.5, k=0.5)
+    >>> print((flat.f_angles([0.0, 1.4], 0.0, [0.0, 1.4], 0.0) * np.cos([0.0, 1.4])).round(4))
+    [0.1592 0.1592]
     """
 
     B0 = param(0.5, 0.0, 1.0, "reflectance factor along the normal")

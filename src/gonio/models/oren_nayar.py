@@ -51,6 +51,11 @@ class OrenNayar(_OrenNayar):
     Units    f: 1/sr; rho: 1, the albedo of a facet; sigma: rad, standard deviation of the facets' slope angles.
     Error    rounding: 4e-7 relative in float32, away from where f changes its sign.
     Source   Oren & Nayar 1994, "Generalization of Lambert's reflectance model", SIGGRAPH. Sampling derived here.
+
+    Example
+    >>> clay = gn.OrenNayar(0.5, sigma=0.5)
+    >>> print((np.pi * clay.f_angles([0.0, 1.2], 0.0, [0.0, 1.2], 0.0)).round(3))
+    [0.42  0.801]
     """
 
     breaks: ClassVar[dict[str, str]] = {
@@ -93,6 +98,11 @@ class QualitativeOrenNayar(_OrenNayar):
     Units    f: 1/sr; rho: 1, the albedo of a facet; sigma: rad, standard deviation of the facets' slope angles.
     Error    rounding: 2e-7 relative in float32. Light that is reflected twice is left out: see `OrenNayar`, `EON`.
     Source   Oren & Nayar 1994, "Generalization of Lambert's reflectance model", SIGGRAPH. Sampling derived here.
+
+    Example
+    >>> clay = gn.QualitativeOrenNayar(0.5, sigma=0.5)
+    >>> print((np.pi * clay.f_angles([0.0, 1.2], 0.0, [0.0, 1.2], 0.0)).round(3))
+    [0.392 0.789]
     """
 
     breaks: ClassVar[dict[str, str]] = {

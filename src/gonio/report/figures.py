@@ -6,7 +6,7 @@ import math
 import os
 import textwrap
 import warnings
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
@@ -40,6 +40,7 @@ def show(
     size: int = 256,
     samples: int = 32,
     progress: Callable[[int, int], None] | None = None,
+    bands: Sequence[str | float] | None = None,
 ) -> None:
     """Write the figure of a material to a .png, .jpg, .pdf or .svg file.
 
@@ -59,7 +60,7 @@ def show(
         if batch.full_shape(m, ()):
             m = _draw_map(beside, m)
         else:
-            _sphere(beside, m, render(m, lights, size=size, samples=samples, progress=progress))
+            _sphere(beside, m, render(m, lights, size=size, samples=samples, progress=progress, bands=bands))
         slices = slices_of(m)
         _polar(figure.add_subplot(grid[0, 0]), m, slices)
         _cartesian(figure.add_subplot(grid[1, 0]), m, slices)

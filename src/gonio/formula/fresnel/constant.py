@@ -16,6 +16,11 @@ class Constant(Fresnel):
     Units    1.
     Error    none.
     Source   definition (k of lecture 4, eq. 4.5, docs/equations.md).
+
+    Example
+    >>> dim = gn.Microfacet(gn.GGX(0.1), gn.Constant(0.8))
+    >>> print(dim == gn.Microfacet(gn.GGX(0.1), 0.8))
+    True
     """
 
     reflectance = param(1.0, 0.0, 1.0, "reflectance at every angle")

@@ -45,6 +45,11 @@ class Dielectric(Fresnel):
     Units    1.
     Error    rounding, see `fresnel_dielectric`.
     Source   Born & Wolf, Principles of Optics, 7th ed., section 1.5.2.
+
+    Example
+    >>> glass = gn.Dielectric(1.5)
+    >>> print(glass.F(np.cos([0.0, 1.0, 1.5])).round(4))
+    [0.04   0.0775 0.6704]
     """
 
     eta = param(1.5, 0.2, 5.0, "refractive index behind the surface over that in front")

@@ -22,6 +22,11 @@ class F82Tint(Fresnel):
     Error    against the exact conductor of eta, k with the same values at mu = 1 and 1/7: aluminium (1.37, 7.62) 0.018,
              gold (0.18, 3.43) 0.006; those of `Schlick` are 0.117 and 0.018. Cut off at 0 where both are small.
     Source   Kutz, Hašan & Edmondson 2021, "Novel aspects of the Adobe Standard Material"; the dip: Hoffman 2019.
+
+    Example
+    >>> aluminium = gn.F82Tint(F0=0.91, tint=0.95)
+    >>> print(aluminium.F(np.array([1.0, 1 / 7, 0.0])).round(3))
+    [0.91  0.904 1.   ]
     """
 
     F0 = param(0.9, 0.0, 1.0, "reflectance at normal incidence")
