@@ -18,7 +18,12 @@ from xlsx_files import workbook
 import gonio as gn
 from gonio.errors import DependencyError, FormatError, MeaningWarning, ParameterError
 
-PAIRS = [(i, o, phi) for i in (0.0, 30.0, 60.0) for o in (0.0, 12.5, 25.0, 40.5, 70.0) for phi in (0.0, 90.0, 180.0)]
+PAIRS = [
+    (i, o, phi)
+    for i in (0.0, 30.0, 60.0)
+    for o in (0.0, 12.5, 25.0, 40.5, 70.0)
+    for phi in (0.0, 90.0, 180.0)
+]
 IN_PLANE = [(i, -o if phi else o, 0.0) for i, o, phi in PAIRS if phi != 90.0 and not (o == 0.0 and phi)]
 
 
@@ -193,9 +198,7 @@ def test_rows_of_one_wavelength_each(tmp_path):
 def test_colours(tmp_path):
     names = ("AOI", "theta_r", "phi", "R", "G", "B")
     text = table(names, cells=lambda i, o, phi, f: (i, o, phi, f, f, f))
-    with pytest.raises(
-        FormatError, match=r"column 'R' can be brdf \(f\) or reflectance factor .* say quantity='brdf' or"
-    ):
+    with pytest.raises(FormatError, match=r"column 'R' can be brdf \(f\) or reflectance factor .* say quantity='brdf' or"):
         gn.load(file_of(tmp_path, text))
     assert gn.load(file_of(tmp_path, text), quantity="brf").channel_names == ("R", "G", "B")
 
@@ -335,9 +338,7 @@ def test_a_comma_is_what_is_said(tmp_path):
 
 
 def test_what_was_understood_is_kept(tmp_path):
-    text = table(
-        (*FIVE, "Unc."), ";", cells=with_u(0.004), above=JUNK + "Uncertainties are expanded, coverage factor k = 2\n"
-    )
+    text = table((*FIVE, "Unc."), ";", cells=with_u(0.004), above=JUNK + "Uncertainties are expanded, coverage factor k = 2\n")
     m = gn.load(file_of(tmp_path, text, "export.csv"))
     assert holds(m, 0.002)
     assert m.about["columns"]["theta_in (deg)"] == "theta_i: polar angle of the light [deg]"
