@@ -183,9 +183,9 @@ def test_nobody_needs_to_ask_for_a_light():
     np.testing.assert_allclose(picture.pixels, picture.pixels[..., 3:] * bands / 0.8, rtol=2e-5)
     three = gn.render(gn.Lambertian(bands[:3]).with_notes(channel_names=("Band1", "Band2", "nir")), **small)
     np.testing.assert_allclose(three.pixels, picture.pixels[..., :3], rtol=2e-5)
-    gray = gn.render(gn.Lambertian(1.0), size=16, samples=256).pixels @ LUMINANCE
-    many = gn.render(gn.Lambertian(np.ones(4)), size=16, samples=256).pixels
-    np.testing.assert_allclose(many.mean(axis=(0, 1)), gray.mean(), rtol=0.02)  # noise
+    gray = gn.render(gn.Lambertian(1.0), size=16, samples=64).pixels @ LUMINANCE
+    many = gn.render(gn.Lambertian(np.ones(4)), size=16, samples=64).pixels
+    np.testing.assert_allclose(many.mean(axis=(0, 1)), gray.mean(), rtol=0.05)  # noise
 
 
 def test_lattices_fill_every_dimension():

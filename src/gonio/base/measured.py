@@ -99,6 +99,11 @@ class Measured(Reflectance):
 
         The first table that a class declares; a class whose numbers stand elsewhere says so. `valid` is True where they
         are usable, `data` holds them with their axes, and `f` is made of them.
+
+        Example
+        >>> m = gn.tabulate(gn.Lambertian(0.5), "angles", resolution=(2, 2, 3))
+        >>> m.values.shape, round(float(m.values[0, 0, 0]), 4), m.quantity
+        ((2, 2, 3), 0.1592, 'brdf')
         """
         tables = [getattr(self, name) for name, field in self.fields.items() if isinstance(field, Table)]
         if not tables:

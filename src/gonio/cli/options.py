@@ -48,7 +48,7 @@ replace_option = click.option(
     "replaced",
     metavar="NAME=VALUE",
     multiple=True,
-    help="Replace a parameter; may be repeated. `gonio info MATERIAL` lists them.",
+    help="Replace a parameter, by its name or path; may be repeated. `gonio info MATERIAL` lists them.",
 )
 lights_option = click.option(
     "-l",

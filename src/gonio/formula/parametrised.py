@@ -303,11 +303,8 @@ class Parametrised(Value):
         is, ParameterError where several are.
 
         Example
-        >>> m = gn.Lambertian(0.2) + gn.Microfacet(gn.GGX(0.1))
-        >>> print(m.replace({"0.rho": 0.3, "1.distribution.alpha_x": 0.5}).parameters["0.rho"].value)
-        0.3
-        >>> print(gn.GGX(0.1).replace(alpha=0.3))
-        GGX(alpha_x=0.3)
+        >>> (gn.Lambertian(0.2) + gn.Microfacet(gn.GGX(0.1))).located("alpha")
+        '1.distribution.alpha'
         """
         if not isinstance(name, str):
             raise NotFoundError(unknown(type(self).__name__, name, self._names()))

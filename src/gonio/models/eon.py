@@ -85,7 +85,8 @@ class EON(_Fujii):
     E and <E> are the exact albedo of the first term for rho = 1, and its hemispherical average: for rho = 1 all light
     returns.
 
-    Looks    `EON(0.5, 1)` is clay: seen with the light flat as the full moon; `EON(0.5, 0)` is Lambertian.
+    Looks    `EON(0.9, 1)` is chalk: seen with the light flat as the full moon, and as bright as a rough
+             surface should be; `EON(0.5, 0)` is Lambertian.
     Shapes   rho, r: numbers or (..., C).
     Units    f: 1/sr; rho: 1, the albedo of a facet; r: 1, no angle.
     Error    rounding: 3e-7 relative in float32.
