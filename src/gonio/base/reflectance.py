@@ -368,7 +368,8 @@ class Reflectance(Parametrised):
 
     def __truediv__(self, number: Any) -> Scaled:
         if ops.is_masked(number) or is_named(number):
-            return self * (1.0 / number)
+            scaled: Scaled = self * (1.0 / number)
+            return scaled
         try:
             with np.errstate(divide="ignore", over="ignore"):
                 return self * (1.0 / ops.numbers(number))
