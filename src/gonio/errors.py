@@ -33,14 +33,30 @@ def shown(value: object) -> str:
 
 
 class Error(Exception):
-    """Base class of everything gonio raises on bad input. The message is `visible`: files and their names are in it."""
+    """Base class of everything gonio raises on bad input. The message is `visible`: files and their names are in it.
+
+    Example
+    >>> try:
+    ...     gn.Lambertian(1.2)
+    ... except gn.Error as error:
+    ...     print(type(error).__name__)
+    ParameterError
+    """
 
     def __str__(self) -> str:
         return visible(super().__str__(), keep="\n")
 
 
 class ParameterError(Error, ValueError):
-    """A parameter, an option or an argument has a value that is not allowed."""
+    """A parameter, an option or an argument has a value that is not allowed.
+
+    Example
+    >>> try:
+    ...     gn.Lambertian(1.2)
+    ... except gn.errors.ParameterError as error:
+    ...     print(str(error)[:42])
+    Lambertian(rho=1.2): 1.2 is out of bounds;
+    """
 
 
 class DirectionError(ParameterError):
@@ -48,7 +64,15 @@ class DirectionError(ParameterError):
 
 
 class ShapeError(Error, ValueError):
-    """Array shapes do not fit together."""
+    """Array shapes do not fit together.
+
+    Example
+    >>> try:
+    ...     gn.Lambertian(0.5).f([0.0, 1.0], [0.0, 0.0, 1.0])
+    ... except gn.errors.ShapeError as error:
+    ...     print(error)
+    directions: got shape (2,), expected (..., 3)
+    """
 
 
 class ArrayTypeError(Error, TypeError):
@@ -56,7 +80,16 @@ class ArrayTypeError(Error, TypeError):
 
 
 class FormatError(Error, ValueError):
-    """A file is damaged, or not of the format that it claims."""
+    """A file is damaged, or not of the format that it claims.
+
+    Example
+    >>> np.zeros(3).tofile("a.binary")
+    >>> try:
+    ...     gn.load("a.binary", format="MERL")
+    ... except gn.errors.FormatError as error:
+    ...     print(type(error).__name__)
+    FormatError
+    """
 
 
 class NotFoundError(Error, LookupError):

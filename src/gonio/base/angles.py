@@ -9,12 +9,15 @@ import numpy as np
 
 from ..arguments import checked
 from ..arrays import ops
+from ..arrays.kinds import SCALAR, VECTOR
 from ..errors import DirectionError, DirectionWarning, ParameterError, ShapeError, shown, warn
+from ..evaluate.labelled import takes_labels
 
 TYPED = 1e-3
 """How far from 1 the length of a vector may be that was typed with three digits; what is further off is refused."""
 
 
+@takes_labels(angles=("theta", "phi"), kinds=(VECTOR,))
 @checked
 def direction(theta: Any, phi: Any, degrees: bool = False) -> Any:
     """Unit vectors (sin theta cos phi, sin theta sin phi, cos theta).
@@ -51,6 +54,7 @@ def direction(theta: Any, phi: Any, degrees: bool = False) -> Any:
     return lib.stack([s * ops.cos(phi), s * ops.sin(phi), ops.cos(theta) + 0.0 * phi])
 
 
+@takes_labels("w", kinds=(SCALAR, SCALAR))
 @checked
 def angles(w: Any) -> tuple[Any, Any]:
     """theta in [0, pi] and phi in (-pi, pi] of vectors of any length.
@@ -75,7 +79,7 @@ def angles(w: Any) -> tuple[Any, Any]:
 def check_angle(name: str, angle: Any, low: float, high: float, degrees: bool = False) -> None:
     """Raises DirectionError where an angle [rad], or with `degrees` its bounds' in degrees, is out of bounds.
 
-    `angle`: a number or an array of any library. NaN passes.
+    `angle`: a number, a list or an array of any library. NaN passes.
     """
     unit = 180.0 / math.pi if degrees else 1.0
     angle = numbers_of(name, angle)

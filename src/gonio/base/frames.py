@@ -238,27 +238,31 @@ def from_half_difference(theta_h: Any, phi_h: Any, theta_d: Any, phi_d: Any) -> 
 
 
 def vectors(**given: Any) -> tuple[ops.Library, list[Any]]:
-    """The library of some vectors (..., 3), and the vectors as its arrays: NumPy's join another's. A tangent
-    of None stays None."""
+    """Some vectors (..., 3) as arrays of one library, with the dtype of the first of its arrays.
+
+    A tangent of None stays None.
+    """
     present = {name: w for name, w in given.items() if w is not None}
     for name in given.keys() - present.keys() - {"tangent"}:
         raise ArrayTypeError(f"{name}: got None, expected vectors (..., 3)")
     plain = (None, LIBRARIES["numpy"])
-    like = next((w for w in present.values() if ops.library_of_type(type(w)) not in plain), None)
-    names = ", ".join(present)
-    if like is not None:
-        lib = ops.library(like)
-        for name, w in present.items():
-            if ops.library_of_type(type(w)) in plain:
-                _, (array,) = ops.as_arrays(w, name=name)
-                present[name] = lib.vectors(array, like)
-    lib, arrays = ops.as_arrays(*present.values(), name=names)
-    for name, w in zip(present, arrays, strict=True):
-        if lib.shape(w)[-1:] != (3,):
-            raise ShapeError(f"{name}: got shape {lib.shape(w)}, expected vectors (..., 3)")
-    ops.broadcast_shape([lib.shape(w) for w in arrays], names)
-    by_name = dict(zip(present, arrays, strict=True))
-    return lib, [by_name.get(name) for name in given]
+    foreign = [name for name, w in present.items() if ops.library_of_type(type(w)) not in plain]
+    first = (foreign or list(present))[0]
+    lib, (like,) = ops.as_arrays(present[first], name=first)
+    for name, w in present.items():
+        own = ops.library_of_type(type(w))
+        if own not in (*plain, lib):
+            ops.library(w, like)  # raises
+        _, (array,) = ops.as_arrays(w, name=name)
+        if own is not lib:
+            array = lib.vectors(array, like)
+        elif lib.dtype(array) != lib.dtype(like):
+            array = lib.convert(array, like)
+        if lib.shape(array)[-1:] != (3,):
+            raise ShapeError(f"{name}: got shape {lib.shape(array)}, expected vectors (..., 3)")
+        present[name] = array
+    ops.broadcast_shape([lib.shape(w) for w in present.values()], ", ".join(present))
+    return lib, [present.get(name) for name in given]
 
 
 def split(lib: ops.Library, w: Any) -> Direction:

@@ -18,7 +18,14 @@ from ..formula.parametrised import Parametrised
 
 class Arrival(NamedTuple):
     """Light of a delta source at a position: unit directions to the source (..., 3), and the irradiance [W m-2] of a
-    plane perpendicular to them, with a channel axis: (..., 1) or (..., C)."""
+    plane perpendicular to them, with a channel axis: (..., 1) or (..., C).
+
+    Example
+    >>> sun = gn.DistantLight([0, 0, 1], irradiance=1000.0)
+    >>> arrival = sun.arrival(np.zeros(3))
+    >>> print(arrival.w, arrival.irradiance)
+    [0. 0. 1.] [1000.]
+    """
 
     w: Any
     irradiance: Any
@@ -26,7 +33,12 @@ class Arrival(NamedTuple):
 
 class Light(Parametrised):
     """Base of the lights. A subclass is a delta light with `arrival`, or gives `incident`, and `sample` and `pdf` if
-    it can be sampled."""
+    it can be sampled.
+
+    Example
+    >>> print(gn.lights()["ConstantLight"](2.0))
+    ConstantLight(radiance=2.0)
+    """
 
     noun: ClassVar[str] = "a light"
     reflects: ClassVar[str] = "gn.render(m, {}), with the reflectance first"
@@ -39,7 +51,13 @@ class Light(Parametrised):
     @classmethod
     @cache
     def unwritten(cls) -> list[str]:
-        """A light writes one of the two: `arrival`, or `incident`."""
+        """A light writes one of the two: `arrival`, or `incident`.
+
+        Example
+        >>> from gonio.authoring import Light
+        >>> print(Light.unwritten(), gn.DistantLight.unwritten())
+        ['arrival or incident'] []
+        """
         written = cls.arrival is not Light.arrival or cls.incident is not Light.incident
         return [] if written else ["arrival or incident"]
 
@@ -63,20 +81,46 @@ class Light(Parametrised):
                 yield name, value
 
     def incident(self, w: Any) -> Any:
-        """Radiance [W m-2 sr-1] from unit world directions w (..., 3), with a channel axis: (..., 1) or (..., C)."""
+        """Radiance [W m-2 sr-1] from unit world directions w (..., 3), with a channel axis: (..., 1) or (..., C).
+
+        Example
+        >>> sky = gn.ConstantLight(2.0)
+        >>> print(sky.incident(gn.direction(0.5, 0.0)))
+        [2.]
+        """
         raise self._lacks("incident")
 
     def sample(self, u: Any) -> tuple[Any, Any]:
-        """World directions (..., 3) for uniform numbers u (..., 2), and their density per solid angle [1/sr] (...)."""
+        """World directions (..., 3) for uniform numbers u (..., 2), and their density per solid angle [1/sr] (...).
+
+        Example
+        >>> light = gn.EnvironmentLight.studio(height=32)
+        >>> w, pdf = light.sample(np.array([[0.2, 0.7], [0.5, 0.5]]))
+        >>> print(w.shape, np.allclose(pdf, light.pdf(w)))
+        (2, 3) True
+        """
         raise self._lacks("sample")
 
     def pdf(self, w: Any) -> Any:
-        """Density [1/sr] (...) of `sample` at world directions w (..., 3)."""
+        """Density [1/sr] (...) of `sample` at world directions w (..., 3).
+
+        Example
+        >>> light = gn.EnvironmentLight.studio(height=32)
+        >>> sun = gn.direction(*gn.angles([-0.8, -0.7, 0.8]))
+        >>> print(light.pdf(sun) > 10.0 * light.pdf(np.array([0.0, 0.0, 1.0])))
+        True
+        """
         raise self._lacks("pdf")
 
 
 def channel_vector(value: Any, like: Any) -> Any:
-    """A light's spectrum as (..., C) in the library and dtype of `like`; a number becomes one channel."""
+    """A light's spectrum as (..., C) in the library and dtype of `like`; a number becomes one channel.
+
+    Example
+    >>> from gonio.authoring import channel_vector
+    >>> print(channel_vector(2.0, np.zeros(3)), channel_vector([0.3, 0.5, 1.0], np.zeros(3)))
+    [2.] [0.3 0.5 1. ]
+    """
     lib = ops.library(like)
     array = lib.convert(value, like)
     return array[None] if array.ndim == 0 else array

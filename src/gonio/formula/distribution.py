@@ -17,7 +17,13 @@ ALPHA_LOW, ALPHA_HIGH = 1e-3, 1.0
 
 
 class Distribution(Parametrised):
-    """Base of the distributions of facet normals, normalised to one: integral of D(wm) cos(theta_m) dwm = 1."""
+    """Base of the distributions of facet normals, normalised to one: integral of D(wm) cos(theta_m) dwm = 1.
+
+    Example
+    >>> facets = gn.distributions()["GGX"](0.3)
+    >>> print(facets, isinstance(facets, gn.GGX))
+    GGX(alpha_x=0.3) True
+    """
 
     noun: ClassVar[str] = "a distribution of facet normals"
     reflects: ClassVar[str] = "gn.Microfacet({})"
@@ -47,11 +53,24 @@ class Distribution(Parametrised):
 
 
 def stretched(w: Direction, ax: Any, ay: Any) -> Direction:
-    """w as seen by a surface of slope scale 1: slopes along x divided by ax, along y by ay."""
+    """w as seen by a surface of slope scale 1: slopes along x divided by ax, along y by ay.
+
+    Example
+    >>> from gonio.authoring import Direction, stretched
+    >>> print(stretched(Direction(0.5, 0.0, 0.75), 0.25, 0.25))
+    Direction(x=0.125, y=0.0, z=0.75)
+    """
     return Direction(ax * w.x, ay * w.y, w.z)
 
 
 def from_slopes(r: Any, u: Any, ax: Any = 1.0, ay: Any = 1.0) -> Direction:
-    """The normal of a facet whose slope is r, in units of ax and ay, in the direction 2 pi u."""
+    """The normal of a facet whose slope is r, in units of ax and ay, in the direction 2 pi u.
+
+    Example
+    >>> from gonio.authoring import from_slopes
+    >>> wm = from_slopes(1.0, 0.0, 0.3, 0.3)
+    >>> print((wm.x / wm.z).round(4))
+    0.3
+    """
     phi = 2.0 * math.pi * u
     return normalize(Direction(ax * r * ops.cos(phi), ay * r * ops.sin(phi), 1.0 + 0.0 * r))

@@ -242,32 +242,74 @@ def param(
     `alias`: a keyword that sets this parameter and everything tied to it (`GGX(alpha=0.3)`).
     `sampled`: sampling uses one value for all channels: their "mean", or for the width of a lobe the "max" or "min",
     whichever makes it widest, so that no channel's weights run away.
+
+    Example
+    >>> from gonio.authoring import Reflectance, param
+    >>> class Paint(Reflectance):
+    ...     "Paint of one albedo."
+    ...     rho = param(0.5, 0.0, 1.0, "albedo")
+    ...
+    ...     def formula(self, wi, wo):
+    ...         return self.rho / np.pi
+    ...
+    >>> print(Paint(0.3).parameters["rho"].value)
+    0.3
     """
     return Param(default, low, high, doc, unit, alias, sampled)
 
 
 def option(default: str, *choices: str, doc: str) -> Any:
-    """A choice between words, the default and others."""
+    """A choice between words, the default and others.
+
+    Example
+    >>> from gonio.authoring import option
+    >>> print(option("followed", "lost", doc="fate of light that the coat reflects back").choices)
+    ('followed', 'lost')
+    """
     return Option(default, tuple(dict.fromkeys((default, *choices))), doc)
 
 
 def part(kind: type, default: Any, doc: str, coerce: Callable[[Any], Any] | None = None) -> Any:
-    """A component of the given kind; `coerce` may turn other values (a number) into one."""
+    """A component of the given kind; `coerce` may turn other values (a number) into one.
+
+    Example
+    >>> from gonio.authoring import part
+    >>> print(part(gn.Reflectance, gn.Lambertian(0.5), "reflectance under the coat").default)
+    Lambertian(rho=0.5)
+    """
     return Part(kind, default, doc, coerce)
 
 
 def vector(default: Any, doc: str, unit: bool = False) -> Any:
-    """Three numbers in world space, a position or (`unit`) a direction."""
+    """Three numbers in world space, a position or (`unit`) a direction.
+
+    Example
+    >>> from gonio.authoring import vector
+    >>> print(vector((0.0, 0.0, 1.0), "direction to the light", unit=True).default)
+    (0.0, 0.0, 1.0)
+    """
     return Vector(default, doc, unit)
 
 
 def table(doc: str) -> Any:
-    """Fixed numbers of a measurement."""
+    """Fixed numbers of a measurement.
+
+    Example
+    >>> from gonio.authoring import table
+    >>> print(table("values at the nodes").doc)
+    values at the nodes
+    """
     return Table(None, doc)
 
 
 def channels(doc: str) -> Any:
-    """The channel number, as a formula needs it to look up a table with channels."""
+    """The channel number, as a formula needs it to look up a table with channels.
+
+    Example
+    >>> from gonio.authoring import channels
+    >>> print(channels("number of the channel").doc)
+    number of the channel
+    """
     return Channels(None, doc)
 
 

@@ -9,7 +9,12 @@ from .parametrised import Parametrised
 
 
 class Fresnel(Parametrised):
-    """Base of the Fresnel terms: the reflectance of a mirror facet."""
+    """Base of the Fresnel terms: the reflectance of a mirror facet.
+
+    Example
+    >>> print(gn.Dielectric(1.5).F(np.cos([0.0, 1.5])).round(3))
+    [0.04 0.67]
+    """
 
     noun: ClassVar[str] = "a Fresnel term"
     reflects: ClassVar[str] = "gn.Microfacet(gn.GGX(0.1), {})"

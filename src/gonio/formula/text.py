@@ -18,9 +18,9 @@ def literal(value: Any) -> str:
     return repr(value)
 
 
-def unknown(owner: str, name: Any, names: list[str], what: str = "parameter") -> str:
-    """The message that `owner` has nothing of this name, with the names that it has."""
-    hint = suggestion(name[:60] if isinstance(name, str) else "", names) or "."
+def unknown(owner: str, name: Any, names: list[str], what: str = "parameter", near: Sequence[str] = ()) -> str:
+    """The message that `owner` has nothing of this name, with the names that it has; `near`: others to suggest."""
+    hint = suggestion(name[:60] if isinstance(name, str) else "", [*names, *near]) or "."
     return f"{owner} has no {what} {shown(name)}{hint} Known: {listed(names)}"
 
 

@@ -47,11 +47,21 @@ class Value:
             self.__dict__[name] = value
 
     def with_notes(self, **notes: Any) -> Self:
-        """A copy with other notes, such as `provenance`; all else is the same."""
+        """A copy with other notes, such as `provenance`; all else is the same.
+
+        Example
+        >>> m = gn.Lambertian([0.2, 0.4]).with_notes(channel_names=(550.0, 650.0))
+        >>> print(m.channel_names, m.replace(rho=[0.3, 0.3]).channel_names)
+        (550.0, 650.0) (550.0, 650.0)
+        """
         for name in notes:
             if not isinstance(self.beside.get(name), Note):
                 raise AccessError(f"{type(self).__name__} has no note {name!r}; {name} = note() declares one")
         return self._made_of(self.__dict__, {name: immutable(value) for name, value in notes.items()})
+
+    def _given(self, name: str) -> Any:
+        """State or a note that this very value was given; None where it is a default, or inferred."""
+        return self.__dict__.get(name)
 
     def _keep(self) -> dict[str, Fixed]:
         """Arrays by name, which libraries convert once: tables, flat, and parameters given as NumPy arrays."""
@@ -124,7 +134,12 @@ class Value:
         return f"{type(self).__name__}({', '.join(arguments)})"
 
     def to_json(self) -> dict[str, Any]:
-        """This value as JSON data: its class by name, its fields as numbers, lists, words and further objects."""
+        """This value as JSON data: its class by name, its fields as numbers, lists, words and further objects.
+
+        Example
+        >>> print((0.8 * gn.Lambertian(0.5)).to_json())
+        {'type': 'Scaled', 'weight': 0.8, 'of': {'type': 'Lambertian', 'rho': 0.5}}
+        """
         if self._holed:
             raise ParameterError(
                 f"{type(self).__name__}({next(iter(self._holed))}): masked numbers have no JSON form; fill them in"

@@ -17,6 +17,12 @@ class DistantLight(Light):
     Units    irradiance E on a plane perpendicular to the beam: W m-2.
     Error    rounding.
     Source   lecture 4, eq. 4.9 and 4.10 (docs/equations.md).
+
+    Example
+    >>> sun = gn.DistantLight(gn.direction(0.5, 0.0), irradiance=1000.0)
+    >>> up = [0, 0, 1]
+    >>> print(gn.reflected_radiance(gn.Lambertian(0.5), sun, up, normal=up).round(2))
+    139.67
     """
 
     direction = vector((0.0, 0.0, 1.0), "direction to the light", unit=True)

@@ -20,6 +20,12 @@ class PointLight(Light):
     Units    position: m; intensity I: W sr-1.
     Error    rounding. At the light's own place the direction is undefined: NaN.
     Source   "nearby point source", slides B (docs/equations.md), whose N.S/r^2 has the 1/pi rolled into S.
+
+    Example
+    >>> lamp = gn.PointLight(position=[0.0, 0.0, 2.0], intensity=100.0)
+    >>> up = [0, 0, 1]
+    >>> print(gn.reflected_radiance(gn.Lambertian(0.5), lamp, up, normal=up, position=[0, 0, 0]).round(3))
+    3.979
     """
 
     position = vector((0.0, 0.0, 1.0), "where the light is [m]")

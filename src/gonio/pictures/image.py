@@ -46,6 +46,11 @@ class Image:
              coverage, 0 to 1, not multiplied into `pixels` (as in .png; .exr files hold the product, and are
              divided on reading).
     Errors   ShapeError; ArrayTypeError (not floats); ParameterError (names). float32 arrays are not copied.
+
+    Example
+    >>> picture = gn.Image(np.full((2, 4, 3), 0.18))
+    >>> print(picture.pixels.shape, picture.alpha)
+    (2, 4, 3) None
     """
 
     pixels: NDArray[np.float32]
@@ -92,6 +97,11 @@ class Image:
         Errors   ParameterError (suffix, exposure, values the format cannot hold), ShapeError (channel count),
                  NotFoundError (no such directory), DependencyError (pillow or OpenEXR is not installed);
                  WriteError (disk full and the like).
+
+        Example
+        >>> gn.Image(np.full((2, 4, 3), 0.18)).save("grey.png")
+        >>> print(gn.read_image("grey.png").pixels[0, 0].round(2))
+        [0.18 0.18 0.18]
         """
         check_target(path, exposure)
         picture = Picture(self.pixels, self.alpha, self.channels)
@@ -132,6 +142,11 @@ def read_image(path: str | os.PathLike[str], most: int = PIXELS) -> Image:
     Errors   NotFoundError (missing or not readable), FormatError (everything else that is wrong with the file),
              TooLargeError (it announces more than this machine has memory for).
     Source   G. Ward, "Radiance File Formats" (filefmts.pdf); "OpenEXR File Layout" (openexr.com).
+
+    Example
+    >>> gn.Image(np.full((2, 4, 3), 1000.0)).save("bright.exr")
+    >>> print(gn.read_image("bright.exr").pixels.max())
+    1000.0
     """
     image, primaries = apart(_decoded, path, most)
     if primaries is not None and not np.allclose(primaries, SRGB_XY, atol=0.002):
