@@ -38,7 +38,7 @@ def direction(theta: Any, phi: Any, degrees: bool = False) -> Any:
     array([[ 0.   ,  0.   ,  1.   ],
            [-0.5  ,  0.   ,  0.866]])
     """
-    theta, phi = (_numbers(name, x) for name, x in (("theta", theta), ("phi", phi)))
+    theta, phi = (as_angle(name, x) for name, x in (("theta", theta), ("phi", phi)))
     # Numbers become arrays of the other's library.
     theta, phi = (b * 0.0 + a if isinstance(a, (int, float)) else a for a, b in ((theta, phi), (phi, theta)))
     lib = ops.library(theta, phi)
@@ -108,7 +108,8 @@ def check_unit(name: str, w: np.ndarray) -> None:
         )
 
 
-def _numbers(name: str, angle: Any) -> Any:
+def as_angle(name: str, angle: Any) -> Any:
+    """An angle, or an array of them, of any library. Raises ParameterError for anything else."""
     try:
         numbers = ops.plain(angle)
         known = isinstance(numbers, (int, float)) or ops.library_of_type(type(numbers)) is not None
