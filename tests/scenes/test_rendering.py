@@ -10,7 +10,7 @@ from gonio.arrays import ops
 from gonio.errors import MissingDataWarning, ParameterError
 from gonio.laws import _probes
 from gonio.numerics.lattice import lattice
-from gonio.pictures.colour import RGB_OF_XYZ, to_rgb
+from gonio.pictures.colour import LUMINANCE, RGB_OF_XYZ, to_rgb
 from gonio.report import figures
 from gonio.scenes import rendering
 
@@ -169,6 +169,23 @@ def test_directions_without_data_are_black_and_are_counted():
 def test_bad_arguments(arguments, text):
     with pytest.raises(ParameterError, match=text):
         gn.render(**{"m": MATTE, "lights": gn.ConstantLight(1.0), **arguments})
+
+
+def test_nobody_needs_to_ask_for_a_light():
+    """The studio; for channels that are no colours its luminance, under which any number of them can stand."""
+    small = {"size": 16, "samples": 4}
+    studio = gn.EnvironmentLight.studio()
+    for m in (MATTE, gn.Lambertian(0.5), gn.Lambertian([0.2, 0.3]).with_notes(channel_names=(500.0, 600.0))):
+        assert (gn.render(m, **small).pixels == gn.render(m, studio, **small).pixels).all()
+    bands = np.array([0.1, 0.2, 0.4, 0.8])
+    picture = gn.render(gn.Lambertian(bands).with_notes(channel_names=("Band1", "Band2", "nir", "vis")), **small)
+    assert picture.channels == ("Band1", "Band2", "nir", "vis")
+    np.testing.assert_allclose(picture.pixels, picture.pixels[..., 3:] * bands / 0.8, rtol=2e-5)
+    three = gn.render(gn.Lambertian(bands[:3]).with_notes(channel_names=("Band1", "Band2", "nir")), **small)
+    np.testing.assert_allclose(three.pixels, picture.pixels[..., :3], rtol=2e-5)
+    gray = gn.render(gn.Lambertian(1.0), size=16, samples=64).pixels @ LUMINANCE
+    many = gn.render(gn.Lambertian(np.ones(4)), size=16, samples=64).pixels
+    np.testing.assert_allclose(many.mean(axis=(0, 1)), gray.mean(), rtol=0.05)  # noise
 
 
 def test_lattices_fill_every_dimension():

@@ -45,14 +45,13 @@ def render(
     """
     from ..pictures.image import check_target
     from ..scenes.rendering import render as render_image
-    from .arguments import resolve_light
 
     start = time.perf_counter()
     check_target(output, exposure)
     m = options.read_material(material, replaced)
-    sources = [resolve_light(text) for text in lights]
+    sources = options.read_lights(lights)
     with bar("rendering") as progress:
         picture = render_image(m, sources, shape, size, samples, seed, progress, options.bands_of(bands))
     picture.save(output, exposure)
-    what = f"{options.title_of(material, replaced)} under {', '.join(lights)}"
+    what = f"{options.title_of(material, replaced)} {options.under(lights)}"
     echo(visible(f"{output}: {what}, {size} x {size}, {samples} samples per pixel, {options.since(start)}"))

@@ -133,9 +133,11 @@ def _converted(kind: Any, value: Any, d: Declared) -> Any:
     if not isinstance(value, (bool, np.bool_) if kind is bool else kind):
         raise TypeError
     if isinstance(value, str):
+        if d.words:
+            return {word.lower(): word for word in d.words}[value.lower()]
         if not value.isprintable() or len(value) > LONGEST:
             raise ValueError
-        return {word.lower(): word for word in d.words}[value.lower()] if d.words else value
+        return value
     if isinstance(value, dict):
         json.dumps(value, ensure_ascii=False, allow_nan=False).encode()
     return bool(value) if kind is bool else value
@@ -254,15 +256,35 @@ def checked(module: ModuleType, verb: str, values: Mapping[str, Any]) -> dict[st
 
 
 def of_texts(module: ModuleType, verb: str, texts: Iterable[str]) -> dict[str, Any]:
-    """The options typed as "name=value" on the command line, checked."""
+    """The options typed as "name=value" on the command line, or "name.key=value" for one entry of an object, checked.
+
+    An entry that is given again becomes a list.
+    """
     declared = options(getattr(module, verb))
     values: dict[str, Any] = {}
     for text in texts:
-        name, equals, value = (part.strip() for part in text.partition("="))
-        name = name.replace("-", "_")
-        if not equals or not name:
-            raise ParameterError(f"--option {text!r:.60}: expected name=value, such as interpolation=linear")
+        name, key, value = _parts(text)
+        if key:
+            entries = values.setdefault(name, {})
+            if not isinstance(entries, dict):
+                raise ParameterError(f"--option {text!r:.60}: {name} is given twice, expected once")
+            entries[key] = [*_items(entries[key]), value] if key in entries else value
+            continue
         if name in values:
             raise ParameterError(f"--option {text!r:.60}: {name} is given twice, expected once")
         values[name] = declared[name].of_text(value) if name in declared else value
     return checked(module, verb, values)
+
+
+def names_in(texts: Iterable[str]) -> set[str]:
+    """The names of options typed on the command line."""
+    return {_parts(text)[0] for text in texts}
+
+
+def _parts(text: str) -> tuple[str, str, str]:
+    """Name, key and value of "name.key=value"; the key is "" in "name=value"."""
+    name, equals, value = (part.strip() for part in text.partition("="))
+    name, dot, key = name.partition(".")
+    if not equals or not name or (dot and not key):
+        raise ParameterError(f"--option {text!r:.60}: expected name=value, such as interpolation=linear")
+    return name.replace("-", "_"), key, value

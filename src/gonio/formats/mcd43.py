@@ -351,6 +351,11 @@ class MCD43(RossLi, Measured):
         return new.with_notes(provenance=self.provenance)
 
     @property
+    def values(self) -> np.ndarray:
+        """The weights of all days."""
+        return self.weights
+
+    @property
     def valid(self) -> np.ndarray:
         """True where the file holds weights; shape of `weights`."""
         return np.isfinite(self.weights)

@@ -6,7 +6,7 @@ import math
 from typing import Any
 
 from ..arrays import ops
-from ..base.angles import as_angle, direction
+from ..base.angles import numbers_of, direction
 from ..base.reflectance import Reflectance
 from ..errors import ArrayTypeError, MissingDataWarning, warn
 from ..evaluate.labelled import takes_labels
@@ -47,7 +47,7 @@ def nbar(m: Reflectance, theta_s: Any) -> Any:
     >>> gn.remote_sensing.nbar(gn.RossLi([0.05, 0.3], [0.02, 0.16], [0.01, 0.03]), np.radians(45.0)).round(4)
     array([0.038 , 0.2595])
     """
-    theta_s = as_angle("theta_s", theta_s)
+    theta_s = numbers_of("theta_s", theta_s)
     return brf(m, theta_s, 0.0 * theta_s, 0.0 * theta_s)
 
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from ..arrays import ops
 from ..arrays.kinds import SCALAR
-from ..base.angles import as_angle, check_angle
+from ..base.angles import numbers_of, check_angle
 from ..errors import DirectionError
 from ..evaluate.labelled import takes_labels
 from ..formula.direction import Direction
@@ -22,7 +22,7 @@ kernel = takes_labels(angles=("theta_s", "theta_v", "phi"), kinds=(SCALAR,))
 def check_angles(theta_s: Any, theta_v: Any, phi: Any) -> tuple[Any, Any, Any]:
     """The angles, lists as arrays. Raises DirectionError for what are no such angles, or look like degrees."""
     given = {"theta_s": theta_s, "theta_v": theta_v, "phi": phi}
-    theta_s, theta_v, phi = (as_angle(name, angle) for name, angle in given.items())
+    theta_s, theta_v, phi = (numbers_of(name, angle) for name, angle in given.items())
     for name, angle in (("theta_s", theta_s), ("theta_v", theta_v)):
         check_angle(name, angle, 0.0, 0.5 * math.pi)
     values = phi if isinstance(phi, (int, float)) else ops.library(phi).known(phi)
