@@ -5,15 +5,17 @@ from __future__ import annotations
 import math
 from typing import Any
 
+from ..arguments import checked
 from ..arrays import ops
-from ..base.angles import numbers_of, direction
+from ..base.angles import direction, numbers_of
 from ..base.reflectance import Reflectance
-from ..errors import ArrayTypeError, MissingDataWarning, warn
+from ..errors import MissingDataWarning, warn
 from ..evaluate.labelled import takes_labels
 from .kernels import check_angles
 
 
 @takes_labels(angles=("theta_s", "theta_v", "phi"))
+@checked
 def brf(m: Reflectance, theta_s: Any, theta_v: Any, phi: Any) -> Any:
     """Bidirectional reflectance factor pi f, of any reflectance.
 
@@ -26,13 +28,12 @@ def brf(m: Reflectance, theta_s: Any, theta_v: Any, phi: Any) -> Any:
     >>> round(float(gn.remote_sensing.brf(gn.RossLi(0.2, 0.1, 0.03), 0.5, 0.3, 0.0)), 4)
     0.1992
     """
-    if not isinstance(m, Reflectance):
-        raise ArrayTypeError(f"a {type(m).__name__}, expected a reflectance such as gonio.RossLi(0.2, 0.1, 0.03)")
     theta_s, theta_v, phi = check_angles(theta_s, theta_v, phi)
     return math.pi * m.f(direction(theta_s, 0.0 * theta_s), direction(theta_v, phi))
 
 
 @takes_labels(angles=("theta_s",))
+@checked
 def nbar(m: Reflectance, theta_s: Any) -> Any:
     """Nadir BRDF-adjusted reflectance: the reflectance factor seen from above, with the sun at theta_s.
 
@@ -52,6 +53,7 @@ def nbar(m: Reflectance, theta_s: Any) -> Any:
 
 
 @takes_labels(angles=("theta_s", "theta_v", "phi", "to_theta_s"))
+@checked
 def c_factor(m: Reflectance, theta_s: Any, theta_v: Any, phi: Any, to_theta_s: Any = None) -> Any:
     """The factor from a measured reflectance to one seen from nadir: BRF(to_theta_s, 0, 0)/BRF(theta_s, theta_v, phi).
 

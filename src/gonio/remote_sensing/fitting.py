@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from ..arguments import checked
 from ..arrays import labels, ops
 from ..arrays.labels import Labels, is_named
 from ..errors import ArrayTypeError, MissingDataWarning, ParameterError, ShapeError, warn
@@ -99,6 +100,7 @@ class KernelFit:
         return numbers
 
 
+@checked
 def fit_kernels(
     brf: Any,
     theta_s: Any,

@@ -10,7 +10,7 @@ import numpy as np
 
 from ..arrays import ops
 from ..arrays.kinds import SCALAR
-from ..base.angles import numbers_of, check_angle
+from ..base.angles import check_angle, numbers_of
 from ..errors import DirectionError
 from ..evaluate.labelled import takes_labels
 from ..formula.direction import Direction
