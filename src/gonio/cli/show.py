@@ -24,12 +24,12 @@ def show(
     material: str, output: Path, lights: tuple[str, ...], replaced: tuple[str, ...], size: int, samples: int
 ) -> None:
     """Draw MATERIAL in one figure: slices in the plane of incidence, albedo against angle, a lit sphere."""
-    from ..files import target
+    from ..report.figures import check_target
     from ..report.figures import show as draw
     from .arguments import resolve_light
 
     start = time.perf_counter()
-    target(output)
+    check_target(output)
     m = options.read_material(material, replaced)
     sources = [resolve_light(text) for text in lights]
     title = visible(options.title_of(material, replaced))
