@@ -29,7 +29,7 @@ class Conversion:
     made       the file, read again
 
     Example
-    >>> report = gn.convert(gn.Lambertian(0.5), "white.xml", format="WINDOW XML")
+    >>> report = gn.convert(gn.Lambertian(0.5), "white.xml", format="WINDOW XML", basis="quarter")
     >>> print(report.format)
     WINDOW XML
     """
@@ -48,7 +48,7 @@ class Conversion:
         """As JSON data, without `made`; angles in radians.
 
         Example
-        >>> report = gn.convert(gn.Lambertian(0.5), "white.xml", format="WINDOW XML")
+        >>> report = gn.convert(gn.Lambertian(0.5), "white.xml", format="WINDOW XML", basis="quarter")
         >>> print(report.to_json()["format"])
         WINDOW XML
         """
@@ -60,7 +60,7 @@ class Conversion:
         """The report as pairs of a word and a text.
 
         Example
-        >>> report = gn.convert(gn.Lambertian(0.5), "white.xml", format="WINDOW XML")
+        >>> report = gn.convert(gn.Lambertian(0.5), "white.xml", format="WINDOW XML", basis="quarter")
         >>> print(report.rows()[0][0])
         error
         """
@@ -105,7 +105,7 @@ def convert(m: Reflectance, path: str | os.PathLike, format: str | None = None, 
     0.1, and in albedos. Raises what `save` raises; then nothing is written.
 
     Example
-    >>> report = gn.convert(gn.Lambertian(0.5), "white.xml", format="WINDOW XML")
+    >>> report = gn.convert(gn.Lambertian(0.5), "white.xml", format="WINDOW XML", basis="quarter")
     >>> print(report.format, gn.albedo(gn.load("white.xml"), [0, 0, 1]).round(3))
     WINDOW XML 0.5
     """
