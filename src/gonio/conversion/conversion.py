@@ -34,7 +34,7 @@ class Conversion:
     made       the file, read again
 
     Example
-    >>> report = gn.convert(gn.Lambertian(0.5), "white.xml", format="WINDOW XML")
+    >>> report = gn.convert(gn.Lambertian(0.5), "white.xml", format="WINDOW XML", basis="quarter")
     >>> print(report.format)
     WINDOW XML
     """
@@ -53,7 +53,7 @@ class Conversion:
         """As JSON data, without `made`; angles in radians.
 
         Example
-        >>> report = gn.convert(gn.Lambertian(0.5), "white.xml", format="WINDOW XML")
+        >>> report = gn.convert(gn.Lambertian(0.5), "white.xml", format="WINDOW XML", basis="quarter")
         >>> print(report.to_json()["format"])
         WINDOW XML
         """
@@ -65,7 +65,7 @@ class Conversion:
         """The report as pairs of a word and a text.
 
         Example
-        >>> report = gn.convert(gn.Lambertian(0.5), "white.xml", format="WINDOW XML")
+        >>> report = gn.convert(gn.Lambertian(0.5), "white.xml", format="WINDOW XML", basis="quarter")
         >>> print(report.rows()[0][0])
         error
         """
@@ -122,7 +122,7 @@ def convert(m: Reflectance, path: str | os.PathLike, format: str | None = None, 
     is written.
 
     Example
-    >>> report = gn.convert(gn.Lambertian(0.5), "white.xml", format="WINDOW XML")
+    >>> report = gn.convert(gn.Lambertian(0.5), "white.xml", format="WINDOW XML", basis="quarter")
     >>> print(report.format, gn.albedo(gn.load("white.xml"), [0, 0, 1]).round(3))
     WINDOW XML 0.5
     """
