@@ -71,7 +71,7 @@ azimuth), `# isotropic`, `# phi_i`; other keys are kept in `about`. A file that 
 
 A laboratory's export may have lines about the instrument above the names and text below the table, units in the
 names, `theta_i (deg)`, or in a line below them, and other names: `AOI`, `theta_r`, `SZA`, `dphi`, `BRDF [1/sr]`,
-`BRDF 550 nm`, `R [%]`, `lambda (um)`, `u`, `U(k=2)`, `std. dev.`; UTF-8, UTF-16 or Latin-1. A unit in a name decides the
+`BRDF 550 nm`, `R [%]`, `lambda (um)`, `u`, `U(k=2)`, `std. dev.`; UTF-8, UTF-16, Latin-1. A unit in a name decides the
 unit; cells such as `n/a` and `-` are missing values. What is unknown or has two readings is refused, with the option
 that decides.
 `about["columns"]`, `about["text"]` and `about["understood"]` keep what was understood.
