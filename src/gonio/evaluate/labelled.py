@@ -163,7 +163,10 @@ def takes_labels(*directions: str, angles: Sequence[str] = (), kinds: Sequence[s
         def wrapper(*args: Any, **kwargs: Any) -> Any:
             if not any(isinstance(x, Parametrised) or is_named(x) or is_lazy(x) for x in (*args, *kwargs.values())):
                 return function(*args, **kwargs)
-            bound = parameters.bind(*args, **kwargs)
+            try:
+                bound = parameters.bind(*args, **kwargs)
+            except TypeError:
+                return function(*args, **kwargs)  # Python's own words about the number and names of arguments
             bound.apply_defaults()
             m = bound.arguments.get("m")
             m = m if isinstance(m, Parametrised) else None
