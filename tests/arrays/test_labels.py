@@ -82,6 +82,8 @@ def test_series_are_arrays_of_one_axis():
     f = gn.RossLi().f_angles(angles, 0.0, 0.0, 0.0)
     assert f.to_series().index.tolist() == ["a", "b"]
     assert gn.Lambertian(pandas.Series([0.1, 0.2])).f(UP, UP).dims == ("row",)
+    for m in (angles * gn.Lambertian(0.5), gn.Lambertian(0.5) * angles):
+        np.testing.assert_allclose(m.f(UP, UP), [0.05 / np.pi, 0.25 / np.pi])
 
 
 def test_missing_numbers_stay_missing():
