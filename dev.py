@@ -13,6 +13,7 @@ import hashlib
 import os
 import subprocess
 import sys
+import time
 import venv
 from pathlib import Path
 
@@ -40,9 +41,14 @@ def install(interpreter: str, extras: str) -> None:
     stamp = Path(interpreter).parent / f"gonio-installed-{extras or 'plain'}"
     if stamp.exists() and stamp.read_text() == state:
         return
-    print("installing gonio" + (f" with the extras {extras}" if extras else ""), flush=True)
+    what = "gonio" + (f" with the extras {extras}" if extras else "")
+    print(f"installing {what} by pip, with what it needs (650 MB on disk; about half a minute) ...", flush=True)
+    start = time.monotonic()
     target = f"{ROOT}[{extras}]" if extras else str(ROOT)
-    subprocess.run([interpreter, "-m", "pip", "install", "--quiet", "--editable", target], check=True)
+    done = subprocess.run([interpreter, "-m", "pip", "install", "--quiet", "--editable", target])
+    if done.returncode:
+        sys.exit(f"pip could not install {what}: its last lines above say why; is there a connection to PyPI?")
+    print(f"installed in {time.monotonic() - start:.0f} s", flush=True)
     stamp.write_text(state)
 
 
@@ -59,6 +65,8 @@ def lowest() -> list[str]:
 
 
 def main() -> int:
+    if sys.version_info < (3, 11):  # noqa: UP036 (an older Python gets this word, not a failure of pip)
+        sys.exit(f"gonio needs Python 3.11 or newer; this is {sys.version.split()[0]}: {sys.executable}")
     task = sys.argv[1] if len(sys.argv) > 1 else ""
     if task not in ("demo", "test", "lowest", "lint", "docs"):
         print(__doc__)
@@ -71,6 +79,11 @@ def main() -> int:
             code = subprocess.run([interpreter, "-m", "gonio", *command]).returncode
             if code:
                 return code
+        gonio = Path(interpreter).parent / "gonio"
+        here = os.path.relpath(gonio) if gonio.is_relative_to(Path.cwd()) else gonio
+        print(
+            f"\nThe picture is {Path('gold.png').resolve()}. Next:\n  {here} materials\n  {here} show gold -o show.png"
+        )
         return 0
     if task == "test":
         install(interpreter, "test")

@@ -368,7 +368,28 @@ def microfacets() -> None:
     save(figure, "microfacets")
 
 
-FIGURES = (local_frame, quantities, environment_map, microfacets)
+def own_measurement() -> None:
+    """The scan of docs/your-own-measurement.md, and the model that it was made from."""
+    m = gn.load(HERE.parents[1] / "examples" / "ptfe_in_plane.csv")
+    model = gn.Lambertian(0.955) + 0.5 * gn.Microfacet(gn.GGX(0.45), gn.Dielectric(1.35))
+    theta_i, phi_i, theta_o, phi_o = m.rows.T
+    side = np.where(np.cos(phi_o - phi_i) < 0.0, 1.0, -1.0)
+    figure = Figure(figsize=(7.2, 3.4), layout="constrained")
+    axes = figure.subplots()
+    for angle, colour in ((0, HALF), (30, VIEWER), (60, LIGHT)):
+        at = np.isclose(np.degrees(theta_i), angle)
+        x = np.degrees(side * theta_o)[at]
+        axes.errorbar(x, m.stored[at], 2.0 * m.uncertainty[at], fmt=".", color=colour, label=f"{angle}°")
+        axes.plot(x, model.f_angles(*m.rows[at].T), color=GREY, lw=0.8)
+    axes.set_xlabel("angle of the detector [°], mirror side on the right")
+    axes.set_ylabel("f [1/sr]")
+    axes.legend(title="incidence", frameon=False)
+    axes.grid(color="#e3e6e9", lw=0.7)
+    axes.spines[["top", "right"]].set_visible(False)
+    save(figure, "own_measurement")
+
+
+FIGURES = (local_frame, quantities, environment_map, microfacets, own_measurement)
 
 if __name__ == "__main__":
     for draw in FIGURES:

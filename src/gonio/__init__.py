@@ -19,6 +19,13 @@ from . import discover
 from . import errors as errors
 from .base.angles import angles as angles
 from .base.angles import direction as direction
+from .base.frames import from_half_difference as from_half_difference
+from .base.frames import half_difference as half_difference
+from .base.frames import normalize as normalize
+from .base.frames import reflect as reflect
+from .base.frames import refract as refract
+from .base.frames import to_local as to_local
+from .base.frames import to_world as to_world
 from .base.reflectance import Reflectance as Reflectance
 from .base.reflectance import Sample as Sample
 from .errors import Error as Error
@@ -42,6 +49,7 @@ _ON_USE = {
     "Cone": "integrals.cones",
     "Hemisphere": "integrals.cones",
     "reflected_radiance": "integrals.illumination",
+    "remote_sensing": "",
     "check": "laws",
     "with_uncertainty": "uncertainty",
     "expression": "catalogue.expressions",
@@ -70,9 +78,13 @@ for _folder in ("formula.fresnel", *_FOLDERS):
     discover.modules(f"gonio.{_folder}")
 globals().update(CLASSES)
 
-__all__ = sorted(  # models and lights are discovered
-    {"Error", "Reflectance", "Sample", "angles", "direction", "errors", *_FOLDERS, *CLASSES, *_ON_USE}
+_ALWAYS = (
+    *("Error", "Reflectance", "Sample", "errors", "angles", "direction", "normalize", "to_local", "to_world"),
+    *("reflect", "refract", "half_difference", "from_half_difference"),
 )
+"""Public names that are here from the start, beside the classes that are discovered."""
+
+__all__ = sorted({*_ALWAYS, *_FOLDERS, *CLASSES, *_ON_USE})
 
 
 def __getattr__(name: str) -> Any:

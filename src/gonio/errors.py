@@ -24,6 +24,14 @@ def suggestion(name: str, names: Iterable[str]) -> str:
     return f"; did you mean {close[0]!r}?" if close else ""
 
 
+def shown(value: object) -> str:
+    """The beginning of a value, in one line, for messages."""
+    try:
+        return f"{' '.join(repr(value[:60] if isinstance(value, (list, tuple)) else value).split()):.60}"
+    except Exception:  # an integer of 5000 digits; a list in a list in a list ...; objects of others
+        return f"a {type(value).__name__}"
+
+
 class Error(Exception):
     """Base class of everything gonio raises on bad input. The message is `visible`: files and their names are in it.
 
@@ -90,6 +98,14 @@ class NotFoundError(Error, LookupError):
 
 class WriteError(Error, OSError):
     """A file cannot be written: the disk is full, or the system refuses."""
+
+
+class AccessError(Error, AttributeError):
+    """An object has no attribute of this name, or one that cannot be changed."""
+
+
+class UnwrittenError(Error, NotImplementedError):
+    """A class lacks a method that this call needs."""
 
 
 class ExpressionError(Error, ValueError):

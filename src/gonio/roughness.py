@@ -11,16 +11,35 @@ from typing import Any
 
 import numpy as np
 
-from .errors import ParameterError
+from .errors import ParameterError, ShapeError, TooLargeError, shown
+from .numbers import numbers
+
+LEAST, MOST = 1e-100, 1e100
+"""Bounds of numbers whose squares are numbers too."""
 
 
-def _checked(name: str, x: Any, low: float = 0.0, high: float = np.inf, *, open_low: bool = False) -> Any:
-    value = np.asarray(x, dtype=float)
-    wrong = (value <= low if open_low else value < low) | (value > high)
+def _checked(name: str, x: Any, low: float = 0.0, high: float = MOST, *, open_low: bool = False) -> Any:
+    try:
+        value = numbers(x).astype(float)
+    except ValueError as error:
+        raise ParameterError(f"{name}={shown(x)}: {error}; expected a number, or an array of numbers") from None
+    except MemoryError:
+        raise TooLargeError(f"{name}: no memory for an array of shape {np.shape(x)}; take a part at a time") from None
+    wrong = (value < max(low, LEAST) if open_low else value < low) | (value > high)
     if wrong.any():
         expected = f"{low:g} {'<' if open_low else '<='} {name} <= {high:g}"
         raise ParameterError(f"{name}={value[wrong].flat[0]:g}: out of range; expected {expected}")
     return value if value.ndim else float(value)
+
+
+def _fit_together(**given: Any) -> None:
+    """Raises ShapeError for arrays that do not broadcast."""
+    shapes = {name: np.shape(_checked(name, x, -MOST)) for name, x in given.items()}
+    try:
+        np.broadcast_shapes(*shapes.values())
+    except ValueError:
+        got = " and ".join(f"{name} {shape}" for name, shape in shapes.items())
+        raise ShapeError(f"shapes must broadcast against each other, got {got}") from None
 
 
 # Slopes.
@@ -78,6 +97,7 @@ def alpha_from_correlation(sigma_height: Any, correlation_length: Any) -> Any:
     >>> print(gn.roughness.alpha_from_correlation(sigma_height=0.28, correlation_length=2.0))  # both in micrometres
     0.28
     """
+    _fit_together(sigma_height=sigma_height, correlation_length=correlation_length)
     height = _checked("sigma_height", sigma_height)
     return 2.0 * height / _checked("correlation_length", correlation_length, open_low=True)
 
@@ -256,6 +276,7 @@ def alphas_from_disney(roughness: Any, anisotropic: Any) -> tuple[Any, Any]:
     >>> print(round(alpha_x, 4), round(alpha_y, 4))
     0.4725 0.1323
     """
+    _fit_together(roughness=roughness, anisotropic=anisotropic)
     aspect = np.sqrt(1.0 - 0.9 * _checked("anisotropic", anisotropic, 0.0, 1.0))
     alpha = alpha_from_perceptual(roughness)
     return alpha / aspect, alpha * aspect
@@ -270,6 +291,7 @@ def disney_from_alphas(alpha_x: Any, alpha_y: Any) -> tuple[Any, Any]:
     >>> print(round(roughness, 4), round(anisotropic, 4))
     0.5318 0.5556
     """
+    _fit_together(alpha_x=alpha_x, alpha_y=alpha_y)
     x, y = _checked("alpha_x", alpha_x, open_low=True), _checked("alpha_y", alpha_y)
     ratio = _checked("alpha_y/alpha_x", np.asarray(y) / x, 0.1 - 1e-12, 1.0 + 1e-12)
     return np.power(np.asarray(x) * y, 0.25)[()], np.clip((1.0 - ratio) / 0.9, 0.0, 1.0)[()]
@@ -285,6 +307,7 @@ def alphas_from_openpbr(roughness: Any, anisotropy: Any) -> tuple[Any, Any]:
     >>> print(round(alpha_x, 4), round(alpha_y, 4))
     0.3467 0.0693
     """
+    _fit_together(roughness=roughness, anisotropy=anisotropy)
     narrow = 1.0 - _checked("anisotropy", anisotropy, 0.0, 1.0)
     wide = alpha_from_perceptual(roughness) * np.sqrt(2.0 / (1.0 + np.square(narrow)))
     return wide, narrow * wide
@@ -298,6 +321,7 @@ def openpbr_from_alphas(alpha_x: Any, alpha_y: Any) -> tuple[Any, Any]:
     >>> print(round(roughness, 4), round(anisotropy, 4))
     0.5623 0.5
     """
+    _fit_together(alpha_x=alpha_x, alpha_y=alpha_y)
     x, y = _checked("alpha_x", alpha_x, open_low=True), _checked("alpha_y", alpha_y)
     ratio = _checked("alpha_y/alpha_x", np.asarray(y) / x, 0.0, 1.0 + 1e-12)
     mean = 0.5 * (np.square(x) + np.square(y))
@@ -312,6 +336,7 @@ def alphas_from_gltf(roughness: Any, anisotropy_strength: Any) -> tuple[Any, Any
     >>> print(round(alpha_x, 4), round(alpha_y, 4))
     0.73 0.25
     """
+    _fit_together(roughness=roughness, anisotropy_strength=anisotropy_strength)
     a = alpha_from_perceptual(roughness)
     return a + (1.0 - a) * np.square(_checked("anisotropy_strength", anisotropy_strength, 0.0, 1.0)), a
 
@@ -324,6 +349,7 @@ def gltf_from_alphas(alpha_x: Any, alpha_y: Any) -> tuple[Any, Any]:
     >>> print(round(roughness, 4), round(strength, 4))
     0.4472 0.5
     """
+    _fit_together(alpha_x=alpha_x, alpha_y=alpha_y)
     x, y = _checked("alpha_x", alpha_x, 0.0, 1.0), _checked("alpha_y", alpha_y, 0.0, 1.0 - 1e-12)
     strength2 = (np.asarray(x) - y) / (1.0 - np.asarray(y))
     return np.sqrt(y), np.sqrt(np.clip(_checked("anisotropy strength^2", strength2, -1e-12, 1.0), 0.0, 1.0))[()]

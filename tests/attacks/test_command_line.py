@@ -212,7 +212,7 @@ def test_a_folder_that_is_no_store_hides_no_built_in_material(run, tmp_path):
 def test_what_exists_is_not_said_to_be_missing(tmp_path, monkeypatch):
     """No "did you mean fifo.csv?" of fifo.csv itself: pipes and devices are read, or refused as such. (D24)"""
     asked = []
-    monkeypatch.setattr("gonio.cli.arguments.load", asked.append)
+    monkeypatch.setattr("gonio.cli.arguments.load_as_typed", lambda path, reading: asked.append(path))
     os.mkfifo(tmp_path / "fifo.csv")
     for text in (str(tmp_path / "fifo.csv"), "/dev/null"):
         resolve(text)

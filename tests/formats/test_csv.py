@@ -49,13 +49,13 @@ def test_one_table_in_many_forms(tmp_path, text):
 
 def test_csv_rows_of_one_wavelength_each(tmp_path):
     text = "theta_i,theta_o,phi,wavelength,f,u_f\n" + "".join(
-        f"30,{t},180,{w},{t + w},{0.001 * w}\n" for w in (550, 450) for t in (10, 20, 30) if (t, w) != (20, 450)
+        f"30,{t},180,{w},{(t + w) / 4000},{w / 4e6}\n" for w in (550, 450) for t in (10, 20, 30) if (t, w) != (20, 450)
     )
     m = loaded(tmp_path, text)
     assert m.channel_names == (450.0, 550.0)
-    np.testing.assert_allclose(f(m, 30 * DEGREES, 0.0, 30 * DEGREES, math.pi), [480.0, 580.0])
+    np.testing.assert_allclose(f(m, 30 * DEGREES, 0.0, 30 * DEGREES, math.pi), [0.12, 0.145])
     assert np.isnan(m.stored).sum() == 1
-    assert m.uncertainty.ravel()[-1] == 0.55
+    assert m.uncertainty.ravel()[-1] == pytest.approx(0.55 / 4000)
     with pytest.raises(gn.errors.FormatError, match="each pair once"):
         loaded(tmp_path, text + "30,10,180,450,1,1\n")
 
@@ -110,10 +110,10 @@ def test_csv_keeps_rows_exactly(tmp_path, isotropic):
 
 
 def test_half_a_circle_is_mirrored_or_reciprocal_unless_said(tmp_path):
-    text = "theta_i,theta_o,phi,f\n" + "".join(f"30,45,{p},{p}\n" for p in (0, 90, 180))
+    text = "theta_i,theta_o,phi,f\n" + "".join(f"30,45,{p},{p / 900}\n" for p in (0, 90, 180))
     assert loaded(tmp_path, text).is_mirrored
     assert not loaded(tmp_path, "# mirrored: false\n" + text).is_mirrored
-    text = "theta_h,theta_d,phi_d,f\n" + "".join(f"30,45,{p},{p}\n" for p in (0, 90, 180))
+    text = "theta_h,theta_d,phi_d,f\n" + "".join(f"30,45,{p},{p / 900}\n" for p in (0, 90, 180))
     assert loaded(tmp_path, text).periods["phi_d"] == math.pi
     assert loaded(tmp_path, "# period_phi_d: 360\n" + text).periods["phi_d"] == 2.0 * math.pi
 

@@ -10,8 +10,8 @@ from materials import breaks, draws, on_sphere
 
 import gonio as gn
 from gonio.arrays import ops
+from gonio.base.frames import Frame
 from gonio.errors import ArrayTypeError, ParameterError, ShapeError
-from gonio.integrals.illumination import surface_frame
 
 PI = math.pi
 UP = np.array([0.0, 0.0, 1.0])
@@ -223,7 +223,7 @@ def test_frames_are_right_handed():
     normal, tangent = rng.normal(size=(2, 50, 3))
     normal[:4] = [[0, 0, 1], [0, 0, -1], [1, 0, 0], [1e-9, 0, -2]]
     for given in (None, tangent):
-        t, b, n = (np.stack(axis, -1) for axis in surface_frame(ops.library(normal), normal, given))
+        t, b, n = (np.stack(axis, -1) for axis in Frame.of_arrays(ops.library(normal), normal, given))
         np.testing.assert_allclose(
             np.stack([t, b, n], -2) @ np.stack([t, b, n], -1), np.broadcast_to(np.eye(3), (50, 3, 3)), atol=1e-12
         )

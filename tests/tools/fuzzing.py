@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import atexit
+import importlib.util
 import io
 import json
 import os
@@ -31,6 +32,9 @@ import xarray  # noqa: F401
 import gonio as gn
 from gonio.evaluate import batch
 from gonio.formats._reading import hdf, hdf_probe
+
+if importlib.util.find_spec("openpyxl"):
+    import openpyxl  # noqa: F401
 
 # All libraries that reading may need are loaded above: loading one where memory is limited may never end.
 

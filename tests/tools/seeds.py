@@ -15,6 +15,7 @@ from zipfile import ZipFile, ZipInfo
 import numpy as np
 from optical_files import SEEDS as OPTICAL
 from text_files import SEEDS as TEXT
+from xlsx_files import workbook
 
 import gonio as gn
 
@@ -228,6 +229,11 @@ def _tensor_tree() -> bytes:
     return tree3().encode()
 
 
+def _excel() -> bytes:
+    rows = [[30.0, 10.0, 180.0, 0.31], [30.0, 45.0, 180.0, 0.35], [30.0, 60.0, 180.0, None]]
+    return workbook({"Data": [["Instrument", "by hand"], ["AOI (deg)", "theta_r (deg)", "dphi (deg)", "BRDF"], *rows]})
+
+
 SEEDS: dict[str, Callable[[], bytes]] = {
     "netCDF": lambda: saved(small_grid(), ".nc"),
     "netCDF rows": lambda: saved(small_rows(), ".nc"),
@@ -252,6 +258,7 @@ SEEDS: dict[str, Callable[[], bytes]] = {
     "SCATFUN gzip": lambda: _scatfun(packed=True),
     "Neural-BRDF": _neural,
     "gonio JSON": _material,
+    "Excel": _excel,
     **OPTICAL,
     **TEXT,
     "WINDOW XML": _klems,

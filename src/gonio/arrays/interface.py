@@ -72,6 +72,11 @@ class Library:
         """The values of an array, without their derivatives."""
         return np.asarray(x)
 
+    def known(self, x: Array) -> np.ndarray | None:
+        """The values of an array where they can be read at once: None while a library compiles or differentiates by
+        tracing, and where reading would wait for a device."""
+        return None
+
     def fixed(self, value: Fixed, like: Array) -> Array:
         """Fixed numbers with the dtype and device of `like`, converted once."""
         return value.once(self.module.asarray, like.dtype)

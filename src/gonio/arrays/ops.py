@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Any, TypeGuard
+from typing import Any
 
 import numpy as np
 
 from ..errors import ArrayTypeError, ShapeError
+from ..numbers import is_masked as is_masked
+from ..numbers import numbers as numbers
 from . import LIBRARIES as LIBRARIES
 from . import Array
 from . import Library as Library
@@ -52,6 +54,65 @@ to_index = _elementary("to_index", "Whole number for `take`; NaN and infinity be
 stop_gradient = _elementary("stop_gradient", "The value, as a constant for differentiation.")
 
 
+def _one(name: str, *arrays: Array) -> Callable[..., Array] | None:
+    """What the library of these arrays has as one operation, if it has it (see `together`)."""
+    for x in arrays:
+        lib = library_of_type(type(x))
+        if lib is not None:
+            return getattr(lib, f"one_{name}", None)
+    return None
+
+
+def interval(nodes: Array, count: int, x: Array) -> Array | None:
+    """The interval of `count` increasing nodes that x is in, from 0, the nearest outside; None where the library of x
+    has no search of its own."""
+    search = _one("interval", x)
+    return None if search is None else search(nodes, count, x)
+
+
+def interpolated(
+    table: Array, places: Sequence[Array], weights: Sequence[Array], steps: Sequence[int]
+) -> Sequence[Array]:
+    """The sums of weight * table[place + step] over places, one for each step."""
+    together = _one("interpolated", *places, *weights)
+    sums = None if together is None else together(table, places, weights, steps)
+    if sums is not None:
+        return sums
+    totals = []
+    for step in steps:
+        total: Any = None
+        for place, weight in zip(places, weights, strict=True):
+            term = weight * take(table, place + step)
+            total = term if total is None else total + term
+        totals.append(total)
+    return totals
+
+
+def network(layers: Sequence[tuple[Array, Array, int]], x: Sequence[Array], chosen: Array) -> Array:
+    """Output number `chosen` of a network with max(., 0) between its layers, for inputs x: components, or numbers.
+
+    Layers are (kernel, bias, width), kernels flat, by input and neuron. `chosen` is a whole number, or one for each
+    channel.
+    """
+    together = _one("network", *x)
+    if together is not None:
+        return together(layers, x, chosen)
+    *inner, last = layers
+    for layer in inner:
+        x = [maximum(_neuron(layer, x, j), 0.0) for j in range(layer[2])]
+    return _neuron(last, x, chosen)
+
+
+def _neuron(layer: tuple[Array, Array, int], x: Sequence[Array], j: Any) -> Array:
+    """Weighted sum of the inputs, and the bias."""
+    kernel, bias, width = layer
+    total = take(bias, j)
+    for i, value in enumerate(x):
+        if not (isinstance(value, float) and value == 0.0):
+            total = total + take(kernel, j + i * width) * value
+    return total
+
+
 def clip(x: Array, low: Array, high: Array) -> Array:
     """x limited to [low, high]."""
     return minimum(maximum(x, low), high)
@@ -60,48 +121,6 @@ def clip(x: Array, low: Array, high: Array) -> Array:
 def square(x: Array) -> Array:
     """x times itself."""
     return x * x
-
-
-def numbers(value: Any) -> np.ndarray:
-    """Real numbers that a caller gave, as a plain NumPy array, masked ones as NaN; not copied where that is not needed.
-
-    Raises ValueError, which says why, for complex numbers, dates, words and other objects, and rows of unequal length.
-    """
-    array = value if type(value) is np.ndarray else _plain(value)
-    kind = array.dtype.kind
-    if kind in "fiub":
-        return array
-    if kind == "O" and all(type(x) in (int, float) for x in array.flat):  # Python's integers have no bound
-        return array.astype(float)
-    advice = {"c": "take the real part or the modulus", "M": "subtract a date and divide by a unit of time"}
-    advice |= {"m": "divide by a unit of time"}
-    raise ValueError(f"{array.dtype}, which are no real numbers; {advice.get(kind, 'convert them first')}")
-
-
-def _plain(value: Any) -> np.ndarray:
-    if is_masked(value):
-        array, masked = np.asarray(value.data), np.ma.getmaskarray(value)
-        if array.dtype.kind not in "fiub" or not masked.any():
-            return array
-        array = array if array.dtype.kind == "f" else array.astype(float)
-        return np.where(masked, array.dtype.type(np.nan), array)
-    try:
-        return np.array([_plain(x) for x in value]) if _holds_masks(value) else np.asarray(value)
-    except ValueError:
-        raise ValueError("rows of unequal length; expected as many numbers in each") from None
-
-
-def _holds_masks(value: Any) -> bool:
-    """Whether there are masked arrays in a list, which NumPy would read without their masks."""
-    if not isinstance(value, (list, tuple)):
-        return is_masked(value)
-    kinds = set(map(type, value))
-    return any(issubclass(k, (list, tuple, np.ndarray)) for k in kinds) and any(map(_holds_masks, value))
-
-
-def is_masked(value: Any) -> TypeGuard[np.ma.MaskedArray]:
-    """Whether this is a masked array of NumPy, which takes long to import: other things are not compared with it."""
-    return isinstance(value, np.ndarray) and type(value) is not np.ndarray and isinstance(value, np.ma.MaskedArray)
 
 
 def plain(x: Array) -> Array:
@@ -113,7 +132,7 @@ def plain(x: Array) -> Array:
 
 def as_arrays(*arrays: Array, name: str = "directions") -> tuple[Library, list[Array]]:
     """The arrays of one call with their library: lists join the others, dtypes must agree and be floating point."""
-    like = next((x for x in arrays if library_of_type(type(x)) is not None), np.zeros(0))
+    like = next((x for x in arrays if dtype_of(x)), np.zeros(0))
     try:
         first = library(like)
         arrays = tuple(first.vectors(plain(x), like) if isinstance(x, (list, tuple)) else plain(x) for x in arrays)
@@ -121,20 +140,30 @@ def as_arrays(*arrays: Array, name: str = "directions") -> tuple[Library, list[A
         raise
     except (TypeError, ValueError) as error:
         raise ArrayTypeError(f"{name}: got {error}; expected an array of numbers (..., n), n in every row") from None
-    lib = library(*arrays)
-    out = []
     for x in arrays:
-        if library_of_type(type(x)) is None:
-            raise ArrayTypeError(f"{name}: got {type(x).__name__}, expected an array of float32 or float64")
-        if lib.name == "numpy" and lib.dtype(x).startswith(("int", "uint")):
-            x = np.asarray(x, dtype=float)
-        out.append(x)
+        if not dtype_of(x):
+            draw = "; draw numbers first: rng.random((n, 2))" if hasattr(x, "random") else ""
+            raise ArrayTypeError(f"{name}: got {type(x).__name__}, expected an array of float32 or float64{draw}")
+    lib = library(*arrays)
+    out = [np.asarray(x, dtype=float) if lib.name == "numpy" and lib.dtype(x).startswith(_WHOLE) else x for x in arrays]
     dtypes = sorted({lib.dtype(x) for x in out})
     if len(dtypes) > 1 or dtypes[0] not in ("float32", "float64"):
         raise ArrayTypeError(
             f"{name}: got dtype {' and '.join(dtypes)}, expected one of float32, float64 for all; convert first"
         )
     return lib, out
+
+
+_WHOLE = ("int", "uint")
+
+
+def dtype_of(x: Array) -> str:
+    """The dtype of an array; "" of anything else, which may be of an array library too (its dtypes, its generators)."""
+    lib = library_of_type(type(x))
+    try:
+        return "" if lib is None else lib.dtype(x)
+    except AttributeError:
+        return ""
 
 
 def to_numpy(x: Array) -> np.ndarray:

@@ -5,10 +5,14 @@ Directions point **to** the light and are in the world frame.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from functools import cache
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, ClassVar, NamedTuple, Self
+
+import numpy as np
 
 from ..arrays import ops
+from ..formula.fields import Param, Vector
 from ..formula.parametrised import Parametrised
 
 
@@ -36,6 +40,11 @@ class Light(Parametrised):
     ConstantLight(radiance=2.0)
     """
 
+    noun: ClassVar[str] = "a light"
+    reflects: ClassVar[str] = "gn.render(m, {}), with the reflectance first"
+    known_elsewhere: ClassVar[dict[str, str]] = dict.fromkeys(
+        ("__call__", "f", "eval", "evaluate"), "gn.reflected_radiance(m, light, wo)"
+    )
     is_delta: ClassVar[bool] = False
     can_sample: ClassVar[bool] = False
 
@@ -54,7 +63,22 @@ class Light(Parametrised):
 
     def arrival(self, position: Any) -> Arrival:
         """The light that a delta light sends to `position` (..., 3)."""
-        raise NotImplementedError
+        raise self._lacks("arrival")
+
+    def in_numpy(self) -> Self:
+        """The same light with all numbers as NumPy arrays, without derivatives by them."""
+        other = {name: ops.to_numpy(x) for name, x in self._of_libraries()}
+        return self._changed(other) if other else self
+
+    def like(self) -> Any:
+        """A number of this light that is an array of another library than NumPy; None where there is none."""
+        return next((x for _, x in self._of_libraries()), None)
+
+    def _of_libraries(self) -> Iterator[tuple[str, Any]]:
+        for name, field in self.fields.items():
+            value = self.__dict__[name]
+            if isinstance(field, (Param, Vector)) and not isinstance(value, (float, np.ndarray)):
+                yield name, value
 
     def incident(self, w: Any) -> Any:
         """Radiance [W m-2 sr-1] from unit world directions w (..., 3), with a channel axis: (..., 1) or (..., C).
@@ -64,7 +88,7 @@ class Light(Parametrised):
         >>> print(sky.incident(gn.direction(0.5, 0.0)))
         [2.]
         """
-        raise NotImplementedError
+        raise self._lacks("incident")
 
     def sample(self, u: Any) -> tuple[Any, Any]:
         """World directions (..., 3) for uniform numbers u (..., 2), and their density per solid angle [1/sr] (...).
@@ -75,7 +99,7 @@ class Light(Parametrised):
         >>> print(w.shape, np.allclose(pdf, light.pdf(w)))
         (2, 3) True
         """
-        raise NotImplementedError
+        raise self._lacks("sample")
 
     def pdf(self, w: Any) -> Any:
         """Density [1/sr] (...) of `sample` at world directions w (..., 3).
@@ -86,7 +110,7 @@ class Light(Parametrised):
         >>> print(light.pdf(sun) > 10.0 * light.pdf(np.array([0.0, 0.0, 1.0])))
         True
         """
-        raise NotImplementedError
+        raise self._lacks("pdf")
 
 
 def channel_vector(value: Any, like: Any) -> Any:
@@ -100,3 +124,8 @@ def channel_vector(value: Any, like: Any) -> Any:
     lib = ops.library(like)
     array = lib.convert(value, like)
     return array[None] if array.ndim == 0 else array
+
+
+def vector_of(value: Any, like: Any) -> Any:
+    """A light's vector (3,) in the library and dtype of `like`."""
+    return ops.library(like).convert(np.array(value) if isinstance(value, np.ndarray) else value, like)

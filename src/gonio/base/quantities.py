@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
 
-from ..errors import ParameterError
+from ..errors import MeaningWarning, ParameterError, warn
 from ..formula.direction import HORIZON
 
 QUANTITIES: dict[str, Callable[[Any, Any], Any]] = {
@@ -39,3 +39,15 @@ def from_brdf(quantity: str, f: Any, cos_i: Any, cos_o: Any) -> np.ndarray:
     """Values of a quantity from f [1/sr] at pairs with these cosines."""
     values: np.ndarray = np.asarray(f, dtype=float) * QUANTITIES[quantity_named(quantity)](cos_i, cos_o)
     return values
+
+
+def suspect_units(quantity: str, values: np.ndarray, channels: Sequence[str | float] | None) -> None:
+    """Warns of reflectance factors that look like percent, and of wavelengths that look like micrometres."""
+    held = values[np.isfinite(values)]
+    if quantity == "reflectance factor" and held.size and np.median(held) > 2.0 and held.max() <= 120.0:
+        text = f"values: reflectance factors of {np.median(held):.3g} (median); in percent? divide by 100"
+        warn(text, MeaningWarning)
+    wavelengths = [x for x in channels or () if not isinstance(x, str)]
+    if wavelengths and min(wavelengths) > 0.0 and max(wavelengths) < 50.0:
+        text = f"channels: wavelengths up to {max(wavelengths):g} nm"
+        warn(f"{text}; in micrometres? multiply by 1000", MeaningWarning)

@@ -9,22 +9,24 @@ from __future__ import annotations
 import math
 from abc import abstractmethod
 from collections.abc import Iterable
-from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Self
 
 import numpy as np
 
 from ..arrays import ops
 from ..arrays.kinds import SCALAR, VALUE, VECTOR
-from ..errors import ArrayTypeError, NotFoundError, ParameterError
+from ..arrays.labels import Labels, is_named
+from ..errors import ArrayTypeError, NotFoundError, ParameterError, TooLargeError, shown
 from ..evaluate import batch
 from ..formula import warp
 from ..formula.direction import Direction, mirror
 from ..formula.fields import param, part
 from ..formula.parametrised import Parametrised
-from ..formula.state import note
+from ..formula.state import inferred, note
 from ..formula.text import listed, literal
 from ..numerics.lattice import lattice
-from . import kernels
+from . import channel_names, kernels
+from .advice import instead
 from .angles import direction
 
 
@@ -75,8 +77,16 @@ class Reflectance(Parametrised):
     0.502 1.567
     """
 
+    noun: ClassVar[str] = "a reflectance"
+    reflects: ClassVar[str] = "{}"
+
     breaks: ClassVar[dict[str, str]] = {}
     """Laws of `gonio.check` that this model does not obey for all parameters, each with the reason."""
+    known_elsewhere: ClassVar[dict[str, str]] = {
+        **dict.fromkeys(("__call__", "eval", "evaluate", "brdf", "bsdf", "value"), "m.f(wi, wo)"),
+        "plot": "gn.render(m, lights).save(path), or on the command line: gonio show",
+        "show": "gn.render(m, lights).save(path), or on the command line: gonio show",
+    }
     numbers_from: str = note("")
     """The source of the numbers of a built-in material."""
 
@@ -109,6 +119,40 @@ class Reflectance(Parametrised):
     else:
         channel_names = note(None)
 
+    def with_channels(self, names: Iterable[str | float] | None) -> Self:
+        """A copy whose channels have these names, or wavelengths; `None` takes them away.
+
+        Sums, products, coats and `replace` keep them, as long as the number of channels stays the same; JSON files too.
+        Numbers that look like micrometres are announced by a MeaningWarning.
+
+        Shapes   names: one for each channel.
+        Units    wavelengths: nm.
+
+        Example
+        >>> field = gn.RossLi(f_iso=[0.05, 0.3], f_vol=[0.02, 0.16], f_geo=[0.01, 0.03]).with_channels(["red", "nir"])
+        >>> (field + gn.Lambertian(0.01)).channel_names
+        ('red', 'nir')
+        """
+        if names is None:
+            return self.with_notes(channel_names=None)
+        return self.with_notes(channel_names=channel_names.checked(names, self))
+
+    def _name_channels(self, whole: Labels) -> None:
+        names = whole.channel_names
+        if names is not None and self.channel_names is None and self.channels == len(names):
+            self._hold(channel_names=channel_names.checked(names, self))
+
+    def _replaced(self, grouped: dict[str, Any]) -> Self:
+        new = super()._replaced(grouped)
+        names = self._given("channel_names")
+        if names is not None and self.channels == len(names) != new.channels:
+            return new.with_notes(channel_names=None)
+        return new
+
+    def to_json(self) -> dict[str, Any]:
+        names = self._given("channel_names")
+        return super().to_json() | ({} if names is None else {"channel_names": list(names)})
+
     @property
     def channels(self) -> int | None:
         """The number of channels of f, which the parameters decide; None where f has no channel axis.
@@ -124,7 +168,7 @@ class Reflectance(Parametrised):
     @abstractmethod
     def formula(self, wi: Direction, wo: Direction) -> Any:
         """f [1/sr] for directions above the horizon, without the cosine."""
-        raise NotImplementedError
+        raise self._lacks("formula")
 
     def warp(self, wo: Direction, u0: Any, u1: Any) -> Direction:
         """A direction wi for two uniform numbers; its density is `density`."""
@@ -144,7 +188,7 @@ class Reflectance(Parametrised):
         A model that becomes a mirror as its widths (parameters whose `sampled` is "max" or "min") go to their narrow
         bounds may write it too; `gonio.check` then tests this limit.
         """
-        raise NotImplementedError
+        raise self._lacks("mirror")
 
     def mirrored(self, wo: Direction) -> Direction:
         """The direction wi that a delta lobe reflects into wo.
@@ -224,10 +268,14 @@ class Reflectance(Parametrised):
         """
         leaves = {path: i for i, path in enumerate(self.leaf_paths()) if path}
         inputs = {"wi": 0, "wo": 1}
-        variables = list(self.parameters if by is None else by)
+        expected = f"expected one of {listed([*leaves, *inputs])}"
+        try:
+            variables = list(self.parameters if by is None else [by] if isinstance(by, str) else by)
+        except TypeError:
+            raise ParameterError(f"jacobian(by={shown(by)}): {expected}, or a list of them") from None
         for path in variables:
-            if path not in leaves and path not in inputs:
-                raise NotFoundError(f"jacobian(by={path!r}): expected one of {listed([*leaves, *inputs])}")
+            if not isinstance(path, str) or (path not in leaves and path not in inputs):
+                raise NotFoundError(f"jacobian(by={shown(path)}): {expected}")
         paths, directions = ([p for p in variables if p in places] for places in (leaves, inputs))
         value, *slopes = batch.jacobian(
             kernels.value, self, (wi, wo), (3, 3), tuple(leaves[p] for p in paths), tuple(inputs[p] for p in directions)
@@ -295,11 +343,21 @@ class Reflectance(Parametrised):
         f, turned = (self.f_angles(theta_i, turn + phi_i, theta_o, turn + phi_o) for turn in (0.0, 1.1))
         return bool(np.allclose(f, turned, rtol=1e-6, atol=1e-9, equal_nan=True))
 
+    @staticmethod
+    def instead(value: Any) -> str:
+        """What to write where a reflectance is expected and this value was given."""
+        return instead(value)
+
     def __add__(self, other: Reflectance) -> Sum:
         if not isinstance(other, Reflectance):
             return NotImplemented
-        terms = [t for m in (self, other) for t in (m.terms if isinstance(m, Sum) else (m,))]
+        flat = [m.terms if isinstance(m, Sum) and m._given("channel_names") is None else (m,) for m in (self, other)]
+        terms = [t for several in flat for t in several]
         return Sum(*terms)
+
+    def __radd__(self, other: Any) -> Reflectance:
+        """`sum` begins with 0."""
+        return self if isinstance(other, int) and other == 0 else NotImplemented
 
     def __mul__(self, weight: Any) -> Scaled:
         if isinstance(weight, Reflectance):
@@ -309,10 +367,14 @@ class Reflectance(Parametrised):
     __rmul__ = __mul__
 
     def __truediv__(self, number: Any) -> Scaled:
-        if ops.is_masked(number):
-            return self * (1.0 / number)
+        if ops.is_masked(number) or is_named(number):
+            scaled: Scaled = self * (1.0 / number)
+            return scaled
         try:
-            return self * (1.0 / ops.numbers(number))
+            with np.errstate(divide="ignore", over="ignore"):
+                return self * (1.0 / ops.numbers(number))
+        except MemoryError:
+            raise TooLargeError("a reflectance divided by an array that does not fit into memory") from None
         except (TypeError, ValueError) as error:
             raise ArrayTypeError(f"a reflectance divided by {number!r:.60}: {error}") from None
 
@@ -336,8 +398,9 @@ class Scaled(Reflectance):
     weight = param(1.0, 0.0, 1e9, "factor")
     of = part(Reflectance, None, "what is scaled")
 
-    @property
+    @inferred
     def channel_names(self) -> tuple[Any, ...] | None:
+        """Those of what is scaled."""
         names: tuple[Any, ...] | None = self.of.channel_names
         return names
 
@@ -346,6 +409,8 @@ class Scaled(Reflectance):
         nested = super().__mul__(weight)
         factors = [np.asarray(x) for x in (nested.weight, self.weight) if isinstance(x, (float, np.ndarray))]
         if len(factors) < 2 or len({x.shape for x in factors} - {()}) > 1:
+            return nested
+        if self._given("channel_names") is not None or nested._labels is not None:
             return nested
         product = factors[0] * factors[1]
         lossless = (product > 1e-300) & (product <= 1e9) | (factors[0] == 0.0) | (factors[1] == 0.0)
@@ -395,7 +460,7 @@ class Sum(Reflectance):
             several = " and ".join(sorted(f"{n!r:.60}" for n in names))
             raise ParameterError(f"Sum: terms have channels {several}; expected the same names or wavelengths")
 
-    @property
+    @inferred
     def channel_names(self) -> tuple[Any, ...] | None:
         """The channel names of the terms that have any.
 
@@ -437,4 +502,6 @@ class Sum(Reflectance):
         return " + ".join(terms) if plain else f"Sum({', '.join(terms)})"
 
     def to_json(self) -> dict[str, Any]:
-        return {"type": "Sum", "terms": [t.to_json() for t in self.terms]}
+        names = self._given("channel_names")
+        named = {} if names is None else {"channel_names": list(names)}
+        return {"type": "Sum", "terms": [t.to_json() for t in self.terms], **named}

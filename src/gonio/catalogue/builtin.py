@@ -10,6 +10,8 @@ from typing import Any
 
 import numpy as np
 
+from ..arguments import checked
+from ..arrays import ops
 from ..base.reflectance import Reflectance
 from ..contents import columns
 from ..distributions.ggx import GGX
@@ -112,6 +114,7 @@ def materials() -> Entries:
     return Entries(_entries())
 
 
+@checked
 def material(name: str, *, alpha: float | None = None, wavelengths: Any = None) -> Reflectance:
     """The built-in material of a name, an ordinary model: `material("brass")`, `material("Au", alpha=0.2)`.
 
@@ -170,6 +173,7 @@ def hint(name: str) -> str:
     return f"; nearest: {', '.join(names)}" if names else ""
 
 
+@checked
 def refractive_index(substance: str, wavelengths: Any) -> tuple[Any, Any]:
     """Refractive index n and extinction k of a substance, n + ik, by name or symbol ("gold", "Au").
 
@@ -191,16 +195,18 @@ def refractive_index(substance: str, wavelengths: Any) -> tuple[Any, Any]:
         substances = ", ".join(f"{e.name} ({_symbol(e)})" for e in materials() if e.kind != FIT)
         raise NotFoundError(f"no refractive index of {substance!r}; expected one of {substances}")
     try:
-        at = np.asarray(wavelengths, dtype=float)
-    except (TypeError, ValueError):
+        at = np.asarray(ops.numbers(wavelengths), dtype=float)
+    except ValueError:
         raise ParameterError(f"wavelengths={wavelengths!r:.60}: expected numbers [nm]") from None
     table = _indices()[_symbol(entry)]
     low, high = table[0, 0], table[-1, 0]
-    outside = ~((at >= low) & (at <= high))
+    outside = (at < low) | (at > high)
     if outside.any():
+        got = at[outside].flat[0]
+        micrometres = f"; in micrometres? 1000 * {got:g} is in nm" if low <= 1000.0 * got <= high else ""
         raise ParameterError(
-            f"{entry.name} at {at[outside].flat[0]:g} nm: outside the table, which holds {low:g} to {high:g} "
-            f"nm; nothing is extrapolated"
+            f"{entry.name} at {got:g} nm: outside the table, which holds {low:g} to {high:g} nm; nothing is "
+            f"extrapolated{micrometres}"
         )
     n, k = (np.interp(at, table[:, 0], column) for column in (table[:, 1], table[:, 2]))
     return (n, k) if at.ndim else (float(n), float(k))

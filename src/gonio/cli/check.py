@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import click
 
 from ..errors import visible
-from .options import json_option, read_material, replace_option, title_of
+from .options import json_option, read_material, reading_option, replace_option, title_of
 from .tables import paragraph, table
 from .terminal import bar, echo, print_json
 
@@ -42,6 +42,7 @@ class _WithLaws(click.Command):
 @click.command(cls=_WithLaws, short_help="Hold MATERIAL to the laws of physics.")
 @click.argument("material", required=False)
 @replace_option
+@reading_option
 @json_option
 @click.option("--plot", type=click.Path(path_type=Path), help="Figure to write that explains: .png, .pdf or .svg.")
 @click.option("--sampling", is_flag=True, help="Say also how well sampling does, by angle of view and lobe.")
@@ -73,9 +74,9 @@ def check(
     from ..laws import check as check_laws
 
     if plot is not None:
-        from ..files import target
+        from ..report.figures import check_target
 
-        target(plot)
+        check_target(plot)
     m = read_material(material, replaced)
     title = title_of(material, replaced) if as_json else visible(title_of(material, replaced))
     with bar("checking") as progress:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import click
 
 from ..errors import visible
-from .options import json_option, read_material, replace_option, since, title_of
+from .options import json_option, read_material, reading_option, replace_option, since, title_of
 from .tables import size_in_words, table
 from .terminal import echo, print_json
 
@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 @click.argument("material", metavar="IN")
 @click.argument("output", metavar="OUT", type=click.Path(path_type=Path))
 @replace_option
+@reading_option
 @click.option("--format", "format_", metavar="FORMAT", help="Format, where the suffix of OUT does not say which.")
 @click.option("--resolution", metavar="N,N,..", help="Nodes along each axis, of formats that leave a choice.")
 @click.option("--option", "options", metavar="NAME=VALUE", multiple=True, help="Option of the format; may be repeated.")
@@ -37,7 +38,8 @@ def convert(
     """Write the material IN to the file OUT, and report changes and losses.
 
     IN is any MATERIAL. The format is that of OUT's suffix, or the one named; `gonio formats` lists them all.
-    Changes are measured: the file is read again and compared with IN, at 32768 pairs of directions.
+    Changes are measured: the file is read again and compared with IN, at pairs of directions on and between the
+    nodes of both, and in albedo.
 
     \b
     Examples:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import textwrap
 import time
 from collections.abc import Callable, Sequence
@@ -14,16 +15,40 @@ from ..discover import docstring
 from ..lights._words import DEFAULT, words
 
 if TYPE_CHECKING:
+    from ..base.light import Light
     from ..base.reflectance import Reflectance
 
-material_argument = click.argument("material")
+READING = "gonio.reading"
+"""Where the context of a command holds the options that MATERIAL is read with."""
+
+
+def _note_reading(ctx: click.Context, param: click.Parameter, texts: tuple[str, ...]) -> None:
+    ctx.meta[READING] = texts
+
+
+reading_option = click.option(
+    "-O",
+    "--reading",
+    metavar="NAME=VALUE",
+    multiple=True,
+    expose_value=False,
+    callback=_note_reading,
+    help="Option to read a file with, as skip=12; may be repeated. `gonio formats FORMAT` lists them.",
+)
+
+
+def material_argument(command: Callable) -> Callable:
+    """MATERIAL, and the options to read its file with."""
+    return click.argument("material")(reading_option(command))
+
+
 replace_option = click.option(
     "-p",
     "--parameter",
     "replaced",
     metavar="NAME=VALUE",
     multiple=True,
-    help="Replace a parameter; may be repeated. `gonio info MATERIAL` lists them.",
+    help="Replace a parameter, by its name or path; may be repeated. `gonio info MATERIAL` lists them.",
 )
 lights_option = click.option(
     "-l",
@@ -31,11 +56,16 @@ lights_option = click.option(
     "lights",
     metavar="LIGHT",
     multiple=True,
-    default=(DEFAULT,),
-    help=f"Where the light comes from, see above; may be repeated.  [default: {DEFAULT}]",
+    help=f"Where the light comes from, see above; may be repeated.  [default: {DEFAULT}, gray for bands]",
 )
 json_option = click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 samples_option = click.option("--samples", default=32, show_default=True, help="Samples per pixel.")
+
+bands_option = click.option(
+    "--bands",
+    metavar="RED,GREEN,BLUE",
+    help="Channels shown as red, green and blue, by name or wavelength in nm: nir,red,green; one is shown in gray.",
+)
 
 
 def output_option(help_: str) -> Callable:
@@ -68,12 +98,35 @@ def read_material(material: str, replaced: Sequence[str]) -> Reflectance:
     """The material, with parameters replaced."""
     from .arguments import resolve, with_parameters
 
-    return with_parameters(resolve(material), replaced)
+    return with_parameters(resolve(material, click.get_current_context().meta.get(READING, ())), replaced)
+
+
+def read_lights(lights: Sequence[str]) -> list[Light] | None:
+    """The lights, or None for the default one."""
+    from .arguments import resolve_light
+
+    return [resolve_light(text) for text in lights] or None
+
+
+def bands_of(text: str | None) -> list[str | float] | None:
+    """The names, and wavelengths [nm], of --bands."""
+    if text is None:
+        return None
+    from ..formats._reading import plain_text
+
+    words = [word.strip() for word in text.split(",")]
+    return [float(word) if plain_text.is_number(word) else word for word in words]
 
 
 def title_of(material: str, replaced: Sequence[str]) -> str:
-    """MATERIAL and its -p, in a line."""
-    return ", ".join([material, *replaced])
+    """MATERIAL, a file by its name alone, and its -p, in a line."""
+    name = Path(material).name if os.path.exists(material) else material
+    return ", ".join([name, *replaced])
+
+
+def under(lights: Sequence[str]) -> str:
+    """The lights, in words."""
+    return f"under {', '.join(lights) or DEFAULT}"
 
 
 def since(start: float) -> str:

@@ -8,6 +8,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from ..arguments import checked
 from ..base.measured import tabular_shape
 from ..base.provenance import derived
 from ..base.reflectance import Reflectance
@@ -45,6 +46,7 @@ class Tabulated(Gridded):
     error: ResamplingError = note()
 
 
+@checked
 def tabulate(
     m: Reflectance,
     parameterisation: str = "half_difference",

@@ -20,6 +20,8 @@ class ABCFacets(Distribution):
     Their A is free; here N makes the integral of D cos(theta_m) 1. Near the pole it is GTR with alpha = sqrt(2/B) and
     gamma = C.
 
+    Looks    `ABCFacets(1e3, 0.8)` is polished metal in a wide haze; `ABCFacets(1e3, 4)` is as narrow
+             without the haze.
     Shapes   B, C: numbers or (..., C).
     Units    D: 1/sr; B, C: 1.
     Error    D: rounding. Lambda, by a 24-point rule: G1 relative 1e-6. Normals are drawn with the density D.

@@ -17,6 +17,8 @@ class Beckmann(Distribution):
     D = exp(-(x^2/ax^2 + y^2/ay^2)/z^2) / (pi ax ay z^4),   Lambda = (erf(a) - 1)/2 + exp(-a^2)/(2 a sqrt(pi)),
     a = z / sqrt(ax^2 x^2 + ay^2 y^2)
 
+    Looks    `Beckmann(0.3)` is satin metal, its highlight without a halo; `Beckmann(0.05, 0.3)` is
+             brushed.
     Shapes   alpha_x, alpha_y: numbers or (..., C).
     Units    D: 1/sr; alpha: 1, sqrt(2) times the RMS slope.
     Error    rounding; sampling inverts the distribution of visible slopes to 1e-6 in u (median 1e-17, float64).

@@ -18,6 +18,8 @@ class ExponentialPower(Distribution):
 
     s^2 = (x^2/ax^2 + y^2/ay^2)/z^2. p = 1 is Beckmann; p below 1 has a sharper peak and longer tails.
 
+    Looks    `ExponentialPower(0.3, p=0.4)` is metal with a small bright spot in a haze;
+             `ExponentialPower(0.3, p=4)` has a flat disc for a highlight.
     Shapes   alpha_x, alpha_y, p: numbers or (..., C).
     Units    D: 1/sr; alpha, p: 1.
     Error    D: rounding. Lambda, by a 22-point rule: G1 relative 1e-6. Normals are drawn with a density close to

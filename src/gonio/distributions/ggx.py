@@ -16,6 +16,8 @@ class GGX(Distribution):
 
     D = 1 / (pi ax ay (x^2/ax^2 + y^2/ay^2 + z^2)^2),   Lambda = (sqrt(1 + (ax^2 x^2 + ay^2 y^2)/z^2) - 1)/2
 
+    Looks    `GGX(0.3)` is satin metal, its highlight in a halo; `GGX(0.1, 0.4)` is brushed, rougher along
+             y.
     Shapes   alpha_x, alpha_y: numbers or (..., C).
     Units    D: 1/sr; alpha: 1. `GGX(0.3)` is isotropic, `GGX(0.1, 0.4)` is rougher along y.
     Error    rounding.

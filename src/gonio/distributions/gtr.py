@@ -19,6 +19,8 @@ class GTR(Distribution):
     gamma = 2 is GGX, gamma = 1 Berry's distribution, larger gamma has shorter tails. c makes the integral of D cos 1:
     1/c = pi/(1 - alpha^2) times the integral of v^(-gamma) over [alpha^2, 1], at gamma = 1 log(1/alpha^2).
 
+    Looks    `GTR(0.1, 1)` is a clear coat: a small highlight in a haze that reaches everywhere; `GTR(0.1,
+             4)` is a clean one.
     Shapes   alpha, gamma: numbers or (..., C).
     Units    D: 1/sr; alpha, gamma: 1.
     Error    D: rounding, also at and beside gamma = 1 and alpha = 1. Lambda, by a 24-point rule: G1 relative 1e-6.

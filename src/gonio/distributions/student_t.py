@@ -19,6 +19,8 @@ class StudentT(Distribution):
     s^2 = (x^2/ax^2 + y^2/ay^2)/z^2. gamma = 2 is GGX, gamma to infinity Beckmann; at gamma = 3/2 the mean slope, and
     with it Lambda, becomes infinite.
 
+    Looks    `StudentT(0.1, gamma=1.6)` is polished metal in a haze; `StudentT(0.1, gamma=50)` has none, as
+             Beckmann.
     Shapes   alpha_x, alpha_y, gamma: numbers or (..., C).
     Units    D: 1/sr; alpha: 1, the slope scale of both limits; gamma: 1.
     Error    D: rounding. Lambda, by a 16-point rule: G1 relative 1e-6. Normals are drawn with the density D cos.

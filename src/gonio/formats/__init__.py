@@ -4,7 +4,8 @@ A format's module has NAME, SUFFIXES, DESCRIPTION, `matches(head, size)`, `read(
 `write(m, path)`. Their other parameters are options, declared in the signature (see `_options`). ORACLE says what the
 format was checked against. SHARED_SUFFIX = True: a suffix is another format's too, and saving needs `format`. A format
 whose files are folders has `matches_folder(path)` and `target(path)` (see `files`). A module is found by being in this
-folder.
+folder. A format whose files can have any names of columns has `readable(head)`, whether a file may be one, and
+`refusal(path)`, why it is none or None; its options choose it where no other format has them.
 
 No file is claimed by two formats: a `matches` whose marks also occur in another format's files rejects those
 (`material_json`, `xarray_netcdf`). A damaged or contrived file with the marks of several formats goes to the first
@@ -15,20 +16,23 @@ from __future__ import annotations
 
 import os
 import sys
+from collections.abc import Callable, Collection, Sequence
 from functools import cache
 from pathlib import Path
 from types import ModuleType
 from typing import Any
 
 from .. import discover, files
+from ..arguments import checked
 from ..base import provenance
 from ..base.measured import Measured
 from ..base.reflectance import Reflectance
 from ..contents import Contents, Folder
 from ..errors import FormatError, NotFoundError, ParameterError, TooLargeError
 from ..formula.state import freeze
+from ..pictures.image import SUFFIXES as PICTURES
 from . import _options
-from ._reading import pipes, plain_text
+from ._reading import pipes, plain_text, strangers
 
 HEAD = 4096
 """Number of a file's first bytes that `matches` gets; text in UTF-16, or with a byte order mark, as plain UTF-8."""
@@ -54,6 +58,7 @@ def contents() -> Contents[ModuleType]:
 sys.modules[__name__].__class__ = Folder
 
 
+@checked
 def load(path: str | os.PathLike, **options: Any) -> Reflectance:
     """The reflectance in a file, recognised by content and not by name.
 
@@ -68,10 +73,22 @@ def load(path: str | os.PathLike, **options: Any) -> Reflectance:
     >>> print(gn.load("red.json"))
     Lambertian(rho=[0.6, 0.1, 0.05])
     """
+    return _loaded(path, options, lambda module: _options.checked(module, "read", options))
+
+
+def load_as_typed(path: str | os.PathLike, texts: Sequence[str]) -> Reflectance:
+    """The same with options typed as "name=value" on the command line."""
+    return _loaded(path, _options.names_in(texts), lambda module: _options.of_texts(module, "read", texts))
+
+
+def _loaded(
+    path: str | os.PathLike, names: Collection[str], options_of: Callable[[ModuleType], dict[str, Any]]
+) -> Reflectance:
+    """What the format that has options of these names reads, with its options."""
     path = pipes.named(path)
     with pipes.readable(path) as source:
-        module = _of_folder(source) if source.is_dir() else _of_file(source)
-        options = _options.checked(module, "read", options)
+        module = recognised(source, names)
+        options = options_of(module)
         try:
             m = module.read(source, **options)
         except TooLargeError:
@@ -88,8 +105,13 @@ def load(path: str | os.PathLike, **options: Any) -> Reflectance:
     return m
 
 
-def _of_file(path: Path) -> ModuleType:
-    """The module whose format a file's content is."""
+def recognised(path: Path, options: Collection[str] = ()) -> ModuleType:
+    """The module whose format a file or a folder has; of text that the named `options` describe, one that has these."""
+    return _of_folder(path) if path.is_dir() else _of_file(path, options)
+
+
+def _of_file(path: Path, options: Collection[str]) -> ModuleType:
+    """The module whose format a file's content is, or the one for text that has the `options`."""
     try:
         size = path.stat().st_size
         with path.open("rb") as file:
@@ -97,11 +119,23 @@ def _of_file(path: Path) -> ModuleType:
     except OSError as error:
         raise NotFoundError(f"{path}: cannot be read: {error.strerror}") from None
     head, size = plain_text.head(head, size, HEAD)
-    for module in formats():
-        if module.matches(head, size):
+    claiming = next((module for module in formats() if module.matches(head, size)), None)
+    if claiming is not None and {*options} <= {*_options.options(claiming.read)}:
+        return claiming
+    tables = [module for module in formats() if hasattr(module, "readable") and module.readable(head)]
+    for module in tables:
+        if options and {*options} <= {*_options.options(module.read)}:
             return module
+    if claiming is not None:
+        return claiming
+    reason = ""
+    for module in tables:
+        if (refusal := module.refusal(path)) is None:
+            return module
+        reason += f"read as {module.NAME}: {refusal.removeprefix(str(path)).lstrip(' :,')}; "
     names = "; ".join(f"{m.NAME} ({', '.join(m.SUFFIXES)})" for m in formats())
-    raise FormatError(f"{path}: not a known format: starts with {head[:16]!r}, {size} bytes; known formats: {names}")
+    what = strangers.described(head, size)
+    raise FormatError(f"{path}: not a known format: {what}; {reason}known formats: {names}")
 
 
 def _of_folder(path: Path) -> ModuleType:
@@ -111,6 +145,7 @@ def _of_folder(path: Path) -> ModuleType:
     raise FormatError(f"{path}: a folder of no known format, expected a file, or a folder that gonio.save wrote")
 
 
+@checked
 def save(m: Reflectance, path: str | os.PathLike, format: str | None = None, **options: Any) -> None:
     """Write a reflectance to a file; the format is that of the suffix, or the one named.
 
@@ -155,6 +190,8 @@ def writer(path: str | os.PathLike, format: str | None = None) -> ModuleType:
         return choices[0]
     if format is not None:
         raise ParameterError(f"format={format!r}: expected one of {', '.join(repr(w.NAME) for w in writers)}")
+    if suffix in PICTURES:
+        raise ParameterError(f"{path}: {suffix} is a picture, no reflectance; write gn.render(m, lights).save(path)")
     names = ", ".join(f"{w.NAME!r} ({' '.join(w.SUFFIXES)})" for w in fitting or writers)
     fault = "is that of several formats" if len(fitting) > 1 else "does not say which format"
     raise ParameterError(f"{path}: the suffix {suffix!r} {fault}; give format= (on the command line --format) {names}")

@@ -9,6 +9,7 @@ several of these with `|`. `Declared` holds the bounds and the meaning. A defaul
 from __future__ import annotations
 
 import contextlib
+import datetime
 import json
 import math
 import os
@@ -38,7 +39,7 @@ LARGEST, LONGEST = 1 << 63, 1000
 """Bound below which whole numbers are; largest number of characters of a word."""
 
 NOUNS = {bool: "true or false", int: "a whole number", float: "a number", str: "a word", Path: "a file name"}
-NOUNS |= {dict: "a JSON object"}
+NOUNS |= {dict: "a JSON object", datetime.date: "a date"}
 UNFIT = (TypeError, ValueError, OverflowError, RecursionError, KeyError)
 """Errors of conversions of unfit values."""
 
@@ -132,9 +133,11 @@ def _converted(kind: Any, value: Any, d: Declared) -> Any:
     if not isinstance(value, (bool, np.bool_) if kind is bool else kind):
         raise TypeError
     if isinstance(value, str):
+        if d.words:
+            return {word.lower(): word for word in d.words}[value.lower()]
         if not value.isprintable() or len(value) > LONGEST:
             raise ValueError
-        return {word.lower(): word for word in d.words}[value.lower()] if d.words else value
+        return value
     if isinstance(value, dict):
         json.dumps(value, ensure_ascii=False, allow_nan=False).encode()
     return bool(value) if kind is bool else value
@@ -183,7 +186,7 @@ def _in_words(kind: Any, d: Declared) -> str:
     if len({*inner}) > 1:
         return " and ".join(_in_words(of, d) for of in inner)
     if inner:
-        several = re.sub(r"\ba (whole number|number|file name)", r"\1s", _in_words(inner[0], d))
+        several = re.sub(r"\ba (whole number|number|file name|word)", r"\1s", _in_words(inner[0], d))
         if typing.get_origin(kind) is tuple:
             return f"{len(inner)} {several}"
         if typing.get_origin(inner[0]) is tuple:
@@ -253,15 +256,35 @@ def checked(module: ModuleType, verb: str, values: Mapping[str, Any]) -> dict[st
 
 
 def of_texts(module: ModuleType, verb: str, texts: Iterable[str]) -> dict[str, Any]:
-    """The options typed as "name=value" on the command line, checked."""
+    """The options typed as "name=value" on the command line, or "name.key=value" for one entry of an object, checked.
+
+    An entry that is given again becomes a list.
+    """
     declared = options(getattr(module, verb))
     values: dict[str, Any] = {}
     for text in texts:
-        name, equals, value = (part.strip() for part in text.partition("="))
-        name = name.replace("-", "_")
-        if not equals or not name:
-            raise ParameterError(f"--option {text!r:.60}: expected name=value, such as interpolation=linear")
+        name, key, value = _parts(text)
+        if key:
+            entries = values.setdefault(name, {})
+            if not isinstance(entries, dict):
+                raise ParameterError(f"--option {text!r:.60}: {name} is given twice, expected once")
+            entries[key] = [*_items(entries[key]), value] if key in entries else value
+            continue
         if name in values:
             raise ParameterError(f"--option {text!r:.60}: {name} is given twice, expected once")
         values[name] = declared[name].of_text(value) if name in declared else value
     return checked(module, verb, values)
+
+
+def names_in(texts: Iterable[str]) -> set[str]:
+    """The names of options typed on the command line."""
+    return {_parts(text)[0] for text in texts}
+
+
+def _parts(text: str) -> tuple[str, str, str]:
+    """Name, key and value of "name.key=value"; the key is "" in "name=value"."""
+    name, equals, value = (part.strip() for part in text.partition("="))
+    name, dot, key = name.partition(".")
+    if not equals or not name or (dot and not key):
+        raise ParameterError(f"--option {text!r:.60}: expected name=value, such as interpolation=linear")
+    return name.replace("-", "_"), key, value

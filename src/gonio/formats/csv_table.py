@@ -1,20 +1,5 @@
-"""CSV tables of measurements: gonio's own, and spreadsheets with these column names.
+"""CSV tables of measurements: gonio's own, and laboratories' exports. `LAYOUT` describes both.
 
-Lines `# key: value`, then a line of column names, then rows of numbers; separated by commas, semicolons (then a comma
-may be the decimal point), tabs or blanks. Columns, in any order and case:
-
-    theta_i, phi_i, theta_o, phi_o    directions; phi = phi_o - phi_i in place of both azimuths, or neither
-    theta_h, theta_d, phi_d, phi_h    half and difference angles (phi_d: of wi); phi_h of anisotropic materials only
-    theta_i, theta_o, phi, phi_i      polar angles, phi_o - phi_i, and phi_i
-    theta_i, radial, azimuth, phi_i   wo about the mirror direction, see `angle_systems`
-    f or brdf; f_cos or dsf (f cos(theta_o)); f_cos_i (f cos(theta_i)); brf (pi f)
-                                      values; with several channels one column each: f_R, f_450nm
-    u_f, u_f_R, ...                   standard uncertainty of the values, in the same quantity
-    wavelength                        [nm]: rows then hold one channel each
-
-Angles are degrees, or radians with `# angle_unit: rad`. Empty cells and nan are missing values. Rows that are all nodes
-of a grid, each once, become a `Gridded`, others `Scattered`. Options of these are `# mirrored`, `# outside`,
-`# interpolation`, `# period_phi_d` (degrees; of any azimuth), `# isotropic`, `# phi_i`; other keys are kept.
 Checked against its own generator only, as it is defined here.
 """
 
@@ -22,20 +7,28 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
 from ..base.angles import angles
 from ..base.reflectance import Reflectance
-from ..errors import FormatError, ParameterError
+from ..errors import Error, FormatError, MeaningWarning, ParameterError, warn
 from ..tables.angle_systems import ANGLES, AZIMUTHS, SYSTEMS, AngleSystem
 from ..tables.axes import INSIDE
 from ..tables.gridded import Gridded
 from ..tables.rows import ROW_ANGLES
 from ..tables.scattered import Scattered
+from ._laboratory.layout import find
+from ._laboratory.meanings import Meanings, Said, stated_incidence
+from ._laboratory.names import QUANTITIES
+from ._laboratory.names import meaning as meaning_of
+from ._laboratory.sheets import DELIMITERS, NAMED, TextSheet
+from ._laboratory.suspicions import suspicions
+from ._laboratory.understanding import Understood, understand
+from ._options import ABOVE_ZERO, Declared
 from ._reading import channel_words, plain_text
 from ._rows.direction_pairs import Pairs, Side, grid_of, gridded, half_circle, material
 from ._rows.pairs_of_material import Resolution, of_nodes, pairs_of, table_of, with_others
@@ -45,14 +38,6 @@ SUFFIXES = (".csv",)
 DESCRIPTION = "table of angles and values with named columns, gonio's own"
 ORACLE = "own definition"
 
-COLUMNS = {
-    "f": "brdf",
-    "brdf": "brdf",
-    "f_cos": "brdf * cos(theta_o)",
-    "dsf": "brdf * cos(theta_o)",
-    "f_cos_i": "brdf * cos(theta_i)",
-    "brf": "reflectance factor",
-}
 OPTIONS = (
     "angle_unit",
     "mirrored",
@@ -62,6 +47,36 @@ OPTIONS = (
     "phi_i",
     *(f"period_{n}" for n in AZIMUTHS),
 )
+
+LAYOUT = """\
+Lines `# key: value`, then a line of column names, then rows of numbers; separated by commas, semicolons (then a comma
+may be the decimal point), tabs, bars or blanks. Columns, in any order and case:
+
+| columns | |
+| --- | --- |
+| `theta_i`, `phi_i`, `theta_o`, `phi_o` | directions; `phi` = phi_o - phi_i in place of both azimuths, or neither |
+| `theta_h`, `theta_d`, `phi_d`, `phi_h` | half and difference angles (`phi_d`: of wi); `phi_h` if anisotropic |
+| `theta_i`, `theta_o`, `phi`, `phi_i` | polar angles, phi_o - phi_i, and phi_i |
+| `theta_i`, `radial`, `azimuth`, `phi_i` | wo about the mirror direction: see [conventions](conventions.md#tables) |
+| `f` or `brdf`; `f_cos` or `dsf`; `f_cos_i`; `brf` | f [1/sr]; f cos(theta_o); f cos(theta_i); pi f |
+| `f_R`, `dsf_450nm`, ... | the same of several channels |
+| `u_f`, `u_f_R`, ... | standard uncertainty of the values, in the same quantity |
+| `wavelength` | [nm]: rows then hold one channel each |
+
+Angles are degrees, or radians with `# angle_unit: rad`; a negative polar angle leans to the other side. Empty cells and
+nan are missing values. Rows that are all nodes of a grid, each once, become a `gonio.Gridded`, others a
+`gonio.Scattered`. Options of these are `# mirrored`, `# outside`, `# interpolation`, `# period_phi_d` (degrees; of any
+azimuth), `# isotropic`, `# phi_i`; other keys are kept in `about`. A file that `gonio.save` wrote begins with
+`# gonio measurement`.
+
+A laboratory's export may have lines about the instrument above the names and text below the table, units in the
+names, `theta_i (deg)`, or in a line below them, and other names: `AOI`, `theta_r`, `SZA`, `dphi`, `BRDF [1/sr]`,
+`BRDF 550 nm`, `R [%]`, `lambda (um)`, `u`, `U(k=2)`, `std. dev.`; UTF-8, UTF-16, Latin-1. A unit in a name decides the
+unit; cells such as `n/a` and `-` are missing values. What is unknown or has two readings is refused, with the option
+that decides.
+`about["columns"]`, `about["text"]` and `about["understood"]` keep what was understood.
+[Your own measurement](your-own-measurement.md) shows how.
+"""
 
 MOST = 2**16
 """Largest number of columns."""
@@ -83,23 +98,153 @@ class Table(NamedTuple):
     options: dict[str, str]
 
 
+Columns = Annotated[
+    dict | Sequence[str] | None,
+    Declared(
+        "what columns mean: a name of gonio -> the name in the file, or a number for an angle that no column "
+        "has, as in "
+        '{"theta_i": "in (deg)", "phi": 180, "ignore": "Temp"}; or names for all columns in their order'
+    ),
+]
+Skip = Annotated[int | None, Declared("lines above the line of column names", 0)]
+Delimiter = Annotated[str | None, Declared("what is between cells", words=(*DELIMITERS, *NAMED))]
+Decimal = Annotated[str | None, Declared("decimal sign; the other one then parts thousands", words=(".", ","))]
+AngleUnit = Annotated[
+    str | None,
+    Declared("unit of angles whose names have none; degrees unless they look like radians", words=("deg", "rad")),
+]
+WavelengthUnit = Annotated[
+    str | None, Declared("unit of wavelengths whose names have none; nm unless all are below 100", words=("nm", "um"))
+]
+Quantity = Annotated[
+    str | None,
+    Declared(
+        "what the values are, in place of what their names say",
+        words=[*dict.fromkeys((*QUANTITIES, *QUANTITIES.values()))],
+    ),
+]
+ValueUnit = Annotated[str | None, Declared("unit of values whose names have none", words=("1/sr", "1", "%"))]
+Coverage = Annotated[
+    float | None, Declared("coverage factor k of the uncertainties, which are divided by it", ABOVE_ZERO, 10.0)
+]
+Spread = Annotated[
+    str | None,
+    Declared("whether uncertainties are shares of the values, or of their unit", words=("relative", "absolute")),
+]
+Missing = Annotated[
+    float | str | None, Declared("a number or words, with commas between, in cells without a value: -999,sat")
+]
+Forward = Annotated[
+    int | None,
+    Declared(
+        "azimuth phi of the mirror direction [degrees]: 180 as gonio counts, or 0; without azimuths 180 has "
+        "theta_o of the other sign there, 0 of the same sign as theta_i",
+        words=(0, 180),
+    ),
+]
+
+
 def matches(head: bytes, size: int) -> bool:
-    """Whether a file that starts so can be one of these: its first line after comments names such columns."""
+    """Whether a file that starts so can be one of these: a line above numbers names an angle and values, and no column
+    that is unknown."""
     text = plain_text.start(head)
     if text.startswith(MARK + "\n"):
         return True
+    try:
+        text = head.decode("utf-8", "ignore").replace("\r\n", "\n").replace("\r", "\n")
+        sheet = TextSheet(Path("head"), text if size <= len(head) else text.rpartition("\n")[0])
+        layout = find(sheet)
+    except Error:
+        return _names_columns(text)
+    return all(meaning_of(name).key for name in layout.names if name)
+
+
+def _names_columns(text: str) -> bool:
+    """Whether the first line that is no comment has names of gonio's own: a longer one than the head of the file."""
     lines = [line.strip() for line in text.split("\n")]
     first = next((line for line in lines if line and not line.startswith("#")), "")
     names = [name.strip('"').lower() for name in re.split(r"\s*[,;\t]\s*|\s+", first)]
     return any(system.isotropic[0] in names for system in SYSTEMS.values()) and any(_VALUE.fullmatch(n) for n in names)
 
 
-def read(path: Path, side: Side = "front") -> Gridded:
+def read(
+    path: Path,
+    side: Side = "front",
+    columns: Columns = None,
+    skip: Skip = None,
+    delimiter: Delimiter = None,
+    decimal: Decimal = None,
+    angle_unit: AngleUnit = None,
+    wavelength_unit: WavelengthUnit = None,
+    quantity: Quantity = None,
+    value_unit: ValueUnit = None,
+    coverage: Coverage = None,
+    uncertainty: Spread = None,
+    missing: Missing = None,
+    forward: Forward = None,
+) -> Gridded:
     """The table in a file.
 
     Rows of the other side, and of transmission, stay in `about["other_pairs"]` to be written again. Raises FormatError,
-    with the line, for a damaged file and columns that do not fit each other.
+    with the line, for a damaged file, columns that do not fit each other, and what has two readings; ParameterError for
+    columns that are not there.
     """
+    said = Said(
+        columns, skip, delimiter, decimal, angle_unit, wavelength_unit, quantity, value_unit, coverage, uncertainty,
+        missing, forward,
+    )  # fmt: skip
+    if said == Said() and plain_text.text(path).startswith(MARK + "\n"):
+        return _read_own(path, side)
+    return of_table(understand(TextSheet(path), said), str(path), side)
+
+
+def readable(head: bytes) -> bool:
+    """Whether a file that starts so is text, which may be a table whose names are unknown."""
+    return b"\0" not in head
+
+
+def refusal(path: Path) -> str | None:
+    """Why the names of a text file are no table's, with the option that helps; None for a table."""
+    try:
+        Meanings(TextSheet(path), Said())
+    except FormatError as error:
+        return str(error)
+    return None
+
+
+def understood(path: Path, side: Side = "front", **said: Any) -> Understood:
+    """The table in a file, column by column, with the options of `read`."""
+    return understand(TextSheet(path), Said(**said))
+
+
+def of_table(table: Understood, path: str, side: str) -> Gridded:
+    """The measurement of a laboratory's table."""
+    about: dict[str, Any] = {**table.layout.notes, **described(table)}
+    about["angle_unit"] = "rad" if table.in_radians else "deg"
+    m = _material(path, dict(table.angles), table.values, about, side, stated_incidence(table.layout.text))
+    for text in suspicions(table):
+        warn(f"{path}: {text}", MeaningWarning)
+    return m
+
+
+def described(table: Understood) -> dict[str, Any]:
+    """What `about` says of a laboratory's table: its text, its columns if they have other names, what is missing."""
+    names = {column.name for column in table.columns}
+    about: dict[str, Any] = {}
+    if table.layout.text or table.numbers.below:
+        about["text"] = [*table.layout.text, *table.numbers.below]
+    if not all(name.lower() in ANGLES or _VALUE.fullmatch(name) for name in names):
+        about["columns"] = {
+            column.name or "(said)": f"{column.meaning} [{column.unit}]" if column.unit else column.meaning
+            for column in table.columns
+        }
+    if table.remarks:
+        about["understood"] = list(table.remarks)
+    return about
+
+
+def _read_own(path: Path, side: str) -> Gridded:
+    """The table in a file of `write`."""
     lines = plain_text.read(path)
     about: dict[str, Any] = {}
     while (line := lines.take("a line of column names")).startswith("#"):
@@ -123,9 +268,9 @@ def read(path: Path, side: Side = "front") -> Gridded:
         if name.lower() in (*ANGLES, "wavelength"):
             key, columns = name.lower(), angles
         elif match := _VALUE.fullmatch(name):
-            key, columns = (COLUMNS[match[2].lower()], bool(match[1]), match[3] or ""), values
+            key, columns = (QUANTITIES[match[2].lower()], bool(match[1]), match[3] or ""), values
         else:
-            expected = f"{', '.join(ANGLES)}, wavelength, or {', '.join(COLUMNS)}"
+            expected = f"{', '.join(ANGLES)}, wavelength, or {', '.join(QUANTITIES)}"
             raise FormatError(f"{path}: column {name!r}: expected {expected}")
         if key in columns:
             raise FormatError(f"{path}: column {name} twice, expected each once")
@@ -171,6 +316,7 @@ def _material(
     values: Mapping[tuple[str, bool, str], np.ndarray],
     about: dict[str, Any],
     side: str,
+    advice: str = "",
 ) -> Gridded:
     options = {key: about.pop(key) for key in OPTIONS if key in about}
     unit = options.get("angle_unit", "deg").lower()
@@ -180,7 +326,9 @@ def _material(
     axes = next((axes for axes in _COLUMNS if set(angles) == set(axes)), None)
     if axes is None:
         expected = "; ".join(map(", ".join, _COLUMNS))
-        raise FormatError(f"{path}: columns of angles are {', '.join(angles) or 'missing'}, expected {expected}")
+        raise FormatError(
+            f"{path}: columns of angles are {', '.join(angles) or 'missing'}, expected {expected}{advice}"
+        )
     pairs = _measured(path, {name: angles[name] for name in axes}, values)
     if wavelength is not None:
         pairs = _of_all_channels(path, pairs, wavelength)
@@ -322,7 +470,7 @@ def _texts(about: Mapping[str, Any]) -> dict[str, str]:
 
 
 def _value_names(m: Reflectance, pairs: Pairs) -> list[str]:
-    base = next(name for name, quantity in COLUMNS.items() if quantity == pairs.quantity)
+    base = next(name for name, quantity in QUANTITIES.items() if quantity == pairs.quantity)
     if pairs.channels is None:
         return [base]
     names = [*map(channel_words.name_of, pairs.channels)]

@@ -13,11 +13,12 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from ..arrays import ops
+from ..arrays import frozen, ops
 from ..errors import DependencyError, FormatError, NotFoundError, ParameterError
 from ..files import replacing
 from ..formula.direction import Direction, half_difference
-from ..formula.fields import channels, table
+from ..formula.fields import Table, channels, table
+from ..formula.state import derived
 from ..tables.drawing import Sampled
 
 if TYPE_CHECKING:
@@ -50,6 +51,7 @@ class Neural(Sampled):
     """
 
     format = NAME
+    quantity = "weights of a network"
     breaks: ClassVar[dict[str, str]] = {
         "positivity": "nothing keeps the fitted network above 0",
         "reciprocity": "nothing makes the fitted network reciprocal",
@@ -75,10 +77,16 @@ class Neural(Sampled):
         layers |= {f"bias_{k}": ops.numbers(x).astype("f4") for k, x in enumerate(biases, start=1)}
         super().__init__(path, {"weights": sum(x.size for x in layers.values())}, **layers, channel=3)
 
+    @derived
+    def values(self) -> np.ndarray:
+        """All weights and biases, in the order of the fields."""
+        tables = (self.__dict__[name] for name, field in self.fields.items() if isinstance(field, Table))
+        return frozen(np.concatenate([x.ravel() for x in tables]))
+
     @property
     def valid(self) -> np.ndarray:
-        """True where a weight of the last layer is a number."""
-        return np.isfinite(self.kernel_3)
+        """True where a weight is a number."""
+        return np.isfinite(self.values)
 
     @property
     def data(self) -> xarray.Dataset:
@@ -95,19 +103,9 @@ class Neural(Sampled):
         theta_h, theta_d, phi_d = half_difference(wi, wo)
         s = ops.sin(theta_d)
         x = [ops.sin(theta_h), 0.0, ops.cos(theta_h), s * ops.cos(phi_d), s * ops.sin(phi_d), ops.cos(theta_d)]
-        for k, (_, width) in enumerate(SHAPES[:2], start=1):
-            kernel, bias = self.__dict__[f"kernel_{k}"], self.__dict__[f"bias_{k}"]
-            x = [ops.maximum(_neuron(kernel, bias, x, width, j), 0.0) for j in range(width)]
-        return ops.exp(_neuron(self.kernel_3, self.bias_3, x, 3, ops.to_index(self.channel))) - 1.0
-
-
-def _neuron(kernel: Any, bias: Any, x: Sequence[Any], width: int, j: Any) -> Any:
-    """Weighted sum of the inputs, and the bias."""
-    total = ops.take(bias, j)
-    for i, value in enumerate(x):
-        if not (isinstance(value, float) and value == 0.0):
-            total = total + ops.take(kernel, j + i * width) * value
-    return total
+        values = self.__dict__
+        layers = [(values[f"kernel_{k}"], values[f"bias_{k}"], width) for k, (_, width) in enumerate(SHAPES, start=1)]
+        return ops.exp(ops.network(layers, x, ops.to_index(self.channel))) - 1.0
 
 
 def matches(head: bytes, size: int) -> bool:

@@ -267,3 +267,17 @@ def half_difference(wi: Direction, wo: Direction) -> HalfDifference:
     theta_d = ops.arctan2(ops.sqrt(sin2 + 1e-30), 0.5 * twice)
     phi_d = ops.arctan2(across, ops.where(sin2 < 1e-30, 1.0, along))
     return HalfDifference(ops.arctan2(s, h.z), theta_d, phi_d)
+
+
+def from_half_difference(theta_h: Any, theta_d: Any, phi_d: Any, phi_h: Any) -> tuple[Direction, Direction]:
+    """wi and wo of half and difference angles, and of the azimuth of the half vector: the inverse of
+    `half_difference`."""
+    sin_d, mean = ops.sin(theta_d), ops.cos(theta_d)
+    along, across = sin_d * ops.cos(phi_d), sin_d * ops.sin(phi_d)
+    s, c, cos_phi, sin_phi = ops.sin(theta_h), ops.cos(theta_h), ops.cos(phi_h), ops.sin(phi_h)
+
+    def turned(x: Any, y: Any, z: Any) -> Direction:
+        return Direction(cos_phi * x - sin_phi * y, sin_phi * x + cos_phi * y, z)
+
+    wi = turned(s * mean + c * along, across, c * mean - s * along)
+    return wi, turned(s * mean - c * along, -across, c * mean + s * along)

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from abc import abstractmethod
-from typing import Any
+from typing import Any, ClassVar
 
 from ..arrays import ops
 from .direction import Direction, normalize
@@ -25,18 +25,24 @@ class Distribution(Parametrised):
     GGX(alpha_x=0.3) True
     """
 
+    noun: ClassVar[str] = "a distribution of facet normals"
+    reflects: ClassVar[str] = "gn.Microfacet({})"
+    known_elsewhere: ClassVar[dict[str, str]] = dict.fromkeys(
+        ("__call__", "f", "pdf", "sample", "eval"), "gn.Microfacet(distribution), which has f, pdf and sample"
+    )
+
     @abstractmethod
     def D(self, wm: Direction) -> Any:
         """Area of facets per solid angle of their normals and per area of the surface [1/sr]."""
-        raise NotImplementedError
+        raise self._lacks("D")
 
     def Lambda(self, w: Direction) -> Any:
         """Smith's auxiliary function of this distribution: G1 = 1/(1 + Lambda)."""
-        raise NotImplementedError
+        raise self._lacks("Lambda")
 
     def warp_normal(self, wo: Direction, u0: Any, u1: Any) -> Direction:
         """A facet normal for two uniform numbers; its density is `normal_density`."""
-        raise NotImplementedError
+        raise self._lacks("warp_normal")
 
     def normal_density(self, wo: Direction, wm: Direction, cos_d: Any) -> Any:
         """Density [1/sr] of `warp_normal`: of the normals visible from wo, D_v = G1 D cos_d/cos(theta_o).

@@ -6,6 +6,7 @@ The same line is read by the constructor, `repr`, the manual, the command line, 
 from __future__ import annotations
 
 import inspect
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, NamedTuple
@@ -38,7 +39,10 @@ def kept(value: Any) -> np.ndarray:
     """The numbers of an argument (see `ops.numbers`) as a value keeps them: read-only, and shared with nobody."""
     array = value.array if isinstance(value, Ours) else ops.numbers(value)
     if not isinstance(value, (Ours, list, tuple)):
-        array = np.array(array)
+        try:
+            array = np.array(array)
+        except MemoryError:
+            raise TooLargeError(f"there is no memory for an array of shape {array.shape}") from None
     frozen(array)
     return array
 
@@ -99,17 +103,19 @@ class Param(Field):
                 raise self._wrong(owner, value, reason, TooLargeError) from None
             unmasked = array[~np.ma.getmaskarray(value)] if ops.is_masked(value) else array
             if not np.all(np.isfinite(unmasked)):
-                raise self._wrong(owner, value, "NaN or infinite")
+                missing = ", for missing places of a map numpy.ma.masked_invalid(map)" if unmasked.ndim else ""
+                raise self._wrong(owner, value, "NaN or infinite", cure=missing)
             if unmasked.size == 0:
                 raise self._wrong(owner, value, f"no numbers{', all are masked' if array.size else ''}")
             low, high = unmasked.min(), unmasked.max()
             if low < self.low or high > self.high:
-                raise self._wrong(owner, value, f"{low if low < self.low else high:g} is out of bounds")
+                out = float(low if low < self.low else high)
+                raise self._wrong(owner, value, f"{out:g} is out of bounds", cure=self._unit_meant(out))
             return float(array) if array.ndim == 0 else frozen(array)
-        library = ops.library_of_type(type(value))
-        if library is None:
+        dtype = ops.dtype_of(value)
+        if not dtype:
             raise self._wrong(owner, value, f"a {type(value).__name__}")
-        if library.dtype(value).startswith("complex"):
+        if dtype.startswith("complex"):
             raise self._wrong(owner, value, "complex")
         return value  # an array of another library: its values may not be concrete, and reading them may be slow
 
@@ -118,9 +124,16 @@ class Param(Field):
         shape = () if type(value) is float else np.shape(value)
         return shape[-1] if shape else 0
 
-    def _wrong(self, owner: str, value: Any, reason: str, error: type[Error] = ParameterError) -> Error:
+    def _unit_meant(self, out: float) -> str:
+        """The unit that a number out of bounds is likely in, as the end of a message."""
+        if self.unit == "rad" and abs(out) <= 360.0:
+            return f"; in degrees? numpy.radians({out:g}) = {math.radians(out):.4g}"
+        percent = self.unit == "1" and self.low == 0.0 and 1.0 <= self.high <= 2.0 and 2.0 * self.high <= out <= 100.0
+        return f"; in percent? {out:g} % is {out / 100.0:g}" if percent else ""
+
+    def _wrong(self, owner: str, value: Any, reason: str, error: type[Error] = ParameterError, cure: str = "") -> Error:
         rule = f"expected a number or an array with {self.low:g} <= {self.name} <= {self.high:g} ({self.doc})"
-        return error(f"{owner}({self.name}={shown(value)}): {reason}; {rule}")
+        return error(f"{owner}({self.name}={shown(value)}): {reason}; {rule}{cure}")
 
 
 class Option(Field):
@@ -186,16 +199,29 @@ class Vector(Field):
 
     def check(self, owner: str, value: Any) -> Any:
         call = f"{owner}({self.name}={shown(value)})"
+        lib = ops.library(value) if ops.dtype_of(value) else ops.LIBRARIES["numpy"]
+        if lib.name != "numpy":
+            return self._of_library(call, lib, value)
         try:
-            array = np.array(ops.numbers(value), dtype=float)
+            array = ops.numbers(value)
         except (TypeError, ValueError, OverflowError):
             raise ParameterError(f"{call}: expected three numbers ({self.doc})") from None
-        if array.shape != (3,) or not np.all(np.isfinite(array)):
+        array = array.astype(float) if array.shape == (3,) else np.full(3, math.nan)
+        if not np.all(np.isfinite(array)):
             raise ParameterError(f"{call}: expected three finite numbers ({self.doc})")
-        length = float(np.linalg.norm(array)) if self.unit else 1.0
-        if length == 0.0:
-            raise ParameterError(f"{call}: a vector of length 0 is no direction; expected {self.doc}")
+        length = math.hypot(*array) if self.unit else 1.0
+        if not 0.0 < length < math.inf:
+            raise ParameterError(f"{call}: a vector of length {length:g} is no direction; expected {self.doc}")
         return frozen(array / length)
+
+    def _of_library(self, call: str, lib: ops.Library, value: Any) -> Any:
+        """An array of another library stays one: results can be differentiated by it."""
+        if lib.channel_loop or lib.shape(value) != (3,) or not lib.dtype(value).startswith(("float", "int")):
+            raise ParameterError(f"{call}: expected three numbers ({self.doc}), of NumPy, PyTorch or JAX")
+        known = lib.known(value)
+        if known is not None and not (np.all(np.isfinite(known)) and (known.any() or not self.unit)):
+            raise ParameterError(f"{call}: expected three finite numbers, not all 0 ({self.doc})")
+        return value / ops.sqrt((value * value).sum()) if self.unit else value
 
 
 class Channels(Field):

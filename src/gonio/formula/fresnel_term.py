@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from typing import Any
+from typing import Any, ClassVar
 
 from .parametrised import Parametrised
 
@@ -16,7 +16,10 @@ class Fresnel(Parametrised):
     [0.04 0.67]
     """
 
+    noun: ClassVar[str] = "a Fresnel term"
+    reflects: ClassVar[str] = "gn.Microfacet(gn.GGX(0.1), {})"
+
     @abstractmethod
     def F(self, cos_theta: Any) -> Any:
         """Reflectance [1] at the cosine of the angle between direction and facet normal."""
-        raise NotImplementedError
+        raise self._lacks("F")

@@ -2,17 +2,23 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
 
-from ..base.angles import direction
+from ..arguments import checked
+from ..arrays import ops
+from ..base.angles import check_angle, direction, numbers_of
 from ..base.reflectance import Reflectance
 from ..errors import ParameterError
+from ..evaluate.labelled import takes_labels
 from .nine import reflectance
 from .over_directions import integrate
 
 
+@takes_labels("wi")
+@checked
 def albedo(m: Reflectance, wi: Any, tolerance: float = 1e-4, error: bool = False) -> Any:
     """Directional-hemispherical reflectance: the fraction of light arriving from wi that leaves, to all sides.
 
@@ -34,6 +40,8 @@ def albedo(m: Reflectance, wi: Any, tolerance: float = 1e-4, error: bool = False
     return integrate(m, wi, tolerance, error=error)
 
 
+@takes_labels(angles=("theta", "phi"))
+@checked
 def black_sky_albedo(m: Reflectance, theta: Any, phi: Any = 0.0, tolerance: float = 1e-4) -> Any:
     """Albedo under the sun alone, at polar angle `theta`: the directional-hemispherical reflectance; see `albedo`.
 
@@ -47,9 +55,12 @@ def black_sky_albedo(m: Reflectance, theta: Any, phi: Any = 0.0, tolerance: floa
     >>> print(gn.black_sky_albedo(field, theta=np.radians([0.0, 45.0])).round(4))
     [0.1592 0.1703]
     """
-    return albedo(m, direction(np.asarray(theta, dtype=float), np.asarray(phi, dtype=float)), tolerance)
+    check_angle("theta", theta, 0.0, 0.5 * math.pi)
+    return albedo(m, direction(theta, phi), tolerance)
 
 
+@takes_labels()
+@checked
 def white_sky_albedo(m: Reflectance, tolerance: float = 1e-4) -> Any:
     """Albedo under a sky of equal radiance everywhere: the bihemispherical reflectance; see `reflectance`.
 
@@ -65,6 +76,8 @@ def white_sky_albedo(m: Reflectance, tolerance: float = 1e-4) -> Any:
     return reflectance(m, tolerance=tolerance)
 
 
+@takes_labels(angles=("theta", "diffuse_fraction", "phi"))
+@checked
 def blue_sky_albedo(m: Reflectance, theta: Any, diffuse_fraction: Any, phi: Any = 0.0, tolerance: float = 1e-4) -> Any:
     """Albedo under the sun and a uniform sky, the "actual" one: (1 - d) black-sky + d white-sky albedo.
 
@@ -80,9 +93,14 @@ def blue_sky_albedo(m: Reflectance, theta: Any, diffuse_fraction: Any, phi: Any 
     >>> print(gn.blue_sky_albedo(field, theta=np.radians(45.0), diffuse_fraction=0.2).round(4))
     0.1718
     """
-    d = np.asarray(diffuse_fraction, dtype=float)
-    if not ((d >= 0.0) & (d <= 1.0)).all():
+    theta, phi = numbers_of("theta", theta), numbers_of("phi", phi)
+    try:
+        d = np.asarray(ops.numbers(diffuse_fraction), dtype=float)
+    except ValueError:
+        d = np.array(-1.0)
+    if ((d < 0.0) | (d > 1.0)).any():
         raise ParameterError(f"diffuse_fraction={diffuse_fraction!r:.60}: expected the sky's share of light, in [0, 1]")
+    ops.broadcast_shape([np.shape(x) for x in (theta, phi, d)], "theta, phi, diffuse_fraction")
     black, white = black_sky_albedo(m, theta, phi, tolerance), white_sky_albedo(m, tolerance)
     if m.channels is not None:
         d = d[..., None]

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from ..arrays import ops
-from ..errors import ParameterError
+from ..errors import ParameterError, shown
 from ..formula.direction import Direction, dot
 from ..formula.warp import cosine_hemisphere
 from ..radiometry.solid_angles import projected_solid_angle_cone
@@ -67,6 +67,14 @@ class Hemisphere:
         return self
 
 
+def _numbers(value: Any) -> np.ndarray:
+    """The numbers of an argument; none where it has others."""
+    try:
+        return ops.numbers(value)
+    except ValueError:
+        return np.zeros(0)
+
+
 @dataclass(frozen=True)
 class Cone:
     """The part of a circular cone of directions above the horizon.
@@ -85,16 +93,15 @@ class Cone:
     half_angle: float
 
     def __post_init__(self) -> None:
-        try:
-            axis, half_angle = np.array(self.axis, dtype=float), float(self.half_angle)
-        except (TypeError, ValueError):
-            axis, half_angle = np.zeros(0), 0.0
-        length = math.sqrt(axis @ axis) if axis.shape == (3,) else 0.0
+        axis, angle = (_numbers(x) for x in (self.axis, self.half_angle))
+        half_angle = float(angle) if angle.ndim == 0 else math.nan
+        axis = axis.astype(float) if axis.shape == (3,) else np.zeros(3)
+        length = math.hypot(*axis)
         if not 0.0 < length < math.inf:
-            raise ParameterError(f"Cone(axis={self.axis!r:.60}): expected a direction of three finite numbers, not 0")
+            raise ParameterError(f"Cone(axis={shown(self.axis)}): expected a direction of three finite numbers, not 0")
         if not 0.0 < half_angle <= 0.5 * math.pi + 1e-12:
             raise ParameterError(
-                f"Cone(half_angle={self.half_angle!r:.60}): expected an angle in (0, pi/2] [rad]; for a single "
+                f"Cone(half_angle={shown(self.half_angle)}): expected an angle in (0, pi/2] [rad]; for a single "
                 f"direction give the direction itself"
             )
         axis = axis / length

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from ..base.frames import Frame
 from ..base.light import Light
 from ..base.reflectance import Reflectance
 from ..errors import ParameterError
@@ -15,7 +16,7 @@ from ..numerics.lattice import lattice
 from ..numerics.quadrature import Integrals, Sums, cubature, weighed
 from .cones import Geometry
 from .factor_between import FEW, INNER, averaged, single_integral, square_nodes
-from .illumination import Frame, estimate, have_channels
+from .illumination import estimate, have_channels
 from .places import Places
 
 SAMPLES = (1 << 13, 1 << 20)

@@ -6,32 +6,35 @@ L_o(wo) = integral of L_i(wi) f(wi, wo) cos+(theta_i) dwi, exact for delta light
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
-from ..arrays import LIBRARIES, ops
+from ..arguments import checked
+from ..arrays import ops
 from ..arrays.kinds import with_channels
+from ..base.angles import check_unit
+from ..base.frames import Frame, vectors
 from ..base.kernels import with_holes
 from ..base.light import Light
 from ..base.reflectance import Reflectance
 from ..compile import memory
 from ..errors import ArrayTypeError, MissingDataWarning, ParameterError, warn
 from ..evaluate import batch
-from ..formula.direction import Direction, cross, dot, frame, normalize, select
+from ..formula.direction import Direction
 from ..numerics.lattice import lattice
+from ..numerics.quadrature import Integrals
 from ..pictures.colour import transformed
-from .over_directions import integrate
+from .cones import Hemisphere
+from .over_directions import Radiance, integrate, mean_radiance
+from .places import Places
+from .sharing import Wanted, over_places
+
+SAMPLED = 6e-3
+"""Error of a lobe at a place on a map, relative to the mean radiance of a light that is sampled 4096 times."""
 
 
-class Frame(NamedTuple):
-    """Local axes of surface points in the world: d_x, d_y and the normal."""
-
-    t: Direction
-    b: Direction
-    n: Direction
-
-
+@checked
 def reflected_radiance(
     m: Reflectance,
     lights: Light | Iterable[Light],
@@ -65,14 +68,19 @@ def reflected_radiance(
     141.74
     """
     lights = as_lights(lights)
-    lib, wo, (normal, tangent, position), shape = _world_arrays(wo, normal, tangent, position)
-    shape = batch.full_shape(m, shape)
+    wo = _joined(wo, lights)
+    lib, (wo, normal, tangent, position) = vectors(wo=wo, normal=normal, tangent=tangent, position=position)
+    if lib.channel_loop:
+        raise ArrayTypeError(f"reflected_radiance takes NumPy, PyTorch or JAX arrays; got {lib.name}")
+    shapes = [tuple(x.shape) for x in (wo, normal, tangent, position) if x is not None]
+    shape = ops.broadcast_shape(shapes, "wo, normal, tangent, position")[:-1]
     if lib.name == "numpy":
-        memory.check((*shape, 3), wo.dtype, "an array of directions")
-        _check_frame(normal, tangent)
+        memory.check((*batch.full_shape(m, shape), 3), wo.dtype, "an array of directions")
+    if (known := lib.known(wo)) is not None:
+        check_unit("wo", known)
     wo = lib.module.broadcast_to(wo, (*shape, 3))
-    local = surface_frame(lib, normal, tangent)
-    local_wo = to_local(lib, local, wo)
+    local = Frame.of_arrays(lib, normal, tangent)
+    local_wo = local.to_local(lib, wo)
     fields = [light for light in lights if not light.is_delta]
     parts = [delta_radiance(m, light, local, local_wo, position) for light in lights if light.is_delta]
     if fields and lib.name != "numpy":
@@ -81,6 +89,7 @@ def reflected_radiance(
             f" only; expected NumPy, or delta lights"
         )
     for light in fields:
+        check_channels(m.channels or 1, light, light.incident(np.array([[0.0, 0.0, 1.0]])).shape[-1])
         if light.can_sample:
             parts.append(_sampled(m, light, local, local_wo, samples))
         else:
@@ -107,59 +116,22 @@ def as_lights(lights: Any) -> list[Light]:
     return listed
 
 
-def _world_arrays(wo: Any, *others: Any) -> tuple[ops.Library, Any, list[Any], tuple[int, ...]]:
-    """The library of wo, wo and the others as its arrays, and the shape of the batch."""
-    lib, (wo,) = ops.as_arrays(wo)
-    if lib.channel_loop:
-        raise ArrayTypeError(f"reflected_radiance takes NumPy, PyTorch or JAX arrays; got {lib.name}")
-    arrays = []
-    for x in others:
-        if x is not None:
-            library = ops.library_of_type(type(x))
-            if library not in (None, lib, LIBRARIES["numpy"]):
-                ops.library(x, wo)
-            try:
-                x = lib.convert(ops.numbers(x) if library in (None, LIBRARIES["numpy"]) else x, wo)
-            except ValueError as error:
-                raise ArrayTypeError(f"normal, tangent or position: {error}; expected vectors (..., 3)") from None
-        arrays.append(x)
-    shapes = [tuple(x.shape) for x in (wo, *arrays) if x is not None]
-    return lib, wo, arrays, ops.broadcast_shape(shapes, "wo, normal, tangent, position")[:-1]
+def _joined(wo: Any, lights: list[Light]) -> Any:
+    """Directions of NumPy, or in lists, as arrays of the library that the lights' numbers are of."""
+    like = next((x for light in lights if (x := light.like()) is not None), None)
+    if like is None:
+        return wo
+    lib, (wo,) = ops.as_arrays(wo, name="wo")
+    return ops.library(like).vectors(wo, like) if lib.name == "numpy" else wo
 
 
-def _check_frame(normal: np.ndarray, tangent: np.ndarray | None) -> None:
-    length = np.linalg.norm(normal, axis=-1)
-    if (length == 0.0).any():
-        raise ParameterError("normal: a vector of length 0 is no direction; expected the surface normal")
-    if tangent is not None:
-        across = np.linalg.norm(np.cross(normal, tangent), axis=-1)
-        if (across <= 1e-6 * length * np.linalg.norm(tangent, axis=-1)).any():
-            raise ParameterError("tangent: parallel to the normal, or 0; expected d_x, a direction along the surface")
-
-
-def surface_frame(lib: ops.Library, normal: Any, tangent: Any) -> Frame:
-    """Local axes for world normals (..., 3), and tangents if given."""
-    n = normalize(Direction(*lib.split(normal, (), False)))
-    if tangent is None:
-        up = n.z >= 0.0
-        t, _ = frame(select(up, n, Direction(n.x, n.y, -n.z)))
-        t = select(up, t, Direction(t.x, t.y, -t.z))
-        return Frame(t, cross(n, t), n)
-    t = Direction(*lib.split(tangent, (), False))
-    t = normalize(t - n * dot(t, n))
-    return Frame(t, cross(n, t), n)
-
-
-def to_local(lib: ops.Library, local: Frame, w: Any) -> Any:
-    """World vectors (..., 3) in the local frame."""
-    d = Direction(*lib.split(w, (), False))
-    return lib.stack([dot(d, local.t), dot(d, local.b), dot(d, local.n)])
-
-
-def to_world(lib: ops.Library, local: Frame, w: Any) -> Any:
-    """Local vectors (..., 3) in the world frame."""
-    d = Direction(*lib.split(w, (), False))
-    return lib.stack(local.t * d.x + local.b * d.y + local.n * d.z)
+def check_channels(channels: int, light: Light, lit: int) -> None:
+    """Raises ParameterError where a light of `lit` channels cannot light a material of so many."""
+    if channels != lit and 1 not in (channels, lit):
+        raise ParameterError(
+            f"{type(light).__name__} has {lit} channels and the material has {channels}; expected as many, or a light "
+            f"of one channel such as gn.ConstantLight(1.0)"
+        )
 
 
 def delta_radiance(
@@ -171,40 +143,59 @@ def delta_radiance(
     """
     lib = ops.library(wo)
     arrival = light.arrival(position)
-    wi = to_local(lib, local, arrival.w)
+    wi = local.to_local(lib, arrival.w)
     wi, wo = lib.broadcast(wi, wo)
     cos = ops.maximum(wi[..., 2:3], 0.0)
     f = with_channels(m.f(wi, wo), wi.ndim - 1)
-    return (f if colour is None else transformed(f, colour)) * arrival.irradiance * cos
+    f = f if colour is None else transformed(f, colour)
+    check_channels(f.shape[-1], light, arrival.irradiance.shape[-1])
+    return f * arrival.irradiance * cos
 
 
 def _smooth(m: Reflectance, light: Light, local: Frame, wo: np.ndarray, tolerance: float) -> np.ndarray:
-    lib = ops.library(wo)
-    axes = [[np.broadcast_to(c, wo.shape[:-1]).reshape(-1, 1) for c in axis] for axis in local]
+    return integrate(m, wo, tolerance, incident=False, radiance=_from(light, _each(local, wo)))
 
+
+def _each(local: Frame, wo: np.ndarray) -> list[list[np.ndarray]]:
+    """The components of the axes of frames, for each of the flattened directions (n, 1)."""
+    return [[np.broadcast_to(c, wo.shape[:-1]).reshape(-1, 1) for c in axis] for axis in local]
+
+
+def _at(axes: list[list[np.ndarray]], index: np.ndarray) -> Frame:
+    return Frame(*(Direction(*(c[index] for c in axis)) for axis in axes))
+
+
+def _from(light: Light, axes: list[list[np.ndarray]]) -> Radiance:
     def radiance(w: np.ndarray, index: np.ndarray) -> np.ndarray:
-        here = Frame(*(Direction(*(c[index] for c in axis)) for axis in axes))
-        return light.incident(to_world(lib, here, w))
+        return light.incident(_at(axes, index).to_world(ops.library(w), w))
 
-    return integrate(m, wo, tolerance, incident=False, radiance=radiance)
+    return radiance
 
 
 def _sampled(m: Reflectance, light: Light, local: Frame, wo: np.ndarray, samples: int) -> np.ndarray:
-    shape = wo.shape[:-1]
-    points = lattice(samples).astype(wo.dtype).reshape(samples, *(1 for _ in shape), 2)
-    step = max(1, (1 << 19) // max(1, int(np.prod(shape, dtype=int))))
-    total: Any = 0.0
+    shape, flat, axes = wo.shape[:-1], wo.reshape(-1, 3), _each(local, wo)
+    points = lattice(samples).astype(wo.dtype)
     missing = 0
-    for start in range(0, samples, step):
-        u = points[start : start + step]
-        u = np.broadcast_to(u, (len(u), *shape, 2))
-        part, holes = estimate(m, light, local, wo, u, u)
-        part = np.broadcast_to(part, (*u.shape[:-1], part.shape[-1]))  # that of a delta lobe has no axis of samples
-        total, missing = total + part.sum(axis=0), missing + holes
+
+    def direct(lobe: Reflectance, number: np.ndarray, places: Places, tolerance: float) -> Integrals:
+        nonlocal missing
+        there, here, towards = places.material(lobe), _at(axes, number), flat[number][:, None]
+        step, total = max(1, (1 << 19) // max(1, len(number))), np.zeros(())
+        for start in range(0, samples, step):
+            u = points[start : start + step]
+            u = np.broadcast_to(u, (len(number), *u.shape))
+            part, holes = estimate(there, light, here, towards, u, u)
+            part = np.broadcast_to(part, (*u.shape[:-1], part.shape[-1]))  # that of a delta lobe has no axis of samples
+            total, missing = total + part.sum(axis=1), missing + holes
+        return Integrals(total / samples, np.zeros(len(number)), np.zeros(len(number)))
+
+    unit, goal = mean_radiance(_from(light, axes), len(flat)), SAMPLED * 4096 / samples * len(list(m.lobes()))
+    wanted = Wanted(shape, direct, Hemisphere(), flat.astype(float), goal, unit, coloured=True)
+    value = over_places(m, wanted).value
     if missing:
         text = f"{missing} samples met directions without measured data, which count as 0"
         warn(text, MissingDataWarning)
-    return total / samples
+    return value.reshape(*batch.full_shape(m, shape), -1).astype(wo.dtype)
 
 
 def estimate(
@@ -227,7 +218,7 @@ def estimate(
     missing = 0
     if light.can_sample:
         w, light_pdf = light.sample(v)
-        to_light = to_local(lib, local, w)
+        to_light = local.to_local(lib, w)
         incoming = light.incident(w) * np.maximum(to_light[..., 2:3], 0.0)
         seen = light_pdf[..., None] > 0.0
     for weight, lobe in m.lobes():
@@ -240,10 +231,10 @@ def estimate(
         if lobe.is_delta:
             mirrored = lobe.sample(wo, np.zeros(2, wo.dtype)).wi
             reflectance, _ = seen_values(lobe.delta_reflectance(wo), wo)
-            total = total + reflectance * light.incident(to_world(lib, local, mirrored))
+            total = total + reflectance * light.incident(local.to_world(lib, mirrored))
             continue
         s = lobe.sample(wo, u)
-        w_material = to_world(lib, local, s.wi)
+        w_material = local.to_world(lib, s.wi)
         material_weight, holes = seen_values(s.weight, s.wi)
         part = material_weight * light.incident(w_material)
         missing += holes

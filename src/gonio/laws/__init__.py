@@ -16,6 +16,7 @@ from functools import partial
 import numpy as np
 
 from .. import discover
+from ..arguments import checked
 from ..base.reflectance import Reflectance
 from ..errors import MissingDataWarning, NotFoundError, ShapeError
 from ..evaluate import batch
@@ -41,6 +42,7 @@ def summaries() -> dict[str, str]:
     return {name: " ".join(head.partition(": ")[2].split()).split(". ")[0].rstrip(".") for name, head in heads.items()}
 
 
+@checked
 def check(
     m: Reflectance, progress: Callable[[int, int], None] | None = None, laws: Iterable[str] | None = None
 ) -> Report:
@@ -86,13 +88,11 @@ def check(
 
 
 def _judge(m: Reflectance) -> Callable[[Law], Law]:
-    """The function that adds its significance to a verdict, for a measurement with uncertainties."""
+    """The function that adds its uncertainty and significance to a verdict, for a measured table."""
     if isinstance(m, Gridded):
-        from ..uncertainty.table import has_uncertainty
         from ._significance import judged
 
-        if has_uncertainty(m):
-            return partial(judged, m)
+        return partial(judged, m)
     return lambda law: law
 
 

@@ -14,8 +14,8 @@ class Law:
     """One verdict. `value` is compared with `tolerance` as `rule` says; `where` holds angles [degrees].
 
     `why` describes a failure, `declared` is the reason that the material's class gives for it. `u` is the standard
-    uncertainty of `value` for a measurement with uncertainties (NaN: unknown), and `significance` says whether a
-    failure is more than u explains.
+    uncertainty of `value` for a measured table (NaN: unknown), of the components `u_noise` (None: no uncertainties of
+    values are stated) and `u_interpolation`, and `significance` says whether a failure is more than u explains.
     """
 
     name: str
@@ -27,6 +27,8 @@ class Law:
     why: str = ""
     declared: str = ""
     u: float | None = None
+    u_noise: float | None = None
+    u_interpolation: float | None = None
     significance: str = ""
 
     @property
@@ -37,8 +39,16 @@ class Law:
     @property
     def finding(self) -> str:
         """The rule with its numbers."""
-        spread = "" if self.u is None else " ± unknown" if math.isnan(self.u) else f" ± {self.u:.2g}"
+        spread = ""
+        if self.u is not None:
+            total, *parts = ("unknown" if x is None or math.isnan(x) else f"{x:.2g}" for x in self._uncertainties)
+            of = "by interpolation alone" if self.u_noise is None else "noise {}, interpolation {}".format(*parts)
+            spread = f" ± {total} ({of})"
         return self.rule.format(value=f"{self.value:.4g}{spread}", tolerance=f"{self.tolerance:.4g}")
+
+    @property
+    def _uncertainties(self) -> tuple[float | None, ...]:
+        return self.u, self.u_noise, self.u_interpolation
 
     @property
     def place(self) -> str:

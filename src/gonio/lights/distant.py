@@ -5,10 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any, ClassVar
 
-import numpy as np
-
-from ..arrays import ops
-from ..base.light import Arrival, Light, channel_vector
+from ..base.light import Arrival, Light, channel_vector, vector_of
 from ..formula.fields import param, vector
 from ._words import Word, spectrum, towards
 
@@ -34,8 +31,7 @@ class DistantLight(Light):
     is_delta: ClassVar[bool] = True
 
     def arrival(self, position: Any) -> Arrival:
-        lib = ops.library(position)
-        return Arrival(lib.convert(np.array(self.direction), position), channel_vector(self.irradiance, position))
+        return Arrival(vector_of(self.direction, position), channel_vector(self.irradiance, position))
 
 
 WORDS = [

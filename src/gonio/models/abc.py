@@ -19,8 +19,8 @@ class ABC(Reflectance):
     D is 0 at the mirror direction. F is the exact dielectric Fresnel reflectance for index eta at the difference
     angle, cos^2(theta_d) = (z_i^2 + z_o^2)/2 + |D|^2/4. The diffuse part is a `Lambertian` beside it.
 
-    Looks    `ABC(50, 1e4, 1)` is a small highlight with a wide, faint glow, as of polished plastic; `ABC(2, 50, 2)` is
-             a faint sheen.
+    Looks    `ABC(200, 2000, 1)` is a highlight in a wide glow, as of metallic paint; `ABC(50, 1e4, 1)` is
+             a small one over a faint glow, as of polished plastic; `ABC(2, 50, 2)` is a faint sheen.
     Shapes   A, B, C, eta: numbers or (..., C).
     Units    f, A: 1/sr; B, C, eta: 1.
     Error    rounding: 3e-6 relative in float32.

@@ -121,8 +121,8 @@ class RoughCoated(_Coat):
     this much is reflected, or lost to facets behind (as in `Microfacet`). Refraction is that of the flat surface: the
     base is tinted and dimmed as under the rough coat, but not blurred, and a mirror below stays a mirror.
 
-    Looks    `RoughCoated(Lambertian([0.6, 0.1, 0.05]), alpha=0.05)` is red plastic with a sharp highlight; `alpha=0.4`
-             is satin paint with a wide, soft one.
+    Looks    `RoughCoated(Lambertian([0.05, 0.3, 0.1]), alpha=0.4)` is green satin paint with a wide, soft
+             highlight; `alpha=0.05` makes it plastic with a sharp one.
     Shapes   alpha, eta, tau: numbers or (..., C).
     Units    f: 1/sr; alpha, tau: 1.
     Error    F: 8e-3. White Lambertian base, tau = 0: the albedo is 1 less the facets' loss, 0.9995 at normal

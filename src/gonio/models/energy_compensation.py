@@ -30,8 +30,8 @@ class KullaConty(CompensatedMirrors):
     F_ms = F_avg^2 E_avg/(1 - F_avg (1 - E_avg)) adds up the reflections after the first, F_avg = 2 integral of F mu.
     Reciprocal; with F = 1 no light is lost.
 
-    Looks    `KullaConty(0.1)` is polished metal; `KullaConty(1)` is rough metal as bright as it should be, where
-             `Microfacet(GGX(1))` is too dark.
+    Looks    `KullaConty(1)` is rough metal as bright as it should be, where `Microfacet(GGX(1))` is too
+             dark; `KullaConty(0.1)` is polished.
     Shapes   alpha and the Fresnel term's parameters: numbers or (..., C).
     Units    f: 1/sr; alpha: 1.
     Error    E, a fit: 5e-4; so is the albedo for F = 1. F_avg by 10-point Gauss–Legendre: 1e-4 for eta above 1.1.
@@ -77,8 +77,8 @@ class Turquin(Facets):
     f_1 is `Microfacet(GGX(alpha), fresnel)`, E its albedo for F = 1, F0 the Fresnel term at normal incidence. With
     F = 1 every viewer in a uniform surround of radiance 1 sees radiance 1.
 
-    Looks    `Turquin(0.1)` is polished metal; `Turquin(1)` is rough metal as bright as it should be, where
-             `Microfacet(GGX(1))` is too dark.
+    Looks    `Turquin(0.4, [0.95, 0.64, 0.54])` is satin copper, as bright as it should be; `Turquin(1)` is
+             rough metal where `Microfacet(GGX(1))` is too dark.
     Shapes   alpha and the Fresnel term's parameters: numbers or (..., C).
     Units    f: 1/sr; alpha: 1.
     Error    E, a fit: 5e-4, and the factor 1.6e-3 relative.
@@ -117,8 +117,8 @@ class FdezAguera(CompensatedMirrors):
     E and E_F are the albedos of `Microfacet(GGX(alpha))` for F = 1 and for F0, at the viewer's angle; F_avg is
     F0 + (1 - F0)/21. Made for prefiltered environments, where the second term takes the irradiance.
 
-    Looks    `FdezAguera(0.1)` is polished metal; `FdezAguera(1, [1, 0.7, 0.3])` is rough gold, its colour deeper than
-             one reflection makes it.
+    Looks    `FdezAguera(1, [1, 0.7, 0.3])` is rough gold, its colour deeper than one reflection makes it;
+             `FdezAguera(0.1)` is polished metal.
     Shapes   alpha, F0: numbers or (..., C).
     Units    f: 1/sr; alpha, F0: 1.
     Error    E and E_F, fits: 5e-4.

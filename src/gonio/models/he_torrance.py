@@ -102,8 +102,9 @@ class HeTorrance(_Gaussian):
 class HeTorranceSpecular(_Gaussian):
     """Light that a rough surface still mirrors: reflectance F exp(-g) S at the mirror direction, as in `HeTorrance`.
 
-    Looks    `HeTorranceSpecular(20)` is a clear mirror of metal; `HeTorranceSpecular(280)` mirrors at grazing angles
-             only.
+    Looks    `HeTorranceSpecular(50)` is a mirror of metal, dim in the middle and clear at the rim;
+             `HeTorranceSpecular(20)` is clear all over, `HeTorranceSpecular(280)` mirrors at grazing
+             angles only.
     Shapes   sigma_0, tau, wavelength and the Fresnel term's parameters: numbers or (..., C).
     Units    lengths: nm.
     Error    rounding.

@@ -87,8 +87,8 @@ class NormalizedLafortune(_CosineLobe):
     C is the largest of |C_x|, |C_y|, C_z: the factor that Lafortune and Willems give the mirror lobe, which no choice
     of coefficients makes reflect more than rho_s. With C_x = C_y = -C_z this is `ModifiedPhong(rho_s, n)`.
 
-    Looks    `NormalizedLafortune(0.5, n=20)` is a soft highlight and `n=500` a small, bright one; `C_xy=1` shines back
-             at the light.
+    Looks    `NormalizedLafortune(0.5, C_xy=1, n=20)` shines back at the light; `n=20` alone is a soft
+             highlight, `n=500` a small, bright one.
     Shapes   rho_s, C_x, C_y, C_z, n: numbers or (..., C).
     Units    f: 1/sr; the rest: 1.
     Error    rounding.

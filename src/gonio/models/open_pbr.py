@@ -76,8 +76,8 @@ class OpenPBRGlossyDiffuse(CompensatedMirrors):
     Left out: the exact Fresnel term, in whose place is Schlick's, which rises to 1 at grazing also where F0 = 0;
     base_diffuse_roughness, anisotropy, and tints; the coat and the fuzz above this slab.
 
-    Looks    `OpenPBRGlossyDiffuse([0.8, 0.1, 0.1])` is red plastic; `specular_roughness=1` is nearly matt,
-             `specular_ior=2.5` shines like lacquer.
+    Looks    `OpenPBRGlossyDiffuse([0.1, 0.2, 0.8])` is blue plastic; `specular_roughness=1` is nearly
+             matt, `specular_ior=2.5` shines like lacquer.
     Shapes   all: numbers or (..., C).
     Units    f: 1/sr; all others: 1.
     Error    E, a fit: 7e-4; so is the albedo.

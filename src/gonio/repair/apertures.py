@@ -7,10 +7,14 @@ from typing import Any
 
 import numpy as np
 
+from ..arguments import checked
+from ..arrays import ops
 from ..base.angles import angles
+from ..base.measured import Measured
 from ..base.reflectance import Reflectance
 from ..errors import ParameterError
 from ..formula.direction import HORIZON
+from ..integrals.over_directions import directions
 from ..tables.gridded import Gridded
 from ._cells import BATCH, Cells, Values, evaluated, expect_one_of, relative, spread
 
@@ -24,6 +28,7 @@ DISCREPANCY = 2.0
 """Mean square of residual over uncertainty at which sharpening ends."""
 
 
+@checked
 def through_aperture(
     m: Reflectance,
     wi: Any,
@@ -59,16 +64,17 @@ def through_aperture(
     >>> print(m.f(wi, wo).round(3), gn.repair.through_aperture(m, wi, wo, detector=np.radians(5.0)).round(3))
     1.768 0.977
     """
-    wi, wo = (np.asarray(w, dtype=float) for w in (wi, wo))
-    shape = np.broadcast_shapes(wi.shape, wo.shape)[:-1]
+    wi, wo = (directions(w).astype(float) for w in (wi, wo))
+    shape = ops.broadcast_shape([wi.shape, wo.shape], "wi, wo")[:-1]
     a, b = (np.broadcast_to(w, (*shape, 3)).reshape(-1, 3) for w in (wi, wo))
     expect_one_of(HORIZONS, "horizon", horizon)
     mean = _through(m, a, b, _points(detector, rings), _points(source, rings), horizon)
     return mean.reshape(shape) if m.channels is None else mean.reshape(*shape, -1)
 
 
+@checked
 def aperture_averaged(
-    m: Gridded, detector: Opening = 0.0, source: Opening = 0.0, horizon: str = "visible", rings: int = 4
+    m: Measured, detector: Opening = 0.0, source: Opening = 0.0, horizon: str = "visible", rings: int = 4
 ) -> Gridded:
     """The table that an instrument with these apertures would have measured of this material; see `through_aperture`.
 
@@ -85,7 +91,7 @@ def aperture_averaged(
     2.568 2.362
     """
     cells = Cells(m)
-    blur = _Blur(m, detector, source, horizon, rings)
+    blur = _Blur(cells.m, detector, source, horizon, rings)
     f = blur(cells.f)
     u = None if cells.u is None else blur(cells.u)
     before = cells.f[cells.up]
@@ -99,8 +105,9 @@ def aperture_averaged(
     return cells.repaired("aperture_averaged", blur.parameters, f, u, figures)
 
 
+@checked
 def aperture_removed(
-    m: Gridded,
+    m: Measured,
     detector: Opening = 0.0,
     source: Opening = 0.0,
     method: str = "van_cittert",
@@ -138,7 +145,7 @@ def aperture_removed(
     cells = Cells(m)
     if method == "richardson_lucy" and (cells.f[cells.up] < 0.0).any():
         raise ParameterError("method='richardson_lucy': some f are negative; use 'van_cittert', or repair them first")
-    blur = _Blur(m, detector, source, horizon, rings)
+    blur = _Blur(cells.m, detector, source, horizon, rings)
     f, steps, (first, last) = _sharpened(cells, cells.f, blur, method, iterations, cells.u)
     figures: dict[str, float] = {"steps": steps, "residual_before": first, "residual": last}
     u = None

@@ -9,8 +9,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..arguments import checked
 from ..arrays.kinds import with_channels
 from ..base.angles import angles, direction
+from ..base.measured import Measured
 from ..distributions.ggx import GGX
 from ..errors import ParameterError
 from ..formula.fresnel.schlick import Schlick
@@ -37,7 +39,8 @@ class _Reach(NamedTuple):
     theta_o: float
 
 
-def extrapolate_to_grazing(m: Gridded, method: str, reach: float | tuple[float, float] | None = None) -> Gridded:
+@checked
+def extrapolate_to_grazing(m: Measured, method: str, reach: float | tuple[float, float] | None = None) -> Gridded:
     """The measurement with f beyond the largest measured polar angles, up to the horizon.
 
     method   "hold": f at the largest measured polar angles, at the same azimuths

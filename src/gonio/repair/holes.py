@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..arguments import checked
+from ..base.measured import Measured
 from ..errors import ToleranceWarning, warn
 from ..numerics.filling import filled_in_layers
 from ._cells import Cells, expect_one_of, relative
@@ -19,7 +21,8 @@ DIRECT = 20_000
 """Number of unknowns up to which the smooth surface is solved for directly; above, by conjugate gradients."""
 
 
-def fill_holes(m: Gridded, method: str = "neighbours") -> Gridded:
+@checked
+def fill_holes(m: Measured, method: str = "neighbours") -> Gridded:
     """The measurement with a value in every cell; known values stay the same, bit by bit.
 
     neighbours   layer by layer from the edges of a hole inwards, the mean of the neighbours along the axes

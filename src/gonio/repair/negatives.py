@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..arguments import checked
+from ..base.measured import Measured
 from ..errors import ParameterError
 from ..tables.gridded import Gridded
 from ._cells import Cells
 
 
-def remove_negatives(m: Gridded, floor: float | str = 0.0) -> Gridded:
+@checked
+def remove_negatives(m: Measured, floor: float | str = 0.0) -> Gridded:
     """The measurement with every f below a floor raised to it. Noise is removed on one side only, which is a bias.
 
     `floor`: f [1/sr], 0 or the noise floor of the instrument; or "uncertainty", the standard uncertainty of each cell.

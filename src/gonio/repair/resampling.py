@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from ..arguments import checked
 from ..base.measured import Measured, tabular_shape
 from ..base.reflectance import Reflectance
 from ..conversion.comparison import lattice_pairs
@@ -18,6 +19,7 @@ from ..tables.nodes import above, channels_named, f_at
 from ._cells import Cells, changes_of_all, evaluated, relative, reported, spread, variances
 
 
+@checked
 def resample(
     m: Reflectance,
     parameterisation: str = "half_difference",

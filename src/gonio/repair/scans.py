@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..arguments import checked
 from ..arrays.kinds import with_channels
 from ..base.angles import angles, direction
 from ..base.measured import Measured
@@ -34,6 +35,7 @@ class _Line(NamedTuple):
     u: np.ndarray | None
 
 
+@checked
 def merge_scans(scans: Sequence[Measured], oriented: bool = False) -> Gridded:
     """Several measurements along theta_o, at one or more theta_i and azimuths each, as one grid of "angles".
 

@@ -7,6 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from ..arguments import checked
+from ..base.measured import Measured
 from ..base.reflectance import Reflectance
 from ..errors import ParameterError
 from ..tables.gridded import Gridded
@@ -15,8 +17,9 @@ from ._cells import Cells, evaluated, expect_one_of, variances
 NEGATIVES = ("keep", "zero", "missing")
 
 
+@checked
 def subtract_signature(
-    m: Gridded,
+    m: Measured,
     signature: Reflectance,
     scale: float = 1.0,
     scale_uncertainty: float = 0.0,

@@ -7,7 +7,9 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from ..arguments import checked
 from ..arrays.kinds import with_channels
+from ..base.measured import Measured
 from ..tables.gridded import Gridded
 from ..tables.nodes import f_at
 from ._cells import Cells, changes_of_all, expect_one_of, floor, like, reported, spread, variances
@@ -17,7 +19,8 @@ SAME = 1e-5
 """Angles [rad] closer than this are one node."""
 
 
-def symmetrise(m: Gridded, kind: str, plane: float = 0.0) -> Gridded:
+@checked
+def symmetrise(m: Measured, kind: str, plane: float = 0.0) -> Gridded:
     """The measurement averaged over a symmetry.
 
     reciprocity   f(wi, wo) = f(wo, wi)
@@ -42,9 +45,9 @@ def symmetrise(m: Gridded, kind: str, plane: float = 0.0) -> Gridded:
      [0.11 0.11]]
     """
     expect_one_of(KINDS, "kind", kind)
-    if kind == "isotropy":
-        return _isotropic(m)
     cells = Cells(m)
+    if kind == "isotropy":
+        return _isotropic(cells.m)
     f, u, figures = _paired(cells, kind, plane)
     parameters = {"kind": kind, "plane": plane} if kind == "plane" else {"kind": kind}
     return cells.repaired("symmetrise", parameters, f, u, figures)

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..arguments import checked
 from ..arrays.kinds import SCALAR, VALUE, VECTOR
 from ..base import kernels
 from ..base.reflectance import Reflectance
@@ -68,6 +69,7 @@ class Kernel:
         return self.source
 
 
+@checked
 def kernel(m: Reflectance, method: str = "f") -> Kernel:
     """The kernel that `m.f`, `m.pdf` or `m.sample` runs on NumPy arrays.
 

@@ -12,7 +12,7 @@ import numpy as np
 from ..arrays import ops
 from ..base.angles import direction
 from ..errors import ParameterError
-from ..formula.direction import Direction, azimuth, half_difference, polar_angle
+from ..formula.direction import Direction, azimuth, from_half_difference, half_difference, polar_angle
 
 
 class Angle(NamedTuple):
@@ -150,13 +150,8 @@ def _half(wi: Direction, wo: Direction, oriented: bool) -> list[Any]:
 
 
 def _pairs_of_half(theta_h: Any, theta_d: Any, phi_d: Any, phi_h: Any = 0.0) -> tuple[np.ndarray, np.ndarray]:
-    along, across, mean = np.sin(theta_d) * np.cos(phi_d), np.sin(theta_d) * np.sin(phi_d), np.cos(theta_d)
-    s, c, pair = np.sin(theta_h), np.cos(theta_h), []
-    for sign in (1.0, -1.0):
-        x, y = s * mean + sign * c * along, sign * across
-        turned = (np.cos(phi_h) * x - np.sin(phi_h) * y, np.sin(phi_h) * x + np.cos(phi_h) * y)
-        pair.append(np.stack(np.broadcast_arrays(*turned, c * mean - sign * s * along), -1))
-    return pair[0], pair[1]
+    wi, wo = from_half_difference(theta_h, theta_d, phi_d, phi_h)
+    return tuple(np.stack(np.broadcast_arrays(*w), -1) for w in (wi, wo))
 
 
 def _specular(wi: Direction, wo: Direction, oriented: bool) -> list[Any]:

@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
+from ..arguments import checked
 from ..arrays import frozen
 from ..base.provenance import derived
-from ..base.quantities import from_brdf, quantity_named, to_brdf
+from ..base.quantities import from_brdf, quantity_named, suspect_units, to_brdf
 from ..errors import ParameterError
 from ..formula.direction import HORIZON
 from ..formula.fields import Ours, kept, option, table
@@ -71,6 +72,7 @@ class Gridded(Interpolated):
     """Whether the third axis covers half of its period, and the other half is its mirror image."""
     periods: dict[str, float] = note()
 
+    @checked
     def __init__(
         self,
         parameterisation: str,
@@ -94,7 +96,8 @@ class Gridded(Interpolated):
         if uncertainty is not None:
             uncertainty = real("uncertainty", uncertainty)
             _check_values("uncertainty", uncertainty, grid, names)
-        self._hold(uncertainty=uncertainty, quantity=quantity_named(quantity))
+        suspect_units(quantity_named(quantity), stored, names)
+        self._hold(uncertainty=uncertainty, quantity=quantity)
         super().__init__(
             path,
             dict(about or {}),

@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Self
 
 import numpy as np
 
+from ..arguments import checked
 from ..arrays import frozen
 from ..base.angles import direction
 from ..base.measured import Measured
-from ..base.quantities import quantity_named, to_brdf
+from ..base.quantities import quantity_named, suspect_units, to_brdf
 from ..errors import ParameterError
 from ..formula.fields import Ours
 from ..formula.state import derived, freeze, note
@@ -58,6 +59,7 @@ class Scattered(Gridded):
     rows: np.ndarray = note()
     """Angles (n, 4) [rad]: theta_i, phi_i, theta_o, phi_o."""
 
+    @checked
     def __init__(
         self,
         theta_i: Any,
@@ -79,8 +81,9 @@ class Scattered(Gridded):
             raise ParameterError("values: none of the rows holds a number; expected at least one measurement")
         axes, mirrored = grid_for(rows, oriented(rows) if isotropic is None else not isotropic)
         names = None if channels is None else tuple(channels)
+        suspect_units(quantity_named(quantity), measured, names)
         self._lay_out("angles", axes, mirrored, {}, names)
-        self._hold(rows=rows, uncertainty=spread, quantity=quantity_named(quantity), holes=outside == "missing")
+        self._hold(rows=rows, uncertainty=spread, quantity=quantity, holes=outside == "missing")
         Measured.__init__(
             self,
             path,
@@ -263,8 +266,9 @@ def _rows(
     if measured.shape != expected:
         raise ParameterError(f"values: got shape {measured.shape}, expected {expected}: rows, and channels")
     columns = [_double(name, a) for name, a in zip(ROW_ANGLES, angles, strict=True)]
-    rows = np.stack(np.broadcast_arrays(*columns, np.zeros(n))[:4], axis=-1)
-    if rows.shape != (n, 4) or not np.isfinite(rows).all():
+    fitting = all(a.shape in ((), (1,), (n,)) for a in columns)
+    rows = np.stack(np.broadcast_arrays(*columns, np.zeros(n))[:4], axis=-1) if fitting else np.zeros(0)
+    if not fitting or not np.isfinite(rows).all():
         raise ParameterError(f"angles: expected {n} finite numbers [rad] each of {', '.join(ROW_ANGLES)}")
     for k in (0, 2):
         low, high = rows[:, k].min(), rows[:, k].max()
@@ -273,9 +277,20 @@ def _rows(
                 f"{ROW_ANGLES[k]}: from {low:g} to {high:g}, expected 0 to pi/2 rad; convert degrees with "
                 f"numpy.radians, and turn a negative polar angle into a positive one on the other side"
             )
+    for k in (1, 3):
+        largest = np.abs(rows[:, k]).max()
+        if largest > 4.0 * math.pi:
+            raise ParameterError(
+                f"{ROW_ANGLES[k]}: up to {largest:g}, expected at most two turns, 4 pi rad; convert degrees with "
+                f"numpy.radians"
+            )
     spread = None
     if uncertainty is not None:
-        spread = frozen(np.array(np.broadcast_to(_double("uncertainty", uncertainty), expected)))
+        u = _double("uncertainty", uncertainty)
+        try:
+            spread = frozen(np.array(np.broadcast_to(u, expected)))
+        except ValueError:
+            raise ParameterError(f"uncertainty: got shape {u.shape}, expected {expected} or a number") from None
     return frozen(rows), frozen(measured), spread
 
 

@@ -2,16 +2,23 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from ..fixed import Array, Fixed
-from ..interface import Library
+from ..together import Together
 
 
-class Jax(Library):
+class Jax(Together):
     def fixed(self, value: Fixed, like: Array) -> Array:
         from jax import ensure_compile_time_eval
 
         with ensure_compile_time_eval():  # inside jit or grad too the kept value is an array, not a tracer
             return super().fixed(value, like)
+
+    def known(self, x: Array) -> np.ndarray | None:
+        from jax.core import Tracer
+
+        return None if isinstance(x, Tracer) or x.device.platform != "cpu" else np.asarray(x)
 
     def op_to_index(self, x: Array) -> Array:
         return self.module.nan_to_num(x, nan=0.0, posinf=0.0, neginf=0.0).astype("int32")

@@ -9,6 +9,9 @@ from ..interface import Library
 
 
 class NumPy(Library):
+    def known(self, x: Array) -> np.ndarray:
+        return x
+
     def fixed(self, value: Fixed, like: Array) -> Array:
         return value.once(contiguous, like.dtype)
 

@@ -29,6 +29,9 @@ CHUNK = 2**20
 BLOCK = 4096
 """Rows that `join` writes at a time."""
 
+MANY = 8
+"""Fewest columns of one number each that `join` formats once."""
+
 MARKS = {
     codecs.BOM_UTF8: "utf-8",
     codecs.BOM_UTF32_LE: "utf-32-le",  # begins with the mark of UTF-16
@@ -297,12 +300,29 @@ def join(rows: Iterable[Iterable[float | str]], separator: str = " ") -> Iterato
     """Lines, with their ends, of rows of numbers or words; many at a time of an array (n, columns)."""
     if isinstance(rows, np.ndarray):
         for start in range(0, len(rows), BLOCK):
-            # str() of a list is several times faster than one of each number.
-            block = str(rows[start : start + BLOCK].tolist())[2:-2].replace("], [", "\n") + "\n"
-            yield block.replace(".0, ", ", ").replace(".0\n", "\n").replace(", ", separator)
+            yield from _block(rows[start : start + BLOCK], separator)
         return
     for row in rows:
         yield separator.join([x if isinstance(x, str) else number(x) for x in row]) + "\n"
+
+
+def _block(rows: np.ndarray, separator: str) -> Iterator[str]:
+    """Lines of a few rows; last columns that hold one number each, as a spectrum at many directions, are "
+    "formatted once."""
+    bits = np.ascontiguousarray(rows, np.float64).view(np.int64)
+    differing = np.flatnonzero((bits != bits[0]).any(axis=0))
+    count = int(differing[-1]) + 1 if len(differing) else 1
+    if rows.shape[1] - count < MANY:
+        yield _plain(rows, separator)
+        return
+    end = separator + _plain(rows[:1, count:], separator)
+    yield _plain(rows[:, :count], separator).replace("\n", end)
+
+
+def _plain(rows: np.ndarray, separator: str) -> str:
+    # str() of a list is several times faster than one of each number.
+    block = str(rows.tolist())[2:-2].replace("], [", "\n") + "\n"
+    return block.replace(".0, ", ", ").replace(".0\n", "\n").replace(", ", separator)
 
 
 def write(

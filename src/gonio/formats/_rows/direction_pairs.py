@@ -117,7 +117,8 @@ def material(
     about = dict(about)
     if not on_side.all():
         about["other_pairs"] = pairs.only(~on_side)
-    kept = pairs._replace(angles=np.stack([theta_i, phi_i, theta_o, phi_o], axis=1)).only(on_side)
+    kept = pairs._replace(angles=np.stack([theta_i, phi_i, theta_o, phi_o], axis=1))
+    kept = kept if on_side.all() else kept.only(on_side)
     if not np.isfinite(kept.values).any():
         raise FormatError(f"{path}: holds no value that is a number, expected at least one measurement")
     measurement = _measurement(kept, path, about, isotropic, outside)
@@ -203,8 +204,9 @@ def half_circle(nodes: np.ndarray) -> bool:
 def gridded(name: str, axes: Mapping[str, np.ndarray], order: np.ndarray, pairs: Pairs, **options: Any) -> Gridded:
     """The measurement on a grid whose nodes, in their order, are the rows `order` (see `grid`)."""
     shape = tuple(len(x) for x in axes.values())
+    rows = slice(None) if (np.diff(order) == 1).all() else order
     values, spread = (
-        None if v is None else v[order].reshape(*shape, *v.shape[1:]) for v in (pairs.values, pairs.uncertainty)
+        None if v is None else v[rows].reshape(*shape, *v.shape[1:]) for v in (pairs.values, pairs.uncertainty)
     )
     return Gridded(name, axes, values, quantity=pairs.quantity, uncertainty=spread, channels=pairs.channels, **options)
 

@@ -42,6 +42,7 @@ def fresnel_conductor(cos_theta: Any, eta: Any, k: Any) -> Any:
 class Conductor(Fresnel):
     """Exact Fresnel reflectance of a metal in vacuum, `fresnel_conductor`.
 
+    Looks    `Conductor([0.14, 0.37, 1.4], [4.0, 2.4, 1.6])` is gold, `Conductor(3.1, 3.3)` chromium.
     Shapes   eta, k: numbers or (..., C).
     Units    1.
     Error    rounding, see `fresnel_conductor`.

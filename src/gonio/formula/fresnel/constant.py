@@ -11,6 +11,7 @@ from ..fresnel_term import Fresnel
 class Constant(Fresnel):
     """A mirror with the same reflectance at every angle: F = reflectance.
 
+    Looks    `Constant(0.5)` is a gray mirror, no brighter at the rim than in the middle.
     Shapes   reflectance: a number or (..., C).
     Units    1.
     Error    none.

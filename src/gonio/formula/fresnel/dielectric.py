@@ -39,6 +39,8 @@ def dielectric_transmittance(cos_theta: Any, eta: Any) -> Any:
 class Dielectric(Fresnel):
     """Exact Fresnel reflectance of a dielectric, `fresnel_dielectric`.
 
+    Looks    `Dielectric(1.5)` is black glass, dark in the middle and bright at the rim; `Dielectric(2.4)`
+             is polished as diamond.
     Shapes   eta: a number or (..., C).
     Units    1.
     Error    rounding, see `fresnel_dielectric`.

@@ -1,0 +1,190 @@
+"""`gonio import`: a laboratory's table, as it is understood, column by column; then written in another format."""
+
+from __future__ import annotations
+
+import math
+import shutil
+import time
+import warnings
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+import numpy as np
+
+from ..errors import MeaningWarning, ParameterError, visible
+from .options import READING, json_option, reading_option, since
+from .tables import size_in_words
+from .terminal import echo, print_json
+
+if TYPE_CHECKING:
+    from ..formats._laboratory.understanding import Column, Understood
+    from ..tables.gridded import Gridded
+
+NARROWEST, USUAL = 72, 100
+"""Characters of a line of the table: at least, and where nothing says how wide a line may be."""
+
+SHOWN = 24
+"""Most columns that are shown one by one."""
+
+DELIMITERS = {";": "semicolons", ",": "commas", "\t": "tabs", "|": "bars"}
+
+
+@click.command("import", short_help="Show how a laboratory's table is understood, and convert it.")
+@click.argument("file", type=click.Path(path_type=Path))
+@reading_option
+@click.option("-o", "--output", type=click.Path(path_type=Path), help="File to write, once the table is understood.")
+@click.option(
+    "--format", "format_", metavar="FORMAT", help="Format, where the suffix of the output does not say which."
+)
+@json_option
+@click.pass_context
+def import_(ctx: click.Context, file: Path, output: Path | None, format_: str | None, as_json: bool) -> None:
+    """Show how the table in FILE, CSV or .xlsx, is understood: column by column, and what looks wrong.
+
+    Nothing is guessed: what has two readings is refused, with the -O option that decides. With -o the table is then
+    written in another format, and changes are reported as by `gonio convert`.
+
+    \b
+    Examples:
+      gonio import scan.csv
+      gonio import scan.csv -O coverage=2 -O columns.theta_o=Detector -o scan.nc
+      gonio import scan.xlsx -O sheet=Data -O angle_unit=rad
+    """
+    from ..formats import load_as_typed, recognised, target, writer
+    from ..formats._laboratory.suspicions import suspicions
+    from ..formats._options import names_in, of_texts
+
+    start = time.perf_counter()
+    texts = ctx.meta.get(READING, ())
+    if output is not None:
+        target(writer(output, format_), output)
+    if not file.is_file():
+        raise ParameterError(f"{file}: no such file; expected a table, CSV or .xlsx")
+    module = recognised(file, names_in(texts))
+    if not hasattr(module, "understood"):
+        raise ParameterError(
+            f"{file}: a {module.NAME} file, which needs no import: `gonio info` describes it, `gonio convert` writes "
+            f"it in another format"
+        )
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", MeaningWarning)  # `suspicions` says the same
+        m = load_as_typed(file, texts)
+    table = module.understood(file, **of_texts(module, "read", texts))
+    facts, wrong = summary(table, m), suspicions(table)
+    if as_json:
+        columns = [column._asdict() for column in table.columns]
+        print_json({"file": str(file), "format": module.NAME, "columns": columns, **facts, "suspicious": wrong})
+    else:
+        _print(f"{file}: {module.NAME}, {size_in_words(file.stat().st_size)}", table, facts, wrong)
+    if output is not None:
+        _convert(m, output, format_, start, as_json)
+    elif not as_json:
+        echo("\nNothing is written: -o FILE writes it, -O NAME=VALUE changes how it is read.")
+
+
+def _convert(m: Gridded, output: Path, format_: str | None, start: float, as_json: bool) -> None:
+    from ..conversion.conversion import convert
+    from ..formats import writer
+    from .convert import conversion_as_text
+
+    conversion = convert(m, output, writer(output, format_).NAME)
+    said = visible(f"{output}: {conversion.format}, {size_in_words(conversion.bytes)}, {since(start)}")
+    echo(f"\n{said}\n{conversion_as_text(conversion)}", err=as_json)
+
+
+def summary(table: Understood, m: Gridded) -> dict[str, str]:
+    """What a table holds, in words: rows, what was passed over, angles, the measurement."""
+    layout, numbers = table.layout, table.numbers
+    rows = f"{len(numbers.lines)} in lines {numbers.lines[0]} to {numbers.lines[-1]}"
+    rows += f", names in line {layout.header}" if layout.header else ""
+    rows += f", {DELIMITERS.get(layout.delimiter, 'blanks')} between cells" if layout.delimiter else ""
+    facts = {"rows": rows + (", decimal commas" if numbers.decimal == "," else "")}
+    passed = {
+        "lines above": len(layout.text),
+        "lines below": len(numbers.below),
+        "repeated names": len(numbers.repeated),
+    }
+    if any(passed.values()):
+        facts["passed over"] = ", ".join(f"{what}: {n}" for what, n in passed.items() if n) + " (kept as text)"
+    missing = sum(column.missing for column in table.columns)
+    facts["missing"] = f"{missing} cells" if missing else "no cell"
+    facts |= angles_in_words(table)
+    facts["measurement"] = _measurement(m)
+    if table.remarks:
+        facts["decided by"] = "; ".join(table.remarks)
+    return facts
+
+
+def angles_in_words(table: Understood) -> dict[str, str]:
+    """Incidences and planes of a table with polar angles of both directions."""
+    degrees = {key: np.degrees(x) if table.in_radians else x for key, x in table.angles.items()}
+    if not {"theta_i", "theta_o"} <= {*degrees}:
+        return {}
+    theta_i, theta_o = np.abs(degrees["theta_i"]), np.abs(degrees["theta_o"])
+    turn = degrees.get("phi", degrees.get("phi_o", 0.0) - degrees.get("phi_i", 0.0)) + 0.0 * theta_i
+    incidences = np.unique(np.round(theta_i, 3))
+    oblique = np.minimum(theta_i, theta_o) > 1e-3
+    planes = np.unique(np.round(np.mod(turn[oblique], 180.0), 3) % 180.0)
+    words = {"incidences": f"{_listed(incidences)} ({len(incidences)})"}
+    words["viewers"] = f"theta_o to {theta_o.max():g}°"
+    if planes.tolist() == [0.0]:
+        words["planes"] = "the plane of incidence alone: integrals take the rest of the hemisphere from it"
+    elif len(planes):
+        words["planes"] = f"{len(planes)}, turned from the plane of incidence by {_listed(planes)}"
+    return words
+
+
+def _listed(angles: np.ndarray) -> str:
+    shown = [f"{x:g}°" for x in angles]
+    return ", ".join(shown if len(shown) <= 8 else [*shown[:3], "...", shown[-1]])
+
+
+def _measurement(m: Gridded) -> str:
+    grid = " x ".join(f"{len(nodes)} {name}" for name, nodes in m.axes.items())
+    kind = f"{len(m.rows)} pairs of directions in no grid" if hasattr(m, "rows") else f"a grid of {grid}"
+    names = [f"{name:g} nm" if isinstance(name, float) else str(name) for name in m.channel_names or ()]
+    channels = f", channels {', '.join(names)}" if 0 < len(names) <= 4 else f", {len(names)} channels" if names else ""
+    return f"{kind}{channels}, {'with standard uncertainties' if m.uncertainty is not None else 'no uncertainty'}"
+
+
+def _print(title: str, table: Understood, facts: dict[str, str], wrong: Sequence[str]) -> None:
+    """Columns and facts, as tables of the terminal's width."""
+    from rich import box
+    from rich.console import Console
+    from rich.table import Table
+    from rich.text import Text
+
+    console = Console(width=max(shutil.get_terminal_size((USUAL, 24)).columns, NARROWEST), highlight=False)
+    columns = Table(
+        title=Text(visible(title)), title_justify="left", title_style="bold", box=box.SIMPLE_HEAD, pad_edge=False
+    )
+    for name in ("column", "meaning", "unit", "first values", "range"):
+        columns.add_column(name, overflow="fold")
+    for column in shown(table.columns):
+        style = "dim" if column.meaning == "left out" else ""
+        columns.add_row(*(Text(visible(cell), style) for cell in _cells(column)))
+    console.print(columns)
+    below = Table(box=None, show_header=False, pad_edge=False)
+    below.add_column(no_wrap=True, style="bold")
+    below.add_column(overflow="fold")
+    for name, words in facts.items():
+        below.add_row(name, Text(visible(words)))
+    for words in wrong:
+        below.add_row("suspicious", Text(visible(words), "red"))
+    console.print(below)
+
+
+def shown(columns: Sequence[Column]) -> list[Column]:
+    """All columns, or the first and the last of many."""
+    if len(columns) <= SHOWN:
+        return [*columns]
+    return [*columns[:12], columns[0]._replace(name="...", meaning="and so on", unit="", first=()), *columns[-4:]]
+
+
+def _cells(column: Column) -> tuple[str, ...]:
+    low, high = (f"{x:.4g}" for x in (column.low, column.high))
+    span = "" if not column.first or math.isnan(column.low) else low if low == high else f"{low} to {high}"
+    missing = f"{', ' if span else ''}{column.missing} missing" if column.missing else ""
+    return column.name or "(said)", column.meaning, column.unit, ", ".join(column.first), span + missing

@@ -1,0 +1,228 @@
+"""Numbers from the cells of a table: decimal commas, missing values, lines that are no rows."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Collection, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from ...errors import FormatError
+from .._reading import plain_text
+from .layout import _NUMERIC, MISSING, Layout, _is_data, _trimmed
+from .names import unit_of
+from .sheets import COLUMNS, CellSheet, Row, TextSheet
+
+_THOUSANDS = re.compile(r"[-+]?[1-9]\d{0,2}(?:,\d{3})+", re.ASCII)
+MARKS = (-99.0, -999.0, -9999.0, -99999.0)
+"""Numbers that programs write where there is no value."""
+
+
+class Numbers(NamedTuple):
+    """The columns of a table as numbers, NaN where a value is missing.
+
+    columns   number of the column -> (rows,)
+    lines     number of the line of each row, (rows,)
+    repeated  lines that repeat the column names, and `below`, the text below the table
+    decimal   the decimal sign
+    """
+
+    columns: dict[int, np.ndarray]
+    lines: np.ndarray
+    repeated: list[int]
+    below: list[str]
+    decimal: str
+
+
+def decimal_of(path: object, layout: Layout, wanted: Collection[int]) -> str:
+    """The decimal sign of a table's first rows. Raises FormatError where a comma can be either."""
+    cells = [row[k] for row in layout.sample if len(row) >= len(layout.names) for k in wanted]
+    numeric = [cell for cell in cells if _NUMERIC.fullmatch(cell)]
+    commas = [cell for cell in numeric if "," in cell]
+    points = [cell for cell in numeric if "." in cell]
+    if not commas:
+        return "."
+    if points or all(_THOUSANDS.fullmatch(cell) for cell in commas):
+        got = f"{commas[0]!r}" + (f" beside {points[0]!r}" if points else "")
+        raise FormatError(
+            f"{path}: numbers such as {got}: is the comma the decimal sign, or does it part thousands? say decimal=',' "
+            f"or decimal='.'"
+        )
+    return ","
+
+
+def numbers(
+    sheet: TextSheet | CellSheet,
+    layout: Layout,
+    wanted: Collection[int],
+    needed: Collection[int],
+    decimal: str | None,
+    missing: Sequence[str] = (),
+) -> Numbers:
+    """The columns `wanted`; those that are `needed` must have a number in every row.
+
+    Raises FormatError, with the line and the column, for a cell that is no number.
+    """
+    if len(layout.names) > COLUMNS:
+        raise FormatError(
+            f"{sheet.path}: {len(layout.names)} columns, expected at most {COLUMNS}; split the table by channels"
+        )
+    sign = decimal or decimal_of(sheet.path, layout, wanted)
+    reader = _Reader(sheet, layout, sorted(wanted), {*needed}, sign, decimal is not None, missing)
+    return reader.read()
+
+
+class _Reader:
+    def __init__(
+        self,
+        sheet: TextSheet | CellSheet,
+        layout: Layout,
+        wanted: list[int],
+        needed: set[int],
+        decimal: str,
+        chosen: bool,
+        missing: Sequence[str],
+    ):
+        self.sheet, self.layout, self.wanted, self.needed, self.decimal = sheet, layout, wanted, needed, decimal
+        self.other = {",": ".", ".": ","}[decimal] if chosen else ""
+        self.grouped = re.compile(rf"[-+]?\d{{1,3}}(?:[{self.other or ' '}]\d{{3}})+(?:[{decimal}]\d*)?", re.ASCII)
+        self.missing = MISSING | {word.strip().lower() for word in missing}
+        self.delimiter = " " if layout.delimiter == "  " else layout.delimiter
+        self.repeated: list[int] = []
+        self.below: list[str] = []
+
+    def read(self) -> Numbers:
+        """All rows."""
+        parts: dict[int, list[np.ndarray]] = {k: [] for k in self.wanted}
+        lines = []
+        for piece in self.sheet.rows(self.delimiter, self.layout.first - 1):
+            rows = [row for row in piece if any(row[1]) and not row[1][0].startswith("#")]
+            kept, columns = self._fast(rows) or self._one_by_one(rows)
+            lines.append(np.array(kept, dtype=np.int64))
+            for k, column in columns.items():
+                parts[k].append(column)
+            if self.below:
+                break
+        columns = {k: np.concatenate(part) if part else np.empty(0) for k, part in parts.items()}
+        return Numbers(columns, np.concatenate(lines), self.repeated, self.below, self.decimal)
+
+    def _fast(self, rows: list[Row]) -> tuple[list[int], dict[int, np.ndarray]] | None:
+        """All rows at once; None if one of them is not plain numbers."""
+        count = len(self.layout.names)
+        if not rows or any(len(row) != count for _, row in rows):
+            return None
+        table = [*zip(*(row for _, row in rows), strict=True)]
+        columns = {}
+        for k in self.wanted:
+            text = "\n".join(table[k])
+            if not text.isascii() or "_" in text or (self.decimal == "," and "." in text):
+                return None
+            if self.decimal == ",":
+                text = text.replace(",", ".")
+            try:
+                columns[k] = np.array([*map(float, text.split("\n"))])
+            except ValueError:
+                return None
+            if k in self.needed and np.isnan(columns[k]).any():
+                return None
+        return [number for number, _ in rows], columns
+
+    def _one_by_one(self, rows: list[Row]) -> tuple[list[int], dict[int, np.ndarray]]:
+        kept: list[int] = []
+        columns: dict[int, list[float]] = {k: [] for k in self.wanted}
+        for at, (number, row) in enumerate(rows):
+            cells = row if len(row) == len(self.layout.names) else self._of_length(number, row)
+            if cells is None or self._is_text(row):
+                if self._names_again(row):
+                    self.repeated.append(number)
+                    continue
+                if self._ends(number):
+                    self.below = [" ".join(r).strip() for _, r in rows[at:]]
+                    break
+                if cells is None:
+                    raise self._misfit(number, row)
+            for k in self.wanted:
+                columns[k].append(self._number(cells[k], number, k))
+            kept.append(number)
+        return kept, {k: np.array(column, dtype=np.float64) for k, column in columns.items()}
+
+    def _of_length(self, number: int, row: list[str]) -> list[str] | None:
+        """The cells, one for each name; None if there are too many or too few."""
+        count, trimmed = len(self.layout.names), _trimmed(row)
+        if len(trimmed) > count or (len(row) < count and isinstance(self.sheet, TextSheet)):
+            return None
+        return trimmed + [""] * (count - len(trimmed))
+
+    def _is_text(self, row: list[str]) -> bool:
+        first = row[self.wanted[0]] if self.wanted[0] < len(row) else row[0]
+        return not _NUMERIC.fullmatch(first) and not plain_text.is_number(first)
+
+    def _names_again(self, row: list[str]) -> bool:
+        units = [unit_of(cell) or "" for cell in row[: len(self.layout.units)]]
+        return _trimmed(row) == self.layout.names or (any(units) and units == self.layout.units)
+
+    def _ends(self, number: int) -> bool:
+        """Whether all lines from this one on are text."""
+        for piece in self.sheet.rows(self.delimiter, number - 1):
+            for _, row in piece:
+                if any(row) and (_is_data(row) or _NUMERIC.fullmatch(row[0])):
+                    return False
+        return True
+
+    def _misfit(self, number: int, row: list[str]) -> FormatError:
+        names, count = self.layout.names, len(row)
+        cure = f"line {self.layout.header} has the names {', '.join(map(repr, names[:6]))}"
+        if self.delimiter == "," and count > len(names):
+            cure += "; decimal commas between commas cannot be told apart: export with semicolons or points"
+        elif self._is_text(row):
+            cure += "; several tables in one file? split it; skip=N passes over the first N lines"
+        return FormatError(
+            f"{self.sheet.path}, line {number}: got {' | '.join(row)[:60]!r}, expected {len(names)} numbers, not "
+            f"{count}: {cure}"
+        )
+
+    def _number(self, cell: str, number: int, k: int) -> float:
+        word = cell.strip()
+        if word.lower() in self.missing:
+            if k not in self.needed:
+                return float("nan")
+            raise FormatError(
+                f"{self.sheet.path}, line {number}, column {self.layout.names[k]!r}: an angle is no number: got "
+                f"{word!r}, expected one in every row; remove the line"
+            )
+        plain = word.replace(self.other, "") if self.other and self.grouped.fullmatch(word) else word
+        swapped = plain.replace(",", ".") if self.decimal == "," and "." not in plain else plain
+        if plain_text.is_number(swapped) and (self.decimal == "." or "." not in plain):
+            return float(swapped)
+        raise FormatError(
+            f"{self.sheet.path}, line {number}: got {word[:60]!r} in the column {self.layout.names[k]!r}, expected a "
+            f"number{_cure(word, self.decimal)}"
+        )
+
+
+def _cure(word: str, decimal: str) -> str:
+    if word.endswith(("°", "%")):
+        return ": the unit stands in the column name, 'theta_i (deg)'"
+    if _NUMERIC.fullmatch(word):
+        return f" with the decimal sign {decimal!r}; say decimal=',' or decimal='.'"
+    return f"; if it stands for a missing value say missing={word[:20]!r}"
+
+
+def without_marks(path: object, layout: Layout, found: Numbers, k: int, missing: Sequence[str]) -> np.ndarray:
+    """A column with NaN for the numbers among `missing`.
+
+    Raises FormatError where it holds another number that programs write for a missing value.
+    """
+    column = found.columns[k]
+    stated = [float(word) for word in missing if plain_text.is_number(word)]
+    if stated:
+        column = np.where(np.isin(column, stated), np.nan, column)
+    for mark in MARKS:
+        at = np.flatnonzero(column == mark)
+        if len(at):
+            raise FormatError(
+                f"{path}, line {found.lines[at[0]]}: {mark:g} in the column {layout.names[k]!r}, in {len(at)} "
+                f"rows: is it the mark of a missing value? say missing={mark:g}"
+            )
+    return column
