@@ -51,10 +51,7 @@ TABLE = [
     ("gn.reflectance(gn.Cone, up)", "this is the class Cone"),
     ("gn.repair.fill_holes(matte)", "expected a measurement; gn.tabulate(m), or gn.repair.resample(m), makes a table"),
     ("gn.repair.merge_scans(3)", "expected a list of which each is a measurement"),
-    (
-        "gn.with_uncertainty(matte, correlation='common')",
-        "with_uncertainty(function=Lambertian(rho=0.5)): expected a f",
-    ),
+    ("gn.with_uncertainty(matte, correlation='common')", "with_uncertainty(function=Lambertian(rho=0.5)): expected a f"),
     ("gn.expression('GGX(0.2)')", "write Microfacet(GGX(alpha_x=0.2))"),
     ("gn.cite(3)", "expected a material, or the name of one"),
     # names that something does not have
@@ -77,10 +74,7 @@ TABLE = [
     ("m.replace([0.3])", "expected a dictionary such as"),
     ("m.jacobian(up, up, by=3)", "jacobian(by=3): expected one of distribution.alpha_x"),
     # directions and angles
-    (
-        "matte.sample(up, np.random.default_rng(1))",
-        "got Generator, expected an array of float32 or float64; draw numbers",
-    ),
+    ("matte.sample(up, np.random.default_rng(1))", "got Generator, expected an array of float32 or float64; draw numbers"),
     ("matte.f(up, None)", "directions: got NoneType"),
     ("matte.f(up, [[0, 0, 1], [0, 1]])", "rows of unequal length"),
     ("matte.f(up, [0, 0, 1j])", "complex128, which are no real numbers; take the real part or the modulus"),
@@ -161,11 +155,7 @@ def test_misuse_gets_our_words(call, words, tmp_path, monkeypatch):
         ("page.bsdf", b"\n<!DOCTYPE HTML><title>404</title>", "this is a web page; the download of the file failed"),
         ("data.zip", b"PK\x03\x04" + bytes(40), "this is a zip file; unpack it first"),
         ("data.npy", b"\x93NUMPY\x01\0" + bytes(40), "this is an array of NumPy"),
-        (
-            "big.binary",
-            b"version https://git-lfs.github.com/spec/v1\n",
-            "a pointer of Git LFS in the place of the file",
-        ),
+        ("big.binary", b"version https://git-lfs.github.com/spec/v1\n", "a pointer of Git LFS in the place of the file"),
     ],
 )
 def test_unknown_files_say_what_they_are_first(name, content, words, tmp_path):
