@@ -7,32 +7,12 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import gonio as gn
-from gonio import discover
-from gonio.base.reflectance import Reflectance
-from gonio.formula.distribution import Distribution
 from gonio.formula.fields import Option, Param, Part
-from gonio.formula.fresnel_term import Fresnel
 from gonio.formula.parametrised import Parametrised
 from gonio.formula.text import literal
 from gonio.laws import LAWS, check
 from gonio.report.figures import portrait
-
-KINDS = {
-    "Models": (Reflectance, "gonio.models"),
-    "Distributions of facet normals": (Distribution, "gonio.distributions"),
-    "Fresnel terms": (Fresnel, "gonio.formula.fresnel"),
-}
-PARTS = ("Looks", "Shapes", "Units", "Error", "Source")
-
-
-def kinds() -> dict[str, dict[str, type[Parametrised]]]:
-    """Heading -> name -> class."""
-    return {heading: discover.classes(package, kind) for heading, (kind, package) in KINDS.items()}
-
-
-def sections(kind: type) -> dict[str, str]:
-    """A docstring cut into its parts; the text before them is under ""."""
-    return discover.labelled(discover.docstring(kind), PARTS)
+from gonio.report.model_facts import PARTS, drawn, kinds, sections, summary
 
 
 def markdown(text: str) -> str:
@@ -64,21 +44,20 @@ def page(kind: type[Parametrised]) -> str:
     lines = [f"# {name}", "", f"![{name}: a sphere, and slices of f](pictures/{name}.jpg)", "", markdown(parts[""]), ""]
     if kind.fields:
         lines += [*parameters(kind), ""]
-    lines += [f"- **{part}.** {markdown(parts[part])}" for part in PARTS if part in parts]
+    lines += [f"- **{part}.** {markdown(parts[part])}" for part in PARTS if part in parts and part != "Example"]
     for law, why in getattr(kind, "breaks", {}).items():
         lines.append(f"- **Breaks {law}.** {markdown(why)}")
     lines += ["", "```python", "import gonio as gn", "", f"m = {shown(kind)}", "```", ""]
+    if example := parts.get("Example"):
+        imports = [">>> import numpy as np"] if "np." in example else []
+        lines += ["```pycon", *imports, example, "```", ""]
     lines.append(f"`gonio cite {name}` prints the sources as BibTeX. [All models](README.md)")
     return "\n".join(lines) + "\n"
 
 
 def shown(kind: type[Parametrised]) -> str:
-    """The expression that the picture of a class shows."""
-    if issubclass(kind, Distribution):
-        return f"gn.Microfacet(gn.{kind.__name__}({'0.3' if 'alpha' in str(kind.fields) else ''}))"
-    if issubclass(kind, Fresnel):
-        return f"gn.Microfacet(gn.GGX(0.1), gn.{kind.__name__}())"
-    return f"gn.{kind.__name__}()"
+    """The code that the picture of a class shows."""
+    return re.sub(r"\b(?=[A-Z]\w*\()", "gn.", drawn(kind))
 
 
 def index() -> str:
@@ -88,9 +67,8 @@ def index() -> str:
     for heading, classes in kinds().items():
         lines += ["", f"## {heading}", "", "| | | |", "|---|---|---|"]
         for name, kind in classes.items():
-            summary = sections(kind)[""].split("\n\n")[0].replace("\n", " ")
             picture = f'<img src="pictures/{name}.jpg" alt="{name}" width="220">'
-            lines.append(f"| [`{name}`]({name}.md) | {picture} | {markdown(summary)} |")
+            lines.append(f"| [`{name}`]({name}.md) | {picture} | {markdown(summary(kind))} |")
     return "\n".join(lines) + "\n"
 
 

@@ -13,6 +13,7 @@ os.environ.setdefault("JAX_ENABLE_X64", "1")
 os.environ.setdefault("JAX_PLATFORMS", "cpu")
 os.environ.setdefault("XLA_FLAGS", "--xla_cpu_multi_thread_eigen=false intra_op_parallelism_threads=1")
 
+from collections.abc import Iterator
 from functools import partial
 from typing import Any
 
@@ -21,6 +22,7 @@ from libraries import KINDS, Jax, Library, Torch, Uncompiled, opened, switch_off
 
 from gonio.evaluate import planning
 from gonio.formats._reading import hdf
+from gonio.formula.fields import CLASSES
 
 
 @pytest.hookimpl(tryfirst=True)  # before pytest leaves out what `-m` says
@@ -65,6 +67,15 @@ def evaluation(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) 
     elif not planning.available():
         pytest.skip("nothing can be compiled here: llvmlite is missing, or the processor has no fused multiply-add")
     return request.param
+
+
+@pytest.fixture
+def classes() -> Iterator[dict[str, type[Any]]]:
+    """Classes that a test defines are forgotten after it."""
+    before = dict(CLASSES)
+    yield CLASSES
+    CLASSES.clear()
+    CLASSES.update(before)
 
 
 @pytest.fixture

@@ -70,7 +70,21 @@ from .formula.warp import power_positive as power_positive
 
 
 class Number(Protocol):
-    """The annotation of a parameter in a class that is `typed`: given as a number or an array, anything in formulas."""
+    """The annotation of a parameter in a class that is `typed`: given as a number or an array, anything in formulas.
+
+    Example
+    >>> from gonio.authoring import Number, Reflectance, param, typed
+    >>> @typed
+    ... class Paint(Reflectance):
+    ...     "Paint of one albedo."
+    ...     rho: Number = param(0.5, 0.0, 1.0, "albedo")
+    ...
+    ...     def formula(self, wi, wo):
+    ...         return self.rho / np.pi
+    ...
+    >>> print(gn.albedo(Paint(0.3), [0, 0, 1]).round(3))
+    0.3
+    """
 
     def __get__(self, instance: object, owner: type) -> Any: ...
 
@@ -82,7 +96,21 @@ _T = TypeVar("_T")
 
 @dataclass_transform()
 def typed(kind: type[_T]) -> type[_T]:
-    """Tell type checkers that the constructor takes the annotated parameters; returns the class as it is."""
+    """Tell type checkers that the constructor takes the annotated parameters; returns the class as it is.
+
+    Example
+    >>> from gonio.authoring import Number, Reflectance, param, typed
+    >>> @typed
+    ... class Paint(Reflectance):
+    ...     "Paint of one albedo."
+    ...     rho: Number = param(0.5, 0.0, 1.0, "albedo")
+    ...
+    ...     def formula(self, wi, wo):
+    ...         return self.rho / np.pi
+    ...
+    >>> print(Paint(rho=0.3).rho)
+    0.3
+    """
     return kind
 
 

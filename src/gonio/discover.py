@@ -43,13 +43,16 @@ def classes(package: str, kind: type[Any]) -> dict[str, type[Any]]:
 
 
 def labelled(text: str, labels: Sequence[str]) -> dict[str, str]:
-    """A docstring cut at its labels ("Source   ..."): label -> text; the text before the first is under ""."""
-    parts, label = {"": ""}, ""
+    """A docstring cut at its labels ("Source   ..."): label -> text; the text before the first is under "".
+
+    What follows a label on a line of its own ("Example") keeps its indentation.
+    """
+    parts, label, keeps = {"": ""}, "", True
     for line in text.splitlines():
-        head = re.match(rf"({'|'.join(labels)}) +(.*)", line)
+        head = re.match(rf"({'|'.join(labels)})(?: +(.*)|$)", line)
         if head:
-            label, line = head[1], head[2]
-        parts[label] = parts.get(label, "") + "\n" + (line.strip() if label else line)
+            label, line, keeps = head[1], head[2] or "", head[2] is None
+        parts[label] = parts.get(label, "") + "\n" + (line if keeps else line.strip())
     return {name: part.strip() for name, part in parts.items()}
 
 

@@ -24,15 +24,39 @@ def suggestion(name: str, names: Iterable[str]) -> str:
     return f"; did you mean {close[0]!r}?" if close else ""
 
 
+def shown(value: object) -> str:
+    """The beginning of a value, in one line, for messages."""
+    try:
+        return f"{' '.join(repr(value[:60] if isinstance(value, (list, tuple)) else value).split()):.60}"
+    except Exception:  # an integer of 5000 digits; a list in a list in a list ...; objects of others
+        return f"a {type(value).__name__}"
+
+
 class Error(Exception):
-    """Base class of everything gonio raises on bad input. The message is `visible`: files and their names are in it."""
+    """Base class of everything gonio raises on bad input. The message is `visible`: files and their names are in it.
+
+    Example
+    >>> try:
+    ...     gn.Lambertian(1.2)
+    ... except gn.Error as error:
+    ...     print(type(error).__name__)
+    ParameterError
+    """
 
     def __str__(self) -> str:
         return visible(super().__str__(), keep="\n")
 
 
 class ParameterError(Error, ValueError):
-    """A parameter, an option or an argument has a value that is not allowed."""
+    """A parameter, an option or an argument has a value that is not allowed.
+
+    Example
+    >>> try:
+    ...     gn.Lambertian(1.2)
+    ... except gn.errors.ParameterError as error:
+    ...     print(str(error)[:42])
+    Lambertian(rho=1.2): 1.2 is out of bounds;
+    """
 
 
 class DirectionError(ParameterError):
@@ -40,7 +64,15 @@ class DirectionError(ParameterError):
 
 
 class ShapeError(Error, ValueError):
-    """Array shapes do not fit together."""
+    """Array shapes do not fit together.
+
+    Example
+    >>> try:
+    ...     gn.Lambertian(0.5).f([0.0, 1.0], [0.0, 0.0, 1.0])
+    ... except gn.errors.ShapeError as error:
+    ...     print(error)
+    directions: got shape (2,), expected (..., 3)
+    """
 
 
 class ArrayTypeError(Error, TypeError):
@@ -48,7 +80,16 @@ class ArrayTypeError(Error, TypeError):
 
 
 class FormatError(Error, ValueError):
-    """A file is damaged, or not of the format that it claims."""
+    """A file is damaged, or not of the format that it claims.
+
+    Example
+    >>> np.zeros(3).tofile("a.binary")
+    >>> try:
+    ...     gn.load("a.binary", format="MERL")
+    ... except gn.errors.FormatError as error:
+    ...     print(type(error).__name__)
+    FormatError
+    """
 
 
 class NotFoundError(Error, LookupError):
@@ -57,6 +98,14 @@ class NotFoundError(Error, LookupError):
 
 class WriteError(Error, OSError):
     """A file cannot be written: the disk is full, or the system refuses."""
+
+
+class AccessError(Error, AttributeError):
+    """An object has no attribute of this name, or one that cannot be changed."""
+
+
+class UnwrittenError(Error, NotImplementedError):
+    """A class lacks a method that this call needs."""
 
 
 class ExpressionError(Error, ValueError):

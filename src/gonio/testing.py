@@ -32,6 +32,11 @@ def assert_lawful(m: Reflectance, except_: str | Iterable[str] = (), laws: str |
 
     A breach that the class declares in `breaks` passes. So does one named in `except_`, but only if it happens: an
     exception for a law that holds is an error too. `laws`: only these.
+
+    Example
+    >>> from gonio.testing import assert_lawful
+    >>> print(assert_lawful(gn.Lambertian(0.5), laws="energy").passed)
+    True
     """
     excused = {except_} if isinstance(except_, str) else set(except_)
     if unknown := sorted(excused - set(LAWS)):

@@ -414,6 +414,51 @@ def test_tied_parameters():
         gn.Lambertian("rho")
 
 
+def test_the_sum_of_a_list():
+    a, b, c = gn.Lambertian(0.1), gn.Phong(), gn.Lambertian(0.3)
+    assert sum([a, b, c]) == a + b + c
+    assert sum([a]) is a
+    for wrong in (1, 0.5, "0", None):
+        with pytest.raises(TypeError):
+            wrong + a
+
+
+def test_names_reach_into_parts():
+    """What a constructor calls alpha or eta, `replace` calls so, wherever it is the only one."""
+    m = gn.Lambertian(0.1) + 0.5 * gn.Microfacet(gn.GGX(0.1, 0.2), gn.Dielectric(1.5))
+    wanted = gn.Lambertian(0.1) + 0.5 * gn.Microfacet(gn.GGX(0.3), gn.Dielectric(1.4), "v_groove")
+    assert m.replace(alpha=0.3, eta=1.4, masking="v_groove") == wanted
+    assert m.replace({"1.of.distribution.alpha": 0.3, "fresnel.eta": 1.4, "1.masking": "v_groove"}) == wanted
+    assert m.replace(distribution=gn.GGX(0.3), fresnel=gn.Dielectric(1.4), masking="v_groove") == wanted
+    assert gn.material("gold").replace(alpha=0.3) == gn.material("gold", alpha=0.3)
+    for both in ({"alpha_y": 0.2, "alpha": 0.3}, {"alpha": 0.3, "alpha_y": 0.2}):
+        assert gn.GGX(0.1).replace(both) == gn.GGX(0.3, 0.2)
+    coated = gn.Coated(gn.Microfacet(gn.GGX(0.1), gn.Dielectric(1.3)), eta=1.6)
+    assert coated.replace(eta=1.7).eta == 1.7  # its own comes before those of its parts
+
+
+@pytest.mark.parametrize(
+    ("names", "words"),
+    [
+        (["alpha"], "Sum: alpha stands for several parameters; name one of 0.distribution.alpha, 1.distribution.alpha"),
+        (["0.alpah"], "did you mean 'alpha'"),
+        (["eat"], "did you mean 'eta'"),
+        (["1.alpha", "1.alpha_x"], "given twice"),
+        (["0.alpha", "0.distribution"], "given twice"),
+        (["0.distribution", "0.alpha"], "given twice"),
+        (["0.alpha", "0.distribution.alpha"], "given twice"),
+        ([1], "no parameter 1"),
+    ],
+)
+def test_names_that_are_none(names, words):
+    m = gn.Microfacet(gn.GGX(0.1), gn.Dielectric(1.5)) + gn.Microfacet(gn.GGX(0.2), 0.5)
+    values = {name: gn.GGX(0.3) if str(name).endswith("distribution") else 0.3 for name in names}
+    with pytest.raises(gn.Error, match=words):
+        m.replace(values)
+    with pytest.raises(gn.errors.NotFoundError, match=r"write distribution=GGX\(alpha=...\)"):
+        gn.Microfacet(alpha=0.3)
+
+
 # Values.
 
 VALUES = [

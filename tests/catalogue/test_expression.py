@@ -338,7 +338,7 @@ def test_parameters_are_found_by_path_by_end_and_by_alias():
 @pytest.mark.parametrize(
     ("assignments", "words"),
     [
-        (["alpah=0.3"], ["no such parameter", "did you mean alpha?", "0.rho"]),
+        (["alpah=0.3"], ["-p alpah", "has no parameter 'alpah'", "did you mean 'alpha'?", "0.rho"]),
         (["rho=0.3"], ["several parameters", "0.rho", "1.rho"]),
         (["alpha"], ["name=value"]),
         (["alpha="], ["name=value"]),
@@ -346,8 +346,8 @@ def test_parameters_are_found_by_path_by_end_and_by_alias():
         (["0.rho=x"], ["expected a number"]),
         (["0.rho=nan"], ["NaN"]),
         (["0.rho=2"], ["out of bounds"]),
-        (["0.rho=0.1", "0.rho=0.2"], ["given already"]),
-        (["alpha=0.1", "distribution=GGX(0.2)"], ["given already"]),
+        (["0.rho=0.1", "0.rho=0.2"], ["given twice"]),
+        (["alpha=0.1", "distribution=GGX(0.2)"], ["given twice"]),
         (["0.rho=(1"], ["-p 0.rho", "never closed"]),
     ],
 )
@@ -357,6 +357,13 @@ def test_bad_parameters(assignments, words):
         with_parameters(m, assignments)
     for word in words:
         assert word in str(caught.value)
+
+
+@pytest.mark.parametrize("text", ["Coated({})", "0.5 * {}", "Lambertian(0.5) + {} - 1"])
+def test_names_of_materials_are_recognised_whole(text):
+    for name in ("gold", "gold-metallic-paint", "alum-bronze"):
+        with pytest.raises(gn.errors.ExpressionError, match=f'{name} is a built-in material; write material."{name}"'):
+            gn.expression(text.format(name))
 
 
 def test_every_class_that_stands_for_something_can_be_named():

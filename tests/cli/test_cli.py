@@ -16,6 +16,7 @@ import gonio as gn
 from gonio.cli.commands import cli
 from gonio.errors import MissingDataWarning
 from gonio.pictures.image import Image, read_image
+from gonio.report.model_facts import kinds
 
 SMALL = ["--size", "16", "--samples", "4"]
 
@@ -43,6 +44,30 @@ def test_help_and_version(run):
     for name in cli.commands:
         text = run(name, "--help").stdout
         assert "Usage:" in text and max(map(len, text.splitlines())) <= 80
+
+
+def test_models_are_listed_and_explained(run):
+    every = [name for of in kinds().values() for name in of]
+    listed = run("models").stdout
+    assert [line.split()[0] for line in listed.splitlines() if re.match(r"[A-Z]", line)] == every
+    found = json.loads(run("models", "--json").stdout)
+    assert [x["name"] for x in found] == every and all(x["summary"] and x["source"] for x in found)
+    for x in found:
+        assert isinstance(gn.expression(x["example"]), gn.Reflectance)
+    one = run("models", "ggx").stdout
+    for words in (
+        "Trowbridge",
+        "alpha_x",
+        "0.001 to 1: slope scale along x",
+        "Walter",
+        "Microfacet(GGX(0.3))",
+        "GGX.md",
+    ):
+        assert words in one
+    assert run("models", "oren").stdout.count("OrenNayar  ") == 3
+    assert run("models", "*Phong").stdout.count("Phong  ") >= 4
+    said = run("models", "Lambertain").stderr
+    assert "no model 'Lambertain'; did you mean 'Lambertian'?" in said
 
 
 def test_the_installed_program_and_its_imports():
@@ -228,7 +253,7 @@ BAD = [
     ("info Microfacet(GGX(-0.1))", "0.001 <= alpha_x"),
     ("info Lambertian([0.1,0.2])+Lambertian([0.1,0.2,0.3])", "channels"),
     ("info gold -p alpha=0", "0 is out of bounds"),
-    ("info gold -p alpah=1", "did you mean alpha?"),
+    ("info gold -p alpah=1", "did you mean 'alpha'?"),
     ("info gold -p alpha", "name=value"),
     ("info gold --foo", "No such option"),
     ("check material('gold',wavelengths=2000)", "292.4 to 1216 nm"),

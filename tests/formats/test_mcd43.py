@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import datetime
 import math
 import sys
 
@@ -12,7 +13,7 @@ from places import real
 from seeds import SEEDS, mcd43, mcd43_tile
 
 import gonio as gn
-from gonio.errors import DependencyError, FormatError, ParameterError
+from gonio.errors import DependencyError, FormatError, MissingDataWarning, NotFoundError, ParameterError
 from gonio.formats import mcd43 as mcd43_module
 from gonio.formats import xarray_netcdf
 
@@ -24,13 +25,13 @@ pytestmark = pytest.mark.usefixtures("uncompiled")  # a kernel for every table t
 
 def test_mcd43(tmp_path):
     m = loaded(tmp_path, mcd43())
-    assert (m.time, m.channel_names) == (1, ("Band1", "vis"))
+    assert (m.time, m.channel_names) == (1, ("red", "vis"))
     assert not m.valid[0].any()
     expected = gn.RossLi(f_iso=[0.101, 0.102], f_vol=[0.051, 0.051], f_geo=[0.021, 0.021])
     np.testing.assert_allclose(at(m, 40.0, 0.0, 20.0, 100.0), at(expected, 40.0, 0.0, 20.0, 100.0), rtol=1e-12)
     np.testing.assert_allclose(m.on(2).f_iso, [0.102, 0.103])
     assert np.isnan(at(m.on(0), 40.0, 0.0, 20.0, 100.0)).all()
-    assert m.about["quality"] == {"Band1": 0, "vis": 0}
+    assert m.about["quality"] == {"red": 0, "vis": 0}
     assert xarray_netcdf.read(tmp_path / "file", time=2).time == 2
     with pytest.raises(ParameterError, match="holds 3 days"):
         xarray_netcdf.read(tmp_path / "file", time=3)
@@ -38,7 +39,7 @@ def test_mcd43(tmp_path):
 
 def test_mcd43_bands_have_wavelengths_and_pixels_are_a_map(tmp_path):
     m = loaded(tmp_path, mcd43(("Band1", "Band4"), pixels=2))
-    assert m.channel_names == (645.0, 555.0)
+    assert (m.channel_names, m.wavelengths) == (("red", "green"), (645.0, 555.0))
     assert m.f_iso.shape == (2, 2, 2)
     assert at(m, 40.0, 0.0, 20.0, 100.0).shape == (2, 2, 2)
 
@@ -59,22 +60,26 @@ def test_mcd43_converted_by_h4toh5(tmp_path, scales):
                     group.create_dataset(name, data=np.arange(held.shape[axis], dtype="f8")).make_scale(name)
                 held.dims[axis].attach_scale(group[name])
     m = gn.load(tmp_path / "file")
-    assert m.channel_names == (645.0, 555.0)
+    assert m.channel_names == ("red", "green")
     np.testing.assert_allclose(m.f_iso, np.broadcast_to([0.1, 0.101], (2, 2, 2)))
 
 
 def test_tiles_of_mcd43(tmp_path):
     pytest.importorskip("pyhdf", reason="HDF4 is read with pyhdf: pip install pyhdf")
     m = loaded(tmp_path, mcd43_tile())
-    assert m.channel_names == (645.0, 555.0) and m.f_iso.shape == (3, 2, 2)
+    assert m.channel_names == ("red", "green") and m.f_iso.shape == (3, 2, 2)
     assert m.about["CoreMetadata.0"] == "GROUP = INVENTORYMETADATA"
-    assert m.about["quality"]["Band4"] == [[1, 1]] * 3
+    assert m.about["quality"]["green"] == [[1, 1]] * 3
     y, x = np.mgrid[:3, :2]
     expected = 0.1 + 0.001 * (y + x)[..., None] + [0.0, 0.01]
     expected[0, 0] = np.nan
     np.testing.assert_allclose(m.f_iso, expected, rtol=1e-12)
     np.testing.assert_allclose(m.f_vol[1:], 0.05)
     np.testing.assert_allclose(m.f_geo[1:], 0.02)
+    green = gn.load(tmp_path / "file", band="green", quality="any")
+    np.testing.assert_array_equal(green.f_iso, m.f_iso[..., 1:])
+    with pytest.raises(FormatError, match="holds no weights"):
+        gn.load(tmp_path / "file", band="green", quality="full")
     one = gn.load(tmp_path / "file", rows=(2, 3), columns=(1, 2))
     assert one.f_iso.tolist() == pytest.approx([0.103, 0.113])
     np.testing.assert_allclose(at(one, 40.0, 0.0, 20.0, 100.0), at(m, 40.0, 0.0, 20.0, 100.0)[2, 1], rtol=1e-12)
@@ -133,6 +138,56 @@ def test_damaged_mcd43(tmp_path):
     (tmp_path / "file").write_bytes(SEEDS["netCDF"]())
     with pytest.raises(FormatError, match="which alone have days"):
         xarray_netcdf.read(tmp_path / "file", time=2)
+
+
+def file_of_days(path, quality=0, **attributes):
+    """Three days from 2018-07-01, the first without data, of Band2 and the broad nir; flags of the last day."""
+    import io
+
+    import xarray
+
+    ds = xarray.load_dataset(io.BytesIO(mcd43(("Band2", "nir"))), engine="h5netcdf", decode_times=False)
+    ds["time"] = ("time", [0, 1, 2], {"units": "days since 2018-07-01 00:00:00.0", "calendar": "julian", **attributes})
+    ds[f"{mcd43_module.QUALITY}Band2"][2] = quality
+    ds.to_netcdf(path, engine="h5netcdf")
+    return path
+
+
+def test_days_bands_and_quality_of_mcd43(tmp_path):
+    path = file_of_days(tmp_path / "file", quality=1)
+    m = gn.load(path, time="2018-07-03", band=["broad_nir", "nir"])
+    assert (m.time, m.about["date"], m.channel_names) == (2, "2018-07-03", ("broad_nir", "nir"))
+    assert m.f_iso.tolist() == pytest.approx([0.103, 0.102])
+    assert m.on("2018-07-02").f_iso.tolist() == pytest.approx([0.102, 0.101])
+    assert m.on(datetime.date(2018, 7, 2)).about["date"] == "2018-07-02"
+    assert gn.load(path, time=datetime.datetime(2018, 7, 3), band=858.5).f_iso.tolist() == pytest.approx([0.102])
+    assert gn.load(path, band="band2").channel_names == ("nir",)
+    full = gn.load(path, time=2, quality="full")
+    assert np.isnan(full.f_iso).tolist() == [True, False]
+    assert m.data["time"].dt.strftime("%F").values.tolist() == ["2018-07-01", "2018-07-02", "2018-07-03"]
+    assert m.data["wavelength"].sel(band="nir") == 858.5
+    with pytest.warns(
+        MissingDataWarning, match=r"no weights of full inversions on this day.*nearest that has is 2018-07-02"
+    ):
+        gn.load(path, time="2018-07-03", band="nir", quality="full")
+
+
+def test_days_bands_and_quality_that_a_file_has_not(tmp_path):
+    path = file_of_days(tmp_path / "file")
+    for time in ("2018-06-30", 3):
+        with pytest.raises(ParameterError, match=r"holds 3 days, numbered 0 to 2, 2018-07-01 to 2018-07-03"):
+            gn.load(path, time=time)
+    for time in ("July", "2018", "2018-07-32", ""):
+        with pytest.raises(ParameterError, match=r"2018-07-01"):
+            gn.load(path, time=time)
+    for band in ("red", 700.0, "Band1"):
+        with pytest.raises(NotFoundError, match=r"it holds nir \(Band2, 858.5 nm\), broad_nir"):
+            gn.load(path, band=band)
+    with pytest.raises(ParameterError, match="expected 'any' or 'full'"):
+        gn.load(path, quality="good")
+    without = file_of_days(tmp_path / "without", units="seconds since 1970-01-01")
+    with pytest.raises(ParameterError, match="the number of a day: it has no dates"):
+        gn.load(without, time="2018-07-01")
 
 
 def test_the_real_mcd43():

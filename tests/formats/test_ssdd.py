@@ -35,8 +35,8 @@ def test_ssdd_order_of_the_table(tmp_path):
     np.testing.assert_allclose(m.stored[0, 1, 0], [7, 8, 9])
     np.testing.assert_allclose(m.stored[0, 0, 1], [19, 20, 21])
     (other,) = m.about["other_blocks"]
-    assert other.entries["DATA_TYPE"] == "specular_transmittance"
-    np.testing.assert_allclose(other.table.ravel(), [0.05, 0.06])
+    assert other["entries"]["DATA_TYPE"] == "specular_transmittance"
+    np.testing.assert_allclose(other["table"].ravel(), [0.05, 0.06])
 
 
 def test_ssdd_binary_and_specular_azimuth(tmp_path):

@@ -33,7 +33,7 @@ from gonio.formats import load, save, window_xml
 from gonio.formats.window_xml import means, tree_nodes
 from gonio.formats.window_xml.klems import FULL, HALF, HALF_2021, QUARTER, AngleBasis, Klems
 from gonio.formats.window_xml.tensor_tree import TensorTree, disc
-from gonio.pictures.colour import RELATIVE_XYZ, WHITE, rgb_of
+from gonio.pictures.colour import RELATIVE_XYZ, WHITE, rgb_of, to_xyz
 
 BRUSHED = gn.Lambertian(0.2) + gn.Microfacet(gn.GGX(alpha_x=0.3, alpha_y=0.6), 0.8)
 
@@ -438,3 +438,14 @@ def test_a_white_surface_in_colours_is_white_however_it_is_wrapped(tmp_path):
     )
     with pytest.raises(ParameterError, match="terms have channels"):
         m + d65
+
+
+def test_colours_of_a_spectrum_are_its_integrals(tmp_path):
+    """In whatever order its wavelengths are: the same X, Y, Z as of pictures."""
+    names, rho = np.array([650.0, 420.0, 480.0, 560.0]), np.array([0.8, 0.1, 0.2, 0.5])
+    axes = {"theta_i": [0.0, 1.5], "theta_o": [0.0, 1.5], "phi": [0.0]}
+    m = gn.Gridded("angles", axes, np.broadcast_to(rho / np.pi, (2, 2, 1, 4)), channels=list(names))
+    save(m, tmp_path / "a.xml", "WINDOW XML", basis="quarter")
+    colours = load(tmp_path / "a.xml")
+    assert colours.channel_names == RELATIVE_XYZ
+    np.testing.assert_allclose(np.pi * colours.f_angles(0.3, 0.0, 0.3, 1.0), rho @ to_xyz(names) / WHITE, rtol=1e-5)

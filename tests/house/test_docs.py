@@ -10,6 +10,7 @@ import ast
 import io
 import os
 import re
+import shlex
 import shutil
 import subprocess
 import sys
@@ -17,6 +18,7 @@ import tokenize
 from functools import reduce
 from pathlib import Path
 
+import numpy as np
 import pytest
 from places import PACKAGE, ROOT
 from test_rooms import ROOMS
@@ -92,7 +94,7 @@ def test_the_equations_are_there():
 @each_page
 def test_page_runs(page, tmp_path):
     home, work, file = PACKAGE.parent, tmp_path / "work", tmp_path / f"{page.stem}.py"
-    shutil.copytree(ROOT / "examples", work / "examples")
+    shutil.copytree(ROOT / "examples", work / "examples")  # pages are read in a clone
     if added := new_files(page):
         home = tmp_path / "package"
         shutil.copytree(PACKAGE, home / "gonio", ignore=shutil.ignore_patterns("__pycache__"))
@@ -202,7 +204,8 @@ def test_the_manual_says_what_the_package_says(make):
         assert read(path) == text, f"{path.relative_to(ROOT)} is behind the package: python3 dev.py docs"
     assert make.stale() == [], "of nothing that is there: python3 dev.py docs"
     for line in re.findall(r"^m = (.*)$", "\n".join(map(read, MODELS.values())), re.MULTILINE):
-        assert gn.expression(line.replace("gn.", "")).f([0.6, 0.0, 0.8], [0.0, 0.6, 0.8]) >= 0.0
+        f = gn.expression(line.replace("gn.", "")).f([0.6, 0.0, 0.8], [0.0, 0.6, 0.8])
+        assert np.all(f >= 0.0), line
 
 
 def test_pictures_of_models_are_small_and_shown():
@@ -210,3 +213,26 @@ def test_pictures_of_models_are_small_and_shown():
     for picture in (ROOT / "docs" / "models" / "pictures").iterdir():
         assert f"pictures/{picture.name}" in shown, f"{picture.name}: on no page"
         assert picture.stat().st_size < 60_000, picture.name
+
+
+SHELL = re.compile(r"^(gonio .*?)(?: +#.*)?$", re.MULTILINE)
+SLOW = ("check", "show", "render")
+
+
+def commands() -> list:
+    """The lines of the README that call `gonio`; pictures and laws, which take seconds each, are `full`."""
+    lines = SHELL.findall("\n".join(re.findall(r"^```sh\n(.*?)^```$", read(ROOT / "README.md"), re.M | re.S)))
+    return [pytest.param(x, marks=pytest.mark.full if x.split()[1] in SLOW else (), id=x) for x in lines]
+
+
+@pytest.mark.parametrize("line", commands())
+def test_the_commands_of_the_readme_work_in_a_clone(line, tmp_path):
+    shutil.copytree(ROOT / "examples", tmp_path / "examples")
+    environment = {**os.environ, "PYTHONPATH": str(PACKAGE.parent), "MPLBACKEND": "Agg", "PYTHONIOENCODING": "utf-8"}
+    command = [sys.executable, "-m", "gonio", *shlex.split(line)[1:]]
+    done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, encoding="utf-8")
+    assert done.returncode == 0, f"{done.stdout}\n{done.stderr}"
+
+
+def test_the_readme_shows_commands():
+    assert len(commands()) > 8

@@ -33,15 +33,6 @@ KINDS = [k for k in (*MODELS, *DISTRIBUTIONS, *FRESNELS, *LIGHTS, Scaled) if tak
 named = pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.__name__)
 
 
-@pytest.fixture
-def classes():
-    """Classes that a test defines are forgotten after it."""
-    before = dict(CLASSES)
-    yield CLASSES
-    CLASSES.clear()
-    CLASSES.update(before)
-
-
 # Bases.
 
 

@@ -13,10 +13,21 @@ import gonio as gn
 from gonio.base.light import Light
 from gonio.cli import albedo, arguments, check, commands, render, show
 from gonio.discover import docstring, modules
-from gonio.errors import NotFoundError, ParameterError
+from gonio.errors import Error, NotFoundError, ParameterError
 from gonio.lights import _words
 from gonio.pictures import colour, image
-from gonio.pictures.colour import LUMINANCE, RELATIVE_XYZ, RGB_OF_XYZ, WHITE, XYZ, XYZ_OF_RGB, rgb_of, transformed
+from gonio.pictures.colour import (
+    LUMINANCE,
+    RELATIVE_XYZ,
+    RGB_OF_XYZ,
+    WHITE,
+    XYZ,
+    XYZ_OF_RGB,
+    rgb_of,
+    to_rgb,
+    to_xyz,
+    transformed,
+)
 from gonio.report import facts, figures
 from gonio.uncertainty import correlation
 
@@ -41,6 +52,63 @@ def test_colours_come_back():
     np.testing.assert_allclose(rgb @ XYZ_OF_RGB.T / WHITE @ rgb_of(RELATIVE_XYZ), rgb, atol=1e-14)
     np.testing.assert_array_equal(LUMINANCE, XYZ_OF_RGB[1])
     np.testing.assert_allclose(XYZ_OF_RGB @ RGB_OF_XYZ, np.eye(3), atol=1e-15)
+
+
+SPECTRA = {
+    "noise": lambda nm: np.random.default_rng(2).random(len(nm)),
+    "edge": lambda nm: np.clip((nm - 580.0) / 20.0, 0.0, 1.0),
+    "wave": lambda nm: 0.5 + 0.4 * np.sin(nm / 60.0),
+}
+
+
+@pytest.mark.parametrize("spectrum", SPECTRA.values(), ids=SPECTRA)
+@pytest.mark.parametrize("nm", [np.arange(360.0, 781.0), np.arange(400.0, 701.0, 20.0)], ids=["1 nm", "20 nm"])
+def test_spectra_have_the_colours_of_colour_science(spectrum, nm):
+    """Its sum over every nanometre, of the same straight lines, relative to white: 5e-5."""
+    colour_science = pytest.importorskip("colour")
+    every = np.arange(360.0, 781.0)
+    observer, d65 = (
+        kind[name].copy().align(colour_science.SpectralShape(360, 780, 1))
+        for kind, name in (
+            (colour_science.MSDS_CMFS, "CIE 1931 2 Degree Standard Observer"),
+            (colour_science.SDS_ILLUMINANTS, "D65"),
+        )
+    )
+
+    def summed(values):
+        spectrum = colour_science.SpectralDistribution(values, every)
+        return colour_science.sd_to_XYZ(spectrum, observer, d65, method="Integration") / 100.0
+
+    expected = summed(np.interp(every, nm, spectrum(nm))) / summed(np.ones(421))
+    np.testing.assert_allclose(spectrum(nm) @ to_xyz(nm) / WHITE, expected, atol=5e-5)
+
+
+def test_spectra_are_integrated_exactly():
+    """At any wavelengths in any order: finer tables of the same straight lines have the same colour."""
+    rng = np.random.default_rng(3)
+    nm = rng.permutation(rng.uniform(340.0, 800.0, 30))
+    values = rng.random(30)
+    between = np.concatenate([rng.uniform(nm.min(), nm.max(), 500), nm, [200.0, 5000.0]])
+    order = np.argsort(nm)
+    finer = np.interp(between, nm[order], values[order])
+    np.testing.assert_allclose(values @ to_xyz(nm), finer @ to_xyz(between), rtol=1e-12)
+    np.testing.assert_allclose(to_xyz(nm).sum(axis=0), WHITE, rtol=1e-13)
+    np.testing.assert_allclose(to_rgb(nm).sum(axis=0), 1.0, rtol=1e-12)
+    for outside in ([900.0, 1000.0], [1000.0, 900.0], [100.0, 200.0]):
+        nearest = np.argmin(np.abs(np.array(outside) - 500.0))
+        np.testing.assert_allclose(to_xyz(outside)[nearest], WHITE, rtol=1e-13)
+
+
+def test_light_of_one_wavelength_is_on_the_horseshoe():
+    """A narrow line has the chromaticity of the observer's table there: 555 nm, CIE 15:2004, x 0.3373, y 0.6588."""
+    x, y, z = np.array([0.0, 1.0, 0.0]) @ to_xyz([554.9, 555.0, 555.1])
+    assert (x / (x + y + z), y / (x + y + z)) == pytest.approx((0.3373, 0.6588), abs=1e-4)
+
+
+@pytest.mark.parametrize("bad", [[500.0], [[400.0, 500.0]], [400.0, 400.0], [400.0, np.nan], [400.0, np.inf]])
+def test_wavelengths_that_are_none(bad):
+    with pytest.raises(Error, match="wavelengths"):
+        to_rgb(bad)
 
 
 @pytest.mark.parametrize("name, format_", [("a.bsdf", "Zemax"), ("a.xml", "WINDOW XML")])

@@ -10,7 +10,7 @@ from gonio.arrays import ops
 from gonio.errors import MissingDataWarning, ParameterError
 from gonio.laws import _probes
 from gonio.numerics.lattice import lattice
-from gonio.pictures.colour import RGB_OF_XYZ, to_rgb
+from gonio.pictures.colour import LUMINANCE, RGB_OF_XYZ, to_rgb
 from gonio.report import figures
 from gonio.scenes import rendering
 
@@ -29,6 +29,23 @@ def test_a_lambertian_sphere_in_a_furnace_has_its_albedo():
     assert picture.pixels.shape == (32, 32, 3) and picture.alpha.max() == 1.0 and picture.alpha.min() == 0.0
     # The disc has radius 16/1.06 pixels.
     np.testing.assert_allclose(picture.alpha.sum(), np.pi * (16 / rendering.MARGIN) ** 2, rtol=5e-3)
+
+
+def test_bands_are_chosen_by_name_or_wavelength():
+    m = gn.Lambertian([0.1, 0.2, 0.3, 0.4])
+    named, spectral = m.with_channels(["blue", "green", "red", "nir"]), m.with_channels([469, 555, 645, 858.5])
+
+    def pixel(material, light=1.0, **options):
+        return centre(gn.render(material, gn.ConstantLight(light), size=8, samples=4, **options), 1)
+
+    np.testing.assert_allclose(pixel(named), [0.3, 0.2, 0.1], rtol=1e-5)
+    for chosen, bands in ((named, ("nir", "red", "green")), (spectral, (860, 645, 550.0)), (m, (3, 2, 1))):
+        np.testing.assert_allclose(pixel(chosen, bands=bands), [0.4, 0.3, 0.2], rtol=1e-5)
+    np.testing.assert_allclose(pixel(named, [1.0, 2.0, 3.0, 4.0]), [0.9, 0.4, 0.1], rtol=1e-5)
+    np.testing.assert_allclose(pixel(named, bands=["nir"]), [0.4], rtol=1e-5)
+    for bands, wrong in ((("nir", "red"), "expected three"), ("nir", "expected three"), ((0, 1, 2), "no such channel")):
+        with pytest.raises(gn.Error, match=wrong):
+            pixel(named, bands=bands)
 
 
 def test_a_distant_light_falls_as_the_cosine():
@@ -152,6 +169,23 @@ def test_directions_without_data_are_black_and_are_counted():
 def test_bad_arguments(arguments, text):
     with pytest.raises(ParameterError, match=text):
         gn.render(**{"m": MATTE, "lights": gn.ConstantLight(1.0), **arguments})
+
+
+def test_nobody_needs_to_ask_for_a_light():
+    """The studio; for channels that are no colours its luminance, under which any number of them can stand."""
+    small = {"size": 16, "samples": 4}
+    studio = gn.EnvironmentLight.studio()
+    for m in (MATTE, gn.Lambertian(0.5), gn.Lambertian([0.2, 0.3]).with_notes(channel_names=(500.0, 600.0))):
+        assert (gn.render(m, **small).pixels == gn.render(m, studio, **small).pixels).all()
+    bands = np.array([0.1, 0.2, 0.4, 0.8])
+    picture = gn.render(gn.Lambertian(bands).with_notes(channel_names=("Band1", "Band2", "nir", "vis")), **small)
+    assert picture.channels == ("Band1", "Band2", "nir", "vis")
+    np.testing.assert_allclose(picture.pixels, picture.pixels[..., 3:] * bands / 0.8, rtol=2e-5)
+    three = gn.render(gn.Lambertian(bands[:3]).with_notes(channel_names=("Band1", "Band2", "nir")), **small)
+    np.testing.assert_allclose(three.pixels, picture.pixels[..., :3], rtol=2e-5)
+    gray = gn.render(gn.Lambertian(1.0), size=16, samples=64).pixels @ LUMINANCE
+    many = gn.render(gn.Lambertian(np.ones(4)), size=16, samples=64).pixels
+    np.testing.assert_allclose(many.mean(axis=(0, 1)), gray.mean(), rtol=0.05)  # noise
 
 
 def test_lattices_fill_every_dimension():

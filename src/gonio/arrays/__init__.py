@@ -24,6 +24,10 @@ LIBRARIES: dict[str, Library] = {
 }
 """Name of a library -> how to use it."""
 
+NAMED: Library = LIBRARIES["xarray"]
+LAZY: Any = LIBRARIES["dask"]
+"""Arrays with named axes, and arrays that are computed later."""
+
 _SYMBOLS = Symbols()
 _BY_PACKAGE: dict[str, Library | None] = {
     "builtins": None,
@@ -48,6 +52,11 @@ def library(*arrays: Array) -> Library:
         lib = library_of_type(type(x))
         if lib is None or lib is common:
             continue
+        if lib is NAMED:
+            raise ArrayTypeError(
+                f"a {type(x).__name__} where axes have no names; expected a plain array: x.values; parameters, f, pdf, "
+                f"f_angles, direction, angles, albedo and its kin, and gonio.remote_sensing take axes with names"
+            )
         if common is not None:
             raise ArrayTypeError(
                 f"arrays of different libraries in one call: {common.name} and {lib.name}; "

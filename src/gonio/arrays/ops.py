@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Any, TypeGuard
 
 import numpy as np
 
 from ..errors import ArrayTypeError, ShapeError
+from ..numbers import is_masked as is_masked
+from ..numbers import numbers as numbers
 from . import LIBRARIES as LIBRARIES
 from . import Array
 from . import Library as Library
@@ -62,48 +63,6 @@ def square(x: Array) -> Array:
     return x * x
 
 
-def numbers(value: Any) -> np.ndarray:
-    """Real numbers that a caller gave, as a plain NumPy array, masked ones as NaN; not copied where that is not needed.
-
-    Raises ValueError, which says why, for complex numbers, dates, words and other objects, and rows of unequal length.
-    """
-    array = value if type(value) is np.ndarray else _plain(value)
-    kind = array.dtype.kind
-    if kind in "fiub":
-        return array
-    if kind == "O" and all(type(x) in (int, float) for x in array.flat):  # Python's integers have no bound
-        return array.astype(float)
-    advice = {"c": "take the real part or the modulus", "M": "subtract a date and divide by a unit of time"}
-    advice |= {"m": "divide by a unit of time"}
-    raise ValueError(f"{array.dtype}, which are no real numbers; {advice.get(kind, 'convert them first')}")
-
-
-def _plain(value: Any) -> np.ndarray:
-    if is_masked(value):
-        array, masked = np.asarray(value.data), np.ma.getmaskarray(value)
-        if array.dtype.kind not in "fiub" or not masked.any():
-            return array
-        array = array if array.dtype.kind == "f" else array.astype(float)
-        return np.where(masked, array.dtype.type(np.nan), array)
-    try:
-        return np.array([_plain(x) for x in value]) if _holds_masks(value) else np.asarray(value)
-    except ValueError:
-        raise ValueError("rows of unequal length; expected as many numbers in each") from None
-
-
-def _holds_masks(value: Any) -> bool:
-    """Whether there are masked arrays in a list, which NumPy would read without their masks."""
-    if not isinstance(value, (list, tuple)):
-        return is_masked(value)
-    kinds = set(map(type, value))
-    return any(issubclass(k, (list, tuple, np.ndarray)) for k in kinds) and any(map(_holds_masks, value))
-
-
-def is_masked(value: Any) -> TypeGuard[np.ma.MaskedArray]:
-    """Whether this is a masked array of NumPy, which takes long to import: other things are not compared with it."""
-    return isinstance(value, np.ndarray) and type(value) is not np.ndarray and isinstance(value, np.ma.MaskedArray)
-
-
 def plain(x: Array) -> Array:
     """Lists, and NumPy's arrays of other kinds (masked, matrices), as plain arrays of numbers; others as they are."""
     if isinstance(x, (list, tuple)):
@@ -113,7 +72,7 @@ def plain(x: Array) -> Array:
 
 def as_arrays(*arrays: Array, name: str = "directions") -> tuple[Library, list[Array]]:
     """The arrays of one call with their library: lists join the others, dtypes must agree and be floating point."""
-    like = next((x for x in arrays if library_of_type(type(x)) is not None), np.zeros(0))
+    like = next((x for x in arrays if dtype_of(x)), np.zeros(0))
     try:
         first = library(like)
         arrays = tuple(first.vectors(plain(x), like) if isinstance(x, (list, tuple)) else plain(x) for x in arrays)
@@ -121,20 +80,30 @@ def as_arrays(*arrays: Array, name: str = "directions") -> tuple[Library, list[A
         raise
     except (TypeError, ValueError) as error:
         raise ArrayTypeError(f"{name}: got {error}; expected an array of numbers (..., n), n in every row") from None
-    lib = library(*arrays)
-    out = []
     for x in arrays:
-        if library_of_type(type(x)) is None:
-            raise ArrayTypeError(f"{name}: got {type(x).__name__}, expected an array of float32 or float64")
-        if lib.name == "numpy" and lib.dtype(x).startswith(("int", "uint")):
-            x = np.asarray(x, dtype=float)
-        out.append(x)
+        if not dtype_of(x):
+            draw = "; draw numbers first: rng.random((n, 2))" if hasattr(x, "random") else ""
+            raise ArrayTypeError(f"{name}: got {type(x).__name__}, expected an array of float32 or float64{draw}")
+    lib = library(*arrays)
+    out = [np.asarray(x, dtype=float) if lib.name == "numpy" and lib.dtype(x).startswith(_WHOLE) else x for x in arrays]
     dtypes = sorted({lib.dtype(x) for x in out})
     if len(dtypes) > 1 or dtypes[0] not in ("float32", "float64"):
         raise ArrayTypeError(
             f"{name}: got dtype {' and '.join(dtypes)}, expected one of float32, float64 for all; convert first"
         )
     return lib, out
+
+
+_WHOLE = ("int", "uint")
+
+
+def dtype_of(x: Array) -> str:
+    """The dtype of an array; "" of anything else, which may be of an array library too (its dtypes, its generators)."""
+    lib = library_of_type(type(x))
+    try:
+        return "" if lib is None else lib.dtype(x)
+    except AttributeError:
+        return ""
 
 
 def to_numpy(x: Array) -> np.ndarray:

@@ -7,13 +7,18 @@ from typing import Any
 
 import numpy as np
 
+from ..arguments import checked
 from ..arrays import ops
-from ..errors import DirectionError, DirectionWarning, ParameterError, warn
+from ..arrays.kinds import SCALAR, VECTOR
+from ..errors import DirectionError, DirectionWarning, ParameterError, ShapeError, shown, warn
+from ..evaluate.labelled import takes_labels
 
 TYPED = 1e-3
 """How far from 1 the length of a vector may be that was typed with three digits; what is further off is refused."""
 
 
+@takes_labels(angles=("theta", "phi"), kinds=(VECTOR,))
+@checked
 def direction(theta: Any, phi: Any, degrees: bool = False) -> Any:
     """Unit vectors (sin theta cos phi, sin theta sin phi, cos theta).
 
@@ -35,10 +40,11 @@ def direction(theta: Any, phi: Any, degrees: bool = False) -> Any:
     array([[ 0.   ,  0.   ,  1.   ],
            [-0.5  ,  0.   ,  0.866]])
     """
-    theta, phi = (_numbers(name, x) for name, x in (("theta", theta), ("phi", phi)))
+    theta, phi = (numbers_of(name, x) for name, x in (("theta", theta), ("phi", phi)))
     # Numbers become arrays of the other's library.
     theta, phi = (b * 0.0 + a if isinstance(a, (int, float)) else a for a, b in ((theta, phi), (phi, theta)))
     lib = ops.library(theta, phi)
+    ops.broadcast_shape([lib.shape(x) for x in (theta, phi) if not isinstance(x, float)] or [()], "theta, phi")
     check_angle("theta", theta, -math.pi, math.pi, degrees)
     if not degrees:
         _suspect_degrees(phi)
@@ -48,6 +54,8 @@ def direction(theta: Any, phi: Any, degrees: bool = False) -> Any:
     return lib.stack([s * ops.cos(phi), s * ops.sin(phi), ops.cos(theta) + 0.0 * phi])
 
 
+@takes_labels("w", kinds=(SCALAR, SCALAR))
+@checked
 def angles(w: Any) -> tuple[Any, Any]:
     """theta in [0, pi] and phi in (-pi, pi] of vectors of any length.
 
@@ -62,6 +70,8 @@ def angles(w: Any) -> tuple[Any, Any]:
     30.0 0.0
     """
     lib, (w,) = ops.as_arrays(w)
+    if lib.shape(w)[-1:] != (3,):
+        raise ShapeError(f"angles: got directions of shape {lib.shape(w)}, expected (..., 3)")
     x, y, z = lib.split(w, lib.shape(w)[:-1], False)
     return ops.arctan2(ops.sqrt(x * x + y * y), z), ops.arctan2(y + 0.0, x + 0.0)
 
@@ -71,8 +81,8 @@ def check_angle(name: str, angle: Any, low: float, high: float, degrees: bool = 
 
     `angle`: a number, a list or an array of any library. NaN passes.
     """
-    angle = _numbers(name, angle)
     unit = 180.0 / math.pi if degrees else 1.0
+    angle = numbers_of(name, angle)
     values = angle if isinstance(angle, (int, float)) else ops.library(angle).known(angle)
     if values is None:
         return
@@ -105,18 +115,24 @@ def check_unit(name: str, w: np.ndarray) -> None:
         )
 
 
-def _numbers(name: str, angle: Any) -> Any:
+def numbers_of(name: str, angle: Any) -> Any:
+    """A number, or an array of any library, of numbers that a caller gave. Raises ParameterError for others."""
     try:
         numbers = ops.plain(angle)
-        known = isinstance(numbers, (int, float)) or ops.library_of_type(type(numbers)) is not None
-        reason = "" if known else f"a {type(angle).__name__} is no number"
         if isinstance(numbers, np.ndarray):
-            ops.numbers(numbers)
-    except ValueError as error:
+            numbers = ops.numbers(numbers)
+        elif isinstance(numbers, (int, float)):
+            numbers = float(numbers)
+        if isinstance(numbers, (float, np.ndarray)):
+            if np.isinf(numbers).any():
+                raise ValueError("infinite")
+            return numbers
+        if ops.dtype_of(numbers).startswith(("float", "int", "uint", "bfloat")):
+            return numbers
+        reason = f"a {type(angle).__name__} is no number"
+    except (ValueError, OverflowError) as error:
         reason = str(error)
-    if reason:
-        raise ParameterError(f"{name}={angle!r:.60}: {reason}; expected an angle [rad] or an array of them") from None
-    return numbers
+    raise ParameterError(f"{name}={shown(angle)}: {reason}; expected an angle [rad] or an array of them")
 
 
 def _suspect_degrees(phi: Any) -> None:

@@ -7,11 +7,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..arguments import checked
 from ..arrays import LIBRARIES, ops
 from ..arrays.kinds import SCALAR, VECTOR
-from ..errors import DirectionError, ShapeError
+from ..errors import ArrayTypeError, DirectionError, ShapeError
 from ..formula import direction as components
 from ..formula.direction import Direction, cross, dot, select
+from .angles import numbers_of
 
 
 class Frame(NamedTuple):
@@ -66,6 +68,7 @@ class HalfDifferenceAngles(NamedTuple):
     phi_d: Any
 
 
+@checked
 def normalize(w: Any) -> Any:
     """Vectors divided by their length.
 
@@ -83,6 +86,7 @@ def normalize(w: Any) -> Any:
     return _vector(components.normalize, lib, w)
 
 
+@checked
 def to_local(w: Any, normal: Any, tangent: Any = None) -> Any:
     """World vectors in the local frame of a surface point: z along the normal, x along the tangent.
 
@@ -104,6 +108,7 @@ def to_local(w: Any, normal: Any, tangent: Any = None) -> Any:
     return _vector(lambda w, *axes: Frame.of(*axes).local(w), lib, w, *axes)
 
 
+@checked
 def to_world(w: Any, normal: Any, tangent: Any = None) -> Any:
     """Local vectors of a surface point in the world: the inverse of `to_local`.
 
@@ -123,6 +128,7 @@ def to_world(w: Any, normal: Any, tangent: Any = None) -> Any:
     return _vector(lambda w, *axes: Frame.of(*axes).world(w), lib, w, *axes)
 
 
+@checked
 def reflect(w: Any, wm: Any) -> Any:
     """The mirror image of directions about facet normals: 2 (w . wm) wm - w. Both leave the surface.
 
@@ -139,6 +145,7 @@ def reflect(w: Any, wm: Any) -> Any:
     return _vector(components.reflect, lib, w, wm)
 
 
+@checked
 def refract(w: Any, wm: Any, eta: Any) -> Any:
     """The direction on the other side of a facet into which light from w is refracted, by Snell's law.
 
@@ -157,8 +164,9 @@ def refract(w: Any, wm: Any, eta: Any) -> Any:
     35.26
     """
     lib, (w, wm) = vectors(w=w, wm=wm)
-    if not isinstance(eta, (int, float)):
-        eta = lib.convert(ops.plain(eta), w)
+    eta = numbers_of("eta", eta)
+    if not isinstance(eta, float):
+        eta = lib.convert(eta, w)
 
     def refracted(w: Direction, wm: Direction) -> Direction:
         cos = dot(w, wm)
@@ -173,6 +181,7 @@ def refract(w: Any, wm: Any, eta: Any) -> Any:
     return _vector(refracted, lib, w, wm)
 
 
+@checked
 def half_difference(wi: Any, wo: Any) -> HalfDifferenceAngles:
     """Rusinkiewicz' angles of pairs of directions: those of the half vector, and those of wi about it.
 
@@ -200,6 +209,7 @@ def half_difference(wi: Any, wo: Any) -> HalfDifferenceAngles:
     return HalfDifferenceAngles(*_on_components(four, (SCALAR,) * 4, lib, pair))
 
 
+@checked
 def from_half_difference(theta_h: Any, phi_h: Any, theta_d: Any, phi_d: Any) -> tuple[Any, Any]:
     """wi and wo of Rusinkiewicz' angles: the inverse of `half_difference`. Either may lie below the horizon.
 
@@ -213,23 +223,28 @@ def from_half_difference(theta_h: Any, phi_h: Any, theta_d: Any, phi_d: Any) -> 
     >>> print(f"{gn.angles(wi)[0]:.3f} {gn.angles(wo)[0]:.3f}")
     0.500 0.300
     """
-    given = [theta_h, phi_h, theta_d, phi_d]
+    named = {"theta_h": theta_h, "phi_h": phi_h, "theta_d": theta_d, "phi_d": phi_d}
+    given = [numbers_of(name, x) for name, x in named.items()]
     lib, like = LIBRARIES["numpy"], np.zeros(())
     for x in given:
         if (library := ops.library_of_type(type(x))) not in (None, lib):
             lib, like = library, x
             break
-    angles = (
-        lib.convert(ops.plain(x), like) if ops.library_of_type(type(x)) is not lib else ops.plain(x) for x in given
-    )
-    theta_h, phi_h, theta_d, phi_d = angles
+    angles = (x if ops.library_of_type(type(x)) is lib else lib.convert(x, like) for x in given)
+    theta_h, phi_h, theta_d, phi_d = angles = tuple(angles)
+    ops.broadcast_shape([lib.shape(x) for x in angles], ", ".join(named))
     pair = components.from_half_difference(theta_h, theta_d, phi_d, phi_h)
     return lib.stack(pair[0]), lib.stack(pair[1])
 
 
 def vectors(**given: Any) -> tuple[ops.Library, list[Any]]:
-    """Some vectors (..., 3) as arrays of one library, with the dtype of the first of its arrays; None stays None."""
+    """Some vectors (..., 3) as arrays of one library, with the dtype of the first of its arrays.
+
+    A tangent of None stays None.
+    """
     present = {name: w for name, w in given.items() if w is not None}
+    for name in given.keys() - present.keys() - {"tangent"}:
+        raise ArrayTypeError(f"{name}: got None, expected vectors (..., 3)")
     plain = (None, LIBRARIES["numpy"])
     foreign = [name for name, w in present.items() if ops.library_of_type(type(w)) not in plain]
     first = (foreign or list(present))[0]
@@ -260,7 +275,8 @@ def _on_components(
 ) -> list[Any]:
     """Results of a function of the components of vectors, over their broadcast batch."""
     batch = ops.broadcast_shape([lib.shape(w) for w in given], "vectors")[:-1]
-    results = function(*(Direction(*lib.split(w, batch, False)) for w in given))
+    with np.errstate(invalid="ignore", divide="ignore", over="ignore"):  # infinite components become NaN
+        results = function(*(Direction(*lib.split(w, batch, False)) for w in given))
     return lib.assemble(kinds, [results], given[0], batch, False)
 
 

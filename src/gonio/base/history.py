@@ -22,6 +22,11 @@ class Repair(NamedTuple):
     albedo_before  black-sky albedo at `ALBEDO_AT`, mean of the channels, before and after; directions without data
     albedo_after   count as 0
     figures        further numbers, by name, which the operation's documentation explains
+
+    Example
+    >>> m = gn.repair.remove_negatives(gn.tabulate(gn.Lambertian(0.5), resolution=(9, 9, 18)))
+    >>> print(m.repairs[0].operation, m.repairs[0].cells)
+    remove_negatives 0
     """
 
     operation: str
@@ -36,14 +41,27 @@ class Repair(NamedTuple):
     figures: dict[str, float]
 
     def to_json(self) -> dict[str, Any]:
-        """As JSON data, for `m.about["repairs"]` and files. NaN becomes None."""
+        """As JSON data, for `m.about["repairs"]` and files. NaN becomes None.
+
+        Example
+        >>> m = gn.repair.remove_negatives(gn.tabulate(gn.Lambertian(0.5), resolution=(9, 9, 18)))
+        >>> print(m.repairs[0].to_json()["operation"])
+        remove_negatives
+        """
         figures = {name: None if value != value else value for name, value in self.figures.items()}
         albedos = {n: None if a is None else list(a) for n, a in self._asdict().items() if n.startswith("albedo")}
         return {**self._asdict(), **albedos, "figures": figures}
 
     @classmethod
     def from_json(cls, record: Mapping[str, Any]) -> Repair:
-        """The record that `to_json` wrote. Raises FormatError where it is none."""
+        """The record that `to_json` wrote. Raises FormatError where it is none.
+
+        Example
+        >>> m = gn.repair.remove_negatives(gn.tabulate(gn.Lambertian(0.5), resolution=(9, 9, 18)))
+        >>> record = type(m.repairs[0]).from_json(m.repairs[0].to_json())
+        >>> print(record == m.repairs[0])
+        True
+        """
         try:
             values = {name: record[name] for name in cls._fields}
             for name in ("albedo_before", "albedo_after"):

@@ -10,7 +10,8 @@ import numpy as np
 
 from ..errors import ParameterError
 from ..evaluate import batch
-from ..formula.state import Held, immutable, note
+from ..formula.fields import Table
+from ..formula.state import Held, derived, immutable, note
 from ..pictures.colour import RELATIVE_XYZ, WHITE, XYZ
 from .history import Repair
 from .reflectance import Reflectance
@@ -45,10 +46,23 @@ class Total(NamedTuple):
 class Measured(Reflectance):
     """Base of the measured reflectances. A subclass declares its tables as fields and writes `formula`.
 
+    values    the numbers as stored; `valid`: where they are usable; `data`: with their axes, an xarray.Dataset
     path      the file it was read from, or ""
     quantity  the quantity in the file ("brdf", "brdf * cos(theta_o)"); `f` is always the BRDF [1/sr]
     about     the file's notes on itself, name -> value
+
+    Example
+    >>> m = gn.tabulate(gn.Lambertian(0.5), resolution=(9, 9, 18))
+    >>> print(m.quantity, m.valid.all())
+    brdf True
     """
+
+    noun = "a measurement"
+
+    @staticmethod
+    def instead(value: Any) -> str:
+        table = "gn.tabulate(m), or gn.repair.resample(m), makes a table of any reflectance"
+        return table if isinstance(value, Reflectance) else Reflectance.instead(value)
 
     path: str = note("")
     about: dict[str, Any] = note(Held())
@@ -69,27 +83,80 @@ class Measured(Reflectance):
 
     @property
     def repairs(self) -> tuple[Repair, ...]:
-        """The repairs of the measurement by `gonio.repair`, in order."""
+        """The repairs of the measurement by `gonio.repair`, in order.
+
+        Example
+        >>> m = gn.repair.remove_negatives(gn.tabulate(gn.Lambertian(0.5), resolution=(9, 9, 18)))
+        >>> print([r.operation for r in m.repairs])
+        ['remove_negatives']
+        """
         records = self.about.get("repairs", ())
         return tuple(map(Repair.from_json, records if isinstance(records, (list, tuple)) else [records]))
 
+    @derived
+    def values(self) -> np.ndarray:
+        """The numbers as they are stored, of the quantity that `quantity` names: a NumPy array, read-only.
+
+        The first table that a class declares; a class whose numbers stand elsewhere says so. `valid` is True where they
+        are usable, `data` holds them with their axes, and `f` is made of them.
+
+        Example
+        >>> m = gn.tabulate(gn.Lambertian(0.5), "angles", resolution=(2, 2, 3))
+        >>> m.values.shape, round(float(m.values[0, 0, 0]), 4), m.quantity
+        ((2, 2, 3), 0.1592, 'brdf')
+        """
+        tables = [getattr(self, name) for name, field in self.fields.items() if isinstance(field, Table)]
+        if not tables:
+            raise self._lacks("values")
+        return np.asarray(tables[0])
+
     @property
     def valid(self) -> np.ndarray:
-        """True where the file holds a usable value; shape of the main table."""
-        raise NotImplementedError
+        """True where the file holds a usable value; shape of `values`.
+
+        Example
+        >>> m = gn.tabulate(gn.Lambertian(0.5), resolution=(9, 9, 18))
+        >>> print(m.valid.mean())
+        1.0
+        """
+        raise self._lacks("valid")
 
     @property
     def data(self) -> xarray.Dataset:
-        """The file's content as it was stored, with named axes and CF units."""
-        raise NotImplementedError
+        """The file's content as it was stored, with named axes and CF units; its tables, where a class says no more.
+
+        Example
+        >>> m = gn.tabulate(gn.Lambertian(0.5), resolution=(9, 9, 18))
+        >>> print(m.data["values"].attrs["units"])
+        sr-1
+        """
+        import xarray
+
+        tables = [(name, getattr(self, name), x.doc) for name, x in self.fields.items() if isinstance(x, Table)]
+        variables = {
+            name: ([f"{name}_{k}" for k in range(np.ndim(x))], x, {"long_name": doc}) for name, x, doc in tables
+        }
+        return xarray.Dataset(variables, attrs=self.attributes)
 
     def as_grid(self) -> Any:
-        """The `Gridded` with the same values at the same nodes, where they lie on a grid; else None."""
+        """The `Gridded` with the same values at the same nodes, where they lie on a grid; else None.
+
+        Example
+        >>> m = gn.tabulate(gn.Lambertian(0.5), resolution=(9, 9, 18))
+        >>> print(type(m.as_grid()).__name__)
+        Tabulated
+        """
         return None
 
     @property
     def attributes(self) -> dict[str, str]:
-        """The attributes of `data`, as text that any file can hold; `provenance` as JSON."""
+        """The attributes of `data`, as text that any file can hold; `provenance` as JSON.
+
+        Example
+        >>> m = gn.tabulate(gn.Lambertian(0.5), resolution=(9, 9, 18))
+        >>> print(m.attributes["quantity"])
+        brdf
+        """
         attributes = {"quantity": self.quantity, "source": self.path}
         return attributes | ({"provenance": json.dumps(self.provenance)} if self.provenance else {})
 

@@ -30,6 +30,10 @@ def cite(m: Any) -> str:
 
     `m` is a material, a piece of one such as a light or a distribution, the name of a built-in material, or the name of
     a class ("GGX"). Raises NotFoundError for an unknown name.
+
+    Example
+    >>> print(gn.cite("GGX").splitlines()[0])
+    % GGX
     """
     uses: dict[str, list[str]] = {}  # entry or text -> names of its users
     for name, source in _named(m):

@@ -12,10 +12,12 @@ import difflib
 import math
 import operator
 import os
+import re
 import warnings
 from collections.abc import Callable
 from typing import Any, NoReturn
 
+from ..arguments import checked
 from ..base.light import Light
 from ..base.reflectance import Reflectance, Scaled
 from ..bounds import MAX_DEPTH, MAX_LENGTH
@@ -35,6 +37,7 @@ _NUMBERS = {"pi": math.pi, "inf": math.inf, "nan": math.nan}
 _FUNCTIONS: dict[str, Callable[..., Any]] = {"load": load, "material": material}
 
 
+@checked
 def expression(text: str, files: bool = False) -> Reflectance:
     """The reflectance that an expression describes: `expression(repr(m)) == m`, for a measurement with `files=True`.
 
@@ -42,12 +45,19 @@ def expression(text: str, files: bool = False) -> Reflectance:
     open files, as on the command line; not for texts of strangers, who would learn which files exist.
     Raises ExpressionError with the column, the text there and the expected text; ParameterError for a value out of its
     bounds; for a file NotFoundError or FormatError, which reveal nothing of its content.
+
+    Example
+    >>> m = gn.expression('Lambertian(0.2) + 0.5 * material("gold", alpha=0.3)')
+    >>> print(m.terms[0], gn.expression(repr(m)) == m)
+    Lambertian(rho=0.2) True
     """
     value = read(text, files=files)
     if not isinstance(value, Reflectance):
         kind = type(value).__name__ if isinstance(value, Parametrised) else describe(value)
         shown = repr(text if len(text) <= 60 else text[:57] + "...")
-        raise ExpressionError(f"{shown}: {kind}, expected a reflectance such as Lambertian(0.5)")
+        advice = Reflectance.instead(value).replace("gn.", "") if isinstance(value, Parametrised) else ""
+        expected = f"; {advice}" if advice else " such as Lambertian(0.5)"
+        raise ExpressionError(f"{shown}: {kind}, expected a reflectance{expected}")
     return value
 
 
@@ -242,12 +252,25 @@ class _Reader:
             return node.attr
         return node.id if isinstance(node, ast.Name) else None
 
+    def _material_at(self, node: ast.expr) -> str | None:
+        """The longest name of a built-in material at a node: gold-metallic-paint, of which the node is gold."""
+        column = len(self.text.encode()[: node.col_offset].decode(errors="ignore"))
+        words = (m[0] for m in re.finditer(r"[\w-]+", self.text) if m.start() <= column < m.end())
+        parts = next(words, "").split("-")
+        candidates = ("-".join(parts[:count]) for count in range(len(parts), 0, -1))
+        return next((name for name in candidates if find(name) is not None), None)
+
     def _unknown(self, node: ast.expr, name: str) -> NoReturn:
         classes = [n for n, kind in names().items() if not issubclass(kind, Light)]
         lower = {n.lower(): n for n in [*classes, *_FUNCTIONS]}
+        start = len(self.text.encode()[: node.col_offset].decode(errors="ignore"))
+        hyphened = re.match(r"[\w-]*", self.text[start:])  # to Python a difference: gold - metallic - paint
+        if hyphened is not None and find(hyphened[0]) is not None:
+            name = hyphened[0]
         close = difflib.get_close_matches(name.lower(), lower, n=1)
-        if find(name) is not None:
-            what = f'{name} is a built-in material; write material("{name}")'
+        built_in = self._material_at(node) or name
+        if find(built_in) is not None:
+            what = f'{built_in} is a built-in material; write material("{built_in}")'
         elif name == "array":
             what = "a long array cannot be written in an expression; write the material to a .json file"
         elif close:

@@ -16,7 +16,7 @@ from ..catalogue import builtin
 from ..catalogue.expressions import describe, expression, read
 from ..errors import Error, ExpressionError, NotFoundError, ParameterError
 from ..formats import formats, load_as_typed
-from ..formula.fields import Option, Param, Part
+from ..formula.fields import Channels, Table
 from ..formula.json_form import names
 from ..formula.parametrised import Parametrised
 from ..lights._words import Word, words
@@ -112,46 +112,26 @@ def _numbers(text: str, word: Word) -> list[float]:
 def with_parameters(m: Reflectance, assignments: Iterable[str]) -> Reflectance:
     """The material with parameters replaced, each given as "name=value".
 
-    A name is a path of `settable`, or its end where that is unique: `alpha` for `1.distribution.alpha`. A
-    value is a number, a list (`0.1,0.2,0.3`), a word, or a piece such as `Dielectric(1.4)`.
+    A name is one of `replace`: `alpha`, or a path such as `1.distribution.alpha`. A value is a number, a list
+    (`0.1,0.2,0.3`), a word, or a piece such as `Dielectric(1.4)`.
     """
     changes: dict[str, Any] = {}
     for text in assignments:
         name, equals, value = text.partition("=")
         if not equals or not name.strip() or not value.strip():
             raise ParameterError(f"-p {text!r:.60}: expected name=value, such as alpha=0.2")
-        path = _path(m, name.strip())
-        for other in changes:
-            if other == path or other.startswith(f"{path}.") or path.startswith(f"{other}."):
-                raise ParameterError(f"-p {text!r:.60}: {other} is given already")
+        name = name.strip()
+        if isinstance(m.fields.get(name), (Table, Channels)):
+            raise ParameterError(f"-p {name}: a table of the measurement, expected one of its parameters or words")
+        if name in changes:
+            raise ParameterError(f"-p {text!r:.60}: {name} is given twice")
         try:
-            changes[path] = read(value, words=True, files=True)
+            changes[name] = read(value, words=True, files=True)
         except ExpressionError as error:
-            raise ExpressionError(f"-p {name.strip()}: {error}") from None
+            raise ExpressionError(f"-p {name}: {error}") from None
     try:
         return m.replace(changes) if changes else m
-    except Error:
-        raise
+    except Error as error:
+        raise type(error)(f"-p {', '.join(changes)}: {error}") from None
     except (TypeError, ValueError) as error:
         raise ParameterError(f"-p {', '.join(changes)}: {error}") from None
-
-
-def _path(m: Reflectance, name: str) -> str:
-    paths = []
-    for path, declared, _ in m.settable():
-        paths.append(path)
-        if isinstance(declared, Param) and declared.alias:
-            paths.append(path.removesuffix(declared.name) + declared.alias)
-    if name in paths:
-        return name
-    ending = [p for p in paths if p.endswith(f".{name}")]
-    if len(ending) == 1:
-        return ending[0]
-    if ending:
-        raise ParameterError(f"-p {name}: stands for several parameters; name one of {', '.join(ending)}")
-    ends = {p.rpartition(".")[2]: p for p in paths}
-    close = difflib.get_close_matches(name, [*paths, *ends], n=1)
-    guess = f"; did you mean {close[0]}?" if close else ";"
-    settable = [p for p, declared, _ in m.settable() if isinstance(declared, (Param, Option, Part)) and not p.isdigit()]
-    listed = f" expected one of {', '.join(settable)}" if settable else " this material has none"
-    raise NotFoundError(f"-p {name}: no such parameter{guess}{listed}")

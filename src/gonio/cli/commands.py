@@ -5,7 +5,7 @@ from __future__ import annotations
 import click
 
 from ..version import __version__
-from . import albedo, check, cite, convert, formats, import_, info, materials, render, show
+from . import albedo, check, cite, convert, formats, import_, info, materials, models, render, show
 from .terminal import Program, echo, streams
 
 _SETTINGS = {"help_option_names": ["-h", "--help"], "max_content_width": 100}
@@ -24,6 +24,7 @@ def cli(ctx: click.Context) -> None:
     \b
     Examples:
       gonio materials paint                         built-in paints
+      gonio models GGX                              what a model is, and its parameters
       gonio render gold-metallic-paint -o gold.png  a lit sphere
       gonio check measured.binary                   does it obey the laws?
       gonio show gold -p alpha=0.3 -o gold.pdf      slices, albedo and a sphere
@@ -35,7 +36,7 @@ def cli(ctx: click.Context) -> None:
 
 
 for command in (
-    *(materials.materials, info.info, albedo.albedo, check.check, render.render, show.show),
+    *(materials.materials, models.models, info.info, albedo.albedo, check.check, render.render, show.show),
     *(import_.import_, convert.convert, formats.formats_, cite.cite),
 ):  # in the order of the help
     cli.add_command(command)

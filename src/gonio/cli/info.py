@@ -45,7 +45,8 @@ def facts_as_text(facts: dict[str, Any]) -> str:
     if "stated_totals" in facts:
         rows.append(("stated total", _totals(**facts["stated_totals"])))
     for assumed, u in facts.get("uncertainty_of_albedo", {}).items():
-        rows.append(("u of albedo", f"{_by_angle(facts['albedo']['theta_i'], u)}, of {assumed} errors"))
+        whence = "by interpolation" if assumed == "interpolation" else f"of {assumed} errors"
+        rows.append(("u of albedo", f"{_by_angle(facts['albedo']['theta_i'], u)}, {whence}"))
     rows += [(name, _within(off)) for name, off in facts.get("symmetry", {}).items()]
     if facts["has_delta"]:
         rows.append(("mirror", "has a delta lobe: f is 0 pointwise, sampling and integrals are exact"))
@@ -89,6 +90,7 @@ def _file_rows(facts: dict[str, Any]) -> list[tuple[str, str]]:
     """Rows about a file and its contents."""
     from ..conversion.conversion import percent
     from ..tables.angle_systems import SYSTEMS
+    from ..tables.half_planes import in_words
 
     size = f", {size_in_words(facts['bytes'])}" if facts["bytes"] else ""
     rows = [("format", facts["format"] + size)]
@@ -101,6 +103,8 @@ def _file_rows(facts: dict[str, Any]) -> list[tuple[str, str]]:
     rows += [(f"  {name}", _nodes(axis)) for name, axis in facts["axes"].items()]
     if facts["rows"]:
         rows.append(("measured", f"{facts['rows']} pairs of directions, in no grid"))
+    if facts["half_planes"]:
+        rows.append(("", in_words(facts["half_planes"])))
     rows.append(("table", " x ".join(map(str, facts["shape"]))))
     rows.append(("missing", _share(facts["missing"])))
     if facts["negative"] is not None:

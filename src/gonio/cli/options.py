@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import textwrap
 import time
 from collections.abc import Callable, Sequence
@@ -14,6 +15,7 @@ from ..discover import docstring
 from ..lights._words import DEFAULT, words
 
 if TYPE_CHECKING:
+    from ..base.light import Light
     from ..base.reflectance import Reflectance
 
 READING = "gonio.reading"
@@ -46,7 +48,7 @@ replace_option = click.option(
     "replaced",
     metavar="NAME=VALUE",
     multiple=True,
-    help="Replace a parameter; may be repeated. `gonio info MATERIAL` lists them.",
+    help="Replace a parameter, by its name or path; may be repeated. `gonio info MATERIAL` lists them.",
 )
 lights_option = click.option(
     "-l",
@@ -54,11 +56,16 @@ lights_option = click.option(
     "lights",
     metavar="LIGHT",
     multiple=True,
-    default=(DEFAULT,),
-    help=f"Where the light comes from, see above; may be repeated.  [default: {DEFAULT}]",
+    help=f"Where the light comes from, see above; may be repeated.  [default: {DEFAULT}, gray for bands]",
 )
 json_option = click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 samples_option = click.option("--samples", default=32, show_default=True, help="Samples per pixel.")
+
+bands_option = click.option(
+    "--bands",
+    metavar="RED,GREEN,BLUE",
+    help="Channels shown as red, green and blue, by name or wavelength in nm: nir,red,green; one is shown in gray.",
+)
 
 
 def output_option(help_: str) -> Callable:
@@ -94,9 +101,32 @@ def read_material(material: str, replaced: Sequence[str]) -> Reflectance:
     return with_parameters(resolve(material, click.get_current_context().meta.get(READING, ())), replaced)
 
 
+def read_lights(lights: Sequence[str]) -> list[Light] | None:
+    """The lights, or None for the default one."""
+    from .arguments import resolve_light
+
+    return [resolve_light(text) for text in lights] or None
+
+
+def bands_of(text: str | None) -> list[str | float] | None:
+    """The names, and wavelengths [nm], of --bands."""
+    if text is None:
+        return None
+    from ..formats._reading import plain_text
+
+    words = [word.strip() for word in text.split(",")]
+    return [float(word) if plain_text.is_number(word) else word for word in words]
+
+
 def title_of(material: str, replaced: Sequence[str]) -> str:
-    """MATERIAL and its -p, in a line."""
-    return ", ".join([material, *replaced])
+    """MATERIAL, a file by its name alone, and its -p, in a line."""
+    name = Path(material).name if os.path.exists(material) else material
+    return ", ".join([name, *replaced])
+
+
+def under(lights: Sequence[str]) -> str:
+    """The lights, in words."""
+    return f"under {', '.join(lights) or DEFAULT}"
 
 
 def since(start: float) -> str:

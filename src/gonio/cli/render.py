@@ -23,6 +23,7 @@ SEED = "Of the random numbers: the same seed, the same picture."
 @click.option("--shape", default="sphere", show_default=True, help=f"What to render: {', '.join(SHAPES)}.")
 @click.option("--size", default=512, show_default=True, help="Width and height in pixels.")
 @options.samples_option
+@options.bands_option
 @click.option("--seed", default=0, type=click.IntRange(min=0), show_default=True, help=SEED)
 @click.option("--exposure", default=0.0, show_default=True, help="Stops by which a .png is brightened.")
 @options.with_light_help
@@ -34,6 +35,7 @@ def render(
     shape: str,
     size: int,
     samples: int,
+    bands: str | None,
     seed: int,
     exposure: float,
 ) -> None:
@@ -43,14 +45,13 @@ def render(
     """
     from ..pictures.image import check_target
     from ..scenes.rendering import render as render_image
-    from .arguments import resolve_light
 
     start = time.perf_counter()
     check_target(output, exposure)
     m = options.read_material(material, replaced)
-    sources = [resolve_light(text) for text in lights]
+    sources = options.read_lights(lights)
     with bar("rendering") as progress:
-        picture = render_image(m, sources, shape, size, samples, seed, progress=progress)
+        picture = render_image(m, sources, shape, size, samples, seed, progress, options.bands_of(bands))
     picture.save(output, exposure)
-    what = f"{options.title_of(material, replaced)} under {', '.join(lights)}"
+    what = f"{options.title_of(material, replaced)} {options.under(lights)}"
     echo(visible(f"{output}: {what}, {size} x {size}, {samples} samples per pixel, {options.since(start)}"))

@@ -19,20 +19,30 @@ from .terminal import bar, echo
 @options.replace_option
 @click.option("--size", default=256, show_default=True, help="Width and height of the sphere in pixels.")
 @options.samples_option
+@options.bands_option
 @options.with_light_help
 def show(
-    material: str, output: Path, lights: tuple[str, ...], replaced: tuple[str, ...], size: int, samples: int
+    material: str,
+    output: Path,
+    lights: tuple[str, ...],
+    replaced: tuple[str, ...],
+    size: int,
+    samples: int,
+    bands: str | None,
 ) -> None:
-    """Draw MATERIAL in one figure: slices in the plane of incidence, albedo against angle, a lit sphere."""
+    """Draw MATERIAL in one figure: slices in the plane of incidence, albedo, a lit sphere or a map.
+
+    Curves of a measurement end where its data end; points are measured values, with bars of two uncertainties.
+    """
     from ..files import target
     from ..report.figures import show as draw
-    from .arguments import resolve_light
 
     start = time.perf_counter()
     target(output)
     m = options.read_material(material, replaced)
-    sources = [resolve_light(text) for text in lights]
+    sources = options.read_lights(lights)
+    chosen = options.bands_of(bands)
     title = visible(options.title_of(material, replaced))
     with bar("drawing") as progress:
-        draw(m, output, sources, title=title, size=size, samples=samples, progress=progress)
-    echo(visible(f"{output}: {title} under {', '.join(lights)}, {options.since(start)}"))
+        draw(m, output, sources, title=title, size=size, samples=samples, progress=progress, bands=chosen)
+    echo(visible(f"{output}: {title} {options.under(lights)}, {options.since(start)}"))

@@ -32,6 +32,11 @@ def threads(count: int | None = None) -> int:
     Until `count` is given it is the environment variable GONIO_THREADS, else the number of processors that this thread
     may use: by its affinity, and by the limit of its container. Batches below about 30 000 directions are computed by
     one thread. Linear algebra of other libraries, which fits and repairs use, has threads of its own.
+
+    Example
+    >>> before = gn.threads()
+    >>> print(gn.threads(1), gn.threads(before) == before)
+    1 True
     """
     if count is not None:
         if not isinstance(count, int) or isinstance(count, bool) or not 1 <= count <= MOST:

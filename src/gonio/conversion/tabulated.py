@@ -8,6 +8,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from ..arguments import checked
 from ..base.measured import tabular_shape
 from ..base.provenance import derived
 from ..base.reflectance import Reflectance
@@ -31,6 +32,11 @@ class Tabulated(Gridded):
              7e-2, 7e-3, angles 1e-2, 13 (at the peak), 0.12; for 0.3 Lambertian + GGX(0.3): 6e-4, 4e-2, 1e-3 and
              1e-3, 0.3, 7e-4.
     Source   that of `Gridded`: Rusinkiewicz 1998, "A new change of variables for efficient BRDF representation".
+
+    Example
+    >>> table = gn.tabulate(gn.Lambertian(0.5), resolution=(9, 9, 18))
+    >>> print(table.stored.shape, gn.albedo(table, [0, 0, 1]).round(3))
+    (9, 9, 18) 0.5
     """
 
     breaks: ClassVar[dict[str, str]] = note(
@@ -40,6 +46,7 @@ class Tabulated(Gridded):
     error: ResamplingError = note()
 
 
+@checked
 def tabulate(
     m: Reflectance,
     parameterisation: str = "half_difference",
@@ -52,6 +59,11 @@ def tabulate(
     `resolution`: nodes along each axis. `anisotropic`: whether the table has a fourth axis, by default if the material
     needs one. `channels`: numbers of the channels of the table, by default all. Holes of a measurement are filled from
     their neighbours. Raises ParameterError for a material with a delta lobe or with maps, which no table can hold.
+
+    Example
+    >>> table = gn.tabulate(gn.Lambertian(0.3) + gn.Microfacet(gn.GGX(0.3), gn.Dielectric(1.5)))
+    >>> print(table.parameterisation, table.stored.shape)
+    half_difference (90, 46, 36)
     """
     shape, system = tabular_shape(m), angle_system(parameterisation)
     if system.tabulated is None:

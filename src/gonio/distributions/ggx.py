@@ -16,11 +16,20 @@ class GGX(Distribution):
 
     D = 1 / (pi ax ay (x^2/ax^2 + y^2/ay^2 + z^2)^2),   Lambda = (sqrt(1 + (ax^2 x^2 + ay^2 y^2)/z^2) - 1)/2
 
+    Looks    `GGX(0.3)` is satin metal, its highlight in a halo; `GGX(0.1, 0.4)` is brushed, rougher along
+             y.
     Shapes   alpha_x, alpha_y: numbers or (..., C).
     Units    D: 1/sr; alpha: 1. `GGX(0.3)` is isotropic, `GGX(0.1, 0.4)` is rougher along y.
     Error    rounding.
     Source   Trowbridge & Reitz 1975, J. Opt. Soc. Am. 65(5):531; Walter et al. 2007, EGSR. Lambda: Heitz 2014,
              JCGT 3(2). Visible normals: Dupuy & Benyoub 2023, "Sampling visible GGX normals with spherical caps".
+
+    Example
+    >>> rough = gn.Microfacet(gn.GGX(0.3))
+    >>> print(rough.f_angles(0.0, 0.0, [0.0, 0.4, 0.8], 0.0).round(4))
+    [0.8842 0.4885 0.1932]
+    >>> print(gn.albedo(gn.Microfacet(gn.GGX(1.0)), [0, 0, 1]).round(4))  # 1 - log(2)
+    0.3069
     """
 
     oriented: ClassVar[bool] = True

@@ -19,11 +19,20 @@ class StudentT(Distribution):
     s^2 = (x^2/ax^2 + y^2/ay^2)/z^2. gamma = 2 is GGX, gamma to infinity Beckmann; at gamma = 3/2 the mean slope, and
     with it Lambda, becomes infinite.
 
+    Looks    `StudentT(0.1, gamma=1.6)` is polished metal in a haze; `StudentT(0.1, gamma=50)` has none, as
+             Beckmann.
     Shapes   alpha_x, alpha_y, gamma: numbers or (..., C).
     Units    D: 1/sr; alpha: 1, the slope scale of both limits; gamma: 1.
     Error    D: rounding. Lambda, by a 16-point rule: G1 relative 1e-6. Normals are drawn with the density D cos.
     Source   Ribardière et al. 2017, CGF 36(2):421, in slopes; Lambda there is a fitted approximation, here an
              integral. gamma = 2: Walter et al. 2007, EGSR.
+
+    Example
+    >>> for gamma in (2.0, 10.0):  # 2 is GGX, infinity Beckmann
+    ...     print(gn.Microfacet(gn.StudentT(0.3, gamma=gamma)).f_angles(0.0, 0.0, [0.0, 0.4, 0.8], 0.0).round(4))
+    ...
+    [0.8842 0.4885 0.1932]
+    [0.8842 0.6343 0.2401]
     """
 
     oriented: ClassVar[bool] = True

@@ -26,11 +26,18 @@ class TabulatedFacets(Distribution):
     normalisation: the integral of D cos(theta_m) is made 1. They are resampled once, to 513 values that are equally
     spaced in sqrt(theta), and linear in it in between.
 
+    Looks    `TabulatedFacets([0, 0.2, 0.25], [1, 1, 0])` reflects a lamp as an even disc with an edge;
+             `TabulatedFacets([0, 0.2, 0.3, 0.4], [0, 0, 1, 0])` as a ring.
     Shapes   theta, values: (N,), N at least 2.
     Units    theta: rad; values: any; D: 1/sr.
     Error    of resampling a smooth lobe whose width is alpha: relative 1e-4 at alpha = 0.05, 2e-3 at 0.001. Lambda,
              tabulated at 513 elevations: G1 relative 1e-5. Normals: drawn per cell, within 2 % of the density D cos.
     Source   definition. Lambda: Smith's integral, see `gonio.formula.smith.smith`.
+
+    Example
+    >>> facets = gn.TabulatedFacets(theta=[0.0, 0.2, 0.6, 1.5], values=[1.0, 0.5, 0.1, 0.0])
+    >>> print(gn.Microfacet(facets).f_angles(0.0, 0.0, [0.0, 0.4, 0.8], 0.0).round(4))
+    [0.5568 0.3021 0.2332]
     """
 
     theta = table("polar angles [rad], increasing")
@@ -38,19 +45,19 @@ class TabulatedFacets(Distribution):
 
     def __init__(self, theta: Any = (0.0, 0.5 * math.pi), values: Any = (1.0, 0.0)):
         try:
-            arrays = [ops.numbers(x).astype(float) for x in (theta, values)]
+            theta, values = (ops.numbers(x) for x in (theta, values))
         except (TypeError, ValueError, OverflowError) as error:
             raise ParameterError(
                 f"TabulatedFacets: not numbers: {error}; expected theta (N,) [rad] and values (N,)"
             ) from None
-        super().__init__(theta=arrays[0], values=arrays[1])
-
-    def validate(self) -> None:
-        theta, values = self.theta, self.values
         if theta.ndim != 1 or theta.shape != values.shape or len(theta) < 2:
             raise ParameterError(
                 f"TabulatedFacets: got shapes {theta.shape} and {values.shape}, expected theta (N,) and values (N,)"
             )
+        super().__init__(theta=theta.astype(float), values=values.astype(float))
+
+    def validate(self) -> None:
+        theta, values = self.theta, self.values
         if not (np.isfinite(values).all() and values.min() >= 0.0 and values.max() > 0.0):
             raise ParameterError("TabulatedFacets(values): expected finite numbers of at least 0, not all of them 0")
         if not (theta[0] >= 0.0 and theta[-1] <= 0.5 * math.pi + 1e-9 and (np.diff(theta) > 0.0).all()):

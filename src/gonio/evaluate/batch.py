@@ -18,11 +18,11 @@ from typing import Any
 
 import numpy as np
 
-from ..arrays import LIBRARIES, Fixed, Later, ops
+from ..arrays import LIBRARIES, Fixed, Later, labels, ops
 from ..arrays.kinds import SCALAR, VALUE
 from ..errors import ArrayTypeError, EngineError, MeaningWarning, ShapeError, TraceError, warn
 from ..formula.parametrised import Parametrised
-from . import planning
+from . import labelled, planning
 from .blocks import Box, cut, in_blocks, result_shape
 from .planning import Call
 from .tracing import Kernel, Task, traced
@@ -37,12 +37,14 @@ def run(
     out: np.ndarray | None = None,
 ) -> list[Any]:
     """Results of `kernel` over the broadcast batch of `inputs`, whose last axes have lengths `widths`."""
-    if type(inputs[0]) is np.ndarray:
+    if type(inputs[0]) is np.ndarray and material._labels is None:
         plan = planning.known((kernel, kinds), material, inputs)
         if plan is not None:
             if out is not None:
                 _check_out(out, *plan.outputs[0][1:3])
             return planning.carried_out(plan, inputs, out)
+    if labelled.concern(material, inputs):
+        return _labelled(kernel, kinds, material, inputs, widths, out)
     lib, inputs = _checked(inputs, widths)
     if lib.known(inputs[0]) is not None:
         _suspect_map(material, lib, inputs)
@@ -61,6 +63,25 @@ def run(
         return results
     out[...] = results[0]
     return [out]
+
+
+def _labelled(
+    kernel: Kernel,
+    kinds: tuple[str, ...],
+    material: Parametrised,
+    inputs: Sequence[Any],
+    widths: tuple[int, ...],
+    out: np.ndarray | None,
+) -> list[Any]:
+    """The results where axes have names, or arrays are computed later."""
+    special = [x for x in inputs if labels.is_named(x) or labels.is_lazy(x)]
+    if len(kinds) == 1 and out is None:
+        return labelled.call(lambda m, *arrays: run(kernel, kinds, m, arrays, widths), kinds, material, inputs, widths)
+    if special or material._lazy:
+        what = "out=" if len(kinds) == 1 else "sample"
+        kind = type(special[0]).__name__ if special else "Dask parameters"
+        raise ArrayTypeError(f"{what} is for plain arrays; got {kind}; take x.values, or x.compute()")
+    return run(kernel, kinds, material.unlabelled, inputs, widths, out)
 
 
 def jacobian(

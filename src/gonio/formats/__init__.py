@@ -23,14 +23,16 @@ from types import ModuleType
 from typing import Any
 
 from .. import discover, files
+from ..arguments import checked
 from ..base import provenance
 from ..base.measured import Measured
 from ..base.reflectance import Reflectance
 from ..contents import Contents, Folder
 from ..errors import FormatError, NotFoundError, ParameterError, TooLargeError
 from ..formula.state import freeze
+from ..pictures.image import SUFFIXES as PICTURES
 from . import _options
-from ._reading import pipes, plain_text
+from ._reading import pipes, plain_text, strangers
 
 HEAD = 4096
 """Number of a file's first bytes that `matches` gets; text in UTF-16, or with a byte order mark, as plain UTF-8."""
@@ -56,6 +58,7 @@ def contents() -> Contents[ModuleType]:
 sys.modules[__name__].__class__ = Folder
 
 
+@checked
 def load(path: str | os.PathLike, **options: Any) -> Reflectance:
     """The reflectance in a file, recognised by content and not by name.
 
@@ -64,6 +67,11 @@ def load(path: str | os.PathLike, **options: Any) -> Reflectance:
     Raises NotFoundError for a missing file, a device, and a pipe that nobody writes to, FormatError for an unknown
     format and a damaged file, ParameterError for unknown options and values out of their bounds, TooLargeError for
     content that does not fit into memory.
+
+    Example
+    >>> gn.save(gn.Lambertian([0.6, 0.1, 0.05]), "red.json")
+    >>> print(gn.load("red.json"))
+    Lambertian(rho=[0.6, 0.1, 0.05])
     """
     return _loaded(path, options, lambda module: _options.checked(module, "read", options))
 
@@ -126,9 +134,8 @@ def _of_file(path: Path, options: Collection[str]) -> ModuleType:
             return module
         reason += f"read as {module.NAME}: {refusal.removeprefix(str(path)).lstrip(' :,')}; "
     names = "; ".join(f"{m.NAME} ({', '.join(m.SUFFIXES)})" for m in formats())
-    raise FormatError(
-        f"{path}: not a known format: starts with {head[:16]!r}, {size} bytes; {reason}known formats: {names}"
-    )
+    what = strangers.described(head, size)
+    raise FormatError(f"{path}: not a known format: {what}; {reason}known formats: {names}")
 
 
 def _of_folder(path: Path) -> ModuleType:
@@ -138,6 +145,7 @@ def _of_folder(path: Path) -> ModuleType:
     raise FormatError(f"{path}: a folder of no known format, expected a file, or a folder that gonio.save wrote")
 
 
+@checked
 def save(m: Reflectance, path: str | os.PathLike, format: str | None = None, **options: Any) -> None:
     """Write a reflectance to a file; the format is that of the suffix, or the one named.
 
@@ -145,6 +153,11 @@ def save(m: Reflectance, path: str | os.PathLike, format: str | None = None, **o
     file as it was. Raises ParameterError for a suffix of no format, or of several, without `format`, for unknown
     options and values out of their bounds, for a material that the format cannot hold, and for a `path` that may not be
     replaced; WriteError where the system refuses, as on a full disk.
+
+    Example
+    >>> gn.save(gn.Lambertian(0.2) + gn.Microfacet(gn.GGX(0.1)), "paint.json")
+    >>> print(gn.load("paint.json").terms[0])
+    Lambertian(rho=0.2)
     """
     module = writer(path, format)
     options = _options.checked(module, "write", options)
@@ -177,6 +190,8 @@ def writer(path: str | os.PathLike, format: str | None = None) -> ModuleType:
         return choices[0]
     if format is not None:
         raise ParameterError(f"format={format!r}: expected one of {', '.join(repr(w.NAME) for w in writers)}")
+    if suffix in PICTURES:
+        raise ParameterError(f"{path}: {suffix} is a picture, no reflectance; write gn.render(m, lights).save(path)")
     names = ", ".join(f"{w.NAME!r} ({' '.join(w.SUFFIXES)})" for w in fitting or writers)
     fault = "is that of several formats" if len(fitting) > 1 else "does not say which format"
     raise ParameterError(f"{path}: the suffix {suffix!r} {fault}; give format= (on the command line --format) {names}")

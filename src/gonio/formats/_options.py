@@ -9,6 +9,7 @@ several of these with `|`. `Declared` holds the bounds and the meaning. A defaul
 from __future__ import annotations
 
 import contextlib
+import datetime
 import json
 import math
 import os
@@ -38,7 +39,7 @@ LARGEST, LONGEST = 1 << 63, 1000
 """Bound below which whole numbers are; largest number of characters of a word."""
 
 NOUNS = {bool: "true or false", int: "a whole number", float: "a number", str: "a word", Path: "a file name"}
-NOUNS |= {dict: "a JSON object"}
+NOUNS |= {dict: "a JSON object", datetime.date: "a date"}
 UNFIT = (TypeError, ValueError, OverflowError, RecursionError, KeyError)
 """Errors of conversions of unfit values."""
 

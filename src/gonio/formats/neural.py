@@ -13,11 +13,12 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from ..arrays import ops
+from ..arrays import frozen, ops
 from ..errors import DependencyError, FormatError, NotFoundError, ParameterError
 from ..files import replacing
 from ..formula.direction import Direction, half_difference
-from ..formula.fields import channels, table
+from ..formula.fields import Table, channels, table
+from ..formula.state import derived
 from ..tables.drawing import Sampled
 
 if TYPE_CHECKING:
@@ -50,6 +51,7 @@ class Neural(Sampled):
     """
 
     format = NAME
+    quantity = "weights of a network"
     breaks: ClassVar[dict[str, str]] = {
         "positivity": "nothing keeps the fitted network above 0",
         "reciprocity": "nothing makes the fitted network reciprocal",
@@ -75,10 +77,16 @@ class Neural(Sampled):
         layers |= {f"bias_{k}": ops.numbers(x).astype("f4") for k, x in enumerate(biases, start=1)}
         super().__init__(path, {"weights": sum(x.size for x in layers.values())}, **layers, channel=3)
 
+    @derived
+    def values(self) -> np.ndarray:
+        """All weights and biases, in the order of the fields."""
+        tables = (self.__dict__[name] for name, field in self.fields.items() if isinstance(field, Table))
+        return frozen(np.concatenate([x.ravel() for x in tables]))
+
     @property
     def valid(self) -> np.ndarray:
-        """True where a weight of the last layer is a number."""
-        return np.isfinite(self.kernel_3)
+        """True where a weight is a number."""
+        return np.isfinite(self.values)
 
     @property
     def data(self) -> xarray.Dataset:

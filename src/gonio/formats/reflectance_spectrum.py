@@ -114,6 +114,11 @@ class ReflectanceSpectrum(Lambertian, Measured):
         super().__init__(path, {"assumption": ASSUMPTION, **(about or {})}, rho=rho)
 
     @property
+    def values(self) -> np.ndarray:
+        """The reflectances, by wavelength."""
+        return self.rows[:, 1]
+
+    @property
     def valid(self) -> np.ndarray:
         """True: every wavelength has a value."""
         return np.ones(len(self.rows), bool)

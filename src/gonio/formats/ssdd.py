@@ -92,7 +92,7 @@ def read(path: Path) -> Gridded:
     chosen = blocks.pop(types.index("brdf"))
     about.pop("VERSION", None)
     about |= {k: v for k, v in chosen.entries.items() if k not in (*LISTS, *REQUIRED)}
-    return _material(chosen, str(path), {**about, **({"other_blocks": blocks} if blocks else {})})
+    return _material(chosen, str(path), {**about, **({"other_blocks": [*map(vars, blocks)]} if blocks else {})})
 
 
 REQUIRED = ("DATA_TYPE", "COLOR_MODEL", "PARAM_TYPE", "REDUCTION_TYPE", "DATA")
@@ -205,7 +205,7 @@ def write(
     table = table_of(m, resolution)
     if table.parameterisation == "relative" and table.is_oriented():
         table = _with_both_azimuths(table)
-    blocks = [_block_of(table), *table.about.get("other_blocks", [])]
+    blocks = [_block_of(table), *(Block(**block) for block in table.about.get("other_blocks", []))]
     with replacing(path) as temporary, temporary.open("wb") as file:
         file.write(b"VERSION 0.2\n")
         file.writelines(f"{k} {v}\n".encode() for k, v in _said(table, OF_FILE))

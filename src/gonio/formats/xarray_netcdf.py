@@ -11,7 +11,7 @@ from __future__ import annotations
 import io
 import json
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
 from ..base.reflectance import Reflectance
 from ..compile.threads import apart
@@ -19,7 +19,6 @@ from ..errors import DependencyError, FormatError
 from ..files import replacing
 from ..tables.dataset import of_file
 from . import mcd43, neural
-from ._options import Declared
 from ._reading import hdf
 from ._reading.own_layout import AS_STORED, NEEDED, Parameterisation, Resolution, encoded, steady
 
@@ -41,10 +40,9 @@ def matches(head: bytes, size: int) -> bool:
 
 def read(
     path: Path,
-    time: Annotated[
-        int | None,
-        Declared("day of an MCD43A1 file, counted from 0; if not given the first with data in every band"),
-    ] = None,
+    time: mcd43.Day = None,
+    band: mcd43.Band = None,
+    quality: mcd43.Quality = "any",
 ) -> Reflectance:
     """The measurement in a file.
 
@@ -55,16 +53,18 @@ def read(
             advice = "`nccopy -k nc4 old.nc new.nc`, or `ncks -4 old.nc new.nc`"
             raise FormatError(f"{path}: netCDF of the classic kind, expected netCDF-4; convert it: {advice}")
     _libraries()
-    return apart(steady, path, lambda: _measurement(path, time))
+    return apart(steady, path, lambda: _measurement(path, time, band, quality))
 
 
-def _measurement(path: Path, time: int | None) -> Reflectance:
+def _measurement(path: Path, time: Any, band: Any, quality: str) -> Reflectance:
     names = hdf.inspected("hdf5", path, json.dumps([sorted(NEEDED | mcd43.NEEDED), mcd43.PREFIXES]))["names"]
     group = mcd43.group(names)
     if group is not None:
-        return mcd43.read_dataset(_opened(path, names, group=group, phony_dims="sort"), str(path), time)
-    if time is not None:
-        raise FormatError(f"{path}: time={time}: holds no MCD43A1 kernel weights, which alone have days")
+        return mcd43.read_dataset(_opened(path, names, group=group, phony_dims="sort"), str(path), time, band, quality)
+    for name, value in (("time", time), ("band", band), ("quality", None if quality == "any" else quality)):
+        if value is not None:
+            rule = "holds no MCD43A1 kernel weights, which alone have days, bands and quality"
+            raise FormatError(f"{path}: {name}={value!r:.60}: {rule}")
     return of_file(_opened(path, names, phony_dims="access"), str(path))
 
 

@@ -136,8 +136,13 @@ class Zernike(Measured):
         super().__init__(path, about, coefficients=values, channel=0.0 if wavelengths is None else len(nm))
 
     @property
+    def values(self) -> np.ndarray:
+        """The coefficients of all modes, as in the file."""
+        return self.rows[:, 7]
+
+    @property
     def valid(self) -> np.ndarray:
-        """True: every coefficient is a number; shape of `rows` without the columns."""
+        """True: every coefficient is a number."""
         return np.ones(len(self.rows), bool)
 
     @property

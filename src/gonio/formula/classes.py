@@ -15,6 +15,7 @@ from typing import Any, Protocol, TypeAlias
 from ..discover import docstring
 from ..errors import ParameterError
 from .fields import CLASSES, Channels, Field, Param, Table
+from .state import derived
 
 ON_NEW: list[Callable[[type[Any]], object]] = []
 """Functions that are called with each new class."""
@@ -49,8 +50,8 @@ def _is_private(name: str) -> bool:
 
 
 def _is_inherited(kind: type[Any], name: str) -> bool:
-    """Whether a base has an attribute of this name that is no field."""
-    return any(not isinstance(vars(base)[name], Field) for base in kind.__mro__[1:] if name in vars(base))
+    """Whether a base has an attribute of this name that no field may stand for."""
+    return any(not isinstance(vars(base)[name], (Field, derived)) for base in kind.__mro__[1:] if name in vars(base))
 
 
 def _place(kind: type[Any]) -> str:

@@ -24,6 +24,12 @@ class Direction(_Components):
 
     Operators are those of vectors: `a + b`, `a - b`, `-a`, `s * a`, `a * s` and `a / s` for a number s (a Dr.Jit array
     must stand on the right: `a * s`). In place of `a * b` write `dot(a, b)` or `cross(a, b)`.
+
+    Example
+    >>> from gonio.authoring import Direction
+    >>> wi, wo = Direction(0.6, 0.0, 0.8), Direction(-0.6, 0.0, 0.8)
+    >>> print(wi + wo, 0.5 * wo)
+    Direction(x=0.0, y=0.0, z=1.6) Direction(x=-0.3, y=0.0, z=0.4)
     """
 
     __slots__ = ()
@@ -70,12 +76,24 @@ NORMAL = Direction(0.0, 0.0, 1.0)
 
 
 def dot(a: Direction, b: Direction) -> Any:
-    """a . b, summed from the smallest-in-practice components (x, y) to z."""
+    """a . b, summed from the smallest-in-practice components (x, y) to z.
+
+    Example
+    >>> from gonio.authoring import Direction, dot
+    >>> print(dot(Direction(0.6, 0.0, 0.8), Direction(0.0, 0.0, 1.0)))
+    0.8
+    """
     return a.x * b.x + a.y * b.y + a.z * b.z
 
 
 def cross(a: Direction, b: Direction) -> Direction:
-    """a x b."""
+    """a x b.
+
+    Example
+    >>> from gonio.authoring import Direction, cross
+    >>> print(cross(Direction(1.0, 0.0, 0.0), Direction(0.0, 1.0, 0.0)))
+    Direction(x=0.0, y=0.0, z=1.0)
+    """
     return Direction(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x)
 
 
@@ -85,13 +103,25 @@ def length(a: Direction) -> Any:
 
 
 def normalize(a: Direction) -> Direction:
-    """a / |a|."""
+    """a / |a|.
+
+    Example
+    >>> from gonio.authoring import Direction, normalize
+    >>> print(normalize(Direction(3.0, 0.0, 4.0)).x.round(4))
+    0.6
+    """
     unit: Direction = a * (1.0 / ops.sqrt(dot(a, a)))
     return unit
 
 
 def half_vector(wi: Direction, wo: Direction) -> Direction:
-    """wm = (wi + wo) / |wi + wo|, the normal of a facet that mirrors wi into wo."""
+    """wm = (wi + wo) / |wi + wo|, the normal of a facet that mirrors wi into wo.
+
+    Example
+    >>> from gonio.authoring import Direction, half_vector
+    >>> print(half_vector(Direction(0.6, 0.0, 0.8), Direction(-0.6, 0.0, 0.8)).z.round(4))
+    1.0
+    """
     return normalize(wi + wo)
 
 
@@ -99,6 +129,12 @@ def half_and_cosine(wi: Direction, wo: Direction) -> tuple[Direction, Any]:
     """The half vector wm, and wo . wm = |wi + wo|/2: above 0, and the same to the last digit for wi and wo exchanged.
 
     Near grazing, where wi and wo are almost opposite, the sum of products loses even its sign to rounding.
+
+    Example
+    >>> from gonio.authoring import Direction, half_and_cosine
+    >>> wm, cos_d = half_and_cosine(Direction(0.6, 0.0, 0.8), Direction(-0.6, 0.0, 0.8))
+    >>> print(wm.z.round(4), cos_d.round(4))
+    1.0 0.8
     """
     total = wi + wo
     twice = ops.sqrt(dot(total, total))
@@ -107,18 +143,37 @@ def half_and_cosine(wi: Direction, wo: Direction) -> tuple[Direction, Any]:
 
 
 def reflect(w: Direction, wm: Direction) -> Direction:
-    """Mirror image of w about wm: 2 (w . wm) wm - w."""
+    """Mirror image of w about wm: 2 (w . wm) wm - w.
+
+    Example
+    >>> from gonio.authoring import NORMAL, Direction, reflect
+    >>> print(reflect(Direction(0.6, 0.0, 0.8), NORMAL))
+    Direction(x=-0.6, y=0.0, z=0.8)
+    """
     twice: Direction = wm * (2.0 * dot(w, wm))
     return twice - w
 
 
 def mirror(w: Direction) -> Direction:
-    """Mirror image of w about the surface normal."""
+    """Mirror image of w about the surface normal.
+
+    Example
+    >>> from gonio.authoring import Direction, mirror
+    >>> print(mirror(Direction(0.6, 0.0, 0.8)))
+    Direction(x=-0.6, y=-0.0, z=0.8)
+    """
     return Direction(-w.x, -w.y, w.z)
 
 
 def select(condition: Any, a: Direction, b: Direction) -> Direction:
-    """a where the condition holds, else b, component by component."""
+    """a where the condition holds, else b, component by component.
+
+    Example
+    >>> from gonio.authoring import NORMAL, Direction, select
+    >>> w = Direction(0.6, 0.0, -0.8)
+    >>> print(select(w.z > 0.0, w, NORMAL).z)
+    1.0
+    """
     return Direction(ops.where(condition, a.x, b.x), ops.where(condition, a.y, b.y), ops.where(condition, a.z, b.z))
 
 
@@ -141,12 +196,25 @@ def raised(w: Direction) -> tuple[Any, Direction]:
 
 
 def polar_angle(w: Direction) -> Any:
-    """theta of a unit vector, accurate also near the pole, with a finite derivative there."""
+    """theta of a unit vector, accurate also near the pole, with a finite derivative there.
+
+    Example
+    >>> from gonio.authoring import Direction, polar_angle
+    >>> print(polar_angle(Direction(np.sin(0.3), 0.0, np.cos(0.3))).round(4))
+    0.3
+    """
     return ops.arctan2(ops.sqrt(w.x * w.x + w.y * w.y + 1e-20), w.z)
 
 
 def azimuth(w: Direction, sin_theta: Any) -> tuple[Any, Any]:
-    """(cos phi, sin phi) of w at the distance `sin_theta` from the pole; phi = 0 at the pole."""
+    """(cos phi, sin phi) of w at the distance `sin_theta` from the pole; phi = 0 at the pole.
+
+    Example
+    >>> from gonio.authoring import Direction, azimuth
+    >>> cos_phi, sin_phi = azimuth(Direction(0.36, 0.48, 0.8), np.array(0.6))
+    >>> print(cos_phi.round(4), sin_phi.round(4))
+    0.6 0.8
+    """
     pole = sin_theta < 1e-10
     safe = ops.where(pole, 1.0, sin_theta)
     return ops.where(pole, 1.0, w.x / safe), ops.where(pole, 0.0, w.y / safe)
@@ -157,6 +225,12 @@ def frame(n: Direction) -> tuple[Direction, Direction]:
 
     n must not point along the negative z axis.
     Source: Duff et al. 2017, JCGT 6(1), "Building an orthonormal basis, revisited", for n.z > 0.
+
+    Example
+    >>> from gonio.authoring import NORMAL, frame
+    >>> t, b = frame(NORMAL)
+    >>> print(t.x, b.y)
+    1.0 1.0
     """
     a = -1.0 / (1.0 + n.z)
     b = n.x * n.y * a

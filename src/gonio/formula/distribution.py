@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from abc import abstractmethod
-from typing import Any
+from typing import Any, ClassVar
 
 from ..arrays import ops
 from .direction import Direction, normalize
@@ -17,20 +17,32 @@ ALPHA_LOW, ALPHA_HIGH = 1e-3, 1.0
 
 
 class Distribution(Parametrised):
-    """Base of the distributions of facet normals, normalised to one: integral of D(wm) cos(theta_m) dwm = 1."""
+    """Base of the distributions of facet normals, normalised to one: integral of D(wm) cos(theta_m) dwm = 1.
+
+    Example
+    >>> facets = gn.distributions()["GGX"](0.3)
+    >>> print(facets, isinstance(facets, gn.GGX))
+    GGX(alpha_x=0.3) True
+    """
+
+    noun: ClassVar[str] = "a distribution of facet normals"
+    reflects: ClassVar[str] = "gn.Microfacet({})"
+    known_elsewhere: ClassVar[dict[str, str]] = dict.fromkeys(
+        ("__call__", "f", "pdf", "sample", "eval"), "gn.Microfacet(distribution), which has f, pdf and sample"
+    )
 
     @abstractmethod
     def D(self, wm: Direction) -> Any:
         """Area of facets per solid angle of their normals and per area of the surface [1/sr]."""
-        raise NotImplementedError
+        raise self._lacks("D")
 
     def Lambda(self, w: Direction) -> Any:
         """Smith's auxiliary function of this distribution: G1 = 1/(1 + Lambda)."""
-        raise NotImplementedError
+        raise self._lacks("Lambda")
 
     def warp_normal(self, wo: Direction, u0: Any, u1: Any) -> Direction:
         """A facet normal for two uniform numbers; its density is `normal_density`."""
-        raise NotImplementedError
+        raise self._lacks("warp_normal")
 
     def normal_density(self, wo: Direction, wm: Direction, cos_d: Any) -> Any:
         """Density [1/sr] of `warp_normal`: of the normals visible from wo, D_v = G1 D cos_d/cos(theta_o).
@@ -41,11 +53,24 @@ class Distribution(Parametrised):
 
 
 def stretched(w: Direction, ax: Any, ay: Any) -> Direction:
-    """w as seen by a surface of slope scale 1: slopes along x divided by ax, along y by ay."""
+    """w as seen by a surface of slope scale 1: slopes along x divided by ax, along y by ay.
+
+    Example
+    >>> from gonio.authoring import Direction, stretched
+    >>> print(stretched(Direction(0.5, 0.0, 0.75), 0.25, 0.25))
+    Direction(x=0.125, y=0.0, z=0.75)
+    """
     return Direction(ax * w.x, ay * w.y, w.z)
 
 
 def from_slopes(r: Any, u: Any, ax: Any = 1.0, ay: Any = 1.0) -> Direction:
-    """The normal of a facet whose slope is r, in units of ax and ay, in the direction 2 pi u."""
+    """The normal of a facet whose slope is r, in units of ax and ay, in the direction 2 pi u.
+
+    Example
+    >>> from gonio.authoring import from_slopes
+    >>> wm = from_slopes(1.0, 0.0, 0.3, 0.3)
+    >>> print((wm.x / wm.z).round(4))
+    0.3
+    """
     phi = 2.0 * math.pi * u
     return normalize(Direction(ax * r * ops.cos(phi), ay * r * ops.sin(phi), 1.0 + 0.0 * r))

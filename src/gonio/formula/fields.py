@@ -39,7 +39,10 @@ def kept(value: Any) -> np.ndarray:
     """The numbers of an argument (see `ops.numbers`) as a value keeps them: read-only, and shared with nobody."""
     array = value.array if isinstance(value, Ours) else ops.numbers(value)
     if not isinstance(value, (Ours, list, tuple)):
-        array = np.array(array)
+        try:
+            array = np.array(array)
+        except MemoryError:
+            raise TooLargeError(f"there is no memory for an array of shape {array.shape}") from None
     frozen(array)
     return array
 
@@ -109,10 +112,10 @@ class Param(Field):
                 out = float(low if low < self.low else high)
                 raise self._wrong(owner, value, f"{out:g} is out of bounds", cure=self._unit_meant(out))
             return float(array) if array.ndim == 0 else frozen(array)
-        library = ops.library_of_type(type(value))
-        if library is None:
+        dtype = ops.dtype_of(value)
+        if not dtype:
             raise self._wrong(owner, value, f"a {type(value).__name__}")
-        if library.dtype(value).startswith("complex"):
+        if dtype.startswith("complex"):
             raise self._wrong(owner, value, "complex")
         return value  # an array of another library: its values may not be concrete, and reading them may be slow
 
@@ -196,16 +199,29 @@ class Vector(Field):
 
     def check(self, owner: str, value: Any) -> Any:
         call = f"{owner}({self.name}={shown(value)})"
+        lib = ops.library(value) if ops.dtype_of(value) else ops.LIBRARIES["numpy"]
+        if lib.name != "numpy":
+            return self._of_library(call, lib, value)
         try:
-            array = np.array(ops.numbers(value), dtype=float)
+            array = ops.numbers(value)
         except (TypeError, ValueError, OverflowError):
             raise ParameterError(f"{call}: expected three numbers ({self.doc})") from None
-        if array.shape != (3,) or not np.all(np.isfinite(array)):
+        array = array.astype(float) if array.shape == (3,) else np.full(3, math.nan)
+        if not np.all(np.isfinite(array)):
             raise ParameterError(f"{call}: expected three finite numbers ({self.doc})")
-        length = float(np.linalg.norm(array)) if self.unit else 1.0
-        if length == 0.0:
-            raise ParameterError(f"{call}: a vector of length 0 is no direction; expected {self.doc}")
+        length = math.hypot(*array) if self.unit else 1.0
+        if not 0.0 < length < math.inf:
+            raise ParameterError(f"{call}: a vector of length {length:g} is no direction; expected {self.doc}")
         return frozen(array / length)
+
+    def _of_library(self, call: str, lib: ops.Library, value: Any) -> Any:
+        """An array of another library stays one: results can be differentiated by it."""
+        if lib.channel_loop or lib.shape(value) != (3,) or not lib.dtype(value).startswith(("float", "int")):
+            raise ParameterError(f"{call}: expected three numbers ({self.doc}), of NumPy, PyTorch or JAX")
+        known = lib.known(value)
+        if known is not None and not (np.all(np.isfinite(known)) and (known.any() or not self.unit)):
+            raise ParameterError(f"{call}: expected three finite numbers, not all 0 ({self.doc})")
+        return value / ops.sqrt((value * value).sum()) if self.unit else value
 
 
 class Channels(Field):
@@ -226,32 +242,74 @@ def param(
     `alias`: a keyword that sets this parameter and everything tied to it (`GGX(alpha=0.3)`).
     `sampled`: sampling uses one value for all channels: their "mean", or for the width of a lobe the "max" or "min",
     whichever makes it widest, so that no channel's weights run away.
+
+    Example
+    >>> from gonio.authoring import Reflectance, param
+    >>> class Paint(Reflectance):
+    ...     "Paint of one albedo."
+    ...     rho = param(0.5, 0.0, 1.0, "albedo")
+    ...
+    ...     def formula(self, wi, wo):
+    ...         return self.rho / np.pi
+    ...
+    >>> print(Paint(0.3).parameters["rho"].value)
+    0.3
     """
     return Param(default, low, high, doc, unit, alias, sampled)
 
 
 def option(default: str, *choices: str, doc: str) -> Any:
-    """A choice between words, the default and others."""
+    """A choice between words, the default and others.
+
+    Example
+    >>> from gonio.authoring import option
+    >>> print(option("followed", "lost", doc="fate of light that the coat reflects back").choices)
+    ('followed', 'lost')
+    """
     return Option(default, tuple(dict.fromkeys((default, *choices))), doc)
 
 
 def part(kind: type, default: Any, doc: str, coerce: Callable[[Any], Any] | None = None) -> Any:
-    """A component of the given kind; `coerce` may turn other values (a number) into one."""
+    """A component of the given kind; `coerce` may turn other values (a number) into one.
+
+    Example
+    >>> from gonio.authoring import part
+    >>> print(part(gn.Reflectance, gn.Lambertian(0.5), "reflectance under the coat").default)
+    Lambertian(rho=0.5)
+    """
     return Part(kind, default, doc, coerce)
 
 
 def vector(default: Any, doc: str, unit: bool = False) -> Any:
-    """Three numbers in world space, a position or (`unit`) a direction."""
+    """Three numbers in world space, a position or (`unit`) a direction.
+
+    Example
+    >>> from gonio.authoring import vector
+    >>> print(vector((0.0, 0.0, 1.0), "direction to the light", unit=True).default)
+    (0.0, 0.0, 1.0)
+    """
     return Vector(default, doc, unit)
 
 
 def table(doc: str) -> Any:
-    """Fixed numbers of a measurement."""
+    """Fixed numbers of a measurement.
+
+    Example
+    >>> from gonio.authoring import table
+    >>> print(table("values at the nodes").doc)
+    values at the nodes
+    """
     return Table(None, doc)
 
 
 def channels(doc: str) -> Any:
-    """The channel number, as a formula needs it to look up a table with channels."""
+    """The channel number, as a formula needs it to look up a table with channels.
+
+    Example
+    >>> from gonio.authoring import channels
+    >>> print(channels("number of the channel").doc)
+    number of the channel
+    """
     return Channels(None, doc)
 
 

@@ -41,7 +41,8 @@ def _of_object(data: dict[str, Any], files: bool, depth: int) -> Any:
     if isinstance(terms := data.get("terms"), list) and len(terms) > EVALUATIONS:
         raise ParameterError(f"{name}: a sum of {len(terms)} terms, expected at most {EVALUATIONS}; write fewer")
     head = {"type", "module"} - kind.fields.keys()
-    arguments = {k: from_json(v, files, depth + 1) for k, v in data.items() if k not in head}
+    named = {"channel_names"} - kind.fields.keys() if hasattr(kind, "with_channels") else set()
+    arguments = {k: from_json(v, files, depth + 1) for k, v in data.items() if k not in head | named}
     if not files and (paths := kind.files_among([], arguments)):
         raise ParameterError(
             f"{name}: names the file {shown(paths[0])}, and a text opens no others; expected the pixels themselves"
@@ -58,7 +59,7 @@ def _of_object(data: dict[str, Any], files: bool, depth: int) -> Any:
     )
     if width > CHANNELS:
         raise ParameterError(f"{name}: a parameter with {width} channels, expected at most {CHANNELS} in a text")
-    return value
+    return value.with_channels(data["channel_names"]) if named & data.keys() else value
 
 
 def _missing(name: Any, module: Any) -> str:

@@ -9,7 +9,13 @@ from ..arrays import ops
 
 
 def expm1_over(x: Any) -> Any:
-    """(exp(x) - 1)/x, 1 at x = 0, without cancellation."""
+    """(exp(x) - 1)/x, 1 at x = 0, without cancellation.
+
+    Example
+    >>> from gonio.authoring import expm1_over
+    >>> print(expm1_over(np.array([0.0, 1e-12, 1.0])).round(4))
+    [1.     1.     1.7183]
+    """
     small = ops.absolute(x) < 0.3
     safe, near = ops.where(small, 1.0, x), ops.where(small, x, 0.0)
     series = 1.0 + near * (1.0 / 13)
@@ -19,7 +25,13 @@ def expm1_over(x: Any) -> Any:
 
 
 def log1p_over(t: Any) -> Any:
-    """log(1 + t)/t, 1 at t = 0, without cancellation; t > -1."""
+    """log(1 + t)/t, 1 at t = 0, without cancellation; t > -1.
+
+    Example
+    >>> from gonio.authoring import log1p_over
+    >>> print(log1p_over(np.array([0.0, 1.0])).round(4))
+    [1.     0.6931]
+    """
     small = ops.absolute(t) < 1e-2
     safe = ops.where(small, 1.0, t)
     s = ops.where(small, t, 0.0)
@@ -60,7 +72,13 @@ def lambert_w(x: Any) -> Any:
 
 
 def log1p(t: Any) -> Any:
-    """log(1 + t) without cancellation; t > -1."""
+    """log(1 + t) without cancellation; t > -1.
+
+    Example
+    >>> from gonio.authoring import log1p
+    >>> print(log1p(np.array([0.0, 1.0])).round(4))
+    [0.     0.6931]
+    """
     u = 1.0 + t
     return ops.log(u) + (t - (u - 1.0)) / u
 

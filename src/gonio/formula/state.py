@@ -45,6 +45,18 @@ class Note(Beside):
         return self.default
 
 
+class inferred(Note):
+    """Decorates a method: a note that follows from the value, until it is given."""
+
+    def __init__(self, function: Callable[[Any], Any]):
+        super().__init__(None)
+        self.function, self.__doc__ = function, function.__doc__
+
+    def __get__(self, owner: Any, kind: type) -> Any:
+        super().__get__(owner, kind)
+        return self if owner is None else self.function(owner)
+
+
 class derived(Generic[T]):
     """Decorates a method: an attribute that is computed from the fields when it is first asked for.
 

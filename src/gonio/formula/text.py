@@ -7,15 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from ..errors import shown as shown
 from ..errors import suggestion
-
-
-def shown(value: Any) -> str:
-    """The beginning of a value, in one line, for messages."""
-    try:
-        return f"{' '.join(repr(value[:60] if isinstance(value, (list, tuple)) else value).split()):.60}"
-    except (ValueError, RecursionError):  # an integer of 5000 digits; a list in a list in a list ...
-        return f"a {type(value).__name__}"
 
 
 def literal(value: Any) -> str:
@@ -25,9 +18,9 @@ def literal(value: Any) -> str:
     return repr(value)
 
 
-def unknown(owner: str, name: Any, names: list[str], what: str = "parameter") -> str:
-    """The message that `owner` has nothing of this name, with the names that it has."""
-    hint = suggestion(name[:60] if isinstance(name, str) else "", names) or "."
+def unknown(owner: str, name: Any, names: list[str], what: str = "parameter", near: Sequence[str] = ()) -> str:
+    """The message that `owner` has nothing of this name, with the names that it has; `near`: others to suggest."""
+    hint = suggestion(name[:60] if isinstance(name, str) else "", [*names, *near]) or "."
     return f"{owner} has no {what} {shown(name)}{hint} Known: {listed(names)}"
 
 

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import inspect
+import sys
 from collections.abc import Iterator
 from functools import partial
-from typing import Any, ClassVar, Self
+from typing import Any, ClassVar, NoReturn, Self
 
 import numpy as np
 
 from ..arrays import Fixed, ops
-from ..errors import ParameterError
+from ..errors import AccessError, ParameterError, suggestion
 from .classes import json_name
 from .fields import Channels, Field, Table
 from .state import Beside, Note, State, freeze, immutable
@@ -22,6 +24,8 @@ class Value:
     fields: dict[str, Field] = {}  # noqa: RUF012  (each class gets its own)
     beside: ClassVar[dict[str, Beside]] = {}
     """The declarations made with `state` and `note`."""
+    known_elsewhere: ClassVar[dict[str, str]] = {}
+    """Names that other programs have for something -> what it is here, for messages."""
     is_bound = False
     """Whether this is a copy for formulas, which holds the numbers they compute with and no notes."""
 
@@ -43,11 +47,21 @@ class Value:
             self.__dict__[name] = value
 
     def with_notes(self, **notes: Any) -> Self:
-        """A copy with other notes, such as `provenance`; all else is the same."""
+        """A copy with other notes, such as `provenance`; all else is the same.
+
+        Example
+        >>> m = gn.Lambertian([0.2, 0.4]).with_notes(channel_names=(550.0, 650.0))
+        >>> print(m.channel_names, m.replace(rho=[0.3, 0.3]).channel_names)
+        (550.0, 650.0) (550.0, 650.0)
+        """
         for name in notes:
             if not isinstance(self.beside.get(name), Note):
-                raise AttributeError(f"{type(self).__name__} has no note {name!r}; {name} = note() declares one")
+                raise AccessError(f"{type(self).__name__} has no note {name!r}; {name} = note() declares one")
         return self._made_of(self.__dict__, {name: immutable(value) for name, value in notes.items()})
+
+    def _given(self, name: str) -> Any:
+        """State or a note that this very value was given; None where it is a default, or inferred."""
+        return self.__dict__.get(name)
 
     def _keep(self) -> dict[str, Fixed]:
         """Arrays by name, which libraries convert once: tables, flat, and parameters given as NumPy arrays."""
@@ -66,12 +80,32 @@ class Value:
         """Declared fields with their values, without fields that are tied to another."""
         return ((name, field, self.__dict__[name]) for name, field in self.fields.items() if name not in self._tied)
 
+    def __getattr__(self, name: str) -> Any:
+        """Called for what is not found: says which name was likely meant."""
+        if name == "_derived":
+            raise AccessError(f"{type(self).__name__} is not made yet: its __init__ ends with super().__init__(...)")
+        if name.startswith("_") or hasattr(type(self), name):  # protocols ask for many; a property has failed itself
+            return object.__getattribute__(self, name)
+        raise AccessError(f"{type(self).__name__} has no attribute {name!r}{self._meant(name)}")
+
+    def __call__(self, *args: Any, **kwargs: Any) -> NoReturn:
+        raise ParameterError(f"{type(self).__name__} is no function{self._meant('__call__')}")
+
+    def _meant(self, name: str) -> str:
+        """The end of a message about an unknown name: "; write m.f(wi, wo)"."""
+        if name in self.known_elsewhere:
+            return f"; write {self.known_elsewhere[name]}"
+        needed = _needed(getattr(sys.modules[__name__.partition(".")[0]], name, None))  # by a public function
+        if needed[:1] == ["m"]:
+            return f"; write gn.{name}({', '.join(needed)})"
+        return suggestion(name, [n for n in (*dir(self), *self.fields) if not n.startswith("_")])
+
     def __setattr__(self, name: str, value: Any) -> None:
         kind = type(self).__name__
-        raise AttributeError(f"{kind} is a value and cannot be changed; use m.replace({name}=...) for a new one")
+        raise AccessError(f"{kind} is a value and cannot be changed; use m.replace({name}=...) for a new one")
 
     def __delattr__(self, name: str) -> None:
-        raise AttributeError(f"{type(self).__name__} is a value and cannot be changed")
+        raise AccessError(f"{type(self).__name__} is a value and cannot be changed")
 
     def _key(self) -> tuple[Any, ...]:
         return tuple((n, v) for n, _, v in self._free())
@@ -97,13 +131,26 @@ class Value:
         return f"{type(self).__name__}({', '.join(arguments)})"
 
     def to_json(self) -> dict[str, Any]:
-        """This value as JSON data: its class by name, its fields as numbers, lists, words and further objects."""
+        """This value as JSON data: its class by name, its fields as numbers, lists, words and further objects.
+
+        Example
+        >>> print((0.8 * gn.Lambertian(0.5)).to_json())
+        {'type': 'Scaled', 'weight': 0.8, 'of': {'type': 'Lambertian', 'rho': 0.5}}
+        """
         if self._holed:
             raise ParameterError(
                 f"{type(self).__name__}({next(iter(self._holed))}): masked numbers have no JSON form; fill them in"
             )
         values = {n: _json(v) for n, f, v in self._free() if not isinstance(f, (Table, Channels))}
         return {**json_name(type(self)), **values}
+
+
+def _needed(function: Any) -> list[str]:
+    """The names of the arguments that a function does not do without; none of something else."""
+    if not inspect.isfunction(function):
+        return []
+    parameters = inspect.signature(function).parameters.values()
+    return [p.name for p in parameters if p.default is p.empty and p.kind is not p.VAR_KEYWORD]
 
 
 def _same(a: Any, b: Any) -> bool:

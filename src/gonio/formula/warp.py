@@ -10,18 +10,36 @@ from .direction import Direction, frame
 
 
 def cosine_hemisphere(u0: Any, u1: Any) -> Direction:
-    """Direction with density cos(theta)/pi: a uniform point of the disc (radius sqrt(u1), azimuth 2 pi u0), lifted."""
+    """Direction with density cos(theta)/pi: a uniform point of the disc (radius sqrt(u1), azimuth 2 pi u0), lifted.
+
+    Example
+    >>> from gonio.authoring import cosine_hemisphere
+    >>> print(cosine_hemisphere(np.array(0.0), np.array(0.36)).x.round(4))
+    0.6
+    """
     phi, r = 2.0 * math.pi * u0, ops.sqrt(u1)
     return Direction(r * ops.cos(phi), r * ops.sin(phi), ops.sqrt(ops.maximum(1.0 - u1, 0.0)))
 
 
 def cosine_hemisphere_density(w: Direction) -> Any:
-    """cos(theta) / pi [1/sr]."""
+    """cos(theta) / pi [1/sr].
+
+    Example
+    >>> from gonio.authoring import NORMAL, cosine_hemisphere_density
+    >>> print(round(cosine_hemisphere_density(NORMAL), 4))
+    0.3183
+    """
     return w.z * (1.0 / math.pi)
 
 
 def power_cosine(n: Any, u0: Any, u1: Any) -> Direction:
-    """Direction with density (n + 1)/(2 pi) cos(theta)^n."""
+    """Direction with density (n + 1)/(2 pi) cos(theta)^n.
+
+    Example
+    >>> from gonio.authoring import power_cosine
+    >>> print(power_cosine(10.0, np.array(0.0), np.array(0.5)).z.round(4))
+    0.9389
+    """
     phi = 2.0 * math.pi * u0
     cos_theta = ops.power(ops.maximum(1.0 - u1, 1e-30), 1.0 / (n + 1.0))
     sin_theta = ops.sqrt(ops.maximum(1.0 - cos_theta * cos_theta, 0.0))
@@ -29,18 +47,36 @@ def power_cosine(n: Any, u0: Any, u1: Any) -> Direction:
 
 
 def power_cosine_density(n: Any, cos_theta: Any) -> Any:
-    """(n + 1)/(2 pi) cos(theta)^n [1/sr]; 0 where the cosine is negative."""
+    """(n + 1)/(2 pi) cos(theta)^n [1/sr]; 0 where the cosine is negative.
+
+    Example
+    >>> from gonio.authoring import power_cosine_density
+    >>> print(power_cosine_density(10.0, np.array([1.0, 0.9, -0.5])).round(4))
+    [1.7507 0.6104 0.    ]
+    """
     return (n + 1.0) * (0.5 / math.pi) * power_positive(cos_theta, n)
 
 
 def power_positive(x: Any, n: Any) -> Any:
-    """max(x, 0)^n with finite derivatives where x <= 0."""
+    """max(x, 0)^n with finite derivatives where x <= 0.
+
+    Example
+    >>> from gonio.authoring import power_positive
+    >>> print(power_positive(np.array([0.5, -0.5]), 3.0))
+    [0.125 0.   ]
+    """
     up = x > 1e-30
     return ops.where(up, ops.power(ops.where(up, x, 1.0), n), 0.0 * n)
 
 
 def around(axis: Direction, w: Direction) -> Direction:
-    """w, given in a frame whose z is `axis` (a unit vector above the horizon), in the frame of `axis`."""
+    """w, given in a frame whose z is `axis` (a unit vector above the horizon), in the frame of `axis`.
+
+    Example
+    >>> from gonio.authoring import NORMAL, Direction, around
+    >>> print(around(NORMAL, Direction(0.6, 0.0, 0.8)))
+    Direction(x=0.6, y=0.0, z=0.8)
+    """
     t, b = frame(axis)
     turned: Direction = t * w.x + b * w.y + axis * w.z
     return turned

@@ -7,14 +7,18 @@ from typing import Any
 
 import numpy as np
 
+from ..arguments import checked
 from ..arrays import ops
-from ..base.angles import check_angle, direction
+from ..base.angles import check_angle, direction, numbers_of
 from ..base.reflectance import Reflectance
 from ..errors import ParameterError
+from ..evaluate.labelled import takes_labels
 from .nine import reflectance
 from .over_directions import integrate
 
 
+@takes_labels("wi")
+@checked
 def albedo(m: Reflectance, wi: Any, tolerance: float = 1e-4, error: bool = False) -> Any:
     """Directional-hemispherical reflectance: the fraction of light arriving from wi that leaves, to all sides.
 
@@ -27,10 +31,17 @@ def albedo(m: Reflectance, wi: Any, tolerance: float = 1e-4, error: bool = False
              in double precision. Measured at alpha from 0.001 to 1 and 0 to 89.99 degrees: at most 4e-5 for 1e-4.
     Source   lecture 4, eq. 4.2; Nicodemus et al. 1977, NBS Monograph 160; the quadrature: `quadrature.cubature`.
              Directions without measured data count as 0 and are reported by a MissingDataWarning.
+
+    Example
+    >>> m = gn.Lambertian(0.3) + gn.Microfacet(gn.GGX(0.1), gn.Dielectric(1.5))
+    >>> print(gn.albedo(m, gn.direction([0.0, 1.3], 0.0)).round(4))
+    [0.3396 0.4903]
     """
     return integrate(m, wi, tolerance, error=error)
 
 
+@takes_labels(angles=("theta", "phi"))
+@checked
 def black_sky_albedo(m: Reflectance, theta: Any, phi: Any = 0.0, tolerance: float = 1e-4) -> Any:
     """Albedo under the sun alone, at polar angle `theta`: the directional-hemispherical reflectance; see `albedo`.
 
@@ -38,11 +49,18 @@ def black_sky_albedo(m: Reflectance, theta: Any, phi: Any = 0.0, tolerance: floa
     Units    theta, phi: rad; result: 1.
     Error    `tolerance`.
     Source   Schaepman-Strub et al. 2006, Remote Sens. Environ. 103:27 (case 3); Lucht et al. 2000, IEEE TGRS 38:977.
+
+    Example
+    >>> field = gn.RossLi(f_iso=0.2, f_vol=0.1, f_geo=0.03)
+    >>> print(gn.black_sky_albedo(field, theta=np.radians([0.0, 45.0])).round(4))
+    [0.1592 0.1703]
     """
     check_angle("theta", theta, 0.0, 0.5 * math.pi)
     return albedo(m, direction(theta, phi), tolerance)
 
 
+@takes_labels()
+@checked
 def white_sky_albedo(m: Reflectance, tolerance: float = 1e-4) -> Any:
     """Albedo under a sky of equal radiance everywhere: the bihemispherical reflectance; see `reflectance`.
 
@@ -50,10 +68,16 @@ def white_sky_albedo(m: Reflectance, tolerance: float = 1e-4) -> Any:
     Units    1.
     Error    `tolerance`.
     Source   Schaepman-Strub et al. 2006, Remote Sens. Environ. 103:27 (case 9); Lucht et al. 2000, IEEE TGRS 38:977.
+
+    Example
+    >>> print(gn.white_sky_albedo(gn.RossLi(f_iso=0.2, f_vol=0.1, f_geo=0.03)).round(4))
+    0.1776
     """
     return reflectance(m, tolerance=tolerance)
 
 
+@takes_labels(angles=("theta", "diffuse_fraction", "phi"))
+@checked
 def blue_sky_albedo(m: Reflectance, theta: Any, diffuse_fraction: Any, phi: Any = 0.0, tolerance: float = 1e-4) -> Any:
     """Albedo under the sun and a uniform sky, the "actual" one: (1 - d) black-sky + d white-sky albedo.
 
@@ -63,13 +87,20 @@ def blue_sky_albedo(m: Reflectance, theta: Any, diffuse_fraction: Any, phi: Any 
     Units    theta, phi: rad; others: 1.
     Error    `tolerance`.
     Source   Lucht et al. 2000, IEEE TGRS 38:977; Schaepman-Strub et al. 2006, Remote Sens. Environ. 103:27.
+
+    Example
+    >>> field = gn.RossLi(f_iso=0.2, f_vol=0.1, f_geo=0.03)
+    >>> print(gn.blue_sky_albedo(field, theta=np.radians(45.0), diffuse_fraction=0.2).round(4))
+    0.1718
     """
+    theta, phi = numbers_of("theta", theta), numbers_of("phi", phi)
     try:
         d = np.asarray(ops.numbers(diffuse_fraction), dtype=float)
     except ValueError:
         d = np.array(-1.0)
     if ((d < 0.0) | (d > 1.0)).any():
         raise ParameterError(f"diffuse_fraction={diffuse_fraction!r:.60}: expected the sky's share of light, in [0, 1]")
+    ops.broadcast_shape([np.shape(x) for x in (theta, phi, d)], "theta, phi, diffuse_fraction")
     black, white = black_sky_albedo(m, theta, phi, tolerance), white_sky_albedo(m, tolerance)
     if m.channels is not None:
         d = d[..., None]

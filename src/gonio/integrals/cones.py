@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from ..arrays import ops
-from ..errors import ParameterError
+from ..errors import ParameterError, shown
 from ..formula.direction import Direction, dot
 from ..formula.warp import cosine_hemisphere
 from ..radiometry.solid_angles import projected_solid_angle_cone
@@ -22,7 +22,13 @@ MIRROR = np.array([-1.0, -1.0, 1.0])
 
 @dataclass(frozen=True)
 class Hemisphere:
-    """All directions above the surface."""
+    """All directions above the surface.
+
+    Example
+    >>> diffuse = gn.Lambertian(0.5)
+    >>> print(gn.reflectance(diffuse, gn.Hemisphere(), gn.Hemisphere()).round(4))
+    0.5
+    """
 
     projected = math.pi
     """Projected solid angle [sr]."""
@@ -33,15 +39,31 @@ class Hemisphere:
     domain, seam = SAMPLED, 0.0
 
     def points(self, u0: Any, u1: Any) -> tuple[np.ndarray, Any]:
-        """Directions (..., 3) for points of the unit square, and the projected solid angle per area of it."""
+        """Directions (..., 3) for points of the unit square, and the projected solid angle per area of it.
+
+        Example
+        >>> w, area = gn.Hemisphere().points(np.array([0.2, 0.7]), np.array([0.5, 0.5]))
+        >>> print(w.shape, gn.Hemisphere().contains(w))
+        (2, 3) [ True  True]
+        """
         return np.stack(cosine_hemisphere(u0, u1), axis=-1), math.pi
 
     def contains(self, w: np.ndarray) -> np.ndarray:
-        """Whether directions (..., 3) lie in it."""
+        """Whether directions (..., 3) lie in it.
+
+        Example
+        >>> print(gn.Hemisphere().contains(gn.direction([0.5, 2.0], 0.0)))
+        [ True False]
+        """
         return w[..., 2] > 0.0
 
     def mirrored(self) -> Hemisphere:
-        """Its mirror image about the normal."""
+        """Its mirror image about the normal.
+
+        Example
+        >>> print(gn.Hemisphere().mirrored())
+        Hemisphere()
+        """
         return self
 
 
@@ -51,6 +73,12 @@ class Cone:
 
     axis         (3,) in the local frame, of any length
     half_angle   between the axis and the rim [rad], in (0, pi/2]
+
+    Example
+    >>> detector = gn.Cone(gn.direction(0.5, np.pi), np.radians(5.0))
+    >>> glossy = gn.Lambertian(0.3) + gn.Microfacet(gn.GGX(0.1), gn.Dielectric(1.5))
+    >>> print(gn.reflectance(glossy, gn.direction(0.5, 0.0), detector).round(5))
+    0.00934
     """
 
     axis: Any
@@ -58,15 +86,17 @@ class Cone:
 
     def __post_init__(self) -> None:
         try:
-            axis, half_angle = np.array(self.axis, dtype=float), float(self.half_angle)
-        except (TypeError, ValueError):
-            axis, half_angle = np.zeros(0), 0.0
-        length = math.sqrt(axis @ axis) if axis.shape == (3,) else 0.0
+            axis, angle = (ops.numbers(x) for x in (self.axis, self.half_angle))
+        except ValueError:
+            axis = angle = np.zeros(0)
+        half_angle = float(angle) if angle.ndim == 0 else math.nan
+        axis = axis.astype(float) if axis.shape == (3,) else np.zeros(3)
+        length = math.hypot(*axis)
         if not 0.0 < length < math.inf:
-            raise ParameterError(f"Cone(axis={self.axis!r:.60}): expected a direction of three finite numbers, not 0")
+            raise ParameterError(f"Cone(axis={shown(self.axis)}): expected a direction of three finite numbers, not 0")
         if not 0.0 < half_angle <= 0.5 * math.pi + 1e-12:
             raise ParameterError(
-                f"Cone(half_angle={self.half_angle!r:.60}): expected an angle in (0, pi/2] [rad]; for a single "
+                f"Cone(half_angle={shown(self.half_angle)}): expected an angle in (0, pi/2] [rad]; for a single "
                 f"direction give the direction itself"
             )
         axis = axis / length
@@ -81,25 +111,52 @@ class Cone:
 
     @cached_property
     def projected(self) -> float:
-        """Projected solid angle above the horizon [sr]."""
+        """Projected solid angle above the horizon [sr].
+
+        Example
+        >>> print(round(gn.Cone([0, 0, 1], np.radians(5.0)).projected, 5))
+        0.02386
+        """
         return float(projected_solid_angle_cone(self.half_angle, self.polar))
 
     @property
     def polar(self) -> float:
-        """Polar angle of the axis [rad]."""
+        """Polar angle of the axis [rad].
+
+        Example
+        >>> print(round(float(gn.Cone(gn.direction(0.5, 0.0), 0.1).polar), 4))
+        0.5
+        """
         return math.atan2(math.hypot(self.axis[0], self.axis[1]), self.axis[2])
 
     @property
     def about_normal(self) -> bool:
-        """Whether turning it about the normal changes nothing."""
+        """Whether turning it about the normal changes nothing.
+
+        Example
+        >>> print(gn.Cone([0, 0, 1], 0.1).about_normal, gn.Cone(gn.direction(0.5, 0.0), 0.1).about_normal)
+        True False
+        """
         return self.axis[2] == 1.0
 
     def contains(self, w: np.ndarray) -> np.ndarray:
-        """Whether directions (..., 3) lie in it; those on the rim do."""
+        """Whether directions (..., 3) lie in it; those on the rim do.
+
+        Example
+        >>> cone = gn.Cone(gn.direction(0.5, 0.0), np.radians(5.0))
+        >>> print(cone.contains(gn.direction([0.45, 0.55, 0.6], 0.0)))
+        [ True  True False]
+        """
         return (w[..., 2] > 0.0) & (_angle(w, np.array(self.axis)) <= self.half_angle + 1e-12)
 
     def mirrored(self) -> Cone:
-        """Its mirror image about the normal."""
+        """Its mirror image about the normal.
+
+        Example
+        >>> cone = gn.Cone(gn.direction(0.5, 0.0), np.radians(5.0))
+        >>> print(cone.mirrored().contains(gn.direction(0.5, np.pi)))
+        True
+        """
         return Cone(MIRROR * self.axis, self.half_angle)
 
     # Polar coordinates about the axis: the first coordinate of the square goes with sin^2(r/2), so with solid angle,
@@ -139,7 +196,14 @@ class Cone:
         return Domain(_sampled_within, _in_cone, self.numbers, self.seam, self.contains, self._inverse)
 
     def points(self, u0: Any, u1: Any) -> tuple[np.ndarray, Any]:
-        """Directions (..., 3) for points of the unit square, and the projected solid angle per area of it."""
+        """Directions (..., 3) for points of the unit square, and the projected solid angle per area of it.
+
+        Example
+        >>> cone = gn.Cone(gn.direction(0.5, 0.0), np.radians(5.0))
+        >>> w, area = cone.points(np.array([0.2, 0.7]), np.array([0.5, 0.5]))
+        >>> print(w.shape, cone.contains(w))
+        (2, 3) [ True  True]
+        """
         with np.errstate(divide="ignore", invalid="ignore"):
             w, density = _in_cone(None, None, u0, u1, self.numbers)
             return np.stack(np.broadcast_arrays(*w), axis=-1), np.maximum(w.z, 0.0) / density(w)

@@ -11,7 +11,6 @@ from ..arrays.kinds import with_channels
 from ..base.angles import direction
 from ..base.reflectance import Reflectance
 from ..errors import ParameterError
-from ..evaluate import batch
 from ..numerics.quadrature import NODES, Integrals, Sums, cubature, place, weighed
 from .cones import MIRROR, Cone, Geometry, Rings, overlap
 from .over_directions import Radiance, over_directions
@@ -114,8 +113,7 @@ def averaged(
 
     `turns`: whether turning directions about the normal changes nothing but for the material.
     """
-    maps = batch.full_shape(m, ()) != ()
-    same = turns and not maps and m.is_isotropic()
+    same = turns and m.is_isotropic()
     around: Geometry | Rings = Rings(outer) if same and isinstance(outer, Cone) and not outer.about_normal else outer
 
     def evaluate(rows: np.ndarray, cells: np.ndarray) -> Sums:

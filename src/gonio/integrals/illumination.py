@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from ..arguments import checked
 from ..arrays import ops
 from ..arrays.kinds import with_channels
 from ..base.angles import check_unit
@@ -22,10 +23,18 @@ from ..errors import ArrayTypeError, MissingDataWarning, ParameterError, warn
 from ..evaluate import batch
 from ..formula.direction import Direction
 from ..numerics.lattice import lattice
+from ..numerics.quadrature import Integrals
 from ..pictures.colour import transformed
-from .over_directions import integrate
+from .cones import Hemisphere
+from .over_directions import Radiance, integrate, mean_radiance
+from .places import Places
+from .sharing import Wanted, over_places
+
+SAMPLED = 6e-3
+"""Error of a lobe at a place on a map, relative to the mean radiance of a light that is sampled 4096 times."""
 
 
+@checked
 def reflected_radiance(
     m: Reflectance,
     lights: Light | Iterable[Light],
@@ -50,15 +59,23 @@ def reflected_radiance(
              delta lobe contributes 0, by definition.
     Source   Szeliski 2.83 to 2.85; lecture 4, eq. 4.10 and 4.11 (docs/equations.md). Balance heuristic: Veach &
              Guibas 1995.
+
+    Example
+    >>> sun = gn.DistantLight(gn.direction(0.5, 0.0), irradiance=800.0)
+    >>> sky = gn.ConstantLight(60.0)
+    >>> up = [0, 0, 1]
+    >>> print(gn.reflected_radiance(gn.Lambertian(0.5), [sun, sky], up, normal=up).round(2))
+    141.74
     """
     lights = as_lights(lights)
+    wo = _joined(wo, lights)
     lib, (wo, normal, tangent, position) = vectors(wo=wo, normal=normal, tangent=tangent, position=position)
     if lib.channel_loop:
         raise ArrayTypeError(f"reflected_radiance takes NumPy, PyTorch or JAX arrays; got {lib.name}")
     shapes = [tuple(x.shape) for x in (wo, normal, tangent, position) if x is not None]
-    shape = batch.full_shape(m, ops.broadcast_shape(shapes, "wo, normal, tangent, position")[:-1])
+    shape = ops.broadcast_shape(shapes, "wo, normal, tangent, position")[:-1]
     if lib.name == "numpy":
-        memory.check((*shape, 3), wo.dtype, "an array of directions")
+        memory.check((*batch.full_shape(m, shape), 3), wo.dtype, "an array of directions")
     if (known := lib.known(wo)) is not None:
         check_unit("wo", known)
     wo = lib.module.broadcast_to(wo, (*shape, 3))
@@ -72,6 +89,7 @@ def reflected_radiance(
             f" only; expected NumPy, or delta lights"
         )
     for light in fields:
+        check_channels(m.channels or 1, light, light.incident(np.array([[0.0, 0.0, 1.0]])).shape[-1])
         if light.can_sample:
             parts.append(_sampled(m, light, local, local_wo, samples))
         else:
@@ -98,6 +116,24 @@ def as_lights(lights: Any) -> list[Light]:
     return listed
 
 
+def _joined(wo: Any, lights: list[Light]) -> Any:
+    """Directions of NumPy, or in lists, as arrays of the library that the lights' numbers are of."""
+    like = next((x for light in lights if (x := light.like()) is not None), None)
+    if like is None:
+        return wo
+    lib, (wo,) = ops.as_arrays(wo, name="wo")
+    return ops.library(like).vectors(wo, like) if lib.name == "numpy" else wo
+
+
+def check_channels(channels: int, light: Light, lit: int) -> None:
+    """Raises ParameterError where a light of `lit` channels cannot light a material of so many."""
+    if channels != lit and 1 not in (channels, lit):
+        raise ParameterError(
+            f"{type(light).__name__} has {lit} channels and the material has {channels}; expected as many, or a light "
+            f"of one channel such as gn.ConstantLight(1.0)"
+        )
+
+
 def delta_radiance(
     m: Reflectance, light: Light, local: Frame, wo: Any, position: Any, colour: np.ndarray | None = None
 ) -> Any:
@@ -111,36 +147,55 @@ def delta_radiance(
     wi, wo = lib.broadcast(wi, wo)
     cos = ops.maximum(wi[..., 2:3], 0.0)
     f = with_channels(m.f(wi, wo), wi.ndim - 1)
-    return (f if colour is None else transformed(f, colour)) * arrival.irradiance * cos
+    f = f if colour is None else transformed(f, colour)
+    check_channels(f.shape[-1], light, arrival.irradiance.shape[-1])
+    return f * arrival.irradiance * cos
 
 
 def _smooth(m: Reflectance, light: Light, local: Frame, wo: np.ndarray, tolerance: float) -> np.ndarray:
-    lib = ops.library(wo)
-    axes = [[np.broadcast_to(c, wo.shape[:-1]).reshape(-1, 1) for c in axis] for axis in local]
+    return integrate(m, wo, tolerance, incident=False, radiance=_from(light, _each(local, wo)))
 
+
+def _each(local: Frame, wo: np.ndarray) -> list[list[np.ndarray]]:
+    """The components of the axes of frames, for each of the flattened directions (n, 1)."""
+    return [[np.broadcast_to(c, wo.shape[:-1]).reshape(-1, 1) for c in axis] for axis in local]
+
+
+def _at(axes: list[list[np.ndarray]], index: np.ndarray) -> Frame:
+    return Frame(*(Direction(*(c[index] for c in axis)) for axis in axes))
+
+
+def _from(light: Light, axes: list[list[np.ndarray]]) -> Radiance:
     def radiance(w: np.ndarray, index: np.ndarray) -> np.ndarray:
-        here = Frame(*(Direction(*(c[index] for c in axis)) for axis in axes))
-        return light.incident(here.to_world(lib, w))
+        return light.incident(_at(axes, index).to_world(ops.library(w), w))
 
-    return integrate(m, wo, tolerance, incident=False, radiance=radiance)
+    return radiance
 
 
 def _sampled(m: Reflectance, light: Light, local: Frame, wo: np.ndarray, samples: int) -> np.ndarray:
-    shape = wo.shape[:-1]
-    points = lattice(samples).astype(wo.dtype).reshape(samples, *(1 for _ in shape), 2)
-    step = max(1, (1 << 19) // max(1, int(np.prod(shape, dtype=int))))
-    total: Any = 0.0
+    shape, flat, axes = wo.shape[:-1], wo.reshape(-1, 3), _each(local, wo)
+    points = lattice(samples).astype(wo.dtype)
     missing = 0
-    for start in range(0, samples, step):
-        u = points[start : start + step]
-        u = np.broadcast_to(u, (len(u), *shape, 2))
-        part, holes = estimate(m, light, local, wo, u, u)
-        part = np.broadcast_to(part, (*u.shape[:-1], part.shape[-1]))  # that of a delta lobe has no axis of samples
-        total, missing = total + part.sum(axis=0), missing + holes
+
+    def direct(lobe: Reflectance, number: np.ndarray, places: Places, tolerance: float) -> Integrals:
+        nonlocal missing
+        there, here, towards = places.material(lobe), _at(axes, number), flat[number][:, None]
+        step, total = max(1, (1 << 19) // max(1, len(number))), np.zeros(())
+        for start in range(0, samples, step):
+            u = points[start : start + step]
+            u = np.broadcast_to(u, (len(number), *u.shape))
+            part, holes = estimate(there, light, here, towards, u, u)
+            part = np.broadcast_to(part, (*u.shape[:-1], part.shape[-1]))  # that of a delta lobe has no axis of samples
+            total, missing = total + part.sum(axis=1), missing + holes
+        return Integrals(total / samples, np.zeros(len(number)), np.zeros(len(number)))
+
+    unit, goal = mean_radiance(_from(light, axes), len(flat)), SAMPLED * 4096 / samples * len(list(m.lobes()))
+    wanted = Wanted(shape, direct, Hemisphere(), flat.astype(float), goal, unit, coloured=True)
+    value = over_places(m, wanted).value
     if missing:
         text = f"{missing} samples met directions without measured data, which count as 0"
         warn(text, MissingDataWarning)
-    return total / samples
+    return value.reshape(*batch.full_shape(m, shape), -1).astype(wo.dtype)
 
 
 def estimate(

@@ -8,18 +8,23 @@ from typing import Any
 
 import numpy as np
 
+from ..arguments import checked
+from ..base.kernels import with_holes
 from ..base.light import Light
 from ..base.reflectance import Reflectance
 from ..errors import ParameterError
 from ..evaluate import batch
+from ..numerics.quadrature import Integrals
 from .cones import Cone, Hemisphere
 from .factor_between import double_integral, single_integral
 from .factor_under_lights import factor_under
-from .illumination import as_lights
-from .over_directions import Integral, directions, in_double, report
+from .illumination import as_lights, have_channels
+from .over_directions import Integral, check_tolerance, directions, in_double, report
 from .places import Places
+from .sharing import Wanted, over_places
 
 
+@checked
 def reflectance(
     m: Reflectance,
     incident: Any = Hemisphere(),  # noqa: B008  (a value without state)
@@ -50,6 +55,12 @@ def reflectance(
     Error    at most `tolerance` times Omega_o/pi (relative where the reflectance factor is above 1), so that small
              cones keep their digits, or a ToleranceWarning. Delta lobes and environment maps: `reflectance_factor`.
     Source   Nicodemus et al. 1977, NBS Monograph 160; Schaepman-Strub et al. 2006, Remote Sens. Environ. 103:27.
+
+    Example
+    >>> glossy = gn.Lambertian(0.3) + gn.Microfacet(gn.GGX(0.1), gn.Dielectric(1.5))
+    >>> detector = gn.Cone(gn.direction(0.5, np.pi), np.radians(5.0))
+    >>> print(gn.reflectance(glossy, gn.direction(0.5, 0.0), detector).round(5))
+    0.00934
     """
     to = _geometry("collected", collected)
     if not isinstance(to, (Cone, Hemisphere)):
@@ -62,6 +73,7 @@ def reflectance(
     return Integral(R.value * share, R.error * share) if error else R.value * share
 
 
+@checked
 def reflectance_factor(
     m: Reflectance,
     incident: Any = Hemisphere(),  # noqa: B008
@@ -93,6 +105,13 @@ def reflectance_factor(
              as in `f`. Environment maps are sampled, up to 2^20 times: the error returned is then twice the standard
              error of 16 parts.
     Source   Nicodemus et al. 1977, NBS Monograph 160; Schaepman-Strub et al. 2006, Remote Sens. Environ. 103:27.
+
+    Example
+    >>> glossy = gn.Lambertian(0.3) + gn.Microfacet(gn.GGX(0.1), gn.Dielectric(1.5))
+    >>> print(gn.reflectance_factor(glossy, gn.direction(0.5, 0.0), [0, 0, 1]).round(4))
+    0.3229
+    >>> print(gn.reflectance_factor(glossy, gn.Hemisphere(), [0, 0, 1]).round(4))
+    0.3396
     """
     R = _factor(m, incident, _geometry("collected", collected), sky, tolerance)
     return R if error else R.value
@@ -111,8 +130,7 @@ def _geometry(name: str, value: Any) -> Any:
 
 def _factor(m: Reflectance, incident: Any, to: Any, sky: Any, tolerance: float) -> Integral:
     of = _geometry("incident", incident)
-    if not 0.0 < tolerance < 1.0:
-        raise ParameterError(f"tolerance={tolerance!r}: expected a number between 0 and 1")
+    check_tolerance(tolerance)
     if sky is not None and not isinstance(of, (Cone, Hemisphere)):
         raise ParameterError(
             "incident is a direction, without room for a sky; expected Hemisphere or Cone, or a DistantLight as sky"
@@ -122,18 +140,28 @@ def _factor(m: Reflectance, incident: Any, to: Any, sky: Any, tolerance: float) 
         value = math.pi * m.f(wi, wo)
         return Integral(value, np.zeros(np.shape(value)[: np.ndim(value) - (m.channels is not None)])[()])
     w = wi if wi is not None else wo if wo is not None else np.zeros(3)
-    shape = batch.full_shape(m, w.shape[:-1])
-    fixed = in_double(np.broadcast_to(w, (*shape, 3)))
-    places, channels = Places(shape, np.arange(len(fixed))), m.channels is not None
-    if sky is not None:
-        R, coloured = factor_under(m, as_lights(sky), of, to if wo is None else fixed, places, tolerance)
-        channels = channels or coloured
-    elif wi is not None:
-        R = single_integral(m, fixed, places, to, True, tolerance)
-    elif wo is not None:
-        R = single_integral(m, fixed, places, of, False, tolerance)
-    else:
-        R = double_integral(m, of, to, places, tolerance)
+    shape, fixed = batch.full_shape(m, w.shape[:-1]), in_double(w)
+    lights = None if sky is None else [light.in_numpy() for light in as_lights(sky)]
+    channels = m.channels is not None or (lights is not None and have_channels(lights))
+
+    def direct(lobe: Reflectance, number: np.ndarray, places: Places, tolerance: float) -> Integrals:
+        nonlocal channels
+        here = fixed[number]
+        if lights is not None:
+            R, coloured = factor_under(lobe, lights, of, to if wo is None else here, places, tolerance)
+            channels = channels or coloured
+            return R
+        if wi is not None:
+            return single_integral(lobe, here, places, to, True, tolerance)
+        if wo is not None:
+            return single_integral(lobe, here, places, of, False, tolerance)
+        return double_integral(lobe, of, to, places, tolerance)
+
+    sides = (fixed if wi is not None else of), (fixed if wo is not None else to)
+    wanted = Wanted(w.shape[:-1], direct, *sides, tolerance, np.ones(len(fixed)), lights is not None)
+    R, absent = over_places(m, wanted), with_holes(np.zeros((*shape, 1)), m)
+    hidden = np.isnan(absent).any(axis=-1).reshape(-1)
+    R = R._replace(missing=np.where(hidden, 0.0, R.missing))
     report(R, tolerance * np.maximum(1.0, np.abs(R.value).max(axis=-1, initial=0.0)))
-    value = R.value.reshape(*shape, R.value.shape[-1]).astype(w.dtype)
+    value = (R.value.reshape(*shape, R.value.shape[-1]) + absent).astype(w.dtype)
     return Integral(value if channels else value[..., 0][()], R.error.reshape(shape)[()])

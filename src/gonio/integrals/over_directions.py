@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator, Sequence
 from functools import cache
 from typing import Any, NamedTuple
@@ -14,19 +15,32 @@ from ..base.angles import check_unit
 from ..base.kernels import with_holes
 from ..base.reflectance import Reflectance
 from ..compile import memory
-from ..errors import ArrayTypeError, DirectionWarning, MissingDataWarning, ShapeError, ToleranceWarning, warn
+from ..errors import (
+    ArrayTypeError,
+    DirectionWarning,
+    MissingDataWarning,
+    ParameterError,
+    ShapeError,
+    ToleranceWarning,
+    warn,
+)
 from ..evaluate import batch
 from ..formula.direction import HORIZON, NORMAL, Direction, select, served
 from ..formula.fields import Param
 from ..formula.warp import cosine_hemisphere
 from ..numerics.lattice import lattice
 from ..numerics.quadrature import NODES, Evaluate, Integrals, Sums, cubature, in_order, place, weighed
+from .cones import Hemisphere
 from .domain import SAMPLED, Coordinates, Domain
 from .peaks import GRAZING, SHARP, peaks
 from .places import Places
+from .sharing import Wanted, over_places
 
 CHUNKS = (4096, 512, 64)
 """Numbers of cells that a kernel is given at a time: few, because each needs a plan of its own."""
+
+TIGHTEST = 1e-13
+"""The smallest tolerance."""
 
 TOGETHER = 8
 """Most channels that are integrated together."""
@@ -58,34 +72,57 @@ def integrate(
     `incident`: whether w is the incident direction and the integral runs over wo, or the other way round. Under a
     radiance the tolerance is relative to its mean over the hemisphere. With `error` an `Integral`.
     """
+    check_tolerance(tolerance)
     w = directions(w)
     shape = batch.full_shape(m, w.shape[:-1])
     memory.check((*shape, 3), np.float64, "an array of directions")
-    flat = in_double(np.broadcast_to(w, (*shape, 3)))
-    index = np.arange(len(flat))
-    places, unit = Places(shape, index), 1.0
+    flat, unit = in_double(w), np.ones(math.prod(w.shape[:-1]))
     if radiance is not None:
-        around = np.broadcast_to(_SIDES, (len(flat), *_SIDES.shape))
-        unit = np.abs(radiance(around, index)).mean(axis=1).max(axis=-1)
-    integrals = over_directions(m, flat, places, tolerance, incident, radiance=radiance, unit=unit)
-    value, absent = integrals.value, with_holes(np.zeros((*shape, 1)), m)  # the integrand's NaN count as 0
+        unit = mean_radiance(radiance, len(flat))
+
+    def direct(lobe: Reflectance, number: np.ndarray, places: Places, tolerance: float) -> Integrals:
+        light = None if radiance is None else lambda there, index: radiance(there, number[index])
+        return over_directions(lobe, flat[number], places, tolerance, incident, radiance=light, unit=unit[number])
+
+    of, to = (flat, Hemisphere()) if incident else (Hemisphere(), flat)
+    coloured = radiance is not None
+    integrals = over_places(m, Wanted(w.shape[:-1], direct, of, to, tolerance, unit, coloured))
+    absent = with_holes(np.zeros((*shape, 1)), m)  # the integrand's NaN count as 0
     hidden = np.isnan(absent).any(axis=-1).reshape(-1)
     integrals = integrals._replace(missing=np.where(hidden, 0.0, integrals.missing))
+    value = integrals.value
     for weight, lobe in m.lobes():
         if lobe.is_delta:
             double = np.broadcast_to(w, (*shape, 3)).astype(float)
+            index = np.arange(math.prod(shape))
+            places = Places(shape, index)
             part = places.values(lobe.delta_reflectance(double))
             if radiance is not None:
                 mirrored = lobe.sample(double, np.zeros(2)).wi
-                part = part * radiance(mirrored.reshape(-1, 1, 3), index)[:, 0]
+                owner = np.broadcast_to(np.arange(len(flat)).reshape(w.shape[:-1]), shape).reshape(-1)
+                part = part * radiance(mirrored.reshape(-1, 1, 3), owner)[:, 0]
             value = value + places.values(weight) * part
+    unit = np.broadcast_to(unit.reshape(w.shape[:-1]), shape).reshape(-1)
     report(integrals, tolerance * np.maximum(unit, np.abs(value).max(axis=-1, initial=0.0)))
-    if len(flat) == 0:
+    if len(value) == 0:
         value = np.zeros((0, m.channels or 1))
     channels = radiance is not None or m.channels is not None
     value = (value.reshape(*shape, value.shape[-1]) + absent).astype(w.dtype)
     value = value if channels else value[..., 0][()]
     return Integral(value, integrals.error.reshape(shape)[()]) if error else value
+
+
+def mean_radiance(radiance: Radiance, count: int) -> np.ndarray:
+    """The mean over the hemisphere (count,), weighed by the cosine, of the channel that has most."""
+    around = np.broadcast_to(_SIDES, (count, *_SIDES.shape))
+    mean: np.ndarray = np.abs(radiance(around, np.arange(count))).mean(axis=1).max(axis=-1)
+    return mean
+
+
+def check_tolerance(tolerance: float) -> None:
+    """Raises ParameterError for an error of an integral that double precision does not reach, or that says nothing."""
+    if not TIGHTEST <= tolerance < 1.0:
+        raise ParameterError(f"tolerance={tolerance!r}: expected a number between {TIGHTEST:g} and 1, such as 1e-4")
 
 
 def directions(w: Any) -> np.ndarray:
@@ -159,7 +196,7 @@ def over_directions(
 
 def _alike(lobe: Reflectance) -> Iterator[tuple[int, int]]:
     """First channels and ends of the groups that are integrated together, because their lobes are equally wide;
-    (0, 0) for a lobe without channels."""
+    (0, 0) for a lobe without channels, or of one, which lights may have more of."""
     numbers = [(field.sampled, x) for _, field, x, _ in lobe.walk() if isinstance(field, Param) and np.ndim(x)]
     count = max((x.shape[-1] for _, x in numbers), default=0)
     widths = [x for sampled, x in numbers if sampled != "mean" and x.shape[-1] > 1]
@@ -168,7 +205,7 @@ def _alike(lobe: Reflectance) -> Iterator[tuple[int, int]]:
         if c - first == TOGETHER or any((x[..., c] != x[..., first]).any() for x in widths):
             yield first, c
             first = c
-    yield first, count
+    yield first, count if count > 1 else 0
 
 
 class _Integrand(NamedTuple):
@@ -182,7 +219,7 @@ class _Integrand(NamedTuple):
     radiance: Radiance | None
 
     def of(self, first: int, last: int) -> _Integrand:
-        """That of channels from `first` to before `last`; (0, 0): of a lobe without channels."""
+        """That of channels from `first` to before `last`; (0, 0): of all."""
         lobe, radiance = self.lobe, self.radiance
         if not last:
             return self

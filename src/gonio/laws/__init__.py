@@ -16,6 +16,7 @@ from functools import partial
 import numpy as np
 
 from .. import discover
+from ..arguments import checked
 from ..base.reflectance import Reflectance
 from ..errors import MissingDataWarning, NotFoundError, ShapeError
 from ..evaluate import batch
@@ -41,6 +42,7 @@ def summaries() -> dict[str, str]:
     return {name: " ".join(head.partition(": ")[2].split()).split(". ")[0].rstrip(".") for name, head in heads.items()}
 
 
+@checked
 def check(
     m: Reflectance, progress: Callable[[int, int], None] | None = None, laws: Iterable[str] | None = None
 ) -> Report:
@@ -53,6 +55,11 @@ def check(
     `progress(done, total)` is called after each law. A law that the model's class declares not to obey is marked with
     the class's reason. For a table with uncertainties a verdict also says whether a failure is more than they explain;
     it stays that of the numbers.
+
+    Example
+    >>> report = gn.check(gn.OriginalPhong(0.2), laws=["positivity", "reciprocity"])
+    >>> print(report.verdicts)
+    {'positivity': 'pass', 'reciprocity': 'breaks'}
     """
     names = list(LAWS) if laws is None else list(laws)
     for name in names:
@@ -81,13 +88,11 @@ def check(
 
 
 def _judge(m: Reflectance) -> Callable[[Law], Law]:
-    """The function that adds its significance to a verdict, for a measurement with uncertainties."""
+    """The function that adds its uncertainty and significance to a verdict, for a measured table."""
     if isinstance(m, Gridded):
-        from ..uncertainty.table import has_uncertainty
         from ._significance import judged
 
-        if has_uncertainty(m):
-            return partial(judged, m)
+        return partial(judged, m)
     return lambda law: law
 
 

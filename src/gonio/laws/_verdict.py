@@ -14,8 +14,8 @@ class Law:
     """One verdict. `value` is compared with `tolerance` as `rule` says; `where` holds angles [degrees].
 
     `why` describes a failure, `declared` is the reason that the material's class gives for it. `u` is the standard
-    uncertainty of `value` for a measurement with uncertainties (NaN: unknown), and `significance` says whether a
-    failure is more than u explains.
+    uncertainty of `value` for a measured table (NaN: unknown), of the components `u_noise` (None: no uncertainties of
+    values are stated) and `u_interpolation`, and `significance` says whether a failure is more than u explains.
     """
 
     name: str
@@ -27,6 +27,8 @@ class Law:
     why: str = ""
     declared: str = ""
     u: float | None = None
+    u_noise: float | None = None
+    u_interpolation: float | None = None
     significance: str = ""
 
     @property
@@ -37,8 +39,16 @@ class Law:
     @property
     def finding(self) -> str:
         """The rule with its numbers."""
-        spread = "" if self.u is None else " ± unknown" if math.isnan(self.u) else f" ± {self.u:.2g}"
+        spread = ""
+        if self.u is not None:
+            total, *parts = ("unknown" if x is None or math.isnan(x) else f"{x:.2g}" for x in self._uncertainties)
+            of = "by interpolation alone" if self.u_noise is None else "noise {}, interpolation {}".format(*parts)
+            spread = f" ± {total} ({of})"
         return self.rule.format(value=f"{self.value:.4g}{spread}", tolerance=f"{self.tolerance:.4g}")
+
+    @property
+    def _uncertainties(self) -> tuple[float | None, ...]:
+        return self.u, self.u_noise, self.u_interpolation
 
     @property
     def place(self) -> str:
@@ -63,7 +73,13 @@ def at_most(
 
 @dataclass(frozen=True)
 class Report:
-    """The verdicts of `check`: `passed` if every law holds. Prints as a table."""
+    """The verdicts of `check`: `passed` if every law holds. Prints as a table.
+
+    Example
+    >>> report = gn.check(gn.Lambertian(0.5), laws=["energy"])
+    >>> print(report.passed, report.laws[0].value <= report.laws[0].tolerance)
+    True True
+    """
 
     material: str
     laws: tuple[Law, ...]
@@ -71,24 +87,45 @@ class Report:
 
     @property
     def passed(self) -> bool:
-        """Whether every law holds."""
+        """Whether every law holds.
+
+        Example
+        >>> print(gn.check(gn.Lambertian(0.5), laws=["energy"]).passed)
+        True
+        """
         return all(law.passed for law in self.laws)
 
     @property
     def lawful(self) -> bool:
-        """Whether every law holds, or fails as the class declares."""
+        """Whether every law holds, or fails as the class declares.
+
+        Example
+        >>> report = gn.check(gn.OriginalPhong(0.2), laws=["reciprocity"])
+        >>> print(report.passed, report.lawful)
+        False True
+        """
         return not any(law.verdict == "FAIL" for law in self.laws)
 
     @property
     def verdicts(self) -> dict[str, str]:
-        """Law -> "pass", "breaks" or "FAIL"; laws that do not apply are left out."""
+        """Law -> "pass", "breaks" or "FAIL"; laws that do not apply are left out.
+
+        Example
+        >>> print(gn.check(gn.OriginalPhong(0.2), laws=["reciprocity"]).verdicts)
+        {'reciprocity': 'breaks'}
+        """
         return {law.name: law.verdict for law in self.laws}
 
     def __getitem__(self, name: str) -> Law:
         return next(law for law in self.laws if law.name == name)
 
     def to_json(self) -> dict[str, Any]:
-        """The report as JSON data."""
+        """The report as JSON data.
+
+        Example
+        >>> print(gn.check(gn.Lambertian(0.5), laws=["energy"]).to_json()["passed"])
+        True
+        """
         laws = [{**asdict(law), "verdict": law.verdict} for law in self.laws]
         return {**asdict(self), "laws": laws, "passed": self.passed, "lawful": self.lawful}
 

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..arrays import Fixed, frozen, ops
-from ..errors import ArrayTypeError, ParameterError, ShapeError
+from ..errors import ArrayTypeError, ParameterError, ShapeError, TooLargeError
 from ..formula.direction import Direction, polar_angle
 
 MOST = 1 << 27
@@ -73,6 +73,8 @@ class Panorama:
             )
         try:
             array = np.array(ops.plain(value), order="C")
+        except MemoryError:
+            raise TooLargeError(f"environment map: no memory for pixels of shape {np.shape(value)}") from None
         except (TypeError, ValueError, OverflowError) as error:
             kind = "lists" if isinstance(value, (list, tuple)) else "arrays"
             raise ParameterError(f"environment map: got {kind} that are not (H, W, C) numbers: {error}") from None

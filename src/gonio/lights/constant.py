@@ -16,6 +16,12 @@ class ConstantLight(Light):
     Units    radiance: W m-2 sr-1.
     Error    none.
     Source   lecture 4, eq. 4.11 (docs/equations.md).
+
+    Example
+    >>> sky = gn.ConstantLight([0.3, 0.5, 1.0])
+    >>> up = [0, 0, 1]
+    >>> print(gn.reflected_radiance(gn.Lambertian(0.5), sky, up, normal=up).round(3))
+    [0.15 0.25 0.5 ]
     """
 
     radiance = param(1.0, 0.0, 1e30, "radiance", unit="W m-2 sr-1")

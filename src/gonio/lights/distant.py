@@ -5,10 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any, ClassVar
 
-import numpy as np
-
-from ..arrays import ops
-from ..base.light import Arrival, Light, channel_vector
+from ..base.light import Arrival, Light, channel_vector, vector_of
 from ..formula.fields import param, vector
 from ._words import Word, spectrum, towards
 
@@ -20,6 +17,12 @@ class DistantLight(Light):
     Units    irradiance E on a plane perpendicular to the beam: W m-2.
     Error    rounding.
     Source   lecture 4, eq. 4.9 and 4.10 (docs/equations.md).
+
+    Example
+    >>> sun = gn.DistantLight(gn.direction(0.5, 0.0), irradiance=1000.0)
+    >>> up = [0, 0, 1]
+    >>> print(gn.reflected_radiance(gn.Lambertian(0.5), sun, up, normal=up).round(2))
+    139.67
     """
 
     direction = vector((0.0, 0.0, 1.0), "direction to the light", unit=True)
@@ -28,8 +31,7 @@ class DistantLight(Light):
     is_delta: ClassVar[bool] = True
 
     def arrival(self, position: Any) -> Arrival:
-        lib = ops.library(position)
-        return Arrival(lib.convert(np.array(self.direction), position), channel_vector(self.irradiance, position))
+        return Arrival(vector_of(self.direction, position), channel_vector(self.irradiance, position))
 
 
 WORDS = [

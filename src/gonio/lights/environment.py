@@ -50,6 +50,13 @@ class EnvironmentLight(Light):
              approximation of the field that the pixels are samples of: at most (pi/H)^2/8 times the sum of its second
              derivatives by theta and phi.
     Source   PBRT-4 section 12.5, for infinite lights and their sampling; the layout: docs/conventions.md.
+
+    Example
+    >>> pixels = np.zeros((4, 8))
+    >>> pixels[1, 2] = 1.0  # centre of that pixel: theta = 3 pi/8, phi = 5 pi/8
+    >>> light = gn.EnvironmentLight(pixels)
+    >>> print(light.incident(gn.direction(3 * np.pi / 8, 5 * np.pi / 8)).round(3))
+    [1.]
     """
 
     image: Any = _Picture(None, "equirectangular picture: an array, an Image or a path")
@@ -91,6 +98,11 @@ class EnvironmentLight(Light):
 
         The irradiance is at most pi, on the plane that gets most, in red: a Lambertian surface stays below radiance 1.
         The brightest pixel has 550 times the mean radiance. Below 128 rows the sun is less than 4 pixels wide.
+
+        Example
+        >>> light = gn.EnvironmentLight.studio(height=32)
+        >>> print(gn.render(gn.material("gold", alpha=0), light, size=16, samples=4).pixels.shape)
+        (16, 16, 3)
         """
         axis = np.asarray(ops.plain(sun), dtype=float)
         if axis.shape != (3,) or not np.all(np.isfinite(axis)) or not axis.any():
@@ -104,6 +116,13 @@ class EnvironmentLight(Light):
         `height`: rows; without it, as many as the picture has. Mitsuba's rows reach from pole to pole, so that pixel
         centres lie between them and are interpolated; exact for pictures of `to_mitsuba` and the height that they came
         from. `options`: scale and invalid, as for the class.
+
+        Example
+        >>> light = gn.EnvironmentLight.studio(height=32)
+        >>> again = gn.EnvironmentLight.from_mitsuba(light.to_mitsuba(), height=32)
+        >>> w = gn.direction(0.4, 2.0)
+        >>> print(np.allclose(again.incident(w), light.incident(w), rtol=1e-4))
+        True
         """
         return cls(from_mitsuba(Panorama.of(image), height), **options)
 
@@ -112,6 +131,11 @@ class EnvironmentLight(Light):
 
         Mitsuba's world is then this one, z up, and its radiance is this one in every direction but for its single
         precision (1.4e-5 of the contrast between pixels at 128 columns). It takes C = 1 and C = 3.
+
+        Example
+        >>> light = gn.EnvironmentLight.studio(height=32)
+        >>> print(light.to_mitsuba().pixels.shape)
+        (65, 64, 3)
         """
         return self._picture(to_mitsuba(self.image))
 
@@ -121,6 +145,11 @@ class EnvironmentLight(Light):
 
         `height`: rows H of the (H, 2H, C) pixels, each the mean over its solid angle of what pbrt shows; without it,
         sqrt(pi)/2 times the rows of the square. `options`: scale and invalid, as for the class.
+
+        Example
+        >>> light = gn.EnvironmentLight.from_pbrt(np.full((64, 64, 3), 0.5), height=32)
+        >>> print(light.incident(np.array([0.0, 0.6, 0.8])).round(3))
+        [0.5 0.5 0.5]
         """
         return cls(from_pbrt(Panorama.of(image), height), **options)
 
@@ -130,6 +159,11 @@ class EnvironmentLight(Light):
         x, y, z become pbrt's light axes. pbrt's world is left-handed and would show gonio's in a mirror: begin the
         scene with `Scale -1 1 1`. `size`: N; without it, 2H/sqrt(pi), texels as large as pixels at the equator. A texel
         holds the mean over its solid angle: the flux of `studio()` is kept to 4e-4.
+
+        Example
+        >>> light = gn.EnvironmentLight.studio(height=32)
+        >>> print(light.to_pbrt().pixels.shape)
+        (36, 36, 3)
         """
         return self._picture(to_pbrt(self.image, size))
 

@@ -29,6 +29,12 @@ class FunctionLight(Light):
     Units    L: W m-2 sr-1.
     Error    that of the integral that uses it; L should be smooth, or use an EnvironmentLight.
     Source   the general L_i of the reflection integral, Szeliski 2.83 (docs/equations.md).
+
+    Example
+    >>> sky = gn.FunctionLight(lambda w: 1.0 + w[..., 2])
+    >>> up = [0, 0, 1]
+    >>> print(gn.reflected_radiance(gn.Lambertian(0.5), sky, up, normal=up).round(3))
+    0.833
     """
 
     L: Any = _Callable(None, "radiance of world directions")

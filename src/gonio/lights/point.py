@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ..arrays import ops
-from ..base.light import Arrival, Light, channel_vector
+from ..base.light import Arrival, Light, channel_vector, vector_of
 from ..formula.fields import param, vector
 from ._words import Word, spectrum
 
@@ -20,6 +20,12 @@ class PointLight(Light):
     Units    position: m; intensity I: W sr-1.
     Error    rounding. At the light's own place the direction is undefined: NaN.
     Source   "nearby point source", slides B (docs/equations.md), whose N.S/r^2 has the 1/pi rolled into S.
+
+    Example
+    >>> lamp = gn.PointLight(position=[0.0, 0.0, 2.0], intensity=100.0)
+    >>> up = [0, 0, 1]
+    >>> print(gn.reflected_radiance(gn.Lambertian(0.5), lamp, up, normal=up, position=[0, 0, 0]).round(3))
+    3.979
     """
 
     position = vector((0.0, 0.0, 1.0), "where the light is [m]")
@@ -28,8 +34,7 @@ class PointLight(Light):
     is_delta: ClassVar[bool] = True
 
     def arrival(self, position: Any) -> Arrival:
-        lib = ops.library(position)
-        to = lib.convert(np.array(self.position), position) - position
+        to = vector_of(self.position, position) - position
         r2 = (to * to).sum(-1)[..., None]
         with np.errstate(divide="ignore", invalid="ignore"):
             return Arrival(to / ops.sqrt(r2), channel_vector(self.intensity, position) / r2)

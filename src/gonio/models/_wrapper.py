@@ -9,6 +9,7 @@ from typing import Any, ClassVar
 from ..arrays import ops
 from ..base.reflectance import Reflectance
 from ..formula.direction import HORIZON, Direction, raised, select
+from ..formula.state import inferred
 from ..formula.warp import cosine_hemisphere, cosine_hemisphere_density
 
 
@@ -23,8 +24,9 @@ class Wrapper(Reflectance):
         """The wrapped reflectance."""
         return self.__dict__[self.wraps]
 
-    @property
+    @inferred
     def channel_names(self) -> tuple | None:
+        """Those of what is wrapped."""
         return self.inside.channel_names
 
 

@@ -19,13 +19,18 @@ class ABC(Reflectance):
     D is 0 at the mirror direction. F is the exact dielectric Fresnel reflectance for index eta at the difference
     angle, cos^2(theta_d) = (z_i^2 + z_o^2)/2 + |D|^2/4. The diffuse part is a `Lambertian` beside it.
 
-    Looks    `ABC(50, 1e4, 1)` is a small highlight with a wide, faint glow, as of polished plastic; `ABC(2, 50, 2)` is
-             a faint sheen.
+    Looks    `ABC(200, 2000, 1)` is a highlight in a wide glow, as of metallic paint; `ABC(50, 1e4, 1)` is
+             a small one over a faint glow, as of polished plastic; `ABC(2, 50, 2)` is a faint sheen.
     Shapes   A, B, C, eta: numbers or (..., C).
     Units    f, A: 1/sr; B, C, eta: 1.
     Error    rounding: 3e-6 relative in float32.
     Source   Löw, Kronander, Ynnerman & Unger 2012, ACM TOG 31(1):9, doi:10.1145/2077341.2077350 (the model for
              smooth surfaces, from Rayleigh–Rice theory with the ABC power spectrum). Sampling derived here.
+
+    Example
+    >>> m = gn.ABC(A=50.0, B=1e4, C=1.0)
+    >>> print(m.f_angles(0.5, 0.0, [0.4, 0.5, 0.6], np.pi).round(3))
+    [0.025 2.062 0.028]
     """
 
     A = param(10.0, 0.0, 1e4, "height of the lobe, before Fresnel", unit="sr-1")

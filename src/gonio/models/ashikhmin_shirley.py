@@ -27,6 +27,11 @@ class AshikhminShirley(Reflectance):
     Error    rounding.
     Source   Ashikhmin & Shirley 2000, "An anisotropic Phong BRDF model", with its sampling. The four quadrants of
              azimuth, which the paper samples one by one, are one map here.
+
+    Example
+    >>> brushed = gn.AshikhminShirley(R_s=0.5, n_u=10.0, n_v=200.0)
+    >>> print(brushed.f_angles(0.0, 0.0, 0.3, [0.0, np.pi / 2]).round(4))
+    [0.8451 0.0989]
     """
 
     oriented: ClassVar[bool] = True
@@ -78,6 +83,11 @@ class AshikhminShirleyDiffuse(Reflectance):
     Units    f: 1/sr; rho (the paper's R_d), F0 (R_s): 1.
     Error    rounding: 4e-7 relative in float32.
     Source   Ashikhmin & Shirley 2000, "An anisotropic Phong BRDF model", Journal of Graphics Tools 5(2).
+
+    Example
+    >>> plastic = gn.AshikhminShirleyDiffuse(0.5, F0=0.05) + gn.AshikhminShirley(0.05, n=1000.0)
+    >>> print(gn.albedo(plastic, gn.direction([0.0, 1.4], 0.0)).round(3))
+    [0.51  0.523]
     """
 
     rho = param(0.5, 0.0, 1.0, "diffuse albedo of the substrate")

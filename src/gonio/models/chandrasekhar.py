@@ -26,6 +26,11 @@ class Chandrasekhar(DeepLayer):
     Units    f: 1/sr; w: 1.
     Error    H: 1e-6 relative (20 nodes), 2e-6 at w = 1; rounding: 6e-7 in float32.
     Source   Chandrasekhar 1950, Radiative Transfer, chapters III and V. Quadrature and sampling derived here.
+
+    Example
+    >>> dust = gn.Chandrasekhar(1.0)
+    >>> print(gn.albedo(dust, gn.direction([0.0, 1.0], 0.0)).round(3))
+    [1. 1.]
     """
 
     w = param(0.9, 0.0, 1.0, "single-scattering albedo: the share of light that a particle scatters")

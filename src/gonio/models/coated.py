@@ -95,6 +95,13 @@ class Coated(_Coat):
     Source   Weidlich & Wilkie 2007, "Arbitrarily layered micro-facet surfaces" (layers, absorption along slanted
              paths; without eta^2); Elias, Simonot & Menu 2001, "Bidirectional reflectance of a diffuse background
              covered by a partly absorbing layer"; R: Saunderson 1942, J. Opt. Soc. Am. 32(12):727. Derived here.
+
+    Example
+    >>> varnished = gn.Coated(gn.Lambertian([0.6, 0.1, 0.05]), eta=1.5)
+    >>> print(varnished.f_angles(0.3, 0.0, 0.8, 1.0).round(4))
+    [0.1204 0.0137 0.0066]
+    >>> print(varnished.delta_reflectance([0, 0, 1]).round(4))
+    [0.04 0.04 0.04]
     """
 
     def below(self) -> type[_Below]:
@@ -114,13 +121,19 @@ class RoughCoated(_Coat):
     this much is reflected, or lost to facets behind (as in `Microfacet`). Refraction is that of the flat surface: the
     base is tinted and dimmed as under the rough coat, but not blurred, and a mirror below stays a mirror.
 
-    Looks    `RoughCoated(Lambertian([0.6, 0.1, 0.05]), alpha=0.05)` is red plastic with a sharp highlight; `alpha=0.4`
-             is satin paint with a wide, soft one.
+    Looks    `RoughCoated(Lambertian([0.05, 0.3, 0.1]), alpha=0.4)` is green satin paint with a wide, soft
+             highlight; `alpha=0.05` makes it plastic with a sharp one.
     Shapes   alpha, eta, tau: numbers or (..., C).
     Units    f: 1/sr; alpha, tau: 1.
     Error    F: 8e-3. White Lambertian base, tau = 0: the albedo is 1 less the facets' loss, 0.9995 at normal
              incidence and 0.95 at 80 degrees for alpha = 0.1, 0.98 and 0.96 for 0.4.
     Source   as `Coated`; facets: Walter et al. 2007, EGSR; those seen: Heitz 2014, JCGT 3(2). F is derived here.
+
+    Example
+    >>> satin = gn.RoughCoated(gn.Lambertian([0.6, 0.1, 0.05]), alpha=0.2)
+    >>> print(satin.f_angles(0.5, 0.0, 0.5, [0.0, np.pi]).round(3))
+    [[0.122 0.016 0.009]
+     [0.226 0.12  0.113]]
     """
 
     alpha = param(0.1, ALPHA_LOW, ALPHA_HIGH, "slope scale of the coat", sampled="max")

@@ -29,6 +29,11 @@ class CookTorrance(Facets):
     Units    f: 1/sr; m: 1, sqrt(2) times the RMS slope.
     Error    rounding.
     Source   Cook & Torrance 1982, ACM TOG 1(1):7, with the mean F of both polarisations; D is Beckmann's.
+
+    Example
+    >>> copper = gn.CookTorrance(0.4, gn.material("copper").fresnel)
+    >>> print(copper.f_angles(0.5, 0.0, 0.5, np.pi).round(3))
+    [2.402 1.607 1.349]
     """
 
     m = param(0.2, ALPHA_LOW, ALPHA_HIGH, "slope scale of the facets (the paper's m)", sampled="max")

@@ -34,6 +34,13 @@ class CoxMunk(Facets):
     Source   Cox & Munk 1954, J. Opt. Soc. Am. 44(11):838. Equations as in two independent descriptions; the sign
              of z_u makes the most probable slope ascend downwind, as the paper's abstract says. Smith's G: see
              `Beckmann`, whose visible normals are sampled.
+
+    Example
+    >>> for wind_speed in (1.0, 15.0):
+    ...     print(gn.CoxMunk(wind_speed).f_angles(0.5, 0.0, [0.5, 0.9], np.pi).round(4))
+    ...
+    [0.3195 0.0012]
+    [0.0325 0.0279]
     """
 
     oriented: ClassVar[bool] = True

@@ -21,12 +21,17 @@ class DisneyDiffuse(Reflectance):
 
     F90 = 1/2 + 2 roughness cos^2(theta_d), z = cos(theta). Fitted by eye to measured materials.
 
-    Looks    `DisneyDiffuse(0.5, 0)` is matt, a little darker than Lambertian at grazing angles; `DisneyDiffuse(0.5, 1)`
-             is brighter there, as cloth.
+    Looks    `DisneyDiffuse(0.5, 1)` is cloth, brighter at grazing angles than Lambertian;
+             `DisneyDiffuse(0.5, 0)` is matt, a little darker there.
     Shapes   rho, roughness: numbers or (..., C).
     Units    f: 1/sr; rho: 1 (the paper's base colour); roughness: 1, the square root of the GGX lobe's alpha.
     Error    rounding: 8e-7 relative in float32.
     Source   Burley 2012, "Physically-based shading at Disney", SIGGRAPH course notes.
+
+    Example
+    >>> cloth = gn.DisneyDiffuse(0.5, roughness=1.0)
+    >>> print((np.pi * cloth.f_angles([0.0, 1.3], 0.0, [0.0, 1.3], 0.0)).round(3))
+    [0.5   0.866]
     """
 
     rho = param(0.5, 0.0, 1.0, "base colour")
@@ -50,12 +55,17 @@ class FrostbiteDiffuse(Reflectance):
 
     f = rho/pi (1 - 0.51/1.51 r) (1 + (F90 - 1)(1 - z_i)^5) (1 + (F90 - 1)(1 - z_o)^5),   r = roughness
 
-    Looks    `FrostbiteDiffuse(0.5, 0)` is matt, a little darker than Lambertian at grazing angles;
-             `FrostbiteDiffuse(0.5, 1)` is a third darker in the middle than there.
+    Looks    `FrostbiteDiffuse(0.5, 1)` is a third darker in the middle than at grazing angles;
+             `FrostbiteDiffuse(0.5, 0)` is matt, a little darker than Lambertian there.
     Shapes   rho, roughness: numbers or (..., C).
     Units    f: 1/sr; rho: 1; roughness: 1, the square root of the GGX lobe's alpha.
     Error    rounding: 8e-7 relative in float32.
     Source   Lagarde & de Rousiers 2014, "Moving Frostbite to physically based rendering", SIGGRAPH course notes.
+
+    Example
+    >>> cloth = gn.FrostbiteDiffuse(0.5, roughness=1.0)
+    >>> print((np.pi * cloth.f_angles([0.0, 1.3], 0.0, [0.0, 1.3], 0.0)).round(3))
+    [0.331 0.574]
     """
 
     rho = param(0.5, 0.0, 1.0, "base colour")

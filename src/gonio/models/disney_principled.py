@@ -62,11 +62,26 @@ class DisneyPrincipled(_Disney):
     Error    rounding.
     Source   Burley 2012, "Physically based shading at Disney", sections 5.3 to 5.6 and their addenda, and the authors'
              disney.brdf. Sampling derived here.
+
+    Example
+    >>> plastic = gn.DisneyPrincipled([0.8, 0.2, 0.1], roughness=0.4)
+    >>> metal = plastic.replace(metallic=1.0)
+    >>> for m in (plastic, metal):
+    ...     print(gn.albedo(m, gn.direction(0.5, 0.0)).round(3))
+    ...
+    [0.836 0.237 0.137]
+    [0.728 0.182 0.091]
     """
 
     @classmethod
     def from_rgb(cls, base_color: Any, **others: Any) -> Self:
-        """The material of a colour (..., 3), linear RGB, and its tint."""
+        """The material of a colour (..., 3), linear RGB, and its tint.
+
+        Example
+        >>> m = gn.DisneyPrincipled.from_rgb([0.8, 0.2, 0.1], sheen=1.0)
+        >>> print(m.tint.round(3))
+        [2.162 0.541 0.27 ]
+        """
         rgb = np.asarray(base_color, dtype=float)
         luminance = (rgb * [0.3, 0.6, 0.1]).sum(-1, keepdims=True)
         tint = np.where(luminance > 0.0, rgb / np.where(luminance > 0.0, luminance, 1.0), 1.0)

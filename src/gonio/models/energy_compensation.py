@@ -30,13 +30,20 @@ class KullaConty(CompensatedMirrors):
     F_ms = F_avg^2 E_avg/(1 - F_avg (1 - E_avg)) adds up the reflections after the first, F_avg = 2 integral of F mu.
     Reciprocal; with F = 1 no light is lost.
 
-    Looks    `KullaConty(0.1)` is polished metal; `KullaConty(1)` is rough metal as bright as it should be, where
-             `Microfacet(GGX(1))` is too dark.
+    Looks    `KullaConty(1)` is rough metal as bright as it should be, where `Microfacet(GGX(1))` is too
+             dark; `KullaConty(0.1)` is polished.
     Shapes   alpha and the Fresnel term's parameters: numbers or (..., C).
     Units    f: 1/sr; alpha: 1.
     Error    E, a fit: 5e-4; so is the albedo for F = 1. F_avg by 10-point Gauss–Legendre: 1e-4 for eta above 1.1.
     Source   Kulla & Conty 2017, "Revisiting physically based shading at Imageworks", after Kelemen & Szirmay-Kalos
              2001; F_ms with F_avg squared: Hill 2018, "A multi-faceted exploration, part 2", and derived here.
+
+    Example
+    >>> rough = gn.KullaConty(1.0, fresnel=1.0)
+    >>> print(gn.albedo(rough, gn.direction(0.5, 0.0)).round(3))
+    1.0
+    >>> print(gn.albedo(gn.Microfacet(gn.GGX(1.0)), gn.direction(0.5, 0.0)).round(3))
+    0.333
     """
 
     alpha = param(0.3, ALPHA_LOW, ALPHA_HIGH, "slope scale of the facets", sampled="max")
@@ -70,12 +77,17 @@ class Turquin(Facets):
     f_1 is `Microfacet(GGX(alpha), fresnel)`, E its albedo for F = 1, F0 the Fresnel term at normal incidence. With
     F = 1 every viewer in a uniform surround of radiance 1 sees radiance 1.
 
-    Looks    `Turquin(0.1)` is polished metal; `Turquin(1)` is rough metal as bright as it should be, where
-             `Microfacet(GGX(1))` is too dark.
+    Looks    `Turquin(0.4, [0.95, 0.64, 0.54])` is satin copper, as bright as it should be; `Turquin(1)` is
+             rough metal where `Microfacet(GGX(1))` is too dark.
     Shapes   alpha and the Fresnel term's parameters: numbers or (..., C).
     Units    f: 1/sr; alpha: 1.
     Error    E, a fit: 5e-4, and the factor 1.6e-3 relative.
     Source   Turquin 2019, "Practical multiple scattering compensation for microfacet models", Industrial Light & Magic.
+
+    Example
+    >>> rough = gn.Turquin(1.0, fresnel=[1.0, 0.7, 0.3])
+    >>> print(gn.albedo(rough, gn.direction(0.5, 0.0)).round(3))
+    [0.824 0.473 0.144]
     """
 
     alpha = param(0.3, 0.04, ALPHA_HIGH, "slope scale of the facets; below, less than 1 % is lost", sampled="max")
@@ -105,13 +117,18 @@ class FdezAguera(CompensatedMirrors):
     E and E_F are the albedos of `Microfacet(GGX(alpha))` for F = 1 and for F0, at the viewer's angle; F_avg is
     F0 + (1 - F0)/21. Made for prefiltered environments, where the second term takes the irradiance.
 
-    Looks    `FdezAguera(0.1)` is polished metal; `FdezAguera(1, [1, 0.7, 0.3])` is rough gold, its colour deeper than
-             one reflection makes it.
+    Looks    `FdezAguera(1, [1, 0.7, 0.3])` is rough gold, its colour deeper than one reflection makes it;
+             `FdezAguera(0.1)` is polished metal.
     Shapes   alpha, F0: numbers or (..., C).
     Units    f: 1/sr; alpha, F0: 1.
     Error    E and E_F, fits: 5e-4.
     Source   Fdez-Agüera 2019, "A multiple-scattering microfacet model for real-time image based lighting", JCGT
              8(1):45.
+
+    Example
+    >>> gold = gn.FdezAguera(1.0, F0=[1.0, 0.7, 0.3])
+    >>> print(gn.albedo(gold, gn.direction(0.5, 0.0)).round(3))
+    [0.923 0.436 0.129]
     """
 
     alpha = param(0.3, 0.04, ALPHA_HIGH, "slope scale of the facets; below, less than 1 % is lost", sampled="max")

@@ -57,14 +57,19 @@ class FujiiOrenNayar(_Fujii):
 
     s = sin(theta_i) sin(theta_o) cos(phi_i - phi_o),   t = max(cos(theta_i), cos(theta_o)) where s > 0, else 1
 
-    Looks    `FujiiOrenNayar(0.5, 0)` is Lambertian; `FujiiOrenNayar(0.5, 1)` is clay: seen with the light brighter at
-             the rim than in the middle.
+    Looks    `FujiiOrenNayar(0.5, 1)` is clay: seen with the light brighter at the rim than in the middle;
+             `FujiiOrenNayar(0.5, 0)` is Lambertian.
     Shapes   rho, r: numbers or (..., C).
     Units    f: 1/sr; rho: 1, the albedo of a facet; r: 1, no angle: Fujii's sigma'.
     Error    rounding: 3e-7 relative in float32. Light that is reflected twice is left out: for rho = r = 1 the albedo
              is 0.78 at normal incidence, and rises to 1 at grazing; `EON` puts it back.
     Source   Fujii, "A tiny improvement of Oren-Nayar reflectance model"; Portsmouth, Kutz & Hill 2025, JCGT 14(1).
              Sampling derived here.
+
+    Example
+    >>> clay = gn.FujiiOrenNayar(0.5, r=1.0)
+    >>> print((np.pi * clay.f_angles([0.0, 1.2], 0.0, [0.0, 1.2], 0.0)).round(3))
+    [0.388 1.319]
     """
 
     def formula(self, wi: Direction, wo: Direction) -> Any:
@@ -80,12 +85,20 @@ class EON(_Fujii):
     E and <E> are the exact albedo of the first term for rho = 1, and its hemispherical average: for rho = 1 all light
     returns.
 
-    Looks    `EON(0.5, 0)` is Lambertian; `EON(0.5, 1)` is clay: seen with the light flat as the full moon.
+    Looks    `EON(0.9, 1)` is chalk: seen with the light flat as the full moon, and as bright as a rough
+             surface should be; `EON(0.5, 0)` is Lambertian.
     Shapes   rho, r: numbers or (..., C).
     Units    f: 1/sr; rho: 1, the albedo of a facet; r: 1, no angle.
     Error    rounding: 3e-7 relative in float32.
     Source   Portsmouth, Kutz & Hill 2025, "EON: a practical energy-preserving rough diffuse BRDF", JCGT 14(1), with the
              analytic albedo. Sampling derived here.
+
+    Example
+    >>> clay = gn.EON(1.0, r=1.0)
+    >>> print((np.pi * clay.f_angles([0.0, 1.2], 0.0, [0.0, 1.2], 0.0)).round(3))
+    [1.075 2.695]
+    >>> print(gn.albedo(clay, gn.direction(1.2, 0.0)).round(3))
+    1.0
     """
 
     def formula(self, wi: Direction, wo: Direction) -> Any:

@@ -33,6 +33,11 @@ class Hapke(Reflectance):
              67:264; H: Hapke 2002, Icarus 157:523; the phase function as in Hapke 2012, Theory of Reflectance and
              Emittance Spectroscopy, 2nd ed. Equations as in three independent descriptions. c here = 2 c - 1 of
              McGuire & Hapke 1995. No coherent backscatter, no porosity.
+
+    Example
+    >>> soil = gn.Hapke(w=0.3, b=0.3, c=0.2, B0=1.0, h=0.06, theta_bar=0.35)
+    >>> print((np.pi * soil.f_angles(0.5, 0.0, [0.5, 0.6, 0.8], 0.0)).round(4))
+    [0.1599 0.1285 0.1101]
     """
 
     w = param(0.3, 0.0, 1.0, "single-scattering albedo of the particles")

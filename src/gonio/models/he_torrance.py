@@ -65,6 +65,11 @@ class HeTorrance(_Gaussian):
              `Microfacet(Beckmann(2 sigma_0/tau), F)`, with this S.
     Source   He, Torrance, Sillion & Greenberg 1991, "A comprehensive physical model for light reflection", for
              unpolarised light; v in D in units of 2 pi/lambda and with exp(-a^2) in Lambda, which its summary omits.
+
+    Example
+    >>> metal = gn.HeTorrance(sigma_0=280.0, tau=1770.0, wavelength=550.0)
+    >>> print(metal.f_angles(0.5, 0.0, [0.3, 0.5, 0.7], np.pi).round(3))
+    [0.853 1.015 1.071]
     """
 
     def formula(self, wi: Direction, wo: Direction) -> Any:
@@ -97,12 +102,18 @@ class HeTorrance(_Gaussian):
 class HeTorranceSpecular(_Gaussian):
     """Light that a rough surface still mirrors: reflectance F exp(-g) S at the mirror direction, as in `HeTorrance`.
 
-    Looks    `HeTorranceSpecular(20)` is a clear mirror of metal; `HeTorranceSpecular(280)` mirrors at grazing angles
-             only.
+    Looks    `HeTorranceSpecular(50)` is a mirror of metal, dim in the middle and clear at the rim;
+             `HeTorranceSpecular(20)` is clear all over, `HeTorranceSpecular(280)` mirrors at grazing
+             angles only.
     Shapes   sigma_0, tau, wavelength and the Fresnel term's parameters: numbers or (..., C).
     Units    lengths: nm.
     Error    rounding.
     Source   He, Torrance, Sillion & Greenberg 1991, "A comprehensive physical model for light reflection".
+
+    Example
+    >>> mirror = gn.HeTorranceSpecular(sigma_0=280.0)
+    >>> print(mirror.delta_reflectance(gn.direction([0.0, 1.2, 1.5], 0.0)).round(4))
+    [0.     0.0041 0.107 ]
     """
 
     is_delta = True

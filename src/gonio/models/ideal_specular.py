@@ -24,6 +24,11 @@ class IdealSpecular(Reflectance):
     Units    reflectance k: 1.
     Error    rounding.
     Source   lecture 4, eq. 4.3 to 4.6 with their errata (docs/equations.md).
+
+    Example
+    >>> glass = gn.IdealSpecular(gn.Dielectric(1.5))
+    >>> print(glass.delta_reflectance(gn.direction([0.0, 1.0, 1.5], 0.0)).round(4))
+    [0.04   0.0775 0.6704]
     """
 
     reflectance = part(Fresnel, Constant(1.0), "reflectance of the mirror", coerce=as_fresnel)

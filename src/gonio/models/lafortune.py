@@ -56,6 +56,11 @@ class Lafortune(_CosineLobe):
     Error    rounding.
     Source   Lafortune et al. 1997, "Non-linear approximation of reflectance functions". Sampling: a cosine lobe about
              its axis, derived here.
+
+    Example
+    >>> off_specular = gn.Lafortune(0.5, C_z=0.6, n=20.0)
+    >>> print(off_specular.f_angles(0.8, 0.0, [0.6, 0.8, 1.0], np.pi).round(4))
+    [0.0016 0.0067 0.0119]
     """
 
     rho_s = param(1.0, 0.0, 1.0, "height of the lobe", unit="sr-1")
@@ -82,13 +87,18 @@ class NormalizedLafortune(_CosineLobe):
     C is the largest of |C_x|, |C_y|, C_z: the factor that Lafortune and Willems give the mirror lobe, which no choice
     of coefficients makes reflect more than rho_s. With C_x = C_y = -C_z this is `ModifiedPhong(rho_s, n)`.
 
-    Looks    `NormalizedLafortune(0.5, n=20)` is a soft highlight and `n=500` a small, bright one; `C_xy=1` shines back
-             at the light.
+    Looks    `NormalizedLafortune(0.5, C_xy=1, n=20)` shines back at the light; `n=20` alone is a soft
+             highlight, `n=500` a small, bright one.
     Shapes   rho_s, C_x, C_y, C_z, n: numbers or (..., C).
     Units    f: 1/sr; the rest: 1.
     Error    rounding.
     Source   Lafortune et al. 1997, "Non-linear approximation of reflectance functions"; for other coefficients than
              the mirror's the scale is ours, and that it bounds the albedo is tested. Sampling as for `Lafortune`.
+
+    Example
+    >>> m = gn.NormalizedLafortune(0.5, n=500.0)
+    >>> print(gn.albedo(m, gn.direction([0.0, 1.0], 0.0)).round(3))
+    [0.5  0.27]
     """
 
     rho_s = param(0.5, 0.0, 1.0, "upper bound of the albedo")

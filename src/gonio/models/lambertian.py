@@ -19,6 +19,13 @@ class Lambertian(Reflectance):
     Units    f: 1/sr; rho: 1.
     Error    rounding.
     Source   Lambert 1760; lecture 4, eq. 4.2 (docs/equations.md).
+
+    Example
+    >>> red = gn.Lambertian([0.6, 0.1, 0.05])
+    >>> print(red.f_angles(0.3, 0.0, 0.8, 1.0).round(4))
+    [0.191  0.0318 0.0159]
+    >>> print(gn.albedo(red, [0, 0, 1]).round(4))
+    [0.6  0.1  0.05]
     """
 
     rho = param(0.5, 0.0, 1.0, "albedo: the fraction of light that is reflected")

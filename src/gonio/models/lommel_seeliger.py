@@ -22,6 +22,11 @@ class LommelSeeliger(DeepLayer):
     Units    f: 1/sr; w: 1.
     Error    rounding.
     Source   Seeliger 1887; Hapke 1981, J. Geophys. Res. 86(B4):3039, with isotropic particles, scattered once.
+
+    Example
+    >>> moon = gn.LommelSeeliger(0.2)
+    >>> print((moon.f_angles([0.0, 1.5], 0.0, [0.0, 1.5], 0.0) * np.cos([0.0, 1.5])).round(4))
+    [0.008 0.008]
     """
 
     w = param(0.5, 0.0, 1.0, "single-scattering albedo: the share of light that a particle scatters")

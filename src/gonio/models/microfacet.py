@@ -26,6 +26,13 @@ class Microfacet(Facets):
     Error    rounding: 2e-6 relative in float32 for alpha above 0.05. Light scattered twice or more is lost: with
              F = 1 and GGX at alpha = 1 (height_correlated) 1 - ln 2 = 0.31 of it returns at normal incidence.
     Source   Torrance & Sparrow 1967; Cook & Torrance 1982; with the factor 4: Walter et al. 2007, EGSR.
+
+    Example
+    >>> brushed = gn.Microfacet(gn.GGX(0.05, 0.4), gn.material("gold").fresnel)
+    >>> print(brushed.f_angles(0.5, 0.0, 0.5, np.pi).round(2))
+    [5.03 3.76 1.89]
+    >>> print(gn.albedo(brushed, gn.direction(0.5, 0.0)).round(3))
+    [0.86  0.643 0.323]
     """
 
     distribution = part(Distribution, GGX(0.2), "distribution of the facets' normals")
@@ -61,6 +68,11 @@ class RetroMicrofacet(Microfacet):
     Error    as `Microfacet`.
     Source   Portsmouth, Raab, Belcour & Liu 2026, "The minimal retroreflective microfacet model", JCGT 15(1):60; the
              vector goes back to Belcour, Pacanowski, Delahaie, Laville-Geay & Eupherte 2014.
+
+    Example
+    >>> sign = gn.RetroMicrofacet(gn.GGX(0.1))
+    >>> print(sign.f_angles(0.5, 0.0, 0.5, [0.0, np.pi]).round(4))
+    [10.3173  0.0183]
     """
 
     mirror = Reflectance.mirror  # its limit is no mirror

@@ -17,12 +17,17 @@ class Minnaert(PowerCosine):
     B0 is planetary science's normalisation: pi f at normal incidence, seen along the normal. The albedo is
     2 B0/(k + 1) cos(theta)^(k - 1); k = 1 is Lambertian, the Moon at full phase has k near 1/2.
 
-    Looks    `Minnaert(0.5, 1)` is Lambertian; `Minnaert(0.5, 0.5)` is, seen with the light, flat as the full moon;
-             `Minnaert(0.5, 2)` has a dark rim.
+    Looks    `Minnaert(0.5, 2)` has a dark rim; `Minnaert(0.5, 0.5)` is, seen with the light, flat as the
+             full moon; `Minnaert(0.5, 1)` is Lambertian.
     Shapes   B0, k: numbers or (..., C).
     Units    f: 1/sr; B0, k: 1.
     Error    rounding: 1e-5 relative in float32, at k = 10 towards grazing.
     Source   Minnaert 1941, "The reciprocity principle in lunar photometry", Astrophysical Journal 93.
+
+    Example
+    >>> flat = gn.Minnaert(0.5, k=0.5)
+    >>> print((flat.f_angles([0.0, 1.4], 0.0, [0.0, 1.4], 0.0) * np.cos([0.0, 1.4])).round(4))
+    [0.1592 0.1592]
     """
 
     B0 = param(0.5, 0.0, 1.0, "reflectance factor along the normal")

@@ -55,6 +55,11 @@ class ShadingNormal(_Tilted):
     Error    rounding.
     Source   Blinn 1978, "Simulation of wrinkled surfaces", which perturbs the normal; as a BRDF and its breaches:
              Veach 1997, "Robust Monte Carlo methods for light transport simulation", chapter 5.
+
+    Example
+    >>> leaning = gn.ShadingNormal(gn.Lambertian(0.5), 0.5, 0.0)
+    >>> print(leaning.f_angles(0.6, [0.0, np.pi], 0.2, 0.0).round(4))
+    [0.1923 0.0834]
     """
 
     breaks: ClassVar[dict[str, str]] = {
@@ -93,6 +98,11 @@ class NormalMapped(_Tilted):
     Source   Schüssler, Heitz, Hanika & Dachsbacher 2017, "Microfacet-based normal mapping for robust Monte Carlo path
              tracing", ACM TOG 36(6):205: the variant with mirrors, written symmetrically; derived in
              tests/models/test_wrappers.py.
+
+    Example
+    >>> leaning = gn.NormalMapped(gn.Lambertian(0.5), 0.5, 0.0)
+    >>> print(leaning.f_angles(0.6, [0.0, np.pi], 0.2, 0.0).round(4))
+    [0.1378 0.1378]
     """
 
     repeats = 6  # three ways, and as much for weights and frames

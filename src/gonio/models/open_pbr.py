@@ -31,6 +31,11 @@ class OpenPBRMetal(Facets):
     Error    rounding. Light scattered twice or more is lost, which the specification leaves to the implementation.
     Source   Andersson et al. 2024, "OpenPBR Surface", specification 1.1, sections on microfacets and on metal; F82:
              Kutz, Hašan & Edmondson 2021.
+
+    Example
+    >>> gold = gn.OpenPBRMetal([1.0, 0.8, 0.3], specular_roughness=0.5)
+    >>> print(gn.albedo(gold, gn.direction(0.5, 0.0)).round(3))
+    [0.905 0.724 0.272]
     """
 
     oriented: ClassVar[bool] = True
@@ -71,13 +76,18 @@ class OpenPBRGlossyDiffuse(CompensatedMirrors):
     Left out: the exact Fresnel term, in whose place is Schlick's, which rises to 1 at grazing also where F0 = 0;
     base_diffuse_roughness, anisotropy, and tints; the coat and the fuzz above this slab.
 
-    Looks    `OpenPBRGlossyDiffuse([0.8, 0.1, 0.1])` is red plastic; `specular_roughness=1` is nearly matt,
-             `specular_ior=2.5` shines like lacquer.
+    Looks    `OpenPBRGlossyDiffuse([0.1, 0.2, 0.8])` is blue plastic; `specular_roughness=1` is nearly
+             matt, `specular_ior=2.5` shines like lacquer.
     Shapes   all: numbers or (..., C).
     Units    f: 1/sr; all others: 1.
     Error    E, a fit: 7e-4; so is the albedo.
     Source   Andersson et al. 2024, "OpenPBR Surface", specification 1.1, section on the glossy-diffuse slab, after
              Kelemen & Szirmay-Kalos 2001.
+
+    Example
+    >>> plastic = gn.OpenPBRGlossyDiffuse([0.8, 0.1, 0.1], specular_roughness=0.3)
+    >>> print(gn.albedo(plastic, gn.direction(0.5, 0.0)).round(3))
+    [0.808 0.136 0.136]
     """
 
     base_color = param(0.8, 0.0, 1.0, "share that returns of the light that enters, times base_weight")
@@ -87,7 +97,12 @@ class OpenPBRGlossyDiffuse(CompensatedMirrors):
 
     @property
     def alpha(self) -> Any:
-        """Slope scale of the interface."""
+        """Slope scale of the interface.
+
+        Example
+        >>> print(round(gn.OpenPBRGlossyDiffuse(specular_roughness=0.3).alpha, 4))
+        0.09
+        """
         return ops.maximum(self.specular_roughness * self.specular_roughness, 1e-3)
 
     @property

@@ -93,6 +93,11 @@ class OpenPBRCoat(_Layer):
     Error    E, a fit: 7e-4; so is the albedo, which over a white base may exceed 1 by this.
     Source   Andersson et al. 2024, "OpenPBR Surface", specification 1.1, section on the coat, with its view-dependent
              absorption. The reciprocal form is derived here.
+
+    Example
+    >>> lacquer = gn.OpenPBRCoat(gn.Lambertian([0.8, 0.1, 0.1]), coat_color=[1.0, 0.8, 0.4], coat_roughness=0.3)
+    >>> print(gn.albedo(lacquer, gn.direction(0.5, 0.0)).round(3))
+    [0.784 0.125 0.087]
     """
 
     base = part(Reflectance, Lambertian(0.5), "reflectance under the coat")
@@ -103,12 +108,22 @@ class OpenPBRCoat(_Layer):
 
     @property
     def alpha(self) -> Any:
-        """Slope scale of the coat."""
+        """Slope scale of the coat.
+
+        Example
+        >>> print(gn.OpenPBRCoat(coat_roughness=0.5).alpha)
+        0.25
+        """
         return ops.maximum(self.coat_roughness * self.coat_roughness, 1e-3)
 
     @property
     def F0(self) -> Any:
-        """Reflectance of the coat at normal incidence."""
+        """Reflectance of the coat at normal incidence.
+
+        Example
+        >>> print(round(gn.OpenPBRCoat(coat_ior=1.6).F0, 4))
+        0.0533
+        """
         amplitude = (self.coat_ior - 1.0) / (self.coat_ior + 1.0)
         return amplitude * amplitude
 
@@ -119,7 +134,13 @@ class OpenPBRCoat(_Layer):
         return self.coat_weight, ggx_mirrors(self.alpha, Schlick.unchecked(F0=self.F0))
 
     def path(self, w: Direction) -> Any:
-        """1/cos(theta) of w refracted into the coat."""
+        """1/cos(theta) of w refracted into the coat.
+
+        Example
+        >>> from gonio.authoring import Direction
+        >>> print(round(float(gn.OpenPBRCoat(coat_ior=1.6).path(Direction(0.8, 0.0, 0.6))), 4))
+        1.1547
+        """
         return self.coat_ior / ops.sqrt((self.coat_ior - 1.0) * (self.coat_ior + 1.0) + w.z * w.z)
 
     def passed(self, wi: Direction, wo: Direction) -> Any:
@@ -152,6 +173,12 @@ class OpenPBRFuzz(_Layer):
              89.9996 degrees from the normal (1.5 at most), where a white fuzz reflects too much.
     Source   Andersson et al. 2024, "OpenPBR Surface", specification 1.1, section on fuzz; the sheen: Estevez & Kulla
              2017. The reciprocal form and E are derived here.
+
+    Example
+    >>> peach = gn.OpenPBRFuzz(gn.Lambertian([0.3, 0.05, 0.05]), fuzz_roughness=0.3)
+    >>> print(gn.albedo(peach, gn.direction([0.2, 1.3], 0.0)).round(3))
+    [[0.294 0.085 0.085]
+     [0.558 0.404 0.404]]
     """
 
     base = part(Reflectance, Lambertian(0.5), "reflectance under the fuzz")
@@ -161,7 +188,12 @@ class OpenPBRFuzz(_Layer):
 
     @property
     def sheen(self) -> CharlieSheen:
-        """The fibres, white."""
+        """The fibres, white.
+
+        Example
+        >>> print(gn.OpenPBRFuzz(fuzz_roughness=0.3).sheen.f_angles(0.0, 0.0, 1.4, 0.0).round(4))
+        0.0461
+        """
         return CharlieSheen.unchecked(rho=1.0, r=ops.maximum(self.fuzz_roughness, 0.1))
 
     def below(self) -> type[_BelowFuzz]:

@@ -45,12 +45,17 @@ class OrenNayar(_OrenNayar):
     C1 = 1 - 0.5 sigma^2/(sigma^2 + 0.33),   C2 = 0.45 sigma^2/(sigma^2 + 0.09) sin(alpha) where cos(phi) >= 0, with
     sin(alpha) - (2 beta/pi)^3 for sin(alpha) elsewhere,   C3 = 0.125 sigma^2/(sigma^2 + 0.09) (4 alpha beta/pi^2)^2
 
-    Looks    `OrenNayar(0.5, 0)` is Lambertian; `OrenNayar(0.5, 0.5)` is clay: seen with the light flatter, with a
-             brighter rim.
+    Looks    `OrenNayar([0.7, 0.3, 0.15], 0.5)` is terracotta: seen with the light flatter than Lambertian,
+             with a brighter rim; `OrenNayar(0.5, 0)` is Lambertian.
     Shapes   rho, sigma: numbers or (..., C).
     Units    f: 1/sr; rho: 1, the albedo of a facet; sigma: rad, standard deviation of the facets' slope angles.
     Error    rounding: 4e-7 relative in float32, away from where f changes its sign.
     Source   Oren & Nayar 1994, "Generalization of Lambert's reflectance model", SIGGRAPH. Sampling derived here.
+
+    Example
+    >>> clay = gn.OrenNayar(0.5, sigma=0.5)
+    >>> print((np.pi * clay.f_angles([0.0, 1.2], 0.0, [0.0, 1.2], 0.0)).round(3))
+    [0.42  0.801]
     """
 
     breaks: ClassVar[dict[str, str]] = {
@@ -87,12 +92,17 @@ class QualitativeOrenNayar(_OrenNayar):
     A = 1 - 0.5 sigma^2/(sigma^2 + 0.33),   B = 0.45 sigma^2/(sigma^2 + 0.09),
     alpha = max(theta_i, theta_o),   beta = min(theta_i, theta_o)
 
-    Looks    `QualitativeOrenNayar(0.5, 0)` is Lambertian; `QualitativeOrenNayar(0.5, 0.5)` is clay: seen with the light
-             flatter, with a brighter rim.
+    Looks    `QualitativeOrenNayar(0.5, 0.5)` is clay: seen with the light flatter, with a brighter rim;
+             `QualitativeOrenNayar(0.5, 0)` is Lambertian.
     Shapes   rho, sigma: numbers or (..., C).
     Units    f: 1/sr; rho: 1, the albedo of a facet; sigma: rad, standard deviation of the facets' slope angles.
     Error    rounding: 2e-7 relative in float32. Light that is reflected twice is left out: see `OrenNayar`, `EON`.
     Source   Oren & Nayar 1994, "Generalization of Lambert's reflectance model", SIGGRAPH. Sampling derived here.
+
+    Example
+    >>> clay = gn.QualitativeOrenNayar(0.5, sigma=0.5)
+    >>> print((np.pi * clay.f_angles([0.0, 1.2], 0.0, [0.0, 1.2], 0.0)).round(3))
+    [0.392 0.789]
     """
 
     breaks: ClassVar[dict[str, str]] = {

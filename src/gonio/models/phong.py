@@ -38,6 +38,11 @@ class Phong(_MirrorLobe):
     Units    f and rho_s: 1/sr (rho_s is no albedo); n: 1.
     Error    rounding.
     Source   lecture 4, section 4.1.3 (docs/equations.md), after Phong 1975, Commun. ACM 18(6):311.
+
+    Example
+    >>> m = gn.Phong(1.0, n=20.0)
+    >>> print(m.f_angles(0.5, 0.0, [0.5, 0.8], np.pi).round(4))
+    [1.    0.401]
     """
 
     rho_s = param(1.0, 0.0, 1.0, "height of the lobe", unit="sr-1")
@@ -67,6 +72,11 @@ class OriginalPhong(_MirrorLobe):
     Units    f and rho_s: 1/sr; n: 1.
     Error    rounding.
     Source   Phong 1975, Commun. ACM 18(6):311; lecture 4, eq. 4.7 (docs/equations.md).
+
+    Example
+    >>> m = gn.OriginalPhong(0.5, n=20.0)
+    >>> print((m.f_angles([0.5, 1.4], 0.0, [0.5, 1.4], np.pi) * np.cos([0.5, 1.4])).round(4))
+    [0.5 0.5]
     """
 
     rho_s = param(1.0, 0.0, 1.0, "radiance of the lobe's centre under unit irradiance", unit="sr-1")
@@ -97,6 +107,11 @@ class ModifiedPhong(_MirrorLobe):
     Error    rounding.
     Source   Lafortune & Willems 1994, "Using the modified Phong reflectance model for physically based rendering",
              K.U. Leuven report CW 197.
+
+    Example
+    >>> m = gn.ModifiedPhong(0.5, n=20.0)
+    >>> print(gn.albedo(m, gn.direction([0.0, 1.2], 0.0)).round(3))
+    [0.5   0.183]
     """
 
     rho_s = param(0.5, 0.0, 1.0, "albedo at normal incidence, the largest of any incidence")
@@ -124,6 +139,11 @@ class BlinnPhong(Reflectance):
     Error    rounding.
     Source   Blinn 1977, "Models of light reflection"; the factor is the reciprocal of the integral of
              (wm . z)^n cos(theta) at normal incidence, derived in tests/models/test_reference.py.
+
+    Example
+    >>> m = gn.BlinnPhong(0.5, n=gn.roughness.blinn_phong_n_from_alpha(0.2))
+    >>> print(gn.albedo(m, [0, 0, 1]).round(3))
+    0.5
     """
 
     rho_s = param(0.5, 0.0, 1.0, "albedo at normal incidence")

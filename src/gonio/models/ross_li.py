@@ -114,6 +114,13 @@ class RossLi(PowerCosine):
     Source   Wanner, Li & Strahler 1995, J. Geophys. Res. 100(D10):21077; the reciprocal Li kernels and MODIS'
              defaults: Lucht, Schaaf & Strahler 2000, IEEE TGRS 38(2):977; hot spot: Maignan, Bréon & Lacaze 2004,
              Remote Sens. Environ. 90:210. Equations as in two independent descriptions of them.
+
+    Example
+    >>> field = gn.RossLi(f_iso=0.2, f_vol=0.1, f_geo=0.03)
+    >>> print((np.pi * field.f_angles(0.7, 0.0, 0.7, [0.0, np.pi])).round(4))
+    [0.2362 0.1393]
+    >>> print(gn.white_sky_albedo(field).round(4))
+    0.1776
     """
 
     f_iso = param(0.2, 0.0, 2.0, "weight of the constant")

@@ -25,6 +25,12 @@ class Rotated(Reframed):
     Units    angle: rad.
     Error    rounding.
     Source   definition.
+
+    Example
+    >>> brushed = gn.Microfacet(gn.GGX(0.1, 0.4))
+    >>> turned = gn.Rotated(brushed, np.pi / 2)
+    >>> print(brushed.f_angles(0.0, 0.0, 0.4, 0.0).round(4), turned.f_angles(0.0, 0.0, 0.4, np.pi / 2).round(4))
+    0.0896 0.0896
     """
 
     of = part(Reflectance, Microfacet(GGX(0.1, 0.4)), "reflectance before the turn")

@@ -28,6 +28,11 @@ class Roujean(PowerCosine):
     Error    rounding. Sampling is uniform over the hemisphere, for f1 grows as tan(theta).
     Source   Roujean, Leroy & Deschamps 1992, J. Geophys. Res. 97(D18):20455. Equations as in two independent
              descriptions.
+
+    Example
+    >>> soil = gn.Roujean(k0=0.2, k1=0.04, k2=0.0)
+    >>> print((np.pi * soil.f_angles(0.7, 0.0, 0.7, [0.0, np.pi])).round(4))
+    [0.1927 0.1571]
     """
 
     k0 = param(0.2, 0.0, 2.0, "weight of the constant: the BRF at the zenith")

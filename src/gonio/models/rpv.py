@@ -28,6 +28,11 @@ class RPV(PowerCosine):
     Source   Rahman, Pinty & Verstraete 1993, J. Geophys. Res. 98(D11):20791, in the angles' convention above; rho_c as
              a parameter of its own: Engelsen, Pinty, Verstraete & Martonchik 1996, EUR 16426. Equations as in two
              independent descriptions.
+
+    Example
+    >>> grass = gn.RPV(rho_0=0.1, k=0.7, Theta=-0.1)
+    >>> print((np.pi * grass.f_angles(0.7, 0.0, 0.7, [0.0, np.pi])).round(4))
+    [0.2668 0.1417]
     """
 
     rho_0 = param(0.1, 0.0, 1.0, "scale of the reflectance")

@@ -39,6 +39,11 @@ class Schlick1994(_Single):
     Error    rounding. A is not normalised: its mean over all azimuths is 1 for p = 1, 0.74 for p = 0.1.
     Source   Schlick 1994, "An inexpensive BRDF model for physically-based rendering", single material. Sampling, as a
              sum of the two terms of B, derived here.
+
+    Example
+    >>> satin = gn.Schlick1994(0.5, r=0.5)
+    >>> print(gn.albedo(satin, gn.direction([0.0, 1.4], 0.0)).round(3))
+    [0.322 1.48 ]
     """
 
     oriented: ClassVar[bool] = True
@@ -54,18 +59,39 @@ class Schlick1994(_Single):
         return self.colour(wi, wo) * (self.obstructed(wi, wo) + self.spread(wi, wo))
 
     def colour(self, wi: Direction, wo: Direction) -> Any:
-        """S(cos(theta_d))."""
+        """S(cos(theta_d)).
+
+        Example
+        >>> from gonio.authoring import Direction
+        >>> up = Direction(0.0, 0.0, 1.0)
+        >>> print(gn.Schlick1994(0.5).colour(up, up))
+        0.5
+        """
         H = wi + wo
         return self.S(0.5 * ops.sqrt(dot(H, H)))
 
     def obstructed(self, wi: Direction, wo: Direction) -> Any:
-        """b G(v) G(v') Z A/(4 pi v v'), with G(v)/v = 1/(q + v), q = r (1 - v)."""
+        """b G(v) G(v') Z A/(4 pi v v'), with G(v)/v = 1/(q + v), q = r (1 - v).
+
+        Example
+        >>> from gonio.authoring import Direction
+        >>> up = Direction(0.0, 0.0, 1.0)
+        >>> print(round(float(gn.Schlick1994(0.5, r=0.5).obstructed(up, up)), 4))
+        0.1592
+        """
         h = half_vector(wi, wo)
         A = ops.sqrt(self.p) * ops.sqrt(1.0 / self.ellipse(h, self.p))
         return self.r * (1.0 - self.r) * self.facets().D(h) * A / (self._gap(wi) * self._gap(wo))
 
     def spread(self, wi: Direction, wo: Direction) -> Any:
-        """a/pi + b (1 - G(v) G(v'))/(4 pi v v'), so written that 1 - G G' has no cancellation."""
+        """a/pi + b (1 - G(v) G(v'))/(4 pi v v'), so written that 1 - G G' has no cancellation.
+
+        Example
+        >>> from gonio.authoring import Direction
+        >>> up = Direction(0.0, 0.0, 1.0)
+        >>> print(round(float(gn.Schlick1994(0.5, r=0.8).spread(up, up)), 4))
+        0.1146
+        """
         q, k = self.r * (1.0 - wi.z), self.r * (1.0 - wo.z)
         blocked = (q * k + (q * wo.z + k * wi.z)) / (wi.z * wo.z) / (self._gap(wi) * self._gap(wo))
         a, b = ops.square(ops.maximum(2.0 * self.r - 1.0, 0.0)), 4.0 * self.r * (1.0 - self.r)
@@ -75,12 +101,23 @@ class Schlick1994(_Single):
         return self.r * (1.0 - w.z) + w.z
 
     def facets(self) -> GGX:
-        """The distribution of half vectors without A: Z/pi."""
+        """The distribution of half vectors without A: Z/pi.
+
+        Example
+        >>> print(gn.Schlick1994(0.5, r=0.25).facets().alpha_x)
+        0.5
+        """
         alpha = ops.sqrt(self.r)
         return GGX.unchecked(alpha_x=alpha, alpha_y=alpha)
 
     def ellipse(self, h: Direction, p: Any) -> Any:
-        """p^2 sin^2(phi) + cos^2(phi) of the azimuth of h."""
+        """p^2 sin^2(phi) + cos^2(phi) of the azimuth of h.
+
+        Example
+        >>> from gonio.authoring import Direction
+        >>> print(round(float(gn.Schlick1994(0.5, p=0.5).ellipse(Direction(0.0, 0.6, 0.8), 0.5)), 4))
+        0.25
+        """
         cos_phi, sin_phi = azimuth(h, ops.sqrt(h.x * h.x + h.y * h.y + 1e-24))
         return p * p * sin_phi * sin_phi + cos_phi * cos_phi
 
@@ -140,6 +177,11 @@ class Schlick1994Specular(_Single):
     Units    1.
     Error    rounding.
     Source   Schlick 1994, "An inexpensive BRDF model for physically-based rendering", single material.
+
+    Example
+    >>> mirror = gn.Schlick1994Specular(0.5, r=0.01)
+    >>> print(mirror.delta_reflectance(gn.direction([0.0, 1.4], 0.0)).round(3))
+    [0.48  0.669]
     """
 
     is_delta = True

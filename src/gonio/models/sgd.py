@@ -28,6 +28,11 @@ class SGD(Facets):
     Units    f: 1/sr; theta0: rad; the others: 1 (c: rad^-k).
     Error    rounding; D see `SGDFacets`.
     Source   Bagher, Soler & Holzschuch 2012, CGF 31(4):1509.
+
+    Example
+    >>> paint = gn.SGD(0.5, alpha=0.01)
+    >>> print(paint.f_angles(0.5, 0.0, [0.5, 0.6, 0.7], np.pi).round(2))
+    [27.97  3.25  0.72]
     """
 
     rho_s = param(0.5, 0.0, 10.0, "weight of the lobe")

@@ -26,6 +26,11 @@ class CharlieSheen(Reflectance):
     Error    Lambda is the paper's fit to the Smith function of D; here rounding, 2e-6 relative in float32.
     Source   Estevez & Kulla 2017, "Production friendly microfacet sheen BRDF", with the five numbers of their table
              interpolated by (1 - r)^2.
+
+    Example
+    >>> velvet = gn.CharlieSheen(0.5, r=0.2)
+    >>> print(velvet.f_angles(0.3, 0.0, [0.0, 1.4], np.pi).round(4))
+    [0.     0.0046]
     """
 
     rho = param(0.5, 0.0, 1.0, "reflectance of the fibres")
@@ -77,6 +82,11 @@ class AshikhminVelvet(Reflectance):
     Source   Ashikhmin, Premože & Shirley 2000, "A microfacet-based BRDF generator" (the inverted Gaussian); normalised
              and with this denominator: Neubelt & Pettineo 2013, "Crafting a next-gen material pipeline for The Order:
              1886".
+
+    Example
+    >>> velvet = gn.AshikhminVelvet(0.5, alpha=1.0)
+    >>> print(velvet.f_angles(0.3, 0.0, [0.0, 1.4], np.pi).round(4))
+    [0.008  0.0392]
     """
 
     rho = param(0.5, 0.0, 1.0, "reflectance of the fibres")

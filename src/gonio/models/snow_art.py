@@ -27,6 +27,11 @@ class SnowART(Reflectance):
              that of r_s = 0.7 is 0.707. The theory holds for r_s above about 0.5.
     Source   Kokhanovsky & Zege 2004, Appl. Opt. 43(7):1589; R0 and p: Kokhanovsky, Aoki, Hachikubo, Hori & Zege 2005,
              IEEE TGRS 43(7):1529. Constants as in three independent implementations.
+
+    Example
+    >>> snow = gn.SnowART([0.9, 0.92, 0.95])
+    >>> print((np.pi * snow.f_angles(1.0, 0.0, 0.5, np.pi)).round(3))
+    [0.895 0.916 0.947]
     """
 
     r_s = param(0.9, 0.01, 1.0, "white-sky albedo: how much of diffuse light is reflected")

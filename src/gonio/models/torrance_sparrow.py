@@ -26,6 +26,11 @@ class TorranceSparrow(Facets):
     Units    f: 1/sr; alpha: rad (the paper's 1/c).
     Error    rounding; N see `GaussianFacets`.
     Source   Torrance & Sparrow 1967, J. Opt. Soc. Am. 57(9):1105; with N where the paper has a free constant.
+
+    Example
+    >>> dull = gn.TorranceSparrow(0.3)
+    >>> print(dull.f_angles(1.2, 0.0, [1.2, 1.4], np.pi).round(3))
+    [ 7.148 13.636]
     """
 
     alpha = param(0.2, 1e-3, 1.0, "angular width of the facets (1/c)", unit="rad", sampled="max")

@@ -25,6 +25,11 @@ class Walthall(Reflectance):
     Error    rounding.
     Source   Walthall, Norman, Welles, Campbell & Blad 1985, Appl. Opt. 24(3):383; reciprocal: Nilson & Kuusk 1989,
              Remote Sens. Environ. 27:157. Equations as in the code of 6S, and for all suns by symmetry.
+
+    Example
+    >>> field = gn.Walthall(a0=0.2, a1=0.02, a2=0.0, a3=0.02)
+    >>> print((np.pi * field.f_angles(0.7, 0.0, 0.7, [0.0, np.pi])).round(4))
+    [0.2294 0.2098]
     """
 
     a0 = param(0.2, 0.0, 2.0, "constant: the BRF at the zenith")

@@ -23,6 +23,10 @@ class Wolff(Reflectance):
     Units    f: 1/sr; rho, eta: 1.
     Error    rounding: 6e-7 relative in float32.
     Source   Wolff 1994, "Diffuse-reflectance model for smooth dielectric surfaces", J. Opt. Soc. Am. A 11(11).
+
+    Example
+    >>> print((np.pi * gn.Wolff(0.5, eta=1.5).f_angles(0.0, 0.0, [0.0, 1.4], 0.0)).round(3))
+    [0.461 0.29 ]
     """
 
     rho = param(0.5, 0.0, 1.0, "diffuse albedo of the inside")

@@ -14,10 +14,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .. import errors
+from ..arguments import checked
 from ..compile.threads import apart
 from ..discover import modules
 from ..errors import FormatError, ParameterError, ShapeError, TooLargeError, warn
 from ..files import replacing, target
+from ..numbers import numbers
 from .colour import SRGB_XY
 from .files._source import Picture, Source, opened
 
@@ -31,6 +33,10 @@ SUFFIXES = tuple(suffix for module in _FORMATS for suffix in module.SUFFIXES)
 """Suffixes of the files that `read_image` reads."""
 
 
+STARTS = {start: kind for module in _FORMATS for start, kind in module.STARTS.items()}
+"""The first bytes of these files, and the name of what they are."""
+
+
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Image:
     """A picture: linear pixels, row 0 at the top.
@@ -40,6 +46,11 @@ class Image:
              coverage, 0 to 1, not multiplied into `pixels` (as in .png; .exr files hold the product, and are
              divided on reading).
     Errors   ShapeError; ArrayTypeError (not floats); ParameterError (names). float32 arrays are not copied.
+
+    Example
+    >>> picture = gn.Image(np.full((2, 4, 3), 0.18))
+    >>> print(picture.pixels.shape, picture.alpha)
+    (2, 4, 3) None
     """
 
     pixels: NDArray[np.float32]
@@ -57,7 +68,8 @@ class Image:
                 raise ShapeError(f"alpha is {alpha.shape}, expected (H, W), here {pixels.shape[:2]}")
             object.__setattr__(self, "alpha", alpha)
         if self.channels is not None:
-            names = tuple(map(str, self.channels))
+            several = isinstance(self.channels, (list, tuple)) or getattr(self.channels, "ndim", 0) == 1
+            names = tuple(map(str, self.channels if several else [self.channels]))
             distinct = {n for n in names if n.isprintable() and 0 < len(n.encode()) < 256} - {"A"}
             if len(distinct) != pixels.shape[2] or len(names) != pixels.shape[2]:
                 expected = f"{pixels.shape[2]} different short names, none of them 'A'; coverage goes into alpha"
@@ -69,6 +81,7 @@ class Image:
         names = ", ".join(self.channels) if self.channels and count <= 4 else f"{count} channels"
         return f"Image({width} x {height}, {names}{'' if self.alpha is None else ', alpha'})"
 
+    @checked
     def save(self, path: str | os.PathLike[str], exposure: float = 0.0) -> None:
         """Write the picture whole or not at all (beside the target, then renamed); the suffix is the format.
 
@@ -84,6 +97,11 @@ class Image:
         Errors   ParameterError (suffix, exposure, values the format cannot hold), ShapeError (channel count),
                  NotFoundError (no such directory), DependencyError (pillow or OpenEXR is not installed);
                  WriteError (disk full and the like).
+
+        Example
+        >>> gn.Image(np.full((2, 4, 3), 0.18)).save("grey.png")
+        >>> print(gn.read_image("grey.png").pixels[0, 0].round(2))
+        [0.18 0.18 0.18]
         """
         check_target(path, exposure)
         picture = Picture(self.pixels, self.alpha, self.channels)
@@ -103,6 +121,7 @@ def check_target(path: str | os.PathLike[str], exposure: float = 0.0) -> None:
     target(path)
 
 
+@checked
 def read_image(path: str | os.PathLike[str], most: int = PIXELS) -> Image:
     """Read an OpenEXR, Radiance, PNG or JPEG picture, recognised by its first bytes.
 
@@ -123,6 +142,11 @@ def read_image(path: str | os.PathLike[str], most: int = PIXELS) -> Image:
     Errors   NotFoundError (missing or not readable), FormatError (everything else that is wrong with the file),
              TooLargeError (it announces more than this machine has memory for).
     Source   G. Ward, "Radiance File Formats" (filefmts.pdf); "OpenEXR File Layout" (openexr.com).
+
+    Example
+    >>> gn.Image(np.full((2, 4, 3), 1000.0)).save("bright.exr")
+    >>> print(gn.read_image("bright.exr").pixels.max())
+    1000.0
     """
     image, primaries = apart(_decoded, path, most)
     if primaries is not None and not np.allclose(primaries, SRGB_XY, atol=0.002):
@@ -159,8 +183,14 @@ def _decoded(path: str | os.PathLike[str], most: int) -> tuple[Image, tuple[floa
 
 
 def _float32(values: ArrayLike, name: str) -> NDArray[np.float32]:
-    x = np.asarray(values)
+    try:
+        x = numbers(values)
+    except ValueError as error:
+        raise errors.ArrayTypeError(f"{name}: got {error}; expected an array of floats") from None
     if x.dtype.kind != "f":
         raise errors.ArrayTypeError(f"{name} are {x.dtype}, expected floats; codes: srgb_decode(x / 255)")
-    with np.errstate(over="ignore"):
-        return x.astype(np.float32, copy=False)
+    try:
+        with np.errstate(over="ignore"):
+            return x.astype(np.float32, copy=False)
+    except MemoryError:
+        raise TooLargeError(f"{name}: there is no memory for an array of shape {x.shape}; make it smaller") from None

@@ -8,7 +8,8 @@ from typing import Annotated, Any, NamedTuple, TypeVar, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import ArrayTypeError, ParameterError, ShapeError
+from ..errors import ArrayTypeError, ParameterError, ShapeError, TooLargeError, shown
+from ..numbers import numbers
 
 Array = NDArray[np.floating[Any]]
 
@@ -57,13 +58,12 @@ _F = TypeVar("_F", bound=Callable[..., Any])
 
 def _numbers(name: str, value: Any) -> Array:
     try:
-        array = np.asarray(value)
-    except Exception as error:  # ragged lists, and arrays of other libraries that refuse
-        got = type(value).__name__
-        raise ArrayTypeError(f"{name} must be real numbers, got {got}: make it a NumPy array") from error
+        array = numbers(value)
+    except ValueError as error:
+        raise ArrayTypeError(f"{name} must be real numbers, got {error}: make it an array of floats") from None
     if array.dtype.kind not in "iuf":
         raise ArrayTypeError(f"{name} must be real numbers, got dtype {array.dtype}: convert it to float64")
-    return array if array.dtype.kind == "f" else array.astype(np.float64)
+    return array if array.dtype.kind == "f" and array.dtype.itemsize >= 4 else array.astype(np.float64)
 
 
 def _in_range(name: str, value: Any, allowed: _Range) -> Array:
@@ -96,14 +96,28 @@ def _checked(function: _F) -> _F:
     signature = inspect.signature(function)
     marked = [p for p in signature.parameters.values() if p.annotation not in (str, bool)]
     rules = {p.name: p.annotation.__metadata__[0] for p in marked}
+    kinds = {p.name: p.annotation for p in signature.parameters.values() if p.annotation in (str, bool)}
 
     @functools.wraps(function)
     def checked(*args: Any, **kwargs: Any) -> Any:
-        call = signature.bind(*args, **kwargs)
+        try:
+            return carried_out(*args, **kwargs)
+        except MemoryError as error:
+            raise TooLargeError(f"{function.__name__}: {error}; take a part at a time") from None
+
+    def carried_out(*args: Any, **kwargs: Any) -> Any:
+        try:
+            call = signature.bind(*args, **kwargs)
+        except TypeError:
+            return function(*args, **kwargs)  # Python's own words about the number and names of arguments
         call.apply_defaults()
+        for name, kind in kinds.items():
+            if not isinstance(call.arguments[name], kind):
+                got = shown(call.arguments[name])
+                raise ParameterError(f"{name} must be {'True or False' if kind is bool else 'a word'}, got {got}")
         arrays, shapes = {}, {}
         for name, rule in rules.items():
-            if call.arguments[name] is not None:
+            if call.arguments[name] is not None or signature.parameters[name].default is not None:
                 array = (_in_range if isinstance(rule, _Range) else _points)(name, call.arguments[name], rule)
                 arrays[name], shapes[name] = array, array.shape[: array.ndim - getattr(rule, "axes", 0)]
         call.arguments |= _one_dtype(arrays, call.arguments)
@@ -112,7 +126,8 @@ def _checked(function: _F) -> _F:
         except ValueError:
             got = ", ".join(f"{name} {shape}" for name, shape in shapes.items())
             raise ShapeError(f"shapes must broadcast (axes equal or 1), got {got}: add axes of 1") from None
-        return function(*call.args, **call.kwargs)
+        with np.errstate(all="ignore"):  # of infinite and of huge numbers
+            return function(*call.args, **call.kwargs)
 
     return cast(_F, checked)
 

@@ -27,7 +27,13 @@ PLANCK = 6.626_070_15e-34  # J s, exact in the SI
 
 
 class Quantity(NamedTuple):
-    """One row of `QUANTITIES`; the unit is a CF string, as in the attributes of a data set."""
+    """One row of `QUANTITIES`; the unit is a CF string, as in the attributes of a data set.
+
+    Example
+    >>> q = gn.radiometry.QUANTITIES["radiance"]
+    >>> print(q.symbol, q.unit)
+    L W m-2 sr-1
+    """
 
     name: str
     symbol: str
@@ -76,6 +82,10 @@ def solid_angle(area: _NotNegative, distance: _Positive, cos_theta: _Cosine = 1.
     Shapes broadcast. Units m², m, 1 -> sr.
     Error  Of a square of diagonal d straight ahead, (d/r)²/8 relative: 2.5e-3 for side 0.1 at distance 1.
     Source Nicodemus et al. 1977, NBS Monograph 160.
+
+    Example
+    >>> print(gn.radiometry.solid_angle(area=1e-4, distance=0.5).round(6))
+    0.0004
     """
     return area / distance * cos_theta / distance
 
@@ -86,6 +96,10 @@ def radiance(flux: _Real, area: _Positive, dw: _Positive, cos_theta: _Divisor = 
 
     Shapes broadcast. Units W, m², sr, 1 -> W m⁻² sr⁻¹. Error rounding.
     Source Nicodemus et al. 1977, NBS Monograph 160.
+
+    Example
+    >>> print(gn.radiometry.radiance(flux=1e-3, area=1e-4, dw=0.01, cos_theta=0.5).round(1))
+    2000.0
     """
     return flux / area / dw / cos_theta
 
@@ -98,6 +112,10 @@ def basic_radiance(L: _Real, n: _Positive = 1.0) -> Array:
 
     Shapes broadcast. Units W m⁻² sr⁻¹, refractive index -> W m⁻² sr⁻¹. Error rounding.
     Source Nicodemus et al. 1977, NBS Monograph 160.
+
+    Example
+    >>> print(gn.radiometry.basic_radiance(L=100.0, n=1.5).round(3))
+    44.444
     """
     return L / n / n
 
@@ -115,6 +133,10 @@ def etendue(
 
     Shapes broadcast. Units m², m², m, 1, 1, refractive index -> m² sr. Error as `solid_angle`.
     Source Nicodemus et al. 1977, NBS Monograph 160.
+
+    Example
+    >>> print(gn.radiometry.etendue(area_1=1e-4, area_2=1e-4, distance=0.5))
+    4e-08
     """
     return (n * area_1 * cos_theta_1 / distance) * (n * area_2 * cos_theta_2 / distance)
 
@@ -125,6 +147,11 @@ def flux(L: _Real, G: _NotNegative, n: _Positive = 1.0) -> Array:
 
     Shapes broadcast. Units W m⁻² sr⁻¹, m² sr, refractive index -> W. Error rounding.
     Source Nicodemus et al. 1977, NBS Monograph 160.
+
+    Example
+    >>> G = gn.radiometry.etendue(area_1=1e-4, area_2=1e-4, distance=0.5)
+    >>> print(gn.radiometry.flux(L=1000.0, G=G))
+    4e-05
     """
     return L / n / n * G
 
@@ -135,6 +162,10 @@ def intensity(L: _Real, area: _NotNegative, cos_theta: _Cosine = 1.0) -> Array:
 
     Shapes broadcast. Units W m⁻² sr⁻¹, m², 1 -> W sr⁻¹. Error rounding.
     Source Nicodemus et al. 1977, NBS Monograph 160.
+
+    Example
+    >>> print(gn.radiometry.intensity(L=1000.0, area=1e-4, cos_theta=0.5))
+    0.05
     """
     return L * area * cos_theta
 
@@ -145,6 +176,10 @@ def point_irradiance(I: _Real, distance: _Positive, cos_theta: _EitherSide = 1.0
 
     Shapes broadcast. Units W sr⁻¹, m, 1 -> W m⁻². Error rounding.
     Source Nicodemus et al. 1977, NBS Monograph 160.
+
+    Example
+    >>> print(gn.radiometry.point_irradiance(I=100.0, distance=2.0, cos_theta=np.cos([0.0, 1.0, 2.0])).round(3))
+    [25.    13.508  0.   ]
     """
     return I / distance * np.maximum(cos_theta, 0.0) / distance
 
@@ -158,6 +193,11 @@ def irradiance(L: Any, w: Any, dw: Any, normal: Any = (0.0, 0.0, 1.0)) -> Array:
     Units  W m⁻² sr⁻¹, 1, sr, 1 -> W m⁻².
     Error  Of the sum for the integral, relative, L = 1: 3.0e-4 on `latlong_pixels(64, 128)`, as 1/height².
     Source Nicodemus et al. 1977, NBS Monograph 160.
+
+    Example
+    >>> w, dw = gn.radiometry.latlong_pixels(180, 360)
+    >>> print(gn.radiometry.irradiance(np.ones(dw.shape), w, dw).round(3))  # of a sky of radiance 1: pi
+    3.142
     """
     read = {"L": _numbers("L", L), "w": _points("w", w, _VECTOR), "dw": _numbers("dw", dw)}
     read["normal"] = _points("normal", normal, _VECTOR)
@@ -181,6 +221,11 @@ def exitance(L: Any, w: Any, dw: Any, normal: Any = (0.0, 0.0, 1.0)) -> Array:
 
     Shapes, units and error of `irradiance`; the light leaves.
     Source Nicodemus et al. 1977, NBS Monograph 160.
+
+    Example
+    >>> w, dw = gn.radiometry.latlong_pixels(180, 360)
+    >>> print(gn.radiometry.exitance(2.0 * np.ones(dw.shape), w, dw).round(3))
+    6.283
     """
     return irradiance(L, w, dw, normal)
 
@@ -190,6 +235,12 @@ def radiosity(L: Any, w: Any, dw: Any, normal: Any = (0.0, 0.0, 1.0)) -> Array:
 
     Shapes, units and error of `irradiance`; the light leaves.
     Source Goral et al. 1984, doi:10.1145/964965.808601.
+
+    Example
+    >>> w, dw = gn.radiometry.latlong_pixels(180, 360)
+    >>> L = gn.Lambertian(0.5).f(np.array([0.0, 0.0, 1.0]), w) * 1000.0  # lit by 1000 W/m^2 from above
+    >>> print(gn.radiometry.radiosity(L, w, dw).round(1))
+    500.0
     """
     return irradiance(L, w, dw, normal)
 
@@ -200,6 +251,10 @@ def radiosity_balance(exitance: _Real, reflectance: _Reflectance, irradiance: _R
 
     Shapes broadcast. Units W m⁻², 1, W m⁻² -> W m⁻². Error rounding.
     Source Goral et al. 1984, doi:10.1145/964965.808601.
+
+    Example
+    >>> print(gn.radiometry.radiosity_balance(exitance=20.0, reflectance=0.5, irradiance=1000.0))
+    520.0
     """
     return exitance + reflectance * irradiance
 
@@ -210,6 +265,10 @@ def uniform_irradiance(L: _Real) -> Array:
 
     Shapes any. Units W m⁻² sr⁻¹ -> W m⁻². Error rounding.
     Source Nicodemus et al. 1977, NBS Monograph 160.
+
+    Example
+    >>> print(gn.radiometry.uniform_irradiance(L=100.0).round(2))
+    314.16
     """
     return np.pi * L
 
@@ -220,6 +279,10 @@ def lambertian_exitance(L: _Real) -> Array:
 
     Shapes any. Units W m⁻² sr⁻¹ -> W m⁻². Error rounding.
     Source Nicodemus et al. 1977, NBS Monograph 160.
+
+    Example
+    >>> print(gn.radiometry.lambertian_exitance(L=100.0).round(2))
+    314.16
     """
     return np.pi * L
 
@@ -233,6 +296,10 @@ def brdf(dL: _Real, L_i: _Positive, cos_theta_i: _Divisor, dw_i: _Positive) -> A
 
     Shapes broadcast. Units W m⁻² sr⁻¹, W m⁻² sr⁻¹, 1, sr -> sr⁻¹. Error rounding.
     Source Nicodemus et al. 1977, NBS Monograph 160.
+
+    Example
+    >>> print(gn.radiometry.brdf(dL=0.5, L_i=2.0, cos_theta_i=0.8, dw_i=0.01))
+    31.25
     """
     return dL / L_i / cos_theta_i / dw_i
 
@@ -243,6 +310,10 @@ def lambertian_albedo(f: _Real) -> Array:
 
     Shapes any. Units sr⁻¹ -> 1. Error rounding.
     Source Nicodemus et al. 1977, NBS Monograph 160.
+
+    Example
+    >>> print(gn.radiometry.lambertian_albedo(0.1).round(4))
+    0.3142
     """
     return np.pi * f
 
@@ -257,6 +328,11 @@ def convert_reflectance(
 
     Shapes broadcast. Units as in `QUANTITIES`; for transmission pass |cosθ|. Error rounding.
     Source Nicodemus et al. 1977, NBS Monograph 160; ASTM E2387 for the DSF.
+
+    Example
+    >>> f = gn.radiometry.convert_reflectance(0.5, "reflectance_factor", "brdf")
+    >>> print(f.round(4), gn.radiometry.convert_reflectance(f, "brdf", "dsf", cos_theta_o=0.8).round(4))
+    0.1592 0.1273
     """
     factor = {"brdf": 1.0, "reflectance_factor": np.pi, "brdf_cos_theta_i": cos_theta_i, "dsf": cos_theta_o}
     for name in (source, target):
@@ -284,6 +360,10 @@ def convert_spectral(value: _Real, wavelength: _Positive, source: str, target: s
 
     Shapes broadcast. Units nm⁻¹, Hz⁻¹, (cm⁻¹)⁻¹; the wavelength in nm. Error rounding.
     Source The chain rule; the speed of light is exact in the SI.
+
+    Example
+    >>> print(gn.radiometry.convert_spectral(1.0, 500.0, "wavelength", "wavenumber").round(6))
+    0.025
     """
     area = wavelength * wavelength
     nm_per = {"wavelength": 1.0, "frequency": area * (1e-9 / SPEED_OF_LIGHT), "wavenumber": area * 1e-7}
@@ -299,6 +379,10 @@ def photon_flux(flux: _Real, wavelength: _Positive) -> Array:
 
     Shapes broadcast. Units W, nm -> s⁻¹ (an irradiance gives s⁻¹ m⁻²). Error rounding.
     Source Planck's E = h c/λ; h and c are exact in the SI.
+
+    Example
+    >>> print(f"{gn.radiometry.photon_flux(flux=1e-3, wavelength=532.0):.4e}")
+    2.6782e+15
     """
     return flux * wavelength / (1e9 * PLANCK * SPEED_OF_LIGHT)
 
@@ -309,5 +393,9 @@ def radiant_flux(photon_flux: _Real, wavelength: _Positive) -> Array:
 
     Shapes broadcast. Units s⁻¹, nm -> W. Error rounding.
     Source Planck's E = h c/λ; h and c are exact in the SI.
+
+    Example
+    >>> print(f"{gn.radiometry.radiant_flux(photon_flux=1e15, wavelength=532.0):.4e}")
+    3.7339e-04
     """
     return photon_flux / wavelength * (1e9 * PLANCK * SPEED_OF_LIGHT)

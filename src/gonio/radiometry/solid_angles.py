@@ -14,6 +14,10 @@ def solid_angle_cone(half_angle: _Polar) -> Array:
 
     Shapes any. Units rad -> sr. Error rounding, also for a = 1e-8.
     Source Archimedes, On the Sphere and Cylinder: the area of a cap.
+
+    Example
+    >>> print(gn.radiometry.solid_angle_cone(half_angle=np.radians(0.266)).round(8))  # the sun
+    6.771e-05
     """
     return 4.0 * np.pi * np.square(np.sin(0.5 * half_angle))
 
@@ -24,6 +28,10 @@ def solid_angle_cap(theta_0: _Polar, theta_1: _Polar) -> Array:
 
     Shapes broadcast. Units rad -> sr. Error rounding, also for thin belts.
     Source Archimedes, On the Sphere and Cylinder: the area of a cap.
+
+    Example
+    >>> print(gn.radiometry.solid_angle_cap(0.0, np.pi / 2).round(4))
+    6.2832
     """
     return solid_angle_latlong_pixel(theta_0, theta_1, 2.0 * np.pi)
 
@@ -34,6 +42,10 @@ def solid_angle_latlong_pixel(theta_0: _Polar, theta_1: _Polar, width: _Azimuth)
 
     Shapes broadcast. Units polar angles and width Δφ in rad -> sr. Error rounding, also for thin pixels.
     Source The integral of sinθ dθ dφ.
+
+    Example
+    >>> print(gn.radiometry.solid_angle_latlong_pixel(1.0, 1.1, width=0.1).round(5))
+    0.00867
     """
     return 2.0 * width * np.sin(0.5 * (theta_0 + theta_1)) * np.sin(0.5 * (theta_1 - theta_0))
 
@@ -45,6 +57,11 @@ def latlong_pixels(height: int, width: int) -> tuple[Array, Array]:
 
     Shapes (height, width, 3), (height, width). Units 1, sr. Error rounding.
     Source The integral of sinθ dθ dφ.
+
+    Example
+    >>> w, dw = gn.radiometry.latlong_pixels(4, 8)
+    >>> print(w.shape, dw.shape, np.isclose(dw.sum(), 4.0 * np.pi))
+    (4, 8, 3) (4, 8) True
     """
     for name, value in (("height", height), ("width", width)):
         if not isinstance(value, int | np.integer) or value < 1:
@@ -65,6 +82,10 @@ def solid_angle_sphere(radius: _NotNegative, distance: _Positive) -> Array:
 
     Shapes broadcast. Units m, m -> sr. Error rounding, also for d/r = 1e12.
     Source The tangent cone, sin a = r/d.
+
+    Example
+    >>> print(gn.radiometry.solid_angle_sphere(radius=0.1, distance=2.0).round(5))
+    0.00786
     """
     sine = np.minimum(radius / distance, 1.0)
     cosine = np.sqrt(np.maximum(distance - radius, 0.0)) * np.sqrt(distance + radius) / distance
@@ -94,6 +115,10 @@ def solid_angle_triangle(a: _Vector, b: _Vector, c: _Vector, signed: bool = Fals
     Error  Of 300 random triangles each of size 1 to 1e-8 at distance 1, relative: median 1.3e-16, largest
            6e-14 (seen from the side). From 1e-12 above a triangle, absolute: 6e-13, next to an edge.
     Source Van Oosterom & Strackee 1983, doi:10.1109/TBME.1983.325207.
+
+    Example
+    >>> print(gn.radiometry.solid_angle_triangle([1, 0, 0], [0, 1, 0], [0, 0, 1]).round(4))  # an eighth of 4 pi
+    1.5708
     """
     corners = _scaled(a, b, c)
     nearest = np.argmin(np.linalg.norm(corners, axis=-1), axis=-1, keepdims=True)
@@ -115,6 +140,10 @@ def solid_angle_rectangle(corner: _Vector, edge_u: _Vector, edge_v: _Vector) -> 
     Error  Of 300 random rectangles each of size 1 to 1e-9 at distance 1, relative: median 1.4e-16, largest
            6e-14. From 1e-12 above its plane, absolute: 8e-15.
     Source The integral of z dx dy/(x²+y²+z²)^(3/2); Van Oosterom & Strackee 1983 for the triangles.
+
+    Example
+    >>> print(gn.radiometry.solid_angle_rectangle([-1.0, -1.0, 2.0], [2.0, 0.0, 0.0], [0.0, 2.0, 0.0]).round(4))
+    0.8054
     """
     p, u, v = np.moveaxis(_scaled(corner, edge_u, edge_v), -2, 0)
     length_u, length_v = np.linalg.norm(u, axis=-1), np.linalg.norm(v, axis=-1)
@@ -147,6 +176,10 @@ def projected_solid_angle_cone(half_angle: _Polar, theta: _Polar = 0.0) -> Array
     Shapes broadcast. Units rad -> sr.
     Error  Absolute, 8e-16; relative, 3e-16 of a cone that the horizon does not cut, for a from 1e-8 to 0.1.
     Source Lambert 1760, Photometria: the contour integral, here along the circle and the horizon.
+
+    Example
+    >>> print(gn.radiometry.projected_solid_angle_cone(half_angle=np.radians(5.0), theta=0.7).round(5))
+    0.01825
     """
     k, c = np.cos(half_angle), np.cos(theta)
     s = np.sqrt(np.maximum(-np.cos(theta + half_angle) * np.cos(theta - half_angle), 0.0))
@@ -161,6 +194,10 @@ def projected_solid_angle_latlong_pixel(theta_0: _Polar, theta_1: _Polar, width:
     Shapes broadcast. Units polar angles and width Δφ in rad -> sr.
     Error  Rounding, also for thin pixels; relative to π/2 − θ next to the horizon.
     Source The integral of cosθ sinθ dθ dφ.
+
+    Example
+    >>> print(gn.radiometry.projected_solid_angle_latlong_pixel(0.0, np.pi / 2, 2.0 * np.pi).round(4))
+    3.1416
     """
     low, high = np.minimum(theta_0, 0.5 * np.pi), np.minimum(theta_1, 0.5 * np.pi)
     return 0.5 * width * np.sin(high + low) * np.sin(high - low)
@@ -216,6 +253,11 @@ def projected_solid_angle_polygon(vertices: _Polygon, normal: _Vector = (0.0, 0.
            to 1e-8 at distance 1, cosθ > 0.1, relative: median 3e-16, largest 7e-12 (seen from the side).
            From h above a polygon that the horizon cuts, absolute: 1e-15; below h = 1e-6 about (3e-16/h)².
     Source Lambert 1760, Photometria.
+
+    Example
+    >>> window = [[1.0, -1.0, 2.0], [1.0, 1.0, 2.0], [-1.0, 1.0, 2.0], [-1.0, -1.0, 2.0]]
+    >>> print(gn.radiometry.projected_solid_angle_polygon(window).round(4))
+    0.7523
     """
     corners = _scaled(*np.moveaxis(vertices, -2, 0))
     base, n = corners[..., None, :1, :], normal[..., None, None, :]

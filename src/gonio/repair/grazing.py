@@ -9,8 +9,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..arguments import checked
 from ..arrays.kinds import with_channels
 from ..base.angles import angles, direction
+from ..base.measured import Measured
 from ..distributions.ggx import GGX
 from ..errors import ParameterError
 from ..formula.fresnel.schlick import Schlick
@@ -37,7 +39,8 @@ class _Reach(NamedTuple):
     theta_o: float
 
 
-def extrapolate_to_grazing(m: Gridded, method: str, reach: float | tuple[float, float] | None = None) -> Gridded:
+@checked
+def extrapolate_to_grazing(m: Measured, method: str, reach: float | tuple[float, float] | None = None) -> Gridded:
     """The measurement with f beyond the largest measured polar angles, up to the horizon.
 
     method   "hold": f at the largest measured polar angles, at the same azimuths
@@ -59,6 +62,14 @@ def extrapolate_to_grazing(m: Gridded, method: str, reach: float | tuple[float, 
     Error    0.3 Lambertian + GGX(0.3), glass, measured to 75 degrees: at 80 and 85 degrees hold 0.063 rms, relative,
              linear in cosine 0.051, model 0.019; rehearsals 0.029, 0.008, 0.011: f rises ever faster, and the rehearsal
              is too good. Of a material that is such a lobe, the model finds alpha to 1e-4.
+
+    Example
+    >>> theta, phi = np.radians(np.arange(0.0, 76.0, 5.0)), np.radians(np.arange(0.0, 360.0, 10.0))
+    >>> axes = {"theta_i": theta, "theta_o": theta, "phi": phi}
+    >>> m = gn.repair.resample(gn.Lambertian(0.5), "angles", axes=axes)  # to 75 degrees
+    >>> m = gn.repair.extrapolate_to_grazing(m, "hold")
+    >>> print(gn.albedo(m, [0, 0, 1]).round(4))
+    0.4999
     """
     expect_one_of(METHODS, "method", method)
     cells = Cells(m)

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..arguments import checked
+from ..base.measured import Measured
 from ..errors import ToleranceWarning, warn
 from ..numerics.filling import filled_in_layers
 from ._cells import Cells, expect_one_of, relative
@@ -19,7 +21,8 @@ DIRECT = 20_000
 """Number of unknowns up to which the smooth surface is solved for directly; above, by conjugate gradients."""
 
 
-def fill_holes(m: Gridded, method: str = "neighbours") -> Gridded:
+@checked
+def fill_holes(m: Measured, method: str = "neighbours") -> Gridded:
     """The measurement with a value in every cell; known values stay the same, bit by bit.
 
     neighbours   layer by layer from the edges of a hole inwards, the mean of the neighbours along the axes
@@ -37,6 +40,15 @@ def fill_holes(m: Gridded, method: str = "neighbours") -> Gridded:
              lobe: neighbours 0.06 rms and 0.20 largest, relative, smooth 0.04 and 0.09; rehearsals 0.055 and 0.044; of
              the filled cells 97 % and 100 % within two uncertainties. Holes of more than 20000 cells are solved for by
              conjugate gradients, to 1e-5, with a ToleranceWarning if that fails.
+
+    Example
+    >>> theta, phi = np.radians(np.arange(0.0, 90.0, 10.0)), np.radians(np.arange(0.0, 360.0, 20.0))
+    >>> axes = {"theta_i": theta, "theta_o": theta, "phi": phi}
+    >>> f = gn.repair.resample(gn.Lambertian(0.5), "angles", axes=axes).brdf().copy()
+    >>> f[3:5, 3:5, 3:5] = np.nan
+    >>> m = gn.repair.fill_holes(gn.Gridded("angles", axes, f))
+    >>> print(np.isnan(f).sum(), np.isnan(m.brdf()).sum())
+    8 0
     """
     expect_one_of(METHODS, "method", method)
     cells = Cells(m)

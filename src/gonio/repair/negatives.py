@@ -4,18 +4,28 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..arguments import checked
+from ..base.measured import Measured
 from ..errors import ParameterError
 from ..tables.gridded import Gridded
 from ._cells import Cells
 
 
-def remove_negatives(m: Gridded, floor: float | str = 0.0) -> Gridded:
+@checked
+def remove_negatives(m: Measured, floor: float | str = 0.0) -> Gridded:
     """The measurement with every f below a floor raised to it. Noise is removed on one side only, which is a bias.
 
     `floor`: f [1/sr], 0 or the noise floor of the instrument; or "uncertainty", the standard uncertainty of each cell.
 
     The bias is `albedo_after` - `albedo_before` of the record: for noise of standard deviation s around f = 0,
     s/sqrt(2 pi) = 0.40 s in every cell. `figures`: "lowest", the lowest f before. Uncertainties stay as they are.
+
+    Example
+    >>> axes = {"theta_i": [0.0, 0.8], "theta_o": [0.0, 0.8], "phi": [0.0]}
+    >>> m = gn.Gridded("angles", axes, np.array([[[0.1], [0.1]], [[-0.01], [0.1]]]))
+    >>> m = gn.repair.remove_negatives(m)
+    >>> print(m.brdf().ravel(), m.repairs[-1].figures["lowest"])
+    [0.1 0.1 0.  0.1] -0.01
     """
     cells = Cells(m)
     if isinstance(floor, str):

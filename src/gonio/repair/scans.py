@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..arguments import checked
 from ..arrays.kinds import with_channels
 from ..base.angles import angles, direction
 from ..base.measured import Measured
@@ -34,6 +35,7 @@ class _Line(NamedTuple):
     u: np.ndarray | None
 
 
+@checked
 def merge_scans(scans: Sequence[Measured], oriented: bool = False) -> Gridded:
     """Several measurements along theta_o, at one or more theta_i and azimuths each, as one grid of "angles".
 
@@ -48,6 +50,16 @@ def merge_scans(scans: Sequence[Measured], oriented: bool = False) -> Gridded:
     1 if the uncertainties explain the scatter, more if scans differ by their scale or alignment.
 
     Raises ParameterError where channels differ, or only some of the scans have uncertainties.
+
+    Example
+    >>> theta_o = np.radians(np.arange(0.0, 81.0, 10.0))
+    >>> scans = [
+    ...     gn.Gridded("angles", {"theta_i": [theta_i], "theta_o": theta_o, "phi": [np.pi]}, np.full((1, 9, 1), 0.1))
+    ...     for theta_i in np.radians([20.0, 40.0])
+    ... ]
+    >>> m = gn.repair.merge_scans(scans)
+    >>> print(m.brdf().shape, np.degrees(m.axes["theta_i"]).round(1))
+    (2, 9, 1) [20. 40.]
     """
     lines, names, quantities = _lines(scans, oriented)
     theta_i = distinct(np.array([x.theta_i for x in lines]), SAME)

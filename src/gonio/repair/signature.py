@@ -7,6 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from ..arguments import checked
+from ..base.measured import Measured
 from ..base.reflectance import Reflectance
 from ..errors import ParameterError
 from ..tables.gridded import Gridded
@@ -15,8 +17,9 @@ from ._cells import Cells, evaluated, expect_one_of, variances
 NEGATIVES = ("keep", "zero", "missing")
 
 
+@checked
 def subtract_signature(
-    m: Gridded,
+    m: Measured,
     signature: Reflectance,
     scale: float = 1.0,
     scale_uncertainty: float = 0.0,
@@ -35,6 +38,13 @@ def subtract_signature(
     uncertainty has u_s = 0. `figures`: "negative", the number of cells with f below 0 after the subtraction;
     "without_signature", the number of cells that lost their value because the signature has none; "largest_share", the
     largest share of the signature in a cell's f.
+
+    Example
+    >>> axes = {"theta_i": [0.0, 0.8, 1.5], "theta_o": [0.0, 0.8, 1.5], "phi": [0.0, np.pi]}
+    >>> m = gn.Gridded("angles", axes, np.full((3, 3, 2), 0.11))
+    >>> stray = gn.Gridded("angles", axes, np.full((3, 3, 2), 0.01))
+    >>> print(gn.repair.subtract_signature(m, stray).f_angles(0.3, 0.0, 0.5, 1.0).round(4))
+    0.1
     """
     expect_one_of(NEGATIVES, "negatives", negatives)
     if not (math.isfinite(scale) and scale_uncertainty >= 0.0):

@@ -7,7 +7,9 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from ..arguments import checked
 from ..arrays.kinds import with_channels
+from ..base.measured import Measured
 from ..tables.gridded import Gridded
 from ..tables.nodes import f_at
 from ._cells import Cells, changes_of_all, expect_one_of, floor, like, reported, spread, variances
@@ -17,7 +19,8 @@ SAME = 1e-5
 """Angles [rad] closer than this are one node."""
 
 
-def symmetrise(m: Gridded, kind: str, plane: float = 0.0) -> Gridded:
+@checked
+def symmetrise(m: Measured, kind: str, plane: float = 0.0) -> Gridded:
     """The measurement averaged over a symmetry.
 
     reciprocity   f(wi, wo) = f(wo, wi)
@@ -32,6 +35,14 @@ def symmetrise(m: Gridded, kind: str, plane: float = 0.0) -> Gridded:
     `figures`: "asymmetry_median", "asymmetry_rms", "asymmetry_largest": |f1 - f2|/mean, of pairs (for "isotropy" of the
     azimuths of wi from their mean), a measure of the data's quality; "on_grid", 1 if no value was interpolated, else 0;
     and with uncertainties "chi2", the mean of (f1 - f2)^2/(u1^2 + u2^2): about 1 if these explain the asymmetry.
+
+    Example
+    >>> axes = {"theta_i": [0.0, 0.8], "theta_o": [0.0, 0.8], "phi": [0.0, np.pi]}
+    >>> f = np.array([[[0.1, 0.1], [0.12, 0.12]], [[0.1, 0.1], [0.11, 0.11]]])
+    >>> m = gn.repair.symmetrise(gn.Gridded("angles", axes, f), "reciprocity")
+    >>> print(m.brdf()[..., 0])
+    [[0.1  0.11]
+     [0.11 0.11]]
     """
     expect_one_of(KINDS, "kind", kind)
     if kind == "isotropy":

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..arguments import checked
 from ..arrays.kinds import SCALAR, VALUE, VECTOR
 from ..base import kernels
 from ..base.reflectance import Reflectance
@@ -33,6 +34,11 @@ class Kernel:
     source    assignments in the order of computation; a value used twice has a name
     inputs    components of directions, and parameters, that the formula reads
     program   input of the compiler, for float32 batches (N, 3)
+
+    Example
+    >>> kernel = gn.kernel(gn.Lambertian(0.5))
+    >>> print("rho" in kernel.source)
+    True
     """
 
     source: str
@@ -41,22 +47,41 @@ class Kernel:
 
     @property
     def llvm(self) -> str:
-        """The kernel in LLVM's intermediate representation, for this processor."""
+        """The kernel in LLVM's intermediate representation, for this processor.
+
+        Example
+        >>> kernel = gn.kernel(gn.Lambertian(0.5))
+        >>> print("define" in kernel.llvm)
+        True
+        """
         return store.source(self.program)
 
     @property
     def assembly(self) -> str:
-        """The kernel in this processor's assembly language."""
+        """The kernel in this processor's assembly language.
+
+        Example
+        >>> kernel = gn.kernel(gn.Lambertian(0.5))
+        >>> print(len(kernel.assembly) > 0)
+        True
+        """
         return store.assembly(self.program)
 
     def __str__(self) -> str:
         return self.source
 
 
+@checked
 def kernel(m: Reflectance, method: str = "f") -> Kernel:
     """The kernel that `m.f`, `m.pdf` or `m.sample` runs on NumPy arrays.
 
     Raises TraceError, with the reason, if the formula cannot be compiled and runs on arrays instead.
+
+    Example
+    >>> kernel = gn.kernel(gn.Lambertian(0.5))
+    >>> print(str(kernel))
+    t1 = wi.x + wo.x + (wi.y + wo.y) + (wi.z + wo.z)
+    f = where((wi.z <= 1e-06) | (wo.z <= 1e-06), 0.0, rho * 0.3183098861837907) + (t1 - t1)
     """
     if method not in _KERNELS:
         raise NotFoundError(f"kernel(method={method!r}): expected one of {', '.join(map(repr, _KERNELS))}")

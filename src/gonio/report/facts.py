@@ -6,7 +6,7 @@ import json
 import math
 import os
 import warnings
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +23,7 @@ from ..evaluate import batch
 from ..formula.fields import Option, Param, Table
 from ..integrals.albedo import albedo
 from ..tables.gridded import Gridded
+from ..tables.half_planes import half_planes
 from ..tables.scattered import Scattered
 from ..uncertainty import with_uncertainty
 from ..uncertainty.table import SCALE, has_uncertainty, scale_uncertainty
@@ -67,10 +68,18 @@ def _computed_facts(m: Reflectance) -> dict[str, Any]:
         result["symmetry"] = _symmetry(m)
         if m.stated_totals:
             result["stated_totals"] = _totals(m, m.stated_totals)
-    if isinstance(m, Gridded) and has_uncertainty(m):
-        u = {how: with_uncertainty(albedo, m, at, correlation=how, tolerance=1e-3).u for how in ASSUMPTIONS}
-        result["uncertainty_of_albedo"] = {how: x.tolist() for how, x in u.items()}
+    if isinstance(m, Gridded):
+        result["uncertainty_of_albedo"] = {how: u.tolist() for how, u in _uncertainty_of_albedo(m, at)}
     return result
+
+
+def _uncertainty_of_albedo(m: Gridded, at: np.ndarray) -> Iterator[tuple[str, np.ndarray]]:
+    """The components of the uncertainty of albedos: by noise under each assumption, and by interpolation."""
+    for how in ASSUMPTIONS if has_uncertainty(m) else (None,):
+        found = with_uncertainty(albedo, m, at, correlation=how, tolerance=1e-3)
+        if how:
+            yield how, found.u_noise
+    yield "interpolation", found.u_interpolation
 
 
 def _totals(m: Reflectance, totals: Sequence[Any]) -> dict[str, Any]:
@@ -115,6 +124,7 @@ def _file_facts(m: Measured) -> dict[str, Any]:
         "parameterisation": getattr(m, "parameterisation", None),
         "axes": {name: _axis(nodes) for name, nodes in getattr(m, "axes", {}).items()},
         "rows": len(m.rows) if isinstance(m, Scattered) else None,
+        "half_planes": half_planes(m).tolist() if isinstance(m, Gridded) else [],
         "about": {name: _plain(value) for name, value in m.about.items() if name not in ("repairs", SCALE)},
         "published_as": getattr(m, "published", None),
         "shape": list(valid.shape),

@@ -1,4 +1,4 @@
-"""Figures of a material: polar slices in the plane of incidence, albedo against angle, a lit sphere."""
+"""Figures of a material: polar slices in the plane of incidence, albedo, a lit sphere; of a map, its places."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import math
 import os
 import textwrap
 import warnings
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
@@ -16,52 +16,73 @@ import numpy as np
 from ..arrays.kinds import with_channels
 from ..base.angles import direction
 from ..base.light import Light
+from ..base.measured import Measured
 from ..base.reflectance import Reflectance
 from ..errors import DependencyError, MissingDataWarning, ParameterError
+from ..evaluate import batch
 from ..files import replacing, target
 from ..integrals.albedo import albedo
-from ..pictures.colour import LUMINANCE, RELATIVE_XYZ, XYZ, rgb_of, srgb_encode
-from ..scenes.rendering import render
+from ..pictures.colour import RELATIVE_XYZ, XYZ, rgb_of, srgb_encode
+from ..scenes.rendering import is_coloured, is_rgb, render
+from ..tables.gridded import Gridded
+from ._slices import VIEWS, Slice, lit_range, one_number, plane, slices_of, spans
 
-SLICES = (0.0, 15.0, 30.0, 45.0, 60.0, 75.0)
 INCIDENCE = (0.0, 10.0, 20.0, 30.0, 40.0, 50.0, 60.0, 70.0, 75.0, 80.0, 85.0, 88.0)
 SUFFIXES = (".png", ".jpg", ".pdf", ".svg")
+HELD = "Beyond the data the sphere and the albedo are those of the outermost values"
 
 
 def show(
     m: Reflectance,
     path: str | Path,
-    lights: Light | Iterable[Light],
+    lights: Light | Iterable[Light] | None = None,
     title: str = "",
     size: int = 256,
     samples: int = 32,
     progress: Callable[[int, int], None] | None = None,
+    bands: Sequence[str | float] | None = None,
 ) -> None:
     """Write the figure of a material to a .png, .jpg, .pdf or .svg file.
 
     Above: f [1/sr] in the plane of incidence as polar slices, one per angle of incidence, with a logarithmic radius,
-    and a lit sphere. Below: the same slices against the viewing angle, and albedo against the angle of incidence, per
-    channel. Ticks on the half circle mark the light, ticks on the axis the mirror directions. The plane of incidence is
-    the x-z plane.
+    and a lit sphere, under the default light of `render` or under `lights`. Below: the same slices against the viewing
+    angle, and albedo against the angle of incidence, or by channel where there are more than three. Ticks on the half
+    circle mark the light, ticks on the axis the mirror directions. The plane of incidence is the x-z plane; of an
+    oriented measurement that of the azimuth of the light that is nearest to it.
+
+    Slices of a measurement are those of angles of incidence that were measured. Curves end where its data end; values
+    measured in the plane are points, with bars of two standard uncertainties. Of a map, pi f of every place takes the
+    place of the sphere, and the rest is that of the place in its middle.
     """
-    with new_figure(path, (11.0, 8.6), title or repr(m)) as figure:
+    with new_figure(path, (11.0, 8.6), title or _title(m)) as figure:
         grid = figure.add_gridspec(2, 2, width_ratios=[1.25, 1.0])
-        slices = _slice_values(m)
-        _polar(figure.add_subplot(grid[0, 0], projection="polar"), slices)
-        picture = render(m, lights, size=size, samples=samples, progress=progress)
-        _sphere(figure.add_subplot(grid[0, 1]), picture)
-        _cartesian(figure.add_subplot(grid[1, 0]), slices)
+        beside = figure.add_subplot(grid[0, 1])
+        if batch.full_shape(m, ()):
+            m = _draw_map(beside, m)
+        else:
+            _sphere(beside, m, render(m, lights, size=size, samples=samples, progress=progress, bands=bands))
+        slices = slices_of(m)
+        _polar(figure.add_subplot(grid[0, 0]), m, slices)
+        _cartesian(figure.add_subplot(grid[1, 0]), m, slices)
         _albedo(figure.add_subplot(grid[1, 1]), m)
+        low, high = lit_range(m)
+        if isinstance(m, Gridded) and m.outside == "hold" and (spans(slices) or high - low < 89.0):
+            figure.supxlabel(HELD, fontsize=9, color="#555555")
 
 
-def portrait(m: Reflectance, path: str | Path, lights: Light | Iterable[Light]) -> None:
+def portrait(m: Reflectance, path: str | Path, lights: Light | Iterable[Light] | None = None) -> None:
     """Write a small figure: a lit sphere beside the polar slices of f in the plane of incidence."""
     with new_figure(path, (6.4, 2.9), "") as figure:
         grid = figure.add_gridspec(1, 2, width_ratios=[1.0, 1.35])
-        _sphere(figure.add_subplot(grid[0]), render(m, lights, size=256, samples=64))
-        _polar(figure.add_subplot(grid[1], projection="polar"), _slice_values(m))
+        _sphere(figure.add_subplot(grid[0]), m, render(m, lights, size=256, samples=64))
+        _polar(figure.add_subplot(grid[1]), m, slices_of(m))
         for axes in figure.axes:
             axes.set_title("")
+
+
+def _title(m: Reflectance) -> str:
+    """The name of the file of a measurement; a material as an expression."""
+    return Path(m.path).name if isinstance(m, Measured) and m.path else repr(m)
 
 
 @contextmanager
@@ -115,40 +136,19 @@ STYLE: Any = {
 }
 _SEQUENCE = ["#0b1f4b", "#234f9a", "#2f86c1", "#37b59d", "#8cc63f", "#e3a72f"]
 RGB = ["#c8362f", "#2f8f46", "#2f5fc8"]
+_NO_DATA: Any = {"facecolor": "#e9e9e9", "edgecolor": "#c4c4c4", "hatch": "///", "linewidth": 0.0, "zorder": 0}
+_DENSE = 45
+"""Measured values of a slice from which on their points are small."""
 
 
-def _brightness(m: Reflectance, f: np.ndarray, ndim: int) -> np.ndarray:
-    """f without its channels: their luminance if they are colours, else their mean."""
-    if f.ndim == ndim:
-        return f
-    names = m.channel_names
-    if names in (XYZ, RELATIVE_XYZ):
-        return f[..., 1]
-    if f.shape[-1] == 3 and (names is None or isinstance(names[0], str)):
-        return f @ LUMINANCE
-    return f.mean(axis=-1)
-
-
-VIEWS = np.linspace(-89.5, 89.5, 1433)
-
-
-def _slice_values(m: Reflectance) -> list[np.ndarray]:
-    """f at the viewing angles VIEWS, for each incidence of SLICES; NaN where it is not positive."""
-    wo = direction(np.radians(np.abs(VIEWS)), np.where(VIEWS < 0.0, np.pi, 0.0))
-    curves = []
-    for theta in SLICES:
-        f = _brightness(m, m.f(direction(np.radians(theta), np.pi), wo), 1)  # light from the left
-        curves.append(np.where(f > 0.0, f, np.nan))
-    return curves
-
-
-def _range(slices: list[np.ndarray]) -> tuple[float, float]:
+def _range(slices: list[Slice]) -> tuple[float, float]:
     """Lowest and highest value worth showing on a logarithmic axis; (0, 0) if there is none."""
-    values = np.concatenate(slices)
-    if not np.isfinite(values).any():
+    values = np.concatenate([np.concatenate([s.f, s.measured]) for s in slices])
+    values = values[values > 0.0]
+    if not values.size:
         return 0.0, 0.0
-    high = float(np.nanmax(values))
-    return max(float(np.nanmin(values)), high * 1e-5), high
+    high = float(values.max())
+    return max(float(values.min()), high * 1e-5), high
 
 
 def write(axes: Any, text: str = "f = 0 away from\nthe mirror direction", colour: str = "black") -> None:
@@ -156,67 +156,185 @@ def write(axes: Any, text: str = "f = 0 away from\nthe mirror direction", colour
     axes.text(0.5, 0.5, text, ha="center", va="center", transform=axes.transAxes, color=colour)
 
 
-def _polar(axes: Any, slices: list[np.ndarray]) -> None:
+def _nothing(slices: list[Slice]) -> str:
+    """Why there is no curve."""
+    known = any(np.isfinite(s.f).any() for s in slices)
+    return "f = 0 away from\nthe mirror direction" if known else "no data in this plane"
+
+
+def _colours(slices: list[Slice]) -> list[str]:
+    return _SEQUENCE[: len(slices)]
+
+
+def _polar(host: Any, m: Reflectance, slices: list[Slice]) -> None:
     low, high = _range(slices)
+    host.set_axis_off()
+    axes = host.inset_axes((0.07, -0.5, 0.86, 2.0), projection="polar")  # its box is a square, half of it empty
     axes.set(theta_zero_location="N", theta_direction=-1, thetamin=-90, thetamax=90)
     axes.set_thetagrids(np.arange(-90, 91, 30), [f"{abs(a)}°" for a in range(-90, 91, 30)])
-    axes.set_title("Polar slices of f [1/sr] in the plane of incidence, light from the left")
+    _, words = one_number(m)
+    host.set_title(f"f [sr⁻¹]{', ' + words if words else ''}\nin the plane of incidence, light from the left")
     if high == 0.0:
         axes.set_rticks([])
-        write(axes)
+        write(axes, _nothing(slices))
         return
     bottom, top = math.floor(math.log10(low) - 0.3), math.log10(high) + 0.15
-    for theta, f, colour in zip(SLICES, slices, _SEQUENCE, strict=True):
-        radius = np.log10(np.maximum(np.where(np.isnan(f), 10.0**bottom, f), 10.0**bottom))
-        axes.plot(np.radians(VIEWS), radius, color=colour, lw=1.6)
-        axes.plot([-math.radians(theta)] * 2, [top - 0.08 * (top - bottom), top], color=colour, lw=2.5)
+    for start, stop in spans(slices):
+        width, middle = math.radians(stop - start), math.radians(0.5 * (start + stop))
+        axes.bar(middle, top - bottom, width, bottom, **_NO_DATA)
+        if stop - start > 12.0:
+            _label_gap(axes, middle, 0.5 * (bottom + top))
+    for s, colour in zip(slices, _colours(slices), strict=True):
+        axes.plot(np.radians(VIEWS), np.log10(np.maximum(s.f, 10.0**bottom)), color=colour, lw=1.6)
+        seen = s.measured > 10.0**bottom
+        if seen.any():
+            axes.plot(np.radians(s.views[seen]), np.log10(s.measured[seen]), "o", color=colour, ms=_size(s))
+        axes.plot([-math.radians(s.theta)] * 2, [top - 0.08 * (top - bottom), top], color=colour, lw=2.5)
     axes.set_rlim(bottom, top)
     decades = range(bottom + 1, math.floor(top) + 1)
     decades = decades[:: max(1, -(-len(decades) // 3))]  # more labels would touch in small figures
     axes.set_rgrids(list(decades), [f"$10^{{{d}}}$" for d in decades], angle=-90, fontsize=8)
 
 
-def _cartesian(axes: Any, slices: list[np.ndarray]) -> None:
+def _size(s: Slice) -> float:
+    """The size of the points of a slice."""
+    return 3.2 if len(np.unique(s.views.round(1))) <= _DENSE else 1.4
+
+
+def _label_gap(axes: Any, x: float, y: float, **more: Any) -> None:
+    """The words "no data" in a shaded region."""
+    box = {"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 1.0}
+    axes.text(x, y, "no data", ha="center", va="center", fontsize=8, color="#555555", bbox=box, **more)
+
+
+def _cartesian(axes: Any, m: Reflectance, slices: list[Slice]) -> None:
     low, high = _range(slices)
-    for theta, f, colour in zip(SLICES, slices, _SEQUENCE, strict=True):
-        axes.plot(VIEWS, f, color=colour, lw=1.6, label=f"{theta:g}°")
-        axes.axvline(theta, ymax=0.03, color=colour, lw=2.0)
+    has_points = has_bars = False
+    for s, colour in zip(slices, _colours(slices), strict=True):
+        axes.plot(VIEWS, np.where(s.f > 0.0, s.f, np.nan), color=colour, lw=1.6, label=f"{s.theta:.3g}°")
+        axes.axvline(s.theta, ymax=0.03, color=colour, lw=2.0)
+        if s.views.size:
+            has_points = True
+            axes.plot(s.views, s.measured, "o", color=colour, ms=_size(s))
+        if s.u is not None:
+            has_bars = True
+            axes.errorbar(s.views, s.measured, 2.0 * s.u, fmt="none", ecolor=colour, elinewidth=1.0, capsize=1.5)
+    for start, stop in spans(slices):
+        axes.axvspan(start, stop, **_NO_DATA)
+        if stop - start > 4.0:
+            _label_gap(axes, 0.5 * (start + stop), 0.5, rotation=90, transform=axes.get_xaxis_transform())
     if high == 0.0:
-        write(axes)
+        write(axes, _nothing(slices))
+        axes.set_yticks([])
     elif high / low < 3.0:
         axes.set_ylim(0.0, 1.25 * high)
     else:
         axes.set(yscale="log", ylim=(0.7 * low, 2.0 * high))
     axes.set(xlim=(-90, 90), xticks=np.arange(-90, 91, 30), xlabel="viewing angle θₒ [°]; ticks: mirror directions")
-    axes.set(ylabel="BRDF f [1/sr], without cosine", title="The same slices")
+    _, words = one_number(m)
+    points = "; points: measured" + (", bars: ±2u" if has_bars else "") if has_points else ""
+    axes.set(ylabel=f"BRDF f [sr⁻¹]{', ' + words.partition(',')[0] if words else ''}", title=f"The same slices{points}")
     axes.legend(title="incidence θᵢ")
 
 
 def _albedo(axes: Any, m: Reflectance) -> None:
-    rho = albedo(m, direction(np.radians(INCIDENCE), 0.0), tolerance=1e-3)
-    rho = with_channels(rho, 1)
-    names = m.channel_names
-    matrix = rgb_of(names) if rho.shape[1] > 3 or names in (XYZ, RELATIVE_XYZ) else None
-    if matrix is not None:
-        rho = rho @ matrix
-    elif rho.shape[1] > 3:
-        rho = rho.mean(axis=1, keepdims=True)
-    curves = zip("RGB", RGB, rho.T, strict=True) if rho.shape[1] == 3 else [(None, "#333333", rho[:, 0])]
-    for label, colour, curve in curves:
-        axes.plot(INCIDENCE, curve, color=colour, lw=1.8, marker="o", ms=3.5, label=label)
-    axes.axhline(1.0, color="#999999", lw=1.0, ls="--")
-    axes.set(xlim=(0, 90), xticks=np.arange(0, 91, 15), xlabel="angle of incidence θᵢ [°]")
-    axes.set(ylim=(0.0, max(1.0, float(rho.max()) * 1.05)), ylabel="albedo")
+    names, count = m.channel_names, m.channels or 1
     axes.set_title("Albedo: the fraction of light that leaves again")
-    if rho.shape[1] == 3:
+    axes.axhline(1.0, color="#999999", lw=1.0, ls="--")
+    by_angle = count == 1 or is_rgb(m) or names in (XYZ, RELATIVE_XYZ)
+    rho = _albedo_by_angle(axes, m) if by_angle else _albedo_by_channel(axes, m)
+    axes.set(ylim=(0.0, max(1.0, float(np.nanmax(rho, initial=0.0)) * 1.05)), ylabel="albedo")
+
+
+def _albedo_by_angle(axes: Any, m: Reflectance) -> np.ndarray:
+    """Draw the albedos of a gray or RGB material against the angle of incidence."""
+    low, high = lit_range(m)
+    theta = np.unique(np.clip(INCIDENCE, low, high))
+    rho = with_channels(albedo(m, direction(np.radians(theta), plane(m)), tolerance=1e-3), 1)
+    if (matrix := rgb_of(m.channel_names)) is not None:
+        rho = rho @ matrix
+    is_gray = rho.shape[1] == 1
+    for curve, colour, label in zip(rho.T, ["#333333"] if is_gray else RGB, "RGB", strict=False):
+        axes.plot(theta, curve, color=colour, lw=1.8, marker="o", ms=3.5, label=label, clip_on=False)
+    for start, stop in ((0.0, low), (high, 90.0)):
+        if stop - start > 1.0:
+            axes.axvspan(start, stop, **_NO_DATA)
+        if stop - start > 6.0:
+            _label_gap(axes, 0.5 * (start + stop), 0.5, rotation=90, transform=axes.get_xaxis_transform())
+    axes.set(xlim=(0, 90), xticks=np.arange(0, 91, 15), xlabel="angle of incidence θᵢ [°]")
+    if not is_gray:
         axes.legend()
+    return np.asarray(rho)
 
 
-def _sphere(axes: Any, picture: Any) -> None:
-    pixels = picture.pixels
-    rgb = np.repeat(pixels, 3, axis=-1) if pixels.shape[-1] == 1 else pixels[..., :3]
-    shown = np.clip(srgb_encode(np.nan_to_num(rgb)), 0.0, 1.0)
-    alpha = picture.alpha if picture.alpha is not None else np.ones(rgb.shape[:2])
+def _albedo_by_channel(axes: Any, m: Reflectance) -> np.ndarray:
+    """Draw the albedos of channels that are no RGB, by wavelength or name, at up to three angles of incidence."""
+    names, (low, high) = m.channel_names, lit_range(m)
+    theta = np.unique(np.clip((0.0, 45.0, 75.0), low, high))
+    rho = albedo(m, direction(np.radians(theta), plane(m)), tolerance=1e-3)
+    has_wavelengths = names is not None and not isinstance(names[0], str)
+    x = np.array(names, float) if has_wavelengths else np.arange(rho.shape[-1], dtype=float)
+    order = np.argsort(x)
+    for t, curve, colour in zip(theta, rho, _SEQUENCE[::2], strict=False):
+        style = "-" if has_wavelengths and len(x) > 40 else "o-" if has_wavelengths else "o"
+        axes.plot(x[order], curve[order], style, color=colour, lw=1.6, ms=3.5, label=f"{t:.3g}°")
+    if has_wavelengths:
+        axes.set(xlabel="wavelength [nm]", xlim=(x.min(), x.max()))
+    elif names is not None and len(names) <= 16:
+        axes.set_xticks(x, names, rotation=45, ha="right")
+        axes.set_xlabel("channel")
+    else:
+        axes.set_xlabel("number of the channel")
+    axes.legend(title="incidence θᵢ")
+    return np.asarray(rho)
+
+
+def _codes(linear: np.ndarray) -> np.ndarray:
+    """Linear RGB (..., 3), or gray (..., 1), as sRGB (..., 3) from 0 to 1."""
+    rgb = np.repeat(linear, 3, axis=-1) if linear.shape[-1] == 1 else linear
+    return np.clip(srgb_encode(np.nan_to_num(rgb)), 0.0, 1.0)
+
+
+def _sphere(axes: Any, m: Reflectance, picture: Any) -> None:
+    title = "Sphere, seen by a parallel camera"
+    if is_coloured(m):
+        shown = _codes(picture.pixels)
+    else:
+        shown = _codes(picture.pixels.mean(axis=-1, keepdims=True))
+        title += f",\n{one_number(m)[1]}"
+    alpha = picture.alpha if picture.alpha is not None else np.ones(shown.shape[:2])
     axes.imshow(np.concatenate([shown, alpha[..., None]], axis=-1), interpolation="lanczos")
     axes.set_axis_off()
-    axes.set_title("Sphere, seen by a parallel camera")
+    axes.set_title(title)
+
+
+def _draw_map(axes: Any, m: Reflectance) -> Reflectance:
+    """Draw pi f of every place of a map, seen along the normal; the material of the place in its middle."""
+    shape = batch.full_shape(m, ())
+    f = with_channels(m.f(direction(math.radians(45.0), math.pi), direction(0.0, 0.0)), len(shape))
+    number, words = one_number(m)
+    known = np.argwhere(np.isfinite(number(f)))
+    if not len(known):
+        raise ParameterError(f"{m!r:.80}: no place of the map has data; expected at least one")
+    place = tuple(known[np.abs(known - 0.5 * (np.array(shape) - 1.0)).sum(axis=-1).argmin()].tolist())
+    if is_coloured(m) and f.shape[-1] > 1:
+        matrix = rgb_of(m.channel_names)
+        rgb = math.pi * (f if matrix is None else f @ matrix)
+        axes.imshow(_codes(rgb.reshape(-1, shape[-1], 3)), aspect="equal", interpolation="nearest")
+    else:
+        gray = math.pi * number(f).reshape(-1, shape[-1])
+        picture = axes.imshow(gray, aspect="equal", cmap="viridis", interpolation="nearest")
+        axes.figure.colorbar(picture, ax=axes, shrink=0.8, label=f"π f{', ' + words if words else ''}")
+    y, x = divmod(int(np.ravel_multi_index(place, shape)), shape[-1])
+    axes.plot(x, y, "+", color="#d62728", ms=12, mew=2.0)
+    axes.set(xlabel="column", ylabel="row")
+    axes.grid(False)
+    where = ", ".join(map(str, place))
+    axes.set_title(f"π f of every place: light at 45°, seen at 0°;\n+ the place ({where}) of the other panels")
+
+    def picked(value: Any) -> Any:
+        if getattr(value, "ndim", 0) < 2:
+            return value
+        return np.broadcast_to(value, (*shape, value.shape[-1]))[place]
+
+    return m.each(picked)

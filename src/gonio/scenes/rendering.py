@@ -2,21 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
 import numpy as np
 
+from ..arguments import checked
 from ..arrays import ops
+from ..base.channel_names import places
 from ..base.frames import Frame
 from ..base.light import Light
 from ..base.reflectance import Reflectance
 from ..compile.threads import share
-from ..errors import MissingDataWarning, ParameterError, warn
+from ..errors import MissingDataWarning, ParameterError, ShapeError, warn
+from ..evaluate import batch
 from ..formula.direction import Direction
-from ..integrals.illumination import as_lights, delta_radiance, estimate, without_holes
+from ..integrals.illumination import as_lights, check_channels, delta_radiance, estimate, without_holes
+from ..lights.environment import EnvironmentLight
 from ..numerics.lattice import lattice
-from ..pictures.colour import rgb_of, transformed
+from ..pictures.colour import LUMINANCE, rgb_of, transformed
 from ..pictures.image import Image
 from .shapes import SHAPES, Shape
 
@@ -27,27 +31,44 @@ VIEW = np.array([0.0, -1.0, 0.0])
 """Direction from the surface to the camera, in the world."""
 
 
+@checked
 def render(
     m: Reflectance,
-    lights: Light | Iterable[Light],
+    lights: Light | Iterable[Light] | None = None,
     shape: str = "sphere",
     size: int = 512,
     samples: int = 32,
     seed: int = 0,
     progress: Callable[[int, int], None] | None = None,
+    bands: Sequence[str | float] | None = None,
 ) -> Image:
     """A square picture of a lit shape, in linear RGB (or gray), with coverage as alpha.
+
+    `lights`: a light or several; by default `EnvironmentLight.studio()`, and its luminance, alike in all channels, for
+    materials whose channels are no colours (bands of a satellite, say), of which the picture has as many channels.
 
     Each pixel averages `samples` points within it. Lights with extent are sampled by every lobe of the material and,
     where they can be, by themselves, combined by the balance heuristic; delta lights and delta lobes are exact. There
     is no shadowing and no interreflection: shapes are convex and alone. Spectral materials are turned into RGB.
+    `bands`: the three channels that are shown as red, green and blue, or the one that is shown in gray, by name or
+    wavelength [nm] (`m.channel_names`); without it, channels named red, green and blue are.
 
     `gn.threads()` threads share the tiles of the picture (`gn.threads(n)`, GONIO_THREADS, the affinity and a
     container's limit set how many); the same arguments and seed give the same picture on any number of them.
     `progress(done, total)` is called as the work goes on. Direct light: Szeliski 2.83 to 2.85; sampling: Veach & Guibas
     1995.
+
+    Example
+    >>> picture = gn.render(gn.material("gold"), gn.EnvironmentLight.studio(height=32), size=16, samples=4)
+    >>> print(picture.pixels.shape, picture.alpha.shape)
+    (16, 16, 3) (16, 16)
     """
-    lights = as_lights(lights)
+    if maps := batch.full_shape(m, ()):
+        places = [path for path, p in m.parameters.items() if np.ndim(p.value) > 1]
+        rule = "a picture shows one material: one number, or one per channel"
+        cure = f"for one place of the map m.replace({{{places[0]!r}: values[index]}})"
+        raise ShapeError(f"render: {places[0]} is a map of shape {maps}, with channels last; {rule}; {cure}")
+    lights = [light.in_numpy() for light in as_lights(default_light(m) if lights is None else lights)]
     if shape not in SHAPES:
         raise ParameterError(f"shape={shape!r}: expected one of {', '.join(map(repr, SHAPES))}")
     for name, value, high in (("size", size, 16384), ("samples", samples, 1 << 20)):
@@ -55,7 +76,7 @@ def render(
             raise ParameterError(f"{name}={value!r}: expected a whole number from 1 to {high}")
     if not (isinstance(seed, (int, np.integer)) and seed >= 0):
         raise ParameterError(f"seed={seed!r}: expected a whole number from 0")
-    colour_before, colour_after = _colour(m, lights)
+    colour_before, colour_after = _colour(m, lights, bands)
     per_tile = max(1, TILE // samples)
     starts = range(0, size * size, per_tile)
     tiles: dict[int, tuple[np.ndarray, np.ndarray, int]] = {}
@@ -84,25 +105,54 @@ def render(
         warn(text, MissingDataWarning)
     if colour_after is not None:
         colour = transformed(colour, colour_after)
-    return Image(colour.reshape(size, size, -1), alpha=alpha.reshape(size, size))
+    names = tuple(map(str, m.channel_names)) if colour.shape[-1] > 3 and m.channel_names is not None else None
+    return Image(colour.reshape(size, size, -1), alpha.reshape(size, size), names)
 
 
-def _colour(m: Reflectance, lights: list[Light]) -> tuple[np.ndarray | None, np.ndarray | None]:
-    """Matrices (C, 3) that turn a material of wavelengths, or of X, Y, Z, into RGB: its reflectance, for lights of one
-    channel or RGB, or the radiance in the end, for lights with the same channels. None where nothing is to be turned.
+def is_rgb(m: Reflectance) -> bool:
+    """Whether the channels of a material are linear RGB."""
+    return m.channels == 3 and m.channel_names in (None, ("R", "G", "B"))
+
+
+def is_coloured(m: Reflectance) -> bool:
+    """Whether a material is gray, RGB, or turned into RGB by the names of its channels."""
+    return (m.channels or 1) == 1 or is_rgb(m) or rgb_of(m.channel_names) is not None
+
+
+def default_light(m: Reflectance) -> EnvironmentLight:
+    """The light of pictures for which nobody asked for another: the studio, in gray where channels are no colours."""
+    studio = EnvironmentLight.studio()
+    return studio if is_coloured(m) else EnvironmentLight(transformed(studio.image.pixels, LUMINANCE[:, None]))
+
+
+def _chosen(m: Reflectance, bands: Sequence[str | float] | None) -> np.ndarray | None:
+    """The matrix (C, 3), or (C, 1), that picks the bands of a picture out of the channels; None for all as they are."""
+    if bands is None:
+        words = [str(name).lower() for name in m.channel_names or ()]
+        if not {"red", "green", "blue"} <= {*words}:
+            return None
+        return np.eye(len(words))[:, [words.index(word) for word in ("red", "green", "blue")]]
+    if isinstance(bands, (str, float, int)) or len(bands) not in (1, 3):
+        raise ParameterError(f"bands={bands!r:.60}: expected three channels, for red, green and blue, or a list of one")
+    return np.eye(m.channels or 1)[:, places(m, bands)]
+
+
+def _colour(
+    m: Reflectance, lights: list[Light], bands: Sequence[str | float] | None
+) -> tuple[np.ndarray | None, np.ndarray | None]:
+    """Matrices (C, 3) that make RGB of a material of wavelengths, X, Y, Z or bands: of its reflectance, for lights of
+    one channel or RGB, or of the radiance in the end, for lights with the same channels. None: nothing is to be done.
     """
     up = np.array([[0.0, 0.0, 1.0]])
-    channels, to_rgb = m.channels or 1, rgb_of(m.channel_names)
+    channels, to_rgb = m.channels or 1, _chosen(m, bands)
+    if to_rgb is None:
+        to_rgb = rgb_of(m.channel_names)
     counts = [(x.arrival(up).irradiance if x.is_delta else x.incident(up)).shape[-1] for x in lights]
     matrix = None if to_rgb is None or channels != len(to_rgb) else to_rgb.astype(np.float32)
     if matrix is not None and {*counts} <= {1, 3}:
         return matrix, None
     for light, lit in zip(lights, counts, strict=True):
-        if channels != lit and 1 not in (channels, lit):
-            raise ParameterError(
-                f"{type(light).__name__} has {lit} channels and the material has {channels}; expected as many, or a "
-                f"light of one channel such as ConstantLight(1.0)"
-            )
+        check_channels(channels, light, lit)
     return None, matrix
 
 

@@ -114,6 +114,14 @@ class Axis(NamedTuple):
         """Whether an angle is beyond the outermost nodes."""
         return (angle < self.first - INSIDE) | (angle > self.last + INSIDE)
 
+    def apart(self, angle: np.ndarray, other: Any) -> np.ndarray:
+        """The distance [rad] of two angles, the shorter way round a circle; of mirrored azimuths that of the images."""
+        if not self.period:
+            return np.abs(angle - other)
+        off = np.mod(angle - other, self.period)
+        off = np.minimum(off, self.period - off)
+        return np.minimum(off, self._replace(mirrored=False).apart(-angle, other)) if self.mirrored else off
+
     def closed(self, nodes: np.ndarray) -> np.ndarray:
         """Nodes to search: those of a circle count from the first, which is repeated at the end to close it."""
         if not self.period:

@@ -7,17 +7,18 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..arguments import checked
 from ..base.measured import Measured, tabular_shape, tristimulus
 from ..base.provenance import ORIGIN, derived, origin
 from ..base.reflectance import Reflectance
-from ..errors import FormatError, ParameterError
+from ..errors import FormatError, ParameterError, shown
 from ..formula.fields import Ours
 from . import dataset_layout
 from .angle_systems import angle_system
 from .axes import nodes_of
 from .dataset_layout import NANOMETRES, RADIANS, ROW, from_text
 from .gridded import Gridded
-from .nodes import channels_named, f_at
+from .nodes import channels_named, f_at, needed
 from .rows import ROW_ANGLES
 from .scattered import Scattered
 
@@ -25,6 +26,7 @@ if TYPE_CHECKING:
     import xarray
 
 
+@checked
 def to_dataset(
     m: Reflectance, parameterisation: str = "half_difference", resolution: Sequence[int] | None = None
 ) -> xarray.Dataset:
@@ -32,22 +34,37 @@ def to_dataset(
 
     Measurements on a grid (MERL too) or in rows stay as they are, with uncertainty, validity and metadata. Other
     reflectances, and any if a `resolution` is given (nodes along each axis), are evaluated on a grid of the
-    `parameterisation`; pairs below the horizon have no value. The dataset names the file that a measurement was read
-    from, with its SHA-256.
+    `parameterisation`, by default with no more nodes than f needs: two along an axis that it does not depend on. Pairs
+    below the horizon have no value. The dataset names the file that a measurement was read from, with its SHA-256.
 
     Raises ParameterError for a material with a delta lobe or with maps.
+
+    Example
+    >>> ds = gn.to_dataset(gn.Lambertian(0.5), resolution=(4, 4, 8))
+    >>> print(dict(ds.sizes))
+    {'theta_h': 4, 'theta_d': 4, 'phi_d': 8}
     """
     table = m.as_grid() if isinstance(m, Measured) and resolution is None else None
     table = _on_grid(m, parameterisation, resolution) if table is None else table
     return table.data.assign_attrs(provenance=dataset_layout.to_text(origin(m)))
 
 
+@checked
 def from_dataset(ds: xarray.Dataset, path: str = "") -> Gridded:
     """The measurement in a dataset in gonio's layout, made by `to_dataset` or by hand; see docs/data-model.md.
 
     Angles may be in degrees and wavelengths in um or m, by their `units`. Where `valid` is false there is no value.
     Raises FormatError, which names the missing or wrong variable or attribute.
+
+    Example
+    >>> ds = gn.to_dataset(gn.Lambertian(0.5), resolution=(4, 4, 8))
+    >>> print(gn.albedo(gn.from_dataset(ds), [0, 0, 1]).round(4))
+    0.4999
     """
+    if not hasattr(type(ds), "data_vars"):
+        raise ParameterError(
+            f"from_dataset(ds={shown(ds)}): expected an xarray.Dataset, such as gn.to_dataset(m) makes"
+        )
     return _measurement(ds, path, copied=True)
 
 
@@ -195,6 +212,8 @@ def _on_grid(m: Reflectance, parameterisation: str, resolution: Sequence[int] | 
     tabular_shape(m)
     system = angle_system(parameterisation)
     axes = nodes_of(system, not m.is_isotropic(), resolution, system.coarse)
+    if resolution is None:
+        axes = needed(m, system, axes)
     names, values = tristimulus(m.channel_names, f_at(m, *system.directions(axes)))
     channels = (names or channels_named(values.shape[-1])) if values.ndim > len(axes) else None
     table = Gridded(parameterisation, axes, values, channels=channels, about={"made_of": repr(m)})

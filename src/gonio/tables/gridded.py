@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
+from ..arguments import checked
 from ..arrays import frozen
 from ..base.provenance import derived
 from ..base.quantities import from_brdf, quantity_named, suspect_units, to_brdf
@@ -43,6 +44,12 @@ class Gridded(Interpolated):
     Error    at nodes rounding; between nodes that of linear interpolation, which `gn.tabulate` measures.
     Source   definition; angles of half_difference: Rusinkiewicz 1998, "A new change of variables for efficient BRDF
              representation".
+
+    Example
+    >>> axes = {"theta_i": [0.0, 0.8, 1.5], "theta_o": [0.0, 0.8, 1.5], "phi": [0.0, np.pi]}
+    >>> m = gn.Gridded("angles", axes, np.full((3, 3, 2), 0.1))
+    >>> print(m.f_angles(0.3, 0.0, 0.5, 1.0).round(4), gn.albedo(m, [0, 0, 1]).round(4))
+    0.1 0.3141
     """
 
     format = "table"
@@ -65,6 +72,7 @@ class Gridded(Interpolated):
     """Whether the third axis covers half of its period, and the other half is its mirror image."""
     periods: dict[str, float] = note()
 
+    @checked
     def __init__(
         self,
         parameterisation: str,
@@ -125,16 +133,36 @@ class Gridded(Interpolated):
 
     @property
     def valid(self) -> np.ndarray:
-        """True where there is a value; shape of `stored`."""
+        """True where there is a value; shape of `stored`.
+
+        Example
+        >>> axes = {"theta_i": [0.0, 0.8], "theta_o": [0.0, 0.8], "phi": [0.0]}
+        >>> m = gn.Gridded("angles", axes, np.array([[[0.1], [0.1]], [[np.nan], [0.1]]]))
+        >>> print(m.valid.sum(), "of", m.valid.size)
+        3 of 4
+        """
         return np.isfinite(self.stored)
 
     def as_grid(self) -> Gridded:
-        """Itself."""
+        """Itself.
+
+        Example
+        >>> m = gn.tabulate(gn.Lambertian(0.5), resolution=(9, 9, 18))
+        >>> print(m.as_grid() is m)
+        True
+        """
         return self
 
     @property
     def data(self) -> xarray.Dataset:
-        """As stored, in the layout of docs/data-model.md: `values`, `valid`, `uncertainty`, by the axes and channel."""
+        """As stored, in the layout of docs/data-model.md: `values`, `valid`, `uncertainty`, by the axes and channel.
+
+        Example
+        >>> axes = {"theta_i": [0.0, 0.8], "theta_o": [0.0, 0.8], "phi": [0.0]}
+        >>> m = gn.Gridded("angles", axes, np.full((2, 2, 1), 0.1))
+        >>> print(dict(m.data.sizes), m.data.attrs["quantity"])
+        {'theta_i': 2, 'theta_o': 2, 'phi': 1} brdf
+        """
         return dataset_layout.dataset(
             self.axes,
             list(self.axes),
@@ -153,26 +181,58 @@ class Gridded(Interpolated):
         )
 
     def is_oriented(self) -> bool:
-        """Whether there is an axis for the orientation of the sample."""
+        """Whether there is an axis for the orientation of the sample.
+
+        Example
+        >>> axes = {"theta_i": [0.0, 0.8], "theta_o": [0.0, 0.8], "phi": [0.0]}
+        >>> print(gn.Gridded("angles", axes, np.full((2, 2, 1), 0.1)).is_oriented())
+        False
+        """
         return len(self.layout) == 4
 
     def directions(self) -> tuple[np.ndarray, np.ndarray]:
-        """wi and wo (grid..., 3) at the nodes; z is below 0 where the grid goes below the horizon."""
+        """wi and wo (grid..., 3) at the nodes; z is below 0 where the grid goes below the horizon.
+
+        Example
+        >>> axes = {"theta_i": [0.0, 0.8], "theta_o": [0.0, 0.8], "phi": [0.0]}
+        >>> wi, wo = gn.Gridded("angles", axes, np.full((2, 2, 1), 0.1)).directions()
+        >>> print(wi.shape, np.arccos(wi[1, 0, 0, 2]).round(4))
+        (2, 2, 1, 3) 0.8
+        """
         return self.system.directions(self.axes)
 
     def brdf(self) -> np.ndarray:
         """f [1/sr] at the nodes, shape of `stored`; NaN where there is no value, or only f times a cosine of 0 or less.
 
         Nodes below the horizon keep their f: between nodes on both sides it is interpolated.
+
+        Example
+        >>> axes = {"theta_i": [0.0, 0.8], "theta_o": [0.0, 0.8], "phi": [0.0]}
+        >>> m = gn.Gridded("angles", axes, np.full((2, 2, 1), 0.5), quantity="reflectance factor")
+        >>> print(m.brdf().round(4).ravel())
+        [0.1592 0.1592 0.1592 0.1592]
         """
         return self._as_brdf(self.stored)
 
     def brdf_uncertainty(self) -> np.ndarray | None:
-        """Standard uncertainty of `brdf`."""
+        """Standard uncertainty of `brdf`.
+
+        Example
+        >>> axes = {"theta_i": [0.0, 0.8], "theta_o": [0.0, 0.8], "phi": [0.0]}
+        >>> m = gn.Gridded("angles", axes, np.full((2, 2, 1), 0.1), uncertainty=np.full((2, 2, 1), 0.002))
+        >>> print(m.brdf_uncertainty().ravel())
+        [0.002 0.002 0.002 0.002]
+        """
         return None if self.uncertainty is None else self._as_brdf(self.uncertainty)
 
     def with_brdf(self, values: np.ndarray, uncertainty: np.ndarray | None = None, **about: Any) -> Gridded:
-        """The same grid with other f [1/sr] at its nodes, stored in the same quantity; `about` is added to its own."""
+        """The same grid with other f [1/sr] at its nodes, stored in the same quantity; `about` is added to its own.
+
+        Example
+        >>> m = gn.tabulate(gn.Lambertian(0.5), resolution=(9, 9, 18))
+        >>> print(gn.albedo(m.with_brdf(0.5 * m.brdf(), comment="dimmed"), [0, 0, 1]).round(4))
+        0.25
+        """
         f, u = Ours(self._converted(real("values", values), from_brdf)), None
         if uncertainty is not None:
             u = Ours(self._converted(real("uncertainty", uncertainty), from_brdf))
@@ -181,6 +241,12 @@ class Gridded(Interpolated):
     def with_table(self, values: Any, uncertainty: Any = None, **other: Any) -> Gridded:
         """A table like this one with other `values`, and with the arguments of `Gridded` that `other` names; its
         `provenance` says which file this one was read from.
+
+        Example
+        >>> axes = {"theta_i": [0.0, 0.8], "theta_o": [0.0, 0.8], "phi": [0.0]}
+        >>> m = gn.Gridded("angles", axes, np.full((2, 2, 1), 0.5))
+        >>> print(m.with_table(m.stored, quantity="reflectance factor").brdf().round(4).ravel())
+        [0.1592 0.1592 0.1592 0.1592]
         """
         like_this = Gridded(values=values, uncertainty=uncertainty, **{**self._arguments(), **other})
         return like_this.with_notes(provenance=derived(self))
@@ -195,6 +261,11 @@ class Gridded(Interpolated):
         """As `with_brdf`, but with this table's tables of sampling, which take longer to make than an integral.
 
         For many tables of much the same f with data at the same nodes; f is that of `with_brdf`.
+
+        Example
+        >>> m = gn.tabulate(gn.Lambertian(0.5), resolution=(9, 9, 18))
+        >>> print(gn.albedo(m.redrawn(0.5 * m.brdf()), [0, 0, 1]).round(4))
+        0.25
         """
         table = self.with_brdf(values)
         return table._changed({}, {**table._looked_up(), **{name: self._kept[name] for name in KINDS}})

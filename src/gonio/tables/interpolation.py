@@ -17,7 +17,7 @@ TOGETHER = 1024
 """How many values are interpolated at a time."""
 
 
-def _places(rows: np.ndarray, four: bool, mirrored: bool) -> np.ndarray:
+def places_of(rows: np.ndarray, four: bool, mirrored: bool) -> np.ndarray:
     """Places of rows: projections of both directions on the surface, turned together if the material is isotropic."""
     theta_i, phi_i, theta_o, phi_o = rows.T
     wi, wo = direction(theta_i, phi_i), direction(theta_o, phi_o if four else phi_o - phi_i)
@@ -40,30 +40,47 @@ def interpolated(
 
     Each channel is interpolated from the rows with a number in it; the nearest row returned has one in some channel.
     """
+    grid = tuple(map(len, axes.values()))
+    shape = (*grid, *f.shape[1:])
+    values, spread, nearest = at_angles(rows, f, u, angles_of(axes, four), four, mirrored, outside)
+    return values.reshape(shape), None if spread is None else spread.reshape(shape), nearest.reshape(grid)
+
+
+def angles_of(axes: Mapping[str, np.ndarray], four: bool) -> np.ndarray:
+    """Angles (nodes, 4) of the nodes of a grid, as those of rows."""
+    theta_i, theta_o, *phis = (x.reshape(-1) for x in np.meshgrid(*axes.values(), indexing="ij"))
+    phi_i, phi_o = phis if four else (0.0 * theta_i, phis[0])
+    return np.stack([theta_i, phi_i, theta_o, phi_o], axis=-1)
+
+
+def at_angles(
+    rows: np.ndarray,
+    f: np.ndarray,
+    u: np.ndarray | None,
+    angles: np.ndarray,
+    four: bool,
+    mirrored: bool,
+    outside: str,
+) -> tuple[np.ndarray, np.ndarray | None, np.ndarray]:
+    """As `interpolated`, at any angles (m, 4): (m, C), (m, C) and (m,)."""
     from scipy.spatial import KDTree
 
-    nodes = np.meshgrid(*axes.values(), indexing="ij")
-    theta_i, theta_o, *phis = (x.reshape(-1) for x in nodes)
-    phi_i, phi_o = phis if four else (0.0 * theta_i, phis[0])
-    targets = _places(np.stack([theta_i, phi_i, theta_o, phi_o], axis=-1), four, mirrored)
-    places, values = _places(rows, four, mirrored), f.reshape(len(f), -1)
+    targets = places_of(angles, four, mirrored)
+    places, values = places_of(rows, four, mirrored), f.reshape(len(f), -1)
     spread = None if u is None else u.reshape(values.shape)
-    f_at_nodes = np.full((len(targets), values.shape[1]), np.nan)
-    u_at_nodes = None if u is None else f_at_nodes.copy()
+    f_there = np.full((len(targets), values.shape[1]), np.nan)
+    u_there = None if u is None else f_there.copy()
     known = np.isfinite(values)
     for pattern in np.unique(known, axis=1).T:
         channels = (known == pattern[:, None]).all(axis=0)
         if pattern.any():
             at = np.ix_(pattern, channels)
             merged = _merged(places[pattern], values[at], None if spread is None else spread[at])
-            f_at_nodes[:, channels], nearest = _between(*merged[:2], targets, outside)
-            if u_at_nodes is not None and merged[2] is not None:
-                u_at_nodes[:, channels] = merged[2][nearest]
+            f_there[:, channels], nearest = _between(*merged[:2], targets, outside)
+            if u_there is not None and merged[2] is not None:
+                u_there[:, channels] = merged[2][nearest]
     some = known.any(axis=1)
-    nearest = KDTree(_merged(places[some], values[some], None)[0]).query(targets)[1]
-    grid = nodes[0].shape
-    shape = (*grid, *f.shape[1:])
-    return f_at_nodes.reshape(shape), None if u_at_nodes is None else u_at_nodes.reshape(shape), nearest.reshape(grid)
+    return f_there, u_there, KDTree(_merged(places[some], values[some], None)[0]).query(targets)[1]
 
 
 def _between(places: np.ndarray, values: np.ndarray, targets: np.ndarray, outside: str) -> tuple[np.ndarray, ...]:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Self
 
 import numpy as np
 
+from ..arguments import checked
 from ..arrays import frozen
 from ..base.angles import direction
 from ..base.measured import Measured
@@ -46,12 +47,19 @@ class Scattered(Gridded):
     Units    angles: rad; f: 1/sr; values: those of `quantity`.
     Error    of the grid at the rows, in `residual`; rows that repeat a pair of directions count as their mean.
     Source   `scipy.interpolate.RBFInterpolator`; Wahba 1990, "Spline Models for Observational Data", SIAM.
+
+    Example
+    >>> theta_o = np.linspace(0.0, 1.4, 15)
+    >>> m = gn.Scattered(np.full(15, 0.5), np.zeros(15), theta_o, np.full(15, np.pi), 0.1 + 0.1 * theta_o)
+    >>> print(m.f_angles(0.5, 0.0, [0.3, 0.75], np.pi).round(4))
+    [0.13  0.175]
     """
 
     format = "rows"
     rows: np.ndarray = note()
     """Angles (n, 4) [rad]: theta_i, phi_i, theta_o, phi_o."""
 
+    @checked
     def __init__(
         self,
         theta_i: Any,
@@ -87,7 +95,15 @@ class Scattered(Gridded):
 
     @derived
     def nodes(self) -> tuple[np.ndarray, np.ndarray | None, np.ndarray]:
-        """f [1/sr] at the nodes of the grid, its standard uncertainty, and the number of the nearest row."""
+        """f [1/sr] at the nodes of the grid, its standard uncertainty, and the number of the nearest row.
+
+        Example
+        >>> theta_o = np.linspace(0.0, 1.4, 15)
+        >>> m = gn.Scattered(np.full(15, 0.5), np.zeros(15), theta_o, np.full(15, np.pi), 0.1 + 0.1 * theta_o)
+        >>> f, uncertainty, nearest = m.nodes
+        >>> print(f.shape == nearest.shape, uncertainty)
+        True None
+        """
         f, u = self.row_brdf()
         four = self.is_oriented()
         nodes: tuple = freeze(interpolated(self.rows, f, u, self.axes, four, self.is_mirrored, self.outside))
@@ -95,7 +111,14 @@ class Scattered(Gridded):
 
     @derived
     def residual(self) -> Residual:
-        """Difference of the grid from the rows."""
+        """Difference of the grid from the rows.
+
+        Example
+        >>> theta_o = np.linspace(0.0, 1.4, 15)
+        >>> m = gn.Scattered(np.full(15, 0.5), np.zeros(15), theta_o, np.full(15, np.pi), 0.1 + 0.1 * theta_o)
+        >>> print(m.residual.largest < 0.01)
+        True
+        """
         true, _ = self.row_brdf()
         wi, wo = (direction(self.rows[:, k], self.rows[:, k + 1]) for k in (0, 2))
         off = np.abs(self.f(wi, wo) - true) / np.nanmean(np.abs(true))
@@ -120,7 +143,15 @@ class Scattered(Gridded):
         return other.with_notes(provenance=self.provenance)._replaced(grouped)
 
     def row_brdf(self) -> tuple[np.ndarray, np.ndarray | None]:
-        """f [1/sr] of the rows, (n,) or (n, C), and its standard uncertainty."""
+        """f [1/sr] of the rows, (n,) or (n, C), and its standard uncertainty.
+
+        Example
+        >>> theta_o = np.linspace(0.0, 1.4, 15)
+        >>> m = gn.Scattered(np.full(15, 0.5), np.zeros(15), theta_o, np.full(15, np.pi), 0.1 + 0.1 * theta_o)
+        >>> f, uncertainty = m.row_brdf()
+        >>> print(f[:3].round(3))
+        [0.1  0.11 0.12]
+        """
         cosines = [np.cos(self.rows[:, k] if self.stored.ndim == 1 else self.rows[:, k, None]) for k in (0, 2)]
         values = (None if x is None else np.where(np.isfinite(x), x, np.nan) for x in (self.stored, self.uncertainty))
         f, u = (None if x is None else to_brdf(self.quantity, x, *cosines) for x in values)
@@ -129,7 +160,14 @@ class Scattered(Gridded):
 
     @property
     def data(self) -> xarray.Dataset:
-        """As given, in the layout of docs/data-model.md: `values`, `valid`, `uncertainty`, angles by measurement."""
+        """As given, in the layout of docs/data-model.md: `values`, `valid`, `uncertainty`, angles by measurement.
+
+        Example
+        >>> theta_o = np.linspace(0.0, 1.4, 15)
+        >>> m = gn.Scattered(np.full(15, 0.5), np.zeros(15), theta_o, np.full(15, np.pi), 0.1 + 0.1 * theta_o)
+        >>> print(dict(m.data.sizes))
+        {'measurement': 15}
+        """
         return dataset_layout.dataset(
             dict(zip(ROW_ANGLES, self.rows.T, strict=True)),
             [dataset_layout.ROW],
@@ -146,15 +184,36 @@ class Scattered(Gridded):
         )
 
     def brdf(self) -> np.ndarray:
-        """f [1/sr] at the nodes of the grid."""
+        """f [1/sr] at the nodes of the grid.
+
+        Example
+        >>> theta_o = np.linspace(0.0, 1.4, 15)
+        >>> m = gn.Scattered(np.full(15, 0.5), np.zeros(15), theta_o, np.full(15, np.pi), 0.1 + 0.1 * theta_o)
+        >>> print(m.brdf().shape == tuple(len(nodes) for nodes in m.axes.values()))
+        True
+        """
         return self.nodes[0]
 
     def brdf_uncertainty(self) -> np.ndarray | None:
-        """Standard uncertainty of `brdf`."""
+        """Standard uncertainty of `brdf`.
+
+        Example
+        >>> theta_o = np.linspace(0.0, 1.4, 15)
+        >>> m = gn.Scattered(np.full(15, 0.5), np.zeros(15), theta_o, np.full(15, np.pi), 0.1 + 0.1 * theta_o)
+        >>> print(m.brdf_uncertainty())
+        None
+        """
         return self.nodes[1]
 
     def with_brdf(self, values: np.ndarray, uncertainty: np.ndarray | None = None, **about: Any) -> Gridded:
-        """The grid, without its rows, with other f [1/sr] at its nodes."""
+        """The grid, without its rows, with other f [1/sr] at its nodes.
+
+        Example
+        >>> theta_o = np.linspace(0.0, 1.4, 15)
+        >>> m = gn.Scattered(np.full(15, 0.5), np.zeros(15), theta_o, np.full(15, np.pi), 0.1 + 0.1 * theta_o)
+        >>> print(m.with_brdf(0.5 * m.brdf()).f_angles(0.5, 0.0, 0.3, np.pi).round(4))
+        0.065
+        """
         return self.with_table(values, uncertainty, quantity="brdf", about={**self.about, **about})
 
     def _key(self) -> tuple:
@@ -207,8 +266,9 @@ def _rows(
     if measured.shape != expected:
         raise ParameterError(f"values: got shape {measured.shape}, expected {expected}: rows, and channels")
     columns = [_double(name, a) for name, a in zip(ROW_ANGLES, angles, strict=True)]
-    rows = np.stack(np.broadcast_arrays(*columns, np.zeros(n))[:4], axis=-1)
-    if rows.shape != (n, 4) or not np.isfinite(rows).all():
+    fitting = all(a.shape in ((), (1,), (n,)) for a in columns)
+    rows = np.stack(np.broadcast_arrays(*columns, np.zeros(n))[:4], axis=-1) if fitting else np.zeros(0)
+    if not fitting or not np.isfinite(rows).all():
         raise ParameterError(f"angles: expected {n} finite numbers [rad] each of {', '.join(ROW_ANGLES)}")
     for k in (0, 2):
         low, high = rows[:, k].min(), rows[:, k].max()
@@ -226,7 +286,11 @@ def _rows(
             )
     spread = None
     if uncertainty is not None:
-        spread = frozen(np.array(np.broadcast_to(_double("uncertainty", uncertainty), expected)))
+        u = _double("uncertainty", uncertainty)
+        try:
+            spread = frozen(np.array(np.broadcast_to(u, expected)))
+        except ValueError:
+            raise ParameterError(f"uncertainty: got shape {u.shape}, expected {expected} or a number") from None
     return frozen(rows), frozen(measured), spread
 
 

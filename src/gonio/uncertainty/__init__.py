@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from ..arguments import checked
 from ..errors import MissingDataWarning, ParameterError, ShapeError, warn
 from .functionals import LINEAR, linear, named
 from .quoted import Quoted as Quoted
@@ -19,10 +20,11 @@ EXACT, TIGHTEST = 0.3, 1e-6
 """The largest error of an integral as a share of u, and the smallest tolerance that may follow from it."""
 
 
+@checked
 def with_uncertainty(
     function: Callable,
     *args: Any,
-    correlation: str | float | Mapping[str, float],
+    correlation: str | float | Mapping[str, float] | None = None,
     method: str = "first order",
     scale: float | None = None,
     draws: int = 1000,
@@ -30,27 +32,43 @@ def with_uncertainty(
     progress: Callable[[int, int], None] | None = None,
     **named_args: Any,
 ) -> Quoted:
-    """`function(m, ...)` of a measured table m, with the standard uncertainty that follows from those of its values.
+    """`function(m, ...)` of a measured table m, with its standard uncertainty: by noise, and by interpolation.
 
         gn.with_uncertainty(gn.albedo, m, wi, correlation="independent")
         gn.with_uncertainty(m.f, wi, wo, correlation="common")
 
-    first order   f and its integrals are linear in the table, rho = sum c_k v_k, so that u^2 = c^T V c is exact, with
-                  the covariance matrix V of the values: sum c_k^2 u_k^2 for independent errors, (sum c_k u_k)^2 for
-                  one common to all. Of `f`, `f_angles`, `albedo`, `black_sky_albedo`, `white_sky_albedo`,
-                  `reflectance` and `reflectance_factor` (without a sky). GUM, JCGM 100:2008, 5.2.
-    Monte Carlo   any function that returns a number or an array: it is called with `draws` tables as they may have been
-                  measured, values with normally distributed errors. JCGM 101:2008.
+    u^2 = u_noise^2 + u_interpolation^2.
+
+    u_noise          follows from the uncertainties of the values and from `scale`; 0 where none are stated.
+      first order    f and its integrals are linear in the table, rho = sum c_k v_k, so that u^2 = c^T V c is exact,
+                     with the covariance matrix V of the values: sum c_k^2 u_k^2 for independent errors,
+                     (sum c_k u_k)^2 for one common to all. Of `f`, `f_angles`, `albedo`, `black_sky_albedo`,
+                     `white_sky_albedo`, `reflectance` and `reflectance_factor` (without a sky). GUM, JCGM 100:2008, 5.2.
+      Monte Carlo    any function that returns a number or an array: it is called with `draws` tables as they may have
+                     been measured, values with normally distributed errors. JCGM 101:2008.
+    u_interpolation  is rehearsed: nodes (of rows in no grid: half-planes, angles, rows) are left out, and the change of
+                     the result is scaled to the spacing that there is; beyond the outermost nodes f may go on as it
+                     rises or falls there, twice as fast; directions without data count by what is around them. What
+                     noise alone makes of a change is taken off. See docs/uncertainty.md.
 
     `correlation`: that of the errors of the values, which no file says and which matters most: "independent"
     (repeatability), "common" to all values (calibration), common within a "channel", a correlation length [rad] along
     all angles, or a mapping from axes of the table and "channel" to correlation lengths [rad, nm], math.inf for errors
-    that are common along an axis: R = product of exp(-d^2 / 2 length^2). `scale`: relative standard uncertainty of all
-    values together, in addition; without it that of the measurement (`m.about["scale_uncertainty"]`).
+    that are common along an axis: R = product of exp(-d^2 / 2 length^2). Only a table that states no uncertainties
+    needs none. `scale`: relative standard uncertainty of all values together, in addition; without it that of the
+    measurement (`m.about["scale_uncertainty"]`).
 
-    Error    first order: u to 1 % (a sum over 2^13 to 2^18 pairs of directions, doubled until u changes by less than
-             0.5 %; measured: 0.3 %). Monte Carlo: u to a relative standard error of 1/sqrt(2 draws), 2 % for 1000.
-             Not in u: the error of interpolation between nodes, and directions without data.
+    Error    u_noise: first order to 1 % (a sum over 2^13 to 2^18 pairs of directions, doubled until u changes by less
+             than 0.5 %; measured: 0.3 %); Monte Carlo to a relative standard error of 1/sqrt(2 draws), 2 % for 1000.
+             u_interpolation is an estimate: FIGURES
+
+    Example
+    >>> axes = {"theta_i": [0.0, 0.8, 1.5], "theta_o": [0.0, 0.8, 1.5], "phi": [0.0, np.pi]}
+    >>> f = np.full((3, 3, 2), 0.1)
+    >>> m = gn.Gridded("angles", axes, f, uncertainty=0.02 * f)
+    >>> q = gn.with_uncertainty(gn.albedo, m, [0, 0, 1], correlation="common")
+    >>> print(q)
+    0.3141(63)
     """
     if method not in METHODS:
         raise ParameterError(f"method={method!r:.40}: expected one of {', '.join(map(repr, METHODS))}")
@@ -72,11 +90,15 @@ def _first_order(function: Callable, errors: TableErrors, args: tuple, named_arg
             f"{getattr(function, '__name__', function)!s:.40}: not known to be linear in the table; expected one of "
             f"{', '.join(f.__name__ for f in LINEAR)}, or method='Monte Carlo'"
         )
+    interpolation = errors.interpolation(of)
     if of.sampled and "tolerance" in inspect.signature(function).parameters and "tolerance" not in named_args:
-        named_args = {**named_args, "tolerance": min(1e-4, max(TIGHTEST, EXACT * errors.least(of)))}
+        least = errors.least(of, interpolation)
+        named_args = {**named_args, "tolerance": min(1e-4, max(TIGHTEST, EXACT * least))}
     value = function(errors.m, *args, **named_args)
-    latent = errors.results(of, value)
-    u = latent.u.reshape(np.shape(value))[()]
+    latent = errors.results(of, value, interpolation)
+    u, u_noise, u_interpolation = (
+        x.reshape(np.shape(value))[()] for x in (latent.u, latent.u_noise, latent.u_interpolation)
+    )
     unknown = np.isnan(u) & ~np.isnan(value)
     if unknown.any():
         text = (
@@ -84,7 +106,7 @@ def _first_order(function: Callable, errors: TableErrors, args: tuple, named_arg
             f"behind them have none; fill it in, as m.with_brdf(m.brdf(), u)"
         )
         warn(text, MissingDataWarning)
-    return Quoted(value, u, value, "first order", errors.assumed, latent)
+    return Quoted(value, u, u_noise, u_interpolation, value, "first order", errors.assumed, latent)
 
 
 def _drawn(
@@ -115,8 +137,29 @@ def _drawn(
         if progress is not None:
             progress(done + 1, draws)
     drawn = np.stack(results)
-    value, u = drawn.mean(axis=0)[()], drawn.std(axis=0, ddof=1)[()]
-    return Quoted(value, u, at_estimate[()], f"Monte Carlo, {draws} draws", errors.assumed, draws=drawn)
+    value, u_noise = drawn.mean(axis=0)[()], drawn.std(axis=0, ddof=1)[()]
+    parts = _interpolation(function, errors, args, named_args, at_estimate)
+    u_interpolation = np.sqrt((parts**2).sum(axis=-1))[()]
+    drawn = drawn + np.random.default_rng([seed, 1]).standard_normal((draws, parts.shape[-1])) @ np.moveaxis(
+        parts, -1, 0
+    )
+    u = np.hypot(u_noise, u_interpolation)[()]
+    method = f"Monte Carlo, {draws} draws"
+    return Quoted(value, u, u_noise, u_interpolation, at_estimate[()], method, errors.assumed, draws=drawn)
+
+
+def _interpolation(
+    function: Callable, errors: TableErrors, args: tuple, named_args: dict[str, Any], at_estimate: np.ndarray
+) -> np.ndarray:
+    """Standard uncertainties (..., parts) by interpolation; of functions not known to be linear by rehearsals alone."""
+    of = linear(function, named(function, errors.m, args, named_args)) if function in LINEAR else None
+    if of is not None:
+        return errors.interpolation(of).reshape(*at_estimate.shape, -1)
+    changes = []
+    for tables in errors.rehearsal.left_out():
+        odd, even = (np.nan_to_num(at_estimate - _numbers(function(t, *args, **named_args))) for t in tables)
+        changes += [(odd + even) / 6.0, 0.5 * (odd - even)]
+    return np.stack([np.zeros(at_estimate.shape), *changes], axis=-1)
 
 
 def _numbers(result: Any) -> np.ndarray:

@@ -46,18 +46,35 @@ class Ledger:
 
 
 class Latent:
-    """n results as rows (n, latents) of coefficients of independent errors with standard deviation 1."""
+    """n results as rows (n, latents) of coefficients of independent errors with standard deviation 1.
 
-    def __init__(self, rows: sparse.csr_array, unknown: np.ndarray, ledger: Ledger):
+    The last `parts` of these are errors of interpolation.
+    """
+
+    def __init__(self, rows: sparse.csr_array, unknown: np.ndarray, ledger: Ledger, parts: int = 0):
         """`unknown` (n,): whether an uncertainty behind the result is not known."""
-        self.rows, self.unknown, self.ledger = rows, unknown, ledger
+        self.rows, self.unknown, self.ledger, self.parts = rows, unknown, ledger, parts
         self._ufloats: list[Any] | None = None
+
+    def joined(self, interpolation: np.ndarray) -> Latent:
+        """With errors of interpolation (n, parts)."""
+        rows = sparse.hstack([self.rows, sparse.csr_array(interpolation)], format="csr")
+        return Latent(sparse.csr_array(rows), self.unknown, self.ledger, interpolation.shape[1])
 
     @property
     def u(self) -> np.ndarray:
         """Standard uncertainties (n,), NaN where unknown."""
-        u = np.sqrt(np.asarray(self.rows.multiply(self.rows).sum(axis=1)).reshape(-1))
-        return np.where(self.unknown, np.nan, u)
+        return np.where(self.unknown, np.nan, _norm(self.rows))
+
+    @property
+    def u_noise(self) -> np.ndarray:
+        """The component by errors of the values."""
+        return np.where(self.unknown, np.nan, _norm(self.rows[:, : self.rows.shape[1] - self.parts]))
+
+    @property
+    def u_interpolation(self) -> np.ndarray:
+        """The component by interpolation."""
+        return _norm(self.rows[:, self.rows.shape[1] - self.parts :])
 
     def covariance(self, other: Latent) -> np.ndarray:
         """Covariances (n, m) with the results of another, under the same assumption about the same table."""
@@ -79,3 +96,7 @@ class Latent:
                     warnings.simplefilter("ignore", UserWarning)  # that an uncertainty may be 0 is known here
                     self._ufloats.append(ufloat(value, np.nan if unknown else 0.0) + sum(terms))
         return self._ufloats
+
+
+def _norm(rows: sparse.csr_array) -> np.ndarray:
+    return np.sqrt(np.asarray(rows.multiply(rows).sum(axis=1)).reshape(-1))

@@ -5,10 +5,11 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 from statistics import NormalDist
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 
+from ..arguments import Within, checked
 from ..errors import ParameterError
 from .latent import Latent
 
@@ -20,16 +21,29 @@ if TYPE_CHECKING:
 class Quoted:
     """A result with its uncertainty: a number, or an array (...[, C]). Prints as 0.1234(56).
 
-    value        the result; of a Monte Carlo calculation the mean of all draws (JCGM 101, 7.6)
-    u            its standard uncertainty, NaN where that of the table is unknown
-    at_estimate  the result of the table as it is: the same, but for a Monte Carlo calculation of something non-linear
-    method       "first order", or "Monte Carlo" with the number of draws
-    assumed      the assumption about the errors of the table
-    draws        (draws, ...[, C]) of a Monte Carlo calculation, else None
+    value            the result; of a Monte Carlo calculation the mean of all draws (JCGM 101, 7.6)
+    u                its standard uncertainty, NaN where that of the table is unknown
+    u_noise          the component by the errors of the values, 0 where the table states none
+    u_interpolation  the component by interpolation between nodes and by what is beyond them: u^2 is the sum of squares
+    at_estimate      the result of the table as it is: the same, but for a Monte Carlo calculation of something
+                     non-linear
+    method           "first order", or "Monte Carlo" with the number of draws
+    assumed          the assumption about the errors of the table, and what there is to say of where it was measured
+    draws            (draws, ...[, C]) of a Monte Carlo calculation, with both components, else None
+
+    Example
+    >>> axes = {"theta_i": [0.0, 0.8, 1.5], "theta_o": [0.0, 0.8, 1.5], "phi": [0.0, np.pi]}
+    >>> f = np.full((3, 3, 2), 0.1)
+    >>> m = gn.Gridded("angles", axes, f, uncertainty=0.02 * f)
+    >>> q = gn.with_uncertainty(gn.albedo, m, [0, 0, 1], correlation="common")
+    >>> print(q.value.round(4), q.text())
+    0.3141 0.3141 ± 0.0063 (k = 1)
     """
 
     value: Any
     u: Any
+    u_noise: Any
+    u_interpolation: Any
     at_estimate: Any
     method: str
     assumed: str
@@ -38,17 +52,36 @@ class Quoted:
 
     @property
     def covariance(self) -> np.ndarray:
-        """Covariance matrix (n, n) of the n numbers, in the order of `np.ravel(value)`."""
+        """Covariance matrix (n, n) of the n numbers, in the order of `np.ravel(value)`.
+
+        Example
+        >>> axes = {"theta_i": [0.0, 0.8, 1.5], "theta_o": [0.0, 0.8, 1.5], "phi": [0.0, np.pi]}
+        >>> f = np.full((3, 3, 2), 0.1)
+        >>> m = gn.Gridded("angles", axes, f, uncertainty=0.02 * f)
+        >>> q = gn.with_uncertainty(gn.albedo, m, [0, 0, 1], correlation="common")
+        >>> print(q.covariance.shape)
+        (1, 1)
+        """
         if self.latent is not None:
             return self.latent.covariance(self.latent)
         assert self.draws is not None
         return np.cov(self.draws.reshape(len(self.draws), -1), rowvar=False).reshape(np.size(self.value), -1)
 
+    @checked
     def interval(self, p: float = 0.95) -> tuple[Any, Any]:
         """Ends of the coverage interval of probability p, with as much left out below as above.
 
         First order: value -+ k u of a normal distribution (k = 1.96 for p = 0.95). Monte Carlo: the quantiles of the
         draws (JCGM 101, 7.7.2).
+
+        Example
+        >>> axes = {"theta_i": [0.0, 0.8, 1.5], "theta_o": [0.0, 0.8, 1.5], "phi": [0.0, np.pi]}
+        >>> f = np.full((3, 3, 2), 0.1)
+        >>> m = gn.Gridded("angles", axes, f, uncertainty=0.02 * f)
+        >>> q = gn.with_uncertainty(gn.albedo, m, [0, 0, 1], correlation="common")
+        >>> low, high = q.interval(p=0.95)
+        >>> print(low.round(4), high.round(4))
+        0.3018 0.3264
         """
         if not 0.0 < p < 1.0:
             raise ParameterError(f"interval(p={p!r:.40}): expected a probability between 0 and 1, such as 0.95")
@@ -58,14 +91,37 @@ class Quoted:
         k = NormalDist().inv_cdf(0.5 + 0.5 * p)
         return self.value - k * self.u, self.value + k * self.u
 
+    @checked
     def expanded(self, k: float = 2.0) -> Any:
-        """Expanded uncertainty U = k u."""
+        """Expanded uncertainty U = k u.
+
+        Example
+        >>> axes = {"theta_i": [0.0, 0.8, 1.5], "theta_o": [0.0, 0.8, 1.5], "phi": [0.0, np.pi]}
+        >>> f = np.full((3, 3, 2), 0.1)
+        >>> m = gn.Gridded("angles", axes, f, uncertainty=0.02 * f)
+        >>> q = gn.with_uncertainty(gn.albedo, m, [0, 0, 1], correlation="common")
+        >>> print(q.expanded(k=2.0).round(4))
+        0.0126
+        """
         return k * self.u
 
-    def text(self, k: float = 1.0) -> Any:
-        """ "0.1234 ± 0.0056 (k = 1)": the value with the expanded uncertainty k u, two digits of it; an array of these
-        for an array."""
-        return _each(lambda v, u: f"{rounded(v, k * u, ' ± ')} (k = {k:g})", self.value, self.u)
+    @checked
+    def text(self, k: Annotated[float, Within(0.0, 1e6)] = 1.0) -> Any:
+        """ "0.1234 ± 0.0056 (k = 1: noise 0.0012, interpolation 0.0055)": the value with the expanded uncertainty k u,
+        two digits of it, and its components; an array of these for an array.
+
+        Example
+        >>> axes = {"theta_i": [0.0, 0.8, 1.5], "theta_o": [0.0, 0.8, 1.5], "phi": [0.0, np.pi]}
+        >>> f = np.full((3, 3, 2), 0.1)
+        >>> m = gn.Gridded("angles", axes, f, uncertainty=0.02 * f)
+        >>> q = gn.with_uncertainty(gn.albedo, m, [0, 0, 1], correlation="common")
+        >>> print(q.text(k=2.0))
+        0.314 ± 0.013 (k = 2)
+        """
+        return _each(
+            lambda v, u, *parts: f"{rounded(v, k * u, ' ± ')} (k = {k:g}: {components(k, *parts)})",
+            *(self.value, self.u, self.u_noise, self.u_interpolation),
+        )
 
     def ufloat(self) -> UFloat | np.ndarray:
         """The same for calculations with the package `uncertainties`: a number, or an array (dtype object) of them.
@@ -73,6 +129,14 @@ class Quoted:
         Results of first order from the same table with the same correlation are correlated as they should be, from
         one call or from several, so that their difference or ratio has the right uncertainty. Of Monte Carlo results,
         those of one call are.
+
+        Example
+        >>> axes = {"theta_i": [0.0, 0.8, 1.5], "theta_o": [0.0, 0.8, 1.5], "phi": [0.0, np.pi]}
+        >>> f = np.full((3, 3, 2), 0.1)
+        >>> m = gn.Gridded("angles", axes, f, uncertainty=0.02 * f)
+        >>> q = gn.with_uncertainty(gn.albedo, m, [0, 0, 1], correlation="common")
+        >>> print((q.ufloat() - q.ufloat()).std_dev)
+        0.0
         """
         from uncertainties import correlated_values
 
@@ -84,14 +148,28 @@ class Quoted:
     def __str__(self) -> str:
         return str(_each(rounded, self.value, self.u)).replace("'", "")
 
-    __repr__ = __str__
+    def __repr__(self) -> str:
+        each = _each(
+            lambda v, u, *parts: f"{rounded(v, u, ' ± ')} ({components(1.0, *parts)})",
+            *(self.value, self.u, self.u_noise, self.u_interpolation),
+        )
+        return str(each).replace("'", "")
 
 
-def _each(write: Any, value: Any, u: Any) -> Any:
-    if np.ndim(value) == 0:
-        return write(float(value), float(u))
-    flat = [write(float(v), float(s)) for v, s in zip(np.ravel(value), np.ravel(u), strict=True)]
-    return np.array(flat).reshape(np.shape(value))
+def _each(write: Any, *numbers: Any) -> Any:
+    if np.ndim(numbers[0]) == 0:
+        return write(*map(float, numbers))
+    flat = [write(*map(float, x)) for x in zip(*map(np.ravel, numbers), strict=True)]
+    return np.array(flat).reshape(np.shape(numbers[0]))
+
+
+def components(k: float, noise: float, interpolation: float) -> str:
+    """ "noise 0.0012, interpolation 0.0055", times k."""
+    return f"noise {_short(k * noise)}, interpolation {_short(k * interpolation)}"
+
+
+def _short(u: float) -> str:
+    return "unknown" if math.isnan(u) else f"{u:.2g}"
 
 
 def rounded(value: float, u: float, sign: str = "") -> str:

@@ -37,6 +37,28 @@ class Coefficients(NamedTuple):
         return self.rows[self.pattern[channel]]
 
 
+class Around(NamedTuple):
+    """The K nodes of the grid around each of n pairs.
+
+    node     (K, n): their numbers, and `weight` (K, n): those of interpolation
+    closed   (axes, K, n): the number along each axis, in the grid with its circles closed
+    angles   (axes, n) [rad]: of the pairs
+    served   (n,): 0 for pairs below the horizon, and `within`: 0 for pairs beyond the grid that have no value, else 1
+    """
+
+    node: np.ndarray
+    weight: np.ndarray
+    closed: np.ndarray
+    angles: np.ndarray
+    served: np.ndarray
+    within: np.ndarray
+
+    @property
+    def kept(self) -> np.ndarray:
+        """1 for pairs with a value, else 0."""
+        return self.served * self.within
+
+
 def by_channel(values: np.ndarray, m: Gridded) -> np.ndarray:
     """A table (grid...[, C]) as (nodes, C)."""
     return np.reshape(values, (-1, 1 if m.channel_names is None else values.shape[-1]))
@@ -53,9 +75,9 @@ def coefficients(m: Gridded, of: Linear, n: int, only: int | None = None) -> Coe
     for pairs in of.pairs(n):
         if only is not None and np.max(pairs.row) >= only:
             break
-        node, weight = _around(m, pairs)
+        near = around(m, pairs)
         for part, usable in zip(parts, valid, strict=True):
-            part.append(_row(node, _shares(m, node, weight, usable) * pairs.weight, pairs, valid.shape[1]))
+            part.append(row(near.node, _shares(m, near.node, near.weight, usable) * near.kept, pairs, valid.shape[1]))
     empty = sparse.csr_array((count, valid.shape[1]))
     return Coefficients([sparse.vstack(p, format="csr") if p else empty for p in parts], pattern)
 
@@ -67,15 +89,19 @@ def _patterns(valid: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return np.stack([np.frombuffer(key, dtype=bool) for key in numbers]), np.array(pattern)
 
 
-def _around(m: Gridded, pairs: Pairs) -> tuple[np.ndarray, np.ndarray]:
-    """The nodes (K, n) of the grid around pairs and their weights, 0 for pairs below the horizon or beyond the grid."""
+def around(m: Gridded, pairs: Pairs) -> Around:
+    """The nodes of the grid around pairs."""
     corners = (1 if m.interpolation == "nearest" else 2) ** sum(axis.size > 1 for axis in m.layout)
     inputs = [np.ascontiguousarray(w) for w in (pairs.wi, pairs.wo)]
-    *corner_values, kept = batch.run(_kernel, (SCALAR,) * (2 * corners + 1), m, inputs, (3, 3))
-    closed = np.unravel_index(np.rint(corner_values[:corners]).astype(np.int64), [axis.size for axis in m.layout])
+    outputs = (SCALAR,) * (2 * corners + len(m.layout) + 2)
+    found = [np.asarray(x) for x in batch.run(_kernel, outputs, m, inputs, (3, 3))]
+    closed = np.unravel_index(np.rint(found[:corners]).astype(np.int64), [axis.size for axis in m.layout])
     grid = [len(x) for x in m.axes.values()]
     node = np.ravel_multi_index([i % k for i, k in zip(closed, grid, strict=True)], grid)
-    return node, np.asarray(corner_values[corners:]) * kept
+    *angles, served_, within = found[2 * corners :]
+    return Around(
+        node, np.asarray(found[corners : 2 * corners]), np.asarray(closed), np.asarray(angles), served_, within
+    )
 
 
 def _kernel(m: Reflectance, mean: Any, wi: Any, wo: Any) -> tuple:
@@ -83,8 +109,13 @@ def _kernel(m: Reflectance, mean: Any, wi: Any, wo: Any) -> tuple:
     corners, beyond = mean.corners(wi, wo)
     zero = 0.0 * (wi.z + wo.z)
     lost, *_ = served(wi, wo)
-    kept = ops.where(lost if beyond is False else lost | beyond, 0.0, 1.0 + zero)
-    return (*(at + zero for at, _ in corners), *(w + zero for _, w in corners), kept)
+    above, within = (
+        ops.where(lost, 0.0, 1.0 + zero),
+        1.0 + zero if beyond is False else ops.where(beyond, 0.0, 1.0 + zero),
+    )
+    angles = mean.system.angles(wi, wo, len(mean.layout) == 4)
+    places = (*(at + zero for at, _ in corners), *(w + zero for _, w in corners))
+    return (*places, *(angle + zero for angle in angles), above, within)
 
 
 def _shares(m: Gridded, node: np.ndarray, weight: np.ndarray, usable: np.ndarray) -> np.ndarray:
@@ -100,9 +131,11 @@ def _shares(m: Gridded, node: np.ndarray, weight: np.ndarray, usable: np.ndarray
     return np.where(enough, weight / np.where(enough, left, 1.0), 0.0)
 
 
-def _row(node: np.ndarray, weight: np.ndarray, pairs: Pairs, nodes: int) -> sparse.csr_array:
+def row(node: np.ndarray, weight: np.ndarray, pairs: Pairs, nodes: int) -> sparse.csr_array:
+    """Sums (n, nodes) over pairs of their weights times those (K, n) of the nodes (K, n) around them."""
+    weight = weight * pairs.weight
     if isinstance(pairs.row, int):
         return sparse.csr_array(np.bincount(node.reshape(-1), weight.reshape(-1), nodes)[None])
-    row = np.broadcast_to(np.arange(node.shape[1]), node.shape)
-    sums = sparse.coo_array((weight.reshape(-1), (row.reshape(-1), node.reshape(-1))), (node.shape[1], nodes))
+    number = np.broadcast_to(np.arange(node.shape[1]), node.shape)
+    sums = sparse.coo_array((weight.reshape(-1), (number.reshape(-1), node.reshape(-1))), (node.shape[1], nodes))
     return sparse.csr_array(sums)

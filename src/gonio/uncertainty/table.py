@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import weakref
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -11,15 +12,21 @@ from scipy import sparse
 
 from ..base.reflectance import Reflectance
 from ..errors import ParameterError
+from ..tables import half_planes
 from ..tables.gridded import Gridded
 from ..tables.scattered import Scattered
 from .correlation import Factors, in_words, lengths
 from .functionals import Linear
 from .latent import Latent, Ledger
+from .rehearsal import Part, Rehearsal
+from .row_rehearsal import RowRehearsal
 from .sensitivity import FEWEST, MOST, STEADY, TRIED, Coefficients, by_channel, coefficients
 
 SCALE = "scale_uncertainty"
 """The key in `about` of the relative standard uncertainty that all values have in common."""
+
+ROUNDING = 1e-13
+"""Size of a part, relative to the largest f, up to which it is rounding."""
 
 
 class TableErrors:
@@ -32,14 +39,22 @@ class TableErrors:
     def __init__(self, m: Reflectance, correlation: Any, scale: float | None = None):
         if not isinstance(m, Gridded):
             raise ParameterError(
-                f"{m!r:.80}: expected a measured table with uncertainties; gn.tabulate makes a table of any "
+                f"{m!r:.80}: expected a measured table; gn.tabulate makes a table of any "
                 f"reflectance, and t.with_brdf(t.brdf(), u) gives it the standard uncertainties u [1/sr]"
             )
         self.m = m
         self.scale = scale_uncertainty(m, scale)
-        self.u = by_channel(_uncertainty(m, self.scale), m)
-        along = lengths(correlation, tuple(m.axes))
-        self.assumed = in_words(correlation) + (f", and of scale ({self.scale:.2g})" if self.scale else "")
+        u = _uncertainty(m)
+        self.noisy = u is not None
+        self.u = by_channel(np.zeros(m.brdf().shape) if u is None else u, m)
+        if correlation is None and self.noisy:
+            raise ParameterError(
+                "correlation: the measurement states uncertainties, but no file says how its errors are correlated; "
+                "expected correlation='independent' (repeatability), 'common' (calibration) or another that "
+                "gn.with_uncertainty knows"
+            )
+        along = lengths("independent" if correlation is None else correlation, tuple(m.axes))
+        self.assumed = _assumed(m, correlation, self.noisy, self.scale)
         names = m.channel_names
         numbers = names is not None and not any(isinstance(x, str) for x in names)
         channels: Any = np.array(names, dtype=float) if numbers else self.u.shape[1]
@@ -48,12 +63,43 @@ class TableErrors:
         self.factors = Factors(m.axes, channels, along, circles, shared)
         self.ledger = _ledger(m, (*along.items(), self.scale))
 
-    def results(self, of: Linear, values: Any) -> Latent:
-        """Results (...[, C]) of a linear function in terms of independent errors."""
-        n = self._enough(of) if of.sampled else 1
-        return self.latent(coefficients(self.m, of, n), np.reshape(values, (-1, self.u.shape[1])))
+    def results(self, of: Linear, values: Any, interpolation: np.ndarray) -> Latent:
+        """Results (...[, C]) of a linear function in terms of independent errors; `interpolation`: those of it."""
+        return self.noise(of, values).joined(interpolation.reshape(-1, interpolation.shape[-1]))
 
-    def latent(self, by: Coefficients, values: np.ndarray) -> Latent:
+    def noise(self, of: Linear, values: Any, minus: Linear | None = None) -> Latent:
+        """Results (...[, C]) of a linear function, less those of another, by errors of the values alone."""
+        values = np.reshape(values, (-1, self.u.shape[1]))
+        by = coefficients(self.m, of, self._enough(of) if of.sampled else 1)
+        if minus is not None:
+            other = coefficients(self.m, minus, 1)
+            by = Coefficients([a - b for a, b in zip(by.rows, other.rows, strict=True)], by.pattern)
+        return self.latent(by, values)
+
+    def interpolation(self, of: Linear, minus: Linear | None = None) -> np.ndarray:
+        """Standard uncertainties (n, C, parts) by interpolation, each with its sign, of results of a linear function,
+        less those of another.
+
+        What noise makes of a part is taken off its square: it is in the component by noise already.
+        """
+        parts = self.rehearsal.parts(of, self.noisy)
+        if minus is not None:
+            parts = [a.less(b) for a, b in zip(parts, self.rehearsal.parts(minus, self.noisy), strict=True)]
+        return np.stack([self._without_noise(part) for part in parts], axis=-1)
+
+    @cached_property
+    def rehearsal(self) -> Rehearsal:
+        return RowRehearsal(self.m) if isinstance(self.m, Scattered) else Rehearsal(self.m)
+
+    def _without_noise(self, part: Part) -> np.ndarray:
+        error = np.where(np.abs(part.error) > ROUNDING * np.nanmax(np.abs(self.rehearsal.table)), part.error, 0.0)
+        if part.of_values is None:
+            return error
+        by = Coefficients([part.of_values], np.zeros(self.u.shape[1], int))
+        noise = self.latent(by, np.zeros(error.shape), scaled=False).u.reshape(error.shape)
+        return np.sign(error) * np.sqrt(np.maximum(error**2 - np.nan_to_num(noise) ** 2, 0.0))
+
+    def latent(self, by: Coefficients, values: np.ndarray, scaled: bool = True) -> Latent:
         """Results (n, C) with these coefficients in terms of independent errors; `values` for the error of scale."""
         count, channels = values.shape
         rows, unknown = [], []
@@ -66,16 +112,17 @@ class TableErrors:
         order = np.arange(count * channels).reshape(channels, count).T.reshape(-1)
         stacked = sparse.csr_array(sparse.vstack(rows, format="csr"))[order]
         flat = values.reshape(-1)
-        if self.scale:
+        if self.scale and scaled:
             common = sparse.csr_array(self.scale * np.nan_to_num(flat)[:, None])
             stacked = sparse.hstack([stacked, common], format="csr")
         missing = np.stack(unknown, axis=1).reshape(-1) | np.isnan(flat)
         return Latent(sparse.csr_array(stacked), missing, self.ledger)
 
-    def least(self, of: Linear) -> float:
-        """Roughly the smallest standard uncertainty of a few results of a linear function; infinite if all are 0."""
-        u = self._tried(of, FEWEST)
-        return float(np.min(u[u > 0.0], initial=math.inf))
+    def least(self, of: Linear, interpolation: np.ndarray) -> float:
+        """Roughly the smallest standard uncertainty of a few results of a linear function; 0 if all are."""
+        noise = self._tried(of, FEWEST)
+        u = np.hypot(noise, np.sqrt((interpolation**2).sum(axis=-1)).reshape(-1)[: len(noise)])
+        return float(np.min(u[u > 0.0])) if (u > 0.0).any() else 0.0
 
     def draw(self, random: np.random.Generator) -> Gridded:
         """The table as it may have been measured. Unknown uncertainties count as 0."""
@@ -98,6 +145,15 @@ class TableErrors:
         """Standard uncertainties of the first results of a linear function by n pairs each, without that of scale."""
         count = min(math.prod(of.shape), TRIED)
         return self.latent(coefficients(self.m, of, n, count), np.zeros((count, self.u.shape[1]))).u
+
+
+def _assumed(m: Gridded, correlation: Any, noisy: bool, scale: float) -> str:
+    """What uncertainties rest on, for people."""
+    words = in_words(correlation) if noisy else "by interpolation alone: the measurement states no uncertainties"
+    if scale:
+        words = (words if noisy else "no uncertainties of values are stated") + f", and of scale ({scale:.2g})"
+    few = half_planes.in_words(half_planes.half_planes(m))
+    return f"{words}; {few}" if few else words
 
 
 def _ledger(m: Gridded, key: tuple) -> Ledger:
@@ -130,16 +186,9 @@ def scale_uncertainty(m: Gridded, scale: float | None = None) -> float:
     return u
 
 
-def _uncertainty(m: Gridded, scale: float) -> np.ndarray:
-    """Standard uncertainties of f [1/sr] at the nodes."""
+def _uncertainty(m: Gridded) -> np.ndarray | None:
+    """Standard uncertainties of f [1/sr] at the nodes, or None."""
     u = m.brdf_uncertainty()
-    if u is None:
-        if not scale:
-            raise ParameterError(
-                f"{m!r:.80}: holds no uncertainty; give it one, as m.with_brdf(m.brdf(), u) with an array u [1/sr], or "
-                f"scale=0.02 for a relative error that all values have in common"
-            )
-        return np.zeros(m.brdf().shape)
-    if (u < 0.0).any():
+    if u is not None and (u < 0.0).any():
         raise ParameterError(f"{m!r:.80}: has negative uncertainties; expected standard uncertainties, 0 or above")
     return u

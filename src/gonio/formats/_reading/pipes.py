@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import os
+import re
 import select
 import shutil
 import stat
@@ -54,7 +55,7 @@ def readable(path: Path) -> Iterator[Path]:
     try:
         mode = path.stat().st_mode
     except FileNotFoundError:
-        raise NotFoundError(f"{shown(path)}: no such file; `gonio materials` lists the built-in names") from None
+        raise NotFoundError(f"{shown(path)}: no such file{_meant(path)}") from None
     except (OSError, ValueError) as error:
         raise NotFoundError(f"{shown(path)}: cannot be read: {_why(error)}") from None
     for is_kind, kind in _KINDS.items():
@@ -75,6 +76,19 @@ def readable(path: Path) -> Iterator[Path]:
             yield copy
         except Error as error:
             raise type(error)(str(error).replace(str(copy), shown(path))) from None
+
+
+def _meant(path: Path) -> str:
+    """What to write in place of something that is no path: the end of a message."""
+    text = str(path)
+    if re.match(r"[a-z][a-z0-9+]+:/", text):
+        url = text.replace(":/", "://", 1)
+        return f"; download it first: urllib.request.urlretrieve({url!r:.200}, {path.name!r:.100})"
+    if "(" in text:
+        return f"; for a material expression gn.expression({text!r:.100})"
+    if len(path.parts) == 1 and not path.suffix:
+        return f"; for a built-in material gn.material({text!r:.100}); `gonio materials` lists the built-in names"
+    return "; `gonio materials` lists the built-in names"
 
 
 def _why(error: Exception) -> str:

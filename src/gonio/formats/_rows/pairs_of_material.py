@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Annotated, Any, NamedTuple
 
 import numpy as np
@@ -14,9 +14,10 @@ from ...base.quantities import from_brdf, to_brdf
 from ...base.reflectance import Reflectance
 from ...errors import ParameterError
 from ...formula.direction import HORIZON
+from ...tables.angle_systems import SYSTEMS
 from ...tables.axes import fits
 from ...tables.gridded import Gridded
-from ...tables.nodes import channels_named
+from ...tables.nodes import channels_named, needed, own_nodes
 from ...tables.scattered import Scattered
 from .._options import Declared
 from .direction_pairs import Pairs, material
@@ -43,8 +44,12 @@ class Nodes(NamedTuple):
 FINE = Nodes((18, 18, 72), (18, 18, 72, 72))
 COARSE = Nodes((10, 10, 13), (7, 7, 9, 9), last=80.0)
 
+MOST = 1 << 21
+"""Pairs up to which a measurement's own nodes take the place of the default ones."""
+
 _GRID = Declared(
-    "nodes of theta_i, theta_o, phi, or of theta_i, theta_o, phi_i, phi_o; without it a measurement keeps its pairs",
+    "nodes of theta_i, theta_o, phi, or of theta_i, theta_o, phi_i, phi_o; without it a measurement keeps its pairs, "
+    "or its angles if they are others, and no axis gets more nodes than f needs",
     1,
     lengths=(3, 4),
 )
@@ -62,9 +67,11 @@ def pairs_of(
     as_held: bool = False,
 ) -> Pairs:
     """The pairs of a measurement, with its values as stored; of anything else, and where a resolution is given, f at
-    a grid of angles.
+    a grid of angles. A grid of other angles, about the half vector or the mirror direction, is evaluated on one, too: as
+    pairs in no grid it would be read again with what lies between its nodes lost.
 
-    resolution    see `Resolution`; with three numbers anisotropic models have wi at the azimuths of wo. None: `nodes`
+    resolution    see `Resolution`; with three numbers anisotropic models have wi at the azimuths of wo. None: `nodes`,
+                  or those of a measurement where it has such angles, but no more than f needs
     quantities    those of the format; values of another quantity become the first
     incident      theta_i and phi_i [rad] of the only direction of light
     as_held       a measured grid keeps its nodes above the horizon as they are; else it gives both halves of mirrored
@@ -74,7 +81,7 @@ def pairs_of(
     """
     if isinstance(m, Scattered) and resolution is None:
         pairs = Pairs(m.rows, m.stored, m.quantity, m.uncertainty, m.channel_names)
-    elif isinstance(m, Gridded) and resolution is None:
+    elif isinstance(m, Gridded) and resolution is None and m.parameterisation in ("angles", "relative"):
         pairs = _of_grid(m, as_held)
     else:
         pairs = _of_model(m, resolution, incident, nodes)
@@ -91,9 +98,10 @@ def pairs_of(
 
 
 def table_of(m: Reflectance, resolution: Sequence[int] | None = None) -> Gridded:
-    """A measurement as it is; for anything else, and where a resolution is given, the table of its `pairs_of`."""
-    if isinstance(m, Gridded) and resolution is None:
-        return m
+    """A measurement on a grid, or in rows, as it is; for anything else, and where a resolution is given, the table of
+    its `pairs_of`."""
+    if isinstance(m, Measured) and resolution is None and (table := m.as_grid()) is not None:
+        return table
     return material(pairs_of(m, resolution), "", m.about if isinstance(m, Measured) else {})
 
 
@@ -104,15 +112,34 @@ def _of_model(
     isotropic = m.is_isotropic()
     usual = nodes.isotropic if isotropic else nodes.oriented
     asked = usual if resolution is None else resolution
-    theta_i, theta_o = (nodes.polar(n) for n in asked[:2])
+    axes = {name: nodes.polar(n) for name, n in zip(("theta_i", "theta_o"), asked[:2], strict=True)}
     turns = [np.radians(np.linspace(0.0, 360.0, n, endpoint=False)) for n in (asked[-2], asked[-1])]
-    phi_i, phi_o = turns if len(asked) == 4 else (np.zeros(1) if isotropic else turns[1], turns[1])
+    if isotropic and len(asked) == 3:
+        axes["phi"] = turns[1]
+    else:
+        axes |= {"phi_i": turns[0] if len(asked) == 4 else turns[1], "phi_o": turns[1]}
+    fits(math.prod(map(len, axes.values())), f"resolution={tuple(asked)}")
+    if resolution is None:
+        axes = _suited(m, axes)
+    theta_i, theta_o, *phi = axes.values()
+    phi_i, phi_o = phi if len(phi) == 2 else (np.zeros(1), phi[0])
     if incident is not None:
         theta_i, phi_i = np.reshape(incident, (2, 1))
-    fits(math.prod(map(len, (theta_i, phi_i, theta_o, phi_o))), f"resolution={tuple(asked)}")
     rows = np.stack([x.reshape(-1) for x in np.meshgrid(theta_i, phi_i, theta_o, phi_o, indexing="ij")], axis=1)
     names, f = tristimulus(m.channel_names, m.f_angles(*rows.T))
-    return Pairs(rows, f, channels=None if f.ndim == 1 else names or channels_named(f.shape[1]))
+    spread = None
+    if isinstance(m, Gridded) and (u := m.brdf_uncertainty()) is not None:
+        spread = m.with_brdf(u).f_angles(*rows.T)
+    return Pairs(rows, f, "brdf", spread, None if f.ndim == 1 else names or channels_named(f.shape[1]))
+
+
+def _suited(m: Reflectance, axes: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """A measurement's own nodes in place of the default ones, if that are not too many; of a model as many as f needs."""
+    if not isinstance(m, Measured):
+        return needed(m, SYSTEMS["angles"], axes)
+    own = own_nodes(m)
+    suited = {name: own.get(name, x) for name, x in axes.items()}
+    return suited if math.prod(map(len, suited.values())) <= MOST else dict(axes)
 
 
 def of_nodes(m: Gridded) -> Pairs:

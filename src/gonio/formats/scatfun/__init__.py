@@ -101,6 +101,11 @@ class Scatfun(Sampled):
         super().__init__(path, about, **tables, channel=3 if width == 3 else 0.0)
 
     @property
+    def values(self) -> np.ndarray:
+        """The coefficients of the series of all pairs of nodes, one after the other, as in the file."""
+        return np.asarray(self.parts["coefficients"])
+
+    @property
     def valid(self) -> np.ndarray:
         """True where a coefficient is a number."""
         return np.isfinite(self.parts["coefficients"])

@@ -146,8 +146,7 @@ def _bands(m: Reflectance, width: int = 1) -> Bands:
         by_wavelength = [((repr(float(n)), "Nanometer"), w) for n, w in zip(names, np.eye(width), strict=True)]
         if width < 3 or min(names) > VISIBLE[0] or max(names) < VISIBLE[1]:
             return by_wavelength
-        matching = colour.colour_matching(names) * np.gradient(np.asarray(names, float))[:, None]
-        return _xyz(matching / matching.sum(axis=0)) + by_wavelength
+        return _xyz(colour.to_xyz(names) / colour.WHITE) + by_wavelength
     if width == 1:
         return [(("Visible", ""), np.ones(1))]
     if width == 3 and names in (None, ("R", "G", "B")):

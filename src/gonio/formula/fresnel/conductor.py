@@ -42,10 +42,16 @@ def fresnel_conductor(cos_theta: Any, eta: Any, k: Any) -> Any:
 class Conductor(Fresnel):
     """Exact Fresnel reflectance of a metal in vacuum, `fresnel_conductor`.
 
+    Looks    `Conductor([0.14, 0.37, 1.4], [4.0, 2.4, 1.6])` is gold, `Conductor(3.1, 3.3)` chromium.
     Shapes   eta, k: numbers or (..., C).
     Units    1.
     Error    rounding, see `fresnel_conductor`.
     Source   Born & Wolf, section 14.2.
+
+    Example
+    >>> gold = gn.Conductor(eta=[0.14, 0.5, 1.47], k=[4.61, 2.26, 1.77])
+    >>> print(gold.F(1.0).round(3), gold.F(0.1).round(3))
+    [0.975 0.728 0.363] [0.976 0.893 0.723]
     """
 
     eta = param(0.2, 0.01, 20.0, "real part of the refractive index")

@@ -39,10 +39,17 @@ def dielectric_transmittance(cos_theta: Any, eta: Any) -> Any:
 class Dielectric(Fresnel):
     """Exact Fresnel reflectance of a dielectric, `fresnel_dielectric`.
 
+    Looks    `Dielectric(1.5)` is black glass, dark in the middle and bright at the rim; `Dielectric(2.4)`
+             is polished as diamond.
     Shapes   eta: a number or (..., C).
     Units    1.
     Error    rounding, see `fresnel_dielectric`.
     Source   Born & Wolf, Principles of Optics, 7th ed., section 1.5.2.
+
+    Example
+    >>> glass = gn.Dielectric(1.5)
+    >>> print(glass.F(np.cos([0.0, 1.0, 1.5])).round(4))
+    [0.04   0.0775 0.6704]
     """
 
     eta = param(1.5, 0.2, 5.0, "refractive index behind the surface over that in front")

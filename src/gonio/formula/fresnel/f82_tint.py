@@ -15,11 +15,18 @@ class F82Tint(Fresnel):
 
     F_S = F0 + (1 - F0)(1 - mu)^5, and b such that F = tint F_S at mu = 1/7, near 82 degrees. tint = 1 is `Schlick`.
 
+    Looks    `F82Tint([0.9, 0.6, 0.3], [0.5, 0.8, 1])` is bronze that turns pale green before the rim;
+             `F82Tint(0.91, 0.87)` is about aluminium.
     Shapes   F0, tint: numbers or (..., C).
     Units    1.
     Error    against the exact conductor of eta, k with the same values at mu = 1 and 1/7: aluminium (1.37, 7.62) 0.018,
              gold (0.18, 3.43) 0.006; those of `Schlick` are 0.117 and 0.018. Cut off at 0 where both are small.
     Source   Kutz, Hašan & Edmondson 2021, "Novel aspects of the Adobe Standard Material"; the dip: Hoffman 2019.
+
+    Example
+    >>> aluminium = gn.F82Tint(F0=0.91, tint=0.95)
+    >>> print(aluminium.F(np.array([1.0, 1 / 7, 0.0])).round(3))
+    [0.91  0.904 1.   ]
     """
 
     F0 = param(0.9, 0.0, 1.0, "reflectance at normal incidence")

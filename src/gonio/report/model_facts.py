@@ -1,0 +1,96 @@
+"""Facts about the models, distributions and Fresnel terms, from their docstrings: for `gonio models` and the manual."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from typing import Any
+
+from .. import discover
+from ..base.reflectance import Reflectance
+from ..formula.distribution import Distribution
+from ..formula.fields import Field, Option, Param, Part
+from ..formula.fresnel_term import Fresnel
+from ..formula.parametrised import Parametrised
+from ..formula.text import literal
+
+KINDS = {
+    "Models": (Reflectance, "gonio.models"),
+    "Distributions of facet normals": (Distribution, "gonio.distributions"),
+    "Fresnel terms": (Fresnel, "gonio.formula.fresnel"),
+}
+PARTS = ("Looks", "Shapes", "Units", "Error", "Source", "Example")
+"""The labels of docstrings."""
+
+
+def kinds() -> dict[str, dict[str, type[Parametrised]]]:
+    """Heading -> name -> class."""
+    return {heading: discover.classes(package, kind) for heading, (kind, package) in KINDS.items()}
+
+
+def sections(kind: type) -> dict[str, str]:
+    """A docstring cut into its parts; the text before them is under ""."""
+    return discover.labelled(discover.docstring(kind), PARTS)
+
+
+def summary(kind: type) -> str:
+    """The first paragraph of a docstring, in one line."""
+    return " ".join(sections(kind)[""].split("\n\n")[0].split())
+
+
+def example(kind: type[Parametrised]) -> str:
+    """The first value that `Looks` says to try, as an expression; the defaults where it names none."""
+    looks = " ".join(sections(kind).get("Looks", "").split())
+    tried = (text for text in re.findall(r"`(.*?)`", looks) if text.startswith(f"{kind.__name__}("))
+    return next(tried, f"{kind.__name__}()")
+
+
+def drawn(kind: type[Parametrised]) -> str:
+    """The expression that the picture of a class shows: its example, on a metal surface where it is a piece of one."""
+    if issubclass(kind, Distribution):
+        return f"Microfacet({example(kind)})"
+    if issubclass(kind, Fresnel):
+        return f"Microfacet(GGX(0.1), {example(kind)})"
+    return example(kind)
+
+
+def arguments(kind: type[Parametrised]) -> Iterator[tuple[str, str, str, str]]:
+    """Name, default, range and meaning of every parameter, option and part of a class."""
+    for name, field in kind.fields.items():
+        if (words := _argument(field)) is not None:
+            yield (name, *words)
+
+
+def _argument(field: Field) -> tuple[str, str, str] | None:
+    if isinstance(field, Param):
+        unit = "" if field.unit == "1" else f" [{field.unit}]"
+        alias = f"; {field.alias} sets all" if field.alias else ""
+        default = f"as {field.default}" if isinstance(field.default, str) else f"{field.default:g}"
+        return default, f"{field.low:g} to {field.high:g}", f"{field.doc}{unit}{alias}"
+    if isinstance(field, Option):
+        return field.default, ", ".join(field.choices), field.doc
+    if isinstance(field, Part):
+        default = "" if field.default is None else literal(field.default)
+        return default, f"a {field.kind.__name__}", field.doc
+    return None
+
+
+def model_facts(name: str, heading: str, kind: type[Parametrised]) -> dict[str, Any]:
+    """Facts about a class, as JSON data."""
+    parts = sections(kind)
+    return {
+        "name": name,
+        "kind": heading,
+        "summary": summary(kind),
+        "formula": parts[""],
+        **{label.lower(): parts[label] for label in PARTS if label in parts and label != "Example"},
+        "may_break": dict(getattr(kind, "breaks", {})),
+        "parameters": [dict(zip(("name", "default", "range", "meaning"), row, strict=True)) for row in arguments(kind)],
+        "example": drawn(kind),
+        "page": f"docs/models/{name}.md",
+    }
+
+
+def every_model() -> list[dict[str, Any]]:
+    """Facts about all classes, by heading and name."""
+    return [model_facts(name, heading, kind) for heading, of in kinds().items() for name, kind in of.items()]
