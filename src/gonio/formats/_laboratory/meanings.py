@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 from ...errors import FormatError, ParameterError
 from ...tables.angle_systems import ANGLES
 from .._reading import plain_text
-from .layout import find
+from .layout import LONGEST_LINE, find
 from .names import IGNORE, QUANTITIES, UNCERTAINTY, VALUE, WAVELENGTH, Meaning, meaning, unit_in
 from .sheets import NAMED, CellSheet, TextSheet
 
@@ -244,7 +244,7 @@ class Meanings:
     def stated_quantities(self) -> dict[str, str]:
         """Quantities that the lines above the table name, with the line."""
         found: dict[str, str] = {}
-        for line in self.layout.text:
+        for line in _short(self.layout.text):
             for quantity, words in _QUANTITY_WORDS.items():
                 if words.search(line):
                     found.setdefault(quantity, line)
@@ -252,7 +252,9 @@ class Meanings:
 
     def stated_coverage(self) -> float | None:
         """The only coverage factor that the lines above the table name."""
-        found = {_decimal(m[1] or m[2]): line for line in self.layout.text if (m := _COVERAGE_WORDS.search(line))}
+        found = {
+            _decimal(m[1] or m[2]): line for line in _short(self.layout.text) if (m := _COVERAGE_WORDS.search(line))
+        }
         if len(found) != 1:
             return None
         ((k, line),) = found.items()
@@ -262,11 +264,15 @@ class Meanings:
 
 def stated_incidence(text: Sequence[str]) -> str:
     """What to say where no column has theta_i: the option, with the angle of a line above the table."""
-    for line in text:
+    for line in _short(text):
         if match := _INCIDENCE_WORDS.search(line):
             number = f"{_decimal(match[1]):g}"
             return f'; the line {line[:50]!r} states it: columns={{"theta_i": {number}}} (-O columns.theta_i={number})'
     return ""
+
+
+def _short(text: Sequence[str]) -> list[str]:
+    return [line for line in text if len(line) <= LONGEST_LINE]
 
 
 def _decimal(number: str) -> float:
