@@ -196,14 +196,14 @@ def _refusal(
     if listed is not None:
         return FormatError(
             f"{path}, line {number}: got {count} numbers, {shown!r}, expected {len(listed)}, one for each of columns="
-            f"{','.join(listed)}; ignore stands for one that is not needed"
+            f"{','.join(listed):.60}; ignore stands for one that is not needed"
         )
     above = next((k for k in range(at - 1, -1, -1) if any(rows[k][1]) and rows[k][0] > (skip or 0)), None)
     names = [cell for cell in _uncommented(rows[above][1], rows[above]) if cell] if above is not None else []
     for line, cells in ((number, row), (number if above is None else rows[above][0], names)):
         if len(cells) > 2 and not is_numeric(cells[0]) and all(is_numeric(cell) for cell in cells[1:]):
             return FormatError(
-                f"{path}, line {line}: columns are named by numbers, {', '.join(cells[:5])}; expected one row "
+                f"{path}, line {line}: columns are named by numbers, {', '.join(cells[:5]):.60}; expected one row "
                 f"for each pair "
                 f"of directions: bring a cross table into that form; wavelengths need their unit, '450 nm'"
             )
@@ -215,8 +215,9 @@ def _refusal(
         )
     known = [name for name in names if meaning(name).key not in ("", IGNORE)]
     return FormatError(
-        f"{path}, line {rows[above][0]}: column names {', '.join(map(repr, names[:8]))}"
+        f"{path}, line {rows[above][0]}: column names {', '.join([f'{name!r:.40}' for name in names[:8]])}"
         f"{' ...' if len(names) > 8 else ''} above the numbers of line {number}: "
-        f"{f'only {known[0]!r} is known' if known else 'none is known'}; expected an angle and a value at least; say "
-        f'what they are: columns={{"theta_i": {names[0]!r}, ...}}, or skip=N if N lines stand above the names'
+        f"{f'only {known[0]!r:.60} is known' if known else 'none is known'}; expected an angle and a value at "
+        f"least; say "
+        f'what they are: columns={{"theta_i": {names[0]!r:.60}, ...}}, or skip=N if N lines stand above the names'
     )

@@ -172,7 +172,7 @@ class _Reader:
 
     def _misfit(self, number: int, row: list[str]) -> FormatError:
         names, count = self.layout.names, len(row)
-        cure = f"line {self.layout.header} has the names {', '.join(map(repr, names[:6]))}"
+        cure = f"line {self.layout.header} has the names {', '.join([f'{name!r:.40}' for name in names[:6]])}"
         if self.delimiter == "," and count > len(names):
             cure += "; decimal commas between commas cannot be told apart: export with semicolons or points"
         elif self._is_text(row):
@@ -188,7 +188,7 @@ class _Reader:
             if k not in self.needed:
                 return float("nan")
             raise FormatError(
-                f"{self.sheet.path}, line {number}, column {self.layout.names[k]!r}: an angle is no number: got "
+                f"{self.sheet.path}, line {number}, column {self.layout.names[k]!r:.60}: an angle is no number: got "
                 f"{word!r}, expected one in every row; remove the line"
             )
         plain = word.replace(self.other, "") if self.other and self.grouped.fullmatch(word) else word
@@ -196,8 +196,8 @@ class _Reader:
         if plain_text.is_number(swapped) and (self.decimal == "." or "." not in plain):
             return float(swapped)
         raise FormatError(
-            f"{self.sheet.path}, line {number}: got {word[:60]!r} in the column {self.layout.names[k]!r}, expected a "
-            f"number{_cure(word, self.decimal)}"
+            f"{self.sheet.path}, line {number}: got {word[:60]!r} in the column {self.layout.names[k]!r:.60}, "
+            f"expected a number{_cure(word, self.decimal)}"
         )
 
 
@@ -222,7 +222,7 @@ def without_marks(path: object, layout: Layout, found: Numbers, k: int, missing:
         at = np.flatnonzero(column == mark)
         if len(at):
             raise FormatError(
-                f"{path}, line {found.lines[at[0]]}: {mark:g} in the column {layout.names[k]!r}, in {len(at)} "
+                f"{path}, line {found.lines[at[0]]}: {mark:g} in the column {layout.names[k]!r:.60}, in {len(at)} "
                 f"rows: is it the mark of a missing value? say missing={mark:g}"
             )
     return column

@@ -63,7 +63,9 @@ class TextSheet:
     def _split(self, lines: list[str], number: int, delimiter: str, strict: bool) -> list[Row]:
         for k, line in enumerate(lines, number):
             if len(line) > plain_text.LONGEST:
-                raise FormatError(f"{self.path}, line {k}: more than {plain_text.LONGEST} characters, expected less")
+                raise FormatError(
+                    f"{self.path}, line {k}: more than {plain_text.LONGEST} characters, expected shorter lines"
+                )
         return [(k, cells(line, delimiter, self.path, k, strict)) for k, line in enumerate(lines, number)]
 
 
