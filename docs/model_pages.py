@@ -48,8 +48,9 @@ def page(kind: type[Parametrised]) -> str:
     for law, why in getattr(kind, "breaks", {}).items():
         lines.append(f"- **Breaks {law}.** {markdown(why)}")
     lines += ["", "```python", "import gonio as gn", "", f"m = {shown(kind)}", "```", ""]
-    if "Example" in parts:
-        lines += ["```pycon", parts["Example"], "```", ""]
+    if example := parts.get("Example"):
+        imports = [">>> import numpy as np"] if "np." in example else []
+        lines += ["```pycon", *imports, example, "```", ""]
     lines.append(f"`gonio cite {name}` prints the sources as BibTeX. [All models](README.md)")
     return "\n".join(lines) + "\n"
 

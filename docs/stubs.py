@@ -11,7 +11,7 @@ from types import ModuleType
 
 import gonio as gn
 from gonio.contents import Folder
-from gonio.discover import docstring
+from gonio.discover import docstring, labelled
 from gonio.formula.classes import parameter_lines, signature, takes_fields
 from gonio.formula.fields import Option
 from gonio.formula.parametrised import Parametrised
@@ -55,7 +55,9 @@ def home(name: str) -> str:
 def class_lines(name: str, kind: type[Parametrised]) -> Iterator[str]:
     """A class with a typed constructor, which inherits all else from the one in the package."""
     summary = textwrap.wrap(" ".join(docstring(kind).partition("\n\n")[0].split()), 112)
+    example = labelled(docstring(kind), ["Example"]).get("Example", "").splitlines()
     lines = [*summary, "", "Parameters", *(f"    {row}" for row in parameter_lines(kind))]
+    lines += ["", "Example", *example] if example else []
     yield f"\nclass {name}(_{name}):"
     yield textwrap.indent('r"""' + "\n".join(lines) + '\n"""', "    ").replace("    \n", "\n")
     yield "    def __init__(\n        self,"

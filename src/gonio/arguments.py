@@ -14,7 +14,7 @@ import inspect
 import math
 import os
 import typing
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
 from types import NoneType, UnionType
 from typing import Annotated, Any, NamedTuple, TypeVar, cast
@@ -53,9 +53,6 @@ class _Real:
 
 Numbers = Annotated[Any, _Real]
 """A number, or an array or list of real numbers; the function gets a NumPy array."""
-
-Tolerance = Annotated[float, Within(1e-15, 1.0)]
-"""The error of an integral that is allowed."""
 
 
 def checked(function: F) -> F:
@@ -124,13 +121,12 @@ def _fit(kind: Any, value: Any) -> Any:
             raise TypeError
         return {_fit(inner[0], name): _fit(inner[1], x) for name, x in value.items()}
     if origin is not None:
-        return [_fit(inner[0], x) for x in _items(value)]
+        letters = isinstance(value, str) and issubclass(origin, Sequence)
+        return [_fit(inner[0], x) for x in (value if letters else _items(value))]
     if kind in (int, float):
         return _number(kind, value)
     if not isinstance(value, (bool, np.bool_) if kind is bool else kind):
         raise TypeError
-    if kind in (str, os.PathLike) and "\0" in os.fspath(value):
-        raise ValueError
     return bool(value) if kind is bool else value
 
 

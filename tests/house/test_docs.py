@@ -10,6 +10,7 @@ import ast
 import io
 import os
 import re
+import shlex
 import shutil
 import subprocess
 import sys
@@ -231,3 +232,26 @@ def test_pictures_of_models_differ_and_none_is_black():
         apart = np.abs(table[k] - table[k + 1 :]).mean(axis=1)
         alike = [names[k + 1 + j] for j in np.flatnonzero(apart < 0.5)]
         assert not alike, f"{name} and {alike[0]} are the same picture; let the Looks of one begin with another example"
+
+
+SHELL = re.compile(r"^(gonio .*?)(?: +#.*)?$", re.MULTILINE)
+SLOW = ("check", "show", "render")
+
+
+def commands() -> list:
+    """The lines of the README that call `gonio`; pictures and laws, which take seconds each, are `full`."""
+    lines = SHELL.findall("\n".join(re.findall(r"^```sh\n(.*?)^```$", read(ROOT / "README.md"), re.M | re.S)))
+    return [pytest.param(x, marks=pytest.mark.full if x.split()[1] in SLOW else (), id=x) for x in lines]
+
+
+@pytest.mark.parametrize("line", commands())
+def test_the_commands_of_the_readme_work_in_a_clone(line, tmp_path):
+    shutil.copytree(ROOT / "examples", tmp_path / "examples")
+    environment = {**os.environ, "PYTHONPATH": str(PACKAGE.parent), "MPLBACKEND": "Agg", "PYTHONIOENCODING": "utf-8"}
+    command = [sys.executable, "-m", "gonio", *shlex.split(line)[1:]]
+    done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, encoding="utf-8")
+    assert done.returncode == 0, f"{done.stdout}\n{done.stderr}"
+
+
+def test_the_readme_shows_commands():
+    assert len(commands()) > 8

@@ -733,12 +733,12 @@ BAD = {
         ShapeError,
         r"\(3,\) or \(3, 'C'\)",
     ),
-    "complex": (lambda: rad.uniform_irradiance(1j), ArrayTypeError, "real numbers, got dtype complex128"),
-    "text": (lambda: rad.uniform_irradiance("1"), ArrayTypeError, "L must be real numbers, got dtype <U1"),
+    "complex": (lambda: rad.uniform_irradiance(1j), ArrayTypeError, "real numbers, got complex128"),
+    "text": (lambda: rad.uniform_irradiance("1"), ArrayTypeError, "L must be real numbers, got <U1"),
     "ragged": (
         lambda: rad.uniform_irradiance([[1, 2], [3]]),
         ArrayTypeError,
-        "L must be real numbers, got list",
+        "L must be real numbers, got rows of unequal length",
     ),
 }
 

@@ -24,7 +24,8 @@ LIBRARIES: dict[str, Library] = {
 }
 """Name of a library -> how to use it."""
 
-NAMED, LAZY = LIBRARIES["xarray"], LIBRARIES["dask"]
+NAMED: Library = LIBRARIES["xarray"]
+LAZY: Any = LIBRARIES["dask"]
 """Arrays with named axes, and arrays that are computed later."""
 
 _SYMBOLS = Symbols()

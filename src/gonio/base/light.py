@@ -63,12 +63,7 @@ class Light(Parametrised):
 
     def arrival(self, position: Any) -> Arrival:
         """The light that a delta light sends to `position` (..., 3)."""
-        raise self.lacks("arrival")
-
-    @staticmethod
-    def vector(value: Any, like: Any) -> Any:
-        """A vector of this light (3,) in the library and dtype of `like`."""
-        return ops.library(like).convert(np.array(value) if isinstance(value, np.ndarray) else value, like)
+        raise self._lacks("arrival")
 
     def in_numpy(self) -> Self:
         """The same light with all numbers as NumPy arrays, without derivatives by them."""
@@ -93,7 +88,7 @@ class Light(Parametrised):
         >>> print(sky.incident(gn.direction(0.5, 0.0)))
         [2.]
         """
-        raise self.lacks("incident")
+        raise self._lacks("incident")
 
     def sample(self, u: Any) -> tuple[Any, Any]:
         """World directions (..., 3) for uniform numbers u (..., 2), and their density per solid angle [1/sr] (...).
@@ -104,7 +99,7 @@ class Light(Parametrised):
         >>> print(w.shape, np.allclose(pdf, light.pdf(w)))
         (2, 3) True
         """
-        raise self.lacks("sample")
+        raise self._lacks("sample")
 
     def pdf(self, w: Any) -> Any:
         """Density [1/sr] (...) of `sample` at world directions w (..., 3).
@@ -115,7 +110,7 @@ class Light(Parametrised):
         >>> print(light.pdf(sun) > 10.0 * light.pdf(np.array([0.0, 0.0, 1.0])))
         True
         """
-        raise self.lacks("pdf")
+        raise self._lacks("pdf")
 
 
 def channel_vector(value: Any, like: Any) -> Any:
@@ -129,3 +124,8 @@ def channel_vector(value: Any, like: Any) -> Any:
     lib = ops.library(like)
     array = lib.convert(value, like)
     return array[None] if array.ndim == 0 else array
+
+
+def vector_of(value: Any, like: Any) -> Any:
+    """A light's vector (3,) in the library and dtype of `like`."""
+    return ops.library(like).convert(np.array(value) if isinstance(value, np.ndarray) else value, like)

@@ -107,7 +107,7 @@ class Measured(Reflectance):
         """
         tables = [getattr(self, name) for name, field in self.fields.items() if isinstance(field, Table)]
         if not tables:
-            raise self.lacks("values")
+            raise self._lacks("values")
         return np.asarray(tables[0])
 
     @property
@@ -119,7 +119,7 @@ class Measured(Reflectance):
         >>> print(m.valid.mean())
         1.0
         """
-        raise self.lacks("valid")
+        raise self._lacks("valid")
 
     @property
     def data(self) -> xarray.Dataset:

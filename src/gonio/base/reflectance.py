@@ -16,7 +16,7 @@ import numpy as np
 from ..arrays import ops
 from ..arrays.kinds import SCALAR, VALUE, VECTOR
 from ..arrays.labels import Labels, is_named
-from ..errors import ArrayTypeError, NotFoundError, ParameterError, shown
+from ..errors import ArrayTypeError, NotFoundError, ParameterError, TooLargeError, shown
 from ..evaluate import batch
 from ..formula import warp
 from ..formula.direction import Direction, mirror
@@ -168,7 +168,7 @@ class Reflectance(Parametrised):
     @abstractmethod
     def formula(self, wi: Direction, wo: Direction) -> Any:
         """f [1/sr] for directions above the horizon, without the cosine."""
-        raise self.lacks("formula")
+        raise self._lacks("formula")
 
     def warp(self, wo: Direction, u0: Any, u1: Any) -> Direction:
         """A direction wi for two uniform numbers; its density is `density`."""
@@ -188,7 +188,7 @@ class Reflectance(Parametrised):
         A model that becomes a mirror as its widths (parameters whose `sampled` is "max" or "min") go to their narrow
         bounds may write it too; `gonio.check` then tests this limit.
         """
-        raise self.lacks("mirror")
+        raise self._lacks("mirror")
 
     def mirrored(self, wo: Direction) -> Direction:
         """The direction wi that a delta lobe reflects into wo.
@@ -268,13 +268,14 @@ class Reflectance(Parametrised):
         """
         leaves = {path: i for i, path in enumerate(self.leaf_paths()) if path}
         inputs = {"wi": 0, "wo": 1}
-        if by is not None and (not isinstance(by, Iterable) or (np.ndim(by) == 0 and not isinstance(by, str))):
-            expected = f"expected a list of paths, of {listed([*leaves, *inputs])}"
-            raise ParameterError(f"jacobian(by={shown(by)}): {expected}")
-        variables = list(self.parameters if by is None else [by] if isinstance(by, str) else by)
+        expected = f"expected one of {listed([*leaves, *inputs])}"
+        try:
+            variables = list(self.parameters if by is None else [by] if isinstance(by, str) else by)
+        except TypeError:
+            raise ParameterError(f"jacobian(by={shown(by)}): {expected}, or a list of them") from None
         for path in variables:
             if not isinstance(path, str) or (path not in leaves and path not in inputs):
-                raise NotFoundError(f"jacobian(by={shown(path)}): expected one of {listed([*leaves, *inputs])}")
+                raise NotFoundError(f"jacobian(by={shown(path)}): {expected}")
         paths, directions = ([p for p in variables if p in places] for places in (leaves, inputs))
         value, *slopes = batch.jacobian(
             kernels.value, self, (wi, wo), (3, 3), tuple(leaves[p] for p in paths), tuple(inputs[p] for p in directions)
@@ -367,10 +368,13 @@ class Reflectance(Parametrised):
 
     def __truediv__(self, number: Any) -> Scaled:
         if ops.is_masked(number) or is_named(number):
-            return self * (1.0 / number)
+            scaled: Scaled = self * (1.0 / number)
+            return scaled
         try:
             with np.errstate(divide="ignore", over="ignore"):
                 return self * (1.0 / ops.numbers(number))
+        except MemoryError:
+            raise TooLargeError("a reflectance divided by an array that does not fit into memory") from None
         except (TypeError, ValueError) as error:
             raise ArrayTypeError(f"a reflectance divided by {number!r:.60}: {error}") from None
 

@@ -27,8 +27,8 @@ LONGEST = 255
 
 
 def resolve(text: str, reading: Sequence[str] = ()) -> Reflectance:
-    """The material of the argument MATERIAL: a path to read ("-" is standard input) with these options, else the name of
-    a built-in one, else an expression."""
+    """The material of the argument MATERIAL: a path ("-" is standard input) to read with these options, else the name
+    of a built-in one, else an expression."""
     if text == "-":
         if sys.stdin is None:
             raise NotFoundError("-: standard input is closed; lead a file or a pipe to it")

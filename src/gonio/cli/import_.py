@@ -1,35 +1,40 @@
-"""`gonio import`: a laboratory's table, as it is understood, column by column; then written as another format."""
+"""`gonio import`: a laboratory's table, as it is understood, column by column; then written in another format."""
 
 from __future__ import annotations
 
 import math
 import shutil
 import time
+import warnings
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 import numpy as np
 
-from ..errors import ParameterError, visible
+from ..errors import MeaningWarning, ParameterError, visible
 from .options import READING, json_option, reading_option, since
 from .tables import size_in_words
 from .terminal import echo, print_json
 
 if TYPE_CHECKING:
     from ..formats._laboratory.understanding import Column, Understood
+    from ..tables.gridded import Gridded
 
-NARROWEST = 60
-"""Characters of a line of the table, however narrow the terminal is."""
+NARROWEST, USUAL = 72, 100
+"""Characters of a line of the table: at least, and where nothing says how wide a line may be."""
+
+SHOWN = 24
+"""Most columns that are shown one by one."""
+
+DELIMITERS = {";": "semicolons", ",": "commas", "\t": "tabs", "|": "bars"}
 
 
 @click.command("import", short_help="Show how a laboratory's table is understood, and convert it.")
 @click.argument("file", type=click.Path(path_type=Path))
 @reading_option
-@click.option(
-    "-o", "--output", type=click.Path(path_type=Path), help="File to write, once the table is as it should be."
-)
+@click.option("-o", "--output", type=click.Path(path_type=Path), help="File to write, once the table is understood.")
 @click.option(
     "--format", "format_", metavar="FORMAT", help="Format, where the suffix of the output does not say which."
 )
@@ -44,14 +49,10 @@ def import_(ctx: click.Context, file: Path, output: Path | None, format_: str | 
     \b
     Examples:
       gonio import scan.csv
-      gonio import scan.csv -O coverage=2 -O columns.theta_o="Detector (deg)" -o scan.nc
+      gonio import scan.csv -O coverage=2 -O columns.theta_o=Detector -o scan.nc
       gonio import scan.xlsx -O sheet=Data -O angle_unit=rad
     """
-    import warnings
-
-    from ..conversion.conversion import convert
-    from ..errors import MeaningWarning
-    from ..formats import load_as_typed, pipes, recognised, target, writer
+    from ..formats import load_as_typed, recognised, target, writer
     from ..formats._laboratory.suspicions import suspicions
     from ..formats._options import names_in, of_texts
 
@@ -59,80 +60,77 @@ def import_(ctx: click.Context, file: Path, output: Path | None, format_: str | 
     texts = ctx.meta.get(READING, ())
     if output is not None:
         target(writer(output, format_), output)
-    path = pipes.named(file)
-    if not path.is_file():
+    if not file.is_file():
         raise ParameterError(f"{file}: no such file; expected a table, CSV or .xlsx")
-    module = recognised(path, names_in(texts))
+    module = recognised(file, names_in(texts))
     if not hasattr(module, "understood"):
         raise ParameterError(
-            f"{file}: a {module.NAME} file, which is read as it is: `gonio info {file}` describes it, `gonio convert` "
-            f"writes it in another format"
+            f"{file}: a {module.NAME} file, which needs no import: `gonio info` describes it, `gonio convert` writes "
+            f"it in another format"
         )
-    table = module.understood(path, **of_texts(module, "read", texts))
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", MeaningWarning)  # they are in the table
-        m = load_as_typed(path, texts)
-    found = summary(table, m)
-    wrong = suspicions(table)
+        warnings.simplefilter("ignore", MeaningWarning)  # `suspicions` says the same
+        m = load_as_typed(file, texts)
+    table = module.understood(file, **of_texts(module, "read", texts))
+    facts, wrong = summary(table, m), suspicions(table)
     if as_json:
         columns = [column._asdict() for column in table.columns]
-        print_json({"file": str(file), "format": module.NAME, "columns": columns, **found, "suspicious": wrong})
+        print_json({"file": str(file), "format": module.NAME, "columns": columns, **facts, "suspicious": wrong})
     else:
-        size = size_in_words(path.stat().st_size)
-        _print(
-            f"{file}: {module.NAME}, {size}",
-            table,
-            {**found, **{f"suspicious {k + 1}": text for k, text in enumerate(wrong)}},
-        )
-    if output is None:
-        if not as_json:
-            echo("\nNothing is written: -o FILE writes it, -O NAME=VALUE changes how it is read.")
-        return
+        _print(f"{file}: {module.NAME}, {size_in_words(file.stat().st_size)}", table, facts, wrong)
+    if output is not None:
+        _convert(m, output, format_, start, as_json)
+    elif not as_json:
+        echo("\nNothing is written: -o FILE writes it, -O NAME=VALUE changes how it is read.")
+
+
+def _convert(m: Gridded, output: Path, format_: str | None, start: float, as_json: bool) -> None:
+    from ..conversion.conversion import convert
+    from ..formats import writer
     from .convert import conversion_as_text
 
     conversion = convert(m, output, writer(output, format_).NAME)
-    echo(visible(f"\n{output}: {conversion.format}, {size_in_words(conversion.bytes)}, {since(start)}"), err=as_json)
-    echo(conversion_as_text(conversion), err=as_json)
+    said = visible(f"{output}: {conversion.format}, {size_in_words(conversion.bytes)}, {since(start)}")
+    echo(f"\n{said}\n{conversion_as_text(conversion)}", err=as_json)
 
 
-def summary(table: Understood, m: Any) -> dict[str, str]:
+def summary(table: Understood, m: Gridded) -> dict[str, str]:
     """What a table holds, in words: rows, what was passed over, angles, the measurement."""
-    layout = table.layout
-    rows = len(table.lines)
-    between = {";": "semicolons", ",": "commas", "\t": "tabs", "|": "bars"}.get(layout.delimiter, "blanks")
-    comma = ", decimal commas" if table.decimal == "," else ""
-    last = f"{table.lines[0]} to {table.lines[-1]}" if rows else ""
-    header = f", names in line {layout.header}" if layout.header else ""
-    found = {"rows": f"{rows} in lines {last}{header}, {between} between cells{comma}"}
-    passed = [f"{len(layout.text)} lines above"] if layout.text else []
-    passed += [f"{len(table.below)} below"] if table.below else []
-    passed += [f"column names again in lines {', '.join(map(str, table.repeated[:8]))}"] if table.repeated else []
-    if passed:
-        found["passed over"] = ", ".join(passed) + "; their text is kept"
+    layout, numbers = table.layout, table.numbers
+    rows = f"{len(numbers.lines)} in lines {numbers.lines[0]} to {numbers.lines[-1]}"
+    rows += f", names in line {layout.header}" if layout.header else ""
+    rows += f", {DELIMITERS.get(layout.delimiter, 'blanks')} between cells" if layout.delimiter else ""
+    facts = {"rows": rows + (", decimal commas" if numbers.decimal == "," else "")}
+    passed = {
+        "lines above": len(layout.text),
+        "lines below": len(numbers.below),
+        "repeated names": len(numbers.repeated),
+    }
+    if any(passed.values()):
+        facts["passed over"] = ", ".join(f"{what}: {n}" for what, n in passed.items() if n) + " (kept as text)"
     missing = sum(column.missing for column in table.columns)
-    found["missing"] = f"{missing} cells" if missing else "no cell"
-    return (
-        found
-        | angles_in_words(table)
-        | {"measurement": _measurement(m)}
-        | ({"decided by": "; ".join(table.remarks)} if table.remarks else {})
-    )
+    facts["missing"] = f"{missing} cells" if missing else "no cell"
+    facts |= angles_in_words(table)
+    facts["measurement"] = _measurement(m)
+    if table.remarks:
+        facts["decided by"] = "; ".join(table.remarks)
+    return facts
 
 
 def angles_in_words(table: Understood) -> dict[str, str]:
-    """Incidences and planes of a table with polar angles."""
-    degrees = {k: np.degrees(x) if table.in_radians else x for k, x in table.angles.items()}
+    """Incidences and planes of a table with polar angles of both directions."""
+    degrees = {key: np.degrees(x) if table.in_radians else x for key, x in table.angles.items()}
     if not {"theta_i", "theta_o"} <= {*degrees}:
         return {}
-    theta_i, theta_o = degrees["theta_i"], degrees["theta_o"]
-    turn = degrees.get("phi", degrees.get("phi_o", 0.0 * theta_i) - degrees.get("phi_i", 0.0 * theta_i))
-    incidences = np.unique(np.round(np.abs(theta_i), 3))
-    oblique = (np.abs(theta_i) > 1e-3) & (np.abs(theta_o) > 1e-3)
+    theta_i, theta_o = np.abs(degrees["theta_i"]), np.abs(degrees["theta_o"])
+    turn = degrees.get("phi", degrees.get("phi_o", 0.0) - degrees.get("phi_i", 0.0)) + 0.0 * theta_i
+    incidences = np.unique(np.round(theta_i, 3))
+    oblique = np.minimum(theta_i, theta_o) > 1e-3
     planes = np.unique(np.round(np.mod(turn[oblique], 180.0), 3) % 180.0)
     words = {"incidences": f"{_listed(incidences)} ({len(incidences)})"}
-    words["viewers"] = f"theta_o to {np.abs(theta_o).max():g}° from the normal"
-    if len(planes) == 1 and planes[0] == 0.0:
-        words["planes"] = "the plane of incidence alone: integrals over the hemisphere take the rest from it"
+    words["viewers"] = f"theta_o to {theta_o.max():g}°"
+    if planes.tolist() == [0.0]:
+        words["planes"] = "the plane of incidence alone: integrals take the rest of the hemisphere from it"
     elif len(planes):
         words["planes"] = f"{len(planes)}, turned from the plane of incidence by {_listed(planes)}"
     return words
@@ -143,69 +141,50 @@ def _listed(angles: np.ndarray) -> str:
     return ", ".join(shown if len(shown) <= 8 else [*shown[:3], "...", shown[-1]])
 
 
-def _measurement(m: Any) -> str:
-    kind = (
-        f"a grid of {' x '.join(map(str, m.stored.shape[: len(m.axes)]))} ({', '.join(m.axes)})"
-        if not hasattr(m, "rows")
-        else (f"{len(m.rows)} pairs of directions in no grid")
-    )
-    names = m.channel_names
-    channels = (
-        ""
-        if names is None
-        else f", {len(names)} channels"
-        if len(names) > 4
-        else f", channels {', '.join(f'{n:g} nm' if isinstance(n, float) else n for n in names)}"
-    )
-    spread = "with standard uncertainties" if m.uncertainty is not None else "no uncertainty"
-    return f"{kind}{channels}, {spread}"
+def _measurement(m: Gridded) -> str:
+    grid = " x ".join(f"{len(nodes)} {name}" for name, nodes in m.axes.items())
+    kind = f"{len(m.rows)} pairs of directions in no grid" if hasattr(m, "rows") else f"a grid of {grid}"
+    names = [f"{name:g} nm" if isinstance(name, float) else str(name) for name in m.channel_names or ()]
+    channels = f", channels {', '.join(names)}" if 0 < len(names) <= 4 else f", {len(names)} channels" if names else ""
+    return f"{kind}{channels}, {'with standard uncertainties' if m.uncertainty is not None else 'no uncertainty'}"
 
 
-def _print(title: str, table: Understood, found: dict[str, str]) -> None:
+def _print(title: str, table: Understood, facts: dict[str, str], wrong: Sequence[str]) -> None:
     """Columns and facts, as tables of the terminal's width."""
+    from rich import box
     from rich.console import Console
     from rich.table import Table
     from rich.text import Text
 
-    width = max(shutil.get_terminal_size((100, 24)).columns, NARROWEST)
-    console = Console(width=width, highlight=False)
-    columns = Table(title=visible(title), title_justify="left", title_style="bold", header_style="bold")
-    columns.add_column("column", overflow="fold", ratio=3)
-    columns.add_column("meaning", overflow="fold", ratio=6)
-    columns.add_column("unit", overflow="fold", ratio=2)
-    columns.add_column("first values", overflow="fold", ratio=3)
-    columns.add_column("range", overflow="fold", ratio=2)
-    columns.add_column("missing", justify="right")
-    for column in shown_columns(table.columns):
-        columns.add_row(
-            *(Text(visible(cell), "dim" if column.meaning == "left out" else "") for cell in _cells(column))
-        )
+    console = Console(width=max(shutil.get_terminal_size((USUAL, 24)).columns, NARROWEST), highlight=False)
+    columns = Table(
+        title=Text(visible(title)), title_justify="left", title_style="bold", box=box.SIMPLE_HEAD, pad_edge=False
+    )
+    for name in ("column", "meaning", "unit", "first values", "range"):
+        columns.add_column(name, overflow="fold", min_width=20 if name == "meaning" else 0)
+    for column in shown(table.columns):
+        style = "dim" if column.meaning == "left out" else ""
+        columns.add_row(*(Text(visible(cell), style) for cell in _cells(column)))
     console.print(columns)
-    facts = Table(box=None, show_header=False, pad_edge=False)
-    facts.add_column(no_wrap=True, style="bold")
-    facts.add_column(overflow="fold")
-    for name, words in found.items():
-        suspicious = name.startswith("suspicious")
-        facts.add_row("suspicious" if suspicious else name, Text(visible(words), "red" if suspicious else ""))
-    console.print(facts)
+    below = Table(box=None, show_header=False, pad_edge=False)
+    below.add_column(no_wrap=True, style="bold")
+    below.add_column(overflow="fold")
+    for name, words in facts.items():
+        below.add_row(name, Text(visible(words)))
+    for words in wrong:
+        below.add_row("suspicious", Text(visible(words), "red"))
+    console.print(below)
 
 
-def shown_columns(columns: Sequence[Column]) -> list[Column]:
+def shown(columns: Sequence[Column]) -> list[Column]:
     """All columns, or the first and the last of many."""
-    if len(columns) <= 24:
-        return list(columns)
-    left = columns[12].__class__("...", f"{len(columns) - 16} more columns", "")
-    return [*columns[:12], left, *columns[-4:]]
+    if len(columns) <= SHOWN:
+        return [*columns]
+    return [*columns[:12], columns[0]._replace(name="...", meaning="and so on", unit="", first=()), *columns[-4:]]
 
 
 def _cells(column: Column) -> tuple[str, ...]:
     low, high = (f"{x:.4g}" for x in (column.low, column.high))
-    span = "" if math.isnan(column.low) else low if low == high else f"{low} to {high}"
-    return (
-        column.name or "(said)",
-        column.meaning,
-        column.unit,
-        ", ".join(column.first),
-        span,
-        str(column.missing or ""),
-    )
+    span = "" if not column.first or math.isnan(column.low) else low if low == high else f"{low} to {high}"
+    missing = f"{', ' if span else ''}{column.missing} missing" if column.missing else ""
+    return column.name or "(said)", column.meaning, column.unit, ", ".join(column.first), span + missing

@@ -45,19 +45,19 @@ class TabulatedFacets(Distribution):
 
     def __init__(self, theta: Any = (0.0, 0.5 * math.pi), values: Any = (1.0, 0.0)):
         try:
-            arrays = [ops.numbers(x).astype(float) for x in (theta, values)]
+            theta, values = (ops.numbers(x) for x in (theta, values))
         except (TypeError, ValueError, OverflowError) as error:
             raise ParameterError(
                 f"TabulatedFacets: not numbers: {error}; expected theta (N,) [rad] and values (N,)"
             ) from None
-        super().__init__(theta=arrays[0], values=arrays[1])
-
-    def validate(self) -> None:
-        theta, values = self.theta, self.values
         if theta.ndim != 1 or theta.shape != values.shape or len(theta) < 2:
             raise ParameterError(
                 f"TabulatedFacets: got shapes {theta.shape} and {values.shape}, expected theta (N,) and values (N,)"
             )
+        super().__init__(theta=theta.astype(float), values=values.astype(float))
+
+    def validate(self) -> None:
+        theta, values = self.theta, self.values
         if not (np.isfinite(values).all() and values.min() >= 0.0 and values.max() > 0.0):
             raise ParameterError("TabulatedFacets(values): expected finite numbers of at least 0, not all of them 0")
         if not (theta[0] >= 0.0 and theta[-1] <= 0.5 * math.pi + 1e-9 and (np.diff(theta) > 0.0).all()):

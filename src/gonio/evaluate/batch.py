@@ -77,7 +77,7 @@ def _labelled(
     special = [x for x in inputs if labels.is_named(x) or labels.is_lazy(x)]
     if len(kinds) == 1 and out is None:
         return labelled.call(lambda m, *arrays: run(kernel, kinds, m, arrays, widths), kinds, material, inputs, widths)
-    if special or any(map(labels.is_lazy, material.leaves())):
+    if special or material._lazy:
         what = "out=" if len(kinds) == 1 else "sample"
         kind = type(special[0]).__name__ if special else "Dask parameters"
         raise ArrayTypeError(f"{what} is for plain arrays; got {kind}; take x.values, or x.compute()")

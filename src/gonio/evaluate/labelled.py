@@ -11,23 +11,24 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from functools import wraps
 from inspect import signature
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
-from ..arrays import labels
+from ..arrays import LAZY, labels
 from ..arrays.kinds import SCALAR, VALUE, VECTOR
 from ..arrays.labels import COMPONENTS, Labels, is_lazy, is_named
 from ..errors import ArrayTypeError, ShapeError
 from ..formula.parametrised import Parametrised
 
+F = TypeVar("F", bound=Callable[..., Any])
 Compute = Callable[..., Sequence[Any]]
 """`(material, *arrays)` -> the results, on plain arrays."""
 
 
 def concern(material: Parametrised | None, inputs: Sequence[Any]) -> bool:
     """Whether a material, or arrays of a call, have named axes or are computed later."""
-    if material is not None and (material._labels is not None or _lazy_leaves(material)):
+    if material is not None and (material._labels is not None or material._lazy):
         return True
     return any(is_named(x) or is_lazy(x) for x in inputs)
 
@@ -104,10 +105,6 @@ def _wrapped(result: Any, kind: str, whole: Labels, m: Parametrised | None) -> A
 # Dask.
 
 
-def _lazy_leaves(m: Parametrised) -> bool:
-    return any(is_lazy(value) for value in m.leaves())
-
-
 def later(
     compute: Compute, kinds: Sequence[str], m: Parametrised | None, inputs: Sequence[Any], widths: Sequence[int]
 ) -> Sequence[Any]:
@@ -115,34 +112,24 @@ def later(
 
     Parameters are checked then.
     """
-    leaves = {} if m is None else {p: v for p, v in zip(m.leaf_paths(), m.leaves(), strict=True) if p}
-    if not any(map(is_lazy, [*inputs, *leaves.values()])):
+    if not any(map(is_lazy, inputs)) and (m is None or not m._lazy):
         return compute(m, *inputs)
-    import dask.array
-
+    leaves = {} if m is None else {p: v for p, v in zip(m.leaf_paths(), m.leaves(), strict=True) if p}
     # Maps too, that are no arrays of Dask: they are cut as those are.
     cut = {p: v for p, v in leaves.items() if is_lazy(v) or getattr(v, "ndim", 0) > 1}
     arrays = [x if is_lazy(x) else np.asarray(x, dtype=float) for x in inputs]
     channels = _channels(m)
-    signs = [f"(i{k})" if width else "()" for k, width in enumerate(widths)]
-    signs += [f"(k{k})" if v.ndim else "()" for k, v in enumerate(cut.values())]
-    results = ["(c)" if kind == VALUE and channels else "(v)" if kind == VECTOR else "()" for kind in kinds]
 
-    def block(*parts: Any) -> Any:
+    def chunk(*parts: Any) -> tuple[Any, ...]:
         here = None if m is None else _with_numbers(m, dict(zip(cut, parts[len(inputs) :], strict=True)))
-        out = compute(here, *parts[: len(inputs)])
-        return out[0] if len(kinds) == 1 else tuple(out)
+        return tuple(compute(here, *parts[: len(inputs)]))
 
-    out = dask.array.apply_gufunc(
-        block,
-        f"{','.join(signs)}->{','.join(results)}",
-        *arrays,
-        *cut.values(),
-        output_sizes={"c": channels or 1, "v": 3},
-        output_dtypes=[float] * len(kinds) if len(kinds) > 1 else float,
-        allow_rechunk=True,
-    )
-    return [out] if len(kinds) == 1 else out
+    axes = [f"i{k}" if width else "" for k, width in enumerate(widths)]
+    axes += [f"k{k}" if v.ndim else "" for k, v in enumerate(cut.values())]
+    of = ["c" if kind == VALUE and channels else "v" if kind == VECTOR else "" for kind in kinds]
+    sizes = {name: n for name, n in (("c", channels or 1), ("v", 3)) if name in of}
+    results: Sequence[Any] = LAZY.in_chunks(chunk, [*arrays, *cut.values()], axes, of, **sizes)
+    return results
 
 
 def _channels(m: Parametrised | None) -> int | None:
@@ -155,18 +142,19 @@ def _with_numbers(m: Parametrised, values: dict[str, np.ndarray]) -> Parametrise
     missing = {path: np.isnan(x) for path, x in values.items()}
     numbers = {p: np.ma.MaskedArray(x, missing[p]) if missing[p].any() else x for p, x in values.items()}
     new = m.replace({p: x for p, x in numbers.items() if not missing[p].all()})
-    return new.with_values({p: x for p, x in values.items() if missing[p].all()})
+    new = new.with_values({p: x for p, x in values.items() if missing[p].all()})
+    return new._made_of(new.__dict__, {"_lazy": False})
 
 
 # Functions.
 
 
-def takes_labels(*directions: str, angles: Sequence[str] = (), kinds: Sequence[str] = (VALUE,)) -> Callable:
+def takes_labels(*directions: str, angles: Sequence[str] = (), kinds: Sequence[str] = (VALUE,)) -> Callable[[F], F]:
     """Decorates a function: arguments of these names, directions (..., 3) and angles, may be arrays of xarray, pandas
     and Dask, and so may the parameters of the material `m`, if it takes one. `kinds`: of its results; with `error=True`
     it returns an error besides."""
 
-    def decorated(function: Callable) -> Callable:
+    def decorated(function: F) -> F:
         parameters = signature(function)
         names = (*directions, *angles)
         widths = [3] * len(directions) + [0] * len(angles)
@@ -193,6 +181,6 @@ def takes_labels(*directions: str, angles: Sequence[str] = (), kinds: Sequence[s
             results = call(compute, several, m, inputs, [widths[names.index(name)] for name in given])
             return results[0] if len(results) == 1 else tuple(results)
 
-        return wrapper
+        return wrapper  # type: ignore[return-value]
 
     return decorated

@@ -256,7 +256,7 @@ def checked(module: ModuleType, verb: str, values: Mapping[str, Any]) -> dict[st
 
 
 def of_texts(module: ModuleType, verb: str, texts: Iterable[str]) -> dict[str, Any]:
-    """The options typed as "name=value" on the command line, or "name.key=value" for an entry of a JSON object, checked.
+    """The options typed as "name=value" on the command line, or "name.key=value" for one entry of an object, checked.
 
     An entry that is given again becomes a list.
     """

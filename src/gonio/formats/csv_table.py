@@ -41,11 +41,12 @@ from ..tables.gridded import Gridded
 from ..tables.rows import ROW_ANGLES
 from ..tables.scattered import Scattered
 from ._laboratory.layout import find
+from ._laboratory.meanings import Meanings, Said, stated_incidence
 from ._laboratory.names import QUANTITIES
 from ._laboratory.names import meaning as meaning_of
 from ._laboratory.sheets import DELIMITERS, TextSheet
 from ._laboratory.suspicions import suspicions
-from ._laboratory.understanding import Said, Understood, stated_incidence, understand, understand_names
+from ._laboratory.understanding import Understood, understand
 from ._options import ABOVE_ZERO, Declared
 from ._reading import channel_words, plain_text
 from ._rows.direction_pairs import Pairs, Side, grid_of, gridded, half_circle, material
@@ -89,7 +90,8 @@ class Table(NamedTuple):
 Columns = Annotated[
     dict | Sequence[str] | None,
     Declared(
-        "what columns mean: a name of gonio -> the name in the file, or a number for an angle that no column has, as in "
+        "what columns mean: a name of gonio -> the name in the file, or a number for an angle that no column "
+        "has, as in "
         '{"theta_i": "in (deg)", "phi": 180, "ignore": "Temp"}; or names for all columns in their order'
     ),
 ]
@@ -124,8 +126,8 @@ Missing = Annotated[
 Forward = Annotated[
     int | None,
     Declared(
-        "azimuth phi of the mirror direction [degrees]: 180 as gonio counts, or 0; without azimuths 180 has theta_o of the "
-        "other sign there, 0 of the same sign as theta_i",
+        "azimuth phi of the mirror direction [degrees]: 180 as gonio counts, or 0; without azimuths 180 has "
+        "theta_o of the other sign there, 0 of the same sign as theta_i",
         words=(0, 180),
     ),
 ]
@@ -193,7 +195,7 @@ def readable(head: bytes) -> bool:
 def refusal(path: Path) -> str | None:
     """Why the names of a text file are no table's, with the option that helps; None for a table."""
     try:
-        understand_names(TextSheet(path), Said())
+        Meanings(TextSheet(path), Said())
     except FormatError as error:
         return str(error)
     return None
@@ -206,19 +208,20 @@ def understood(path: Path, side: Side = "front", **said: Any) -> Understood:
 
 def of_table(table: Understood, path: str, side: str) -> Gridded:
     """The measurement of a laboratory's table."""
+    about: dict[str, Any] = {**table.layout.notes, **described(table)}
+    about["angle_unit"] = "rad" if table.in_radians else "deg"
+    m = _material(path, dict(table.angles), table.values, about, side, stated_incidence(table.layout.text))
     for text in suspicions(table):
         warn(f"{path}: {text}", MeaningWarning)
-    about: dict[str, Any] = {**table.notes, **described(table)}
-    about["angle_unit"] = "rad" if table.in_radians else "deg"
-    return _material(path, dict(table.angles), table.values, about, side, stated_incidence(table.layout.text))
+    return m
 
 
 def described(table: Understood) -> dict[str, Any]:
     """What `about` says of a laboratory's table: its text, its columns if they have other names, what is missing."""
     names = {column.name for column in table.columns}
     about: dict[str, Any] = {}
-    if table.layout.text or table.below:
-        about["text"] = [*table.layout.text, *table.below]
+    if table.layout.text or table.numbers.below:
+        about["text"] = [*table.layout.text, *table.numbers.below]
     if not all(name.lower() in ANGLES or _VALUE.fullmatch(name) for name in names):
         about["columns"] = {
             column.name or "(said)": f"{column.meaning} [{column.unit}]" if column.unit else column.meaning

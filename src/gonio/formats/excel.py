@@ -15,8 +15,9 @@ from typing import Annotated, Any
 from ..errors import DependencyError, FormatError, ParameterError
 from ..tables.gridded import Gridded
 from . import csv_table
+from ._laboratory.meanings import Said
 from ._laboratory.sheets import CellSheet
-from ._laboratory.understanding import Said, Understood, understand
+from ._laboratory.understanding import Understood, understand
 from ._options import Declared
 from ._reading import plain_text
 from ._rows.direction_pairs import Side

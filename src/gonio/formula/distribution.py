@@ -34,15 +34,15 @@ class Distribution(Parametrised):
     @abstractmethod
     def D(self, wm: Direction) -> Any:
         """Area of facets per solid angle of their normals and per area of the surface [1/sr]."""
-        raise self.lacks("D")
+        raise self._lacks("D")
 
     def Lambda(self, w: Direction) -> Any:
         """Smith's auxiliary function of this distribution: G1 = 1/(1 + Lambda)."""
-        raise self.lacks("Lambda")
+        raise self._lacks("Lambda")
 
     def warp_normal(self, wo: Direction, u0: Any, u1: Any) -> Direction:
         """A facet normal for two uniform numbers; its density is `normal_density`."""
-        raise self.lacks("warp_normal")
+        raise self._lacks("warp_normal")
 
     def normal_density(self, wo: Direction, wm: Direction, cos_d: Any) -> Any:
         """Density [1/sr] of `warp_normal`: of the normals visible from wo, D_v = G1 D cos_d/cos(theta_o).

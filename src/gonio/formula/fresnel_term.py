@@ -22,4 +22,4 @@ class Fresnel(Parametrised):
     @abstractmethod
     def F(self, cos_theta: Any) -> Any:
         """Reflectance [1] at the cosine of the angle between direction and facet normal."""
-        raise self.lacks("F")
+        raise self._lacks("F")

@@ -34,6 +34,9 @@ class Parametrised(Value):
     _labels: Labels | None = None
     """The names of the axes of parameters, where some were given as arrays that have them: all maps have these axes."""
 
+    _lazy: bool = False
+    """Whether parameters are computed later, by Dask."""
+
     oriented: ClassVar[bool] = False
     """Whether x and y differ for this class: turning all directions about the normal may change its values."""
 
@@ -131,6 +134,8 @@ class Parametrised(Value):
             if isinstance(field, Param) and isinstance(value, np.ndarray) and np.isnan(value).any():
                 holed.add(name)
         attributes.update(_tied=tied)
+        if any(labels.is_lazy(v) or getattr(v, "_lazy", False) for v in attributes.values()):
+            attributes["_lazy"] = True
         self._lay(named)
         attributes.update(_holed=frozenset(holed), _derived={}, _kept=self._keep())
         self._check_size()
@@ -209,7 +214,7 @@ class Parametrised(Value):
         kept = {n: x for n, x in self._kept.items() if n not in values} if kept is None else kept
         attributes = self.__dict__
         if not self.is_bound:  # bound copies hold tables by names of their own
-            names = ("_tied", "_holed", "_labels", "fields", *self.fields, *self.beside)
+            names = ("_tied", "_holed", "_labels", "_lazy", "fields", *self.fields, *self.beside)
             attributes = {n: attributes[n] for n in names if n in attributes}
         return self._made_of(attributes, values, {"_kept": kept, "_derived": {}})
 
@@ -226,7 +231,7 @@ class Parametrised(Value):
     def validate(self) -> None:
         """Rules between fields; raises ParameterError. Overridden where there are any."""
 
-    def lacks(self, method: str) -> UnwrittenError:
+    def _lacks(self, method: str) -> UnwrittenError:
         """The error of a call that needs a method which the class of this value does not write."""
         kind = type(self)
         return UnwrittenError(f"{kind.__name__} has no {method}, which this needs; {_to_write(kind, method)}")

@@ -19,7 +19,7 @@ from ..base.kernels import with_holes
 from ..base.light import Light
 from ..base.reflectance import Reflectance
 from ..compile import memory
-from ..errors import ArrayTypeError, MissingDataWarning, ParameterError, ShapeError, warn
+from ..errors import ArrayTypeError, MissingDataWarning, ParameterError, warn
 from ..evaluate import batch
 from ..formula.direction import Direction
 from ..numerics.lattice import lattice
@@ -126,9 +126,9 @@ def _joined(wo: Any, lights: list[Light]) -> Any:
 
 
 def check_channels(channels: int, light: Light, lit: int) -> None:
-    """Raises ShapeError where a light of `lit` channels cannot light a material of so many."""
+    """Raises ParameterError where a light of `lit` channels cannot light a material of so many."""
     if channels != lit and 1 not in (channels, lit):
-        raise ShapeError(
+        raise ParameterError(
             f"{type(light).__name__} has {lit} channels and the material has {channels}; expected as many, or a light "
             f"of one channel such as gn.ConstantLight(1.0)"
         )

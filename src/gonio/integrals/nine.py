@@ -19,7 +19,7 @@ from .cones import Cone, Hemisphere
 from .factor_between import double_integral, single_integral
 from .factor_under_lights import factor_under
 from .illumination import as_lights, have_channels
-from .over_directions import Integral, directions, in_double, report
+from .over_directions import Integral, check_tolerance, directions, in_double, report
 from .places import Places
 from .sharing import Wanted, over_places
 
@@ -130,8 +130,7 @@ def _geometry(name: str, value: Any) -> Any:
 
 def _factor(m: Reflectance, incident: Any, to: Any, sky: Any, tolerance: float) -> Integral:
     of = _geometry("incident", incident)
-    if not 0.0 < tolerance < 1.0:
-        raise ParameterError(f"tolerance={tolerance!r}: expected a number between 0 and 1")
+    check_tolerance(tolerance)
     if sky is not None and not isinstance(of, (Cone, Hemisphere)):
         raise ParameterError(
             "incident is a direction, without room for a sky; expected Hemisphere or Cone, or a DistantLight as sky"

@@ -15,7 +15,15 @@ from ..base.angles import check_unit
 from ..base.kernels import with_holes
 from ..base.reflectance import Reflectance
 from ..compile import memory
-from ..errors import ArrayTypeError, DirectionWarning, MissingDataWarning, ShapeError, ToleranceWarning, warn
+from ..errors import (
+    ArrayTypeError,
+    DirectionWarning,
+    MissingDataWarning,
+    ParameterError,
+    ShapeError,
+    ToleranceWarning,
+    warn,
+)
 from ..evaluate import batch
 from ..formula.direction import HORIZON, NORMAL, Direction, select, served
 from ..formula.fields import Param
@@ -30,6 +38,9 @@ from .sharing import Wanted, over_places
 
 CHUNKS = (4096, 512, 64)
 """Numbers of cells that a kernel is given at a time: few, because each needs a plan of its own."""
+
+TIGHTEST = 1e-13
+"""The smallest tolerance."""
 
 TOGETHER = 8
 """Most channels that are integrated together."""
@@ -61,6 +72,7 @@ def integrate(
     `incident`: whether w is the incident direction and the integral runs over wo, or the other way round. Under a
     radiance the tolerance is relative to its mean over the hemisphere. With `error` an `Integral`.
     """
+    check_tolerance(tolerance)
     w = directions(w)
     shape = batch.full_shape(m, w.shape[:-1])
     memory.check((*shape, 3), np.float64, "an array of directions")
@@ -105,6 +117,12 @@ def mean_radiance(radiance: Radiance, count: int) -> np.ndarray:
     around = np.broadcast_to(_SIDES, (count, *_SIDES.shape))
     mean: np.ndarray = np.abs(radiance(around, np.arange(count))).mean(axis=1).max(axis=-1)
     return mean
+
+
+def check_tolerance(tolerance: float) -> None:
+    """Raises ParameterError for an error of an integral that double precision does not reach, or that says nothing."""
+    if not TIGHTEST <= tolerance < 1.0:
+        raise ParameterError(f"tolerance={tolerance!r}: expected a number between {TIGHTEST:g} and 1, such as 1e-4")
 
 
 def directions(w: Any) -> np.ndarray:

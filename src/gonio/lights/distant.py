@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any, ClassVar
 
-from ..base.light import Arrival, Light, channel_vector
+from ..base.light import Arrival, Light, channel_vector, vector_of
 from ..formula.fields import param, vector
 from ._words import Word, spectrum, towards
 
@@ -31,7 +31,7 @@ class DistantLight(Light):
     is_delta: ClassVar[bool] = True
 
     def arrival(self, position: Any) -> Arrival:
-        return Arrival(self.vector(self.direction, position), channel_vector(self.irradiance, position))
+        return Arrival(vector_of(self.direction, position), channel_vector(self.irradiance, position))
 
 
 WORDS = [

@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ..arrays import ops
-from ..base.light import Arrival, Light, channel_vector
+from ..base.light import Arrival, Light, channel_vector, vector_of
 from ..formula.fields import param, vector
 from ._words import Word, spectrum
 
@@ -34,7 +34,7 @@ class PointLight(Light):
     is_delta: ClassVar[bool] = True
 
     def arrival(self, position: Any) -> Arrival:
-        to = self.vector(self.position, position) - position
+        to = vector_of(self.position, position) - position
         r2 = (to * to).sum(-1)[..., None]
         with np.errstate(divide="ignore", invalid="ignore"):
             return Arrival(to / ops.sqrt(r2), channel_vector(self.intensity, position) / r2)

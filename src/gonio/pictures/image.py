@@ -68,7 +68,7 @@ class Image:
                 raise ShapeError(f"alpha is {alpha.shape}, expected (H, W), here {pixels.shape[:2]}")
             object.__setattr__(self, "alpha", alpha)
         if self.channels is not None:
-            several = isinstance(self.channels, (list, tuple, np.ndarray)) and np.ndim(self.channels) > 0
+            several = isinstance(self.channels, (list, tuple)) or getattr(self.channels, "ndim", 0) == 1
             names = tuple(map(str, self.channels if several else [self.channels]))
             distinct = {n for n in names if n.isprintable() and 0 < len(n.encode()) < 256} - {"A"}
             if len(distinct) != pixels.shape[2] or len(names) != pixels.shape[2]:

@@ -60,7 +60,7 @@ def _numbers(name: str, value: Any) -> Array:
     try:
         array = numbers(value)
     except ValueError as error:
-        raise ArrayTypeError(f"{name} must be real numbers, got {error}") from None
+        raise ArrayTypeError(f"{name} must be real numbers, got {error}: make it an array of floats") from None
     if array.dtype.kind not in "iuf":
         raise ArrayTypeError(f"{name} must be real numbers, got dtype {array.dtype}: convert it to float64")
     return array if array.dtype.kind == "f" and array.dtype.itemsize >= 4 else array.astype(np.float64)
@@ -126,7 +126,8 @@ def _checked(function: _F) -> _F:
         except ValueError:
             got = ", ".join(f"{name} {shape}" for name, shape in shapes.items())
             raise ShapeError(f"shapes must broadcast (axes equal or 1), got {got}: add axes of 1") from None
-        return function(*call.args, **call.kwargs)
+        with np.errstate(all="ignore"):  # of infinite and of huge numbers
+            return function(*call.args, **call.kwargs)
 
     return cast(_F, checked)
 

@@ -195,7 +195,8 @@ def _refusal(
     for line, cells in ((number, row), (number if above is None else rows[above][0], names)):
         if len(cells) > 2 and not _NUMERIC.fullmatch(cells[0]) and all(_NUMERIC.fullmatch(cell) for cell in cells[1:]):
             return FormatError(
-                f"{path}, line {line}: columns are named by numbers, {', '.join(cells[:5])}; expected one row for each pair "
+                f"{path}, line {line}: columns are named by numbers, {', '.join(cells[:5])}; expected one row "
+                f"for each pair "
                 f"of directions: bring a cross table into that form; wavelengths need their unit, '450 nm'"
             )
     if above is None:

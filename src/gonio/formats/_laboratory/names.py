@@ -95,7 +95,7 @@ ANGLE_NAMES = _aliases(
         "azimuth": "azimuth",
         "wavelength": "wavelength wavelengths lambda wl wvl",
     }
-)
+)  # fmt: skip
 
 _SIDES = (("theta_i", "direction of the light"), ("theta_o", "direction of the viewer"))
 _SCATTERED = (("theta_i", "direction of the sun or the source"), ("theta_o", "direction of the scattered light"))
@@ -122,7 +122,7 @@ _QUANTITY_NAMES = _aliases(
         "brdf * cos(theta_i)": "fcosi fcosthetai brdfcosi brdfcosthetai",
         "reflectance factor": "brf rf reflectancefactor bidirectionalreflectancefactor brfvalue brfmean brfvalues",
     }
-)
+)  # fmt: skip
 _QUANTITY_READINGS = {
     "r": (("reflectance factor", "pi f"), ("brdf", "f in a red channel")),
     **dict.fromkeys(
@@ -136,8 +136,15 @@ _QUANTITY_READINGS = {
     **dict.fromkeys(("value", "values", "data", "result", "mean", "scatter", "y"), (("brdf", "f"), ("dsf", "f cos"))),
 }
 _HARMLESS = frozenset(
-    ["no", "nr", "number", "num", "index", "idx", "id", "point", "pointno", "pointnumber", "row", "line", "time", "date", "datetime", "timestamp", "temperature", "temp", "humidity", "comment", "comments", "remark", "remarks", "note", "notes", "status", "operator", "sample", "samplename", "sampleid", "scan", "scanno", "run", "signal", "counts", "intensity", "voltage", "current", "photocurrent", "power", "dark", "darksignal", "darkcounts", "reference", "referencesignal", "gain", "integrationtime", "exposure", "elapsed", "elapsedtime", "file", "filename"]
-)
+    (
+        "no", "nr", "number", "num", "index", "idx", "id", "point", "pointno", "pointnumber", "row", "line",
+        "time", "date", "datetime", "timestamp", "temperature", "temp", "humidity", "comment", "comments",
+        "remark", "remarks", "note", "notes", "status", "operator", "sample", "samplename", "sampleid", "scan",
+        "scanno", "run", "signal", "counts", "intensity", "voltage", "current", "photocurrent", "power", "dark",
+        "darksignal", "darkcounts", "reference", "referencesignal", "gain", "integrationtime", "exposure",
+        "elapsed", "elapsedtime", "file", "filename",
+    )
+)  # fmt: skip
 _UNCERTAIN = {
     "standard": frozenset(["u", "std", "stdev", "stddev", "sd", "sigma", "deviation"]),
     "any": frozenset(["u95", "unc", "uncert", "uncertainty", "error", "err", "±", "+-"]),
@@ -150,14 +157,23 @@ _OWN = re.compile(rf"(u_)?({OWN})(?:_([^\s\[\](){{}}/]+))?", re.IGNORECASE)
 _COVERAGE = re.compile(r"(?<![a-z])k\s*=?\s*([0-9]+(?:[.,][0-9]+)?)(?![0-9a-z])", re.IGNORECASE)
 _WAVELENGTH = re.compile(r"(?<![\w.,])([0-9]+(?:[.,][0-9]+)?)[\s_]*(nm|um|μm)(?![a-z])", re.IGNORECASE)
 _BEHIND = re.compile(r"(?:\s*/\s*|\s*,\s*|\s+in\s+|[\s_]+)([^\s/_,]+|1/sr)$", re.IGNORECASE)
-_GREEK = str.maketrans({"θ": " theta", "ϑ": " theta", "φ": " phi", "ϕ": " phi", "λ": " lambda", "ρ": " rho", "σ": " sigma",
-                        "β": " beta", "Δ": " delta", "−": "-", "–": "-"})  # fmt: skip
+_GREEK = str.maketrans(
+    {
+        "θ": " theta", "ϑ": " theta", "φ": " phi", "ϕ": " phi", "λ": " lambda", "ρ": " rho", "σ": " sigma",
+        "β": " beta", "Δ": " delta", "−": "-", "–": "-",
+    }
+)  # fmt: skip
 
 
 def unit_of(text: str) -> str | None:
     """The unit of a text such as "sr⁻¹" or "Degrees"; None for another text."""
     word = unicodedata.normalize("NFKC", text.replace("º", "°")).replace("−", "-").replace("(-1)", "-1")
     return UNITS.get(re.sub(r"[\s.]+$|\s+|^\s+", "", word).lower())
+
+
+def unit_in(name: str) -> str:
+    """The unit in brackets in a name of any words, or ""."""
+    return next((unit for word in _BRACKET.findall(name) if (unit := unit_of(word))), "")
 
 
 @lru_cache(maxsize=4096)

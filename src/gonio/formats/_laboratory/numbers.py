@@ -222,7 +222,7 @@ def without_marks(path: object, layout: Layout, found: Numbers, k: int, missing:
         at = np.flatnonzero(column == mark)
         if len(at):
             raise FormatError(
-                f"{path}, line {found.lines[at[0]]}: {mark:g} in the column {layout.names[k]!r}, in {len(at)} rows: is it "
-                f"the mark of a missing value? say missing={mark:g}"
+                f"{path}, line {found.lines[at[0]]}: {mark:g} in the column {layout.names[k]!r}, in {len(at)} "
+                f"rows: is it the mark of a missing value? say missing={mark:g}"
             )
     return column

@@ -64,7 +64,7 @@ class TextSheet:
 class CellSheet:
     """A sheet of a workbook: rows of cells as texts."""
 
-    delimiters = ("\t",)
+    delimiters = ("",)
 
     def __init__(self, path: Path, content: list[list[str]]):
         self.path, self.content = path, content

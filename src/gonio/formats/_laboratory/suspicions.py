@@ -31,12 +31,13 @@ def _of_values(table: Understood) -> list[str]:
             found.append(f"reflectance factors{of} with a median of {median:.3g}: percent? say value_unit='%'")
         elif quantity != "reflectance factor" and 1.2 < math.pi * median <= 4.0 and numbers.max() < 8.0 * median:
             found.append(
-                f"values{of} with a median of {median:.3g} 1/sr, as if a surface reflected {math.pi * median:.2g} of the "
-                f"light: reflectance factors? say quantity='reflectance factor'"
+                f"values{of} with a median of {median:.3g} 1/sr, as if a surface reflected {math.pi * median:.2g} of "
+                f"the light: reflectance factors? say quantity='reflectance factor'"
             )
         elif quantity != "reflectance factor" and math.pi * median > 4.0 and numbers.max() < 8.0 * median:
             found.append(
-                f"values{of} with a median of {median:.3g} 1/sr: percent? say quantity='reflectance factor', value_unit='%'"
+                f"values{of} with a median of {median:.3g} 1/sr: percent? say quantity='reflectance factor', "
+                f"value_unit='%'"
             )
         negative = float((numbers < 0.0).mean())
         if negative > 0.2:
@@ -88,9 +89,9 @@ def _of_azimuths(table: Understood) -> list[str]:
     ahead = column[oblique & mirror]
     other = float(ahead.max()) if len(ahead) else float(np.median(level))
     if peak.max() > (2.0 if len(ahead) else 4.0) * other > 0.0:
+        there = f"near the mirror direction {other:.3g}" if len(ahead) else "and none are near the mirror direction"
         return [
-            f"values near the direction of the light reach {peak.max():.3g}, "
-            f"{f'near the mirror direction {other:.3g}' if len(ahead) else 'and none are near the mirror direction'}: are "
-            f"azimuths counted from the mirror direction? say forward=0"
+            f"values near the direction of the light reach {peak.max():.3g}, {there}: are azimuths counted from "
+            f"the mirror direction? say forward=0"
         ]
     return []

@@ -307,7 +307,8 @@ def join(rows: Iterable[Iterable[float | str]], separator: str = " ") -> Iterato
 
 
 def _block(rows: np.ndarray, separator: str) -> Iterator[str]:
-    """Lines of a few rows; last columns that hold one number each, as a spectrum at many directions, are formatted once."""
+    """Lines of a few rows; last columns that hold one number each, as a spectrum at many directions, are "
+    "formatted once."""
     bits = np.ascontiguousarray(rows, np.float64).view(np.int64)
     differing = np.flatnonzero((bits != bits[0]).any(axis=0))
     count = int(differing[-1]) + 1 if len(differing) else 1
