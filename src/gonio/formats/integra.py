@@ -237,6 +237,11 @@ def write(
 
     f cos(theta_o) stays that, other quantities become pi f. Lost: uncertainties, and the interpolation. Raises
     ParameterError for data with holes, delta lobes, maps, and channels other than one, RGB or wavelengths.
+
+    Example
+    >>> gn.save(gn.Lambertian(0.5), "white.ddr")
+    >>> print(gn.load("white.ddr").f_angles(0.3, 0.0, 0.5, 1.0).round(4))
+    0.1592
     """
     if isinstance(m, Gridded) and m.parameterisation == "specular" and resolution is None:
         table = m

@@ -241,6 +241,11 @@ def write(
     theta_o = 85 and at 89 degrees, phi_i of anisotropic materials every 30. RGB becomes XYZ (linear sRGB, D65),
     wavelengths stay. No data becomes 0. TIS is integrated.
     Raises ParameterError for a delta lobe, maps, and channels with other names.
+
+    Example
+    >>> gn.save(gn.Lambertian(0.5), "white.bsdf", format="LightTools")
+    >>> print(gn.load("white.bsdf").f_angles(0.3, 0.0, 0.5, 1.0).round(4))
+    [0.1592]
     """
     asked = (theta_i, theta_o, phi_i, phi)
     sheet = as_filed(m, Sheet, *asked, step, channel) or _tabulated(m, asked, step, channel, wavelength)

@@ -210,6 +210,11 @@ def write(
     ASymmetrical4D, every 30 degrees of rotation, if the material is anisotropic. RGB becomes XYZ (linear sRGB, D65);
     one `channel` is Monochrome. TIS is integrated (`angle_tables.totals`). Lost: the difference between 0 and no data.
     Raises ParameterError for a delta lobe, maps, and channels other than one, RGB or XYZ.
+
+    Example
+    >>> gn.save(gn.Lambertian([0.6, 0.1, 0.05]), "red.bsdf", format="Zemax")
+    >>> print(gn.load("red.bsdf").channel_names)
+    ('X', 'Y', 'Z')
     """
     angles = (aoi, radial, azimuth, rotation)
     sheet = as_filed(m, Sheet, *angles, step, channel) or _of_material(m, angles, step, channel)

@@ -86,13 +86,19 @@ def _title(m: Reflectance) -> str:
     return Path(m.path).name if isinstance(m, Measured) and m.path else repr(m)
 
 
+def check_target(path: str | Path) -> None:
+    """Raise the errors of `new_figure` for this name, before anything is computed."""
+    if Path(path).suffix.lower() not in SUFFIXES:
+        raise ParameterError(f"{path}: expected a name that ends in {', '.join(SUFFIXES)}")
+    target(path)
+    _matplotlib()
+
+
 @contextmanager
 def new_figure(path: str | Path, size: tuple[float, float], title: str) -> Iterator[Any]:
     """A figure to draw in, which is written at the end of the context."""
     path = Path(path)
-    if path.suffix.lower() not in SUFFIXES:
-        raise ParameterError(f"{path}: expected a name that ends in {', '.join(SUFFIXES)}")
-    target(path)
+    check_target(path)
     matplotlib = _matplotlib()
     from matplotlib.figure import Figure
 

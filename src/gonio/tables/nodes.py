@@ -84,10 +84,10 @@ def needed(
             nodes = _spread(x, count, around.get(name))
             low, weight, closed = _between(nodes, at[name], around.get(name))
             ends = [f(**{name: closed[low + k]}) for k in (0, 1)]
-            shares = [np.where(np.isfinite(end), w[:, None], 0.0) for end, w in zip(ends, (1.0 - weight, weight))]
+            shares = [np.where(np.isfinite(end), w[:, None], 0.0) for end, w in zip(ends, (1.0 - weight, weight), strict=True)]
             total = shares[0] + shares[1]
             with np.errstate(invalid="ignore", divide="ignore"):
-                linear = sum(share * np.nan_to_num(end) for share, end in zip(shares, ends)) / total
+                linear = sum(share * np.nan_to_num(end) for share, end in zip(shares, ends, strict=True)) / total
             if (np.abs(linear - true)[known] <= tolerance).all():
                 fewest[name] = nodes
                 break

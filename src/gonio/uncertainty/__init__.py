@@ -46,8 +46,8 @@ def with_uncertainty(
                      `white_sky_albedo`, `reflectance` and `reflectance_factor` (without a sky). GUM, JCGM 100:2008, 5.2.
       Monte Carlo    any function that returns a number or an array: it is called with `draws` tables as they may have
                      been measured, values with normally distributed errors. JCGM 101:2008.
-    u_interpolation  is rehearsed: nodes (of rows in no grid: half-planes, angles, rows) are left out, and the change of
-                     the result is scaled to the spacing that there is; beyond the outermost nodes f may go on as it
+    u_interpolation  is rehearsed: nodes (of rows in no grid: half-planes, angles, rows) are left out, and the change
+                     of the result is scaled to the spacing that there is; beyond the outermost nodes f may go on as it
                      rises or falls there, twice as fast; directions without data count by what is around them. What
                      noise alone makes of a change is taken off. See docs/uncertainty.md.
 
@@ -156,9 +156,9 @@ def _interpolation(
     if of is not None:
         return errors.interpolation(of).reshape(*at_estimate.shape, -1)
     changes = []
-    for tables in errors.rehearsal.left_out():
+    for share, tables in errors.rehearsal.left_out():
         odd, even = (np.nan_to_num(at_estimate - _numbers(function(t, *args, **named_args))) for t in tables)
-        changes += [(odd + even) / 6.0, 0.5 * (odd - even)]
+        changes += [share * (odd + even), 0.5 * (odd - even)]
     return np.stack([np.zeros(at_estimate.shape), *changes], axis=-1)
 
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from ..fixed import Array, Fixed
-from ..interface import Library
+from ..together import Together
 
 
 def _tensor(numbers: np.ndarray, dtype: Any, device: Any) -> Array:
@@ -19,7 +19,7 @@ def _tensor(numbers: np.ndarray, dtype: Any, device: Any) -> Array:
         return torch.tensor(numbers, dtype=dtype, device=device)
 
 
-class Torch(Library):
+class Torch(Together):
     @property
     def module(self) -> ModuleType:
         import torch  # torch.compile is quick with this, and slow with `sys.modules`
@@ -53,6 +53,12 @@ class Torch(Library):
 
     def broadcast(self, *arrays: Array) -> Sequence[Array]:
         return self.module.broadcast_tensors(*arrays)
+
+    def one_interval(self, nodes: Array, count: int, x: Array) -> Array:
+        return super().one_interval(nodes, count, x.contiguous())
+
+    def _listed(self, numbers: Sequence[float], like: Array) -> Array:
+        return self.module.tensor(numbers, dtype=like.dtype, device=like.device)
 
     def merge_channels(self, value: Array, how: str) -> Array:
         if not isinstance(value, self.module.Tensor):

@@ -107,7 +107,7 @@ def _uncommented(row: list[str], numbered: Row) -> list[str]:
     """The cells of a line of names that was made a comment, as NumPy does it."""
     if len(row) == 1 and row[0].lstrip().startswith("#") and not _COMMENT.fullmatch(row[0].strip()):
         line = row[0].lstrip().lstrip("#").strip()
-        for d in DELIMITERS.values():
+        for d in DELIMITERS:
             parts = line.split(d) if d != "  " else re.split(r"\s{2,}", line)
             if len(parts) > 1:
                 return [part.strip().strip('"') for part in (line.split() if d == " " else parts)]

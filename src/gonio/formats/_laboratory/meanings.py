@@ -11,7 +11,7 @@ from ...tables.angle_systems import ANGLES
 from .._reading import plain_text
 from .layout import find
 from .names import IGNORE, QUANTITIES, UNCERTAINTY, VALUE, WAVELENGTH, Meaning, meaning, unit_in
-from .sheets import DELIMITERS, CellSheet, TextSheet
+from .sheets import NAMED, CellSheet, TextSheet
 
 
 class Said(NamedTuple):
@@ -57,7 +57,7 @@ class Meanings:
 
     def __init__(self, sheet: TextSheet | CellSheet, said: Said):
         self.path, self.said = sheet.path, said
-        self.layout = find(sheet, said.columns, said.skip, DELIMITERS.get(said.delimiter or "", said.delimiter))
+        self.layout = find(sheet, said.columns, said.skip, NAMED.get(said.delimiter or "", said.delimiter))
         self.names = self.layout.names
         self.remarks: list[str] = []
         self.constants: dict[str, float] = {}

@@ -17,8 +17,11 @@ CHUNK = 2**20
 COLUMNS = 2**16
 """Largest number of columns."""
 
-DELIMITERS = {"semicolon": ";", "tab": "\t", "comma": ",", "bar": "|", "columns": "  ", "blank": " "}
-"""Name -> delimiter, in the order in which they are tried; "  ": names are two blanks apart, numbers any."""
+DELIMITERS = (";", "\t", ",", "|", "  ", " ")
+"""What is between cells, in the order in which it is tried; "  ": names are two blanks apart, numbers any."""
+
+NAMED = {"tab": "\t", "blank": " "}
+"""Words for delimiters that do not show."""
 
 Row = tuple[int, list[str]]
 
@@ -26,7 +29,7 @@ Row = tuple[int, list[str]]
 class TextSheet:
     """A text file; rows are its lines, cells are between delimiters, quoted or not."""
 
-    delimiters = tuple(DELIMITERS.values())
+    delimiters = DELIMITERS
 
     def __init__(self, path: Path, text: str | None = None):
         self.path = path

@@ -235,6 +235,11 @@ def write(
     `.anisotropicbsdf` has one channel, or the one named by `channel`. Shares are the integrals of the tables. No data
     becomes 0. Raises ParameterError for a delta lobe, maps, channels without wavelengths, or an anisotropic material in
     a `.brdf`.
+
+    Example
+    >>> gn.save(gn.Lambertian(0.5), "white.brdf", format="Speos")
+    >>> print(gn.load("white.brdf").f_angles(0.3, 0.0, 0.5, 1.0).round(4))
+    [0.1592]
     """
     path = Path(path)
     anisotropic = path.suffix.lower() == ".anisotropicbsdf"
