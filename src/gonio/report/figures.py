@@ -200,7 +200,12 @@ def _polar(host: Any, m: Reflectance, slices: list[Slice]) -> None:
     axes.set_rlim(bottom, top)
     decades = range(bottom + 1, math.floor(top) + 1)
     decades = decades[:: max(1, -(-len(decades) // 3))]  # more labels would touch in small figures
-    axes.set_rgrids(list(decades), [f"$10^{{{d}}}$" for d in decades], angle=-90, fontsize=8)
+    radii, labels = list(decades), [f"$10^{{{d}}}$" for d in decades]
+    if not radii:  # all within one decade
+        values = [x for x in (0.2, 0.5, 1.0, 2.0, 5.0) if bottom < math.log10(x) + bottom + 1.0 < top]
+        radii = [math.log10(x) + bottom + 1.0 for x in values]
+        labels = [f"{x * 10.0 ** (bottom + 1):g}" for x in values]
+    axes.set_rgrids(radii, labels, angle=-90, fontsize=8)
 
 
 def _size(s: Slice) -> float:
