@@ -851,7 +851,7 @@ def test_apertures_that_make_no_sense(whole):
     for call, text in (
         (lambda: gn.repair.aperture_averaged(whole, 5.0), "are these degrees"),
         (lambda: gn.repair.aperture_averaged(whole, -0.1), "expected a half-angle"),
-        (lambda: gn.repair.aperture_averaged(whole, (0.1, 0.1, 0.1)), "expected a number or (a number, a number)"),
+        (lambda: gn.repair.aperture_averaged(whole, (0.1, 0.1, 0.1)), "expected a number or \\(a number, a number\\)"),
         (lambda: gn.repair.aperture_averaged(whole, 0.1, horizon="cut"), "'visible', 'full'"),
         (lambda: gn.repair.aperture_averaged(whole, 0.1, rings=0), "1 to 64"),
         (lambda: gn.repair.aperture_removed(whole, 0.1, method="wiener"), "'van_cittert'"),

@@ -255,8 +255,9 @@ def _batch(m: Reflectance, wi: np.ndarray, wo: np.ndarray, detector: Any, source
         visible = np.where(w[..., 2] > HORIZON, projected, 0.0)
         whole = (visible if horizon == "visible" else projected).sum(axis=1, keepdims=True)
         weights.append(visible / np.maximum(whole, 1e-12))
-    weight = (weights[0][:, :, None] * weights[1][:, None, :]).reshape(len(wi), 1, -1)
-    f = evaluated(m, lit[:, :, None], seen[:, None, :]).reshape(len(wi), weight.shape[-1], -1)
+    points = len(source[1]) * len(detector[1])
+    weight = (weights[0][:, :, None] * weights[1][:, None, :]).reshape(len(wi), 1, points)
+    f = evaluated(m, lit[:, :, None], seen[:, None, :]).reshape(len(wi), points, m.channels or 1)
     hole = np.isnan(f)
     if not hole.any():
         return (weight @ f)[:, 0]
