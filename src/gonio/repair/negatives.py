@@ -10,7 +10,6 @@ from ..errors import ParameterError
 from ..tables.gridded import Gridded
 from ._cells import Cells
 
-
 LARGEST = 1e6
 """The largest floor [1/sr]: a mirror's lobe of 1 mrad."""
 
