@@ -278,6 +278,8 @@ BAD = [
     ("render gold -o a.png -l distant:45", "THETA,PHI"),
     ("render gold -o a.png -l constant:1,2", "channels"),
     ("show gold -o a.gif", ".png, .jpg, .pdf, .svg"),
+    ("check gold --plot a.gif", ".png, .jpg, .pdf, .svg"),
+    ("check gold --plot nowhere/a.png", "does not exist"),
     ("show gold -o nowhere/a.png", "does not exist"),
     ("convert gold a.xyz", "'.xyz'"),
     ("convert gold a.binary --format foo", "'foo'"),
