@@ -49,6 +49,7 @@ _ON_USE = {
     "Cone": "integrals.cones",
     "Hemisphere": "integrals.cones",
     "reflected_radiance": "integrals.illumination",
+    "remote_sensing": "",
     "check": "laws",
     "with_uncertainty": "uncertainty",
     "expression": "catalogue.expressions",

@@ -178,7 +178,7 @@ def _words(kind: Any) -> str:
         return f"a dictionary from {_words(inner[0])} to {_words(inner[1])}"
     if origin is not None:
         return f"a list of which each is {_words(inner[0])}"
-    return NOUNS.get(kind) or getattr(kind, "noun", "anything" if kind is Any else f"a {kind.__name__}")
+    return NOUNS.get(kind) or str(getattr(kind, "noun", "anything" if kind is Any else f"a {kind.__name__}"))
 
 
 def _advice(kind: Any, value: Any) -> str:

@@ -13,7 +13,7 @@ from places import PACKAGE, ROOT
 ROOMS = (
     *("", "numerics", "radiometry", "trace", "arrays", "compile", "pictures"),
     *("formula", "evaluate", "base"),
-    *("distributions", "models", "lights", "tables", "integrals", "formats"),
+    *("distributions", "models", "lights", "tables", "integrals", "remote_sensing", "formats"),
     *("conversion", "repair", "uncertainty", "laws", "scenes"),
     *("catalogue", "bridges", "report", "cli"),
 )

@@ -60,7 +60,13 @@ class Frame(NamedTuple):
 
 
 class HalfDifferenceAngles(NamedTuple):
-    """Rusinkiewicz' four angles [rad] of pairs of directions."""
+    """Rusinkiewicz' four angles [rad] of pairs of directions.
+
+    Example
+    >>> a = gn.half_difference(gn.direction(0.5, 0.0), gn.direction(0.3, np.pi))
+    >>> print(a.theta_h.round(4), a.theta_d.round(4))
+    0.1 0.4
+    """
 
     theta_h: Any
     phi_h: Any
@@ -230,9 +236,9 @@ def from_half_difference(theta_h: Any, phi_h: Any, theta_d: Any, phi_d: Any) -> 
         if (library := ops.library_of_type(type(x))) not in (None, lib):
             lib, like = library, x
             break
-    angles = (x if ops.library_of_type(type(x)) is lib else lib.convert(x, like) for x in given)
-    theta_h, phi_h, theta_d, phi_d = angles = tuple(angles)
+    angles = [x if ops.library_of_type(type(x)) is lib else lib.convert(x, like) for x in given]
     ops.broadcast_shape([lib.shape(x) for x in angles], ", ".join(named))
+    theta_h, phi_h, theta_d, phi_d = angles
     pair = components.from_half_difference(theta_h, theta_d, phi_d, phi_h)
     return lib.stack(pair[0]), lib.stack(pair[1])
 

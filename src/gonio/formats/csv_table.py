@@ -425,6 +425,11 @@ def write(m: Reflectance, path: Path, resolution: Resolution = None) -> None:
 
     Angles are degrees if these read back as the same numbers, else radians. Texts and numbers of `about` are kept, as
     texts. Raises ParameterError for delta lobes, maps, and channels whose names do not fit into those of columns.
+
+    Example
+    >>> gn.save(gn.tabulate(gn.Lambertian(0.5), "angles", resolution=(4, 4, 6)), "white.csv")
+    >>> print(gn.load("white.csv").f_angles(0.3, 0.0, 0.5, 1.0).round(4))
+    0.1592
     """
     table = table_of(m, resolution)
     options = {"outside": table.outside}

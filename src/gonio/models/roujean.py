@@ -47,7 +47,7 @@ class Roujean(PowerCosine):
     }
 
     def formula(self, wi: Direction, wo: Direction) -> Any:
-        return (self.k0 + self.k1 * _blocks(wi, wo) + self.k2 * _leaves(wi, wo)) * (1.0 / math.pi)
+        return (self.k0 + self.k1 * roujean_geometric(wi, wo) + self.k2 * roujean_volumetric(wi, wo)) * (1.0 / math.pi)
 
     def exponent(self, wo: Direction) -> Any:
         return 0.0
@@ -58,8 +58,8 @@ class Roujean(PowerCosine):
         return ops.maximum(white_sky, 0.1 * (self.k0 + spread)) + 0.0 * wo.z
 
 
-def _blocks(wi: Direction, wo: Direction) -> Any:
-    """f1."""
+def roujean_geometric(wi: Direction, wo: Direction) -> Any:
+    """f1 = ((pi - phi) cos(phi) + sin(phi)) t_i t_o/(2 pi) - (t_i + t_o + |t_i - t_o|)/pi: blocks and their shadows."""
     ti, to = Direction(wi.x / wi.z, wi.y / wi.z, 0.0), Direction(wo.x / wo.z, wo.y / wo.z, 0.0)
     along, across = dot(ti, to), ops.absolute(ti.x * to.y - ti.y * to.x)
     product2 = along * along + across * across
@@ -71,7 +71,7 @@ def _blocks(wi: Direction, wo: Direction) -> Any:
     return product * sin_minus_x_cos(delta) * (0.5 / math.pi) - paths * (1.0 / math.pi)
 
 
-def _leaves(wi: Direction, wo: Direction) -> Any:
-    """f2."""
+def roujean_volumetric(wi: Direction, wo: Direction) -> Any:
+    """f2 = 4/(3 pi) ((pi/2 - xi) cos(xi) + sin(xi))/(cos(theta_i) + cos(theta_o)) - 1/3: leaves."""
     xi = phase_angle(wi, wo)
     return (4.0 / (3.0 * math.pi)) * scattering_by_leaves(xi) / (wi.z + wo.z) - 1.0 / 3.0

@@ -91,7 +91,7 @@ def aperture_averaged(
     2.568 2.362
     """
     cells = Cells(m)
-    blur = _Blur(m, detector, source, horizon, rings)
+    blur = _Blur(cells.m, detector, source, horizon, rings)
     f = blur(cells.f)
     u = None if cells.u is None else blur(cells.u)
     before = cells.f[cells.up]
@@ -145,7 +145,7 @@ def aperture_removed(
     cells = Cells(m)
     if method == "richardson_lucy" and (cells.f[cells.up] < 0.0).any():
         raise ParameterError("method='richardson_lucy': some f are negative; use 'van_cittert', or repair them first")
-    blur = _Blur(m, detector, source, horizon, rings)
+    blur = _Blur(cells.m, detector, source, horizon, rings)
     f, steps, (first, last) = _sharpened(cells, cells.f, blur, method, iterations, cells.u)
     figures: dict[str, float] = {"steps": steps, "residual_before": first, "residual": last}
     u = None
