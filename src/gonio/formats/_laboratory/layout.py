@@ -91,12 +91,12 @@ def _candidates(
         if skip is not None and number <= skip:
             continue
         row = _uncommented(row, rows[at])
-        known, angle, value = 0, False, False
+        known, angle, value = 0, bool(wanted), False
         for cell in row:
             of = meaning(cell) if cell else Meaning()
             named = cell.lower() in wanted
             known += named or of.key not in ("", IGNORE)
-            angle = angle or named or of.key in (*ANGLES, WAVELENGTH, "angle")
+            angle = angle or named or of.key in (*ANGLES, "angle")
             value = value or named or (bool(of.key) and of.key not in (*ANGLES, WAVELENGTH, "angle", IGNORE))
         if skip is not None:
             if any(row):
@@ -201,11 +201,12 @@ def _refusal(
     above = next((k for k in range(at - 1, -1, -1) if any(rows[k][1]) and rows[k][0] > (skip or 0)), None)
     names = [cell for cell in _uncommented(rows[above][1], rows[above]) if cell] if above is not None else []
     for line, cells in ((number, row), (number if above is None else rows[above][0], names)):
-        if len(cells) > 2 and not is_numeric(cells[0]) and all(is_numeric(cell) for cell in cells[1:]):
+        words = [cell for cell in cells if not is_numeric(cell)]
+        named = len(words) == 1 or any(meaning(word).key for word in words)
+        if words[:1] == cells[:1] and len(cells) > len(words) + 1 and named:
             return FormatError(
-                f"{path}, line {line}: columns are named by numbers, {', '.join(cells[:5]):.60}; expected one row "
-                f"for each pair "
-                f"of directions: bring a cross table into that form; wavelengths need their unit, '450 nm'"
+                f"{path}, line {line}: columns are named by numbers, {', '.join(cells):.60}; expected one row for "
+                f"each pair of directions: bring a cross table into that form; wavelengths need their unit, '450 nm'"
             )
     if above is None:
         what = f"begins with numbers in line {number}, {shown!r}"
