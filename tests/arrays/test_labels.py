@@ -69,9 +69,12 @@ def test_albedos_keep_axes():
     blue = gn.blue_sky_albedo(matte, SUN, xarray.DataArray([0.0, 1.0], dims="x"))
     assert blue.dims == black.dims
     np.testing.assert_allclose(blue, black, rtol=1e-4)
-    value, error = gn.albedo(matte, gn.direction(SUN, 0.0), error=True)
-    xarray.testing.assert_allclose(value, black)
-    assert error.dims == ("time", "y", "x")
+    both = gn.albedo(matte, gn.direction(SUN, 0.0), error=True)
+    xarray.testing.assert_allclose(both.value, black)
+    assert both.error.dims == ("time", "y", "x")
+    to_all = gn.reflectance(matte, gn.Cone(UP, 0.1), gn.Hemisphere())
+    assert to_all.dims == ("y", "x", "band")
+    np.testing.assert_allclose(to_all, white, rtol=1e-4)
 
 
 def test_series_are_arrays_of_one_axis():
@@ -79,6 +82,8 @@ def test_series_are_arrays_of_one_axis():
     f = gn.RossLi().f_angles(angles, 0.0, 0.0, 0.0)
     assert f.to_series().index.tolist() == ["a", "b"]
     assert gn.Lambertian(pandas.Series([0.1, 0.2])).f(UP, UP).dims == ("row",)
+    for m in (angles * gn.Lambertian(0.5), gn.Lambertian(0.5) * angles):
+        np.testing.assert_allclose(m.f(UP, UP), [0.05 / np.pi, 0.25 / np.pi])
 
 
 def test_missing_numbers_stay_missing():

@@ -70,24 +70,6 @@ def interval(nodes: Array, count: int, x: Array) -> Array | None:
     return None if search is None else search(nodes, count, x)
 
 
-def interpolated(
-    table: Array, places: Sequence[Array], weights: Sequence[Array], steps: Sequence[int]
-) -> Sequence[Array]:
-    """The sums of weight * table[place + step] over places, one for each step."""
-    together = _one("interpolated", *places, *weights)
-    sums = None if together is None else together(table, places, weights, steps)
-    if sums is not None:
-        return sums
-    totals = []
-    for step in steps:
-        total: Any = None
-        for place, weight in zip(places, weights, strict=True):
-            term = weight * take(table, place + step)
-            total = term if total is None else total + term
-        totals.append(total)
-    return totals
-
-
 def network(layers: Sequence[tuple[Array, Array, int]], x: Sequence[Array], chosen: Array) -> Array:
     """Output number `chosen` of a network with max(., 0) between its layers, for inputs x: components, or numbers.
 

@@ -60,7 +60,13 @@ class Frame(NamedTuple):
 
 
 class HalfDifferenceAngles(NamedTuple):
-    """Rusinkiewicz' four angles [rad] of pairs of directions."""
+    """Rusinkiewicz' four angles [rad] of pairs of directions.
+
+    Example
+    >>> a = gn.half_difference(gn.direction(0.5, 0.0), gn.direction(0.3, np.pi))
+    >>> print(a.theta_h.round(4), a.theta_d.round(4))
+    0.1 0.4
+    """
 
     theta_h: Any
     phi_h: Any

@@ -379,6 +379,7 @@ class Reflectance(Parametrised):
             raise ArrayTypeError(f"a reflectance divided by {number!r:.60}: {error}") from None
 
     __array_ufunc__ = None  # np.float64(0.4) * m is ours to compute
+    __pandas_priority__ = 5000  # and so is Series * m, whose own is 3000
 
 
 class Scaled(Reflectance):

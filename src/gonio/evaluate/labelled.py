@@ -163,7 +163,10 @@ def takes_labels(*directions: str, angles: Sequence[str] = (), kinds: Sequence[s
         def wrapper(*args: Any, **kwargs: Any) -> Any:
             if not any(isinstance(x, Parametrised) or is_named(x) or is_lazy(x) for x in (*args, *kwargs.values())):
                 return function(*args, **kwargs)
-            bound = parameters.bind(*args, **kwargs)
+            try:
+                bound = parameters.bind(*args, **kwargs)
+            except TypeError:
+                return function(*args, **kwargs)  # Python's own words about the number and names of arguments
             bound.apply_defaults()
             m = bound.arguments.get("m")
             m = m if isinstance(m, Parametrised) else None
@@ -172,14 +175,19 @@ def takes_labels(*directions: str, angles: Sequence[str] = (), kinds: Sequence[s
             if not concern(m, inputs):
                 return function(*args, **kwargs)
 
+            kind: list[Any] = []
+
             def compute(m: Parametrised | None, *arrays: Any) -> Sequence[Any]:
                 changed = dict(zip(given, arrays, strict=True)) | ({} if m is None else {"m": m})
                 result = function(**(bound.arguments | changed))
+                kind.append(type(result))
                 return result if isinstance(result, tuple) else [result]
 
             several = (*kinds, SCALAR) if bound.arguments.get("error") else kinds
             results = call(compute, several, m, inputs, [widths[names.index(name)] for name in given])
-            return results[0] if len(results) == 1 else tuple(results)
+            if len(results) == 1:
+                return results[0]
+            return kind[0]._make(results) if kind and hasattr(kind[0], "_make") else tuple(results)
 
         return wrapper  # type: ignore[return-value]
 

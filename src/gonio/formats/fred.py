@@ -159,7 +159,7 @@ def _tabulated(m: Reflectance, asked: tuple, step: float | None, channel: Any) -
     else:
         theta_i, theta_o, phi, phi_i = asked
         isotropic = phi_i is None and m.is_isotropic()
-        usual = default_angles(step, not isotropic)
+        usual = default_angles(m, step, not isotropic)
         grid = [
             theta_i or usual.theta_i,
             phi_i or ([0.0] if isotropic else usual.turns),

@@ -244,7 +244,7 @@ def _axes(m: Reflectance, angles: tuple, step: float | None) -> dict[str, np.nda
     """Nodes [rad] about the mirror direction over the whole circle, from angles of the file [degrees]."""
     aoi, radial, azimuth, rotation = angles
     anisotropic = rotation is not None or not m.is_isotropic()
-    usual, step = default_angles(step, anisotropic), step or USUAL
+    usual, step = default_angles(m, step, anisotropic), step or USUAL
     theta_i = aoi or usual.theta_i
     last = min(180.0, 90.0 + theta_i[-1])
     fine = [step * x for x in (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.8, 1.25, 1.5, 1.75)]

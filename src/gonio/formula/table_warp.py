@@ -55,18 +55,16 @@ def both(outer: Slices, inner: Slices, count: int) -> Slices:
 
 def gather(table: Any, at: Slices, size: int, index: Any) -> Any:
     """Entry `index` of the interpolated table; a table has `size` entries."""
-    (entry,) = _entries(table, at, size, index, (0,))
-    return entry
+    return _weighted(table, [(number * size, weight) for number, weight in at], index)
 
 
-def _entries(table: Any, at: Slices, size: int, index: Any, steps: Sequence[int]) -> Sequence[Any]:
-    """Entries index + step of the interpolated table, for several steps."""
-    return _weighted(table, [(number * size + index, weight) for number, weight in at], steps)
-
-
-def _weighted(table: Any, places: Slices, steps: Sequence[int]) -> Sequence[Any]:
-    numbers, weights = zip(*places, strict=True)
-    return ops.interpolated(table, numbers, weights, steps)
+def _weighted(table: Any, starts: Slices, index: Any) -> Any:
+    total: Any = None
+    for start, weight in starts:
+        entry = ops.take(table, start + index)
+        term = entry if type(weight) is float and weight == 1.0 else weight * entry
+        total = term if total is None else total + term
+    return total
 
 
 def bilinear(table: Any, at: Slices, shape: tuple[int, int], x: Any, y: Any, plane: Any = 0, planes: int = 1) -> Any:
@@ -77,7 +75,9 @@ def bilinear(table: Any, at: Slices, shape: tuple[int, int], x: Any, y: Any, pla
     rows, columns = shape
     (row, v), (column, u) = _cell(y, rows), _cell(x, columns)
     first = plane * (rows * columns) + (row * columns + column)
-    v00, v01, v10, v11 = _entries(table, at, planes * rows * columns, first, (0, 1, columns, columns + 1))
+    v00, v01, v10, v11 = (
+        gather(table, at, planes * rows * columns, first + step) for step in (0, 1, columns, columns + 1)
+    )
     return _lerp(_lerp(v00, v01, u), _lerp(v10, v11, u), v)
 
 
@@ -104,9 +104,9 @@ class MarginalWarp(NamedTuple):
         size = rows * columns
         (row, v), (column, u) = _cell(y, rows), _cell(x, columns)
         first = row * columns + column
-        v00, v01, v10, v11 = _entries(self.density, at, size, first, (0, 1, columns, columns + 1))
+        v00, v01, v10, v11 = (gather(self.density, at, size, first + k) for k in (0, 1, columns, columns + 1))
         left, right = _lerp(v00, v10, v), _lerp(v01, v11, v)
-        below, above = _entries(self.conditional, at, size, column * rows + row, (0, 1))
+        below, above = (gather(self.conditional, at, size, column * rows + row + k) for k in (0, 1))
         before = _lerp(below, above, v)
         low, high = self._row_totals(at, row)
         total = _lerp(low, high, v)
@@ -121,20 +121,20 @@ class MarginalWarp(NamedTuple):
         rows, columns = self.shape
         size = rows * columns
         # What the searches look up at every step is prepared outside them: they take most of the time.
-        row, row_start = _last(rows - 1, lambda k: gather(self.marginal, at, 1, k * self.number) < sy, sy)
+        row, row_start = _last(rows - 1, lambda k: _weighted(self.marginal, at, k * self.number) < sy, sy)
         low, high = self._row_totals(at, row)
-        v = _invert_segment((sy - gather(self.marginal, at, 1, row * self.number)) * (rows - 1.0), low, high)
+        v = _invert_segment((sy - _weighted(self.marginal, at, row * self.number)) * (rows - 1.0), low, high)
         edges = ((0, 1.0 - v), (1, v))
         starts_x = [(number * size + row + k, w * weight) for number, weight in at for k, w in edges]
         wanted = sx * _lerp(low, high, v)
 
         def reached(k: Any) -> Any:
-            return _weighted(self.conditional, [(start + k * rows, weight) for start, weight in starts_x], (0,))[0]
+            return _weighted(self.conditional, starts_x, k * rows)
 
         column, column_start = _last(columns - 1, lambda k: reached(k) < wanted, wanted)
         first = row * columns + column
         cells = [(number * size + first + k * columns, w * weight) for number, weight in at for k, w in edges]
-        left, right = _weighted(self.density, cells, (0, 1))
+        left, right = (_weighted(self.density, cells, k) for k in (0, 1))
         before = reached(column)
         u = _invert_segment((wanted - before) * (columns - 1.0), left, right)
         return (column_start + u) * (1.0 / (columns - 1)), (row_start + v) * (1.0 / (rows - 1))
@@ -142,7 +142,7 @@ class MarginalWarp(NamedTuple):
     def _row_totals(self, at: Slices, row: Any) -> tuple[Any, Any]:
         rows, columns = self.shape
         end = (columns - 1) * rows
-        low, high = _entries(self.conditional, at, rows * columns, end + row, (0, 1))
+        low, high = (gather(self.conditional, at, rows * columns, end + row + k) for k in (0, 1))
         return low, high
 
 

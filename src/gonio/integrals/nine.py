@@ -14,6 +14,7 @@ from ..base.light import Light
 from ..base.reflectance import Reflectance
 from ..errors import ParameterError
 from ..evaluate import batch
+from ..evaluate.labelled import takes_labels
 from ..numerics.quadrature import Integrals
 from .cones import Cone, Hemisphere
 from .factor_between import double_integral, single_integral
@@ -24,6 +25,7 @@ from .places import Places
 from .sharing import Wanted, over_places
 
 
+@takes_labels()
 @checked
 def reflectance(
     m: Reflectance,
@@ -73,6 +75,7 @@ def reflectance(
     return Integral(R.value * share, R.error * share) if error else R.value * share
 
 
+@takes_labels()
 @checked
 def reflectance_factor(
     m: Reflectance,

@@ -70,9 +70,13 @@ class Torch(Together):
         return self.convert(a, like), self.convert(b, like)
 
     def op_maximum(self, a: Array, b: Array) -> Array:
+        if isinstance(b, (int, float)):
+            return a.clamp(min=b)
         return self.module.maximum(*self._pair(a, b))
 
     def op_minimum(self, a: Array, b: Array) -> Array:
+        if isinstance(b, (int, float)):
+            return a.clamp(max=b)
         return self.module.minimum(*self._pair(a, b))
 
     def op_arctan2(self, y: Array, x: Array) -> Array:
@@ -80,6 +84,9 @@ class Torch(Together):
 
     def op_power(self, x: Array, y: Array) -> Array:
         return self.module.pow(x, y)
+
+    def op_take(self, table: Array, index: Array) -> Array:
+        return self.module.take(table, index) if isinstance(index, self.module.Tensor) else table[index]
 
     def op_to_index(self, x: Array) -> Array:
         return self.module.nan_to_num(x, 0.0, 0.0, 0.0).long()
