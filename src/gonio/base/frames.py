@@ -10,7 +10,7 @@ import numpy as np
 from ..arguments import checked
 from ..arrays import LIBRARIES, ops
 from ..arrays.kinds import SCALAR, VECTOR
-from ..errors import ArrayTypeError, DirectionError, ShapeError
+from ..errors import ArrayTypeError, DirectionError, ParameterError, ShapeError, shown
 from ..evaluate.labelled import takes_labels
 from ..formula import direction as components
 from ..formula.direction import Direction, cross, dot, select
@@ -172,6 +172,9 @@ def refract(w: Any, wm: Any, eta: Any) -> Any:
     """
     lib, (w, wm) = vectors(w=w, wm=wm)
     eta = numbers_of("eta", eta)
+    known = eta if isinstance(eta, float) else ops.library(eta).known(eta)
+    if known is not None and np.any(known <= 0.0):
+        raise ParameterError(f"eta={shown(eta)}: expected a ratio of refractive indices, above 0")
     if not isinstance(eta, float):
         eta = lib.convert(eta, w)
 

@@ -12,6 +12,7 @@ from ..arrays import ops
 from ..base.angles import check_angle, direction, numbers_of
 from ..base.reflectance import Reflectance
 from ..errors import ParameterError
+from ..evaluate import batch
 from ..evaluate.labelled import takes_labels
 from .nine import reflectance
 from .over_directions import integrate
@@ -100,7 +101,8 @@ def blue_sky_albedo(m: Reflectance, theta: Any, diffuse_fraction: Any, phi: Any 
         d = np.array(-1.0)
     if ((d < 0.0) | (d > 1.0)).any():
         raise ParameterError(f"diffuse_fraction={diffuse_fraction!r:.60}: expected the sky's share of light, in [0, 1]")
-    ops.broadcast_shape([np.shape(x) for x in (theta, phi, d)], "theta, phi, diffuse_fraction")
+    shapes = [*map(np.shape, (theta, phi, d)), batch.full_shape(m, ())]
+    ops.broadcast_shape(shapes, "theta, phi, diffuse_fraction and parameters")
     black, white = black_sky_albedo(m, theta, phi, tolerance), white_sky_albedo(m, tolerance)
     if m.channels is not None:
         d = d[..., None]

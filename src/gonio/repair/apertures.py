@@ -74,7 +74,7 @@ def through_aperture(
     a, b = (np.broadcast_to(w, (*shape, 3)).reshape(-1, 3) for w in (wi, wo))
     expect_one_of(HORIZONS, "horizon", horizon)
     mean = _through(m, a, b, _points(detector, rings), _points(source, rings), horizon)
-    return mean.reshape(shape) if m.channels is None else mean.reshape(*shape, -1)
+    return mean.reshape(shape) if m.channels is None else mean.reshape(*shape, m.channels)
 
 
 @checked
