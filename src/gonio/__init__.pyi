@@ -10,6 +10,7 @@ from .formula.classes import Array
 from .version import __version__ as __version__
 from . import errors as errors
 from . import radiometry as radiometry
+from . import remote_sensing as remote_sensing
 from . import repair as repair
 from . import roughness as roughness
 from .base.angles import angles as angles

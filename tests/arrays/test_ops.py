@@ -26,6 +26,7 @@ from gonio.arrays import Fixed, ops
 from gonio.base import kernels
 from gonio.evaluate import tracing
 from gonio.evaluate.interpret import evaluate
+from gonio.formula.table_warp import bracket
 from gonio.trace.derive import gradient
 from gonio.trace.graph import BINARY, COMPARISONS, LOGIC, UNARY, Graph
 
@@ -328,3 +329,16 @@ def test_take_and_to_index(own, dtype):
     np.testing.assert_array_equal(own.numpy(ops.take(lib.fixed(ENTRIES, like), index + 0)), ENTRIES.numbers[whole])
     reals = own.numpy(own.array(np.zeros(8), dtype) + 1.0 * index)[:6]  # an index beside reals is one
     np.testing.assert_array_equal(reals, whole[:6])
+
+
+@each_dtype
+@pytest.mark.parametrize("count", [2, 6, 40])
+def test_brackets(own, dtype, count):
+    """The nodes around x by a library's own search, or comparing: linear interpolation is NumPy's."""
+    nodes = np.cumsum(np.random.default_rng(count).uniform(0.1, 1.0, count)).astype(dtype)
+    x = np.concatenate([np.linspace(-1.0, nodes[-1] + 1.0, 31), nodes]).astype(dtype)
+    like = own.array(np.zeros((len(x), 3)), dtype)
+    around = bracket(ops.library(like).fixed(Fixed(nodes), like), count, own.array(x, dtype))
+    table = ops.library(like).fixed(Fixed(nodes**2), like)
+    found = sum(weight * ops.take(table, place) for place, weight in around)
+    np.testing.assert_allclose(own.numpy(found), np.interp(x, nodes, nodes**2), rtol=50.0 * UNITS[dtype])

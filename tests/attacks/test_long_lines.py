@@ -15,6 +15,7 @@ from seeds import SEEDS
 import gonio as gn
 from gonio import errors
 from gonio.formats import csv_table
+from gonio.formats._laboratory import sheets
 from gonio.formats._reading import plain_text
 from gonio.formats.window_xml import xml_document
 
@@ -52,7 +53,7 @@ def loaded(path: Path, room: int) -> str:
 def table(columns: int, rows: int = 2) -> str:
     """A CSV table of so many channels."""
     names = ["theta_i", "theta_o", "phi", *(f"f_{k}nm" for k in range(400, 397 + columns))]
-    numbers = "\n".join(",".join([*angles, *["0.5"] * (columns - 3)]) for angles in ROWS[:rows])
+    numbers = "\n".join(",".join([*angles, *["0.25"] * (columns - 3)]) for angles in ROWS[:rows])
     return ",".join(names) + "\n" + numbers + "\n"
 
 
@@ -232,6 +233,6 @@ def test_running_out_of_memory_while_a_file_is_read_is_an_error_of_ours(tmp_path
     def full(*args, **more):
         raise MemoryError
 
-    monkeypatch.setattr(plain_text.Lines, "rows", full)
+    monkeypatch.setattr(sheets.TextSheet, "rows", full)
     with pytest.raises(gn.errors.TooLargeError, match=r"a\.csv: a CSV file that takes more memory than there is"):
         gn.load(path)

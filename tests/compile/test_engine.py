@@ -21,7 +21,7 @@ from gonio.compile.threads import share
 from gonio.evaluate import interpret, planning, tracing
 from gonio.evaluate.interpret import evaluate
 from gonio.formula.direction import Direction
-from gonio.formula.fields import param
+from gonio.formula.fields import option, param, table
 from gonio.trace.derive import gradient
 from gonio.trace.graph import INDEX, MASK, REAL, Graph
 from gonio.trace.symbol import Symbol
@@ -170,6 +170,32 @@ def test_random_graphs(seed, monkeypatch):
             np.testing.assert_array_equal(got[ok], expected)
         else:
             np.testing.assert_allclose(got[ok], expected, rtol=1e-7, atol=1e-280)
+
+
+class _Entries(gn.Reflectance):
+    """The sum of the first entries of a table, each times a power of a cosine."""
+
+    numbers = table("numbers")
+    count = option("3", "100", doc="how many")
+
+    def __init__(self, numbers, count="3"):
+        self._set({"numbers": numbers, "count": count})
+
+    def formula(self, wi, wo):
+        total = 0.0 * wi.z
+        for k in range(int(self.count)):
+            total = total * wo.z + ops.take(self.numbers, k)
+        return total
+
+
+@pytest.mark.parametrize("count", [3, 100])
+def test_entries_at_constant_places(count):
+    """Few are read before the loops, many where they are used; those of a table that is too short, never."""
+    numbers, wo = np.random.default_rng(count).uniform(size=count), gn.direction([0.1, 0.7], 0.0)
+    found = _Entries(numbers, str(count)).f(wo, wo)
+    np.testing.assert_allclose(found, np.polyval(numbers, wo[:, 2]), rtol=1e-14)
+    with pytest.raises(IndexError):
+        _Entries(numbers[:-1], str(count)).f(wo, wo)
 
 
 @pytest.mark.parametrize("dtype", DTYPES)

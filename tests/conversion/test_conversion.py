@@ -3,6 +3,7 @@
 import json
 import math
 import os
+import re
 
 import numpy as np
 import pytest
@@ -203,17 +204,23 @@ def test_unknown_options_of_readers_are_named(tmp_path):
 # Reports.
 
 
+def densest_albedo_change(m, made, last=80.0):
+    w = gn.direction(np.radians(np.arange(0.0, last + 0.1, 0.5)), 0.3)
+    before, after = (gn.albedo(x, w).reshape(len(w), -1) for x in (m, made))
+    return np.abs(after - before).max()
+
+
 def test_the_report_says_what_was_measured(tmp_path):
     report = gn.convert(RGB, tmp_path / "a.bsdf", "RGL", resolution=16, theta_i=7)
     wi, wo = comparison.lattice_pairs(comparison.PAIRS)
     off = np.abs(report.made.f(wi, wo) / RGB.f(wi, wo) - 1.0)
-    assert report.error.mean == pytest.approx(off.mean()) and report.error.largest == pytest.approx(off.max())
+    assert report.error.mean == pytest.approx(off.mean())
+    assert off.max() <= report.error.largest < 1.5 * off.max()
     assert report.error.high == pytest.approx(np.quantile(off, 0.99))
     theta_i, theta_o, phi = report.error.at
     again = np.abs(report.made.f_angles(theta_i, 0.0, theta_o, phi) / RGB.f_angles(theta_i, 0.0, theta_o, phi) - 1.0)
     assert again.max() == pytest.approx(report.error.largest, rel=1e-6)
-    w = gn.direction(np.radians(comparison.INCIDENCE), 0.3)
-    assert report.error.albedo == pytest.approx(np.abs(gn.albedo(report.made, w) - gn.albedo(RGB, w)).max(), abs=2e-3)
+    assert report.error.albedo == pytest.approx(densest_albedo_change(RGB, report.made), rel=0.05)
     assert list(report.lost) == ["formula"] and report.gained == {}
     finer = gn.convert(RGB, tmp_path / "a.bsdf", "RGL", resolution=32, theta_i=13)
     assert finer.error.mean < 0.5 * report.error.mean
@@ -246,9 +253,67 @@ def test_losses_are_listed(tmp_path):
     assert "one became 3" in conversion_as_text(report) and "operator" in str(report)
 
 
+def grid(step, last=85.0, m=GRAY):
+    theta, phi = np.radians(np.arange(0.0, last + 0.1, step)), np.radians(np.arange(0.0, 360.0, 2.0 * step))
+    at = np.meshgrid(theta, theta, phi, indexing="ij")
+    axes = {"theta_i": theta, "theta_o": theta, "phi": phi}
+    return gn.Gridded("angles", axes, m.f_angles(at[0], 0.0, at[1], at[2]))
+
+
+def test_changes_are_found_between_the_nodes(tmp_path):
+    """At the incidences of old probes, every 20 degrees, the file's nodes are the source's."""
+    m, path = grid(7.5, 82.5), tmp_path / "a.bsdf"
+    error = gn.convert(m, path, "Zemax").error
+    true = densest_albedo_change(m, gn.load(path), 82.5)
+    assert 0.8 * true < error.albedo < 1.05 * true
+    wi, wo = comparison.lattice_pairs(1 << 18)
+    off = np.abs(gn.load(path).f(wi, wo) / m.f(wi, wo) - 1.0)
+    assert np.nanmax(off) <= 1.2 * error.largest
+    assert math.degrees(error.albedo_at[0]) <= 82.5 + 1e-9
+
+
+@pytest.mark.parametrize("format", ["RGL", "Zemax", "LightTools", "Integra", "ASTM", "CSV"])
+def test_a_measurement_keeps_its_incidences(format, tmp_path):
+    theta = np.radians([0.0, 8.0, 23.0, 45.0])
+    axes = {"theta_i": theta, "radial": np.radians([0.0, 5.0, 40.0, 100.0]), "azimuth": np.radians([0.0, 90.0, 180.0])}
+    about_the_mirror = gn.Gridded("specular", axes, np.full((4, 4, 3), 0.2), mirrored=True)
+    gn.save(about_the_mirror, tmp_path / "a", format)
+    nodes = load(tmp_path / "a").axes["theta_i"]
+    np.testing.assert_allclose(nodes, theta, atol=1e-6)
+
+
+def test_files_without_names_of_channels_are_compared_in_order(tmp_path):
+    """ALTA keeps none: of 31 wavelengths nothing but their names is lost."""
+    m = gn.material("gold", wavelengths=[*np.linspace(400.0, 700.0, 31)]).replace({"distribution.alpha": 0.4})
+    report = gn.convert(m, tmp_path / "a.alta", "ALTA", resolution=(9, 9, 18))
+    assert report.error.mean < 0.05 and set(report.lost) == {"formula", "channels"}
+    unnamed = gn.convert(gn.Lambertian(np.linspace(0.1, 0.9, 31)), tmp_path / "a.csv")
+    assert unnamed.error.mean < 1e-12 and set(unnamed.lost) == {"formula"}
+
+
+@pytest.mark.parametrize("format", ["CSV", "ASTM", "BiRD", "ALTA", "netCDF", "SSDD"])
+def test_what_no_angle_changes_takes_few_nodes(format, tmp_path):
+    class Spectrum(gn.Lambertian):
+        channel_names = tuple(np.linspace(350.0, 2500.0, 300).tolist())
+
+    report = gn.convert(Spectrum(np.linspace(0.1, 0.9, 300)), tmp_path / "a", format)
+    assert report.made.valid.size <= 300 * (2 * 2 * 36 if format == "netCDF" else 2**3)  # as some pairs are below
+    assert report.error.largest < 1e-9 and report.error.albedo < 1e-3
+
+
 def test_holes_that_open_are_reported(tmp_path):
     report = gn.convert(gn.Lambertian(0.5), tmp_path / "a.binary")
     assert "data" in report.lost and "have none now" in report.lost["data"]
+    assert "beyond the file's nodes" in report.lost["data"]
+
+
+def test_holes_of_negative_values_have_a_cause_and_a_cure(tmp_path):
+    f = np.where(np.random.default_rng(1).random((18, 18, 36)) < 0.03, -0.1, 0.03)
+    m = grid(5.0).with_brdf(f)
+    lost = gn.convert(m, tmp_path / "a.binary").lost["data"]
+    assert re.search(r"; (2\.\d|3(\.\d)?) % of the values are negative", lost) and "remove_negatives(m)" in lost
+    mended = gn.convert(gn.repair.remove_negatives(m), tmp_path / "a.binary").lost["data"]
+    assert "negative" not in mended and "beyond the file's nodes" in mended
 
 
 @pytest.mark.parametrize(

@@ -385,6 +385,11 @@ BAD = {
         {},
         "columns are named by numbers.*one row for each pair",
     ),
+    "wavelengths without a unit": (
+        table(("theta_i", "theta_o", "phi", "450", "550"), cells=lambda i, o, phi, f: (i, o, phi, f, f)),
+        {},
+        "columns are named by numbers, theta_i, theta_o, phi, 450, 550; .* wavelengths need their unit, '450 nm'",
+    ),
     "two incidences": (
         table(("AOI", "theta_i", "phi", "f")),
         {},
@@ -461,6 +466,19 @@ def test_what_looks_wrong_is_said(tmp_path, name):
     text, says = SUSPICIOUS[name]
     with pytest.warns(MeaningWarning, match=says):
         gn.load(file_of(tmp_path, text, "export.csv"))
+
+
+def test_one_incidence_that_the_reader_states(tmp_path):
+    above = "Angle of incidence: 30 deg\n"
+    text = table(("theta_r", "phi", "BRDF"), above=above, pairs=PAIRS[15:30], cells=lambda i, o, phi, f: (o, phi, f))
+    m = gn.load(file_of(tmp_path, text), columns={"theta_i": 30})
+    np.testing.assert_allclose(at(m, 30.0, 0.0, 25.0, 180.0), truth(30.0, 25.0, 180.0))
+    assert m.about["columns"]["(said)"] == "theta_i: polar angle of the light, of all rows [deg]"
+
+
+def test_a_spectrum_without_angles_is_no_table_of_directions(tmp_path):
+    m = gn.load(file_of(tmp_path, "wavelength (nm);reflectance\n400;0.3\n500;0.3\n"))
+    assert m.format == "reflectance spectrum"
 
 
 def test_workbooks_need_openpyxl(tmp_path, monkeypatch):

@@ -43,6 +43,14 @@ def test_neural_is_the_network(evaluation):
     np.testing.assert_allclose(m.f(wi, wo), expected, rtol=1e-9, atol=1e-12)
 
 
+def test_neural_on_every_library(library):
+    """Matrix products of the libraries that have them; with channels one by one (Dr.Jit), too."""
+    m, wi, wo = random_network(), directions(20, 1), directions(20, 2)
+    expected = [forward(m, a, b) for a, b in zip(wi, wo, strict=True)]
+    found = library.numpy(library.whole(m.f)(library.array(wi), library.array(wo)))
+    np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-12)
+
+
 @pytest.mark.parametrize("name", NETWORKS)
 def test_neural_real_files_are_like_published_fits_of_the_same_materials(name, monkeypatch):
     switch_off(monkeypatch)  # the kernel of a network takes longer to compile than all this to compute

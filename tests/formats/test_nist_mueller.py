@@ -28,6 +28,9 @@ def test_mueller_rows(tmp_path):
     assert m.mueller.shape == (3, 4, 4)
     np.testing.assert_allclose(m.mueller[0, 0, :3], 0.265 * np.array([1.0, 0.01, 0.02]))
     assert m.mueller[2, 3, 2] == pytest.approx(0.14 * 0.32)
+    other = m.replace(outside="missing")
+    assert type(other) is type(m) and other.outside == "missing" and other.path == m.path
+    assert other.mueller is m.mueller and other.provenance == m.provenance and np.array_equal(other.stored, m.stored)
 
 
 def test_wavelengths_of_mueller_rows_are_channels(tmp_path):

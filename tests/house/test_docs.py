@@ -236,3 +236,22 @@ def test_the_commands_of_the_readme_work_in_a_clone(line, tmp_path):
 
 def test_the_readme_shows_commands():
     assert len(commands()) > 8
+
+
+def test_pictures_of_models_differ_and_none_is_black():
+    """Each shows the point of its model: the example in its docstring, under `Looks`, is chosen so."""
+    image = pytest.importorskip("PIL.Image")
+    small = {}
+    for path in sorted((ROOT / "docs" / "models" / "pictures").iterdir()):
+        with image.open(path) as picture:
+            assert picture.size == (768, 348), f"{path.name}: drawn by an older gonio: python3 dev.py docs --pictures"
+            small[path.stem] = np.asarray(picture.convert("RGB").resize((96, 44)), dtype=float)
+    for name, codes in small.items():
+        sphere = codes[12:32, 10:30]
+        assert np.quantile(sphere, 0.98) > 40.0, f"{name}: black; let Looks begin with a brighter example"
+    names = list(small)
+    table = np.stack([small[name].ravel() for name in names])
+    for k, name in enumerate(names):
+        apart = np.abs(table[k] - table[k + 1 :]).mean(axis=1)
+        alike = [names[k + 1 + j] for j in np.flatnonzero(apart < 1.0)]
+        assert not alike, f"{name} and {alike[0]} are the same picture; let the Looks of one begin with another example"

@@ -75,6 +75,10 @@ def text(thing: Any) -> str:
     return inspect.cleandoc(thing.__doc__ or "") if isinstance(thing, derived) else discover.docstring(thing)
 
 
+def example(thing: Any) -> str:
+    return discover.labelled(text(thing), ["Example"]).get("Example", "")
+
+
 def things() -> dict[str, Any]:
     every = dict(public())
     classes = [value for value in every.values() if isinstance(value, type)]
@@ -84,21 +88,26 @@ def things() -> dict[str, Any]:
     return dict(sorted(every.items()))
 
 
+def formats() -> dict[str, Any]:
+    """What formats read and write with, where there is an example: some write nothing but what they have read."""
+    pairs = ((m, verb) for m in gn.formats().values() for verb in ("read", "write") if hasattr(m, verb))
+    return {f"{m.__name__}.{verb}": getattr(m, verb) for m, verb in pairs if example(getattr(m, verb))}
+
+
 THINGS = things()
-
-
-def example(thing: Any) -> str:
-    return discover.labelled(text(thing), ["Example"]).get("Example", "")
 
 
 def test_every_public_thing_has_an_example():
     assert [name for name, thing in THINGS.items() if ">>> " not in example(thing)] == []
 
 
-@pytest.mark.parametrize("name", [name for name, thing in THINGS.items() if example(thing)])
+RUN = {name: thing for name, thing in THINGS.items() if example(thing)} | formats()
+
+
+@pytest.mark.parametrize("name", RUN)
 def test_example(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, uncompiled: None, classes: object) -> None:
     monkeypatch.chdir(tmp_path)
-    test = doctest.DocTestParser().get_doctest(example(THINGS[name]), {"gn": gn, "np": np}, name, None, 0)
+    test = doctest.DocTestParser().get_doctest(example(RUN[name]), {"gn": gn, "np": np}, name, None, 0)
     shown: list[str] = []
     doctest.DocTestRunner(verbose=False).run(test, out=shown.append)
     assert not shown, "".join(shown)

@@ -257,3 +257,10 @@ def test_mitsuba_shows_the_same(mi, m, bsdf):
     ours = gn.render(m, light, size=size, samples=2048).pixels
     theirs, ours = (x[3:13, 3:13].reshape(2, 5, 2, 5, 3).mean(axis=(1, 3)) for x in (theirs, ours))
     np.testing.assert_allclose(ours, theirs, rtol=1e-2)
+
+
+def test_lobes_without_channels_are_turned_into_rgb_with_those_that_have_some():
+    gold, coat = gn.material("gold", wavelengths=[450.0, 550.0, 650.0]), gn.Microfacet(gn.GGX(0.3), 0.9)
+    alike = gn.Microfacet(gn.GGX(0.3), [0.9, 0.9, 0.9])
+    pictures = [gn.render(gold + lobe, gn.ConstantLight(1.0), size=8, samples=4).pixels for lobe in (coat, alike)]
+    np.testing.assert_allclose(*pictures, rtol=1e-5)

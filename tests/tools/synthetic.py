@@ -13,7 +13,7 @@ import gonio as gn
 NOISE = (0.0, 0.0, 0.002, 0.01, 0.05)
 """Relative standard uncertainties of the values; of 0 nothing is stated."""
 
-KINDS = {"grid": 0.4, "mirrored grid": 0.4, "rows in half-planes": 0.1, "rows anywhere": 0.1}
+KINDS = {"grid": 0.46, "mirrored grid": 0.46, "rows in half-planes": 0.04, "rows anywhere": 0.04}
 """Kinds of measurements, and their shares."""
 
 
@@ -57,6 +57,11 @@ def synthetic(number: int) -> Synthetic:
         int(rng.choice([2, 4, 6, 8, 12, 18, 24, 36])),
     )
     noise, last = float(rng.choice(NOISE)), float(rng.choice([60.0, 75.0, 80.0, 85.0]))
+    return measured(rng, of, kind, step, planes, noise, last)
+
+
+def measured(rng: Any, of: Any, kind: str, step: float, planes: int, noise: float, last: float) -> Synthetic:
+    """The measurement of a surface by angles in steps up to the last [degrees], in a number of half-planes."""
     made = _grid if "grid" in kind else _rows
     return Synthetic(of, made(rng, of, kind, step, planes, noise, last), kind, step, planes, noise)
 
@@ -104,10 +109,10 @@ class Result(NamedTuple):
     size: np.ndarray
 
 
-def results(number: int, made: Synthetic, sky: bool = True) -> Iterator[Result]:
-    """Albedos at 3 angles, if `sky` the white-sky albedo, f at 8 pairs of directions off the nodes."""
+def results(number: int, made: Synthetic, sky: bool = True, angles: int = 3) -> Iterator[Result]:
+    """Albedos at some angles, if `sky` the white-sky albedo, f at 8 pairs of directions off the nodes."""
     rng = np.random.default_rng([number, 1])
-    wi = gn.direction(np.radians([0.0, *(70.0 * rng.random(2))]), 0.0)
+    wi = gn.direction(np.radians([*(70.0 * rng.random(2)), 0.0][:angles]), 0.0)
     sides = [gn.direction(np.radians(75.0) * np.sqrt(rng.random(8)), 2.0 * math.pi * rng.random(8)) for _ in range(2)]
     yield _result("albedo", gn.albedo, made, wi)
     if sky:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
 
@@ -51,6 +52,47 @@ take = _elementary(
 )
 to_index = _elementary("to_index", "Whole number for `take`; NaN and infinity become 0.")
 stop_gradient = _elementary("stop_gradient", "The value, as a constant for differentiation.")
+
+
+def _one(name: str, *arrays: Array) -> Callable[..., Array] | None:
+    """What the library of these arrays has as one operation, if it has it (see `together`)."""
+    for x in arrays:
+        lib = library_of_type(type(x))
+        if lib is not None:
+            return getattr(lib, f"one_{name}", None)
+    return None
+
+
+def interval(nodes: Array, count: int, x: Array) -> Array | None:
+    """The interval of `count` increasing nodes that x is in, from 0, the nearest outside; None where the library of x
+    has no search of its own."""
+    search = _one("interval", x)
+    return None if search is None else search(nodes, count, x)
+
+
+def network(layers: Sequence[tuple[Array, Array, int]], x: Sequence[Array], chosen: Array) -> Array:
+    """Output number `chosen` of a network with max(., 0) between its layers, for inputs x: components, or numbers.
+
+    Layers are (kernel, bias, width), kernels flat, by input and neuron. `chosen` is a whole number, or one for each
+    channel.
+    """
+    together = _one("network", *x)
+    if together is not None:
+        return together(layers, x, chosen)
+    *inner, last = layers
+    for layer in inner:
+        x = [maximum(_neuron(layer, x, j), 0.0) for j in range(layer[2])]
+    return _neuron(last, x, chosen)
+
+
+def _neuron(layer: tuple[Array, Array, int], x: Sequence[Array], j: Any) -> Array:
+    """Weighted sum of the inputs, and the bias."""
+    kernel, bias, width = layer
+    total = take(bias, j)
+    for i, value in enumerate(x):
+        if not (isinstance(value, float) and value == 0.0):
+            total = total + take(kernel, j + i * width) * value
+    return total
 
 
 def clip(x: Array, low: Array, high: Array) -> Array:

@@ -66,12 +66,23 @@ class Light(Parametrised):
         raise self._lacks("arrival")
 
     def in_numpy(self) -> Self:
-        """The same light with all numbers as NumPy arrays, without derivatives by them."""
+        """The same light with all numbers as NumPy arrays, without derivatives by them.
+
+        Example
+        >>> sun = gn.DistantLight([0, 0, 1], irradiance=1000.0)
+        >>> print(sun.in_numpy() == sun)
+        True
+        """
         other = {name: ops.to_numpy(x) for name, x in self._of_libraries()}
         return self._changed(other) if other else self
 
     def like(self) -> Any:
-        """A number of this light that is an array of another library than NumPy; None where there is none."""
+        """A number of this light that is an array of another library than NumPy; None where there is none.
+
+        Example
+        >>> print(gn.DistantLight([0, 0, 1], irradiance=1000.0).like())
+        None
+        """
         return next((x for _, x in self._of_libraries()), None)
 
     def _of_libraries(self) -> Iterator[tuple[str, Any]]:

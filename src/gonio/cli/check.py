@@ -74,9 +74,9 @@ def check(
     from ..laws import check as check_laws
 
     if plot is not None:
-        from ..files import target
+        from ..report.figures import check_target
 
-        target(plot)
+        check_target(plot)
     m = read_material(material, replaced)
     title = title_of(material, replaced) if as_json else visible(title_of(material, replaced))
     with bar("checking") as progress:

@@ -161,7 +161,7 @@ def _print(title: str, table: Understood, facts: dict[str, str], wrong: Sequence
         title=Text(visible(title)), title_justify="left", title_style="bold", box=box.SIMPLE_HEAD, pad_edge=False
     )
     for name in ("column", "meaning", "unit", "first values", "range"):
-        columns.add_column(name, overflow="fold", min_width=20 if name == "meaning" else 0)
+        columns.add_column(name, overflow="fold")
     for column in shown(table.columns):
         style = "dim" if column.meaning == "left out" else ""
         columns.add_row(*(Text(visible(cell), style) for cell in _cells(column)))

@@ -34,11 +34,11 @@ def show(
 
     Curves of a measurement end where its data end; points are measured values, with bars of two uncertainties.
     """
-    from ..files import target
+    from ..report.figures import check_target
     from ..report.figures import show as draw
 
     start = time.perf_counter()
-    target(output)
+    check_target(output)
     m = options.read_material(material, replaced)
     sources = options.read_lights(lights)
     chosen = options.bands_of(bands)

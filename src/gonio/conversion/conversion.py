@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import bisect
 import math
 import os
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -16,7 +18,9 @@ from ..base.provenance import ORIGIN, in_words
 from ..base.reflectance import Reflectance
 from ..formats import load, save, writer
 from ..pictures.colour import RELATIVE_XYZ, XYZ, rgb_of
-from .comparison import Channels, ResamplingError, lattice_pairs, resampling_error
+from ..tables.gridded import Gridded
+from ..tables.nodes import channels_named
+from .comparison import Channels, ResamplingError, lattice_pairs, pairs_for, resampling_error
 
 
 @dataclass(frozen=True)
@@ -30,7 +34,7 @@ class Conversion:
     made       the file, read again
 
     Example
-    >>> report = gn.convert(gn.Lambertian(0.5), "white.xml", format="WINDOW XML")
+    >>> report = gn.convert(gn.Lambertian(0.5), "white.xml", format="WINDOW XML", basis="quarter")
     >>> print(report.format)
     WINDOW XML
     """
@@ -49,7 +53,7 @@ class Conversion:
         """As JSON data, without `made`; angles in radians.
 
         Example
-        >>> report = gn.convert(gn.Lambertian(0.5), "white.xml", format="WINDOW XML")
+        >>> report = gn.convert(gn.Lambertian(0.5), "white.xml", format="WINDOW XML", basis="quarter")
         >>> print(report.to_json()["format"])
         WINDOW XML
         """
@@ -61,7 +65,7 @@ class Conversion:
         """The report as pairs of a word and a text.
 
         Example
-        >>> report = gn.convert(gn.Lambertian(0.5), "white.xml", format="WINDOW XML")
+        >>> report = gn.convert(gn.Lambertian(0.5), "white.xml", format="WINDOW XML", basis="quarter")
         >>> print(report.rows()[0][0])
         error
         """
@@ -80,18 +84,28 @@ def _error_rows(error: ResamplingError | None) -> list[tuple[str, str]]:
         return [("error", "cannot be said: no pair of directions has data on both sides")]
     if error.largest == 0.0 and error.albedo == 0.0:
         return [("error", "none")]
-    theta_i, theta_o, phi = np.degrees(error.at)
-    mean, high, largest = map(percent, error[:3])
+    theta_i, theta_o, phi = map(degrees, error.at)
+    mean, high, largest = map(_share, error[:3])
     return [
-        ("error", f"{mean} of f on average, {high} at the 99th percentile,"),
-        ("", f"{largest} at most, at theta_i {theta_i:.0f}°, theta_o {theta_o:.0f}°, phi {phi:.0f}°"),
-        ("albedo", f"changed by {error.albedo:.1g} at most"),
+        ("error", f"{mean} f on average, {high} f at the 99th percentile,"),
+        ("", f"{largest} f at most, at theta_i {theta_i}, theta_o {theta_o}, phi {phi}"),
+        ("albedo", f"changed by {error.albedo:.2g} at most, at theta_i {degrees(error.albedo_at[0])}"),
     ]
 
 
 def labelled(label: str, texts: dict[str, str]) -> list[tuple[str, str]]:
     """A row for each text, the first one with the label."""
     return [("" if k else label, f"{name}: {text}") for k, (name, text) in enumerate(texts.items())]
+
+
+def degrees(angle: float) -> str:
+    """An angle [rad] in degrees, with a digit behind the point where it has one."""
+    return f"{round(math.degrees(angle), 1):g}°"
+
+
+def _share(x: float) -> str:
+    """A share of f: in percent, or how many times f it is."""
+    return f"{percent(x)} of" if x < 10.0 else f"{x:.2g} times"
 
 
 def percent(x: float) -> str:
@@ -103,11 +117,12 @@ def percent(x: float) -> str:
 def convert(m: Reflectance, path: str | os.PathLike, format: str | None = None, **options: Any) -> Conversion:
     """Save a reflectance in a format, load it again, and report changes and losses.
 
-    `format` and `options` as for `gonio.save`. The report is measured at 32768 pairs of directions with cosines above
-    0.1, and in albedos. Raises what `save` raises; then nothing is written.
+    `format` and `options` as for `gonio.save`. The report is measured: `ResamplingError` says where. f is compared at
+    32768 pairs of directions, at fewer of more than 64 channels (`pairs_for`). Raises what `save` raises; then nothing
+    is written.
 
     Example
-    >>> report = gn.convert(gn.Lambertian(0.5), "white.xml", format="WINDOW XML")
+    >>> report = gn.convert(gn.Lambertian(0.5), "white.xml", format="WINDOW XML", basis="quarter")
     >>> print(report.format, gn.albedo(gn.load("white.xml"), [0, 0, 1]).round(3))
     WINDOW XML 0.5
     """
@@ -116,7 +131,7 @@ def convert(m: Reflectance, path: str | os.PathLike, format: str | None = None, 
     save(m, path, module.NAME, **options)
     made = load(path)
     names = _names(m), _names(made)
-    compared = _colours(*names) or _common(*names)
+    compared = _colours(*names) or _common(*names) or _in_order(*names)
     lost, gained = _differences(m, made)
     return Conversion(
         material=repr(m),
@@ -141,7 +156,7 @@ def _names(m: Reflectance) -> tuple | None:
     count = m.channels or 1
     if m.channel_names is not None or count == 1:
         return m.channel_names
-    return ("R", "G", "B") if count == 3 else tuple(range(count))
+    return channels_named(count)
 
 
 COLOURS = {("R", "G", "B"), XYZ, RELATIVE_XYZ}
@@ -159,17 +174,28 @@ def _common(before: tuple | None, after: tuple | None) -> tuple[Channels, Channe
     """Numbers of the channels to compare: of equal names, or a single one with all; None if there are none."""
     if before is None or after is None or 1 in (len(before), len(after)):
         return list(range(len(before or (0,)))), list(range(len(after or (0,))))
-    pairs = [(i, k) for i, name in enumerate(before) if (k := _place(name, after)) is not None]
+    pairs = [(i, k) for i, k in enumerate(_places(before, after)) if k is not None]
     return ([i for i, _ in pairs], [k for _, k in pairs]) if pairs else None
 
 
-def _place(name: Any, names: tuple) -> int | None:
-    """The number of a channel among others; wavelengths agree to the digits of single precision."""
-    for i, other in enumerate(names):
-        numbers = isinstance(name, (int, float)) and isinstance(other, (int, float))
-        if name == other or (numbers and math.isclose(name, other, rel_tol=1e-6)):
-            return i
-    return None
+def _in_order(before: tuple | None, after: tuple | None) -> tuple[Channels, Channels] | None:
+    """All channels, of files that keep no names: the first with the first, if there are as many; else None."""
+    return (None, None) if len(before or ()) == len(after or ()) else None
+
+
+def _places(names: Sequence, others: Sequence) -> list[int | None]:
+    """The numbers of channels among others; wavelengths agree to the digits of single precision."""
+    exact = {other: i for i, other in reversed([*enumerate(others)])}
+    numbers = sorted((other, i) for other, i in exact.items() if isinstance(other, (int, float)))
+    return [exact[name] if name in exact else _nearest(name, numbers) for name in names]
+
+
+def _nearest(name: Any, numbers: list[tuple[float, int]]) -> int | None:
+    if not isinstance(name, (int, float)):
+        return None
+    at = bisect.bisect(numbers, (name, 0))
+    near = [i for other, i in numbers[max(at - 1, 0) : at + 1] if math.isclose(name, other, rel_tol=1e-6)]
+    return near[0] if near else None
 
 
 def _differences(m: Reflectance, made: Reflectance) -> tuple[dict[str, str], dict[str, str]]:
@@ -201,7 +227,7 @@ def _channels(before: tuple | None, after: tuple | None, lost: dict[str, str], g
         return
     if {before, after} <= COLOURS:
         return
-    gone = [name for name in before or () if _place(name, after or ()) is None]
+    gone = [name for name, k in zip(before or (), _places(before or (), after or ()), strict=True) if k is None]
     if gone:
         shown = ", ".join(f"{x:g}" if isinstance(x, float) else str(x) for x in gone[:6])
         kept = "one without a name" if after is None else f"{len(after)}"
@@ -209,9 +235,36 @@ def _channels(before: tuple | None, after: tuple | None, lost: dict[str, str], g
 
 
 def _holes(m: Reflectance, made: Reflectance, lost: dict[str, str], gained: dict[str, str]) -> None:
-    wi, wo = lattice_pairs(1 << 15, 1e-3)
-    before, after = (np.isfinite(x.f(wi, wo)).reshape(len(wi), -1).all(axis=-1) for x in (m, made))
+    wi, wo = lattice_pairs(pairs_for(m, made), 1e-3)
+    f, after = (x.f(wi, wo).reshape(len(wi), -1) for x in (m, made))
+    before, after = np.isfinite(f).all(axis=-1), np.isfinite(after).all(axis=-1)
     if filled := float((~before & after).mean()):
         lost["holes"] = f"{percent(filled)} of all pairs of directions had no data and have values now"
-    if opened := float((before & ~after).mean()):
-        lost["data"] = f"{percent(opened)} of all pairs of directions had a value and have none now"
+    if (opened := before & ~after).any():
+        text = f"{percent(float(opened.mean()))} of all pairs of directions had a value and have none now"
+        lost["data"] = f"{text}{_why(m, f, opened, np.minimum(wi, wo)[:, 2])}"
+
+
+def _why(m: Reflectance, f: np.ndarray, opened: np.ndarray, lowest: np.ndarray) -> str:
+    """The cause of holes (n,) that a file has and its source f (n, C) has not, and the cure, as far as they are known.
+
+    `lowest`: the smaller cosine of each pair.
+    """
+    below = (f < 0.0).any(axis=-1)
+    if below.any() and (opened[below].mean() > 0.9 or below[opened].mean() > 0.5):
+        share = percent(float((_values(m) < 0.0).mean()))
+        return (
+            f"; {share} of the values are negative, which the format cannot hold, and what is interpolated from one is "
+            f"lost with it: convert gonio.repair.remove_negatives(m) in its place, which says what that changes"
+        )
+    if (highest := float(lowest[opened].max())) < math.cos(math.radians(75.0)):
+        return (
+            f", all with a direction more than {degrees(math.acos(highest))} from the normal: beyond the file's nodes"
+        )
+    return ""
+
+
+def _values(m: Reflectance) -> np.ndarray:
+    """The numbers of a measurement that are known; f at spread pairs of others."""
+    values = m.stored if isinstance(m, Gridded) else m.f(*lattice_pairs(pairs_for(m)))
+    return values[np.isfinite(values)]

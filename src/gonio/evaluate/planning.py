@@ -104,8 +104,11 @@ def _of_pattern(key: tuple[Any, ...], material: Parametrised, dtype: np.dtype) -
     pattern = _PATTERNS.get((key, content(material).structure, shapes)) if shapes else None
     if pattern is None:
         return None
-    arrays = _parameters(pattern.trace, material, dtype, pattern.as_axis)
-    return _remembered(key, material, renewed(pattern.plan, arrays, _tables(pattern.trace, material, dtype)))
+    arrays, tables = (
+        _parameters(pattern.trace, material, dtype, pattern.as_axis),
+        _tables(pattern.trace, material, dtype),
+    )
+    return _remembered(key, material, renewed(pattern.plan, arrays, tables)) if _within(pattern.trace, tables) else None
 
 
 def _shapes(material: Parametrised) -> tuple[Any, ...] | None:
@@ -160,8 +163,11 @@ def plan(call: Call) -> Plan:
     uses = [{VALUE: EACH, TOTAL: SUMMED}.get(kind, ONCE if as_axis else EACH) for kind in task.kinds]
     uses += [EACH] * (len(elements) - len(uses))
     results = [Result(*parts) for parts in zip(trace.results, uses, elements, strict=True)]
+    tables = _tables(trace, material, dtype)
+    if not _within(trace, tables):
+        raise TraceError("a formula looks up constant places beyond a table")
     try:
-        made = prepare(trace.graph, results, arrays, trace.inputs, _tables(trace, material, dtype), shape, dtype)
+        made = prepare(trace.graph, results, arrays, trace.inputs, tables, shape, dtype)
     except (DependencyError, EngineError) as error:
         _give_up(error)
         raise EngineError(str(error)) from None
@@ -180,6 +186,11 @@ def _tables(trace: Trace, material: Parametrised, dtype: np.dtype) -> list[np.nd
         return []
     with np.errstate(all="ignore"):
         return [_table(t, dtype) if k in trace.looked_up else np.zeros(2, dtype) for k, t in enumerate(tables)]
+
+
+def _within(trace: Trace, tables: Sequence[np.ndarray]) -> bool:
+    """Whether the constant places that are looked up are in the tables: compiled code reads them as they are."""
+    return all(place < len(tables[k]) - 1 for k, place in trace.reach.items())
 
 
 def _table(table: Fixed, dtype: np.dtype) -> np.ndarray:

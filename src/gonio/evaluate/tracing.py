@@ -57,6 +57,7 @@ class Trace(NamedTuple):
     merged: bool  # whether there are merged parameters
     read: frozenset[int]  # the arrays that anything depends on
     looked_up: frozenset[int]  # and the tables
+    reach: dict[int, int]  # table -> the largest constant place that is looked up in it
     operations: int
 
 
@@ -181,7 +182,14 @@ def _complete(graph: Graph, results: Sequence[tuple[int, ...]], inputs: int, cha
     order = graph.reachable([n for nodes in results for n in nodes])
     read = frozenset(graph.arguments[n][0] for n in order if graph.operations[n] == "load")
     looked_up = frozenset(graph.arguments[n][0] for n in order if graph.operations[n] == "take")
-    return Trace(graph, tuple(results), inputs, channels is not None, read, looked_up, len(order))
+    reach: dict[int, int] = {}
+    for table, index in (graph.arguments[n] for n in order if graph.operations[n] == "take"):
+        place = graph.value(index)
+        if place is not None:
+            if place < 0:
+                raise TraceError(f"a formula looks up entry {int(place)} of a table; expected one from 0")
+            reach[table] = max(reach.get(table, 0), int(place))
+    return Trace(graph, tuple(results), inputs, channels is not None, read, looked_up, reach, len(order))
 
 
 def _length(value: Any) -> int:

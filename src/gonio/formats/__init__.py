@@ -128,14 +128,14 @@ def _of_file(path: Path, options: Collection[str]) -> ModuleType:
             return module
     if claiming is not None:
         return claiming
-    reason = ""
-    for module in tables:
+    reason = strangers.described(head, size)
+    for module in () if reason else tables:
         if (refusal := module.refusal(path)) is None:
             return module
         reason += f"read as {module.NAME}: {refusal.removeprefix(str(path)).lstrip(' :,')}; "
+    reason = reason or f"starts with {head[:16]!r}, {size} bytes"
     names = "; ".join(f"{m.NAME} ({', '.join(m.SUFFIXES)})" for m in formats())
-    what = strangers.described(head, size)
-    raise FormatError(f"{path}: not a known format: {what}; {reason}known formats: {names}")
+    raise FormatError(f"{path}: not a known format: {reason.removesuffix('; ')}; known formats: {names}")
 
 
 def _of_folder(path: Path) -> ModuleType:

@@ -186,7 +186,7 @@ def _in_words(kind: Any, d: Declared) -> str:
     if len({*inner}) > 1:
         return " and ".join(_in_words(of, d) for of in inner)
     if inner:
-        several = re.sub(r"\ba (whole number|number|file name)", r"\1s", _in_words(inner[0], d))
+        several = re.sub(r"\ba (whole number|number|file name|word)", r"\1s", _in_words(inner[0], d))
         if typing.get_origin(kind) is tuple:
             return f"{len(inner)} {several}"
         if typing.get_origin(inner[0]) is tuple:

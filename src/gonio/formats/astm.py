@@ -75,6 +75,11 @@ def write(m: Reflectance, path: Path, resolution: Resolution = None) -> None:
 
     Lost: uncertainties, and nodes without data. Values along the surface (a cosine of 0) too, if they are not BRDFs.
     Raises ParameterError for delta lobes, maps, and channels whose names have commas.
+
+    Example
+    >>> gn.save(gn.Lambertian(0.5), "white.astm", resolution=(4, 4, 6))
+    >>> print(gn.load("white.astm").f_angles(0.3, 0.0, 0.5, 1.0).round(4))
+    0.1592
     """
     pairs = with_others(pairs_of(m, resolution), m)
     about = {str(k): str(v) for k, v in getattr(m, "about", {}).items() if k != "other_pairs"}

@@ -206,6 +206,11 @@ def write(
 
     Rows without a value are left out. Raises ParameterError for several channels without wavelengths, delta lobes and
     maps.
+
+    Example
+    >>> gn.save(gn.Lambertian(0.5), "white.brdf", format="BiRD", resolution=(4, 4, 6))
+    >>> print(gn.load("white.brdf").f_angles(0.3, 0.0, 0.5, 1.0).round(4))
+    0.1592
     """
     pairs = pairs_of(m, resolution, nodes=COARSE, as_held=True)
     f, about = pairs.columns(), getattr(m, "about", {})

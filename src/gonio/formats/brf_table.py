@@ -70,6 +70,11 @@ def write(
     """Write reflectance factors at the pairs of a measurement, for others at those of a grid.
 
     Uncertainties are lost. Raises ParameterError without wavelengths, and for delta lobes and maps.
+
+    Example
+    >>> gn.save(gn.Lambertian(0.5), "white.dat", format="BRF table", wavelengths=[550.0])
+    >>> print(gn.load("white.dat").channel_names)
+    (550.0,)
     """
     pairs = pairs_of(m, resolution, ("reflectance factor",), nodes=COARSE, as_held=True)
     values = pairs.columns()

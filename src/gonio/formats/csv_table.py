@@ -1,24 +1,5 @@
-"""CSV tables of measurements: gonio's own, and laboratories' exports.
+"""CSV tables of measurements: gonio's own, and laboratories' exports. `LAYOUT` describes both.
 
-Lines `# key: value`, then a line of column names, then rows of numbers; separated by commas, semicolons (then a comma
-may be the decimal point), tabs or blanks. Columns, in any order and case:
-
-    theta_i, phi_i, theta_o, phi_o    directions; phi = phi_o - phi_i in place of both azimuths, or neither
-    theta_h, theta_d, phi_d, phi_h    half and difference angles (phi_d: of wi); phi_h of anisotropic materials only
-    theta_i, theta_o, phi, phi_i      polar angles, phi_o - phi_i, and phi_i
-    theta_i, radial, azimuth, phi_i   wo about the mirror direction, see `angle_systems`
-    f or brdf; f_cos or dsf (f cos(theta_o)); f_cos_i (f cos(theta_i)); brf (pi f)
-                                      values; with several channels one column each: f_R, f_450nm
-    u_f, u_f_R, ...                   standard uncertainty of the values, in the same quantity
-    wavelength                        [nm]: rows then hold one channel each
-
-Angles are degrees, or radians with `# angle_unit: rad`. Empty cells and nan are missing values. Rows that are all nodes
-of a grid, each once, become a `Gridded`, others `Scattered`. Options of these are `# mirrored`, `# outside`,
-`# interpolation`, `# period_phi_d` (degrees; of any azimuth), `# isotropic`, `# phi_i`; other keys are kept.
-
-Exports of laboratories have lines about the instrument above the names, units in the names or below them, and names of
-their own (`_laboratory/names.py`). What has two readings is refused with both and the option that decides; what was
-understood is in `about`.
 Checked against its own generator only, as it is defined here.
 """
 
@@ -44,7 +25,7 @@ from ._laboratory.layout import find
 from ._laboratory.meanings import Meanings, Said, stated_incidence
 from ._laboratory.names import QUANTITIES
 from ._laboratory.names import meaning as meaning_of
-from ._laboratory.sheets import DELIMITERS, TextSheet
+from ._laboratory.sheets import DELIMITERS, NAMED, TextSheet
 from ._laboratory.suspicions import suspicions
 from ._laboratory.understanding import Understood, understand
 from ._options import ABOVE_ZERO, Declared
@@ -66,6 +47,36 @@ OPTIONS = (
     "phi_i",
     *(f"period_{n}" for n in AZIMUTHS),
 )
+
+LAYOUT = """\
+Lines `# key: value`, then a line of column names, then rows of numbers; separated by commas, semicolons (then a comma
+may be the decimal point), tabs, bars or blanks. Columns, in any order and case:
+
+| columns | |
+| --- | --- |
+| `theta_i`, `phi_i`, `theta_o`, `phi_o` | directions; `phi` = phi_o - phi_i in place of both azimuths, or neither |
+| `theta_h`, `theta_d`, `phi_d`, `phi_h` | half and difference angles (`phi_d`: of wi); `phi_h` if anisotropic |
+| `theta_i`, `theta_o`, `phi`, `phi_i` | polar angles, phi_o - phi_i, and phi_i |
+| `theta_i`, `radial`, `azimuth`, `phi_i` | wo about the mirror direction: see [conventions](conventions.md#tables) |
+| `f` or `brdf`; `f_cos` or `dsf`; `f_cos_i`; `brf` | f [1/sr]; f cos(theta_o); f cos(theta_i); pi f |
+| `f_R`, `dsf_450nm`, ... | the same of several channels |
+| `u_f`, `u_f_R`, ... | standard uncertainty of the values, in the same quantity |
+| `wavelength` | [nm]: rows then hold one channel each |
+
+Angles are degrees, or radians with `# angle_unit: rad`; a negative polar angle leans to the other side. Empty cells and
+nan are missing values. Rows that are all nodes of a grid, each once, become a `gonio.Gridded`, others a
+`gonio.Scattered`. Options of these are `# mirrored`, `# outside`, `# interpolation`, `# period_phi_d` (degrees; of any
+azimuth), `# isotropic`, `# phi_i`; other keys are kept in `about`. A file that `gonio.save` wrote begins with
+`# gonio measurement`.
+
+A laboratory's export may have lines about the instrument above the names and text below the table, units in the
+names, `theta_i (deg)`, or in a line below them, and other names: `AOI`, `theta_r`, `SZA`, `dphi`, `BRDF [1/sr]`,
+`BRDF 550 nm`, `R [%]`, `lambda (um)`, `u`, `U(k=2)`, `std. dev.`; UTF-8, UTF-16, Latin-1. A unit in a name decides the
+unit; cells such as `n/a` and `-` are missing values. What is unknown or has two readings is refused, with the option
+that decides.
+`about["columns"]`, `about["text"]` and `about["understood"]` keep what was understood.
+[Your own measurement](your-own-measurement.md) shows how.
+"""
 
 MOST = 2**16
 """Largest number of columns."""
@@ -96,7 +107,7 @@ Columns = Annotated[
     ),
 ]
 Skip = Annotated[int | None, Declared("lines above the line of column names", 0)]
-Delimiter = Annotated[str | None, Declared("what is between cells", words=(*DELIMITERS, *DELIMITERS.values()))]
+Delimiter = Annotated[str | None, Declared("what is between cells", words=(*DELIMITERS, *NAMED))]
 Decimal = Annotated[str | None, Declared("decimal sign; the other one then parts thousands", words=(".", ","))]
 AngleUnit = Annotated[
     str | None,
@@ -109,7 +120,7 @@ Quantity = Annotated[
     str | None,
     Declared(
         "what the values are, in place of what their names say",
-        words=(*QUANTITIES, *dict.fromkeys(QUANTITIES.values())),
+        words=[*dict.fromkeys((*QUANTITIES, *QUANTITIES.values()))],
     ),
 ]
 ValueUnit = Annotated[str | None, Declared("unit of values whose names have none", words=("1/sr", "1", "%"))]
@@ -414,6 +425,11 @@ def write(m: Reflectance, path: Path, resolution: Resolution = None) -> None:
 
     Angles are degrees if these read back as the same numbers, else radians. Texts and numbers of `about` are kept, as
     texts. Raises ParameterError for delta lobes, maps, and channels whose names do not fit into those of columns.
+
+    Example
+    >>> gn.save(gn.tabulate(gn.Lambertian(0.5), "angles", resolution=(4, 4, 6)), "white.csv")
+    >>> print(gn.load("white.csv").f_angles(0.3, 0.0, 0.5, 1.0).round(4))
+    0.1592
     """
     table = table_of(m, resolution)
     options = {"outside": table.outside}

@@ -3,7 +3,7 @@
 Cells hold what was stored, not what is shown: a cell formatted as percent is a share. Cells that are formulas count
 with the values that were stored with them. Dates are texts.
 
-Needs openpyxl (`pip install 'gonio[io]'`). Checked against its own generator only.
+Needs openpyxl (`pip install 'gonio[io]'`). Checked against workbooks that gonio's tests write themselves.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from ._rows.direction_pairs import Side
 NAME = "Excel"
 SUFFIXES = (".xlsx",)
 DESCRIPTION = "workbooks with a table of angles and values, columns as in CSV (needs openpyxl)"
-ORACLE = "own generator, written with openpyxl"
+ORACLE = "own generator, written from ECMA-376"
 
 ENTRIES = (b"[Content_Types].xml", b"xl/", b"docProps/", b"_rels/")
 """How the name of the first entry of a workbook begins; stores in zip files begin with others."""

@@ -129,6 +129,11 @@ def write(
     given angles, by default in steps up to theta_o = 85 degrees; phi from 0 to 180 for isotropic materials, else to 360
     and phi_i every 30. FRED's table has one channel: give `channel` for materials with several. Raises ParameterError
     for a delta lobe, maps, and several channels.
+
+    Example
+    >>> gn.save(gn.Lambertian(0.5), "white.fred", format="FRED")
+    >>> print(gn.load("white.fred").f_angles(0.3, 0.0, 0.5, 1.0).round(4))
+    0.1592
     """
     asked = (theta_i, theta_o, phi, phi_i)
     sheet = as_filed(m, Sheet, *asked, step, channel) or Sheet(WORDS, _tabulated(m, asked, step, channel))
@@ -154,7 +159,7 @@ def _tabulated(m: Reflectance, asked: tuple, step: float | None, channel: Any) -
     else:
         theta_i, theta_o, phi, phi_i = asked
         isotropic = phi_i is None and m.is_isotropic()
-        usual = default_angles(step, not isotropic)
+        usual = default_angles(m, step, not isotropic)
         grid = [
             theta_i or usual.theta_i,
             phi_i or ([0.0] if isotropic else usual.turns),

@@ -27,6 +27,7 @@ from ..formula.direction import HORIZON
 from ..tables.angle_systems import SYSTEMS
 from ..tables.axes import fits
 from ..tables.gridded import Gridded
+from ..tables.nodes import channels_named, own_nodes
 from ._options import Declared
 from ._reading import plain_text
 from ._rows import libbsdf_grids
@@ -40,6 +41,9 @@ SYMMETRIES = ("axisymmetrical", "dirsymmetrical", "planesymmetrical", "asymmetri
 QUANTITIES = {"luminance": "reflectance factor", "intensity": "brdf * cos(theta_o)"}
 CHANNELS = {"bw": "BW", "red": "R", "gre": "G", "green": "G", "blu": "B", "blue": "B", "wl": ""}
 LISTS = ("psi", "sigma", "sigmat", "phi", "theta")
+GRAZING = 0.01
+"""Cosine of the direction that a node below the horizon has its f from: nearer to it some measurements have no end."""
+
 RESOLUTION = (18, 61, 37)
 """Numbers of nodes of theta_i, radial and azimuth of a written model."""
 
@@ -237,11 +241,16 @@ def write(
 
     f cos(theta_o) stays that, other quantities become pi f. Lost: uncertainties, and the interpolation. Raises
     ParameterError for data with holes, delta lobes, maps, and channels other than one, RGB or wavelengths.
+
+    Example
+    >>> gn.save(gn.Lambertian(0.5), "white.ddr")
+    >>> print(gn.load("white.ddr").f_angles(0.3, 0.0, 0.5, 1.0).round(4))
+    0.1592
     """
     if isinstance(m, Gridded) and m.parameterisation == "specular" and resolution is None:
         table = m
     else:
-        table = _sampled(m, resolution or RESOLUTION)
+        table = _sampled(m, resolution)
     values = table.stored if table.quantity in QUANTITIES.values() else np.pi * table.brdf()
     if not np.isfinite(values).all():
         raise ParameterError(f"{m!r:.80}: has nodes without data, which the format cannot say; fill them first")
@@ -280,19 +289,23 @@ def _channel_words(m: Reflectance, names: tuple | None) -> tuple[str, list[str]]
     return f"spectral {len(names)}", [f"wl {plain_text.number(n)}" for n in names]
 
 
-def _sampled(m: Reflectance, nodes: Sequence[int]) -> Gridded:
+def _sampled(m: Reflectance, resolution: Sequence[int] | None) -> Gridded:
+    """f at so many nodes; by default the incidences are those of a measurement."""
     tabular_shape(m)
+    nodes = resolution or RESOLUTION
     quarters = {
         "theta_i": np.arange(nodes[0]) / nodes[0],
         "radial": 2.0 * (np.arange(nodes[1]) / (nodes[1] - 1)) ** 2,
         "azimuth": np.linspace(0.0, 4.0, nodes[2]),
     }
     axes = {name: np.radians(np.round(90.0 * x, 6)) for name, x in quarters.items()}
+    if resolution is None:
+        axes["theta_i"] = own_nodes(m).get("theta_i", axes["theta_i"])
     if not m.is_isotropic():
         axes["phi_i"] = axes["azimuth"][:-1]
     fits(math.prod(map(len, axes.values())), f"resolution={tuple(nodes)}")
     wi, wo = SYSTEMS["specular"].pairs(*np.meshgrid(*axes.values(), indexing="ij"))
-    wo = np.concatenate([wo[..., :2], np.maximum(wo[..., 2:], 10.0 * HORIZON)], axis=-1)
+    wo = np.concatenate([wo[..., :2], np.where(wo[..., 2:] > HORIZON, wo[..., 2:], GRAZING)], axis=-1)
     f = m.f(wi, wo / np.linalg.norm(wo, axis=-1, keepdims=True))
-    names = None if f.ndim == len(axes) else m.channel_names or tuple("RGB")[: f.shape[-1]]
+    names = None if f.ndim == len(axes) else m.channel_names or channels_named(f.shape[-1])
     return Gridded("specular", axes, np.pi * f, quantity="reflectance factor", channels=names)

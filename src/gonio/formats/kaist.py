@@ -148,6 +148,12 @@ def write(
 
     A material without wavelengths gets the same f at 450 to 650 nm. NaN stands for pairs below the horizon. Raises
     ParameterError for materials that are anisotropic, coloured without wavelengths, or have a delta lobe or maps.
+
+    Example
+    >>> gn.save(gn.Lambertian(0.5), "white.pbsdf", resolution=(5, 5, 5))
+    >>> m = gn.load("white.pbsdf")
+    >>> print(m.channel_names, m.f_angles(0.3, 0.0, 0.5, 1.0).round(4))
+    (450.0, 500.0, 550.0, 600.0, 650.0) [0.1592 0.1592 0.1592 0.1592 0.1592]
     """
     if isinstance(m, KAIST) and resolution is None:
         tensor_file.write(path, m.fields_stored)

@@ -241,6 +241,11 @@ def write(
     theta_o = 85 and at 89 degrees, phi_i of anisotropic materials every 30. RGB becomes XYZ (linear sRGB, D65),
     wavelengths stay. No data becomes 0. TIS is integrated.
     Raises ParameterError for a delta lobe, maps, and channels with other names.
+
+    Example
+    >>> gn.save(gn.Lambertian(0.5), "white.bsdf", format="LightTools")
+    >>> print(gn.load("white.bsdf").f_angles(0.3, 0.0, 0.5, 1.0).round(4))
+    [0.1592]
     """
     asked = (theta_i, theta_o, phi_i, phi)
     sheet = as_filed(m, Sheet, *asked, step, channel) or _tabulated(m, asked, step, channel, wavelength)
@@ -280,8 +285,8 @@ def _axes(m: Reflectance, asked: tuple, step: float | None) -> tuple[dict[str, n
     """Nodes [rad], and whether they are on one side of the plane of incidence."""
     theta_i, theta_o, phi_i, phi = asked
     isotropic = phi_i is None and m.is_isotropic()
-    usual = default_angles(step, not isotropic)
-    axes = {"theta_i": theta_i or usual.theta_i, "theta_o": theta_o or [*usual.theta_o, 89.0]}
+    usual = default_angles(m, step, not isotropic)
+    axes = {"theta_i": theta_i or usual.theta_i, "theta_o": theta_o or [*(x for x in usual.theta_o if x < 89.0), 89.0]}
     if isotropic and phi and phi[0] < 0.0:
         raise ParameterError(f"phi={shown(phi)}: expected angles from 0 to 360 degrees, for an isotropic material")
     if isotropic:

@@ -36,5 +36,11 @@ def read(path: Path) -> Reflectance:
 
 
 def write(m: Reflectance, path: Path) -> None:
-    """Write a material as JSON."""
+    """Write a material as JSON.
+
+    Example
+    >>> gn.save(gn.Lambertian(0.5), "white.json")
+    >>> print(gn.load("white.json"))
+    Lambertian(rho=0.5)
+    """
     plain_text.write(path, [json.dumps(m.to_json(), indent=2) + "\n"])

@@ -103,19 +103,9 @@ class Neural(Sampled):
         theta_h, theta_d, phi_d = half_difference(wi, wo)
         s = ops.sin(theta_d)
         x = [ops.sin(theta_h), 0.0, ops.cos(theta_h), s * ops.cos(phi_d), s * ops.sin(phi_d), ops.cos(theta_d)]
-        for k, (_, width) in enumerate(SHAPES[:2], start=1):
-            kernel, bias = self.__dict__[f"kernel_{k}"], self.__dict__[f"bias_{k}"]
-            x = [ops.maximum(_neuron(kernel, bias, x, width, j), 0.0) for j in range(width)]
-        return ops.exp(_neuron(self.kernel_3, self.bias_3, x, 3, ops.to_index(self.channel))) - 1.0
-
-
-def _neuron(kernel: Any, bias: Any, x: Sequence[Any], width: int, j: Any) -> Any:
-    """Weighted sum of the inputs, and the bias."""
-    total = ops.take(bias, j)
-    for i, value in enumerate(x):
-        if not (isinstance(value, float) and value == 0.0):
-            total = total + ops.take(kernel, j + i * width) * value
-    return total
+        values = self.__dict__
+        layers = [(values[f"kernel_{k}"], values[f"bias_{k}"], width) for k, (_, width) in enumerate(SHAPES, start=1)]
+        return ops.exp(ops.network(layers, x, ops.to_index(self.channel))) - 1.0
 
 
 def matches(head: bytes, size: int) -> bool:

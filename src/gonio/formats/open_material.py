@@ -78,6 +78,11 @@ def write(
 
     Uncertainties are lost. Raises ParameterError for anisotropic materials, negative values, no wavelengths, delta
     lobes and maps: the format has no place for them.
+
+    Example
+    >>> gn.save(gn.Lambertian(0.5), "white.xompt", wavelengths=[550.0])
+    >>> print(gn.load("white.xompt").channel_names)
+    (550.0,)
     """
     pairs = pairs_of(m, resolution, nodes=COARSE, as_held=True)
     if not m.is_isotropic():

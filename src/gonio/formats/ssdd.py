@@ -201,6 +201,11 @@ def write(
     Lost: uncertainties, and how to interpolate; of rows in no grid, all but the grid made of them. Raises
     ParameterError for delta lobes, maps, channels other than one, RGB, XYZ or rising wavelengths, and periods other
     than pi of phi_d.
+
+    Example
+    >>> gn.save(gn.Lambertian(0.5), "white.ssdd", resolution=(4, 4, 6))
+    >>> print(gn.load("white.ssdd").f_angles(0.3, 0.0, 0.5, 1.0).round(4))
+    0.1592
     """
     table = table_of(m, resolution)
     if table.parameterisation == "relative" and table.is_oriented():

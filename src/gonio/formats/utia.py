@@ -174,6 +174,11 @@ def write(m: Reflectance, path: Path) -> None:
     As a picture, theta_i growing down, where the name ends in `.exr`: numbers are float32 then. One channel becomes
     gray. Values beyond 75 degrees are lost. Raises ParameterError for a material with holes at nodes, a delta lobe,
     other than 1 or 3 channels, or maps: no such table could hold it.
+
+    Example
+    >>> gn.save(gn.Lambertian(0.5), "white.bin")
+    >>> print(gn.load("white.bin").f_angles(0.3, 0.0, 0.5, 1.0).round(4))
+    [0.1592 0.1592 0.1592]
     """
     raw = m.raw if isinstance(m, UTIA) else _tabulated(m)
     if path.suffix.lower() == ".exr":

@@ -74,6 +74,11 @@ def write(
     """Write a reflectance; see `to_dataset`.
 
     Raises ParameterError for delta lobes and maps, DependencyError without h5netcdf.
+
+    Example
+    >>> gn.save(gn.Lambertian(0.5), "white.nc", resolution=(4, 4, 6))
+    >>> print(gn.load("white.nc").f_angles(0.3, 0.0, 0.5, 1.0).round(4))
+    0.1592
     """
     _libraries()
     ds, encoding = encoded(m, parameterisation, resolution)

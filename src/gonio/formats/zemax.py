@@ -210,6 +210,11 @@ def write(
     ASymmetrical4D, every 30 degrees of rotation, if the material is anisotropic. RGB becomes XYZ (linear sRGB, D65);
     one `channel` is Monochrome. TIS is integrated (`angle_tables.totals`). Lost: the difference between 0 and no data.
     Raises ParameterError for a delta lobe, maps, and channels other than one, RGB or XYZ.
+
+    Example
+    >>> gn.save(gn.Lambertian([0.6, 0.1, 0.05]), "red.bsdf", format="Zemax")
+    >>> print(gn.load("red.bsdf").channel_names)
+    ('X', 'Y', 'Z')
     """
     angles = (aoi, radial, azimuth, rotation)
     sheet = as_filed(m, Sheet, *angles, step, channel) or _of_material(m, angles, step, channel)
@@ -239,7 +244,7 @@ def _axes(m: Reflectance, angles: tuple, step: float | None) -> dict[str, np.nda
     """Nodes [rad] about the mirror direction over the whole circle, from angles of the file [degrees]."""
     aoi, radial, azimuth, rotation = angles
     anisotropic = rotation is not None or not m.is_isotropic()
-    usual, step = default_angles(step, anisotropic), step or USUAL
+    usual, step = default_angles(m, step, anisotropic), step or USUAL
     theta_i = aoi or usual.theta_i
     last = min(180.0, 90.0 + theta_i[-1])
     fine = [step * x for x in (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.8, 1.25, 1.5, 1.75)]

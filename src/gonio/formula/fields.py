@@ -262,9 +262,17 @@ def option(default: str, *choices: str, doc: str) -> Any:
     """A choice between words, the default and others.
 
     Example
-    >>> from gonio.authoring import option
-    >>> print(option("followed", "lost", doc="fate of light that the coat reflects back").choices)
-    ('followed', 'lost')
+    >>> from gonio.authoring import Reflectance, option, param
+    >>> class Paint(Reflectance):
+    ...     "Matt paint, dry or wet."
+    ...     rho = param(0.5, 0.0, 1.0, "albedo")
+    ...     state = option("dry", "wet", doc="wet paint is half as bright")
+    ...
+    ...     def formula(self, wi, wo):
+    ...         return self.rho / np.pi * (0.5 if self.state == "wet" else 1.0)
+    ...
+    >>> print(gn.albedo(Paint(0.6, state="wet"), [0, 0, 1]).round(3))
+    0.3
     """
     return Option(default, tuple(dict.fromkeys((default, *choices))), doc)
 
@@ -273,9 +281,16 @@ def part(kind: type, default: Any, doc: str, coerce: Callable[[Any], Any] | None
     """A component of the given kind; `coerce` may turn other values (a number) into one.
 
     Example
-    >>> from gonio.authoring import part
-    >>> print(part(gn.Reflectance, gn.Lambertian(0.5), "reflectance under the coat").default)
-    Lambertian(rho=0.5)
+    >>> from gonio.authoring import Fresnel, Reflectance, dot, normalize, part
+    >>> class Sheen(Reflectance):
+    ...     "Bright where the angle between light and viewer is large."
+    ...     fresnel = part(Fresnel, gn.Schlick(0.04), "reflectance")
+    ...
+    ...     def formula(self, wi, wo):
+    ...         return self.fresnel.F(dot(normalize(wi + wo), wo)) / np.pi
+    ...
+    >>> print(Sheen(gn.Dielectric(1.3)).f_angles(1.4, 0.0, 1.4, [0.0, np.pi]).round(4))
+    [0.0054 0.1094]
     """
     return Part(kind, default, doc, coerce)
 

@@ -182,7 +182,17 @@ class Parametrised(Value):
 
     @derived
     def unlabelled(self) -> Self:
-        """The same without names of axes, for computations on plain arrays."""
+        """The same without names of axes, for computations on plain arrays.
+
+        Example
+        >>> import xarray
+        >>> field = gn.Lambertian(xarray.DataArray([0.2, 0.4], dims="x"))
+        >>> for m in (field, field.unlabelled):
+        ...     print(type(m.f_angles(0.3, 0.0, 0.5, 1.0)).__name__)
+        ...
+        DataArray
+        ndarray
+        """
         if self._labels is None:
             return self
         parts = {n: self.__dict__[n].unlabelled for n, field in self.fields.items() if isinstance(field, Part)}

@@ -31,7 +31,10 @@ def bracket(nodes: Any, count: int, x: Any) -> Slices:
     """The two of `count` increasing nodes around x, with linear weights; constant beyond the outermost."""
     if count == 1:
         return ONE
-    if count <= FEW:
+    i = ops.interval(nodes, count, x)
+    if i is not None:
+        low, high = ops.take(nodes, i), ops.take(nodes, i + 1)
+    elif count <= FEW:
         i, low, high = ops.to_index(0.0 * x), ops.take(nodes, 0), ops.take(nodes, 1)
         for k in range(1, count - 1):
             node = ops.take(nodes, k)
@@ -58,7 +61,8 @@ def gather(table: Any, at: Slices, size: int, index: Any) -> Any:
 def _weighted(table: Any, starts: Slices, index: Any) -> Any:
     total: Any = None
     for start, weight in starts:
-        term = weight * ops.take(table, start + index)
+        entry = ops.take(table, start + index)
+        term = entry if type(weight) is float and weight == 1.0 else weight * entry
         total = term if total is None else total + term
     return total
 

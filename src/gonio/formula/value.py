@@ -6,7 +6,7 @@ import inspect
 import sys
 from collections.abc import Iterator
 from functools import partial
-from typing import Any, ClassVar, NoReturn, Self
+from typing import TYPE_CHECKING, Any, ClassVar, NoReturn, Self
 
 import numpy as np
 
@@ -80,16 +80,19 @@ class Value:
         """Declared fields with their values, without fields that are tied to another."""
         return ((name, field, self.__dict__[name]) for name, field in self.fields.items() if name not in self._tied)
 
-    def __getattr__(self, name: str) -> Any:
-        """Called for what is not found: says which name was likely meant."""
-        if name == "_derived":
-            raise AccessError(f"{type(self).__name__} is not made yet: its __init__ ends with super().__init__(...)")
-        if name.startswith("_") or hasattr(type(self), name):  # protocols ask for many; a property has failed itself
-            return object.__getattribute__(self, name)
-        raise AccessError(f"{type(self).__name__} has no attribute {name!r}{self._meant(name)}")
+    if not TYPE_CHECKING:  # to a type checker there are no such attributes
 
-    def __call__(self, *args: Any, **kwargs: Any) -> NoReturn:
-        raise ParameterError(f"{type(self).__name__} is no function{self._meant('__call__')}")
+        def __getattr__(self, name: str) -> Any:
+            """Called for what is not found: says which name was likely meant."""
+            kind = type(self)
+            if name == "_derived":
+                raise AccessError(f"{kind.__name__} is not made yet: its __init__ ends with super().__init__(...)")
+            if name.startswith("_") or hasattr(kind, name):  # protocols ask for many; a property has failed itself
+                return object.__getattribute__(self, name)
+            raise AccessError(f"{kind.__name__} has no attribute {name!r}{self._meant(name)}")
+
+        def __call__(self, *args: Any, **kwargs: Any) -> NoReturn:
+            raise ParameterError(f"{type(self).__name__} is no function{self._meant('__call__')}")
 
     def _meant(self, name: str) -> str:
         """The end of a message about an unknown name: "; write m.f(wi, wo)"."""

@@ -67,6 +67,14 @@ class Hemisphere:
         return self
 
 
+def _numbers(value: Any) -> np.ndarray:
+    """The numbers of an argument; none where it has others."""
+    try:
+        return ops.numbers(value)
+    except ValueError:
+        return np.zeros(0)
+
+
 @dataclass(frozen=True)
 class Cone:
     """The part of a circular cone of directions above the horizon.
@@ -85,10 +93,7 @@ class Cone:
     half_angle: float
 
     def __post_init__(self) -> None:
-        try:
-            axis, angle = (ops.numbers(x) for x in (self.axis, self.half_angle))
-        except ValueError:
-            axis = angle = np.zeros(0)
+        axis, angle = (_numbers(x) for x in (self.axis, self.half_angle))
         half_angle = float(angle) if angle.ndim == 0 else math.nan
         axis = axis.astype(float) if axis.shape == (3,) else np.zeros(3)
         length = math.hypot(*axis)

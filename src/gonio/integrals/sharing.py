@@ -157,7 +157,7 @@ def _of_maps(lobe: Reflectance, own: tuple[int, ...], wanted: Wanted) -> tuple[n
 
 
 def _of_rows(m: Reflectance, count: int, wanted: Wanted) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Value (directions, count, C), error and missing (directions, count), for maps (count, 1)."""
+    """Value (directions, count, C), error and missing (directions, count), for maps (length, 1)."""
     rows = _Rows(m, count)
     exact = factors(m)
     if exact is not None and len(exact) < count:
@@ -168,10 +168,10 @@ def _of_rows(m: Reflectance, count: int, wanted: Wanted) -> tuple[np.ndarray, np
 
 
 class _Rows(NamedTuple):
-    """A material of one channel with maps (count, 1)."""
+    """A material of one channel with maps (length, 1)."""
 
     m: Reflectance
-    count: int
+    length: int
 
     def at(self, rows: Any) -> Reflectance:
         """The material at some rows."""
@@ -187,7 +187,7 @@ class _Rows(NamedTuple):
 
     def whole(self) -> np.ndarray:
         """The numbers of the rows without holes."""
-        ok = np.ones(self.count, bool)
+        ok = np.ones(self.length, bool)
         for x in self.m.holed():
             ok &= np.isfinite(x[:, 0]) if np.ndim(x) > 1 else bool(np.isfinite(x).all())
         return np.flatnonzero(ok)
@@ -213,7 +213,7 @@ def _filled(x: np.ndarray, sign: int) -> np.ndarray:
 
 def _by_factors(rows: _Rows, columns: list[np.ndarray], wanted: Wanted) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     extra = [row for x in columns for row in _extremes(x)]
-    spread = np.linspace(0, rows.count - 1, min(rows.count, SPREAD)).astype(int)
+    spread = np.linspace(0, rows.length - 1, min(rows.length, SPREAD)).astype(int)
     sample, share = np.unique(np.concatenate([spread, np.array(extra, int)])), 1.0
     while True:
         table = np.stack([x[sample] for x in columns], axis=-1)
@@ -272,12 +272,12 @@ def _combined(
 def _by_nodes(rows: _Rows, wanted: Wanted) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Value (count, C), error and missing (count,), for one direction."""
     rng, order = np.random.default_rng(0), rows.whole()
-    value, error, missing = np.full((rows.count, 1), np.nan), np.zeros(rows.count), np.zeros(rows.count)
+    value, error, missing = np.full((rows.length, 1), np.nan), np.zeros(rows.length), np.zeros(rows.length)
 
     def alone(these: np.ndarray) -> None:
         nonlocal value
         found = rows.integrals(these, wanted, 1.0)
-        value = np.broadcast_to(value, (rows.count, found.value.shape[-1])).copy()
+        value = np.broadcast_to(value, (rows.length, found.value.shape[-1])).copy()
         value[these], error[these], missing[these] = found.value[0], found.error[0], found.missing[0]
 
     order = rng.permutation(order)
@@ -296,7 +296,7 @@ def _by_nodes(rows: _Rows, wanted: Wanted) -> tuple[np.ndarray, np.ndarray, np.n
                 break
             worst = bad[leverage[bad].argsort()[-FITTED // 2 :]]
             known.add(these[np.union1d(worst, rng.choice(bad, min(len(bad), len(known.fitted)), replace=False))])
-    value = np.full((rows.count, value_here.shape[-1]), np.nan)
+    value = np.full((rows.length, value_here.shape[-1]), np.nan)
     value[order], error[order], missing[order] = value_here, error_here, known.missing
     value[known.numbers], error[known.numbers] = known.values, known.errors
     if len(bad):

@@ -145,11 +145,13 @@ def rgb_of(names: tuple | None) -> np.ndarray | None:
 
 
 def transformed(values: np.ndarray, matrix: np.ndarray) -> np.ndarray:
-    """Channels (..., C) turned into others by a matrix (C, K): `values @ matrix`, on this thread alone.
+    """Channels (..., C), or one that stands for all, turned into others by a matrix (C, K): `values @ matrix`, on this
+    thread alone.
 
     BLAS gets small products only: large ones it shares out to threads of its own, which `gn.threads` does not limit.
     """
     count, wide = matrix.shape
+    values = np.broadcast_to(values, (*values.shape[:-1], count))
     rows = max(1, _UNSHARED // matrix.size)
     flat = values.reshape(-1, count)
     whole = len(flat) // rows * rows

@@ -77,7 +77,7 @@ class Cells:
         f: np.ndarray,
         u: np.ndarray | None,
         figures: Mapping[str, float] | None = None,
-        before: Gridded | None = None,
+        before: Measured | None = None,
     ) -> Gridded:
         """The measurement with other f and uncertainties at the same nodes; cells that do not change stay as stored.
 

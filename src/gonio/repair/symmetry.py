@@ -45,9 +45,9 @@ def symmetrise(m: Measured, kind: str, plane: float = 0.0) -> Gridded:
      [0.11 0.11]]
     """
     expect_one_of(KINDS, "kind", kind)
-    if kind == "isotropy":
-        return _isotropic(m)
     cells = Cells(m)
+    if kind == "isotropy":
+        return _isotropic(cells.m)
     f, u, figures = _paired(cells, kind, plane)
     parameters = {"kind": kind, "plane": plane} if kind == "plane" else {"kind": kind}
     return cells.repaired("symmetrise", parameters, f, u, figures)

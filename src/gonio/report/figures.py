@@ -23,7 +23,7 @@ from ..evaluate import batch
 from ..files import replacing, target
 from ..integrals.albedo import albedo
 from ..pictures.colour import RELATIVE_XYZ, XYZ, rgb_of, srgb_encode
-from ..scenes.rendering import is_coloured, is_rgb, render
+from ..scenes.rendering import is_coloured, is_rgb, render, shown_as
 from ..tables.gridded import Gridded
 from ._slices import VIEWS, Slice, lit_range, one_number, plane, slices_of, spans
 
@@ -58,9 +58,10 @@ def show(
         grid = figure.add_gridspec(2, 2, width_ratios=[1.25, 1.0])
         beside = figure.add_subplot(grid[0, 1])
         if batch.full_shape(m, ()):
-            m = _draw_map(beside, m)
+            m = _draw_map(beside, m, bands)
         else:
-            _sphere(beside, m, render(m, lights, size=size, samples=samples, progress=progress, bands=bands))
+            picture = render(m, lights, size=size, samples=samples, progress=progress, bands=bands)
+            _sphere(beside, m, picture, bands)
         slices = slices_of(m)
         _polar(figure.add_subplot(grid[0, 0]), m, slices)
         _cartesian(figure.add_subplot(grid[1, 0]), m, slices)
@@ -85,13 +86,19 @@ def _title(m: Reflectance) -> str:
     return Path(m.path).name if isinstance(m, Measured) and m.path else repr(m)
 
 
+def check_target(path: str | Path) -> None:
+    """Raise the errors of `new_figure` for this name, before anything is computed."""
+    if Path(path).suffix.lower() not in SUFFIXES:
+        raise ParameterError(f"{path}: expected a name that ends in {', '.join(SUFFIXES)}")
+    target(path)
+    _matplotlib()
+
+
 @contextmanager
 def new_figure(path: str | Path, size: tuple[float, float], title: str) -> Iterator[Any]:
     """A figure to draw in, which is written at the end of the context."""
     path = Path(path)
-    if path.suffix.lower() not in SUFFIXES:
-        raise ParameterError(f"{path}: expected a name that ends in {', '.join(SUFFIXES)}")
-    target(path)
+    check_target(path)
     matplotlib = _matplotlib()
     from matplotlib.figure import Figure
 
@@ -193,7 +200,13 @@ def _polar(host: Any, m: Reflectance, slices: list[Slice]) -> None:
     axes.set_rlim(bottom, top)
     decades = range(bottom + 1, math.floor(top) + 1)
     decades = decades[:: max(1, -(-len(decades) // 3))]  # more labels would touch in small figures
-    axes.set_rgrids(list(decades), [f"$10^{{{d}}}$" for d in decades], angle=-90, fontsize=8)
+    radii: list[float] = list(decades)
+    labels = [f"$10^{{{d}}}$" for d in decades]
+    if not radii:  # all within one decade
+        values = [x for x in (0.2, 0.5, 1.0, 2.0, 5.0) if bottom < math.log10(x) + bottom + 1.0 < top]
+        radii = [math.log10(x) + bottom + 1.0 for x in values]
+        labels = [f"{x * 10.0 ** (bottom + 1):g}" for x in values]
+    axes.set_rgrids(radii, labels, angle=-90, fontsize=8)
 
 
 def _size(s: Slice) -> float:
@@ -295,10 +308,11 @@ def _codes(linear: np.ndarray) -> np.ndarray:
     return np.clip(srgb_encode(np.nan_to_num(rgb)), 0.0, 1.0)
 
 
-def _sphere(axes: Any, m: Reflectance, picture: Any) -> None:
+def _sphere(axes: Any, m: Reflectance, picture: Any, bands: Sequence[str | float] | None = None) -> None:
     title = "Sphere, seen by a parallel camera"
-    if is_coloured(m):
+    if is_coloured(m, bands):
         shown = _codes(picture.pixels)
+        title += _of_bands(bands)
     else:
         shown = _codes(picture.pixels.mean(axis=-1, keepdims=True))
         title += f",\n{one_number(m)[1]}"
@@ -308,7 +322,14 @@ def _sphere(axes: Any, m: Reflectance, picture: Any) -> None:
     axes.set_title(title)
 
 
-def _draw_map(axes: Any, m: Reflectance) -> Reflectance:
+def _of_bands(bands: Sequence[str | float] | None) -> str:
+    """The end of a title that says which bands a picture shows."""
+    if bands is None:
+        return ""
+    return f",\n{', '.join(map(str, bands))} as {'red, green, blue' if len(bands) == 3 else 'gray'}"
+
+
+def _draw_map(axes: Any, m: Reflectance, bands: Sequence[str | float] | None) -> Reflectance:
     """Draw pi f of every place of a map, seen along the normal; the material of the place in its middle."""
     shape = batch.full_shape(m, ())
     f = with_channels(m.f(direction(math.radians(45.0), math.pi), direction(0.0, 0.0)), len(shape))
@@ -317,10 +338,10 @@ def _draw_map(axes: Any, m: Reflectance) -> Reflectance:
     if not len(known):
         raise ParameterError(f"{m!r:.80}: no place of the map has data; expected at least one")
     place = tuple(known[np.abs(known - 0.5 * (np.array(shape) - 1.0)).sum(axis=-1).argmin()].tolist())
-    if is_coloured(m) and f.shape[-1] > 1:
-        matrix = rgb_of(m.channel_names)
-        rgb = math.pi * (f if matrix is None else f @ matrix)
-        axes.imshow(_codes(rgb.reshape(-1, shape[-1], 3)), aspect="equal", interpolation="nearest")
+    if is_coloured(m, bands) and f.shape[-1] > 1:
+        matrix = shown_as(m, bands)
+        shown = math.pi * (f if matrix is None else f @ matrix)
+        axes.imshow(_codes(shown.reshape(-1, shape[-1], shown.shape[-1])), aspect="equal", interpolation="nearest")
     else:
         gray = math.pi * number(f).reshape(-1, shape[-1])
         picture = axes.imshow(gray, aspect="equal", cmap="viridis", interpolation="nearest")
@@ -330,7 +351,9 @@ def _draw_map(axes: Any, m: Reflectance) -> Reflectance:
     axes.set(xlabel="column", ylabel="row")
     axes.grid(False)
     where = ", ".join(map(str, place))
-    axes.set_title(f"π f of every place: light at 45°, seen at 0°;\n+ the place ({where}) of the other panels")
+    axes.set_title(
+        f"π f of every place: light at 45°, seen at 0°{_of_bands(bands)};\n+ the place ({where}) of the other panels"
+    )
 
     def picked(value: Any) -> Any:
         if getattr(value, "ndim", 0) < 2:

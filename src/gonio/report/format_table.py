@@ -14,6 +14,7 @@ from ..formats._options import Option, options
 class Format(NamedTuple):
     """A file format.
 
+    layout         what is in a file, as Markdown; "" where no other text says it
     own_kind       whether only measurements read from the format can be written
     sampled        whether measurements of the format are sampled by their own values; None: that depends on the file
     read_options   by name; `write_options` are None of formats that are not written
@@ -27,6 +28,7 @@ class Format(NamedTuple):
     sampled: bool | None
     description: str
     oracle: str
+    layout: str
     read_options: dict[str, Option]
     write_options: dict[str, Option] | None
 
@@ -58,6 +60,7 @@ def _row(module: ModuleType) -> Format:
         _sampled(module),
         module.DESCRIPTION,
         getattr(module, "ORACLE", "nothing yet"),
+        getattr(module, "LAYOUT", ""),
         options(module.read),
         options(module.write) if written else None,
     )
@@ -84,7 +87,11 @@ def as_page(rows: Sequence[Format]) -> str:
         suffixes, sampled = " ".join(row.suffixes), sampled_in_words(row)
         table.append((row.name, suffixes, "yes", written, sampled, row.description, row.oracle))
     header = ("format", "suffixes", "read", "written", "sampled", "what it is", "checked against")
-    sections = [f"### {row.name}\n\n{_options(row)}\n" for row in rows if row.read_options or row.write_options]
+    sections = [
+        f"### {row.name}\n\n{row.layout}{chr(10) if row.layout else ''}{_options(row)}\n"
+        for row in rows
+        if row.read_options or row.write_options
+    ]
     return PAGE.format(formats=_table(header, table), options="\n".join(sections))
 
 
@@ -118,8 +125,9 @@ evidence that the reader is right, beside files that gonio's tests write themsel
 ## Options
 
 Options to read are keyword arguments of `gn.load`, options to write are those of `gn.save` and `gn.convert`.
-`gonio convert` takes options to write as `--option NAME=VALUE`, a list as `1,2,3`, and `resolution` as
-`--resolution N,N` too. `gonio formats NAME` lists them in a terminal. A value of another kind or out of bounds is a
+Every command takes options to read as `-O NAME=VALUE`, or `-O columns.theta_i=AOI` for one entry of an object;
+`gonio convert` takes options to write as `--option NAME=VALUE`, and `resolution` as `--resolution N,N` too. A list is
+`1,2,3`. `gonio formats NAME` lists them in a terminal. A value of another kind or out of bounds is a
 ParameterError, before anything is read or written.
 
 `resolution` is always a count of nodes, `step` an angle in degrees.

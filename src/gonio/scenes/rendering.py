@@ -68,7 +68,7 @@ def render(
         rule = "a picture shows one material: one number, or one per channel"
         cure = f"for one place of the map m.replace({{{places[0]!r}: values[index]}})"
         raise ShapeError(f"render: {places[0]} is a map of shape {maps}, with channels last; {rule}; {cure}")
-    lights = [light.in_numpy() for light in as_lights(default_light(m) if lights is None else lights)]
+    lights = [light.in_numpy() for light in as_lights(default_light(m, bands) if lights is None else lights)]
     if shape not in SHAPES:
         raise ParameterError(f"shape={shape!r}: expected one of {', '.join(map(repr, SHAPES))}")
     for name, value, high in (("size", size, 16384), ("samples", samples, 1 << 20)):
@@ -114,15 +114,22 @@ def is_rgb(m: Reflectance) -> bool:
     return m.channels == 3 and m.channel_names in (None, ("R", "G", "B"))
 
 
-def is_coloured(m: Reflectance) -> bool:
-    """Whether a material is gray, RGB, or turned into RGB by the names of its channels."""
-    return (m.channels or 1) == 1 or is_rgb(m) or rgb_of(m.channel_names) is not None
+def shown_as(m: Reflectance, bands: Sequence[str | float] | None = None) -> np.ndarray | None:
+    """The matrix (C, 3), or (C, 1), by which pictures show channels: bands, wavelengths, X, Y, Z. None: as they are."""
+    chosen = _chosen(m, bands)
+    return rgb_of(m.channel_names) if chosen is None else chosen
 
 
-def default_light(m: Reflectance) -> EnvironmentLight:
+def is_coloured(m: Reflectance, bands: Sequence[str | float] | None = None) -> bool:
+    """Whether a material is gray or RGB, or pictures show it so."""
+    return (m.channels or 1) == 1 or is_rgb(m) or shown_as(m, bands) is not None
+
+
+def default_light(m: Reflectance, bands: Sequence[str | float] | None = None) -> EnvironmentLight:
     """The light of pictures for which nobody asked for another: the studio, in gray where channels are no colours."""
     studio = EnvironmentLight.studio()
-    return studio if is_coloured(m) else EnvironmentLight(transformed(studio.image.pixels, LUMINANCE[:, None]))
+    is_gray = bands is not None or not is_coloured(m)
+    return EnvironmentLight(transformed(studio.image.pixels, LUMINANCE[:, None])) if is_gray else studio
 
 
 def _chosen(m: Reflectance, bands: Any) -> np.ndarray | None:
@@ -142,9 +149,7 @@ def _colour(m: Reflectance, lights: list[Light], bands: Any) -> tuple[np.ndarray
     one channel or RGB, or of the radiance in the end, for lights with the same channels. None: nothing is to be done.
     """
     up = np.array([[0.0, 0.0, 1.0]])
-    channels, to_rgb = m.channels or 1, _chosen(m, bands)
-    if to_rgb is None:
-        to_rgb = rgb_of(m.channel_names)
+    channels, to_rgb = m.channels or 1, shown_as(m, bands)
     counts = [(x.arrival(up).irradiance if x.is_delta else x.incident(up)).shape[-1] for x in lights]
     matrix = None if to_rgb is None or channels != len(to_rgb) else to_rgb.astype(np.float32)
     if matrix is not None and {*counts} <= {1, 3}:

@@ -83,11 +83,10 @@ def needed(
                 break
             nodes = _spread(x, count, around.get(name))
             low, weight, closed = _between(nodes, at[name], around.get(name))
-            ends = [f(**{name: closed[low + k]}) for k in (0, 1)]
-            shares = [np.where(np.isfinite(end), w[:, None], 0.0) for end, w in zip(ends, (1.0 - weight, weight))]
-            total = shares[0] + shares[1]
-            with np.errstate(invalid="ignore", divide="ignore"):
-                linear = sum(share * np.nan_to_num(end) for share, end in zip(shares, ends)) / total
+            ends = np.stack([f(**{name: closed[low + k]}) for k in (0, 1)])
+            shares = np.where(np.isfinite(ends), np.stack([1.0 - weight, weight])[..., None], 0.0)
+            with np.errstate(invalid="ignore", divide="ignore"):  # as a table leaves out nodes without data
+                linear = (shares * np.nan_to_num(ends)).sum(axis=0) / shares.sum(axis=0)
             if (np.abs(linear - true)[known] <= tolerance).all():
                 fewest[name] = nodes
                 break

@@ -129,7 +129,9 @@ class Scattered(Gridded):
         """A copy with other fields; another `outside` needs another grid."""
         if grouped.get("outside", self.outside) == self.outside:
             return super()._replaced(grouped)
-        other = type(self)(
+        other = self._made_of()  # of this class, whose own constructor may take the rows of a file
+        Scattered.__init__(
+            other,
             **dict(zip(ROW_ANGLES, self.rows.T, strict=True)),
             values=self.stored,
             quantity=self.quantity,
@@ -140,7 +142,9 @@ class Scattered(Gridded):
             path=self.path,
             about=self.about,
         )
-        return other.with_notes(provenance=self.provenance)._replaced(grouped)
+        attributes = self.__dict__
+        other._hold(**{n: attributes[n] for n in self.beside if n in attributes and n not in other.__dict__})
+        return other._replaced(grouped)
 
     def row_brdf(self) -> tuple[np.ndarray, np.ndarray | None]:
         """f [1/sr] of the rows, (n,) or (n, C), and its standard uncertainty.

@@ -43,11 +43,11 @@ def with_uncertainty(
       first order    f and its integrals are linear in the table, rho = sum c_k v_k, so that u^2 = c^T V c is exact,
                      with the covariance matrix V of the values: sum c_k^2 u_k^2 for independent errors,
                      (sum c_k u_k)^2 for one common to all. Of `f`, `f_angles`, `albedo`, `black_sky_albedo`,
-                     `white_sky_albedo`, `reflectance` and `reflectance_factor` (without a sky). GUM, JCGM 100:2008, 5.2.
+                     `white_sky_albedo`, `reflectance`, `reflectance_factor` (without a sky). GUM, JCGM 100:2008, 5.2.
       Monte Carlo    any function that returns a number or an array: it is called with `draws` tables as they may have
                      been measured, values with normally distributed errors. JCGM 101:2008.
-    u_interpolation  is rehearsed: nodes (of rows in no grid: half-planes, angles, rows) are left out, and the change of
-                     the result is scaled to the spacing that there is; beyond the outermost nodes f may go on as it
+    u_interpolation  is rehearsed: nodes (of rows in no grid: half-planes, angles, rows) are left out, and the change
+                     of the result is scaled to the spacing that there is; beyond the outermost nodes f may go on as it
                      rises or falls there, twice as fast; directions without data count by what is around them. What
                      noise alone makes of a change is taken off. See docs/uncertainty.md.
 
@@ -63,12 +63,11 @@ def with_uncertainty(
              u_interpolation is an estimate: FIGURES
 
     Example
-    >>> axes = {"theta_i": [0.0, 0.8, 1.5], "theta_o": [0.0, 0.8, 1.5], "phi": [0.0, np.pi]}
-    >>> f = np.full((3, 3, 2), 0.1)
-    >>> m = gn.Gridded("angles", axes, f, uncertainty=0.02 * f)
-    >>> q = gn.with_uncertainty(gn.albedo, m, [0, 0, 1], correlation="common")
-    >>> print(q)
-    0.3141(63)
+    >>> theta = np.radians([0.0, 30.0, 60.0])
+    >>> axes = {"theta_i": theta, "theta_o": theta, "phi": np.radians([0.0, 90.0, 180.0])}
+    >>> m = gn.Gridded("angles", axes, np.full((3, 3, 3), 0.3), mirrored=True)
+    >>> gn.with_uncertainty(gn.albedo, m, gn.direction(0.5, 0.0), scale=0.01)
+    0.9425 ± 0.0094 (noise 0.0094, interpolation 0)
     """
     if method not in METHODS:
         raise ParameterError(f"method={method!r:.40}: expected one of {', '.join(map(repr, METHODS))}")
@@ -156,9 +155,9 @@ def _interpolation(
     if of is not None:
         return errors.interpolation(of).reshape(*at_estimate.shape, -1)
     changes = []
-    for tables in errors.rehearsal.left_out():
+    for share, tables in errors.rehearsal.left_out():
         odd, even = (np.nan_to_num(at_estimate - _numbers(function(t, *args, **named_args))) for t in tables)
-        changes += [(odd + even) / 6.0, 0.5 * (odd - even)]
+        changes += [share * (odd + even), 0.5 * (odd - even)]
     return np.stack([np.zeros(at_estimate.shape), *changes], axis=-1)
 
 

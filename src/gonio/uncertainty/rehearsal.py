@@ -26,6 +26,9 @@ UNRESOLVED = 3.0
 """Weight of what the two halves of the nodes differ by. Of a lobe narrower than the spacing the trapezoid rule is wrong
 by as much as the result changes when every second node is left out; of what the nodes resolve by a third of that."""
 
+UNIFORM = 12.0**-0.5
+"""Standard deviation of a number evenly spread over an interval of length 1: of the distance to the nearest node."""
+
 STEEPER = 2.0
 """How much faster f may rise or fall beyond the outermost nodes than between the last two, as towards grazing."""
 
@@ -37,7 +40,7 @@ class Part(NamedTuple):
     """A part of the error of n results, by `name`.
 
     error      (n, C), of either sign
-    of_values  the same as coefficients (n, nodes) of the values, for what noise makes of it; None where that is not
+    of_values  the same as coefficients (n, nodes) of the values, for what noise makes of it; None where not
                asked
     """
 
@@ -56,12 +59,14 @@ class Ruler(NamedTuple):
 
     places     of the nodes with the circle closed, in the coordinate in which f is linear
     curvature  (nodes, nodes): -1/2 of the second derivative, from each node and its two neighbours
+    step       (nodes, nodes): half the difference of the two neighbours
     slope      (nodes, nodes): the derivative at the outermost nodes [1/rad], outwards
     """
 
     axis: Axis
     places: np.ndarray
     curvature: sparse.csr_array
+    step: sparse.csr_array
     slope: sparse.csr_array
 
     def between(self, closed: np.ndarray, weight: np.ndarray) -> np.ndarray:
@@ -86,7 +91,7 @@ def _ruler(axis: Axis, nodes: np.ndarray) -> Ruler:
     count = len(nodes)
     if count == 1:
         nothing = sparse.csr_array((1, 1))
-        return Ruler(axis, nodes, nothing, nothing)
+        return Ruler(axis, nodes, nothing, nothing, nothing)
     square_root = axis.spacing == "even in square root"
     x = np.sqrt(np.maximum(nodes, 0.0)) if square_root else nodes
     places = np.append(x, x[0] + axis.period)[: axis.size] if axis.period and not axis.mirrored else x
@@ -108,18 +113,21 @@ def _ruler(axis: Axis, nodes: np.ndarray) -> Ruler:
         inside = np.clip(inside, 1, count - 2) if count > 2 else inside
     if count == 2 and np.isnan(a[0]):
         curvature = sparse.csr_array(np.array([[1.0, -1.0], [-1.0, 1.0]]) / b[0] ** 2)
+        step = sparse.coo_array(np.array([[-1.0, 1.0], [-1.0, 1.0]]))
     else:
         n, k = np.arange(count), inside
         total, product = a[k] + b[k], a[k] * b[k]
         values = np.concatenate([1.0 / product, -b[k] / total / product, -a[k] / total / product])
         at = (np.tile(n, 3), np.concatenate([k, before[k], after[k]]))
         curvature = sparse.csr_array(sparse.coo_array((values, at), (count, count)))
+        halves = np.repeat([0.5, -0.5], count)
+        step = sparse.coo_array((halves, (np.tile(n, 2), np.concatenate([after[k], before[k]]))), (count, count))
     slope = sparse.lil_array((count, count))
     if not axis.period or axis.mirrored:
         first, last = nodes[1] - nodes[0], nodes[-1] - nodes[-2]
         slope[0, 0], slope[0, 1] = 1.0 / first, -1.0 / first
         slope[-1, -1], slope[-1, -2] = 1.0 / last, -1.0 / last
-    return Ruler(axis, places, curvature, sparse.csr_array(slope))
+    return Ruler(axis, places, curvature, sparse.csr_array(step), sparse.csr_array(slope))
 
 
 class Rehearsal:
@@ -138,7 +146,7 @@ class Rehearsal:
 
     def parts(self, of: Linear, noisy: bool) -> list[Part]:
         """The parts of the error of results of a linear function."""
-        n = 2 * FEWEST if of.sampled else 1
+        n = FEWEST if of.sampled else 1
         kinds = self._kinds()
         sums: dict[Any, list[sparse.csr_array]] = {key: [] for key in kinds}
         for pairs in of.pairs(n):
@@ -149,8 +157,9 @@ class Rehearsal:
         rows = {key: sparse.csr_array(sparse.vstack(x, format="csr")) if x else empty for key, x in sums.items()}
         return [part for key in kinds for part in self._parts(key, rows[key], of, n, noisy)]
 
-    def left_out(self) -> Iterator[tuple[Gridded, Gridded]]:
-        """Tables with every second node of an axis replaced by what is between its neighbours, and with the others so."""
+    def left_out(self) -> Iterator[tuple[float, list[Gridded]]]:
+        """For each axis two tables: every second node, and then the others, replaced by what is between neighbours; and
+        the share of the sum of both changes that is the error."""
         grid = self.table.reshape(*self.shape, -1)
         for k, ruler in enumerate(self.rulers):
             if len(ruler.places) == 1:
@@ -163,7 +172,7 @@ class Rehearsal:
                 made = grid.copy()
                 made[left] -= off[left]
                 tables.append(self.m.with_brdf(made.reshape(self.m.brdf().shape)))
-            yield tables[0], tables[1]
+            yield 1.0 / 6.0, tables
 
     def _kinds(self) -> list[tuple[str, int]]:
         """What there is to sum: a word and an axis."""
@@ -218,9 +227,9 @@ class Rehearsal:
         """Along an axis: by all nodes, and by the difference of every second one from the others."""
         ruler, name = self.rulers[k], f"between {list(self.m.axes)[k]}"
         if self.m.interpolation == "nearest":
-            product = ruler.curvature.diagonal()[:, None]
-            second = sparse.csr_array(ruler.curvature / product)
-            yield self._part(name, sparse.csr_array(0.5 * rows), second, k, noisy)
+            scale = sparse.diags_array(0.5 / ruler.curvature.diagonal())
+            yield self._part(name, rows, sparse.csr_array(scale @ ruler.curvature), k, noisy)
+            yield self._part(f"nearest {name}", UNIFORM * rows, ruler.step, k, noisy)
             return
         yield self._part(name, rows, ruler.curvature, k, noisy)
         if ruler.axis.period and np.diff(ruler.places).max(initial=0.0) > APART + SAME:

@@ -11,6 +11,7 @@ from scipy import sparse
 from scipy.spatial import KDTree
 
 from ..tables.angle_systems import SYSTEMS
+from ..tables.gridded import Gridded
 from ..tables.half_planes import ALIKE
 from ..tables.interpolation import NEIGHBOURS, angles_of, at_angles, places_of
 from ..tables.scattered import Scattered
@@ -41,7 +42,7 @@ class RowRehearsal(Rehearsal):
 
     def _by_rows(self, of: Linear, noisy: bool) -> Iterator[Part]:
         m, four = self.m, self.m.is_oriented()
-        rows = coefficients(m, of, 2 * FEWEST if of.sampled else 1).of(0)
+        rows = coefficients(m, of, FEWEST if of.sampled else 1).of(0)
         angles = angles_of(m.axes, four)
         some = np.flatnonzero(np.diff(sparse.csc_array(rows).indptr))
         share = 1.0
@@ -49,14 +50,13 @@ class RowRehearsal(Rehearsal):
             share = len(some) / TARGETS
             some = np.sort(np.random.default_rng(0).choice(some, TARGETS, replace=False))
         few = sparse.csr_array(rows[:, some] * share)
-        there, f = angles[some], m.row_brdf()[0]
+        there = angles[some]
         tree = KDTree(places_of(m.rows, four, m.is_mirrored))
         nearest = tree.query(places_of(angles, four, m.is_mirrored))[1] if noisy else None
         for name, left, scale in groups(m):
             changes, noise = [], []
             for without in (left, ~left):
-                kept = at_angles(m.rows[~without], f[~without], None, there, four, m.is_mirrored, "hold")[0]
-                changes.append(np.nan_to_num(self.table[some] - kept))
+                changes.append(np.nan_to_num(self.table[some] - self._without(without, there)))
                 if nearest is not None:
                     noise.append(_less(rows, without[nearest]))
             for factor, sign in ((scale, 1.0), (0.5, -1.0)):
@@ -65,6 +65,18 @@ class RowRehearsal(Rehearsal):
         yield Part("far", few @ self._far(tree, places_of(there, four, m.is_mirrored)))
         if len(_bins(_coordinates(m)[-1], math.inf)) == 1:
             yield Part("off plane", few @ self._off_plane(some, there))
+
+    def left_out(self) -> Iterator[tuple[float, list[Gridded]]]:
+        angles = angles_of(self.m.axes, self.m.is_oriented())
+        for _, left, scale in groups(self.m):
+            made = (self._without(without, angles).reshape(self.m.brdf().shape) for without in (left, ~left))
+            yield scale, [self.m.with_brdf(np.where(np.isnan(self.m.brdf()), np.nan, f)) for f in made]
+
+    def _without(self, left: np.ndarray, angles: np.ndarray) -> np.ndarray:
+        """f (m, C) at angles (m, 4), interpolated without some of the rows."""
+        m = self.m
+        f = m.row_brdf()[0][~left]
+        return at_angles(m.rows[~left], f, None, angles, m.is_oriented(), m.is_mirrored, "hold")[0]
 
     def _far(self, tree: KDTree, places: np.ndarray) -> np.ndarray:
         """What nodes further from rows than rows are from each other may be off: the spread of rows, by distance."""

@@ -70,6 +70,9 @@ class TableErrors:
     def noise(self, of: Linear, values: Any, minus: Linear | None = None) -> Latent:
         """Results (...[, C]) of a linear function, less those of another, by errors of the values alone."""
         values = np.reshape(values, (-1, self.u.shape[1]))
+        if not self.noisy:
+            nothing = sparse.csr_array((values.size, 1))
+            return self._scaled(nothing, np.zeros(values.size, bool), values)
         by = coefficients(self.m, of, self._enough(of) if of.sampled else 1)
         if minus is not None:
             other = coefficients(self.m, minus, 1)
@@ -80,24 +83,31 @@ class TableErrors:
         """Standard uncertainties (n, C, parts) by interpolation, each with its sign, of results of a linear function,
         less those of another.
 
-        What noise makes of a part is taken off its square: it is in the component by noise already.
+        What noise makes of the parts is taken off the sum of their squares: it is in the component by noise already.
         """
         parts = self.rehearsal.parts(of, self.noisy)
         if minus is not None:
             parts = [a.less(b) for a, b in zip(parts, self.rehearsal.parts(minus, self.noisy), strict=True)]
-        return np.stack([self._without_noise(part) for part in parts], axis=-1)
+        errors = np.stack([part.error for part in parts], axis=-1)
+        errors = np.where(np.abs(errors) > ROUNDING * np.abs(self.rehearsal.table).max(initial=0.0), errors, 0.0)
+        if not self.noisy:
+            return errors
+        noise = np.stack([self._noise_of(part) for part in parts], axis=-1)
+        known = np.array([part.of_values is not None for part in parts])
+        squares = (errors[..., known] ** 2).sum(axis=-1)
+        left = np.maximum(squares - (noise**2).sum(axis=-1), 0.0) / np.where(squares > 0.0, squares, 1.0)
+        return np.where(known, errors * np.sqrt(left)[..., None], errors)
 
     @cached_property
     def rehearsal(self) -> Rehearsal:
         return RowRehearsal(self.m) if isinstance(self.m, Scattered) else Rehearsal(self.m)
 
-    def _without_noise(self, part: Part) -> np.ndarray:
-        error = np.where(np.abs(part.error) > ROUNDING * np.nanmax(np.abs(self.rehearsal.table)), part.error, 0.0)
+    def _noise_of(self, part: Part) -> np.ndarray:
+        """The standard uncertainty (n, C) of a part by errors of the values, 0 where that is unknown."""
         if part.of_values is None:
-            return error
+            return np.zeros(part.error.shape)
         by = Coefficients([part.of_values], np.zeros(self.u.shape[1], int))
-        noise = self.latent(by, np.zeros(error.shape), scaled=False).u.reshape(error.shape)
-        return np.sign(error) * np.sqrt(np.maximum(error**2 - np.nan_to_num(noise) ** 2, 0.0))
+        return np.nan_to_num(self.latent(by, np.zeros(part.error.shape), scaled=False).u.reshape(part.error.shape))
 
     def latent(self, by: Coefficients, values: np.ndarray, scaled: bool = True) -> Latent:
         """Results (n, C) with these coefficients in terms of independent errors; `values` for the error of scale."""
@@ -111,17 +121,23 @@ class TableErrors:
             unknown.append(rates @ np.isnan(self.u[:, c]).astype(float) > 0.0)
         order = np.arange(count * channels).reshape(channels, count).T.reshape(-1)
         stacked = sparse.csr_array(sparse.vstack(rows, format="csr"))[order]
+        missing = np.stack(unknown, axis=1).reshape(-1)
+        return self._scaled(stacked, missing, values, scaled)
+
+    def _scaled(self, rows: sparse.csr_array, missing: np.ndarray, values: np.ndarray, scaled: bool = True) -> Latent:
+        """Rows with the error of scale of the values, if that is asked for."""
         flat = values.reshape(-1)
         if self.scale and scaled:
             common = sparse.csr_array(self.scale * np.nan_to_num(flat)[:, None])
-            stacked = sparse.hstack([stacked, common], format="csr")
-        missing = np.stack(unknown, axis=1).reshape(-1) | np.isnan(flat)
-        return Latent(sparse.csr_array(stacked), missing, self.ledger)
+            rows = sparse.hstack([rows, common], format="csr")
+        return Latent(sparse.csr_array(rows), missing | np.isnan(flat), self.ledger)
 
     def least(self, of: Linear, interpolation: np.ndarray) -> float:
         """Roughly the smallest standard uncertainty of a few results of a linear function; 0 if all are."""
-        noise = self._tried(of, FEWEST)
-        u = np.hypot(noise, np.sqrt((interpolation**2).sum(axis=-1)).reshape(-1)[: len(noise)])
+        u = np.sqrt((interpolation**2).sum(axis=-1)).reshape(-1)
+        if self.noisy:
+            noise = self._tried(of, FEWEST)
+            u = np.hypot(noise, u[: len(noise)])
         return float(np.min(u[u > 0.0])) if (u > 0.0).any() else 0.0
 
     def draw(self, random: np.random.Generator) -> Gridded:

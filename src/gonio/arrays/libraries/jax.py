@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from ..fixed import Array, Fixed
-from ..interface import Library
+from ..together import Together
 
 
-class Jax(Library):
+class Jax(Together):
     def fixed(self, value: Fixed, like: Array) -> Array:
         from jax import ensure_compile_time_eval
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from ..fixed import Array, Fixed
-from ..interface import Library
+from ..together import Together
 
 
 def _tensor(numbers: np.ndarray, dtype: Any, device: Any) -> Array:
@@ -19,7 +19,7 @@ def _tensor(numbers: np.ndarray, dtype: Any, device: Any) -> Array:
         return torch.tensor(numbers, dtype=dtype, device=device)
 
 
-class Torch(Library):
+class Torch(Together):
     @property
     def module(self) -> ModuleType:
         import torch  # torch.compile is quick with this, and slow with `sys.modules`
@@ -54,6 +54,12 @@ class Torch(Library):
     def broadcast(self, *arrays: Array) -> Sequence[Array]:
         return self.module.broadcast_tensors(*arrays)
 
+    def one_interval(self, nodes: Array, count: int, x: Array) -> Array:
+        return super().one_interval(nodes, count, x.contiguous())
+
+    def _listed(self, numbers: Sequence[float], like: Array) -> Array:
+        return self.module.tensor(numbers, dtype=like.dtype, device=like.device)
+
     def merge_channels(self, value: Array, how: str) -> Array:
         if not isinstance(value, self.module.Tensor):
             return super().merge_channels(value, how)
@@ -64,9 +70,13 @@ class Torch(Library):
         return self.convert(a, like), self.convert(b, like)
 
     def op_maximum(self, a: Array, b: Array) -> Array:
+        if isinstance(b, (int, float)):
+            return a.clamp(min=b)
         return self.module.maximum(*self._pair(a, b))
 
     def op_minimum(self, a: Array, b: Array) -> Array:
+        if isinstance(b, (int, float)):
+            return a.clamp(max=b)
         return self.module.minimum(*self._pair(a, b))
 
     def op_arctan2(self, y: Array, x: Array) -> Array:
@@ -74,6 +84,9 @@ class Torch(Library):
 
     def op_power(self, x: Array, y: Array) -> Array:
         return self.module.pow(x, y)
+
+    def op_take(self, table: Array, index: Array) -> Array:
+        return self.module.take(table, index) if isinstance(index, self.module.Tensor) else table[index]
 
     def op_to_index(self, x: Array) -> Array:
         return self.module.nan_to_num(x, 0.0, 0.0, 0.0).long()

@@ -180,8 +180,16 @@ class Access:
         return first, second
 
     def lookup(self, node: int) -> Value:
-        """Entries of a table, perhaps read together with a neighbour's; an index beyond it reads its last entry."""
+        """Entries of a table, perhaps read together with a neighbour's; an index beyond it reads its last entry.
+
+        One that is a constant is within the table: callers see to that.
+        """
         table, index_node = self.program.graph.arguments[node]
+        place = self.program.graph.value(index_node)
+        if place is not None:
+            address, name = self.beyond(f"%t{table}", int(place) * self.size), self.v.name()
+            self.v.write(f"{name}.s = load {self.real}, ptr {address}, align {self.size}")
+            return Value("real", self.v.spread(name, self.real, f"{name}.s"))
         index = self.values[index_node]
         if node not in self.paired:
             return self.gather(self.pointers(table, index), self.size, self.real)

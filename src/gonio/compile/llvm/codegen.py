@@ -56,6 +56,11 @@ INLINE = 40
 compilers take long over long blocks."""
 
 
+HELD = 24
+"""Entries of tables at constant places that are read before the loops at most; more than a processor has registers for
+are read where they are used, which takes no longer to run and is compiled in a tenth of the time."""
+
+
 def generate(program: Program, width: int, estimates: bool) -> str:
     """The IR of a kernel for vectors of `width` lanes; `estimates`: see `Lanes`."""
     nodes = [node for output in program.outputs for node in output.nodes]
@@ -108,10 +113,16 @@ class _Writer:
     def _levels(self) -> dict[int, int]:
         """0, 1 or 2 for every node: changes with nothing, with the outer axis, with the inner axis."""
         graph, level = self.program.graph, {}
+        weights = [
+            n for n in self.order if graph.operations[n] == "take" and graph.value(graph.arguments[n][1]) is not None
+        ]
+        again = set(weights if len(weights) > HELD else ())
         for node in self.order:
             if graph.operations[node] == "load":
                 layout = self.program.arrays[graph.arguments[node][0]].layout
                 level[node] = {SAME: 0, ROW: 1}.get(layout, 2)
+            elif node in again:
+                level[node] = 2
             else:
                 level[node] = max((level[source] for source in graph.inputs(node)), default=0)
         return level

@@ -15,6 +15,9 @@ from .sheets import DELIMITERS, CellSheet, Row, TextSheet
 HEAD = 400
 """Rows among which the line of column names is sought."""
 
+LONGEST, LONGEST_LINE = 60, 500
+"""Characters of a cell that may be a number written in another way, and of a line of text that may say something."""
+
 MISSING = frozenset(
     ("", "-", "--", "---", "n/a", "na", "n.a.", "#n/a", "nan", "null", "none", "missing", "*", "n.d.", "nd")
 )
@@ -80,7 +83,7 @@ def _candidates(
     """Rows that may be the names, by place, with the number of names that are known."""
     if listed is not None:
         for at, (number, row) in enumerate(rows):
-            if number > (skip or 0) and _is_data(row) and len(_trimmed(row)) == len(listed):
+            if number > (skip or 0) and is_data(row) and len(trimmed(row)) == len(listed):
                 yield len(listed), at
                 return
         return
@@ -88,12 +91,12 @@ def _candidates(
         if skip is not None and number <= skip:
             continue
         row = _uncommented(row, rows[at])
-        known, angle, value = 0, False, False
+        known, angle, value = 0, bool(wanted), False
         for cell in row:
-            of = meaning(cell) if cell and len(cell) < 120 else Meaning()
+            of = meaning(cell) if cell else Meaning()
             named = cell.lower() in wanted
             known += named or of.key not in ("", IGNORE)
-            angle = angle or named or of.key in (*ANGLES, WAVELENGTH, "angle")
+            angle = angle or named or of.key in (*ANGLES, "angle")
             value = value or named or (bool(of.key) and of.key not in (*ANGLES, WAVELENGTH, "angle", IGNORE))
         if skip is not None:
             if any(row):
@@ -107,7 +110,7 @@ def _uncommented(row: list[str], numbered: Row) -> list[str]:
     """The cells of a line of names that was made a comment, as NumPy does it."""
     if len(row) == 1 and row[0].lstrip().startswith("#") and not _COMMENT.fullmatch(row[0].strip()):
         line = row[0].lstrip().lstrip("#").strip()
-        for d in DELIMITERS.values():
+        for d in DELIMITERS:
             parts = line.split(d) if d != "  " else re.split(r"\s{2,}", line)
             if len(parts) > 1:
                 return [part.strip().strip('"') for part in (line.split() if d == " " else parts)]
@@ -117,13 +120,13 @@ def _uncommented(row: list[str], numbered: Row) -> list[str]:
 def _below(rows: list[Row], at: int, delimiter: str, listed: list[str] | None) -> Layout | None:
     """The layout if there are numbers below the row of names at this place."""
     header, row = rows[at]
-    names = _trimmed(_uncommented(row, rows[at])) if listed is None else listed
+    names = trimmed(_uncommented(row, rows[at])) if listed is None else listed
     units = [""] * len(names)
     start = at if listed is not None else at + 1
     k = start
     while k < len(rows) and k < start + 12:
         cells = rows[k][1]
-        if _is_data(_split_again(cells, delimiter)):
+        if is_data(_split_again(cells, delimiter)):
             break
         if not any(cells) or cells[0].lstrip().startswith("#") or all(_RULE.fullmatch(c) for c in cells):
             k += 1
@@ -153,15 +156,20 @@ def _split_again(row: list[str], delimiter: str) -> list[str]:
     return " ".join(row).split() if delimiter == "  " else row
 
 
-def _trimmed(row: list[str]) -> list[str]:
+def trimmed(row: list[str]) -> list[str]:
     """Without empty cells at the end, which delimiters at the ends of lines make."""
     last = next((k for k in range(len(row), 0, -1) if row[k - 1]), 0)
     return row[:last]
 
 
-def _is_data(row: list[str]) -> bool:
+def is_numeric(cell: str) -> bool:
+    """Whether a cell is a number with points, commas, blanks in it, or with a unit behind."""
+    return len(cell) <= LONGEST and _NUMERIC.fullmatch(cell) is not None
+
+
+def is_data(row: list[str]) -> bool:
     filled = [cell for cell in row if cell]
-    numbers = sum(1 for cell in filled if _NUMERIC.fullmatch(cell) or plain_text.is_number(cell))
+    numbers = sum(1 for cell in filled if is_numeric(cell) or plain_text.is_number(cell))
     return numbers >= 2 and 2 * numbers >= len(filled)
 
 
@@ -173,7 +181,7 @@ def _refusal(
     firsts = [
         (sum(1 for cell in rows[at][1] if cell), -order, rows, at)
         for order, (_, rows) in enumerate(tried)
-        for at in [next((k for k, (n, row) in enumerate(rows) if n > (skip or 0) and _is_data(row)), None)]
+        for at in [next((k for k, (n, row) in enumerate(rows) if n > (skip or 0) and is_data(row)), None)]
         if at is not None
     ]
     if not firsts:
@@ -188,16 +196,17 @@ def _refusal(
     if listed is not None:
         return FormatError(
             f"{path}, line {number}: got {count} numbers, {shown!r}, expected {len(listed)}, one for each of columns="
-            f"{','.join(listed)}; ignore stands for one that is not needed"
+            f"{','.join(listed):.60}; ignore stands for one that is not needed"
         )
     above = next((k for k in range(at - 1, -1, -1) if any(rows[k][1]) and rows[k][0] > (skip or 0)), None)
     names = [cell for cell in _uncommented(rows[above][1], rows[above]) if cell] if above is not None else []
     for line, cells in ((number, row), (number if above is None else rows[above][0], names)):
-        if len(cells) > 2 and not _NUMERIC.fullmatch(cells[0]) and all(_NUMERIC.fullmatch(cell) for cell in cells[1:]):
+        words = [cell for cell in cells if not is_numeric(cell)]
+        named = len(words) == 1 or any(meaning(word).key for word in words)
+        if words[:1] == cells[:1] and len(cells) > len(words) + 1 and named:
             return FormatError(
-                f"{path}, line {line}: columns are named by numbers, {', '.join(cells[:5])}; expected one row "
-                f"for each pair "
-                f"of directions: bring a cross table into that form; wavelengths need their unit, '450 nm'"
+                f"{path}, line {line}: columns are named by numbers, {', '.join(cells):.60}; expected one row for "
+                f"each pair of directions: bring a cross table into that form; wavelengths need their unit, '450 nm'"
             )
     if above is None:
         what = f"begins with numbers in line {number}, {shown!r}"
@@ -207,8 +216,9 @@ def _refusal(
         )
     known = [name for name in names if meaning(name).key not in ("", IGNORE)]
     return FormatError(
-        f"{path}, line {rows[above][0]}: column names {', '.join(map(repr, names[:8]))}"
+        f"{path}, line {rows[above][0]}: column names {', '.join([f'{name!r:.40}' for name in names[:8]])}"
         f"{' ...' if len(names) > 8 else ''} above the numbers of line {number}: "
-        f"{f'only {known[0]!r} is known' if known else 'none is known'}; expected an angle and a value at least; say "
-        f'what they are: columns={{"theta_i": {names[0]!r}, ...}}, or skip=N if N lines stand above the names'
+        f"{f'only {known[0]!r:.60} is known' if known else 'none is known'}; expected an angle and a value at "
+        f"least; say "
+        f'what they are: columns={{"theta_i": {names[0]!r:.60}, ...}}, or skip=N if N lines stand above the names'
     )

@@ -9,9 +9,9 @@ from typing import Any, NamedTuple
 from ...errors import FormatError, ParameterError
 from ...tables.angle_systems import ANGLES
 from .._reading import plain_text
-from .layout import find
+from .layout import LONGEST_LINE, find
 from .names import IGNORE, QUANTITIES, UNCERTAINTY, VALUE, WAVELENGTH, Meaning, meaning, unit_in
-from .sheets import DELIMITERS, CellSheet, TextSheet
+from .sheets import NAMED, CellSheet, TextSheet
 
 
 class Said(NamedTuple):
@@ -57,7 +57,7 @@ class Meanings:
 
     def __init__(self, sheet: TextSheet | CellSheet, said: Said):
         self.path, self.said = sheet.path, said
-        self.layout = find(sheet, said.columns, said.skip, DELIMITERS.get(said.delimiter or "", said.delimiter))
+        self.layout = find(sheet, said.columns, said.skip, NAMED.get(said.delimiter or "", said.delimiter))
         self.names = self.layout.names
         self.remarks: list[str] = []
         self.constants: dict[str, float] = {}
@@ -77,7 +77,7 @@ class Meanings:
         """The error for an ambiguous column; `cure` has places for the `key` of a reading and the `name`."""
         said = " or ".join(f"{key} ({words})" for key, words in readings)
         cures = " or ".join(cure.format(key=key, name=name) for key, _ in readings)
-        return self.fault(f"column {name!r} can be {said}; say {cures}")
+        return self.fault(f"column {name!r:.60} can be {said}; say {cures}")
 
     def _by_name(self) -> dict[int, Meaning]:
         if self.said.columns is not None and not isinstance(self.said.columns, Mapping):
@@ -90,7 +90,7 @@ class Meanings:
             if k is None:
                 self._note_constant(key, name)
             elif k in told:
-                raise ParameterError(f"columns: {self.names[k]!r} twice, expected one meaning for each column")
+                raise ParameterError(f"columns: {self.names[k]!r:.60} twice, expected one meaning for each column")
             else:
                 told[k] = self._told(key, self.names[k])
         return {k: told.get(k) or meaning(name) for k, name in enumerate(self.names) if name}
@@ -106,10 +106,10 @@ class Meanings:
             return None
         fault = f"{len(places)} columns have this name" if places else "there is no such column"
         at = f"line {self.layout.header} names {self._listed()}"
-        raise ParameterError(f"columns: {name!r}: {fault} in {self.path}; {at}")
+        raise ParameterError(f"columns: {name!r:.60}: {fault} in {self.path}; {at}")
 
     def _listed(self) -> str:
-        return ", ".join(map(repr, self.names[:20])) + (" ..." if len(self.names) > 20 else "")
+        return ", ".join([f"{name!r:.40}" for name in self.names[:20]]) + (" ..." if len(self.names) > 20 else "")
 
     def _note_constant(self, key: str, number: Any) -> None:
         if key not in ANGLES and key != WAVELENGTH:
@@ -130,7 +130,9 @@ class Meanings:
         if said.key == VALUE and (said.quantity or said.channel) and not said.readings:
             return said._replace(unit=unit)
         values = f"{', '.join(QUANTITIES)}, each of these as f_R or f_550nm too, u_f"
-        raise ParameterError(f"columns: {key!r}: expected one of {', '.join(ANGLES)}, {WAVELENGTH}, {values}, {IGNORE}")
+        raise ParameterError(
+            f"columns: {key!r:.60}: expected one of {', '.join(ANGLES)}, {WAVELENGTH}, {values}, {IGNORE}"
+        )
 
     def _decide_red(self) -> None:
         """ "R" beside "G" and "B" is a channel, and so is "f_r" beside "f_g"."""
@@ -155,7 +157,7 @@ class Meanings:
                 left = ["phi_o"]
                 self._expect_forward(self.names[k])
             if len(left) != 1:
-                raise self.two_readings(self.names[k], of.readings, "columns={{{key!r}: {name!r}}}")
+                raise self.two_readings(self.names[k], of.readings, "columns={{{key!r:.60}: {name!r:.60}}}")
             self.of[k] = of._replace(key=left[0], readings=())
         azimuths = {of.key for of in self.of.values()} | {*self.constants}
         for k, of in self.of.items():
@@ -165,7 +167,7 @@ class Meanings:
     def _expect_forward(self, name: str) -> None:
         if self.said.forward is None:
             raise self.fault(
-                f"column {name!r} has two readings: 0 is the mirror direction, or the side of the light; say "
+                f"column {name!r:.60} has two readings: 0 is the mirror direction, or the side of the light; say "
                 f"forward=0 or forward=180, its value in the mirror direction"
             )
 
@@ -175,9 +177,10 @@ class Meanings:
             if not of.key and not every:
                 name = self.names[k]
                 raise self.fault(
-                    f'column {name!r} is not known; say what it is, or leave it out: columns={{"theta_o": '
-                    f"{name!r}}} or "
-                    f'columns={{"ignore": {name!r}}} (-O columns.ignore={name!r}); "*" leaves out every unknown one'
+                    f'column {name!r:.60} is not known; say what it is, or leave it out: columns={{"theta_o": '
+                    f"{name!r:.60}}} or "
+                    f'columns={{"ignore": {name!r:.60}}} (-O columns.ignore={name!r:.60}); "*" leaves out every '
+                    f"unknown one"
                 )
             if not of.key:
                 self.of[k] = Meaning(IGNORE)
@@ -187,7 +190,7 @@ class Meanings:
         for k, of in self.of.items():
             below = self.layout.units[k]
             if below and of.unit not in ("", below) and of.key != IGNORE:
-                raise self.fault(f"column {self.names[k]!r}: {of.unit} in the name, and {below} in the line below")
+                raise self.fault(f"column {self.names[k]!r:.60}: {of.unit} in the name, and {below} in the line below")
             unit = of.unit or below or (self.said.value_unit or "" if of.key == VALUE else "")
             self.of[k] = of._replace(unit=unit)
 
@@ -198,10 +201,10 @@ class Meanings:
                 continue
             same = (of.key, of.channel, of.quantity)
             if same in seen or of.key in self.constants:
-                other = f"column {self.names[seen[same]]!r}" if same in seen else "columns="
+                other = f"column {self.names[seen[same]]!r:.60}" if same in seen else "columns="
                 raise self.fault(
-                    f"column {self.names[k]} twice: {other} is {of.key} too, expected each once; "
-                    f'columns={{"ignore": {self.names[k]!r}}} leaves it out'
+                    f"column {self.names[k]:.60} twice: {other} is {of.key} too, expected each once; "
+                    f'columns={{"ignore": {self.names[k]!r:.60}}} leaves it out'
                 )
             seen[same] = k
 
@@ -216,7 +219,7 @@ class Meanings:
             self.of[k] = self.of[k]._replace(quantity=self._quantity(self.names[k], self.of[k]), readings=())
         if len(values) > 1 and not all(self.of[k].channel for k in values):
             raise self.fault(
-                f"columns of values {', '.join(repr(self.names[k]) for k in values[:5])}: expected one column "
+                f"columns of values {', '.join(f'{self.names[k]!r:.40}' for k in values[:5])}: expected one column "
                 f"or one per channel, as in 'BRDF 550 nm'; columns={{\"ignore\": [...]}} leaves out others"
             )
 
@@ -226,7 +229,7 @@ class Meanings:
             return QUANTITIES.get(self.said.quantity, self.said.quantity)
         if of.quantity and not of.readings:
             if of.unit in ("1/sr", "%") and (of.unit == "%") != (of.quantity == "reflectance factor"):
-                raise self.two_readings(name, _EITHER, "quantity={key!r}")
+                raise self.two_readings(name, _EITHER, "quantity={key!r:.60}")
             return of.quantity
         readings = of.readings or _EITHER
         of_unit = {"1/sr": "brdf", "%": "reflectance factor", "1": "reflectance factor"}.get(of.unit)
@@ -237,14 +240,14 @@ class Meanings:
             ((quantity, line),) = stated.items()
             self.remarks.append(f"the quantity is that of the line {line[:60]!r}")
             return quantity
-        raise self.two_readings(name, readings, "quantity={key!r}")
+        raise self.two_readings(name, readings, "quantity={key!r:.60}")
 
     # What the lines above the table say.
 
     def stated_quantities(self) -> dict[str, str]:
         """Quantities that the lines above the table name, with the line."""
         found: dict[str, str] = {}
-        for line in self.layout.text:
+        for line in _short(self.layout.text):
             for quantity, words in _QUANTITY_WORDS.items():
                 if words.search(line):
                     found.setdefault(quantity, line)
@@ -252,7 +255,9 @@ class Meanings:
 
     def stated_coverage(self) -> float | None:
         """The only coverage factor that the lines above the table name."""
-        found = {_decimal(m[1] or m[2]): line for line in self.layout.text if (m := _COVERAGE_WORDS.search(line))}
+        found = {
+            _decimal(m[1] or m[2]): line for line in _short(self.layout.text) if (m := _COVERAGE_WORDS.search(line))
+        }
         if len(found) != 1:
             return None
         ((k, line),) = found.items()
@@ -262,11 +267,15 @@ class Meanings:
 
 def stated_incidence(text: Sequence[str]) -> str:
     """What to say where no column has theta_i: the option, with the angle of a line above the table."""
-    for line in text:
+    for line in _short(text):
         if match := _INCIDENCE_WORDS.search(line):
             number = f"{_decimal(match[1]):g}"
             return f'; the line {line[:50]!r} states it: columns={{"theta_i": {number}}} (-O columns.theta_i={number})'
     return ""
+
+
+def _short(text: Sequence[str]) -> list[str]:
+    return [line for line in text if len(line) <= LONGEST_LINE]
 
 
 def _decimal(number: str) -> float:

@@ -21,6 +21,9 @@ QUANTITIES = {
 }
 """Words of columns of values -> the quantity."""
 
+LONGEST = 120
+"""Characters of a name that may have a meaning, if it is none of gonio's own."""
+
 VALUE, UNCERTAINTY, IGNORE, WAVELENGTH = "f", "u_f", "ignore", "wavelength"
 
 
@@ -167,6 +170,8 @@ _GREEK = str.maketrans(
 
 def unit_of(text: str) -> str | None:
     """The unit of a text such as "sr⁻¹" or "Degrees"; None for another text."""
+    if len(text) > LONGEST:
+        return None
     word = unicodedata.normalize("NFKC", text.replace("º", "°")).replace("−", "-").replace("(-1)", "-1")
     return UNITS.get(re.sub(r"[\s.]+$|\s+|^\s+", "", word).lower())
 
@@ -183,6 +188,8 @@ def meaning(name: str) -> Meaning:
         found = _own(match)
         if found is not None:
             return found
+    if len(name) > LONGEST:
+        return Meaning()
     text = unicodedata.normalize("NFKC", name.replace("º", "°")).translate(_GREEK).replace("^(-1)", "^-1").strip()
     text, unit = _without_unit(text)
     coverage = None

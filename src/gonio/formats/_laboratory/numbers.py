@@ -10,7 +10,7 @@ import numpy as np
 
 from ...errors import FormatError
 from .._reading import plain_text
-from .layout import _NUMERIC, MISSING, Layout, _is_data, _trimmed
+from .layout import MISSING, Layout, is_data, is_numeric, trimmed
 from .names import unit_of
 from .sheets import COLUMNS, CellSheet, Row, TextSheet
 
@@ -38,7 +38,7 @@ class Numbers(NamedTuple):
 def decimal_of(path: object, layout: Layout, wanted: Collection[int]) -> str:
     """The decimal sign of a table's first rows. Raises FormatError where a comma can be either."""
     cells = [row[k] for row in layout.sample if len(row) >= len(layout.names) for k in wanted]
-    numeric = [cell for cell in cells if _NUMERIC.fullmatch(cell)]
+    numeric = [cell for cell in cells if is_numeric(cell)]
     commas = [cell for cell in numeric if "," in cell]
     points = [cell for cell in numeric if "." in cell]
     if not commas:
@@ -149,30 +149,30 @@ class _Reader:
 
     def _of_length(self, number: int, row: list[str]) -> list[str] | None:
         """The cells, one for each name; None if there are too many or too few."""
-        count, trimmed = len(self.layout.names), _trimmed(row)
-        if len(trimmed) > count or (len(row) < count and isinstance(self.sheet, TextSheet)):
+        count, kept = len(self.layout.names), trimmed(row)
+        if len(kept) > count or (len(row) < count and isinstance(self.sheet, TextSheet)):
             return None
-        return trimmed + [""] * (count - len(trimmed))
+        return kept + [""] * (count - len(kept))
 
     def _is_text(self, row: list[str]) -> bool:
         first = row[self.wanted[0]] if self.wanted[0] < len(row) else row[0]
-        return not _NUMERIC.fullmatch(first) and not plain_text.is_number(first)
+        return not is_numeric(first) and not plain_text.is_number(first)
 
     def _names_again(self, row: list[str]) -> bool:
         units = [unit_of(cell) or "" for cell in row[: len(self.layout.units)]]
-        return _trimmed(row) == self.layout.names or (any(units) and units == self.layout.units)
+        return trimmed(row) == self.layout.names or (any(units) and units == self.layout.units)
 
     def _ends(self, number: int) -> bool:
         """Whether all lines from this one on are text."""
         for piece in self.sheet.rows(self.delimiter, number - 1):
             for _, row in piece:
-                if any(row) and (_is_data(row) or _NUMERIC.fullmatch(row[0])):
+                if any(row) and (is_data(row) or is_numeric(row[0])):
                     return False
         return True
 
     def _misfit(self, number: int, row: list[str]) -> FormatError:
         names, count = self.layout.names, len(row)
-        cure = f"line {self.layout.header} has the names {', '.join(map(repr, names[:6]))}"
+        cure = f"line {self.layout.header} has the names {', '.join([f'{name!r:.40}' for name in names[:6]])}"
         if self.delimiter == "," and count > len(names):
             cure += "; decimal commas between commas cannot be told apart: export with semicolons or points"
         elif self._is_text(row):
@@ -188,7 +188,7 @@ class _Reader:
             if k not in self.needed:
                 return float("nan")
             raise FormatError(
-                f"{self.sheet.path}, line {number}, column {self.layout.names[k]!r}: an angle is no number: got "
+                f"{self.sheet.path}, line {number}, column {self.layout.names[k]!r:.60}: an angle is no number: got "
                 f"{word!r}, expected one in every row; remove the line"
             )
         plain = word.replace(self.other, "") if self.other and self.grouped.fullmatch(word) else word
@@ -196,15 +196,15 @@ class _Reader:
         if plain_text.is_number(swapped) and (self.decimal == "." or "." not in plain):
             return float(swapped)
         raise FormatError(
-            f"{self.sheet.path}, line {number}: got {word[:60]!r} in the column {self.layout.names[k]!r}, expected a "
-            f"number{_cure(word, self.decimal)}"
+            f"{self.sheet.path}, line {number}: got {word[:60]!r} in the column {self.layout.names[k]!r:.60}, "
+            f"expected a number{_cure(word, self.decimal)}"
         )
 
 
 def _cure(word: str, decimal: str) -> str:
     if word.endswith(("°", "%")):
         return ": the unit stands in the column name, 'theta_i (deg)'"
-    if _NUMERIC.fullmatch(word):
+    if is_numeric(word):
         return f" with the decimal sign {decimal!r}; say decimal=',' or decimal='.'"
     return f"; if it stands for a missing value say missing={word[:20]!r}"
 
@@ -222,7 +222,7 @@ def without_marks(path: object, layout: Layout, found: Numbers, k: int, missing:
         at = np.flatnonzero(column == mark)
         if len(at):
             raise FormatError(
-                f"{path}, line {found.lines[at[0]]}: {mark:g} in the column {layout.names[k]!r}, in {len(at)} "
+                f"{path}, line {found.lines[at[0]]}: {mark:g} in the column {layout.names[k]!r:.60}, in {len(at)} "
                 f"rows: is it the mark of a missing value? say missing={mark:g}"
             )
     return column

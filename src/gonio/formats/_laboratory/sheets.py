@@ -14,11 +14,17 @@ from .._reading import plain_text
 CHUNK = 2**20
 """Characters that are split into cells at a time."""
 
+HEAD = 2**22
+"""Characters among which a table is sought."""
+
 COLUMNS = 2**16
 """Largest number of columns."""
 
-DELIMITERS = {"semicolon": ";", "tab": "\t", "comma": ",", "bar": "|", "columns": "  ", "blank": " "}
-"""Name -> delimiter, in the order in which they are tried; "  ": names are two blanks apart, numbers any."""
+DELIMITERS = (";", "\t", ",", "|", "  ", " ")
+"""What is between cells, in the order in which it is tried; "  ": names are two blanks apart, numbers any."""
+
+NAMED = {"tab": "\t", "blank": " "}
+"""Words for delimiters that do not show."""
 
 Row = tuple[int, list[str]]
 
@@ -26,7 +32,7 @@ Row = tuple[int, list[str]]
 class TextSheet:
     """A text file; rows are its lines, cells are between delimiters, quoted or not."""
 
-    delimiters = tuple(DELIMITERS.values())
+    delimiters = DELIMITERS
 
     def __init__(self, path: Path, text: str | None = None):
         self.path = path
@@ -46,7 +52,7 @@ class TextSheet:
 
     def _pieces(self, delimiter: str, start: int, size: int, count: int = sys.maxsize) -> Iterator[list[Row]]:
         at, number = 0, 0
-        while at < len(self.text) and number < start + count:
+        while at < len(self.text) and number < start + count and (size or at < HEAD):
             end = self.text.find("\n", at + size if number >= start else at)
             end = len(self.text) if end < 0 else end
             lines = self.text[at:end].split("\n")
@@ -57,7 +63,9 @@ class TextSheet:
     def _split(self, lines: list[str], number: int, delimiter: str, strict: bool) -> list[Row]:
         for k, line in enumerate(lines, number):
             if len(line) > plain_text.LONGEST:
-                raise FormatError(f"{self.path}, line {k}: more than {plain_text.LONGEST} characters, expected less")
+                raise FormatError(
+                    f"{self.path}, line {k}: more than {plain_text.LONGEST} characters, expected shorter lines"
+                )
         return [(k, cells(line, delimiter, self.path, k, strict)) for k, line in enumerate(lines, number)]
 
 

@@ -119,9 +119,9 @@ class _Table:
     def _angle_unit(self, k: int, stated: str) -> str:
         of, name = self.of[k], self.names[k]
         if of.unit and of.unit not in ("deg", "rad", "mrad"):
-            raise self.meanings.fault(f"column {name!r}: an angle in {of.unit}, expected deg or rad")
+            raise self.meanings.fault(f"column {name!r:.60}: an angle in {of.unit}, expected deg or rad")
         if self.said.angle_unit and of.unit not in ("", stated):
-            raise ParameterError(f"angle_unit={stated!r}: the column {name!r} says {of.unit}; leave the option out")
+            raise ParameterError(f"angle_unit={stated!r}: the column {name!r:.60} says {of.unit}; leave the option out")
         return of.unit or stated
 
     def _expect_degrees(self, unstated: dict[str, np.ndarray]) -> None:
@@ -190,12 +190,13 @@ class _Table:
             value, column = self.of[left], self._marked(k)
             if (value.quantity, True, value.channel) in values:
                 raise self.meanings.fault(
-                    f"column {self.names[k]!r} is a second uncertainty of {self.names[left]!r}, expected one; leave it "
-                    f'out: columns={{"ignore": {self.names[k]!r}}}'
+                    f"column {self.names[k]!r:.60} is a second uncertainty of {self.names[left]!r:.60}, "
+                    f"expected one; leave it "
+                    f'out: columns={{"ignore": {self.names[k]!r:.60}}}'
                 )
             u, words, unit = self._standard(k, column, values[value.quantity, False, value.channel], value)
             values[value.quantity, True, value.channel] = u
-            words += f" of {self.names[left]!r}" if len(places) > 1 else ""
+            words += f" of {self.names[left]!r:.60}" if len(places) > 1 else ""
             self.columns[k] = _column(self.names[k], words, unit, column)
         return values
 
@@ -210,7 +211,7 @@ class _Table:
         if same or (before and not channel):
             return same[0] if same else before[-1]
         raise self.meanings.fault(
-            f"column {self.names[k]!r}: an uncertainty of channel {channel!r}, which no values have; expected "
+            f"column {self.names[k]!r:.60}: an uncertainty of channel {channel!r:.60}, which no values have; expected "
             f"uncertainties of none or of all channels, each on the right of its values or named as these"
         )
 
@@ -224,7 +225,7 @@ class _Table:
         relative = {"relative": True, "absolute": False}.get(self.said.uncertainty or "", of.relative)
         if relative is None and of.unit == value.unit == "%":
             readings = (("relative", "percent of the value"), ("absolute", "percent, as the values"))
-            raise self.meanings.two_readings(self.names[k], readings, "uncertainty={key!r}")
+            raise self.meanings.two_readings(self.names[k], readings, "uncertainty={key!r:.60}")
         relative = of.unit == "%" if relative is None else relative
         if relative:
             share = column * (0.01 if of.unit == "%" else 1.0) / factor
@@ -239,13 +240,13 @@ class _Table:
             if said not in (None, stated):
                 name = self.names[k]
                 raise ParameterError(
-                    f"coverage={said:g}: the column {name!r} says k = {stated:g}; leave the option out"
+                    f"coverage={said:g}: the column {name!r:.60} says k = {stated:g}; leave the option out"
                 )
             return stated
         factor = said or stated or self.meanings.stated_coverage()
         if not factor:
             raise self.meanings.fault(
-                f"column {self.names[k]!r}: a standard uncertainty, or an expanded one, and by which factor k? say "
+                f"column {self.names[k]!r:.60}: a standard uncertainty, or an expanded one, and by which factor k? say "
                 f"coverage=1 for a standard uncertainty, coverage=2 for U (k = 2)"
             )
         return factor

@@ -18,8 +18,9 @@ from ...pictures.colour import XYZ_OF_RGB
 from ...tables.angle_systems import SYSTEMS, angle_system
 from ...tables.axes import fits
 from ...tables.gridded import Gridded
-from ...tables.nodes import above, f_at
+from ...tables.nodes import above, f_at, own_nodes
 from .._options import Declared
+from .._reading import plain_text
 
 SAME = 1e-8  # angles closer than this [degrees] are the same
 FULLEST = 0.5
@@ -207,6 +208,7 @@ class Angles(NamedTuple):
     turns: list[float]
 
 
+OWN = 90  # most polar angles of a measurement that take the place of default ones
 USUAL = 5.0  # degrees between the angles of a file, where a caller does not say
 
 Step = Annotated[
@@ -220,15 +222,19 @@ Channel = Annotated[
 ]
 
 
-def default_angles(asked: float | None, anisotropic: bool) -> Angles:
+def default_angles(m: Reflectance, asked: float | None, anisotropic: bool) -> Angles:
     """theta_o every so many degrees (5 if not given), theta_i and azimuths every two of them, turns of the sample some
-    30. Raises TooLargeError where so many angles do not fit into memory."""
+    30; but if no step is asked for, the polar angles of a measurement are its own. Raises TooLargeError where so many
+    angles do not fit into memory."""
     step = USUAL if asked is None else asked
     fits(85.0 / step * (40.0 / step) * (180.0 / step) * (12 if anisotropic else 1), f"{step=}")
     count = max(4, 2 * round(90.0 / step))
     circle = (np.arange(count) * (360.0 / count)).round(9).tolist()
     half, turns = [*circle[: count // 2], 180.0], circle[:: max(1, round(count / 12))]
-    return Angles(steps(80.0, min(2.0 * step, 80.0)), steps(85.0, step), half, circle, turns)
+    own = own_nodes(m) if asked is None else {}
+    polar = {name: plain_text.degrees(x).tolist() for name, x in own.items() if len(x) <= OWN}
+    theta_i = polar.get("theta_i", steps(80.0, min(2.0 * step, 80.0)))
+    return Angles(theta_i, polar.get("theta_o", steps(85.0, step)), half, circle, turns)
 
 
 def steps(last: float, step: float) -> list[float]:

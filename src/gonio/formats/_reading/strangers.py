@@ -30,11 +30,11 @@ _KINDS: dict[bytes, str] = {
 
 
 def described(head: bytes, size: int) -> str:
-    """What a file of no known format is, in words: empty, a picture, a page ..., or how it starts."""
+    """What a file of no known format is, in words: empty, a picture, a page ...; "" where that is not known."""
     if size == 0:
         return "the file is empty; copy or download it again"
     text = head.lstrip().lower()  # a page may begin in any case, after blanks
     for start, kind in _KINDS.items():
         if (text if start.startswith(b"<") else head).startswith(start):
             return f"this is {kind}"
-    return f"starts with {head[:16]!r}, {size} bytes"
+    return ""

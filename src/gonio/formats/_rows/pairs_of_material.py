@@ -67,8 +67,8 @@ def pairs_of(
     as_held: bool = False,
 ) -> Pairs:
     """The pairs of a measurement, with its values as stored; of anything else, and where a resolution is given, f at
-    a grid of angles. A grid of other angles, about the half vector or the mirror direction, is evaluated on one, too: as
-    pairs in no grid it would be read again with what lies between its nodes lost.
+    a grid of angles. A grid of other angles, about the half vector or the mirror direction, is evaluated on one, too:
+    as pairs in no grid it would be read again with what lies between its nodes lost.
 
     resolution    see `Resolution`; with three numbers anisotropic models have wi at the azimuths of wo. None: `nodes`,
                   or those of a measurement where it has such angles, but no more than f needs
@@ -134,7 +134,7 @@ def _of_model(
 
 
 def _suited(m: Reflectance, axes: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
-    """A measurement's own nodes in place of the default ones, if that are not too many; of a model as many as f needs."""
+    """A measurement's own nodes in place of default ones, if they are not too many; of a model as many as f needs."""
     if not isinstance(m, Measured):
         return needed(m, SYSTEMS["angles"], axes)
     own = own_nodes(m)

@@ -216,6 +216,11 @@ def write(
 
     An uncertainty u becomes the bound sqrt(3) u. A cosine at wo stays, other quantities become f. Lost: nodes without
     data, names of channels. Raises ParameterError for delta lobes, maps, and parametrisations that lack an azimuth.
+
+    Example
+    >>> gn.save(gn.Lambertian(0.5), "white.alta", format="ALTA", resolution=(4, 4, 6))
+    >>> print(gn.load("white.alta").f_angles(0.3, 0.0, 0.5, 1.0).round(4))
+    0.1592
     """
     filed = getattr(m, "about", {}).get("alta")
     if filed and param_in is None and _material(filed["header"], filed["rows"], "") == m:

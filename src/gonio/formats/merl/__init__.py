@@ -275,6 +275,12 @@ def write(
     One channel becomes gray; X, Y, Z become linear sRGB. -1 stands for pairs below the horizon, and for values that are
     negative, NaN or infinite. Raises ParameterError for anisotropic materials, delta lobes, channels other than one or
     colours, and maps.
+
+    Example
+    >>> gn.save(gn.material("brass"), "brass.binary")
+    >>> wi, wo = gn.direction(0.5, 0.0), gn.direction(0.6, 3.0)
+    >>> print(gn.material("brass").f(wi, wo).round(3), gn.load("brass.binary").f(wi, wo).round(3))
+    [0.223 0.148 0.077] [0.223 0.148 0.077]
     """
     large_tables.write(path, *_tables(m.raw if isinstance(m, MERL) else _tabulated(m, phi_d)))
 

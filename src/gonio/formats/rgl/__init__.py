@@ -65,6 +65,12 @@ def write(
     changes by (mean, 99th percentile, largest; relative) 5e-4, 6e-3, 2e-2 for GGX(0.1), 2e-3, 9e-3, 4e-2 for
     Lambertian + GGX(0.3) of glass, 2e-3, 1e-2, 0.3 for gold-metallic-paint, 4e-3, 3e-2, 0.1 for GGX(0.1, 0.4).
     Raises ParameterError for a delta lobe, maps, and channels that are neither colours nor wavelengths.
+
+    Example
+    >>> gn.save(gn.material("gold"), "gold.bsdf", format="RGL", resolution=32)
+    >>> m = gn.load("gold.bsdf")
+    >>> print(type(m).__name__, m.f_angles(0.5, 0.0, 0.5, np.pi).round(1))
+    RGL [10.1  7.5  3.8]
     """
     asked = (("resolution", resolution), ("theta_i", theta_i), ("phi_i", phi_i))
     options = {name: value for name, value in asked if value is not None}

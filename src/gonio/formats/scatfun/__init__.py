@@ -237,6 +237,11 @@ def write(
 
     Files whose name ends in .gz are compressed. Raises ParameterError for anisotropic materials, delta lobes, holes,
     and other than 1 or 3 channels, which no such file can hold.
+
+    Example
+    >>> gn.save(gn.Lambertian(0.5), "white.bsdf", format="SCATFUN")
+    >>> print(gn.load("white.bsdf").f_angles(0.3, 0.0, 0.5, 1.0).round(4))
+    0.1592
     """
     data = serialise(m.parts if isinstance(m, Scatfun) else _fitted(m, nodes, orders, tolerance))
     with replacing(path) as temporary:

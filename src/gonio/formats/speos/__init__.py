@@ -235,6 +235,11 @@ def write(
     `.anisotropicbsdf` has one channel, or the one named by `channel`. Shares are the integrals of the tables. No data
     becomes 0. Raises ParameterError for a delta lobe, maps, channels without wavelengths, or an anisotropic material in
     a `.brdf`.
+
+    Example
+    >>> gn.save(gn.Lambertian(0.5), "white.brdf", format="Speos")
+    >>> print(gn.load("white.brdf").f_angles(0.3, 0.0, 0.5, 1.0).round(4))
+    [0.1592]
     """
     path = Path(path)
     anisotropic = path.suffix.lower() == ".anisotropicbsdf"
@@ -261,11 +266,11 @@ def _sampled(
     isotropic = phi_i is None and m.is_isotropic()
     if not anisotropic and not isotropic:
         raise ParameterError(f"{m!r:.80}: is anisotropic, and a .brdf is not; name the file .anisotropicbsdf")
-    usual = default_angles(step, not isotropic)
+    usual = default_angles(m, step, not isotropic)
     axes = {
         "phi_i": phi_i or ([180.0] if isotropic else usual.turns),
         "theta_i": theta_i or usual.theta_i,
-        "theta_o": theta_o or [*usual.theta_o, 89.0],
+        "theta_o": theta_o or [*(x for x in usual.theta_o if x < 89.0), 89.0],
         "phi": phi or [*usual.circle, 360.0],
     }
     light, incidence, polar, away = (np.radians(x) for x in np.meshgrid(*axes.values(), indexing="ij"))

@@ -224,6 +224,12 @@ def write(
     Means over patches keep the albedo of GGX(0.05) to 2e-5, but 4e-2 beyond 75 degrees (2e-3 of GGX(0.1)), and blur
     what is narrower than the patches. Trees of 64 cells keep it to 1e-3, but 4e-3 beyond 70 degrees.
     Raises ParameterError for a delta lobe, for maps and other channels, and where f has no value in a patch or cell.
+
+    Example
+    >>> gn.save(gn.Lambertian(0.5), "white.xml", format="WINDOW XML", basis="quarter")
+    >>> m = gn.load("white.xml")
+    >>> print(m.values.shape, gn.albedo(m, [0, 0, 1]).round(3))
+    (41, 41) 0.5
     """
     if tree is None and (resolution is not None or tolerance):
         raise ParameterError(f"{resolution=!r:.60}, {tolerance=!r:.60}: are of trees; give tree=3 or tree=4 with them")

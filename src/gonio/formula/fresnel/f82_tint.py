@@ -15,7 +15,7 @@ class F82Tint(Fresnel):
 
     F_S = F0 + (1 - F0)(1 - mu)^5, and b such that F = tint F_S at mu = 1/7, near 82 degrees. tint = 1 is `Schlick`.
 
-    Looks    `F82Tint([0.9, 0.6, 0.3], [0.5, 0.8, 1])` is bronze that turns pale green before the rim;
+    Looks    `F82Tint([0.9, 0.6, 0.3], [0.5, 0.8, 1])` is bronze whose red fades before the rim;
              `F82Tint(0.91, 0.87)` is about aluminium.
     Shapes   F0, tint: numbers or (..., C).
     Units    1.
