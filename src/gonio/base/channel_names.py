@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..arrays import NAMED, ops
 from ..errors import MeaningWarning, NotFoundError, ParameterError, suggestion, warn
 from ..formula.text import few, shown
 
@@ -22,10 +23,12 @@ NEAREST = 25.0
 
 def checked(names: Any, m: Reflectance) -> tuple[str | float, ...]:
     """The names, or wavelengths [nm], as a material keeps them. Raises ParameterError where they do not fit it."""
-    if isinstance(names, (str, bytes)) or not isinstance(names, Iterable) or getattr(names, "ndim", 1) == 0:
+    if isinstance(names, (str, bytes)) or not isinstance(names, Iterable) or getattr(names, "ndim", 1) != 1:
         rule = "expected a list, of a name or a wavelength [nm] for each channel"
         raise ParameterError(f"with_channels({shown(names)}): {rule}")
-    given = [x.item() if isinstance(x, np.generic) or getattr(x, "ndim", None) == 0 else x for x in names]
+    lib = ops.library_of_type(type(names))
+    given = list(names) if lib is None else (np.asarray(names) if lib is NAMED else lib.to_numpy(names)).tolist()
+    given = [x.item() if isinstance(x, np.generic) else x for x in given]
     call = f"with_channels({shown(given)})"
     if m.channels is None:
         rule = "it has no channel axis: f is one number; give a parameter as a list, of a number for each channel"

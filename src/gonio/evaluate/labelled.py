@@ -9,13 +9,14 @@ come here by `batch.run`.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from functools import wraps
 from inspect import signature
 from typing import Any, TypeVar
 
 import numpy as np
 
-from ..arrays import LAZY, labels
+from ..arrays import LAZY, labels, ops
 from ..arrays.kinds import SCALAR, VALUE, VECTOR
 from ..arrays.labels import COMPONENTS, Labels, is_lazy, is_named
 from ..errors import ArrayTypeError, ShapeError
@@ -66,7 +67,11 @@ def call(
 
 
 def _has_axes(x: Any, width: int) -> bool:
-    return np.ndim(x) > bool(width)
+    """Whether an input has axes beside that of components. Of what is no array `compute` says so."""
+    if isinstance(x, (list, tuple)):
+        with suppress(ValueError):
+            x = ops.numbers(x)
+    return ops.library_of_type(type(x)) is not None and getattr(x, "ndim", 0) > bool(width)
 
 
 def _vectors(x: Any) -> Any:
@@ -119,6 +124,11 @@ def later(
     cut = {p: v for p, v in leaves.items() if is_lazy(v) or getattr(v, "ndim", 0) > 1}
     arrays = [x if is_lazy(x) else np.asarray(x, dtype=float) for x in inputs]
     channels = _channels(m)
+    for x, width in zip(arrays, widths, strict=True):
+        if width and x.shape[-1:] != (width,):
+            raise ShapeError(f"directions: got shape {x.shape}, expected (..., {width})")
+    batches = [x.shape[: x.ndim - bool(width)] for x, width in zip(arrays, widths, strict=True)]
+    ops.broadcast_shape([*batches, *(v.shape[:-1] for v in cut.values())], "directions and parameters")
 
     def chunk(*parts: Any) -> tuple[Any, ...]:
         here = None if m is None else _with_numbers(m, dict(zip(cut, parts[len(inputs) :], strict=True)))
@@ -166,7 +176,7 @@ def takes_labels(*directions: str, angles: Sequence[str] = (), kinds: Sequence[s
             try:
                 bound = parameters.bind(*args, **kwargs)
             except TypeError:
-                return function(*args, **kwargs)  # Python's own words about the number and names of arguments
+                return function(*args, **kwargs)  # which says what is wrong
             bound.apply_defaults()
             m = bound.arguments.get("m")
             m = m if isinstance(m, Parametrised) else None

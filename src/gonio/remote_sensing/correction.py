@@ -28,7 +28,7 @@ def brf(m: Reflectance, theta_s: Any, theta_v: Any, phi: Any) -> Any:
     >>> round(float(gn.remote_sensing.brf(gn.RossLi(0.2, 0.1, 0.03), 0.5, 0.3, 0.0)), 4)
     0.1992
     """
-    theta_s, theta_v, phi = check_angles(theta_s, theta_v, phi)
+    theta_s, theta_v, phi = check_angles(theta_s=theta_s, theta_v=theta_v, phi=phi)
     return math.pi * m.f(direction(theta_s, 0.0 * theta_s), direction(theta_v, phi))
 
 
@@ -71,8 +71,10 @@ def c_factor(m: Reflectance, theta_s: Any, theta_v: Any, phi: Any, to_theta_s: A
     >>> round(float(gn.remote_sensing.c_factor(red, np.radians(45.0), np.radians(7.5), 0.0)), 4)
     0.9553
     """
+    sun = theta_s if to_theta_s is None else to_theta_s
+    theta_s, theta_v, phi, sun = check_angles(theta_s=theta_s, theta_v=theta_v, phi=phi, to_theta_s=sun)
     seen = brf(m, theta_s, theta_v, phi)
-    wanted = nbar(m, theta_s if to_theta_s is None else to_theta_s)
+    wanted = nbar(m, sun + 0.0 * (theta_s + theta_v + phi))
     lib = ops.library(seen)
     values = lib.known(seen)
     if values is not None and (dark := (values <= 0.0) | (lib.known(wanted) <= 0.0)).any():

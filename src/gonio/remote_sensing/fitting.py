@@ -135,12 +135,10 @@ def fit_kernels(
     values, frame = _plain({name: x for name, x in inputs.items() if x is not None})
     measured = values.pop("brf")
     spread = values.pop("u", None)
+    values = {name: _beside(measured, name, x) for name, x in values.items()}
     check_angles(**values)
     count = measured.shape[0]
-    vol, geo = (
-        getattr(kernels, name)(*(_beside(measured, name, x) for name, x in values.items()))
-        for name in (volumetric, geometric)
-    )
+    vol, geo = (getattr(kernels, name)(**values) for name in (volumetric, geometric))
     vol, geo = np.broadcast_arrays(vol, geo)
     if (np.abs(measured[np.isfinite(measured)]) > 4.0).any():
         top = float(np.nanmax(np.abs(measured)))

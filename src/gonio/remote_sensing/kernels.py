@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
+from ..arguments import Within, checked
 from ..arrays import ops
 from ..arrays.kinds import SCALAR
 from ..base.angles import check_angle, numbers_of
@@ -16,32 +17,41 @@ from ..evaluate.labelled import takes_labels
 from ..formula.direction import Direction
 from ..models import ross_li, roujean
 
+Crowns = Annotated[float, Within(0.1, 10.0)]
 kernel = takes_labels(angles=("theta_s", "theta_v", "phi"), kinds=(SCALAR,))
 
 
-def check_angles(theta_s: Any, theta_v: Any, phi: Any) -> tuple[Any, Any, Any]:
-    """The angles, lists as arrays. Raises DirectionError for what are no such angles, or look like degrees."""
-    given = {"theta_s": theta_s, "theta_v": theta_v, "phi": phi}
-    theta_s, theta_v, phi = (numbers_of(name, angle) for name, angle in given.items())
-    for name, angle in (("theta_s", theta_s), ("theta_v", theta_v)):
-        check_angle(name, angle, 0.0, 0.5 * math.pi)
-    values = phi if isinstance(phi, (int, float)) else ops.library(phi).known(phi)
-    if values is not None and (out := np.abs(values) > 2.0 * math.pi + 1e-6).any():
-        got = float(np.asarray(values)[out].flat[0])
-        rule = "expected -2 pi to 2 pi [rad], the azimuth from the sun to the viewer; in degrees?"
-        raise DirectionError(f"phi: {got:g}: {rule} numpy.radians({got:g}) = {math.radians(got):.4g}")
-    return theta_s, theta_v, phi
+def check_angles(**angles: Any) -> tuple[Any, ...]:
+    """Angles by name, `phi` or polar angles, as arrays of one library that broadcast.
+
+    Raises DirectionError for what are no such angles, or look like degrees.
+    """
+    checked = {name: numbers_of(name, angle) for name, angle in angles.items()}
+    lib = ops.library(*checked.values())
+    shapes = [() if isinstance(x, (int, float)) else lib.shape(x) for x in checked.values()]
+    ops.broadcast_shape(shapes, ", ".join(checked))
+    for name, angle in checked.items():
+        if name != "phi":
+            check_angle(name, angle, 0.0, 0.5 * math.pi)
+            continue
+        values = angle if isinstance(angle, (int, float)) else lib.known(angle)
+        if values is not None and (out := np.abs(values) > 2.0 * math.pi + 1e-6).any():
+            got = float(np.asarray(values)[out].flat[0])
+            rule = "expected -2 pi to 2 pi [rad], the azimuth from the sun to the viewer; in degrees?"
+            raise DirectionError(f"phi: {got:g}: {rule} numpy.radians({got:g}) = {math.radians(got):.4g}")
+    return tuple(checked.values())
 
 
 def _of(formula: Callable[..., Any], theta_s: Any, theta_v: Any, phi: Any, *more: Any) -> Any:
     """A kernel of directions, at these angles."""
-    theta_s, theta_v, phi = check_angles(theta_s, theta_v, phi)
+    theta_s, theta_v, phi = check_angles(theta_s=theta_s, theta_v=theta_v, phi=phi)
     across = ops.sin(theta_v)
     wi = Direction(ops.sin(theta_s), 0.0 * theta_s, ops.cos(theta_s))
     return formula(wi, Direction(across * ops.cos(phi), across * ops.sin(phi), ops.cos(theta_v)), *more)
 
 
 @kernel
+@checked
 def ross_thick(theta_s: Any, theta_v: Any, phi: Any) -> Any:
     """Ross-Thick, a dense layer of leaves: MODIS' volumetric kernel.
 
@@ -60,6 +70,7 @@ def ross_thick(theta_s: Any, theta_v: Any, phi: Any) -> Any:
 
 
 @kernel
+@checked
 def ross_thin(theta_s: Any, theta_v: Any, phi: Any) -> Any:
     """Ross-Thin, few leaves.
 
@@ -78,6 +89,7 @@ def ross_thin(theta_s: Any, theta_v: Any, phi: Any) -> Any:
 
 
 @kernel
+@checked
 def ross_thick_hotspot(theta_s: Any, theta_v: Any, phi: Any) -> Any:
     """Ross-Thick with the hot spot of leaves' shadows; 4/(3 pi) times as large, as in the paper.
 
@@ -96,7 +108,8 @@ def ross_thick_hotspot(theta_s: Any, theta_v: Any, phi: Any) -> Any:
 
 
 @kernel
-def li_sparse_r(theta_s: Any, theta_v: Any, phi: Any, h_b: float = 2.0, b_r: float = 1.0) -> Any:
+@checked
+def li_sparse_r(theta_s: Any, theta_v: Any, phi: Any, h_b: Crowns = 2.0, b_r: Crowns = 1.0) -> Any:
     """Li-Sparse in its reciprocal form, crowns and their shadows: MODIS' geometric kernel.
 
     K = O - sec_s - sec_v + (1 + cos(xi)) sec_s sec_v/2, of the angles theta' with tan(theta') = b/r tan(theta).
@@ -116,7 +129,8 @@ def li_sparse_r(theta_s: Any, theta_v: Any, phi: Any, h_b: float = 2.0, b_r: flo
 
 
 @kernel
-def li_dense_r(theta_s: Any, theta_v: Any, phi: Any, h_b: float = 2.0, b_r: float = 2.5) -> Any:
+@checked
+def li_dense_r(theta_s: Any, theta_v: Any, phi: Any, h_b: Crowns = 2.0, b_r: Crowns = 2.5) -> Any:
     """Li-Dense in its reciprocal form, crowns that hide the ground.
 
     K = (1 + cos(xi)) sec_s sec_v/(sec_s + sec_v - O) - 2, of the angles theta' with tan(theta') = b/r tan(theta).
@@ -136,6 +150,7 @@ def li_dense_r(theta_s: Any, theta_v: Any, phi: Any, h_b: float = 2.0, b_r: floa
 
 
 @kernel
+@checked
 def roujean_volumetric(theta_s: Any, theta_v: Any, phi: Any) -> Any:
     """Roujean's f2, leaves: 4/(3 pi) times `ross_thick`.
 
@@ -154,6 +169,7 @@ def roujean_volumetric(theta_s: Any, theta_v: Any, phi: Any) -> Any:
 
 
 @kernel
+@checked
 def roujean_geometric(theta_s: Any, theta_v: Any, phi: Any) -> Any:
     """Roujean's f1, diffuse blocks and their shadows.
 

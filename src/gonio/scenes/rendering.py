@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable
 from typing import Any
 
 import numpy as np
@@ -40,7 +40,7 @@ def render(
     samples: int = 32,
     seed: int = 0,
     progress: Callable[[int, int], None] | None = None,
-    bands: Sequence[str | float] | None = None,
+    bands: Any = None,
 ) -> Image:
     """A square picture of a lit shape, in linear RGB (or gray), with coverage as alpha.
 
@@ -132,21 +132,19 @@ def default_light(m: Reflectance, bands: Sequence[str | float] | None = None) ->
     return EnvironmentLight(transformed(studio.image.pixels, LUMINANCE[:, None])) if is_gray else studio
 
 
-def _chosen(m: Reflectance, bands: Sequence[str | float] | None) -> np.ndarray | None:
+def _chosen(m: Reflectance, bands: Any) -> np.ndarray | None:
     """The matrix (C, 3), or (C, 1), that picks the bands of a picture out of the channels; None for all as they are."""
     if bands is None:
         words = [str(name).lower() for name in m.channel_names or ()]
         if not {"red", "green", "blue"} <= {*words}:
             return None
         return np.eye(len(words))[:, [words.index(word) for word in ("red", "green", "blue")]]
-    if isinstance(bands, (str, float, int)) or len(bands) not in (1, 3):
+    if not isinstance(bands, (list, tuple)) or len(bands) not in (1, 3):
         raise ParameterError(f"bands={bands!r:.60}: expected three channels, for red, green and blue, or a list of one")
     return np.eye(m.channels or 1)[:, places(m, bands)]
 
 
-def _colour(
-    m: Reflectance, lights: list[Light], bands: Sequence[str | float] | None
-) -> tuple[np.ndarray | None, np.ndarray | None]:
+def _colour(m: Reflectance, lights: list[Light], bands: Any) -> tuple[np.ndarray | None, np.ndarray | None]:
     """Matrices (C, 3) that make RGB of a material of wavelengths, X, Y, Z or bands: of its reflectance, for lights of
     one channel or RGB, or of the radiance in the end, for lights with the same channels. None: nothing is to be done.
     """
