@@ -30,6 +30,9 @@ def albedo(m: Reflectance, wi: Any, tolerance: float = 1e-4, error: bool = False
     Error    at most `tolerance`, absolute (relative where the result is above 1), or a ToleranceWarning that says what
              was reached. `error=True` returns the estimate too, typically 10 times the error, rarely below it. Computed
              in double precision. Measured at alpha from 0.001 to 1 and 0 to 89.99 degrees: at most 4e-5 for 1e-4.
+             Places of a map share integrals (`integrals/sharing.py`), with an estimate for each: near the defaults of
+             all models but ShadingNormal, at 12 of 1500 places each, at most 2.4e-5 for 1e-4. With all of Hapke's
+             parameters over their whole bounds one white-sky albedo of 40 was 1.3e-4 off, 1.5 times its estimate.
     Source   lecture 4, eq. 4.2; Nicodemus et al. 1977, NBS Monograph 160; the quadrature: `quadrature.cubature`.
              Directions without measured data count as 0 and are reported by a MissingDataWarning.
 

@@ -7,8 +7,9 @@ those of a few wherever f is a combination, the same one for all directions, of 
   kernel models, albedos, weights). Exact: as many places as products decide.
 - `_by_nodes`: f at some pairs of directions (nodes), chosen among many by how much they differ between places, is
   fitted to the integrals of some hundred places: nodes and weights of a rule for this map alone. Its error is measured
-  at places that had no part in the fit, and grows with a place's leverage: how far its values at the nodes lie from
-  those of the places that had. Places whose error may be too large join them, or are integrated by themselves.
+  at places that had no part in the fit, and at each that had by the fit without it. It grows with a place's leverage:
+  how far its values at the nodes lie from those of the fitted. Places whose error may be too large join these, or are
+  integrated by themselves.
 
 Source   derived here, after empirical interpolation: Barrault, Maday, Nguyen & Patera 2004, C. R. Acad. Sci. Paris
          Ser. I 339:667 (nodes and weights from the functions themselves).
@@ -46,7 +47,7 @@ ALONE = 512
 """Places that are integrated by themselves, at most, before more of them are fitted."""
 
 SAFETY = 2.5
-"""Factor from the largest error of a tested place to the estimate."""
+"""Factor from the largest error at places that had no part in a fit to the estimate."""
 
 INNER = 0.3
 """Share of the tolerance for the integrals of the few places."""
@@ -362,7 +363,7 @@ class _Rule(NamedTuple):
     wo: np.ndarray
     whitened: np.ndarray  # (nodes, k)
     weights: np.ndarray  # (k, C)
-    spread: float  # largest error at a tested row, relative to max(unit, value), over sqrt(1 + leverage)
+    spread: float  # largest error at a row that had no part in it, over max(unit, value) sqrt(1 + leverage)
     tested: np.ndarray  # leverage of the tested rows
 
     def applied(self, known: _Known, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -388,7 +389,10 @@ def _fit(known: _Known, nodes: np.ndarray, scale: np.ndarray) -> _Rule:
     tested = at[:TESTED] @ whitened
     leverage = np.square(tested).sum(axis=-1)
     misses = np.abs(tested @ weights - known.values[:TESTED]).max(axis=-1) / scale[:TESTED]
-    spread = float((misses / np.sqrt(1.0 + leverage)).max())
+    own = np.minimum(np.square(left[:, kept]).sum(axis=-1), 0.99)
+    rest = np.abs((at[TESTED:] @ whitened) @ weights - known.values[TESTED:]).max(axis=-1) * share[:, 0]
+    # The error at a fitted row by the fit without it is rest/(1 - own), its leverage in that own/(1 - own).
+    spread = float(max((misses / np.sqrt(1.0 + leverage)).max(), (rest / np.sqrt(1.0 - own)).max()))
     wi, wo = known.wi[nodes], known.wo[nodes]
     return _Rule(wi, wo, (wi[:, 2:] * wo[:, 2:]) * whitened, weights, spread, leverage)
 
