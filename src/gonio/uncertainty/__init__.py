@@ -60,7 +60,8 @@ def with_uncertainty(
 
     Error    u_noise: first order to 1 % (a sum over 2^13 to 2^18 pairs of directions, doubled until u changes by less
              than 0.5 %; measured: 0.3 %); Monte Carlo to a relative standard error of 1/sqrt(2 draws), 2 % for 1000.
-             u_interpolation is an estimate: FIGURES
+             u_interpolation is an estimate. Of 1000 synthetic measurements 99 % of the results are within 3 u of the
+             truth, 97 % within 2 u; it is 1.8 times the error in the median (benchmarks/uncertainty_campaign.txt).
 
     Example
     >>> theta = np.radians([0.0, 30.0, 60.0])
