@@ -12,6 +12,9 @@ from ..formula.direction import HORIZON
 from ..numerics.lattice import lattice
 from .angle_systems import AZIMUTHS, AngleSystem
 
+GRAZING = 1e-3
+"""Least cosine of the polar angles of `own_nodes`."""
+
 PROBES = 512
 """Pairs of directions at which `needed` compares."""
 
@@ -43,13 +46,13 @@ def channels_named(count: int) -> tuple[str, ...]:
 
 
 def own_nodes(m: Any) -> dict[str, np.ndarray]:
-    """The nodes [rad] of the angles that a measurement was taken at, by their names, without those on the horizon; of
-    azimuths only whole circles. Nothing for other reflectances."""
+    """The nodes [rad] of the angles that a measurement was taken at, by their names, those on the horizon at a cosine
+    of `GRAZING`; of azimuths only whole circles. Nothing for other reflectances."""
     axes = {name: np.asarray(x, float) for name, x in getattr(m, "axes", {}).items()}
     kept = {}
     for name, x in axes.items():
         if name in ("theta_i", "theta_o"):
-            kept[name] = x[np.cos(x) > HORIZON]
+            kept[name] = np.unique(np.minimum(x, np.arccos(GRAZING)))
         elif name in AZIMUTHS and len(x) > 2 and 2.0 * np.pi - np.ptp(x) < 1.5 * np.diff(x).max():
             kept[name] = x
     return {name: x for name, x in kept.items() if len(x)}

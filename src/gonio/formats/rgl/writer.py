@@ -34,7 +34,10 @@ RESOLUTION, THETA_I, PHI_I = 64, 25, 32
 """Rows and columns of half vectors, and counts of polar angles and azimuths of wi, where a caller does not say."""
 
 OWN = 90
-"""Most incidences of a measurement that take the place of the default ones."""
+"""Most incidences of a measurement that are nodes of a file."""
+
+APART = 0.02
+"""Distance [rad] of default nodes from those of a measurement: what lies between these is interpolated better."""
 
 RIGHT = 0.5 * math.pi
 GRAZING = 1e-3  # cosine up to which f is asked for
@@ -88,14 +91,17 @@ def _source(m: Reflectance) -> _Source:
 def fields(
     m: Reflectance, resolution: int = RESOLUTION, theta_i: int | None = None, phi_i: int = PHI_I
 ) -> dict[str, np.ndarray]:
-    """The fields of a file: S on resolution x resolution nodes for each of theta_i polar angles (by default those of a
-    measurement, else `THETA_I`) and phi_i azimuths of wi. Raises ParameterError for materials that no such file holds.
+    """The fields of a file: S on resolution x resolution nodes for each of theta_i polar angles and phi_i azimuths of
+    wi; by default the incidences of a measurement are among them. Raises ParameterError for materials that no such file
+    holds.
     """
     source = _source(m)
     oriented = not m.is_isotropic()
-    thetas = own_nodes(m).get("theta_i", np.zeros(0)) if theta_i is None else np.zeros(0)
-    if not 2 <= len(thetas) <= OWN:
-        thetas = RIGHT * np.linspace(0.0, 1.0, theta_i or THETA_I) ** 0.7  # denser towards grazing: more happens there
+    thetas = RIGHT * np.linspace(0.0, 1.0, theta_i or THETA_I) ** 0.7  # denser towards grazing, where more happens
+    own = own_nodes(m).get("theta_i", np.zeros(0)) if theta_i is None else np.zeros(0)
+    if 0 < len(own) <= OWN:
+        others = thetas[np.abs(thetas[:, None] - own).min(axis=1) > APART]
+        thetas = np.sort(np.concatenate([own, others]))
     thetas[-1] = min(thetas[-1], math.acos(GRAZING))
     fits(resolution**2 * len(thetas) * (phi_i if oriented else 1), f"{resolution=}, theta_i={len(thetas)}, {phi_i=}")
     phis = np.zeros(1)
