@@ -121,8 +121,9 @@ def _fit(kind: Any, value: Any) -> Any:
             raise TypeError
         return {_fit(inner[0], name): _fit(inner[1], x) for name, x in value.items()}
     if origin is not None:
-        letters = isinstance(value, str) and issubclass(origin, Sequence)
-        return [_fit(inner[0], x) for x in (value if letters else _items(value))]
+        if isinstance(value, str) and issubclass(origin, Sequence):
+            return _fit(inner[0], value)  # a sequence of letters, too: the function says what it means
+        return [_fit(inner[0], x) for x in _items(value)]
     if kind in (int, float):
         return _number(kind, value)
     if not isinstance(value, (bool, np.bool_) if kind is bool else kind):
@@ -171,7 +172,7 @@ def _words(kind: Any) -> str:
     if origin in (UnionType, typing.Union):
         return " or ".join(dict.fromkeys(_words(of) for of in inner if of is not NoneType))
     if origin is tuple:
-        return f"{len(inner)} of {_words(inner[0])}"
+        return f"({', '.join(map(_words, inner))})"
     if origin is Callable or kind is Callable:
         return NOUNS[Callable]
     if origin is not None and issubclass(origin, Mapping):

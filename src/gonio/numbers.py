@@ -21,7 +21,7 @@ def numbers(value: Any) -> np.ndarray:
     array = value if type(value) is np.ndarray else _plain(value)
     kind = array.dtype.kind
     if kind in "fiub":
-        return array
+        return array.astype(np.float64) if kind == "f" and array.itemsize > 8 else array
     if kind == "O" and all(type(x) in (int, float) for x in array.flat):  # Python's integers have no bound
         try:
             return array.astype(float)

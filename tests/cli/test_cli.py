@@ -46,6 +46,15 @@ def test_help_and_version(run):
         assert "Usage:" in text and max(map(len, text.splitlines())) <= 80
 
 
+def test_many_channels_are_pictures_of_bands(run):
+    """A picture that no .png can hold is refused before it is made."""
+    m = "Lambertian([0.1, 0.2, 0.3, 0.4])"
+    refused = run("render", m, "-o", "a.png")
+    assert refused.exit_code == 2 and "4 channels, expected 1 or 3; choose three, --bands" in refused.stderr
+    assert run("render", m, "-o", "a.png", "--bands", "3,2,1", *SMALL).exit_code == 0
+    assert run("render", m, "-o", "a.exr", *SMALL).exit_code == 0
+
+
 def test_models_are_listed_and_explained(run):
     every = [name for of in kinds().values() for name in of]
     listed = run("models").stdout
@@ -278,6 +287,8 @@ BAD = [
     ("render gold -o a.png -l distant:45", "THETA,PHI"),
     ("render gold -o a.png -l constant:1,2", "channels"),
     ("show gold -o a.gif", ".png, .jpg, .pdf, .svg"),
+    ("check gold --plot a.gif", ".png, .jpg, .pdf, .svg"),
+    ("check gold --plot nowhere/a.png", "does not exist"),
     ("show gold -o nowhere/a.png", "does not exist"),
     ("convert gold a.xyz", "'.xyz'"),
     ("convert gold a.binary --format foo", "'foo'"),

@@ -131,7 +131,7 @@ def test_info_prints_the_history(whole):
 
 
 def test_what_is_no_grid_is_refused_with_the_next_step():
-    with pytest.raises(gn.errors.ParameterError, match=r"expected a Gridded measurement; make one with gonio.repair"):
+    with pytest.raises(gn.errors.ParameterError, match=r"expected a measurement; gn.tabulate"):
         gn.repair.fill_holes(gn.Lambertian(0.5))
 
 
@@ -647,7 +647,7 @@ def test_scans_that_do_not_fit():
             ],
             "channels differ",
         ),
-        ([gn.Lambertian(0.5)], "expected Gridded or Scattered"),
+        ([gn.Lambertian(0.5)], "each is a measurement"),
     ):
         with pytest.raises(gn.errors.ParameterError, match=text):
             gn.repair.merge_scans(scans)
@@ -702,7 +702,7 @@ def test_signatures_that_do_not_reach_everywhere(whole):
     assert r.repairs[0].figures["without_signature"] == np.isnan(r.stored).sum()
     for bad, text in (
         ({"negatives": "clip"}, "'keep', 'zero', 'missing'"),
-        ({"scale": math.nan}, "finite"),
+        ({"scale": math.nan}, "expected a number"),
         ({"signature": gn.Lambertian(np.array([0.1, 0.2]))}, "2 channels"),
     ):
         with pytest.raises(gn.errors.ParameterError, match=text):
@@ -851,7 +851,7 @@ def test_apertures_that_make_no_sense(whole):
     for call, text in (
         (lambda: gn.repair.aperture_averaged(whole, 5.0), "are these degrees"),
         (lambda: gn.repair.aperture_averaged(whole, -0.1), "expected a half-angle"),
-        (lambda: gn.repair.aperture_averaged(whole, (0.1, 0.1, 0.1)), "expected a half-angle"),
+        (lambda: gn.repair.aperture_averaged(whole, (0.1, 0.1, 0.1)), "expected a number or \\(a number, a number\\)"),
         (lambda: gn.repair.aperture_averaged(whole, 0.1, horizon="cut"), "'visible', 'full'"),
         (lambda: gn.repair.aperture_averaged(whole, 0.1, rings=0), "1 to 64"),
         (lambda: gn.repair.aperture_removed(whole, 0.1, method="wiener"), "'van_cittert'"),

@@ -434,3 +434,14 @@ def test_the_page_names_everything_that_a_dataset_holds():
         names |= {str(n) for n in (*ds.variables, *ds.dims, *ds.attrs)}
     missing = sorted(name for name in names if f"`{name}`" not in page)
     assert not missing
+
+
+@pytest.mark.parametrize("name", ["a.nc", "a.zip"])
+def test_a_tabulated_material_is_kept(name, tmp_path):
+    m = gn.tabulate(gn.material("brass"), resolution=(5, 4, 6))
+    gn.save(m, tmp_path / name)
+    again = gn.load(tmp_path / name)
+    np.testing.assert_array_equal(again.stored, m.stored)
+    assert again.channel_names == ("R", "G", "B") and again.periods == m.periods
+    assert again.about["made_of"] == m.about["made_of"]
+    np.testing.assert_array_equal(gn.to_dataset(m)["values"], m.stored)

@@ -22,7 +22,7 @@ NEAREST = 25.0
 
 def checked(names: Any, m: Reflectance) -> tuple[str | float, ...]:
     """The names, or wavelengths [nm], as a material keeps them. Raises ParameterError where they do not fit it."""
-    if isinstance(names, (str, bytes)) or not isinstance(names, Iterable):
+    if isinstance(names, (str, bytes)) or not isinstance(names, Iterable) or getattr(names, "ndim", 1) == 0:
         rule = "expected a list, of a name or a wavelength [nm] for each channel"
         raise ParameterError(f"with_channels({shown(names)}): {rule}")
     given = [x.item() if isinstance(x, np.generic) or getattr(x, "ndim", None) == 0 else x for x in names]

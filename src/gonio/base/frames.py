@@ -11,6 +11,7 @@ from ..arguments import checked
 from ..arrays import LIBRARIES, ops
 from ..arrays.kinds import SCALAR, VECTOR
 from ..errors import ArrayTypeError, DirectionError, ShapeError
+from ..evaluate.labelled import takes_labels
 from ..formula import direction as components
 from ..formula.direction import Direction, cross, dot, select
 from .angles import numbers_of
@@ -215,6 +216,7 @@ def half_difference(wi: Any, wo: Any) -> HalfDifferenceAngles:
     return HalfDifferenceAngles(*_on_components(four, (SCALAR,) * 4, lib, pair))
 
 
+@takes_labels(angles=("theta_h", "phi_h", "theta_d", "phi_d"), kinds=(VECTOR, VECTOR))
 @checked
 def from_half_difference(theta_h: Any, phi_h: Any, theta_d: Any, phi_d: Any) -> tuple[Any, Any]:
     """wi and wo of Rusinkiewicz' angles: the inverse of `half_difference`. Either may lie below the horizon.
@@ -303,5 +305,7 @@ def check_frame(lib: ops.Library, normal: Any, tangent: Any) -> None:
 
 def _check_length(lib: ops.Library, name: str, w: Any) -> None:
     known = lib.known(w)
+    if known is not None and np.isinf(known).any():
+        raise DirectionError(f"{name}: a vector with infinite components has no direction; expected finite numbers")
     if known is not None and (np.einsum("...i,...i->...", known, known) == 0.0).any():
         raise DirectionError(f"{name}: a vector of length 0 has no direction; expected three numbers, not all 0")

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import click
 
-from ..errors import visible
+from ..errors import ParameterError, visible
 from ..scenes.shapes import SHAPES
 from . import options
 from .terminal import bar, echo
@@ -44,14 +44,19 @@ def render(
     A .png is sRGB with a transparent background; .exr and .hdr hold linear radiance.
     """
     from ..pictures.image import check_target
+    from ..scenes.rendering import is_coloured
     from ..scenes.rendering import render as render_image
 
     start = time.perf_counter()
     check_target(output, exposure)
     m = options.read_material(material, replaced)
-    sources = options.read_lights(lights)
+    sources, chosen = options.read_lights(lights), options.bands_of(bands)
+    if output.suffix.lower() != ".exr" and not is_coloured(m, chosen):
+        names = ", ".join(map(str, m.channel_names or range(m.channels or 1)))
+        advice = f"choose three, --bands RED,GREEN,BLUE, or one of {names:.90}; or write .exr"
+        raise ParameterError(f"{output}: a picture of {m.channels} channels, expected 1 or 3; {advice}")
     with bar("rendering") as progress:
-        picture = render_image(m, sources, shape, size, samples, seed, progress, options.bands_of(bands))
+        picture = render_image(m, sources, shape, size, samples, seed, progress, chosen)
     picture.save(output, exposure)
     what = f"{options.title_of(material, replaced)} {options.under(lights)}"
     echo(visible(f"{output}: {what}, {size} x {size}, {samples} samples per pixel, {options.since(start)}"))

@@ -72,8 +72,8 @@ def write(
     Uncertainties are lost. Raises ParameterError without wavelengths, and for delta lobes and maps.
 
     Example
-    >>> gn.save(gn.Lambertian(0.5), "white.txt", format="BRF table", wavelengths=[550.0])
-    >>> print(gn.load("white.txt").channel_names)
+    >>> gn.save(gn.Lambertian(0.5), "white.dat", format="BRF table", wavelengths=[550.0])
+    >>> print(gn.load("white.dat").channel_names)
     (550.0,)
     """
     pairs = pairs_of(m, resolution, ("reflectance factor",), nodes=COARSE, as_held=True)

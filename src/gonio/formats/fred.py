@@ -131,8 +131,8 @@ def write(
     for a delta lobe, maps, and several channels.
 
     Example
-    >>> gn.save(gn.Lambertian(0.5), "white.txt", format="FRED")
-    >>> print(gn.load("white.txt").f_angles(0.3, 0.0, 0.5, 1.0).round(4))
+    >>> gn.save(gn.Lambertian(0.5), "white.fred", format="FRED")
+    >>> print(gn.load("white.fred").f_angles(0.3, 0.0, 0.5, 1.0).round(4))
     0.1592
     """
     asked = (theta_i, theta_o, phi, phi_i)

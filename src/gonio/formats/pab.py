@@ -130,8 +130,8 @@ def write(
     ParameterError where several directions, or none, are left, and for channels other than X, Y, Z.
 
     Example
-    >>> gn.save(gn.Lambertian(0.5), "white.txt", format="pab-opto", incident=(0.5, 0.0))
-    >>> print(gn.load("white.txt").f_angles(0.5, 0.0, 0.3, 1.0).round(4))
+    >>> gn.save(gn.Lambertian(0.5), "white.pab", format="pab-opto", incident=(0.5, 0.0))
+    >>> print(gn.load("white.pab").f_angles(0.5, 0.0, 0.3, 1.0).round(4))
     0.1592
     """
     pairs = pairs_of(m, resolution, (QUANTITIES["bsdf"], QUANTITIES["dsf"]), incident=incident)

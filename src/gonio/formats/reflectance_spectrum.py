@@ -55,8 +55,8 @@ def read(path: Path) -> ReflectanceSpectrum:
     """The spectrum, as a Lambertian surface. Raises FormatError with the line where there is something else.
 
     Example
-    >>> np.savetxt("panel.txt", [[400.0, 0.97], [500.0, 0.98], [600.0, 0.98], [700.0, 0.99]])
-    >>> print(gn.load("panel.txt").channel_names)
+    >>> np.savetxt("panel.asc", [[400.0, 0.97], [500.0, 0.98], [600.0, 0.98], [700.0, 0.99]])
+    >>> print(gn.load("panel.asc").channel_names)
     (400.0, 500.0, 600.0, 700.0)
     """
     lines = plain_text.read(path, COMMENTS)

@@ -12,7 +12,8 @@ from ..arrays import ops
 from ..base.angles import angles
 from ..base.measured import Measured
 from ..base.reflectance import Reflectance
-from ..errors import ParameterError
+from ..errors import ParameterError, ShapeError
+from ..evaluate import batch
 from ..formula.direction import HORIZON
 from ..integrals.over_directions import directions
 from ..tables.gridded import Gridded
@@ -64,6 +65,10 @@ def through_aperture(
     >>> print(m.f(wi, wo).round(3), gn.repair.through_aperture(m, wi, wo, detector=np.radians(5.0)).round(3))
     1.768 0.977
     """
+    if maps := batch.full_shape(m, ()):
+        raise ShapeError(
+            f"through_aperture: parameters are maps of shape {maps}; expected one value, or one per channel"
+        )
     wi, wo = (directions(w).astype(float) for w in (wi, wo))
     shape = ops.broadcast_shape([wi.shape, wo.shape], "wi, wo")[:-1]
     a, b = (np.broadcast_to(w, (*shape, 3)).reshape(-1, 3) for w in (wi, wo))
@@ -255,8 +260,9 @@ def _batch(m: Reflectance, wi: np.ndarray, wo: np.ndarray, detector: Any, source
         visible = np.where(w[..., 2] > HORIZON, projected, 0.0)
         whole = (visible if horizon == "visible" else projected).sum(axis=1, keepdims=True)
         weights.append(visible / np.maximum(whole, 1e-12))
-    weight = (weights[0][:, :, None] * weights[1][:, None, :]).reshape(len(wi), 1, -1)
-    f = evaluated(m, lit[:, :, None], seen[:, None, :]).reshape(len(wi), weight.shape[-1], -1)
+    points = len(source[1]) * len(detector[1])
+    weight = (weights[0][:, :, None] * weights[1][:, None, :]).reshape(len(wi), 1, points)
+    f = evaluated(m, lit[:, :, None], seen[:, None, :]).reshape(len(wi), points, m.channels or 1)
     hole = np.isnan(f)
     if not hole.any():
         return (weight @ f)[:, 0]

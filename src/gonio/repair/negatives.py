@@ -10,6 +10,9 @@ from ..errors import ParameterError
 from ..tables.gridded import Gridded
 from ._cells import Cells
 
+LARGEST = 1e6
+"""The largest floor [1/sr]: a mirror's lobe of 1 mrad."""
+
 
 @checked
 def remove_negatives(m: Measured, floor: float | str = 0.0) -> Gridded:
@@ -36,7 +39,7 @@ def remove_negatives(m: Measured, floor: float | str = 0.0) -> Gridded:
         least = cells.u
     else:
         least = np.array(floor, dtype=float)
-        if not 0.0 <= floor < np.inf:
+        if not 0.0 <= floor <= LARGEST:
             raise ParameterError(f"remove_negatives(floor={floor!r}): expected 0 or a small positive number [1/sr]")
     with np.errstate(invalid="ignore"):
         f = np.where(cells.f < least, least, cells.f)

@@ -13,8 +13,8 @@ from ..base.reflectance import Reflectance
 from ..conversion.comparison import lattice_pairs
 from ..errors import ParameterError
 from ..tables.angle_systems import angle_system
-from ..tables.axes import nodes_of
-from ..tables.gridded import Gridded
+from ..tables.axes import laid_out, nodes_of
+from ..tables.gridded import Gridded, real
 from ..tables.nodes import above, channels_named, f_at
 from ._cells import Cells, changes_of_all, evaluated, relative, reported, spread, variances
 
@@ -58,7 +58,8 @@ def resample(
         isotropic = not m.is_oriented() if isinstance(m, Gridded) else m.is_isotropic()
         nodes = nodes_of(system, not isotropic, resolution, system.fine)
     elif resolution is None:
-        nodes = {name: np.array(x, dtype=float).reshape(-1) for name, x in axes.items()}
+        nodes = {name: real(f"axes: {name}", x).astype(float).reshape(-1) for name, x in axes.items()}
+        laid_out(parameterisation, nodes, False, {})
     else:
         raise ParameterError("resample(axes=..., resolution=...): expected one of the two")
     wi, wo = system.directions(nodes)

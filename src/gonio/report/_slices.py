@@ -27,6 +27,10 @@ APART = 1.0
 """Angle [degrees] up to which a measured direction counts as one of a slice."""
 
 
+MOST = 1 << 25
+"""Numbers of a table up to which figures look at each of them."""
+
+
 class Slice(NamedTuple):
     """f [1/sr] in the plane of incidence, as one number (`one_number`).
 
@@ -124,7 +128,7 @@ def _measured(m: Reflectance) -> Callable[[float, float], tuple[np.ndarray, np.n
     if isinstance(m, Scattered):
         f, u = m.row_brdf()
         all_wi, all_wo = (direction(m.rows[:, k], m.rows[:, k + 1]) for k in (0, 2))
-    elif isinstance(m, Gridded) and "theta_i" in m.axes:
+    elif isinstance(m, Gridded) and "theta_i" in m.axes and m.stored.size <= MOST:
         f, u, axis = m.brdf(), m.brdf_uncertainty(), list(m.axes).index("theta_i")
     else:
         return lambda theta, phi: (np.zeros(0), np.zeros(0), None)

@@ -200,7 +200,8 @@ def _polar(host: Any, m: Reflectance, slices: list[Slice]) -> None:
     axes.set_rlim(bottom, top)
     decades = range(bottom + 1, math.floor(top) + 1)
     decades = decades[:: max(1, -(-len(decades) // 3))]  # more labels would touch in small figures
-    radii, labels = list(decades), [f"$10^{{{d}}}$" for d in decades]
+    radii: list[float] = list(decades)
+    labels = [f"$10^{{{d}}}$" for d in decades]
     if not radii:  # all within one decade
         values = [x for x in (0.2, 0.5, 1.0, 2.0, 5.0) if bottom < math.log10(x) + bottom + 1.0 < top]
         radii = [math.log10(x) + bottom + 1.0 for x in values]

@@ -132,7 +132,7 @@ class Scattered(Gridded):
         other = self._made_of()  # of this class, whose own constructor may take the rows of a file
         Scattered.__init__(
             other,
-            *self.rows.T,
+            **dict(zip(ROW_ANGLES, self.rows.T, strict=True)),
             values=self.stored,
             quantity=self.quantity,
             uncertainty=self.uncertainty,
