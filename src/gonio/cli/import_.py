@@ -8,7 +8,7 @@ import time
 import warnings
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 import numpy as np
@@ -19,8 +19,8 @@ from .tables import size_in_words
 from .terminal import echo, print_json
 
 if TYPE_CHECKING:
+    from ..base.reflectance import Reflectance
     from ..formats._laboratory.understanding import Column, Understood
-    from ..tables.gridded import Gridded
 
 NARROWEST, USUAL = 72, 100
 """Characters of a line of the table: at least, and where nothing says how wide a line may be."""
@@ -84,7 +84,7 @@ def import_(ctx: click.Context, file: Path, output: Path | None, format_: str | 
         echo("\nNothing is written: -o FILE writes it, -O NAME=VALUE changes how it is read.")
 
 
-def _convert(m: Gridded, output: Path, format_: str | None, start: float, as_json: bool) -> None:
+def _convert(m: Reflectance, output: Path, format_: str | None, start: float, as_json: bool) -> None:
     from ..conversion.conversion import convert
     from ..formats import writer
     from .convert import conversion_as_text
@@ -94,7 +94,7 @@ def _convert(m: Gridded, output: Path, format_: str | None, start: float, as_jso
     echo(f"\n{said}\n{conversion_as_text(conversion)}", err=as_json)
 
 
-def summary(table: Understood, m: Gridded) -> dict[str, str]:
+def summary(table: Understood, m: Reflectance) -> dict[str, str]:
     """What a table holds, in words: rows, what was passed over, angles, the measurement."""
     layout, numbers = table.layout, table.numbers
     rows = f"{len(numbers.lines)} in lines {numbers.lines[0]} to {numbers.lines[-1]}"
@@ -141,7 +141,7 @@ def _listed(angles: np.ndarray) -> str:
     return ", ".join(shown if len(shown) <= 8 else [*shown[:3], "...", shown[-1]])
 
 
-def _measurement(m: Gridded) -> str:
+def _measurement(m: Any) -> str:
     grid = " x ".join(f"{len(nodes)} {name}" for name, nodes in m.axes.items())
     kind = f"{len(m.rows)} pairs of directions in no grid" if hasattr(m, "rows") else f"a grid of {grid}"
     names = [f"{name:g} nm" if isinstance(name, float) else str(name) for name in m.channel_names or ()]

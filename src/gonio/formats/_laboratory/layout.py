@@ -56,7 +56,7 @@ def find(
     """The table of a sheet: the first line of known names, or of `columns`, above numbers; with `skip` the line behind
     so many. Raises FormatError, which says what is there instead."""
     chosen = sheet.delimiters if delimiter is None else (delimiter,)
-    tried = [rows for d in chosen if (rows := (d, sheet.head(d, HEAD + (skip or 0))))]
+    tried = [(d, sheet.head(d, HEAD + (skip or 0))) for d in chosen]
     listed = None if columns is None or isinstance(columns, Mapping) else list(columns)
     wanted = {str(name).strip().lower() for name in _flat(columns.values())} if isinstance(columns, Mapping) else set()
     best: tuple[int, Layout] | None = None

@@ -277,10 +277,10 @@ def _own(match: re.Match[str]) -> Meaning | None:
 def _without_unit(text: str) -> tuple[str, str]:
     """A name without its unit, and the unit."""
     unit = ""
-    for match in reversed([*_BRACKET.finditer(text)]):
-        of = unit_of(match[1]) if match[1].strip() else None
+    for inside in reversed([*_BRACKET.finditer(text)]):
+        of = unit_of(inside[1]) if inside[1].strip() else None
         if of is not None and not unit:
-            unit, text = of, text[: match.start()] + " " + text[match.end() :]
+            unit, text = of, text[: inside.start()] + " " + text[inside.end() :]
     text = text.strip()
     if not unit and (match := _BEHIND.search(text)):
         word = match[1].lower()
