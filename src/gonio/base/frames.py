@@ -49,7 +49,8 @@ class Frame(NamedTuple):
 
     def world(self, w: Direction) -> Direction:
         """A local vector in the world frame."""
-        return self.t * w.x + self.b * w.y + self.n * w.z
+        w_world: Direction = self.t * w.x + self.b * w.y + self.n * w.z
+        return w_world
 
     def to_local(self, lib: ops.Library, w: Any) -> Any:
         """World vectors (..., 3) in the local frame."""
@@ -186,7 +187,8 @@ def refract(w: Any, wm: Any, eta: Any) -> Any:
         all_reflected = sin2 > 1.0
         cos_t = ops.sqrt(ops.where(all_reflected, 1.0, 1.0 - sin2))
         cos_t = ops.where(all_reflected, float("nan"), ops.where(front, cos_t, -cos_t))
-        return wm * (ratio * cos - cos_t) - w * ratio
+        w_t: Direction = wm * (ratio * cos - cos_t) - w * ratio
+        return w_t
 
     return _vector(refracted, lib, w, wm)
 

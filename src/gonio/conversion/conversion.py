@@ -250,7 +250,7 @@ def _why(m: Reflectance, f: np.ndarray, opened: np.ndarray, lowest: np.ndarray) 
 
     `lowest`: the smaller cosine of each pair.
     """
-    below = (f < 0.0).any(axis=-1)
+    below: np.ndarray = np.any(f < 0.0, axis=-1)
     if below.any() and (opened[below].mean() > 0.9 or below[opened].mean() > 0.5):
         share = percent(float((_values(m) < 0.0).mean()))
         return (

@@ -367,7 +367,7 @@ class MCD43(RossLi, Measured):
 
         dims = ("time", "y", "x", "kernel", "band")
         variables = {"weights": (dims, self.weights, {"units": "1", "long_name": self.quantity})}
-        axes: dict[str, Any] = {"kernel": list(KERNELS), "band": list(self.channel_names), **self.places}
+        axes: dict[str, Any] = {"kernel": list(KERNELS), "band": list(self.channel_names or ()), **self.places}
         axes |= {"wavelength": ("band", list(self.wavelengths), {"units": "nm"})}
         if self.days is not None:
             axes["time"] = self.days.astype("datetime64[ns]")

@@ -79,7 +79,8 @@ def _integral(function: Callable, *args: object) -> Callable[[Gridded, Law], Law
         where = [math.radians(x) for x in law.where.values()]
         if len(where) != 2:
             return law
-        at = (*args, direction(*where))
+        theta, phi = where
+        at = (*args, direction(theta, phi))
         value = np.atleast_1d(function(m, *at, tolerance=1e-3))
         of = linear(function, named(function, m, at, {}))
         assert of is not None

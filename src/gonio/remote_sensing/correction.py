@@ -76,8 +76,8 @@ def c_factor(m: Reflectance, theta_s: Any, theta_v: Any, phi: Any, to_theta_s: A
     seen = brf(m, theta_s, theta_v, phi)
     wanted = nbar(m, sun + 0.0 * (theta_s + theta_v + phi))
     lib = ops.library(seen)
-    values = lib.known(seen)
-    if values is not None and (dark := (values <= 0.0) | (lib.known(wanted) <= 0.0)).any():
+    values, nadir = lib.known(seen), lib.known(wanted)
+    if values is not None and nadir is not None and (dark := (values <= 0.0) | (nadir <= 0.0)).any():
         text = (
             f"{int(dark.sum())} of {dark.size} modelled reflectance factors are not positive: no factor there, but NaN"
         )
