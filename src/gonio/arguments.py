@@ -83,6 +83,10 @@ def checked(function: F) -> F:
             raise
         except MemoryError as error:
             raise TooLargeError(f"{title}: {str(error) or 'not enough memory'}; ask for less at a time") from None
+        except RuntimeError as error:
+            if "allocate memory" not in str(error):  # PyTorch's words
+                raise
+            raise TooLargeError(f"{title}: not enough memory; ask for less at a time") from None
 
     return cast(F, call)
 
