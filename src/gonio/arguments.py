@@ -130,6 +130,8 @@ def _fit(kind: Any, value: Any) -> Any:
         return [_fit(inner[0], x) for x in _items(value)]
     if kind in (int, float):
         return _number(kind, value)
+    if kind is os.PathLike and isinstance(value, bytes):
+        return os.fsdecode(value)
     if not isinstance(value, (bool, np.bool_) if kind is bool else kind):
         raise TypeError
     return bool(value) if kind is bool else value

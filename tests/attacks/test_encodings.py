@@ -32,7 +32,7 @@ BINARY = {
         "UTIA picture",
         "CSAIL",
     ),
-    *("SCATFUN", "SCATFUN gzip", "Neural-BRDF", "RT-300S workbook", "ALTA binary", "SSDD binary"),
+    *("SCATFUN", "SCATFUN gzip", "Neural-BRDF", "RT-300S workbook", "ALTA binary", "SSDD binary", "Excel"),
 }
 TEXT = [name for name in SEEDS if name not in BINARY]
 MARKS = {

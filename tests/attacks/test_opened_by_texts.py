@@ -17,7 +17,9 @@ from gonio.formats._reading import pipes
 from gonio.formula.json_form import from_json
 
 SECRET = "root:x:0:0:correct horse battery staple"
-TABLE = "theta_i,phi_i,theta_o,phi_o,f\n" + "".join(f"{i},0,{o},0,{1 + i + o}\n" for i in (0, 30, 60) for o in (0, 40))
+TABLE = "theta_i,phi_i,theta_o,phi_o,f\n" + "".join(
+    f"{i},0,{o},0,{(1 + i + o) / 1000}\n" for i in (0, 30, 60) for o in (0, 40)
+)
 
 unless_fifos = pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="this system has no named pipes")
 

@@ -447,7 +447,7 @@ def test_names_reach_into_parts():
         (["0.alpha", "0.distribution"], "given twice"),
         (["0.distribution", "0.alpha"], "given twice"),
         (["0.alpha", "0.distribution.alpha"], "given twice"),
-        ([1], "no parameter 1"),
+        ([1], "expected a dictionary"),
     ],
 )
 def test_names_that_are_none(names, words):

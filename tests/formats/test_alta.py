@@ -149,7 +149,7 @@ def test_alta_keeps_uncertainties_and_cosines(tmp_path):
         ("ISOTROPIC_TV_TL_DPHI", "UNKNOWN_INPUT", "give param_in="),
         ("#DIM 3 1", "#DIM 2 1", "expected 3 numbers for ISOTROPIC_TV_TL_DPHI"),
         ("#DIM 3 1", "#DIM 3 0", "at least one value"),
-        ("#DIM 3 1", "#DIM 3 1 1", "#DIM 3 1 1"),
+        ("#DIM 3 1", "#DIM 3 1 1", "not a known format"),
         ("INV_STERADIAN", "ENERGY", "#PARAM_OUT ENERGY: is no BRDF"),
         ("#VS 2", "#VS 3", "and 0, 1 or 2"),
         ("#VS 2", "#VS 0", "line 6: .*as #DIM and #VS say"),

@@ -13,7 +13,7 @@ import pytest
 import gonio as gn
 from gonio.formula.direction import Direction
 from gonio.models import ross_li
-from gonio.models.roujean import _blocks, _leaves
+from gonio.models.roujean import roujean_geometric, roujean_volumetric
 
 PI = math.pi
 UP = np.array([0.0, 0.0, 1.0])
@@ -159,10 +159,10 @@ def test_roujean_in_angles():
 
 def test_roujean_kernels_vanish_at_the_zenith_and_one_is_ross():
     wi, wo = degrees(0.0, 0.0, 0.0)
-    assert _blocks(wi, wo) == pytest.approx(0.0, abs=1e-12)
-    assert _leaves(wi, wo) == pytest.approx(0.0, abs=1e-12)
+    assert roujean_geometric(wi, wo) == pytest.approx(0.0, abs=1e-12)
+    assert roujean_volumetric(wi, wo) == pytest.approx(0.0, abs=1e-12)
     wi, wo = degrees(40.0, 65.0, 110.0)
-    assert _leaves(wi, wo) == pytest.approx(4.0 / (3.0 * PI) * ross_li.ross_thick(wi, wo), rel=1e-12)
+    assert roujean_volumetric(wi, wo) == pytest.approx(4.0 / (3.0 * PI) * ross_li.ross_thick(wi, wo), rel=1e-12)
 
 
 # RPV and Walthall.

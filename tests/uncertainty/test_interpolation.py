@@ -252,7 +252,7 @@ def test_half_planes():
 @pytest.fixture
 def run(monkeypatch):
     def call(m, *words):
-        monkeypatch.setattr(arguments, "resolve", lambda text: m)
+        monkeypatch.setattr(arguments, "resolve", lambda *_: m)
         return CliRunner().invoke(cli, list(words), catch_exceptions=False).output
 
     return call

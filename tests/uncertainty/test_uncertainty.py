@@ -443,8 +443,8 @@ def test_no_data_has_no_uncertainty():
         (lambda m: quote(gn.reflectance, m, gn.Hemisphere(), gn.Hemisphere(), gn.ConstantLight(1.0)), "sky"),
         (lambda m: quote(gn.albedo, m, WI, correlation="systematic"), "expected one of 'independent'"),
         (lambda m: quote(gn.albedo, m, WI, correlation=-1.0), "expected a number that is 0"),
-        (lambda m: quote(gn.albedo, m, WI, correlation=[1.0]), "expected a number that is 0"),
-        (lambda m: quote(gn.albedo, m, WI, correlation={"phi": None}), "expected a number that is 0"),
+        (lambda m: quote(gn.albedo, m, WI, correlation=[1.0]), "a dictionary from a word to a number"),
+        (lambda m: quote(gn.albedo, m, WI, correlation={"phi": None}), "a dictionary from a word to a number"),
         (lambda m: quote(gn.albedo, m, WI, correlation={"theta": 1.0}), "no axis 'theta'"),
         (lambda m: quote(gn.albedo, m, WI, scale=-0.1), "relative standard uncertainty"),
         (lambda m: quote(gn.albedo, m, WI, method="bootstrap"), "'first order', 'Monte Carlo'"),
@@ -517,7 +517,7 @@ def test_check_of_negative_values():
 @pytest.fixture
 def run(monkeypatch):
     def call(m, *words):
-        monkeypatch.setattr(arguments, "resolve", lambda text: m)
+        monkeypatch.setattr(arguments, "resolve", lambda *_: m)
         found = CliRunner().invoke(cli, list(words), catch_exceptions=False)
         return found.output
 

@@ -196,11 +196,12 @@ def refractive_index(substance: str, wavelengths: Any) -> tuple[Any, Any]:
         raise NotFoundError(f"no refractive index of {substance!r}; expected one of {substances}")
     try:
         at = np.asarray(ops.numbers(wavelengths), dtype=float)
+        missing = np.ma.getmaskarray(wavelengths) if ops.is_masked(wavelengths) else np.zeros(at.shape, bool)
     except ValueError:
         raise ParameterError(f"wavelengths={wavelengths!r:.60}: expected numbers [nm]") from None
     table = _indices()[_symbol(entry)]
     low, high = table[0, 0], table[-1, 0]
-    outside = (at < low) | (at > high)
+    outside = ~((at >= low) & (at <= high)) & ~missing
     if outside.any():
         got = at[outside].flat[0]
         micrometres = f"; in micrometres? 1000 * {got:g} is in nm" if low <= 1000.0 * got <= high else ""

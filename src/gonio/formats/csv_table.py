@@ -199,8 +199,8 @@ def read(
 
 
 def readable(head: bytes) -> bool:
-    """Whether a file that starts so is text, which may be a table whose names are unknown."""
-    return b"\0" not in head
+    """Whether a file that starts so is text, but no JSON or XML: it may be a table whose names are unknown."""
+    return b"\0" not in head and not head.lstrip(b"\xef\xbb\xbf \t\r\n").startswith((b"{", b"[", b"<"))
 
 
 def refusal(path: Path) -> str | None:

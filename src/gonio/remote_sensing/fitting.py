@@ -132,6 +132,9 @@ def fit_kernels(
         if word not in known:
             raise ParameterError(f"{name}={word!r:.60}: expected one of {', '.join(map(repr, known))}")
     inputs = {"brf": brf, "theta_s": theta_s, "theta_v": theta_v, "phi": phi, "u": u}
+    for name, x in inputs.items():
+        if x is None and name != "u":
+            raise ArrayTypeError(f"{name}: got None, expected (N, ...), a row for each pair of angles")
     values, frame = _plain({name: x for name, x in inputs.items() if x is not None})
     measured = values.pop("brf")
     spread = values.pop("u", None)

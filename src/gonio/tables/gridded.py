@@ -96,7 +96,9 @@ class Gridded(Interpolated):
         if uncertainty is not None:
             uncertainty = real("uncertainty", uncertainty)
             _check_values("uncertainty", uncertainty, grid, names)
-        suspect_units(quantity_named(quantity), stored, names)
+        quantity_named(quantity)
+        if not path:  # a file has been looked at by its reader
+            suspect_units(quantity, stored, names)
         self._hold(uncertainty=uncertainty, quantity=quantity)
         super().__init__(
             path,

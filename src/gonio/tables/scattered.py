@@ -81,7 +81,9 @@ class Scattered(Gridded):
             raise ParameterError("values: none of the rows holds a number; expected at least one measurement")
         axes, mirrored = grid_for(rows, oriented(rows) if isotropic is None else not isotropic)
         names = None if channels is None else tuple(channels)
-        suspect_units(quantity_named(quantity), measured, names)
+        quantity_named(quantity)
+        if not path:  # a file has been looked at by its reader
+            suspect_units(quantity, measured, names)
         self._lay_out("angles", axes, mirrored, {}, names)
         self._hold(rows=rows, uncertainty=spread, quantity=quantity, holes=outside == "missing")
         Measured.__init__(
