@@ -1,6 +1,6 @@
 """Set up gonio on a machine that has only Python and pip, and use it.
 
-    python3 dev.py demo    install gonio, check a measured material, render it
+    python3 dev.py demo    install gonio, render a measured material, check it
     python3 dev.py test    install what the tests need, run them; -m full runs those that are left out for their time
     python3 dev.py lowest  the tests with the lowest versions that pyproject.toml allows; on Python 3.11
     python3 dev.py lint    ruff and mypy
@@ -74,7 +74,7 @@ def main() -> int:
     interpreter = python(".venv-lowest" if task == "lowest" else ".venv")
     if task == "demo":
         install(interpreter, "")
-        for command in (["check", "gold-metallic-paint"], ["render", "gold-metallic-paint", "-o", "gold.png"]):
+        for command in (["render", "gold-metallic-paint", "-o", "gold.png"], ["check", "gold-metallic-paint"]):
             print("\n$ gonio " + " ".join(command), flush=True)
             code = subprocess.run([interpreter, "-m", "gonio", *command]).returncode
             if code:
