@@ -18,7 +18,9 @@ class Jax(Together):
     def known(self, x: Array) -> np.ndarray | None:
         from jax.core import Tracer
 
-        return None if isinstance(x, Tracer) or x.device.platform != "cpu" else np.asarray(x)
+        if isinstance(x, Tracer) or any(device.platform != "cpu" for device in x.devices()):
+            return None
+        return np.asarray(x)
 
     def op_to_index(self, x: Array) -> Array:
         return self.module.nan_to_num(x, nan=0.0, posinf=0.0, neginf=0.0).astype("int32")
