@@ -24,11 +24,16 @@ def suggestion(name: str, names: Iterable[str]) -> str:
     return f"; did you mean {close[0]!r}?" if close else ""
 
 
+REFUSALS = (TypeError, ValueError, ArithmeticError, AttributeError, LookupError, RuntimeError)
+"""What objects of others raise where they are not what is asked of them. Not `Exception`: a timeout that a signal
+raises must get out."""
+
+
 def shown(value: object) -> str:
     """The beginning of a value, in one line, for messages."""
     try:
         return f"{' '.join(repr(value[:60] if isinstance(value, (list, tuple)) else value).split()):.60}"
-    except Exception:  # an integer of 5000 digits; a list in a list in a list ...; objects of others
+    except REFUSALS:  # an integer of 5000 digits; a list in a list in a list ...; objects of others
         return f"a {type(value).__name__}"
 
 

@@ -6,6 +6,8 @@ from typing import Any, TypeGuard
 
 import numpy as np
 
+from .errors import REFUSALS
+
 _ADVICE = {
     "c": "take the real part or the modulus",
     "M": "subtract a date and divide by a unit of time",
@@ -45,7 +47,7 @@ def _plain(value: Any) -> np.ndarray:
         raise
     except RecursionError:
         raise ValueError("a list that holds itself") from None
-    except Exception as error:  # arrays of other libraries say no in their own ways
+    except REFUSALS as error:  # arrays of other libraries say no in their own ways
         if isinstance(value, (list, tuple)):
             raise ValueError("rows of unequal length; expected as many numbers in each") from None
         raise ValueError(f"a {type(value).__name__}, which is no array of NumPy ({error})") from None

@@ -44,7 +44,9 @@ def judged(made):
     found = []
     for r in made:
         off = np.maximum(np.abs(r.error) - (0.0 if r.name == "f" else 1e-5), 1e-30)
-        found += list(zip(off / np.maximum(r.u, 1e-12), off / r.size, r.interpolation / off, strict=True))
+        found += list(
+            zip(off / np.maximum(r.u, 1e-12), off / np.maximum(r.size, 1e-12), r.interpolation / off, strict=True)
+        )
     return np.array(found)
 
 
