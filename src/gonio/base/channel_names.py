@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -23,7 +23,7 @@ NEAREST = 25.0
 
 def checked(names: Any, m: Reflectance) -> tuple[str | float, ...]:
     """The names, or wavelengths [nm], as a material keeps them. Raises ParameterError where they do not fit it."""
-    if isinstance(names, (str, bytes)) or not isinstance(names, Iterable) or getattr(names, "ndim", 1) != 1:
+    if isinstance(names, (str, bytes, Mapping)) or not isinstance(names, Iterable) or getattr(names, "ndim", 1) != 1:
         rule = "expected a list, of a name or a wavelength [nm] for each channel"
         raise ParameterError(f"with_channels({shown(names)}): {rule}")
     lib = ops.library_of_type(type(names))

@@ -193,7 +193,8 @@ def takes_labels(*directions: str, angles: Sequence[str] = (), kinds: Sequence[s
                 kind.append(type(result))
                 return result if isinstance(result, tuple) else [result]
 
-            several = (*kinds, SCALAR) if bound.arguments.get("error") else kinds
+            with_error = bound.arguments.get("error")  # not checked yet
+            several = (*kinds, SCALAR) if isinstance(with_error, (bool, np.bool_)) and with_error else kinds
             results = call(compute, several, m, inputs, [widths[names.index(name)] for name in given])
             if len(results) == 1:
                 return results[0]

@@ -88,7 +88,8 @@ def _one_dtype(arrays: dict[str, Array], arguments: dict[str, Any]) -> dict[str,
     """Python numbers and lists take the dtype of the arrays: they must not turn float32 into float64."""
     dtypes = [array.dtype for name, array in arrays.items() if hasattr(arguments[name], "dtype")]
     dtype = np.result_type(*dtypes) if dtypes else np.dtype(np.float64)
-    return {name: array.astype(dtype, copy=False) for name, array in arrays.items()}
+    with np.errstate(over="ignore"):  # 1e300 is infinite in single precision, and so is what follows from it
+        return {name: array.astype(dtype, copy=False) for name, array in arrays.items()}
 
 
 def _checked(function: _F) -> _F:

@@ -5,6 +5,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from .. import arguments
 from ..errors import ParameterError, ShapeError
 from .checks import (
     _VECTOR,
@@ -184,6 +185,7 @@ def point_irradiance(I: _Real, distance: _Positive, cos_theta: _EitherSide = 1.0
     return I / distance * np.maximum(cos_theta, 0.0) / distance
 
 
+@arguments.checked
 def irradiance(L: Any, w: Any, dw: Any, normal: Any = (0.0, 0.0, 1.0)) -> Array:
     """Irradiance by light that arrives from directions w: E = Σ L cos⁺θ dω, summed over all of them.
 

@@ -75,7 +75,9 @@ def c_factor(m: Reflectance, theta_s: Any, theta_v: Any, phi: Any, to_theta_s: A
     theta_s, theta_v, phi, sun = check_angles(theta_s=theta_s, theta_v=theta_v, phi=phi, to_theta_s=sun)
     seen = brf(m, theta_s, theta_v, phi)
     wanted = nbar(m, sun + 0.0 * (theta_s + theta_v + phi))
-    lib = ops.library(seen)
+    lib = ops.library(wanted)  # the sun to correct to may be the only array of another library
+    if ops.library(seen) is not lib:
+        seen = lib.convert(seen, wanted)
     values, nadir = lib.known(seen), lib.known(wanted)
     if values is not None and nadir is not None and (dark := (values <= 0.0) | (nadir <= 0.0)).any():
         text = (
