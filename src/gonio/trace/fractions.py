@@ -147,6 +147,14 @@ class _Atom(NamedTuple):
     wide: bool
 
 
+class _Factor(NamedTuple):
+    """A factor of a product that is written: its node, how many outputs depend on it, for how many powers it stands."""
+
+    node: int
+    reach: int
+    count: int
+
+
 class _Rewriting:
     """A graph seen as products of powers of atoms, and the graph that is written from them."""
 
@@ -165,6 +173,8 @@ class _Rewriting:
         self.reach = self._reach(ends)
         used = [k for k, bits in enumerate(self.reach) if bits]
         wanted = {*ends, *(product for k in used for product in self.atoms[k].products)}
+        self.outputs = len(set(ends))
+        self.rooted = {k for product in wanted for k, e in product.powers if e < 0 and e % 2 and self.atoms[k].varies}
         self.divisors = Counter(divisor for divisor in map(self._divisor, wanted) if divisor)
         for k in used:
             self.written[k] = self._write(self.atoms[k])
@@ -294,42 +304,50 @@ class _Rewriting:
         if product not in self.values:
             fixed = tuple(p for p in product.powers if not self.atoms[p[0]].varies)
             varying = tuple(p for p in product.powers if self.atoms[p[0]].varies)
-            scale = self._scale(product.coefficient, fixed)
-            above, below = [node for node, _ in self._powers(varying, 1)], self._powers(varying, -1)
+            above, below = self._factors(varying, 1), self._factors(varying, -1)
             if self.divisors[self._divisor(product)] > 1:
-                above, below = [*above, self._divided(self.new.constant(1.0), below)], []
-            above += [] if scale is None else [scale]
+                above.append(_Factor(self._divided(self.new.constant(1.0), below), 0, 1))
+                below = []
+            negative = product.coefficient < 0 and bool(above)
+            scale = self._scale(abs(product.coefficient) if above else product.coefficient, fixed)
+            if scale is not None:
+                shared = [f for f in above if f.reach >= scale.reach]
+                above = [*shared, scale, *above[len(shared) :]]
             value = self._multiplied(above) if above else self.new.constant(product.coefficient)
-            if scale is None and above and product.coefficient < 0:
-                value = self.new.apply("neg", value)
-            self.values[product] = self._divided(value, below)
+            self.values[product] = self._divided(self.new.apply("neg", value) if negative else value, below)
         return self.values[product]
 
     def _divisor(self, product: Product) -> Powers:
-        return tuple(p for p in product.powers if p[1] < 0 and self.atoms[p[0]].varies)
+        """What does vary below the line, where it is divided by: a reciprocal root is multiplied."""
+        return tuple(p for p in product.powers if p[1] < 0 and self.atoms[p[0]].varies and p[0] not in self.rooted)
 
-    def _scale(self, coefficient: float, fixed: Powers) -> int | None:
-        """The coefficient and what does not vary, which kernels compute once; None for 1 and -1 alone."""
+    def _scale(self, coefficient: float, fixed: Powers) -> _Factor | None:
+        """The coefficient and what does not vary, which kernels compute once; None for 1 alone."""
         if not fixed:
-            return None if abs(coefficient) == 1.0 else self.new.constant(coefficient)
-        above, below = (self._powers(fixed, sign) for sign in (1, -1))
-        top = [self.new.constant(coefficient)] if abs(coefficient) != 1.0 or not above else []
-        value = self._multiplied([*top, *(node for node, _ in above)])
-        if coefficient == -1.0 and above:
-            value = self.new.apply("neg", value)
-        return self._divided(value, below)
+            if coefficient == 1.0:
+                return None
+            return _Factor(self.new.constant(coefficient), self.outputs, 1)
+        above, below = self._factors(fixed, 1), self._factors(fixed, -1)
+        if coefficient != 1.0 or not above:
+            above = [_Factor(self.new.constant(coefficient), 0, 1), *above]
+        reach = min(self.reach[k].bit_count() for k, _ in fixed)
+        return _Factor(self._divided(self._multiplied(above), below), reach, 1)
 
-    def _powers(self, powers: Powers, sign: int) -> list[tuple[int, int]]:
-        """Nodes for the powers above the line, sign = 1, or below it; how many factors each stands for."""
-        ordered = sorted((p for p in powers if p[1] * sign > 0), key=lambda p: (-self.reach[p[0]].bit_count(), p[0]))
+    def _factors(self, powers: Powers, sign: int) -> list[_Factor]:
+        """The powers above the line, sign = 1, or below it; what most outputs share comes first."""
         factors = []
-        for k, exponent in ordered:
-            node, count = self.written[k], abs(exponent) // 2
-            if exponent % 2:
-                factors.append((self.new.apply("sqrt", node), 1))
-            if count:
-                factors.append((self._raised(node, count), count))
-        return factors
+        for k, exponent in powers:
+            node, count, reach = self.written[k], abs(exponent) // 2, self.reach[k].bit_count()
+            if k in self.rooted and exponent < 0:
+                if sign > 0:
+                    root = self.new.apply("div", self.new.constant(1.0), self.new.apply("sqrt", node))
+                    factors.append(_Factor(self._raised(root, -exponent), reach, 1))
+            elif exponent * sign > 0:
+                if exponent % 2:
+                    factors.append(_Factor(self.new.apply("sqrt", node), reach, 1))
+                if count:
+                    factors.append(_Factor(self._raised(node, count), reach, count))
+        return sorted(factors, key=lambda f: -f.reach)
 
     def _raised(self, node: int, count: int) -> int:
         if count == 1:
@@ -338,18 +356,16 @@ class _Rewriting:
         square = self.new.apply("mul", half, half)
         return self.new.apply("mul", square, node) if count % 2 else square
 
-    def _multiplied(self, nodes: Sequence[int]) -> int:
-        return reduce(partial(self.new.apply, "mul"), nodes)
+    def _multiplied(self, factors: Sequence[_Factor]) -> int:
+        return reduce(partial(self.new.apply, "mul"), (f.node for f in factors))
 
-    def _divided(self, value: int, below: Sequence[tuple[int, int]]) -> int:
+    def _divided(self, value: int, below: Sequence[_Factor]) -> int:
         """A value over the product of factors, in steps where these are many."""
-        step: list[int] = []
-        weight = 0
-        for node, count in below:
-            if step and weight + count > self.view.together:
-                value, step, weight = self.new.apply("div", value, self._multiplied(step)), [], 0
-            step.append(node)
-            weight += count
+        step: list[_Factor] = []
+        for factor in below:
+            if step and sum(f.count for f in step) + factor.count > self.view.together:
+                value, step = self.new.apply("div", value, self._multiplied(step)), []
+            step.append(factor)
         return self.new.apply("div", value, self._multiplied(step)) if step else value
 
 
