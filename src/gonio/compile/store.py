@@ -1,8 +1,8 @@
 """Kernels, compiled once: kept in memory, and on disk for the next process (`cache_folder.py`).
 
 A kernel's name is a digest of all that its code depends on: the program, the processor, the passes, the text of every
-module of this folder and of trace/, and the compiler's library. File times are no part of it: repeatable builds make them
-equal, copies make them differ.
+module of this folder and of trace/, and the compiler's library. File times are no part of it: repeatable builds make
+them equal, copies make them differ.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ def source(program: Program) -> str:
     """The LLVM IR of a program, for this processor."""
     from .llvm import codegen
 
-    return codegen.generate(program, _width(program), machine.lane_bits() == 512)
+    return codegen.generate(program, _width(program), machine.estimates())
 
 
 def assembly(program: Program) -> str:

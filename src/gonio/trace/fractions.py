@@ -14,15 +14,15 @@ its terms, for no sum is ever multiplied out. Products of more than `TOGETHER` p
 small numbers do not vanish, and what may be as large as the dtype allows (`WIDE`) is moved into no other term. Zero
 over zero may become a number, where the zero cancels; a difference x - x stays, for it tells NaN.
 
-Which sums get a common denominator, and which products are computed once for several others, is decided by trying: the
-rewriting of least cost is kept.
+Common denominators may cost more than they save, and so may a product that is computed once for several others: all
+four are tried, and the graph of least cost is kept, the one that was given among them.
 """
 
 from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Sequence
 from functools import partial, reduce
 from typing import NamedTuple
 
@@ -36,9 +36,6 @@ COSTS |= {"sqrt": 3.0, "exp": 10.0, "log": 14.0, "sin": 16.0, "cos": 16.0, "erf"
 """Costs of operations, in products; a sum costs less, since most are fused with a product."""
 OTHER = 0.7
 """Cost of a comparison, a choice and the like."""
-
-TRIALS = 4000
-"""Nodes of all the graphs that are tried for one, beyond the first few."""
 
 WIDE = {"exp", "power", "log", "tan", "take", "erfinv"}
 """Operations whose results may be as large as the dtype allows, or their reciprocals."""
@@ -69,14 +66,8 @@ def fewer_operations(
     `fixed`: the numbers of arrays whose entries are the same along the inner axis.
     """
     view = _View(graph, outputs, dtype, fixed)
-    least, best = math.inf, (graph, list(outputs))
-    for choices in view.rounds():
-        for choice in choices:
-            made = _Rewriting(view, choice).result()
-            cost = view.cost(*made)
-            if cost < least:
-                least, best, view.chosen = cost, made, choice
-    return best
+    made = [(graph, list(outputs)), *(_Rewriting(view, choice).result() for choice in view.choices())]
+    return min(made, key=view.cost)
 
 
 class _View:
@@ -87,18 +78,14 @@ class _View:
         self.together = TOGETHER[dtype]
         self.order = graph.reachable(outputs)
         self.uses = Counter(source for node in self.order for source in graph.inputs(node)) + Counter(outputs)
-        self.chosen = Choice(frozenset(), frozenset())
 
-    def rounds(self) -> Iterator[list[Choice]]:
-        """What to try: the extremes, then, from the best so far, one other decision at a time."""
+    def choices(self) -> list[Choice]:
+        """What to try: common denominators or none, and products that several others use apart or within these."""
         divided, soft = self._divided(), self._soft()
-        sums = [n for n in self.order if n in divided and self.graph.operations[n] in ("add", "sub")]
-        shared = [n for n in self.order if self.uses[n] > 1 and self._is_product(n)]
-        joined, none = frozenset(n for n in sums if n in soft), frozenset[int]()
-        yield list({Choice(*pair): 0 for pair in ((joined, none), (none, none), (joined, frozenset(shared)))})
-        for node in [*sums, *shared][: TRIALS // (len(self.order) + 1)]:
-            joined, kept = self.chosen
-            yield [Choice(joined, kept ^ {node}) if self._is_product(node) else Choice(joined ^ {node}, kept)]
+        sums = frozenset(n for n in divided & soft if self.graph.operations[n] in ("add", "sub"))
+        shared = frozenset(n for n in self.order if self.uses[n] > 1 and self._is_product(n))
+        none = frozenset[int]()
+        return list(dict.fromkeys(Choice(joined, kept) for joined in (sums, none) for kept in (none, shared)))
 
     def _is_product(self, node: int) -> bool:
         return self.graph.kinds[node] == REAL and self.graph.operations[node] in ("mul", "div")
@@ -107,9 +94,10 @@ class _View:
         """Nodes with a division among their products and sums."""
         divided: set[int] = set()
         for node in self.order:
-            if self.graph.kinds[node] == REAL and self.graph.operations[node] in ("add", "sub", "mul", "neg", "div"):
-                if self.graph.operations[node] == "div" or not divided.isdisjoint(self.graph.inputs(node)):
-                    divided.add(node)
+            operation = self.graph.operations[node]
+            of_divided = operation in ("add", "sub", "mul", "neg") and not divided.isdisjoint(self.graph.inputs(node))
+            if operation == "div" or of_divided:
+                divided.add(node)
         return divided
 
     def _soft(self) -> set[int]:
@@ -121,8 +109,9 @@ class _View:
                 soft.difference_update(self.graph.inputs(node))
         return soft
 
-    def cost(self, graph: Graph, outputs: Sequence[int]) -> float:
+    def cost(self, made: tuple[Graph, list[int]]) -> float:
         """The cost of what varies along the inner axis."""
+        graph, outputs = made
         total, varies = 0.0, set[int]()
         for node in graph.reachable(outputs):
             operation, inputs = graph.operations[node], graph.inputs(node)
@@ -152,7 +141,7 @@ class _Factor(NamedTuple):
 
     node: int
     reach: int
-    count: int
+    weight: int
 
 
 class _Rewriting:
@@ -363,7 +352,7 @@ class _Rewriting:
         """A value over the product of factors, in steps where these are many."""
         step: list[_Factor] = []
         for factor in below:
-            if step and sum(f.count for f in step) + factor.count > self.view.together:
+            if step and sum(f.weight for f in step) + factor.weight > self.view.together:
                 value, step = self.new.apply("div", value, self._multiplied(step)), []
             step.append(factor)
         return self.new.apply("div", value, self._multiplied(step)) if step else value

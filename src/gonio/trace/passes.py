@@ -22,9 +22,7 @@ def wanted() -> bool:
     return not asked
 
 
-def rewritten(
-    graph: Graph, outputs: Sequence[int], dtype: str, fixed: Collection[int] = ()
-) -> tuple[Graph, list[int]]:
+def rewritten(graph: Graph, outputs: Sequence[int], dtype: str, fixed: Collection[int] = ()) -> tuple[Graph, list[int]]:
     """The graph after all passes, and its outputs.
 
     `fixed`: the numbers of arrays whose entries are the same along the inner axis.

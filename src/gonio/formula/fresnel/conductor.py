@@ -27,7 +27,7 @@ def fresnel_conductor(cos_theta: Any, eta: Any, k: Any) -> Any:
     # eta^2 - k^2 - s2, without cancellation for small eta and for eta near 1.
     real = ops.where(c2 > 0.5, (eta - k) * (eta + k) - s2, (eta - 1.0) * (eta + 1.0) - k * k + c2)
     ab = eta * k
-    modulus = ops.sqrt(real * real + 4.0 * ab * ab + 1e-36)  # a^2 + b^2
+    modulus = ops.sqrt(real * real + (4.0 * ab * ab + 1e-36))  # a^2 + b^2
     # The larger of a and b comes from a sum, the other from a b = eta k: no cancellation.
     larger = ops.sqrt(0.5 * (modulus + ops.absolute(real)) + 1e-30)
     smaller = ab / larger
