@@ -109,7 +109,7 @@ def kernel(m: Reflectance, method: str = "f") -> Kernel:
     graph, nodes = passes.rewritten(trace.graph, list(outputs.values()), "float32", range(len(widths), len(arrays)))
     named = dict(zip(outputs, nodes, strict=True))
     table_names = [f"table{i}" for i in range(tables)]
-    texts = [show(*made, loads, table_names) for made in ((trace.graph, outputs), (graph, named))]
+    texts = [show(g, ends, loads, table_names) for g, ends in ((trace.graph, outputs), (graph, named))]
     results = tuple(Output(nodes, EACH) for nodes in trace.results)
     return Kernel(texts[0], read, texts[1], Program(trace.graph, results, tuple(arrays), tables, "float32"))
 
