@@ -7,6 +7,7 @@ part for row i; %i and %j are the steps along the outer and the inner axis.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from math import gcd
 
 from ...trace.graph import MASK
 from .lanes import FLOAT32, Lanes, Value
@@ -102,8 +103,29 @@ class Access:
 
     def packed_loads(self, k: int, components: Sequence[int]) -> list[Value]:
         base, n, w = self.offset(k), self.program.arrays[k].width, self.width
+        if gcd(n, self.v.register) == 1 < n:
+            return self.blended_loads(base, n, components)
         parts = [self.vector_load(self.beyond(base, i * w * self.size)) for i in range(n)]
         return [self.merged(parts, [divmod(p, w) for p in range(c, n * w, n)]) for c in components]
+
+    def blended_loads(self, base: str, n: int, components: Sequence[int]) -> list[Value]:
+        """`packed_loads` where a lane of n registers side by side holds each component once: these are blended into a
+        register for each component, which one permutation then orders."""
+        w, real = self.v.register, self.real
+        pieces: dict[int, list[Value]] = {c: [] for c in components}
+        for start in range(0, n * self.width, n * w):
+            parts = [
+                self.v.emit("real", f"load <{w} x {real}>, ptr {self.beyond(base, (start + i * w) * self.size)}, align 1")
+                for i in range(n)
+            ]
+            for c in components:
+                gathered = parts[0]
+                for i in range(1, n):
+                    picks = [w + lane if (i * w + lane) % n == c else lane for lane in range(w)]
+                    gathered = self.v.shuffle(gathered, parts[i], w, picks)
+                fenced = self.v.fence(gathered, w)
+                pieces[c].append(self.v.shuffle(fenced, fenced, w, [(e * n + c) % w for e in range(w)]))
+        return [self.v.joined(pieces[c], w) for c in components]
 
     def merged(self, parts: Sequence[Value], places: Sequence[tuple[int, int]]) -> Value:
         """The vector whose lanes are at these places (part, lane), by one shuffle for every part but the first."""
@@ -229,10 +251,31 @@ class Access:
             if n > INLINE:
                 self.scatter(k, "splat (i1 true)", values)
                 continue
+            if gcd(n, self.v.register) == 1 < n and values[0][0].kind == "real":
+                self.blended_stores(k, [x for x, _, _ in values])
+                continue
             for i in range(n):
                 part = self.merged([x for x, _, _ in values], [(p % n, p // n) for p in range(i * w, (i + 1) * w)])
                 address = self.output_address(k, n * size, i * w * size)
                 self.v.write(f"store {kind} {part.name}, ptr {address}, align 1")
+
+    def blended_stores(self, k: int, values: Sequence[Value]) -> None:
+        """What `blended_loads` does, the other way round."""
+        n, w, real = len(values), self.v.register, self.real
+        for start in range(0, self.width, w):
+            ordered = []
+            for c, value in enumerate(values):
+                places = [0] * w
+                for e in range(w):
+                    places[(e * n + c) % w] = start + e
+                ordered.append(self.v.fence(self.v.shuffle(value, value, self.width, places), w))
+            for i in range(n):
+                part = ordered[0]
+                for c in range(1, n):
+                    picks = [w + lane if (i * w + lane) % n == c else lane for lane in range(w)]
+                    part = self.v.shuffle(part, ordered[c], w, picks)
+                address = self.output_address(k, n * self.size, (start * n + i * w) * self.size)
+                self.v.write(f"store <{w} x {real}> {part.name}, ptr {address}, align 1")
 
     def store_part(self) -> None:
         for k, output in enumerate(self.program.outputs):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import struct
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 FLOAT32, FLOAT64 = "float32", "float64"
@@ -31,6 +31,7 @@ class Lanes:
         self.scalar = {"real": real, "index": "i32", "bits": bits, "mask": "i1"}
         self.suffix = f"v{width}f{32 if dtype == FLOAT32 else 64}"
         self.types = {kind: f"<{width} x {scalar}>" for kind, scalar in self.scalar.items()}
+        self.register = min(width, 16 if dtype == FLOAT32 else 8)
         self.lines: list[str] = []
         self.declared: set[str] = set()
         self.exact = False
@@ -68,6 +69,19 @@ class Lanes:
         kind, listed = f"<{width} x {self.scalar['real']}>", [f"i32 {i}" for i in picks]
         shape = f"<{len(listed)} x i32> <{', '.join(listed)}>"
         return self.emit("real", f"shufflevector {kind} {a.name}, {kind} {b.name}, {shape}")
+
+    def joined(self, parts: Sequence[Value], width: int) -> Value:
+        """Reals of `width` lanes, one behind the other."""
+        parts = list(parts)
+        while len(parts) > 1:
+            width *= 2
+            parts = [self.shuffle(*pair, width // 2, range(width)) for pair in zip(parts[::2], parts[1::2], strict=True)]
+        return parts[0]
+
+    def fence(self, a: Value, width: int) -> Value:
+        """The same real of `width` lanes, as a number that nothing is known of: LLVM does not look through it."""
+        suffix, kind = f"v{width}f{32 if self.dtype == FLOAT32 else 64}", f"<{width} x {self.scalar['real']}>"
+        return self.emit("real", self.intrinsic(f"arithmetic.fence.{suffix}", kind, (kind, a.name)))
 
     # Constants.
 
@@ -160,10 +174,7 @@ class Lanes:
             part = self.shuffle(a, a, self.width, range(start, start + once))
             call = self.intrinsic(name, kind, (kind, part.name), (kind, "zeroinitializer"), (mask, "-1"))
             parts.append(self.emit("real", call))
-        while len(parts) > 1:
-            once *= 2
-            parts = [self.shuffle(*pair, once // 2, range(once)) for pair in zip(parts[::2], parts[1::2], strict=True)]
-        return parts[0]
+        return self.joined(parts, once)
 
     def _zero_or_infinite(self, a: Value) -> Value:
         positive_infinity, zeros = 0x200, 0x60
