@@ -52,7 +52,8 @@ def source(program: Program) -> str:
     """The LLVM IR of a program, for this processor."""
     from .llvm import codegen
 
-    return codegen.generate(program, _width(program), machine.lane_bits() == 512)
+    register = machine.lanes(program.dtype)
+    return codegen.generate(program, _width(register), register, machine.lane_bits() == 512)
 
 
 def assembly(program: Program) -> str:
@@ -60,9 +61,9 @@ def assembly(program: Program) -> str:
     return machine.to_assembly(source(program))
 
 
-def _width(program: Program) -> int:
+def _width(register: int) -> int:
     # Two vectors at a time: each waits for its own results, and the processor works on the other meanwhile.
-    return 2 * machine.lanes(program.dtype)
+    return 2 * register
 
 
 _Placed = tuple[int, Any]

@@ -109,8 +109,9 @@ class Access:
         return [self.merged(parts, [divmod(p, w) for p in range(c, n * w, n)]) for c in components]
 
     def blended_loads(self, base: str, n: int, components: Sequence[int]) -> list[Value]:
-        """`packed_loads` where a lane of n registers side by side holds each component once: these are blended into a
-        register for each component, which one permutation then orders."""
+        """`packed_loads` where each lane of n registers side by side holds every component once: they are blended into
+        a register for each component, which one permutation orders. (LLVM makes a blend and a permutation of two
+        registers of it for AVX-512, where that takes no longer.)"""
         w, real = self.v.register, self.real
         pieces: dict[int, list[Value]] = {c: [] for c in components}
         for start in range(0, n * self.width, n * w):
@@ -123,8 +124,7 @@ class Access:
                 for i in range(1, n):
                     picks = [w + lane if (i * w + lane) % n == c else lane for lane in range(w)]
                     gathered = self.v.shuffle(gathered, parts[i], w, picks)
-                fenced = self.v.fence(gathered, w)
-                pieces[c].append(self.v.shuffle(fenced, fenced, w, [(e * n + c) % w for e in range(w)]))
+                pieces[c].append(self.v.shuffle(gathered, gathered, w, [(e * n + c) % w for e in range(w)]))
         return [self.v.joined(pieces[c], w) for c in components]
 
     def merged(self, parts: Sequence[Value], places: Sequence[tuple[int, int]]) -> Value:
@@ -268,7 +268,7 @@ class Access:
                 places = [0] * w
                 for e in range(w):
                     places[(e * n + c) % w] = start + e
-                ordered.append(self.v.fence(self.v.shuffle(value, value, self.width, places), w))
+                ordered.append(self.v.shuffle(value, value, self.width, places))
             for i in range(n):
                 part = ordered[0]
                 for c in range(1, n):

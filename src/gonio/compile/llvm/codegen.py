@@ -61,19 +61,19 @@ HELD = 24
 are read where they are used, which takes no longer to run and is compiled in a tenth of the time."""
 
 
-def generate(program: Program, width: int, estimates: bool) -> str:
-    """The IR of a kernel for vectors of `width` lanes; `estimates`: see `Lanes`."""
+def generate(program: Program, width: int, register: int, estimates: bool) -> str:
+    """The IR of a kernel for vectors of `width` lanes; `register`, `estimates`: see `Lanes`."""
     nodes = [node for output in program.outputs for node in output.nodes]
     graph, renamed = fewer_divisions(program.graph, nodes, program.dtype)
     new = iter(renamed)
     outputs = tuple(output._replace(nodes=tuple(next(new) for _ in output.nodes)) for output in program.outputs)
-    return _Writer(program._replace(graph=graph, outputs=outputs), width, estimates).text()
+    return _Writer(program._replace(graph=graph, outputs=outputs), width, register, estimates).text()
 
 
 class _Writer:
-    def __init__(self, program: Program, width: int, estimates: bool):
+    def __init__(self, program: Program, width: int, register: int, estimates: bool):
         self.program, self.width = program, width
-        self.v = Lanes(program.dtype, width, estimates)
+        self.v = Lanes(program.dtype, width, estimates, register)
         self.values: dict[int, Value] = {}
         self.reciprocals: dict[int, Value] = {}
         self.blocks: dict[str, list[str]] = {}

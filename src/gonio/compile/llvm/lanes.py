@@ -22,16 +22,17 @@ class Lanes:
     Kinds of values: "real" (float or double), "index" (i32), "bits" (an integer as wide as a real, for bit patterns and
     exponents) and "mask" (one bit). Products and sums may be contracted to fused multiply-adds; nothing else is
     rearranged, so NaN, infinities and signs of zero keep their meaning. `exact` forbids contraction too. `estimates`:
-    whether the processor estimates reciprocal roots as AVX-512 does, to 14 bits.
+    whether the processor estimates reciprocal roots as AVX-512 does, to 14 bits. `register`: how many lanes it holds at
+    most in one vector.
     """
 
-    def __init__(self, dtype: str, width: int, estimates: bool = False):
+    def __init__(self, dtype: str, width: int, estimates: bool = False, register: int = 0):
         self.dtype, self.width, self.estimates = dtype, width, estimates
         real, bits = {FLOAT32: ("float", "i32"), FLOAT64: ("double", "i64")}[dtype]
         self.scalar = {"real": real, "index": "i32", "bits": bits, "mask": "i1"}
         self.suffix = f"v{width}f{32 if dtype == FLOAT32 else 64}"
         self.types = {kind: f"<{width} x {scalar}>" for kind, scalar in self.scalar.items()}
-        self.register = min(width, 16 if dtype == FLOAT32 else 8)
+        self.register = register or width
         self.lines: list[str] = []
         self.declared: set[str] = set()
         self.exact = False
@@ -77,11 +78,6 @@ class Lanes:
             width *= 2
             parts = [self.shuffle(*pair, width // 2, range(width)) for pair in zip(parts[::2], parts[1::2], strict=True)]
         return parts[0]
-
-    def fence(self, a: Value, width: int) -> Value:
-        """The same real of `width` lanes, as a number that nothing is known of: LLVM does not look through it."""
-        suffix, kind = f"v{width}f{32 if self.dtype == FLOAT32 else 64}", f"<{width} x {self.scalar['real']}>"
-        return self.emit("real", self.intrinsic(f"arithmetic.fence.{suffix}", kind, (kind, a.name)))
 
     # Constants.
 
