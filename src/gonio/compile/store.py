@@ -53,7 +53,7 @@ def source(program: Program) -> str:
     from .llvm import codegen
 
     register = machine.lanes(program.dtype)
-    return codegen.generate(program, _width(register), register, machine.lane_bits() == 512)
+    return codegen.generate(program, _width(program), register, machine.lane_bits() == 512)
 
 
 def assembly(program: Program) -> str:
@@ -61,9 +61,11 @@ def assembly(program: Program) -> str:
     return machine.to_assembly(source(program))
 
 
-def _width(register: int) -> int:
-    # Two vectors at a time: each waits for its own results, and the processor works on the other meanwhile.
-    return 2 * register
+def _width(program: Program) -> int:
+    # Two vectors at a time: each waits for its own results, and the processor works on the other meanwhile. On x86 two
+    # of four lanes would be one of eight.
+    register = machine.lanes(program.dtype)
+    return register if machine.lane_bits() == 128 and machine.is_x86() else 2 * register
 
 
 _Placed = tuple[int, Any]

@@ -32,7 +32,7 @@ class Lanes:
         self.scalar = {"real": real, "index": "i32", "bits": bits, "mask": "i1"}
         self.suffix = f"v{width}f{32 if dtype == FLOAT32 else 64}"
         self.types = {kind: f"<{width} x {scalar}>" for kind, scalar in self.scalar.items()}
-        self.register = register or width
+        self.register = min(register or width, width)
         self.lines: list[str] = []
         self.declared: set[str] = set()
         self.exact = False

@@ -77,6 +77,11 @@ def _own_bits() -> int:
     return 512 if features.get("avx512dq") else 256 if features.get("avx2") and features.get("fma") else 0
 
 
+def is_x86() -> bool:
+    """Whether this processor is one of x86's, of 64 bits."""
+    return platform.machine() in ("x86_64", "AMD64")
+
+
 def lanes(dtype: str) -> int:
     """Numbers of a dtype that one vector holds."""
     return lane_bits() // (32 if dtype == FLOAT32 else 64)
