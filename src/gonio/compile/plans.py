@@ -60,12 +60,15 @@ class Plan(NamedTuple):
     function: store.Function
     entry: int  # its address
     block: Any  # makes a copy of the block of arguments, without addresses that a call brings
+    ready: list[tuple[Any, ...]]  # arguments of a call of the kernel, each used by one thread at a time
     inputs: tuple[tuple[int, int], ...]  # word and number of the arrays that a call brings
     outputs: tuple[tuple[int, tuple[int, ...], np.dtype, int], ...]  # word, shape, dtype and bytes
+    numbers: bool  # whether a result has no axes
     above: tuple[tuple[int, tuple[int, ...]], ...]  # further axes: length, and the step of each address
     addresses: tuple[int, ...]  # the words that hold addresses
     outer: int
     inner: int
+    size: int  # their product
     divisible: bool  # whether the inner axis may be shared out
     piece: int  # elements that one call computes at first
     keeper: Any  # owns the arrays whose addresses are in the words
@@ -118,12 +121,15 @@ def prepare(
         function,
         cast(function, c_void_p).value or 0,
         partial((c_int64 * (len(words) + 1)).from_buffer_copy, (c_int64 * (len(words) + 1))(*words)),
+        [],
         tuple(inputs),
         tuple(outputs),
+        any(not full for _, full, _, _ in outputs),
         tuple((axis.length, axis.steps) for axis in above),
         tuple(places),
         outer.length,
         inner.length,
+        outer.length * inner.length,
         whole,
         max(PIECE // len(graph.operations), 1),
         (tuple(arrays[brought:]), tuple(tables)),
@@ -139,12 +145,17 @@ def renewed(plan: Plan, arrays: Sequence[tuple[np.ndarray, int] | None], tables:
     for k, table in enumerate(tables):
         place = 4 * len(places) + 2 * k
         block[place], block[place + 1] = _address(table), len(table) - 2
-    return plan._replace(block=partial(type(block).from_buffer_copy, block), keeper=(arrays, tables))
+    return plan._replace(block=partial(type(block).from_buffer_copy, block), ready=[], keeper=(arrays, tables))
 
 
 def carry_out(plan: Plan, inputs: Sequence[np.ndarray], out: np.ndarray | None = None) -> list[np.ndarray]:
     """The results of a plan for these arrays; `out` takes the first."""
-    block = plan.block()
+    try:
+        arguments = plan.ready.pop()
+    except IndexError:
+        outer = plan.outer
+        arguments = plan.block(), c_int64(outer), c_int64(plan.inner), c_int64(-outer)
+    block = arguments[0]
     for word, k in plan.inputs:
         block[word] = _address(inputs[k])
     results = []
@@ -158,7 +169,12 @@ def carry_out(plan: Plan, inputs: Sequence[np.ndarray], out: np.ndarray | None =
         block[word] = _address(result)
         results.append(result)
     if not plan.above:
-        _run(plan, block)
+        if plan.size < PARALLEL and plan.size <= plan.piece:
+            block[-1] = 0
+            plan.function(*arguments)
+        else:
+            _run(plan, block)
+        plan.ready.append(arguments)
         return results
     start = [block[word] for word in plan.addresses]
     for at in np.ndindex(*(length for length, _ in plan.above)):
@@ -169,20 +185,19 @@ def carry_out(plan: Plan, inputs: Sequence[np.ndarray], out: np.ndarray | None =
 
 
 def _run(plan: Plan, block: Any) -> None:
-    outer, inner = plan.outer, plan.inner
-    size = outer * inner
+    outer, inner, size = plan.outer, plan.inner, plan.size
     count = threads() if size >= PARALLEL and not busy() else 1
     shared = count > 1 and possible()
     if not shared and size <= plan.piece:
         block[-1] = 0
-        plan.function(addressof(block), outer, inner, -outer)
+        plan.function(block, c_int64(outer), c_int64(inner), c_int64(-outer))
         return
     for outer_stop, inner_stop, grain in _pieces(plan, block, count if shared else 1):
         if shared:
             wake(count - 1 if size >= WAKING else 0)  # each time: idle helpers soon fall asleep
             together(count, plan.entry, addressof(block), outer_stop, inner_stop, grain)
         else:
-            plan.function(addressof(block), outer_stop, inner_stop, grain)
+            plan.function(block, c_int64(outer_stop), c_int64(inner_stop), c_int64(grain))
 
 
 def _pieces(plan: Plan, block: Any, count: int) -> Iterator[tuple[int, int, int]]:
@@ -202,13 +217,16 @@ def _pieces(plan: Plan, block: Any, count: int) -> Iterator[tuple[int, int, int]
             step *= 2
 
 
+_number_at, _HEAD = c_ssize_t.from_address, object.__basicsize__
+
+
 def _slow_address(array: np.ndarray) -> int:
     return array.__array_interface__["data"][0]
 
 
 def _quick_address(array: np.ndarray) -> int:
     # The first field of a NumPy array after the head of every Python object: part of NumPy's binary interface.
-    return c_ssize_t.from_address(id(array) + object.__basicsize__).value
+    return _number_at(id(array) + _HEAD).value
 
 
 def _works() -> bool:

@@ -18,11 +18,11 @@ from . import cache_folder, elf
 from .llvm import machine
 from .llvm.program import Program
 
-Function = Callable[[int, int, int, int], None]
-"""kernel(args, outer, inner, grain), see `codegen`"""
+Function = Callable[..., None]
+"""kernel(args, outer, inner, grain), see `codegen`; arguments are numbers of `ctypes`, which it takes as they are."""
 
 _KNOWN: dict[str, Any] = {}
-_PROTOTYPE = ctypes.CFUNCTYPE(None, ctypes.c_void_p, *[ctypes.c_int64] * 3)
+_PROTOTYPE = ctypes.CFUNCTYPE(None)
 _IMAGE, _OBJECT = b"i", b"o"
 
 

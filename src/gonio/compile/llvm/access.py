@@ -112,20 +112,25 @@ class Access:
         """`packed_loads` where each lane of n registers side by side holds every component once: they are blended into
         a register for each component, which one permutation orders. (LLVM makes a blend and a permutation of two
         registers of it for AVX-512, where that takes no longer.)"""
-        w, real = self.v.register, self.real
+        w, kind = self.v.register, f"<{self.v.register} x {self.real}>"
         pieces: dict[int, list[Value]] = {c: [] for c in components}
         for start in range(0, n * self.width, n * w):
-            parts = [
-                self.v.emit("real", f"load <{w} x {real}>, ptr {self.beyond(base, (start + i * w) * self.size)}, align 1")
-                for i in range(n)
-            ]
+            places = [self.beyond(base, (start + i * w) * self.size) for i in range(n)]
+            parts = [self.v.emit("real", f"load {kind}, ptr {place}, align 1") for place in places]
             for c in components:
-                gathered = parts[0]
-                for i in range(1, n):
-                    picks = [w + lane if (i * w + lane) % n == c else lane for lane in range(w)]
-                    gathered = self.v.shuffle(gathered, parts[i], w, picks)
+                which = [next(i for i in range(n) if (i * w + lane) % n == c) for lane in range(w)]
+                gathered = self.blended(parts, which)
                 pieces[c].append(self.v.shuffle(gathered, gathered, w, [(e * n + c) % w for e in range(w)]))
         return [self.v.joined(pieces[c], w) for c in components]
+
+    def blended(self, parts: Sequence[Value], which: Sequence[int]) -> Value:
+        """Every lane from the part of this number."""
+        w, blended = len(which), parts[0]
+        for i in range(1, len(parts)):
+            blended = self.v.shuffle(
+                blended, parts[i], w, [w + lane if which[lane] == i else lane for lane in range(w)]
+            )
+        return blended
 
     def merged(self, parts: Sequence[Value], places: Sequence[tuple[int, int]]) -> Value:
         """The vector whose lanes are at these places (part, lane), by one shuffle for every part but the first."""
@@ -261,21 +266,16 @@ class Access:
 
     def blended_stores(self, k: int, values: Sequence[Value]) -> None:
         """What `blended_loads` does, the other way round."""
-        n, w, real = len(values), self.v.register, self.real
+        n, w, kind = len(values), self.v.register, f"<{self.v.register} x {self.real}>"
         for start in range(0, self.width, w):
             ordered = []
             for c, value in enumerate(values):
-                places = [0] * w
-                for e in range(w):
-                    places[(e * n + c) % w] = start + e
-                ordered.append(self.v.shuffle(value, value, self.width, places))
+                lanes = {(e * n + c) % w: start + e for e in range(w)}
+                ordered.append(self.v.shuffle(value, value, self.width, [lanes[lane] for lane in range(w)]))
             for i in range(n):
-                part = ordered[0]
-                for c in range(1, n):
-                    picks = [w + lane if (i * w + lane) % n == c else lane for lane in range(w)]
-                    part = self.v.shuffle(part, ordered[c], w, picks)
+                part = self.blended(ordered, [(i * w + lane) % n for lane in range(w)])
                 address = self.output_address(k, n * self.size, (start * n + i * w) * self.size)
-                self.v.write(f"store <{w} x {real}> {part.name}, ptr {address}, align 1")
+                self.v.write(f"store {kind} {part.name}, ptr {address}, align 1")
 
     def store_part(self) -> None:
         for k, output in enumerate(self.program.outputs):

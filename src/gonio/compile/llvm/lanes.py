@@ -73,10 +73,9 @@ class Lanes:
 
     def joined(self, parts: Sequence[Value], width: int) -> Value:
         """Reals of `width` lanes, one behind the other."""
-        parts = list(parts)
         while len(parts) > 1:
-            width *= 2
-            parts = [self.shuffle(*pair, width // 2, range(width)) for pair in zip(parts[::2], parts[1::2], strict=True)]
+            pairs = zip(parts[::2], parts[1::2], strict=True)
+            width, parts = 2 * width, [self.shuffle(a, b, width, range(2 * width)) for a, b in pairs]
         return parts[0]
 
     # Constants.
