@@ -13,7 +13,8 @@ import numpy as np
 from ..errors import TooLargeError
 
 SMALL = 1 << 18  # bytes below which NumPy's own memory is as fast
-KEPT = 1 << 28  # bytes kept at most
+KEPT = 1 << 29  # bytes kept at most
+LINE = 64  # bytes of a line of the cache: buffers begin with one, so that whole lines are written
 LENT = 64  # loans remembered at most; buffers of forgotten loans are freed as any array is
 
 _FREE: dict[int, list[np.ndarray]] = {}  # size -> buffers that nobody holds
@@ -88,10 +89,12 @@ def _keep_within(limit: int) -> None:
 
 def _new(size: int, what: str) -> np.ndarray:
     try:
-        return np.empty(size, np.uint8)
+        room = np.empty(size + LINE, np.uint8)
     except MemoryError:
         text = f"{what} takes {size / 1e9:.1f} GB, more than is free here; evaluate fewer directions at a time"
         raise TooLargeError(text) from None
+    start = -room.__array_interface__["data"][0] % LINE
+    return room[start : start + size]
 
 
 def check(shape: tuple[int, ...], dtype: Any, what: str = "a result") -> None:

@@ -24,6 +24,8 @@ from .workers import busy, possible, together, wake
 PARALLEL = 32_768  # elements from which on threads are worth their start
 PIECES = 8  # parts of a batch for each thread, so that none waits long for another
 GRAIN = 4096  # elements of a part, at least
+CACHED = 1 << 23  # bytes of results up to which they are left in the caches, where a caller finds them sooner
+LINE = 64  # of so many elements parts of the inner axis begin: each writes whole lines of the cache, of any dtype
 WAKING = 65_536  # elements from which on it pays to wake sleeping helpers
 PIECE = 1 << 28  # operations on elements of the first call of a kernel: some hundredths of a second of work
 QUICK = 0.02  # seconds; after a shorter call the next one does twice as much
@@ -116,6 +118,7 @@ def prepare(
         full = (*s, *r.element)
         outputs.append((len(words), full, d, math.prod(full) * d.itemsize))
         words += [0, outer.steps[k]]
+    words.append(sum(size for _, _, _, size in outputs) > CACHED)
     function: Any = store.kernel(program)
     return Plan(
         function,
@@ -207,12 +210,14 @@ def _pieces(plan: Plan, block: Any, count: int) -> Iterator[tuple[int, int, int]
     rows = outer >= PIECES * count or not plan.divisible
     length, width = (outer, inner) if rows else (inner, outer)
     step = max(plan.piece // width, 1)
+    if not rows:
+        step += -step % LINE
     grain = max(min(step, length) // (PIECES * count), 1 if rows else GRAIN // outer)
     done = 0
     while done < length:
         block[-1], done = done, min(done + step, length)
         began = perf_counter()
-        yield (done, inner, -grain) if rows else (outer, done, grain + -grain % 64)
+        yield (done, inner, -grain) if rows else (outer, done, grain + -grain % LINE)
         if perf_counter() - began < QUICK:
             step *= 2
 

@@ -13,6 +13,7 @@ from ...trace.graph import MASK
 from .lanes import FLOAT32, Lanes, Value
 from .program import EACH, PACKED, PLANES, Program
 
+LINE = 64  # bytes of a line of the cache
 INLINE = 4  # components of a vector that are taken apart by shuffles; of longer ones by gathers
 
 
@@ -51,6 +52,8 @@ class Access:
         for k in range(len(self.program.outputs)):
             word(f"%o{k}", "ptr")
             word(f"%o{k}.s0")
+        word("%past")
+        self.v.write("%past.caches = icmp ne i64 %past, 0")
 
     def moved(self, name: str, base: str, steps: str, stride: str) -> str:
         """An address so many strides after another, under a name."""
@@ -168,6 +171,13 @@ class Access:
             self.moved(f"%r{k}", f"%p{k}", "%i", f"%p{k}.s0")
         for k in range(len(self.program.outputs)):
             self.moved(f"%q{k}", f"%o{k}", "%i", f"%o{k}.s0")
+        streamed = "%past.caches"
+        for k in filter(self.streamable, range(len(self.program.outputs))):
+            name = f"%q{k}.line"
+            self.v.write(f"{name}.at = ptrtoint ptr %q{k} to i64", f"{name}.off = and i64 {name}.at, {LINE - 1}")
+            self.v.write(f"{name}.whole = icmp eq i64 {name}.off, 0", f"{name} = and i1 {streamed}, {name}.whole")
+            streamed = name
+        self.v.write(f"%streamed = and i1 {streamed}, true")
 
     def remaining(self) -> None:
         """A mask of the lanes within the row, and an element for each lane: its own, or the row's last."""
@@ -247,7 +257,14 @@ class Access:
         """The address of element j of output k, whose elements are `step` bytes apart."""
         return self.beyond(self.moved(self.v.name(), f"%q{k}", "%j", str(step)), offset)
 
-    def store_full(self) -> None:
+    def streamable(self, k: int) -> bool:
+        """Whether stores of an output write whole lines of the cache, of results that begin with one."""
+        output = self.program.outputs[k]
+        return output.use == EACH and len(output.nodes) <= INLINE and self.program.graph.kinds[output.nodes[0]] != MASK
+
+    def store_full(self) -> list[str]:
+        """Stores all lanes; of results that may go past the caches it gives the instructions that are left."""
+        left = []
         for k, output in enumerate(self.program.outputs):
             if output.use != EACH:
                 continue
@@ -256,16 +273,19 @@ class Access:
             if n > INLINE:
                 self.scatter(k, "splat (i1 true)", values)
                 continue
-            if gcd(n, self.v.register) == 1 < n and values[0][0].kind == "real":
-                self.blended_stores(k, [x for x, _, _ in values])
+            if gcd(n, self.v.register) == 1 < n and self.streamable(k):
+                left += self.blended_stores(k, [x for x, _, _ in values])
                 continue
             for i in range(n):
                 part = self.merged([x for x, _, _ in values], [(p % n, p // n) for p in range(i * w, (i + 1) * w)])
                 address = self.output_address(k, n * size, i * w * size)
-                self.v.write(f"store {kind} {part.name}, ptr {address}, align 1")
+                store = f"store {kind} {part.name}, ptr {address}"
+                left.append(store) if self.streamable(k) else self.v.write(f"{store}, align 1")
+        return left
 
-    def blended_stores(self, k: int, values: Sequence[Value]) -> None:
-        """What `blended_loads` does, the other way round."""
+    def blended_stores(self, k: int, values: Sequence[Value]) -> list[str]:
+        """What `blended_loads` does, the other way round; the stores are left."""
+        left = []
         n, w, kind = len(values), self.v.register, f"<{self.v.register} x {self.real}>"
         for start in range(0, self.width, w):
             ordered = []
@@ -275,7 +295,8 @@ class Access:
             for i in range(n):
                 part = self.blended(ordered, [(i * w + lane) % n for lane in range(w)])
                 address = self.output_address(k, n * self.size, (start * n + i * w) * self.size)
-                self.v.write(f"store {kind} {part.name}, ptr {address}, align 1")
+                left.append(f"store {kind} {part.name}, ptr {address}")
+        return left
 
     def store_part(self) -> None:
         for k, output in enumerate(self.program.outputs):
