@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 import sys
 from collections.abc import Iterator, Sequence
-from ctypes import addressof, c_int64, c_ssize_t, c_void_p, cast
+from ctypes import c_int64, c_ssize_t, c_void_p, cast
 from functools import partial
 from time import perf_counter
 from typing import Any, NamedTuple
@@ -197,8 +197,9 @@ def _run(plan: Plan, block: Any) -> None:
         return
     for outer_stop, inner_stop, grain in _pieces(plan, block, count if shared else 1):
         if shared:
-            wake(count - 1 if size >= WAKING else 0)  # each time: idle helpers soon fall asleep
-            together(count, plan.entry, addressof(block), outer_stop, inner_stop, grain)
+            if size >= WAKING:
+                wake(count - 1)  # each time: idle helpers soon fall asleep
+            together(count, plan.entry, block, outer_stop, inner_stop, grain)
         else:
             plan.function(block, c_int64(outer_stop), c_int64(inner_stop), c_int64(grain))
 
