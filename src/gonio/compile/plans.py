@@ -153,6 +153,7 @@ def renewed(plan: Plan, arrays: Sequence[tuple[np.ndarray, int] | None], tables:
 
 def carry_out(plan: Plan, inputs: Sequence[np.ndarray], out: np.ndarray | None = None) -> list[np.ndarray]:
     """The results of a plan for these arrays; `out` takes the first."""
+    count = _crew(plan.size) if plan.size >= PARALLEL else 1
     try:
         arguments = plan.ready.pop()
     except IndexError:
@@ -172,36 +173,39 @@ def carry_out(plan: Plan, inputs: Sequence[np.ndarray], out: np.ndarray | None =
         block[word] = _address(result)
         results.append(result)
     if not plan.above:
-        if plan.size < PARALLEL and plan.size <= plan.piece:
+        if count == 1 and plan.size <= plan.piece:
             block[-1] = 0
             plan.function(*arguments)
         else:
-            _run(plan, block)
+            _run(plan, block, count)
         plan.ready.append(arguments)
         return results
     start = [block[word] for word in plan.addresses]
     for at in np.ndindex(*(length for length, _ in plan.above)):
         for i, word in enumerate(plan.addresses):
             block[word] = start[i] + sum(n * steps[i] for n, (_, steps) in zip(at, plan.above, strict=True))
-        _run(plan, block)
+        _run(plan, block, count)
     return results
 
 
-def _run(plan: Plan, block: Any) -> None:
-    outer, inner, size = plan.outer, plan.inner, plan.size
-    count = threads() if size >= PARALLEL and not busy() else 1
-    shared = count > 1 and possible()
-    if not shared and size <= plan.piece:
-        block[-1] = 0
-        plan.function(block, c_int64(outer), c_int64(inner), c_int64(-outer))
-        return
-    for outer_stop, inner_stop, grain in _pieces(plan, block, count if shared else 1):
-        if shared:
-            if size >= WAKING:
-                wake(count - 1)  # each time: idle helpers soon fall asleep
-            together(count, plan.entry, block, outer_stop, inner_stop, grain)
-        else:
+def _crew(size: int) -> int:
+    """How many threads share so many elements. Sleeping helpers are woken now: that takes longer than all else here."""
+    count = threads()
+    if count == 1 or busy() or not possible():
+        return 1
+    if size >= WAKING:
+        wake(count - 1)
+    return count
+
+
+def _run(plan: Plan, block: Any, count: int) -> None:
+    for outer_stop, inner_stop, grain in _pieces(plan, block, count):
+        if count == 1:
             plan.function(block, c_int64(outer_stop), c_int64(inner_stop), c_int64(grain))
+            continue
+        together(count, plan.entry, block, outer_stop, inner_stop, grain)
+        if plan.size >= WAKING and plan.size > plan.piece:
+            wake(count - 1)  # again: idle helpers soon fall asleep
 
 
 def _pieces(plan: Plan, block: Any, count: int) -> Iterator[tuple[int, int, int]]:

@@ -30,17 +30,18 @@ PATIENCE = 4000  # looks, of about 50 ns each, before a helper sleeps
 
 @cache
 def _help() -> Any:
-    return _compiled(rounds.HELP, ctypes.c_int64, ctypes.c_void_p, *[ctypes.c_int64] * 2)
+    return _compiled(rounds.HELP, ctypes.c_int64)
 
 
 @cache
 def _lead() -> Any:
-    return _compiled(rounds.LEAD, None)  # it takes words of `ctypes` as they are
+    return _compiled(rounds.LEAD, None)
 
 
-def _compiled(text: str, *kinds: Any) -> Any:
+def _compiled(text: str, result: Any) -> Any:
+    """A function that takes words of `ctypes` as they are."""
     text = rounds.complete(text)
-    return _immortal(store.function(text, lambda: text, ctypes.CFUNCTYPE(*kinds)))
+    return _immortal(store.function(text, lambda: text, ctypes.CFUNCTYPE(result)))
 
 
 def _immortal(thing: Any) -> Any:
@@ -159,14 +160,18 @@ class _Team:
 
     def help(self, number: int) -> None:
         """The endless work of helper `number`; nothing if it exists already, as several callers may start it."""
-        helper, round_ = _Helper(), 0
+        helper, look, word = _Helper(), None, ctypes.c_int64
+        team, last, looks = word(self.address), word(0), word(PATIENCE)
         if self.helpers.setdefault(number, helper) is not helper:
             return
         _HERE.helps = True
         try:
             while True:
-                if _help.cache_info().currsize:  # once a kernel is shared out; with GONIO_ENGINE=numpy none ever is
-                    round_ = _help()(self.address, round_, PATIENCE)
+                if look is not None:  # at once: whoever is woken finds its way with cold caches
+                    last = word(look(team, last, looks))
+                elif _help.cache_info().currsize:  # a kernel is shared out; with GONIO_ENGINE=numpy none ever is
+                    look = _help()
+                    continue
                 self.take_parts()
                 helper.sleep()
         finally:
