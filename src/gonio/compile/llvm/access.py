@@ -270,17 +270,17 @@ class Access:
                 continue
             values = [self.stored(node) for node in output.nodes]
             n, w, (_, kind, size) = len(values), self.width, values[0]
-            if n > INLINE:
-                self.scatter(k, "splat (i1 true)", values)
-                continue
-            if gcd(n, self.v.register) == 1 < n and self.streamable(k):
-                left += self.blended_stores(k, [x for x, _, _ in values])
-                continue
-            for i in range(n):
-                part = self.merged([x for x, _, _ in values], [(p % n, p // n) for p in range(i * w, (i + 1) * w)])
-                address = self.output_address(k, n * size, i * w * size)
-                store = f"store {kind} {part.name}, ptr {address}"
+            if n == 1:
+                store = f"store {kind} {values[0][0].name}, ptr {self.output_address(k, size)}"
                 left.append(store) if self.streamable(k) else self.v.write(f"{store}, align 1")
+            elif not self.streamable(k):
+                self.scatter(k, "splat (i1 true)", values)
+            elif gcd(n, self.v.register) == 1:
+                left += self.blended_stores(k, [x for x, _, _ in values])
+            else:
+                for i in range(n):
+                    part = self.merged([x for x, _, _ in values], [(p % n, p // n) for p in range(i * w, (i + 1) * w)])
+                    left.append(f"store {kind} {part.name}, ptr {self.output_address(k, n * size, i * w * size)}")
         return left
 
     def blended_stores(self, k: int, values: Sequence[Value]) -> list[str]:
