@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 import sys
 from collections.abc import Iterator, Sequence
-from ctypes import addressof, c_int64, c_ssize_t, c_void_p, cast
+from ctypes import c_int64, c_ssize_t, c_void_p, cast
 from functools import partial
 from time import perf_counter
 from typing import Any, NamedTuple
@@ -24,6 +24,8 @@ from .workers import busy, possible, together, wake
 PARALLEL = 32_768  # elements from which on threads are worth their start
 PIECES = 8  # parts of a batch for each thread, so that none waits long for another
 GRAIN = 4096  # elements of a part, at least
+CACHED = 1 << 23  # bytes of results up to which they are left in the caches, where a caller finds them sooner
+LINE = 64  # of so many elements parts of the inner axis begin: each writes whole lines of the cache, of any dtype
 WAKING = 65_536  # elements from which on it pays to wake sleeping helpers
 PIECE = 1 << 28  # operations on elements of the first call of a kernel: some hundredths of a second of work
 QUICK = 0.02  # seconds; after a shorter call the next one does twice as much
@@ -60,12 +62,15 @@ class Plan(NamedTuple):
     function: store.Function
     entry: int  # its address
     block: Any  # makes a copy of the block of arguments, without addresses that a call brings
+    ready: list[tuple[Any, ...]]  # arguments of a call of the kernel, each used by one thread at a time
     inputs: tuple[tuple[int, int], ...]  # word and number of the arrays that a call brings
     outputs: tuple[tuple[int, tuple[int, ...], np.dtype, int], ...]  # word, shape, dtype and bytes
+    numbers: bool  # whether a result has no axes
     above: tuple[tuple[int, tuple[int, ...]], ...]  # further axes: length, and the step of each address
     addresses: tuple[int, ...]  # the words that hold addresses
     outer: int
     inner: int
+    size: int  # their product
     divisible: bool  # whether the inner axis may be shared out
     piece: int  # elements that one call computes at first
     keeper: Any  # owns the arrays whose addresses are in the words
@@ -113,17 +118,21 @@ def prepare(
         full = (*s, *r.element)
         outputs.append((len(words), full, d, math.prod(full) * d.itemsize))
         words += [0, outer.steps[k]]
+    words.append(sum(size for _, _, _, size in outputs) > CACHED)
     function: Any = store.kernel(program)
     return Plan(
         function,
         cast(function, c_void_p).value or 0,
         partial((c_int64 * (len(words) + 1)).from_buffer_copy, (c_int64 * (len(words) + 1))(*words)),
+        [],
         tuple(inputs),
         tuple(outputs),
+        any(not full for _, full, _, _ in outputs),
         tuple((axis.length, axis.steps) for axis in above),
         tuple(places),
         outer.length,
         inner.length,
+        outer.length * inner.length,
         whole,
         max(PIECE // len(graph.operations), 1),
         (tuple(arrays[brought:]), tuple(tables)),
@@ -139,12 +148,18 @@ def renewed(plan: Plan, arrays: Sequence[tuple[np.ndarray, int] | None], tables:
     for k, table in enumerate(tables):
         place = 4 * len(places) + 2 * k
         block[place], block[place + 1] = _address(table), len(table) - 2
-    return plan._replace(block=partial(type(block).from_buffer_copy, block), keeper=(arrays, tables))
+    return plan._replace(block=partial(type(block).from_buffer_copy, block), ready=[], keeper=(arrays, tables))
 
 
 def carry_out(plan: Plan, inputs: Sequence[np.ndarray], out: np.ndarray | None = None) -> list[np.ndarray]:
     """The results of a plan for these arrays; `out` takes the first."""
-    block = plan.block()
+    count = _crew(plan.size) if plan.size >= PARALLEL else 1
+    try:
+        arguments = plan.ready.pop()
+    except IndexError:
+        outer = plan.outer
+        arguments = plan.block(), c_int64(outer), c_int64(plan.inner), c_int64(-outer)
+    block = arguments[0]
     for word, k in plan.inputs:
         block[word] = _address(inputs[k])
     results = []
@@ -158,31 +173,39 @@ def carry_out(plan: Plan, inputs: Sequence[np.ndarray], out: np.ndarray | None =
         block[word] = _address(result)
         results.append(result)
     if not plan.above:
-        _run(plan, block)
+        if count == 1 and plan.size <= plan.piece:
+            block[-1] = 0
+            plan.function(*arguments)
+        else:
+            _run(plan, block, count)
+        plan.ready.append(arguments)
         return results
     start = [block[word] for word in plan.addresses]
     for at in np.ndindex(*(length for length, _ in plan.above)):
         for i, word in enumerate(plan.addresses):
             block[word] = start[i] + sum(n * steps[i] for n, (_, steps) in zip(at, plan.above, strict=True))
-        _run(plan, block)
+        _run(plan, block, count)
     return results
 
 
-def _run(plan: Plan, block: Any) -> None:
-    outer, inner = plan.outer, plan.inner
-    size = outer * inner
-    count = threads() if size >= PARALLEL and not busy() else 1
-    shared = count > 1 and possible()
-    if not shared and size <= plan.piece:
-        block[-1] = 0
-        plan.function(addressof(block), outer, inner, -outer)
-        return
-    for outer_stop, inner_stop, grain in _pieces(plan, block, count if shared else 1):
-        if shared:
-            wake(count - 1 if size >= WAKING else 0)  # each time: idle helpers soon fall asleep
-            together(count, plan.entry, addressof(block), outer_stop, inner_stop, grain)
-        else:
-            plan.function(addressof(block), outer_stop, inner_stop, grain)
+def _crew(size: int) -> int:
+    """How many threads share so many elements. Sleeping helpers are woken now: that takes longer than all else here."""
+    count = threads()
+    if count == 1 or busy() or not possible():
+        return 1
+    if size >= WAKING:
+        wake(count - 1)
+    return count
+
+
+def _run(plan: Plan, block: Any, count: int) -> None:
+    for outer_stop, inner_stop, grain in _pieces(plan, block, count):
+        if count == 1:
+            plan.function(block, c_int64(outer_stop), c_int64(inner_stop), c_int64(grain))
+            continue
+        together(count, plan.entry, block, outer_stop, inner_stop, grain)
+        if plan.size >= WAKING and plan.size > plan.piece:
+            wake(count - 1)  # again: idle helpers soon fall asleep
 
 
 def _pieces(plan: Plan, block: Any, count: int) -> Iterator[tuple[int, int, int]]:
@@ -192,14 +215,19 @@ def _pieces(plan: Plan, block: Any, count: int) -> Iterator[tuple[int, int, int]
     rows = outer >= PIECES * count or not plan.divisible
     length, width = (outer, inner) if rows else (inner, outer)
     step = max(plan.piece // width, 1)
+    if not rows:
+        step += -step % LINE
     grain = max(min(step, length) // (PIECES * count), 1 if rows else GRAIN // outer)
     done = 0
     while done < length:
         block[-1], done = done, min(done + step, length)
         began = perf_counter()
-        yield (done, inner, -grain) if rows else (outer, done, grain + -grain % 64)
+        yield (done, inner, -grain) if rows else (outer, done, grain + -grain % LINE)
         if perf_counter() - began < QUICK:
             step *= 2
+
+
+_number_at, _HEAD = c_ssize_t.from_address, object.__basicsize__
 
 
 def _slow_address(array: np.ndarray) -> int:
@@ -208,7 +236,7 @@ def _slow_address(array: np.ndarray) -> int:
 
 def _quick_address(array: np.ndarray) -> int:
     # The first field of a NumPy array after the head of every Python object: part of NumPy's binary interface.
-    return c_ssize_t.from_address(id(array) + object.__basicsize__).value
+    return _number_at(id(array) + _HEAD).value
 
 
 def _works() -> bool:

@@ -7,11 +7,13 @@ part for row i; %i and %j are the steps along the outer and the inner axis.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from math import gcd
 
 from ...trace.graph import MASK
 from .lanes import FLOAT32, Lanes, Value
 from .program import EACH, PACKED, PLANES, Program
 
+LINE = 64  # bytes of a line of the cache
 INLINE = 4  # components of a vector that are taken apart by shuffles; of longer ones by gathers
 
 
@@ -50,6 +52,8 @@ class Access:
         for k in range(len(self.program.outputs)):
             word(f"%o{k}", "ptr")
             word(f"%o{k}.s0")
+        word("%past")
+        self.v.write("%past.caches = icmp ne i64 %past, 0")
 
     def moved(self, name: str, base: str, steps: str, stride: str) -> str:
         """An address so many strides after another, under a name."""
@@ -102,8 +106,34 @@ class Access:
 
     def packed_loads(self, k: int, components: Sequence[int]) -> list[Value]:
         base, n, w = self.offset(k), self.program.arrays[k].width, self.width
+        if gcd(n, self.v.register) == 1 < n:
+            return self.blended_loads(base, n, components)
         parts = [self.vector_load(self.beyond(base, i * w * self.size)) for i in range(n)]
         return [self.merged(parts, [divmod(p, w) for p in range(c, n * w, n)]) for c in components]
+
+    def blended_loads(self, base: str, n: int, components: Sequence[int]) -> list[Value]:
+        """`packed_loads` where each lane of n registers side by side holds every component once: they are blended into
+        a register for each component, which one permutation orders. (LLVM makes a blend and a permutation of two
+        registers of it for AVX-512, where that takes no longer.)"""
+        w, kind = self.v.register, f"<{self.v.register} x {self.real}>"
+        pieces: dict[int, list[Value]] = {c: [] for c in components}
+        for start in range(0, n * self.width, n * w):
+            places = [self.beyond(base, (start + i * w) * self.size) for i in range(n)]
+            parts = [self.v.emit("real", f"load {kind}, ptr {place}, align 1") for place in places]
+            for c in components:
+                which = [next(i for i in range(n) if (i * w + lane) % n == c) for lane in range(w)]
+                gathered = self.blended(parts, which)
+                pieces[c].append(self.v.shuffle(gathered, gathered, w, [(e * n + c) % w for e in range(w)]))
+        return [self.v.joined(pieces[c], w) for c in components]
+
+    def blended(self, parts: Sequence[Value], which: Sequence[int]) -> Value:
+        """Every lane from the part of this number."""
+        w, blended = len(which), parts[0]
+        for i in range(1, len(parts)):
+            blended = self.v.shuffle(
+                blended, parts[i], w, [w + lane if which[lane] == i else lane for lane in range(w)]
+            )
+        return blended
 
     def merged(self, parts: Sequence[Value], places: Sequence[tuple[int, int]]) -> Value:
         """The vector whose lanes are at these places (part, lane), by one shuffle for every part but the first."""
@@ -141,6 +171,13 @@ class Access:
             self.moved(f"%r{k}", f"%p{k}", "%i", f"%p{k}.s0")
         for k in range(len(self.program.outputs)):
             self.moved(f"%q{k}", f"%o{k}", "%i", f"%o{k}.s0")
+        streamed = "%past.caches"
+        for k in filter(self.streamable, range(len(self.program.outputs))):
+            name = f"%q{k}.line"
+            self.v.write(f"{name}.at = ptrtoint ptr %q{k} to i64", f"{name}.off = and i64 {name}.at, {LINE - 1}")
+            self.v.write(f"{name}.whole = icmp eq i64 {name}.off, 0", f"{name} = and i1 {streamed}, {name}.whole")
+            streamed = name
+        self.v.write(f"%streamed = and i1 {streamed}, true")
 
     def remaining(self) -> None:
         """A mask of the lanes within the row, and an element for each lane: its own, or the row's last."""
@@ -220,19 +257,46 @@ class Access:
         """The address of element j of output k, whose elements are `step` bytes apart."""
         return self.beyond(self.moved(self.v.name(), f"%q{k}", "%j", str(step)), offset)
 
-    def store_full(self) -> None:
+    def streamable(self, k: int) -> bool:
+        """Whether stores of an output write whole lines of the cache, of results that begin with one."""
+        output = self.program.outputs[k]
+        return output.use == EACH and len(output.nodes) <= INLINE and self.program.graph.kinds[output.nodes[0]] != MASK
+
+    def store_full(self) -> list[str]:
+        """Stores all lanes; of results that may go past the caches it gives the instructions that are left."""
+        left = []
         for k, output in enumerate(self.program.outputs):
             if output.use != EACH:
                 continue
             values = [self.stored(node) for node in output.nodes]
             n, w, (_, kind, size) = len(values), self.width, values[0]
-            if n > INLINE:
+            if n == 1:
+                store = f"store {kind} {values[0][0].name}, ptr {self.output_address(k, size)}"
+                left.append(store) if self.streamable(k) else self.v.write(f"{store}, align 1")
+            elif not self.streamable(k):
                 self.scatter(k, "splat (i1 true)", values)
-                continue
+            elif gcd(n, self.v.register) == 1:
+                left += self.blended_stores(k, [x for x, _, _ in values])
+            else:
+                for i in range(n):
+                    part = self.merged([x for x, _, _ in values], [(p % n, p // n) for p in range(i * w, (i + 1) * w)])
+                    left.append(f"store {kind} {part.name}, ptr {self.output_address(k, n * size, i * w * size)}")
+        return left
+
+    def blended_stores(self, k: int, values: Sequence[Value]) -> list[str]:
+        """What `blended_loads` does, the other way round; the stores are left."""
+        left = []
+        n, w, kind = len(values), self.v.register, f"<{self.v.register} x {self.real}>"
+        for start in range(0, self.width, w):
+            ordered = []
+            for c, value in enumerate(values):
+                lanes = {(e * n + c) % w: start + e for e in range(w)}
+                ordered.append(self.v.shuffle(value, value, self.width, [lanes[lane] for lane in range(w)]))
             for i in range(n):
-                part = self.merged([x for x, _, _ in values], [(p % n, p // n) for p in range(i * w, (i + 1) * w)])
-                address = self.output_address(k, n * size, i * w * size)
-                self.v.write(f"store {kind} {part.name}, ptr {address}, align 1")
+                part = self.blended(ordered, [(i * w + lane) % n for lane in range(w)])
+                address = self.output_address(k, n * self.size, (start * n + i * w) * self.size)
+                left.append(f"store {kind} {part.name}, ptr {address}")
+        return left
 
     def store_part(self) -> None:
         for k, output in enumerate(self.program.outputs):

@@ -4,15 +4,16 @@ The function is `kernel(args, outer, inner, grain)`, with the lengths of the axe
 block of arguments share the work: each takes `grain` elements of the inner axis at a time, or -`grain` of the outer.
 `args` is a block of 64-bit words: for every array its address and three strides in bytes (outer axis, inner axis,
 component), for every table its address and the number of its last entry, for every output its address and its outer
-stride in bytes; at last the beginning of the next part. Nodes that depend on no axis are computed before the loops,
-nodes that depend on the outer axis alone outside the inner loop.
+stride in bytes; whether results go past the caches to memory, if they begin with a line of the cache; at last the
+beginning of the next part. Nodes that depend on no axis are computed before the loops, nodes that depend on the outer
+axis alone outside the inner loop.
 """
 
 from __future__ import annotations
 
 from ...trace.graph import COMPARISONS, INDEX, LOGIC, REAL
 from ...trace.passes import rewritten
-from . import elementary
+from . import elementary, machine
 from .access import Access
 from .lanes import Lanes, Value
 from .program import ONCE, ROW, SAME, TOTAL, Program
@@ -61,20 +62,20 @@ HELD = 24
 are read where they are used, which takes no longer to run and is compiled in a tenth of the time."""
 
 
-def generate(program: Program, width: int, estimates: bool) -> str:
-    """The IR of a kernel for vectors of `width` lanes; `estimates`: see `Lanes`."""
+def generate(program: Program, width: int, register: int, estimates: bool) -> str:
+    """The IR of a kernel for vectors of `width` lanes; `register`, `estimates`: see `Lanes`."""
     nodes = [node for output in program.outputs for node in output.nodes]
     fixed = [k for k, array in enumerate(program.arrays) if array.layout in (SAME, ROW)]
     graph, renamed = rewritten(program.graph, nodes, program.dtype, fixed)
     new = iter(renamed)
     outputs = tuple(output._replace(nodes=tuple(next(new) for _ in output.nodes)) for output in program.outputs)
-    return _Writer(program._replace(graph=graph, outputs=outputs), width, estimates).text()
+    return _Writer(program._replace(graph=graph, outputs=outputs), width, register, estimates).text()
 
 
 class _Writer:
-    def __init__(self, program: Program, width: int, estimates: bool):
+    def __init__(self, program: Program, width: int, register: int, estimates: bool):
         self.program, self.width = program, width
-        self.v = Lanes(program.dtype, width, estimates)
+        self.v = Lanes(program.dtype, width, estimates, register)
         self.values: dict[int, Value] = {}
         self.reciprocals: dict[int, Value] = {}
         self.blocks: dict[str, list[str]] = {}
@@ -143,8 +144,11 @@ class _Writer:
             access.accumulate(k)
         v.write("br i1 %full, label %store.full, label %store.part")
         self.into("store.full")
-        access.store_full()
-        v.write("br label %inner.end")
+        stores = access.store_full()
+        v.write("br i1 %streamed, label %store.past, label %store.near")
+        self.into("store.near", *(f"{store}, align 1" for store in stores), "br label %inner.end")
+        streamed = (f"{store}, align {v.register * access.size}, !nontemporal !0" for store in stores)
+        self.into("store.past", *streamed, "br label %inner.end")
         self.into("store.part")
         access.store_part()
         v.write("br label %inner.end")
@@ -157,7 +161,12 @@ class _Writer:
             if output.use == ONCE:
                 access.store_once(k)
         v.write("%i.next = add i64 %i, 1", "br label %outer")
-        self.into("exit", "ret void")
+        self.into("exit", "br i1 %past.caches, label %finish, label %end")
+        self.into("finish")
+        if machine.is_x86():  # others keep such stores in order
+            v.write(v.intrinsic("x86.sse.sfence", "void"))
+        v.write("br label %end")
+        self.into("end", "ret void")
 
         body = "\n".join(f"{name}:\n  " + "\n  ".join(lines) for name, lines in self.blocks.items())
         bits = min(self.width * access.size * 8, 512)
@@ -169,7 +178,7 @@ class _Writer:
             f"{''.join((self.functions or {}).values())}"
             f"define internal void @part({signature}) noinline #0 {{\n{body}\n}}\n"
             f"{_SHARED.replace('WORDS', str(self.program.words()))}"
-            f"attributes #0 = {{ alignstack=64 {attributes} }}\nattributes #1 = {{ {attributes} }}\n"
+            f"attributes #0 = {{ alignstack=64 {attributes} }}\nattributes #1 = {{ {attributes} }}\n!0 = !{{i32 1}}\n"
         )
 
     def into(self, block: str, *lines: str) -> None:
