@@ -20,6 +20,7 @@ from ..errors import ArrayTypeError, NotFoundError, ParameterError, TooLargeErro
 from ..evaluate import batch
 from ..formula import warp
 from ..formula.direction import Direction, mirror
+from ..formula.distribution import Spread
 from ..formula.fields import param, part
 from ..formula.parametrised import Parametrised
 from ..formula.state import inferred, note
@@ -109,6 +110,18 @@ class Reflectance(Parametrised):
         0.0
         """
         return 0.0
+
+    @property
+    def slope_spread(self) -> Spread | None:
+        """How the slopes of a smooth lobe's mirror facets spread; None for any other lobe.
+
+        Quadrature over the hemisphere then runs in coordinates of half vectors: `integrals/half_vectors.py`.
+
+        Example
+        >>> print(gn.Microfacet(gn.GGX(0.1, 0.4)).slope_spread, gn.Lambertian(0.5).slope_spread)
+        Spread(alpha_x=0.1, alpha_y=0.4, reach=inf) None
+        """
+        return None
 
     if TYPE_CHECKING:
 

@@ -7,7 +7,7 @@ from typing import Any
 
 from ..base.reflectance import Reflectance
 from ..formula.direction import Direction, half_and_cosine, reflect
-from ..formula.distribution import Distribution
+from ..formula.distribution import Distribution, Spread
 from ..formula.maskings import MASKINGS
 
 
@@ -21,6 +21,10 @@ class Facets(Reflectance):
     @abstractmethod
     def facets(self) -> Distribution:
         """The distribution of normals."""
+
+    @property
+    def slope_spread(self) -> Spread | None:
+        return self.facets.slope_spread
 
     def G(self, wi: Direction, wo: Direction, wm: Direction) -> Any:
         """The fraction of facets wm that is both lit and seen."""

@@ -265,10 +265,21 @@ def _halved(row: np.ndarray, cell: np.ndarray, along: np.ndarray) -> tuple[np.nd
     return np.concatenate(rows), np.concatenate(cells), np.concatenate(families)
 
 
+def of_squares(sums: Sums) -> Integrals:
+    """The integrals that sums over a rule for the whole square are, with the same estimate of their errors."""
+    value, across, along = _read(sums.totals)
+    return Integrals(value, SAFETY * (across + along) + sums.error, np.broadcast_to(sums.missing, across.shape))
+
+
+def _read(totals: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """The integrals (k, C), and the size of the highest coefficients along either axis (k,)."""
+    across, along = (np.hypot(totals[:, k], totals[:, k + 1]).max(axis=-1) for k in (1, 3))
+    return totals[:, 0], across, along
+
+
 def _evaluated(evaluate: Evaluate, rows: np.ndarray, row: np.ndarray, cell: np.ndarray) -> _Cells:
     totals, inherent, missing = evaluate(rows[row], cell)
-    value = totals[:, 0]
-    across, along = (np.hypot(totals[:, k], totals[:, k + 1]).max(axis=-1) for k in (1, 3))
+    value, across, along = _read(totals)
     error = SAFETY * (across + along)
     axes = np.where(across > 8.0 * along, 1, np.where(along > 8.0 * across, 2, 3))
     inherent, missing = (np.broadcast_to(x, error.shape) for x in (inherent, missing))
