@@ -27,6 +27,9 @@ from ..formula.distribution import Distribution
 SIZES = ((16, 24), (32, 48), (64, 96))
 """Nodes around half a circle, and along a radius, of the rules that are tried one after the other."""
 
+HIGHEST = (3, 2)
+"""Coefficients around the circle and along the radius that errors are estimated by."""
+
 
 def coordinates(mean: Any, fixed: Direction, u0: Any, u1: Any, numbers: Any) -> tuple[Direction, Callable]:
     """The direction at 2 pi u0 about the pole, counted from the plane of the fixed direction, and at a share u1 of y.
@@ -71,22 +74,22 @@ def _rule(around: int, along: int, even: bool) -> np.ndarray:
     """Nodes and weights ((around + 1) or 2 around times along, 2 + SUMS) of the trapezium rule times Gauss's.
 
     `even`: on the half of the circle that stands for the whole where both halves are equal. The further weights give
-    the highest two coefficients along either axis that the nodes can tell apart, as those of `quadrature.NODES`.
+    coefficients of the highest waves around the circle and of the highest polynomials along the radius that the nodes
+    can tell apart. The first wave is what the rule of every second node is wrong by.
     """
     count = around + 1 if even else 2 * around
     u0 = np.arange(count) / (2.0 * around)
     w0 = np.full(count, 0.5 / around)
     if even:
         w0[1:-1] *= 2.0
-        first, second = (math.sqrt(2.0) * np.cos(2.0 * math.pi * k * u0) for k in (around - 1, around))
-    else:
-        turns = 2.0 * math.pi * (around - 1) * u0
-        first, second = math.sqrt(2.0) * np.cos(turns), math.sqrt(2.0) * np.sin(turns)
+    turns = 2.0 * math.pi * u0
+    third = np.cos((around - 2) * turns) if even else np.sin((around - 1) * turns)
+    waves = [np.cos(around * turns), *(math.sqrt(2.0) * wave for wave in (np.cos((around - 1) * turns), third))]
     legendre = np.polynomial.legendre
     x, w1 = legendre.leggauss(along)
     u1, w1 = 0.5 * (x + 1.0), 0.5 * w1
-    odd, even_ = (math.sqrt(2 * k + 1) * legendre.legval(x, np.eye(along)[k]) for k in (along - 2, along - 1))
-    weights = [(w0, w1), (w0 * first, w1), (w0 * second, w1), (w0, w1 * odd), (w0, w1 * even_)]
+    highest = [math.sqrt(2 * k + 1) * legendre.legval(x, np.eye(along)[k]) for k in range(along - HIGHEST[1], along)]
+    weights = [(w0, w1), *((w0 * wave, w1) for wave in waves), *((w0, w1 * polynomial) for polynomial in highest)]
     columns = [*np.broadcast_arrays(u0[:, None], u1), *(np.outer(*pair) for pair in weights)]
     nodes = np.asfortranarray(np.stack([c.reshape(-1) for c in columns], axis=-1))
     nodes.flags.writeable = False

@@ -262,7 +262,7 @@ class _Integrand(NamedTuple):
         finer, before = every, np.full(len(every), math.inf)
         kernel = _kernel(half_vectors.coordinates, _whole, self.incident, False)
         for nodes in half_vectors.rules(self.lobe) if self.radiance is None else ():
-            found = of_squares(self.summed(kernel, RULED, nodes, finer, np.zeros((len(finer), 6))))
+            found = of_squares(self.summed(kernel, RULED, nodes, finer, np.zeros((len(finer), 6))), half_vectors.HIGHEST[0])
             goal = tolerance[finer] * np.maximum(unit[finer], np.abs(found.value).max(axis=-1))
             done, smooth = ~(found.error > goal), (found.error**2 < goal) & (found.error < 0.1 * before[finer])
             groups.append((finer[done], Integrals(*(x[done] for x in found))))
@@ -307,10 +307,11 @@ class _Integrand(NamedTuple):
     ) -> Sequence[np.ndarray]:
         """Sums (k, SUMS, C) over cells, and the share of each without data (k,)."""
         inputs = (self.fixed[rows][:, None], cells[:, None], nodes, self.domain.numbers[None, None])
+        widths = (3, 6, nodes.shape[1], 16)
         if self.radiance is None:
-            *totals, absent = batch.run(kernel, _TOTALS, m, inputs, _WIDTHS)
+            *totals, absent = batch.run(kernel, (TOTAL,) * (nodes.shape[1] - 1), m, inputs, widths)
             return np.stack([with_channels(t, 1) for t in totals], axis=1), with_channels(absent, 1).max(axis=-1)
-        there, values, absent = batch.run(kernel, (VECTOR, VALUE, VALUE), m, inputs, _WIDTHS)
+        there, values, absent = batch.run(kernel, (VECTOR, VALUE, VALUE), m, inputs, widths)
         light = self.radiance(there, self.places.elements[rows])
         return weighed(with_channels(values, 2) * light), with_channels(absent, 2).max(axis=-1) @ NODES[:, 2]
 
@@ -318,10 +319,6 @@ class _Integrand(NamedTuple):
 def _whole(cell: Any, node: Any) -> tuple[tuple[Any, Any], float]:
     """The point of the unit square at a node of a rule for the whole of it, and its area per area: see `place`."""
     return (node[0], node[1]), 1.0
-
-
-_TOTALS = (TOTAL,) * 6
-_WIDTHS = (3, 6, NODES.shape[1], 16)
 
 
 @cache

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from typing import Any
+from typing import Any, ClassVar
 
 from ..base.reflectance import Reflectance
 from ..formula.direction import Direction, half_and_cosine, reflect
@@ -16,6 +16,8 @@ class Facets(Reflectance):
 
     fresnel: Any
     masking: str
+    smooth_maskings: ClassVar[tuple[str, ...]] = ("height_correlated", "separable")
+    """Those without kinks, with which quadrature by smooth rules converges."""
 
     @property
     @abstractmethod
@@ -24,7 +26,7 @@ class Facets(Reflectance):
 
     @property
     def slope_spread(self) -> Spread | None:
-        return self.facets.slope_spread
+        return self.facets.slope_spread if self.masking in self.smooth_maskings else None
 
     def G(self, wi: Direction, wo: Direction, wm: Direction) -> Any:
         """The fraction of facets wm that is both lit and seen."""
