@@ -24,7 +24,7 @@ from ..base.reflectance import Reflectance
 from ..formula.direction import Direction, dot, normalize, reflect
 from ..formula.distribution import Distribution
 
-SIZES = ((16, 24), (32, 48), (64, 96))
+SIZES = ((20, 28), (40, 56), (80, 112))
 """Nodes around half a circle, and along a radius, of the rules that are tried one after the other."""
 
 HIGHEST = (3, 2)
