@@ -130,15 +130,22 @@ def prepare(
     )
 
 
-def renewed(plan: Plan, arrays: Sequence[tuple[np.ndarray, int] | None], tables: Sequence[np.ndarray]) -> Plan:
-    """The plan with other parameters, of the same shapes and strides, and other tables."""
-    block, places = plan.block(), plan.addresses[: len(plan.addresses) - len(plan.outputs)]
-    for place, array in zip(places[len(places) - len(arrays) :], arrays, strict=True):
-        if array is not None:
-            block[place] = _address(array[0])
+def renewed(
+    plan: Plan, arrays: Sequence[tuple[np.ndarray, tuple[int, ...]]], tables: Sequence[np.ndarray]
+) -> Plan:
+    """The plan with other parameters, of the same shapes and strides, and other tables.
+
+    `arrays`: each with the place in `prepare` of the array that it is, or of several whose one number each it has side
+    by side.
+    """
+    block, words = plan.block(), plan.addresses
+    for array, places in arrays:
+        address = _address(array)
+        for i, place in enumerate(places):
+            block[words[place]] = address + i * array.itemsize
+    first = 4 * (len(words) - len(plan.outputs))
     for k, table in enumerate(tables):
-        place = 4 * len(places) + 2 * k
-        block[place], block[place + 1] = _address(table), len(table) - 2
+        block[first + 2 * k], block[first + 2 * k + 1] = _address(table), len(table) - 2
     return plan._replace(block=partial(type(block).from_buffer_copy, block), keeper=(arrays, tables))
 
 

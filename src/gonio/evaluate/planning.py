@@ -88,27 +88,51 @@ def known(name: tuple[Any, ...], material: Parametrised, inputs: Sequence[Any]) 
 
 
 class _Pattern(NamedTuple):
-    """A plan without arrays, for other numbers of the same structure and shapes; its trace says which it reads."""
+    """A plan without arrays, for other numbers of the same structure and shapes, and where these go in it."""
 
     plan: Plan
     trace: Trace
     as_axis: bool
+    numbers: tuple[int, ...]  # those of the material's leaves, then of the merged ones, that are read
+    merged: bool  # whether any merged ones are
+    places: tuple[int, ...]  # the arrays of the plan that they are
 
 
 _PATTERNS: dict[tuple[Any, ...], _Pattern] = {}
 
 
+def _pattern(plan: Plan, trace: Trace, as_axis: bool, leaves: int) -> _Pattern:
+    places = tuple(sorted(k for k in trace.read if k >= trace.inputs))
+    numbers = tuple(k - trace.inputs for k in places)
+    return _Pattern(plan._replace(keeper=None), trace, as_axis, numbers, any(k >= leaves for k in numbers), places)
+
+
 def _of_pattern(key: tuple[Any, ...], material: Parametrised, dtype: np.dtype) -> Plan | None:
     """A plan for the numbers of this material, if there was one for others of their shapes."""
-    shapes = _shapes(material)
-    pattern = _PATTERNS.get((key, content(material).structure, shapes)) if shapes else None
+    patterns = material.alike.setdefault(known, {})
+    pattern = patterns.get(key)
     if pattern is None:
+        shapes = _shapes(material)
+        pattern = _PATTERNS.get((key, content(material).structure, shapes)) if shapes else None
+        if pattern is None:
+            return None
+        if len(patterns) >= PLANS_KEPT:
+            patterns.clear()
+        patterns[key] = pattern
+    tables = _tables(pattern.trace, material, dtype)
+    if not _within(pattern.trace, tables):
         return None
-    arrays, tables = (
-        _parameters(pattern.trace, material, dtype, pattern.as_axis),
-        _tables(pattern.trace, material, dtype),
-    )
-    return _remembered(key, material, renewed(pattern.plan, arrays, tables)) if _within(pattern.trace, tables) else None
+    leaves = _leaves(material, pattern.merged)
+    arrays, row, numbered = [], [], []
+    for k, place in zip(pattern.numbers, pattern.places, strict=True):
+        value = leaves[k]
+        if type(value) is float:
+            row.append(value)
+            numbered.append(place)
+        else:
+            arrays.append((_parameter(value, dtype, pattern.as_axis)[0], (place,)))
+    arrays.append((np.array(row, dtype), tuple(numbered)))  # numbers side by side: one array for all
+    return _remembered(key, material, renewed(pattern.plan, arrays, tables))
 
 
 def _shapes(material: Parametrised) -> tuple[Any, ...] | None:
@@ -175,7 +199,8 @@ def plan(call: Call) -> Plan:
     if shapes := _shapes(material):
         if len(_PATTERNS) >= PATTERNS_KEPT:
             _PATTERNS.clear()
-        _PATTERNS[key, content(material).structure, shapes] = _Pattern(made._replace(keeper=None), trace, as_axis)
+        pattern = _pattern(made, trace, as_axis, len(content(material).leaves))
+        _PATTERNS[key, content(material).structure, shapes] = pattern
     return _remembered(key, material, made)
 
 
@@ -226,12 +251,16 @@ def _parameters(
     trace: Trace, material: Parametrised, dtype: np.dtype, as_axis: bool
 ) -> list[tuple[np.ndarray, int] | None]:
     """The arrays of the parameters, and of the merged ones, as far as they are read."""
-    leaves, first = content(material).leaves, trace.inputs
-    if trace.merged:
-        any_read = any(k >= first + len(leaves) for k in trace.read)
-        mean = material.merged(LIBRARIES["numpy"].merge_channels) if any_read else material
-        leaves = leaves + content(mean).leaves
-    return [_parameter(v, dtype, as_axis) if first + k in trace.read else None for k, v in enumerate(leaves)]
+    count, first = len(content(material).leaves), trace.inputs
+    every = range(2 * count if trace.merged else count)
+    leaves = _leaves(material, any(k >= first + count for k in trace.read))
+    return [_parameter(leaves[k], dtype, as_axis) if first + k in trace.read else None for k in every]
+
+
+def _leaves(material: Parametrised, merged: bool) -> list[Any]:
+    """The numbers of a material, and where they are wanted those with channels merged."""
+    leaves = content(material).leaves
+    return leaves + content(material.merged(LIBRARIES["numpy"].merge_channels)).leaves if merged else leaves
 
 
 def _parameter(value: Any, dtype: np.dtype, as_axis: bool) -> tuple[np.ndarray, int]:
