@@ -93,8 +93,13 @@ class Param(Field):
         self.range = bounds + (f" [{unit}]" if unit != "1" else "")
 
     def check(self, owner: str, value: Any) -> Any:
-        if type(value) is float and self.low <= value <= self.high and math.isfinite(value):
-            return value
+        if type(value) is float:
+            if self.low <= value <= self.high and math.isfinite(value):
+                return value
+        elif type(value) is np.ndarray and value.dtype == np.float64 and value.ndim and value.size:
+            low, high = value.min(), value.max()  # NaN, if there is one
+            if self.low <= low and high <= self.high and math.isfinite(low) and math.isfinite(high):
+                return frozen(value.copy())
         if isinstance(value, (list, tuple, np.ndarray, np.generic, int, float)):
             try:
                 array = np.array(ops.numbers(value), dtype=float)

@@ -24,6 +24,9 @@ Place = tuple[str, Field, Any, "Parametrised"]
 """A field of a value or of one of its parts: its dotted path, its declaration, its value, and its owner."""
 
 
+LOCATED_KEPT = 1000
+"""Names whose paths are kept for all values of a structure."""
+
 _PLAIN = (float, int, np.ndarray, list, tuple, np.float64, np.float32)
 """Types of numbers that are neither masked, nor named, nor of another library."""
 
@@ -339,6 +342,15 @@ class Parametrised(Value):
         >>> (gn.Lambertian(0.2) + gn.Microfacet(gn.GGX(0.1))).located("alpha")
         '1.distribution.alpha'
         """
+        paths: dict[str, str] = self.alike.setdefault(Parametrised.located, {})
+        path = paths.get(name) if isinstance(name, str) else None
+        if path is None:
+            path = self._located(name)
+            if len(paths) < LOCATED_KEPT:
+                paths[name] = path
+        return path
+
+    def _located(self, name: str) -> str:
         if not isinstance(name, str):
             raise NotFoundError(unknown(type(self).__name__, name, self._names()))
         head, _, rest = name.partition(".")
@@ -416,9 +428,8 @@ class Parametrised(Value):
         attributes, fields, tied = self.__dict__, self.fields, self._tied
         if self._labels is not None or self._lazy or self._holed or type(self)._keep is not Value._keep:
             return None
-        kind, alike, as_large = type(self).__name__, True, True
+        kind, alike, ties = type(self).__name__, True, tied
         values: dict[str, Any] = {}
-        ties = {n: target for n, target in tied.items() if n not in changes}
         for name, value in changes.items():
             field, old = fields[name], attributes[name]
             if isinstance(field, Part):
@@ -426,26 +437,30 @@ class Parametrised(Value):
                 if value._labels is not None or value._lazy:
                     return None
                 alike = alike and value.alike is old.alike
-                as_large = as_large and value._size == old._size
-            elif isinstance(field, Param) and isinstance(value, str) and value == field.default:
-                ties[name] = value
-            elif isinstance(field, Param) and type(value) in _PLAIN:
-                value = values[name] = field.check(kind, value)
-                alike = alike and type(value) is type(old) and getattr(value, "shape", ()) == getattr(old, "shape", ())
+            elif isinstance(field, Param) and (type(value) in _PLAIN or (value == field.default and value in fields)):
+                if name in ties or isinstance(value, str):
+                    tie = {name: value} if isinstance(value, str) else {}
+                    ties = {n: target for n, target in ties.items() if n != name} | tie
+                if not isinstance(value, str):
+                    value = values[name] = field.check(kind, value)
+                    alike = alike and type(value) is type(old) and (type(value) is float or value.shape == old.shape)
             else:
                 return None
-        if ties != tied:
-            alike, ties = False, {name: ties[name] for name in fields if name in ties}
-        values.update((name, values.get(target, attributes[target])) for name, target in ties.items())
-        kept = {name: x for name, x in self._kept.items() if name not in values}
-        kept.update((name, Fixed(x)) for name, x in values.items() if isinstance(x, np.ndarray))
-        new = self._made_of(attributes, values, {"_tied": ties, "_kept": kept, "_derived": {}})
-        if as_large:
-            Parametrised._size.hand_on(self, new)
-        else:
-            new._check_size()
+        if ties is not tied:
+            ties = {name: ties[name] for name in fields if name in ties}
+            alike = alike and ties == tied
+        for name, target in ties.items():
+            values[name] = values[target] if target in values else attributes[target]
+        new = self._made_of(attributes, values)
+        kept = {name: x for name, x in self._kept.items() if name not in values} if self._kept else {}
+        for name, value in values.items():
+            if isinstance(value, np.ndarray):
+                kept[name] = Fixed(value)
+        new.__dict__.update(_tied=ties, _kept=kept, _derived={})
         if alike:
             Parametrised.alike.hand_on(self, new)
+        else:
+            new._check_size()
         new.validate()
         return new
 

@@ -262,14 +262,14 @@ class _Integrand(NamedTuple):
         finer, before = every, np.full(len(every), math.inf)
         kernel = _kernel(half_vectors.coordinates, _whole, self.incident, False)
         for nodes in half_vectors.rules(self.lobe) if self.radiance is None else ():
+            if not len(finer):
+                break
             found = of_squares(self.summed(kernel, RULED, nodes, finer, np.zeros((len(finer), 6))), half_vectors.HIGHEST[0])
             goal = tolerance[finer] * np.maximum(unit[finer], np.abs(found.value).max(axis=-1))
             done, smooth = ~(found.error > goal), (found.error**2 < goal) & (found.error < 0.1 * before[finer])
             groups.append((finer[done], Integrals(*(x[done] for x in found))))
             before[finer] = np.where(done, -1.0, found.error)
             finer = finer[~done & smooth]
-            if not len(finer):
-                break
         left = np.flatnonzero(before >= 0.0)
         if len(left):
             sums = self.sums(self.domain.within, left)
