@@ -437,13 +437,13 @@ class Parametrised(Value):
                 if value._labels is not None or value._lazy:
                     return None
                 alike = alike and value.alike is old.alike
-            elif isinstance(field, Param) and (type(value) in _PLAIN or (value == field.default and value in fields)):
-                if name in ties or isinstance(value, str):
-                    tie = {name: value} if isinstance(value, str) else {}
-                    ties = {n: target for n, target in ties.items() if n != name} | tie
-                if not isinstance(value, str):
-                    value = values[name] = field.check(kind, value)
-                    alike = alike and type(value) is type(old) and (type(value) is float or value.shape == old.shape)
+            elif isinstance(field, Param) and type(value) in _PLAIN:
+                value = values[name] = field.check(kind, value)
+                alike = alike and type(value) is type(old) and (type(value) is float or value.shape == old.shape)
+                if name in ties:
+                    ties = {n: target for n, target in ties.items() if n != name}
+            elif isinstance(field, Param) and isinstance(value, str) and value == field.default:
+                ties = ties | {name: value}
             else:
                 return None
         if ties is not tied:
@@ -451,12 +451,12 @@ class Parametrised(Value):
             alike = alike and ties == tied
         for name, target in ties.items():
             values[name] = values[target] if target in values else attributes[target]
-        new = self._made_of(attributes, values)
         kept = {name: x for name, x in self._kept.items() if name not in values} if self._kept else {}
         for name, value in values.items():
             if isinstance(value, np.ndarray):
                 kept[name] = Fixed(value)
-        new.__dict__.update(_tied=ties, _kept=kept, _derived={})
+        new = self._changed(values, kept)
+        new.__dict__["_tied"] = ties
         if alike:
             Parametrised.alike.hand_on(self, new)
         else:
