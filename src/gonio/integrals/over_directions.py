@@ -46,7 +46,7 @@ RULED = (512, 64, 8)
 TIGHTEST = 1e-13
 """The smallest tolerance."""
 
-TOGETHER = 8
+TOGETHER = 128
 """Most channels that are integrated together."""
 
 Radiance = Callable[[np.ndarray, np.ndarray], np.ndarray]
