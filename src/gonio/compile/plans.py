@@ -65,7 +65,7 @@ class Plan(NamedTuple):
     ready: list[tuple[Any, ...]]  # arguments of a call of the kernel, each used by one thread at a time
     inputs: tuple[tuple[int, int], ...]  # word and number of the arrays that a call brings
     outputs: tuple[tuple[int, tuple[int, ...], np.dtype, int], ...]  # word, shape, dtype and bytes
-    numbers: bool  # whether a result has no axes
+    scalar: bool  # whether a result has no axes
     above: tuple[tuple[int, tuple[int, ...]], ...]  # further axes: length, and the step of each address
     addresses: tuple[int, ...]  # the words that hold addresses
     outer: int
@@ -139,15 +139,20 @@ def prepare(
     )
 
 
-def renewed(plan: Plan, arrays: Sequence[tuple[np.ndarray, int] | None], tables: Sequence[np.ndarray]) -> Plan:
-    """The plan with other parameters, of the same shapes and strides, and other tables."""
-    block, places = plan.block(), plan.addresses[: len(plan.addresses) - len(plan.outputs)]
-    for place, array in zip(places[len(places) - len(arrays) :], arrays, strict=True):
-        if array is not None:
-            block[place] = _address(array[0])
+def renewed(plan: Plan, arrays: Sequence[tuple[np.ndarray, tuple[int, ...]]], tables: Sequence[np.ndarray]) -> Plan:
+    """The plan with other parameters, of the same shapes and strides, and other tables.
+
+    `arrays`: each with the place in `prepare` of the array that it is, or of several whose one number each it has side
+    by side.
+    """
+    block, words = plan.block(), plan.addresses
+    for array, places in arrays:
+        address = _address(array)
+        for i, place in enumerate(places):
+            block[words[place]] = address + i * array.itemsize
+    first = 4 * (len(words) - len(plan.outputs))
     for k, table in enumerate(tables):
-        place = 4 * len(places) + 2 * k
-        block[place], block[place + 1] = _address(table), len(table) - 2
+        block[first + 2 * k], block[first + 2 * k + 1] = _address(table), len(table) - 2
     return plan._replace(block=partial(type(block).from_buffer_copy, block), ready=[], keeper=(arrays, tables))
 
 

@@ -106,8 +106,8 @@ def kernel(m: Reflectance, method: str = "f") -> Kernel:
     arrays += [Array(shape[0] if shape else 1, SAME) for shape in shapes]
     arrays += [Array(1, SAME)] * (len(shapes) if channels else 0)
     tables = 1 + max((trace.graph.arguments[n][0] for n in order if trace.graph.operations[n] == "take"), default=-1)
-    graph, ends = passes.rewritten(trace.graph, list(outputs.values()), "float32", range(len(widths), len(arrays)))
-    named = dict(zip(outputs, ends, strict=True))
+    graph, numbers = passes.rewritten(trace.graph, list(outputs.values()), "float32", range(len(widths), len(arrays)))
+    named = dict(zip(outputs, numbers, strict=True))
     table_names = [f"table{i}" for i in range(tables)]
     texts = [show(g, of, loads, table_names) for g, of in ((trace.graph, outputs), (graph, named))]
     results = tuple(Output(nodes, EACH) for nodes in trace.results)

@@ -148,6 +148,16 @@ class Access:
             merged = self.v.shuffle(merged, parts[i], self.width, picks)
         return merged
 
+    def part_load(self, node: int) -> Value:
+        """A component of the elements that are left of a row; where they lie side by side, by one masked load."""
+        k, c = self.program.graph.arguments[node]
+        array = self.program.arrays[k]
+        if array.layout != PLANES and not (array.layout == PACKED and array.width == 1):
+            return self.gathered(node, "%lanes")
+        kind, address = self.v.types["real"], self.component(self.offset(k), k, c)
+        arguments = ("ptr", address), ("i32", "1"), (f"<{self.width} x i1>", "%inside"), (kind, "zeroinitializer")
+        return self.v.emit("real", self.v.intrinsic(f"masked.load.{self.v.suffix}.p0", kind, *arguments))
+
     def gathered(self, node: int, lanes: str) -> Value:
         """A component of elements j + lanes, one by one."""
         k, c = self.program.graph.arguments[node]
@@ -305,6 +315,12 @@ class Access:
 
     def scatter(self, k: int, mask: str, values: Sequence[tuple[Value, str, int]]) -> None:
         n, w = len(values), self.width
+        if n == 1 and mask == "%valid":
+            ((value, kind, size),) = values
+            full = f"masked.store.v{w}{'i8' if size == 1 else f'f{8 * size}'}.p0"
+            where = ("ptr", self.output_address(k, size)), ("i32", "1"), (f"<{w} x i1>", mask)
+            self.v.write(self.v.intrinsic(full, "void", (kind, value.name), *where))
+            return
         for c, (value, kind, size) in enumerate(values):
             address, name = self.output_address(k, n * size, c * size), self.v.name()
             steps = ", ".join(f"i64 {lane * n * size}" for lane in range(w))

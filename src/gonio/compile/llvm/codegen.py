@@ -132,7 +132,7 @@ class _Writer:
         v.write("br label %body")
         self.into("load.part")
         access.remaining()
-        part = [access.gathered(node, "%lanes") for node in varying]
+        part = [access.part_load(node) for node in varying]
         v.write("br label %body")
 
         self.into("body")
