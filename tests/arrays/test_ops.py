@@ -118,6 +118,10 @@ ROWS = {
         *(ops.erfinv, erfinv, 0.24 * A, lambda x: 0.5 * math.sqrt(math.pi) * math.exp(erfinv(x) ** 2)),
         *((0.0, 0.0), (1.0, INF), (-1.0, -INF), (NAN, NAN)),
     ),
+    "ierfc": unary(
+        *(ops.ierfc, lambda x: math.exp(-x * x) / math.sqrt(math.pi) - x * math.erfc(x), np.abs(0.25 * A)),
+        *(lambda x: -math.erfc(x), (30.0, 0.0), (INF, 0.0), (NAN, NAN)),
+    ),
     "absolute": unary(ops.absolute, abs, A, lambda x: math.copysign(1.0, x), (-0.0, 0.0), (-INF, INF), (NAN, NAN)),
     "floor": unary(ops.floor, math.floor, A, zero, (-0.5, -1.0), (2.0, 2.0), (-2.0, -2.0), (NAN, NAN)),
     "stop": unary(ops.stop_gradient, lambda x: x, A, zero, (INF, INF), (NAN, NAN)),

@@ -248,6 +248,7 @@ SMOOTH = [
     lambda a, b: ops.arccos(ops.sin(a) * 0.9),
     lambda a, b: ops.erf(a),
     lambda a, b: ops.erfinv(ops.sin(a) * 0.9),
+    lambda a, b: ops.ierfc(a * a),
     lambda a, b: ops.power(a * a + 0.2, b),
     lambda a, b: ops.minimum(a, b),
     lambda a, b: ops.maximum(a, b * 0.5),

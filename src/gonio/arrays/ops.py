@@ -40,6 +40,10 @@ arccos = _elementary("arccos", "Inverse cosine, in [0, pi].")
 arctan2 = _elementary("arctan2", "arctan2(y, x): the angle of (x, y), in (-pi, pi].")
 erf = _elementary("erf", "Error function.")
 erfinv = _elementary("erfinv", "Inverse of the error function.")
+ierfc = _elementary(
+    "ierfc",
+    "Integral of erfc = 1 - erf from x to infinity, exp(-x^2)/sqrt(pi) - x erfc(x), for x >= 0: to rounding of 2x + it.",
+)
 absolute = _elementary("absolute", "Magnitude.")
 floor = _elementary("floor", "Largest integer not above, as a floating-point number.")
 power = _elementary("power", "power(x, y): x to the y.")

@@ -44,8 +44,7 @@ class Beckmann(Distribution):
     def Lambda(self, w: Direction) -> Any:
         sx, sy = self.alpha_x * w.x, self.alpha_y * w.y
         a = w.z / ops.sqrt(sx * sx + sy * sy + 1e-24)
-        a = ops.minimum(a, 10.0)  # Lambda(10) = 2e-46: nothing is left, and exp(-a^2) stays representable
-        return 0.5 * (ops.erf(a) - 1.0) + ops.exp(-a * a) / (a * (2.0 * math.sqrt(math.pi)))
+        return ops.ierfc(a) / (2.0 * a)  # which is (erf(a) - 1)/2 + exp(-a^2)/(2 a sqrt(pi)), without cancellation
 
     def warp_normal(self, wo: Direction, u0: Any, u1: Any) -> Direction:
         s = normalize(stretched(wo, self.alpha_x, self.alpha_y))

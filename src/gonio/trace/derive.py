@@ -104,5 +104,6 @@ _RULES: dict[str, Rule] = {
         lambda do, number, x, r: do("mul", number(2.0 / math.sqrt(math.pi)), do("exp", do("neg", do("mul", x, x))))
     ),
     "erfinv": _unary(lambda do, number, x, r: do("mul", number(0.5 * math.sqrt(math.pi)), do("exp", do("mul", r, r)))),
+    "ierfc": _unary(lambda do, number, x, r: do("sub", do("erf", x), number(1.0))),
     "absolute": _unary(lambda do, number, x, r: do("select", do("lt", x, number(0.0)), number(-1.0), number(1.0))),
 }
