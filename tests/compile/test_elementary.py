@@ -132,7 +132,8 @@ def arguments(name, dtype, rng, n=600):
         tiny = sign * between(rng, dtype, info.smallest_subnormal, 7, n)
         return [np.r_[rng.uniform(-6, 6, n), rng.uniform(-1.3, 1.3, n), tiny]]
     if name == "ierfc":
-        return [np.r_[rng.uniform(0, 8, n), rng.uniform(0, 0.5, n), between(rng, dtype, info.smallest_subnormal, 30, n)]]
+        tiny = between(rng, dtype, info.smallest_subnormal, 30, n)
+        return [np.r_[rng.uniform(0, 8, n), rng.uniform(0, 0.5, n), tiny]]
     near = 1 - between(rng, dtype, info.eps, 0.5, n)
     return [np.r_[rng.uniform(-1, 1, n), sign * near, sign * between(rng, dtype, info.tiny, 1 - info.eps, n)]]
 

@@ -266,7 +266,7 @@ def test_normals_are_drawn_nearly_as_they_are(d, bound):
 
 @pytest.mark.parametrize(("dtype", "worst", "usual"), [("float64", 3e-8, 1e-15), ("float32", 3e-7, 3e-8)])
 def test_visible_slopes_of_beckmann(dtype, worst, usual):
-    """The share of the visible surface up to the slope that is drawn, as the closed form has it, is u: at all angles."""
+    """The share of the visible surface up to the slope that is drawn is u, as the closed form has it: at all angles."""
     ends = np.logspace(-12, -1, 60)
     u = np.concatenate([[0.0], ends, np.linspace(0.1, 0.9, 60), 1.0 - ends]).astype(dtype)
     u = u[u < 1.0]

@@ -28,7 +28,7 @@ class Library:
 
     def __init__(self, namespace: str, packages: tuple[str, ...] = (), special: str = "", **names: str):
         """`namespace`: the module with its functions. `packages`: where its array types are from, if from several.
-        `special`: the module with erf, erfc and the inverse of erf, if that is another. `names`: what it calls functions of `ops`,
+        `special`: the module with erf, erfc and erfinv, if that is another. `names`: what it calls functions of `ops`,
         where that differs."""
         self.namespace, self.packages = namespace, packages or (namespace,)
         self._names = names

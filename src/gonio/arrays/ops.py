@@ -42,7 +42,7 @@ erf = _elementary("erf", "Error function.")
 erfinv = _elementary("erfinv", "Inverse of the error function.")
 ierfc = _elementary(
     "ierfc",
-    "Integral of erfc = 1 - erf from x to infinity, exp(-x^2)/sqrt(pi) - x erfc(x), for x >= 0: to rounding of 2x + it.",
+    "Integral of 1 - erf from x >= 0 to infinity, exp(-x^2)/sqrt(pi) - x erfc(x); error: rounding of 2x + ierfc(x).",
 )
 absolute = _elementary("absolute", "Magnitude.")
 floor = _elementary("floor", "Largest integer not above, as a floating-point number.")

@@ -12,7 +12,7 @@ from ..errors import TraceError
 
 REAL, INDEX, MASK = "real", "index", "mask"
 
-UNARY = ("neg", "sqrt", "exp", "log", "sin", "cos", "tan", "arccos", "erf", "erfinv", "ierfc")
+UNARY: tuple[str, ...] = ("neg", "sqrt", "exp", "log", "sin", "cos", "tan", "arccos", "erf", "erfinv", "ierfc")
 UNARY += ("absolute", "floor", "stop")
 BINARY = ("add", "sub", "mul", "div", "power", "arctan2", "minimum", "maximum")
 COMPARISONS = ("lt", "le", "gt", "ge", "eq", "ne")
