@@ -8,7 +8,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from ..arrays import ops
-from ..formula.direction import HORIZON, NORMAL, Direction, mirror, select, served
+from ..formula.direction import HORIZON, NORMAL, Direction, dot, mirror, select, served
 
 if TYPE_CHECKING:
     from .reflectance import Reflectance
@@ -17,9 +17,9 @@ if TYPE_CHECKING:
 def _nan_of(*directions: Direction) -> Any:
     """0, or NaN where a component is NaN or infinite: keeps NaN through the horizon mask."""
     w = directions[0]
-    for other in directions[1:]:  # as vectors: formulas that need the half vector have these sums already
+    for other in directions[1:]:
         w = w + other
-    total = w.x + w.y + w.z
+    total = dot(w, w)  # formulas that need the half vector have this sum already
     return total - total  # not 0 * total, which Dr.Jit replaces by 0
 
 
@@ -50,11 +50,8 @@ def shares_of(mean: Reflectance, wo: Direction) -> list[tuple[Any, Reflectance]]
 
 
 def _mixture(shares: list[tuple[Any, Reflectance]], wi: Direction, wo: Direction) -> Any:
-    total = 0.0 * wi.z
-    for share, lobe in shares:
-        if not lobe.is_delta:
-            total = total + share * lobe.density(wi, wo)
-    return total
+    densities = [share * lobe.density(wi, wo) for share, lobe in shares if not lobe.is_delta]
+    return sum(densities[1:], densities[0]) if densities else 0.0 * wi.z
 
 
 def pdf(m: Reflectance, mean: Reflectance, wi: Any, wo: Any) -> tuple[Any, ...]:

@@ -1,8 +1,8 @@
 """Kernels, compiled once: kept in memory, and on disk for the next process (`cache_folder.py`).
 
-A kernel's name is a digest of all that its code depends on: the program, the processor, the text of every module in
-this folder and those within, and the compiler's library. File times are no part of it: repeatable builds make them
-equal, copies make them differ.
+A kernel's name is a digest of all that its code depends on: the program, the processor, the passes, the text of every
+module of this folder and of trace/, and the compiler's library. File times are no part of it: repeatable builds make
+them equal, copies make them differ.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ from collections.abc import Callable
 from functools import cache
 from typing import Any
 
+from ..trace import passes
 from . import cache_folder, elf
 from .llvm import machine
 from .llvm.program import Program
@@ -52,7 +53,7 @@ def source(program: Program) -> str:
     """The LLVM IR of a program, for this processor."""
     from .llvm import codegen
 
-    return codegen.generate(program, _width(program), machine.lane_bits() == 512)
+    return codegen.generate(program, _width(program), machine.estimates())
 
 
 def assembly(program: Program) -> str:
@@ -104,9 +105,10 @@ def _sources() -> str:
         raise error
 
     try:
-        files = [os.path.join(folder, name) for folder, _, names in os.walk(here, onerror=fail) for name in names]
-        modules = sorted(path for path in files if path.endswith(".py"))
-        for path in (*modules, os.path.join(here, "..", "trace", "graph.py")):
+        folders = [here, os.path.join(here, "..", "trace")]
+        walks = [walk for folder in folders for walk in os.walk(folder, onerror=fail)]
+        files = [os.path.join(folder, name) for folder, _, names in walks for name in names]
+        for path in sorted(path for path in files if path.endswith(".py")):
             with open(path, "rb", buffering=0) as file:
                 text = file.read()
             total.update(len(text).to_bytes(8, "little") + text)
@@ -121,4 +123,4 @@ _SOURCES = _sources()  # of the modules that are imported now: later the files m
 @cache
 def _versions() -> str:
     """All that the code of a program depends on, beside the program itself."""
-    return repr((machine.compiler(), machine.processor(), _SOURCES))
+    return repr((machine.compiler(), machine.processor(), passes.wanted(), _SOURCES))

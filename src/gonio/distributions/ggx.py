@@ -47,6 +47,10 @@ class GGX(Distribution):
         s2 = sx * sx + sy * sy
         return 0.5 * s2 / (w.z * (ops.sqrt(w.z * w.z + s2) + w.z))  # (sqrt(1 + s2/z^2) - 1)/2 without cancellation
 
+    def projected_area(self, w: Direction) -> Any:
+        sx, sy = self.alpha_x * w.x, self.alpha_y * w.y
+        return 0.5 * (w.z + ops.sqrt(sx * sx + sy * sy + w.z * w.z))
+
     def warp_normal(self, wo: Direction, u0: Any, u1: Any) -> Direction:
         s = normalize(stretched(wo, self.alpha_x, self.alpha_y))
         phi = 2.0 * math.pi * u0

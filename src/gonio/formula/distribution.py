@@ -40,6 +40,11 @@ class Distribution(Parametrised):
         """Smith's auxiliary function of this distribution: G1 = 1/(1 + Lambda)."""
         raise self._lacks("Lambda")
 
+    def projected_area(self, w: Direction) -> Any:
+        """Area of the facets that face w, as w sees it, hidden ones included, per area of the surface: the integral of
+        D max(w . wm, 0) over all wm. It is cos(theta)/G1 = (1 + Lambda) cos(theta)."""
+        return (1.0 + self.Lambda(w)) * w.z
+
     def warp_normal(self, wo: Direction, u0: Any, u1: Any) -> Direction:
         """A facet normal for two uniform numbers; its density is `normal_density`."""
         raise self._lacks("warp_normal")
@@ -49,7 +54,7 @@ class Distribution(Parametrised):
 
         `cos_d`: wo . wm, as `half_and_cosine` has it.
         """
-        return self.D(wm) * cos_d / ((1.0 + self.Lambda(wo)) * wo.z)
+        return self.D(wm) * cos_d / self.projected_area(wo)
 
 
 def stretched(w: Direction, ax: Any, ay: Any) -> Direction:

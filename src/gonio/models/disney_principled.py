@@ -132,7 +132,7 @@ class _Mirrors(_Disney, Facets):
         _, grazing = _difference(wi, wo)
         if self.masking == "anisotropic":
             facets = self.facets
-            G = 0.25 / ((1.0 + facets.Lambda(wi)) * (1.0 + facets.Lambda(wo)) * wi.z * wo.z)
+            G = 0.25 / (facets.projected_area(wi) * facets.projected_area(wo))
         else:
             rough = 0.5 + 0.5 * self.roughness
             G = _visible(wi, rough * rough) * _visible(wo, rough * rough)

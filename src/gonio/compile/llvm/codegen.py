@@ -11,9 +11,9 @@ nodes that depend on the outer axis alone outside the inner loop.
 from __future__ import annotations
 
 from ...trace.graph import COMPARISONS, INDEX, LOGIC, REAL
+from ...trace.passes import rewritten
 from . import elementary
 from .access import Access
-from .divisions import fewer_divisions
 from .lanes import Lanes, Value
 from .program import ONCE, ROW, SAME, TOTAL, Program
 
@@ -64,7 +64,8 @@ are read where they are used, which takes no longer to run and is compiled in a 
 def generate(program: Program, width: int, estimates: bool) -> str:
     """The IR of a kernel for vectors of `width` lanes; `estimates`: see `Lanes`."""
     nodes = [node for output in program.outputs for node in output.nodes]
-    graph, renamed = fewer_divisions(program.graph, nodes, program.dtype)
+    fixed = [k for k, array in enumerate(program.arrays) if array.layout in (SAME, ROW)]
+    graph, renamed = rewritten(program.graph, nodes, program.dtype, fixed)
     new = iter(renamed)
     outputs = tuple(output._replace(nodes=tuple(next(new) for _ in output.nodes)) for output in program.outputs)
     return _Writer(program._replace(graph=graph, outputs=outputs), width, estimates).text()
@@ -79,36 +80,11 @@ class _Writer:
         self.blocks: dict[str, list[str]] = {}
         graph = program.graph
         self.order = graph.reachable([node for output in program.outputs for node in output.nodes])
-        self.decided = self._decided()
         self.access = Access(program, self.v, self.order, self.values)
         self.level = self._levels()
         self.loads = [node for node in self.order if graph.operations[node] == "load"]
         many = sum(graph.operations[node] in elementary.FUNCTIONS for node in self.order) > INLINE
         self.functions: dict[str, str] | None = {} if many else None
-
-    def _decided(self) -> dict[int, int]:
-        """Choices whose result matters only where another choice by the same condition takes its second side: node ->
-        that side. So a formula of replaced directions whose result is masked is computed without the replacement."""
-        graph = self.program.graph
-        under: dict[int, list[int]] = {}
-        for node in self.order:
-            if graph.operations[node] == "select":
-                under.setdefault(graph.arguments[node][0], []).append(node)
-        decided: dict[int, int] = {}
-        kept = {node for output in self.program.outputs for node in output.nodes}
-        for condition, choices in under.items():
-            if len(choices) < 2:
-                continue
-            free = kept.copy()  # nodes whose value matters where the condition holds
-            for node in reversed(self.order):
-                if node not in free:
-                    continue
-                sources = graph.inputs(node)
-                if graph.operations[node] == "select" and sources[0] == condition:
-                    sources = sources[:2]
-                free.update(sources)
-            decided.update((node, graph.arguments[node][2]) for node in choices if node not in free)
-        return decided
 
     def _levels(self) -> dict[int, int]:
         """0, 1 or 2 for every node: changes with nothing, with the outer axis, with the inner axis."""
@@ -214,8 +190,6 @@ class _Writer:
     def operation(self, node: int) -> Value:
         v, graph = self.v, self.program.graph
         operation, arguments = graph.operations[node], graph.arguments[node]
-        if node in self.decided:
-            return self.values[self.decided[node]]
         kind = graph.kinds[node]
         if operation == "constant":
             value = arguments[0]

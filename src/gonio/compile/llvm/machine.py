@@ -57,6 +57,12 @@ def lane_bits() -> int:
     return 512 if features.get("avx512dq") else 256 if features.get("avx2") and features.get("fma") else 0
 
 
+def estimates() -> bool:
+    """Whether roots by AVX-512's estimates and Newton steps are quicker than the processor's own. On AMD's they are
+    not: its roots take 10 cycles (Zen 4), during which it multiplies."""
+    return lane_bits() == 512 and "AMD" not in processor()
+
+
 def lanes(dtype: str) -> int:
     """Numbers of a dtype that one vector of this processor holds."""
     return lane_bits() // (32 if dtype == FLOAT32 else 64)

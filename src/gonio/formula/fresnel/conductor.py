@@ -18,25 +18,26 @@ def fresnel_conductor(cos_theta: Any, eta: Any, k: Any) -> Any:
 
     Shapes   any that broadcast.
     Units    1. `cos_theta` in [0, 1].
-    Error    rounding (absolute): below 5e-7 in float32, 2e-14 in float64; for eta < 1 and k < 0.1, beside the
-             critical angle, up to 4e-4 in float32.
+    Error    rounding (absolute): below 3e-7 in float32, 1e-15 in float64; for eta < 1 and k < 0.1, beside the
+             critical angle, up to 4e-4 and 3e-14.
     Source   Born & Wolf, Principles of Optics, 7th ed., section 14.2.
     """
     c2 = cos_theta * cos_theta
     s2 = 1.0 - c2
-    difference = ops.where(c2 > 0.5, eta * eta - s2, (eta - 1.0) * (eta + 1.0) + c2)  # eta^2 - s2, no cancellation
-    real, imag = difference - k * k, 2.0 * eta * k
-    modulus = ops.sqrt(real * real + imag * imag + 1e-36)  # a^2 + b^2
+    # eta^2 - k^2 - s2, without cancellation for small eta and for eta near 1.
+    real = ops.where(c2 > 0.5, (eta - k) * (eta + k) - s2, (eta - 1.0) * (eta + 1.0) - k * k + c2)
+    ab = eta * k
+    modulus = ops.sqrt(real * real + (4.0 * ab * ab + 1e-36))  # a^2 + b^2
     # The larger of a and b comes from a sum, the other from a b = eta k: no cancellation.
     larger = ops.sqrt(0.5 * (modulus + ops.absolute(real)) + 1e-30)
-    smaller = eta * k / larger
+    smaller = ab / larger
     a, b = ops.where(real >= 0.0, larger, smaller), ops.where(real >= 0.0, smaller, larger)
-    b2 = b * b
-    s, s_all = ops.square(a - cos_theta) + b2, ops.square(a + cos_theta) + b2  # R_s = s / s_all
-    # R_p/R_s = p / p_all, multiplied through by cos^2 so that grazing stays finite.
-    ac, b2 = a * cos_theta, b2 * c2
-    p, p_all = ops.square(ac - s2) + b2, ops.square(ac + s2) + b2
-    return 0.5 * s * (p_all + p) / (s_all * p_all)
+    ac = a * cos_theta
+    s = ops.square(a - cos_theta) + b * b  # R_s = s / s_all
+    s_all = s + 4.0 * ac
+    # R_p = R_s (p - q)/(p + q), multiplied through by cos^2 so that grazing stays finite; their mean is R_s p/(p + q).
+    p, q = modulus * c2 + s2 * s2, 2.0 * ac * s2
+    return s * p / (s_all * (p + q))
 
 
 class Conductor(Fresnel):

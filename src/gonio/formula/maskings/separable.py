@@ -10,4 +10,4 @@ from ..distribution import Distribution
 
 def separable(d: Distribution, wi: Direction, wo: Direction, wm: Direction) -> Any:
     """Smith, masking and shadowing independent: G = 1/((1 + Lambda_i)(1 + Lambda_o)). Source: Walter et al. 2007."""
-    return 1.0 / ((1.0 + d.Lambda(wi)) * (1.0 + d.Lambda(wo)))
+    return (wi.z * wo.z) / (d.projected_area(wi) * d.projected_area(wo))

@@ -1,0 +1,57 @@
+"""Choices that are made already: a formula of replaced directions whose result is masked needs no replacement.
+
+Kernels give formulas the normal in place of a direction below the horizon, so that derivatives stay finite, and mask
+the result by the same condition. Where nothing else is computed from the replacement, the direction itself will do.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from .graph import Graph
+
+
+def fewer_choices(graph: Graph, outputs: Sequence[int]) -> tuple[Graph, list[int]]:
+    """An equal graph, and its outputs, where a choice is left out if its result matters only where another choice by
+    the same condition takes its second side: that side stands in its place."""
+    order = graph.reachable(outputs)
+    decided = _decided(graph, order, outputs)
+    if not decided:
+        return graph, list(outputs)
+    new, copies = Graph(), dict[int, int]()
+    for node in order:
+        copies[node] = copies[decided[node]] if node in decided else _copy(graph, node, new, copies)
+    return new, [copies[node] for node in outputs]
+
+
+def _copy(graph: Graph, node: int, new: Graph, copies: dict[int, int]) -> int:
+    operation, arguments = graph.operations[node], graph.arguments[node]
+    if operation == "constant":
+        return new.constant(arguments[0], graph.kinds[node])
+    if operation == "load":
+        return new.load(*arguments)
+    if operation == "take":
+        return new.take(arguments[0], copies[arguments[1]])
+    return new.apply(operation, *(copies[n] for n in arguments))
+
+
+def _decided(graph: Graph, order: Sequence[int], outputs: Sequence[int]) -> dict[int, int]:
+    """The choices that are made already -> the side that they take."""
+    under: dict[int, list[int]] = {}
+    for node in order:
+        if graph.operations[node] == "select":
+            under.setdefault(graph.arguments[node][0], []).append(node)
+    decided: dict[int, int] = {}
+    for condition, choices in under.items():
+        if len(choices) < 2:
+            continue
+        free = set(outputs)  # nodes whose value matters where the condition holds
+        for node in reversed(order):
+            if node not in free:
+                continue
+            sources = graph.inputs(node)
+            if graph.operations[node] == "select" and sources[0] == condition:
+                sources = sources[:2]
+            free.update(sources)
+        decided.update((node, graph.arguments[node][2]) for node in choices if node not in free)
+    return decided

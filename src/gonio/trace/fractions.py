@@ -1,0 +1,377 @@
+"""Fewer operations for the same numbers: products, quotients and roots seen as products of powers.
+
+Every number of a graph is a coefficient times powers of atoms. An atom is a sum, an input, or the result of any other
+operation; exponents count halves, so that roots take part. On that sight:
+
+- what stands above and below a line cancels, and (x r)^2 with r = 1/sqrt(s) is x^2/s, without a root
+- common factors leave a sum: r x + r y is r (x + y)
+- a sum with a quotient in it gets a common denominator: 1 + a/b is (b + a)/b
+- a product of quotients is divided once
+- what depends on parameters alone is multiplied first, and leaves the loops
+
+The result is the same but for rounding: a product keeps the relative error of its factors, and a sum that relative to
+its terms, for no sum is ever multiplied out. Products of more than `TOGETHER` powers are divided in steps, so that
+small numbers do not vanish, and what may be as large as the dtype allows (`WIDE`) is moved into no other term. Zero
+over zero may become a number, where the zero cancels; a difference x - x stays, for it tells NaN.
+
+Common denominators may cost more than they save, and so may a product that is computed once for several others: all
+four are tried, and the graph of least cost is kept, the one that was given among them.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Collection, Sequence
+from functools import partial, reduce
+from typing import NamedTuple
+
+from .graph import REAL, Graph
+
+TOGETHER = {"float32": 8, "float64": 24}
+"""Powers in the divisor of one division, at most."""
+
+COSTS = {"constant": 0.0, "load": 0.0, "stop": 0.0, "mul": 1.0, "add": 0.5, "sub": 0.5, "neg": 0.5, "div": 3.0}
+COSTS |= {"sqrt": 3.0, "exp": 10.0, "log": 14.0, "sin": 16.0, "cos": 16.0, "erf": 20.0, "power": 40.0, "take": 8.0}
+"""Costs of operations, in products; a sum costs less, since most are fused with a product."""
+OTHER = 0.7
+"""Cost of a comparison, a choice and the like."""
+
+WIDE = {"exp", "power", "log", "tan", "take", "erfinv"}
+"""Operations whose results may be as large as the dtype allows, or their reciprocals."""
+
+Powers = tuple[tuple[int, int], ...]
+"""Atoms in order, each with its exponent in halves, not 0."""
+
+
+class Product(NamedTuple):
+    """A coefficient times powers of atoms."""
+
+    coefficient: float
+    powers: Powers
+
+
+class Choice(NamedTuple):
+    """Sums that get a common denominator, and products that are computed once for all that use them."""
+
+    joined: frozenset[int]
+    kept: frozenset[int]
+
+
+def fewer_operations(
+    graph: Graph, outputs: Sequence[int], dtype: str, fixed: Collection[int] = ()
+) -> tuple[Graph, list[int]]:
+    """A graph that computes `outputs` with fewer operations, and its outputs.
+
+    `fixed`: the numbers of arrays whose entries are the same along the inner axis.
+    """
+    view = _View(graph, outputs, dtype, fixed)
+    made = [(graph, list(outputs)), *(_Rewriting(view, choice).result() for choice in view.choices())]
+    return min(made, key=view.cost)
+
+
+class _View:
+    """What is known of a graph before it is rewritten."""
+
+    def __init__(self, graph: Graph, outputs: Sequence[int], dtype: str, fixed: Collection[int]):
+        self.graph, self.outputs, self.fixed = graph, list(outputs), frozenset(fixed)
+        self.together = TOGETHER[dtype]
+        self.order = graph.reachable(outputs)
+        self.uses = Counter(source for node in self.order for source in graph.inputs(node)) + Counter(outputs)
+
+    def choices(self) -> list[Choice]:
+        """What to try: common denominators or none, and products that several others use apart or within these."""
+        divided, soft = self._divided(), self._soft()
+        sums = frozenset(n for n in divided & soft if self.graph.operations[n] in ("add", "sub"))
+        shared = frozenset(n for n in self.order if self.uses[n] > 1 and self._is_product(n))
+        none = frozenset[int]()
+        return list(dict.fromkeys(Choice(joined, kept) for joined in (sums, none) for kept in (none, shared)))
+
+    def _is_product(self, node: int) -> bool:
+        return self.graph.kinds[node] == REAL and self.graph.operations[node] in ("mul", "div")
+
+    def _divided(self) -> set[int]:
+        """Nodes with a division among their products and sums."""
+        divided: set[int] = set()
+        for node in self.order:
+            operation = self.graph.operations[node]
+            of_divided = operation in ("add", "sub", "mul", "neg") and not divided.isdisjoint(self.graph.inputs(node))
+            if operation == "div" or of_divided:
+                divided.add(node)
+        return divided
+
+    def _soft(self) -> set[int]:
+        """Nodes that only products, quotients and sums of such a kind use, where a divisor more is no division more."""
+        soft = set(self.order).difference(self.outputs)
+        for node in reversed(self.order):
+            operation = self.graph.operations[node]
+            if operation not in ("mul", "div", "neg") and not (operation in ("add", "sub") and node in soft):
+                soft.difference_update(self.graph.inputs(node))
+        return soft
+
+    def cost(self, made: tuple[Graph, list[int]]) -> float:
+        """The cost of what varies along the inner axis."""
+        graph, outputs = made
+        total, varies = 0.0, set[int]()
+        for node in graph.reachable(outputs):
+            operation, inputs = graph.operations[node], graph.inputs(node)
+            if operation == "load":
+                if graph.arguments[node][0] not in self.fixed:
+                    varies.add(node)
+            elif not varies.isdisjoint(inputs):
+                varies.add(node)
+                by_fixed = operation == "div" and inputs[1] not in varies
+                total += COSTS["mul"] if by_fixed else COSTS.get(operation, OTHER)
+        return total
+
+
+class _Atom(NamedTuple):
+    """A number that is no product: a sum of two products, the value of one, or an operation on some."""
+
+    operation: str
+    products: tuple[Product, ...]
+    node: int  # the node of the graph that it stands for; for a sum -1, for there may be several
+    varies: bool  # along the inner axis
+    positive: bool  # or 0, or NaN
+    wide: bool
+
+
+class _Factor(NamedTuple):
+    """A factor of a product that is written: its node, how many outputs depend on it, for how many powers it stands."""
+
+    node: int
+    reach: int
+    weight: int
+
+
+class _Rewriting:
+    """A graph seen as products of powers of atoms, and the graph that is written from them."""
+
+    def __init__(self, view: _View, choice: Choice):
+        self.view, self.choice, self.graph, self.new = view, choice, view.graph, Graph()
+        self.products: dict[int, Product] = {}  # of the nodes of the graph
+        self.atoms: list[_Atom] = []
+        self.numbers: dict[tuple[object, ...], int] = {}  # of the atoms
+        self.written: dict[int, int] = {}  # atom -> node of the new graph
+        self.values: dict[Product, int] = {}
+
+    def result(self) -> tuple[Graph, list[int]]:
+        for node in self.view.order:
+            self.products[node] = self._product(node)
+        ends = [self.products[node] for node in self.view.outputs]
+        self.reach = self._reach(ends)
+        used = [k for k, bits in enumerate(self.reach) if bits]
+        wanted = {*ends, *(product for k in used for product in self.atoms[k].products)}
+        self.outputs = len(set(ends))
+        self.rooted = {k for product in wanted for k, e in product.powers if e < 0 and e % 2 and self.atoms[k].varies}
+        self.divisors = Counter(divisor for divisor in map(self._divisor, wanted) if divisor)
+        for k in used:
+            self.written[k] = self._write(self.atoms[k])
+        return self.new, [self._value(product) for product in ends]
+
+    # Reading.
+
+    def _product(self, node: int) -> Product:
+        operation, inputs = self.graph.operations[node], [self.products[n] for n in self.graph.inputs(node)]
+        made = None
+        if operation == "constant":
+            value = self.graph.arguments[node][0]
+            if self.graph.kinds[node] == REAL and value and math.isfinite(value):
+                return Product(value, ())
+        elif self.graph.kinds[node] == REAL:
+            if operation == "neg":
+                return _times(inputs[0], Product(-1.0, ()))
+            if operation in ("mul", "div"):
+                made = _times(inputs[0], inputs[1] if operation == "mul" else _power(inputs[1], -2))
+            elif operation in ("add", "sub"):
+                a, b = inputs
+                made = self._sum(a, b if operation == "add" else _times(b, Product(-1.0, ())), node)
+            elif operation == "sqrt":
+                made = self._root(inputs[0])
+        if made is None or not _ordinary(made.coefficient):
+            return self._atom(operation, tuple(inputs), node)
+        if node in self.choice.kept and len(made.powers) > 1:
+            return self._atom("value", (made,), -1)
+        return made
+
+    def _atom(self, operation: str, products: tuple[Product, ...], node: int) -> Product:
+        key: tuple[object, ...] = (operation, *products, node)
+        if operation == "sum":
+            key = (operation, *sorted(products))
+        if key not in self.numbers:
+            self.numbers[key] = len(self.atoms)
+            self.atoms.append(_Atom(operation, products, node, *self._nature(operation, products, node)))
+        return Product(1.0, ((self.numbers[key], 2),))
+
+    def _nature(self, operation: str, products: tuple[Product, ...], node: int) -> tuple[bool, bool, bool]:
+        atoms = [self.atoms[k] for product in products for k, _ in product.powers]
+        positive = [self._is_positive(product) for product in products]
+        if operation == "load":
+            return self.graph.arguments[node][0] not in self.view.fixed, False, False
+        if operation == "constant":
+            value = self.graph.arguments[node][0]
+            return False, value >= 0, not math.isfinite(value)
+        if operation in ("sum", "value", "minimum"):
+            is_positive = all(positive)
+        elif operation == "maximum":
+            is_positive = any(positive)
+        elif operation == "select":
+            is_positive = all(positive[1:])
+        else:
+            is_positive = operation in ("exp", "sqrt", "absolute")
+        return any(a.varies for a in atoms), is_positive, operation in WIDE or any(a.wide for a in atoms)
+
+    def _is_positive(self, product: Product) -> bool:
+        return product.coefficient > 0 and all(e % 4 != 2 or self.atoms[k].positive for k, e in product.powers)
+
+    def _root(self, product: Product) -> Product | None:
+        """The square root as a product; None where a factor may be negative, or would get a quarter."""
+        if not product.powers or product.coefficient <= 0:
+            return None
+        if any(e % 2 or not self.atoms[k].positive for k, e in product.powers):
+            return None
+        return Product(math.sqrt(product.coefficient), tuple((k, e // 2) for k, e in product.powers))
+
+    def _sum(self, a: Product, b: Product, node: int) -> Product:
+        common = self._common(a, b, node in self.choice.joined)
+        inverse = _power(common, -2)
+        left, right = _times(a, inverse), _times(b, inverse)
+        if left.powers or right.powers:
+            if abs(left.coefficient) == abs(right.coefficient):
+                scale = Product(left.coefficient, ())
+                common, left, right = _times(common, scale), *(_times(x, _power(scale, -2)) for x in (left, right))
+            return _times(common, self._atom("sum", (left, right), -1))
+        total = left.coefficient + right.coefficient
+        return _times(common, Product(total, ())) if total else self._atom("sum", (a, b), -1)
+
+    def _common(self, a: Product, b: Product, joined: bool) -> Product:
+        """What both terms of a sum have as a factor; if they are to be joined, with a common denominator."""
+        first, second = dict(a.powers), dict(b.powers)
+        powers = []
+        for k in sorted(first.keys() | second.keys()):
+            e, f = first.get(k, 0), second.get(k, 0)
+            if e * f > 0:
+                powers.append((k, min(e, f) if e > 0 else max(e, f)))
+            if joined and min(e, f) < 0 and self.atoms[k].varies and not self.atoms[k].wide:
+                powers[-1 if e * f > 0 else len(powers) :] = [(k, min(e, f))]
+        return Product(1.0, tuple(powers))
+
+    # Writing.
+
+    def _reach(self, ends: Sequence[Product]) -> list[int]:
+        """For each atom the outputs that depend on it, as bits: what channels share is multiplied first, and once."""
+        reach = [0] * len(self.atoms)
+        for i, product in enumerate(ends):
+            for k, _ in product.powers:
+                reach[k] |= 1 << i
+        for k in reversed(range(len(self.atoms))):
+            for product in self.atoms[k].products if reach[k] else ():
+                for below, _ in product.powers:
+                    reach[below] |= reach[k]
+        return reach
+
+    def _write(self, atom: _Atom) -> int:
+        operation, products, node = atom.operation, atom.products, atom.node
+        if operation == "value":
+            return self._value(products[0])
+        if operation == "sum":
+            a, b = products if products[0].coefficient > 0 else products[::-1]
+            if b.coefficient > 0 or a.coefficient < 0:
+                return self.new.apply("add", self._value(a), self._value(b))
+            return self.new.apply("sub", self._value(a), self._value(_times(b, Product(-1.0, ()))))
+        arguments = self.graph.arguments[node]
+        if operation == "constant":
+            return self.new.constant(arguments[0], self.graph.kinds[node])
+        if operation == "load":
+            return self.new.load(*arguments)
+        if operation == "take":
+            return self.new.take(arguments[0], self._value(products[0]))
+        return self.new.apply(operation, *map(self._value, products))
+
+    def _value(self, product: Product) -> int:
+        """A node of the new graph."""
+        if product not in self.values:
+            fixed = tuple(p for p in product.powers if not self.atoms[p[0]].varies)
+            varying = tuple(p for p in product.powers if self.atoms[p[0]].varies)
+            above, below = self._factors(varying, 1), self._factors(varying, -1)
+            if self.divisors[self._divisor(product)] > 1:
+                above.append(_Factor(self._divided(self.new.constant(1.0), below), 0, 1))
+                below = []
+            negative = product.coefficient < 0 and bool(above)
+            scale = self._scale(abs(product.coefficient) if above else product.coefficient, fixed)
+            if scale is not None:
+                shared = [f for f in above if f.reach >= scale.reach]
+                above = [*shared, scale, *above[len(shared) :]]
+            value = self._multiplied(above) if above else self.new.constant(product.coefficient)
+            self.values[product] = self._divided(self.new.apply("neg", value) if negative else value, below)
+        return self.values[product]
+
+    def _divisor(self, product: Product) -> Powers:
+        """What does vary below the line, where it is divided by: a reciprocal root is multiplied."""
+        return tuple(p for p in product.powers if p[1] < 0 and self.atoms[p[0]].varies and p[0] not in self.rooted)
+
+    def _scale(self, coefficient: float, fixed: Powers) -> _Factor | None:
+        """The coefficient and what does not vary, which kernels compute once; None for 1 alone."""
+        if not fixed:
+            if coefficient == 1.0:
+                return None
+            return _Factor(self.new.constant(coefficient), self.outputs, 1)
+        above, below = self._factors(fixed, 1), self._factors(fixed, -1)
+        if coefficient != 1.0 or not above:
+            above = [_Factor(self.new.constant(coefficient), 0, 1), *above]
+        reach = min(self.reach[k].bit_count() for k, _ in fixed)
+        return _Factor(self._divided(self._multiplied(above), below), reach, 1)
+
+    def _factors(self, powers: Powers, sign: int) -> list[_Factor]:
+        """The powers above the line, sign = 1, or below it; what most outputs share comes first."""
+        factors = []
+        for k, exponent in powers:
+            node, count, reach = self.written[k], abs(exponent) // 2, self.reach[k].bit_count()
+            if k in self.rooted and exponent < 0:
+                if sign > 0:
+                    root = self.new.apply("div", self.new.constant(1.0), self.new.apply("sqrt", node))
+                    factors.append(_Factor(self._raised(root, -exponent), reach, 1))
+            elif exponent * sign > 0:
+                if exponent % 2:
+                    factors.append(_Factor(self.new.apply("sqrt", node), reach, 1))
+                if count:
+                    factors.append(_Factor(self._raised(node, count), reach, count))
+        return sorted(factors, key=lambda f: -f.reach)
+
+    def _raised(self, node: int, count: int) -> int:
+        if count == 1:
+            return node
+        half = self._raised(node, count // 2)
+        square = self.new.apply("mul", half, half)
+        return self.new.apply("mul", square, node) if count % 2 else square
+
+    def _multiplied(self, factors: Sequence[_Factor]) -> int:
+        return reduce(partial(self.new.apply, "mul"), (f.node for f in factors))
+
+    def _divided(self, value: int, below: Sequence[_Factor]) -> int:
+        """A value over the product of factors, in steps where these are many."""
+        step: list[_Factor] = []
+        for factor in below:
+            if step and sum(f.weight for f in step) + factor.weight > self.view.together:
+                value, step = self.new.apply("div", value, self._multiplied(step)), []
+            step.append(factor)
+        return self.new.apply("div", value, self._multiplied(step)) if step else value
+
+
+def _times(a: Product, b: Product) -> Product:
+    if not a.powers or not b.powers:
+        return Product(a.coefficient * b.coefficient, a.powers or b.powers)
+    powers = dict(a.powers)
+    for k, e in b.powers:
+        powers[k] = powers.get(k, 0) + e
+    return Product(a.coefficient * b.coefficient, tuple(sorted((k, e) for k, e in powers.items() if e)))
+
+
+def _power(a: Product, halves: int) -> Product:
+    """a to a power, in halves; -2 is the reciprocal."""
+    return Product(a.coefficient ** (halves / 2), tuple((k, e * halves // 2) for k, e in a.powers))
+
+
+def _ordinary(coefficient: float) -> bool:
+    """Whether a coefficient is a normal number in any dtype, so that no product of constants vanishes."""
+    return 1e-30 < abs(coefficient) < 1e30
