@@ -53,6 +53,10 @@ class Beckmann(Distribution):
         a = w.z / self._stretched(w)[2]
         return ops.ierfc(a) / (2.0 * a)
 
+    def projected_area(self, w: Direction) -> Any:
+        r = self._stretched(w)[2]
+        return w.z + 0.5 * r * ops.ierfc(w.z / r)
+
     def warp_normal(self, wo: Direction, u0: Any, u1: Any) -> Direction:
         sx, sy, r = self._stretched(wo)
         x, y = _visible_slope(wo.z / r, u0), ops.erfinv(ops.maximum(2.0 * u1 - 1.0, -_LARGEST_ERF))
