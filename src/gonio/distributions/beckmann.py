@@ -72,14 +72,17 @@ def _visible_slope(cot: Any, u: Any) -> Any:
     Inverts  u = H(x)/H(cot),  H(x) = cot (1 + erf x) + exp(-x^2)/sqrt(pi),  H' = 2/sqrt(pi) (cot - x) exp(-x^2),
     by two steps of Halley's from a start in erf(x), which is exact at normal incidence.
     """
-    goal = u * (2.0 * cot + ops.ierfc(cot))
-    top, v, t = ops.erf(cot), 1.0 / ops.sqrt(1.0 + cot * cot), ops.sqrt(1.0 - u)
+    rest = ops.ierfc(cot)
+    goal = u * (2.0 * cot + rest)
+    # erf(cot), or up to 6e-4 less: a start above the root may be beyond cot.
+    top = 1.0 - rest * (2.3523 + cot * (0.35767 + 0.49665 * cot) - rest * (1.0261 + 0.46507 * cot))
+    v, t = 1.0 / ops.sqrt(1.0 + cot * cot), ops.sqrt(1.0 - u)
     even, odd = (a + v * (b + v * c) for a, b, c in _START)
     share = t * (t + (1.0 - t) * v * v * (even + t * odd))
     b = ops.clip(top - (1.0 + top) * share, -_LARGEST_ERF, _LARGEST_ERF)
     x, b = ops.stop_gradient(ops.erfinv(b)), ops.stop_gradient(b)  # the steps have the derivatives of the root
     x = _halley(x, b, cot, goal)
-    return _halley(x, ops.erf(x), cot, goal)
+    return ops.minimum(_halley(x, ops.erf(x), cot, goal), ops.minimum(cot, 6.0))
 
 
 def _halley(x: Any, erf: Any, cot: Any, goal: Any) -> Any:
@@ -88,8 +91,8 @@ def _halley(x: Any, erf: Any, cot: Any, goal: Any) -> Any:
     bell, w = ops.exp(-x * x) * (1.0 / math.sqrt(math.pi)), cot - x
     over, square = cot * (1.0 + erf) + bell - goal, bell * w * w
     divisor = 2.0 * square + over * (x * w + 0.5)
-    return ops.clip(x - over * w / ops.maximum(divisor, square), -6.0, 6.0)
+    return x - over * w / ops.maximum(divisor, square)
 
 
 _LARGEST_ERF = 1.0 - 6e-8  # the largest float32 below 1, of x = 3.8
-_START = (-0.286, 4.501, -3.25), (10.929, -22.394, 11.917)  # fitted to the root at all angles
+_START = (-0.292, 4.463, -3.211), (10.934, -22.344, 11.866)  # fitted to the root at all angles
