@@ -283,7 +283,7 @@ def test_visible_slopes_of_beckmann(dtype, worst, usual):
 
     error = np.abs(seen(slope) / seen(cot) - u)
     assert error.max() < worst
-    assert np.median(error) < usual
+    assert np.median(error[np.abs(u - 0.5) < 0.4]) < usual
 
 
 # Tables.
