@@ -66,7 +66,7 @@ REALS = (
     "sin",
     "cos",
 )
-REALS += ("arctan2", "power", "erf", "arccos", "tan", "erfinv")
+REALS += ("arctan2", "power", "erf", "arccos", "tan", "erfinv", "sin_turn", "cos_turn")
 ROUNDED = set(REALS) - {"minimum", "maximum", "neg", "absolute", "floor"}
 
 
@@ -243,6 +243,8 @@ SMOOTH = [
     lambda a, b: ops.log(a * a + 0.5),
     lambda a, b: ops.sin(a),
     lambda a, b: ops.cos(a * b),
+    lambda a, b: ops.sin_turn(a),
+    lambda a, b: ops.cos_turn(a * b),
     lambda a, b: ops.tan(ops.clip(a, -1.0, 1.0)),
     lambda a, b: ops.arctan2(a, b * b + 0.3),
     lambda a, b: ops.arccos(ops.sin(a) * 0.9),

@@ -119,6 +119,12 @@ class Library:
         """Components along a new last axis."""
         return self.module.stack(self.broadcast(*components), -1)
 
+    def op_sin_turn(self, x: Array) -> Array:
+        return self.function("sin")(x * (2.0 * math.pi))
+
+    def op_cos_turn(self, x: Array) -> Array:
+        return self.function("cos")(x * (2.0 * math.pi))
+
     def op_ierfc(self, x: Array) -> Array:
         x = self.function("minimum")(x, 30.0)  # 0 from there on, infinity too
         return self.function("exp")(-x * x) * (1.0 / math.sqrt(math.pi)) - x * self.function("erfc")(x)

@@ -36,6 +36,8 @@ log = _elementary("log", "Natural logarithm.")
 sin = _elementary("sin", "Sine.")
 cos = _elementary("cos", "Cosine.")
 tan = _elementary("tan", "Tangent.")
+sin_turn = _elementary("sin_turn", "Sine of 2 pi x: of x turns, up to which it is exact.")
+cos_turn = _elementary("cos_turn", "Cosine of 2 pi x.")
 arccos = _elementary("arccos", "Inverse cosine, in [0, pi].")
 arctan2 = _elementary("arctan2", "arctan2(y, x): the angle of (x, y), in (-pi, pi].")
 erf = _elementary("erf", "Error function.")
@@ -102,6 +104,11 @@ def _neuron(layer: tuple[Array, Array, int], x: Sequence[Array], j: Any) -> Arra
 def clip(x: Array, low: Array, high: Array) -> Array:
     """x limited to [low, high]."""
     return minimum(maximum(x, low), high)
+
+
+def turn(x: Array) -> tuple[Array, Array]:
+    """(cos 2 pi x, sin 2 pi x): a unit vector turned by x of a whole turn, as sampling needs it."""
+    return cos_turn(x), sin_turn(x)
 
 
 def square(x: Array) -> Array:

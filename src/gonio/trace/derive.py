@@ -97,6 +97,8 @@ _RULES: dict[str, Rule] = {
     "sin": _unary(lambda do, number, x, r: do("cos", x)),
     "cos": _unary(lambda do, number, x, r: do("neg", do("sin", x))),
     "tan": _unary(lambda do, number, x, r: do("add", number(1.0), do("mul", r, r))),
+    "sin_turn": _unary(lambda do, number, x, r: do("mul", number(2.0 * math.pi), do("cos_turn", x))),
+    "cos_turn": _unary(lambda do, number, x, r: do("mul", number(-2.0 * math.pi), do("sin_turn", x))),
     "arccos": _unary(
         lambda do, number, x, r: do("div", number(-1.0), do("sqrt", do("sub", number(1.0), do("mul", x, x))))
     ),
