@@ -106,6 +106,14 @@ ROWS = {
     "sin": unary(ops.sin, math.sin, 2.0 * A, math.cos, (0.0, 0.0), (INF, NAN), (NAN, NAN)),
     "cos": unary(ops.cos, math.cos, 2.0 * A, lambda x: -math.sin(x), (0.0, 1.0), (INF, NAN), (NAN, NAN)),
     "tan": unary(ops.tan, math.tan, 0.35 * A, lambda x: 1.0 + math.tan(x) ** 2, (0.0, 0.0), (NAN, NAN)),
+    "sin_turn": unary(
+        *(ops.sin_turn, lambda x: math.sin(2.0 * math.pi * x), 0.05 * A),
+        *(lambda x: 2.0 * math.pi * math.cos(2.0 * math.pi * x), (0.0, 0.0), (INF, NAN), (NAN, NAN)),
+    ),
+    "cos_turn": unary(
+        *(ops.cos_turn, lambda x: math.cos(2.0 * math.pi * x), 0.05 * A),
+        *(lambda x: -2.0 * math.pi * math.sin(2.0 * math.pi * x), (0.0, 1.0), (INF, NAN), (NAN, NAN)),
+    ),
     "arccos": unary(
         *(ops.arccos, math.acos, 0.24 * A, lambda x: -1.0 / math.sqrt(1.0 - x * x)),
         *((1.0, 0.0), (1.001, NAN), (NAN, NAN)),
@@ -117,6 +125,10 @@ ROWS = {
     "erfinv": unary(
         *(ops.erfinv, erfinv, 0.24 * A, lambda x: 0.5 * math.sqrt(math.pi) * math.exp(erfinv(x) ** 2)),
         *((0.0, 0.0), (1.0, INF), (-1.0, -INF), (NAN, NAN)),
+    ),
+    "ierfc": unary(
+        *(ops.ierfc, lambda x: math.exp(-x * x) / math.sqrt(math.pi) - x * math.erfc(x), np.abs(0.25 * A)),
+        *(lambda x: -math.erfc(x), (30.0, 0.0), (INF, 0.0), (NAN, NAN)),
     ),
     "absolute": unary(ops.absolute, abs, A, lambda x: math.copysign(1.0, x), (-0.0, 0.0), (-INF, INF), (NAN, NAN)),
     "floor": unary(ops.floor, math.floor, A, zero, (-0.5, -1.0), (2.0, 2.0), (-2.0, -2.0), (NAN, NAN)),

@@ -15,10 +15,12 @@ mp = pytest.importorskip("mpmath", reason="mpmath gives the true values")
 
 
 BITS = {"float32": np.int32, "float64": np.int64}
-BOUND = {"tan": 3, "erfinv": 4}  # ulp; else 2
+BOUND = {"tan": 3, "erfinv": 4, "ierfc": 4}  # ulp; else 2
 TRUE = {"power": mp.power, "arccos": mp.acos, "arctan2": mp.atan2} | {
     name: getattr(mp, name) for name in ("exp", "log", "sin", "cos", "tan", "erf")
 }
+TRUE |= {"sin_turn": lambda x: mp.sinpi(2 * x), "cos_turn": lambda x: mp.cospi(2 * x)}
+TRUE["ierfc"] = lambda x: mp.exp(-x * x) / mp.sqrt(mp.pi) - x * mp.erfc(x)
 NUMPY = {name: getattr(np, name) for name in FUNCTIONS if hasattr(np, name)}
 
 both = pytest.mark.parametrize("dtype", ["float32", "float64"])
@@ -118,6 +120,9 @@ def arguments(name, dtype, rng, n=600):
         reach = 1e5 if single else 1e8
         quarters = np.round(rng.uniform(-reach, reach, n) * 0.63) * (np.pi / 2)  # near zeros and poles
         return [np.r_[rng.uniform(-reach, reach, n), quarters, sign * between(rng, dtype, 1e-30, reach, n)]]
+    if name in ("sin_turn", "cos_turn"):
+        near = np.round(rng.uniform(-20, 20, n)) / 4 + sign * between(rng, dtype, 1e-30, 0.1, n)
+        return [np.r_[rng.uniform(0, 1, n), near, rng.uniform(-1e3, 1e3, n), sign * between(rng, dtype, 1e-30, 1, n)]]
     if name == "arccos":
         near = 1 - between(rng, dtype, info.eps, 0.5, n)
         return [np.r_[rng.uniform(-1, 1, n), sign * near, sign * between(rng, dtype, 1e-30, 1, n)]]
@@ -130,6 +135,9 @@ def arguments(name, dtype, rng, n=600):
     if name == "erf":
         tiny = sign * between(rng, dtype, info.smallest_subnormal, 7, n)
         return [np.r_[rng.uniform(-6, 6, n), rng.uniform(-1.3, 1.3, n), tiny]]
+    if name == "ierfc":
+        tiny = between(rng, dtype, info.smallest_subnormal, 30, n)
+        return [np.r_[rng.uniform(0, 8, n), rng.uniform(0, 0.5, n), tiny]]
     near = 1 - between(rng, dtype, info.eps, 0.5, n)
     return [np.r_[rng.uniform(-1, 1, n), sign * near, sign * between(rng, dtype, info.tiny, 1 - info.eps, n)]]
 
@@ -144,6 +152,8 @@ def error(name, dtype, value, *at):
     else:
         true = TRUE[name](*at)
         difference = value - true
+    if name == "ierfc":  # in ulp of what 1 + Lambda needs
+        true = true + 2 * at[0]
     info = np.finfo(dtype)
     exponent = max(int(mp.frexp(abs(true))[1]) - 1, info.minexp)
     return float(abs(difference) / mp.mpf(2) ** (exponent - info.nmant))
@@ -186,9 +196,17 @@ def test_special_values(name, dtype):
         special = special[(abs(special) < 1e5) | ~np.isfinite(special)]
     if name == "erf":
         arrays, expected = [[0.0, -0.0, np.inf, -np.inf, 30, -30, np.nan]], [0.0, -0.0, 1, -1, 1, -1, np.nan]
+    elif name in ("sin_turn", "cos_turn"):
+        arrays = [[0.0, 0.25, 0.5, -0.25, -0.75, 1.0, 1e30, np.inf, -np.inf, np.nan]]
+        expected = {
+            "sin_turn": [0.0, 1.0, 0.0, -1.0, 1.0, 0.0, 0.0, *[np.nan] * 3],
+            "cos_turn": [1.0, 0.0, -1.0, 0.0, 0.0, 1.0, 1.0, *[np.nan] * 3],
+        }[name]
     elif name == "erfinv":
         arrays = [[0.0, -0.0, 1, -1, 1.5, -np.inf, np.inf, np.nan]]
         expected = [0.0, -0.0, np.inf, -np.inf, *[np.nan] * 4]
+    elif name == "ierfc":
+        arrays, expected = [[0.0, -0.0, 12.0, 1e30, np.inf, np.nan]], [np.pi**-0.5, np.pi**-0.5, 0.0, 0.0, 0.0, np.nan]
     else:
         arrays = (
             [special] if name not in ("power", "arctan2") else np.array(list(itertools.product(special, special))).T

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.special import erfc
 
 import gonio as gn
 from gonio.errors import ParameterError
@@ -261,6 +262,28 @@ def test_normals_are_drawn_nearly_as_they_are(d, bound):
     weight = d.D(wm) * wm.z / d.normal_density(None, wm, None)
     assert weight.max() < bound
     assert weight.mean() == pytest.approx(1.0, abs=2e-3)
+
+
+@pytest.mark.parametrize(("dtype", "worst", "usual"), [("float64", 3e-8, 1e-15), ("float32", 3e-7, 3e-8)])
+def test_visible_slopes_of_beckmann(dtype, worst, usual):
+    """The share of the visible surface up to the slope that is drawn is u, as the closed form has it: at all angles."""
+    ends = np.logspace(-12, -1, 60)
+    u = np.concatenate([[0.0], ends, np.linspace(0.1, 0.9, 60), 1.0 - ends]).astype(dtype)
+    u = u[u < 1.0]
+    cot = np.concatenate([np.logspace(-6, -2, 10), np.linspace(0.01, 4.0, 100), np.logspace(0.6, 12, 20)]).astype(dtype)
+    cot, u = (x.ravel() for x in np.meshgrid(cot, u))
+    wo = gn.direction(np.arctan2(1.0, cot.astype(float)), 0.0).astype(dtype)
+    cot = (wo[:, 2] / wo[:, 0]).astype(float)
+    wm = gn.Beckmann(1.0).warp_normal(Direction(*wo.T), u, np.full_like(u, 0.5))
+    assert wm.x.dtype == dtype
+    slope = -(wm.x / wm.z).astype(float)
+
+    def seen(x: np.ndarray) -> np.ndarray:
+        return cot * erfc(-x) + np.exp(-x * x) / math.sqrt(PI)
+
+    error = np.abs(seen(slope) / seen(cot) - u)
+    assert error.max() < worst
+    assert np.median(error[np.abs(u - 0.5) < 0.4]) < usual
 
 
 # Tables.

@@ -26,7 +26,7 @@ REALS = (
     "sin",
     "cos",
 )
-REALS += ("arctan2", "power", "erf", "arccos", "tan", "erfinv")
+REALS += ("arctan2", "power", "erf", "arccos", "tan", "erfinv", "sin_turn", "cos_turn")
 ROUNDED = set(REALS) - {"minimum", "maximum", "neg", "absolute", "floor"}
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import sys
 from collections.abc import Callable, Sequence
 from functools import partial
@@ -27,13 +28,13 @@ class Library:
 
     def __init__(self, namespace: str, packages: tuple[str, ...] = (), special: str = "", **names: str):
         """`namespace`: the module with its functions. `packages`: where its array types are from, if from several.
-        `special`: the module with erf and its inverse, if that is another. `names`: what it calls functions of `ops`,
+        `special`: the module with erf, erfc and erfinv, if that is another. `names`: what it calls functions of `ops`,
         where that differs."""
         self.namespace, self.packages = namespace, packages or (namespace,)
         self._names = names
         self._methods = {name[3:]: getattr(self, name) for name in dir(self) if name.startswith("op_")}
         if special:
-            self._methods |= {name: partial(_imported, special, name) for name in ("erf", "erfinv")}
+            self._methods |= {name: partial(_imported, special, name) for name in ("erf", "erfc", "erfinv")}
 
     @property
     def name(self) -> str:
@@ -117,6 +118,16 @@ class Library:
     def stack(self, components: Sequence[Array]) -> Array:
         """Components along a new last axis."""
         return self.module.stack(self.broadcast(*components), -1)
+
+    def op_sin_turn(self, x: Array) -> Array:
+        return self.function("sin")(x * (2.0 * math.pi))
+
+    def op_cos_turn(self, x: Array) -> Array:
+        return self.function("cos")(x * (2.0 * math.pi))
+
+    def op_ierfc(self, x: Array) -> Array:
+        x = self.function("minimum")(x, 30.0)  # 0 from there on, infinity too
+        return self.function("exp")(-x * x) * (1.0 / math.sqrt(math.pi)) - x * self.function("erfc")(x)
 
     def op_take(self, table: Array, index: Array) -> Array:
         return table[index]

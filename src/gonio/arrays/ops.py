@@ -36,10 +36,16 @@ log = _elementary("log", "Natural logarithm.")
 sin = _elementary("sin", "Sine.")
 cos = _elementary("cos", "Cosine.")
 tan = _elementary("tan", "Tangent.")
+sin_turn = _elementary("sin_turn", "Sine of 2 pi x: of x turns, up to which it is exact.")
+cos_turn = _elementary("cos_turn", "Cosine of 2 pi x.")
 arccos = _elementary("arccos", "Inverse cosine, in [0, pi].")
 arctan2 = _elementary("arctan2", "arctan2(y, x): the angle of (x, y), in (-pi, pi].")
 erf = _elementary("erf", "Error function.")
 erfinv = _elementary("erfinv", "Inverse of the error function.")
+ierfc = _elementary(
+    "ierfc",
+    "Integral of 1 - erf from x >= 0 to infinity, exp(-x^2)/sqrt(pi) - x erfc(x); error: rounding of 2x + ierfc(x).",
+)
 absolute = _elementary("absolute", "Magnitude.")
 floor = _elementary("floor", "Largest integer not above, as a floating-point number.")
 power = _elementary("power", "power(x, y): x to the y.")
@@ -98,6 +104,11 @@ def _neuron(layer: tuple[Array, Array, int], x: Sequence[Array], j: Any) -> Arra
 def clip(x: Array, low: Array, high: Array) -> Array:
     """x limited to [low, high]."""
     return minimum(maximum(x, low), high)
+
+
+def turn(x: Array) -> tuple[Array, Array]:
+    """(cos 2 pi x, sin 2 pi x): a unit vector turned by x of a whole turn, as sampling needs it."""
+    return cos_turn(x), sin_turn(x)
 
 
 def square(x: Array) -> Array:

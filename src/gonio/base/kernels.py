@@ -8,7 +8,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from ..arrays import ops
-from ..formula.direction import HORIZON, NORMAL, Direction, dot, mirror, select, served
+from ..formula.direction import HORIZON, NORMAL, Direction, dot, select, served
 
 if TYPE_CHECKING:
     from .reflectance import Reflectance
@@ -64,35 +64,44 @@ def pdf(m: Reflectance, mean: Reflectance, wi: Any, wo: Any) -> tuple[Any, ...]:
 _BELOW_ONE = 1.0 - 6e-8  # the largest float32 below 1; random float64 numbers in [0, 1) may round to 1.0f
 
 
+def _drawn(
+    m: Reflectance, shares: list[tuple[Any, Reflectance]], wo: Direction, u0: Any, u1: Any
+) -> tuple[Direction, Any, Any]:
+    """A direction from the lobe that u0 falls to, whether that is a delta lobe, and its weight; None without any."""
+    deltas = any(lobe.is_delta for _, lobe in shares)
+    wi, mirrored, weight = wo, u0 < -1.0, 0.0 * wo.z
+    start = 0.0
+    for i, ((share, lobe), (factor, chromatic)) in enumerate(zip(shares, m.lobes(), strict=True)):
+        v = u0 if len(shares) == 1 else u0 / share if i == 0 else ops.maximum((u0 - start) / share, 0.0)
+        drawn = lobe.mirrored(wo) if lobe.is_delta else lobe.warp(wo, ops.minimum(v, _BELOW_ONE), u1)
+        here = u0 >= start  # and in no later lobe
+        wi = select(here, drawn, wi) if i > 0 else drawn
+        if lobe.is_delta:
+            mirrored = mirrored | here
+            weight = ops.where(here, factor * chromatic.mirror(wo) / share, weight)
+        elif deltas:
+            mirrored = mirrored & ~here
+        start = start + share
+    return wi, mirrored, weight if deltas else None
+
+
 def sample(m: Reflectance, mean: Reflectance, wo: Any, u: Any) -> tuple[Any, ...]:
     wo, (u0, u1) = Direction(*wo), u
     nan = with_holes(_nan_of(wo) + ((u0 + u1) - (u0 + u1)), mean)
-    u1 = ops.where(u1 >= 1.0, _BELOW_ONE, u1)
     hidden, wo_up = served(wo)
     shares = shares_of(mean, wo_up)
-    wi, mirrored, start = mirror(wo_up), u0 < -1.0, 0.0 * u0
-    delta_weight: Any = 0.0 * wo_up.z
-    for i, ((share, lobe), (factor, chromatic)) in enumerate(zip(shares, m.lobes(), strict=True)):
-        end = start + share if i < len(shares) - 1 else 2.0
-        here = (u0 >= start) & (u0 < end)
-        if lobe.is_delta:
-            mirrored = mirrored | here
-            wi = select(here, lobe.mirrored(wo_up), wi)
-            delta_weight = ops.where(here, factor * chromatic.mirror(wo_up) / share, delta_weight)
-        else:
-            v = ops.clip((u0 - start) / share, 0.0, _BELOW_ONE)
-            wi = select(here, lobe.warp(wo_up, v, u1), wi)
-        start = end
+    wi, mirrored, delta_weight = _drawn(m, shares, wo_up, u0, ops.minimum(u1, _BELOW_ONE))
     lost = (wi.z <= HORIZON) | hidden
     wi_up = select(lost, NORMAL, wi)
     pdf = _mixture(shares, wi_up, wo_up)
-    usable = (pdf > 0.0) & (pdf < float("inf"))
-    weight = ops.where(usable, m.formula(wi_up, wo_up) * wi_up.z / ops.where(usable, pdf, 1.0), 0.0)
-    weight = ops.where(mirrored, delta_weight, weight)
+    useless = ~((pdf > 0.0) & (pdf < float("inf")))
+    weight = ops.where(useless, 0.0, m.formula(wi_up, wo_up) * wi_up.z / ops.where(useless, 1.0, pdf))
+    if delta_weight is not None:
+        weight, pdf = ops.where(mirrored, delta_weight, weight), ops.where(mirrored, 1.0, pdf)
     return (
         Direction(wi.x + nan, wi.y + nan, wi.z + nan),
         ops.where(lost, 0.0, weight) + nan,
-        ops.where(lost, 0.0, ops.where(mirrored, 1.0, pdf)) + nan,
+        ops.where(lost, 0.0, pdf) + nan,
         mirrored & ~lost,
     )
 

@@ -6,7 +6,7 @@ import math
 from typing import Any
 
 from ..arrays import ops
-from ..formula.direction import Direction
+from ..formula.direction import Direction, on_circle
 from ..formula.distribution import Distribution
 from ..formula.fields import param
 from ..formula.smith import cotangent, smith_of_angles
@@ -67,8 +67,7 @@ class ABCFacets(Distribution):
         h = u1 * self._whole()
         v = h * log1p_over(ops.maximum((1.0 - self.C) * h, -1.0 + 1e-7))
         x = ops.minimum(v * expm1_over(v) / self.B, 1.0)
-        phi, s = 2.0 * math.pi * u0, ops.sqrt(x * (2.0 - x) + 1e-30)
-        return Direction(s * ops.cos(phi), s * ops.sin(phi), 1.0 - x)
+        return on_circle(ops.sqrt(x * (2.0 - x) + 1e-30), u0, 1.0 - x)
 
     def normal_density(self, wo: Direction, wm: Direction, cos_d: Any) -> Any:
         root = self._root((wm.x * wm.x + wm.y * wm.y) / (1.0 + wm.z))

@@ -6,7 +6,7 @@ import math
 from typing import Any
 
 from ..arrays import ops
-from ..formula.direction import Direction, polar_angle
+from ..formula.direction import Direction, on_circle, polar_angle
 from ..formula.distribution import ALPHA_HIGH, ALPHA_LOW, Distribution
 from ..formula.fields import param
 from ..formula.smith import cotangent, gauss, smith_of_angles
@@ -64,10 +64,8 @@ class GaussianFacets(Distribution):
         return 1.0 - ops.exp(-end * end)
 
     def warp_normal(self, wo: Direction, u0: Any, u1: Any) -> Direction:
-        phi = 2.0 * math.pi * u0
         theta = self.alpha * ops.sqrt(-ops.log(1.0 - u1 * self._tail()) + 1e-24)
-        s = ops.sin(theta)
-        return Direction(s * ops.cos(phi), s * ops.sin(phi), ops.cos(theta))
+        return on_circle(ops.sin(theta), u0, ops.cos(theta))
 
     def normal_density(self, wo: Direction, wm: Direction, cos_d: Any) -> Any:
         theta = polar_angle(wm)

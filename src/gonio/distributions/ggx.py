@@ -6,7 +6,7 @@ import math
 from typing import Any, ClassVar
 
 from ..arrays import ops
-from ..formula.direction import Direction, normalize
+from ..formula.direction import Direction, normalize, on_circle
 from ..formula.distribution import ALPHA_HIGH, ALPHA_LOW, Distribution, Spread, stretched
 from ..formula.fields import param
 
@@ -57,8 +57,6 @@ class GGX(Distribution):
 
     def warp_normal(self, wo: Direction, u0: Any, u1: Any) -> Direction:
         s = normalize(stretched(wo, self.alpha_x, self.alpha_y))
-        phi = 2.0 * math.pi * u0
         z = 1.0 - u1 * (1.0 + s.z)
-        r = ops.sqrt(ops.clip(1.0 - z * z, 0.0, 1.0))
-        h = Direction(r * ops.cos(phi) + s.x, r * ops.sin(phi) + s.y, z + s.z)
-        return normalize(stretched(h, self.alpha_x, self.alpha_y))
+        cap = on_circle(ops.sqrt(ops.clip(1.0 - z * z, 0.0, 1.0)), u0, z)
+        return normalize(stretched(cap + s, self.alpha_x, self.alpha_y))

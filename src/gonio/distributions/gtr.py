@@ -6,7 +6,7 @@ import math
 from typing import Any
 
 from ..arrays import ops
-from ..formula.direction import Direction
+from ..formula.direction import Direction, on_circle
 from ..formula.distribution import ALPHA_HIGH, ALPHA_LOW, Distribution
 from ..formula.fields import param
 from ..formula.smith import Nodes, cotangent, sinh_nodes, smith_of_angles
@@ -72,8 +72,7 @@ class GTR(Distribution):
         h = share * (1.0 - self.alpha) * (1.0 + self.alpha)
         log_over = log1p_over(ops.maximum(-k * h, -1.0 + 1e-7))
         sin2 = ops.minimum(self.alpha * self.alpha * share * log_over * expm1_over(h * log_over), 1.0)
-        phi, s = 2.0 * math.pi * u0, ops.sqrt(sin2 + 1e-30)
-        return Direction(s * ops.cos(phi), s * ops.sin(phi), ops.sqrt(1.0 - sin2))
+        return on_circle(ops.sqrt(sin2 + 1e-30), u0, ops.sqrt(1.0 - sin2))
 
     def normal_density(self, wo: Direction, wm: Direction, cos_d: Any) -> Any:
         return self.D(wm) * wm.z

@@ -10,7 +10,7 @@ import numpy as np
 
 from ..arrays import Fixed, ops
 from ..errors import ParameterError
-from ..formula.direction import Direction
+from ..formula.direction import Direction, on_circle
 from ..formula.distribution import Distribution
 from ..formula.fields import table
 from ..formula.smith import gauss
@@ -106,8 +106,7 @@ class TabulatedFacets(Distribution):
         share = ops.clip((u1 - before) / ops.maximum(after - before, 1e-30), 0.0, 1.0)
         inner, outer = (ops.take(self.cumulated, i + (_ROW + k)) for k in (0, 1))
         sin2 = inner + share * (outer - inner)
-        phi, s = 2.0 * math.pi * u0, ops.sqrt(sin2 + 1e-30)
-        return Direction(s * ops.cos(phi), s * ops.sin(phi), ops.sqrt(ops.maximum(1.0 - sin2, 0.0)))
+        return on_circle(ops.sqrt(sin2 + 1e-30), u0, ops.sqrt(ops.maximum(1.0 - sin2, 0.0)))
 
     def normal_density(self, wo: Direction, wm: Direction, cos_d: Any) -> Any:
         i, _ = _cell(*_angles(wm))

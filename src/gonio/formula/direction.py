@@ -206,6 +206,18 @@ def polar_angle(w: Direction) -> Any:
     return ops.arctan2(ops.sqrt(w.x * w.x + w.y * w.y + 1e-20), w.z)
 
 
+def on_circle(radius: Any, u: Any, z: Any) -> Direction:
+    """The vector at this height, this far from the z axis, at the azimuth 2 pi u.
+
+    Example
+    >>> from gonio.formula.direction import on_circle
+    >>> print(on_circle(0.6, 0.25, 0.8).y.round(4))
+    0.6
+    """
+    cos_phi, sin_phi = ops.turn(u)
+    return Direction(radius * cos_phi, radius * sin_phi, z)
+
+
 def azimuth(w: Direction, sin_theta: Any) -> tuple[Any, Any]:
     """(cos phi, sin phi) of w at the distance `sin_theta` from the pole; phi = 0 at the pole.
 

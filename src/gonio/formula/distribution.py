@@ -5,12 +5,10 @@ Every model with facets is D F G / (4 cos cos): F of fresnel/, G of maskings/. `
 
 from __future__ import annotations
 
-import math
 from abc import abstractmethod
 from typing import Any, ClassVar, NamedTuple
 
-from ..arrays import ops
-from .direction import Direction, normalize
+from .direction import Direction, normalize, on_circle
 from .parametrised import Parametrised
 
 ALPHA_LOW, ALPHA_HIGH = 1e-3, 1.0
@@ -102,5 +100,4 @@ def from_slopes(r: Any, u: Any, ax: Any = 1.0, ay: Any = 1.0) -> Direction:
     >>> print((wm.x / wm.z).round(4))
     0.3
     """
-    phi = 2.0 * math.pi * u
-    return normalize(Direction(ax * r * ops.cos(phi), ay * r * ops.sin(phi), 1.0 + 0.0 * r))
+    return normalize(stretched(on_circle(r, u, 1.0 + 0.0 * r), ax, ay))

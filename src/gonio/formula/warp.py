@@ -6,7 +6,7 @@ import math
 from typing import Any
 
 from ..arrays import ops
-from .direction import Direction, frame
+from .direction import Direction, frame, on_circle
 
 
 def cosine_hemisphere(u0: Any, u1: Any) -> Direction:
@@ -17,8 +17,7 @@ def cosine_hemisphere(u0: Any, u1: Any) -> Direction:
     >>> print(cosine_hemisphere(np.array(0.0), np.array(0.36)).x.round(4))
     0.6
     """
-    phi, r = 2.0 * math.pi * u0, ops.sqrt(u1)
-    return Direction(r * ops.cos(phi), r * ops.sin(phi), ops.sqrt(ops.maximum(1.0 - u1, 0.0)))
+    return on_circle(ops.sqrt(u1), u0, ops.sqrt(ops.maximum(1.0 - u1, 0.0)))
 
 
 def cosine_hemisphere_density(w: Direction) -> Any:
@@ -40,10 +39,9 @@ def power_cosine(n: Any, u0: Any, u1: Any) -> Direction:
     >>> print(power_cosine(10.0, np.array(0.0), np.array(0.5)).z.round(4))
     0.9389
     """
-    phi = 2.0 * math.pi * u0
     cos_theta = ops.power(ops.maximum(1.0 - u1, 1e-30), 1.0 / (n + 1.0))
     sin_theta = ops.sqrt(ops.maximum(1.0 - cos_theta * cos_theta, 0.0))
-    return Direction(sin_theta * ops.cos(phi), sin_theta * ops.sin(phi), cos_theta)
+    return on_circle(sin_theta, u0, cos_theta)
 
 
 def power_cosine_density(n: Any, cos_theta: Any) -> Any:

@@ -33,10 +33,9 @@ class _RoughDiffuse(Reflectance):
         s = ops.sqrt(ops.maximum(1.0 - z * z, 0.0))
         so = ops.sqrt(wo.x * wo.x + wo.y * wo.y + 1e-24)
         kappa = _kappa(self.back * s * so, ops.maximum(z, wo.z))
-        turn = 2.0 * math.pi * u1
-        c, norm = ops.cos(turn), 1.0 + kappa * kappa
+        (c, t), norm = ops.turn(u1), 1.0 + kappa * kappa
         along = (norm * c + 2.0 * kappa) / (norm + 2.0 * kappa * c)
-        across = (1.0 - kappa * kappa) * ops.sin(turn) / (norm + 2.0 * kappa * c)
+        across = (1.0 - kappa * kappa) * t / (norm + 2.0 * kappa * c)
         ex, ey = azimuth(wo, so)
         return Direction(s * (ex * along - ey * across), s * (ey * along + ex * across), z)
 

@@ -55,8 +55,8 @@ class AshikhminShirley(Reflectance):
         return self._normals(h) * fresnel / (4.0 * cos_d * ops.maximum(wi.z, wo.z))
 
     def warp(self, wo: Direction, u0: Any, u1: Any) -> Direction:
-        psi = 2.0 * math.pi * u0
-        x, y = ops.cos(psi) / ops.sqrt(self.n_u + 1.0), ops.sin(psi) / ops.sqrt(self.n_v + 1.0)
+        x, y = ops.turn(u0)
+        x, y = x / ops.sqrt(self.n_u + 1.0), y / ops.sqrt(self.n_v + 1.0)
         r = ops.sqrt(x * x + y * y)
         cos_phi, sin_phi = x / r, y / r
         n = self.n_u * cos_phi * cos_phi + self.n_v * sin_phi * sin_phi

@@ -11,7 +11,7 @@ import numpy as np
 from ..arrays import ops
 from ..base.reflectance import Reflectance
 from ..distributions.ggx import GGX
-from ..formula.direction import Direction, dot, half_and_cosine, half_vector, reflect
+from ..formula.direction import Direction, dot, half_and_cosine, half_vector, on_circle, reflect
 from ..formula.fields import option, param
 from ..formula.special import expm1_over, less_fifth_power
 from ._facets import Facets
@@ -167,8 +167,7 @@ class _Coat(_Disney):
         a2 = self.gloss() * self.gloss()
         x = -u1 * ops.log(a2)
         sin2 = ops.clip(a2 * x * expm1_over(x) / (1.0 - a2), 1e-24, 1.0)
-        phi, s = 2.0 * math.pi * u0, ops.sqrt(sin2)
-        return reflect(wo, Direction(s * ops.cos(phi), s * ops.sin(phi), ops.sqrt(ops.maximum(1.0 - sin2, 0.0))))
+        return reflect(wo, on_circle(ops.sqrt(sin2), u0, ops.sqrt(ops.maximum(1.0 - sin2, 0.0))))
 
     def density(self, wi: Direction, wo: Direction) -> Any:
         wm, cos_d = half_and_cosine(wi, wo)

@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 from ..arrays import ops
 from ..base.reflectance import Reflectance
 from ..distributions.ggx import GGX
-from ..formula.direction import Direction, azimuth, dot, half_and_cosine, half_vector, normalize, reflect
+from ..formula.direction import Direction, azimuth, dot, half_and_cosine, half_vector, normalize, on_circle, reflect
 from ..formula.fields import param
 from ..formula.fresnel.schlick import Schlick
 
@@ -134,8 +134,8 @@ class _Obstructed(Schlick1994):
         return self.colour(wi, wo) * self.obstructed(wi, wo)
 
     def warp(self, wo: Direction, u0: Any, u1: Any) -> Direction:
-        psi = 2.0 * math.pi * u0
-        x, y = ops.sqrt(self.p) * ops.cos(psi), ops.sin(psi)
+        x, y = ops.turn(u0)
+        x = ops.sqrt(self.p) * x
         slope = ops.sqrt(self.r * u1 / ops.maximum(1.0 - u1, 1e-30) + 1e-30) / ops.sqrt(x * x + y * y)
         return reflect(wo, normalize(Direction(slope * x, slope * y, 1.0 + 0.0 * slope)))
 
@@ -157,9 +157,8 @@ class _Spread(Schlick1994):
         return self.colour(wi, wo) * self.spread(wi, wo)
 
     def warp(self, wo: Direction, u0: Any, u1: Any) -> Direction:
-        phi, z = 2.0 * math.pi * u0, 1.0 - u1
-        sin_theta = ops.sqrt(ops.maximum(1.0 - z * z, 0.0))
-        return Direction(sin_theta * ops.cos(phi), sin_theta * ops.sin(phi), z)
+        z = 1.0 - u1
+        return on_circle(ops.sqrt(ops.maximum(1.0 - z * z, 0.0)), u0, z)
 
     def density(self, wi: Direction, wo: Direction) -> Any:
         return 0.5 / math.pi + 0.0 * wi.z

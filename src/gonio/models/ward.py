@@ -7,8 +7,8 @@ from typing import Any, ClassVar
 
 from ..arrays import ops
 from ..base.reflectance import Reflectance
-from ..formula.direction import Direction, dot, half_and_cosine, half_vector, normalize, reflect
-from ..formula.distribution import ALPHA_HIGH, ALPHA_LOW
+from ..formula.direction import Direction, dot, half_and_cosine, half_vector, reflect
+from ..formula.distribution import ALPHA_HIGH, ALPHA_LOW, from_slopes
 from ..formula.fields import param
 
 
@@ -28,9 +28,8 @@ class _Gaussian(Reflectance):
     # The slopes of the half vector are drawn from the Gaussian itself (Walter 2005, "Notes on the Ward BRDF").
 
     def warp(self, wo: Direction, u0: Any, u1: Any) -> Direction:
-        phi, r = 2.0 * math.pi * u0, ops.sqrt(-ops.log(ops.maximum(1.0 - u1, 1e-30)) + 1e-30)
-        slope = Direction(self.alpha_x * r * ops.cos(phi), self.alpha_y * r * ops.sin(phi), 1.0 + 0.0 * r)
-        return reflect(wo, normalize(slope))
+        r = ops.sqrt(-ops.log(ops.maximum(1.0 - u1, 1e-30)) + 1e-30)
+        return reflect(wo, from_slopes(r, u0, self.alpha_x, self.alpha_y))
 
     def density(self, wi: Direction, wo: Direction) -> Any:
         h, cos_d = half_and_cosine(wi, wo)

@@ -97,6 +97,8 @@ _RULES: dict[str, Rule] = {
     "sin": _unary(lambda do, number, x, r: do("cos", x)),
     "cos": _unary(lambda do, number, x, r: do("neg", do("sin", x))),
     "tan": _unary(lambda do, number, x, r: do("add", number(1.0), do("mul", r, r))),
+    "sin_turn": _unary(lambda do, number, x, r: do("mul", number(2.0 * math.pi), do("cos_turn", x))),
+    "cos_turn": _unary(lambda do, number, x, r: do("mul", number(-2.0 * math.pi), do("sin_turn", x))),
     "arccos": _unary(
         lambda do, number, x, r: do("div", number(-1.0), do("sqrt", do("sub", number(1.0), do("mul", x, x))))
     ),
@@ -104,5 +106,6 @@ _RULES: dict[str, Rule] = {
         lambda do, number, x, r: do("mul", number(2.0 / math.sqrt(math.pi)), do("exp", do("neg", do("mul", x, x))))
     ),
     "erfinv": _unary(lambda do, number, x, r: do("mul", number(0.5 * math.sqrt(math.pi)), do("exp", do("mul", r, r)))),
+    "ierfc": _unary(lambda do, number, x, r: do("sub", do("erf", x), number(1.0))),
     "absolute": _unary(lambda do, number, x, r: do("select", do("lt", x, number(0.0)), number(-1.0), number(1.0))),
 }

@@ -12,7 +12,8 @@ from ..errors import TraceError
 
 REAL, INDEX, MASK = "real", "index", "mask"
 
-UNARY = ("neg", "sqrt", "exp", "log", "sin", "cos", "tan", "arccos", "erf", "erfinv", "absolute", "floor", "stop")
+UNARY: tuple[str, ...] = ("neg", "sqrt", "exp", "log", "sin", "cos", "tan", "sin_turn", "cos_turn", "arccos")
+UNARY += ("erf", "erfinv", "ierfc", "absolute", "floor", "stop")
 BINARY = ("add", "sub", "mul", "div", "power", "arctan2", "minimum", "maximum")
 COMPARISONS = ("lt", "le", "gt", "ge", "eq", "ne")
 LOGIC = ("and", "or", "xor")

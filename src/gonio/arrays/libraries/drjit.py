@@ -153,6 +153,9 @@ class DrJit(Library):
     def op_where(self, condition: Array, a: Array, b: Array) -> Array:
         return self.module.select(condition, a, b)
 
+    def op_erfc(self, x: Array) -> Array:
+        return 1.0 - self.module.erf(x)
+
     def op_erfinv(self, x: Array) -> Array:
         dr = self.module  # its own is of single precision, which two Newton steps amend, and NaN at -1 and 1
         inside = dr.abs(x) < 1.0

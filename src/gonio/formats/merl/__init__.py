@@ -24,7 +24,7 @@ from ...arrays.kinds import with_channels
 from ...base.measured import Measured
 from ...base.reflectance import Reflectance
 from ...errors import FormatError, ParameterError
-from ...formula.direction import Direction, half_and_cosine, half_difference, reflect, select
+from ...formula.direction import Direction, half_and_cosine, half_difference, on_circle, reflect, select
 from ...formula.fields import Ours, channels, kept, option, table
 from ...formula.state import state
 from ...formula.warp import cosine_hemisphere, cosine_hemisphere_density
@@ -185,8 +185,7 @@ class MERL(Measured):
         u = ops.clip((u0 - p0) / (p1 - p0), 0.0, 1.0)
         r = u * (q0 + q1) / (q0 + ops.sqrt(q0 * q0 + u * (q1 - q0) * (q1 + q0)))
         v = v0 + r * (v1 - v0)
-        s, phi = ops.sqrt(ops.maximum(v * (2.0 - v), 1e-20)), 2.0 * math.pi * u1
-        by_ring = reflect(wo, Direction(s * ops.cos(phi), s * ops.sin(phi), 1.0 - v))
+        by_ring = reflect(wo, on_circle(ops.sqrt(ops.maximum(v * (2.0 - v), 1e-20)), u1, 1.0 - v))
         spread = cosine_hemisphere(u, u1)
         return select(choice < N, by_ring, spread)
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from ...arrays import Fixed, ops
 from ...errors import ParameterError
-from ...formula.direction import Direction
+from ...formula.direction import Direction, on_circle
 from ...formula.fields import Ours, kept, table
 from ...formula.state import state
 from ...formula.table_warp import bracket
@@ -199,10 +199,10 @@ class Klems(Cellwise):
     def warp(self, wo: Direction, u0: Any, u1: Any) -> Direction:
         patch, left = _cell_tables.choose(self.sums, self._row(wo), self.incident.size, u0)
         low, high, turn, width = (ops.take(self.patches_i, patch * 4 + k) for k in range(4))
-        sin2, phi = low + u1 * high, 2.0 * math.pi * (turn + left * width)
-        s = ops.sqrt(ops.maximum(sin2, 1e-20))
-        x, y = -MIRRORED[self.side] * s * ops.cos(phi), -s * ops.sin(phi)
-        return Direction(x, y, ops.sqrt(ops.maximum(1.0 - sin2, 1e-20)))
+        sin2 = low + u1 * high
+        s, z = ops.sqrt(ops.maximum(sin2, 1e-20)), ops.sqrt(ops.maximum(1.0 - sin2, 1e-20))
+        w = on_circle(-s, turn + left * width, z)
+        return Direction(MIRRORED[self.side] * w.x, w.y, z)
 
     def density(self, wi: Direction, wo: Direction) -> Any:
         return ops.take(self.densities, self._row(wo) + self._incident_patch(wi)) * wi.z

@@ -1,4 +1,4 @@
-"""sin, cos, tan, arccos and arctan2."""
+"""sin, cos, tan, sine and cosine of turns, arccos and arctan2."""
 
 from __future__ import annotations
 
@@ -37,6 +37,15 @@ TAN = {
         0.003592310968142479, 0.0014546255581702051, 0.0005956196842212749, 0.00022074897718656135,
         0.0001398756354642636, -3.109693595057767e-05, 9.377230109055442e-05, -4.720379756739987e-05,
         2.1421821528804234e-05,
+    ),
+}  # fmt: skip
+
+# sin(2 pi a) / a in z = a² on |a| <= 1/4: 2.8e-8, 4.0e-17.
+SIN_TURN = {
+    FLOAT32: (6.2831855e00, -4.13417e01, 8.1603065e01, -7.6585915e01, 3.9756077e01),
+    FLOAT64: (
+        6.283185307179586, -41.341702240399755, 81.60524927607341, -76.7058597527985, 42.058693923785384,
+        -15.09464162051767, 3.8199270506492726, -0.7177235819088835, 0.10085633767093591,
     ),
 }  # fmt: skip
 
@@ -124,6 +133,38 @@ def tan(v: Lanes, x: Value) -> Value:
     return v.div(v.select(odd, v.real(-1), t), v.select(odd, t, v.real(1)))
 
 
+def _from_turns(v: Lanes, x: Value) -> tuple[Value, Value]:
+    """x less the nearest integer, exactly, and its magnitude."""
+    r = v.sub(x, v.call("roundeven", x))
+    return r, v.absolute(r)
+
+
+def _sine_of_turns(v: Lanes, a: Value) -> Value:
+    """sin(2 pi a), |a| <= 1/4."""
+    first, *rest = SIN_TURN[v.dtype]
+    z = v.mul(a, a)
+    return v.fma(a, v.real(first), v.mul(v.mul(a, z), polynomial(v, z, rest)))
+
+
+def sin_turn(v: Lanes, x: Value) -> Value:
+    """sin(2 pi x) = ±sin(2 pi a), a the distance from x to the nearest half or whole number: no rounding of x.
+
+    At most 1.8 ulp in float32, 2.0 in float64, for all x.
+    """
+    r, magnitude = _from_turns(v, x)
+    left = v.sub(v.real(0.5), magnitude)
+    a = v.select(v.compare("lt", left, magnitude), left, magnitude)
+    return v.copysign(_sine_of_turns(v, a), r)
+
+
+def cos_turn(v: Lanes, x: Value) -> Value:
+    """cos(2 pi x) = sin(2 pi a), a = 1/4 less the distance from x to the nearest whole number.
+
+    At most 1.8 ulp in float32, 2.0 in float64, for all x.
+    """
+    return _sine_of_turns(v, v.sub(v.real(0.25), _from_turns(v, x)[1]))
+
+
 def arccos(v: Lanes, x: Value) -> Value:
     """pi/2 - arcsin(x) for |x| < 1/2, else 2 arcsin(sqrt((1 - |x|) / 2)), from pi for negative x.
 
@@ -172,4 +213,4 @@ def arctan2(v: Lanes, y: Value, x: Value) -> Value:
     return v.copysign(v.fma(k, v.real(quarter_pi), r), y)
 
 
-FUNCTIONS = (sin, cos, tan, arccos, arctan2)
+FUNCTIONS = (sin, cos, tan, sin_turn, cos_turn, arccos, arctan2)

@@ -1,4 +1,4 @@
-"""erf and its inverse."""
+"""erf, its inverse, and the integral of 1 - erf."""
 
 from __future__ import annotations
 
@@ -73,6 +73,23 @@ ERFINV_TAIL = {
     ),
 }  # fmt: skip
 
+# ierfc(x)^(1/4) in x on 0 <= x <= 3.5, 5.75, where 2 x + ierfc(x) rounds to 2 x; error of that: 1.3e-7, 1.1e-16.
+IERFC_END = {FLOAT32: 3.5, FLOAT64: 5.75}
+IERFC = {
+    FLOAT32: (
+        0.866675, -0.38403505, -0.038594645, 0.024159685, 0.0075455774, -0.0013842394, -0.0012904403, 0.00043584048,
+        -4.0214378e-05,
+    ),
+    FLOAT64: (
+        0.8666749935615672, -0.3840353574554295, -0.038588107186673236, 0.024108436717013876, 0.007736707574316236,
+        -0.0017695008672707292, -0.0008456280545321725, 0.00013999032402069636, 6.499791839551437e-05,
+        -1.2993271640059339e-05, -3.0760149175569107e-06, 1.0351078209678142e-06, 7.018971542354198e-08,
+        -1.279800400035705e-07, 6.181648446973592e-08, -2.1223123190505165e-08, 5.221148252735872e-09,
+        -9.01098273752556e-10, 1.0704076465513845e-10, -8.399663405640247e-12, 3.9476033695654786e-13,
+        -8.461939875395574e-15,
+    ),
+}  # fmt: skip
+
 
 def erf(v: Lanes, x: Value) -> Value:
     """x + x P(x²) for |x| < 9/8, else ±(1 - Q(|x|)^4), to where it rounds to 1.
@@ -102,4 +119,14 @@ def erfinv(v: Lanes, x: Value) -> Value:
     return v.select(v.compare("lt", magnitude, v.real(1)), result, special)
 
 
-FUNCTIONS = (erf, erfinv)
+def ierfc(v: Lanes, x: Value) -> Value:
+    """P(x)^4, 0 where it is lost in 2 x + ierfc(x), for x >= 0.
+
+    At most 3.6 ulp of 2 x + ierfc(x) in float32, 2.8 in float64.
+    """
+    root = polynomial(v, x, IERFC[v.dtype])
+    square = v.mul(root, root)
+    return v.select(v.compare("ge", x, v.real(IERFC_END[v.dtype])), v.real(0), v.mul(square, square))
+
+
+FUNCTIONS = (erf, erfinv, ierfc)
