@@ -5,6 +5,7 @@ Every model with facets is D F G / (4 cos cos): F of fresnel/, G of maskings/. `
 
 from __future__ import annotations
 
+import math
 from abc import abstractmethod
 from typing import Any, ClassVar, NamedTuple
 
