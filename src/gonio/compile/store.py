@@ -54,7 +54,7 @@ def source(program: Program) -> str:
     from .llvm import codegen
 
     register = machine.lanes(program.dtype)
-    return codegen.generate(program, _width(program), register, machine.estimates())
+    return codegen.generate(program, _width(program), register, machine.root_times(program.dtype))
 
 
 def assembly(program: Program) -> str:

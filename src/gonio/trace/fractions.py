@@ -358,10 +358,13 @@ class _Rewriting:
         return value
 
     def _steps(self, factors: Sequence[_Factor]) -> Iterator[int]:
-        """Products of as many factors as may be multiplied together."""
+        """Products of as many factors as may be multiplied together, each of factors that as many outputs share."""
+        together = self.view.together
+        apart = sum(f.weight for f in factors) > together
         step: list[_Factor] = []
         for factor in factors:
-            if step and sum(f.weight for f in step) + factor.weight > self.view.together:
+            full = sum(f.weight for f in step) + factor.weight > together
+            if step and (full or (apart and factor.reach != step[-1].reach)):
                 yield self._multiplied(step)
                 step = []
             step.append(factor)

@@ -17,6 +17,7 @@ from . import elementary, machine
 from .access import Access
 from .lanes import Lanes, Value
 from .program import ONCE, ROW, SAME, TOTAL, Program
+from .roots import Times, estimated
 
 _SHARED = """
 define void @kernel(ptr %args, i64 %outer, i64 %inner, i64 %grain) nounwind {
@@ -62,20 +63,21 @@ HELD = 24
 are read where they are used, which takes no longer to run and is compiled in a tenth of the time."""
 
 
-def generate(program: Program, width: int, register: int, estimates: bool) -> str:
-    """The IR of a kernel for vectors of `width` lanes; `register`, `estimates`: see `Lanes`."""
+def generate(program: Program, width: int, register: int, times: Times | None) -> str:
+    """The IR of a kernel for vectors of `width` lanes; `register`: see `Lanes`; `times`: of a
+    processor that estimates roots."""
     nodes = [node for output in program.outputs for node in output.nodes]
     fixed = [k for k, array in enumerate(program.arrays) if array.layout in (SAME, ROW)]
     graph, renamed = rewritten(program.graph, nodes, program.dtype, fixed)
     new = iter(renamed)
     outputs = tuple(output._replace(nodes=tuple(next(new) for _ in output.nodes)) for output in program.outputs)
-    return _Writer(program._replace(graph=graph, outputs=outputs), width, register, estimates).text()
+    return _Writer(program._replace(graph=graph, outputs=outputs), width, register, times).text()
 
 
 class _Writer:
-    def __init__(self, program: Program, width: int, register: int, estimates: bool):
+    def __init__(self, program: Program, width: int, register: int, times: Times | None):
         self.program, self.width = program, width
-        self.v = Lanes(program.dtype, width, estimates, register)
+        self.v = Lanes(program.dtype, width, times is not None, register)
         self.values: dict[int, Value] = {}
         self.reciprocals: dict[int, Value] = {}
         self.blocks: dict[str, list[str]] = {}
@@ -83,6 +85,7 @@ class _Writer:
         self.order = graph.reachable([node for output in program.outputs for node in output.nodes])
         self.access = Access(program, self.v, self.order, self.values)
         self.level = self._levels()
+        self.estimated = set[int]() if times is None else estimated(graph, self.order, self.level, times)
         self.loads = [node for node in self.order if graph.operations[node] == "load"]
         many = sum(graph.operations[node] in elementary.FUNCTIONS for node in self.order) > INLINE
         self.functions: dict[str, str] | None = {} if many else None
@@ -223,6 +226,8 @@ class _Writer:
             return v.integer("sub", v.index(0), a[0])
         if operation in LOGIC or (kind == INDEX and operation != "select"):
             return v.integer(operation, *a)
+        if operation == "sqrt":
+            return v.sqrt(a[0], node in self.estimated)
         if operation in elementary.FUNCTIONS:
             return self.elementary(operation, a)
         return getattr(v, operation)(*a)
@@ -257,7 +262,7 @@ class _Writer:
                 v.lines = lines
             return v.mul(a, self.reciprocals[bottom])
         if graph.operations[bottom] == "sqrt":
-            r = v.rsqrt(self.values[graph.arguments[bottom][0]])
+            r = v.rsqrt(self.values[graph.arguments[bottom][0]], bottom in self.estimated)
             return r if graph.value(top) == 1.0 else v.mul(a, r)
         return v.div(a, self.values[bottom])
 

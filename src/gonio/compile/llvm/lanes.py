@@ -133,9 +133,9 @@ class Lanes:
         """a b + c, rounded once."""
         return self.call("fma", a, b, c)
 
-    def sqrt(self, a: Value) -> Value:
-        """The square root, within 1 ulp; by an estimate twice as fast as the processor's own."""
-        if not self.estimates or self.exact:
+    def sqrt(self, a: Value, estimate: bool = False) -> Value:
+        """The square root; within 1 ulp by an estimate, else rounded correctly."""
+        if not (estimate and self.estimates) or self.exact:
             return self.call("sqrt", a)
         y = self._estimate(a)
         if self.dtype == FLOAT64:
@@ -144,9 +144,9 @@ class Lanes:
         s = self.fma(self.fma(self.neg(s), s, a), self.mul(y, self.real(0.5)), s)
         return self.select(self._zero_or_infinite(a), a, s)
 
-    def rsqrt(self, a: Value) -> Value:
+    def rsqrt(self, a: Value, estimate: bool = False) -> Value:
         """1 / sqrt(a), within 2 ulp."""
-        if not self.estimates or self.exact:
+        if not (estimate and self.estimates) or self.exact:
             return self.div(self.real(1.0), self.sqrt(a))
         rough = y = self._estimate(a)
         for _ in range(2 if self.dtype == FLOAT64 else 1):

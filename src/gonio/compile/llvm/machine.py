@@ -14,6 +14,7 @@ from typing import Any
 from ...errors import DependencyError, ParameterError
 from .. import elf
 from .lanes import FLOAT32
+from .roots import Times
 
 LOCK = RLock()
 """The lock held while a kernel is compiled: LLVM's target machine serves one thread at a time. A fork waits for it,
@@ -77,10 +78,17 @@ def _own_bits() -> int:
     return 512 if features.get("avx512dq") else 256 if features.get("avx2") and features.get("fma") else 0
 
 
-def estimates() -> bool:
-    """Whether roots by AVX-512's estimates and Newton steps are quicker than the processor's own. On AMD's they are
-    not: its roots take 10 cycles (Zen 4), during which it multiplies."""
-    return lane_bits() == 512 and "AMD" not in processor()
+_ROOTS = {"znver4": Times(10.0, 6.0, 1.8), "znver5": Times(10.0, 6.0, 0.9)}
+"""Times of processors by LLVM's names for them; those of Zen 4 are measured."""
+_OTHER_ROOTS = Times(18.0, 10.0, 0.9)
+
+
+def root_times(dtype: str) -> Times | None:
+    """What roots take in vectors of AVX-512; None where they are not estimated, or the processor's own are as quick."""
+    name = _llvm().get_host_cpu_name()
+    if lane_bits() < 512 or (dtype != FLOAT32 and name in _ROOTS):
+        return None
+    return _ROOTS.get(name, _OTHER_ROOTS)
 
 
 def is_x86() -> bool:
