@@ -14,6 +14,7 @@ from .lanes import FLOAT32, Lanes, Value
 from .program import EACH, PACKED, PLANES, Program
 
 LINE = 64  # bytes of a line of the cache
+STRUCTURED = 16  # bytes of ARM's vectors: instructions of its own take structures of two to four apart
 INLINE = 4  # components of a vector that are taken apart by shuffles; of longer ones by gathers
 
 
@@ -106,6 +107,8 @@ class Access:
 
     def packed_loads(self, k: int, components: Sequence[int]) -> list[Value]:
         base, n, w = self.offset(k), self.program.arrays[k].width, self.width
+        if self.v.register * self.size == STRUCTURED:
+            return self.structured_loads(base, n, components)
         if gcd(n, self.v.register) == 1 < n:
             return self.blended_loads(base, n, components)
         parts = [self.vector_load(self.beyond(base, i * w * self.size)) for i in range(n)]
@@ -124,6 +127,16 @@ class Access:
                 which = [next(i for i in range(n) if (i * w + lane) % n == c) for lane in range(w)]
                 gathered = self.blended(parts, which)
                 pieces[c].append(self.v.shuffle(gathered, gathered, w, [(e * n + c) % w for e in range(w)]))
+        return [self.v.joined(pieces[c], w) for c in components]
+
+    def structured_loads(self, base: str, n: int, components: Sequence[int]) -> list[Value]:
+        """`packed_loads` in the form that LLVM knows as ARM's loads of structures."""
+        w, kind = self.v.register, f"<{n * self.v.register} x {self.real}>"
+        pieces: dict[int, list[Value]] = {c: [] for c in components}
+        for start in range(0, n * self.width, n * w):
+            whole = self.v.emit("real", f"load {kind}, ptr {self.beyond(base, start * self.size)}, align 1")
+            for c in components:
+                pieces[c].append(self.v.shuffle(whole, Value("real", "poison"), n * w, range(c, n * w, n)))
         return [self.v.joined(pieces[c], w) for c in components]
 
     def blended(self, parts: Sequence[Value], which: Sequence[int]) -> Value:
@@ -285,12 +298,29 @@ class Access:
                 left.append(store) if self.streamable(k) else self.v.write(f"{store}, align 1")
             elif not self.streamable(k):
                 self.scatter(k, "splat (i1 true)", values)
+            elif self.v.register * self.size == STRUCTURED:
+                left += self.structured_stores(k, [x for x, _, _ in values])
             elif gcd(n, self.v.register) == 1:
                 left += self.blended_stores(k, [x for x, _, _ in values])
             else:
                 for i in range(n):
                     part = self.merged([x for x, _, _ in values], [(p % n, p // n) for p in range(i * w, (i + 1) * w)])
                     left.append(f"store {kind} {part.name}, ptr {self.output_address(k, n * size, i * w * size)}")
+        return left
+
+    def structured_stores(self, k: int, values: Sequence[Value]) -> list[str]:
+        """What `structured_loads` does, the other way round; the stores are left."""
+        n, w, kind, left = len(values), self.v.register, f"<{len(values) * self.v.register} x {self.real}>", []
+        poison = Value("real", "poison")
+        for start in range(0, self.width, w):
+            parts = [self.v.shuffle(value, value, self.width, range(start, start + w)) for value in values]
+            parts += [poison] * (-n % 2)
+            pairs = [self.v.shuffle(a, b, w, range(2 * w)) for a, b in zip(parts[::2], parts[1::2], strict=True)]
+            picks = [i % n * w + i // n for i in range(n * w)]
+            whole = self.v.shuffle(pairs[0], pairs[-1] if len(pairs) > 1 else poison, 2 * w, picks)
+            left.append(
+                f"store {kind} {whole.name}, ptr {self.output_address(k, n * self.size, start * n * self.size)}"
+            )
         return left
 
     def blended_stores(self, k: int, values: Sequence[Value]) -> list[str]:

@@ -4,9 +4,9 @@ The function is `kernel(args, outer, inner, grain)`, with the lengths of the axe
 block of arguments share the work: each takes `grain` elements of the inner axis at a time, or -`grain` of the outer.
 `args` is a block of 64-bit words: for every array its address and three strides in bytes (outer axis, inner axis,
 component), for every table its address and the number of its last entry, for every output its address and its outer
-stride in bytes; whether results go past the caches to memory, if they begin with a line of the cache; at last the
-beginning of the next part. Nodes that depend on no axis are computed before the loops, nodes that depend on the outer
-axis alone outside the inner loop.
+stride in bytes; whether results go past the caches to memory, if they begin with a line of the cache (on x86); at last
+the beginning of the next part. Nodes that depend on no axis are computed before the loops, nodes that depend on the
+outer axis alone outside the inner loop.
 """
 
 from __future__ import annotations
@@ -148,10 +148,12 @@ class _Writer:
         v.write("br i1 %full, label %store.full, label %store.part")
         self.into("store.full")
         stores = access.store_full()
-        v.write("br i1 %streamed, label %store.past, label %store.near")
-        self.into("store.near", *(f"{store}, align 1" for store in stores), "br label %inner.end")
-        streamed = (f"{store}, align {v.register * access.size}, !nontemporal !0" for store in stores)
-        self.into("store.past", *streamed, "br label %inner.end")
+        if machine.is_x86():
+            v.write("br i1 %streamed, label %store.past, label %store.near")
+            streamed = (f"{store}, align {v.register * access.size}, !nontemporal !0" for store in stores)
+            self.into("store.past", *streamed, "br label %inner.end")
+            self.into("store.near")
+        v.write(*(f"{store}, align 1" for store in stores), "br label %inner.end")
         self.into("store.part")
         access.store_part()
         v.write("br label %inner.end")
@@ -164,12 +166,12 @@ class _Writer:
             if output.use == ONCE:
                 access.store_once(k)
         v.write("%i.next = add i64 %i, 1", "br label %outer")
-        self.into("exit", "br i1 %past.caches, label %finish, label %end")
-        self.into("finish")
-        if machine.is_x86():  # others keep such stores in order
-            v.write(v.intrinsic("x86.sse.sfence", "void"))
-        v.write("br label %end")
-        self.into("end", "ret void")
+        self.into("exit")
+        if machine.is_x86():
+            v.write("br i1 %past.caches, label %finish, label %end")
+            self.into("finish", v.intrinsic("x86.sse.sfence", "void"), "br label %end")  # before others read
+            self.into("end")
+        v.write("ret void")
 
         body = "\n".join(f"{name}:\n  " + "\n  ".join(lines) for name, lines in self.blocks.items())
         bits = min(self.width * access.size * 8, 512)
