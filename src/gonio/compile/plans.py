@@ -131,9 +131,7 @@ def prepare(
     )
 
 
-def renewed(
-    plan: Plan, arrays: Sequence[tuple[np.ndarray, tuple[int, ...]]], tables: Sequence[np.ndarray]
-) -> Plan:
+def renewed(plan: Plan, arrays: Sequence[tuple[np.ndarray, tuple[int, ...]]], tables: Sequence[np.ndarray]) -> Plan:
     """The plan with other parameters, of the same shapes and strides, and other tables.
 
     `arrays`: each with the place in `prepare` of the array that it is, or of several whose one number each it has side

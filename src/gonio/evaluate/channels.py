@@ -128,7 +128,9 @@ def _parts(
         shared = prepare(trace.graph, results, [*arrays, *plain], first, tables, batch, dtype)
         between = [(np.empty((*batch, 1), dtype), 1)] * len(two.first)
     brought = [x and (_with_axis(x[0], place), x[1]) for x in (*arrays, *between)]
-    own = [(_of_channels(v, dtype, place, len(batch)), 1) if used else None for v, used in zip(leaves, read, strict=True)]
+    own = [
+        (_of_channels(v, dtype, place, len(batch)), 1) if used else None for v, used in zip(leaves, read, strict=True)
+    ]
     shape = {
         BEHIND: (*batch, channels),
         BEFORE_LAST: (*batch[:-1], channels, *batch[-1:]),

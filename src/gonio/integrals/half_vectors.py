@@ -60,12 +60,16 @@ def coordinates(mean: Any, fixed: Direction, u0: Any, u1: Any, numbers: Any) -> 
 
 
 def rules(lobe: Reflectance) -> tuple[np.ndarray, ...]:
-    """The nodes for a lobe, as `quadrature.NODES`, of rules of more and more nodes; none for one without a `slope_spread`."""
+    """The nodes for a lobe, as `quadrature.NODES`, of finer and finer rules; none for one without `slope_spread`."""
     spread = lobe.slope_spread
     if spread is None:
         return ()
     parts = [part for part in lobe._components() if not isinstance(part, Distribution)]
-    even = np.array_equal(spread.alpha_x, spread.alpha_y) and not lobe.oriented and not any(part.is_oriented() for part in parts)
+    even = (
+        np.array_equal(spread.alpha_x, spread.alpha_y)
+        and not lobe.oriented
+        and not any(part.is_oriented() for part in parts)
+    )
     return tuple(_rule(*size, even) for size in SIZES)
 
 

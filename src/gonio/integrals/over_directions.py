@@ -237,7 +237,7 @@ class _Integrand(NamedTuple):
     def integrals(self, tolerance: np.ndarray, unit: np.ndarray, side: int | None) -> Integrals:
         """Over a part of the directions in that part's coordinates, in which its rim is no jump; but in the lobe's own
         where it is narrow and leaves at grazing: too thin then to be found in others."""
-        domain, lobe, count = self.domain, self.lobe, len(self.fixed)
+        domain, lobe = self.domain, self.lobe
         if domain.coordinates is None:
             return self.over_hemisphere(tolerance, unit, side)
         seeds, sent = peaks(lobe, self.fixed, self.places, domain)
@@ -264,7 +264,9 @@ class _Integrand(NamedTuple):
         for nodes in half_vectors.rules(self.lobe) if self.radiance is None else ():
             if not len(finer):
                 break
-            found = of_squares(self.summed(kernel, RULED, nodes, finer, np.zeros((len(finer), 6))), half_vectors.HIGHEST[0])
+            found = of_squares(
+                self.summed(kernel, RULED, nodes, finer, np.zeros((len(finer), 6))), half_vectors.HIGHEST[0]
+            )
             goal = tolerance[finer] * np.maximum(unit[finer], np.abs(found.value).max(axis=-1))
             done, smooth = ~(found.error > goal), (found.error**2 < goal) & (found.error < 0.1 * before[finer])
             groups.append((finer[done], Integrals(*(x[done] for x in found))))
