@@ -10,6 +10,7 @@ import sys
 from collections.abc import Iterator, Sequence
 from ctypes import c_int64, c_ssize_t, c_void_p, cast
 from functools import partial
+from operator import mul
 from time import perf_counter
 from typing import Any, NamedTuple
 
@@ -178,19 +179,25 @@ def carry_out(plan: Plan, inputs: Sequence[np.ndarray], out: np.ndarray | None =
         block[word] = _address(result)
         results.append(result)
     if not plan.above:
-        if count == 1 and plan.size <= plan.piece:
-            block[-1] = 0
-            plan.function(*arguments)
-        else:
-            _run(plan, block, count)
+        _run(plan, arguments, count)
         plan.ready.append(arguments)
         return results
-    start = [block[word] for word in plan.addresses]
-    for at in np.ndindex(*(length for length, _ in plan.above)):
-        for i, word in enumerate(plan.addresses):
-            block[word] = start[i] + sum(n * steps[i] for n, (_, steps) in zip(at, plan.above, strict=True))
-        _run(plan, block, count)
+    for _ in _moved(plan, block):
+        _run(plan, arguments, count)
     return results
+
+
+def _moved(plan: Plan, block: Any) -> Iterator[None]:
+    """The block of arguments at each step along the further axes: the addresses that a step moves are set."""
+    steps = zip(*(steps for _, steps in plan.above), strict=True)
+    words = [(word, block[word], by) for word, by in zip(plan.addresses, steps, strict=True) if any(by)]
+    *others, (length, _) = plan.above
+    for at in np.ndindex(*(n for n, _ in others)):
+        row = [(word, start + sum(map(mul, at, by)), by[-1]) for word, start, by in words]
+        for n in range(length):
+            for word, start, step in row:
+                block[word] = start + n * step
+            yield
 
 
 def _crew(size: int) -> int:
@@ -203,7 +210,12 @@ def _crew(size: int) -> int:
     return count
 
 
-def _run(plan: Plan, block: Any, count: int) -> None:
+def _run(plan: Plan, arguments: tuple[Any, ...], count: int) -> None:
+    block = arguments[0]
+    if count == 1 and plan.size <= plan.piece:
+        block[-1] = 0
+        plan.function(*arguments)
+        return
     for outer_stop, inner_stop, grain in _pieces(plan, block, count):
         if count == 1:
             plan.function(block, c_int64(outer_stop), c_int64(inner_stop), c_int64(grain))

@@ -15,6 +15,7 @@ import numpy as np
 
 from ..arrays import Fixed
 from ..arrays.kinds import TOTAL, VALUE
+from ..compile import memory
 from ..compile.llvm.program import EACH
 from ..compile.llvm.program import TOTAL as SUMMED
 from ..compile.plans import Plan, Result, carry_out, prepare, renewed
@@ -197,7 +198,7 @@ def carried_out(plan: Staged, inputs: Sequence[np.ndarray], out: np.ndarray | No
     results, several = [], len(plan.blocks) > 1
     if plan.place == BEHIND and several:
         _, shape, dtype, _ = plan.outputs[0]
-        out = np.empty(shape, dtype) if out is None else out
+        out = memory.empty(shape, dtype) if out is None else out
     for start, stop, (shared, own) in plan.blocks:
         here = [x[start:stop] if cut else x for x, cut in zip(inputs, plan.sliced, strict=True)] if several else inputs
         between = carry_out(shared, here) if shared else []

@@ -458,7 +458,7 @@ class Parametrised(Value):
         new = self._changed(values, kept)
         new.__dict__["_tied"] = ties
         if alike:
-            Parametrised.alike.hand_on(self, new)
+            vars(Parametrised)["alike"].hand_on(self, new)
         else:
             new._check_size()
         new.validate()

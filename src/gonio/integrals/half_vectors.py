@@ -60,7 +60,7 @@ def coordinates(mean: Any, fixed: Direction, u0: Any, u1: Any, numbers: Any) -> 
 
 
 def rules(lobe: Reflectance) -> tuple[np.ndarray, ...]:
-    """The nodes for a lobe, as `quadrature.NODES`, of rules of more and more nodes; none for one without a `slope_spread`."""
+    """The nodes for a lobe, as `quadrature.NODES`, of finer and finer rules; none for one without `slope_spread`."""
     spread = lobe.slope_spread
     if spread is None:
         return ()

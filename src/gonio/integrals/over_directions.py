@@ -237,7 +237,7 @@ class _Integrand(NamedTuple):
     def integrals(self, tolerance: np.ndarray, unit: np.ndarray, side: int | None) -> Integrals:
         """Over a part of the directions in that part's coordinates, in which its rim is no jump; but in the lobe's own
         where it is narrow and leaves at grazing: too thin then to be found in others."""
-        domain, lobe, count = self.domain, self.lobe, len(self.fixed)
+        domain, lobe = self.domain, self.lobe
         if domain.coordinates is None:
             return self.over_hemisphere(tolerance, unit, side)
         seeds, sent = peaks(lobe, self.fixed, self.places, domain)
