@@ -28,15 +28,16 @@ def fresnel_conductor(cos_theta: Any, eta: Any, k: Any) -> Any:
     real = ops.where(c2 > 0.5, (eta - k) * (eta + k) - s2, (eta - 1.0) * (eta + 1.0) - k * k + c2)
     ab = eta * k
     modulus = ops.sqrt(real * real + (4.0 * ab * ab + 1e-36))  # a^2 + b^2
-    # The larger of a and b comes from a sum, the other from a b = eta k: no cancellation.
-    larger = ops.sqrt(0.5 * (modulus + ops.absolute(real)) + 1e-30)
-    smaller = ab / larger
-    a, b = ops.where(real >= 0.0, larger, smaller), ops.where(real >= 0.0, smaller, larger)
-    ac = a * cos_theta
-    s = ops.square(a - cos_theta) + b * b  # R_s = s / s_all
-    s_all = s + 4.0 * ac
+    # The larger of a and b comes from a sum, the other from a b = eta k: no cancellation. Both are multiplied by the
+    # larger, so that none is divided.
+    larger2 = 0.5 * (modulus + ops.absolute(real))
+    larger = ops.sqrt(larger2)
+    a, b = ops.where(real >= 0.0, larger2, ab), ops.where(real >= 0.0, ab, larger2)
+    c = cos_theta * larger
+    s = ops.square(a - c) + b * b  # R_s = s / s_all
+    s_all = s + 4.0 * a * c
     # R_p = R_s (p - q)/(p + q), multiplied through by cos^2 so that grazing stays finite; their mean is R_s p/(p + q).
-    p, q = modulus * c2 + s2 * s2, 2.0 * ac * s2
+    p, q = larger * (modulus * c2 + s2 * s2), 2.0 * a * cos_theta * s2
     return s * p / (s_all * (p + q))
 
 
