@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from graphs import random_graph, steady
-from materials import Draw, draws, on_sphere, pairs
+from materials import COMPILED, Draw, draws, on_sphere, pairs
 
 import gonio as gn
 from gonio.arrays import ops
@@ -34,6 +34,10 @@ PASSES = {
     "fewer_operations": lambda graph, nodes, dtype: fewer_operations(graph, nodes, dtype, range(2, 1000)),
     "all": lambda graph, nodes, dtype: passes.rewritten(graph, nodes, dtype, range(2, 1000)),
 }
+DRAWS = [
+    pytest.param(draw, id=str(draw), marks=() if draw in COMPILED else pytest.mark.full) for draw in draws(1, every=3)
+]
+"""Of every model at least one; a third of all with `full`."""
 
 
 def after(run: Any, trace: Trace, dtype: str) -> Trace:
@@ -54,7 +58,7 @@ def inputs_of(name: str) -> tuple[np.ndarray, np.ndarray]:
 
 
 @pytest.mark.parametrize("name", TASKS)
-@pytest.mark.parametrize("draw", draws(1, every=3), ids=str)
+@pytest.mark.parametrize("draw", DRAWS)
 def test_every_model_keeps_its_numbers(draw: Draw, name: str) -> None:
     """With each pass and without, in float64, to 1e-9 (below the horizon too, where numbers are masked)."""
     channels = draw.layouts[0]
@@ -69,7 +73,7 @@ def test_every_model_keeps_its_numbers(draw: Draw, name: str) -> None:
                 np.testing.assert_allclose(a, b, rtol=1e-9, atol=1e-12 * np.nanmax(np.abs(b), initial=1e-300))
 
 
-@pytest.mark.parametrize("draw", draws(1, every=3), ids=str)
+@pytest.mark.parametrize("draw", DRAWS)
 def test_float32_is_as_true_as_before(draw: Draw) -> None:
     """No number is lost to a product that vanishes or overflows, and errors grow by no more than roundings of
     another order do (a quotient by a parameter is a product with its reciprocal)."""

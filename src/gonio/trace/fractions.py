@@ -182,7 +182,7 @@ class _Rewriting:
             if operation == "neg":
                 return _times(inputs[0], Product(-1.0, ()))
             if operation in ("mul", "div"):
-                made = _times(inputs[0], inputs[1] if operation == "mul" else _power(inputs[1], -2))
+                made = _times(inputs[0], inputs[1] if operation == "mul" else _inverse(inputs[1]))
             elif operation in ("add", "sub"):
                 a, b = inputs
                 made = self._sum(a, b if operation == "add" else _times(b, Product(-1.0, ())), node)
@@ -234,12 +234,16 @@ class _Rewriting:
 
     def _sum(self, a: Product, b: Product, node: int) -> Product:
         common = self._common(a, b, node in self.choice.joined)
-        inverse = _power(common, -2)
+        inverse = _inverse(common)
         left, right = _times(a, inverse), _times(b, inverse)
         if left.powers or right.powers:
             if abs(left.coefficient) == abs(right.coefficient):
-                scale = Product(left.coefficient, ())
-                common, left, right = _times(common, scale), *(_times(x, _power(scale, -2)) for x in (left, right))
+                scale = left.coefficient
+                common, right = (
+                    common._replace(coefficient=scale),
+                    right._replace(coefficient=right.coefficient / scale),
+                )
+                left = left._replace(coefficient=1.0)
             return _times(common, self._atom("sum", (left, right), -1))
         total = left.coefficient + right.coefficient
         return _times(common, Product(total, ())) if total else self._atom("sum", (a, b), -1)
@@ -384,9 +388,8 @@ def _times(a: Product, b: Product) -> Product:
     return Product(a.coefficient * b.coefficient, tuple(sorted((k, e) for k, e in powers.items() if e)))
 
 
-def _power(a: Product, halves: int) -> Product:
-    """a to a power, in halves; -2 is the reciprocal."""
-    return Product(a.coefficient ** (halves / 2), tuple((k, e * halves // 2) for k, e in a.powers))
+def _inverse(a: Product) -> Product:
+    return Product(1.0 / a.coefficient, tuple((k, -e) for k, e in a.powers))
 
 
 def _ordinary(coefficient: float) -> bool:
