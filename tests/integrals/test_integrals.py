@@ -131,7 +131,7 @@ def test_narrow_lobes_need_no_cells(facets, monkeypatch):
 
 
 def test_estimates_of_rules_see_what_waves_hide():
-    """From the normal, facets that differ along x and y have even waves alone; at grazing the rim of rough ones bends."""
+    """From the normal, facets that differ along x and y have even waves alone; at grazing a rough rim bends."""
     for facets in (gn.GGX(0.003, 0.29), gn.GGX(0.17, 0.79), gn.Beckmann(0.5, 0.01), gn.GGX(0.9)):
         m = gn.Microfacet(facets, 1.0, "separable")
         w = on_sphere(np.radians([0.0, 7.95, 61.0, 86.0, 89.95]), [0.0, 0.3, 1.0, 2.0, 0.7])
