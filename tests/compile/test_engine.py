@@ -340,7 +340,11 @@ def test_many_channels_and_maps(evaluation):
 
 def each_alone(m: gn.Reflectance, channels: int) -> list[gn.Reflectance]:
     """The channels as materials of one."""
-    return [m.each(lambda x: x[..., c : c + 1] if np.ndim(x) and x.shape[-1] > 1 else x) for c in range(channels)]
+
+    def only(c: int) -> gn.Reflectance:
+        return m.each(lambda x: x[..., c : c + 1] if np.ndim(x) and x.shape[-1] > 1 else x)
+
+    return [only(c) for c in range(channels)]
 
 
 @pytest.mark.parametrize("channels", [9, 31, 32, 401])

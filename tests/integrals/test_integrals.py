@@ -103,7 +103,7 @@ NARROW_FACETS = [
 
 @pytest.mark.parametrize("facets", NARROW_FACETS, ids=repr)
 def test_albedo_of_narrow_lobes(facets):
-    """To 1e-4 against graded rings of half vectors, which hold 2e-5 themselves; more digits where more are asked for."""
+    """To 1e-4 against graded rings of half vectors, which hold 2e-5 themselves; more digits where asked for."""
     masking = "separable" if facets.alpha_x > 0.01 else "height_correlated"
     m = gn.Microfacet(facets, NARROW_METAL, masking)
     w = on_sphere(np.radians([0.0, 40.0, 75.0, 88.0, 89.3]), [0.1, 0.7, 2.0, -1.0, 1.57])
@@ -131,7 +131,7 @@ def test_narrow_lobes_need_no_cells(facets, monkeypatch):
 
 
 def test_estimates_of_rules_see_what_waves_hide():
-    """From the normal, facets that differ along x and y have even waves alone; rough ones have a bent rim at grazing."""
+    """From the normal, facets that differ along x and y have even waves alone; at grazing a rough rim bends."""
     for facets in (gn.GGX(0.003, 0.29), gn.GGX(0.17, 0.79), gn.Beckmann(0.5, 0.01), gn.GGX(0.9)):
         m = gn.Microfacet(facets, 1.0, "separable")
         w = on_sphere(np.radians([0.0, 7.95, 61.0, 86.0, 89.95]), [0.0, 0.3, 1.0, 2.0, 0.7])

@@ -27,7 +27,7 @@ class Facets(Reflectance):
     @property
     def slope_spread(self) -> Spread | None:
         spread = self.facets.slope_spread
-        return spread if spread is not None and self.masking in self.smooth_maskings else None
+        return spread if spread is not None and getattr(self, "masking", None) in self.smooth_maskings else None
 
     def G(self, wi: Direction, wo: Direction, wm: Direction) -> Any:
         """The fraction of facets wm that is both lit and seen."""
