@@ -19,7 +19,7 @@ from ..trace.graph import MASK, Graph
 from . import memory, store
 from .llvm.program import EACH, PACKED, PLANES, ROW, SAME, STRIDED, TOTAL, Array, Output, Program
 from .threads import threads
-from .workers import busy, possible, together, wake
+from .workers import awake, busy, possible, together, wake
 
 # Work is counted in operations of a graph on elements; a thread does 5e7 in a millisecond.
 PARALLEL = 1 << 21  # work from which on helpers that are awake share it
@@ -199,6 +199,8 @@ def _crew(work: int) -> int:
         return 1
     if work >= WAKING:
         wake(count - 1)
+    elif not awake():
+        return 1
     return count
 
 
