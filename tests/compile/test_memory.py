@@ -64,7 +64,7 @@ def test_the_lanes_are_in_the_name_of_a_kernel():
 @pytest.mark.parametrize("channels", [1, 2, 3, 4])
 def test_large_results_by_threads_in_pieces(channels, dtype, monkeypatch):
     """They are those of small ones: in memory of their own or in the caller's, where lines of the cache are cut too."""
-    n = 70_077  # above the sizes from which on helpers join in, and are woken
+    n = 100_077  # above the sizes from which on helpers join in, and are woken
     rng = np.random.default_rng(channels)
     wi, wo = (gn.direction(rng.uniform(0.0, 1.6, n), rng.uniform(0.0, 6.0, n)).astype(dtype) for _ in "io")
     u = rng.random((n, 2)).astype(dtype)

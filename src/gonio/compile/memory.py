@@ -17,7 +17,6 @@ import numpy as np
 from ..errors import TooLargeError
 
 SMALL = 1 << 18  # bytes below which NumPy's own memory is as fast
-KEPT = 1 << 29  # bytes kept at most, in use or not; buffers that are not kept are freed as any array is
 LOOKS = 8  # rooms looked at for one that is free
 LINE = 64  # bytes of a line of the cache: results begin with one, so that whole lines are written
 
@@ -91,3 +90,7 @@ def physical() -> float:
         return float(os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES"))
     except (AttributeError, ValueError, OSError):
         return math.inf
+
+
+KEPT = int(min(1 << 29, physical() / 16))
+"""Bytes kept at most, in use or not; buffers that are not kept are freed as any array is."""

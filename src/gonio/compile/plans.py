@@ -20,15 +20,16 @@ from ..trace.graph import MASK, Graph
 from . import memory, store
 from .llvm.program import EACH, PACKED, PLANES, ROW, SAME, STRIDED, TOTAL, Array, Output, Program
 from .threads import threads
-from .workers import busy, possible, together, wake
+from .workers import awake, busy, possible, together, wake
 
-PARALLEL = 32_768  # elements from which on threads are worth their start
+# Work is counted in operations of a graph on elements; a thread does 5e7 in a millisecond.
+PARALLEL = 1 << 21  # work from which on helpers that are awake share it
+WAKING = 1 << 23  # work from which on it pays to wake helpers that sleep
+GRAIN = 1 << 18  # work of a part, at least
 PIECES = 8  # parts of a batch for each thread, so that none waits long for another
-GRAIN = 4096  # elements of a part, at least
 CACHED = 1 << 23  # bytes of results up to which they are left in the caches, where a caller finds them sooner
 LINE = 64  # of so many elements parts of the inner axis begin: each writes whole lines of the cache, of any dtype
-WAKING = 65_536  # elements from which on it pays to wake sleeping helpers
-PIECE = 1 << 28  # operations on elements of the first call of a kernel: some hundredths of a second of work
+PIECE = 1 << 28  # work of the first call of a kernel: some hundredths of a second
 QUICK = 0.02  # seconds; after a shorter call the next one does twice as much
 
 DTYPES = {np.dtype(np.float32): "float32", np.dtype(np.float64): "float64"}
@@ -71,9 +72,10 @@ class Plan(NamedTuple):
     addresses: tuple[int, ...]  # the words that hold addresses
     outer: int
     inner: int
-    size: int  # their product
+    work: int
     divisible: bool  # whether the inner axis may be shared out
     piece: int  # elements that one call computes at first
+    grain: int  # elements of a part, at least
     keeper: Any  # owns the arrays whose addresses are in the words
 
 
@@ -121,6 +123,7 @@ def prepare(
         words += [0, outer.steps[k]]
     words.append(sum(size for _, _, _, size in outputs) > CACHED)
     function: Any = store.kernel(program)
+    operations = len(graph.operations)
     return Plan(
         function,
         cast(function, c_void_p).value or 0,
@@ -133,9 +136,10 @@ def prepare(
         tuple(places),
         outer.length,
         inner.length,
-        outer.length * inner.length,
+        outer.length * inner.length * operations,
         whole,
-        max(PIECE // len(graph.operations), 1),
+        max(PIECE // operations, 1),
+        max(GRAIN // operations, 1),
         (tuple(arrays[brought:]), tuple(tables)),
     )
 
@@ -159,7 +163,7 @@ def renewed(plan: Plan, arrays: Sequence[tuple[np.ndarray, tuple[int, ...]]], ta
 
 def carry_out(plan: Plan, inputs: Sequence[np.ndarray], out: np.ndarray | None = None) -> list[np.ndarray]:
     """The results of a plan for these arrays; `out` takes the first."""
-    count = _crew(plan.size) if plan.size >= PARALLEL else 1
+    count = _crew(plan.work) if plan.work >= PARALLEL else 1
     try:
         arguments = plan.ready.pop()
     except IndexError:
@@ -200,19 +204,21 @@ def _moved(plan: Plan, block: Any) -> Iterator[None]:
             yield
 
 
-def _crew(size: int) -> int:
-    """How many threads share so many elements. Sleeping helpers are woken now: that takes longer than all else here."""
+def _crew(work: int) -> int:
+    """How many threads share so much work. Sleeping helpers are woken now: that takes longer than all else here."""
     count = threads()
     if count == 1 or busy() or not possible():
         return 1
-    if size >= WAKING:
+    if work >= WAKING:
         wake(count - 1)
+    elif not awake():
+        return 1
     return count
 
 
 def _run(plan: Plan, arguments: tuple[Any, ...], count: int) -> None:
     block = arguments[0]
-    if count == 1 and plan.size <= plan.piece:
+    if count == 1 and plan.work <= PIECE:
         block[-1] = 0
         plan.function(*arguments)
         return
@@ -221,7 +227,7 @@ def _run(plan: Plan, arguments: tuple[Any, ...], count: int) -> None:
             plan.function(block, c_int64(outer_stop), c_int64(inner_stop), c_int64(grain))
             continue
         together(count, plan.entry, block, outer_stop, inner_stop, grain)
-        if plan.size >= WAKING and plan.size > plan.piece:
+        if plan.work > PIECE:
             wake(count - 1)  # again: idle helpers soon fall asleep
 
 
@@ -234,7 +240,7 @@ def _pieces(plan: Plan, block: Any, count: int) -> Iterator[tuple[int, int, int]
     step = max(plan.piece // width, 1)
     if not rows:
         step += -step % LINE
-    grain = max(min(step, length) // (PIECES * count), 1 if rows else GRAIN // outer)
+    grain = max(min(step, length) // (PIECES * count), plan.grain // width, 1)
     done = 0
     while done < length:
         block[-1], done = done, min(done + step, length)

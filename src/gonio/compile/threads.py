@@ -29,9 +29,10 @@ _COUNT: list[int] = []  # what `threads(count)` set
 def threads(count: int | None = None) -> int:
     """How many threads compute f of NumPy arrays, and pictures; with `count`, from now on that many.
 
-    Until `count` is given it is the environment variable GONIO_THREADS, else the number of processors that this thread
-    may use: by its affinity, and by the limit of its container. Batches below about 30 000 directions are computed by
-    one thread. Linear algebra of other libraries, which fits and repairs use, has threads of its own.
+    Until `count` is given it is the environment variable GONIO_THREADS (as first found), else the number of processors
+    that this thread may use: by its affinity, and by the limit of its container. Small batches are computed by one
+    thread: of a Lambertian up to 70 000 directions, of twenty lobes up to 1000. Linear algebra of other libraries,
+    which fits and repairs use, has threads of its own.
 
     Example
     >>> before = gn.threads()
@@ -45,6 +46,7 @@ def threads(count: int | None = None) -> int:
     return _COUNT[0] if _COUNT else _from_environment() or _processors()
 
 
+@cache
 def _from_environment() -> int | None:
     text = os.environ.get("GONIO_THREADS", "")
     if not text:

@@ -216,6 +216,11 @@ def busy() -> bool:
     return _HERE.helps or (job is not None and job.open)
 
 
+def awake() -> bool:
+    """Whether a helper is awake, or will be at once."""
+    return any(not helper.asleep for helper in list(team().helpers.values()))
+
+
 def wake(count: int) -> None:
     """See to it that so many helpers are awake, or soon will be."""
     helpers = team().helpers

@@ -239,11 +239,8 @@ class _Rewriting:
         if left.powers or right.powers:
             if abs(left.coefficient) == abs(right.coefficient):
                 scale = left.coefficient
-                common, right = (
-                    common._replace(coefficient=scale),
-                    right._replace(coefficient=right.coefficient / scale),
-                )
-                left = left._replace(coefficient=1.0)
+                common, left = common._replace(coefficient=scale), left._replace(coefficient=1.0)
+                right = right._replace(coefficient=right.coefficient / scale)
             return _times(common, self._atom("sum", (left, right), -1))
         total = left.coefficient + right.coefficient
         return _times(common, Product(total, ())) if total else self._atom("sum", (a, b), -1)
