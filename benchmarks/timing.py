@@ -207,12 +207,13 @@ def machine(rounds: int) -> list[str]:
     facts = {key.strip(): value.strip() for key, value in facts.items()}
     known = facts.get("flags", "").split()
     features = [f for f in ("avx2", "fma", "avx512f", "avx512dq", "avx512vl", "amx_tile", "neon") if f in known]
+    kind = f" (family {facts['cpu family']}, model {facts.get('model', '?')})" if "cpu family" in facts else ""
     copied = measure([copy_engine()], rounds)[0].seconds
     speeds = 2.0 * COPY_BYTES / copied * 1e-9
     return [
         f"{datetime.now():%Y-%m-%d %H:%M}; gonio {gn.__version__} at {_revision()}; "
-        f"GONIO_ENGINE={os.environ.get('GONIO_ENGINE', '(unset)')}",
-        f"{facts.get('model name', platform.processor())}; {os.cpu_count()} cores, {THREADS} used; "
+        + "; ".join(f"{name}={os.environ.get(name, '(unset)')}" for name in ("GONIO_ENGINE", "GONIO_LANES")),
+        f"{facts.get('model name', platform.processor())}{kind}; {os.cpu_count()} cores, {THREADS} used; "
         f"load {os.getloadavg()[0]:.2f}; {' '.join(features)}",
         f"Python {platform.python_version()}; " + ", ".join(_versions()),
         f"copy of 64 MB, two threads: {np.median(speeds):.1f} GB/s read and written "

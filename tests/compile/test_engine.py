@@ -9,21 +9,24 @@ from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
+from graphs import random_graph, steady
 from libraries import switch_off
 
 import gonio as gn
 from gonio.arrays import ops
+from gonio.arrays.kinds import TOTAL
 from gonio.compile import cache_folder, plans, store
 from gonio.compile.llvm import codegen
 from gonio.compile.llvm.program import EACH
 from gonio.compile.plans import Result, carry_out, prepare
 from gonio.compile.threads import share
-from gonio.evaluate import interpret, planning, tracing
+from gonio.evaluate import batch, planning, tracing
 from gonio.evaluate.interpret import evaluate
 from gonio.formula.direction import Direction
 from gonio.formula.fields import option, param, table
 from gonio.trace.derive import gradient
-from gonio.trace.graph import INDEX, MASK, REAL, Graph
+from gonio.trace.graph import INDEX, Graph
+from gonio.trace.passes import rewritten
 from gonio.trace.symbol import Symbol
 
 pytestmark = pytest.mark.skipif(not planning.available(), reason="nothing can be compiled here")
@@ -50,98 +53,11 @@ def uncompiled(call):
 
 # Random graphs.
 
-REALS = (
-    "add",
-    "sub",
-    "mul",
-    "div",
-    "minimum",
-    "maximum",
-    "neg",
-    "absolute",
-    "sqrt",
-    "floor",
-    "exp",
-    "log",
-    "sin",
-    "cos",
-)
-REALS += ("arctan2", "power", "erf", "arccos", "tan", "erfinv", "sin_turn", "cos_turn")
-ROUNDED = set(REALS) - {"minimum", "maximum", "neg", "absolute", "floor"}
-
-
-def random_graph(seed: int, loads: int, tables: int) -> tuple[Graph, list[int]]:
-    """A graph of about 60 operations of all kinds, and four of its nodes."""
-    rng = np.random.default_rng(seed)
-    graph = Graph()
-    found = {REAL: [graph.load(0, c) for c in range(loads)], INDEX: [graph.constant(3, INDEX)], MASK: []}
-    found[REAL] += [graph.constant(x) for x in (0.5, -1.25, 0.0, 2.0, float(rng.normal()))]
-    found[MASK].append(graph.apply("lt", found[REAL][0], found[REAL][1]))
-
-    def pick(kind: str) -> int:
-        choices = found[kind]
-        return choices[int(rng.integers(max(0, len(choices) - 12), len(choices)))]
-
-    for _ in range(60):
-        what = rng.integers(12)
-        if what < 6:
-            name = REALS[int(rng.integers(len(REALS)))]
-            count = 2 if name in ("add", "sub", "mul", "div", "minimum", "maximum", "arctan2", "power") else 1
-            found[REAL].append(graph.apply(name, *(pick(REAL) for _ in range(count))))
-        elif what == 6:
-            how = ("lt", "le", "gt", "ge", "eq", "ne")[int(rng.integers(6))]
-            kind = REAL if rng.random() < 0.7 else INDEX
-            found[MASK].append(graph.apply(how, pick(kind), pick(kind)))
-        elif what == 7:
-            found[MASK].append(graph.apply(("and", "or", "xor")[int(rng.integers(3))], pick(MASK), pick(MASK)))
-        elif what == 8:
-            kind = (REAL, INDEX, MASK)[int(rng.integers(3))]
-            found[kind].append(graph.apply("select", pick(MASK), pick(kind), pick(kind)))
-        elif what == 9:
-            limited = graph.apply(
-                "minimum", graph.apply("maximum", pick(REAL), graph.constant(-9.0)), graph.constant(9.0)
-            )
-            found[INDEX].append(graph.apply("to_index", limited))
-        elif what == 10:
-            entry = graph.apply(
-                "minimum", graph.apply("maximum", pick(INDEX), graph.constant(0, INDEX)), graph.constant(6, INDEX)
-            )
-            found[REAL].append(graph.take(int(rng.integers(tables)), entry))
-        else:
-            found[INDEX].append(
-                graph.apply(("add", "sub")[int(rng.integers(2))], pick(INDEX), graph.constant(1, INDEX))
-            )
-            found[REAL].append(graph.apply("to_real", pick(INDEX)))
-    return graph, [found[REAL][-1], found[REAL][-2], found[REAL][-5], found[MASK][-1]]
-
-
-def steady(graph: Graph, nodes: list[int], x: np.ndarray, tables: list[np.ndarray], want: list) -> list[np.ndarray]:
-    """Where each result depends on no last digits: it stays as it is if every rounded operation errs a little."""
-    ok = [np.ones(len(x), bool) for _ in nodes]
-    for error in (1e-14, -1e-14, 3e-14):
-        with pytest.MonkeyPatch.context() as patch:
-            for name in ROUNDED & set(dir(ops)):
-                exact = getattr(ops, name)
-                patch.setattr(ops, name, lambda *v, exact=exact, e=error: near(exact(*v), e))
-            for name in ROUNDED & set(interpret._OPERATORS):
-                exact = interpret._OPERATORS[name]
-                patch.setitem(interpret._OPERATORS, name, lambda *v, exact=exact, e=error: near(exact(*v), e))
-            moved = evaluate(graph, nodes, lambda a, c: x[..., c], tables, x.dtype)
-        for i, (a, b) in enumerate(zip(want, moved, strict=True)):
-            same = a == b
-            if np.asarray(a).dtype != bool:
-                same |= (np.abs(a - b) <= 1e-8 * np.abs(b)) | (np.isnan(a) & np.isnan(b))
-            ok[i] &= same
-    return ok
-
-
-def near(value, error):
-    return value * (1.0 + error) if np.asarray(value).dtype.kind == "f" else value
-
 
 @pytest.mark.parametrize("seed", range(60))
 def test_random_graphs(seed, monkeypatch):
-    """Compiled, they give what NumPy gives, wherever NumPy's own rounding does not decide."""
+    """Compiled, they give what NumPy gives of the graph after its passes (which tests/trace/test_passes.py hold to the
+    graph before them), wherever NumPy's own rounding does not decide."""
     monkeypatch.setattr(codegen, "INLINE", (codegen.INLINE, 0)[seed % 2])  # elementary functions in place, or called
     graph, nodes = random_graph(seed, loads=3, tables=2)
     rng = np.random.default_rng(seed)
@@ -160,6 +76,7 @@ def test_random_graphs(seed, monkeypatch):
     results = [Result((node,), EACH, ()) for node in nodes]
     padded = [np.append(t, 0.0) for t in tables]
     plan = prepare(graph, results, [(x, 3)], 1, padded, (500,), x.dtype)
+    graph, nodes = rewritten(graph, nodes, "float64")
     with np.errstate(all="ignore"):
         want = evaluate(graph, nodes, lambda a, c: x[:, c], tables, x.dtype)
         sure = steady(graph, nodes, x, tables, want)
@@ -419,6 +336,80 @@ def test_many_channels_and_maps(evaluation):
             assert f[i, c] == pytest.approx(one.f(wi[i], wo[i]), rel=1e-12)
         assert pdf[i] == pytest.approx(one.pdf(wi[i], wo[i]), rel=1e-12)
     np.testing.assert_allclose(s.pdf, m.pdf(s.wi, wo), rtol=1e-9)
+
+
+def each_alone(m: gn.Reflectance, channels: int) -> list[gn.Reflectance]:
+    """The channels as materials of one."""
+    return [m.each(lambda x: x[..., c : c + 1] if np.ndim(x) and x.shape[-1] > 1 else x) for c in range(channels)]
+
+
+@pytest.mark.parametrize("channels", [9, 31, 32, 401])
+def test_channels_in_two_stages_are_what_each_is_alone(channels):
+    """In blocks of a large batch, for broadcast directions, for a single one; with NaN and below the horizon."""
+    metal = gn.Conductor(np.linspace(0.2, 1.3, channels), np.linspace(3.9, 2.0, channels))
+    m = gn.Microfacet(gn.GGX(0.3, 0.2), metal) + gn.Lambertian(np.linspace(0.1, 0.2, channels))
+    wi, wo = directions(9001, seed=2), directions(9001, seed=3)
+    wi[5, 2], wi[6, 1], wo[7] = -wi[5, 2], np.nan, [0.0, 0.0, -1.0]
+    some = [0, 4, channels - 1]
+    ones = [each_alone(m, channels)[c] for c in some]
+    for a, b in ((wi, wo), (wi[:300, None], wo[:41]), (wi[:40], wo[100]), (wi[0], wo[0])):
+        f = m.f(a, b)
+        assert f.shape == (*np.broadcast_shapes(a.shape, b.shape)[:-1], channels)
+        for c, one in zip(some, ones, strict=True):
+            np.testing.assert_allclose(f[..., c], one.f(a, b)[..., 0], rtol=1e-13)
+    out, padded = np.empty((9001, channels)), np.empty((9001, channels + 1))
+    np.testing.assert_array_equal(m.f(wi, wo, out=out), m.f(wi, wo))
+    np.testing.assert_array_equal(m.f(wi, wo, out=padded[:, 1:]), out)
+    other = m.replace({"0.distribution.alpha_x": 0.25, "1.rho": np.linspace(0.3, 0.1, channels)})
+    again = gn.Microfacet(gn.GGX(0.25, 0.2), metal) + gn.Lambertian(np.linspace(0.3, 0.1, channels))
+    np.testing.assert_array_equal(other.f(wi, wo), again.f(wi, wo))
+
+
+def test_maps_with_many_channels_in_two_stages():
+    rng = np.random.default_rng(5)
+    m = gn.Microfacet(gn.GGX(rng.uniform(0.1, 0.9, (3000, 1))), gn.Schlick(rng.uniform(0.1, 0.9, (1, 20))))
+    wi, wo = directions(3000, seed=6), directions(3000, seed=7)
+    f = m.f(wi, wo)
+    for c in (0, 19):
+        np.testing.assert_allclose(f[:, c], each_alone(m, 20)[c].f(wi, wo)[:, 0], rtol=1e-13)
+
+
+def squares(m, mean, wi, wo):
+    """A kernel whose results are all summed over the last axis of the batch."""
+    f = m.formula(Direction(*wi), Direction(*wo))
+    return wi[2] * f, f * f, wi[2] * wo[2]
+
+
+@pytest.mark.parametrize("channels", [3, 9, 31, 401])
+@pytest.mark.parametrize("shape", [(50,), (700, 12), (2, 40, 64), (900, 64)])
+def test_totals_of_any_number_of_channels(channels, shape):
+    """Against the sum, channel by channel, of what each is alone; whichever axis is the outermost, in blocks or not."""
+    metal = gn.Conductor(np.linspace(0.2, 1.3, channels), np.linspace(3.9, 2.0, channels))
+    m, count = gn.Microfacet(gn.GGX(0.3), metal), int(np.prod(shape))
+    wi = directions(count, seed=8).reshape(*shape, 3)
+    wo = directions(shape[-1], seed=9)
+    kinds = (TOTAL,) * 3
+    found = batch.run(squares, kinds, m, (wi, wo), (3, 3))
+    for total in found:
+        assert total.shape == (*shape[:-1], channels)
+        assert total.dtype == np.float64
+    for c in (0, channels // 2, channels - 1):
+        one = each_alone(m, channels)[c]
+        f = one.f(wi, wo)[..., 0]
+        cos_i, cos_o = wi[..., 2], wo[..., 2]
+        for total, terms in zip(found, (cos_i * f, f * f, cos_i * cos_o), strict=True):
+            np.testing.assert_allclose(total[..., c], terms.sum(axis=-1), rtol=1e-12)
+
+
+@pytest.mark.parametrize("rows", [10, 80])
+def test_totals_of_maps_with_many_channels(rows):
+    rng = np.random.default_rng(10)
+    m = gn.Microfacet(gn.GGX(rng.uniform(0.2, 0.9, (rows, 1, 1))), gn.Schlick(rng.uniform(0.1, 0.9, (rows, 1, 15))))
+    wi, wo = directions(rows * 64, seed=8).reshape(rows, 64, 3), directions(64, seed=9)
+    total = batch.run(squares, (TOTAL,) * 3, m, (wi, wo), (3, 3))[1]
+    for c in (0, 7, 14):
+        f = each_alone(m, 15)[c].f(wi, wo)[..., 0]
+        np.testing.assert_allclose(total[:, c], (f * f).sum(axis=-1), rtol=1e-12)
 
 
 def test_blocks_and_threads_change_nothing():

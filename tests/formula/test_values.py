@@ -284,6 +284,77 @@ def test_first_f_after_replace_makes_no_trace_and_no_kernel_anew(monkeypatch):
     np.testing.assert_allclose(by["distribution.alpha_x"], slope, rtol=1e-3, atol=1e-5)
 
 
+STEPS = [
+    {"distribution.alpha_x": 0.4},
+    {"distribution.alpha_x": np.float32(0.25), "fresnel.k": 3},
+    {"distribution.alpha_y": 0.1},
+    {"distribution.alpha_x": 0.2},
+    {"alpha": 0.3},
+    {"fresnel.eta": [0.2, 0.9, 1.1]},
+    {"fresnel.eta": np.array([0.3, 0.8, 1.0]), "distribution.alpha_x": 0.15},
+    {"fresnel.k": np.full((1, 3), 2.0)},
+    {"distribution.alpha_y": np.array([0.2, 0.3, 0.4])},
+    {"distribution.alpha_y": "alpha_x"},
+    {"fresnel": gn.Schlick(0.5)},
+    {"fresnel.F0": 0.6},
+    {"fresnel.F0": [0.5, 0.6]},
+    {"fresnel.F0": [0.1, 0.2, 0.3, 0.4]},
+    {"fresnel.F0": np.full((7, 4), 0.3)},
+    {"fresnel.F0": [0.9]},
+    {"distribution": gn.Beckmann(0.3, 0.2)},
+    {"masking": "separable"},
+    {"alpha": 0.2},
+]
+
+
+def remade(m: Reflectance) -> Reflectance:
+    """The same material, by constructors alone."""
+    again = from_json(m.to_json())
+    assert again == m
+    return again
+
+
+def test_steps_of_a_fit_make_what_constructors_make():
+    """f, derivatives and samples along a chain of `replace`, each step twice: the second by what the first has left."""
+    m = gn.Microfacet(gn.GGX(0.3), gn.Conductor(0.2, 3.9))
+    for step in STEPS:
+        for _ in range(2):
+            other = m.replace(step)
+            again = remade(other)
+            assert repr(other) == repr(again)
+            assert dict(other._tied) == dict(again._tied)
+            np.testing.assert_array_equal(other.f(WI, WO), again.f(WI, WO))
+            np.testing.assert_array_equal(other.pdf(WI, WO), again.pdf(WI, WO))
+            found, expected = other.jacobian(WI, WO), again.jacobian(WI, WO)
+            np.testing.assert_array_equal(found.f, expected.f)
+            assert list(found.by) == list(expected.by)
+            for path, slope in expected.by.items():
+                np.testing.assert_array_equal(found.by[path], slope)
+        m = other
+
+
+def test_steps_of_a_fit_in_parts_of_a_sum():
+    start = 0.5 * gn.Lambertian(0.3) + gn.Microfacet(gn.GGX(0.2), gn.Conductor([0.2, 0.9, 1.1], [3.9, 2.4, 2.2]))
+    rng = np.random.default_rng(1)
+    for _ in range(3):
+        rho, weight, alpha, eta = rng.random(), rng.random(), rng.uniform(0.1, 0.9), rng.random(3) + 0.1
+        m = start.replace({"0.of.rho": rho, "0.weight": weight, "1.distribution.alpha_x": alpha, "1.fresnel.eta": eta})
+        again = weight * gn.Lambertian(rho) + gn.Microfacet(gn.GGX(alpha), gn.Conductor(eta, [3.9, 2.4, 2.2]))
+        assert m == again
+        np.testing.assert_array_equal(m.f(WI, WO), again.f(WI, WO))
+        for path, slope in again.jacobian(WI, WO).by.items():
+            np.testing.assert_array_equal(m.jacobian(WI, WO).by[path], slope)
+        assert m.replace(rho=0.2).channels == 3
+        eta[:] = 9.0
+        assert m == again  # numbers given are the caller's to change
+    with pytest.raises(errors.ParameterError, match="out of bounds"):
+        start.replace({"0.of.rho": 1.5})
+    with pytest.raises(errors.ParameterError, match="NaN or infinite"):
+        start.replace({"1.fresnel.eta": np.array([0.2, np.nan, 1.0])})
+    with pytest.raises(errors.ParameterError, match="given twice"):
+        start.replace({"1.distribution.alpha": 0.2, "1.distribution.alpha_x": 0.3})
+
+
 @compiled
 def test_patterns_keep_no_tables():
     planning._PATTERNS.clear()

@@ -20,6 +20,7 @@ from ..errors import ArrayTypeError, NotFoundError, ParameterError, TooLargeErro
 from ..evaluate import batch
 from ..formula import warp
 from ..formula.direction import Direction, mirror
+from ..formula.distribution import Spread
 from ..formula.fields import param, part
 from ..formula.parametrised import Parametrised
 from ..formula.state import inferred, note
@@ -109,6 +110,18 @@ class Reflectance(Parametrised):
         0.0
         """
         return 0.0
+
+    @property
+    def slope_spread(self) -> Spread | None:
+        """How the slopes of a smooth lobe's mirror facets spread; None for any other lobe.
+
+        Quadrature over the hemisphere then runs in coordinates of half vectors: `integrals/half_vectors.py`.
+
+        Example
+        >>> print(gn.Microfacet(gn.GGX(0.1, 0.4)).slope_spread, gn.Lambertian(0.5).slope_spread)
+        Spread(alpha_x=0.1, alpha_y=0.4, reach=inf) None
+        """
+        return None
 
     if TYPE_CHECKING:
 
@@ -266,6 +279,15 @@ class Reflectance(Parametrised):
         >>> print(j.f.round(4), j.by["distribution.alpha_x"].round(4))
         2.3111 -23.2474
         """
+        names, leaves, inputs = self._variables(by)
+        value, *slopes = batch.jacobian(kernels.value, self, (wi, wo), (3, 3), leaves, inputs)
+        return Jacobian(value, dict(zip(names, slopes, strict=True)))
+
+    def _variables(self, by: Iterable[str] | None) -> tuple[list[str], tuple[int, ...], tuple[int, ...]]:
+        """What `jacobian` differentiates by: the names, and the places of parameters and of directions among them."""
+        if by is None and (every := self.alike.get(Reflectance._variables)):
+            known: tuple[list[str], tuple[int, ...], tuple[int, ...]] = every
+            return known
         leaves = {path: i for i, path in enumerate(self.leaf_paths()) if path}
         inputs = {"wi": 0, "wo": 1}
         expected = f"expected one of {listed([*leaves, *inputs])}"
@@ -277,10 +299,10 @@ class Reflectance(Parametrised):
             if not isinstance(path, str) or (path not in leaves and path not in inputs):
                 raise NotFoundError(f"jacobian(by={shown(path)}): {expected}")
         paths, directions = ([p for p in variables if p in places] for places in (leaves, inputs))
-        value, *slopes = batch.jacobian(
-            kernels.value, self, (wi, wo), (3, 3), tuple(leaves[p] for p in paths), tuple(inputs[p] for p in directions)
-        )
-        return Jacobian(value, dict(zip([*paths, *directions], slopes, strict=True)))
+        found = [*paths, *directions], tuple(leaves[p] for p in paths), tuple(inputs[p] for p in directions)
+        if by is None:
+            self.alike[Reflectance._variables] = found
+        return found
 
     def f_angles(self, theta_i: Any, phi_i: Any, theta_o: Any, phi_o: Any) -> Any:
         """f of polar angles and azimuths [rad]; the four broadcast against each other.

@@ -1,47 +1,38 @@
-"""Memory for results, reused when the result is gone: fresh pages from the system cost more than computing."""
+"""Memory for results, reused when the result is gone: fresh pages from the system cost more than computing.
+
+A room is a buffer, and the place in it where a line of the cache begins. NumPy's arrays hold the owner of their memory,
+and nothing in between, so a buffer that no array is a view of has one reference only: that of its room.
+"""
 
 from __future__ import annotations
 
 import math
 import os
-from contextlib import suppress
+import sys
+from collections import deque
 from typing import Any
-from weakref import ReferenceType
 
 import numpy as np
 
 from ..errors import TooLargeError
 
 SMALL = 1 << 18  # bytes below which NumPy's own memory is as fast
-KEPT = 1 << 28  # bytes kept at most
-LENT = 64  # loans remembered at most; buffers of forgotten loans are freed as any array is
+KEPT = 1 << 29  # bytes kept at most, in use or not; buffers that are not kept are freed as any array is
+LOOKS = 8  # rooms looked at for one that is free
+LINE = 64  # bytes of a line of the cache: results begin with one, so that whole lines are written
 
-_FREE: dict[int, list[np.ndarray]] = {}  # size -> buffers that nobody holds
-_LOANS: dict[int, _Loan] = {}
-_ENDED: list[_Loan] = []
+_Room = tuple[np.ndarray, int]
 
-
-class _Lease:
-    """The owner of a buffer while an array is a view of it."""
-
-    __slots__ = ("__array_interface__", "__weakref__", "buffer")
-
-    def __init__(self, buffer: np.ndarray, shape: tuple[int, ...], dtype: np.dtype):
-        self.buffer = buffer
-        self.__array_interface__ = {
-            "shape": shape,
-            "typestr": dtype.str,
-            "data": (buffer.__array_interface__["data"][0], False),
-            "version": 3,
-        }
+_ROOMS: dict[int, deque[_Room]] = {}  # by size
 
 
-class _Loan(ReferenceType[_Lease]):
-    """A weak reference to a lease, with its buffer. The end of the lease puts it into `_ENDED`, by `list.append`: an
-    interrupt during a finaliser written in Python would be lost."""
+def _alone(room: _Room) -> bool:
+    """Whether no array is a view of a room."""
+    return sys.getrefcount(room[0]) == _ALONE
 
-    __slots__ = ("buffer",)
-    buffer: np.ndarray
+
+_PROBE: _Room = (np.empty(1, np.uint8), 0)
+_ALONE = sys.getrefcount(_PROBE[0]) if sys.implementation.name == "cpython" else -1
 
 
 def empty(shape: tuple[int, ...], dtype: np.dtype) -> np.ndarray:
@@ -49,49 +40,39 @@ def empty(shape: tuple[int, ...], dtype: np.dtype) -> np.ndarray:
     size = math.prod(shape) * dtype.itemsize
     if size < SMALL:
         return np.empty(shape, dtype)
-    _take_back()
-    try:
-        buffer = _FREE[size].pop()
-    except (KeyError, IndexError):
+    room = _free(size)
+    if room is None:
         check(shape, dtype)
-        buffer = _new(size, f"a result of shape {shape} and dtype {dtype}")
-    lease = _Lease(buffer, shape, dtype)
+        room = _new(size, f"a result of shape {shape} and dtype {dtype}")
+    array: np.ndarray = np.ndarray(shape, dtype, *room)
     if size <= KEPT:
-        _keep_within(KEPT - size)
-        loan = _Loan(lease, _ENDED.append)
-        loan.buffer = buffer
-        _LOANS[id(loan)] = loan
-    return np.asarray(lease)
+        _ROOMS.setdefault(size, deque()).append(room)
+    return array
 
 
-def _take_back() -> None:
-    """Move the buffers of ended loans to the free ones."""
-    while _ENDED:
-        with suppress(IndexError):  # another thread was quicker
-            loan = _ENDED.pop()
-            if _LOANS.pop(id(loan), None) is not None:
-                _FREE.setdefault(loan.buffer.nbytes, []).append(loan.buffer)
+def _free(size: int) -> _Room | None:
+    """A room that nobody uses, which is given away; None where there is none."""
+    rooms = _ROOMS.get(size) or deque()
+    for _ in range(min(len(rooms), LOOKS)):
+        try:
+            room = rooms.popleft()
+        except IndexError:  # another thread was quicker
+            return None
+        if _alone(room):
+            return room
+        rooms.append(room)
+    return None
 
 
-def _keep_within(limit: int) -> None:
-    """Drop free buffers, then the oldest loans, until both together hold at most so many bytes."""
-    loans = list(_LOANS.items())
-    lent = sum(loan.buffer.nbytes for _, loan in loans)
-    if lent + sum(buffer.nbytes for buffers in list(_FREE.values()) for buffer in buffers) > limit:
-        _FREE.clear()
-    for i, (name, loan) in enumerate(loans):
-        if lent <= limit and len(loans) - i < LENT:
-            break
-        _LOANS.pop(name, None)
-        lent -= loan.buffer.nbytes
-
-
-def _new(size: int, what: str) -> np.ndarray:
+def _new(size: int, what: str) -> _Room:
+    if sum(length * len(rooms) for length, rooms in list(_ROOMS.items())) + size > KEPT:
+        _ROOMS.clear()
     try:
-        return np.empty(size, np.uint8)
+        buffer = np.empty(size + LINE, np.uint8)
     except MemoryError:
         text = f"{what} takes {size / 1e9:.1f} GB, more than is free here; evaluate fewer directions at a time"
         raise TooLargeError(text) from None
+    return buffer, -buffer.__array_interface__["data"][0] % LINE
 
 
 def check(shape: tuple[int, ...], dtype: Any, what: str = "a result") -> None:

@@ -8,8 +8,9 @@ from __future__ import annotations
 import math
 import sys
 from collections.abc import Iterator, Sequence
-from ctypes import addressof, c_int64, c_ssize_t, c_void_p, cast
+from ctypes import c_int64, c_ssize_t, c_void_p, cast
 from functools import partial
+from operator import mul
 from time import perf_counter
 from typing import Any, NamedTuple
 
@@ -24,6 +25,8 @@ from .workers import busy, possible, together, wake
 PARALLEL = 32_768  # elements from which on threads are worth their start
 PIECES = 8  # parts of a batch for each thread, so that none waits long for another
 GRAIN = 4096  # elements of a part, at least
+CACHED = 1 << 23  # bytes of results up to which they are left in the caches, where a caller finds them sooner
+LINE = 64  # of so many elements parts of the inner axis begin: each writes whole lines of the cache, of any dtype
 WAKING = 65_536  # elements from which on it pays to wake sleeping helpers
 PIECE = 1 << 28  # operations on elements of the first call of a kernel: some hundredths of a second of work
 QUICK = 0.02  # seconds; after a shorter call the next one does twice as much
@@ -60,12 +63,15 @@ class Plan(NamedTuple):
     function: store.Function
     entry: int  # its address
     block: Any  # makes a copy of the block of arguments, without addresses that a call brings
+    ready: list[tuple[Any, ...]]  # arguments of a call of the kernel, each used by one thread at a time
     inputs: tuple[tuple[int, int], ...]  # word and number of the arrays that a call brings
     outputs: tuple[tuple[int, tuple[int, ...], np.dtype, int], ...]  # word, shape, dtype and bytes
+    scalar: bool  # whether a result has no axes
     above: tuple[tuple[int, tuple[int, ...]], ...]  # further axes: length, and the step of each address
     addresses: tuple[int, ...]  # the words that hold addresses
     outer: int
     inner: int
+    size: int  # their product
     divisible: bool  # whether the inner axis may be shared out
     piece: int  # elements that one call computes at first
     keeper: Any  # owns the arrays whose addresses are in the words
@@ -113,38 +119,53 @@ def prepare(
         full = (*s, *r.element)
         outputs.append((len(words), full, d, math.prod(full) * d.itemsize))
         words += [0, outer.steps[k]]
+    words.append(sum(size for _, _, _, size in outputs) > CACHED)
     function: Any = store.kernel(program)
     return Plan(
         function,
         cast(function, c_void_p).value or 0,
         partial((c_int64 * (len(words) + 1)).from_buffer_copy, (c_int64 * (len(words) + 1))(*words)),
+        [],
         tuple(inputs),
         tuple(outputs),
+        any(not full for _, full, _, _ in outputs),
         tuple((axis.length, axis.steps) for axis in above),
         tuple(places),
         outer.length,
         inner.length,
+        outer.length * inner.length,
         whole,
         max(PIECE // len(graph.operations), 1),
         (tuple(arrays[brought:]), tuple(tables)),
     )
 
 
-def renewed(plan: Plan, arrays: Sequence[tuple[np.ndarray, int] | None], tables: Sequence[np.ndarray]) -> Plan:
-    """The plan with other parameters, of the same shapes and strides, and other tables."""
-    block, places = plan.block(), plan.addresses[: len(plan.addresses) - len(plan.outputs)]
-    for place, array in zip(places[len(places) - len(arrays) :], arrays, strict=True):
-        if array is not None:
-            block[place] = _address(array[0])
+def renewed(plan: Plan, arrays: Sequence[tuple[np.ndarray, tuple[int, ...]]], tables: Sequence[np.ndarray]) -> Plan:
+    """The plan with other parameters, of the same shapes and strides, and other tables.
+
+    `arrays`: each with the place in `prepare` of the array that it is, or of several whose one number each it has side
+    by side.
+    """
+    block, words = plan.block(), plan.addresses
+    for array, places in arrays:
+        address = _address(array)
+        for i, place in enumerate(places):
+            block[words[place]] = address + i * array.itemsize
+    first = 4 * (len(words) - len(plan.outputs))
     for k, table in enumerate(tables):
-        place = 4 * len(places) + 2 * k
-        block[place], block[place + 1] = _address(table), len(table) - 2
-    return plan._replace(block=partial(type(block).from_buffer_copy, block), keeper=(arrays, tables))
+        block[first + 2 * k], block[first + 2 * k + 1] = _address(table), len(table) - 2
+    return plan._replace(block=partial(type(block).from_buffer_copy, block), ready=[], keeper=(arrays, tables))
 
 
 def carry_out(plan: Plan, inputs: Sequence[np.ndarray], out: np.ndarray | None = None) -> list[np.ndarray]:
     """The results of a plan for these arrays; `out` takes the first."""
-    block = plan.block()
+    count = _crew(plan.size) if plan.size >= PARALLEL else 1
+    try:
+        arguments = plan.ready.pop()
+    except IndexError:
+        outer = plan.outer
+        arguments = plan.block(), c_int64(outer), c_int64(plan.inner), c_int64(-outer)
+    block = arguments[0]
     for word, k in plan.inputs:
         block[word] = _address(inputs[k])
     results = []
@@ -158,31 +179,50 @@ def carry_out(plan: Plan, inputs: Sequence[np.ndarray], out: np.ndarray | None =
         block[word] = _address(result)
         results.append(result)
     if not plan.above:
-        _run(plan, block)
+        _run(plan, arguments, count)
+        plan.ready.append(arguments)
         return results
-    start = [block[word] for word in plan.addresses]
-    for at in np.ndindex(*(length for length, _ in plan.above)):
-        for i, word in enumerate(plan.addresses):
-            block[word] = start[i] + sum(n * steps[i] for n, (_, steps) in zip(at, plan.above, strict=True))
-        _run(plan, block)
+    for _ in _moved(plan, block):
+        _run(plan, arguments, count)
     return results
 
 
-def _run(plan: Plan, block: Any) -> None:
-    outer, inner = plan.outer, plan.inner
-    size = outer * inner
-    count = threads() if size >= PARALLEL and not busy() else 1
-    shared = count > 1 and possible()
-    if not shared and size <= plan.piece:
+def _moved(plan: Plan, block: Any) -> Iterator[None]:
+    """The block of arguments at each step along the further axes: the addresses that a step moves are set."""
+    steps = zip(*(steps for _, steps in plan.above), strict=True)
+    words = [(word, block[word], by) for word, by in zip(plan.addresses, steps, strict=True) if any(by)]
+    *others, (length, _) = plan.above
+    for at in np.ndindex(*(n for n, _ in others)):
+        row = [(word, start + sum(map(mul, at, by)), by[-1]) for word, start, by in words]
+        for n in range(length):
+            for word, start, step in row:
+                block[word] = start + n * step
+            yield
+
+
+def _crew(size: int) -> int:
+    """How many threads share so many elements. Sleeping helpers are woken now: that takes longer than all else here."""
+    count = threads()
+    if count == 1 or busy() or not possible():
+        return 1
+    if size >= WAKING:
+        wake(count - 1)
+    return count
+
+
+def _run(plan: Plan, arguments: tuple[Any, ...], count: int) -> None:
+    block = arguments[0]
+    if count == 1 and plan.size <= plan.piece:
         block[-1] = 0
-        plan.function(addressof(block), outer, inner, -outer)
+        plan.function(*arguments)
         return
-    for outer_stop, inner_stop, grain in _pieces(plan, block, count if shared else 1):
-        if shared:
-            wake(count - 1 if size >= WAKING else 0)  # each time: idle helpers soon fall asleep
-            together(count, plan.entry, addressof(block), outer_stop, inner_stop, grain)
-        else:
-            plan.function(addressof(block), outer_stop, inner_stop, grain)
+    for outer_stop, inner_stop, grain in _pieces(plan, block, count):
+        if count == 1:
+            plan.function(block, c_int64(outer_stop), c_int64(inner_stop), c_int64(grain))
+            continue
+        together(count, plan.entry, block, outer_stop, inner_stop, grain)
+        if plan.size >= WAKING and plan.size > plan.piece:
+            wake(count - 1)  # again: idle helpers soon fall asleep
 
 
 def _pieces(plan: Plan, block: Any, count: int) -> Iterator[tuple[int, int, int]]:
@@ -192,14 +232,19 @@ def _pieces(plan: Plan, block: Any, count: int) -> Iterator[tuple[int, int, int]
     rows = outer >= PIECES * count or not plan.divisible
     length, width = (outer, inner) if rows else (inner, outer)
     step = max(plan.piece // width, 1)
+    if not rows:
+        step += -step % LINE
     grain = max(min(step, length) // (PIECES * count), 1 if rows else GRAIN // outer)
     done = 0
     while done < length:
         block[-1], done = done, min(done + step, length)
         began = perf_counter()
-        yield (done, inner, -grain) if rows else (outer, done, grain + -grain % 64)
+        yield (done, inner, -grain) if rows else (outer, done, grain + -grain % LINE)
         if perf_counter() - began < QUICK:
             step *= 2
+
+
+_number_at, _HEAD = c_ssize_t.from_address, object.__basicsize__
 
 
 def _slow_address(array: np.ndarray) -> int:
@@ -208,7 +253,7 @@ def _slow_address(array: np.ndarray) -> int:
 
 def _quick_address(array: np.ndarray) -> int:
     # The first field of a NumPy array after the head of every Python object: part of NumPy's binary interface.
-    return c_ssize_t.from_address(id(array) + object.__basicsize__).value
+    return _number_at(id(array) + _HEAD).value
 
 
 def _works() -> bool:

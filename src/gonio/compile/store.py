@@ -19,11 +19,11 @@ from . import cache_folder, elf
 from .llvm import machine
 from .llvm.program import Program
 
-Function = Callable[[int, int, int, int], None]
-"""kernel(args, outer, inner, grain), see `codegen`"""
+Function = Callable[..., None]
+"""kernel(args, outer, inner, grain), see `codegen`; arguments are numbers of `ctypes`, which it takes as they are."""
 
 _KNOWN: dict[str, Any] = {}
-_PROTOTYPE = ctypes.CFUNCTYPE(None, ctypes.c_void_p, *[ctypes.c_int64] * 3)
+_PROTOTYPE = ctypes.CFUNCTYPE(None)
 _IMAGE, _OBJECT = b"i", b"o"
 
 
@@ -53,7 +53,8 @@ def source(program: Program) -> str:
     """The LLVM IR of a program, for this processor."""
     from .llvm import codegen
 
-    return codegen.generate(program, _width(program), machine.estimates())
+    register = machine.lanes(program.dtype)
+    return codegen.generate(program, _width(program), register, machine.root_times(program.dtype))
 
 
 def assembly(program: Program) -> str:
@@ -62,8 +63,10 @@ def assembly(program: Program) -> str:
 
 
 def _width(program: Program) -> int:
-    # Two vectors at a time: each waits for its own results, and the processor works on the other meanwhile.
-    return 2 * machine.lanes(program.dtype)
+    # Two vectors at a time: each waits for its own results, and the processor works on the other meanwhile. On x86 two
+    # of four lanes would be one of eight.
+    register = machine.lanes(program.dtype)
+    return register if machine.lane_bits() == 128 and machine.is_x86() else 2 * register
 
 
 _Placed = tuple[int, Any]

@@ -30,17 +30,18 @@ PATIENCE = 4000  # looks, of about 50 ns each, before a helper sleeps
 
 @cache
 def _help() -> Any:
-    return _compiled(rounds.HELP, ctypes.c_int64, ctypes.c_void_p, *[ctypes.c_int64] * 2)
+    return _compiled(rounds.HELP, ctypes.c_int64)
 
 
 @cache
 def _lead() -> Any:
-    return _compiled(rounds.LEAD, None, ctypes.c_void_p, ctypes.c_int64, *[ctypes.c_void_p] * 2, *[ctypes.c_int64] * 3)
+    return _compiled(rounds.LEAD, None)
 
 
-def _compiled(text: str, *kinds: Any) -> Any:
+def _compiled(text: str, result: Any) -> Any:
+    """A function that takes words of `ctypes` as they are."""
     text = rounds.complete(text)
-    return _immortal(store.function(text, lambda: text, ctypes.CFUNCTYPE(*kinds)))
+    return _immortal(store.function(text, lambda: text, ctypes.CFUNCTYPE(result)))
 
 
 def _immortal(thing: Any) -> Any:
@@ -54,6 +55,9 @@ def _yield() -> int:
     libc = ctypes.CDLL(None) if os.name == "posix" else ctypes.CDLL("msvcrt")
     function = libc.sched_yield if hasattr(libc, "sched_yield") else libc.clock
     return ctypes.cast(function, ctypes.c_void_p).value or 0
+
+
+_processor = getattr(ctypes.pythonapi, "sched_getcpu", None) if hasattr(os, "sched_setaffinity") else None
 
 
 class Ending:
@@ -115,29 +119,31 @@ class Job:
 
 
 class _Helper:
-    """A thread that helps, as callers see it: the lock it sleeps on, and the processors it may use once it is awake."""
+    """A thread that helps, as callers see it: the lock it sleeps on, and the processors it may use: of all that its
+    caller may, or of these without the caller's."""
 
     def __init__(self) -> None:
         self.thread = _thread.get_native_id()
         self.bed = _thread.allocate_lock()
         self.bed.acquire()
         self.asleep = False
+        self.all: set[int] = set()
         self.places: set[int] = set()
 
     def sleep(self) -> None:
         self.asleep = True
         self.bed.acquire()
         self.asleep = False  # set by the thread itself, so that an interrupt of the waking thread changes nothing
-        if self.places:
-            with suppress(OSError):  # processors that are gone
-                os.sched_setaffinity(0, self.places)
 
     def wake(self, places: set[int], here: int) -> None:
-        """Wake the thread, on another of these processors than `here`; one that is awake will look once more."""
-        if self.asleep and places:
-            self.places = places
+        """Wake the thread, on another of these processors than `here`; one that is awake will look once more.
+
+        It stays there: the system can move the caller, but to move the thread each time would take longer than work.
+        """
+        if self.asleep and (here in self.places or self.all != places):
+            self.all, self.places = places, places - {here} or places
             with suppress(OSError):  # where a process may not set that
-                os.sched_setaffinity(self.thread, places - {here} or places)
+                os.sched_setaffinity(self.thread, self.places)
         with suppress(RuntimeError):  # another caller was quicker
             self.bed.release()
 
@@ -154,14 +160,18 @@ class _Team:
 
     def help(self, number: int) -> None:
         """The endless work of helper `number`; nothing if it exists already, as several callers may start it."""
-        helper, round_ = _Helper(), 0
+        helper, look, word = _Helper(), None, ctypes.c_int64
+        team, last, looks = word(self.address), word(0), word(PATIENCE)
         if self.helpers.setdefault(number, helper) is not helper:
             return
         _HERE.helps = True
         try:
             while True:
-                if _help.cache_info().currsize:  # once a kernel is shared out; with GONIO_ENGINE=numpy none ever is
-                    round_ = _help()(self.address, round_, PATIENCE)
+                if look is not None:  # at once: whoever is woken finds its way with cold caches
+                    last = word(look(team, last, looks))
+                elif _help.cache_info().currsize:  # a kernel is shared out; with GONIO_ENGINE=numpy none ever is
+                    look = _help()
+                    continue
                 self.take_parts()
                 helper.sleep()
         finally:
@@ -216,10 +226,9 @@ def wake(count: int) -> None:
                     _thread.start_new_thread(team().help, (number,))
     wanted = [helper for helper in list(helpers.values())[:count] if helper.bed.locked()]
     places, here = set[int](), -1
-    if any(helper.asleep for helper in wanted) and hasattr(os, "sched_getaffinity"):
+    if any(helper.asleep for helper in wanted) and _processor is not None:
         # Left alone, the system may put a thread behind the one that wakes it, on one processor.
-        places = os.sched_getaffinity(0)
-        here = ctypes.pythonapi.sched_getcpu() if hasattr(ctypes.pythonapi, "sched_getcpu") else -1
+        places, here = os.sched_getaffinity(0), _processor()
     for helper in wanted:
         helper.wake(places, here)
 
@@ -239,9 +248,13 @@ def withdraw(job: Job) -> None:
         ending.wait()
 
 
-def together(count: int, function: int, args: int, outer: int, inner: int, grain: int) -> None:
-    """Call the kernel at address `function`, which takes its parts itself, on up to `count` threads, this one included.
+def together(count: int, function: int, args: Any, outer: int, inner: int, grain: int) -> None:
+    """Call the kernel at address `function` with a block of arguments, of which it takes parts itself, on up to `count`
+    threads, this one included.
 
     When it returns, or an exception comes out of it, no thread works on this any more.
     """
-    _lead()(team().address, min(count - 1, 4095), function, args, outer, inner, grain)
+    word = ctypes.c_int64
+    _lead()(
+        word(team().address), word(min(count - 1, 4095)), word(function), args, word(outer), word(inner), word(grain)
+    )

@@ -7,7 +7,7 @@ from typing import Any, ClassVar
 
 from ..arrays import ops
 from ..formula.direction import Direction, normalize
-from ..formula.distribution import ALPHA_HIGH, ALPHA_LOW, Distribution
+from ..formula.distribution import ALPHA_HIGH, ALPHA_LOW, Distribution, Spread
 from ..formula.fields import param
 
 
@@ -38,6 +38,10 @@ class Beckmann(Distribution):
 
     alpha_x = param(0.2, ALPHA_LOW, ALPHA_HIGH, "slope scale along x", alias="alpha", sampled="max")
     alpha_y = param("alpha_x", ALPHA_LOW, ALPHA_HIGH, "slope scale along y", sampled="max")
+
+    @property
+    def slope_spread(self) -> Spread:
+        return Spread(self.alpha_x, self.alpha_y, reach=7.0)
 
     def D(self, wm: Direction) -> Any:
         sx, sy, z2 = wm.x / self.alpha_x, wm.y / self.alpha_y, wm.z * wm.z

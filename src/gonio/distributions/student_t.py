@@ -7,7 +7,7 @@ from typing import Any, ClassVar
 
 from ..arrays import ops
 from ..formula.direction import Direction
-from ..formula.distribution import ALPHA_HIGH, ALPHA_LOW, Distribution, facing_density, facing_slopes
+from ..formula.distribution import ALPHA_HIGH, ALPHA_LOW, Distribution, Spread, facing_density, facing_slopes
 from ..formula.fields import param
 from ..formula.smith import cotangent, gauss
 from ..formula.special import expm1_over, gamma_ratio, log1p
@@ -41,6 +41,10 @@ class StudentT(Distribution):
     alpha_x = param(0.2, ALPHA_LOW, ALPHA_HIGH, "slope scale along x", alias="alpha", sampled="max")
     alpha_y = param("alpha_x", ALPHA_LOW, ALPHA_HIGH, "slope scale along y", sampled="max")
     gamma = param(2.5, 1.55, 1e3, "shape: the smaller, the longer the tails", sampled="min")
+
+    @property
+    def slope_spread(self) -> Spread:
+        return Spread(self.alpha_x, self.alpha_y)
 
     def D(self, wm: Direction) -> Any:
         sx, sy, z2 = wm.x / self.alpha_x, wm.y / self.alpha_y, wm.z * wm.z

@@ -22,7 +22,9 @@ from ..compile.llvm.program import TOTAL as SUMMED
 from ..compile.plans import Plan, Result, carry_out, prepare, renewed
 from ..errors import DependencyError, EngineError, EngineWarning, ParameterError, TraceError, warn
 from ..formula.parametrised import Parametrised
+from . import channels
 from .blocks import Box, cut
+from .channels import Staged
 from .interpret import evaluate
 from .tracing import Task, Trace, content, traced
 
@@ -77,7 +79,7 @@ def _give_up(error: Exception) -> None:
         warn(f"{text}; mend that, or set GONIO_ENGINE=numpy to silence this", EngineWarning)
 
 
-def known(name: tuple[Any, ...], material: Parametrised, inputs: Sequence[Any]) -> Plan | None:
+def known(name: tuple[Any, ...], material: Parametrised, inputs: Sequence[Any]) -> Plan | Staged | None:
     """The plan of an earlier call of a task with such arrays, of this material or of one of its structure and shapes.
 
     `name`: the task's.
@@ -88,27 +90,54 @@ def known(name: tuple[Any, ...], material: Parametrised, inputs: Sequence[Any]) 
 
 
 class _Pattern(NamedTuple):
-    """A plan without arrays, for other numbers of the same structure and shapes; its trace says which it reads."""
+    """A plan without arrays, for other numbers of the same structure and shapes, and where these go in it."""
 
-    plan: Plan
+    plan: Plan | Staged
     trace: Trace
     as_axis: bool
+    numbers: tuple[int, ...]  # those of the material's leaves, then of the merged ones, that are read
+    merged: bool  # whether any merged ones are
+    places: tuple[int, ...]  # the arrays of the plan that they are
 
 
 _PATTERNS: dict[tuple[Any, ...], _Pattern] = {}
 
 
-def _of_pattern(key: tuple[Any, ...], material: Parametrised, dtype: np.dtype) -> Plan | None:
+def _pattern(plan: Plan | Staged, trace: Trace, as_axis: bool, leaves: int) -> _Pattern:
+    places = tuple(sorted(k for k in trace.read if k >= trace.inputs))
+    numbers = tuple(k - trace.inputs for k in places)
+    bare = channels.without_numbers(plan) if isinstance(plan, Staged) else plan._replace(keeper=None)
+    return _Pattern(bare, trace, as_axis, numbers, any(k >= leaves for k in numbers), places)
+
+
+def _of_pattern(key: tuple[Any, ...], material: Parametrised, dtype: np.dtype) -> Plan | Staged | None:
     """A plan for the numbers of this material, if there was one for others of their shapes."""
-    shapes = _shapes(material)
-    pattern = _PATTERNS.get((key, content(material).structure, shapes)) if shapes else None
+    patterns = material.alike.setdefault(known, {})
+    pattern = patterns.get(key)
     if pattern is None:
+        shapes = _shapes(material)
+        pattern = _PATTERNS.get((key, content(material).structure, shapes)) if shapes else None
+        if pattern is None:
+            return None
+        if len(patterns) >= PLANS_KEPT:
+            patterns.clear()
+        patterns[key] = pattern
+    tables = _tables(pattern.trace, material, dtype)
+    if not _within(pattern.trace, tables):
         return None
-    arrays, tables = (
-        _parameters(pattern.trace, material, dtype, pattern.as_axis),
-        _tables(pattern.trace, material, dtype),
-    )
-    return _remembered(key, material, renewed(pattern.plan, arrays, tables)) if _within(pattern.trace, tables) else None
+    leaves = _leaves(material, pattern.merged)
+    if isinstance(pattern.plan, Staged):
+        return _remembered(key, material, channels.of_numbers(pattern.plan, leaves, tables, dtype))
+    arrays, row, numbered = [], [], []
+    for k, place in zip(pattern.numbers, pattern.places, strict=True):
+        value = leaves[k]
+        if type(value) is float:
+            row.append(value)
+            numbered.append(place)
+        else:
+            arrays.append((_parameter(value, dtype, pattern.as_axis)[0], (place,)))
+    arrays.append((np.array(row, dtype), tuple(numbered)))  # numbers side by side: one array for all
+    return _remembered(key, material, renewed(pattern.plan, arrays, tables))
 
 
 def _shapes(material: Parametrised) -> tuple[Any, ...] | None:
@@ -124,7 +153,7 @@ def _shapes(material: Parametrised) -> tuple[Any, ...] | None:
     return tuple(shapes) or ((),)
 
 
-def _remembered(key: tuple[Any, ...], material: Parametrised, plan: Plan) -> Plan:
+def _remembered(key: tuple[Any, ...], material: Parametrised, plan: Plan | Staged) -> Plan | Staged:
     plans = material._derived.setdefault(known, {})
     if len(plans) >= PLANS_KEPT:
         plans.clear()
@@ -134,40 +163,33 @@ def _remembered(key: tuple[Any, ...], material: Parametrised, plan: Plan) -> Pla
 
 def _key(name: tuple[Any, ...], inputs: Sequence[Any]) -> tuple[Any, ...]:
     """All that a plan depends on beside the material."""
-    key = name
+    if len(inputs) == 2:
+        a, b = inputs
+        if type(a) is type(b) is np.ndarray:
+            return (name, a.dtype, a.shape, a.strides, b.dtype, b.shape, b.strides)
+    key: tuple[Any, ...] = (name,)
     for x in inputs:
         if type(x) is np.ndarray:
             key += (x.dtype, x.shape, x.strides)
     return key
 
 
-def plan(call: Call) -> Plan:
+def plan(call: Call) -> Plan | Staged:
     """A plan for calls with such arrays, kept for further ones.
 
     Raises TraceError if the formula cannot be traced or is too large to be compiled, EngineError where nothing can be
     compiled after all.
     """
-    task, material, inputs, channels, batch = call
-    as_axis = channels is not None and channels > UNROLLED
-    if as_axis and TOTAL in task.kinds:
-        raise TraceError(f"sums over a batch are compiled for at most {UNROLLED} channels; got {channels}")
-    trace = traced(task, material, 1 if as_axis else channels)
+    task, material, inputs, count, _ = call
+    as_axis = count is not None and count > UNROLLED
+    trace = traced(task, material, 1 if as_axis else count)
     if trace.operations > COMPILED:
         raise TraceError(f"a formula of {trace.operations} operations, expected at most {COMPILED} to compile")
-    shape = batch if channels is None or not as_axis else (*batch, channels)
-    inputs = [x[..., None, :] for x in inputs] if as_axis else inputs
-    dtype = inputs[0].dtype
-    arrays = [(x, w) if k in trace.read else None for k, (x, w) in enumerate(zip(inputs, task.widths, strict=True))]
-    arrays += _parameters(trace, material, dtype, as_axis)
-    elements = task.elements(() if as_axis or channels is None else (channels,))
-    uses = [{VALUE: EACH, TOTAL: SUMMED}.get(kind, ONCE if as_axis else EACH) for kind in task.kinds]
-    uses += [EACH] * (len(elements) - len(uses))
-    results = [Result(*parts) for parts in zip(trace.results, uses, elements, strict=True)]
-    tables = _tables(trace, material, dtype)
+    tables = _tables(trace, material, inputs[0].dtype)
     if not _within(trace, tables):
         raise TraceError("a formula looks up constant places beyond a table")
     try:
-        made = prepare(trace.graph, results, arrays, trace.inputs, tables, shape, dtype)
+        made = (_of_stages(call, trace, tables) if as_axis else None) or _of_one(call, trace, tables, as_axis)
     except (DependencyError, EngineError) as error:
         _give_up(error)
         raise EngineError(str(error)) from None
@@ -175,8 +197,37 @@ def plan(call: Call) -> Plan:
     if shapes := _shapes(material):
         if len(_PATTERNS) >= PATTERNS_KEPT:
             _PATTERNS.clear()
-        _PATTERNS[key, content(material).structure, shapes] = _Pattern(made._replace(keeper=None), trace, as_axis)
+        pattern = _pattern(made, trace, as_axis, len(content(material).leaves))
+        _PATTERNS[key, content(material).structure, shapes] = pattern
     return _remembered(key, material, made)
+
+
+def _of_stages(call: Call, trace: Trace, tables: Sequence[np.ndarray]) -> Staged | None:
+    """A plan for many channels, where it pays to compute what they share first."""
+    task, material, inputs, count, batch = call
+    if task.by or count is None:
+        return None
+    own = len(content(material).leaves)
+    leaves = _leaves(material, any(k >= trace.inputs + own for k in trace.read))
+    arrays = list(zip(inputs, task.widths, strict=True))
+    return channels.staged(trace, task.kinds, arrays, leaves, tables, batch, count)
+
+
+def _of_one(call: Call, trace: Trace, tables: Sequence[np.ndarray], as_axis: bool) -> Plan:
+    """A plan of one kernel: each channel has its own copy of the formula, or (`as_axis`) is an element of the batch."""
+    task, material, inputs, count, batch = call
+    if as_axis and TOTAL in task.kinds:
+        raise TraceError(f"sums beside other results are compiled for at most {UNROLLED} channels; got {count}")
+    shape = (*batch, count) if as_axis and count is not None else batch
+    inputs = [x[..., None, :] for x in inputs] if as_axis else inputs
+    dtype = inputs[0].dtype
+    arrays = [(x, w) if k in trace.read else None for k, (x, w) in enumerate(zip(inputs, task.widths, strict=True))]
+    arrays += _parameters(trace, material, dtype, as_axis)
+    elements = task.elements(() if as_axis or count is None else (count,))
+    uses = [{VALUE: EACH, TOTAL: SUMMED}.get(kind, ONCE if as_axis else EACH) for kind in task.kinds]
+    uses += [EACH] * (len(elements) - len(uses))
+    results = [Result(*parts) for parts in zip(trace.results, uses, elements, strict=True)]
+    return prepare(trace.graph, results, arrays, trace.inputs, tables, shape, dtype)
 
 
 def _tables(trace: Trace, material: Parametrised, dtype: np.dtype) -> list[np.ndarray]:
@@ -226,12 +277,16 @@ def _parameters(
     trace: Trace, material: Parametrised, dtype: np.dtype, as_axis: bool
 ) -> list[tuple[np.ndarray, int] | None]:
     """The arrays of the parameters, and of the merged ones, as far as they are read."""
-    leaves, first = content(material).leaves, trace.inputs
-    if trace.merged:
-        any_read = any(k >= first + len(leaves) for k in trace.read)
-        mean = material.merged(LIBRARIES["numpy"].merge_channels) if any_read else material
-        leaves = leaves + content(mean).leaves
-    return [_parameter(v, dtype, as_axis) if first + k in trace.read else None for k, v in enumerate(leaves)]
+    count, first = len(content(material).leaves), trace.inputs
+    every = range(2 * count if trace.merged else count)
+    leaves = _leaves(material, any(k >= first + count for k in trace.read))
+    return [_parameter(leaves[k], dtype, as_axis) if first + k in trace.read else None for k in every]
+
+
+def _leaves(material: Parametrised, merged: bool) -> list[Any]:
+    """The numbers of a material, and where they are wanted those with channels merged."""
+    leaves = content(material).leaves
+    return leaves + content(material.merged(LIBRARIES["numpy"].merge_channels)).leaves if merged else leaves
 
 
 def _parameter(value: Any, dtype: np.dtype, as_axis: bool) -> tuple[np.ndarray, int]:
@@ -246,12 +301,14 @@ def _parameter(value: Any, dtype: np.dtype, as_axis: bool) -> tuple[np.ndarray, 
     return array, array.shape[-1]
 
 
-def carried_out(plan: Plan, inputs: Sequence[np.ndarray], out: np.ndarray | None) -> list[Any]:
+def carried_out(plan: Plan | Staged, inputs: Sequence[np.ndarray], out: np.ndarray | None) -> list[Any]:
     """The results of a plan; those of a single direction as numbers. `out` takes the first one."""
+    carry: Any = carry_out if type(plan) is Plan else channels.carried_out
     if out is not None:
         direct = out.flags.c_contiguous and not any(np.may_share_memory(out, x) for x in inputs)
-        results = carry_out(plan, inputs, out if direct else None)
+        results = carry(plan, inputs, out if direct else None)
         if not direct:
             out[...] = results[0]
         return [out, *results[1:]]
-    return [r if r.ndim else r[()] for r in carry_out(plan, inputs)]
+    results = carry(plan, inputs, None)
+    return [r if r.ndim else r[()] for r in results] if type(plan) is Plan and plan.scalar else results

@@ -80,23 +80,33 @@ def content(material: Parametrised) -> Content:
 
 def _gathered(material: Parametrised) -> Content:
     values, tied, kept, fields = material.__dict__, material._tied, material._kept, material.fields
-    structure: list[Any] = [type(material), tuple(tied.items()), material._holed]
     leaves: list[Any] = []
     tables: list[Fixed] = []
     for name, field in fields.items():
-        value = values[name]
         if isinstance(field, Part):
-            part = content(value)
-            structure.append(part.structure)
+            part = content(values[name])
             leaves += part.leaves
             tables += part.tables
-            continue
-        structure.append(field.traced(value))
-        if name not in tied and isinstance(field, (Param, Channels)):
-            leaves.append(kept.get(name, value))
-    tables += [kept[name] for name in kept if not isinstance(fields.get(name), (Param, Channels))]
-    structure += [values.get(name, d.default) for name, d in material.beside.items() if isinstance(d, State)]
-    return Content(tuple(structure), leaves, tables)
+        elif name not in tied and isinstance(field, (Param, Channels)):
+            leaves.append(kept[name] if name in kept else values[name])
+    if len(kept):
+        tables += [kept[name] for name in kept if not isinstance(fields.get(name), (Param, Channels))]
+    return Content(_structure(material), leaves, tables)
+
+
+def _structure(material: Parametrised) -> tuple[Any, ...]:
+    """What a trace depends on."""
+    structure: tuple[Any, ...] | None = material.alike.get(_structure)
+    if structure is None:
+        values = material.__dict__
+        of_fields = [
+            _structure(values[name]) if isinstance(field, Part) else field.traced(values[name])
+            for name, field in material.fields.items()
+        ]
+        state = [values.get(name, d.default) for name, d in material.beside.items() if isinstance(d, State)]
+        structure = (type(material), tuple(material._tied.items()), material._holed, *of_fields, *state)
+        material.alike[_structure] = structure
+    return structure
 
 
 _TRACES: dict[tuple[Any, ...], Trace | TraceError] = {}

@@ -7,13 +7,28 @@ from __future__ import annotations
 
 import math
 from abc import abstractmethod
-from typing import Any, ClassVar
+from typing import Any, ClassVar, NamedTuple
 
 from ..arrays import ops
 from .direction import Direction, azimuth, normalize, on_circle
 from .parametrised import Parametrised
 
 ALPHA_LOW, ALPHA_HIGH = 1e-3, 1.0
+
+
+class Spread(NamedTuple):
+    """How the slopes of facets spread: the scales along x and y, and the slope, in units of these, that none exceeds.
+
+    "None": no more than 1 of 1e16, which no integral in double precision sees.
+
+    Example
+    >>> print(gn.GGX(0.1).slope_spread)
+    Spread(alpha_x=0.1, alpha_y=0.1, reach=inf)
+    """
+
+    alpha_x: Any
+    alpha_y: Any
+    reach: float = math.inf
 
 
 class Distribution(Parametrised):
@@ -30,6 +45,16 @@ class Distribution(Parametrised):
     known_elsewhere: ClassVar[dict[str, str]] = dict.fromkeys(
         ("__call__", "f", "pdf", "sample", "eval"), "gn.Microfacet(distribution), which has f, pdf and sample"
     )
+
+    @property
+    def slope_spread(self) -> Spread | None:
+        """How slopes spread, where D and Lambda are smooth functions of them; None for other distributions.
+
+        Example
+        >>> print(gn.Beckmann(0.1, 0.4).slope_spread, gn.BlinnFacets(40.0).slope_spread)
+        Spread(alpha_x=0.1, alpha_y=0.4, reach=7.0) None
+        """
+        return None
 
     @abstractmethod
     def D(self, wm: Direction) -> Any:

@@ -93,6 +93,13 @@ class Param(Field):
         self.range = bounds + (f" [{unit}]" if unit != "1" else "")
 
     def check(self, owner: str, value: Any) -> Any:
+        if type(value) is float:
+            if self.low <= value <= self.high and math.isfinite(value):
+                return value
+        elif type(value) is np.ndarray and value.dtype == np.float64 and value.ndim and value.size:
+            low, high = value.min(), value.max()  # NaN, if there is one
+            if self.low <= low and high <= self.high and math.isfinite(low) and math.isfinite(high):
+                return frozen(value.copy())
         if isinstance(value, (list, tuple, np.ndarray, np.generic, int, float)):
             try:
                 array = np.array(ops.numbers(value), dtype=float)
@@ -102,7 +109,7 @@ class Param(Field):
                 reason = f"there is no memory for {np.size(value)} numbers"
                 raise self._wrong(owner, value, reason, TooLargeError) from None
             unmasked = array[~np.ma.getmaskarray(value)] if ops.is_masked(value) else array
-            if not np.all(np.isfinite(unmasked)):
+            if not np.isfinite(unmasked).all():
                 missing = ", for missing places of a map numpy.ma.masked_invalid(map)" if unmasked.ndim else ""
                 raise self._wrong(owner, value, "NaN or infinite", cure=missing)
             if unmasked.size == 0:

@@ -24,6 +24,13 @@ Place = tuple[str, Field, Any, "Parametrised"]
 """A field of a value or of one of its parts: its dotted path, its declaration, its value, and its owner."""
 
 
+LOCATED_KEPT = 1000
+"""Names whose paths are kept for all values of a structure."""
+
+_PLAIN = (float, int, np.ndarray, list, tuple, np.float64, np.float32)
+"""Types of numbers that are neither masked, nor named, nor of another library."""
+
+
 class Parametrised(Value):
     """An immutable value made of declared fields: equality, repr, replace, paths and JSON come from the fields."""
 
@@ -93,10 +100,12 @@ class Parametrised(Value):
         return [name for name in names if getattr(getattr(cls, name), "__isabstractmethod__", False)]
 
     @classmethod
+    @cache
     def _settable(cls) -> list[str]:
         return [n for n, f in cls.fields.items() if not isinstance(f, (Table, Channels))]
 
     @classmethod
+    @cache
     def _aliases(cls) -> dict[str, str]:
         return {f.alias: n for n, f in cls.fields.items() if isinstance(f, Param) and f.alias}
 
@@ -208,6 +217,18 @@ class Parametrised(Value):
         sizes = [part._size for part in self._components()]
         evaluations = self.costs + self.repeats * sum(n for _, n in sizes)
         return 1 + max((depth for depth, _ in sizes), default=0), max(1, evaluations)
+
+    @derived
+    def alike(self) -> dict[Any, Any]:
+        """What follows from the structure and from the shapes of numbers alone, by the functions that find it: one
+        dictionary for all copies with other numbers.
+
+        Example
+        >>> m = gn.Microfacet(gn.GGX(0.1))
+        >>> print(m.replace(alpha=0.2).alike is m.alike, m.replace(alpha=[0.1, 0.2]).alike is m.alike)
+        True False
+        """
+        return {}
 
     def _check_size(self) -> None:
         """Raises ParameterError where parts are nested too deep, or there are too many formulas."""
@@ -321,6 +342,15 @@ class Parametrised(Value):
         >>> (gn.Lambertian(0.2) + gn.Microfacet(gn.GGX(0.1))).located("alpha")
         '1.distribution.alpha'
         """
+        paths: dict[str, str] = self.alike.setdefault(Parametrised.located, {})
+        path = paths.get(name) if isinstance(name, str) else None
+        if path is None:
+            path = self._located(name)
+            if len(paths) < LOCATED_KEPT:
+                paths[name] = path
+        return path
+
+    def _located(self, name: str) -> str:
         if not isinstance(name, str):
             raise NotFoundError(unknown(type(self).__name__, name, self._names()))
         head, _, rest = name.partition(".")
@@ -359,12 +389,17 @@ class Parametrised(Value):
         >>> gn.material("gold").replace(alpha=0.3).parameters["distribution.alpha_x"].value
         0.3
         """
-        grouped: dict[str, Any] = {}
         if not isinstance(changes, (Mapping, NoneType)) or not all(isinstance(path, str) for path in changes or ()):
             rule = 'expected a dictionary such as {"1.distribution.alpha_x": 0.3}, or names: m.replace(rho=0.3)'
             raise ParameterError(f"replace({shown(changes)}): {rule}")
-        for name, value in {**(changes or {}), **kwargs}.items():
-            head, _, rest = self.located(name).partition(".")
+        every = {**(changes or {}), **kwargs}
+        return self._with_paths([(name, self.located(name), value) for name, value in every.items()])
+
+    def _with_paths(self, changes: Iterable[tuple[str, str, Any]]) -> Self:
+        """A copy with other values, each given by the name that messages call it, and its path."""
+        grouped: dict[str, Any] = {}
+        for name, path, value in changes:
+            head, _, rest = path.partition(".")
             inner = grouped.setdefault(head, {}) if rest else grouped
             if not isinstance(inner, dict) or (rest or head) in inner:
                 raise ParameterError(f"{type(self).__name__}: {name} is given twice")
@@ -373,22 +408,70 @@ class Parametrised(Value):
 
     def _replaced(self, grouped: dict[str, Any]) -> Self:
         kind, aliases = type(self).__name__, self._aliases()
-        values = {name: self._argument(name) for name, _, _ in self._free()} | self._tied
+        changes: dict[str, Any] = {}
         for head, value in grouped.items():
             name = aliases.get(head, head)
             if head in aliases and name in grouped:
                 raise ParameterError(f"{kind}: {name} is given twice")
             if isinstance(value, dict) and isinstance(self.fields[name], Part):
-                value = self.__dict__[name].replace(value)
-            values[name] = value
+                value = self.__dict__[name]._with_paths([(path, path, x) for path, x in value.items()])
+            changes[name] = value
             if head in aliases:
                 tied = {n: f.default for n, f in self.fields.items() if f.default == name and n not in grouped}
-                values.update(tied)
+                changes.update(tied)
+        new = self._renumbered(changes)
+        return self._remade(changes) if new is None else new
+
+    def _renumbered(self, changes: dict[str, Any]) -> Self | None:
+        """A copy with other plain numbers, of its own and of its parts: nothing else has to be looked at again, as a
+        fit needs it at every step. None where there is more to do."""
+        attributes, fields, tied = self.__dict__, self.fields, self._tied
+        if self._labels is not None or self._lazy or self._holed or type(self)._keep is not Value._keep:
+            return None
+        kind, alike, ties = type(self).__name__, True, tied
+        values: dict[str, Any] = {}
+        for name, value in changes.items():
+            field, old = fields[name], attributes[name]
+            if isinstance(field, Part):
+                value = values[name] = field.check(kind, value)
+                if value._labels is not None or value._lazy:
+                    return None
+                alike = alike and value.alike is old.alike
+            elif isinstance(field, Param) and type(value) in _PLAIN:
+                value = values[name] = field.check(kind, value)
+                alike = alike and type(value) is type(old) and (type(value) is float or value.shape == old.shape)
+                if name in ties:
+                    ties = {n: target for n, target in ties.items() if n != name}
+            elif isinstance(field, Param) and isinstance(value, str) and value == field.default:
+                ties = ties | {name: value}
+            else:
+                return None
+        if ties is not tied:
+            ties = {name: ties[name] for name in fields if name in ties}
+            alike = alike and ties == tied
+        for name, target in ties.items():
+            values[name] = values[target] if target in values else attributes[target]
+        kept = {name: x for name, x in self._kept.items() if name not in values} if self._kept else {}
+        for name, value in values.items():
+            if isinstance(value, np.ndarray):
+                kept[name] = Fixed(value)
+        new = self._changed(values, kept)
+        new.__dict__["_tied"] = ties
+        if alike:
+            vars(Parametrised)["alike"].hand_on(self, new)
+        else:
+            new._check_size()
+        new.validate()
+        return new
+
+    def _remade(self, changes: dict[str, Any]) -> Self:
+        """A copy with other values, all of which are checked."""
+        values = {name: self._argument(name) for name, _, _ in self._free()} | self._tied | changes
         attributes = self.__dict__
         new = self._made_of({n: attributes[n] for n in (*self.beside, "fields") if n in attributes})
         new._set(values)
         new.validate()
-        if not any(isinstance(self.fields.get(name), Table) for name in grouped):  # tables, as libraries converted them
+        if not any(isinstance(self.fields.get(name), Table) for name in changes):  # tables, as libraries converted them
             numbers = (Param, Channels)
             new._kept.update({n: x for n, x in self._kept.items() if not isinstance(self.fields.get(n), numbers)})
         return new

@@ -22,6 +22,7 @@ from ..compile import memory
 from ..errors import ArrayTypeError, MissingDataWarning, ParameterError, warn
 from ..evaluate import batch
 from ..formula.direction import Direction
+from ..lights.constant import ConstantLight
 from ..numerics.lattice import lattice
 from ..numerics.quadrature import Integrals
 from ..pictures.colour import transformed
@@ -153,6 +154,10 @@ def delta_radiance(
 
 
 def _smooth(m: Reflectance, light: Light, local: Frame, wo: np.ndarray, tolerance: float) -> np.ndarray:
+    if isinstance(light, ConstantLight):
+        albedo = with_channels(integrate(m, wo, tolerance, incident=False), len(batch.full_shape(m, wo.shape[:-1])))
+        lit: np.ndarray = albedo * light.incident(np.array([[0.0, 0.0, 1.0]], wo.dtype))[0]
+        return lit
     return integrate(m, wo, tolerance, incident=False, radiance=_from(light, _each(local, wo)))
 
 

@@ -29,7 +29,8 @@ from ..formula.direction import HORIZON, NORMAL, Direction, select, served
 from ..formula.fields import Param
 from ..formula.warp import cosine_hemisphere
 from ..numerics.lattice import lattice
-from ..numerics.quadrature import NODES, Evaluate, Integrals, Sums, cubature, in_order, place, weighed
+from ..numerics.quadrature import NODES, Evaluate, Integrals, Sums, cubature, in_order, of_squares, place, weighed
+from . import half_vectors
 from .cones import Hemisphere
 from .domain import SAMPLED, Coordinates, Domain
 from .peaks import GRAZING, SHARP, peaks
@@ -39,10 +40,13 @@ from .sharing import Wanted, over_places
 CHUNKS = (4096, 512, 64)
 """Numbers of cells that a kernel is given at a time: few, because each needs a plan of its own."""
 
+RULED = (512, 64, 8)
+"""Numbers of fixed directions that a kernel is given at a time, for rules that take hundreds of nodes for each."""
+
 TIGHTEST = 1e-13
 """The smallest tolerance."""
 
-TOGETHER = 8
+TOGETHER = 128
 """Most channels that are integrated together."""
 
 Radiance = Callable[[np.ndarray, np.ndarray], np.ndarray]
@@ -233,9 +237,9 @@ class _Integrand(NamedTuple):
     def integrals(self, tolerance: np.ndarray, unit: np.ndarray, side: int | None) -> Integrals:
         """Over a part of the directions in that part's coordinates, in which its rim is no jump; but in the lobe's own
         where it is narrow and leaves at grazing: too thin then to be found in others."""
-        domain, lobe, count = self.domain, self.lobe, len(self.fixed)
+        domain, lobe = self.domain, self.lobe
         if domain.coordinates is None:
-            return cubature(self.sums(domain.within, np.arange(count)), count, tolerance, unit, lobe.seam, side=side)
+            return self.over_hemisphere(tolerance, unit, side)
         seeds, sent = peaks(lobe, self.fixed, self.places, domain)
         narrow = (np.median(seeds[..., 2:].min(axis=-1), axis=-1) < SHARP) & (self.fixed[:, 2] < GRAZING) & sent
         groups = []
@@ -248,52 +252,85 @@ class _Integrand(NamedTuple):
             groups.append((rows, group))
         return in_order(groups)
 
+    def over_hemisphere(self, tolerance: np.ndarray, unit: np.ndarray, side: int | None) -> Integrals:
+        """By rules in coordinates of half vectors, where the lobe has these; the rest in the lobe's own sampling.
+
+        A finer rule is for errors that promise to shrink enough: with twice the nodes those of smooth integrands
+        become their squares, and those at kinks or jumps a part.
+        """
+        every, groups = np.arange(len(self.fixed)), []
+        finer, before = every, np.full(len(every), math.inf)
+        kernel = _kernel(half_vectors.coordinates, _whole, self.incident, False)
+        for nodes in half_vectors.rules(self.lobe) if self.radiance is None else ():
+            if not len(finer):
+                break
+            found = of_squares(
+                self.summed(kernel, RULED, nodes, finer, np.zeros((len(finer), 6))), half_vectors.HIGHEST[0]
+            )
+            goal = tolerance[finer] * np.maximum(unit[finer], np.abs(found.value).max(axis=-1))
+            done, smooth = ~(found.error > goal), (found.error**2 < goal) & (found.error < 0.1 * before[finer])
+            groups.append((finer[done], Integrals(*(x[done] for x in found))))
+            before[finer] = np.where(done, -1.0, found.error)
+            finer = finer[~done & smooth]
+        left = np.flatnonzero(before >= 0.0)
+        if len(left):
+            sums = self.sums(self.domain.within, left)
+            rest = cubature(sums, len(left), tolerance[left], unit[left], self.lobe.seam, side=side)
+            groups.append((left, rest))
+        return in_order(groups)
+
     def sums(self, coordinates: Coordinates, used: np.ndarray) -> Evaluate:
         """The function that `cubature` evaluates, for the fixed directions number `used`."""
-        kernel = _kernel(coordinates, self.incident, self.radiance is not None)
+        kernel = _kernel(coordinates, place, self.incident, self.radiance is not None)
+        return lambda rows, cells: self.summed(kernel, CHUNKS, NODES, used[rows], cells)
+
+    def summed(
+        self, kernel: Callable, chunks: Sequence[int], nodes: np.ndarray, rows: np.ndarray, cells: np.ndarray
+    ) -> Sums:
+        """Sums over the nodes of cells (k, 6), each for the fixed direction of its number (k,)."""
         mapped = batch.full_shape(self.lobe, ()) != ()
+        parts, start = [], 0
+        while start < len(rows):
+            left = len(rows) - start
+            size = next((n for n in chunks if n <= left), chunks[-1])
+            here, square = rows[start : start + size], cells[start : start + size]
+            start += size
+            if mapped:
+                parts.append(self._run(kernel, nodes, self.places.of(here).material(self.lobe), here, square))
+            else:
+                filled = np.arange(size) % len(here)
+                part = self._run(kernel, nodes, self.lobe, here[filled], square[filled])
+                parts.append([x[: len(here)] for x in part])
+        totals, missing = (np.concatenate(x) for x in zip(*parts, strict=True))
+        return Sums(totals, 0.0, missing)
 
-        def evaluate(rows: np.ndarray, cells: np.ndarray) -> Sums:
-            rows, start = used[rows], 0
-            parts = []
-            while start < len(rows):
-                left = len(rows) - start
-                size = next((n for n in CHUNKS if n <= left), CHUNKS[-1])
-                here, square = rows[start : start + size], cells[start : start + size]
-                start += size
-                if mapped:
-                    parts.append(self._run(kernel, self.places.of(here).material(self.lobe), here, square))
-                else:
-                    filled = np.arange(size) % len(here)
-                    parts.append([x[: len(here)] for x in self._run(kernel, self.lobe, here[filled], square[filled])])
-            totals, missing = (np.concatenate(x) for x in zip(*parts, strict=True))
-            return Sums(totals, 0.0, missing)
-
-        return evaluate
-
-    def _run(self, kernel: Callable, m: Reflectance, rows: np.ndarray, cells: np.ndarray) -> Sequence[np.ndarray]:
+    def _run(
+        self, kernel: Callable, nodes: np.ndarray, m: Reflectance, rows: np.ndarray, cells: np.ndarray
+    ) -> Sequence[np.ndarray]:
         """Sums (k, SUMS, C) over cells, and the share of each without data (k,)."""
-        inputs = (self.fixed[rows][:, None], cells[:, None], NODES, self.domain.numbers[None, None])
+        inputs = (self.fixed[rows][:, None], cells[:, None], nodes, self.domain.numbers[None, None])
+        widths = (3, 6, nodes.shape[1], 16)
         if self.radiance is None:
-            *totals, absent = batch.run(kernel, _TOTALS, m, inputs, _WIDTHS)
+            *totals, absent = batch.run(kernel, (TOTAL,) * (nodes.shape[1] - 1), m, inputs, widths)
             return np.stack([with_channels(t, 1) for t in totals], axis=1), with_channels(absent, 1).max(axis=-1)
-        there, values, absent = batch.run(kernel, (VECTOR, VALUE, VALUE), m, inputs, _WIDTHS)
+        there, values, absent = batch.run(kernel, (VECTOR, VALUE, VALUE), m, inputs, widths)
         light = self.radiance(there, self.places.elements[rows])
         return weighed(with_channels(values, 2) * light), with_channels(absent, 2).max(axis=-1) @ NODES[:, 2]
 
 
-_TOTALS = (TOTAL,) * 6
-_WIDTHS = (3, 6, NODES.shape[1], 16)
+def _whole(cell: Any, node: Any) -> tuple[tuple[Any, Any], float]:
+    """The point of the unit square at a node of a rule for the whole of it, and its area per area: see `place`."""
+    return (node[0], node[1]), 1.0
 
 
 @cache
-def _kernel(coordinates: Callable, incident: bool, lit: bool) -> Callable:
+def _kernel(coordinates: Callable, placed: Callable, incident: bool, lit: bool) -> Callable:
     """The kernel for cells: sums over their nodes, or under light the directions and values times areas at the nodes;
     and the area without data."""
 
     def kernel(m: Reflectance, mean: Reflectance, w: Any, cell: Any, node: Any, numbers: Any) -> tuple:
         fixed = Direction(*w)
-        u, area = place(cell, node)
+        u, area = placed(cell, node)
         hidden, up = served(fixed)
         there, density = coordinates(mean, up, *u, numbers)
         lost = (there.z <= HORIZON) | hidden

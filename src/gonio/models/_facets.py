@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from typing import Any
+from typing import Any, ClassVar
 
 from ..base.reflectance import Reflectance
 from ..formula.direction import Direction, half_and_cosine, reflect
-from ..formula.distribution import Distribution
+from ..formula.distribution import Distribution, Spread
 from ..formula.maskings import MASKINGS
 
 
@@ -16,11 +16,18 @@ class Facets(Reflectance):
 
     fresnel: Any
     masking: str
+    smooth_maskings: ClassVar[tuple[str, ...]] = ("height_correlated", "separable")
+    """Those without kinks, with which quadrature by smooth rules converges."""
 
     @property
     @abstractmethod
     def facets(self) -> Distribution:
         """The distribution of normals."""
+
+    @property
+    def slope_spread(self) -> Spread | None:
+        spread = self.facets.slope_spread
+        return spread if spread is not None and self.masking in self.smooth_maskings else None
 
     def G(self, wi: Direction, wo: Direction, wm: Direction) -> Any:
         """The fraction of facets wm that is both lit and seen."""

@@ -117,6 +117,8 @@ class _Matte(_Disney):
 class _Mirrors(_Disney, Facets):
     """GGX facets; the masking has the factor 1/(4 cos cos) in it."""
 
+    smooth_maskings: ClassVar[tuple[str, ...]] = ("remapped", "anisotropic")
+
     def F0(self) -> Any:
         """Reflectance of a facet at normal incidence."""
         dielectric = 0.08 * self.specular * _toward(self.tint, self.specular_tint)

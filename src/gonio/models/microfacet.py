@@ -76,6 +76,7 @@ class RetroMicrofacet(Microfacet):
     """
 
     mirror = Reflectance.mirror  # its limit is no mirror
+    slope_spread = Reflectance.slope_spread  # its half vectors are about the direction to the light
 
     def formula(self, wi: Direction, wo: Direction) -> Any:
         return super().formula(wi, mirror(wo))

@@ -22,6 +22,9 @@ STAGES = ((1024, 1024), (16, 1 << 16))
 SAFETY = 1.25
 """Factor from a cell's highest coefficients to its error: it covers a kink that crosses the cell."""
 
+WIDER = 4.0
+"""The same factor for a rule that stands alone for the whole square, of which no part is ever compared with it."""
+
 SMALLEST, NARROWEST = 2.0**-40, 2.0**-22
 """Side of the smallest cells, and of the smallest first cells near seeds."""
 
@@ -265,10 +268,25 @@ def _halved(row: np.ndarray, cell: np.ndarray, along: np.ndarray) -> tuple[np.nd
     return np.concatenate(rows), np.concatenate(cells), np.concatenate(families)
 
 
+def of_squares(sums: Sums, first: int) -> Integrals:
+    """The integrals that sums over a rule for the whole square are, with the same estimate of their errors.
+
+    `first`: how many of the sums after the integral are coefficients along the first axis.
+    """
+    value, across, along = _read(sums.totals, first)
+    return Integrals(value, WIDER * (across + along) + sums.error, np.broadcast_to(sums.missing, across.shape))
+
+
+def _read(totals: np.ndarray, first: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """The integrals (k, C), and the size of the highest coefficients along either axis (k,)."""
+    squared = totals[:, 1:] ** 2
+    across, along = (np.sqrt(x.sum(axis=1).max(axis=-1)) for x in (squared[:, :first], squared[:, first:]))
+    return totals[:, 0], across, along
+
+
 def _evaluated(evaluate: Evaluate, rows: np.ndarray, row: np.ndarray, cell: np.ndarray) -> _Cells:
     totals, inherent, missing = evaluate(rows[row], cell)
-    value = totals[:, 0]
-    across, along = (np.hypot(totals[:, k], totals[:, k + 1]).max(axis=-1) for k in (1, 3))
+    value, across, along = _read(totals, 2)
     error = SAFETY * (across + along)
     axes = np.where(across > 8.0 * along, 1, np.where(along > 8.0 * across, 2, 3))
     inherent, missing = (np.broadcast_to(x, error.shape) for x in (inherent, missing))

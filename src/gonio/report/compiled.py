@@ -15,6 +15,7 @@ from ..compile import store
 from ..compile.llvm.program import EACH, PACKED, SAME, Array, Output, Program
 from ..errors import NotFoundError
 from ..evaluate import tracing
+from ..trace import passes
 from ..trace.show import show
 
 _KERNELS: dict[str, tuple[Callable, tuple[tuple[str, str], ...], tuple[str, ...]]] = {
@@ -33,6 +34,7 @@ class Kernel:
 
     source    assignments in the order of computation; a value used twice has a name
     inputs    components of directions, and parameters, that the formula reads
+    rewritten the same with fewer operations, as it is compiled; GONIO_PASSES=off compiles `source`
     program   input of the compiler, for float32 batches (N, 3)
 
     Example
@@ -43,6 +45,7 @@ class Kernel:
 
     source: str
     inputs: tuple[str, ...]
+    rewritten: str
     program: Program
 
     @property
@@ -78,8 +81,11 @@ def kernel(m: Reflectance, method: str = "f") -> Kernel:
     Example
     >>> kernel = gn.kernel(gn.Lambertian(0.5))
     >>> print(str(kernel))
-    t1 = wi.x + wo.x + (wi.y + wo.y) + (wi.z + wo.z)
-    f = where((wi.z <= 1e-06) | (wo.z <= 1e-06), 0.0, rho * 0.3183098861837907) + (t1 - t1)
+    t1 = wi.x + wo.x
+    t2 = wi.y + wo.y
+    t3 = wi.z + wo.z
+    t4 = t1 * t1 + t2 * t2 + t3 * t3
+    f = where((wi.z <= 1e-06) | (wo.z <= 1e-06), 0.0, rho * 0.3183098861837907) + (t4 - t4)
     """
     if method not in _KERNELS:
         raise NotFoundError(f"kernel(method={method!r}): expected one of {', '.join(map(repr, _KERNELS))}")
@@ -100,9 +106,12 @@ def kernel(m: Reflectance, method: str = "f") -> Kernel:
     arrays += [Array(shape[0] if shape else 1, SAME) for shape in shapes]
     arrays += [Array(1, SAME)] * (len(shapes) if channels else 0)
     tables = 1 + max((trace.graph.arguments[n][0] for n in order if trace.graph.operations[n] == "take"), default=-1)
-    text = show(trace.graph, outputs, loads, [f"table{i}" for i in range(tables)])
+    graph, numbers = passes.rewritten(trace.graph, list(outputs.values()), "float32", range(len(widths), len(arrays)))
+    named = dict(zip(outputs, numbers, strict=True))
+    table_names = [f"table{i}" for i in range(tables)]
+    texts = [show(g, of, loads, table_names) for g, of in ((trace.graph, outputs), (graph, named))]
     results = tuple(Output(nodes, EACH) for nodes in trace.results)
-    return Kernel(text, read, Program(trace.graph, results, tuple(arrays), tables, "float32"))
+    return Kernel(texts[0], read, texts[1], Program(trace.graph, results, tuple(arrays), tables, "float32"))
 
 
 def _names(inputs: tuple[str, ...], paths: list[str], shapes: list[tuple[int, ...]]) -> dict[tuple[int, int], str]:

@@ -22,13 +22,13 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from functools import partial, reduce
 from typing import NamedTuple
 
 from .graph import REAL, Graph
 
-TOGETHER = {"float32": 8, "float64": 24}
+TOGETHER = {"float32": 4, "float64": 24}
 """Powers in the divisor of one division, at most."""
 
 COSTS = {"constant": 0.0, "load": 0.0, "stop": 0.0, "mul": 1.0, "add": 0.5, "sub": 0.5, "neg": 0.5, "div": 3.0}
@@ -295,15 +295,15 @@ class _Rewriting:
             varying = tuple(p for p in product.powers if self.atoms[p[0]].varies)
             above, below = self._factors(varying, 1), self._factors(varying, -1)
             if self.divisors[self._divisor(product)] > 1:
-                above.append(_Factor(self._divided(self.new.constant(1.0), below), 0, 1))
+                above.append(_Factor(self._quotient([], below), 0, 1))
                 below = []
             negative = product.coefficient < 0 and bool(above)
             scale = self._scale(abs(product.coefficient) if above else product.coefficient, fixed)
             if scale is not None:
                 shared = [f for f in above if f.reach >= scale.reach]
                 above = [*shared, scale, *above[len(shared) :]]
-            value = self._multiplied(above) if above else self.new.constant(product.coefficient)
-            self.values[product] = self._divided(self.new.apply("neg", value) if negative else value, below)
+            value = self._quotient(above, below, product.coefficient)
+            self.values[product] = self.new.apply("neg", value) if negative else value
         return self.values[product]
 
     def _divisor(self, product: Product) -> Powers:
@@ -320,7 +320,7 @@ class _Rewriting:
         if coefficient != 1.0 or not above:
             above = [_Factor(self.new.constant(coefficient), 0, 1), *above]
         reach = min(self.reach[k].bit_count() for k, _ in fixed)
-        return _Factor(self._divided(self._multiplied(above), below), reach, 1)
+        return _Factor(self._quotient(above, below), reach, 1)
 
     def _factors(self, powers: Powers, sign: int) -> list[_Factor]:
         """The powers above the line, sign = 1, or below it; what most outputs share comes first."""
@@ -345,17 +345,34 @@ class _Rewriting:
         square = self.new.apply("mul", half, half)
         return self.new.apply("mul", square, node) if count % 2 else square
 
+    def _quotient(self, above: Sequence[_Factor], below: Sequence[_Factor], empty: float = 1.0) -> int:
+        """The product of factors over that of others, in steps where these are many; `empty`: what stands above for no
+        factors."""
+        tops, bottoms = (list(self._steps(factors)) for factors in (above, below))
+        value = tops[0] if tops else self.new.constant(empty)
+        for i in range(max(len(tops), len(bottoms))):
+            if 0 < i < len(tops):
+                value = self.new.apply("mul", value, tops[i])
+            if i < len(bottoms):
+                value = self.new.apply("div", value, bottoms[i])
+        return value
+
+    def _steps(self, factors: Sequence[_Factor]) -> Iterator[int]:
+        """Products of as many factors as may be multiplied together, each of factors that as many outputs share."""
+        together = self.view.together
+        apart = sum(f.weight for f in factors) > together
+        step: list[_Factor] = []
+        for factor in factors:
+            full = sum(f.weight for f in step) + factor.weight > together
+            if step and (full or (apart and factor.reach != step[-1].reach)):
+                yield self._multiplied(step)
+                step = []
+            step.append(factor)
+        if step:
+            yield self._multiplied(step)
+
     def _multiplied(self, factors: Sequence[_Factor]) -> int:
         return reduce(partial(self.new.apply, "mul"), (f.node for f in factors))
-
-    def _divided(self, value: int, below: Sequence[_Factor]) -> int:
-        """A value over the product of factors, in steps where these are many."""
-        step: list[_Factor] = []
-        for factor in below:
-            if step and sum(f.weight for f in step) + factor.weight > self.view.together:
-                value, step = self.new.apply("div", value, self._multiplied(step)), []
-            step.append(factor)
-        return self.new.apply("div", value, self._multiplied(step)) if step else value
 
 
 def _times(a: Product, b: Product) -> Product:

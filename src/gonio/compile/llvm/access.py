@@ -7,11 +7,14 @@ part for row i; %i and %j are the steps along the outer and the inner axis.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from math import gcd
 
 from ...trace.graph import MASK
 from .lanes import FLOAT32, Lanes, Value
 from .program import EACH, PACKED, PLANES, Program
 
+LINE = 64  # bytes of a line of the cache
+STRUCTURED = 16  # bytes of ARM's vectors: instructions of its own take structures of two to four apart
 INLINE = 4  # components of a vector that are taken apart by shuffles; of longer ones by gathers
 
 
@@ -50,6 +53,8 @@ class Access:
         for k in range(len(self.program.outputs)):
             word(f"%o{k}", "ptr")
             word(f"%o{k}.s0")
+        word("%past")
+        self.v.write("%past.caches = icmp ne i64 %past, 0")
 
     def moved(self, name: str, base: str, steps: str, stride: str) -> str:
         """An address so many strides after another, under a name."""
@@ -102,8 +107,46 @@ class Access:
 
     def packed_loads(self, k: int, components: Sequence[int]) -> list[Value]:
         base, n, w = self.offset(k), self.program.arrays[k].width, self.width
+        if self.v.register * self.size == STRUCTURED:
+            return self.structured_loads(base, n, components)
+        if gcd(n, self.v.register) == 1 < n:
+            return self.blended_loads(base, n, components)
         parts = [self.vector_load(self.beyond(base, i * w * self.size)) for i in range(n)]
         return [self.merged(parts, [divmod(p, w) for p in range(c, n * w, n)]) for c in components]
+
+    def blended_loads(self, base: str, n: int, components: Sequence[int]) -> list[Value]:
+        """`packed_loads` where each lane of n registers side by side holds every component once: they are blended into
+        a register for each component, which one permutation orders. (LLVM makes a blend and a permutation of two
+        registers of it for AVX-512, where that takes no longer.)"""
+        w, kind = self.v.register, f"<{self.v.register} x {self.real}>"
+        pieces: dict[int, list[Value]] = {c: [] for c in components}
+        for start in range(0, n * self.width, n * w):
+            places = [self.beyond(base, (start + i * w) * self.size) for i in range(n)]
+            parts = [self.v.emit("real", f"load {kind}, ptr {place}, align 1") for place in places]
+            for c in components:
+                which = [next(i for i in range(n) if (i * w + lane) % n == c) for lane in range(w)]
+                gathered = self.blended(parts, which)
+                pieces[c].append(self.v.shuffle(gathered, gathered, w, [(e * n + c) % w for e in range(w)]))
+        return [self.v.joined(pieces[c], w) for c in components]
+
+    def structured_loads(self, base: str, n: int, components: Sequence[int]) -> list[Value]:
+        """`packed_loads` in the form that LLVM knows as ARM's loads of structures."""
+        w, kind = self.v.register, f"<{n * self.v.register} x {self.real}>"
+        pieces: dict[int, list[Value]] = {c: [] for c in components}
+        for start in range(0, n * self.width, n * w):
+            whole = self.v.emit("real", f"load {kind}, ptr {self.beyond(base, start * self.size)}, align 1")
+            for c in components:
+                pieces[c].append(self.v.shuffle(whole, Value("real", "poison"), n * w, range(c, n * w, n)))
+        return [self.v.joined(pieces[c], w) for c in components]
+
+    def blended(self, parts: Sequence[Value], which: Sequence[int]) -> Value:
+        """Every lane from the part of this number."""
+        w, blended = len(which), parts[0]
+        for i in range(1, len(parts)):
+            blended = self.v.shuffle(
+                blended, parts[i], w, [w + lane if which[lane] == i else lane for lane in range(w)]
+            )
+        return blended
 
     def merged(self, parts: Sequence[Value], places: Sequence[tuple[int, int]]) -> Value:
         """The vector whose lanes are at these places (part, lane), by one shuffle for every part but the first."""
@@ -117,6 +160,16 @@ class Access:
                     picks.append(self.width + at if part == i else "poison")
             merged = self.v.shuffle(merged, parts[i], self.width, picks)
         return merged
+
+    def part_load(self, node: int) -> Value:
+        """A component of the elements that are left of a row; where they lie side by side, by one masked load."""
+        k, c = self.program.graph.arguments[node]
+        array = self.program.arrays[k]
+        if array.layout != PLANES and not (array.layout == PACKED and array.width == 1):
+            return self.gathered(node, "%lanes")
+        kind, address = self.v.types["real"], self.component(self.offset(k), k, c)
+        arguments = ("ptr", address), ("i32", "1"), (f"<{self.width} x i1>", "%inside"), (kind, "zeroinitializer")
+        return self.v.emit("real", self.v.intrinsic(f"masked.load.{self.v.suffix}.p0", kind, *arguments))
 
     def gathered(self, node: int, lanes: str) -> Value:
         """A component of elements j + lanes, one by one."""
@@ -141,6 +194,13 @@ class Access:
             self.moved(f"%r{k}", f"%p{k}", "%i", f"%p{k}.s0")
         for k in range(len(self.program.outputs)):
             self.moved(f"%q{k}", f"%o{k}", "%i", f"%o{k}.s0")
+        streamed = "%past.caches"
+        for k in filter(self.streamable, range(len(self.program.outputs))):
+            name = f"%q{k}.line"
+            self.v.write(f"{name}.at = ptrtoint ptr %q{k} to i64", f"{name}.off = and i64 {name}.at, {LINE - 1}")
+            self.v.write(f"{name}.whole = icmp eq i64 {name}.off, 0", f"{name} = and i1 {streamed}, {name}.whole")
+            streamed = name
+        self.v.write(f"%streamed = and i1 {streamed}, true")
 
     def remaining(self) -> None:
         """A mask of the lanes within the row, and an element for each lane: its own, or the row's last."""
@@ -220,19 +280,63 @@ class Access:
         """The address of element j of output k, whose elements are `step` bytes apart."""
         return self.beyond(self.moved(self.v.name(), f"%q{k}", "%j", str(step)), offset)
 
-    def store_full(self) -> None:
+    def streamable(self, k: int) -> bool:
+        """Whether stores of an output write whole lines of the cache, of results that begin with one."""
+        output = self.program.outputs[k]
+        return output.use == EACH and len(output.nodes) <= INLINE and self.program.graph.kinds[output.nodes[0]] != MASK
+
+    def store_full(self) -> list[str]:
+        """Stores all lanes; of results that may go past the caches it gives the instructions that are left."""
+        left = []
         for k, output in enumerate(self.program.outputs):
             if output.use != EACH:
                 continue
             values = [self.stored(node) for node in output.nodes]
             n, w, (_, kind, size) = len(values), self.width, values[0]
-            if n > INLINE:
+            if n == 1:
+                store = f"store {kind} {values[0][0].name}, ptr {self.output_address(k, size)}"
+                left.append(store) if self.streamable(k) else self.v.write(f"{store}, align 1")
+            elif not self.streamable(k):
                 self.scatter(k, "splat (i1 true)", values)
-                continue
+            elif self.v.register * self.size == STRUCTURED:
+                left += self.structured_stores(k, [x for x, _, _ in values])
+            elif gcd(n, self.v.register) == 1:
+                left += self.blended_stores(k, [x for x, _, _ in values])
+            else:
+                for i in range(n):
+                    part = self.merged([x for x, _, _ in values], [(p % n, p // n) for p in range(i * w, (i + 1) * w)])
+                    left.append(f"store {kind} {part.name}, ptr {self.output_address(k, n * size, i * w * size)}")
+        return left
+
+    def structured_stores(self, k: int, values: Sequence[Value]) -> list[str]:
+        """What `structured_loads` does, the other way round; the stores are left."""
+        n, w, kind, left = len(values), self.v.register, f"<{len(values) * self.v.register} x {self.real}>", []
+        poison = Value("real", "poison")
+        for start in range(0, self.width, w):
+            parts = [self.v.shuffle(value, value, self.width, range(start, start + w)) for value in values]
+            parts += [poison] * (-n % 2)
+            pairs = [self.v.shuffle(a, b, w, range(2 * w)) for a, b in zip(parts[::2], parts[1::2], strict=True)]
+            picks = [i % n * w + i // n for i in range(n * w)]
+            whole = self.v.shuffle(pairs[0], pairs[-1] if len(pairs) > 1 else poison, 2 * w, picks)
+            left.append(
+                f"store {kind} {whole.name}, ptr {self.output_address(k, n * self.size, start * n * self.size)}"
+            )
+        return left
+
+    def blended_stores(self, k: int, values: Sequence[Value]) -> list[str]:
+        """What `blended_loads` does, the other way round; the stores are left."""
+        left = []
+        n, w, kind = len(values), self.v.register, f"<{self.v.register} x {self.real}>"
+        for start in range(0, self.width, w):
+            ordered = []
+            for c, value in enumerate(values):
+                lanes = {(e * n + c) % w: start + e for e in range(w)}
+                ordered.append(self.v.shuffle(value, value, self.width, [lanes[lane] for lane in range(w)]))
             for i in range(n):
-                part = self.merged([x for x, _, _ in values], [(p % n, p // n) for p in range(i * w, (i + 1) * w)])
-                address = self.output_address(k, n * size, i * w * size)
-                self.v.write(f"store {kind} {part.name}, ptr {address}, align 1")
+                part = self.blended(ordered, [(i * w + lane) % n for lane in range(w)])
+                address = self.output_address(k, n * self.size, (start * n + i * w) * self.size)
+                left.append(f"store {kind} {part.name}, ptr {address}")
+        return left
 
     def store_part(self) -> None:
         for k, output in enumerate(self.program.outputs):
@@ -241,6 +345,12 @@ class Access:
 
     def scatter(self, k: int, mask: str, values: Sequence[tuple[Value, str, int]]) -> None:
         n, w = len(values), self.width
+        if n == 1 and mask == "%valid":
+            ((value, kind, size),) = values
+            full = f"masked.store.v{w}{'i8' if size == 1 else f'f{8 * size}'}.p0"
+            where = ("ptr", self.output_address(k, size)), ("i32", "1"), (f"<{w} x i1>", mask)
+            self.v.write(self.v.intrinsic(full, "void", (kind, value.name), *where))
+            return
         for c, (value, kind, size) in enumerate(values):
             address, name = self.output_address(k, n * size, c * size), self.v.name()
             steps = ", ".join(f"i64 {lane * n * size}" for lane in range(w))

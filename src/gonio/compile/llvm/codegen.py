@@ -4,18 +4,20 @@ The function is `kernel(args, outer, inner, grain)`, with the lengths of the axe
 block of arguments share the work: each takes `grain` elements of the inner axis at a time, or -`grain` of the outer.
 `args` is a block of 64-bit words: for every array its address and three strides in bytes (outer axis, inner axis,
 component), for every table its address and the number of its last entry, for every output its address and its outer
-stride in bytes; at last the beginning of the next part. Nodes that depend on no axis are computed before the loops,
-nodes that depend on the outer axis alone outside the inner loop.
+stride in bytes; whether results go past the caches to memory, if they begin with a line of the cache (on x86); at last
+the beginning of the next part. Nodes that depend on no axis are computed before the loops, nodes that depend on the
+outer axis alone outside the inner loop.
 """
 
 from __future__ import annotations
 
 from ...trace.graph import COMPARISONS, INDEX, LOGIC, REAL
 from ...trace.passes import rewritten
-from . import elementary
+from . import elementary, machine
 from .access import Access
 from .lanes import Lanes, Value
 from .program import ONCE, ROW, SAME, TOTAL, Program
+from .roots import Times, estimated
 
 _SHARED = """
 define void @kernel(ptr %args, i64 %outer, i64 %inner, i64 %grain) nounwind {
@@ -61,20 +63,21 @@ HELD = 24
 are read where they are used, which takes no longer to run and is compiled in a tenth of the time."""
 
 
-def generate(program: Program, width: int, estimates: bool) -> str:
-    """The IR of a kernel for vectors of `width` lanes; `estimates`: see `Lanes`."""
+def generate(program: Program, width: int, register: int, times: Times | None) -> str:
+    """The IR of a kernel for vectors of `width` lanes; `register`: see `Lanes`; `times`: of a
+    processor that estimates roots."""
     nodes = [node for output in program.outputs for node in output.nodes]
     fixed = [k for k, array in enumerate(program.arrays) if array.layout in (SAME, ROW)]
     graph, renamed = rewritten(program.graph, nodes, program.dtype, fixed)
     new = iter(renamed)
     outputs = tuple(output._replace(nodes=tuple(next(new) for _ in output.nodes)) for output in program.outputs)
-    return _Writer(program._replace(graph=graph, outputs=outputs), width, estimates).text()
+    return _Writer(program._replace(graph=graph, outputs=outputs), width, register, times).text()
 
 
 class _Writer:
-    def __init__(self, program: Program, width: int, estimates: bool):
+    def __init__(self, program: Program, width: int, register: int, times: Times | None):
         self.program, self.width = program, width
-        self.v = Lanes(program.dtype, width, estimates)
+        self.v = Lanes(program.dtype, width, times is not None, register)
         self.values: dict[int, Value] = {}
         self.reciprocals: dict[int, Value] = {}
         self.blocks: dict[str, list[str]] = {}
@@ -82,6 +85,7 @@ class _Writer:
         self.order = graph.reachable([node for output in program.outputs for node in output.nodes])
         self.access = Access(program, self.v, self.order, self.values)
         self.level = self._levels()
+        self.estimated = set[int]() if times is None else estimated(graph, self.order, self.level, times)
         self.loads = [node for node in self.order if graph.operations[node] == "load"]
         many = sum(graph.operations[node] in elementary.FUNCTIONS for node in self.order) > INLINE
         self.functions: dict[str, str] | None = {} if many else None
@@ -131,7 +135,7 @@ class _Writer:
         v.write("br label %body")
         self.into("load.part")
         access.remaining()
-        part = [access.gathered(node, "%lanes") for node in varying]
+        part = [access.part_load(node) for node in varying]
         v.write("br label %body")
 
         self.into("body")
@@ -143,8 +147,13 @@ class _Writer:
             access.accumulate(k)
         v.write("br i1 %full, label %store.full, label %store.part")
         self.into("store.full")
-        access.store_full()
-        v.write("br label %inner.end")
+        stores = access.store_full()
+        if machine.is_x86():
+            v.write("br i1 %streamed, label %store.past, label %store.near")
+            streamed = (f"{store}, align {v.register * access.size}, !nontemporal !0" for store in stores)
+            self.into("store.past", *streamed, "br label %inner.end")
+            self.into("store.near")
+        v.write(*(f"{store}, align 1" for store in stores), "br label %inner.end")
         self.into("store.part")
         access.store_part()
         v.write("br label %inner.end")
@@ -157,7 +166,12 @@ class _Writer:
             if output.use == ONCE:
                 access.store_once(k)
         v.write("%i.next = add i64 %i, 1", "br label %outer")
-        self.into("exit", "ret void")
+        self.into("exit")
+        if machine.is_x86():
+            v.write("br i1 %past.caches, label %finish, label %end")
+            self.into("finish", v.intrinsic("x86.sse.sfence", "void"), "br label %end")  # before others read
+            self.into("end")
+        v.write("ret void")
 
         body = "\n".join(f"{name}:\n  " + "\n  ".join(lines) for name, lines in self.blocks.items())
         bits = min(self.width * access.size * 8, 512)
@@ -169,7 +183,7 @@ class _Writer:
             f"{''.join((self.functions or {}).values())}"
             f"define internal void @part({signature}) noinline #0 {{\n{body}\n}}\n"
             f"{_SHARED.replace('WORDS', str(self.program.words()))}"
-            f"attributes #0 = {{ alignstack=64 {attributes} }}\nattributes #1 = {{ {attributes} }}\n"
+            f"attributes #0 = {{ alignstack=64 {attributes} }}\nattributes #1 = {{ {attributes} }}\n!0 = !{{i32 1}}\n"
         )
 
     def into(self, block: str, *lines: str) -> None:
@@ -214,6 +228,8 @@ class _Writer:
             return v.integer("sub", v.index(0), a[0])
         if operation in LOGIC or (kind == INDEX and operation != "select"):
             return v.integer(operation, *a)
+        if operation == "sqrt":
+            return v.sqrt(a[0], node in self.estimated)
         if operation in elementary.FUNCTIONS:
             return self.elementary(operation, a)
         return getattr(v, operation)(*a)
@@ -248,7 +264,7 @@ class _Writer:
                 v.lines = lines
             return v.mul(a, self.reciprocals[bottom])
         if graph.operations[bottom] == "sqrt":
-            r = v.rsqrt(self.values[graph.arguments[bottom][0]])
+            r = v.rsqrt(self.values[graph.arguments[bottom][0]], bottom in self.estimated)
             return r if graph.value(top) == 1.0 else v.mul(a, r)
         return v.div(a, self.values[bottom])
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import struct
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 FLOAT32, FLOAT64 = "float32", "float64"
@@ -22,15 +22,17 @@ class Lanes:
     Kinds of values: "real" (float or double), "index" (i32), "bits" (an integer as wide as a real, for bit patterns and
     exponents) and "mask" (one bit). Products and sums may be contracted to fused multiply-adds; nothing else is
     rearranged, so NaN, infinities and signs of zero keep their meaning. `exact` forbids contraction too. `estimates`:
-    whether the processor estimates reciprocal roots as AVX-512 does, to 14 bits.
+    whether the processor estimates reciprocal roots as AVX-512 does, to 14 bits. `register`: how many lanes it holds at
+    most in one vector.
     """
 
-    def __init__(self, dtype: str, width: int, estimates: bool = False):
+    def __init__(self, dtype: str, width: int, estimates: bool = False, register: int = 0):
         self.dtype, self.width, self.estimates = dtype, width, estimates
         real, bits = {FLOAT32: ("float", "i32"), FLOAT64: ("double", "i64")}[dtype]
         self.scalar = {"real": real, "index": "i32", "bits": bits, "mask": "i1"}
         self.suffix = f"v{width}f{32 if dtype == FLOAT32 else 64}"
         self.types = {kind: f"<{width} x {scalar}>" for kind, scalar in self.scalar.items()}
+        self.register = min(register or width, width)
         self.lines: list[str] = []
         self.declared: set[str] = set()
         self.exact = False
@@ -68,6 +70,13 @@ class Lanes:
         kind, listed = f"<{width} x {self.scalar['real']}>", [f"i32 {i}" for i in picks]
         shape = f"<{len(listed)} x i32> <{', '.join(listed)}>"
         return self.emit("real", f"shufflevector {kind} {a.name}, {kind} {b.name}, {shape}")
+
+    def joined(self, parts: Sequence[Value], width: int) -> Value:
+        """Reals of `width` lanes, one behind the other."""
+        while len(parts) > 1:
+            pairs = zip(parts[::2], parts[1::2], strict=True)
+            width, parts = 2 * width, [self.shuffle(a, b, width, range(2 * width)) for a, b in pairs]
+        return parts[0]
 
     # Constants.
 
@@ -124,9 +133,9 @@ class Lanes:
         """a b + c, rounded once."""
         return self.call("fma", a, b, c)
 
-    def sqrt(self, a: Value) -> Value:
-        """The square root, within 1 ulp; by an estimate twice as fast as the processor's own."""
-        if not self.estimates or self.exact:
+    def sqrt(self, a: Value, estimate: bool = False) -> Value:
+        """The square root; within 1 ulp by an estimate, else rounded correctly."""
+        if not (estimate and self.estimates) or self.exact:
             return self.call("sqrt", a)
         y = self._estimate(a)
         if self.dtype == FLOAT64:
@@ -135,9 +144,9 @@ class Lanes:
         s = self.fma(self.fma(self.neg(s), s, a), self.mul(y, self.real(0.5)), s)
         return self.select(self._zero_or_infinite(a), a, s)
 
-    def rsqrt(self, a: Value) -> Value:
+    def rsqrt(self, a: Value, estimate: bool = False) -> Value:
         """1 / sqrt(a), within 2 ulp."""
-        if not self.estimates or self.exact:
+        if not (estimate and self.estimates) or self.exact:
             return self.div(self.real(1.0), self.sqrt(a))
         rough = y = self._estimate(a)
         for _ in range(2 if self.dtype == FLOAT64 else 1):
@@ -160,10 +169,7 @@ class Lanes:
             part = self.shuffle(a, a, self.width, range(start, start + once))
             call = self.intrinsic(name, kind, (kind, part.name), (kind, "zeroinitializer"), (mask, "-1"))
             parts.append(self.emit("real", call))
-        while len(parts) > 1:
-            once *= 2
-            parts = [self.shuffle(*pair, once // 2, range(once)) for pair in zip(parts[::2], parts[1::2], strict=True)]
-        return parts[0]
+        return self.joined(parts, once)
 
     def _zero_or_infinite(self, a: Value) -> Value:
         positive_infinity, zeros = 0x200, 0x60

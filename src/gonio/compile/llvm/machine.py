@@ -11,9 +11,10 @@ from functools import cache
 from threading import RLock
 from typing import Any
 
-from ...errors import DependencyError
+from ...errors import DependencyError, ParameterError
 from .. import elf
 from .lanes import FLOAT32
+from .roots import Times
 
 LOCK = RLock()
 """The lock held while a kernel is compiled: LLVM's target machine serves one thread at a time. A fork waits for it,
@@ -26,9 +27,15 @@ _ENDS = 1 << 14  # bytes at either end of LLVM's library
 
 @cache
 def processor() -> str:
-    """The identity of this processor: its name and features, as LLVM or else the system names them."""
-    facts = _cpuinfo() or (_llvm().get_host_cpu_name(), _features_text())
-    return " ".join([platform.machine(), sys.platform, *facts])
+    """The identity of this processor: its name and features, as LLVM or else the system names them, and what part of
+    its vectors is used (GONIO_LANES)."""
+    limit = [] if lane_bits() == _own_bits() else [f"{lane_bits()} bits"]
+    return " ".join([platform.machine(), sys.platform, *_facts(), *limit])
+
+
+@cache
+def _facts() -> tuple[str, ...]:
+    return _cpuinfo() or (_llvm().get_host_cpu_name(), _features_text())
 
 
 @cache
@@ -43,8 +50,22 @@ def _cpuinfo() -> tuple[str, ...]:
 
 @cache
 def lane_bits() -> int:
-    """Bits of the widest vectors that this processor computes with; 0 where it has no fused multiply-add."""
-    words = set(processor().split())
+    """Bits of the widest vectors that kernels compute with; 0 where the processor has no fused multiply-add."""
+    return min(_own_bits(), 32 * _most_lanes())
+
+
+@cache
+def _most_lanes() -> int:
+    """GONIO_LANES: float32 numbers in a vector at most, for kernels like those of a processor with shorter vectors."""
+    text = os.environ.get("GONIO_LANES", "")
+    if text not in ("", "4", "8", "16"):
+        raise ParameterError(f"GONIO_LANES={text!r}: expected 4, 8 or 16, float32 numbers in a vector; or unset it")
+    return int(text or 16)
+
+
+@cache
+def _own_bits() -> int:
+    words = set(" ".join(_facts()).split())
     if platform.machine() in ("aarch64", "arm64", "ARM64"):
         return 128
     if {"avx512f", "avx512dq", "avx512vl", "avx512bw"} <= words:
@@ -57,14 +78,26 @@ def lane_bits() -> int:
     return 512 if features.get("avx512dq") else 256 if features.get("avx2") and features.get("fma") else 0
 
 
-def estimates() -> bool:
-    """Whether roots by AVX-512's estimates and Newton steps are quicker than the processor's own. On AMD's they are
-    not: its roots take 10 cycles (Zen 4), during which it multiplies."""
-    return lane_bits() == 512 and "AMD" not in processor()
+_ROOTS = {"znver4": Times(10.0, 6.0, 1.8), "znver5": Times(10.0, 6.0, 0.9)}
+"""Times of processors by LLVM's names for them; those of Zen 4 are measured."""
+_OTHER_ROOTS = Times(18.0, 10.0, 0.9)
+
+
+def root_times(dtype: str) -> Times | None:
+    """What roots take in vectors of AVX-512; None where they are not estimated, or the processor's own are as quick."""
+    name = _llvm().get_host_cpu_name()
+    if lane_bits() < 512 or (dtype != FLOAT32 and name in _ROOTS):
+        return None
+    return _ROOTS.get(name, _OTHER_ROOTS)
+
+
+def is_x86() -> bool:
+    """Whether this processor is one of x86's, of 64 bits."""
+    return platform.machine() in ("x86_64", "AMD64")
 
 
 def lanes(dtype: str) -> int:
-    """Numbers of a dtype that one vector of this processor holds."""
+    """Numbers of a dtype that one vector holds."""
     return lane_bits() // (32 if dtype == FLOAT32 else 64)
 
 
@@ -89,6 +122,8 @@ def _target_machine() -> Any:
 def _new_machine(**options: Any) -> Any:
     llvm = _llvm()
     target, features = llvm.Target.from_default_triple(), _features_text()
+    if lane_bits() < 512:
+        features = ",".join("-" + f[1:] if f[1:].startswith(("avx512", "avx10")) else f for f in features.split(","))
     return target.create_target_machine(cpu=llvm.get_host_cpu_name(), features=features, opt=2, **options)
 
 

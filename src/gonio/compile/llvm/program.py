@@ -45,4 +45,4 @@ class Program(NamedTuple):
 
     def words(self) -> int:
         """Length of the block of arguments [64-bit words], without its last word."""
-        return 4 * len(self.arrays) + 2 * self.tables + 2 * len(self.outputs)
+        return 4 * len(self.arrays) + 2 * self.tables + 2 * len(self.outputs) + 1

@@ -1,0 +1,211 @@
+"""Plans for many channels: what all of them share is computed first, then what each has of its own.
+
+A plan with a channel as one more axis of the batch would compute the shared part for each direction alone, or, in sums
+over the batch, once for each channel. Here it is one kernel over the batch, whose results a second kernel loads; both
+work on blocks of the batch, whose results in between stay in the processor's cache.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..arrays import Fixed
+from ..arrays.kinds import TOTAL, VALUE
+from ..compile import memory
+from ..compile.llvm.program import EACH
+from ..compile.llvm.program import TOTAL as SUMMED
+from ..compile.plans import Plan, Result, carry_out, prepare, renewed
+from ..trace.stages import Stages, stages
+from .tracing import Trace
+
+CACHED = 1 << 18
+"""Bytes of results in between that a block of the batch may have."""
+
+WORTH = 4
+"""Operations that a result in between must save to be worth its way through memory."""
+
+LEAST = 20_000
+"""Operations, for all elements of a batch, that must be saved to be worth the call of a second kernel."""
+
+BEHIND, BEFORE_LAST, FIRST = "behind", "before last", "first"
+"""Where the axis of channels stands among the axes of the batch: the last one is the one that sums run over."""
+
+
+class Parts(NamedTuple):
+    """The two plans for a block of the batch; the first is missing where nothing is shared."""
+
+    shared: Plan | None
+    own: Plan
+
+
+class Staged(NamedTuple):
+    """A plan of two stages for calls with arrays of the same shapes and strides."""
+
+    outputs: tuple[tuple[int, tuple[int, ...], np.dtype, int], ...]  # as those of `Plan`; the first number is of no use
+    blocks: tuple[tuple[int, int, Parts], ...]  # ends along the first axis of the batch, and the plans
+    sliced: tuple[bool, ...]  # whether an input has that axis
+    place: str  # of the channels' axis
+    axes: int  # of the batch
+    numbers: tuple[tuple[int, int, int], ...]  # number of a parameter, and its places in either plan, -1 for none
+
+
+def sums_only(kinds: Sequence[str]) -> bool:
+    """Whether all results are sums over the last axis of the batch."""
+    return all(kind == TOTAL for kind in kinds)
+
+
+def staged(
+    trace: Trace,
+    kinds: Sequence[str],
+    inputs: Sequence[tuple[np.ndarray, int]],
+    leaves: Sequence[Any],
+    tables: Sequence[np.ndarray],
+    batch: tuple[int, ...],
+    channels: int,
+) -> Staged | None:
+    """A plan of two stages for a task whose trace has one channel; None where one stage does as well.
+
+    `inputs`: each with the length of its vectors. `leaves`: the numbers of the material, then the merged ones.
+    """
+    summed = sums_only(kinds)
+    if not summed and tuple(kinds) != (VALUE,):
+        return None
+    dtype, first = inputs[0][0].dtype, trace.inputs
+    read = [k for k in range(len(leaves)) if first + k in trace.read]
+    within = [first + k for k in read if np.shape(_numbers(leaves[k]))[-1:] not in ((), (1,))]
+    around = [*range(first), *(first + k for k in read if np.ndim(_numbers(leaves[k])) > 1)]
+    maps = len(around) > first
+    two = stages(trace.graph, [n for nodes in trace.results for n in nodes], first, within, around)
+    size = math.prod(batch)
+    shared = two.saved >= WORTH * len(two.first) > 0 and size * two.saved >= LEAST
+    if not shared and not summed:
+        return None
+    row = math.prod(batch[1:]) * len(two.first) * dtype.itemsize if shared else 1
+    count = batch[0] if batch else 1
+    step = count if maps or not shared or len(batch) < 1 + summed else max(CACHED // row, 1)
+    step = min(step, count)
+    blocks = -(-count // step)
+    place = BEHIND if not summed else BEFORE_LAST if math.prod(batch[:-1]) <= channels * blocks else FIRST
+    sliced = tuple(x.ndim - 1 == len(batch) > 0 and x.shape[0] > 1 for x, _ in inputs)
+    made: dict[int, Parts] = {}
+    parts = []
+    for start in range(0, count, step):
+        length = min(step, count - start)
+        if length not in made:
+            cut = [(x[start : start + length] if cut else x, w) for (x, w), cut in zip(inputs, sliced, strict=True)]
+            shape = (length, *batch[1:]) if batch else batch
+            made[length] = _parts(trace, two if shared else None, cut, leaves, tables, shape, channels, place, dtype)
+        parts.append((start, start + length, made[length]))
+    shape = (*(batch[:-1] if summed else batch), channels)
+    of_result = np.dtype(np.float64) if summed else dtype
+    outputs = tuple((0, shape, of_result, math.prod(shape) * of_result.itemsize) for _ in kinds)
+    shift = first + len(two.first) if shared else first
+    numbers = tuple((k, first + k if shared and first + k not in within else -1, shift + k) for k in read)
+    return Staged(outputs, tuple(parts), sliced, place, len(batch), numbers)
+
+
+def _parts(
+    trace: Trace,
+    two: Stages | None,
+    inputs: Sequence[tuple[np.ndarray, int]],
+    leaves: Sequence[Any],
+    tables: Sequence[np.ndarray],
+    batch: tuple[int, ...],
+    channels: int,
+    place: str,
+    dtype: np.dtype,
+) -> Parts:
+    first, use = trace.inputs, EACH if place == BEHIND else SUMMED
+    read = [first + k in trace.read for k in range(len(leaves))]
+    arrays: list[Any] = [x if k in trace.read else None for k, x in enumerate(inputs)]
+    shared, between = None, []
+    if two is not None:
+        plain = [_plain(v, dtype) if used else None for v, used in zip(leaves, read, strict=True)]
+        results = [Result((node,), EACH, ()) for node in two.first]
+        shared = prepare(trace.graph, results, [*arrays, *plain], first, tables, batch, dtype)
+        between = [(np.empty((*batch, 1), dtype), 1)] * len(two.first)
+    brought = [x and (_with_axis(x[0], place), x[1]) for x in (*arrays, *between)]
+    own = [
+        (_of_channels(v, dtype, place, len(batch)), 1) if used else None for v, used in zip(leaves, read, strict=True)
+    ]
+    shape = {
+        BEHIND: (*batch, channels),
+        BEFORE_LAST: (*batch[:-1], channels, *batch[-1:]),
+        FIRST: (channels, *batch),
+    }[place]
+    graph, nodes = (two.second, two.outputs) if two else (trace.graph, [n for r in trace.results for n in r])
+    results = [Result((node,), use, ()) for node in nodes]
+    return Parts(shared, prepare(graph, results, [*brought, *own], len(brought), tables, shape, dtype))
+
+
+def _numbers(value: Any) -> Any:
+    return value.numbers if isinstance(value, Fixed) else value
+
+
+def _plain(value: Any, dtype: np.dtype) -> tuple[np.ndarray, int]:
+    """A parameter without channels, or with one, for the batch."""
+    array = np.asarray(_numbers(value), dtype)
+    array = np.ascontiguousarray(array.reshape(array.shape or (1,))[..., :1])
+    return array, 1
+
+
+def _with_axis(array: np.ndarray, place: str) -> np.ndarray:
+    """An input (..., n) with the axis of channels, of length 1."""
+    if place == BEHIND:
+        return array[..., None, :]
+    return array[..., None, :, :] if place == BEFORE_LAST and array.ndim > 1 else array
+
+
+def _of_channels(value: Any, dtype: np.dtype, place: str, axes: int) -> np.ndarray:
+    """A parameter, a number or (..., C), as an array whose last axis has one component."""
+    array = np.ascontiguousarray(_numbers(value), dtype)
+    array = array.reshape(array.shape or (1,))
+    if place == BEFORE_LAST:
+        array = array[:, None] if array.ndim == 1 else np.ascontiguousarray(array.swapaxes(-1, -2))
+    elif place == FIRST:
+        array = array.reshape((1,) * (axes + 1 - array.ndim) + array.shape)
+        array = np.ascontiguousarray(np.moveaxis(array, -1, 0))
+    return array[..., None]
+
+
+def of_numbers(plan: Staged, leaves: Sequence[Any], tables: Sequence[np.ndarray], dtype: np.dtype) -> Staged:
+    """The plan with other parameters, of the same shapes, and other tables."""
+    shared = [(_plain(leaves[k], dtype)[0], (at,)) for k, at, _ in plan.numbers if at >= 0]
+    own = [(_of_channels(leaves[k], dtype, plan.place, plan.axes), (at,)) for k, _, at in plan.numbers]
+    new: dict[int, Parts] = {}
+    for _, _, parts in plan.blocks:
+        if id(parts) not in new:
+            before = parts.shared and renewed(parts.shared, shared, tables)
+            new[id(parts)] = Parts(before, renewed(parts.own, own, tables))
+    return plan._replace(blocks=tuple((start, stop, new[id(parts)]) for start, stop, parts in plan.blocks))
+
+
+def without_numbers(plan: Staged) -> Staged:
+    """The plan without the arrays of parameters that it keeps."""
+    new: dict[int, Parts] = {}
+    for _, _, parts in plan.blocks:
+        before = parts.shared and parts.shared._replace(keeper=None)
+        new[id(parts)] = Parts(before, parts.own._replace(keeper=None))
+    return plan._replace(blocks=tuple((start, stop, new[id(parts)]) for start, stop, parts in plan.blocks))
+
+
+def carried_out(plan: Staged, inputs: Sequence[np.ndarray], out: np.ndarray | None) -> list[np.ndarray]:
+    """The results of a plan for these arrays; `out` takes the first."""
+    results, several = [], len(plan.blocks) > 1
+    if plan.place == BEHIND and several:
+        _, shape, dtype, _ = plan.outputs[0]
+        out = memory.empty(shape, dtype) if out is None else out
+    for start, stop, (shared, own) in plan.blocks:
+        here = [x[start:stop] if cut else x for x, cut in zip(inputs, plan.sliced, strict=True)] if several else inputs
+        between = carry_out(shared, here) if shared else []
+        into = out[start:stop] if out is not None and several else out
+        results.append(carry_out(own, [*here, *between], into))
+    if plan.place == BEHIND:
+        return results[0] if out is None else [out]
+    if plan.place == FIRST:
+        results = [[np.moveaxis(r, 0, -1) for r in block] for block in results]
+    return [np.concatenate(block) if several else block[0] for block in zip(*results, strict=True)]

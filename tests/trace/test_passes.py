@@ -1,0 +1,170 @@
+"""The passes over graphs: what they give is what the formula gives, for every model; and each does what it is for."""
+
+from __future__ import annotations
+
+from collections import Counter
+from typing import Any
+
+import numpy as np
+import pytest
+from graphs import random_graph, steady
+from materials import Draw, draws, on_sphere, pairs
+
+import gonio as gn
+from gonio.arrays import ops
+from gonio.arrays.kinds import SCALAR, VALUE, VECTOR
+from gonio.base import kernels
+from gonio.errors import ParameterError
+from gonio.evaluate import planning
+from gonio.evaluate.interpret import evaluate
+from gonio.evaluate.tracing import Task, Trace, traced
+from gonio.trace import passes
+from gonio.trace.choices import fewer_choices
+from gonio.trace.fractions import fewer_operations
+from gonio.trace.graph import Graph
+from gonio.trace.symbol import Symbol
+
+TASKS = {
+    "f": Task(kernels.value, (VALUE,), (3, 3)),
+    "pdf": Task(kernels.pdf, (SCALAR,), (3, 3)),
+    "sample": Task(kernels.sample, (VECTOR, VALUE, SCALAR, SCALAR), (3, 2)),
+}
+PASSES = {
+    "fewer_choices": lambda graph, nodes, dtype: fewer_choices(graph, nodes),
+    "fewer_operations": lambda graph, nodes, dtype: fewer_operations(graph, nodes, dtype, range(2, 1000)),
+    "all": lambda graph, nodes, dtype: passes.rewritten(graph, nodes, dtype, range(2, 1000)),
+}
+
+
+def after(run: Any, trace: Trace, dtype: str) -> Trace:
+    graph, nodes = run(trace.graph, [n for nodes in trace.results for n in nodes], dtype)
+    rest = iter(nodes)
+    return trace._replace(graph=graph, results=tuple(tuple(next(rest) for _ in nodes) for nodes in trace.results))
+
+
+def values(trace: Trace, task: Task, m: gn.Reflectance, channels: int | None, *inputs: np.ndarray) -> list[np.ndarray]:
+    call = planning.Call(task, m, inputs, channels, inputs[0].shape[:-1])
+    results = planning.interpreted(trace, call, tuple(slice(0, n) for n in call.batch))
+    return [np.broadcast_to(r, call.batch) for r in results]
+
+
+def inputs_of(name: str) -> tuple[np.ndarray, np.ndarray]:
+    wi, wo = pairs(1)
+    return (wo, np.random.default_rng(5).random((len(wo), 2))) if name == "sample" else (wi, wo)
+
+
+@pytest.mark.parametrize("name", TASKS)
+@pytest.mark.parametrize("draw", draws(1, every=3), ids=str)
+def test_every_model_keeps_its_numbers(draw: Draw, name: str) -> None:
+    """With each pass and without, in float64, to 1e-9 (below the horizon too, where numbers are masked)."""
+    channels = draw.layouts[0]
+    m, task, inputs = draw.material(channels), TASKS[name], inputs_of(name)
+    trace = traced(task, m, channels)
+    written = values(trace, task, m, channels, *inputs)
+    for run in PASSES.values():
+        for a, b in zip(values(after(run, trace, "float64"), task, m, channels, *inputs), written, strict=True):
+            if b.dtype == bool:
+                np.testing.assert_array_equal(a, b)
+            else:
+                np.testing.assert_allclose(a, b, rtol=1e-9, atol=1e-12 * np.nanmax(np.abs(b), initial=1e-300))
+
+
+@pytest.mark.parametrize("draw", draws(1, every=3), ids=str)
+def test_float32_is_as_true_as_before(draw: Draw) -> None:
+    """No number is lost to a product that vanishes or overflows, and errors grow by no more than roundings of
+    another order do (a quotient by a parameter is a product with its reciprocal)."""
+    channels = draw.layouts[0]
+    m, task = draw.material(channels), TASKS["f"]
+    trace = traced(task, m, channels)
+    cosines, azimuths = (x.ravel() for x in np.meshgrid([2e-6, 1e-5, 1e-4, 0.5], [0.0, 0.3, 3.0, np.pi]))
+    grazing = on_sphere(np.arccos(cosines), azimuths)
+    rows, columns = (x.ravel() for x in np.indices((len(grazing), len(grazing))))
+    inputs = [np.concatenate(x) for x in zip(inputs_of("f"), (grazing[rows], grazing[columns]), strict=True)]
+    short = [x.astype(np.float32) for x in inputs]
+    truth = values(trace, task, m, channels, *(x.astype(np.float64) for x in short))
+    written, rewritten = (values(t, task, m, channels, *short) for t in (trace, after(PASSES["all"], trace, "float32")))
+    for exact, a, b in zip(truth, written, rewritten, strict=True):
+        np.testing.assert_array_equal(np.isfinite(b), np.isfinite(a))
+        errors = [np.abs(x - exact) / (np.abs(exact) + 1e-30) for x in (a, b)]
+        ok = np.isfinite(a)
+        assert np.quantile(errors[1][ok], 0.9) <= 2.5 * np.quantile(errors[0][ok], 0.9) + 3e-7
+        assert np.max(errors[1][ok]) <= 3.0 * np.max(errors[0][ok]) + 2e-6
+
+
+@pytest.mark.parametrize("seed", range(60))
+def test_random_graphs_keep_their_numbers(seed: int) -> None:
+    """Wherever NumPy's own rounding does not decide; what was no number may become one."""
+    graph, nodes = random_graph(seed, loads=3, tables=2)
+    rng = np.random.default_rng(seed)
+    x = rng.normal(size=(500, 3)) * rng.choice([0.1, 1.0, 10.0], size=(500, 1))
+    tables = [rng.normal(size=7), rng.normal(size=7)]
+    with np.errstate(all="ignore"):
+        want = evaluate(graph, nodes, lambda a, c: x[:, c], tables, x.dtype)
+        sure = steady(graph, nodes, x, tables, want)
+        new, renamed = passes.rewritten(graph, nodes, "float64")
+        got = evaluate(new, renamed, lambda a, c: x[:, c], tables, x.dtype)
+    for a, b, ok in zip(got, want, sure, strict=True):
+        a, b = np.broadcast_to(a, 500), np.broadcast_to(b, 500)
+        ok = ok & np.isfinite(b)
+        np.testing.assert_allclose(a[ok].astype(float), b[ok].astype(float), rtol=1e-7, atol=1e-280)
+
+
+def rewritten(formula: Any, fixed: tuple[int, ...] = (1,)) -> Counter[str]:
+    """The operations left of a formula of the components x, y, z of array 0 and the parameter a, array 1, that vary
+    along the batch, and its values kept."""
+    graph = Graph()
+    x, y, z = (Symbol(graph, graph.load(0, c)) for c in range(3))
+    a = Symbol(graph, graph.load(1, 0))
+    node = formula(x, y, z, a).node
+    new, (output,) = fewer_operations(graph, [node], "float32", fixed)
+    v = np.random.default_rng(2).uniform(0.5, 1.5, (4, 20))
+    before, after = (
+        evaluate(g, [n], lambda k, c: v[3 * k + c], [], np.dtype(float))[0] for g, n in ((graph, node), (new, output))
+    )
+    np.testing.assert_allclose(after, before, rtol=1e-14)
+    varies: set[int] = set()
+    for n in new.reachable([output]):
+        loads = new.operations[n] == "load"
+        if (loads and new.arguments[n][0] not in fixed) or not varies.isdisjoint(new.inputs(n)):
+            varies.add(n)
+    return Counter(new.operations[n] for n in varies if new.operations[n] != "load")
+
+
+def test_what_the_passes_are_for() -> None:
+    # a common denominator, and one division where three stood
+    assert rewritten(lambda x, y, z, a: (1.0 + x / y) / z / x)["div"] == 1
+    # a common factor leaves a sum
+    assert rewritten(lambda x, y, z, a: z * x + z * y) == {"add": 1, "mul": 1}
+    # a root that is squared is none
+    assert "sqrt" not in rewritten(lambda x, y, z, a: (x / ops.sqrt(y * y + z * z)) ** 2)
+    # what stands above and below the line cancels
+    assert rewritten(lambda x, y, z, a: x * y / (z * y)) == {"div": 1}
+    # parameters are multiplied once
+    assert rewritten(lambda x, y, z, a: 2.0 * a * x * a / (a + 1.0)) == {"mul": 1}
+    # a difference of equals stays, for it is NaN where they are
+    assert rewritten(lambda x, y, z, a: x - x) == {"sub": 1}
+    # what may be infinite is brought into no other term
+    assert rewritten(lambda x, y, z, a: (1.0 + x / ops.exp(y)) * z)["div"] == 1
+
+
+def test_many_small_divisors_do_not_vanish() -> None:
+    """Twelve numbers of 1e-4 above and below the line: their product is no float32, the quotient is one."""
+    graph = Graph()
+    parts = [Symbol(graph, graph.load(0, c)) for c in range(24)]
+    value = parts[0]
+    for k in range(1, 12):
+        value = value * parts[2 * k + 1] / parts[2 * k]
+    new, nodes = fewer_operations(graph, [value.node], "float32")
+    small = np.full(3, 1e-4, np.float32)
+    (got,) = evaluate(new, nodes, lambda k, c: small, [], np.dtype(np.float32))
+    np.testing.assert_allclose(got, 1e-4, rtol=1e-5)
+
+
+def test_the_switch(monkeypatch: pytest.MonkeyPatch) -> None:
+    graph = Graph()
+    node = graph.apply("div", graph.load(0, 0), graph.load(0, 0))
+    monkeypatch.setenv("GONIO_PASSES", "off")
+    assert passes.rewritten(graph, [node], "float32") == (graph, [node])
+    monkeypatch.setenv("GONIO_PASSES", "no")
+    with pytest.raises(ParameterError, match="GONIO_PASSES='no': expected off"):
+        passes.wanted()
