@@ -14,7 +14,7 @@ from scipy.special import erfc
 import gonio as gn
 from gonio.errors import ParameterError
 from gonio.formula import special
-from gonio.formula.direction import Direction
+from gonio.formula.direction import NORMAL, Direction, dot
 
 PI = math.pi
 ALPHAS = (1e-3, 0.02, 0.3, 1.0)
@@ -256,12 +256,29 @@ def test_density_against_the_paper(kind):
     (gn.TabulatedFacets(np.linspace(0.0, 1.5, 300), np.exp(-((np.linspace(0.0, 1.5, 300) / 0.1) ** 2))), 1.1),
 ], ids=repr)  # fmt: skip
 def test_normals_are_drawn_nearly_as_they_are(d, bound):
-    """D cos over the density of `warp_normal`: bounded, and 1 on average."""
+    """Seen along the normal: D cos over the density of `warp_normal`, bounded, and 1 on average."""
     u = (np.stack(np.meshgrid(np.arange(8), np.arange(8192), indexing="ij"), -1).reshape(-1, 2) + 0.5) / [8, 8192]
-    wm = d.warp_normal(None, u[:, 0], u[:, 1])
-    weight = d.D(wm) * wm.z / d.normal_density(None, wm, None)
+    wm = d.warp_normal(NORMAL, u[:, 0], u[:, 1])
+    weight = d.D(wm) * wm.z / d.normal_density(NORMAL, wm, wm.z)
     assert weight.max() < bound
     assert weight.mean() == pytest.approx(1.0, abs=2e-3)
+
+
+@pytest.mark.parametrize("theta", [0.3, 1.2, 1.4])
+@pytest.mark.parametrize("d", [
+    *(gn.GTR(0.3, 1.5), gn.StudentT(0.3, 0.1, 2.5), gn.ExponentialPower(0.5, 0.2, p=0.7), gn.SGDFacets(0.3, 0.5)),
+    *(gn.ABCFacets(50.0, 1.5), gn.GaussianFacets(0.5), gn.BlinnFacets(9.0), TABLES[0]),
+    *(gn.GGX(0.3, 0.6), gn.Beckmann(0.4)),
+], ids=repr)  # fmt: skip
+def test_normals_face_the_viewer(d, theta):
+    """None is drawn that faces away, and what is seen of all facets adds up to cos(theta) (1 + Lambda)."""
+    u = (np.stack(np.meshgrid(np.arange(64), np.arange(4096), indexing="ij"), -1).reshape(-1, 2) + 0.5) / [64, 4096]
+    wo = Direction(*gn.direction(theta, 0.7))
+    wm = d.warp_normal(wo, u[:, 0], u[:, 1])
+    cos_d = dot(wo, wm)
+    assert cos_d.min() > -1e-7
+    area = (d.D(wm) * cos_d / d.normal_density(wo, wm, cos_d))[cos_d > 1e-6].sum() / len(u)
+    assert area == pytest.approx(float(d.projected_area(wo)), rel=5e-3)
 
 
 @pytest.mark.parametrize(("dtype", "worst", "usual"), [("float64", 3e-8, 1e-15), ("float32", 3e-7, 3e-8)])

@@ -6,8 +6,8 @@ import math
 from typing import Any
 
 from ..arrays import ops
-from ..formula.direction import Direction, on_circle
-from ..formula.distribution import Distribution
+from ..formula.direction import Direction
+from ..formula.distribution import Distribution, facing, facing_density
 from ..formula.fields import param
 from ..formula.smith import cotangent, smith_of_angles
 from ..formula.special import expm1_over, log1p, log1p_over
@@ -24,7 +24,8 @@ class ABCFacets(Distribution):
              without the haze.
     Shapes   B, C: numbers or (..., C).
     Units    D: 1/sr; B, C: 1.
-    Error    D: rounding. Lambda, by a 24-point rule: G1 relative 1e-6. Normals are drawn with the density D.
+    Error    D: rounding. Lambda, by a 24-point rule: G1 relative 1e-6. Normals are drawn with the density D,
+             of two that are opposite as they are seen.
     Source   Löw, Kronander, Ynnerman & Unger 2012, ACM TOG 31(1):9, doi:10.1145/2077341.2077350 (the microfacet
              model); N, Lambda (Smith's integral; they use V-grooves, masking="v_groove") derived here.
 
@@ -67,8 +68,8 @@ class ABCFacets(Distribution):
         h = u1 * self._whole()
         v = h * log1p_over(ops.maximum((1.0 - self.C) * h, -1.0 + 1e-7))
         x = ops.minimum(v * expm1_over(v) / self.B, 1.0)
-        return on_circle(ops.sqrt(x * (2.0 - x) + 1e-30), u0, 1.0 - x)
+        return facing(wo, ops.sqrt(x * (2.0 - x) + 1e-30), u0, 1.0 - x)
 
     def normal_density(self, wo: Direction, wm: Direction, cos_d: Any) -> Any:
         root = self._root((wm.x * wm.x + wm.y * wm.y) / (1.0 + wm.z))
-        return self.B * (0.5 / math.pi) / self._whole() * root * root
+        return self.B * (0.5 / math.pi) / self._whole() * root * root * facing_density(wo, wm, cos_d)

@@ -7,10 +7,10 @@ from typing import Any
 
 from ..arrays import ops
 from ..formula.direction import Direction
-from ..formula.distribution import Distribution
+from ..formula.distribution import Distribution, facing, facing_density
 from ..formula.fields import param
 from ..formula.smith import cotangent
-from ..formula.warp import power_cosine, power_cosine_density, power_positive
+from ..formula.warp import power_cosine_density, power_positive, power_tilt
 from .student_t import student_lambda
 
 
@@ -25,7 +25,8 @@ class BlinnFacets(Distribution):
     Units    D: 1/sr; n: 1.
     Error    D: rounding. Lambda, by a 16-point rule: G1 relative 1e-6.
     Source   Blinn 1977, "Models of light reflection"; normalised by projected area: Walter et al. 2007, EGSR, whose
-             Lambda is an approximation; here it is Smith's integral (see `StudentT`). Normals: density D cos.
+             Lambda is an approximation; here it is Smith's integral (see `StudentT`). Normals: density D cos,
+             of two that are opposite as they are seen.
 
     Example
     >>> facets = gn.BlinnFacets(gn.roughness.blinn_phong_n_from_alpha(0.3))
@@ -43,7 +44,8 @@ class BlinnFacets(Distribution):
         return student_lambda(cotangent(w) * ops.sqrt(k), k)
 
     def warp_normal(self, wo: Direction, u0: Any, u1: Any) -> Direction:
-        return power_cosine(self.n + 1.0, u0, u1)
+        sin_theta, cos_theta = power_tilt(self.n + 1.0, u1)
+        return facing(wo, sin_theta, u0, cos_theta)
 
     def normal_density(self, wo: Direction, wm: Direction, cos_d: Any) -> Any:
-        return power_cosine_density(self.n + 1.0, wm.z)
+        return power_cosine_density(self.n + 1.0, wm.z) * facing_density(wo, wm, cos_d)

@@ -6,8 +6,8 @@ import math
 from typing import Any
 
 from ..arrays import ops
-from ..formula.direction import Direction, on_circle, polar_angle
-from ..formula.distribution import ALPHA_HIGH, ALPHA_LOW, Distribution
+from ..formula.direction import Direction, polar_angle
+from ..formula.distribution import ALPHA_HIGH, ALPHA_LOW, Distribution, facing, facing_density
 from ..formula.fields import param
 from ..formula.smith import cotangent, gauss, smith_of_angles
 
@@ -56,7 +56,7 @@ class GaussianFacets(Distribution):
         nodes = [(reach * t**1.5, 1.5 * reach * weight * t**0.5) for t, weight in gauss(16)]
         return smith_of_angles(p, cotangent(w), nodes)
 
-    # Normals are drawn with density ~ exp(-(theta/alpha)^2) theta dtheta dphi, which has an inverse, and differs
+    # Tilts are drawn with density ~ exp(-(theta/alpha)^2) theta dtheta, which has an inverse, and differs
     # from D cos(theta) by the bounded factor sin(2 theta)/(2 theta).
 
     def _tail(self) -> Any:
@@ -65,11 +65,12 @@ class GaussianFacets(Distribution):
 
     def warp_normal(self, wo: Direction, u0: Any, u1: Any) -> Direction:
         theta = self.alpha * ops.sqrt(-ops.log(1.0 - u1 * self._tail()) + 1e-24)
-        return on_circle(ops.sin(theta), u0, ops.cos(theta))
+        return facing(wo, ops.sin(theta), u0, ops.cos(theta))
 
     def normal_density(self, wo: Direction, wm: Direction, cos_d: Any) -> Any:
         theta = polar_angle(wm)
         s = theta / self.alpha
         flat = theta < 1e-4
         ratio = ops.where(flat, 1.0, theta / ops.sin(ops.where(flat, 1.0, theta)))
-        return ratio * ops.exp(-s * s) / (math.pi * self.alpha * self.alpha * self._tail())
+        density = ratio * ops.exp(-s * s) / (math.pi * self.alpha * self.alpha * self._tail())
+        return density * facing_density(wo, wm, cos_d)

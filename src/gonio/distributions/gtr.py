@@ -6,8 +6,8 @@ import math
 from typing import Any
 
 from ..arrays import ops
-from ..formula.direction import Direction, on_circle
-from ..formula.distribution import ALPHA_HIGH, ALPHA_LOW, Distribution
+from ..formula.direction import Direction
+from ..formula.distribution import ALPHA_HIGH, ALPHA_LOW, Distribution, facing, facing_density
 from ..formula.fields import param
 from ..formula.smith import Nodes, cotangent, sinh_nodes, smith_of_angles
 from ..formula.special import expm1_over, log1p_over
@@ -25,7 +25,8 @@ class GTR(Distribution):
     Units    D: 1/sr; alpha, gamma: 1.
     Error    D: rounding, also at and beside gamma = 1 and alpha = 1. Lambda, by a 24-point rule: G1 relative 1e-6.
     Source   Burley 2012, "Physically-based shading at Disney", appendix B; gamma = 1: Berry 1923, as named there.
-             Normals are drawn with the density D cos, as there. Lambda: Smith's integral (`gonio.formula.smith.smith`).
+             Normals are drawn with the density D cos, as there, but of two that are opposite as they are seen. Lambda:
+             Smith's integral (`gonio.formula.smith.smith`).
 
     Example
     >>> for gamma in (1.5, 2.0):  # 2 is GGX
@@ -72,10 +73,10 @@ class GTR(Distribution):
         h = share * (1.0 - self.alpha) * (1.0 + self.alpha)
         log_over = log1p_over(ops.maximum(-k * h, -1.0 + 1e-7))
         sin2 = ops.minimum(self.alpha * self.alpha * share * log_over * expm1_over(h * log_over), 1.0)
-        return on_circle(ops.sqrt(sin2 + 1e-30), u0, ops.sqrt(1.0 - sin2))
+        return facing(wo, ops.sqrt(sin2 + 1e-30), u0, ops.sqrt(1.0 - sin2))
 
     def normal_density(self, wo: Direction, wm: Direction, cos_d: Any) -> Any:
-        return self.D(wm) * wm.z
+        return self.D(wm) * wm.z * facing_density(wo, wm, cos_d)
 
 
 def power_law_nodes(log_alpha: Any, gamma: Any) -> Nodes:

@@ -7,7 +7,7 @@ from typing import Any
 
 from ..arrays import ops
 from ..formula.direction import Direction
-from ..formula.distribution import Distribution, from_slopes
+from ..formula.distribution import Distribution, facing_density, facing_slopes
 from ..formula.fields import param
 from ..formula.smith import cotangent, gauss, sinh_nodes, smith
 from ..formula.special import expm1_over, log1p, log1p_over
@@ -23,7 +23,8 @@ class SGDFacets(Distribution):
     Shapes   alpha, p: numbers or (..., C).
     Units    D: 1/sr; alpha, p: 1.
     Error    K by 32-point Gauss-Legendre: relative 1e-10. Lambda, by a 20-point rule: G1 relative 1e-6. Normals are
-             drawn with a density close to D cos: weights stay below 3 times those of exact inversion.
+             drawn with a density close to D cos, of two that are opposite as they are seen: weights stay below 3 times
+             those of exact inversion.
     Source   Bagher, Soler & Holzschuch 2012, CGF 31(4):1509. Lambda is Smith's integral of this D; the paper fits a
              formula with four more parameters to it, which is the masking of `SGD`. Sampling derived here.
 
@@ -79,14 +80,15 @@ class SGDFacets(Distribution):
         v = h_peak * log1p_over(ops.maximum((1.0 - self.p) * h_peak, -1.0 + 1e-7))
         left = ops.where(in_peak, 1.0, (1.0 - u1) * (peak + tail) / tail)
         y = ops.where(in_peak, v * expm1_over(v), (1.0 - ops.log(left)) / self.alpha)
-        return from_slopes(self.alpha * ops.sqrt(y + 1e-30), u0)
+        return facing_slopes(wo, self.alpha * ops.sqrt(y + 1e-30), u0)
 
     def normal_density(self, wo: Direction, wm: Direction, cos_d: Any) -> Any:
         peak, tail = self._parts()
         y = (wm.x * wm.x + wm.y * wm.y) / (wm.z * wm.z) / self.alpha / self.alpha
         end = 1.0 / self.alpha
         fall = ops.exp(-self.p * ops.log(1.0 + ops.minimum(y, end)) - self.alpha * ops.maximum(y - end, 0.0))
-        return fall / (math.pi * self.alpha * self.alpha * (peak + tail)) / wm.z / wm.z / wm.z
+        density = fall / (math.pi * self.alpha * self.alpha * (peak + tail)) / wm.z / wm.z / wm.z
+        return density * facing_density(wo, wm, cos_d)
 
 
 _NODES = gauss(32)

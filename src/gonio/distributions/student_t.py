@@ -7,7 +7,7 @@ from typing import Any, ClassVar
 
 from ..arrays import ops
 from ..formula.direction import Direction
-from ..formula.distribution import ALPHA_HIGH, ALPHA_LOW, Distribution, Spread, from_slopes
+from ..formula.distribution import ALPHA_HIGH, ALPHA_LOW, Distribution, Spread, facing_density, facing_slopes
 from ..formula.fields import param
 from ..formula.smith import cotangent, gauss
 from ..formula.special import expm1_over, gamma_ratio, log1p
@@ -23,7 +23,8 @@ class StudentT(Distribution):
              Beckmann.
     Shapes   alpha_x, alpha_y, gamma: numbers or (..., C).
     Units    D: 1/sr; alpha: 1, the slope scale of both limits; gamma: 1.
-    Error    D: rounding. Lambda, by a 16-point rule: G1 relative 1e-6. Normals are drawn with the density D cos.
+    Error    D: rounding. Lambda, by a 16-point rule: G1 relative 1e-6. Normals are drawn with the density D cos,
+             of two that are opposite as they are seen.
     Source   Ribardière et al. 2017, CGF 36(2):421, in slopes; Lambda there is a fitted approximation, here an
              integral. gamma = 2: Walter et al. 2007, EGSR.
 
@@ -57,10 +58,10 @@ class StudentT(Distribution):
     def warp_normal(self, wo: Direction, u0: Any, u1: Any) -> Direction:
         k = self.gamma - 1.0
         e = -ops.log(1.0 - u1)  # the fraction of facets steeper than r is (1 + r^2/k)^(-k)
-        return from_slopes(ops.sqrt(e * expm1_over(e / k) + 1e-30), u0, self.alpha_x, self.alpha_y)
+        return facing_slopes(wo, ops.sqrt(e * expm1_over(e / k) + 1e-30), u0, self.alpha_x, self.alpha_y)
 
     def normal_density(self, wo: Direction, wm: Direction, cos_d: Any) -> Any:
-        return self.D(wm) * wm.z
+        return self.D(wm) * wm.z * facing_density(wo, wm, cos_d)
 
 
 def student_lambda(a: Any, k: Any) -> Any:

@@ -39,9 +39,14 @@ def power_cosine(n: Any, u0: Any, u1: Any) -> Direction:
     >>> print(power_cosine(10.0, np.array(0.0), np.array(0.5)).z.round(4))
     0.9389
     """
-    cos_theta = ops.power(ops.maximum(1.0 - u1, 1e-30), 1.0 / (n + 1.0))
-    sin_theta = ops.sqrt(ops.maximum(1.0 - cos_theta * cos_theta, 0.0))
+    sin_theta, cos_theta = power_tilt(n, u1)
     return on_circle(sin_theta, u0, cos_theta)
+
+
+def power_tilt(n: Any, u: Any) -> tuple[Any, Any]:
+    """(sin(theta), cos(theta)) of a direction with density (n + 1)/(2 pi) cos(theta)^n."""
+    cos_theta = ops.power(ops.maximum(1.0 - u, 1e-30), 1.0 / (n + 1.0))
+    return ops.sqrt(ops.maximum(1.0 - cos_theta * cos_theta, 1e-30)), cos_theta
 
 
 def power_cosine_density(n: Any, cos_theta: Any) -> Any:
