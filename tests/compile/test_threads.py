@@ -117,7 +117,7 @@ def test_a_picture_takes_as_many_threads_as_are_asked_for(engine):
 
 def test_what_is_called_within_a_part_is_not_shared_out(monkeypatch):
     """Neither kernels nor further parts, by the caller or by a helper; afterwards all is shared out again."""
-    lit = np.broadcast_to(gn.direction(0.4, 2.0), (100_000, 3))
+    lit = np.broadcast_to(gn.direction(0.4, 2.0), (500_000, 3))
     m, before, led, threads = gn.Lambertian(0.5), gn.threads(), [], set()
     together = plans.together
     monkeypatch.setattr(plans, "together", lambda *args: led.append(1) or together(*args))

@@ -146,7 +146,7 @@ class Parametrised(Value):
         if any(labels.is_lazy(v) or getattr(v, "_lazy", False) for v in attributes.values()):
             attributes["_lazy"] = True
         self._lay(named)
-        attributes.update(_holed=frozenset(holed), _derived={}, _kept=self._keep())
+        attributes.update(_holed=frozenset(holed), _derived={}, _alike={}, _kept=self._keep())
         self._check_size()
 
     def _lay(self, named: dict[str, Labels]) -> None:
@@ -218,7 +218,7 @@ class Parametrised(Value):
         evaluations = self.costs + self.repeats * sum(n for _, n in sizes)
         return 1 + max((depth for depth, _ in sizes), default=0), max(1, evaluations)
 
-    @derived
+    @property
     def alike(self) -> dict[Any, Any]:
         """What follows from the structure and from the shapes of numbers alone, by the functions that find it: one
         dictionary for all copies with other numbers.
@@ -228,7 +228,7 @@ class Parametrised(Value):
         >>> print(m.replace(alpha=0.2).alike is m.alike, m.replace(alpha=[0.1, 0.2]).alike is m.alike)
         True False
         """
-        return {}
+        return self._alike
 
     def _check_size(self) -> None:
         """Raises ParameterError where parts are nested too deep, or there are too many formulas."""
@@ -247,7 +247,7 @@ class Parametrised(Value):
         if not self.is_bound:  # bound copies hold tables by names of their own
             names = ("_tied", "_holed", "_labels", "_lazy", "fields", *self.fields, *self.beside)
             attributes = {n: attributes[n] for n in names if n in attributes}
-        return self._made_of(attributes, values, {"_kept": kept, "_derived": {}})
+        return self._made_of(attributes, values, {"_kept": kept, "_derived": {}, "_alike": {}})
 
     @classmethod
     def unchecked(cls, **values: Any) -> Self:
@@ -257,7 +257,7 @@ class Parametrised(Value):
         >>> print(gn.GGX.unchecked(alpha_x=0.1, alpha_y=0.4).alpha_y)
         0.4
         """
-        return cls._made_of(values, {"_tied": {}, "_derived": {}})
+        return cls._made_of(values, {"_tied": {}, "_derived": {}, "_alike": {}})
 
     def validate(self) -> None:
         """Rules between fields; raises ParameterError. Overridden where there are any."""
@@ -458,7 +458,7 @@ class Parametrised(Value):
         new = self._changed(values, kept)
         new.__dict__["_tied"] = ties
         if alike:
-            vars(Parametrised)["alike"].hand_on(self, new)
+            new.__dict__["_alike"] = self._alike
         else:
             new._check_size()
         new.validate()
@@ -544,7 +544,7 @@ class Parametrised(Value):
         float32
         """
         attributes, kept, tied = self.__dict__, self._kept, self._tied
-        bound = {"_tied": tied, "_holed": self._holed, "_derived": {}, "is_bound": True}
+        bound = {"_tied": tied, "_holed": self._holed, "_derived": {}, "_alike": {}, "is_bound": True}
         for name in ("fields", *self.beside):  # a loop: for a comprehension torch.compile would look at every array
             if name in attributes and not isinstance(self.beside.get(name), Note):
                 bound[name] = attributes[name]

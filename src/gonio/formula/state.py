@@ -74,10 +74,6 @@ class derived(Generic[T]):
             results[self.function] = self.function(owner)
         return results[self.function]
 
-    def hand_on(self, owner: Any, copy: Any) -> None:
-        """Let a copy of which the same is known have the value of `owner`."""
-        copy._derived[self.function] = self.__get__(owner, type(owner))
-
 
 def state(default: Any = None) -> Any:
     """State by which formulas decide, such as the spacing of a grid. Constructors set it: `self._hold`."""

@@ -34,6 +34,8 @@ class Value:
     _holed: frozenset[str] = frozenset()  # names of parameters of which some entries were masked, and are NaN
     _derived: dict[Any, Any]
     """Derived values, by the functions that compute them: shared by copies that differ in notes alone."""
+    _alike: dict[Any, Any]
+    """The same for what follows from the structure alone, `Parametrised.alike`: shared by copies with other numbers."""
 
     def _hold(self, **attributes: Any) -> None:
         """Set declared state and notes, or a field as it is; for constructors alone."""
@@ -123,10 +125,10 @@ class Value:
         return hash((type(self), *(v for _, v in self._key() if isinstance(v, (float, str, Value)))))
 
     def __getstate__(self) -> dict[str, Any]:
-        return {n: v for n, v in self.__dict__.items() if n not in ("_kept", "_derived")}
+        return {n: v for n, v in self.__dict__.items() if n not in ("_kept", "_derived", "_alike")}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
-        self.__dict__.update(freeze(state), _derived={})  # pickles and deep copies forget it
+        self.__dict__.update(freeze(state), _derived={}, _alike={})  # pickles and deep copies forget them
         self.__dict__["_kept"] = self._keep()
 
     def __repr__(self) -> str:
