@@ -11,7 +11,8 @@ import numpy as np
 from ..arrays import ops
 from ..base.reflectance import Reflectance
 from ..distributions.ggx import GGX
-from ..formula.direction import Direction, dot, half_and_cosine, half_vector, on_circle, reflect
+from ..formula.direction import Direction, dot, half_and_cosine, half_vector, reflect
+from ..formula.distribution import facing, facing_density
 from ..formula.fields import option, param
 from ..formula.special import expm1_over, less_fifth_power
 from ._facets import Facets
@@ -146,7 +147,7 @@ class _Mirrors(_Disney, Facets):
 
 
 class _Coat(_Disney):
-    """The clearcoat, of index 1.5: GTR1 facets, drawn with density D cos(theta_m)."""
+    """The clearcoat, of index 1.5: GTR1 facets, drawn with density D cos(theta_m), of two opposite ones as seen."""
 
     def gloss(self) -> Any:
         """alpha of the clearcoat."""
@@ -167,11 +168,11 @@ class _Coat(_Disney):
         a2 = self.gloss() * self.gloss()
         x = -u1 * ops.log(a2)
         sin2 = ops.clip(a2 * x * expm1_over(x) / (1.0 - a2), 1e-24, 1.0)
-        return reflect(wo, on_circle(ops.sqrt(sin2), u0, ops.sqrt(ops.maximum(1.0 - sin2, 0.0))))
+        return reflect(wo, facing(wo, ops.sqrt(sin2), u0, ops.sqrt(ops.maximum(1.0 - sin2, 0.0))))
 
     def density(self, wi: Direction, wo: Direction) -> Any:
         wm, cos_d = half_and_cosine(wi, wo)
-        return self.D(wm) * wm.z / (4.0 * cos_d)
+        return self.D(wm) * wm.z * facing_density(wo, wm, cos_d) / (4.0 * cos_d)
 
     def estimate(self, wo: Direction) -> Any:
         return 0.25 * self.clearcoat * (0.04 + 0.96 * _fifth(1.0 - wo.z))
