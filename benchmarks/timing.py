@@ -53,7 +53,8 @@ class Engine:
 class Case:
     """Engines that do the same work: `count` evaluations that read and write `traffic` bytes each.
 
-    The first of `ours` is gonio as a user calls it; a second writes into an array that is already there.
+    The first of `ours` is gonio as a user calls it; a second writes into an array that is already there. `rested`: the
+    timed call is the first one after the pause.
     """
 
     title: str
@@ -62,6 +63,7 @@ class Case:
     ours: Sequence[Engine]
     peers: Sequence[Engine] = ()
     note: str = ""
+    rested: bool = False
 
 
 @dataclass
@@ -82,7 +84,7 @@ def first_line(error: BaseException) -> str:
     return f"{type(error).__name__}: {error}".partition("\n")[0][:90]
 
 
-def measure(engines: Sequence[Engine], rounds: int) -> list[Timed]:
+def measure(engines: Sequence[Engine], rounds: int, rested: bool = False) -> list[Timed]:
     """All engines, timed in turn. One that cannot be built or run is reported, and left out of the rounds."""
     timed = [Timed(engine) for engine in engines]
     calls: list[tuple[Timed, Callable[[], Any], bool]] = []
@@ -100,7 +102,7 @@ def measure(engines: Sequence[Engine], rounds: int) -> list[Timed]:
         for i in order.permutation(len(calls)):
             t, call, long = calls[i]
             time.sleep(SETTLE)
-            if not long:
+            if not (long or rested):
                 call()
             seconds[id(t)].append(_seconds(call))
     for t, _, _ in calls:
@@ -125,7 +127,7 @@ HEAD = f"   {'engine':<30} {'speed':>10} {'best':>6} {'GB/s':>5}  {'gonio/it [qu
 
 def table(case: Case, rounds: int) -> list[str]:
     """The lines of a case, measured now: gonio's own first, then each peer with how many times as fast gonio is."""
-    timed = measure([*case.ours, *case.peers], rounds)
+    timed = measure([*case.ours, *case.peers], rounds, case.rested)
     ours, peers = timed[: len(case.ours)], timed[len(case.ours) :]
     lines = [case.title]
     for t in timed:
