@@ -42,7 +42,7 @@ def bracket(nodes: Any, count: int, x: Any) -> Slices:
             i, low = ops.where(passed, k, i), ops.where(passed, node, low)
             high = ops.where(passed, ops.take(nodes, k + 1), high)
     else:
-        i, _ = _last(count - 1, lambda k: ops.take(nodes, k) < x, x)
+        i, _, _ = _last(count - 1, lambda k: ops.take(nodes, k), x)
         low, high = ops.take(nodes, i), ops.take(nodes, i + 1)
     w = ops.clip((x - low) / (high - low), 0.0, 1.0)
     return ((i, 1.0 - w), (i + 1, w))
@@ -70,14 +70,13 @@ def _weighted(table: Any, starts: Slices, index: Any) -> Any:
 def bilinear(table: Any, at: Slices, shape: tuple[int, int], x: Any, y: Any, plane: Any = 0, planes: int = 1) -> Any:
     """Value at (x, y) in [0, 1]^2 of a table with entries from 0 to 1; x runs along a row.
 
-    `shape`: (rows, columns). A slice may hold several `planes`; the value is that of `plane`.
+    `shape`: (rows, columns). An entry may hold several `planes`, side by side; the value is that of `plane`.
     """
     rows, columns = shape
     (row, v), (column, u) = _cell(y, rows), _cell(x, columns)
-    first = plane * (rows * columns) + (row * columns + column)
-    v00, v01, v10, v11 = (
-        gather(table, at, planes * rows * columns, first + step) for step in (0, 1, columns, columns + 1)
-    )
+    first = (row * columns + column) * planes + plane
+    steps = (0, planes, columns * planes, (columns + 1) * planes)
+    v00, v01, v10, v11 = (gather(table, at, planes * rows * columns, first + step) for step in steps)
     return _lerp(_lerp(v00, v01, u), _lerp(v10, v11, u), v)
 
 
@@ -92,66 +91,88 @@ class MarginalWarp(NamedTuple):
     conditional: Any
     marginal: Any
     shape: tuple[int, int]
-    number: int  # of tables in the set
+    beside: int = 1  # entries side by side: of one table, or (2) of the next one too
 
     def eval(self, at: Slices, x: Any, y: Any) -> Any:
         """Density at (x, y)."""
-        return bilinear(self.density, at, self.shape, x, y)
+        rows, columns = self.shape
+        (row, v), (column, u) = _cell(y, rows), _cell(x, columns)
+        left, right = self._edges(at, row, column, v)
+        return _lerp(left, right, u)
 
     def invert(self, at: Slices, x: Any, y: Any) -> tuple[Any, Any, Any]:
         """(sx, sy) that `sample` maps to (x, y), and the density there: the Jacobian of this inverse."""
         rows, columns = self.shape
-        size = rows * columns
         (row, v), (column, u) = _cell(y, rows), _cell(x, columns)
-        first = row * columns + column
-        v00, v01, v10, v11 = (gather(self.density, at, size, first + k) for k in (0, 1, columns, columns + 1))
-        left, right = _lerp(v00, v10, v), _lerp(v01, v11, v)
-        below, above = (gather(self.conditional, at, size, column * rows + row + k) for k in (0, 1))
-        before = _lerp(below, above, v)
+        left, right = self._edges(at, row, column, v)
+        before = self._between_rows(self.conditional, at, row, column, v)
         low, high = self._row_totals(at, row)
         total = _lerp(low, high, v)
         empty = total <= 0.0
         along = before + _segment(u, left, right) * (1.0 / (columns - 1))
         sx = ops.where(empty, 0.0, along / ops.where(empty, 1.0, total))
-        sy = gather(self.marginal, at, 1, row * self.number) + _segment(v, low, high) * (1.0 / (rows - 1))
+        below = _weighted(self.marginal, self._starts(at, rows), row * self.beside)
+        sy = below + _segment(v, low, high) * (1.0 / (rows - 1))
         return sx, sy, _lerp(left, right, u)
 
     def sample(self, at: Slices, sx: Any, sy: Any) -> tuple[Any, Any]:
         """(x, y) for two uniform numbers."""
         rows, columns = self.shape
-        size = rows * columns
+        beside = self.beside
         # What the searches look up at every step is prepared outside them: they take most of the time.
-        row, row_start = _last(rows - 1, lambda k: _weighted(self.marginal, at, k * self.number) < sy, sy)
+        starts = self._starts(at, rows)
+        row, row_start, below = _last(rows - 1, lambda k: _weighted(self.marginal, starts, k * beside), sy)
         low, high = self._row_totals(at, row)
-        v = _invert_segment((sy - _weighted(self.marginal, at, row * self.number)) * (rows - 1.0), low, high)
-        edges = ((0, 1.0 - v), (1, v))
-        starts_x = [(number * size + row + k, w * weight) for number, weight in at for k, w in edges]
+        v = _invert_segment((sy - below) * (rows - 1.0), low, high)
+        starts = [
+            (start + row * beside + k * beside, w * weight)
+            for start, weight in self._starts(at, rows * columns)
+            for k, w in ((0, 1.0 - v), (1, v))
+        ]
         wanted = sx * _lerp(low, high, v)
-
-        def reached(k: Any) -> Any:
-            return _weighted(self.conditional, starts_x, k * rows)
-
-        column, column_start = _last(columns - 1, lambda k: reached(k) < wanted, wanted)
-        first = row * columns + column
-        cells = [(number * size + first + k * columns, w * weight) for number, weight in at for k, w in edges]
-        left, right = (_weighted(self.density, cells, k) for k in (0, 1))
-        before = reached(column)
+        column, column_start, before = _last(
+            columns - 1, lambda k: _weighted(self.conditional, starts, k * (rows * beside)), wanted
+        )
+        left, right = (_weighted(self.density, starts, column * (rows * beside) + k * rows * beside) for k in (0, 1))
         u = _invert_segment((wanted - before) * (columns - 1.0), left, right)
         return (column_start + u) * (1.0 / (columns - 1)), (row_start + v) * (1.0 / (rows - 1))
 
+    def _starts(self, at: Slices, size: int) -> Slices:
+        """Where the entries of the tables begin, `size` of each, with the tables' weights."""
+        if self.beside == 1:
+            return [(number * size, weight) for number, weight in at]
+        pairs = zip(at[::2], at[1::2], strict=True)
+        return [
+            (number * (size * 2) + k, weight)
+            for (number, first), (_, second) in pairs
+            for k, weight in enumerate((first, second))
+        ]
+
+    def _between_rows(self, table: Any, at: Slices, row: Any, column: Any, v: Any, step: int = 0) -> Any:
+        rows, columns = self.shape
+        starts, first = self._starts(at, rows * columns), (column * rows + row) * self.beside
+        low, high = (_weighted(table, starts, first + (k + step * rows) * self.beside) for k in (0, 1))
+        return _lerp(low, high, v)
+
+    def _edges(self, at: Slices, row: Any, column: Any, v: Any) -> tuple[Any, Any]:
+        """The density at both columns of a cell, between its rows."""
+        left, right = (self._between_rows(self.density, at, row, column, v, step) for step in (0, 1))
+        return left, right
+
     def _row_totals(self, at: Slices, row: Any) -> tuple[Any, Any]:
         rows, columns = self.shape
-        end = (columns - 1) * rows
-        low, high = (gather(self.conditional, at, rows * columns, end + row + k) for k in (0, 1))
+        starts, end = self._starts(at, rows * columns), (columns - 1) * rows * self.beside
+        low, high = (_weighted(self.conditional, starts, row * self.beside + end + k * self.beside) for k in (0, 1))
         return low, high
 
 
-def tables(values: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+def tables(values: np.ndarray, beside: int = 1) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Density, conditional and marginal distribution functions, and integrals of tables (..., rows, columns).
 
-    Entries that a lookup needs together lie side by side: the conditional functions are (..., columns, rows), the
-    marginal ones (rows, ...). They start with 0, so that a lookup needs no special case. `values` are not negative, and
-    every table has a positive integral; computed in float64.
+    Entries that a lookup needs together lie side by side: density and conditional functions are (..., columns, rows,
+    beside), the marginal ones (..., rows, beside), where the last axis are this table and, if two lie beside each
+    other, the next one along the axis before rows. Distribution functions start with 0, so that a lookup needs no
+    special case. `values` are not negative, and every table has a positive integral; computed in float64.
     """
     values = np.asarray(values, dtype=np.float64)
     rows, columns = values.shape[-2:]
@@ -162,28 +183,40 @@ def tables(values: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.n
     np.cumsum((totals[..., :-1] + totals[..., 1:]) * (0.5 / (rows - 1)), axis=-1, out=marginal[..., 1:])
     integral = marginal[..., -1].copy()
     scale = integral[..., None, None]
-    conditional = np.ascontiguousarray((conditional / scale).swapaxes(-2, -1))
-    marginal = np.moveaxis(marginal / integral[..., None], -1, 0).copy()
-    return values / scale, conditional, marginal, integral
+    density, conditional = ((t / scale).swapaxes(-2, -1) for t in (values, conditional))
+    marginal = marginal / integral[..., None]
+    return (*(_beside(t, n, beside) for t, n in ((density, 2), (conditional, 2), (marginal, 1))), integral)
 
 
-def tables_when_needed(names: Sequence[str], make: Callable[[], np.ndarray]) -> dict[str, Fixed]:
+def _beside(tables: np.ndarray, axes: int, count: int) -> np.ndarray:
+    """Tables with as many axes, each entry followed by that of the next table (of the last one by its own)."""
+    if count == 1:
+        return np.ascontiguousarray(tables)
+    following = np.concatenate([tables, tables[(..., slice(-1, None), *(slice(None),) * axes)]], -1 - axes)
+    following = following[(..., slice(1, None), *(slice(None),) * axes)]
+    return np.stack([tables, following], -1)
+
+
+def tables_when_needed(names: Sequence[str], make: Callable[[], np.ndarray], beside: int) -> dict[str, Fixed]:
     """`tables` of the values that `make` returns, by name and flat; it is called when the first one is looked up."""
-    flat = cache(lambda: [table.reshape(-1) for table in tables(make())])
+    flat = cache(lambda: [table.reshape(-1) for table in tables(make(), beside)])
     return {name: Fixed(partial(lambda k: flat()[k], k)) for k, name in enumerate(names)}
 
 
-def _last(count: int, below: Callable[[Any], Any], like: Any) -> tuple[Any, Any]:
-    """The last k < count for which the monotone `below(k)` holds, or 0; as a whole number and a real one."""
-    real = 0.0 * like
-    k = ops.to_index(real)
-    step = 1 << (max(count - 1, 1).bit_length() - 1)
-    while step:
-        k_next, real_next = ops.minimum(k + step, count - 1), ops.minimum(real + step, count - 1.0)
-        passed = below(k_next)
-        k, real = ops.where(passed, k_next, k), ops.where(passed, real_next, real)
-        step >>= 1
-    return k, real
+def _last(count: int, reached: Callable[[Any], Any], wanted: Any) -> tuple[Any, Any, Any]:
+    """The last k < count for which the monotone `reached(k)` is below `wanted`, or 0; as a whole number and a real one,
+    and what is reached there."""
+    real = 0.0 * wanted
+    k, value = ops.to_index(real), real
+    while count > 1:
+        # Of `count` places from k on, the first is below or the last resort. Halving takes as many steps as a search
+        # that ends early at best, and leaves no bounds to be checked.
+        step = count // 2
+        there = reached(k + step)
+        passed = there < wanted
+        k, real, value = ops.where(passed, k + step, k), ops.where(passed, real + step, real), ops.where(passed, there, value)
+        count -= step
+    return k, real, value
 
 
 def _cell(x: Any, count: int) -> tuple[Any, Any]:

@@ -51,7 +51,7 @@ class Sampled(Measured):
         def lobes() -> np.ndarray:
             return _lobes(self._changed({}, bare), self.is_oriented())
 
-        return {**bare, **tables_when_needed(KINDS, lobes)}
+        return {**bare, **tables_when_needed(KINDS, lobes, 2)}
 
     def _looked_up(self) -> dict[str, Fixed]:
         """The tables that `formula` looks up, by name."""
@@ -91,8 +91,7 @@ class Sampled(Measured):
 
     @property
     def _lobe(self) -> MarginalWarp:
-        count = VIEWS * (TURNS + 1) if self.is_oriented() else VIEWS
-        return MarginalWarp(self.lobe, self.lobe_conditional, self.lobe_marginal, (ROWS, COLUMNS), count)
+        return MarginalWarp(self.lobe, self.lobe_conditional, self.lobe_marginal, (ROWS, COLUMNS), 2)
 
 
 def _lobes(m: Measured, oriented: bool) -> np.ndarray:

@@ -161,12 +161,23 @@ class RGL(Measured):
         super().__init__(path, about, **{name: Ours(a) for name, a in tables.items()}, channel=len(names))
 
     def _keep(self) -> dict[str, Fixed]:
-        vndf, luminance = self.stored["vndf"], self.stored["luminance"]
+        """The base's fields, S with its channels side by side, D and sigma by columns, and the tables of the warps."""
+        fields, beside = super()._keep(), self._beside
+        vndf, luminance, values = self.stored["vndf"], self.stored["luminance"], fields["values"]
         return {
-            **super()._keep(),
-            **tables_when_needed([f"vndf{kind}" for kind in KINDS[:3]], lambda: vndf),
-            **tables_when_needed([f"luminance{kind}" for kind in KINDS], lambda: _lit(luminance)),
+            **fields,
+            "values": Fixed(lambda: np.moveaxis(values.numbers.reshape(self.shapes[self.main]), -3, -1).reshape(-1)),
+            **{
+                name: Fixed(lambda name=name: fields[name].numbers.reshape(self.shapes[name]).T.reshape(-1))
+                for name in ("ndf", "sigma")
+            },
+            **tables_when_needed([f"vndf{kind}" for kind in KINDS[:3]], lambda: vndf, beside),
+            **tables_when_needed([f"luminance{kind}" for kind in KINDS], lambda: _lit(luminance), beside),
         }
+
+    @property
+    def _beside(self) -> int:
+        return min(*self.shapes["theta_i"], 2)
 
     def _key(self) -> tuple:
         return (*super()._key(), *((name, self.stored[name]) for name in ("vndf", "luminance")))
@@ -201,8 +212,8 @@ class RGL(Measured):
         plane, planes = ops.to_index(self.channel), self.planes
         S = bilinear(self.values, at, self._grid(self.main), sx, sy, plane, planes)
         if self.divided:
-            D = bilinear(self.ndf, ONE, self._grid("ndf"), x, y)
-            S = S * (D / (4.0 * bilinear(self.sigma, ONE, self._grid("sigma"), x_i, y_i)))
+            D = bilinear(self.ndf, ONE, self._grid("ndf")[::-1], y, x)
+            S = S * (D / (4.0 * bilinear(self.sigma, ONE, self._grid("sigma")[::-1], y_i, x_i)))
         return S / wo.z
 
     def warp(self, wo: Direction, u0: Any, u1: Any) -> Direction:
@@ -275,8 +286,7 @@ class RGL(Measured):
     def _warp(self, name: str) -> MarginalWarp:
         """Of "vndf", visible normals over phi_m and sqrt(theta_m), or of "luminance", samples over s."""
         density, conditional, marginal = (getattr(self, name + kind) for kind in KINDS[:3])
-        count = math.prod(self.shapes["phi_i"] + self.shapes["theta_i"])
-        return MarginalWarp(density, conditional, marginal, self._grid(name), count)
+        return MarginalWarp(density, conditional, marginal, self._grid(name), self._beside)
 
 
 def _lit(luminance: np.ndarray) -> np.ndarray:
