@@ -107,7 +107,7 @@ def prepare(
         address = 0 if array is None or k < brought else _address(array[0])
         words += [address, outer.steps[k], inner.steps[k], view.component]
     for table in tables:
-        words += [_address(table), len(table) - 8]
+        words += [_address(table), len(table) - 2]
     for k, (r, s, d) in enumerate(zip(results, shapes, dtypes, strict=True), len(arrays)):
         places.append(len(words))
         full = (*s, *r.element)
@@ -138,7 +138,7 @@ def renewed(plan: Plan, arrays: Sequence[tuple[np.ndarray, int] | None], tables:
             block[place] = _address(array[0])
     for k, table in enumerate(tables):
         place = 4 * len(places) + 2 * k
-        block[place], block[place + 1] = _address(table), len(table) - 8
+        block[place], block[place + 1] = _address(table), len(table) - 2
     return plan._replace(block=partial(type(block).from_buffer_copy, block), keeper=(arrays, tables))
 
 

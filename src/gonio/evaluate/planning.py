@@ -185,16 +185,16 @@ def _tables(trace: Trace, material: Parametrised, dtype: np.dtype) -> list[np.nd
     if not tables:
         return []
     with np.errstate(all="ignore"):
-        return [_table(t, dtype) if k in trace.looked_up else np.zeros(8, dtype) for k, t in enumerate(tables)]
+        return [_table(t, dtype) if k in trace.looked_up else np.zeros(2, dtype) for k, t in enumerate(tables)]
 
 
 def _within(trace: Trace, tables: Sequence[np.ndarray]) -> bool:
     """Whether the constant places that are looked up are in the tables: compiled code reads them as they are."""
-    return all(place < len(tables[k]) - 7 for k, place in trace.reach.items())
+    return all(place < len(tables[k]) - 1 for k, place in trace.reach.items())
 
 
 def _table(table: Fixed, dtype: np.dtype) -> np.ndarray:
-    if False and table.whole.dtype == dtype:
+    if isinstance(table, Roomy) and table.whole.dtype == dtype:
         return table.whole
     padded: np.ndarray = table.once(_padded, dtype)
     return padded
@@ -202,8 +202,8 @@ def _table(table: Fixed, dtype: np.dtype) -> np.ndarray:
 
 def _padded(numbers: np.ndarray, dtype: np.dtype) -> np.ndarray:
     """A table with an entry more: kernels read two at a time."""
-    padded = np.empty(len(numbers) + 7, dtype)
-    padded[:-7], padded[-7:] = numbers, 0.0
+    padded = np.empty(len(numbers) + 1, dtype)
+    padded[:-1], padded[-1] = numbers, 0.0
     return padded
 
 

@@ -115,6 +115,8 @@ class Graph:
     def _simplified_index(self, operation: str, nodes: Sequence[int]) -> int | None:
         """Whole numbers have no rounding: sums are written with one constant, and that last."""
         sign = 1 if operation == "add" else -1
+        if sign > 0 and self.value(nodes[0]) is not None:
+            nodes = nodes[::-1]
         (x, c), (y, d) = (self.split(n) for n in nodes)
         offset = int(c + sign * d)
         if x is None and y is None:

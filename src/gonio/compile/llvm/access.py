@@ -164,8 +164,7 @@ class Access:
             address, name = self.beyond(f"%t{table}", int(place) * self.size), self.v.name()
             self.v.write(f"{name}.s = load {self.real}, ptr {address}, align {self.size}")
             return Value("real", self.v.spread(name, self.real, f"{name}.s"))
-        index = self.values[index_node]
-        return self.lookups.entry(node, index)
+        return self.lookups.entry(node, self.values[index_node])
 
     # Outputs.
 
