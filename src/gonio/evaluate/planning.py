@@ -165,7 +165,7 @@ def plan(call: Call) -> Plan:
     results = [Result(*parts) for parts in zip(trace.results, uses, elements, strict=True)]
     tables = _tables(trace, material, dtype)
     if not _within(trace, tables):
-        raise TraceError("a formula looks up constant places beyond a table")
+        raise TraceError("a formula looks up places beyond a table")
     try:
         made = prepare(trace.graph, results, arrays, trace.inputs, tables, shape, dtype)
     except (DependencyError, EngineError) as error:

@@ -141,6 +141,17 @@ class Graph:
                 return a, last
         return node, 0
 
+    def neighbours(self, order: Iterable[int]) -> dict[tuple[int, int], dict[int, int]]:
+        """Lookups among some nodes whose places differ by constants: (table, index node) -> offset -> node."""
+        found: dict[tuple[int, int], dict[int, int]] = {}
+        for node in order:
+            if self.operations[node] == "take":
+                table, index = self.arguments[node]
+                base, offset = self.split(index)
+                if base is not None:
+                    found.setdefault((table, base), {})[int(offset)] = node
+        return found
+
     def inputs(self, node: int) -> Sequence[int]:
         """The nodes that a node is computed from."""
         operation = self.operations[node]

@@ -22,13 +22,15 @@ BLOCKS = 2
 
 
 class Run(NamedTuple):
-    """Lookups of entries side by side: their table, the first node, their number, and the distances in the table [in
-    entries] of other runs, which are read soon."""
+    """Lookups of entries side by side: their table and the index node that they share, the offset of the first, their
+    number, and the least and the largest offset of all lookups with that node."""
 
     table: int
-    first: int
+    base: int
+    start: int
     length: int
-    others: tuple[int, ...]
+    least: int
+    most: int
 
 
 class Lookups:
@@ -41,36 +43,39 @@ class Lookups:
         self.v, self.native = v, native
         self.real, self.size = v.scalar["real"], 4 if program.dtype == FLOAT32 else 8
         self.runs = _runs(program.graph, order, BLOCKS * BLOCK // self.size)
-        self.read: dict[int, list[Value]] = {}
+        self.read: dict[Run, list[Value]] = {}
+        self.indices: dict[tuple[int, int], Value] = {}
+        self.addresses: dict[tuple[int, int], list[str]] = {}
 
     def entry(self, node: int, index: Value) -> Value:
-        """The entry of a table that a node looks up; an index beyond it reads its last entry."""
+        """The entry of a table that a node looks up; one beyond it is that of another place in it."""
         run, place = self.runs[node]
-        if run.first not in self.read:
-            start = self.v.integer("sub", index, self.v.index(place)) if place else index
-            self.read[run.first] = self._entries(run, start)
-        return self.read[run.first][place]
+        if run not in self.read:
+            first = self._first(run, index, run.start + place)
+            if run.length * self.size <= 8:
+                self.read[run] = self._gathered(run, first)
+            else:
+                self.read[run] = self._loaded(run, first)
+        return self.read[run][place]
 
-    def _entries(self, run: Run, start: Value) -> list[Value]:
-        v, w, kind = self.v, self.v.width, self.v.types["index"]
-        least = v.intrinsic(f"umin.v{w}i32", kind, (kind, start.name), (kind, f"%t{run.table}.end"))
-        index = v.emit("index", least)
-        if run.length * self.size <= 8:
-            return self._gathered(run, index)
-        index = self._together(index)
-        parts = [self._loaded(run, index, first) for first in range(0, w, self.native)]
-        n = self.native
-        while len(parts) > 1:
-            pairs = zip(parts[::2], parts[1::2], strict=True)
-            parts = [[v.shuffle(a, b, n, range(2 * n)) for a, b in zip(x, y, strict=True)] for x, y in pairs]
-            n *= 2
-        return parts[0]
+    def _first(self, run: Run, index: Value, offset: int) -> Value:
+        """The index at the least offset of all lookups that share a node, such that all of them are in the table."""
+        v, w, kind, name = self.v, self.v.width, self.v.types["index"], (run.table, run.base)
+        if name not in self.indices:
+            end = Value("index", f"%t{run.table}.end")
+            if run.most > run.least:
+                end = v.integer("sub", end, v.index(run.most - run.least))
+            if offset > run.least:
+                index = v.integer("sub", index, v.index(offset - run.least))
+            least = v.intrinsic(f"umin.v{w}i32", kind, (kind, index.name), (kind, end.name))
+            self.indices[name] = v.emit("index", least)
+        return self.indices[name]
 
-    def _gathered(self, run: Run, index: Value) -> list[Value]:
+    def _gathered(self, run: Run, first: Value) -> list[Value]:
         """One entry or two by the instruction for that."""
         v, w = self.v, self.v.width
-        pointers = v.name()
-        v.write(f"{pointers} = getelementptr {self.real}, ptr %t{run.table}, {v.types['index']} {index.name}")
+        pointers, start = v.name(), self._beyond(f"%t{run.table}", run.start - run.least)
+        v.write(f"{pointers} = getelementptr {self.real}, ptr {start}, {v.types['index']} {first.name}")
         entry = self.real if run.length == 1 else "double"
         name, kind = f"masked.gather.v{w}{'f32' if entry == 'float' else 'f64'}.v{w}p0", f"<{w} x {entry}>"
         mask = (f"<{w} x i1>", "splat (i1 true)")
@@ -94,36 +99,48 @@ class Lookups:
         other = v.emit("index", f"shufflevector {kind} {index.name}, {kind} poison, <{w} x i32> <{picks}>")
         return v.integer("or", index, v.integer("lshr", other, v.index(31)))
 
-    def _loaded(self, run: Run, index: Value, first: int) -> list[Value]:
-        """The entries for a vector of lanes from `first` on."""
-        v, block = self.v, BLOCK // self.size
-        addresses: list[str] = []
+    def _loaded(self, run: Run, first: Value) -> list[Value]:
+        """The entries of a run, lane by lane."""
+        v, w, n, block, name = self.v, self.v.width, self.native, BLOCK // self.size, (run.table, run.base)
+        if name not in self.addresses:
+            self.addresses[name] = self._lane_by_lane(run.table, self._together(first))
+        offset, skipped = run.start - run.least, max(run.length - block, 0)
+        parts = []
+        for lane in range(0, w, n):
+            addresses = self.addresses[name][lane : lane + n]
+            entries = self._transposed(addresses, offset)
+            if skipped:  # the last block, without going beyond the run
+                entries[skipped:] = self._transposed(addresses, offset + skipped)
+            parts.append(entries)
+        while len(parts) > 1:
+            halves = zip(parts[::2], parts[1::2], strict=True)
+            parts = [[v.shuffle(a, b, n, range(2 * n)) for a, b in zip(x, y, strict=True)] for x, y in halves]
+            n *= 2
+        return parts[0]
+
+    def _lane_by_lane(self, table: int, index: Value) -> list[str]:
+        """The address of an entry for each lane."""
+        v, half = self.v, self.v.width // 2
+        addresses = []
         # Two places at a time: taking a number out of a vector takes longer than taking it apart.
-        pairs = v.emit("pairs", f"bitcast {v.types['index']} {index.name} to <{v.width // 2} x i64>")
-        for k in range(first // 2, (first + self.native) // 2):
-            pair = v.emit("pair", f"extractelement <{v.width // 2} x i64> {pairs.name}, i64 {k}")
+        pairs = v.emit("pairs", f"bitcast {v.types['index']} {index.name} to <{half} x i64>")
+        for k in range(half):
+            pair = v.emit("pair", f"extractelement <{half} x i64> {pairs.name}, i64 {k}")
             for place in (f"and i64 {pair.name}, 4294967295", f"lshr i64 {pair.name}, 32"):
                 at = v.emit("place", place).name
-                addresses.append(v.emit("address", f"getelementptr {self.real}, ptr %t{run.table}, i64 {at}").name)
-        import os
-        if os.environ.get("PRE") == "1":
-            v.declared.add("declare void @llvm.prefetch.p0(ptr, i32, i32, i32)")
-            for d in run.others:
-                for a in addresses:
-                    far = v.emit("address", f"getelementptr i8, ptr {a}, i64 {d * self.size}").name
-                    v.write(f"call void @llvm.prefetch.p0(ptr {far}, i32 0, i32 3, i32 1)")
-        entries = self._transposed(addresses, 0)
-        if run.length > block:  # the last block, without going beyond the run
-            skipped = run.length - block
-            entries[skipped:] = self._transposed(addresses, skipped)
-        return entries
+                addresses.append(v.emit("address", f"getelementptr {self.real}, ptr %t{table}, i64 {at}").name)
+        return addresses
+
+    def _beyond(self, address: str, entries: int) -> str:
+        """The address so many entries beyond another."""
+        return self.v.emit("address", f"getelementptr {self.real}, ptr {address}, i64 {entries}").name
 
     def _transposed(self, addresses: Sequence[str], offset: int) -> list[Value]:
         """A block of entries that begins so many entries after an address, for each lane."""
         v, w, block = self.v, self.native, BLOCK // self.size
         read = []
         for address in addresses:
-            at = v.emit("address", f"getelementptr {self.real}, ptr {address}, i64 {offset}").name
+            at = self._beyond(address, offset)
             read.append(v.emit("real", f"load <{block} x {self.real}>, ptr {at}, align {self.size}"))
         rows = []
         for k in range(block):
@@ -149,22 +166,13 @@ class Lookups:
 
 def _runs(graph: Graph, order: Sequence[int], most: int) -> dict[int, tuple[Run, int]]:
     """Runs of at most so many lookups: node -> its run, and its place in it."""
-    neighbours: dict[tuple[int, int], dict[int, int]] = {}
-    for node in order:
-        if graph.operations[node] == "take":
-            table, index = graph.arguments[node]
-            base, offset = graph.split(index)
-            if base is not None:
-                neighbours.setdefault((table, base), {})[int(offset)] = node
     places: dict[int, tuple[Run, int]] = {}
-    for (table, _), members in neighbours.items():
-        offsets, starts = sorted(members), []
+    for (table, base), members in graph.neighbours(order).items():
+        offsets = ordered = sorted(members)
         while offsets:
             start = offsets[0]
             length = next((k for k, at in enumerate(offsets) if at != start + k or k == most), len(offsets))
-            starts.append((start, length))
-            offsets = offsets[length:]
-        for j, (start, length) in enumerate(starts):
-            run = Run(table, members[start], length, () if j else tuple(s - start for s, _ in starts[1:]))
+            run = Run(table, base, start, length, ordered[0], ordered[-1])
             places.update((members[start + k], (run, k)) for k in range(length))
+            offsets = offsets[length:]
     return places
