@@ -70,10 +70,15 @@ def _weighted(table: Any, starts: Slices, index: Any) -> Any:
 def bilinear(table: Any, at: Slices, shape: tuple[int, int], x: Any, y: Any, plane: Any = 0, planes: int = 1) -> Any:
     """Value at (x, y) in [0, 1]^2 of a table with entries from 0 to 1; x runs along a row.
 
-    `shape`: (rows, columns). An entry may hold several `planes`, side by side; the value is that of `plane`.
+    `shape`: (rows, columns); one column stands for all x. An entry may hold several `planes`, side by side; the value
+    is that of `plane`.
     """
     rows, columns = shape
-    (row, v), (column, u) = _cell(y, rows), _cell(x, columns)
+    row, v = _cell(y, rows)
+    if columns == 1:
+        low, high = (gather(table, at, planes * rows, row * planes + plane + k) for k in (0, planes))
+        return _lerp(low, high, v)
+    column, u = _cell(x, columns)
     first = (row * columns + column) * planes + plane
     steps = (0, planes, columns * planes, (columns + 1) * planes)
     v00, v01, v10, v11 = (gather(table, at, planes * rows * columns, first + step) for step in steps)

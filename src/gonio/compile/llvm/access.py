@@ -26,7 +26,7 @@ class Access:
         self.size = 4 if program.dtype == FLOAT32 else 8
         self.index_type = f"<{self.width} x i64>"
         self.lanes = f"<{', '.join(f'i64 {i}' for i in range(self.width))}>"
-        self.lookups = Lookups(program, v, order, machine.lanes(program.dtype))
+        self.lookups = Lookups(program, v, order, min(machine.lanes(program.dtype), v.width))
 
     # Arguments and inputs.
 

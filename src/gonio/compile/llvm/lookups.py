@@ -42,7 +42,7 @@ class Lookups:
     def __init__(self, program: Program, v: Lanes, order: Sequence[int], native: int):
         self.v, self.native = v, native
         self.real, self.size = v.scalar["real"], 4 if program.dtype == FLOAT32 else 8
-        self.runs = _runs(program.graph, order, BLOCKS * BLOCK // self.size)
+        self.runs = _runs(program.graph, order, BLOCK // self.size)
         self.read: dict[Run, list[Value]] = {}
         self.indices: dict[tuple[int, int], Value] = {}
         self.addresses: dict[tuple[int, int], list[str]] = {}
@@ -63,8 +63,8 @@ class Lookups:
         v, w, kind, name = self.v, self.v.width, self.v.types["index"], (run.table, run.base)
         if name not in self.indices:
             end = Value("index", f"%t{run.table}.end")
-            if run.most > run.least:
-                end = v.integer("sub", end, v.index(run.most - run.least))
+            if run.most > run.least + 1:  # tables are padded by one entry
+                end = v.integer("sub", end, v.index(run.most - run.least - 1))
             if offset > run.least:
                 index = v.integer("sub", index, v.index(offset - run.least))
             least = v.intrinsic(f"umin.v{w}i32", kind, (kind, index.name), (kind, end.name))
@@ -164,15 +164,21 @@ class Lookups:
         return entries
 
 
-def _runs(graph: Graph, order: Sequence[int], most: int) -> dict[int, tuple[Run, int]]:
-    """Runs of at most so many lookups: node -> its run, and its place in it."""
+def _runs(graph: Graph, order: Sequence[int], block: int) -> dict[int, tuple[Run, int]]:
+    """Runs of lookups, with so many entries in a block: node -> its run, and its place in it."""
     places: dict[int, tuple[Run, int]] = {}
     for (table, base), members in graph.neighbours(order).items():
-        offsets = ordered = sorted(members)
+        offsets, last = sorted(members), max(members)
+        least = offsets[0]
+        runs = []
         while offsets:
             start = offsets[0]
-            length = next((k for k, at in enumerate(offsets) if at != start + k or k == most), len(offsets))
-            run = Run(table, base, start, length, ordered[0], ordered[-1])
-            places.update((members[start + k], (run, k)) for k in range(length))
+            length = next((k for k, at in enumerate(offsets) if at != start + k or k == BLOCKS * block), len(offsets))
+            runs.append((start, length))
             offsets = offsets[length:]
+        if length > 2:  # of the run at the end, which a block may reach beyond
+            last = max(last, start + block - 1)
+        for start, length in runs:
+            run = Run(table, base, start, length, least, last)
+            places.update((members[start + k], (run, k)) for k in range(length))
     return places
