@@ -86,98 +86,99 @@ def bilinear(table: Any, at: Slices, shape: tuple[int, int], x: Any, y: Any, pla
 
 
 class MarginalWarp(NamedTuple):
-    """The warp with its three flat tables, as `tables` makes them.
+    """The warp with its two flat tables, as `tables` makes them.
 
     Shapes   x, y, sx, sy: any batch, values in [0, 1]; density per unit of the square's area, 1 on average.
     Error    rounding; where a whole row of the table is 0 the inverse puts sx = 0.
     """
 
-    density: Any
-    conditional: Any
-    marginal: Any
+    cells: Any
+    rows: Any
     shape: tuple[int, int]
-    beside: int = 1  # entries side by side: of one table, or (2) of the next one too
+    number: int  # of tables in the set
 
     def eval(self, at: Slices, x: Any, y: Any) -> Any:
         """Density at (x, y)."""
         rows, columns = self.shape
         (row, v), (column, u) = _cell(y, rows), _cell(x, columns)
-        left, right = self._edges(at, row, column, v)
+        left, right = self._edges(self._starts(at, row, column), v)
         return _lerp(left, right, u)
 
     def invert(self, at: Slices, x: Any, y: Any) -> tuple[Any, Any, Any]:
         """(sx, sy) that `sample` maps to (x, y), and the density there: the Jacobian of this inverse."""
         rows, columns = self.shape
         (row, v), (column, u) = _cell(y, rows), _cell(x, columns)
-        left, right = self._edges(at, row, column, v)
-        before = self._between_rows(self.conditional, at, row, column, v)
-        low, high = self._row_totals(at, row)
+        starts = self._starts(at, row, column)
+        left, right = self._edges(starts, v)
+        before = self._between(starts, CONDITIONAL, v)
+        low, high = self._totals(at, row)
         total = _lerp(low, high, v)
         empty = total <= 0.0
         along = before + _segment(u, left, right) * (1.0 / (columns - 1))
         sx = ops.where(empty, 0.0, along / ops.where(empty, 1.0, total))
-        below = _weighted(self.marginal, self._starts(at, rows), row * self.beside)
-        sy = below + _segment(v, low, high) * (1.0 / (rows - 1))
+        sy = self._below(at, row) + _segment(v, low, high) * (1.0 / (rows - 1))
         return sx, sy, _lerp(left, right, u)
 
     def sample(self, at: Slices, sx: Any, sy: Any) -> tuple[Any, Any]:
         """(x, y) for two uniform numbers."""
         rows, columns = self.shape
-        beside = self.beside
-        # What the searches look up at every step is prepared outside them: they take most of the time.
-        starts = self._starts(at, rows)
-        row, row_start, below = _last(rows - 1, lambda k: _weighted(self.marginal, starts, k * beside), sy)
-        low, high = self._row_totals(at, row)
+        row, row_start, below = _last(rows - 1, lambda k: self._below(at, k), sy)
+        low, high = self._totals(at, row)
         v = _invert_segment((sy - below) * (rows - 1.0), low, high)
+        wanted = sx * _lerp(low, high, v)
+        # What the search looks up at every step is prepared outside it: it takes most of the time.
         starts = [
-            (start + row * beside + k * beside, w * weight)
-            for start, weight in self._starts(at, rows * columns)
+            (start + 2 * k, w * weight)
+            for start, weight in self._starts(at, row, 0)
             for k, w in ((0, 1.0 - v), (1, v))
         ]
-        wanted = sx * _lerp(low, high, v)
+        stride = 2 * rows
         column, column_start, before = _last(
-            columns - 1, lambda k: _weighted(self.conditional, starts, k * (rows * beside)), wanted
+            columns - 1, lambda k: _weighted(self.cells, starts, k * stride + CONDITIONAL), wanted
         )
-        left, right = (_weighted(self.density, starts, column * (rows * beside) + k * rows * beside) for k in (0, 1))
+        left, right = (_weighted(self.cells, starts, column * stride + k) for k in (0, stride))
         u = _invert_segment((wanted - before) * (columns - 1.0), left, right)
         return (column_start + u) * (1.0 / (columns - 1)), (row_start + v) * (1.0 / (rows - 1))
 
-    def _starts(self, at: Slices, size: int) -> Slices:
-        """Where the entries of the tables begin, `size` of each, with the tables' weights."""
-        if self.beside == 1:
-            return [(number * size, weight) for number, weight in at]
-        pairs = zip(at[::2], at[1::2], strict=True)
-        return [
-            (number * (size * 2) + k, weight)
-            for (number, first), (_, second) in pairs
-            for k, weight in enumerate((first, second))
-        ]
-
-    def _between_rows(self, table: Any, at: Slices, row: Any, column: Any, v: Any, step: int = 0) -> Any:
+    def _starts(self, at: Slices, row: Any, column: Any) -> Slices:
+        """Where the entries of a cell begin, in every table."""
         rows, columns = self.shape
-        starts, first = self._starts(at, rows * columns), (column * rows + row) * self.beside
-        low, high = (_weighted(table, starts, first + (k + step * rows) * self.beside) for k in (0, 1))
+        size, first = 2 * rows * columns, (column * rows + row) * 2
+        return [(number * size + first, weight) for number, weight in at]
+
+    def _between(self, starts: Slices, entry: int, v: Any) -> Any:
+        """An entry between the rows of a cell."""
+        low, high = (_weighted(self.cells, starts, entry + step) for step in (0, 2))
         return _lerp(low, high, v)
 
-    def _edges(self, at: Slices, row: Any, column: Any, v: Any) -> tuple[Any, Any]:
+    def _edges(self, starts: Slices, v: Any) -> tuple[Any, Any]:
         """The density at both columns of a cell, between its rows."""
-        left, right = (self._between_rows(self.density, at, row, column, v, step) for step in (0, 1))
-        return left, right
+        return self._between(starts, 0, v), self._between(starts, 2 * self.shape[0], v)
 
-    def _row_totals(self, at: Slices, row: Any) -> tuple[Any, Any]:
-        rows, columns = self.shape
-        starts, end = self._starts(at, rows * columns), (columns - 1) * rows * self.beside
-        low, high = (_weighted(self.conditional, starts, row * self.beside + end + k * self.beside) for k in (0, 1))
-        return low, high
+    def _row(self, at: Slices, row: Any, entry: int) -> Any:
+        return gather(self.rows, at, 2, row * (2 * self.number) + entry)
+
+    def _totals(self, at: Slices, row: Any) -> tuple[Any, Any]:
+        """The integrals of a row and the next one."""
+        return self._row(at, row, 0), self._row(at, row, 2 * self.number)
+
+    def _below(self, at: Slices, row: Any) -> Any:
+        """The marginal distribution function."""
+        return self._row(at, row, MARGINAL)
 
 
-def tables(values: np.ndarray, beside: int = 1) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Density, conditional and marginal distribution functions, and integrals of tables (..., rows, columns).
+CONDITIONAL = 1
+MARGINAL = 1
+"""Place of the distribution functions in an entry, behind density and integral."""
 
-    Entries that a lookup needs together lie side by side: density and conditional functions are (..., columns, rows,
-    beside), the marginal ones (..., rows, beside), where the last axis are this table and, if two lie beside each
-    other, the next one along the axis before rows. Distribution functions start with 0, so that a lookup needs no
-    special case. `values` are not negative, and every table has a positive integral; computed in float64.
+
+def tables(values: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Tables (..., rows, columns) as a warp looks them up, and their integrals.
+
+    Entries that a lookup needs together lie side by side. Cells (..., columns, rows, 2): density and conditional
+    distribution function; rows (rows, ..., 2): integral and marginal distribution function. Distribution functions
+    start with 0, so that a lookup needs no special case. `values` are not negative, and every table has a positive
+    integral; computed in float64.
     """
     values = np.asarray(values, dtype=np.float64)
     rows, columns = values.shape[-2:]
@@ -187,24 +188,14 @@ def tables(values: np.ndarray, beside: int = 1) -> tuple[np.ndarray, np.ndarray,
     marginal = np.zeros(totals.shape)
     np.cumsum((totals[..., :-1] + totals[..., 1:]) * (0.5 / (rows - 1)), axis=-1, out=marginal[..., 1:])
     integral = marginal[..., -1].copy()
-    scale = integral[..., None, None]
-    density, conditional = ((t / scale).swapaxes(-2, -1) for t in (values, conditional))
-    marginal = marginal / integral[..., None]
-    return (*(_beside(t, n, beside) for t, n in ((density, 2), (conditional, 2), (marginal, 1))), integral)
+    cells = np.stack([values, conditional], -1).swapaxes(-3, -2) / integral[..., None, None, None]
+    ends = np.stack([totals, marginal], -1) / integral[..., None, None]
+    return np.ascontiguousarray(cells), np.ascontiguousarray(np.moveaxis(ends, -2, 0)), integral
 
 
-def _beside(tables: np.ndarray, axes: int, count: int) -> np.ndarray:
-    """Tables with as many axes, each entry followed by that of the next table (of the last one by its own)."""
-    if count == 1:
-        return np.ascontiguousarray(tables)
-    following = np.concatenate([tables, tables[(..., slice(-1, None), *(slice(None),) * axes)]], -1 - axes)
-    following = following[(..., slice(1, None), *(slice(None),) * axes)]
-    return np.stack([tables, following], -1)
-
-
-def tables_when_needed(names: Sequence[str], make: Callable[[], np.ndarray], beside: int) -> dict[str, Fixed]:
+def tables_when_needed(names: Sequence[str], make: Callable[[], np.ndarray]) -> dict[str, Fixed]:
     """`tables` of the values that `make` returns, by name and flat; it is called when the first one is looked up."""
-    flat = cache(lambda: [table.reshape(-1) for table in tables(make(), beside)])
+    flat = cache(lambda: [table.reshape(-1) for table in tables(make())])
     return {name: Fixed(partial(lambda k: flat()[k], k)) for k, name in enumerate(names)}
 
 

@@ -25,7 +25,7 @@ VIEWS, TURNS, ROWS, COLUMNS = 16, 16, 32, 64
 STEEPEST = math.radians(88.0)
 GRAZING = 0.01  # cosine, below which f is not looked at
 
-KINDS = ("lobe", "lobe_conditional", "lobe_marginal", "lobe_integral")
+KINDS = ("lobe_cells", "lobe_rows", "lobe_integral")
 
 
 class Sampled(Measured):
@@ -39,9 +39,8 @@ class Sampled(Measured):
 
     seam = COSINE_SHARE
 
-    lobe: Any  # tables of sampling, of bound materials only
-    lobe_conditional: Any
-    lobe_marginal: Any
+    lobe_cells: Any  # tables of sampling, of bound materials only
+    lobe_rows: Any
     lobe_integral: Any
 
     def _keep(self) -> dict[str, Fixed]:
@@ -51,7 +50,7 @@ class Sampled(Measured):
         def lobes() -> np.ndarray:
             return _lobes(self._changed({}, bare), self.is_oriented())
 
-        return {**bare, **tables_when_needed(KINDS, lobes, 2)}
+        return {**bare, **tables_when_needed(KINDS, lobes)}
 
     def _looked_up(self) -> dict[str, Fixed]:
         """The tables that `formula` looks up, by name."""
@@ -91,7 +90,8 @@ class Sampled(Measured):
 
     @property
     def _lobe(self) -> MarginalWarp:
-        return MarginalWarp(self.lobe, self.lobe_conditional, self.lobe_marginal, (ROWS, COLUMNS), 2)
+        count = VIEWS * (TURNS + 1) if self.is_oriented() else VIEWS
+        return MarginalWarp(self.lobe_cells, self.lobe_rows, (ROWS, COLUMNS), count)
 
 
 def _lobes(m: Measured, oriented: bool) -> np.ndarray:

@@ -91,7 +91,9 @@ class Graph:
         if operation == "mul":
             if value == 1:
                 return nodes[1]
-            return first if self.value(nodes[1]) == 1 else None
+            if self.value(nodes[1]) == 1:
+                return first
+            return self._product_of_index(nodes) if self.kinds[first] == INDEX else None
         if operation == "div":
             return first if self.value(nodes[1]) == 1 else None
         if operation == "neg":
@@ -111,6 +113,19 @@ class Graph:
         if operation in ("add", "sub") and self.kinds[first] == INDEX:
             return self._simplified_index(operation, nodes)
         return None
+
+    def _product_of_index(self, nodes: Sequence[int]) -> int | None:
+        """(x + c) d is x d + c d."""
+        x, factor = nodes if self.value(nodes[1]) is not None else nodes[::-1]
+        by = self.value(factor)
+        if by is None:
+            return None
+        base, offset = self.split(x)
+        if base is None:
+            return self.constant(offset * by, INDEX)
+        if offset == 0:
+            return None
+        return self.apply("add", self.apply("mul", base, factor), self.constant(offset * by, INDEX))
 
     def _simplified_index(self, operation: str, nodes: Sequence[int]) -> int | None:
         """Whole numbers have no rounding: sums are written with one constant, and that last."""

@@ -168,17 +168,17 @@ def _runs(graph: Graph, order: Sequence[int], block: int) -> dict[int, tuple[Run
     """Runs of lookups, with so many entries in a block: node -> its run, and its place in it."""
     places: dict[int, tuple[Run, int]] = {}
     for (table, base), members in graph.neighbours(order).items():
-        offsets, last = sorted(members), max(members)
-        least = offsets[0]
-        runs = []
-        while offsets:
-            start = offsets[0]
-            length = next((k for k, at in enumerate(offsets) if at != start + k or k == BLOCKS * block), len(offsets))
-            runs.append((start, length))
-            offsets = offsets[length:]
-        if length > 2:  # of the run at the end, which a block may reach beyond
-            last = max(last, start + block - 1)
-        for start, length in runs:
-            run = Run(table, base, start, length, least, last)
-            places.update((members[start + k], (run, k)) for k in range(length))
+        offsets = sorted(members)
+        runs: list[list[int]] = []
+        for offset in offsets:
+            # What lies between two is read for nothing.
+            if runs and offset - runs[-1][-1] <= 2 and offset - runs[-1][0] < BLOCKS * block:
+                runs[-1].append(offset)
+            else:
+                runs.append([offset])
+        start, end = runs[-1][0], runs[-1][-1]
+        last = max(end, start + block - 1) if end - start > 1 else end  # a block may reach beyond its run
+        for near in runs:
+            run = Run(table, base, near[0], near[-1] - near[0] + 1, offsets[0], last)
+            places.update((members[offset], (run, offset - near[0])) for offset in near)
     return places

@@ -31,7 +31,7 @@ SHARED_SUFFIX = True
 DESCRIPTION = "tensor file of the RGL material database, rgb or spectral, isotropic or anisotropic"
 ORACLE = "Mitsuba 3 `measured`; two real files (isotropic, rgb)"
 
-KINDS = ("", "_conditional", "_marginal", "_integral")
+KINDS = ("_cells", "_rows", "_integral")
 """Endings of the names of the tables that `table_warp.tables` makes of a density."""
 
 FACETS = ("ndf", "sigma")
@@ -169,15 +169,15 @@ class RGL(Measured):
     def _keep(self) -> dict[str, Fixed]:
         """The base's fields and the tables of the warps; as formulas look them up, entries that they need together lie
         side by side: channels of S, and azimuths of D and sigma, one if all are the same."""
-        fields, beside = super()._keep(), self._beside
+        fields = super()._keep()
         values, vndf, luminance = fields["values"], self.stored["vndf"], self.stored["luminance"]
         facets = {name: self.stored[name][: self._facets(name)[1]] for name in FACETS}
         return {
             **fields,
             "values": Fixed(lambda: np.moveaxis(values.numbers.reshape(self.shapes[self.main]), -3, -1).reshape(-1)),
             **{name: Fixed(_finite_or_nan(a).T.reshape(-1)) for name, a in facets.items()},
-            **tables_when_needed([f"vndf{kind}" for kind in KINDS[:3]], lambda: vndf, beside),
-            **tables_when_needed([f"luminance{kind}" for kind in KINDS], lambda: _lit(luminance), beside),
+            **tables_when_needed([f"vndf{kind}" for kind in KINDS[:2]], lambda: vndf),
+            **tables_when_needed([f"luminance{kind}" for kind in KINDS], lambda: _lit(luminance)),
         }
 
     def _key(self) -> tuple:
@@ -290,15 +290,11 @@ class RGL(Measured):
         rows, columns = self._grid(name)
         return columns, 1 if name in self.even else rows
 
-    @property
-    def _beside(self) -> int:
-        """How many tables of the warps lie side by side, along theta_i: as many as are interpolated."""
-        return min(*self.shapes["theta_i"], 2)
-
     def _warp(self, name: str) -> MarginalWarp:
         """Of "vndf", visible normals over phi_m and sqrt(theta_m), or of "luminance", samples over s."""
-        density, conditional, marginal = (getattr(self, name + kind) for kind in KINDS[:3])
-        return MarginalWarp(density, conditional, marginal, self._grid(name), self._beside)
+        cells, rows = (getattr(self, name + kind) for kind in KINDS[:2])
+        count = math.prod(self.shapes["phi_i"] + self.shapes["theta_i"])
+        return MarginalWarp(cells, rows, self._grid(name), count)
 
 
 def _lit(luminance: np.ndarray) -> np.ndarray:
