@@ -10,6 +10,7 @@ ACM TOG 37(6):274; the inversion of the piecewise linear densities is derived he
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from functools import cache, partial
 from typing import Any, NamedTuple
@@ -86,7 +87,7 @@ def bilinear(table: Any, at: Slices, shape: tuple[int, int], x: Any, y: Any, pla
 
 
 class MarginalWarp(NamedTuple):
-    """The warp with its two flat tables, as `tables` makes them.
+    """The warp with its flat tables, as `tables` makes them.
 
     Shapes   x, y, sx, sy: any batch, values in [0, 1]; density per unit of the square's area, 1 on average.
     Error    rounding; where a whole row of the table is 0 the inverse puts sx = 0.
@@ -94,8 +95,10 @@ class MarginalWarp(NamedTuple):
 
     cells: Any
     rows: Any
+    conditional: Any
+    marginal: Any
     shape: tuple[int, int]
-    number: int  # of tables in the set
+    number: tuple[int, int]  # of tables in the set, by its parameters
 
     def eval(self, at: Slices, x: Any, y: Any) -> Any:
         """Density at (x, y)."""
@@ -110,33 +113,36 @@ class MarginalWarp(NamedTuple):
         (row, v), (column, u) = _cell(y, rows), _cell(x, columns)
         starts = self._starts(at, row, column)
         left, right = self._edges(starts, v)
-        before = self._between(starts, CONDITIONAL, v)
+        before = self._between(starts, DISTRIBUTION, v)
         low, high = self._totals(at, row)
         total = _lerp(low, high, v)
         empty = total <= 0.0
         along = before + _segment(u, left, right) * (1.0 / (columns - 1))
         sx = ops.where(empty, 0.0, along / ops.where(empty, 1.0, total))
-        sy = self._below(at, row) + _segment(v, low, high) * (1.0 / (rows - 1))
+        sy = self._row(at, row, DISTRIBUTION) + _segment(v, low, high) * (1.0 / (rows - 1))
         return sx, sy, _lerp(left, right, u)
 
     def sample(self, at: Slices, sx: Any, sy: Any) -> tuple[Any, Any]:
         """(x, y) for two uniform numbers."""
-        rows, columns = self.shape
-        row, row_start, below = _last(rows - 1, lambda k: self._below(at, k), sy)
+        (rows, columns), count, beside = self.shape, math.prod(self.number), _beside(self.number)
+        row, row_start, below = _last(rows - 1, lambda k: gather(self.marginal, at, 1, k * count), sy)
         low, high = self._totals(at, row)
         v = _invert_segment((sy - below) * (rows - 1.0), low, high)
         wanted = sx * _lerp(low, high, v)
+        edges = ((0, 1.0 - v), (1, v))
         # What the search looks up at every step is prepared outside it: it takes most of the time.
         starts = [
-            (start + 2 * k, w * weight)
-            for start, weight in self._starts(at, row, 0)
-            for k, w in ((0, 1.0 - v), (1, v))
+            (start + (row + k) * beside, w * weight)
+            for start, weight in _side_by_side(at, rows * columns, beside)
+            for k, w in edges
         ]
-        stride = 2 * rows
         column, column_start, before = _last(
-            columns - 1, lambda k: _weighted(self.cells, starts, k * stride + CONDITIONAL), wanted
+            columns - 1, lambda k: _weighted(self.conditional, starts, k * (rows * beside)), wanted
         )
-        left, right = (_weighted(self.cells, starts, column * stride + k) for k in (0, stride))
+        starts = [
+            (start + 2 * k, w * weight) for start, weight in self._starts(at, row, column) for k, w in edges
+        ]
+        left, right = (_weighted(self.cells, starts, step) for step in (0, 2 * rows))
         u = _invert_segment((wanted - before) * (columns - 1.0), left, right)
         return (column_start + u) * (1.0 / (columns - 1)), (row_start + v) * (1.0 / (rows - 1))
 
@@ -156,29 +162,37 @@ class MarginalWarp(NamedTuple):
         return self._between(starts, 0, v), self._between(starts, 2 * self.shape[0], v)
 
     def _row(self, at: Slices, row: Any, entry: int) -> Any:
-        return gather(self.rows, at, 2, row * (2 * self.number) + entry)
+        return gather(self.rows, at, 2, row * (2 * math.prod(self.number)) + entry)
 
     def _totals(self, at: Slices, row: Any) -> tuple[Any, Any]:
         """The integrals of a row and the next one."""
-        return self._row(at, row, 0), self._row(at, row, 2 * self.number)
-
-    def _below(self, at: Slices, row: Any) -> Any:
-        """The marginal distribution function."""
-        return self._row(at, row, MARGINAL)
+        return self._row(at, row, 0), self._row(at, row, 2 * math.prod(self.number))
 
 
-CONDITIONAL = 1
-MARGINAL = 1
-"""Place of the distribution functions in an entry, behind density and integral."""
+DISTRIBUTION = 1
+"""Place of the distribution function in an entry, behind density or integral."""
 
 
-def tables(values: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Tables (..., rows, columns) as a warp looks them up, and their integrals.
+def _beside(number: tuple[int, int]) -> int:
+    """How many tables lie side by side for a search: as many as are interpolated along the inner parameter."""
+    return min(number[1], 2)
 
-    Entries that a lookup needs together lie side by side. Cells (..., columns, rows, 2): density and conditional
-    distribution function; rows (rows, ..., 2): integral and marginal distribution function. Distribution functions
-    start with 0, so that a lookup needs no special case. `values` are not negative, and every table has a positive
-    integral; computed in float64.
+
+def _side_by_side(at: Slices, size: int, beside: int) -> Slices:
+    """Where the tables begin, of which so many lie side by side: `at` has pairs of neighbours."""
+    return [
+        (at[k][0] * (size * beside) + j, at[k + j][1]) for k in range(0, len(at), beside) for j in range(beside)
+    ]
+
+
+def tables(values: np.ndarray) -> tuple[np.ndarray, ...]:
+    """Tables (outer parameter, inner one, rows, columns) as a warp looks them up, and their integrals.
+
+    Entries that a lookup needs together lie side by side: cells (..., columns, rows, 2) are density and conditional
+    distribution function, rows (rows, ..., 2) integral and marginal distribution function. For searches these functions
+    stand alone, the conditional one (..., columns, rows, 2) with that of the table at the next inner parameter, if there
+    are several, the marginal one (rows, ...). They start with 0, so that a lookup needs no special case. `values` are
+    not negative, and every table has a positive integral; computed in float64.
     """
     values = np.asarray(values, dtype=np.float64)
     rows, columns = values.shape[-2:]
@@ -189,8 +203,10 @@ def tables(values: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     np.cumsum((totals[..., :-1] + totals[..., 1:]) * (0.5 / (rows - 1)), axis=-1, out=marginal[..., 1:])
     integral = marginal[..., -1].copy()
     cells = np.stack([values, conditional], -1).swapaxes(-3, -2) / integral[..., None, None, None]
-    ends = np.stack([totals, marginal], -1) / integral[..., None, None]
-    return np.ascontiguousarray(cells), np.ascontiguousarray(np.moveaxis(ends, -2, 0)), integral
+    ends = np.moveaxis(np.stack([totals, marginal], -1) / integral[..., None, None], -2, 0)
+    alone = cells[..., DISTRIBUTION]
+    following = [np.concatenate([alone[:, k:], alone[:, -k:]], 1) if k else alone for k in range(_beside(integral.shape))]
+    return cells, ends, np.stack(following, -1), ends[..., DISTRIBUTION], integral
 
 
 def tables_when_needed(names: Sequence[str], make: Callable[[], np.ndarray]) -> dict[str, Fixed]:

@@ -31,7 +31,7 @@ SHARED_SUFFIX = True
 DESCRIPTION = "tensor file of the RGL material database, rgb or spectral, isotropic or anisotropic"
 ORACLE = "Mitsuba 3 `measured`; two real files (isotropic, rgb)"
 
-KINDS = ("_cells", "_rows", "_integral")
+KINDS = ("_cells", "_rows", "_conditional", "_marginal", "_integral")
 """Endings of the names of the tables that `table_warp.tables` makes of a density."""
 
 FACETS = ("ndf", "sigma")
@@ -176,7 +176,7 @@ class RGL(Measured):
             **fields,
             "values": Fixed(lambda: np.moveaxis(values.numbers.reshape(self.shapes[self.main]), -3, -1).reshape(-1)),
             **{name: Fixed(_finite_or_nan(a).T.reshape(-1)) for name, a in facets.items()},
-            **tables_when_needed([f"vndf{kind}" for kind in KINDS[:2]], lambda: vndf),
+            **tables_when_needed([f"vndf{kind}" for kind in KINDS[:-1]], lambda: vndf),
             **tables_when_needed([f"luminance{kind}" for kind in KINDS], lambda: _lit(luminance)),
         }
 
@@ -292,9 +292,8 @@ class RGL(Measured):
 
     def _warp(self, name: str) -> MarginalWarp:
         """Of "vndf", visible normals over phi_m and sqrt(theta_m), or of "luminance", samples over s."""
-        cells, rows = (getattr(self, name + kind) for kind in KINDS[:2])
-        count = math.prod(self.shapes["phi_i"] + self.shapes["theta_i"])
-        return MarginalWarp(cells, rows, self._grid(name), count)
+        tables = (getattr(self, name + kind) for kind in KINDS[:-1])
+        return MarginalWarp(*tables, self._grid(name), self.shapes["phi_i"] + self.shapes["theta_i"])
 
 
 def _lit(luminance: np.ndarray) -> np.ndarray:
