@@ -189,7 +189,8 @@ def _tables(trace: Trace, material: Parametrised, dtype: np.dtype) -> list[np.nd
 
 
 def _within(trace: Trace, tables: Sequence[np.ndarray]) -> bool:
-    """Whether the constant places that are looked up are in the tables: compiled code reads them as they are."""
+    """Whether the constant places that are looked up are in the tables, and places that differ by constants can be:
+    compiled code reads them as they are."""
     return all(place < len(tables[k]) - 1 for k, place in trace.reach.items())
 
 

@@ -87,7 +87,7 @@ def bilinear(table: Any, at: Slices, shape: tuple[int, int], x: Any, y: Any, pla
 
 
 class MarginalWarp(NamedTuple):
-    """The warp with its flat tables, as `tables` makes them.
+    """The warp with its flat tables, as `tables` makes them. `at`: those to interpolate, as `bracket` or `both` has them.
 
     Shapes   x, y, sx, sy: any batch, values in [0, 1]; density per unit of the square's area, 1 on average.
     Error    rounding; where a whole row of the table is 0 the inverse puts sx = 0.
@@ -98,7 +98,7 @@ class MarginalWarp(NamedTuple):
     conditional: Any
     marginal: Any
     shape: tuple[int, int]
-    number: tuple[int, int]  # of tables in the set, by its parameters
+    number: tuple[int, int]  # of tables in the set, along the outer parameter and the inner one
 
     def eval(self, at: Slices, x: Any, y: Any) -> Any:
         """Density at (x, y)."""
@@ -139,15 +139,12 @@ class MarginalWarp(NamedTuple):
         column, column_start, before = _last(
             columns - 1, lambda k: _weighted(self.conditional, starts, k * (rows * beside)), wanted
         )
-        starts = [
-            (start + 2 * k, w * weight) for start, weight in self._starts(at, row, column) for k, w in edges
-        ]
-        left, right = (_weighted(self.cells, starts, step) for step in (0, 2 * rows))
+        left, right = self._edges(self._starts(at, row, column), v)
         u = _invert_segment((wanted - before) * (columns - 1.0), left, right)
         return (column_start + u) * (1.0 / (columns - 1)), (row_start + v) * (1.0 / (rows - 1))
 
     def _starts(self, at: Slices, row: Any, column: Any) -> Slices:
-        """Where the entries of a cell begin, in every table."""
+        """Where the entries of a cell begin, in each table."""
         rows, columns = self.shape
         size, first = 2 * rows * columns, (column * rows + row) * 2
         return [(number * size + first, weight) for number, weight in at]
@@ -162,6 +159,7 @@ class MarginalWarp(NamedTuple):
         return self._between(starts, 0, v), self._between(starts, 2 * self.shape[0], v)
 
     def _row(self, at: Slices, row: Any, entry: int) -> Any:
+        """An entry of a row."""
         return gather(self.rows, at, 2, row * (2 * math.prod(self.number)) + entry)
 
     def _totals(self, at: Slices, row: Any) -> tuple[Any, Any]:
@@ -180,9 +178,8 @@ def _beside(number: tuple[int, int]) -> int:
 
 def _side_by_side(at: Slices, size: int, beside: int) -> Slices:
     """Where the tables begin, of which so many lie side by side: `at` has pairs of neighbours."""
-    return [
-        (at[k][0] * (size * beside) + j, at[k + j][1]) for k in range(0, len(at), beside) for j in range(beside)
-    ]
+    pairs = [at[k : k + beside] for k in range(0, len(at), beside)]
+    return [(pair[0][0] * (size * beside) + j, weight) for pair in pairs for j, (_, weight) in enumerate(pair)]
 
 
 def tables(values: np.ndarray) -> tuple[np.ndarray, ...]:
@@ -190,9 +187,9 @@ def tables(values: np.ndarray) -> tuple[np.ndarray, ...]:
 
     Entries that a lookup needs together lie side by side: cells (..., columns, rows, 2) are density and conditional
     distribution function, rows (rows, ..., 2) integral and marginal distribution function. For searches these functions
-    stand alone, the conditional one (..., columns, rows, 2) with that of the table at the next inner parameter, if there
-    are several, the marginal one (rows, ...). They start with 0, so that a lookup needs no special case. `values` are
-    not negative, and every table has a positive integral; computed in float64.
+    stand alone, the conditional one (..., columns, rows, 2) with that of the table at the next inner parameter, if
+    there are several, the marginal one (rows, ...). They start with 0, so that a lookup needs no special case. `values`
+    are not negative, and every table has a positive integral; computed in float64.
     """
     values = np.asarray(values, dtype=np.float64)
     rows, columns = values.shape[-2:]
@@ -205,8 +202,9 @@ def tables(values: np.ndarray) -> tuple[np.ndarray, ...]:
     cells = np.stack([values, conditional], -1).swapaxes(-3, -2) / integral[..., None, None, None]
     ends = np.moveaxis(np.stack([totals, marginal], -1) / integral[..., None, None], -2, 0)
     alone = cells[..., DISTRIBUTION]
-    following = [np.concatenate([alone[:, k:], alone[:, -k:]], 1) if k else alone for k in range(_beside(integral.shape))]
-    return cells, ends, np.stack(following, -1), ends[..., DISTRIBUTION], integral
+    following = np.concatenate([alone[:, 1:], alone[:, -1:]], axis=1)
+    both_alone = np.stack([alone, following][: _beside(integral.shape)], -1)
+    return cells, ends, both_alone, ends[..., DISTRIBUTION], integral
 
 
 def tables_when_needed(names: Sequence[str], make: Callable[[], np.ndarray]) -> dict[str, Fixed]:
@@ -217,16 +215,15 @@ def tables_when_needed(names: Sequence[str], make: Callable[[], np.ndarray]) -> 
 
 def _last(count: int, reached: Callable[[Any], Any], wanted: Any) -> tuple[Any, Any, Any]:
     """The last k < count for which the monotone `reached(k)` is below `wanted`, or 0; as a whole number and a real one,
-    and what is reached there."""
+    and what is reached there, 0 at k = 0."""
     real = 0.0 * wanted
     k, value = ops.to_index(real), real
-    while count > 1:
-        # Of `count` places from k on, the first is below or the last resort. Halving takes as many steps as a search
-        # that ends early at best, and leaves no bounds to be checked.
+    while count > 1:  # places from k on; whichever half is left, the larger one is searched: no place is beyond the end
         step = count // 2
         there = reached(k + step)
         passed = there < wanted
-        k, real, value = ops.where(passed, k + step, k), ops.where(passed, real + step, real), ops.where(passed, there, value)
+        k, real = ops.where(passed, k + step, k), ops.where(passed, real + step, real)
+        value = ops.where(passed, there, value)
         count -= step
     return k, real, value
 

@@ -10,8 +10,8 @@ from collections.abc import Sequence
 
 from ...trace.graph import MASK
 from . import machine
-from .lookups import Lookups
 from .lanes import FLOAT32, Lanes, Value
+from .lookups import Lookups
 from .program import EACH, PACKED, PLANES, Program
 
 INLINE = 4  # components of a vector that are taken apart by shuffles; of longer ones by gathers
@@ -154,10 +154,7 @@ class Access:
     # Tables.
 
     def lookup(self, node: int) -> Value:
-        """Entries of a table, perhaps read together with a neighbour's; an index beyond it reads its last entry.
-
-        One that is a constant is within the table: callers see to that.
-        """
+        """Entries of a table; a constant place is within it, which callers see to."""
         table, index_node = self.program.graph.arguments[node]
         place = self.program.graph.value(index_node)
         if place is not None:

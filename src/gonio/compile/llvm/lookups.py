@@ -22,8 +22,8 @@ BLOCKS = 2
 
 
 class Run(NamedTuple):
-    """Lookups of entries side by side: their table and the index node that they share, the offset of the first, their
-    number, and the least and the largest offset of all lookups with that node."""
+    """Lookups of entries side by side: their table and the index node that they share, the offset from it of the first
+    entry, the number of entries, and the least and the largest offset that is read of all lookups with that node."""
 
     table: int
     base: int
@@ -48,7 +48,11 @@ class Lookups:
         self.addresses: dict[tuple[int, int], list[str]] = {}
 
     def entry(self, node: int, index: Value) -> Value:
-        """The entry of a table that a node looks up; one beyond it is that of another place in it."""
+        """The entry of a table that a node looks up.
+
+        An index beyond the table reads some entry of it or the padding. Lookups that share a node are moved together,
+        so all of them are in the table, or none is right but for two neighbours: callers see to that.
+        """
         run, place = self.runs[node]
         if run not in self.read:
             first = self._first(run, index, run.start + place)
@@ -59,7 +63,10 @@ class Lookups:
         return self.read[run][place]
 
     def _first(self, run: Run, index: Value, offset: int) -> Value:
-        """The index at the least offset of all lookups that share a node, such that all of them are in the table."""
+        """The index at the least offset of all lookups that share a node, moved so that all read within the table.
+
+        That the table is as long as they are apart has been checked by `evaluate.planning`.
+        """
         v, w, kind, name = self.v, self.v.width, self.v.types["index"], (run.table, run.base)
         if name not in self.indices:
             end = Value("index", f"%t{run.table}.end")
@@ -156,7 +163,7 @@ class Lookups:
             return v.shuffle(a, b, w, [start + p for start in range(0, w, block) for p in places])
 
         if block == 2:
-            return [mixed(*rows, (0, 2)), mixed(*rows, (1, 3))]
+            return [mixed(rows[0], rows[1], picks) for picks in ((0, 2), (1, 3))]
         entries = []
         for picks in ((0, 4, 1, 5), (2, 6, 3, 7)):
             low, high = mixed(rows[0], rows[1], picks), mixed(rows[2], rows[3], picks)

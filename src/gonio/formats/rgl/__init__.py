@@ -292,8 +292,9 @@ class RGL(Measured):
 
     def _warp(self, name: str) -> MarginalWarp:
         """Of "vndf", visible normals over phi_m and sqrt(theta_m), or of "luminance", samples over s."""
-        tables = (getattr(self, name + kind) for kind in KINDS[:-1])
-        return MarginalWarp(*tables, self._grid(name), self.shapes["phi_i"] + self.shapes["theta_i"])
+        cells, rows, conditional, marginal = (getattr(self, name + kind) for kind in KINDS[:-1])
+        (n_phi,), (n_theta,) = self.shapes["phi_i"], self.shapes["theta_i"]
+        return MarginalWarp(cells, rows, conditional, marginal, self._grid(name), (n_phi, n_theta))
 
 
 def _lit(luminance: np.ndarray) -> np.ndarray:
