@@ -273,7 +273,7 @@ def test_a_table_shorter_than_its_lookups_are_apart_is_not_compiled():
 @pytest.mark.parametrize("width", [4, 8, 32, 64])
 @pytest.mark.parametrize("dtype", DTYPES)
 def test_every_width_of_lookups(width, dtype, monkeypatch):
-    grid = gn.repair.resample(METAL, "directions", resolution=(4, 6, 4, 8))
+    grid = gn.repair.resample(METAL, resolution=(8, 6, 8, 8))
     wi, wo = WI[:300].astype(dtype), WO[:300].astype(dtype)
     want = grid.f(wi, wo)
     monkeypatch.setattr(store, "_width", lambda program: width)

@@ -87,7 +87,7 @@ def bilinear(table: Any, at: Slices, shape: tuple[int, int], x: Any, y: Any, pla
 
 
 class MarginalWarp(NamedTuple):
-    """The warp with its flat tables, as `tables` makes them. `at`: those to interpolate, as `bracket` or `both` has them.
+    """The warp with its flat tables, as `tables` makes them. `at`: those to interpolate, as `both` has them.
 
     Shapes   x, y, sx, sy: any batch, values in [0, 1]; density per unit of the square's area, 1 on average.
     Error    rounding; where a whole row of the table is 0 the inverse puts sx = 0.
