@@ -251,6 +251,36 @@ def test_entries_that_lie_together(dtype, name):
         assert (got != outside).all()
 
 
+GUARDED = """
+import ctypes, mmap, sys
+import numpy as np
+from gonio.compile.plans import Result, carry_out, prepare
+from gonio.compile.llvm.program import EACH
+from gonio.trace.graph import INDEX, Graph
+
+page = mmap.PAGESIZE
+pages = mmap.mmap(-1, 2 * page)
+address = ctypes.addressof(ctypes.c_char.from_buffer(pages))
+assert ctypes.CDLL(None).mprotect(ctypes.c_void_p(address + page), ctypes.c_size_t(page), 0) == 0
+for dtype in (np.float32, np.float64):
+    padded = np.frombuffer(pages, dtype, 101, page - 101 * np.dtype(dtype).itemsize)
+    x = np.concatenate([np.arange(-70.0, 170.0), [2.0**28, np.nan, np.inf]]).astype(dtype)[:, None]
+    for offsets in eval(sys.argv[1]):
+        graph = Graph()
+        index = graph.apply("to_index", graph.load(0, 0))
+        nodes = [graph.take(0, graph.apply("add", index, graph.constant(k, INDEX))) for k in offsets]
+        plan = prepare(graph, [Result((n,), EACH, ()) for n in nodes], [(x, 1)], 1, [padded], (len(x),), x.dtype)
+        carry_out(plan, [x])
+"""
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="guards a page as Linux does")
+def test_no_load_reaches_beyond_the_padding():
+    """Of a table that ends where the memory of the process does, what is read for nothing too."""
+    command = [sys.executable, "-c", GUARDED, repr([*APART.values(), (0,), (0, 1), (2, 3, 4), (0, 2)])]
+    assert subprocess.run(command, capture_output=True).returncode == 0
+
+
 def test_a_table_shorter_than_its_lookups_are_apart_is_not_compiled():
     """NumPy computes it: an error, or the entries that there are."""
 
