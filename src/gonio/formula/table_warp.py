@@ -10,7 +10,6 @@ ACM TOG 37(6):274; the inversion of the piecewise linear densities is derived he
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Sequence
 from functools import cache, partial
 from typing import Any, NamedTuple
@@ -98,7 +97,7 @@ class MarginalWarp(NamedTuple):
     conditional: Any
     marginal: Any
     shape: tuple[int, int]
-    number: tuple[int, int]  # of tables in the set, along the outer parameter and the inner one
+    number: int  # of tables in the set
 
     def eval(self, at: Slices, x: Any, y: Any) -> Any:
         """Density at (x, y)."""
@@ -124,20 +123,16 @@ class MarginalWarp(NamedTuple):
 
     def sample(self, at: Slices, sx: Any, sy: Any) -> tuple[Any, Any]:
         """(x, y) for two uniform numbers."""
-        (rows, columns), count, beside = self.shape, math.prod(self.number), _beside(self.number)
+        (rows, columns), count = self.shape, self.number
         row, row_start, below = _last(rows - 1, lambda k: gather(self.marginal, at, 1, k * count), sy)
         low, high = self._totals(at, row)
         v = _invert_segment((sy - below) * (rows - 1.0), low, high)
         wanted = sx * _lerp(low, high, v)
         edges = ((0, 1.0 - v), (1, v))
         # What the search looks up at every step is prepared outside it: it takes most of the time.
-        starts = [
-            (start + (row + k) * beside, w * weight)
-            for start, weight in _side_by_side(at, rows * columns, beside)
-            for k, w in edges
-        ]
+        starts = [(row * count + number + k * count, w * weight) for number, weight in at for k, w in edges]
         column, column_start, before = _last(
-            columns - 1, lambda k: _weighted(self.conditional, starts, k * (rows * beside)), wanted
+            columns - 1, lambda k: _weighted(self.conditional, starts, k * (rows * count)), wanted
         )
         left, right = self._edges(self._starts(at, row, column), v)
         u = _invert_segment((wanted - before) * (columns - 1.0), left, right)
@@ -160,36 +155,24 @@ class MarginalWarp(NamedTuple):
 
     def _row(self, at: Slices, row: Any, entry: int) -> Any:
         """An entry of a row."""
-        return gather(self.rows, at, 2, row * (2 * math.prod(self.number)) + entry)
+        return gather(self.rows, at, 2, row * (2 * self.number) + entry)
 
     def _totals(self, at: Slices, row: Any) -> tuple[Any, Any]:
         """The integrals of a row and the next one."""
-        return self._row(at, row, 0), self._row(at, row, 2 * math.prod(self.number))
+        return self._row(at, row, 0), self._row(at, row, 2 * self.number)
 
 
 DISTRIBUTION = 1
 """Place of the distribution function in an entry, behind density or integral."""
 
 
-def _beside(number: tuple[int, int]) -> int:
-    """How many tables lie side by side for a search: as many as are interpolated along the inner parameter."""
-    return min(number[1], 2)
-
-
-def _side_by_side(at: Slices, size: int, beside: int) -> Slices:
-    """Where the tables begin, of which so many lie side by side: `at` has pairs of neighbours."""
-    pairs = [at[k : k + beside] for k in range(0, len(at), beside)]
-    return [(pair[0][0] * (size * beside) + j, weight) for pair in pairs for j, (_, weight) in enumerate(pair)]
-
-
 def tables(values: np.ndarray) -> tuple[np.ndarray, ...]:
-    """Tables (outer parameter, inner one, rows, columns) as a warp looks them up, and their integrals.
+    """Tables (..., rows, columns) as a warp looks them up, and their integrals.
 
     Entries that a lookup needs together lie side by side: cells (..., columns, rows, 2) are density and conditional
     distribution function, rows (rows, ..., 2) integral and marginal distribution function. For searches these functions
-    stand alone, the conditional one (..., columns, rows, 2) with that of the table at the next inner parameter, if
-    there are several, the marginal one (rows, ...). They start with 0, so that a lookup needs no special case. `values`
-    are not negative, and every table has a positive integral; computed in float64.
+    stand alone, (columns, rows, ...) and (rows, ...). They start with 0, so that a lookup needs no special case.
+    `values` are not negative, and every table has a positive integral; computed in float64.
     """
     values = np.asarray(values, dtype=np.float64)
     rows, columns = values.shape[-2:]
@@ -202,9 +185,7 @@ def tables(values: np.ndarray) -> tuple[np.ndarray, ...]:
     cells = np.stack([values, conditional], -1).swapaxes(-3, -2) / integral[..., None, None, None]
     ends = np.moveaxis(np.stack([totals, marginal], -1) / integral[..., None, None], -2, 0)
     alone = cells[..., DISTRIBUTION]
-    following = np.concatenate([alone[:, 1:], alone[:, -1:]], axis=1)
-    both_alone = np.stack([alone, following][: _beside(integral.shape)], -1)
-    return cells, ends, both_alone, ends[..., DISTRIBUTION], integral
+    return cells, ends, np.moveaxis(alone, (-2, -1), (0, 1)), ends[..., DISTRIBUTION], integral
 
 
 def tables_when_needed(names: Sequence[str], make: Callable[[], np.ndarray]) -> dict[str, Fixed]:

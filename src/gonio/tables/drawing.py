@@ -92,10 +92,10 @@ class Sampled(Measured):
 
     @property
     def _lobe(self) -> MarginalWarp:
+        count = VIEWS * (TURNS + 1) if self.is_oriented() else VIEWS
         return MarginalWarp(
-            self.lobe_cells, self.lobe_rows, self.lobe_conditional, self.lobe_marginal, (ROWS, COLUMNS),
-            (TURNS + 1 if self.is_oriented() else 1, VIEWS),
-        )  # fmt: skip
+            self.lobe_cells, self.lobe_rows, self.lobe_conditional, self.lobe_marginal, (ROWS, COLUMNS), count
+        )
 
 
 def _lobes(m: Measured, oriented: bool) -> np.ndarray:

@@ -293,8 +293,8 @@ class RGL(Measured):
     def _warp(self, name: str) -> MarginalWarp:
         """Of "vndf", visible normals over phi_m and sqrt(theta_m), or of "luminance", samples over s."""
         cells, rows, conditional, marginal = (getattr(self, name + kind) for kind in KINDS[:-1])
-        (n_phi,), (n_theta,) = self.shapes["phi_i"], self.shapes["theta_i"]
-        return MarginalWarp(cells, rows, conditional, marginal, self._grid(name), (n_phi, n_theta))
+        count = math.prod(self.shapes["phi_i"] + self.shapes["theta_i"])
+        return MarginalWarp(cells, rows, conditional, marginal, self._grid(name), count)
 
 
 def _lit(luminance: np.ndarray) -> np.ndarray:

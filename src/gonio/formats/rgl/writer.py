@@ -238,13 +238,13 @@ def _values(
     """S (phi_i, theta_i, C, n, n), and the luminance that samples are drawn by (phi_i, theta_i, n, n)."""
     n = vndf.shape[2]
     cells, ends, conditional, marginal, _ = (t.reshape(-1) for t in tables(vndf))
-    warp = MarginalWarp(cells, ends, conditional, marginal, (n, COLUMNS), (len(phis), len(thetas)))
+    warp = MarginalWarp(cells, ends, conditional, marginal, (n, COLUMNS), len(phis) * len(thetas))
     # Not 1 itself: by rounding it may lie beyond the place where the density ends.
     sy, sx = np.meshgrid(*[np.linspace(0.0, 1.0 - 1e-10, n)] * 2, indexing="ij")
     flat_ndf, flat_sigma = (a.astype(float).reshape(-1) for a in (ndf, sigma))
     rows = []
     for k, (phi_i, theta_i) in enumerate((p, t) for p in phis.tolist() for t in thetas.tolist()):
-        at = ((k, 1.0), (k, 0.0))
+        at = ((k, 1.0),)
         x, y = warp.sample(at, sx, sy)
         f, solid_angle = _reflected(source, direction(theta_i, phi_i), x, y)
         place = math.sqrt(theta_i / RIGHT), (phi_i + math.pi) / (2.0 * math.pi)
