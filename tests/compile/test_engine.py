@@ -136,6 +136,99 @@ def test_a_table_is_never_read_outside(dtype):
         assert np.isin(got[~there], padded).all()
 
 
+APART = {
+    "three": (0, 1, 2),
+    "six": (0, 1, 2, 3, 4, 5),
+    "twelve": tuple(range(12)),
+    "every other": (1, 3),
+    "before": (-4, -3, -2, 0),
+    "two runs": (0, 1, 2, 40, 42),
+    "runs and ones": (0, 7, 20, 21, 22, 23, 24, 60),
+    "the last one alone": (0, 1, 2, 3, 4, 30),
+}
+
+
+@pytest.mark.parametrize("name", APART)
+@pytest.mark.parametrize("dtype", DTYPES)
+def test_entries_that_lie_together(dtype, name):
+    """Lookups at constant distances are the table's entries wherever all are in it; else they still are within it."""
+    graph, offsets = Graph(), APART[name]
+    index = graph.apply("to_index", graph.load(0, 0))
+    nodes = [graph.take(0, graph.apply("add", index, graph.constant(k, INDEX))) for k in offsets]
+    count, outside = 100, 777.0
+    around = np.full(3 * count, outside, dtype)
+    padded = around[count : 2 * count + 1]
+    padded[:] = np.arange(1.0, count + 2.0)
+    inside = np.arange(-min(*offsets, 0), count - max(offsets))
+    wild = [-1.0, -5.0, count - 1.0, count, count + 3.0, 2.0**28, -(2.0**28), np.nan, np.inf, -np.inf]
+    x = np.concatenate([inside, wild, np.arange(-70.0, 170.0)]).astype(dtype)[:, None]
+    plan = prepare(graph, [Result((n,), EACH, ()) for n in nodes], [(x, 1)], 1, [padded], (len(x),), x.dtype)
+    for got, offset in zip(carry_out(plan, [x]), offsets, strict=True):
+        np.testing.assert_array_equal(got[: len(inside)], padded[inside + offset])
+        assert (got != outside).all()
+
+
+GUARDED = """
+import ctypes, mmap, sys
+import numpy as np
+from gonio.compile.plans import Result, carry_out, prepare
+from gonio.compile.llvm.program import EACH
+from gonio.trace.graph import INDEX, Graph
+
+page = mmap.PAGESIZE
+pages = mmap.mmap(-1, 2 * page)
+address = ctypes.addressof(ctypes.c_char.from_buffer(pages))
+assert ctypes.CDLL(None).mprotect(ctypes.c_void_p(address + page), ctypes.c_size_t(page), 0) == 0
+for dtype in (np.float32, np.float64):
+    padded = np.frombuffer(pages, dtype, 101, page - 101 * np.dtype(dtype).itemsize)
+    x = np.concatenate([np.arange(-70.0, 170.0), [2.0**28, np.nan, np.inf]]).astype(dtype)[:, None]
+    for offsets in eval(sys.argv[1]):
+        graph = Graph()
+        index = graph.apply("to_index", graph.load(0, 0))
+        nodes = [graph.take(0, graph.apply("add", index, graph.constant(k, INDEX))) for k in offsets]
+        plan = prepare(graph, [Result((n,), EACH, ()) for n in nodes], [(x, 1)], 1, [padded], (len(x),), x.dtype)
+        carry_out(plan, [x])
+"""
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="guards a page as Linux does")
+def test_no_load_reaches_beyond_the_padding():
+    """Of a table that ends where the memory of the process does, what is read for nothing too."""
+    command = [sys.executable, "-c", GUARDED, repr([*APART.values(), (0,), (0, 1), (2, 3, 4), (0, 2)])]
+    assert subprocess.run(command, capture_output=True).returncode == 0
+
+
+def test_a_table_shorter_than_its_lookups_are_apart_is_not_compiled():
+    """NumPy computes it: an error, or the entries that there are."""
+
+    class Apart(gn.Reflectance):
+        numbers = table("numbers")
+
+        def __init__(self, numbers):
+            self._set({"numbers": numbers})
+
+        def formula(self, wi, wo):
+            k = ops.to_index(wi.z * 2.0)
+            return ops.take(self.numbers, k) + ops.take(self.numbers, k + 50)
+
+    wo = gn.direction([0.1, 0.7], 0.0)
+    assert Apart(np.arange(60.0)).f(wo, wo).tolist() == [52.0, 52.0]
+    with pytest.raises(IndexError):
+        Apart(np.arange(40.0)).f(wo, wo)
+
+
+@pytest.mark.parametrize("width", [4, 8, 32, 64])
+@pytest.mark.parametrize("dtype", DTYPES)
+def test_every_width_of_lookups(width, dtype, monkeypatch):
+    grid = gn.repair.resample(METAL, resolution=(8, 6, 8, 8))
+    wi, wo = WI[:300].astype(dtype), WO[:300].astype(dtype)
+    want = grid.f(wi, wo)
+    monkeypatch.setattr(store, "_width", lambda program: width)
+    monkeypatch.setattr(store, "_versions", lambda: f"width {width}")
+    monkeypatch.setenv("GONIO_CACHE", "off")
+    np.testing.assert_allclose(grid.replace().f(wi, wo), want, rtol=1e-13 if dtype == "float64" else 1e-6)
+
+
 @pytest.mark.parametrize("width", [4, 8, 16, 64])
 def test_every_width_of_vectors(width, monkeypatch):
     """Narrower vectors than this processor's are what others have, and wider ones are split."""

@@ -187,7 +187,7 @@ def plan(call: Call) -> Plan | Staged:
         raise TraceError(f"a formula of {trace.operations} operations, expected at most {COMPILED} to compile")
     tables = _tables(trace, material, inputs[0].dtype)
     if not _within(trace, tables):
-        raise TraceError("a formula looks up constant places beyond a table")
+        raise TraceError("a formula looks up places beyond a table")
     try:
         made = (_of_stages(call, trace, tables) if as_axis else None) or _of_one(call, trace, tables, as_axis)
     except (DependencyError, EngineError) as error:
@@ -240,7 +240,8 @@ def _tables(trace: Trace, material: Parametrised, dtype: np.dtype) -> list[np.nd
 
 
 def _within(trace: Trace, tables: Sequence[np.ndarray]) -> bool:
-    """Whether the constant places that are looked up are in the tables: compiled code reads them as they are."""
+    """Whether the constant places that are looked up are in the tables, and places that differ by constants can be:
+    compiled code reads them as they are."""
     return all(place < len(tables[k]) - 1 for k, place in trace.reach.items())
 
 

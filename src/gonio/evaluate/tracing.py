@@ -57,7 +57,7 @@ class Trace(NamedTuple):
     merged: bool  # whether there are merged parameters
     read: frozenset[int]  # the arrays that anything depends on
     looked_up: frozenset[int]  # and the tables
-    reach: dict[int, int]  # table -> the largest constant place that is looked up in it
+    reach: dict[int, int]  # table -> the largest constant place, or distance of places, that is looked up in it
     operations: int
 
 
@@ -199,6 +199,8 @@ def _complete(graph: Graph, results: Sequence[tuple[int, ...]], inputs: int, cha
             if place < 0:
                 raise TraceError(f"a formula looks up entry {int(place)} of a table; expected one from 0")
             reach[table] = max(reach.get(table, 0), int(place))
+    for (table, _), members in graph.neighbours(order).items():
+        reach[table] = max(reach.get(table, 0), max(members) - min(members))
     return Trace(graph, tuple(results), inputs, channels is not None, read, looked_up, reach, len(order))
 
 

@@ -42,7 +42,7 @@ def bracket(nodes: Any, count: int, x: Any) -> Slices:
             i, low = ops.where(passed, k, i), ops.where(passed, node, low)
             high = ops.where(passed, ops.take(nodes, k + 1), high)
     else:
-        i, _ = _last(count - 1, lambda k: ops.take(nodes, k) < x, x)
+        i, _, _ = _last(count - 1, lambda k: ops.take(nodes, k), x)
         low, high = ops.take(nodes, i), ops.take(nodes, i + 1)
     w = ops.clip((x - low) / (high - low), 0.0, 1.0)
     return ((i, 1.0 - w), (i + 1, w))
@@ -70,25 +70,30 @@ def _weighted(table: Any, starts: Slices, index: Any) -> Any:
 def bilinear(table: Any, at: Slices, shape: tuple[int, int], x: Any, y: Any, plane: Any = 0, planes: int = 1) -> Any:
     """Value at (x, y) in [0, 1]^2 of a table with entries from 0 to 1; x runs along a row.
 
-    `shape`: (rows, columns). A slice may hold several `planes`; the value is that of `plane`.
+    `shape`: (rows, columns); one column stands for all x. An entry may hold several `planes`, side by side; the value
+    is that of `plane`.
     """
     rows, columns = shape
-    (row, v), (column, u) = _cell(y, rows), _cell(x, columns)
-    first = plane * (rows * columns) + (row * columns + column)
-    v00, v01, v10, v11 = (
-        gather(table, at, planes * rows * columns, first + step) for step in (0, 1, columns, columns + 1)
-    )
+    row, v = _cell(y, rows)
+    if columns == 1:
+        low, high = (gather(table, at, planes * rows, row * planes + plane + k) for k in (0, planes))
+        return _lerp(low, high, v)
+    column, u = _cell(x, columns)
+    first = (row * columns + column) * planes + plane
+    steps = (0, planes, columns * planes, (columns + 1) * planes)
+    v00, v01, v10, v11 = (gather(table, at, planes * rows * columns, first + step) for step in steps)
     return _lerp(_lerp(v00, v01, u), _lerp(v10, v11, u), v)
 
 
 class MarginalWarp(NamedTuple):
-    """The warp with its three flat tables, as `tables` makes them.
+    """The warp with its flat tables, as `tables` makes them. `at`: those to interpolate, as `both` has them.
 
     Shapes   x, y, sx, sy: any batch, values in [0, 1]; density per unit of the square's area, 1 on average.
     Error    rounding; where a whole row of the table is 0 the inverse puts sx = 0.
     """
 
-    density: Any
+    cells: Any
+    rows: Any
     conditional: Any
     marginal: Any
     shape: tuple[int, int]
@@ -96,62 +101,78 @@ class MarginalWarp(NamedTuple):
 
     def eval(self, at: Slices, x: Any, y: Any) -> Any:
         """Density at (x, y)."""
-        return bilinear(self.density, at, self.shape, x, y)
+        rows, columns = self.shape
+        (row, v), (column, u) = _cell(y, rows), _cell(x, columns)
+        left, right = self._edges(self._starts(at, row, column), v)
+        return _lerp(left, right, u)
 
     def invert(self, at: Slices, x: Any, y: Any) -> tuple[Any, Any, Any]:
         """(sx, sy) that `sample` maps to (x, y), and the density there: the Jacobian of this inverse."""
         rows, columns = self.shape
-        size = rows * columns
         (row, v), (column, u) = _cell(y, rows), _cell(x, columns)
-        first = row * columns + column
-        v00, v01, v10, v11 = (gather(self.density, at, size, first + k) for k in (0, 1, columns, columns + 1))
-        left, right = _lerp(v00, v10, v), _lerp(v01, v11, v)
-        below, above = (gather(self.conditional, at, size, column * rows + row + k) for k in (0, 1))
-        before = _lerp(below, above, v)
-        low, high = self._row_totals(at, row)
+        starts = self._starts(at, row, column)
+        left, right = self._edges(starts, v)
+        before = self._between(starts, DISTRIBUTION, v)
+        low, high = self._totals(at, row)
         total = _lerp(low, high, v)
         empty = total <= 0.0
         along = before + _segment(u, left, right) * (1.0 / (columns - 1))
         sx = ops.where(empty, 0.0, along / ops.where(empty, 1.0, total))
-        sy = gather(self.marginal, at, 1, row * self.number) + _segment(v, low, high) * (1.0 / (rows - 1))
+        sy = self._row(at, row, DISTRIBUTION) + _segment(v, low, high) * (1.0 / (rows - 1))
         return sx, sy, _lerp(left, right, u)
 
     def sample(self, at: Slices, sx: Any, sy: Any) -> tuple[Any, Any]:
         """(x, y) for two uniform numbers."""
-        rows, columns = self.shape
-        size = rows * columns
-        # What the searches look up at every step is prepared outside them: they take most of the time.
-        row, row_start = _last(rows - 1, lambda k: _weighted(self.marginal, at, k * self.number) < sy, sy)
-        low, high = self._row_totals(at, row)
-        v = _invert_segment((sy - _weighted(self.marginal, at, row * self.number)) * (rows - 1.0), low, high)
-        edges = ((0, 1.0 - v), (1, v))
-        starts_x = [(number * size + row + k, w * weight) for number, weight in at for k, w in edges]
+        (rows, columns), count = self.shape, self.number
+        row, row_start, below = _last(rows - 1, lambda k: gather(self.marginal, at, 1, k * count), sy)
+        low, high = self._totals(at, row)
+        v = _invert_segment((sy - below) * (rows - 1.0), low, high)
         wanted = sx * _lerp(low, high, v)
-
-        def reached(k: Any) -> Any:
-            return _weighted(self.conditional, starts_x, k * rows)
-
-        column, column_start = _last(columns - 1, lambda k: reached(k) < wanted, wanted)
-        first = row * columns + column
-        cells = [(number * size + first + k * columns, w * weight) for number, weight in at for k, w in edges]
-        left, right = (_weighted(self.density, cells, k) for k in (0, 1))
-        before = reached(column)
+        edges = ((0, 1.0 - v), (1, v))
+        # What the search looks up at every step is prepared outside it: it takes most of the time.
+        starts = [(row * count + number + k * count, w * weight) for number, weight in at for k, w in edges]
+        column, column_start, before = _last(
+            columns - 1, lambda k: _weighted(self.conditional, starts, k * (rows * count)), wanted
+        )
+        left, right = self._edges(self._starts(at, row, column), v)
         u = _invert_segment((wanted - before) * (columns - 1.0), left, right)
         return (column_start + u) * (1.0 / (columns - 1)), (row_start + v) * (1.0 / (rows - 1))
 
-    def _row_totals(self, at: Slices, row: Any) -> tuple[Any, Any]:
+    def _starts(self, at: Slices, row: Any, column: Any) -> Slices:
+        """Where the entries of a cell begin, in each table."""
         rows, columns = self.shape
-        end = (columns - 1) * rows
-        low, high = (gather(self.conditional, at, rows * columns, end + row + k) for k in (0, 1))
-        return low, high
+        size, first = 2 * rows * columns, (column * rows + row) * 2
+        return [(number * size + first, weight) for number, weight in at]
+
+    def _between(self, starts: Slices, entry: int, v: Any) -> Any:
+        """An entry between the rows of a cell."""
+        low, high = (_weighted(self.cells, starts, entry + step) for step in (0, 2))
+        return _lerp(low, high, v)
+
+    def _edges(self, starts: Slices, v: Any) -> tuple[Any, Any]:
+        """The density at both columns of a cell, between its rows."""
+        return self._between(starts, 0, v), self._between(starts, 2 * self.shape[0], v)
+
+    def _row(self, at: Slices, row: Any, entry: int) -> Any:
+        """An entry of a row."""
+        return gather(self.rows, at, 2, row * (2 * self.number) + entry)
+
+    def _totals(self, at: Slices, row: Any) -> tuple[Any, Any]:
+        """The integrals of a row and the next one."""
+        return self._row(at, row, 0), self._row(at, row, 2 * self.number)
 
 
-def tables(values: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Density, conditional and marginal distribution functions, and integrals of tables (..., rows, columns).
+DISTRIBUTION = 1
+"""Place of the distribution function in an entry, behind density or integral."""
 
-    Entries that a lookup needs together lie side by side: the conditional functions are (..., columns, rows), the
-    marginal ones (rows, ...). They start with 0, so that a lookup needs no special case. `values` are not negative, and
-    every table has a positive integral; computed in float64.
+
+def tables(values: np.ndarray) -> tuple[np.ndarray, ...]:
+    """Tables (..., rows, columns) as a warp looks them up, and their integrals.
+
+    Entries that a lookup needs together lie side by side: cells (..., columns, rows, 2) are density and conditional
+    distribution function, rows (rows, ..., 2) integral and marginal distribution function. For searches these functions
+    stand alone, (columns, rows, ...) and (rows, ...). They start with 0, so that a lookup needs no special case.
+    `values` are not negative, and every table has a positive integral; computed in float64.
     """
     values = np.asarray(values, dtype=np.float64)
     rows, columns = values.shape[-2:]
@@ -161,10 +182,10 @@ def tables(values: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.n
     marginal = np.zeros(totals.shape)
     np.cumsum((totals[..., :-1] + totals[..., 1:]) * (0.5 / (rows - 1)), axis=-1, out=marginal[..., 1:])
     integral = marginal[..., -1].copy()
-    scale = integral[..., None, None]
-    conditional = np.ascontiguousarray((conditional / scale).swapaxes(-2, -1))
-    marginal = np.moveaxis(marginal / integral[..., None], -1, 0).copy()
-    return values / scale, conditional, marginal, integral
+    cells = np.stack([values, conditional], -1).swapaxes(-3, -2) / integral[..., None, None, None]
+    ends = np.moveaxis(np.stack([totals, marginal], -1) / integral[..., None, None], -2, 0)
+    alone = cells[..., DISTRIBUTION]
+    return cells, ends, np.moveaxis(alone, (-2, -1), (0, 1)), ends[..., DISTRIBUTION], integral
 
 
 def tables_when_needed(names: Sequence[str], make: Callable[[], np.ndarray]) -> dict[str, Fixed]:
@@ -173,17 +194,19 @@ def tables_when_needed(names: Sequence[str], make: Callable[[], np.ndarray]) -> 
     return {name: Fixed(partial(lambda k: flat()[k], k)) for k, name in enumerate(names)}
 
 
-def _last(count: int, below: Callable[[Any], Any], like: Any) -> tuple[Any, Any]:
-    """The last k < count for which the monotone `below(k)` holds, or 0; as a whole number and a real one."""
-    real = 0.0 * like
-    k = ops.to_index(real)
-    step = 1 << (max(count - 1, 1).bit_length() - 1)
-    while step:
-        k_next, real_next = ops.minimum(k + step, count - 1), ops.minimum(real + step, count - 1.0)
-        passed = below(k_next)
-        k, real = ops.where(passed, k_next, k), ops.where(passed, real_next, real)
-        step >>= 1
-    return k, real
+def _last(count: int, reached: Callable[[Any], Any], wanted: Any) -> tuple[Any, Any, Any]:
+    """The last k < count for which the monotone `reached(k)` is below `wanted`, or 0; as a whole number and a real one,
+    and what is reached there, 0 at k = 0."""
+    real = 0.0 * wanted
+    k, value = ops.to_index(real), real
+    while count > 1:  # places from k on; whichever half is left, the larger one is searched: no place is beyond the end
+        step = count // 2
+        there = reached(k + step)
+        passed = there < wanted
+        k, real = ops.where(passed, k + step, k), ops.where(passed, real + step, real)
+        value = ops.where(passed, there, value)
+        count -= step
+    return k, real, value
 
 
 def _cell(x: Any, count: int) -> tuple[Any, Any]:

@@ -25,7 +25,7 @@ VIEWS, TURNS, ROWS, COLUMNS = 16, 16, 32, 64
 STEEPEST = math.radians(88.0)
 GRAZING = 0.01  # cosine, below which f is not looked at
 
-KINDS = ("lobe", "lobe_conditional", "lobe_marginal", "lobe_integral")
+KINDS = ("lobe_cells", "lobe_rows", "lobe_conditional", "lobe_marginal", "lobe_integral")
 
 
 class Sampled(Measured):
@@ -39,7 +39,8 @@ class Sampled(Measured):
 
     seam = COSINE_SHARE
 
-    lobe: Any  # tables of sampling, of bound materials only
+    lobe_cells: Any  # tables of sampling, of bound materials only
+    lobe_rows: Any
     lobe_conditional: Any
     lobe_marginal: Any
     lobe_integral: Any
@@ -92,7 +93,9 @@ class Sampled(Measured):
     @property
     def _lobe(self) -> MarginalWarp:
         count = VIEWS * (TURNS + 1) if self.is_oriented() else VIEWS
-        return MarginalWarp(self.lobe, self.lobe_conditional, self.lobe_marginal, (ROWS, COLUMNS), count)
+        return MarginalWarp(
+            self.lobe_cells, self.lobe_rows, self.lobe_conditional, self.lobe_marginal, (ROWS, COLUMNS), count
+        )
 
 
 def _lobes(m: Measured, oriented: bool) -> np.ndarray:

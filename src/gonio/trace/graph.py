@@ -92,7 +92,9 @@ class Graph:
         if operation == "mul":
             if value == 1:
                 return nodes[1]
-            return first if self.value(nodes[1]) == 1 else None
+            if self.value(nodes[1]) == 1:
+                return first
+            return self._product_of_index(nodes) if self.kinds[first] == INDEX else None
         if operation == "div":
             return first if self.value(nodes[1]) == 1 else None
         if operation == "neg":
@@ -113,9 +115,24 @@ class Graph:
             return self._simplified_index(operation, nodes)
         return None
 
+    def _product_of_index(self, nodes: Sequence[int]) -> int | None:
+        """(x + c) d is x d + c d."""
+        x, factor = nodes if self.value(nodes[1]) is not None else nodes[::-1]
+        by = self.value(factor)
+        if by is None:
+            return None
+        base, offset = self.split(x)
+        if base is None:
+            return self.constant(offset * by, INDEX)
+        if offset == 0:
+            return None
+        return self.apply("add", self.apply("mul", base, factor), self.constant(offset * by, INDEX))
+
     def _simplified_index(self, operation: str, nodes: Sequence[int]) -> int | None:
         """Whole numbers have no rounding: sums are written with one constant, and that last."""
         sign = 1 if operation == "add" else -1
+        if sign > 0 and self.value(nodes[0]) is not None:
+            nodes = nodes[::-1]
         (x, c), (y, d) = (self.split(n) for n in nodes)
         offset = int(c + sign * d)
         if x is None and y is None:
@@ -139,6 +156,17 @@ class Graph:
             if last is not None:
                 return a, last
         return node, 0
+
+    def neighbours(self, order: Iterable[int]) -> dict[tuple[int, int], dict[int, int]]:
+        """Lookups among some nodes whose places differ by constants: (table, index node) -> offset -> node."""
+        found: dict[tuple[int, int], dict[int, int]] = {}
+        for node in order:
+            if self.operations[node] == "take":
+                table, index = self.arguments[node]
+                base, offset = self.split(index)
+                if base is not None:
+                    found.setdefault((table, base), {})[int(offset)] = node
+        return found
 
     def inputs(self, node: int) -> Sequence[int]:
         """The nodes that a node is computed from."""

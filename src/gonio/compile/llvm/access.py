@@ -10,7 +10,9 @@ from collections.abc import Sequence
 from math import gcd
 
 from ...trace.graph import MASK
+from . import machine
 from .lanes import FLOAT32, Lanes, Value
+from .lookups import Lookups
 from .program import EACH, PACKED, PLANES, Program
 
 LINE = 64  # bytes of a line of the cache
@@ -27,8 +29,7 @@ class Access:
         self.size = 4 if program.dtype == FLOAT32 else 8
         self.index_type = f"<{self.width} x i64>"
         self.lanes = f"<{', '.join(f'i64 {i}' for i in range(self.width))}>"
-        self.paired = self.pairs(order) if program.dtype == FLOAT32 else {}
-        self.read: dict[int, tuple[Value, Value]] = {}
+        self.lookups = Lookups(program, v, order, min(machine.lanes(program.dtype), v.width))
 
     # Arguments and inputs.
 
@@ -212,59 +213,15 @@ class Access:
 
     # Tables.
 
-    def pairs(self, order: Sequence[int]) -> dict[int, tuple[int, int]]:
-        """Pairs of lookups that read neighbouring entries, in one load: node -> (first node of its pair, 0 or 1)."""
-        graph = self.program.graph
-        places: dict[tuple, dict[int, int]] = {}
-        for node in order:
-            if graph.operations[node] == "take":
-                table, index = graph.arguments[node]
-                base, offset = graph.split(index)
-                if base is not None:
-                    places.setdefault((table, base), {})[int(offset)] = node
-        pairs: dict[int, tuple[int, int]] = {}
-        for members in places.values():
-            for offset in sorted(members):
-                first = members[offset]
-                if offset + 1 in members and first not in pairs:
-                    pairs[first], pairs[members[offset + 1]] = (first, 0), (first, 1)
-        return pairs
-
-    def pair(self, table: int, index: Value) -> tuple[Value, Value]:
-        """Two neighbouring entries of a table, loaded as one number of twice the length."""
-        w, kind = self.width, f"<{2 * self.width} x {self.real}>"
-        two = self.gather(self.pointers(table, index), 4, "double")
-        halves = self.v.emit("real", f"bitcast <{w} x double> {two.name} to {kind}")
-        poison = Value("real", "poison")
-        first, second = (self.v.shuffle(halves, poison, 2 * w, range(start, 2 * w, 2)) for start in (0, 1))
-        return first, second
-
     def lookup(self, node: int) -> Value:
-        """Entries of a table, perhaps read together with a neighbour's; an index beyond it reads its last entry.
-
-        One that is a constant is within the table: callers see to that.
-        """
+        """Entries of a table; a constant place is within it, which callers see to."""
         table, index_node = self.program.graph.arguments[node]
         place = self.program.graph.value(index_node)
         if place is not None:
             address, name = self.beyond(f"%t{table}", int(place) * self.size), self.v.name()
             self.v.write(f"{name}.s = load {self.real}, ptr {address}, align {self.size}")
             return Value("real", self.v.spread(name, self.real, f"{name}.s"))
-        index = self.values[index_node]
-        if node not in self.paired:
-            return self.gather(self.pointers(table, index), self.size, self.real)
-        first, which = self.paired[node]
-        if first not in self.read:
-            self.read[first] = self.pair(table, self.v.integer("sub", index, self.v.index(1)) if which else index)
-        return self.read[first][which]
-
-    def pointers(self, table: int, index: Value) -> str:
-        """The addresses of entries of a table."""
-        kind, pointers = self.v.types["index"], self.v.name()
-        least = self.v.intrinsic(f"umin.v{self.width}i32", kind, (kind, index.name), (kind, f"%t{table}.end"))
-        safe = self.v.emit("index", least)
-        self.v.write(f"{pointers} = getelementptr {self.real}, ptr %t{table}, {kind} {safe.name}")
-        return pointers
+        return self.lookups.entry(node, self.values[index_node])
 
     # Outputs.
 

@@ -13,7 +13,7 @@ from ...arrays import Fixed, ops
 from ...base.measured import Measured
 from ...base.reflectance import Reflectance
 from ...formula import warp
-from ...formula.direction import Direction, half_and_cosine, polar_angle, reflect, select
+from ...formula.direction import Direction, polar_angle, reflect, select
 from ...formula.fields import Ours, channels, kept, table
 from ...formula.state import Held, note, state
 from ...formula.table_warp import ONE, MarginalWarp, Slices, bilinear, both, bracket, gather, tables_when_needed
@@ -31,8 +31,11 @@ SHARED_SUFFIX = True
 DESCRIPTION = "tensor file of the RGL material database, rgb or spectral, isotropic or anisotropic"
 ORACLE = "Mitsuba 3 `measured`; two real files (isotropic, rgb)"
 
-KINDS = ("", "_conditional", "_marginal", "_integral")
+KINDS = ("_cells", "_rows", "_conditional", "_marginal", "_integral")
 """Endings of the names of the tables that `table_warp.tables` makes of a density."""
+
+FACETS = ("ndf", "sigma")
+"""The tables over directions alone, azimuths by square roots of polar angles."""
 
 COSINE_SHARE = 0.1  # share of samples that is cosine-distributed: no direction is missed where the table's density is 0
 
@@ -134,6 +137,8 @@ class RGL(Measured):
     """Whether only differences of azimuths count: the file has one or two of them."""
     divided: bool = state()
     """Whether S is f cos(theta_o) divided by D / (4 sigma)."""
+    even: tuple[str, ...] = state()
+    """Names of those of the tables `ndf` and `sigma` that are the same for all azimuths."""
 
     luminance_integral: Any  # about the albedo; of bound materials only, as the tables of `_warp`
 
@@ -154,6 +159,7 @@ class RGL(Measured):
             reduction=reduction,
             isotropic=len(stored["phi_i"]) <= 2,
             divided=bool(stored["jacobian"][0]),
+            even=tuple(name for name in FACETS if (stored[name] == stored[name][:1]).all()),
             channel_names=names,
         )
         if self.divided:
@@ -161,10 +167,16 @@ class RGL(Measured):
         super().__init__(path, about, **{name: Ours(a) for name, a in tables.items()}, channel=len(names))
 
     def _keep(self) -> dict[str, Fixed]:
-        vndf, luminance = self.stored["vndf"], self.stored["luminance"]
+        """The base's fields and the tables of the warps; as formulas look them up, entries that they need together lie
+        side by side: channels of S, and azimuths of D and sigma, one if all are the same."""
+        fields = super()._keep()
+        values, vndf, luminance = fields["values"], self.stored["vndf"], self.stored["luminance"]
+        facets = {name: self.stored[name][: self._facets(name)[1]] for name in FACETS}
         return {
-            **super()._keep(),
-            **tables_when_needed([f"vndf{kind}" for kind in KINDS[:3]], lambda: vndf),
+            **fields,
+            "values": Fixed(lambda: np.moveaxis(values.numbers.reshape(self.shapes[self.main]), -3, -1).reshape(-1)),
+            **{name: Fixed(_finite_or_nan(a).T.reshape(-1)) for name, a in facets.items()},
+            **tables_when_needed([f"vndf{kind}" for kind in KINDS[:-1]], lambda: vndf),
             **tables_when_needed([f"luminance{kind}" for kind in KINDS], lambda: _lit(luminance)),
         }
 
@@ -195,14 +207,14 @@ class RGL(Measured):
 
     def formula(self, wi: Direction, wo: Direction) -> Any:
         wi, wo, _ = self._folded(wi, wo)
-        at, x_i, y_i, phi_i = self._lit_from(wi)
-        x, y = self._point(wi + wo, phi_i)
+        at, x_i, y_i, _ = self._lit_from(wi)
+        x, y = self._point(wi + wo, wi)
         sx, sy, _ = self._warp("vndf").invert(at, x, y)
         plane, planes = ops.to_index(self.channel), self.planes
         S = bilinear(self.values, at, self._grid(self.main), sx, sy, plane, planes)
         if self.divided:
-            D = bilinear(self.ndf, ONE, self._grid("ndf"), x, y)
-            S = S * (D / (4.0 * bilinear(self.sigma, ONE, self._grid("sigma"), x_i, y_i)))
+            D = bilinear(self.ndf, ONE, self._facets("ndf"), y, x)
+            S = S * (D / (4.0 * bilinear(self.sigma, ONE, self._facets("sigma"), y_i, x_i)))
         return S / wo.z
 
     def warp(self, wo: Direction, u0: Any, u1: Any) -> Direction:
@@ -232,13 +244,13 @@ class RGL(Measured):
 
     def _table_density(self, wi: Direction, wo: Direction) -> Any:
         wo, wi, _ = self._folded(wo, wi)
-        at, _, _, phi_o = self._lit_from(wo)
-        wm, cos_d = half_and_cosine(wi, wo)
-        x, y = self._point(wm, phi_o)
+        at, _, _, _ = self._lit_from(wo)
+        h = wi + wo
+        x, y = self._point(h, wo)
         sx, sy, density = self._warp("vndf").invert(at, x, y)
-        # Solid angle of the half vectors, then of wi, per area of the square; 0 at the pole, where x = 0.
-        sin_m = ops.sqrt(wm.x * wm.x + wm.y * wm.y + 1e-20)
-        solid = (8.0 * math.pi**2) * x * sin_m * cos_d
+        # Solid angle of the half vectors, sin(theta_m) d theta_m d phi_m, then of wi, 4 cos(theta_d) times that, per
+        # area of the square; |h| = 2 cos(theta_d). It is 0 at the pole, where x = 0.
+        solid = (4.0 * math.pi**2) * x * ops.sqrt(h.x * h.x + h.y * h.y + 1e-20)
         return density * self._warp("luminance").eval(at, sx, sy) / ops.maximum(solid, 1e-12)
 
     def _folded(self, lit: Direction, other: Direction) -> tuple[Direction, Direction, tuple[Any, Any]]:
@@ -261,22 +273,28 @@ class RGL(Measured):
         at = both(bracket(self.phi_i, n_phi, phi), bracket(self.theta_i, n_theta, theta), n_theta)
         return at, ops.sqrt(theta * (2.0 / math.pi)), (phi + math.pi) * (0.5 / math.pi), phi
 
-    def _point(self, h: Direction, phi_i: Any) -> tuple[Any, Any]:
+    def _point(self, h: Direction, lit: Direction) -> tuple[Any, Any]:
         """u = (x, y) of a half vector of any length."""
-        phi = _azimuth(h) - phi_i if self.isotropic else _azimuth(h)
-        y = (phi + math.pi) * (0.5 / math.pi)
-        return ops.sqrt(polar_angle(h) * (2.0 / math.pi)), y - ops.floor(y)
+        (h_x, h_y), (x, y) = _on_plane(h), _on_plane(lit)
+        phi = ops.arctan2(x * h_y - y * h_x, x * h_x + y * h_y) if self.isotropic else ops.arctan2(h_y, h_x)
+        turns = (phi + math.pi) * (0.5 / math.pi)
+        return ops.sqrt(polar_angle(h) * (2.0 / math.pi)), turns - ops.floor(turns)
 
     def _grid(self, name: str) -> tuple[int, int]:
         """Rows and columns of a field's tables."""
         rows, columns = self.shapes[name][-2:]
         return rows, columns
 
+    def _facets(self, name: str) -> tuple[int, int]:
+        """Rows and columns of D or sigma, as formulas look them up: by polar angle, then azimuth."""
+        rows, columns = self._grid(name)
+        return columns, 1 if name in self.even else rows
+
     def _warp(self, name: str) -> MarginalWarp:
         """Of "vndf", visible normals over phi_m and sqrt(theta_m), or of "luminance", samples over s."""
-        density, conditional, marginal = (getattr(self, name + kind) for kind in KINDS[:3])
+        cells, rows, conditional, marginal = (getattr(self, name + kind) for kind in KINDS[:-1])
         count = math.prod(self.shapes["phi_i"] + self.shapes["theta_i"])
-        return MarginalWarp(density, conditional, marginal, self._grid(name), count)
+        return MarginalWarp(cells, rows, conditional, marginal, self._grid(name), count)
 
 
 def _lit(luminance: np.ndarray) -> np.ndarray:
@@ -288,10 +306,16 @@ def _lit(luminance: np.ndarray) -> np.ndarray:
     return density
 
 
-def _azimuth(w: Direction) -> Any:
-    """phi in [-pi, pi]; 0 along the normal, with a finite derivative there."""
+def _on_plane(w: Direction) -> tuple[Any, Any]:
+    """x and y of a direction; 1 and 0 along the normal, where the azimuth counts as 0, with a finite derivative."""
     flat = w.x * w.x + w.y * w.y < 1e-30
-    return ops.arctan2(ops.where(flat, 0.0 * w.y, w.y), ops.where(flat, 1.0, w.x))
+    return ops.where(flat, 1.0, w.x), ops.where(flat, 0.0 * w.y, w.y)
+
+
+def _azimuth(w: Direction) -> Any:
+    """phi in [-pi, pi]."""
+    x, y = _on_plane(w)
+    return ops.arctan2(y, x)
 
 
 def _finite_or_nan(a: np.ndarray) -> np.ndarray:

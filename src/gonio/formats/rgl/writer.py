@@ -237,8 +237,8 @@ def _values(
 ) -> tuple[np.ndarray, np.ndarray]:
     """S (phi_i, theta_i, C, n, n), and the luminance that samples are drawn by (phi_i, theta_i, n, n)."""
     n = vndf.shape[2]
-    density, conditional, marginal = (t.reshape(-1) for t in tables(vndf)[:3])
-    warp = MarginalWarp(density, conditional, marginal, (n, COLUMNS), len(phis) * len(thetas))
+    cells, ends, conditional, marginal, _ = (t.reshape(-1) for t in tables(vndf))
+    warp = MarginalWarp(cells, ends, conditional, marginal, (n, COLUMNS), len(phis) * len(thetas))
     # Not 1 itself: by rounding it may lie beyond the place where the density ends.
     sy, sx = np.meshgrid(*[np.linspace(0.0, 1.0 - 1e-10, n)] * 2, indexing="ij")
     flat_ndf, flat_sigma = (a.astype(float).reshape(-1) for a in (ndf, sigma))
