@@ -30,6 +30,8 @@ from gonio.formats.merl import MERL, SCALE
 
 ETA, K = (0.18, 0.42, 1.37), (3.42, 2.35, 1.77)  # about gold, for red, green, blue
 ALPHA = 0.3
+WARM = 0.005
+"""Seconds of calls before one that is timed as warm."""
 
 
 @dataclass
@@ -348,13 +350,13 @@ def row_11(settings: Settings) -> Iterator[str]:
 
 
 def row_12(settings: Settings) -> Iterator[str]:
-    """scaling: nanoseconds per evaluation of GGX, 1 channel, over N; and how much memory one f takes"""
+    """scaling: nanoseconds per evaluation of GGX, 1 channel, over N, warm; and how much memory one f takes"""
     counts = [settings.count(n) for n in (1e5, 1e6, 1e7)] + ([100_000_000] if settings.large else [])
     m = conductor(gn.GGX(ALPHA))
     wi, wo = pairs(counts[-1])
     plain = [gonio_f(m, wi[:n], wo[:n])[0] for n in counts]
     into = [gonio_f(m, wi[:n], wo[:n])[1] for n in counts]
-    timed = measure([*plain, *into], settings.rounds)
+    timed = measure([*plain, *into], settings.rounds, warm=WARM)
     for label, part in (("f", timed[: len(counts)]), ("f, out=", timed[len(counts) :])):
         ns = [t.median / n * 1e9 for t, n in zip(part, counts, strict=True)]
         for n, each in zip(counts, ns, strict=True):

@@ -84,8 +84,11 @@ def first_line(error: BaseException) -> str:
     return f"{type(error).__name__}: {error}".partition("\n")[0][:90]
 
 
-def measure(engines: Sequence[Engine], rounds: int, rested: bool = False) -> list[Timed]:
-    """All engines, timed in turn. One that cannot be built or run is reported, and left out of the rounds."""
+def measure(engines: Sequence[Engine], rounds: int, rested: bool = False, warm: float = 0.0) -> list[Timed]:
+    """All engines, timed in turn. One that cannot be built or run is reported, and left out of the rounds.
+
+    `rested`: without the untimed call after the pause; `warm`: with as many as take so many seconds.
+    """
     timed = [Timed(engine) for engine in engines]
     calls: list[tuple[Timed, Callable[[], Any], bool]] = []
     for t in timed:
@@ -102,8 +105,11 @@ def measure(engines: Sequence[Engine], rounds: int, rested: bool = False) -> lis
         for i in order.permutation(len(calls)):
             t, call, long = calls[i]
             time.sleep(SETTLE)
+            end = time.perf_counter() + warm
             if not (long or rested):
                 call()
+                while time.perf_counter() < end:
+                    call()
             seconds[id(t)].append(_seconds(call))
     for t, _, _ in calls:
         t.seconds = np.array(seconds[id(t)])

@@ -141,8 +141,10 @@ def test_what_the_passes_are_for() -> None:
     assert rewritten(lambda x, y, z, a: z * x + z * y) == {"add": 1, "mul": 1}
     # a root that is squared is none
     assert "sqrt" not in rewritten(lambda x, y, z, a: (x / ops.sqrt(y * y + z * z)) ** 2)
-    # what stands above and below the line cancels
-    assert rewritten(lambda x, y, z, a: x * y / (z * y)) == {"div": 1}
+    # what stands above and below the line cancels, if it cannot be 0: 0/0 is NaN
+    assert rewritten(lambda x, y, z, a: x * ops.exp(y) / (z * ops.exp(y))) == {"div": 1}
+    assert rewritten(lambda x, y, z, a: x * y / (z * y)) == {"mul": 2, "div": 1}
+    assert rewritten(lambda x, y, z, a: ops.where(y <= 1e-6, 0.0, x * y / (z * y))) == {"le": 1, "div": 1, "select": 1}
     # parameters are multiplied once
     assert rewritten(lambda x, y, z, a: 2.0 * a * x * a / (a + 1.0)) == {"mul": 1}
     # a difference of equals stays, for it is NaN where they are

@@ -90,7 +90,8 @@ def sample(m: Reflectance, mean: Reflectance, wo: Any, u: Any) -> tuple[Any, ...
     nan = with_holes(_nan_of(wo) + ((u0 + u1) - (u0 + u1)), mean)
     hidden, wo_up = served(wo)
     shares = shares_of(mean, wo_up)
-    wi, mirrored, delta_weight = _drawn(m, shares, wo_up, u0, ops.minimum(u1, _BELOW_ONE))
+    u1 = ops.where(u1 >= 1.0, _BELOW_ONE, u1)
+    wi, mirrored, delta_weight = _drawn(m, shares, wo_up, u0, u1)
     lost = (wi.z <= HORIZON) | hidden
     wi_up = select(lost, NORMAL, wi)
     pdf = _mixture(shares, wi_up, wo_up)

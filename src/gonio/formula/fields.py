@@ -8,6 +8,7 @@ from __future__ import annotations
 import inspect
 import math
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -96,10 +97,11 @@ class Param(Field):
         if type(value) is float:
             if self.low <= value <= self.high and math.isfinite(value):
                 return value
-        elif type(value) is np.ndarray and value.dtype == np.float64 and value.ndim and value.size:
+        elif type(value) is np.ndarray and value.dtype == np.float64 and value.flags.c_contiguous and value.size > 1:
             low, high = value.min(), value.max()  # NaN, if there is one
             if self.low <= low and high <= self.high and math.isfinite(low) and math.isfinite(high):
-                return frozen(value.copy())
+                with suppress(MemoryError):  # what follows says so
+                    return frozen(value.copy())
         if isinstance(value, (list, tuple, np.ndarray, np.generic, int, float)):
             try:
                 array = np.array(ops.numbers(value), dtype=float)

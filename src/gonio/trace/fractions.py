@@ -11,8 +11,9 @@ operation; exponents count halves, so that roots take part. On that sight:
 
 The result is the same but for rounding: a product keeps the relative error of its factors, and a sum that relative to
 its terms, for no sum is ever multiplied out. Products of more than `TOGETHER` powers are divided in steps, so that
-small numbers do not vanish, and what may be as large as the dtype allows (`WIDE`) is moved into no other term. Zero
-over zero may become a number, where the zero cancels; a difference x - x stays, for it tells NaN.
+small numbers do not vanish, and what may be as large as the dtype allows (`WIDE`) is moved into no other term. Only
+what is not 0 cancels, by its form or by the masks that a result is taken under (a cosine above the horizon): 0/0 stays
+NaN.
 
 Common denominators may cost more than they save, and so may a product that is computed once for several others: all
 four are tried, and the graph of least cost is kept, the one that was given among them.
@@ -22,7 +23,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from functools import partial, reduce
 from typing import NamedTuple
 
@@ -40,6 +41,7 @@ OTHER = 0.7
 WIDE = {"exp", "power", "log", "tan", "take", "erfinv"}
 """Operations whose results may be as large as the dtype allows, or their reciprocals."""
 
+Nodes = frozenset[int] | None
 Powers = tuple[tuple[int, int], ...]
 """Atoms in order, each with its exponent in halves, not 0."""
 
@@ -78,6 +80,32 @@ class _View:
         self.together = TOGETHER[dtype]
         self.order = graph.reachable(outputs)
         self.uses = Counter(source for node in self.order for source in graph.inputs(node)) + Counter(outputs)
+        self.above_zero = self._above_zero()
+        self.asked = frozenset().union(*self.above_zero.values())
+
+    def _above_zero(self) -> dict[int, frozenset[int]]:
+        """For each node the nodes that are above 0 wherever its value is taken: choices see to that."""
+        taken = dict.fromkeys(self.outputs, frozenset[int]())
+        for node in reversed(self.order):
+            inputs = self.graph.inputs(node)
+            for i, source in enumerate(inputs):
+                by_choice = i > 0 and self.graph.operations[node] == "select"
+                here = taken[node] | self._tested(inputs[0], i == 1) if by_choice else taken[node]
+                taken[source] = taken[source] & here if source in taken else here
+        return taken
+
+    def _tested(self, condition: int, truth: bool) -> frozenset[int]:
+        """The nodes that are above 0 where a condition is true, or where it is false."""
+        operation, inputs = self.graph.operations[condition], self.graph.inputs(condition)
+        if operation == ("and" if truth else "or"):
+            return self._tested(inputs[0], truth) | self._tested(inputs[1], truth)
+        if operation == "xor" and self.graph.value(inputs[1]) == 1:
+            return self._tested(inputs[0], not truth)
+        if operation in (("gt", "ge") if truth else ("lt", "le")):
+            bound = self.graph.value(inputs[1])
+            if bound is not None and (bound > 0.0 or (bound == 0.0 and operation in ("gt", "le"))):
+                return frozenset(inputs[:1])
+        return frozenset()
 
     def choices(self) -> list[Choice]:
         """What to try: common denominators or none, and products that several others use apart or within these."""
@@ -132,7 +160,8 @@ class _Atom(NamedTuple):
     products: tuple[Product, ...]
     node: int  # the node of the graph that it stands for; for a sum -1, for there may be several
     varies: bool  # along the inner axis
-    positive: bool  # or 0, or NaN
+    positive: Nodes  # or 0, or NaN: the nodes that must be above 0 for that; None where nothing tells
+    nonzero: Nodes  # the same for its not being 0
     wide: bool
 
 
@@ -152,12 +181,15 @@ class _Rewriting:
         self.products: dict[int, Product] = {}  # of the nodes of the graph
         self.atoms: list[_Atom] = []
         self.numbers: dict[tuple[object, ...], int] = {}  # of the atoms
+        self.tested: dict[int, int] = {}  # atom -> the node, among those that are above 0 somewhere, that it is
         self.written: dict[int, int] = {}  # atom -> node of the new graph
         self.values: dict[Product, int] = {}
 
     def result(self) -> tuple[Graph, list[int]]:
         for node in self.view.order:
-            self.products[node] = self._product(node)
+            product = self.products[node] = self._product(node)
+            if node in self.view.asked and product.coefficient == 1.0 and [e for _, e in product.powers] == [2]:
+                self.tested[product.powers[0][0]] = node
         ends = [self.products[node] for node in self.view.outputs]
         self.reach = self._reach(ends)
         used = [k for k, bits in enumerate(self.reach) if bits]
@@ -182,12 +214,12 @@ class _Rewriting:
             if operation == "neg":
                 return _times(inputs[0], Product(-1.0, ()))
             if operation in ("mul", "div"):
-                made = _times(inputs[0], inputs[1] if operation == "mul" else _inverse(inputs[1]))
+                made = self._multiply(inputs[0], inputs[1] if operation == "mul" else _inverse(inputs[1]), node)
             elif operation in ("add", "sub"):
                 a, b = inputs
                 made = self._sum(a, b if operation == "add" else _times(b, Product(-1.0, ())), node)
             elif operation == "sqrt":
-                made = self._root(inputs[0])
+                made = self._root(inputs[0], node)
         if made is None or not _ordinary(made.coefficient):
             return self._atom(operation, tuple(inputs), node)
         if node in self.choice.kept and len(made.powers) > 1:
@@ -203,32 +235,66 @@ class _Rewriting:
             self.atoms.append(_Atom(operation, products, node, *self._nature(operation, products, node)))
         return Product(1.0, ((self.numbers[key], 2),))
 
-    def _nature(self, operation: str, products: tuple[Product, ...], node: int) -> tuple[bool, bool, bool]:
-        atoms = [self.atoms[k] for product in products for k, _ in product.powers]
-        positive = [self._is_positive(product) for product in products]
+    def _nature(self, operation: str, products: tuple[Product, ...], node: int) -> tuple[bool, Nodes, Nodes, bool]:
+        """What an atom is: varying, positive, nonzero, wide."""
+        none: Nodes = frozenset()
         if operation == "load":
-            return self.graph.arguments[node][0] not in self.view.fixed, False, False
+            return self.graph.arguments[node][0] not in self.view.fixed, None, None, False
         if operation == "constant":
             value = self.graph.arguments[node][0]
-            return False, value >= 0, not math.isfinite(value)
-        if operation in ("sum", "value", "minimum"):
-            is_positive = all(positive)
+            return False, none if value >= 0 else None, None, not math.isfinite(value)
+        atoms = [self.atoms[k] for product in products for k, _ in product.powers]
+        positive, nonzero = ([of(p) for p in products] for of in (self._positive, self._nonzero))
+        is_positive = is_nonzero = None
+        if operation == "value":
+            is_positive, is_nonzero = positive[0], nonzero[0]
+        elif operation in ("sum", "minimum"):
+            is_positive = _all(positive)
+            is_nonzero = _all([is_positive, *([_any(nonzero)] if operation == "sum" else nonzero)])
         elif operation == "maximum":
-            is_positive = any(positive)
+            is_positive = _any(positive)
+            is_nonzero = _any([_all(both) for both in zip(positive, nonzero, strict=True)])
         elif operation == "select":
-            is_positive = all(positive[1:])
-        else:
-            is_positive = operation in ("exp", "sqrt", "absolute")
-        return any(a.varies for a in atoms), is_positive, operation in WIDE or any(a.wide for a in atoms)
+            is_positive, is_nonzero = _all(positive[1:]), _all(nonzero[1:])
+        elif operation == "absolute":
+            is_positive, is_nonzero = none, nonzero[0]
+        elif operation == "exp":
+            is_positive = is_nonzero = none
+        elif operation in ("sqrt", "ierfc"):
+            is_positive = none
+        return any(a.varies for a in atoms), is_positive, is_nonzero, operation in WIDE or any(a.wide for a in atoms)
 
-    def _is_positive(self, product: Product) -> bool:
-        return product.coefficient > 0 and all(e % 4 != 2 or self.atoms[k].positive for k, e in product.powers)
-
-    def _root(self, product: Product) -> Product | None:
-        """The square root as a product; None where a factor may be negative, or would get a quarter."""
-        if not product.powers or product.coefficient <= 0:
+    def _positive(self, product: Product) -> Nodes:
+        """The nodes that must be above 0 for a product to be positive, or 0."""
+        if product.coefficient < 0:
             return None
-        if any(e % 2 or not self.atoms[k].positive for k, e in product.powers):
+        return _all([_any([self.atoms[k].positive, self._test(k)]) for k, e in product.powers if e % 4 == 2])
+
+    def _nonzero(self, product: Product) -> Nodes:
+        return _all([_any([self.atoms[k].nonzero, self._test(k)]) for k, _ in product.powers])
+
+    def _test(self, atom: int) -> Nodes:
+        return frozenset((self.tested[atom],)) if atom in self.tested else None
+
+    def _multiply(self, a: Product, b: Product, node: int) -> Product | None:
+        """The product of two; None where it has a factor above the line and below it that may be 0 at the node."""
+        other, known = dict(b.powers), self.view.above_zero[node]
+        opposite = [(k, e) for k, e in a.powers if other.get(k, 0) * e < 0]
+        needed = [(k, self._nonzero(Product(1.0, ((k, e),)))) for k, e in opposite]
+        doubtful = {k for k, nodes in needed if nodes is None or not nodes <= known}
+        if any(self.atoms[k].varies for k in doubtful):
+            return None
+        if doubtful:  # parameters, whose quotient is computed once
+            apart = self._atom("value", (Product(1.0, tuple((k, other[k]) for k in sorted(doubtful))),), -1)
+            b = _times(Product(b.coefficient, tuple(p for p in b.powers if p[0] not in doubtful)), apart)
+        return _times(a, b)
+
+    def _root(self, product: Product, node: int) -> Product | None:
+        """The square root as a product; None where a factor may be negative, or would get a quarter."""
+        if not product.powers or product.coefficient <= 0 or any(e % 2 for _, e in product.powers):
+            return None
+        needed = self._positive(Product(1.0, tuple((k, 2) for k, _ in product.powers)))
+        if needed is None or not needed <= self.view.above_zero[node]:
             return None
         return Product(math.sqrt(product.coefficient), tuple((k, e // 2) for k, e in product.powers))
 
@@ -374,6 +440,21 @@ class _Rewriting:
 
     def _multiplied(self, factors: Sequence[_Factor]) -> int:
         return reduce(partial(self.new.apply, "mul"), (f.node for f in factors))
+
+
+def _all(needed: Iterable[Nodes]) -> Nodes:
+    """What all of some facts need; None where one is not known."""
+    total: frozenset[int] = frozenset()
+    for nodes in needed:
+        if nodes is None:
+            return None
+        total |= nodes
+    return total
+
+
+def _any(needed: Iterable[Nodes]) -> Nodes:
+    """What the fact that needs least needs; None where none is known."""
+    return min((nodes for nodes in needed if nodes is not None), key=len, default=None)
 
 
 def _times(a: Product, b: Product) -> Product:
