@@ -27,7 +27,7 @@ PARALLEL = 1 << 21  # work from which on helpers that are awake share it
 WAKING = 1 << 23  # work from which on it pays to wake helpers that sleep
 GRAIN = 1 << 18  # work of a part, at least
 PIECES = 8  # parts of a batch for each thread, so that none waits long for another
-CACHED = 1 << 23  # bytes of results up to which they are left in the caches, where a caller finds them sooner
+CACHED = 1 << 24  # bytes read and written up to which results are left in the caches, where a caller finds them sooner
 LINE = 64  # of so many elements parts of the inner axis begin: each writes whole lines of the cache, of any dtype
 PIECE = 1 << 28  # work of the first call of a kernel: some hundredths of a second
 QUICK = 0.02  # seconds; after a shorter call the next one does twice as much
@@ -121,7 +121,8 @@ def prepare(
         full = (*s, *r.element)
         outputs.append((len(words), full, d, math.prod(full) * d.itemsize))
         words += [0, outer.steps[k]]
-    words.append(sum(size for _, _, _, size in outputs) > CACHED)
+    read = sum(math.prod(n for n, s in zip(shape, v.strides, strict=True) if s) * v.width for v in views)
+    words.append(read * dtype.itemsize + sum(size for _, _, _, size in outputs) > CACHED)
     function: Any = store.kernel(program)
     operations = len(graph.operations)
     return Plan(

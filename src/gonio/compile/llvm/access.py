@@ -17,6 +17,8 @@ from .program import EACH, PACKED, PLANES, Program
 
 LINE = 64  # bytes of a line of the cache
 STRUCTURED = 16  # bytes of ARM's vectors: instructions of its own take structures of two to four apart
+AHEAD = 2048
+"""How far ahead inputs beyond the caches are asked for [bytes]; without that, processors wait at every page."""
 INLINE = 4  # components of a vector that are taken apart by shuffles; of longer ones by gathers
 
 
@@ -81,6 +83,22 @@ class Access:
         address, name = self.component(f"%{base}{k}", k, c), self.v.name()
         self.v.write(f"{name}.s = load {self.real}, ptr {address}, align 1")
         return Value("real", self.v.spread(name, self.real, f"{name}.s"))
+
+    def look_ahead(self, nodes: Sequence[int]) -> None:
+        """Ask for the lines of the cache that loads need some turns later: no error where they are beyond an array."""
+        for k in {self.program.graph.arguments[node][0]: 0 for node in nodes}:
+            array = self.program.arrays[k]
+            if array.layout == PACKED and array.width <= INLINE:
+                places, count = [self.offset(k)], array.width
+            elif array.layout == PLANES:
+                places, count = [self.component(self.offset(k), k, c) for c in range(array.width)], 1
+            else:
+                continue
+            for place in places:
+                for line in range(0, count * self.width * self.size, LINE):
+                    how = (("i32", n) for n in ("0", "3", "1"))  # to be read, soon, data
+                    call = self.v.intrinsic("prefetch.p0", "void", ("ptr", self.beyond(place, AHEAD + line)), *how)
+                    self.v.write(call)
 
     def full_loads(self, nodes: Sequence[int]) -> list[Value]:
         loads: dict[int, Value] = {}

@@ -130,7 +130,11 @@ class _Writer:
         v.write("%j.more = icmp ult i64 %j, %stop1", "br i1 %j.more, label %load, label %outer.end")
         self.into("load", "%left = sub i64 %stop1, %j", f"%full = icmp uge i64 %left, {self.width}")
         v.write("br i1 %full, label %load.full, label %load.part")
-        self.into("load.full")
+        self.into("load.full", "br i1 %past.caches, label %load.ahead, label %load.near")
+        self.into("load.ahead")
+        access.look_ahead(varying)
+        v.write("br label %load.near")
+        self.into("load.near")
         full = access.full_loads(varying)
         v.write("br label %body")
         self.into("load.part")
@@ -140,8 +144,8 @@ class _Writer:
 
         self.into("body")
         for node, a, b in zip(varying, full, part, strict=True):
-            self.values[node] = v.emit("real", f"phi {real} [ {a.name}, %load.full ], [ {b.name}, %load.part ]")
-        v.write(f"%valid = phi <{self.width} x i1> [ splat (i1 true), %load.full ], [ %inside, %load.part ]")
+            self.values[node] = v.emit("real", f"phi {real} [ {a.name}, %load.near ], [ {b.name}, %load.part ]")
+        v.write(f"%valid = phi <{self.width} x i1> [ splat (i1 true), %load.near ], [ %inside, %load.part ]")
         self.compute(2)
         for k in totals:
             access.accumulate(k)
