@@ -19,13 +19,13 @@ def fresnel_conductor(cos_theta: Any, eta: Any, k: Any) -> Any:
     Shapes   any that broadcast.
     Units    1. `cos_theta` in [0, 1].
     Error    rounding (absolute): below 3e-7 in float32, 1e-15 in float64; for eta < 1 and k < 0.1, beside the
-             critical angle, up to 4e-4 and 3e-14.
+             critical angle, up to 4e-4 in float32.
     Source   Born & Wolf, Principles of Optics, 7th ed., section 14.2.
     """
     c2 = cos_theta * cos_theta
     s2 = 1.0 - c2
-    # eta^2 - k^2 - s2, without cancellation for small eta and for eta near 1.
-    real = ops.where(c2 > 0.5, (eta - k) * (eta + k) - s2, (eta - 1.0) * (eta + 1.0) - k * k + c2)
+    # eta^2 - s2, without cancellation for small eta and for eta near 1.
+    real = ops.where(c2 > 0.5, eta * eta - s2, (eta - 1.0) * (eta + 1.0) + c2) - k * k
     ab = eta * k
     modulus = ops.sqrt(real * real + (4.0 * ab * ab + 1e-36))  # a^2 + b^2
     # The larger of a and b comes from a sum, the other from a b = eta k: no cancellation. Both are multiplied by the
