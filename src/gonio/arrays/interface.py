@@ -126,7 +126,7 @@ class Library:
         return self.function("cos")(x * (2.0 * math.pi))
 
     def op_ierfc(self, x: Array) -> Array:
-        x = self.function("minimum")(x, 30.0)  # 0 from there on, infinity too
+        x = self.function("where")(x > 30.0, 30.0, x)  # 0 from there on, infinity too; NaN stays
         return self.function("exp")(-x * x) * (1.0 / math.sqrt(math.pi)) - x * self.function("erfc")(x)
 
     def op_take(self, table: Array, index: Array) -> Array:
