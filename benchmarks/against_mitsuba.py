@@ -17,7 +17,7 @@ import gonio as gn
 from gonio.base.reflectance import Reflectance
 from gonio.formula.fields import part
 from gonio.lights.environment import EnvironmentLight
-from gonio.scenes.rendering import MARGIN
+from gonio.scenes.estimator import MARGIN
 
 
 class Swapped(Reflectance):

@@ -20,11 +20,11 @@ HERE = Path(__file__).resolve().parent
 TESTS = HERE.parent / "tests"
 sys.path.insert(0, str(TESTS / "tools"))
 
-import numpy as np  # noqa: E402
-from fuzz_trials import TRIALS  # noqa: E402
-from fuzzing import Hang  # noqa: E402
+import numpy as np  # noqa: E402  (after the path is set)
+from fuzz_trials import TRIALS  # noqa: E402  (after the path is set)
+from fuzzing import Hang  # noqa: E402  (after the path is set)
 
-from gonio.base import provenance  # noqa: E402
+from gonio.base import provenance  # noqa: E402  (after the path is set)
 
 provenance.HASHED = 1 << 16  # checksums of larger files take half of the time
 

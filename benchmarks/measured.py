@@ -111,7 +111,7 @@ def targets(folder: Path) -> Iterator[str]:
         path = folder / f"large-{name.replace(' ', '-')}{suffix}"
         gn.save(m, path, name.removesuffix(" tree"), **options)
         subject = Subject(name, path)
-        seconds, ratio, _ = beside(name, lambda: gn.load(path), lambda: raw_read(subject))  # noqa: B023
+        seconds, ratio, _ = beside(name, lambda: gn.load(path), lambda: raw_read(subject))  # noqa: B023  (called before the next turn)
         most = {"MERL": 0.3, "WINDOW XML": 0.5}.get(name)
         yield limit(f"{name}, {subject.size * 1e-6:.1f} MB: load", seconds, "s", most)
         yield limit("   beside np.fromfile", ratio, "times", None)

@@ -60,7 +60,7 @@ def row(name: str, m: Reflectance) -> str:
     ggx = gn.Microfacet(gn.GGX(0.3))
     cells = []
     for build in METHODS.values():
-        own, base = measure([Engine(name, lambda: build(m)), Engine("GGX", lambda: build(ggx))], ROUNDS)  # noqa: B023
+        own, base = measure([Engine(name, lambda: build(m)), Engine("GGX", lambda: build(ggx))], ROUNDS)  # noqa: B023  (called before the next turn)
         if own.failure:
             cells.append(f"{own.failure:<18}")
             continue

@@ -16,6 +16,7 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 
+import light_page
 import model_pages
 import stubs
 
@@ -55,6 +56,8 @@ def laws() -> str:
 BLOCKS: dict[str, tuple[Path, Callable[[], str]]] = {
     "counts": (DOCS.parent / "README.md", counts),
     "laws": (DOCS / "check.md", laws),
+    "shapes": (DOCS / "light.md", light_page.shapes),
+    "lights": (DOCS / "light.md", light_page.text),
 }
 """Blocks in pages written by hand: name -> page, and the function that makes the text."""
 
@@ -68,7 +71,8 @@ def pages(anew: bool = False) -> dict[Path, str]:
     texts[laws_page] = model_pages.lawful(present)
     for name, (path, text) in BLOCKS.items():
         head, end = f"<!-- made: {name} -->\n", "<!-- end -->"
-        before, _, rest = path.read_text(encoding="utf-8").partition(head)
+        page = texts[path] if path in texts else path.read_text(encoding="utf-8")
+        before, _, rest = page.partition(head)
         texts[path] = f"{before}{head}{text()}{end}{rest.partition(end)[2]}"
     return texts
 
@@ -95,7 +99,9 @@ def main(words: list[str]) -> None:
     named = [word for word in words if word[:2] != "--"]
     model_pages.draw(DOCS / "models" / "pictures", named, anew="--pictures" in words)
     if "--pictures" in words and not named:
-        for script in ("pictures/make.py", "figures/make.py", "figures/repair.py"):
+        for script in ("make.py", "lights.py", "fluorescence.py"):
+            subprocess.run([sys.executable, str(DOCS / "pictures" / script)], check=True)
+        for script in ("figures/make.py", "figures/repair.py"):
             subprocess.run([sys.executable, str(DOCS / script)], check=True)
 
 

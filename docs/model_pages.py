@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import gonio as gn
+from gonio.formula.exchange import Exchange
 from gonio.formula.fields import Option, Param, Part
 from gonio.formula.parametrised import Parametrised
 from gonio.formula.text import literal
@@ -17,8 +18,8 @@ from gonio.report.model_facts import PARTS, drawn, kinds, sections, summary
 
 def markdown(text: str) -> str:
     """Text of a docstring as Markdown: formulas keep their stars and underscores."""
-    cut = re.split(r"(`[^`]*`)", text)
-    return "".join(part if part[:1] == "`" else re.sub(r"([*_<>|])", r"\\\1", part) for part in cut)
+    cut = re.split(r"(`[^`]*`|\$\$.*?\$\$|\$[^$]*\$)", text, flags=re.DOTALL)
+    return "".join(part if part[:1] in ("`", "$") else re.sub(r"([*_<>|])", r"\\\1", part) for part in cut)
 
 
 def parameters(kind: type[Parametrised]) -> Iterator[str]:
@@ -31,6 +32,8 @@ def parameters(kind: type[Parametrised]) -> Iterator[str]:
             alias = f"; `{field.alias}` sets all" if field.alias else ""
             default = f"as `{field.default}`" if isinstance(field.default, str) else f"{field.default:g}"
             yield f"| `{name}` | {default} | {field.low:g} to {field.high:g} | {markdown(field.doc)}{unit}{alias} |"
+        elif isinstance(field, Exchange):
+            yield f"| `{name}` | {field.default:g} | {field.range} | {markdown(field.doc)} |"
         elif isinstance(field, Option):
             words = ", ".join(f"`{c}`" for c in field.choices)
             yield f"| `{name}` | `{field.default}` | {words} | {markdown(field.doc)} |"

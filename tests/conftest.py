@@ -94,9 +94,9 @@ def one_probe(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.fixture(scope="session")
 def torch() -> Any:
-    return opened(Torch).module  # type: ignore[attr-defined]
+    return opened(Torch).module  # type: ignore[attr-defined]  # the modules of these two have it
 
 
 @pytest.fixture(scope="session")
 def jax() -> Any:
-    return opened(Jax).module  # type: ignore[attr-defined]
+    return opened(Jax).module  # type: ignore[attr-defined]  # the modules of these two have it

@@ -239,7 +239,7 @@ def _picture(axes: Axes) -> None:
         axes.plot([j, j], [0, rows], color="#b9c1c9", lw=0.8)
     j, i = np.meshgrid(np.arange(columns) + 0.5, np.arange(rows) + 0.5)
     axes.plot(j.ravel(), i.ravel(), ".", color=GREY, ms=4)
-    for place, label in (((0, 2), "+x"), ((2, 2), "+y"), ((4, 2), "−x"), ((6, 2), "−y"), ((8, 2), "+x")):
+    for place, label in (((0, 2), "+x"), ((2, 2), "−y"), ((4, 2), "−x"), ((6, 2), "+y"), ((8, 2), "+x")):
         axes.plot(*place, "o", color=VIEWER, ms=6, clip_on=False, zorder=5)
         box = {"boxstyle": "round,pad=0.15", "fc": "white", "ec": "none"}
         axes.annotate(
@@ -268,7 +268,7 @@ def _picture(axes: Axes) -> None:
     axes.set_xlim(0, columns)
     axes.set_ylim(rows, 0)
     axes.set_aspect("equal")
-    axes.set_xticks([0, 2, 4, 6, 8], ["0", "π/2", "π", "3π/2", "2π"])
+    axes.set_xticks([0, 2, 4, 6, 8], ["0", "−π/2", "−π", "−3π/2", "−2π"])
     axes.set_yticks([0, 2, 4], ["0", "π/2", "π"])
     axes.xaxis.set_label_position("top")
     axes.xaxis.tick_top()

@@ -27,9 +27,13 @@ from .base.frames import refract as refract
 from .base.frames import to_local as to_local
 from .base.frames import to_world as to_world
 from .base.reflectance import Reflectance as Reflectance
-from .base.reflectance import Sample as Sample
+from .base.results import Sample as Sample
+from .base.under_light import UnderLight as UnderLight
 from .errors import Error as Error
+from .formula.dispersion import Dispersion as Dispersion
 from .formula.fields import CLASSES
+from .formula.spectrum import Spectrum as Spectrum
+from .formula.texture import Texture as Texture
 from .version import __version__ as __version__
 
 _ON_USE = {
@@ -40,16 +44,29 @@ _ON_USE = {
     "formats": "",
     "fresnel_terms": "formula.fresnel",
     "refractive_index": "catalogue.builtin",
+    "illuminant": "catalogue.colours",
+    "blackbody": "catalogue.colours",
+    "to_colour": "catalogue.colours",
+    "colour_difference": "catalogue.colours",
+    "upsampled": "catalogue.colours",
     "albedo": "integrals.albedo",
+    "transmittance": "integrals.transmittance",
+    "absorptance": "integrals.absorptance",
+    "fate": "integrals.fate",
+    "normal_map": "models.normal_mapped",
+    "Fate": "integrals.fate",
     "reflectance": "integrals.nine",
     "reflectance_factor": "integrals.nine",
     "black_sky_albedo": "integrals.albedo",
     "white_sky_albedo": "integrals.albedo",
     "blue_sky_albedo": "integrals.albedo",
+    "photon_albedo": "integrals.photons",
     "Cone": "integrals.cones",
     "Hemisphere": "integrals.cones",
+    "irradiance": "integrals.irradiance",
     "reflected_radiance": "integrals.illumination",
     "remote_sensing": "",
+    "polarization": "",
     "check": "laws",
     "with_uncertainty": "uncertainty",
     "expression": "catalogue.expressions",
@@ -59,7 +76,23 @@ _ON_USE = {
     "Scattered": "tables.scattered",
     "to_dataset": "tables.dataset",
     "from_dataset": "tables.dataset",
+    "surfaces": "",
+    "gonioreflectometer": "instrument.measure",
+    "Camera": "scenes.camera",
+    "Mesh": "scenes.mesh",
+    "OrthographicCamera": "scenes.camera",
+    "View": "scenes.camera",
+    "Scene": "scenes.scene",
+    "radiosity": "interreflection.solving",
+    "Radiosity": "interreflection.result",
+    "picture_jacobian": "scenes.jacobian",
     "render": "scenes.rendering",
+    "render_stokes": "scenes.stokes",
+    "difference": "report.difference",
+    "Difference": "report.difference",
+    "side_by_side": "report.sheets",
+    "contact_sheet": "report.sheets",
+    "turntable": "scenes.turntable",
     "read_image": "pictures.image",
     "Image": "pictures.image",
     "radiometry": "",
@@ -74,13 +107,13 @@ _ON_USE = {
 _FOLDERS = ("distributions", "models", "lights")
 """Folders whose classes are public names; called, each lists them: `gn.models()`."""
 
-for _folder in ("formula.fresnel", *_FOLDERS):
+for _folder in ("formula.fresnel", *_FOLDERS, "layers"):
     discover.modules(f"gonio.{_folder}")
 globals().update(CLASSES)
 
 _ALWAYS = (
     *("Error", "Reflectance", "Sample", "errors", "angles", "direction", "normalize", "to_local", "to_world"),
-    *("reflect", "refract", "half_difference", "from_half_difference"),
+    *("reflect", "refract", "half_difference", "from_half_difference", "Spectrum", "Dispersion", "Texture"),
 )
 """Public names that are here from the start, beside the classes that are discovered."""
 

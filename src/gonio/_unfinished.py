@@ -24,7 +24,7 @@ from .errors import NotFoundError
 try:
     import fcntl
 except ImportError:  # Windows
-    fcntl = None  # type: ignore[assignment]
+    fcntl = None  # type: ignore[assignment]  # Windows has none
 
 UNFINISHED = re.compile(r"\.gonio-unfinished-[0-9a-f]{16}")
 LOCK = "lock"

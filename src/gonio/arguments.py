@@ -190,5 +190,6 @@ def _words(kind: Any) -> str:
 
 def _advice(kind: Any, value: Any) -> str:
     """What to write in the place of a value that is not of a class of gonio, where the class says so."""
-    instead = getattr(kind, "instead", None)
-    return f"; {instead(value)}" if instead is not None else ""
+    several = typing.get_args(kind) if typing.get_origin(kind) in (UnionType, typing.Union) else (kind,)
+    advice = [instead(value) for of in several if (instead := getattr(of, "instead", None)) is not None]
+    return f"; {advice[0]}" if advice else ""

@@ -2,7 +2,7 @@
 
     from gonio.authoring import Direction, Reflectance, dot, ops, param
 
-    class HanrahanKrueger(Reflectance):
+    class HenyeyGreenstein(Reflectance):
         \"""Light that is scattered once in a deep layer: f = w p(wi . wo) / (cos(theta_i) + cos(theta_o)).\"""
 
         w = param(0.5, 0.0, 1.0, "single-scattering albedo")
@@ -21,15 +21,15 @@ from __future__ import annotations
 from typing import Any, Protocol, TypeVar, dataclass_transform
 
 from .arrays import ops as ops
-from .base.light import Arrival as Arrival
+from .base.light import FAR as FAR
 from .base.light import Light as Light
-from .base.light import channel_vector as channel_vector
 from .base.measured import Measured as Measured
 from .base.reflectance import Reflectance as Reflectance
 from .errors import FormatError as FormatError
 from .errors import ParameterError as ParameterError
 from .errors import ShapeError as ShapeError
 from .formula.classes import Array as Array
+from .formula.complex import Complex as Complex
 from .formula.direction import HORIZON as HORIZON
 from .formula.direction import NORMAL as NORMAL
 from .formula.direction import Direction as Direction
@@ -49,15 +49,19 @@ from .formula.distribution import ALPHA_LOW as ALPHA_LOW
 from .formula.distribution import Distribution as Distribution
 from .formula.distribution import from_slopes as from_slopes
 from .formula.distribution import stretched as stretched
+from .formula.exchange import exchange as exchange
 from .formula.fields import channels as channels
 from .formula.fields import option as option
 from .formula.fields import param as param
 from .formula.fields import part as part
 from .formula.fields import table as table
-from .formula.fields import vector as vector
+from .formula.fields import wavelengths as wavelengths
 from .formula.fresnel import as_fresnel as as_fresnel
 from .formula.fresnel_term import Fresnel as Fresnel
 from .formula.maskings import MASKINGS as MASKINGS
+from .formula.mueller import Mueller as Mueller
+from .formula.mueller import about_facet as about_facet
+from .formula.mueller import of_amplitudes as of_amplitudes
 from .formula.special import expm1_over as expm1_over
 from .formula.special import log1p as log1p
 from .formula.special import log1p_over as log1p_over
@@ -67,6 +71,8 @@ from .formula.warp import cosine_hemisphere_density as cosine_hemisphere_density
 from .formula.warp import power_cosine as power_cosine
 from .formula.warp import power_cosine_density as power_cosine_density
 from .formula.warp import power_positive as power_positive
+from .formula.warp import uniform_sphere as uniform_sphere
+from .formula.world import vector as vector
 
 
 class Number(Protocol):

@@ -294,7 +294,7 @@ def test_jax_compiles_sampling(jax):
 
 
 def test_jax_compiles_once_for_materials_of_one_structure(jax):
-    import gonio.bridges.jax  # noqa: F401
+    import gonio.bridges.jax  # noqa: F401  (materials become pytrees)
 
     wi, wo, _ = arrays(jax.numpy.asarray, "float64", 64)
     traced = []

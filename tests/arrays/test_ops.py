@@ -69,6 +69,7 @@ def logarithmic(low: float, high: float) -> np.ndarray:
 
 
 A, B, P = spread(0.75, -3.5), spread(-1.25, 2.0), logarithmic(1e-6, 1e6)
+TURNS = np.concatenate([0.35 * A[::2], np.geomspace(1e-6, 1.5, 30)])
 SIGN = np.where(np.arange(60) % 2, 1.0, -1.0)
 
 
@@ -105,7 +106,7 @@ ROWS = {
     "log": unary(ops.log, math.log, P, lambda x: 1.0 / x, (1.0, 0.0), (0.0, -INF), (INF, INF), (-1.0, NAN), (NAN, NAN)),
     "sin": unary(ops.sin, math.sin, 2.0 * A, math.cos, (0.0, 0.0), (INF, NAN), (NAN, NAN)),
     "cos": unary(ops.cos, math.cos, 2.0 * A, lambda x: -math.sin(x), (0.0, 1.0), (INF, NAN), (NAN, NAN)),
-    "tan": unary(ops.tan, math.tan, 0.35 * A, lambda x: 1.0 + math.tan(x) ** 2, (0.0, 0.0), (NAN, NAN)),
+    "tan": unary(ops.tan, math.tan, TURNS, lambda x: 1.0 + math.tan(x) ** 2, (0.0, 0.0), (NAN, NAN)),
     "sin_turn": unary(
         *(ops.sin_turn, lambda x: math.sin(2.0 * math.pi * x), 0.05 * A),
         *(lambda x: 2.0 * math.pi * math.cos(2.0 * math.pi * x), (0.0, 0.0), (INF, NAN), (NAN, NAN)),
@@ -193,8 +194,9 @@ ROWS = {
 }
 ENTRIES = Fixed(np.array([0.5, 2.0, -1.0, 8.0, 3.0]))
 """What "take" takes from."""
-OTHERS = {"take", "to_index", "to_real", "load", "constant"}
-"""Operations with tests of their own, and the leaves of graphs."""
+WORDS = {"bit_and", "shift_left", "shift_right", "wrapped_sum", "wrapped_product", "unit"}
+OTHERS = {"take", "to_index", "to_real", "load", "constant", *WORDS}
+"""Operations with tests of their own (tests/arrays/test_words.py), and the leaves of graphs."""
 DR_JIT = {("power", (0.0, 0.0)), ("erf", (NAN,)), ("arctan2", (NAN, 1.0)), ("ne", (NAN, 1.0)), ("ne", (1.0, NAN))}
 """Where Dr.Jit differs: 0^0 is NaN (it takes logarithms), erf and angle of NaN are numbers, and it is not unequal. No
 formula asks for the first, and kernels restore the NaN of directions."""

@@ -212,7 +212,8 @@ def test_a_folder_that_is_no_store_hides_no_built_in_material(run, tmp_path):
 def test_what_exists_is_not_said_to_be_missing(tmp_path, monkeypatch):
     """No "did you mean fifo.csv?" of fifo.csv itself: pipes and devices are read, or refused as such. (D24)"""
     asked = []
-    monkeypatch.setattr("gonio.cli.arguments.load_as_typed", lambda path, reading: asked.append(path))
+    for module in ("cli.arguments", "catalogue.typed"):
+        monkeypatch.setattr(f"gonio.{module}.load_as_typed", lambda path, reading: asked.append(path))
     os.mkfifo(tmp_path / "fifo.csv")
     for text in (str(tmp_path / "fifo.csv"), "/dev/null"):
         resolve(text)
@@ -240,7 +241,7 @@ def test_a_pipe_as_a_light_is_refused_at_once(run, tmp_path):
     """A picture is read more than once: a pipe is told from a file that is missing, and not waited for. (D24)"""
     os.mkfifo(tmp_path / "sky.exr")
     result = run("render", "gold", "-o", "a.png", "-l", "sky.exr", *SMALL)
-    assert result.exit_code == 2 and "a pipe or a device, expected a picture's file" in result.stderr
+    assert result.exit_code == 2 and "a pipe or a device, expected a file" in result.stderr
 
 
 # What a terminal is not to obey.

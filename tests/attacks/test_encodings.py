@@ -30,6 +30,7 @@ BINARY = {
         "KAIST",
         "UTIA",
         "UTIA picture",
+        "bispectral EXR",
         "CSAIL",
     ),
     *("SCATFUN", "SCATFUN gzip", "Neural-BRDF", "RT-300S workbook", "ALTA binary", "SSDD binary", "Excel"),

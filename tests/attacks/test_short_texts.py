@@ -148,7 +148,7 @@ print(np.isclose(s.weight * s.pdf, one.f(s.wi, w) * s.wi[2]), np.isclose(s.pdf, 
 def test_large_formulas_are_not_compiled(monkeypatch):
     """Compiling takes the square of the size: beyond `COMPILED` operations nothing is handed to the compiler. (D15)"""
 
-    def compiled(graph, results, *_):
+    def compiled(graph, results, *_, adds=False):
         nodes = [n for r in results for n in r.nodes]
         assert len(graph.reachable(nodes)) <= COMPILED
         raise gn.errors.TraceError("not here")

@@ -281,7 +281,7 @@ w[:, 2] = abs(w[:, 2])
 w /= np.linalg.norm(w, axis=1)[:, None]
 print(np.isfinite(m.f(w, w[::-1])).mean(), m.valid.mean())
 try:
-    m.mueller
+    m.matrices
 except AttributeError:
     print("no others")
 except gn.Error as error:
@@ -306,16 +306,16 @@ def test_mueller_matrices_are_those_of_the_file_or_none(tmp_path):
     path = tmp_path / "a.pbsdf"
     fields = polarised(path, (5, 6, 7))
     m = gn.load(path)
-    np.testing.assert_array_equal(m.mueller, fields["M"])
+    np.testing.assert_array_equal(m.matrices, fields["M"])
     copy = tmp_path / "copy.pbsdf"
     gn.save(m, copy)
     assert copy.read_bytes() == path.read_bytes()
     os.utime(path, ns=(1, 1))
     with pytest.raises(errors.FormatError, match=r"a\.pbsdf: has changed since it was loaded; load it again"):
-        _ = m.mueller
+        _ = m.matrices
     path.unlink()
     with pytest.raises(errors.NotFoundError, match=r"a\.pbsdf: cannot be read"):
-        _ = m.mueller
+        _ = m.matrices
 
 
 @pytest.mark.parametrize("kind", ["UTIA", "CSAIL"])

@@ -51,7 +51,7 @@ def test_channels_of_tables_are_those_of_f():
 
 def test_channels_that_do_not_agree_are_refused():
     with pytest.raises(gn.Error, match="channels"):
-        (gn.Lambertian([0.1, 0.2]) + gn.Lambertian([0.1, 0.2, 0.3])).channels  # noqa: B018
+        (gn.Lambertian([0.1, 0.2]) + gn.Lambertian([0.1, 0.2, 0.3])).channels  # noqa: B018  (raises)
 
 
 # Names.

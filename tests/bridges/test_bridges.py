@@ -13,7 +13,7 @@ def material():
 
 def test_jax_pytrees_pass_through_grad_and_jit():
     jax = pytest.importorskip("jax", reason="JAX is not installed")
-    import gonio.bridges.jax  # noqa: F401
+    import gonio.bridges.jax  # noqa: F401  (materials become pytrees)
 
     m = material()
     leaves, structure = jax.tree.flatten(m)

@@ -152,7 +152,9 @@ def test_metals_are_microfacets_of_their_index():
     assert gn.material("gold", alpha=0.3) == gn.Microfacet(gn.GGX(0.3), gold.fresnel)
     assert gn.material("gold", alpha=0) == gn.IdealSpecular(gold.fresnel)
     by_name = gn.material("gold", wavelengths=three)
-    assert by_name == gn.Microfacet(gn.GGX(0.1), gn.Conductor(*refractive_index("gold", three))) != gold
+    by_index = gn.Conductor(*refractive_index("gold", three))
+    assert by_name == gn.Microfacet(gn.GGX(0.1), by_index, wavelengths=three) != gold
+    assert by_name != gn.Microfacet(gn.GGX(0.1), by_index)
 
 
 @pytest.mark.parametrize("entry", [e for e in ENTRIES if e.kind != "measured fit"], ids=lambda e: e.name)

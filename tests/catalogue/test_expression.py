@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from materials import most
 
 import gonio as gn
 from gonio.base.reflectance import Reflectance
@@ -13,7 +14,9 @@ from gonio.errors import ExpressionError, NotFoundError, ParameterError
 from gonio.formula.fields import CLASSES, Param
 from gonio.formula.parametrised import Parametrised
 
-MODELS = {n: k for n, k in names().items() if issubclass(k, Reflectance) and n not in ("Sum", "Scaled")}
+COMPOSED = ("Sum", "Scaled", "Stack", "UnderLight")
+"""Those that are nothing without parts; see `test_expression_reverses_repr_of_compositions`."""
+MODELS = {n: k for n, k in names().items() if issubclass(k, Reflectance) and n not in COMPOSED}
 
 
 def _drawn(kind, rng):
@@ -21,7 +24,7 @@ def _drawn(kind, rng):
     values = {}
     for name, field in kind.fields.items():
         if isinstance(field, Param):
-            high = min(field.high, max(10.0, 2.0 * field.low))
+            high = min(most(field, 3), max(10.0, 2.0 * field.low))
             values[name] = field.low + (high - field.low) * rng.random(3 if rng.random() < 0.5 else ())
         elif isinstance(field.default, Parametrised):
             values[name] = _drawn(type(field.default), rng)
@@ -50,6 +53,9 @@ def test_expression_reverses_repr(name, seed):
         gn.Sum(gn.Lambertian(0.25)),
         gn.IdealSpecular(gn.Dielectric(1.5)),
         gn.Lambertian([[[0.1, 0.2, 0.3]]]),
+        gn.Stack([gn.Interface(1.5), gn.Medium(5.0, albedo=[0.99, 0.9, 0.5])], gn.Lambertian(0.1)),
+        gn.Stack([gn.RoughInterface(1.5, 0.2), gn.Medium(2.0), gn.Interface(1 / 1.5)], tolerance=1e-2),
+        gn.UnderLight(gn.Donaldson([[0.2, 0.0], [0.3, 0.6]], wavelengths=[400.0, 550.0]), [5.0, 1.0], [5.0, 1.0]),
     ],
     ids=repr,
 )

@@ -13,6 +13,7 @@ import pytest
 from click.testing import CliRunner
 
 import gonio as gn
+from gonio.cli.arguments import resolve_light
 from gonio.cli.commands import cli
 from gonio.errors import MissingDataWarning
 from gonio.pictures.image import Image, read_image
@@ -165,6 +166,81 @@ def test_render(run):
     assert run("render", "gold", "-o", "e.png", "-l", "b.exr", *SMALL).exit_code == 0
 
 
+def test_a_picture_with_a_camera_and_the_ground(run):
+    """... is that of Python."""
+    where = ["--ground", "Lambertian(0.5)", "--camera", "1.5,-3,1.6", "--look-at", "0,0.4,0.2", "--angle", 40]
+    result = run("render", "gold", "-o", "a.exr", *SMALL, *where, "--backdrop")
+    assert result.exit_code == 0, result.stderr
+    camera = gn.Camera([1.5, -3.0, 1.6], [0.0, 0.4, 0.2], field_of_view=np.radians(40.0))
+    options = {"size": 16, "samples": 4, "camera": camera, "ground": gn.Lambertian(0.5), "backdrop": True}
+    assert np.array_equal(read_image("a.exr").pixels, gn.render(gn.material("gold"), **options).pixels)
+    for wrong, message in (
+        (["--camera", "1,2"], "--camera '1,2': expected three finite numbers"),
+        (["--camera", "1,2,3", "--look-at", "a"], "--look-at 'a': expected three finite numbers"),
+        (["--camera", "1,2,3", "--angle", 200], "expected degrees between 0.01 and 175"),
+        (["--angle", 20], "--angle 20.0: of no camera; expected its place too"),
+    ):
+        refused = run("render", "gold", "-o", "b.exr", *SMALL, *wrong)
+        assert refused.exit_code == 2 and message in refused.stderr
+
+
+def test_noise_says_how_many_samples_are_taken(run):
+    """... which is the picture of the call with as many."""
+    small = ["--size", "16", "-l", "constant"]
+    said = run("render", "gold", "-o", "a.exr", *small, "--noise", 0.02).stdout
+    samples = int(re.search(r"(\d+) samples per pixel", said)[1])
+    assert samples % 32 == 0 and samples > 64
+    assert run("render", "gold", "-o", "b.exr", *small, "--samples", samples).exit_code == 0
+    assert np.array_equal(read_image("a.exr").pixels, read_image("b.exr").pixels)
+    least = run("render", "gold", "-o", "c.exr", *small, "--noise", 0.02, "--samples", 40)
+    assert "40 samples per pixel" in least.stdout
+
+
+def test_a_checkpoint_is_gone_on_from(run):
+    small = ["--size", "16", "-l", "sun"]
+    assert run("render", "gold", "-o", "a.exr", *small, "--samples", 96).exit_code == 0
+    assert run("render", "gold", "-o", "b.exr", *small, "--samples", 64, "--checkpoint", "sums.npz").exit_code == 0
+    assert run("render", "gold", "-o", "b.exr", *small, "--samples", 96, "--checkpoint", "sums.npz").exit_code == 0
+    assert np.array_equal(read_image("a.exr").pixels, read_image("b.exr").pixels)
+    other = run("render", "copper", "-o", "b.exr", *small, "--checkpoint", "sums.npz")
+    assert other.exit_code == 2 and "a checkpoint of another picture" in other.stderr
+
+
+def test_a_luminaire_is_a_light(run, tmp_path):
+    """It is aimed at the sphere, whose middle it would light to pi, were it the brightest there."""
+    text = "IESNA:LM-63-2002\nTILT=NONE\n1 1000 1 3 1 1 2 0 0 0 1 1 10 0 20 90 0 800 500 0"
+    for name in ("lamp.ies", "LAMP.IES"):
+        (tmp_path / name).write_text(text)
+        light = resolve_light(name)
+        assert gn.irradiance(light, normal=-np.asarray(light.axis)) == pytest.approx(np.pi, rel=1e-9)
+    assert run("render", "Lambertian(1)", "-o", "a.exr", "-l", "lamp.ies", *SMALL).exit_code == 0
+    assert 0.5 < read_image("a.exr").pixels.max() < 3.0
+    (tmp_path / "dark.ies").write_text(text.replace("800 500", "0 0"))
+    for name, words in (("dark.ies", "all its intensities are 0"), ("none.ldt", "no such file")):
+        said = run("render", "Lambertian(1)", "-o", "a.exr", "-l", name, *SMALL)
+        assert said.exit_code == 2 and words in said.stderr
+
+
+def test_the_sun_is_on_the_upper_left(run):
+    assert resolve_light("sun") == gn.SunLight([-0.8, -0.7, 0.8], np.pi)
+    assert run("render", "gold", "-o", "a.png", "-l", "sun:45", *SMALL).exit_code == 2
+
+
+def test_compare(run):
+    """Materials under one light, and pictures that were rendered before."""
+    lit = ["-l", "constant", "--size", "32"]
+    said = run("compare", "Lambertian(0.5)", "Lambertian(0.6)", "-o", "d.png", *lit)
+    assert said.exit_code == 0, said.stderr
+    assert "d.png: Lambertian(0.6) is 20.0 % brighter than Lambertian(0.5); rms 2" in said.stdout
+    for name in ("0.5", "0.6"):
+        assert run("render", f"Lambertian({name})", "-o", f"{name}.exr", *lit).exit_code == 0
+    said = run("compare", "0.6.exr", "0.5.exr", "-o", "e.svg")
+    assert "0.5.exr is 16.7 % darker than 0.6.exr" in said.stdout and Path("e.svg").exists()
+    assert run("compare", "0.6.exr", "Lambertian(0.5)", "-o", "e.svg", *lit, "--noise", 0.1).exit_code == 0
+    wrong = run("compare", "0.6.exr", "Lambertian(0.5)", "-o", "e.svg", "--size", 16)
+    assert wrong.exit_code == 2 and "expected one size" in wrong.stderr
+
+
 def test_exposure_brightens_the_png(run):
     mean = []
     for exposure in (0, -2):
@@ -277,6 +353,10 @@ BAD = [
     ("render gold -o a.png --size 1e3", "valid integer"),
     ("render gold -o a.png --samples 0", "samples=0"),
     ("render gold -o a.png --seed -1", "--seed"),
+    ("render gold -o a.png --noise 0", "noise=0"),
+    ("render gold -o a.png --noise much", "--noise"),
+    ("render gold -o a.png --checkpoint folder", "--checkpoint"),
+    ("render gold -o a.png --checkpoint hello.bsdf", "not a checkpoint"),
     ("render gold -o a.png --shape cube", "'sphere'"),
     ("render gold -o a.png -l moon", "expected one of FILE"),
     ("render gold -o a.png -l nothing.exr", "no such file"),

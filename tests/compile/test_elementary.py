@@ -9,6 +9,7 @@ import pytest
 
 from gonio.compile.llvm.elementary import FUNCTIONS
 from gonio.compile.llvm.lanes import Lanes, Value
+from gonio.trace.costs import COSTS
 
 llvm = pytest.importorskip("llvmlite.binding", reason="llvmlite compiles the functions")
 mp = pytest.importorskip("mpmath", reason="mpmath gives the true values")
@@ -257,3 +258,7 @@ def test_any_width(name, dtype, rng):
     values = evaluate(name, dtype, *arrays)
     for width in (2, 4, 32):
         np.testing.assert_array_equal(compiled(name, dtype, width)(*arrays), values)
+
+
+def test_every_function_has_a_cost() -> None:
+    assert set(FUNCTIONS) <= set(COSTS)

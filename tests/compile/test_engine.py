@@ -89,6 +89,20 @@ def test_random_graphs(seed, monkeypatch):
             np.testing.assert_allclose(got[ok], expected, rtol=1e-7, atol=1e-280)
 
 
+@pytest.mark.parametrize("dtype", DTYPES)
+def test_masks_beside_numbers_are_1_or_0(dtype):
+    def kernel(m, mean, x):
+        above, large = x[0] > 0.5, x[0] > 0.75
+        return 3.0 * above, above * 2, 0.5 - large, above * large, 1.0 * (above + large), x[0] * above + 4 * large
+
+    x = (np.arange(37) / 32.0).astype(dtype)
+    found = batch.run(kernel, ("scalar",) * 6, gn.Lambertian(0.5), (x[:, None],), (1,))
+    above, large = x > 0.5, x > 0.75
+    want = (3.0 * above, above * 2, 0.5 - large, above * large, 1.0 * (above | large), x * above + 4 * large)
+    for got, expected in zip(found, want, strict=True):
+        np.testing.assert_array_equal(got, expected)
+
+
 class _Entries(gn.Reflectance):
     """The sum of the first entries of a table, each times a power of a cosine."""
 
@@ -460,6 +474,9 @@ def test_channels_in_two_stages_are_what_each_is_alone(channels):
     other = m.replace({"0.distribution.alpha_x": 0.25, "1.rho": np.linspace(0.3, 0.1, channels)})
     again = gn.Microfacet(gn.GGX(0.25, 0.2), metal) + gn.Lambertian(np.linspace(0.3, 0.1, channels))
     np.testing.assert_array_equal(other.f(wi, wo), again.f(wi, wo))
+    other = m.replace({"0.fresnel.eta": metal.eta[::-1], "0.fresnel.k": metal.k + 0.5})  # what is of the channel alone
+    for c in some:
+        np.testing.assert_allclose(other.f(wi, wo)[:, c], each_alone(other, channels)[c].f(wi, wo)[:, 0], rtol=1e-13)
 
 
 def test_maps_with_many_channels_in_two_stages():

@@ -25,7 +25,7 @@ from places import PACKAGE
 import gonio as gn
 from gonio.compile import plans, store, workers
 from gonio.compile.threads import container_limit, share
-from gonio.scenes import rendering
+from gonio.scenes import traced
 
 needs_linux = pytest.mark.skipif(
     not Path("/proc/self/schedstat").exists(), reason="needs Linux: the time that each thread has run is from /proc"
@@ -38,7 +38,7 @@ from pathlib import Path
 import numpy as np
 import gonio as gn
 from gonio.compile import workers
-from gonio.scenes import rendering
+from gonio.scenes import traced
 
 def ran():
     times = {}
@@ -69,7 +69,7 @@ def computing(work):
     result = work()
     return result, {tid for tid, ns in ran().items() if ns > before.get(tid, 0) + 1_000_000}
 
-live, most, tile = [], [0], rendering._tile
+live, most, tile = [], [0], traced.tile
 def counted(*args):
     live.append(threading.get_ident())
     most[0] = max(most[0], len(live))
@@ -77,7 +77,7 @@ def counted(*args):
         return tile(*args)
     finally:
         live.pop()
-rendering._tile = counted
+traced.tile = counted
 """
 
 
@@ -93,7 +93,7 @@ PICTURES = """
 gn.threads(COUNT)
 sums = {}
 for name, m in MATERIALS.items():
-    for size, samples in ((96, 16), (2, 1 << 15)):
+    for size, samples in ((96, 16), (2, 1 << 12)):
         picture, threads = computing(lambda: gn.render(m, LIGHT, size=size, samples=samples))
         helpers = {helper.thread for helper in workers.team().helpers.values()}
         assert threads <= helpers | {threading.get_native_id()}, (name, threads, helpers)
@@ -117,7 +117,7 @@ def test_a_picture_takes_as_many_threads_as_are_asked_for(engine):
 
 def test_what_is_called_within_a_part_is_not_shared_out(monkeypatch):
     """Neither kernels nor further parts, by the caller or by a helper; afterwards all is shared out again."""
-    lit = np.broadcast_to(gn.direction(0.4, 2.0), (500_000, 3))
+    lit = np.broadcast_to(gn.direction(0.4, 2.0), (1_000_000, 3))  # work that wakes helpers
     m, before, led, threads = gn.Lambertian(0.5), gn.threads(), [], set()
     together = plans.together
     monkeypatch.setattr(plans, "together", lambda *args: led.append(1) or together(*args))
@@ -221,7 +221,7 @@ def test_an_exception_at_any_place_leaves_no_part_under_way():
 
 def test_a_picture_takes_helpers(monkeypatch):
     """With three threads three are at a tile at the same time."""
-    before, tile, barrier = gn.threads(), rendering._tile, threading.Barrier(3, timeout=20)
+    before, tile, barrier = gn.threads(), traced.tile, threading.Barrier(3, timeout=20)
     places: set[int] = set()
 
     def met(*args):
@@ -230,7 +230,7 @@ def test_a_picture_takes_helpers(monkeypatch):
             barrier.wait()
         return tile(*args)
 
-    monkeypatch.setattr(rendering, "_tile", met)
+    monkeypatch.setattr(traced, "tile", met)
     try:
         gn.threads(3)
         gn.render(gn.Lambertian(0.5), gn.ConstantLight(1.0), size=64, samples=64)

@@ -181,7 +181,7 @@ def test_the_digest_is_sha256(tmp_path):
     path = tmp_path / "abc"
     path.write_bytes(b"abc")
     m = MERL(np.ones((3, 90, 90, 180)))
-    m = provenance.noted(m, path, "none", {"side": "front", "basis": (1, 2)})
+    m = provenance.noted(m, provenance.of_file(path, "none", {"side": "front", "basis": (1, 2)}))
     assert m.provenance["sha256"] == "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad"
     assert m.provenance["options"] == {"side": "front", "basis": "(1, 2)"}
 

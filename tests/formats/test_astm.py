@@ -62,8 +62,10 @@ def test_transmission_is_kept_beside_the_reflection(tmp_path):
     back = loaded(tmp_path, text, astm, side="back")
     assert f(back, math.pi - 2.5, 0.0, math.pi - 3.0, 1.0) == pytest.approx(9.0)
     only = "VARS theta_i,phi_i,theta_s,phi_s,f\n0.5,0,3,1,7\n"
-    with pytest.raises(gn.errors.FormatError, match="none of 1 rows is reflection on the front"):
-        loaded(tmp_path, only)
+    m = loaded(tmp_path, only)
+    assert isinstance(m, gn.Sheet) and m.f(gn.direction(0.5, 0.0), gn.direction(3.0, 1.0)) == 7.0
+    with pytest.raises(gn.errors.FormatError, match="no reflection of the front, but transmission of light"):
+        gn.load(tmp_path / "file", side="front")
     with pytest.raises(gn.errors.ParameterError, match="side='top'"):
         gn.load(tmp_path / "file", side="top")
 

@@ -35,6 +35,7 @@ def test_one_format_claims_a_real_file():
         with path.open("rb") as file:
             found = claims(file.read(HEAD), path.stat().st_size)
         expected = 0 if path.suffix in ELSEWHERE or path.stem == "README" else 1
+        expected = 1 if path.stem == "BiSpectral" else expected
         assert len(found) == expected, f"{path}: {found}"
 
 

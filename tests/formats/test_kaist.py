@@ -38,7 +38,7 @@ def test_kaist_between_nodes_is_linear(tmp_path):
         theta_h, theta_d, phi_d = halved(a, b)
         at = ((phi_d + np.pi) / (2 * np.pi) * 12, theta_d / (np.pi / 2) * 7, theta_h / (np.pi / 2) * 8)
         np.testing.assert_allclose(found, trilinear(fields["M"][..., 0, 0], at), rtol=1e-6)
-    np.testing.assert_array_equal(m.mueller, fields["M"])
+    np.testing.assert_array_equal(m.matrices, fields["M"])
     assert m.data["mueller"].sizes["stokes_i"] == 4
     assert claimed(path) == ["KAIST"]
 
@@ -89,7 +89,7 @@ def test_kaist_writes_its_fields_and_models(tmp_path):
     wi, wo = directions(500, 1, 0.2), directions(500, 2, 0.2)
     true = (0.2 / np.pi + gn.Microfacet(gn.GGX(0.5), 0.9).f(wi, wo))[:, None]
     assert np.abs(m.f(wi, wo) / true - 1.0).max() < 0.05
-    assert not m.mueller[..., 0, 1][np.isfinite(m.mueller[..., 0, 0])].any()
+    assert not m.matrices[..., 0, 1][np.isfinite(m.matrices[..., 0, 0])].any()
     for other in (MODEL, ANISOTROPIC, gn.IdealSpecular(0.5)):
         with pytest.raises(ParameterError, match="KAIST files hold"):
             save(other, path)

@@ -25,12 +25,12 @@ def test_mueller_rows(tmp_path):
     assert m.channel_names == (532.0,)
     np.testing.assert_array_equal(m.stored, [[0.265], [0.25], [0.32]])
     np.testing.assert_allclose(np.degrees(m.rows[1]), [75.0, 180.0, 10.0, 20.0])
-    assert m.mueller.shape == (3, 4, 4)
-    np.testing.assert_allclose(m.mueller[0, 0, :3], 0.265 * np.array([1.0, 0.01, 0.02]))
-    assert m.mueller[2, 3, 2] == pytest.approx(0.14 * 0.32)
+    assert m.matrices.shape == (3, 4, 4)
+    np.testing.assert_allclose(m.matrices[0, 0, :3], 0.265 * np.array([1.0, 0.01, 0.02]))
+    assert m.matrices[2, 3, 2] == pytest.approx(0.14 * 0.32)
     other = m.replace(outside="missing")
     assert type(other) is type(m) and other.outside == "missing" and other.path == m.path
-    assert other.mueller is m.mueller and other.provenance == m.provenance and np.array_equal(other.stored, m.stored)
+    assert other.matrices is m.matrices and other.provenance == m.provenance and np.array_equal(other.stored, m.stored)
 
 
 def test_wavelengths_of_mueller_rows_are_channels(tmp_path):
@@ -39,7 +39,7 @@ def test_wavelengths_of_mueller_rows_are_channels(tmp_path):
     m = loaded(tmp_path, "\r\n".join([*lines, *again]))
     assert m.channel_names == (532.0, 633.0)
     np.testing.assert_array_equal(m.stored, [[0.265, 0.27], [0.25, 0.25], [0.32, np.nan]])
-    assert m.mueller.shape == (3, 2, 4, 4)
+    assert m.matrices.shape == (3, 2, 4, 4)
 
 
 def test_the_real_mueller_table():

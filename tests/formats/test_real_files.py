@@ -14,8 +14,10 @@ from gonio.errors import FormatError
 from gonio.formats import formats
 
 MANIFEST = REAL / "MANIFEST.tsv"
-NOT_REFLECTANCES = ("env/", "fits/", "fluo/", "jsss_mwir/", "refractiveindex/", "nist_ptfe/README.txt")
-"""Environment maps, tables of published parameters, fluorescence, radiances, optical constants, text."""
+NOT_REFLECTANCES = ("env/", "fits/", "jsss_mwir/", "refractiveindex/", "nist_ptfe/README.txt")
+"""Environment maps, tables of published parameters, radiances, optical constants, text."""
+PICTURES = "fluo/"
+"""A material for each pixel: test_bispectral_exr.py has what is said of them."""
 CUT = "window_xml/2011-SA1-Small-"
 """Files with a few numbers of each matrix: test_window_xml_files.py has what is said of them."""
 SEVERAL = ("positivity", "reciprocity", "pdf")
@@ -32,7 +34,7 @@ def listed() -> dict[str, str]:
 
 
 DIGESTS = listed()
-FILES = [name for name in DIGESTS if not name.startswith((*NOT_REFLECTANCES, CUT))] or ["(none)"]
+FILES = [name for name in DIGESTS if not name.startswith((*NOT_REFLECTANCES, PICTURES, CUT))] or ["(none)"]
 each_file = pytest.mark.parametrize("name", FILES)
 KINDS = {(Path(name).parent, Path(name).suffix): name for name in reversed(FILES)}
 """A file of each folder and ending."""

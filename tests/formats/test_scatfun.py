@@ -91,8 +91,8 @@ def test_scatfun_sides(tmp_path):
     path = file_of(tmp_path, layered({(0.5, -0.5): [0.1], (-0.5, 0.5): [0.3], (-0.5, -0.5): [9.0]}))
     pair = gn.direction(math.pi / 3, 0.0), gn.direction(math.pi / 3, 1.0)
     np.testing.assert_allclose([scatfun.read(path, side=s).f(*pair) for s in ("front", "back")], [0.2, 0.6], rtol=1e-6)
-    with pytest.raises(ParameterError, match="'front' or 'back'"):
-        scatfun.read(path, side="left")
+    with pytest.raises(ParameterError, match="'front', 'back', 'both'"):
+        load(path, side="left")
 
 
 @pytest.mark.parametrize("channels", [1, 3])

@@ -83,7 +83,7 @@ def test_ssdd_round_trip(tmp_path, binary, channels, kind, counts, mirrored):
 @pytest.mark.parametrize(
     ("old", "new", "says"),
     [
-        ("DATA_TYPE brdf", "DATA_TYPE btdf", "expected one brdf"),
+        ("DATA_TYPE brdf", "DATA_TYPE specular_reflectance", "expected a brdf or a btdf"),
         ("DATA_TYPE brdf", "DATA_TYPE other", "got 'DATA_TYPE other"),
         ("half_difference", "distorted", "PARAM_TYPE"),
         ("rgb", "cmyk", "COLOR_MODEL cmyk"),

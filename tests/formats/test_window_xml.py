@@ -387,7 +387,7 @@ def test_the_density_is_the_jacobian(kind):
 def test_values_that_are_no_numbers():
     m = measured("klems of three")
     theta, phi = QUARTER.centres
-    at = lambda k: gn.direction(theta[k], phi[k])  # noqa: E731
+    at = lambda k: gn.direction(theta[k], phi[k])  # noqa: E731  (short, and used at once)
     f = m.f(at(5) * [1.0, -1.0, 1.0], at(3) * [-1.0, 1.0, 1.0])
     assert np.isnan(f).all()
     assert np.isnan(m.f(at(7), at(4) * [-1.0, 1.0, 1.0])).all()

@@ -240,14 +240,14 @@ def test_bands(names, options, seeds, channels, tmp_path):
 def test_sides(tmp_path):
     back = file_of(tmp_path, document(of_bands("Visible", direction="reflection  back")))
     assert load(back).side == "back"
-    with pytest.raises(FormatError, match="no reflection of the front; its blocks: Visible reflection back"):
+    with pytest.raises(FormatError, match="no reflection of the front, but reflection of the back"):
         window_xml.read(back, side="front")
-    with pytest.raises(ParameterError, match="expected 'front' or 'back'"):
+    with pytest.raises(ParameterError, match="expected one of 'front', 'back', 'both'"):
         load(back, side="left")
-    with pytest.raises(FormatError, match="no band 'Solar' of the back; expected one of 'Visible'"):
+    with pytest.raises(FormatError, match="no band 'Solar' of the reflection of the back; expected one of 'Visible'"):
         window_xml.read(back, wavelength="Solar")
-    for direction in ("Transmission Front", "Transmission", ""):
-        with pytest.raises(FormatError, match="holds no reflection; its blocks: Visible"):
+    for direction in ("Transmission", "Absorption Front", ""):
+        with pytest.raises(FormatError, match="neither reflection nor transmission; its blocks: Visible"):
             load(file_of(tmp_path, document(of_bands("Visible", direction=direction))))
 
 

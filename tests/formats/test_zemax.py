@@ -92,7 +92,7 @@ def test_zemax_tolerates_line_ends_marks_and_case(tmp_path, ending):
 @pytest.mark.parametrize(
     ("old", "new", "words"),
     [
-        ("ScatterType  BRDF", "ScatterType BTDF", "transmission"),
+        ("ScatterType  BRDF", "ScatterType BSDF", "scattertype is 'BSDF', expected one of BRDF, BTDF"),
         ("1e-1\t2.5E-02\n", "1e-1\n", "line 20"),
         ("DataEnd", "TIS 1", "tables"),
         ("TIS 0.125\n", ",\nTIS 0.125\n", "line 22: got ','"),

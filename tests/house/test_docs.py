@@ -8,6 +8,7 @@ starts with `# tests/tools/materials.py` holds rows of its table REFERENCE.
 
 import ast
 import io
+import json
 import os
 import re
 import shlex
@@ -16,6 +17,7 @@ import subprocess
 import sys
 import tokenize
 from functools import reduce
+from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
@@ -32,6 +34,7 @@ BLOCK = re.compile(r"^```python\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 ANY_BLOCK = re.compile(r"^```.*?^```$", re.MULTILINE | re.DOTALL)
 HEADING = re.compile(r"^#+ (.*)$", re.MULTILINE)
 NEW_FILE = re.compile(r"# src/gonio/(\S+\.py)\n")
+NEEDED = re.compile(r"^import (torch|jax)$", re.MULTILINE)
 ROWS = "# tests/tools/materials.py"
 PRINTED = re.compile(r"^ *print\(.*\)(?:  # (.+)\n|\n((?:# .*\n)+))", re.MULTILINE)
 LINK = re.compile(r"\]\(([^)\s]+)\)|(?:src|href)=\"([^\"]+)\"")
@@ -60,11 +63,13 @@ def new_files(page: Path) -> dict[str, str]:
 
 
 def program(page: Path) -> str:
-    """The page's blocks at their own line numbers, all else left out."""
+    """The page's blocks at their own line numbers, all else left out, and those that import PyTorch or JAX where it is
+    not installed."""
     text = read(page)
     lines = [""] * (text.count("\n") + 1)
     for block in BLOCK.finditer(text):
-        if NEW_FILE.match(block.group(1)):
+        needed = NEEDED.findall(block.group(1))
+        if NEW_FILE.match(block.group(1)) or any(find_spec(name) is None for name in needed):
             continue
         first = text.count("\n", 0, block.start(1))
         body = block.group(1).splitlines()
@@ -255,3 +260,31 @@ def test_pictures_of_models_differ_and_none_is_black():
         apart = np.abs(table[k] - table[k + 1 :]).mean(axis=1)
         alike = [names[k + 1 + j] for j in np.flatnonzero(apart < 1.0)]
         assert not alike, f"{name} and {alike[0]} are the same picture; let the Looks of one begin with another example"
+
+
+def test_every_light_is_in_the_picture_of_the_lights(monkeypatch):
+    """The picture's comment holds what was drawn: that must be what the docstrings say, of every light."""
+    image = pytest.importorskip("PIL.Image")
+    monkeypatch.syspath_prepend(ROOT / "docs" / "pictures")
+    import lights
+
+    again = "python docs/pictures/lights.py draws it again"
+    shown = lights.examples()
+    assert not [name for name, text in shown.items() if text == f"{name}()"], "Looks of its docstring shows no light"
+    with image.open(lights.PICTURE) as picture:
+        assert json.loads(picture.info["comment"]) == shown, again
+        codes = np.asarray(picture.convert("L"), dtype=float)
+    assert lights.PICTURE.stat().st_size < 120_000
+    cells = [codes[lights.place(k)] for k in range(len(shown))]
+    for name, cell in zip(shown, cells, strict=True):
+        assert np.quantile(cell, 0.95) > 60.0, f"{name}: black; let its Looks begin with a brighter one"
+
+
+def test_every_light_says_its_formula_units_and_source():
+    from gonio.report.model_facts import sections
+
+    for name, kind in gn.lights().items():
+        if kind.__module__.startswith("gonio."):
+            parts = sections(kind)
+            assert {"Looks", "Units", "Source", "Example"} <= set(parts), name
+            assert re.search(r"= |\$", parts[""]) or "L(w)" in parts[""], f"{name}: no formula"

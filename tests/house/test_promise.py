@@ -88,6 +88,6 @@ def test_the_manual_counts_it(seen):
 def test_the_manual_is_as_before_without_it(seen):
     before, between, after = seen["manuals"]
     assert between.keys() - before.keys() == {
-        f"docs/models/{name}.md" for name in ("HanrahanKrueger", "UniformFacets", "GeneralisedSchlick")
+        f"docs/models/{name}.md" for name in ("HenyeyGreenstein", "UniformFacets", "GeneralisedSchlick")
     }
     assert after == before

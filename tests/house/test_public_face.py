@@ -59,7 +59,8 @@ def test_private_bases_are_abstract():
 @named
 def test_signatures_take_what_constructors_take(kind):
     signature = inspect.signature(kind)
-    assert list(signature.parameters) == [*kind.fields, *aliases(kind)]
+    declared = [name for name in kind.declares if name not in kind.fields]
+    assert list(signature.parameters) == [*kind.fields, *aliases(kind), *declared]
     given = {n: f.default for n, f in kind.fields.items() if f.default is not None}
     for name in given:
         arguments = signature.bind_partial(**{name: given[name]})
@@ -71,7 +72,8 @@ def test_signatures_take_what_constructors_take(kind):
     with pytest.raises(TypeError):
         signature.bind(no_such_parameter=1.0)
     assert {p.annotation for p in signature.parameters.values()} <= {"float | Array", "Array"} | {
-        f.accepts for f in kind.fields.values()
+        *kind.declares.values(),
+        *(f.accepts for f in kind.fields.values()),
     }
 
 
@@ -100,7 +102,7 @@ def test_signatures_of_parts_options_and_what_must_be_given():
 
 
 def test_constructors_of_their_own_keep_their_signatures():
-    assert list(inspect.signature(gn.Sum).parameters) == ["terms"]
+    assert list(inspect.signature(gn.Sum).parameters) == ["terms", "wavelengths"]
     assert list(inspect.signature(gn.Gridded).parameters)[:3] == ["parameterisation", "axes", "values"]
     assert list(inspect.signature(gn.TabulatedFacets).parameters) == ["theta", "values"]
 
@@ -173,7 +175,7 @@ def test_type_checkers_accept_and_refuse(tmp_path):
 
 
 def test_contents_by_name():
-    assert list(gn.models().values()) == sorted(MODELS, key=lambda k: k.__name__.lower())
+    assert list(gn.models().values()) == sorted([*MODELS, gn.Stack], key=lambda k: k.__name__.lower())
     assert set(gn.distributions().values()) == set(DISTRIBUTIONS)
     assert set(gn.fresnel_terms().values()) == set(FRESNELS)
     assert set(gn.lights().values()) == set(LIGHTS)
@@ -329,7 +331,7 @@ def test_classes_of_a_script_work_in_texts_json_pickle_and_other_processes(tmp_p
 
 def test_classes_of_ones_own_are_pytrees_at_once(classes):
     jax = pytest.importorskip("jax", reason="JAX is not installed")
-    import gonio.bridges.jax  # noqa: F401
+    import gonio.bridges.jax  # noqa: F401  (materials become pytrees)
 
     class Late(gn.Reflectance):
         rho = param(0.5, 0.0, 1.0, "albedo")

@@ -29,6 +29,7 @@ SCOPE = {
     "m": m,
     "Path": Path,
     "ds": xarray.Dataset(),
+    "huge": np.broadcast_to(0.5, (10**6, 10**6, 3)),
     "matte": gn.Lambertian(0.5),
     "rgb": gn.Lambertian([0.2, 0.3, 0.4]),
     "spectrum": gn.Lambertian(np.full(31, 0.5)),
@@ -144,6 +145,16 @@ TABLE = [
     ("gn.render(gn.Lambertian(np.full((4, 1), 0.5)), sun)", "rho is a map of shape (4,), with channels last"),
     ("gn.DistantLight('up')", "expected three numbers (direction to the light)"),
     ("gn.DistantLight(up * 0)", "a vector of length 0 is no direction"),
+    # found by calling everything with anything
+    ("gn.polarization.polariser(np.inf)", "psi=inf: infinite; expected an angle"),
+    ("gn.polarization.retarder(np.ones((2, 2)), np.ones(3))", "delay and psi: shapes (2, 2), (3,)"),
+    ("gn.polarization.frames([np.inf, 0.0, 0.0])", "expected unit vectors"),
+    ("gn.irradiance(sun, [0, 0, 0], [0, 0, 0])", "a normal of length 0 has no direction"),
+    ("gn.PreethamSky(channel=10**12)", "no memory for it"),
+    ("gn.Lambertian(wavelengths=huge)", "no memory for a copy of 3000000000000 numbers"),
+    ("gn.Spectrum([400, 500], huge)", "no memory for a copy of 3000000000000 numbers"),
+    ("matte.sample(up, ds)", "got Dataset; take x.values"),
+    ("gn.Mesh('a' * 5000, matte)", "no such file"),
 ]
 
 
@@ -211,8 +222,8 @@ class _Mirror(gn.Reflectance):
 class _Sampled(gn.Light):
     can_sample = True
 
-    def incident(self, w: Any) -> Any:
-        return 1.0 + 0.0 * w[..., :1]
+    def seen(self, p: Any, w: Any) -> Any:
+        return 1.0 + 0.0 * w.x, 1e30
 
 
 def test_models_without_a_method_say_what_to_write():
@@ -222,7 +233,7 @@ def test_models_without_a_method_say_what_to_write():
         _Forgetful().f(up, up)
     with pytest.raises(UnwrittenError, match=r"_Mirror has no mirror, which this needs; write def mirror\(self, wo\)"):
         _Mirror().sample(up, np.array([0.1, 0.2]))
-    with pytest.raises(NotImplementedError, match=r"write def sample\(self, u\)"):
+    with pytest.raises(NotImplementedError, match=r"write def warp\(self, p, u0, u1\)"):
         gn.reflected_radiance(gn.Lambertian(), _Sampled(), up)
 
 

@@ -11,10 +11,10 @@ from pathlib import Path
 from places import PACKAGE, ROOT
 
 ROOMS = (
-    *("", "numerics", "radiometry", "trace", "arrays", "compile", "pictures"),
-    *("formula", "evaluate", "base"),
-    *("distributions", "models", "lights", "tables", "integrals", "remote_sensing", "formats"),
-    *("conversion", "repair", "uncertainty", "laws", "scenes"),
+    *("", "numerics", "radiometry", "trace", "arrays", "compile", "rays", "pictures"),
+    *("formula", "evaluate", "base", "polarization"),
+    *("surfaces", "distributions", "models", "lights", "tables", "integrals", "layers", "remote_sensing", "formats"),
+    *("conversion", "repair", "uncertainty", "laws", "scenes", "interreflection", "instrument"),
     *("catalogue", "bridges", "report", "cli"),
 )
 """Folders, from the ground up; "" stands for the modules beside them."""

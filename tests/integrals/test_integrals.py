@@ -737,3 +737,15 @@ def test_values():
     assert repr(Cone((0, 0, 2), 0.3)) == "Cone(axis=(0.0, 0.0, 1.0), half_angle=0.3)"
     for low, high in pairwise((0.1, 0.5, 1.0, 0.5 * PI)):
         assert Cone((0, 1, 1), low).projected < Cone((0, 1, 1), high).projected
+
+
+def test_blue_sky_albedo_takes_angles_and_shares_of_pytorch():
+    torch = pytest.importorskip("torch")
+    field = gn.RossLi(f_iso=0.2, f_vol=0.1, f_geo=0.03)
+    black, white = gn.black_sky_albedo(field, 0.5), gn.white_sky_albedo(field)
+    theta, share = torch.tensor(0.5), torch.tensor(0.3, dtype=torch.float64, requires_grad=True)
+    assert float(gn.blue_sky_albedo(field, theta, 0.3)) == pytest.approx(0.7 * black + 0.3 * white, rel=2e-3)
+    mixed = gn.blue_sky_albedo(field, 0.5, share)
+    (slope,) = torch.autograd.grad(mixed, share)
+    assert mixed.item() == pytest.approx(0.7 * black + 0.3 * white, rel=1e-9)
+    assert slope.item() == pytest.approx(white - black, rel=1e-6)

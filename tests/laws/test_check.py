@@ -22,6 +22,7 @@ from gonio.discover import docstring, labelled
 from gonio.errors import NotFoundError, ParameterError, ShapeError
 from gonio.formula.direction import Direction
 from gonio.formula.fields import param
+from gonio.formula.mueller import Mueller
 from gonio.formula.warp import power_cosine, power_cosine_density
 from gonio.integrals.efficiency import sampling_efficiency
 from gonio.laws import FOLLOWS, LAWS, MODULES, _overview, cavity, check_all, derivatives, furnace, limit, table
@@ -185,10 +186,45 @@ class _WrongMirror(ModifiedPhong):
         return self.rho_s + 0.0 * wo.z  # without the cosine
 
 
+class _TakesAway(Reflectance):
+    """Light of one wavelength makes another one darker."""
+
+    fluoresces = True
+    rho = param(0.5, 0.0, 1.0, "albedo")
+
+    def formula(self, wi: Direction, wo: Direction) -> Any:
+        return self.rho / PI
+
+    def reradiated(self, light: Reflectance, wi: Direction, wo: Direction) -> Any:
+        return 0.01 * (self.rho - 0.5) * wi.z
+
+
 class _Declared(_Bright):
     """Says that it breaks the law of energy."""
 
     breaks: ClassVar[dict[str, str]] = {"energy": "made 1.2 on purpose, for this test"}
+
+
+class _Overpolarised(Reflectance):
+    """Leaves more polarised than light can be."""
+
+    def formula(self, wi: Direction, wo: Direction) -> Any:
+        return 0.1 + 0.0 * wi.z
+
+    def polarized(self, wi: Direction, wo: Direction) -> Mueller:
+        f, zero = self.formula(wi, wo), (0.0,) * 4
+        return Mueller(((f, 1.1 * f, 0.0, 0.0), (1.1 * f, f, 0.0, 0.0), zero, zero))
+
+
+class _OneWayPolarised(Reflectance):
+    """Light is polarised as it leaves, but none as it arrives is preferred."""
+
+    def formula(self, wi: Direction, wo: Direction) -> Any:
+        return 0.1 + 0.0 * wi.z
+
+    def polarized(self, wi: Direction, wo: Direction) -> Mueller:
+        f, zero = self.formula(wi, wo), (0.0,) * 4
+        return Mueller(((f, 0.0, 0.0, 0.0), (0.5 * f, 0.0, 0.0, 0.0), zero, zero))
 
 
 BROKEN = [
@@ -196,11 +232,14 @@ BROKEN = [
     (_NaN(), "positivity"),
     (_Infinite(), "positivity"),
     (_OneWay(), "reciprocity"),
+    (_OneWayPolarised(), "reciprocity"),
+    (_Overpolarised(), "realisability"),
     (_Brushed(), "isotropy"),
     (_Bright(), "energy"),
     (_Bright(), "furnace"),
     (_Bright(), "cavity"),
     (_Resonant(), "cavity"),
+    (gn.Donaldson([[0.2, 0.0], [0.7, 0.6]], wavelengths=[400.0, 550.0]), "photons"),
     (_WrongDensity(), "sampling"),
     (_Unnormalised(), "pdf"),
     (_Jump(), "grazing"),
@@ -241,6 +280,21 @@ def test_laws_hold_where_they_are_obeyed(m):
 def test_only_the_broken_law_fails(m):
     broken = {name for x, name in BROKEN if type(x) is type(m)}
     assert {found.name for found in gn.check(m).laws if not found.passed} == broken
+
+
+def test_fluorescence_is_held_to_photons():
+    ink = gn.Donaldson([[0.2, 0.0], [0.7, 0.6]], wavelengths=[400.0, 550.0])
+    report = gn.check(ink)
+    assert [found.name for found in report.laws if not found.passed] == ["photons"]
+    np.testing.assert_allclose(report["photons"].value, 0.2 + 0.7 * 550.0 / 400.0, rtol=1e-3)
+    assert "photons" not in gn.check(gn.Lambertian([0.2, 0.6], wavelengths=[400.0, 550.0])).verdicts
+    darker = law(_TakesAway([0.4, 0.6], wavelengths=[400.0, 550.0]), "photons")
+    assert not darker.passed and darker.value < 0.0 and "takes light of 400 nm away" in darker.why
+    unknown = gn.check(gn.Donaldson([[0.2, 0.0], [0.7, 0.6]]), laws=["photons"])
+    assert not unknown.laws and "wavelengths of the channels are not known" in unknown.notes[0]
+    against = gn.check(gn.Donaldson([[0.2, 0.1], [0.3, 0.6]], wavelengths=[400.0, 550.0]), laws=["photons"])
+    share = 0.1 * 400.0 / 550.0
+    assert f"{share / (share + 0.3 * 550.0 / 400.0):.2%}" in against.notes[0] and "Stokes" in against.notes[0]
 
 
 def test_what_only_the_cavity_sees():
@@ -360,7 +414,7 @@ def test_derivatives_at_the_bounds(k):
 
 def test_derivatives_at_kinks():
     """V-grooves have edges, and pairs lie on them: one-sided slopes are what can be asked."""
-    wi, wo = derivatives.directions()
+    wi, wo = derivatives.directions(gn.TorranceSparrow(0.2))
     assert (wi == wo).all(axis=1).sum() > 10
     assert law(gn.TorranceSparrow(0.2), "derivatives").passed
     assert law(gn.Microfacet(gn.GGX(0.01, 0.3), gn.Dielectric(0.5), "v_groove"), "derivatives").passed

@@ -50,21 +50,22 @@ def test_pixel_centres_hold_the_pixels(shape):
     np.testing.assert_allclose(found, pixels, rtol=0, atol=1e-12)
 
 
-def test_rows_go_down_from_z_and_columns_from_x_to_y():
+def test_rows_go_down_from_z_and_columns_from_x_away_from_y():
+    """As photographed: what is further right in the picture has a smaller azimuth."""
     pixels = np.zeros((4, 8))
     pixels[0, :], pixels[2, 0], pixels[2, 2] = 5.0, 1.0, 3.0
     light = gn.EnvironmentLight(pixels)
     theta = 5.0 * math.pi / 8.0
     assert light.incident(Z)[0] == 5.0
-    assert light.incident(gn.direction(theta, math.pi / 8))[0] == pytest.approx(1.0)
-    assert light.incident(gn.direction(theta, 5.0 * math.pi / 8))[0] == pytest.approx(3.0)
-    assert light.incident(gn.direction(theta, -math.pi / 8))[0] == pytest.approx(0.0)
+    assert light.incident(gn.direction(theta, -math.pi / 8))[0] == pytest.approx(1.0)
+    assert light.incident(gn.direction(theta, -5.0 * math.pi / 8))[0] == pytest.approx(3.0)
+    assert light.incident(gn.direction(theta, math.pi / 8))[0] == pytest.approx(0.0)
 
 
 def test_between_pixels_it_is_bilinear():
     pixels = noise(6, 10)
     light = gn.EnvironmentLight(pixels)
-    found = light.incident(gn.direction(np.pi * 2.75 / 6, 2.0 * np.pi * 3.9 / 10))
+    found = light.incident(gn.direction(np.pi * 2.75 / 6, -2.0 * np.pi * 3.9 / 10))
     upper, lower = (0.6 * pixels[i, 3] + 0.4 * pixels[i, 4] for i in (2, 3))
     np.testing.assert_allclose(found, 0.75 * upper + 0.25 * lower, rtol=1e-12)
 
@@ -85,7 +86,7 @@ def test_it_is_continuous_where_the_picture_ends():
 def test_the_poles_have_the_last_rows():
     pixels = noise(8, 16)
     light = gn.EnvironmentLight(pixels)
-    phi = (np.arange(16) + 0.5) * math.pi / 8
+    phi = (np.arange(16) + 0.5) * -math.pi / 8
     np.testing.assert_allclose(light.incident(gn.direction(1e-7, phi)), pixels[0], atol=1e-7)
     np.testing.assert_allclose(light.incident(gn.direction(math.pi - 1e-7, phi)), pixels[-1], atol=1e-7)
     for pole, row in ((Z, 0), (-Z, -1)):
@@ -152,7 +153,7 @@ def test_as_many_samples_as_the_density_promises_fall_into_each_pixel():
     count = 300_000
     w, _ = light.sample(np.random.default_rng(5).random((count, 2)))
     theta, phi = gn.angles(w)
-    row, column = (theta * 12 / np.pi).astype(int), (phi % (2.0 * np.pi) * 20 / (2.0 * np.pi)).astype(int)
+    row, column = (theta * 12 / np.pi).astype(int), (-phi % (2.0 * np.pi) * 20 / (2.0 * np.pi)).astype(int)
     seen = np.bincount(row * 20 + column, minlength=240)
     expected = count * (light.pdf(pixel_directions(12, 20)) * solid_angles(12, 20)).ravel()
     assert expected.min() > 5.0
@@ -164,7 +165,7 @@ def test_sampling_is_monotone():
     light = gn.EnvironmentLight(noise(16, 32))
     u = np.linspace(0.0, 1.0, 3001)
     _, phi = gn.angles(light.sample(np.stack([u, np.full_like(u, 0.3)], -1))[0])
-    assert np.all(np.diff(phi[:-1] % (2.0 * np.pi)) > 0.0)
+    assert np.all(np.diff(-phi[:-1] % (2.0 * np.pi)) > 0.0)
     z = light.sample(np.stack([np.full_like(u, 0.3), u], -1))[0][:, 2]
     assert np.all(np.diff(z) < 0.0)
 
@@ -252,7 +253,7 @@ def test_one_bright_pixel_is_a_distant_light():
     step = math.pi / height
     theta = 70.5 * step  # the pixel's tent, integrated: step in phi, 2 sin(theta) (1 - cos(step))/step in theta
     irradiance = 1000.0 * 2.0 * math.pi / width * 2.0 * math.sin(theta) * (1.0 - math.cos(step)) / step
-    distant = gn.DistantLight(gn.direction(theta, 400.5 * 2.0 * math.pi / width), irradiance)
+    distant = gn.DistantLight(gn.direction(theta, -400.5 * 2.0 * math.pi / width), irradiance)
     wo = gn.direction(np.array([0.0, 0.8]), np.array([0.0, 1.1]))
     for m in (gn.Lambertian(0.7), gn.Microfacet(gn.GGX(0.4), gn.Dielectric(1.5))):
         found = gn.reflected_radiance(m, gn.EnvironmentLight(pixels), wo)

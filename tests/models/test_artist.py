@@ -11,7 +11,7 @@ import pytest
 
 import gonio as gn
 from gonio.formula.direction import Direction
-from gonio.integrals.over_directions import integrate
+from gonio.integrals.over_hemisphere import integrate
 from gonio.models._ggx_albedo import lost, lost_on_average, schlick_share, schlick_share_on_average
 
 PI = math.pi

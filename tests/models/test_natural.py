@@ -120,7 +120,7 @@ def scalar_ross_li(
     secants = 1.0 / math.cos(ai) + 1.0 / math.cos(ao)
     cos_t = h_b * math.sqrt(max(d2, 0.0) + (math.tan(ai) * math.tan(ao) * math.sin(phi)) ** 2) / secants
     t = math.acos(min(cos_t, 1.0))
-    O = (t - math.sin(t) * math.cos(t)) * secants / PI  # noqa: E741
+    O = (t - math.sin(t) * math.cos(t)) * secants / PI  # noqa: E741  (the paper's)
     bright = (1.0 + cos_xi) / (math.cos(ai) * math.cos(ao))
     geometric = {"li_sparse_r": O - secants + 0.5 * bright, "li_dense_r": bright / (secants - O) - 2.0}
     return (weights[0] + weights[1] * volumetric[kernels[0]] + weights[2] * geometric[kernels[1]]) / PI

@@ -38,11 +38,12 @@ def area(torch: Any, m: Any, wo: np.ndarray, u: np.ndarray) -> tuple[np.ndarray,
 
 @each_lobe
 def test_pdf_is_the_jacobian(torch, draw):
-    u = np.tile(0.002 + 0.996 * np.random.default_rng(draw.seed).random((24, 2)), (len(VIEWS), 1))
     if draw.model is gn.NormalMapped:
         return  # its tangent facets fold directions onto others: several u give one wi; tested by quadrature
     for _, lobe in draw.material().lobes():
-        found, pdf = area(torch, lobe, np.repeat(VIEWS, 24, axis=0), u)
+        count = 48 if lobe.sides == "across" else 24  # beyond the critical angle nothing goes through
+        u = 0.002 + 0.996 * np.random.default_rng(draw.seed).random((count, 2))
+        found, pdf = area(torch, lobe, np.repeat(VIEWS, count, axis=0), np.tile(u, (len(VIEWS), 1)))
         up = pdf > 0.0
         assert up.sum() > 24
         np.testing.assert_allclose(pdf[up] * found[up], 1.0, rtol=1e-6)
@@ -104,6 +105,8 @@ def test_quadrature_of_the_hemisphere():
 
 def tamed(m: Any) -> Any:
     """The material with an anisotropy of at most 8, and no narrow lobe beside the mirror's, as the quadrature needs."""
+    if isinstance(m, gn.KullaContyDielectric):  # narrow facets lose light at grazing alone, between the grid's draws
+        m = m.replace(alpha=max(m.alpha, 0.05))
     found = {path: p.value for path, p in m.parameters.items()}
     for path, x in found.items():
         for end, other, most in (("alpha_x", "alpha_y", 8.0), ("n_u", "n_v", 64.0)):
@@ -123,6 +126,8 @@ def test_lobes_by_quadrature(draw, monkeypatch):
     switch_off(monkeypatch)  # lobes alone would be kernels of their own
     u = grid(256)
     for _, m in tamed(draw.material()).lobes():
+        if m.sides == "across":  # tests/models/test_transmission.py
+            continue
         back = isinstance(
             m, gn.RetroMicrofacet
         )  # its lobe lies about the view: seen from the other side, it is resolved
@@ -132,7 +137,8 @@ def test_lobes_by_quadrature(draw, monkeypatch):
             lost = (s.pdf == 0.0).mean()
             assert hemisphere.integral(m.pdf(hemisphere.w, view)) + lost == pytest.approx(1.0, abs=2.5e-3)
             reflected = hemisphere.integral(m.f(hemisphere.w, view) * hemisphere.w[..., 2])
-            assert s.weight.mean() == pytest.approx(reflected, rel=4e-3, abs=1e-5)
+            missed = s.weight.std() / len(u) ** 0.5  # a grid does no better where few weights make up the mean
+            assert s.weight.mean() == pytest.approx(reflected, rel=4e-3, abs=1e-5 + 2.0 * missed)
 
 
 # Weights.
@@ -149,8 +155,9 @@ def test_weight_is_f_cos_over_pdf(draw, evaluation):
         np.testing.assert_allclose(np.linalg.norm(s.wi, axis=-1), 1.0, rtol=1e-12)
         up = s.pdf > 0.0
         assert up.mean() > 0.3
-        np.testing.assert_allclose(s.pdf, m.pdf(s.wi, wo), rtol=1e-9, atol=1e-300)
-        f, cos = m.f(s.wi, wo)[up], s.wi[up, 2]
+        drawn = up if m.sides == "both" else ...  # where a lobe's draw has failed, another one may have a density
+        np.testing.assert_allclose(s.pdf[drawn], m.pdf(s.wi, wo)[drawn], rtol=1e-9, atol=1e-300)
+        f, cos = m.f(s.wi, wo)[up], np.abs(s.wi[up, 2])
         expected = f * (cos / s.pdf[up] if f.ndim == 1 else (cos / s.pdf[up])[:, None])
         np.testing.assert_allclose(s.weight[up], expected, rtol=1e-9, atol=1e-300)
         np.testing.assert_array_equal(s.weight[~up], 0.0)

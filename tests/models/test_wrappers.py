@@ -6,6 +6,7 @@ import copy
 import json
 import math
 import pickle
+import warnings
 
 import numpy as np
 import pytest
@@ -497,3 +498,53 @@ def test_tables_on_every_library(library):
 def test_what_bad_input_says(make, words):
     with pytest.raises(ParameterError, match=words):
         make()
+
+
+# Normal maps.
+
+
+def codes(x: float, y: float) -> np.ndarray:
+    return np.full((2, 2, 3), 0.5 * (np.array([x, y, math.sqrt(1.0 - x * x - y * y)]) + 1.0))
+
+
+def test_the_directions_of_a_normal_map(tmp_path):
+    x, y = gn.normal_map(codes(0.3, -0.2))
+    np.testing.assert_allclose([x.texels[0, 0, 0], y.texels[0, 0, 0]], [0.3, -0.2])
+    _, down = gn.normal_map(codes(0.3, -0.2), green="down")
+    np.testing.assert_allclose(down.texels, 0.2)
+    x, y = gn.normal_map(codes(0.6, 0.0), strength=0.5)
+    assert x.texels[0, 0, 0] == pytest.approx(math.sin(math.atan(0.5 * 0.75)))
+    flat, _ = gn.normal_map(codes(0.6, 0.0), strength=0.0)
+    assert not flat.texels.any()
+    from PIL import Image
+
+    Image.fromarray(np.round(255.0 * codes(0.3, -0.2)).astype(np.uint8)).save(tmp_path / "normals.png")
+    x, y = gn.normal_map(tmp_path / "normals.png")  # codes as they are, not decoded as colours
+    np.testing.assert_allclose([x.texels[0, 0, 0], y.texels[0, 0, 0]], [0.3, -0.2], atol=0.005)
+
+
+def test_bad_normal_maps():
+    for image, words in (
+        (codes(0.8, 0.1), r"a component of 0\.8; expected components up to 0\.7; strength=0\.7\d+ makes them so"),
+        (np.full((2, 2, 3), 0.4), "points into the surface; expected blue above 0.5 everywhere"),
+        (np.full((2, 2, 3), -0.4), r"out of bounds; expected codes from 0 to 1; of components .* \(x \+ 1\) / 2"),
+    ):
+        with pytest.raises(ParameterError, match=words), warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            gn.normal_map(image)
+    with pytest.raises(gn.errors.ShapeError, match="1 channels, expected 3"):
+        gn.normal_map(np.full((2, 2), 0.5))
+    with pytest.warns(gn.errors.MeaningWarning, match="is this a normal map"):
+        gn.normal_map(np.full((2, 2, 3), 0.6))
+    for how in ({"green": "left"}, {"strength": -1.0}, {"strength": float("nan")}):
+        with pytest.raises(ParameterError, match="expected"):
+            gn.normal_map(codes(0.1, 0.1), **how)
+
+
+def test_the_strength_that_is_advised_is_enough():
+    image = np.stack([codes(0.85, 0.1)[0], codes(0.2, -0.9)[0]])
+    with pytest.raises(ParameterError, match="strength=") as caught:
+        gn.normal_map(image)
+    advised = float(str(caught.value).partition("strength=")[2].split()[0])
+    x, y = gn.normal_map(image, strength=advised)
+    assert 0.69 < max(np.abs(x.texels).max(), np.abs(y.texels).max()) <= 0.7

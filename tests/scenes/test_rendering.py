@@ -12,7 +12,7 @@ from gonio.laws import _probes
 from gonio.numerics.lattice import lattice
 from gonio.pictures.colour import LUMINANCE, RGB_OF_XYZ, to_rgb
 from gonio.report import figures
-from gonio.scenes import rendering
+from gonio.scenes.estimator import MARGIN
 
 MATTE = gn.Lambertian([0.2, 0.5, 0.8])
 
@@ -28,7 +28,7 @@ def test_a_lambertian_sphere_in_a_furnace_has_its_albedo():
     np.testing.assert_allclose(picture.pixels[inside], np.broadcast_to([0.4, 1.0, 1.6], (inside.sum(), 3)), rtol=2e-6)
     assert picture.pixels.shape == (32, 32, 3) and picture.alpha.max() == 1.0 and picture.alpha.min() == 0.0
     # The disc has radius 16/1.06 pixels.
-    np.testing.assert_allclose(picture.alpha.sum(), np.pi * (16 / rendering.MARGIN) ** 2, rtol=5e-3)
+    np.testing.assert_allclose(picture.alpha.sum(), np.pi * (16 / MARGIN) ** 2, rtol=5e-3)
 
 
 def test_bands_are_chosen_by_name_or_wavelength():
@@ -52,7 +52,7 @@ def test_a_distant_light_falls_as_the_cosine():
     light = gn.DistantLight([0.0, -1.0, 0.0], np.pi)  # from the camera
     picture = gn.render(gn.Lambertian(1.0), light, size=64, samples=16)
     y, x = np.mgrid[0:64, 0:64] + 0.5
-    r2 = ((x - 32) ** 2 + (y - 32) ** 2) * (2 * rendering.MARGIN / 64) ** 2
+    r2 = ((x - 32) ** 2 + (y - 32) ** 2) * (2 * MARGIN / 64) ** 2
     inside = r2 < 0.8
     np.testing.assert_allclose(picture.pixels[inside, 0], np.sqrt(1.0 - r2[inside]), atol=1.2e-2)
 
@@ -156,7 +156,7 @@ def test_directions_without_data_are_black_and_are_counted():
 @pytest.mark.parametrize(
     ("arguments", "text"),
     [
-        ({"shape": "cube"}, "expected one of 'sphere'"),
+        ({"shape": "cube"}, "expected one of 'cylinder', 'disk', 'plane', 'sphere'"),
         ({"size": 0}, "size=0: expected a whole number from 1"),
         ({"size": 2.5}, "size=2.5"),
         ({"samples": -1}, "samples=-1"),
@@ -241,7 +241,7 @@ def test_mitsuba_shows_the_same(mi, m, bsdf):
             "integrator": {"type": "direct", "hide_emitters": True},
             "sensor": {
                 "type": "orthographic",
-                "to_world": camera @ t().scale([rendering.MARGIN, rendering.MARGIN, 1.0]),
+                "to_world": camera @ t().scale([MARGIN, MARGIN, 1.0]),
                 "film": {"type": "hdrfilm", "width": size, "height": size, "rfilter": {"type": "box"}},
                 "sampler": {"type": "independent", "sample_count": 2048},
             },
@@ -264,3 +264,23 @@ def test_lobes_without_channels_are_turned_into_rgb_with_those_that_have_some():
     alike = gn.Microfacet(gn.GGX(0.3), [0.9, 0.9, 0.9])
     pictures = [gn.render(gold + lobe, gn.ConstantLight(1.0), size=8, samples=4).pixels for lobe in (coat, alike)]
     np.testing.assert_allclose(*pictures, rtol=1e-5)
+
+
+@pytest.mark.parametrize("sky", [gn.CIESky(12, sun=[-0.6, -0.6, 0.2]), gn.PreethamSky(sun=[-0.6, -0.6, 0.6])])
+@pytest.mark.parametrize("angle", [0.0, 1.0])
+def test_pictures_under_skies_are_integrals(sky, angle):
+    """A metal plate that looks at the horizon: half of what it mirrors is dark."""
+    metal, lit = gn.Microfacet(gn.GGX(0.4)), gn.TurnedLight(sky, angle) if angle else sky
+    picture = gn.render(metal, lit, shape="plane", size=64, samples=64)
+    seen = picture.pixels[picture.alpha == 1.0].mean(axis=0)
+    front = np.array([0.0, -1.0, 0.0])
+    np.testing.assert_allclose(seen, gn.reflected_radiance(metal, lit, front, normal=front), rtol=2e-3)
+
+
+@pytest.mark.parametrize("light", [gn.PointLight([0.3, 0.2, 0.0], 1.0), gn.SphereLight([0.0, 0.0, 0.0], 0.5)])
+@pytest.mark.parametrize("shape", ["sphere", "cylinder"])
+def test_lights_in_a_shape_are_refused(light, shape):
+    with pytest.raises(ParameterError, match=f"is in the {shape}, out of which no light gets"):
+        gn.render(gn.Lambertian(0.5), [light, gn.ConstantLight(1.0)], shape=shape, size=8)
+    outside = gn.PointLight([0.0, -0.72, 0.0], 1.0) if shape == "cylinder" else gn.PointLight([0.0, -1.01, 0.0], 1.0)
+    assert gn.render(gn.Lambertian(0.5), outside, shape=shape, size=8).pixels.any()

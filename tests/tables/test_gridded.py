@@ -10,7 +10,7 @@ import gonio as gn
 from gonio.base.quantities import QUANTITIES, from_brdf, to_brdf
 from gonio.errors import ParameterError
 from gonio.formula.direction import Direction
-from gonio.integrals.over_directions import integrate
+from gonio.integrals.over_hemisphere import integrate
 from gonio.numerics.lattice import lattice
 from gonio.tables.angle_systems import SYSTEMS
 from gonio.tables.gridded import Gridded

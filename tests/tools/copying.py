@@ -56,7 +56,7 @@ def wrong(width: int, n: int, dtype: type, past: bool) -> int:
         plan = copying(x)
         for offset in (0, original.itemsize, 16, 32):
             out = placed(np.zeros_like(original), offset)
-            got = carry_out(plan, [x], out)
+            got = carry_out(plan, [x], [out])
             count += sum(not np.array_equal(a, b, equal_nan=a.dtype != bool) for a, b in zip(got, want, strict=True))
     return count
 

@@ -22,19 +22,19 @@ from random import Random
 from unittest import mock
 from zipfile import ZipFile, ZipInfo
 
-import h5netcdf  # noqa: F401
+import h5netcdf  # noqa: F401  (loaded before memory is limited)
 import numpy as np
 import scipy.interpolate
 import scipy.spatial
-import scipy.special  # noqa: F401
-import xarray  # noqa: F401
+import scipy.special  # noqa: F401  (loaded before memory is limited)
+import xarray  # noqa: F401  (loaded before memory is limited)
 
 import gonio as gn
 from gonio.evaluate import batch
 from gonio.formats._reading import hdf, hdf_probe
 
 if importlib.util.find_spec("openpyxl"):
-    import openpyxl  # noqa: F401
+    import openpyxl  # noqa: F401  (loaded before memory is limited)
 
 # All libraries that reading may need are loaded above: loading one where memory is limited may never end.
 

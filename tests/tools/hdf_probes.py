@@ -13,10 +13,10 @@ import resource
 import sys
 from pathlib import Path
 
-import h5py  # noqa: F401
+import h5py  # noqa: F401  (loaded before memory is limited)
 
 if importlib.util.find_spec("pyhdf"):
-    import pyhdf.SD  # noqa: F401
+    import pyhdf.SD  # noqa: F401  (loaded before memory is limited)
 
 
 def main(program: str) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable, Collection, Iterable
 from importlib import import_module
 from typing import Any
@@ -17,6 +18,13 @@ def thinned(cases: Iterable[Any], kept: Collection[Any]) -> list[Any]:
     return [
         pytest.param(*(c if type(c) is tuple else (c,)), marks=() if c in kept else pytest.mark.full) for c in cases
     ]
+
+
+def colour_science(module: str = "colour") -> Any:
+    """colour-science, or a module of it; the test is skipped without. Importing it changes how arrays are printed."""
+    with warnings.catch_warnings(), np.printoptions():
+        warnings.simplefilter("ignore")
+        return pytest.importorskip(module, reason="colour-science is not installed")
 
 
 class Library:

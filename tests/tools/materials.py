@@ -22,7 +22,7 @@ from gonio.base.reflectance import Reflectance, Scaled, Sum
 from gonio.errors import ParameterError
 from gonio.formula.direction import Direction
 from gonio.formula.distribution import Distribution
-from gonio.formula.fields import Option, Param, Part
+from gonio.formula.fields import Option, Param, Part, Wavelengths
 from gonio.formula.fresnel_term import Fresnel
 from gonio.formula.parametrised import Parametrised
 
@@ -73,6 +73,11 @@ def D(theta: float, phi: float) -> Callable[[Any], float]:
     return lambda m: float(m.D(Direction(*gn.direction(*np.radians([theta, phi])))))
 
 
+def exchanged(o: int, i: int) -> Callable[[Any], float]:
+    """The radiance factor by which light of channel i leaves in channel o, along the normal."""
+    return lambda m: float(math.pi * m.reradiation([0, 0, 1], [0, 0, 1])[o, i])
+
+
 class Reference(NamedTuple):
     """`value(made)` is `expected`, by `source`."""
 
@@ -88,7 +93,31 @@ class Reference(NamedTuple):
 
 
 REFERENCE = [
+    Reference(gn.HanrahanKrueger(1.0, 0.5, eta=1.0), at(0, 0, 0, 0), 0.008841941282883075, "1/(36 pi): p = 1/(18 pi)"),
     Reference(gn.Lambertian(0.5), at(30, 0, 50, 90), 0.15915494309189535, "0.5/pi (lecture 4, eq. 4.2)"),
+    Reference(
+        gn.RoughDielectric(gn.GGX(0.2), 1.5), at(180, 0, 0, 0), 30.557749073643904, "0.96/(pi 0.2^2 (1.5 - 1)^2)"
+    ),
+    Reference(
+        gn.KullaContyDielectric(0.5, 1.5),
+        lambda m: albedo(60)(m) + gn.transmittance(m, gn.direction(math.radians(60), 0.0)),
+        1.0,
+        "R + T = 1: what facets lose is given back, to the table's 1e-3",
+        1e-3,
+    ),
+    Reference(
+        gn.SmoothDielectric(1.5), lambda m: m.delta_reflectance(gn.direction(0.0, 0.0), True), 0.96 / 2.25, "T/n^2"
+    ),
+    Reference(
+        gn.ThinDielectric(1.5), lambda m: m.delta_reflectance(gn.direction(0.0, 0.0)), 0.08 / 1.04, "2 R/(1 + R)"
+    ),
+    Reference(
+        gn.Absorber(0.5), lambda m: gn.transmittance(m, gn.direction(1.0, 0.0)), 0.396369723206988, "exp(-0.5/cos 1)"
+    ),
+    Reference(gn.DiffuseTransmission(0.5), at(150, 0, 50, 90), 0.15915494309189535, "0.5/pi"),
+    Reference(gn.Across(gn.Lambertian(0.5)), at(150, 0, 50, 90), 0.15915494309189535, "0.5/pi"),
+    Reference(gn.TwoSided(gn.Lambertian(0.3), gn.Lambertian(0.5)), at(150, 0, 130, 90), 0.15915494309189535, "0.5/pi"),
+    Reference(gn.Sheet(backward=gn.Lambertian(0.5)), at(150, 0, 50, 90), 0.15915494309189535, "0.5/pi"),
     Reference(gn.IdealSpecular(gn.Dielectric(1.5)), mirrored(45), 0.0502399110122359, "Fresnel, as below"),
     Reference(gn.Phong(0.7, 10.0), albedo(0), 0.36651914291880916, "2 pi rho_s/(n + 2)", 1e-6),
     Reference(gn.OriginalPhong(1.0, 4.0), at(60, 0, 30, 180), 1.125, "cos(30)^4/cos(60), lecture 4, eq. 4.7"),
@@ -109,6 +138,13 @@ REFERENCE = [
     Reference(
         gn.NormalMapped(gn.Lambertian(1.0), 0.6), at(0, 0, 0, 0), 0.25464790894703254, "0.8/pi: one mirror unlit"
     ),
+    Reference(gn.Donaldson([[0.2, 0.0], [0.3, 0.6]], wavelengths=[400.0, 550.0]), exchanged(1, 0), 0.3, "definition"),
+    Reference(
+        gn.FluorescentLambertian([0.1, 0.6], [0.9, 0.0], [0.0, 0.5], 0.8, wavelength=[450.0, 600.0]),
+        exchanged(1, 0),
+        0.243,
+        "0.9 taken of 0.9, 0.8 photons for one, half of them here, 450/600 of the energy",
+    ),
     Reference(gn.GGX(0.5), D(45, 20), 0.203718327157626, "16/(25 pi), Walter et al. 2007, eq. 33"),
     Reference(gn.Beckmann(0.5), D(45, 20), 0.0932807828809022, "16 exp(-4)/pi, Walter et al. 2007, eq. 25"),
     Reference(gn.GaussianFacets(0.2), D(0, 0), 8.17222585880376, "1/(pi alpha Dawson(alpha)), mpmath"),
@@ -128,6 +164,13 @@ REFERENCE = [
     Reference(gn.Dielectric(1.5), F(45), 0.0502399110122359, "-0.30333704, 0.09201336: Mitsuba 3 test_fresnel.py"),
     Reference(gn.Conductor(2.0, 4.0), F(0), 0.68, "((n - 1)^2 + k^2)/((n + 1)^2 + k^2)"),
     Reference(gn.Schlick(0.04), F(60), 0.07, "0.04 + 0.96/2^5, Schlick 1994"),
+    Reference(
+        gn.ThinFilm(1.33, 137.5 / 1.33, 1.5, wavelength=550.0),
+        F(0),
+        0.006766721994060706,
+        "quarter wave: ((1.5 - 1.33^2)/(1.5 + 1.33^2))^2",
+    ),
+    Reference(gn.FilmStack(), F(0), 0.04, "no films: ((1.5 - 1)/(1.5 + 1))^2"),
     Reference(gn.RossLi(0.0, 1.0, 0.0), at(30, 0, 30, 0), 0.0386751345948128, "(pi/(4 cos 30) - pi/4)/pi; MODIS' K"),
     Reference(gn.Roujean(0.0, 1.0, 0.0), at(45, 0, 45, 180), -0.405284734569351, "-4/pi^2, Roujean et al. 1992"),
     Reference(gn.RPV(0.2, 0.5, 0.0, 1.0), at(60, 0, 60, 0), 0.127323954473516, "0.2 (1/4)^(-1/2)/pi"),
@@ -136,6 +179,8 @@ REFERENCE = [
     Reference(
         gn.CoxMunk(5.0, slopes="isotropic", masking="none"), at(30, 0, 30, 180), 0.0823544222463702, "F/(3 pi 0.0286)"
     ),
+    Reference(gn.Maignan(5.0, 0.0, 1.5), at(0, 0, 0, 0), 0.2 / (8.0 * math.pi), "C F/(8 pi), F = 0.04"),
+    Reference(gn.PriestGermer(0.2, 1.5, 0.0), at(0, 0, 0, 0), 0.04 / (8.0 * math.pi * 0.04), "F/(8 pi sigma^2)"),
     Reference(gn.SnowART(1.0), at(0, 0, 0, 0), 0.352707539608619, "R0(0)/pi, by mpmath"),
     Reference(gn.OrenNayar(0.9, 0.5), at(30, 0, 60, 120), 0.233142050767063, "Oren & Nayar 1994, by mpmath in angles"),
     Reference(gn.QualitativeOrenNayar(1.0, 0.5), albedo(0), 0.784482758620690, "A = 1 - 0.5 0.25/(0.25 + 0.33)"),
@@ -198,8 +243,10 @@ def concrete(part: Part) -> list[type]:
     return KINDS[part.kind]
 
 
+@cache
 def structures(model: type[Parametrised]) -> list[dict[str, Any]]:
-    """Every valid choice of a class's options, with the Fresnel terms in turn; or every distribution in turn."""
+    """Every valid choice of a class's options, with the Fresnel terms in turn; or every distribution in turn, and every
+    reflectance where there are parts for several."""
     choices = {
         name: field.choices if isinstance(field, Option) else concrete(field)
         for name, field in model.fields.items()
@@ -207,7 +254,8 @@ def structures(model: type[Parametrised]) -> list[dict[str, Any]]:
     }
     terms = [name for name, field in model.fields.items() if is_fresnel(field)]
     rows = list(itertools.product(*choices.values()))
-    if any(field.kind is Distribution for field in model.fields.values() if isinstance(field, Part)):
+    kinds = [field.kind for field in model.fields.values() if isinstance(field, Part)]
+    if Distribution in kinds or kinds.count(Reflectance) > 1:
         longest = max(map(len, choices.values()))  # of every pair there would be hundreds of kernels to compile
         rows = [tuple(values[i % len(values)] for values in choices.values()) for i in range(longest)]
     found = []
@@ -226,12 +274,21 @@ def is_fresnel(field: Any) -> bool:
     return isinstance(field, Part) and field.kind is Fresnel
 
 
+SHARES = (gn.FluorescentLambertian.fields["emission"],)
+"""Parameters whose values in all channels add up to at most 1."""
+
+
+def most(field: Param, channels: int | None) -> float:
+    """The largest value that a parameter may have in each of the channels at once."""
+    return field.high / (channels or 1) if field in SHARES else field.high
+
+
 def number(field: Param, rng: np.random.Generator, channels: int | None) -> Any:
     """A value within the bounds: log-uniform where these are wide, sometimes 0 where that is the lower one.
 
     Which of the parameters have channels is the same for all seeds, so that kernels are compiled once.
     """
-    low, high = field.low, min(field.high, 1e8)
+    low, high = field.low, min(most(field, max(3, channels or 1)), 1e8)  # a number holds in three channels, too
     start = low if low > 0.0 else min(1e-2, 0.1 * high)
     wide = high > 30.0 * start if low > 0.0 or (low == 0.0 and high > 1.0) else False
     shape = (channels,) if channels and zlib.crc32(field.name.encode()) % 10 < 7 else ()
@@ -251,6 +308,8 @@ def random(model: type[Parametrised], rng: np.random.Generator, channels: int | 
             values[name] = random(chosen, rng, channels, inner) if isinstance(chosen, type) else chosen
         elif isinstance(field, Param) and not (isinstance(field.default, str) and rng.random() < 0.3):
             values[name] = number(field, rng, channels)
+        elif isinstance(field, Wavelengths):
+            values[name] = np.sort(rng.uniform(400.0, 700.0, channels)) if channels else rng.uniform(400.0, 700.0)
     return model(**values)
 
 
@@ -277,7 +336,8 @@ class Draw(NamedTuple):
 def _material(model: type, seed: int, channels: int | None) -> Any:
     rng = np.random.default_rng([seed, channels or 0, *model.__name__.encode()])
     if model is Sum:
-        lobes = [Draw(MODELS[i], seed).material(channels) for i in rng.permutation(len(MODELS))[: 2 + seed % 2]]
+        front = [kind for kind in MODELS if kind().sides == "front"]
+        lobes = [Draw(front[i], seed).material(channels) for i in rng.permutation(len(front))[: 2 + seed % 2]]
         return Sum(lobes[0], *(number(Scaled.fields["weight"], rng, channels) * m for m in lobes[1:]))
     choices = structures(model)
     return random(model, rng, channels, choices[seed % len(choices)])

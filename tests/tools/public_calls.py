@@ -38,6 +38,9 @@ LEFT_OUT = dict.fromkeys(
     "the engine's own: unchecked, as its docstring says",
 ) | dict.fromkeys(("settable", "files_among", "unwritten", "instead"), "asked by the command line and by messages")
 LEFT_OUT |= dict.fromkeys(("points", "contains", "mirrored", "redrawn"), "called by integrals and Monte Carlo")
+LEFT_OUT["unit"] = "of a vector of a light, which is not 0: lights see to that"
+LEFT_OUT["ray"] = "written by cameras and called by kernels, on components"
+LEFT_OUT["turned"] = "written by models and called by kernels, with numbers of any library"
 """Names that are not called, and the reason."""
 
 FORMULAS = (
@@ -49,13 +52,17 @@ FORMULAS = (
 )
 """Modules whose methods are formulas, or parts of them: components in, numbers out, called by kernels."""
 
-LIGHTS = ("arrival", "incident", "sample", "pdf")
+LIGHTS = (
+    *("seen", "warp", "density", "drawn", "beam", "irradiance_on", "holds", "strength"),
+    *("arrival", "incident", "sample", "pdf"),
+)
 """What lights write, for integrals."""
 
 
 INTEGRALS = {
     *("albedo", "black_sky_albedo", "white_sky_albedo", "blue_sky_albedo", "reflectance", "reflectance_factor"),
     *("reflected_radiance", "check", "with_uncertainty", "convert", "tabulate", "render"),
+    *("contact_sheet", "turntable"),
 }
 """Functions that take longer."""
 
@@ -161,7 +168,7 @@ def targets() -> tuple[Target, ...]:
                 continue
             for inner, function in _public(thing):
                 found[f"{name}.{inner}"] = _target(f"{name}.{inner}", function)
-        elif callable(thing):
+        elif callable(thing) and not (isinstance(thing, type) and issubclass(thing, tuple)):  # results are plain tuples
             found[name] = _target(name, thing)
     for thing in list(objects().values()):
         if not type(thing).__module__.startswith("gonio"):
@@ -310,7 +317,7 @@ def wrong() -> tuple[Made, ...]:
         Made("[light, 1]", lambda: [objects()["sun"], 1]),
     ]
     with suppress(ImportError):
-        import torch  # noqa: F401
+        import torch  # noqa: F401  (whether it is there)
 
         made += [
             Made("tensor", lambda: _torch([0.0, 0.0, 1.0])),
@@ -319,7 +326,7 @@ def wrong() -> tuple[Made, ...]:
             Made("tensor (2, 2)", lambda: _torch([[0.5, 0.5], [0.5, 0.5]])),
         ]
     with suppress(ImportError):
-        import jax  # noqa: F401
+        import jax  # noqa: F401  (whether it is there)
 
         made += [Made("jax array", lambda: _jax([0.0, 0.0, 1.0]))]
     made += [Made(f"<{name}>", lambda name=name: objects()[name]) for name in objects()]
@@ -415,6 +422,8 @@ def call_of(target: Target, random: Random, folder: Path) -> Call:
         if i in replaced:
             text, make = random.choice(wrong())
             value = make()
+            if p.name == "size" and type(value) is int and value == 10**4:  # a picture that can be had, in minutes
+                value, text = 4, "4"
         else:
             value = usable(p, random, folder)
             text = f"{shown(value):.40}"

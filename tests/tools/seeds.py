@@ -70,6 +70,13 @@ def _utia_picture() -> bytes:
         return path.read_bytes()
 
 
+def _bispectral() -> bytes:
+    """Two wavelengths, 2 x 3 pixels."""
+    matrix = np.array([[0.25, 0.0], [0.5, 0.75]]) * np.linspace(0.5, 1.0, 6).reshape(2, 3, 1, 1)
+    ink = gn.Donaldson(matrix, wavelengths=[400.0, 550.0])
+    return saved(ink, ".exr", format="bispectral EXR")
+
+
 def _csail() -> bytes:
     from binary_files import ngan
 
@@ -251,6 +258,7 @@ SEEDS: dict[str, Callable[[], bytes]] = {
     "KAIST": _kaist,
     "UTIA": _utia,
     "UTIA picture": _utia_picture,
+    "bispectral EXR": _bispectral,
     "CSAIL": _csail,
     "CUReT": _curet,
     "CUReT Oren-Nayar": lambda: b"1 0.5 0.3 0.8\n",

@@ -166,6 +166,29 @@ def test_many_small_divisors_do_not_vanish() -> None:
     np.testing.assert_allclose(got, 1e-4, rtol=1e-5)
 
 
+def test_what_only_a_guard_keeps_from_0_is_moved_into_no_other_term() -> None:
+    """A cotangent of 1e12 seen along the normal: its powers are float32 numbers up to the third."""
+    graph = Graph()
+    x, z, u = (Symbol(graph, graph.load(0, c)) for c in range(3))
+    cot = z / ops.sqrt(x * x + 1e-24)
+    v = 1.0 / ops.sqrt(1.0 + cot * cot)
+    value = u * (v * (2.0 + v * (3.0 + v)) + u * v * (1.0 - v))
+    new, nodes = fewer_operations(graph, [value.node], "float32")
+    (got,) = evaluate(new, nodes, lambda k, c: np.full(1, [0.0, 1.0, 0.5][c], np.float32), [], np.dtype(np.float32))
+    np.testing.assert_allclose(got, 1.25e-12, rtol=1e-5)
+
+
+@pytest.mark.parametrize("draw", DRAWS)
+def test_samples_seen_along_the_normal_in_float32(draw: Draw) -> None:
+    channels = draw.layouts[0]
+    m, task = draw.material(channels), TASKS["sample"]
+    trace = traced(task, m, channels)
+    wo = on_sphere(np.repeat([0.0, 1e-7, 1e-4], 40), np.zeros(120)).astype(np.float32)
+    u = np.random.default_rng(8).random((len(wo), 2)).astype(np.float32)
+    for x in values(after(PASSES["all"], trace, "float32"), task, m, channels, wo, u):
+        assert np.isfinite(x).all()
+
+
 def test_the_switch(monkeypatch: pytest.MonkeyPatch) -> None:
     graph = Graph()
     node = graph.apply("div", graph.load(0, 0), graph.load(0, 0))

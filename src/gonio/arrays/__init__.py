@@ -12,6 +12,7 @@ from .. import discover
 from ..errors import ArrayTypeError
 from ..trace.symbol import Symbol, Symbols, TableSymbol
 from .fixed import Array as Array
+from .fixed import AsStored as AsStored
 from .fixed import Fixed as Fixed
 from .fixed import Later as Later
 from .fixed import Roomy as Roomy

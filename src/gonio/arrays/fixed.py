@@ -52,7 +52,7 @@ class Fixed:
 
     # As torch.compiler.assume_constant_result does: torch.compile calls this instead of tracing it, then looks the
     # result up. The numbers must not become an input of its graph: it makes NumPy arrays there writeable.
-    _make._dynamo_marked_constant = True  # type: ignore[attr-defined]
+    _make._dynamo_marked_constant = True  # type: ignore[attr-defined]  # PyTorch looks for this attribute
 
 
 class Roomy(Fixed):
@@ -71,6 +71,10 @@ class Roomy(Fixed):
         return self.whole[:-1]
 
 
+class AsStored(Fixed):
+    """A large table of single precision, of which NumPy converts what is looked up: never the whole to double."""
+
+
 class Later:
     """Fixed numbers for NumPy, converted at their first lookup, since some take long to make."""
 
@@ -79,4 +83,6 @@ class Later:
 
     def take(self, index: Array) -> Array:
         """The entries at these places."""
+        if isinstance(self._numbers, AsStored):
+            return np.take(self._numbers.numbers, index).astype(self._dtype, copy=False)
         return np.take(self._numbers.once(contiguous, self._dtype), index)

@@ -3,16 +3,22 @@
 from __future__ import annotations
 
 import math
+import operator
 import sys
 from collections.abc import Callable, Sequence
 from functools import partial
 from importlib import import_module
 from types import ModuleType
+from typing import Any
 
 import numpy as np
 
+from ..errors import ArrayTypeError, ShapeError
 from .fixed import Array, Fixed
-from .kinds import SCALAR, VECTOR
+from .kinds import MATRIX, SCALAR, VECTOR
+
+WORD = (1 << 32) - 1
+"""The bits of a whole number."""
 
 
 def _imported(module: str, function: str, x: Array) -> Array:
@@ -103,9 +109,17 @@ class Library:
             if kind == VECTOR:
                 stacked = self.stack(result)
                 out.append(stacked[..., 0, :] if channels else stacked)
+            elif kind == MATRIX:
+                stacked = self.stack([x for row in result for x in row])
+                out.append(stacked.reshape((*self.shape(stacked)[:-1], 4, 4)))
             else:
                 out.append(result[..., 0] if channels and kind == SCALAR else result)
         return out
+
+    def of_pairs(self, values: Array | None, diagonal: Array, channels: int) -> Array:
+        """Matrices (..., C, C) of values (..., C C), if any, and of (..., C) that are added to the diagonal."""
+        matrices = diagonal[..., None] * self.convert(np.eye(channels), diagonal)
+        return matrices if values is None else values.reshape((*self.shape(diagonal), channels)) + matrices
 
     def empty(self, like: Array, shape: tuple[int, ...], vectors: bool) -> Array:
         """A result for a batch without elements, `vectors` if it has a last axis of components or channels."""
@@ -134,3 +148,61 @@ class Library:
 
     def op_stop_gradient(self, x: Array) -> Array:
         return x
+
+    def word(self, x: Array) -> Array:
+        """A whole number as one of 32 bits without a sign."""
+        return np.uint32(x & WORD) if isinstance(x, (int, np.integer)) else x.astype("uint32")
+
+    def of_words(self, function: Callable[[Array, Array], Array], a: Array, b: Array) -> Array:
+        """A function of two whole numbers, modulo 2^32."""
+        return function(self.word(a), self.word(b))
+
+    def op_xor(self, a: Array, b: Array) -> Array:
+        return self.of_words(operator.xor, a, b)
+
+    def op_bit_and(self, a: Array, b: Array) -> Array:
+        return self.of_words(operator.and_, a, b)
+
+    def op_shift_left(self, a: Array, b: Array) -> Array:
+        return self.of_words(operator.lshift, a, b)
+
+    def op_shift_right(self, a: Array, b: Array) -> Array:
+        return self.of_words(operator.rshift, a, b)
+
+    def op_wrapped_sum(self, a: Array, b: Array) -> Array:
+        return self.of_words(operator.add, a, b)
+
+    def op_wrapped_product(self, a: Array, b: Array) -> Array:
+        return self.of_words(operator.mul, a, b)
+
+    def op_unit(self, word: Array, like: Array) -> Array:
+        return self.op_shift_right(word, 8).astype(like.dtype) * 2.0**-24
+
+    def op_nearest(self, table: Array, o: Sequence[Array], d: Sequence[Array], near: Array, far: Array) -> Any:
+        raise ArrayTypeError(f"rays are shot by NumPy arrays alone; got {self.name} arrays; convert them first")
+
+    op_blocked = op_nearest
+
+    def op_loop(self, step: Callable[..., Any], *states: Array) -> Sequence[Array]:
+        going, *found = step(*states)
+        found = self._states(states, found)
+        while going if isinstance(going, bool) else bool(going.any()):
+            go_on, *new = step(*found)
+            found = [self._taken(going, b, a) for a, b in zip(found, new, strict=True)]
+            going = going & go_on
+        return found
+
+    def _states(self, before: Sequence[Array], after: Sequence[Array]) -> list[Array]:
+        """States after a first step, plain numbers among them with the dtype of the others."""
+        if len(before) != len(after):
+            raise ShapeError(f"a step of a loop of {len(before)} states gives {len(after)}; expected (go_on, *states)")
+        like = next((x for x in (*after, *before) if self._is_real(x)), None)
+        return [self.convert(x, like) if type(x) is float and like is not None else x for x in after]
+
+    def _is_real(self, x: Array) -> bool:
+        return hasattr(x, "dtype") and self.dtype(x).startswith("float")
+
+    def _taken(self, condition: Array, a: Array, b: Array) -> Array:
+        if isinstance(condition, bool):
+            return a if condition else b
+        return self.function("where")(condition, a, b)

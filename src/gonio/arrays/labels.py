@@ -17,6 +17,7 @@ from . import LAZY, NAMED, library_of_type
 CHANNELS = ("band", "channel", "wavelength")
 """Names of the channel axis."""
 COMPONENTS = "xyz"
+STOKES = "stokes_o", "stokes_i"
 """Name of the axis of a direction's components."""
 
 
@@ -75,6 +76,32 @@ class Labels:
             return xarray.DataArray(array[..., 0], coords=frame.coords, dims=frame.dims)
         result = xarray.DataArray(array, coords=frame.coords, dims=(*frame.dims, "channel"))
         return result if names is None else result.assign_coords(channel=list(names))
+
+    def of_matrices(self, array: Any, channels: bool, names: Sequence[Any] | None = None) -> Any:
+        """A result with my axes, with `channels` as `wrapped` has them, and two axes of Stokes components."""
+        import xarray
+
+        frame, named = self.frame, {axis: list("IQUV") for axis in STOKES}
+        if self.channel is not None and not channels:
+            frame = frame.isel({self.channel: 0}, drop=True)
+        if channels and self.channel is None and array.shape[-3] == 1:  # of maps without a channel axis of their own
+            array, channels = array[..., 0, :, :], False
+        if channels and self.channel is None and names is not None:
+            named["channel"] = list(names)
+        dims = (*self.dims, *([self.channel or "channel"] if channels else []), *STOKES)
+        return xarray.DataArray(array, coords=frame.coords, dims=dims).assign_coords(named)
+
+    def of_pairs(self, array: Any, names: Sequence[Any] | None = None) -> Any:
+        """A result with my axes, and two of channels: of the light that leaves, `_o`, and that arrives, `_i`."""
+        import xarray
+
+        frame, channel = self.frame, self.channel or "channel"
+        if self.channel is not None:
+            names = self.frame[channel].values if channel in self.frame.indexes else names
+            frame = frame.isel({channel: 0}, drop=True)
+        axes = [channel + end for end in ("_o", "_i")]
+        result = xarray.DataArray(array, coords=frame.coords, dims=(*self.dims, *axes))
+        return result if names is None else result.assign_coords({axis: list(names) for axis in axes})
 
     def of_map(self, array: Any) -> Any:
         """A map of a parameter (..., C), laid as mine, as a DataArray; axes of length 1 that it does not have are left

@@ -59,6 +59,55 @@ take = _elementary(
 to_index = _elementary("to_index", "Whole number for `take`; NaN and infinity become 0.")
 stop_gradient = _elementary("stop_gradient", "The value, as a constant for differentiation.")
 
+# Whole numbers of 32 bits without a sign, as hashes and random numbers are made of: of `to_index`, plain numbers, and
+# of each other. They are no numbers to calculate with: `unit` makes one, and those below 2^31 are places of tables.
+xor = _elementary("xor", "Bits that are set in one of two whole numbers alone.")
+bit_and = _elementary("bit_and", "Bits that are set in both of two whole numbers.")
+shift_left = _elementary("shift_left", "shift_left(x, n): the bits of x moved up by n, 0 to 31.")
+shift_right = _elementary("shift_right", "shift_right(x, n): the bits of x moved down by n, 0 to 31.")
+wrapped_sum = _elementary("wrapped_sum", "The sum of two whole numbers modulo 2^32.")
+wrapped_product = _elementary("wrapped_product", "The product of two whole numbers modulo 2^32.")
+unit = _elementary("unit", "unit(x, like): the upper 24 bits of a whole number as one in [0, 1), of the dtype of like.")
+
+
+def nearest(table: Array, o: Sequence[Array], d: Sequence[Array], near: Array, far: Array) -> tuple[Array, ...]:
+    """The nearest triangle that rays meet: (t, u, v, its number), t = infinity and 0 else where they meet none.
+
+    `table`: the handle of `numerics.embree.Triangles`. A ray is o + t d with near < t < far, its origin and direction
+    of three components each; it meets the triangle (a, b, c) at a + u (b - a) + v (c - a). Computed in float32. No
+    derivative passes: compute t anew from the triangle where there is to be one.
+    """
+    return _shoot("nearest", table, o, d, near, far)
+
+
+def blocked(table: Array, o: Sequence[Array], d: Sequence[Array], near: Array, far: Array) -> Array:
+    """Whether rays meet any triangle: see `nearest`."""
+    return _shoot("blocked", table, o, d, near, far)
+
+
+def _shoot(name: str, table: Array, o: Sequence[Array], d: Sequence[Array], near: Array, far: Array) -> Any:
+    for x in (*o, *d, near, far):
+        lib = library_of_type(type(x))
+        if lib is not None:
+            return lib.function(name)(table, o, d, near, far)
+    return LIBRARIES["numpy"].function(name)(table, o, d, near, far)
+
+
+def loop(step: Callable[..., tuple[Array, ...]], *states: Array) -> tuple[Array, ...]:
+    """The states after as many steps as each element of the batch takes: `(go_on, *states) = step(*states)`.
+
+    Every element takes a first step, and another one where `go_on` holds. Its states are numbers, whole numbers or
+    conditions, and stay so; one of them at least is no plain number. A step may use whatever its formula knows, and
+    have loops in itself. Compiled, all elements of a vector take steps until the last one stops, and what a step needs
+    and does not change is computed before. A step must see to it that the loop ends, also for NaN, of which all
+    comparisons are false. No derivative passes a loop: its results are constants for differentiation.
+    """
+    for x in states:
+        lib = library_of_type(type(x))
+        if lib is not None:
+            return tuple(lib.function("loop")(step, *states))
+    return tuple(LIBRARIES["numpy"].function("loop")(step, *states))
+
 
 def _one(name: str, *arrays: Array) -> Callable[..., Array] | None:
     """What the library of these arrays has as one operation, if it has it (see `together`)."""
@@ -118,9 +167,16 @@ def square(x: Array) -> Array:
 
 def plain(x: Array) -> Array:
     """Lists, and NumPy's arrays of other kinds (masked, matrices), as plain arrays of numbers; others as they are."""
-    if isinstance(x, (list, tuple)):
-        return numbers(x).astype(float)
+    if _is_listed(x):
+        return numbers(x if isinstance(x, (list, tuple)) else np.asarray(x)).astype(float)
     return numbers(x) if isinstance(x, np.ndarray) and type(x) is not np.ndarray else x
+
+
+def _is_listed(x: Any) -> bool:
+    """Whether numbers are in lists, or in a value of ours that stands for an array."""
+    if type(x) is np.ndarray:
+        return False
+    return isinstance(x, (list, tuple)) or getattr(type(x), "is_numbers", False)
 
 
 def as_arrays(*arrays: Array, name: str = "directions") -> tuple[Library, list[Array]]:
@@ -128,7 +184,7 @@ def as_arrays(*arrays: Array, name: str = "directions") -> tuple[Library, list[A
     like = next((x for x in arrays if dtype_of(x)), np.zeros(0))
     try:
         first = library(like)
-        arrays = tuple(first.vectors(plain(x), like) if isinstance(x, (list, tuple)) else plain(x) for x in arrays)
+        arrays = tuple(first.vectors(plain(x), like) if _is_listed(x) else plain(x) for x in arrays)
     except ArrayTypeError:
         raise
     except (TypeError, ValueError) as error:

@@ -1,24 +1,35 @@
 """The interface of light sources: delta lights arrive from one direction, the others are radiance over directions.
 
-Directions point **to** the light and are in the world frame.
+Directions point **to** the light; they and positions are in the world frame. A light is a formula on components, as a
+model is: compiled, on every array library, and differentiable by all its numbers.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Sequence
 from functools import cache
 from typing import Any, ClassVar, NamedTuple, Self
 
 import numpy as np
 
 from ..arrays import ops
-from ..formula.fields import Param, Vector
+from ..arrays.kinds import SCALAR, VALUE, VECTOR, with_channels
+from ..errors import ParameterError
+from ..evaluate import batch
+from ..formula.direction import Direction, dot
 from ..formula.parametrised import Parametrised
+from ..formula.spectrum import Spectrum
+from ..formula.state import derived
+
+FAR = 1e30
+"""The distance [m] of light from infinitely far away."""
+
+ORIGIN = (0.0, 0.0, 0.0)
 
 
 class Arrival(NamedTuple):
-    """Light of a delta source at a position: unit directions to the source (..., 3), and the irradiance [W m-2] of a
-    plane perpendicular to them, with a channel axis: (..., 1) or (..., C).
+    """Light of a delta source at a position: unit directions to the source (..., 3), the irradiance [W m-2] of a plane
+    perpendicular to them, with a channel axis, (..., 1) or (..., C), and the distance [m] of the source (...).
 
     Example
     >>> sun = gn.DistantLight([0, 0, 1], irradiance=1000.0)
@@ -29,11 +40,15 @@ class Arrival(NamedTuple):
 
     w: Any
     irradiance: Any
+    distance: Any
 
 
 class Light(Parametrised):
-    """Base of the lights. A subclass is a delta light with `arrival`, or gives `incident`, and `sample` and `pdf` if
-    it can be sampled.
+    """Base of the lights. A subclass is a delta light with `beam`, or gives `seen`, and `warp` and `density` if it can
+    be sampled.
+
+    Formulas have positions p and directions w as `Direction`s, and random numbers as numbers; what they return has no
+    channel axis. `incident`, `sample`, `pdf`, `arrival` and `distance` are the same for arrays.
 
     Example
     >>> print(gn.lights()["ConstantLight"](2.0))
@@ -46,24 +61,227 @@ class Light(Parametrised):
         ("__call__", "f", "eval", "evaluate"), "gn.reflected_radiance(m, light, wo)"
     )
     is_delta: ClassVar[bool] = False
+    has_edges: ClassVar[bool] = False
+    """Whether it has edges, which move with its numbers and with the position that it is seen from."""
     can_sample: ClassVar[bool] = False
+    """Whether integrals draw directions from it; those under other lights, which are smooth, are by quadrature."""
+    has_horizon: ClassVar[bool] = False
+    """Whether half of its directions are dark: pictures draw directions from it, integrals need not."""
 
     @classmethod
     @cache
     def unwritten(cls) -> list[str]:
-        """A light writes one of the two: `arrival`, or `incident`.
+        """A light writes one of the two: `beam`, or `seen`.
 
         Example
         >>> from gonio.authoring import Light
         >>> print(Light.unwritten(), gn.DistantLight.unwritten())
-        ['arrival or incident'] []
+        ['beam or seen'] []
         """
-        written = cls.arrival is not Light.arrival or cls.incident is not Light.incident
-        return [] if written else ["arrival or incident"]
+        return [] if cls.is_formula() or cls.incident is not Light.incident else ["beam or seen"]
+
+    @classmethod
+    def is_formula(cls) -> bool:
+        """Whether it is a formula on components, for kernels: all but functions of arrays are.
+
+        Example
+        >>> print(gn.ConstantLight.is_formula(), gn.FunctionLight.is_formula())
+        True False
+        """
+        return cls.beam is not Light.beam or cls.seen is not Light.seen
+
+    # The formula, on components.
+
+    def seen(self, p: Direction, w: Direction) -> tuple[Any, Any]:
+        """Radiance [W m-2 sr-1] that arrives at p from w, 0 where w misses the light, and the distance [m] to where it
+        comes from, `FAR` from infinitely far.
+
+        Example
+        >>> from gonio.authoring import NORMAL, Direction
+        >>> print(gn.ConstantLight(2.0).seen(Direction(0.0, 0.0, 0.0), NORMAL))
+        (2.0, 1e+30)
+        """
+        raise self._lacks("seen")
+
+    def warp(self, p: Direction, u0: Any, u1: Any) -> Direction:
+        """A unit direction towards the light for two uniform numbers.
+
+        Example
+        >>> from gonio.authoring import Direction
+        >>> print(gn.ConstantLight(2.0).warp(Direction(0.0, 0.0, 0.0), np.array(0.3), np.array(0.0)).z)
+        1.0
+        """
+        raise self._lacks("warp")
+
+    def density(self, p: Direction, w: Direction) -> Any:
+        """The density [1/sr] of `warp`: 0 for directions that it does not give.
+
+        Example
+        >>> from gonio.authoring import NORMAL, Direction
+        >>> print(round(gn.ConstantLight(2.0).density(Direction(0.0, 0.0, 0.0), NORMAL), 4))
+        0.0796
+        """
+        raise self._lacks("density")
+
+    def drawn(self, p: Direction, u0: Any, u1: Any) -> tuple[Direction, Any]:
+        """`warp`, and the density there: of lights that know it then, without looking the direction up again.
+
+        Example
+        >>> from gonio.authoring import Direction
+        >>> w, density = gn.ConstantLight(2.0).drawn(Direction(0.0, 0.0, 0.0), np.array(0.3), np.array(0.0))
+        >>> print(w.z, round(density, 4))
+        1.0 0.0796
+        """
+        w = self.warp(p, u0, u1)
+        return w, self.density(p, w)
+
+    def beam(self, p: Direction) -> tuple[Direction, Any, Any]:
+        """Of delta lights, at p: the unit direction to the light, the irradiance [W m-2] of a plane perpendicular to
+        it, and the distance [m].
+
+        Example
+        >>> from gonio.authoring import Direction
+        >>> w, E, distance = gn.PointLight([0.0, 0.0, 2.0], 8.0).beam(Direction(0.0, 0.0, 0.0))
+        >>> print(w.z, E, distance)
+        1.0 2.0 2.0
+        """
+        raise self._lacks("beam")
+
+    def irradiance_on(self, p: Direction, n: Direction) -> Any:
+        """The irradiance [W m-2] at p of a surface with normal n in closed form; None where there is none.
+
+        Example
+        >>> from gonio.authoring import NORMAL, Direction
+        >>> print(round(gn.ConstantLight(2.0).irradiance_on(Direction(0.0, 0.0, 0.0), NORMAL), 4))
+        6.2832
+        """
+        return None
+
+    @property
+    def has_closed_form(self) -> bool:
+        """Whether its irradiance has a closed form.
+
+        Example
+        >>> print(gn.ConstantLight().has_closed_form, gn.CIESky().has_closed_form)
+        True False
+        """
+        return self.is_delta or type(self).irradiance_on is not Light.irradiance_on
+
+    def holds(self, p: Direction) -> Any:
+        """Whether p is in the light, or on it, where it says nothing: None for lights that no place is in.
+
+        Example
+        >>> from gonio.authoring import Direction
+        >>> print(gn.SphereLight([0.0, 0.0, 2.0], radius=0.5).holds(Direction(0.0, 0.0, 1.8)))
+        True
+        """
+        return None
+
+    def strength(self, p: Direction) -> Any:
+        """About the irradiance [W m-2] of a surface at p that faces the light: to choose one of many by.
+
+        Example
+        >>> from gonio.authoring import Direction
+        >>> print(gn.PointLight([0.0, 0.0, 2.0], 8.0).strength(Direction(0.0, 0.0, 0.0)))
+        2.0
+        """
+        if self.is_delta:
+            return self.beam(p)[1]
+        raise self._lacks("strength")
+
+    # The same for arrays of any library.
+
+    def incident(self, w: Any, position: Any = ORIGIN) -> Any:
+        """Radiance [W m-2 sr-1] from unit world directions w (..., 3), with a channel axis: (..., 1) or (..., C).
+
+        Example
+        >>> sky = gn.ConstantLight(2.0)
+        >>> print(sky.incident(gn.direction(0.5, 0.0)))
+        [2.]
+        """
+        if not self.is_formula():
+            raise self._lacks("seen")
+        w, position = _arrays("w", w, position)
+        return _with_channels(batch.run(_incident, (VALUE,), self, (w, position), (3, 3))[0], w, position)
+
+    def distance(self, w: Any, position: Any = ORIGIN) -> Any:
+        """The distance [m] (...) to where light comes from, along unit world directions w (..., 3).
+
+        Example
+        >>> print(gn.ConstantLight(2.0).distance(gn.direction(0.5, 0.0)))
+        1e+30
+        """
+        return batch.run(_distance, (SCALAR,), self, _arrays("w", w, position), (3, 3))[0]
+
+    def sample(self, u: Any, position: Any = ORIGIN) -> tuple[Any, Any]:
+        """World directions (..., 3) for uniform numbers u (..., 2), and their density per solid angle [1/sr] (...).
+
+        Example
+        >>> light = gn.EnvironmentLight.studio(height=32)
+        >>> w, pdf = light.sample(np.array([[0.2, 0.7], [0.5, 0.5]]))
+        >>> print(w.shape, np.allclose(pdf, light.pdf(w)))
+        (2, 3) True
+        """
+        w, pdf = batch.run(_sample, (VECTOR, SCALAR), self, _arrays("u", u, position), (2, 3))
+        return w, pdf
+
+    def pdf(self, w: Any, position: Any = ORIGIN) -> Any:
+        """Density [1/sr] (...) of `sample` at world directions w (..., 3).
+
+        Example
+        >>> light = gn.EnvironmentLight.studio(height=32)
+        >>> sun = gn.direction(*gn.angles([-0.8, -0.7, 0.8]))
+        >>> print(light.pdf(sun) > 10.0 * light.pdf(np.array([0.0, 0.0, 1.0])))
+        True
+        """
+        return batch.run(_pdf, (SCALAR,), self, _arrays("w", w, position), (3, 3))[0]
 
     def arrival(self, position: Any) -> Arrival:
-        """The light that a delta light sends to `position` (..., 3)."""
-        raise self._lacks("arrival")
+        """The light that a delta light sends to `position` (..., 3).
+
+        Example
+        >>> print(gn.PointLight([0.0, 0.0, 2.0], 8.0).arrival([0.0, 0.0, 0.0]).irradiance)
+        [2.]
+        """
+        (position,) = _arrays("position", position)
+        w, E, distance = batch.run(_arrival, (VECTOR, VALUE, SCALAR), self, (position,), (3,))
+        return Arrival(w, _with_channels(E, position), distance)
+
+    def irradiance_at(self, position: Any, normal: Any) -> Any:
+        """Irradiance [W m-2] (..., 1) or (..., C) of surfaces with unit normals, in closed form; None without one.
+
+        Example
+        >>> print(gn.PointLight([0.0, 0.0, 2.0], 8.0).irradiance_at([0.0, 0.0, 0.0], [0.0, 0.6, 0.8]))
+        [1.6]
+        """
+        if not self.has_closed_form:
+            return None
+        position, normal = _arrays("position", position, normal)
+        found = batch.run(_irradiance, (VALUE,), self, (position, normal), (3, 3))[0]
+        return _with_channels(found, position, normal)
+
+    def check_position(self, position: Any) -> None:
+        """Raises ParameterError where one of the positions (..., 3) is in the light; where they can be read.
+
+        Example
+        >>> try:
+        ...     gn.PointLight([0.0, 0.0, 2.0]).check_position([0.0, 0.0, 2.0])
+        ... except gn.Error as error:
+        ...     print(error)
+        ...
+        PointLight is at the position (0, 0, 2), or around it; expected positions outside the light
+        """
+        if type(self).holds is Light.holds or self.like() is not None:
+            return
+        lib, (position,) = ops.as_arrays(position, name="position")
+        known = lib.known(position)
+        if known is None:
+            return
+        held = batch.run(_holds, (SCALAR,), self, (np.asarray(known, dtype=float),), (3,))[0]
+        if np.any(held):
+            where = ", ".join(f"{x:g}" for x in np.asarray(known)[np.asarray(held, dtype=bool)].reshape(-1, 3)[0])
+            rule = "expected positions outside the light"
+            raise ParameterError(f"{type(self).__name__} is at the position ({where}), or around it; {rule}")
 
     def in_numpy(self) -> Self:
         """The same light with all numbers as NumPy arrays, without derivatives by them.
@@ -73,8 +291,7 @@ class Light(Parametrised):
         >>> print(sun.in_numpy() == sun)
         True
         """
-        other = {name: ops.to_numpy(x) for name, x in self._of_libraries()}
-        return self._changed(other) if other else self
+        return self if self.like() is None else self.each(_in_numpy)
 
     def like(self) -> Any:
         """A number of this light that is an array of another library than NumPy; None where there is none.
@@ -83,60 +300,102 @@ class Light(Parametrised):
         >>> print(gn.DistantLight([0, 0, 1], irradiance=1000.0).like())
         None
         """
-        return next((x for _, x in self._of_libraries()), None)
+        return self._facts[0]
 
-    def _of_libraries(self) -> Iterator[tuple[str, Any]]:
-        for name, field in self.fields.items():
-            value = self.__dict__[name]
-            if isinstance(field, (Param, Vector)) and not isinstance(value, (float, np.ndarray)):
-                yield name, value
+    @derived
+    def _facts(self) -> tuple[Any, bool, bool]:
+        """See `like`; whether numbers have a channel axis; whether some are spectra."""
+        leaves = list(self.leaves())
+        foreign = next((x for x in leaves if _is_foreign(x)), None)
+        return foreign, any(getattr(x, "ndim", 0) for x in leaves), any(isinstance(x, Spectrum) for x in leaves)
 
-    def incident(self, w: Any) -> Any:
-        """Radiance [W m-2 sr-1] from unit world directions w (..., 3), with a channel axis: (..., 1) or (..., C).
+    @property
+    def has_channels(self) -> bool:
+        """Whether some number has a channel axis.
 
         Example
-        >>> sky = gn.ConstantLight(2.0)
-        >>> print(sky.incident(gn.direction(0.5, 0.0)))
-        [2.]
+        >>> print(gn.ConstantLight(1.0).has_channels, gn.ConstantLight([1.0, 0.9, 0.7]).has_channels)
+        False True
         """
-        raise self._lacks("incident")
+        return self._facts[1]
 
-    def sample(self, u: Any) -> tuple[Any, Any]:
-        """World directions (..., 3) for uniform numbers u (..., 2), and their density per solid angle [1/sr] (...).
-
-        Example
-        >>> light = gn.EnvironmentLight.studio(height=32)
-        >>> w, pdf = light.sample(np.array([[0.2, 0.7], [0.5, 0.5]]))
-        >>> print(w.shape, np.allclose(pdf, light.pdf(w)))
-        (2, 3) True
-        """
-        raise self._lacks("sample")
-
-    def pdf(self, w: Any) -> Any:
-        """Density [1/sr] (...) of `sample` at world directions w (..., 3).
+    @property
+    def has_spectra(self) -> bool:
+        """Whether some number is a spectrum.
 
         Example
-        >>> light = gn.EnvironmentLight.studio(height=32)
-        >>> sun = gn.direction(*gn.angles([-0.8, -0.7, 0.8]))
-        >>> print(light.pdf(sun) > 10.0 * light.pdf(np.array([0.0, 0.0, 1.0])))
+        >>> print(gn.ConstantLight(gn.illuminant("D65")).has_spectra)
         True
         """
-        raise self._lacks("pdf")
+        return self._facts[2]
 
 
-def channel_vector(value: Any, like: Any) -> Any:
-    """A light's spectrum as (..., C) in the library and dtype of `like`; a number becomes one channel.
-
-    Example
-    >>> from gonio.authoring import channel_vector
-    >>> print(channel_vector(2.0, np.zeros(3)), channel_vector([0.3, 0.5, 1.0], np.zeros(3)))
-    [2.] [0.3 0.5 1. ]
-    """
-    lib = ops.library(like)
-    array = lib.convert(value, like)
-    return array[None] if array.ndim == 0 else array
+def _is_foreign(x: Any) -> bool:
+    lib = ops.library_of_type(type(x))
+    return lib is not None and lib.name != "numpy"
 
 
-def vector_of(value: Any, like: Any) -> Any:
-    """A light's vector (3,) in the library and dtype of `like`."""
-    return ops.library(like).convert(np.array(value) if isinstance(value, np.ndarray) else value, like)
+def _in_numpy(x: Any) -> Any:
+    return ops.to_numpy(x).astype(float)[()] if _is_foreign(x) else x
+
+
+def _arrays(name: str, *arrays: Any) -> Sequence[Any]:
+    """The arrays of one call: see `ops.as_arrays`."""
+    if all(type(x) is np.ndarray and x.dtype == np.float64 for x in arrays):
+        return arrays
+    return ops.as_arrays(*arrays, name=name)[1]
+
+
+def _with_channels(value: Any, *arrays: Any) -> Any:
+    """Values with a channel axis, which those of one number for each element of the batch lack."""
+    axes = max(len(ops.library(x).shape(x)) for x in arrays) - 1
+    value = value if hasattr(value, "ndim") else np.asarray(value)
+    return with_channels(value, axes)
+
+
+# Kernels: see base/kernels.py.
+
+
+def _nan_of(*numbers: Any) -> Any:
+    """0, or NaN where a number is NaN or infinite."""
+    total = numbers[0]
+    for x in numbers[1:]:
+        total = total + x
+    return total - total
+
+
+def _incident(light: Light, mean: Light, w: Any, p: Any) -> tuple[Any, ...]:
+    return (light.seen(Direction(*p), Direction(*w))[0] + _nan_of(*w),)
+
+
+def _distance(light: Light, mean: Light, w: Any, p: Any) -> tuple[Any, ...]:
+    return (mean.seen(Direction(*p), Direction(*w))[1] + _nan_of(*w),)
+
+
+def _pdf(light: Light, mean: Light, w: Any, p: Any) -> tuple[Any, ...]:
+    return (mean.density(Direction(*p), Direction(*w)) + _nan_of(*w),)
+
+
+def _sample(light: Light, mean: Light, u: Any, p: Any) -> tuple[Any, ...]:
+    w, density = mean.drawn(Direction(*p), *u)
+    nan = _nan_of(*u)
+    return Direction(w.x + nan, w.y + nan, w.z + nan), density + nan
+
+
+def _holds(light: Light, mean: Light, p: Any) -> tuple[Any, ...]:
+    return (ops.where(mean.holds(Direction(*p)), 1.0, 0.0),)
+
+
+def _irradiance(light: Light, mean: Light, p: Any, n: Any) -> tuple[Any, ...]:
+    p, n = Direction(*p), Direction(*n)
+    if light.is_delta:
+        w, E, _ = light.beam(p)
+        return (E * ops.maximum(dot(w, n), 0.0),)
+    return (light.irradiance_on(p, n) + _nan_of(*n, *p),)
+
+
+def _arrival(light: Light, mean: Light, p: Any) -> tuple[Any, ...]:
+    w, _, distance = mean.beam(Direction(*p))
+    none = 0.0 * _nan_of(*p)
+    E = light.beam(Direction(*p))[1]
+    return Direction(w.x + none, w.y + none, w.z + none), E + none, distance + none

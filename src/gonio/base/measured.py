@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from copy import deepcopy
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, Self
 
 import numpy as np
 
-from ..errors import ParameterError
+from ..errors import ParameterError, shown
 from ..evaluate import batch
 from ..formula.fields import Table
 from ..formula.state import Held, derived, immutable, note
@@ -21,7 +22,11 @@ if TYPE_CHECKING:
 
 
 def tabular_shape(m: Reflectance) -> tuple[int, ...]:
-    """Shape of a value of f, () or (C,). Raises ParameterError for delta lobes and maps, which no table of f holds."""
+    """Shape of a value of f, () or (C,). Raises ParameterError for delta lobes and maps, which no table of f holds, and
+    for what transmits, which needs several."""
+    if m.sides != "front":
+        rule = "it transmits light, and a table holds one side; tabulate each, and join them by gn.Sheet or gn.Across"
+        raise ParameterError(f"{m!r:.80}: {rule}")
     if m.has_delta:
         raise ParameterError(f"{m!r:.80}: a table cannot hold a perfect mirror; take the material without it")
     shape = batch.full_shape(m, ()) + (() if m.channels is None else (m.channels,))
@@ -78,6 +83,9 @@ class Measured(Reflectance):
     has_text = False
 
     def __init__(self, path: str = "", about: dict[str, Any] | None = None, **fields: Any):
+        if not isinstance(about, Mapping | None):
+            rule = "expected what the file says beside its values, as a dict of names and texts or numbers"
+            raise ParameterError(f"{type(self).__name__}(about={shown(about)}): {rule}")
         self._hold(path=path, about=immutable(deepcopy(dict(about or {}))))
         super().__init__(**fields)
 
@@ -159,6 +167,22 @@ class Measured(Reflectance):
         """
         attributes = {"quantity": self.quantity, "source": self.path}
         return attributes | ({"provenance": json.dumps(self.provenance)} if self.provenance else {})
+
+    def _at(self, wavelengths: Any, known: np.ndarray | None) -> Self:
+        if self.channels is None:
+            return self
+        if self.wavelengths is None:
+            raise ParameterError(
+                f"at: {self!r}: {self.channels} channels without wavelengths; of RGB gn.upsampled(m) makes spectra"
+            )
+        return self._between(self.wavelengths, wavelengths)
+
+    def _between(self, known: np.ndarray, wavelengths: Any) -> Self:
+        """The measurement at wavelengths, between those that it has."""
+        if np.array_equal(known, wavelengths):
+            return self
+        rule = "is not interpolated along wavelength"
+        raise ParameterError(f"at: {self!r} of the format {self.format!r} {rule}; gn.tabulate(m).at(wavelengths) is")
 
     def __repr__(self) -> str:
         return f"load({self.path!r})" if self.path else f"<{type(self).__name__} measurement in memory>"

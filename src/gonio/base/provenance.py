@@ -18,8 +18,8 @@ HASHED = 1 << 28
 """The SHA-256 of files of more bytes (256 MB) is not noted: it takes seconds."""
 
 
-def noted(m: Measured, path: Path, format: str, options: Mapping[str, Any]) -> Measured:
-    """A measurement that was just read from a file, or from a folder, which has no SHA-256, with its provenance."""
+def of_file(path: Path, format: str, options: Mapping[str, Any]) -> dict[str, Any]:
+    """The provenance of what is read from a file, or from a folder, which has no SHA-256."""
     provenance: dict[str, Any] = {"file": path.name}
     if path.is_file():
         provenance["bytes"] = path.stat().st_size
@@ -30,7 +30,12 @@ def noted(m: Measured, path: Path, format: str, options: Mapping[str, Any]) -> M
     if options:
         plain = (type(None), bool, int, float, str)
         provenance["options"] = {n: value if isinstance(value, plain) else repr(value) for n, value in options.items()}
-    about = dict(m.about)
+    return provenance
+
+
+def noted(m: Measured, of_file: Mapping[str, Any]) -> Measured:
+    """A measurement that was just read from a file, with the provenance `of_file`."""
+    provenance, about = dict(of_file), dict(m.about)
     if ORIGIN in about:
         provenance[ORIGIN] = about.pop(ORIGIN)
     return m.with_notes(provenance=provenance, about=about)

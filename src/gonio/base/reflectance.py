@@ -1,74 +1,34 @@
 """The one interface: a reflectance gives f, pdf and sample, lists its parameters, and adds and scales.
 
-A model writes `formula(wi, wo)`, and for importance sampling `warp(wo, u0, u1)` with its `density(wi, wo)`; everything
-else here follows from these. `wi` points to the light, `wo` to the viewer, both away from the surface.
+What models write is in `_hooks.py`, and what everyone calls in `_calls.py`; of wavelengths are `_channels.py` and
+`_fluorescence.py`. All of it together is `Reflectance`; its products and sums are reflectances too.
 """
 
 from __future__ import annotations
 
 import math
-from abc import abstractmethod
 from collections.abc import Iterable
-from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Self
+from typing import Any, ClassVar
 
 import numpy as np
 
 from ..arrays import ops
-from ..arrays.kinds import SCALAR, VALUE, VECTOR
-from ..arrays.labels import Labels, is_named
-from ..errors import ArrayTypeError, NotFoundError, ParameterError, TooLargeError, shown
+from ..arrays.labels import is_named
+from ..errors import ArrayTypeError, ParameterError, TooLargeError
 from ..evaluate import batch
-from ..formula import warp
-from ..formula.direction import Direction, mirror
-from ..formula.distribution import Spread
+from ..formula.direction import Direction
 from ..formula.fields import param, part
-from ..formula.parametrised import Parametrised
+from ..formula.mueller import Mueller
 from ..formula.state import inferred, note
-from ..formula.text import listed, literal
+from ..formula.text import literal
 from ..numerics.lattice import lattice
-from . import channel_names, kernels
+from ._calls import Calls
+from ._fluorescence import Fluorescent
 from .advice import instead
-from .angles import direction
+from .sides import choose, refuse_two_indices, sides_of
 
 
-class Sample(NamedTuple):
-    """The result of `sample`: incident directions drawn for given `wo`.
-
-    wi      (..., 3)     unit vectors
-    weight  (...[, C])   f cos(theta_i) / pdf, with the total f and the pdf of the whole material; for a delta sample
-                         its reflectance over the probability of choosing it; 0 for a sample below the horizon
-    pdf     (...)        density per solid angle [1/sr]; 1 for a delta sample, 0 below the horizon
-    delta   (...)        whether wi came from a delta lobe (a perfect mirror)
-
-    Example
-    >>> s = gn.Lambertian(0.5).sample([0, 0, 1], np.array([[0.0, 0.36], [0.5, 0.75]]))
-    >>> print(s.wi.round(3))
-    [[ 0.6    0.     0.8  ]
-     [-0.866  0.     0.5  ]]
-    >>> print(s.weight, s.delta)
-    [0.5 0.5] [False False]
-    """
-
-    wi: Any
-    weight: Any
-    pdf: Any
-    delta: Any
-
-
-class Jacobian(NamedTuple):
-    """The result of `jacobian`: f [1/sr], and its derivative by each parameter or direction asked for.
-
-    Example
-    >>> j = gn.Lambertian(0.5).jacobian([0, 0, 1], [0, 0, 1])
-    >>> print(j.f.round(4), j.by["rho"].round(4))
-    0.1592 0.3183
-    """
-
-    f: Any
-    by: dict[str, Any]
-
-
-class Reflectance(Parametrised):
+class Reflectance(Calls, Fluorescent):
     """Base of everything that reflects. See `f`, `pdf`, `sample`, `parameters`, `replace`, `+`, `*`.
 
     Example
@@ -81,8 +41,6 @@ class Reflectance(Parametrised):
     noun: ClassVar[str] = "a reflectance"
     reflects: ClassVar[str] = "{}"
 
-    breaks: ClassVar[dict[str, str]] = {}
-    """Laws of `gonio.check` that this model does not obey for all parameters, each with the reason."""
     known_elsewhere: ClassVar[dict[str, str]] = {
         **dict.fromkeys(("__call__", "eval", "evaluate", "brdf", "bsdf", "value"), "m.f(wi, wo)"),
         "plot": "gn.render(m, lights).save(path), or on the command line: gonio show",
@@ -91,238 +49,30 @@ class Reflectance(Parametrised):
     numbers_from: str = note("")
     """The source of the numbers of a built-in material."""
 
-    @property
-    def is_delta(self) -> bool:
-        """Whether this is a delta lobe, a perfect mirror; a model that is one says `is_delta = True`.
+    def turned(self, back: Any) -> Reflectance:
+        """This reflectance as seen from behind where `back` is 1, not 0 (or True or False), with both directions turned
+        half a turn about the y axis: wo is then above the surface again.
+
+        Whatever is lit and seen in front only gives 0 there; a lobe across the surface is its own reverse, unless it
+        says otherwise (an index becomes its inverse).
 
         Example
-        >>> print(gn.IdealSpecular(0.04).is_delta, gn.Lambertian(0.3).is_delta)
-        True False
+        >>> print(gn.RoughDielectric(gn.GGX(0.2), 1.25).turned(True).index)
+        0.8
         """
-        return False
-
-    @property
-    def seam(self) -> float:
-        """Value of u0 at which `warp` jumps from one strategy to another, or 0; quadrature splits there.
-
-        Example
-        >>> print(gn.Lambertian(0.5).seam)
-        0.0
-        """
-        return 0.0
+        return Scaled.unchecked(weight=choose(back, 0.0, 1.0), of=self) if self.sides == "front" else self
 
     @property
-    def slope_spread(self) -> Spread | None:
-        """How the slopes of a smooth lobe's mirror facets spread; None for any other lobe.
-
-        Quadrature over the hemisphere then runs in coordinates of half vectors: `integrals/half_vectors.py`.
+    def polarizes(self) -> bool:
+        """Whether more than the first element of `mueller` can differ from 0.
 
         Example
-        >>> print(gn.Microfacet(gn.GGX(0.1, 0.4)).slope_spread, gn.Lambertian(0.5).slope_spread)
-        Spread(alpha_x=0.1, alpha_y=0.4, reach=inf) None
+        >>> print(gn.Lambertian(0.5).polarizes, gn.Microfacet(gn.GGX(0.2), gn.Dielectric(1.5)).polarizes)
+        False True
         """
-        return None
-
-    if TYPE_CHECKING:
-
-        @property
-        def channel_names(self) -> tuple[Any, ...] | None:
-            """Names of the channels, or wavelengths [nm]; None: as the parameters imply (three: linear sRGB)."""
-
-    else:
-        channel_names = note(None)
-
-    def with_channels(self, names: Iterable[str | float] | None) -> Self:
-        """A copy whose channels have these names, or wavelengths; `None` takes them away.
-
-        Sums, products, coats and `replace` keep them, as long as the number of channels stays the same; JSON files too.
-        Numbers that look like micrometres are announced by a MeaningWarning.
-
-        Shapes   names: one for each channel.
-        Units    wavelengths: nm.
-
-        Example
-        >>> field = gn.RossLi(f_iso=[0.05, 0.3], f_vol=[0.02, 0.16], f_geo=[0.01, 0.03]).with_channels(["red", "nir"])
-        >>> (field + gn.Lambertian(0.01)).channel_names
-        ('red', 'nir')
-        """
-        if names is None:
-            return self.with_notes(channel_names=None)
-        return self.with_notes(channel_names=channel_names.checked(names, self))
-
-    def _name_channels(self, whole: Labels) -> None:
-        names = whole.channel_names
-        if names is not None and self.channel_names is None and self.channels == len(names):
-            self._hold(channel_names=channel_names.checked(names, self))
-
-    def _replaced(self, grouped: dict[str, Any]) -> Self:
-        new = super()._replaced(grouped)
-        names = self._given("channel_names")
-        if names is not None and self.channels == len(names) != new.channels:
-            return new.with_notes(channel_names=None)
-        return new
-
-    def to_json(self) -> dict[str, Any]:
-        names = self._given("channel_names")
-        return super().to_json() | ({} if names is None else {"channel_names": list(names)})
-
-    @property
-    def channels(self) -> int | None:
-        """The number of channels of f, which the parameters decide; None where f has no channel axis.
-
-        Example
-        >>> print(gn.Lambertian(0.5).channels, gn.Lambertian([0.6, 0.1, 0.05]).channels)
-        None 3
-        """
-        return batch.channels(self)
-
-    # Written by models: components in, numbers out.
-
-    @abstractmethod
-    def formula(self, wi: Direction, wo: Direction) -> Any:
-        """f [1/sr] for directions above the horizon, without the cosine."""
-        raise self._lacks("formula")
-
-    def warp(self, wo: Direction, u0: Any, u1: Any) -> Direction:
-        """A direction wi for two uniform numbers; its density is `density`."""
-        return warp.cosine_hemisphere(u0, u1)
-
-    def density(self, wi: Direction, wo: Direction) -> Any:
-        """Density per solid angle [1/sr] of `warp`."""
-        return warp.cosine_hemisphere_density(wi)
-
-    def estimate(self, wo: Direction) -> Any:
-        """Roughly the share of the light that is reflected: sums sample their lobes in this proportion."""
-        return 1.0 + 0.0 * wo.z
-
-    def mirror(self, wo: Direction) -> Any:
-        """Reflectance of a delta lobe at the mirror direction.
-
-        A model that becomes a mirror as its widths (parameters whose `sampled` is "max" or "min") go to their narrow
-        bounds may write it too; `gonio.check` then tests this limit.
-        """
-        raise self._lacks("mirror")
-
-    def mirrored(self, wo: Direction) -> Direction:
-        """The direction wi that a delta lobe reflects into wo.
-
-        Example
-        >>> from gonio.authoring import Direction
-        >>> print(gn.IdealSpecular().mirrored(Direction(0.6, 0.0, 0.8)))
-        Direction(x=-0.6, y=-0.0, z=0.8)
-        """
-        return mirror(wo)
-
-    def lobes(self) -> Iterable[tuple[Any, Reflectance]]:
-        """The terms of this sum: pairs (weight, model)."""
-        yield 1.0, self
-
-    def diffuse(self) -> Any:
-        """Albedo of the Lambertian part of f, where there is one: f is never below this over pi."""
-        return None
-
-    # Used by everyone: arrays in, arrays out.
-
-    def f(self, wi: Any, wo: Any, out: Any = None) -> Any:
-        """The BRDF f(wi, wo), radiance out over irradiance in.
-
-        Shapes   wi, wo: (..., 3), broadcast against each other; result (...), or (..., C) for C channels.
-        Units    [1/sr], without the cosine. 0 where a direction is below the horizon (cosine <= 1e-6), NaN where a
-                 direction is NaN. A delta lobe contributes 0.
-
-        Example
-        >>> m = gn.Lambertian([0.6, 0.1, 0.05])
-        >>> print(m.f([0, 0, 1], [0.6, 0.0, 0.8]).round(4))
-        [0.191  0.0318 0.0159]
-        >>> print(m.f(gn.direction([0.1, 0.2, 0.3], 0.0), [0, 0, 1]).shape)
-        (3, 3)
-        """
-        return batch.run(kernels.value, (VALUE,), self, (wi, wo), (3, 3), out)[0]
-
-    def pdf(self, wi: Any, wo: Any) -> Any:
-        """Density [1/sr] with which `sample` draws wi for given wo, delta lobes left out; shape (...).
-
-        Example
-        >>> m = gn.Microfacet(gn.GGX(0.1))
-        >>> print(m.pdf(gn.direction(0.5, 0.0), gn.direction([0.4, 0.5, 0.6], np.pi)).round(3))
-        [5.551 9.061 6.19 ]
-        """
-        return batch.run(kernels.pdf, (SCALAR,), self, (wi, wo), (3, 3))[0]
-
-    def sample(self, wo: Any, u: Any) -> Sample:
-        """Incident directions for given wo (..., 3) and uniform numbers u (..., 2) in [0, 1); a 1 is replaced by the
-        largest float32 below it.
-
-        Example
-        >>> m = gn.Lambertian(0.5) + gn.IdealSpecular(0.04)
-        >>> s = m.sample(gn.direction(0.5, 0.0), np.random.default_rng(1).random((10000, 2)))
-        >>> print(s.wi.shape, s.weight.mean().round(2))  # the albedo
-        (10000, 3) 0.54
-        """
-        return Sample(*batch.run(kernels.sample, (VECTOR, VALUE, SCALAR, SCALAR), self, (wo, u), (3, 2)))
-
-    def jacobian(self, wi: Any, wo: Any, by: Iterable[str] | None = None) -> Jacobian:
-        """f(wi, wo) and its exact derivatives, at the cost of a few evaluations.
-
-        `by`: paths of `parameters`, and "wi" or "wo" for the components of a direction; all parameters if not given.
-        The derivative by a parameter is that of each value by the number that it depends on: of channel c by the
-        parameter's entry c, of a place on a map by the parameter there. Derivatives by a direction are those of the
-        formula by x, y and z as three free numbers; for what happens along the sphere take the tangential part.
-
-        Shapes   wi, wo: (..., 3) NumPy arrays; derivatives (...[, C]) by a parameter, (...[, C], 3) by a direction.
-        Units    1/sr over the unit of the parameter. 0 below the horizon.
-        Error    rounding: the formula's graph is differentiated, nothing is approximated.
-
-        Example
-        >>> m = gn.Microfacet(gn.GGX(0.2), 0.9)
-        >>> j = m.jacobian(gn.direction(0.5, 0.0), gn.direction(0.5, np.pi), by=["distribution.alpha_x"])
-        >>> print(j.f.round(4), j.by["distribution.alpha_x"].round(4))
-        2.3111 -23.2474
-        """
-        names, leaves, inputs = self._variables(by)
-        value, *slopes = batch.jacobian(kernels.value, self, (wi, wo), (3, 3), leaves, inputs)
-        return Jacobian(value, dict(zip(names, slopes, strict=True)))
-
-    def _variables(self, by: Iterable[str] | None) -> tuple[list[str], tuple[int, ...], tuple[int, ...]]:
-        """What `jacobian` differentiates by: the names, and the places of parameters and of directions among them."""
-        if by is None and (every := self.alike.get(Reflectance._variables)):
-            known: tuple[list[str], tuple[int, ...], tuple[int, ...]] = every
-            return known
-        leaves = {path: i for i, path in enumerate(self.leaf_paths()) if path}
-        inputs = {"wi": 0, "wo": 1}
-        expected = f"expected one of {listed([*leaves, *inputs])}"
-        try:
-            variables = list(self.parameters if by is None else [by] if isinstance(by, str) else by)
-        except TypeError:
-            raise ParameterError(f"jacobian(by={shown(by)}): {expected}, or a list of them") from None
-        for path in variables:
-            if not isinstance(path, str) or (path not in leaves and path not in inputs):
-                raise NotFoundError(f"jacobian(by={shown(path)}): {expected}")
-        paths, directions = ([p for p in variables if p in places] for places in (leaves, inputs))
-        found = [*paths, *directions], tuple(leaves[p] for p in paths), tuple(inputs[p] for p in directions)
-        if by is None:
-            self.alike[Reflectance._variables] = found
-        return found
-
-    def f_angles(self, theta_i: Any, phi_i: Any, theta_o: Any, phi_o: Any) -> Any:
-        """f of polar angles and azimuths [rad]; the four broadcast against each other.
-
-        Example
-        >>> m = gn.Microfacet(gn.GGX(0.1))
-        >>> print(m.f_angles(0.5, 0.0, [0.4, 0.5, 0.6], np.pi).round(3))
-        [ 6.321 10.317  7.049]
-        """
-        return self.f(direction(theta_i, phi_i), direction(theta_o, phi_o))
-
-    def delta_reflectance(self, wo: Any) -> Any:
-        """Reflectance (...[, C]) of all delta lobes together at the mirror direction of wo (..., 3).
-
-        Example
-        >>> coated = gn.Lambertian(0.3) + gn.IdealSpecular(gn.Dielectric(1.5))
-        >>> print(coated.delta_reflectance(gn.direction([0.0, 1.4], 0.0)).round(3))
-        [0.04  0.395]
-        """
-        return batch.run(kernels.delta_reflectance, (VALUE,), self, (wo,), (3,))[0]
+        if self.sides == "both":
+            return any(lobe.polarizes for back in (False, True) for _, lobe in self.turned(back).lobes())
+        return type(self).polarized is not Reflectance.polarized
 
     def breaches(self) -> dict[str, str]:
         """Laws of `gonio.check` that this, or a reflectance it is made of, does not obey, each with the reason.
@@ -360,7 +110,8 @@ class Reflectance(Parametrised):
 
     def _is_same_turned(self, u: np.ndarray) -> bool:
         """Whether f at pairs of directions, from uniform numbers (..., 4), is the same after both are turned."""
-        theta_i, theta_o = np.arccos(1.0 - u[..., 0]), np.arccos(1.0 - u[..., 3])
+        z = 1.0 if self.sides == "front" else 2.0
+        theta_i, theta_o = np.arccos(1.0 - z * u[..., 0]), np.arccos(1.0 - z * u[..., 3])
         phi_i, phi_o = 2.0 * np.pi * u[..., 1], 2.0 * np.pi * u[..., 2]
         f, turned = (self.f_angles(theta_i, turn + phi_i, theta_o, turn + phi_o) for turn in (0.0, 1.1))
         return bool(np.allclose(f, turned, rtol=1e-6, atol=1e-9, equal_nan=True))
@@ -419,7 +170,15 @@ class Scaled(Reflectance):
     """
 
     weight = param(1.0, 0.0, 1e9, "factor")
-    of = part(Reflectance, None, "what is scaled")
+    of = part(Reflectance, None, "what is scaled", sides="any")
+
+    @property
+    def sides(self) -> str:
+        return str(self.of.sides)
+
+    @property
+    def index(self) -> Any:
+        return self.of.index
 
     @inferred
     def channel_names(self) -> tuple[Any, ...] | None:
@@ -444,6 +203,20 @@ class Scaled(Reflectance):
     def formula(self, wi: Direction, wo: Direction) -> Any:
         return self.weight * self.of.formula(wi, wo)
 
+    def turned(self, back: Any) -> Reflectance:
+        return self._changed({"of": self.of.turned(back)})
+
+    def polarized(self, wi: Direction, wo: Direction) -> Mueller:
+        scaled: Mueller = self.of.polarized(wi, wo) * self.weight
+        return scaled
+
+    @property
+    def polarizes(self) -> bool:
+        return bool(self.of.polarizes)
+
+    def reradiated(self, light: Any, wi: Direction, wo: Direction) -> Any:
+        return self.weight * self.of.reradiated(light.of, wi, wo)
+
     def lobes(self) -> Iterable[tuple[Any, Reflectance]]:
         for weight, lobe in self.of.lobes():
             yield self.weight * weight, lobe
@@ -454,7 +227,8 @@ class Scaled(Reflectance):
 
     def __repr__(self) -> str:
         inner = f"({self.of!r})" if isinstance(self.of, (Sum, Scaled)) else repr(self.of)
-        return f"{literal(self.weight)} * {inner}"
+        product = f"{literal(self.weight)} * {inner}"
+        return product if self._declared_wavelengths() is None else super().__repr__()
 
 
 class Sum(Reflectance):
@@ -471,10 +245,10 @@ class Sum(Reflectance):
     Lambertian(rho=0.3)
     """
 
-    def __init__(self, *terms: Reflectance):
+    def __init__(self, *terms: Reflectance, wavelengths: Any = None):
         if not terms or not all(isinstance(t, Reflectance) for t in terms):
             raise ParameterError(f"Sum{terms!r:.60}: expected at least one reflectance and nothing else")
-        fields = {str(i): part(Reflectance, None, f"term {i}") for i in range(len(terms))}
+        fields = {str(i): part(Reflectance, None, f"term {i}", sides="any") for i in range(len(terms))}
         for name, field in fields.items():
             field.name = name
         self._set(dict(zip(fields, terms, strict=True)), fields=fields)
@@ -482,6 +256,19 @@ class Sum(Reflectance):
         if len(names) > 1:
             several = " and ".join(sorted(f"{n!r:.60}" for n in names))
             raise ParameterError(f"Sum: terms have channels {several}; expected the same names or wavelengths")
+        self._take({"wavelengths": wavelengths})
+        self.validate()
+
+    def validate(self) -> None:
+        refuse_two_indices(self)
+
+    @property
+    def sides(self) -> str:
+        return sides_of(self.terms)
+
+    @property
+    def index(self) -> Any:
+        return next((term.index for term in self.terms if term.sides != "front"), 1.0)
 
     @inferred
     def channel_names(self) -> tuple[Any, ...] | None:
@@ -511,6 +298,26 @@ class Sum(Reflectance):
             total = total + term.formula(wi, wo)
         return total
 
+    def turned(self, back: Any) -> Reflectance:
+        return self._changed({name: self.__dict__[name].turned(back) for name in self.fields})
+
+    def polarized(self, wi: Direction, wo: Direction) -> Mueller:
+        total = self.terms[0].polarized(wi, wo)
+        for term in self.terms[1:]:
+            total = total + term.polarized(wi, wo)
+        return total
+
+    @property
+    def polarizes(self) -> bool:
+        return any(term.polarizes for term in self.terms)
+
+    def reradiated(self, light: Any, wi: Direction, wo: Direction) -> Any:
+        total = 0.0
+        for term, other in zip(self.terms, light.terms, strict=True):
+            if term.fluoresces:
+                total = total + term.reradiated(other, wi, wo)
+        return total
+
     def lobes(self) -> Iterable[tuple[Any, Reflectance]]:
         for term in self.terms:
             yield from term.lobes()
@@ -521,10 +328,29 @@ class Sum(Reflectance):
 
     def __repr__(self) -> str:
         terms = list(map(repr, self.terms))
-        plain = len(terms) > 1 and not any(isinstance(t, Sum) for t in self.terms)
-        return " + ".join(terms) if plain else f"Sum({', '.join(terms)})"
+        declared = self._declared_wavelengths()
+        if len(terms) > 1 and declared is None and not any(isinstance(t, Sum) for t in self.terms):
+            return " + ".join(terms)
+        named = [] if declared is None else [f"wavelengths={literal(declared)}"]
+        return f"Sum({', '.join(terms + named)})"
 
     def to_json(self) -> dict[str, Any]:
-        names = self._given("channel_names")
-        named = {} if names is None else {"channel_names": list(names)}
-        return {"type": "Sum", "terms": [t.to_json() for t in self.terms], **named}
+        return {"type": "Sum", "terms": [t.to_json() for t in self.terms], **self._names_in_json()}
+
+
+def weighed(parts: Iterable[tuple[Any, Reflectance]]) -> Sum:
+    """A sum of reflectances times weights, unchecked, as formulas and integrals need it; without weights of 0.0."""
+    terms = [Scaled.unchecked(weight=w, of=m) for w, m in parts if not (isinstance(w, float) and w == 0.0)]
+    values = {str(i): term for i, term in enumerate(terms)}
+    fields = {name: part(Reflectance, None, f"term {name}", sides="any") for name in values}
+    for name, field in fields.items():
+        field.name = name
+    return Sum._made_of({"fields": fields, "_tied": {}, "_derived": {}, "_alike": {}}, values)
+
+
+def lobes_on(m: Reflectance, sides: str, back: bool = False) -> Reflectance:
+    """The lobes whose light comes from "front", the viewer's side, or from "across" the surface; `back`: of the
+    reflectance as seen from behind. Itself where it has no others."""
+    if m.sides == sides and not back:
+        return m
+    return weighed((weight, lobe) for weight, lobe in m.turned(back).lobes() if lobe.sides == sides)

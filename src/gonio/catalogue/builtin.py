@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import difflib
+import math
 from dataclasses import dataclass
 from functools import cache
 from importlib import resources
-from typing import Any
+from pathlib import Path
+from typing import Any, overload
 
 import numpy as np
 
@@ -18,11 +20,13 @@ from ..distributions.ggx import GGX
 from ..errors import NotFoundError, ParameterError
 from ..formula.fresnel.conductor import Conductor
 from ..formula.fresnel.dielectric import Dielectric
+from ..formula.spectrum import Spectrum
 from ..models.abc import ABC
 from ..models.ideal_specular import IdealSpecular
 from ..models.lambertian import Lambertian
 from ..models.microfacet import Microfacet
 from ..pictures.colour import observer
+from .index_file import SUFFIXES, Spectra, read
 from .rgb_index import rgb_index
 
 POLISHED = 0.1
@@ -173,44 +177,63 @@ def hint(name: str) -> str:
     return f"; nearest: {', '.join(names)}" if names else ""
 
 
+@overload
+def refractive_index(substance: str | Path) -> Spectra: ...
+@overload
+def refractive_index(substance: str | Path, wavelengths: Any) -> tuple[Any, Any]: ...
 @checked
-def refractive_index(substance: str, wavelengths: Any) -> tuple[Any, Any]:
-    """Refractive index n and extinction k of a substance, n + ik, by name or symbol ("gold", "Au").
+def refractive_index(substance: str | Path, wavelengths: Any = None) -> tuple[Any, Any]:
+    """Refractive index n and extinction k of a substance, n + ik, by name or symbol ("gold", "Au"), or of a file.
+
+    A file is one of refractiveindex.info (`Johnson.yml`): tables of n, k or nk, or a dispersion formula, 1 to 9.
+    Without wavelengths n and k are spectra, which parameters may be: `gn.Conductor(*gn.refractive_index("gold"))`.
 
     Shapes   wavelengths: any; n, k: the same.
     Units    wavelengths: nm, in vacuum or air as in the source; n, k: 1.
     Error    that of the measurement: about 0.02 in n for metals. Linear interpolation between the rows of the table
-             adds at most 1e-5 for H2O, MgF2, SiO2.
+             adds at most 1e-5 for H2O, MgF2, SiO2; formulas of files are exact.
     Source   per substance, see `materials`; database: Polyanskiy 2024, doi:10.1038/s41597-023-02898-2.
 
-    Raises NotFoundError for a name that is no substance, ParameterError outside the range of the table.
+    Raises NotFoundError for a name that is no substance, ParameterError outside the range of the table, FormatError for
+    a file that is damaged.
 
     Example
     >>> n, k = gn.refractive_index("gold", [450.0, 550.0, 650.0])
     >>> print(n.round(3), k.round(3))
     [1.383 0.424 0.156] [1.916 2.472 3.602]
     """
-    entry = find(substance)
-    if entry is None or entry.kind == FIT:
-        substances = ", ".join(f"{e.name} ({_symbol(e)})" for e in materials() if e.kind != FIT)
-        raise NotFoundError(f"no refractive index of {substance!r}; expected one of {substances}")
+    spectra = _spectra_of(substance)
+    if wavelengths is None:
+        return spectra
     try:
         at = np.asarray(ops.numbers(wavelengths), dtype=float)
         missing = np.ma.getmaskarray(wavelengths) if ops.is_masked(wavelengths) else np.zeros(at.shape, bool)
     except ValueError:
         raise ParameterError(f"wavelengths={wavelengths!r:.60}: expected numbers [nm]") from None
-    table = _indices()[_symbol(entry)]
-    low, high = table[0, 0], table[-1, 0]
+    low, high = (reach(x.wavelengths[end] for x in spectra) for reach, end in ((max, 0), (min, -1)))
     outside = ~((at >= low) & (at <= high)) & ~missing
     if outside.any():
         got = at[outside].flat[0]
         micrometres = f"; in micrometres? 1000 * {got:g} is in nm" if low <= 1000.0 * got <= high else ""
         raise ParameterError(
-            f"{entry.name} at {got:g} nm: outside the table, which holds {low:g} to {high:g} nm; nothing is "
+            f"{substance} at {got:g} nm: outside the table, which holds {low:g} to {high:g} nm; nothing is "
             f"extrapolated{micrometres}"
         )
-    n, k = (np.interp(at, table[:, 0], column) for column in (table[:, 1], table[:, 2]))
+    n, k = (np.where(missing, math.nan, x.at(np.where(missing, low, at))) for x in spectra)
     return (n, k) if at.ndim else (float(n), float(k))
+
+
+def _spectra_of(substance: str | Path) -> Spectra:
+    if isinstance(substance, Path) or substance.endswith(SUFFIXES):
+        return read(substance)
+    entry = find(substance)
+    if entry is None or entry.kind == FIT:
+        substances = ", ".join(f"{e.name} ({_symbol(e)})" for e in materials() if e.kind != FIT)
+        raise NotFoundError(
+            f"no refractive index of {substance!r}; expected one of {substances}, or the path of a .yml file"
+        )
+    nm, n, k = _indices()[_symbol(entry)].T
+    return Spectra(Spectrum(nm, n), Spectrum(nm, k))
 
 
 def _polished(entry: Entry, alpha: Any, wavelengths: Any) -> Reflectance:

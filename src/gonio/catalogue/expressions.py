@@ -1,8 +1,8 @@
 """Material expressions, parsed and never executed: `0.2 * Lambertian(0.5) + Microfacet(GGX(0.1), 0.9)`.
 
 An expression consists of constructors of models and their pieces with positional and keyword arguments, numbers, lists
-of numbers, words in quotes, `+`, `*`, parentheses, `material("name")` and, if the caller allows files, `load("path")`;
-`gn.` before a name is ignored. Numbers may be computed with + - * / and `pi`.
+of numbers or of layers, words in quotes, `+`, `*`, parentheses, `material("name")` and, if the caller allows files,
+`load("path")`; `gn.` before a name is ignored. Numbers may be computed with + - * / and `pi`.
 """
 
 from __future__ import annotations
@@ -23,8 +23,10 @@ from ..base.reflectance import Reflectance, Scaled
 from ..bounds import MAX_DEPTH, MAX_LENGTH
 from ..errors import DependencyError, Error, ExpressionError
 from ..formats import load
-from ..formula.json_form import names
+from ..formula.json_form import SPECTRA, names
 from ..formula.parametrised import Parametrised
+from ..formula.spectrum import Spectrum
+from ..layers.layer import Layer
 from .builtin import find, material
 
 _ARITHMETIC: dict[type[ast.operator], tuple[str, Callable[[float, float], float]]] = {
@@ -34,7 +36,7 @@ _ARITHMETIC: dict[type[ast.operator], tuple[str, Callable[[float, float], float]
     ast.Div: ("/", operator.truediv),
 }
 _NUMBERS = {"pi": math.pi, "inf": math.inf, "nan": math.nan}
-_FUNCTIONS: dict[str, Callable[..., Any]] = {"load": load, "material": material}
+_FUNCTIONS: dict[str, Callable[..., Any]] = {"load": load, "material": material, **SPECTRA}
 
 
 @checked
@@ -167,8 +169,8 @@ class _Reader:
 
     def _element(self, node: ast.expr, depth: int) -> Any:
         value = self._value(node, depth)
-        if not isinstance(value, (float, list)):
-            self._fail(node, f"{describe(value)} in a list; expected numbers")
+        if not isinstance(value, (float, list, Layer)):
+            self._fail(node, f"{describe(value)} in a list; expected numbers, or layers of a Stack")
         return value
 
     def _signed(self, node: ast.UnaryOp, depth: int) -> float:
@@ -201,9 +203,9 @@ class _Reader:
             return result
         if sign == "+" and isinstance(a, Reflectance) and isinstance(b, Reflectance):
             return a + b
-        if sign == "*" and isinstance(b, Reflectance) and isinstance(a, (float, list)):
+        if sign == "*" and isinstance(b, Reflectance) and isinstance(a, (float, list, Spectrum)):
             return Scaled(a, b)
-        if sign == "*" and isinstance(a, Reflectance) and isinstance(b, (float, list)):
+        if sign == "*" and isinstance(a, Reflectance) and isinstance(b, (float, list, Spectrum)):
             return Scaled(b, a)
         rule = "expected reflectance + reflectance, number * reflectance, or numbers with + - * /"
         symbol = sign or type(node.op).__name__

@@ -12,72 +12,36 @@ from typing import Any
 
 from ..base.light import Light
 from ..base.reflectance import Reflectance
-from ..catalogue import builtin
-from ..catalogue.expressions import describe, expression, read
+from ..catalogue.expressions import describe, read
+from ..catalogue.typed import as_typed, files_like
 from ..errors import Error, ExpressionError, NotFoundError, ParameterError
-from ..formats import formats, load_as_typed
+from ..formats import load_as_typed
 from ..formula.fields import Channels, Table
-from ..formula.json_form import names
 from ..formula.parametrised import Parametrised
 from ..lights._words import Word, words
 from ..pictures.image import SUFFIXES
 
-LONGEST = 255
-"""Characters of a file's name that are compared with other names."""
-
 
 def resolve(text: str, reading: Sequence[str] = ()) -> Reflectance:
-    """The material of the argument MATERIAL: a path ("-" is standard input) to read with these options, else the name
-    of a built-in one, else an expression."""
+    """The material of the argument MATERIAL: "-" is standard input, to read with these options; else `as_typed`."""
     if text == "-":
         if sys.stdin is None:
             raise NotFoundError("-: standard input is closed; lead a file or a pipe to it")
         return load_as_typed("/dev/stdin", reading)
-    if _is_store(text) if os.path.isdir(text) else os.path.exists(text):
-        return load_as_typed(text, reading)
-    if reading and (builtin.find(text) is not None or "(" in text):
-        raise ParameterError(f"-O {reading[0]!r:.60}: options to read a file with, and {text!r:.60} is none")
-    if builtin.find(text) is not None:
-        return builtin.material(text)
-    suffixes = {suffix for module in formats() for suffix in module.SUFFIXES}
-    if ("(" in text or text in names()) and Path(text).suffix.lower() not in suffixes:
-        return expression(text, files=True)
-    raise NotFoundError(
-        f'{text!r:.90}: no such file, no built-in material, and no expression such as "Lambertian(0.5)"'
-        f"{_files_like(text) or builtin.hint(text)}; `gonio materials` lists the built-in ones"
-    )
-
-
-def _is_store(path: str) -> bool:
-    return any(module.matches_folder(Path(path)) for module in formats() if hasattr(module, "matches_folder"))
-
-
-def _files_like(text: str) -> str:
-    folder, name = os.path.split(text)
-    if os.path.isdir(text):
-        return "; it is a directory, and no store that gonio has written"
-    if os.path.islink(text):
-        return f"; it is a link to {os.readlink(text)!r:.90}, which is not there"
-    try:
-        close = difflib.get_close_matches(name[:LONGEST], os.listdir(folder or "."), n=1, cutoff=0.8)
-    except PermissionError:
-        return f"; the directory {folder!r:.90} may not be read"
-    except (OSError, ValueError):
-        return f"; there is no directory {folder!r:.90}"
-    if name in close:
-        return f"; it cannot be reached: ask what may be done in the directory {folder or '.'!r:.90}"
-    return f"; did you mean {os.path.join(folder, close[0])}?" if close else ""
+    return as_typed(text, reading)
 
 
 def resolve_light(text: str) -> Light:
-    """The light of the argument LIGHT: a picture's file, a word declared in `lights/` with its numbers, or an
-    expression such as DistantLight([1, 0, 1], 3)."""
-    by_name = {name: word for word in words() for name in (word.name, *word.aliases)}
-    photograph = by_name.pop("FILE")
+    """The light of the argument LIGHT: the file of a picture or a luminaire, a word declared in `lights/` with its
+    numbers, or an expression such as DistantLight([1, 0, 1], 3)."""
+    by_name = {name: word for word in words() for name in (word.name, *word.aliases) if name[:4] != "FILE"}
+    by_suffix = {suffix: word for word in words() for suffix in word.suffixes}
+    (photograph,) = (word for word in words() if word.name == "FILE")
+    suffix = Path(text).suffix.lower()
     if os.path.isfile(text):
-        return photograph.light(text)
+        return by_suffix.get(suffix, photograph).light(text)
     if os.path.exists(text) and not os.path.isdir(text):
-        raise NotFoundError(f"light {text!r:.90}: a pipe or a device, expected a picture's file; write it to one first")
+        raise NotFoundError(f"light {text!r:.90}: a pipe or a device, expected a file; write it to one first")
     kind, colon, rest = text.partition(":")
     kind = kind.strip().lower()
     if kind in by_name:
@@ -85,8 +49,8 @@ def resolve_light(text: str) -> Light:
             return by_name[kind].of(_numbers(rest, by_name[kind]) if colon else [])
         except ParameterError as error:
             raise ParameterError(f"light {text!r:.90}: {error}") from None
-    if Path(text).suffix.lower() in SUFFIXES:
-        raise NotFoundError(f"light {text!r:.90}: no such file{_files_like(text)}")
+    if suffix in SUFFIXES or suffix in by_suffix:
+        raise NotFoundError(f"light {text!r:.90}: no such file{files_like(text)}")
     if "(" in text:
         value = read(text, files=True)
         if not isinstance(value, Light):

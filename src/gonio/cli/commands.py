@@ -5,7 +5,7 @@ from __future__ import annotations
 import click
 
 from ..version import __version__
-from . import albedo, check, cite, convert, formats, import_, info, materials, models, render, show
+from . import albedo, check, cite, compare, convert, formats, import_, info, materials, measure, models, render, show
 from .terminal import Program, echo, streams
 
 _SETTINGS = {"help_option_names": ["-h", "--help"], "max_content_width": 100}
@@ -36,8 +36,9 @@ def cli(ctx: click.Context) -> None:
 
 
 for command in (
-    *(materials.materials, models.models, info.info, albedo.albedo, check.check, render.render, show.show),
-    *(import_.import_, convert.convert, formats.formats_, cite.cite),
+    *(materials.materials, models.models, info.info, albedo.albedo, check.check),
+    *(render.render, show.show, compare.compare),
+    *(import_.import_, convert.convert, measure.measure, formats.formats_, cite.cite),
 ):  # in the order of the help
     cli.add_command(command)
 

@@ -67,6 +67,7 @@ def format_as_text(row: Format) -> str:
         ("suffixes", " ".join(row.suffixes) + (" (shared: name the format to write)" if row.shared_suffix else "")),
         ("access", row.access),
         ("sampled", sampled_in_words(row)),
+        ("holds", "both sides, reflection and transmission" if row.both_sides else "the reflection of one side"),
         ("checked", f"against {row.oracle}"),
     ]
     text = [table(("", ""), facts).removeprefix("\n")]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import textwrap
 import time
@@ -12,6 +13,7 @@ from typing import TYPE_CHECKING
 import click
 
 from ..discover import docstring
+from ..errors import ParameterError
 from ..lights._words import DEFAULT, words
 
 if TYPE_CHECKING:
@@ -116,6 +118,17 @@ def bands_of(text: str | None) -> list[str | float] | None:
 
     words = [word.strip() for word in text.split(",")]
     return [float(word) if plain_text.is_number(word) else word for word in words]
+
+
+def place(text: str, option: str) -> list[float]:
+    """The three coordinates of an option."""
+    try:
+        numbers = [float(part) for part in text.split(",")]
+    except ValueError:
+        numbers = []
+    if len(numbers) != 3 or not all(map(math.isfinite, numbers)):
+        raise ParameterError(f"{option} {text!r:.60}: expected three finite numbers, such as 1.5,-3,1.6")
+    return numbers
 
 
 def title_of(material: str, replaced: Sequence[str]) -> str:

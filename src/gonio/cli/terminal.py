@@ -53,7 +53,7 @@ class Program(click.Group):
         with _somebody_reads():
             return super().invoke(ctx)
 
-    def main(  # type: ignore[override]
+    def main(  # type: ignore[override]  # fewer arguments than click's
         self, args: Sequence[str] | None = None, prog_name: str | None = None, **extra: Any
     ) -> NoReturn:
         """Run a command and exit, with the code that it returns, or 0."""
@@ -103,7 +103,7 @@ def _somebody_reads() -> Iterator[None]:
 def _drop(*names: str) -> None:
     """Lead standard streams to nowhere: as it ends, Python flushes them, and complains if it cannot."""
     for name in names:
-        setattr(sys, name, open(os.devnull, "w"))  # noqa: SIM115
+        setattr(sys, name, open(os.devnull, "w"))  # noqa: SIM115  (open until the process ends)
 
 
 def _one_line(text: str) -> str:

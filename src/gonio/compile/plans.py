@@ -18,18 +18,21 @@ import numpy as np
 
 from ..trace.graph import MASK, Graph
 from . import memory, store
-from .llvm.program import EACH, PACKED, PLANES, ROW, SAME, STRIDED, TOTAL, Array, Output, Program
+from .llvm.program import ADDED, EACH, PACKED, PLANES, ROW, SAME, STRIDED, SUMS, Array, Output, Program
 from .threads import threads
 from .workers import awake, busy, possible, together, wake
 
 # Work is counted in operations of a graph on elements; a thread does 5e7 in a millisecond.
 PARALLEL = 1 << 21  # work from which on helpers that are awake share it
-WAKING = 1 << 23  # work from which on it pays to wake helpers that sleep
+WAKING = 1 << 24  # work from which on it pays to wake helpers that sleep: that takes as long as 1 << 23 on one thread
+AGAIN = 2e-4  # seconds; a call that follows another so soon wakes helpers for those to come
 GRAIN = 1 << 18  # work of a part, at least
 PIECES = 8  # parts of a batch for each thread, so that none waits long for another
 CACHED = 1 << 24  # bytes read and written up to which results are left in the caches, where a caller finds them sooner
 LINE = 64  # of so many elements parts of the inner axis begin: each writes whole lines of the cache, of any dtype
 PIECE = 1 << 28  # work of the first call of a kernel: some hundredths of a second
+TILE = 2048  # elements of the inner axis whose sums in memory stay in the cache along the outer one
+LOOPED = 32  # steps of loops, about; a ray costs more
 QUICK = 0.02  # seconds; after a shorter call the next one does twice as much
 
 DTYPES = {np.dtype(np.float32): "float32", np.dtype(np.float64): "float64"}
@@ -74,6 +77,7 @@ class Plan(NamedTuple):
     inner: int
     work: int
     divisible: bool  # whether the inner axis may be shared out
+    rows: bool  # whether the outer axis may be
     piece: int  # elements that one call computes at first
     grain: int  # elements of a part, at least
     keeper: Any  # owns the arrays whose addresses are in the words
@@ -87,24 +91,29 @@ def prepare(
     tables: Sequence[np.ndarray],
     shape: tuple[int, ...],
     dtype: np.dtype,
+    single: bool = False,
+    adds: bool = False,
 ) -> Plan:
     """A plan to evaluate a graph over a batch of this shape.
 
     `arrays`: (array, length of its vectors), whose other axes broadcast to `shape`; None for one that nothing reads.
     `tables` are padded by one entry. The first `brought` arrays come with each call, in the same shapes and strides. A
-    result that is not stored for each element is stored once for the whole last axis.
+    result that is not stored for each element is stored once for the whole last axis. `single`, `adds`: see `Program`.
     """
     views = [_View(1, (0,) * len(shape), 0) if x is None else _view(*x, len(shape)) for x in arrays]
-    shapes = [shape if r.use == EACH else shape[:-1] for r in results]
+    shapes = [shape if r.use == EACH else shape[1:] if r.use == ADDED else shape[:-1] for r in results]
     dtypes = [
-        np.dtype(np.float64 if r.use == TOTAL else bool if graph.kinds[r.nodes[0]] == MASK else dtype) for r in results
+        np.dtype(np.float64 if r.use in (*SUMS, ADDED) else bool if graph.kinds[r.nodes[0]] == MASK else dtype)
+        for r in results
     ]
     sizes = [math.prod(r.element) * d.itemsize for r, d in zip(results, dtypes, strict=True)]
     stores = [_contiguous(s, len(shape), size) for s, size in zip(shapes, sizes, strict=True)]
-    whole = all(r.use == EACH for r in results)
+    stores = [(0, *s[:-1]) if r.use == ADDED else s for r, s in zip(results, stores, strict=True)]
+    whole = all(r.use in (EACH, ADDED) for r in results)
     axes = _axes(shape, [v.strides for v in views] + stores, keep_last=not whole)
     layouts = tuple(_layout(v, axes, k, dtype.itemsize) for k, v in enumerate(views))
-    program = Program(graph, tuple(Output(r.nodes, r.use) for r in results), layouts, len(tables), DTYPES[dtype])
+    uses = tuple(Output(r.nodes, r.use) for r in results)
+    program = Program(graph, uses, layouts, len(tables), DTYPES[dtype], single, adds)
     inner, outer, above = axes[-1], axes[-2], axes[:-2]
     words: list[int] = []
     places, inputs, outputs = [], [], []
@@ -124,7 +133,7 @@ def prepare(
     read = sum(math.prod(n for n, s in zip(shape, v.strides, strict=True) if s) * v.width for v in views)
     words.append(read * dtype.itemsize + sum(size for _, _, _, size in outputs) > CACHED)
     function: Any = store.kernel(program)
-    operations = len(graph.operations)
+    operations = len(graph.operations) * (1 if {"loop", "rays"}.isdisjoint(graph.operations) else LOOPED)
     return Plan(
         function,
         cast(function, c_void_p).value or 0,
@@ -139,6 +148,7 @@ def prepare(
         inner.length,
         outer.length * inner.length * operations,
         whole,
+        all(r.use != ADDED or outer.steps[k] for k, r in enumerate(results, len(arrays))),
         max(PIECE // operations, 1),
         max(GRAIN // operations, 1),
         (tuple(arrays[brought:]), tuple(tables)),
@@ -162,34 +172,39 @@ def renewed(plan: Plan, arrays: Sequence[tuple[np.ndarray, tuple[int, ...]]], ta
     return plan._replace(block=partial(type(block).from_buffer_copy, block), ready=[], keeper=(arrays, tables))
 
 
-def carry_out(plan: Plan, inputs: Sequence[np.ndarray], out: np.ndarray | None = None) -> list[np.ndarray]:
-    """The results of a plan for these arrays; `out` takes the first."""
+def carry_out(plan: Plan, inputs: Sequence[np.ndarray], given: Sequence[np.ndarray] = ()) -> list[np.ndarray]:
+    """The results of a plan for these arrays; `given` are those that take the first."""
     count = _crew(plan.work) if plan.work >= PARALLEL else 1
     try:
         arguments = plan.ready.pop()
     except IndexError:
         outer = plan.outer
-        arguments = plan.block(), c_int64(outer), c_int64(plan.inner), c_int64(-outer)
+        arguments = plan.block(), c_int64(outer), c_int64(plan.inner), c_int64(-outer if plan.rows else TILE)
     block = arguments[0]
     for word, k in plan.inputs:
         block[word] = _address(inputs[k])
-    results = []
-    for word, shape, dtype, size in plan.outputs:
-        if out is not None:
-            result, out = out, None
-        elif size < memory.SMALL:
-            result = np.empty(shape, dtype)
-        else:
-            result = memory.empty(shape, dtype)
+    results, outputs = [], plan.outputs
+    if given:
+        results, outputs = [*given], outputs[len(given) :]
+        for result, (word, *_) in zip(given, plan.outputs, strict=False):
+            block[word] = _address(result)
+    for word, shape, dtype, size in outputs:
+        result = np.empty(shape, dtype) if size < memory.SMALL else memory.empty(shape, dtype)
         block[word] = _address(result)
         results.append(result)
     if not plan.above:
         _run(plan, arguments, count)
         plan.ready.append(arguments)
-        return results
-    for _ in _moved(plan, block):
-        _run(plan, arguments, count)
+    else:
+        for _ in _moved(plan, block):
+            _run(plan, arguments, count)
+    if plan.work >= PARALLEL:
+        _ended[0] = perf_counter()
     return results
+
+
+_ended = [0.0]
+"""When the last call ended that threads may share."""
 
 
 def _moved(plan: Plan, block: Any) -> Iterator[None]:
@@ -210,7 +225,7 @@ def _crew(work: int) -> int:
     count = threads()
     if count == 1 or busy() or not possible():
         return 1
-    if work >= WAKING:
+    if work >= WAKING or perf_counter() - _ended[0] < AGAIN:
         wake(count - 1)
     elif not awake():
         return 1
@@ -236,12 +251,14 @@ def _pieces(plan: Plan, block: Any, count: int) -> Iterator[tuple[int, int, int]
     """The ends of a kernel's loops and its grain, call by call. Each call takes some hundredths of a second, and
     interrupts are answered between calls."""
     outer, inner = plan.outer, plan.inner
-    rows = outer >= PIECES * count or not plan.divisible
+    rows = plan.rows and (outer >= PIECES * count or not plan.divisible)
     length, width = (outer, inner) if rows else (inner, outer)
     step = max(plan.piece // width, 1)
     if not rows:
         step += -step % LINE
     grain = max(min(step, length) // (PIECES * count), plan.grain // width, 1)
+    if not plan.rows:
+        grain = min(grain, TILE)
     done = 0
     while done < length:
         block[-1], done = done, min(done + step, length)

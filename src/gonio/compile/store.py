@@ -66,7 +66,8 @@ def _width(program: Program) -> int:
     # Two vectors at a time: each waits for its own results, and the processor works on the other meanwhile. On x86 two
     # of four lanes would be one of eight.
     register = machine.lanes(program.dtype)
-    return register if machine.lane_bits() == 128 and machine.is_x86() else 2 * register
+    single = program.single or (machine.lane_bits() == 128 and machine.is_x86())
+    return register if single else 2 * register
 
 
 _Placed = tuple[int, Any]

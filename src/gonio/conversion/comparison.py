@@ -12,7 +12,7 @@ import numpy as np
 from ..base.angles import angles, direction
 from ..base.reflectance import Reflectance
 from ..errors import MissingDataWarning, ToleranceWarning
-from ..integrals.over_directions import integrate
+from ..integrals.over_hemisphere import integrate
 from ..numerics.lattice import lattice
 from ..tables.gridded import Gridded
 from ..tables.nodes import own_nodes
@@ -113,7 +113,7 @@ def resampling_error(m: Reflectance, other: Reflectance, of: Channels = None, to
 def _both(m: Reflectance, other: Reflectance, of: Channels, to: Channels, pairs: Pair) -> tuple[np.ndarray, np.ndarray]:
     """f (n, C) of both at pairs."""
     true, tabulated = (_picked(x.f(*pairs), len(pairs[0]), c) for x, c in ((m, of), (other, to)))
-    return tuple(np.broadcast_arrays(true, tabulated))  # type: ignore[return-value]
+    return tuple(np.broadcast_arrays(true, tabulated))  # type: ignore[return-value]  # as many as are given: two
 
 
 def _relative(true: np.ndarray, tabulated: np.ndarray, floor: float) -> np.ndarray:

@@ -17,6 +17,9 @@ from ..base.measured import Measured
 from ..base.provenance import ORIGIN, in_words
 from ..base.reflectance import Reflectance
 from ..formats import load, save, writer
+from ..formats._options import options as options_of
+from ..models._quarters import QUARTERS, quarters
+from ..models.lambertian import Lambertian
 from ..pictures.colour import RELATIVE_XYZ, XYZ, rgb_of
 from ..tables.gridded import Gridded
 from ..tables.nodes import channels_named
@@ -115,7 +118,7 @@ def percent(x: float) -> str:
 
 @checked
 def convert(m: Reflectance, path: str | os.PathLike, format: str | None = None, **options: Any) -> Conversion:
-    """Save a reflectance in a format, load it again, and report changes and losses.
+    """Save a reflectance in a format, load it again, and report changes and losses; on both sides, of what has two.
 
     `format` and `options` as for `gonio.save`. The report is measured: `ResamplingError` says where. f is compared at
     32768 pairs of directions, at fewer of more than 64 channels (`pairs_for`). Raises what `save` raises; then nothing
@@ -129,21 +132,52 @@ def convert(m: Reflectance, path: str | os.PathLike, format: str | None = None, 
     path = Path(path)
     module = writer(path, format)
     save(m, path, module.NAME, **options)
-    made = load(path)
+    made = load(path, **({"side": "both"} if m.sides != "front" and "side" in options_of(module.read) else {}))
     names = _names(m), _names(made)
     compared = _colours(*names) or _common(*names) or _in_order(*names)
-    lost, gained = _differences(m, made)
+    pairs = _quarters(m, made)
+    lost, gained = map(_told_together, zip(*(_differences(*pair) for pair in pairs.values()), strict=True))
+    errors = [resampling_error(*pair, *compared) for pair in pairs.values()] if compared else []
     return Conversion(
         material=repr(m),
         path=str(path),
         format=module.NAME,
         bytes=size_of(path),
-        error=resampling_error(m, made, *compared) if compared else None,
+        error=_worst(errors) if errors else None,
         channels=names,
         lost=lost,
         gained=gained,
         made=made,
     )
+
+
+def _quarters(m: Reflectance, made: Reflectance) -> dict[str, tuple[Reflectance, Reflectance]]:
+    """What is compared: both, or their parts as in a `Sheet`, black where one has none."""
+    if m.sides == made.sides == "front":
+        return {"front": (m, made)}
+    before, after = quarters(m), quarters(made)
+    black = Lambertian(0.0)
+    return {q: (before.get(q, black), after.get(q, black)) for q in QUARTERS if q in before or q in after}
+
+
+def _worst(errors: Sequence[ResamplingError]) -> ResamplingError:
+    """The mean of the means, and the largest of the others."""
+    known = [error for error in errors if not math.isnan(error.mean)] or list(errors)
+    largest, albedo = max(known, key=lambda e: e.largest), max(known, key=lambda e: e.albedo)
+    return ResamplingError(
+        float(np.mean([error.mean for error in known])),
+        max(error.high for error in known),
+        largest.largest,
+        albedo.albedo,
+        largest.at,
+        albedo.albedo_at,
+    )
+
+
+def _told_together(texts: Sequence[dict[str, str]]) -> dict[str, str]:
+    """What is said of several parts; the same words once."""
+    names = dict.fromkeys(name for each in texts for name in each)
+    return {name: "; ".join(dict.fromkeys(each[name] for each in texts if name in each)) for name in names}
 
 
 def size_of(path: Path) -> int:

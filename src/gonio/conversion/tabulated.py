@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -14,6 +14,7 @@ from ..base.provenance import derived
 from ..base.reflectance import Reflectance
 from ..errors import ParameterError
 from ..formula.state import note
+from ..models._quarters import quarters, sheet_of
 from ..numerics.filling import filled_in_layers
 from ..tables.angle_systems import SYSTEMS, AngleSystem, angle_system
 from ..tables.axes import nodes_of
@@ -53,18 +54,22 @@ def tabulate(
     resolution: Sequence[int] | None = None,
     anisotropic: bool | None = None,
     channels: Sequence[int] | None = None,
-) -> Tabulated:
+) -> Any:
     """A reflectance as a table, with the error of its grid: see `Tabulated` and its `error`.
 
     `resolution`: nodes along each axis. `anisotropic`: whether the table has a fourth axis, by default if the material
     needs one. `channels`: numbers of the channels of the table, by default all. Holes of a measurement are filled from
-    their neighbours. Raises ParameterError for a material with a delta lobe or with maps, which no table can hold.
+    their neighbours. What transmits, or has two sides, becomes a `Sheet` of tables. Raises ParameterError for a
+    material with a delta lobe or with maps, which no table can hold.
 
     Example
     >>> table = gn.tabulate(gn.Lambertian(0.3) + gn.Microfacet(gn.GGX(0.3), gn.Dielectric(1.5)))
     >>> print(table.parameterisation, table.stored.shape)
     half_difference (90, 46, 36)
     """
+    if m.sides != "front":
+        named: dict[str, Any] = {"resolution": resolution, "anisotropic": anisotropic, "channels": channels}
+        return sheet_of({q: tabulate(part, parameterisation, **named) for q, part in quarters(m).items()})
     shape, system = tabular_shape(m), angle_system(parameterisation)
     if system.tabulated is None:
         offered = " or ".join(repr(name) for name, other in SYSTEMS.items() if other.tabulated)

@@ -19,9 +19,11 @@ from typing import Any
 import numpy as np
 
 from ..arrays import LIBRARIES, Fixed, Later, labels, ops
-from ..arrays.kinds import SCALAR, VALUE
-from ..errors import ArrayTypeError, EngineError, MeaningWarning, ShapeError, TraceError, warn
+from ..arrays.kinds import SCALAR, SQUARE, SUMMED, TERMS, VALUE
+from ..errors import ArrayTypeError, EngineError, MeaningWarning, ParameterError, ShapeError, TraceError, warn
 from ..formula.parametrised import Parametrised
+from ..formula.spectrum import Spectrum
+from ..formula.texture import Texture
 from . import labelled, planning
 from .blocks import Box, cut, in_blocks, result_shape
 from .planning import Call
@@ -96,33 +98,70 @@ def jacobian(
 
     Raises TraceError where the formula cannot be traced.
     """
-    task = Task(kernel, (VALUE,), widths, (leaves, by_inputs))
+    return compute(Task(kernel, (VALUE,), widths, (leaves, by_inputs)), material, inputs)
+
+
+def compute(
+    task: Task, material: Parametrised, inputs: Sequence[Any], into: Sequence[np.ndarray] | None = None
+) -> list[Any]:
+    """The results of a task, and its derivatives; what are sums is added to the arrays `into` where the task says so.
+
+    Raises TraceError where a formula that is to be differentiated cannot be traced.
+    """
     if type(inputs[0]) is np.ndarray and material._labels is None:
         plan = planning.known(task.name, material, inputs)
         if plan is not None:
-            return planning.carried_out(plan, inputs, None)
-    lib, inputs = _checked(inputs, widths)
-    call = Call(task, material, inputs, *_batch(material.leaves(), lib, inputs))
+            _check_sums(into, [shape for _, shape, _, _ in plan.outputs])
+            return planning.summed_up(plan, inputs, into)
+    lib, inputs = _checked(inputs, task.widths)
     if lib.name != "numpy":
-        raise ArrayTypeError(f"jacobian takes NumPy directions; got {lib.name}, which differentiates m.f by itself")
-    results = _compiled(call, None)
+        if task.by:
+            raise ArrayTypeError(f"jacobian takes NumPy directions; got {lib.name}, which differentiates m.f by itself")
+        if into is not None:
+            raise ArrayTypeError(f"sums are added to by NumPy arrays; got {lib.name} arrays; add the results")
+        return (_by_channel if lib.channel_loop else _at_once)(task.kernel, task.kinds, material, lib, inputs)
+    call = Call(task, material, inputs, *_batch(material.leaves(), lib, inputs))
+    if into is not None:
+        _check_sums(into, [result_shape(kind, call.batch, call.channels) for kind in task.kinds])
+    results = _compiled(call, into)
     if results is not None:
         return results
-    trace, results = traced(task, material, call.channels), []
-    kinds = [SCALAR] * sum(map(len, trace.results))
-    parts = iter(in_blocks(lambda _, __, at: planning.interpreted(trace, call, at), kinds, inputs, call.batch, None))
-    for nodes, element in zip(trace.results, task.elements((call.channels,) if call.channels else ()), strict=True):
+    results = _differentiated(call) if task.by else _in_blocks(call)
+    if into is None:
+        return results
+    for total, result in zip(into, results, strict=True):
+        total += result
+    return list(into)
+
+
+def _differentiated(call: Call) -> list[Any]:
+    """The results of a task and the derivatives, computed by NumPy from its trace."""
+    task, results = call.task, []
+    trace = traced(task, call.material, call.channels)
+    kinds = [*task.kinds, *[task.kinds[0]] * (len(trace.results) - len(task.kinds))]
+    flat = [kind if kind in SUMMED else SCALAR for kind, of in zip(kinds, trace.results, strict=True) for _ in of]
+    found = in_blocks(lambda _, __, at: planning.interpreted(trace, call, at), flat, call.inputs, call.batch, None)
+    parts, elements = iter(found), task.elements((call.channels,) if call.channels else ())
+    for kind, nodes, element in zip(kinds, trace.results, elements, strict=True):
         result = np.stack(list(islice(parts, len(nodes))), -1)
-        results.append(result.reshape((*call.batch, *element))[()])
+        results.append(result.reshape((*(call.batch[:-1] if kind in SUMMED else call.batch), *element))[()])
     return results
 
 
-def _compiled(call: Call, out: np.ndarray | None) -> list[Any] | None:
-    """The results of compiled code; None where nothing can be compiled."""
+def _check_sums(into: Sequence[np.ndarray] | None, shapes: Sequence[tuple[int, ...]]) -> None:
+    for total, shape in zip(into or (), shapes, strict=into is not None):
+        if total.shape != shape:
+            raise ShapeError(f"an array to add to has shape {total.shape}, expected {shape}")
+
+
+def _compiled(call: Call, out: np.ndarray | Sequence[np.ndarray] | None) -> list[Any] | None:
+    """The results of compiled code; None where nothing can be compiled. `out`: for the first, or sums to add to."""
     if planning.available() and 0 not in call.batch:
         with suppress(TraceError, EngineError):
             plan = planning.known(call.task.name, call.material, call.inputs) or planning.plan(call)
-            return planning.carried_out(plan, call.inputs, out)
+            if out is None or isinstance(out, np.ndarray):
+                return planning.carried_out(plan, call.inputs, out)
+            return planning.summed_up(plan, call.inputs, out)
     return None
 
 
@@ -161,7 +200,8 @@ def _in_blocks(call: Call) -> list[np.ndarray]:
         m = bound(material)
         mean = bound(material.merged(lib.merge_channels)) if channels else m
         parts = [lib.split(x, shape, channels is not None) for x in arrays]
-        return lib.assemble(task.kinds, [task.kernel(m, mean, *parts)], arrays[0], shape, channels is not None)
+        terms = [TERMS.get(kind, kind) for kind in task.kinds]
+        return lib.assemble(terms, [task.kernel(m, mean, *parts)], arrays[0], shape, channels is not None)
 
     return in_blocks(evaluate, task.kinds, inputs, batch, channels)
 
@@ -179,13 +219,21 @@ def _at_once(
     channels, batch = _batch(m.leaves(), lib, inputs)
     mean = m.merged(lib.merge_channels) if channels else m
     parts = [lib.split(x, batch, channels is not None) for x in inputs]
-    results = lib.assemble(kinds, [kernel(m, mean, *parts)], like, batch, channels is not None)
-    shapes = [result_shape(kind, batch, channels) for kind in kinds]
-    return [lib.module.broadcast_to(r, shape) for r, shape in zip(results, shapes, strict=True)]
+    terms = [TERMS.get(kind, kind) for kind in kinds]
+    results = lib.assemble(terms, [kernel(m, mean, *parts)], like, batch, channels is not None)
+    shapes = [result_shape(kind, batch, channels) for kind in terms]
+    full = [lib.module.broadcast_to(r, shape) for r, shape in zip(results, shapes, strict=True)]
+    return _sums(lib, kinds, full, len(batch) - 1)
+
+
+def _sums(lib: ops.Library, kinds: Sequence[str], results: Sequence[Any], axis: int) -> list[Any]:
+    """The results, of which those that are terms of sums are summed over an axis."""
+    summed = [lib.module.sum(r, axis) if kind in SUMMED else r for kind, r in zip(kinds, results, strict=True)]
+    return [r * r if kind == SQUARE else r for kind, r in zip(kinds, summed, strict=True)]
 
 
 def _converted(value: Any, lib: ops.Library, like: Any) -> Any:
-    _check_library(ops.library_of_type(type(value)), lib)
+    _check_number(value, lib)
     return lib.convert(value, like)
 
 
@@ -210,7 +258,8 @@ def _by_channel(
         m = bound(material, c)
         mean = bound(material.merged(lib.merge_channels), None) if channels else m
         runs.append(kernel(m, mean, *(lib.split(x, batch, channels is not None) for x in inputs)))
-    return lib.assemble(kinds, runs, like, batch, channels is not None)
+    terms = [TERMS.get(kind, kind) for kind in kinds]
+    return _sums(lib, kinds, lib.assemble(terms, runs, like, batch, channels is not None), len(batch) - 1)
 
 
 def full_shape(material: Parametrised, shape: tuple[int, ...]) -> tuple[int, ...]:
@@ -245,6 +294,25 @@ def _suspect_map(material: Parametrised, lib: ops.Library, inputs: Sequence[Any]
             return
 
 
+def _check_number(value: Any, lib: ops.Library) -> ops.Library | None:
+    """The library of a parameter's value, None for a plain number. Raises where it is none, or of a wrong library."""
+    of_value: ops.Library | None = ops.library_of_type(type(value))
+    if of_value is not None:
+        _check_library(of_value, lib)
+    elif isinstance(value, Texture):
+        raise ParameterError(
+            f"a parameter is a {value!r:.90}: it has no number until there is a place; write m.f(wi, wo, uv=uv), "
+            f"or m.at(uv=uv) for a material with the numbers at places uv (..., 2)"
+        )
+    elif value is None or isinstance(value, Spectrum):
+        what = "a wavelength is not known yet" if value is None else f"a parameter is a {value!r:.60}"
+        raise ParameterError(
+            f"{what}: there is no f until wavelengths are; write m.at([450.0, 550.0, 650.0]) for three "
+            f"channels, or m.at(550.0) for one without a channel axis"
+        )
+    return of_value
+
+
 def _check_library(of_value: ops.Library | None, lib: ops.Library) -> None:
     if of_value not in (None, lib, LIBRARIES["numpy"]):
         raise ArrayTypeError(
@@ -257,9 +325,8 @@ def _batch(values: Iterable[Any], lib: ops.Library, inputs: Sequence[Any]) -> tu
     """The number of channels (None without a channel axis) of parameters, and the batch that they and inputs make."""
     shapes = []  # by plain loops: torch.compile takes no assignments in comprehensions
     for value in values:
-        of_value = ops.library_of_type(type(value))
+        of_value = _check_number(value, lib)
         if of_value is not None:
-            _check_library(of_value, lib)
             shapes.append(of_value.shape(value))
     batches = [lib.shape(x)[:-1] for x in inputs] + [shape[:-1] for shape in shapes if shape]
     return _channels(shapes), ops.broadcast_shape(batches, "directions and parameters")
@@ -268,7 +335,8 @@ def _batch(values: Iterable[Any], lib: ops.Library, inputs: Sequence[Any]) -> tu
 def channels(material: Parametrised) -> int | None:
     """The number of channels of a material's results, None without a channel axis."""
     libraries = [(ops.library_of_type(type(value)), value) for value in material.leaves()]
-    return _channels([lib.shape(value) for lib, value in libraries if lib is not None])
+    textures = [(value.channels,) for value in material.leaves() if isinstance(value, Texture)]
+    return _channels([lib.shape(value) for lib, value in libraries if lib is not None] + textures)
 
 
 def _channels(shapes: Sequence[tuple[int, ...]]) -> int | None:

@@ -8,7 +8,7 @@ from threading import Lock
 
 import numpy as np
 
-from ..arrays.kinds import SCALAR, TOTAL, VALUE, VECTOR
+from ..arrays.kinds import MATRIX, SCALAR, SQUARE, SUMMED, TERMS, VECTOR
 from ..compile import memory
 from ..compile.threads import share
 
@@ -34,12 +34,12 @@ def in_blocks(
         with np.errstate(all="ignore"):
             shape = tuple(s.stop - s.start for s in at)
             parts = evaluate([cut(x, batch, at) for x in inputs], shape, at)
-            shapes = [result_shape(VALUE if kind == TOTAL else kind, shape, channels) for kind in kinds]
+            shapes = [result_shape(TERMS.get(kind, kind), shape, channels) for kind in kinds]
             return [np.broadcast_to(part, s) for part, s in zip(parts, shapes, strict=True)]
 
     def store(at: Box, parts: Sequence[np.ndarray]) -> None:
         for out, part, kind in zip(outs, parts, kinds, strict=True):
-            if kind == TOTAL:
+            if kind in SUMMED:
                 with lock:
                     out[at[:-1]] += part.sum(axis=len(at) - 1, dtype=np.float64)
             else:
@@ -50,19 +50,22 @@ def in_blocks(
     first = work(boxes[0] if boxes else everything)
     for part, kind in zip(first, kinds, strict=True):
         shape = result_shape(kind, batch, channels)
-        new = memory.empty(shape, part.dtype if kind == SCALAR else dtype) if kind != TOTAL else np.zeros(shape)
+        new = (
+            memory.empty(shape, part.dtype if part.dtype == bool else dtype) if kind not in SUMMED else np.zeros(shape)
+        )
         outs.append(new)
     if boxes:
         store(boxes[0], first)
         share(lambda at: store(at, work(at)), [(box,) for box in boxes[1:]])
-    return [out[()] for out in outs]
+    return [(out * out if kind == SQUARE else out)[()] for out, kind in zip(outs, kinds, strict=True)]
 
 
 def result_shape(kind: str, batch: tuple[int, ...], channels: int | None) -> tuple[int, ...]:
     """The shape of a result of a kernel."""
-    if kind == TOTAL:
-        batch = batch[:-1]
-    return batch + {SCALAR: (), VECTOR: (3,)}.get(kind, (channels,) if channels else ())
+    if kind in SUMMED:
+        batch, kind = batch[:-1], TERMS[kind]
+    of_channels = (channels,) if channels else ()
+    return batch + {SCALAR: (), VECTOR: (3,), MATRIX: (*of_channels, 4, 4)}.get(kind, of_channels)
 
 
 def _boxes(box: Box, size: int) -> Iterator[Box]:

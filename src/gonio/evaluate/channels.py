@@ -19,7 +19,9 @@ from ..compile import memory
 from ..compile.llvm.program import EACH
 from ..compile.llvm.program import TOTAL as SUMMED
 from ..compile.plans import Plan, Result, carry_out, prepare, renewed
+from ..trace.graph import Graph
 from ..trace.stages import Stages, stages
+from .interpret import evaluate
 from .tracing import Trace
 
 CACHED = 1 << 18
@@ -42,6 +44,24 @@ class Parts(NamedTuple):
     own: Plan
 
 
+class Alone(NamedTuple):
+    """What depends on the channel alone, which is computed with the plan and comes to its second stage as arrays."""
+
+    graph: Graph
+    nodes: tuple[int, ...]
+    inputs: int  # of the graph, before the parameters
+    place: int  # of the first among the arrays of the second stage
+
+    def values(self, leaves: Sequence[Any], tables: Sequence[np.ndarray], dtype: np.dtype) -> list[np.ndarray]:
+        """An array (C,) for each node, or one number."""
+
+        def load(k: int, _: int) -> np.ndarray:
+            return np.asarray(_numbers(leaves[k - self.inputs]), dtype)
+
+        with np.errstate(all="ignore"):  # as kernels do
+            return [np.atleast_1d(v) for v in evaluate(self.graph, self.nodes, load, tables, dtype)]
+
+
 class Staged(NamedTuple):
     """A plan of two stages for calls with arrays of the same shapes and strides."""
 
@@ -51,6 +71,7 @@ class Staged(NamedTuple):
     place: str  # of the channels' axis
     axes: int  # of the batch
     numbers: tuple[tuple[int, int, int], ...]  # number of a parameter, and its places in either plan, -1 for none
+    alone: Alone | None  # None where there is but one stage
 
 
 def sums_only(kinds: Sequence[str]) -> bool:
@@ -91,6 +112,8 @@ def staged(
     blocks = -(-count // step)
     place = BEHIND if not summed else BEFORE_LAST if math.prod(batch[:-1]) <= channels * blocks else FIRST
     sliced = tuple(x.ndim - 1 == len(batch) > 0 and x.shape[0] > 1 for x, _ in inputs)
+    alone = Alone(trace.graph, two.alone, first, first + len(two.first))
+    of_channel = alone.values(leaves, tables, dtype) if shared else []
     made: dict[int, Parts] = {}
     parts = []
     for start in range(0, count, step):
@@ -98,20 +121,23 @@ def staged(
         if length not in made:
             cut = [(x[start : start + length] if cut else x, w) for (x, w), cut in zip(inputs, sliced, strict=True)]
             shape = (length, *batch[1:]) if batch else batch
-            made[length] = _parts(trace, two if shared else None, cut, leaves, tables, shape, channels, place, dtype)
+            made[length] = _parts(
+                trace, two if shared else None, cut, of_channel, leaves, tables, shape, channels, place, dtype
+            )
         parts.append((start, start + length, made[length]))
     shape = (*(batch[:-1] if summed else batch), channels)
     of_result = np.dtype(np.float64) if summed else dtype
     outputs = tuple((0, shape, of_result, math.prod(shape) * of_result.itemsize) for _ in kinds)
-    shift = first + len(two.first) if shared else first
+    shift = first + len(two.first) + len(two.alone) if shared else first
     numbers = tuple((k, first + k if shared and first + k not in within else -1, shift + k) for k in read)
-    return Staged(outputs, tuple(parts), sliced, place, len(batch), numbers)
+    return Staged(outputs, tuple(parts), sliced, place, len(batch), numbers, alone if shared else None)
 
 
 def _parts(
     trace: Trace,
     two: Stages | None,
     inputs: Sequence[tuple[np.ndarray, int]],
+    alone: Sequence[np.ndarray],
     leaves: Sequence[Any],
     tables: Sequence[np.ndarray],
     batch: tuple[int, ...],
@@ -129,9 +155,8 @@ def _parts(
         shared = prepare(trace.graph, results, [*arrays, *plain], first, tables, batch, dtype)
         between = [(np.empty((*batch, 1), dtype), 1)] * len(two.first)
     brought = [x and (_with_axis(x[0], place), x[1]) for x in (*arrays, *between)]
-    own = [
-        (_of_channels(v, dtype, place, len(batch)), 1) if used else None for v, used in zip(leaves, read, strict=True)
-    ]
+    needed = [*alone, *(v if used else None for v, used in zip(leaves, read, strict=True))]
+    own = [(v is not None and (_of_channels(v, dtype, place, len(batch)), 1)) or None for v in needed]
     shape = {
         BEHIND: (*batch, channels),
         BEFORE_LAST: (*batch[:-1], channels, *batch[-1:]),
@@ -139,7 +164,8 @@ def _parts(
     }[place]
     graph, nodes = (two.second, two.outputs) if two else (trace.graph, [n for r in trace.results for n in r])
     results = [Result((node,), use, ()) for node in nodes]
-    return Parts(shared, prepare(graph, results, [*brought, *own], len(brought), tables, shape, dtype))
+    single = place == BEHIND and dtype == np.float32
+    return Parts(shared, prepare(graph, results, [*brought, *own], len(brought), tables, shape, dtype, single))
 
 
 def _numbers(value: Any) -> Any:
@@ -175,7 +201,10 @@ def _of_channels(value: Any, dtype: np.dtype, place: str, axes: int) -> np.ndarr
 def of_numbers(plan: Staged, leaves: Sequence[Any], tables: Sequence[np.ndarray], dtype: np.dtype) -> Staged:
     """The plan with other parameters, of the same shapes, and other tables."""
     shared = [(_plain(leaves[k], dtype)[0], (at,)) for k, at, _ in plan.numbers if at >= 0]
-    own = [(_of_channels(leaves[k], dtype, plan.place, plan.axes), (at,)) for k, _, at in plan.numbers]
+    placed = [(leaves[k], at) for k, _, at in plan.numbers]
+    if plan.alone:
+        placed += [(v, plan.alone.place + i) for i, v in enumerate(plan.alone.values(leaves, tables, dtype))]
+    own = [(_of_channels(v, dtype, plan.place, plan.axes), (at,)) for v, at in placed]
     new: dict[int, Parts] = {}
     for _, _, parts in plan.blocks:
         if id(parts) not in new:
@@ -193,16 +222,16 @@ def without_numbers(plan: Staged) -> Staged:
     return plan._replace(blocks=tuple((start, stop, new[id(parts)]) for start, stop, parts in plan.blocks))
 
 
-def carried_out(plan: Staged, inputs: Sequence[np.ndarray], out: np.ndarray | None) -> list[np.ndarray]:
-    """The results of a plan for these arrays; `out` takes the first."""
-    results, several = [], len(plan.blocks) > 1
+def carried_out(plan: Staged, inputs: Sequence[np.ndarray], given: Sequence[np.ndarray] = ()) -> list[np.ndarray]:
+    """The results of a plan for these arrays; `given` are those that take the first."""
+    results, several, out = [], len(plan.blocks) > 1, given[0] if given else None
     if plan.place == BEHIND and several:
         _, shape, dtype, _ = plan.outputs[0]
         out = memory.empty(shape, dtype) if out is None else out
     for start, stop, (shared, own) in plan.blocks:
         here = [x[start:stop] if cut else x for x, cut in zip(inputs, plan.sliced, strict=True)] if several else inputs
         between = carry_out(shared, here) if shared else []
-        into = out[start:stop] if out is not None and several else out
+        into = () if out is None else (out[start:stop] if several else out,)
         results.append(carry_out(own, [*here, *between], into))
     if plan.place == BEHIND:
         return results[0] if out is None else [out]

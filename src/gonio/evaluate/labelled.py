@@ -17,8 +17,8 @@ from typing import Any, TypeVar
 import numpy as np
 
 from ..arrays import LAZY, labels, ops
-from ..arrays.kinds import SCALAR, VALUE, VECTOR
-from ..arrays.labels import COMPONENTS, Labels, is_lazy, is_named
+from ..arrays.kinds import MATRIX, PAIRS, SCALAR, VALUE, VECTOR
+from ..arrays.labels import COMPONENTS, STOKES, Labels, is_lazy, is_named
 from ..errors import ArrayTypeError, ShapeError
 from ..formula.parametrised import Parametrised
 
@@ -98,6 +98,10 @@ def _wrapped(result: Any, kind: str, whole: Labels, m: Parametrised | None) -> A
     if not (isinstance(result, (np.ndarray, np.generic)) or is_lazy(result)):
         return result  # of another library, for directions of that
     axes = np.ndim(result) - len(whole.dims)
+    if kind == MATRIX:
+        return whole.of_matrices(result, axes == 3, getattr(m, "channel_names", None))
+    if kind == PAIRS:
+        return whole.of_pairs(result, getattr(m, "channel_names", None))
     if kind == VECTOR:
         return whole.with_axis(result, COMPONENTS, "xyz")
     if axes == 0:
@@ -136,8 +140,11 @@ def later(
 
     axes = [f"i{k}" if width else "" for k, width in enumerate(widths)]
     axes += [f"k{k}" if v.ndim else "" for k, v in enumerate(cut.values())]
-    of = ["c" if kind == VALUE and channels else "v" if kind == VECTOR else "" for kind in kinds]
-    sizes = {name: n for name, n in (("c", channels or 1), ("v", 3)) if name in of}
+    per_channel = ("c",) if channels else ()
+    axes_of = {VALUE: per_channel, VECTOR: ("v",), MATRIX: (*per_channel, *STOKES), PAIRS: ("co", "ci")}
+    of = [",".join(axes_of.get(kind, ())) for kind in kinds]
+    lengths = {"c": channels or 1, "v": 3} | dict.fromkeys(STOKES, 4) | dict.fromkeys(("co", "ci"), channels or 1)
+    sizes = {name: n for name, n in lengths.items() if any(name in axes_of.get(kind, ()) for kind in kinds)}
     results: Sequence[Any] = LAZY.in_chunks(chunk, [*arrays, *cut.values()], axes, of, **sizes)
     return results
 
@@ -200,6 +207,6 @@ def takes_labels(*directions: str, angles: Sequence[str] = (), kinds: Sequence[s
                 return results[0]
             return kind[0]._make(results) if kind and hasattr(kind[0], "_make") else tuple(results)
 
-        return wrapper  # type: ignore[return-value]
+        return wrapper  # type: ignore[return-value]  # a wrapper of the same arguments
 
     return decorated

@@ -12,25 +12,29 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..arrays import LIBRARIES, Fixed, Roomy, contiguous
-from ..arrays.kinds import TOTAL, VALUE
+from ..arrays import LIBRARIES, AsStored, Fixed, Roomy, contiguous
+from ..arrays.kinds import COUNT, MATRIX, SQUARE, SUMMED, TOTAL, VALUE
 from ..bounds import COMPILED
 from ..compile import elf
 from ..compile.llvm import machine
-from ..compile.llvm.program import EACH, ONCE
-from ..compile.llvm.program import TOTAL as SUMMED
+from ..compile.llvm.program import EACH, ONCE, SQUARED
+from ..compile.llvm.program import TOTAL as ADDED_UP
 from ..compile.plans import Plan, Result, carry_out, prepare, renewed
 from ..errors import DependencyError, EngineError, EngineWarning, ParameterError, TraceError, warn
 from ..formula.parametrised import Parametrised
-from . import channels
+from . import channels, turned
 from .blocks import Box, cut
 from .channels import Staged
 from .interpret import evaluate
 from .tracing import Task, Trace, content, traced
+from .turned import Turned
 
-UNROLLED = 8  # channels up to which each has its own copy of a formula; more are an axis of the batch
+UNROLLED = 8  # channels up to which each has its own copy of a formula, if it looks up no matrices; more are an axis
 PLANS_KEPT = 64  # for a material
 PATTERNS_KEPT = 1000
+
+Made = Plan | Staged | Turned
+"""A plan of any kind."""
 
 _GIVEN_UP: list[str] = []
 
@@ -79,7 +83,7 @@ def _give_up(error: Exception) -> None:
         warn(f"{text}; mend that, or set GONIO_ENGINE=numpy to silence this", EngineWarning)
 
 
-def known(name: tuple[Any, ...], material: Parametrised, inputs: Sequence[Any]) -> Plan | Staged | None:
+def known(name: tuple[Any, ...], material: Parametrised, inputs: Sequence[Any]) -> Made | None:
     """The plan of an earlier call of a task with such arrays, of this material or of one of its structure and shapes.
 
     `name`: the task's.
@@ -92,7 +96,7 @@ def known(name: tuple[Any, ...], material: Parametrised, inputs: Sequence[Any]) 
 class _Pattern(NamedTuple):
     """A plan without arrays, for other numbers of the same structure and shapes, and where these go in it."""
 
-    plan: Plan | Staged
+    plan: Made
     trace: Trace
     as_axis: bool
     numbers: tuple[int, ...]  # those of the material's leaves, then of the merged ones, that are read
@@ -103,14 +107,20 @@ class _Pattern(NamedTuple):
 _PATTERNS: dict[tuple[Any, ...], _Pattern] = {}
 
 
-def _pattern(plan: Plan | Staged, trace: Trace, as_axis: bool, leaves: int) -> _Pattern:
+def _pattern(plan: Made, trace: Trace, as_axis: bool, leaves: int) -> _Pattern:
     places = tuple(sorted(k for k in trace.read if k >= trace.inputs))
     numbers = tuple(k - trace.inputs for k in places)
-    bare = channels.without_numbers(plan) if isinstance(plan, Staged) else plan._replace(keeper=None)
+    bare: Made
+    if isinstance(plan, Staged):
+        bare = channels.without_numbers(plan)
+    elif isinstance(plan, Turned):
+        bare = plan._replace(plan=plan.plan._replace(keeper=None))
+    else:
+        bare = plan._replace(keeper=None)
     return _Pattern(bare, trace, as_axis, numbers, any(k >= leaves for k in numbers), places)
 
 
-def _of_pattern(key: tuple[Any, ...], material: Parametrised, dtype: np.dtype) -> Plan | Staged | None:
+def _of_pattern(key: tuple[Any, ...], material: Parametrised, dtype: np.dtype) -> Made | None:
     """A plan for the numbers of this material, if there was one for others of their shapes."""
     patterns = material.alike.setdefault(known, {})
     pattern = patterns.get(key)
@@ -137,6 +147,9 @@ def _of_pattern(key: tuple[Any, ...], material: Parametrised, dtype: np.dtype) -
         else:
             arrays.append((_parameter(value, dtype, pattern.as_axis)[0], (place,)))
     arrays.append((np.array(row, dtype), tuple(numbered)))  # numbers side by side: one array for all
+    if isinstance(pattern.plan, Turned):
+        new = renewed(pattern.plan.plan, arrays, tables)
+        return _remembered(key, material, pattern.plan._replace(plan=new))
     return _remembered(key, material, renewed(pattern.plan, arrays, tables))
 
 
@@ -153,7 +166,7 @@ def _shapes(material: Parametrised) -> tuple[Any, ...] | None:
     return tuple(shapes) or ((),)
 
 
-def _remembered(key: tuple[Any, ...], material: Parametrised, plan: Plan | Staged) -> Plan | Staged:
+def _remembered(key: tuple[Any, ...], material: Parametrised, plan: Made) -> Made:
     plans = material._derived.setdefault(known, {})
     if len(plans) >= PLANS_KEPT:
         plans.clear()
@@ -174,15 +187,19 @@ def _key(name: tuple[Any, ...], inputs: Sequence[Any]) -> tuple[Any, ...]:
     return key
 
 
-def plan(call: Call) -> Plan | Staged:
+def plan(call: Call) -> Made:
     """A plan for calls with such arrays, kept for further ones.
 
     Raises TraceError if the formula cannot be traced or is too large to be compiled, EngineError where nothing can be
     compiled after all.
     """
     task, material, inputs, count, _ = call
-    as_axis = count is not None and count > UNROLLED
+    as_axis = count is not None and count > (1 if MATRIX in task.kinds and content(material).tables else UNROLLED)
+    if not SUMMED.isdisjoint(task.kinds) and (task.by or task.adds or not channels.sums_only(task.kinds)):
+        as_axis = False  # sums run over the last axis of the batch, which the channels would be
     trace = traced(task, material, 1 if as_axis else count)
+    if as_axis and trace.loops:  # channels share them
+        as_axis, trace = False, traced(task, material, count)
     if trace.operations > COMPILED:
         raise TraceError(f"a formula of {trace.operations} operations, expected at most {COMPILED} to compile")
     tables = _tables(trace, material, inputs[0].dtype)
@@ -213,21 +230,24 @@ def _of_stages(call: Call, trace: Trace, tables: Sequence[np.ndarray]) -> Staged
     return channels.staged(trace, task.kinds, arrays, leaves, tables, batch, count)
 
 
-def _of_one(call: Call, trace: Trace, tables: Sequence[np.ndarray], as_axis: bool) -> Plan:
+def _of_one(call: Call, trace: Trace, tables: Sequence[np.ndarray], as_axis: bool) -> Plan | Turned:
     """A plan of one kernel: each channel has its own copy of the formula, or (`as_axis`) is an element of the batch."""
     task, material, inputs, count, batch = call
-    if as_axis and TOTAL in task.kinds:
-        raise TraceError(f"sums beside other results are compiled for at most {UNROLLED} channels; got {count}")
     shape = (*batch, count) if as_axis and count is not None else batch
     inputs = [x[..., None, :] for x in inputs] if as_axis else inputs
     dtype = inputs[0].dtype
     arrays = [(x, w) if k in trace.read else None for k, (x, w) in enumerate(zip(inputs, task.widths, strict=True))]
     arrays += _parameters(trace, material, dtype, as_axis)
+    if turned.pays(task, shape, dtype):
+        return turned.turned(trace, task, arrays, tables, shape, count)
     elements = task.elements(() if as_axis or count is None else (count,))
-    uses = [{VALUE: EACH, TOTAL: SUMMED}.get(kind, ONCE if as_axis else EACH) for kind in task.kinds]
-    uses += [EACH] * (len(elements) - len(uses))
+    uses = [_USES.get(kind, ONCE if as_axis else EACH) for kind in task.kinds]
+    uses += uses[:1] * (len(elements) - len(uses))
     results = [Result(*parts) for parts in zip(trace.results, uses, elements, strict=True)]
-    return prepare(trace.graph, results, arrays, trace.inputs, tables, shape, dtype)
+    return prepare(trace.graph, results, arrays, trace.inputs, tables, shape, dtype, adds=task.adds)
+
+
+_USES = {VALUE: EACH, MATRIX: EACH, TOTAL: ADDED_UP, COUNT: ADDED_UP, SQUARE: SQUARED}
 
 
 def _tables(trace: Trace, material: Parametrised, dtype: np.dtype) -> list[np.ndarray]:
@@ -246,6 +266,8 @@ def _within(trace: Trace, tables: Sequence[np.ndarray]) -> bool:
 
 
 def _table(table: Fixed, dtype: np.dtype) -> np.ndarray:
+    if isinstance(table, AsStored) and table.numbers.dtype.itemsize < dtype.itemsize:
+        raise TraceError("a formula looks up a table that is too large to be converted to double precision")
     if isinstance(table, Roomy) and table.whole.dtype == dtype:
         return table.whole
     padded: np.ndarray = table.once(_padded, dtype)
@@ -302,14 +324,26 @@ def _parameter(value: Any, dtype: np.dtype, as_axis: bool) -> tuple[np.ndarray, 
     return array, array.shape[-1]
 
 
-def carried_out(plan: Plan | Staged, inputs: Sequence[np.ndarray], out: np.ndarray | None) -> list[Any]:
+def carried_out(plan: Made, inputs: Sequence[np.ndarray], out: np.ndarray | None) -> list[Any]:
     """The results of a plan; those of a single direction as numbers. `out` takes the first one."""
+    if type(plan) is Turned:
+        return turned.carried_out(plan, inputs)
     carry: Any = carry_out if type(plan) is Plan else channels.carried_out
     if out is not None:
         direct = out.flags.c_contiguous and not any(np.may_share_memory(out, x) for x in inputs)
-        results = carry(plan, inputs, out if direct else None)
+        results = carry(plan, inputs, (out,) if direct else ())
         if not direct:
             out[...] = results[0]
         return [out, *results[1:]]
-    results = carry(plan, inputs, None)
+    results = carry(plan, inputs)
     return [r if r.ndim else r[()] for r in results] if type(plan) is Plan and plan.scalar else results
+
+
+def summed_up(plan: Made, inputs: Sequence[np.ndarray], into: Sequence[np.ndarray] | None) -> list[Any]:
+    """The results of a plan; with `into` those of a plan that adds to arrays."""
+    if into is None:
+        return carried_out(plan, inputs, None)
+    if type(plan) is Turned:
+        return turned.carried_out(plan, inputs, into)
+    assert type(plan) is Plan  # sums that add are no stages
+    return carry_out(plan, inputs, into)

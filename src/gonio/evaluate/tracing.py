@@ -13,14 +13,14 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..arrays import Fixed
-from ..arrays.kinds import SCALAR, TOTAL, VALUE, VECTOR
+from ..arrays.kinds import MATRIX, SCALAR, TERMS, VALUE, VECTOR
 from ..errors import Error, TraceError
-from ..formula.fields import Channels, Param, Part
+from ..formula.fields import Channels, Numbers, Part
 from ..formula.parametrised import Parametrised
 from ..formula.state import State
 from ..trace.derive import gradient
 from ..trace.graph import Graph
-from ..trace.symbol import Symbol, TableSymbol
+from ..trace.symbol import Symbol, TableSymbol, nodes
 
 TRACES_KEPT = 1000
 
@@ -28,24 +28,26 @@ Kernel = Callable[..., tuple[Any, ...]]
 
 
 class Task(NamedTuple):
-    """A kernel to be traced, with the kinds of its results; for derivatives of its one value also the arguments."""
+    """A kernel to be traced, with the kinds of its results; for derivatives of the first one, a value or its total,
+    also the arguments. With `adds` the results are added to arrays that a call brings."""
 
     kernel: Kernel
     kinds: tuple[str, ...]
     widths: tuple[int, ...]  # of the inputs, whose last axes have these lengths
     by: tuple[tuple[int, ...], ...] = ()  # places of parameters and of inputs to differentiate by
+    adds: bool = False
 
     @property
     def name(self) -> tuple[Any, ...]:
         """A key that tells it from other tasks with inputs of the same shapes."""
-        return (self.kernel, self.kinds, *self.by)
+        return (self.kernel, self.kinds, *self.by, *(("adds",) if self.adds else ()))
 
     def elements(self, channels: tuple[int, ...]) -> list[tuple[int, ...]]:
         """The shape of one element of each result; `channels`: of a value."""
-        shapes = {VALUE: channels, TOTAL: channels, VECTOR: (3,), SCALAR: ()}
+        shapes = {VALUE: channels, VECTOR: (3,), SCALAR: (), MATRIX: (*channels, 4, 4)}
         leaves, inputs = self.by or ((), ())
         slopes = [channels for _ in leaves] + [(*channels, self.widths[k]) for k in inputs]
-        return [shapes[kind] for kind in self.kinds] + slopes
+        return [shapes[TERMS.get(kind, kind)] for kind in self.kinds] + slopes
 
 
 class Trace(NamedTuple):
@@ -59,6 +61,7 @@ class Trace(NamedTuple):
     looked_up: frozenset[int]  # and the tables
     reach: dict[int, int]  # table -> the largest constant place, or distance of places, that is looked up in it
     operations: int
+    loops: bool
 
 
 class Content(NamedTuple):
@@ -87,10 +90,10 @@ def _gathered(material: Parametrised) -> Content:
             part = content(values[name])
             leaves += part.leaves
             tables += part.tables
-        elif name not in tied and isinstance(field, (Param, Channels)):
+        elif name not in tied and isinstance(field, Numbers):
             leaves.append(kept[name] if name in kept else values[name])
     if len(kept):
-        tables += [kept[name] for name in kept if not isinstance(fields.get(name), (Param, Channels))]
+        tables += [kept[name] for name in kept if not isinstance(fields.get(name), Numbers)]
     return Content(_structure(material), leaves, tables)
 
 
@@ -122,7 +125,7 @@ def traced(task: Task, material: Parametrised, channels: int | None) -> Trace:
 
     Raises TraceError where the formula cannot be traced.
     """
-    key = (task, channels, content(material).structure)
+    key = (task._replace(adds=False), channels, content(material).structure)
     trace = _TRACES.get(key)
     if trace is None:
         try:
@@ -143,7 +146,7 @@ def _trace(task: Task, material: Parametrised, channels: int | None) -> Trace:
     graph, (_, leaves, tables), first = Graph(), content(material), len(task.widths)
     table_numbers = {id(table): i for i, table in enumerate(tables)}
     lengths = [_length(v) for v in leaves]
-    numbered = [not path for path in material.leaf_paths()]
+    numbered = [isinstance(field, Channels) for _, field, _, _ in material._numbers()]
 
     def bound(start: int, channel: int) -> Parametrised:
         order = iter(range(len(leaves)))
@@ -159,22 +162,29 @@ def _trace(task: Task, material: Parametrised, channels: int | None) -> Trace:
     parts = [tuple(Symbol(graph, graph.load(k, c)) for c in range(w)) for k, w in enumerate(task.widths)]
     mean = bound(first if channels is None else first + len(leaves), 0)
     runs = []
-    for c in range(channels or 1) if {VALUE, TOTAL} & set(task.kinds) else [0]:
+    kinds = [TERMS.get(kind, kind) for kind in task.kinds]
+    for c in range(channels or 1) if {VALUE, MATRIX} & set(kinds) else [0]:
         m = mean if channels is None else bound(first, c)
         runs.append(task.kernel(m, mean, *parts))
 
-    def node(value: Any) -> int:
+    def node(value: Any, kind: str) -> int:
+        if kind in TERMS:
+            (number,) = nodes(graph, value, 1.0)[:1]
+            return number
         return value.node if isinstance(value, Symbol) else graph.constant(value)
 
     results = []
-    for i, kind in enumerate(task.kinds):
-        numbers = [run[i] for run in runs] if kind in (VALUE, TOTAL) else runs[0][i] if kind == VECTOR else [runs[0][i]]
-        results.append(tuple(node(x) for x in numbers))
+    for i, kind in enumerate(kinds):
+        if kind == MATRIX:
+            numbers = [x for run in runs for row in run[i] for x in row]
+        else:
+            numbers = [r[i] for r in runs] if kind == VALUE else runs[0][i] if kind == VECTOR else [runs[0][i]]
+        results.append(tuple(node(x, task.kinds[i]) for x in numbers))
     return _complete(graph, results, first, channels)
 
 
 def _jacobian(task: Task, material: Parametrised, channels: int | None) -> Trace:
-    """The trace of a kernel with one value, and then of its derivatives: by parameters (each channel's by that
+    """The trace of a kernel, and then of the derivatives of its first value: by parameters (each channel's by that
     channel's number), and by all components of inputs."""
     trace, (leaves, inputs) = traced(task._replace(by=()), material, channels), task.by
     graph, lengths = trace.graph, [_length(v) for v in content(material).leaves]
@@ -185,13 +195,17 @@ def _jacobian(task: Task, material: Parametrised, channels: int | None) -> Trace
         derivatives = iter(gradient(graph, node, [x for group in by for x in group]))
         for slope, group in zip(slopes, by, strict=True):
             slope += islice(derivatives, len(group))
-    return _complete(graph, [trace.results[0], *map(tuple, slopes)], trace.inputs, channels)
+    return _complete(graph, [*trace.results, *map(tuple, slopes)], trace.inputs, channels)
 
 
 def _complete(graph: Graph, results: Sequence[tuple[int, ...]], inputs: int, channels: int | None) -> Trace:
-    order = graph.reachable([n for nodes in results for n in nodes])
+    ends = [n for nodes in results for n in nodes]
+    order = graph.reachable(ends)
+    within = graph.steps(order)
+    if any(within[node] for node in ends):
+        raise TraceError("a formula keeps a number of a step of a loop; expected what ops.loop gives")
     read = frozenset(graph.arguments[n][0] for n in order if graph.operations[n] == "load")
-    looked_up = frozenset(graph.arguments[n][0] for n in order if graph.operations[n] == "take")
+    looked_up = frozenset(graph.arguments[n][0] for n in order if graph.operations[n] in ("take", "rays"))
     reach: dict[int, int] = {}
     for table, index in (graph.arguments[n] for n in order if graph.operations[n] == "take"):
         place = graph.value(index)
@@ -201,7 +215,17 @@ def _complete(graph: Graph, results: Sequence[tuple[int, ...]], inputs: int, cha
             reach[table] = max(reach.get(table, 0), int(place))
     for (table, _), members in graph.neighbours(order).items():
         reach[table] = max(reach.get(table, 0), max(members) - min(members))
-    return Trace(graph, tuple(results), inputs, channels is not None, read, looked_up, reach, len(order))
+    return Trace(
+        graph,
+        tuple(results),
+        inputs,
+        channels is not None,
+        read,
+        looked_up,
+        reach,
+        len(order),
+        any(graph.operations[n] == "loop" for n in order),
+    )
 
 
 def _length(value: Any) -> int:

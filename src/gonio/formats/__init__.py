@@ -3,9 +3,10 @@
 A format's module has NAME, SUFFIXES, DESCRIPTION, `matches(head, size)`, `read(path)` and, where it can be written,
 `write(m, path)`. Their other parameters are options, declared in the signature (see `_options`). ORACLE says what the
 format was checked against. SHARED_SUFFIX = True: a suffix is another format's too, and saving needs `format`. A format
-whose files are folders has `matches_folder(path)` and `target(path)` (see `files`). A module is found by being in this
-folder. A format whose files can have any names of columns has `readable(head)`, whether a file may be one, and
-`refusal(path)`, why it is none or None; its options choose it where no other format has them.
+whose files are folders has `matches_folder(path)` and `target(path)` (see `files`). TRANSMITS = True: it can hold
+transmission, or reflection of both sides (see `_sides`). A module is found by being in this folder. A format whose
+files can have any names of columns has `readable(head)`, whether a file may be one, and `refusal(path)`, why it is none
+or None; its options choose it where no other format has them.
 
 No file is claimed by two formats: a `matches` whose marks also occur in another format's files rejects those
 (`material_json`, `xarray_netcdf`). A damaged or contrived file with the marks of several formats goes to the first
@@ -30,8 +31,9 @@ from ..base.reflectance import Reflectance
 from ..contents import Contents, Folder
 from ..errors import FormatError, NotFoundError, ParameterError, TooLargeError
 from ..formula.state import freeze
+from ..models.sheet import Sheet
 from ..pictures.image import SUFFIXES as PICTURES
-from . import _options
+from . import _options, _sides
 from ._reading import pipes, plain_text, strangers
 
 HEAD = 4096
@@ -97,12 +99,15 @@ def _loaded(
             raise TooLargeError(
                 f"{path}: a {module.NAME} file that takes more memory than there is; split it up"
             ) from None
-        if isinstance(m, Measured):
-            m = provenance.noted(m, source, module.NAME, options)
-            if source != path:
-                m = m.with_notes(path=str(path))
-            freeze(vars(m))
-    return m
+        facts = provenance.of_file(source, module.NAME, options) if isinstance(m, (Measured, Sheet)) else {}
+
+        def known(part: Measured) -> Measured:
+            part = provenance.noted(part, facts)
+            part = part if source == path else part.with_notes(path=str(path))
+            freeze(vars(part))
+            return part
+
+        return _sides.with_notes(m, known)
 
 
 def recognised(path: Path, options: Collection[str] = ()) -> ModuleType:
@@ -161,6 +166,7 @@ def save(m: Reflectance, path: str | os.PathLike, format: str | None = None, **o
     """
     module = writer(path, format)
     options = _options.checked(module, "write", options)
+    _sides.refuse(m, module, formats())
     target(module, path)  # before any computation
     try:
         module.write(m, Path(path), **options)

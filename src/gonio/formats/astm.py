@@ -16,15 +16,18 @@ import numpy as np
 
 from ..base.reflectance import Reflectance
 from ..errors import FormatError, ParameterError
+from ..models.sheet import Sheet
 from ..tables.gridded import Gridded
 from ._reading import channel_words, plain_text
 from ._rows import direction_pairs
-from ._rows.pairs_of_material import Resolution, pairs_of, with_others
+from ._rows.pairs_of_material import Resolution, rows_of
+from ._sides import Side, about_of
 
 NAME = "ASTM"
 SUFFIXES = (".astm",)
 DESCRIPTION = "rows of angles and BRDF with KEY value lines (ASTM E1392, Cornell)"
 ORACLE = "own generator only"
+TRANSMITS = True
 
 ANGLES = ("theta_i", "phi_i", "theta_s", "phi_s")
 
@@ -36,11 +39,11 @@ def matches(head: bytes, size: int) -> bool:
     return bool(_VARS.search(plain_text.start(head)))
 
 
-def read(path: Path, side: direction_pairs.Side = "front") -> Gridded:
-    """The measurement in a file: a grid if its rows fill one, else `Scattered`.
+def read(path: Path, side: Side = None) -> Gridded | Sheet:
+    """The measurement in a file: a grid if its rows fill one, else `Scattered`; or a `Sheet` of these.
 
-    Rows of the other side, and of transmission, stay in `about["other_pairs"]` to be written again. Raises FormatError,
-    with the line, for a damaged file.
+    Rows of the other side, and of transmission, stay in `about["other_pairs"]` to be written again, unless they are
+    read too. Raises FormatError, with the line, for a damaged file.
     """
     lines = plain_text.read(path)
     about: dict[str, str] = {}
@@ -81,8 +84,8 @@ def write(m: Reflectance, path: Path, resolution: Resolution = None) -> None:
     >>> print(gn.load("white.astm").f_angles(0.3, 0.0, 0.5, 1.0).round(4))
     0.1592
     """
-    pairs = with_others(pairs_of(m, resolution), m)
-    about = {str(k): str(v) for k, v in getattr(m, "about", {}).items() if k != "other_pairs"}
+    pairs = rows_of(m, resolution)
+    about = {str(k): str(v) for k, v in about_of(m).items() if k != "other_pairs"}
     names = [about.pop("channel", "BRDF")] if pairs.channels is None else [*map(channel_words.name_of, pairs.channels)]
     if any(re.search(r"[,\r\n]", name) for name in names):
         raise ParameterError(f"channels {names}: expected names without commas and line ends; rename them")

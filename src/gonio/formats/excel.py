@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Annotated, Any
 
 from ..errors import DependencyError, FormatError, ParameterError
+from ..models.sheet import Sheet
 from ..tables.gridded import Gridded
 from . import csv_table
 from ._laboratory.meanings import Said
@@ -20,7 +21,7 @@ from ._laboratory.sheets import CellSheet
 from ._laboratory.understanding import Understood, understand
 from ._options import Declared
 from ._reading import plain_text
-from ._rows.direction_pairs import Side
+from ._sides import Side
 
 NAME = "Excel"
 SUFFIXES = (".xlsx",)
@@ -41,7 +42,7 @@ def matches(head: bytes, size: int) -> bool:
 
 def read(
     path: Path,
-    side: Side = "front",
+    side: Side = None,
     sheet: Annotated[
         int | str | None, Declared("name of the sheet, or its number from 1; needed where several")
     ] = None,
@@ -55,7 +56,7 @@ def read(
     uncertainty: csv_table.Spread = None,
     missing: csv_table.Missing = None,
     forward: csv_table.Forward = None,
-) -> Gridded:
+) -> Gridded | Sheet:
     """The table in a sheet.
 
     Raises DependencyError without openpyxl, ParameterError for a sheet that is not there, and the errors of
@@ -68,7 +69,7 @@ def read(
     return csv_table.of_table(understand(_sheet(path, sheet), said), str(path), side)
 
 
-def understood(path: Path, side: str = "front", sheet: int | str | None = None, **said: Any) -> Understood:
+def understood(path: Path, side: str | None = None, sheet: int | str | None = None, **said: Any) -> Understood:
     """The table in a sheet, column by column, with the options of `read`."""
     return understand(_sheet(path, sheet), Said(**said))
 

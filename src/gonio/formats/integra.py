@@ -1,4 +1,4 @@
-"""Integra's diffuse distributions, `.ddr`: grids about the mirror direction.
+"""Integra's diffuse distributions, `.ddr` and `.ddt`: grids about the mirror direction.
 
 Words and numbers over any number of lines; lines that begin with `;;` are comments. `TypeSym` names the symmetry of the
 azimuths, `TypeColorModel` BW, RGB or spectral, `TypeData` the quantity: Luminance is pi f, Intensity f cos(theta_o),
@@ -6,8 +6,9 @@ each times the block's `kbdf`; Relative ones are scaled so that the directional-
 `sigma`, `psi` are theta and phi of wi, `theta`, `phi` those of wo about the mirror direction, or about `sigmaT`, in
 degrees; lists begin with their length. Then per channel `bw`, `red`, `gre`, `blu` or `wl` nm: `kbdf` and numbers by
 psi, sigma; `def` and numbers by psi, sigma, phi, theta; `enddef`. Integra's specification was not seen: this follows
-libbsdf's DdrReader and DdrWriter. Checked against its own generator only. `.ddt` files look the same but are
-transmission.
+libbsdf's DdrReader and DdrWriter. Checked against its own generator only. `.ddt` files look the same and are
+transmission, about the direction straight behind the light, with azimuths of the front as libbsdf has them; they name
+no side, and hold for both alike.
 """
 
 from __future__ import annotations
@@ -24,18 +25,23 @@ from ..base.measured import tabular_shape
 from ..base.reflectance import Reflectance
 from ..errors import FormatError, ParameterError
 from ..formula.direction import HORIZON
+from ..models._quarters import sheet_of
+from ..models.sheet import Sheet
 from ..tables.angle_systems import SYSTEMS
 from ..tables.axes import fits
 from ..tables.gridded import Gridded
 from ..tables.nodes import channels_named, own_nodes
+from ._optical.angle_tables import as_lit
 from ._options import Declared
 from ._reading import plain_text
 from ._rows import libbsdf_grids
+from ._sides import same_from_both
 
 NAME = "Integra"
-SUFFIXES = (".ddr",)
-DESCRIPTION = "grid about the mirror direction (Integra Diffuse Distribution, libbsdf)"
+SUFFIXES = (".ddr", ".ddt")
+DESCRIPTION = "grid about the mirror direction, .ddt of transmission (Integra Diffuse Distribution, libbsdf)"
 ORACLE = "own generator only"
+TRANSMITS = True
 
 SYMMETRIES = ("axisymmetrical", "dirsymmetrical", "planesymmetrical", "asymmetrical")
 QUANTITIES = {"luminance": "reflectance factor", "intensity": "brdf * cos(theta_o)"}
@@ -91,13 +97,11 @@ class _Words:
         return word.lower()
 
 
-def read(path: Path) -> Gridded:
-    """The measurement in a file; one about `sigmaT` becomes `Scattered`.
+def read(path: Path) -> Gridded | Sheet:
+    """The measurement in a file; one about `sigmaT` becomes `Scattered`, transmission (`.ddt`) a `Sheet`, both ways.
 
-    Raises FormatError, with the line, for a damaged file, and for the transmission of `.ddt` files.
+    Raises FormatError, with the line, for a damaged file.
     """
-    if Path(path).suffix.lower() == ".ddt":
-        raise FormatError(f"{path}: .ddt files are transmission, which is not read yet; expected reflection, .ddr")
     words = _Words(path)
     header, lists, about = _header(words)
     shape = tuple(len(lists[name]) for name in ("psi", "sigma", "phi", "theta"))
@@ -106,7 +110,12 @@ def read(path: Path) -> Gridded:
         if word.lower() not in CHANNELS:
             raise words.lines.fault(word, f"one of {', '.join(CHANNELS)}")
         blocks.append(_channel(words, word.lower(), shape))
-    return _material(words.lines, header, lists, blocks, about)
+    m = _material(words.lines, header, lists, blocks, about)
+    return m if not _is_transmission(path) else sheet_of(dict.fromkeys(("forward", "backward"), as_lit(m)))
+
+
+def _is_transmission(path: Path) -> bool:
+    return Path(path).suffix.lower() == ".ddt"
 
 
 def _header(words: _Words) -> tuple[dict[str, str], dict[str, np.ndarray], dict[str, str]]:
@@ -239,7 +248,8 @@ def write(
     """Write the grid of a measurement about the mirror direction; for others, and where `resolution` is given, f at
     such a grid, with f at the horizon for nodes below it.
 
-    f cos(theta_o) stays that, other quantities become pi f. Lost: uncertainties, and the interpolation. Raises
+    Transmission, the same from both sides, is a file `.ddt` of its own. f cos(theta_o) stays that, other quantities
+    become pi f. Lost: uncertainties, and the interpolation. Raises
     ParameterError for data with holes, delta lobes, maps, and channels other than one, RGB or wavelengths.
 
     Example
@@ -247,6 +257,12 @@ def write(
     >>> print(gn.load("white.ddr").f_angles(0.3, 0.0, 0.5, 1.0).round(4))
     0.1592
     """
+    if m.sides != "front" or _is_transmission(path):
+        parts = same_from_both(m, NAME)
+        if {*parts} != {"forward"} or not _is_transmission(path):
+            rule = ".ddt files are transmission, .ddr files reflection in front; save each in a file of its own"
+            raise ParameterError(f"{path}: {m!r:.80}: {rule}")
+        m = as_lit(parts["forward"])
     if isinstance(m, Gridded) and m.parameterisation == "specular" and resolution is None:
         table = m
     else:

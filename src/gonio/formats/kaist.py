@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 import numpy as np
 
@@ -20,8 +20,10 @@ from ..errors import FormatError, ParameterError
 from ..evaluate import batch
 from ..formula.fields import kept
 from ..formula.state import Held, note
+from ..polarization import to_frames
 from ..tables.angle_systems import angle_system
 from ..tables.nodes import above, f_at
+from ..tables.polarimetric import KEPT, Polarimetric
 from ._options import Declared
 from ._reading import tensor_file
 from ._reading.large_tables import Unscanned
@@ -42,15 +44,17 @@ WAVELENGTHS = (450, 500, 550, 600, 650)
 RESOLUTION = (91, 46, 73)
 
 
-class KAIST(Unscanned):
+class KAIST(Polarimetric, Unscanned):
     """Polarimetric BRDF of an isotropic material: f is M00 at each wavelength, linear in theta_h, theta_d and phi_d.
 
     f is constant beyond the outermost nodes. Nodes without data (NaN) are left out and the weights of the others
     renormalised; Mitsuba has 0 for pairs with such a node around them.
 
-    mueller   the stored matrices (phi_d, theta_d, theta_h, wavelength, 4, 4) [1/sr], read from the file each time they
-              are asked for; FormatError if it has changed, NotFoundError if it is gone. Stokes vectors are in the
-              frames of the facet, whose normal is the half vector: x lies across the plane of wi and wo, as in Mitsuba.
+    matrices  the stored Mueller matrices (phi_d, theta_d, theta_h, wavelength, 4, 4) [1/sr], read from the file each
+              time they are asked for; FormatError if it has changed, NotFoundError if it is gone. Stokes vectors are in
+              the axes of the facet: x lies across the plane of wi and wo, y = k x x, on both sides alike.
+    mueller   the matrix of any pair, each element interpolated as f is, in the axes of the surface. Matrices that no
+              passage of light can have are kept as they are: see `gonio.check`'s law of realisability.
 
     Sampling: see `Sampled`.
 
@@ -58,11 +62,12 @@ class KAIST(Unscanned):
     Units    f: 1/sr; wavelengths (`channel_names`): nm.
     Error    against Mitsuba 3.9.1 `measured_polarized` (float32), 2000 pairs of a file of random numbers without NaN:
              7e-6 of the largest f. Memory: 4 bytes per node and wavelength, 8 more once f is asked for: 0.18 GB for a
-             published file.
+             published file; 128 more once `mueller` is: 1.9 GB.
     Source   Baek et al. 2020, "Image-based acquisition and modeling of polarimetric reflectance", ACM TOG 39(4):139.
     """
 
     format = NAME
+    breaks: ClassVar[dict[str, str]] = Unscanned.breaks | {"realisability": KEPT}
     fields_stored: dict[str, np.ndarray | Kept] = note()
     """The fields of the file, in their order."""
 
@@ -93,16 +98,19 @@ class KAIST(Unscanned):
             raise FormatError(f"{where}: {error}") from None
 
     @property
-    def mueller(self) -> np.ndarray:
+    def matrices(self) -> np.ndarray:
         """The Mueller matrices, as stored."""
         return tensor_file.as_array(self.fields_stored["M"])
+
+    def facet_matrices(self) -> np.ndarray:
+        return self.matrices.transpose(2, 1, 0, 3, 4, 5)
 
     @property
     def data(self) -> xarray.Dataset:
         """As a Gridded's, with `mueller` by phi_d, theta_d, theta_h, wavelength and Stokes component."""
         dims = ("phi_d", "theta_d", "theta_h", "wavelength", "stokes_o", "stokes_i")
         long_name = {"units": "sr-1", "long_name": "Mueller matrix of the BRDF"}
-        return super().data.assign(mueller=(dims, self.mueller, long_name))
+        return super().data.assign(mueller=(dims, self.matrices, long_name))
 
 
 def _first_elements(M: np.ndarray | Kept) -> np.ndarray:
@@ -143,8 +151,8 @@ def write(
         Sequence[int] | None, Declared("nodes of theta_h, theta_d and phi_d", 2, lengths=(3,), usual=RESOLUTION)
     ] = None,
 ) -> None:
-    """Write f as M00, with 0 for the other elements; a KAIST is written with all its fields, bit by bit, unless
-    `resolution` is given.
+    """Write the Mueller matrices, f as M00; a KAIST is written with all its fields, bit by bit, unless `resolution` is
+    given.
 
     A material without wavelengths gets the same f at 450 to 650 nm. NaN stands for pairs below the horizon. Raises
     ParameterError for materials that are anisotropic, coloured without wavelengths, or have a delta lobe or maps.
@@ -176,6 +184,9 @@ def _tabulated(m: Reflectance, resolution: Sequence[int]) -> dict[str, np.ndarra
     theta_d, theta_h = np.meshgrid(axes[1].astype(float), axes[0].astype(float), indexing="ij")
     for k, phi_d in enumerate(axes[2].astype(float)):
         wi, wo = angle_system("half_difference").pairs(theta_h, theta_d, phi_d + 0.0 * theta_h)
+        if m.polarizes:
+            facet = to_frames(m.mueller(wi, wo), wi, wo, "facet")
+            M[k] = facet if facet.ndim == 5 else facet[:, :, None]
         M[k][~above(wi, wo)] = np.nan
         M[k, ..., 0, 0] = with_channels(f_at(m, wi, wo), 2)
     return {**{n: x[None] for n, x in zip(AXES, axes, strict=True)}, "wvls": wavelengths, "M": M}

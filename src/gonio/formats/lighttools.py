@@ -11,7 +11,8 @@ then blocks of `AOI`, `POI` [degrees], `Side Front | Back`, `Wavelength` [nm], `
 Radial is theta_o. If all POI are the same, the material is isotropic and light comes from azimuth 90 degrees, as in
 libbsdf: phi = ScatterAzimuth - 90 degrees, and PlaneSymmetrical files hold one side of that plane. If they differ, POI
 is phi_i, and ScatterAzimuth phi_o (chosen here: no reader was seen that uses POI). Light on the back has an AOI above
-90 degrees or Side Back.
+90 degrees or Side Back. A BTDF has theta_o from the normal of the side that light leaves, and azimuths of the front, as
+libbsdf has them.
 
 No specification and no real file was seen: the layout is that of libbsdf's reader; checked against own files only.
 """
@@ -19,7 +20,7 @@ No specification and no real file was seen: the layout is that of libbsdf's read
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import product
 from pathlib import Path
 from typing import Annotated, Any, NamedTuple
@@ -30,10 +31,10 @@ from ..base.measured import Total
 from ..base.reflectance import Reflectance
 from ..errors import FormatError, ParameterError
 from ..formula.text import shown
-from ..tables.gridded import Gridded
+from ..models import sheet
+from ..models._quarters import quarters
 from ._optical import bsdf_text
 from ._optical.angle_tables import (
-    NO_TRANSMISSION,
     Channel,
     Filed,
     IncidentAngles,
@@ -42,6 +43,7 @@ from ._optical.angle_tables import (
     as_filed,
     default_angles,
     increasing,
+    mirrored_x,
     on_grid,
     own_table,
     spectral,
@@ -49,7 +51,7 @@ from ._optical.angle_tables import (
 )
 from ._options import Declared
 from ._reading import channel_words, plain_text
-from ._rows.direction_pairs import Side
+from ._sides import Side, joined, wanted
 
 NAME = "LightTools"
 SUFFIXES = (".bsdf",)
@@ -57,6 +59,7 @@ SHARED_SUFFIX = True
 DESCRIPTION = "LightTools' BSDF: by angles of wo, for each direction of incidence"
 ORACLE = "own generator, written from libbsdf's reader"
 
+TRANSMITS = True
 LISTS = ("ScatterAzimuth", "ScatterRadial")
 TRISTIMULUS = {"trisx": 0, "trisy": 1, "trisz": 2}
 KEYS = ("aoi", "poi", "side", "wavelength", "scattertype", "tristimulusvalue", "tis")
@@ -95,17 +98,24 @@ def matches(head: bytes, size: int) -> bool:
     return all(mark in words for mark in marks) and not any(mark in words for mark in others)
 
 
-def read(path: str | os.PathLike, side: Side = "front") -> Gridded:
-    """The reflectance of one side: `angles` axes theta_i, theta_o, phi, or theta_i, theta_o, phi_i, phi_o.
+def read(path: str | os.PathLike, side: Side = None) -> Filed | sheet.Sheet:
+    """The reflectance of one side: `angles` axes theta_i, theta_o, phi, or theta_i, theta_o, phi_i, phi_o; or a `Sheet`
+    of such tables.
 
-    Blocks of the other side and of transmission are kept for writing. Channels: X, Y, Z, or wavelengths [nm] (above 0).
-    Raises FormatError where the file is damaged, contradicts itself, or has no reflection on this side.
+    Blocks that are not read are kept for writing. Channels: X, Y, Z, or wavelengths [nm] (above 0). Raises FormatError
+    where the file is damaged, contradicts itself, or has no reflection on this side.
     """
-    sheet = _sheet(Path(path))
-    blocks = [b for b in sheet.blocks if b.kind.lower() == "brdf" and _side(b) == side]
-    if not blocks:
-        content = ", ".join(sorted({f"{b.kind} {_side(b)}" for b in sheet.blocks})) or "nothing"
-        raise FormatError(f"{path}: no BRDF of the {side}, it holds {content}; {NO_TRANSMISSION}")
+    path = Path(path)
+    sheet = _sheet(path)
+    blocks: dict[str, list[Block]] = {}
+    for b in sheet.blocks:
+        blocks.setdefault(_quarter(b), []).append(b)
+    names = wanted(blocks, side, path)
+    return joined({name: _material(path, sheet, name, blocks[name], names) for name in names}, side)
+
+
+def _material(path: Path, sheet: Sheet, quarter: str, blocks: list[Block], read: tuple[str, ...]) -> Filed:
+    """The table of a quarter of a `Sheet`, as seen from its own side."""
     theta_i, phi_i, channels = (sorted(set(x)) for x in zip(*(_place(b, sheet) for b in blocks), strict=True))
     grid = np.full((len(theta_i), len(phi_i), len(channels), len(sheet.azimuth), len(sheet.radial)), np.nan)
     tis = np.empty(grid.shape[:3])
@@ -117,21 +127,35 @@ def read(path: str | os.PathLike, side: Side = "front") -> Gridded:
     if len(blocks) != tis.size:
         raise FormatError(f"{path}: {len(blocks)} tables, expected one for each AOI, POI and channel: {tis.shape}")
     axes, values, half = _as_axes(sheet, theta_i, phi_i, grid)
+    axes, values, tis = _turned(quarter, axes, values, tis, half)
     names: tuple[str | float, ...] | None = None if channels == [0.0] else tuple(channels)
     if sheet.content == "XYZ":
         names = tuple("XYZ"[int(k)] for k in channels)
+    side = blocks[0].side.lower() if quarter in ("forward", "backward") else quarter
     about = {"Symmetry": sheet.symmetry, "side": side, "comments": sheet.comments, "TIS": [b.tis for b in blocks]}
     f, azimuths = values if names else values[..., 0], axes.get("phi_i", np.zeros(1)).tolist()
     incidence = product(axes["theta_i"].tolist(), azimuths)
     totals = [Total(*wi, tuple(x)) for wi, x in zip(incidence, tis.reshape(-1, len(channels)).tolist(), strict=True)]
     return Filed(
         "angles", axes, f, channels=names, mirrored=half, path=str(path), about=about,
-        filed=sheet, stated_totals=totals,
+        filed=sheet, filed_as=(quarter,), filed_with=read, stated_totals=totals,
     )  # fmt: skip
 
 
-def _side(block: Block) -> str:
-    return "back" if block.side.lower() == "back" or block.aoi > 90.0 else "front"
+def _turned(
+    quarter: str, axes: dict[str, np.ndarray], values: np.ndarray, tis: np.ndarray, half: bool
+) -> tuple[dict[str, np.ndarray], np.ndarray, np.ndarray]:
+    """A table and its TIS (theta_i, phi_i, channel), turned half a turn about the y axis if seen from behind."""
+    if quarter in ("front", "backward"):
+        return axes, values, tis
+    axes, values = mirrored_x(axes, values, half)
+    return axes, values, tis[:, ::-1]
+
+
+def _quarter(block: Block) -> str:
+    """The part of a `Sheet` that a block belongs to."""
+    reflected, back = block.kind.lower() == "brdf", block.side.lower() == "back" or block.aoi > 90.0
+    return ("back" if back else "front") if reflected else ("backward" if back else "forward")
 
 
 def _place(block: Block, sheet: Sheet) -> tuple[float, float, float]:
@@ -235,7 +259,8 @@ def write(
         ),
     ] = 550.0,
 ) -> None:
-    """Write f by angles; a material read from such a file is written with the same numbers, all blocks of it.
+    """Write f by angles; a material read from such a file is written with the same numbers, all blocks of it. What has
+    two sides gets blocks of both, reflection and transmission.
 
     A table with `angles` axes keeps its grid. For others f is taken at the given angles, by default in steps up to
     theta_o = 85 and at 89 degrees, phi_i of anisotropic materials every 30. RGB becomes XYZ (linear sRGB, D65),
@@ -253,39 +278,88 @@ def write(
 
 
 def _tabulated(m: Reflectance, asked: tuple, step: float | None, channel: Any, wavelength: float) -> Sheet:
-    if measured := own_table(m, "angles", (*asked, step)):
-        axes, f, half = measured[0].axes, measured[1], measured[0].is_mirrored
+    parts = quarters(m)
+    one = next(iter(parts.values()))
+    table = _own_tables(parts, (*asked, step))
+    if table is not None:
+        axes, half, tables = table
     else:
-        axes, half = _axes(m, asked, step)
-        f = on_grid(m, "angles", axes)
-    names = m.channel_names or ()
+        axes, half = _axes([*parts.values()], asked, step)
+        tables = {}
+        for quarter, part in parts.items():
+            seen, _, _ = _turned(quarter, axes, np.zeros((1,) * len(axes)), np.zeros((1, 1, 1)), half)
+            _, tables[quarter], _ = _turned(quarter, seen, on_grid(part, "angles", seen), np.zeros((1, 1, 1)), half)
+    names = one.channel_names or ()
     if channel is None and names and all(isinstance(n, (int, float)) for n in names):
         labels: tuple = tuple(names)
     else:
-        labels, f = spectral(m, f, channel)
+        labels = spectral(one, tables[next(iter(parts))], channel)[0]
     degrees = {name: plain_text.degrees(x) for name, x in axes.items()}
-    colour = labels == ("X", "Y", "Z")
-    if "phi" in degrees:
-        azimuth, turns, f = np.round(degrees["phi"] + LIGHT, 9), [LIGHT], f[:, :, None]
-    else:
-        azimuth, turns = degrees["phi_o"], degrees["phi_i"].tolist()
-    tis = totals(m, degrees["theta_i"].tolist(), turns if "phi_i" in degrees else [0.0])
-    tis = tis if labels == tuple(names) else spectral(m, tis, channel)[1]
-    f, blocks = np.nan_to_num(f), []
-    nodes = product(enumerate(degrees["theta_i"].tolist()), enumerate(turns), enumerate(labels))
-    for (a, theta), (b, phi), (c, label) in nodes:
-        nm = wavelength if colour or label is None else float(label)
-        tristimulus = f"Tris{label}" if colour else ""
-        blocks.append(Block(theta, phi, "Front", nm, "BRDF", tristimulus, tis[b, a, c], f[a, :, b, :, c].T))
-    symmetry, content = "PlaneSymmetrical" if half else "Asymmetric", "XYZ" if colour else "Monochrome"
+    azimuth, turns = np.round(degrees["phi"] + LIGHT, 9) if "phi" in degrees else degrees["phi_o"], [LIGHT]
+    if "phi" not in degrees:
+        turns = degrees["phi_i"].tolist()
+    blocks: list[Block] = []
+    for quarter, part in parts.items():
+        if (part.channel_names or ()) != names:
+            raise ParameterError(f"{m!r:.80}: its parts have different channels; expected the same")
+        f = tables[quarter] if labels == tuple(names) else spectral(part, tables[quarter], channel)[1]
+        f = np.nan_to_num(f[:, :, None] if "phi" in degrees else f)
+        lit = [180.0 - x if quarter in ("back", "forward") else x for x in turns] if "phi_i" in degrees else [0.0]
+        tis = totals(part, degrees["theta_i"].tolist(), lit)
+        tis = tis if labels == tuple(names) else spectral(part, tis, channel)[1]
+        blocks += _blocks_of(quarter, f, tis, degrees["theta_i"].tolist(), turns, labels, wavelength)
+    symmetry, content = "PlaneSymmetrical" if half else "Asymmetric", "XYZ" if _in_colour(labels) else "Monochrome"
     return Sheet(symmetry, content, azimuth.tolist(), degrees["theta_o"].tolist(), tuple(blocks))
 
 
-def _axes(m: Reflectance, asked: tuple, step: float | None) -> tuple[dict[str, np.ndarray], bool]:
+def _in_colour(labels: tuple) -> bool:
+    return labels == ("X", "Y", "Z")
+
+
+def _blocks_of(
+    quarter: str,
+    f: np.ndarray,
+    tis: np.ndarray,
+    theta_i: list[float],
+    turns: list[float],
+    labels: tuple,
+    wavelength: float,
+) -> Iterator[Block]:
+    """The blocks of f (theta_i, theta_o, phi_i, phi_o, channel) and TIS (phi_i, theta_i, channel)."""
+    side, kind = "Back" if quarter.startswith("back") else "Front", "BTDF" if quarter.endswith("ward") else "BRDF"
+    for (a, theta), (b, phi), (c, label) in product(enumerate(theta_i), enumerate(turns), enumerate(labels)):
+        nm = wavelength if _in_colour(labels) or label is None else float(label)
+        tristimulus = f"Tris{label}" if _in_colour(labels) else ""
+        yield Block(theta, phi, side, nm, kind, tristimulus, tis[b, a, c], f[a, :, b, :, c].T)
+
+
+def _own_tables(
+    parts: Mapping[str, Reflectance], asked: tuple
+) -> tuple[dict[str, np.ndarray], bool, dict[str, np.ndarray]] | None:
+    """The grid and the tables of measurements as they are, where they share one, with the azimuths of the front."""
+    own = {quarter: own_table(part, "angles", asked) for quarter, part in parts.items()}
+    grids = []
+    tables = {}
+    for quarter, found in own.items():
+        if found is None:
+            return None
+        half = found[0].is_mirrored
+        axes, tables[quarter], _ = _turned(quarter, found[0].axes, found[1], np.zeros((1, 1, 1)), half)
+        grids.append((axes, half))
+    axes, half = grids[0]
+    same = all(h == half and list(a) == list(axes) and all(_same(a[n], axes[n]) for n in a) for a, h in grids)
+    return (axes, half, tables) if same else None
+
+
+def _same(a: np.ndarray, b: np.ndarray) -> bool:
+    return a.shape == b.shape and bool(np.allclose(a, b, rtol=0.0, atol=1e-12))
+
+
+def _axes(parts: Sequence[Reflectance], asked: tuple, step: float | None) -> tuple[dict[str, np.ndarray], bool]:
     """Nodes [rad], and whether they are on one side of the plane of incidence."""
     theta_i, theta_o, phi_i, phi = asked
-    isotropic = phi_i is None and m.is_isotropic()
-    usual = default_angles(m, step, not isotropic)
+    isotropic = phi_i is None and all(m.is_isotropic() for m in parts)
+    usual = default_angles(parts[0], step, not isotropic)
     axes = {"theta_i": theta_i or usual.theta_i, "theta_o": theta_o or [*(x for x in usual.theta_o if x < 89.0), 89.0]}
     if isotropic and phi and phi[0] < 0.0:
         raise ParameterError(f"phi={shown(phi)}: expected angles from 0 to 360 degrees, for an isotropic material")

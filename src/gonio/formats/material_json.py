@@ -14,6 +14,7 @@ from ._reading import json_text, plain_text
 NAME = "gonio JSON"
 SUFFIXES = (".json",)
 DESCRIPTION = "a model and its parameters"
+TRANSMITS = True
 ORACLE = "round trip: the format is gonio's own"
 
 

@@ -9,14 +9,18 @@ phi + 180, as found from the data. Checked against NIST's file for PTFE and its 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
 from ..arrays import frozen, ops
+from ..base.angles import direction
 from ..errors import FormatError, ParameterError
 from ..files import replacing
 from ..formula.state import note
+from ..polarization import realisable, to_frames
+from ..tables.interpolation import interpolated
+from ..tables.polarimetric import KEPT, MIRRORED, Polarimetric
 from ..tables.scattered import Scattered
 from ._reading import channel_words, plain_text
 from ._rows.direction_pairs import LEVEL, upright
@@ -64,21 +68,27 @@ def write(m: MuellerRows, path: Path) -> None:
         file.writelines(plain_text.join(m.table, ","))
 
 
-class MuellerRows(Scattered):
+class MuellerRows(Polarimetric, Scattered):
     """Measured rows of f and of the normalised Mueller matrix; `f` is that of unpolarised light.
 
-    Shapes   table: (n, 21). mueller: (pairs, 4, 4), or (pairs, C, 4, 4) for C wavelengths. f: (...), or (..., C).
-    Units    f, mueller: 1/sr; table: as in the file, whose angles are in degrees and wavelengths in um.
+    matrices  the measured Mueller matrices (pairs, 4, 4), or (pairs, C, 4, 4) for C wavelengths, in the file's axes,
+              "xyxy" of `gn.polarization.to_frames`; NaN where not measured
+    mueller   the matrix of any pair, each element interpolated as f is, in the axes of the surface. Matrices that no
+              passage of light can have are kept, and counted in `about["not realisable"]`.
+
+    Shapes   table: (n, 21). f: (...), or (..., C).
+    Units    f, matrices: 1/sr; table: as in the file, whose angles are in degrees and wavelengths in um.
     Error    of the lookup: see `Scattered`.
     Source   Germer 2017, Appl. Opt. 56(33):9333; columns as in the README of its data.
     """
 
     format = NAME
+    breaks: ClassVar[dict[str, str]] = Scattered.breaks | {"realisability": KEPT}
 
     table: np.ndarray = note()
     """The file's rows."""
-    mueller: np.ndarray = note()
-    """Mueller matrices [1/sr] of the pairs, from Stokes parameters in to those out; NaN where not measured."""
+    matrices: np.ndarray = note()
+    """Mueller matrices [1/sr] of the pairs, as measured."""
 
     def __init__(self, table: Any, columns: Any, path: str = ""):
         rows = frozen(np.array(ops.numbers(table), np.float64))
@@ -94,6 +104,21 @@ class MuellerRows(Scattered):
         about = {"columns": list(columns), "wavelengths": names.tolist()}
         if not np.isfinite(wide["f"]).any():
             raise FormatError(f"{where}: holds no value that is a number, expected at least one measurement")
-        self._hold(table=rows, mueller=frozen(wide["mueller"][:, 0] if single else wide["mueller"]))
+        matrices = frozen(wide["mueller"][:, 0] if single else wide["mueller"])
+        measured = np.isfinite(matrices).all(axis=(-1, -2))
+        if wrong := int((measured & ~realisable(np.where(measured[..., None, None], matrices, 0.0))).sum()):
+            about["not realisable"] = wrong
+        self._hold(table=rows, matrices=matrices)
         theta_i, phi_i, theta_o, phi_o = pairs.T
         super().__init__(theta_i, phi_i, theta_o, phi_o, wide["f"], channels=names.tolist(), path=path, about=about)
+
+    def facet_matrices(self) -> np.ndarray:
+        wi, wo = (direction(self.rows[:, k], self.rows[:, k + 1]) for k in (0, 2))
+        M = to_frames(self.matrices, wi, wo, "facet", given="xyxy").reshape(len(wi), -1, 4, 4)
+        four = self.is_oriented()
+        if self.is_mirrored:
+            behind = np.sin(self.rows[:, 3] - self.rows[:, 1]) < 0.0
+            M = np.where(behind[:, None, None, None], M * MIRRORED, M)
+        flat = M.reshape(len(wi), -1)
+        nodes, _, _ = interpolated(self.rows, flat, None, self.axes, four, self.is_mirrored, self.outside)
+        return nodes

@@ -22,18 +22,21 @@ import numpy as np
 from ..base.reflectance import Reflectance
 from ..errors import FormatError, ParameterError
 from ..files import replacing
+from ..models.sheet import Sheet
 from ..tables.gridded import Gridded
 from ._options import Declared
 from ._reading import plain_text
 from ._rows import direction_pairs
-from ._rows.direction_pairs import TURNS
-from ._rows.pairs_of_material import Resolution, pairs_of, with_others
+from ._rows.direction_pairs import LEVEL, TURNS
+from ._rows.pairs_of_material import Resolution, rows_of
+from ._sides import Side, about_of
 
 NAME = "pab-opto"
 SUFFIXES = (".txt", ".dat")
 SHARED_SUFFIX = True
 DESCRIPTION = "rows of theta, phi and DSF or BSDF of one incident direction (pab goniophotometers, Radiance)"
 ORACLE = "own generator only"
+TRANSMITS = True
 
 QUANTITIES = {"dsf": "brdf * cos(theta_o)", "bsdf": "brdf", "brdf": "brdf", "btdf": "brdf"}
 CHANNELS = ("X", "Y", "Z")
@@ -49,13 +52,13 @@ def matches(head: bytes, size: int) -> bool:
 
 def read(
     path: Path,
-    side: direction_pairs.Side = "front",
+    side: Side = None,
     more: Annotated[Sequence[Path] | None, Declared("files of other incident directions, read with this one")] = None,
-) -> Gridded:
-    """The measurement in a file, and in `more` files: a grid if its rows fill one, else `Scattered`.
+) -> Gridded | Sheet:
+    """The measurement in a file, and in `more` files: a grid if its rows fill one, else `Scattered`; or a `Sheet`.
 
-    Rows of another `side`, and of transmission, are kept in `about["other_pairs"]` to be written again. Raises
-    FormatError where a file is damaged, with the line, or holds something else than the first.
+    Rows of another `side`, and of transmission, are kept in `about["other_pairs"]` to be written again, unless they are
+    read too. Raises FormatError where a file is damaged, with the line, or holds something else than the first.
     """
     pairs, about = _one(path)
     for other in more or ():
@@ -119,12 +122,12 @@ def write(
     m: Reflectance,
     path: Path,
     incident: Annotated[
-        tuple[Annotated[float, Declared("", 0.0, 0.5 * math.pi, "rad")], float] | None,
+        tuple[Annotated[float, Declared("", 0.0, math.pi, "rad")], float] | None,
         Declared("theta_i and phi_i of the file, of a measurement of several or of a model", -TURNS, TURNS, "rad"),
     ] = None,
     resolution: Resolution = None,
 ) -> None:
-    """Write the pairs of one incident direction: a file holds no more.
+    """Write the pairs of one incident direction, reflected and transmitted: a file holds no more.
 
     A measurement's own DSF stays DSF, other quantities become BSDF. Lost: uncertainties and nodes without data. Raises
     ParameterError where several directions, or none, are left, and for channels other than X, Y, Z.
@@ -134,9 +137,9 @@ def write(
     >>> print(gn.load("white.pab").f_angles(0.5, 0.0, 0.3, 1.0).round(4))
     0.1592
     """
-    pairs = pairs_of(m, resolution, (QUANTITIES["bsdf"], QUANTITIES["dsf"]), incident=incident)
-    if incident is None:
-        pairs = with_others(pairs, m)
+    if m.sides == "front" and incident is not None and incident[0] > LEVEL:
+        raise ParameterError(f"incident={incident}: light from behind; expected theta_i of at most pi/2 = 1.5708")
+    pairs = rows_of(m, resolution, (QUANTITIES["bsdf"], QUANTITIES["dsf"]), incident)
     if pairs.channels not in (None, CHANNELS):
         raise ParameterError(f"{m!r:.80}: has channels {pairs.channels}, expected one or X, Y, Z; write one of them")
     lit_from = np.unique(pairs.angles[:, :2], axis=0)
@@ -157,6 +160,6 @@ def write(
 
 def _heads(m: Reflectance) -> dict[str, str]:
     """Keys and values in the head of the file that a measurement came from."""
-    about = getattr(m, "about", {})
+    about = about_of(m)
     lines = {k: v for k, v in about.items() if isinstance(v, str) and "\n" not in v and re.fullmatch(r"\w+", k)}
     return {k: v for k, v in lines.items() if v.strip().upper() != "CIE-XYZ"}

@@ -4,7 +4,8 @@ Entries `NAME value`: of the file (`VERSION` first), then of up to four blocks t
 btdf, specular_reflectance, specular_transmittance) and end with `DATA ascii` or `binary` and the table: a line, or
 float32 numbers, per colour, with PARAM0 fastest, then PARAM1, 2, 3. Parameters are degrees: theta and phi of wi, then
 of wo (`spherical_coordinate_system`), of wo about the mirror direction (`specular_coordinate_system`), or theta_h,
-phi_h, theta_d, phi_d (`half_difference_coordinate_system`). Follows the format's specification, version 0.2, and
+phi_h, theta_d, phi_d (`half_difference_coordinate_system`). A btdf has wo mirrored at the surface, as in libbsdf, and
+no side is named: a file with one holds for both alike. Follows the format's specification, version 0.2, and
 libbsdf's reader for what that leaves open (float32, zero of azimuths). Checked against the specification's examples
 and its own generator.
 """
@@ -24,21 +25,25 @@ from ..base.measured import tristimulus
 from ..base.reflectance import Reflectance
 from ..errors import FormatError, ParameterError
 from ..files import replacing
+from ..models.sheet import Sheet
 from ..tables.angle_systems import SYSTEMS, angle_system
 from ..tables.axes import fits
 from ..tables.gridded import Gridded
 from ..tables.nodes import f_at
 from ..tables.rows import distinct, turned
 from ..tables.scattered import Scattered
+from ._optical.angle_tables import as_lit
 from ._options import Declared
 from ._reading import plain_text
 from ._rows import libbsdf_grids
 from ._rows.pairs_of_material import Resolution, table_of
+from ._sides import SideOfReflection, joined, same_from_both, wanted
 
 NAME = "SSDD"
 SUFFIXES = (".ssdd",)
 DESCRIPTION = "grids of angles of BRDF, BTDF and specular values (libbsdf, BSDF Processor)"
 ORACLE = "examples of the specification"
+TRANSMITS = True
 
 DATA_TYPES = ("brdf", "btdf", "specular_reflectance", "specular_transmittance")
 COLOURS: dict[str, tuple[str, ...] | None] = {"monochrome": None, "rgb": ("R", "G", "B"), "xyz": ("X", "Y", "Z")}
@@ -71,29 +76,44 @@ def matches(head: bytes, size: int) -> bool:
     return bool(_START.match(text)) and bool(_TYPE.search(text))
 
 
-def read(path: Path) -> Gridded:
-    """The BRDF in a file. Its other blocks are in `about["other_blocks"]`, to be written again; `f` has none of them:
-    no specular reflectance either.
+def read(path: Path, side: SideOfReflection = None) -> Gridded | Sheet:
+    """The BRDF in a file, or a `Sheet` of it and of the BTDF. Blocks that are not read are in `about["other_blocks"]`,
+    to be written again; `f` has none of them: no specular reflectance either.
 
     A grid about other directions than the mirror's (PARAM4_LIST) becomes `Scattered`. Raises FormatError where the file
-    is damaged, with the line, or has no BRDF.
+    is damaged, with the line, or has neither.
     """
     lines = plain_text.read(path, comment="#", mixed=_BINARY)
     about: dict[str, Any] = {}
-    blocks = []
+    blocks: dict[str, Block] = {}
+    types: list[str] = []
     while (line := lines.peek()) is not None and not line.upper().startswith("DATA_TYPE"):
         lines.next()
         about.update([_entry(line, lines.mixed)])
     while lines.peek() is not None:
-        blocks.append(_block(lines))
-    types = [block.entries["DATA_TYPE"] for block in blocks]
-    if "brdf" not in types or len(set(types)) < len(types):
-        raise FormatError(f"{path}: has blocks {types or 'none'}, expected one brdf and at most one of each other type")
-    chosen = blocks.pop(types.index("brdf"))
+        block = _block(lines)
+        types.append(block.entries["DATA_TYPE"])
+        blocks[types[-1]] = block
+    held = {quarter: blocks[kind] for kind, quarter in HELD.items() if kind in blocks}
+    if not held or len(blocks) < len(types):
+        got = f"has blocks {types or 'none'}"
+        raise FormatError(f"{path}: {got}, expected a brdf or a btdf, and at most one of each other type")
+    names = wanted(held, side, path)
     about.pop("VERSION", None)
-    about |= {k: v for k, v in chosen.entries.items() if k not in (*LISTS, *REQUIRED)}
-    return _material(chosen, str(path), {**about, **({"other_blocks": [*map(vars, blocks)]} if blocks else {})})
+    parts: dict[str, Reflectance] = {}
+    others = [vars(block) for kind, block in blocks.items() if HELD.get(kind) not in names]
+    for name in names:
+        entries = {k: v for k, v in held[name].entries.items() if k not in (*LISTS, *REQUIRED)}
+        more = {"other_blocks": others} if others else {}
+        part = _material(held[name], str(path), {**about, **entries, **more})
+        parts |= {"front": part} if name == "front" else dict.fromkeys(("forward", "backward"), as_lit(part))
+    if "forward" in parts and "front" in parts:
+        parts["back"] = parts["front"]
+    return joined(parts, side)
 
+
+HELD = {"brdf": "front", "btdf": "forward"}
+"""Blocks as parts of a `Sheet`."""
 
 REQUIRED = ("DATA_TYPE", "COLOR_MODEL", "PARAM_TYPE", "REDUCTION_TYPE", "DATA")
 
@@ -196,7 +216,7 @@ def write(
     resolution: Resolution = None,
 ) -> None:
     """Write the BRDF on the grid of a measurement, else, and where `resolution` is given, on a grid of angles; and the
-    other blocks of the file that it came from.
+    other blocks of the file that it came from. What transmits, the same from both sides, gets a BTDF in the same way.
 
     Lost: uncertainties, and how to interpolate; of rows in no grid, all but the grid made of them. Raises
     ParameterError for delta lobes, maps, channels other than one, RGB, XYZ or rising wavelengths, and periods other
@@ -207,15 +227,18 @@ def write(
     >>> print(gn.load("white.ssdd").f_angles(0.3, 0.0, 0.5, 1.0).round(4))
     0.1592
     """
-    table = table_of(m, resolution)
-    if table.parameterisation == "relative" and table.is_oriented():
-        table = _with_both_azimuths(table)
-    blocks = [_block_of(table), *(Block(**block) for block in table.about.get("other_blocks", []))]
+    parts = same_from_both(m, NAME)
+    tables = {q: table_of(as_lit(part) if q == "forward" else part, resolution) for q, part in parts.items()}
+    table = next(iter(tables.values()))
+    blocks = [_block_of(part, kind) for kind, q in HELD.items() if (part := tables.get(q)) is not None]
+    written = {block.entries["DATA_TYPE"] for block in blocks}
+    others = [Block(**block) for block in table.about.get("other_blocks", [])]
+    blocks += [block for block in others if block.entries["DATA_TYPE"] not in written]
     with replacing(path) as temporary, temporary.open("wb") as file:
         file.write(b"VERSION 0.2\n")
         file.writelines(f"{k} {v}\n".encode() for k, v in _said(table, OF_FILE))
         for number, block in enumerate(blocks):
-            entries = {**block.entries, **(dict(_said(table, OF_BLOCK)) if number == 0 else {})}
+            entries = {**block.entries, **(dict(_said(table, OF_BLOCK)) if number < len(tables) else {})}
             entries.pop("DATA", None)
             file.writelines(f"{k} {v}\n".encode() for k, v in entries.items())
             file.write(f"DATA {'binary' if binary else 'ascii'}\n".encode())
@@ -240,8 +263,10 @@ def _said(m: Gridded, names: Sequence[str]) -> list[tuple[str, str]]:
     return [(k, m.about[k]) for k in names if isinstance(m.about.get(k), str) and not re.search(r"[\r\n]", m.about[k])]
 
 
-def _block_of(m: Gridded) -> Block:
+def _block_of(m: Gridded, kind_of_data: str) -> Block:
     oriented = m.is_oriented()
+    if m.parameterisation == "relative" and oriented:
+        m = _with_both_azimuths(m)
     coordinates, kind = next((c, k) for c, k in COORDINATES.items() if angle_system(k).axes(oriented) == tuple(m.axes))
     plain = m.quantity == "brdf" and not isinstance(m, Scattered)
     values = m.stored if plain else m.brdf()
@@ -264,7 +289,7 @@ def _block_of(m: Gridded) -> Block:
         elif abs(period - 2.0 * math.pi) > 1e-12:
             got = f"{axis} has the period {period:g}"
             raise ParameterError(f"{m!r:.80}: {got}, expected 2 pi, or pi for phi_d; tabulate it")
-    entries = {"DATA_TYPE": "brdf", **_colour(m, names), "PARAM_TYPE": coordinates}
+    entries = {"DATA_TYPE": kind_of_data, **_colour(m, names), "PARAM_TYPE": coordinates}
     if reduction:
         entries["REDUCTION_TYPE"] = " ".join(reduction)
     for k, x in ((0, nodes[0]), (1, nodes[3]), (2, nodes[1]), (3, nodes[2])):

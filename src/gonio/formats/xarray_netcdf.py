@@ -101,8 +101,8 @@ def _content(ds: xarray.Dataset, encoding: Any) -> io.BytesIO:
 
 def _libraries() -> None:
     try:
-        import h5netcdf  # noqa: F401
-        import h5py  # noqa: F401
+        import h5netcdf  # noqa: F401  (whether they are there)
+        import h5py  # noqa: F401  (whether they are there)
     except ImportError as error:
         raise DependencyError(f"netCDF files need {error.name}; pip install h5netcdf h5py") from None
 

@@ -14,6 +14,8 @@ azimuths grow counterclockwise seen against s. The rule is that of the format's 
 R. Rykowski). Checked on two real files: no value above 0 lies below the horizon, and no 0 more than 10 degrees above
 it; the other way round 443 of 2996 values would lie below. And against the same measurement in FRED's format, which its
 laboratory processed in another way: 7 % median difference, 16 % at the 90th percentile, 65 % the other way round.
+Of transmission s is straight behind the light, and the viewer's side that which it goes to; such a file is read as a
+`Sheet` that is the same from both sides, for it names none (chosen here: no file of transmission was seen).
 PlaneSymmetrical files hold azimuths 0 to 180, mirrored. In a table of rotations the sample is turned
 counterclockwise by SampleRotation, and at 0 the plane of incidence is at right angles to its x axis, light from +y:
 phi_i = 90 degrees - rotation. The description seen tells only of the right angle; the sense is that of the converters
@@ -38,10 +40,10 @@ import numpy as np
 from ..base.measured import Total
 from ..base.reflectance import Reflectance
 from ..errors import FormatError, ParameterError
-from ..tables.gridded import Gridded
+from ..models import sheet
+from ..models._quarters import sheet_of
 from ._optical import bsdf_text
 from ._optical.angle_tables import (
-    NO_TRANSMISSION,
     USUAL,
     Channel,
     Filed,
@@ -59,6 +61,7 @@ from ._optical.angle_tables import (
 )
 from ._options import Declared
 from ._reading import plain_text
+from ._sides import same_from_both
 
 NAME = "Zemax"
 SUFFIXES = (".bsdf",)
@@ -68,6 +71,8 @@ ORACLE = (
     "real files (BrownVinyl, as shipped with OpticStudio; University of Arizona), the latter's FRED file and raw data"
 )
 
+TRANSMITS = True
+KINDS = ("BRDF", "BTDF")
 SYMMETRIES = ("PlaneSymmetrical", "ASymmetrical", "ASymmetrical4D")
 AXES = {"SampleRotation": (-360.0, 360.0), "AngleOfIncidence": (0.0, 90.0)}
 AXES |= {"ScatterAzimuth": (-360.0, 720.0), "ScatterRadial": (0.0, 180.0)}
@@ -89,6 +94,7 @@ class Sheet(NamedTuple):
     tis: np.ndarray
     comments: tuple[str, ...] = ()
     source: str = "Measured"
+    kind: str = "BRDF"
 
     @property
     def is_half(self) -> bool:
@@ -101,28 +107,36 @@ def matches(head: bytes, size: int) -> bool:
     return b"angleofincidence" in words and (b"scatterazimuth" in words or b"scattertype" in words)
 
 
-def read(path: str | os.PathLike) -> Gridded:
-    """The reflectance of a file: `specular` axes theta_i, radial, azimuth, and phi_i where the sample was turned.
+def read(path: str | os.PathLike) -> Filed | sheet.Sheet:
+    """The reflectance of a file: `specular` axes theta_i, radial, azimuth, and phi_i where the sample was turned; of
+    transmission a `Sheet` of it, both ways.
 
     `about` has TIS, the total integrated scatter that the file states, (channel, rotation, incidence). Raises
-    FormatError where the file is damaged, contradicts itself, or holds transmission.
+    FormatError where the file is damaged or contradicts itself.
     """
     sheet = _sheet(Path(path))
     axes, values = _as_axes(sheet)
     values = without_ground("specular", axes, values)
     about = {"Source": sheet.source, "Symmetry": sheet.symmetry, "comments": sheet.comments, "TIS": sheet.tis}
     f, names = (values, ("X", "Y", "Z")) if len(sheet.values) > 1 else (values[..., 0], None)
-    return Filed(
+    places = ("front",) if sheet.kind == KINDS[0] else ("forward", "backward")
+    m = Filed(
         "specular", axes, f, channels=names, mirrored=sheet.is_half and len(axes) == 3, path=str(path), about=about,
-        filed=sheet, stated_totals=_totals(sheet),
+        filed=sheet, filed_as=places, filed_with=places, stated_totals=_totals(sheet),
     )  # fmt: skip
+    return sheet_of(dict.fromkeys(places, m))
 
 
 def _totals(sheet: Sheet) -> Iterator[Total]:
     for rotation, tables in zip(sheet.rotation, sheet.tis.transpose(1, 2, 0), strict=True):
-        phi_i = math.radians(90.0 - rotation) if len(sheet.rotation) > 1 else 0.0
+        phi_i = math.radians(_phi_i(sheet, rotation)) if len(sheet.rotation) > 1 else 0.0
         for theta_i, shares in zip(np.radians(sheet.incidence), tables, strict=True):
             yield Total(float(theta_i), phi_i, tuple(shares.tolist()))
+
+
+def _phi_i(sheet: Sheet, rotation: Any) -> Any:
+    """phi_i [degrees]; of transmission as it is seen from the other side."""
+    return 90.0 - rotation if sheet.kind == KINDS[0] else 90.0 + rotation
 
 
 def _as_axes(sheet: Sheet) -> tuple[dict[str, np.ndarray], np.ndarray]:
@@ -140,8 +154,10 @@ def _as_axes(sheet: Sheet) -> tuple[dict[str, np.ndarray], np.ndarray]:
     axes = {"theta_i": np.array(sheet.incidence), "radial": np.array(sheet.radial), "azimuth": azimuth}
     if len(sheet.rotation) == 1:
         values = values[:, :, :, 0]
+    elif sheet.kind == KINDS[0]:
+        axes["phi_i"], values = _phi_i(sheet, np.array(sheet.rotation)[::-1]), values[:, :, :, ::-1]
     else:
-        axes["phi_i"], values = 90.0 - np.array(sheet.rotation)[::-1], values[:, :, :, ::-1]
+        axes["phi_i"] = _phi_i(sheet, np.array(sheet.rotation))
     return {name: np.radians(x) for name, x in axes.items()}, values
 
 
@@ -150,8 +166,7 @@ def _sheet(path: Path) -> Sheet:
     words, angles = bsdf_text.header(lines, AXES, ("databegin", "tis", *CHANNELS))
     symmetry = bsdf_text.one_of(lines, words, "symmetry", SYMMETRIES)
     colour = bsdf_text.one_of(lines, words, "spectralcontent", ("Monochrome", "XYZ")) == "XYZ"
-    if bsdf_text.one_of(lines, words, "scattertype", ("BRDF", "BTDF")) == "BTDF":
-        raise FormatError(f"{path}: holds transmission (ScatterType BTDF); {NO_TRANSMISSION}")
+    kind = bsdf_text.one_of(lines, words, "scattertype", KINDS)
     for name, (low, high) in AXES.items():
         if name not in angles:
             raise FormatError(f"{path}: no {name} before the data, expected it and its angles")
@@ -159,7 +174,7 @@ def _sheet(path: Path) -> Sheet:
         increasing(path, name, angles[name], *((0.0, 180.0) if half else (low, high)))
     values, tis = _blocks(lines, tuple(len(angles[name]) for name in AXES), 3 if colour else 1)
     rotation, incidence, azimuth, radial = (angles[name] for name in AXES)
-    return Sheet(symmetry, rotation, incidence, azimuth, radial, values, tis, comments, words.get("source", ""))
+    return Sheet(symmetry, rotation, incidence, azimuth, radial, values, tis, comments, words.get("source", ""), kind)
 
 
 def _blocks(lines: plain_text.Lines, shape: tuple[int, ...], channels: int) -> tuple[np.ndarray, np.ndarray]:
@@ -202,8 +217,12 @@ def write(
     ] = None,
     step: Step = None,
     channel: Channel = None,
+    kind: Annotated[
+        str | None, Declared("which of reflection and transmission is written, of a material with both", words=KINDS)
+    ] = None,
 ) -> None:
-    """Write f about the mirror direction; a material read from such a file is written with the same numbers.
+    """Write f about the mirror direction; a material read from such a file is written with the same numbers. What
+    transmits must be the same from both sides; a file holds reflection or transmission.
 
     A `specular` table keeps its grid and its numbers. Of others f is taken at the given angles, by default in steps,
     ten times denser at the mirror direction. PlaneSymmetrical if f is the same on both sides of the plane of incidence;
@@ -217,13 +236,27 @@ def write(
     ('X', 'Y', 'Z')
     """
     angles = (aoi, radial, azimuth, rotation)
-    sheet = as_filed(m, Sheet, *angles, step, channel) or _of_material(m, angles, step, channel)
+    sheet = as_filed(m, Sheet, *angles, step, channel)
+    if sheet is None or kind not in (None, sheet.kind):
+        one, kind = _one_kind(m, kind)
+        sheet = _of_material(one, kind, angles, step, channel)
     plain_text.write(path, _written(sheet))
 
 
-def _of_material(m: Reflectance, angles: tuple, step: float | None, channel: Any) -> Sheet:
+def _one_kind(m: Reflectance, kind: str | None) -> tuple[Reflectance, str]:
+    """The reflection or the transmission of a material. Raises ParameterError where it has not that, or both."""
+    parts = same_from_both(m, NAME) if m.sides != "front" else {"front": m}
+    there = {KINDS[name == "forward"]: part for name, part in parts.items()}
+    kind = kind or (next(iter(there)) if len(there) == 1 else None)
+    if kind not in there:
+        rule = "expected one of them: kind='BRDF' or kind='BTDF'" if kind is None else f"expected {' or '.join(there)}"
+        raise ParameterError(f"{m!r:.80}: has {' and '.join(there) or 'neither'}, got {kind=}; {rule}")
+    return there[kind], kind
+
+
+def _of_material(m: Reflectance, kind: str, angles: tuple, step: float | None, channel: Any) -> Sheet:
     table, f = own_table(m, "specular", (*angles, step)) or (None, None)
-    axes = _axes(m, angles, step) if table is None else table.axes
+    axes = _axes(m, kind, angles, step) if table is None else table.axes
     _, f = spectral(m, on_grid(m, "specular", axes) if f is None else f, channel)
     f = np.nan_to_num(f, nan=0.0, posinf=np.nan, neginf=np.nan)
     if np.isnan(f).any():
@@ -234,13 +267,13 @@ def _of_material(m: Reflectance, angles: tuple, step: float | None, channel: Any
         symmetry = SYMMETRIES[0] if table.is_mirrored else SYMMETRIES[1]
     else:
         axes, f, symmetry = _as_half(axes, f)
-    sheet = _from_axes(axes, f, symmetry)
-    phi_i = [90.0 - r for r in sheet.rotation] if len(sheet.rotation) > 1 else [0.0]
+    sheet = _from_axes(axes, f, symmetry, kind)
+    phi_i = [_phi_i(sheet, r) for r in sheet.rotation] if len(sheet.rotation) > 1 else [0.0]
     _, tis = spectral(m, totals(m, sheet.incidence, phi_i), channel)
     return sheet._replace(tis=tis.transpose(2, 0, 1))
 
 
-def _axes(m: Reflectance, angles: tuple, step: float | None) -> dict[str, np.ndarray]:
+def _axes(m: Reflectance, kind: str, angles: tuple, step: float | None) -> dict[str, np.ndarray]:
     """Nodes [rad] about the mirror direction over the whole circle, from angles of the file [degrees]."""
     aoi, radial, azimuth, rotation = angles
     anisotropic = rotation is not None or not m.is_isotropic()
@@ -255,7 +288,7 @@ def _axes(m: Reflectance, angles: tuple, step: float | None) -> dict[str, np.nda
     axes = {"theta_i": theta_i, "radial": radial, "azimuth": [x + 180.0 for x in azimuth]}
     if anisotropic:
         rotation = rotation or usual.turns
-        axes["phi_i"] = [90.0 - r for r in rotation[::-1]]
+        axes["phi_i"] = [90.0 - r for r in rotation[::-1]] if kind == KINDS[0] else [90.0 + r for r in rotation]
     return {name: np.radians(x) for name, x in axes.items()}
 
 
@@ -273,7 +306,7 @@ def _as_half(axes: dict[str, np.ndarray], f: np.ndarray) -> tuple[dict[str, np.n
     return {**axes, "azimuth": np.radians(180.0 - turn[half][::-1])}, f[:, :, half[::-1]], SYMMETRIES[0]
 
 
-def _from_axes(axes: dict[str, np.ndarray], f: np.ndarray, symmetry: str) -> Sheet:
+def _from_axes(axes: dict[str, np.ndarray], f: np.ndarray, symmetry: str, kind: str) -> Sheet:
     """The opposite of `_as_axes`."""
     degrees = {name: plain_text.degrees(x) for name, x in axes.items()}
     if symmetry == SYMMETRIES[0]:
@@ -285,19 +318,23 @@ def _from_axes(axes: dict[str, np.ndarray], f: np.ndarray, symmetry: str) -> She
             azimuth, first = np.unique(azimuth, return_index=True)
             f = f[:, :, first]
     rotation = [0.0]
-    f = f[:, :, :, ::-1] if "phi_i" in degrees else f[:, :, :, None]
-    if "phi_i" in degrees:
-        rotation = np.round(90.0 - degrees["phi_i"][::-1], 9).tolist()
+    if "phi_i" not in degrees:
+        f = f[:, :, :, None]
+    elif kind == KINDS[0]:
+        rotation, f = np.round(90.0 - degrees["phi_i"][::-1], 9).tolist(), f[:, :, :, ::-1]
+    else:
+        rotation = np.round(degrees["phi_i"] - 90.0, 9).tolist()
     incidence, radial = degrees["theta_i"].tolist(), degrees["radial"].tolist()
     around = np.round(azimuth, 9).tolist()
-    return Sheet(symmetry, rotation, incidence, around, radial, f.transpose(4, 3, 0, 2, 1), np.empty(0))
+    values = f.transpose(4, 3, 0, 2, 1)
+    return Sheet(symmetry, rotation, incidence, around, radial, values, np.empty(0), kind=kind)
 
 
 def _written(sheet: Sheet) -> Any:
     yield from (f"#{comment}\n" for comment in sheet.comments)
     colour = len(sheet.values) > 1
     yield f"Source\t{sheet.source or 'Measured'}\nSymmetry\t{sheet.symmetry}\n"
-    yield f"SpectralContent\t{'XYZ' if colour else 'Monochrome'}\nScatterType\tBRDF\n"
+    yield f"SpectralContent\t{'XYZ' if colour else 'Monochrome'}\nScatterType\t{sheet.kind}\n"
     lists = (sheet.rotation, sheet.incidence, sheet.azimuth, sheet.radial)
     for name, angles in zip(AXES, lists, strict=True):
         yield from bsdf_text.listed(name, angles)

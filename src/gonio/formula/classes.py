@@ -14,8 +14,8 @@ from typing import Any, Protocol, TypeAlias
 
 from ..discover import docstring
 from ..errors import ParameterError
-from .fields import CLASSES, Channels, Field, Param, Table
-from .state import derived
+from .fields import CLASSES, Channels, Field, Param, Table, Wavelengths
+from .state import derived, known
 
 ON_NEW: list[Callable[[type[Any]], object]] = []
 """Functions that are called with each new class."""
@@ -51,7 +51,9 @@ def _is_private(name: str) -> bool:
 
 def _is_inherited(kind: type[Any], name: str) -> bool:
     """Whether a base has an attribute of this name that no field may stand for."""
-    return any(not isinstance(vars(base)[name], (Field, derived)) for base in kind.__mro__[1:] if name in vars(base))
+    return any(
+        not isinstance(vars(base)[name], (Field, derived, known)) for base in kind.__mro__[1:] if name in vars(base)
+    )
 
 
 def _place(kind: type[Any]) -> str:
@@ -64,15 +66,24 @@ class _HasArray(Protocol):
     def __array__(self) -> Any: ...
 
 
-Array: TypeAlias = _HasArray | Sequence[float] | Sequence[Sequence[float]] | Sequence[Sequence[Sequence[float]]]
-"""Numbers, to a type checker: an array of any library, or lists. No text, which NumPy's ArrayLike lets pass."""
+class _HasTexels(Protocol):
+    """A texture."""
+
+    @property
+    def texels(self) -> Any: ...
+
+
+_Listed: TypeAlias = Sequence[float] | Sequence[Sequence[float]] | Sequence[Sequence[Sequence[float]]]
+
+Array: TypeAlias = _HasArray | _HasTexels | _Listed
+"""Numbers, to a type checker: an array of any library, a texture, or lists. No text, which NumPy's ArrayLike takes."""
 
 
 def signature(kind: Any) -> inspect.Signature:
     """The fields as parameters; tables and aliases, which set several parameters at once, by keyword only."""
     parameters, optional = [], False
     for name, field in kind.fields.items():
-        by_keyword = isinstance(field, (Table, Channels))
+        by_keyword = isinstance(field, (Table, Channels, Wavelengths))
         optional = optional or field.default is not None
         default = field.default if optional or by_keyword else Parameter.empty
         place = Parameter.KEYWORD_ONLY if by_keyword else Parameter.POSITIONAL_OR_KEYWORD
@@ -80,6 +91,9 @@ def signature(kind: Any) -> inspect.Signature:
     for alias, names in aliases(kind).items():
         accepts = kind.fields[names[0]].accepts
         parameters.append(Parameter(alias, Parameter.KEYWORD_ONLY, default=..., annotation=accepts))
+    for name, accepts in kind.declares.items():
+        if name not in kind.fields:
+            parameters.append(Parameter(name, Parameter.KEYWORD_ONLY, default=None, annotation=accepts))
     return inspect.Signature(sorted(parameters, key=lambda p: p.kind))
 
 

@@ -73,6 +73,7 @@ class Direction(_Components):
 
 
 NORMAL = Direction(0.0, 0.0, 1.0)
+BEHIND = Direction(0.0, 0.0, -1.0)
 
 
 def dot(a: Direction, b: Direction) -> Any:

@@ -10,13 +10,16 @@ import math
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from ..arrays import frozen, ops
 from ..errors import Error, ParameterError, TooLargeError
+from .spectrum import NANOMETRES, Spectrum, as_wavelengths
 from .text import few, shown
+from .texture import Texture
 
 
 @dataclass(frozen=True)
@@ -54,6 +57,8 @@ class Field:
     name = ""
     opens_files = False
     """Whether a word is the path of a file, which is opened."""
+    is_table = False
+    """Whether tables are made of its value: a copy with another one makes them again."""
     accepts = "Any"
     """The annotation of the argument."""
     range = ""
@@ -77,12 +82,25 @@ class Field:
     def __repr__(self) -> str:
         return f"<{self.meaning}>"
 
+    def kept(self, value: np.ndarray) -> Any:
+        """The numbers of an array that libraries convert once, or a function that gives them."""
+        return value
+
     def traced(self, value: Any) -> Any:
         """The part of a value that traces depend on: a trace holds for arrays of any numbers."""
         return None if isinstance(value, np.ndarray) else value
 
 
-class Param(Field):
+class Numbers(Field):
+    """One whose numbers are arguments of formulas: a number, or an array whose last axis is the channel axis."""
+
+    def traced(self, value: Any) -> int:
+        """The number of channels, 0 without a channel axis."""
+        shape = () if type(value) is float else np.shape(value)
+        return shape[-1] if shape else 0
+
+
+class Param(Numbers):
     """A real number, or an array of them whose last axis is the channel axis."""
 
     accepts = "float | Array"
@@ -121,17 +139,19 @@ class Param(Field):
                 out = float(low if low < self.low else high)
                 raise self._wrong(owner, value, f"{out:g} is out of bounds", cure=self._unit_meant(out))
             return float(array) if array.ndim == 0 else frozen(array)
+        if isinstance(value, Spectrum):
+            self.check(owner, value.values)
+            return value
+        if isinstance(value, Texture):
+            if outside := value.outside(self.low, self.high):
+                raise self._wrong(owner, value, outside)
+            return value
         dtype = ops.dtype_of(value)
         if not dtype:
             raise self._wrong(owner, value, f"a {type(value).__name__}")
         if dtype.startswith("complex"):
             raise self._wrong(owner, value, "complex")
         return value  # an array of another library: its values may not be concrete, and reading them may be slow
-
-    def traced(self, value: Any) -> int:
-        """The number of channels, 0 without a channel axis."""
-        shape = () if type(value) is float else np.shape(value)
-        return shape[-1] if shape else 0
 
     def _unit_meant(self, out: float) -> str:
         """The unit that a number out of bounds is likely in, as the end of a message."""
@@ -169,10 +189,10 @@ def _annotation(coerce: Callable[[Any], Any]) -> str:
 class Part(Field):
     """A component that is parametrised itself, such as a distribution of normals."""
 
-    def __init__(self, kind: type, default: Any, doc: str, coerce: Callable[[Any], Any] | None):
+    def __init__(self, kind: type, default: Any, doc: str, coerce: Callable[[Any], Any] | None, sides: str):
         super().__init__(default, doc)
         self.kind: type[Any] = kind
-        self.coerce = coerce
+        self.coerce, self.sides = coerce, sides
         self.range = self.accepts = kind.__name__ if coerce is None else _annotation(coerce)
 
     def check(self, owner: str, value: Any) -> Any:
@@ -181,6 +201,10 @@ class Part(Field):
         if not isinstance(value, self.kind):
             rule = f"expected a {self.kind.__name__} ({self.doc}): one of {subclasses(self.kind)}"
             raise ParameterError(f"{owner}({self.name}={shown(value)}): {rule}")
+        if self.sides == "front" and hasattr(self.kind, "sides") and value.sides != "front":
+            rule = f"it transmits light; expected a reflectance lit and seen in front only ({self.doc})"
+            advice = "gn.TwoSided, gn.Sheet and sums take those that transmit"
+            raise ParameterError(f"{owner}({self.name}={shown(value)}): {rule}; {advice}")
         return value
 
 
@@ -188,6 +212,7 @@ class Table(Field):
     """Fixed numbers of a measurement: no parameter; formulas have them flat, for `ops.take`."""
 
     accepts = "Array | None"
+    is_table = True
 
     def check(self, owner: str, value: Any) -> Any:
         try:
@@ -195,52 +220,29 @@ class Table(Field):
         except (TypeError, ValueError) as error:
             raise ParameterError(f"{owner}({self.name}): {error}; expected numbers ({self.doc})") from None
 
-
-class Vector(Field):
-    """Three numbers in world space; unit vectors are normalised."""
-
-    accepts = "Array"
-    range = "three numbers"
-
-    def __init__(self, default: Any, doc: str, unit: bool):
-        super().__init__(default, doc)
-        self.unit = unit
-
-    def check(self, owner: str, value: Any) -> Any:
-        call = f"{owner}({self.name}={shown(value)})"
-        lib = ops.library(value) if ops.dtype_of(value) else ops.LIBRARIES["numpy"]
-        if lib.name != "numpy":
-            return self._of_library(call, lib, value)
-        try:
-            array = ops.numbers(value)
-        except (TypeError, ValueError, OverflowError):
-            raise ParameterError(f"{call}: expected three numbers ({self.doc})") from None
-        array = array.astype(float) if array.shape == (3,) else np.full(3, math.nan)
-        if not np.all(np.isfinite(array)):
-            raise ParameterError(f"{call}: expected three finite numbers ({self.doc})")
-        length = math.hypot(*array) if self.unit else 1.0
-        if not 0.0 < length < math.inf:
-            raise ParameterError(f"{call}: a vector of length {length:g} is no direction; expected {self.doc}")
-        return frozen(array / length)
-
-    def _of_library(self, call: str, lib: ops.Library, value: Any) -> Any:
-        """An array of another library stays one: results can be differentiated by it."""
-        if lib.channel_loop or lib.shape(value) != (3,) or not lib.dtype(value).startswith(("float", "int")):
-            raise ParameterError(f"{call}: expected three numbers ({self.doc}), of NumPy, PyTorch or JAX")
-        known = lib.known(value)
-        if known is not None and not (np.all(np.isfinite(known)) and (known.any() or not self.unit)):
-            raise ParameterError(f"{call}: expected three finite numbers, not all 0 ({self.doc})")
-        return value / ops.sqrt((value * value).sum()) if self.unit else value
+    def kept(self, value: np.ndarray) -> Any:
+        return partial(np.reshape, value, -1)
 
 
-class Channels(Field):
+class Channels(Numbers):
     """The numbers 0, 1, ... of a table's channels, along the channel axis; made from their count."""
 
     accepts = "int | None"
-    traced = Param.traced
 
     def check(self, owner: str, value: Any) -> Any:
         return frozen(np.arange(value, dtype=float)) if isinstance(value, int) else value
+
+
+class Wavelengths(Numbers):
+    """The wavelength [nm] of each channel, or of a material without channels; None until it is known."""
+
+    accepts = "float | Array | None"
+    range = f"at least {NANOMETRES:g} [nm]"
+
+    def check(self, owner: str, value: Any) -> Any:
+        if value is None:
+            return None
+        return as_wavelengths(f"{owner}({self.name}={shown(value)})", value)
 
 
 def param(
@@ -286,8 +288,10 @@ def option(default: str, *choices: str, doc: str) -> Any:
     return Option(default, tuple(dict.fromkeys((default, *choices))), doc)
 
 
-def part(kind: type, default: Any, doc: str, coerce: Callable[[Any], Any] | None = None) -> Any:
+def part(kind: type, default: Any, doc: str, coerce: Callable[[Any], Any] | None = None, sides: str = "front") -> Any:
     """A component of the given kind; `coerce` may turn other values (a number) into one.
+
+    A reflectance that transmits is refused, unless the part is declared with `sides="any"`.
 
     Example
     >>> from gonio.authoring import Fresnel, Reflectance, dot, normalize, part
@@ -301,18 +305,7 @@ def part(kind: type, default: Any, doc: str, coerce: Callable[[Any], Any] | None
     >>> print(Sheen(gn.Dielectric(1.3)).f_angles(1.4, 0.0, 1.4, [0.0, np.pi]).round(4))
     [0.0054 0.1094]
     """
-    return Part(kind, default, doc, coerce)
-
-
-def vector(default: Any, doc: str, unit: bool = False) -> Any:
-    """Three numbers in world space, a position or (`unit`) a direction.
-
-    Example
-    >>> from gonio.authoring import vector
-    >>> print(vector((0.0, 0.0, 1.0), "direction to the light", unit=True).default)
-    (0.0, 0.0, 1.0)
-    """
-    return Vector(default, doc, unit)
+    return Part(kind, default, doc, coerce, sides)
 
 
 def table(doc: str) -> Any:
@@ -335,6 +328,28 @@ def channels(doc: str) -> Any:
     number of the channel
     """
     return Channels(None, doc)
+
+
+def wavelengths(default: float | None = None) -> Any:
+    """The wavelength [nm] of the channel: one number to the formula.
+
+    It is unknown until the material is bound, by `m.at(...)` or `wavelengths=`; until then there is no f, or where f
+    does without it, it has the default.
+
+    Example
+    >>> from gonio.authoring import Reflectance, param, wavelengths
+    >>> class Haze(Reflectance):
+    ...     "Small particles: blue light is scattered most."
+    ...     rho = param(0.5, 0.0, 1.0, "albedo at 400 nm")
+    ...     wavelength = wavelengths()
+    ...
+    ...     def formula(self, wi, wo):
+    ...         return self.rho * (400.0 / self.wavelength) ** 4 / np.pi
+    ...
+    >>> print(gn.albedo(Haze(0.5).at([400.0, 550.0, 700.0]), [0, 0, 1]).round(3))
+    [0.5   0.14  0.053]
+    """
+    return Wavelengths(default, "wavelength")
 
 
 CLASSES: dict[str, type[Any]] = {}

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import inspect
 from typing import Any
 
 import numpy as np
 
 from ..bounds import CHANNELS, EVALUATIONS, NESTED
 from ..errors import NotFoundError, ParameterError
+from .dispersion import Dispersion
 from .fields import CLASSES, Param
 from .parametrised import Parametrised
+from .spectrum import Spectrum
 from .text import shown, unknown
+from .texture import Texture
 
 
 def names() -> dict[str, type[Parametrised]]:
@@ -33,6 +37,10 @@ def _of_object(data: dict[str, Any], files: bool, depth: int) -> Any:
     name = data.get("type")
     if depth > NESTED:
         raise ParameterError(f"objects nested more than {NESTED} deep; write factors as one, a sum of sums as one sum")
+    if isinstance(name, str) and name in SPECTRA:
+        return _spectrum(SPECTRA[name], data)
+    if name == "Texture":
+        return _texture(data)
     kind = CLASSES.get(name) if isinstance(name, str) else None
     if kind is None and "module" in data:
         raise NotFoundError(_missing(name, data["module"]))
@@ -47,7 +55,7 @@ def _of_object(data: dict[str, Any], files: bool, depth: int) -> Any:
         raise ParameterError(
             f"{name}: names the file {shown(paths[0])}, and a text opens no others; expected the pixels themselves"
         )
-    terms = arguments.pop("terms", ()) if not kind.fields else ()  # of a sum, whose class has no fields
+    terms = arguments.pop("terms", ()) if _takes_any_number(kind) else ()
     if not isinstance(terms, list | tuple):
         raise ParameterError(f"{name}: terms={shown(terms)}: expected a list of objects")
     try:
@@ -60,6 +68,32 @@ def _of_object(data: dict[str, Any], files: bool, depth: int) -> Any:
     if width > CHANNELS:
         raise ParameterError(f"{name}: a parameter with {width} channels, expected at most {CHANNELS} in a text")
     return value.with_channels(data["channel_names"]) if named & data.keys() else value
+
+
+def _takes_any_number(kind: type[Parametrised]) -> bool:
+    """Whether the constructor takes any number of parts, as those of a sum and of a stack of films do."""
+    return any(p.kind is p.VAR_POSITIONAL for p in inspect.signature(kind).parameters.values())
+
+
+SPECTRA: dict[str, type[Spectrum]] = {"Spectrum": Spectrum, "Dispersion": Dispersion}
+"""The spectra that a text may name."""
+
+
+def _spectrum(kind: type[Spectrum], data: dict[str, Any]) -> Spectrum:
+    names = list(inspect.signature(kind).parameters)
+    if strange := sorted(map(str, data.keys() - {"type", *names})):
+        raise NotFoundError(unknown(kind.__name__, strange[0], names))
+    return kind(*(data.get(name, ()) for name in names))
+
+
+def _texture(data: dict[str, Any]) -> Texture:
+    known = ("image", "filter", "wrap", "colour")
+    if strange := sorted(map(str, data.keys() - {"type", *known})):
+        raise NotFoundError(unknown("Texture", strange[0], list(known)))
+    if not isinstance(data.get("image"), list):
+        rule = "expected the texels, a list of rows of texels; a text opens no files"
+        raise ParameterError(f"Texture(image={shown(data.get('image'))}): {rule}")
+    return Texture(**{name: data[name] for name in known if name in data})
 
 
 def _missing(name: Any, module: Any) -> str:

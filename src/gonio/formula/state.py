@@ -57,6 +57,20 @@ class inferred(Note):
         return self if owner is None else self.function(owner)
 
 
+class known(Beside):
+    """Decorates a method: an attribute that follows from the fields and the notes. Formulas do not see it, and a class
+    may have a field of its name."""
+
+    def __init__(self, function: Callable[[Any], Any]):
+        super().__init__(None)
+        self.function, self.__doc__ = function, function.__doc__
+
+    def __get__(self, owner: Any, kind: type) -> Any:
+        if owner is not None and owner.is_bound:
+            raise AttributeError(f"{kind.__name__}.{self.name} is nothing that formulas see; declare a field")
+        return self if owner is None else self.function(owner)
+
+
 class derived(Generic[T]):
     """Decorates a method: an attribute that is computed from the fields when it is first asked for.
 
@@ -68,7 +82,7 @@ class derived(Generic[T]):
 
     def __get__(self, owner: Any, kind: type) -> T:
         if owner is None:
-            return self  # type: ignore[return-value]
+            return self  # type: ignore[return-value]  # asked of the class
         results: dict[Any, T] = owner._derived
         if self.function not in results:
             results[self.function] = self.function(owner)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import inspect
 import sys
 from collections.abc import Iterator
-from functools import partial
 from typing import TYPE_CHECKING, Any, ClassVar, NoReturn, Self
 
 import numpy as np
@@ -13,9 +12,11 @@ import numpy as np
 from ..arrays import Fixed, ops
 from ..errors import AccessError, ParameterError, suggestion
 from .classes import json_name
-from .fields import Channels, Field, Table
+from .fields import Channels, Field, Table, Wavelengths
+from .spectrum import Spectrum
 from .state import Beside, Note, State, freeze, immutable
 from .text import literal
+from .texture import Texture
 
 
 class Value:
@@ -68,7 +69,7 @@ class Value:
     def _keep(self) -> dict[str, Fixed]:
         """Arrays by name, which libraries convert once: tables, flat, and parameters given as NumPy arrays."""
         arrays = {n: (f, self.__dict__[n]) for n, f in self.fields.items() if isinstance(self.__dict__[n], np.ndarray)}
-        return {n: Fixed(partial(np.reshape, a, -1) if isinstance(f, Table) else a) for n, (f, a) in arrays.items()}
+        return {n: Fixed(f.kept(a)) for n, (f, a) in arrays.items()}
 
     @classmethod
     def _made_of(cls, *attributes: dict[str, Any]) -> Self:
@@ -131,9 +132,13 @@ class Value:
         self.__dict__.update(freeze(state), _derived={}, _alike={})  # pickles and deep copies forget them
         self.__dict__["_kept"] = self._keep()
 
+    def _written(self) -> dict[str, Any]:
+        """What `repr` and JSON say of this value, by name: the free fields, without wavelengths that are not known."""
+        free = ((n, v) for n, f, v in self._free() if not isinstance(f, (Table, Channels)))
+        return {n: v for n, v in free if not (v is None and isinstance(self.fields[n], Wavelengths))}
+
     def __repr__(self) -> str:
-        arguments = [f"{n}={literal(v)}" for n, f, v in self._free() if not isinstance(f, (Table, Channels))]
-        return f"{type(self).__name__}({', '.join(arguments)})"
+        return f"{type(self).__name__}({', '.join(f'{n}={literal(v)}' for n, v in self._written().items())})"
 
     def to_json(self) -> dict[str, Any]:
         """This value as JSON data: its class by name, its fields as numbers, lists, words and further objects.
@@ -146,8 +151,7 @@ class Value:
             raise ParameterError(
                 f"{type(self).__name__}({next(iter(self._holed))}): masked numbers have no JSON form; fill them in"
             )
-        values = {n: _json(v) for n, f, v in self._free() if not isinstance(f, (Table, Channels))}
-        return {**json_name(type(self)), **values}
+        return {**json_name(type(self)), **{n: _json(v) for n, v in self._written().items()}}
 
 
 def _needed(function: Any) -> list[str]:
@@ -170,7 +174,7 @@ def _same(a: Any, b: Any) -> bool:
 
 
 def _json(value: Any) -> Any:
-    if isinstance(value, Value):
+    if isinstance(value, (Value, Spectrum, Texture)):
         return value.to_json()
     if isinstance(value, (list, tuple)):
         return [_json(v) for v in value]

@@ -31,6 +31,17 @@ def cosine_hemisphere_density(w: Direction) -> Any:
     return w.z * (1.0 / math.pi)
 
 
+def uniform_sphere(u0: Any, u1: Any) -> Direction:
+    """Direction with density 1/(4 pi): the azimuth 2 pi u0, z = 1 - 2 u1.
+
+    Example
+    >>> from gonio.formula.warp import uniform_sphere
+    >>> print(uniform_sphere(np.array(0.0), np.array(0.2)).x.round(4))
+    0.8
+    """
+    return on_circle(2.0 * ops.sqrt(ops.maximum(u1 * (1.0 - u1), 0.0)), u0, 1.0 - 2.0 * u1)
+
+
 def power_cosine(n: Any, u0: Any, u1: Any) -> Direction:
     """Direction with density (n + 1)/(2 pi) cos(theta)^n.
 

@@ -11,11 +11,12 @@ from ..arguments import checked
 from ..arrays import ops
 from ..base.angles import check_angle, direction, numbers_of
 from ..base.reflectance import Reflectance
-from ..errors import ParameterError
+from ..errors import ParameterError, ShapeError
 from ..evaluate import batch
 from ..evaluate.labelled import takes_labels
+from . import by_arrays
 from .nine import reflectance
-from .over_directions import integrate
+from .over_hemisphere import integrate
 
 
 @takes_labels("wi")
@@ -36,12 +37,20 @@ def albedo(m: Reflectance, wi: Any, tolerance: float = 1e-4, error: bool = False
              parameters over their whole bounds one white-sky albedo of 40 was 1.3e-4 off, 1.5 times its estimate.
     Source   lecture 4, eq. 4.2; Nicodemus et al. 1977, NBS Monograph 160; the quadrature: `quadrature.cubature`.
              Directions without measured data count as 0 and are reported by a MissingDataWarning.
+    PyTorch and JAX arrays give differentiable albedos, by 4096 samples of the material: 1e-3 typically.
 
     Example
     >>> m = gn.Lambertian(0.3) + gn.Microfacet(gn.GGX(0.1), gn.Dielectric(1.5))
     >>> print(gn.albedo(m, gn.direction([0.0, 1.3], 0.0)).round(4))
     [0.3396 0.4903]
     """
+    lib, (wi,) = ops.as_arrays(wi)
+    if lib.name in ("torch", "jax"):
+        if error:
+            raise ParameterError(f"albedo(error=True): expected NumPy directions; got {lib.name}")
+        if lib.shape(wi)[-1:] != (3,):
+            raise ShapeError(f"albedo: got directions of shape {lib.shape(wi)}, expected (..., 3)")
+        return by_arrays.albedo(m, wi, by_arrays.DEFAULT)
     return integrate(m, wi, tolerance, error=error)
 
 
@@ -81,6 +90,20 @@ def white_sky_albedo(m: Reflectance, tolerance: float = 1e-4) -> Any:
     return reflectance(m, tolerance=tolerance)
 
 
+def _share(fraction: Any) -> Any:
+    """A share as an array of its library; -1, which is none, for what is no number."""
+    try:
+        lib = ops.library_of_type(type(fraction))
+        return fraction if lib is not None and lib.name != "numpy" else np.asarray(ops.numbers(fraction), dtype=float)
+    except ValueError:
+        return np.array(-1.0)
+
+
+def _beside(like: Any, x: Any) -> Any:
+    """Numbers of NumPy as an array of another library."""
+    return ops.library(like).convert(np.asarray(x), like)
+
+
 @takes_labels(angles=("theta", "diffuse_fraction", "phi"))
 @checked
 def blue_sky_albedo(m: Reflectance, theta: Any, diffuse_fraction: Any, phi: Any = 0.0, tolerance: float = 1e-4) -> Any:
@@ -99,15 +122,16 @@ def blue_sky_albedo(m: Reflectance, theta: Any, diffuse_fraction: Any, phi: Any 
     0.1718
     """
     theta, phi = numbers_of("theta", theta), numbers_of("phi", phi)
-    try:
-        d = np.asarray(ops.numbers(diffuse_fraction), dtype=float)
-    except ValueError:
-        d = np.array(-1.0)
-    if ((d < 0.0) | (d > 1.0)).any():
+    d = _share(diffuse_fraction)
+    known = ops.library(d).known(d)
+    if known is not None and ((known < 0.0) | (known > 1.0)).any():
         raise ParameterError(f"diffuse_fraction={diffuse_fraction!r:.60}: expected the sky's share of light, in [0, 1]")
     shapes = [*map(np.shape, (theta, phi, d)), batch.full_shape(m, ())]
     ops.broadcast_shape(shapes, "theta, phi, diffuse_fraction and parameters")
     black, white = black_sky_albedo(m, theta, phi, tolerance), white_sky_albedo(m, tolerance)
     if m.channels is not None:
         d = d[..., None]
+    like = next((x for x in (black, white, d) if ops.library(x).name != "numpy"), None)
+    if like is not None:
+        black, white, d = (x if ops.library(x).name != "numpy" else _beside(like, x) for x in (black, white, d))
     return (1.0 - d) * black + d * white

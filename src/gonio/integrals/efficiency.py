@@ -11,8 +11,8 @@ import numpy as np
 from ..arrays import LIBRARIES
 from ..arrays.kinds import with_channels
 from ..base.angles import direction
-from ..base.kernels import shares_of
-from ..base.reflectance import Reflectance
+from ..base.kernels import shares_of, together
+from ..base.reflectance import Reflectance, weighed
 from ..errors import MissingDataWarning
 from ..formula.direction import Direction
 from ..numerics.lattice import lattice
@@ -48,16 +48,18 @@ def sampling_efficiency(m: Reflectance) -> list[Efficiency]:
     Weights are those for light from everywhere: a lobe with equal weights has scatter 0 and effective 1.
     Not random: 65536 evenly spread numbers.
     """
-    lobes = list(m.lobes())
+    groups = together(m)
     merged = m.merged(LIBRARIES["numpy"].merge_channels)
     rows = []
     for theta in VIEWS:
         view = direction(math.radians(theta), 0.3)
         rows.append(_row(theta, "all", 1.0, m, view))
-        if len(lobes) > 1:
+        if len(groups) > 1:
             shares = [float(np.ravel(share)[0]) for share, _ in shares_of(merged, Direction(*view))]
-            for i, (share, (weight, lobe)) in enumerate(zip(shares, lobes, strict=True)):
-                rows.append(_row(theta, f"{i} {type(lobe).__name__}", share, weight * lobe, view))
+            for i, (share, group) in enumerate(zip(shares, groups, strict=True)):
+                (weight, lobe), *others = group
+                part = weighed(group) if others else weight * lobe
+                rows.append(_row(theta, f"{i} {type(lobe).__name__}", share, part, view))
     return rows
 
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..base.frames import Frame
-from ..base.light import Light
+from ..base.light import ORIGIN, Light
 from ..base.reflectance import Reflectance
 from ..errors import ParameterError
 from ..formula.direction import Direction
@@ -22,6 +22,7 @@ from .places import Places
 SAMPLES = (1 << 13, 1 << 20)
 """Samples of a light for a direction, at first and at most."""
 
+_HERE = np.zeros(3)
 _LOCAL = Frame(Direction(1.0, 0.0, 0.0), Direction(0.0, 1.0, 0.0), Direction(0.0, 0.0, 1.0))
 
 
@@ -34,7 +35,7 @@ class _Within:
         self.light, self.part = light, part
         self.sample, self.pdf = light.sample, light.pdf
 
-    def incident(self, w: Any) -> Any:
+    def incident(self, w: Any, position: Any = ORIGIN) -> Any:
         return np.where(self.part.contains(w)[..., None], self.light.incident(w), 0.0)
 
 
@@ -139,7 +140,7 @@ def _estimates(m: Reflectance, light: Any, wo: np.ndarray, u: np.ndarray) -> tup
     blocks, holes = [], 0
     for start in range(0, len(u), 1 << 17):
         part = slice(start, start + (1 << 17))
-        values, missing = estimate(m, light, _LOCAL, wo[part], u[part], u[part])
+        values, missing = estimate(m, light, _LOCAL, wo[part], _HERE, u[part], u[part])
         blocks.append(np.broadcast_to(values, (len(u[part]), values.shape[-1])))
         holes += missing
     return np.concatenate(blocks), holes

@@ -11,7 +11,7 @@ import numpy as np
 from ..arguments import checked
 from ..base.kernels import with_holes
 from ..base.light import Light
-from ..base.reflectance import Reflectance
+from ..base.reflectance import Reflectance, lobes_on
 from ..errors import ParameterError
 from ..evaluate import batch
 from ..evaluate.labelled import takes_labels
@@ -20,7 +20,7 @@ from .cones import Cone, Hemisphere
 from .factor_between import double_integral, single_integral
 from .factor_under_lights import factor_under
 from .illumination import as_lights, have_channels
-from .over_directions import Integral, check_tolerance, directions, in_double, report
+from .over_hemisphere import Integral, check_tolerance, directions, in_double, report
 from .places import Places
 from .sharing import Wanted, over_places
 
@@ -30,7 +30,7 @@ from .sharing import Wanted, over_places
 def reflectance(
     m: Reflectance,
     incident: Any = Hemisphere(),  # noqa: B008  (a value without state)
-    collected: Any = Hemisphere(),  # noqa: B008
+    collected: Any = Hemisphere(),  # noqa: B008  (a value without state)
     sky: Light | Iterable[Light] | None = None,
     tolerance: float = 1e-4,
     error: bool = False,
@@ -79,8 +79,8 @@ def reflectance(
 @checked
 def reflectance_factor(
     m: Reflectance,
-    incident: Any = Hemisphere(),  # noqa: B008
-    collected: Any = Hemisphere(),  # noqa: B008
+    incident: Any = Hemisphere(),  # noqa: B008  (a value without state)
+    collected: Any = Hemisphere(),  # noqa: B008  (a value without state)
     sky: Light | Iterable[Light] | None = None,
     tolerance: float = 1e-4,
     error: bool = False,
@@ -142,6 +142,7 @@ def _factor(m: Reflectance, incident: Any, to: Any, sky: Any, tolerance: float) 
     if wi is not None and wo is not None:
         value = math.pi * m.f(wi, wo)
         return Integral(value, np.zeros(np.shape(value)[: np.ndim(value) - (m.channels is not None)])[()])
+    m = lobes_on(m, "front")
     w = wi if wi is not None else wo if wo is not None else np.zeros(3)
     shape, fixed = batch.full_shape(m, w.shape[:-1]), in_double(w)
     lights = None if sky is None else [light.in_numpy() for light in as_lights(sky)]

@@ -11,31 +11,15 @@ import numpy as np
 
 from ..arrays import ops
 from ..arrays.kinds import TOTAL, VALUE, VECTOR, with_channels
-from ..base.angles import check_unit
-from ..base.kernels import with_holes
 from ..base.reflectance import Reflectance
-from ..compile import memory
-from ..errors import (
-    ArrayTypeError,
-    DirectionWarning,
-    MissingDataWarning,
-    ParameterError,
-    ShapeError,
-    ToleranceWarning,
-    warn,
-)
 from ..evaluate import batch
-from ..formula.direction import HORIZON, NORMAL, Direction, select, served
-from ..formula.fields import Param
-from ..formula.warp import cosine_hemisphere
-from ..numerics.lattice import lattice
+from ..formula.direction import BEHIND, HORIZON, NORMAL, Direction, select, served
+from ..formula.fields import Channels, Numbers
 from ..numerics.quadrature import NODES, Evaluate, Integrals, Sums, cubature, in_order, of_squares, place, weighed
 from . import half_vectors
-from .cones import Hemisphere
 from .domain import SAMPLED, Coordinates, Domain
 from .peaks import GRAZING, SHARP, peaks
 from .places import Places
-from .sharing import Wanted, over_places
 
 CHUNKS = (4096, 512, 64)
 """Numbers of cells that a kernel is given at a time: few, because each needs a plan of its own."""
@@ -43,127 +27,11 @@ CHUNKS = (4096, 512, 64)
 RULED = (512, 64, 8)
 """Numbers of fixed directions that a kernel is given at a time, for rules that take hundreds of nodes for each."""
 
-TIGHTEST = 1e-13
-"""The smallest tolerance."""
-
 TOGETHER = 128
 """Most channels that are integrated together."""
 
 Radiance = Callable[[np.ndarray, np.ndarray], np.ndarray]
 """Radiance (n, k, 1 or C) from directions (n, k, 3), for the places (n,) of a flattened batch that they belong to."""
-
-_SIDES = np.stack(cosine_hemisphere(*lattice(64).T[::-1]), axis=-1)
-"""Directions spread over the hemisphere in proportion to the cosine."""
-
-
-class Integral(NamedTuple):
-    """An integral, and an estimate of its absolute error (without a channel axis: the largest of the channels)."""
-
-    value: Any
-    error: Any
-
-
-def integrate(
-    m: Reflectance,
-    w: Any,
-    tolerance: float = 1e-4,
-    incident: bool = True,
-    radiance: Radiance | None = None,
-    error: bool = False,
-) -> Any:
-    """Integral over the hemisphere of f cos, times `radiance(w', index)` if given, lobe by lobe; see `albedo`.
-
-    `incident`: whether w is the incident direction and the integral runs over wo, or the other way round. Under a
-    radiance the tolerance is relative to its mean over the hemisphere. With `error` an `Integral`.
-    """
-    check_tolerance(tolerance)
-    w = directions(w)
-    shape = batch.full_shape(m, w.shape[:-1])
-    memory.check((*shape, 3), np.float64, "an array of directions")
-    flat, unit = in_double(w), np.ones(math.prod(w.shape[:-1]))
-    if radiance is not None:
-        unit = mean_radiance(radiance, len(flat))
-
-    def direct(lobe: Reflectance, number: np.ndarray, places: Places, tolerance: float) -> Integrals:
-        light = None if radiance is None else lambda there, index: radiance(there, number[index])
-        return over_directions(lobe, flat[number], places, tolerance, incident, radiance=light, unit=unit[number])
-
-    of, to = (flat, Hemisphere()) if incident else (Hemisphere(), flat)
-    coloured = radiance is not None
-    integrals = over_places(m, Wanted(w.shape[:-1], direct, of, to, tolerance, unit, coloured))
-    absent = with_holes(np.zeros((*shape, 1)), m)  # the integrand's NaN count as 0
-    hidden = np.isnan(absent).any(axis=-1).reshape(-1)
-    integrals = integrals._replace(missing=np.where(hidden, 0.0, integrals.missing))
-    value = integrals.value
-    for weight, lobe in m.lobes():
-        if lobe.is_delta:
-            double = np.broadcast_to(w, (*shape, 3)).astype(float)
-            index = np.arange(math.prod(shape))
-            places = Places(shape, index)
-            part = places.values(lobe.delta_reflectance(double))
-            if radiance is not None:
-                mirrored = lobe.sample(double, np.zeros(2)).wi
-                owner = np.broadcast_to(np.arange(len(flat)).reshape(w.shape[:-1]), shape).reshape(-1)
-                part = part * radiance(mirrored.reshape(-1, 1, 3), owner)[:, 0]
-            value = value + places.values(weight) * part
-    unit = np.broadcast_to(unit.reshape(w.shape[:-1]), shape).reshape(-1)
-    report(integrals, tolerance * np.maximum(unit, np.abs(value).max(axis=-1, initial=0.0)))
-    if len(value) == 0:
-        value = np.zeros((0, m.channels or 1))
-    channels = radiance is not None or m.channels is not None
-    value = (value.reshape(*shape, value.shape[-1]) + absent).astype(w.dtype)
-    value = value if channels else value[..., 0][()]
-    return Integral(value, integrals.error.reshape(shape)[()]) if error else value
-
-
-def mean_radiance(radiance: Radiance, count: int) -> np.ndarray:
-    """The mean over the hemisphere (count,), weighed by the cosine, of the channel that has most."""
-    around = np.broadcast_to(_SIDES, (count, *_SIDES.shape))
-    mean: np.ndarray = np.abs(radiance(around, np.arange(count))).mean(axis=1).max(axis=-1)
-    return mean
-
-
-def check_tolerance(tolerance: float) -> None:
-    """Raises ParameterError for an error of an integral that double precision does not reach, or that says nothing."""
-    if not TIGHTEST <= tolerance < 1.0:
-        raise ParameterError(f"tolerance={tolerance!r}: expected a number between {TIGHTEST:g} and 1, such as 1e-4")
-
-
-def directions(w: Any) -> np.ndarray:
-    """Directions (..., 3) as a NumPy array of floating-point numbers."""
-    lib, (w,) = ops.as_arrays(w)
-    if lib.name != "numpy":
-        raise ArrayTypeError(f"integrals take NumPy directions; got {lib.name}; convert them first")
-    if w.shape[-1:] != (3,):
-        raise ShapeError(f"directions: got shape {w.shape}, expected (..., 3)")
-    check_unit("directions", w)
-    if w.size and (w[..., 2] <= HORIZON).all():
-        text = "all directions are below the horizon, where a surface neither receives nor sends light: results are 0"
-        warn(f"{text}; directions leave the surface, and z is its normal", DirectionWarning)
-    return w
-
-
-def in_double(w: np.ndarray) -> np.ndarray:
-    """Directions (n, 3) in double precision; those typed, or of single precision, get their unit length back."""
-    flat = np.ascontiguousarray(w.reshape(-1, 3), dtype=np.float64)
-    length = np.sqrt((flat * flat).sum(axis=-1, keepdims=True))
-    with np.errstate(invalid="ignore"):  # infinite components
-        return np.where(np.abs(length - 1.0) > 1e-12, flat / length, flat)
-
-
-def report(integrals: Integrals, goal: Any) -> None:
-    """Warns of missing data, and of errors above the goal, at the call of a public function that called the caller."""
-    missing = integrals.missing.max(initial=0.0)
-    if missing > 0.0:
-        text = f"{missing:.1%} of the directions of an integral hold no measured data and counted as 0"
-        warn(text, MissingDataWarning)
-    over = integrals.error > goal
-    if over.any():
-        text = (
-            f"the error of {over.sum()} of {over.size} integrals may be up to {integrals.error[over].max():.2g}, more "
-            f"than the tolerance asked for; ask for a larger one"
-        )
-        warn(text, ToleranceWarning)
 
 
 def over_directions(
@@ -201,7 +69,8 @@ def over_directions(
 def _alike(lobe: Reflectance) -> Iterator[tuple[int, int]]:
     """First channels and ends of the groups that are integrated together, because their lobes are equally wide;
     (0, 0) for a lobe without channels, or of one, which lights may have more of."""
-    numbers = [(field.sampled, x) for _, field, x, _ in lobe.walk() if isinstance(field, Param) and np.ndim(x)]
+    plain = ((f, x) for _, f, x, _ in lobe.walk() if isinstance(f, Numbers) and not isinstance(f, Channels))
+    numbers = [(getattr(f, "sampled", "mean"), x) for f, x in plain if np.ndim(x)]
     count = max((x.shape[-1] for _, x in numbers), default=0)
     widths = [x for sampled, x in numbers if sampled != "mean" and x.shape[-1] > 1]
     first = 0
@@ -281,7 +150,8 @@ class _Integrand(NamedTuple):
 
     def sums(self, coordinates: Coordinates, used: np.ndarray) -> Evaluate:
         """The function that `cubature` evaluates, for the fixed directions number `used`."""
-        kernel = _kernel(coordinates, place, self.incident, self.radiance is not None)
+        across = self.lobe.sides == "across"
+        kernel = _kernel(coordinates, place, self.incident, self.radiance is not None, across)
         return lambda rows, cells: self.summed(kernel, CHUNKS, NODES, used[rows], cells)
 
     def summed(
@@ -323,28 +193,46 @@ def _whole(cell: Any, node: Any) -> tuple[tuple[Any, Any], float]:
     return (node[0], node[1]), 1.0
 
 
+def over(w: Direction) -> Direction:
+    """w, turned half a turn about the y axis."""
+    return Direction(-w.x, w.y, -w.z)
+
+
 @cache
-def _kernel(coordinates: Callable, placed: Callable, incident: bool, lit: bool) -> Callable:
+def _kernel(coordinates: Callable, placed: Callable, incident: bool, lit: bool, across: bool = False) -> Callable:
     """The kernel for cells: sums over their nodes, or under light the directions and values times areas at the nodes;
-    and the area without data."""
+    and the area without data. `across`: of a lobe across the surface; light in front then has the viewer behind."""
 
     def kernel(m: Reflectance, mean: Reflectance, w: Any, cell: Any, node: Any, numbers: Any) -> tuple:
         fixed = Direction(*w)
         u, area = placed(cell, node)
         hidden, up = served(fixed)
-        there, density = coordinates(mean, up, *u, numbers)
-        lost = (there.z <= HORIZON) | hidden
-        safe = select(lost, NORMAL, there)
+        if across:
+            there, density = coordinates(mean.turned(True) if incident else mean, up, *u, numbers)
+            lost = (there.z >= -HORIZON) | hidden
+            safe = select(lost, BEHIND, there)
+        else:
+            there, density = coordinates(mean, up, *u, numbers)
+            lost = (there.z <= HORIZON) | hidden
+            safe = select(lost, NORMAL, there)
         pdf = density(safe)
         usable = pdf > 0.0
-        f = m.formula(up, safe) if incident else m.formula(safe, up)
-        value = ops.where(lost | ~usable, 0.0, f * safe.z / ops.where(usable, pdf, 1.0))
+        if across and incident:
+            f = m.formula(over(up), over(safe))
+        else:
+            f = m.formula(up, safe) if incident else m.formula(safe, up)
+        cos = -safe.z if across else safe.z
+        value = ops.where(lost | ~usable, 0.0, f * cos / ops.where(usable, pdf, 1.0))
         nan = 0.0 * (w[0] + w[1] + w[2])
         missing = value != value
         value = area * ops.where(missing, 0.0, value) + nan
         absent = area * ops.where(missing & (nan == 0.0), 1.0, 0.0)
         if lit:
-            return select(usable & ~lost, safe, NORMAL), value, absent  # lights are not asked about NaN
+            return (
+                select(usable & ~lost, safe, BEHIND if across else NORMAL),
+                value,
+                absent,
+            )  # lights are not asked about NaN
         return (*(weight * value for weight in node[2:]), node[2] * absent)
 
     return kernel

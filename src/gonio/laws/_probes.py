@@ -60,14 +60,30 @@ def precisions(m: Reflectance) -> tuple[type[np.floating], ...]:
     return (np.float64,) if is_measured(m) else (np.float64, np.float32)
 
 
+def everywhere(m: Reflectance, wi: np.ndarray, wo: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The pairs, for a material that transmits those of either direction mirrored at the surface in turn."""
+    if m.sides == "front":
+        return wi, wo
+    k = np.arange(len(wi))[:, None]
+    below = np.array([1.0, 1.0, -1.0], wi.dtype)
+    return np.where(k & 1, wi * below, wi), np.where(k & 2, wo * below, wo)
+
+
+def index(m: Reflectance, w: np.ndarray) -> np.ndarray:
+    """Refractive index (..., 1 or C) of the medium that directions are in; 1 in front of the surface."""
+    behind = np.atleast_1d(np.asarray(m.index, dtype=float))
+    return np.where(w[..., 2:] < 0.0, behind, 1.0)
+
+
 def azimuths(m: Reflectance) -> np.ndarray:
     """Azimuths [rad] of incidence that stand for all: one where the material is isotropic."""
     return np.array([0.3]) if m.is_isotropic() else np.radians([0.0, 45.0, 90.0, 200.0])
 
 
 def incidence(m: Reflectance) -> np.ndarray:
-    """Directions (K, 3) at INCIDENCE and `azimuths`."""
-    return direction(INCIDENCE[:, None], azimuths(m)[None, :]).reshape(-1, 3)
+    """Directions (K, 3) at INCIDENCE and `azimuths`; of a material that transmits from behind the surface too."""
+    theta = INCIDENCE if m.sides == "front" else np.concatenate([INCIDENCE, np.pi - INCIDENCE[::-1]])
+    return direction(theta[:, None], azimuths(m)[None, :]).reshape(-1, 3)
 
 
 def is_measured(m: Reflectance) -> bool:

@@ -5,12 +5,14 @@ The distance from the mirror direction is counted in units of the horizon's, so 
 
 from __future__ import annotations
 
-from functools import cache
+from collections.abc import Callable, Iterator
+from functools import cache, partial
 from typing import NamedTuple
 
 import numpy as np
 
 from ..base.angles import direction
+from ..base.reflectance import Reflectance
 from ._probes import VIEWS
 
 SECTORS, NODES = 192, 4
@@ -68,6 +70,47 @@ def rings(view: np.ndarray) -> Rings:
 def grids() -> list[tuple[np.ndarray, Rings]]:
     """Views (3,) at VIEWS, and the grid of each."""
     return [(view, rings(view)) for view in direction(VIEWS, 0.3)]
+
+
+class Places(NamedTuple):
+    """A view, the grid for it, and a function that finds the bin numbers of directions."""
+
+    view: np.ndarray
+    grid: Rings
+    bins_of: Callable[[np.ndarray], np.ndarray]
+
+
+def places(m: Reflectance) -> Iterator[Places]:
+    """The views and grids for a material: above the surface; of one that transmits the sphere, seen from both sides.
+
+    The grid below is about the direction that a plane surface of the material's index refracts.
+    """
+    if m.sides == "front":
+        for view, grid in grids():
+            yield Places(view, grid, partial(bins_of, view))
+        return
+    index = float(np.mean(m.index))
+    for back in (False, True):
+        for view, grid in grids():
+            yield _of_sphere(view, grid, 1.0 / index if back else index, back)
+
+
+def _of_sphere(view: np.ndarray, above: Rings, index: float, back: bool) -> Places:
+    down = np.array([1.0, 1.0, -1.0])
+    there = view / index
+    across = there[0] ** 2 + there[1] ** 2
+    straight = view if across >= 1.0 else np.array([there[0], there[1], np.sqrt(1.0 - across)])
+    below = rings(straight)  # of the view that is mirrored to where the refracted light comes from
+    first = int(above.bins.max()) + 1
+    turn = np.array([-1.0, 1.0, -1.0]) if back else np.ones(3)
+    w = np.concatenate([above.w, below.w * down]) * turn
+    solid, bins = np.concatenate([above.solid, below.solid]), np.concatenate([above.bins, below.bins + first])
+
+    def numbers(w: np.ndarray) -> np.ndarray:
+        w = w * turn
+        return np.where(w[:, 2] < 0.0, bins_of(straight, w * down) + first, bins_of(view, w))
+
+    return Places(view * turn, Rings(w, solid, bins), numbers)
 
 
 def distance(view: np.ndarray, w: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

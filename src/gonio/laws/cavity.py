@@ -69,6 +69,9 @@ def steady(m: Reflectance, emission: float = 1.0, bounces: int = BOUNCES) -> np.
 
 def law(m: Reflectance) -> Findings:
     """The largest radiance after any number of bounces up to BOUNCES, less three standard errors."""
+    if m.sides != "front":
+        yield "cavity: left out, for light leaves through plates that transmit; energy and furnace look at both sides"
+        return
     mean, error = radiance(m)
     value, (k, at, c) = largest(mean - 3.0 * error)
     channel = in_channel(m, c, mean.shape[-1])

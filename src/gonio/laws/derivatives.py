@@ -18,8 +18,8 @@ from typing import NamedTuple
 import numpy as np
 
 from ..base.reflectance import Reflectance
-from ..errors import TraceError
-from ._probes import degrees, exact_pairs, is_measured, largest, pairs, values
+from ..errors import ParameterError, TraceError
+from ._probes import degrees, everywhere, exact_pairs, is_measured, largest, pairs, values
 from ._verdict import Findings, at_most
 
 ORDER = 42
@@ -51,17 +51,21 @@ class Slopes(NamedTuple):
         return np.where(lost, np.inf, np.maximum(np.nan_to_num(error / self.size), 0.0))
 
 
-@cache
-def directions() -> tuple[np.ndarray, np.ndarray]:
+def directions(m: Reflectance) -> tuple[np.ndarray, np.ndarray]:
     """Pairs (N, 3): spread out and near mirror pairs, and the exact ones where formulas break."""
+    return everywhere(m, *_directions())
+
+
+@cache
+def _directions() -> tuple[np.ndarray, np.ndarray]:
     wi, wo = zip(pairs(COUNT), exact_pairs(), strict=True)
     return np.concatenate(wi), np.concatenate(wo)
 
 
 @cache
 def apart() -> np.ndarray:
-    """Whether each of `directions` is a hundred steps away from pairs where slopes may differ from side to side."""
-    wi, wo = directions()
+    """Whether each of the directions is a hundred steps away from pairs where slopes may differ from side to side."""
+    wi, wo = _directions()
     meeting = [(wi + wo)[:, :2], wi - wo, wi[:, :2], wo[:, :2]]
     return np.min([np.linalg.norm(d, axis=-1) for d in meeting], axis=0) > 100.0 * STEP_OF_DIRECTIONS
 
@@ -75,13 +79,24 @@ def inner(m: Reflectance) -> tuple[Reflectance, dict[str, float]]:
         if h > 0.0:
             steps[path] = h
             moved[path] = np.clip(p.value, p.low + 2.0 * h, p.high - 2.0 * h)
-    return (m.replace(moved) if moved else m), steps
+    m = m.replace(moved) if moved else m
+    return m, {path: h for path, h in steps.items() if _moves_alone(m, path, h)}
+
+
+def _moves_alone(m: Reflectance, path: str, h: float) -> bool:
+    """Whether a parameter may change by itself: not one of two indices that have to be equal."""
+    try:
+        for step in (-h, h):
+            m.replace({path: m.parameters[path].value + step})
+    except ParameterError:
+        return False
+    return True
 
 
 def slopes(m: Reflectance) -> Iterator[Slopes]:
     """By each parameter, and by each component of both directions. Raises TraceError where there is no jacobian."""
     m, steps = inner(m)
-    wi, wo = directions()
+    wi, wo = directions(m)
     exact = m.jacobian(wi, wo, [*steps, "wi", "wo"])
     f = values(m, wi, wo)
 
@@ -114,7 +129,7 @@ def law(m: Reflectance) -> Findings:
     except TraceError as error:
         yield f"derivatives: not tested, {error}"
         return
-    wi, wo = directions()
+    wi, wo = directions(m)
     worst = max(all_slopes, key=lambda s: float(s.error.max()))
     value, (n, c) = largest(worst.error)
     why = f"by {worst.name} it is {worst.exact[n, c]:.6g}, but differences give {worst.middle[n, c]:.6g}"

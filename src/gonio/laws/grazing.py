@@ -30,31 +30,39 @@ AZIMUTHS = 0.3 + np.radians([0.0, 60.0, 120.0, 180.0, 270.0])
 
 
 class Way(NamedTuple):
-    """Ways to the horizon: the azimuth of the direction that moves, the direction that stays, and which is which."""
+    """Ways to the horizon: the azimuth of the direction that moves, the direction that stays, which is which, and the
+    side of the surface that moves (1 or -1)."""
 
     phi: np.ndarray
     fixed: np.ndarray
     light_moves: bool
+    side: float = 1.0
 
 
-def ways() -> list[Way]:
-    """All ways that are tried, light and viewer moving in turn."""
+def ways(m: Reflectance | None = None) -> list[Way]:
+    """All ways that are tried, light and viewer moving in turn; of a material that transmits on both sides."""
     theta, phi = (x.ravel() for x in np.meshgrid(OTHERS, AZIMUTHS, indexing="ij"))
-    return [Way(phi, direction(theta, 0.3), light_moves) for light_moves in (True, False)]
+    both = (1.0,) if m is None or m.sides == "front" else (1.0, -1.0)
+    return [
+        Way(phi, direction(theta, 0.3) * np.array([1.0, 1.0, other]), light_moves, side)
+        for light_moves in (True, False)
+        for side in both
+        for other in both
+    ]
 
 
 def along(m: Reflectance, way: Way, cosine: np.ndarray) -> np.ndarray:
     """f cos(theta) (..., N, C) of the N directions that move, at cosines that broadcast with (..., N)."""
     cosine = np.broadcast_to(cosine, np.broadcast_shapes(np.shape(cosine), way.phi.shape))
     sine = np.sqrt((1.0 - cosine) * (1.0 + cosine))
-    moving = np.stack([sine * np.cos(way.phi), sine * np.sin(way.phi), cosine], -1)
+    moving = np.stack([sine * np.cos(way.phi), sine * np.sin(way.phi), way.side * cosine], -1)
     fixed = np.broadcast_to(way.fixed, moving.shape)
     return values(m, *((moving, fixed) if way.light_moves else (fixed, moving))) * cosine[..., None]
 
 
 def law(m: Reflectance) -> Findings:
     """Growth from 89.99 to 89.999 degrees, and the largest jump between 80 and 89.9994, whichever is worse."""
-    verdicts = [verdict for way in ways() for verdict in (_growth(m, way), _jump(m, way))]
+    verdicts = [verdict for way in ways(m) for verdict in (_growth(m, way), _jump(m, way))]
     worst = max(verdicts, key=lambda law: law.value / law.tolerance)
     if is_measured(m) and not worst.passed and worst.tolerance == JUMP:
         yield f"towards grazing the data jump, by up to {worst.value:.2g} of their value"
@@ -63,7 +71,7 @@ def law(m: Reflectance) -> Findings:
 
 
 def _place(way: Way, n: int, cosine: float) -> dict[str, float]:
-    moving = direction(np.arccos(cosine), way.phi[n])
+    moving = direction(np.arccos(way.side * cosine), way.phi[n])
     return degrees(moving, way.fixed[n]) if way.light_moves else degrees(way.fixed[n], moving)
 
 

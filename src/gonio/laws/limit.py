@@ -86,11 +86,18 @@ def _seen(m: Reflectance, view: np.ndarray) -> tuple[float, float, float]:
     s = m.sample(np.broadcast_to(view, (COUNT, 3)), lattice(COUNT))
     weight = np.nan_to_num(with_channels(s.weight, 1))
     total = weight.sum(axis=0)
-    far = weight[distance(view, s.wi)[0] > CONE].sum(axis=0) / np.maximum(total, 1e-300)
+    away = distance(view, s.wi)[0] if m.sides == "front" else _angle(m.mirrored(Direction(*view)), s.wi)
+    far = weight[away > CONE].sum(axis=0) / np.maximum(total, 1e-300)
     mean = total / COUNT
     mirror = np.broadcast_to(np.asarray(m.mirror(Direction(*view)), dtype=float), mean.shape)
     c = int(np.abs(mean - mirror).argmax())
     return float(far.max()), float(mean[c]), float(mirror[c])
+
+
+def _angle(mirrored: Direction, w: np.ndarray) -> np.ndarray:
+    """The angles [rad] between directions and the one that the limit of a lobe mirrors or refracts."""
+    to = np.array([float(x) for x in mirrored])
+    return np.arctan2(np.linalg.norm(np.cross(w, to), axis=-1), w @ to)
 
 
 def law(m: Reflectance) -> Findings:

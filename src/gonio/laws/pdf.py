@@ -11,8 +11,8 @@ import numpy as np
 
 from ..base.reflectance import Reflectance
 from ..numerics.lattice import lattice
-from ._probes import SAMPLES, degrees, opposite_pairs, precisions
-from ._rings import grids
+from ._probes import SAMPLES, degrees, everywhere, opposite_pairs, precisions
+from ._rings import places
 from ._verdict import Findings, Law, at_most
 
 ORDER = 31
@@ -22,7 +22,7 @@ TOLERANCE = 5e-3  # grid and samples leave 3e-4 about the mirror direction; lobe
 def law(m: Reflectance) -> Findings:
     """The distance of the total from 1, at the worst of VIEWS; or the lowest density, if that is no density."""
     for dtype in precisions(m):
-        wi, wo = (w.astype(dtype) for w in opposite_pairs())
+        wi, wo = everywhere(m, *(w.astype(dtype) for w in opposite_pairs()))
         pdf = m.pdf(wi, wo)
         bad = ~((pdf >= 0.0) & (pdf < np.inf))
         if bad.any():
@@ -31,12 +31,13 @@ def law(m: Reflectance) -> Findings:
             yield Law("pdf", False, float(pdf[at]), 0.0, "min pdf = {value}", degrees(wi[at], wo[at]), why)
             return
     totals = []
-    for view, grid in grids():
+    for view, grid, _ in places(m):
         inside = float((m.pdf(grid.w, view) * grid.solid).sum())
         s = m.sample(np.broadcast_to(view, (SAMPLES, 3)), lattice(SAMPLES))
         delta, lost = float(s.delta.mean()), float((s.pdf == 0.0).mean())
         error = np.nan_to_num(abs(inside + delta + lost - 1.0), nan=np.inf)
-        parts = f"hemisphere {inside:.4f} + delta lobes {delta:.4f} + below the horizon {lost:.4f}, expected 1"
+        where = "hemisphere" if m.sides == "front" else "sphere"
+        parts = f"{where} {inside:.4f} + delta lobes {delta:.4f} + below the horizon {lost:.4f}, expected 1"
         totals.append((float(error), degrees(wo=view), parts))
     worst, place, why = max(totals, key=lambda total: total[0])
     yield at_most("pdf", worst, TOLERANCE, "|total - 1| = {value} <= {tolerance}", place, why)

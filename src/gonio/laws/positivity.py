@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..base.reflectance import Reflectance
-from ._probes import degrees, exact_pairs, is_measured, opposite_pairs, pairs, precisions, values
+from ._probes import degrees, everywhere, exact_pairs, is_measured, opposite_pairs, pairs, precisions, values
 from ._verdict import Findings, Law
 
 ORDER = 11
@@ -21,6 +21,7 @@ def law(m: Reflectance) -> Findings:
     """The lowest value at all pairs; not below 0, exactly. NaN is for missing data only."""
     usual = [np.concatenate(w) for w in zip(pairs(), exact_pairs(), strict=True)]
     hard = [np.concatenate(w) for w in zip(exact_pairs(), opposite_pairs(), strict=True)]
+    usual, hard = (list(everywhere(m, *of)) for of in (usual, hard))
     batches = [usual, *([w.astype(dtype) for w in hard] for dtype in precisions(m))]
     parts = [values(m, *w) for w in batches]
     missing = float(np.isnan(parts[0]).mean())

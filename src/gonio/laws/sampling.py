@@ -13,7 +13,7 @@ from ..arrays.kinds import with_channels
 from ..base.reflectance import Reflectance
 from ..numerics.lattice import lattice
 from ._probes import SAMPLES, degrees, values
-from ._rings import bins_of, grids
+from ._rings import places
 from ._verdict import Findings, Law, at_most
 
 ORDER = 32
@@ -25,7 +25,7 @@ ENDS = np.array([[u, v] for u in (0.0, 0.5, 1.0) for v in (0.0, 0.5, 1.0)])
 
 def law(m: Reflectance) -> Findings:
     """Total variation between histogram and density, or the largest error of a weight, at the worst of VIEWS."""
-    for view, _ in grids():
+    for view, _, _ in places(m):
         s = m.sample(view, ENDS)
         lost = ~np.isfinite(np.column_stack([s.wi, s.pdf])).all(axis=-1)
         if lost.any():
@@ -33,17 +33,17 @@ def law(m: Reflectance) -> Findings:
             yield Law("sampling", False, float("inf"), TOLERANCE, "distance = {value}", degrees(wo=view), why)
             return
     distances = []
-    for view, grid in grids():
+    for view, grid, bins_of in places(m):
         expected = np.bincount(grid.bins, m.pdf(grid.w, view) * grid.solid)
         wo = np.broadcast_to(view, (SAMPLES, 3))
         s = m.sample(wo, lattice(SAMPLES))
         used = (s.pdf > 0.0) & ~s.delta
-        observed = np.bincount(bins_of(view, s.wi[used]), minlength=len(expected)) / SAMPLES
+        observed = np.bincount(bins_of(s.wi[used]), minlength=len(expected)) / SAMPLES
         distance = 0.5 * float(np.abs(observed - expected).sum())
         why = f"the distributions of `sample` and `pdf` differ by {distance:.3g} in total variation"
         f, weight = values(m, s.wi, wo), with_channels(s.weight, 1)
         with np.errstate(all="ignore"):
-            ideal = f * s.wi[:, 2:] / s.pdf[:, None]
+            ideal = f * np.abs(s.wi[:, 2:]) / s.pdf[:, None]
             off = np.abs(weight - ideal) / (np.abs(ideal) + 1e-6)
         off = float(np.nanmax(np.where(used[:, None], off, 0.0), initial=0.0))
         if off > max(distance, 1e-3):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -23,12 +24,11 @@ _BLOCK = 1 << 18  # directions that are looked up at a time
 def to_mitsuba(picture: Panorama) -> NDArray[Any]:
     """Pixels (2H + 1, W, C) with which Mitsuba 3 interpolates to the same radiance in every direction.
 
-    Mitsuba's azimuth runs the other way round, and its rows lie at theta = pi i/(rows - 1), from pole to
-    pole: with 2H + 1 rows, those of odd number are the rows of `picture`, the others lie half-way between
-    two of them.
+    Mitsuba's rows lie at theta = pi i/(rows - 1), from pole to pole: with 2H + 1 rows, those of odd number are the
+    rows of `picture`, the others lie half-way between two of them.
     Source: src/emitters/envmap.cpp of Mitsuba 3.
     """
-    pixels = picture.pixels[:, ::-1]
+    pixels = picture.pixels
     height, width, channels = pixels.shape
     out = np.empty((2 * height + 1, max(width, 2), channels), pixels.dtype)
     out[1::2] = pixels
@@ -42,7 +42,7 @@ def from_mitsuba(picture: Panorama, height: int | None = None) -> NDArray[Any]:
 
     `height`: rows of the result; without it, as many as `picture` has.
     """
-    pixels = picture.pixels[:, ::-1]
+    pixels = picture.pixels
     rows = pixels.shape[0]
     height = rows if height is None else pixel_count("height", height)
     if rows < 2:
@@ -86,11 +86,12 @@ def direction_to_square(w: NDArray[Any]) -> NDArray[Any]:
     return 0.5 * np.stack([np.copysign(a, x), np.copysign(b, y)], -1) + 0.5
 
 
-def to_pbrt(picture: Panorama, size: int | None = None) -> NDArray[Any]:
+def to_pbrt(picture: Panorama, incident: Callable[[NDArray[Any]], NDArray[Any]], size: int | None) -> NDArray[Any]:
     """Texels (N, N, C) of pbrt-v4's equal-area layout, each the mean radiance over its solid angle 4 pi/N^2.
 
     `size`: N; without it, 2H/sqrt(pi), which gives texels the solid angle of the pixels at the equator. pbrt
-    takes the radiance of the texel that a direction lies in, without interpolation.
+    takes the radiance of the texel that a direction lies in, without interpolation. `incident`: the radiance of
+    `picture` from directions.
     """
     height, width, channels = picture.pixels.shape
     size = round(2.0 * height / math.sqrt(math.pi)) if size is None else pixel_count("size", size)
@@ -101,7 +102,7 @@ def to_pbrt(picture: Panorama, size: int | None = None) -> NDArray[Any]:
     step = max(1, _BLOCK // (size * fine * fine))
     for start in range(0, size, step):
         v, u = np.meshgrid(along[start * fine : (start + step) * fine], along, indexing="ij")
-        radiance = picture.radiance(square_to_direction(np.stack([u, v], -1)))
+        radiance = incident(square_to_direction(np.stack([u, v], -1)))
         out[start : start + step] = radiance.reshape(-1, fine, size, fine, channels).mean(axis=(1, 3))
     return out
 

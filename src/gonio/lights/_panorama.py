@@ -1,28 +1,32 @@
 """A picture of the whole sphere: which pixel lies where, radiance between pixels, and sampling.
 
-The picture is equirectangular: theta = 0 at its upper edge, phi = 0 at its left edge, growing to the right.
-The pixel in row i and column j of H by W covers theta from pi i/H to pi (i + 1)/H and phi from 2 pi j/W to
-2 pi (j + 1)/W, and holds the radiance at the centre of that. For other tools' pictures see `_layouts.py`.
+The picture is equirectangular, as photographed: theta = 0 at its upper edge, phi = 0 at its left edge, falling to the
+right, as seen from inside. The pixel in row i and column j of H by W covers theta from pi i/H to pi (i + 1)/H and phi
+from -2 pi j/W to -2 pi (j + 1)/W, and holds the radiance at the centre of that. For other tools' pictures see
+`_layouts.py`.
 """
 
 from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import cached_property, partial
-from typing import Any
+from functools import cache, partial
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..arrays import Fixed, frozen, ops
+from ..arrays import AsStored, Fixed, frozen, ops
 from ..errors import ArrayTypeError, ParameterError, ShapeError, TooLargeError
-from ..formula.direction import Direction, polar_angle
+from ..formula.direction import Direction, on_circle, polar_angle
 
 MOST = 1 << 27
 """Most pixels of a file that is read as an environment map: 16384 x 8192."""
+
+LARGE = 1 << 20
+"""Pixels from which on the tables of a map are not converted to double precision as a whole."""
 
 _BLOCK = 1 << 18  # pixels that are worked on at a time
 
@@ -30,7 +34,7 @@ _BLOCK = 1 << 18  # pixels that are worked on at a time
 def pixel_directions(height: int, width: int, rows: slice = slice(None)) -> NDArray[np.float64]:
     """Unit directions (H, W, 3) of the pixel centres, of all rows or of some."""
     theta = (np.arange(height)[rows, None] + 0.5) * (math.pi / height)
-    phi = (np.arange(width) + 0.5) * (2.0 * math.pi / width)
+    phi = (np.arange(width) + 0.5) * (-2.0 * math.pi / width)
     sin = np.sin(theta)
     return np.stack(np.broadcast_arrays(sin * np.cos(phi), sin * np.sin(phi), np.cos(theta)), -1)
 
@@ -127,45 +131,6 @@ class Panorama:
         origin = "" if self.path is None else f", {self.path!r}"
         return f"<{width} x {height}, {channels} channel{'s' * (channels > 1)}{origin}>"
 
-    @cached_property
-    def _flat(self) -> Fixed:
-        """The pixels, as they are."""
-        return Fixed(self.pixels.reshape(-1))
-
-    def radiance(self, w: Any) -> Any:
-        """Bilinear interpolation at directions w (..., 3) of any library -> (..., C)."""
-        height, width, channels = self.pixels.shape
-        lib, x, y = self._position(w)
-        x = x - 0.5
-        y = ops.clip(y - 0.5, 0.0, height - 1.0)
-        x0, y0 = ops.floor(x), ops.floor(y)
-        fx, fy = x - x0, y - y0
-        left = ops.to_index(ops.where(x0 < 0.0, x0 + float(width), x0))
-        right = (left + 1) % width
-        # Rows are scaled as whole numbers: the products would not be exact in float32.
-        upper, lower = ops.to_index(y0) * width, ops.to_index(ops.minimum(y0 + 1.0, height - 1.0)) * width
-        corners = [(row + column) * channels for row in (upper, lower) for column in (left, right)]
-        values = []
-        for channel in range(channels):
-            a, b, c, d = (lib.entries(self._flat, corner + channel, w) for corner in corners)
-            a, c = a + fx * (b - a), c + fx * (d - c)
-            values.append(a + fy * (c - a))
-        return lib.stack(values)
-
-    def _position(self, w: Any) -> tuple[ops.Library, Any, Any]:
-        """The library of w, and where w lies in the picture, in pixels from its upper left corner.
-
-        x is from -W/2 to W/2: where it is negative, it is counted from the right edge.
-        """
-        lib, (w,) = ops.as_arrays(w)
-        if not lib.shape(w) or lib.shape(w)[-1] != 3:
-            raise ShapeError(f"directions have shape {lib.shape(w)}, expected (..., 3)")
-        height, width, _ = self.pixels.shape
-        d = Direction(*lib.split(w, (), False))
-        pole = (d.x == 0.0) & (d.y == 0.0)  # where the azimuth has no derivative
-        phi = ops.arctan2(d.y, ops.where(pole, 1.0 + 0.0 * d.x, d.x))
-        return lib, phi * (0.5 * width / math.pi), polar_angle(d) * (height / math.pi)
-
     def _shares(self, rows: slice) -> NDArray[np.float64]:
         """What the probabilities (rows, W) of pixels are proportional to within their row: mean plus maximum of the
         interpolated radiance within the pixel.
@@ -186,18 +151,25 @@ class Panorama:
             largest = np.maximum.reduce([largest, left, level, right])
         return mean + largest
 
-    @cached_property
-    def _tables(self) -> dict[str, Fixed]:
-        """What `sample` and `pdf` look up, flat.
+    def looked_up(self) -> dict[str, Fixed]:
+        """The tables of `Lookup` by name: the pixels, and those of sampling, which are made when first needed."""
+        kind = AsStored if self.pixels[..., 0].size > LARGE else Fixed
+        flat = cache(self.tables)
+        kinds = {"column": kind, "column_share": kind}
+        sampling = {name: kinds.get(name, Fixed)(partial(lambda k: flat()[k], k)) for k, name in enumerate(TABLES)}
+        return {"pixels": kind(self.pixels.reshape(-1)), **sampling}
 
-        row_share, column_share: probabilities of a row, and of a column within a row, these in the precision of the
-        pixels. row, column: sums of these over all before. row_density: density [1/sr] of a pixel over its
-        column_share. down, up: 1 - cos theta and 1 + cos theta at the edges of the rows.
+    def tables(self) -> list[NDArray[Any]]:
+        """What sampling looks up, flat, in the order of `TABLES`; those of all pixels in the precision of the pixels.
+
+        column, row: sums of the shares of all columns before within their row, and of all rows before. column_share,
+        row_share: probabilities of a column within its row, and of a row. row_density: density [1/sr] of a pixel over
+        its column_share. down, up: 1 - cos theta and 1 + cos theta at the edges of the rows. level: pi times the mean
+        radiance over the sphere and the channels.
         """
         height, width, _ = self.pixels.shape
         totals = np.empty(height)
-        columns = np.empty((height, _power_of_two(width)))
-        within = np.empty((height, width), self.pixels.dtype)
+        columns, within = (np.empty((height, n), self.pixels.dtype) for n in (power_of_two(width), width))
         for rows in self._blocks():
             share = self._shares(rows)
             total = totals[rows] = share.sum(axis=1)
@@ -211,61 +183,100 @@ class Panorama:
         share = (totals if totals.any() else np.ones(height)) * solid_angle
         share /= share.sum()
         half = np.linspace(0.0, 0.5 * math.pi, height + 1)
-        tables = {
-            "row": _starts(share),
-            "row_share": share,
-            "row_density": share / solid_angle,
-            "column": columns,
-            "column_share": within,
-            "down": 2.0 * np.sin(half) ** 2,
-            "up": 2.0 * np.sin(half[::-1]) ** 2,
-        }
-        return {name: Fixed(table.reshape(-1)) for name, table in tables.items()}
+        means = self.pixels.mean(axis=(1, 2), dtype=np.float64)
+        level = 0.25 * width * (means * solid_angle).sum()
+        small = (_starts(share), share, share / solid_angle, 2.0 * np.sin(half) ** 2, 2.0 * np.sin(half[::-1]) ** 2)
+        return [columns.reshape(-1), within.reshape(-1), *small, np.array([level])]
 
-    def sample(self, u: Any) -> tuple[Any, Any]:
-        """Directions (..., 3) and densities [1/sr] (...) for u (..., 2) of any library."""
-        height, width, _ = self.pixels.shape
-        lib, (u,) = ops.as_arrays(u, name="u")
-        if not lib.shape(u) or lib.shape(u)[-1] != 2:
-            raise ShapeError(f"u: shape {lib.shape(u)}, expected (..., 2)")
-        u0, u1 = lib.split(u, (), False)
 
-        def look(name: str, index: Any) -> Any:
-            return lib.entries(self._tables[name], index, u)
+TABLES = ("column", "column_share", "row", "row_share", "row_density", "down", "up", "level")
 
-        first = ops.to_index(0.0 * u1)
-        row = _last_at_most(u1, partial(look, "row"), first, _power_of_two(height))
-        t = (u1 - look("row", row)) / look("row_share", row)
-        count = _power_of_two(width)
-        entry = _last_at_most(u0, partial(look, "column"), row * count, count)
+
+class Lookup(NamedTuple):
+    """The formulas of a panorama of (H, W, C) pixels on components, and the tables that they look up."""
+
+    shape: tuple[int, int, int]
+    pixels: Any
+    column: Any
+    column_share: Any
+    row: Any
+    row_share: Any
+    row_density: Any
+    down: Any
+    up: Any
+
+    def radiance(self, w: Direction, channel: Any) -> Any:
+        """Bilinear interpolation of a channel at a direction."""
+        height, width, channels = self.shape
+        x, y = self._position(w)
+        x = x - 0.5
+        y = ops.clip(y - 0.5, 0.0, height - 1.0)
+        x0, y0 = ops.floor(x), ops.floor(y)
+        fx, fy = x - x0, y - y0
+        left = ops.where(x0 < 0.0, x0 + float(width), x0)
+        right = ops.where(left + 1.0 < width, left + 1.0, 0.0)
+        left, right = ops.to_index(left), ops.to_index(right)
+        # Rows are scaled as whole numbers: the products would not be exact in float32.
+        upper, lower = ops.to_index(y0) * width, ops.to_index(ops.minimum(y0 + 1.0, height - 1.0)) * width
+        offset = ops.to_index(channel) if channels > 1 else 0
+        corners = [(row + column) * channels + offset for row in (upper, lower) for column in (left, right)]
+        a, b, c, d = (ops.take(self.pixels, corner) for corner in corners)
+        a, c = a + fx * (b - a), c + fx * (d - c)
+        return a + fy * (c - a)
+
+    def _position(self, w: Direction) -> tuple[Any, Any]:
+        """Where w lies in the picture, in pixels from its upper left corner.
+
+        x is from -W/2 to W/2: where it is negative, it is counted from the right edge.
+        """
+        height, width, _ = self.shape
+        pole = (w.x == 0.0) & (w.y == 0.0)  # where the azimuth has no derivative
+        phi = ops.arctan2(-w.y, ops.where(pole, 1.0 + 0.0 * w.x, w.x))
+        return phi * (0.5 * width / math.pi), polar_angle(w) * (height / math.pi)
+
+    def drawn(self, u0: Any, u1: Any) -> tuple[Direction, Any]:
+        """A direction and its density [1/sr]: u1 chooses the row and the height in it, u0 column and azimuth."""
+        height, width, _ = self.shape
+        row, start = _last_at_most(self.row, ops.to_index(0.0 * u1), power_of_two(height), u1)
+        t = (u1 - start) / ops.take(self.row_share, row)
+        count = power_of_two(width)
+        entry, start = _last_at_most(self.column, row * count, count, u0)
         column = entry - row * count
-        share = look("column_share", row * width + column)
-        s = (u0 - look("column", entry)) / share
+        share = ops.take(self.column_share, row * width + column)
+        s = (u0 - start) / share
         # Uniform in cos theta between the edges of the row; from both poles, to keep its digits at either.
         t = ops.clip(t, 0.0, 1.0)
-        down, up = ((1.0 - t) * look(edge, row) + t * look(edge, row + 1) for edge in ("down", "up"))
-        sin = ops.sqrt(down * up)
-        phi = (lib.convert(column, u) + ops.clip(s, 0.0, 1.0)) * (2.0 * math.pi / width)
-        w = lib.stack([sin * ops.cos(phi), sin * ops.sin(phi), 0.5 * (up - down)])
-        return w, share * look("row_density", row)
+        down, up = ((1.0 - t) * ops.take(edge, row) + t * ops.take(edge, row + 1) for edge in (self.down, self.up))
+        sin = ops.sqrt(ops.maximum(down * up, 0.0))
+        w = on_circle(sin, (ops.clip(s, 0.0, 1.0) + column) * (-1.0 / width), 0.5 * (up - down))
+        return w, share * ops.take(self.row_density, row)
 
-    def pdf(self, w: Any) -> Any:
-        """Density [1/sr] (...) of `sample` at directions w (..., 3) of any library."""
-        height, width, _ = self.pixels.shape
-        lib, x, y = self._position(w)
+    def density(self, w: Direction) -> Any:
+        """The density [1/sr] of `drawn` at a direction."""
+        height, width, _ = self.shape
+        x, y = self._position(w)
         column = ops.floor(ops.where(x < 0.0, x + float(width), x))
-        row = ops.to_index(ops.floor(ops.minimum(y, height - 1.0)))
+        row = ops.to_index(ops.floor(ops.clip(y, 0.0, height - 1.0)))
         # x + width rounds up to the right edge where x is a tiny negative number.
         pixel = row * width + ops.to_index(ops.minimum(column, width - 1.0))
-        share = lib.entries(self._tables["column_share"], pixel, w)
-        return share * lib.entries(self._tables["row_density"], row, w) + 0.0 * (x + y)
+        return ops.take(self.column_share, pixel) * ops.take(self.row_density, row)
+
+
+def _last_at_most(table: Any, first: Any, count: int, x: Any) -> tuple[Any, Any]:
+    """Index of the last of `count` (a power of two) rising entries from `first` on that is at most x, and the entry."""
+    last, reached = first, ops.take(table, first)
+    while count := count // 2:
+        entry = ops.take(table, last + count)
+        below = entry <= x
+        last, reached = ops.where(below, last + count, last), ops.where(below, entry, reached)
+    return last, reached
 
 
 def _good(pixels: NDArray[Any]) -> NDArray[np.bool_]:
     return np.isfinite(pixels) & (pixels >= 0.0)
 
 
-def _power_of_two(n: int) -> int:
+def power_of_two(n: int) -> int:
     """The smallest power of two that is not below n."""
     return 1 << (n - 1).bit_length()
 
@@ -276,20 +287,9 @@ def _starts(share: NDArray[np.float64]) -> NDArray[np.float64]:
     Infinite where only zeros follow: a search for the last one that is at most u never ends on a share of 0.
     """
     n = share.shape[-1]
-    start = np.full((*share.shape[:-1], _power_of_two(n)), np.inf)
+    start = np.full((*share.shape[:-1], power_of_two(n)), np.inf)
     start[..., 0] = 0.0
     np.cumsum(share[..., :-1], axis=-1, out=start[..., 1:n])
     rest = np.cumsum(share[..., ::-1], axis=-1)[..., ::-1]
     start[..., :n][rest == 0.0] = np.inf
     return start
-
-
-def _last_at_most(x: Any, entry: Callable[[Any], Any], first: Any, count: int) -> Any:
-    """Index of the last of `count` (a power of two) rising entries from `first` on that is at most x.
-
-    Halving without branches, all elements at once: twice as fast as NumPy's `searchsorted`, on any library.
-    """
-    last = first
-    while count := count // 2:
-        last = last + count * (entry(last + count) <= x)
-    return last

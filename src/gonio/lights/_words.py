@@ -21,6 +21,7 @@ class Word(NamedTuple):
     light     the light of the numbers; of a path for FILE
     example   an example for errors, after the usage
     aliases   other words for the same
+    suffixes  of the files that it stands for, if it stands for files; FILE stands for all others
     """
 
     usage: str
@@ -28,6 +29,7 @@ class Word(NamedTuple):
     light: Callable[[Any], Light]
     example: str = ""
     aliases: tuple[str, ...] = ()
+    suffixes: tuple[str, ...] = ()
 
     @property
     def name(self) -> str:
@@ -46,9 +48,9 @@ class Word(NamedTuple):
 
 
 def words() -> list[Word]:
-    """All words: FILE first, then by how much they need."""
+    """All words: files first, then by how much they need."""
     declared = [word for module in modules("gonio.lights") for word in getattr(module, "WORDS", ())]
-    return sorted(declared, key=lambda word: (word.name != "FILE", word.needs, word.name != DEFAULT, word.name))
+    return sorted(declared, key=lambda word: (word.name[:4] != "FILE", word.needs, word.name != DEFAULT, word.name))
 
 
 DEFAULT = "studio"

@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
-from ..base.light import Light, channel_vector
+from ..base.light import FAR, Light
+from ..formula.direction import Direction
 from ..formula.fields import param
+from ..formula.warp import uniform_sphere
 from ._words import Word, spectrum
 
 
 class ConstantLight(Light):
     """Constant illumination: L(w) = radiance.
 
+    Looks    `ConstantLight(0.7)` has no shadows: matt things look flat, metal shows an even world.
     Shapes   radiance: a number or (C,).
     Units    radiance: W m-2 sr-1.
     Error    none.
@@ -26,8 +30,20 @@ class ConstantLight(Light):
 
     radiance = param(1.0, 0.0, 1e30, "radiance", unit="W m-2 sr-1")
 
-    def incident(self, w: Any) -> Any:
-        return channel_vector(self.radiance, w) + 0.0 * w[..., :1]
+    def seen(self, p: Direction, w: Direction) -> tuple[Any, Any]:
+        return self.radiance, FAR
+
+    def warp(self, p: Direction, u0: Any, u1: Any) -> Direction:
+        return uniform_sphere(u0, u1)
+
+    def density(self, p: Direction, w: Direction) -> Any:
+        return 0.25 / math.pi
+
+    def irradiance_on(self, p: Direction, n: Direction) -> Any:
+        return math.pi * self.radiance
+
+    def strength(self, p: Direction) -> Any:
+        return math.pi * self.radiance
 
 
 WORDS = [

@@ -8,12 +8,13 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..arrays import ops
-from ..base.light import Light
+from ..arrays import Fixed, frozen, ops
+from ..base.light import FAR, Light
 from ..errors import MissingDataWarning, ParameterError, ShapeError, warn
-from ..formula.fields import Field, option, param
+from ..formula.direction import Direction
+from ..formula.fields import Field, channels, option, param
 from ._layouts import MITSUBA_TO_WORLD, from_mitsuba, from_pbrt, to_mitsuba, to_pbrt
-from ._panorama import Panorama, pixel_count
+from ._panorama import Lookup, Panorama, pixel_count
 from ._studio import studio_pixels
 from ._words import DEFAULT, Word, towards
 
@@ -23,28 +24,30 @@ if TYPE_CHECKING:
 
 class _Picture(Field):
     opens_files = True
+    is_table = True
     accepts = "Array | Image | str | PathLike[str]"
 
     def check(self, owner: str, value: Any) -> Panorama:
         return Panorama.of(value)
 
+    def traced(self, value: Panorama) -> Any:
+        return value.pixels.shape
+
 
 class EnvironmentLight(Light):
     r"""Light from infinitely far away on all sides: $L(\omega)$ = scale times an equirectangular picture.
 
-    Row i, column j is the radiance at $\theta = \pi (i + 1/2)/H$, $\phi = 2\pi (j + 1/2)/W$ (z up, $\phi$ from +x
-    towards +y). Between these it is bilinear in $(\theta, \phi)$, across $\phi = 0$ too; in the last half pixel at the
-    poles it does not depend on $\theta$. Seen from inside, $\phi$ grows to the left: a photographed panorama, which
-    runs to the right, gives a mirrored place unless it is turned round, `pixels[:, ::-1]`.
+    Row i, column j is the radiance at $\theta = \pi (i + 1/2)/H$, $\phi = -2\pi (j + 1/2)/W$ (z up, $\phi$ from +x
+    towards +y): as photographed, for seen from inside $\phi$ falls to the right. Between these it is bilinear in
+    $(\theta, \phi)$, across $\phi = 0$ too; in the last half pixel at the poles it does not depend on $\theta$.
 
     `sample` takes u[1] to the row and to $\cos\theta$ within it, and u[0] to the column and to $\phi$, both
     monotonically. The density is constant within a pixel, proportional to the mean plus the maximum over the pixel of
     the radiance (averaged over the channels), and so positive wherever there is light; uniform for a black map.
 
+    Looks    `EnvironmentLight.studio()`: a sun, a window, a lamp, hills and tiles, and all of them in the metal.
     Shapes   image: a NumPy array (H, W, C) or (H, W), an `Image`, or the path of a picture (.exr, .hdr, ...); scale: a
-             number or (C,). `radiance` (..., 3) -> (..., C), `sample` (..., 2) -> (..., 3) and (...), `pdf` (..., 3) ->
-             (...), for arrays of NumPy, PyTorch or JAX, float32 or float64, whose library and dtype the results have.
-             Pixels stay float32 or float64.
+             number or (C,). Pixels stay float32 or float64.
     Units    image times scale: W m-2 sr-1; densities: sr-1.
     Error    rounding: in float32 a direction is found within 1.2e-7 H pixels (6e-5 pixels at 512 rows). As an
              approximation of the field that the pixels are samples of: at most (pi/H)^2/8 times the sum of its second
@@ -53,9 +56,9 @@ class EnvironmentLight(Light):
 
     Example
     >>> pixels = np.zeros((4, 8))
-    >>> pixels[1, 2] = 1.0  # centre of that pixel: theta = 3 pi/8, phi = 5 pi/8
+    >>> pixels[1, 2] = 1.0  # centre of that pixel: theta = 3 pi/8, phi = -5 pi/8
     >>> light = gn.EnvironmentLight(pixels)
-    >>> print(light.incident(gn.direction(3 * np.pi / 8, 5 * np.pi / 8)).round(3))
+    >>> print(light.incident(gn.direction(3 * np.pi / 8, -5 * np.pi / 8)).round(3))
     [1.]
     """
 
@@ -63,29 +66,54 @@ class EnvironmentLight(Light):
     scale = param(1.0, 0.0, 1e30, "factor on the pixels", unit="W m-2 sr-1")
     invalid = option("error", "zero", doc="negative, NaN and infinite pixels: an error, or 0")
 
+    channel = channels("channel of the picture")
+
     can_sample: ClassVar[bool] = True
     MITSUBA_TO_WORLD: ClassVar[NDArray[np.float64]] = MITSUBA_TO_WORLD
 
+    level: Any  # a table, of bound lights only
+
     def validate(self) -> None:
-        self._hold(image=self.image.checked(self.invalid == "zero"))
-        shape, channels = tuple(getattr(self.scale, "shape", ())), self.image.pixels.shape[-1]
-        if len(shape) > 1 or (shape and channels > 1 and shape[0] not in (1, channels)):
+        image = self.image.checked(self.invalid == "zero")
+        if image is not self.image:
+            self._hold(image=image)
+            self._kept.update(image.looked_up())
+        shape, count = tuple(getattr(self.scale, "shape", ())), self.image.pixels.shape[-1]
+        if len(shape) > 1 or (shape and count > 1 and shape[0] not in (1, count)):
             raise ShapeError(
-                f"EnvironmentLight: scale has shape {shape}, expected a number or one per channel: {channels}"
+                f"EnvironmentLight: scale has shape {shape}, expected a number or one per channel: {count}"
             )
+
+        if count > 1:
+            self._hold(channel=frozen(np.arange(count, dtype=float)))
+        else:
+            self._hold(channel=0.0)
 
     def to_json(self) -> dict[str, Any]:
         return {**super().to_json(), "image": self.image.path or self.image.pixels.tolist()}
 
-    def incident(self, w: Any) -> Any:
-        radiance = self.image.radiance(w)
-        return radiance * ops.library(radiance).convert(self.scale, radiance)
+    def _keep(self) -> dict[str, Fixed]:
+        return {**super()._keep(), **self.image.looked_up()}
 
-    def sample(self, u: Any) -> tuple[Any, Any]:
-        return self.image.sample(u)
+    @property
+    def _lookup(self) -> Lookup:
+        _, *tables = Lookup._fields
+        return Lookup(self.image.pixels.shape, *(getattr(self, name) for name in tables))
 
-    def pdf(self, w: Any) -> Any:
-        return self.image.pdf(w)
+    def seen(self, p: Direction, w: Direction) -> tuple[Any, Any]:
+        return self.scale * self._lookup.radiance(w, self.channel), FAR
+
+    def warp(self, p: Direction, u0: Any, u1: Any) -> Direction:
+        return self._lookup.drawn(u0, u1)[0]
+
+    def density(self, p: Direction, w: Direction) -> Any:
+        return self._lookup.density(w)
+
+    def drawn(self, p: Direction, u0: Any, u1: Any) -> tuple[Direction, Any]:
+        return self._lookup.drawn(u0, u1)
+
+    def strength(self, p: Direction) -> Any:
+        return self.scale * ops.take(self.level, 0)
 
     @classmethod
     def studio(cls, sun: ArrayLike = (-0.8, -0.7, 0.8), height: int = 256) -> Self:
@@ -165,7 +193,7 @@ class EnvironmentLight(Light):
         >>> print(light.to_pbrt().pixels.shape)
         (36, 36, 3)
         """
-        return self._picture(to_pbrt(self.image, size))
+        return self._picture(to_pbrt(self.image, type(self)(self.image).incident, size))
 
     def _picture(self, pixels: NDArray[Any]) -> Image:
         from ..pictures.image import Image

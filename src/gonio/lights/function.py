@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from ..arrays import ops
-from ..base.light import Light
+from ..base.light import ORIGIN, Light
 from ..errors import ParameterError, ShapeError
 from ..formula.fields import Field
 from ..formula.text import shown
@@ -25,6 +25,10 @@ class _Callable(Field):
 class FunctionLight(Light):
     """Incident radiance given as a function: L(w) of world directions (..., 3), which may depend on anything.
 
+    It is a function of arrays, no formula on components: the same at every position, and integrated by quadrature.
+
+    Looks    `FunctionLight(lambda w: 0.8 * (w[..., 2] > 0.0) * (1.0 + np.sin(8.0 * np.arctan2(w[..., 1], w[...,
+             0]))))`: eight stripes down the sky.
     Shapes   L: (..., 3) -> (...), or (..., C) with a channel axis.
     Units    L: W m-2 sr-1.
     Error    that of the integral that uses it; L should be smooth, or use an EnvironmentLight.
@@ -39,7 +43,7 @@ class FunctionLight(Light):
 
     L: Any = _Callable(None, "radiance of world directions")
 
-    def incident(self, w: Any) -> Any:
+    def incident(self, w: Any, position: Any = ORIGIN) -> Any:
         value = ops.library(w).convert(ops.plain(self.L(w)), w)
         if value.shape == w.shape[:-1]:
             return value[..., None]

@@ -5,20 +5,22 @@ from __future__ import annotations
 import math
 from typing import Any, ClassVar
 
-import numpy as np
-
-from ..arrays import ops
-from ..base.light import Arrival, Light, channel_vector, vector_of
-from ..formula.fields import param, vector
+from ..base.light import Light
+from ..formula.direction import Direction
+from ..formula.fields import param
+from ..formula.world import vector
+from ._beam import is_at, to_place
 from ._words import Word, spectrum
 
 
 class PointLight(Light):
     """Nearby point source: E = I cos(theta)/r^2 at distance r, from the direction of `position`.
 
+    Looks    `PointLight([-1.5, -1.3, 1.0], 5.0)`, near: less than half of the sphere is lit, and the floor fades
+             away.
     Shapes   position: (3,); intensity: a number or (C,).
     Units    position: m; intensity I: W sr-1.
-    Error    rounding. At the light's own place the direction is undefined: NaN.
+    Error    rounding. At the light's own place the direction is undefined: an error, or NaN.
     Source   "nearby point source", slides B (docs/equations.md), whose N.S/r^2 has the 1/pi rolled into S.
 
     Example
@@ -33,11 +35,12 @@ class PointLight(Light):
 
     is_delta: ClassVar[bool] = True
 
-    def arrival(self, position: Any) -> Arrival:
-        to = vector_of(self.position, position) - position
-        r2 = (to * to).sum(-1)[..., None]
-        with np.errstate(divide="ignore", invalid="ignore"):
-            return Arrival(to / ops.sqrt(r2), channel_vector(self.intensity, position) / r2)
+    def holds(self, p: Direction) -> Any:
+        return is_at(self.position.vector, p)
+
+    def beam(self, p: Direction) -> tuple[Direction, Any, Any]:
+        w, r2, r = to_place(self.position.vector, p)
+        return w, self.intensity / r2, r
 
 
 def _of_numbers(numbers: list[float]) -> PointLight:

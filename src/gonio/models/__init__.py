@@ -8,13 +8,14 @@ from __future__ import annotations
 import sys
 
 from ..base.reflectance import Reflectance, Scaled, Sum
+from ..base.under_light import UnderLight
 from ..contents import Contents, Folder
 from ..formula.json_form import names
 
 
 def contents() -> Contents[type[Reflectance]]:
     """Name -> class."""
-    operators = (Scaled, Sum)
+    operators = (Scaled, Sum, UnderLight)
     return Contents({n: k for n, k in names().items() if issubclass(k, Reflectance) and k not in operators})
 
 

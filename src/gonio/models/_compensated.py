@@ -8,6 +8,7 @@ from typing import Any
 
 from ..base.reflectance import Reflectance
 from ..formula.direction import Direction
+from ..formula.mueller import Mueller
 from .microfacet import ggx_mirrors
 
 
@@ -24,6 +25,14 @@ class CompensatedMirrors(Reflectance):
     def formula(self, wi: Direction, wo: Direction) -> Any:
         (_, first), (_, other) = self.lobes()
         return first.formula(wi, wo) + other.formula(wi, wo)
+
+    def polarized(self, wi: Direction, wo: Direction) -> Mueller:
+        (_, first), (_, other) = self.lobes()
+        return first.polarized(wi, wo) + Mueller.depolariser(other.formula(wi, wo))
+
+    @property
+    def polarizes(self) -> bool:
+        return self.fresnel.polarizes
 
     def lobes(self) -> Iterable[tuple[Any, Reflectance]]:
         other = self.other().unchecked(**{name: self.__dict__[name] for name in self.fields})

@@ -9,6 +9,7 @@ from ..base.reflectance import Reflectance
 from ..formula.direction import Direction, half_and_cosine, reflect
 from ..formula.distribution import Distribution, Spread
 from ..formula.maskings import MASKINGS
+from ..formula.mueller import Mueller, about_facet
 
 
 class Facets(Reflectance):
@@ -36,6 +37,21 @@ class Facets(Reflectance):
     def formula(self, wi: Direction, wo: Direction) -> Any:
         wm, cos_d = half_and_cosine(wi, wo)
         return self.facets.D(wm) * self.fresnel.F(cos_d) * self.G(wi, wo, wm) / (4.0 * wi.z * wo.z)
+
+    def without_fresnel(self, wi: Direction, wo: Direction, wm: Direction) -> Any:
+        """f of facets whose F is 1: D G / (4 cos cos)."""
+        return self.facets.D(wm) * self.G(wi, wo, wm) / (4.0 * wi.z * wo.z)
+
+    def polarized(self, wi: Direction, wo: Direction) -> Mueller:
+        wm, cos_d = half_and_cosine(wi, wo)
+        facet = self.fresnel.polarized(cos_d)
+        if facet is None:
+            return super().polarized(wi, wo)
+        return about_facet(facet * self.without_fresnel(wi, wo, wm), wi, wo)
+
+    @property
+    def polarizes(self) -> bool:
+        return self.fresnel.polarizes
 
     def warp(self, wo: Direction, u0: Any, u1: Any) -> Direction:
         return reflect(wo, self.facets.warp_normal(wo, u0, u1))

@@ -66,6 +66,10 @@ class Reframed(WrappedLobe):
         for weight, lobe in self.of.lobes():
             yield weight, self if lobe is self.of else self._changed({"of": lobe})
 
+    @property
+    def polarizes(self) -> bool:
+        return self.of.polarizes
+
     # Seen from below the horizon of the frame inside nothing is reflected; samples are drawn all the same.
 
     def warp(self, wo: Direction, u0: Any, u1: Any) -> Direction:

@@ -15,6 +15,7 @@ from ..formula.direction import HORIZON, NORMAL, Direction, select
 from ..formula.distribution import ALPHA_HIGH, ALPHA_LOW
 from ..formula.fields import option, param, part
 from ..formula.fresnel.dielectric import Dielectric, dielectric_transmittance
+from ..formula.mueller import Mueller, diattenuator, scaled_to
 from ._wrapper import WrappedLobe, Wrapper
 from .ideal_specular import IdealSpecular
 from .lambertian import Lambertian
@@ -62,6 +63,33 @@ class _Coat(Wrapper):
             total = total + lobe.formula(wi, wo)
         return total
 
+    def polarized(self, wi: Direction, wo: Direction) -> Mueller:
+        (_, surface), *below = self.lobes()
+        total = surface.polarized(wi, wo)
+        for _, lobe in below:
+            total = total + lobe.polarized(wi, wo)
+        return total
+
+    @property
+    def polarizes(self) -> bool:
+        return True
+
+    def reradiated(self, light: Any, wi: Direction, wo: Direction) -> Any:
+        """Light refracts, and is absorbed, with the numbers of the wavelength that it has on its way in, and out."""
+        ti, to = refracted(wi, light.eta), refracted(wo, self.eta)
+        into, out = light.T(wi) * ops.exp(-light.tau / ti.z), self.T(wo) * ops.exp(-self.tau / to.z)
+        sent = self.base.reradiated(light.base, ti, to)
+        return into * light.again() * sent * self.again() * out / (self.eta * self.eta)
+
+    def again(self) -> Any:
+        """The light at a Lambertian base with what the coat sends back to it, over that without: 1/(1 - rho R)."""
+        if self.internal == "lost" or any(lobe.diffuse() is None for _, lobe in self.base.lobes()):
+            return 1.0
+        rho = ops.minimum(self.base.diffuse(), 1.0)
+        coat = {name: self.__dict__[name] for name in self.fields}
+        below = self.below().unchecked(**(coat | {"weight": 1.0, "rho": rho}))
+        return 1.0 / (1.0 - rho * below.R())
+
     def lobes(self) -> Iterable[tuple[Any, Reflectance]]:
         yield 1.0, self.surface()
         albedo = self.base.diffuse()
@@ -85,6 +113,10 @@ class Coated(_Coat):
     perfect mirrors of GGX(0.1) 93 % returns at normal incidence and 71 % at 60 degrees, of GGX(0.3) 61 % and 49 %; of
     a base that is nearly diffuse without being `Lambertian`, R = 0.6 of the reflected light is lost. "lost" leaves all
     of it out.
+
+    Fluorescence of the base passes the coat with the eta and tau of its wavelength on either way. The coat sends light
+    back to a Lambertian base before it is taken up, and after it is sent out; that the latter may excite once more is
+    left out.
 
     Looks    `Coated(Lambertian([0.6, 0.1, 0.05]))` is varnished red: a mirror image of the surroundings over a deeper
              colour; with `tau=[0.1, 0.4, 1.5]` the varnish is amber.
@@ -172,6 +204,12 @@ def refracted(w: Direction, eta: Any) -> Direction:
     return Direction(w.x / eta, w.y / eta, ops.sqrt((eta - 1.0) * (eta + 1.0) + w.z * w.z) / eta)
 
 
+def passage(w: Direction, eta: Any) -> Mueller:
+    """What the flat surface of a coat does to polarised light on its way in or out, over its transmittance."""
+    ct = refracted(w, eta).z
+    return diattenuator(eta * w.z + ct, w.z + eta * ct)  # t_s ~ 1/(c + eta c_t), t_p ~ 1/(eta c + c_t)
+
+
 class _Below(WrappedLobe, _Coat):
     """A lobe of the base through the coat."""
 
@@ -203,6 +241,20 @@ class _Below(WrappedLobe, _Coat):
             again = self.rho * self.R()
             f = f + albedo * again / (1.0 - again) * (1.0 / math.pi)
         return self._passed(wi, wo, ti, to, None) / (self.eta * self.eta) * self.weight * f
+
+    def polarized(self, wi: Direction, wo: Direction) -> Mueller:
+        M = self.base.polarized(refracted(wi, self.eta), refracted(wo, self.eta))
+        return self._through(M, wi, wo, self.formula(wi, wo))
+
+    def polarized_mirror(self, wo: Direction) -> Mueller:
+        to = refracted(wo, self.eta)
+        wi = self._emerging(self.base.mirrored(to))
+        wi = select(wi.z > HORIZON, wi, NORMAL)
+        return self._through(self.base.polarized_mirror(to), wi, wo, self.mirror(wo))
+
+    def _through(self, M: Mueller, wi: Direction, wo: Direction, f: Any) -> Mueller:
+        """A Mueller matrix of the base between two passages, as bright as f: in s and p refraction turns nothing."""
+        return scaled_to(passage(wo, self.eta) @ M @ passage(wi, self.eta), f)
 
     def _passed(self, wi: Direction, wo: Direction, ti: Direction, to: Direction, k: Any) -> Any:
         """T_i T_o with absorption, over 1 - k F where light goes to and fro between the coat and a mirror k."""

@@ -54,3 +54,6 @@ class CookTorrance(Facets):
         wm, cos_d = half_and_cosine(wi, wo)
         D = math.pi * self.facets.D(wm)  # as printed, without the 1/pi of a normalised distribution
         return self.fresnel.F(cos_d) * D * self.G(wi, wo, wm) / (math.pi * wi.z * wo.z)
+
+    def without_fresnel(self, wi: Direction, wo: Direction, wm: Direction) -> Any:
+        return 4.0 * super().without_fresnel(wi, wo, wm)

@@ -63,6 +63,11 @@ class CoxMunk(Facets):
         G = 1.0 if self.masking == "none" else self.G(wi, wo, wm)
         return D * self.fresnel.F(cos_d) * G / (4.0 * wi.z * wo.z)
 
+    def without_fresnel(self, wi: Direction, wo: Direction, wm: Direction) -> Any:
+        wi, wo, wm = self._to_wind(wi), self._to_wind(wo), self._to_wind(wm)
+        G = 1.0 if self.masking == "none" else self.G(wi, wo, wm)
+        return self.facets.D(wm) * self._skewed(wm) * G / (4.0 * wi.z * wo.z)
+
     def _variances(self) -> tuple[Any, Any]:
         """sigma_u^2, sigma_c^2."""
         if self.slopes == "isotropic":

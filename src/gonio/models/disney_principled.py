@@ -118,6 +118,8 @@ class _Matte(_Disney):
 class _Mirrors(_Disney, Facets):
     """GGX facets; the masking has the factor 1/(4 cos cos) in it."""
 
+    polarized, polarizes = Reflectance.polarized, False  # its Fresnel term has no amplitudes
+
     smooth_maskings: ClassVar[tuple[str, ...]] = ("remapped", "anisotropic")
 
     def F0(self) -> Any:

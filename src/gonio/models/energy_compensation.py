@@ -17,6 +17,7 @@ from ..formula.fresnel import as_fresnel
 from ..formula.fresnel.constant import Constant
 from ..formula.fresnel.schlick import Schlick
 from ..formula.fresnel_term import Fresnel
+from ..formula.mueller import Mueller
 from ..formula.smith import gauss
 from ._compensated import CompensatedMirrors
 from ._facets import Facets
@@ -56,7 +57,7 @@ class KullaConty(CompensatedMirrors):
 class _Further(KullaConty):
     """The further reflections of `KullaConty`: F_ms (1 - E(mu_i))(1 - E(mu_o))/(pi (1 - E_avg))."""
 
-    lobes = Reflectance.lobes
+    lobes, polarized, polarizes = Reflectance.lobes, Reflectance.polarized, False
 
     def colour(self) -> Any:
         """F_ms = F_avg^2 E_avg/(1 - F_avg (1 - E_avg)): two reflections at least, each lets E_avg escape."""
@@ -110,6 +111,11 @@ class Turquin(Facets):
         loss = lost(wo.z, self.alpha)
         return super().formula(wi, wo) * (1.0 + self.fresnel.F(1.0 + 0.0 * self.alpha) * loss / (1.0 - loss))
 
+    def polarized(self, wi: Direction, wo: Direction) -> Mueller:
+        # What is made brighter, light reflected more than once, is unpolarised.
+        M = super().polarized(wi, wo)
+        return M + Mueller.depolariser(self.formula(wi, wo) - super().formula(wi, wo)) if self.polarizes else M
+
 
 class FdezAguera(CompensatedMirrors):
     """GGX facets with Schlick's Fresnel term, and a diffuse lobe: f = f_1 + E_F F_avg (1 - E)/(pi (1 - F_avg (1 - E))).
@@ -151,7 +157,7 @@ class FdezAguera(CompensatedMirrors):
 class _Diffuse(FdezAguera):
     """The further reflections of `FdezAguera`: the same radiance to all sides, by where the viewer is."""
 
-    lobes = Reflectance.lobes
+    lobes, polarized, polarizes = Reflectance.lobes, Reflectance.polarized, False
 
     def estimate(self, wo: Direction) -> Any:
         loss, schlick = lost(wo.z, self.alpha), schlick_share(wo.z, self.alpha)

@@ -10,6 +10,7 @@ from ..formula.fields import part
 from ..formula.fresnel import as_fresnel
 from ..formula.fresnel.constant import Constant
 from ..formula.fresnel_term import Fresnel
+from ..formula.mueller import Mueller
 
 
 class IdealSpecular(Reflectance):
@@ -40,6 +41,14 @@ class IdealSpecular(Reflectance):
 
     def mirror(self, wo: Direction) -> Any:
         return self.reflectance.F(wo.z)
+
+    def polarized_mirror(self, wo: Direction) -> Mueller:
+        found = self.reflectance.polarized(wo.z)
+        return super().polarized_mirror(wo) if found is None else found
+
+    @property
+    def polarizes(self) -> bool:
+        return self.reflectance.polarizes
 
     def estimate(self, wo: Direction) -> Any:
         return self.reflectance.F(wo.z)

@@ -76,6 +76,7 @@ class RetroMicrofacet(Microfacet):
     """
 
     mirror = Reflectance.mirror  # its limit is no mirror
+    polarized, polarizes = Reflectance.polarized, False  # each prism or bead reflects more than once
     slope_spread = Reflectance.slope_spread  # its half vectors are about the direction to the light
 
     def formula(self, wi: Direction, wo: Direction) -> Any:

@@ -5,10 +5,16 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Any, ClassVar
 
+import numpy as np
+
+from ..arguments import checked
 from ..arrays import ops
 from ..base.reflectance import Reflectance
+from ..errors import MeaningWarning, ParameterError, ShapeError, warn
 from ..formula.direction import HORIZON, NORMAL, Direction, dot, frame, raised, select
 from ..formula.fields import option, param, part
+from ..formula.mueller import Mueller, horizontal, scaled_to, turn_to
+from ..formula.texture import Texture
 from ._wrapper import Reframed
 from .lambertian import Lambertian
 
@@ -36,9 +42,20 @@ class _Tilted(Reframed):
         return Direction(dot(wi, t), dot(wi, b), dot(wi, n))
 
     def light_outside(self, wi: Direction) -> Direction:
+        return self._upright(wi)
+
+    def _upright(self, w: Direction) -> Direction:
+        """A vector of the frame of n' in that of the surface."""
         n = self.normal
         t, b = frame(n)
-        return t * wi.x + b * wi.y + n * wi.z
+        return t * w.x + b * w.y + n * w.z
+
+    def _to_outside(self, M: Mueller, wi: Direction, wo: Direction, lit: Direction, seen: Direction) -> Mueller:
+        """A Mueller matrix for the directions within, `lit` and `seen`, in the axes of the surface outside."""
+        to_i, to_o = (
+            turn_to(w, self._upright(horizontal(v)), side) for w, v, side in ((wi, lit, -1.0), (wo, seen, 1.0))
+        )
+        return to_o.transposed @ M @ to_i
 
 
 class ShadingNormal(_Tilted):
@@ -73,10 +90,22 @@ class ShadingNormal(_Tilted):
         seen, wo_up = raised(self.viewer_within(wo))
         return ops.where(lit & seen, self.of.formula(wi_up, wo_up) * wi_up.z / wi.z, 0.0)
 
+    def polarized(self, wi: Direction, wo: Direction) -> Mueller:
+        lit, wi_up = raised(self.light_within(wi))
+        seen, wo_up = raised(self.viewer_within(wo))
+        M = self._to_outside(self.of.polarized(wi_up, wo_up), wi, wo, wi_up, wo_up)
+        return M * ops.where(lit & seen, wi_up.z / wi.z, 0.0)
+
     def mirror(self, wo: Direction) -> Any:
         up, seen = raised(self.viewer_within(wo))
         leaves = self.mirrored(wo).z > HORIZON
         return ops.where(up & leaves, self.of.mirror(seen), 0.0)
+
+    def polarized_mirror(self, wo: Direction) -> Mueller:
+        up, seen = raised(self.viewer_within(wo))
+        wi = self.mirrored(wo)
+        M = self._to_outside(self.of.polarized_mirror(seen), wi, wo, self.of.mirrored(seen), seen)
+        return M * ops.where(up & (wi.z > HORIZON), 1.0, 0.0)
 
 
 class NormalMapped(_Tilted):
@@ -110,6 +139,10 @@ class NormalMapped(_Tilted):
     def formula(self, wi: Direction, wo: Direction) -> Any:
         direct, mirrored = self._paths(self.of)
         return direct.formula(wi, wo) + mirrored.formula(wi, wo)
+
+    def polarized(self, wi: Direction, wo: Direction) -> Mueller:
+        direct, mirrored = self._paths(self.of)
+        return direct.polarized(wi, wo) + Mueller.depolariser(mirrored.formula(wi, wo))
 
     def lobes(self) -> Iterable[tuple[Any, Reflectance]]:
         for weight, lobe in self.of.lobes():
@@ -163,6 +196,22 @@ class _Path(_Tilted):
         seen, wo_up = raised(self.viewer_within(wo))
         return ops.where(lit & seen, self._weight(wi, wo) * self.of.formula(wi_up, wo_up), 0.0)
 
+    def polarized(self, wi: Direction, wo: Direction) -> Mueller:
+        if self.mirrors != "none":
+            return super().polarized(wi, wo)
+        lit, wi_up = raised(self.light_within(wi))
+        seen, wo_up = raised(self.viewer_within(wo))
+        M = self._to_outside(self.of.polarized(wi_up, wo_up), wi, wo, wi_up, wo_up)
+        return M * ops.where(lit & seen, self._weight(wi, wo), 0.0)
+
+    def polarized_mirror(self, wo: Direction) -> Mueller:
+        if self.mirrors != "none":
+            return super().polarized_mirror(wo)
+        _, seen = raised(self.viewer_within(wo))
+        inside = self.of.mirrored(seen)
+        M = self._to_outside(self.of.polarized_mirror(seen), self.light_outside(inside), wo, inside, seen)
+        return scaled_to(M, self.mirror(wo))
+
     def estimate(self, wo: Direction) -> Any:
         p, t, a = self._area(wo)
         share = {"none": p / self.normal.z / a, "viewer": t / a, "light": 0.2 * p / a}[self.mirrors]
@@ -187,6 +236,8 @@ class _Ways(_Tilted):
         tilt = {"normal_x": self.normal_x, "normal_y": self.normal_y}
         return [_Path.unchecked(of=self.of, mirrors=which, **tilt) for which in ("viewer", "light")]
 
+    polarized, polarizes = Reflectance.polarized, False
+
     def formula(self, wi: Direction, wo: Direction) -> Any:
         viewer, light = self.ways()
         return viewer.formula(wi, wo) + light.formula(wi, wo)
@@ -204,3 +255,61 @@ class _Ways(_Tilted):
     def estimate(self, wo: Direction) -> Any:
         viewer, light = self.ways()
         return viewer.estimate(wo) + light.estimate(wo)
+
+
+@checked
+def normal_map(
+    image: Any, strength: float = 1.0, green: str = "up", filter: str = "bilinear", wrap: str = "repeat"
+) -> tuple[Texture, Texture]:
+    """The textures normal_x and normal_y of `NormalMapped` and `ShadingNormal`, of a normal map in tangent space.
+
+    A code c from 0 to 1 stands for the component 2 c - 1: red of that along u, green of that upwards in the image
+    (OpenGL; "down" for maps made for DirectX), blue of that out of the surface. Codes are taken as they are, also those
+    of a .png, which are no colours. Vectors are made unit vectors. `strength` times the slope is what is meant: 0 is
+    flat.
+
+    Shapes   image: (H, W, 3), or what else `gn.Texture` takes.
+    Raises   ParameterError for codes out of bounds, normals that point into the surface or lie flatter above it than
+             `NormalMapped` takes (components up to 0.7; the message names a strength that does), ShapeError.
+    Source   definition.
+
+    Example
+    >>> leaning = gn.normal_map(np.full((4, 4, 3), [0.75, 0.5, 0.933]))
+    >>> m = gn.NormalMapped(gn.Lambertian(0.5), *leaning)
+    >>> print(m.at(uv=[0.5, 0.5]).normal_x.round(3))
+    [0.5]
+    """
+    if green not in ("up", "down"):
+        raise ParameterError(f"normal_map(green={green!r}): expected 'up' (OpenGL) or 'down' (DirectX)")
+    if not 0.0 <= strength < float("inf"):
+        raise ParameterError(f"normal_map(strength={strength:g}): expected a number from 0")
+    texture = Texture(image, filter, wrap, "linear")
+    if not texture.is_fixed:
+        kind = type(texture.texels).__module__.partition(".")[0]
+        rule = "expected an array of NumPy; make textures of x and y for derivatives"
+        raise ParameterError(f"normal_map: the image is of {kind}; {rule}")
+    if texture.channels != 3:
+        raise ShapeError(f"normal_map: the image has {texture.channels} channels, expected 3, red, green and blue")
+    if outside := texture.outside(0.0, 1.0):
+        rule = "expected codes from 0 to 1; of components from -1 to 1 they are (x + 1) / 2"
+        raise ParameterError(f"normal_map: {outside}; {rule}")
+    n = 2.0 * texture.texels.astype(float) - 1.0
+    typical = float(np.median(np.linalg.norm(n, axis=2)))
+    if not 0.9 <= typical <= 1.1:
+        text = f"normal_map: vectors of length {typical:.2g}, not 1; is this a normal map, with codes as they are?"
+        warn(text, MeaningWarning)
+    if n[..., 2].min() <= 0.0:
+        row, column = np.unravel_index(int(n[..., 2].argmin()), n.shape[:2])
+        rule = "expected blue above 0.5 everywhere, a map in tangent space"
+        raise ParameterError(f"normal_map: the normal in row {row}, column {column} points into the surface; {rule}")
+    slopes = n[..., :2] / n[..., 2:] * [1.0, 1.0 if green == "up" else -1.0]
+    n = strength * slopes
+    n /= np.sqrt(1.0 + (n * n).sum(axis=2, keepdims=True))
+    if np.abs(n).max() > STEEPEST:
+        # strength |slope| / sqrt(1 + strength^2 |slopes|^2) is at most STEEPEST
+        s2 = slopes * slopes - STEEPEST**2 * (slopes * slopes).sum(axis=2, keepdims=True)
+        most = STEEPEST / np.sqrt(s2.max())
+        rule = f"expected components up to {STEEPEST:g}; strength={np.floor(1000.0 * most) / 1000.0:g} makes them so"
+        raise ParameterError(f"normal_map: a component of {np.abs(n).max():.3g}; {rule}")
+    x, y = n[..., 0], n[..., 1]
+    return Texture(x, filter, wrap), Texture(y, filter, wrap)

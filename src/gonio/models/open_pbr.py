@@ -117,7 +117,7 @@ class OpenPBRGlossyDiffuse(CompensatedMirrors):
 class _Below(OpenPBRGlossyDiffuse):
     """The diffuse lobe, drawn from the cosine hemisphere."""
 
-    lobes = Reflectance.lobes
+    lobes, polarized, polarizes = Reflectance.lobes, Reflectance.polarized, False
 
     def formula(self, wi: Direction, wo: Direction) -> Any:
         alpha, F0 = self.alpha, self.fresnel.F0

@@ -11,6 +11,7 @@ from ..base.reflectance import Reflectance
 from ..formula.direction import Direction, raised
 from ..formula.fields import param, part
 from ..formula.fresnel.schlick import Schlick
+from ..formula.mueller import Mueller
 from ..formula.warp import power_positive
 from ._ggx_albedo import chebyshev2, entering
 from ._wrapper import WrappedLobe, Wrapper
@@ -41,6 +42,14 @@ class _Layer(Wrapper):
         weight, top = self.top()
         return weight * top.formula(wi, wo) + self.passed(wi, wo) * self.base.formula(wi, wo)
 
+    def polarized(self, wi: Direction, wo: Direction) -> Mueller:
+        weight, top = self.top()
+        return top.polarized(wi, wo) * weight + self.base.polarized(wi, wo) * self.passed(wi, wo)
+
+    @property
+    def polarizes(self) -> bool:
+        return self.base.polarizes
+
     def lobes(self) -> Iterable[tuple[Any, Reflectance]]:
         yield self.top()
         values = {name: self.__dict__[name] for name in self.fields}
@@ -53,6 +62,13 @@ class _Below(WrappedLobe, _Layer):
 
     def formula(self, wi: Direction, wo: Direction) -> Any:
         return self.passed(wi, wo) * self.base.formula(wi, wo)
+
+    def polarized(self, wi: Direction, wo: Direction) -> Mueller:
+        return self.base.polarized(wi, wo) * self.passed(wi, wo)
+
+    def polarized_mirror(self, wo: Direction) -> Mueller:
+        _, wi = raised(self.mirrored(wo))
+        return self.base.polarized_mirror(wo) * self.passed(wi, wo)
 
     def mirrored(self, wo: Direction) -> Direction:
         return self.base.mirrored(wo)

@@ -7,9 +7,11 @@ from typing import Any
 
 from ..arrays import ops
 from ..base.reflectance import Reflectance
+from ..base.sides import choose
 from ..distributions.ggx import GGX
 from ..formula.direction import Direction
 from ..formula.fields import param, part
+from ..formula.mueller import Mueller, turned_axes
 from ._wrapper import Reframed
 from .microfacet import Microfacet
 
@@ -33,8 +35,25 @@ class Rotated(Reframed):
     0.0896 0.0896
     """
 
-    of = part(Reflectance, Microfacet(GGX(0.1, 0.4)), "reflectance before the turn")
+    of = part(Reflectance, Microfacet(GGX(0.1, 0.4)), "reflectance before the turn", sides="any")
     angle = param(0.0, -2.0 * math.pi, 2.0 * math.pi, "azimuth of its tangent", unit="rad")
+
+    @property
+    def sides(self) -> str:
+        return str(self.of.sides)
+
+    @property
+    def index(self) -> Any:
+        return self.of.index
+
+    @property
+    def split(self) -> bool:
+        return bool(self.of.split)
+
+    def turned(self, back: Any) -> Reflectance:
+        if self.sides == "front":
+            return super().turned(back)
+        return self._changed({"of": self.of.turned(back), "angle": choose(back, -self.angle, self.angle)})
 
     def light_within(self, wi: Direction) -> Direction:
         return _turned(wi, -self.angle)
@@ -45,11 +64,44 @@ class Rotated(Reframed):
     def formula(self, wi: Direction, wo: Direction) -> Any:
         return self.of.formula(self.light_within(wi), self.viewer_within(wo))
 
+    def warp(self, wo: Direction, u0: Any, u1: Any) -> Direction:
+        if self.sides == "front":
+            return super().warp(wo, u0, u1)
+        return self.light_outside(self.of.warp(self.viewer_within(wo), u0, u1))
+
+    def density(self, wi: Direction, wo: Direction) -> Any:
+        if self.sides == "front":
+            return super().density(wi, wo)
+        return self.of.density(self.light_within(wi), self.viewer_within(wo))
+
+    def chance(self, wi: Direction, wo: Direction) -> Any:
+        return self.of.chance(self.light_within(wi), self.viewer_within(wo))
+
+    def polarized(self, wi: Direction, wo: Direction) -> Mueller:
+        return self._outside(self.of.polarized(self.light_within(wi), self.viewer_within(wo)), wi, wo)
+
+    def polarized_mirror(self, wo: Direction) -> Mueller:
+        return self._outside(self.of.polarized_mirror(self.viewer_within(wo)), self.mirrored(wo), wo)
+
+    def _outside(self, M: Mueller, wi: Direction, wo: Direction) -> Mueller:
+        # Axes along increasing azimuth turn with the directions; at the pole, where the azimuth is 0, they do not.
+        return _at_pole(wo, self.angle).transposed @ M @ _at_pole(wi, -self.angle)
+
+    def reradiated(self, light: Any, wi: Direction, wo: Direction) -> Any:
+        return self.of.reradiated(light.of, light.light_within(wi), self.viewer_within(wo))
+
     def mirror(self, wo: Direction) -> Any:
         return self.of.mirror(self.viewer_within(wo))
 
     def diffuse(self) -> Any:
         return self.of.diffuse()
+
+
+def _at_pole(w: Direction, angle: Any) -> Mueller:
+    """To axes turned by an angle where w is the pole."""
+    pole = w.x * w.x + w.y * w.y < 1e-20
+    s = ops.sin(2.0 * angle)
+    return turned_axes(ops.where(pole, ops.cos(2.0 * angle), 1.0), ops.where(pole, ops.where(w.z < 0.0, -s, s), 0.0))
 
 
 def _turned(w: Direction, angle: Any) -> Direction:

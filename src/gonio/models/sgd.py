@@ -6,6 +6,7 @@ import math
 from typing import Any, ClassVar
 
 from ..arrays import ops
+from ..base.reflectance import Reflectance
 from ..distributions.sgd_facets import SGDFacets
 from ..formula.direction import Direction, half_and_cosine, polar_angle
 from ..formula.distribution import Distribution
@@ -34,6 +35,8 @@ class SGD(Facets):
     >>> print(paint.f_angles(0.5, 0.0, [0.5, 0.6, 0.7], np.pi).round(2))
     [27.97  3.25  0.72]
     """
+
+    polarized, polarizes = Reflectance.polarized, False  # its Fresnel term has no amplitudes
 
     rho_s = param(0.5, 0.0, 10.0, "weight of the lobe")
     alpha = param(0.1, 1e-3, 2.0, "squared width of the distribution's tail", sampled="max")

@@ -44,6 +44,9 @@ RELATIVE_XYZ = ("X/Xn", "Y/Yn", "Z/Zn")
 KNEE = 0.04045
 """Code value below which sRGB's transfer function is a straight line."""
 
+SHORTEST, LONGEST = 380.0, 780.0
+"""Wavelengths [nm] beyond which eyes see nothing to speak of."""
+
 _UNSHARED = 1 << 17  # multiplications up to which BLAS keeps to one thread (OpenBLAS: twice as many)
 
 
@@ -101,6 +104,15 @@ def to_xyz(wavelengths: Any) -> NDArray[np.float64]:
              same table at every nanometre, as colour-science makes it, is within 5e-5 of the integral.
     Source   CIE 015; ASTM E308: 360 to 780 nm, what is missing at the ends held. Tables: `data/cie_1931_d65.tsv`.
     """
+    return matrix_of(wavelengths, *observer())
+
+
+def matrix_of(wavelengths: Any, table: NDArray[np.float64], matching: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Matrix (C, 3) that turns values at C wavelengths into integrals of three weights (N, 3), which a table (N,) has.
+
+    Values go in straight lines from wavelength to wavelength and keep on beyond the last ones, weights go in straight
+    lines too.
+    """
     given = np.asarray(wavelengths, dtype=float)
     if given.ndim != 1 or len(given) < 2:
         raise ShapeError(f"wavelengths: got shape {given.shape}, expected (C,), at least two wavelengths [nm]")
@@ -108,7 +120,6 @@ def to_xyz(wavelengths: Any) -> NDArray[np.float64]:
     at = given[order]
     if not (np.isfinite(at).all() and (np.diff(at) > 0.0).all()):
         raise ParameterError(f"wavelengths={wavelengths!r:.60}: expected numbers [nm], none of them twice")
-    table, matching = observer()
     ends = np.unique(np.concatenate([table, at[(at > table[0]) & (at < table[-1])]]))
     width = np.diff(ends)
     # Between two ends R and S x are straight lines: Simpson's rule is exact.
@@ -124,6 +135,24 @@ def to_xyz(wavelengths: Any) -> NDArray[np.float64]:
     return weights
 
 
+@cache
+def _matching() -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Wavelengths [nm] (N,), and the colour-matching functions (N, 3) over the integral of y."""
+    text = (resources.files("gonio") / "data" / "cie_1931_d65.tsv").read_text(encoding="utf-8")
+    rows = [line for line in text.splitlines() if not line.startswith("#")][1:]
+    wavelengths, *matching, _ = np.array([row.split("\t") for row in rows], dtype=float).T
+    weights = np.stack(matching, -1)
+    return wavelengths, weights / np.trapezoid(weights[:, 1], wavelengths)
+
+
+def light_to_rgb(wavelengths: Any) -> NDArray[np.float64]:
+    """Matrix (C, 3) that turns radiance at C wavelengths [nm] into linear sRGB: light of equal power 1 has Y = 1.
+
+    As `to_xyz`, but of light itself: under lamps, white is not white.
+    """
+    return matrix_of(wavelengths, *_matching()) @ RGB_OF_XYZ.T
+
+
 def to_rgb(wavelengths: Any) -> NDArray[np.float64]:
     """Matrix (C, 3) that turns reflectance at C wavelengths [nm] into linear sRGB under D65: `to_xyz`, as sRGB.
 
@@ -135,13 +164,15 @@ def to_rgb(wavelengths: Any) -> NDArray[np.float64]:
 def rgb_of(names: tuple | None) -> np.ndarray | None:
     """Matrix (C, 3) that turns channels of these names into linear sRGB: wavelengths [nm], `XYZ` or `RELATIVE_XYZ`.
 
-    None for channels that are RGB or unknown.
+    None for channels that are RGB or unknown, and for wavelengths wholly outside the visible.
     """
     if names is None or len(names) < 2:
         return None
     if tuple(names) in (XYZ, RELATIVE_XYZ):
         return (RGB_OF_XYZ * (WHITE if tuple(names) == RELATIVE_XYZ else 1.0)).T
-    return None if isinstance(names[0], str) else to_rgb(names)
+    if isinstance(names[0], str) or max(names) < SHORTEST or min(names) > LONGEST:
+        return None
+    return to_rgb(names)
 
 
 def transformed(values: np.ndarray, matrix: np.ndarray) -> np.ndarray:

@@ -41,7 +41,8 @@ STARTS = {start: kind for module in _FORMATS for start, kind in module.STARTS.it
 class Image:
     """A picture: linear pixels, row 0 at the top.
 
-    Shapes   `pixels` (H, W, C) float32; `alpha` (H, W) float32 or None; `channels` C names or None.
+    Shapes   `pixels` (H, W, C) float32; `alpha` (H, W) float32 or None; `channels` C names or None; `noise` as
+             `pixels`, or None: their standard errors, of a picture that was rendered; `samples` of each of its pixels.
     Units    `pixels` as rendered (radiance, when the lights are), linear sRGB primaries for C = 3; `alpha` is
              coverage, 0 to 1, not multiplied into `pixels` (as in .png; .exr files hold the product, and are
              divided on reading).
@@ -56,6 +57,8 @@ class Image:
     pixels: NDArray[np.float32]
     alpha: NDArray[np.float32] | None = None
     channels: tuple[str, ...] | None = None
+    noise: NDArray[np.float32] | None = None
+    samples: int | None = None
 
     def __post_init__(self) -> None:
         pixels = _float32(self.pixels, "pixels")
@@ -67,6 +70,11 @@ class Image:
             if alpha.shape != pixels.shape[:2]:
                 raise ShapeError(f"alpha is {alpha.shape}, expected (H, W), here {pixels.shape[:2]}")
             object.__setattr__(self, "alpha", alpha)
+        if self.noise is not None:
+            noise = _float32(self.noise, "noise")
+            if noise.shape != pixels.shape:
+                raise ShapeError(f"noise is {noise.shape}, expected that of the pixels, {pixels.shape}")
+            object.__setattr__(self, "noise", noise)
         if self.channels is not None:
             several = isinstance(self.channels, (list, tuple)) or getattr(self.channels, "ndim", 0) == 1
             names = tuple(map(str, self.channels if several else [self.channels]))

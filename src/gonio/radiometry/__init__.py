@@ -8,29 +8,25 @@ values out of range raise. "Error rounding" is a relative error below 1e-15 in f
 
 from types import ModuleType as _ModuleType
 
-from .quantities import PLANCK as PLANCK
+from . import form_factors as form_factors
 from .quantities import QUANTITIES as QUANTITIES
-from .quantities import SPEED_OF_LIGHT as SPEED_OF_LIGHT
 from .quantities import Quantity as Quantity
-from .quantities import basic_radiance as basic_radiance
-from .quantities import brdf as brdf
-from .quantities import convert_reflectance as convert_reflectance
-from .quantities import convert_spectral as convert_spectral
-from .quantities import etendue as etendue
-from .quantities import exitance as exitance
-from .quantities import flux as flux
-from .quantities import intensity as intensity
-from .quantities import irradiance as irradiance
-from .quantities import lambertian_albedo as lambertian_albedo
-from .quantities import lambertian_exitance as lambertian_exitance
-from .quantities import photon_flux as photon_flux
-from .quantities import point_irradiance as point_irradiance
-from .quantities import radiance as radiance
-from .quantities import radiant_flux as radiant_flux
-from .quantities import radiosity as radiosity
-from .quantities import radiosity_balance as radiosity_balance
-from .quantities import solid_angle as solid_angle
-from .quantities import uniform_irradiance as uniform_irradiance
+from .relations import basic_radiance as basic_radiance
+from .relations import brdf as brdf
+from .relations import convert_reflectance as convert_reflectance
+from .relations import etendue as etendue
+from .relations import exitance as exitance
+from .relations import flux as flux
+from .relations import intensity as intensity
+from .relations import irradiance as irradiance
+from .relations import lambertian_albedo as lambertian_albedo
+from .relations import lambertian_exitance as lambertian_exitance
+from .relations import point_irradiance as point_irradiance
+from .relations import radiance as radiance
+from .relations import radiosity as radiosity
+from .relations import radiosity_balance as radiosity_balance
+from .relations import solid_angle as solid_angle
+from .relations import uniform_irradiance as uniform_irradiance
 from .solid_angles import latlong_pixels as latlong_pixels
 from .solid_angles import projected_solid_angle_cone as projected_solid_angle_cone
 from .solid_angles import projected_solid_angle_latlong_pixel as projected_solid_angle_latlong_pixel
@@ -41,5 +37,10 @@ from .solid_angles import solid_angle_latlong_pixel as solid_angle_latlong_pixel
 from .solid_angles import solid_angle_rectangle as solid_angle_rectangle
 from .solid_angles import solid_angle_sphere as solid_angle_sphere
 from .solid_angles import solid_angle_triangle as solid_angle_triangle
+from .spectral import PLANCK as PLANCK
+from .spectral import SPEED_OF_LIGHT as SPEED_OF_LIGHT
+from .spectral import convert_spectral as convert_spectral
+from .spectral import photon_flux as photon_flux
+from .spectral import radiant_flux as radiant_flux
 
 __all__ = [n for n, value in list(globals().items()) if n[0] != "_" and not isinstance(value, _ModuleType)]

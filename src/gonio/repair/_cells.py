@@ -15,7 +15,7 @@ from ..base.measured import Measured
 from ..base.provenance import derived
 from ..base.quantities import from_brdf
 from ..errors import MissingDataWarning, ParameterError, ToleranceWarning
-from ..integrals.over_directions import integrate
+from ..integrals.over_hemisphere import integrate
 from ..tables.gridded import Gridded
 from ..tables.nodes import above
 from ..tables.scattered import Scattered

@@ -15,7 +15,7 @@ from ..base.reflectance import Reflectance
 from ..errors import ParameterError, ShapeError
 from ..evaluate import batch
 from ..formula.direction import HORIZON
-from ..integrals.over_directions import directions
+from ..integrals.over_hemisphere import directions
 from ..tables.gridded import Gridded
 from ._cells import BATCH, Cells, Values, evaluated, expect_one_of, relative, spread
 

@@ -26,6 +26,7 @@ from ..pictures.colour import RELATIVE_XYZ, XYZ, rgb_of, srgb_encode
 from ..scenes.rendering import is_coloured, is_rgb, render, shown_as
 from ..tables.gridded import Gridded
 from ._slices import VIEWS, Slice, lit_range, one_number, plane, slices_of, spans
+from .fate_figure import draw_fate
 
 INCIDENCE = (0.0, 10.0, 20.0, 30.0, 40.0, 50.0, 60.0, 70.0, 75.0, 80.0, 85.0, 88.0)
 SUFFIXES = (".png", ".jpg", ".pdf", ".svg")
@@ -72,11 +73,16 @@ def show(
 
 
 def portrait(m: Reflectance, path: str | Path, lights: Light | Iterable[Light] | None = None) -> None:
-    """Write a small figure: a lit sphere beside the polar slices of f in the plane of incidence."""
+    """Write a small figure: a lit sphere beside the polar slices of f in the plane of incidence; of a material that
+    transmits beside what becomes of light."""
     with new_figure(path, (6.4, 2.9), "") as figure:
         grid = figure.add_gridspec(1, 2, width_ratios=[1.0, 1.35])
         _sphere(figure.add_subplot(grid[0]), m, render(m, lights, size=256, samples=64))
-        _polar(figure.add_subplot(grid[1]), m, slices_of(m))
+        beside = figure.add_subplot(grid[1])
+        if m.sides == "front":
+            _polar(beside, m, slices_of(m))
+        else:
+            draw_fate(beside, m)
         for axes in figure.axes:
             axes.set_title("")
 

@@ -15,6 +15,7 @@ class Format(NamedTuple):
     """A file format.
 
     layout         what is in a file, as Markdown; "" where no other text says it
+    both_sides     whether files can hold transmission, and both sides of a material
     own_kind       whether only measurements read from the format can be written
     sampled        whether measurements of the format are sampled by their own values; None: that depends on the file
     read_options   by name; `write_options` are None of formats that are not written
@@ -25,6 +26,7 @@ class Format(NamedTuple):
     shared_suffix: bool
     written: bool
     own_kind: bool
+    both_sides: bool
     sampled: bool | None
     description: str
     oracle: str
@@ -57,6 +59,7 @@ def _row(module: ModuleType) -> Format:
         getattr(module, "SHARED_SUFFIX", False),
         written,
         written and module.write.__annotations__["m"] != "Reflectance",
+        getattr(module, "TRANSMITS", False),
         _sampled(module),
         module.DESCRIPTION,
         getattr(module, "ORACLE", "nothing yet"),
@@ -67,10 +70,11 @@ def _row(module: ModuleType) -> Format:
 
 
 def _sampled(module: ModuleType) -> bool | None:
-    """By the classes in the annotation of `read`."""
+    """By the classes in the annotation of `read`; a `Sheet` is sampled as its parts are."""
     returned = module.read.__annotations__.get("return", "")
     names = returned.split("|") if isinstance(returned, str) else [returned.__name__]
-    kinds = [getattr(module, name.strip(), Reflectance) for name in names]
+    names = [name.strip() for name in names if name.strip().rpartition(".")[2] != "Sheet"]
+    kinds = [getattr(module, name, Reflectance) for name in names]
     return None if Reflectance in kinds else all(kind.warp is not Reflectance.warp for kind in kinds)
 
 
@@ -85,8 +89,9 @@ def as_page(rows: Sequence[Format]) -> str:
     for row in rows:
         written = "its own kind" if row.own_kind else "yes" if row.written else "no"
         suffixes, sampled = " ".join(row.suffixes), sampled_in_words(row)
-        table.append((row.name, suffixes, "yes", written, sampled, row.description, row.oracle))
-    header = ("format", "suffixes", "read", "written", "sampled", "what it is", "checked against")
+        both = "yes" if row.both_sides else "no"
+        table.append((row.name, suffixes, "yes", written, sampled, both, row.description, row.oracle))
+    header = ("format", "suffixes", "read", "written", "sampled", "both sides", "what it is", "checked against")
     sections = [
         f"### {row.name}\n\n{row.layout}{chr(10) if row.layout else ''}{_options(row)}\n"
         for row in rows
@@ -116,11 +121,26 @@ or `format=` where several formats share a suffix. `gn.convert(m, path)` saves, 
 changes and losses, and so does `gonio convert IN OUT`. `gonio info FILE` describes a file.
 
 *Sampled*: whether directions are drawn by the file's own values, or by the cosine. *Checked against*: independent
-evidence that the reader is right, beside files that gonio's tests write themselves.
+evidence that the reader is right, beside files that gonio's tests write themselves. *Both sides*: whether files can
+hold transmission, and reflection of both sides.
 
 `python3 dev.py docs` makes this page from the modules in `src/gonio/formats`.
 
 {formats}
+
+## Both sides
+
+A file that holds more than the reflection of one side is read as that reflection alone, unless `side="both"` asks for
+all: `gn.load("shade.xml", side="both")` is a `gonio.Sheet` of up to four measurements, `front`, `back`, `forward` and
+`backward`, each sampled and evaluated by its own values, black where the file holds nothing (of WINDOW XML that
+transmits one way the other follows by reciprocity, as in Radiance). So a program that reads reflections gets the
+numbers it always got. A file of transmission alone is a `Sheet` without being asked. What is not read is kept, and
+written again with the reflection.
+
+Where a format names the side, light on the front that leaves behind is `forward`, and directions are those of the file:
+polar angles up to 180 degrees. Where it names none (Zemax, Speos, SSDD, Integra), the material is the same from both
+sides, and so must be what is saved. `gn.save` writes any reflectance on both sides, models too, to the formats with a
+"yes" above, as up to four tables; others refuse it, for half of a material would be lost.
 
 ## Options
 

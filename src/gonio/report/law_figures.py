@@ -16,6 +16,7 @@ from ..laws._probes import INCIDENCE, SAMPLES, difference, is_measured, values
 from ..laws._rings import around, distance
 from ..laws._verdict import Report
 from ..numerics.lattice import lattice
+from .fate_figure import draw_fate
 from .figures import RGB, new_figure, write
 
 GOOD, BAD, DECLARED, INK, GREY = "#2f8f46", "#c8362f", "#c47a00", "#1f3f77", "#8a8a8a"
@@ -107,6 +108,10 @@ def _isotropy(axes: Any, m: Reflectance) -> None:
 
 
 def _energy(axes: Any, m: Reflectance) -> None:
+    if m.sides != "front":
+        draw_fate(axes, m)
+        axes.set_title("energy: what becomes of light", pad=18.0)
+        return
     degrees = np.degrees(INCIDENCE)
     _, a = energy.albedos(m)
     _, L = furnace.radiance(m)
@@ -129,6 +134,10 @@ def _energy(axes: Any, m: Reflectance) -> None:
 
 
 def _cavity(axes: Any, m: Reflectance) -> None:
+    if m.sides != "front":
+        axes.set_axis_off()
+        axes.text(0.5, 0.5, "cavity: left out,\nlight leaves through the plates", ha="center", va="center", color=GREY)
+        return
     mean = np.nan_to_num(cavity.radiance(m)[0].max(axis=-1), posinf=1e9)
     mean = np.concatenate([np.ones_like(mean[:1]), mean])
     bounce = np.arange(len(mean))

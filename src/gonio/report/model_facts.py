@@ -9,7 +9,7 @@ from typing import Any
 from .. import discover
 from ..base.reflectance import Reflectance
 from ..formula.distribution import Distribution
-from ..formula.fields import Field, Option, Param, Part
+from ..formula.fields import Field, Option, Param, Part, Wavelengths
 from ..formula.fresnel_term import Fresnel
 from ..formula.parametrised import Parametrised
 from ..formula.text import literal
@@ -19,6 +19,9 @@ KINDS = {
     "Distributions of facet normals": (Distribution, "gonio.distributions"),
     "Fresnel terms": (Fresnel, "gonio.formula.fresnel"),
 }
+SHOWN = list(range(400, 701, 25))
+"""Wavelengths [nm] at which formulas that know theirs are shown."""
+
 PARTS = ("Looks", "Shapes", "Units", "Error", "Source", "Example")
 """The labels of docstrings."""
 
@@ -41,16 +44,20 @@ def summary(kind: type) -> str:
 def example(kind: type[Parametrised]) -> str:
     """The first value that `Looks` says to try, as an expression; the defaults where it names none."""
     looks = " ".join(sections(kind).get("Looks", "").split())
-    tried = (text for text in re.findall(r"`(.*?)`", looks) if text.startswith(f"{kind.__name__}("))
+    tried = (text for text in re.findall(r"`(.*?)`", looks) if re.match(rf"{kind.__name__}[.(]", text))
     return next(tried, f"{kind.__name__}()")
 
 
 def drawn(kind: type[Parametrised]) -> str:
-    """The expression that the picture of a class shows: its example, on a metal surface where it is a piece of one."""
+    """The expression that the picture of a class shows: its example, on a metal surface where it is a piece of one,
+    under light of all wavelengths alike where it fluoresces."""
     if issubclass(kind, Distribution):
         return f"Microfacet({example(kind)})"
     if issubclass(kind, Fresnel):
-        return f"Microfacet(GGX(0.1), {example(kind)})"
+        at = f", wavelengths={SHOWN}" if any(isinstance(f, Wavelengths) for f in kind.fields.values()) else ""
+        return f"Microfacet(GGX(0.1), {example(kind)}{at})"
+    if getattr(kind, "fluoresces", None) is True:
+        return f"UnderLight({example(kind)}, 1, 1)"
     return example(kind)
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+import os
 from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
@@ -10,103 +12,234 @@ import numpy as np
 from ..arguments import checked
 from ..arrays import ops
 from ..base.channel_names import places
-from ..base.frames import Frame
 from ..base.light import Light
 from ..base.reflectance import Reflectance
-from ..compile.threads import share
-from ..errors import MissingDataWarning, ParameterError, ShapeError, warn
+from ..errors import ArrayTypeError, ParameterError, ShapeError
 from ..evaluate import batch
-from ..formula.direction import Direction
-from ..integrals.illumination import as_lights, check_channels, delta_radiance, estimate, without_holes
+from ..evaluate.computation import composite
+from ..formula.direction import Direction, dot
+from ..integrals.illumination import as_lights, at_wavelengths, check_channels, has_spectra
 from ..lights.environment import EnvironmentLight
-from ..numerics.lattice import lattice
-from ..pictures.colour import LUMINANCE, rgb_of, transformed
+from ..lights.sphere import SphereLight
+from ..pictures.colour import LUMINANCE, light_to_rgb, rgb_of, transformed
 from ..pictures.image import Image
-from .shapes import SHAPES, Shape
+from . import by_arrays
+from ._bodies import Solid
+from .camera import View
+from .estimator import FRONTS
+from .passes import Checkpoint, Sums, passes, warn_of_holes
+from .pixels import Pixels
+from .scene import Scene
+from .shapes import SHAPES
+from .stage import Stage
+from .traced import Several, Traced
 
-TILE = 1 << 14  # samples of a tile, the part of a picture that a thread takes: few enough for a processor's cache
-ORDERS = 16  # orders of a lattice's points that the pixels of a tile choose from
-MARGIN = 1.06  # half width of the picture, where shapes reach to 1
-VIEW = np.array([0.0, -1.0, 0.0])
-"""Direction from the surface to the camera, in the world."""
+SAMPLES = 32
+"""Samples of a pixel where nobody asks for more."""
+
+MOST = 1 << 16
+"""The most samples of a pixel that are taken to reach a noise."""
+
+PLACES = ("position", "centre")
+"""What lights call their place."""
+
+COARSE = 48
+"""Rays of a side by which it is seen in advance whether fronts are in sight."""
 
 
 @checked
 def render(
-    m: Reflectance,
+    m: Reflectance | Scene,
     lights: Light | Iterable[Light] | None = None,
-    shape: str = "sphere",
+    shape: Any = "sphere",
     size: int = 512,
-    samples: int = 32,
+    samples: int | None = None,
     seed: int = 0,
     progress: Callable[[int, int], None] | None = None,
     bands: Any = None,
+    noise: float | None = None,
+    checkpoint: str | os.PathLike[str] | None = None,
+    camera: View | None = None,
+    ground: Reflectance | None = None,
+    backdrop: bool = False,
 ) -> Image:
     """A square picture of a lit shape, in linear RGB (or gray), with coverage as alpha.
+
+    `shape`: "sphere" or another shape by its name (`docs/light.md` shows them), the file of a mesh, a `gn.Mesh`, or a
+    `gn.Scene` of several with materials of their own, which `gn.render(scene)` shows without another; or a surface of
+    `gn.surfaces`, of which one period lies flat. Meshes
+    shadow themselves and each other, from any light: shadows of lights with extent are soft. Their backs are black,
+    unless a material is seen from behind too. `camera`: `gn.Camera` or `gn.OrthographicCamera`; by default it is far
+    away, looks along +y, and sees the whole shape. `ground`: the material of a level plane under everything, which
+    takes shadows; the default camera then looks down at it. `backdrop`: whether lights with extent are seen behind
+    everything, such as an environment; alpha is 1 then.
 
     `lights`: a light or several; by default `EnvironmentLight.studio()`, and its luminance, alike in all channels, for
     materials whose channels are no colours (bands of a satellite, say), of which the picture has as many channels.
 
-    Each pixel averages `samples` points within it. Lights with extent are sampled by every lobe of the material and,
-    where they can be, by themselves, combined by the balance heuristic; delta lights and delta lobes are exact. There
-    is no shadowing and no interreflection: shapes are convex and alone. Spectral materials are turned into RGB.
-    `bands`: the three channels that are shown as red, green and blue, or the one that is shown in gray, by name or
-    wavelength [nm] (`m.channel_names`); without it, channels named red, green and blue are.
+    Each pixel averages `samples` points within it, 32 where nobody says how many. Lights with extent are sampled by the
+    material and, where they can be, by themselves, combined by the balance heuristic; delta lights and delta lobes are
+    exact. There is no interreflection: what is seen is lit by lights alone. Spectral materials are turned into RGB,
+    under lights without a spectrum as daylight (D65) shows them; where lights are spectra,
+    `gn.ConstantLight(spectrum)`, the radiance is, whose colour is that of the light too. Wavelengths wholly outside the
+    visible have no colour. `bands`: the three channels that are shown as red, green and blue, or the one that is shown
+    in gray, by name or wavelength [nm] (`m.channel_names`); without it, channels named red, green and blue are.
 
-    `gn.threads()` threads share the tiles of the picture (`gn.threads(n)`, GONIO_THREADS, the affinity and a
-    container's limit set how many); the same arguments and seed give the same picture on any number of them.
-    `progress(done, total)` is called as the work goes on. Direct light: Szeliski 2.83 to 2.85; sampling: Veach & Guibas
-    1995.
+    Samples are taken in passes of 32. The picture's `noise` is the standard error of each value, from the spread of
+    the passes, so that there is one from 33 samples on; its `samples` are how many were taken. Passes fill what
+    others leave: the true error is 1.3 times what the spread of two says (64 samples), 0.7 of it at 256, half at
+    1024. `noise`: the picture is done when the root mean square of this error is below that share of the mean
+    radiance of the shape, at the latest after `samples` (65536 where nobody says how many). `checkpoint`: a file
+    that keeps the sums meanwhile; the same call goes on from there after it was interrupted, or killed, and gives
+    the same picture to the last bit. With more samples it goes on from a picture that is done.
+
+    `gn.threads()` threads share the picture (`gn.threads(n)`, GONIO_THREADS, the affinity and a container's limit set
+    how many); the same arguments and seed give the same picture on any number of them. `progress(done, total)` is
+    called as the work goes on. Direct light: Szeliski 2.83 to 2.85; sampling: Veach & Guibas 1995.
 
     Example
     >>> picture = gn.render(gn.material("gold"), gn.EnvironmentLight.studio(height=32), size=16, samples=4)
     >>> print(picture.pixels.shape, picture.alpha.shape)
     (16, 16, 3) (16, 16)
     """
+    wanted = samples if samples is not None else SAMPLES if noise is None else MOST
+    check(size, wanted, seed)
+    if noise is not None and not (isinstance(noise, (int, float)) and 0.0 < noise < math.inf):
+        raise ParameterError(f"noise={noise!r}: expected a positive number, a share of the mean radiance, or None")
+    stage, materials = _staged(m, shape, camera, ground, backdrop)
+    if all(x.sides == "front" for x in materials):
+        _check_fronts(stage)
+    pixels = Pixels.of(stage, size, seed)
+    lit = [(x, *lights_of(x, lights, bands)) for x in materials]
+    several = [(x, given, *colours_of(x, given, bands, by_power)) for x, given, by_power in lit]
+    m, given, before, after = several[0]
+    _refuse_lights_inside(stage, given)
+    if all(light.is_formula() for light in given):
+        job = _job(several, pixels)
+        file = None if checkpoint is None else Checkpoint(checkpoint, job.identity())
+        sums = (Sums.zero if file is None else file.read)(len(pixels.places), job.channels)
+        passes(sums, job.part, job.parts(), wanted, noise, progress, file)
+        warn_of_holes(sums.holes)
+        if not sums.seen.any():
+            rule = "expected a shape within the picture; see its vertices, and camera= (eye, target, field_of_view)"
+            raise ParameterError(f"render: nothing is in sight of the camera, {stage.camera!r:.200}; {rule}")
+        found, taken = sums.noise(), sums.samples
+        colour, error = pixels.picture(sums.mean()), None if found is None else pixels.picture(found)
+        alpha = pixels.picture(sums.seen[:, None] / taken)[..., 0]
+    else:
+        kinds = ", ".join(type(light).__name__ for light in given if not light.is_formula())
+        if noise is not None or checkpoint is not None:
+            rule = "noise= and checkpoint= are for pictures that are computed as one formula"
+            raise ParameterError(f"render: {rule}, and {kinds} is none; write the light with seen, or leave them out")
+        refuse_shadows(stage, f"render, under {kinds}, which is a function of arrays")
+        gather = by_arrays.reflected(m, given, before)
+        colour, alpha = by_arrays.picture(gather, m.channels or 1, pixels, wanted, progress)
+        colour = colour if after is None else transformed(colour, after)
+        error, taken = None, wanted
+    names = tuple(map(str, m.channel_names)) if colour.shape[-1] > 3 and m.channel_names is not None else None
+    return Image(colour, alpha, names, error, taken)
+
+
+def _staged(
+    m: Reflectance | Scene, shape: Any, camera: View | None, ground: Reflectance | None, backdrop: bool
+) -> tuple[Stage, list[Reflectance]]:
+    """What is seen, and the materials of its parts."""
+    if isinstance(m, Scene):
+        if shape != "sphere":
+            raise ParameterError(f"render: a scene, and shape={shape!r:.60}; expected the scene alone, with its shapes")
+        shape = m
+    stage = Stage.of(shape, camera, ground, backdrop)
+    if isinstance(m, Scene):
+        own = [x for x in stage.materials if x is not None]
+        if len(own) < len(stage.materials):
+            rule = "expected one for each, or gn.render(m, shape=scene) with that of all others"
+            raise ParameterError(f"render: a part of the scene has no material; {rule}")
+        return stage, own
+    if None not in stage.materials:
+        rule = "it has materials of its own; write gn.render(scene), or make meshes without material"
+        raise ParameterError(f"render: {m!r:.60} is nowhere on shape={shape!r:.60}; {rule}")
+    return stage, [m if x is None else x for x in stage.materials]
+
+
+def _check_fronts(stage: Stage) -> None:
+    """Raises ParameterError where all that is in sight are the backs of triangles, which are black."""
+    if stage.hulls is None:
+        return
+    y, x = np.mgrid[:COARSE, :COARSE].astype(np.float32) + np.float32(0.5)
+    found = FRONTS(composite(**stage.values(COARSE)), place=np.stack([x, y], -1))
+    if found["met"].any() and not found["front"].any():
+        rule = "expected a camera outside it, and faces whose vertices are counterclockwise as seen from the front"
+        raise ParameterError(
+            f"render: the camera sees backs alone, as from inside the mesh, and they are black; {rule}"
+        )
+
+
+def _refuse_lights_inside(stage: Stage, lights: Sequence[Light]) -> None:
+    """Raises ParameterError for lights at a place within a solid shape, out of which none gets."""
+    if not isinstance(stage.bodies[0], Solid):
+        return
+    name = stage.bodies[0].shape
+    for light in lights:
+        at = next((getattr(light, place) for place in PLACES if place in light.fields), None)
+        if at is None or (light.has_edges and not isinstance(light, SphereLight)):
+            continue
+        p = Direction(*np.asarray(at, np.float64))
+        from_middle = math.sqrt(dot(p, p))
+        inwards = SHAPES[name](p, p * (-1.0 / max(from_middle, 1e-9)))
+        if from_middle < 1.0 and not (inwards.met and inwards.distance > 0.0):
+            rule = f"expected a place outside the {name}, which is within 1 of the origin"
+            raise ParameterError(f"render: {light!r:.120} is in the {name}, out of which no light gets; {rule}")
+
+
+def _job(several: Sequence[tuple[Any, ...]], pixels: Pixels) -> Traced | Several:
+    """The picture of one material, or of several. Raises ShapeError where channels do not fit each other."""
+    if len(several) == 1:
+        m, lights, before, after = several[0]
+        return Traced.of(m, lights, pixels, before, after)
+    jobs = tuple(Traced.of(m, lit, pixels, a, b, part) for part, (m, lit, a, b) in enumerate(several))
+    counts = {job.channels for job in jobs}
+    if len(counts - {1}) > 1:
+        each = ", ".join(f"{m!r:.40} {job.channels}" for job, (m, *_) in zip(jobs, several, strict=True))
+        raise ShapeError(
+            f"render: materials of different channels, {each}; expected gray, RGB and wavelengths, or one number"
+        )
+    return Several(jobs, pixels, max(counts))
+
+
+def refuse_shadows(stage: Stage, who: str) -> None:
+    """Raises ParameterError for what is more than one convex shape."""
+    if not stage.is_simple or stage.backdrop:
+        raise ParameterError(
+            f"{who}: expected one of the shapes {', '.join(map(repr, SHAPES))}, alone: without shadows"
+        )
+
+
+def lights_of(m: Reflectance, lights: Light | Iterable[Light] | None, bands: Any) -> tuple[list[Light], bool]:
+    """The lights of a picture of a material, and whether some are spectra. Raises ShapeError for maps, ArrayTypeError
+    for numbers of other array libraries."""
+    for x in m.leaves():
+        lib = ops.library_of_type(type(x))
+        if lib is not None and lib.name != "numpy":
+            cure = f"write gonio.bridges.{lib.name}.render, or" if lib.name in ("torch", "jax") else "expected"
+            raise ArrayTypeError(
+                f"a picture's material has numbers of {lib.name}, whose derivatives are lost; {cure} NumPy's"
+            )
     if maps := batch.full_shape(m, ()):
         places = [path for path, p in m.parameters.items() if np.ndim(p.value) > 1]
         rule = "a picture shows one material: one number, or one per channel"
         cure = f"for one place of the map m.replace({{{places[0]!r}: values[index]}})"
         raise ShapeError(f"render: {places[0]} is a map of shape {maps}, with channels last; {rule}; {cure}")
-    lights = [light.in_numpy() for light in as_lights(default_light(m, bands) if lights is None else lights)]
-    if shape not in SHAPES:
-        raise ParameterError(f"shape={shape!r}: expected one of {', '.join(map(repr, SHAPES))}")
+    given = as_lights(default_light(m, bands) if lights is None else lights)
+    return [light.in_numpy() for light in at_wavelengths(given, m)], any(map(has_spectra, given))
+
+
+def check(size: int, samples: int, seed: int) -> None:
+    """Raises ParameterError for arguments that no picture has."""
     for name, value, high in (("size", size, 16384), ("samples", samples, 1 << 20)):
         if not (isinstance(value, (int, np.integer)) and 1 <= value <= high):
             raise ParameterError(f"{name}={value!r}: expected a whole number from 1 to {high}")
     if not (isinstance(seed, (int, np.integer)) and seed >= 0):
         raise ParameterError(f"seed={seed!r}: expected a whole number from 0")
-    colour_before, colour_after = _colour(m, lights, bands)
-    per_tile = max(1, TILE // samples)
-    starts = range(0, size * size, per_tile)
-    tiles: dict[int, tuple[np.ndarray, np.ndarray, int]] = {}
-
-    def work(start: int) -> None:
-        stop = min(start + per_tile, size * size)
-        tiles[start] = _tile(m, lights, colour_before, SHAPES[shape], size, samples, seed, start, stop)
-
-    announced = 0
-
-    def announce() -> None:
-        nonlocal announced
-        while progress is not None and announced < len(tiles):
-            announced += 1
-            progress(announced, len(starts))
-
-    share(work, [(start,) for start in starts], announce)
-    announce()
-    channels = max(radiance.shape[-1] for radiance, _, _ in tiles.values())
-    ordered = [tiles[start] for start in sorted(tiles)]
-    colour = np.concatenate([np.broadcast_to(radiance, (len(radiance), channels)) for radiance, _, _ in ordered])
-    alpha = np.concatenate([coverage for _, coverage, _ in ordered]).astype(np.float32)
-    missing = sum(holes for _, _, holes in ordered)
-    if missing:
-        text = f"{missing} samples met directions without measured data, which count as black"
-        warn(text, MissingDataWarning)
-    if colour_after is not None:
-        colour = transformed(colour, colour_after)
-    names = tuple(map(str, m.channel_names)) if colour.shape[-1] > 3 and m.channel_names is not None else None
-    return Image(colour.reshape(size, size, -1), alpha.reshape(size, size), names)
 
 
 def is_rgb(m: Reflectance) -> bool:
@@ -144,63 +277,21 @@ def _chosen(m: Reflectance, bands: Any) -> np.ndarray | None:
     return np.eye(m.channels or 1)[:, places(m, bands)]
 
 
-def _colour(m: Reflectance, lights: list[Light], bands: Any) -> tuple[np.ndarray | None, np.ndarray | None]:
+def colours_of(
+    m: Reflectance, lights: list[Light], bands: Any, by_power: bool
+) -> tuple[np.ndarray | None, np.ndarray | None]:
     """Matrices (C, 3) that make RGB of a material of wavelengths, X, Y, Z or bands: of its reflectance, for lights of
     one channel or RGB, or of the radiance in the end, for lights with the same channels. None: nothing is to be done.
+    `by_power`: whether the lights' numbers are the power at each wavelength, not daylight's share.
     """
     up = np.array([[0.0, 0.0, 1.0]])
     channels, to_rgb = m.channels or 1, shown_as(m, bands)
-    counts = [(x.arrival(up).irradiance if x.is_delta else x.incident(up)).shape[-1] for x in lights]
+    counts = [batch.channels(x) or 1 if x.is_formula() else x.incident(up).shape[-1] for x in lights]
+    if by_power and bands is None and to_rgb is not None:
+        to_rgb = light_to_rgb(m.wavelengths)
     matrix = None if to_rgb is None or channels != len(to_rgb) else to_rgb.astype(np.float32)
-    if matrix is not None and {*counts} <= {1, 3}:
+    if matrix is not None and {*counts} <= {1, 3} and not by_power:
         return matrix, None
     for light, lit in zip(lights, counts, strict=True):
         check_channels(channels, light, lit)
     return None, matrix
-
-
-def _tile(
-    m: Reflectance,
-    lights: list[Light],
-    colour: np.ndarray | None,
-    shape: Shape,
-    size: int,
-    samples: int,
-    seed: int,
-    start: int,
-    stop: int,
-) -> tuple[np.ndarray, np.ndarray, int]:
-    """Radiance (pixels, C), coverage (pixels,) and the number of samples without data, for a run of pixels."""
-    rng = np.random.default_rng([seed, start])
-    count = stop - start
-    points = lattice(samples).astype(np.float32)
-    # A lattice per pixel and use, shifted at random: evenly spread within the pixel, independent between pixels. Each
-    # use takes its points in an order of its own, for in one order they would fill a plane of the six dimensions only.
-    shift = rng.random((3, count, 1, 2), dtype=np.float32)
-    orders = rng.permuted(np.tile(np.arange(samples), (2 * ORDERS, 1)), axis=1)
-    pick = rng.integers(ORDERS, size=(2, count))
-    at = (points + shift[0]) % 1.0
-    u = (points[orders[pick[0]]] + shift[1]) % 1.0
-    v = (points[orders[ORDERS + pick[1]]] + shift[2]) % 1.0
-    index = np.arange(start, stop)
-    x = ((index % size)[:, None] + at[..., 0]) * (2.0 * MARGIN / size) - MARGIN
-    y = MARGIN - ((index // size)[:, None] + at[..., 1]) * (2.0 * MARGIN / size)
-    n, t, hit = shape(x, y)
-    coverage = hit.mean(axis=-1)
-    if not hit.any():
-        return np.zeros((count, 1), np.float32), coverage, 0
-    n, t, u, v = (a[hit].astype(np.float32) for a in (n, t, u, v))
-    local = Frame(*(Direction(*np.moveaxis(axis, -1, 0)) for axis in (t, np.cross(n, t), n)))
-    wo = local.to_local(ops.library(n), np.broadcast_to(VIEW.astype(np.float32), n.shape))
-    total: Any = 0.0
-    missing = 0
-    for light in lights:
-        if light.is_delta:
-            part, holes = without_holes(delta_radiance(m, light, local, wo, n, colour))
-        else:
-            part, holes = estimate(m, light, local, wo, u, v, colour)
-        total, missing = total + part, missing + holes
-    radiance = np.zeros((*hit.shape, total.shape[-1]), np.float32)
-    radiance[hit] = total
-    radiance = radiance.sum(axis=1) / np.maximum(hit.sum(axis=1), 1)[:, None]
-    return radiance.astype(np.float32), coverage, missing

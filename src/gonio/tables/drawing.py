@@ -1,4 +1,4 @@
-"""Sampling of measurements, by tables of their values over half vectors, which are made when first needed."""
+"""Sampling of measurements and of tables, by tables of their values over half vectors, made when first needed."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ import numpy as np
 from ..arrays import Fixed, ops
 from ..base.angles import direction
 from ..base.measured import Measured
+from ..base.reflectance import Reflectance
 from ..formula.direction import Direction, half_and_cosine, polar_angle, reflect, select
 from ..formula.table_warp import MarginalWarp, Slices, both, gather, tables_when_needed
 from ..formula.warp import cosine_hemisphere, cosine_hemisphere_density
@@ -28,13 +29,19 @@ GRAZING = 0.01  # cosine, below which f is not looked at
 KINDS = ("lobe_cells", "lobe_rows", "lobe_conditional", "lobe_marginal", "lobe_integral")
 
 
-class Sampled(Measured):
-    """Base of measurements of which only f is known. Half vectors are drawn by tables of f cos(theta_i), one for each
+class Drawn(Reflectance):
+    """Base of reflectances of which only f is known. Half vectors are drawn by tables of f cos(theta_i), one for each
     of 16 polar angles of wo (and 16 azimuths, if turning the sample changes f), mixed with the cosine hemisphere; the
     density is exact.
 
     Source   Dupuy & Jakob 2018, "An adaptive parameterization for efficient material acquisition and rendering",
              ACM TOG 37(6):274, for half vectors drawn by tables over their angles; here the tables are those of f.
+
+    Example
+    >>> from gonio.tables.drawing import Drawn
+    >>> table = gn.tabulate(gn.Lambertian(0.5), "angles", resolution=(4, 4, 8))
+    >>> print(isinstance(table, Drawn), (table.pdf(gn.direction(0.5, 0.0), [0, 0, 1]) > 0.0))
+    True True
     """
 
     seam = COSINE_SHARE
@@ -50,7 +57,7 @@ class Sampled(Measured):
         bare = self._looked_up()
 
         def lobes() -> np.ndarray:
-            return _lobes(self._changed({}, bare), self.is_oriented())
+            return lobe_tables(self._changed({}, bare), self.is_oriented())
 
         return {**bare, **tables_when_needed(KINDS, lobes)}
 
@@ -98,7 +105,17 @@ class Sampled(Measured):
         )
 
 
-def _lobes(m: Measured, oriented: bool) -> np.ndarray:
+class Sampled(Drawn, Measured):
+    """Base of measurements of which only f is known, drawn as `Drawn` says.
+
+    Example
+    >>> from gonio.tables.drawing import Sampled
+    >>> print(isinstance(gn.tabulate(gn.Lambertian(0.5), "angles", resolution=(4, 4, 8)), Sampled))
+    True
+    """
+
+
+def lobe_tables(m: Reflectance, oriented: bool) -> np.ndarray:
     """f cos(theta_i) (azimuths, polar angles, ROWS, COLUMNS) by half vector, per area of the square of its angles."""
     y, x = np.meshgrid(np.linspace(0.0, 1.0, ROWS), np.linspace(0.0, 1.0, COLUMNS), indexing="ij")
     theta = 0.5 * math.pi * x * x

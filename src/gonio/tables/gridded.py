@@ -15,6 +15,7 @@ from ..errors import ParameterError
 from ..formula.direction import HORIZON
 from ..formula.fields import Ours, kept, option, table
 from ..formula.fields import channels as channel_field
+from ..formula.spectrum import between
 from ..formula.state import Held, note, state
 from . import dataset_layout
 from ._lookup import Interpolated
@@ -282,6 +283,12 @@ class Gridded(Interpolated):
         wi, wo = self.directions()
         cosines = [w[..., 2] if self.channel_names is None else w[..., 2, None] for w in (wi, wo)]
         return convert(self.quantity, values, *cosines)
+
+    def _between(self, known: np.ndarray, wavelengths: Any) -> Any:
+        # Neighbouring wavelengths err alike, so that standard uncertainties are interpolated as values are.
+        u = None if self.uncertainty is None else Ours(between(self.uncertainty, known, wavelengths))
+        names = tuple(map(float, wavelengths)) if np.ndim(wavelengths) else None
+        return self.with_table(Ours(between(self.stored, known, wavelengths)), u, channels=names)
 
     def _key(self) -> tuple:
         compared = ("parameterisation", "quantity", "is_mirrored", "periods", "channel_names", "uncertainty")

@@ -12,9 +12,11 @@ from ..arguments import checked
 from ..arrays import frozen
 from ..base.angles import direction
 from ..base.measured import Measured
+from ..base.provenance import derived as derived_from
 from ..base.quantities import quantity_named, suspect_units, to_brdf
 from ..errors import ParameterError
 from ..formula.fields import Ours
+from ..formula.spectrum import between
 from ..formula.state import derived, freeze, note
 from . import dataset_layout
 from .angle_systems import SYSTEMS
@@ -147,6 +149,21 @@ class Scattered(Gridded):
         attributes = self.__dict__
         other._hold(**{n: attributes[n] for n in self.beside if n in attributes and n not in other.__dict__})
         return other._replaced(grouped)
+
+    def _between(self, known: np.ndarray, wavelengths: Any) -> Any:
+        u = None if self.uncertainty is None else Ours(between(self.uncertainty, known, wavelengths))
+        new = Scattered(
+            **dict(zip(ROW_ANGLES, self.rows.T, strict=True)),
+            values=Ours(between(self.stored, known, wavelengths)),
+            quantity=self.quantity,
+            uncertainty=u,
+            channels=tuple(map(float, wavelengths)) if np.ndim(wavelengths) else None,
+            isotropic=not self.is_oriented(),
+            outside=self.outside,
+            path=self.path,
+            about=self.about,
+        )
+        return new.with_notes(provenance=derived_from(self))
 
     def row_brdf(self) -> tuple[np.ndarray, np.ndarray | None]:
         """f [1/sr] of the rows, (n,) or (n, C), and its standard uncertainty.

@@ -20,19 +20,11 @@ def fewer_choices(graph: Graph, outputs: Sequence[int]) -> tuple[Graph, list[int
         return graph, list(outputs)
     new, copies = Graph(), dict[int, int]()
     for node in order:
-        copies[node] = copies[decided[node]] if node in decided else _copy(graph, node, new, copies)
+        if node in decided:
+            copies[node] = copies[decided[node]]
+        else:
+            copies[node] = graph.copied(node, new, [copies[n] for n in graph.inputs(node)])
     return new, [copies[node] for node in outputs]
-
-
-def _copy(graph: Graph, node: int, new: Graph, copies: dict[int, int]) -> int:
-    operation, arguments = graph.operations[node], graph.arguments[node]
-    if operation == "constant":
-        return new.constant(arguments[0], graph.kinds[node])
-    if operation == "load":
-        return new.load(*arguments)
-    if operation == "take":
-        return new.take(arguments[0], copies[arguments[1]])
-    return new.apply(operation, *(copies[n] for n in arguments))
 
 
 def _decided(graph: Graph, order: Sequence[int], outputs: Sequence[int]) -> dict[int, int]:
@@ -41,11 +33,12 @@ def _decided(graph: Graph, order: Sequence[int], outputs: Sequence[int]) -> dict
     for node in order:
         if graph.operations[node] == "select":
             under.setdefault(graph.arguments[node][0], []).append(node)
+    loops = [n for node in order if graph.operations[node] == "loop" for n in graph.inputs(node)]  # they must end
     decided: dict[int, int] = {}
     for condition, choices in under.items():
         if len(choices) < 2:
             continue
-        free = set(outputs)  # nodes whose value matters where the condition holds
+        free = {*outputs, *loops}  # nodes whose value matters where the condition holds
         for node in reversed(order):
             if node not in free:
                 continue

@@ -11,9 +11,9 @@ operation; exponents count halves, so that roots take part. On that sight:
 
 The result is the same but for rounding: a product keeps the relative error of its factors, and a sum that relative to
 its terms, for no sum is ever multiplied out. Products of more than `TOGETHER` powers are divided in steps, so that
-small numbers do not vanish, and what may be as large as the dtype allows (`WIDE`) is moved into no other term. Only
-what is not 0 cancels, by its form or by the masks that a result is taken under (a cosine above the horizon): 0/0 stays
-NaN.
+small numbers do not vanish, and what may be as large as the dtype allows (`WIDE`), or as small as a number that only
+keeps it from being 0 (`GUARD`), is moved into no other term. Only what is not 0 cancels, by its form or by the masks
+that a result is taken under (a cosine above the horizon): 0/0 stays NaN.
 
 Common denominators may cost more than they save, and so may a product that is computed once for several others: all
 four are tried, and the graph of least cost is kept, the one that was given among them.
@@ -27,18 +27,19 @@ from collections.abc import Collection, Iterable, Iterator, Sequence
 from functools import partial, reduce
 from typing import NamedTuple
 
+from .costs import Choice, View
 from .graph import REAL, Graph
 
 TOGETHER = {"float32": 4, "float64": 24}
 """Powers in the divisor of one division, at most."""
 
-COSTS = {"constant": 0.0, "load": 0.0, "stop": 0.0, "mul": 1.0, "add": 0.5, "sub": 0.5, "neg": 0.5, "div": 3.0}
-COSTS |= {"sqrt": 3.0, "exp": 10.0, "log": 14.0, "sin": 16.0, "cos": 16.0, "erf": 20.0, "power": 40.0, "take": 8.0}
-"""Costs of operations, in products; a sum costs less, since most are fused with a product."""
-OTHER = 0.7
-"""Cost of a comparison, a choice and the like."""
+GUARD = {"float32": 1e-18, "float64": 1e-150}
+"""A number below this, added to a sum so that it is not 0, vanishes when the sum is squared."""
 
-WIDE = {"exp", "power", "log", "tan", "take", "erfinv"}
+BOUNDED = {"sin", "cos", "sin_turn", "cos_turn", "erf", "arccos", "arctan2"}
+"""Operations whose results are not large, however large their arguments are."""
+
+WIDE = {"exp", "power", "log", "tan", "take", "erfinv", "state", "result"}
 """Operations whose results may be as large as the dtype allows, or their reciprocals."""
 
 Nodes = frozenset[int] | None
@@ -53,13 +54,6 @@ class Product(NamedTuple):
     powers: Powers
 
 
-class Choice(NamedTuple):
-    """Sums that get a common denominator, and products that are computed once for all that use them."""
-
-    joined: frozenset[int]
-    kept: frozenset[int]
-
-
 def fewer_operations(
     graph: Graph, outputs: Sequence[int], dtype: str, fixed: Collection[int] = ()
 ) -> tuple[Graph, list[int]]:
@@ -67,90 +61,9 @@ def fewer_operations(
 
     `fixed`: the numbers of arrays whose entries are the same along the inner axis.
     """
-    view = _View(graph, outputs, dtype, fixed)
-    made = [(graph, list(outputs)), *(_Rewriting(view, choice).result() for choice in view.choices())]
+    view = View(graph, outputs, fixed)
+    made = [(graph, list(outputs)), *(_Rewriting(view, choice, dtype).result() for choice in view.choices())]
     return min(made, key=view.cost)
-
-
-class _View:
-    """What is known of a graph before it is rewritten."""
-
-    def __init__(self, graph: Graph, outputs: Sequence[int], dtype: str, fixed: Collection[int]):
-        self.graph, self.outputs, self.fixed = graph, list(outputs), frozenset(fixed)
-        self.together = TOGETHER[dtype]
-        self.order = graph.reachable(outputs)
-        self.uses = Counter(source for node in self.order for source in graph.inputs(node)) + Counter(outputs)
-        self.above_zero = self._above_zero()
-        self.asked = frozenset().union(*self.above_zero.values())
-
-    def _above_zero(self) -> dict[int, frozenset[int]]:
-        """For each node the nodes that are above 0 wherever its value is taken: choices see to that."""
-        taken = dict.fromkeys(self.outputs, frozenset[int]())
-        for node in reversed(self.order):
-            inputs = self.graph.inputs(node)
-            for i, source in enumerate(inputs):
-                by_choice = i > 0 and self.graph.operations[node] == "select"
-                here = taken[node] | self._tested(inputs[0], i == 1) if by_choice else taken[node]
-                taken[source] = taken[source] & here if source in taken else here
-        return taken
-
-    def _tested(self, condition: int, truth: bool) -> frozenset[int]:
-        """The nodes that are above 0 where a condition is true, or where it is false."""
-        operation, inputs = self.graph.operations[condition], self.graph.inputs(condition)
-        if operation == ("and" if truth else "or"):
-            return self._tested(inputs[0], truth) | self._tested(inputs[1], truth)
-        if operation == "xor" and self.graph.value(inputs[1]) == 1:
-            return self._tested(inputs[0], not truth)
-        if operation in (("gt", "ge") if truth else ("lt", "le")):
-            bound = self.graph.value(inputs[1])
-            if bound is not None and (bound > 0.0 or (bound == 0.0 and operation in ("gt", "le"))):
-                return frozenset(inputs[:1])
-        return frozenset()
-
-    def choices(self) -> list[Choice]:
-        """What to try: common denominators or none, and products that several others use apart or within these."""
-        divided, soft = self._divided(), self._soft()
-        sums = frozenset(n for n in divided & soft if self.graph.operations[n] in ("add", "sub"))
-        shared = frozenset(n for n in self.order if self.uses[n] > 1 and self._is_product(n))
-        none = frozenset[int]()
-        return list(dict.fromkeys(Choice(joined, kept) for joined in (sums, none) for kept in (none, shared)))
-
-    def _is_product(self, node: int) -> bool:
-        return self.graph.kinds[node] == REAL and self.graph.operations[node] in ("mul", "div")
-
-    def _divided(self) -> set[int]:
-        """Nodes with a division among their products and sums."""
-        divided: set[int] = set()
-        for node in self.order:
-            operation = self.graph.operations[node]
-            of_divided = operation in ("add", "sub", "mul", "neg") and not divided.isdisjoint(self.graph.inputs(node))
-            if operation == "div" or of_divided:
-                divided.add(node)
-        return divided
-
-    def _soft(self) -> set[int]:
-        """Nodes that only products, quotients and sums of such a kind use, where a divisor more is no division more."""
-        soft = set(self.order).difference(self.outputs)
-        for node in reversed(self.order):
-            operation = self.graph.operations[node]
-            if operation not in ("mul", "div", "neg") and not (operation in ("add", "sub") and node in soft):
-                soft.difference_update(self.graph.inputs(node))
-        return soft
-
-    def cost(self, made: tuple[Graph, list[int]]) -> float:
-        """The cost of what varies along the inner axis."""
-        graph, outputs = made
-        total, varies = 0.0, set[int]()
-        for node in graph.reachable(outputs):
-            operation, inputs = graph.operations[node], graph.inputs(node)
-            if operation == "load":
-                if graph.arguments[node][0] not in self.fixed:
-                    varies.add(node)
-            elif not varies.isdisjoint(inputs):
-                varies.add(node)
-                by_fixed = operation == "div" and inputs[1] not in varies
-                total += COSTS["mul"] if by_fixed else COSTS.get(operation, OTHER)
-        return total
 
 
 class _Atom(NamedTuple):
@@ -176,8 +89,9 @@ class _Factor(NamedTuple):
 class _Rewriting:
     """A graph seen as products of powers of atoms, and the graph that is written from them."""
 
-    def __init__(self, view: _View, choice: Choice):
+    def __init__(self, view: View, choice: Choice, dtype: str):
         self.view, self.choice, self.graph, self.new = view, choice, view.graph, Graph()
+        self.together, self.guard = TOGETHER[dtype], GUARD[dtype]
         self.products: dict[int, Product] = {}  # of the nodes of the graph
         self.atoms: list[_Atom] = []
         self.numbers: dict[tuple[object, ...], int] = {}  # of the atoms
@@ -240,6 +154,8 @@ class _Rewriting:
         none: Nodes = frozenset()
         if operation == "load":
             return self.graph.arguments[node][0] not in self.view.fixed, None, None, False
+        if operation in ("state", "loop", "result", "rays"):
+            return True, None, None, True
         if operation == "constant":
             value = self.graph.arguments[node][0]
             return False, none if value >= 0 else None, None, not math.isfinite(value)
@@ -262,7 +178,14 @@ class _Rewriting:
             is_positive = is_nonzero = none
         elif operation in ("sqrt", "ierfc"):
             is_positive = none
-        return any(a.varies for a in atoms), is_positive, is_nonzero, operation in WIDE or any(a.wide for a in atoms)
+        return any(a.varies for a in atoms), is_positive, is_nonzero, self._wide(operation, products)
+
+    def _wide(self, operation: str, products: tuple[Product, ...]) -> bool:
+        """Whether a number may be as large as the dtype allows, or its reciprocal."""
+        if operation == "sum" and any(not p.powers and abs(p.coefficient) < self.guard for p in products):
+            return True
+        wide = any(self.atoms[k].wide for product in products for k, _ in product.powers)
+        return operation in WIDE or (wide and operation not in BOUNDED)
 
     def _positive(self, product: Product) -> Nodes:
         """The nodes that must be above 0 for a product to be positive, or 0."""
@@ -346,14 +269,7 @@ class _Rewriting:
             if b.coefficient > 0 or a.coefficient < 0:
                 return self.new.apply("add", self._value(a), self._value(b))
             return self.new.apply("sub", self._value(a), self._value(_times(b, Product(-1.0, ()))))
-        arguments = self.graph.arguments[node]
-        if operation == "constant":
-            return self.new.constant(arguments[0], self.graph.kinds[node])
-        if operation == "load":
-            return self.new.load(*arguments)
-        if operation == "take":
-            return self.new.take(arguments[0], self._value(products[0]))
-        return self.new.apply(operation, *map(self._value, products))
+        return self.graph.copied(node, self.new, [self._value(product) for product in products])
 
     def _value(self, product: Product) -> int:
         """A node of the new graph."""
@@ -426,11 +342,10 @@ class _Rewriting:
 
     def _steps(self, factors: Sequence[_Factor]) -> Iterator[int]:
         """Products of as many factors as may be multiplied together, each of factors that as many outputs share."""
-        together = self.view.together
-        apart = sum(f.weight for f in factors) > together
+        apart = sum(f.weight for f in factors) > self.together
         step: list[_Factor] = []
         for factor in factors:
-            full = sum(f.weight for f in step) + factor.weight > together
+            full = sum(f.weight for f in step) + factor.weight > self.together
             if step and (full or (apart and factor.reach != step[-1].reach)):
                 yield self._multiplied(step)
                 step = []

@@ -17,8 +17,19 @@ UNARY += ("erf", "erfinv", "ierfc", "absolute", "floor", "stop")
 BINARY = ("add", "sub", "mul", "div", "power", "arctan2", "minimum", "maximum")
 COMPARISONS = ("lt", "le", "gt", "ge", "eq", "ne")
 LOGIC = ("and", "or", "xor")
+SHIFTS = ("shl", "lshr")
+SEVERAL = "several"
+"""The kind of what is no number, but has results that are."""
+
+LEAVES = ("constant", "load", "state")
+OWN = {"take": 1, "loop": 1, "result": 1, "rays": 2}
+"""The number of arguments, the first ones, that are no nodes."""
 
 _COMMUTE = {"add", "mul", "eq", "ne", "and", "or", "xor"}
+
+
+MET = ((REAL, REAL, REAL, INDEX), (MASK,))
+"""Kinds of what "rays" give: distance, place and number of the nearest triangle; or whether there is any."""
 
 
 class Graph:
@@ -28,6 +39,13 @@ class Graph:
     up a table. The arguments of every other operation are earlier nodes. Equal nodes are one node, and operations that
     change no value (x * 1, x / 1, - - x, a choice between equals) are left out. Raises TraceError for more than
     `TRACED` nodes.
+
+    Indices are whole numbers of 32 bits, whose sums and products wrap around.
+
+    "loop" (depth, states before it, whether it goes on, states after a step) holds no number; "result" (i, loop) is its
+    state number i in the end. The leaf "state" (depth, i) is that state before a step: nodes that depend on it are
+    those of a step. The depth of a loop is the number of loops whose steps it is in, so that equal loops are one node.
+    "rays" (table, way, origin, direction, distances) has results likewise.
     """
 
     def __init__(self) -> None:
@@ -36,6 +54,7 @@ class Graph:
         self.kinds: list[str] = []
         self._numbers: dict[tuple, int] = {}
         self._hashed: dict[tuple[int, ...], tuple[Any, list[int]]] = {}
+        self.depth = 0  # of loops whose steps are being traced
 
     def __len__(self) -> int:
         return len(self.operations)
@@ -58,7 +77,10 @@ class Graph:
             value = float(value)
             # 0.0 and -0.0 are equal keys, but different numbers; NaN is no key at all.
             return self._node("constant", (value, math.copysign(1.0, value) if value == value else "nan"), kind)
-        return self._node("constant", (int(value), 1), kind)
+        whole = int(value)
+        if kind == INDEX:
+            whole = (whole + (1 << 31)) % (1 << 32) - (1 << 31)
+        return self._node("constant", (whole, 1), kind)
 
     def load(self, array: int, component: int) -> int:
         """Component of input array number `array`."""
@@ -67,6 +89,57 @@ class Graph:
     def take(self, table: int, index: int) -> int:
         """Entry of table number `table`."""
         return self._node("take", (table, index), REAL)
+
+    def state(self, depth: int, number: int, kind: str) -> int:
+        """A state of a loop before a step."""
+        return self._node("state", (depth, number), kind)
+
+    def loop(self, depth: int, first: Sequence[int], go_on: int, states: Sequence[int]) -> list[int]:
+        """The states of a loop in the end; `first`: before it; `go_on` and `states`: of a step."""
+        node = self._node("loop", (depth, *first, go_on, *states), SEVERAL)
+        return [self._node("result", (i, node), self.kinds[x]) for i, x in enumerate(first)]
+
+    def rays(self, table: int, way: int, nodes: Sequence[int]) -> list[int]:
+        """What rays meet: the results of `arrays/packets.py` for origins, directions and distances."""
+        node = self._node("rays", (table, way, *nodes), SEVERAL)
+        return [self._node("result", (i, node), kind) for i, kind in enumerate(MET[way])]
+
+    def parts(self, loop: int) -> tuple[Sequence[int], int, Sequence[int]]:
+        """The states before a loop, whether it goes on after a step, and its states then."""
+        _, *nodes = self.arguments[loop]
+        count = len(nodes) // 2
+        return nodes[:count], nodes[count], nodes[count + 1 :]
+
+    def copied(self, node: int, into: Graph, inputs: Sequence[int]) -> int:
+        """The node in another graph, with other inputs."""
+        operation, arguments = self.operations[node], self.arguments[node]
+        if operation == "constant":
+            return into.constant(arguments[0], self.kinds[node])
+        if operation in LEAVES:
+            return into._node(operation, arguments, self.kinds[node])
+        if operation in OWN:
+            return into._node(operation, (*arguments[: OWN[operation]], *inputs), self.kinds[node])
+        return into.apply(operation, *inputs)
+
+    def steps(self, order: Iterable[int]) -> dict[int, int]:
+        """For each of some nodes in order the loops whose steps it is computed in: their depths as bits."""
+        within: dict[int, int] = {}
+        for node in order:
+            if self.operations[node] == "state":
+                within[node] = 1 << self.arguments[node][0]
+            elif self.operations[node] == "loop":
+                first, go_on, states = self.parts(node)
+                of_step = 0
+                for n in (go_on, *states):
+                    of_step |= within[n]
+                within[node] = of_step & ~(1 << self.arguments[node][0])
+                for n in first:
+                    within[node] |= within[n]
+            else:
+                within[node] = 0
+                for n in self.inputs(node):
+                    within[node] |= within[n]
+        return within
 
     def value(self, node: int) -> float | None:
         """The value of a constant node, else None."""
@@ -171,9 +244,9 @@ class Graph:
     def inputs(self, node: int) -> Sequence[int]:
         """The nodes that a node is computed from."""
         operation = self.operations[node]
-        if operation in ("constant", "load"):
+        if operation in LEAVES:
             return ()
-        return self.arguments[node][1:] if operation == "take" else self.arguments[node]
+        return self.arguments[node][OWN[operation] :] if operation in OWN else self.arguments[node]
 
     def reachable(self, outputs: Iterable[int]) -> list[int]:
         """The nodes that `outputs` depend on, in order."""
@@ -205,9 +278,8 @@ class Graph:
         for node in self.reachable(outputs):
             numbers[node] = len(numbers)
             operation, arguments = self.operations[node], self.arguments[node]
-            if operation == "take":
-                arguments = (arguments[0], numbers[arguments[1]])
-            elif operation not in ("constant", "load"):
-                arguments = tuple(numbers[a] for a in arguments)
+            if operation not in LEAVES:
+                own = OWN.get(operation, 0)
+                arguments = (*arguments[:own], *(numbers[a] for a in arguments[own:]))
             text.append(f"{operation}{arguments}{self.kinds[node]}\n")
         return hashlib.sha256("".join(text).encode()), [numbers[node] for node in outputs]

@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Mapping, Sequence
 
-from .graph import COMPARISONS, MASK, Graph
+from .graph import COMPARISONS, LEAVES, MASK, Graph
 
 _SIGNS: dict[str, tuple[str, float]] = {"add": ("+", 1), "sub": ("-", 1), "mul": ("*", 2), "div": ("/", 2)}
 _SIGNS |= dict(zip(COMPARISONS, (("<", 0), ("<=", 0), (">", 0), (">=", 0), ("==", 0), ("!=", 0)), strict=True))
 _SIGNS |= {"and": ("&", 0.5), "or": ("|", 0.5), "xor": ("^", 0.5)}
 _NAMES = {"select": "where", "absolute": "abs", "stop": "stop_gradient", "to_index": "int", "to_real": "float"}
+_NAMES |= {"shl": "shift_left", "lshr": "shift_right"}
 _ATOM, _MINUS = 9, 3
 LENGTH = 90
 
@@ -28,7 +29,7 @@ def show(
     lines: list[str] = []
     for node in order:
         text, binding = _text(graph, node, names, loads, tables)
-        leaf = graph.operations[node] in ("constant", "load")
+        leaf = graph.operations[node] in LEAVES
         if not leaf and (uses[node] > 1 or len(text) > LENGTH):
             name = f"t{len(lines) + 1}"
             lines.append(f"{name} = {text}")
@@ -54,6 +55,17 @@ def _text(
         return loads[arguments], _ATOM
     if operation == "take":
         return f"{tables[arguments[0]]}[{names[arguments[1]][0]}]", _ATOM
+    if operation == "state":
+        return f"state{arguments[0]}_{arguments[1]}", _ATOM
+    if operation == "result":
+        return f"{names[arguments[1]][0]}[{arguments[0]}]", _ATOM
+    if operation == "rays":
+        listed = ", ".join(names[x][0] for x in graph.inputs(node))
+        return f"{('nearest', 'blocked')[arguments[1]]}({tables[arguments[0]]}, {listed})", _ATOM
+    if operation == "loop":
+        first, go_on, states = graph.parts(node)
+        before, after = (", ".join(names[x][0] for x in nodes) for nodes in (first, states))
+        return f"loop(start=({before}), step=({after}), while={names[go_on][0]})", _ATOM
     if operation == "neg":
         text, binding = names[arguments[0]]
         return (f"-{text}" if binding > 1 else f"-({text})"), 1

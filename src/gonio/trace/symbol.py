@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Any
 
@@ -39,7 +39,7 @@ class Symbol:
     def __iter__(self) -> Any:
         raise TraceError("a formula takes a component apart; components are single numbers")
 
-    __hash__ = None  # type: ignore[assignment]
+    __hash__ = None  # type: ignore[assignment]  # Python's own way to say so; mypy knows it as a function
 
     def __neg__(self) -> Symbol:
         return _apply("neg", self)
@@ -146,6 +146,67 @@ def _to_index(x: Symbol) -> Symbol:
     return x if x.kind == INDEX else Symbol(x.graph, x.graph.apply("to_index", x.node))
 
 
+def _of_words(operation: str) -> Callable[..., Symbol]:
+    """An operation on whole numbers alone."""
+
+    def function(a: Any, b: Any) -> Symbol:
+        graph = next(x.graph for x in (a, b) if isinstance(x, Symbol))
+        arguments = nodes(graph, a, b)
+        if graph.kinds[arguments[0]] != INDEX:
+            raise TraceError(f"a formula takes {operation} of numbers; expected whole numbers: ops.to_index(x)")
+        return Symbol(graph, graph.apply(operation, *arguments))
+
+    return function
+
+
+def _unit(word: Any, like: Any) -> Symbol:
+    return _apply("mul", _of_words("lshr")(word, 8), 2.0**-24)
+
+
+def _loop(step: Callable[..., Any], *states: Any) -> tuple[Symbol, ...]:
+    graph = next((x.graph for x in states if isinstance(x, Symbol)), None)
+    if graph is None:
+        raise TraceError("the states of a loop are all plain numbers; expected one that is computed: 0.0 * wi.z")
+    first = [_node(graph, x, _kind(x)) for x in states]
+    depth = graph.depth
+    before = [Symbol(graph, graph.state(depth, i, graph.kinds[n])) for i, n in enumerate(first)]
+    graph.depth += 1
+    try:
+        go_on, *after = step(*before)
+    finally:
+        graph.depth = depth
+    if len(after) != len(first):
+        raise TraceError(f"a step of a loop of {len(first)} states gives {len(after)}; expected (go_on, *states)")
+    going = _node(graph, go_on, MASK)
+    if graph.kinds[going] != MASK:
+        raise TraceError("a step of a loop says by a number whether to go on; expected a condition: x < 1.0")
+    new = []
+    for i, (x, n) in enumerate(zip(after, first, strict=True)):
+        node, kind = _node(graph, x, graph.kinds[n]), graph.kinds[n]
+        if graph.kinds[node] != kind:
+            raise TraceError(f"state {i} of a loop is of kind {kind} before a step, and {graph.kinds[node]} after it")
+        new.append(node)
+    return tuple(Symbol(graph, n) for n in graph.loop(depth, first, going, new))
+
+
+def _rays(way: int) -> Callable[..., Any]:
+    def function(table: Any, o: Sequence[Any], d: Sequence[Any], near: Any, far: Any) -> Any:
+        if not isinstance(table, TableSymbol):
+            raise TraceError(f"rays: the triangles are a {type(table).__name__}; expected a table with their handle")
+        graph = table.graph
+        met = graph.rays(table.number, way, [_node(graph, x, REAL) for x in (*o, *d, near, far)])
+        found = tuple(Symbol(graph, n) for n in met)
+        return found[0] if len(found) == 1 else found
+
+    return function
+
+
+def _kind(value: Any) -> str:
+    if isinstance(value, Symbol):
+        return value.kind
+    return MASK if isinstance(value, (bool, np.bool_)) else INDEX if isinstance(value, (int, np.integer)) else REAL
+
+
 def _take(table: Any, index: Any) -> Symbol:
     if not isinstance(table, TableSymbol):
         raise TraceError(f"ops.take: the table is a {type(table).__name__}; expected one declared with `table(...)`")
@@ -163,4 +224,8 @@ class TableSymbol:
 
 
 _FUNCTIONS: dict[str, Callable[..., Any]] = {name: partial(_apply, name) for name in (*UNARY, *BINARY)}
-_FUNCTIONS.update(where=_where, take=_take, to_index=_to_index, stop_gradient=_FUNCTIONS["stop"])
+_FUNCTIONS.update(where=_where, take=_take, to_index=_to_index, stop_gradient=_FUNCTIONS["stop"], loop=_loop)
+_WORDS = {"xor": "xor", "bit_and": "and", "shift_left": "shl", "shift_right": "lshr"}
+_WORDS |= {"wrapped_sum": "add", "wrapped_product": "mul"}
+_FUNCTIONS |= {name: _of_words(operation) for name, operation in _WORDS.items()} | {"unit": _unit}
+_FUNCTIONS |= {"nearest": _rays(0), "blocked": _rays(1)}

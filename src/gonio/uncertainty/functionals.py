@@ -15,7 +15,7 @@ from ..errors import ParameterError
 from ..integrals import nine
 from ..integrals.albedo import albedo, black_sky_albedo, white_sky_albedo
 from ..integrals.cones import Cone, Hemisphere
-from ..integrals.over_directions import directions, in_double
+from ..integrals.over_hemisphere import directions, in_double
 from ..numerics.lattice import lattice
 
 
@@ -51,8 +51,10 @@ def named(function: Callable, m: Any, args: tuple, named_args: dict[str, Any]) -
     return dict(list(bound.arguments.items())[1:])
 
 
-def pointwise(wi: Any, wo: Any, out: Any = None) -> Linear:
+def pointwise(wi: Any, wo: Any, out: Any = None, uv: Any = None) -> Linear:
     """f at pairs of directions."""
+    if uv is not None:
+        raise ParameterError("uv=...: expected None; a measurement has no textures")
     if out is not None:
         raise ParameterError("out=...: expected None; a result with its uncertainty is an object of its own")
     sides = directions(wi), directions(wo)

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import math
 import sys
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
 import numpy as np
 
 from ..fixed import Array, Fixed
-from ..interface import Library
-from ..kinds import VALUE, VECTOR
+from ..interface import WORD, Library
+from ..kinds import MATRIX, VALUE, VECTOR
 
 
 def _table(numbers: np.ndarray, kind: type, dtype: str) -> Array:
@@ -111,6 +111,10 @@ class DrJit(Library):
                 out.append(self._gathered([run[i] for run in runs], like, (*shape, len(runs))))
             elif kind == VECTOR:
                 out.append(self._gathered(runs[0][i], like, (*shape, len(runs[0][i]))))
+            elif kind == MATRIX:  # a tensor, whatever the directions are: there are no arrays of matrices by channel
+                parts = [x for run in runs for row in run[i] for x in row]
+                axes = (len(runs), 4, 4) if channels else (4, 4)
+                out.append(self._gathered(parts, self._tensor(like), (*shape, *axes)))
             elif self.module.is_tensor_v(like):
                 out.append(self._gathered([runs[0][i]], like, shape))
             else:
@@ -127,17 +131,32 @@ class DrJit(Library):
             flat = dr.zeros(dr.array_t(tensor), count * n)
             lanes = dr.arange(dr.uint32_array_t(self._float(like)), count)
             for i, component in enumerate(components):
-                dr.scatter(flat, component, lanes * n + i)
+                dr.scatter(flat, type(flat)(component), lanes * n + i)  # choices of plain numbers are float32
             return tensor(flat, shape)
         if n == len(like):
             return type(like)(*components)
         name = "ArrayXf" if self.dtype(like) == "float32" else "ArrayXf64"
         return getattr(sys.modules[type(like).__module__], name)(*components)
 
+    def of_pairs(self, values: Array | None, diagonal: Array, channels: int) -> Array:
+        batch = self.shape(diagonal)[:-1]
+        own = self.split(diagonal, batch, True)
+        elements = [0.0 * own[0]] * channels**2 if values is None else list(self.split(values, batch, True))
+        elements[:: channels + 1] = [a + b for a, b in zip(elements[:: channels + 1], own, strict=True)]
+        # A tensor, whatever the directions are, as for matrices in `assemble`.
+        return self._gathered(elements, self._tensor(diagonal), (*batch, channels, channels))
+
+    def _tensor(self, like: Array) -> Array:
+        """A tensor of the kind of `like`, of whatever shape."""
+        if self.module.is_tensor_v(like):
+            return like
+        name = "TensorXf" if self.dtype(like) == "float32" else "TensorXf64"
+        return getattr(sys.modules[type(like).__module__], name)([0.0])
+
     def empty(self, like: Array, shape: tuple[int, ...], vectors: bool) -> Array:
         # Dr.Jit cannot compute with batches without elements.
-        if self.module.is_tensor_v(like):
-            return self.module.zeros(type(like), shape)
+        if self.module.is_tensor_v(like) or len(shape) > 2:
+            return self.module.zeros(type(self._tensor(like)), shape)
         return self.module.zeros(type(like) if vectors else self._float(like), 0)
 
     def stack(self, components: Sequence[Array]) -> Array:
@@ -155,6 +174,10 @@ class DrJit(Library):
 
     def op_erfc(self, x: Array) -> Array:
         return 1.0 - self.module.erf(x)
+
+    def op_tan(self, x: Array) -> Array:
+        sine, cosine = self.module.sincos(x)  # its own tangent is right to 3e-9 only, in double precision too
+        return sine / cosine
 
     def op_erfinv(self, x: Array) -> Array:
         dr = self.module  # its own is of single precision, which two Newton steps amend, and NaN at -1 and 1
@@ -175,6 +198,26 @@ class DrJit(Library):
 
     def op_stop_gradient(self, x: Array) -> Array:
         return self.module.detach(x)
+
+    def word(self, x: Array) -> Array:
+        return x & WORD if isinstance(x, int) else self.module.uint32_array_t(type(x))(x)
+
+    def op_unit(self, word: Array, like: Array) -> Array:
+        return type(like)(self.op_shift_right(word, 8)) * 2.0**-24
+
+    def op_loop(self, step: Callable[..., Any], *states: Array) -> Sequence[Array]:
+        dr = self.module
+        going, *found = step(*states)
+        found = self._states(states, found)
+        like = next(x for x in (*found, *states, going) if dr.is_array_v(x))
+        real = next((type(x) for x in (*found, *states) if self._is_real(x)), dr.float_array_t(like))
+        kinds = {bool: dr.mask_t(like), int: dr.uint32_array_t(like), float: real}
+        arrays = [kinds[type(x)](x) if type(x) in kinds else x for x in (going, *found)]
+        states = dr.while_loop(tuple(arrays), lambda going, *_: going, lambda _, *now: tuple(step(*now)))
+        return [dr.detach(x) for x in states[1:]]
+
+    def _is_real(self, x: Array) -> bool:
+        return self.module.is_array_v(x) and self.module.is_float_v(x)
 
 
 LIBRARY = DrJit("drjit", packages=("drjit", "mitsuba"), absolute="abs", arccos="acos", arctan2="atan2")

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
+from typing import Any
+
 import numpy as np
 
 from ..fixed import Array, Fixed
@@ -29,6 +32,20 @@ class Jax(Together):
         from jax.lax import stop_gradient
 
         return stop_gradient(x)
+
+    def op_loop(self, step: Callable[..., Any], *states: Array) -> Sequence[Array]:
+        from jax.lax import while_loop
+
+        going, *found = step(*states)
+        arrays = self.broadcast(*map(self.module.asarray, (going, *self._states(states, found))))
+
+        def stepped(now: Sequence[Array]) -> tuple[Array, ...]:
+            going, *before = now
+            go_on, *after = step(*before)
+            chosen = (self.module.where(going, b, a).astype(a.dtype) for a, b in zip(before, after, strict=True))
+            return going & go_on, *chosen
+
+        return [self.op_stop_gradient(x) for x in while_loop(lambda now: now[0].any(), stepped, tuple(arrays))[1:]]
 
 
 LIBRARY = Jax("jax.numpy", packages=("jax", "jaxlib"), special="jax.scipy.special", absolute="abs")

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
+from typing import Any
+
 import numpy as np
 
 from ..fixed import Array, Fixed, contiguous
 from ..interface import Library
+from ..packets import BLOCKED, NEAREST, shot
 
 
 class NumPy(Library):
@@ -24,6 +28,16 @@ class NumPy(Library):
     def op_to_index(self, x: Array) -> Array:
         # NaN has no index: it looks up entry 0, and the NaN of the direction is restored by the caller.
         return np.nan_to_num(x, nan=0.0, posinf=0.0, neginf=0.0).astype(np.intp)
+
+    def op_nearest(self, table: Array, o: Sequence[Array], d: Sequence[Array], near: Array, far: Array) -> Any:
+        return shot(table, NEAREST, *o, *d, near, far)
+
+    def op_blocked(self, table: Array, o: Sequence[Array], d: Sequence[Array], near: Array, far: Array) -> Any:
+        return shot(table, BLOCKED, *o, *d, near, far)[0]
+
+    def of_words(self, function: Callable[[Array, Array], Array], a: Array, b: Array) -> Array:
+        with np.errstate(over="ignore"):  # of single numbers NumPy warns
+            return super().of_words(function, a, b)
 
 
 LIBRARY = NumPy("numpy", special="scipy.special", absolute="abs")

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from types import ModuleType
 from typing import Any
 
 import numpy as np
 
 from ..fixed import Array, Fixed
+from ..interface import WORD
 from ..together import Together
 
 
@@ -93,6 +94,19 @@ class Torch(Together):
 
     def op_stop_gradient(self, x: Array) -> Array:
         return x.detach()
+
+    def word(self, x: Array) -> Array:
+        return (x if isinstance(x, int) else x.long()) & WORD  # PyTorch has few operations on 32 bits without a sign
+
+    def of_words(self, function: Callable[[Array, Array], Array], a: Array, b: Array) -> Array:
+        return super().of_words(function, a, b) & WORD
+
+    def op_unit(self, word: Array, like: Array) -> Array:
+        return self.op_shift_right(word, 8).to(like.dtype) * 2.0**-24
+
+    def op_loop(self, step: Callable[..., Any], *states: Array) -> Sequence[Array]:
+        with self.module.no_grad():
+            return super().op_loop(step, *states)
 
 
 LIBRARY = Torch("torch", absolute="abs")

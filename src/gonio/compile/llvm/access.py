@@ -1,4 +1,4 @@
-"""Access of a kernel to its arrays, tables and results: addresses, loads and stores, as LLVM IR.
+"""Access of a kernel to its arrays and tables: addresses and loads, as LLVM IR; stores are in `stores.py`.
 
 Names in the IR: %p0 is the address of array 0, %r0 that of its part for row i, %t0 a table, %o0 an output and %q0 its
 part for row i; %i and %j are the steps along the outer and the inner axis.
@@ -9,11 +9,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from math import gcd
 
-from ...trace.graph import MASK
 from . import machine
 from .lanes import FLOAT32, Lanes, Value
 from .lookups import Lookups
-from .program import EACH, PACKED, PLANES, Program
+from .program import PACKED, PLANES, Program
 
 LINE = 64  # bytes of a line of the cache
 STRUCTURED = 16  # bytes of ARM's vectors: instructions of its own take structures of two to four apart
@@ -23,7 +22,7 @@ INLINE = 4  # components of a vector that are taken apart by shuffles; of longer
 
 
 class Access:
-    """Writes loads and stores of a program to `v`; `values`: of its nodes, as far as computed."""
+    """Writes loads of a program to `v`; `values`: of its nodes, as far as computed."""
 
     def __init__(self, program: Program, v: Lanes, order: Sequence[int], values: dict[int, Value]):
         self.program, self.v, self.values = program, v, values
@@ -207,20 +206,6 @@ class Access:
         arguments = (f"<{w} x ptr>", pointers), ("i32", str(align)), mask, (kind, "poison")
         return self.v.emit("real", self.v.intrinsic(name, kind, *arguments))
 
-    def rows(self, arrays: Sequence[int]) -> None:
-        """The addresses at which row i of arrays and outputs begins."""
-        for k in arrays:
-            self.moved(f"%r{k}", f"%p{k}", "%i", f"%p{k}.s0")
-        for k in range(len(self.program.outputs)):
-            self.moved(f"%q{k}", f"%o{k}", "%i", f"%o{k}.s0")
-        streamed = "%past.caches"
-        for k in filter(self.streamable, range(len(self.program.outputs))):
-            name = f"%q{k}.line"
-            self.v.write(f"{name}.at = ptrtoint ptr %q{k} to i64", f"{name}.off = and i64 {name}.at, {LINE - 1}")
-            self.v.write(f"{name}.whole = icmp eq i64 {name}.off, 0", f"{name} = and i1 {streamed}, {name}.whole")
-            streamed = name
-        self.v.write(f"%streamed = and i1 {streamed}, true")
-
     def remaining(self) -> None:
         """A mask of the lanes within the row, and an element for each lane: its own, or the row's last."""
         self.v.write("%last = sub i64 %left, 1")
@@ -240,120 +225,3 @@ class Access:
             self.v.write(f"{name}.s = load {self.real}, ptr {address}, align {self.size}")
             return Value("real", self.v.spread(name, self.real, f"{name}.s"))
         return self.lookups.entry(node, self.values[index_node])
-
-    # Outputs.
-
-    def stored(self, node: int) -> tuple[Value, str, int]:
-        """A node's value as it is stored, its type, and the size of one element: masks become bytes."""
-        value = self.values[node]
-        if value.kind != MASK:
-            return value, self.v.types["real"], self.size
-        kind = f"<{self.width} x i8>"
-        return self.v.emit("bytes", f"zext {self.v.types['mask']} {value.name} to {kind}"), kind, 1
-
-    def output_address(self, k: int, step: int, offset: int = 0) -> str:
-        """The address of element j of output k, whose elements are `step` bytes apart."""
-        return self.beyond(self.moved(self.v.name(), f"%q{k}", "%j", str(step)), offset)
-
-    def streamable(self, k: int) -> bool:
-        """Whether stores of an output write whole lines of the cache, of results that begin with one."""
-        output = self.program.outputs[k]
-        return output.use == EACH and len(output.nodes) <= INLINE and self.program.graph.kinds[output.nodes[0]] != MASK
-
-    def store_full(self) -> list[str]:
-        """Stores all lanes; of results that may go past the caches it gives the instructions that are left."""
-        left = []
-        for k, output in enumerate(self.program.outputs):
-            if output.use != EACH:
-                continue
-            values = [self.stored(node) for node in output.nodes]
-            n, w, (_, kind, size) = len(values), self.width, values[0]
-            if n == 1:
-                store = f"store {kind} {values[0][0].name}, ptr {self.output_address(k, size)}"
-                left.append(store) if self.streamable(k) else self.v.write(f"{store}, align 1")
-            elif not self.streamable(k):
-                self.scatter(k, "splat (i1 true)", values)
-            elif self.v.register * self.size == STRUCTURED:
-                left += self.structured_stores(k, [x for x, _, _ in values])
-            elif gcd(n, self.v.register) == 1:
-                left += self.blended_stores(k, [x for x, _, _ in values])
-            else:
-                for i in range(n):
-                    part = self.merged([x for x, _, _ in values], [(p % n, p // n) for p in range(i * w, (i + 1) * w)])
-                    left.append(f"store {kind} {part.name}, ptr {self.output_address(k, n * size, i * w * size)}")
-        return left
-
-    def structured_stores(self, k: int, values: Sequence[Value]) -> list[str]:
-        """What `structured_loads` does, the other way round; the stores are left."""
-        n, w, kind, left = len(values), self.v.register, f"<{len(values) * self.v.register} x {self.real}>", []
-        poison = Value("real", "poison")
-        for start in range(0, self.width, w):
-            parts = [self.v.shuffle(value, value, self.width, range(start, start + w)) for value in values]
-            parts += [poison] * (-n % 2)
-            pairs = [self.v.shuffle(a, b, w, range(2 * w)) for a, b in zip(parts[::2], parts[1::2], strict=True)]
-            picks = [i % n * w + i // n for i in range(n * w)]
-            whole = self.v.shuffle(pairs[0], pairs[-1] if len(pairs) > 1 else poison, 2 * w, picks)
-            left.append(
-                f"store {kind} {whole.name}, ptr {self.output_address(k, n * self.size, start * n * self.size)}"
-            )
-        return left
-
-    def blended_stores(self, k: int, values: Sequence[Value]) -> list[str]:
-        """What `blended_loads` does, the other way round; the stores are left."""
-        left = []
-        n, w, kind = len(values), self.v.register, f"<{self.v.register} x {self.real}>"
-        for start in range(0, self.width, w):
-            ordered = []
-            for c, value in enumerate(values):
-                lanes = {(e * n + c) % w: start + e for e in range(w)}
-                ordered.append(self.v.shuffle(value, value, self.width, [lanes[lane] for lane in range(w)]))
-            for i in range(n):
-                part = self.blended(ordered, [(i * w + lane) % n for lane in range(w)])
-                address = self.output_address(k, n * self.size, (start * n + i * w) * self.size)
-                left.append(f"store {kind} {part.name}, ptr {address}")
-        return left
-
-    def store_part(self) -> None:
-        for k, output in enumerate(self.program.outputs):
-            if output.use == EACH:
-                self.scatter(k, "%valid", [self.stored(node) for node in output.nodes])
-
-    def scatter(self, k: int, mask: str, values: Sequence[tuple[Value, str, int]]) -> None:
-        n, w = len(values), self.width
-        if n == 1 and mask == "%valid":
-            ((value, kind, size),) = values
-            full = f"masked.store.v{w}{'i8' if size == 1 else f'f{8 * size}'}.p0"
-            where = ("ptr", self.output_address(k, size)), ("i32", "1"), (f"<{w} x i1>", mask)
-            self.v.write(self.v.intrinsic(full, "void", (kind, value.name), *where))
-            return
-        for c, (value, kind, size) in enumerate(values):
-            address, name = self.output_address(k, n * size, c * size), self.v.name()
-            steps = ", ".join(f"i64 {lane * n * size}" for lane in range(w))
-            self.v.write(f"{name} = getelementptr i8, ptr {address}, {self.index_type} <{steps}>")
-            full = f"masked.scatter.v{w}{'i8' if size == 1 else f'f{8 * size}'}.v{w}p0"
-            arguments = (kind, value.name), (f"<{w} x ptr>", name), ("i32", "1"), (f"<{w} x i1>", mask)
-            self.v.write(self.v.intrinsic(full, "void", *arguments))
-
-    def accumulate(self, k: int) -> None:
-        wide = f"<{self.width} x double>"
-        for c, node in enumerate(self.program.outputs[k].nodes):
-            term = self.v.select(Value("mask", "%valid"), self.values[node], self.v.real(0.0))
-            if self.size == 4:
-                term = self.v.emit("real", f"fpext {self.v.types['real']} {term.name} to {wide}")
-            self.v.write(f"%total{k}.{c}.next = fadd {wide} %total{k}.{c}, {term.name}")
-
-    def store_total(self, k: int) -> None:
-        wide = f"<{self.width} x double>"
-        for c in range(len(self.program.outputs[k].nodes)):
-            arguments = ("double", "0.0"), (wide, f"%total{k}.{c}")
-            call = self.v.intrinsic(f"vector.reduce.fadd.v{self.width}f64", "double", *arguments)
-            total, name = self.v.emit("real", call.replace("call", "call reassoc")), self.v.name()
-            self.v.write(f"{name}.at = getelementptr double, ptr %q{k}, i64 {c}")
-            self.v.write(f"store double {total.name}, ptr {name}.at, align 8")
-
-    def store_once(self, k: int) -> None:
-        for c, node in enumerate(self.program.outputs[k].nodes):
-            value, kind, size = self.stored(node)
-            first = self.v.emit(value.kind, f"extractelement {kind} {value.name}, i64 0")
-            address = self.beyond(f"%q{k}", c * size)
-            self.v.write(f"store {'i8' if size == 1 else self.real} {first.name}, ptr {address}, align 1")

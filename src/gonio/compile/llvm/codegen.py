@@ -13,11 +13,11 @@ from __future__ import annotations
 
 from ...trace.graph import COMPARISONS, INDEX, LOGIC, REAL
 from ...trace.passes import rewritten
-from . import elementary, machine
-from .access import Access
+from . import elementary, machine, rays
 from .lanes import Lanes, Value
-from .program import ONCE, ROW, SAME, TOTAL, Program
+from .program import ONCE, ROW, SAME, SUMS, Program
 from .roots import Times, estimated
+from .stores import Stores
 
 _SHARED = """
 define void @kernel(ptr %args, i64 %outer, i64 %inner, i64 %grain) nounwind {
@@ -81,9 +81,13 @@ class _Writer:
         self.values: dict[int, Value] = {}
         self.reciprocals: dict[int, Value] = {}
         self.blocks: dict[str, list[str]] = {}
+        self.block = ""
         graph = program.graph
         self.order = graph.reachable([node for output in program.outputs for node in output.nodes])
-        self.access = Access(program, self.v, self.order, self.values)
+        self.within = graph.steps(self.order)
+        self.ended: dict[int, list[Value]] = {}  # the states of loops in the end, and what rays met
+        self.going = self.v.mask(True)  # the lanes that take the step of a loop
+        self.access = Stores(program, self.v, self.order, self.values)
         self.level = self._levels()
         self.estimated = set[int]() if times is None else estimated(graph, self.order, self.level, times)
         self.loads = [node for node in self.order if graph.operations[node] == "load"]
@@ -101,7 +105,7 @@ class _Writer:
             if graph.operations[node] == "load":
                 layout = self.program.arrays[graph.arguments[node][0]].layout
                 level[node] = {SAME: 0, ROW: 1}.get(layout, 2)
-            elif node in again:
+            elif node in again or graph.operations[node] in ("state", "loop"):
                 level[node] = 2
             else:
                 level[node] = max((level[source] for source in graph.inputs(node)), default=0)
@@ -109,10 +113,12 @@ class _Writer:
 
     def text(self) -> str:
         v, access, outputs = self.v, self.access, self.program.outputs
-        totals = [k for k, output in enumerate(outputs) if output.use == TOTAL]
+        summed = list(dict.fromkeys(node for output in outputs if output.use in SUMS for node in output.nodes))
         varying = [node for node in self.loads if self.level[node] == 2]
         wide, real = f"<{self.width} x double>", v.types["real"]
         self.into("entry")
+        if any(self.program.graph.operations[node] == "rays" for node in self.order):
+            v.write(*rays.MEMORY)
         access.arguments()
         self.compute(0)
         v.write("br label %outer")
@@ -125,8 +131,8 @@ class _Writer:
         v.write("br label %inner")
 
         self.into("inner", "%j = phi i64 [ %start1, %row ], [ %j.next, %inner.end ]")
-        for name in [f"%total{k}.{c}" for k in totals for c in range(len(outputs[k].nodes))]:
-            v.write(f"{name} = phi {wide} [ zeroinitializer, %row ], [ {name}.next, %inner.end ]")
+        for node in summed:
+            v.write(f"%total{node} = phi {wide} [ zeroinitializer, %row ], [ %total{node}.next, %inner.end ]")
         v.write("%j.more = icmp ult i64 %j, %stop1", "br i1 %j.more, label %load, label %outer.end")
         self.into("load", "%left = sub i64 %stop1, %j", f"%full = icmp uge i64 %left, {self.width}")
         v.write("br i1 %full, label %load.full, label %load.part")
@@ -147,8 +153,8 @@ class _Writer:
             self.values[node] = v.emit("real", f"phi {real} [ {a.name}, %load.near ], [ {b.name}, %load.part ]")
         v.write(f"%valid = phi <{self.width} x i1> [ splat (i1 true), %load.near ], [ %inside, %load.part ]")
         self.compute(2)
-        for k in totals:
-            access.accumulate(k)
+        for node in summed:
+            access.accumulate(node)
         v.write("br i1 %full, label %store.full, label %store.part")
         self.into("store.full")
         stores = access.store_full()
@@ -164,9 +170,10 @@ class _Writer:
         self.into("inner.end", f"%j.next = add i64 %j, {self.width}", "br label %inner")
 
         self.into("outer.end")
-        for k in totals:
-            access.store_total(k)
+        totals = {node: access.total(node) for node in summed}
         for k, output in enumerate(outputs):
+            if output.use in SUMS:
+                access.store_sums(k, totals)
             if output.use == ONCE:
                 access.store_once(k)
         v.write("%i.next = add i64 %i, 1", "br label %outer")
@@ -193,6 +200,7 @@ class _Writer:
     def into(self, block: str, *lines: str) -> None:
         """Begin a block: these lines and all further ones belong to it."""
         self.v.lines = self.blocks[block] = list(lines)
+        self.block = block
 
     # Operations.
 
@@ -202,8 +210,56 @@ class _Writer:
             if self.level[node] == level < 2:
                 self.values[node] = self.access.splat(node, "pr"[level])
         for node in self.order:
-            if self.level[node] == level and node not in self.values:
+            if self.level[node] == level and node not in self.values and not self.within[node]:
                 self.values[node] = self.operation(node)
+
+    def loop(self, node: int, open_loops: int = 0) -> Value:
+        """A loop, within the steps of others, whose depths are bits; its states in the end are in `ended`.
+
+        The code goes on in a new block, whence it can use all that was computed before.
+        """
+        v, graph, prefix = self.v, self.program.graph, self.v.name()[1:]
+        first, go_on, after = graph.parts(node)
+        depth = graph.arguments[node][0]
+        step, end, left = f"{prefix}.step", f"{prefix}.end", f"{prefix}.left"
+        mask, before = v.types["mask"], self.block
+        v.write(f"br label %{step}")
+        self.into(step)
+        states = [Value(graph.kinds[n], f"%{prefix}.state{i}") for i, n in enumerate(first)]
+        for state, n in zip(states, first, strict=True):
+            start = self.values[n].name
+            v.write(f"{state.name} = phi {v.types[state.kind]} [ {start}, %{before} ], [ {state.name}.next, %{end} ]")
+        going = Value("mask", f"%{prefix}.going")
+        v.write(f"{going.name} = phi {mask} [ splat (i1 true), %{before} ], [ {going.name}.next, %{end} ]")
+
+        outside, caches, others = dict(self.values), self.access.lookups.begin_step(), self.going
+        self.going = going
+        here = open_loops | 1 << depth
+        for n in graph.reachable((go_on, *after)):
+            if n in self.values or self.within[n] & ~here:
+                continue
+            operation, arguments = graph.operations[n], graph.arguments[n]
+            if operation == "state":
+                self.values[n] = states[arguments[1]]
+            elif operation == "loop":
+                self.values[n] = self.loop(n, here)
+            else:
+                self.values[n] = self.operation(n)
+        v.write(f"br label %{end}")
+        self.into(end)
+        for state, n in zip(states, after, strict=True):
+            kind, new = v.types[state.kind], self.values[n].name
+            v.write(f"{state.name}.next = select {mask} {going.name}, {kind} {new}, {kind} {state.name}")
+        v.write(f"{going.name}.next = and {mask} {going.name}, {self.values[go_on].name}")
+        some = v.intrinsic(f"vector.reduce.or.v{self.width}i1", "i1", (mask, f"{going.name}.next"))
+        v.write(f"%{prefix}.some = {some}", f"br i1 %{prefix}.some, label %{step}, label %{left}")
+        self.into(left)
+        self.values.clear()
+        self.values.update(outside)
+        self.access.lookups.end_step(caches)
+        self.going = others
+        self.ended[node] = [Value(state.kind, f"{state.name}.next") for state in states]
+        return going
 
     def operation(self, node: int) -> Value:
         v, graph = self.v, self.program.graph
@@ -214,6 +270,14 @@ class _Writer:
             return v.real(value) if kind == REAL else v.index(value) if kind == INDEX else v.mask(bool(value))
         if operation == "take":
             return self.access.lookup(node)
+        if operation == "loop":
+            return self.loop(node)
+        if operation == "rays":
+            table, way, *sources = arguments
+            self.ended[node] = rays.shot(v, table, way, [self.values[n] for n in sources], self.going)
+            return self.going
+        if operation == "result":
+            return self.ended[arguments[1]][arguments[0]]
         a = [self.values[x] for x in arguments]
         if operation in COMPARISONS:
             return v.compare(operation, *a)

@@ -8,7 +8,7 @@ bytes, lane by lane, which shuffles turn into a vector for each entry.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from ...trace.graph import Graph
 from .lanes import FLOAT32, Lanes, Value
@@ -61,6 +61,13 @@ class Lookups:
             else:
                 self.read[run] = self._loaded(run, first)
         return self.read[run][place]
+
+    def begin_step(self) -> tuple[dict[Any, Any], ...]:
+        """What has been read before the steps of a loop, for `end_step`: what is read in them is gone after them."""
+        return dict(self.read), dict(self.indices), dict(self.addresses)
+
+    def end_step(self, before: tuple[dict[Any, Any], ...]) -> None:
+        self.read, self.indices, self.addresses = before
 
     def _first(self, run: Run, index: Value, offset: int) -> Value:
         """The index at the least offset of all lookups that share a node, moved so that all read within the table.

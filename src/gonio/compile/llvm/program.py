@@ -10,8 +10,11 @@ SAME, ROW, PACKED, PLANES, STRIDED = "same", "row", "packed", "planes", "strided
 """Layouts of an array: one vector for the whole batch, one for each step of the outer axis, or along the inner axis
 vectors side by side, components side by side, or any other strides."""
 
-EACH, ONCE, TOTAL = "each", "once", "total"
-"""Uses of an output: stored for every element, stored for every step of the outer axis, or summed over the inner."""
+EACH, ONCE, TOTAL, SQUARED, ADDED = "each", "once", "total", "square", "added"
+"""Uses of an output: stored for every element, stored for every step of the outer axis, summed over the inner, the
+square of such a sum, or added for every element to a double in memory, which has no outermost axis."""
+
+SUMS = (TOTAL, SQUARED)
 
 
 class Array(NamedTuple):
@@ -36,11 +39,14 @@ class Program(NamedTuple):
     arrays: tuple[Array, ...]
     tables: int
     dtype: str
+    single: bool = False  # one vector at a time, for an inner axis that is short
+    adds: bool = False  # sums are added to what is in memory
 
     def digest(self) -> str:
         """A name for this program."""
         nodes = [node for output in self.outputs for node in output.nodes]
-        facts = ([(len(o.nodes), o.use) for o in self.outputs], self.arrays, self.tables, self.dtype)
+        uses = [(len(o.nodes), o.use) for o in self.outputs]
+        facts = (uses, self.arrays, self.tables, self.dtype, self.single, self.adds)
         return self.graph.digest(nodes, *facts)
 
     def words(self) -> int:

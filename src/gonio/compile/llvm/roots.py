@@ -10,7 +10,7 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
-from ...trace.fractions import COSTS
+from ...trace.costs import COSTS
 from ...trace.graph import Graph
 
 

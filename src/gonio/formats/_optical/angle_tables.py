@@ -14,29 +14,44 @@ from ...base.measured import Total, tabular_shape, tristimulus
 from ...base.reflectance import Reflectance
 from ...errors import FormatError, ParameterError
 from ...formula.state import note
+from ...models._quarters import MirroredX, quarters
 from ...pictures.colour import XYZ_OF_RGB
-from ...tables.angle_systems import SYSTEMS, angle_system
+from ...tables.angle_systems import AZIMUTHS, SYSTEMS, angle_system
 from ...tables.axes import fits
 from ...tables.gridded import Gridded
 from ...tables.nodes import above, f_at, own_nodes
+from ...tables.scattered import Scattered
 from .._options import Declared
 from .._reading import plain_text
 
 SAME = 1e-8  # angles closer than this [degrees] are the same
+ABSOLUTE = ("phi_i", "phi_o", "phi_h")
+"""Azimuths of the sample; others are differences."""
 FULLEST = 0.5
 """Rows that fill at least this share of the grid of their angles are a grid with holes, others are scattered."""
-
-NO_TRANSMISSION = "gonio evaluates reflection only, transmission comes with a later release; export the BRDF too"
 
 
 class Filed(Gridded):
     """A `Gridded` from a file; `filed` is the content of that file, from which it is written again unchanged."""
 
     filed: Any = note()
+    filed_as: tuple[str, ...] = note(("front",))
+    """The quarters of a `Sheet` that it was read as."""
+    filed_with: tuple[str, ...] = note(("front",))
+    """All that were read with it."""
 
-    def __init__(self, *args: Any, filed: Any = None, stated_totals: Iterable[Total] = (), **named: Any):
+    def __init__(
+        self,
+        *args: Any,
+        filed: Any = None,
+        filed_as: Iterable[str] = ("front",),
+        filed_with: Iterable[str] = ("front",),
+        stated_totals: Iterable[Total] = (),
+        **named: Any,
+    ):
         super().__init__(*args, **named)
         self._hold(filed=filed, stated_totals=tuple(stated_totals))
+        self._hold(filed_as=tuple(filed_as), filed_with=tuple(filed_with))
 
 
 def as_filed(m: Reflectance, kind: type, *asked: Any) -> Any:
@@ -45,9 +60,58 @@ def as_filed(m: Reflectance, kind: type, *asked: Any) -> Any:
     None, too, where an option of the writer is not None. Raises ParameterError for a delta lobe and for maps, which no
     table of f holds.
     """
-    tabular_shape(m)
-    filed = m.filed if isinstance(m, Filed) else None
-    return filed if isinstance(filed, kind) and all(option is None for option in asked) else None
+    parts = quarters(m)
+    for part in parts.values():
+        tabular_shape(part)
+    first = next(iter(parts.values()), None)
+    if not isinstance(first, Filed) or not isinstance(first.filed, kind) or any(x is not None for x in asked):
+        return None
+    if m.sides == "front":
+        return first.filed if {*first.filed_as} & {"front", "back"} else None
+    for quarter, part in parts.items():
+        if not isinstance(part, Filed) or part.filed is not first.filed or quarter not in part.filed_as:
+            return None
+    return first.filed if {*parts} == {*first.filed_with} else None
+
+
+def mirrored_x(
+    axes: Mapping[str, np.ndarray], values: np.ndarray, half: bool, periods: Mapping[str, float] | None = None
+) -> tuple[dict[str, np.ndarray], Any]:
+    """A table with x of both directions turned round, from wo mirrored at the surface to `Across` seen from behind; it
+    is its own inverse. `half`: the table is its own mirror image."""
+    if half:
+        return dict(axes), values
+    turned = {}
+    for k, (name, x) in enumerate(axes.items()):
+        turned[name] = x
+        if name not in AZIMUTHS:
+            continue
+        period = (periods or {}).get(name, 2.0 * math.pi)
+        turned[name], values = (math.pi if name in ABSOLUTE else period) - x[::-1], np.flip(values, k)
+        if x[0] >= 0.0 and x[-1] < period - SAME:  # an open circle stays within 0 and its period
+            around = np.mod(turned[name], period)
+            around[around > period - SAME] = 0.0
+            order = np.argsort(around)
+            turned[name], values = around[order], values.take(order, k)
+    return turned, values
+
+
+def as_lit(m: Reflectance) -> Reflectance:
+    """A transmission, forward as in a `Sheet`, with azimuths of the side that is lit; and the other way round."""
+    if isinstance(m, Scattered):
+        rows = m.rows * [1.0, -1.0, 1.0, -1.0] + [0.0, math.pi, 0.0, math.pi]
+        named: dict[str, Any] = {
+            name: getattr(m, name) for name in ("quantity", "uncertainty", "outside", "path", "about")
+        }
+        theta_i, phi_i, theta_o, phi_o = rows.T
+        return Scattered(
+            theta_i, phi_i, theta_o, phi_o, m.stored, channels=m.channel_names, isotropic=not m.is_oriented(), **named
+        )
+    if not isinstance(m, Gridded):
+        return MirroredX(m)
+    axes, values = mirrored_x(m.axes, m.stored, m.is_mirrored, m.periods)
+    spread = None if m.uncertainty is None else mirrored_x(m.axes, m.uncertainty, m.is_mirrored, m.periods)[1]
+    return m.with_table(values, spread, axes=axes)
 
 
 def increasing(path: Any, name: str, nodes: Sequence[float], low: float, high: float) -> None:
@@ -85,8 +149,6 @@ def from_rows(
     nodes, at = zip(*(np.unique(np.round(column, 8), return_inverse=True) for column in columns), strict=True)
     shape = tuple(map(len, nodes))
     if math.prod(shape) * FULLEST > len(values):
-        from ...tables.scattered import Scattered
-
         named.pop("filed", None)
         a, b, c, d = (np.radians(x) for x in (theta_i, phi_i, theta_o, phi_o))
         return Scattered(a, b, c, d, values, isotropic=around is None, **named)

@@ -66,7 +66,7 @@ class Kept:
 
     def _fill(self, file: BinaryIO, out: np.ndarray, offset: int) -> None:
         file.seek(offset)
-        count = file.readinto(out.reshape(-1).view(np.uint8))  # type: ignore[attr-defined]
+        count = file.readinto(out.reshape(-1).view(np.uint8))  # type: ignore[attr-defined]  # BinaryIO does not declare it
         if stamp(file) != self.stamp or count < out.nbytes:
             raise FormatError(f"{self.path}: has changed since it was loaded; load it again")
 

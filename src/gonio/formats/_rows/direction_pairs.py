@@ -7,15 +7,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Annotated, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from ...base.reflectance import Reflectance
 from ...errors import FormatError, ParameterError
 from ...tables.gridded import Gridded
 from ...tables.rows import ROW_ANGLES
 from ...tables.scattered import Scattered, gridded_or_scattered
-from .._options import Declared
+from .. import _sides
 from .._reading import channel_words
 
 LEVEL = 0.5 * math.pi + 1e-6
@@ -23,9 +24,6 @@ LEVEL = 0.5 * math.pi + 1e-6
 
 TURNS = 16.0 * math.pi
 """Largest azimuth [rad] of an undamaged file."""
-
-SIDES = ("front", "back")
-Side = Annotated[str, Declared("side of the sample that is lit and seen", words=SIDES)]
 
 
 class Pairs(NamedTuple):
@@ -93,38 +91,58 @@ def material(
     pairs: Pairs,
     path: str,
     about: Mapping[str, Any],
-    side: str = "front",
+    side: str | None = "front",
     isotropic: bool | None = None,
     outside: str = "hold",
-) -> Gridded:
-    """The measurement of the pairs: a `Gridded` where they fill a grid, else `Scattered`.
+) -> Any:
+    """The measurement of the pairs: a `Gridded` where they fill a grid, else `Scattered`; or a `Sheet` of several.
 
-    It holds the pairs with both directions on this `side`; the others (transmission, the other side) stay as they are
-    in `about["other_pairs"]`, to be written again. Angles on the back are counted from its own normal. With
-    isotropic=None a material is isotropic if all light comes from one azimuth, which grids keep in `about["phi_i"]`.
+    `side`: see `_sides.Side`. Of the front it holds the pairs with both directions there; the others (transmission, the
+    other side) stay as they are in `about["other_pairs"]`, to be written again. What is seen from behind, alone or as a
+    part of a `Sheet`, is turned half a turn about the y axis. With isotropic=None a part is isotropic if all light
+    comes from one azimuth, which grids keep in `about["phi_i"]`.
     Raises FormatError where no pair or no number is left, and the errors of `upright`.
     """
-    theta_i, phi_i, theta_o, phi_o = upright(pairs.angles, path).T
-    front_i, front_o = theta_i <= LEVEL, theta_o <= LEVEL
-    on_side = front_i & front_o if side == "front" else ~front_i & ~front_o
-    if not on_side.any():
-        raise FormatError(
-            f"{path}: none of {len(on_side)} rows is reflection on the {side}: expected both directions on that side; "
-            f"gonio reads no transmission yet; try side={SIDES[side == 'front']!r}"
-        )
-    if side == "back":
-        theta_i, theta_o = math.pi - theta_i, math.pi - theta_o
-    about = dict(about)
-    if not on_side.all():
-        about["other_pairs"] = pairs.only(~on_side)
-    kept = pairs._replace(angles=np.stack([theta_i, phi_i, theta_o, phi_o], axis=1))
-    kept = kept if on_side.all() else kept.only(on_side)
-    if not np.isfinite(kept.values).any():
-        raise FormatError(f"{path}: holds no value that is a number, expected at least one measurement")
-    measurement = _measurement(kept, path, about, isotropic, outside)
-    if isinstance(measurement, Scattered):
-        _refuse_copies(kept, np.flatnonzero(on_side), path, about, isotropic, outside)
-    return measurement
+    angles = upright(pairs.angles, path)
+    rows = by_quarter(angles)
+    parts: dict[str, Reflectance] = {}
+    wanted = _sides.wanted(rows, side, path)
+    alone = len(wanted) == 1 and side != "both"
+    for name in wanted:
+        which, more = rows[name], dict(about)
+        if alone and name == "front" and len(which) < len(angles):
+            more["other_pairs"] = pairs.only(np.delete(np.arange(len(angles)), which))
+        own = angles if len(which) == len(angles) else angles[which]
+        own = seen_from(name, own)
+        kept = (pairs if len(which) == len(angles) else pairs.only(which))._replace(angles=own)
+        if not np.isfinite(kept.values).any():
+            raise FormatError(f"{path}: holds no value that is a number, expected at least one measurement")
+        measurement = _measurement(kept, path, more, isotropic, outside)
+        if isinstance(measurement, Scattered):
+            _refuse_copies(kept, which, path, more, isotropic, outside)
+        parts[name] = measurement
+    return _sides.joined(parts, side)
+
+
+def by_quarter(angles: np.ndarray) -> dict[str, np.ndarray]:
+    """The numbers of the rows of each quarter of a `Sheet`, of those that have any, by polar angles from the front."""
+    lit, seen = angles[:, 0] <= LEVEL, angles[:, 2] <= LEVEL
+    masks = {"front": lit & seen, "back": ~lit & ~seen, "forward": lit & ~seen, "backward": ~lit & seen}
+    return {name: np.flatnonzero(mask) for name, mask in masks.items() if mask.any()}
+
+
+def seen_from(quarter: str, angles: np.ndarray) -> np.ndarray:
+    """Angles (n, 4) of the sample as a part of a `Sheet` has them, and the other way round: it is its own inverse.
+
+    Seen from behind, both directions are turned half a turn about the y axis; light from the other side is mirrored at
+    the surface.
+    """
+    theta_i, phi_i, theta_o, phi_o = angles.T
+    if quarter in ("back", "backward"):
+        theta_i = math.pi - theta_i
+    if quarter in ("back", "forward"):
+        theta_o, phi_i, phi_o = math.pi - theta_o, math.pi - phi_i, math.pi - phi_o
+    return np.stack([theta_i, phi_i, theta_o, phi_o], axis=1)
 
 
 def _measurement(pairs: Pairs, path: str, about: Mapping[str, Any], isotropic: bool | None, outside: str) -> Gridded:

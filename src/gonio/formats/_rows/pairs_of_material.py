@@ -14,13 +14,14 @@ from ...base.quantities import from_brdf, to_brdf
 from ...base.reflectance import Reflectance
 from ...errors import ParameterError
 from ...formula.direction import HORIZON
+from ...models._quarters import quarters
 from ...tables.angle_systems import SYSTEMS
 from ...tables.axes import fits
 from ...tables.gridded import Gridded
 from ...tables.nodes import channels_named, needed, own_nodes
 from ...tables.scattered import Scattered
 from .._options import Declared
-from .direction_pairs import Pairs, material
+from .direction_pairs import LEVEL, Pairs, material, seen_from
 
 
 class Nodes(NamedTuple):
@@ -209,3 +210,67 @@ def with_others(pairs: Pairs, m: Reflectance) -> Pairs:
         spread = np.concatenate([pairs.uncertainty, others.uncertainty])
     rows, values = (np.concatenate([getattr(p, name) for p in (pairs, others)]) for name in ("angles", "values"))
     return pairs._replace(angles=rows, values=values, uncertainty=spread)
+
+
+def rows_of(
+    m: Reflectance,
+    resolution: Sequence[int] | None = None,
+    quantities: Sequence[str] = ("brdf",),
+    incident: tuple[float, float] | None = None,
+) -> Pairs:
+    """`pairs_of` a reflectance on both sides, with the angles of the sample: polar ones up to pi. Of one in front alone
+    its pairs, and those of the other side that were kept from its file.
+
+    Raises the errors of `pairs_of`, and ParameterError where parts have different channels.
+    """
+    if m.sides == "front":
+        pairs = pairs_of(m, resolution, quantities, incident=incident)
+        return pairs if incident is not None else with_others(pairs, m)
+    parts = {q: part for q, part in quarters(m).items() if incident is None or _is_lit(q, incident)}
+    if not parts:
+        raise ParameterError(f"{m!r:.80}: has no light from theta_i = {incident and incident[0]:g}; choose another")
+    held = {getattr(part, "quantity", quantities[0]) for part in parts.values()}
+    quantities = quantities if len(held) == 1 else quantities[:1]
+    each = []
+    for quarter, part in parts.items():
+        pairs = _lit_from(part, quarter, incident, resolution, quantities)
+        angles = _short(seen_from(quarter, pairs.angles))
+        behind = {"front": [], "back": [0, 2], "forward": [2], "backward": [0]}[quarter]
+        on_its_side = (angles[:, behind] > LEVEL).all(axis=1)  # along the surface rows would be those in front
+        each.append(pairs._replace(angles=angles).only(on_its_side))
+    if len({pairs.channels for pairs in each}) > 1:
+        several = " and ".join(sorted({f"{pairs.channels!r:.60}" for pairs in each}))
+        raise ParameterError(f"{m!r:.80}: its parts have the channels {several}; expected the same")
+    spreads = [x for pairs in each if (x := pairs.uncertainty) is not None]
+    spread = np.concatenate(spreads) if len(spreads) == len(each) else None
+    rows, values = (np.concatenate([getattr(pairs, name) for pairs in each]) for name in ("angles", "values"))
+    return Pairs(rows, values, each[0].quantity, spread, each[0].channels)
+
+
+def _lit_from(
+    m: Reflectance,
+    quarter: str,
+    incident: tuple[float, float] | None,
+    resolution: Sequence[int] | None,
+    quantities: Sequence[str],
+) -> Pairs:
+    """The pairs of a part, of one incident direction of the sample where that is given."""
+    if incident is None:
+        return pairs_of(m, resolution, quantities)
+    theta_i, phi_i = seen_from(quarter, np.array([[*incident, 0.0, 0.0]]))[0, :2]
+    if resolution is not None or not isinstance(m, Gridded) or m.is_oriented():
+        return pairs_of(m, resolution, quantities, incident=(theta_i, phi_i))
+    own = float(m.about.get("phi_i", 0.0)) if not isinstance(m, Scattered) else float(m.rows[0, 1])
+    pairs = pairs_of(m, None, quantities, incident=(theta_i, own))
+    return pairs._replace(angles=pairs.angles + np.array([0.0, phi_i - own, 0.0, phi_i - own]))
+
+
+def _is_lit(quarter: str, incident: tuple[float, float]) -> bool:
+    return (quarter in ("front", "forward")) == (incident[0] <= LEVEL)
+
+
+def _short(angles: np.ndarray) -> np.ndarray:
+    """Angles [rad] with the few digits, in degrees or in radians, that they had before they were turned."""
+    for short in (np.radians(np.round(np.degrees(angles), 10)), np.round(angles, 12)):
+        angles = np.where(np.abs(short - angles) < 1e-14, short, angles)
+    return angles

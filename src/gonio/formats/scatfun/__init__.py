@@ -19,11 +19,13 @@ from ...formula.direction import Direction
 from ...formula.fields import Ours, channels, kept, table
 from ...formula.state import Held, note, state
 from ...formula.table_warp import bracket
+from ...models._quarters import quarters
+from ...models.sheet import Sheet
 from ...tables.axes import fits
 from ...tables.drawing import Sampled
 from .._options import ABOVE_ZERO, Declared
 from .._reading.large_tables import expect_channels
-from .._rows.direction_pairs import Side
+from .._sides import Side, joined, wanted
 from .contents import GZIP, MAGIC, inflated, parse, serialise
 
 if TYPE_CHECKING:
@@ -38,6 +40,10 @@ ORACLE = "real file, and the Beckmann conductor that it was computed from"
 SAMPLES, LEAST_SAMPLES = 8, 32
 """Intervals of the tables that are looked up, along half a circle: per order, and at least."""
 
+TRANSMITS = True
+SIGNS = {"front": (1.0, 1.0), "back": (-1.0, -1.0), "forward": (1.0, -1.0), "backward": (-1.0, 1.0)}
+"""Of each part of a `Sheet` where light and viewer are: 1 in front."""
+
 FEW_ORDERS = 64  # orders that are tried first, when a material is written
 Y, R, B = 1.39829, -0.297375, -0.100913  # green from luminance, red and blue, as pbrt has it
 
@@ -49,8 +55,10 @@ class Scatfun(Sampled):
     the nodes of the file, as in pbrt. The sum of a series is looked up for each of 4 x 4 nodes in a table over phi, of
     8 entries per order, cubic between these: at nodes and entries it is exact. Three channels are luminance, red and
     blue; green follows. Where the series rings below 0 it is kept as it is (pbrt makes it 0).
-    A file has four quarters: light from in front or behind, reflected or transmitted. f is what `side` reflects;
-    all of them are kept, and written.
+    A file has four quarters: light from in front or behind, reflected or transmitted. f is that of `side`, a part of a
+    `Sheet`; all of them are kept, and written. Transmitted radiance is n_o^2/n_i^2 of the series, by
+    the file's eta. A `Sheet` has the index 1 even so: with another eta its laws, transmittance and samples count
+    radiance, and f/n_o^2 is what is reciprocal.
 
     Sampling: see `Sampled`.
 
@@ -83,20 +91,24 @@ class Scatfun(Sampled):
     parts: dict[str, Any] = note()
     """The parts of the file, as `parse` finds them."""
     nodes: tuple[int, int] = state()
-    sign: float = state()
+    signs: tuple[float, float] = state()
+    """Of cos(theta_i) and cos(theta_o) in the file: -1 for light and viewer behind."""
+    scale: float = state()
     width: int = state()
 
     def __init__(self, parts: Mapping[str, Any], side: str = "front", path: str = ""):
-        if side not in ("front", "back"):
-            raise ParameterError(f"side={side!r}: expected 'front' or 'back'")
+        if side not in SIGNS:
+            raise ParameterError(f"side={side!r}: expected one of {', '.join(map(repr, SIGNS))}")
         parts = Held({n: kept(x) if isinstance(x, (np.ndarray, Ours)) else x for n, x in parts.items()})
-        width, mu, sign = parts["channels"], parts["mu"].astype(float), 1.0 if side == "front" else -1.0
-        at_i, at_o = _beyond(mu, -sign), _beyond(mu, sign)
+        width, mu, signs, scale = parts["channels"], parts["mu"].astype(float), SIGNS[side], 1.0
+        if signs[0] != signs[1] and parts["eta"] > 0.0:
+            scale = float(parts["eta"]) ** (2.0 if side == "forward" else -2.0)
+        at_i, at_o = _beyond(mu, -signs[0]), _beyond(mu, signs[1])
         first, steps, samples = _sampled(parts["coefficients"], parts["places"][at_o, at_i], width)
         about = {"side": side, "eta": parts["eta"], "alpha": parts["alpha"]}
         about["metadata"] = parts["metadata"].decode("utf-8", "replace")
         names, nodes = ("R", "G", "B") if width == 3 else None, (len(mu[at_i]), len(mu[at_o]))
-        self._hold(parts=parts, sign=sign, nodes=nodes, width=width, channel_names=names)
+        self._hold(parts=parts, signs=signs, scale=scale, nodes=nodes, width=width, channel_names=names)
         tables = {"mu_i": mu[at_i], "mu_o": mu[at_o], "first": first, "steps": steps, "samples": Ours(samples)}
         super().__init__(path, about, **tables, channel=3 if width == 3 else 0.0)
 
@@ -132,8 +144,8 @@ class Scatfun(Sampled):
         turn = ops.arctan2(across, ops.where(flat, 1.0, -along)) * (1.0 / np.pi)
         number, width = ops.to_index(self.channel), self.width
         total = 0.0 * turn + 0.0 * self.channel
-        columns = _spline(self.mu_i, self.nodes[0], -self.sign * wi.z)
-        for o, v in _spline(self.mu_o, self.nodes[1], self.sign * wo.z):
+        columns = _spline(self.mu_i, self.nodes[0], -self.signs[0] * wi.z)
+        for o, v in _spline(self.mu_o, self.nodes[1], self.signs[1] * wo.z):
             for i, u in columns:
                 pair = o * self.nodes[0] + i
                 steps = ops.take(self.steps, pair)
@@ -141,7 +153,7 @@ class Scatfun(Sampled):
                 start = ops.minimum(ops.floor(x), steps - 1.0)
                 entry = (ops.to_index(ops.take(self.first, pair)) + ops.to_index(start)) * width + number
                 total = total + u * v * _cubic(x - start, [ops.take(self.samples, entry + k * width) for k in range(4)])
-        return total / wi.z
+        return total * self.scale / wi.z if self.scale != 1.0 else total / wi.z
 
 
 def _spline(nodes: Any, count: int, x: Any) -> list[tuple[Any, Any]]:
@@ -214,14 +226,16 @@ def matches(head: bytes, size: int) -> bool:
     return head.startswith(MAGIC[:-1])
 
 
-def read(path: Path, side: Side = "front") -> Scatfun:
-    """The material of a file. Raises FormatError for damage."""
+def read(path: Path, side: Side = None) -> Scatfun | Sheet:
+    """The material of a file, or a `Sheet` of all that it holds. Raises FormatError for damage."""
     try:
         data = Path(path).read_bytes()
     except OSError as error:
         raise NotFoundError(f"{path}: cannot be read: {error.strerror}") from None
     parts = parse(inflated(data, str(path)), str(path))
-    return Scatfun({n: Ours(x) if isinstance(x, np.ndarray) else x for n, x in parts.items()}, side, str(path))
+    ours = {n: Ours(x) if isinstance(x, np.ndarray) else x for n, x in parts.items()}
+    names = wanted(_held(parts) or ["front"], side, path)
+    return joined({name: Scatfun(ours, name, str(path)) for name in names}, side)
 
 
 def write(
@@ -243,28 +257,54 @@ def write(
     >>> print(gn.load("white.bsdf").f_angles(0.3, 0.0, 0.5, 1.0).round(4))
     0.1592
     """
-    data = serialise(m.parts if isinstance(m, Scatfun) else _fitted(m, nodes, orders, tolerance))
+    data = serialise(_as_it_was(m) or _fitted(m, nodes, orders, tolerance))
     with replacing(path) as temporary:
         temporary.write_bytes(gzip.compress(data, mtime=0) if str(path).endswith(".gz") else data)
 
 
+def _as_it_was(m: Reflectance) -> dict[str, Any] | None:
+    """The parts of the file that a material was read from, if it is all of that."""
+    if m.sides == "front":
+        return m.parts if isinstance(m, Scatfun) and m.signs[0] == m.signs[1] else None
+    found = quarters(m)
+    files = [part.parts for q, part in found.items() if isinstance(part, Scatfun) and part.signs == SIGNS[q]]
+    if len(files) < len(found) or {*found} != {*_held(files[0])}:
+        return None
+    first = serialise(files[0])
+    return files[0] if all(serialise(file) == first for file in files[1:]) else None
+
+
+def _held(parts: Mapping[str, Any]) -> list[str]:
+    """The parts of a `Sheet` that a file has series of."""
+    mu, held = parts["mu"], parts["places"][..., 1] > 0
+    return [name for name, (i, o) in SIGNS.items() if held[np.ix_(o * mu > 0.0, -i * mu > 0.0)].any()]
+
+
 def _fitted(m: Reflectance, nodes: int, orders: int, tolerance: float) -> dict[str, Any]:
     """The parts of a file that holds m."""
-    width = expect_channels(m, NAME)
-    if not m.is_isotropic():
+    found = quarters(m)
+    widths = {expect_channels(part, NAME) for part in found.values()}
+    if len(widths) > 1:
+        raise ParameterError(f"{m!r:.80}: its parts have 1 and 3 channels; expected as many of each")
+    (width,) = widths
+    if not all(part.is_isotropic() for part in found.values()):
         raise ParameterError(f"{m!r:.80}: is anisotropic, and SCATFUN files hold isotropic materials only")
     above, (half, count) = _cosines(nodes), (nodes, 2 * nodes + 2)
     mu = np.concatenate([-above[::-1], [0.0, 0.0], above]).astype("<f4")
     theta = np.arccos(above)
     places, means = np.zeros((count, count, 2), "<u4"), np.zeros((count, count))
     pieces, at = [np.empty(0, "<f4")], 0
-    for o in range(half):
-        series, lengths = _series(m, theta[::-1], theta[o], width, orders, tolerance)
-        for i, length in enumerate(lengths):
-            places[half + 2 + o, i] = at, length
-            pieces.append(series[i, :, :length].astype("<f4").reshape(-1))
-            at += width * length
-        means[half + 2 + o, :half] = series[:, 0, 0]
+    for quarter, part in found.items():
+        sign_i, sign_o = SIGNS[quarter]
+        columns = np.arange(half) if sign_i > 0.0 else count - half + np.arange(half)
+        for o in range(half):
+            row = count - half + o if sign_o > 0.0 else half - 1 - o
+            series, lengths = _series(part, theta[::-1] if sign_i > 0.0 else theta, theta[o], width, orders, tolerance)
+            for i, length in zip(columns, lengths, strict=True):
+                places[row, i] = at, length
+                at += width * length
+            pieces += [s[:, :length].astype("<f4").reshape(-1) for s, length in zip(series, lengths, strict=True)]
+            means[row, columns] = series[:, 0, 0]
     parts: dict[str, Any] = {"mu": mu, "positions": np.empty(0, "<f4"), "places": places}
     parts |= {"cdf": _integrals(mu.astype(float), means).astype("<f4"), "coefficients": np.concatenate(pieces)}
     parts |= {"metadata": f"{m!r:.4000}".encode(), "channels": width, "orders": int(places[..., 1].max())}

@@ -16,7 +16,8 @@ Values are proportional only: f = number x share / integral of (number x cos(the
 `.anisotropicbsdf` share and integral are those of one direction of incidence, between two measured ones the weighted
 mean of their integrals, for all tables. The mirror direction is phi = 0: phi_o - phi_i = phi + 180 degrees. The
 sample's angle is that of the plane of incidence from the file's vector, along which light travels at 0: phi_i = angle
-+ 180.
++ 180. Tables of transmission have theta from 90 degrees, the surface, to 180, straight behind the light; shares are
+then integrals over that side. A file names no side of the sample: one with transmission holds for both alike.
 
 Layout and rules are those of Ansys' manual ("Structure of BRDF files", "Structure of Anisotropic BSDF files") as far as
 it was seen, and of Ansys' converters; the sense of the sample's angle is chosen here. Read without the file at hand:
@@ -38,18 +39,19 @@ from ...base.angles import direction
 from ...base.measured import Total
 from ...base.reflectance import Reflectance
 from ...errors import FormatError, ParameterError
-from ...tables.gridded import Gridded
+from ...models import sheet
 from .._optical.angle_tables import (
-    NO_TRANSMISSION,
     Channel,
     Filed,
     IncidentAngles,
     OutgoingAngles,
     Step,
     as_filed,
+    as_lit,
     at_azimuths,
     channel_named,
     default_angles,
+    mirrored_x,
     own_table,
     reflected,
     values_at,
@@ -57,6 +59,7 @@ from .._optical.angle_tables import (
 from .._options import Declared
 from .._reading import plain_text
 from .._reading.channel_words import LONGEST, SHORTEST, Wavelengths
+from .._sides import SideOfReflection, joined, same_from_both, wanted
 from .contents import ANISOTROPIC, BRDF, START, Part, Sheet, Table, read_sheet, written
 
 NAME = "Speos"
@@ -65,6 +68,7 @@ SHARED_SUFFIX = True
 DESCRIPTION = "Ansys Speos (OPTIS) text: .brdf by wavelength, .anisotropicbsdf by angle of the sample"
 ORACLE = "own generator, written from Ansys' manual; parts of two real files"
 
+TRANSMITS = True
 SPECTRAL = 50  # largest growth, values over bytes of the file, by a spectrum that multiplies all tables
 
 
@@ -80,35 +84,73 @@ def read(
         Sequence[float] | None,
         Declared("channels of an .anisotropicbsdf, linear in its spectrum", SHORTEST, LONGEST, "nm"),
     ] = None,
-) -> Gridded:
+    side: SideOfReflection = None,
+) -> Filed | sheet.Sheet:
     """The reflectance of a file: `angles` axes theta_i, theta_o, phi; or with phi_i, phi_o where the sample was turned.
 
-    Channels are wavelengths [nm], none where one spectrum is flat. Transmission is kept for writing. Raises FormatError
-    where the file is damaged, binary, of an unknown version or without reflection, or where its tables have different
-    angles.
+    Channels are wavelengths [nm], none where one spectrum is flat. Transmission that is not read is kept for writing.
+    Raises FormatError where the file is damaged, binary, of an unknown version or without reflection, or where its
+    tables have different angles.
     """
     path = Path(path)
     sheet = read_sheet(path)
-    part = sheet.parts.get("reflection")
-    if part is None:
-        raise FormatError(f"{path}: holds transmission only; {NO_TRANSMISSION}")
+    if wavelengths is not None and not sheet.is_anisotropic:
+        raise ParameterError("wavelengths=: expected for .anisotropicbsdf only; a .brdf has a table for each")
+    chosen = wanted([HELD[name] for name in sheet.parts], side, path)
+    places: dict[str, tuple[str, ...]] = {"front": ("front", "back"), "forward": ("forward", "backward")}
+    if chosen == ("front",):
+        places["front"] = chosen
+    read = tuple(place for name in chosen for place in places[name])
+    tables = {name: _table(path, sheet, name, wavelengths, places[name], read) for name in chosen}
+    return joined({place: tables[name] for name in chosen for place in places[name]}, side)
+
+
+HELD = {"reflection": "front", "transmission": "forward"}
+"""Parts of a file as those of a `Sheet`."""
+
+
+def _table(
+    path: Path,
+    sheet: Sheet,
+    quarter: str,
+    wavelengths: Sequence[float] | None,
+    places: tuple[str, ...],
+    read: tuple[str, ...],
+) -> Filed:
+    """Reflection ("front"), or transmission as it is seen from the other side."""
+    part = sheet.parts["reflection"] if quarter == "front" else _from_other_side(path, sheet.parts["transmission"])
     first, *others = part.tables
     if not all(np.array_equal(t.theta, first.theta) and np.array_equal(t.phi, first.phi) for t in others):
         raise FormatError(f"{path}: tables of different theta or phi, expected one grid; resample in Ansys' viewer")
-    if wavelengths is not None and not sheet.is_anisotropic:
-        raise ParameterError("wavelengths=: expected for .anisotropicbsdf only; a .brdf has a table for each")
     with np.errstate(over="ignore", invalid="ignore"):
         if sheet.is_anisotropic:
             axes, f, names = _anisotropic(path, sheet, part, wavelengths)
         else:
             axes, f, names = _isotropic(sheet, part)
     phi = axes.get("phi", np.zeros(1))
+    half = len(phi) > 1 and bool(phi[0] >= -1e-9 and phi[-1] <= math.pi + 1e-9)
+    totals = [] if wavelengths is not None else _totals(sheet, part, names)
+    if quarter == "forward":
+        axes, f = mirrored_x(axes, f, half)
+        totals = [total._replace(phi_i=math.pi - total.phi_i if total.phi_i else 0.0) for total in totals]
     return Filed(
-        "angles", axes, f, channels=names,
-        mirrored=len(phi) > 1 and phi[0] >= -1e-9 and phi[-1] <= math.pi + 1e-9,
+        "angles", axes, f, channels=names, mirrored=half,
         path=str(path), about={"comment": sheet.comment, "description": sheet.description, "start": sheet.start},
-        filed=sheet, stated_totals=[] if wavelengths is not None else _totals(sheet, part, names),
+        filed=sheet, filed_as=places, filed_with=read, stated_totals=totals,
     )  # fmt: skip
+
+
+def _from_other_side(path: Path, part: Part) -> Part:
+    """Transmission with theta from the normal of the side that light goes to, and the other way round."""
+    if any((table.theta < 90.0 - 1e-9).any() for table in part.tables):
+        lowest = min(table.theta.min() for table in part.tables)
+        raise FormatError(f"{path}: transmission with theta from {lowest:g} degrees, expected 90 to 180")
+    return _turned_over(part)
+
+
+def _turned_over(part: Part) -> Part:
+    tables = [t._replace(theta=180.0 - t.theta[::-1], values=t.values[::-1]) for t in part.tables]
+    return part._replace(tables=tables)
 
 
 def _totals(sheet: Sheet, part: Part, names: tuple[float, ...] | None) -> list[Total]:
@@ -227,7 +269,7 @@ def write(
     wavelengths: Wavelengths = None,
 ) -> None:
     """Write f by angles, as `.anisotropicbsdf` if the file is named so, else as `.brdf`; a material read from such a
-    file is written with the same numbers, transmission too.
+    file is written with the same numbers, transmission too. What transmits must be the same from both sides.
 
     A table with three `angles` axes keeps its grid in a `.brdf`. Of others f is taken at the given angles, by default
     in steps up to theta_o = 85 and at 89 degrees, phi_i every 30 if the material is anisotropic. A `.brdf` is
@@ -246,10 +288,34 @@ def write(
     angles = (theta_i, theta_o, phi, phi_i)
     sheet = as_filed(m, Sheet, *angles, step, channel, wavelengths)
     if sheet is None or sheet.is_anisotropic != anisotropic:
-        f, axes = _sampled(m, anisotropic, angles, step)
-        f, names = _spectrally(m, f, channel, wavelengths, anisotropic)
-        sheet = _made_of(f, axes, names, anisotropic)
+        sheet = _new(m, path, anisotropic, angles, step, channel, wavelengths)
     plain_text.write(path, written(sheet))
+
+
+def _new(
+    m: Reflectance,
+    path: Path,
+    anisotropic: bool,
+    angles: tuple,
+    step: float | None,
+    channel: Any,
+    wavelengths: Sequence[float] | None,
+) -> Sheet:
+    """A new file of reflection, of transmission, or of both."""
+    sheets = {}
+    for quarter, part in same_from_both(m, NAME).items():
+        seen = as_lit(part) if quarter == "forward" else part
+        f, axes = _sampled(seen, anisotropic, angles, step)
+        f, names = _spectrally(seen, f, channel, wavelengths, anisotropic)
+        sheets[quarter] = _made_of(f, axes, names, anisotropic)
+    parts = {name: sheets[quarter].parts["reflection"] for name, quarter in HELD.items() if quarter in sheets}
+    if len({(tuple(p.incidence[0]), p.spectrum[:, 0].tobytes()) for p in parts.values()}) > 1 and not anisotropic:
+        raise ParameterError(
+            f"{m!r:.80}: reflection and transmission have different incidences or wavelengths; give theta_i=[...]"
+        )
+    if "transmission" in parts:
+        parts["transmission"] = _turned_over(parts["transmission"])._replace(word="Transmission Spectrum")
+    return next(iter(sheets.values()))._replace(parts=parts)
 
 
 def _sampled(

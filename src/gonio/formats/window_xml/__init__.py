@@ -1,9 +1,11 @@
 """The XML of LBNL's WINDOW and of Radiance: matrices over Klems' patches, and tensor trees.
 
-A file holds blocks of numbers, for bands (Visible, Solar, CIE-X, a wavelength) and directions (reflection and
-transmission, front and back in WINDOW's words). f is a reflection; the other blocks are kept, and written again.
-The schema was not seen; the layout is that of Radiance's readers (bsdf_m.c, bsdf_t.c), whose program agrees on f and
-on hemispherical totals, of real files and of those written here.
+A file holds blocks of numbers, for bands (Visible, Solar, CIE-X, a wavelength) and directions: reflection and
+transmission, of light on the front and on the back in WINDOW's words. A reflection is read alone, unless side="both"
+asks for a `Sheet` of all; what is not read is kept, and written again. A file that transmits one way is taken to
+transmit the same the other way, by reciprocity, as Radiance does.
+The schema was not seen; the layout is that of Radiance's readers (bsdf_m.c, bsdf_t.c), whose program agrees on f, on
+both sides and across, and on hemispherical totals, of real files and of those written here.
 """
 
 from __future__ import annotations
@@ -18,11 +20,15 @@ from ...base.reflectance import Reflectance
 from ...errors import FormatError, ParameterError
 from ...files import replacing
 from ...formula.fields import Ours
+from ...models._quarters import quarters
+from ...models._reversed import Reversed
+from ...models.sheet import Sheet
 from ...pictures.colour import RELATIVE_XYZ
+from .. import _sides
 from .._options import BELOW_ONE, Declared
 from .._reading.plain_text import is_number
 from . import new, tree_nodes
-from ._cell_tables import MIRRORED
+from ._cell_tables import DIRECTIONS, MIRRORED, VIEWED
 from .klems import KNOWN, AngleBasis, Klems
 from .tensor_tree import TensorTree
 from .tree_nodes import Tree
@@ -33,7 +39,9 @@ SUFFIXES = (".xml",)
 DESCRIPTION = "BSDF of WINDOW and Radiance: Klems matrices and tensor trees"
 ORACLE = "Radiance (pyradiance 1.3.1), reading and writing"
 
-REFLECTING = ("", "btdf", "brdf", "bsdf")
+TRANSMITS = True
+
+KINDS = ("", "btdf", "brdf", "bsdf")
 """Kinds of data that are f; WINDOW writes BTDF of reflection too."""
 
 
@@ -46,7 +54,11 @@ def read(
     path: Path,
     side: Annotated[
         str | None,
-        Declared("side in WINDOW's words (Radiance's are exchanged); usually the front, if there", words=MIRRORED),
+        Declared(
+            "side in WINDOW's words (Radiance's are exchanged) that is lit and seen; both: a Sheet of all reflection "
+            "and transmission; if not given the front, else the back, else the transmission",
+            words=_sides.SIDES,
+        ),
     ] = None,
     wavelength: Annotated[
         str | None,
@@ -55,8 +67,8 @@ def read(
             "and Z if there, else Visible, else the spectrum, else the first band"
         ),
     ] = None,
-) -> Klems | TensorTree:
-    """The reflectance in a file: a `Klems` or a `TensorTree`.
+) -> Klems | TensorTree | Sheet:
+    """The reflectance in a file: a `Klems` or a `TensorTree`, or a `Sheet` of these.
 
     Raises FormatError where the file is damaged, has no reflection, or not that.
     """
@@ -74,21 +86,33 @@ def read(
             incident, outgoing, values = _matrix_of(document, block, content, where)
             bases.append((incident, outgoing))
             tables.append(values)
-    choice = _choice(document.blocks, lines, side, wavelength, path)
+    bands = _bands(document.blocks, lines, path)
+    wanted = _sides.wanted(bands, side, path, ("front", "back"))
+    choices = {quarter: _choice(document.blocks, bands[quarter], quarter, wavelength, path) for quarter in wanted}
+    _agree(choices, path)
+    used = {i for choice in choices.values() for i in choice.blocks}
+    others = tuple(None if i in used else table for i, table in enumerate(tables))
     about = {**document.about, "structure": document.structure, "blocks": [b.label for b in document.blocks]}
-    about |= {"side": choice.side, "bands": [document.blocks[i].wavelength for i in choice.blocks]}
-    used = [tables[i] for i in choice.blocks]
-    others = tuple(None if i in choice.blocks else table for i, table in enumerate(tables))
-    tables.clear()
-    m: Klems | TensorTree
-    if trees:
-        m = TensorTree(used, choice.side, choice.colour, choice.names, str(path), about)
-    else:
-        if len({bases[i] for i in choice.blocks}) > 1:
-            raise FormatError(f"{path}: the bands {', '.join(about['bands'])} have different angle bases; name one")
-        values = _stacked(used) if choice.names else used[0]
-        m = Klems(Ours(values), *bases[choice.blocks[0]], choice.side, choice.names, str(path), about)
-    return m.with_notes(document=document, chosen=(choice.blocks, others))
+    parts: dict[str, Reflectance] = {}
+    for quarter, choice in choices.items():
+        facts = {**about, "side": VIEWED[quarter], "bands": [document.blocks[i].wavelength for i in choice.blocks]}
+        own = [tables[i] for i in choice.blocks]
+        for i in choice.blocks:
+            tables[i] = None  # as both would take the memory twice
+        m: Klems | TensorTree
+        if trees:
+            m = TensorTree(own, VIEWED[quarter], choice.colour, choice.names, str(path), facts)
+        else:
+            if len({bases[i] for i in choice.blocks}) > 1:
+                listed = ", ".join(facts["bands"])
+                raise FormatError(f"{path}: the bands {listed} have different angle bases; name one")
+            values = _stacked(own) if choice.names else own[0]
+            m = Klems(Ours(values), *bases[choice.blocks[0]], VIEWED[quarter], choice.names, str(path), facts)
+        parts[quarter] = m.with_notes(document=document, chosen=(choice.blocks, others), quarter=quarter)
+    for one, other in (("forward", "backward"), ("backward", "forward")):
+        if one in parts and other not in parts:
+            parts[other] = Reversed(parts[one])
+    return _sides.joined(parts, side)
 
 
 def _stacked(matrices: list[np.ndarray]) -> np.ndarray:
@@ -104,44 +128,56 @@ class _Choice(NamedTuple):
 
     blocks: tuple[int, ...]
     names: tuple[str | float, ...] | None
-    side: str
     colour: str = ""
 
 
-def _choice(
-    blocks: tuple[Block, ...], lines: list[int], side: str | None, wavelength: str | None, path: Path
-) -> _Choice:
-    sides: dict[str, dict[str, int]] = {}
+def _bands(blocks: tuple[Block, ...], lines: list[int], path: Path) -> dict[str, dict[str, int]]:
+    """By quarter of a `Sheet` the bands in lower case, and the numbers of their blocks."""
+    found: dict[str, dict[str, int]] = {}
+    named = {direction.lower(): quarter for quarter, direction in DIRECTIONS.items()}
     for i, b in enumerate(blocks):
-        way, _, seen_from = b.direction.lower().partition(" ")
-        if way == "reflection" and seen_from in MIRRORED and b.kind.lower() in REFLECTING:
-            bands = sides.setdefault(seen_from, {})
+        quarter = named.get(b.direction.lower())
+        if quarter is not None and b.kind.lower() in KINDS:
+            bands = found.setdefault(quarter, {})
             if b.wavelength.lower() in bands:
                 raise FormatError(f"{path}, line {lines[i]}: a second block of {b.label}; expected one")
             bands[b.wavelength.lower()] = i
-    side = side or ("front" if "front" in sides else "back")
-    if side not in sides:
+    if not found:
         listed = ", ".join(b.label for b in blocks)
-        raise FormatError(f"{path}: holds no reflection{' of the ' + side if sides else ''}; its blocks: {listed:.300}")
-    bands = sides[side]
+        raise FormatError(f"{path}: holds neither reflection nor transmission; its blocks: {listed:.300}")
+    return found
+
+
+def _choice(
+    blocks: tuple[Block, ...], bands: dict[str, int], quarter: str, wavelength: str | None, path: Path
+) -> _Choice:
     spectral = {n: i for name, i in bands.items() if (n := _nanometres(name, blocks[i].unit)) is not None}
     ordered = tuple(sorted(spectral))
-    spectrum = _Choice(tuple(spectral[n] for n in ordered), ordered, side)
+    spectrum = _Choice(tuple(spectral[n] for n in ordered), ordered)
     if wavelength == "spectral" and spectral:
         return spectrum
     if wavelength is not None:
         if wavelength.lower() not in bands:
             listed = ", ".join(repr(blocks[i].wavelength) for i in bands.values())
-            raise FormatError(f"{path}: no band {wavelength!r} of the {side}; expected one of {listed:.300}")
-        return _Choice((bands[wavelength.lower()],), None, side)
+            raise FormatError(
+                f"{path}: no band {wavelength!r} of the {_sides.CALLED[quarter]}; expected one of {listed:.300}"
+            )
+        return _Choice((bands[wavelength.lower()],), None)
     y = next((name for name in ("visible", "cie-y") if name in bands), None)
     for others, colour in ((("cie-x", "cie-z"), ""), (("cie-u", "cie-v"), "uv")):
         if y and all(name in bands for name in others):
             order = (y, *others) if colour else (others[0], y, others[1])
-            return _Choice(tuple(bands[name] for name in order), RELATIVE_XYZ, side, colour)
+            return _Choice(tuple(bands[name] for name in order), RELATIVE_XYZ, colour)
     if y is None and spectral:
         return spectrum
-    return _Choice((bands[y] if y else next(iter(bands.values())),), None, side)
+    return _Choice((bands[y] if y else next(iter(bands.values())),), None)
+
+
+def _agree(choices: dict[str, _Choice], path: Path) -> None:
+    """Raises FormatError where quarters would be read with different channels."""
+    if len({choice.names for choice in choices.values()}) > 1:
+        each = "; ".join(f"{_sides.CALLED[q]}: {c.names or 'one band'}" for q, c in choices.items())
+        raise FormatError(f"{path}: has different bands for {each:.300}; name one that all have: wavelength='Visible'")
 
 
 def _nanometres(name: str, unit: str) -> float | None:
@@ -217,7 +253,8 @@ def write(
     side: Annotated[str, Declared("side in WINDOW's words, which Radiance exchanges", words=MIRRORED)] = "front",
     name: Annotated[str, Declared("name of the material in the file")] = "",
 ) -> None:
-    """Write a reflectance as a matrix, or as a tree; one read from such a file, unchanged if neither is named.
+    """Write a reflectance as a matrix, or as a tree; one read from such a file, unchanged if neither is named. What has
+    two sides gets up to four blocks a band: reflection and transmission of light on the front and on the back.
 
     One channel is written as Visible; RGB as CIE-X, Visible (Y) and CIE-Z (trees: Visible, CIE-u, CIE-v), in which a
     flat reflectance of 1 is 1, as in Radiance; wavelengths as these, and each on its own.
@@ -235,24 +272,46 @@ def write(
         raise ParameterError(f"{resolution=!r:.60}, {tolerance=!r:.60}: are of trees; give tree=3 or tree=4 with them")
     if basis is not None and tree is not None:
         raise ParameterError(f"basis={basis!r:.40} and tree={tree!r}: expected one of them")
+    if m.sides != "front" and side != "front":
+        raise ParameterError(f"side={side!r}: {m!r:.80} has both sides; turn it over yourself, or leave side out")
+    parts = quarters(m) if m.sides != "front" else {side: m}
     if tree is not None:
-        pieces = new.tree(m, tree, resolution, tolerance, side, name)
+        pieces = new.tree(parts, tree, resolution, tolerance, name)
+    elif basis is None and (same := _as_it_was(m)):
+        pieces = same
     elif basis is None and isinstance(m, (Klems, TensorTree)):
-        pieces = _as_it_was(m) if m.document is not None else new.of_cells(m, name)
+        pieces = new.of_cells({m.side: m}, name)
+    elif basis is None and new.fit_together(parts):
+        pieces = new.of_cells(parts, name)
     else:
-        pieces = new.matrix(m, basis or "full", side, name)
+        pieces = new.matrix(parts, basis or "full", name)
     with replacing(path) as temporary:
         temporary.write_bytes(b"".join(pieces))
 
 
-def _as_it_was(m: Klems | TensorTree) -> list[bytes]:
-    """The file that was read, with the present numbers."""
-    assert m.document is not None
-    blocks, tables = m.chosen[0], list(m.chosen[1])
-    chosen = np.moveaxis(np.atleast_3d(m.values), -1, 0) if isinstance(m, Klems) else m.trees
-    for i, table in zip(blocks, chosen, strict=True):
-        tables[i] = table
-    pieces = [m.document.pieces[0]]
-    for table, after in zip(tables, m.document.pieces[1:], strict=True):
-        pieces += [new.text(table, m.document.structure).encode("ascii"), after]
+def _as_it_was(m: Reflectance) -> list[bytes] | None:
+    """The file that a material was read from, with the present numbers; None where it was not all of that."""
+    cells: list[Klems | TensorTree] = []
+    parts = quarters(m)
+    for quarter, part in parts.items():
+        if isinstance(part, Reversed) and any(part.of is other for other in parts.values()):
+            continue  # it follows from the other when the file is read
+        places = ("front", "back") if m is part else (quarter,)
+        if not isinstance(part, (Klems, TensorTree)) or part.document is None or part.quarter not in places:
+            return None
+        cells.append(part)
+    document = cells[0].document if cells else None
+    if not cells or any(part.document is not document for part in cells):
+        return None
+    assert document is not None
+    tables = list(cells[0].chosen[1])
+    for part in cells:
+        chosen = np.moveaxis(np.atleast_3d(part.values), -1, 0) if isinstance(part, Klems) else part.trees
+        for i, table in zip(part.chosen[0], chosen, strict=True):
+            tables[i] = table
+    if any(table is None for table in tables):
+        return None
+    pieces = [document.pieces[0]]
+    for table, after in zip(tables, document.pieces[1:], strict=True):
+        pieces += [new.text(table, document.structure).encode("ascii"), after]
     return pieces

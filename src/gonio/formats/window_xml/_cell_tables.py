@@ -23,6 +23,17 @@ if TYPE_CHECKING:
 MIRRORED = {"front": -1.0, "back": 1.0}
 """x of a file over x of gonio, by side: the sample is turned about its y axis to see its front."""
 
+DIRECTIONS = {
+    "front": "Reflection Front",
+    "back": "Reflection Back",
+    "forward": "Transmission Front",
+    "backward": "Transmission Back",
+}
+"""How files call the quarters of a `Sheet`; forward is that of light on the front."""
+
+VIEWED = {"front": "front", "back": "back", "forward": "back", "backward": "front"}
+"""The side that each quarter is seen from."""
+
 COSINE_SHARE = 0.1  # share of the samples that is cosine-distributed: weights are at most 10 pi f
 
 
@@ -39,11 +50,13 @@ class Cellwise(Measured):
 
     values: np.ndarray
     side: str = state()
-    """"front" or "back", in WINDOW's words."""
+    """The side it is seen from, "front" or "back", in WINDOW's words; of a transmission light is on the other."""
     document: Document | None = note()
     """The file around the numbers."""
     chosen: tuple[tuple[int, ...], tuple[Any, ...]] = note(((), ()))
-    """Which of its blocks are these numbers; and the numbers of all of them."""
+    """Which of its blocks are these numbers; and the numbers of those that were not read."""
+    quarter: str = note("")
+    """The part of a `Sheet` that it was read as."""
     densities: Any  # tables of formulas, of bound materials only
     sums: Any
     reflected: Any

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Iterable, Mapping
+from typing import Any, NamedTuple
 from xml.sax.saxutils import escape
 
 import numpy as np
@@ -13,6 +14,7 @@ from ...errors import ParameterError
 from ...pictures import colour
 from ...pictures.colour import RELATIVE_XYZ, XYZ
 from . import tree_nodes
+from ._cell_tables import DIRECTIONS, VIEWED, Cellwise
 from .klems import FULL, HALF, QUARTER, AngleBasis, Klems
 from .means import averages, grids
 from .tensor_tree import TensorTree
@@ -88,32 +90,62 @@ Bands = list[tuple[tuple[str, str], np.ndarray]]
 """((name, unit or "" of an integral), weights (C,) of the channels in it)."""
 
 
-def of_cells(m: Klems | TensorTree, name: str) -> list[bytes]:
-    """A new file with the numbers of a measurement as they are."""
-    if isinstance(m, Klems):
-        values = m.values.reshape(*m.values.shape[:2], -1)
-        blocks: list[Any] = [(band, values @ weights) for band, weights in _bands(m, values.shape[2])]
-        return _framed(blocks, "Columns", m.side, name, (m.incident, m.outgoing))
-    return _framed(list(zip(_tree_bands(m), m.trees, strict=True)), f"TensorTree{m.dimensions}", m.side, name)
+Parts = Mapping[str, Any]
+"""Reflectances by the quarters of a `Sheet`."""
 
 
-def matrix(m: Reflectance, basis: str | AngleBasis, side: str, name: str) -> list[bytes]:
+def fit_together(parts: Parts) -> bool:
+    """Whether the parts are measurements that one file can hold with their numbers as they are."""
+    kinds = {(type(m), getattr(m, "dimensions", 0)) for m in parts.values()}
+    bases = {basis for m in parts.values() if isinstance(m, Klems) for basis in (m.incident, m.outgoing)}
+    same_side = all(isinstance(m, Cellwise) and m.side == VIEWED[quarter] for quarter, m in parts.items())
+    return same_side and len(kinds) == 1 and len({basis.name for basis in bases}) == len(bases)
+
+
+def of_cells(parts: Parts, name: str) -> list[bytes]:
+    """A new file with the numbers of measurements as they are."""
+    blocks: list[_Block] = []
+    bases: dict[AngleBasis, None] = {}
+    for quarter, m in parts.items():
+        if isinstance(m, Klems):
+            values = m.values.reshape(*m.values.shape[:2], -1)
+            patches = (m.incident, m.outgoing)
+            bases |= dict.fromkeys(patches)
+            blocks += [_Block(quarter, band, values @ w, patches) for band, w in _bands(m, values.shape[2])]
+        else:
+            blocks += [_Block(quarter, band, tree) for band, tree in zip(_tree_bands(m), m.trees, strict=True)]
+    one = next(iter(parts.values()))
+    structure = "Columns" if isinstance(one, Klems) else f"TensorTree{one.dimensions}"
+    return _framed(blocks, structure, name, bases)
+
+
+def matrix(parts: Parts, basis: str | AngleBasis, name: str) -> list[bytes]:
     """A new file of means over patches."""
     patches = BASES[basis] if isinstance(basis, str) else basis
     if patches.problem():
         raise ParameterError(f"basis={patches.name!r}: {patches.problem()}")
-    bands = _bands(m, *tabular_shape(m))
-    values = _whole(m, averages(m, patches, side))
-    return _framed([(band, values @ weights) for band, weights in bands], "Columns", side, name, (patches, patches))
+    blocks: list[_Block] = []
+    for quarter, m in parts.items():
+        bands = _bands(m, *tabular_shape(m))
+        values = _whole(m, averages(m, patches, VIEWED[quarter]))
+        blocks += [_Block(quarter, band, values @ weights, (patches, patches)) for band, weights in bands]
+    return _framed(blocks, "Columns", name, {patches: None})
 
 
-def tree(
-    m: Reflectance, dimensions: int, resolution: int | None, tolerance: float, side: str, name: str
-) -> list[bytes]:
+def tree(parts: Parts, dimensions: int, resolution: int | None, tolerance: float, name: str) -> list[bytes]:
     """A new file of means over the cells of trees."""
     resolution, finest = RESOLUTION[dimensions] if resolution is None else resolution, FINEST[dimensions]
     if resolution > finest:
         raise ParameterError(f"resolution={resolution}: expected at most {finest} for {dimensions} dimensions")
+    blocks: list[_Block] = []
+    for quarter, m in parts.items():
+        by_band = _grids(m, dimensions, resolution, VIEWED[quarter])
+        blocks += [_Block(quarter, band, tree_nodes.from_grid(x, tolerance)) for band, x in by_band.items()]
+    return _framed(blocks, f"TensorTree{dimensions}", name)
+
+
+def _grids(m: Reflectance, dimensions: int, resolution: int, side: str) -> dict[tuple[str, str], np.ndarray]:
+    """Means over the cells of trees, by band: X, Y and Z as Y, u' and v'."""
     bands = _bands(m, *tabular_shape(m))
     if dimensions == 3 and not m.is_isotropic():
         raise ParameterError(f"{m!r:.80}: is anisotropic; write it with tree=4")
@@ -126,8 +158,7 @@ def tree(
         safe = np.where(lit, total, 1.0)
         u, v = np.where(lit, 4.0 * X / safe, 4.0 / 19.0), np.where(lit, 9.0 * Y / safe, 9.0 / 19.0)
         by_band = {("Visible", ""): Y, ("CIE-u", ""): u, ("CIE-v", ""): v, **by_band}
-    blocks = [(band, tree_nodes.from_grid(grid, tolerance)) for band, grid in by_band.items()]
-    return _framed(blocks, f"TensorTree{dimensions}", side, name)
+    return by_band
 
 
 def _whole(m: Reflectance, values: np.ndarray) -> np.ndarray:
@@ -175,21 +206,29 @@ def _tree_bands(m: TensorTree) -> list[tuple[str, str]]:
     return [(repr(float(n)), "Nanometer") for n in names]
 
 
-def _framed(
-    blocks: list[Any], structure: str, side: str, name: str, patches: tuple[AngleBasis, AngleBasis] | None = None
-) -> list[bytes]:
-    """A new file of blocks, each ((name of the band, unit or "" of an integral), numbers); patches of wi and wo."""
-    over, bases = "\t\t\t<AngleBasis>LBNL/Shirley-Chiu</AngleBasis>\n", ""
-    if patches is not None:
-        incident, outgoing = (escape(basis.name) for basis in patches)
-        over = f"\t\t\t<ColumnAngleBasis>{incident}</ColumnAngleBasis>\n"
-        over += f"\t\t\t<RowAngleBasis>{outgoing}</RowAngleBasis>\n"
-        bases = "".join(_defined(basis) for basis in dict.fromkeys(patches))
-    pieces = [_START.format(name=escape(name or "BRDF"), structure=structure, bases=bases)]
-    for (band, unit), numbers in blocks:
-        direction = f"Reflection {side.capitalize()}"
+class _Block(NamedTuple):
+    """Numbers of a quarter in a band, (name, unit or "" of an integral); of a matrix the patches of wi and wo."""
+
+    quarter: str
+    band: tuple[str, str]
+    numbers: Any
+    patches: tuple[AngleBasis, AngleBasis] | None = None
+
+
+def _framed(blocks: list[_Block], structure: str, name: str, bases: Iterable[AngleBasis] = ()) -> list[bytes]:
+    """A new file of blocks, which defines these bases."""
+    defined = "".join(map(_defined, bases))
+    pieces = [_START.format(name=escape(name or "BRDF"), structure=structure, bases=defined)]
+    for block in blocks:
+        band, unit = block.band
+        over = "\t\t\t<AngleBasis>LBNL/Shirley-Chiu</AngleBasis>\n"
+        if block.patches is not None:
+            incident, outgoing = (escape(basis.name) for basis in block.patches)
+            over = f"\t\t\t<ColumnAngleBasis>{incident}</ColumnAngleBasis>\n"
+            over += f"\t\t\t<RowAngleBasis>{outgoing}</RowAngleBasis>\n"
+        direction = DIRECTIONS[block.quarter]
         around = {"unit": unit or "Integral", "band": band, "spectra": _spectra(band), "direction": direction}
-        pieces += [_BLOCK.format(**around, over=over), text(numbers, structure), _AFTER]
+        pieces += [_BLOCK.format(**around, over=over), text(block.numbers, structure), _AFTER]
     return [piece.encode("utf-8") for piece in [*pieces, _END]]
 
 

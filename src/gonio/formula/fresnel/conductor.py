@@ -5,8 +5,11 @@ from __future__ import annotations
 from typing import Any
 
 from ...arrays import ops
+from ..complex import Complex
 from ..fields import param
 from ..fresnel_term import Fresnel
+from ..mueller import Mueller
+from .dielectric import interface_amplitudes, interface_mueller
 
 
 def fresnel_conductor(cos_theta: Any, eta: Any, k: Any) -> Any:
@@ -61,3 +64,13 @@ class Conductor(Fresnel):
 
     def F(self, cos_theta: Any) -> Any:
         return fresnel_conductor(cos_theta, self.eta, self.k)
+
+    def amplitudes(self, cos_theta: Any) -> tuple[Complex, Complex]:
+        return interface_amplitudes(cos_theta, self._contrast)
+
+    def polarized(self, cos_theta: Any) -> Mueller:
+        return interface_mueller(cos_theta, self._contrast)
+
+    @property
+    def _contrast(self) -> Complex:
+        return Complex((self.eta - 1.0) * (self.eta + 1.0) - self.k * self.k, 2.0 * self.eta * self.k)

@@ -5,8 +5,10 @@ from __future__ import annotations
 from typing import Any
 
 from ...arrays import ops
+from ..complex import Complex, as_complex
 from ..fields import param
 from ..fresnel_term import Fresnel
+from ..mueller import Mueller
 
 
 def fresnel_dielectric(cos_theta: Any, eta: Any) -> Any:
@@ -27,6 +29,45 @@ def fresnel_dielectric(cos_theta: Any, eta: Any) -> Any:
     rs = (c - eta * ct) / (c + eta * ct)
     rp = (eta * c - ct) / (eta * c + ct)
     return ops.where(total, 1.0, 0.5 * (rs * rs + rp * rp))
+
+
+def interface_amplitudes(cos_theta: Any, contrast: Any) -> tuple[Complex, Complex]:
+    """Fresnel's amplitudes (r_s, r_p) of an interface, from its contrast n^2 - 1, n the index behind over in front.
+
+    With q = sqrt(n^2 - sin^2): r_s = (c - q)/(c + q), r_p = r_s (sin^2 - c q)/(sin^2 + c q).
+
+    Shapes   any that broadcast.
+    Units    1. `cos_theta` in [0, 1].
+    Error    rounding.
+    Source   Born & Wolf, Principles of Optics, 7th ed., section 1.5.2, with r_p over r_s multiplied out.
+    """
+    c = as_complex(cos_theta)
+    q = (c * c + contrast).sqrt()
+    r_s = (c - q) / (c + q)
+    s2 = 1.0 - c * c
+    return r_s, r_s * ((s2 - c * q) / (s2 + c * q))
+
+
+def interface_mueller(cos_theta: Any, contrast: Any) -> Mueller:
+    """`of_amplitudes` of `interface_amplitudes`, with fewer operations.
+
+    With q = a + ib and w = r_p/r_s = (s^4 - c^2 |q|^2 - 2i s^2 c b)/N, N = (s^2 + ca)^2 + (cb)^2, all elements are
+    |r_s|^2 times (1 + |w|^2)/2, (1 - |w|^2)/2, Re w and -Im w.
+
+    Error    rounding (absolute).
+    """
+    c = cos_theta
+    c2 = c * c
+    s2 = 1.0 - c2
+    a, b = (as_complex(c2) + contrast).sqrt()
+    b2, ca = b * b, c * a
+    R_s = (ops.square(a - c) + b2) / (ops.square(a + c) + b2)
+    across = c2 * b2
+    scale = R_s / (ops.square(s2 + ca) + across)  # R_s/N
+    R_p = (ops.square(s2 - ca) + across) * scale
+    U, V = (s2 * s2 - (ca * ca + across)) * scale, 2.0 * s2 * c * b * scale
+    A, B = 0.5 * (R_s + R_p), 0.5 * (R_s - R_p)
+    return Mueller(((A, B, 0.0, 0.0), (B, A, 0.0, 0.0), (0.0, 0.0, U, -V), (0.0, 0.0, V, U)))
 
 
 def dielectric_transmittance(cos_theta: Any, eta: Any) -> Any:
@@ -56,3 +97,9 @@ class Dielectric(Fresnel):
 
     def F(self, cos_theta: Any) -> Any:
         return fresnel_dielectric(cos_theta, self.eta)
+
+    def amplitudes(self, cos_theta: Any) -> tuple[Complex, Complex]:
+        return interface_amplitudes(cos_theta, (self.eta - 1.0) * (self.eta + 1.0))
+
+    def polarized(self, cos_theta: Any) -> Mueller:
+        return interface_mueller(cos_theta, (self.eta - 1.0) * (self.eta + 1.0))

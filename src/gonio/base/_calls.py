@@ -1,0 +1,203 @@
+"""The calls: arrays in, arrays out, all of them made of a model's hooks by the kernels."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+
+from ..arrays.kinds import MATRIX, SCALAR, VALUE, VECTOR
+from ..errors import NotFoundError, ParameterError, shown
+from ..evaluate import batch
+from ..formula.state import derived
+from ..formula.text import listed
+from . import channel_names, kernels, textured
+from ._hooks import Hooks
+from .angles import direction
+from .results import Jacobian, Sample
+from .sides import shape_of
+
+
+class Calls(Hooks):
+    """What everyone calls."""
+
+    def f(self, wi: Any, wo: Any, out: Any = None, uv: Any = None) -> Any:
+        """The BRDF f(wi, wo), radiance out over irradiance in; of what transmits the BSDF, anywhere on the sphere.
+
+        `uv`: places on the surface, from (0, 0) at the upper left corner of a texture to (1, 1) at the lower right one,
+        for a material with textures. They are looked up within the compiled formula.
+
+        Shapes   wi, wo: (..., 3), uv: (..., 2), broadcast against each other; result (...), or (..., C) for C channels.
+        Units    [1/sr], without the cosine. 0 where a direction is below the horizon (cosine <= 1e-6), or at it where
+                 light passes (|cosine| <= 1e-6), NaN where a direction is NaN. A delta lobe contributes 0.
+
+        Example
+        >>> m = gn.Lambertian([0.6, 0.1, 0.05])
+        >>> print(m.f([0, 0, 1], [0.6, 0.0, 0.8]).round(4))
+        [0.191  0.0318 0.0159]
+        >>> print(m.f(gn.direction([0.1, 0.2, 0.3], 0.0), [0, 0, 1]).shape)
+        (3, 3)
+        """
+        if uv is not None:
+            return textured.value(self, wi, wo, uv, out)
+        return batch.run(kernels.value, (VALUE,), self, (wi, wo), (3, 3), out)[0]
+
+    def pdf(self, wi: Any, wo: Any) -> Any:
+        """Density [1/sr] with which `sample` draws wi for given wo, delta lobes left out; shape (...).
+
+        Example
+        >>> m = gn.Microfacet(gn.GGX(0.1))
+        >>> print(m.pdf(gn.direction(0.5, 0.0), gn.direction([0.4, 0.5, 0.6], np.pi)).round(3))
+        [5.551 9.061 6.19 ]
+        """
+        return batch.run(kernels.pdf, (SCALAR,), self, (wi, wo), (3, 3))[0]
+
+    def sample(self, wo: Any, u: Any) -> Sample:
+        """Incident directions for given wo (..., 3) and uniform numbers u (..., 2) or (..., 3) in [0, 1); a 1 is
+        replaced by the largest float32 below it. A third number chooses the lobe; without it the first two do.
+
+        wi is below the surface where light comes from behind; `weight` is f |cos(theta_i)| / pdf. Raises ParameterError
+        for a delta lobe that refracts each channel to another side.
+
+        Example
+        >>> m = gn.Lambertian(0.5) + gn.IdealSpecular(0.04)
+        >>> s = m.sample(gn.direction(0.5, 0.0), np.random.default_rng(1).random((10000, 2)))
+        >>> print(s.wi.shape, s.weight.mean().round(2))  # the albedo
+        (10000, 3) 0.54
+        """
+        if self.sides != "front":
+            self._require_one_direction()
+        numbers = 3 if shape_of(u)[-1:] == (3,) else 2
+        return Sample(*batch.run(kernels.sample, (VECTOR, VALUE, SCALAR, SCALAR), self, (wo, u), (3, numbers)))
+
+    @derived
+    def disperses(self) -> bool:
+        """Whether light of each channel leaves in another direction: a delta lobe refracts by an index for each.
+
+        `sample` draws one direction for all channels and refuses such a material; `m.at(one wavelength)` has none.
+
+        Example
+        >>> print(gn.Lambertian([0.6, 0.1, 0.05]).disperses, gn.SmoothDielectric([1.51, 1.53]).disperses)
+        False True
+        """
+        bent = [lobe for _, lobe in self.lobes() if lobe.is_delta and lobe.sides == "across"]
+        return any(channel_names.differ(lobe.index) for lobe in bent)
+
+    def _require_one_direction(self) -> None:
+        if self.disperses:
+            raise ParameterError(
+                f"sample: {self!r:.60} refracts each channel to another direction, and a sample has one for all; "
+                f"take one wavelength: m.at(550.0), or one number for the index"
+            )
+
+    def jacobian(self, wi: Any, wo: Any, by: Iterable[str] | None = None) -> Jacobian:
+        """f(wi, wo) and its exact derivatives, at the cost of a few evaluations.
+
+        `by`: paths of `parameters`, and "wi" or "wo" for the components of a direction; all parameters if not given.
+        The derivative by a parameter is that of each value by the number that it depends on: of channel c by the
+        parameter's entry c, of a place on a map by the parameter there. Derivatives by a direction are those of the
+        formula by x, y and z as three free numbers; for what happens along the sphere take the tangential part.
+
+        Shapes   wi, wo: (..., 3) NumPy arrays; derivatives (...[, C]) by a parameter, (...[, C], 3) by a direction.
+        Units    1/sr over the unit of the parameter. 0 below the horizon.
+        Error    rounding: the formula's graph is differentiated, nothing is approximated.
+
+        Example
+        >>> m = gn.Microfacet(gn.GGX(0.2), 0.9)
+        >>> j = m.jacobian(gn.direction(0.5, 0.0), gn.direction(0.5, np.pi), by=["distribution.alpha_x"])
+        >>> print(j.f.round(4), j.by["distribution.alpha_x"].round(4))
+        2.3111 -23.2474
+        """
+        names, leaves, inputs = self._variables(by)
+        value, *slopes = batch.jacobian(kernels.value, self, (wi, wo), (3, 3), leaves, inputs)
+        return Jacobian(value, dict(zip(names, slopes, strict=True)))
+
+    def _variables(self, by: Iterable[str] | None) -> tuple[list[str], tuple[int, ...], tuple[int, ...]]:
+        """What `jacobian` differentiates by: the names, and the places of parameters and of directions among them."""
+        if by is None and (every := self.alike.get(Calls._variables)):
+            known: tuple[list[str], tuple[int, ...], tuple[int, ...]] = every
+            return known
+        leaves = {path: i for i, path in enumerate(self.leaf_paths()) if path}
+        inputs = {"wi": 0, "wo": 1}
+        expected = f"expected one of {listed([*leaves, *inputs])}"
+        try:
+            variables = list(self.parameters if by is None else [by] if isinstance(by, str) else by)
+        except TypeError:
+            raise ParameterError(f"jacobian(by={shown(by)}): {expected}, or a list of them") from None
+        for path in variables:
+            if not isinstance(path, str) or (path not in leaves and path not in inputs):
+                raise NotFoundError(f"jacobian(by={shown(path)}): {expected}")
+        paths, directions = ([p for p in variables if p in places] for places in (leaves, inputs))
+        found = [*paths, *directions], tuple(leaves[p] for p in paths), tuple(inputs[p] for p in directions)
+        if by is None:
+            self.alike[Calls._variables] = found
+        return found
+
+    def f_angles(self, theta_i: Any, phi_i: Any, theta_o: Any, phi_o: Any) -> Any:
+        """f of polar angles and azimuths [rad]; the four broadcast against each other.
+
+        Example
+        >>> m = gn.Microfacet(gn.GGX(0.1))
+        >>> print(m.f_angles(0.5, 0.0, [0.4, 0.5, 0.6], np.pi).round(3))
+        [ 6.321 10.317  7.049]
+        """
+        return self.f(direction(theta_i, phi_i), direction(theta_o, phi_o))
+
+    def delta_reflectance(self, wo: Any, across: bool = False) -> Any:
+        """Reflectance (...[, C]) of all delta lobes together at the mirror direction of wo (..., 3); with `across` that
+        of those which transmit: L_o(wo) over L_i, which for refraction is T (n_o/n_i)^2.
+
+        Example
+        >>> coated = gn.Lambertian(0.3) + gn.IdealSpecular(gn.Dielectric(1.5))
+        >>> print(coated.delta_reflectance(gn.direction([0.0, 1.4], 0.0)).round(3))
+        [0.04  0.395]
+        >>> print(gn.SmoothDielectric(1.5).delta_reflectance([0, 0, 1], across=True).round(4))
+        0.4267
+        """
+        kernel = kernels.delta_transmission if _said(across) else kernels.delta_reflectance
+        return batch.run(kernel, (VALUE,), self, (wo,), (3,))[0]
+
+    def mueller(self, wi: Any, wo: Any) -> Any:
+        """The Mueller matrix of the BRDF: Stokes vector of radiance out over that of irradiance in; M[..., 0, 0] is f.
+
+        Stokes vectors (I, Q, U, V) in the axes of the surface: for light that moves along k (-wi, then wo) x = s, along
+        increasing azimuth, and y = p = k x s; at the pole the azimuth is 0. Q = I_s - I_p, U + iV = 2 E_s conj(E_p)
+        with the time factor exp(-i omega t). Other axes: `gn.polarization`. Where a model says nothing about
+        polarization what leaves is unpolarised (`polarizes` is False).
+
+        Shapes   wi, wo: (..., 3), broadcast against each other; result (..., 4, 4), or (..., C, 4, 4) for C channels.
+        Units    [1/sr], as f. 0 below the horizon, NaN where a direction is NaN; a delta lobe contributes 0.
+        Error    rounding. Against Mitsuba 3.9.1: see docs/polarization.md.
+
+        Example
+        >>> glass = gn.Microfacet(gn.GGX(0.1), gn.Dielectric(1.5))
+        >>> brewster = np.arctan(1.5)
+        >>> M = glass.mueller(gn.direction(brewster, 0.0), gn.direction(brewster, np.pi))
+        >>> print((M @ [1, 0, 0, 0]).round(3))  # unpolarised light in: all of what leaves is horizontal
+        [1.892 1.892 0.    0.   ]
+        """
+        return batch.run(kernels.mueller, (MATRIX,), self, (wi, wo), (3, 3))[0]
+
+    def delta_mueller(self, wo: Any, across: bool = False) -> Any:
+        """The Mueller matrix (...[, C], 4, 4) of all delta lobes together at the mirror direction of wo (..., 3).
+
+        `across`: of those whose light comes from the other side of the surface. Axes as those of `mueller`; the first
+        element is `delta_reflectance`.
+
+        Example
+        >>> glass = gn.SmoothDielectric(1.5)
+        >>> print(glass.delta_mueller([0, 0, 1]).diagonal().round(3))
+        [ 0.04  0.04 -0.04 -0.04]
+        >>> print(glass.delta_mueller([0, 0, 1], across=True).diagonal().round(3))
+        [0.427 0.427 0.427 0.427]
+        """
+        kernel = kernels.delta_mueller_across if _said(across) else kernels.delta_mueller
+        return batch.run(kernel, (MATRIX,), self, (wo,), (3,))[0]
+
+
+def _said(across: Any) -> bool:
+    """Whether light from the other side is meant. Raises ParameterError for anything but True and False."""
+    if not isinstance(across, (bool, np.bool_)):
+        raise ParameterError(f"across={shown(across)}: expected True, for light from the other side, or False")
+    return bool(across)

@@ -1,0 +1,171 @@
+"""The hooks: what models write of a reflectance, components in, numbers out, and what holds where they do not.
+
+A model writes `formula(wi, wo)`, and for importance sampling `warp(wo, u0, u1)` with its `density(wi, wo)`; all else
+that it may write stands here too. `wi` points to the light, `wo` to the viewer, both away from the surface.
+"""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Any, ClassVar, Self
+
+from ..formula import warp
+from ..formula.direction import Direction, mirror
+from ..formula.distribution import Spread
+from ..formula.mueller import Mueller
+from ..formula.parametrised import Parametrised
+
+if TYPE_CHECKING:
+    from .reflectance import Reflectance
+
+
+class Hooks(Parametrised):
+    """What models write. One more hook, `turned`, is in `reflectance.py`, beside the products that it makes."""
+
+    breaks: ClassVar[dict[str, str]] = {}
+    """Laws of `gonio.check` that this model does not obey for all parameters, each with the reason."""
+
+    @property
+    def is_delta(self) -> bool:
+        """Whether this is a delta lobe, a perfect mirror; a model that is one says `is_delta = True`.
+
+        Example
+        >>> print(gn.IdealSpecular(0.04).is_delta, gn.Lambertian(0.3).is_delta)
+        True False
+        """
+        return False
+
+    @property
+    def seam(self) -> float:
+        """Value of u0 at which `warp` jumps from one strategy to another, or 0; quadrature splits there.
+
+        Example
+        >>> print(gn.Lambertian(0.5).seam)
+        0.0
+        """
+        return 0.0
+
+    @property
+    def slope_spread(self) -> Spread | None:
+        """How the slopes of a smooth lobe's mirror facets spread; None for any other lobe.
+
+        Quadrature over the hemisphere then runs in coordinates of half vectors: `integrals/half_vectors.py`.
+
+        Example
+        >>> print(gn.Microfacet(gn.GGX(0.1, 0.4)).slope_spread, gn.Lambertian(0.5).slope_spread)
+        Spread(alpha_x=0.1, alpha_y=0.4, reach=inf) None
+        """
+        return None
+
+    @property
+    def sides(self) -> str:
+        """Where light and viewer may be: "front", "across" or "both"; a class says `sides = "across"`.
+
+        "front": both above the surface. "across": of a lobe, wo above and wi below it. "both": of a sum of such lobes,
+        anywhere; its `formula` is not called, but that of its `lobes`.
+
+        Example
+        >>> glass = gn.RoughDielectric(gn.GGX(0.2), 1.5)
+        >>> print(gn.Lambertian(0.5).sides, glass.sides, [lobe.sides for _, lobe in glass.lobes()])
+        front both ['front', 'across']
+        """
+        return "front"
+
+    @property
+    def index(self) -> Any:
+        """Refractive index behind the surface over that in front: 1 where both sides are of one medium.
+
+        Example
+        >>> print(gn.RoughDielectric(gn.GGX(0.2), 1.5).index, gn.ThinDielectric(1.5).index)
+        1.5 1.0
+        """
+        return 1.0
+
+    @property
+    def split(self) -> bool:
+        """Whether this lobe and the next one share what is drawn, such as a facet that reflects or refracts.
+
+        `warp` of both then starts from the same draw, `chance` says which of them it goes to, and `estimate` of this
+        one is that of both.
+
+        Example
+        >>> print([lobe.split for _, lobe in gn.RoughDielectric(gn.GGX(0.2), 1.5).lobes()])
+        [True, False]
+        """
+        return False
+
+    @abstractmethod
+    def formula(self, wi: Direction, wo: Direction) -> Any:
+        """f [1/sr] for directions above the horizon, without the cosine; of a lobe across the surface wi is below."""
+        raise self._lacks("formula")
+
+    def warp(self, wo: Direction, u0: Any, u1: Any) -> Direction:
+        """A direction wi for two uniform numbers; its density is `density`."""
+        wi = warp.cosine_hemisphere(u0, u1)
+        return Direction(wi.x, wi.y, -wi.z) if self.sides == "across" else wi
+
+    def density(self, wi: Direction, wo: Direction) -> Any:
+        """Density per solid angle [1/sr] of `warp`."""
+        return warp.cosine_hemisphere_density(-wi if self.sides == "across" else wi)
+
+    def chance(self, wi: Direction, wo: Direction) -> Any:
+        """The probability that what both lobes of a `split` share goes to this one, where it is drawn as this wi.
+
+        Example
+        >>> from gonio.authoring import NORMAL
+        >>> (_, mirrors), _ = gn.RoughDielectric(gn.GGX(0.2), 1.5).lobes()
+        >>> print(mirrors.chance(NORMAL, NORMAL).round(4))
+        0.04
+        """
+        return 1.0 + 0.0 * wo.z
+
+    def estimate(self, wo: Direction) -> Any:
+        """Roughly the share of the light that is reflected: sums sample their lobes in this proportion."""
+        return 1.0 + 0.0 * wo.z
+
+    def mirror(self, wo: Direction) -> Any:
+        """Reflectance of a delta lobe at the mirror direction.
+
+        A model that becomes a mirror as its widths (parameters whose `sampled` is "max" or "min") go to their narrow
+        bounds may write it too; `gonio.check` then tests this limit.
+        """
+        raise self._lacks("mirror")
+
+    def mirrored(self, wo: Direction) -> Direction:
+        """The direction wi that a delta lobe reflects into wo; of one across the surface that straight behind it.
+
+        Example
+        >>> from gonio.authoring import Direction
+        >>> print(gn.IdealSpecular().mirrored(Direction(0.6, 0.0, 0.8)))
+        Direction(x=-0.6, y=-0.0, z=0.8)
+        """
+        return -wo if self.sides == "across" else mirror(wo)
+
+    def lobes(self) -> Iterable[tuple[Any, Reflectance]]:
+        """The terms of this sum: pairs (weight, model)."""
+        whole: Any = self  # a Reflectance: nothing else has these hooks
+        yield 1.0, whole
+
+    def diffuse(self) -> Any:
+        """Albedo of the Lambertian part of f, where there is one: f is never below this over pi."""
+        return None
+
+    def polarized(self, wi: Direction, wo: Direction) -> Mueller:
+        """The Mueller matrix of f [1/sr], in the axes of `formula/mueller.py`, for directions above the horizon.
+
+        Not written, what leaves is unpolarised: f diag(1, 0, 0, 0). A model that writes it says so by `polarizes`.
+        """
+        return Mueller.depolariser(self.formula(wi, wo))
+
+    def polarized_mirror(self, wo: Direction) -> Mueller:
+        """The Mueller matrix of a delta lobe at the mirror direction; without it what is mirrored is unpolarised."""
+        return Mueller.depolariser(self.mirror(wo))
+
+    def reradiated(self, light: Self, wi: Direction, wo: Direction) -> Any:
+        """Fluorescence: the light of one wavelength that leaves as light of another, [1/sr] per band.
+
+        `self` has the numbers of the wavelength that leaves, `light` is the same material with those of the one that
+        arrives. A model that writes it says `fluoresces = True`.
+        """
+        return 0.0

@@ -1,0 +1,64 @@
+"""Sides: where light and viewer of a reflectance may be, and what that forbids."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..arrays import ops
+from ..errors import REFUSALS, ParameterError, shown
+
+if TYPE_CHECKING:
+    from .reflectance import Reflectance
+
+
+def sides_of(parts: Iterable[Reflectance]) -> str:
+    """The sides of a sum: those of its terms, where they all have the same, else "both"."""
+    each = {part.sides for part in parts}
+    return each.pop() if len(each) == 1 else "both"
+
+
+def choose(back: Any, behind: Any, before: Any) -> Any:
+    """A number as seen from behind where `back` is 1, or True; else as seen from in front."""
+    if isinstance(back, bool):
+        return behind if back else before
+    if isinstance(behind, float) and isinstance(before, float):
+        return before + (behind - before) * back  # of the kind of the directions, as a choice of two floats is not
+    return ops.where(back > 0.5, behind, before)
+
+
+def shape_of(u: Any) -> tuple[int, ...]:
+    """The shape of an array or of lists; () for what has none, which others refuse."""
+    try:
+        return tuple(np.shape(u))
+    except REFUSALS:
+        return ()
+
+
+def _numbers(x: Any) -> np.ndarray | None:
+    """Numbers that can be compared; None for those of other libraries, which may not be known yet."""
+    return np.asarray(x, dtype=float) if isinstance(x, (int, float, np.ndarray)) else None
+
+
+def refuse_two_indices(m: Any) -> None:
+    """Raises ParameterError where terms of a sum have different refractive indices behind them."""
+    if m.sides == "front":
+        return
+    indices = [term.index for term in m.terms if term.sides != "front"]
+    known = [x for x in map(_numbers, indices) if x is not None]
+    if any(x.shape != known[0].shape or not np.allclose(x, known[0], rtol=1e-12) for x in known[1:]):
+        several = " and ".join(shown(x) for x in indices)
+        raise ParameterError(
+            f"Sum: terms have the refractive indices {several} behind over in front; expected one: both sides of a "
+            f"surface have one medium each"
+        )
+
+
+def refuse_transmission(m: Reflectance, call: str) -> None:
+    """Raises ParameterError for a reflectance that transmits light, where `call` concerns reflection alone."""
+    if m.sides != "front":
+        raise ParameterError(
+            f"{call}: {type(m).__name__} transmits light; expected a reflectance that is lit and seen in front only"
+        )

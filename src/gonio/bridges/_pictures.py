@@ -1,0 +1,107 @@
+"""Pictures as functions of numbers, for libraries that differentiate: which numbers, the picture, its derivatives."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from typing import Any, TypedDict, TypeVar
+
+import numpy as np
+
+from ..base.light import Light
+from ..base.reflectance import Reflectance
+from ..errors import ParameterError
+from ..formula.parametrised import Parametrised
+from ..formula.texture import Texture
+from ..integrals.illumination import as_lights
+from ..scenes.camera import View
+from ..scenes.jacobian import Slopes, derived
+from ..scenes.rendering import colours_of, lights_of, render
+
+T = TypeVar("T", bound=Parametrised)
+
+
+class Settings(TypedDict):
+    """What else a picture is made by; see `gn.render`."""
+
+    shape: Any
+    size: int
+    samples: int
+    seed: int
+    bands: Any
+    camera: View | None
+
+
+class Pictures:
+    """Pictures of a material under lights as a function of those of their numbers that are arrays of a library.
+
+    `numbers`: these arrays, by paths such as "distribution.alpha_x" and "lights.0.scale". `is_array`: whether a number
+    is an array of the library; `is_derived`: whether the library derives by it; `known`: NumPy's array of one.
+    """
+
+    def __init__(
+        self,
+        m: Reflectance,
+        lights: Light | Iterable[Light] | None,
+        is_array: Callable[[Any], bool],
+        is_derived: Callable[[Any], bool],
+        known: Callable[[Any], Any],
+        settings: Settings,
+    ):
+        self.settings = settings
+        self.numbers: dict[str, Any] = {}
+
+        def plain(of: T, prefix: str) -> T:
+            """The same with NumPy's numbers alone: 1 for those that vary."""
+            changes: dict[str, Any] = {}
+            for path, p in of.parameters.items():
+                value = p.value
+                if isinstance(value, Texture) and is_derived(value.texels):
+                    rule = "a picture has no derivative by all of its texels; expected plain ones"
+                    raise ParameterError(f"render: {prefix}{path} is a texture, and {rule}; m.f(wi, wo, uv=uv) has one")
+                if isinstance(value, Texture) and is_array(value.texels):
+                    changes[path] = value.with_texels(known(value.texels))
+                elif is_array(value):
+                    self.numbers[prefix + path] = value
+                    changes[path] = _number(np.ones(tuple(value.shape)))
+            return of.with_values(changes) if changes else of
+
+        self._m = plain(m, "")
+        given = None if lights is None else as_lights(lights)
+        self._lights = given and [plain(x, f"lights.{i}.") for i, x in enumerate(given)]
+
+    def at(self, values: Sequence[Any]) -> tuple[Reflectance, list[Light] | None]:
+        """The material and its lights with these for `numbers`. Raises ParameterError outside their bounds."""
+        given = {path: _number(value) for path, value in zip(self.numbers, values, strict=True)}
+        m = self._m.replace({path: x for path, x in given.items() if not path.startswith("lights.")})
+        if self._lights is None:
+            return m, None
+        lights = []
+        for i, light in enumerate(self._lights):
+            prefix = f"lights.{i}."
+            lights.append(light.replace({k.removeprefix(prefix): x for k, x in given.items() if k.startswith(prefix)}))
+        return m, lights
+
+    @property
+    def matrix(self) -> np.ndarray | None:
+        """The matrix (M, C) that makes the picture's channels of the material's; None where these are the same."""
+        lights, by_power = lights_of(self._m, self._lights, self.settings["bands"])
+        before, after = colours_of(self._m, lights, self.settings["bands"], by_power)
+        return after if before is None else before
+
+    def picture(self, values: Sequence[Any]) -> np.ndarray:
+        """The picture (H, W, C)."""
+        m, lights = self.at(values)
+        found: np.ndarray = render(m, lights, **self.settings).pixels
+        return found
+
+    def slopes(self, values: Sequence[Any] | None, by: Sequence[int]) -> Slopes:
+        """The picture to be computed with its derivatives by some of `numbers`. None: of any values, to see what shape
+        it has."""
+        m, lights = (self._m, self._lights) if values is None else self.at(values)
+        paths = [*self.numbers]
+        return derived(m, lights, [paths[i] for i in by], who="render", **self.settings)
+
+
+def _number(value: Any) -> Any:
+    value = np.asarray(value, dtype=float)
+    return value if value.ndim else float(value)

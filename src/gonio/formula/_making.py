@@ -1,0 +1,251 @@
+"""Making a value: the arguments of its constructor checked and stored, axes laid out, its size; copies, unchecked."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Iterable, Mapping
+from functools import cache
+from typing import Any, ClassVar, Self
+
+import numpy as np
+
+from ..arrays import Fixed, frozen, labels
+from ..arrays.labels import Labels
+from ..bounds import EVALUATIONS, NESTED
+from ..errors import NotFoundError, ParameterError, TooLargeError
+from ._tree import Tree
+from .classes import Signature
+from .fields import Channels, Field, Param, Part, Table, Wavelengths, subclasses
+from .state import derived
+from .text import shown, unknown
+
+
+class Made(Tree):
+    """A value as constructors make it."""
+
+    _lazy: bool = False
+    """Whether parameters are computed later, by Dask."""
+
+    repeats: ClassVar[int] = 1
+    """The number of times that formulas of this class evaluate those of its parts, in other directions each time."""
+
+    costs: ClassVar[int] = 0
+    """The cost of the formulas of this class beside their parts, in simple formulas."""
+
+    declares: ClassVar[Mapping[str, str]] = {}
+    """Arguments of the constructor that are no fields -> their annotations."""
+
+    __signature__ = Signature()
+
+    def __init__(self, *args: Any, **kwargs: Any) -> None:
+        kind, fields, settable = type(self).__name__, self.fields, self._settable()
+        if missing := self.unwritten():
+            finished = subclasses(type(self))
+            advice = f"use one of {finished}" if finished else "; ".join(to_write(type(self), x) for x in missing)
+            raise ParameterError(f"{kind}(): an abstract base, without {' and '.join(missing)}; {advice}")
+        if len(args) > len(settable):
+            names = ", ".join(settable)
+            raise ParameterError(f"{kind}: got {len(args)} values, expected at most {len(settable)}: {names}")
+        declared = {n: kwargs.pop(n) for n in self.declares if n in kwargs and n not in fields}
+        values, aliases = dict(zip(settable, args, strict=False)), self._aliases()
+        for name, value in kwargs.items():
+            target = aliases.get(name, name)
+            if target not in fields:
+                known = [*settable, *aliases]
+                raise NotFoundError(unknown(kind, name, known) + self._of_a_part(name))
+            if target in values:
+                raise ParameterError(f"{kind}: {target} is given twice")
+            values[target] = value
+        self._set(values)
+        self.validate()
+        self._take(declared)
+
+    def _take(self, declared: dict[str, Any]) -> None:
+        """Become what arguments that are no fields say, see `declares`; for constructors alone."""
+        given = {name: value for name, value in declared.items() if value is not None}
+        if given:
+            attributes = dict(self._declared(**given).__dict__)
+            self.__dict__.clear()
+            self.__dict__.update(attributes)
+
+    def _declared(self, **given: Any) -> Self:
+        """A copy that arguments which are no fields have changed."""
+        return self
+
+    @classmethod
+    @cache
+    def unwritten(cls) -> list[str]:
+        """The abstract methods that neither this class nor a base of it writes: those of an abstract base.
+
+        Example
+        >>> print(gn.Reflectance.unwritten(), gn.Lambertian.unwritten())
+        ['formula'] []
+        """
+        names = [n for kind in cls.__mro__ for n, x in vars(kind).items() if getattr(x, "__isabstractmethod__", False)]
+        return [name for name in names if getattr(getattr(cls, name), "__isabstractmethod__", False)]
+
+    @classmethod
+    @cache
+    def _settable(cls) -> list[str]:
+        return [n for n, f in cls.fields.items() if not isinstance(f, (Table, Channels, Wavelengths))]
+
+    @classmethod
+    def files_among(cls, arguments: Iterable[Any], named: Mapping[str, Any]) -> list[str]:
+        """The paths among these arguments, of files that the constructor would open.
+
+        Example
+        >>> print(gn.EnvironmentLight.files_among(["studio.exr"], {}))
+        ['studio.exr']
+        """
+        values = [*zip(cls._settable(), arguments, strict=False), *named.items()]
+        return [v for name, v in values if isinstance(v, str) and name in cls.fields and cls.fields[name].opens_files]
+
+    @classmethod
+    def _of_a_part(cls, name: str) -> str:
+        """A hint, where a part that the class has by default knows a name that the class does not."""
+        for part_name, field in cls.fields.items():
+            if isinstance(field, Part) and field.default is not None:
+                part = field.check(cls.__name__, field.default)
+                if name in part.fields or name in part._aliases():
+                    return f"; write {part_name}={type(part).__name__}({name}=...)"
+        return ""
+
+    def _set(self, values: dict[str, Any], **own: dict[str, Field]) -> None:
+        """Check and store values of fields, or their defaults. `own`: `fields=...`, where they are not the class's."""
+        self.__dict__.update(own)
+        attributes, tied, holed, named = self.__dict__, {}, set(), {}
+        for name, field in self.fields.items():
+            value = values.get(name, field.default)
+            if isinstance(field, Param) and isinstance(value, str) and value == field.default:
+                tied[name] = value
+                value = attributes[value]
+            elif not (isinstance(field, Table) and value is None):
+                if isinstance(field, Param) and labels.is_named(value):
+                    value, named[name] = labels.taken(value, f"{type(self).__name__}({name})", ParameterError)
+                value = self._fitting(field, value)
+            attributes[name] = value
+            if isinstance(field, Param) and isinstance(value, np.ndarray) and np.isnan(value).any():
+                holed.add(name)
+        attributes.update(_tied=tied)
+        if any(labels.is_lazy(v) or getattr(v, "_lazy", False) for v in attributes.values()):
+            attributes["_lazy"] = True
+        self._lay(named)
+        attributes.update(_holed=frozenset(holed), _derived={}, _alike={}, _kept=self._keep())
+        self._check_size()
+
+    def _fitting(self, field: Field, value: Any) -> Any:
+        """The value of a field, checked. Raises TooLargeError where there is no memory for it."""
+        kind = type(self).__name__
+        try:
+            return field.check(kind, value)
+        except TooLargeError:
+            raise
+        except MemoryError:
+            given = f"{kind}({field.name}={shown(value)})"
+            raise TooLargeError(f"{given}: no memory for it; expected fewer numbers") from None
+
+    def _lay(self, named: dict[str, Labels]) -> None:
+        """Give all maps, those of parts too, the same axes in the same order, where any of them have names.
+
+        `named`: parameters, with their axes.
+        """
+        parts = {n: self.__dict__[n] for n, field in self.fields.items() if isinstance(field, Part)}
+        own = {n: part._labels for n, part in parts.items() if part._labels is not None}
+        if not named and not own:
+            return
+        kind, attributes = type(self).__name__, self.__dict__
+        whole = labels.union([*named.values(), *own.values()], kind, ParameterError)
+        for name, of in named.items():
+            attributes[name] = frozen(whole.laid(attributes[name], of))
+        for name, of in own.items():
+            attributes[name] = parts[name]._laid(whole, of)
+        attributes.update({name: attributes[target] for name, target in self._tied.items()})
+        for path, _, value, owner in self._numbers():
+            if getattr(value, "ndim", 0) > 1 and owner._labels is None and (owner is not self or path not in named):
+                rule = f"a map without names for its axes, beside {', '.join(map(str, whole.dims)) or 'named channels'}"
+                raise ParameterError(f"{kind}: {path} is {rule}; expected a DataArray for each map, or for none")
+        attributes["_labels"] = whole
+        self._name_channels(whole)
+
+    def _laid(self, whole: Labels, of: Labels) -> Self:
+        """A copy whose maps have the axes of a whole that this is a part of; their own are `of`."""
+        changes: dict[str, Any] = {}
+        for name, field in self.fields.items():
+            value = self.__dict__[name]
+            if isinstance(field, Part):
+                changes[name] = value if value._labels is None else value._laid(whole, of)
+            elif isinstance(field, Param):
+                changes[name] = frozen(whole.laid(value, of))
+        new = self._changed(changes)
+        new.__dict__.update(_labels=whole)
+        new.__dict__["_kept"] = new._keep()
+        return new
+
+    def _name_channels(self, whole: Labels) -> None:
+        """Take over names of channels. Overridden where there are any."""
+
+    @derived
+    def unlabelled(self) -> Self:
+        """The same without names of axes, for computations on plain arrays.
+
+        Example
+        >>> import xarray
+        >>> field = gn.Lambertian(xarray.DataArray([0.2, 0.4], dims="x"))
+        >>> for m in (field, field.unlabelled):
+        ...     print(type(m.f_angles(0.3, 0.0, 0.5, 1.0)).__name__)
+        ...
+        DataArray
+        ndarray
+        """
+        if self._labels is None:
+            return self
+        parts = {n: self.__dict__[n].unlabelled for n, field in self.fields.items() if isinstance(field, Part)}
+        return self._made_of(self.__dict__, parts, {"_labels": None})
+
+    @derived
+    def _size(self) -> tuple[int, int]:
+        """The depth of nested parts, and the number of formulas to evaluate."""
+        sizes = [part._size for part in self._components()]
+        evaluations = self.costs + self.repeats * sum(n for _, n in sizes)
+        return 1 + max((depth for depth, _ in sizes), default=0), max(1, evaluations)
+
+    def _check_size(self) -> None:
+        """Raises ParameterError where parts are nested too deep, or there are too many formulas."""
+        nested, evaluations = self._size
+        if nested > NESTED:
+            excess = f"nested {nested} deep, expected at most {NESTED}; write factors as one, a sum of sums as one sum"
+            raise ParameterError(f"{type(self).__name__}: {excess}")
+        if evaluations > EVALUATIONS:
+            excess = f"as large as a sum of {evaluations} terms, expected at most {EVALUATIONS}; add fewer terms"
+            raise ParameterError(f"{type(self).__name__}: {excess}, or nest fewer normal maps and coats in one another")
+
+    def _changed(self, values: dict[str, Any], kept: dict[str, Fixed] | None = None) -> Self:
+        """A copy, unchecked, with other values of fields; `kept`: all arrays that libraries convert once."""
+        kept = {n: x for n, x in self._kept.items() if n not in values} if kept is None else kept
+        attributes = self.__dict__
+        if not self.is_bound:  # bound copies hold tables by names of their own
+            names = ("_tied", "_holed", "_labels", "_lazy", "fields", *self.fields, *self.beside)
+            attributes = {n: attributes[n] for n in names if n in attributes}
+        return self._made_of(attributes, values, {"_kept": kept, "_derived": {}, "_alike": {}})
+
+    @classmethod
+    def unchecked(cls, **values: Any) -> Self:
+        """An instance made inside a formula, of numbers that are checked and converted already.
+
+        Example
+        >>> print(gn.GGX.unchecked(alpha_x=0.1, alpha_y=0.4).alpha_y)
+        0.4
+        """
+        return cls._made_of(values, {"_tied": {}, "_derived": {}, "_alike": {}})
+
+    def validate(self) -> None:
+        """Rules between fields; raises ParameterError. Overridden where there are any."""
+
+
+def to_write(kind: type, method: str) -> str:
+    """What to write in a class: "write def formula(self, wi, wo) in it: f [1/sr] for directions above ..."."""
+    function = getattr(kind, method, None)
+    if not inspect.isfunction(function):
+        return f"write {method} in the class"
+    arguments, doc = ", ".join(inspect.signature(function).parameters), (function.__doc__ or "").partition("\n\n")[0]
+    return f"write def {method}({arguments}) in the class: {' '.join(doc.split())}"

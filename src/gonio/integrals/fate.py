@@ -1,0 +1,53 @@
+"""The fate of light: what is reflected, transmitted and absorbed."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..arguments import checked
+from ..base.reflectance import Reflectance
+from .albedo import albedo
+from .transmittance import transmittance
+
+
+class Fate(NamedTuple):
+    """The result of `fate`: three fractions of the light that arrives, together 1.
+
+    reflected     to the side that it came from
+    transmitted   to the other side
+    absorbed      neither; in thermal equilibrium this is the emissivity (Kirchhoff)
+
+    Example
+    >>> gn.fate(gn.ThinDielectric(1.5, depth=0.3), [0, 0, 1])
+    Fate(reflected=0.0602, transmitted=0.6833, absorbed=0.2564)
+    """
+
+    reflected: Any
+    transmitted: Any
+    absorbed: Any
+
+    def __repr__(self) -> str:
+        shares = (f"{name}={np.array2string(np.asarray(x), precision=4)}" for name, x in self._asdict().items())
+        return f"Fate({', '.join(shares)})"
+
+
+@checked
+def fate(m: Reflectance, wi: Any, tolerance: float = 1e-4) -> Fate:
+    """What becomes of light from wi: the fractions reflected, transmitted and absorbed.
+
+    Light that a model loses (facets that scatter twice) counts as absorbed.
+
+    Shapes   wi: (..., 3), above or below the surface; each (...[, C]).
+    Units    1.
+    Error    `tolerance`, of reflected and transmitted; absorbed is what they leave.
+    Source   Nicodemus et al. 1977, NBS Monograph 160; Kirchhoff 1860.
+
+    Example
+    >>> leaf = gn.Lambertian(0.1) + gn.DiffuseTransmission(0.2)
+    >>> print(*(x.round(3) for x in gn.fate(leaf, [0, 0, 1])))
+    0.1 0.2 0.7
+    """
+    R, T = albedo(m, wi, tolerance), transmittance(m, wi, tolerance)
+    return Fate(R, T, 1.0 - R - T)

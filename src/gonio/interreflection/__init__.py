@@ -1,0 +1,1 @@
+"""Interreflection of diffuse surfaces: `gn.radiosity`."""

@@ -1,0 +1,215 @@
+"""The radiosity equation: what a patch sends out is what it emits and the share of what arrives that it reflects."""
+
+from __future__ import annotations
+
+import os
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..arguments import checked
+from ..base.reflectance import Reflectance
+from ..errors import ParameterError, ShapeError, TooLargeError
+from ..integrals.albedo import white_sky_albedo
+from ..scenes.scene import Scene
+from .by_rays import ByRays
+from .checkpoint import Begun, Checkpoint
+from .contacts import divided_at_contacts
+from .dense import Dense
+from .lamps import from_lamps
+from .patches import Patches, patches_of
+from .residuals import gmres
+from .result import Radiosity
+
+DENSE = 5000
+"""Patches up to which all pairs are taken: a matrix of 200 MB."""
+
+SMALL = 200
+"""Patches up to which "auto" takes all pairs."""
+
+LAMPS, LAMP_AREA = 64, 0.1
+"""Faces that emit, and their share of all area, up to which their light is followed apart."""
+
+RESIDUAL = 1e-7
+"""Of the linear equations, relative."""
+
+ROUNDS = 2
+"""Times that patches over which the light changes most are divided, on the way to their full number."""
+
+BOUNCES, RAYS, SHADOW_RAYS = 3, 64, 32
+"""In these rounds: bounces of the light, rays of a patch, and from a patch to a face of a lamp."""
+
+LAST_SHADOW_RAYS = 256
+"""From a patch to a face of a lamp, in the end: they decide how well the edges of shadows are known."""
+
+FIRST = 0.35
+"""Share of the patches that are of like size, before the first round."""
+
+
+class Surface(NamedTuple):
+    """Albedo and exitance (n, C) of patches, and the exitance that is no lamp's (n, C)."""
+
+    albedo: np.ndarray
+    exitance: np.ndarray
+    spread_out: np.ndarray
+
+
+@checked
+def radiosity(
+    scene: Scene,
+    patches: int = 10_000,
+    method: str = "auto",
+    tolerance: float = 0.01,
+    checkpoint: str | os.PathLike[str] | None = None,
+) -> Radiosity:
+    r"""Light between diffuse surfaces that light each other: B_i = M_i + ρ_i Σ_j F_ij B_j, for every patch i.
+
+    Materials count as Lambertian with their white-sky albedo, which is exact for `gn.Lambertian`; their channels (RGB,
+    or wavelengths) are those of the result. All faces are divided into `patches` triangles, most of them where the
+    light changes most. Fronts reflect and emit; backs are black.
+
+    `method`: "rays", form factors by rays, for any number of patches; "dense", those of all pairs in closed form, times
+    what rays see, up to 5000 patches; "auto" takes the second up to 200. Light of lamps (faces that emit, up to 64,
+    with at most a tenth of all area) is followed apart, by Lambert's formula and shadow rays. `tolerance`: of the light
+    that is not, by rays, relative; the number of rays of a patch is 5.12 over it.
+    `checkpoint`: a file for what has been found so far; where it exists, the same call goes on from it, and finds the
+    same to the last bit.
+
+    Shapes   result: `radiosity`, `irradiance` (n, C).
+    Units    those of the exitance, W m-2, or per nm.
+    Error    `balance` and `reciprocity` of the result say what the rays cost. In closed rooms of equal patches 1e-7;
+             of a box with two blocks, 4000 patches, see docs/radiosity.md. Patches have one radiosity each.
+    Raises   ParameterError where nothing emits, nothing absorbs, or an albedo is above 1; ShapeError for channels that
+             do not match; TooLargeError for more than 5000 patches of "dense"; ParameterError for a checkpoint of
+             another scene, FormatError for a file that is none.
+    Source   Goral et al. 1984, SIGGRAPH, eq. of the radiosities; GMRES: Saad & Schultz 1986.
+
+    Example
+    >>> floor = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2, 3]]
+    >>> ceiling = [[0, 0, 1], [0, 1, 1], [1, 1, 1], [1, 0, 1]], [[0, 1, 2, 3]]
+    >>> scene = gn.Scene([gn.Mesh(floor, gn.Lambertian(0.5)), gn.Mesh(ceiling, gn.Lambertian(0.8), exitance=1.0)])
+    >>> light = gn.radiosity(scene, patches=200)
+    >>> print(light.factors.round(2)[0, 1])  # parallel_rectangles(1, 1, 1)
+    0.2
+    """
+    if patches < 1:
+        raise ParameterError(f"patches={patches}: expected a whole number from 1")
+    if method not in ("auto", "dense", "rays"):
+        raise ParameterError(f"method={method!r:.40}: expected 'auto', 'dense' or 'rays'")
+    if not 1e-5 <= tolerance <= 1.0:
+        raise ParameterError(f"tolerance={tolerance}: expected a number from 1e-5 to 1")
+    whole = patches_of(scene)
+    divided = divided_at_contacts(whole)
+    count = max(patches, len(divided))
+    if method == "dense" and count > DENSE:
+        raise TooLargeError(f"{count} patches by all pairs need more than 200 MB; ask for up to {DENSE}, or for rays")
+    dense = method == "dense" or (method == "auto" and count <= SMALL)
+    materials = _materials(scene)
+    albedo, exitance = _of_parts(scene, materials)
+    rays = int(np.clip(np.ceil(5.12 / tolerance), 16, 1 << 14))
+    corners, is_lamp, strength = whole.corners, *_lamps(whole, exitance)
+
+    def surface(of: Patches) -> Surface:
+        spread = np.where(is_lamp[of.face, None], 0.0, exitance[of.part])
+        return Surface(albedo[of.part], exitance[of.part], spread)
+
+    def light_on(of: Patches, shadow_rays: int) -> tuple[np.ndarray, np.ndarray]:
+        return from_lamps(of, corners[is_lamp], strength, shadow_rays)
+
+    def where_it_changes(divided: Patches) -> Patches:
+        """Patches, as many as there are to be, small where the light changes most."""
+        first = count if dense else max(len(divided), int(FIRST * count))
+        divided = divided.divided(first)
+        for step in range(ROUNDS if first < count else 0):
+            direct, uneven = light_on(divided, SHADOW_RAYS)
+            rough = ByRays(divided, min(rays, RAYS))
+            on = surface(divided)
+            reflected = source = on.spread_out + on.albedo * direct
+            for _ in range(BOUNCES):
+                reflected = source + on.albedo * rough(reflected)
+            uneven = divided.areas * (uneven + rough.spread(reflected.mean(axis=1)))
+            more = (count - len(divided)) // (3 * (ROUNDS - step))
+            worst = np.argsort(-uneven, kind="stable")[:more]
+            last = len(divided)
+            divided = divided.halved(worst)
+            divided = divided.halved(np.concatenate([worst, np.arange(last, len(divided))]))
+        return divided.divided(count)
+
+    file = None
+    if checkpoint is not None:
+        file = Checkpoint(checkpoint, whole, count, dense, rays, albedo, exitance)
+    begun = None if file is None else file.read()
+    if begun is None:
+        divided = where_it_changes(divided)
+        begun = Begun(divided, light_on(divided, LAST_SHADOW_RAYS)[0], np.empty((0, 0)))
+    divided, direct, found = begun
+
+    def keep(found: np.ndarray) -> None:
+        if file is not None:
+            file.keep(Begun(divided, direct, found), len(found) == len(divided))
+
+    operator: ByRays | Dense
+    if dense:
+        operator = Dense(divided, found if len(found) else None)
+        keep(operator.factors)
+    else:
+        operator = ByRays(divided, rays, found if len(found) else None, keep)
+    on = surface(divided)
+    reflected, arriving = _solve(operator, on, direct)
+    names = next((material.channel_names for material in materials if material.channels), None)
+    return Radiosity(
+        divided, on.albedo, on.exitance, on.exitance - on.spread_out + reflected, arriving, operator, names
+    )
+
+
+def _materials(scene: Scene) -> list[Reflectance]:
+    """The material of each part."""
+    bare = [number for number, part in enumerate(scene.parts) if part.material is None]
+    if bare:
+        raise ParameterError(f"part {bare[0]} has no material, expected one of each: gn.Mesh(shape, material)")
+    return [part.material for part in scene.parts if part.material is not None]
+
+
+def _of_parts(scene: Scene, materials: list[Reflectance]) -> tuple[np.ndarray, np.ndarray]:
+    """Albedo and exitance (P, C) of the parts."""
+    albedos: list[Any] = [np.atleast_1d(white_sky_albedo(material)) for material in materials]
+    exitances: list[Any] = [np.atleast_1d(part.exitance) for part in scene.parts]
+    channels = max(x.size for x in albedos + exitances)
+    for number, x in enumerate(albedos + exitances):
+        if x.ndim > 1 or x.size not in (1, channels):
+            what = "albedo" if number < len(albedos) else "exitance"
+            rule = f"expected one number, or one for each of {channels} channels"
+            raise ShapeError(f"part {number % len(albedos)} has {what}s of shape {x.shape}, {rule}")
+    albedo, exitance = (np.stack([np.broadcast_to(x, channels) for x in xs]) for xs in (albedos, exitances))
+    if not exitance.any():
+        raise ParameterError(
+            "nothing in the scene emits, so all is dark; give a part an exitance: gn.Mesh(..., exitance=1)"
+        )
+    if albedo.max() > 1.0 + 1e-6 or albedo.min() < 0.0 or not np.isfinite(albedo).all():
+        part = int(np.argmax(np.max(np.where(np.isfinite(albedo), np.abs(albedo - 0.5), np.inf), axis=1)))
+        raise ParameterError(f"part {part} has an albedo of {albedo[part]}, expected 0 to 1: gn.check(material)")
+    return np.minimum(albedo, 1.0), exitance
+
+
+def _lamps(faces: Patches, exitance: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Which faces are lamps (F,), and what they send out (L, C)."""
+    emits = exitance[faces.part].any(axis=1)
+    few = emits.sum() <= LAMPS and faces.areas[emits].sum() <= LAMP_AREA * faces.areas.sum()
+    is_lamp = emits & few
+    return is_lamp, exitance[faces.part[is_lamp]]
+
+
+def _solve(operator: ByRays | Dense, on: Surface, direct: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Radiosity but for lamps' exitance, and irradiance, (n, C): B = M + ρ (E + F B), E the light of lamps."""
+    shape = on.albedo.shape
+    source = (on.spread_out + on.albedo * direct).reshape(-1)
+
+    def apply(x: np.ndarray) -> np.ndarray:
+        b = x.reshape(shape)
+        return (b - on.albedo * operator(b)).reshape(-1)
+
+    b = gmres(apply, source, source, RESIDUAL)
+    if b is None:
+        raise ParameterError("the light does not settle: a closed scene that absorbs nothing; lower an albedo below 1")
+    b = b.reshape(shape)
+    return b, direct + operator(b)

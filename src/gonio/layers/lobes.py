@@ -1,0 +1,280 @@
+"""The lobes of a stack in closed form: light that is mirrored, refracted straight on, or scattered once."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from typing import Any
+
+from ..arrays import ops
+from ..base.reflectance import Reflectance, weighed
+from ..base.sides import choose
+from ..distributions.ggx import GGX
+from ..formula.direction import BEHIND, NORMAL, Direction, select
+from ..formula.fresnel.dielectric import Dielectric, fresnel_dielectric
+from ..formula.mueller import Mueller, scaled_to
+from ..models.hanrahan_krueger import passed_once, scattered_once
+from ..models.microfacet import Microfacet
+from ..models.rough_dielectric import facets, refracted
+from . import polarized
+from .layer import Layer, Medium, RoughInterface
+from .layered import _Lobe, upward
+
+
+class _Passing(_Lobe):
+    """A lobe of light that goes straight through some layers."""
+
+    def rough(self) -> Layer:
+        """The first rough interface, from the side of the viewer on."""
+        return next(layer for layer in self._seen() if isinstance(layer, RoughInterface))
+
+    def mirrored_and_passed(self, wo: Direction) -> tuple[Any, Any]:
+        """What delta lobes reflect of light along wo, and what they let through, of all layers."""
+        *above, (_, below, _) = self.passage(wo)
+        found: Any = 0.0 * wo.z + 0.0 * self.channel
+        passed = found + 1.0
+        base = self.__dict__.get("base")
+        if base is not None and len(above) == len(self.layers):
+            for weight, lobe in base.lobes():
+                if lobe.is_delta:
+                    found = found + weight * lobe.mirror(below)
+        for layer, (_, w, _) in reversed(list(zip(self._seen(), above, strict=False))):
+            if isinstance(layer, Medium):
+                found = found * ops.exp(-2.0 * layer.depth / w.z)
+                passed = passed * ops.exp(-layer.depth / w.z)
+            else:
+                once = fresnel_dielectric(w.z, layer.__dict__["eta"])
+                again = 1.0 - once * found
+                passed = (1.0 - once) * passed / again
+                found = once + (1.0 - once) * (1.0 - once) * found / again
+        return found, passed
+
+    def polarized_mirrored_and_passed(self, wo: Direction) -> tuple[Mueller, Mueller]:
+        """The same for polarised light, in matrices whose first elements differ: bounces are of s and of p apart."""
+        passage, base = self.passage(wo), self.__dict__.get("base")
+        mirror = None
+        if base is not None and len(passage) == len(self.layers) + 1:
+            mirror = polarized.mirror_of(base.lobes(), passage[-1][1])
+        return polarized.mirrored_and_passed(self._seen(), passage, mirror)
+
+
+class _Mirrors(_Passing):
+    """The delta lobe of a stack: light that is mirrored to and fro between its smooth interfaces and its base."""
+
+    @property
+    def is_delta(self) -> bool:
+        return True
+
+    def formula(self, wi: Direction, wo: Direction) -> Any:
+        return 0.0 * wi.z + 0.0 * self.channel
+
+    def mirror(self, wo: Direction) -> Any:
+        return self.mirrored_and_passed(wo)[0]
+
+    def polarized_mirror(self, wo: Direction) -> Mueller:
+        return scaled_to(self.polarized_mirrored_and_passed(wo)[0], self.mirror(wo))
+
+    def estimate(self, wo: Direction) -> Any:
+        return self.mirror(wo)
+
+
+def ground(layer: Layer) -> GGX:
+    """The facets of a rough interface."""
+    alpha = layer.__dict__["alpha"]
+    return GGX.unchecked(alpha_x=alpha, alpha_y=alpha)
+
+
+def mirroring(layer: Layer) -> Reflectance:
+    """What a rough interface reflects at once."""
+    fresnel = Dielectric.unchecked(eta=layer.__dict__["eta"])
+    return Microfacet.unchecked(distribution=ground(layer), fresnel=fresnel, masking="separable")
+
+
+def outside(w: Direction, n: Any) -> tuple[Any, Direction]:
+    """Whether light along w, in a medium of index n, leaves through smooth interfaces, and how: upwards."""
+    z2 = 1.0 - n * n * (w.x * w.x + w.y * w.y)
+    leaves = z2 > 1e-12
+    return leaves, select(leaves, Direction(n * w.x, n * w.y, ops.sqrt(ops.where(leaves, z2, 1.0))), NORMAL)
+
+
+class _Reflected(_Passing):
+    """What the first rough interface reflects at once, seen through smooth interfaces and media."""
+
+    def formula(self, wi: Direction, wo: Direction) -> Any:
+        (lit, ti, n), (seen, to, _) = self.passage(wi)[-1], self.passage(wo)[-1]
+        return lit * seen / (n * n) * mirroring(self.rough()).formula(ti, to)
+
+    def polarized(self, wi: Direction, wo: Direction) -> Mueller:
+        M = mirroring(self.rough()).polarized(self.passage(wi)[-1][1], self.passage(wo)[-1][1])
+        return polarized.between(self.crossed(wi)[-1], M, self.crossed(wo)[-1], self.formula(wi, wo))
+
+    def warp(self, wo: Direction, u0: Any, u1: Any) -> Direction:
+        _, to, n = self.passage(wo)[-1]
+        ti = mirroring(self.rough()).warp(to, u0, u1)
+        leaves, wi = outside(ti, n)
+        return select(leaves & (ti.z > 0.0), wi, BEHIND)
+
+    def density(self, wi: Direction, wo: Direction) -> Any:
+        (lit, ti, n), (_, to, _) = self.passage(wi)[-1], self.passage(wo)[-1]
+        return ops.where(lit > 0.0, mirroring(self.rough()).density(ti, to) * wi.z / (n * n * ti.z), 0.0)
+
+    def estimate(self, wo: Direction) -> Any:
+        seen, to, _ = self.passage(wo)[-1]
+        return seen * seen * mirroring(self.rough()).estimate(to)
+
+
+class _Seen(_Passing):
+    """A lobe of the base, straight through smooth interfaces and media, both ways."""
+
+    def formula(self, wi: Direction, wo: Direction) -> Any:
+        (lit, ti, n), (seen, to, _) = self.passage(wi)[-1], self.passage(wo)[-1]
+        return lit * seen / (n * n) * self.base.formula(ti, to)
+
+    def polarized(self, wi: Direction, wo: Direction) -> Mueller:
+        M = self.base.polarized(self.passage(wi)[-1][1], self.passage(wo)[-1][1])
+        return polarized.between(self.crossed(wi)[-1], M, self.crossed(wo)[-1], self.formula(wi, wo))
+
+    def estimate(self, wo: Direction) -> Any:
+        seen, to, _ = self.passage(wo)[-1]
+        return seen * seen * self.base.estimate(to)
+
+
+class _ScatteredOnce(_Passing):
+    """Light that is scattered once, in a medium that it gets straight to and from."""
+
+    @abstractmethod
+    def scattered(self, wi: Direction, wo: Direction) -> dict[int, Any]:
+        """f of each medium, by the number of the layer from the viewer on."""
+
+    @abstractmethod
+    def arriving(self, wi: Direction) -> list[Mueller]:
+        """What interfaces do to light on its way to each layer, from the viewer on."""
+
+    def formula(self, wi: Direction, wo: Direction) -> Any:
+        total: Any = 0.0
+        for f in self.scattered(wi, wo).values():
+            total = total + f
+        return total
+
+    def polarized(self, wi: Direction, wo: Direction) -> Mueller:
+        into, out, total = self.arriving(wi), self.crossed(wo), Mueller.depolariser(0.0 * wi.z)
+        for number, f in self.scattered(wi, wo).items():
+            total = total + polarized.scattered(into[number], out[number], f)
+        return total
+
+    def estimate(self, wo: Direction) -> Any:
+        shares = [
+            seen * layer.albedo
+            for layer, (seen, _, _) in zip(self._seen(), self.passage(wo), strict=False)
+            if isinstance(layer, Medium)
+        ]
+        return 0.25 * sum(shares[1:], shares[0])
+
+
+class _Once(_ScatteredOnce):
+    """Light that is scattered once and leaves where it came from: Hanrahan & Krueger's first order."""
+
+    def scattered(self, wi: Direction, wo: Direction) -> dict[int, Any]:
+        found = {}
+        ways = zip(self._seen(), self.passage(wi), self.passage(wo), strict=False)
+        for number, (layer, (lit, ti, n), (seen, to, _)) in enumerate(ways):
+            if isinstance(layer, Medium):
+                once = scattered_once(layer.depth, layer.albedo, layer.g, ti, to)
+                found[number] = lit * seen / (n * n) * once
+        return found
+
+    def arriving(self, wi: Direction) -> list[Mueller]:
+        return self.crossed(wi)
+
+
+class _Across(_Passing):
+    """A lobe of light from the other side."""
+
+    @property
+    def sides(self) -> str:
+        return "across"
+
+    def turned(self, back: Any) -> Reflectance:
+        other = self._as(type(self), behind=not self.behind)
+        return weighed([(choose(back, 0.0, 1.0), self), (choose(back, 1.0, 0.0), other)])
+
+    def to_light(self, wi: Direction) -> list[tuple[Any, Direction, Any]]:
+        """The same as `passage` for light from the other side: the direction in each layer, towards the light, and the
+        share that gets there; in the order of layers from that side on, indices over that there."""
+        passage = self.other().passage(upward(wi))
+        return [(passed, Direction(w.x, w.y, -w.z), n) for passed, w, n in passage]
+
+    def other(self) -> _Lobe:
+        """A lobe of the stack seen from the other side."""
+        return self._as(_Mirrors, behind=not self.behind)
+
+
+class _Straight(_Across):
+    """The delta lobe across: light that is refracted by smooth interfaces, and not scattered."""
+
+    @property
+    def is_delta(self) -> bool:
+        return True
+
+    def formula(self, wi: Direction, wo: Direction) -> Any:
+        return 0.0 * wi.z + 0.0 * self.channel
+
+    def mirror(self, wo: Direction) -> Any:
+        index = self.index
+        return self.mirrored_and_passed(wo)[1] / (index * index)
+
+    def polarized_mirror(self, wo: Direction) -> Mueller:
+        return scaled_to(self.polarized_mirrored_and_passed(wo)[1], self.mirror(wo))
+
+    def mirrored(self, wo: Direction) -> Direction:
+        return refracted(wo, NORMAL, self.index)
+
+    def estimate(self, wo: Direction) -> Any:
+        return self.mirror(wo)
+
+
+class _PassedOnce(_Across, _ScatteredOnce):
+    """Light that is scattered once on its way through smooth interfaces and media."""
+
+    def scattered(self, wi: Direction, wo: Direction) -> dict[int, Any]:
+        found = {}
+        ways = zip(self._seen(), reversed(self.to_light(wi)[:-1]), self.passage(wo), strict=False)
+        for number, (layer, (lit, ti, _), (seen, to, n)) in enumerate(ways):
+            if isinstance(layer, Medium):
+                found[number] = lit * seen / (n * n) * passed_once(layer.depth, layer.albedo, layer.g, ti, to)
+        return found
+
+    def arriving(self, wi: Direction) -> list[Mueller]:
+        return list(reversed(self.other().crossed(upward(wi))[:-1]))
+
+
+class _Refracted(_Across):
+    """Light that one rough interface refracts, on its straight way through smooth interfaces and media."""
+
+    @property
+    def refracting(self) -> Reflectance:
+        layer = self.rough()
+        _, (_, lobe) = facets(ground(layer), layer.__dict__["eta"])
+        return lobe
+
+    def formula(self, wi: Direction, wo: Direction) -> Any:
+        (lit, ti, _), (seen, to, n) = self.to_light(wi)[-1], self.passage(wo)[-1]
+        return lit * seen / (n * n) * self.refracting.formula(ti, to)
+
+    def polarized(self, wi: Direction, wo: Direction) -> Mueller:
+        M = self.refracting.polarized(self.to_light(wi)[-1][1], self.passage(wo)[-1][1])
+        into = self.other().crossed(upward(wi))[-1]
+        return polarized.between(into, M, self.crossed(wo)[-1], self.formula(wi, wo))
+
+    def warp(self, wo: Direction, u0: Any, u1: Any) -> Direction:
+        to, n = self.passage(wo)[-1][1], self.to_light(BEHIND)[-1][2]
+        ti = self.refracting.warp(to, u0, u1)
+        leaves, wi = outside(ti, n)
+        return select(leaves & (ti.z < 0.0), Direction(wi.x, wi.y, -wi.z), NORMAL)
+
+    def density(self, wi: Direction, wo: Direction) -> Any:
+        (lit, ti, n), (_, to, _) = self.to_light(wi)[-1], self.passage(wo)[-1]
+        return ops.where(lit > 0.0, self.refracting.density(ti, to) * wi.z / (n * n * ti.z), 0.0)
+
+    def estimate(self, wo: Direction) -> Any:
+        seen, to, n = self.passage(wo)[-1]
+        return seen * self.refracting.estimate(to) / (n * n)

@@ -1,0 +1,228 @@
+"""What a stack does to light, in numbers: its layers' matrices added up, the parts known in closed form taken out."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from . import interfaces, media
+from .adding import Matrices, added, even, under_smooth
+from .grid import Grid, grid
+
+CHUNKS = (12, 32, 80, 160, 256)
+"""Orders that are computed at first, and where these are not enough."""
+
+FEWEST, FEWEST_OF_ROUGH, MOST = 24, 36, 128
+"""Nodes from the normal to the horizon; beside facets' total reflection, which begins by a root, there are more."""
+
+NOTHING = 1e-10
+"""What is less is rounding [1/sr]."""
+
+
+class Smooth(NamedTuple):
+    """A smooth interface, by the index behind it over that in front."""
+
+    eta: complex
+
+
+class Rough(NamedTuple):
+    """A rough interface; `kept`: whether what facets scatter more than once is."""
+
+    eta: complex
+    alpha: complex
+    kept: bool
+
+
+class Scatterers(NamedTuple):
+    """A medium."""
+
+    depth: complex
+    albedo: complex
+    g: complex
+
+
+Part = Smooth | Rough | Scatterers
+Base = Callable[[Grid, complex, int], tuple[np.ndarray, np.ndarray]]
+"""Matrices (orders, nodes, nodes) and delta reflectances (nodes) of what lies below, in a medium of this index."""
+
+
+class Block(NamedTuple):
+    """Fourier coefficients (orders, nodes, nodes) of f/n_o^2, and the indices of the media of rows and of columns."""
+
+    rows: complex
+    columns: complex
+    coefficients: np.ndarray
+
+
+class Response(NamedTuple):
+    """What a stack does, all but the closed forms: reflection; over nothing also that from behind, and transmission,
+    by the direction in front and that behind."""
+
+    grid: Grid
+    blocks: tuple[Block, ...]
+
+    @property
+    def nodes(self) -> int:
+        """The number of nodes in front."""
+        return int(self.blocks[0].coefficients.shape[1])
+
+    @property
+    def orders(self) -> int:
+        """The number of orders."""
+        return len(self.blocks[0].coefficients)
+
+    @property
+    def has_kinks(self) -> bool:
+        """Whether light is seen in a medium in which some of it is totally reflected: f has a kink in the angle."""
+        return any(self.grid.count(n) > self.grid.panels[0][1] for block in self.blocks for n in block[:2])
+
+
+def nodes_for(parts: Sequence[Part], tolerance: float) -> int:
+    """The number of nodes that the narrowest lobe needs.
+
+    Light that passes facets of slope scale alpha is spread by about w = alpha |eta - 1|, and a rule with nodes 2/n
+    apart errs by exp(-2 pi w n/2) where it integrates a peak with poles at a distance of w.
+    """
+    digits = math.log(1.0 / tolerance)
+    widths = [p.alpha.real * max(abs(p.eta.real - 1.0), 0.2) for p in parts if isinstance(p, Rough)]
+    wanted = max([digits / math.pi / w for w in widths], default=0.0)
+    wanted = max([wanted, *(0.5 * terms(p, tolerance) for p in parts if isinstance(p, Scatterers))])
+    fewest = FEWEST_OF_ROUGH if widths else FEWEST
+    return int(4 * math.ceil(0.25 * min(max(wanted, fewest), MOST)))
+
+
+def terms(medium: Scatterers, tolerance: float) -> int:
+    """Terms of the series of the phase function, up to where they are below a tenth of the tolerance; with g = 0 the
+    second, too, which has the slope by g."""
+    g = abs(medium.g.real)
+    return 2 if g < 1e-12 else min(2 * MOST, 2 + math.ceil(math.log(0.1 * tolerance) / math.log(g)))
+
+
+def indices(parts: Sequence[Part]) -> list[complex]:
+    """The indices of the media, from the first above the stack to that below it."""
+    found: list[complex] = [1.0 + 0.0j]
+    for part in parts:
+        if not isinstance(part, Scatterers):
+            found.append(found[-1] * part.eta)
+    return found
+
+
+def response(parts: Sequence[Part], base: Base | None, tolerance: float, nodes: int | None = None) -> Response:
+    """The response of a stack on a base, or over nothing."""
+    whole = _real(indices(parts))
+    grating = grid(whole, nodes or nodes_for(parts, tolerance))
+    ends = [(0, 0)] if base is not None else [(0, 0), (-1, -1), (0, -1)]
+    sides = [(whole[a], whole[b]) for a, b in ends]
+    clear = [tuple(grating.mu(n).real > 0.1 for n in pair) for pair in sides]
+    found: list[list[np.ndarray]] = [[] for _ in sides]
+    for start, stop in zip((0, *CHUNKS), CHUNKS, strict=False):
+        orders = np.arange(start, stop)[:, None, None]
+        rests = _rest(parts, base, grating, whole, range(start, stop), tolerance)
+        needed: Any = np.zeros(stop - start, bool)
+        for of_side, rest, pair, (rows, columns) in zip(found, rests, sides, clear, strict=True):
+            scale = np.outer(*(grating.root(n) for n in pair))
+            of_side.append(rest / (np.pi * np.where(orders == 0, 2.0, 1.0) * scale))
+            size = np.abs(of_side[-1][:, rows][:, :, columns]).max(axis=(1, 2), initial=0.0)
+            needed |= size > 0.1 * tolerance * max(np.abs(of_side[0][0]).max(), NOTHING)
+        last = np.flatnonzero(needed)
+        if not len(last) or last[-1] < 0.75 * (stop - start):
+            kept = last[-1] + 1 if len(last) else 1 if start == 0 else 0
+            for of_side in found:
+                of_side[-1] = of_side[-1][:kept]
+            break
+    return Response(grating, tuple(Block(*pair, np.concatenate(x)) for pair, x in zip(sides, found, strict=True)))
+
+
+def _real(numbers: Sequence[complex]) -> list[complex]:
+    """Plain numbers, where none has an imaginary part: real arithmetic is four times as fast."""
+    return list(numbers) if any(np.imag(n) for n in numbers) else [float(np.real(n)) for n in numbers]
+
+
+def _rest(
+    parts: Sequence[Part], base: Base | None, grid: Grid, whole: Sequence[complex], orders: range, tolerance: float
+) -> list[np.ndarray]:
+    """Matrices of the stack, less delta lobes, and less what the closed forms have, for the blocks of `Response`."""
+    n, at = list(whole[:-1]), whole[-1]
+    if base is None:
+        deltas, rest = nothing(grid.count(at)), nothing(grid.count(at), through=0.0)
+        closed, straight = rest, np.ones(grid.count(at))
+    else:  # a layer with no nodes below it
+        below, mirror = base(grid, at, orders.stop)
+        opaque = nothing(grid.count(at), 0)
+        deltas, rest = opaque._replace(above=np.diag(mirror)[None]), opaque._replace(above=below[orders.start :])
+        closed, straight = rest, np.ones(0)
+    for part in reversed(parts):
+        upper = at if isinstance(part, Scatterers) else n.pop()
+        layer = _layer(part, grid, upper, at, orders, tolerance)
+        at = upper
+        if isinstance(part, Smooth):
+            rest = under_smooth(layer.whole, deltas, rest)
+        else:
+            total = added(layer.whole, Matrices(*(a + b for a, b in zip(deltas, rest, strict=True))))
+            rest = Matrices(*(a - b for a, b in zip(total, added(layer.deltas, deltas), strict=True)))
+        deltas = added(layer.deltas, deltas)
+        closed = _once(layer, closed, straight)
+        common = min(len(layer.straight), len(straight))
+        straight = layer.straight[:common] * straight[:common]
+    above, down, up, behind = (a - b for a, b in zip(rest, closed, strict=True))
+    return [even(above)] if base else [even(above), even(behind), 0.5 * (up + np.swapaxes(down, -1, -2))]
+
+
+class _Layer(NamedTuple):
+    """What a layer does in all; its delta lobes; what goes straight on at each node; what is scattered once."""
+
+    whole: Matrices
+    deltas: Matrices
+    straight: np.ndarray
+    once: Matrices
+
+
+def _layer(part: Part, grid: Grid, upper: complex, at: complex, orders: range, tolerance: float) -> _Layer:
+    a, b = grid.count(upper), grid.count(at)
+    none = nothing(a, b, through=0.0)
+    if isinstance(part, Scatterers):
+        depth, albedo, g = _real(part)
+        whole, through, once = media.slab(grid, at, depth, albedo, g, orders, terms(part, tolerance))
+        straight = np.diag(through)[None]
+        return _Layer(whole, Matrices(none.above, straight, straight, none.below), through, once)
+    if isinstance(part, Smooth):
+        whole = interfaces.smooth_matrices(grid, upper, at)
+        common = min(a, b)
+        return _Layer(whole, whole, 1.0 - interfaces.smooth(grid, upper, at)[0][:common], none)
+    alpha = part.alpha if part.alpha.imag else part.alpha.real
+    found = interfaces.rough(grid, upper, at, alpha, orders.stop, part.kept)
+    whole, once = (Matrices(*(x[orders.start :] for x in of)) for of in found)
+    return _Layer(whole, none, np.zeros(min(a, b)), once)
+
+
+def nothing(above: int, below: int | None = None, through: float = 1.0) -> Matrices:
+    """What reflects nothing, of so many nodes above and below."""
+    below = above if below is None else below
+    return Matrices(
+        np.zeros((1, above, above)),
+        through * np.eye(below, above)[None],
+        through * np.eye(above, below)[None],
+        np.zeros((1, below, below)),
+    )
+
+
+def _once(layer: _Layer, under: Matrices, straight: np.ndarray) -> Matrices:
+    """What is scattered once, in a layer or in those under it, and passes the others straight; `straight`: what passes
+    those under it."""
+    a, b = layer.once.above.shape[-1], under.below.shape[-1]
+    above = layer.once.above + _passed(layer.straight, under.above, layer.straight, (a, a))
+    below = under.below + _passed(straight, layer.once.below, straight, (b, b))
+    down = _passed(None, under.down, layer.straight, (b, a)) + _passed(straight, layer.once.down, None, (b, a))
+    return Matrices(above, down, np.swapaxes(down, -1, -2), below)
+
+
+def _passed(rows: Any, x: np.ndarray, columns: Any, shape: tuple[int, int]) -> np.ndarray:
+    """Matrices times what passes before and after, over more nodes; None is 1."""
+    rows = np.ones(shape[0]) if rows is None else rows
+    columns = np.ones(shape[1]) if columns is None else columns
+    i, j = min(len(rows), x.shape[-2]), min(len(columns), x.shape[-1])
+    x = np.outer(rows[:i], columns[:j]) * x[:, :i, :j]
+    return np.pad(x, ((0, 0), (0, shape[0] - i), (0, shape[1] - j)))

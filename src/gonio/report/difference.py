@@ -1,0 +1,162 @@
+"""Two pictures compared: their signed difference as numbers, and as a figure with a scale."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..arguments import checked
+from ..errors import ParameterError, ShapeError
+from ..pictures.colour import LUMINANCE
+from ..pictures.image import Image
+from .figures import new_figure
+from .sheets import draw_picture, factor
+
+SPAN = 0.995
+"""Share of the pixels that the scale of a figure holds."""
+
+
+class Difference(NamedTuple):
+    """The difference of two pictures, b - a: see `difference`.
+
+    `pixels` (H, W, C), signed, of pictures over black; `inside` (H, W): pixels that something is seen in, in either.
+    The numbers are of these: `bias` (C,) is the mean of b over that of a, less 1; `rms` the root mean square over all
+    channels, over the mean of a; `largest` the largest absolute difference, over the same mean, and `place` its row and
+    column; `sigmas` the root mean square of differences in units of their standard error, about 1 where there is
+    nothing but noise, or None where a picture does not know its own.
+
+    Example
+    >>> a, b = (gn.Image(np.full((4, 4, 3), level)) for level in (0.5, 0.55))
+    >>> print(gn.difference(a, b))
+    b is 10.0 % brighter than a; rms 10.0 %, largest 10.0 % of the mean (row 0, column 0)
+    """
+
+    a: Image
+    b: Image
+    pixels: NDArray[np.float32]
+    inside: NDArray[np.bool_]
+    bias: NDArray[np.float64]
+    rms: float
+    largest: float
+    place: tuple[int, int]
+    sigmas: float | None
+
+    def __repr__(self) -> str:
+        return self.told()
+
+    def told(self, a: str = "a", b: str = "b") -> str:
+        """The numbers in a line, of pictures of these names.
+
+        Example
+        >>> a, b = (gn.Image(np.full((4, 4, 3), level)) for level in (0.5, 0.55))
+        >>> print(gn.difference(a, b).told("before", "after")[:27])
+        after is 10.0 % brighter th
+        """
+        mean = float(np.mean(self.bias))
+        word = "brighter" if mean >= 0.0 else "darker"
+        spread = np.ptp(self.bias) > 5e-4
+        each = f" ({', '.join(f'{100.0 * x:+.1f}' for x in self.bias)} %)" if spread and len(self.bias) < 9 else ""
+        noise = "" if self.sigmas is None else f"; {self.sigmas:.2f} standard errors"
+        where = "row {}, column {}".format(*self.place)
+        sizes = f"rms {100.0 * self.rms:.1f} %, largest {100.0 * self.largest:.1f} % of the mean ({where})"
+        return f"{b} is {100.0 * abs(mean):.1f} % {word} than {a}{each}; {sizes}{noise}"
+
+    @checked
+    def save(self, path: str | Path, titles: Sequence[str] = ("a", "b"), exposure: float = 0.0) -> None:
+        """Write a figure, .png, .jpg, .pdf or .svg: both pictures, and b - a with its scale, above the numbers.
+
+        Of RGB pictures the difference is shown as luminance; of others as the mean of the channels. Blue is where b is
+        darker, red where it is brighter; the scale holds all but the largest 0.5 % of the pixels. `exposure`: stops by
+        which the pictures are brightened.
+
+        Example
+        >>> a, b = (gn.Image(np.full((4, 4, 3), level)) for level in (0.5, 0.55))
+        >>> gn.difference(a, b).save("difference.png", titles=["before", "after"])
+        """
+        if len(titles) != 2:
+            raise ParameterError(f"titles={list(titles)!r:.80}: expected two, of a and of b")
+        one = self.pixels @ LUMINANCE if self.pixels.shape[-1] == 3 else self.pixels.mean(axis=-1)
+        known = np.abs(one[self.inside])
+        limit = float(np.quantile(known[np.isfinite(known)], SPAN)) or 1e-6
+        height, width = one.shape
+        with new_figure(path, (12.0, 1.3 + 4.0 * min(height / width, 3.0)), "") as figure:
+            axes = figure.subplots(1, 3)
+            scale = factor(exposure)
+            for where, picture, title in zip(axes[:2], (self.a, self.b), titles, strict=True):
+                draw_picture(where, picture, scale, title)
+            shown = np.where(self.inside, one, np.nan)
+            drawn = axes[2].imshow(shown, cmap="RdBu_r", vmin=-limit, vmax=limit, interpolation="nearest")
+            axes[2].set_axis_off()
+            axes[2].set_title(f"{titles[1]} − {titles[0]}"[:80], parse_math=False)
+            words = "luminance" if self.pixels.shape[-1] == 3 else "mean of the channels"
+            figure.colorbar(drawn, ax=axes[2], shrink=0.8, extend="both", label=words)
+            figure.supxlabel(self.told(*titles)[:160], fontsize=11, parse_math=False)
+
+
+@checked
+def difference(a: Image, b: Image) -> Difference:
+    """The signed difference b - a of two pictures, with its numbers.
+
+    Pictures with coverage count as over black, and the numbers are of pixels that one of them covers. A picture of one
+    channel stands for gray.
+
+    Shapes   pictures of one size, with as many channels, or one.
+    Units    `pixels` as the pictures; `bias`, `rms` and `largest` are shares of the mean of a.
+    Errors   ShapeError; ParameterError for a picture a that is black, or holds NaN.
+
+    Example
+    >>> m, sky = gn.Lambertian([0.8, 0.4, 0.2]), gn.ConstantLight(1.0)
+    >>> a, b = (gn.render(each, sky, size=32) for each in (m, m.replace(rho=[0.8, 0.44, 0.2])))
+    >>> found = gn.difference(a, b)
+    >>> print(found.bias.round(3), round(found.rms, 2))
+    [0.  0.1 0. ] 0.05
+    """
+    one, other = (_over_black(picture) for picture in (a, b))
+    if one.shape[:2] != other.shape[:2]:
+        raise ShapeError(f"pictures are {one.shape[:2]} and {other.shape[:2]}, expected one size (rows, columns)")
+    if one.shape[2] != other.shape[2] and 1 not in (one.shape[2], other.shape[2]):
+        raise ShapeError(f"pictures have {one.shape[2]} and {other.shape[2]} channels, expected as many, or one")
+    pixels = (other - one).astype(np.float32)
+    inside = _covered(a) | _covered(b)
+    if not inside.any():
+        raise ParameterError("both pictures are transparent throughout; expected something to compare")
+    if not np.isfinite(pixels[inside]).all():
+        raise ParameterError("a picture holds NaN or infinity; expected numbers: np.nan_to_num(picture.pixels)")
+    means = [x[inside].mean(axis=0) for x in (one, other)]
+    level = float(means[0].mean())
+    if not (means[0] > 0.0).all():
+        raise ParameterError("the first picture is black in a channel; expected one to compare with: exchange the two")
+    size = np.abs(pixels).max(axis=-1)
+    row, column = divmod(int(np.argmax(np.where(inside, size, -1.0))), size.shape[1])
+    rms = math.sqrt(float(np.square(pixels[inside]).mean())) / level
+    largest = float(size[row, column]) / level
+    return Difference(
+        a, b, pixels, inside, means[1] / means[0] - 1.0, rms, largest, (row, column), _sigmas(a, b, pixels, inside)
+    )
+
+
+def _covered(picture: Image) -> NDArray[np.bool_]:
+    alpha = picture.alpha
+    return np.ones(picture.pixels.shape[:2], bool) if alpha is None else alpha > 0.0
+
+
+def _over_black(picture: Image) -> NDArray[np.float64]:
+    pixels: NDArray[np.float64] = picture.pixels.astype(float)
+    if picture.alpha is None:
+        return pixels
+    return np.where(_covered(picture)[..., None], pixels, 0.0) * picture.alpha[..., None]
+
+
+def _sigmas(a: Image, b: Image, pixels: Any, inside: Any) -> float | None:
+    if a.noise is None or b.noise is None:
+        return None
+    variance = sum((np.square(_over_black(Image(x.noise, x.alpha))) for x in (a, b) if x.noise is not None), 0.0)
+    noisy = inside[..., None] & (variance > 0.0)
+    if not noisy.any():
+        return None
+    return math.sqrt(float(np.mean(np.square(pixels[noisy]) / np.broadcast_to(variance, pixels.shape)[noisy])))

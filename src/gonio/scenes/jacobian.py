@@ -1,0 +1,148 @@
+"""Derivatives of pictures by numbers of the material and of the lights, in the same pass as the picture."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Container, Iterable, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..arguments import checked
+from ..base.light import Light
+from ..base.reflectance import Reflectance
+from ..base.textured import textures
+from ..errors import ParameterError
+from ..formula.text import listed
+from ..pictures.image import Image
+from .camera import View
+from .passes import Found, Sums, passes, warn_of_holes
+from .pixels import Pixels
+from .rendering import check, colours_of, lights_of
+from .stage import Stage
+from .traced import Traced
+
+
+@checked
+def picture_jacobian(
+    m: Reflectance,
+    lights: Light | Iterable[Light] | None = None,
+    by: str | Sequence[str] = ("alpha",),
+    shape: Any = "sphere",
+    size: int = 512,
+    samples: int = 32,
+    seed: int = 0,
+    progress: Callable[[int, int], None] | None = None,
+    bands: Any = None,
+    camera: View | None = None,
+) -> tuple[Image, dict[str, Image]]:
+    """The picture of `render`, and its derivatives: pictures of how each value changes with a number.
+
+    `by`: names or paths of numbers of the material, as `replace` takes them; of lights "lights.0.scale", numbered from
+    0 in their order. By a number for each channel the derivative is that of each channel by its own number; where
+    channels are wavelengths that become RGB, of the colour as all of these numbers rise together. What sampling decides
+    is a constant, so that each sample of a derivative is one of the integrand's derivative. Other arguments are those
+    of `render`; all meshes of a scene have the one material.
+
+    Raises   ParameterError for lights that are functions, for RGB lights on wavelengths, and for the places and sizes
+             of lights with edges, of which the light alone can be derived by.
+
+    Example
+    >>> sky = gn.ConstantLight(1.0)
+    >>> picture, slopes = gn.picture_jacobian(gn.Lambertian(0.5), sky, by=["rho", "lights.0.radiance"], size=16)
+    >>> print(picture.pixels[8, 8].round(3), slopes["rho"].pixels[8, 8].round(3))
+    [0.5] [1.]
+    """
+    names = [by] if isinstance(by, str) else list(by)
+    job, paths, _ = derived(m, lights, names, shape, size, samples, seed, bands, camera, "picture_jacobian")
+    count = 1 + len(paths)
+
+    def work(at: slice, start: int, stop: int) -> Found:
+        several, met, holes = job.slopes(paths, at, start, stop)
+        return np.concatenate([job.coloured({"light": x}) for x in several], axis=-1), met, holes
+
+    sums, pixels = Sums.zero(len(job.pixels.places), count * job.channels), job.pixels
+    passes(sums, work, job.parts(), samples, None, progress, None)
+    warn_of_holes(sums.holes)
+    alpha = pixels.picture(sums.seen[:, None] / sums.samples)[..., 0]
+    noise = sums.noise()
+    channels = tuple(map(str, m.channel_names)) if job.channels > 3 and m.channel_names is not None else None
+    images = []
+    for k in range(count):
+        own = slice(k * job.channels, (k + 1) * job.channels)
+        error = None if noise is None else pixels.picture(noise[:, own])
+        images.append(Image(pixels.picture(sums.mean()[:, own]), alpha, channels, error, sums.samples))
+    return images[0], dict(zip(names, images[1:], strict=True))
+
+
+class Slopes(NamedTuple):
+    """A picture to be computed, the paths of numbers in its scene that it is derived by, and samples of a pixel."""
+
+    job: Traced
+    paths: list[str]
+    samples: int
+
+    def computed(self) -> tuple[np.ndarray, list[np.ndarray]]:
+        """The picture (H, W, C), and its derivatives (H, W, M) in the channels of the material, before `job.matrix`
+        makes colours of them: by a number for each channel that of each channel by its own."""
+        job, own = self.job, self.job.own
+
+        def work(at: slice, start: int, stop: int) -> Found:
+            several, met, holes = job.slopes(self.paths, at, start, stop)
+            return np.concatenate([x.reshape(len(met), own) for x in several], axis=-1), met, holes
+
+        sums = Sums.zero(len(job.pixels.places), (1 + len(self.paths)) * own)
+        passes(sums, work, job.parts(), self.samples, None, None, None)
+        warn_of_holes(sums.holes)
+        light, *several = np.split(sums.mean(), 1 + len(self.paths), axis=-1)
+        return job.pixels.picture(job.coloured({"light": light})), [job.pixels.picture(x) for x in several]
+
+
+def derived(
+    m: Reflectance,
+    lights: Light | Iterable[Light] | None,
+    by: Sequence[str],
+    shape: Any,
+    size: int,
+    samples: int,
+    seed: int,
+    bands: Any,
+    camera: View | None,
+    who: str,
+) -> Slopes:
+    """The picture to be computed, with its derivatives. Raises what `picture_jacobian` does, in the name of `who`."""
+    check(size, samples, seed)
+    stage = Stage.of(shape, camera)
+    if len(stage.materials) > 1 or stage.materials[0] is not None:
+        rule = "expected meshes without any, which all have that of the picture"
+        raise ParameterError(f"{who}: the scene has materials of its own; {rule}")
+    lights, by_power = lights_of(m, lights, bands)
+    before, after = colours_of(m, lights, bands, by_power)
+    for light in lights:
+        if not light.is_formula():
+            rule = "expected lights with seen, which are formulas"
+            raise ParameterError(f"{who}: {type(light).__name__} is a function of arrays; {rule}")
+    job = Traced.of(m, lights, Pixels.of(stage, size, seed), before, after)
+    if job.colours > 1:
+        rule = "expected lights of one channel, or spectra"
+        raise ParameterError(f"{who}: RGB lights on a material of {job.own} wavelengths; {rule}")
+    return Slopes(job, [_path(job.scene, name, textures(m), who) for name in by], samples)
+
+
+def _path(scene: Any, name: str, textured: Container[str], who: str) -> str:
+    """The path of a number in the scene. Raises ParameterError for one that moves the edges of a light."""
+    path: str = scene.located(name if name.startswith("lights.") else f"material.{name}")
+    for place, field, _, _ in scene.walk():
+        alias = getattr(field, "alias", None)
+        if alias and path == place.removesuffix(field.name) + alias:
+            path = place
+    if path not in {x for x in scene.leaf_paths() if x}:
+        raise ParameterError(f"{who}(by={name}): no number; expected some of {listed([*scene.parameters])}")
+    if path.removeprefix("material.") in textured:
+        rule = "a picture has no derivative by all of its texels; expected a number"
+        raise ParameterError(f"{who}(by={name}): a texture, and {rule}; m.f on PyTorch or JAX has one")
+    if path.startswith("lights."):
+        light = scene.lights.parts[int(path.split(".")[1])]
+        if light.has_edges and not scene.parameters[path].unit.startswith("W"):
+            rule = "its edges move with that; expected a number of how bright it is"
+            raise ParameterError(f"{who}(by={name}): {type(light).__name__} has edges, and {rule}")
+    return path

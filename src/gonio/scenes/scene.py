@@ -1,0 +1,42 @@
+"""A scene: parts, each a shape with a material."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from ..arguments import checked
+from ..errors import AccessError, ParameterError
+from .mesh import Mesh
+
+
+class Scene:
+    """Parts, each with a material: `gn.Scene([gn.Mesh(...), gn.Mesh(...)])`. In a picture, `gn.render(m, shape=scene)`,
+    those without one have that of the picture.
+
+    Example
+    >>> floor = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2, 3]]
+    >>> ceiling = [[0, 0, 1], [0, 1, 1], [1, 1, 1], [1, 0, 1]], [[0, 1, 2, 3]]
+    >>> scene = gn.Scene([gn.Mesh(floor, gn.Lambertian(0.5)), gn.Mesh(ceiling, gn.Lambertian(0.8), exitance=1.0)])
+    >>> print(len(scene.parts))
+    2
+    """
+
+    noun = "a scene: gn.Scene([gn.Mesh(shape, material)])"
+
+    @checked
+    def __init__(self, parts: Any):
+        given = list(parts) if isinstance(parts, Sequence) else [parts]
+        others = [part for part in given if not isinstance(part, Mesh)]
+        if others or not given:
+            got = f"{others[0]!r:.60}" if others else "none"
+            raise ParameterError(f"Scene: got {got}, expected meshes: gn.Mesh(file, material)")
+        self.parts: tuple[Mesh, ...] = tuple(given)
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        if name in vars(self):
+            raise AccessError("a Scene is a value and cannot be changed; make a new one")
+        object.__setattr__(self, name, value)
+
+    def __repr__(self) -> str:
+        return f"Scene({len(self.parts)} parts)"

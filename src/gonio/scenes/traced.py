@@ -1,0 +1,207 @@
+"""Pictures whose light is one formula: the scene as one value, and the sums of runs of its pixels."""
+
+from __future__ import annotations
+
+import hashlib
+import math
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..base.light import Light
+from ..base.reflectance import Reflectance
+from ..base.textured import mapped
+from ..evaluate import batch
+from ..evaluate.computation import Computation, composite
+from ..evaluate.planning import UNROLLED
+from ..formula.direction import Direction
+from ..formula.fields import Channels, param, part
+from ..pictures.colour import transformed
+from .estimator import direct, shares
+from .passes import Found, identity
+from .pixels import Pixels
+from .points import points
+
+PIXELS = 1 << 12
+"""Pixels of a part, which a thread computes at a time, of up to `CHANNELS` channels; with more, so many fewer."""
+
+CHANNELS = 64
+
+PARTS = 8
+"""Parts that small pictures have."""
+
+
+class Traced(NamedTuple):
+    """A picture to be computed, of one material. `matrix`: that by which its channels become those of the picture, of
+    `colours` sums if the lights have channels of their own."""
+
+    scene: Any
+    computation: Computation
+    pixels: Pixels
+    matrix: np.ndarray | None
+    colours: int
+    own: int  # channels of the scene
+    channels: int  # of the picture
+
+    @classmethod
+    def of(
+        cls,
+        m: Reflectance,
+        lights: list[Light],
+        pixels: Pixels,
+        before: np.ndarray | None,
+        after: np.ndarray | None,
+        part: int | None = None,
+    ) -> Traced:
+        """The picture of a material; the matrices make RGB of its f, or of the radiance. `part`: the number of the
+        part that alone counts."""
+        lit = [batch.channels(light) or 1 for light in lights]
+        colours = 3 if before is not None and 3 in lit else 1
+        given: list[Any] = [*lights]
+        if colours > 1:
+            given = [composite(**{str(j): _of_channel(light, j) for j in range(colours)}) for light in lights]
+        values = pixels.stage.values(pixels.size) | ({} if part is None else {"part": float(part)})
+        scene = composite(**mapped(m.unlabelled), lights=given, **values)
+        own = batch.channels(scene) or 1
+        matrix = after if before is None else before
+        channels = own if matrix is None else matrix.shape[1]
+        computation = direct(colours, own > UNROLLED, part is not None, pixels.stage.backdrop and not part)
+        return cls(scene, computation, pixels, matrix, colours, own, channels)
+
+    def identity(self) -> str:
+        """A hash of all that the picture depends on."""
+        matrix = None if self.matrix is None else self.matrix.tolist()
+        stage = self.pixels.stage
+        shown = {
+            name: getattr(self.scene, name) for name in ("material", "maps", "lights") if name in self.scene.fields
+        }
+        told = composite(**shown, camera=stage.camera)
+        bodies = [(type(body).__name__, *body.leaves()) for body in stage.bodies]
+        rest = (stage.identity, bodies, stage.margin, stage.backdrop, self.pixels.size, self.pixels.seed)
+        return identity(told, rest, self.colours, matrix)
+
+    def parts(self) -> list[slice]:
+        """Runs of pixels, of one length but for the last one."""
+        return runs(len(self.pixels.places), self.own)
+
+    def part(self, at: slice, start: int, stop: int) -> Found:
+        """What samples start to stop come to for a run of pixels."""
+        return tile(self, at, start, stop)
+
+    def slopes(self, by: Sequence[str], at: slice, start: int, stop: int) -> tuple[list[np.ndarray], np.ndarray, int]:
+        """What samples start to stop come to for a run of pixels, and its derivatives by numbers of the scene, in the
+        channels of the material."""
+        arrays = {"pixel": self.pixels.numbers[at], "point": points(start, stop)[None]}
+        found, slopes = self.computation.derivatives(self.scene, by, **arrays)
+        return [found["light"], *slopes], *_counted(found)
+
+    def coloured(self, found: dict[str, np.ndarray]) -> np.ndarray:
+        """The sums of pixels, of one channel at least, in the channels of the picture."""
+        several = [x if x.ndim > 1 else x[:, None] for x in list(found.values())[: self.colours]]
+        if self.matrix is None:
+            return several[0]
+        if self.colours == 1:
+            return transformed(several[0], self.matrix)
+        columns = [transformed(x, self.matrix[:, j : j + 1]) for j, x in enumerate(several)]
+        return np.concatenate(columns, axis=-1)
+
+
+def runs(pixels: int, channels: int) -> list[slice]:
+    """Runs of pixels, of one length but for the last one."""
+    most = PIXELS * CHANNELS // max(channels, CHANNELS)
+    length = math.ceil(pixels / max(math.ceil(pixels / most), min(PARTS, pixels)))
+    return [slice(start, min(start + length, pixels)) for start in range(0, pixels, length)]
+
+
+def tile(job: Traced, at: slice | np.ndarray, start: int, stop: int) -> Found:
+    """What samples start to stop come to for a run of pixels."""
+    found = job.computation(job.scene, pixel=job.pixels.numbers[at], point=points(start, stop)[None])
+    return job.coloured(found), *_counted(found)
+
+
+def _counted(found: dict[str, np.ndarray]) -> tuple[np.ndarray, int]:
+    """How many samples of each pixel met the shape, and how many directions are without data."""
+    met = found["seen"] if found["seen"].ndim == 1 else found["seen"][:, 0]
+    return met, int(found["holes"].reshape(len(met), -1).sum(axis=0).max())
+
+
+class Several(NamedTuple):
+    """A picture to be computed, of several materials: of each the pixels that show it, and which these are is counted
+    before, by the same rays."""
+
+    jobs: tuple[Traced, ...]
+    pixels: Pixels
+    channels: int
+
+    def identity(self) -> str:
+        """A hash of all that the picture depends on."""
+        return hashlib.sha256("".join(job.identity() for job in self.jobs).encode()).hexdigest()
+
+    def parts(self) -> list[slice]:
+        """Runs of pixels, of one length but for the last one."""
+        return runs(len(self.pixels.places), max(job.own for job in self.jobs))
+
+    def part(self, at: slice, start: int, stop: int) -> Found:
+        """What samples start to stop come to for a run of pixels."""
+        arrays = {"pixel": self.pixels.numbers[at], "point": points(start, stop)[None]}
+        counts = shares(len(self.jobs))(self.jobs[0].scene, **arrays)
+        # Where bodies touch, kernels may disagree about which one is nearer: what is seen is counted by one of them.
+        seen = np.sum([*counts.values()], axis=0, dtype=float)
+        light, holes = np.zeros((at.stop - at.start, self.channels)), 0
+        if self.pixels.stage.backdrop:  # the first one shows it
+            counts["0"] = counts["0"] + (seen < stop - start)
+            seen[:] = stop - start
+        for job, count in zip(self.jobs, counts.values(), strict=True):
+            shown = np.flatnonzero(count)
+            if len(shown):
+                found, _, missing = tile(job, at.start + shown, start, stop)
+                light[shown] += found
+                holes += missing
+        return light, seen, holes
+
+
+class _OneChannel(Light):
+    """A light of which one channel is left, whose number formulas look up as a parameter."""
+
+    has_text = False
+    of = part(Light, None, "the light")
+    number = param(0.0, 0.0, math.inf, "of the channel")
+
+    @property
+    def is_delta(self) -> bool:  # type: ignore[override]
+        return bool(self.of.is_delta)
+
+    @property
+    def can_sample(self) -> bool:  # type: ignore[override]
+        return bool(self.of.can_sample)
+
+    @property
+    def has_horizon(self) -> bool:  # type: ignore[override]
+        return bool(self.of.has_horizon)
+
+    @property
+    def _chosen(self) -> Light:
+        light: Light = self.of.rebuilt(lambda _, field, value: self.number if isinstance(field, Channels) else value)
+        return light
+
+    def seen(self, p: Direction, w: Direction) -> tuple[Any, Any]:
+        return self._chosen.seen(p, w)
+
+    def beam(self, p: Direction) -> tuple[Direction, Any, Any]:
+        return self._chosen.beam(p)
+
+    def density(self, p: Direction, w: Direction) -> Any:
+        return self.of.density(p, w)
+
+    def drawn(self, p: Direction, u0: Any, u1: Any) -> tuple[Direction, Any]:
+        return self.of.drawn(p, u0, u1)
+
+
+def _of_channel(light: Light, j: int) -> Light:
+    """One channel of a light."""
+
+    def chosen(path: str, field: Any, value: Any) -> Any:
+        return float(value[min(j, len(value) - 1)]) if np.ndim(value) else value
+
+    return _OneChannel(light.rebuilt(chosen), float(j))

@@ -1,0 +1,154 @@
+"""A surface from a height map that a profilometer measured."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+
+from ..arguments import Within, checked
+from ..errors import FormatError, NotFoundError, ParameterError
+from ..numbers import numbers
+from ..numerics.filling import filled_in_layers
+from .height_field import MOST, UNITS, HeightField
+from .sdf import read_sdf
+
+HOLES = 0.2
+"""Share of a map that may be missing."""
+
+TEXTS, PICTURES = (".csv", ".txt", ".asc", ".dat", ".xyz"), (".png", ".tif", ".tiff")
+SUFFIXES = (".npy", *TEXTS, *PICTURES, ".sdf")
+
+
+@checked
+def from_map(
+    source: Any,
+    pixel: float | tuple[float, float] | None = None,
+    unit: str = "um",
+    *,
+    scale: Annotated[float, Within(1e-12, 1e12)] = 1.0,
+    height_unit: str = "",
+    edges: str = "mirror",
+) -> HeightField:
+    """A surface from a height map: of an array (rows, columns), or of a file.
+
+    source       heights; a `.npy` file, a text file of rows of numbers, a gray picture (`.png`, `.tif`), or an SDF file
+                 (`.sdf`, ISO 25178-71), which has lengths of its own
+    pixel        distance of the heights along x and y, in `unit`; none for an SDF file
+    unit         "nm", "um", "mm" or "m"
+    scale        a number of the source, in `height_unit` (by default `unit`): micrometres per gray level, say
+    edges        how the map becomes periodic: "mirror", by its mirror images along x and y, whose directions count as
+                 its own; or "wrap", where it is periodic already
+
+    A plane is taken away, the map's tilt. Up to a fifth of the heights may be missing (NaN): they are filled in from
+    their neighbours. The surface stands for a larger one: uncertainties come from the differences of its parts.
+
+    Raises NotFoundError, FormatError for files; ParameterError for maps without heights or with too many holes, and for
+    slopes that only come about where units are confused.
+
+    Example
+    >>> heights = 0.2 * np.sin(np.arange(64) / 5.0)[:, None] * np.ones(48)
+    >>> surface = gn.surfaces.from_map(heights, pixel=0.5, unit="um")
+    >>> print(surface.heights.shape, surface.cell, surface.unit)
+    (128, 96) (0.5, 0.5) um
+    """
+    for name, word in (("unit", unit), ("height_unit", height_unit or unit)):
+        if word not in UNITS:
+            raise ParameterError(f"{name}={word!r:.60}: expected one of {', '.join(map(repr, UNITS))}")
+    if edges not in ("mirror", "wrap"):
+        raise ParameterError(f"edges={edges!r:.60}: expected 'mirror' or 'wrap'")
+    named = isinstance(source, (str, os.PathLike))
+    title = Path(source).name if named else "height map"
+    if named:
+        path = _existing(Path(source))
+        if path.suffix.lower() == ".sdf":
+            if pixel is not None or height_unit or scale != 1.0:
+                raise ParameterError(f"{title}: has lengths of its own; expected no pixel, scale or height_unit")
+            source, lengths = read_sdf(path)
+            height_unit, (dx, dy) = "m", (UNITS["m"] / UNITS[unit] * length for length in lengths)
+            pixel = (dx, dy)
+        else:
+            source = _read(path)
+    if pixel is None:
+        raise ParameterError(f"{title}: pixel is missing; expected the distance of its heights, in {unit}: pixel=0.5")
+    try:
+        heights = numbers(source).astype(float)
+    except ValueError as error:
+        raise ParameterError(f"from_map: {error}; expected an array (rows, columns) of heights") from None
+    if heights.ndim != 2 or min(heights.shape) < 8:
+        raise ParameterError(
+            f"{title}: got heights of shape {heights.shape}, expected (rows, columns), 8 or more of each"
+        )
+    if np.isinf(heights).any():
+        raise ParameterError(
+            f"{title}: {int(np.isinf(heights).sum())} heights are infinite; expected NaN where missing"
+        )
+    missing = float(np.isnan(heights).mean())
+    if missing > HOLES:
+        raise ParameterError(f"{title}: {missing:.0%} of the heights are missing; expected at most {HOLES:.0%}")
+    heights *= scale * UNITS[height_unit or unit] / UNITS[unit]
+    if missing:
+        heights = filled_in_layers(heights[..., None], (False, False))[0][..., 0]
+    heights -= _plane(heights)
+    if edges == "mirror":
+        if 4 * heights.size > MOST:
+            raise ParameterError(
+                f"{title}: {heights.size} heights, expected at most {MOST // 4}; take every second one"
+            )
+        heights = np.concatenate([heights, heights[::-1]], axis=0)
+        heights = np.concatenate([heights, heights[:, ::-1]], axis=1)
+    cell = (pixel, pixel) if isinstance(pixel, float) else pixel
+    shape = " x ".join(map(str, heights.shape))
+    return HeightField(
+        heights,
+        cell,
+        unit=unit,
+        is_part=True,
+        is_mirrored=edges == "mirror",
+        title=f"{title}, {shape} heights {cell[0]:g} {unit} apart",
+    )
+
+
+def _plane(heights: np.ndarray) -> np.ndarray:
+    """The plane nearest to the heights, by least squares."""
+    y, x = (np.arange(n) - 0.5 * (n - 1) for n in heights.shape)
+    along = float((heights.mean(0) * x).sum() / (x * x).sum())
+    across = float((heights.mean(1) * y).sum() / (y * y).sum())
+    plane: np.ndarray = heights.mean() + along * x + across * y[:, None]
+    return plane
+
+
+def _existing(path: Path) -> Path:
+    if not os.path.isfile(path):
+        raise NotFoundError(f"{path}: no such file; expected a height map ({', '.join(SUFFIXES)})")
+    return path
+
+
+def _read(path: Path) -> np.ndarray:
+    """The numbers in a file."""
+    suffix = path.suffix.lower()
+    try:
+        if suffix == ".npy":
+            found: np.ndarray = np.load(path, allow_pickle=False)
+            return found
+        if suffix in TEXTS:
+            text = path.read_text(encoding="utf-8-sig").replace(";", " ").replace(",", " ").replace("\t", " ")
+            return np.loadtxt(text.splitlines(), ndmin=2, comments="#")
+        if suffix in PICTURES:
+            return _gray(path)
+    except (ValueError, OSError, EOFError):
+        rule = "an array of numbers, rows of as many numbers each, or a gray picture, as the suffix says"
+        raise FormatError(f"{path}: not a height map; expected {rule}") from None
+    raise FormatError(f"{path}: unknown suffix {suffix!r}; expected one of {', '.join(SUFFIXES)}")
+
+
+def _gray(path: Path) -> np.ndarray:
+    from PIL import Image
+
+    with Image.open(path) as picture:
+        values = np.asarray(picture, float)
+    if values.ndim != 2:
+        raise ValueError(f"{values.shape[2]} channels; a gray picture has one")
+    return values

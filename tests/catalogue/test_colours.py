@@ -1,0 +1,149 @@
+"""Colours of spectra against colour-science, and spectra of colours back again."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import warnings
+
+import numpy as np
+import pytest
+
+import gonio as gn
+from gonio.errors import DependencyError, NotFoundError, ParameterError, ShapeError
+
+NM = np.arange(380.0, 781.0, 5.0)
+METALS = [e.name for e in gn.materials() if e.kind == "metal"]
+UP = np.array([0.0, 0.0, 1.0])
+
+
+@pytest.fixture(scope="module")
+def colour():
+    with warnings.catch_warnings(), np.printoptions():
+        warnings.simplefilter("ignore")
+        return pytest.importorskip("colour")
+
+
+def by_colour_science(colour, R, light, observer="CIE 1931 2 Degree Standard Observer"):
+    """X, Y, Z and those of white, summed every 5 nm, both over the Y of white."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        of = [colour.SpectralDistribution(values, NM) for values in (R, np.ones(len(NM)))]
+        matching, power = colour.MSDS_CMFS[observer], colour.SDS_ILLUMINANTS[light]
+        xyz, white = (np.asarray(colour.sd_to_XYZ(x, matching, power)) for x in of)
+    return xyz / white[1], white / white[1]
+
+
+@pytest.mark.parametrize("light", ["D65", "A", "D50", "E"])
+@pytest.mark.parametrize("name", METALS)
+def test_metals_have_the_colours_of_colour_science(colour, name, light):
+    R = gn.material(name, alpha=0, wavelengths=NM).delta_reflectance(UP)
+    xyz, white = by_colour_science(colour, R, light)
+    expected = colour.XYZ_to_Lab(xyz, colour.XYZ_to_xy(white))
+    found = gn.to_colour(R, NM, light, space="Lab")
+    assert colour.delta_E(found, expected, method="CIE 2000") < 0.1
+    adapted = colour.chromatic_adaptation(xyz, white, gn.to_colour(np.ones(81), NM, space="XYZ"), transform="Bradford")
+    rgb = gn.to_colour(R, NM, light)
+    assert gn.colour_difference(gn.to_colour(R, NM, light), adapted @ np.linalg.inv(_xyz_of_rgb()).T) < 0.1, rgb
+
+
+def _xyz_of_rgb():
+    from gonio.pictures.colour import XYZ_OF_RGB
+
+    return XYZ_OF_RGB
+
+
+@pytest.mark.parametrize("light", [None, "D65", "A", "FL11", "LED-B1", "D5600", gn.blackbody(3000.0)])
+def test_white_stays_white(colour, light):
+    np.testing.assert_allclose(gn.to_colour(np.ones((2, 81)), NM, light), 1.0, atol=1e-12)
+
+
+def test_without_adaptation_lamps_are_orange(colour):
+    red, green, blue = gn.to_colour(np.ones(81), NM, "A", adaptation=None)
+    assert red > 1.5 > green > 0.5 > blue > 0.0
+
+
+def test_the_default_needs_no_library(monkeypatch):
+    monkeypatch.setitem(sys.modules, "colour", None)
+    np.testing.assert_allclose(gn.to_colour(np.ones(81), NM), 1.0, atol=1e-12)
+    assert gn.to_colour(np.ones(81), NM, space="XYZ")[1] == pytest.approx(1.0)
+    with pytest.raises(DependencyError, match=r"gonio\[spectra\]"):
+        gn.illuminant("A")
+
+
+def test_the_library_changes_nothing_else(colour):
+    code = "import numpy as np, gonio as gn; options = np.get_printoptions(); gn.illuminant('A'); "
+    code += "print(options == np.get_printoptions())"
+    ran = subprocess.run([sys.executable, "-W", "error", "-c", code], capture_output=True, text=True)
+    assert ran.stdout == "True\n" and ran.stderr == ""
+
+
+def test_daylight_by_name_is_the_default(colour):
+    R = gn.material("gold", alpha=0, wavelengths=NM).delta_reflectance(UP)
+    np.testing.assert_allclose(gn.to_colour(R, NM, "D65"), gn.to_colour(R, NM), atol=1e-4)
+
+
+def test_black_bodies_are_those_of_colour_science(colour):
+    from colour.colorimetry import planck_law
+
+    c1, c2 = 3.741771852192758e-16, 1.438776877503933e-2  # CODATA 2022; by default that of ITS-90
+    for kelvin in (1900.0, 5772.0):
+        light = gn.blackbody(kelvin)
+        assert light.wavelengths[[0, -1]].tolist() == [300.0, 830.0]
+        np.testing.assert_allclose(light.values, planck_law(light.wavelengths * 1e-9, kelvin, c1, c2) * 1e-9, rtol=1e-9)
+
+
+def test_names_of_lights(colour):
+    assert gn.illuminant("f11") == gn.illuminant("FL11") and gn.illuminant("d65") == gn.illuminant("D65")
+    assert gn.illuminant("A").at(560.0) == pytest.approx(100.0, abs=1e-3)
+    with pytest.raises(NotFoundError, match="did you mean"):
+        gn.illuminant("D66")
+
+
+def test_colours_come_back(colour):
+    rng = np.random.default_rng(3)
+    for rgb in [*np.eye(3), *rng.random((8, 3))]:
+        m = gn.upsampled(gn.Lambertian(rgb)).at(NM)
+        np.testing.assert_allclose(gn.to_colour(m.rho, NM), rgb, atol=1.2e-3)
+    gray = gn.upsampled(gn.Lambertian([0.4, 0.4, 0.4])).at(NM)
+    np.testing.assert_allclose(gray.rho, 0.4, rtol=1e-12)
+    assert gn.upsampled(gn.Lambertian(0.4)) == gn.Lambertian(0.4)
+
+
+def test_upsampled_compositions_and_tables(colour):
+    red = [0.6, 0.1, 0.05]
+    table = gn.tabulate(gn.Lambertian(red), resolution=(5, 5, 6))
+    for m in (gn.Lambertian(red), red * gn.Lambertian(1.0), gn.Lambertian(red) + gn.Lambertian(0.0), table):
+        bound = gn.upsampled(m).at(NM)
+        np.testing.assert_allclose(gn.to_colour(bound.f(UP, UP) * np.pi, NM), red, atol=1.2e-3)
+        assert bound.wavelengths.tolist() == NM.tolist()
+    with pytest.raises(ParameterError, match="expected linear RGB"):
+        gn.upsampled(gn.Lambertian([0.1, 0.2, 0.3], wavelengths=[450, 550, 650]))
+    with pytest.raises(ParameterError, match="is a map"):
+        gn.upsampled(gn.Lambertian(np.full((2, 2, 3), 0.5)))
+
+
+def test_bad_input(colour):
+    ones = np.ones(81)
+    with pytest.raises(ParameterError, match="wholly outside the visible"):
+        gn.to_colour([0.1, 0.2], [850.0, 1650.0])
+    with pytest.raises(ParameterError, match="in micrometres"):
+        gn.to_colour([0.1, 0.2], [0.45, 0.55])
+    with pytest.raises(ShapeError, match="values"):
+        gn.to_colour(ones, NM[1:])
+    with pytest.raises(NotFoundError, match="no RGB space"):
+        gn.to_colour(ones, NM, space="sRGBx")
+    with pytest.raises(NotFoundError, match="no adaptation"):
+        gn.to_colour(ones, NM, "A", adaptation="Bradfort")
+    with pytest.raises(ParameterError, match="expected the visible"):
+        gn.to_colour(ones, NM, gn.Spectrum([500.0, 600.0], [1.0, 1.0]))
+    with pytest.raises(ParameterError, match="no light in the visible"):
+        gn.to_colour(ones, NM, gn.Spectrum([300.0, 900.0], [0.0, 0.0]))
+    with pytest.raises(ParameterError, match="temperature"):
+        gn.blackbody(0.0)
+
+
+def test_bands_outside_the_visible_are_no_colours():
+    m = gn.Lambertian([0.3, 0.2], wavelengths=[858.5, 1640.0])
+    picture = gn.render(m, gn.ConstantLight(1.0), size=8, samples=4)
+    assert picture.pixels.shape[-1] == 2

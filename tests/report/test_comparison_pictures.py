@@ -1,0 +1,98 @@
+"""Pictures beside each other, and their differences: numbers worked out by hand, and files that can be opened."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import gonio as gn
+from gonio.errors import ParameterError, ShapeError
+
+SKY = gn.ConstantLight(1.0)
+
+
+def test_a_difference_is_signed_and_told_in_shares_of_the_mean():
+    a = np.full((4, 5, 3), 0.5, np.float32)
+    b = a.copy()
+    b[1, 2] = 0.9
+    b[..., 2] -= 0.1
+    found = gn.difference(gn.Image(a), gn.Image(b))
+    np.testing.assert_allclose(found.pixels, b - a)
+    np.testing.assert_allclose(found.bias, [0.04, 0.04, -0.16], rtol=1e-5)
+    assert found.place == (1, 2) and found.largest == pytest.approx(0.8, rel=1e-5)
+    assert found.rms == pytest.approx(np.sqrt(np.mean((b - a) ** 2)) / 0.5, rel=1e-5)
+    assert found.sigmas is None
+    back = gn.difference(gn.Image(b), gn.Image(a))
+    np.testing.assert_allclose(back.pixels, -found.pixels)
+    assert "darker" in repr(found) and "brighter" in repr(back)
+
+
+def test_what_is_transparent_in_both_does_not_count():
+    alpha = np.zeros((4, 4), np.float32)
+    alpha[:, :2] = 1.0
+    a, b = (np.full((4, 4, 1), level, np.float32) for level in (0.4, 0.6))
+    b[:, 2:] = np.nan  # beside the shape
+    found = gn.difference(gn.Image(a, alpha), gn.Image(b, alpha))
+    np.testing.assert_allclose(found.bias, [0.5], rtol=1e-6)
+    assert found.inside.sum() == 8
+    half = gn.difference(gn.Image(a, alpha), gn.Image(a, 0.5 * alpha))  # over black
+    np.testing.assert_allclose(half.bias, [-0.5], rtol=1e-6)
+
+
+def test_noise_is_about_one_standard_error_and_a_change_is_more():
+    """Independent pictures of one thing differ by their noise; `render` says how well it knows it (0.7 at 256)."""
+    m, light = gn.material("gold", alpha=0.3), gn.EnvironmentLight.studio(height=64)
+    a, b = (gn.render(m, light, size=48, samples=256, seed=seed) for seed in (0, 1))
+    assert 0.5 < gn.difference(a, b).sigmas < 2.0
+    changed = gn.render(m.replace(alpha=0.2), light, size=48, samples=256, seed=1)
+    assert gn.difference(a, changed).sigmas > 4.0
+
+
+def test_figures_are_written(tmp_path):
+    image = pytest.importorskip("PIL.Image")
+    pictures = {name: gn.render(gn.Lambertian(rho), SKY, size=24, samples=4) for name, rho in (("a", 0.3), ("b", 0.6))}
+    gn.difference(*pictures.values()).save(tmp_path / "d.png", titles=["one", "two"])
+    with image.open(tmp_path / "d.png") as figure:
+        codes = np.asarray(figure.convert("RGB"), dtype=float)
+    left, right = np.split(codes, [codes.shape[1] * 5 // 9], axis=1)
+    assert np.ptp(left, axis=-1).max() < 8.0  # gray spheres
+    assert (right[..., 0] - right[..., 2]).max() > 80.0  # brighter is red
+    gn.side_by_side(pictures, tmp_path / "s.svg", columns=1)
+    assert "<svg" in (tmp_path / "s.svg").read_text()
+    found = gn.contact_sheet(
+        [gn.Lambertian(0.3), gn.Lambertian(0.3)], tmp_path / "c.png", {"x": SKY, "y": [SKY, SKY]}, size=16, samples=4
+    )
+    assert list(found) == [(f"Lambertian(rho=0.3) ({k})", light) for k in (1, 2) for light in "xy"]
+    one, two = (found["Lambertian(rho=0.3) (1)", light].pixels for light in "xy")
+    np.testing.assert_allclose(two, 2.0 * one, rtol=1e-5)
+    default = gn.contact_sheet({"gold": gn.material("gold")}, tmp_path / "g.png", size=16, samples=4)
+    assert np.array_equal(default["gold", ""].pixels, gn.render(gn.material("gold"), size=16, samples=4).pixels)
+
+
+def test_bad_pictures_are_refused(tmp_path):
+    gray = gn.Image(np.full((4, 4, 1), 0.5))
+    for other, error, words in (
+        (gn.Image(np.full((4, 5, 1), 0.5)), ShapeError, "expected one size"),
+        (gn.Image(np.full((4, 4, 1), np.nan)), ParameterError, "NaN"),
+    ):
+        with pytest.raises(error, match=words):
+            gn.difference(gray, other)
+    with pytest.raises(ShapeError, match="expected as many, or one"):
+        gn.difference(gn.Image(np.full((4, 4, 2), 0.5)), gn.Image(np.full((4, 4, 3), 0.5)))
+    with pytest.raises(ParameterError, match="black in a channel"):
+        gn.difference(gn.Image(np.zeros((4, 4, 1))), gray)
+    with pytest.raises(ParameterError, match="transparent throughout"):
+        gn.difference(*[gn.Image(np.ones((4, 4, 1)), np.zeros((4, 4)))] * 2)
+    with pytest.raises(ParameterError, match="expected two"):
+        gn.difference(gray, gray).save(tmp_path / "d.png", titles=["one"])
+    for call in (
+        lambda: gn.side_by_side([], tmp_path / "s.png"),
+        lambda: gn.side_by_side([gray], tmp_path / "s.png", columns=-1),
+        lambda: gn.side_by_side([gray], tmp_path / "s.png", exposure=float("nan")),
+        lambda: gn.side_by_side([gray], tmp_path / "s.tif"),
+        lambda: gn.contact_sheet([gn.Lambertian(0.3)], tmp_path / "s.png", []),
+        lambda: gn.contact_sheet([gn.Lambertian(0.3)] * 401, tmp_path / "s.png"),
+    ):
+        with pytest.raises(ParameterError):
+            call()
+    assert list(tmp_path.iterdir()) == []
