@@ -674,6 +674,18 @@ def test_an_environment_map():
         assert found.error <= 2e-3
 
 
+def test_maps_under_the_sun_are_their_numbers_one_by_one():
+    sun = gn.SunLight((0.3, 0.0, 1.0))
+    numbers = np.array([[0.2, 0.3, 0.4], [0.5, 0.6, 0.7]])
+    for made in (gn.Lambertian, lambda x: gn.Microfacet(gn.GGX(x), gn.Conductor(0.2, 3.0))):
+        for to in (SKY, B):
+            measure = gn.reflectance if to is SKY else gn.reflectance_factor
+            found = measure(made(numbers), SKY, to, sky=sun)
+            assert found.shape == numbers.shape
+            alone = [measure(made(x), SKY, to, sky=sun) for x in numbers.ravel()]
+            np.testing.assert_allclose(found.ravel(), alone, rtol=2e-4)
+
+
 # Maps, measurements, input.
 
 

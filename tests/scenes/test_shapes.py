@@ -9,7 +9,7 @@ import pytest
 
 import gonio as gn
 from gonio.arrays.kinds import SCALAR, VECTOR
-from gonio.errors import ParameterError
+from gonio.errors import ArrayTypeError, ParameterError, ShapeError
 from gonio.evaluate.computation import Computation, composite
 from gonio.formula.direction import Direction
 from gonio.scenes.shapes import LOWEST, SHAPES
@@ -128,6 +128,15 @@ def test_cameras_show_sizes_as_geometry_says():
     rolled = gn.OrthographicCamera([0, -4, 0], up=[1, 0, 1], width=2.12)
     corner = gn.render(WHITE, EVEN, "plane", size=64, samples=16, camera=rolled).alpha
     assert corner[3, 32] == 1.0 and corner[12, 12] == 0.0  # the square stands on a corner
+
+
+def test_points_that_cameras_cannot_place():
+    camera = gn.Camera([0.0, -4.0, 0.0])
+    assert camera.places(np.zeros((0, 3))).shape == (0, 2)
+    assert camera.places([[0.0, 0.0, 0.0], [0.0, -9.0, 0.0]]) is None
+    for points, error in ((np.zeros(3), ShapeError), (np.zeros((2, 2)), ShapeError), ("here", ArrayTypeError)):
+        with pytest.raises(error, match="points"):
+            camera.places(points)
 
 
 def test_up_is_up_and_right_is_right():

@@ -224,13 +224,22 @@ class Table(Field):
         return partial(np.reshape, value, -1)
 
 
+MOST_CHANNELS = 10**6
+"""The most channels that a table is taken to have: a number in error does not fill the memory."""
+
+
 class Channels(Numbers):
     """The numbers 0, 1, ... of a table's channels, along the channel axis; made from their count."""
 
     accepts = "int | None"
 
     def check(self, owner: str, value: Any) -> Any:
-        return frozen(np.arange(value, dtype=float)) if isinstance(value, int) else value
+        if not isinstance(value, int):
+            return value
+        if not 0 <= value <= MOST_CHANNELS:
+            rule = f"expected how many channels there are, 0 to {MOST_CHANNELS}"
+            raise ParameterError(f"{owner}({self.name}={shown(value)}): {rule} ({self.doc})")
+        return frozen(np.arange(value, dtype=float))
 
 
 class Wavelengths(Numbers):

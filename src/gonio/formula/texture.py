@@ -116,7 +116,7 @@ class Texture:
 
     def __init__(self, image: Any, filter: str = "bilinear", wrap: str = "repeat", colour: str | None = None):
         for name, word, words in (("filter", filter, FILTERS), ("wrap", wrap, WRAPS), ("colour", colour, COLOURS)):
-            if word not in words and not (name == "colour" and word is None):
+            if not (isinstance(word, str) and word in words) and not (name == "colour" and word is None):
                 raise ParameterError(f"Texture({name}={shown(word)}): expected one of {', '.join(map(repr, words))}")
         path = os.fspath(image) if isinstance(image, (str, os.PathLike)) else None
         texels = _of_file(path, colour) if path is not None else _of_image(image, colour)

@@ -141,6 +141,7 @@ def _estimates(m: Reflectance, light: Any, wo: np.ndarray, u: np.ndarray) -> tup
     for start in range(0, len(u), 1 << 17):
         part = slice(start, start + (1 << 17))
         values, missing = estimate(m, light, _LOCAL, wo[part], _HERE, u[part], u[part])
-        blocks.append(np.broadcast_to(values, (len(u[part]), values.shape[-1])))
+        by_sample = np.asarray(values).reshape(-1, values.shape[-1])  # the one place of the material left out
+        blocks.append(np.broadcast_to(by_sample, (len(u[part]), by_sample.shape[-1])))
         holes += missing
     return np.concatenate(blocks), holes

@@ -7,6 +7,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ..arguments import checked
+from ..arrays import ops
 from ..errors import ParameterError, shown
 from ..formula.fields import option, param
 from ..formula.parametrised import Parametrised
@@ -66,7 +67,8 @@ class RoughInterface(Layer):
     further = option("kept", "lost", doc="fate of light that facets scatter more than once")
 
     def validate(self) -> None:
-        if np.min(np.abs(np.asarray(self.eta) - 1.0)) < 0.01:
+        eta = ops.library(self.eta).known(self.eta) if ops.dtype_of(self.eta) else self.eta
+        if eta is not None and np.min(np.abs(np.asarray(eta) - 1.0)) < 0.01:
             rule = "facets between equal media refract nothing, and f grows without bound"
             raise ParameterError(f"RoughInterface(eta={self.eta!r}): {rule}; expected eta at least 0.01 from 1")
 

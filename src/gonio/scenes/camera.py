@@ -106,7 +106,7 @@ class Camera(View):
         right, up, forward = (np.array(axis) for axis in self._axes)
         to = _points(points) - np.asarray(self.eye)
         depth = to @ forward
-        if not depth.min() > 1e-6 * np.abs(depth).max():
+        if not (depth > 1e-6 * np.abs(depth).max(initial=0.0)).all():
             return None
         return np.stack([to @ right, to @ up], -1) / (depth * math.tan(0.5 * self.field_of_view))[:, None]
 
