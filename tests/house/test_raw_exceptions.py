@@ -151,6 +151,7 @@ TABLE = [
     ("gn.polarization.frames([np.inf, 0.0, 0.0])", "expected unit vectors"),
     ("gn.irradiance(sun, [0, 0, 0], [0, 0, 0])", "a normal of length 0 has no direction"),
     ("gn.PreethamSky(channel=10**12)", "no memory for it"),
+    ("gn.PreethamSky(channel=10**39)", "no memory for it"),
     ("gn.Lambertian(wavelengths=huge)", "no memory for a copy of 3000000000000 numbers"),
     ("gn.Spectrum([400, 500], huge)", "no memory for a copy of 3000000000000 numbers"),
     ("matte.sample(up, ds)", "got Dataset; take x.values"),

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import inspect
 import math
+import sys
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
@@ -224,10 +225,6 @@ class Table(Field):
         return partial(np.reshape, value, -1)
 
 
-MOST_CHANNELS = 10**6
-"""The most channels that a table is taken to have: a number in error does not fill the memory."""
-
-
 class Channels(Numbers):
     """The numbers 0, 1, ... of a table's channels, along the channel axis; made from their count."""
 
@@ -236,9 +233,8 @@ class Channels(Numbers):
     def check(self, owner: str, value: Any) -> Any:
         if not isinstance(value, int):
             return value
-        if not 0 <= value <= MOST_CHANNELS:
-            rule = f"expected how many channels there are, 0 to {MOST_CHANNELS}"
-            raise ParameterError(f"{owner}({self.name}={shown(value)}): {rule} ({self.doc})")
+        if value > sys.maxsize // 8:  # bytes of a number
+            raise MemoryError(f"{owner}({self.name}={shown(value)})")
         return frozen(np.arange(value, dtype=float))
 
 
