@@ -399,3 +399,10 @@ def test_photons_go_through_as_the_stack_says(parts, theta):
     z = (counts - expected) / np.sqrt(np.maximum(expected, 1.0))
     assert np.abs(z).max() < 4.5  # of 64 cells
     assert (z * z).mean() < 1.0 + 5.0 * math.sqrt(2.0 / z.size)
+
+
+def test_the_index_of_a_rough_interface_may_be_a_tensor(torch):
+    eta = torch.tensor(1.5, requires_grad=True)
+    assert gn.RoughInterface(eta).eta is eta
+    with pytest.raises(ParameterError, match="0.01 from 1"):
+        gn.RoughInterface(torch.tensor(1.001, requires_grad=True))
