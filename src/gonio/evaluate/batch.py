@@ -115,7 +115,7 @@ def compute(
             return planning.summed_up(plan, inputs, into)
     lib, inputs = _checked(inputs, task.widths)
     if lib.name != "numpy":
-        if task.by:
+        if task.differentiates:
             raise ArrayTypeError(f"jacobian takes NumPy directions; got {lib.name}, which differentiates m.f by itself")
         if into is not None:
             raise ArrayTypeError(f"sums are added to by NumPy arrays; got {lib.name} arrays; add the results")
@@ -126,7 +126,7 @@ def compute(
     results = _compiled(call, into)
     if results is not None:
         return results
-    results = _differentiated(call) if task.by else _in_blocks(call)
+    results = _differentiated(call) if task.differentiates else _in_blocks(call)
     if into is None:
         return results
     for total, result in zip(into, results, strict=True):

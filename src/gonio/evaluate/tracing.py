@@ -29,18 +29,28 @@ Kernel = Callable[..., tuple[Any, ...]]
 
 class Task(NamedTuple):
     """A kernel to be traced, with the kinds of its results; for derivatives of the first one, a value or its total,
-    also the arguments. With `adds` the results are added to arrays that a call brings."""
+    also the arguments. With `adds` the results are added to arrays that a call brings.
+
+    `squares`: the kernel gives a residual r, a cost and a weight w. The results are sums in their place: of the cost, of
+    w r dr/dp for each of these parameters p, and of w (dr/dp)(dr/dq) for each pair, as `numpy.triu_indices` has them.
+    """
 
     kernel: Kernel
     kinds: tuple[str, ...]
     widths: tuple[int, ...]  # of the inputs, whose last axes have these lengths
     by: tuple[tuple[int, ...], ...] = ()  # places of parameters and of inputs to differentiate by
     adds: bool = False
+    squares: tuple[int, ...] = ()  # places of parameters
 
     @property
     def name(self) -> tuple[Any, ...]:
         """A key that tells it from other tasks with inputs of the same shapes."""
-        return (self.kernel, self.kinds, *self.by, *(("adds",) if self.adds else ()))
+        return (self.kernel, self.kinds, *self.by, *(("adds",) if self.adds else ()), self.squares)
+
+    @property
+    def differentiates(self) -> bool:
+        """Whether any result is a derivative, or made of derivatives: only a trace has them."""
+        return bool(self.by or self.squares)
 
     def elements(self, channels: tuple[int, ...]) -> list[tuple[int, ...]]:
         """The shape of one element of each result; `channels`: of a value."""
@@ -129,7 +139,7 @@ def traced(task: Task, material: Parametrised, channels: int | None) -> Trace:
     trace = _TRACES.get(key)
     if trace is None:
         try:
-            trace = (_jacobian if task.by else _trace)(task, material, channels)
+            trace = (_squares if task.squares else _jacobian if task.by else _trace)(task, material, channels)
         except TraceError as error:
             trace = error
         except _OF_FORMULAS as error:  # called with arrays, the formula raises its own error
@@ -196,6 +206,33 @@ def _jacobian(task: Task, material: Parametrised, channels: int | None) -> Trace
         for slope, group in zip(slopes, by, strict=True):
             slope += islice(derivatives, len(group))
     return _complete(graph, [*trace.results, *map(tuple, slopes)], trace.inputs, channels)
+
+
+def _squares(task: Task, material: Parametrised, channels: int | None) -> Trace:
+    """The trace of a residual, and then of the terms of a fit's normal equations: see `Task`."""
+    kernel = traced(task._replace(squares=(), kinds=(SCALAR,) * 3), material, channels)
+    graph, ((residual,), (cost,), (weight,)) = kernel.graph, kernel.results
+    slopes = gradient(graph, residual, [graph.load(kernel.inputs + k, 0) for k in task.squares])
+    weighed = [graph.apply("mul", weight, slope) for slope in slopes]
+    results = [cost, *(graph.apply("mul", w, residual) for w in weighed)]
+    results += [graph.apply("mul", w, slope) for i, w in enumerate(weighed) for slope in slopes[i:]]
+    return _complete(graph, [(node,) for node in results], kernel.inputs, channels)
+
+
+def linear(kernel: Kernel, widths: tuple[int, ...], material: Parametrised, leaves: Sequence[int]) -> list[int]:
+    """Of the parameters at these places those in which the first result of a kernel is linear, all of them together.
+
+    Raises TraceError where the formula cannot be traced.
+    """
+    trace = traced(Task(kernel, (SCALAR,), widths), material, None)
+    graph, (node,) = trace.graph, trace.results[0]
+    loads = [graph.load(trace.inputs + k, 0) for k in leaves]
+    reached = [set(graph.reachable([slope])) for slope in gradient(graph, node, loads)]
+    found: list[int] = []
+    for i, load in enumerate(loads):
+        if not any(load in reached[j] or loads[j] in reached[i] for j in (*found, i)):
+            found.append(i)
+    return [leaves[i] for i in found]
 
 
 def _complete(graph: Graph, results: Sequence[tuple[int, ...]], inputs: int, channels: int | None) -> Trace:

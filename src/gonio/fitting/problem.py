@@ -1,0 +1,296 @@
+"""A fit as a problem of least squares: data, a model, and what is compared; for our solver and those of others."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from ..arguments import checked
+from ..arrays import ops
+from ..arrays.kinds import SCALAR, VALUE
+from ..base.reflectance import Reflectance
+from ..errors import DependencyError, NotFoundError, ParameterError, ShapeError, TraceError
+from ..evaluate import batch
+from ..evaluate.squares import Squares, squares
+from ..evaluate.tracing import Task
+from ..formula.text import listed
+from .losses import LOSSES, ROBUST
+from .residual import WIDTHS, costs, difference, scores
+from .samples import Samples, samples
+from .solver import Box
+from .unknowns import Unknowns, unknowns
+
+SINGLE = 200_000
+"""Values above which sums are made from single precision: residuals then err by 3e-6 of f."""
+
+
+@dataclass(frozen=True, eq=False)
+class Problem:
+    """Residuals of a model from data, and their derivatives; `fit_problem` makes one.
+
+    samples    the rows of data
+    unknowns   what is fitted
+    loss       what is compared, of `LOSSES`
+    robust     how much large residuals count, of `ROBUST`
+    scale      the residual at which `robust` begins to count less
+    """
+
+    samples: Samples
+    unknowns: Unknowns
+    loss: str
+    robust: str
+    scale: float
+    single: bool = False
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The names of the unknowns: paths of parameters, with the number of the channel where each has its own.
+
+        Example
+        >>> data = gn.direction(0.5, [0.0, 1.0]), gn.direction(0.3, [0.0, 2.0]), np.array([[0.1, 0.2], [0.1, 0.2]])
+        >>> print(gn.fit_problem(data, gn.Lambertian()).names)
+        ('rho[0]', 'rho[1]')
+        """
+        return self.unknowns.names
+
+    @cached_property
+    def _arrays(self) -> tuple[np.ndarray, ...]:
+        """wi and wo (1, N, 3), what the data come to and weights (C, N, 1)."""
+        s, dtype = self.samples, np.float32 if self.single else np.float64
+        weight = s.valid.astype(float)
+        if s.weights is not None:
+            weight = weight * np.sqrt(s.weights)
+        if self.loss == "likelihood":
+            weight = weight / np.where(s.valid, s.u, 1.0)
+        weight = weight / self.scale
+        with np.errstate(invalid="ignore", divide="ignore"):
+            target = LOSSES[self.loss].compared(s.f, s.wi[:, 2:])
+        target = np.where(s.valid, target, 0.0)
+        planes = [np.ascontiguousarray(x.T, dtype)[..., None] for x in (target, weight)]
+        return (*(np.ascontiguousarray(w[None], dtype) for w in (s.wi, s.wo)), *planes)
+
+    @property
+    def box(self) -> Box:
+        """The bounds of the unknowns, and how they are treated."""
+        u = self.unknowns
+        return Box(u.low, u.high, u.is_log, u.is_linear)
+
+    def squares(self, x: np.ndarray, _: np.ndarray | None = None) -> Squares:
+        """The normal equations (B,) of unknowns (B, n)."""
+        return self._summed(costs(self.loss, self.robust), x)
+
+    def score_squares(self, x: np.ndarray) -> np.ndarray:
+        """Sums (B, n, n) of products of the slopes of each residual's cost."""
+        return self._summed(scores(self.loss, self.robust), x).matrix
+
+    def _summed(self, kernel: Any, x: np.ndarray) -> Squares:
+        u = self.unknowns
+        wi, wo, target, weight = self._arrays
+        inputs = (wi[None], wo[None], target[None], weight[None])
+        return u.gathered(squares(kernel, u.models(x), u.places, inputs, WIDTHS), x)
+
+    def least_squares(self) -> Problem:
+        """The problem with every residual counted by its square."""
+        return self if self.robust == "none" else replace(self, robust="none", scale=1.0)
+
+    def at(self, rows: Any) -> Problem:
+        """The problem for some of the rows."""
+        return replace(self, samples=self.samples.at(rows))
+
+    @property
+    def x0(self) -> np.ndarray:
+        """The numbers of the model (n,), in the order of `names`.
+
+        Example
+        >>> data = gn.direction(0.5, [0.0, 1.0]), gn.direction(0.3, [0.0, 2.0]), [0.1, 0.1]
+        >>> problem = gn.fit_problem(data, gn.Lambertian(0.4))
+        >>> print(problem.x0, problem.bounds)
+        [0.4] (array([0.]), array([1.]))
+        """
+        return self.unknowns.numbers(self.unknowns.start)
+
+    @property
+    def bounds(self) -> tuple[np.ndarray, np.ndarray]:
+        """Lower and upper bounds (n,) of the numbers.
+
+        Example
+        >>> data = gn.direction(0.5, [0.0, 1.0]), gn.direction(0.3, [0.0, 2.0]), [0.1, 0.1]
+        >>> print(gn.fit_problem(data, gn.Lambertian(0.4)).bounds)
+        (array([0.]), array([1.]))
+        """
+        u = self.unknowns
+        return u.numbers(u.low), u.numbers(u.high)
+
+    def residuals(self, values: Any) -> Any:
+        """Residuals of all values for numbers of the model: those of the first channel, then those of the next.
+
+        `values`: an array (n,) in the order of `names`, of NumPy, PyTorch or JAX, which differentiate the result by
+        it; or a mapping from names to numbers. The residual is that of the loss, weighted, before `robust`.
+
+        Shapes   (C N,).
+        Error    rounding.
+
+        Example
+        >>> wi, wo = gn.direction(0.5, [0.0, 1.0]), gn.direction(0.3, [0.0, 2.0])
+        >>> problem = gn.fit_problem((wi, wo, [0.1, 0.1]), gn.Lambertian(), loss="plain")
+        >>> print(problem.residuals(np.array([0.4])).round(4))
+        [0.0273 0.0273]
+        """
+        values = self._ordered(values)
+        lib = ops.library(values)
+        u, (wi, wo, target, weight) = self.unknowns, self._arrays
+        if lib.name == "numpy":
+            inputs = (wi, wo, target, weight)
+            model = u._plain.with_values(self._by_path(np.asarray(values, float)))
+            flat = batch.run(difference(self.loss), (SCALAR,), model, inputs, WIDTHS)[0]
+            return np.broadcast_to(flat, weight.shape[:-1]).reshape(-1)
+        inputs = tuple(lib.convert(x, values) for x in (wi, wo, target, weight))
+        model = u._plain.with_values(self._by_path(values))
+        found = batch.run(difference(self.loss), (SCALAR,), model, inputs, WIDTHS)[0]
+        return lib.module.reshape(lib.module.broadcast_to(found, weight.shape[:-1]), (-1,))
+
+    def jacobian(self, values: Any) -> np.ndarray:
+        """Derivatives (C N, n) of `residuals` by the numbers, exact. NumPy arrays only.
+
+        Example
+        >>> wi, wo = gn.direction(0.5, [0.0, 1.0]), gn.direction(0.3, [0.0, 2.0])
+        >>> problem = gn.fit_problem((wi, wo, [0.1, 0.1]), gn.Lambertian(), loss="plain")
+        >>> print(problem.jacobian([0.4]).round(4).ravel())
+        [0.3183 0.3183]
+        """
+        u, inputs = self.unknowns, self._arrays
+        model = u._plain.with_values(self._by_path(np.asarray(self._ordered(values), float)))
+        task = Task(difference(self.loss), (VALUE,), WIDTHS, (u.places, ()))
+        _, *slopes = batch.compute(task, model, inputs)
+        channels, rows = inputs[2].shape[:2]
+        found = np.zeros((channels, rows, len(self.names)))
+        for k, slope in enumerate(slopes):
+            slope = np.broadcast_to(slope, (channels, rows))
+            for c in range(channels):
+                found[c, :, u.columns[c, k]] += slope[c]
+        return found.reshape(channels * rows, -1)
+
+    def _by_path(self, values: Any) -> dict[str, Any]:
+        """Numbers (C, 1, 1) or (1, 1, 1) of every free parameter."""
+        found, at = dict[str, Any](), 0
+        for f, n in self.unknowns._widths:
+            found[f.path] = values[at : at + n].reshape(n, 1, 1)
+            at += n
+        return found
+
+    def _ordered(self, values: Any) -> Any:
+        if isinstance(values, Mapping):
+            if set(values) != set(self.names):
+                raise NotFoundError(f"values: got {listed([*values]) or 'none'}; expected {listed(self.names)}")
+            values = [values[name] for name in self.names]
+        if isinstance(values, (list, tuple)):
+            values = np.array(values, float)
+        if tuple(values.shape) != (len(self.names),):
+            raise ShapeError(
+                f"values: got shape {tuple(values.shape)}, expected ({len(self.names)},): {listed(self.names)}"
+            )
+        return values
+
+    def to_lmfit(self) -> Any:
+        """The problem as an `lmfit.Minimizer`: `.minimize()` fits it, `lmfit.conf_interval` profiles it.
+
+        Names of lmfit are those of the unknowns with _ for all other signs. Uncertainties are those of the data where
+        they are known (`scale_covar=False`). Raises DependencyError without lmfit.
+
+        Example
+        >>> wi, wo = gn.direction(0.5, np.linspace(0.0, 3.0, 9)), gn.direction(0.3, np.zeros(9))
+        >>> problem = gn.fit_problem((wi, wo, np.full(9, 0.1)), gn.Lambertian())
+        >>> minimizer = problem.to_lmfit()  # doctest: +SKIP
+        >>> print(minimizer.minimize().params["rho"].value)  # doctest: +SKIP
+        0.3141592653589793
+        """
+        try:
+            import lmfit
+        except ImportError:
+            raise DependencyError('lmfit is not installed; pip install "gonio[fit]"') from None
+        low, high = self.bounds
+        labels = ["".join(c if c.isalnum() else "_" for c in name).strip("_") for name in self.names]
+        labels = [label if label[0].isalpha() else f"p{label}" for label in labels]
+        parameters = lmfit.Parameters()
+        for label, value, a, b in zip(labels, self.x0, low, high, strict=True):
+            inside = min(max(value, a + 1e-6 * min(b - a, 1.0)), b - 1e-6 * min(b - a, 1.0))
+            parameters.add(label, inside, min=a, max=b)
+
+        def residuals(p: Any) -> np.ndarray:
+            found: np.ndarray = self.residuals(np.array([p[label].value for label in labels]))
+            return found
+
+        return lmfit.Minimizer(residuals, parameters, scale_covar=self.loss != "likelihood")
+
+
+@checked
+def fit_problem(
+    data: Any,
+    model: Reflectance,
+    loss: str | None = None,
+    *,
+    by: Iterable[str] | None = None,
+    per_channel: bool | Iterable[str] | None = None,
+    weights: Any = None,
+    theta_max: float = math.pi / 2.0,
+) -> Problem:
+    """The problem that `fit` solves, for optimisers of others: residuals and derivatives; arguments as those of `fit`.
+
+    `problem.residuals` takes arrays of PyTorch and JAX too, and they differentiate it.
+
+    Example
+    >>> data = gn.tabulate(gn.Lambertian(0.3), resolution=(9, 9, 18))
+    >>> problem = gn.fit_problem(data, gn.Lambertian())
+    >>> from scipy.optimize import least_squares
+    >>> print(least_squares(problem.residuals, problem.x0, problem.jacobian).x.round(6))
+    [0.3]
+    """
+    return make_problem(data, model, loss, "none", by, per_channel, weights, theta_max)
+
+
+def make_problem(
+    data: Any,
+    model: Reflectance,
+    loss: str | None,
+    robust: str,
+    by: Iterable[str] | None,
+    per_channel: bool | Iterable[str] | None,
+    weights: Any,
+    theta_max: float,
+) -> Problem:
+    """The problem of data and a model. Raises what `fit` does."""
+    rows = data if isinstance(data, Samples) else samples(data, _within(theta_max), weights)
+    loss = ("cosine" if rows.u is None else "likelihood") if loss is None else loss
+    for name, word, known in (("loss", loss, LOSSES), ("robust", robust, ROBUST)):
+        if word not in known:
+            raise ParameterError(f"{name}={word!r:.60}: expected one of {listed([*known])}")
+    if loss == "likelihood" and rows.u is None:
+        raise ParameterError(
+            "loss='likelihood': the data have no uncertainties; expected (wi, wo, f, u), or loss='cosine'"
+        )
+    if loss == "ratio" and (rows.f[rows.valid] <= 0.0).any():
+        count = int((rows.f[rows.valid] <= 0.0).sum())
+        raise ParameterError(f"loss='ratio': {count} values are 0 or less; expected f > 0, or loss='log'")
+    if loss == "log" and (1.0 + rows.f * rows.wi[:, 2:])[rows.valid].min() <= 0.0:
+        raise ParameterError("loss='log': f cos(theta_i) reaches -1; expected values above that, or loss='cosine'")
+    if model.sides != "front" or model.has_delta:
+        what = "a perfect mirror" if model.has_delta else "it transmits light"
+        raise ParameterError(f"{model!r:.80}: {what}; expected a model whose f is finite, of one side")
+    try:
+        free = unknowns(model, rows.f.shape[1], by, per_channel)
+    except TraceError as error:
+        raise ParameterError(f"{model!r:.80}: has no derivatives: {error}") from None
+    single = rows.f.size > SINGLE
+    return Problem(rows, free, loss, robust, 1.0, single)
+
+
+def _within(theta: float) -> float:
+    if not 0.0 < theta <= 0.5 * math.pi + 1e-9:
+        degrees = f"; in degrees? numpy.radians({theta:g})" if theta > 2.0 else ""
+        raise ParameterError(f"theta_max={theta:g}: expected an angle [rad] in (0, pi/2]{degrees}")
+    return theta

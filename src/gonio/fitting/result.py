@@ -1,0 +1,378 @@
+"""What a fit found: the model, how sure its numbers are, how well it agrees with the data, and where it does not."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from functools import cached_property
+from html import escape
+from statistics import NormalDist
+from typing import Annotated, Any, NamedTuple
+
+import numpy as np
+
+from ..arguments import Within, checked
+from ..base.angles import angles
+from ..base.reflectance import Reflectance
+from .covariance import correlations, spread_of
+from .losses import LOSSES, ROBUST
+from .notes import notes_of
+from .problem import Problem
+from .samples import names_of
+
+SAME_COST = 1.01
+"""Ratio of costs up to which two optima count as one."""
+
+ALIKE = 0.95
+"""Correlation from which two numbers are hard to tell apart."""
+
+EDGES = (0.0, 15.0, 30.0, 45.0, 60.0, 75.0, 90.0)
+"""Edges of the classes of angles of incidence [degrees]."""
+
+
+class Incidence(NamedTuple):
+    """Agreement in a class of angles of incidence [degrees]: values, the root mean square and the mean of the relative
+    difference of model and data, relative to the root mean square of the data there."""
+
+    low: float
+    high: float
+    values: int
+    rms: float
+    mean: float
+
+
+class Row(NamedTuple):
+    """A row of data where the model is wrong: directions, channel, f of data and model [1/sr], and the residual."""
+
+    wi: np.ndarray
+    wo: np.ndarray
+    channel: str
+    data: float
+    model: float
+    residual: float
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """What `fit` found. It prints as a report, in a notebook as tables.
+
+    model        the model with the fitted numbers
+    names        of the unknowns: paths of parameters, "[2]" after those with a number for each channel
+    values       (n,) the fitted numbers
+    covariance   (n, n) of these; 0 for numbers at a bound, inf on the diagonal for those that the data do not determine
+    cost         the sum of the costs of residuals
+    used         the number of values that were fitted
+    converged    whether it ended at an optimum, not by the number of steps
+    steps        of the solver, with all data
+    agreeing     the share of starts, on a part of the data, that ended at the best optimum
+    condition    square root of the ratio of the largest to the least eigenvalue of the scaled normal matrix: 1 for
+                 numbers that do not disturb each other
+
+    Error    standard errors are those of first order: 95 % intervals cover the truth in 93 to 97 % of synthetic
+             measurements with 0.1 % to 10 % noise (benchmarks/fits.txt). They follow from the scatter of the data
+             about the model: where the model is wrong systematically, errors are larger than they say.
+    Source   JCGM 100:2008; Huber 1967; White 1980; AIC: Akaike 1974; BIC: Schwarz 1978.
+
+    Example
+    >>> theta = np.linspace(0.1, 1.2, 12)
+    >>> wi, wo = gn.direction(theta, 0.0), gn.direction(theta[::-1], 2.0)
+    >>> noise = 1.0 + 0.01 * np.random.default_rng(1).standard_normal(12)
+    >>> found = gn.fit((wi, wo, gn.Lambertian(0.5).f(wi, wo) * noise), gn.Lambertian())
+    >>> print(found.model, found.stderr["rho"].round(4))
+    Lambertian(rho=0.498...) 0.00...
+    """
+
+    model: Reflectance
+    names: tuple[str, ...]
+    values: np.ndarray
+    covariance: np.ndarray
+    cost: float
+    used: int
+    converged: bool
+    steps: int
+    agreeing: float
+    condition: float
+    at_bound: np.ndarray = field(repr=False)
+    problem: Problem = field(repr=False)
+
+    @classmethod
+    def of(
+        cls, problem: Problem, x: np.ndarray, converged: bool, steps: int, ends: np.ndarray, costs: np.ndarray
+    ) -> Fit:
+        """The result at unknowns x (n,); `costs` of all starts on a part of the data, the least first."""
+        u = problem.unknowns
+        sums = problem.squares(x[None])
+        spread = spread_of(problem, x, sums.gradient[0], sums.matrix[0])
+        numbers = u.numbers(x)
+        agreeing = float(np.mean(costs <= SAME_COST * costs[0] + 1e-30)) if len(costs) else 1.0
+        return cls(
+            u.fitted(numbers),
+            u.names,
+            numbers,
+            spread.covariance,
+            float(sums.cost[0]) * problem.scale**2,
+            problem.samples.count,
+            converged,
+            steps,
+            agreeing,
+            spread.condition,
+            spread.at_bound,
+            problem,
+        )
+
+    @property
+    def loss(self) -> str:
+        """What was compared."""
+        return self.problem.loss
+
+    @property
+    def free(self) -> int:
+        """Degrees of freedom: values less unknowns."""
+        return self.used - len(self.names)
+
+    @property
+    def stderr(self) -> dict[str, float]:
+        """Standard errors by name; 0 at a bound, inf where the data do not determine the number."""
+        return dict(zip(self.names, np.sqrt(np.diag(self.covariance)).tolist(), strict=True))
+
+    @property
+    def correlation(self) -> np.ndarray:
+        """Correlation matrix (n, n); NaN for numbers at a bound or not determined."""
+        return correlations(self.covariance)
+
+    @checked
+    def interval(self, p: Annotated[float, Within(0.0, 1.0)] = 0.95) -> dict[str, tuple[float, float]]:
+        """Intervals that hold the truth with probability p, by name: value -+ t s, t of Student's distribution.
+
+        Example
+        >>> data = gn.direction(0.5, np.zeros(3)), gn.direction([0.1, 0.3, 0.5], 0.0), [0.10, 0.11, 0.12]
+        >>> low, high = gn.fit(data, gn.Lambertian(), loss="plain").interval()["rho"]
+        >>> print(low < 0.11 * np.pi < high)
+        True
+        """
+        if self.loss == "likelihood":
+            t = NormalDist().inv_cdf(0.5 + 0.5 * p)
+        else:
+            from scipy.stats import t as student
+
+            t = float(student.ppf(0.5 + 0.5 * p, max(self.free, 1)))
+        return {
+            name: (float(value - t * s), float(value + t * s))
+            for (name, s), value in zip(self.stderr.items(), self.values, strict=True)
+        }
+
+    @property
+    def rms(self) -> float:
+        """Root mean square of the residuals, in units of what is compared; of a likelihood in standard uncertainties."""
+        return math.sqrt(self.cost / self.used)
+
+    @property
+    def aic(self) -> float:
+        """Akaike's information criterion, less what all models have in common."""
+        return self._deviance + 2.0 * len(self.names)
+
+    @property
+    def bic(self) -> float:
+        """The Bayesian information criterion, less what all models have in common."""
+        return self._deviance + math.log(self.used) * len(self.names)
+
+    @property
+    def _deviance(self) -> float:
+        if self.loss == "likelihood":
+            return self.cost
+        return self.used * math.log(max(self.cost, 1e-300) / self.used)
+
+    @cached_property
+    def _compared(self) -> tuple[np.ndarray, np.ndarray]:
+        """f of the model (N, C), and residuals (N, C), weighted, NaN where there is no number."""
+        s = self.problem.samples
+        f = np.reshape(self.model.f(s.wi, s.wo), (len(s), -1))
+        f = np.broadcast_to(f, s.f.shape)
+        r = self.problem.least_squares().residuals(self.values).reshape(s.f.shape[::-1]).T
+        return f, np.where(s.valid, r, np.nan)
+
+    def by_incidence(self) -> list[Incidence]:
+        """Agreement by angle of incidence, in classes of 15 degrees that hold data.
+
+        Example
+        >>> wi, wo = gn.direction([0.2, 0.9], 0.0), gn.direction([0.3, 0.8], 1.0)
+        >>> for c in gn.fit((wi, wo, [0.10, 0.12]), gn.Lambertian(), loss="plain").by_incidence():
+        ...     print(c.low, c.high, c.values, round(c.rms, 2))
+        0.0 15.0 1 0.1
+        45.0 60.0 1 0.08
+        """
+        s, (f, _) = self.problem.samples, self._compared
+        theta = np.degrees(angles(s.wi)[0])
+        found = []
+        for low, high in zip(EDGES, EDGES[1:], strict=False):
+            rows = (theta >= low) & (theta < high)
+            valid = s.valid[rows]
+            if not valid.any():
+                continue
+            off, size = (f[rows] - s.f[rows])[valid], s.f[rows][valid]
+            scale = math.sqrt(float(np.mean(size**2))) or 1.0
+            rms, mean = math.sqrt(float(np.mean(off**2))) / scale, float(off.mean()) / scale
+            found.append(Incidence(low, high, int(valid.sum()), rms, mean))
+        return found
+
+    def worst(self, count: int = 5) -> list[Row]:
+        """The rows with the largest residuals.
+
+        Example
+        >>> wi, wo = gn.direction([0.2, 0.9, 0.4], 0.0), gn.direction([0.3, 0.8, 0.4], 1.0)
+        >>> (row,) = gn.fit((wi, wo, [0.10, 0.10, 0.2]), gn.Lambertian(), loss="plain").worst(1)
+        >>> print(row.data, round(row.model, 3))
+        0.2 0.133
+        """
+        s, (f, r) = self.problem.samples, self._compared
+        size = np.where(np.isfinite(r), np.abs(r), -1.0).reshape(-1)
+        count = min(count, s.count)
+        top = np.argsort(-size, kind="stable")[:count]
+        names = names_of(s.channels)
+        rows = []
+        for row, channel in zip(*np.unravel_index(top, r.shape), strict=True):
+            at = row, channel
+            rows.append(Row(s.wi[row], s.wo[row], names[channel], float(s.f[at]), float(f[at]), float(r[at])))
+        return rows
+
+    @cached_property
+    def notes(self) -> tuple[str, ...]:
+        """What should be known before the numbers are used: each a sentence."""
+        return tuple(notes_of(self))
+
+    @property
+    def alike(self) -> list[tuple[str, str, float]]:
+        """Pairs of unknowns that the data hardly tell apart, with their correlation, the strongest first."""
+        found = []
+        correlation = self.correlation
+        for i, j in zip(*np.triu_indices(len(self.names), 1), strict=True):
+            if abs(correlation[i, j]) > ALIKE:
+                found.append((self.names[i], self.names[j], float(correlation[i, j])))
+        return sorted(found, key=lambda pair: -abs(pair[2]))
+
+    def rows(self) -> list[tuple[str, str, str]]:
+        """Name, value with standard error, and what there is to say, of each unknown.
+
+        Example
+        >>> data = gn.direction(0.5, np.zeros(3)), gn.direction([0.1, 0.3, 0.5], 0.0), [0.10, 0.11, 0.12]
+        >>> print(gn.fit(data, gn.Lambertian(), loss="plain").rows())
+        [('rho', '0.346 ± 0.018', '')]
+        """
+        found = []
+        low, high = self.problem.bounds
+        for k, (name, s) in enumerate(self.stderr.items()):
+            value, remark = float(self.values[k]), ""
+            if self.at_bound[k]:
+                side = "least" if value <= low[k] * (1 + 1e-9) else "largest"
+                text, remark = f"{value:.6g}", f"at its bound, the {side} value allowed"
+            elif not math.isfinite(s):
+                text, remark = f"{value:.6g}", "not determined by the data"
+            else:
+                text = _with_error(value, s)
+            found.append((name, text, remark))
+        return found
+
+    def report(self) -> str:
+        """The report as text.
+
+        Example
+        >>> data = gn.direction(0.5, np.zeros(3)), gn.direction([0.1, 0.3, 0.5], 0.0), [0.10, 0.11, 0.12]
+        >>> print(gn.fit(data, gn.Lambertian(), loss="plain").report().splitlines()[0])
+        Lambertian(rho=0.34...) fits 3 rows
+        """
+        s = self.problem.samples
+        lines = [f"{self.model!r:.200} fits {s.source}"]
+        told = [f"{n} rows left out: {reason}" for reason, n in s.left_out.items()]
+        lines.append(f"{self.used} values, {len(self.names)} unknowns; " + self._agreement())
+        lines += [f"  {text}" for text in told]
+        rows = self.rows()
+        width = max(len(row[0]) for row in rows)
+        lines += ["", *(f"  {name:<{width}}  {value}  {remark}".rstrip() for name, value, remark in rows), ""]
+        lines.append("by angle of incidence   values   rms     mean difference, of the data's rms")
+        for c in self.by_incidence():
+            lines.append(f"  {c.low:3.0f} to {c.high:3.0f} degrees {c.values:10d}   {c.rms:6.1%}  {c.mean:+6.1%}")
+        lines.append("largest residuals")
+        lines += [f"  {text}" for text in map(_told, self.worst())]
+        if self.notes:
+            lines += ["", "note", *(f"  - {text}" for text in self.notes)]
+        return "\n".join(lines)
+
+    def _agreement(self) -> str:
+        compared = LOSSES[self.loss].doc.partition(";")[0]
+        size = "chi2/free" if self.loss == "likelihood" else "rms"
+        number = self.cost / max(self.free, 1) if self.loss == "likelihood" else self.rms
+        robust = "" if self.problem.robust == "none" else f", {self.problem.robust} ({ROBUST[self.problem.robust].doc})"
+        return f"{size} {number:.4g} of {compared}{robust}; AIC {self.aic:.6g}, BIC {self.bic:.6g}"
+
+    def to_json(self) -> dict[str, Any]:
+        """The result as numbers, lists and words, for files.
+
+        Example
+        >>> data = gn.direction(0.5, np.zeros(3)), gn.direction([0.1, 0.3, 0.5], 0.0), [0.10, 0.11, 0.12]
+        >>> print(sorted(gn.fit(data, gn.Lambertian()).to_json())[:4])
+        ['agreeing', 'aic', 'bic', 'condition']
+        """
+        numbers = {
+            name: getattr(self, name) for name in ("cost", "rms", "used", "free", "aic", "bic", "agreeing", "steps")
+        }
+        return {
+            "model": repr(self.model),
+            "parameters": {
+                name: {"value": float(v), "stderr": s if math.isfinite(s) else None, "at_bound": bool(b)}
+                for (name, s), v, b in zip(self.stderr.items(), self.values, self.at_bound, strict=True)
+            },
+            "covariance": [[x if math.isfinite(x) else None for x in row] for row in self.covariance.tolist()],
+            **numbers,
+            "condition": self.condition if math.isfinite(self.condition) else None,
+            "converged": self.converged,
+            "loss": self.loss,
+            "robust": self.problem.robust,
+            "data": self.problem.samples.source,
+            "left_out": dict(self.problem.samples.left_out),
+            "notes": list(self.notes),
+        }
+
+    def __str__(self) -> str:
+        return self.report()
+
+    def __repr__(self) -> str:
+        told = ", ".join(f"{name}={value}" for name, value, _ in self.rows()[:8])
+        return f"<Fit of {type(self.model).__name__}: {told}{', ...' if len(self.names) > 8 else ''}>"
+
+    def _repr_html_(self) -> str:
+        """Tables for notebooks."""
+        cells = [
+            f"<tr><td><code>{escape(n)}</code></td><td>{escape(v)}</td><td>{escape(r)}</td></tr>"
+            for n, v, r in self.rows()
+        ]
+        classes = [
+            f"<tr><td>{c.low:.0f} to {c.high:.0f}°</td><td>{c.values}</td><td>{c.rms:.1%}</td><td>{c.mean:+.1%}</td></tr>"
+            for c in self.by_incidence()
+        ]
+        notes = "".join(f"<li>{escape(text)}</li>" for text in self.notes)
+        return (
+            f"<p><code>{escape(repr(self.model)[:300])}</code><br>{self.used} values of {escape(self.problem.samples.source)}; "
+            f"{escape(self._agreement())}</p>"
+            f"<table><tr><th>parameter</th><th>value ± standard error</th><th></th></tr>{''.join(cells)}</table>"
+            f"<table><tr><th>incidence</th><th>values</th><th>rms</th><th>mean</th></tr>{''.join(classes)}</table>"
+            f"<ul>{notes}</ul>"
+        )
+
+
+def _with_error(value: float, s: float) -> str:
+    """A value with two digits of its standard error."""
+    if s == 0.0 or s < 1e-12 * abs(value):
+        return f"{value:.6g} ± {s:.1g}"
+    digits = 1 - math.floor(math.log10(s))
+    if -3 <= digits <= 8 and abs(value) < 1e7:
+        return f"{value:.{max(digits, 0)}f} ± {s:.{max(digits, 0)}f}"
+    return f"{value:.{max(2, 1 + math.floor(math.log10(max(abs(value), s) / s)))}e} ± {s:.1e}"
+
+
+def _told(row: Row) -> str:
+    (theta_i, phi_i), (theta_o, phi_o) = (map(float, np.degrees(angles(w))) for w in (row.wi, row.wo))
+    channel = f" [{row.channel}]" if row.channel else ""
+    return (
+        f"theta_i {theta_i:5.1f}, theta_o {theta_o:5.1f}, phi {(phi_o - phi_i) % 360.0:5.1f} degrees{channel}: "
+        f"data {row.data:.4g}, model {row.model:.4g} /sr"
+    )

@@ -1,0 +1,156 @@
+"""Batched Levenberg-Marquardt: one solver for one fit and for a million, on normal equations alone."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from ..evaluate.squares import Squares
+
+Evaluate = Callable[[np.ndarray, np.ndarray | None], Squares]
+"""The normal equations of unknowns (B, n), of all fits, or of those with these numbers."""
+
+STEPS = 100
+"""Steps at most."""
+
+TOLERANCE = 1e-10
+"""A fit ends where the next step would lower its cost by less than this share of it."""
+
+FIRST, LEAST, MOST = 1e-3, 1e-10, 1e12
+"""Damping at the start, at least and at most, relative to the diagonal of the matrix."""
+
+LONGEST = 1.5
+"""Longest step of a logarithm."""
+
+
+class Solved(NamedTuple):
+    """Unknowns (B, n), their normal equations, whether each fit ended by its own, and the steps taken."""
+
+    x: np.ndarray
+    squares: Squares
+    ended: np.ndarray
+    steps: np.ndarray
+
+
+class Box(NamedTuple):
+    """Bounds of the unknowns (n,), which of them are logarithms, and which enter linearly."""
+
+    low: np.ndarray
+    high: np.ndarray
+    is_log: np.ndarray
+    is_linear: np.ndarray
+
+
+def minimise(evaluate: Evaluate, x: np.ndarray, box: Box, steps: int = STEPS, tolerance: float = TOLERANCE) -> Solved:
+    """The least cost from each of the starts x (B, n) within bounds.
+
+    A step solves (A + damping diag A) d = -g for the unknowns that are not held at a bound by their slope, and is
+    clipped to the bounds. It is taken where it lowers the cost; damping falls and rises by how well the normal equations
+    foretold that. Fits that have ended are left out as soon as they are half of the batch.
+
+    Source   Levenberg 1944; Marquardt 1963, whose scale this is; damping: Nielsen 1999, IMM-REP-1999-05.
+    """
+    x = np.clip(x, box.low, box.high)
+    now = evaluate(x, None)
+    count = len(x)
+    cost, gradient, matrix = (np.array(part) for part in now)
+    damping, growth = np.full(count, FIRST), np.full(count, 2.0)
+    ended, taken = ~np.isfinite(cost), np.zeros(count, int)
+    part: np.ndarray | None = None  # the numbers of the fits that go on; None: all
+    for _ in range(steps):
+        if ended.all():
+            break
+        active = ~ended if part is None else ~ended[part]
+        if active.mean() <= 0.5:
+            part = np.flatnonzero(active) if part is None else part[active]
+        at: slice | np.ndarray = slice(None) if part is None else part
+        d = _step(gradient[at], matrix[at], x[at], damping[at], box)
+        new = np.clip(x[at] + d, box.low, box.high)
+        d = new - x[at]
+        foretold = -2.0 * (gradient[at] * d).sum(axis=1) - np.einsum("bi,bij,bj->b", d, matrix[at], d)
+        tried = evaluate(new, part)
+        lower = tried.cost < cost[at]
+        done = ended[at]
+        take = lower & ~done
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+            gain = (cost[at] - tried.cost) / foretold
+            shrink = np.clip(1.0 - (2.0 * gain - 1.0) ** 3, 1.0 / 3.0, 2.0)
+            few = np.abs(foretold) <= tolerance * cost[at]
+            smallest = np.abs(cost[at] - tried.cost) <= tolerance * cost[at]
+        now_ended = done | few | (lower & smallest) | (cost[at] == 0.0)
+        x[at] = np.where(take[:, None], new, x[at])
+        cost[at] = np.where(take, tried.cost, cost[at])
+        gradient[at] = np.where(take[:, None], tried.gradient, gradient[at])
+        matrix[at] = np.where(take[:, None, None], tried.matrix, matrix[at])
+        next_damping = np.where(
+            lower, damping[at] * np.where(np.isfinite(shrink), shrink, 1.0), damping[at] * growth[at]
+        )
+        growth[at] = np.where(lower, 2.0, 2.0 * growth[at])
+        damping[at] = np.clip(next_damping, LEAST, MOST)
+        taken[at] += ~done
+        ended[at] = now_ended | (damping[at] >= MOST)
+    return Solved(x, Squares(cost, gradient, matrix), ended, taken)
+
+
+def with_linear_solved(evaluate: Evaluate, x: np.ndarray, box: Box) -> np.ndarray:
+    """The unknowns x (B, n) with those that enter linearly at their optimum within bounds, by one evaluation.
+
+    Of the numbers that leave the bounds the farthest is held there, and the others are solved for again.
+    """
+    linear = np.flatnonzero(box.is_linear)
+    if not len(linear):
+        return x
+    sums = evaluate(x, None)
+    a, g = sums.matrix[:, linear[:, None], linear], sums.gradient[:, linear]
+    low, high = box.low[linear] - x[:, linear], box.high[linear] - x[:, linear]
+    d, held = np.zeros_like(g), np.zeros(g.shape, bool)
+    for _ in range(len(linear)):
+        rest = g + np.einsum("bij,bj->bi", a, np.where(held, d, 0.0))
+        d = np.where(held, d, _solved(a, -rest, held, np.full(len(x), 1e-9)))
+        beyond = np.where(held, 0.0, np.maximum(low - d, d - high) * np.sqrt(np.einsum("bii->bi", a)))
+        worst = beyond.argmax(axis=1)
+        outside = np.take_along_axis(beyond, worst[:, None], 1)[:, 0] > 0.0
+        if not outside.any():
+            break
+        rows = np.flatnonzero(outside)
+        held[rows, worst[rows]] = True
+        d = np.where(held, np.clip(d, low, high), d)
+    solved = x.copy()
+    solved[:, linear] = np.clip(x[:, linear] + d, box.low[linear], box.high[linear])
+    return solved
+
+
+def _step(gradient: np.ndarray, matrix: np.ndarray, x: np.ndarray, damping: np.ndarray, box: Box) -> np.ndarray:
+    held = ((x <= box.low) & (gradient > 0.0)) | ((x >= box.high) & (gradient < 0.0))
+    d = _solved(matrix, -gradient, held, damping)
+    return np.where(box.is_log, np.clip(d, -LONGEST, LONGEST), d)
+
+
+def _solved(matrix: np.ndarray, right: np.ndarray, held: np.ndarray, damping: np.ndarray) -> np.ndarray:
+    """Solutions (B, n) of damped symmetric systems, 0 for the unknowns that are held; 0 where there is none.
+
+    By Cholesky's factors, computed for all systems at once.
+    """
+    diagonal = np.einsum("bii->bi", matrix)
+    size = np.where(held | ~(diagonal > 0.0), 1.0, diagonal)
+    scale = 1.0 / np.sqrt(size)
+    n = right.shape[1]
+    free = np.where(held, 0.0, scale)
+    columns = np.empty((n, n, len(right)))  # of the factor, the batch last: each operation is of one long row
+    scaled = np.ascontiguousarray(np.moveaxis(matrix * free[:, :, None] * free[:, None, :], 0, -1))
+    b = np.ascontiguousarray((right * free).T)
+    diag = 1.0 + damping
+    with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
+        for j in range(n):
+            pivot = diag - (columns[j, :j] ** 2).sum(axis=0)
+            root = np.sqrt(np.maximum(pivot, 1e-14))
+            columns[j, j] = root
+            for i in range(j + 1, n):
+                columns[i, j] = (scaled[i, j] - (columns[i, :j] * columns[j, :j]).sum(axis=0)) / root
+        for i in range(n):
+            b[i] = (b[i] - (columns[i, :i] * b[:i]).sum(axis=0)) / columns[i, i]
+        for i in reversed(range(n)):
+            b[i] = (b[i] - (columns[i + 1 :, i] * b[i + 1 :]).sum(axis=0)) / columns[i, i]
+    return np.where(np.isfinite(b), b, 0.0).T * free
