@@ -55,8 +55,9 @@ def squares(
     count = len(leaves)
     sums = 1 + count + count * (count + 1) // 2
     cost, *others = batch.compute(Task(kernel, (COUNT,) * sums, widths, squares=leaves), material, inputs)
-    matrix = np.empty((*np.shape(cost), count, count))
-    for i, j, entry in zip(*np.triu_indices(count), others[count:], strict=True):
-        matrix[..., i, j] = matrix[..., j, i] = entry
+    matrix, entries = np.empty((*np.shape(cost), count, count)), iter(others[count:])
+    for i in range(count):
+        for j in range(i, count):
+            matrix[..., i, j] = matrix[..., j, i] = next(entries)
     gradient = np.stack(others[:count], axis=-1) if count else np.empty((*np.shape(cost), 0))
     return Squares(np.asarray(cost), gradient, matrix)

@@ -17,7 +17,7 @@ from .losses import SCALES
 from .problem import Problem, make_problem
 from .result import Fit
 from .samples import warn_of_missing
-from .solver import Solved, minimise, with_linear_solved
+from .solver import Solved, minimise
 from .starts import best_starts
 
 KEPT = 2
@@ -87,20 +87,19 @@ def fitted(problem: Problem, starts: int | None, seed: int, solver: str = SOLVER
     """The fit of a problem."""
     _require_enough(problem)
     wanted, problem = problem, problem.least_squares()
-    x, ends, costs = best_starts(problem, starts, seed, KEPT)
+    x, agreeing = best_starts(problem, starts, seed, KEPT)
     solved = _from(problem, x, solver)
     if wanted.robust != "none":
         problem, solved = _robustly(wanted, solved, solver)
     best = int(np.argmin(solved.squares.cost))
-    return Fit.of(problem, solved.x[best], bool(solved.ended[best]), int(solved.steps[best]), ends, costs)
+    return Fit.of(problem, solved.only(best), agreeing)
 
 
 def _from(problem: Problem, x: np.ndarray, solver: str) -> Solved:
-    """The optima from starts (S, n)."""
+    """The optima from starts (S, n) near them, where a step of all unknowns is as good as one of the curved alone."""
     if solver == "scipy":
         return _by_scipy(problem, x[:1])
-    x = with_linear_solved(problem.squares, x, problem.box)
-    return minimise(lambda at, part: problem.squares(at), x, problem.box)
+    return minimise(problem.squares, x, problem.box._replace(is_linear=np.zeros(x.shape[1], bool)))
 
 
 def _by_scipy(problem: Problem, x: np.ndarray) -> Solved:
@@ -137,7 +136,7 @@ def _robustly(wanted: Problem, solved: Solved, solver: str) -> tuple[Problem, So
         solved = (
             _from(wanted, x, solver)
             if solver == "scipy"
-            else minimise(lambda at, part: wanted.squares(at), x, wanted.box)
+            else minimise(wanted.squares, x, wanted.box)
         )
     return wanted, solved
 

@@ -25,6 +25,9 @@ from .samples import Samples, samples
 from .solver import Box
 from .unknowns import Unknowns, unknowns
 
+RUN = 4096
+"""Rows that one thread adds up at a time, at most."""
+
 SINGLE = 200_000
 """Values above which sums are made from single precision: residuals then err by 3e-6 of f."""
 
@@ -64,15 +67,36 @@ class Problem:
         s, dtype = self.samples, np.float32 if self.single else np.float64
         weight = s.valid.astype(float)
         if s.weights is not None:
-            weight = weight * np.sqrt(s.weights)
-        if self.loss == "likelihood":
-            weight = weight / np.where(s.valid, s.u, 1.0)
-        weight = weight / self.scale
+            weight *= np.sqrt(s.weights)
+        if s.u is not None and self.loss == "likelihood":
+            weight /= np.where(s.valid, s.u, 1.0)
+        weight /= self.scale
         with np.errstate(invalid="ignore", divide="ignore"):
-            target = LOSSES[self.loss].compared(s.f, s.wi[:, 2:])
-        target = np.where(s.valid, target, 0.0)
+            target = np.where(s.valid, LOSSES[self.loss].compared(s.f, s.wi[:, 2:]), 0.0)
         planes = [np.ascontiguousarray(x.T, dtype)[..., None] for x in (target, weight)]
         return (*(np.ascontiguousarray(w[None], dtype) for w in (s.wi, s.wo)), *planes)
+
+    @cached_property
+    def _in_runs(self) -> list[np.ndarray]:
+        """The arrays, their rows cut into runs (..., K, RUN, 3 or 1) that threads share; the last filled up by rows of
+        weight 0."""
+        count = len(self.samples)
+        runs = max(1, -(-count // RUN))
+        length = -(-count // runs)
+        found = []
+        for x in self._arrays:
+            filled = x
+            if runs * length > count:
+                filled = np.concatenate([x, np.repeat(x[:, -1:], runs * length - count, axis=1)], axis=1)
+            found.append(filled.reshape(1, len(x), runs, length, x.shape[-1]))
+        found[-1].reshape(found[-1].shape[1], -1)[:, count:] = 0.0
+        return found
+
+    @property
+    def size(self) -> float:
+        """The weighted sum of squares of what is compared, of the data."""
+        target, weight = self._arrays[2:]
+        return float(((weight * target) ** 2).sum(dtype=float))
 
     @property
     def box(self) -> Box:
@@ -90,9 +114,8 @@ class Problem:
 
     def _summed(self, kernel: Any, x: np.ndarray) -> Squares:
         u = self.unknowns
-        wi, wo, target, weight = self._arrays
-        inputs = (wi[None], wo[None], target[None], weight[None])
-        return u.gathered(squares(kernel, u.models(x), u.places, inputs, WIDTHS), x)
+        cost, gradient, matrix = squares(kernel, u.models(x, axes=3), u.places, self._in_runs, WIDTHS)
+        return u.gathered(Squares(cost.sum(axis=2), gradient.sum(axis=2), matrix.sum(axis=2)), x)
 
     def least_squares(self) -> Problem:
         """The problem with every residual counted by its square."""
@@ -146,11 +169,11 @@ class Problem:
         u, (wi, wo, target, weight) = self.unknowns, self._arrays
         if lib.name == "numpy":
             inputs = (wi, wo, target, weight)
-            model = u._plain.with_values(self._by_path(np.asarray(values, float)))
+            model = u.plain().with_values(self._by_path(np.asarray(values, float)))
             flat = batch.run(difference(self.loss), (SCALAR,), model, inputs, WIDTHS)[0]
             return np.broadcast_to(flat, weight.shape[:-1]).reshape(-1)
         inputs = tuple(lib.convert(x, values) for x in (wi, wo, target, weight))
-        model = u._plain.with_values(self._by_path(values))
+        model = u.plain().with_values(self._by_path(values))
         found = batch.run(difference(self.loss), (SCALAR,), model, inputs, WIDTHS)[0]
         return lib.module.reshape(lib.module.broadcast_to(found, weight.shape[:-1]), (-1,))
 
@@ -164,7 +187,7 @@ class Problem:
         [0.3183 0.3183]
         """
         u, inputs = self.unknowns, self._arrays
-        model = u._plain.with_values(self._by_path(np.asarray(self._ordered(values), float)))
+        model = u.plain().with_values(self._by_path(np.asarray(self._ordered(values), float)))
         task = Task(difference(self.loss), (VALUE,), WIDTHS, (u.places, ()))
         _, *slopes = batch.compute(task, model, inputs)
         channels, rows = inputs[2].shape[:2]
@@ -178,7 +201,7 @@ class Problem:
     def _by_path(self, values: Any) -> dict[str, Any]:
         """Numbers (C, 1, 1) or (1, 1, 1) of every free parameter."""
         found, at = dict[str, Any](), 0
-        for f, n in self.unknowns._widths:
+        for f, n in self.unknowns.widths:
             found[f.path] = values[at : at + n].reshape(n, 1, 1)
             at += n
         return found

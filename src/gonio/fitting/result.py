@@ -19,9 +19,7 @@ from .losses import LOSSES, ROBUST
 from .notes import notes_of
 from .problem import Problem
 from .samples import names_of
-
-SAME_COST = 1.01
-"""Ratio of costs up to which two optima count as one."""
+from .solver import Solved
 
 ALIKE = 0.95
 """Correlation from which two numbers are hard to tell apart."""
@@ -96,15 +94,11 @@ class Fit:
     problem: Problem = field(repr=False)
 
     @classmethod
-    def of(
-        cls, problem: Problem, x: np.ndarray, converged: bool, steps: int, ends: np.ndarray, costs: np.ndarray
-    ) -> Fit:
-        """The result at unknowns x (n,); `costs` of all starts on a part of the data, the least first."""
-        u = problem.unknowns
-        sums = problem.squares(x[None])
+    def of(cls, problem: Problem, solved: Solved, agreeing: float) -> Fit:
+        """The result of a problem that was solved for one set of unknowns."""
+        u, x, sums = problem.unknowns, solved.x[0], solved.squares
         spread = spread_of(problem, x, sums.gradient[0], sums.matrix[0])
         numbers = u.numbers(x)
-        agreeing = float(np.mean(costs <= SAME_COST * costs[0] + 1e-30)) if len(costs) else 1.0
         return cls(
             u.fitted(numbers),
             u.names,
@@ -112,8 +106,8 @@ class Fit:
             spread.covariance,
             float(sums.cost[0]) * problem.scale**2,
             problem.samples.count,
-            converged,
-            steps,
+            bool(solved.ended[0]),
+            int(solved.steps[0]),
             agreeing,
             spread.condition,
             spread.at_bound,

@@ -79,13 +79,13 @@ def samples(data: Any, theta_max: float = math.pi / 2.0, weights: Any = None) ->
     finite = np.isfinite(f)
     left_out: dict[str, int] = {}
     keep = np.ones(len(f), bool)
-    up = (wi[:, 2] > HORIZON) & (wo[:, 2] > HORIZON)
-    least = math.cos(theta_max)
+    least = max(math.cos(theta_max), HORIZON)
+    lowest = np.minimum(wi[:, 2], wo[:, 2])
     reasons = {
-        "a direction that is no number": ~(np.isfinite(wi).all(axis=1) & np.isfinite(wo).all(axis=1)),
+        "a direction that is no number": ~np.isfinite(sum(w[:, k] for w in (wi, wo) for k in range(3))),
         "no number": ~finite.any(axis=1),
-        "below the horizon": ~up,
-        f"beyond {math.degrees(theta_max):g} degrees": (wi[:, 2] < least) | (wo[:, 2] < least),
+        "below the horizon": ~(lowest > HORIZON),
+        f"beyond {math.degrees(theta_max):g} degrees": ~(lowest >= least),
     }
     for reason, out in reasons.items():
         if count := int((keep & out).sum()):
@@ -185,16 +185,12 @@ def _direction(theta: np.ndarray, phi: np.ndarray) -> np.ndarray:
 
 
 def _of_arrays(wi: Any, wo: Any, f: Any, u: Any = None) -> Rows:
-    wi, wo, f = (_numbers(name, x) for name, x in (("wi", wi), ("wo", wo), ("f", f)))
+    wi, wo, f = (real(name, x) for name, x in (("wi", wi), ("wo", wo), ("f", f)))
     for name, w in (("wi", wi), ("wo", wo)):
         if w.ndim != 2 or w.shape[1] != 3:
             rule = "expected (N, 3): gn.direction(theta, phi) makes directions of angles [rad]"
             raise ShapeError(f"{name}: got shape {w.shape}; {rule}")
-        length = np.linalg.norm(w, axis=1)
-        length = length[np.isfinite(length)]
-        if length.size and np.abs(length - 1.0).max() > UNIT:
-            off = length[np.abs(length - 1.0).argmax()]
-            raise ParameterError(f"{name}: a direction of length {off:g}; expected unit vectors: gn.normalize({name})")
+        suspected_lengths(name, w)
     count = max(len(wi), len(wo))
     wi, wo = (np.broadcast_to(w, (count, 3)) if len(w) == 1 else w for w in (wi, wo))
     if len(wi) != len(wo) or f.ndim not in (1, 2) or len(f) != count:
@@ -203,7 +199,7 @@ def _of_arrays(wi: Any, wo: Any, f: Any, u: Any = None) -> Rows:
     channels = tuple(range(f.shape[1])) if f.ndim == 2 else None
     f = f.reshape(count, -1)
     if u is not None:
-        u = _numbers("u", u)
+        u = real("u", u)
         u = u[:, None] if u.ndim == 1 and f.ndim == 2 and len(u) == count else u
         try:
             u = np.broadcast_to(u, f.shape)
@@ -212,9 +208,17 @@ def _of_arrays(wi: Any, wo: Any, f: Any, u: Any = None) -> Rows:
     return wi, wo, f, u, channels, f"{count} rows"
 
 
+def suspected_lengths(name: str, w: np.ndarray) -> None:
+    """Raises ParameterError for directions (..., 3) that are no unit vectors."""
+    off = np.abs(np.einsum("...k,...k->...", w, w) - 1.0)
+    if (off > 2.0 * UNIT).any():
+        off = float(np.sqrt((w[off > 2.0 * UNIT][0] ** 2).sum()))
+        raise ParameterError(f"{name}: a direction of length {off:g}; expected unit vectors: gn.normalize({name})")
+
+
 def _weights(weights: Any, f: np.ndarray) -> np.ndarray:
     """Weights (N, 1) or (N, C) of the squares of residuals."""
-    array = _numbers("weights", weights)
+    array = real("weights", weights)
     array = array[:, None] if array.shape == (len(f),) else array
     if array.shape not in ((len(f), 1), f.shape):
         raise ShapeError(
@@ -225,7 +229,10 @@ def _weights(weights: Any, f: np.ndarray) -> np.ndarray:
     return array
 
 
-def _numbers(name: str, values: Any) -> np.ndarray:
+def real(name: str, values: Any) -> np.ndarray:
+    """An argument as numbers; NaN for what is masked."""
+    if type(values) is np.ndarray and values.dtype == np.float64:
+        return values
     try:
         return np.ma.filled(np.ma.asarray(values).astype(float), np.nan)
     except (TypeError, ValueError) as error:

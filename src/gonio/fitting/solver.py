@@ -1,8 +1,13 @@
-"""Batched Levenberg-Marquardt: one solver for one fit and for a million, on normal equations alone."""
+"""Batched Levenberg-Marquardt: one solver for one fit and for a million, on normal equations alone.
+
+Unknowns that enter linearly are eliminated: wherever the others are tried, these are at their optimum (variable
+projection). The step of all unknowns from such a point is Kaufman's, so that the curved ones see the valley's floor.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import suppress
 from typing import NamedTuple
 
 import numpy as np
@@ -33,6 +38,11 @@ class Solved(NamedTuple):
     ended: np.ndarray
     steps: np.ndarray
 
+    def only(self, k: int) -> Solved:
+        """One of the fits, of which B is then 1."""
+        at = slice(k, k + 1)
+        return Solved(self.x[at], Squares(*(part[at] for part in self.squares)), self.ended[at], self.steps[at])
+
 
 class Box(NamedTuple):
     """Bounds of the unknowns (n,), which of them are logarithms, and which enter linearly."""
@@ -50,9 +60,10 @@ def minimise(evaluate: Evaluate, x: np.ndarray, box: Box, steps: int = STEPS, to
     clipped to the bounds. It is taken where it lowers the cost; damping falls and rises by how well the normal equations
     foretold that. Fits that have ended are left out as soon as they are half of the batch.
 
-    Source   Levenberg 1944; Marquardt 1963, whose scale this is; damping: Nielsen 1999, IMM-REP-1999-05.
+    Source   Levenberg 1944; Marquardt 1963, whose scale this is; damping: Nielsen 1999, IMM-REP-1999-05; elimination:
+             Golub & Pereyra 1973, SIAM J. Numer. Anal. 10(2):413; Kaufman 1975, BIT 15:49.
     """
-    x = np.clip(x, box.low, box.high)
+    x = with_linear_solved(evaluate, np.clip(x, box.low, box.high), box)
     now = evaluate(x, None)
     count = len(x)
     cost, gradient, matrix = (np.array(part) for part in now)
@@ -70,6 +81,7 @@ def minimise(evaluate: Evaluate, x: np.ndarray, box: Box, steps: int = STEPS, to
         new = np.clip(x[at] + d, box.low, box.high)
         d = new - x[at]
         foretold = -2.0 * (gradient[at] * d).sum(axis=1) - np.einsum("bi,bij,bj->b", d, matrix[at], d)
+        new = with_linear_solved(evaluate, new, box, part)
         tried = evaluate(new, part)
         lower = tried.cost < cost[at]
         done = ended[at]
@@ -94,63 +106,79 @@ def minimise(evaluate: Evaluate, x: np.ndarray, box: Box, steps: int = STEPS, to
     return Solved(x, Squares(cost, gradient, matrix), ended, taken)
 
 
-def with_linear_solved(evaluate: Evaluate, x: np.ndarray, box: Box) -> np.ndarray:
-    """The unknowns x (B, n) with those that enter linearly at their optimum within bounds, by one evaluation.
+def with_linear_solved(evaluate: Evaluate, x: np.ndarray, box: Box, part: np.ndarray | None = None) -> np.ndarray:
+    """The unknowns x (B, n) with those that enter linearly at their optimum within bounds, by one evaluation."""
+    if not box.is_linear.any() or box.is_linear.all():  # then the next step is the same
+        return x
+    linear, d = linear_step(evaluate(x, part), x, box)
+    moved = x.copy()
+    moved[:, linear] = np.clip(x[:, linear] + d, box.low[linear], box.high[linear])
+    return moved
+
+
+def linear_step(sums: Squares, x: np.ndarray, box: Box) -> tuple[np.ndarray, np.ndarray]:
+    """The unknowns that enter linearly, and their step (B, L) to the optimum within bounds.
 
     Of the numbers that leave the bounds the farthest is held there, and the others are solved for again.
     """
     linear = np.flatnonzero(box.is_linear)
-    if not len(linear):
-        return x
-    sums = evaluate(x, None)
     a, g = sums.matrix[:, linear[:, None], linear], sums.gradient[:, linear]
     low, high = box.low[linear] - x[:, linear], box.high[linear] - x[:, linear]
     d, held = np.zeros_like(g), np.zeros(g.shape, bool)
-    for _ in range(len(linear)):
+    damping = np.full(len(x), LEAST)
+    for _ in range(len(linear) + 1):
         rest = g + np.einsum("bij,bj->bi", a, np.where(held, d, 0.0))
-        d = np.where(held, d, _solved(a, -rest, held, np.full(len(x), 1e-9)))
+        d = np.where(held, d, solved(a, -rest, held, damping))
         beyond = np.where(held, 0.0, np.maximum(low - d, d - high) * np.sqrt(np.einsum("bii->bi", a)))
-        worst = beyond.argmax(axis=1)
-        outside = np.take_along_axis(beyond, worst[:, None], 1)[:, 0] > 0.0
+        worst = beyond.argmax(axis=1) if len(linear) else np.zeros(0, int)
+        outside = beyond.max(axis=1, initial=0.0) > 0.0
         if not outside.any():
             break
         rows = np.flatnonzero(outside)
         held[rows, worst[rows]] = True
         d = np.where(held, np.clip(d, low, high), d)
-    solved = x.copy()
-    solved[:, linear] = np.clip(x[:, linear] + d, box.low[linear], box.high[linear])
-    return solved
+    return linear, np.clip(d, low, high)
 
 
 def _step(gradient: np.ndarray, matrix: np.ndarray, x: np.ndarray, damping: np.ndarray, box: Box) -> np.ndarray:
     held = ((x <= box.low) & (gradient > 0.0)) | ((x >= box.high) & (gradient < 0.0))
-    d = _solved(matrix, -gradient, held, damping)
+    d = solved(matrix, -gradient, held, damping)
     return np.where(box.is_log, np.clip(d, -LONGEST, LONGEST), d)
 
 
-def _solved(matrix: np.ndarray, right: np.ndarray, held: np.ndarray, damping: np.ndarray) -> np.ndarray:
-    """Solutions (B, n) of damped symmetric systems, 0 for the unknowns that are held; 0 where there is none.
-
-    By Cholesky's factors, computed for all systems at once.
-    """
+def solved(matrix: np.ndarray, right: np.ndarray, held: np.ndarray, damping: np.ndarray) -> np.ndarray:
+    """Solutions (B, n) of damped symmetric systems, 0 for the unknowns that are held; 0 where there is none."""
     diagonal = np.einsum("bii->bi", matrix)
-    size = np.where(held | ~(diagonal > 0.0), 1.0, diagonal)
-    scale = 1.0 / np.sqrt(size)
-    n = right.shape[1]
-    free = np.where(held, 0.0, scale)
-    columns = np.empty((n, n, len(right)))  # of the factor, the batch last: each operation is of one long row
-    scaled = np.ascontiguousarray(np.moveaxis(matrix * free[:, :, None] * free[:, None, :], 0, -1))
-    b = np.ascontiguousarray((right * free).T)
-    diag = 1.0 + damping
+    free = np.where(held | ~(diagonal > 0.0), 0.0, 1.0 / np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0)))
+    scaled = matrix * free[:, :, None] * free[:, None, :]
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
-        for j in range(n):
-            pivot = diag - (columns[j, :j] ** 2).sum(axis=0)
-            root = np.sqrt(np.maximum(pivot, 1e-14))
-            columns[j, j] = root
-            for i in range(j + 1, n):
-                columns[i, j] = (scaled[i, j] - (columns[i, :j] * columns[j, :j]).sum(axis=0)) / root
-        for i in range(n):
-            b[i] = (b[i] - (columns[i, :i] * b[:i]).sum(axis=0)) / columns[i, i]
-        for i in reversed(range(n)):
-            b[i] = (b[i] - (columns[i + 1 :, i] * b[i + 1 :]).sum(axis=0)) / columns[i, i]
-    return np.where(np.isfinite(b), b, 0.0).T * free
+        if len(right) < FEW:
+            np.einsum("bii->bi", scaled)[:] = 1.0 + damping[:, None]
+            with suppress(np.linalg.LinAlgError):
+                found = np.linalg.solve(scaled, (right * free)[..., None])[..., 0]
+                return np.where(np.isfinite(found), found, 0.0) * free
+        found = _by_factors(scaled, right * free, 1.0 + damping)
+    return np.where(np.isfinite(found), found, 0.0) * free
+
+
+FEW = 256
+"""Systems below which a call of LAPACK for each is faster."""
+
+
+def _by_factors(matrix: np.ndarray, right: np.ndarray, diagonal: np.ndarray) -> np.ndarray:
+    """Solutions of systems whose diagonals are one number each, by Cholesky's factors: all systems at once."""
+    n = right.shape[1]
+    columns = np.empty((n, n, len(right)))  # of the factor, the batch last: each operation is of one long row
+    rows = np.ascontiguousarray(np.moveaxis(matrix, 0, -1))
+    b = np.ascontiguousarray(right.T)
+    for j in range(n):
+        pivot = diagonal - (columns[j, :j] ** 2).sum(axis=0)
+        root = columns[j, j] = np.sqrt(np.maximum(pivot, 1e-14))
+        for i in range(j + 1, n):
+            columns[i, j] = (rows[i, j] - (columns[i, :j] * columns[j, :j]).sum(axis=0)) / root
+    for i in range(n):
+        b[i] = (b[i] - (columns[i, :i] * b[:i]).sum(axis=0)) / columns[i, i]
+    for i in reversed(range(n)):
+        b[i] = (b[i] - (columns[i + 1 :, i] * b[i + 1 :]).sum(axis=0)) / columns[i, i]
+    found: np.ndarray = b.T
+    return found

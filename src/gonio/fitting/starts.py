@@ -2,19 +2,27 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from ..numerics.lattice import lattice
 from .problem import Problem
-from .solver import minimise, with_linear_solved
+from .solver import minimise
 from .unknowns import likely
 
-STARTS = 24
-"""Starts at least; 8 more for each unknown that does not enter linearly, up to `MOST`."""
+STARTS = 12
+"""Starts at least; 4 more for each unknown that does not enter linearly, up to `MOST`."""
 
-MOST = 96
+MOST = 64
 
-FEW = 1536
+SAME_COST = 1.01
+"""Ratio of costs up to which two optima count as one."""
+
+NOTHING = 1e-7
+"""Share of the sum of squares of what is compared that counts for nothing."""
+
+FEW = 1024
 """Rows on which starts are tried."""
 
 ROUGH = 1e-5
@@ -26,16 +34,15 @@ def starts(problem: Problem, count: int | None, seed: int) -> np.ndarray:
     u = problem.unknowns
     curved = np.flatnonzero(~u.is_linear)
     if count is None:
-        count = min(STARTS + 8 * len(curved), MOST) if len(curved) else 1
+        count = min(STARTS + 4 * len(curved), MOST) if len(curved) else 1
     x = np.tile(u.start, (count, 1))
     if count > 1 and len(curved):
-        bounds = np.array([likely(f) for f, n in u._widths for _ in range(n)])
+        bounds = np.array([likely(f) for f, n in u.widths for _ in range(n)])
         low, high = (np.where(u.is_log, np.log(np.where(u.is_log, b, 1.0)), b)[curved] for b in bounds.T)
         shift = np.random.default_rng(seed).random(len(curved))
         spread = (lattice(count - 1, max(len(curved), 2))[:, : len(curved)] + shift) % 1.0
         x[1:, curved] = low + spread * (high - low)
-    linear = u.is_linear
-    x[:, linear] = np.where(u.start > 0.0, u.start, np.minimum(0.1, u.high))[linear]
+    x[:, u.is_linear] = np.clip(0.0, u.low, u.high)[u.is_linear]  # before they are solved for: nothing cancels then
     return x
 
 
@@ -45,20 +52,19 @@ def chosen_rows(problem: Problem, seed: int) -> Problem:
     if len(s) <= FEW:
         return problem
     random = np.random.default_rng(seed)
-    size = np.abs(s.f * s.wi[:, 2:]).max(axis=1) + 1e-30
-    keys = random.random(len(s)) ** (1.0 / size**0.5 * size.max() ** 0.5)  # Efraimidis & Spirakis 2006
-    bright = np.argpartition(-keys, FEW // 2)[: FEW // 2]
-    even = random.choice(len(s), FEW - FEW // 2, replace=False)
+    size = np.abs(s.f).max(axis=1) * s.wi[:, 2] + 1e-30
+    keys = random.standard_exponential(len(s), np.float32) / np.sqrt(size)  # the least are a draw by these weights
+    bright = np.argpartition(keys, FEW // 2)[: FEW // 2]
+    even = (random.random(FEW - FEW // 2) * len(s)).astype(int)
     return problem.at(np.unique(np.concatenate([bright, even])))
 
 
-def best_starts(problem: Problem, count: int | None, seed: int, keep: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """The best `keep` distinct unknowns (K, n) after fits to a part of the data; all ends of these, and their costs."""
+def best_starts(problem: Problem, count: int | None, seed: int, keep: int) -> tuple[np.ndarray, float]:
+    """The best `keep` distinct unknowns (K, n) after fits to a part of the data, and the share of the starts whose fits
+    ended as well as the best."""
     x = starts(problem, count, seed)
-    part = chosen_rows(problem, seed)
-    plain = part.least_squares()
-    x = with_linear_solved(plain.squares, x, plain.box)
-    found = minimise(_of_part(part), x, part.box, steps=60, tolerance=ROUGH)
+    part = replace(chosen_rows(problem, seed), single=True)
+    found = minimise(part.squares, x, part.box, steps=60, tolerance=ROUGH)
     cost = np.where(np.isfinite(found.squares.cost), found.squares.cost, np.inf)
     order = np.argsort(cost, kind="stable")
     kept: list[int] = []
@@ -68,8 +74,4 @@ def best_starts(problem: Problem, count: int | None, seed: int, keep: int) -> tu
             kept.append(int(k))
         if len(kept) == keep:
             break
-    return found.x[kept], found.x[order], cost[order]
-
-
-def _of_part(problem: Problem):  # type: ignore[no-untyped-def]
-    return lambda x, _: problem.squares(x)
+    return found.x[kept], float(np.mean(cost <= SAME_COST * cost.min() + NOTHING * part.size))

@@ -14,7 +14,7 @@ from ..base import kernels
 from ..base.reflectance import Reflectance
 from ..errors import NotFoundError, ParameterError, shown
 from ..evaluate.squares import Squares
-from ..evaluate.tracing import linear
+from ..evaluate.tracing import content, linear
 from ..formula.fields import Channels, Param
 from ..formula.text import listed
 
@@ -54,23 +54,24 @@ class Unknowns:
     @cached_property
     def names(self) -> tuple[str, ...]:
         """The path of each unknown, with the number of its channel where there is one for each: "0.rho[2]"."""
-        return tuple(f"{f.path}[{c}]" if n > 1 else f.path for f, n in self._widths for c in range(n))
+        return tuple(f"{f.path}[{c}]" if n > 1 else f.path for f, n in self.widths for c in range(n))
 
     @cached_property
-    def _widths(self) -> list[tuple[Free, int]]:
+    def widths(self) -> list[tuple[Free, int]]:
+        """The free parameters, each with the number of its unknowns."""
         return [(f, self.channels if f.by_channel else 1) for f in self.free]
 
     @cached_property
     def columns(self) -> np.ndarray:
         """(C, P) the number of the unknown that each channel has for each free parameter."""
-        ends = np.cumsum([n for _, n in self._widths])
-        starts = ends - [n for _, n in self._widths]
+        ends = np.cumsum([n for _, n in self.widths])
+        starts = ends - [n for _, n in self.widths]
         at = [s + (np.arange(self.channels) if f.by_channel else 0) for s, f in zip(starts, self.free, strict=True)]
         return np.stack(np.broadcast_arrays(*at, np.arange(self.channels))[:-1], axis=1)
 
     def _each(self, values: Iterable[Any]) -> np.ndarray:
         """A number of every free parameter, for every unknown."""
-        return np.concatenate([np.full(n, x) for x, (_, n) in zip(values, self._widths, strict=True)])
+        return np.concatenate([np.full(n, x) for x, (_, n) in zip(values, self.widths, strict=True)])
 
     @cached_property
     def is_log(self) -> np.ndarray:
@@ -91,7 +92,7 @@ class Unknowns:
     @cached_property
     def start(self) -> np.ndarray:
         """(n,) the numbers of the model."""
-        return self.internal(np.concatenate([f.start if n > 1 else f.start[:1] for f, n in self._widths]))
+        return self.internal(np.concatenate([f.start if n > 1 else f.start[:1] for f, n in self.widths]))
 
     def internal(self, values: np.ndarray) -> np.ndarray:
         """Unknowns for numbers (..., n) of parameters."""
@@ -111,24 +112,23 @@ class Unknowns:
         """Where the free parameters are among the numbers of the model."""
         return tuple(f.place for f in self.free)
 
-    def models(self, x: np.ndarray) -> Reflectance:
-        """The models of unknowns (B, n), without a channel axis: numbers (B, C, 1, 1), or (B, 1, 1, 1)."""
+    def models(self, x: np.ndarray, axes: int = 2) -> Reflectance:
+        """The models of unknowns (B, n), without a channel axis: numbers (B, C, ...), or (B, 1, ...), with so many axes
+        of length 1 at the end."""
         numbers = self.numbers(x)
         values, at = dict[str, Any](), 0
-        for f, n in self._widths:
-            values[f.path] = numbers[:, at : at + n, None, None]
+        for f, n in self.widths:
+            values[f.path] = numbers[:, at : at + n].reshape(len(x), n, *(1,) * axes)
             at += n
-        return self._plain.with_values(values)
+        return self.plain(axes).with_values(values)
+
+    def plain(self, axes: int = 2) -> Reflectance:
+        """The model with its channel axis before those of the data."""
+        return self._plain_models[axes]
 
     @cached_property
-    def _plain(self) -> Reflectance:
-        """The model with its channel axis before that of the data."""
-
-        def moved(path: str, field: Any, value: Any) -> Any:
-            return np.reshape(value, (1, -1, 1, 1)) if np.ndim(value) else value
-
-        plain: Reflectance = self.model.rebuilt(moved)
-        return plain
+    def _plain_models(self) -> dict[int, Reflectance]:
+        return {axes: _with_channels_first(self.model, axes) for axes in (2, 3)}
 
     def gathered(self, sums: Squares, x: np.ndarray) -> Squares:
         """Normal equations (B,) of the unknowns x (B, n), from those (B, C) of each channel's numbers."""
@@ -149,7 +149,7 @@ class Unknowns:
     def fitted(self, numbers: np.ndarray) -> Reflectance:
         """The model with numbers (n,) of parameters."""
         values, at = dict[str, Any](), 0
-        for f, n in self._widths:
+        for f, n in self.widths:
             inside = np.clip(numbers[at : at + n], f.low, f.high)
             values[f.path] = inside if n > 1 or self._is_array(f) else float(inside[0])
             at += n
@@ -187,9 +187,9 @@ def unknowns(
         if np.ndim(value) > 1 or np.size(value) not in (1, channels):
             rule = f"expected one number, or {channels}, one for each channel of the data"
             raise ParameterError(f"{path}: the model has numbers of shape {np.shape(value)}; {rule}")
-    plain = Unknowns(model, (), 1)._plain
+    plain = _with_channels_first(model, 2)
     every = [paths.index(path) for path in chosen]
-    lines = {paths[k] for k in linear(kernels.value, (3, 3), plain, every)}
+    lines = _linear(plain, every, paths)
     if isinstance(per_channel, bool):
         several = set(chosen) if per_channel else set[str]()
     elif per_channel is None:
@@ -203,6 +203,31 @@ def unknowns(
         by_channel = channels > 1 and path in several
         made.append(Free(path, place, p.low, p.high, path in lines, by_channel, start))
     return Unknowns(model, tuple(made), channels)
+
+
+def _linear(model: Reflectance, places: list[int], paths: list[str]) -> set[str]:
+    """The paths of those parameters at these places in which f is linear."""
+    known = _LINEAR.get(key := (content(model).structure, tuple(places)))
+    if known is None:
+        if len(_LINEAR) >= KEPT:
+            _LINEAR.clear()
+        known = _LINEAR[key] = tuple(linear(kernels.value, (3, 3), model, places))
+    return {paths[k] for k in known}
+
+
+_LINEAR: dict[Any, tuple[int, ...]] = {}
+KEPT = 1000
+"""Structures of models whose linear parameters are kept: to find them, f is differentiated."""
+
+
+def _with_channels_first(model: Reflectance, axes: int) -> Reflectance:
+    """The model, unchecked, its arrays of channels (C,) as (1, C, 1, ...), with so many axes at the end."""
+
+    def moved(path: str, field: Any, value: Any) -> Any:
+        return np.reshape(value, (1, -1, *(1,) * axes)) if np.ndim(value) else value
+
+    changed: Reflectance = model.rebuilt(moved)
+    return changed
 
 
 def _refuse_tables(model: Reflectance) -> None:
