@@ -5,7 +5,23 @@ from __future__ import annotations
 import click
 
 from ..version import __version__
-from . import albedo, check, cite, compare, convert, formats, import_, info, materials, measure, models, render, show
+from . import (
+    albedo,
+    check,
+    cite,
+    compare,
+    convert,
+    fit,
+    formats,
+    import_,
+    info,
+    materials,
+    measure,
+    models,
+    nearest,
+    render,
+    show,
+)
 from .terminal import Program, echo, streams
 
 _SETTINGS = {"help_option_names": ["-h", "--help"], "max_content_width": 100}
@@ -28,6 +44,7 @@ def cli(ctx: click.Context) -> None:
       gonio render gold-metallic-paint -o gold.png  a lit sphere
       gonio check measured.binary                   does it obey the laws?
       gonio show gold -p alpha=0.3 -o gold.pdf      slices, albedo and a sphere
+      gonio fit measured.binary                     which numbers of a model come nearest
 
     Exit code: 0 good, 1 a law failed, 2 bad input or a failure of the machine, 70 a fault of gonio.
     """
@@ -37,7 +54,8 @@ def cli(ctx: click.Context) -> None:
 
 for command in (
     *(materials.materials, models.models, info.info, albedo.albedo, check.check),
-    *(render.render, show.show, compare.compare),
+    *(render.render, show.show, compare.compare, nearest.nearest),
+    fit.fit,
     *(import_.import_, convert.convert, measure.measure, formats.formats_, cite.cite),
 ):  # in the order of the help
     cli.add_command(command)

@@ -133,11 +133,7 @@ def _robustly(wanted: Problem, solved: Solved, solver: str) -> tuple[Problem, So
         if not spread > 0.0:
             break
         wanted = replace(wanted, scale=SCALES[wanted.robust] * spread)
-        solved = (
-            _from(wanted, x, solver)
-            if solver == "scipy"
-            else minimise(wanted.squares, x, wanted.box)
-        )
+        solved = _from(wanted, x, solver) if solver == "scipy" else minimise(wanted.squares, x, wanted.box)
     return wanted, solved
 
 

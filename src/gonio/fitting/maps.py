@@ -12,7 +12,7 @@ import numpy as np
 
 from ..arguments import checked
 from ..base.reflectance import Reflectance
-from ..errors import ParameterError, ShapeError
+from ..errors import Error, ParameterError, ShapeError
 from ..evaluate.squares import Squares, squares
 from ..evaluate.tracing import Kernel
 from ..formula.direction import HORIZON
@@ -178,9 +178,7 @@ def fit_map(
 class _Observations:
     """Observations of T texels: directions (1 or T, N, 3), values and weights (T, N, C); the shape of the map."""
 
-    def __init__(
-        self, wi: np.ndarray, wo: np.ndarray, values: np.ndarray, weights: np.ndarray, shape: tuple[int, ...]
-    ):
+    def __init__(self, wi: np.ndarray, wo: np.ndarray, values: np.ndarray, weights: np.ndarray, shape: tuple[int, ...]):
         self.wi, self.wo, self.values, self.weights, self.shape = wi, wo, values, weights, shape
 
     @classmethod
@@ -208,7 +206,9 @@ class _Observations:
             weights = np.ones(f.shape) if mask is None else _mask(mask, f.shape, coloured)
             if loss == "likelihood" or u is not None:
                 weights = weights / _spread(u, f.shape, coloured)
-        except ValueError:
+        except ValueError as error:
+            if isinstance(error, Error):
+                raise
             rule = f"expected directions, mask and uncertainties that broadcast with the texels {shape}"
             raise ShapeError(f"wi {wi.shape}, wo {wo.shape} beside f of {shape}: {rule}") from None
         up = ((wi[..., 2] > HORIZON) & (wo[..., 2] > HORIZON))[..., None]
@@ -226,7 +226,9 @@ class _Observations:
     def arrays(self) -> list[np.ndarray]:
         """The inputs of the residual: directions (1 or T, 1, N, 3), values and weights (T, C, N, 1)."""
         directions = [np.ascontiguousarray(w[:, None], np.float32) for w in (self.wi, self.wo)]
-        planes = [np.ascontiguousarray(np.swapaxes(x, 1, 2), np.float32)[..., None] for x in (self.values, self.weights)]
+        planes = [
+            np.ascontiguousarray(np.swapaxes(x, 1, 2), np.float32)[..., None] for x in (self.values, self.weights)
+        ]
         return directions + planes
 
 

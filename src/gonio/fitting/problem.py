@@ -193,7 +193,7 @@ class Problem:
         channels, rows = inputs[2].shape[:2]
         found = np.zeros((channels, rows, len(self.names)))
         for k, slope in enumerate(slopes):
-            slope = np.broadcast_to(slope, (channels, rows))
+            slope = np.broadcast_to(np.reshape(slope, (*np.shape(slope)[:2],)), (channels, rows))
             for c in range(channels):
                 found[c, :, u.columns[c, k]] += slope[c]
         return found.reshape(channels * rows, -1)
@@ -287,7 +287,7 @@ def make_problem(
     theta_max: float,
 ) -> Problem:
     """The problem of data and a model. Raises what `fit` does."""
-    rows = data if isinstance(data, Samples) else samples(data, _within(theta_max), weights)
+    rows = samples(data, _within(theta_max), weights)
     loss = ("cosine" if rows.u is None else "likelihood") if loss is None else loss
     for name, word, known in (("loss", loss, LOSSES), ("robust", robust, ROBUST)):
         if word not in known:

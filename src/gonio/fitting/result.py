@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from dataclasses import dataclass, field
 from functools import cached_property
 from html import escape
@@ -23,6 +24,10 @@ from .solver import Solved
 
 ALIKE = 0.95
 """Correlation from which two numbers are hard to tell apart."""
+
+LONG_NUMBER = re.compile(r"\d+\.\d{4,}(?:e[-+]?\d+)?")
+DEFAULT = ", masking='height_correlated'"
+"""What titles leave out: digits, and the option that microfacets usually have."""
 
 EDGES = (0.0, 15.0, 30.0, 45.0, 60.0, 75.0, 90.0)
 """Edges of the classes of angles of incidence [degrees]."""
@@ -266,16 +271,27 @@ class Fit:
             found.append((name, text, remark))
         return found
 
+    @property
+    def title(self) -> str:
+        """The model as an expression, its numbers with four digits.
+
+        Example
+        >>> data = gn.direction(0.5, np.zeros(3)), gn.direction([0.1, 0.3, 0.5], 0.0), [0.10, 0.11, 0.12]
+        >>> print(gn.fit(data, gn.Lambertian(), loss="plain").title)
+        Lambertian(rho=0.3456)
+        """
+        return LONG_NUMBER.sub(lambda found: f"{float(found[0]):.4g}", repr(self.model)).replace(DEFAULT, "")
+
     def report(self) -> str:
         """The report as text.
 
         Example
         >>> data = gn.direction(0.5, np.zeros(3)), gn.direction([0.1, 0.3, 0.5], 0.0), [0.10, 0.11, 0.12]
         >>> print(gn.fit(data, gn.Lambertian(), loss="plain").report().splitlines()[0])
-        Lambertian(rho=0.34...) fits 3 rows
+        Lambertian(rho=0.3456)
         """
         s = self.problem.samples
-        lines = [f"{self.model!r:.200} fits {s.source}"]
+        lines = [self.title, f"fitted to {s.source}"]
         told = [f"{n} rows left out: {reason}" for reason, n in s.left_out.items()]
         lines.append(f"{self.used} values, {len(self.names)} unknowns; " + self._agreement())
         lines += [f"  {text}" for text in told]
@@ -345,7 +361,7 @@ class Fit:
         ]
         notes = "".join(f"<li>{escape(text)}</li>" for text in self.notes)
         return (
-            f"<p><code>{escape(repr(self.model)[:300])}</code><br>{self.used} values of {escape(self.problem.samples.source)}; "
+            f"<p><code>{escape(self.title)}</code><br>{self.used} values of {escape(self.problem.samples.source)}; "
             f"{escape(self._agreement())}</p>"
             f"<table><tr><th>parameter</th><th>value ± standard error</th><th></th></tr>{''.join(cells)}</table>"
             f"<table><tr><th>incidence</th><th>values</th><th>rms</th><th>mean</th></tr>{''.join(classes)}</table>"

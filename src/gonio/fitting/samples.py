@@ -75,6 +75,8 @@ def samples(data: Any, theta_max: float = math.pi / 2.0, weights: Any = None) ->
 
     Raises ParameterError and ShapeError for data that are none of these, and where nothing is left.
     """
+    if isinstance(data, Samples):
+        return data
     wi, wo, f, u, channels, source = _rows(data)
     finite = np.isfinite(f)
     left_out: dict[str, int] = {}

@@ -1,0 +1,130 @@
+"""`gonio fit`: the numbers of a model that come nearest to a measurement, or the model that does."""
+
+from __future__ import annotations
+
+import math
+import time
+from pathlib import Path
+from typing import Any
+
+import click
+
+from ..errors import ParameterError, visible
+from . import options
+from .terminal import bar, echo, print_json
+
+MODEL = "Lambertian() + Microfacet(GGX(), Schlick())"
+
+
+@click.command(short_help="Fit a model to MATERIAL, or choose between models.")
+@options.material_argument
+@click.option(
+    "-m",
+    "--model",
+    "model",
+    default=MODEL,
+    show_default=True,
+    help="Model, as an expression; its numbers are one start.",
+)
+@click.option(
+    "--select",
+    "chosen",
+    is_flag=False,
+    flag_value="lobes",
+    metavar="SET",
+    help="Choose between models instead: lobes, graphics, diffuse, kernels or all.",
+)
+@click.option(
+    "--loss",
+    help="What is compared: plain, cosine, log, cube_root, ratio or likelihood.  [default: likelihood where uncertainties are known, else cosine]",
+)
+@click.option("--robust", default="none", show_default=True, help="How outliers count: none, huber, soft_l1 or cauchy.")
+@click.option(
+    "--by", help="Parameters to fit, with commas between; the others keep the numbers of the model.  [default: all]"
+)
+@click.option(
+    "--per-channel",
+    help="Parameters with a number for each channel, with commas between; all or none.  [default: those in which f is linear]",
+)
+@click.option("--theta-max", default=90.0, show_default=True, help="Leave out directions beyond this angle [degrees].")
+@click.option("--starts", type=click.IntRange(1, 10_000), help="Number of starts.")
+@click.option("--seed", default=0, type=click.IntRange(min=0), show_default=True, help="Of the starts.")
+@click.option(
+    "-o", "--output", type=click.Path(path_type=Path), help="File to write the fitted model to, such as fit.json."
+)
+@click.option("--plot", type=click.Path(path_type=Path), help="Figure to write: .png, .jpg, .pdf or .svg.")
+@options.json_option
+def fit(
+    material: str,
+    model: str,
+    chosen: str | None,
+    loss: str | None,
+    robust: str,
+    by: str | None,
+    per_channel: str | None,
+    theta_max: float,
+    starts: int | None,
+    seed: int,
+    output: Path | None,
+    plot: Path | None,
+    as_json: bool,
+) -> None:
+    """Fit a model to MATERIAL: its numbers with standard errors, how well it agrees, and where it does not.
+
+    \b
+    Examples:
+      gonio fit paint.binary
+      gonio fit paint.csv --model "OrenNayar() + 0.5 * Microfacet(Beckmann(), Dielectric())" -o paint.json
+      gonio fit paint.binary --select graphics --plot paint.png
+    """
+    from ..catalogue.expressions import expression
+    from ..fitting.fitting import fit as fit_model
+    from ..fitting.selection import select_model
+    from ..formats import save, target, writer
+    from ..report.figures import check_target
+    from ..report.fit_figure import fit_figure
+
+    start = time.perf_counter()
+    if not 0.0 < theta_max <= 90.0:
+        raise ParameterError(f"--theta-max {theta_max:g}: expected an angle [degrees] above 0, at most 90")
+    if plot is not None:
+        check_target(plot)
+    if output is not None:
+        target(writer(output, None), output)
+    data = options.read_material(material, ())
+    shared: dict[str, Any] = {"per_channel": _channels(per_channel), "theta_max": math.radians(theta_max), "seed": seed}
+    if chosen is not None:
+        with bar("fitting") as progress:
+            selection = select_model(data, chosen, loss, progress=progress, **shared)
+        found = selection.best.fit
+        assert found is not None  # the best one has a fit
+    else:
+        names = None if by is None else _names(by)
+        found = fit_model(data, expression(model, files=True), loss, robust=robust, by=names, starts=starts, **shared)
+    if output is not None:
+        save(found.model, output)
+    if plot is not None:
+        fit_figure(found, plot)
+    if as_json:
+        print_json(found.to_json() if chosen is None else selection.to_json())
+        return
+    if chosen is not None:
+        _say(f"{selection}\n")
+    _say(found.report())
+    written = [str(path) for path in (output, plot) if path is not None]
+    echo(visible(f"{', '.join(written)}{': ' if written else ''}{options.since(start)}"))
+
+
+def _say(text: str) -> None:
+    for line in text.split("\n"):
+        echo(visible(line))
+
+
+def _names(text: str) -> list[str]:
+    return [name.strip() for name in text.split(",") if name.strip()]
+
+
+def _channels(text: str | None) -> bool | list[str] | None:
+    if text is None:
+        return None
+    return {"all": True, "none": False}.get(text.strip(), _names(text))
