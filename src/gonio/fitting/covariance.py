@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from .losses import ROBUST
 from .problem import Problem
 
 NOTHING = 1e-13
@@ -29,8 +30,8 @@ class Spread(NamedTuple):
 def spread_of(problem: Problem, x: np.ndarray, gradient: np.ndarray, matrix: np.ndarray) -> Spread:
     """The covariance at the optimum x (n,), of the normal equations there.
 
-    Of a likelihood A^-1, A = J^T J; otherwise A^-1 S A^-1 N/(N - n), S the sum of squared slopes of the costs (Huber
-    1967; White 1980), which needs no knowledge of the noise and holds where it differs between rows.
+    Of a likelihood A^-1, A = J^T J; otherwise A^-1 S A^-1, S the sum of squared slopes of the costs (Huber 1967; White
+    1980), which needs no knowledge of the noise and holds where it differs between rows.
     """
     u = problem.unknowns
     box = problem.box
@@ -49,9 +50,7 @@ def spread_of(problem: Problem, x: np.ndarray, gradient: np.ndarray, matrix: np.
     if problem.loss == "likelihood" and problem.robust == "none":
         found = inverse
     else:
-        scores = problem.score_squares(x[None])[0][np.ix_(free, free)]
-        count = problem.samples.count
-        found = inverse @ scores @ inverse * (count / max(count - len(free), 1))
+        found = inverse @ _scores(problem, x, free, inverse) @ inverse
     slopes = u.slopes(x)[free]
     found = found * slopes[:, None] * slopes
     for vector in vectors[:, ~kept].T:
@@ -60,6 +59,33 @@ def spread_of(problem: Problem, x: np.ndarray, gradient: np.ndarray, matrix: np.
     covariance[np.ix_(free, free)] = found
     condition = float(np.sqrt(values[-1] / values[0])) if values[0] > 0.0 and kept.all() else float("inf")
     return Spread(covariance, condition, at_bound)
+
+
+def _scores(problem: Problem, x: np.ndarray, free: np.ndarray, inverse: np.ndarray) -> np.ndarray:
+    """The sum of squared slopes of the costs, for the free unknowns.
+
+    Of few values each residual is divided by 1 - h, h its leverage: what it would be if its row were left out
+    (MacKinnon & White 1985, HC3). Of many values, whose leverages are small, all are scaled by N/(N - n).
+    """
+    count = problem.samples.count
+    if count * len(x) > FEW:
+        sums: np.ndarray = problem.score_squares(x[None])[0][np.ix_(free, free)]
+        return sums * (count / max(count - len(free), 1))
+    u = problem.unknowns
+    numbers = u.numbers(x)
+    slopes = (problem.jacobian(numbers) * u.slopes(x))[:, free]
+    r = problem.residuals(numbers)
+    weight = ROBUST[problem.robust].weight(r * r)
+    leverage = np.einsum("ki,ij,kj->k", slopes, inverse, slopes, optimize=True) * weight
+    scaled = slopes * (weight * r / np.maximum(1.0 - leverage, LEAST_FREE))[:, None]
+    return scaled.T @ scaled
+
+
+FEW = 1_000_000
+"""Slopes up to which leverages are computed."""
+
+LEAST_FREE = 0.05
+"""Least 1 - h by which a residual is divided."""
 
 
 def correlations(covariance: np.ndarray) -> np.ndarray:

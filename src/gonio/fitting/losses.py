@@ -9,10 +9,11 @@ from ..arrays import ops
 
 
 class Loss(NamedTuple):
-    """What is compared: a function of f and of cos(theta_i), and a line about it."""
+    """What is compared: a function of f and of cos(theta_i); a line about it; whether it is f times a number."""
 
     compared: Callable[[Any, Any], Any]
     doc: str
+    is_linear: bool = False
 
 
 LEAST = 1e-9
@@ -24,14 +25,19 @@ def _cube_root(f: Any, cos_i: Any) -> Any:
 
 
 LOSSES: dict[str, Loss] = {
-    "plain": Loss(lambda f, cos_i: f, "f"),
-    "cosine": Loss(lambda f, cos_i: f * cos_i, "f cos(theta_i); Ngan, Durand & Matusik 2005"),
+    "plain": Loss(lambda f, cos_i: f, "f", True),
+    "cosine": Loss(lambda f, cos_i: f * cos_i, "f cos(theta_i); Ngan, Durand & Matusik 2005", True),
     "log": Loss(lambda f, cos_i: ops.log(1.0 + f * cos_i), "ln(1 + f cos(theta_i)); Löw et al. 2012"),
     "cube_root": Loss(_cube_root, "(f cos(theta_i))^(1/3); Fores, Ferwerda & Gu 2012"),
     "ratio": Loss(lambda f, cos_i: ops.log(ops.maximum(f, LEAST)), "ln f: the ratio of model and data"),
-    "likelihood": Loss(lambda f, cos_i: f, "f, over the standard uncertainty of each value"),
+    "likelihood": Loss(lambda f, cos_i: f, "f, over the standard uncertainty of each value", True),
 }
 """Name -> loss: the sum of squares of the difference of what is compared."""
+
+
+def of_starts(loss: str) -> str:
+    """The loss by which unknowns that enter linearly are solved for at the start: others are steep, or flat, at 0."""
+    return loss if LOSSES[loss].is_linear else "cosine"
 
 
 class Robust(NamedTuple):

@@ -18,7 +18,7 @@ from ..evaluate.tracing import Kernel
 from ..formula.direction import HORIZON
 from ..formula.text import listed
 from ..numerics.lattice import lattice
-from .losses import LOSSES
+from .losses import LOSSES, of_starts
 from .residual import WIDTHS, costs, scores
 from .samples import real, suspected_lengths
 from .solver import Box, Solved, linear_step, minimise, solved
@@ -214,20 +214,20 @@ class _Observations:
         up = ((wi[..., 2] > HORIZON) & (wo[..., 2] > HORIZON))[..., None]
         values = f.reshape(-1, *f.shape[-2:])
         weights = np.where(np.isfinite(values) & up, weights.reshape(values.shape), 0.0)
-        with np.errstate(invalid="ignore", divide="ignore"):
-            values = LOSSES[loss].compared(np.where(weights > 0.0, values, 0.1), np.maximum(wi[..., 2:], HORIZON))
-        return cls(wi, wo, values, weights, shape)
+        return cls(wi, wo, np.where(weights > 0.0, values, 0.1), weights, shape)
 
     def part(self, texels: Any) -> _Observations:
         """Those of some texels."""
         wi, wo = (w if len(w) == 1 else w[texels] for w in (self.wi, self.wo))
         return _Observations(wi, wo, self.values[texels], self.weights[texels], ())
 
-    def arrays(self) -> list[np.ndarray]:
-        """The inputs of the residual: directions (1 or T, 1, N, 3), values and weights (T, C, N, 1)."""
+    def arrays(self, loss: str) -> list[np.ndarray]:
+        """The inputs of the residual: directions (1 or T, 1, N, 3), what is compared and weights (T, C, N, 1)."""
+        with np.errstate(invalid="ignore", divide="ignore"):
+            compared = LOSSES[loss].compared(self.values, np.maximum(self.wi[..., 2:], HORIZON))
         directions = [np.ascontiguousarray(w[:, None], np.float32) for w in (self.wi, self.wo)]
         planes = [
-            np.ascontiguousarray(np.swapaxes(x, 1, 2), np.float32)[..., None] for x in (self.values, self.weights)
+            np.ascontiguousarray(np.swapaxes(x, 1, 2), np.float32)[..., None] for x in (compared, self.weights)
         ]
         return directions + planes
 
@@ -272,7 +272,7 @@ def _fitted(
     data: _Observations, free: Unknowns, loss: str
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Numbers and standard errors (T, n), rms, used values and flags (T,)."""
-    inputs = data.arrays()
+    inputs = data.arrays(loss)
 
     def summed(kernel: Kernel, x: np.ndarray, part: np.ndarray | None = None) -> Squares:
         several = inputs if part is None else [a if len(a) == 1 else a[part] for a in inputs]
@@ -282,7 +282,13 @@ def _fitted(
         return summed(costs(loss, "none"), x, part)
 
     box = Box(free.low, free.high, free.is_log, free.is_linear)
-    found = minimise(evaluate, _starts(evaluate, free, box, len(data.values)), box, STEPS, TOLERANCE)
+    first = of_starts(loss)
+    at_start = inputs if first == loss else data.arrays(first)
+
+    def evaluate_start(x: np.ndarray) -> Squares:
+        return free.gathered(squares(costs(first, "none"), free.models(x), free.places, at_start, WIDTHS), x)
+
+    found = minimise(evaluate, _starts(evaluate_start, free, box, len(data.values)), box, STEPS, TOLERANCE)
     slopes = None if loss == "likelihood" else summed(scores(loss, "none"), found.x).matrix
     return _summary(found, free, box, (data.weights > 0.0).sum(axis=(1, 2)), slopes)
 
@@ -302,7 +308,7 @@ def _starts(evaluate: Any, free: Unknowns, box: Box, texels: int) -> np.ndarray:
     best, least = x.copy(), np.full(texels, np.inf)
     for candidate in candidates:
         x[:, curved] = candidate
-        sums = evaluate(x, None)
+        sums = evaluate(x)
         linear, d = linear_step(sums, x, box)
         cost = sums.cost + (
             2.0 * (sums.gradient[:, linear] * d).sum(axis=1)

@@ -63,8 +63,7 @@ def minimise(evaluate: Evaluate, x: np.ndarray, box: Box, steps: int = STEPS, to
     Source   Levenberg 1944; Marquardt 1963, whose scale this is; damping: Nielsen 1999, IMM-REP-1999-05; elimination:
              Golub & Pereyra 1973, SIAM J. Numer. Anal. 10(2):413; Kaufman 1975, BIT 15:49.
     """
-    x = with_linear_solved(evaluate, np.clip(x, box.low, box.high), box)
-    now = evaluate(x, None)
+    x, now = _tried(evaluate, np.clip(x, box.low, box.high), box, None)
     count = len(x)
     cost, gradient, matrix = (np.array(part) for part in now)
     damping, growth = np.full(count, FIRST), np.full(count, 2.0)
@@ -81,8 +80,7 @@ def minimise(evaluate: Evaluate, x: np.ndarray, box: Box, steps: int = STEPS, to
         new = np.clip(x[at] + d, box.low, box.high)
         d = new - x[at]
         foretold = -2.0 * (gradient[at] * d).sum(axis=1) - np.einsum("bi,bij,bj->b", d, matrix[at], d)
-        new = with_linear_solved(evaluate, new, box, part)
-        tried = evaluate(new, part)
+        new, tried = _tried(evaluate, new, box, part)
         lower = tried.cost < cost[at]
         done = ended[at]
         take = lower & ~done
@@ -106,11 +104,28 @@ def minimise(evaluate: Evaluate, x: np.ndarray, box: Box, steps: int = STEPS, to
     return Solved(x, Squares(cost, gradient, matrix), ended, taken)
 
 
-def with_linear_solved(evaluate: Evaluate, x: np.ndarray, box: Box, part: np.ndarray | None = None) -> np.ndarray:
-    """The unknowns x (B, n) with those that enter linearly at their optimum within bounds, by one evaluation."""
+def _tried(evaluate: Evaluate, x: np.ndarray, box: Box, part: np.ndarray | None) -> tuple[np.ndarray, Squares]:
+    """The unknowns x (B, n), with those that enter linearly at their optimum where that lowers the cost, and their
+    normal equations. Of a loss that bends f the optimum is one of its tangent, which may be worse."""
+    sums = evaluate(x, part)
     if not box.is_linear.any() or box.is_linear.all():  # then the next step is the same
+        return np.array(x), sums
+    linear, d = linear_step(sums, x, box)
+    moved = x.copy()
+    moved[:, linear] = np.clip(x[:, linear] + d, box.low[linear], box.high[linear])
+    other = evaluate(moved, part)
+    lower = other.cost <= sums.cost
+    cost = np.where(lower, other.cost, sums.cost)
+    gradient = np.where(lower[:, None], other.gradient, sums.gradient)
+    matrix = np.where(lower[:, None, None], other.matrix, sums.matrix)
+    return np.where(lower[:, None], moved, x), Squares(cost, gradient, matrix)
+
+
+def with_linear_solved(evaluate: Evaluate, x: np.ndarray, box: Box) -> np.ndarray:
+    """The unknowns x (B, n) with those that enter linearly at the optimum of their tangent within bounds."""
+    if not box.is_linear.any():
         return x
-    linear, d = linear_step(evaluate(x, part), x, box)
+    linear, d = linear_step(evaluate(x, None), x, box)
     moved = x.copy()
     moved[:, linear] = np.clip(x[:, linear] + d, box.low[linear], box.high[linear])
     return moved
