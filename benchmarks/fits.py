@@ -1,7 +1,7 @@
 """Fits: speed, calibration, global optima, published fits. `python benchmarks/fits.py [part ...] [--data DIR]`
 
-Parts: one, table, catalogue, texels, calibration, starts, published. Ratios are of one run on one machine. `--data`: the
-folder that holds nbrdf/*.h5, neural fits of measured materials (Sztrajman et al. 2021), for `published`.
+Parts: one, table, catalogue, texels, calibration, starts, published. Ratios are of one run on one machine. `--data`:
+the folder that holds nbrdf/*.h5, neural fits of measured materials (Sztrajman et al. 2021), for `published`.
 """
 
 from __future__ import annotations
@@ -18,7 +18,6 @@ import gonio as gn
 from gonio.fitting.problem import make_problem
 from gonio.fitting.samples import spread_pairs
 from gonio.fitting.selection import SETS
-from gonio.fitting.starts import starts
 
 GLOSSY = gn.Lambertian(0.3) + gn.Microfacet(gn.GGX(0.15), gn.Schlick(0.06))
 MODEL = gn.Lambertian() + gn.Microfacet(gn.GGX(), gn.Schlick())
@@ -55,14 +54,21 @@ def one():
     wi, wo = wi[:100_000], wo[:100_000]
     noise = 1.0 + 0.02 * np.random.default_rng(0).standard_normal(len(wi))
     y = plain_ggx((0.3, 0.6, 0.12, 0.3, 0.06), wi, wo) * noise
-    print(f"one fit, 5 numbers, {len(wi)} values, f cos(theta_i); SciPy: least_squares, numeric derivatives, plain NumPy")
+    print(
+        f"one fit, 5 numbers, {len(wi)} values, f cos(theta_i); SciPy: least_squares, numeric derivatives, plain NumPy"
+    )
     for x0 in ((0.5, 0.5, 0.2, 0.2, 0.04), (0.18, 1.0, 0.02, 0.02, 0.04), (0.5, 1.0, 0.5, 0.5, 0.5)):
         rho, weight, alpha_x, alpha_y, f0 = x0
         model = gn.Lambertian(rho) + weight * gn.Microfacet(gn.GGX(alpha_x, alpha_y), gn.Schlick(f0))
         ours, found = best(lambda model=model: gn.fit((wi, wo, y), model))
         single, alone = best(lambda model=model: gn.fit((wi, wo, y), model, starts=1))
         bounds = found.problem.bounds
-        theirs, other = best(lambda x0=x0: least_squares(lambda p: (plain_ggx(p, wi, wo) - y) * wi[:, 2], x0, bounds=bounds), 2)
+        theirs, other = best(
+            lambda x0=x0, bounds=bounds: least_squares(
+                lambda p: (plain_ggx(p, wi, wo) - y) * wi[:, 2], x0, bounds=bounds
+            ),
+            2,
+        )
         exact, _ = best(lambda model=model: gn.fit((wi, wo, y), model, starts=1, solver="scipy"), 2)
         print(
             f"  from {x0}: gonio {1e3 * ours:.1f} ms with all starts, {1e3 * single:.1f} ms with this one; SciPy "
@@ -77,7 +83,9 @@ def table():
     truth = gn.Lambertian([0.3, 0.2, 0.1]) + gn.Microfacet(gn.GGX(0.15), gn.Schlick([0.04, 0.05, 0.06]))
     theta_h = 0.5 * np.pi * (np.arange(90) / 90.0) ** 2
     axes = {"theta_h": theta_h, "theta_d": np.linspace(0.0, 0.5 * np.pi, 90), "phi_d": np.pi * np.arange(180) / 180.0}
-    empty = gn.Gridded("half_difference", axes, np.zeros((90, 90, 180, 3)), channels=["R", "G", "B"], periods={"phi_d": np.pi})
+    empty = gn.Gridded(
+        "half_difference", axes, np.zeros((90, 90, 180, 3)), channels=["R", "G", "B"], periods={"phi_d": np.pi}
+    )
     wi, wo = empty.directions()
     up = (wi[..., 2] > 1e-3) & (wo[..., 2] > 1e-3)
     f = np.full((90, 90, 180, 3), np.nan)
@@ -85,7 +93,7 @@ def table():
     f *= 1.0 + 0.02 * np.random.default_rng(0).standard_normal(f.shape)
     m = empty.with_brdf(f)
     seconds, found = best(lambda: gn.fit(m, MODEL), 3)
-    print(f"table of {f.size} values, {found.used} above the horizon, 3 channels, {len(found.names)} numbers: {seconds:.2f} s")
+    print(f"table of {f.size} values, {found.used} above the horizon, {len(found.names)} numbers: {seconds:.2f} s")
 
 
 def catalogue():
@@ -99,7 +107,10 @@ def catalogue():
         start = time.perf_counter()
         count = sum(gn.fit(gn.material(name), m, "log").converged for name in names for m in models)
         seconds = time.perf_counter() - start
-        print(f"{len(names)} materials x {', '.join(chosen)}: {seconds:.0f} s; {count} of {len(names) * len(models)} converged")
+        print(
+            f"{len(names)} materials x {', '.join(chosen)}: {seconds:.0f} s; "
+            f"{count} of {len(names) * len(models)} converged"
+        )
 
 
 FIVE = ("Lambertian + GGX", "Lambertian + Beckmann", "EON + GGX", "Lambertian + Ward", "Lambertian + ABC")
@@ -160,13 +171,13 @@ def global_optima(count=100):
     agreed = np.array([s for s, *_ in shares])
     single = np.array([s for *_, s in shares])
     worst = sorted(shares)[:4]
-    print(f"{len(shares)} problems (100 materials, 2 losses), 5 seeds of the starts: {agreed.mean():.1%} at the best optimum")
+    print(f"{len(shares)} problems (100 materials, 2 losses), 5 seeds: {agreed.mean():.1%} at the best optimum")
     print(f"  a single random start: {single.mean():.1%} come to it on average, {np.median(single):.0%} in the median")
     print(f"  worst: {worst}")
 
 
 def published(data):
-    """Published fits of three measured materials against ours, by the loss of each, on neural fits of the measurements."""
+    """Published fits of three measured materials against ours, on neural fits of the measurements."""
     from gonio.formats import load
 
     for path in sorted(Path(data).glob("nbrdf/*.h5")):

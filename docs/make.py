@@ -101,7 +101,7 @@ def main(words: list[str]) -> None:
     if "--pictures" in words and not named:
         for script in ("make.py", "lights.py", "fluorescence.py"):
             subprocess.run([sys.executable, str(DOCS / "pictures" / script)], check=True)
-        for script in ("figures/make.py", "figures/repair.py"):
+        for script in ("figures/make.py", "figures/repair.py", "figures/fits.py"):
             subprocess.run([sys.executable, str(DOCS / script)], check=True)
 
 

@@ -41,6 +41,7 @@ from .catalogue.colours import illuminant as illuminant
 from .catalogue.colours import to_colour as to_colour
 from .catalogue.colours import upsampled as upsampled
 from .catalogue.expressions import expression as expression
+from .catalogue.nearest import nearest as nearest
 from .compile.threads import threads as threads
 from .conversion.conversion import convert as convert
 from .conversion.tabulated import tabulate as tabulate
@@ -55,6 +56,12 @@ from .distributions.sgd_facets import SGDFacets as _SGDFacets
 from .distributions.student_t import StudentT as _StudentT
 from .distributions.tabulated_facets import TabulatedFacets as TabulatedFacets
 from .errors import Error as Error
+from .fitting.fitting import fit as fit
+from .fitting.maps import FitMap as FitMap
+from .fitting.maps import fit_map as fit_map
+from .fitting.problem import fit_problem as fit_problem
+from .fitting.result import Fit as Fit
+from .fitting.selection import select_model as select_model
 from .formats import load as load
 from .formats import save as save
 from .formula.dispersion import Dispersion as Dispersion
@@ -188,6 +195,7 @@ from .pictures.image import read_image as read_image
 from .report.compiled import kernel as kernel
 from .report.difference import Difference as Difference
 from .report.difference import difference as difference
+from .report.fit_figure import fit_figure as fit_figure
 from .report.sheets import contact_sheet as contact_sheet
 from .report.sheets import side_by_side as side_by_side
 from .scenes.camera import Camera as _Camera

@@ -36,15 +36,15 @@ MODEL = "Lambertian() + Microfacet(GGX(), Schlick())"
 )
 @click.option(
     "--loss",
-    help="What is compared: plain, cosine, log, cube_root, ratio or likelihood.  [default: likelihood where uncertainties are known, else cosine]",
+    help="What is compared: plain, cosine, log, cube_root, ratio or likelihood.  [default: likelihood where "
+    "uncertainties are known, else cosine]",
 )
 @click.option("--robust", default="none", show_default=True, help="How outliers count: none, huber, soft_l1 or cauchy.")
-@click.option(
-    "--by", help="Parameters to fit, with commas between; the others keep the numbers of the model.  [default: all]"
-)
+@click.option("--by", help="Parameters to fit, with commas between; the others keep their numbers.  [default: all]")
 @click.option(
     "--per-channel",
-    help="Parameters with a number for each channel, with commas between; all or none.  [default: those in which f is linear]",
+    help="Parameters with a number for each channel, with commas between; all or none.  [default: those in "
+    "which f is linear]",
 )
 @click.option("--theta-max", default=90.0, show_default=True, help="Leave out directions beyond this angle [degrees].")
 @click.option("--starts", type=click.IntRange(1, 10_000), help="Number of starts.")

@@ -31,8 +31,8 @@ class Task(NamedTuple):
     """A kernel to be traced, with the kinds of its results; for derivatives of the first one, a value or its total,
     also the arguments. With `adds` the results are added to arrays that a call brings.
 
-    `squares`: the kernel gives a residual r, a cost and a weight w. The results are sums in their place: of the cost, of
-    w r dr/dp for each of these parameters p, and of w (dr/dp)(dr/dq) for each pair, as `numpy.triu_indices` has them.
+    `squares`: the kernel gives a residual r, a cost and a weight w. The results are sums in their place: of the cost,
+    of w r dr/dp for each of these parameters p, and of w (dr/dp)(dr/dq) for each pair, as `numpy.triu_indices` does.
     """
 
     kernel: Kernel

@@ -10,7 +10,7 @@ from .losses import ROBUST
 from .problem import Problem
 
 NOTHING = 1e-13
-"""Eigenvalue of the scaled normal matrix, relative to the largest, below which the data say nothing along its vector."""
+"""Eigenvalue of the scaled normal matrix, relative to the largest, below which data say nothing along its vector."""
 
 PART = 0.05
 """Share of such a vector from which a number is not determined."""
@@ -81,7 +81,7 @@ def _scores(problem: Problem, x: np.ndarray, free: np.ndarray, inverse: np.ndarr
     return scaled.T @ scaled
 
 
-FEW = 1_000_000
+FEW = 100_000
 """Slopes up to which leverages are computed."""
 
 LEAST_FREE = 0.05

@@ -73,8 +73,12 @@ def fit(
     Example
     >>> paint = gn.Lambertian(0.3) + gn.Microfacet(gn.GGX(0.2), gn.Schlick(0.05))
     >>> found = gn.fit(paint, gn.Lambertian() + gn.Microfacet(gn.GGX(), gn.Schlick()))
-    >>> print(found.model)
-    Lambertian(rho=0.3) + Microfacet(distribution=GGX(alpha_x=0.2), fresnel=Schlick(F0=0.05))
+    >>> for name, value in zip(found.names, found.values, strict=True):
+    ...     print(name, value.round(6))
+    ...
+    0.rho 0.3
+    1.distribution.alpha_x 0.2
+    1.fresnel.F0 0.05
     """
     if solver not in SOLVERS:
         raise ParameterError(f"solver={solver!r:.60}: expected one of {listed(SOLVERS)}")

@@ -32,7 +32,7 @@ CANDIDATES = 8
 
 STEPS = 40
 TOLERANCE = 1e-6
-"""Ends of fits of texels: see `solver`. A cost that falls by less than 1e-6 moves a number by a small part of its error."""
+"""Ends of fits of texels: see `solver`. A cost that falls by less than 1e-6 moves a number by a part of its error."""
 
 TOO_FEW, NOT_ENDED, AT_BOUND, UNDETERMINED = 1, 2, 4, 8
 FLAGS = {
@@ -92,8 +92,8 @@ class FitMap:
         """How many texels each flag was raised for, by its meaning; those that were raised at all.
 
         Example
-        >>> wi, wo = gn.direction([0.1, 0.5], 0.0), gn.direction([0.3, 0.2], 1.0)
-        >>> print(gn.fit_map(wi, wo, [[0.1, 0.1], [np.nan, np.nan]], gn.Lambertian()).count())
+        >>> wi, wo = gn.direction([0.1, 0.5, 0.9], 0.0), gn.direction([0.3, 0.2, 0.1], 1.0)
+        >>> print(gn.fit_map(wi, wo, [[0.1, 0.1, 0.1], [np.nan] * 3], gn.Lambertian()).count())
         {'fewer values than unknowns: NaN': 1}
         """
         counts = {text: int(((self.flags & bit) > 0).sum()) for bit, text in FLAGS.items()}
@@ -226,9 +226,7 @@ class _Observations:
         with np.errstate(invalid="ignore", divide="ignore"):
             compared = LOSSES[loss].compared(self.values, np.maximum(self.wi[..., 2:], HORIZON))
         directions = [np.ascontiguousarray(w[:, None], np.float32) for w in (self.wi, self.wo)]
-        planes = [
-            np.ascontiguousarray(np.swapaxes(x, 1, 2), np.float32)[..., None] for x in (compared, self.weights)
-        ]
+        planes = [np.ascontiguousarray(np.swapaxes(x, 1, 2), np.float32)[..., None] for x in (compared, self.weights)]
         return directions + planes
 
 

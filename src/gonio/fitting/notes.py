@@ -80,8 +80,8 @@ def _with_cosine(fit: Fit) -> str | None:
     shares = [_unexplained(problem, start) for problem in (as_f, divided)]
     if shares[0] > 1e-4 and shares[1] < 0.25 * shares[0]:
         return (
-            f"f cos(theta_o) in place of f? Divided by cos(theta_o) the data are fitted better: {shares[1]:.2%} of their "
-            f"variance is left in place of {shares[0]:.2%}"
+            f"f cos(theta_o) in place of f? Divided by cos(theta_o) the data are fitted better: {shares[1]:.2%} of "
+            f"their variance is left in place of {shares[0]:.2%}"
         )
     return None
 

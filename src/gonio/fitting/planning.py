@@ -139,7 +139,12 @@ class Goniometer:
     def _told(self) -> str:
         parts = [
             f"{name} {math.degrees(x[0]):g} to {math.degrees(x[1]):g}"
-            for name, x in (("theta_i", self.theta_i), ("theta_o", self.theta_o), ("phi", self.phi), ("phi_i", self.phi_i))
+            for name, x in (
+                ("theta_i", self.theta_i),
+                ("theta_o", self.theta_o),
+                ("phi", self.phi),
+                ("phi_i", self.phi_i),
+            )
             if x is not None
         ]
         return f"goniometer, {', '.join(parts)} degrees{', in plane' if self.in_plane else ''}"
@@ -160,7 +165,9 @@ def _range(name: str, value: Any, low: float, high: float) -> tuple[float, float
     try:
         first, last = value
     except (TypeError, ValueError):
-        raise ParameterError(f"Goniometer({name}={shown(value)}): expected two angles [rad], (least, largest)") from None
+        raise ParameterError(
+            f"Goniometer({name}={shown(value)}): expected two angles [rad], (least, largest)"
+        ) from None
     limits = _number(name, first), _number(name, last)
     for x in limits:
         if not low - 1e-9 <= x <= high + 1e-9:
@@ -223,9 +230,7 @@ def _goodness(matrices: Sequence[np.ndarray], infos: Sequence[_Information], cri
     for matrix, info in zip(matrices, infos, strict=True):
         values, vectors = np.linalg.eigh(matrix)
         values = np.maximum(values, LEAST)
-        found.append(
-            np.log(values).sum() if criterion == "D" else -(info.weights[:, None] * vectors**2 / values).sum()
-        )
+        found.append(np.log(values).sum() if criterion == "D" else -(info.weights[:, None] * vectors**2 / values).sum())
     return float(np.mean(found))
 
 
@@ -474,7 +479,10 @@ class Plan:
         >>> print(gn.plan(gn.Lambertian(0.5), 4, repeats=True).rows()[0][-1])
         4
         """
-        found, times = np.unique(np.column_stack([self.angles, np.reshape(self.f, (len(self), -1))]), True, axis=0)[:2], 0
+        found, times = (
+            np.unique(np.column_stack([self.angles, np.reshape(self.f, (len(self), -1))]), True, axis=0)[:2],
+            0,
+        )
         rows = []
         for k in np.sort(found[1]):
             a, f = self.angles[k], np.atleast_1d(self.f[k])
@@ -490,9 +498,14 @@ class Plan:
     def _summary(self) -> list[str]:
         """Sentences about what it is worth."""
         known = " beside what was measured" if self.before else ""
-        lines = [f"{len(self)} pairs of directions{known}; {self.criterion}: {CRITERIA[self.criterion]}; {self._noise()}"]
+        lines = [
+            f"{len(self)} pairs of directions{known}; {self.criterion}: {CRITERIA[self.criterion]}; {self._noise()}"
+        ]
         told = []
-        for number, what in ((self.regular, "of a regular grid of these angles"), (self.in_plane, "of scans in the plane")):
+        for number, what in (
+            (self.regular, "of a regular grid of these angles"),
+            (self.in_plane, "of scans in the plane"),
+        ):
             told.append(f"{number:.0f} {what}" if number < 1e7 else f"no number {what}")
         lines.append(f"the same would take {told[0]}, or {told[1]} of incidence")
         return lines
@@ -624,7 +637,8 @@ def plan(
     wi, wo = wi[usable], wo[usable]
     known = [_known(measured, teller) for teller in tellers]
     infos = [
-        _Information.of(teller.rows(wi, wo), before, teller.values) for teller, before in zip(tellers, known, strict=True)
+        _Information.of(teller.rows(wi, wo), before, teller.values)
+        for teller, before in zip(tellers, known, strict=True)
     ]
     names = every[0].names
     _require_enough(infos, names, n, repeats, models, isotropic)
@@ -706,7 +720,9 @@ def _pairs(goniometer: Goniometer | None, candidates: Any, isotropic: bool) -> t
         suspected_lengths(f"candidates, {name}", w)
     up = (wi[:, 2] > 0.0) & (wo[:, 2] > 0.0)
     if not up.any():
-        raise ParameterError(f"candidates: none of {len(wi)} pairs is above the surface; expected directions with z > 0")
+        raise ParameterError(
+            f"candidates: none of {len(wi)} pairs is above the surface; expected directions with z > 0"
+        )
     return wi[up], wo[up]
 
 

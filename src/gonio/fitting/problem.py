@@ -41,6 +41,12 @@ class Problem:
     loss       what is compared, of `LOSSES`
     robust     how much large residuals count, of `ROBUST`
     scale      the residual at which `robust` begins to count less
+
+    Example
+    >>> wi, wo = gn.direction(0.5, [0.0, 1.0]), gn.direction(0.3, [0.0, 2.0])
+    >>> problem = gn.fit_problem((wi, wo, [0.1, 0.1]), gn.Lambertian(0.4), loss="plain")
+    >>> print(problem.names, problem.loss, len(problem.samples))
+    ('rho',) plain 2
     """
 
     samples: Samples
@@ -94,22 +100,51 @@ class Problem:
 
     @property
     def size(self) -> float:
-        """The weighted sum of squares of what is compared, of the data."""
+        """The weighted sum of squares of what is compared, of the data.
+
+        Example
+        >>> wi, wo = gn.direction(0.5, [0.0, 1.0]), gn.direction(0.3, [0.0, 2.0])
+        >>> problem = gn.fit_problem((wi, wo, [0.1, 0.1]), gn.Lambertian(0.4), loss="plain")
+        >>> print(round(problem.size, 4))
+        0.02
+        """
         target, weight = self._arrays[2:]
         return float(((weight * target) ** 2).sum(dtype=float))
 
     @property
     def box(self) -> Box:
-        """The bounds of the unknowns, and how they are treated."""
+        """The bounds of the unknowns, and how they are treated.
+
+        Example
+        >>> wi, wo = gn.direction(0.5, [0.0, 1.0]), gn.direction(0.3, [0.0, 2.0])
+        >>> problem = gn.fit_problem((wi, wo, [0.1, 0.1]), gn.Lambertian(0.4), loss="plain")
+        >>> print(problem.box.low, problem.box.high, problem.box.is_linear)
+        [0.] [1.] [ True]
+        """
         u = self.unknowns
         return Box(u.low, u.high, u.is_log, u.is_linear)
 
     def squares(self, x: np.ndarray, _: np.ndarray | None = None) -> Squares:
-        """The normal equations (B,) of unknowns (B, n)."""
+        """The normal equations (B,) of unknowns (B, n).
+
+        Example
+        >>> wi, wo = gn.direction(0.5, [0.0, 1.0]), gn.direction(0.3, [0.0, 2.0])
+        >>> problem = gn.fit_problem((wi, wo, [0.1, 0.1]), gn.Lambertian(0.4), loss="plain")
+        >>> sums = problem.squares(np.array([[0.4], [0.3]]))
+        >>> print(sums.cost.round(6), sums.gradient.round(5).ravel())
+        [1.493e-03 4.100e-05] [ 0.01739 -0.00287]
+        """
         return self._summed(costs(self.loss, self.robust), x)
 
     def score_squares(self, x: np.ndarray) -> np.ndarray:
-        """Sums (B, n, n) of products of the slopes of each residual's cost."""
+        """Sums (B, n, n) of products of the slopes of each residual's cost.
+
+        Example
+        >>> wi, wo = gn.direction(0.5, [0.0, 1.0]), gn.direction(0.3, [0.0, 2.0])
+        >>> problem = gn.fit_problem((wi, wo, [0.1, 0.1]), gn.Lambertian(0.4), loss="plain")
+        >>> print(problem.score_squares(np.array([[0.4]])).round(6))
+        [[[0.000151]]]
+        """
         return self._summed(scores(self.loss, self.robust), x).matrix
 
     def _summed(self, kernel: Any, x: np.ndarray) -> Squares:
@@ -118,11 +153,25 @@ class Problem:
         return u.gathered(Squares(cost.sum(axis=2), gradient.sum(axis=2), matrix.sum(axis=2)), x)
 
     def least_squares(self) -> Problem:
-        """The problem with every residual counted by its square."""
+        """The problem with every residual counted by its square.
+
+        Example
+        >>> wi, wo = gn.direction(0.5, [0.0, 1.0]), gn.direction(0.3, [0.0, 2.0])
+        >>> problem = gn.fit_problem((wi, wo, [0.1, 0.1]), gn.Lambertian(0.4), loss="plain")
+        >>> print(problem.least_squares() is problem)
+        True
+        """
         return self if self.robust == "none" else replace(self, robust="none", scale=1.0)
 
     def at(self, rows: Any) -> Problem:
-        """The problem for some of the rows."""
+        """The problem for some of the rows.
+
+        Example
+        >>> wi, wo = gn.direction(0.5, [0.0, 1.0]), gn.direction(0.3, [0.0, 2.0])
+        >>> problem = gn.fit_problem((wi, wo, [0.1, 0.1]), gn.Lambertian(0.4), loss="plain")
+        >>> print(len(problem.at([0]).samples))
+        1
+        """
         return replace(self, samples=self.samples.at(rows))
 
     @property

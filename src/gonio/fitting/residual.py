@@ -1,4 +1,4 @@
-"""The residual of one value as a kernel: the same formula is summed up compiled, listed, and differentiated by others."""
+"""The residual of one value as a kernel: one formula is summed up compiled, listed, and differentiated by others."""
 
 from __future__ import annotations
 

@@ -67,11 +67,11 @@ class Samples:
 
 
 def samples(data: Any, theta_max: float = math.pi / 2.0, weights: Any = None) -> Samples:
-    """The rows of a reflectance, a path, a table (wi, wo, f) or (wi, wo, f, u), a dataset of xarray or a frame of pandas.
+    """The rows of a reflectance, a path, arrays (wi, wo, f) or (wi, wo, f, u), a dataset of xarray, a frame of pandas.
 
-    Of a measurement on a grid or in rows they are its nodes or its rows; of another reflectance f at 30 000 pairs, dense
-    about the mirror direction. Rows with a direction below the horizon, or farther than `theta_max` from the normal, and
-    rows without any number are left out and counted.
+    Of a measurement on a grid or in rows they are its nodes or its rows; of another reflectance f at 30 000 pairs,
+    dense about the mirror direction. Rows with a direction below the horizon, or farther than `theta_max` from the
+    normal, and rows without any number are left out and counted.
 
     Raises ParameterError and ShapeError for data that are none of these, and where nothing is left.
     """

@@ -137,7 +137,13 @@ class Selection:
 
     @property
     def best(self) -> Candidate:
-        """The model with the fewest unknowns of those that foretell as well as the best, within two standard errors."""
+        """The model with the fewest unknowns of those that foretell as well as the best, within two standard errors.
+
+        Example
+        >>> chosen = gn.select_model(gn.OrenNayar(0.5, 0.4), {"matt": gn.Lambertian(), "rough": gn.OrenNayar()})
+        >>> print(chosen.best.name)
+        rough
+        """
         supported = [c for c in self.candidates if c.supported]
         if not supported:
             reasons = "; ".join(f"{c.name}: {c.error}" for c in self.candidates[:3])
@@ -165,7 +171,13 @@ class Selection:
 
     @property
     def verdict(self) -> str:
-        """Which model the data support, in a sentence."""
+        """Which model the data support, in a sentence.
+
+        Example
+        >>> chosen = gn.select_model(gn.OrenNayar(0.5, 0.4), {"matt": gn.Lambertian(), "rough": gn.OrenNayar()})
+        >>> print(chosen.verdict)
+        The data support rough.
+        """
         best = self.best
         assert best.fit is not None
         more = [c for c in self.candidates if c.fit and len(c.fit.names) > len(best.fit.names)]
@@ -233,8 +245,8 @@ def select_model(
 
     Example
     >>> chosen = gn.select_model(gn.OrenNayar(0.5, 0.4), "diffuse")
-    >>> print(chosen.best.name, chosen.best.fit.model)
-    OrenNayar OrenNayar(rho=0.5, sigma=0.4...)
+    >>> print(chosen.best.name, chosen.best.fit.values.round(3))
+    OrenNayar [0.5 0.4]
     """
     if isinstance(models, str):
         if models not in SETS:

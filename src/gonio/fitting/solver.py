@@ -57,8 +57,8 @@ def minimise(evaluate: Evaluate, x: np.ndarray, box: Box, steps: int = STEPS, to
     """The least cost from each of the starts x (B, n) within bounds.
 
     A step solves (A + damping diag A) d = -g for the unknowns that are not held at a bound by their slope, and is
-    clipped to the bounds. It is taken where it lowers the cost; damping falls and rises by how well the normal equations
-    foretold that. Fits that have ended are left out as soon as they are half of the batch.
+    clipped to the bounds. It is taken where it lowers the cost; damping falls and rises by how well the normal
+    equations foretold that. Fits that have ended are left out as soon as they are half of the batch.
 
     Source   Levenberg 1944; Marquardt 1963, whose scale this is; damping: Nielsen 1999, IMM-REP-1999-05; elimination:
              Golub & Pereyra 1973, SIAM J. Numer. Anal. 10(2):413; Kaufman 1975, BIT 15:49.

@@ -36,10 +36,10 @@ COLOURS = ("#1f3f77", "#2f86c1", "#37b59d", "#e3a72f", "#c8362f")
 def fit_figure(fit: Fit, path: str | Path) -> None:
     """Write the figure of a fit to a .png, .jpg, .pdf or .svg file.
 
-    Above: f in the plane of incidence by viewing angle, data as points, the model as lines; rows within 4 degrees of the
-    plane and 3 degrees of each angle of incidence. Beside it the relative difference by angle of incidence. Below: the
-    medians over cells of half and difference angle, of the data, of the model, and of their relative difference. Of
-    several channels their mean.
+    Above: f in the plane of incidence by viewing angle, data as points, the model as lines; rows within 4 degrees of
+    the plane and 3 degrees of each angle of incidence. Beside it the relative difference by angle of incidence. Below:
+    the medians over cells of half and difference angle, of the data, of the model, and of their relative difference.
+    Of several channels their mean.
 
     Example
     >>> data = gn.tabulate(gn.Lambertian(0.3), resolution=(9, 9, 18))
