@@ -16,6 +16,7 @@ import numpy as np
 from ..arguments import Within, checked
 from ..base.angles import angles
 from ..base.reflectance import Reflectance
+from ..errors import ParameterError, shown
 from .covariance import correlations, spread_of
 from .losses import LOSSES, ROBUST
 from .notes import notes_of
@@ -99,6 +100,10 @@ class Fit:
     condition: float
     at_bound: np.ndarray = field(repr=False)
     problem: Problem = field(repr=False)
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.problem, Problem):
+            raise ParameterError(f"Fit(problem={shown(self.problem)}): expected a problem; gn.fit(data, model) makes fits")
 
     @classmethod
     def of(cls, problem: Problem, solved: Solved, agreeing: float) -> Fit:

@@ -17,6 +17,7 @@ from ..base.reflectance import Reflectance
 from ..errors import MissingDataWarning, ParameterError, ShapeError, shown, warn
 from ..formats import load
 from ..formula.direction import HORIZON
+from ..numbers import numbers
 from ..numerics.lattice import lattice
 from ..tables.dataset import from_dataset
 from ..tables.gridded import Gridded
@@ -236,8 +237,8 @@ def real(name: str, values: Any) -> np.ndarray:
     if type(values) is np.ndarray and values.dtype == np.float64:
         return values
     try:
-        return np.ma.filled(np.ma.asarray(values).astype(float), np.nan)
-    except (TypeError, ValueError) as error:
+        return numbers(values).astype(float)
+    except ValueError as error:
         raise ParameterError(f"{name}: {error}; expected an array of numbers") from None
 
 

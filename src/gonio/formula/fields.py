@@ -233,7 +233,7 @@ class Channels(Numbers):
     def check(self, owner: str, value: Any) -> Any:
         if not isinstance(value, int):
             return value
-        if value > sys.maxsize // 8:  # bytes of a number
+        if abs(value) > sys.maxsize // 8:  # bytes of a number
             raise MemoryError(f"{owner}({self.name}={shown(value)})")
         return frozen(np.arange(value, dtype=float))
 
