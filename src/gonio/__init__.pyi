@@ -121,6 +121,7 @@ from .lights.spot import SpotLight as _SpotLight
 from .lights.sun import SunLight as _SunLight
 from .lights.turned import TurnedLight as _TurnedLight
 from .models.abc import ABC as _ABC
+from .models.abg import ABg as _ABg
 from .models.absorber import Absorber as _Absorber
 from .models.across import Across as _Across
 from .models.ashikhmin_shirley import AshikhminShirley as _AshikhminShirley
@@ -141,11 +142,14 @@ from .models.energy_compensation import Turquin as _Turquin
 from .models.eon import EON as _EON
 from .models.eon import FujiiOrenNayar as _FujiiOrenNayar
 from .models.fluorescent_lambertian import FluorescentLambertian as _FluorescentLambertian
+from .models.generalized_harvey_shack import GeneralizedHarveyShack as _GeneralizedHarveyShack
 from .models.hanrahan_krueger import HanrahanKrueger as _HanrahanKrueger
 from .models.hapke import Hapke as _Hapke
+from .models.harvey_shack import HarveyShack as _HarveyShack
 from .models.he_torrance import HeTorrance as _HeTorrance
 from .models.he_torrance import HeTorranceSpecular as _HeTorranceSpecular
 from .models.ideal_specular import IdealSpecular as _IdealSpecular
+from .models.k_correlation import KCorrelation as _KCorrelation
 from .models.kulla_conty_dielectric import KullaContyDielectric as _KullaContyDielectric
 from .models.lafortune import Lafortune as _Lafortune
 from .models.lafortune import NormalizedLafortune as _NormalizedLafortune
@@ -255,6 +259,28 @@ class ABCFacets(_ABCFacets):
         self,
         B: float | Array = 1000.0,
         C: float | Array = 1.5,
+    ) -> None: ...
+
+class ABg(_ABg):
+    r"""Scatter by a polished surface, as optical design programs have it: f = A/(B + |D|^g).
+
+    Parameters
+        A = 0.001   height of the tails: f where |D| = 1, if B is small; 0 to 1000 [sr-1]
+        B = 0.001   knee: |D|^g where f is half its peak; 1e-10 to 1000
+        g = 1.5     slope of the tails in a plot of log f over log |D|, downwards; 0 to 8
+
+    Example
+    >>> mirror = gn.ABg(A=0.0025, B=0.001, g=1.8)
+    >>> print(mirror.f_angles(0.5, 0.0, [0.3, 0.49, 0.5], np.pi).round(4))
+    [0.0485 2.0319 2.5   ]
+    """
+    def __init__(
+        self,
+        A: float | Array = 0.001,
+        B: float | Array = 0.001,
+        g: float | Array = 1.5,
+        *,
+        wavelengths: float | Array | None = ...,
     ) -> None: ...
 
 class Absorber(_Absorber):
@@ -1070,6 +1096,30 @@ class GaussianFacets(_GaussianFacets):
         alpha: float | Array = 0.2,
     ) -> None: ...
 
+class GeneralizedHarveyShack(_GeneralizedHarveyShack):
+    r"""Scatter by a surface of any roughness: f = (Q/lambda^2) times the Fourier transform of H - exp(-g) at
+    |D|/lambda.
+
+    Parameters
+        fresnel = Conductor(eta=0.2, k=3.9)   reflectance of a smooth surface; Fresnel | float | Array
+        wavelength = 550.0                    wavelength; at least 50 [nm]
+        sigma = 100.0                         RMS height of the surface; 0 to 10000 [nm]
+        tau = 1500.0                          autocorrelation length of the surface (1/e); 300 to 100000 [nm]
+
+    Example
+    >>> metal = gn.GeneralizedHarveyShack(sigma=100.0, tau=1500.0, wavelength=550.0, fresnel=1.0)
+    >>> print(metal.f_angles(0.5, 0.0, [0.3, 0.5, 0.7], np.pi).round(3))
+    """
+    def __init__(
+        self,
+        fresnel: Fresnel | float | Array = ...,
+        sigma: float | Array = 100.0,
+        tau: float | Array = 1500.0,
+        *,
+        wavelength: float | Array | None = 550.0,
+        wavelengths: float | Array | None = ...,
+    ) -> None: ...
+
 class GoniometricLight(_GoniometricLight):
     r"""Nearby point source of measured intensity: $E = I(\gamma, C) \cos\theta/r^2$.
 
@@ -1148,6 +1198,32 @@ class Hapke(_Hapke):
         h: float | Array = 0.06,
         theta_bar: float | Array = 0.35,
         multiple_scattering: Literal['1981', '2002'] = '1981',
+        *,
+        wavelengths: float | Array | None = ...,
+    ) -> None: ...
+
+class HarveyShack(_HarveyShack):
+    r"""Scatter by a polished surface: f = b0 m^P (1 + (|D|/(L m^Q))^2)^(s/2), m = (cos(theta_i) + cos(theta_o))/2.
+
+    Parameters
+        b0 = 1.0   f at the mirror direction, at normal incidence; 0 to 1e+06 [sr-1]
+        L = 0.01   |D| of the knee, where the lobe begins to fall; 0.0001 to 10
+        s = -1.5   slope of the tails in a plot of log f over log |D|; -8 to -0.002
+        P = 0.0    power of the mean cosine in the height of the lobe; 0 to 4
+        Q = 0.0    power of the mean cosine in the width of the lobe; 0 to 2
+
+    Example
+    >>> mirror = gn.HarveyShack(b0=1.0, L=0.01, s=-1.5)
+    >>> print(mirror.f_angles(0.5, 0.0, [0.3, 0.49, 0.5], np.pi).round(4))
+    [0.0124 0.662  1.    ]
+    """
+    def __init__(
+        self,
+        b0: float | Array = 1.0,
+        L: float | Array = 0.01,
+        s: float | Array = -1.5,
+        P: float | Array = 0.0,
+        Q: float | Array = 0.0,
         *,
         wavelengths: float | Array | None = ...,
     ) -> None: ...
@@ -1232,6 +1308,33 @@ class Interface(_Interface):
     def __init__(
         self,
         eta: float | Array = 1.5,
+    ) -> None: ...
+
+class KCorrelation(_KCorrelation):
+    r"""A mirror's scatter by its roughness: f = (16 pi^2/lambda^4) cos(theta_i) cos(theta_o) Q S(|D|/lambda).
+
+    Parameters
+        fresnel = Conductor(eta=0.2, k=3.9)   reflectance of a smooth surface; Fresnel | float | Array
+        wavelength = 550.0                    wavelength; at least 50 [nm]
+        sigma = 2.0                           RMS height of the surface, of its wavelengths above `shortest`; 0 to 200 [nm]
+        B = 10000.0                           2 pi times the correlation length: the wavelength of the knee; 100 to 1e+06 [nm]
+        C = 2.5                               slope of the spectrum at high frequencies, downwards; 0.01 to 8
+        shortest = 10.0                       the shortest wavelength on the surface that sigma counts; 0.1 to 10000 [nm]
+
+    Example
+    >>> mirror = gn.KCorrelation(sigma=2.0, B=1e4, C=1.5, fresnel=1.0)
+    >>> print(mirror.f_angles(0.0, 0.0, [0.01, 0.1, 0.5], np.pi).round(4))
+    """
+    def __init__(
+        self,
+        fresnel: Fresnel | float | Array = ...,
+        sigma: float | Array = 2.0,
+        B: float | Array = 10000.0,
+        C: float | Array = 2.5,
+        shortest: float | Array = 10.0,
+        *,
+        wavelength: float | Array | None = 550.0,
+        wavelengths: float | Array | None = ...,
     ) -> None: ...
 
 class KullaConty(_KullaConty):

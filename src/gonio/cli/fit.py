@@ -74,7 +74,7 @@ def fit(
     \b
     Examples:
       gonio fit paint.binary
-      gonio fit paint.csv --model "OrenNayar() + 0.5 * Microfacet(Beckmann(), Dielectric())" -o paint.json
+      gonio fit paint.csv -m "OrenNayar() + Microfacet(Beckmann())" -o fit.json
       gonio fit paint.binary --select graphics --plot paint.png
     """
     from ..catalogue.expressions import expression
