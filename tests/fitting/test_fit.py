@@ -176,6 +176,30 @@ def test_channels_share_what_is_not_linear():
     assert len(named.names) == 3 + 2
 
 
+def test_channels_that_share_nothing_are_fitted_one_by_one():
+    truth = gn.Lambertian([0.6, 0.1, 0.05]) + gn.Microfacet(gn.GGX([0.05, 0.2, 0.5]), gn.Schlick([0.04, 0.05, 0.06]))
+    found = gn.fit(truth, MODEL, "log", per_channel=True)
+    assert np.allclose(found.values, [0.6, 0.1, 0.05, 0.05, 0.2, 0.5, 0.04, 0.05, 0.06], rtol=1e-4)
+    wi, wo = spread_pairs(400)
+    noise = 1.0 + 0.02 * np.random.default_rng(0).standard_normal((len(wi), 3))
+    f = truth.f(wi, wo) * noise
+    whole = gn.fit((wi, wo, f), MODEL, "log", per_channel=True)
+    for c in range(3):
+        one = gn.fit((wi, wo, f[:, c]), MODEL, "log")
+        assert np.allclose(whole.values[c::3], one.values, rtol=1e-4)
+        assert np.allclose(list(whole.stderr.values())[c::3], list(one.stderr.values()), rtol=1e-2)
+
+
+def test_spectra_of_many_channels():
+    wi, wo = spread_pairs(60)
+    rho = np.linspace(0.1, 0.8, 500)
+    f = gn.Lambertian(rho).f(wi, wo) + gn.Microfacet(gn.GGX(0.4), gn.Schlick(0.05)).f(wi, wo)[:, None]
+    with pytest.raises(gn.Error, match="found together"):
+        gn.fit((wi, wo, f), MODEL)
+    found = gn.fit((wi, wo, f), gn.Lambertian() + gn.Microfacet(gn.GGX(0.4), gn.Schlick(0.05)), by=["rho"])
+    assert np.allclose(found.values, rho, rtol=1e-6)
+
+
 def test_data_in_all_forms_give_the_same():
     table = gn.tabulate(GLOSSY, resolution=(12, 12, 24))
     found = gn.fit(table, MODEL)
@@ -322,6 +346,23 @@ def test_pytorch_differentiates_the_same_residuals():
     (r**2).sum().backward()
     gradient = 2.0 * problem.jacobian(problem.x0).T @ problem.residuals(problem.x0)
     assert np.allclose(x.grad.numpy(), gradient, rtol=1e-7, atol=1e-9)
+
+
+def test_optimisers_of_pytorch_find_the_same():
+    torch = pytest.importorskip("torch")
+    data = noisy(GLOSSY, 300, 0.02, 15)
+    problem, found = gn.fit_problem(data, MODEL), gn.fit(data, MODEL)
+    x = torch.tensor(problem.x0, requires_grad=True)
+    optimizer = torch.optim.LBFGS([x], max_iter=300, line_search_fn="strong_wolfe", tolerance_change=1e-14)
+
+    def cost():
+        optimizer.zero_grad()
+        total = (problem.residuals(x) ** 2).sum()
+        total.backward()
+        return total
+
+    optimizer.step(cost)
+    assert np.allclose(x.detach().numpy(), found.values, rtol=1e-3)
 
 
 def test_jax_differentiates_the_same_residuals():

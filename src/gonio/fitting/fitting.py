@@ -12,6 +12,7 @@ import numpy as np
 from ..arguments import Within, checked
 from ..base.reflectance import Reflectance
 from ..errors import ParameterError
+from ..evaluate.squares import Squares
 from ..formula.text import listed
 from .losses import SCALES
 from .problem import Problem, make_problem
@@ -22,6 +23,9 @@ from .starts import best_starts
 
 KEPT = 2
 """Starts that are carried on with all data."""
+
+TOGETHER, APART = 400, 4000
+"""Unknowns at most: those that depend on each other, and all."""
 
 SOLVERS = ("levenberg_marquardt", "scipy")
 
@@ -90,13 +94,47 @@ def fit(
 def fitted(problem: Problem, starts: int | None, seed: int, solver: str = SOLVERS[0]) -> Fit:
     """The fit of a problem."""
     _require_enough(problem)
+    unknowns = problem.unknowns
+    if unknowns.channels > 1 and problem.robust == "none" and all(f.by_channel for f in unknowns.free):
+        return _channel_by_channel(problem, starts, seed, solver)
+    if len(problem.names) > TOGETHER:
+        several = listed([f.path for f in unknowns.free if not f.by_channel])
+        raise ParameterError(
+            f"{problem.samples.source}: {len(problem.names)} unknowns, expected at most {TOGETHER} that are found "
+            f"together ({several} is shared by all channels); per_channel=True fits channels one by one, m.at(...) takes fewer"
+        )
     wanted, problem = problem, problem.least_squares()
-    x, agreeing = best_starts(problem, starts, seed, KEPT)
-    solved = _from(problem, x, solver)
+    solved, agreeing = _solved(problem, starts, seed, solver)
     if wanted.robust != "none":
         problem, solved = _robustly(wanted, solved, solver)
-    best = int(np.argmin(solved.squares.cost))
-    return Fit.of(problem, solved.only(best), agreeing)
+    return Fit.of(problem, solved, agreeing)
+
+
+def _channel_by_channel(problem: Problem, starts: int | None, seed: int, solver: str) -> Fit:
+    """The fit of a problem whose channels share no unknown."""
+    u = problem.unknowns
+    count = len(problem.names)
+    if count > APART:
+        rule = f"expected at most {APART}; m.at(...) takes fewer wavelengths"
+        raise ParameterError(f"{problem.samples.source}: {count} unknowns in {u.channels} channels, {rule}")
+    x, gradient, matrix = np.zeros(count), np.zeros(count), np.zeros((count, count))
+    cost, ended, steps, agreeing = 0.0, True, 0, 1.0
+    for c, at in enumerate(u.columns):
+        one = problem.of_channel(c)
+        found, share = _solved(one, starts, seed, solver)
+        x[at], gradient[at], matrix[np.ix_(at, at)] = found.x[0], found.squares.gradient[0], found.squares.matrix[0]
+        cost += float(found.squares.cost[0])
+        ended, steps = ended and bool(found.ended[0]), max(steps, int(found.steps[0]))
+        agreeing = min(agreeing, share)
+    sums = Squares(np.array([cost]), gradient[None], matrix[None])
+    return Fit.of(problem, Solved(x[None], sums, np.array([ended]), np.array([steps])), agreeing)
+
+
+def _solved(problem: Problem, starts: int | None, seed: int, solver: str) -> tuple[Solved, float]:
+    """The best optimum, and the share of the starts that came to it."""
+    x, agreeing = best_starts(problem, starts, seed, KEPT)
+    solved = _from(problem, x, solver)
+    return solved.only(int(np.argmin(solved.squares.cost))), agreeing
 
 
 def _from(problem: Problem, x: np.ndarray, solver: str) -> Solved:
@@ -130,7 +168,7 @@ def _by_scipy(problem: Problem, x: np.ndarray) -> Solved:
 def _robustly(wanted: Problem, solved: Solved, solver: str) -> tuple[Problem, Solved]:
     """The robust fit from the optimum of least squares, with the scale of its own residuals."""
     for _ in range(ROUNDS):
-        x = solved.x[[int(np.argmin(solved.squares.cost))]]
+        x = solved.x
         r = replace(wanted, scale=1.0).residuals(wanted.unknowns.numbers(x[0]))
         r = np.abs(r[wanted.samples.valid.T.reshape(-1)])
         spread = 1.4826 * float(np.median(r))

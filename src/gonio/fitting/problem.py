@@ -174,6 +174,16 @@ class Problem:
         """
         return replace(self, samples=self.samples.at(rows))
 
+    def of_channel(self, c: int) -> Problem:
+        """The problem of one channel.
+
+        Example
+        >>> data = gn.direction(0.5, [0.0, 1.0]), gn.direction(0.3, [0.0, 2.0]), np.array([[0.1, 0.2], [0.1, 0.2]])
+        >>> print(gn.fit_problem(data, gn.Lambertian()).of_channel(1).names)
+        ('rho',)
+        """
+        return replace(self, samples=self.samples.of_channel(c), unknowns=self.unknowns.of_channel(c))
+
     @property
     def x0(self) -> np.ndarray:
         """The numbers of the model (n,), in the order of `names`.

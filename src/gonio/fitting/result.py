@@ -103,7 +103,9 @@ class Fit:
 
     def __post_init__(self) -> None:
         if not isinstance(self.problem, Problem):
-            raise ParameterError(f"Fit(problem={shown(self.problem)}): expected a problem; gn.fit(data, model) makes fits")
+            raise ParameterError(
+                f"Fit(problem={shown(self.problem)}): expected a problem; gn.fit(data, model) makes fits"
+            )
 
     @classmethod
     def of(cls, problem: Problem, solved: Solved, agreeing: float) -> Fit:

@@ -60,6 +60,15 @@ class Samples:
         """The number of values."""
         return int(self.valid.sum())
 
+    def of_channel(self, c: int) -> Samples:
+        """One of the channels."""
+        keep = slice(c, c + 1)
+        weights = self.weights
+        if weights is not None and weights.shape[1] > 1:
+            weights = weights[:, keep]
+        u = None if self.u is None else self.u[:, keep]
+        return replace(self, f=self.f[:, keep], u=u, valid=self.valid[:, keep], channels=None, weights=weights)
+
     def at(self, rows: Any) -> Samples:
         """Some of the rows."""
         u, weights = (None if x is None else x[rows] for x in (self.u, self.weights))

@@ -130,6 +130,15 @@ class Unknowns:
     def _plain_models(self) -> dict[int, Reflectance]:
         return {axes: _with_channels_first(self.model, axes) for axes in (2, 3)}
 
+    def of_channel(self, c: int) -> Unknowns:
+        """The unknowns of one channel."""
+
+        def picked(path: str, field: Any, value: Any) -> Any:
+            return float(value[c if len(value) > 1 else 0]) if np.ndim(value) else value
+
+        free = tuple(f._replace(by_channel=False, start=f.start[c : c + 1]) for f in self.free)
+        return Unknowns(self.model.rebuilt(picked), free, 1)
+
     def gathered(self, sums: Squares, x: np.ndarray) -> Squares:
         """Normal equations (B,) of the unknowns x (B, n), from those (B, C) of each channel's numbers."""
         fits, count = x.shape
