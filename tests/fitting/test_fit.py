@@ -6,6 +6,7 @@ import json
 
 import numpy as np
 import pytest
+from materials import MODELS
 from scipy.optimize import least_squares
 
 import gonio as gn
@@ -53,6 +54,28 @@ def test_every_loss_has_its_optimum_at_the_truth(loss):
     found = gn.fit(GLOSSY, MODEL, loss)
     truth = [0.3, 0.15, 0.06]
     assert np.allclose(found.values, truth, rtol=1e-4), found
+
+
+FITTED = [kind.__name__ for kind in MODELS if kind is not gn.Stack and kind().sides == "front" and not kind().has_delta]
+
+
+@pytest.mark.full
+@pytest.mark.parametrize("name", FITTED)
+def test_every_model_fits_its_own_values(name):
+    model = getattr(gn, name)()
+    random = np.random.default_rng(1)
+    numbers = {}
+    for path, p in model.parameters.items():
+        if isinstance(p.value, float):
+            around = 0.3 * abs(p.value) + 0.02
+            numbers[path] = float(random.uniform(max(p.low, p.value - around), min(p.high, p.value + around)))
+    truth = model.replace(numbers)
+    wi, wo = spread_pairs(3000)
+    f = truth.f(wi, wo)
+    found = gn.fit((wi, wo, f), model, "log")
+    off = np.log1p(found.model.f(wi, wo) * wi[:, 2]) - np.log1p(f * wi[:, 2])
+    assert found.converged and np.sqrt(np.mean(off**2)) < 1e-3 * np.sqrt(np.mean(np.log1p(f * wi[:, 2]) ** 2))
+    found.report()
 
 
 def test_a_loss_is_the_sum_of_squares_of_what_it_compares():

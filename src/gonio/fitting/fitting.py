@@ -101,7 +101,8 @@ def fitted(problem: Problem, starts: int | None, seed: int, solver: str = SOLVER
         several = listed([f.path for f in unknowns.free if not f.by_channel])
         raise ParameterError(
             f"{problem.samples.source}: {len(problem.names)} unknowns, expected at most {TOGETHER} that are found "
-            f"together ({several} is shared by all channels); per_channel=True fits channels one by one, m.at(...) takes fewer"
+            f"together ({several} is shared by all channels); per_channel=True fits channels one by one, and m.at(...) "
+            f"takes fewer"
         )
     wanted, problem = problem, problem.least_squares()
     solved, agreeing = _solved(problem, starts, seed, solver)

@@ -144,7 +144,10 @@ def linear_step(sums: Squares, x: np.ndarray, box: Box) -> tuple[np.ndarray, np.
     for _ in range(len(linear) + 1):
         rest = g + np.einsum("bij,bj->bi", a, np.where(held, d, 0.0))
         d = np.where(held, d, solved(a, -rest, held, damping))
-        beyond = np.where(held, 0.0, np.maximum(low - d, d - high) * np.sqrt(np.einsum("bii->bi", a)))
+        with np.errstate(invalid="ignore", over="ignore"):
+            beyond = np.nan_to_num(
+                np.where(held, 0.0, np.maximum(low - d, d - high) * np.sqrt(np.einsum("bii->bi", a)))
+            )
         worst = beyond.argmax(axis=1) if len(linear) else np.zeros(0, int)
         outside = beyond.max(axis=1, initial=0.0) > 0.0
         if not outside.any():
@@ -164,9 +167,10 @@ def _step(gradient: np.ndarray, matrix: np.ndarray, x: np.ndarray, damping: np.n
 def solved(matrix: np.ndarray, right: np.ndarray, held: np.ndarray, damping: np.ndarray) -> np.ndarray:
     """Solutions (B, n) of damped symmetric systems, 0 for the unknowns that are held; 0 where there is none."""
     diagonal = np.einsum("bii->bi", matrix)
+    held = held | ~np.isfinite(diagonal)
     free = np.where(held | ~(diagonal > 0.0), 0.0, 1.0 / np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0)))
-    scaled = matrix * free[:, :, None] * free[:, None, :]
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
+        scaled = np.where(held[:, :, None] | held[:, None, :], 0.0, matrix * free[:, :, None] * free[:, None, :])
         if len(right) < FEW:
             np.einsum("bii->bi", scaled)[:] = 1.0 + damping[:, None]
             with suppress(np.linalg.LinAlgError):
