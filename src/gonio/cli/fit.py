@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 import time
 from pathlib import Path
 from typing import Any
@@ -11,6 +12,7 @@ import click
 
 from ..errors import ParameterError, visible
 from . import options
+from .options import since
 from .terminal import bar, echo, print_json
 
 MODEL = "Lambertian() + Microfacet(GGX(), Schlick())"
@@ -52,6 +54,10 @@ MODEL = "Lambertian() + Microfacet(GGX(), Schlick())"
 @click.option(
     "-o", "--output", type=click.Path(path_type=Path), help="File to write the fitted model to, such as fit.json."
 )
+@click.option(
+    "--scheduler",
+    help="Of a folder or a map: processes, one on each core, or the address of a scheduler of Dask, tcp://host:8786.",
+)
 @click.option("--plot", type=click.Path(path_type=Path), help="Figure to write: .png, .jpg, .pdf or .svg.")
 @options.json_option
 def fit(
@@ -66,16 +72,21 @@ def fit(
     starts: int | None,
     seed: int,
     output: Path | None,
+    scheduler: str | None,
     plot: Path | None,
     as_json: bool,
 ) -> None:
     """Fit a model to MATERIAL: its numbers with standard errors, how well it agrees, and where it does not.
+
+    Of a folder of measurements every file is fitted, to a table: -o fits.parquet or fits.csv. A Zarr store with f,
+    wi and wo is a map, of which every texel is fitted: -o fits.zarr. Either goes on where an earlier run stopped.
 
     \b
     Examples:
       gonio fit paint.binary
       gonio fit paint.csv -m "OrenNayar() + Microfacet(Beckmann())" -o fit.json
       gonio fit paint.binary --select graphics --plot paint.png
+      gonio fit measurements/ -o fits.parquet --scheduler processes
     """
     from ..catalogue.expressions import expression
     from ..fitting.fitting import fit as fit_model
@@ -87,19 +98,32 @@ def fit(
     start = time.perf_counter()
     if not 0.0 < theta_max <= 90.0:
         raise ParameterError(f"--theta-max {theta_max:g}: expected an angle [degrees] above 0, at most 90")
+    shared: dict[str, Any] = {"per_channel": _channels(per_channel)}
+    names = None if by is None else _names(by)
+    if os.path.isdir(material) and output is None:
+        raise ParameterError(f"{material}: a folder; expected -o fits.parquet, fits.csv, or of a map fits.zarr")
+    if os.path.isdir(material) and output is not None and output.suffix == ".zarr":
+        _fit_map(material, expression(model, files=True), output, loss, by=names, scheduler=scheduler, **shared)
+        return
+    shared["theta_max"] = math.radians(theta_max)
+    if os.path.isdir(material) and output is not None:
+        models = chosen or {"model": expression(model, files=True)}
+        _fit_folder(material, models, output, loss, scheduler=scheduler, **shared)
+        return
+    if scheduler is not None:
+        raise ParameterError(f"--scheduler: {material} is one material; expected a folder of them, or a map")
     if plot is not None:
         check_target(plot)
     if output is not None:
         target(writer(output, None), output)
     data = options.read_material(material, ())
-    shared: dict[str, Any] = {"per_channel": _channels(per_channel), "theta_max": math.radians(theta_max), "seed": seed}
+    shared["seed"] = seed
     if chosen is not None:
         with bar("fitting") as progress:
             selection = select_model(data, chosen, loss, progress=progress, **shared)
         found = selection.best.fit
         assert found is not None  # the best one has a fit
     else:
-        names = None if by is None else _names(by)
         found = fit_model(data, expression(model, files=True), loss, robust=robust, by=names, starts=starts, **shared)
     if output is not None:
         save(found.model, output)
@@ -112,7 +136,33 @@ def fit(
         _say(f"{selection}\n")
     _say(found.report())
     written = [str(path) for path in (output, plot) if path is not None]
-    echo(visible(f"{', '.join(written)}{': ' if written else ''}{options.since(start)}"))
+    echo(visible(f"{', '.join(written)}{': ' if written else ''}{since(start)}"))
+
+
+def _fit_folder(folder: str, models: Any, output: Path, loss: str | None, **options: Any) -> None:
+    from ..fitting.many import fit_many
+
+    start = time.perf_counter()
+    with bar("fitting") as progress:
+        table = fit_many(folder, models, output, loss, progress=progress, **options)
+    failed = table[table["error"] != ""]
+    for _, row in failed.head(FAILED).iterrows():
+        _say(f"{row['material']}, {row['model']}: {row['error']}")
+    _say(f"{output}: {len(table)} fits, {len(failed)} without a result, {since(start)}")
+
+
+FAILED = 10
+"""Fits without a result that are told."""
+
+
+def _fit_map(store: str, model: Any, output: Path, loss: str | None, **options: Any) -> None:
+    from ..fitting.map_store import fit_map_store
+
+    start = time.perf_counter()
+    with bar("fitting") as progress:
+        found = fit_map_store(store, model, output, loss or "plain", progress=progress, **options)
+    flagged = int((found["flags"] > 0).sum())
+    _say(f"{output}: {found['flags'].size} texels, {flagged} of them flagged, {since(start)}")
 
 
 def _say(text: str) -> None:
