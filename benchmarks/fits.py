@@ -170,10 +170,8 @@ def global_optima(count=100):
             shares.append((np.mean(np.array(costs) <= 1.001 * least), name, loss, fitted(problem, None, 0).agreeing))
     agreed = np.array([s for s, *_ in shares])
     single = np.array([s for *_, s in shares])
-    worst = sorted(shares)[:4]
     print(f"{len(shares)} problems (100 materials, 2 losses), 5 seeds: {agreed.mean():.1%} at the best optimum")
     print(f"  a single random start: {single.mean():.1%} come to it on average, {np.median(single):.0%} in the median")
-    print(f"  worst: {worst}")
 
 
 def published(data):

@@ -52,7 +52,7 @@ def made(path: Path) -> None:
     xarray.Dataset(maps).to_zarr(path, consolidated=False, encoding={"f": {"chunks": (16, SHAPE[1], COUNT)}})
 
 
-def seconds(folder: Path, tile: tuple[int, int], scheduler: object, settings: str = "") -> float:
+def seconds(folder: Path, tile: tuple[int, int], scheduler: object) -> float:
     """Of fits of the whole map."""
     output = folder / f"fits{time.time_ns()}.zarr"
     start = time.perf_counter()
@@ -88,16 +88,14 @@ def main() -> None:
                     if fixed and workers == 2:
                         small = min(seconds(folder, (1, SHAPE[1]), client) for _ in range(2))
                         each = (small - best) * 2 / (SHAPE[0] - SHAPE[0] / 16)
-                        print(
-                            f"  tiles of 1024 texels in place of 16 384: {small:.1f} s, so that a tile costs {1e3 * each:.1f} ms"
-                        )
+                        print(f"  tiles of 1024 texels: {small:.1f} s; a tile costs {1e3 * each:.1f} ms")
         print(f"2 workers beside 1: {times[1, True] / times[2, True]:.2f} times as fast")
         rate = texels / times[1, True]
         per_tile = 16 * SHAPE[1] / rate
         print(
-            f"1000 workers: a tile of 16 384 texels keeps a worker busy for {per_tile:.2f} s, and the scheduler for about "
-            f"{1e3 * each:.1f} ms at most; it serves {per_tile / max(each, 1e-6):.0f} workers before it is the limit, and "
-            f"tiles of {16384 * max(1, round(1000 * max(each, 1e-6) / per_tile))} texels 1000"
+            f"1000 workers: a tile of 16 384 texels keeps a worker busy for {per_tile:.2f} s, and the scheduler for "
+            f"{1e3 * each:.1f} ms at most; it serves {per_tile / max(each, 1e-6):.0f} workers before it is the limit, "
+            f"with tiles of {16384 * max(1, round(1000 * max(each, 1e-6) / per_tile))} texels 1000"
         )
     print(f"cores: {os.cpu_count()}")
 

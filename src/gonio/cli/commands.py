@@ -19,6 +19,7 @@ from . import (
     measure,
     models,
     nearest,
+    plan,
     render,
     show,
 )
@@ -55,7 +56,7 @@ def cli(ctx: click.Context) -> None:
 for command in (
     *(materials.materials, models.models, info.info, albedo.albedo, check.check),
     *(render.render, show.show, compare.compare, nearest.nearest),
-    fit.fit,
+    *(fit.fit, plan.plan),
     *(import_.import_, convert.convert, measure.measure, formats.formats_, cite.cite),
 ):  # in the order of the help
     cli.add_command(command)

@@ -10,7 +10,8 @@ from typing import Any
 
 import click
 
-from ..errors import ParameterError, visible
+from ..errors import FormatError, ParameterError, visible
+from ..formula.text import listed
 from . import options
 from .options import since
 from .terminal import bar, echo, print_json
@@ -103,12 +104,13 @@ def fit(
     if os.path.isdir(material) and output is None:
         raise ParameterError(f"{material}: a folder; expected -o fits.parquet, fits.csv, or of a map fits.zarr")
     if os.path.isdir(material) and output is not None and output.suffix == ".zarr":
-        _fit_map(material, expression(model, files=True), output, loss, by=names, scheduler=scheduler, **shared)
+        shared |= {"loss": loss or "plain", "by": names, "scheduler": scheduler}
+        _fit_map(material, expression(model, files=True), output, **shared)
         return
     shared["theta_max"] = math.radians(theta_max)
     if os.path.isdir(material) and output is not None:
-        models = chosen or {"model": expression(model, files=True)}
-        _fit_folder(material, models, output, loss, scheduler=scheduler, **shared)
+        more = {"loss": loss, "robust": robust, "starts": starts, "seed": seed}
+        _fit_folder(material, chosen or [model], output, scheduler, **more, **shared)
         return
     if scheduler is not None:
         raise ParameterError(f"--scheduler: {material} is one material; expected a folder of them, or a map")
@@ -139,28 +141,38 @@ def fit(
     echo(visible(f"{', '.join(written)}{': ' if written else ''}{since(start)}"))
 
 
-def _fit_folder(folder: str, models: Any, output: Path, loss: str | None, **options: Any) -> None:
-    from ..fitting.many import fit_many
+def _fit_folder(folder: str, models: Any, output: Path, scheduler: str | None, **options: Any) -> None:
+    from ..catalogue.fit_many import fit_folder
 
     start = time.perf_counter()
     with bar("fitting") as progress:
-        table = fit_many(folder, models, output, loss, progress=progress, **options)
-    failed = table[table["error"] != ""]
-    for _, row in failed.head(FAILED).iterrows():
+        table, told = fit_folder(folder, models, output, scheduler, progress, **options)
+    for _, row in table[table["error"] != ""].head(FAILED).iterrows():
         _say(f"{row['material']}, {row['model']}: {row['error']}")
-    _say(f"{output}: {len(table)} fits, {len(failed)} without a result, {since(start)}")
+    _say(f"{told}, {since(start)}")
 
 
 FAILED = 10
 """Fits without a result that are told."""
 
 
-def _fit_map(store: str, model: Any, output: Path, loss: str | None, **options: Any) -> None:
-    from ..fitting.map_store import fit_map_store
+def _fit_map(store: str, model: Any, output: Path, **options: Any) -> None:
+    import xarray
+
+    from ..fitting.map_chunks import fit_map_chunks
 
     start = time.perf_counter()
+    try:
+        data = xarray.open_zarr(store, consolidated=False)
+    except (OSError, ValueError) as error:
+        raise FormatError(f"{store}: no store of Zarr: {error}") from None
+    missing = [name for name in ("f", "wi", "wo") if name not in data]
+    if missing:
+        raise FormatError(f"{store}: holds no {listed(missing)}; expected f, wi and wo with an axis observation")
     with bar("fitting") as progress:
-        found = fit_map_store(store, model, output, loss or "plain", progress=progress, **options)
+        found = fit_map_chunks(
+            data["wi"], data["wo"], data["f"], model, u=data.get("u"), output=output, progress=progress, **options
+        )
     flagged = int((found["flags"] > 0).sum())
     _say(f"{output}: {found['flags'].size} texels, {flagged} of them flagged, {since(start)}")
 

@@ -1,84 +1,139 @@
-"""Where many fits run: in this process, in processes of this machine, or on a scheduler of Dask elsewhere."""
+"""Who computes many fits: threads of this process, processes of this machine, or the workers of a Dask scheduler.
+
+Jobs are calls of a function that other processes can import. Few are under way at a time, so that a run of a million
+does not fill the memory of the scheduler.
+"""
 
 from __future__ import annotations
 
-import contextlib
-import os
+import logging
 from collections.abc import Callable, Iterable, Iterator
-from itertools import islice
-from typing import Any
+from concurrent.futures import FIRST_COMPLETED, Executor, Future, ThreadPoolExecutor, wait
+from contextlib import ExitStack, contextmanager
+from typing import Any, NamedTuple
 
+from ..compile.threads import threads
 from ..errors import DependencyError, NotFoundError, ParameterError, shown
 
-PROCESSES = "processes"
-
 AHEAD = 3
-"""Jobs for each worker that are handed out before the first of them is done."""
+"""Jobs under way for each worker: it has the next one when it has done one."""
 
-MAPPED = str(2**28)
-"""Bytes below which memory is not given back at once. Dask's own setting makes every array above 64 KB a new mapping,
-which makes fits three times as slow."""
+ENVIRONMENT = {
+    "OMP_NUM_THREADS": 1,
+    "OPENBLAS_NUM_THREADS": 1,
+    "MKL_NUM_THREADS": 1,
+    "GONIO_THREADS": 1,
+    "MALLOC_TRIM_THRESHOLD_": 1 << 28,
+    "MALLOC_MMAP_THRESHOLD_": 1 << 28,
+}
+"""Variables of worker processes. Dask's own value of the trim threshold has the C library ask the system for every
+array above 128 KiB anew, which makes NumPy three times slower; it goes only if the whole dictionary is replaced."""
+
+PATIENCE = 30
+"""Seconds to wait for a scheduler to answer."""
+
+Done = tuple[int, Any, BaseException | None]
+"""The number of a job, its result, and the error that it ended with."""
 
 
-def each(
-    function: Callable[[Any], Any], jobs: Iterable[Any], scheduler: Any = None
-) -> Iterator[tuple[Any, Any, BaseException | None]]:
-    """Each job, what the function makes of it, and the error of a worker that was lost, as they are done.
+class Workers(NamedTuple):
+    """Where jobs are computed.
 
-    `scheduler`: None for this process; "processes" for a process on each core; the address of a scheduler of Dask,
-    "tcp://host:8786"; or a `distributed.Client`.
+    executor   takes them
+    places     how many jobs run at the same time
+    are_far    whether jobs and results travel to other processes
+    """
+
+    executor: Executor
+    places: int
+    are_far: bool
+
+    def results(self, work: Callable[[Any], Any], jobs: Iterable[Any]) -> Iterator[Done]:
+        """`work(job)` for every job, as they end; jobs that are not under way are not taken from the iterator yet.
+
+        Where the caller stops early, jobs that have not begun are cancelled.
+        """
+        waiting = enumerate(jobs)
+        under_way: dict[Future, int] = {}
+        try:
+            while True:
+                while len(under_way) < AHEAD * self.places and (following := next(waiting, None)) is not None:
+                    number, job = following
+                    under_way[self.executor.submit(work, job)] = number
+                if not under_way:
+                    return
+                ended, _ = wait(under_way, return_when=FIRST_COMPLETED)
+                for future in ended:
+                    number, error = under_way.pop(future), future.exception()
+                    yield number, None if error else future.result(), error
+        finally:
+            for future in under_way:
+                future.cancel()
+
+
+@contextmanager
+def workers(scheduler: Any = None) -> Iterator[Workers]:
+    """The workers that a `scheduler` stands for; what is started here is ended with the block.
+
+    `scheduler`: None for threads of this process; "processes" for as many processes of this machine as `gn.threads()`
+    says, or "processes:4"; the address of a Dask scheduler, "tcp://10.0.0.1:8786"; a client of `distributed`; or an
+    executor of `concurrent.futures`.
     """
     if scheduler is None:
-        for job in jobs:
-            yield job, function(job), None
-        return
-    with _client(scheduler) as client:
-        from distributed import as_completed
-
-        left = iter(jobs)
-        count = AHEAD * max(1, sum(client.nthreads().values()))
-        running = {client.submit(function, job, pure=False): job for job in islice(left, count)}
-        done = as_completed(list(running))
-        for future in done:
-            job = running.pop(future)
-            error = future.exception()
-            yield job, None if error is not None else future.result(), error
-            for more in islice(left, 1):
-                new = client.submit(function, more, pure=False)
-                running[new] = more
-                done.add(new)
-
-
-@contextlib.contextmanager
-def _client(scheduler: Any) -> Iterator[Any]:
-    """A client of the scheduler, which is closed at the end if it was made here."""
-    try:
-        import dask
-        from distributed import Client, LocalCluster
-    except ImportError:
-        raise DependencyError('scheduler: dask and distributed are missing; pip install "gonio[fit]"') from None
-    if isinstance(scheduler, Client):
-        yield scheduler
-    elif scheduler == PROCESSES:
-        threads = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "GONIO_THREADS"), "1")
-        memory = {"MALLOC_TRIM_THRESHOLD_": MAPPED, "MALLOC_MMAP_THRESHOLD_": MAPPED}
-        with dask.config.set({"distributed.nanny.pre-spawn-environ": {**threads, **memory}}):
-            cluster = LocalCluster(
-                n_workers=_cores(), threads_per_worker=1, processes=True, dashboard_address=None, memory_limit=0
-            )
-            with cluster, Client(cluster) as client:
-                yield client
-    elif isinstance(scheduler, str) and "://" in scheduler:
-        try:
-            client = Client(scheduler, timeout=10)
-        except (OSError, ValueError) as error:
-            raise NotFoundError(f"scheduler={shown(scheduler)}: no scheduler of Dask answers there: {error}") from None
-        with client:
-            yield client
+        with ThreadPoolExecutor(threads(), "gonio-fit") as pool:
+            yield Workers(pool, threads(), False)
+    elif isinstance(scheduler, Executor):
+        yield Workers(scheduler, threads(), not isinstance(scheduler, ThreadPoolExecutor))
     else:
-        rule = "expected None, 'processes', an address such as 'tcp://host:8786', or a distributed.Client"
-        raise ParameterError(f"scheduler={shown(scheduler)}: {rule}")
+        with ExitStack() as stack:
+            client = _client(scheduler, stack)
+            count = max(1, sum(client.nthreads().values()))
+            yield Workers(stack.enter_context(client.get_executor()), count, True)
 
 
-def _cores() -> int:
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+def _client(scheduler: Any, stack: ExitStack) -> Any:
+    """A client of `distributed`; the stack closes what is opened here."""
+    distributed = _distributed()
+    if isinstance(scheduler, distributed.Client):
+        return scheduler
+    word, _, count = str(scheduler).partition(":")
+    if word == "processes" and (not count or (count.isdecimal() and 1 <= int(count) <= 4096)):
+        cluster = stack.enter_context(_local(distributed, int(count or threads())))
+        return stack.enter_context(distributed.Client(cluster, set_as_default=False))
+    if not isinstance(scheduler, str) or "://" not in scheduler:
+        raise ParameterError(
+            f"scheduler={shown(scheduler)}: expected None for threads, 'processes', 'processes:4', the address of a "
+            f"Dask scheduler such as 'tcp://10.0.0.1:8786', a client of distributed, or an executor"
+        )
+    try:
+        return stack.enter_context(distributed.Client(scheduler, timeout=PATIENCE, set_as_default=False))
+    except (OSError, ValueError) as error:
+        raise NotFoundError(
+            f"scheduler={scheduler!r:.200}: no Dask scheduler answers there "
+            f"({str(error) or type(error).__name__:.200}); start one with: dask scheduler"
+        ) from None
+
+
+@contextmanager
+def _local(distributed: Any, count: int) -> Iterator[Any]:
+    """Processes of this machine, one thread each."""
+    import dask
+
+    with dask.config.set({"distributed.nanny.pre-spawn-environ": ENVIRONMENT}):
+        cluster = distributed.LocalCluster(
+            n_workers=count,
+            threads_per_worker=1,
+            processes=True,
+            dashboard_address=":0",
+            silence_logs=logging.CRITICAL,
+        )
+    with cluster:
+        yield cluster
+
+
+def _distributed() -> Any:
+    try:
+        import distributed
+    except ImportError as error:
+        raise DependencyError(f'fits by processes and clusters need Dask ({error}); pip install "gonio[fit]"') from None
+    return distributed

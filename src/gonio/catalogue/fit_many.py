@@ -1,0 +1,475 @@
+"""`gn.fit_many`: fits of many materials by several models, as a table; runs that were stopped go on where they were.
+
+Finished rows are added to a journal beside the output, `fits.parquet.unfinished`, a line for each material, which is on
+the disk before the next job is counted as done. At the end the table takes its place in one step, and the journal goes.
+A line that was cut off by a kill is left out, and its material fitted again.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+import os
+import pickle
+import time
+import warnings
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import IO, Annotated, Any, NamedTuple
+
+from .. import files
+from ..arguments import Within, checked
+from ..base.reflectance import Reflectance
+from ..errors import DependencyError, Error, FormatError, MissingDataWarning, NotFoundError, ParameterError, shown
+from ..fitting.cluster import workers
+from ..formula.text import listed
+from ..version import __version__
+
+FIRST = ("material", "model", "status", "error", "rms", "aic", "bic", "values", "unknowns", "converged", "seconds")
+LAST = ("loss", "fitted", "notes", "key")
+"""Columns before and after those of the numbers."""
+
+FITTED, REFUSED, FAILED = "fitted", "refused", "failed"
+"""Status of a row: a fit; data or a model that cannot be fitted; a machine or program that failed, tried again by the
+next run."""
+
+Row = dict[str, Any]
+
+
+class _Job(NamedTuple):
+    """A material and what is fitted to it: name of the model -> (model, key of the row)."""
+
+    name: str
+    source: Any
+    models: dict[str, tuple[Reflectance, str]]
+    options: dict[str, Any]
+    theta_max: float
+
+
+@checked
+def fit_many(
+    sources: Any,
+    models: Any,
+    loss: str | None = None,
+    *,
+    robust: str = "none",
+    per_channel: Any = None,
+    theta_max: float = math.pi / 2.0,
+    starts: Annotated[int, Within(1, 10_000)] | None = None,
+    seed: Annotated[int, Within(0, 2**63)] = 0,
+    output: str | os.PathLike[str] | None = None,
+    scheduler: Any = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> Any:
+    """Fits of many materials by several models: a pandas.DataFrame, one row for each material and model.
+
+    `sources`: a folder; a list of paths, names of built-in materials, and reflectances; or a mapping from names to
+    these. `models`: a reflectance or an expression, several of them, a mapping from names to them, or the name of a
+    set of `select_model`. `loss` to `seed`: see `fit`.
+    `output`: a file to write, .parquet or .csv. A run that was stopped goes on: rows that are there, of the same file,
+    model and options, are not computed again. A file is the same if its path, size and time of change are.
+    `scheduler`: None for threads of this process; "processes" for a cluster of processes on this machine; the address
+    of a Dask scheduler, "tcp://10.0.0.1:8786", whose workers see the same paths; a client of distributed; an executor.
+    `progress`: called with the numbers of rows that are done and of all.
+
+    Columns: material, model, status ("fitted"; "refused" with its `error`; "failed", which the next run tries again),
+    rms, aic, bic, values, unknowns, converged, seconds, each number by its path and its standard error as
+    "path.stderr", loss, the fitted model as an expression, notes. Rows are in the order of sources and models.
+
+    Shapes   a row for each material and model.
+    Units    those of the parameters.
+    Error    see `fit`. What computes does not change the numbers: every fit is one job on one worker.
+    Source   as `fit`.
+
+    Example
+    >>> materials = {"dark": gn.Lambertian(0.1), "bright": gn.OrenNayar(0.8, 0.3)}
+    >>> table = gn.fit_many(materials, {"matt": gn.Lambertian(), "rough": gn.OrenNayar()})
+    >>> print(table[["material", "model", "rho"]].round(2).to_string(index=False))
+    material model  rho
+        dark  matt 0.10
+        dark rough 0.10
+      bright  matt 0.74
+      bright rough 0.80
+    """
+    final = None if output is None else _target(output)
+    chosen = _models(models)
+    options = {"loss": loss, "robust": robust, "per_channel": per_channel, "starts": starts, "seed": seed}
+    named = _sources(sources, final)
+    jobs, order = _jobs(named, chosen, options, theta_max)
+    with _journal(final, set(order)) as journal:
+        total = len(order)
+        rest = [job._replace(models=left) for job in jobs if (left := _left(job, journal.rows))]
+        if progress is not None:
+            progress(len(journal.rows), total)
+        if rest:
+            with workers(scheduler) as crew, _without_warnings():
+                for number, rows, error in crew.results(_rows, rest):
+                    if error is not None:
+                        if not isinstance(error, Exception):
+                            raise error
+                        rows = [_row(rest[number], name, FAILED, _told(error)) for name in rest[number].models]
+                    journal.add(rows)
+                    if progress is not None:
+                        progress(len(journal.rows), total)
+        table = _table([journal.rows[key] for key in order])
+        if final is not None:
+            _write(table, final)
+            journal.ended()
+    return table
+
+
+def fit_folder(
+    folder: str | os.PathLike[str],
+    models: Any,
+    output: str | os.PathLike[str],
+    scheduler: Any = None,
+    progress: Callable[[int, int], None] | None = None,
+    **options: Any,
+) -> tuple[Any, str]:
+    """`fit_many` of a folder into a file, for the command line: the table, and what came of it in a sentence."""
+    if not os.path.isdir(folder):
+        raise NotFoundError(f"{folder}: is no folder; expected one of measurements")
+    table = fit_many(folder, models, output=output, scheduler=scheduler, progress=progress, **options)
+    counts = table["status"].value_counts()
+    told = [f"{counts[word]} {word}" for word in (FITTED, REFUSED, FAILED) if word in counts]
+    return table, f"{output}: {len(table)} rows, {', '.join(told)}"
+
+
+# What is to be done.
+
+
+def _models(models: Any) -> dict[str, Reflectance]:
+    from ..fitting.selection import SETS
+    from .expressions import expression
+
+    if isinstance(models, str) and models in SETS:
+        return SETS[models]()
+    if isinstance(models, (str, Reflectance)):
+        models = [models]
+    if not isinstance(models, Mapping):
+        if not isinstance(models, Iterable):
+            raise ParameterError(
+                f"models={shown(models)}: expected a model, an expression, several of them, a mapping from names to "
+                f"them, or one of {listed([*SETS])}"
+            )
+        models = {m if isinstance(m, str) else repr(m): m for m in models}
+    found = {str(name): expression(m, files=True) if isinstance(m, str) else m for name, m in models.items()}
+    for name, m in found.items():
+        if not isinstance(m, Reflectance):
+            raise ParameterError(f"models: {name:.60} is {shown(m)}; expected a model, or an expression of one")
+    if not found:
+        raise ParameterError("models: got none; expected at least one")
+    return found
+
+
+def _sources(sources: Any, output: Path | None) -> dict[str, Any]:
+    """Names and sources: paths as `Path`, names of built-in materials as text, reflectances."""
+    from .builtin import materials
+
+    if isinstance(sources, (str, os.PathLike)) and os.path.isdir(sources) and not _is_material(Path(sources)):
+        own = () if output is None else (output.name, _journal_path(output).name)
+        paths = [p for p in sorted(Path(sources).iterdir()) if p.name[0] != "." and p.name not in own]
+        found: dict[str, Any] = {p.name: p for p in paths if p.is_file() or _is_material(p)}
+        if not found:
+            raise NotFoundError(f"{sources}: the folder holds no files; expected measurements")
+        return found
+    if isinstance(sources, (str, os.PathLike, Reflectance)):
+        sources = [sources]
+    if isinstance(sources, Mapping):
+        pairs = [(str(name), x) for name, x in sources.items()]
+    elif isinstance(sources, Iterable):
+        pairs = [(_name(x), x) for x in sources]
+    else:
+        raise ParameterError(
+            f"sources={shown(sources)}: expected a folder, a list of paths or reflectances, or a mapping from names"
+        )
+    if not pairs:
+        raise ParameterError("sources: got none; expected at least one")
+    built_in = {e.name for e in materials()}
+    named: dict[str, Any] = {}
+    for name, x in pairs:
+        if not isinstance(x, (str, os.PathLike, Reflectance)):
+            raise ParameterError(f"sources: {name:.60} is {shown(x)}; expected a path, a name or a reflectance")
+        different, count = name, 2
+        while different in named:
+            different, count = f"{name} ({count})", count + 1
+        is_name = isinstance(x, str) and x in built_in and not os.path.exists(x)
+        named[different] = x if is_name or isinstance(x, Reflectance) else Path(os.fsdecode(x))
+    return named
+
+
+def _name(source: Any) -> str:
+    return " ".join(f"{source!r:.80}".split()) if isinstance(source, Reflectance) else os.fsdecode(source)
+
+
+def _is_material(path: Path) -> bool:
+    """Whether a folder is a material itself, as a Zarr store is."""
+    from ..formats import formats
+
+    if not path.is_dir():
+        return False
+    return any(f.matches_folder(path) for f in formats() if hasattr(f, "matches_folder"))
+
+
+def _jobs(
+    named: Mapping[str, Any], models: Mapping[str, Reflectance], options: dict[str, Any], theta_max: float
+) -> tuple[list[_Job], list[str]]:
+    """The jobs, and the keys of all rows in order."""
+    jobs, order = [], []
+    texts = {name: repr(m) for name, m in models.items()}
+    for name, source in named.items():
+        identity = _identity(source)
+        keyed = {}
+        for model, m in models.items():
+            words = [__version__, name, identity, model, texts[model], options, theta_max]
+            keyed[model] = m, hashlib.blake2b(repr(words).encode(), digest_size=12).hexdigest()
+        order += [key for _, key in keyed.values()]
+        if isinstance(source, Path):
+            source = Path(os.path.abspath(source))
+        jobs.append(_Job(name, source, keyed, options, theta_max))
+    return jobs, order
+
+
+def _identity(source: Any) -> str:
+    """What tells a source from others and from what it was before."""
+    if isinstance(source, Reflectance):
+        return hashlib.blake2b(pickle.dumps(source), digest_size=16).hexdigest()
+    if isinstance(source, Path):
+        path = os.path.abspath(source)
+        try:
+            status = os.stat(path)
+        except (OSError, ValueError):
+            return f"{path} missing"
+        return f"{path} {status.st_size} {status.st_mtime_ns}"
+    return str(source)
+
+
+def _left(job: _Job, rows: Mapping[str, Row]) -> dict[str, tuple[Reflectance, str]]:
+    return {name: keyed for name, keyed in job.models.items() if keyed[1] not in rows}
+
+
+# A job, in any process.
+
+
+def _rows(job: _Job) -> list[Row]:
+    """The rows of a job: every error is one."""
+    from ..fitting.fitting import fit
+    from ..fitting.samples import samples
+    from ..formats import load
+    from .builtin import material
+
+    rows = []
+    start = time.perf_counter()
+    try:
+        source = job.source
+        if isinstance(source, (str, Path)):
+            source = load(source) if isinstance(source, Path) else material(source)
+        data = samples(source, job.theta_max)
+    except Exception as error:
+        return [_row(job, name, _status(error), _told(error)) for name in job.models]
+    reading = (time.perf_counter() - start) / len(job.models)
+    for name, (m, _) in job.models.items():
+        start = time.perf_counter()
+        try:
+            found = fit(data, m, **job.options)
+            row = _row(job, name, FITTED, "")
+            row |= {"rms": found.rms, "aic": found.aic, "bic": found.bic, "values": found.used, "loss": found.loss}
+            row |= {"unknowns": len(found.names), "converged": found.converged, "fitted": repr(found.model)}
+            told = [f"{n} rows left out: {reason}" for reason, n in data.left_out.items()]
+            row |= {"notes": "; ".join([*told, *found.notes])}
+            numbers = dict(zip(found.names, found.values.tolist(), strict=True))
+            row["numbers"] = {k: (x, found.stderr[k]) for k, x in numbers.items()}
+        except Exception as error:
+            row = _row(job, name, _status(error), _told(error))
+        row["seconds"] = reading + time.perf_counter() - start
+        rows.append(row)
+    return rows
+
+
+def _row(job: _Job, model: str, status: str, error: str) -> Row:
+    return {
+        "material": job.name,
+        "model": model,
+        "status": status,
+        "error": error,
+        "seconds": 0.0,
+        "loss": job.options["loss"] or "",
+        "fitted": "",
+        "notes": "",
+        "numbers": {},
+        "key": job.models[model][1],
+    }
+
+
+def _status(error: Exception) -> str:
+    return FAILED if isinstance(error, (OSError, MemoryError)) or not isinstance(error, Error) else REFUSED
+
+
+def _told(error: BaseException) -> str:
+    text = " ".join(str(error).split())
+    return text if isinstance(error, Error) else f"{type(error).__name__}: {text:.500}"
+
+
+@contextmanager
+def _without_warnings() -> Iterator[None]:
+    """Rows without data are told in the notes of each row."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", MissingDataWarning)
+        yield
+
+
+# What was done.
+
+
+@dataclass
+class _Journal:
+    """Rows by their keys, and the file that new ones are added to."""
+
+    rows: dict[str, Row]
+    file: IO[bytes] | None = None
+
+    def add(self, rows: Sequence[Row]) -> None:
+        self.rows |= {row["key"]: row for row in rows}
+        kept = [row for row in rows if row["status"] != FAILED]
+        if self.file is None or not kept:
+            return
+        self.file.write(json.dumps(kept).encode() + b"\n")
+        self.file.flush()
+        os.fsync(self.file.fileno())
+
+    def ended(self) -> None:
+        """The table is in its place."""
+        assert self.file is not None
+        with suppress(FileNotFoundError):
+            os.remove(self.file.name)
+
+
+@contextmanager
+def _journal(output: Path | None, wanted: set[str]) -> Iterator[_Journal]:
+    if output is None:
+        yield _Journal({})
+        return
+    path = _journal_path(output)
+    files.target(path)
+    old = {row["key"]: row for row in _read(output) if row["key"] in wanted}
+    with path.open("a+b") as file:
+        _lock(file, path)
+        file.seek(0)
+        text = file.read()
+        whole = text.rfind(b"\n") + 1
+        if whole < len(text):
+            file.truncate(whole)
+        for line in text[:whole].splitlines():
+            try:
+                old |= {row["key"]: row for row in json.loads(line) if row["key"] in wanted}
+            except (ValueError, TypeError, KeyError):
+                raise FormatError(f"{path}: is no journal of gonio; remove it, or choose another output") from None
+        yield _Journal(old, file)
+
+
+def _journal_path(output: Path) -> Path:
+    return output.with_name(output.name + ".unfinished")
+
+
+def _lock(file: IO[bytes], path: Path) -> None:
+    try:
+        import fcntl
+    except ImportError:  # Windows
+        return
+    try:
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        raise ParameterError(f"{path}: another run writes to it; wait for its end, or choose another output") from None
+    except OSError:  # a file system without locks
+        return
+
+
+def _target(output: str | os.PathLike[str]) -> Path:
+    """The place of the table. Raises for suffixes of no kind, and where pyarrow is missing."""
+    suffix = Path(output).suffix.lower()
+    if suffix not in (".parquet", ".csv"):
+        raise ParameterError(f"output={str(output)!r:.200}: got the suffix {suffix!r}; expected .parquet or .csv")
+    if suffix == ".parquet":
+        try:
+            import pyarrow.parquet  # noqa: F401
+        except ImportError as error:
+            raise DependencyError(
+                f'{output}: Parquet files need pyarrow ({error}); pip install "gonio[fit]", or write .csv'
+            ) from None
+    return files.target(output)
+
+
+def _table(rows: Sequence[Row]) -> Any:
+    import pandas
+
+    names = dict.fromkeys(name for row in rows for name in row["numbers"])
+    flat = []
+    for row in rows:
+        cells = {name: row.get(name) for name in (*FIRST, *LAST)}
+        for name, (value, error) in row["numbers"].items():
+            cells |= {name: value, f"{name}.stderr": error}
+        flat.append(cells)
+    columns = [*FIRST, *(part for name in names for part in (name, f"{name}.stderr")), *LAST]
+    table = pandas.DataFrame(flat, columns=columns)
+    kinds: dict[str, Any] = dict.fromkeys(("values", "unknowns"), "Int64")
+    numbers = [name for name in columns if name not in (*FIRST, *LAST)]
+    kinds |= dict.fromkeys((*numbers, "rms", "aic", "bic", "seconds"), float)
+    return table.astype(kinds | {"converged": "boolean"})
+
+
+def _write(table: Any, output: Path) -> None:
+    with files.replacing(output) as new:
+        if output.suffix.lower() == ".csv":
+            table.to_csv(new, index=False)
+        else:
+            table.to_parquet(new, index=False, engine="pyarrow")
+
+
+def _read(output: Path) -> list[Row]:
+    """The rows of a table that an earlier run wrote; those that failed are left out."""
+    import pandas
+
+    if not output.exists():
+        return []
+    try:
+        if output.suffix.lower() == ".csv":
+            table = pandas.read_csv(output, dtype=str, keep_default_na=False, na_values=[""])
+        else:
+            table = pandas.read_parquet(output, engine="pyarrow")
+        columns = list(table.columns)
+        if columns[: len(FIRST)] != list(FIRST) or columns[-len(LAST) :] != list(LAST):
+            raise ValueError
+    except (ValueError, OSError, KeyError):
+        raise FormatError(
+            f"{output}: is no table of fits by gonio; choose another output, or remove this file yourself"
+        ) from None
+    numbers = [name for name in columns if f"{name}.stderr" in columns]
+    rows = []
+    for cells in table.to_dict("records"):
+        if cells["status"] == FAILED:
+            continue
+        row = {name: _cell(name, cells[name]) for name in (*FIRST, *LAST)}
+        known = [name for name in numbers if not _is_missing(cells[f"{name}.stderr"])]
+        row["numbers"] = {name: (float(cells[name]), float(cells[f"{name}.stderr"])) for name in known}
+        rows.append(row)
+    return rows
+
+
+def _is_missing(value: Any) -> bool:
+    import pandas
+
+    return value is None or value is pandas.NA or value != value
+
+
+def _cell(name: str, value: Any) -> Any:
+    """A cell of a table as the journal has it."""
+    if name in ("material", "model", "status", "error", *LAST):
+        return "" if _is_missing(value) else str(value)
+    if _is_missing(value):
+        return None
+    if name == "converged":
+        return str(value) == "True"
+    return int(value) if name in ("values", "unknowns") else float(value)

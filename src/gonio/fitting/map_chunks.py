@@ -1,0 +1,348 @@
+"""Fits of maps that are larger than memory: chunk by chunk, on any Dask scheduler, into a Zarr store.
+
+Arrays of numbers are no part of what is sent to workers: they read their chunk from where Dask would, and write their
+part of the result. A chunk counts as done when its element of the array `done` is 1, which is written last.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import itertools
+import math
+import os
+import pickle
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from .. import files
+from ..arguments import checked
+from ..arrays.labels import CHANNELS, COMPONENTS
+from ..base.reflectance import Reflectance
+from ..errors import DependencyError, FormatError, ParameterError, ShapeError
+from .cluster import workers
+from .losses import LOSSES
+from .maps import FitMap, fit_map
+from .unknowns import unknowns
+
+MOST_SENT = 1 << 20
+"""Bytes of a job that is sent to another process, at most: more are numbers, not places where they are."""
+
+TEXELS = 1 << 16
+"""Texels of a chunk of an array that has no chunks."""
+
+DONE, IDENTITY = "done", "gonio_fit"
+
+
+@checked
+def fit_map_chunks(
+    wi: Any,
+    wo: Any,
+    f: Any,
+    model: Reflectance,
+    loss: str = "plain",
+    *,
+    u: Any = None,
+    by: Iterable[str] | None = None,
+    per_channel: bool | Iterable[str] | None = None,
+    observation: str = "observation",
+    output: str | os.PathLike | None = None,
+    scheduler: Any = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> Any:
+    """`fit_map` of maps of any size, in the chunks of their arrays: an xarray.Dataset of the numbers of each texel.
+
+    `f`: a DataArray with the axis `observation` and others, a channel axis ("band", "channel" or "wavelength") among
+    them or not, usually of a store: `xarray.open_zarr("scan.zarr")["f"]`. `wi`, `wo`: directions (N, 3) for all texels,
+    or DataArrays with the axes `observation`, "xyz" and those of texels. `u`: as f, or a number.
+    Without `output` nothing is computed yet: the variables are arrays of Dask. With it, a Zarr store, chunks are fitted
+    on the `scheduler` (see `fit_many`) and each is written when it is done; a run that was stopped goes on with those
+    that are not. That the values of f are still the same is up to you; all else is compared.
+    `progress`: called with the numbers of texels that are done and of all.
+
+    Variables: each number by its path, its standard error as "path.stderr", rms, used, flags; see `FitMap`.
+
+    Shapes   f: axes of texels, `observation` and perhaps that of channels, in any order; results: those of texels.
+    Units    f, u: 1/sr.
+    Error    see `fit_map`, whose numbers these are.
+    Source   as `fit_map`.
+
+    Example
+    >>> import xarray
+    >>> wi, wo = gn.direction([0.1, 0.5, 0.9], 0.0), gn.direction([0.3, 0.2, 0.1], 1.0)
+    >>> f = xarray.DataArray(np.outer([0.1, 0.2], np.ones(3)), dims=("texel", "observation")).chunk(texel=1)
+    >>> print(gn.fit_map_chunks(wi, wo, f, gn.Lambertian())["rho"].compute().values.round(4))
+    [0.3142 0.6283]
+    """
+    _require_dask()
+    if loss not in LOSSES:
+        raise ParameterError(f"loss={loss!r:.60}: expected one of {', '.join(LOSSES)}")
+    work = _Map(wi, wo, f, u, observation, (model, loss, by, per_channel))
+    if output is None:
+        return work.lazily()
+    store = Path(output)
+    if not store.exists():
+        with files.replacing_folder(store, lambda _: "has appeared meanwhile") as new:
+            work.prepare(new)
+    left = work.left(store)
+    total, done = work.texels, work.texels - sum(work.size(region) for region in left)
+    if progress is not None:
+        progress(done, total)
+    if left:
+        with workers(scheduler) as crew:
+            jobs = (work.job(store, region, crew.are_far) for region in left)
+            for number, _, error in crew.results(_fit_chunk, jobs):
+                if error is not None:
+                    raise error
+                done += work.size(left[number])
+                if progress is not None:
+                    progress(done, total)
+    return _opened(store).drop_vars(DONE)
+
+
+Region = tuple[int, ...]
+"""The number of a chunk along each axis of texels."""
+
+
+class _Map:
+    """What is fitted: labelled arrays in chunks of texels, and how."""
+
+    def __init__(self, wi: Any, wo: Any, f: Any, u: Any, observation: str, how: tuple[Any, ...]):
+        import xarray
+
+        if not isinstance(f, xarray.DataArray):
+            raise ParameterError(
+                f"f: a {type(f).__name__}; expected an xarray.DataArray with the axis {observation!r}: "
+                f"xarray.open_zarr(path)['f'], or xarray.DataArray(array, dims=(..., {observation!r}))"
+            )
+        if observation not in f.dims:
+            raise ShapeError(f"f: has the axes {', '.join(map(str, f.dims))}; expected {observation!r} among them")
+        self.channel = [d for d in f.dims if d in CHANNELS]
+        self.dims = [str(d) for d in f.dims if d != observation and d not in CHANNELS]
+        if not self.dims:
+            raise ShapeError(f"f: has the axes {', '.join(map(str, f.dims))}; expected axes of texels besides: gn.fit")
+        self.core = [observation, *map(str, self.channel)]
+        f = f.transpose(*self.dims, *self.core)
+        if f.chunks is None:
+            edge = max(1, round(TEXELS ** (1.0 / len(self.dims))))
+            f = f.chunk(dict.fromkeys(self.dims, edge))
+        f = f.chunk({d: max(f.chunksizes[d]) for d in self.dims} | dict.fromkeys(self.core, -1))
+        self.f, self.how = f, how
+        self.wi, self.wo = (self._directions(name, w, observation) for name, w in (("wi", wi), ("wo", wo)))
+        self.u = u.transpose(*self.dims, *self.core) if isinstance(u, xarray.DataArray) else u
+        channels = f.sizes[self.channel[0]] if self.channel else 1
+        model, _, by, per_channel = how
+        self.names = unknowns(model, channels, by, per_channel).names
+
+    def _directions(self, name: str, w: Any, observation: str) -> Any:
+        import xarray
+
+        count = self.f.sizes[observation]
+        if isinstance(w, xarray.DataArray):
+            axes = [d for d in self.dims if d in w.dims]
+            if {*w.dims} != {*axes, observation, COMPONENTS}:
+                rule = f"expected {observation}, {COMPONENTS} and those of texels"
+                raise ShapeError(f"{name}: has the axes {', '.join(map(str, w.dims))}; {rule}")
+            w = w.transpose(*axes, observation, COMPONENTS)
+            return (
+                w.values
+                if not axes
+                else w.expand_dims([d for d in self.dims if d not in axes]).transpose(
+                    *self.dims, observation, COMPONENTS
+                )
+            )
+        w = np.asarray(w, dtype=float)
+        if w.shape not in ((count, 3), (1, 3)):
+            raise ShapeError(
+                f"{name}: got shape {w.shape}; expected ({count}, 3), or a DataArray for directions by texel"
+            )
+        return w
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        return tuple(self.f.sizes[d] for d in self.dims)
+
+    @property
+    def texels(self) -> int:
+        return math.prod(self.shape)
+
+    @property
+    def chunk(self) -> tuple[int, ...]:
+        return tuple(max(self.f.chunksizes[d], default=1) for d in self.dims)
+
+    @property
+    def counts(self) -> tuple[int, ...]:
+        """How many chunks there are along each axis."""
+        return tuple(-(-n // c) for n, c in zip(self.shape, self.chunk, strict=True))
+
+    def places(self, region: Region) -> dict[str, slice]:
+        """The texels of a chunk."""
+        return {
+            d: slice(k * c, min((k + 1) * c, n))
+            for d, k, c, n in zip(self.dims, region, self.chunk, self.shape, strict=True)
+        }
+
+    def size(self, region: Region) -> int:
+        return math.prod(s.stop - s.start for s in self.places(region).values())
+
+    def lazily(self) -> Any:
+        """A Dataset of Dask's arrays."""
+        import xarray
+
+        many = 2 * len(self.names) + 3
+        inputs, core = [self.f], [self.core]
+        fixed: dict[str, Any] = {}
+        for name, x in (("wi", self.wi), ("wo", self.wo), ("u", self.u)):
+            if isinstance(x, xarray.DataArray):
+                x = x.isel({d: 0 for d in self.dims if x.sizes[d] == 1 < self.f.sizes[d]}, drop=True)
+                inputs.append(x.chunk({d: self.f.chunksizes[d] for d in self.dims if d in x.dims}))
+                core.append([str(d) for d in x.dims if d not in self.dims])
+                fixed[name] = len(inputs) - 1
+        plain = {n: x for n, x in (("wi", self.wi), ("wo", self.wo), ("u", self.u)) if n not in fixed}
+
+        def block(*arrays: np.ndarray) -> np.ndarray:
+            given = plain | {name: arrays[k] for name, k in fixed.items()}
+            return _stacked(_fit(given["wi"], given["wo"], arrays[0], given["u"], bool(self.channel), self.how))
+
+        packed = xarray.apply_ufunc(
+            block,
+            *inputs,
+            input_core_dims=core,
+            output_core_dims=[["_number"]],
+            dask="parallelized",
+            output_dtypes=[float],
+            dask_gufunc_kwargs={"output_sizes": {"_number": many}},
+        )
+        names = [*self.names, *(f"{name}.stderr" for name in self.names), "rms", "used", "flags"]
+        kinds = {"used": np.int64, "flags": np.uint8}
+        return xarray.Dataset(
+            {name: packed.isel(_number=k).astype(kinds.get(name, float)) for k, name in enumerate(names)}
+        )
+
+    @property
+    def identity(self) -> str:
+        """What a store is of, the values of f aside."""
+        fixed = [x if isinstance(x, np.ndarray) else str(getattr(x, "shape", x)) for x in (self.wi, self.wo, self.u)]
+        parts = [repr(self.how), self.names, self.dims, self.f.shape, self.chunk]
+        parts += [x.tobytes() if isinstance(x, np.ndarray) else x for x in fixed]
+        return hashlib.blake2b(repr(parts).encode(), digest_size=12).hexdigest()
+
+    def prepare(self, store: Path) -> None:
+        """An empty store: NaN everywhere, and no chunk done."""
+        import zarr
+
+        group = zarr.create_group(store, attributes={IDENTITY: self.identity, "model": repr(self.how[0])})
+        kinds = dict.fromkeys([*self.names, *(f"{name}.stderr" for name in self.names), "rms"], "float64")
+        for name, kind in (kinds | {"used": "int64", "flags": "uint8"}).items():
+            group.create_array(
+                name,
+                shape=self.shape,
+                chunks=self.chunk,
+                dtype=kind,
+                fill_value=math.nan if kind == "float64" else 0,
+                dimension_names=self.dims,
+            )
+        numbers = [f"chunk_{d}" for d in self.dims]
+        group.create_array(
+            DONE, shape=self.counts, chunks=(1,) * len(self.dims), dtype="uint8", dimension_names=numbers, fill_value=0
+        )
+        coordinates = {d: self.f[d].values for d in self.dims if d in self.f.indexes}
+        for d, values in coordinates.items():
+            if values.dtype.kind in "fiu":
+                group.create_array(d, data=values, dimension_names=[d])
+
+    def left(self, store: Path) -> list[Region]:
+        """The chunks that are not done."""
+        import zarr
+
+        try:
+            group = zarr.open_group(store, mode="r")
+            same = group.attrs.get(IDENTITY) == self.identity
+            marks: Any = group[DONE] if same else None
+        except (OSError, ValueError, KeyError):
+            raise FormatError(f"{store}: is no store of fits; choose another name, or remove it yourself") from None
+        if not same:
+            raise ParameterError(
+                f"{store}: holds fits of another model, of other options or of another map; choose another name"
+            )
+        every = itertools.product(*map(range, self.counts))
+        return [region for region in every if not _is_done(marks, region)]
+
+    def job(self, store: Path, region: Region, is_far: bool) -> Any:
+        """What a worker is given for a chunk."""
+        import dask
+        import xarray
+
+        at = self.places(region)
+        parts = []
+        for x in (self.f, self.wi, self.wo, self.u):
+            if isinstance(x, xarray.DataArray):
+                x = x.isel({d: s for d, s in at.items() if x.sizes[d] > 1}).data
+                (x,) = dask.optimize(x)
+            parts.append(x)
+        f, wi, wo, u = parts
+        whole = os.path.abspath(store), region, tuple(at.values()), (wi, wo, f, u), bool(self.channel), self.how
+        if not is_far:
+            return whole
+        import cloudpickle
+
+        sent = cloudpickle.dumps(whole)
+        if len(sent) > MOST_SENT:
+            raise ParameterError(
+                f"f: a chunk of it is sent as {len(sent)} bytes, expected at most {MOST_SENT}: its numbers are in "
+                f"memory here; write them to a Zarr store, f.to_dataset(name='f').to_zarr(path), and open that"
+            )
+        return sent
+
+
+def _is_done(marks: Any, region: Region) -> bool:
+    try:
+        return bool(marks[region] == 1)
+    except (OSError, ValueError, RuntimeError):  # cut off by a kill
+        return False
+
+
+def _fit_chunk(job: Any) -> None:
+    """Fit a chunk and write it, in any process."""
+    import zarr
+
+    store, region, places, arrays, coloured, how = pickle.loads(job) if isinstance(job, bytes) else job
+    wi, wo, f, u = (x.compute(scheduler="synchronous") if hasattr(x, "dask") else x for x in arrays)
+    found = _fit(wi, wo, f, u, coloured, how)
+    group: Any = zarr.open_group(store, mode="r+")
+    for name in found.values:
+        group[name][places] = found.values[name]
+        group[f"{name}.stderr"][places] = found.stderr[name]
+    for name in ("rms", "used", "flags"):
+        group[name][places] = getattr(found, name)
+    group[DONE][region] = 1
+
+
+def _fit(wi: Any, wo: Any, f: Any, u: Any, coloured: bool, how: tuple[Any, ...]) -> FitMap:
+    model, loss, by, per_channel = how
+    return fit_map(wi, wo, f, model, loss, u=u, by=by, per_channel=per_channel, coloured=coloured)
+
+
+def _stacked(found: FitMap) -> np.ndarray:
+    """All numbers (..., 2 n + 3)."""
+    parts = [*found.values.values(), *found.stderr.values(), found.rms, found.used, found.flags]
+    return np.stack([np.asarray(x, dtype=float) for x in parts], axis=-1)
+
+
+def _opened(store: Path) -> Any:
+    import xarray
+
+    return xarray.open_zarr(store, consolidated=False)
+
+
+def _require_dask() -> None:
+    try:
+        import cloudpickle  # noqa: F401
+        import dask.array  # noqa: F401
+        import zarr  # noqa: F401
+    except ImportError as error:
+        raise DependencyError(
+            f'fits of maps in chunks need Dask and Zarr ({error}); pip install "gonio[fit,io]"'
+        ) from None

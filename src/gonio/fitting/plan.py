@@ -1,0 +1,277 @@
+"""What a plan of a measurement holds: the directions, and what is to be expected of them."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from html import escape
+from typing import Any
+
+import numpy as np
+
+from ..base.angles import angles
+from ..base.reflectance import Reflectance
+from ..errors import ParameterError, shown
+from ..files import replacing
+from .covariance import correlations
+from .samples import names_of
+
+CRITERIA = {
+    "D": "least determinant of the covariance",
+    "A": "least sum of relative variances",
+}
+"""Criterion -> its meaning."""
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """What `plan` chose, and what is to be expected of it. It prints as a table.
+
+    wi, wo       (n, 3) the pairs of directions, in the order of theta_i, phi_i, phi, theta_o
+    f            (n,) or (n, C) the values to be expected [1/sr]
+    names        of the unknowns: paths of parameters, "[2]" after those with a number for each channel
+    values       (p,) their expected numbers; those of the first model where there are several
+    covariance   (p, p) of the numbers after the measurement, with what was measured before
+    criterion    "D" or "A"
+    value        of the criterion: ln of the determinant of the covariance, or the sum of relative variances; the mean
+                 over the models
+    regular      how many pairs of a regular grid have the same criterion: all that the goniometer can set, each as
+                 often
+    in_plane     how many pairs of scans in the plane of incidence have it, of all polar angles; inf where they cannot
+    before       standard errors by name of what was measured before; empty without
+    notes        what should be known before measuring: each a sentence
+
+    Error    of first order: where the model is right, standard errors that fits by likelihood show are these within 7 %
+             at 1 % noise. Where it is not, they were 1.0 to 2.1 times these, and regular directions may tell as much or
+             more: the best directions for a model lean on what is special in it (benchmarks/planning.txt).
+
+    Example
+    >>> planned = gn.plan(gn.Lambertian(0.5), 4)
+    >>> print({name: round(s, 4) for name, s in planned.stderr.items()})  # 1 % of 0.5, over the root of 4
+    {'rho': 0.0025}
+    """
+
+    wi: np.ndarray
+    wo: np.ndarray
+    f: np.ndarray
+    names: tuple[str, ...]
+    values: np.ndarray
+    covariance: np.ndarray
+    criterion: str
+    value: float
+    regular: float
+    in_plane: float
+    before: dict[str, float]
+    noise: float
+    floor: float
+    notes: tuple[str, ...]
+    model: Reflectance = field(repr=False)
+
+    def __len__(self) -> int:
+        return len(self.wi)
+
+    @property
+    def angles(self) -> np.ndarray:
+        """(n, 4) theta_i, phi_i, theta_o, phi_o [degrees], phi_o - phi_i from 0 to 360.
+
+        Example
+        >>> arm = gn.Goniometer(theta_i=(0.5, 0.5), theta_o=(0.5, 0.5), phi=(np.pi, np.pi))
+        >>> print(gn.plan(gn.Lambertian(0.5), 1, goniometer=arm).angles.round(2))
+        [[ 28.65   0.    28.65 180.  ]]
+        """
+        (theta_i, phi_i), (theta_o, phi_o) = (angles(w) for w in (self.wi, self.wo))
+        phi_i = np.where(self.wi[:, 2] > 1.0 - 1e-15, 0.0, phi_i)
+        phi = (phi_o - phi_i + 1e-12) % (2.0 * math.pi)
+        phi = np.where(self.wo[:, 2] > 1.0 - 1e-15, 0.0, phi)
+        return np.degrees(np.stack([theta_i, phi_i, theta_o, phi_i + phi], axis=-1)).round(9) + 0.0
+
+    @property
+    def stderr(self) -> dict[str, float]:
+        """Expected standard errors by name.
+
+        Example
+        >>> print(round(gn.plan(gn.Lambertian(0.5), 4).stderr["rho"], 6))
+        0.0025
+        """
+        return dict(zip(self.names, np.sqrt(np.diag(self.covariance)).tolist(), strict=True))
+
+    @property
+    def correlation(self) -> np.ndarray:
+        """Expected correlation matrix (p, p).
+
+        Example
+        >>> print(gn.plan(gn.Lambertian(0.5), 4).correlation)
+        [[1.]]
+        """
+        return correlations(self.covariance)
+
+    @property
+    def efficiency(self) -> float:
+        """How many times as much a planned direction tells as one of a regular grid, all in all: `regular` over n.
+
+        Example
+        >>> print(round(gn.plan(gn.Lambertian(0.5), 4).efficiency, 3))  # every direction tells the same
+        1.0
+        """
+        return self.regular / len(self)
+
+    def to_csv(self, path: str | os.PathLike | None = None) -> str:
+        """The directions as a CSV table with empty columns of values; written to a file where there is a path.
+
+        Angles are in degrees. With the columns filled, `gn.load` and `gn.fit` read it; a column u_f beside may hold
+        standard uncertainties.
+
+        Example
+        >>> print(gn.plan(gn.Lambertian(0.5), 1).to_csv().splitlines()[-2])
+        theta_i,phi_i,theta_o,phi_o,f
+        """
+        channels = self.model.channel_names
+        if self.f.ndim == 1:
+            columns = ["f"]
+        else:
+            columns = [f"f_{name}" for name in names_of(channels if channels is not None else range(self.f.shape[1]))]
+        lines = [
+            f"# planned for: {' '.join(repr(self.model).split()):.300}",
+            f"# planned by: gonio, {CRITERIA[self.criterion]}, {self._noise()}",
+            "# unit of f: 1/sr; angles in degrees; phi_o - phi_i = 180 is forwards",
+            ",".join(["theta_i", "phi_i", "theta_o", "phi_o", *columns]),
+        ]
+        lines += [",".join([*(f"{x:.10g}" for x in row), *("" for _ in columns)]) for row in self.angles]
+        text = "\n".join(lines) + "\n"
+        if path is not None:
+            with replacing(path) as new:
+                new.write_text(text, encoding="utf-8")
+        return text
+
+    def save(self, path: str | os.PathLike) -> None:
+        """Write the directions to a file: a CSV table, see `to_csv`, or all of `to_json` where its name ends in .json.
+
+        Raises ParameterError for another suffix.
+
+        Example
+        >>> gn.plan(gn.Lambertian(0.5), 4).save("plan.csv")
+        """
+        suffix = os.path.splitext(os.fspath(path))[1].lower()
+        if suffix in (b".csv", ".csv"):
+            self.to_csv(path)
+        elif suffix in (b".json", ".json"):
+            with replacing(path) as new:
+                new.write_text(json.dumps(self.to_json(), indent=2) + "\n", encoding="utf-8")
+        else:
+            raise ParameterError(f"{shown(path)}: expected a name that ends in .csv or .json")
+
+    def to_json(self) -> dict[str, Any]:
+        """The result as numbers, lists and words, for files; infinite numbers as None.
+
+        Example
+        >>> print(sorted(gn.plan(gn.Lambertian(0.5), 4).to_json())[:4])
+        ['before', 'correlation', 'covariance', 'criterion']
+        """
+        return {
+            "model": repr(self.model),
+            "directions": [
+                dict(zip(("theta_i", "phi_i", "theta_o", "phi_o"), row, strict=True)) for row in self.angles.tolist()
+            ],
+            "f": self.f.tolist(),
+            "parameters": {
+                name: {"value": float(v), "stderr": s}
+                for (name, s), v in zip(self.stderr.items(), self.values, strict=True)
+            },
+            "covariance": self.covariance.tolist(),
+            "correlation": [[_finite(x) for x in row] for row in self.correlation.tolist()],
+            "criterion": self.criterion,
+            "value": self.value,
+            "regular": _finite(self.regular),
+            "in_plane": _finite(self.in_plane),
+            "before": {name: _finite(s) for name, s in self.before.items()},
+            "noise": self.noise,
+            "floor": self.floor,
+            "notes": list(self.notes),
+        }
+
+    def rows(self) -> list[list[str]]:
+        """The directions as text: theta_i, phi_i, theta_o, phi_o - phi_i [degrees], f, and how often, each once.
+
+        Example
+        >>> print(gn.plan(gn.Lambertian(0.5), 4, repeats=True).rows()[0][-1])
+        4
+        """
+        _, first = np.unique(self.angles, axis=0, return_index=True)
+        rows = []
+        for k in np.sort(first):
+            a, f = self.angles[k], np.atleast_1d(self.f[k])
+            times = int((self.angles == a).all(axis=1).sum())
+            text = " ".join(f"{x:.4g}" for x in f[:4]) + (" ..." if len(f) > 4 else "")
+            rows.append([f"{a[0]:g}", f"{a[1]:g}", f"{a[2]:g}", f"{a[3] - a[1]:g}", text, str(times)])
+        return rows
+
+    def _noise(self) -> str:
+        floor = f" and {self.floor:g} /sr" if self.floor else ""
+        return f"noise {100.0 * self.noise:g} %{floor}"
+
+    def _summary(self) -> list[str]:
+        """Sentences about what it is worth."""
+        known = " beside what was measured" if self.before else ""
+        lines = [
+            f"{len(self)} pairs of directions{known}; {self.criterion}: {CRITERIA[self.criterion]}; {self._noise()}"
+        ]
+        told = []
+        for number, what in (
+            (self.regular, "of a regular grid of these angles"),
+            (self.in_plane, "of scans in the plane"),
+        ):
+            told.append(f"{number:.0f} {what}" if number < 1e7 else f"no number {what}")
+        lines.append(f"the same would take {told[0]}, or {told[1]} of incidence")
+        return lines
+
+    def _parameters(self) -> list[list[str]]:
+        rows = []
+        for (name, s), value in zip(self.stderr.items(), self.values, strict=True):
+            share = f"{s / abs(value):.2%}" if value else ""
+            was = [f"{self.before[name]:.2g}" if math.isfinite(self.before[name]) else "unknown"] if self.before else []
+            rows.append([name, f"{value:.4g}", f"{s:.2g}", share, *was])
+        return rows
+
+    def __str__(self) -> str:
+        head, *rest = self._summary()
+        parts = [f"{self.model!r:.200}", head, ""]
+        parts += _aligned([list(HEADER), *self.rows()])
+        before = ["before"] if self.before else []
+        parts += ["", *_aligned([["parameter", "expected", "std. error", "relative", *before], *self._parameters()])]
+        parts += ["", *rest]
+        if self.notes:
+            parts += ["", "note", *(f"  - {text}" for text in self.notes)]
+        return "\n".join(parts)
+
+    def __repr__(self) -> str:
+        told = ", ".join(f"{name} ± {s:.2g}" for name, s in [*self.stderr.items()][:8])
+        return f"<Plan of {len(self)} pairs of directions: {told}{', ...' if len(self.names) > 8 else ''}>"
+
+    def _repr_html_(self) -> str:
+        """Tables for notebooks."""
+        before = ["before"] if self.before else []
+        tables = (
+            [list(HEADER), *self.rows()],
+            [["parameter", "expected", "standard error", "relative", *before], *self._parameters()],
+        )
+        text = f"<p><code>{escape(repr(self.model)[:300])}</code><br>{escape('. '.join(self._summary()))}</p>"
+        for head, *rows in tables:
+            cells = "".join("<tr>" + "".join(f"<td>{escape(x)}</td>" for x in row) + "</tr>" for row in rows)
+            text += f"<table><tr>{''.join(f'<th>{escape(x)}</th>' for x in head)}</tr>{cells}</table>"
+        return text + (f"<ul>{''.join(f'<li>{escape(x)}</li>' for x in self.notes)}</ul>" if self.notes else "")
+
+
+HEADER = ("theta_i [°]", "phi_i [°]", "theta_o [°]", "phi_o - phi_i [°]", "expected f [1/sr]", "times")
+"""Columns of `Plan.rows`."""
+
+
+def _aligned(rows: Sequence[Sequence[str]]) -> list[str]:
+    widths = [max(len(row[c]) for row in rows) for c in range(len(rows[0]))]
+    return ["  " + "  ".join(f"{cell:<{w}}" for cell, w in zip(row, widths, strict=True)).rstrip() for row in rows]
+
+
+def _finite(x: float) -> float | None:
+    return x if math.isfinite(x) else None

@@ -1,0 +1,158 @@
+"""`gn.fit_many`: a row for each material and model, wherever it is computed; stopped runs go on."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import sys
+import threading
+import time
+
+import numpy as np
+import pandas
+import pytest
+
+import gonio as gn
+from gonio.catalogue import fit_many as many
+from gonio.fitting.cluster import ENVIRONMENT, workers
+
+MODELS = {"matt": gn.Lambertian(), "rough": gn.OrenNayar()}
+
+
+@pytest.fixture
+def folder(tmp_path):
+    made = tmp_path / "materials"
+    made.mkdir()
+    for k in range(4):
+        gn.save(gn.OrenNayar(0.2 * (k + 1), 0.3), made / f"m{k}.json")
+    (made / "bad.json").write_text("{}")
+    return made
+
+
+def test_a_bad_file_is_a_row_with_its_error(folder):
+    table = gn.fit_many(folder, MODELS)
+    assert list(table["material"]) == [
+        n for n in ("bad.json", "m0.json", "m1.json", "m2.json", "m3.json") for _ in "ab"
+    ]
+    bad = table[table["material"] == "bad.json"]
+    assert (bad["status"] == "refused").all() and bad["error"].str.contains("format").all()
+    good = table[(table["model"] == "rough") & (table["status"] == "fitted")]
+    assert np.allclose(good["rho"], [0.2, 0.4, 0.6, 0.8]) and np.allclose(good["sigma"], 0.3)
+    one = gn.fit(folder / "m1.json", gn.Lambertian())
+    row = table[(table["material"] == "m1.json") & (table["model"] == "matt")].iloc[0]
+    assert (row["rho"], row["rho.stderr"]) == (one.values[0], one.stderr["rho"])
+    assert (row["rms"], row["aic"], row["bic"], row["values"]) == (one.rms, one.aic, one.bic, one.used)
+
+
+@pytest.mark.parametrize("suffix", ["csv", "parquet"])
+def test_a_resumed_run_computes_nothing_twice(folder, tmp_path, suffix, monkeypatch):
+    output, asked = tmp_path / f"fits.{suffix}", []
+    original = many._rows
+    monkeypatch.setattr(many, "_rows", lambda job: asked.append((job.name, *job.models)) or original(job))
+    first = gn.fit_many(folder, {"matt": MODELS["matt"]}, output=output)
+    assert len(asked) == 5 and not output.with_name(output.name + ".unfinished").exists()
+    again = gn.fit_many(folder, {"matt": MODELS["matt"]}, output=output)
+    assert len(asked) == 5
+    pandas.testing.assert_frame_equal(first, again, check_exact=True)
+    more = gn.fit_many(folder, MODELS, output=output)
+    assert len(asked) == 10 and all(models == ("rough",) for _, *models in asked[5:] for models in [tuple(models)])
+    assert list(more[more["model"] == "matt"]["rho"].dropna()) == list(first["rho"].dropna())
+    os.utime(folder / "m2.json", (1.0, 1.0))
+    gn.fit_many(folder, MODELS, output=output)
+    assert asked[10:] == [("m2.json", "matt", "rough")]
+
+
+def test_a_stopped_run_goes_on(folder, tmp_path):
+    output = tmp_path / "fits.csv"
+
+    def stop(done, total):
+        if done >= 4:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        gn.fit_many(folder, MODELS, output=output, progress=stop)
+    journal = output.with_name("fits.csv.unfinished")
+    kept = [row for line in journal.read_bytes().splitlines() for row in json.loads(line)]
+    assert len(kept) >= 4 and not output.exists()
+    with journal.open("ab") as file:
+        file.write(b'[{"key": "cut o')
+    counts = []
+    table = gn.fit_many(folder, MODELS, output=output, progress=lambda done, total: counts.append(done))
+    assert counts[0] == len(kept) and counts[-1] == 10 and not journal.exists()
+    assert len(table) == 10
+
+
+def test_a_file_of_others_is_left_alone(folder, tmp_path):
+    output = tmp_path / "mine.csv"
+    output.write_text("a,b\n1,2\n")
+    with pytest.raises(gn.errors.FormatError, match="no table of fits"):
+        gn.fit_many(folder, MODELS, output=output)
+    assert output.read_text() == "a,b\n1,2\n"
+    with pytest.raises(gn.errors.ParameterError, match=r"expected \.parquet or \.csv"):
+        gn.fit_many(folder, MODELS, output=tmp_path / "fits.txt")
+
+
+def test_without_pyarrow_csv_is_advised(folder, tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "pyarrow.parquet", None)
+    with pytest.raises(gn.errors.DependencyError, match=r'pip install "gonio\[fit\]"'):
+        gn.fit_many(folder, MODELS, output=tmp_path / "fits.parquet")
+
+
+def test_wrong_schedulers_are_refused(folder):
+    with pytest.raises(gn.errors.ParameterError, match="expected None for threads"):
+        gn.fit_many(folder, MODELS, scheduler="two")
+
+
+def slow(job):
+    time.sleep(0.2)
+    return os.getpid(), {name: os.environ.get(name) for name in ENVIRONMENT}
+
+
+@pytest.mark.filterwarnings("ignore::ResourceWarning")
+def test_processes_give_the_same_and_survive_a_kill(folder):
+    pytest.importorskip("distributed")
+    here = gn.fit_many(folder, MODELS)
+    with workers("processes:2") as crew:
+        table = gn.fit_many(folder, MODELS, scheduler=crew.executor._client)
+        ended = list(crew.results(slow, range(4)))
+        pids = {result[0] for _, result, _ in ended}
+        assert {name: str(value) for name, value in ENVIRONMENT.items()} == ended[0][1][1]
+        threading.Timer(0.5, os.kill, (min(pids), signal.SIGKILL)).start()
+        after = list(crew.results(slow, range(12)))
+        assert sorted(number for number, _, _ in after) == list(range(12)) and all(e is None for *_, e in after)
+    kept = [name for name in here.columns if name != "seconds"]
+    pandas.testing.assert_frame_equal(here[kept], table[kept], check_exact=True)
+    for pid in {result[0] for _, result, _ in after}:
+        with pytest.raises(ProcessLookupError):
+            os.kill(pid, 0)
+
+
+def test_the_folder_of_the_command_line(folder, tmp_path):
+    table, told = many.fit_folder(folder, ["Lambertian()"], tmp_path / "fits.csv")
+    assert len(table) == 5 and told.endswith("5 rows, 4 fitted, 1 refused")
+
+
+@pytest.mark.filterwarnings("ignore::ResourceWarning")
+def test_folders_and_maps_on_the_command_line(folder, tmp_path, monkeypatch):
+    from click.testing import CliRunner
+
+    from gonio.cli.commands import cli
+
+    xarray = pytest.importorskip("xarray")
+    pytest.importorskip("zarr")
+    monkeypatch.chdir(tmp_path)
+    run = CliRunner().invoke(cli, ["fit", "materials", "-o", "fits.csv", "-m", "Lambertian()"])
+    assert run.exit_code == 0 and "5 rows, 4 fitted, 1 refused" in run.output and "bad.json" in run.output, run.output
+    wi, wo = gn.direction([0.1, 0.5, 0.9], 0.0), gn.direction([0.3, 0.2, 0.1], 1.0)
+    maps = {"f": (("y", "x", "observation"), np.full((4, 5, 3), 0.1))}
+    maps |= {"wi": (("observation", "xyz"), wi), "wo": (("observation", "xyz"), wo)}
+    xarray.Dataset(maps).to_zarr("map.zarr", consolidated=False)
+    run = CliRunner().invoke(cli, ["fit", "map.zarr", "-o", "fits.zarr", "-m", "Lambertian()"])
+    assert run.exit_code == 0 and "20 texels, 0 of them flagged" in run.output, run.output
+    run = CliRunner().invoke(cli, ["fit", "materials", "-o", "out.zarr"])
+    assert run.exit_code == 2 and "materials" in run.output
+    run = CliRunner().invoke(cli, ["fit", "materials"])
+    assert run.exit_code == 2 and "-o fits.parquet" in run.output
+    run = CliRunner().invoke(cli, ["fit", "materials/m0.json", "--scheduler", "processes"])
+    assert run.exit_code == 2 and "one material" in run.output
