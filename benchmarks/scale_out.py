@@ -22,7 +22,7 @@ from distributed import Client, LocalCluster
 import gonio as gn
 from gonio.fitting.samples import spread_pairs
 
-SHAPE, COUNT = (1024, 1024), 32
+SHAPE, COUNT, IDLE = (1024, 1024), 32, 2000
 MODEL, BY = gn.Lambertian() + 1.0 * gn.Microfacet(gn.GGX(), gn.Schlick(0.04)), ["rho", "weight", "alpha"]
 SETTINGS = {
     **dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "GONIO_THREADS"), "1"),
@@ -56,7 +56,9 @@ def seconds(folder: Path, tile: tuple[int, int], scheduler: object) -> float:
     """Of fits of the whole map."""
     output = folder / f"fits{time.time_ns()}.zarr"
     start = time.perf_counter()
-    gn.fit_map_store(folder / "map.zarr", MODEL, output, "log", by=BY, tile=tile, scheduler=scheduler)
+    scan = xarray.open_zarr(folder / "map.zarr", consolidated=False)
+    f = scan["f"].chunk(y=tile[0], x=tile[1])
+    gn.fit_map_chunks(scan["wi"], scan["wo"], f, MODEL, "log", by=BY, output=output, scheduler=scheduler)
     return time.perf_counter() - start
 
 
@@ -86,16 +88,19 @@ def main() -> None:
                     told = "" if fixed else ", with the allocator as Dask sets it"
                     print(f"{workers} workers{told}: {texels / best:.0f} texels a second, {best:.1f} s")
                     if fixed and workers == 2:
-                        small = min(seconds(folder, (1, SHAPE[1]), client) for _ in range(2))
-                        each = (small - best) * 2 / (SHAPE[0] - SHAPE[0] / 16)
-                        print(f"  tiles of 1024 texels: {small:.1f} s; a tile costs {1e3 * each:.1f} ms")
+                        jobs = [client.submit(abs, -k, pure=False) for k in range(IDLE)]
+                        client.gather(jobs)
+                        start = time.perf_counter()
+                        client.gather([client.submit(abs, -k, pure=False) for k in range(IDLE)])
+                        each = (time.perf_counter() - start) / IDLE
+                        print(f"  {IDLE} jobs that do nothing: {1e3 * each:.2f} ms each, scheduler and client")
         print(f"2 workers beside 1: {times[1, True] / times[2, True]:.2f} times as fast")
         rate = texels / times[1, True]
         per_tile = 16 * SHAPE[1] / rate
         print(
-            f"1000 workers: a tile of 16 384 texels keeps a worker busy for {per_tile:.2f} s, and the scheduler for "
-            f"{1e3 * each:.1f} ms at most; it serves {per_tile / max(each, 1e-6):.0f} workers before it is the limit, "
-            f"with tiles of {16384 * max(1, round(1000 * max(each, 1e-6) / per_tile))} texels 1000"
+            f"1000 workers: a chunk of 16 384 texels keeps a worker busy for {per_tile:.2f} s; at {1e3 * each:.2f} ms "
+            f"a job the scheduler serves {per_tile / each:.0f} workers, and 1000 with chunks of "
+            f"{16384 * max(1.0, 1000 * each / per_tile):.0f} texels"
         )
     print(f"cores: {os.cpu_count()}")
 
