@@ -35,7 +35,7 @@ MODEL = "Lambertian() + Microfacet(GGX(), Schlick())"
     is_flag=False,
     flag_value="lobes",
     metavar="SET",
-    help="Choose between models instead: lobes, graphics, diffuse, kernels or all.",
+    help="Choose between models instead: lobes, graphics, diffuse, kernels, scatter or all.",
 )
 @click.option(
     "--loss",

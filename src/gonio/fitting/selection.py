@@ -19,9 +19,12 @@ from ..errors import Error, ParameterError
 from ..formula.fresnel.schlick import Schlick
 from ..formula.text import listed
 from ..models.abc import ABC
+from ..models.abg import ABg
 from ..models.ashikhmin_shirley import AshikhminShirley
 from ..models.eon import EON
 from ..models.hapke import Hapke
+from ..models.harvey_shack import HarveyShack
+from ..models.k_correlation import KCorrelation
 from ..models.lambertian import Lambertian
 from ..models.lommel_seeliger import LommelSeeliger
 from ..models.microfacet import Microfacet
@@ -83,12 +86,18 @@ def _kernels() -> dict[str, Reflectance]:
     return {type(m).__name__: m for m in models}
 
 
+def _scatter() -> dict[str, Reflectance]:
+    lobes: dict[str, Reflectance] = {type(m).__name__: m for m in (HarveyShack(), ABg(), KCorrelation(), ABC())}
+    return lobes | {f"Lambertian + {name}": Lambertian(0.01) + m for name, m in lobes.items()}
+
+
 SETS: dict[str, Callable[[], dict[str, Reflectance]]] = {
     "lobes": _lobes,
     "graphics": _graphics,
     "diffuse": _diffuse,
     "kernels": _kernels,
-    "all": lambda: _lobes() | _graphics() | _diffuse() | _kernels(),
+    "scatter": _scatter,
+    "all": lambda: _lobes() | _graphics() | _diffuse() | _kernels() | _scatter(),
 }
 """Name -> models to choose from, by their names."""
 
@@ -235,7 +244,8 @@ def select_model(
     """Models ranked by how well they foretell data, each fitted as by `fit`.
 
     `models`: a mapping from names to models, or the name of a set: "lobes" (Lambertian with 0 to 3 GGX lobes),
-    "graphics", "diffuse", "kernels" (of remote sensing), "all". The rows are parted into five; each part is foretold
+    "graphics", "diffuse", "kernels" (of remote sensing), "scatter" (of polished surfaces), "all".
+    The rows are parted into five; each part is foretold
     by the fit to the others. Of models that foretell as well as the best within two standard errors, the one with the
     fewest unknowns is the best: more lobes than the data support are not chosen. A model that cannot be fitted is a
     line with its reason. Of more than 20 000 rows that many, at random, are used.
