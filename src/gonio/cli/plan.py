@@ -15,7 +15,7 @@ from .terminal import echo, print_json
 
 @click.command(short_help="Plan which directions to measure.")
 @click.argument("material")
-@click.argument("n", type=click.IntRange(1, 10_000))
+@click.argument("n", type=click.IntRange(1, 200))
 @options.replace_option
 @click.option("--criterion", default="D", show_default=True, help="D: least determinant; A: least relative errors.")
 @click.option("--theta-i", default="0,75", show_default=True, help="Least and largest angle of the light [degrees].")

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from ..arguments import checked
 from ..base.angles import direction
 from ..errors import ParameterError, TooLargeError, shown
 
@@ -64,6 +65,7 @@ class Goniometer:
             raise _refused("least_angle", least, "an angle [rad] from 0 to pi/4")
         object.__setattr__(self, "least_angle", least)
 
+    @checked
     def pairs(self, isotropic: bool = True) -> tuple[np.ndarray, np.ndarray]:
         """The pairs of directions wi, wo (N, 3) that it can set, each once.
 

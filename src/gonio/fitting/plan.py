@@ -70,6 +70,11 @@ class Plan:
     notes: tuple[str, ...]
     model: Reflectance = field(repr=False)
 
+    def __post_init__(self) -> None:
+        known = isinstance(self.covariance, np.ndarray) and isinstance(self.names, tuple)
+        if not known or self.covariance.shape != (len(self.names),) * 2 or not isinstance(self.model, Reflectance):
+            raise ParameterError(f"Plan(names={shown(self.names)}): expected what gn.plan(model, n) makes; call that")
+
     def __len__(self) -> int:
         return len(self.wi)
 

@@ -22,6 +22,9 @@ from .result import Fit
 from .samples import Samples, real, samples, suspected_lengths
 from .unknowns import Unknowns, unknowns
 
+MOST = 200
+"""Directions that are planned at most: a choice takes n times as long as one of them. More are repeats of a plan."""
+
 FAINT = 1e-3
 """Share of the largest value below which a planned one is told: relative noise may not hold there."""
 
@@ -29,7 +32,7 @@ FAINT = 1e-3
 @checked
 def plan(
     model: Reflectance | Sequence[Reflectance],
-    n: Annotated[int, Within(1, 10_000)],
+    n: Annotated[int, Within(1, MOST)],
     criterion: str = "D",
     *,
     goniometer: Goniometer | None = None,
