@@ -88,7 +88,7 @@ def test_total_integrated_scatter(theta):
 
 
 def test_total_from_the_spectrum():
-    """At the normal the albedo is 16 pi^2/lambda^2 times the integral of cos(theta_o) S over frequencies to 1/lambda."""
+    """At the normal the albedo is 16 pi^2/lambda^2 times the integral of cos(theta_o) S up to 1/lambda."""
     m = gn.KCorrelation(2.0, 2e3, 1.5, fresnel=1.0)
     inside = disc(lambda f: m.psd(f) * np.sqrt(1.0 - (550.0 * f) ** 2), 1.0 / 550.0)
     assert gn.albedo(m, NORMAL, tolerance=1e-6) == pytest.approx((4.0 * math.pi / 550.0) ** 2 * inside, rel=1e-5)
