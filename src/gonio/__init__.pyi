@@ -1108,8 +1108,8 @@ class GeneralizedHarveyShack(_GeneralizedHarveyShack):
     Parameters
         sigma = 100.0                         RMS height of the surface; 0 to 10000 [nm]
         tau = 1500.0                          autocorrelation length of the surface (1/e); 300 to 100000 [nm]
-        wavelength = 550.0                    wavelength; at least 50 [nm]
         fresnel = Conductor(eta=0.2, k=3.9)   reflectance of a smooth surface; Fresnel | float | Array
+        wavelength = 550.0                    wavelength; at least 50 [nm]
 
     Example
     >>> metal = gn.GeneralizedHarveyShack(sigma=100.0, tau=1500.0, wavelength=550.0, fresnel=1.0)
@@ -1324,8 +1324,8 @@ class KCorrelation(_KCorrelation):
         B = 10000.0                           2 pi times the correlation length: the wavelength of the knee; 100 to 1e+06 [nm]
         C = 2.5                               slope of the spectrum at high frequencies, downwards; 0.01 to 8
         shortest = 10.0                       the shortest wavelength on the surface that sigma counts; 0.1 to 10000 [nm]
-        wavelength = 550.0                    wavelength; at least 50 [nm]
         fresnel = Conductor(eta=0.2, k=3.9)   reflectance of a smooth surface; Fresnel | float | Array
+        wavelength = 550.0                    wavelength; at least 50 [nm]
 
     Example
     >>> mirror = gn.KCorrelation(sigma=2.0, B=1e4, C=1.5, fresnel=1.0)

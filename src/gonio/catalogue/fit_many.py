@@ -20,10 +20,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import IO, Annotated, Any, NamedTuple
 
-from .. import files
 from ..arguments import Within, checked
 from ..base.reflectance import Reflectance
 from ..errors import DependencyError, Error, FormatError, MissingDataWarning, NotFoundError, ParameterError, shown
+from ..files import replacing, target
 from ..fitting.cluster import workers
 from ..formula.text import listed
 from ..version import __version__
@@ -353,7 +353,7 @@ def _journal(output: Path | None, wanted: set[str]) -> Iterator[_Journal]:
         yield _Journal({})
         return
     path = _journal_path(output)
-    files.target(path)
+    target(path)
     old = {row["key"]: row for row in _read(output) if row["key"] in wanted}
     with path.open("a+b") as file:
         _lock(file, path)
@@ -399,7 +399,7 @@ def _target(output: str | os.PathLike[str]) -> Path:
             raise DependencyError(
                 f'{output}: Parquet files need pyarrow ({error}); pip install "gonio[fit]", or write .csv'
             ) from None
-    return files.target(output)
+    return target(output)
 
 
 def _table(rows: Sequence[Row]) -> Any:
@@ -421,7 +421,7 @@ def _table(rows: Sequence[Row]) -> Any:
 
 
 def _write(table: Any, output: Path) -> None:
-    with files.replacing(output) as new:
+    with replacing(output) as new:
         if output.suffix.lower() == ".csv":
             table.to_csv(new, index=False)
         else:

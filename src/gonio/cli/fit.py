@@ -87,7 +87,7 @@ def fit(
       gonio fit paint.binary
       gonio fit paint.csv -m "OrenNayar() + Microfacet(Beckmann())" -o fit.json
       gonio fit paint.binary --select graphics --plot paint.png
-      gonio fit measurements/ -o fits.parquet --scheduler processes
+      gonio fit DIR -o fits.parquet --scheduler processes
     """
     from ..catalogue.expressions import expression
     from ..fitting.fitting import fit as fit_model

@@ -60,7 +60,7 @@ def plan(
 
     \b
     Examples:
-      gonio plan "Lambertian(0.3) + Microfacet(GGX(0.2), Schlick(0.04))" 12 -o plan.csv
+      gonio plan "Lambertian(0.3) + Microfacet(GGX(0.2))" 12 -o plan.csv
       gonio plan fit.json 5 --measured first.csv --in-plane
     """
     from ..files import target

@@ -17,11 +17,11 @@ from typing import Any
 
 import numpy as np
 
-from .. import files
 from ..arguments import checked
 from ..arrays.labels import CHANNELS, COMPONENTS
 from ..base.reflectance import Reflectance
 from ..errors import DependencyError, FormatError, ParameterError, ShapeError
+from ..files import replacing_folder
 from .cluster import workers
 from .losses import LOSSES
 from .maps import FitMap, fit_map
@@ -84,7 +84,7 @@ def fit_map_chunks(
         return work.lazily()
     store = Path(output)
     if not store.exists():
-        with files.replacing_folder(store, lambda _: "has appeared meanwhile") as new:
+        with replacing_folder(store, lambda _: "has appeared meanwhile") as new:
             work.prepare(new)
     left = work.left(store)
     total, done = work.texels, work.texels - sum(work.size(region) for region in left)

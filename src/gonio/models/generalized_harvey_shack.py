@@ -47,8 +47,8 @@ class GeneralizedHarveyShack(SmoothScatter):
 
     sigma = param(100.0, 0.0, 1e4, "RMS height of the surface", unit="nm", sampled="max")
     tau = param(1500.0, 300.0, 1e5, "autocorrelation length of the surface (1/e)", unit="nm", sampled="min")
-    wavelength = wavelengths(550.0)
     fresnel = part(Fresnel, Conductor(), "reflectance of a smooth surface", coerce=as_fresnel)
+    wavelength = wavelengths(550.0)
 
     def _g(self, wi: Direction, wo: Direction) -> Any:
         ratio = math.pi * self.tau / self.wavelength

@@ -24,8 +24,8 @@ class KCorrelation(SmoothScatter):
     frequencies up to 1/shortest. D = (wi + wo) projected on the surface, Q = sqrt(F(theta_i) F(theta_o)). The mirror
     itself is an `IdealSpecular` beside it, which has the light that this does not scatter.
 
-    Looks    `KCorrelation(2, 1e4, 1.5)` is a polished mirror: hardly any haze; `KCorrelation(20, 2e3, 2.5)` is a mirror
-             with a wide blue haze. Seen in RGB after `m.at([610, 550, 465])`.
+    Looks    `KCorrelation(100, 2e3, 2.5)` is a metal's wide haze; `KCorrelation(2, 1e4, 1.5)` is a polished mirror:
+             hardly any.
     Shapes   sigma, B, C, shortest and the Fresnel term's parameters: numbers or (..., C).
     Units    f: 1/sr; sigma, B, shortest, wavelength: nm; C: 1. `m.at(wavelengths)` binds the wavelengths.
     Error    rounding: 1e-5 relative in float32. The theory's own: of first order in (4 pi sigma/lambda)^2, which
@@ -45,8 +45,8 @@ class KCorrelation(SmoothScatter):
     B = param(1e4, 100.0, 1e6, "2 pi times the correlation length: the wavelength of the knee", "nm", sampled="min")
     C = param(2.5, 0.01, 8.0, "slope of the spectrum at high frequencies, downwards", sampled="min")
     shortest = param(10.0, 0.1, 1e4, "the shortest wavelength on the surface that sigma counts", unit="nm")
-    wavelength = wavelengths(550.0)
     fresnel = part(Fresnel, Conductor(), "reflectance of a smooth surface", coerce=as_fresnel)
+    wavelength = wavelengths(550.0)
 
     breaks: ClassVar[dict[str, str]] = {
         "energy": "first-order perturbation theory: the scatter grows as sigma^2, and is not bounded by 1 for sigma "
