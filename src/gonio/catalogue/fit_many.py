@@ -21,6 +21,7 @@ from pathlib import Path
 from typing import IO, Annotated, Any, NamedTuple
 
 from ..arguments import Within, checked
+from ..arrays import ops
 from ..base.reflectance import Reflectance
 from ..errors import DependencyError, Error, FormatError, MissingDataWarning, NotFoundError, ParameterError, shown
 from ..files import replacing, target
@@ -150,7 +151,7 @@ def _models(models: Any) -> dict[str, Reflectance]:
     if isinstance(models, (str, Reflectance)):
         models = [models]
     if not isinstance(models, Mapping):
-        if not isinstance(models, Iterable):
+        if not isinstance(models, Iterable) or ops.dtype_of(models):
             raise ParameterError(
                 f"models={shown(models)}: expected a model, an expression, several of them, a mapping from names to "
                 f"them, or one of {listed([*SETS])}"
@@ -180,7 +181,7 @@ def _sources(sources: Any, output: Path | None) -> dict[str, Any]:
         sources = [sources]
     if isinstance(sources, Mapping):
         pairs = [(str(name), x) for name, x in sources.items()]
-    elif isinstance(sources, Iterable):
+    elif isinstance(sources, Iterable) and not ops.dtype_of(sources):
         pairs = [(_name(x), x) for x in sources]
     else:
         raise ParameterError(
