@@ -122,7 +122,8 @@ def test_processes_give_the_same_and_survive_a_kill(folder):
         after = list(crew.results(slow, range(12)))
         assert sorted(number for number, _, _ in after) == list(range(12)) and all(e is None for *_, e in after)
     kept = [name for name in here.columns if name != "seconds"]
-    pandas.testing.assert_frame_equal(here[kept], table[kept], check_exact=True)
+    # workers have one thread for linear algebra each, which rounds sums differently from several
+    pandas.testing.assert_frame_equal(here[kept], table[kept], rtol=1e-12, atol=1e-15)
     for pid in {result[0] for _, result, _ in after}:
         with pytest.raises(ProcessLookupError):
             os.kill(pid, 0)
