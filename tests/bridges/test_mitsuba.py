@@ -85,11 +85,13 @@ def test_values_and_densities_are_those_of_numpy(mi, model, channels):
     wi, wo = directions(400)
     value, pdf = evaluated(mi, bridged(m), wo, wi)
     cos = np.abs(wi[:, 2:])
+    by_wavelength = gn.pictures.colour.rgb_of(m.channel_names)
 
     def by_numpy(dtype):
         inputs = wi.astype(np.float32).astype(dtype), wo.astype(np.float32).astype(dtype)
         f = m.f(*inputs)
-        return (f if np.ndim(f) > 1 else f[:, None]) * cos, m.pdf(*inputs)
+        f = f if np.ndim(f) > 1 else f[:, None]
+        return (f if by_wavelength is None else f @ by_wavelength) * cos, m.pdf(*inputs)
 
     exact, rounded = by_numpy(float), by_numpy(np.float32)
     for ours, theirs, single in zip((value, pdf), exact, rounded, strict=True):

@@ -48,8 +48,8 @@ def rounded(m: Any, dtype: str) -> Any:
 def unavoidable(m: Any, wi: np.ndarray, wo: np.ndarray, unit: float) -> np.ndarray:
     """How much f changes when directions and parameters move by one rounding `unit`, relative.
 
-    A model of the form cos^n is allowed a rounding of the cosine, which it multiplies by n; one that turns directions,
-    a rounding of their largest component in all three.
+    A model of the form cos^n is allowed a rounding of the cosine, which it multiplies by n; a film, a rounding of its
+    phase at either direction; one that turns directions, a rounding of their largest component in all three.
     """
     f = m.f(wi, wo)
     rng = np.random.default_rng(0)
@@ -60,7 +60,9 @@ def unavoidable(m: Any, wi: np.ndarray, wo: np.ndarray, unit: float) -> np.ndarr
         moved.append((m.replace({path: np.clip(np.multiply(p.value, 1 + s), p.low, p.high)}), wi, wo))
     change = np.max([np.abs(n.f(a, b) - f) for n, a, b in moved], axis=0)
     exponent = max([float(np.max(p.value)) for path, p in m.parameters.items() if path.endswith("n")], default=0.0)
-    return change + (1.0 + exponent) * unit * np.abs(f)
+    terms = [getattr(lobe, "fresnel", None) for _, lobe in m.lobes()]
+    phases = [4.0 * np.pi * np.multiply(x.eta, x.thickness) / x.wavelength for x in terms if isinstance(x, gn.ThinFilm)]
+    return change + (1.0 + exponent + sum(phases)) * unit * np.abs(f)
 
 
 def smallest(f: np.ndarray, unit: float) -> float:

@@ -19,15 +19,14 @@ def deviation2(wi: Direction, wo: Direction) -> Any:
     return dx * dx + dy * dy
 
 
-def power_of_positive(base: Any, exponent: Any) -> Any:
-    """base^exponent for numbers of a reflectance, base > 0, outside formulas too."""
-    return ops.exp(exponent * ops.log(base))
-
-
 def ring_integral(B: Any, C: Any, end: Any) -> Any:
     """Integral of 2 B x (1 + B x^2)^(-C) over x from 0 to `end`; 1/(C - 1) for end -> infinity where C > 1."""
-    log = ops.log(1.0 + B * end * end)
-    return log * expm1_over((1.0 - C) * log)
+    base, power = 1.0 + B * end * end, 1.0 - C
+    log = ops.log(base)
+    near = ops.absolute(power * log) < 0.3
+    # Of large powers exp(power log) would lose digits in float32.
+    far = (ops.power(base, power) - 1.0) / ops.where(near, 1.0, power)
+    return ops.where(near, log * expm1_over(ops.where(near, power * log, 0.0)), far)
 
 
 def mean_reflectance(fresnel: Fresnel, wi: Direction, wo: Direction) -> Any:

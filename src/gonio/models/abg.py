@@ -8,7 +8,7 @@ from typing import Any, ClassVar, Self
 from ..arrays import ops
 from ..formula.direction import Direction
 from ..formula.fields import param
-from ._smooth_scatter import SmoothScatter, deviation2, power_of_positive, ring_integral
+from ._smooth_scatter import SmoothScatter, deviation2, ring_integral
 from .abc import ABC
 from .harvey_shack import HarveyShack
 
@@ -48,7 +48,7 @@ class ABg(SmoothScatter):
     def formula(self, wi: Direction, wo: Direction) -> Any:
         d2 = deviation2(wi, wo)
         mirror = d2 < 1e-30
-        tail = power_of_positive(ops.where(mirror, 1.0, d2), 0.5 * self.g)
+        tail = ops.power(ops.where(mirror, 1.0, d2), 0.5 * self.g)
         return self.A / (self.B + ops.where(mirror & (self.g > 0.0), 0.0, tail))
 
     def _knee(self) -> Any:
@@ -63,7 +63,7 @@ class ABg(SmoothScatter):
     def estimate(self, wo: Direction) -> Any:
         knee = self._knee()
         B = 1.0 / (knee * knee)
-        peak = self.A / (self.B + power_of_positive(knee, self.g)) * 2.0
+        peak = self.A / (self.B + ops.power(knee, self.g)) * 2.0
         return math.pi * peak / B * ring_integral(B, 0.5 * self.g, 1.0) + 0.0 * wo.z
 
     @classmethod
@@ -78,7 +78,7 @@ class ABg(SmoothScatter):
         >>> print(round(float(lobe.A), 6), round(float(lobe.B), 6), lobe.g)
         0.04 0.01 2.0
         """
-        B = power_of_positive(m.L, -m.s)
+        B = ops.power(m.L, -m.s)
         return cls(A=m.b0 * B, B=B, g=-m.s)
 
     def to_harvey_shack(self) -> HarveyShack:
@@ -89,4 +89,4 @@ class ABg(SmoothScatter):
         >>> print(lobe.b0, round(float(lobe.L), 6), lobe.s)
         4.0 0.1 -2.0
         """
-        return HarveyShack(b0=self.A / self.B, L=power_of_positive(self.B, 1.0 / self.g), s=-self.g)
+        return HarveyShack(b0=self.A / self.B, L=ops.power(self.B, 1.0 / self.g), s=-self.g)

@@ -11,7 +11,7 @@ from ..formula.fields import param, part, wavelengths
 from ..formula.fresnel import as_fresnel
 from ..formula.fresnel.conductor import Conductor
 from ..formula.fresnel_term import Fresnel
-from ._smooth_scatter import SmoothScatter, deviation2, mean_reflectance, power_of_positive, ring_integral
+from ._smooth_scatter import SmoothScatter, deviation2, mean_reflectance, ring_integral
 from .abc import ABC
 from .harvey_shack import HarveyShack
 
@@ -61,7 +61,7 @@ class KCorrelation(SmoothScatter):
         13.8203
         """
         x = self.B * frequency
-        return self._peak() * power_of_positive(1.0 + x * x, -0.5 * self.C)
+        return self._peak() * ops.power(1.0 + x * x, -0.5 * self.C)
 
     def _peak(self) -> Any:
         """A [nm^4]."""
