@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from .losses import ROBUST
+from .noise import parts_of, variances
 from .problem import Problem
 
 NOTHING = 1e-13
@@ -30,8 +31,8 @@ class Spread(NamedTuple):
 def spread_of(problem: Problem, x: np.ndarray, gradient: np.ndarray, matrix: np.ndarray) -> Spread:
     """The covariance at the optimum x (n,), of the normal equations there.
 
-    Of a likelihood A^-1, A = J^T J; otherwise A^-1 S A^-1, S the sum of squared slopes of the costs (Huber 1967; White
-    1980), which needs no knowledge of the noise and holds where it differs between rows.
+    Of a likelihood A^-1, A = J^T J; otherwise A^-1 S A^-1, S the sum of squared slopes times the variances of the
+    residuals, from the scatter: see `_sandwich`.
     """
     u = problem.unknowns
     box = problem.box
@@ -50,7 +51,7 @@ def spread_of(problem: Problem, x: np.ndarray, gradient: np.ndarray, matrix: np.
     if problem.loss == "likelihood" and problem.robust == "none":
         found = inverse
     else:
-        found = inverse @ _scores(problem, x, free, inverse) @ inverse
+        found = _sandwich(problem, x, free, inverse)
     slopes = u.slopes(x)[free]
     found = found * slopes[:, None] * slopes
     for vector in vectors[:, ~kept].T:
@@ -61,28 +62,39 @@ def spread_of(problem: Problem, x: np.ndarray, gradient: np.ndarray, matrix: np.
     return Spread(covariance, condition, at_bound)
 
 
-def _scores(problem: Problem, x: np.ndarray, free: np.ndarray, inverse: np.ndarray) -> np.ndarray:
-    """The sum of squared slopes of the costs, for the free unknowns.
+def _sandwich(problem: Problem, x: np.ndarray, free: np.ndarray, inverse: np.ndarray) -> np.ndarray:
+    """A^-1 S A^-1 of the free unknowns, for noise of unknown size that differs between rows.
 
-    Of few values each residual is divided by 1 - h, h its leverage: what it would be if its row were left out
-    (MacKinnon & White 1985, HC3). Of many values, whose leverages are small, all are scaled by N/(N - n).
+    Of many values S is the sum of squared slopes of the costs (Huber 1967; White 1980), times N/(N - n). Of few values
+    a handful of bright rows may carry a number, and their squares scatter too much to tell its variance. So residuals
+    have variances that depend smoothly on the value (`noise`), and that of a number is at least what the squares
+    themselves say. Of a robust cost S is that of squares over (1 - h)^2, h the leverage of each: those of residuals
+    whose rows are left out (MacKinnon & White 1985, HC3).
     """
     count = problem.samples.count
     if count * len(x) > FEW:
         sums: np.ndarray = problem.score_squares(x[None])[0][np.ix_(free, free)]
-        return sums * (count / max(count - len(free), 1))
+        return inverse @ (sums * (count / max(count - len(free), 1))) @ inverse
     u = problem.unknowns
     numbers = u.numbers(x)
     slopes = (problem.jacobian(numbers) * u.slopes(x))[:, free]
     r = problem.residuals(numbers)
-    weight = ROBUST[problem.robust].weight(r * r)
-    leverage = np.einsum("ki,ij,kj->k", slopes, inverse, slopes, optimize=True) * weight
-    scaled = slopes * (weight * r / np.maximum(1.0 - leverage, LEAST_FREE))[:, None]
-    return scaled.T @ scaled
+    moves = slopes @ inverse
+    if problem.robust != "none":
+        weight = ROBUST[problem.robust].weight(r * r)
+        leverage = np.einsum("ki,ki->k", moves, slopes) * weight
+        scaled = moves * (weight * r / np.maximum(1.0 - leverage, LEAST_FREE))[:, None]
+        return scaled.T @ scaled
+    s = problem.samples
+    f = np.broadcast_to(np.reshape(u.fitted(numbers).f(s.wi, s.wo), (len(s), -1)), s.f.shape)
+    smooth = moves.T @ (moves * variances(slopes, r, parts_of(problem, f))[:, None])
+    least, known = (moves * r[:, None] ** 2 * moves).sum(axis=0), np.diag(smooth)
+    larger = np.sqrt(np.maximum(least / np.where(known > 0.0, known, np.inf), 1.0))
+    return smooth * larger[:, None] * larger
 
 
 FEW = 100_000
-"""Slopes up to which leverages are computed."""
+"""Slopes up to which the noise is fitted, and leverages are computed."""
 
 LEAST_FREE = 0.05
 """Least 1 - h by which a residual is divided."""
