@@ -9,6 +9,8 @@ import numpy as np
 import pytest
 
 import gonio as gn
+from gonio.errors import ParameterError
+from gonio.fitting.planning import smooth_errors
 
 PAINT = gn.Lambertian(0.3) + gn.Microfacet(gn.GGX(0.2), gn.Schlick(0.04))
 SMALL = gn.Goniometer(step_theta=np.radians(15.0), step_phi=np.radians(45.0))
@@ -26,6 +28,44 @@ def test_errors_are_those_of_the_jacobian():
     assert np.allclose(planned.covariance, expected, rtol=1e-8)
     assert np.isclose(planned.value, np.linalg.slogdet(expected)[1])
     assert np.allclose(list(planned.stderr.values()), np.sqrt(np.diag(expected)))
+
+
+@pytest.mark.parametrize("criterion", ["D", "A"])
+def test_errors_with_a_misfit_are_those_of_least_squares_that_do_not_know_it(criterion):
+    """P (noise^2 + misfit^2 e e^T) P^T, P = (J^T J)^-1 J^T and e the functions of which the model's own error is made."""
+    planned = gn.plan(PAINT, 9, criterion, goniometer=SMALL, noise=0.02, misfit=0.1)
+    f, by = PAINT.jacobian(planned.wi, planned.wo)
+    rows, e = np.stack(list(by.values()), axis=-1) / f[:, None], smooth_errors(planned.wi, planned.wo)
+    P = np.linalg.pinv(rows)
+    expected = P @ (0.02**2 * np.eye(9) + 0.1**2 * e @ e.T) @ P.T
+    assert np.allclose(planned.covariance, expected, rtol=1e-6)
+    values = np.linalg.slogdet(expected)[1], (np.diag(expected) / np.array([0.3, 0.2, 0.04]) ** 2).sum()
+    assert np.isclose(planned.value, values[criterion == "A"])
+
+
+def test_plans_for_models_with_errors_are_better_where_models_err():
+    wi, wo = gn.Goniometer(theta_i=(0.0, 1.5), theta_o=(0.0, 1.5)).pairs()
+    assert np.sqrt((smooth_errors(wi, wo) ** 2).mean(axis=0).sum()) == pytest.approx(1.0, abs=0.15)
+    shown = {}
+    for misfit in (0.0, 0.05):
+        planned, off = gn.plan(PAINT, 12, noise=0.002, misfit=misfit), []
+        e = smooth_errors(planned.wi, planned.wo)
+        for seed in range(40):
+            f = PAINT.f(planned.wi, planned.wo) * (
+                1.0 + 0.05 * e @ np.random.default_rng(seed).standard_normal(e.shape[1])
+            )
+            values = gn.fit((planned.wi, planned.wo, f), PAINT, "ratio", starts=1).values
+            off.append(np.log(values / np.array([0.3, 0.2, 0.04])))
+        shown[misfit] = np.sqrt(np.mean(np.square(off), axis=0))
+    assert (shown[0.05] < shown[0.0]).all() and shown[0.05][1] < 0.5 * shown[0.0][1], shown
+
+
+def test_no_number_of_regular_directions_averages_a_misfit_out():
+    planned = gn.plan(PAINT, 9, goniometer=SMALL, misfit=0.2)
+    assert planned.regular == np.inf and "no number of" in str(planned) and "off by 20 %" in str(planned)
+    assert planned.to_json()["regular"] is None and planned.to_json()["misfit"] == 0.2
+    with pytest.raises(ParameterError, match=r"3 % is 0\.03"):
+        gn.plan(PAINT, 9, goniometer=SMALL, misfit=3.0)
 
 
 @pytest.mark.parametrize("criterion", ["D", "A"])

@@ -30,6 +30,7 @@ from .terminal import echo, print_json
 )
 @click.option("--noise", default=1.0, show_default=True, help="Standard uncertainty of a value [%].")
 @click.option("--floor", default=0.0, show_default=True, help="Absolute standard uncertainty [1/sr].")
+@click.option("--misfit", default=0.0, show_default=True, help="Error of the model itself, smooth in the angles [%].")
 @click.option("--by", help="Parameters that will be fitted, with commas between.  [default: all]")
 @click.option("--measured", type=click.Path(path_type=Path), help="File of what was measured already.")
 @click.option("--repeats", is_flag=True, help="Directions may be taken more than once.")
@@ -50,6 +51,7 @@ def plan(
     least_angle: float,
     noise: float,
     floor: float,
+    misfit: float,
     by: str | None,
     measured: Path | None,
     repeats: bool,
@@ -88,6 +90,7 @@ def plan(
         goniometer=arm,
         noise=noise / 100.0,
         floor=floor,
+        misfit=misfit / 100.0,
         by=None if by is None else [name.strip() for name in by.split(",")],
         repeats=repeats,
         measured=None if measured is None else os.fspath(measured),

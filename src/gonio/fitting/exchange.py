@@ -23,8 +23,10 @@ GAIN = 1e-9
 class Information(NamedTuple):
     """What candidates tell of the n unknowns of one expected model, in units in which all together tell 1 of each.
 
-    rows      (N, C, n) derivatives of each value over its uncertainty
-    known     (n, n) information from before
+    The values share q errors of the model itself, each with a coefficient of its own whose standard deviation is 1.
+
+    rows      (N, C, n + q) derivatives of each value over its uncertainty: by the unknowns J, by those coefficients E
+    known     (n, n + q) information from before
     weights   (n,) of the variances in the criterion "A"
     size      (n,) unit of each unknown
     """
@@ -36,41 +38,61 @@ class Information(NamedTuple):
 
     @classmethod
     def of(cls, rows: np.ndarray, known: np.ndarray, values: np.ndarray) -> Information:
-        every = np.einsum("kci,kci->i", rows, rows) / len(rows) + np.diag(known)
+        n = len(values)
+        every = np.einsum("kci,kci->i", rows[..., :n], rows[..., :n]) / len(rows) + np.diag(known)
         size = 1.0 / np.sqrt(np.where(every > 0.0, every, 1.0))
         with np.errstate(divide="ignore"):
             weights = (size / values) ** 2
-        return cls(rows * size, known * size[:, None] * size, weights, size)
+        units = np.concatenate([size, np.ones(rows.shape[-1] - n)])
+        return cls(rows * units, known * size[:, None] * units, weights, size)
 
     def at(self, which: np.ndarray) -> Information:
         return self._replace(rows=self.rows[which])
 
     def matrix(self, chosen: np.ndarray) -> np.ndarray:
-        rows = self.rows[chosen].reshape(-1, len(self.size))
-        return self.known + rows.T @ rows
+        """The information (n, n + q) of some candidates and of what is known: sums of J^T J and of J^T E."""
+        rows = self.rows[chosen].reshape(-1, self.rows.shape[-1])
+        return self.known + rows[:, : len(self.size)].T @ rows
 
     @property
     def mean(self) -> np.ndarray:
-        """The information (n, n) of a direction on average."""
-        rows = self.rows.reshape(-1, len(self.size))
-        return rows.T @ rows / len(self.rows)
+        """The information (n, n + q) of a direction on average."""
+        rows = self.rows.reshape(-1, self.rows.shape[-1])
+        return rows[:, : len(self.size)].T @ rows / len(self.rows)
+
+
+def covariance_of(matrix: np.ndarray) -> np.ndarray:
+    """The covariance (n, n) of a fit with this information (n, n + q): A^-1 + (A^-1 G)(A^-1 G)^T, A = J^T J, G = J^T E.
+
+    The fit itself takes all values for independent: errors of the model that they share move its numbers by A^-1 G.
+    """
+    n = len(matrix)
+    values, vectors = np.linalg.eigh(matrix[:, :n])
+    root = vectors / np.sqrt(np.maximum(values, LEAST))
+    inverse = root @ root.T
+    moved = inverse @ matrix[:, n:]
+    found: np.ndarray = inverse + moved @ moved.T
+    return found
 
 
 def goodness_of(matrices: Sequence[np.ndarray], infos: Sequence[Information], criterion: str) -> float:
-    """What is largest for the best plan: ln det of the information, or less the sum of relative variances; the mean
+    """What is largest for the best plan: less ln det of the covariance, or less the sum of relative variances; the mean
     over models."""
     found = []
     for matrix, info in zip(matrices, infos, strict=True):
-        values, vectors = np.linalg.eigh(matrix)
-        values = np.maximum(values, LEAST)
-        found.append(np.log(values).sum() if criterion == "D" else -(info.weights[:, None] * vectors**2 / values).sum())
+        covariance = covariance_of(matrix)
+        worth = np.linalg.slogdet(covariance)[1] if criterion == "D" else info.weights @ np.diag(covariance)
+        found.append(-float(worth))
     return float(np.mean(found))
 
 
 def _gains(matrices: Sequence[np.ndarray], infos: Sequence[Information], criterion: str) -> np.ndarray:
-    """By how much each candidate (N,), added, would raise the goodness: updates of low rank, all candidates at once."""
+    """What each candidate (N,), added, would make of the goodness, up to a constant: all candidates at once."""
     total = np.zeros(len(infos[0].rows))
     for matrix, info in zip(matrices, infos, strict=True):
+        if info.rows.shape[-1] > len(info.size):
+            total += _with_shared_errors(matrix, info, criterion)
+            continue
         values, vectors = np.linalg.eigh(matrix)
         root = vectors / np.sqrt(np.maximum(values, LEAST))
         turned = info.rows @ root
@@ -91,6 +113,20 @@ def _gains(matrices: Sequence[np.ndarray], infos: Sequence[Information], criteri
             effect = turned @ root.T * np.sqrt(info.weights)
             total += np.trace(np.linalg.solve(leverage, effect @ np.swapaxes(effect, 1, 2)), axis1=1, axis2=2)
     return total / len(infos)
+
+
+def _with_shared_errors(matrix: np.ndarray, info: Information, criterion: str) -> np.ndarray:
+    """The goodness (N,) with each candidate added, where values share errors of the model."""
+    n = len(info.size)
+    added = np.swapaxes(info.rows[..., :n], 1, 2) @ info.rows
+    together = matrix + added
+    inverse = np.linalg.inv(together[..., :n] + LEAST * np.eye(n))
+    moved = inverse @ together[..., n:]
+    covariance = inverse + moved @ np.swapaxes(moved, 1, 2)
+    if criterion == "D":
+        found: np.ndarray = -np.linalg.slogdet(covariance)[1]
+        return found
+    return -np.einsum("kii,i->k", covariance, info.weights)
 
 
 def _start(
@@ -139,8 +175,8 @@ def best_choice(
 ) -> np.ndarray:
     """The best choice of all starts."""
     random = np.random.default_rng(seed)
-    candidates, channels = infos[0].rows.shape[:2]
-    few = max(TRIED // (channels * len(infos)), 4 * count)
+    candidates, channels, width = infos[0].rows.shape
+    few = max(TRIED * len(infos[0].size) // (width * channels * len(infos)), 4 * count)
     part = np.arange(candidates)
     if few < candidates:
         part = np.sort(random.choice(candidates, few, replace=False))

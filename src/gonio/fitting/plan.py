@@ -42,6 +42,7 @@ class Plan:
                  often
     in_plane     how many pairs of scans in the plane of incidence have it, of all polar angles; inf where they cannot
     before       standard errors by name of what was measured before; empty without
+    misfit       by how much the model itself may be off, relative; 0 where it was taken for exact
     notes        what should be known before measuring: each a sentence
 
     Error    of first order: where the model is right, standard errors that fits by likelihood show are these within 7 %
@@ -67,6 +68,7 @@ class Plan:
     before: dict[str, float]
     noise: float
     floor: float
+    misfit: float
     notes: tuple[str, ...]
     model: Reflectance = field(repr=False)
 
@@ -87,11 +89,7 @@ class Plan:
         >>> print(gn.plan(gn.Lambertian(0.5), 1, goniometer=arm).angles.round(2))
         [[ 28.65   0.    28.65 180.  ]]
         """
-        (theta_i, phi_i), (theta_o, phi_o) = (angles(w) for w in (self.wi, self.wo))
-        phi_i = np.where(self.wi[:, 2] > 1.0 - 1e-15, 0.0, phi_i)
-        phi = (phi_o - phi_i + 1e-12) % (2.0 * math.pi)
-        phi = np.where(self.wo[:, 2] > 1.0 - 1e-15, 0.0, phi)
-        return np.degrees(np.stack([theta_i, phi_i, theta_o, phi_i + phi], axis=-1)).round(9) + 0.0
+        return angles_of(self.wi, self.wo)
 
     @property
     def stderr(self) -> dict[str, float]:
@@ -138,18 +136,13 @@ class Plan:
             columns = ["f"]
         else:
             columns = [f"f_{name}" for name in names_of(channels if channels is not None else range(self.f.shape[1]))]
-        lines = [
+        return csv_of(
+            self.angles,
+            columns,
             f"# planned for: {' '.join(repr(self.model).split()):.300}",
             f"# planned by: gonio, {CRITERIA[self.criterion]}, {self._noise()}",
-            "# unit of f: 1/sr; angles in degrees; phi_o - phi_i = 180 is forwards",
-            ",".join(["theta_i", "phi_i", "theta_o", "phi_o", *columns]),
-        ]
-        lines += [",".join([*(f"{x:.10g}" for x in row), *("" for _ in columns)]) for row in self.angles]
-        text = "\n".join(lines) + "\n"
-        if path is not None:
-            with replacing(path) as new:
-                new.write_text(text, encoding="utf-8")
-        return text
+            path,
+        )
 
     def save(self, path: str | os.PathLike) -> None:
         """Write the directions to a file: a CSV table, see `to_csv`, or all of `to_json` where its name ends in .json.
@@ -194,6 +187,7 @@ class Plan:
             "before": {name: _finite(s) for name, s in self.before.items()},
             "noise": self.noise,
             "floor": self.floor,
+            "misfit": self.misfit,
             "notes": list(self.notes),
         }
 
@@ -214,8 +208,8 @@ class Plan:
         return rows
 
     def _noise(self) -> str:
-        floor = f" and {self.floor:g} /sr" if self.floor else ""
-        return f"noise {100.0 * self.noise:g} %{floor}"
+        off = f", of a model that is off by {100.0 * self.misfit:g} %" if self.misfit else ""
+        return noise_told(self.noise, self.floor) + off
 
     def _summary(self) -> list[str]:
         """Sentences about what it is worth."""
@@ -243,9 +237,9 @@ class Plan:
     def __str__(self) -> str:
         head, *rest = self._summary()
         parts = [f"{self.model!r:.200}", head, ""]
-        parts += _aligned([list(HEADER), *self.rows()])
+        parts += aligned([list(HEADER), *self.rows()])
         before = ["before"] if self.before else []
-        parts += ["", *_aligned([["parameter", "expected", "std. error", "relative", *before], *self._parameters()])]
+        parts += ["", *aligned([["parameter", "expected", "std. error", "relative", *before], *self._parameters()])]
         parts += ["", *rest]
         if self.notes:
             parts += ["", "note", *(f"  - {text}" for text in self.notes)]
@@ -269,11 +263,41 @@ class Plan:
         return text + (f"<ul>{''.join(f'<li>{escape(x)}</li>' for x in self.notes)}</ul>" if self.notes else "")
 
 
+def angles_of(wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
+    """(n, 4) theta_i, phi_i, theta_o, phi_o [degrees] of pairs of directions, phi_o - phi_i from 0 to 360."""
+    (theta_i, phi_i), (theta_o, phi_o) = (angles(w) for w in (wi, wo))
+    phi_i = np.where(wi[:, 2] > 1.0 - 1e-15, 0.0, phi_i)
+    phi = (phi_o - phi_i + 1e-12) % (2.0 * math.pi)
+    phi = np.where(wo[:, 2] > 1.0 - 1e-15, 0.0, phi)
+    return np.degrees(np.stack([theta_i, phi_i, theta_o, phi_i + phi], axis=-1)).round(9) + 0.0
+
+
+def csv_of(angles: np.ndarray, columns: Sequence[str], made_for: str, by: str, path: str | os.PathLike | None) -> str:
+    """A CSV table of angles with empty columns of values, after two lines of comment; written to a path, if any."""
+    lines = [
+        made_for,
+        by,
+        "# unit of f: 1/sr; angles in degrees; phi_o - phi_i = 180 is forwards",
+        ",".join(["theta_i", "phi_i", "theta_o", "phi_o", *columns]),
+    ]
+    lines += [",".join([*(f"{x:.10g}" for x in row), *("" for _ in columns)]) for row in angles]
+    text = "\n".join(lines) + "\n"
+    if path is not None:
+        with replacing(path) as new:
+            new.write_text(text, encoding="utf-8")
+    return text
+
+
+def noise_told(noise: float, floor: float) -> str:
+    """The noise of values, in words."""
+    return f"noise {100.0 * noise:g} %" + (f" and {floor:g} /sr" if floor else "")
+
+
 HEADER = ("theta_i [°]", "phi_i [°]", "theta_o [°]", "phi_o - phi_i [°]", "expected f [1/sr]", "times")
 """Columns of `Plan.rows`."""
 
 
-def _aligned(rows: Sequence[Sequence[str]]) -> list[str]:
+def aligned(rows: Sequence[Sequence[str]]) -> list[str]:
     widths = [max(len(row[c]) for row in rows) for c in range(len(rows[0]))]
     return ["  " + "  ".join(f"{cell:<{w}}" for cell, w in zip(row, widths, strict=True)).rstrip() for row in rows]
 

@@ -10,11 +10,12 @@ import numpy as np
 
 from ..arguments import Within, checked
 from ..base.angles import angles
+from ..base.frames import half_difference
 from ..base.reflectance import Reflectance
 from ..errors import ParameterError, ShapeError, TraceError, shown
 from ..formula.text import listed
 from .covariance import NOTHING, PART, correlations
-from .exchange import Information, best_choice, goodness_of
+from .exchange import Information, best_choice, covariance_of, goodness_of
 from .goniometer import Goniometer
 from .plan import CRITERIA, Plan
 from .problem import Problem
@@ -38,6 +39,7 @@ def plan(
     goniometer: Goniometer | None = None,
     noise: float = 0.01,
     floor: float = 0.0,
+    misfit: Annotated[float, Within(0.0, 100.0)] = 0.0,
     by: Iterable[str] | None = None,
     per_channel: bool | Iterable[str] | None = None,
     repeats: bool = False,
@@ -59,6 +61,9 @@ def plan(
     `goniometer`: the limits; without it polar angles to 75 degrees in steps of 2.5, azimuths in steps of 5, light and
     detector 5 degrees apart. `candidates`: (wi, wo) with (N, 3) each, in its place: the pairs to choose from.
     `noise`: relative standard uncertainty of a value. `floor`: absolute [1/sr].
+    `misfit`: by how much the model itself may be off, relative, root mean square: no material is its model. The
+    error is a smooth function of the half and difference angles, the same wherever these are alike, and enters the
+    expected errors. A plan without it leans on directions where only an exact model can be trusted.
     `by`, `per_channel`: what will be fitted, as for `gn.fit`.
     `repeats`: whether a pair may be taken more than once.
     `measured`: what is known already: a `Fit` of the same parameters, a measurement, (wi, wo, f) or (wi, wo, f, u);
@@ -68,7 +73,8 @@ def plan(
     Shapes   wi, wo of the plan: (n, 3).
     Units    f and floor: 1/sr.
     Error    the plan is a local optimum, of several starts. What it promises, and what it is worth beside regular
-             directions: see `Plan`. It is as good as the model: several expected models and a floor make it hold more.
+             directions: see `Plan`. It is as good as the model: `misfit`, several expected models and a floor make it
+             hold more.
     Source   Fedorov 1972, "Theory of Optimal Experiments"; Cook & Nachtsheim 1980, Technometrics 22, 315 (exchanges of
              one at a time); Atkinson, Donev & Tobias 2007, "Optimum Experimental Designs, with SAS".
 
@@ -83,11 +89,10 @@ def plan(
         raise ParameterError("model: got no models; expected one, or several of one structure")
     if criterion not in CRITERIA:
         raise ParameterError(f"criterion={criterion!r:.60}: expected one of {listed([*CRITERIA])}")
-    if not 0.0 <= noise < 1.0 or not 0.0 <= floor < math.inf or not noise + floor > 0.0:
-        percent = f"; in percent? {noise:g} % is {noise / 100.0:g}" if 1.0 <= noise <= 100.0 else ""
+    check_noise(noise, floor)
+    if misfit > 1.0:
         raise ParameterError(
-            f"noise={noise:g}, floor={floor:g}: expected a relative noise from 0 to 1 and a floor [1/sr] from 0, one "
-            f"of them above 0{percent}"
+            f"misfit={misfit:g}: expected a relative error from 0 to 1; {misfit:g} % is {misfit / 100.0:g}"
         )
     if isinstance(measured, Fit) and by is None and per_channel is None:
         fitted = measured.problem.unknowns
@@ -95,8 +100,8 @@ def plan(
         per_channel = [f.path for f in fitted.free if f.by_channel] or None
     every = [_unknowns(m, models[0], by, per_channel) for m in models]
     isotropic = all(m.is_isotropic() for m in models)
-    wi, wo = _pairs(goniometer, candidates, isotropic)
-    tellers = [_Teller(u, noise, floor) for u in every]
+    wi, wo = pairs_of(goniometer, candidates, isotropic)
+    tellers = [_Teller(u, noise, floor, misfit) for u in every]
     expected = [teller.f(wi, wo) for teller in tellers]
     usable = np.all([_usable(f, noise, floor) for f in expected], axis=0)
     if not usable.any():
@@ -121,11 +126,11 @@ def plan(
                         f"criterion='D', or `by` without it"
                     )
     chosen = best_choice(infos, n, criterion, repeats, starts, seed)
-    chosen = chosen[_order(wi[chosen], wo[chosen])]
+    chosen = chosen[order_of(wi[chosen], wo[chosen])]
     matrices = [info.matrix(chosen) for info in infos]
     _require_determined(matrices, names, n)
     covariances = [
-        np.linalg.inv(matrix) * info.size[:, None] * info.size for matrix, info in zip(matrices, infos, strict=True)
+        covariance_of(matrix) * info.size[:, None] * info.size for matrix, info in zip(matrices, infos, strict=True)
     ]
     if criterion == "D":
         value = float(np.mean([np.linalg.slogdet(c)[1] for c in covariances]))
@@ -149,9 +154,20 @@ def plan(
         {} if measured is None else _errors_before(infos, names),
         noise,
         floor,
+        misfit,
         tuple(_notes(every[0], f, usable, noise, floor, covariance)),
         models[0],
     )
+
+
+def check_noise(noise: float, floor: float) -> None:
+    """Raises ParameterError for what is no relative and absolute noise."""
+    if not 0.0 <= noise < 1.0 or not 0.0 <= floor < math.inf or not noise + floor > 0.0:
+        percent = f"; in percent? {noise:g} % is {noise / 100.0:g}" if 1.0 <= noise <= 100.0 else ""
+        raise ParameterError(
+            f"noise={noise:g}, floor={floor:g}: expected a relative noise from 0 to 1 and a floor [1/sr] from 0, one "
+            f"of them above 0{percent}"
+        )
 
 
 def _unknowns(m: Reflectance, first: Reflectance, by: Any, per_channel: Any) -> Unknowns:
@@ -175,7 +191,7 @@ def _unknowns(m: Reflectance, first: Reflectance, by: Any, per_channel: Any) -> 
     return found
 
 
-def _pairs(goniometer: Goniometer | None, candidates: Any, isotropic: bool) -> tuple[np.ndarray, np.ndarray]:
+def pairs_of(goniometer: Goniometer | None, candidates: Any, isotropic: bool) -> tuple[np.ndarray, np.ndarray]:
     """The pairs of directions (N, 3) to choose from."""
     if candidates is None:
         return (goniometer or Goniometer()).pairs(isotropic)
@@ -199,9 +215,10 @@ def _pairs(goniometer: Goniometer | None, candidates: Any, isotropic: bool) -> t
 class _Teller:
     """What values tell of the unknowns of a model: derivatives over uncertainties."""
 
-    def __init__(self, unknowns: Unknowns, noise: float, floor: float):
-        self.unknowns, self.noise, self.floor = unknowns, noise, floor
+    def __init__(self, unknowns: Unknowns, noise: float, floor: float, misfit: float):
+        self.unknowns, self.noise, self.floor, self.misfit = unknowns, noise, floor, misfit
         self.values = unknowns.numbers(unknowns.start)
+        self.errors = unknowns.channels * ERRORS if misfit else 0
 
     def f(self, wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
         """(N, C) expected values."""
@@ -209,14 +226,40 @@ class _Teller:
         return np.array(np.broadcast_to(np.reshape(u.model.f(wi, wo), (len(wi), -1)), (len(wi), u.channels)))
 
     def rows(self, wi: np.ndarray, wo: np.ndarray, u: np.ndarray | None = None, valid: Any = True) -> np.ndarray:
-        """(N, C, n) derivatives over the uncertainties u (N, C), or over those of the noise."""
+        """(N, C, n + q) derivatives over the uncertainties u (N, C), or over those of the noise.
+
+        By the unknowns, then by the coefficients of the model's own error in each channel, which are of the size of 1.
+        """
         f = self.f(wi, wo)
         u = np.hypot(self.noise * f, self.floor) if u is None else u
         valid = np.broadcast_to(valid, f.shape) & (u > 0.0)
         data = Samples(wi, wo, f, np.where(valid, u, 1.0), valid, None, {}, "")
         jacobian = Problem(data, self.unknowns, "likelihood", "none", 1.0).jacobian(self.values)
         rows = np.moveaxis(jacobian.reshape(f.shape[1], len(wi), -1), 0, 1)
+        if self.misfit:
+            share = np.where(valid, self.misfit * f / np.where(valid, u, 1.0), 0.0)
+            off = share[:, :, None, None] * np.eye(f.shape[1])[:, :, None] * smooth_errors(wi, wo)[:, None, None]
+            rows = np.concatenate([rows, off.reshape(*f.shape, -1)], axis=2)
         return np.where(np.isfinite(rows), rows, 0.0)
+
+
+ORDERS = [(i, j, k) for i in range(4) for j in range(4) for k in range(2) if i + j + k <= 3]
+"""Orders of cosines of sqrt(theta_h), theta_d and 2 phi_d in the error of a model."""
+
+ERRORS = len(ORDERS)
+
+
+def smooth_errors(wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
+    """Functions (N, ERRORS) of pairs of directions, whose sum with random coefficients is smooth, and 1 in root mean
+    square: products of cosines over the half and difference angles, half as much of each order more in variance."""
+    theta_h, _, theta_d, phi_d = half_difference(wi, wo)
+    h, d = np.pi * np.sqrt(theta_h * (2.0 / np.pi)), 2.0 * theta_d
+    sizes = np.array([2.0 ** -(0.5 * sum(orders)) for orders in ORDERS])
+    # A cosine has the mean square 1/2, that of order 0 has 1.
+    spread = np.array([2.0 ** -sum(order > 0 for order in orders) for orders in ORDERS])
+    waves = np.stack([np.cos(i * h) * np.cos(j * d) * np.cos(2 * k * phi_d) for i, j, k in ORDERS], axis=-1)
+    found: np.ndarray = waves * sizes / math.sqrt(float((sizes**2 * spread).sum()))
+    return found
 
 
 def _usable(f: np.ndarray, noise: float, floor: float) -> np.ndarray:
@@ -225,24 +268,28 @@ def _usable(f: np.ndarray, noise: float, floor: float) -> np.ndarray:
 
 
 def _known(measured: Any, teller: _Teller) -> np.ndarray:
-    """The information (n, n) of what was measured."""
+    """The information (n, n + q) of what was measured."""
     names = teller.unknowns.names
+    nothing = np.zeros((len(names), len(names) + teller.errors))
     if measured is None:
-        return np.zeros((len(names), len(names)))
+        return nothing
     if isinstance(measured, Fit):
         if measured.names != names:
             raise ParameterError(
                 f"measured: a fit of {listed(measured.names)}; expected one of {listed(names)}: "
                 f"gn.plan(fit.model, n, measured=fit)"
             )
-        return _of_fit(measured)
+        nothing[:, : len(names)] = _of_fit(measured)
+        return nothing
     data = samples(measured)
     if data.f.shape[1] != teller.unknowns.channels:
         raise ShapeError(
             f"measured: {data.source} has {data.f.shape[1]} channels; expected {teller.unknowns.channels}, as the model"
         )
-    rows = teller.rows(data.wi, data.wo, data.u, data.valid).reshape(-1, len(names))
-    return rows.T @ rows
+    rows = teller.rows(data.wi, data.wo, data.u, data.valid)
+    rows = rows.reshape(-1, rows.shape[2])
+    found: np.ndarray = rows[:, : len(names)].T @ rows
+    return found
 
 
 def _of_fit(fit: Fit) -> np.ndarray:
@@ -266,7 +313,8 @@ def _of_fit(fit: Fit) -> np.ndarray:
 
 
 def _unsure(matrix: np.ndarray, names: Sequence[str]) -> list[str]:
-    """Names of the unknowns that an information matrix does not determine."""
+    """Names of the unknowns that an information matrix (n, n) or (n, n + q) does not determine."""
+    matrix = matrix[:, : len(matrix)]
     diagonal = np.diag(matrix)
     size = np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0))
     values, vectors = np.linalg.eigh(matrix / size[:, None] / size)
@@ -291,7 +339,7 @@ def _require_enough(
                 f"{m!r:.80}: no choice of {candidates} pairs of directions determines {listed(unsure)}; expected `by` "
                 f"without some of them, or wider limits of the goniometer{turned}"
             )
-    rank = max(int(np.linalg.matrix_rank(info.known, tol=1e-12, hermitian=True)) for info in infos)
+    rank = max(int(np.linalg.matrix_rank(info.known[:, : len(names)], tol=1e-12, hermitian=True)) for info in infos)
     if n * channels < len(names) - rank:
         least = math.ceil((len(names) - rank) / channels)
         raise ParameterError(
@@ -313,7 +361,7 @@ def _require_determined(matrices: Sequence[np.ndarray], names: Sequence[str], n:
             )
 
 
-def _order(wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
+def order_of(wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
     """An order for the arms: theta_i, phi_i, phi, theta_o."""
     (theta_i, phi_i), (theta_o, phi_o) = (angles(w) for w in (wi, wo))
     keys = (theta_o, (phi_o - phi_i + 1e-9) % (2.0 * math.pi), phi_i, theta_i)
@@ -325,7 +373,8 @@ def _equivalent(infos: Sequence[Information], goodness: float, criterion: str) -
     means = [info.mean for info in infos]
     if any(_unsure(info.known + mean, [""] * len(mean)) for info, mean in zip(infos, means, strict=True)):
         return math.inf
-    low, high = -3.0, 12.0
+    low, most = -3.0, 12.0
+    high = most
     for _ in range(60):
         middle = 0.5 * (low + high)
         matrices = [info.known + 10.0**middle * mean for info, mean in zip(infos, means, strict=True)]
@@ -333,12 +382,12 @@ def _equivalent(infos: Sequence[Information], goodness: float, criterion: str) -
             low = middle
         else:
             high = middle
-    return 10.0**high
+    return 10.0**high if high < most else math.inf
 
 
 def _errors_before(infos: Sequence[Information], names: Sequence[str]) -> dict[str, float]:
     """Standard errors of what was measured before; inf for what it does not determine."""
-    known, size = infos[0].known, infos[0].size
+    known, size = infos[0].known[:, : len(names)], infos[0].size
     unsure = _unsure(known, names)
     variance = np.diag(np.linalg.pinv(known, rcond=NOTHING, hermitian=True)) * size**2
     return {
