@@ -27,7 +27,7 @@ from .unknowns import Unknowns, likely, unknowns
 VALUES_AT_ONCE = 1 << 19
 """Observations of a block of texels, so that its arrays stay in the caches of the processor."""
 
-CANDIDATES = 8
+CANDIDATES = 12
 """Starts of each texel for one unknown that does not enter linearly, twice as many for two, up to 32."""
 
 STEPS = 40
@@ -301,7 +301,8 @@ def _starts(evaluate: Any, free: Unknowns, box: Box, texels: int) -> np.ndarray:
         bounds = np.array([likely(part) for part, n in free.widths for _ in range(n)])
         low, high = (np.where(free.is_log, np.log(np.where(free.is_log, b, 1.0)), b)[curved] for b in bounds.T)
         count = min(CANDIDATES << (len(curved) - 1), 32)
-        spread = lattice(count, max(len(curved), 2))[:, : len(curved)]
+        alone = (np.arange(count)[:, None] + 0.5) / count
+        spread = alone if len(curved) == 1 else lattice(count, len(curved))
         candidates = np.concatenate([candidates, low + spread * (high - low)])
     best, least = x.copy(), np.full(texels, np.inf)
     for candidate in candidates:
