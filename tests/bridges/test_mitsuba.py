@@ -368,3 +368,13 @@ def test_refusals_say_what_to_do(mi, monkeypatch):
         bsdf(gn.Lambertian(0.5))
     with pytest.raises(NotFoundError):
         gn.material("golt")
+
+
+def test_facets_of_a_table_that_leans(mi):
+    """Its whole numbers stay above 0, since those of Mitsuba have no sign."""
+    facets = gn.TabulatedAnisotropicFacets([0.1, 0.5, 1.4], [0.2, 1.0, 4.0], [[1, 1, 1], [5, 3, 1], [0, 1, 0]])
+    m = gn.Microfacet(facets, gn.Schlick(0.5))
+    wi, wo = directions(400)
+    value, pdf = evaluated(mi, bridged(m), wo, wi)
+    np.testing.assert_allclose(value[:, 0], m.f(wi, wo) * np.abs(wi[:, 2]), rtol=1e-3, atol=1e-4)
+    np.testing.assert_allclose(pdf.mean(), m.pdf(wi, wo).mean(), rtol=2e-3)

@@ -175,6 +175,9 @@ REFERENCE = [
     Reference(
         gn.SGD(0.5, 0.2, 0.5, 0.4, 0.1, c=0.3), at(40, 0, 50, 150), 0.12503686839225733, "2012, in angles, mpmath"
     ),
+    Reference(
+        gn.TabulatedAnisotropicFacets(), D(45, 0), 0.318309886183790691, "1/pi: D = (2/pi)(1 - 2 theta/pi)", 1e-5
+    ),
     Reference(gn.TabulatedFacets(), D(45, 0), 0.318309886183790691, "1/pi: D = (2/pi)(1 - 2 theta/pi)", 1e-6),
     Reference(gn.Constant(0.3), F(77), 0.3, "definition"),
     Reference(gn.Dielectric(1.5), F(45), 0.0502399110122359, "-0.30333704, 0.09201336: Mitsuba 3 test_fresnel.py"),

@@ -83,13 +83,13 @@ class TabulatedFacets(Distribution):
         return {"type": type(self).__name__, "theta": self.theta.tolist(), "values": self.values.tolist()}
 
     def D(self, wm: Direction) -> Any:
-        i, rest = _cell(*_angles(wm))
+        i, rest = cell_of(*angles_of(wm))
         low, high = ops.take(self.facets, i), ops.take(self.facets, i + 1)
         return high + rest * (low - high)
 
     def Lambda(self, w: Direction) -> Any:
         # z Lambda, which is smooth, by a cubic through four of its values; there is one more of them at each end.
-        i, rest = _cell(*_angles(w)[::-1])
+        i, rest = cell_of(*angles_of(w)[::-1])
         v = 1.0 - rest
         f = [ops.take(self.shown, i + k) for k in range(4)]
         a, b, c = v + 1.0, v - 1.0, v - 2.0
@@ -110,31 +110,31 @@ class TabulatedFacets(Distribution):
         return facing(wo, ops.sqrt(sin2 + 1e-30), u0, ops.sqrt(ops.maximum(1.0 - sin2, 0.0)))
 
     def normal_density(self, wo: Direction, wm: Direction, cos_d: Any) -> Any:
-        i, _ = _cell(*_angles(wm))
+        i, _ = cell_of(*angles_of(wm))
         return ops.take(self.cumulated, i + 2 * _ROW) * wm.z * facing_density(wo, wm, cos_d)
 
 
 _ROW = CELLS + 1
 
 
-def _angles(w: Direction) -> tuple[Any, Any]:
+def angles_of(w: Direction) -> tuple[Any, Any]:
     """The angles of w to the normal and to the horizon, both to rounding."""
     s = ops.sqrt(w.x * w.x + w.y * w.y + 1e-20)
     return ops.arctan2(s, w.z), ops.arctan2(w.z, s)
 
 
-def _cell(angle: Any, complement: Any) -> tuple[Any, Any]:
-    """The cell of an angle in [0, pi/2], and how far its outer edge is, from 1 to 0; `complement` is pi/2 - angle.
+def cell_of(angle: Any, complement: Any, cells: int = CELLS) -> tuple[Any, Any]:
+    """The cell of an angle in [0, pi/2], of so many, and how far its outer edge is, from 1 to 0.
 
-    Cells beyond pi/4 are counted from the end: D may vanish there.
+    `complement` is pi/2 - angle. Cells beyond pi/4 are counted from the end: D may vanish there.
     """
     outer = angle > complement
     # The floor keeps the derivative finite at 0.
     t = ops.sqrt(ops.clip(angle * (2.0 / math.pi), 1e-8, 1.0))
-    gap = CELLS * (2.0 / math.pi) * ops.clip(complement, 0.0, 0.5 * math.pi) / (1.0 + t)
-    count, left = ops.floor(CELLS * t), ops.floor(gap)
-    i = ops.where(outer, CELLS - 1.0 - left, ops.minimum(count, CELLS - 1.0))
-    return ops.to_index(i), ops.where(outer, gap - left, 1.0 + count - CELLS * t)
+    gap = cells * (2.0 / math.pi) * ops.clip(complement, 0.0, 0.5 * math.pi) / (1.0 + t)
+    count, left = ops.floor(cells * t), ops.floor(gap)
+    i = ops.where(outer, cells - 1.0 - left, ops.minimum(count, cells - 1.0))
+    return ops.to_index(i), ops.where(outer, gap - left, 1.0 + count - cells * t)
 
 
 def _tables(theta: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -57,9 +57,9 @@ class RetroMicrofacet(Microfacet):
     """Rough retro-reflector: f(wi, wo) = f_m(wi, mirror image of wo about the normal), f_m a `Microfacet`.
 
     The lobe of f_m about the mirror direction becomes one about the direction to the light, of the same albedo. It is
-    reciprocal where normals to either side are as frequent, as in all of gonio's distributions. The half vector of the
-    mirrored pair is the normal where wi = wo. For road signs and safety clothing, whose prisms or beads it does not
-    follow further: towards grazing it falls off as f_m does.
+    reciprocal where normals to either side are as frequent, as in all of gonio's distributions but tables that lean.
+    The half vector of the mirrored pair is the normal where wi = wo. For road signs and safety clothing, whose prisms
+    or beads it does not follow further: towards grazing it falls off as f_m does.
 
     Looks    `RetroMicrofacet(GGX(0.1))` is a road sign: bright all over seen with the light, else dark; `GGX(0.5)`
              glows softly.
