@@ -16,7 +16,8 @@ from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from .base.reflectance import Reflectance
-from .errors import DependencyError, NotFoundError
+from .errors import DependencyError, NotFoundError, ShapeError
+from .evaluate import batch
 from .laws import LAWS, Report, check
 
 if TYPE_CHECKING:
@@ -41,7 +42,11 @@ def assert_lawful(m: Reflectance, except_: str | Iterable[str] = (), laws: str |
     excused = {except_} if isinstance(except_, str) else set(except_)
     if unknown := sorted(excused - set(LAWS)):
         raise NotFoundError(f"assert_lawful(except_={unknown}): no such laws; expected some of {', '.join(LAWS)}")
-    report = check(m, laws=[laws] if isinstance(laws, str) else list(LAWS if laws is None else laws))
+    if maps := batch.full_shape(m, ()):
+        raise ShapeError(
+            f"assert_lawful: parameters are maps of shape {maps}; expected one material; maps: gn.check(m)"
+        )
+    report: Report = check(m, laws=[laws] if isinstance(laws, str) else list(LAWS if laws is None else laws))
     if broken := [law.name for law in report.laws if law.verdict == "FAIL" and law.name not in excused]:
         raise AssertionError(f"breaks {', '.join(broken)}\n{report}")
     if idle := sorted(law.name for law in report.laws if law.passed and law.name in excused):

@@ -32,7 +32,7 @@ def test_errors_are_those_of_the_jacobian():
 
 @pytest.mark.parametrize("criterion", ["D", "A"])
 def test_errors_with_a_misfit_are_those_of_least_squares_that_do_not_know_it(criterion):
-    """P (noise^2 + misfit^2 e e^T) P^T, P = (J^T J)^-1 J^T and e the functions of which the model's own error is made."""
+    """P (noise^2 + misfit^2 e e^T) P^T, P = (J^T J)^-1 J^T, e the functions of which the model's own error is made."""
     planned = gn.plan(PAINT, 9, criterion, goniometer=SMALL, noise=0.02, misfit=0.1)
     f, by = PAINT.jacobian(planned.wi, planned.wo)
     rows, e = np.stack(list(by.values()), axis=-1) / f[:, None], smooth_errors(planned.wi, planned.wo)

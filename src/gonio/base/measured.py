@@ -31,7 +31,8 @@ def tabular_shape(m: Reflectance) -> tuple[int, ...]:
         raise ParameterError(f"{m!r:.80}: a table cannot hold a perfect mirror; take the material without it")
     shape = batch.full_shape(m, ()) + (() if m.channels is None else (m.channels,))
     if len(shape) > 1:
-        raise ParameterError(f"{m!r:.80}: values have shape {shape}, expected one material, without maps")
+        rule = "expected one material, without maps; of maps gn.check and m.f(wi, wo) give arrays"
+        raise ParameterError(f"{m!r:.80}: values have shape {shape}, {rule}")
     return shape
 
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from ..errors import visible
+from ..errors import ParameterError, visible
 from .options import json_option, read_material, reading_option, replace_option, title_of
 from .tables import paragraph, table
 from .terminal import bar, echo, print_json
@@ -71,6 +71,7 @@ def check(
             raise click.UsageError("--all takes no -p, --plot or --sampling", ctx)
         ctx.exit(_check_all(as_json))
     from ..integrals.efficiency import sampling_efficiency
+    from ..laws import MapReport
     from ..laws import check as check_laws
 
     if plot is not None:
@@ -81,6 +82,8 @@ def check(
     title = title_of(material, replaced) if as_json else visible(title_of(material, replaced))
     with bar("checking") as progress:
         report = replace(check_laws(m, progress=progress), material=title)
+    if isinstance(report, MapReport) and (plot or sampling):
+        raise ParameterError(f"{title}: its parameters are maps; expected one material for --plot and --sampling")
     rows = sampling_efficiency(m) if sampling else []
     if plot is not None:
         from ..report.law_figures import draw

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 
@@ -53,7 +54,7 @@ def variances(slopes: np.ndarray, residuals: np.ndarray, parts: np.ndarray) -> n
     some = np.argsort(parts.sum(axis=1), kind="stable")[:: -(-len(parts) // ENOUGH)]
     kept = _Shares.of(slopes[some], residuals[some], parts[some])
     while np.count_nonzero(kept.values) > 1:
-        fewer = min(map(kept.without, np.flatnonzero(kept.values)), key=lambda shares: shares.deviance)
+        fewer = min((kept.without(k) for k in np.flatnonzero(kept.values)), key=lambda shares: shares.deviance)
         if fewer.deviance > kept.deviance + math.log(len(some)):
             break
         kept = fewer
@@ -92,7 +93,7 @@ class _Shares:
         alike = np.full(parts.shape[1], float(residuals @ residuals) / parts.sum())
         return cls(slopes, residuals, parts, alike, ROUNDS)
 
-    def without(self, k: int) -> _Shares:
+    def without(self, k: Any) -> _Shares:
         """The shares without one of the parts."""
         whole = self._parts.sum(axis=0) * self.values
         values = self.values * (whole.sum() / (whole.sum() - whole[k]))

@@ -209,7 +209,7 @@ def _of_arrays(wi: Any, wo: Any, f: Any, u: Any = None) -> Rows:
         rule = f"expected one row for each pair of directions: ({count},) or ({count}, C)"
         raise ShapeError(f"f: got shape {f.shape} with wi {wi.shape} and wo {wo.shape}; {rule}")
     channels = tuple(range(f.shape[1])) if f.ndim == 2 else None
-    f = f.reshape(count, -1)
+    f = f if f.ndim == 2 else f[:, None]
     if u is not None:
         u = real("u", u)
         u = u[:, None] if u.ndim == 1 and f.ndim == 2 and len(u) == count else u

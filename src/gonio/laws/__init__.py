@@ -12,16 +12,19 @@ import warnings
 from collections.abc import Callable, Iterable
 from dataclasses import replace
 from functools import partial
+from typing import Any
 
 import numpy as np
 
 from .. import discover
 from ..arguments import checked
 from ..base.reflectance import Reflectance
-from ..errors import MissingDataWarning, NotFoundError, ShapeError
+from ..errors import MissingDataWarning, NotFoundError
 from ..evaluate import batch
 from ..tables.gridded import Gridded
 from . import _overview
+from ._maps import MapReport as MapReport
+from ._maps import check_map
 from ._verdict import Findings
 from ._verdict import Law as Law
 from ._verdict import Report as Report
@@ -43,9 +46,7 @@ def summaries() -> dict[str, str]:
 
 
 @checked
-def check(
-    m: Reflectance, progress: Callable[[int, int], None] | None = None, laws: Iterable[str] | None = None
-) -> Report:
+def check(m: Reflectance, progress: Callable[[int, int], None] | None = None, laws: Iterable[str] | None = None) -> Any:
     """Hold a reflectance to the laws.
 
     `LAWS` names them, `summaries()` states each in a sentence, docs/check.md gives measurements and tolerances.
@@ -56,6 +57,9 @@ def check(
     the class's reason. For a table with uncertainties a verdict also says whether a failure is more than they explain;
     it stays that of the numbers.
 
+    Of a material whose parameters are maps, positivity, reciprocity and energy are measured at each place, and the
+    result is a `MapReport`; of arrays of Dask it is computed when it is asked for.
+
     Example
     >>> report = gn.check(gn.OriginalPhong(0.2), laws=["positivity", "reciprocity"])
     >>> print(report.verdicts)
@@ -65,9 +69,8 @@ def check(
     for name in names:
         if name not in LAWS:
             raise NotFoundError(f"check: no law {name!r}; expected some of {', '.join(LAWS)}")
-    maps = batch.full_shape(m, ())
-    if maps:
-        raise ShapeError(f"check: parameters are maps of shape {maps}; expected one value, or one per channel")
+    if batch.full_shape(m, ()):
+        return check_map(m, None if laws is None else names, progress)
     judge = _judge(m)
     verdicts, notes = [], []
     for done, name in enumerate(names, 1):
