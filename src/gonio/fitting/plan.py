@@ -45,9 +45,10 @@ class Plan:
     misfit       by how much the model itself may be off, relative; 0 where it was taken for exact
     notes        what should be known before measuring: each a sentence
 
-    Error    of first order: where the model is right, standard errors that fits by likelihood show are these within 7 %
-             at 1 % noise. Where it is not, they were 1.0 to 2.1 times these, and regular directions may tell as much or
-             more: the best directions for a model lean on what is special in it (benchmarks/planning.txt).
+    Error    of first order: where the model is right, standard errors that fits by likelihood show are these within 3 %
+             at 1 % noise. Where it is not, they were 1.0 to 1.5 times these, and the numbers themselves another fit's:
+             on two measured files 100 to 250 % from those of the whole file, with `misfit` 37 % and 180 % at best
+             (benchmarks/planning.txt).
 
     Example
     >>> planned = gn.plan(gn.Lambertian(0.5), 4)

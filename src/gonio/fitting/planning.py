@@ -155,7 +155,7 @@ def plan(
         noise,
         floor,
         misfit,
-        tuple(_notes(every[0], f, usable, noise, floor, covariance)),
+        tuple(_notes(every[0], f, usable, noise, floor, misfit, covariance)),
         models[0],
     )
 
@@ -397,9 +397,11 @@ def _errors_before(infos: Sequence[Information], names: Sequence[str]) -> dict[s
 
 
 def _notes(
-    u: Unknowns, f: np.ndarray, usable: np.ndarray, noise: float, floor: float, covariance: np.ndarray
+    u: Unknowns, f: np.ndarray, usable: np.ndarray, noise: float, floor: float, misfit: float, covariance: np.ndarray
 ) -> Iterator[str]:
     """Sentences about a plan."""
+    if not misfit:
+        yield "the model is taken for exact, which no material is: misfit=0.03 expects it to be off by 3 %"
     if out := int((~usable).sum()):
         yield f"{out} of {len(usable)} pairs of directions were left out: f is 0 or no number there"
     if not floor and f.min() < FAINT * f.max():
