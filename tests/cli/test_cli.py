@@ -342,7 +342,6 @@ BAD = [
     ("info gold -p alpha", "name=value"),
     ("info gold --foo", "No such option"),
     ("check material('gold',wavelengths=2000)", "292.4 to 1216 nm"),
-    ("check Lambertian([[[0.1,0.2],[0.1,0.2]]])", "maps of shape"),
     ("render gold", "Missing option '-o'"),
     ("render gold -o a.tif", "'.tif'"),
     ("render gold -o nowhere/a.png", "does not exist"),

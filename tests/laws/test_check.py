@@ -19,7 +19,7 @@ from gonio.arrays import ops
 from gonio.base.reflectance import Reflectance
 from gonio.cli.commands import cli
 from gonio.discover import docstring, labelled
-from gonio.errors import NotFoundError, ParameterError, ShapeError
+from gonio.errors import NotFoundError, ParameterError
 from gonio.formula.direction import Direction
 from gonio.formula.fields import param
 from gonio.formula.mueller import Mueller
@@ -467,8 +467,6 @@ def test_two_runs_agree():
 def test_what_check_refuses():
     with pytest.raises(NotFoundError, match="no law 'entropy'"):
         gn.check(gn.Lambertian(), laws=["entropy"])
-    with pytest.raises(ShapeError, match="maps of shape"):
-        gn.check(gn.Lambertian(np.full((4, 4, 1), 0.5)))
 
 
 def test_untraceable_formulas_are_checked():

@@ -20,6 +20,7 @@ from . import (
     models,
     nearest,
     plan,
+    reconstruct,
     render,
     show,
 )
@@ -56,7 +57,7 @@ def cli(ctx: click.Context) -> None:
 for command in (
     *(materials.materials, models.models, info.info, albedo.albedo, check.check),
     *(render.render, show.show, compare.compare, nearest.nearest),
-    *(fit.fit, plan.plan),
+    *(fit.fit, plan.plan, reconstruct.reconstruct),
     *(import_.import_, convert.convert, measure.measure, formats.formats_, cite.cite),
 ):  # in the order of the help
     cli.add_command(command)

@@ -1,0 +1,358 @@
+"""Whole tables from few values: the posterior of a basis of reflectances, by linear regression of ln f."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import Annotated, Any, NamedTuple
+
+import numpy as np
+from scipy.special import gammaincc, ndtri
+
+from ..arguments import Within, checked
+from ..errors import ParameterError, shown
+from ..integrals.albedo import albedo
+from ..tables.gridded import Gridded
+from .reflectance_basis import ReflectanceBasis, Rows
+from .samples import Samples, names_of
+
+DISCREPANCIES = np.geomspace(0.005, 1.0, 9).tolist()
+"""Standard deviations of ln f that are tried for what a material has beside the basis."""
+
+FAR = 0.01
+"""Chance of as large a chi-square, below which values are far from the basis."""
+
+SPREADS = 1e-9, 1e9
+"""Least and largest relative uncertainty that a value is taken to have."""
+
+FREEDOM = 2.0
+"""Degrees of freedom of Student's distribution, where values are far from the basis."""
+
+STEPS = 5
+"""Rounds of its weights."""
+
+ENOUGH = 2000
+"""Values by which the discrepancy is chosen."""
+
+UNSURE = 0.5
+"""Standard deviation of ln f from which a value is called unsure."""
+
+
+class Posterior(NamedTuple):
+    """What values of one channel say of the coefficients of a basis.
+
+    mean          (k,)
+    covariance    (k, k)
+    discrepancy   standard deviation of ln f that the values ask for beside the basis
+    chi2          of the values, as the basis foretells them without discrepancy; `of`: their number
+    rms           of what is left of ln f
+    """
+
+    mean: np.ndarray
+    covariance: np.ndarray
+    discrepancy: float
+    chi2: float
+    of: int
+    rms: float
+
+
+@dataclass(frozen=True, eq=False)
+class Reconstruction:
+    """What `reconstruct` found: a table of f at all angles, and how sure it is. It prints as a report.
+
+    reflectance    a `Gridded` of half and difference angles, with half of the 68 % interval of f as its uncertainty;
+                   f is the median of the posterior
+    coefficients   (k,) or (C, k) posterior mean of the coefficients of the basis; before the measurement 0 +- 1
+    covariance     (k, k) or (C, k, k) of them
+    discrepancy    a number or (C,): standard deviation of ln f that the values ask for beside the basis
+    chi2           a number or (C,): sum of squares of the values, each over its variance as the basis foretells it;
+                   about `used` for a material like those of the basis
+    used           how many values counted, values in one cell of the table as one: a number or (C,)
+    rms            a number or (C,): root mean square of what the reconstruction leaves of ln f of the values
+    log_u          (grid[, C]) standard deviation of ln(f + offset) at the nodes
+    notes          what should be known: each a sentence
+
+    Error    of a table 94 to 97 % was within two standard deviations of ln f, of materials left out of a basis without
+             departure; of measured files 84 to 100 % (benchmarks/reconstruction.txt).
+
+    Example
+    >>> m = gn.material("blue-fabric")
+    >>> planned = gn.plan_table(10)
+    >>> found = gn.reconstruct((planned.wi, planned.wo, m.f(planned.wi, planned.wo)))
+    >>> print(found.coefficients.shape, found.reflectance.stored.shape)
+    (3, 20) (90, 32, 9, 3)
+    """
+
+    reflectance: Gridded
+    coefficients: np.ndarray
+    covariance: np.ndarray
+    discrepancy: Any
+    chi2: Any
+    used: Any
+    rms: Any
+    log_u: np.ndarray
+    notes: tuple[str, ...]
+    source: str
+    basis: ReflectanceBasis = field(repr=False)
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.reflectance, Gridded) or not isinstance(self.basis, ReflectanceBasis):
+            raise ParameterError(
+                f"Reconstruction(reflectance={shown(self.reflectance)}): expected what gn.reconstruct(data) makes; "
+                f"call that"
+            )
+
+    @property
+    def stderr(self) -> np.ndarray:
+        """Standard deviations of the coefficients, of their shape; 1 where nothing is known.
+
+        Example
+        >>> found = gn.reconstruct((gn.direction([0.5], 0.0), gn.direction([0.5], 2.0), [0.2]))
+        >>> print((found.stderr <= 1.0).all(), found.stderr.min() < 0.9)
+        True True
+        """
+        return np.sqrt(np.diagonal(self.covariance, axis1=-2, axis2=-1))
+
+    @property
+    def error(self) -> Any:
+        """The error of ln f to be expected, a number or (C,): the root mean square over all pairs of directions,
+        weighted by both cosines.
+
+        Example
+        >>> wi, wo = gn.direction([0.5, 0.5], 0.0), gn.direction([0.5, 0.3], [np.pi, 2.0])
+        >>> print(gn.reconstruct((wi, wo, [0.2, 0.1])).error < gn.reconstruct((wi[:1], wo[:1], [0.2])).error)
+        True
+        """
+        squares = np.tensordot(self.basis.weights, self.log_u**2, 3)
+        return float(np.sqrt(squares)) if squares.ndim == 0 else np.sqrt(squares)
+
+    @checked
+    def interval(self, probability: Annotated[float, Within(1e-6, 1.0 - 1e-9)] = 0.95) -> tuple[Gridded, Gridded]:
+        """Two tables, between which f lies with this probability, node by node.
+
+        Example
+        >>> found = gn.reconstruct((gn.direction([0.5], 0.0), gn.direction([0.5], 2.0), [0.2]))
+        >>> low, high = found.interval(0.95)
+        >>> at = gn.direction(0.5, 0.0), gn.direction(0.5, 2.0)
+        >>> print(low.f(*at) < 0.2 < high.f(*at))
+        True
+        """
+        mean, k = self._logarithm(), float(ndtri(0.5 + 0.5 * probability))
+        low, high = (
+            self.basis.table(mean + sign * k * self._columns(self.log_u), None, self.reflectance.channel_names)
+            for sign in (-1.0, 1.0)
+        )
+        return low, high
+
+    @checked
+    def draws(
+        self, count: Annotated[int, Within(1, 10_000)], seed: Annotated[int, Within(0, 2**63)] = 0
+    ) -> Iterator[Gridded]:
+        """Tables as they may be, drawn from the posterior: for the uncertainty of anything that follows from f.
+
+        What the basis does not hold is drawn as one deviation for a whole table.
+
+        Example
+        >>> wi, wo = gn.Goniometer(step_theta=np.radians(15), in_plane=True).pairs()
+        >>> m = gn.material("blue-fabric")
+        >>> found = gn.reconstruct((wi, wo, m.f(wi, wo)))
+        >>> spread = np.std([gn.albedo(t, [0, 0, 1]) for t in found.draws(20)], axis=0)
+        >>> print(np.all(spread < 0.1 * gn.albedo(found.reflectance, [0, 0, 1])))
+        True
+        """
+        random = np.random.default_rng(seed)
+        k = len(self.basis)
+        roots = [_root(c) for c in self.covariance.reshape(-1, k, k)]
+        mean, beside = self._logarithm(), np.sqrt(self.basis.misfit[..., None] + np.square(self.discrepancy))
+        for _ in range(count):
+            off = np.stack([root @ random.standard_normal(k) for root in roots], axis=-1)
+            log_f = mean + self.basis.factors @ off + beside * random.standard_normal(len(roots))
+            yield self.basis.table(log_f, None, self.reflectance.channel_names)
+
+    def _columns(self, x: np.ndarray) -> np.ndarray:
+        """Values (grid..., C) of those (grid[, C])."""
+        return x if self.reflectance.channel_names is not None else x[..., None]
+
+    def _logarithm(self) -> np.ndarray:
+        """Posterior mean (grid..., C) of ln(f + offset)."""
+        return _logarithm(self.basis, self.coefficients.reshape(-1, len(self.basis)))
+
+    def to_json(self) -> dict[str, Any]:
+        """The result as numbers, lists and words, without the table.
+
+        Example
+        >>> found = gn.reconstruct((gn.direction([0.5], 0.0), gn.direction([0.5], 2.0), [0.2]))
+        >>> print(sorted(found.to_json())[:4])
+        ['basis', 'chi2', 'coefficients', 'covariance']
+        """
+        numbers = ("coefficients", "covariance", "stderr", "discrepancy", "chi2", "used", "rms", "error")
+        told = {name: np.asarray(getattr(self, name)).tolist() for name in numbers}
+        return {"source": self.source, "basis": repr(self.basis), **told, "notes": list(self.notes)}
+
+    def __str__(self) -> str:
+        names = names_of(self.reflectance.channel_names)
+        columns = [np.atleast_1d(getattr(self, name)) for name in ("used", "error", "rms", "discrepancy", "chi2")]
+        rows = [["", "values", "error of f", "rms of values", "beside the basis", "chi2"]]
+        for name, used, error, rms, beside, chi2 in zip(names, *columns, strict=True):
+            rows.append([name, f"{used}", f"{error:.1%}", f"{rms:.2%}", f"{beside:.1%}", f"{chi2:.4g}"])
+        widths = [max(len(row[c]) for row in rows) for c in range(len(rows[0]))]
+        lines = [f"{self.reflectance!r:.200}", f"reconstructed from {self.source}", f"by {self.basis!r}", ""]
+        for row in rows[: 1 + 12]:
+            lines.append("  " + "  ".join(f"{cell:<{w}}" for cell, w in zip(row, widths, strict=True)).rstrip())
+        if len(rows) > 13:
+            lines.append(f"  ... {len(rows) - 13} more")
+        if self.notes:
+            lines += ["", "note", *(f"  - {text}" for text in self.notes)]
+        return "\n".join(lines)
+
+    def __repr__(self) -> str:
+        worst = float(np.max(self.error))
+        return f"<Reconstruction of {self.source}: error of f {worst:.2g}, relative>"
+
+
+def reconstruction(s: Samples, basis: ReflectanceBasis, noise: float, floor: float) -> Reconstruction:
+    """The table that values say, of every channel by the same basis."""
+    rows = basis.at(s.wi, s.wo)
+    found = []
+    for c in range(s.f.shape[1]):
+        f = np.maximum(s.f[:, c], 0.0)
+        u = np.hypot(noise * f, floor) if s.u is None else s.u[:, c]
+        known = s.valid[:, c] & (u > 0.0)
+        if not known.any():
+            name = names_of(s.channels)[c]
+            raise ParameterError(
+                f"{s.source}: no value{f' of channel {name}' if name else ''} has an uncertainty above 0; expected "
+                f"values above 0, or a floor [1/sr] of the noise"
+            )
+        found.append(posterior(basis, Rows(*(x[known] for x in rows)), f[known], u[known]))
+    means = np.stack([p.mean for p in found])
+    variance = np.stack([variance_of(basis, p.covariance) for p in found], axis=-1)
+    log_u = np.sqrt(variance + np.array([p.discrepancy**2 for p in found]))
+    table = basis.table(_logarithm(basis, means), log_u, s.channels, made_of=f"{s.source}, reconstructed")
+    discrepancy, chi2, used, rms = (
+        np.array([getattr(p, name) for p in found]) for name in ("discrepancy", "chi2", "of", "rms")
+    )
+    covariance = np.stack([p.covariance for p in found])
+    if s.channels is None:
+        means, covariance, log_u = means[0], covariance[0], log_u[..., 0]
+        discrepancy, chi2, used, rms = (x[0].item() for x in (discrepancy, chi2, used, rms))
+    notes = tuple(_notes(s, basis, found, table, log_u.reshape(variance.shape), noise, floor))
+    return Reconstruction(table, means, covariance, discrepancy, chi2, used, rms, log_u, notes, s.source, basis)
+
+
+def posterior(basis: ReflectanceBasis, rows: Rows, f: np.ndarray, u: np.ndarray) -> Posterior:
+    """The posterior of the coefficients by values f (n,) of standard uncertainty u.
+
+    Values nearest to the same node are averaged: what the basis does not hold is the same in all of them.
+    """
+    off = np.log(f + basis.offset) - rows.mean
+    spread = np.clip(u / (f + basis.offset), *SPREADS)
+    cells, which = np.unique(rows.cells, return_inverse=True)
+    weight = 1.0 / spread**2
+    total = np.bincount(which, weight)
+    mean, misfit = (np.bincount(which, weight * x) / total for x in (off, rows.misfit))
+    factors = np.stack([np.bincount(which, weight * x) / total for x in rows.factors.T], axis=-1)
+    variance = 1.0 / total + misfit
+    _, coefficients, covariance, chi2 = _solved(mean, factors, variance)
+    discrepancy = 0.0
+    if _chance(chi2, len(cells)) < FAR:
+        coefficients, covariance, discrepancy = _robust(mean, factors, variance, coefficients)
+    remains = off - rows.factors @ coefficients
+    return Posterior(
+        coefficients,
+        covariance,
+        discrepancy,
+        chi2,
+        len(cells),
+        float(np.sqrt(np.mean(remains * remains))),
+    )
+
+
+def _solved(off: np.ndarray, factors: np.ndarray, variance: np.ndarray) -> tuple[float, np.ndarray, np.ndarray, float]:
+    """ln of the evidence, mean and covariance of the coefficients, and chi-square of values of these variances."""
+    rows = factors / np.sqrt(variance)[:, None]
+    own = off / np.sqrt(variance)
+    matrix = np.eye(factors.shape[1]) + rows.T @ rows
+    covariance = np.linalg.inv(matrix)
+    covariance = 0.5 * (covariance + covariance.T)
+    coefficients = covariance @ (rows.T @ own)
+    chi2 = float(own @ own - coefficients @ (rows.T @ own))
+    evidence = -0.5 * (np.log(variance).sum() + np.linalg.slogdet(matrix)[1] + chi2)
+    return float(evidence), coefficients, covariance, chi2
+
+
+def _robust(
+    off: np.ndarray, factors: np.ndarray, variance: np.ndarray, coefficients: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, float]:
+    """Mean and covariance of the coefficients, with the discrepancy of greatest evidence in the variances; values that
+    are still far off count less, as those of Student's distribution do. And the discrepancy, or a larger one where less
+    than 95 % of the values were within two standard deviations."""
+    covariance, discrepancy, share = np.eye(len(coefficients)), DISCREPANCIES[-1], np.ones(len(off))
+    some = slice(None, None, max(1, len(off) // ENOUGH))
+    for _ in range(STEPS):
+        tried = [
+            (_solved(off[some], factors[some], (variance + d * d)[some] / share[some])[0], d) for d in DISCREPANCIES
+        ]
+        discrepancy = max(tried)[1]
+        _, coefficients, covariance, _ = _solved(off, factors, (variance + discrepancy**2) / share)
+        left = (off - factors @ coefficients) ** 2
+        share = (FREEDOM + 1.0) / (FREEDOM + left / (variance + discrepancy**2))
+    wide = float(np.quantile(left, 0.95)) / 4.0 - float(np.median(variance))
+    return coefficients, covariance, math.sqrt(max(wide, discrepancy**2))
+
+
+def _chance(chi2: float, count: int) -> float:
+    """How often a material like those of the basis has as large a chi-square."""
+    return float(gammaincc(0.5 * count, 0.5 * max(chi2, 0.0)))
+
+
+def variance_of(basis: ReflectanceBasis, covariance: np.ndarray) -> np.ndarray:
+    """Variance (grid) of ln(f + offset) at the nodes, of this covariance of the coefficients."""
+    spread = basis.factors @ _root(covariance)
+    return np.asarray(np.einsum("...k,...k->...", spread, spread) + basis.misfit)
+
+
+def _root(covariance: np.ndarray) -> np.ndarray:
+    values, vectors = np.linalg.eigh(covariance)
+    return np.asarray(vectors * np.sqrt(np.maximum(values, 0.0)))
+
+
+def _logarithm(basis: ReflectanceBasis, coefficients: np.ndarray) -> np.ndarray:
+    return np.asarray(basis.mean[..., None] + basis.factors @ coefficients.T)
+
+
+def _notes(
+    s: Samples,
+    basis: ReflectanceBasis,
+    found: list[Posterior],
+    table: Gridded,
+    log_u: np.ndarray,
+    noise: float,
+    floor: float,
+) -> Iterator[str]:
+    """Sentences about a reconstruction."""
+    for reason, count in s.left_out.items():
+        yield f"{count} rows were left out: {reason}"
+    if s.u is None:
+        text = f"no uncertainties: {100.0 * noise:g} %" + (f" and {floor:g} /sr" if floor else "")
+        yield f"{text} of each value was taken"
+        if lost := int((s.valid & ~(np.hypot(noise * np.maximum(s.f, 0.0), floor) > 0.0)).sum()):
+            yield f"{lost} values of 0 or less were left out; a floor of the noise makes them count"
+    far = [p for p in found if p.discrepancy]
+    if far:
+        worst = max(far, key=lambda p: p.chi2 / p.of)
+        yield (
+            f"the values are far from the materials of the basis: chi2 {worst.chi2:.3g} of {worst.of} values; "
+            f"a deviation of {worst.discrepancy:.1%} was added to u; other materials in the basis, more values, or a "
+            f"larger noise would help"
+        )
+    weights = basis.weights[..., None] / len(found)
+    if (share := float((weights * (log_u > UNSURE)).sum())) > 0.01:
+        yield f"at {share:.0%} of all directions u is more than half of f; more values would help"
+    reflected = float(np.max(albedo(table, [0.0, 0.0, 1.0], tolerance=1e-2)))
+    if reflected > 1.05:
+        yield (
+            f"the table reflects {reflected:.2f} of the light at normal incidence, more than there is; are the values "
+            f"reflectance factors (pi f)? values/pi would reflect about {reflected / math.pi:.2f}"
+        )
