@@ -14,7 +14,8 @@ ROOMS = (
     *("", "numerics", "radiometry", "trace", "arrays", "compile", "rays", "pictures"),
     *("formula", "evaluate", "base", "polarization"),
     *("surfaces", "distributions", "models", "lights", "tables", "integrals", "layers", "remote_sensing", "formats"),
-    *("conversion", "repair", "uncertainty", "laws", "fitting", "scenes", "interreflection", "instrument"),
+    *("conversion", "repair", "uncertainty", "laws", "fitting", "texels", "reconstruction", "planning"),
+    *("scenes", "interreflection", "instrument"),
     *("catalogue", "bridges", "report", "cli"),
 )
 """Folders, from the ground up; "" stands for the modules beside them."""

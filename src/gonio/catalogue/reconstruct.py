@@ -11,12 +11,12 @@ from typing import Annotated, Any
 from ..arguments import Within, checked
 from ..base.reflectance import Reflectance
 from ..errors import ParameterError, shown
-from ..fitting.goniometer import Goniometer
-from ..fitting.planning import MOST, check_noise
-from ..fitting.reconstruction import Reconstruction, reconstruction
-from ..fitting.reflectance_basis import COMPONENTS, DEPARTURE, OFFSET, ReflectanceBasis, learnt
 from ..fitting.samples import samples
-from ..fitting.table_plan import TablePlan, planned_table
+from ..planning.directions import MOST, check_noise
+from ..planning.goniometer import Goniometer
+from ..planning.table_plan import TablePlan, planned_table
+from ..reconstruction.posterior import Reconstruction, reconstruction
+from ..reconstruction.reflectance_basis import COMPONENTS, DEPARTURE, OFFSET, ReflectanceBasis, learnt
 from . import builtin
 from .typed import as_typed
 

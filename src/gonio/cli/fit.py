@@ -159,7 +159,7 @@ FAILED = 10
 def _fit_map(store: str, model: Any, output: Path, **options: Any) -> None:
     import xarray
 
-    from ..fitting.map_chunks import fit_map_chunks
+    from ..texels.map_chunks import fit_map_chunks
 
     start = time.perf_counter()
     try:

@@ -66,8 +66,8 @@ def plan(
       gonio plan fit.json 5 --measured first.csv --in-plane
     """
     from ..files import target
-    from ..fitting.goniometer import Goniometer
-    from ..fitting.planning import plan as plan_measurement
+    from ..planning.directions import plan as plan_measurement
+    from ..planning.goniometer import Goniometer
 
     if output is not None:
         if output.suffix.lower() not in (".csv", ".json"):

@@ -14,10 +14,10 @@ from ..base.frames import to_local
 from ..base.light import Light
 from ..base.reflectance import Reflectance
 from ..errors import ParameterError, ShapeError
+from ..fitting.samples import real
 from ..formula.direction import HORIZON
 from .lit_images import LitImages
 from .maps import FitMap, fit_map
-from .samples import real
 
 
 @dataclass(frozen=True, eq=False)

@@ -22,10 +22,10 @@ from ..arrays.labels import CHANNELS, COMPONENTS
 from ..base.reflectance import Reflectance
 from ..errors import DependencyError, FormatError, ParameterError, ShapeError
 from ..files import replacing_folder
-from .cluster import workers
-from .losses import LOSSES
+from ..fitting.cluster import workers
+from ..fitting.losses import LOSSES
+from ..fitting.unknowns import unknowns
 from .maps import FitMap, fit_map
-from .unknowns import unknowns
 
 MOST_SENT = 1 << 20
 """Bytes of a job that is sent to another process, at most: more are numbers, not places where they are."""

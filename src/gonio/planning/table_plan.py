@@ -11,13 +11,13 @@ import numpy as np
 
 from ..errors import ParameterError, shown
 from ..files import replacing
+from ..fitting.samples import names_of
+from ..reconstruction.posterior import Reconstruction
+from ..reconstruction.reflectance_basis import ReflectanceBasis
+from .directions import order_of, pairs_of
 from .exchange import Information, best_choice
 from .goniometer import Goniometer
 from .plan import aligned, angles_of, csv_of, noise_told
-from .planning import order_of, pairs_of
-from .reconstruction import Reconstruction
-from .reflectance_basis import ReflectanceBasis
-from .samples import names_of
 
 
 @dataclass(frozen=True, eq=False)

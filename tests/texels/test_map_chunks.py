@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import gonio as gn
-from gonio.fitting import map_chunks
+from gonio.texels import map_chunks
 
 xarray = pytest.importorskip("xarray")
 pytest.importorskip("dask")

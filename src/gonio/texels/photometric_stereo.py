@@ -12,9 +12,9 @@ import numpy as np
 from ..arguments import checked
 from ..base.light import Light
 from ..errors import ParameterError
+from ..fitting.losses import ROBUST, SCALES
 from ..formula.text import listed
 from .lit_images import Block, LitImages
-from .losses import ROBUST, SCALES
 from .normal_equations import PAIRS, Sums, cofactors, solved, times
 
 AT_ONCE = 1 << 13

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import gonio as gn
-from gonio.fitting.maps import AT_BOUND, TOO_FEW, UNDETERMINED
 from gonio.fitting.samples import spread_pairs
+from gonio.texels.maps import AT_BOUND, TOO_FEW, UNDETERMINED
 
 MODEL = gn.Lambertian() + 1.0 * gn.Microfacet(gn.GGX(), gn.Schlick(0.04))
 BY = ["rho", "weight", "alpha"]
@@ -64,7 +64,7 @@ def test_intervals_of_texels_cover_the_truth():
 def test_blocks_of_texels_change_nothing(monkeypatch):
     wi, wo, f, _ = texels((50,), 24, 0.01)
     whole = gn.fit_map(wi, wo, f, MODEL, "log", by=BY)
-    monkeypatch.setattr("gonio.fitting.maps.VALUES_AT_ONCE", 24 * 7)
+    monkeypatch.setattr("gonio.texels.maps.VALUES_AT_ONCE", 24 * 7)
     calls = []
     parts = gn.fit_map(wi, wo, f, MODEL, "log", by=BY, progress=lambda done, of: calls.append((done, of)))
     for name in whole.values:

@@ -16,8 +16,8 @@ from ..base.angles import angles
 from ..base.reflectance import Reflectance
 from ..errors import ParameterError, shown
 from ..files import replacing
-from .covariance import correlations
-from .samples import names_of
+from ..fitting.covariance import correlations
+from ..fitting.samples import names_of
 
 CRITERIA = {
     "D": "least determinant of the covariance",

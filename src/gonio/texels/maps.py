@@ -15,14 +15,14 @@ from ..base.reflectance import Reflectance
 from ..errors import Error, ParameterError, ShapeError
 from ..evaluate.squares import Squares, squares
 from ..evaluate.tracing import Kernel
+from ..fitting.losses import LOSSES, of_starts
+from ..fitting.residual import WIDTHS, costs, scores
+from ..fitting.samples import real, suspected_lengths
+from ..fitting.solver import Box, Solved, linear_step, minimise, solved
+from ..fitting.unknowns import Unknowns, likely, unknowns
 from ..formula.direction import HORIZON
 from ..formula.text import listed
 from ..numerics.lattice import lattice
-from .losses import LOSSES, of_starts
-from .residual import WIDTHS, costs, scores
-from .samples import real, suspected_lengths
-from .solver import Box, Solved, linear_step, minimise, solved
-from .unknowns import Unknowns, likely, unknowns
 
 VALUES_AT_ONCE = 1 << 19
 """Observations of a block of texels, so that its arrays stay in the caches of the processor."""

@@ -19,6 +19,7 @@ from ..distributions.tabulated_anisotropic_facets import TabulatedAnisotropicFac
 from ..distributions.tabulated_facets import TabulatedFacets
 from ..errors import ParameterError, ShapeError
 from ..evaluate import batch
+from ..fitting.samples import real
 from ..formula.direction import Direction
 from ..formula.distribution import ALPHA_HIGH, ALPHA_LOW, Distribution
 from ..formula.fresnel.schlick import Schlick
@@ -26,7 +27,6 @@ from ..models.lambertian import Lambertian
 from ..models.microfacet import Microfacet
 from ..numerics.filling import filled_in_layers
 from ..numerics.projected_areas import area_harmonics, polar_nodes, projected_areas, rows_between
-from .samples import real
 
 CELLS = 180
 """Polar angles, less one, equally spaced in sqrt(theta)."""

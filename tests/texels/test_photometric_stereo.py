@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import gonio as gn
-from gonio.fitting.photometric_stereo import ABOVE_ONE, TOO_FEW, UNDETERMINED
+from gonio.texels.photometric_stereo import ABOVE_ONE, TOO_FEW, UNDETERMINED
 
 SIZE = 24
 WO = np.array([0.0, -1.0, 0.0])
@@ -172,7 +172,7 @@ def test_laws_of_scale_and_order():
 def test_blocks_of_texels_change_nothing(monkeypatch):
     images = pictures(gn.Lambertian(RGB), near(6)) + 0.01 * np.random.default_rng(5).standard_normal(())
     whole = gn.photometric_stereo(images, near(6), position=NORMAL, robust="huber", u=np.full(images.shape, 0.01))
-    monkeypatch.setattr("gonio.fitting.photometric_stereo.AT_ONCE", 37)
+    monkeypatch.setattr("gonio.texels.photometric_stereo.AT_ONCE", 37)
     parts = gn.photometric_stereo(images, near(6), position=NORMAL, robust="huber", u=0.01)
     for name in ("normal", "albedo", "normal_stderr", "rms", "used", "flags"):
         assert np.allclose(getattr(whole, name), getattr(parts, name), equal_nan=True), name

@@ -12,10 +12,10 @@ from scipy.special import gammaincc, ndtri
 
 from ..arguments import Within, checked
 from ..errors import ParameterError, shown
+from ..fitting.samples import Samples, names_of
 from ..integrals.albedo import albedo
 from ..tables.gridded import Gridded
 from .reflectance_basis import ReflectanceBasis, Rows
-from .samples import Samples, names_of
 
 DISCREPANCIES = np.geomspace(0.005, 1.0, 9).tolist()
 """Standard deviations of ln f that are tried for what a material has beside the basis."""

@@ -10,18 +10,18 @@ import numpy as np
 
 from ..arguments import Within, checked
 from ..base.angles import angles
-from ..base.frames import half_difference
 from ..base.reflectance import Reflectance
 from ..errors import ParameterError, ShapeError, TraceError, shown
+from ..fitting.covariance import NOTHING, PART, correlations
+from ..fitting.problem import Problem
+from ..fitting.result import Fit
+from ..fitting.samples import Samples, real, samples, suspected_lengths
+from ..fitting.unknowns import Unknowns, unknowns
 from ..formula.text import listed
-from .covariance import NOTHING, PART, correlations
 from .exchange import Information, best_choice, covariance_of, goodness_of
 from .goniometer import Goniometer
+from .misfit import ERRORS, smooth_errors
 from .plan import CRITERIA, Plan
-from .problem import Problem
-from .result import Fit
-from .samples import Samples, real, samples, suspected_lengths
-from .unknowns import Unknowns, unknowns
 
 MOST = 200
 """Directions that are planned at most: a choice takes n times as long as one of them. More are repeats of a plan."""
@@ -241,25 +241,6 @@ class _Teller:
             off = share[:, :, None, None] * np.eye(f.shape[1])[:, :, None] * smooth_errors(wi, wo)[:, None, None]
             rows = np.concatenate([rows, off.reshape(*f.shape, -1)], axis=2)
         return np.where(np.isfinite(rows), rows, 0.0)
-
-
-ORDERS = [(i, j, k) for i in range(4) for j in range(4) for k in range(2) if i + j + k <= 3]
-"""Orders of cosines of sqrt(theta_h), theta_d and 2 phi_d in the error of a model."""
-
-ERRORS = len(ORDERS)
-
-
-def smooth_errors(wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
-    """Functions (N, ERRORS) of pairs of directions, whose sum with random coefficients is smooth, and 1 in root mean
-    square: products of cosines over the half and difference angles, half as much of each order more in variance."""
-    theta_h, _, theta_d, phi_d = half_difference(wi, wo)
-    h, d = np.pi * np.sqrt(theta_h * (2.0 / np.pi)), 2.0 * theta_d
-    sizes = np.array([2.0 ** -(0.5 * sum(orders)) for orders in ORDERS])
-    # A cosine has the mean square 1/2, that of order 0 has 1.
-    spread = np.array([2.0 ** -sum(order > 0 for order in orders) for orders in ORDERS])
-    waves = np.stack([np.cos(i * h) * np.cos(j * d) * np.cos(2 * k * phi_d) for i, j, k in ORDERS], axis=-1)
-    found: np.ndarray = waves * sizes / math.sqrt(float((sizes**2 * spread).sum()))
-    return found
 
 
 def _usable(f: np.ndarray, noise: float, floor: float) -> np.ndarray:

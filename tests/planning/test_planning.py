@@ -10,7 +10,7 @@ import pytest
 
 import gonio as gn
 from gonio.errors import ParameterError
-from gonio.fitting.planning import smooth_errors
+from gonio.planning.misfit import smooth_errors
 
 PAINT = gn.Lambertian(0.3) + gn.Microfacet(gn.GGX(0.2), gn.Schlick(0.04))
 SMALL = gn.Goniometer(step_theta=np.radians(15.0), step_phi=np.radians(45.0))

@@ -12,10 +12,10 @@ import numpy as np
 
 from ..base.light import FAR, Light
 from ..errors import ArrayTypeError, ParameterError, ShapeError, shown
+from ..fitting.samples import real
 from ..integrals.illumination import as_lights
 from ..numbers import numbers
 from ..pictures.image import Image
-from .samples import real
 
 
 @dataclass(frozen=True, eq=False)

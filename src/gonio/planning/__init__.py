@@ -1,0 +1,1 @@
+"""Which directions to measure: goniometers, plans for models and for tables."""

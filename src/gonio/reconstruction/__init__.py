@@ -1,0 +1,1 @@
+"""Tables and facets from values, without a formula for f: bases of materials, retro-reflection."""
