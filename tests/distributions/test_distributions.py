@@ -42,7 +42,7 @@ TABLES = [
 
 def tabulated(d: Any) -> Any:
     """The same in a table of polar angles and azimuths."""
-    theta, phi = 0.5 * PI * np.linspace(0.0, 1.0, 400) ** 2, np.arange(200) * PI / 100
+    theta, phi = 0.5 * PI * np.linspace(0.0, 1.0, 400) ** 2, np.arange(800) * PI / 400
     return gn.TabulatedAnisotropicFacets(
         theta, phi, d.D(Direction(*np.moveaxis(gn.direction(theta[:, None], phi), -1, 0)))
     )

@@ -243,9 +243,10 @@ def test_short_sums(count, dtype, channels):
 @pytest.mark.skipif(not planning.available(), reason="nothing can be compiled here")
 def test_short_sums_in_threads(monkeypatch):
     """Threads share out the pixels, never the points, whose terms are added to the same memory."""
-    pixels, points = (RNG.uniform(0.1, 0.9, n).astype("float32") for n in ((300_000, 1, 3), (1, 16, 2)))
+    pixels, points = (RNG.uniform(0.1, 0.9, n).astype("float32") for n in ((300_000, 1, 3), (1, 7, 2)))
     scene, before = scene_of([0.1, 0.2, 0.3], 1.5), gn.threads()
-    gn.threads(2)  # to which the 16 points would be parts enough
+    gn.threads(2)
+    monkeypatch.setattr(plans, "PIECES", 3)  # to which the 7 points, short for all lanes, would be parts enough
     together, grains = plans.together, []
     monkeypatch.setattr(plans, "_crew", lambda work: gn.threads())
     monkeypatch.setattr(plans, "together", lambda *args: grains.append(args[-1]) or together(*args))

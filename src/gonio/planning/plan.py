@@ -218,6 +218,8 @@ class Plan:
         lines = [
             f"{len(self)} pairs of directions{known}; {self.criterion}: {CRITERIA[self.criterion]}; {self._noise()}"
         ]
+        if self.misfit:
+            return [*lines, "an error of the model itself remains, however many directions are measured"]
         told = []
         for number, what in (
             (self.regular, "of a regular grid of these angles"),

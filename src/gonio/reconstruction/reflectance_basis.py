@@ -156,7 +156,13 @@ class ReflectanceBasis:
     def table(
         self, log_f: np.ndarray, log_u: np.ndarray | None, names: tuple[Any, ...] | None, **about: Any
     ) -> Gridded:
-        """The table of f of which ln(f + offset) is `log_f` (grid..., C), with half of the 68 % interval as u."""
+        """The table of f of which ln(f + offset) is `log_f` (grid..., C), with half of the 68 % interval as u.
+
+        Example
+        >>> basis = gn.reflectance_basis([gn.Lambertian(r) for r in (0.1, 0.2, 0.4, 0.8)])
+        >>> print(basis.table(basis.mean[..., None], None, None).f([0, 0, 1], [0, 0, 1]).round(3))
+        0.09
+        """
         raised = np.exp(log_f)
         f, u = np.maximum(raised - self.offset, 0.0), None if log_u is None else raised * np.sinh(log_u)
         if names is None:
