@@ -2,22 +2,19 @@
 
 from __future__ import annotations
 
-import json
 import math
 import os
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 from html import escape
 from typing import Any
 
 import numpy as np
 
-from ..base.angles import angles
 from ..base.reflectance import Reflectance
 from ..errors import ParameterError, shown
-from ..files import replacing
 from ..fitting.covariance import correlations
 from ..fitting.samples import names_of
+from .planned import Planned, aligned, csv_of, noise_told
 
 CRITERIA = {
     "D": "least determinant of the covariance",
@@ -27,7 +24,7 @@ CRITERIA = {
 
 
 @dataclass(frozen=True, eq=False)
-class Plan:
+class Plan(Planned):
     """What `plan` chose, and what is to be expected of it. It prints as a table.
 
     wi, wo       (n, 3) the pairs of directions, in the order of theta_i, phi_i, phi, theta_o
@@ -77,20 +74,6 @@ class Plan:
         known = isinstance(self.covariance, np.ndarray) and isinstance(self.names, tuple)
         if not known or self.covariance.shape != (len(self.names),) * 2 or not isinstance(self.model, Reflectance):
             raise ParameterError(f"Plan(names={shown(self.names)}): expected what gn.plan(model, n) makes; call that")
-
-    def __len__(self) -> int:
-        return len(self.wi)
-
-    @property
-    def angles(self) -> np.ndarray:
-        """(n, 4) theta_i, phi_i, theta_o, phi_o [degrees], phi_o - phi_i from 0 to 360.
-
-        Example
-        >>> arm = gn.Goniometer(theta_i=(0.5, 0.5), theta_o=(0.5, 0.5), phi=(np.pi, np.pi))
-        >>> print(gn.plan(gn.Lambertian(0.5), 1, goniometer=arm).angles.round(2))
-        [[ 28.65   0.    28.65 180.  ]]
-        """
-        return angles_of(self.wi, self.wo)
 
     @property
     def stderr(self) -> dict[str, float]:
@@ -145,23 +128,6 @@ class Plan:
             path,
         )
 
-    def save(self, path: str | os.PathLike) -> None:
-        """Write the directions to a file: a CSV table, see `to_csv`, or all of `to_json` where its name ends in .json.
-
-        Raises ParameterError for another suffix.
-
-        Example
-        >>> gn.plan(gn.Lambertian(0.5), 4).save("plan.csv")
-        """
-        suffix = os.path.splitext(os.fspath(path))[1].lower()
-        if suffix in (b".csv", ".csv"):
-            self.to_csv(path)
-        elif suffix in (b".json", ".json"):
-            with replacing(path) as new:
-                new.write_text(json.dumps(self.to_json(), indent=2) + "\n", encoding="utf-8")
-        else:
-            raise ParameterError(f"{shown(path)}: expected a name that ends in .csv or .json")
-
     def to_json(self) -> dict[str, Any]:
         """The result as numbers, lists and words, for files; infinite numbers as None.
 
@@ -171,9 +137,7 @@ class Plan:
         """
         return {
             "model": repr(self.model),
-            "directions": [
-                dict(zip(("theta_i", "phi_i", "theta_o", "phi_o"), row, strict=True)) for row in self.angles.tolist()
-            ],
+            "directions": self._rows_of_angles(),
             "f": self.f.tolist(),
             "parameters": {
                 name: {"value": float(v), "stderr": s}
@@ -266,43 +230,8 @@ class Plan:
         return text + (f"<ul>{''.join(f'<li>{escape(x)}</li>' for x in self.notes)}</ul>" if self.notes else "")
 
 
-def angles_of(wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
-    """(n, 4) theta_i, phi_i, theta_o, phi_o [degrees] of pairs of directions, phi_o - phi_i from 0 to 360."""
-    (theta_i, phi_i), (theta_o, phi_o) = (angles(w) for w in (wi, wo))
-    phi_i = np.where(wi[:, 2] > 1.0 - 1e-15, 0.0, phi_i)
-    phi = (phi_o - phi_i + 1e-12) % (2.0 * math.pi)
-    phi = np.where(wo[:, 2] > 1.0 - 1e-15, 0.0, phi)
-    return np.degrees(np.stack([theta_i, phi_i, theta_o, phi_i + phi], axis=-1)).round(9) + 0.0
-
-
-def csv_of(angles: np.ndarray, columns: Sequence[str], made_for: str, by: str, path: str | os.PathLike | None) -> str:
-    """A CSV table of angles with empty columns of values, after two lines of comment; written to a path, if any."""
-    lines = [
-        made_for,
-        by,
-        "# unit of f: 1/sr; angles in degrees; phi_o - phi_i = 180 is forwards",
-        ",".join(["theta_i", "phi_i", "theta_o", "phi_o", *columns]),
-    ]
-    lines += [",".join([*(f"{x:.10g}" for x in row), *("" for _ in columns)]) for row in angles]
-    text = "\n".join(lines) + "\n"
-    if path is not None:
-        with replacing(path) as new:
-            new.write_text(text, encoding="utf-8")
-    return text
-
-
-def noise_told(noise: float, floor: float) -> str:
-    """The noise of values, in words."""
-    return f"noise {100.0 * noise:g} %" + (f" and {floor:g} /sr" if floor else "")
-
-
 HEADER = ("theta_i [°]", "phi_i [°]", "theta_o [°]", "phi_o - phi_i [°]", "expected f [1/sr]", "times")
 """Columns of `Plan.rows`."""
-
-
-def aligned(rows: Sequence[Sequence[str]]) -> list[str]:
-    widths = [max(len(row[c]) for row in rows) for c in range(len(rows[0]))]
-    return ["  " + "  ".join(f"{cell:<{w}}" for cell, w in zip(row, widths, strict=True)).rstrip() for row in rows]
 
 
 def _finite(x: float) -> float | None:

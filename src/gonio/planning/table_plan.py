@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 from dataclasses import dataclass, field
 from typing import Any
@@ -10,18 +9,17 @@ from typing import Any
 import numpy as np
 
 from ..errors import ParameterError, shown
-from ..files import replacing
 from ..fitting.samples import names_of
 from ..reconstruction.posterior import Reconstruction
 from ..reconstruction.reflectance_basis import ReflectanceBasis
 from .directions import order_of, pairs_of
 from .exchange import Information, best_choice
 from .goniometer import Goniometer
-from .plan import aligned, angles_of, csv_of, noise_told
+from .planned import Planned, aligned, csv_of, noise_told
 
 
 @dataclass(frozen=True, eq=False)
-class TablePlan:
+class TablePlan(Planned):
     """What `plan_table` chose, and how good the table will be. It prints as a table.
 
     wi, wo     (n, 3) the pairs of directions, in the order of theta_i, phi_i, phi, theta_o
@@ -55,20 +53,6 @@ class TablePlan:
         if not isinstance(self.wi, np.ndarray) or not isinstance(self.basis, ReflectanceBasis):
             raise ParameterError(f"TablePlan(wi={shown(self.wi)}): expected what gn.plan_table(n) makes; call that")
 
-    def __len__(self) -> int:
-        return len(self.wi)
-
-    @property
-    def angles(self) -> np.ndarray:
-        """(n, 4) theta_i, phi_i, theta_o, phi_o [degrees], phi_o - phi_i from 0 to 360.
-
-        Example
-        >>> arm = gn.Goniometer(theta_i=(0.5, 0.5), theta_o=(0.5, 0.5), phi=(np.pi, np.pi))
-        >>> print(gn.plan_table(1, goniometer=arm).angles.round(2))
-        [[ 28.65   0.    28.65 180.  ]]
-        """
-        return angles_of(self.wi, self.wo)
-
     def to_csv(self, path: str | os.PathLike | None = None) -> str:
         """The directions as a CSV table with empty columns of values; written to a file where there is a path.
 
@@ -83,23 +67,6 @@ class TablePlan:
         by = f"# planned by: gonio, least mean variance of ln f, {noise_told(self.noise, self.floor)}"
         return csv_of(self.angles, self.columns, made_for, by, path)
 
-    def save(self, path: str | os.PathLike) -> None:
-        """Write the directions to a file: a CSV table, see `to_csv`, or all of `to_json` where its name ends in .json.
-
-        Raises ParameterError for another suffix.
-
-        Example
-        >>> gn.plan_table(4).save("plan.csv")
-        """
-        suffix = os.path.splitext(os.fspath(path))[1].lower()
-        if suffix in (b".csv", ".csv"):
-            self.to_csv(path)
-        elif suffix in (b".json", ".json"):
-            with replacing(path) as new:
-                new.write_text(json.dumps(self.to_json(), indent=2) + "\n", encoding="utf-8")
-        else:
-            raise ParameterError(f"{shown(path)}: expected a name that ends in .csv or .json")
-
     def to_json(self) -> dict[str, Any]:
         """The result as numbers, lists and words, for files.
 
@@ -109,9 +76,7 @@ class TablePlan:
         """
         return {
             "basis": repr(self.basis),
-            "directions": [
-                dict(zip(("theta_i", "phi_i", "theta_o", "phi_o"), row, strict=True)) for row in self.angles.tolist()
-            ],
+            "directions": self._rows_of_angles(),
             "f": self.f.tolist(),
             "error": self.error,
             "before": self.before,
