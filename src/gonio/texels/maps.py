@@ -96,8 +96,7 @@ class FitMap:
         >>> print(gn.fit_map(wi, wo, [[0.1, 0.1, 0.1], [np.nan] * 3], gn.Lambertian()).count())
         {'fewer values than unknowns: NaN': 1}
         """
-        counts = {text: int(((self.flags & bit) > 0).sum()) for bit, text in FLAGS.items()}
-        return {text: n for text, n in counts.items() if n}
+        return counted(self.flags, FLAGS)
 
     def __str__(self) -> str:
         shape = " x ".join(map(str, self.rms.shape))
@@ -109,6 +108,12 @@ class FitMap:
                 lines.append(f"  {name}: {middle:.4g} in the median, 90 % from {low:.4g} to {high:.4g}")
         lines += [f"  {n} texels: {text}" for text, n in self.count().items()]
         return "\n".join(lines)
+
+
+def counted(flags: np.ndarray, meanings: dict[int, str]) -> dict[str, int]:
+    """How many texels each flag was raised for, by its meaning; those that were raised at all."""
+    counts = {text: int(((flags & bit) > 0).sum()) for bit, text in meanings.items()}
+    return {text: n for text, n in counts.items() if n}
 
 
 @checked

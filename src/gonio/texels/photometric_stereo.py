@@ -15,6 +15,7 @@ from ..errors import ParameterError
 from ..fitting.losses import ROBUST, SCALES
 from ..formula.text import listed
 from .lit_images import Block, LitImages
+from .maps import counted
 from .normal_equations import PAIRS, Sums, cofactors, solved, times
 
 AT_ONCE = 1 << 13
@@ -80,8 +81,7 @@ class PhotometricStereo:
         >>> print(gn.photometric_stereo(np.full((3, 4, 4), 0.2), lamps).count())  # lamps in one plane
         {'the lights do not determine the normal: NaN': 16}
         """
-        counts = {text: int(((self.flags & bit) > 0).sum()) for bit, text in FLAGS.items()}
-        return {text: n for text, n in counts.items() if n}
+        return counted(self.flags, FLAGS)
 
     def __str__(self) -> str:
         shape = " x ".join(map(str, self.rms.shape))
