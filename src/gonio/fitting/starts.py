@@ -12,10 +12,11 @@ from .problem import Problem
 from .solver import minimise, with_linear_solved
 from .unknowns import likely
 
-STARTS = 12
-"""Starts at least; 4 more for each unknown that does not enter linearly, up to `MOST`."""
+STARTS = 16
+"""Starts at least; 3/8 of the cube of the number of unknowns that do not enter linearly more, up to `MOST`: their space
+has as many corners more."""
 
-MOST = 64
+MOST = 96
 
 SAME_COST = 1.01
 """Ratio of costs up to which two optima count as one."""
@@ -35,7 +36,7 @@ def starts(problem: Problem, count: int | None, seed: int) -> np.ndarray:
     u = problem.unknowns
     curved = np.flatnonzero(~u.is_linear)
     if count is None:
-        count = min(STARTS + 4 * len(curved), MOST) if len(curved) else 1
+        count = min(STARTS + 3 * len(curved) ** 3 // 8, MOST) if len(curved) else 1
     x = np.tile(u.start, (count, 1))
     if count > 1 and len(curved):
         bounds = np.array([likely(f) for f, n in u.widths for _ in range(n)])
