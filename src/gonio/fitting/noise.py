@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from contextlib import suppress
 from typing import Any
 
 import numpy as np
@@ -49,8 +50,11 @@ def variances(slopes: np.ndarray, residuals: np.ndarray, parts: np.ndarray) -> n
 
     Source   derived here; see `_Shares`.
     """
-    if not residuals.any():
-        return np.zeros(len(residuals))
+    scale = float(np.mean(residuals * residuals))
+    if len(slopes) <= slopes.shape[1] or not scale > 0.0 or not parts.any():
+        return residuals * residuals  # no value is to spare, or none is off
+    residuals = residuals / math.sqrt(scale)
+    slopes = slopes / np.maximum(np.abs(slopes).max(axis=0), 1e-300)
     some = np.argsort(parts.sum(axis=1), kind="stable")[:: -(-len(parts) // ENOUGH)]
     kept = _Shares.of(slopes[some], residuals[some], parts[some])
     while np.count_nonzero(kept.values) > 1:
@@ -58,7 +62,7 @@ def variances(slopes: np.ndarray, residuals: np.ndarray, parts: np.ndarray) -> n
         if fewer.deviance > kept.deviance + math.log(len(some)):
             break
         kept = fewer
-    found: np.ndarray = parts @ kept.values
+    found: np.ndarray = scale * (parts @ kept.values)
     return found
 
 
@@ -83,7 +87,8 @@ class _Shares:
                 moved = spread @ (weighed.T @ (weighed * parts[:, k, None]))
                 expected[:, k] += np.einsum("ij,ij->i", moved, spread)
             usual = _above_faintest(expected @ values)
-            values[used], _ = nnls((expected / usual[:, None])[:, used], left * left / usual)
+            with suppress(RuntimeError, ValueError):  # SciPy 1.13 gives up on some: shares then stay as they are
+                values[used], _ = nnls((expected / usual[:, None])[:, used], left * left / usual)
         self._parts, self.values = parts, values
         usual = _above_faintest(parts @ values)
         self.deviance = float((np.log(usual) + self._left(usual)[0] ** 2 / usual).sum())
