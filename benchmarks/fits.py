@@ -1,7 +1,7 @@
 """Fits: speed, calibration, global optima, published fits. `python benchmarks/fits.py [part ...] [--data DIR]`
 
-Parts: one, table, catalogue, texels, calibration, starts, published. Ratios are of one run on one machine. `--data`:
-the folder that holds nbrdf/*.h5, neural fits of measured materials (Sztrajman et al. 2021), for `published`.
+Parts: one, table, catalogue, texels, calibration, elsewhere, starts, published. Ratios are of one run on one machine.
+`--data`: the folder that holds nbrdf/*.h5, neural fits of measured materials (Sztrajman et al. 2021), for `published`.
 """
 
 from __future__ import annotations
@@ -156,6 +156,31 @@ def calibration(trials=1000):
             print(f"  noise {noise:.1%}, {kind}: {', '.join(f'{x / trials:.1%}' for x in held)}")
 
 
+def elsewhere(trials=400):
+    """The same of two scenes by which nothing of the noise model was chosen."""
+    paint = gn.Lambertian(0.6) + gn.Microfacet(gn.GGX(0.35), gn.Schlick(0.1))
+    for m, count in ((paint, 250), (gn.OrenNayar(0.5, 0.4), 80)):
+        wi, wo = spread_pairs(6 * count)
+        rows = np.random.default_rng(77).choice(len(wi), count, replace=False)
+        rows = rows[(wi[rows, 2] > 0.15) & (wo[rows, 2] > 0.15)]
+        wi, wo = wi[rows], wo[rows]
+        exact = m.f(wi, wo)
+        truth = gn.fit_problem((wi, wo, exact), m).x0
+        for what, u in (
+            ("1% of f", 0.01 * exact),
+            ("constant", np.full(len(exact), 0.01 * exact.mean())),
+            ("3% of f", 0.03 * exact),
+        ):
+            for loss in ("cosine", "log", "plain"):
+                held = np.zeros(len(truth))
+                for seed in range(trials):
+                    f = exact + u * np.random.default_rng(10_000 + seed).standard_normal(len(exact))
+                    intervals = gn.fit((wi, wo, f), m, loss, starts=1).interval().values()
+                    held += [low <= x <= high for x, (low, high) in zip(truth, intervals, strict=True)]
+                told = ", ".join(f"{x / trials:.1%}" for x in held)
+                print(f"  {type(m).__name__}, {len(exact)} values, {trials} trials, noise {what}, {loss}: {told}")
+
+
 def global_optima(count=100):
     """The share of random starts, each alone, that come to the best optimum found: all built-in measured fits."""
     shares = []
@@ -202,6 +227,7 @@ if __name__ == "__main__":
         "catalogue": catalogue,
         "texels": texels,
         "calibration": calibration,
+        "elsewhere": elsewhere,
         "starts": global_optima,
         "published": lambda: published(arguments.data),
     }
