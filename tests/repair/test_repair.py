@@ -547,6 +547,22 @@ def test_resampled_channels_and_refusals():
             bad()
 
 
+def test_resampled_half_circles_are_mirrored():
+    theta = np.radians(np.arange(0.0, 90.0, 10.0))
+    half = {"theta_i": theta, "theta_o": theta, "phi": np.radians(np.arange(0.0, 181.0, 20.0))}
+    r = gn.repair.resample(MODEL, "angles", axes=half)
+    assert r.is_mirrored
+    wi, wo = gn.direction(0.6, 0.0), gn.direction(0.4, np.radians([40.0, 320.0, 200.0, 160.0]))
+    f = np.asarray(r.f(wi, wo))
+    np.testing.assert_allclose(f[[0, 2]], f[[1, 3]], rtol=1e-6)
+    np.testing.assert_allclose(f, MODEL.f(wi, wo), rtol=0.2)
+    leaning = gn.Rotated(gn.Microfacet(gn.GGX(0.1, 0.4)), 0.3)
+    with pytest.raises(gn.errors.ParameterError, match="this one is not"):
+        gn.repair.resample(leaning, "angles", axes=half)
+    with pytest.raises(gn.errors.ParameterError, match="leaves out 270° of 360°"):
+        gn.repair.resample(MODEL, "angles", axes=half | {"phi": np.radians(np.arange(0.0, 91.0, 10.0))})
+
+
 # Scans.
 
 
