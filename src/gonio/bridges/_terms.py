@@ -22,7 +22,7 @@ def terms(m: Reflectance, weight: Any = 1.0) -> list[tuple[Any, Reflectance]]:
 
 def texts(value: Any) -> list[str]:
     """The numbers of a value, in float32, which these programs compute with."""
-    return [f"{np.float32(x):.9g}" for x in np.atleast_1d(np.asarray(value, dtype=float))]
+    return [np.format_float_positional(np.float32(x), trim="-") for x in np.atleast_1d(np.asarray(value, dtype=float))]
 
 
 def number(m: Reflectance, what: str, value: Any) -> float:

@@ -49,7 +49,7 @@ def text(m: Reflectance, name: str = "gonio") -> str:
     <materialx version="1.39">
       <oren_nayar_diffuse_bsdf name="clay_0" type="BSDF">
         <input name="color" type="color3" value="0.5, 0.5, 0.5" />
-        <input name="roughness" type="float" value="0.300000012" />
+        <input name="roughness" type="float" value="0.3" />
       </oren_nayar_diffuse_bsdf>
       <surface name="clay_surface" type="surfaceshader">
         <input name="bsdf" type="BSDF" nodename="clay_0" />

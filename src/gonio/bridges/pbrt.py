@@ -45,7 +45,7 @@ def text(m: Reflectance, name: str = "gonio") -> str:
     Example
     >>> from gonio.bridges import pbrt
     >>> print(pbrt.text(gn.Lambertian([0.6, 0.1, 0.05]), "red"))
-    MakeNamedMaterial "red" "string type" [ "diffuse" ] "rgb reflectance" [ 0.600000024 0.100000001 0.0500000007 ]
+    MakeNamedMaterial "red" "string type" [ "diffuse" ] "rgb reflectance" [ 0.6 0.1 0.05 ]
     <BLANKLINE>
     """
     require_plain(m, "pbrt")

@@ -40,7 +40,7 @@ def text(m: Reflectance, name: str = "gonio") -> str:
     void plastic gonio
     0
     0
-    5 0.5 0.5 0.5 0.200000003 0.100000001
+    5 0.5 0.5 0.5 0.2 0.1
     <BLANKLINE>
     """
     require_plain(m, "Radiance")
