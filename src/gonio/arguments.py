@@ -185,7 +185,10 @@ def _words(kind: Any) -> str:
         return f"a dictionary from {_words(inner[0])} to {_words(inner[1])}"
     if origin is not None:
         return f"a list of which each is {_words(inner[0])}"
-    return NOUNS.get(kind) or str(getattr(kind, "noun", "anything" if kind is Any else f"a {kind.__name__}"))
+    if kind is Any:
+        return "anything"
+    article = "an" if kind.__name__[0] in "AEIOU" else "a"
+    return NOUNS.get(kind) or str(getattr(kind, "noun", f"{article} {kind.__name__}"))
 
 
 def _advice(kind: Any, value: Any) -> str:

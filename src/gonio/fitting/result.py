@@ -6,7 +6,6 @@ import math
 import re
 from dataclasses import dataclass, field
 from functools import cached_property
-from html import escape
 from itertools import pairwise
 from statistics import NormalDist
 from typing import Annotated, Any, NamedTuple
@@ -17,6 +16,7 @@ from ..arguments import Within, checked
 from ..base.angles import angles
 from ..base.reflectance import Reflectance
 from ..errors import ParameterError, shown
+from ..notebooks import repr_html
 from .covariance import correlations, spread_of
 from .losses import LOSSES, ROBUST
 from .notes import notes_of
@@ -89,6 +89,8 @@ class Fit:
     >>> print(found.title, round(found.stderr["rho"], 4))
     Lambertian(rho=0.5011) 0.0011
     """
+
+    _repr_html_ = repr_html
 
     model: Reflectance
     names: tuple[str, ...]
@@ -430,26 +432,6 @@ class Fit:
         told = ", ".join(f"{name}={value}" for name, value, _ in self.rows()[:8])
         return f"<Fit of {type(self.model).__name__}: {told}{', ...' if len(self.names) > 8 else ''}>"
 
-    def _repr_html_(self) -> str:
-        """Tables for notebooks."""
-        cells = [
-            f"<tr><td><code>{escape(n)}</code></td><td>{escape(v)}</td><td>{escape(r)}</td></tr>"
-            for n, v, r in self.rows()
-        ]
-        classes = [
-            f"<tr><td>{c.low:.0f} to {c.high:.0f}°</td><td>{c.values}</td>"
-            f"<td>{c.rms:.1%}</td><td>{c.mean:+.1%}</td></tr>"
-            for c in self.by_incidence()
-        ]
-        notes = "".join(f"<li>{escape(text)}</li>" for text in self.notes)
-        return (
-            f"<p><code>{escape(self.title)}</code><br>{self.used} values of "
-            f"{escape(self.problem.samples.source)}; {escape(self._agreement())}</p>"
-            f"<table><tr><th>parameter</th><th>value ± standard error</th><th></th></tr>{''.join(cells)}</table>"
-            f"<table><tr><th>incidence</th><th>values</th><th>rms</th><th>mean</th></tr>{''.join(classes)}</table>"
-            f"<ul>{notes}</ul>"
-        )
-
 
 def _with_error(value: float, s: float) -> str:
     """A value with two digits of its standard error."""
@@ -465,6 +447,6 @@ def _told(row: Row) -> str:
     (theta_i, phi_i), (theta_o, phi_o) = (map(float, np.degrees(angles(w))) for w in (row.wi, row.wo))
     channel = f" [{row.channel}]" if row.channel else ""
     return (
-        f"theta_i {theta_i:5.1f}, theta_o {theta_o:5.1f}, phi {(phi_o - phi_i) % 360.0:5.1f} degrees{channel}: "
+        f"theta_i {theta_i:5.1f}, theta_o {theta_o:5.1f}, phi {round(phi_o - phi_i, 1) % 360.0:5.1f} degrees{channel}: "
         f"data {row.data:.4g}, model {row.model:.4g} /sr"
     )
