@@ -1,9 +1,10 @@
 """Set up gonio on a machine that has only Python and pip, and use it.
 
-    python3 dev.py demo    install gonio, render a measured material, check it
+    python3 dev.py demo    install gonio, write a report about a measured material: gold.html
     python3 dev.py test    install what the tests need, run them; -m full runs those that are left out for their time
     python3 dev.py lowest  the tests with the lowest versions that pyproject.toml allows; on Python 3.11
     python3 dev.py lint    ruff and mypy
+    python3 dev.py manual  build the manual as web pages, offline search included, in build/manual/html
     python3 dev.py docs    bring pages, tables, counts and the stub of types up to date; docs/make.py has options
 
 Everything goes into the virtual environment .venv (.venv-lowest) beside this file, or into the one this is run from.
@@ -68,22 +69,20 @@ def main() -> int:
     if sys.version_info < (3, 11):  # noqa: UP036 (an older Python gets this word, not a failure of pip)
         sys.exit(f"gonio needs Python 3.11 or newer; this is {sys.version.split()[0]}: {sys.executable}")
     task = sys.argv[1] if len(sys.argv) > 1 else ""
-    if task not in ("demo", "test", "lowest", "lint", "docs"):
+    if task not in ("demo", "test", "lowest", "lint", "manual", "docs"):
         print(__doc__)
         return 2
     interpreter = python(".venv-lowest" if task == "lowest" else ".venv")
     if task == "demo":
         install(interpreter, "")
-        for command in (["render", "gold-metallic-paint", "-o", "gold.png"], ["check", "gold-metallic-paint"]):
-            print("\n$ gonio " + " ".join(command), flush=True)
-            code = subprocess.run([interpreter, "-m", "gonio", *command]).returncode
-            if code:
-                return code
+        command = ["report", "gold-metallic-paint", "-o", "gold.html"]
+        print("\n$ gonio " + " ".join(command), flush=True)
+        code = subprocess.run([interpreter, "-m", "gonio", *command]).returncode
+        if code:
+            return code
         gonio = Path(interpreter).parent / "gonio"
         here = os.path.relpath(gonio) if gonio.is_relative_to(Path.cwd()) else gonio
-        print(
-            f"\nThe picture is {Path('gold.png').resolve()}. Next:\n  {here} materials\n  {here} show gold -o show.png"
-        )
+        print(f"\nOpen {Path('gold.html').resolve()} in a browser. Next:\n  {here} view gold\n  {here} materials")
         return 0
     if task == "test":
         install(interpreter, "test")
@@ -95,6 +94,9 @@ def main() -> int:
         # Old libraries use what has since been deprecated in those that they need themselves.
         tests = [interpreter, "-m", "pytest", "-W", "default::DeprecationWarning", *sys.argv[2:]]
         return subprocess.run(tests, cwd=ROOT).returncode
+    if task == "manual":
+        install(interpreter, "docs")
+        return subprocess.run([interpreter, str(ROOT / "docs" / "manual" / "build.py"), *sys.argv[2:]]).returncode
     if task == "docs":
         install(interpreter, "")
         return subprocess.run([interpreter, str(ROOT / "docs" / "make.py"), *sys.argv[2:]]).returncode

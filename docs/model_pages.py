@@ -7,12 +7,12 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import gonio as gn
+from gonio.figures import portrait
 from gonio.formula.exchange import Exchange
 from gonio.formula.fields import Option, Param, Part
 from gonio.formula.parametrised import Parametrised
 from gonio.formula.text import literal
 from gonio.laws import LAWS, check
-from gonio.report.figures import portrait
 from gonio.report.model_facts import PARTS, drawn, kinds, sections, summary
 
 
@@ -124,5 +124,5 @@ def draw(folder: Path, named: Sequence[str], anew: bool) -> None:
         for name, kind in classes.items():
             picture = folder / f"{name}.jpg"
             if (name in named or not named) and (anew or not picture.exists()):
-                portrait(eval(shown(kind), {"gn": gn}), picture, gn.EnvironmentLight.studio())
+                portrait(eval(shown(kind), {"gn": gn}), gn.EnvironmentLight.studio(), picture)
                 print(f"drawn: {picture.name}")

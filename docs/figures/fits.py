@@ -13,7 +13,7 @@ def main() -> None:
     """Fit the model of the page to the example of the manual."""
     data = HERE.parents[1] / "examples" / "ptfe_in_plane.csv"
     found = gn.fit(gn.load(data).with_notes(path=data.name), gn.Lambertian() + gn.Microfacet(gn.GGX(), gn.Schlick()))
-    gn.fit_figure(found, HERE / "fit.jpg")
+    gn.figures.fit(found, HERE / "fit.jpg")
 
 
 if __name__ == "__main__":

@@ -9,7 +9,6 @@ from PIL import Image
 
 import gonio as gn
 from gonio.pictures.colour import srgb_encode
-from gonio.report.fate_figure import draw_fate
 
 LEAF = [0.05, 0.12, 0.02], [0.04, 0.18, 0.02]
 SHOWN = {
@@ -34,7 +33,7 @@ def fates() -> None:
     """What becomes of light, by its angle, for four materials."""
     figure = Figure(figsize=(9.6, 6.4), layout="constrained")
     for axes, (title, m) in zip(figure.subplots(2, 2).ravel(), SHOWN.items(), strict=True):
-        draw_fate(axes, m)
+        gn.figures.fate(m, axes=axes)
         axes.set_title(title, fontsize=10, pad=18)
         axes.get_legend().remove()
     handles, labels = axes.get_legend_handles_labels()

@@ -7,8 +7,6 @@ from PIL import Image
 
 import gonio as gn
 from gonio.pictures.colour import srgb_encode
-from gonio.report.figures import show
-from gonio.report.law_figures import draw
 
 HERE = Path(__file__).parent
 SIZE, SAMPLES, EXPOSURE = 300, 128, 0.4
@@ -42,6 +40,6 @@ def hero() -> None:
 if __name__ == "__main__":
     hero()
     m = gn.Lambertian(0.2) + gn.Microfacet(gn.GGX(0.1), gn.Dielectric(1.5))
-    show(m, HERE / "show.png", gn.EnvironmentLight.studio(), size=320, samples=128)
+    gn.figures.overview(m, gn.EnvironmentLight.studio(), HERE / "show.png", size=320, samples=128)
     paint = gn.OriginalPhong(0.25, 8.0)
-    draw(paint, gn.check(paint), HERE / "check.png")
+    gn.figures.laws(paint, path=HERE / "check.png")

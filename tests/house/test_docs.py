@@ -3,7 +3,8 @@
 A block is run as it stands, all blocks of a page as one program; "```python notest" is left out. Comments
 behind or below a `print` say what it prints, and are held to it. A block starting with `# src/gonio/...py` is
 a new file of the package: it is put into a copy of gonio, which the page's other blocks then use. One that
-starts with `# tests/tools/materials.py` holds rows of its table REFERENCE.
+starts with `# tests/tools/materials.py` holds rows of its table REFERENCE. The lines of "```sh" blocks that
+call `gonio`, `cc` or `./` run too, and are held to the comments below them.
 """
 
 import ast
@@ -50,6 +51,11 @@ def read(page: Path) -> str:
 
 
 PAGES = {page.name: page for folder in (ROOT / "docs", ROOT) for page in sorted(folder.glob("*.md"))}
+PAGES |= {
+    f"{page.parent.name}/{page.name}": page
+    for folder in ("how-to", "coming-from")
+    for page in sorted((ROOT / "docs" / folder).glob("*.md"))
+}
 MODELS = {f"models/{page.name}": page for page in sorted((ROOT / "docs" / "models").glob("*.md"))}
 PAGES["models/choose.md"] = MODELS.pop("models/choose.md")
 each_page = pytest.mark.parametrize("page", PAGES.values(), ids=PAGES)
@@ -221,7 +227,7 @@ def test_pictures_of_models_are_small_and_shown():
 
 
 SHELL = re.compile(r"^(gonio .*?)(?: +#.*)?$", re.MULTILINE)
-SLOW = ("check", "show", "render")
+SLOW = ("check", "show", "render", "report")
 
 
 def commands() -> list:
@@ -241,6 +247,42 @@ def test_the_commands_of_the_readme_work_in_a_clone(line, tmp_path):
 
 def test_the_readme_shows_commands():
     assert len(commands()) > 8
+
+
+SH = re.compile(r"^```sh\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+C_FILE = re.compile(r"^```c\n/\* (\w+\.[ch]) \*/\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+CALLED = re.compile(r"^((?:gonio|cc|\./\w+)(?: .*?)?)(?: +#.*)?\n((?:# .*\n)*)", re.MULTILINE)
+
+
+def scripts() -> list:
+    """Pages whose shell blocks call something, and what: (line, what the comments below say that it prints). Lines that
+    make pictures or hold materials to the laws take seconds each: pages with such a line are `full`."""
+    found = []
+    for name, page in PAGES.items():
+        lines = CALLED.findall("\n".join(SH.findall(read(page))) + "\n") if page.name != "README.md" else []
+        slow = any(line.split()[1:2] and line.split()[1] in SLOW for line, _ in lines)
+        if lines:
+            found.append(pytest.param(page, lines, marks=pytest.mark.full if slow else (), id=name))
+    return found
+
+
+@pytest.mark.parametrize(("page", "lines"), scripts())
+def test_the_commands_of_a_page_work_in_a_clone(page, lines, tmp_path):
+    """In order, in one folder, with the C files that the page shows; where there is no C compiler, those of gonio."""
+    shutil.copytree(ROOT / "examples", tmp_path / "examples")
+    for name, text in C_FILE.findall(read(page)):
+        (tmp_path / name).write_text(text, encoding="utf-8")
+    environment = {**os.environ, "PYTHONPATH": str(PACKAGE.parent), "MPLBACKEND": "Agg", "PYTHONIOENCODING": "utf-8"}
+    for line, comments in lines:
+        program, *rest = shlex.split(line)
+        if program != "gonio" and shutil.which("cc") is None:
+            continue
+        command = [sys.executable, "-m", "gonio", *rest] if program == "gonio" else [program, *rest]
+        done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, encoding="utf-8")
+        assert done.returncode == 0, f"{line}\n{done.stdout}\n{done.stderr}"
+        printed = iter(done.stdout.splitlines())
+        wrong = [said for said in comments.splitlines() if said.removeprefix("# ") not in printed]
+        assert not wrong, f"{page.name} says {wrong[0]!r}; {line} printed\n{done.stdout}"
 
 
 def test_pictures_of_models_differ_and_none_is_black():
