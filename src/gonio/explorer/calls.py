@@ -1,0 +1,161 @@
+"""What a page may ask the worker: a function for each call, of the shelf and the arguments of the request."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from ..arrays.kinds import with_channels
+from ..base.angles import direction
+from ..base.reflectance import Reflectance
+from ..errors import ParameterError
+from ..version import __version__
+from .describe import described
+from .shelf import Shelf
+
+THETA = (*range(0, 85, 5), 85.0, 88.0)
+"""Angles of incidence [degrees] of albedos."""
+
+STEP = 0.5
+"""Step [degrees] of the views in "data"."""
+
+
+def names(shelf: Shelf) -> dict[str, Any]:
+    """Everything that a page may name: the command line's materials, built-in ones, and models with an example."""
+    from ..catalogue import builtin
+    from ..report.model_facts import drawn, kinds, summary
+
+    models = [
+        {"name": name, "doc": summary(kind).replace("`", ""), "example": drawn(kind)}
+        for name, kind in kinds()["Models"].items()
+    ]
+    return {
+        "given": [{"text": name, "title": name} for name in shelf.given],
+        "materials": [{"name": e.name, "kind": e.kind, "description": e.description} for e in builtin.materials()],
+        "models": models,
+        "version": __version__,
+    }
+
+
+def material(shelf: Shelf, text: str, replaced: dict[str, Any]) -> dict[str, Any]:
+    """MATERIAL of the protocol; those of the command line are described once."""
+    if replaced or text not in shelf.given:
+        return described(shelf, text, replaced)
+    with shelf.telling:
+        if text not in shelf.told:
+            shelf.told[text] = described(shelf, text, {})
+    return shelf.told[text]
+
+
+def check(shelf: Shelf, text: str, replaced: dict[str, Any]) -> dict[str, Any]:
+    """The verdicts of `gn.check`."""
+    from ..laws import Report
+    from ..laws import check as check_laws
+
+    report = check_laws(shelf.material(text, replaced))
+    if not isinstance(report, Report):
+        raise ParameterError(f"{text:.60}: its parameters are maps; expected one material")
+    rows = [
+        {
+            "law": law.name,
+            "verdict": law.verdict,
+            "measured": law.value,
+            "tolerance": law.tolerance,
+            "reason": "; ".join(x for x in (law.why, law.significance, law.declared) if x),
+            "finding": law.finding,
+            "place": law.place,
+        }
+        for law in report.laws
+    ]
+    return {"rows": rows, "ok": report.passed, "notes": list(report.notes)}
+
+
+def fit(shelf: Shelf, text: str, replaced: dict[str, Any], model: str) -> dict[str, Any]:
+    """The fit of a model, `gn.fit`, and the fitted model as a material of its own."""
+    from ..catalogue.expressions import expression
+    from ..fitting.fitting import fit as fit_model
+
+    found = fit_model(shelf.material(text, replaced), expression(model))
+    numbers = [
+        {"name": name, "value": float(value), "u": u}
+        for (name, u), value in zip(found.stderr.items(), found.values, strict=True)
+    ]
+    made = repr(found.model)
+    return {
+        "expression": made,
+        "numbers": numbers,
+        "rms": found.rms,
+        "text": found.report(),
+        "material": described(shelf, made, {}),
+    }
+
+
+def albedo(shelf: Shelf, text: str, replaced: dict[str, Any]) -> dict[str, Any]:
+    """Albedo against the angle of incidence, and of tables that state uncertainties its own, of independent errors."""
+    from ..integrals.albedo import albedo as albedo_of
+    from ..tables.gridded import Gridded
+    from ..uncertainty import with_uncertainty
+    from ..uncertainty.table import has_uncertainty
+
+    m = shelf.material(text, replaced)
+    at = direction(np.radians(THETA), 0.0)
+    if isinstance(m, Gridded) and has_uncertainty(m):
+        quoted = with_uncertainty(albedo_of, m, at, correlation="independent", tolerance=1e-3)
+        values, u = quoted.value, with_channels(np.asarray(quoted.u), 1)
+    else:
+        values, u = albedo_of(m, at, tolerance=1e-3), None
+    return {"theta": [float(t) for t in THETA], "values": with_channels(np.asarray(values), 1), "u": u}
+
+
+def source(
+    shelf: Shelf, text: str, replaced: dict[str, Any], language: str, function: str | list[str], parameters: str
+) -> dict[str, Any]:
+    """Source code of the material's functions, `gn.source`."""
+    from ..bridges.source import source as source_of
+
+    return {"text": source_of(shelf.material(text, replaced), language, function, parameters=parameters).text}
+
+
+def data(shelf: Shelf, text: str, replaced: dict[str, Any], theta_i: float, phi_i: float) -> dict[str, Any]:
+    """f in the plane of incidence, as CSV."""
+    if not 0.0 <= theta_i < 90.0:
+        raise ParameterError(f"theta_i = {theta_i:g}: expected an angle of incidence [degrees] from 0 to below 90")
+    m = shelf.material(text, replaced)
+    count = round(89.5 / STEP)
+    views = STEP * np.arange(-count, count + 1)
+    phi = math.radians(phi_i)
+    wo = direction(np.radians(np.abs(views)), np.where(views < 0.0, phi, phi + math.pi))
+    f = with_channels(np.asarray(m.f(direction(math.radians(theta_i), phi), wo)), 1)
+    lines = [
+        f"# {' '.join(text.split())}" + "".join(f"; {path} = {value}" for path, value in replaced.items()),
+        f"# f(wi, wo) [1/sr], without the cosine, in the plane of incidence; light from theta_i = {theta_i:g} degrees, "
+        f"phi_i = {phi_i:g} degrees",
+        "# theta_o [degrees] from the normal: below 0 on the side of the light, above 0 on that of the mirror",
+        f"# gonio {__version__}",
+        ",".join(["theta_o_deg", *_columns(m, f.shape[-1])]),
+    ]
+    lines += [",".join([f"{view:g}", *(f"{x:.9g}" for x in row)]) for view, row in zip(views, f, strict=True)]
+    return {"csv": "\n".join(lines) + "\n"}
+
+
+def _columns(m: Reflectance, count: int) -> list[str]:
+    names = m.channel_names or (tuple("RGB") if count == 3 else ("",) if count == 1 else range(count))
+    words = [name if isinstance(name, str) else f"{name:g}_nm" if m.channel_names else str(name) for name in names]
+    return [f"f_{word}".rstrip("_").replace(",", "_").replace("\n", "_") for word in words]
+
+
+def f(shelf: Shelf, text: str, replaced: dict[str, Any], wi: list, wo: list) -> dict[str, Any]:
+    """f [1/sr] at pairs of directions."""
+    if len(wi) != len(wo):
+        raise ParameterError(f"f: {len(wi)} wi and {len(wo)} wo; expected as many of both")
+    values = shelf.material(text, replaced).f(np.array(wi), np.array(wo))
+    return {"values": with_channels(np.asarray(values), 1)}
+
+
+CALLS: dict[str, Callable[..., dict[str, Any]]] = {
+    call.__name__: call for call in (names, material, check, fit, albedo, source, data, f)
+}
+"""Name -> function."""

@@ -1,0 +1,14 @@
+"""A server of the explorer in a process of its own."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import pytest
+from explorer_server import Explorer
+
+
+@pytest.fixture(scope="module")
+def explorer() -> Iterator[Explorer]:
+    with Explorer("gold") as explorer:
+        yield explorer
