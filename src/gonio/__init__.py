@@ -15,7 +15,7 @@ from __future__ import annotations
 from importlib import import_module
 from typing import Any
 
-from . import discover
+from . import discover, notebooks
 from . import errors as errors
 from .base.angles import angles as angles
 from .base.angles import direction as direction
@@ -100,7 +100,6 @@ _ON_USE = {
     "retro_facets": "reconstruction.retro_facets",
     "RetroFacets": "reconstruction.retro_facets",
     "select_model": "fitting.selection",
-    "fit_figure": "report.fit_figure",
     "surfaces": "",
     "gonioreflectometer": "instrument.measure",
     "Camera": "scenes.camera",
@@ -113,10 +112,9 @@ _ON_USE = {
     "picture_jacobian": "scenes.jacobian",
     "render": "scenes.rendering",
     "render_stokes": "scenes.stokes",
-    "difference": "report.difference",
-    "Difference": "report.difference",
-    "side_by_side": "report.sheets",
-    "contact_sheet": "report.sheets",
+    "difference": "pictures.difference",
+    "Difference": "pictures.difference",
+    "figures": "",
     "turntable": "scenes.turntable",
     "read_image": "pictures.image",
     "Image": "pictures.image",
@@ -124,7 +122,10 @@ _ON_USE = {
     "roughness": "",
     "repair": "",
     "cite": "catalogue.citations",
+    "write_report": "report.page",
     "kernel": "report.compiled",
+    "source": "bridges.source",
+    "Source": "bridges.source",
     "threads": "compile.threads",
 }
 """Public names whose modules are imported on first use -> module ("" where the name is the module)."""
@@ -135,6 +136,7 @@ _FOLDERS = ("distributions", "models", "lights")
 for _folder in ("formula.fresnel", *_FOLDERS, "layers"):
     discover.modules(f"gonio.{_folder}")
 globals().update(CLASSES)
+notebooks.shown_by(lambda: import_module(".report.display", __name__))
 
 _ALWAYS = (
     *("Error", "Reflectance", "Sample", "errors", "angles", "direction", "normalize", "to_local", "to_world"),

@@ -9,6 +9,7 @@ from typing import Any, Generic, TypeVar
 
 from .discover import docstring
 from .errors import NotFoundError, suggestion
+from .notebooks import repr_html
 
 T = TypeVar("T")
 WIDTH = 110
@@ -29,6 +30,8 @@ class _NotThere(NotFoundError, KeyError):
 
 class Contents(Mapping[str, T], Generic[T]):
     """Name -> class, or module of a format; it cannot be changed, and prints with a line for each."""
+
+    _repr_html_ = repr_html
 
     def __init__(self, things: Mapping[str, T]):
         self._things = dict(sorted(things.items(), key=lambda item: item[0].lower()))

@@ -121,7 +121,7 @@ def test_odd_terminals(more, tmp_path):
 def test_a_backend_of_matplotlib_that_is_not_there(tmp_path):
     """Figures are drawn whatever MPLBACKEND says, and it still says it to others. (D18)"""
     code = (
-        "import sys; from gonio.report.figures import new_figure\n"
+        "import sys; from gonio.figures._drawing import new_figure\n"
         "with new_figure(sys.argv[1], (1.0, 1.0), 'a$b') as figure: pass\n"
         "import os, matplotlib; print(os.environ['MPLBACKEND'], matplotlib.rcParams['backend'])"
     )

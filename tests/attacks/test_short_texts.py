@@ -13,7 +13,7 @@ import pytest
 
 import gonio as gn
 from gonio.bounds import CHANNELS, COMPILED, EVALUATIONS, NESTED
-from gonio.cli.arguments import with_parameters
+from gonio.catalogue.typed import with_parameters
 from gonio.errors import ExpressionError, FormatError, NotFoundError, ParameterError
 from gonio.evaluate import planning
 from gonio.formula.fields import CLASSES

@@ -9,7 +9,8 @@ from materials import most
 import gonio as gn
 from gonio.base.reflectance import Reflectance
 from gonio.catalogue.expressions import MAX_LENGTH, expression, names, read
-from gonio.cli.arguments import resolve, resolve_light, with_parameters
+from gonio.catalogue.typed import with_parameters
+from gonio.cli.arguments import resolve, resolve_light
 from gonio.errors import ExpressionError, NotFoundError, ParameterError
 from gonio.formula.fields import CLASSES, Param
 from gonio.formula.parametrised import Parametrised

@@ -40,7 +40,6 @@ def test_help_and_version(run):
     result = run("--help")
     assert result.exit_code == 0
     assert all(name in result.stdout for name in cli.commands)
-    assert run().stdout == result.stdout
     assert run("--version").stdout == f"gonio {gn.__version__}\n"
     for name in cli.commands:
         text = run(name, "--help").stdout
@@ -177,7 +176,7 @@ def test_a_picture_with_a_camera_and_the_ground(run):
     for wrong, message in (
         (["--camera", "1,2"], "--camera '1,2': expected three finite numbers"),
         (["--camera", "1,2,3", "--look-at", "a"], "--look-at 'a': expected three finite numbers"),
-        (["--camera", "1,2,3", "--angle", 200], "expected degrees between 0.01 and 175"),
+        (["--camera", "1,2,3", "--angle", 200], "expected degrees from 0.01 to 175"),
         (["--angle", 20], "--angle 20.0: of no camera; expected its place too"),
     ):
         refused = run("render", "gold", "-o", "b.exr", *SMALL, *wrong)

@@ -20,10 +20,10 @@ import numpy as np
 import pytest
 
 import gonio as gn
-from gonio import authoring, discover, radiometry, repair, roughness, surfaces, testing
+from gonio import authoring, discover, figures, radiometry, repair, roughness, surfaces, testing
 from gonio.formula.state import derived
 
-BESIDE = (authoring, radiometry, repair, roughness, surfaces, testing)
+BESIDE = (authoring, figures, radiometry, repair, roughness, surfaces, testing)
 BASES = ("gonio.base.", "gonio.formula.")  # rooms where public classes have private bases, for shorter files
 MEMBERS = (FunctionType, classmethod, staticmethod, property, derived)
 
@@ -33,8 +33,9 @@ def is_private(thing: Any) -> bool:
 
 
 def names(module: ModuleType) -> list[str]:
-    """Its `__all__`, or all that it defines."""
-    defined = [n for n, x in vars(module).items() if getattr(x, "__module__", "") == module.__name__ and n[0] != "_"]
+    """Its `__all__`, or all that it and its files define."""
+    homes = {n: str(getattr(x, "__module__", "")) for n, x in vars(module).items() if n[0] != "_"}
+    defined = [n for n, home in homes.items() if f"{home}.".startswith(f"{module.__name__}.")]
     return list(getattr(module, "__all__", defined))
 
 

@@ -16,7 +16,7 @@ ROOMS = (
     *("surfaces", "distributions", "models", "lights", "tables", "integrals", "layers", "remote_sensing", "formats"),
     *("conversion", "repair", "uncertainty", "laws", "fitting", "texels", "reconstruction", "planning"),
     *("scenes", "interreflection", "instrument"),
-    *("catalogue", "bridges", "report", "cli"),
+    *("catalogue", "bridges", "figures", "report", "explorer", "cli"),
 )
 """Folders, from the ground up; "" stands for the modules beside them."""
 
@@ -24,7 +24,7 @@ DOORS = {"", "__main__", "authoring", "testing"}  # what users enter by: they im
 ARRAY_LIBRARIES = {"torch", "jax", "jaxlib", "drjit", "cupy", "tensorflow", "mitsuba"}
 HEAVY = {
     *("pandas", "llvmlite", "xarray", "matplotlib", "scipy", "h5py", "h5netcdf", "zarr", "click", "rich", "PIL"),
-    *("OpenEXR", *ARRAY_LIBRARIES),
+    *("OpenEXR", "starlette", "uvicorn", "websockets", *ARRAY_LIBRARIES),
 }
 
 

@@ -596,12 +596,10 @@ def test_command_line_refuses(words):
 
 @pytest.mark.parametrize("m", [gn.IdealSpecular(), _Infinite()], ids=lambda m: type(m).__name__)
 def test_figures_of_odd_materials(tmp_path, m):
-    from gonio.report.law_figures import draw
-
-    draw(m, Report("odd", gn.check(m, laws=["positivity"]).laws), tmp_path / "a.svg")
+    gn.figures.laws(m, Report("odd", gn.check(m, laws=["positivity"]).laws), tmp_path / "a.svg")
     assert (tmp_path / "a.svg").read_text().startswith("<?xml")
     with pytest.raises(ParameterError, match="ends in"):
-        draw(m, Report("odd", ()), tmp_path / "a.gif")
+        gn.figures.laws(m, Report("odd", ()), tmp_path / "a.gif")
 
 
 # For tests of users.

@@ -14,6 +14,7 @@ from gonio.base.light import Light
 from gonio.cli import albedo, arguments, check, commands, render, show
 from gonio.discover import docstring, modules
 from gonio.errors import Error, NotFoundError, ParameterError
+from gonio.figures import _drawing
 from gonio.lights import _words
 from gonio.pictures import colour, image
 from gonio.pictures.colour import (
@@ -28,7 +29,7 @@ from gonio.pictures.colour import (
     to_xyz,
     transformed,
 )
-from gonio.report import facts, figures
+from gonio.report import facts
 from gonio.uncertainty import correlation
 
 
@@ -192,10 +193,10 @@ def test_help_names_the_pictures_that_can_be_written():
 
 
 def test_help_names_the_figures_that_can_be_written():
-    """In `show.py` and `check.py`: edit their help when `report/figures.py` writes others."""
+    """In `show.py` and `check.py`: edit their help when `figures/_drawing.py` writes others."""
     for command, name in ((show.show, "output"), (check.check, "plot")):
         (option,) = (option for option in command.params if option.name == name)
-        assert set(re.findall(r"\.[a-z]+", option.help)) | {".jpg"} == set(figures.SUFFIXES)
+        assert set(re.findall(r"\.[a-z]+", option.help)) | {".jpg"} == set(_drawing.SUFFIXES)
 
 
 def test_the_command_line_offers_what_errors_may_be():

@@ -11,7 +11,6 @@ from gonio.errors import MissingDataWarning, ParameterError
 from gonio.laws import _probes
 from gonio.numerics.lattice import lattice
 from gonio.pictures.colour import LUMINANCE, RGB_OF_XYZ, to_rgb
-from gonio.report import figures
 from gonio.scenes.estimator import MARGIN
 
 MATTE = gn.Lambertian([0.2, 0.5, 0.8])
@@ -203,10 +202,10 @@ def test_figures(tmp_path):
         (MATTE, "a.png"),
         (gn.IdealSpecular(0.5), "b.svg"),
     ):
-        figures.show(m, tmp_path / name, gn.ConstantLight(1.0), size=16, samples=1)
+        gn.figures.overview(m, gn.ConstantLight(1.0), tmp_path / name, size=16, samples=1)
         assert (tmp_path / name).stat().st_size > 10_000
     with pytest.raises(ParameterError, match=r"\.png, \.jpg, \.pdf, \.svg"):
-        figures.show(MATTE, tmp_path / "a.gif", gn.ConstantLight(1.0))
+        gn.figures.overview(MATTE, gn.ConstantLight(1.0), tmp_path / "a.gif")
 
 
 @pytest.fixture(scope="module")

@@ -15,7 +15,7 @@ import numpy as np
 
 import gonio as gn
 from gonio.pictures.image import Image
-from gonio.report.figures import new_figure
+from gonio.figures._drawing import new_figure
 
 Save = Callable[[Path, int], None]
 """Save one of two contents, 0 or 1, under a name."""

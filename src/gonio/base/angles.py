@@ -16,6 +16,9 @@ from ..evaluate.labelled import takes_labels
 TYPED = 1e-3
 """How far from 1 the length of a vector may be that was typed with three digits; what is further off is refused."""
 
+LOOKED_AT = 1000
+"""Angles of an array that are looked at for their unit."""
+
 
 @takes_labels(angles=("theta", "phi"), kinds=(VECTOR,))
 @checked
@@ -28,8 +31,9 @@ def direction(theta: Any, phi: Any, degrees: bool = False) -> Any:
     Shapes   theta, phi: numbers or arrays of any library that broadcast; result (..., 3).
     Units    rad, or with `degrees` degrees.
     Errors   DirectionError where |theta| is above pi (180 degrees): such angles are in degrees, as a rule. Azimuths
-             may be of any size; whole numbers above two turns give a DirectionWarning. Values that a library does not
-             know yet (jax.jit, torch.compile) or has on a GPU are not looked at.
+             may be of any size; whole numbers above two turns give a DirectionWarning, and so do, with `degrees`,
+             angles of which each is a whole number of degrees in radians. Values that a library does not know yet
+             (jax.jit, torch.compile) or has on a GPU are not looked at.
     Error    rounding.
     Source   definition; docs/conventions.md.
 
@@ -49,6 +53,7 @@ def direction(theta: Any, phi: Any, degrees: bool = False) -> Any:
     if not degrees:
         _suspect_degrees(phi)
     else:
+        _suspect_radians(theta, phi)
         theta, phi = theta * (math.pi / 180.0), phi * (math.pi / 180.0)
     s = ops.sin(theta)
     return lib.stack([s * ops.cos(phi), s * ops.sin(phi), ops.cos(theta) + 0.0 * phi])
@@ -143,3 +148,16 @@ def _suspect_degrees(phi: Any) -> None:
     if 4.0 * math.pi < largest <= 360.0 and np.all(values == np.rint(values)):
         text = f"phi: whole numbers up to {float(largest):g}, which is {float(largest) / (2 * math.pi):.0f} turns [rad]"
         warn(f"{text}; in degrees? numpy.radians(phi), or degrees=True for both angles", DirectionWarning)
+
+
+def _suspect_radians(*angles: Any) -> None:
+    known = [x if isinstance(x, float) else ops.library(x).known(x) for x in angles]
+    values = np.concatenate([np.ravel(x)[:LOOKED_AT] for x in known if x is not None] or [np.zeros(0)]).astype(float)
+    values = values[values != 0.0]
+    if not values.size or np.abs(values).max() > 2.0 * math.pi + 1e-6:
+        return
+    turned = np.degrees(values)
+    if np.all(np.abs(turned - np.rint(turned)) < 1e-9 * np.maximum(np.abs(turned), 1.0)):
+        first = float(values.flat[0])
+        text = f"degrees=True: {first:.6g} is taken as degrees, and is {math.degrees(first):.0f} degrees in radians"
+        warn(f"{text}; for radians leave degrees=True out", DirectionWarning)

@@ -21,6 +21,7 @@ from ..formula.fields import param, part
 from ..formula.mueller import Mueller
 from ..formula.state import inferred, note
 from ..formula.text import literal
+from ..notebooks import repr_html, repr_png
 from ..numerics.lattice import lattice
 from ._calls import Calls
 from ._fluorescence import Fluorescent
@@ -37,6 +38,9 @@ class Reflectance(Calls, Fluorescent):
     >>> print(m.f(wi, wo).round(3), m.pdf(wi, wo).round(3))
     0.502 1.567
     """
+
+    _repr_html_ = repr_html
+    _repr_png_ = repr_png
 
     noun: ClassVar[str] = "a reflectance"
     reflects: ClassVar[str] = "{}"

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
+from ..notebooks import repr_html
+
 
 class Sample(NamedTuple):
     """The result of `sample`: incident directions drawn for given `wo`.
@@ -27,6 +29,9 @@ class Sample(NamedTuple):
     weight: Any
     pdf: Any
     delta: Any
+
+    def _repr_html_(self) -> str | None:
+        return repr_html(self)
 
 
 class Jacobian(NamedTuple):

@@ -25,6 +25,7 @@ from ..models.abc import ABC
 from ..models.ideal_specular import IdealSpecular
 from ..models.lambertian import Lambertian
 from ..models.microfacet import Microfacet
+from ..notebooks import repr_html
 from ..pictures.colour import observer
 from .index_file import SUFFIXES, Spectra, read
 from .rgb_index import rgb_index
@@ -41,6 +42,8 @@ FIT, METAL, DIELECTRIC = "measured fit", "metal", "dielectric"
 @dataclass(frozen=True)
 class Entry:
     """One built-in material, as `materials` lists it."""
+
+    _repr_html_ = repr_html
 
     name: str
     kind: str

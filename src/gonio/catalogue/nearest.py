@@ -26,6 +26,7 @@ from ..errors import Error, NotFoundError, ParameterError, shown, suggestion, vi
 from ..evaluate import batch
 from ..formats import formats
 from ..formula.spectrum import Spectrum
+from ..notebooks import repr_html
 from ..numerics.lattice import lattice
 from ..pictures.colour import LONGEST, LUMINANCE, SHORTEST, transformed
 from ..scenes.rendering import is_rgb, shown_as
@@ -84,6 +85,8 @@ class Match:
     compared   "RGB", "gray", "luminance", or which channels
     left_out   pairs of directions without a value in one of both, of all `pairs`
     """
+
+    _repr_html_ = repr_html
 
     name: str
     rank: int = 0

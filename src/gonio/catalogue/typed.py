@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 import difflib
+import math
 import os
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
+from typing import Any
 
 from ..base.reflectance import Reflectance
-from ..errors import NotFoundError, ParameterError
+from ..base.typed_angles import in_degrees, typed_angle
+from ..errors import Error, ExpressionError, NotFoundError, ParameterError
 from ..formats import formats, load_as_typed
+from ..formula.fields import Channels, Table
 from ..formula.json_form import names
 from . import builtin
-from .expressions import expression
+from .expressions import expression, read
 
 LONGEST = 255
 """Characters of a file's name that are compared with other names."""
@@ -40,6 +44,55 @@ def as_typed(text: str, reading: Sequence[str] = ()) -> Reflectance:
         f'{text!r:.90}: no such file, no built-in material, and no expression such as "Lambertian(0.5)"'
         f"{files_like(text) or builtin.hint(text)}; `gonio materials` lists the built-in ones"
     )
+
+
+def with_parameters(m: Reflectance, assignments: Iterable[str]) -> Reflectance:
+    """The material with parameters replaced, each given as "name=value".
+
+    A name is one of `replace`: `alpha`, or a path such as `1.distribution.alpha`. A value is a number, a list
+    (`0.1,0.2,0.3`), a word, or a piece such as `Dielectric(1.4)`; an angle is in radians, or has its unit (`30deg`).
+    """
+    changes: dict[str, Any] = {}
+    for text in assignments:
+        name, equals, value = text.partition("=")
+        if not equals or not name.strip() or not value.strip():
+            raise ParameterError(f"-p {text!r:.60}: expected name=value, such as alpha=0.2")
+        name = name.strip()
+        if isinstance(m.fields.get(name), (Table, Channels)):
+            raise ParameterError(f"-p {name}: a table of the measurement, expected one of its parameters or words")
+        if name in changes:
+            raise ParameterError(f"-p {text!r:.60}: {name} is given twice")
+        if (angle := _angle(m, name, value)) is not None:
+            changes[name] = angle
+            continue
+        try:
+            changes[name] = read(value, words=True, files=True)
+        except ExpressionError as error:
+            raise ExpressionError(f"-p {name}: {error}") from None
+    try:
+        return m.replace(changes) if changes else m
+    except Error as error:
+        raise type(error)(f"-p {', '.join(changes)}: {error}") from None
+    except (TypeError, ValueError) as error:
+        raise ParameterError(f"-p {', '.join(changes)}: {error}") from None
+
+
+def _angle(m: Reflectance, name: str, text: str) -> float | None:
+    """The number [rad] of an angle that was typed with its unit; None for other texts."""
+    try:
+        number, unit = typed_angle(text)
+    except ParameterError:
+        return None
+    if not unit:
+        return None
+    units = set()
+    for path, declared, _ in m.settable():
+        alias = getattr(declared, "alias", None)
+        if name in (path, declared.name, alias, path.removesuffix(declared.name) + (alias or declared.name)):
+            units.add(getattr(declared, "unit", ""))
+    if units and units != {"rad"}:
+        raise ParameterError(f"-p {name}={text.strip()}: {name} is no angle; expected a number without {unit}")
+    return number if unit.startswith("rad") else math.radians(in_degrees(text))
 
 
 def _is_store(path: str) -> bool:

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import click
 import numpy as np
 
-from ..errors import ParameterError
+from .angles import Angles
 from .options import json_option, material_argument, read_material, replace_option
 from .tables import table
 from .terminal import echo, print_json
@@ -25,8 +24,8 @@ ALONE = "interpolation"
 @material_argument
 @replace_option
 @json_option
-@click.option("--theta", default="0,45,75", show_default=True, help="Polar angles of incidence [degrees].")
-@click.option("--phi", default="0", show_default=True, help="Azimuths of incidence [degrees].")
+@click.option("--theta", type=Angles(90.0), default="0,45,75", show_default=True, help="Polar angles of incidence.")
+@click.option("--phi", type=Angles(), default="0", show_default=True, help="Azimuths of incidence.")
 @click.option(
     "--uncertainty",
     "assumed",
@@ -40,8 +39,8 @@ def albedo(
     material: str,
     replaced: tuple[str, ...],
     as_json: bool,
-    theta: str,
-    phi: str,
+    theta: list[float],
+    phi: list[float],
     assumed: tuple[str, ...],
     scale: float | None,
     factor: float,
@@ -51,27 +50,14 @@ def albedo(
     Of a measured table also the uncertainty: by noise, as far as the uncertainties of its values are stated (little if
     their errors are independent, most if one error is common to all), and by interpolation between what was measured.
     """
-    at = angles(theta, "theta", below=90.0), angles(phi, "phi")
     m = read_material(material, replaced)
-    rows = albedos(m, *at, assumed, scale)
+    rows = albedos(m, theta, phi, assumed, scale)
     if as_json:
         print_json(rows)
     else:
         echo(as_text(rows, factor))
         if few := of_few(m):
             echo(few)
-
-
-def angles(text: str, name: str, below: float = math.inf) -> list[float]:
-    """Angles [degrees] of a list such as "0,8,45"."""
-    try:
-        degrees = [float(part) for part in text.split(",")]
-    except ValueError:
-        degrees = [math.nan]
-    if not all(math.isfinite(x) and abs(x) < below and (x >= 0.0 or below == math.inf) for x in degrees):
-        limits = "" if below == math.inf else f" of at least 0 and below {below:g}"
-        raise ParameterError(f"--{name} {text!r:.60}: expected angles in degrees{limits}, such as 0,8,45")
-    return degrees
 
 
 def albedos(

@@ -5,18 +5,18 @@ from __future__ import annotations
 import difflib
 import math
 import os
+import re
 import sys
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 from ..base.light import Light
 from ..base.reflectance import Reflectance
+from ..base.typed_angles import in_degrees
 from ..catalogue.expressions import describe, read
 from ..catalogue.typed import as_typed, files_like
-from ..errors import Error, ExpressionError, NotFoundError, ParameterError
+from ..errors import ExpressionError, NotFoundError, ParameterError
 from ..formats import load_as_typed
-from ..formula.fields import Channels, Table
 from ..formula.parametrised import Parametrised
 from ..lights._words import Word, words
 from ..pictures.image import SUFFIXES
@@ -63,39 +63,20 @@ def resolve_light(text: str) -> Light:
     raise NotFoundError(f"light {text!r:.90}: no such file and no such light{guess} expected one of {usages}")
 
 
+ANGLES = ("THETA", "PHI")
+"""Numbers of the words for lights that are angles."""
+
+
 def _numbers(text: str, word: Word) -> list[float]:
+    parts = text.split(",")
+    names = re.findall(r"[A-Z]+", word.usage.partition(":")[2])
+    names += [""] * (len(parts) - len(names))
     try:
-        numbers = [float(part) for part in text.split(",")]
+        numbers = [
+            in_degrees(part) if name in ANGLES else float(part) for name, part in zip(names, parts, strict=False)
+        ]
     except ValueError:
         raise ParameterError(f"{text!r:.60} is not a list of numbers; expected {word.usage}") from None
     if not all(map(math.isfinite, numbers)):
         raise ParameterError("NaN or infinite; expected finite numbers")
     return numbers
-
-
-def with_parameters(m: Reflectance, assignments: Iterable[str]) -> Reflectance:
-    """The material with parameters replaced, each given as "name=value".
-
-    A name is one of `replace`: `alpha`, or a path such as `1.distribution.alpha`. A value is a number, a list
-    (`0.1,0.2,0.3`), a word, or a piece such as `Dielectric(1.4)`.
-    """
-    changes: dict[str, Any] = {}
-    for text in assignments:
-        name, equals, value = text.partition("=")
-        if not equals or not name.strip() or not value.strip():
-            raise ParameterError(f"-p {text!r:.60}: expected name=value, such as alpha=0.2")
-        name = name.strip()
-        if isinstance(m.fields.get(name), (Table, Channels)):
-            raise ParameterError(f"-p {name}: a table of the measurement, expected one of its parameters or words")
-        if name in changes:
-            raise ParameterError(f"-p {text!r:.60}: {name} is given twice")
-        try:
-            changes[name] = read(value, words=True, files=True)
-        except ExpressionError as error:
-            raise ExpressionError(f"-p {name}: {error}") from None
-    try:
-        return m.replace(changes) if changes else m
-    except Error as error:
-        raise type(error)(f"-p {', '.join(changes)}: {error}") from None
-    except (TypeError, ValueError) as error:
-        raise ParameterError(f"-p {', '.join(changes)}: {error}") from None

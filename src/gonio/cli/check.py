@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import click
 
 from ..errors import ParameterError, visible
+from . import completion
 from .options import json_option, read_material, reading_option, replace_option, title_of
 from .tables import paragraph, table
 from .terminal import bar, echo, print_json
@@ -40,7 +41,7 @@ class _WithLaws(click.Command):
 
 
 @click.command(cls=_WithLaws, short_help="Hold MATERIAL to the laws of physics.")
-@click.argument("material", required=False)
+@click.argument("material", required=False, shell_complete=completion.materials)
 @replace_option
 @reading_option
 @json_option
@@ -75,7 +76,7 @@ def check(
     from ..laws import check as check_laws
 
     if plot is not None:
-        from ..report.figures import check_target
+        from ..figures._drawing import check_target
 
         check_target(plot)
     m = read_material(material, replaced)
@@ -86,9 +87,9 @@ def check(
         raise ParameterError(f"{title}: its parameters are maps; expected one material for --plot and --sampling")
     rows = sampling_efficiency(m) if sampling else []
     if plot is not None:
-        from ..report.law_figures import draw
+        from ..figures import laws
 
-        draw(m, report, plot)
+        laws(m, report, plot)
     if as_json:
         more = {"sampling": [row._asdict() for row in rows]} if sampling else {}
         print_json({"name": title, **report.to_json(), **more})

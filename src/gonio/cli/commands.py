@@ -10,6 +10,7 @@ from . import (
     check,
     cite,
     compare,
+    completion,
     convert,
     fit,
     formats,
@@ -22,11 +23,24 @@ from . import (
     plan,
     reconstruct,
     render,
+    report,
     show,
+    source,
+    view,
 )
 from .terminal import Program, echo, streams
 
 _SETTINGS = {"help_option_names": ["-h", "--help"], "max_content_width": 100}
+
+
+FIRST = """gonio: BRDFs, measured and modelled.
+
+  gonio report gold -o gold.html   all about a material, on one page
+  gonio view gold                  explore it in the browser
+  gonio fit FILE                   which model comes nearest to a measurement?
+
+gonio --help for all; gonio COMMAND --help for one of them."""
+"""What is said to those who do not say what they want: the three most useful commands."""
 
 
 @click.group(name="gonio", cls=Program, invoke_without_command=True, context_settings=_SETTINGS)
@@ -37,7 +51,7 @@ def cli(ctx: click.Context) -> None:
 
     MATERIAL is a file (`gonio formats` lists what can be read; - is standard input), the name of a built-in
     material (gold-metallic-paint), or an expression ("Lambertian(0.2) + 0.5 * Microfacet(GGX(0.1), Dielectric(1.5))").
-    -p alpha=0.3 replaces a parameter of any of them.
+    -p alpha=0.3 replaces a parameter of any of them. Angles are in degrees, or have their unit: 8, 8deg, 0.14rad.
 
     \b
     Examples:
@@ -51,14 +65,15 @@ def cli(ctx: click.Context) -> None:
     Exit code: 0 good, 1 a law failed, 2 bad input or a failure of the machine, 70 a fault of gonio.
     """
     if ctx.invoked_subcommand is None:
-        echo(ctx.get_help())
+        echo(FIRST)
 
 
 for command in (
     *(materials.materials, models.models, info.info, albedo.albedo, check.check),
-    *(render.render, show.show, compare.compare, nearest.nearest),
+    *(render.render, show.show, source.source, report.report, view.view, compare.compare, nearest.nearest),
     *(fit.fit, plan.plan, reconstruct.reconstruct),
     *(import_.import_, convert.convert, measure.measure, formats.formats_, cite.cite),
+    completion.completion,
 ):  # in the order of the help
     cli.add_command(command)
 

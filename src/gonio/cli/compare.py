@@ -10,14 +10,14 @@ import click
 
 from ..errors import visible
 from ..pictures.image import SUFFIXES, read_image
-from . import options
+from . import completion, options
 from .render import NOISE
 from .terminal import bar, echo
 
 
 @click.command(short_help="Show how A and B differ on a lit sphere.")
-@click.argument("a")
-@click.argument("b")
+@click.argument("a", shell_complete=completion.materials)
+@click.argument("b", shell_complete=completion.materials)
 @options.reading_option
 @options.output_option("Figure to write: .png, .jpg, .pdf or .svg.")
 @options.lights_option
@@ -42,8 +42,9 @@ def compare(
 
     A and B are materials, rendered under the same light, or files of pictures.
     """
-    from ..report.difference import difference
-    from ..report.figures import check_target
+    from ..figures import difference as drawn
+    from ..figures._drawing import check_target
+    from ..pictures.difference import difference
     from ..scenes.rendering import render
 
     start = time.perf_counter()
@@ -64,5 +65,5 @@ def compare(
                 )
             titles.append(visible(options.title_of(text, ())))
     found = difference(*pictures)
-    found.save(output, titles, exposure)
+    drawn(found, path=output, labels=titles, exposure=exposure)
     echo(visible(f"{output}: {found.told(*titles)}, {options.since(start)}"))

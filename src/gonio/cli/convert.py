@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import click
 
 from ..errors import visible
+from . import completion
 from .options import json_option, read_material, reading_option, replace_option, since, title_of
 from .tables import size_in_words, table
 from .terminal import echo, print_json
@@ -18,11 +19,17 @@ if TYPE_CHECKING:
 
 
 @click.command(short_help="Write a material to a file of another format.")
-@click.argument("material", metavar="IN")
+@click.argument("material", metavar="IN", shell_complete=completion.materials)
 @click.argument("output", metavar="OUT", type=click.Path(path_type=Path))
 @replace_option
 @reading_option
-@click.option("--format", "format_", metavar="FORMAT", help="Format, where the suffix of OUT does not say which.")
+@click.option(
+    "--format",
+    "format_",
+    metavar="FORMAT",
+    shell_complete=completion.formats,
+    help="Format, where the suffix of OUT does not say which.",
+)
 @click.option("--resolution", metavar="N,N,..", help="Nodes along each axis, of formats that leave a choice.")
 @click.option("--option", "options", metavar="NAME=VALUE", multiple=True, help="Option of the format; may be repeated.")
 @json_option

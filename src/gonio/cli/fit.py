@@ -49,7 +49,7 @@ MODEL = "Lambertian() + Microfacet(GGX(), Schlick())"
     help="Parameters with a number for each channel, with commas between; all or none.  [default: those in "
     "which f is linear]",
 )
-@click.option("--theta-max", default=90.0, show_default=True, help="Leave out directions beyond this angle [degrees].")
+@options.theta_max_option("Leave out directions beyond this angle.")
 @click.option("--starts", type=click.IntRange(1, 10_000), help="Number of starts.")
 @click.option("--seed", default=0, type=click.IntRange(min=0), show_default=True, help="Of the starts.")
 @click.option(
@@ -93,12 +93,8 @@ def fit(
     from ..fitting.fitting import fit as fit_model
     from ..fitting.selection import select_model
     from ..formats import save, target, writer
-    from ..report.figures import check_target
-    from ..report.fit_figure import fit_figure
 
     start = time.perf_counter()
-    if not 0.0 < theta_max <= 90.0:
-        raise ParameterError(f"--theta-max {theta_max:g}: expected an angle [degrees] above 0, at most 90")
     shared: dict[str, Any] = {"per_channel": _channels(per_channel)}
     names = None if by is None else _names(by)
     if os.path.isdir(material) and output is None:
@@ -115,6 +111,8 @@ def fit(
     if scheduler is not None:
         raise ParameterError(f"--scheduler: {material} is one material; expected a folder of them, or a map")
     if plot is not None:
+        from ..figures._drawing import check_target
+
         check_target(plot)
     if output is not None:
         target(writer(output, None), output)
@@ -130,7 +128,9 @@ def fit(
     if output is not None:
         save(found.model, output)
     if plot is not None:
-        fit_figure(found, plot)
+        from ..figures import fit as draw
+
+        draw(found, plot)
     if as_json:
         print_json(found.to_json() if chosen is None else selection.to_json())
         return

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import click
 
 from ..errors import NotFoundError
+from . import completion
 from .options import json_option
 from .tables import table
 from .terminal import echo, print_json
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
 
 
 @click.command("formats", short_help="List the file formats, or the options of one.")
-@click.argument("name", nargs=-1)
+@click.argument("name", nargs=-1, shell_complete=completion.formats)
 @json_option
 def formats_(name: tuple[str, ...], as_json: bool) -> None:
     """List the file formats: their suffixes, whether they are read and written, and what they were checked against.

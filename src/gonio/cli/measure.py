@@ -11,7 +11,7 @@ import click
 import numpy as np
 
 from ..errors import ExpressionError, NotFoundError, ParameterError, suggestion, visible
-from .albedo import angles
+from .angles import Angles
 from .options import json_option, output_option
 from .terminal import bar, echo, print_json
 
@@ -21,8 +21,12 @@ from .terminal import bar, echo, print_json
 @output_option("File to write, in the format of its suffix.")
 @click.option("--format", "format_", metavar="FORMAT", help="Format, where the suffix does not say which.")
 @click.option("--facet", default="1", show_default=True, help="Facets: the reflectance of mirrors, or a MATERIAL.")
-@click.option("--theta", default="0,15,30,45,60,75", show_default=True, help="Polar angles of incidence [degrees].")
-@click.option("--phi", help="Azimuths of incidence [degrees], of surfaces that are not isotropic.  [default: every 30]")
+@click.option(
+    "--theta", type=Angles(90.0), default="0,15,30,45,60,75", show_default=True, help="Polar angles of incidence."
+)
+@click.option(
+    "--phi", type=Angles(), help="Azimuths of incidence, of surfaces that are not isotropic.  [default: every 30]"
+)
 @click.option("--cells", default="18,36", show_default=True, help="Rings and sectors that light is counted in.")
 @click.option("--error", default=0.01, show_default=True, help="Relative error, of a cell on average, to go on until.")
 @click.option("--bounces", default=16, show_default=True, help="How often light is followed.")
@@ -38,8 +42,8 @@ def measure(
     output: Path,
     format_: str | None,
     facet: str,
-    theta: str,
-    phi: str | None,
+    theta: list[float],
+    phi: list[float] | None,
     cells: str,
     error: float,
     bounces: int,
@@ -67,14 +71,12 @@ def measure(
     module = writer(output, format_)
     target(module, output)
     shape = _map(surface, pixel, unit, scale) if os.path.exists(surface) else surface_of(surface)
-    degrees = np.radians(angles(theta, "theta", below=90.0))
-    around = None if phi is None else np.radians(angles(phi, "phi"))
     with bar("measuring") as progress:
         m = gonioreflectometer(
             shape,
             _facet(facet),
-            degrees,
-            around,
+            np.radians(theta),
+            None if phi is None else np.radians(phi),
             _numbers(cells),
             error,
             bounces=bounces,

@@ -11,13 +11,14 @@ from typing import Any
 import click
 
 from ..errors import NotFoundError, suggestion
+from . import completion
 from .options import json_option
 from .tables import table
 from .terminal import echo, print_json
 
 
 @click.command(short_help="List the models, or say what one of them is.")
-@click.argument("name", required=False)
+@click.argument("name", required=False, shell_complete=completion.models)
 @json_option
 def models(name: str | None, as_json: bool) -> None:
     """List the models, the distributions of facet normals and the Fresnel terms.

@@ -96,8 +96,7 @@ def nearest(
 
     start = time.perf_counter()
     if output is not None:
-        from ..report.figures import check_target
-        from ..report.sheets import MOST
+        from ..figures._drawing import MOST, check_target
         from ..scenes.rendering import check
 
         check_target(output)
@@ -147,8 +146,8 @@ def _draw(
     exposure: float,
 ) -> None:
     """Write the sheet: the material itself, and then the nearest, by the factors that brought them near."""
-    from ..report.figures import new_figure
-    from ..report.sheets import CELL, draw_picture, factor
+    from ..figures._drawing import new_figure
+    from ..figures.gallery_figure import CELL, draw_picture, factor
     from ..scenes.rendering import render
 
     cells: list[tuple[str, str, Image]] = [(name, "itself", render(m, lights, size=size, samples=samples))]

@@ -15,6 +15,8 @@ import click
 from ..discover import docstring
 from ..errors import ParameterError
 from ..lights._words import DEFAULT, words
+from .angles import Angle
+from .completion import lights, materials
 
 if TYPE_CHECKING:
     from ..base.light import Light
@@ -41,7 +43,7 @@ reading_option = click.option(
 
 def material_argument(command: Callable) -> Callable:
     """MATERIAL, and the options to read its file with."""
-    return click.argument("material")(reading_option(command))
+    return click.argument("material", shell_complete=materials)(reading_option(command))
 
 
 replace_option = click.option(
@@ -57,6 +59,7 @@ lights_option = click.option(
     "--light",
     "lights",
     metavar="LIGHT",
+    shell_complete=lights,
     multiple=True,
     help=f"Where the light comes from, see above; may be repeated.  [default: {DEFAULT}, gray for bands]",
 )
@@ -73,6 +76,11 @@ bands_option = click.option(
 def output_option(help_: str) -> Callable:
     """The file to write."""
     return click.option("-o", "--output", required=True, type=click.Path(path_type=Path), help=help_)
+
+
+def theta_max_option(help_: str) -> Callable:
+    """The largest polar angle of what is used."""
+    return click.option("--theta-max", type=Angle(0.0, 90.0, True), default="90", show_default=True, help=help_)
 
 
 def with_light_help(command: Callable) -> Callable:
@@ -98,7 +106,8 @@ camera looks along +y: distant:45,-90 comes from behind it. L, E and I are a num
 
 def read_material(material: str, replaced: Sequence[str]) -> Reflectance:
     """The material, with parameters replaced."""
-    from .arguments import resolve, with_parameters
+    from ..catalogue.typed import with_parameters
+    from .arguments import resolve
 
     return with_parameters(resolve(material, click.get_current_context().meta.get(READING, ())), replaced)
 

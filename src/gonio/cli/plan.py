@@ -9,24 +9,33 @@ from pathlib import Path
 import click
 
 from ..errors import ParameterError, visible
-from . import options
+from . import completion, options
+from .angles import Angle, Angles
 from .terminal import echo, print_json
+
+RANGE, STEP = Angles(count=2), Angle(1e-3, 360.0)
 
 
 @click.command(short_help="Plan which directions to measure.")
-@click.argument("material")
+@click.argument("material", shell_complete=completion.materials)
 @click.argument("n", type=click.IntRange(1, 200))
 @options.replace_option
 @click.option("--criterion", default="D", show_default=True, help="D: least determinant; A: least relative errors.")
-@click.option("--theta-i", default="0,75", show_default=True, help="Least and largest angle of the light [degrees].")
-@click.option("--theta-o", default="0,75", show_default=True, help="Of the detector.")
-@click.option("--phi", default="0,180", show_default=True, help="Of its azimuth from the light's; 180 is forwards.")
-@click.option("--phi-i", help="Of the light's own azimuth, where the sample is turned.")
-@click.option("--step", default=2.5, show_default=True, help="Between polar angles [degrees].")
-@click.option("--step-phi", default=5.0, show_default=True, help="Between azimuths [degrees].")
+@click.option("--theta-i", type=RANGE, default="0,75", show_default=True, help="Least and largest angle of the light.")
+@click.option("--theta-o", type=RANGE, default="0,75", show_default=True, help="Of the detector.")
+@click.option(
+    "--phi", type=RANGE, default="0,180", show_default=True, help="Of its azimuth from the light's; 180 is forwards."
+)
+@click.option("--phi-i", type=RANGE, help="Of the light's own azimuth, where the sample is turned.")
+@click.option("--step", type=STEP, default="2.5", show_default=True, help="Between polar angles.")
+@click.option("--step-phi", type=STEP, default="5", show_default=True, help="Between azimuths.")
 @click.option("--in-plane", is_flag=True, help="Only the plane of incidence.")
 @click.option(
-    "--least-angle", default=5.0, show_default=True, help="Between light and detector, which hide each other."
+    "--least-angle",
+    type=Angle(0.0, 360.0),
+    default="5",
+    show_default=True,
+    help="Between light and detector, which hide each other.",
 )
 @click.option("--noise", default=1.0, show_default=True, help="Standard uncertainty of a value [%].")
 @click.option("--floor", default=0.0, show_default=True, help="Absolute standard uncertainty [1/sr].")
@@ -41,10 +50,10 @@ def plan(
     n: int,
     replaced: tuple[str, ...],
     criterion: str,
-    theta_i: str,
-    theta_o: str,
-    phi: str,
-    phi_i: str | None,
+    theta_i: list[float],
+    theta_o: list[float],
+    phi: list[float],
+    phi_i: list[float] | None,
     step: float,
     step_phi: float,
     in_plane: bool,
@@ -74,14 +83,14 @@ def plan(
             raise ParameterError(f"{output}: expected a name that ends in .csv or .json")
         target(output)
     arm = Goniometer(
-        theta_i=_range("--theta-i", theta_i),
-        theta_o=_range("--theta-o", theta_o),
-        phi=_range("--phi", phi),
-        phi_i=None if phi_i is None else _range("--phi-i", phi_i),
-        step_theta=_radians("--step", step),
-        step_phi=_radians("--step-phi", step_phi),
+        theta_i=_radians(theta_i),
+        theta_o=_radians(theta_o),
+        phi=_radians(phi),
+        phi_i=None if phi_i is None else _radians(phi_i),
+        step_theta=math.radians(step),
+        step_phi=math.radians(step_phi),
         in_plane=in_plane,
-        least_angle=_radians("--least-angle", least_angle, least=0.0),
+        least_angle=math.radians(least_angle),
     )
     planned = plan_measurement(
         options.read_material(material, replaced),
@@ -110,16 +119,6 @@ def plan(
         )
 
 
-def _radians(option: str, degrees: float, least: float = 1e-3) -> float:
-    if not least <= degrees <= 360.0:
-        raise ParameterError(f"{option} {degrees:g}: expected degrees from {least:g} to 360")
-    return math.radians(degrees)
-
-
-def _range(option: str, text: str) -> tuple[float, float]:
-    """Two angles [rad] from two in degrees."""
-    try:
-        low, high = (math.radians(float(part)) for part in text.split(","))
-    except ValueError:
-        raise ParameterError(f"{option} {text!r:.40}: expected two angles in degrees, such as 0,75") from None
+def _radians(degrees: list[float]) -> tuple[float, float]:
+    low, high = map(math.radians, degrees)
     return low, high

@@ -26,7 +26,7 @@ from .terminal import echo, print_json
 )
 @click.option("--noise", default=1.0, show_default=True, help="Standard uncertainty of values without one [%].")
 @click.option("--floor", default=0.0, show_default=True, help="Absolute standard uncertainty [1/sr].")
-@click.option("--theta-max", default=90.0, show_default=True, help="Rows beyond this angle are left out [degrees].")
+@options.theta_max_option("Rows beyond this angle are left out.")
 @click.option(
     "-o", "--output", type=click.Path(path_type=Path), help="File to write: the table; with --plan, .csv or .json."
 )
@@ -67,8 +67,6 @@ def reconstruct(
             raise ParameterError(f"{output}: expected a name that ends in .csv or .json")
         else:
             target(output)
-    if not 0.0 < theta_max <= 90.0:
-        raise ParameterError(f"--theta-max {theta_max:g}: expected degrees above 0, up to 90")
     learnt = tables.reflectance_basis(list(basis)) if basis else tables.reflectance_basis()
     found = None
     if file is not None:

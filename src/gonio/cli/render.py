@@ -12,6 +12,7 @@ import click
 from ..errors import ParameterError, visible
 from ..scenes.shapes import SHAPES
 from . import options
+from .angles import Angle
 from .terminal import bar, echo
 
 if TYPE_CHECKING:
@@ -35,7 +36,7 @@ SEED = "Of the random numbers: the same seed, the same picture."
 @click.option("--ground", metavar="MATERIAL", help="Material of a level plane below, which takes shadows.")
 @click.option("--camera", metavar="X,Y,Z", help=CAMERA)
 @click.option("--look-at", metavar="X,Y,Z", help="What that camera looks at.  [default: 0,0,0]")
-@click.option("--angle", type=float, help="Degrees across that camera's picture.  [default: 35]")
+@click.option("--angle", type=Angle(0.01, 175.0), help="Across that camera's picture.  [default: 35]")
 @click.option("--backdrop", is_flag=True, help="Show the light behind everything, such as the sky.")
 @click.option("--size", default=512, show_default=True, help="Width and height in pixels.")
 @click.option("--samples", type=int, help=SAMPLES)
@@ -107,7 +108,5 @@ def _camera(eye: str | None, look_at: str | None, angle: float | None) -> Camera
                 raise ParameterError(f"{name} {value}: of no camera; expected its place too, --camera 1.5,-3,1.6")
         return None
     across = 35.0 if angle is None else angle
-    if not 0.01 < across < 175.0:
-        raise ParameterError(f"--angle {across:g}: expected degrees between 0.01 and 175")
     target = options.place(look_at or "0,0,0", "--look-at")
     return Camera(options.place(eye, "--camera"), target, field_of_view=math.radians(across))

@@ -34,8 +34,8 @@ def show(
 
     Curves of a measurement end where its data end; points are measured values, with bars of two uncertainties.
     """
-    from ..report.figures import check_target
-    from ..report.figures import show as draw
+    from ..figures import overview
+    from ..figures._drawing import check_target
 
     start = time.perf_counter()
     check_target(output)
@@ -44,5 +44,5 @@ def show(
     chosen = options.bands_of(bands)
     title = visible(options.title_of(material, replaced))
     with bar("drawing") as progress:
-        draw(m, output, sources, title=title, size=size, samples=samples, progress=progress, bands=chosen)
+        overview(m, sources, output, title, size=size, samples=samples, progress=progress, bands=chosen)
     echo(visible(f"{output}: {title} {options.under(lights)}, {options.since(start)}"))

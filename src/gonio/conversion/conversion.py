@@ -20,6 +20,7 @@ from ..formats import load, save, writer
 from ..formats._options import options as options_of
 from ..models._quarters import QUARTERS, quarters
 from ..models.lambertian import Lambertian
+from ..notebooks import repr_html
 from ..pictures.colour import RELATIVE_XYZ, XYZ, rgb_of
 from ..tables.gridded import Gridded
 from ..tables.nodes import channels_named
@@ -41,6 +42,8 @@ class Conversion:
     >>> print(report.format)
     WINDOW XML
     """
+
+    _repr_html_ = repr_html
 
     material: str
     path: str

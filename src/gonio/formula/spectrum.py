@@ -8,6 +8,7 @@ import numpy as np
 
 from ..arrays import frozen, ops
 from ..errors import AccessError, ParameterError, TooLargeError
+from ..notebooks import repr_html
 from .text import literal, shown
 from .texture import Texture
 
@@ -109,6 +110,8 @@ class Spectrum:
     >>> print(gn.albedo(m, [0, 0, 1]).round(3), m.wavelengths)
     [0.267 0.6   0.333] [450. 550. 650.]
     """
+
+    _repr_html_ = repr_html
 
     wavelengths: np.ndarray
     values: np.ndarray

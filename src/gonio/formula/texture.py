@@ -14,6 +14,7 @@ from ..arrays import Fixed, frozen, ops
 from ..arrays.kinds import VALUE
 from ..arrays.labels import is_lazy, is_named
 from ..errors import AccessError, ArrayTypeError, MeaningWarning, ParameterError, ShapeError, TooLargeError, warn
+from ..notebooks import repr_html
 from .text import shown
 
 FILTERS = ("bilinear", "nearest")
@@ -108,6 +109,8 @@ class Texture:
     >>> print(gn.albedo(m.at(uv=uv), [0, 0, 1]).round(3).tolist())
     [[0.2], [0.8]]
     """
+
+    _repr_html_ = repr_html
 
     texels: Any
     filter: str

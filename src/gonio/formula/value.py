@@ -11,6 +11,7 @@ import numpy as np
 
 from ..arrays import Fixed, ops
 from ..errors import AccessError, ParameterError, suggestion
+from ..notebooks import repr_html
 from .classes import json_name
 from .fields import Channels, Field, Table, Wavelengths
 from .spectrum import Spectrum
@@ -21,6 +22,8 @@ from .texture import Texture
 
 class Value:
     """An immutable value of declared fields, with declared state and notes beside them."""
+
+    _repr_html_ = repr_html
 
     fields: dict[str, Field] = {}  # noqa: RUF012  (each class gets its own)
     beside: ClassVar[dict[str, Beside]] = {}

@@ -6,6 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..notebooks import repr_html
+
 
 class Measurement(NamedTuple):
     """How a virtual measurement went, by the direction of incidence: arrays (theta_i, phi_i); it prints as a table.
@@ -56,3 +58,6 @@ class Measurement(NamedTuple):
             )
         speed = f"{self.rays_per_second / 1e6:.1f} million rays a second, {self.rays} on each surface"
         return "\n".join([*lines, speed, *self.notes])
+
+    def _repr_html_(self) -> str | None:
+        return repr_html(self)

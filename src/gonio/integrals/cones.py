@@ -14,6 +14,7 @@ from ..arrays import ops
 from ..errors import ParameterError, shown
 from ..formula.direction import Direction, dot
 from ..formula.warp import cosine_hemisphere
+from ..notebooks import repr_html
 from ..radiometry.solid_angles import projected_solid_angle_cone
 from .domain import SAMPLED, Domain
 
@@ -29,6 +30,8 @@ class Hemisphere:
     >>> print(gn.reflectance(diffuse, gn.Hemisphere(), gn.Hemisphere()).round(4))
     0.5
     """
+
+    _repr_html_ = repr_html
 
     projected = math.pi
     """Projected solid angle [sr]."""
@@ -88,6 +91,8 @@ class Cone:
     >>> print(gn.reflectance(glossy, gn.direction(0.5, 0.0), detector).round(5))
     0.00934
     """
+
+    _repr_html_ = repr_html
 
     axis: Any
     half_angle: float

@@ -8,6 +8,7 @@ import numpy as np
 
 from ..arguments import checked
 from ..base.reflectance import Reflectance
+from ..notebooks import repr_html
 from .albedo import albedo
 from .transmittance import transmittance
 
@@ -31,6 +32,9 @@ class Fate(NamedTuple):
     def __repr__(self) -> str:
         shares = (f"{name}={np.array2string(np.asarray(x), precision=4)}" for name, x in self._asdict().items())
         return f"Fate({', '.join(shares)})"
+
+    def _repr_html_(self) -> str | None:
+        return repr_html(self)
 
 
 @checked

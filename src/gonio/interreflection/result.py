@@ -11,6 +11,7 @@ import numpy as np
 from ..arguments import checked
 from ..errors import ParameterError, shown
 from ..files import replacing
+from ..notebooks import repr_html
 from ..pictures.colour import light_to_rgb, rgb_of, srgb_encode
 from ..pictures.image import Image
 from .by_rays import ByRays
@@ -37,6 +38,8 @@ class Radiosity:
     >>> print(light)
     Radiosity(64 patches of 2 parts, dense, balance 1.0000, reciprocity 0.0e+00)
     """
+
+    _repr_html_ = repr_html
 
     def __init__(
         self,

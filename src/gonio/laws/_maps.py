@@ -15,6 +15,7 @@ from ..evaluate import batch
 from ..evaluate.labelled import takes_labels
 from ..formula.text import listed
 from ..integrals.albedo import albedo
+from ..notebooks import repr_html
 from . import energy, reciprocity
 from ._probes import pairs
 
@@ -86,6 +87,8 @@ class MapReport:
     >>> print(report.count(), report.holds["positivity"].ravel())
     {'positivity': 1, 'reciprocity': 0, 'energy': 0} [ True False]
     """
+
+    _repr_html_ = repr_html
 
     material: str
     values: dict[str, Any]

@@ -8,6 +8,8 @@ from collections.abc import Iterator
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
+from ..notebooks import repr_html
+
 
 @dataclass(frozen=True)
 class Law:
@@ -17,6 +19,8 @@ class Law:
     uncertainty of `value` for a measured table (NaN: unknown), of the components `u_noise` (None: no uncertainties of
     values are stated) and `u_interpolation`, and `significance` says whether a failure is more than u explains.
     """
+
+    _repr_html_ = repr_html
 
     name: str
     passed: bool
@@ -80,6 +84,8 @@ class Report:
     >>> print(report.passed, report.laws[0].value <= report.laws[0].tolerance)
     True True
     """
+
+    _repr_html_ = repr_html
 
     material: str
     laws: tuple[Law, ...]

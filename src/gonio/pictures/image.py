@@ -19,6 +19,7 @@ from ..compile.threads import apart
 from ..discover import modules
 from ..errors import FormatError, ParameterError, ShapeError, TooLargeError, warn
 from ..files import replacing, target
+from ..notebooks import repr_html, repr_png
 from ..numbers import numbers
 from .colour import SRGB_XY
 from .files._source import Picture, Source, opened
@@ -53,6 +54,9 @@ class Image:
     >>> print(picture.pixels.shape, picture.alpha)
     (2, 4, 3) None
     """
+
+    _repr_html_ = repr_html
+    _repr_png_ = repr_png
 
     pixels: NDArray[np.float32]
     alpha: NDArray[np.float32] | None = None

@@ -11,6 +11,7 @@ import numpy as np
 from ..arguments import checked
 from ..base.angles import direction
 from ..errors import ParameterError, TooLargeError, shown
+from ..notebooks import repr_html
 
 MOST = 2_000_000
 """Pairs of directions that a goniometer may have to choose from."""
@@ -37,6 +38,8 @@ class Goniometer:
     >>> print(len(wi), np.degrees(gn.angles(wo)[0].max()).round(1))
     1323 60.0
     """
+
+    _repr_html_ = repr_html
 
     theta_i: tuple[float, float] = (0.0, math.radians(75.0))
     theta_o: tuple[float, float] = (0.0, math.radians(75.0))

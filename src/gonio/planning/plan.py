@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import os
 from dataclasses import dataclass, field
-from html import escape
 from typing import Any
 
 import numpy as np
@@ -14,6 +13,7 @@ from ..base.reflectance import Reflectance
 from ..errors import ParameterError, shown
 from ..fitting.covariance import correlations
 from ..fitting.samples import names_of
+from ..notebooks import repr_html
 from .planned import Planned, aligned, csv_of, noise_told
 
 CRITERIA = {
@@ -52,6 +52,8 @@ class Plan(Planned):
     >>> print({name: round(s, 4) for name, s in planned.stderr.items()})  # 1 % of 0.5, over the root of 4
     {'rho': 0.0025}
     """
+
+    _repr_html_ = repr_html
 
     wi: np.ndarray
     wo: np.ndarray
@@ -215,19 +217,6 @@ class Plan(Planned):
     def __repr__(self) -> str:
         told = ", ".join(f"{name} ± {s:.2g}" for name, s in [*self.stderr.items()][:8])
         return f"<Plan of {len(self)} pairs of directions: {told}{', ...' if len(self.names) > 8 else ''}>"
-
-    def _repr_html_(self) -> str:
-        """Tables for notebooks."""
-        before = ["before"] if self.before else []
-        tables = (
-            [list(HEADER), *self.rows()],
-            [["parameter", "expected", "standard error", "relative", *before], *self._parameters()],
-        )
-        text = f"<p><code>{escape(repr(self.model)[:300])}</code><br>{escape('. '.join(self._summary()))}</p>"
-        for head, *rows in tables:
-            cells = "".join("<tr>" + "".join(f"<td>{escape(x)}</td>" for x in row) + "</tr>" for row in rows)
-            text += f"<table><tr>{''.join(f'<th>{escape(x)}</th>' for x in head)}</tr>{cells}</table>"
-        return text + (f"<ul>{''.join(f'<li>{escape(x)}</li>' for x in self.notes)}</ul>" if self.notes else "")
 
 
 HEADER = ("theta_i [°]", "phi_i [°]", "theta_o [°]", "phi_o - phi_i [°]", "expected f [1/sr]", "times")

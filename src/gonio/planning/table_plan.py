@@ -10,6 +10,7 @@ import numpy as np
 
 from ..errors import ParameterError, shown
 from ..fitting.samples import names_of
+from ..notebooks import repr_html
 from ..reconstruction.posterior import Reconstruction
 from ..reconstruction.reflectance_basis import ReflectanceBasis
 from .directions import order_of, pairs_of
@@ -38,6 +39,8 @@ class TablePlan(Planned):
     >>> print(len(planned), planned.wi.shape, planned.error < planned.before)
     5 (5, 3) True
     """
+
+    _repr_html_ = repr_html
 
     wi: np.ndarray
     wo: np.ndarray

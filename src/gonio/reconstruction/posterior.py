@@ -14,6 +14,7 @@ from ..arguments import Within, checked
 from ..errors import ParameterError, shown
 from ..fitting.samples import Samples, names_of
 from ..integrals.albedo import albedo
+from ..notebooks import repr_html
 from ..tables.gridded import Gridded
 from .reflectance_basis import ReflectanceBasis, Rows
 
@@ -83,6 +84,8 @@ class Reconstruction:
     >>> print(found.coefficients.shape, found.reflectance.stored.shape)
     (3, 20) (90, 32, 9, 3)
     """
+
+    _repr_html_ = repr_html
 
     reflectance: Gridded
     coefficients: np.ndarray

@@ -15,6 +15,7 @@ from ..base.measured import Measured, tabular_shape
 from ..base.reflectance import Reflectance
 from ..errors import ParameterError, shown
 from ..formula.direction import Direction, half_difference
+from ..notebooks import repr_html
 from ..numerics.filling import filled_in_layers
 from ..tables.angle_systems import SYSTEMS
 from ..tables.axes import counts, laid_out
@@ -89,6 +90,8 @@ class ReflectanceBasis:
     >>> print(len(basis), basis.variances.round(3))  # of brightness alone
     1 [1.]
     """
+
+    _repr_html_ = repr_html
 
     axes: dict[str, np.ndarray]
     mean: np.ndarray

@@ -25,6 +25,7 @@ from ..formula.distribution import ALPHA_HIGH, ALPHA_LOW, Distribution
 from ..formula.fresnel.schlick import Schlick
 from ..models.lambertian import Lambertian
 from ..models.microfacet import Microfacet
+from ..notebooks import repr_html
 from ..numerics.filling import filled_in_layers
 from ..numerics.projected_areas import area_harmonics, polar_nodes, projected_areas, rows_between
 
@@ -65,6 +66,8 @@ class RetroFacets:
     >>> print(found.F0.round(4), found.steps, found.notes)
     0.05 14 ()
     """
+
+    _repr_html_ = repr_html
 
     facets: Distribution
     F0: Any

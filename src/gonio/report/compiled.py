@@ -15,6 +15,7 @@ from ..compile import store
 from ..compile.llvm.program import EACH, PACKED, SAME, Array, Output, Program
 from ..errors import NotFoundError
 from ..evaluate import tracing
+from ..notebooks import repr_html
 from ..trace import passes
 from ..trace.show import show
 
@@ -42,6 +43,8 @@ class Kernel:
     >>> print(kernel.inputs)
     ('wi.x', 'wi.y', 'wi.z', 'wo.x', 'wo.y', 'wo.z', 'rho')
     """
+
+    _repr_html_ = repr_html
 
     source: str
     inputs: tuple[str, ...]

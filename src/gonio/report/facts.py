@@ -25,8 +25,6 @@ from ..integrals.albedo import albedo
 from ..tables.gridded import Gridded
 from ..tables.half_planes import half_planes
 from ..tables.scattered import Scattered
-from ..uncertainty import with_uncertainty
-from ..uncertainty.table import SCALE, has_uncertainty, scale_uncertainty
 
 INCIDENCE = (0.0, 45.0, 75.0)
 """Angles [degrees] at which `facts` gives the albedo."""
@@ -38,8 +36,8 @@ EXACT = 1e-6
 """Relative difference up to which a symmetry counts as exact."""
 
 
-def facts(text: str, m: Reflectance) -> dict[str, Any]:
-    """Facts about the material that `text` names, as JSON data."""
+def facts(text: str, m: Reflectance, computed: bool = True) -> dict[str, Any]:
+    """Facts about the material that `text` names, as JSON data; `computed`: also those that take integrals."""
     result: dict[str, Any] = {"material": text, "type": type(m).__name__}
     if isinstance(m, Measured):
         result |= _file_facts(m)
@@ -52,7 +50,7 @@ def facts(text: str, m: Reflectance) -> dict[str, Any]:
     result["channel_names"] = list(names) if names is not None else list("RGB") if m.channels == 3 else None
     result["has_delta"] = bool(m.has_delta)
     result["breaks"] = m.breaches()
-    if not batch.full_shape(m, ()):
+    if computed and not batch.full_shape(m, ()):
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", MissingDataWarning)
             result |= _computed_facts(m)
@@ -75,6 +73,9 @@ def _computed_facts(m: Reflectance) -> dict[str, Any]:
 
 def _uncertainty_of_albedo(m: Gridded, at: np.ndarray) -> Iterator[tuple[str, np.ndarray]]:
     """The components of the uncertainty of albedos: by noise under each assumption, and by interpolation."""
+    from ..uncertainty import with_uncertainty
+    from ..uncertainty.table import has_uncertainty
+
     for how in ASSUMPTIONS if has_uncertainty(m) else (None,):
         found = with_uncertainty(albedo, m, at, correlation=how, tolerance=1e-3)
         if how:
@@ -111,6 +112,8 @@ def _settable_facts(m: Reflectance) -> dict[str, Any]:
 
 def _file_facts(m: Measured) -> dict[str, Any]:
     """Contents of a file; `missing` and `negative` are shares of its main table, None if its numbers are no f."""
+    from ..uncertainty.table import SCALE, scale_uncertainty
+
     valid = m.valid
     tables = {name: getattr(m, name) for name, field in m.fields.items() if isinstance(field, Table)}
     tables = {name: table for name, table in tables.items() if table.shape == valid.shape}

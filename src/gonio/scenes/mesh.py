@@ -12,6 +12,7 @@ import numpy as np
 from ..arguments import Numbers, Within, checked
 from ..base.reflectance import Reflectance
 from ..errors import AccessError, DependencyError, FormatError, NotFoundError, ParameterError, ShapeError
+from ..notebooks import repr_html
 from ..numbers import numbers
 from ..rays.triangles import Triangles
 
@@ -41,6 +42,8 @@ class Mesh:
     >>> gn.Mesh(square, gn.Lambertian(0.5))
     Mesh(4 vertices, 2 triangles, Lambertian(rho=0.5))
     """
+
+    _repr_html_ = repr_html
 
     @checked
     def __init__(

@@ -7,6 +7,7 @@ from typing import Any
 
 from ..arguments import checked
 from ..errors import AccessError, ParameterError
+from ..notebooks import repr_html
 from .mesh import Mesh
 
 
@@ -21,6 +22,8 @@ class Scene:
     >>> print(len(scene.parts))
     2
     """
+
+    _repr_html_ = repr_html
 
     noun = "a scene: gn.Scene([gn.Mesh(shape, material)])"
 

@@ -19,6 +19,7 @@ from ..errors import ParameterError
 from ..formula.direction import Direction, cross
 from ..formula.mueller import turn_to
 from ..integrals.illumination import check_channels
+from ..notebooks import repr_html
 from ..pictures.colour import LUMINANCE, transformed
 from ..pictures.image import Image
 from ..polarization import analyser, dop
@@ -45,6 +46,8 @@ class StokesPicture:
     >>> print(picture.pixels.shape, picture.dop().pixels.max() <= 1.0)
     (16, 16, 1, 4) True
     """
+
+    _repr_html_ = repr_html
 
     pixels: np.ndarray
     alpha: np.ndarray

@@ -14,6 +14,7 @@ from ..base.light import FAR, Light
 from ..errors import ArrayTypeError, ParameterError, ShapeError, shown
 from ..fitting.samples import real
 from ..integrals.illumination import as_lights
+from ..notebooks import repr_html
 from ..numbers import numbers
 from ..pictures.image import Image
 
@@ -30,6 +31,8 @@ class LitImages:
     saturation, shadow   values from and up to which do not
     shape      of the map; coloured: whether it has a channel axis
     """
+
+    _repr_html_ = repr_html
 
     values: np.ndarray
     u: np.ndarray | None

@@ -22,6 +22,7 @@ from ..fitting.solver import Box, Solved, linear_step, minimise, solved
 from ..fitting.unknowns import Unknowns, likely, unknowns
 from ..formula.direction import HORIZON
 from ..formula.text import listed
+from ..notebooks import repr_html
 from ..numerics.lattice import lattice
 
 VALUES_AT_ONCE = 1 << 19
@@ -60,6 +61,8 @@ class FitMap:
     >>> print(found.values["rho"].round(4), found.flags)
     [0.3142 0.6283] [0 0]
     """
+
+    _repr_html_ = repr_html
 
     values: dict[str, np.ndarray]
     stderr: dict[str, np.ndarray]

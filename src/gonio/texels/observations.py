@@ -16,6 +16,7 @@ from ..base.reflectance import Reflectance
 from ..errors import ParameterError, ShapeError
 from ..fitting.samples import real
 from ..formula.direction import HORIZON
+from ..notebooks import repr_html
 from .lit_images import LitImages
 from .maps import FitMap, fit_map
 
@@ -34,6 +35,8 @@ class Observations:
     >>> print(gn.observations(np.full((2, 1, 1), 0.1), lamps, [0, 0, 1], normal=[0, 0, 1]).f.round(3))  # one is below
     [[[0.105   nan]]]
     """
+
+    _repr_html_ = repr_html
 
     wi: np.ndarray
     wo: np.ndarray

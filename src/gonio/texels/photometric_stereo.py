@@ -14,6 +14,7 @@ from ..base.light import Light
 from ..errors import ParameterError
 from ..fitting.losses import ROBUST, SCALES
 from ..formula.text import listed
+from ..notebooks import repr_html
 from .lit_images import Block, LitImages
 from .maps import counted
 from .normal_equations import PAIRS, Sums, cofactors, solved, times
@@ -64,6 +65,8 @@ class PhotometricStereo:
     >>> print(gn.photometric_stereo(dark, lamps).count())
     {'fewer than three values: NaN': 1}
     """
+
+    _repr_html_ = repr_html
 
     normal: np.ndarray
     albedo: np.ndarray

@@ -11,6 +11,7 @@ import numpy as np
 
 from ..arguments import Within, checked
 from ..errors import ParameterError
+from ..notebooks import repr_html
 from .latent import Latent
 
 if TYPE_CHECKING:
@@ -39,6 +40,8 @@ class Quoted:
     >>> print(q.value.round(4), q.u.round(4))
     0.3141 0.0063
     """
+
+    _repr_html_ = repr_html
 
     value: Any
     u: Any

@@ -1,10 +1,10 @@
-"""f in the plane of incidence, as figures draw it: curves that end where the data end, and what was measured there."""
+"""f in a plane, as figures draw it: curves that end where the data end, and what was measured there."""
 
 from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -32,7 +32,7 @@ MOST = 1 << 25
 
 
 class Slice(NamedTuple):
-    """f [1/sr] in the plane of incidence, as one number (`one_number`).
+    """f [1/sr] in the plane of incidence, or across it, as one number (`one_number`).
 
     theta     angle of incidence [degrees]
     f         at VIEWS; NaN where there are no data
@@ -107,22 +107,27 @@ def _nearest(phi: float, azimuths: np.ndarray) -> float:
     return float(azimuths[np.cos(azimuths - phi).argmax()])
 
 
-def slices_of(m: Reflectance) -> list[Slice]:
-    """The slices of a material of one place."""
+def slices_of(m: Reflectance, thetas: Sequence[float] | None = None, turn: float = 0.0) -> list[Slice]:
+    """The slices of a material of one place, at angles of incidence [degrees], by default those of `incidences`.
+
+    turn  angle [rad] by which the plane of the views is turned from that of incidence, towards larger azimuths
+    """
     number, _ = one_number(m)
     phi = plane(m)
-    wo = direction(np.radians(np.abs(VIEWS)), np.where(VIEWS < 0.0, phi, phi + np.pi))
+    wo = direction(np.radians(np.abs(VIEWS)), np.where(VIEWS < 0.0, phi, phi + np.pi) + turn)
     is_held = isinstance(m, Gridded) and m.outside == "hold"
     bounded = m.replace(outside="missing") if is_held else m
-    of_nodes = _measured(m)
+    of_nodes = _measured(m, turn)
     slices = []
-    for theta in incidences(m):
+    for theta in incidences(m) if thetas is None else thetas:
         f = number(with_channels(bounded.f(direction(np.radians(theta), phi), wo), 1))
         slices.append(Slice(theta, f, *of_nodes(theta, phi)))
     return slices
 
 
-def _measured(m: Reflectance) -> Callable[[float, float], tuple[np.ndarray, np.ndarray, np.ndarray | None]]:
+def _measured(
+    m: Reflectance, turn: float
+) -> Callable[[float, float], tuple[np.ndarray, np.ndarray, np.ndarray | None]]:
     """A function that gives the viewing angles of what was measured near a plane, f there, and its uncertainty."""
     number, _ = one_number(m)
     if isinstance(m, Scattered):
@@ -131,7 +136,7 @@ def _measured(m: Reflectance) -> Callable[[float, float], tuple[np.ndarray, np.n
     elif isinstance(m, Gridded) and "theta_i" in m.axes and m.stored.size <= MOST:
         f, u, axis = m.brdf(), m.brdf_uncertainty(), list(m.axes).index("theta_i")
     else:
-        return lambda theta, phi: (np.zeros(0), np.zeros(0), None)
+        return lambda theta, phi: _NOTHING
 
     def near(theta: float, phi: float) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
         if isinstance(m, Scattered):
@@ -140,11 +145,13 @@ def _measured(m: Reflectance) -> Callable[[float, float], tuple[np.ndarray, np.n
             values, spread = (None if x is None else with_channels(x, 1)[chosen] for x in (f, u))
         else:
             k = int(np.abs(np.degrees(m.axes["theta_i"]) - theta).argmin())
+            if abs(math.degrees(m.axes["theta_i"][k]) - theta) > APART:
+                return _NOTHING
             pairs = m.system.directions({**m.axes, "theta_i": m.axes["theta_i"][k : k + 1]})
             wi, wo = (w.reshape(-1, 3) for w in np.broadcast_arrays(*pairs))
             parts = (None if x is None else with_channels(np.take(x, k, axis), len(m.axes) - 1) for x in (f, u))
             values, spread = (None if x is None else x.reshape(len(wi), -1) for x in parts)
-        views, inside = _seen_in_plane(wi, wo, phi, m.is_oriented())
+        views, inside = _seen_in_plane(wi, wo, phi, turn, m.is_oriented())
         assert values is not None
         values = number(values)
         inside &= np.isfinite(values)
@@ -154,13 +161,21 @@ def _measured(m: Reflectance) -> Callable[[float, float], tuple[np.ndarray, np.n
     return near
 
 
-def _seen_in_plane(wi: np.ndarray, wo: np.ndarray, phi: float, is_oriented: bool) -> tuple[np.ndarray, np.ndarray]:
-    """Viewing angles [degrees] of pairs of directions, and which of them lie in the plane of the light's azimuth."""
+_NOTHING = (np.zeros(0), np.zeros(0), None)
+
+
+def _seen_in_plane(
+    wi: np.ndarray, wo: np.ndarray, phi: float, turn: float, is_oriented: bool
+) -> tuple[np.ndarray, np.ndarray]:
+    """Viewing angles [degrees] of pairs of directions, and which of them lie in the plane of the light's azimuth,
+    turned by an angle."""
     across = np.array([math.cos(phi), math.sin(phi)])
     flat = np.hypot(wi[:, 0], wi[:, 1])
     is_steep = flat < math.sin(math.radians(APART))
     towards = np.where(is_steep[:, None], across, wi[:, :2] / np.maximum(flat, 1e-9)[:, None])
-    along, off = (wo[:, :2] * towards).sum(-1), wo[:, 0] * towards[:, 1] - wo[:, 1] * towards[:, 0]
+    along, aside = (wo[:, :2] * towards).sum(-1), wo[:, 1] * towards[:, 0] - wo[:, 0] * towards[:, 1]
+    c, s = math.cos(turn), math.sin(turn)
+    along, off = c * along + s * aside, c * aside - s * along
     inside = (np.abs(off) <= math.sin(math.radians(APART))) & (wo[:, 2] > 1e-6)
     if is_oriented:
         inside &= (towards @ across) >= math.cos(math.radians(APART))

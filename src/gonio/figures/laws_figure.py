@@ -2,43 +2,76 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-from typing import Any
+import os
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..arguments import checked
 from ..base.angles import direction
 from ..base.reflectance import Reflectance
-from ..errors import TraceError
+from ..errors import ParameterError, TraceError
 from ..integrals.efficiency import VIEWS, sampling_efficiency
-from ..laws import LAWS, cavity, derivatives, energy, furnace, grazing, isotropy, limit, reciprocity
+from ..laws import LAWS, MapReport, cavity, check, derivatives, energy, furnace, grazing, isotropy, limit, reciprocity
 from ..laws._probes import INCIDENCE, SAMPLES, difference, is_measured, values
 from ..laws._rings import around, distance
 from ..laws._verdict import Report
 from ..numerics.lattice import lattice
+from ._drawing import RGB, SEQUENCE, check_target, new_figure, write
 from .fate_figure import draw_fate
-from .figures import RGB, new_figure, write
 
-GOOD, BAD, DECLARED, INK, GREY = "#2f8f46", "#c8362f", "#c47a00", "#1f3f77", "#8a8a8a"
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+GOOD, BAD, DECLARED, INK, GREY = "#00795a", "#d55e00", "#a97400", "#1f3f77", "#8a8a8a"
 COLOURS = {"pass": GOOD, "FAIL": BAD, "breaks": DECLARED}
-LINES = ["#1f3f77", "#2f86c1", "#37b59d", "#e3a72f", "#c8362f"]
+LINES = [SEQUENCE[k] for k in (0, 2, 4, 5, 3)]
 
 
-def draw(m: Reflectance, report: Report, path: str | Path) -> None:
-    """Write the figure to a .png, .pdf or .svg file: the verdicts of `report`, and a panel for each measurement."""
-    with np.errstate(all="ignore"), new_figure(path, (14.0, 10.8), report.material) as figure:
-        figure.get_layout_engine().set(w_pad=0.1, h_pad=0.1)
-        grid = figure.add_gridspec(3, 3)
-        _verdicts(figure.add_subplot(grid[0, 0]), report)
-        _reciprocity(figure, figure.add_subplot(grid[0, 1]), m)
-        _isotropy(figure.add_subplot(grid[0, 2], projection="polar"), m)
-        _energy(figure.add_subplot(grid[1, 0]), m)
-        _cavity(figure.add_subplot(grid[1, 1]), m)
-        _density(figure.add_subplot(grid[1, 2]), m)
-        _grazing(figure.add_subplot(grid[2, 0]), m)
-        _derivatives(figure.add_subplot(grid[2, 1]), m)
-        last = figure.add_subplot(grid[2, 2])
-        _limit(last, m) if limit.lobes(m) else _efficiency(last, m)
+@checked
+def laws(m: Reflectance, report: Report | None = None, path: str | os.PathLike[str] | None = None) -> Figure:
+    """Draw how a material holds to the laws of `gn.check`: the verdicts, and a panel for each measurement.
+
+    report     the verdicts, where they are known already; by default those of `gn.check(m)`
+    path       file to write: .png, .jpg, .pdf or .svg
+
+    Errors     ParameterError for other names of files, and for maps.
+
+    Example
+    >>> figure = gn.figures.laws(gn.Lambertian(0.5), path="laws.svg")
+    >>> print(figure.axes[0].get_title())
+    all laws hold
+    """
+    check_target(path)
+    known = check(m) if report is None else report
+    if isinstance(known, MapReport):
+        raise ParameterError(f"{m!r:.60}: its parameters are maps; expected one material")
+    with np.errstate(all="ignore"), new_figure(path, (14.0, 10.8), known.material) as figure:
+        _draw(figure, m, known)
+    return figure
+
+
+def _draw(figure: Any, m: Reflectance, report: Report) -> None:
+    figure.get_layout_engine().set(w_pad=0.1, h_pad=0.1)
+    grid = figure.add_gridspec(3, 3)
+    _verdicts(figure.add_subplot(grid[0, 0]), report)
+    _reciprocity(figure, figure.add_subplot(grid[0, 1]), m)
+    _isotropy(figure.add_subplot(grid[0, 2], projection="polar"), m)
+    _energy(figure.add_subplot(grid[1, 0]), m)
+    _cavity(figure.add_subplot(grid[1, 1]), m)
+    _density(figure.add_subplot(grid[1, 2]), m)
+    _grazing(figure.add_subplot(grid[2, 0]), m)
+    _derivatives(figure.add_subplot(grid[2, 1]), m)
+    last = figure.add_subplot(grid[2, 2])
+    _limit(last, m) if limit.lobes(m) else _efficiency(last, m)
+
+
+SHORTER = {
+    "|jacobian - difference|": "error",
+    "distance from a mirror": "distance",
+    "largest excess of eigenvalues below 0 and of polarization above 1": "largest excess",
+}
+"""Words of findings that are too long for their panel."""
 
 
 def _verdicts(axes: Any, report: Report) -> None:
@@ -48,7 +81,9 @@ def _verdicts(axes: Any, report: Report) -> None:
     step = 1.0 / len(LAWS)
     for i, law in enumerate(report.laws):
         y = 1.0 - (i + 0.5) * step
-        finding = law.finding.replace("|jacobian - difference|", "error").replace("distance from a mirror", "distance")
+        finding = law.finding
+        for words, fewer in SHORTER.items():
+            finding = finding.replace(words, fewer)
         outside = {"va": "center", "in_layout": False}
         axes.text(-0.08, y, law.verdict, color=COLOURS[law.verdict], weight="bold", **outside)
         axes.text(0.1, y, law.name, **outside)
@@ -86,7 +121,7 @@ PLACES = ((30.0, 30.0, 180.0), (60.0, 60.0, 180.0), (60.0, 45.0, 120.0))
 def _isotropy(axes: Any, m: Reflectance) -> None:
     turn = np.linspace(0.0, 2.0 * np.pi, 361)
     top = 1.0
-    for (ti, to, dphi), colour, width in zip(PLACES, (INK, "#37b59d", "#e3a72f"), (4.5, 2.6, 1.2), strict=True):
+    for (ti, to, dphi), colour, width in zip(PLACES, (INK, "#1e9c89", "#e69f00"), (4.5, 2.6, 1.2), strict=True):
         wi, wo = direction(np.radians(ti), 0.0 * turn), direction(np.radians(to), 0.0 * turn + np.radians(dphi))
         # The pair stands still and the surface turns: one and the same pair, turned by -t.
         pairs = [np.stack([isotropy.turned(w[k], -t) for k, t in enumerate(turn)]) for w in (wi, wo)]
@@ -160,7 +195,7 @@ def _cavity(axes: Any, m: Reflectance) -> None:
 def _density(axes: Any, m: Reflectance) -> None:
     edges = np.geomspace(1e-3, 180.0, 85)
     low = 0.0
-    for theta, colour in ((30.0, "#2f86c1"), (75.0, "#c47a00")):
+    for theta, colour in ((30.0, "#0072b2"), (75.0, "#d55e00")):
         view = direction(np.radians(theta), 0.3)
         r = np.geomspace(1e-3, 180.0, 400)[:, None]
         psi = np.linspace(0.0, 2.0 * np.pi, 193)[None, 1:]

@@ -1,10 +1,8 @@
-"""Two pictures compared: their signed difference as numbers, and as a figure with a scale."""
+"""Two pictures compared: their signed difference, and its numbers."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -12,13 +10,8 @@ from numpy.typing import NDArray
 
 from ..arguments import checked
 from ..errors import ParameterError, ShapeError
-from ..pictures.colour import LUMINANCE
-from ..pictures.image import Image
-from .figures import new_figure
-from .sheets import draw_picture, factor
-
-SPAN = 0.995
-"""Share of the pixels that the scale of a figure holds."""
+from ..notebooks import repr_html
+from .image import Image
 
 
 class Difference(NamedTuple):
@@ -66,36 +59,8 @@ class Difference(NamedTuple):
         sizes = f"rms {100.0 * self.rms:.1f} %, largest {100.0 * self.largest:.1f} % of the mean ({where})"
         return f"{b} is {100.0 * abs(mean):.1f} % {word} than {a}{each}; {sizes}{noise}"
 
-    @checked
-    def save(self, path: str | Path, titles: Sequence[str] = ("a", "b"), exposure: float = 0.0) -> None:
-        """Write a figure, .png, .jpg, .pdf or .svg: both pictures, and b - a with its scale, above the numbers.
-
-        Of RGB pictures the difference is shown as luminance; of others as the mean of the channels. Blue is where b is
-        darker, red where it is brighter; the scale holds all but the largest 0.5 % of the pixels. `exposure`: stops by
-        which the pictures are brightened.
-
-        Example
-        >>> a, b = (gn.Image(np.full((4, 4, 3), level)) for level in (0.5, 0.55))
-        >>> gn.difference(a, b).save("difference.png", titles=["before", "after"])
-        """
-        if len(titles) != 2:
-            raise ParameterError(f"titles={list(titles)!r:.80}: expected two, of a and of b")
-        one = self.pixels @ LUMINANCE if self.pixels.shape[-1] == 3 else self.pixels.mean(axis=-1)
-        known = np.abs(one[self.inside])
-        limit = float(np.quantile(known[np.isfinite(known)], SPAN)) or 1e-6
-        height, width = one.shape
-        with new_figure(path, (12.0, 1.3 + 4.0 * min(height / width, 3.0)), "") as figure:
-            axes = figure.subplots(1, 3)
-            scale = factor(exposure)
-            for where, picture, title in zip(axes[:2], (self.a, self.b), titles, strict=True):
-                draw_picture(where, picture, scale, title)
-            shown = np.where(self.inside, one, np.nan)
-            drawn = axes[2].imshow(shown, cmap="RdBu_r", vmin=-limit, vmax=limit, interpolation="nearest")
-            axes[2].set_axis_off()
-            axes[2].set_title(f"{titles[1]} − {titles[0]}"[:80], parse_math=False)
-            words = "luminance" if self.pixels.shape[-1] == 3 else "mean of the channels"
-            figure.colorbar(drawn, ax=axes[2], shrink=0.8, extend="both", label=words)
-            figure.supxlabel(self.told(*titles)[:160], fontsize=11, parse_math=False)
+    def _repr_html_(self) -> str | None:
+        return repr_html(self)
 
 
 @checked
@@ -108,6 +73,8 @@ def difference(a: Image, b: Image) -> Difference:
     Shapes   pictures of one size, with as many channels, or one.
     Units    `pixels` as the pictures; `bias`, `rms` and `largest` are shares of the mean of a.
     Errors   ShapeError; ParameterError for a picture a that is black, or holds NaN.
+
+    `gn.figures.difference` draws it.
 
     Example
     >>> m, sky = gn.Lambertian([0.8, 0.4, 0.2]), gn.ConstantLight(1.0)

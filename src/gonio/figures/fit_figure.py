@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-from typing import Any
+import os
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -12,7 +12,13 @@ from ..base.angles import angles, direction
 from ..base.frames import half_difference
 from ..fitting.result import Fit
 from ..fitting.samples import names_of
-from .figures import new_figure
+from ._drawing import COLOURS as SIDE_BY_SIDE
+from ._drawing import SEQUENCE as COLOURS
+from ._drawing import new_figure
+from .half_difference_figure import colour_bar, draw_slices, half_difference_axes
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 SLICES = 5
 """Angles of incidence that are drawn."""
@@ -29,35 +35,42 @@ DECADE = 10.0
 CELLS = (30, 30)
 """Cells by half and by difference angle."""
 
-COLOURS = ("#1f3f77", "#2f86c1", "#37b59d", "#e3a72f", "#c8362f")
-
 
 @checked
-def fit_figure(fit: Fit, path: str | Path) -> None:
-    """Write the figure of a fit to a .png, .jpg, .pdf or .svg file.
+def fit(found: Fit, path: str | os.PathLike[str] | None = None) -> Figure:
+    """Draw a fit: the data beside the model, and how far they are apart.
 
     Above: f in the plane of incidence by viewing angle, data as points, the model as lines; rows within 4 degrees of
     the plane and 3 degrees of each angle of incidence. Beside it the relative difference by angle of incidence. Below:
     the medians over cells of half and difference angle, of the data, of the model, and of their relative difference.
     Of several channels their mean.
 
+    found      a result of `gn.fit`
+    path       file to write: .png, .jpg, .pdf or .svg
+
+    Units      the figure has degrees, and f [1/sr].
+    Errors     ParameterError for other names of files.
+
     Example
     >>> data = gn.tabulate(gn.Lambertian(0.3), resolution=(9, 9, 18))
-    >>> gn.fit_figure(gn.fit(data, gn.Lambertian()), "fit.png")
+    >>> figure = gn.figures.fit(gn.fit(data, gn.Lambertian()), path="fit.png")
+    >>> print(figure.axes[1].get_ylabel())
+    model − data [% of the data's rms]
     """
-    s = fit.problem.samples
-    f = fit.model.f(s.wi, s.wo)
+    s = found.problem.samples
+    f = found.model.f(s.wi, s.wo)
     model = np.broadcast_to(np.reshape(f, (len(s), -1)), s.f.shape)
     with np.errstate(invalid="ignore", divide="ignore"):
         count = s.valid.sum(axis=1)
         data = np.where(s.valid, s.f, 0.0).sum(axis=1) / count
         model = np.where(s.valid, model, 0.0).sum(axis=1) / count
-    title = f"{fit.title}, fitted to {s.source}"
+    title = f"{found.title}, fitted to {s.source}"
     with new_figure(path, (12.0, 8.4), title) as figure:
         grid = figure.add_gridspec(2, 6)
-        _plane(figure.add_subplot(grid[0, :4]), fit, data)
-        _incidence(figure.add_subplot(grid[0, 4:]), fit)
-        _half_difference(figure, [figure.add_subplot(grid[1, 2 * k : 2 * k + 2]) for k in range(3)], fit, data, model)
+        _plane(figure.add_subplot(grid[0, :4]), found, data)
+        _incidence(figure.add_subplot(grid[0, 4:]), found)
+        _half_difference(figure, [figure.add_subplot(grid[1, 2 * k : 2 * k + 2]) for k in range(3)], found, data, model)
+    return figure
 
 
 def _plane(axes: Any, fit: Fit, data: np.ndarray) -> None:
@@ -91,10 +104,11 @@ def _plane(axes: Any, fit: Fit, data: np.ndarray) -> None:
     else:
         axes.set_ylim(0.0, 1.15 * high if high > 0.0 else None)
     axes.set_xlim(-90.0, 90.0)
-    axes.set_xlabel("viewing angle in the plane of incidence, the mirror direction at the right [degrees]")
-    axes.set_ylabel("f [1/sr]")
-    axes.legend(title="incidence", fontsize=8, title_fontsize=8, frameon=False)
-    axes.set_title("data: points, model: lines", fontsize=10)
+    axes.set_xticks(np.arange(-90, 91, 30))
+    axes.set_xlabel("viewing angle θₒ [°], light from the left")
+    axes.set_ylabel("f [sr⁻¹]")
+    axes.legend(title="incidence θᵢ")
+    axes.set_title("in the plane of incidence; points: data, lines: model", fontsize=10)
 
 
 def _incidences(theta: np.ndarray) -> list[float]:
@@ -111,19 +125,17 @@ def _incidences(theta: np.ndarray) -> list[float]:
 def _incidence(axes: Any, fit: Fit) -> None:
     classes = fit.by_incidence()
     middle = [0.5 * (c.low + c.high) for c in classes]
-    axes.bar(middle, [100.0 * c.rms for c in classes], width=12.0, color="#c9d4e6", label="rms")
-    axes.plot(middle, [100.0 * c.mean for c in classes], "o-", color="#c8362f", markersize=4, label="mean")
+    axes.bar(middle, [100.0 * c.rms for c in classes], width=12.0, color="#c9d8e6", label="rms")
+    axes.plot(middle, [100.0 * c.mean for c in classes], "o-", color=SIDE_BY_SIDE[1], markersize=4, label="mean")
     axes.axhline(0.0, color="#444444", linewidth=0.8)
-    axes.set_xlabel("angle of incidence [degrees]")
-    axes.set_ylabel("model - data, % of the data's rms")
-    axes.legend(fontsize=8, frameon=False)
+    axes.set(xlim=(0.0, 90.0), xticks=np.arange(0, 91, 15), xlabel="angle of incidence θᵢ [°]")
+    axes.set_ylabel("model − data [% of the data's rms]")
+    axes.legend()
     names = names_of(fit.problem.samples.channels)
     axes.set_title("difference" if len(names) == 1 else f"difference, {len(names)} channels", fontsize=10)
 
 
 def _half_difference(figure: Any, panels: list[Any], fit: Fit, data: np.ndarray, model: np.ndarray) -> None:
-    from matplotlib.colors import LogNorm
-
     s = fit.problem.samples
     theta_h, _, theta_d, _ = half_difference(s.wi, s.wo)
     # finer near theta_h = 0, where highlights are
@@ -132,24 +144,16 @@ def _half_difference(figure: Any, panels: list[Any], fit: Fit, data: np.ndarray,
     cell = row * CELLS[0] + column
     off = (model - data) / np.maximum(0.5 * (np.abs(model) + np.abs(data)), 1e-12)
     images = [_medians(x, cell) for x in (data, model, 100.0 * off)]
-    known = np.concatenate([images[0][np.isfinite(images[0])], images[1][np.isfinite(images[1])]])
-    positive = known[known > 0.0]
-    norm = LogNorm(*np.quantile(positive, [0.01, 1.0])) if positive.size and np.ptp(positive) > 0.0 else None
-    edges = [np.degrees(0.5 * np.pi * (np.arange(CELLS[0] + 1) / CELLS[0]) ** 2), np.linspace(0.0, 90.0, CELLS[1] + 1)]
+    edges = (np.degrees(0.5 * np.pi * (np.arange(CELLS[0] + 1) / CELLS[0]) ** 2), np.linspace(0.0, 90.0, CELLS[1] + 1))
+    drawn = draw_slices(panels[:2], images[:2], ("data", "model"), edges)
+    colour_bar(drawn, panels[:2], "f [sr⁻¹]", shrink=0.9)
     largest = float(np.nanquantile(np.abs(images[2]), 0.95)) if np.isfinite(images[2]).any() else 1.0
     spread = max(largest, 0.1)
-    titles = ("data, f [1/sr]", "model, f [1/sr]", "(model - data)/mean [%]")
-    for axes, image, title in zip(panels, images, titles, strict=True):
-        scale: dict[str, Any] = {"norm": norm, "cmap": "viridis"}
-        if axes is panels[2]:
-            scale = {"cmap": "RdBu_r", "vmin": -spread, "vmax": spread}
-        drawn = axes.pcolormesh(*edges, np.ma.masked_invalid(image), **scale)
-        figure.colorbar(drawn, ax=axes, shrink=0.9)
-        axes.set_xscale("function", functions=(lambda x: np.sqrt(np.maximum(x, 0.0)), np.square))
-        axes.set_xticks([0, 2, 10, 30, 60, 90])
-        axes.set_xlabel("theta_h [degrees]")
-        axes.set_title(title, fontsize=10)
-    panels[0].set_ylabel("theta_d [degrees]")
+    apart = panels[2].pcolormesh(
+        *edges, np.ma.masked_invalid(images[2]), cmap="RdBu_r", vmin=-spread, vmax=spread, rasterized=True
+    )
+    half_difference_axes(panels[2], "difference", False)
+    colour_bar(apart, panels[2:], "(model − data) / mean [%]", shrink=0.9)
 
 
 def _medians(values: np.ndarray, cell: np.ndarray) -> np.ndarray:
