@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import numpy as np
+from matplotlib.figure import Figure
 from PIL import Image
 
 import gonio as gn
@@ -37,8 +38,24 @@ def hero() -> None:
     Image.fromarray(codes).save(HERE / "materials.jpg", quality=93, subsampling=0)
 
 
+def figures() -> None:
+    """What `gn.figures` draws of a paint and a metal."""
+    paint = gn.Lambertian([0.4, 0.05, 0.05]) + gn.Microfacet(gn.GGX(0.15), gn.Dielectric(1.5))
+    steel = gn.Microfacet(gn.GGX(0.3), gn.Conductor(2.9, 3.1))
+    both = {"paint": paint, "steel": steel}
+    figure = Figure(figsize=(12.0, 6.6), layout="constrained")
+    (a, b, c), (d, e, f) = figure.subplots(2, 3)
+    gn.figures.polar(paint, axes=a)
+    gn.figures.half_difference(paint, axes=b)
+    gn.figures.half_difference(steel, axes=c)
+    gn.figures.slices(both, [0.5], axes=[d, e])
+    gn.figures.albedo(both, axes=f)
+    figure.savefig(HERE / "figures.png", dpi=110)
+
+
 if __name__ == "__main__":
     hero()
+    figures()
     m = gn.Lambertian(0.2) + gn.Microfacet(gn.GGX(0.1), gn.Dielectric(1.5))
     gn.figures.overview(m, gn.EnvironmentLight.studio(), HERE / "show.png", size=320, samples=128)
     paint = gn.OriginalPhong(0.25, 8.0)

@@ -1,0 +1,294 @@
+"""What a report says of a material, as JSON data. Angles are in degrees, f in 1/sr."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any
+
+import numpy as np
+
+from ...arrays.kinds import with_channels
+from ...base.angles import direction
+from ...base.measured import Measured
+from ...base.reflectance import Reflectance, Scaled, Sum
+from ...catalogue.citations import cite
+from ...errors import ParameterError
+from ...evaluate import batch
+from ...figures._slices import lit_range, one_number, plane
+from ...formula.parametrised import Parametrised
+from ...integrals.albedo import albedo, white_sky_albedo
+from ...integrals.fate import fate
+from ...laws import check, summaries
+from ...pictures.colour import RELATIVE_XYZ, RGB_OF_XYZ, WHITE, XYZ, rgb_of, srgb_encode
+from ...scenes.rendering import is_rgb
+from ...tables.gridded import Gridded
+from ...uncertainty import with_uncertainty
+from ...uncertainty.table import has_uncertainty
+from ..facts import ASSUMPTIONS, facts
+from ..model_facts import sections, summary
+from . import curves
+from .fits import fits_of
+from .guarded import Guarded
+from .polarized import polarization
+from .subject import Subject
+
+TABLE = (0.0, 15.0, 30.0, 45.0, 60.0, 75.0, 85.0)
+"""Angles of incidence [degrees] of the tables of albedos."""
+
+CURVE = (5.0, 10.0, 20.0, 25.0, 35.0, 40.0, 50.0, 55.0, 65.0, 70.0, 80.0, 82.5, 87.0, 88.5)
+"""Angles of incidence [degrees] between those of the table, of formulas."""
+
+TOLERANCE = 1e-4
+"""Tolerance of albedos of formulas."""
+
+COLUMNS = 7
+"""The most channels of a table."""
+
+Progress = Callable[[float], None]
+"""Told the share that is done, from 0 to 1."""
+
+
+def contents_of(subject: Subject, with_fits: bool = True, progress: Progress | None = None) -> dict[str, Any]:
+    """What a report says of one material. Raises ParameterError for maps."""
+    m = subject.m
+    if shape := batch.full_shape(m, ()):
+        places = " x ".join(map(str, shape))
+        raise ParameterError(
+            f"report of {subject.name!r:.60}: a map of {places} places, expected a material of one; "
+            f"`gonio show` draws maps, and gn.check(m) holds every place to the laws"
+        )
+    tell = progress or (lambda share: None)
+    found = Guarded()
+    about = facts(subject.text, m, computed=False)
+    found.add("albedo", lambda: albedos(m))
+    found.add("slices", lambda: curves.slices(m))
+    slices = found.parts["slices"]
+    found.parts["peaks"] = curves.peaks(slices["in_plane"]) if slices else []
+    found.add("half_difference", lambda: curves.half_difference(m))
+    tell(0.1)
+    found.add("laws", lambda: _laws(m, lambda done, total: tell(0.1 + 0.5 * done / total)))
+    found.add("colour", lambda: colours(m))
+    found.add("delta", lambda: _deltas(m) if m.has_delta else None)
+    found.add("fate", lambda: _fates(m) if m.sides != "front" else None)
+    found.add("polarization", lambda: polarization(m) if m.polarizes else None)
+    tell(0.65)
+    if with_fits:
+        found.add("fits", lambda: fits_of(m, subject.text))
+    else:
+        found.parts["fits"], found.left_out["fits"] = None, "left out on request (--no-fits)"
+    tell(1.0)
+    best = found.parts["fits"]["models"][0]["model"] if found.parts["fits"] and found.parts["fits"]["models"] else ""
+    table = found.parts["albedo"]["table"]["theta_i"] if found.parts["albedo"] else [0.0]
+    return {
+        "name": subject.name,
+        "title": described(subject, about),
+        "facts": about,
+        "isotropic": bool(m.is_isotropic()),
+        "unit": one_number(m)[1],
+        "formulas": list(formulas(m)),
+        "citations": cite(m),
+        **found.parts,
+        "left_out": found.left_out,
+        "notes": found.notes,
+        "reproduce": {
+            "python": subject.python(table, math.degrees(plane(m)), best),
+            "shell": subject.shell(best),
+        },
+    }
+
+
+def described(subject: Subject, about: dict[str, Any]) -> str:
+    """What a material is, in a line."""
+    m = subject.m
+    if "built_in" in about:
+        return f"{about['built_in']}: {about['description']}"
+    if isinstance(m, Measured):
+        return f"measurement, {about['format']} file" + (
+            f" of {about['published_as']}" if about["published_as"] else ""
+        )
+    if isinstance(m, Sum):
+        return "sum of " + ", ".join(type(t.of if isinstance(t, Scaled) else t).__name__ for t in m.terms)
+    return summary(type(m.of if isinstance(m, Scaled) else m)).replace("`", "")
+
+
+def formulas(m: Reflectance) -> Iterator[dict[str, str]]:
+    """What the docstrings of a material's classes say of each: formula, range of errors, source."""
+    for kind in dict.fromkeys(_kinds(m)):
+        parts = sections(kind)
+        told = {"class": kind.__name__, "formula": parts.get("", "").strip()}
+        yield told | {name.lower(): " ".join(parts.get(name, "").split()) for name in ("Units", "Error", "Source")}
+
+
+def _kinds(m: Parametrised) -> Iterator[type[Parametrised]]:
+    if not isinstance(m, (Sum, Scaled)):
+        yield type(m)
+    for name in m.fields:
+        if isinstance(part := getattr(m, name), Parametrised):
+            yield from _kinds(part)
+
+
+def channels_of(m: Reflectance) -> list[str]:
+    """The names of the channels, wavelengths with their unit; of one channel "f"."""
+    names = m.channel_names
+    if names is None:
+        count = m.channels or 1
+        return ["R", "G", "B"] if count == 3 else ["all"] if count == 1 else [str(k + 1) for k in range(count)]
+    return [name if isinstance(name, str) else f"{name:.6g} nm" for name in names]
+
+
+def shown_channels(count: int) -> list[int]:
+    """The channels that tables show: all where they are few, else some from the first to the last."""
+    return list(range(count)) if count <= COLUMNS else np.linspace(0, count - 1, COLUMNS).round().astype(int).tolist()
+
+
+def albedos(m: Reflectance) -> dict[str, Any]:
+    """Directional-hemispherical reflectance by angle of incidence and channel, with uncertainties, and under a white
+    sky; more angles for a curve where they cost little."""
+    low, high = lit_range(m)
+    theta = np.unique(np.clip(TABLE, low, high)) if isinstance(m, Gridded) else np.array(TABLE)
+    wi = direction(np.radians(theta), plane(m))
+    table: dict[str, Any] = {"theta_i": theta.tolist(), "channels": channels_of(m)}
+    table["shown"] = shown_channels(len(table["channels"]))
+    if isinstance(m, Gridded):
+        table |= _measured_albedos(m, wi)
+        curve = {"theta_i": table["theta_i"], "values": table["values"]}
+    else:
+        is_formula = not isinstance(m, Measured)
+        every = np.unique([*TABLE, *(CURVE if is_formula else ())])
+        tolerance = TOLERANCE if is_formula else 1e-3
+        value, error = albedo(m, direction(np.radians(every), plane(m)), tolerance=tolerance, error=True)
+        value, at = with_channels(value, 1), np.searchsorted(every, theta)
+        table |= {"values": value[at].tolist(), "u": {"integration": np.asarray(error)[at].tolist()}}
+        table |= {"assumed": "", "method": f"adaptive integration to {tolerance:g}"}
+        curve = {"theta_i": every.tolist(), "values": value.tolist()}
+    white = with_channels(white_sky_albedo(m, tolerance=1e-3), 0)
+    return {"table": table, "curve": curve, "white_sky": white.tolist(), "low": low, "high": high}
+
+
+def _measured_albedos(m: Gridded, wi: np.ndarray) -> dict[str, Any]:
+    """Albedos of a table, and their standard uncertainties: by noise under each assumption, and by interpolation."""
+    components: dict[str, Any] = {}
+    for how in ASSUMPTIONS if has_uncertainty(m) else (None,):
+        found = with_uncertainty(albedo, m, wi, correlation=how, tolerance=1e-3)
+        if how:
+            components[f"{how} errors"] = with_channels(found.u_noise, 1).tolist()
+    components["interpolation"] = with_channels(found.u_interpolation, 1).tolist()
+    u = [np.array(of) for of in components.values()]
+    noise = np.max(u[:-1], axis=0) if len(u) > 1 else 0.0
+    return {
+        "values": with_channels(found.value, 1).tolist(),
+        "u": components,
+        "total": np.hypot(noise, u[-1]).tolist(),
+        "assumed": "the larger of both components by noise, and interpolation" if len(u) > 1 else "interpolation alone",
+        "method": "uncertainties of the values, and of interpolation between them",
+    }
+
+
+def _laws(m: Reflectance, progress: Callable[[int, int], None]) -> dict[str, Any]:
+    report, statements = check(m, progress=progress), summaries()
+    laws = [
+        {
+            "name": law.name,
+            "verdict": law.verdict,
+            "statement": statements[law.name],
+            "value": law.value,
+            "tolerance": law.tolerance,
+            "finding": law.finding,
+            "where": law.where,
+            "why": law.why,
+            "declared": law.declared,
+            "significance": law.significance,
+            "u": law.u,
+        }
+        for law in report.laws
+    ]
+    return {"passed": report.passed, "lawful": report.lawful, "laws": laws, "notes": list(report.notes)}
+
+
+def colours(m: Reflectance) -> dict[str, Any] | None:
+    """The colour of the albedo under daylight (D65), at a few angles and under a white sky, and the spectrum; None of
+    channels that are no colours."""
+    theta = np.unique(np.clip((0.0, 45.0, 75.0), *lit_range(m)))
+    rho = with_channels(albedo(m, direction(np.radians(theta), plane(m)), tolerance=1e-3), 1)
+    names = m.channel_names
+    spectrum = None
+    if names is not None and not isinstance(names[0], str):
+        order = np.argsort(np.array(names, float))
+        wavelengths = np.array(names, float)[order].tolist()
+        spectrum = {"wavelengths": wavelengths, "theta_i": theta.tolist(), "values": rho[:, order].tolist()}
+    to_rgb = _to_rgb(m)
+    if to_rgb is None:
+        return {"patches": [], "spectrum": spectrum} if spectrum else None
+    patches = []
+    for angle, row in zip(theta.tolist(), rho @ to_rgb, strict=True):
+        lab = lab_of(row)
+        codes = (srgb_encode(np.clip(row, 0.0, 1.0)) * 255.0).round().astype(int)
+        inside = bool((row > -1e-3).all() and (row < 1.001).all())
+        patches.append({
+            "theta_i": angle, "hex": "#" + "".join(f"{c:02x}" for c in codes), "rgb": row.tolist(), "lab": lab,
+            "in_gamut": inside,
+        })  # fmt: skip
+    return {"patches": patches, "spectrum": spectrum}
+
+
+def _to_rgb(m: Reflectance) -> np.ndarray | None:
+    if (m.channels or 1) == 1 and (m.channel_names is None or isinstance(m.channel_names[0], str)):
+        return np.ones((1, 3))
+    if m.channel_names in (XYZ, RELATIVE_XYZ) or not is_rgb(m):
+        return rgb_of(m.channel_names)
+    return np.eye(3)
+
+
+def lab_of(rgb: np.ndarray) -> list[float]:
+    """CIELAB of linear sRGB, white being D65. CIE 015:2018."""
+    t = np.linalg.inv(RGB_OF_XYZ) @ rgb / WHITE
+    f = np.where(t > (6.0 / 29.0) ** 3, np.cbrt(t), t * (29.0 / 6.0) ** 2 / 3.0 + 4.0 / 29.0)
+    return [float(x) for x in (116.0 * f[1] - 16.0, 500.0 * (f[0] - f[1]), 200.0 * (f[1] - f[2]))]
+
+
+def _deltas(m: Reflectance) -> dict[str, Any]:
+    """The shares of delta lobes by angle of incidence: reflected and, where light passes, transmitted."""
+    wo = direction(np.radians(TABLE), plane(m))
+    shares = {"reflected": with_channels(m.delta_reflectance(wo), 1).tolist()}
+    if m.sides != "front":
+        shares["transmitted"] = with_channels(m.delta_reflectance(wo, across=True), 1).tolist()
+    return {"theta_i": list(TABLE), "channels": channels_of(m), **shares}
+
+
+def _fates(m: Reflectance) -> dict[str, Any]:
+    """The shares of light that are reflected, transmitted and absorbed, as one number and by channel."""
+    theta = np.unique([*TABLE, *CURVE])
+    number, _ = one_number(m)
+    shares = fate(m, direction(np.radians(theta), plane(m)), tolerance=1e-3)._asdict()
+    return {
+        "theta_i": theta.tolist(),
+        **{name: number(with_channels(x, 1)).tolist() for name, x in shares.items()},
+        "by_channel": {name: with_channels(x, 1).tolist() for name, x in shares.items()},
+    }
+
+
+def summarised(several: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
+    """The numbers by which materials are compared: a row for each."""
+    rows = []
+    for one in several:
+        laws, peaks = one["laws"], {p["theta_i"]: p for p in one["peaks"]}
+        middle = min(peaks, key=lambda theta: abs(theta - 45.0), default=None)
+        table = one["albedo"]["table"] if one["albedo"] else {"theta_i": [], "values": []}
+        mean = {theta: float(np.mean(row)) for theta, row in zip(table["theta_i"], table["values"], strict=True)}
+        nearest = [x for x in (one["fits"] or {}).get("nearest", []) if x["name"] != one["facts"]["material"]]
+        rows.append({
+            "name": one["name"],
+            "title": one["title"],
+            "channels": one["facts"]["channels"],
+            "albedo": mean,
+            "white_sky": float(np.mean(one["albedo"]["white_sky"])) if one["albedo"] else None,
+            "peak": peaks[middle] if middle is not None else None,
+            "laws_held": sum(law["verdict"] == "pass" for law in laws["laws"]) if laws else None,
+            "laws": len(laws["laws"]) if laws else None,
+            "lawful": bool(laws and laws["lawful"]),
+            "failed": [law["name"] for law in laws["laws"] if law["verdict"] != "pass"] if laws else [],
+            "nearest": nearest[0]["name"] if nearest else None,
+            "colour": one["colour"]["patches"][0]["hex"] if one["colour"] and one["colour"]["patches"] else None,
+        })  # fmt: skip
+    return rows

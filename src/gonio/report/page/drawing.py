@@ -1,0 +1,45 @@
+"""What plots of slices share: a slice as arrays, the axes, the classes of curves."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from . import chart
+from .chart import Axis
+
+VIEW = Axis(-90.0, 90.0, "viewing angle θₒ [°]", angle=True, ticks=range(-90, 91, 30))
+INCIDENT = Axis(0.0, 90.0, "angle of incidence θᵢ [°]", angle=True, ticks=range(0, 91, 15))
+
+DENSE = 45
+"""Measured values of a slice from which on their points are small."""
+
+
+def angle(degrees: float, digits: int = 4) -> str:
+    """An angle in HTML, which the page can turn into radians."""
+    return f'<span data-deg="{degrees:.10g}">{chart.number(float(f"{degrees:.{digits}g}"))}°</span>'
+
+
+class Row:
+    """A slice as arrays."""
+
+    def __init__(self, row: dict[str, Any]):
+        self.theta = float(row["theta_i"])
+        self.views, self.f = np.array(row["views"], float), np.array(row["f"], float)
+        given = row.get("measured")
+        self.measured = None
+        if given is not None:
+            u = None if given["u"] is None else np.array(given["u"], float)
+            self.measured = np.array(given["views"], float), np.array(given["f"], float), u
+        self.all = self.f if self.measured is None else np.concatenate([self.f, self.measured[1]])
+
+
+def step(k: int, count: int) -> str:
+    """The class of the k-th of several curves in an order."""
+    return f"s{round(k * 5 / max(count - 1, 1)) if count > 1 else 2}"
+
+
+def f_label(unit: str) -> str:
+    """The label of f, with the name of the one number that it is."""
+    return f"f [sr⁻¹]{', ' + unit.partition(',')[0] if unit else ''}"

@@ -1,0 +1,119 @@
+"""How near models and built-in materials come to a material, and where they do not."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ...base.measured import Measured
+from ...base.reflectance import Reflectance
+from ...catalogue import builtin
+from ...catalogue.expressions import expression
+from ...catalogue.nearest import nearest
+from ...errors import Error, visible
+from ...figures._slices import lit_range
+from ...fitting.fitting import fit
+from ...fitting.result import Fit
+from . import curves
+
+MODELS = (
+    "Lambertian() + Microfacet(GGX(), Schlick())",
+    "Lambertian() + ABC()",
+    "OrenNayar() + Microfacet(Beckmann(), Schlick())",
+)
+"""Models that are fitted, as expressions: their numbers are one start."""
+
+NEAREST = 5
+"""Built-in materials that are named."""
+
+COMPARED = (15.0, 45.0, 75.0)
+"""Angles of incidence [degrees] at which the best fit is drawn."""
+
+EXACT = 1e-9
+"""Root mean square of residuals, over that of the values, up to which a model is the material itself."""
+
+CHANNELS = 16
+"""The most channels that are fitted."""
+
+
+def fits_of(m: Reflectance, name: str = "") -> dict[str, Any]:
+    """The built-in materials that are most like this one, but for that of its name, and fits of models with their
+    residuals, the best first."""
+    found: dict[str, Any] = {
+        "measured": isinstance(m, Measured),
+        "nearest": [],
+        "models": [],
+        "exact": [],
+        "reasons": [],
+    }
+    entry = builtin.find(name)
+    try:
+        for match in nearest(m, count=NEAREST + 1):
+            is_itself = entry is not None and match.name == entry.name and match.distance == 0.0
+            if match.rank and not is_itself and len(found["nearest"]) < NEAREST:
+                row = {"name": match.name, "distance": match.distance, "compared": match.compared, "what": match.what}
+                found["nearest"].append(row)
+    except Error as error:
+        found["reasons"].append(_line(error))
+    if found["reasons"] and m.sides != "front":
+        return found
+    if (m.channels or 1) > CHANNELS:
+        found["reasons"].append(f"fits: {m.channels} channels; gonio fit does these, one by one")
+        return found
+    fits = []
+    for text in MODELS:
+        try:
+            fits.append((text, fit(m, expression(text), "cosine", starts=None)))
+        except Error as error:
+            if (reason := _line(error)) not in found["reasons"]:
+                found["reasons"].append(reason)
+    fits.sort(key=lambda pair: pair[1].rms)
+    found["exact"] = [text for text, of in fits if of.rms <= EXACT * _size(of)]
+    fits = [(text, of) for text, of in fits if text not in found["exact"]]
+    found["models"] = [_told(text, of) for text, of in fits]
+    if fits:
+        found["residuals"] = _residuals(m, fits[0][1])
+    return found
+
+
+def _size(of: Fit) -> float:
+    """The root mean square of the values that were fitted [1/sr]."""
+    s = of.problem.samples
+    return float(np.sqrt(np.mean(s.f[s.valid] ** 2)))
+
+
+def _line(error: Error) -> str:
+    return visible(" ".join(str(error).split()))
+
+
+def _told(text: str, of: Fit) -> dict[str, Any]:
+    return {
+        "model": text,
+        "found": of.title,
+        "loss": of.loss,
+        "rms": of.rms,
+        "values": of.used,
+        "parameters": [dict(zip(("name", "value", "remark"), row, strict=True)) for row in of.rows()],
+        "by_incidence": [c._asdict() for c in of.by_incidence()],
+        "notes": list(of.notes),
+    }
+
+
+def _residuals(m: Reflectance, of: Fit) -> list[dict[str, Any]]:
+    """f of the material and of the best model in the plane of incidence."""
+    known = curves.usual(m)
+    thetas = (
+        sorted({min(known, key=lambda t: abs(t - theta)) for theta in COMPARED})
+        if isinstance(m, Measured)
+        else COMPARED
+    )
+    rows = []
+    for theta in thetas:
+        views = curves.views_about(theta)
+        f = curves.f_in_plane(m, theta, views)
+        model = (
+            curves.f_in_plane(of.model, theta, views) if theta <= lit_range(m)[1] + 1.0 else np.full(len(views), np.nan)
+        )
+        rows.append({"theta_i": theta, "views": views.tolist(), "f": f.tolist(), "model": model.tolist()})
+    return rows

@@ -1,0 +1,121 @@
+"""Lobes in space: f of a few angles of incidence on grids of directions that are finest about the mirror direction."""
+
+from __future__ import annotations
+
+import base64
+import math
+from typing import Any
+
+import numpy as np
+
+from ...arrays.kinds import with_channels
+from ...base.angles import direction
+from ...base.reflectance import Reflectance
+from ...figures._slices import lit_range, one_number, plane
+from .curves import bounded
+
+INCIDENCES = (0.0, 15.0, 30.0, 45.0, 60.0, 75.0, 85.0)
+"""Angles of incidence [degrees] of the lobes."""
+
+POLAR, AROUND = 72, 120
+"""Directions of a grid by polar angle and by azimuth."""
+
+NARROW = 0.03
+"""Angle [degrees] beside the mirror direction within which directions are spread evenly."""
+
+DECADES = 4.0
+"""Powers of ten that the logarithmic radius shows."""
+
+LARGEST = (1 << 16) - 1
+"""The largest code; 0 means that there are no data."""
+
+
+def _clustered(low: float, high: float, count: int, centres: dict[float, float]) -> np.ndarray:
+    """Numbers from `low` to `high`: some evenly, the others as dense about each centre as its weight and the inverse
+    of the distance from it say. The heaviest centre is one of them."""
+    x = np.unique(np.concatenate([np.linspace(low, high, 4001), *(_beside(c) for c in centres)]))
+    x = x[(x >= low) & (x <= high)]
+    density = np.full(len(x), 1.2 / (high - low))
+    for centre, weight in centres.items():
+        density = density + weight / (np.abs(x - centre) + NARROW) / math.log(45.0 / NARROW)
+    total = np.concatenate([[0.0], np.cumsum(0.5 * (density[1:] + density[:-1]) * np.diff(x))])
+    found = np.interp(np.linspace(0.0, total[-1], count), total, x)
+    centre = max(centres, key=lambda c: centres[c], default=low)
+    inner = np.abs(found[1:-1] - centre).argmin() + 1
+    if low < centre < high:
+        found[inner] = centre
+    return found
+
+
+def _beside(centre: float) -> np.ndarray:
+    steps = np.geomspace(1e-3, 60.0, 160)
+    return np.concatenate([[centre], centre + steps, centre - steps])
+
+
+def grid(theta_i: float) -> tuple[np.ndarray, np.ndarray]:
+    """Polar angles, and azimuths from the plane of the mirror direction [degrees], of a lobe."""
+    polar = _clustered(0.0, 90.0, POLAR, {theta_i: 1.0})
+    around = np.linspace(-180.0, 180.0, AROUND + 1)
+    if theta_i > 1.0:
+        around = _clustered(-180.0, 180.0, AROUND + 1, {0.0: 1.0, -180.0: 0.2, 180.0: 0.2})
+    return polar, around
+
+
+def incidences(m: Reflectance) -> list[float]:
+    """Angles of incidence [degrees] of which a material has data."""
+    low, high = lit_range(m)
+    inside = [theta for theta in INCIDENCES if low - 0.5 <= theta <= high + 0.5]
+    return inside or [0.5 * (low + high)]
+
+
+def values(m: Reflectance, theta_i: float, through: bool = False) -> np.ndarray:
+    """f [1/sr] as one number on the grid of a lobe (polar, around); NaN where there are no data."""
+    number, _ = one_number(m)
+    phi = plane(m)
+    polar, around = (np.radians(x) for x in grid(theta_i))
+    polar = np.minimum(polar, math.radians(89.95))
+    wo = direction((math.pi - polar if through else polar)[:, None], phi + math.pi + around[None, :])
+    return np.asarray(number(with_channels(bounded(m).f(direction(math.radians(theta_i), phi), wo), 2)), float)
+
+
+def lobes(m: Reflectance) -> dict[str, Any]:
+    """The lobes of a material for the page: codes of log10 f, from `low` to `high`, as base64 of 16-bit numbers."""
+    thetas = incidences(m)
+    both = m.sides != "front"
+    tables = {theta: (values(m, theta), values(m, theta, True) if both else None) for theta in thetas}
+    known = np.concatenate([t[np.isfinite(t) & (t > 0.0)] for pair in tables.values() for t in pair if t is not None])
+    high = math.log10(known.max()) if known.size else 0.0
+    low = min(max(math.log10(known.min()), high - DECADES), high - 0.5) if known.size else high - 1.0
+    floor = high - 8.0  # codes reach further down than the radius: the linear one needs no more
+    number, unit = one_number(m)
+    found = []
+    for theta, (table, across) in tables.items():
+        polar, around = grid(theta)
+        lobe: dict[str, Any] = {
+            "theta_i": theta,
+            "polar": polar.round(4).tolist(),
+            "around": around.round(4).tolist(),
+            "codes": _codes(table, floor, high),
+            "peak": _largest(table),
+        }
+        if across is not None:
+            lobe |= {"through": _codes(across, floor, high), "peak_through": _largest(across)}
+        if m.has_delta:
+            wo = direction(math.radians(theta), plane(m))
+            share = number(with_channels(m.delta_reflectance(wo), 0))
+            passed = number(with_channels(m.delta_reflectance(wo, across=True), 0)) if both else 0.0
+            lobe["delta"] = [float(share), float(passed)]
+        found.append(lobe)
+    return {"low": low, "high": high, "floor": floor, "unit": unit, "lobes": found}
+
+
+def _codes(f: np.ndarray, floor: float, high: float) -> str:
+    with np.errstate(divide="ignore", invalid="ignore"):
+        share = (np.log10(np.maximum(f, 0.0)) - floor) / max(high - floor, 1e-9)
+    codes = 1.0 + np.clip(np.nan_to_num(share, neginf=0.0), 0.0, 1.0) * (LARGEST - 1)
+    return base64.b64encode(np.where(np.isfinite(f), codes.round(), 0.0).astype("<u2").tobytes()).decode()
+
+
+def _largest(f: np.ndarray) -> float:
+    known = f[np.isfinite(f)]
+    return float(known.max()) if known.size else float("nan")

@@ -1,0 +1,49 @@
+"""What a material does to the polarization of light."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from ...base.angles import direction
+from ...base.reflectance import Reflectance
+from ...figures._slices import one_number, plane
+
+INCIDENCES = (15.0, 45.0, 60.0, 75.0)
+"""Angles of incidence [degrees] at which it is shown."""
+
+VIEWS = np.linspace(-89.5, 89.5, 359)
+"""Viewing angles [degrees]."""
+
+
+def polarization(m: Reflectance) -> dict[str, Any]:
+    """The degree of linear polarization of the light that leaves, of unpolarised light that arrives, in the plane of
+    incidence; Mueller matrices at the mirror directions over their first element; and those of delta lobes."""
+    phi = plane(m)
+    wo = direction(np.radians(np.abs(VIEWS)), np.where(VIEWS < 0.0, phi, phi + math.pi))
+    rows, matrices = [], []
+    for theta in INCIDENCES:
+        wi = direction(math.radians(theta), phi)
+        M = _one(m, m.mueller(wi, wo))
+        with np.errstate(all="ignore"):
+            degree = np.hypot(M[:, 1, 0], M[:, 2, 0]) / M[:, 0, 0]
+        rows.append({"theta_i": theta, "views": VIEWS.tolist(), "degree": degree.tolist()})
+        mirror = _one(m, m.mueller(wi, direction(math.radians(theta), phi + math.pi)))
+        if mirror[0, 0] <= 0.0 and m.has_delta:
+            mirror = _one(m, m.delta_mueller(direction(math.radians(theta), phi + math.pi)))
+        if mirror[0, 0] > 0.0:
+            matrices.append(
+                {"theta_i": theta, "first": float(mirror[0, 0]), "matrix": (mirror / mirror[0, 0]).tolist()}
+            )
+    known = any(np.isfinite(row["degree"]).any() for row in rows)
+    return {"degree": rows if known else [], "mirror": matrices, "delta": not known}
+
+
+def _one(m: Reflectance, M: np.ndarray) -> np.ndarray:
+    """Mueller matrices of all channels as that of one number, as curves are."""
+    if m.channels is None:
+        return np.asarray(M, float)
+    number, _ = one_number(m)
+    return np.asarray(number(np.moveaxis(M, -3, -1)), float)

@@ -1,0 +1,58 @@
+"""What all sections of a report share: its contents, and how numbers, tables and reasons are written."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from html import escape
+from typing import Any
+
+import numpy as np
+
+
+def n(value: Any, digits: int = 4) -> str:
+    """A number as text; a dash where there is none."""
+    if value is None or not np.isfinite(value):
+        return "–"
+    return re.sub(r"e([-+])0*(\d)", lambda e: f"e{e[1].strip('+')}{e[2]}", f"{value:.{digits}g}") if value else "0"
+
+
+def table(head: Sequence[str], rows: Sequence[Sequence[str]], numbers: int = 0, kind: str = "") -> str:
+    """A table of HTML cells; those from the column `numbers` on are numbers, where it is given. A first cell heads its
+    row."""
+
+    def cell(k: int, text: str, tag: str) -> str:
+        mark = ' class="n"' if numbers and k >= numbers else ""
+        return f"<{tag}{mark}>{text}</{tag}>"
+
+    top = "".join(cell(k, text, "th") for k, text in enumerate(head))
+    body = "".join(
+        "<tr>" + "".join(cell(k, text, "th" if k == 0 else "td") for k, text in enumerate(row)) + "</tr>"
+        for row in rows
+    )
+    above = f"<thead><tr>{top}</tr></thead>" if any(head) else ""
+    return f'<div class="wide"><table class="{kind}">{above}<tbody>{body}</tbody></table></div>'
+
+
+def copied(text: str) -> str:
+    """A block of code that can be copied."""
+    return f'<pre><code>{escape(text)}</code><button type="button" data-do="copy">copy</button></pre>'
+
+
+def reason(text: str) -> str:
+    """Why something is missing."""
+    return f'<p class="reason">Not shown: {escape(text)}</p>'
+
+
+class Told:
+    """The contents and the pictures of one material."""
+
+    def __init__(self, one: dict[str, Any], pictures: dict[str, Any], key: str):
+        self.one, self.pictures, self.key = one, pictures, key
+        self.facts = one["facts"]
+
+    def remarks(self, *names: str) -> str:
+        """Reasons and warnings of parts."""
+        told = [reason(self.one["left_out"][name]) for name in names if name in self.one["left_out"]]
+        told += [f'<p class="note">{escape(text)}</p>' for name in names for text in self.one["notes"].get(name, [])]
+        return "".join(told)
