@@ -1,146 +1,151 @@
-"""The page of `gonio view` in headless Chromium on its software renderer: python benchmarks/explorer.py [repeats]
+"""What `gonio view` and `gonio report` take: `python benchmarks/explorer.py`; see explorer.txt.
 
-Milliseconds, medians of the repeats with the least and the most. "first picture": from the start of navigation until a
-lit sphere of the material is drawn by the GPU; "all views": until everything in sight is. "slider": from a number set
-until the GPU has drawn the picture, with 512 x 512 pixels in one view. "dropped": from the drop of a file until it
-stands on the page and everything in sight is drawn, upload and reading included. Other work on the machine counts.
+A headless Chromium draws by its software renderer. First paint: from the start of the command to materials drawn, and
+of the page alone. Slider to picture: from an input event to the last pixel of a lit sphere of 512 x 512, one point
+light, median of 40 events. Dropped: a measurement of 35 MB as a file, from the drop to its picture.
 """
 
 from __future__ import annotations
 
 import json
 import shutil
-import statistics
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterable
+import time
 from pathlib import Path
 from typing import Any
 from urllib.parse import quote
 
-from playwright.sync_api import Browser, Page, sync_playwright
+import numpy as np
+from playwright.sync_api import sync_playwright
 from timing import machine
 
 import gonio as gn
-from gonio.catalogue.expressions import expression
-from gonio.explorer.page import files
+from gonio.formats import merl
 
 FLAGS = [
     *("--headless", "--no-sandbox", "--disable-quic", "--no-first-run", "--disable-background-networking"),
     *("--disable-component-update", "--disable-sync", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"),
 ]
-GLOSSY = "Microfacet(GGX(0.2))"
-WHOLE = {"width": 1400, "height": 900}
-STEPS = 40
+EVENTS = 40
+MIXED = "Lambertian([0.4, 0.1, 0.05]) + Microfacet(GGX(0.2))"
 
-SLIDE = """async ([steps, set]) => {
+
+def started(*materials: str) -> tuple[subprocess.Popen[str], str, float]:
+    """The command, the page's address, and when it was started."""
+    start = time.perf_counter()
+    command = [sys.executable, "-m", "gonio", "view", "--no-browser", *materials]
+    server = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
+    assert server.stdout is not None
+    return server, server.stdout.readline().strip(), start
+
+
+def opened(browser: Any, address: str, **state: Any) -> Any:
+    page = browser.new_context(viewport={"width": 1400, "height": 900}).new_page()
+    page.goto(address + "#" + quote(json.dumps(state)))
+    page.evaluate("() => gonio.ready")
+    return page
+
+
+SLIDE = """async ([events, path, low, high]) => {
   const times = [];
-  for (let k = 0; k < steps; k++) {
-    const before = gonio.lastUpdate;
-    if (set === "theta") gonio.setIncidence(20 + k, 0);
-    else gonio.setParameter(0, set, 0.1 + (0.3 * k) / steps);
-    while (gonio.lastUpdate === before) await new Promise((resolve) => setTimeout(resolve, 1));
-    times.push(gonio.lastUpdate.drawn - gonio.lastUpdate.from);
-    await new Promise((resolve) => setTimeout(resolve, 20));
+  for (let i = 0; i < events; i++) {
+    const before = gonio.lastUpdate.drawn;
+    const from = performance.now();
+    gonio.setParameter(0, path, low + (high - low) * i / events);
+    while (gonio.lastUpdate.drawn === before) await new Promise((resolve) => setTimeout(resolve, 0));
+    times.push(gonio.lastUpdate.drawn - from);
+    await new Promise((resolve) => setTimeout(resolve, 60));
   }
   return times;
 }"""
 
-DROPPED = """async () => {
-  const input = document.querySelector("#file");
-  const count = gonio.materials.length;
-  const from = performance.now();
-  const dataTransfer = new DataTransfer();
-  dataTransfer.items.add(input.files[0]);
-  window.dispatchEvent(new DragEvent("drop", { dataTransfer, bubbles: true, cancelable: true }));
-  while (gonio.materials.length === count) await new Promise((resolve) => setTimeout(resolve, 5));
-  await gonio.idle();
-  return performance.now() - from;
+TURN = """async (events) => {
+  const times = [];
+  for (let i = 0; i < events; i++) {
+    const before = gonio.lastUpdate.drawn;
+    const from = performance.now();
+    gonio.setIncidence(20 + i, 0);
+    while (gonio.lastUpdate.drawn === before) await new Promise((resolve) => setTimeout(resolve, 0));
+    times.push(gonio.lastUpdate.drawn - from);
+    await new Promise((resolve) => setTimeout(resolve, 60));
+  }
+  return times;
 }"""
 
-
-def told(name: str, times: Iterable[float], target: float | None) -> None:
-    times = sorted(times)
-    middle = statistics.median(times)
-    verdict = "" if target is None else f"  <= {target:.0f}: {'ok' if middle <= target else 'short'}"
-    print(f"{name:46s}{middle:8.0f}  [{times[0]:.0f} {times[-1]:.0f}]{verdict}", flush=True)
+CANVAS = "() => { const c = document.querySelector('[data-testid=sphere-0]'); return [c.width, c.height]; }"
 
 
-def opened(browser: Browser, address: str, size: dict[str, int] = WHOLE, **state: Any) -> Page:
-    page = browser.new_context(viewport=size).new_page()
-    page.set_default_timeout(120_000)
-    page.goto(address + "#" + quote(json.dumps({"materials": [{"text": GLOSSY}], **state})))
-    return page
+def spread(times: list[float]) -> str:
+    low, middle, high = np.percentile(times[3:], [25, 50, 75])
+    return f"median {middle:.1f} ms [{low:.1f} {high:.1f}]"
 
 
-def first(browser: Browser, address: str, **state: Any) -> float:
-    """Milliseconds from the start of navigation until everything in sight is drawn."""
-    page = opened(browser, address, **state)
-    time = page.evaluate("async () => { await gonio.ready; return performance.now(); }")
-    page.context.close()
-    return time
+def large_file(folder: Path) -> Path:
+    """A table in MERL's own size, 35 MB."""
+    path = folder / "large.binary"
+    gn.save(gn.tabulate(gn.expression(MIXED), resolution=(90, 90, 180)), path, format=merl.NAME)
+    return path
 
 
-def slides(browser: Browser, address: str, view: str, path: str, text: str = GLOSSY) -> list[float]:
-    page = opened(browser, address, {"width": 900, "height": 700}, views=[view], materials=[{"text": text}])
-    page.evaluate("() => gonio.ready")
-    testid = {"lit": "sphere", "lobe": "lobe", "slice": "slice"}[view] + "-0"
-    box = page.get_by_test_id(testid).bounding_box()
-    assert box is not None
-    page.set_viewport_size({"width": 900 + 512 - round(box["width"]), "height": 700 + 512 - round(box["height"])})
-    page.wait_for_timeout(3000)
-    times = page.evaluate(SLIDE, [STEPS, path])
-    page.context.close()
-    return times
-
-
-def dropped(browser: Browser, address: str, path: Path) -> float:
-    page = opened(browser, address)
-    page.evaluate("() => gonio.ready")
-    page.wait_for_timeout(1500)
-    page.evaluate("""() => {
-      const input = document.createElement("input");
-      input.type = "file";
-      input.id = "file";
-      document.body.append(input);
-    }""")
-    page.locator("#file").set_input_files(path)
-    time = page.evaluate(DROPPED)
-    page.context.close()
-    return time
-
-
-def main(repeats: int = 5) -> None:
-    print(*machine(repeats), sep="\n")
-    with tempfile.TemporaryDirectory() as folder, sync_playwright() as playwright:
-        table = Path(folder) / "table.bsdf"
-        gn.convert(expression("Lambertian([0.4, 0.1, 0.05]) + Microfacet(GGX(0.2))"), table, format="rgl")
-        merl = Path(folder) / "merl.binary"
-        gn.convert(expression("Lambertian([0.4, 0.1, 0.05]) + Microfacet(GGX(0.2))"), merl)
-        command = [sys.executable, "-m", "gonio", "view", "--no-browser", "gold", str(table)]
-        server = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
-        assert server.stdout is not None
-        address = server.stdout.readline().strip()
+def main() -> None:
+    print(*machine(1), sep="\n")
+    with tempfile.TemporaryDirectory() as name, sync_playwright() as playwright:
+        folder = Path(name)
         browser = playwright.chromium.launch(executable_path=shutil.which("chromium"), args=FLAGS)
-        print(f"Chromium {browser.version}, SwiftShader\n")
-        opened(browser, address).evaluate("() => gonio.ready")
-        told("first picture", [first(browser, address, views=["lit"]) for _ in range(repeats)], 2000)
-        told("all views: lobe, lit, polar, slice", [first(browser, address) for _ in range(repeats)], None)
-        for view in ("lit", "lobe", "slice"):
-            told(f"slider, GGX, {view}, 512 x 512", slides(browser, address, view, "distribution.alpha_x"), 35)
-        told("incidence, GGX, lobe, 512 x 512", slides(browser, address, "lobe", "theta"), 35)
-        told("incidence, measured file, lobe, 512 x 512", slides(browser, address, "lobe", "theta", str(table)), 100)
-        size = merl.stat().st_size / 1e6
-        told(f"dropped, {size:.0f} MB", [dropped(browser, address, merl) for _ in range(repeats)], 3000)
-        browser.close()
+        print(browser.version and f"Chromium {browser.version}, software renderer (SwiftShader)\n")
+        first, alone = [], []
+        for _ in range(5):
+            server, address, start = started("gold")
+            begun = time.perf_counter()
+            page = opened(browser, address, materials=[{"text": "gold"}])
+            first.append(time.perf_counter() - start)
+            alone.append(time.perf_counter() - begun)
+            page.context.close()
+            server.terminate()
+            server.wait()
+        print(f"first paint, from the start of the command   {np.median(first):.2f} s (of 5: {min(first):.2f} to {max(first):.2f})")
+        print(f"first paint, of the page                     {np.median(alone):.2f} s (of 5: {min(alone):.2f} to {max(alone):.2f})")
+
+        server, address, _ = started("gold")
+        page = opened(browser, address, materials=[{"text": "gold"}], views=["lit"])
+        page.set_viewport_size({"width": 860, "height": 680})
+        page.wait_for_timeout(2000)
+        size = page.evaluate(CANVAS)
+        times = page.evaluate(SLIDE, [EVENTS, "distribution.alpha_x", 0.05, 0.4])
+        print(f"slider to picture, GGX, {size[0]} x {size[1]}            {spread(times)}")
+        page.context.close()
+        file = large_file(folder)
+        page = opened(browser, address, materials=[{"text": "gold"}], views=["lit"])
+        begun = time.perf_counter()
+        page.locator("input[type=file]").first.set_input_files(str(file))
+        while page.evaluate("() => gonio.materials.length") < 2:
+            page.wait_for_timeout(20)
+        page.evaluate("async () => { const n = gonio.frames; while (gonio.frames < n + 1) await new Promise(r => setTimeout(r, 10)); }")
+        print(f"file of {file.stat().st_size / 1e6:.0f} MB dropped and shown            {time.perf_counter() - begun:.2f} s")
+        page.evaluate("() => 0")
+        page.context.close()
         server.terminate()
-        server.wait()
-        page = Path(folder) / "gold.html"
-        subprocess.run([sys.executable, "-m", "gonio", "view", "gold", "--export", str(page)], check=True, capture_output=True)
-        bundle = sum(len(file.content) for file in files().values())
-        print(f"\nexported page of gold {page.stat().st_size / 1e6:.2f} MB; the page's own files {bundle / 1e3:.0f} kB")
+
+        server, address, _ = started(str(file))
+        page = opened(browser, address, views=["lit"])
+        page.set_viewport_size({"width": 860, "height": 680})
+        page.wait_for_timeout(2000)
+        size = page.evaluate(CANVAS)
+        print(f"light moved to picture, measured, {size[0]} x {size[1]}  {spread(page.evaluate(TURN, EVENTS))}")
+        page.context.close()
+        server.terminate()
+        browser.close()
+
+        for material, kind in (("gold-metallic-paint", "a built-in material"), ("gold", "a metal")):
+            page_file, report = folder / "page.html", folder / "report.html"
+            subprocess.run([sys.executable, "-m", "gonio", "view", "--export", page_file, material], check=True, capture_output=True)
+            begun = time.perf_counter()
+            subprocess.run([sys.executable, "-m", "gonio", "report", material, "-o", report], check=True, capture_output=True)
+            took = time.perf_counter() - begun
+            print(f"{kind}: explorer exported {page_file.stat().st_size / 1e6:.2f} MB; report {took:.1f} s, {report.stat().st_size / 1e6:.2f} MB")
 
 
 if __name__ == "__main__":
-    main(*map(int, sys.argv[1:]))
+    main()

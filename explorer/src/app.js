@@ -4,7 +4,7 @@ import { Gpu } from "./gpu.js";
 import { Material } from "./material.js";
 import { debounced } from "./numbers.js";
 import { Plane } from "./plane.js";
-import { read, written } from "./state.js";
+import { written } from "./state.js";
 import { adder, receiveFiles } from "./ui/add.js";
 import { card } from "./ui/card.js";
 import { Errors } from "./ui/errors.js";
@@ -18,12 +18,11 @@ const BUDGET = 40; // ms of a frame after which the remaining views wait for the
 
 /** The page: its state, its materials, its views, and the frames in which they are drawn. */
 export class App {
-  constructor(server, offline) {
+  constructor(server, offline, state) {
     this.server = server;
     this.offline = offline;
-    this.state = read(location.hash);
+    this.state = state;
     this.materials = [];
-    this.names = { given: [], materials: [], models: [], version: "" };
     this.frames = 0;
     this.lastUpdate = { from: 0, drawn: 0 };
     this.errors = new Errors();
@@ -49,18 +48,18 @@ export class App {
     this.arrange();
   }
 
-  async start() {
-    const named = this.server.call("names").then((names) => {
-      this.names = names;
-      this.adder.fill(names);
-      if (!this.state.materials.length) this.state.materials = (names.given ?? []).map(({ text }) => ({ text, replaced: {} }));
+  /** Shows what was asked for; see asked.js. */
+  async start({ names, entries, described }) {
+    const told = names.then((answer) => {
+      if (answer instanceof Error) return this.errors.show(answer);
+      this.adder.fill(answer);
     });
-    if (!this.state.materials.length) await named;
-    const entries = this.state.materials;
-    const made = await Promise.all(entries.map((entry, k) => this.described(entry, `start ${k}`)));
-    this.take(entries.map((entry, k) => made[k] && new Material(made[k], entry, 0)).filter(Boolean));
-    await named;
+    const [kept, made] = await Promise.all([entries, described]);
+    const failed = made.find((one) => one instanceof Error);
+    if (failed) this.errors.show(failed);
+    this.take(kept.flatMap((entry, k) => (made[k] instanceof Error ? [] : [new Material(made[k], entry, 0)])));
     if (!this.materials.length) this.say("Add a material, or drop a file.");
+    await told;
     await this.idle();
   }
 

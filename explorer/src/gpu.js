@@ -6,11 +6,11 @@ import {
 export const HEAD = "precision highp float;\nprecision highp int;\nprecision highp sampler2D;\n";
 const WHOLE = "in vec3 position;\nvoid main() { gl_Position = vec4(position.xy, 0.0, 1.0); }\n";
 
-/** One WebGL context for all views: each is drawn here, then copied to the canvas in its cell. */
+/** One WebGL context for all views: each is drawn here, then handed to the canvas in its cell. */
 export class Gpu {
   constructor() {
-    this.canvas = document.createElement("canvas");
-    this.renderer = new WebGLRenderer({ canvas: this.canvas, alpha: true, antialias: false, depth: false, stencil: false });
+    this.canvas = new OffscreenCanvas(512, 512);
+    this.renderer = new WebGLRenderer({ canvas: this.canvas, alpha: true, antialias: false, stencil: false });
     this.renderer.autoClear = false;
     this.renderer.debug.checkShaderErrors = false; // it waits for each program; `compile` looks when they are done
     this.renderer.setPixelRatio(1);
@@ -24,37 +24,26 @@ export class Gpu {
     this.triangle = triangle;
   }
 
-  /** Makes room for a picture of that size; the canvas never shrinks. */
-  room(width, height) {
-    const { width: w, height: h } = this.canvas;
-    if (width > w || height > h) this.renderer.setSize(Math.max(width, w), Math.max(height, h), false);
-  }
-
-  /** The target that the next drawing goes to; null is the canvas, with a picture in its lower left corner. */
+  /** The target that the next drawing goes to; null is the canvas, which takes the size of the picture. */
   aim(target, width, height) {
     this.renderer.setRenderTarget(target);
-    if (target === null) {
-      this.room(width, height);
-      this.renderer.setViewport(0, 0, width, height);
-      this.renderer.setScissor(0, 0, width, height);
-      this.renderer.setScissorTest(true);
-    }
+    if (target !== null) return;
+    if (width !== this.canvas.width || height !== this.canvas.height) this.renderer.setSize(width, height, false);
   }
 
-  /** Copies the picture to a canvas that is `times` as large. */
-  show(canvas, times = 1) {
-    const [width, height] = [Math.floor(canvas.width / times), Math.floor(canvas.height / times)];
-    const drawing = canvas.getContext("2d");
-    drawing.clearRect(0, 0, canvas.width, canvas.height);
-    drawing.drawImage(this.canvas, 0, this.canvas.height - height, width, height, 0, 0, canvas.width, canvas.height);
-    return drawing;
+  /** Hands the picture to a canvas, which stretches it to its own size. */
+  show(canvas) {
+    canvas.getContext("bitmaprenderer").transferFromImageBitmap(this.canvas.transferToImageBitmap());
   }
 
   /** Compiles what a scene needs, beside the page's own work where the browser can. */
   async compile(scene, camera) {
     const { renderer } = this;
     if (renderer.extensions.has("KHR_parallel_shader_compile")) await renderer.compileAsync(scene, camera);
-    else renderer.compile(scene, camera);
+    else {
+      renderer.compile(scene, camera);
+      await new Promise((resolve) => setTimeout(resolve)); // others start meanwhile: to ask for one is to wait for it
+    }
     const gl = renderer.getContext();
     scene.traverse(({ material }) => {
       const program = material && renderer.properties.get(material).currentProgram?.program;

@@ -1,16 +1,29 @@
 import "./explorer.css";
-import { decoded } from "./arrays.js";
-import { App } from "./app.js";
-import { element } from "./dom.js";
 import { publish } from "./api.js";
+import { App } from "./app.js";
+import { decoded } from "./arrays.js";
+import { asked } from "./asked.js";
+import { element } from "./dom.js";
 import { Offline, Server } from "./server.js";
+import { read } from "./state.js";
 
 const held = document.getElementById("gonio-materials");
-try {
-  const server = held ? new Offline(decoded(JSON.parse(held.textContent))) : new Server(new URL("socket", location.href.replace(/^http/, "ws")).href, (error) => app?.errors.show(error));
-  var app = new App(server, Boolean(held));
-  if (held && !app.state.materials.length) app.state.materials = server.held.materials.map(({ text }) => ({ text, replaced: {} }));
-  publish(app);
-} catch (error) {
-  document.body.append(element("div", { class: "error", role: "alert", "data-testid": "error" }, element("pre", {}, error.message)));
+let app = null;
+publish(() => app, begin());
+
+async function begin() {
+  const state = read(location.hash);
+  let closed = null;
+  const lost = (error) => (app ? app.errors.show(error) : (closed = error));
+  const server = held ? new Offline(decoded(JSON.parse(held.textContent))) : new Server(new URL("socket", location.href.replace(/^http/, "ws")).href, lost);
+  await server.opened?.catch(() => null);
+  const answers = asked(server, state);
+  try {
+    app = new App(server, Boolean(held), state);
+  } catch (error) {
+    document.body.replaceChildren(element("div", { class: "error", role: "alert", "data-testid": "error" }, element("pre", {}, error.message)));
+    return;
+  }
+  if (closed) app.errors.show(closed);
+  await app.start(answers);
 }

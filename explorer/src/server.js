@@ -41,7 +41,7 @@ export class Server {
 
   async send(call, fields) {
     if (this.socket.readyState > WebSocket.OPEN) this.opened = this.open();
-    await this.opened;
+    if (this.socket.readyState < WebSocket.OPEN) await this.opened;
     const id = this.next++;
     return new Promise((resolve, reject) => {
       this.waiting.set(id, { resolve, reject });
@@ -82,7 +82,7 @@ export class Offline {
     if (name === "material" && at >= 0) return this.held.materials[at];
     if (name === "albedo" && this.held.albedo?.[at]) return this.held.albedo[at];
     if (name === "check" && this.held.checks?.[at]) return this.held.checks[at];
-    if (name === "names") return { materials: [], models: [], version: this.held.version ?? "" };
+    if (name === "names") return { given: this.held.materials.map(({ text }) => ({ text, title: text })), materials: [], models: [], version: this.held.version ?? "" };
     throw new Error(`This page stands alone. "${name}" needs Python: run gonio view.`);
   }
 

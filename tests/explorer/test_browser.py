@@ -1,4 +1,4 @@
-"""The page of `gonio view` in a browser: what is drawn, dragged, dropped, kept in the address, and the numbers behind it."""
+"""The page of `gonio view` in a browser: what is drawn, dragged, dropped and kept in the address, and its numbers."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ def browser() -> Iterator[Any]:
 
 @pytest.fixture
 def open_page(address: str, browser: Any) -> Iterator[Open]:
-    """Opens the page in a state, and waits until it is drawn; afterwards nothing was said on the console or sent away."""
+    """Opens the page in a state and waits until it is drawn; in the end nothing stands on the console or left."""
     complaints: list[str] = []
     asked: list[str] = []
     contexts = []
@@ -200,7 +200,7 @@ def test_the_light_is_dragged(open_page):
 
 
 def _handle(box: dict[str, float], camera: list[float], theta: float) -> tuple[float, float]:
-    """Where the ball of the incident direction stands in the window: the camera looks at (0, 0, 0.42), 30 degrees wide."""
+    """Where the ball of the incident direction stands: the camera looks at (0, 0, 0.42), 30 degrees wide."""
     eye, up = np.array(camera), np.array([0.0, 0.0, 1.0])
     back = (eye - [0.0, 0.0, 0.42]) / np.linalg.norm(eye - [0.0, 0.0, 0.42])
     right = np.cross(up, back) / np.linalg.norm(np.cross(up, back))
@@ -252,7 +252,11 @@ def test_what_leaves_the_page(open_page):
         page.get_by_test_id("export-0").click()
         page.get_by_role("menuitem", name="PNG of θₕ").click()
     assert Path(download.value.path()).read_bytes()[:4] == b"\x89PNG"
-    for name, words in (("HLSL", "float3 microfacet_f"), ("Python", "gn.material('gold')"), ("Command line", "gonio show")):
+    for name, words in (
+        ("HLSL", "float3 microfacet_f"),
+        ("Python", "gn.material('gold')"),
+        ("Command line", "gonio show"),
+    ):
         page.get_by_test_id("export-0").click()
         page.get_by_role("menuitem", name=name).click()
         page.get_by_role("dialog").wait_for()
@@ -309,7 +313,8 @@ def test_everything_by_keyboard(open_page):
     page.keyboard.press("Escape")
     unnamed = page.evaluate(
         """() => [...document.querySelectorAll("button, input, select, canvas")]
-          .filter((one) => !one.hidden && !one.getAttribute("aria-label") && !one.textContent.trim() && !one.closest("label"))
+          .filter((one) => !one.hidden && !one.closest("label"))
+          .filter((one) => !one.getAttribute("aria-label") && !one.textContent.trim())
           .map((one) => one.outerHTML)"""
     )
     assert not unnamed
@@ -376,6 +381,4 @@ def test_values_of_the_browser_are_those_of_python(open_page, folder):
         expected = np.asarray(m.f(wi, wo)).reshape(300, -1)
         expected = expected[is_clear]
         near_zero = 1e-6 * abs(expected).max()  # tables interpolate in float32
-        np.testing.assert_allclose(
-            np.array(found, float)[is_clear], expected, rtol=1e-4, atol=near_zero, err_msg=text
-        )
+        np.testing.assert_allclose(np.array(found, float)[is_clear], expected, rtol=1e-4, atol=near_zero, err_msg=text)

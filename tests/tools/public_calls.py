@@ -62,7 +62,7 @@ LIGHTS = (
 INTEGRALS = {
     *("albedo", "black_sky_albedo", "white_sky_albedo", "blue_sky_albedo", "reflectance", "reflectance_factor"),
     *("reflected_radiance", "check", "with_uncertainty", "convert", "tabulate", "render"),
-    "turntable",
+    *("turntable", "write_report"),
     *(f"figures.{name}" for name in ("albedo", "fate", "laws", "overview", "portrait", "polar", "slices", "gallery")),
     *("figures.half_difference", "figures.difference", "figures.fit"),
 }

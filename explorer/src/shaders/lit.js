@@ -10,13 +10,14 @@ uniform float page_zoom;`;
 
 const SPHERE = `
 bool page_surface(out vec3 place, out vec3 normal) {
-  vec2 at = (gl_FragCoord.xy + page_jitter - 0.5 * page_size) / min(page_size.x, page_size.y) * 2.0 * page_zoom;
-  vec3 ray = normalize(page_look * vec3(at, -1.0));
-  float along = dot(page_eye, ray);
-  float inside = along * along - dot(page_eye, page_eye) + 1.0;
+  vec2 at = (gl_FragCoord.xy + page_jitter - 0.5 * page_size) * (2.0 * page_zoom / min(page_size.x, page_size.y));
+  float far = dot(page_eye, page_eye);
+  float squared = 1.0 + dot(at, at);
+  float inside = far - squared * (far - 1.0);
   if (inside <= 0.0) return false;
-  place = page_eye - (along + sqrt(inside)) * ray;
-  normal = normalize(place);
+  vec3 ray = vec3(at, -1.0) * ((sqrt(far) - sqrt(inside)) / squared);
+  place = page_eye + page_look * ray;
+  normal = place;
   return true;
 }`;
 
@@ -30,10 +31,13 @@ bool page_surface(out vec3 place, out vec3 normal) {
   return n.w > 0.5;
 }`;
 
+// sRGB, its power by square roots: to 3e-5.
 const TO_SCREEN = `
 vec3 page_screen(vec3 rgb) {
   vec3 x = clamp(rgb, 0.0, 1.0);
-  return mix(12.92 * x, 1.055 * pow(x, vec3(1.0 / 2.4)) - 0.055, step(0.0031308, x));
+  vec3 s = sqrt(x), q = sqrt(s);
+  vec3 y = 0.653997 * s + 0.688686 * q - 0.318451 * sqrt(q) - 0.0201901 * x - 0.0040728;
+  return mix(12.92 * x, y, step(0.0031308, x));
 }`;
 
 const LIGHTS = {

@@ -69,19 +69,17 @@ void main() {
   page_out = vec4(largest);
 }`;
 
-export const LOBE_VERTEX = `
+const bounds = PATCHES.map(({ first, rows }) => `  if (row >= ${first}) { first = ${first}; last = ${first + rows - 1}; }`).join("\n");
+
+/** Places and normals of the mesh: f as a radius, over the largest f of the materials from `page_from` on. */
+export const SHAPE = `
 uniform sampler2D page_field;
 uniform sampler2D page_maxima;
 uniform int page_from;
 uniform int page_to;
 uniform int page_radius;
-uniform mat4 projectionMatrix;
-uniform mat4 modelViewMatrix;
-in vec3 position; // column, row, first row of the patch * 1000 + rows
-out vec3 page_normal;
-out vec3 page_view;
-out vec3 page_wo;
-out float page_r;
+layout(location = 0) out vec4 page_place;
+layout(location = 1) out vec4 page_normal;
 float page_largest;
 float radius(float f) {
   float x = min(f / page_largest, 1.25);
@@ -96,21 +94,37 @@ vec3 at(int column, int row) {
 void main() {
   page_largest = 1e-30;
   for (int k = page_from; k < page_to; k++) page_largest = max(page_largest, texelFetch(page_maxima, ivec2(k, 0), 0).x);
-  int column = int(position.x);
-  int row = int(position.y);
-  int first = int(position.z) / 1000;
-  int rows = int(position.z) % 1000;
-  vec3 here = at(column, row);
-  int right = column == ${COLUMNS - 1} ? 1 : column + 1;
-  int left = column == 0 ? ${COLUMNS - 2} : column - 1;
-  vec3 across = at(right, row) - at(left, row);
-  vec3 along = at(column, min(row + 1, first + rows - 1)) - at(column, max(row - 1, first));
+  int column = int(gl_FragCoord.x);
+  int row = int(gl_FragCoord.y);
+  int first = 0, last = 0;
+${bounds}
+  vec4 texel = texelFetch(page_field, ivec2(column, row), 0);
+  vec3 here = texel.xyz * radius(texel.w);
+  vec3 across = at(column == ${COLUMNS - 1} ? 1 : column + 1, row) - at(column == 0 ? ${COLUMNS - 2} : column - 1, row);
+  vec3 along = at(column, min(row + 1, last)) - at(column, max(row - 1, first));
   vec3 normal = cross(along, across);
-  page_wo = texelFetch(page_field, ivec2(column, row), 0).xyz;
   float size = length(normal);
-  normal = row > first && size > 1e-12 ? normal / size : page_wo;
-  if (dot(normal, page_wo) < 0.0) normal = -normal;
-  page_normal = mat3(modelViewMatrix) * normal;
+  normal = row > first && size > 1e-12 ? normal / size : texel.xyz;
+  page_place = vec4(here, 0.0);
+  page_normal = vec4(dot(normal, texel.xyz) < 0.0 ? -normal : normal, 0.0);
+}`;
+
+export const LOBE_VERTEX = `
+uniform sampler2D page_field;
+uniform sampler2D page_places;
+uniform sampler2D page_normals;
+uniform mat4 projectionMatrix;
+uniform mat4 modelViewMatrix;
+in vec3 position; // column, row, nothing
+out vec3 page_normal;
+out vec3 page_view;
+out vec3 page_wo;
+out float page_r;
+void main() {
+  ivec2 from = ivec2(position.xy);
+  vec3 here = texelFetch(page_places, from, 0).xyz;
+  page_wo = texelFetch(page_field, from, 0).xyz;
+  page_normal = mat3(modelViewMatrix) * texelFetch(page_normals, from, 0).xyz;
   page_r = length(here);
   vec4 view = modelViewMatrix * vec4(here, 1.0);
   page_view = view.xyz;

@@ -28,7 +28,7 @@ export class Lit extends CellView {
     this.bar.append(
       select(["point", "area", "environment"].map((one) => [one, one]), state.light, (value) => this.choose("light", value), { "data-testid": "light", "aria-label": "Light" }),
       select([["sphere", "sphere"], ["teapot", "teapot"], ["knot", "knot"]], state.shape, (value) => this.choose("shape", value), { "data-testid": "shape", "aria-label": "Shape" }),
-      rangeControl({ label: "exposure", unit: "EV", low: -8, high: 8, step: 0.25, value: state.exposure, change: (value) => this.choose("exposure", value) }),
+      rangeControl({ label: "EV", name: "exposure", title: "exposure", low: -8, high: 8, step: 0.25, value: state.exposure, change: (value) => this.choose("exposure", value) }),
     );
   }
 
@@ -97,7 +97,7 @@ export class Lit extends CellView {
     if (cell.step < 0) {
       this.sample(pass, 0, true);
       pass.draw(null, across, down);
-      gpu.show(cell.canvas, times);
+      gpu.show(cell.canvas);
       cell.step = 0;
       return true;
     }

@@ -67,7 +67,7 @@ function lobeGeometry(twoSided) {
   const [places, indices] = [[], []];
   for (const { first, rows } of PATCHES.slice(0, twoSided ? 4 : 3)) {
     const start = places.length / 3;
-    for (let row = 0; row < rows; row++) for (let column = 0; column < COLUMNS; column++) places.push(column, first + row, first * 1000 + rows);
+    for (let row = 0; row < rows; row++) for (let column = 0; column < COLUMNS; column++) places.push(column, first + row, 0);
     for (let row = 0; row < rows - 1; row++) for (let column = 0; column < COLUMNS - 1; column++) {
       const a = start + row * COLUMNS + column;
       indices.push(a, a + 1, a + COLUMNS, a + 1, a + COLUMNS + 1, a + COLUMNS);

@@ -1,11 +1,11 @@
 import { PerspectiveCamera, Raycaster, Vector2, Vector3, WebGLRenderTarget } from "three";
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
-import { labelled, select } from "../dom.js";
+import { element, labelled, select } from "../dom.js";
 import { angles, direction, mirror } from "../directions.js";
 import { floats, Pass } from "../gpu.js";
 import { angleText, written } from "../numbers.js";
 import { passOf } from "../passes.js";
-import { COLUMN_MAXIMUM, COLUMNS, COPY, FIELD, lobeRows, MAXIMUM } from "../shaders/lobe.js";
+import { COLUMN_MAXIMUM, COLUMNS, COPY, FIELD, lobeRows, MAXIMUM, SHAPE } from "../shaders/lobe.js";
 import { CellView } from "./view.js";
 import { LobeScene } from "./lobe-scene.js";
 
@@ -57,7 +57,7 @@ export class Lobe extends CellView {
   }
 
   forget() {
-    for (const { target, columns } of this.fields.values()) [target, columns].forEach((one) => one.dispose());
+    for (const { target, columns, shape } of this.fields.values()) [target, columns, shape].forEach((one) => one.dispose());
     this.fields.clear();
     this.surroundings?.clear();
     this.compiled = null;
@@ -66,6 +66,8 @@ export class Lobe extends CellView {
   prepare(cell) {
     const { canvas } = cell;
     canvas.classList.add("grab");
+    cell.labels = element("div", { class: "labels", "aria-hidden": "true" });
+    canvas.after(cell.labels);
     canvas.setAttribute("aria-description", "Drag the ball to move the light, drag elsewhere to turn the view. Arrow keys move the light, with Shift they turn the view.");
     canvas.addEventListener("pointerdown", (event) => this.take(cell, event), { capture: true });
     canvas.addEventListener("touchstart", (event) => this.atHandle(cell, event.touches[0]) && event.preventDefault(), { passive: false });
@@ -149,9 +151,10 @@ export class Lobe extends CellView {
     const { camera } = this;
     camera.position.set(...this.app.state.camera);
     camera.aspect = aspect;
-    const narrow = Math.min(1, aspect / 1.15);
+    const whole = this.app.materials.some((one) => one.twoSided);
+    const narrow = Math.min(1, aspect / 1.15) / (whole ? 1.2 : 1);
     camera.fov = (2 * Math.atan(Math.tan((15 * Math.PI) / 180) / narrow) * 180) / Math.PI;
-    camera.lookAt(0, 0, this.app.materials.some((one) => one.twoSided) ? 0 : 0.42);
+    camera.lookAt(0, 0, whole ? 0.06 : 0.42);
     camera.updateProjectionMatrix();
     camera.updateMatrixWorld();
   }
@@ -167,7 +170,9 @@ export class Lobe extends CellView {
     this.columnPass ??= new Pass(gpu, COLUMN_MAXIMUM, { page_field: { value: null } }, () => app.redraw());
     this.maximumPass ??= new Pass(gpu, MAXIMUM, { page_columns: { value: null } }, () => app.redraw());
     this.surroundings ??= new LobeScene();
-    if (!this.columnPass.ready() | !this.maximumPass.ready()) return true;
+    const between = ["field", "maxima", "from", "to", "radius"].map((name) => [`page_${name}`, { value: null }]);
+    this.shapePass ??= new Pass(gpu, SHAPE, Object.fromEntries(between), () => app.redraw());
+    if (!this.columnPass.ready() | !this.maximumPass.ready() | !this.shapePass.ready()) return true;
     let waiting = false;
     for (const material of this.old) {
       if (!material.glsl || !app.materials.includes(material)) {
@@ -189,10 +194,11 @@ export class Lobe extends CellView {
   bringField(material, pass) {
     const rows = lobeRows(material.twoSided);
     if (!this.fields.has(material)) {
-      const field = { target: floats(COLUMNS, rows), columns: floats(COLUMNS, 1) };
+      const field = { target: floats(COLUMNS, rows), columns: floats(COLUMNS, 1), shape: floats(COLUMNS, rows, { count: 2 }) };
+      const [places, normals] = field.shape.textures;
       field.uniforms = {
-        page_field: { value: field.target.texture }, page_maxima: { value: this.maxima.texture }, page_from: { value: 0 }, page_to: { value: 1 },
-        page_radius: { value: 0 }, page_tint: { value: [0, 0, 0] }, page_alpha: { value: 1 }, page_ink: { value: [0, 0, 0] },
+        page_field: { value: field.target.texture }, page_places: { value: places }, page_normals: { value: normals },
+        page_tint: { value: [0, 0, 0] }, page_alpha: { value: 1 }, page_ink: { value: [0, 0, 0] },
       };
       this.fields.set(material, field);
       this.surroundings.add(material, field.uniforms);
@@ -239,11 +245,9 @@ export class Lobe extends CellView {
     surroundings.grid.uniforms.page_tint.value = [...grid, 1];
     surroundings.accent.uniforms.page_tint.value = [...accent, 1];
     const drawn = app.materials.filter((one) => this.fields.has(one));
-    for (const [material, { uniforms }] of this.fields) {
-      const own = lobe.size === "own";
-      uniforms.page_from.value = own ? material.index % MOST : 0;
-      uniforms.page_to.value = own ? (material.index % MOST) + 1 : Math.min(MOST, app.materials.length);
-      uniforms.page_radius.value = ["linear", "log", "root"].indexOf(lobe.radius);
+    for (const [material, field] of this.fields) {
+      const { uniforms } = field;
+      this.shape(material, field);
       uniforms.page_tint.value = app.theme.rgb(material.colour, dark ? 1.12 : 1);
       uniforms.page_alpha.value = together && drawn.length > 1 ? 0.62 : 1;
       uniforms.page_ink.value = dark ? [1, 1, 1] : [0, 0, 0];
@@ -251,8 +255,8 @@ export class Lobe extends CellView {
     }
     for (const group of surroundings.lobes.values()) group.opaque(!together || drawn.length === 1);
     if (!this.compile()) return true;
-    this.render(cell, width, height, cell.coarse ? SAMPLES : 0);
-    this.label(cell.canvas, wi);
+    this.render(cell, width, height, cell.coarse);
+    this.label(cell, wi);
     cell.coarse = !cell.coarse;
     return cell.coarse;
   }
@@ -260,6 +264,19 @@ export class Lobe extends CellView {
   /** Whether all that is left to do is smoothing of edges. */
   get refining() {
     return !this.old.size && this.stale.size > 0 && [...this.stale].every((cell) => cell.coarse);
+  }
+
+  /** Makes f a radius, as the page shows it now. */
+  shape({ index }, { target, shape }) {
+    const { lobe } = this.app.state;
+    const own = lobe.size === "own";
+    const { uniforms } = this.shapePass;
+    uniforms.page_field.value = target.texture;
+    uniforms.page_maxima.value = this.maxima.texture;
+    uniforms.page_from.value = own ? index % MOST : 0;
+    uniforms.page_to.value = own ? (index % MOST) + 1 : Math.min(MOST, this.app.materials.length);
+    uniforms.page_radius.value = ["linear", "log", "root"].indexOf(lobe.radius);
+    this.shapePass.draw(shape);
   }
 
   compile() {
@@ -275,39 +292,53 @@ export class Lobe extends CellView {
     return this.compiled.done;
   }
 
-  render(cell, width, height, samples) {
+  /** Straight to the canvas while something moves; with smooth edges by way of a target. */
+  render(cell, width, height, isSmooth) {
     const { gpu } = this.app;
-    if (this.target && (this.target.width !== width || this.target.height !== height || this.target.samples !== samples)) {
-      this.target.dispose();
-      this.target = null;
+    if (isSmooth && (this.target?.width !== width || this.target?.height !== height)) {
+      this.target?.dispose();
+      this.target = new WebGLRenderTarget(width, height, { samples: SAMPLES, depthBuffer: true });
     }
-    this.target ??= new WebGLRenderTarget(width, height, { samples, depthBuffer: true });
-    this.copy ??= new Pass(gpu, COPY, { page_picture: { value: null } }, () => {});
-    gpu.aim(this.target);
+    gpu.aim(isSmooth ? this.target : null, width, height);
     gpu.renderer.setClearColor(0, 0);
     gpu.renderer.clear();
     gpu.renderer.render(this.surroundings.scene, this.camera);
-    this.copy.uniforms.page_picture.value = this.target.texture;
-    this.copy.draw(null, width, height);
+    if (isSmooth) {
+      this.copy ??= new Pass(gpu, COPY, { page_picture: { value: null } }, () => {});
+      this.copy.uniforms.page_picture.value = this.target.texture;
+      this.copy.draw(null, width, height);
+    }
     gpu.show(cell.canvas);
   }
 
-  label(canvas, wi) {
-    const drawing = canvas.getContext("2d");
-    const ratio = canvas.width / canvas.clientWidth;
-    const { dark } = this.app.theme.colours();
-    drawing.font = `italic ${Math.round(13 * ratio)}px Georgia, "Times New Roman", serif`;
+  /** Names beside what is drawn: `cell.names` holds them with their places, as shares of the picture. */
+  label(cell, wi) {
+    const at = (text, place, kind) => {
+      const { x, y } = new Vector3(...place).project(this.camera);
+      return { text, kind, x: (x + 1) / 2, y: (1 - y) / 2 };
+    };
+    cell.names = [
+      at("n", [0, 0, 1.24], "plain"), at("x", [1.17, 0, 0], "plain"), at("mirror", mirror(wi).map((x) => 1.24 * x), "plain"), at("ωᵢ", wi.map((x) => 1.34 * x), "light"),
+    ];
+    const key = JSON.stringify(cell.names);
+    if (key === cell.named) return;
+    cell.named = key;
+    cell.labels.replaceChildren(...cell.names.map(({ text, kind, x, y }) => element("span", { class: kind, style: `left:${(100 * x).toFixed(2)}%;top:${(100 * y).toFixed(2)}%` }, text)));
+  }
+
+  pictureOf(cell) {
+    const { width, height } = cell.canvas;
+    const copy = element("canvas", { width, height });
+    const drawing = copy.getContext("2d");
+    drawing.drawImage(cell.canvas, 0, 0);
+    drawing.font = `italic ${Math.round((13 * width) / cell.canvas.clientWidth)}px Georgia, "Times New Roman", serif`;
     drawing.textAlign = "center";
     drawing.textBaseline = "middle";
-    const write = (text, at, colour) => {
-      const { x, y } = new Vector3(...at).project(this.camera);
-      drawing.fillStyle = colour;
-      drawing.fillText(text, ((x + 1) / 2) * canvas.width, ((1 - y) / 2) * canvas.height);
-    };
-    const ink = dark ? "#c9d1da" : "#3c444d";
-    write("n", [0, 0, 1.24], ink);
-    write("x", [1.17, 0, 0], ink);
-    write("ωᵢ", wi.map((x) => 1.34 * x), this.app.theme.accent());
-    write("mirror", mirror(wi).map((x) => 1.24 * x), ink);
+    const style = getComputedStyle(document.documentElement);
+    for (const { text, kind, x, y } of cell.names ?? []) {
+      drawing.fillStyle = style.getPropertyValue(kind === "light" ? "--light" : "--ink");
+      drawing.fillText(text, x * width, y * height);
+    }
+    return copy;
   }
 }

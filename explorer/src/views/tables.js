@@ -1,5 +1,6 @@
 import { button, element } from "../dom.js";
 import { written } from "../numbers.js";
+import { MIXTURES } from "../ui/add.js";
 import { View } from "./view.js";
 
 /** A view of text: a block for each material, made when the materials change. */
@@ -85,25 +86,21 @@ function tableOf({ rows }) {
   );
 }
 
-const MODELS = ["Lambertian(0.3) + Microfacet(GGX(0.2))", "Lambertian(0.3)", "Microfacet(GGX(0.2))", "Lambertian(0.3) + Ward(0.2, 0.2)", "OrenNayar(0.5, 0.3)"];
-
 /** A model fitted to a material, and added beside it. */
 export class Fitting extends TextView {
   static key = "fit";
   static title = "Fit";
 
   block(material) {
-    const list = `models-${material.index}`;
-    const model = element("input", { type: "text", value: material.model ?? MODELS[0], list, "aria-label": `Model to fit to ${material.title}`, spellcheck: "false" });
+    const model = element("input", { type: "text", value: material.model ?? MIXTURES[0], list: "fitted", "aria-label": `Model to fit to ${material.title}`, spellcheck: "false" });
     const result = element("div", { class: "table" }, material.fitted ? this.told(material.fitted) : []);
     const run = button("fit", () => this.fit(material, model.value, result, run), { class: "primary" });
     model.addEventListener("keydown", (event) => event.key === "Enter" && run.click());
-    const choices = [...MODELS, ...this.app.names.models.map((one) => one.example)];
     return element(
       "article",
       { "data-testid": `fit-${material.index}` },
       heading(material),
-      element("div", { class: "row" }, model, element("datalist", { id: list }, choices.map((value) => element("option", { value }))), run),
+      element("div", { class: "row" }, model, run),
       result,
     );
   }

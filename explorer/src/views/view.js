@@ -77,7 +77,11 @@ export class CellView extends View {
   }
 
   picture() {
-    return joined(this.cells.filter((cell) => cell.canvas).map((cell) => cell.canvas));
+    return joined(this.cells.filter((cell) => cell.canvas).map((cell) => this.pictureOf(cell)));
+  }
+
+  pictureOf(cell) {
+    return cell.canvas;
   }
 
   shownMaterials() {

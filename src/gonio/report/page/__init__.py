@@ -65,9 +65,12 @@ def write_report(
 
     Example
     >>> gn.write_report(gn.Lambertian(0.5), "matt.json", fits=False)
-    >>> report = json.loads(open("matt.json").read())
-    >>> print(report["materials"][0]["albedo"]["table"]["values"][0])
-    [0.5]
+    >>> import json
+    >>> with open("matt.json") as file:
+    ...     report = json.load(file)
+    ...
+    >>> print(round(report["materials"][0]["albedo"]["table"]["values"][0][0], 6))
+    0.5
     """
     kind = check_target(path)
     shown = named(materials, Reflectance, "materials")

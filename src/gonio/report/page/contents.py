@@ -42,6 +42,9 @@ CURVE = (5.0, 10.0, 20.0, 25.0, 35.0, 40.0, 50.0, 55.0, 65.0, 70.0, 80.0, 82.5, 
 TOLERANCE = 1e-4
 """Tolerance of albedos of formulas."""
 
+WHITE_SKY, MEASURED = 1e-3, 5e-3
+"""Tolerances of white-sky albedos: of formulas, and of measurements, whose noise makes them slow to integrate."""
+
 COLUMNS = 7
 """The most channels of a table."""
 
@@ -162,27 +165,41 @@ def albedos(m: Reflectance) -> dict[str, Any]:
         table |= {"values": value[at].tolist(), "u": {"integration": np.asarray(error)[at].tolist()}}
         table |= {"assumed": "", "method": f"adaptive integration to {tolerance:g}"}
         curve = {"theta_i": every.tolist(), "values": value.tolist()}
-    white = with_channels(white_sky_albedo(m, tolerance=1e-3), 0)
-    return {"table": table, "curve": curve, "white_sky": white.tolist(), "low": low, "high": high}
+    return {"table": table, "curve": curve, "white_sky": _white_sky(m), "low": low, "high": high}
+
+
+def _components(m: Gridded, function: Callable[..., Any], *args: Any, axes: int, tolerance: float) -> dict[str, Any]:
+    """A result of a table (..., C), the components of its standard uncertainty (by noise under each assumption, and by
+    interpolation), and all together."""
+    u: dict[str, np.ndarray] = {}
+    for how in ASSUMPTIONS if has_uncertainty(m) else (None,):
+        found = with_uncertainty(function, m, *args, correlation=how, tolerance=tolerance)
+        if how:
+            u[f"{how} errors"] = with_channels(found.u_noise, axes)
+    noise = np.max(list(u.values()), axis=0) if u else 0.0
+    u["interpolation"] = with_channels(found.u_interpolation, axes)
+    return {
+        "values": with_channels(found.value, axes).tolist(),
+        "u": {name: x.tolist() for name, x in u.items()},
+        "total": np.hypot(noise, u["interpolation"]).tolist(),
+    }
 
 
 def _measured_albedos(m: Gridded, wi: np.ndarray) -> dict[str, Any]:
-    """Albedos of a table, and their standard uncertainties: by noise under each assumption, and by interpolation."""
-    components: dict[str, Any] = {}
-    for how in ASSUMPTIONS if has_uncertainty(m) else (None,):
-        found = with_uncertainty(albedo, m, wi, correlation=how, tolerance=1e-3)
-        if how:
-            components[f"{how} errors"] = with_channels(found.u_noise, 1).tolist()
-    components["interpolation"] = with_channels(found.u_interpolation, 1).tolist()
-    u = [np.array(of) for of in components.values()]
-    noise = np.max(u[:-1], axis=0) if len(u) > 1 else 0.0
-    return {
-        "values": with_channels(found.value, 1).tolist(),
-        "u": components,
-        "total": np.hypot(noise, u[-1]).tolist(),
-        "assumed": "the larger of both components by noise, and interpolation" if len(u) > 1 else "interpolation alone",
-        "method": "uncertainties of the values, and of interpolation between them",
-    }
+    """Albedos of a table, and their standard uncertainties."""
+    found = _components(m, albedo, wi, axes=1, tolerance=1e-3)
+    by_noise = "the larger of both components by noise, and interpolation"
+    found["assumed"] = by_noise if len(found["u"]) > 1 else "interpolation alone"
+    return found | {"method": "uncertainties of the values, and of interpolation between them"}
+
+
+def _white_sky(m: Reflectance) -> dict[str, Any]:
+    """The albedo under a white sky (C,), with its uncertainty as that of the table."""
+    if isinstance(m, Gridded):
+        return _components(m, white_sky_albedo, axes=0, tolerance=1e-3)
+    tolerance = MEASURED if isinstance(m, Measured) else WHITE_SKY
+    white = with_channels(white_sky_albedo(m, tolerance=tolerance), 0)
+    return {"values": white.tolist(), "u": {"integration": tolerance}}
 
 
 def _laws(m: Reflectance, progress: Callable[[int, int], None]) -> dict[str, Any]:
@@ -282,7 +299,7 @@ def summarised(several: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
             "title": one["title"],
             "channels": one["facts"]["channels"],
             "albedo": mean,
-            "white_sky": float(np.mean(one["albedo"]["white_sky"])) if one["albedo"] else None,
+            "white_sky": float(np.mean(one["albedo"]["white_sky"]["values"])) if one["albedo"] else None,
             "peak": peaks[middle] if middle is not None else None,
             "laws_held": sum(law["verdict"] == "pass" for law in laws["laws"]) if laws else None,
             "laws": len(laws["laws"]) if laws else None,

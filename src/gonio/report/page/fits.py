@@ -24,6 +24,9 @@ MODELS = (
 )
 """Models that are fitted, as expressions: their numbers are one start."""
 
+SIMPLER = 2
+"""How many of them are fitted to formulas."""
+
 NEAREST = 5
 """Built-in materials that are named."""
 
@@ -62,7 +65,7 @@ def fits_of(m: Reflectance, name: str = "") -> dict[str, Any]:
         found["reasons"].append(f"fits: {m.channels} channels; gonio fit does these, one by one")
         return found
     fits = []
-    for text in MODELS:
+    for text in MODELS if isinstance(m, Measured) else MODELS[:SIMPLER]:
         try:
             fits.append((text, fit(m, expression(text), "cosine", starts=None)))
         except Error as error:

@@ -8,6 +8,7 @@ from html import escape
 from importlib import resources
 from typing import Any
 
+from ...errors import visible
 from . import comparisons
 from .drawing import angle
 from .sections import Sections
@@ -31,7 +32,7 @@ def page(report: dict[str, Any], pictures: Sequence[dict[str, Any]]) -> str:
         Sections(one, own, f"m{k}").html(level) for k, (one, own) in enumerate(zip(several, pictures, strict=True))
     )
     made = f"Made by gonio {escape(report['gonio'])} on {escape(report['date'][:16].replace('T', ', '))}."
-    return (
+    return visible(
         f'<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
         f'<meta http-equiv="Content-Security-Policy" content="{POLICY}">\n'
         f'<meta name="viewport" content="width=device-width, initial-scale=1">\n'
@@ -45,7 +46,8 @@ def page(report: dict[str, Any], pictures: Sequence[dict[str, Any]]) -> str:
         f'<button type="button" data-do="print">Print</button></div>\n'
         f"<main>\n{body}\n<footer>{made} Angles are from the surface normal; f is the BRDF, radiance out over "
         f"irradiance in, without the cosine.</footer>\n</main>\n"
-        f"<script>\n{_file('page.js')}</script>\n</body>\n</html>\n"
+        f"<script>\n{_file('page.js')}</script>\n</body>\n</html>\n",
+        keep="\n",
     )
 
 

@@ -111,7 +111,8 @@ class Viewer {
     const angle = this.inRadians ? `${round((lobe.theta_i * Math.PI) / 180)} rad` : `${round(lobe.theta_i)}°`;
     const peak = [lobe.peak, lobe.peak_through].filter((x) => x !== undefined && x !== null);
     const f = peak.length ? `largest f ${round(Math.max(...peak))} sr⁻¹` : "no data";
-    const delta = lobe.delta ? `; mirror-like: ${lobe.delta.filter((x) => x > 0).map((x) => round(x)).join(" reflected, ")} of the light` : "";
+    const shares = ["reflected", "transmitted"].map((word, k) => (lobe.delta?.[k] > 0 ? `${round(lobe.delta[k])} ${word}` : ""));
+    const delta = lobe.delta ? `; without scattering: ${shares.filter(Boolean).join(", ")}` : "";
     this.said.textContent = `${angle}: ${f}${delta}`;
     this.slider.setAttribute("aria-valuetext", angle);
   }
@@ -191,8 +192,9 @@ class Viewer {
   // Radii of powers of ten, or of shares of the largest f, with their names.
   rings(log) {
     if (!log) return [[0.25, ""], [0.5, "½ of the largest"], [0.75, ""]];
-    const { low, high } = this.data;
+    const { low, high, lobes } = this.data;
     const found = [];
+    if (!lobes.some((lobe) => Math.max(lobe.peak ?? 0, lobe.peak_through ?? 0) > 0)) return found; // mirrors
     for (let d = Math.floor(low); d <= high; d++) {
       const steps = high - low < 1.5 ? [1, 2, 5] : [1];
       for (const step of steps) {

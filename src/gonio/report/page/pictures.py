@@ -15,7 +15,8 @@ from ...base.light import Light
 from ...base.reflectance import Reflectance
 from ...errors import Error, visible
 from ...lights.cie_sky import CIESky
-from ...lights.environment import EnvironmentLight
+from ...lights.constant import ConstantLight
+from ...lights.distant import DistantLight
 from ...lights.point import PointLight
 from ...lights.preetham_sky import PreethamSky
 from ...lights.sun import SunLight
@@ -36,6 +37,12 @@ SUN = (-0.6, -0.6, 0.55)
 
 STILL = (15.0, 45.0, 75.0)
 """Angles of incidence [degrees] at which lobes are shown as solid bodies, or those next to them."""
+
+STILL_LIGHTS: list[Light] = [DistantLight((-0.6, -0.6, 0.7), 2.2), ConstantLight(0.3)]
+"""The lights of solid lobes."""
+
+Solid = tuple[np.ndarray, np.ndarray]
+"""Vertices (V, 3), and faces (F, 3) as numbers of vertices."""
 
 LEAST = 0.015
 """The least radius of a solid lobe."""
@@ -90,22 +97,32 @@ def stills(given: dict[str, Any]) -> list[dict[str, Any]]:
     return found
 
 
-def _photographed(bodies: Sequence[Mesh], theta: float, sides: int) -> Image:
+def _photographed(bodies: Sequence[Solid], theta: float, sides: int) -> Image:
     toward, away = direction(math.radians(theta), math.pi), direction(math.radians(theta), 0.0)
+    light = _tube([(1.22 * toward).tolist(), (0.01 * toward).tolist()], 0.014)
+    mirror = _tube([(0.01 * away).tolist(), (1.22 * away).tolist()], 0.009)
+    disc = [_disc(1.12)] if sides == 1 else []
     parts = [
-        *bodies,
-        *([Mesh(_disc(1.12), Lambertian([0.62, 0.62, 0.62]))] if sides == 1 else []),
-        *(Mesh(_tube(_ring(r)), Lambertian([0.3, 0.3, 0.3])) for r in (0.25, 0.5, 0.75, 1.0)),
-        Mesh(_tube([(1.22 * toward).tolist(), (0.01 * toward).tolist()], 0.014), Lambertian([0.8, 0.45, 0.02])),
-        Mesh(_tube([(0.01 * away).tolist(), (1.22 * away).tolist()], 0.009), Lambertian([0.25, 0.25, 0.25])),
+        (bodies, [0.05, 0.32, 0.40]),
+        (disc, [0.62, 0.62, 0.62]),
+        ([mirror, *(_tube(_ring(r)) for r in (0.25, 0.5, 0.75, 1.0))], [0.28, 0.28, 0.28]),
+        ([light], [0.8, 0.45, 0.02]),
     ]
+    meshes = [Mesh(_together(solids), Lambertian(rho)) for solids, rho in parts if solids]
     middle = 0.42 if sides == 1 else 0.1
     camera = OrthographicCamera((1.1, -3.6, middle + 1.28), (0.0, 0.0, middle), width=2.55)
-    return render(Scene(parts), EnvironmentLight.studio(), size=300, samples=8, camera=camera)
+    return render(Scene(meshes), STILL_LIGHTS, size=300, samples=8, camera=camera)
 
 
-def _body(lobe: dict[str, Any], given: dict[str, Any], side: str) -> Mesh | None:
-    """The lobe of one side as a mesh with a logarithmic radius; None where there is nothing of it."""
+def _together(solids: Sequence[Solid]) -> Solid:
+    """Several solids as one."""
+    before = np.cumsum([0, *(len(vertices) for vertices, _ in solids)])
+    faces = [faces + first for (_, faces), first in zip(solids, before, strict=False)]
+    return np.concatenate([vertices for vertices, _ in solids]), np.concatenate(faces)
+
+
+def _body(lobe: dict[str, Any], given: dict[str, Any], side: str) -> Solid | None:
+    """The lobe of one side with a logarithmic radius; None where there is nothing of it."""
     up = 1.0 if side == "codes" else -1.0
     polar, around = (np.radians(lobe[name]) for name in ("polar", "around"))
     codes = np.frombuffer(base64.b64decode(lobe[side]), "<u2").reshape(len(polar), len(around)).astype(float)
@@ -132,10 +149,10 @@ def _body(lobe: dict[str, Any], given: dict[str, Any], side: str) -> Mesh | None
     if not len(kept):
         return None
     used, numbered = np.unique(kept, return_inverse=True)
-    return Mesh((vertices[used], numbered.reshape(-1, 3)), Lambertian([0.05, 0.32, 0.40]))
+    return vertices[used], numbered.reshape(-1, 3)
 
 
-def _disc(radius: float) -> tuple[np.ndarray, np.ndarray]:
+def _disc(radius: float) -> Solid:
     turn = np.linspace(0.0, 2.0 * math.pi, 72, endpoint=False)
     rim = np.stack([radius * np.cos(turn), radius * np.sin(turn), 0.0 * turn - 0.012], -1)
     k = np.arange(72)
@@ -147,7 +164,7 @@ def _ring(radius: float) -> list[list[float]]:
     return [[radius * math.cos(t), radius * math.sin(t), -0.008] for t in turn]
 
 
-def _tube(points: Sequence[Sequence[float]], radius: float = 0.004) -> tuple[np.ndarray, np.ndarray]:
+def _tube(points: Sequence[Sequence[float]], radius: float = 0.004) -> Solid:
     """A tube along points, of six sides, open at its ends."""
     at = np.array(points, float)
     along = np.gradient(at, axis=0)

@@ -99,15 +99,20 @@ class Shown(Told):
             cells = [[*(n(values[k, c], 5) for c in shown), f"{n(error[k], 1)}"] for k in range(len(values))]
             lead = f"The share of light from one direction that leaves again, by {escape(t['method'])}."
         rows = [[angle(theta), *row] for theta, row in zip(t["theta_i"], cells, strict=True)]
-        white = np.array(given["white_sky"], float)
-        blank = [""] * (len(head) - 1 - len(shown))
-        rows.append(["white sky", *(n(white[c]) for c in shown), *blank])
+        rows.append(["white sky", *self._white_sky(given["white_sky"], shown)])
         parts = [f'<p>{lead}</p><div class="charts">{plots.of_albedo(self.one)}<div>{table(head, rows, 1)}']
         if len(names) > len(shown):
             parts.append(f'<p class="of">{len(shown)} of {len(names)} channels; --json has all.</p>')
         if delta := self.one["delta"]:
             parts.append(self._deltas(delta))
         return "".join(parts) + f"</div></div>{self.remarks('albedo', 'delta')}"
+
+    def _white_sky(self, white: dict[str, Any], shown: list[int]) -> list[str]:
+        """The last row of the table of albedos."""
+        if "total" not in white:
+            return [*(n(white["values"][c]) for c in shown), f"≤ {n(white['u']['integration'])}"]
+        cells = [f"{n(white['values'][c])} ± {n(white['total'][c], 2)}" for c in shown]
+        return cells + [n(np.max(x), 2) for x in white["u"].values()]
 
     def _deltas(self, delta: dict[str, Any]) -> str:
         columns = [name for name in ("reflected", "transmitted") if name in delta]

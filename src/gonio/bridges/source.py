@@ -1,0 +1,454 @@
+"""`gn.source`: the formula of a material as source text of C, CUDA, GLSL, HLSL, OSL and WGSL."""
+
+from __future__ import annotations
+
+import re
+import textwrap
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+from weakref import WeakKeyDictionary
+
+import numpy as np
+
+from .. import discover
+from ..arguments import checked
+from ..arrays import Fixed, ops
+from ..arrays.kinds import MATRIX, SCALAR, VALUE, VECTOR
+from ..base import kernels
+from ..base.reflectance import Reflectance, Scaled, Sum
+from ..base.textured import require_numbers
+from ..compile.source.finite import finite
+from ..compile.source.language import Language, Signature, Vector
+from ..compile.source.lines import ascii_of, with_comment, wrapped
+from ..compile.source.names import identifier, is_prefix, short_names
+from ..compile.source.writer import Text
+from ..errors import NotFoundError, ParameterError, shown, suggestion
+from ..evaluate import tracing
+from ..files import replacing
+from ..formula.parametrised import Parametrised
+from ..notebooks import repr_html
+from ..trace import passes
+from ..trace.graph import MASK, REAL, Graph
+from ..version import __version__
+
+SMALL = 256
+"""Entries up to which a table stands in the text."""
+
+OPERATIONS = 60_000
+"""Operations up to which a formula is written."""
+
+CHANNEL = "channel"
+"""The name of the number that says which channel a formula is for."""
+
+
+@dataclass(frozen=True)
+class Argument:
+    """A parameter of a source text: its name there, its path in the material, how many numbers it has, and these.
+
+    Example
+    >>> print(gn.source(gn.Lambertian(0.5), parameters="arguments").arguments[0].path)
+    rho
+    """
+
+    name: str
+    path: str
+    width: int
+    value: tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class SourceTable:
+    """A table that a source text reads and does not hold: its name there, and its numbers as float32, in one row.
+
+    Example
+    >>> print(len(gn.source(gn.Lambertian(0.5)).tables))
+    0
+    """
+
+    name: str
+    values: np.ndarray
+
+
+@dataclass(frozen=True)
+class Source:
+    """Source text of a material's formula; prints as the text.
+
+    text       what to compile
+    language   "glsl", for instance
+    name       the prefix of all global names in it
+    channels   of the material; None where it has no channel axis
+    functions  the names of the functions for callers, in order
+    arguments  the parameters that follow the directions as arguments; none where they are constants in the text
+    tables     the tables that the program brings, in the order of their bindings
+
+    Example
+    >>> source = gn.source(gn.Lambertian(0.5), "glsl", name="paper")
+    >>> print(source.functions, source.language)
+    ('paper_f',) glsl
+    """
+
+    _repr_html_ = repr_html
+
+    text: str
+    language: str
+    name: str
+    channels: int | None
+    functions: tuple[str, ...]
+    arguments: tuple[Argument, ...]
+    tables: tuple[SourceTable, ...]
+
+    def __str__(self) -> str:
+        return self.text
+
+    def save(self, path: str | Path) -> list[Path]:
+        """Write the text, and each table beside it: as a picture .exr for OSL, else as float32, little-endian, `.f32`.
+
+        The files that were written. Raises ParameterError for a name that cannot be written.
+
+        Example
+        >>> import pathlib, tempfile
+        >>> folder = pathlib.Path(tempfile.mkdtemp())
+        >>> print([path.name for path in gn.source(gn.Lambertian(0.5), "c").save(folder / "paper.c")])
+        ['paper.c']
+        """
+        path = Path(path)
+        written = []
+        for table in self.tables:
+            beside = path.with_name(table.name + (".exr" if self.language == "osl" else ".f32"))
+            with replacing(beside) as temporary:
+                if self.language == "osl":
+                    _write_picture(temporary, table.values)
+                else:
+                    temporary.write_bytes(table.values.astype("<f4").tobytes())
+            written.append(beside)
+        with replacing(path) as temporary:
+            temporary.write_text(self.text, encoding="utf-8")
+        return [path, *written]
+
+
+def _write_picture(path: Path, values: np.ndarray) -> None:
+    from ..compile.source.languages.osl import WIDTH
+    from ..pictures.image import Image
+
+    rows = -(-len(values) // WIDTH)
+    padded = np.zeros(rows * WIDTH, np.float32)
+    padded[: len(values)] = values
+    picture = path.with_suffix(".exr")
+    Image(padded.reshape(rows, WIDTH, 1)).save(picture)
+    if picture != path:
+        picture.replace(path)
+
+
+def languages() -> dict[str, Language]:
+    """The languages by name, one file each in `compile/source/languages`."""
+    found = discover.by_name("gonio.compile.source.languages")
+    return {name: module.LANGUAGE for name, module in found.items()}
+
+
+def _f_cos(m: Reflectance, mean: Reflectance, wi: Any, wo: Any) -> tuple[Any, ...]:
+    return (kernels.value(m, mean, wi, wo)[0] * ops.absolute(wi[2]),)
+
+
+@dataclass(frozen=True)
+class _Function:
+    """A function for callers: its kernel, its arguments, kinds and names of its results, and what it gives in words."""
+
+    kernel: Callable[..., tuple[Any, ...]]
+    inputs: tuple[Vector, ...]
+    results: tuple[tuple[str, str], ...]
+    meaning: str
+
+
+_WI, _WO = (Vector(name, 3, is_direction=True) for name in ("wi", "wo"))
+_SAMPLED = (("wi", VECTOR), ("weight", VALUE), ("pdf", SCALAR), ("delta", MASK))
+_FUNCTIONS = {
+    "f": _Function(kernels.value, (_WI, _WO), (("f", VALUE),), "BRDF [1/sr], without the cosine"),
+    "f_cos": _Function(_f_cos, (_WI, _WO), (("f_cos", VALUE),), "BRDF times |cos(theta_i)| [1/sr]"),
+    "pdf": _Function(kernels.pdf, (_WI, _WO), (("pdf", SCALAR),), "density [1/sr] at which `sample` draws wi for wo"),
+    "sample": _Function(
+        kernels.sample,
+        (_WO, Vector("u", 2)),
+        _SAMPLED,
+        "direction wi drawn by two numbers u in [0, 1); weight = f |cos|/pdf, its density, whether it is a delta lobe",
+    ),
+    "mueller": _Function(
+        kernels.mueller, (_WI, _WO), (("M", MATRIX),), "Mueller matrix [1/sr], 16 numbers row by row for each channel"
+    ),
+    "jacobian": _Function(kernels.value, (_WI, _WO), (("f", VALUE),), "f, and its derivative by each parameter"),
+}
+
+
+@checked
+def source(
+    m: Reflectance,
+    language: str = "glsl",
+    function: str | Sequence[str] = "f",
+    name: str = "",
+    parameters: str = "constants",
+) -> Source:
+    """The formula of a material as source text that another program compiles: the graph that gonio itself compiles.
+
+    language    "c", "cuda", "glsl" (WebGL 2 and desktop), "hlsl", "osl" or "wgsl"
+    function    "f", "f_cos" (f |cos(theta_i)|), "pdf", "sample", "mueller", "jacobian" (f and its derivative by each
+                parameter); several at once share helpers and tables
+    name        begins all global names of the text; by default a word for the material
+    parameters  "constants": the numbers of the material stand at the top of the text. "arguments": each follows the
+                directions as an argument, so that one text serves all materials of the kind
+
+    Directions are unit vectors in the local frame, z the normal; both leave the surface. Values are RGB or whatever the
+    channels of the material are: a number, a vector of two to four, else an array. What is used twice is computed once.
+    Tables of up to 256 numbers stand in the text; larger ones are textures, buffers or pointers, see `Source.tables`.
+
+    Units   f: 1/sr; angles of parameters: radians.
+    Error   of float32: against `m.f` of float32 arrays about 1e-6 of the value; docs/source.md has the measured sizes.
+            NaN is not kept: directions and numbers must be finite.
+    Raises  NotFoundError for another language or function, ParameterError for a map, for holes, and for a formula of
+            more than 60 000 operations; TraceError for one that cannot be taken apart.
+
+    Example
+    >>> print(gn.source(gn.Lambertian(0.5), "c", name="paper").text.splitlines()[-1])
+    }
+    """
+    speaks = languages()
+    if language not in speaks:
+        raise NotFoundError(_unknown("language", language, speaks))
+    wanted = (function,) if isinstance(function, str) else tuple(function)
+    for word in wanted:
+        if word not in _FUNCTIONS:
+            raise NotFoundError(_unknown("function", word, _FUNCTIONS))
+    if not wanted or len(set(wanted)) < len(wanted):
+        raise ParameterError(f"source(function={function!r}): expected one of each function, such as ('f', 'pdf')")
+    if parameters not in ("constants", "arguments"):
+        raise NotFoundError(_unknown("parameters", parameters, ("constants", "arguments")))
+    if name and not is_prefix(name):
+        raise ParameterError(
+            f"source(name={name!r:.60}): expected a word of letters, digits and single _ between them, which does not "
+            f"begin with gl_ or webgl_; such as gold"
+        )
+    if "sample" in wanted:
+        m._require_one_direction()
+    require_numbers(m, "source")
+    _require_no_maps(m)
+    if any(True for _ in m.holed()):
+        raise ParameterError("source: some numbers of the material are missing (NaN); expected all; fill them first")
+    return _Writer(m, speaks[language], name or _word(m), parameters == "arguments").written(wanted)
+
+
+def _require_no_maps(m: Reflectance) -> None:
+    """Raises ParameterError for a material with maps: a text is for the numbers of one place."""
+    for path, _, value, _ in m._numbers():
+        if np.ndim(value) > 1:
+            at = tuple(np.reshape(value, (-1, value.shape[-1]))[0].tolist())
+            raise ParameterError(
+                f"source: {path} is a map of shape {np.shape(value)[:-1]}; expected the numbers of one place, such as "
+                f"m.replace(**{{{path!r}: {shown(at)}}}); with parameters='arguments' the program brings those of others"
+            )
+
+
+def _unknown(what: str, got: str, expected: Any) -> str:
+    listed = ", ".join(map(repr, expected))
+    return f"source({what}={got!r}): expected one of {listed}{suggestion(got, list(expected))}"
+
+
+def _word(m: Reflectance) -> str:
+    """A word for a material: its class in small letters."""
+    word = identifier(re.sub(r"(?<=[a-z])(?=[A-Z])", "_", type(m).__name__).lower())
+    return word if is_prefix(word) else "material"
+
+
+_SIMPLIFIED: WeakKeyDictionary[Graph, tuple[Graph, list[int]]] = WeakKeyDictionary()
+"""The graphs of traces as they are written, and the nodes of their results."""
+
+
+class _Writer:
+    def __init__(self, m: Reflectance, language: Language, name: str, as_arguments: bool):
+        self.m, self.language, self.name = m, language, name
+        self.content = tracing.content(m)
+        self.channels = m.channels
+        self.ways = [getattr(field, "sampled", "mean") for _, field, _, _ in m._numbers()]
+        values = [v.numbers if isinstance(v, Fixed) else v for v in self.content.leaves]
+        self.values = [tuple(np.atleast_1d(np.asarray(v, float)).reshape(-1)[-_width(v) :].tolist()) for v in values]
+        self.paths = [path or CHANNEL for path in m.leaf_paths()]
+        self.as_arguments = as_arguments
+        self.short = short_names(self.paths)
+        prefix = "" if as_arguments else f"{name}_"
+        self.vectors = [Vector(prefix + s, len(v)) for s, v in zip(self.short, self.values, strict=True)]
+        self.read: set[int] = set()
+        self.tables: list[int] = []
+        self.text = Text(language, name, self.table)
+
+    def table(self, number: int) -> str:
+        """The name of a table."""
+        if number not in self.tables:
+            self.tables.append(number)
+        return f"{self.name}_table{self.tables.index(number)}"
+
+    def written(self, functions: Sequence[str]) -> Source:
+        traces = [(word, self.trace(_FUNCTIONS[word], word)) for word in functions]
+        for _, trace in traces:
+            first = trace.inputs
+            used = {self.number_of(k - first)[0] for k in trace.read if k >= first}
+            self.read |= used
+        for word, trace in traces:
+            self.add(word, _FUNCTIONS[word], trace)
+        declared, large = self.declared_tables()
+        lines = [*self.heading(functions), *self.language.preamble, ""]
+        if not self.as_arguments and self.read:
+            for k in sorted(self.read):
+                *above, line = self.language.global_constant(self.vectors[k], self.values[k]).split("\n")
+                lines += [*above, *with_comment(line, self.language.comment, self.meaning(k))]
+            lines.append("")
+        lines += declared
+        for helper in self.text.helpers.values():
+            lines += [*helper, ""]
+        for word, function in zip(functions, self.text.functions, strict=True):
+            lines += [f"{self.language.comment} {line}" for line in textwrap.wrap(_FUNCTIONS[word].meaning, 116)]
+            lines += [*function, ""]
+        arguments = tuple(
+            Argument(self.vectors[k].name, self.paths[k], len(self.values[k]), self.values[k])
+            for k in sorted(self.read)
+        )
+        return Source(
+            "\n".join(lines).rstrip() + "\n",
+            self.language.name,
+            self.name,
+            self.channels,
+            tuple(f"{self.name}_{word}" for word in functions),
+            arguments if self.as_arguments else (),
+            large,
+        )
+
+    def number_of(self, k: int) -> tuple[int, bool]:
+        """The parameter that an array of a trace is, and whether its channels are merged."""
+        count = len(self.values)
+        return (k, False) if k < count else (k - count, True)
+
+    def trace(self, function: _Function, word: str) -> tracing.Trace:
+        kinds = tuple(SCALAR if kind == MASK else kind for _, kind in function.results)
+        by = (tuple(range(len(self.values))), ()) if word == "jacobian" else ()
+        task = tracing.Task(function.kernel, kinds, tuple(v.width for v in function.inputs), by)
+        trace = tracing.traced(task, self.m, self.channels)
+        if trace.operations > OPERATIONS:
+            advice = "fewer channels: three bands, or one"
+            raise ParameterError(
+                f"source: {function.meaning.partition(' ')[0]} takes {trace.operations} operations, "
+                f"expected at most {OPERATIONS}; try {advice}"
+            )
+        return trace
+
+    def add(self, word: str, function: _Function, trace: tracing.Trace) -> None:
+        count = self.channels or 1
+        nodes = [n for result in trace.results for n in result]
+        places = [k for k, v in enumerate(function.inputs) if not v.is_direction]
+        shares = {(k, c) for k in places for c in range(function.inputs[k].width)}
+        fixed = range(trace.inputs, trace.inputs + 2 * len(self.values))
+        if trace.graph not in _SIMPLIFIED:  # the longest part, the same for all languages and numbers
+            _SIMPLIFIED[trace.graph] = passes.rewritten(*finite(trace.graph, nodes, shares), "float32", fixed)
+        graph, nodes = _SIMPLIFIED[trace.graph]
+        rest = iter(nodes)
+        ends = [[next(rest) for _ in result] for result in trace.results]
+        widths = {VALUE: count, VECTOR: 3, SCALAR: 1, MASK: 1, MATRIX: 16 * count}
+        results = [Vector(name, widths[kind], MASK if kind == MASK else REAL) for name, kind in function.results]
+        named = dict(zip([v.name for v in results], ends, strict=False))
+        if word == "jacobian":
+            for k, slope in enumerate(ends[1:]):
+                if k in self.read and self.paths[k] != CHANNEL:
+                    v = Vector(f"d_{self.short[k]}", count)
+                    results.append(v)
+                    named[v.name] = slope
+        loads = {(k, c): self.language.component(v, c) for k, v in enumerate(function.inputs) for c in range(v.width)}
+        words = {(k, c): f"{v.name}_{'xyz'[c]}" for k, v in enumerate(function.inputs) for c in range(v.width)}
+        words |= {(trace.inputs + k, 0): self.short[k] for k, v in enumerate(self.vectors) if v.width == 1}
+        first: list[str] = []
+        component = self.language.component if self.as_arguments else self.language.constant_component
+        for k, v in enumerate(self.vectors):
+            for c in range(v.width):
+                loads[trace.inputs + k, c] = component(v, c)
+        order = graph.reachable([n for of in named.values() for n in of])
+        merged = {graph.arguments[n][0] for n in order if graph.operations[n] == "load"}
+        for k in sorted(merged):
+            if k < trace.inputs + len(self.values):
+                continue
+            j = k - trace.inputs - len(self.values)
+            loads[k, 0] = self.merged(j, first, component)
+        arguments = function.inputs
+        if self.as_arguments:
+            arguments += tuple(self.vectors[k] for k in sorted(self.read))
+        signature = Signature(f"{self.name}_{word}", arguments, tuple(results))
+        self.text.add(graph, signature, named, loads, words, first)
+
+    def merged(self, k: int, first: list[str], component: Callable[[Vector, int], str]) -> str:
+        """The name of a parameter's merged channels, for sampling; `first` takes the statement that makes it."""
+        v = self.vectors[k]
+        parts = [component(v, c) for c in range(v.width)]
+        if len(parts) == 1:
+            return parts[0]
+        if self.ways[k] == "mean":
+            value = f"({' + '.join(parts)}) * {self.language.number(1.0 / len(parts))}"
+        else:
+            called = self.text.called("minimum" if self.ways[k] == "min" else "maximum")
+            value = parts[0]
+            for part in parts[1:]:
+                value = f"{called}({value}, {part})"
+        name = f"{self.short[k]}_{self.ways[k]}"
+        while name in self.short:
+            name += "_all"
+        first.append(self.language.declare(name, REAL, value))
+        return name
+
+    def declared_tables(self) -> tuple[list[str], tuple[SourceTable, ...]]:
+        """The declarations of all tables, and those that the program brings."""
+        lines: list[str] = []
+        large: list[SourceTable] = []
+        for number in self.tables:
+            values = np.asarray(self.content.tables[number].numbers, np.float32).reshape(-1)
+            name = self.table(number)
+            if len(values) <= SMALL:
+                lines += [part for line in self.language.small_table(name, values) for part in wrapped(line)]
+            else:
+                lines += self.language.large_table(name, len(values), len(large))
+                large.append(SourceTable(name, values))
+            lines.append("")
+        return lines, tuple(large)
+
+    def meaning(self, k: int) -> str:
+        """A parameter in words, with its unit."""
+        p = self.m.parameters.get(self.paths[k])
+        if p is None:
+            return ""
+        return " ".join(p.doc.split()) + (f" [{p.unit}]" if p.unit not in ("", "1") else "")
+
+    def heading(self, functions: Sequence[str]) -> Iterator[str]:
+        """Comments: what the text is, the formulas and their sources, what can be called."""
+        words = [f"{', '.join(functions)} of a material, in {self.language.title}, by gonio {__version__}."]
+        words += textwrap.wrap(repr(self.m), 116, max_lines=4, placeholder=" ...", break_long_words=True)
+        for kind in _classes(self.m):
+            parts = discover.labelled(
+                discover.docstring(kind), ("Looks", "Shapes", "Units", "Error", "Source", "Example")
+            )
+            formula = parts[""].split("\n\n")[0].splitlines()
+            cited = " ".join(parts.get("Source", "").split())
+            words += ["", *(f"{kind.__name__}: {line}" if i == 0 else line for i, line in enumerate(formula))]
+            words += textwrap.wrap(f"Source: {cited}", 116) if cited else []
+        words += ["", "Directions are unit vectors that leave the surface, in its frame: z is the normal."]
+        if self.as_arguments and self.read:
+            words += ["", "Parameters:"]
+            words += [
+                f"    {self.vectors[k].name}: {meaning}" for k in sorted(self.read) if (meaning := self.meaning(k))
+            ]
+        return (f"{self.language.comment} {ascii_of(line)}".rstrip() for line in words)
+
+
+def _classes(m: Parametrised) -> list[type]:
+    """The classes of a material and of its parts, each once, without those that only add and weigh."""
+    found: dict[type, None] = {}
+    for value in (m, *(owner for _, _, _, owner in m.walk())):
+        if not isinstance(value, (Sum, Scaled)):
+            found.setdefault(type(value))
+    return list(found)
+
+
+def _width(value: Any) -> int:
+    return np.shape(value)[-1] if np.ndim(value) else 1

@@ -1,0 +1,277 @@
+"""What a language is to the writer: its words for types, numbers, operations, tables and functions.
+
+The base is C; each file of `languages/` changes what differs.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...trace.graph import INDEX, MASK, REAL
+
+
+def bare(text: str) -> str:
+    """A text without brackets around the whole of it."""
+    if not (text.startswith("(") and text.endswith(")")):
+        return text
+    depth = 0
+    for i, c in enumerate(text):
+        depth += {"(": 1, ")": -1}.get(c, 0)
+        if depth == 0 and i < len(text) - 1:
+            return text
+    return text[1:-1]
+
+
+LARGEST = 3.4028235e38
+"""The largest number of float32: languages that cannot write infinity have it in place of that."""
+
+
+@dataclass(frozen=True)
+class Vector:
+    """Numbers under one name: an argument or a result. `kind`: of each, as graphs have it."""
+
+    name: str
+    width: int = 1
+    kind: str = REAL
+    is_direction: bool = False
+
+
+@dataclass(frozen=True)
+class Signature:
+    """A function: its name, arguments and results."""
+
+    name: str
+    arguments: tuple[Vector, ...]
+    results: tuple[Vector, ...]
+
+
+class Language:
+    """C, and what other languages have in common with it."""
+
+    name = "c"
+    title = "C99"
+    suffix = ".c"
+    preamble: tuple[str, ...] = ("#include <math.h>",)
+    before = "static inline "
+    comment = "//"
+    words: Mapping[str, str] = {REAL: "float", INDEX: "int", MASK: "int"}
+    truth = ("1", "0")
+    number_end = "f"
+    infinity = "INFINITY"
+    calls: Mapping[str, str] = {
+        **{op: f"{op}f" for op in ("sqrt", "exp", "log", "sin", "cos", "tan", "floor", "erf")},
+        "arccos": "acosf",
+        "arctan2": "atan2f",
+        "power": "powf",
+        "absolute": "fabsf",
+        "minimum": "fminf",
+        "maximum": "fmaxf",
+    }
+    """Operations that the language has, by its names; the others are written as functions (`elementary`)."""
+    imprecise: frozenset[str] = frozenset()
+    """Those of `calls` that have too few digits to be called but by the helpers that replace them."""
+    returns_arrays = False
+    # Numbers.
+
+    def number(self, value: float) -> str:
+        """A real constant, with the fewest digits that give it back in float32."""
+        if value != value or abs(value) > LARGEST:
+            return ("-" if value < 0 else "") + self.infinity
+        text = np.format_float_positional(np.float32(value), unique=True, trim="0")
+        if not 1e-4 <= abs(value) < 1e7 and value != 0.0:
+            text = np.format_float_scientific(np.float32(value), unique=True, trim="0", exp_digits=1)
+        return text + self.number_end
+
+    def constant(self, value: float, kind: str) -> str:
+        """A constant of a kind of node."""
+        if kind == REAL:
+            return self.number(value)
+        return str(int(value)) if kind == INDEX else self.truth[0 if value else 1]
+
+    # Vectors.
+
+    def type(self, width: int, kind: str = REAL) -> str:
+        """The type of a vector; "" where it is an array, which C writes behind the name."""
+        return self.words[kind] if width == 1 else ""
+
+    def component(self, v: Vector, i: int) -> str:
+        """Component i of a vector."""
+        return v.name if v.width == 1 else f"{v.name}[{i}]"
+
+    def constant_component(self, v: Vector, i: int) -> str:
+        """Component i of a constant at the top of the text."""
+        return self.component(v, i)
+
+    def global_constant(self, v: Vector, values: Sequence[float]) -> str:
+        """Numbers of a material, at the top of the text."""
+        numbers = ", ".join(map(self.number, values))
+        if v.width == 1:
+            return f"static const float {v.name} = {numbers};"
+        return f"static const float {v.name}[{v.width}] = {{{numbers}}};"
+
+    def argument(self, v: Vector) -> str:
+        """An argument in a signature."""
+        return f"{self.words[v.kind]} {v.name}" if v.width == 1 else f"const float {v.name}[{v.width}]"
+
+    def result(self, v: Vector) -> str:
+        """A result in a signature, where it is not returned."""
+        return f"{self.words[v.kind]} *{v.name}" if v.width == 1 else f"float {v.name}[{v.width}]"
+
+    # Statements.
+
+    def declare(self, name: str, kind: str, value: str) -> str:
+        """A new name for a value that stays."""
+        return f"const {self.words[kind]} {name} = {value};"
+
+    def variable(self, name: str, kind: str, value: str) -> str:
+        """A name for a value that changes."""
+        return f"{self.words[kind]} {name} = {value};"
+
+    def assign(self, name: str, value: str) -> str:
+        return f"{name} = {value};"
+
+    def loop(self, body: Sequence[str], go_on: str) -> list[str]:
+        """Statements that are repeated while a condition, which they set, holds."""
+        return ["do {", *(f"    {line}" for line in body), f"}} while ({go_on});"]
+
+    def select(self, condition: str, a: str, b: str) -> str:
+        """A choice between arguments that bind as those of a call do."""
+        return f"({condition} ? {a} : {b})"
+
+    def different(self, a: str, b: str) -> str:
+        """Whether one of two conditions holds alone."""
+        return f"({a} != {b})"
+
+    def to_index(self, x: str) -> str:
+        return f"(int)({x})"
+
+    def to_real(self, x: str) -> str:
+        return f"(float)({x})"
+
+    def shifted(self, operation: str, a: str, b: str) -> str:
+        """A whole number shifted; to the right zeros follow."""
+        return f"(int)((unsigned)({a}) {'<<' if operation == 'shl' else '>>'} ({b}))"
+
+    def unread(self, name: str) -> str:
+        """A statement for an argument that a function does not read, so that no compiler complains."""
+        return f"(void){name};"
+
+    # Functions.
+
+    def outputs(self, signature: Signature, values: Mapping[str, Sequence[str]]) -> list[str]:
+        """The last statements of a function."""
+        if (single := self.returned(signature)) is not None:
+            return [f"return {self.built(single, values[single.name])};"]
+        lines = []
+        for v in signature.results:
+            if v.width == 1:
+                lines.append(f"*{v.name} = {values[v.name][0]};")
+            else:
+                lines += [f"{v.name}[{i}] = {x};" for i, x in enumerate(values[v.name])]
+        return lines
+
+    def returned(self, signature: Signature) -> Vector | None:
+        """The one result that a function returns; None where results are arguments."""
+        if len(signature.results) != 1:
+            return None
+        (single,) = signature.results
+        return single if self.returns_arrays or self.type(single.width) else None
+
+    def built(self, v: Vector, values: Sequence[str]) -> str:
+        """A vector of values."""
+        return values[0] if v.width == 1 else f"{self.type(v.width)}({', '.join(values)})"
+
+    def header(self, signature: Signature) -> str:
+        """The line that begins a function."""
+        arguments = [self.argument(v) for v in signature.arguments]
+        single = self.returned(signature)
+        if single is None:
+            arguments += [self.result(v) for v in signature.results]
+        kind = "void" if single is None else self.type(single.width, single.kind)
+        return f"{self.before}{kind} {signature.name}({', '.join(arguments)})"
+
+    def function(self, signature: Signature, body: Sequence[str]) -> list[str]:
+        """The lines of a function."""
+        return [self.header(signature), "{", *(f"    {line}" for line in body), "}"]
+
+    # Tables.
+
+    def small_table(self, name: str, values: np.ndarray) -> list[str]:
+        """A table in the text, and the function that reads it."""
+        numbers = ", ".join(map(self.number, values))
+        return [f"static const float {name}[{len(values)}] = {{{numbers}}};", *self.reader(name, len(values))]
+
+    def large_table(self, name: str, count: int, number: int) -> list[str]:
+        """The declaration of a table that the program brings, and the function that reads it."""
+        return [f"const float *{name}; // of {count} numbers: set it first", *self.reader(name, count)]
+
+    def reader(self, name: str, count: int) -> list[str]:
+        """The function that reads an entry of an array, the nearest one beyond its ends."""
+        inside = f"i < 0 ? 0 : i > {count - 1} ? {count - 1} : i"
+        return [f"{self.before}float {name}_at(int i) {{ return {name}[{inside}]; }}"]
+
+
+class Shading(Language):
+    """What shading languages have in common: vectors of two to four numbers, calls without a letter for the type."""
+
+    preamble: tuple[str, ...] = ()
+    before = ""
+    words: Mapping[str, str] = {REAL: "float", INDEX: "int", MASK: "bool"}
+    truth = ("true", "false")
+    number_end = ""
+    infinity = "3.4028235e38"
+    calls: Mapping[str, str] = {
+        **{op: op for op in ("sqrt", "floor", "log")},
+        "exp": "exp2",  # of whole numbers, which its helper leaves
+        "absolute": "abs",
+        "minimum": "min",
+        "maximum": "max",
+    }
+    imprecise = frozenset({"exp", "log"})
+    vectors: Mapping[int, str] = {}
+
+    def type(self, width: int, kind: str = REAL) -> str:
+        return self.words[kind] if width == 1 else self.vectors.get(width, "")
+
+    def unread(self, name: str) -> str:
+        return ""
+
+    def component(self, v: Vector, i: int) -> str:
+        if v.width == 1:
+            return v.name
+        return f"{v.name}.{'xyzw'[i]}" if v.width in self.vectors else f"{v.name}[{i}]"
+
+    def argument(self, v: Vector) -> str:
+        return f"{self.type(v.width, v.kind)} {v.name}" if self.type(v.width) else f"float {v.name}[{v.width}]"
+
+    def result(self, v: Vector) -> str:
+        return f"out {self.argument(v)}"
+
+    def global_constant(self, v: Vector, values: Sequence[float]) -> str:
+        numbers = list(map(self.number, values))
+        if self.type(v.width):
+            return f"const {self.type(v.width)} {v.name} = {self.built(v, numbers)};"
+        return f"const float {v.name}[{v.width}] = {self.array(numbers)};"
+
+    def array(self, numbers: Sequence[str]) -> str:
+        """Numbers as an array."""
+        return f"float[{len(numbers)}]({', '.join(numbers)})"
+
+    def outputs(self, signature: Signature, values: Mapping[str, Sequence[str]]) -> list[str]:
+        if self.returned(signature) is not None:
+            return super().outputs(signature, values)
+        lines = []
+        for v in signature.results:
+            if self.type(v.width):
+                lines.append(f"{v.name} = {self.built(v, values[v.name])};")
+            else:
+                lines += [f"{v.name}[{i}] = {x};" for i, x in enumerate(values[v.name])]
+        return lines
+
+    def built(self, v: Vector, values: Sequence[str]) -> str:
+        if v.width == 1:
+            return values[0]
+        return f"{self.type(v.width)}({', '.join(values)})" if self.type(v.width) else self.array(values)
