@@ -9,6 +9,7 @@ import numpy as np
 
 import gonio as gn
 from gonio.bridges.source import Source
+from gonio.report.model_facts import drawn, kinds
 
 PAIRS = 192
 LEVEL = 1e-3
@@ -85,17 +86,52 @@ def call(m: Any, function: str, at: Input, names: dict[str, str]) -> Call:
     return Call(function, given, {name: value.shape[1] for name, value in expected.items()}, expected)
 
 
+def models() -> dict[str, Any]:
+    """All models, as the manual draws them, by a name for their texts."""
+    return {name.lower(): gn.expression(drawn(kind)) for name, kind in kinds()["Models"].items()}
+
+
+def few() -> dict[str, Any]:
+    """A dozen that between them have every kind of operation: loops, whole numbers, elementary functions, choices."""
+    names = "coated coxmunk disneyprincipled eon hetorrance hapke kullacontydielectric microfacet normalmapped rossli"
+    return {name: m for name, m in models().items() if name in (*names.split(), "roughcoated", "sgd", "turquin")}
+
+
+def of_channels(count: int | None) -> Any:
+    """A material of so many channels."""
+    spread = (lambda a, b: 0.5 * (a + b)) if count is None else (lambda a, b: np.linspace(a, b, count).tolist())
+    metal = gn.Conductor(spread(0.2, 0.4), spread(3.0, 2.0))
+    return 0.5 * gn.Lambertian(spread(0.1, 0.6)) + 0.4 * gn.Microfacet(gn.Beckmann(0.3, 0.1), metal)
+
+
+def limit(call: Call, result: str) -> float:
+    """The error that is allowed. A weight and a density belong to a direction that itself has an error."""
+    return 1e-4 if call.function == "sample" and result in ("weight", "pdf") else 1e-5
+
+
+def beyond(cases: Sequence[Case], found: Sequence[Sequence[np.ndarray]]) -> list[str]:
+    """What is farther from gonio's values than is allowed, in words; nothing is skipped."""
+    return [
+        f"{case.source.name}_{call.function}: {name} {error:.1e}"
+        for case, results in zip(cases, found, strict=True)
+        for call, result in zip(case.calls, results, strict=True)
+        for name, error in errors(call, result)
+        if not error <= limit(call, name)
+    ]
+
+
 def split(call: Call, found: np.ndarray) -> dict[str, np.ndarray]:
     """The numbers of all results, side by side, by name."""
     ends = np.cumsum(list(call.widths.values()))
     return dict(zip(call.widths, np.split(found, ends[:-1], axis=1), strict=True))
 
 
-def errors(case: Case, call: Call, found: np.ndarray) -> Iterator[tuple[str, float]]:
-    """By result, the largest error relative to the value (or to `LEVEL` of the largest one)."""
+def errors(call: Call, found: np.ndarray) -> Iterator[tuple[str, float]]:
+    """By result, the largest error: of a sampled direction absolute, else relative to the value (or to `LEVEL` of the
+    largest one)."""
     for name, value in split(call, found).items():
         expected = call.expected[name]
         top = np.max(abs(expected[np.isfinite(expected)]), initial=0.0)
-        scale = abs(expected) + LEVEL * top + 1e-30
+        scale = 1.0 if name == "wi" else abs(expected) + LEVEL * top + 1e-30
         difference = abs(value - expected) / scale
         yield name, float(np.max(np.where(value == expected, 0.0, difference)))

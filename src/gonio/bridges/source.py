@@ -331,12 +331,19 @@ class _Writer:
         task = tracing.Task(function.kernel, kinds, tuple(v.width for v in function.inputs), by)
         trace = tracing.traced(task, self.m, self.channels)
         if trace.operations > OPERATIONS:
-            advice = "fewer channels: three bands, or one"
             raise ParameterError(
-                f"source: {function.meaning.partition(' ')[0]} takes {trace.operations} operations, "
-                f"expected at most {OPERATIONS}; try {advice}"
+                f"source: {word} takes {trace.operations} operations, expected at most {OPERATIONS}; "
+                f"{self.advice(word, trace.operations)}"
             )
         return trace
+
+    def advice(self, word: str, operations: int) -> str:
+        """How to come to a formula that is short enough."""
+        paths = [path for path, v in zip(self.paths, self.values, strict=True) if len(v) > 1]
+        if self.channels is not None and self.channels > 3 and paths:
+            count = max(OPERATIONS * self.channels // operations, 1)
+            return f"take at most {count} channels: m.replace of {', '.join(map(repr, paths))} with fewer numbers each"
+        return "take 'f' instead" if word == "jacobian" else "write the parts of the material as texts of their own"
 
     def add(self, word: str, function: _Function, trace: tracing.Trace) -> None:
         count = self.channels or 1
