@@ -14,8 +14,8 @@ import matplotlib
 import numpy as np
 
 import gonio as gn
-from gonio.pictures.image import Image
 from gonio.figures._drawing import new_figure
+from gonio.pictures.image import Image
 
 Save = Callable[[Path, int], None]
 """Save one of two contents, 0 or 1, under a name."""

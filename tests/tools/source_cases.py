@@ -58,8 +58,10 @@ def case(
 ) -> Case:
     """The text of a material in a language, with what gonio gives for its functions."""
     source = gn.source(m, language, tuple(functions), name, parameters)
-    arguments = source.arguments or gn.source(m, language, tuple(functions), name, "arguments").arguments
-    names = {a.path: a.name for a in arguments}
+    names = {}
+    if "jacobian" in functions:
+        arguments = source.arguments or gn.source(m, language, tuple(functions), name, "arguments").arguments
+        names = {a.path: a.name for a in arguments}
     at = directions(m, seed)
     return Case(m, source, [call(m, word, at, names) for word in functions])
 
@@ -105,8 +107,9 @@ def of_channels(count: int | None) -> Any:
 
 
 def limit(call: Call, result: str) -> float:
-    """The error that is allowed. A weight and a density belong to a direction that itself has an error."""
-    return 1e-4 if call.function == "sample" and result in ("weight", "pdf") else 1e-5
+    """The error that is allowed. Inverting a distribution, its density, and slopes are differences of numbers near each
+    other."""
+    return 1e-4 if call.function == "sample" else 3e-5 if call.function in ("pdf", "jacobian") else 1e-5
 
 
 def beyond(cases: Sequence[Case], found: Sequence[Sequence[np.ndarray]]) -> list[str]:
@@ -127,11 +130,16 @@ def split(call: Call, found: np.ndarray) -> dict[str, np.ndarray]:
 
 
 def errors(call: Call, found: np.ndarray) -> Iterator[tuple[str, float]]:
-    """By result, the largest error: of a sampled direction absolute, else relative to the value (or to `LEVEL` of the
-    largest one)."""
+    """By result, the largest error: of a sampled direction absolute; of a Mueller matrix relative to its first number;
+    else relative to the value, or to `LEVEL` of the largest one. Weight and density belong to a direction that has an
+    error itself, which counts for 1/cos at the horizon."""
     for name, value in split(call, found).items():
         expected = call.expected[name]
         top = np.max(abs(expected[np.isfinite(expected)]), initial=0.0)
-        scale = 1.0 if name == "wi" else abs(expected) + LEVEL * top + 1e-30
+        scale = abs(np.repeat(expected[:, ::16], 16, axis=1) if name == "M" else expected) + LEVEL * top + 1e-30
+        if name == "wi":
+            scale = np.ones(1)
+        elif call.function == "sample":
+            scale = scale / np.maximum(abs(call.expected["wi"][:, 2:]), 1e-3)
         difference = abs(value - expected) / scale
         yield name, float(np.max(np.where(value == expected, 0.0, difference)))

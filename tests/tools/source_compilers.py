@@ -22,12 +22,22 @@ typedef unsigned int uint;
 struct float2 { float x, y; float2() {} float2(float x, float y) : x(x), y(y) {} };
 struct float3 { float x, y, z; float3() {} float3(float x, float y, float z) : x(x), y(y), z(z) {} };
 struct float4 { float x, y, z, w; float4() {} float4(float x, float y, float z, float w) : x(x), y(y), z(z), w(w) {} };
+static int clamp(int x, int low, int high) { return x < low ? low : x > high ? high : x; }
 """
 CUDA = """#define __device__
 static float2 make_float2(float x, float y) { return float2(x, y); }
 static float3 make_float3(float x, float y, float z) { return float3(x, y, z); }
 static float4 make_float4(float x, float y, float z, float w) { return float4(x, y, z, w); }
 static float __int_as_float(int i) { float x; memcpy(&x, &i, 4); return x; }
+static float erfinvf(float y)
+{
+    double x = 0, z = y < 0 ? -(double)y : (double)y; // Halley's steps from above or below
+    for (int i = 0; i < 60; i++) {
+        double d = (erf(x) - z) / (1.1283791670955126 * exp(-x * x));
+        x -= d / (1 + x * d);
+    }
+    return (float)(y < 0 ? -x : x);
+}
 """
 OSL = """
 struct vector {
@@ -78,7 +88,7 @@ class Compiler(NamedTuple):
     changed: Callable[[str], str] = str
 
 
-_CPP = ("g++", "-std=c++11", "-Wall", "-Wextra", "-Wno-unused-function", "-Wno-unused-but-set-parameter")
+_CPP = ("g++", "-std=c++11", "-Wall", "-Wextra", "-Wno-unused-function", "-Wno-unused-parameter")
 COMPILERS = {
     "c": Compiler(("cc", "-std=c99", "-Wall", "-Wextra", "-Wshadow", "-pedantic"), ".c"),
     "cuda": Compiler(_CPP, ".cpp", VECTORS + CUDA),
@@ -118,7 +128,7 @@ def run(cases: Sequence[Case], folder: Path, *more: str) -> list[list[np.ndarray
                 ]
             )
         runs.append(names)
-    file = folder / f"source{compiler.suffix}"
+    file = folder / f"source{len([*folder.iterdir()])}{compiler.suffix}"  # libraries are known by their paths
     file.write_text(compiler.before + "\n".join(text + wrappers for text, wrappers in texts.items()))
     library = file.with_suffix(".so")
     command = [*compiler.command, "-Werror", "-O0", "-ffp-contract=off", *more, "-shared", "-fPIC"]

@@ -232,7 +232,7 @@ def source(
     require_numbers(m, "source")
     _require_no_maps(m)
     if any(True for _ in m.holed()):
-        raise ParameterError("source: some numbers of the material are missing (NaN); expected all; fill them first")
+        raise ParameterError(f"source: some numbers of the material are missing (NaN); {_FILLED}")
     return _Writer(m, speaks[language], name or _word(m), parameters == "arguments").written(wanted)
 
 
@@ -242,8 +242,8 @@ def _require_no_maps(m: Reflectance) -> None:
         if np.ndim(value) > 1:
             at = tuple(np.reshape(value, (-1, value.shape[-1]))[0].tolist())
             raise ParameterError(
-                f"source: {path} is a map of shape {np.shape(value)[:-1]}; expected the numbers of one place, such as "
-                f"m.replace(**{{{path!r}: {shown(at)}}}); with parameters='arguments' the program brings those of others"
+                f"source: {path} is a map of shape {np.shape(value)[:-1]}; expected the numbers of one place: "
+                f"m.replace(**{{{path!r}: {shown(at)}}}); with parameters='arguments' the program brings all others"
             )
 
 
@@ -258,8 +258,9 @@ def _word(m: Reflectance) -> str:
     return word if is_prefix(word) else "material"
 
 
-_SIMPLIFIED: WeakKeyDictionary[Graph, tuple[Graph, list[int]]] = WeakKeyDictionary()
-"""The graphs of traces as they are written, and the nodes of their results."""
+_FILLED = "expected none; fill them first: gn.repair.fill_holes(m)"
+_SIMPLIFIED: WeakKeyDictionary[Graph, dict[tuple[int, ...], tuple[Graph, list[int]]]] = WeakKeyDictionary()
+"""Graph of a trace -> nodes of its results -> the graph that is written, and the nodes there."""
 
 
 class _Writer:
@@ -351,9 +352,10 @@ class _Writer:
         places = [k for k, v in enumerate(function.inputs) if not v.is_direction]
         shares = {(k, c) for k in places for c in range(function.inputs[k].width)}
         fixed = range(trace.inputs, trace.inputs + 2 * len(self.values))
-        if trace.graph not in _SIMPLIFIED:  # the longest part, the same for all languages and numbers
-            _SIMPLIFIED[trace.graph] = passes.rewritten(*finite(trace.graph, nodes, shares), "float32", fixed)
-        graph, nodes = _SIMPLIFIED[trace.graph]
+        kept = _SIMPLIFIED.setdefault(trace.graph, {})
+        if (key := tuple(nodes)) not in kept:  # the longest part, the same for all languages and numbers
+            kept[key] = passes.rewritten(*finite(trace.graph, nodes, shares), "float32", fixed)
+        graph, nodes = kept[key]
         rest = iter(nodes)
         ends = [[next(rest) for _ in result] for result in trace.results]
         widths = {VALUE: count, VECTOR: 3, SCALAR: 1, MASK: 1, MATRIX: 16 * count}
@@ -411,6 +413,8 @@ class _Writer:
         large: list[SourceTable] = []
         for number in self.tables:
             values = np.asarray(self.content.tables[number].numbers, np.float32).reshape(-1)
+            if np.isnan(values).any():
+                raise ParameterError(f"source: a table has {np.isnan(values).sum()} holes (NaN); {_FILLED}")
             name = self.table(number)
             if len(values) <= SMALL:
                 lines += [part for line in self.language.small_table(name, values) for part in wrapped(line)]
@@ -445,7 +449,10 @@ class _Writer:
             words += [
                 f"    {self.vectors[k].name}: {meaning}" for k in sorted(self.read) if (meaning := self.meaning(k))
             ]
-        return (f"{self.language.comment} {ascii_of(line)}".rstrip() for line in words)
+        short = (
+            part for line in words for part in textwrap.wrap(ascii_of(line), 116, subsequent_indent="    ") or [""]
+        )
+        return (f"{self.language.comment} {line}".rstrip() for line in short)
 
 
 def _classes(m: Parametrised) -> list[type]:

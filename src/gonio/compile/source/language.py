@@ -222,7 +222,7 @@ class Shading(Language):
     words: Mapping[str, str] = {REAL: "float", INDEX: "int", MASK: "bool"}
     truth = ("true", "false")
     number_end = ""
-    infinity = "3.4028235e38"
+    infinity = "3.4028234e38"  # as a decimal number not above the largest, which WGSL refuses
     calls: Mapping[str, str] = {
         **{op: op for op in ("sqrt", "floor", "log")},
         "exp": "exp2",  # of whole numbers, which its helper leaves

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import textwrap
 import unicodedata
 from collections.abc import Iterator
 
@@ -64,4 +65,4 @@ def with_comment(line: str, sign: str, comment: str) -> list[str]:
         return list(wrapped(line))
     if len(line) + len(comment) + 2 <= WIDTH:
         return [f"{line} {sign} {comment}"]
-    return [f"{sign} {comment}", *wrapped(line)]
+    return [*(f"{sign} {part}" for part in textwrap.wrap(comment, WIDTH - 4)), *wrapped(line)]
