@@ -121,6 +121,23 @@ def test_tables(language: str, measured: dict[str, Any], tmp_path: Path) -> None
     compare(measured, language, tmp_path)
 
 
+@each(*RUN)
+@pytest.mark.parametrize("interpolation", ["linear", "nearest"])
+def test_holes_of_tables_stay_holes(language: str, interpolation: str, tmp_path: Path) -> None:
+    whole = resampled(expression(GLOSSY), 9, 12)
+    values = np.array(whole.brdf())
+    values[np.random.default_rng(3).random(values.shape) < 0.3] = np.nan
+    values[:, 6:] = np.nan
+    holed = gn.Gridded("angles", whole.axes, values, channels=whole.channel_names, interpolation=interpolation)
+    case = cases.case(holed, language, ["f"], "holed")
+    [[found]] = compilers.run([case], tmp_path)
+    expected = case.calls[0].expected["f"]
+    missing = np.isnan(expected)
+    assert 0.01 < missing.mean() < 0.9
+    np.testing.assert_allclose(found[~missing], expected[~missing], rtol=1e-5, atol=1e-5 * np.nanmax(expected))
+    assert (found[missing] == 0.0).all() if language == "osl" else np.isnan(found[missing]).all()
+
+
 @pytest.mark.parametrize("language", ALL)
 def test_large_tables_are_the_programs(language: str, measured: dict[str, Any], tmp_path: Path) -> None:
     source = gn.source(measured["grid"], language, name="grid")
@@ -251,13 +268,9 @@ def test_maps_are_refused_with_numbers_that_work() -> None:
         gn.source(gn.Microfacet(gn.GGX(np.full((4, 4, 1), 0.3))), "c", parameters="arguments")
 
 
-def test_textures_and_holes_are_refused() -> None:
+def test_textures_and_missing_parameters_are_refused() -> None:
     with pytest.raises(ParameterError, match=r"rho is a texture.*m\.at\(uv"):
         gn.source(gn.Lambertian(gn.Texture(np.full((2, 2), 0.5))))
-    holed = gn.repair.resample(gn.Lambertian(0.4), "angles", resolution=(4, 4, 6))
-    with pytest.raises(ParameterError, match=r"holes \(NaN\).*gn\.repair\.fill_holes\(m\)"):
-        gn.source(holed)
-    assert gn.source(gn.repair.fill_holes(holed)).text
 
 
 def test_long_formulas_are_refused_with_a_count_that_works(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -24,6 +24,8 @@ struct float3 { float x, y, z; float3() {} float3(float x, float y, float z) : x
 struct float4 { float x, y, z, w; float4() {} float4(float x, float y, float z, float w) : x(x), y(y), z(z), w(w) {} };
 static int clamp(int x, int low, int high) { return x < low ? low : x > high ? high : x; }
 """
+HLSL = """static float asfloat(uint i) { float x; memcpy(&x, &i, 4); return x; }
+"""
 CUDA = """#define __device__
 static float2 make_float2(float x, float y) { return float2(x, y); }
 static float3 make_float3(float x, float y, float z) { return float3(x, y, z); }
@@ -92,7 +94,7 @@ _CPP = ("g++", "-std=c++11", "-Wall", "-Wextra", "-Wno-unused-function", "-Wno-u
 COMPILERS = {
     "c": Compiler(("cc", "-std=c99", "-Wall", "-Wextra", "-Wshadow", "-pedantic"), ".c"),
     "cuda": Compiler(_CPP, ".cpp", VECTORS + CUDA),
-    "hlsl": Compiler(_CPP, ".cpp", VECTORS, _from_hlsl),
+    "hlsl": Compiler(_CPP, ".cpp", VECTORS + HLSL, _from_hlsl),
     "osl": Compiler(_CPP, ".cpp", VECTORS + OSL, _from_osl),
 }
 

@@ -19,7 +19,7 @@ from ..arrays.kinds import MATRIX, SCALAR, VALUE, VECTOR
 from ..base import kernels
 from ..base.reflectance import Reflectance, Scaled, Sum
 from ..base.textured import require_numbers
-from ..compile.source.finite import finite
+from ..compile.source.finite import HOLE, finite
 from ..compile.source.language import Language, Signature, Vector
 from ..compile.source.lines import ascii_of, with_comment, wrapped
 from ..compile.source.names import identifier, is_prefix, short_names
@@ -203,9 +203,10 @@ def source(
 
     Units   f: 1/sr; angles of parameters: radians.
     Error   of float32: against `m.f` of float32 arrays about 1e-6 of the value; docs/source.md has the measured sizes.
-            NaN is not kept: directions and numbers must be finite.
-    Raises  NotFoundError for another language or function, ParameterError for a map, for holes, and for a formula of
-            more than 60 000 operations; TraceError for one that cannot be taken apart.
+            NaN is not kept: directions and numbers must be finite. Where a measurement has no value, f is NaN, or 0 in
+            OSL and WGSL, which cannot write NaN.
+    Raises  NotFoundError for another language or function, ParameterError for a map, for missing parameters, and for a
+            formula of more than 60 000 operations; TraceError for one that cannot be taken apart.
 
     Example
     >>> print(gn.source(gn.Lambertian(0.5), "c", name="paper").text.splitlines()[-1])
@@ -232,7 +233,9 @@ def source(
     require_numbers(m, "source")
     _require_no_maps(m)
     if any(True for _ in m.holed()):
-        raise ParameterError(f"source: some numbers of the material are missing (NaN); {_FILLED}")
+        raise ParameterError(
+            f"source: some numbers of the material are missing (NaN); expected none; give them by m.replace"
+        )
     return _Writer(m, speaks[language], name or _word(m), parameters == "arguments").written(wanted)
 
 
@@ -258,7 +261,6 @@ def _word(m: Reflectance) -> str:
     return word if is_prefix(word) else "material"
 
 
-_FILLED = "expected none; fill them first: gn.repair.fill_holes(m)"
 _SIMPLIFIED: WeakKeyDictionary[Graph, dict[tuple[int, ...], tuple[Graph, list[int]]]] = WeakKeyDictionary()
 """Graph of a trace -> nodes of its results -> the graph that is written, and the nodes there."""
 
@@ -353,8 +355,9 @@ class _Writer:
         shares = {(k, c) for k in places for c in range(function.inputs[k].width)}
         fixed = range(trace.inputs, trace.inputs + 2 * len(self.values))
         kept = _SIMPLIFIED.setdefault(trace.graph, {})
-        if (key := tuple(nodes)) not in kept:  # the longest part, the same for all languages and numbers
-            kept[key] = passes.rewritten(*finite(trace.graph, nodes, shares), "float32", fixed)
+        holed = tuple(k for k in sorted(trace.looked_up) if np.isnan(self.content.tables[k].numbers).any())
+        if (key := (*nodes, -1, *holed)) not in kept:  # the longest part, the same for all languages and numbers
+            kept[key] = passes.rewritten(*finite(trace.graph, nodes, shares, holed), "float32", fixed)
         graph, nodes = kept[key]
         rest = iter(nodes)
         ends = [[next(rest) for _ in result] for result in trace.results]
@@ -413,8 +416,7 @@ class _Writer:
         large: list[SourceTable] = []
         for number in self.tables:
             values = np.asarray(self.content.tables[number].numbers, np.float32).reshape(-1)
-            if np.isnan(values).any():
-                raise ParameterError(f"source: a table has {np.isnan(values).sum()} holes (NaN); {_FILLED}")
+            values = np.where(np.isnan(values), np.float32(HOLE), values)
             name = self.table(number)
             if len(values) <= SMALL:
                 lines += [part for line in self.language.small_table(name, values) for part in wrapped(line)]

@@ -1,7 +1,7 @@
 """A graph for finite numbers: what only carries NaN and infinity through a formula is left out, constants are folded.
 
 Kernels keep a NaN of a direction through the horizon's mask by adding x - x. A shader has no use for that, and its
-compiler may drop it.
+compiler may drop it. Holes of tables stay: they are written as a number, since a shader may take x == x for true.
 """
 
 from __future__ import annotations
@@ -27,12 +27,37 @@ _SAME = {"eq": True, "le": True, "ge": True, "ne": False, "lt": False, "gt": Fal
 _CALCULATED = {"add": lambda a, b: a + b, "sub": lambda a, b: a - b, "mul": lambda a, b: a * b}
 
 
-def finite(graph: Graph, outputs: Sequence[int], shares: Collection[tuple[int, int]] = ()) -> tuple[Graph, list[int]]:
-    """A graph of the same values for finite numbers, and its outputs. `shares`: loads that are never negative."""
+HOLE = -1e30
+"""Stands in tables for what is missing."""
+
+
+def finite(
+    graph: Graph,
+    outputs: Sequence[int],
+    shares: Collection[tuple[int, int]] = (),
+    holed: Collection[int] = (),
+) -> tuple[Graph, list[int]]:
+    """A graph of the same values for finite numbers, and its outputs.
+
+    `shares`: loads that are never negative. `holed`: tables in which NaN is written as `HOLE`.
+    """
     new, copies = Graph(), dict[int, int]()
+    there: dict[int, int] = {}  # an entry of a table with holes, as a choice -> whether it is there
     for node in graph.reachable(outputs):
         inputs = [copies[n] for n in graph.inputs(node)]
         operation = graph.operations[node]
+        if operation == "take" and graph.arguments[node][0] in holed:
+            entry = graph.copied(node, new, inputs)
+            known = new.apply("gt", entry, new.constant(0.5 * HOLE))
+            copies[node] = new.apply("select", known, entry, new.constant(math.nan))
+            there[copies[node]] = known
+            continue
+        if operation in ("eq", "ne") and inputs[0] == inputs[1] and inputs[0] in there:
+            known = there[inputs[0]]
+            copies[node] = known if operation == "eq" else new.apply("xor", known, new.constant(1, MASK))
+            continue
+        if operation == "select" and there.get(inputs[1]) == inputs[0]:
+            inputs[1] = new.arguments[inputs[1]][1]
         same = _folded(new, operation, graph.kinds[node], inputs)
         if (
             same is None

@@ -61,6 +61,8 @@ class Language:
     truth = ("1", "0")
     number_end = "f"
     infinity = "INFINITY"
+    missing = "NAN"
+    """Where a measurement has no value."""
     calls: Mapping[str, str] = {
         **{op: f"{op}f" for op in ("sqrt", "exp", "log", "sin", "cos", "tan", "floor", "erf")},
         "arccos": "acosf",
@@ -78,7 +80,9 @@ class Language:
 
     def number(self, value: float) -> str:
         """A real constant, with the fewest digits that give it back in float32."""
-        if value != value or abs(value) > LARGEST:
+        if value != value:
+            return self.missing
+        if abs(value) > LARGEST:
             return ("-" if value < 0 else "") + self.infinity
         text = np.format_float_positional(np.float32(value), unique=True, trim="0")
         if not 1e-4 <= abs(value) < 1e7 and value != 0.0:
@@ -223,6 +227,7 @@ class Shading(Language):
     truth = ("true", "false")
     number_end = ""
     infinity = "3.4028234e38"  # as a decimal number not above the largest, which WGSL refuses
+    missing = "0.0"  # where a language cannot write NaN
     calls: Mapping[str, str] = {
         **{op: op for op in ("sqrt", "floor", "log")},
         "exp": "exp2",  # of whole numbers, which its helper leaves

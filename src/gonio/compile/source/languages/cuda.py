@@ -17,6 +17,7 @@ class Cuda(Shading):
     words: Mapping[str, str] = {REAL: "float", INDEX: "int", MASK: "bool"}
     calls: Mapping[str, str] = {**Language.calls, "erfinv": "erfinvf"}
     imprecise = frozenset()
+    missing = "__int_as_float(0x7fffffff)"
     vectors: Mapping[int, str] = {2: "float2", 3: "float3", 4: "float4"}
 
     def result(self, v: Vector) -> str:

@@ -15,6 +15,7 @@ WIDTH = 2048
 class Glsl(Shading):
     name, title, suffix = "glsl", "GLSL (ES 3.00, 3.30 and later)", ".glsl"
     preamble = ("#ifdef GL_ES", "precision highp float;", "precision highp int;", "#endif")
+    missing = "uintBitsToFloat(0x7fc00000u)"
     vectors: Mapping[int, str] = {2: "vec2", 3: "vec3", 4: "vec4"}
     returns_arrays = True
 

@@ -11,6 +11,7 @@ from ..language import Shading, Vector
 
 class Hlsl(Shading):
     name, title, suffix = "hlsl", "HLSL (shader model 5)", ".hlsl"
+    missing = "asfloat(0x7fc00000u)"
     vectors: Mapping[int, str] = {2: "float2", 3: "float3", 4: "float4"}
 
     def array(self, numbers: Sequence[str]) -> str:
