@@ -15,6 +15,7 @@ import { VIEWS } from "./views/index.js";
 
 const REST = 160; // ms after a change until pictures are refined: while a slider moves, each state is drawn once
 const BUDGET = 40; // ms of a frame after which the remaining views wait for the next one
+const PAUSE = 30; // ms without a frame after which what is entered is drawn at once
 
 /** The page: its state, its materials, its views, and the frames in which they are drawn. */
 export class App {
@@ -248,10 +249,12 @@ export class App {
     this.status.textContent = text;
   }
 
+  /** Draws in the next frame; what is entered after a pause at once, since that frame may be far. */
   redraw() {
     if (this.asked) return;
     this.asked = true;
-    requestAnimationFrame(() => this.frame());
+    if (this.input && performance.now() - (this.frameAt ?? 0) > PAUSE) queueMicrotask(() => this.frame());
+    else requestAnimationFrame(() => this.frame());
   }
 
   /** Draws what changed; views beyond the budget of time wait for the next frame, and are first there. */
@@ -260,6 +263,7 @@ export class App {
     const { input } = this;
     this.input = null;
     const begin = performance.now();
+    this.frameAt = begin;
     const resting = begin - (this.changedAt ?? 0) > REST;
     const due = (this.views ?? []).filter((view) => view.shown && view.dirty);
     const shown = due.filter((view) => resting || !view.refining).sort((a, b) => (a.drawnAt ?? 0) - (b.drawnAt ?? 0));

@@ -234,7 +234,7 @@ def source(
     _require_no_maps(m)
     if any(True for _ in m.holed()):
         raise ParameterError(
-            f"source: some numbers of the material are missing (NaN); expected none; give them by m.replace"
+            "source: some numbers of the material are missing (NaN); expected none; give them by m.replace"
         )
     return _Writer(m, speaks[language], name or _word(m), parameters == "arguments").written(wanted)
 

@@ -12,6 +12,7 @@ from ...catalogue import builtin
 from ...catalogue.expressions import expression
 from ...catalogue.nearest import nearest
 from ...errors import Error, visible
+from ...evaluate.tracing import content
 from ...figures._slices import lit_range
 from ...fitting.fitting import fit
 from ...fitting.result import Fit
@@ -66,13 +67,17 @@ def fits_of(m: Reflectance, name: str = "") -> dict[str, Any]:
         return found
     fits = []
     for text in MODELS if isinstance(m, Measured) else MODELS[:SIMPLER]:
+        model = expression(text)
+        if content(model).structure == content(m).structure:
+            found["exact"].append(text)  # the formula of the material itself
+            continue
         try:
-            fits.append((text, fit(m, expression(text), "cosine", starts=None)))
+            fits.append((text, fit(m, model, "cosine", starts=None)))
         except Error as error:
             if (reason := _line(error)) not in found["reasons"]:
                 found["reasons"].append(reason)
     fits.sort(key=lambda pair: pair[1].rms)
-    found["exact"] = [text for text, of in fits if of.rms <= EXACT * _size(of)]
+    found["exact"] += [text for text, of in fits if of.rms <= EXACT * _size(of)]
     fits = [(text, of) for text, of in fits if text not in found["exact"]]
     found["models"] = [_told(text, of) for text, of in fits]
     if fits:
