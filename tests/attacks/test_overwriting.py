@@ -477,6 +477,11 @@ except gn.errors.WriteError as error: print(error)
     assert not any(tmp_path.iterdir())
 
 
+def open_files():
+    """The files that this process holds open."""
+    return [Path(os.readlink(entry)) for entry in Path("/proc/self/fd").iterdir() if entry.is_symlink()]
+
+
 @as_root
 def test_a_full_disk_leaves_the_old_file_and_one_error(tmp_path):
     """For every writer, with the path and the reason. (D18)"""
@@ -499,6 +504,7 @@ def test_a_full_disk_leaves_the_old_file_and_one_error(tmp_path):
             with pytest.raises(WriteError, match=f"{name}: cannot be written: No space left on device; make room"):
                 save(disk / name, 1)
             assert tree(disk) == before
+            assert [place for place in open_files() if place.is_relative_to(disk)] == [], name
             (disk / "filler").unlink()
             if (disk / name).is_file():
                 (disk / name).unlink()
@@ -511,10 +517,11 @@ OTHER_WRITERS = (
     "formats/_reading/hdf_probe.py",
     "formats/_reading/pipes.py",
     "cli/terminal.py",
+    "explorer/worker.py",
     "pictures/files/radiance.py",
 )
-"""Kernels, what a probe finds, private copies of pipes, closed streams, which lead to /dev/null, and the bytes of a
-picture, which `Image.save` puts into place."""
+"""Kernels, what a probe finds, private copies of pipes, closed streams, which lead to /dev/null, a number that tells
+Linux which process goes first, and the bytes of a picture, which `Image.save` puts into place."""
 
 
 def test_every_writer_goes_through_files():

@@ -140,8 +140,9 @@ def _styled(style: Any = STYLE) -> Iterator[None]:
 def _write(figure: Any, path: str | os.PathLike[str] | None) -> None:
     if path is None:
         return
-    with replacing(Path(path)) as temporary:
-        figure.savefig(temporary, dpi=120, format=Path(path).suffix[1:].lower())
+    # Matplotlib's PDF writer leaves a file open that it cannot write, if it is told the name
+    with replacing(Path(path)) as temporary, temporary.open("wb") as file:
+        figure.savefig(file, dpi=120, format=Path(path).suffix[1:].lower())
 
 
 def _matplotlib() -> Any:
