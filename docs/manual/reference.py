@@ -112,7 +112,7 @@ def members(kind: type) -> Iterator[str]:
 
 def summary(thing: Any) -> str:
     """The first sentence of a docstring."""
-    text = thing.contents.__doc__ if isinstance(thing, Folder) else discover.docstring(thing)
+    text = discover.docstring(thing.contents if isinstance(thing, Folder) else thing)
     first = " ".join((text or "").split("\n\n")[0].split())
     return re.split(r"(?<=[^.])\.(?= [A-Z`]|$)", first)[0].rstrip(".:")
 
@@ -144,7 +144,7 @@ def entry(module: str, name: str) -> Iterator[str]:
     """The directive that shows a name."""
     thing = getattr(import_module(module), name)
     if isinstance(thing, Folder):
-        yield from [f".. py:function:: {name}()", "", f"   {inline(thing.contents.__doc__ or '').strip()}", ""]
+        yield from [f".. py:function:: {name}()", "", f"   {inline(discover.docstring(thing.contents)).strip()}", ""]
         return
     if not isinstance(thing, type):
         yield from [f".. autofunction:: {module}.{name}", ""]

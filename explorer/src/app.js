@@ -42,6 +42,7 @@ export class App {
     this.cards = element("div", { class: "cards" });
     this.status = element("p", { class: "status", role: "status" });
     this.grid = element("main", { class: "grid", "aria-label": "Views of the materials" });
+    document.querySelector("body > .starting")?.remove();
     document.body.append(this.header, this.errors.element, element("aside", { "aria-label": "Materials" }, this.adder, this.cards, this.status), this.grid);
     receiveFiles(this);
     shortcuts(this);

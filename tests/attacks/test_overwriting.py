@@ -517,11 +517,15 @@ OTHER_WRITERS = (
     "formats/_reading/hdf_probe.py",
     "formats/_reading/pipes.py",
     "cli/terminal.py",
+    "explorer/process.py",
+    "explorer/uploads.py",
     "explorer/worker.py",
     "pictures/files/radiance.py",
+    "report/page/browser.py",
 )
-"""Kernels, what a probe finds, private copies of pipes, closed streams, which lead to /dev/null, a number that tells
-Linux which process goes first, and the bytes of a picture, which `Image.save` puts into place."""
+"""Kernels, what a probe finds, private copies of pipes, closed streams, which lead to /dev/null, pipes of a process and
+the number that tells Linux to end it first, files of private folders (dropped ones, the page that is printed), and the
+bytes of a picture, which `Image.save` puts into place."""
 
 
 def test_every_writer_goes_through_files():

@@ -140,6 +140,7 @@ def drop(page: Any, name: str, content: bytes) -> None:
 
 def test_every_view_shows_something(open_page):
     page = open_page(views=["lobe", "lit", "polar", "cartesian", "slice", "albedo", "spectrum", "mueller"])
+    assert page.locator("h1").all_inner_texts() == ["gonio"]  # of the page, no more that of its start
     for testid in ("lobe-0", "sphere-0", "polar", "cartesian", "slice-0", "albedo", "spectrum", "mueller-0"):
         page.get_by_test_id(testid).scroll_into_view_if_needed()
         settled(page)

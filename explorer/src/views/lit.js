@@ -79,6 +79,16 @@ export class Lit extends CellView {
     cell.sum?.dispose();
   }
 
+  /** First pictures come before better ones of other cells. */
+  draw() {
+    const isFirst = (cell) => cell.step < 0;
+    const waiting = [...this.stale].some(isFirst) ? [...this.stale].filter((cell) => !isFirst(cell)) : [];
+    for (const cell of waiting) this.stale.delete(cell);
+    super.draw();
+    for (const cell of waiting) this.stale.add(cell);
+    return this.stale.size > 0;
+  }
+
   /** The first picture of a state comes straight from one sample of each pixel; when the state rests, samples are added up. */
   drawCell(cell) {
     const { gpu, state } = this.app;

@@ -7,6 +7,7 @@ which materials there are. Each request has a thread. It ends with its standard 
 from __future__ import annotations
 
 import contextlib
+import importlib
 import json
 import os
 import signal
@@ -17,6 +18,7 @@ from pathlib import Path
 from typing import IO, Any
 
 from ..errors import Error, ExpressionError, visible
+from ..formats import formats
 from ..version import __version__
 from .calls import CALLS
 from .given import Given
@@ -26,6 +28,12 @@ from .shelf import Shelf
 
 NOTES = 20
 """The most warnings of an answer."""
+
+QUIET = 1.0
+"""Seconds without a request after which the worker gets ready for a first file."""
+
+USED_BY_FILES = ("gonio.uncertainty", "xarray", "h5netcdf")
+"""Modules that take long to import, and are first used by a file that is dropped."""
 
 
 class _Notes(threading.local):
@@ -54,7 +62,10 @@ def main() -> None:
         send(answers, first[0], b"")
         if setup["early"]:
             threading.Thread(target=_describe, args=(shelf,), daemon=True).start()
+        asked = threading.Event()
+        threading.Thread(target=_get_ready, args=(asked,), daemon=True).start()
         while (piece := receive(requests)) is not None:
+            asked.set()
             threading.Thread(target=_answer, args=(shelf, answers, lock, *piece), daemon=True).start()
     os._exit(0)  # whatever is still computed
 
@@ -64,6 +75,17 @@ def _describe(shelf: Shelf) -> None:
     for name in shelf.given:
         with contextlib.suppress(Exception):
             CALLS["material"](shelf, name, {})
+
+
+def _get_ready(asked: threading.Event) -> None:
+    """Import what a first file takes, as soon as nobody asks for something."""
+    while asked.wait(QUIET):
+        asked.clear()
+    with contextlib.suppress(Exception):
+        formats()
+    for name in USED_BY_FILES:
+        with contextlib.suppress(Exception):  # they may not be installed, which the request that needs them tells
+            importlib.import_module(name)
 
 
 def _fixed(x: Any) -> Any:

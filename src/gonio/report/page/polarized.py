@@ -22,17 +22,22 @@ def polarization(m: Reflectance) -> dict[str, Any]:
     """The degree of linear polarization of the light that leaves, of unpolarised light that arrives, in the plane of
     incidence; Mueller matrices at the mirror directions over their first element; and those of delta lobes."""
     phi = plane(m)
-    wo = direction(np.radians(np.abs(VIEWS)), np.where(VIEWS < 0.0, phi, phi + math.pi))
+    wi = direction(np.radians(INCIDENCES), phi)
+    views = direction(np.radians(np.abs(VIEWS)), np.where(VIEWS < 0.0, phi, phi + math.pi))
+    mirrors = direction(np.radians(INCIDENCES), phi + math.pi)
+    seen = np.array([[*views, mirror] for mirror in mirrors])
+    # pair by pair, as the laws ask: the kernel of a Mueller matrix takes long to compile
+    pairs = np.repeat(wi, seen.shape[1], axis=0), seen.reshape(-1, 3)
     rows, matrices = [], []
-    for theta in INCIDENCES:
-        wi = direction(math.radians(theta), phi)
-        M = _one(m, m.mueller(wi, wo))
+    for theta, mirror_wo, M in zip(
+        INCIDENCES, mirrors, _one(m, m.mueller(*pairs)).reshape(*seen.shape[:2], 4, 4), strict=True
+    ):
+        of_views, mirror = M[:-1], M[-1]
         with np.errstate(all="ignore"):
-            degree = np.hypot(M[:, 1, 0], M[:, 2, 0]) / M[:, 0, 0]
+            degree = np.hypot(of_views[:, 1, 0], of_views[:, 2, 0]) / of_views[:, 0, 0]
         rows.append({"theta_i": theta, "views": VIEWS.tolist(), "degree": degree.tolist()})
-        mirror = _one(m, m.mueller(wi, direction(math.radians(theta), phi + math.pi)))
         if mirror[0, 0] <= 0.0 and m.has_delta:
-            mirror = _one(m, m.delta_mueller(direction(math.radians(theta), phi + math.pi)))
+            mirror = _one(m, m.delta_mueller(mirror_wo))
         if mirror[0, 0] > 0.0:
             matrices.append(
                 {"theta_i": theta, "first": float(mirror[0, 0]), "matrix": (mirror / mirror[0, 0]).tolist()}
