@@ -29,7 +29,7 @@ from .shelf import Shelf
 NOTES = 20
 """The most warnings of an answer."""
 
-QUIET = 1.0
+QUIET = 2.0
 """Seconds without a request after which the worker gets ready for a first file."""
 
 USED_BY_FILES = ("gonio.uncertainty", "xarray", "h5netcdf")
@@ -78,7 +78,8 @@ def _describe(shelf: Shelf) -> None:
 
 
 def _get_ready(asked: threading.Event) -> None:
-    """Import what a first file takes, as soon as nobody asks for something."""
+    """Import what a first file takes, once the page has what it asked for at first and asks for nothing more."""
+    asked.wait()
     while asked.wait(QUIET):
         asked.clear()
     with contextlib.suppress(Exception):
