@@ -15,7 +15,8 @@ import source_cases as cases
 import source_compilers as compilers
 
 import gonio as gn
-from gonio.bridges.source import SMALL, languages
+from gonio.bridges.source import languages
+from gonio.bridges.source.writing import SMALL
 from gonio.catalogue.expressions import expression
 from gonio.errors import NotFoundError, ParameterError
 from gonio.formats.window_xml.klems import QUARTER, Klems
@@ -274,7 +275,7 @@ def test_textures_and_missing_parameters_are_refused() -> None:
 
 
 def test_long_formulas_are_refused_with_a_count_that_works(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("gonio.bridges.source.OPERATIONS", 2000)
+    monkeypatch.setattr("gonio.bridges.source.writing.OPERATIONS", 2000)
     m = cases.of_channels(40)
     with pytest.raises(ParameterError, match=r"takes \d+ operations, expected at most 2000") as caught:
         gn.source(m, "c", "jacobian")
@@ -282,6 +283,6 @@ def test_long_formulas_are_refused_with_a_count_that_works(monkeypatch: pytest.M
     assert found is not None
     fewer = {path: np.full(int(found[1]), m.parameters[path].low + 0.1) for path in eval(f"[{found[2]}]")}
     assert gn.source(m.replace(**fewer), "c", "jacobian").channels == int(found[1])
-    monkeypatch.setattr("gonio.bridges.source.OPERATIONS", 20)
+    monkeypatch.setattr("gonio.bridges.source.writing.OPERATIONS", 20)
     with pytest.raises(ParameterError, match="write the parts of the material as texts"):
         gn.source(cases.of_channels(None), "c")

@@ -50,8 +50,8 @@ def law(m: Reflectance) -> Findings:
     rule = "|f - f swapped|/mean = {value} <= {tolerance}"
     if m.polarizes:
         # copies: `realisability` asks for arrays without gaps too, and the kernel of a matrix takes long to compile
-        some = [np.ascontiguousarray(w[::EVERY]) for w in (wi, wo)]
-        polarised, where = _of_matrices(m, *some, 0.5 * (there + back)[::EVERY])
+        some_wi, some_wo = (np.ascontiguousarray(w[::EVERY]) for w in (wi, wo))
+        polarised, where = _of_matrices(m, some_wi, some_wo, 0.5 * (there + back)[::EVERY])
         if polarised > max(value, TOLERANCE):
             value, at = polarised, where * EVERY
             why = "M(wo, wi) is not D M(wi, wo)^T D: polarised light does not take the same way back"

@@ -1,37 +1,31 @@
-"""`gn.source`: the formula of a material as source text of C, CUDA, GLSL, HLSL, OSL and WGSL."""
+"""Writing a source text: the traced formulas of a material, its numbers and tables, and the comments above them."""
 
 from __future__ import annotations
 
-import re
 import textwrap
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from .. import discover
-from ..arguments import checked
-from ..arrays import Fixed, ops
-from ..arrays.kinds import MATRIX, SCALAR, VALUE, VECTOR
-from ..base import kernels
-from ..base.reflectance import Reflectance, Scaled, Sum
-from ..base.textured import require_numbers
-from ..compile.source.finite import HOLE, finite
-from ..compile.source.language import Language, Signature, Vector
-from ..compile.source.lines import ascii_of, with_comment, wrapped
-from ..compile.source.names import identifier, is_prefix, short_names
-from ..compile.source.writer import Text
-from ..errors import NotFoundError, ParameterError, shown, suggestion
-from ..evaluate import tracing
-from ..files import replacing
-from ..formula.parametrised import Parametrised
-from ..notebooks import repr_html
-from ..trace import passes
-from ..trace.graph import MASK, REAL, Graph
-from ..version import __version__
+from ... import discover
+from ...arrays import Fixed
+from ...arrays.kinds import MATRIX, SCALAR, VALUE, VECTOR
+from ...base.reflectance import Reflectance, Scaled, Sum
+from ...compile.source.finite import HOLE, finite
+from ...compile.source.language import Language, Signature, Vector
+from ...compile.source.lines import ascii_of, with_comment, wrapped
+from ...compile.source.names import short_names
+from ...compile.source.writer import Text
+from ...errors import ParameterError
+from ...evaluate import tracing
+from ...formula.parametrised import Parametrised
+from ...trace import passes
+from ...trace.graph import MASK, REAL, Graph
+from ...version import __version__
+from .functions import FUNCTIONS, Function
+from .result import Argument, Source, SourceTable
 
 SMALL = 256
 """Entries up to which a table stands in the text."""
@@ -42,230 +36,13 @@ OPERATIONS = 60_000
 CHANNEL = "channel"
 """The name of the number that says which channel a formula is for."""
 
-
-@dataclass(frozen=True)
-class Argument:
-    """A parameter of a source text: its name there, its path in the material, how many numbers it has, and these.
-
-    Example
-    >>> print(gn.source(gn.Lambertian(0.5), parameters="arguments").arguments[0].path)
-    rho
-    """
-
-    name: str
-    path: str
-    width: int
-    value: tuple[float, ...]
-
-
-@dataclass(frozen=True)
-class SourceTable:
-    """A table that a source text reads and does not hold: its name there, and its numbers as float32, in one row.
-
-    Example
-    >>> print(len(gn.source(gn.Lambertian(0.5)).tables))
-    0
-    """
-
-    name: str
-    values: np.ndarray
-
-
-@dataclass(frozen=True)
-class Source:
-    """Source text of a material's formula; prints as the text.
-
-    text       what to compile
-    language   "glsl", for instance
-    name       the prefix of all global names in it
-    channels   of the material; None where it has no channel axis
-    functions  the names of the functions for callers, in order
-    arguments  the parameters that follow the directions as arguments; none where they are constants in the text
-    tables     the tables that the program brings, in the order of their bindings
-
-    Example
-    >>> source = gn.source(gn.Lambertian(0.5), "glsl", name="paper")
-    >>> print(source.functions, source.language)
-    ('paper_f',) glsl
-    """
-
-    _repr_html_ = repr_html
-
-    text: str
-    language: str
-    name: str
-    channels: int | None
-    functions: tuple[str, ...]
-    arguments: tuple[Argument, ...]
-    tables: tuple[SourceTable, ...]
-
-    def __str__(self) -> str:
-        return self.text
-
-    def save(self, path: str | Path) -> list[Path]:
-        """Write the text, and each table beside it: as a picture .exr for OSL, else as float32, little-endian, `.f32`.
-
-        The files that were written. Raises ParameterError for a name that cannot be written.
-
-        Example
-        >>> import pathlib, tempfile
-        >>> folder = pathlib.Path(tempfile.mkdtemp())
-        >>> print([path.name for path in gn.source(gn.Lambertian(0.5), "c").save(folder / "paper.c")])
-        ['paper.c']
-        """
-        path = Path(path)
-        written = []
-        for table in self.tables:
-            beside = path.with_name(table.name + (".exr" if self.language == "osl" else ".f32"))
-            with replacing(beside) as temporary:
-                if self.language == "osl":
-                    _write_picture(temporary, table.values)
-                else:
-                    temporary.write_bytes(table.values.astype("<f4").tobytes())
-            written.append(beside)
-        with replacing(path) as temporary:
-            temporary.write_text(self.text, encoding="utf-8")
-        return [path, *written]
-
-
-def _write_picture(path: Path, values: np.ndarray) -> None:
-    from ..compile.source.languages.osl import WIDTH
-    from ..pictures.image import Image
-
-    rows = -(-len(values) // WIDTH)
-    padded = np.zeros(rows * WIDTH, np.float32)
-    padded[: len(values)] = values
-    picture = path.with_suffix(".exr")
-    Image(padded.reshape(rows, WIDTH, 1)).save(picture)
-    if picture != path:
-        picture.replace(path)
-
-
-def languages() -> dict[str, Language]:
-    """The languages by name, one file each in `compile/source/languages`."""
-    found = discover.by_name("gonio.compile.source.languages")
-    return {name: module.LANGUAGE for name, module in found.items()}
-
-
-def _f_cos(m: Reflectance, mean: Reflectance, wi: Any, wo: Any) -> tuple[Any, ...]:
-    return (kernels.value(m, mean, wi, wo)[0] * ops.absolute(wi[2]),)
-
-
-@dataclass(frozen=True)
-class _Function:
-    """A function for callers: its kernel, its arguments, kinds and names of its results, and what it gives in words."""
-
-    kernel: Callable[..., tuple[Any, ...]]
-    inputs: tuple[Vector, ...]
-    results: tuple[tuple[str, str], ...]
-    meaning: str
-
-
-_WI, _WO = (Vector(name, 3, is_direction=True) for name in ("wi", "wo"))
-_SAMPLED = (("wi", VECTOR), ("weight", VALUE), ("pdf", SCALAR), ("delta", MASK))
-_FUNCTIONS = {
-    "f": _Function(kernels.value, (_WI, _WO), (("f", VALUE),), "BRDF [1/sr], without the cosine"),
-    "f_cos": _Function(_f_cos, (_WI, _WO), (("f_cos", VALUE),), "BRDF times |cos(theta_i)| [1/sr]"),
-    "pdf": _Function(kernels.pdf, (_WI, _WO), (("pdf", SCALAR),), "density [1/sr] at which `sample` draws wi for wo"),
-    "sample": _Function(
-        kernels.sample,
-        (_WO, Vector("u", 2)),
-        _SAMPLED,
-        "direction wi drawn by two numbers u in [0, 1); weight = f |cos|/pdf, its density, whether it is a delta lobe",
-    ),
-    "mueller": _Function(
-        kernels.mueller, (_WI, _WO), (("M", MATRIX),), "Mueller matrix [1/sr], 16 numbers row by row for each channel"
-    ),
-    "jacobian": _Function(kernels.value, (_WI, _WO), (("f", VALUE),), "f, and its derivative by each parameter"),
-}
-
-
-@checked
-def source(
-    m: Reflectance,
-    language: str = "glsl",
-    function: str | Sequence[str] = "f",
-    name: str = "",
-    parameters: str = "constants",
-) -> Source:
-    """The formula of a material as source text that another program compiles: the graph that gonio itself compiles.
-
-    language    "c", "cuda", "glsl" (WebGL 2 and desktop), "hlsl", "osl" or "wgsl"
-    function    "f", "f_cos" (f |cos(theta_i)|), "pdf", "sample", "mueller", "jacobian" (f and its derivative by each
-                parameter); several at once share helpers and tables
-    name        begins all global names of the text; by default a word for the material
-    parameters  "constants": the numbers of the material stand at the top of the text. "arguments": each follows the
-                directions as an argument, so that one text serves all materials of the kind
-
-    Directions are unit vectors in the local frame, z the normal; both leave the surface. Values are RGB or whatever the
-    channels of the material are: a number, a vector of two to four, else an array. What is used twice is computed once.
-    Tables of up to 256 numbers stand in the text; larger ones are textures, buffers or pointers, see `Source.tables`.
-
-    Units   f: 1/sr; angles of parameters: radians.
-    Error   of float32: against `m.f` of float32 arrays about 1e-6 of the value; docs/source.md has the measured sizes.
-            NaN is not kept: directions and numbers must be finite. Where a measurement has no value, f is NaN, or 0 in
-            OSL and WGSL, which cannot write NaN.
-    Raises  NotFoundError for another language or function, ParameterError for a map, for missing parameters, and for a
-            formula of more than 60 000 operations; TraceError for one that cannot be taken apart.
-
-    Example
-    >>> print(gn.source(gn.Lambertian(0.5), "c", name="paper").text.splitlines()[-1])
-    }
-    """
-    speaks = languages()
-    if language not in speaks:
-        raise NotFoundError(_unknown("language", language, speaks))
-    wanted = (function,) if isinstance(function, str) else tuple(function)
-    for word in wanted:
-        if word not in _FUNCTIONS:
-            raise NotFoundError(_unknown("function", word, _FUNCTIONS))
-    if not wanted or len(set(wanted)) < len(wanted):
-        raise ParameterError(f"source(function={function!r}): expected one of each function, such as ('f', 'pdf')")
-    if parameters not in ("constants", "arguments"):
-        raise NotFoundError(_unknown("parameters", parameters, ("constants", "arguments")))
-    if name and not is_prefix(name):
-        raise ParameterError(
-            f"source(name={name!r:.60}): expected a word of letters, digits and single _ between them, which does not "
-            f"begin with gl_ or webgl_; such as gold"
-        )
-    if "sample" in wanted:
-        m._require_one_direction()
-    require_numbers(m, "source")
-    _require_no_maps(m)
-    if any(True for _ in m.holed()):
-        raise ParameterError(
-            "source: some numbers of the material are missing (NaN); expected none; give them by m.replace"
-        )
-    return _Writer(m, speaks[language], name or _word(m), parameters == "arguments").written(wanted)
-
-
-def _require_no_maps(m: Reflectance) -> None:
-    """Raises ParameterError for a material with maps: a text is for the numbers of one place."""
-    for path, _, value, _ in m._numbers():
-        if np.ndim(value) > 1:
-            at = tuple(np.reshape(value, (-1, value.shape[-1]))[0].tolist())
-            raise ParameterError(
-                f"source: {path} is a map of shape {np.shape(value)[:-1]}; expected the numbers of one place: "
-                f"m.replace(**{{{path!r}: {shown(at)}}}); with parameters='arguments' the program brings all others"
-            )
-
-
-def _unknown(what: str, got: str, expected: Any) -> str:
-    listed = ", ".join(map(repr, expected))
-    return f"source({what}={got!r}): expected one of {listed}{suggestion(got, list(expected))}"
-
-
-def _word(m: Reflectance) -> str:
-    """A word for a material: its class in small letters."""
-    word = identifier(re.sub(r"(?<=[a-z])(?=[A-Z])", "_", type(m).__name__).lower())
-    return word if is_prefix(word) else "material"
-
-
 _SIMPLIFIED: WeakKeyDictionary[Graph, dict[tuple[int, ...], tuple[Graph, list[int]]]] = WeakKeyDictionary()
 """Graph of a trace -> nodes of its results -> the graph that is written, and the nodes there."""
 
 
-class _Writer:
+class Writer:
+    """The text of one material in one language, part by part."""
+
     def __init__(self, m: Reflectance, language: Language, name: str, as_arguments: bool):
         self.m, self.language, self.name = m, language, name
         self.content = tracing.content(m)
@@ -289,13 +66,13 @@ class _Writer:
         return f"{self.name}_table{self.tables.index(number)}"
 
     def written(self, functions: Sequence[str]) -> Source:
-        traces = [(word, self.trace(_FUNCTIONS[word], word)) for word in functions]
+        traces = [(word, self.trace(FUNCTIONS[word], word)) for word in functions]
         for _, trace in traces:
             first = trace.inputs
             used = {self.number_of(k - first)[0] for k in trace.read if k >= first}
             self.read |= used
         for word, trace in traces:
-            self.add(word, _FUNCTIONS[word], trace)
+            self.add(word, FUNCTIONS[word], trace)
         declared, large = self.declared_tables()
         lines = [*self.heading(functions), *self.language.preamble, ""]
         if not self.as_arguments and self.read:
@@ -307,7 +84,7 @@ class _Writer:
         for helper in self.text.helpers.values():
             lines += [*helper, ""]
         for word, function in zip(functions, self.text.functions, strict=True):
-            lines += [f"{self.language.comment} {line}" for line in textwrap.wrap(_FUNCTIONS[word].meaning, 116)]
+            lines += [f"{self.language.comment} {line}" for line in textwrap.wrap(FUNCTIONS[word].meaning, 116)]
             lines += [*function, ""]
         arguments = tuple(
             Argument(self.vectors[k].name, self.paths[k], len(self.values[k]), self.values[k])
@@ -328,7 +105,7 @@ class _Writer:
         count = len(self.values)
         return (k, False) if k < count else (k - count, True)
 
-    def trace(self, function: _Function, word: str) -> tracing.Trace:
+    def trace(self, function: Function, word: str) -> tracing.Trace:
         kinds = tuple(SCALAR if kind == MASK else kind for _, kind in function.results)
         by = (tuple(range(len(self.values))), ()) if word == "jacobian" else ()
         task = tracing.Task(function.kernel, kinds, tuple(v.width for v in function.inputs), by)
@@ -348,7 +125,7 @@ class _Writer:
             return f"take at most {count} channels: m.replace of {', '.join(map(repr, paths))} with fewer numbers each"
         return "take 'f' instead" if word == "jacobian" else "write the parts of the material as texts of their own"
 
-    def add(self, word: str, function: _Function, trace: tracing.Trace) -> None:
+    def add(self, word: str, function: Function, trace: tracing.Trace) -> None:
         count = self.channels or 1
         nodes = [n for result in trace.results for n in result]
         places = [k for k, v in enumerate(function.inputs) if not v.is_direction]
