@@ -23,8 +23,6 @@ from ...laws import check, summaries
 from ...pictures.colour import RELATIVE_XYZ, RGB_OF_XYZ, WHITE, XYZ, rgb_of, srgb_encode
 from ...scenes.rendering import is_rgb
 from ...tables.gridded import Gridded
-from ...uncertainty import with_uncertainty
-from ...uncertainty.table import has_uncertainty
 from ..facts import ASSUMPTIONS, facts
 from ..model_facts import sections, summary
 from . import curves
@@ -171,6 +169,9 @@ def albedos(m: Reflectance) -> dict[str, Any]:
 def _components(m: Gridded, function: Callable[..., Any], *args: Any, axes: int, tolerance: float) -> dict[str, Any]:
     """A result of a table (..., C), the components of its standard uncertainty (by noise under each assumption, and by
     interpolation), and all together."""
+    from ...uncertainty import with_uncertainty  # late: SciPy, which formulas do without, takes a quarter of a second
+    from ...uncertainty.table import has_uncertainty
+
     u: dict[str, np.ndarray] = {}
     for how in ASSUMPTIONS if has_uncertainty(m) else (None,):
         found = with_uncertainty(function, m, *args, correlation=how, tolerance=tolerance)

@@ -20,6 +20,7 @@ from ...lights.distant import DistantLight
 from ...lights.point import PointLight
 from ...lights.preetham_sky import PreethamSky
 from ...lights.sun import SunLight
+from ...formula.texture import Texture
 from ...models.lambertian import Lambertian
 from ...pictures.image import Image
 from ...scenes.camera import OrthographicCamera
@@ -108,10 +109,15 @@ def _photographed(bodies: Sequence[Solid], theta: float, sides: int) -> Image:
         ([mirror, *(_tube(_ring(r)) for r in (0.25, 0.5, 0.75, 1.0))], [0.28, 0.28, 0.28]),
         ([light], [0.8, 0.45, 0.02]),
     ]
-    meshes = [Mesh(_together(solids), Lambertian(rho)) for solids, rho in parts if solids]
+    # One mesh whose texture has a texel for the colour of each part: a picture of one material, not of four.
+    every = [(solid, k) for k, (solids, _) in enumerate(parts) for solid in solids]
+    texels = np.concatenate([np.full(len(vertices), k) for (vertices, _), k in every])
+    u = (texels + 0.5) / len(parts)
+    colours = Texture([[rho for _, rho in parts]], filter="nearest")
+    mesh = Mesh(_together([solid for solid, _ in every]), Lambertian(colours), uv=np.stack([u, 0.0 * u + 0.5], -1))
     middle = 0.42 if sides == 1 else 0.1
     camera = OrthographicCamera((1.1, -3.6, middle + 1.28), (0.0, 0.0, middle), width=2.55)
-    return render(Scene(meshes), STILL_LIGHTS, size=300, samples=8, camera=camera)
+    return render(Scene([mesh]), STILL_LIGHTS, size=300, samples=8, camera=camera)
 
 
 def _together(solids: Sequence[Solid]) -> Solid:
