@@ -14,13 +14,13 @@ from ...base.angles import direction
 from ...base.light import Light
 from ...base.reflectance import Reflectance
 from ...errors import Error, visible
+from ...formula.texture import Texture
 from ...lights.cie_sky import CIESky
 from ...lights.constant import ConstantLight
 from ...lights.distant import DistantLight
 from ...lights.point import PointLight
 from ...lights.preetham_sky import PreethamSky
 from ...lights.sun import SunLight
-from ...formula.texture import Texture
 from ...models.lambertian import Lambertian
 from ...pictures.image import Image
 from ...scenes.camera import OrthographicCamera
