@@ -26,7 +26,6 @@ from ...pictures.image import Image
 from ...scenes.camera import OrthographicCamera
 from ...scenes.mesh import Mesh
 from ...scenes.rendering import default_light, is_coloured, render
-from ...scenes.scene import Scene
 from . import lobes
 from .encoded import photograph
 
@@ -109,15 +108,16 @@ def _photographed(bodies: Sequence[Solid], theta: float, sides: int) -> Image:
         ([mirror, *(_tube(_ring(r)) for r in (0.25, 0.5, 0.75, 1.0))], [0.28, 0.28, 0.28]),
         ([light], [0.8, 0.45, 0.02]),
     ]
-    # One mesh whose texture has a texel for the colour of each part: a picture of one material, not of four.
+    # One material, with a texel for the colour of each part: kernels are compiled for one, not for four.
     every = [(solid, k) for k, (solids, _) in enumerate(parts) for solid in solids]
-    texels = np.concatenate([np.full(len(vertices), k) for (vertices, _), k in every])
-    u = (texels + 0.5) / len(parts)
-    colours = Texture([[rho for _, rho in parts]], filter="nearest")
-    mesh = Mesh(_together([solid for solid, _ in every]), Lambertian(colours), uv=np.stack([u, 0.0 * u + 0.5], -1))
+    texels = np.concatenate([np.full(len(vertices), k + 0.5) for (vertices, _), k in every])
+    mesh = Mesh(
+        _together([solid for solid, _ in every]), uv=np.stack([texels / len(parts), np.full(len(texels), 0.5)], -1)
+    )
+    matt = Lambertian(Texture([[rho for _, rho in parts]], filter="nearest"))
     middle = 0.42 if sides == 1 else 0.1
     camera = OrthographicCamera((1.1, -3.6, middle + 1.28), (0.0, 0.0, middle), width=2.55)
-    return render(Scene([mesh]), STILL_LIGHTS, size=300, samples=8, camera=camera)
+    return render(matt, STILL_LIGHTS, mesh, size=300, samples=8, camera=camera)
 
 
 def _together(solids: Sequence[Solid]) -> Solid:
