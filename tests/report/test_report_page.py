@@ -4,6 +4,9 @@ import base64
 import json
 import re
 import shutil
+import subprocess
+import sys
+import textwrap
 from html.parser import HTMLParser
 from pathlib import Path
 
@@ -390,6 +393,19 @@ def test_without_a_browser_nothing_is_computed(tmp_path, monkeypatch):
     monkeypatch.setattr(browser, "PLACES", ())
     with pytest.raises(DependencyError, match=r"needs Chromium, Chrome or Edge.*write \.html"):
         gn.write_report(gn.Lambertian(0.5), tmp_path / "a.pdf")
+
+
+def test_a_formula_needs_no_scipy(tmp_path):
+    """Measurements do: SciPy takes 0.4 s to import, pandas and Matplotlib take as long."""
+    code = """
+        import sys
+        import gonio as gn
+        gn.write_report(gn.material("gold"), "a.json")
+        print(*sorted({name.partition(".")[0] for name in sys.modules} & {"scipy", "pandas", "matplotlib"}))
+    """
+    command = [sys.executable, "-c", textwrap.dedent(code)]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=300, check=True)
+    assert done.stdout.strip() == "" and (tmp_path / "a.json").exists()
 
 
 # Drawings.

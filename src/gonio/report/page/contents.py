@@ -169,7 +169,7 @@ def albedos(m: Reflectance) -> dict[str, Any]:
 def _components(m: Gridded, function: Callable[..., Any], *args: Any, axes: int, tolerance: float) -> dict[str, Any]:
     """A result of a table (..., C), the components of its standard uncertainty (by noise under each assumption, and by
     interpolation), and all together."""
-    from ...uncertainty import with_uncertainty  # late: SciPy, which formulas do without, takes a quarter of a second
+    from ...uncertainty import with_uncertainty  # late: SciPy takes 0.4 s, and formulas need none
     from ...uncertainty.table import has_uncertainty
 
     u: dict[str, np.ndarray] = {}
