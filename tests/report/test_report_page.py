@@ -396,7 +396,7 @@ def test_without_a_browser_nothing_is_computed(tmp_path, monkeypatch):
 
 
 def test_a_formula_needs_no_scipy(tmp_path):
-    """Measurements do: SciPy takes 0.4 s to import, pandas and Matplotlib take as long."""
+    """SciPy takes 0.4 s to import, which only a report of measured data has to spend."""
     code = """
         import sys
         import gonio as gn
