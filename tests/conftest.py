@@ -11,6 +11,7 @@ import sys
 # Before any of them is imported: double precision for JAX, and one thread, so that small arrays cost nothing.
 os.environ.setdefault("JAX_ENABLE_X64", "1")
 os.environ.setdefault("JAX_PLATFORMS", "cpu")
+os.environ.setdefault("GONIO_OPTIMISE", "off")  # tests of the compiler itself switch it on
 os.environ.setdefault("XLA_FLAGS", "--xla_cpu_multi_thread_eigen=false intra_op_parallelism_threads=1")
 
 from collections.abc import Iterator

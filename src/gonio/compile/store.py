@@ -11,7 +11,6 @@ import ctypes
 import hashlib
 import os
 from collections.abc import Callable
-from functools import cache
 from typing import Any
 
 from ..trace import passes
@@ -124,7 +123,6 @@ def _sources() -> str:
 _SOURCES = _sources()  # of the modules that are imported now: later the files may be others
 
 
-@cache
 def _versions() -> str:
     """All that the code of a program depends on, beside the program itself."""
-    return repr((machine.compiler(), machine.processor(), passes.wanted(), _SOURCES))
+    return repr((machine.compiler(), machine.processor(), machine.optimises(), passes.wanted(), _SOURCES))

@@ -39,8 +39,9 @@ def run(
     out: np.ndarray | None = None,
 ) -> list[Any]:
     """Results of `kernel` over the broadcast batch of `inputs`, whose last axes have lengths `widths`."""
+    task = Task(kernel, kinds, widths)
     if type(inputs[0]) is np.ndarray and material._labels is None:
-        plan = planning.known((kernel, kinds), material, inputs)
+        plan = planning.known(task, material, inputs)
         if plan is not None:
             if out is not None:
                 _check_out(out, *plan.outputs[0][1:3])
@@ -54,7 +55,7 @@ def run(
         if out is not None:
             raise ArrayTypeError(f"out= is for NumPy arrays; got {lib.name} directions")
         return (_by_channel if lib.channel_loop else _at_once)(kernel, kinds, material, lib, inputs)
-    call = Call(Task(kernel, kinds, widths), material, inputs, *_batch(material.leaves(), lib, inputs))
+    call = Call(task, material, inputs, *_batch(material.leaves(), lib, inputs))
     if out is not None:
         _check_out(out, result_shape(kinds[0], call.batch, call.channels), inputs[0].dtype)
     results = _compiled(call, out)
@@ -109,7 +110,7 @@ def compute(
     Raises TraceError where a formula that is to be differentiated cannot be traced.
     """
     if type(inputs[0]) is np.ndarray and material._labels is None:
-        plan = planning.known(task.name, material, inputs)
+        plan = planning.known(task, material, inputs)
         if plan is not None:
             _check_sums(into, [shape for _, shape, _, _ in plan.outputs])
             return planning.summed_up(plan, inputs, into)
@@ -158,7 +159,7 @@ def _compiled(call: Call, out: np.ndarray | Sequence[np.ndarray] | None) -> list
     """The results of compiled code; None where nothing can be compiled. `out`: for the first, or sums to add to."""
     if planning.available() and 0 not in call.batch:
         with suppress(TraceError, EngineError):
-            plan = planning.known(call.task.name, call.material, call.inputs) or planning.plan(call)
+            plan = planning.known(call.task, call.material, call.inputs) or planning.plan(call)
             if out is None or isinstance(out, np.ndarray):
                 return planning.carried_out(plan, call.inputs, out)
             return planning.summed_up(plan, call.inputs, out)

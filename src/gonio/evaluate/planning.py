@@ -83,12 +83,9 @@ def _give_up(error: Exception) -> None:
         warn(f"{text}; mend that, or set GONIO_ENGINE=numpy to silence this", EngineWarning)
 
 
-def known(name: tuple[Any, ...], material: Parametrised, inputs: Sequence[Any]) -> Made | None:
-    """The plan of an earlier call of a task with such arrays, of this material or of one of its structure and shapes.
-
-    `name`: the task's.
-    """
-    key = _key(name, inputs)
+def known(task: Task, material: Parametrised, inputs: Sequence[Any]) -> Made | None:
+    """The plan of an earlier call of a task with such arrays, of this material or of one of its structure and shapes."""
+    key = _key(task, inputs)
     plans = material._derived.get(known)
     return (plans and plans.get(key)) or _of_pattern(key, material, inputs[0].dtype)
 
@@ -174,13 +171,13 @@ def _remembered(key: tuple[Any, ...], material: Parametrised, plan: Made) -> Mad
     return plan
 
 
-def _key(name: tuple[Any, ...], inputs: Sequence[Any]) -> tuple[Any, ...]:
+def _key(task: Task, inputs: Sequence[Any]) -> tuple[Any, ...]:
     """All that a plan depends on beside the material."""
     if len(inputs) == 2:
         a, b = inputs
         if type(a) is type(b) is np.ndarray:
-            return (name, a.dtype, a.shape, a.strides, b.dtype, b.shape, b.strides)
-    key: tuple[Any, ...] = (name,)
+            return (task, a.dtype, a.shape, a.strides, b.dtype, b.shape, b.strides)
+    key: tuple[Any, ...] = (task,)
     for x in inputs:
         if type(x) is np.ndarray:
             key += (x.dtype, x.shape, x.strides)
@@ -210,7 +207,7 @@ def plan(call: Call) -> Made:
     except (DependencyError, EngineError) as error:
         _give_up(error)
         raise EngineError(str(error)) from None
-    key = _key(task.name, call.inputs)
+    key = _key(task, call.inputs)
     if shapes := _shapes(material):
         if len(_PATTERNS) >= PATTERNS_KEPT:
             _PATTERNS.clear()

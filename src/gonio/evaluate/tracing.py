@@ -29,7 +29,8 @@ Kernel = Callable[..., tuple[Any, ...]]
 
 class Task(NamedTuple):
     """A kernel to be traced, with the kinds of its results; for derivatives of the first one, a value or its total,
-    also the arguments. With `adds` the results are added to arrays that a call brings.
+    also the arguments. With `adds` the results are added to arrays that a call brings. The task itself is the key of
+    its traces and plans: nobody else spells one.
 
     `squares`: the kernel gives a residual r, a cost and a weight w. The results are sums in their place: of the cost,
     of w r dr/dp for each of these parameters p, and of w (dr/dp)(dr/dq) for each pair, as `numpy.triu_indices` does.
@@ -41,11 +42,6 @@ class Task(NamedTuple):
     by: tuple[tuple[int, ...], ...] = ()  # places of parameters and of inputs to differentiate by
     adds: bool = False
     squares: tuple[int, ...] = ()  # places of parameters
-
-    @property
-    def name(self) -> tuple[Any, ...]:
-        """A key that tells it from other tasks with inputs of the same shapes."""
-        return (self.kernel, self.kinds, *self.by, *(("adds",) if self.adds else ()), self.squares)
 
     @property
     def differentiates(self) -> bool:

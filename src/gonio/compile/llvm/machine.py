@@ -63,6 +63,14 @@ def _most_lanes() -> int:
     return int(text or 16)
 
 
+def optimises() -> bool:
+    """Whether machine code is made to run fast; with GONIO_OPTIMISE=off it is made fast instead."""
+    text = os.environ.get("GONIO_OPTIMISE", "")
+    if text not in ("", "off"):
+        raise ParameterError(f"GONIO_OPTIMISE={text!r}: expected off, code that is made quickly; or unset it")
+    return not text
+
+
 @cache
 def _own_bits() -> int:
     words = set(" ".join(_facts()).split())
@@ -115,8 +123,12 @@ def _llvm() -> Any:
 
 
 @cache
-def _target_machine() -> Any:
-    return _new_machine(reloc="pic", codemodel="small")
+def _target_machine(level: int) -> Any:
+    return _new_machine(opt=level, reloc="pic", codemodel="small")
+
+
+def _level() -> int:
+    return 2 if optimises() else 0
 
 
 def _new_machine(**options: Any) -> Any:
@@ -124,7 +136,7 @@ def _new_machine(**options: Any) -> Any:
     target, features = llvm.Target.from_default_triple(), _features_text()
     if lane_bits() < 512:
         features = ",".join("-" + f[1:] if f[1:].startswith(("avx512", "avx10")) else f for f in features.split(","))
-    return target.create_target_machine(cpu=llvm.get_host_cpu_name(), features=features, opt=2, **options)
+    return target.create_target_machine(cpu=llvm.get_host_cpu_name(), features=features, **options)
 
 
 def _features_text() -> str:
@@ -163,7 +175,7 @@ def to_object(text: str) -> bytes:
     """The object file of a module of IR."""
     llvm = _llvm()
     with LOCK:
-        machine = _target_machine()
+        machine = _target_machine(_level())
         module = llvm.parse_assembly(text)
         module.triple = machine.triple
         module.data_layout = str(machine.target_data)
@@ -183,7 +195,7 @@ def to_assembly(text: str) -> str:
     """The assembly language of a module of IR, for people to read."""
     llvm = _llvm()
     with LOCK:
-        machine = _target_machine()
+        machine = _target_machine(_level())
         return machine.emit_assembly(llvm.parse_assembly(text))
 
 
@@ -194,7 +206,8 @@ def linked(code: bytes) -> tuple[int, Any] | None:
     llvm = _llvm()
     with LOCK:
         empty = llvm.parse_assembly("")
-        engine = llvm.create_mcjit_compiler(empty, _new_machine(jit=True), use_lmm=True)  # keeps sections within reach
+        target = _new_machine(opt=_level(), jit=True)
+        engine = llvm.create_mcjit_compiler(empty, target, use_lmm=True)  # keeps sections within reach
         engine.add_object_file(llvm.ObjectFileRef.from_data(code))
         engine.finalize_object()
         address = engine.get_function_address("kernel")
