@@ -23,7 +23,7 @@ from types import SimpleNamespace
 import pytest
 
 import gonio
-from gonio.compile import cache_folder
+from gonio.compile import cache_folder, store
 from gonio.compile.llvm import machine
 from gonio.evaluate import planning
 
@@ -112,15 +112,22 @@ def ongoing(code: str, timeout: float = 300.0, **environment: object) -> Iterato
 
 
 def kept(folder: Path) -> list[Path]:
-    """The kernels in a folder, however deep."""
+    """The files of kernels in a folder, however deep: code, and records of programs that name it."""
     return sorted(p for p in folder.rglob("*") if re.fullmatch("[0-9a-f]{40}", p.name))
 
 
-def forged(path: Path, body: bytes) -> bytes:
-    """A file as gonio writes it, with a right checksum and this content."""
+def kinds(folder: Path) -> tuple[list[Path], list[Path]]:
+    """The files of code in a folder, and the records."""
+    start = len(cache_folder.MAGIC) + 32
+    records = {path for path in kept(folder) if path.read_bytes()[start:][:1] == b"r"}
+    return [path for path in kept(folder) if path not in records], sorted(records)
+
+
+def forged(path: Path, body: bytes, name: str = "") -> bytes:
+    """A file as gonio writes it, with a right checksum for its name or this one, and this content."""
     data = path.read_bytes()
     start = data.index(b"\n") + 1
-    salt = b"" if hashlib.sha256(data[start + 32 :]).digest() == data[start : start + 32] else path.name.encode()
+    salt = b"" if hashlib.sha256(data[start + 32 :]).digest() == data[start : start + 32] else (name or path.name).encode()
     return data[:start] + hashlib.sha256(salt + body).digest() + body
 
 
@@ -151,8 +158,8 @@ def test_files_of_the_user_stay(tmp_path):
 
 def test_only_kernels_are_counted_and_removed(folder, monkeypatch):
     """In the folder of kernels itself, too: other names, folders and links stay. (D4)"""
-    monkeypatch.setattr(cache_folder, "FILES_KEPT", 8)
-    monkeypatch.setattr(cache_folder, "WRITES", 1)
+    monkeypatch.setattr(cache_folder, "BYTES_KEPT", 8 * cache_folder.BLOCK)
+    monkeypatch.setattr(cache_folder, "LOOK", 1)
     cache_folder.write(NAME, b"kernel")
     foreign = [folder / name for name in ("notes.txt", ".hidden", NAME[:-1], NAME + "0", NAME.upper(), "x" * 40)]
     foreign += [folder / f"more_{i}" for i in range(20)]
@@ -172,36 +179,36 @@ def test_only_kernels_are_counted_and_removed(folder, monkeypatch):
 
 def test_what_is_used_is_kept_longest(folder, monkeypatch):
     """A kernel that is used stays, written however long ago; of those that are not, the oldest go first. (D4)"""
-    monkeypatch.setattr(cache_folder, "FILES_KEPT", 100)
-    monkeypatch.setattr(cache_folder, "WRITES", 1)
+    monkeypatch.setattr(cache_folder, "BYTES_KEPT", 100 * cache_folder.BLOCK)
+    monkeypatch.setattr(cache_folder, "LOOK", 1)
     for name in names(60):
         cache_folder.write(name, b"kernel")
     for age, name in enumerate(names(60)):
         os.utime(folder / name, (1, time.time() - (age + 2) * DAY))
     assert cache_folder.read(names(60)[-1]) == b"kernel"
-    monkeypatch.setattr(cache_folder, "FILES_KEPT", 40)
+    monkeypatch.setattr(cache_folder, "BYTES_KEPT", 40 * cache_folder.BLOCK)
     cache_folder.write(NAME, b"kernel")
     assert {path.name for path in kept(folder)} == {NAME, names(60)[-1], *names(28)}
 
 
 def test_a_clock_that_was_wrong_keeps_nothing_for_ever(folder, monkeypatch):
     """Times in the future count as old until the file is used. (D4)"""
-    monkeypatch.setattr(cache_folder, "FILES_KEPT", 4)
+    monkeypatch.setattr(cache_folder, "BYTES_KEPT", 4 * cache_folder.BLOCK)
     for name in names(4):
         cache_folder.write(name, b"kernel")
         os.utime(folder / name, (1, time.time() + 1000 * DAY))
     assert cache_folder.read(names(4)[3]) == b"kernel"
-    monkeypatch.setattr(cache_folder, "WRITES", 1)
+    monkeypatch.setattr(cache_folder, "LOOK", 1)
     cache_folder.write(NAME, b"kernel")
     assert {path.name for path in kept(folder)} > {NAME, names(4)[3]}
     assert len(kept(folder)) == 3
 
 
 def test_kernels_are_bounded_by_bytes(folder, monkeypatch):
-    """Few large files are too many as well; one that is larger than any kernel is not written. (D4)"""
+    """Large files count for more; one that is larger than any kernel is not written. (D4)"""
     monkeypatch.setattr(cache_folder, "BYTES_KEPT", 100_000)
     monkeypatch.setattr(cache_folder, "LARGEST", 30_000)
-    monkeypatch.setattr(cache_folder, "WRITES", 1)
+    monkeypatch.setattr(cache_folder, "LOOK", 1)
     for i, name in enumerate(names(20)):
         cache_folder.write(name, bytes(20_000))
         os.utime(folder / name, (1, time.time() - (100 - i) * 60))
@@ -221,7 +228,7 @@ def test_a_hit_is_noted_once_a_day(folder):
         assert ((folder / NAME).stat().st_mtime > before + 1) is fresh
 
 
-def test_what_killed_processes_leave_is_swept(folder):
+def test_what_killed_processes_leave_is_swept(folder, monkeypatch):
     """A process killed before its file has its name leaves a temporary, which another removes an hour later. (D4)"""
     killed = "os.replace = lambda *a, **k: os.kill(os.getpid(), 9)\nprint(forked())\nprint(forked())"
     assert run(killed, GONIO_CACHE_DIR=folder.parent).lines == ["ended by signal 9"] * 2
@@ -230,6 +237,7 @@ def test_what_killed_processes_leave_is_swept(folder):
     assert not kept(folder)
     old = time.time() - 2 * 3600
     os.utime(left[0], (old, old))
+    monkeypatch.setattr(cache_folder, "LOOK", 1)
     cache_folder.write(NAME, b"kernel")
     assert set(folder.iterdir()) == {folder / NAME, left[1]}
 
@@ -239,7 +247,7 @@ def test_processes_fill_and_empty_a_folder_at_once(folder):
     code = """
 from gonio.compile import cache_folder
 import hashlib
-cache_folder.FILES_KEPT, cache_folder.WRITES, right = 20, 2, 0
+cache_folder.BYTES_KEPT, cache_folder.LOOK, right = 20 * cache_folder.BLOCK, 2 * cache_folder.BLOCK, 0
 for i in range(300):
     name = hashlib.sha256(str(i % 60).encode()).hexdigest()[:40]
     found = cache_folder.read(name)
@@ -277,7 +285,7 @@ def test_a_folder_made_while_it_is_looked_for(folder, monkeypatch, recwarn):
 def test_a_folder_that_others_may_write_to_is_not_used(tmp_path):
     """Its kernels are not run; one warning names the folder and the remedy. (D6)"""
     run("print(f())", GONIO_CACHE_DIR=tmp_path)
-    (kernel,) = kept(tmp_path)
+    kernel, _ = kept(tmp_path)
     modes = (0o777, 0o1777, 0o775, 0o707, 0o755)
     code = f"for mode in {modes}: os.chmod(sys.argv[1], mode); print(forked(lambda: (f(), f())))"
     done = run(code, kernel.parent, GONIO_CACHE_DIR=tmp_path)
@@ -307,49 +315,54 @@ def test_files_are_their_owners_alone_whatever_the_umask(tmp_path):
     for i, umask in enumerate(("0", "0o777" if os.geteuid() == 0 else "0o77")):
         code = f"os.makedirs(os.environ['GONIO_CACHE_DIR']); os.umask({umask}); print(f())"
         run(code, GONIO_CACHE_DIR=tmp_path / str(i))
-        (kernel,) = kept(tmp_path / str(i))
-        assert stat.S_IMODE(kernel.stat().st_mode) == 0o600
-        assert not kernel.parent.stat().st_mode & 0o022
+        for file in kept(tmp_path / str(i)):
+            assert stat.S_IMODE(file.stat().st_mode) == 0o600
+            assert not file.parent.stat().st_mode & 0o022
+
+
+PLANTED: dict[str, Callable[[Path, Path], object]] = {
+    "FIFO": lambda file, whole: os.mkfifo(file),
+    "link to a kernel": lambda file, whole: file.symlink_to(whole),
+    "link to a device": lambda file, whole: file.symlink_to("/dev/zero"),
+    "link to itself": lambda file, whole: file.symlink_to(file),
+    "hard link": lambda file, whole: os.link(whole, file),
+    "open to a group": lambda file, whole: (shutil.copy(whole, file), file.chmod(0o660)),
+    "open to all": lambda file, whole: (shutil.copy(whole, file), file.chmod(0o606)),
+    "endless": lambda file, whole: (shutil.copy(whole, file), os.truncate(file, 1 << 40)),
+    "folder": lambda file, whole: file.mkdir(),
+}
 
 
 def test_only_regular_files_of_ours_are_read(tmp_path):
-    """A FIFO, a device, a link, a folder, a hard link, what others may write to and what has no end: compiled anew, in
-    bounded time and memory, and replaced where a file can be. (D6)"""
+    """A FIFO, a device, a link, a folder, a hard link, what others may write to and what has no end, in the place of
+    code or of a record: made anew, in bounded time and memory, and replaced where a file can be. (D6)"""
     run("print(f())", GONIO_CACHE_DIR=tmp_path)
-    (kernel,) = kept(tmp_path)
-    whole = kernel.read_bytes()
-    (tmp_path / "whole").write_bytes(whole)
-    cases = {
-        "FIFO": lambda: os.mkfifo(kernel),
-        "link to a kernel": lambda: kernel.symlink_to(tmp_path / "whole"),
-        "link to a device": lambda: kernel.symlink_to("/dev/zero"),
-        "link to itself": lambda: kernel.symlink_to(kernel),
-        "hard link": lambda: os.link(tmp_path / "whole", kernel),
-        "open to a group": lambda: (kernel.write_bytes(whole), kernel.chmod(0o660)),
-        "open to all": lambda: (kernel.write_bytes(whole), kernel.chmod(0o606)),
-        "endless": lambda: (kernel.write_bytes(whole), os.truncate(kernel, 1 << 40)),
-        "folder": kernel.mkdir,
-    }
-    code = """
+    (code,), (record,) = kinds(tmp_path)
+    begin = """
 resource.setrlimit(resource.RLIMIT_AS, (2 << 30, 2 << 30))
 for line in sys.stdin:
     print(forked(), flush=True)
 """
-    with ongoing(code, GONIO_CACHE_DIR=tmp_path) as ask:
-        for name, plant in cases.items():
-            kernel.unlink()
-            plant()
-            assert ask() == str((RHO_PI, 1)), name
-            if name != "folder":
-                assert kernel.read_bytes() == whole, name
-                assert not kernel.is_symlink(), name
-    assert list(kernel.parent.iterdir()) == [kernel]
+    with ongoing(begin, GONIO_CACHE_DIR=tmp_path) as ask:
+        for file, compiled in ((code, 1), (record, 0)):  # without a record the code is found by the formula's text
+            whole = file.rename(tmp_path / "whole")
+            for name, plant in PLANTED.items():
+                plant(file, whole)
+                assert ask() == str((RHO_PI, compiled)), name
+                if name == "folder":
+                    file.rmdir()
+                    whole.rename(file)
+                    continue
+                assert file.read_bytes() == whole.read_bytes(), name
+                assert not file.is_symlink(), name
+                file.unlink()
+    assert sorted(code.parent.iterdir()) == sorted((code, record))
 
 
 def test_what_a_file_says_is_checked_before_it_is_run(tmp_path):
     """With a right checksum: an unknown kind, no code, a start outside of it, an object that is none. (D6)"""
     run("print(f())", GONIO_CACHE_DIR=tmp_path / "cache")
-    (kernel,) = kept(tmp_path)
+    (kernel,), _ = kinds(tmp_path)
     (tmp_path / "bodies").mkdir()
     entry, code = bytes(8), kernel.read_bytes()[-200:]
     elf = b"\x7fELF\x02\x01\x01" + bytes(57)
@@ -359,6 +372,7 @@ def test_what_a_file_says_is_checked_before_it_is_run(tmp_path):
         b"i" + b"\xff" * 8 + code,
         b"i" + entry,
         b"i",
+        b"r" + kernel.name.encode(),
         b"",
         b"o" + entry,
         b"o" + entry + code,
@@ -378,6 +392,33 @@ for i in range(len(list(bodies.iterdir()))):
     assert done.lines == [str((RHO_PI, 1))] * len(bodies)
 
 
+def test_what_a_record_says_is_checked_before_it_is_followed(tmp_path):
+    """With a right checksum: a name that leads out of the folder, no name, itself, what is not there. (D6)"""
+    run("print(f(gn.Lambertian(0.5) + gn.Lambertian(0.25)))", GONIO_CACHE_DIR=tmp_path / "other")
+    (other,), _ = kinds(tmp_path / "other")
+    run("print(f())", GONIO_CACHE_DIR=tmp_path / "cache")
+    (code,), (record,) = kinds(tmp_path / "cache")
+    body = other.read_bytes()[len(cache_folder.MAGIC) + 32 :]
+    outside = [f"../{'a' * 37}", str(record.parent.parent / ("a" * 40)), "A" * 40, "a" * 39, f"{'a' * 40}.{'0' * 16}"]
+    for name in outside:
+        Path(record.parent, name).write_bytes(forged(code, body, name))
+    texts = [*outside, "", record.name, "0" * 40, f"{code.name}\n", f"{code.name}\0", f" {code.name}", code.name[:-1]]
+    bodies = [b"r" + text.encode() for text in texts] + [code.name.encode(), b"s" + code.name.encode(), b"r\xff" * 20]
+    (tmp_path / "bodies").mkdir()
+    for i, body in enumerate(bodies):
+        (tmp_path / "bodies" / str(i)).write_bytes(forged(record, body))
+    begin = """
+record, bodies = Path(sys.argv[1]), Path(sys.argv[2])
+for i in range(len(list(bodies.iterdir()))):
+    record.write_bytes((bodies / str(i)).read_bytes())
+    print(forked())
+"""
+    whole = record.read_bytes()
+    done = run(begin, record, tmp_path / "bodies", GONIO_CACHE_DIR=tmp_path / "cache")
+    assert done.lines == [str((RHO_PI, 0))] * len(bodies)
+    assert record.read_bytes() == whole
+
+
 def test_an_object_without_a_kernel_is_not_called(monkeypatch):
     """LLVM's loader gives address 0 for what it does not find. (D6)"""
     text = "define i64 @other(i64 %x) {\n ret i64 %x\n}\n"
@@ -388,11 +429,14 @@ def test_a_kernel_under_anothers_name_is_not_run(tmp_path):
     """Files that were mixed up are compiled anew. (D6)"""
     code = "print(f())\nprint(f(gn.Lambertian(0.5) + gn.Lambertian(0.25)))"
     run(code, GONIO_CACHE_DIR=tmp_path)
-    a, b = kept(tmp_path)
-    first, second = a.read_bytes(), b.read_bytes()
-    a.write_bytes(second)
-    b.write_bytes(first)
-    assert run(code, GONIO_CACHE_DIR=tmp_path).lines == [str((RHO_PI, 1)), str((1.5 * RHO_PI, 1))]
+    codes, records = kinds(tmp_path)
+    for (a, b), compiled in ((codes, 1), (records, 0), (zip(codes, records, strict=True), 1)):
+        files = [*a, *b] if isinstance(a, tuple) else [a, b]
+        contents = [file.read_bytes() for file in files]
+        for file, content in zip(files, reversed(contents), strict=True):
+            file.write_bytes(content)
+        assert run(code, GONIO_CACHE_DIR=tmp_path).lines == [str((RHO_PI, compiled)), str((1.5 * RHO_PI, compiled))]
+        assert [file.read_bytes() for file in files] == contents
 
 
 TWO_USERS = """
@@ -417,11 +461,10 @@ for victim, owner, mode, tree in eval(sys.argv[2]):
     os.chown(folder, owner, owner)
     folder.chmod(mode)
     if tree == "made":  # by the victim, with a mode that lets everybody in
-        for path, _ in files:
-            if path.parent != Path("."):
-                (folder / path.parent).mkdir()
-                os.chown(folder / path.parent, victim, victim)
-                (folder / path.parent).chmod(0o777)
+        for place in {folder / path.parent for path, _ in files} - {folder}:
+            place.mkdir()
+            os.chown(place, victim, victim)
+            place.chmod(0o777)
     print(forked(plant), forked(use, GONIO_CACHE_DIR=str(folder)))
     print("next", file=sys.stderr, flush=True)
 """
@@ -451,7 +494,7 @@ def test_what_another_user_planted_is_not_run(compiled):
     done = run(TWO_USERS, compiled / "own", CASES)
     warnings = done.stderr.split("next\n")
     for case, line, warning in zip(CASES, done.lines, warnings[:-1], strict=True):
-        assert line == f"1 {(RHO_PI, 1)}", (case, warning)
+        assert line == f"2 {(RHO_PI, 1)}", (case, warning)
         assert "65533" in warning or "mode 0777" in warning, case
 
 
@@ -501,7 +544,7 @@ print(forked(refused, GONIO_CACHE="of"))
 print(forked(refused, GONIO_ENGINE="Numpy"))
 """
     lines = run(REFUSED + code, GONIO_CACHE_DIR=tmp_path).lines
-    assert lines[:3] == [f"{(RHO_PI, 1)} 0", f"{(RHO_PI, 1)} {(RHO_PI, 0)} 2", str((RHO_PI, 1))]
+    assert lines[:3] == [f"{(RHO_PI, 1)} 0", f"{(RHO_PI, 1)} {(RHO_PI, 0)} 3", str((RHO_PI, 1))]
     assert lines[3].count("GONIO_CACHE='of': expected off") == 2
     assert lines[4].count("GONIO_ENGINE='Numpy': expected numpy") == 2
 
@@ -509,8 +552,8 @@ print(forked(refused, GONIO_ENGINE="Numpy"))
 def test_files_by_path(folder, monkeypatch):
     """As on Windows, where files cannot be opened in an open folder."""
     monkeypatch.setattr(cache_folder, "_AT", False)
-    monkeypatch.setattr(cache_folder, "FILES_KEPT", 8)
-    monkeypatch.setattr(cache_folder, "WRITES", 1)
+    monkeypatch.setattr(cache_folder, "BYTES_KEPT", 8 * cache_folder.BLOCK)
+    monkeypatch.setattr(cache_folder, "LOOK", 1)
     for name in names(20):
         cache_folder.write(name, name.encode())
         assert cache_folder.read(name) == name.encode()
@@ -656,33 +699,34 @@ def test_the_users_folder_for_caches(tmp_path):
     done = run(code, *values, HOME=str(tmp_path / "home"), GONIO_CACHE_DIR=None)
     assert done.lines == [str((RHO_PI, 1)), str((RHO_PI, 1)), str((RHO_PI, 0))]
     assert not done.stderr
-    folders = [path.parent.relative_to(tmp_path) for path in kept(tmp_path)]
+    folders = [path.parent.relative_to(tmp_path) for path in kinds(tmp_path)[0]]
     assert folders == [Path("a", "b", cache_folder.FOLDER), Path("home", ".cache", cache_folder.FOLDER)]
 
 
 # What a name stands for.
 
-SINE = """
+CLASS = """
 from gonio.arrays import ops
 from gonio.formula.fields import param
 class Sine(gn.Reflectance):
     rho = param(0.5, 0.0, 1.0, "a number")
     def formula(self, wi, wo):
         return ops.sin(self.rho + 0.0 * wi.x)
-print(*f(Sine(0.5)), gn.__file__)
 """
+SINE = CLASS + "print(*f(Sine(0.5)), gn.__file__)"
 
 
-def copy_of_gonio(where: Path, seconds: float) -> Path:
-    """gonio with a compiler of its own, whose files are of this time; what it has beside the compiler is linked."""
+def copy_of_gonio(where: Path, seconds: float, own: tuple[str, ...] = ("compile",)) -> Path:
+    """gonio with a compiler, or other rooms, of its own, whose files are of this time; what it has beside is linked."""
     package = Path(gonio.__file__).resolve().parent
     (where / "gonio").mkdir(parents=True)
     for path in package.iterdir():
-        if path.name != "compile":
+        if path.name not in own:
             (where / "gonio" / path.name).symlink_to(path)
-    shutil.copytree(package / "compile", where / "gonio" / "compile", ignore=shutil.ignore_patterns("__pycache__"))
-    for path in (where / "gonio" / "compile").rglob("*"):
-        os.utime(path, (seconds, seconds))
+    for room in own:
+        shutil.copytree(package / room, where / "gonio" / room, ignore=shutil.ignore_patterns("__pycache__"))
+        for path in (where / "gonio" / room).rglob("*"):
+            os.utime(path, (seconds, seconds))
     return where
 
 
@@ -713,18 +757,59 @@ def test_copies_share_their_kernels(tmp_path):
 
 
 def test_a_compiler_edited_since_it_was_imported_keeps_nothing(tmp_path):
-    """The name would stand for one text and the kernel be of another. (D11)"""
+    """A name would stand for one text and what is kept under it be of another: of code what makes it of the formula's
+    text, of a record all else. (D11)"""
     place = copy_of_gonio(tmp_path, 1.0)
-    code = """
-source = Path(gn.__file__).parent / "compile" / "llvm" / "elementary" / "angles.py"
-text = source.read_bytes()
-source.write_bytes(text + b"# edited")
-print(f())
-source.write_bytes(text)
-print(f(), f())
+    begin = """
+for name in ("llvm/machine.py", "llvm/elementary/angles.py"):
+    source = Path(gn.__file__).parent / "compile" / name
+    text = source.read_bytes()
+    source.write_bytes(text + b"# edited")
+    print(f(), len(list(Path(sys.argv[1]).rglob("?" * 40))))
+    source.write_bytes(text)
+    print(f(), len(list(Path(sys.argv[1]).rglob("?" * 40))), f())
+    for file in Path(sys.argv[1]).rglob("?" * 40):
+        file.unlink()
 """
-    done = run(code, PYTHONPATH=str(place), GONIO_CACHE_DIR=tmp_path / "cache")
-    assert done.lines == [str((RHO_PI, 1)), f"{(RHO_PI, 1)} {(RHO_PI, 0)}"]
+    cache = tmp_path / "cache"
+    done = run(begin, cache, PYTHONPATH=str(place), GONIO_CACHE_DIR=cache)
+    anew, found = (RHO_PI, 1), (RHO_PI, 0)
+    assert done.lines == [f"{anew} 0", f"{anew} 2 {found}", f"{anew} 1", f"{found} 2 {found}"]
+
+
+def test_an_edit_that_leaves_the_code_alone_compiles_nothing(tmp_path):
+    """Of graphs, passes or the compiler: formulas are traced and written anew, and LLVM is asked for what changed. (D11)
+
+    One digit of a sine changes the kernel that has one, and no other.
+    """
+    place = copy_of_gonio(tmp_path, 1.0, own=("compile", "trace"))
+    begin = """
+written, generate = [], codegen.generate
+codegen.generate = lambda *a: written.append(1) or generate(*a)
+print(f(), len(written), f(Sine(0.5))[1], len(written))
+"""
+    graph, sine = place / "gonio" / "trace" / "graph.py", place / "gonio" / "compile" / "llvm" / "elementary" / "angles.py"
+    for edits, want in (
+        ({}, f"{(RHO_PI, 1)} 1 1 2"),
+        ({graph: (r"\A", "# A comment.\n"), sine: (r"\A", "# A comment.\n")}, f"{(RHO_PI, 0)} 1 0 2"),
+        ({sine: (r"(?m)^(SIN = \{(?:.|\n)*?-0\.\d)\d", r"\g<1>0")}, f"{(RHO_PI, 0)} 1 1 2"),
+    ):
+        for path, (old, new) in edits.items():
+            text = path.read_text(encoding="utf-8")
+            path.write_text(re.sub(old, new, text, count=1), encoding="utf-8")
+        done = run(CLASS + begin, PYTHONPATH=str(place), GONIO_CACHE_DIR=tmp_path / "cache")
+        assert done.lines == [want], edits
+
+
+@pytest.mark.parametrize("name", ["store", "elf", "llvm.machine"])
+def test_code_is_named_by_what_makes_it_of_a_text(name, tmp_path, monkeypatch):
+    """An edit of a module that machine code passes through names it anew. (D11)"""
+    module = sys.modules[f"gonio.compile.{name}"]
+    edited = tmp_path / "edited.py"
+    edited.write_bytes(Path(module.__file__).read_bytes() + b"# edited")
+    assert store._back_sources() == store._BACK
+    monkeypatch.setattr(module, "__file__", str(edited))
+    assert store._back_sources() not in (store._BACK, "")
 
 
 def test_names_stand_for_the_library(tmp_path, monkeypatch):

@@ -1,4 +1,5 @@
-"""The cache folder of compiled kernels: files of machine code, named by 40 hexadecimal digits, kept for this user.
+"""The cache folder of compiled kernels: files of machine code and of records, named by 40 hexadecimal digits, kept for
+this user. What they say is `store.py`'s business.
 
 The folder is `gonio-kernels-2` in GONIO_CACHE_DIR, or in the user's folder for caches; GONIO_CACHE=off keeps nothing.
 A file here is code that runs as this user. So the folder and every file must belong to this user, and nobody else may
@@ -26,8 +27,9 @@ from ..errors import EngineWarning, ParameterError, warn
 
 FOLDER, MAGIC = "gonio-kernels-2", b"gonio kernel 2\n"  # with the format's number: files of older formats are ignored
 LARGEST = 1 << 24  # bytes of a file
-FILES_KEPT, BYTES_KEPT = 4000, 1 << 27
-WRITES = 64  # of a process, between two looks at how much there is
+BYTES_KEPT = 1 << 29  # on the disk
+BLOCK = 4096  # of the disk, which a file takes at least
+LOOK = BYTES_KEPT >> 6  # bytes that a process writes between two looks at how much there is
 HOUR = 3600.0
 DAY = 24 * HOUR
 
@@ -37,7 +39,7 @@ _SAFELY = sum(getattr(os, flag, 0) for flag in ("O_NOFOLLOW", "O_CLOEXEC", "O_NO
 _READ = os.O_RDONLY | _SAFELY | getattr(os, "O_NONBLOCK", 0)  # to open a FIFO waits for its other end
 _WRITE = os.O_WRONLY | os.O_CREAT | os.O_EXCL | _SAFELY
 _WARNED: list[str] = []
-_WRITTEN = [0]
+_WRITTEN = [int.from_bytes(os.urandom(4), "little") % LOOK]  # bytes since a look: of short processes some look
 
 
 class _Folder(NamedTuple):
@@ -92,13 +94,19 @@ def write(name: str, body: bytes) -> None:
         except BaseException:  # also an interrupt
             _remove(folder, temporary)
             raise
-        if _WRITTEN[0] % WRITES == 0:
+        _WRITTEN[0] += _taken(len(data))
+        if _WRITTEN[0] >= LOOK:
+            _WRITTEN[0] = 0
             _prune(folder)
-        _WRITTEN[0] += 1
 
 
 def _head(name: str, body: bytes) -> bytes:
     return MAGIC + hashlib.sha256(name.encode() + body).digest()
+
+
+def _taken(length: int) -> int:
+    """Bytes of the disk that a file takes."""
+    return -(-length // BLOCK) * BLOCK
 
 
 def _ours(status: os.stat_result) -> bool:
@@ -196,17 +204,17 @@ def _prune(folder: _Folder) -> None:
                 continue
             if name[1] is None:
                 used = status.st_mtime if status.st_mtime < now + DAY else 0.0  # a clock was wrong
-                kept.append((used, status.st_size, entry.name))
+                kept.append((used, _taken(status.st_size), entry.name))
             elif abs(now - status.st_mtime) > HOUR:
                 _remove(folder, entry.name)
-    count, size = len(kept), sum(length for _, length, _ in kept)
-    if count <= FILES_KEPT and size <= BYTES_KEPT:
+    size = sum(taken for _, taken, _ in kept)
+    if size <= BYTES_KEPT:
         return
-    for _, length, oldest in sorted(kept):
-        if count <= 0.75 * FILES_KEPT and size <= 0.75 * BYTES_KEPT:
+    for _, taken, oldest in sorted(kept):
+        if size <= 0.75 * BYTES_KEPT:
             return
         _remove(folder, oldest)
-        count, size = count - 1, size - length
+        size -= taken
 
 
 def _remove(folder: _Folder, name: str) -> None:

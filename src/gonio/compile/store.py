@@ -1,8 +1,11 @@
 """Kernels, compiled once: kept in memory, and on disk for the next process (`cache_folder.py`).
 
-A kernel's name is a digest of all that its code depends on: the program, the processor, the passes, the text of every
-module of this folder and of trace/, and the compiler's library. File times are no part of it: repeatable builds make
-them equal, copies make them differ.
+On disk a kernel has two names. Its code is kept under a digest of all that machine code depends on: the IR, the
+processor, the compiler's library, and the modules that make code of IR. The program has a name of its own, a digest of
+all that the IR depends on: the graph, the processor, the passes, and every module of this folder and of trace/. Under
+it lies a record, the name of the code. So a program that is known needs no IR, and where a module was edited whose IR
+stays the same, none is compiled again. File times are no part of a name: repeatable builds make them equal, copies
+make them differ.
 """
 
 from __future__ import annotations
@@ -10,7 +13,9 @@ from __future__ import annotations
 import ctypes
 import hashlib
 import os
-from collections.abc import Callable
+import re
+import sys
+from collections.abc import Callable, Iterable
 from typing import Any
 
 from ..trace import passes
@@ -23,7 +28,8 @@ Function = Callable[..., None]
 
 _KNOWN: dict[str, Any] = {}
 _PROTOTYPE = ctypes.CFUNCTYPE(None)
-_IMAGE, _OBJECT = b"i", b"o"
+_IMAGE, _OBJECT, _RECORD = b"i", b"o", b"r"
+_CODE = re.compile(rb"[0-9a-f]{40}")
 
 
 def kernel(program: Program) -> Function:
@@ -36,13 +42,13 @@ def function(name: str, text: Callable[[], str], prototype: Any) -> Any:
 
     Raises DependencyError where llvmlite is needed and cannot be had, EngineError where no code may be run.
     """
-    name = hashlib.sha256((name + _versions()).encode()).hexdigest()[:40]
+    name = _digest(_versions() + name)
     compiled = _KNOWN.get(name)
     if compiled is None:
         with machine.LOCK:
             compiled = _KNOWN.get(name)
             if compiled is None:
-                address, keeper = _read(name) or _compiled(text(), name)
+                address, keeper = _recorded(name) or _of_text(text(), name)
                 compiled = _KNOWN[name] = prototype(address)
                 compiled.keeper = keeper
     return compiled
@@ -73,8 +79,23 @@ _Placed = tuple[int, Any]
 """The address of a function, and the object that keeps it in memory."""
 
 
+def _recorded(name: str) -> _Placed | None:
+    """The kernel that the record of a program names, if both are on disk."""
+    data = cache_folder.read(name) or b""
+    return _read(data[1:].decode()) if data[:1] == _RECORD and _CODE.fullmatch(data, 1) else None
+
+
+def _of_text(text: str, name: str) -> _Placed:
+    """The kernel of an IR, from disk or compiled now, and a record of it under the name of its program."""
+    code = _digest(_back() + text)
+    placed = _read(code) or _compiled(text, code)
+    if _as_imported(_SOURCES, _sources):
+        cache_folder.write(name, _RECORD + code.encode())
+    return placed
+
+
 def _read(name: str) -> _Placed | None:
-    """A kernel from disk, if there is one in a form that this version writes."""
+    """Code from disk, if there is some in a form that this version writes."""
     data = cache_folder.read(name) or b""
     kind, entry, payload = data[:1], int.from_bytes(data[1:9], "little"), data[9:]
     if kind == _IMAGE and elf.POSSIBLE and entry < len(payload):
@@ -94,15 +115,19 @@ def _compiled(text: str, name: str) -> _Placed:
     else:
         kind, (payload, entry) = _IMAGE, flat
         placed = elf.mapped(payload, entry)
-    # A compiler that was edited since it was imported is not the one that the name stands for.
-    if _SOURCES and machine.compiler() and _sources() == _SOURCES:
+    if _as_imported(_BACK, _back_sources):
         cache_folder.write(name, kind + entry.to_bytes(8, "little") + payload)
     return placed
 
 
+def _as_imported(before: str, now: Callable[[], str]) -> bool:
+    """Whether modules are those that were imported: a name does not stand for what those do that were edited since."""
+    return bool(before and machine.compiler()) and now() == before
+
+
 def _sources() -> str:
     """A digest of the modules of the compiler and of graphs; "" where they are no files."""
-    here, total = os.path.dirname(__file__), hashlib.sha256()
+    here = os.path.dirname(__file__)
 
     def fail(error: OSError) -> None:
         raise error
@@ -110,8 +135,21 @@ def _sources() -> str:
     try:
         folders = [here, os.path.join(here, "..", "trace")]
         walks = [walk for folder in folders for walk in os.walk(folder, onerror=fail)]
-        files = [os.path.join(folder, name) for folder, _, names in walks for name in names]
-        for path in sorted(path for path in files if path.endswith(".py")):
+    except OSError:
+        return ""
+    files = [os.path.join(folder, name) for folder, _, names in walks for name in names]
+    return _contents(sorted(path for path in files if path.endswith(".py")))
+
+
+def _back_sources() -> str:
+    """A digest of the modules that make code of IR, for `_read` to run; "" where they are no files."""
+    return _contents(module.__file__ or "" for module in (machine, elf, sys.modules[__name__]))
+
+
+def _contents(paths: Iterable[str]) -> str:
+    total = hashlib.sha256()
+    try:
+        for path in paths:
             with open(path, "rb", buffering=0) as file:
                 text = file.read()
             total.update(len(text).to_bytes(8, "little") + text)
@@ -120,9 +158,18 @@ def _sources() -> str:
     return total.hexdigest()
 
 
-_SOURCES = _sources()  # of the modules that are imported now: later the files may be others
+_SOURCES, _BACK = _sources(), _back_sources()  # of what is imported now: later the files may be others
 
 
 def _versions() -> str:
     """All that the code of a program depends on, beside the program itself."""
     return repr((machine.compiler(), machine.processor(), machine.optimises(), passes.wanted(), _SOURCES))
+
+
+def _back() -> str:
+    """All that the code of an IR depends on, beside the IR itself."""
+    return repr((machine.compiler(), machine.processor(), machine.optimises(), _BACK))
+
+
+def _digest(text: str) -> str:
+    return hashlib.sha256(text.encode()).hexdigest()[:40]
