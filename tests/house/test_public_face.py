@@ -154,17 +154,13 @@ def test_the_stub_has_every_public_name():
 
 def test_type_checkers_accept_and_refuse(tmp_path):
     """Strict mypy accepts passes.py, and refuses the lines of fails.py, and no other, for the reasons given there."""
-    api = pytest.importorskip("mypy.api", reason="mypy is not installed")
+    pytest.importorskip("mypy", reason="mypy is not installed")
     folder = Path(__file__).parent / "typed"
     files = [folder / "passes.py", folder / "fails.py"]
     options = ["--config-file=", "--strict", "--follow-imports=silent", f"--cache-dir={tmp_path}"]
-    path = os.environ.get("MYPYPATH")
-    os.environ["MYPYPATH"] = str(Path(gn.__file__).parents[1])
-    try:
-        shown = api.run([*options, *map(str, files)])[0]
-    finally:
-        os.environ.pop("MYPYPATH")
-        os.environ.update({"MYPYPATH": path} if path else {})
+    environment = {**os.environ, "MYPYPATH": str(Path(gn.__file__).parents[1])}
+    command = [sys.executable, "-m", "mypy", *options, *map(str, files)]  # in this process it would leave 0.4 GB
+    shown = subprocess.run(command, env=environment, capture_output=True, text=True).stdout
     errors = re.findall(r"(\w+)\.py:(\d+): error: .*\[(.*)\]", shown)
     lines = enumerate(files[1].read_text(encoding="utf-8").splitlines(), 1)
     wanted = [("fails", str(number), line.split("# error: ")[1]) for number, line in lines if "# error: " in line]

@@ -118,7 +118,8 @@ def _structure(material: Parametrised) -> tuple[Any, ...]:
     return structure
 
 
-_TRACES: dict[tuple[Any, ...], Trace | TraceError] = {}
+_TRACES: dict[tuple[Any, ...], Trace | str] = {}
+"""Traces, or for what cannot be traced the reason."""
 _OF_FORMULAS = (
     *(Error, ArithmeticError, AssertionError, AttributeError, LookupError),
     *(NameError, RuntimeError, TypeError, ValueError),
@@ -137,14 +138,14 @@ def traced(task: Task, material: Parametrised, channels: int | None) -> Trace:
         try:
             trace = (_squares if task.squares else _jacobian if task.by else _trace)(task, material, channels)
         except TraceError as error:
-            trace = error
+            trace = str(error)
         except _OF_FORMULAS as error:  # called with arrays, the formula raises its own error
-            trace = TraceError(f"the formula of {type(material).__name__} fails on symbols: {error!r}")
+            trace = f"the formula of {type(material).__name__} fails on symbols: {error!r}"
         if len(_TRACES) >= TRACES_KEPT:
             _TRACES.clear()
         _TRACES[key] = trace
-    if isinstance(trace, TraceError):
-        raise trace
+    if isinstance(trace, str):
+        raise TraceError(trace)  # a new one: an error holds the arrays of all calls that it came out of
     return trace
 
 
