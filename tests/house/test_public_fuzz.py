@@ -6,44 +6,55 @@ The campaign of 1e5 calls: benchmarks/public_fuzz.py.
 from __future__ import annotations
 
 import inspect
-from random import Random
 
 import pytest
-from hypothesis import HealthCheck, given, settings
-from hypothesis import strategies as st
-from public_calls import INTEGRALS, Call, Target, call_of, outcome, targets
+from public_calls import INTEGRALS, Call, Target, calls_of, outcome, targets
 
 import gonio as gn
 
-QUICK = [target for target in targets() if target.name not in INTEGRALS]
-"""Targets that take milliseconds."""
 
-bounded = settings(
-    deadline=None,
-    derandomize=True,
-    suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow, HealthCheck.data_too_large],
-)
-randoms = st.randoms(use_true_random=False)
+def hold(chosen: list[Target], count: int, share: float, folder) -> None:
+    for target in chosen:
+        for call in calls_of(target, count, share, folder):
+            assert outcome(call) in ("", "refused"), call.text
 
 
-def holds(target: Target, random: Random, folder) -> None:
-    call = call_of(target, random, folder)
-    assert outcome(call) in ("", "refused"), call.text
-
-
-@settings(bounded, max_examples=400)
-@given(target=st.sampled_from(QUICK), random=randoms)
-def test_misuse_is_refused_in_our_words(target, random, tmp_path, monkeypatch, uncompiled):
+def test_misuse_is_refused_in_our_words(tmp_path, monkeypatch, uncompiled):
     monkeypatch.chdir(tmp_path)  # files with names of any kind
-    holds(target, random, tmp_path)
+    hold([target for target in targets() if target.name not in INTEGRALS], 1, 0.01, tmp_path)  # take milliseconds
 
 
 @pytest.mark.full
-@settings(bounded, max_examples=10_000)
-@given(target=st.sampled_from(targets()), random=randoms)
-def test_misuse_of_everything_is_refused_in_our_words(target, random, tmp_path, monkeypatch, uncompiled):
+def test_misuse_of_everything_is_refused_in_our_words(tmp_path, monkeypatch, uncompiled):
     monkeypatch.chdir(tmp_path)
-    holds(target, random, tmp_path)
+    hold(targets(), 12, 0.1, tmp_path)
+
+
+class Aardvark:
+    """A public class that is none yet; what it makes is a material like any other."""
+
+    def __new__(cls) -> gn.Lambertian:
+        return gn.Lambertian(0.3)
+
+
+def aardvark(m: gn.Reflectance, wi: object = None) -> None:
+    """A public function that is none yet."""
+
+
+def test_what_else_is_public_changes_no_call(tmp_path, monkeypatch):
+    def texts() -> dict[str, list[str]]:
+        return {t.name: [call.text for call in calls_of(t, 2, 0.02, tmp_path)] for t in targets()}
+
+    before = texts()
+    assert sum(map(len, before.values())) > 2 * len(before)
+    for name, thing in (("Aardvark", Aardvark), ("aardvark", aardvark), ("zzz", aardvark)):
+        monkeypatch.setattr(gn, name, thing, raising=False)
+    monkeypatch.setattr(gn, "__all__", ["Aardvark", "aardvark", *gn.__all__, "zzz"])
+    after = texts()
+    assert after.keys() - before.keys() == {"Aardvark", "aardvark", "zzz"}
+    with_it = {name: [text for text in after[name] if "<Aardvark>" in text] for name in before}
+    assert {name: [text for text in after[name] if text not in with_it[name]] for name in before} == before
+    assert any(with_it.values())
 
 
 def test_everything_public_is_called():

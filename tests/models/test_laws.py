@@ -7,13 +7,14 @@ materials of `PLUMBING`; on every model where `-m full` asks for it.
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator
-from typing import Any
+from collections.abc import Callable, Iterator
+from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
-from libraries import Torch, switch_off, thinned
+from libraries import Torch, opened, switch_off, thinned
 from materials import COMPILED, MODELS, PLUMBING, at_bounds, at_corners, breaks, draws, pairs, rows_at_bounds
+from sweeps import both_ways, by_model, each_model, trying
 
 import gonio as gn
 from gonio.evaluate import blocks
@@ -22,21 +23,20 @@ from gonio.laws import LAWS
 from gonio.models._wrapper import Reframed
 
 CHANNELS = (None, 3)
-ALL = pytest.mark.parametrize("draw", draws(), ids=str)
-SOME = pytest.mark.parametrize("draw", draws(2, every=3), ids=str)
-FEW = pytest.mark.parametrize("draw", draws(1, every=5), ids=str)
+ALL, SOME, FEW = draws(), draws(2, every=3), draws(1, every=5)
+each_of_models = pytest.mark.parametrize("model", MODELS, ids=lambda c: c.__name__)
 HANDFUL = pytest.mark.parametrize(  # for what the interface does, not formulas
     "m",
     [
         *(pytest.param(PLUMBING[name], id=name) for name in ("number", "channels", "delta", "rotation")),
-        *(pytest.param(d.material(*d.layouts), id=str(d), marks=pytest.mark.full) for d in draws(1, every=5)[::4]),
+        *(pytest.param(d.material(*d.layouts), id=str(d), marks=pytest.mark.full) for d in FEW[::4]),
     ],
 )
 COUNT = len(pairs()[0])  # one batch shape everywhere: libraries that compile do so once per shape
 FLOAT32, FLOAT64 = 2.0**-24, 2.0**-52  # roundings; the latter so that 1 + FLOAT64 is not 1
 DTYPES = {"float32": FLOAT32, "float64": FLOAT64}
+BOTH = tuple(DTYPES)
 each_dtype = pytest.mark.parametrize("dtype", DTYPES)
-each_compiled = pytest.mark.parametrize("draw", COMPILED, ids=str)
 each_plumbing = pytest.mark.parametrize("m", PLUMBING.values(), ids=PLUMBING)
 
 
@@ -83,71 +83,42 @@ def close(got: np.ndarray, want: np.ndarray, allowed: Any) -> None:
     assert excess[at] <= 1.0, f"at {at}: got {got[at]!r}, want {want[at]!r}, {excess[at]:.3g} times what is allowed"
 
 
-# NumPy: every structure of every model, compiled and not.
-
-both_ways = pytest.mark.usefixtures("evaluation")
+# The laws: what holds of a material, in a precision. `TABLE`, below, says of which it is tried, and how.
 
 
-@ALL
-@each_dtype
-@both_ways
-def test_finite_and_not_negative(draw, dtype):
-    for channels in draw.layouts:
-        m = draw.material(channels)
-        wi, wo = (w.astype(dtype) for w in pairs())
-        f, pdf = m.f(wi, wo), m.pdf(wi, wo)
-        assert f.dtype == pdf.dtype == dtype
-        assert np.isfinite(f).all()
-        assert np.isfinite(pdf).all()
-        assert f.min() >= 0.0 or "positivity" in breaks(m)
-        assert pdf.min() >= 0.0
-
-
-@pytest.mark.parametrize("model", MODELS, ids=lambda c: c.__name__)
-@each_dtype
-def test_finite_and_not_negative_at_the_bounds(model, dtype, evaluation):
-    """Compiled: of one structure; else all in one batch."""
+def finite_and_not_negative(m: Any, dtype: str) -> None:
     wi, wo = (w.astype(dtype) for w in pairs())
-    for m in at_bounds(model, 1) if evaluation == "compiled" else rows_at_bounds(model):
-        f, pdf = m.f(wi, wo), m.pdf(wi, wo)
-        assert np.isfinite(f).all(), m
-        assert np.isfinite(pdf).all(), m
-        assert f.min() >= 0.0 or "positivity" in breaks(m), m
-        assert pdf.min() >= 0.0, m
+    f, pdf = m.f(wi, wo), m.pdf(wi, wo)
+    assert f.dtype == pdf.dtype == dtype
+    assert np.isfinite(f).all()
+    assert np.isfinite(pdf).all()
+    assert f.min() >= 0.0 or "positivity" in breaks(m)
+    assert pdf.min() >= 0.0
 
 
-@ALL
-@both_ways
-def test_reciprocal(draw):
+def reciprocal(m: Any, dtype: str) -> None:
+    if "reciprocity" in breaks(m):
+        return  # test_declared_laws_are_broken demands the breach
+    wi, wo = (w.astype(dtype) for w in pairs())
+    f = m.f(wi, wo)
+    if dtype == "float64":
+        allowed = 1e-12 * np.abs(f) + 16.0 * unavoidable(m, wi, wo, FLOAT64)
+    else:
+        change = unavoidable(rounded(m, dtype), wi.astype(float), wo.astype(float), FLOAT32)
+        allowed = 20.0 * change + smallest(f, FLOAT32)
+    close(m.f(wo, wi), f, allowed)
+
+
+def as_in_float64(m: Any, dtype: str) -> None:
+    wi, wo = (w.astype(dtype) for w in pairs())
+    m = rounded(m, dtype)
+    wi64, wo64 = wi.astype(float), wo.astype(float)
+    f = m.f(wi64, wo64)
+    close(m.f(wi, wo), f, 8.0 * unavoidable(m, wi64, wo64, FLOAT32) + smallest(f, FLOAT32))
+
+
+def rgb_is_three_materials(m: Any, dtype: str) -> None:
     wi, wo = pairs()
-    for channels in draw.layouts:
-        m = draw.material(channels)
-        if "reciprocity" in breaks(m):
-            continue  # test_declared_laws_are_broken demands the breach
-        f = m.f(wi, wo)
-        close(m.f(wo, wi), f, 1e-12 * np.abs(f) + 16.0 * unavoidable(m, wi, wo, FLOAT64))
-        wi32, wo32 = wi.astype("float32"), wo.astype("float32")
-        f32 = m.f(wi32, wo32)
-        allowed = 20.0 * unavoidable(rounded(m, "float32"), wi32.astype(float), wo32.astype(float), FLOAT32)
-        close(m.f(wo32, wi32), f32, allowed + smallest(f, FLOAT32))
-
-
-@ALL
-@both_ways
-def test_float32_against_float64(draw):
-    wi, wo = (w.astype("float32") for w in pairs())
-    for channels in draw.layouts:
-        m = rounded(draw.material(channels), "float32")
-        wi64, wo64 = wi.astype(float), wo.astype(float)
-        f = m.f(wi64, wo64)
-        close(m.f(wi, wo), f, 8.0 * unavoidable(m, wi64, wo64, FLOAT32) + smallest(f, FLOAT32))
-
-
-@ALL
-@both_ways
-def test_rgb_is_three_materials(draw):
-    wi, wo = pairs()
-    m = draw.material(3)
     f = m.f(wi, wo)
     if f.ndim == 1:
         return  # no parameter drew a channel axis
@@ -156,10 +127,7 @@ def test_rgb_is_three_materials(draw):
         np.testing.assert_allclose(f[:, c], one.f(wi, wo), rtol=1e-11, atol=1e-15 * np.abs(f).max())
 
 
-@ALL
-@both_ways
-def test_isotropic_where_nothing_says_otherwise(draw):
-    m = draw.material()
+def isotropic_where_nothing_says_otherwise(m: Any, dtype: str) -> None:
     if any(lobe.is_oriented() for _, lobe in m.lobes()):
         return
     wi, wo = pairs()
@@ -169,13 +137,13 @@ def test_isotropic_where_nothing_says_otherwise(draw):
     close(m.f(*turned), f, 64.0 * unavoidable(m, wi, wo, FLOAT64) + 1e-300)
 
 
-def check_compiled(m: Any, dtype: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def compiled_as_on_arrays(m: Any, dtype: str) -> None:
     """Kernels give what the formula gives on NumPy arrays, for every method."""
     unit = DTYPES[dtype]
     m = rounded(m, dtype)
     wi, wo, u = (x.astype(dtype) for x in (*pairs(), uniform(COUNT)))
     compiled = (m.f(wi, wo), m.pdf(wi, wo), *m.sample(wo, u))
-    with monkeypatch.context() as patch:
+    with pytest.MonkeyPatch.context() as patch:
         switch_off(patch)
         arrays = (m.f(wi, wo), m.pdf(wi, wo), *m.sample(wo, u))
     allowed = 20.0 * unavoidable(m, wi.astype(float), wo.astype(float), unit) + smallest(arrays[0], unit)
@@ -187,36 +155,30 @@ def check_compiled(m: Any, dtype: str, monkeypatch: pytest.MonkeyPatch) -> None:
         np.testing.assert_array_equal(compiled[5], arrays[5])
 
 
-@each_compiled
-@each_dtype
-def test_compiled_is_as_on_arrays(draw, dtype, monkeypatch):
-    """In the layout of channels that the other tests compile too; the choice of the layout is not the formula's."""
-    check_compiled(draw.material(*draw.layouts), dtype, monkeypatch)
-
-
-@pytest.mark.full
-@SOME
-@each_dtype
-def test_compiled_is_as_on_arrays_of_every_structure(draw, dtype, monkeypatch):
-    for channels in CHANNELS:
-        check_compiled(draw.material(channels), dtype, monkeypatch)
-
-
-@SOME
-def test_blocks_change_nothing(draw, monkeypatch):
-    switch_off(monkeypatch)
+def the_same_in_blocks(m: Any, dtype: str) -> None:
     wi, wo = (np.tile(w, (5, 3, 1)).reshape(5, -1, 3) for w in pairs())
     u = np.random.default_rng(2).random((*wo.shape[:-1], 2))
-    for channels in CHANNELS:
-        m = draw.material(channels)
-        whole = (m.f(wi, wo), m.pdf(wi, wo), *m.sample(wo, u))
-        with monkeypatch.context() as patch:
-            patch.setattr(blocks, "BLOCK", 1024)
-            assert wi[..., 0].size > 3 * 1024
-            cut = (m.f(wi, wo), m.pdf(wi, wo), *m.sample(wo, u))
-        for a, b in zip(whole, cut, strict=True):
-            assert a.dtype == b.dtype
-            np.testing.assert_allclose(a, b, rtol=1e-12, atol=1e-15)
+    whole = (m.f(wi, wo), m.pdf(wi, wo), *m.sample(wo, u))
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(blocks, "BLOCK", 1024)
+        assert wi[..., 0].size > 3 * 1024
+        cut = (m.f(wi, wo), m.pdf(wi, wo), *m.sample(wo, u))
+    for a, b in zip(whole, cut, strict=True):
+        assert a.dtype == b.dtype
+        np.testing.assert_allclose(a, b, rtol=1e-12, atol=1e-15)
+
+
+def conserving(m: Any, dtype: str) -> None:
+    if "energy" in breaks(m):
+        return
+    terms = m.terms if isinstance(m, gn.Sum) else [m]
+    limit = sum(float(t.weight) if isinstance(t, gn.Scaled) else 1.0 for t in terms)
+    theta = np.radians([0.0, 20.0, 45.0, 60.0, 75.0, 85.0, 89.0, 89.9])
+    phi = 0.3 + np.arange(len(theta)) * 0.7
+    a = gn.albedo(m, gn.direction(theta, phi), tolerance=3e-4)
+    assert np.isfinite(a).all()
+    assert a.min() >= 0.0 or "positivity" in breaks(m)
+    assert a.max() <= limit * (1.0 + 1e-3)
 
 
 # Every library.
@@ -243,20 +205,8 @@ def test_libraries_agree(library, m, dtype):
     check_values(library, m, dtype)
 
 
-@FEW
-@each_dtype
-@pytest.mark.usefixtures("uncompiled")
-def test_torch_agrees(torch, draw, dtype):
-    for channels in CHANNELS:
-        check_values(Torch(), draw.material(channels), dtype)
-
-
-@pytest.mark.full
-@FEW
-@each_dtype
-def test_libraries_agree_on_every_model(library, draw, dtype):
-    for channels in CHANNELS:
-        check_values(library, draw.material(channels), dtype)
+def torch_agrees(m: Any, dtype: str) -> None:
+    check_values(opened(Torch), m, dtype)
 
 
 def uniform(count: int) -> np.ndarray:
@@ -285,18 +235,19 @@ def test_libraries_agree_on_samples(library, m):
     check_samples(library, m)
 
 
-@FEW
-@pytest.mark.usefixtures("uncompiled")
-def test_torch_agrees_on_samples(torch, draw):
-    for channels in CHANNELS:
-        check_samples(Torch(), draw.material(channels))
+def torch_agrees_on_samples(m: Any, dtype: str) -> None:
+    check_samples(opened(Torch), m)
 
 
 @pytest.mark.full
-@FEW
-def test_libraries_agree_on_samples_of_every_model(library, draw):
-    for channels in CHANNELS:
-        check_samples(library, draw.material(channels))
+@pytest.mark.parametrize("drawn", by_model(FEW).values(), ids=by_model(FEW))
+def test_libraries_agree_on_every_model(library, drawn):
+    for draw, channels in itertools.product(drawn, CHANNELS):
+        m = draw.material(channels)
+        with trying(draw=draw, channels=channels):
+            for dtype in DTYPES:
+                check_values(library, m, dtype)
+            check_samples(library, m)
 
 
 def below() -> np.ndarray:
@@ -317,6 +268,7 @@ def along() -> np.ndarray:
     return w
 
 
+@pytest.mark.few_by_jax("float64")
 @HANDFUL
 @each_dtype
 def test_nothing_below_the_horizon(library, m, dtype):
@@ -334,6 +286,7 @@ def test_nothing_below_the_horizon(library, m, dtype):
     np.testing.assert_array_equal(library.numpy(m.delta_reflectance(down)), 0.0)
 
 
+@pytest.mark.few_by_jax("float64")
 @HANDFUL
 @each_dtype
 def test_nan_in_nan_out(library, m, dtype):
@@ -401,22 +354,17 @@ def generic() -> tuple[np.ndarray, np.ndarray]:
     return wi, wo
 
 
-@ALL
-@each_dtype
-def test_gradients_are_finite(torch, draw, dtype):
-    for channels in draw.layouts:
-        m = draw.material(channels)
-        for name, g in torch_gradients(torch, m, dtype, *everywhere()).items():
-            assert np.isfinite(g).all(), (name, m)
-            if name in ("wi", "wo") and m.sides == "front":
-                assert (g[::5] == 0.0).all()
+def finite_gradients(m: Any, dtype: str) -> None:
+    for name, g in torch_gradients(opened(Torch).module, m, dtype, *everywhere()).items():
+        assert np.isfinite(g).all(), (name, m)
+        if name in ("wi", "wo") and m.sides == "front":
+            assert (g[::5] == 0.0).all()
 
 
-@pytest.mark.parametrize("model", MODELS, ids=lambda c: c.__name__)
-@each_dtype
-def test_gradients_are_finite_at_the_bounds(torch, model, dtype):
+@each_of_models
+def test_gradients_are_finite_at_the_bounds(torch, model):
     """All bounds of a structure in one batch, of which each row is a material."""
-    for m in rows_at_bounds(model):
+    for m, dtype in itertools.product(rows_at_bounds(model), DTYPES):
         wi, wo = (w[None] for w in everywhere())
         for name, g in torch_gradients(torch, m, dtype, wi, wo).items():
             assert np.isfinite(g).all(), (name, m)
@@ -439,18 +387,15 @@ def test_jax_gradients(torch, jax, name):
 
 
 @pytest.mark.full
-@FEW
+@pytest.mark.parametrize("draw", FEW, ids=str)
 def test_jax_gradients_of_every_model(torch, jax, draw):
     # with channels for about half of the models
     check_jax_gradients(torch, jax, draw.material(CHANNELS[len(draw.model.__name__) % 2]), "float32")
 
 
-@ALL
-@pytest.mark.usefixtures("uncompiled")
-def test_gradients_against_differences(torch, draw):
+def gradients_as_differences(m: Any, dtype: str) -> None:
     wi, wo = generic()
-    m = draw.material()
-    found = torch_gradients(torch, m, "float64", wi, wo)
+    found = torch_gradients(opened(Torch).module, m, "float64", wi, wo)
     for path, p in m.parameters.items():
         h = 1e-5 * p.value
         if not p.low <= p.value - h < p.value + h <= p.high:
@@ -462,7 +407,64 @@ def test_gradients_against_differences(torch, draw):
         np.testing.assert_allclose(found[path], expected, rtol=0.0, atol=3e-5 * noise, err_msg=path)
 
 
-# Declared breaches, and energy.
+# One table: law x material.
+
+
+class Law(NamedTuple):
+    """What holds: the cases of models that it is tried on, with so many channels (by default as each draw says)."""
+
+    check: Callable[[Any, str], None]
+    cases: list[Any]
+    layouts: tuple[int | None, ...] = ()
+    dtypes: tuple[str, ...] = ("float64",)
+
+
+TABLE = (
+    Law(finite_and_not_negative, both_ways(ALL), dtypes=BOTH),
+    Law(reciprocal, both_ways(ALL), dtypes=BOTH),
+    Law(as_in_float64, both_ways(ALL), dtypes=("float32",)),
+    Law(rgb_is_three_materials, both_ways(ALL), (3,)),
+    Law(isotropic_where_nothing_says_otherwise, both_ways(ALL), (None,)),
+    Law(conserving, each_model(ALL, "uncompiled"), (None,)),  # kernels of integrals: test_integrals.py has some
+    Law(the_same_in_blocks, each_model(SOME, "uncompiled"), CHANNELS),
+    Law(compiled_as_on_arrays, each_model(COMPILED, "compiled"), dtypes=BOTH),
+    Law(compiled_as_on_arrays, each_model(SOME, "compiled", full=True), CHANNELS, BOTH),
+    Law(torch_agrees, each_model(FEW, "uncompiled"), CHANNELS, BOTH),
+    Law(torch_agrees_on_samples, each_model(FEW, "uncompiled"), CHANNELS),
+    Law(finite_gradients, each_model(ALL, "uncompiled"), dtypes=BOTH),
+    Law(gradients_as_differences, each_model(ALL, "uncompiled"), (None,)),
+)
+
+
+@pytest.mark.parametrize(
+    ("law", "drawn", "evaluation"),
+    sorted(
+        (
+            pytest.param(law, *case.values, id=f"{case.id}-{law.check.__name__}", marks=case.marks)
+            for law in TABLE
+            for case in law.cases
+        ),
+        key=lambda case: case.id,  # a process that has a model's kernels tries all laws on it
+    ),
+    indirect=["evaluation"],
+)
+def test_law(law, drawn, evaluation):
+    for draw in drawn:
+        for channels, dtype in itertools.product(law.layouts or draw.layouts, law.dtypes):
+            with trying(draw=draw, channels=channels, dtype=dtype):
+                law.check(draw.material(channels), dtype)
+
+
+@each_of_models
+def test_finite_and_not_negative_at_the_bounds(model, evaluation):
+    """Compiled: of one structure; else all in one batch."""
+    for m in at_bounds(model, 1) if evaluation == "compiled" else rows_at_bounds(model):
+        for dtype in DTYPES:
+            with trying(m=m, dtype=dtype):
+                finite_and_not_negative(m, dtype)
+
+
+# Declared breaches.
 
 
 def test_only_laws_that_exist_are_declared():
@@ -498,23 +500,7 @@ def test_declared_laws_are_broken(model, law):
         elif law != "energy":
             broken = not gn.check(m, laws=[law]).passed
         else:
-            broken = gn.albedo(m, up, tolerance=1e-3).max() > 1.003  # test_energy allows 1.001
+            broken = gn.albedo(m, up, tolerance=1e-3).max() > 1.003  # `conserving` allows 1.001
         if broken:
             return
     raise AssertionError(f"{model.__name__} obeys {law} at all parameters tried")
-
-
-@ALL
-def test_energy(draw, monkeypatch):
-    switch_off(monkeypatch)  # kernels of integrals take longer to compile; test_integrals.py has some
-    m = draw.material()
-    if "energy" in breaks(m):
-        return
-    terms = m.terms if isinstance(m, gn.Sum) else [m]
-    limit = sum(float(t.weight) if isinstance(t, gn.Scaled) else 1.0 for t in terms)
-    theta = np.radians([0.0, 20.0, 45.0, 60.0, 75.0, 85.0, 89.0, 89.9])
-    phi = 0.3 + np.arange(len(theta)) * 0.7
-    a = gn.albedo(m, gn.direction(theta, phi), tolerance=3e-4)
-    assert np.isfinite(a).all()
-    assert a.min() >= 0.0 or "positivity" in breaks(m)
-    assert a.max() <= limit * (1.0 + 1e-3)

@@ -350,6 +350,9 @@ class Draw(NamedTuple):
     def __str__(self) -> str:
         return f"{self.model.__name__}-{self.seed}"
 
+    def __repr__(self) -> str:
+        return f"Draw(gn.{self.model.__name__}, {self.seed})"
+
 
 @cache
 def _material(model: type, seed: int, channels: int | None) -> Any:

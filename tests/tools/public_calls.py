@@ -3,6 +3,8 @@
 A target is a public function, a constructor, or a method or property of what these make. A call gives it usable
 arguments, but for some that are of any kind. Only `gonio.Error`, and Python's own words about the number and the names
 of arguments, may come out; and warnings of gonio's own classes.
+
+All is drawn by names, never by places in a list: what else is public changes no call.
 """
 
 from __future__ import annotations
@@ -15,6 +17,7 @@ import signal
 import traceback
 import types
 import warnings
+import zlib
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, redirect_stderr, redirect_stdout, suppress
 from datetime import date
@@ -94,14 +97,24 @@ def _of(**values: Any) -> dict[str, Any]:
 
 
 @cache
-def objects() -> dict[str, Any]:
-    """An instance of everything public that can be made without arguments, and of what functions return."""
+def _made(names: tuple[str, ...]) -> dict[str, Any]:
     made = {}
-    for name in gn.__all__:
+    for name in names:
         kind = getattr(gn, name)
         if isinstance(kind, type) and not issubclass(kind, Exception):
             with suppress(Exception):
                 made[name] = kind()
+    return made
+
+
+def public() -> dict[str, Any]:
+    """An instance of every public class that can be made without arguments."""
+    return _made(tuple(gn.__all__))
+
+
+@cache
+def held() -> dict[str, Any]:
+    """What functions return, and materials of all kinds."""
     lambertian = gn.Lambertian([0.2, 0.5, 0.8])
     theta = np.radians([0.0, 30.0, 60.0])
     grid = gn.Gridded(
@@ -110,7 +123,7 @@ def objects() -> dict[str, Any]:
         np.full((3, 3, 3), 0.2),
         uncertainty=np.full((3, 3, 3), 0.01),
     )
-    made |= {
+    return {
         "GGX(0.2)": gn.GGX(0.2),
         "rgb": lambertian,
         "map": gn.Lambertian(np.full((4, 1), 0.5)),
@@ -127,7 +140,10 @@ def objects() -> dict[str, Any]:
         "report": gn.check(gn.Lambertian(0.5), laws=["positivity"]),
         "jacobian": gn.Lambertian(0.5).jacobian(np.array([0.0, 0.0, 1.0]), np.array([0.0, 0.0, 1.0])),
     }
-    return made
+
+
+def objects() -> dict[str, Any]:
+    return public() | held()
 
 
 def _public(module: types.ModuleType) -> Iterator[tuple[str, Any]]:
@@ -156,11 +172,15 @@ def _target(name: str, call: Any, owner: type | None = None) -> Target | None:
     return Target(name, call, owner, parameters[1:] if owner is not None else parameters)
 
 
-@cache
 def targets() -> tuple[Target, ...]:
     """Everything public, by introspection."""
+    return _targets(tuple(gn.__all__))
+
+
+@cache
+def _targets(names: tuple[str, ...]) -> tuple[Target, ...]:
     found: dict[str, Target | None] = {}
-    for name in gn.__all__:
+    for name in names:
         thing = getattr(gn, name)
         if isinstance(thing, types.ModuleType):
             if thing is gn.errors:  # classes, and the words of messages
@@ -218,16 +238,22 @@ class _Hostile:
         raise RuntimeError("no repr")
 
 
-def _torch(*numbers: Any, **options: Any) -> Any:
-    import torch
+def _torch(numbers: Any, **options: Any) -> Any:
+    """A tensor, or an array where PyTorch is missing."""
+    try:
+        import torch
+    except ImportError:
+        return np.array(numbers)
+    return torch.tensor(numbers, dtype=torch.float64, **options)
 
-    return torch.tensor(*numbers, dtype=torch.float64, **options)
 
-
-def _jax(*numbers: Any) -> Any:
-    import jax.numpy as jnp
-
-    return jnp.asarray(*numbers)
+def _jax(numbers: Any) -> Any:
+    """An array of JAX, or of NumPy where that is missing."""
+    try:
+        import jax.numpy as jnp
+    except ImportError:
+        return np.array(numbers)
+    return jnp.asarray(numbers)
 
 
 @cache
@@ -318,20 +344,14 @@ def wrong() -> tuple[Made, ...]:
         Made("[m, m]", lambda: [objects()["rgb"]] * 2),
         Made("[light, 1]", lambda: [objects()["sun"], 1]),
     ]
-    with suppress(ImportError):
-        import torch  # noqa: F401  (whether it is there)
-
-        made += [
-            Made("tensor", lambda: _torch([0.0, 0.0, 1.0])),
-            Made("tensor with grad", lambda: _torch([0.0, 0.0, 1.0], requires_grad=True)),
-            Made("tensor ()", lambda: _torch(0.5)),
-            Made("tensor (2, 2)", lambda: _torch([[0.5, 0.5], [0.5, 0.5]])),
-        ]
-    with suppress(ImportError):
-        import jax  # noqa: F401  (whether it is there)
-
-        made += [Made("jax array", lambda: _jax([0.0, 0.0, 1.0]))]
-    made += [Made(f"<{name}>", lambda name=name: objects()[name]) for name in objects()]
+    made += [
+        Made("tensor", lambda: _torch([0.0, 0.0, 1.0])),
+        Made("tensor with grad", lambda: _torch([0.0, 0.0, 1.0], requires_grad=True)),
+        Made("tensor ()", lambda: _torch(0.5)),
+        Made("tensor (2, 2)", lambda: _torch([[0.5, 0.5], [0.5, 0.5]])),
+        Made("jax array", lambda: _jax([0.0, 0.0, 1.0])),
+    ]
+    made += [Made(f"<{name}>", lambda x=x: x) for name, x in held().items()]
     return tuple(made)
 
 
@@ -343,10 +363,9 @@ def usable(parameter: inspect.Parameter, random: Random, folder: Path) -> Any:
         return random.choice(choices)
     if parameter.default is not inspect.Parameter.empty:
         return parameter.default
-    held = objects()
     for kind, names in (("Gridded", ("grid", "rows")), ("Reflectance", MATERIALS), ("Light", ("sun", "ConstantLight"))):
         if kind in note:
-            return held[random.choice(names)]
+            return objects()[random.choice(names)]
     return 0.5
 
 
@@ -355,10 +374,10 @@ MATERIALS = ("Lambertian", "rgb", "sum", "scaled", "gold", "grid", "IdealSpecula
 
 @cache
 def _by_name(folder: Path) -> dict[str, list[Any]]:
-    held = objects()
+    known = objects()
     up, tilted = np.array([0.0, 0.0, 1.0]), np.array([[0.6, 0.0, 0.8], [0.0, -0.6, 0.8]])
-    materials = [held[name] for name in MATERIALS]
-    lights = [held["sun"], held["ConstantLight"], [held["sun"], held["ConstantLight"]]]
+    materials = [known[name] for name in MATERIALS]
+    lights = [known["sun"], known["ConstantLight"], [known["sun"], known["ConstantLight"]]]
     return _of(
         m=materials,
         wi=[up, tilted],
@@ -381,21 +400,21 @@ def _by_name(folder: Path) -> dict[str, list[Any]]:
         path=[folder / "made.csv", folder / "made.json", folder / "made.png", folder / "absent"],
         axes=[{"theta_i": [0.0, 0.5], "theta_o": [0.0, 0.5], "phi": [0.0, 3.0]}],
         values=[np.full((2, 2, 2), 0.3)],
-        scans=[[held["grid"], held["grid"]]],
-        ds=[held["dataset"]],
+        scans=[[known["grid"], known["grid"]]],
+        ds=[known["dataset"]],
         name=["gold", "rgb"],
         substance=["gold"],
         wavelengths=[550.0, [450.0, 550.0]],
         text=["Lambertian(0.5)"],
         count=[None, 2],
         function=[gn.albedo],
-        args=[held["grid"]],
+        args=[known["grid"]],
         correlation=["independent"],
         kind=["reciprocity", "isotropy", "plane"],
         pixels=[np.full((2, 3, 3), 0.5, np.float32)],
         axis=[up],
         L=[lambda w: w[..., 2]],
-        signature=[held["rgb"]],
+        signature=[known["rgb"]],
         progress=[None, lambda done, total: None],
         method=["neighbours", "smooth", "f"],
     )
@@ -411,8 +430,31 @@ class Call(NamedTuple):
     text: str
 
 
-def call_of(target: Target, random: Random, folder: Path) -> Call:
-    """A call of a target: usable arguments, of which one or two, or all, are replaced by any."""
+def seeded(*names: object) -> Random:
+    """Random numbers that are the same for the same names."""
+    return Random(zlib.crc32(" ".join(map(str, names)).encode()))
+
+
+def calls_of(target: Target, count: int, share: float, folder: Path) -> Iterator[Call]:
+    """So many calls of a target, and calls of it with a share of all that is public: of that, or with it."""
+    for number in range(count):
+        yield call_of(target, seeded(target.name, number), folder)
+    for name in public():
+        random = seeded(target.name, name)
+        if random.random() < share and (target.parameters or isinstance(public()[name], target.owner or ())):
+            yield call_of(target, random, folder, name)
+
+
+def _owners(target: Target) -> list[str]:
+    """What a target may be called of, unless a public object is named."""
+    chosen = [name for name, x in held().items() if isinstance(x, target.owner)]
+    return chosen or [min(name for name, x in public().items() if isinstance(x, target.owner))]
+
+
+def call_of(target: Target, random: Random, folder: Path, given: str = "") -> Call:
+    """A call of a target: usable arguments, of which one or two, or all, are replaced by any. `given` is the name of a
+    public object that is called, if it has the target, or else replaces an argument."""
+    of_given = bool(given) and target.owner is not None and isinstance(public()[given], target.owner)
     positional, named, texts = [], {}, []
     parameters = [p for p in target.parameters if p.kind is not p.VAR_KEYWORD]
     replaced = set(random.sample(range(len(parameters)), min(len(parameters), random.choice((1, 1, 1, 2, 3)))))
@@ -424,6 +466,8 @@ def call_of(target: Target, random: Random, folder: Path) -> Call:
         if i in replaced:
             text, make = random.choice(wrong())
             value = make()
+            if given and not of_given and i == min(replaced):
+                text, value = f"<{given}>", public()[given]
             if p.name == "size" and type(value) is int and value == 10**4:  # a picture that can be had, in minutes
                 value, text = 4, "4"
         else:
@@ -443,8 +487,8 @@ def call_of(target: Target, random: Random, folder: Path) -> Call:
         texts.append("(the last one left out)")
     owner = None
     if target.owner is not None:
-        owners = [(n, x) for n, x in objects().items() if isinstance(x, target.owner)]
-        label, owner = random.choice(owners)
+        label = given if of_given else random.choice(_owners(target))
+        owner = objects()[label]
         texts.insert(0, f"<{label}>")
     return Call(target, owner, positional, named, f"{target.name}({', '.join(texts)})")
 
