@@ -1,6 +1,7 @@
 """The array libraries as a fixture: a test that takes `library` runs on each one that can be used here.
 
-`python3 dev.py test` leaves out what is marked `full`; `python3 dev.py test -m full` runs that, `-m ""` everything.
+`python3 dev.py test` leaves out what is marked `full`, and `texts`, which `python3 dev.py lint` runs; `python3 dev.py test
+-m full` runs the former, `-m ""` everything.
 """
 
 from __future__ import annotations
@@ -24,6 +25,8 @@ from libraries import KINDS, Jax, Library, Torch, Uncompiled, opened, switch_off
 from gonio.evaluate import planning
 from gonio.formats._reading import hdf
 from gonio.formula.fields import CLASSES
+
+pytest_plugins = ("second", "skips")
 
 
 @pytest.hookimpl(tryfirst=True)  # before pytest leaves out what `-m` says
@@ -70,12 +73,15 @@ def evaluation(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) 
     return request.param
 
 
-@pytest.fixture
-def classes() -> Iterator[dict[str, type[Any]]]:
-    """Classes that a test defines are forgotten after it."""
+@pytest.fixture(autouse=True)
+def _own_classes() -> Iterator[None]:
+    """Classes that a test defines are forgotten after it; those of modules, which it may have imported, are not."""
     before = dict(CLASSES)
-    yield CLASSES
-    CLASSES.clear()
+    yield
+    for name in CLASSES.keys() - before.keys():
+        kind = CLASSES[name]
+        if getattr(sys.modules.get(kind.__module__), kind.__name__, None) is not kind:
+            del CLASSES[name]
     CLASSES.update(before)
 
 
