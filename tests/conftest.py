@@ -1,7 +1,7 @@
 """The array libraries as a fixture: a test that takes `library` runs on each one that can be used here.
 
-`python3 dev.py test` leaves out what is marked `full`, and `texts`, which `python3 dev.py lint` runs; `python3 dev.py test
--m full` runs the former, `-m ""` everything.
+`python3 dev.py test` leaves out what is marked `full` or `texts`; `python3 dev.py test -m full` runs the former,
+`python3 dev.py lint` the latter, `python3 dev.py test -m ""` everything.
 """
 
 from __future__ import annotations
@@ -9,7 +9,10 @@ from __future__ import annotations
 import os
 import sys
 
-# Before any of them is imported: double precision for JAX, and one thread, so that small arrays cost nothing.
+# Before any of them is imported: double precision for JAX, and one thread, so that small arrays cost nothing. Threads of
+# BLAS that wait for each other beside the tests' other processes took twenty times as long for the matrices of layers.
+os.environ.setdefault("OMP_NUM_THREADS", "1")
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 os.environ.setdefault("JAX_ENABLE_X64", "1")
 os.environ.setdefault("JAX_PLATFORMS", "cpu")
 os.environ.setdefault("GONIO_OPTIMISE", "off")  # tests of the compiler itself switch it on

@@ -154,7 +154,7 @@ def test_the_stub_has_every_public_name():
 
 def test_type_checkers_accept_and_refuse(tmp_path):
     """Strict mypy accepts passes.py, and refuses the lines of fails.py, and no other, for the reasons given there."""
-    api = pytest.importorskip("mypy.api", reason="mypy is not installed")
+    api = pytest.importorskip("mypy.api")
     folder = Path(__file__).parent / "typed"
     files = [folder / "passes.py", folder / "fails.py"]
     options = ["--config-file=", "--strict", "--follow-imports=silent", f"--cache-dir={tmp_path}"]
@@ -330,7 +330,7 @@ def test_classes_of_a_script_work_in_texts_json_pickle_and_other_processes(tmp_p
 
 
 def test_classes_of_ones_own_are_pytrees_at_once():
-    jax = pytest.importorskip("jax", reason="JAX is not installed")
+    jax = pytest.importorskip("jax")
     import gonio.bridges.jax  # noqa: F401  (materials become pytrees)
 
     class Late(gn.Reflectance):
