@@ -1,6 +1,7 @@
 """The array libraries as a fixture: a test that takes `library` runs on each one that can be used here.
 
-`python3 dev.py test` leaves out what is marked `full`; `python3 dev.py test -m full` runs that, `-m ""` everything.
+`python3 dev.py test` leaves out what is marked `full` or `texts`; `python3 dev.py test -m full` runs the former,
+`python3 dev.py lint` the latter, `python3 dev.py test -m ""` everything.
 """
 
 from __future__ import annotations
@@ -8,7 +9,10 @@ from __future__ import annotations
 import os
 import sys
 
-# Before any of them is imported: double precision for JAX, and one thread, so that small arrays cost nothing.
+# Before any of them is imported: double precision for JAX, and one thread, so that small arrays cost nothing. Threads of
+# BLAS that wait for each other beside the tests' other processes took twenty times as long for the matrices of layers.
+os.environ.setdefault("OMP_NUM_THREADS", "1")
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 os.environ.setdefault("JAX_ENABLE_X64", "1")
 os.environ.setdefault("JAX_PLATFORMS", "cpu")
 os.environ.setdefault("GONIO_OPTIMISE", "off")  # tests of the compiler itself switch it on
@@ -24,6 +28,8 @@ from libraries import KINDS, Jax, Library, Torch, Uncompiled, opened, switch_off
 from gonio.evaluate import planning
 from gonio.formats._reading import hdf
 from gonio.formula.fields import CLASSES
+
+pytest_plugins = ("second", "skips")
 
 
 @pytest.hookimpl(tryfirst=True)  # before pytest leaves out what `-m` says
@@ -70,12 +76,15 @@ def evaluation(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) 
     return request.param
 
 
-@pytest.fixture
-def classes() -> Iterator[dict[str, type[Any]]]:
-    """Classes that a test defines are forgotten after it."""
+@pytest.fixture(autouse=True)
+def _own_classes() -> Iterator[None]:
+    """Classes that a test defines are forgotten after it; those of modules, which it may have imported, are not."""
     before = dict(CLASSES)
-    yield CLASSES
-    CLASSES.clear()
+    yield
+    for name in CLASSES.keys() - before.keys():
+        kind = CLASSES[name]
+        if getattr(sys.modules.get(kind.__module__), kind.__name__, None) is not kind:
+            del CLASSES[name]
     CLASSES.update(before)
 
 

@@ -51,7 +51,7 @@ def child(code: str, **options) -> subprocess.CompletedProcess:
 
 
 def zarr() -> None:
-    pytest.importorskip("zarr", reason="zarr is not installed")
+    pytest.importorskip("zarr")
 
 
 def test_zarr_replaces_no_folder_that_is_no_store(tmp_path):

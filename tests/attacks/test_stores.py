@@ -31,7 +31,7 @@ ZEROS = zlib.compress(bytes(1_000_000))
 
 @pytest.fixture
 def _zarr():
-    pytest.importorskip("zarr", reason="zarr is not installed")
+    pytest.importorskip("zarr")
 
 
 stores = pytest.mark.usefixtures("_zarr")
@@ -387,7 +387,7 @@ def test_a_store_that_is_replaced_is_read_as_one_or_the_other(tmp_path):
 def test_a_measurement_that_changes_while_it_is_read_is_read_again(suffix, tmp_path, monkeypatch):
     """It is never put together of two. (D18)"""
     if suffix != ".nc":
-        pytest.importorskip("zarr", reason="zarr is not installed")
+        pytest.importorskip("zarr")
     from gonio.formats import xarray_netcdf, xarray_zarr
 
     path = tmp_path / f"m{suffix}"

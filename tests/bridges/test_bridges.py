@@ -12,7 +12,7 @@ def material():
 
 
 def test_jax_pytrees_pass_through_grad_and_jit():
-    jax = pytest.importorskip("jax", reason="JAX is not installed")
+    jax = pytest.importorskip("jax")
     import gonio.bridges.jax  # noqa: F401  (materials become pytrees)
 
     m = material()
@@ -34,7 +34,7 @@ def test_jax_pytrees_pass_through_grad_and_jit():
 
 
 def test_torch_modules_train_and_keep_their_bounds():
-    torch = pytest.importorskip("torch", reason="PyTorch is not installed")
+    torch = pytest.importorskip("torch")
     from gonio.bridges.torch import Material
 
     m = material()

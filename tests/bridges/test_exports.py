@@ -54,7 +54,7 @@ IN_MITSUBA = {
 
 @pytest.fixture
 def mi():
-    mitsuba = pytest.importorskip("mitsuba", reason="Mitsuba is not installed")
+    mitsuba = pytest.importorskip("mitsuba")
     mitsuba.set_variant("llvm_ad_rgb")
     try:
         mitsuba.Float([0.0, 1.0]) + 1.0
@@ -254,7 +254,7 @@ MATERIALX = {
 
 @pytest.mark.parametrize("name", MATERIALX)
 def test_documents_of_materialx_are_valid_and_become_shaders(name):
-    mx = pytest.importorskip("MaterialX", reason="MaterialX is not installed")
+    mx = pytest.importorskip("MaterialX")
     library = mx.createDocument()
     mx.loadLibraries(mx.getDefaultDataLibraryFolders(), mx.getDefaultDataSearchPath(), library)
     document = mx.createDocument()

@@ -23,7 +23,7 @@ def each(models):
 
 
 def variant(name: str):
-    mitsuba = pytest.importorskip("mitsuba", reason="Mitsuba is not installed")
+    mitsuba = pytest.importorskip("mitsuba")
     try:
         mitsuba.set_variant(name)
         mitsuba.Float([0.0, 1.0]) + 1.0  # the first use of LLVM, which may be missing

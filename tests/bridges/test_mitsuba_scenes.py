@@ -22,7 +22,7 @@ SIDES = np.array([[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2,
 
 @pytest.fixture
 def mi() -> Any:
-    mitsuba = pytest.importorskip("mitsuba", reason="Mitsuba is not installed")
+    mitsuba = pytest.importorskip("mitsuba")
     try:
         mitsuba.set_variant("llvm_ad_rgb")
     except ImportError:

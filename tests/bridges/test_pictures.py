@@ -26,12 +26,12 @@ INSIDE = np.s_[6:18, 6:18]
 
 @pytest.fixture
 def torch() -> Any:
-    return pytest.importorskip("torch", reason="PyTorch is not installed")
+    return pytest.importorskip("torch")
 
 
 @pytest.fixture
 def jax() -> Any:
-    return pytest.importorskip("jax", reason="JAX is not installed")
+    return pytest.importorskip("jax")
 
 
 def made(light: str, numbers: dict[str, Any]) -> tuple[gn.Reflectance, list[Any]]:

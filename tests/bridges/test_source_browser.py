@@ -15,7 +15,7 @@ import gonio as gn
 from gonio.catalogue.expressions import expression
 from gonio.formats.window_xml.klems import QUARTER, Klems
 
-sync_api = pytest.importorskip("playwright.sync_api", reason="Playwright drives the browser: pip install playwright")
+sync_api = pytest.importorskip("playwright.sync_api")
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
 pytestmark = [
     pytest.mark.skipif(CHROMIUM is None, reason="no Chromium is installed"),

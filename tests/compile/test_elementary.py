@@ -11,8 +11,8 @@ from gonio.compile.llvm.elementary import FUNCTIONS
 from gonio.compile.llvm.lanes import Lanes, Value
 from gonio.trace.costs import COSTS
 
-llvm = pytest.importorskip("llvmlite.binding", reason="llvmlite compiles the functions")
-mp = pytest.importorskip("mpmath", reason="mpmath gives the true values")
+llvm = pytest.importorskip("llvmlite.binding")
+mp = pytest.importorskip("mpmath")
 
 
 BITS = {"float32": np.int32, "float64": np.int64}

@@ -63,5 +63,5 @@ def test_every_format_has_a_seed():
 @pytest.mark.parametrize("name", [name for name in SEEDS if name != "MERL"])
 def test_seeds_are_valid(name, tmp_path):
     if name == "Excel":
-        pytest.importorskip("openpyxl", reason="openpyxl is not installed")
+        pytest.importorskip("openpyxl")
     assert outcome(SEEDS[name](), tmp_path / "seed", evaluate=True) == "read"

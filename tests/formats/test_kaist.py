@@ -44,7 +44,7 @@ def test_kaist_between_nodes_is_linear(tmp_path):
 
 
 def test_kaist_beside_mitsuba(tmp_path):
-    mi = pytest.importorskip("mitsuba", reason="mitsuba is not installed")
+    mi = pytest.importorskip("mitsuba")
     if "scalar_spectral_polarized" not in mi.variants():
         pytest.skip("this Mitsuba has no variant scalar_spectral_polarized")
     before = mi.variant()

@@ -240,7 +240,7 @@ def test_colours(tmp_path):
 
 
 def test_a_workbook(tmp_path):
-    pytest.importorskip("openpyxl", reason="openpyxl is not installed")
+    pytest.importorskip("openpyxl")
     rows = [["PTFE"], [], [None, "AOI [°]", "theta_r [°]", "dphi [°]", "BRDF [1/sr]", "U(k=2)", "Remarks"]]
     rows += [[None, i, o, phi, truth(i, o, phi), 0.004, "ok"] for i, o, phi in PAIRS]
     data = workbook({"Setup": [["Instrument", "GSP-7"]], "Data": rows})

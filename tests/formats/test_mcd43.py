@@ -65,7 +65,7 @@ def test_mcd43_converted_by_h4toh5(tmp_path, scales):
 
 
 def test_tiles_of_mcd43(tmp_path):
-    pytest.importorskip("pyhdf", reason="HDF4 is read with pyhdf: pip install pyhdf")
+    pytest.importorskip("pyhdf")
     m = loaded(tmp_path, mcd43_tile())
     assert m.channel_names == ("red", "green") and m.f_iso.shape == (3, 2, 2)
     assert m.about["CoreMetadata.0"] == "GROUP = INVENTORYMETADATA"
@@ -91,7 +91,7 @@ def test_tiles_of_mcd43(tmp_path):
     "options", [{"rows": (2, 5)}, {"columns": (0, 0)}, {"rows": (5, 1)}, {"rows": (0, 1), "columns": (2, 1)}]
 )
 def test_pixels_that_a_tile_lacks(tmp_path, options):
-    pytest.importorskip("pyhdf", reason="HDF4 is read with pyhdf: pip install pyhdf")
+    pytest.importorskip("pyhdf")
     loaded(tmp_path, mcd43_tile())
     with pytest.raises(ParameterError, match=r"holds 3 rows and 2 columns of pixels; got rows="):
         gn.load(tmp_path / "file", **options)
@@ -100,7 +100,7 @@ def test_pixels_that_a_tile_lacks(tmp_path, options):
 
 
 def test_large_tiles_ask_which_pixels(tmp_path, monkeypatch):
-    pytest.importorskip("pyhdf", reason="HDF4 is read with pyhdf: pip install pyhdf")
+    pytest.importorskip("pyhdf")
     monkeypatch.setattr(mcd43_module, "MOST", 40)
     (tmp_path / "file").write_bytes(mcd43_tile())
     with pytest.raises(ParameterError, match=r"holds 3 rows and 2 columns of pixels, 0 MB of weights; say which"):
@@ -112,7 +112,7 @@ def test_large_tiles_ask_which_pixels(tmp_path, monkeypatch):
 
 
 def test_damaged_tiles(tmp_path):
-    pytest.importorskip("pyhdf", reason="HDF4 is read with pyhdf: pip install pyhdf")
+    pytest.importorskip("pyhdf")
     data = mcd43_tile()
     with pytest.raises(FormatError, match=r"HDF4 file that is damaged or cut short"):
         loaded(tmp_path, data[: len(data) // 2])

@@ -435,20 +435,20 @@ def test_single_precision(measured):
 
 
 def with_torch(function, *arrays):
-    torch = pytest.importorskip("torch", reason="PyTorch is not installed")
+    torch = pytest.importorskip("torch")
     return function(*map(torch.as_tensor, arrays))
 
 
 def with_jax(function, *arrays):
-    jax = pytest.importorskip("jax", reason="JAX is not installed")
+    jax = pytest.importorskip("jax")
     return jax.jit(function)(*arrays)
 
 
 def with_drjit(function, *arrays):
-    dr = pytest.importorskip("drjit", reason="Dr.Jit is not installed")
+    dr = pytest.importorskip("drjit")
     if not dr.has_backend(dr.JitBackend.LLVM):
         pytest.skip("Dr.Jit finds no LLVM; test_drjit_scalars runs without")
-    llvm = pytest.importorskip("drjit.llvm", reason="drjit.llvm is not installed")
+    llvm = pytest.importorskip("drjit.llvm")
     return function(*map(llvm.TensorXf64, arrays))
 
 
@@ -474,7 +474,7 @@ def test_libraries_agree(call, interpolation, gaps):
 
 
 def test_drjit_scalars(gaps):
-    scalar = pytest.importorskip("drjit.scalar", reason="Dr.Jit is not installed")
+    scalar = pytest.importorskip("drjit.scalar")
     wi, wo = directions(20, 38), directions(20, 39)
     for m in (gaps, gaps.replace(interpolation="nearest")):
         for i, o in zip(wi, wo, strict=True):
@@ -483,7 +483,7 @@ def test_drjit_scalars(gaps):
 
 
 def test_jax_compiles_and_libraries_do_not_mix_their_tables(gaps):
-    jax = pytest.importorskip("jax", reason="JAX is not installed")
+    jax = pytest.importorskip("jax")
     wi, wo = (directions(50, seed).astype(np.float32) for seed in (40, 41))
     fresh = MERL(gaps.raw)
     compiled = jax.jit(fresh.f)(wi, wo)
@@ -492,7 +492,7 @@ def test_jax_compiles_and_libraries_do_not_mix_their_tables(gaps):
 
 
 def test_gradients_are_finite_at_the_poles_and_at_the_horizon(measured):
-    torch = pytest.importorskip("torch", reason="PyTorch is not installed")
+    torch = pytest.importorskip("torch")
     for interpolation in ("trilinear", "nearest"):
         m = measured.replace(interpolation=interpolation)
         wi = torch.tensor([[0, 0, 1], [0, 0, 1], [0.6, 0, 0.8], [1, 0, 1e-8], [0.6, 0, 0.8], [0.6, 0, -0.8]])
@@ -509,7 +509,7 @@ def test_gradients_are_finite_at_the_poles_and_at_the_horizon(measured):
 
 @pytest.fixture
 def jax_double():
-    jax = pytest.importorskip("jax", reason="JAX is not installed")
+    jax = pytest.importorskip("jax")
     before = jax.config.jax_enable_x64
     jax.config.update("jax_enable_x64", True)
     yield jax

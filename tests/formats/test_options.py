@@ -352,7 +352,7 @@ def test_the_options_fit_the_terminal(width, monkeypatch):
 
 
 def test_zarr_folders_are_converted_again_and_again(run, tmp_path):
-    pytest.importorskip("zarr", reason="zarr is not installed")
+    pytest.importorskip("zarr")
     for resolution in ("4,4,4", "4,5,4"):
         result = run("convert", "Lambertian(0.5)", "a.zarr", "--resolution", resolution)
         assert result.exit_code == 0, result.stderr

@@ -23,7 +23,7 @@ DIALECTS = {"RT-300S": files.JDV, "Raywiz": files.RAYWIZ, "Reflet": files.REFLET
 @pytest.mark.parametrize("dialect", [*DIALECTS, "workbook"])
 def test_rt300s_angles_and_quantity(tmp_path, dialect):
     if dialect == "workbook":
-        pytest.importorskip("xlrd", reason="xlrd is not installed")
+        pytest.importorskip("xlrd")
     m = gn.load(file_of(tmp_path, DIALECTS.get(dialect) or files.workbook(files.SHEET)))
     assert m.quantity == "brdf * cos(theta_o)"
     unit = math.pi * math.cos(math.radians(30.0))
@@ -80,7 +80,7 @@ def test_rt300s_damaged(tmp_path, dialect, old, new, words):
 
 
 def test_workbooks_that_are_not_of_the_instrument(tmp_path):
-    pytest.importorskip("xlrd", reason="xlrd is not installed")
+    pytest.importorskip("xlrd")
     for change, words in ((lambda s: s[:4], "rt"), (lambda s: [r[:3] for r in s[:4]] + [["RT", 1.0, "x"]], "column")):
         with pytest.raises(FormatError, match=words):
             gn.load(file_of(tmp_path, files.workbook(change(files.SHEET))))
@@ -104,7 +104,7 @@ def test_real_fred_zemax_and_workbook_hold_one_measurement():
     # Their laboratory moved and interpolated the one after another correction than the other: no closer than this.
     ratio = np.abs(fred_file.f(wi[seen], wo[seen]) / zemax_file.stored[seen] - 1.0)
     assert np.nanmedian(ratio) < 0.07 and np.nanquantile(ratio, 0.9) < 0.17
-    pytest.importorskip("xlrd", reason="xlrd is not installed")
+    pytest.importorskip("xlrd")
     raw = gn.load(real("ua_loft/raw_EC1.xls"))
     wi, wo = fred_file.directions()
     known = fred_file.valid

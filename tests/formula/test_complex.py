@@ -22,13 +22,13 @@ def of_library(name: str, values: list[float]):
     if name == "numpy":
         return np.array(values)
     if name == "torch":
-        torch = pytest.importorskip("torch", reason="torch is not installed")
+        torch = pytest.importorskip("torch")
         return torch.tensor(values, dtype=torch.float64)
     if name == "jax":
-        jax = pytest.importorskip("jax", reason="jax is not installed")
+        jax = pytest.importorskip("jax")
         jax.config.update("jax_enable_x64", True)
         return jax.numpy.array(values)
-    return pytest.importorskip("drjit.llvm", reason="drjit.llvm is not installed").Float64(values)
+    return pytest.importorskip("drjit.llvm").Float64(values)
 
 
 def numbers(z: Complex) -> np.ndarray:
@@ -82,7 +82,7 @@ def test_parts_of_a_number_and_an_array_mix():
 
 @pytest.mark.parametrize("at", [(0.0, 0.0), (0.0, 0.0, "real"), (1.0, 0.0), (-1.0, 0.0)])
 def test_derivatives_of_the_root_are_finite(at):
-    torch = pytest.importorskip("torch", reason="torch is not installed")
+    torch = pytest.importorskip("torch")
     re, im = (torch.tensor(x, dtype=torch.float64, requires_grad=True) for x in at[:2])
     root = (Complex(re) if len(at) > 2 else Complex(re, im)).sqrt()
     (root.re + root.im).backward()

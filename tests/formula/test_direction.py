@@ -93,11 +93,11 @@ def of_library(name: str, values: list[float]):
     if name == "numpy":
         return np.array(values)
     if name == "torch":
-        torch = pytest.importorskip("torch", reason="torch is not installed")
+        torch = pytest.importorskip("torch")
         return torch.tensor(values, dtype=torch.float64)
     if name == "jax":
-        return pytest.importorskip("jax.numpy", reason="jax.numpy is not installed").array(values)
-    return pytest.importorskip("drjit.llvm", reason="drjit.llvm is not installed").Float64(values)
+        return pytest.importorskip("jax.numpy").array(values)
+    return pytest.importorskip("drjit.llvm").Float64(values)
 
 
 @pytest.mark.parametrize("name", ["numpy", "torch", "jax", "drjit"])

@@ -28,6 +28,8 @@ from test_rooms import ROOMS
 
 import gonio as gn
 
+pytestmark = pytest.mark.texts
+
 EQUATIONS, ARCHITECTURE = ROOT / "docs" / "equations.md", ROOT / "docs" / "architecture.md"
 FIGURES = ROOT / "docs" / "figures"
 

@@ -97,6 +97,7 @@ def formats() -> dict[str, Any]:
     return {f"{m.__name__}.{verb}": getattr(m, verb) for m, verb in pairs if example(getattr(m, verb))}
 
 
+pytestmark = pytest.mark.texts
 THINGS = things()
 
 
@@ -108,7 +109,7 @@ RUN = {name: thing for name, thing in THINGS.items() if example(thing)} | format
 
 
 @pytest.mark.parametrize("name", RUN)
-def test_example(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, uncompiled: None, classes: object) -> None:
+def test_example(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, uncompiled: None) -> None:
     monkeypatch.chdir(tmp_path)
     test = doctest.DocTestParser().get_doctest(example(RUN[name]), {"gn": gn, "np": np}, name, None, 0)
     shown: list[str] = []

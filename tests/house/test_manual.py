@@ -16,6 +16,8 @@ from places import ROOT
 
 import gonio as gn
 
+pytestmark = pytest.mark.texts
+
 DOCS = ROOT / "docs"
 TOCTREE = re.compile(r"^```\{toctree\}\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 ENTRY = re.compile(r"^(?:.* <)?([\w./*\[\]-]+)>?$", re.MULTILINE)

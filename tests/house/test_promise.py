@@ -17,6 +17,8 @@ import pytest
 from places import PACKAGE, ROOT
 from test_docs import new_files
 
+pytestmark = pytest.mark.texts
+
 FILES = new_files(ROOT / "CONTRIBUTING.md")
 COUNTED = re.compile(r"<!-- made: counts -->\n(.*)\n")
 

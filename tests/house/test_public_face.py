@@ -154,7 +154,7 @@ def test_the_stub_has_every_public_name():
 
 def test_type_checkers_accept_and_refuse(tmp_path):
     """Strict mypy accepts passes.py, and refuses the lines of fails.py, and no other, for the reasons given there."""
-    pytest.importorskip("mypy", reason="mypy is not installed")
+    pytest.importorskip("mypy")
     folder = Path(__file__).parent / "typed"
     files = [folder / "passes.py", folder / "fails.py"]
     options = ["--config-file=", "--strict", "--follow-imports=silent", f"--cache-dir={tmp_path}"]
@@ -226,7 +226,7 @@ def test_authoring_holds_what_contents_import():
 # Classes of one's own.
 
 
-def test_a_class_of_two_parametrised_bases_has_the_fields_of_both(classes):
+def test_a_class_of_two_parametrised_bases_has_the_fields_of_both():
     class _A(gn.Reflectance):
         a = param(0.1, 0.0, 1.0, "a")
 
@@ -241,7 +241,7 @@ def test_a_class_of_two_parametrised_bases_has_the_fields_of_both(classes):
     assert {n: p.value for n, p in _Both(b=0.5).parameters.items()} == {"a": 0.1, "b": 0.5, "c": 0.3}
 
 
-def test_a_second_class_of_one_name_is_refused(classes):
+def test_a_second_class_of_one_name_is_refused():
     with pytest.raises(ParameterError, match=r"GGX is taken by gonio\.distributions\.ggx\.GGX.*another name"):
         type("GGX", (gn.Reflectance,), {"__module__": "__main__"})
     assert CLASSES["GGX"] is gn.GGX
@@ -250,7 +250,7 @@ def test_a_second_class_of_one_name_is_refused(classes):
             type("OfTwoModules", (gn.Reflectance,), {"__module__": module})
 
 
-def test_a_cell_run_again_replaces_its_class(classes):
+def test_a_cell_run_again_replaces_its_class():
     cell = {"__module__": "__main__", "rho": param(0.5, 0.0, 1.0, "albedo"), "formula": gn.Lambertian.formula}
     first, second = (type("Cell", (gn.Reflectance,), dict(cell)) for _ in range(2))
     assert CLASSES["Cell"] is second is not first
@@ -259,21 +259,21 @@ def test_a_cell_run_again_replaces_its_class(classes):
 
 
 @pytest.mark.parametrize("name", ["f", "pdf", "formula", "parameters", "replace"])
-def test_a_parameter_that_hides_a_method_is_refused(classes, name):
+def test_a_parameter_that_hides_a_method_is_refused(name):
     """`f = param(...)` was taken, and m.f(wi, wo) then a number that is called."""
     with pytest.raises(ParameterError, match=f"Hiding: {name} is an attribute that the class inherits"):
         type("Hiding", (gn.Reflectance,), {"__module__": "__main__", name: param(0.5, 0.0, 1.0, "hides")})
     assert "Hiding" not in CLASSES
 
 
-def test_names_with_an_underscore_stay_out_of_texts(classes):
+def test_names_with_an_underscore_stay_out_of_texts():
     type("_Hidden", (gn.Reflectance,), {"__module__": "__main__"})
     type("Hidden", (gn.Reflectance,), {"__module__": "tools._hidden"})
     assert not {"_Hidden", "Hidden"} & set(names())
 
 
 @pytest.mark.parametrize(("module", "words"), [("__main__", "script or notebook"), ("paints.skin", "'paints.skin'")])
-def test_json_of_a_class_that_is_missing_says_what_to_import(classes, module, words):
+def test_json_of_a_class_that_is_missing_says_what_to_import(module, words):
     data = type("Missing", (gn.Reflectance,), {"__module__": module, "formula": gn.Lambertian.formula})().to_json()
     assert data == {"type": "Missing", "module": module}
     del CLASSES["Missing"]
@@ -325,8 +325,8 @@ def test_classes_of_a_script_work_in_texts_json_pickle_and_other_processes(tmp_p
         gn.load(saved)
 
 
-def test_classes_of_ones_own_are_pytrees_at_once(classes):
-    jax = pytest.importorskip("jax", reason="JAX is not installed")
+def test_classes_of_ones_own_are_pytrees_at_once():
+    jax = pytest.importorskip("jax")
     import gonio.bridges.jax  # noqa: F401  (materials become pytrees)
 
     class Late(gn.Reflectance):

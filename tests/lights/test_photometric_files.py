@@ -140,7 +140,7 @@ def test_one_candela_to_all_sides_is_a_point_light():
 
 def test_radiance_sees_the_same_light(tmp_path):
     """Its ies2rad and rtrace, which give irradiance of white light of 179 lm/W."""
-    folder = Path(pytest.importorskip("pyradiance", reason="pyradiance is not installed").__file__).parent
+    folder = Path(pytest.importorskip("pyradiance").__file__).parent
     C = np.array([0.0, 90.0, 180.0, 270.0, 360.0])
     values = 100.0 + C[:, None] + np.array([0.0, 100.0, -50.0])
     values[-1] = values[0]
@@ -161,7 +161,7 @@ def test_radiance_sees_the_same_light(tmp_path):
 def test_photompy_reads_the_same_intensities(tmp_path, C):
     """Version 0.3.1, at and between the angles of IES files. It mirrors rightly planes at equal steps alone, and takes
     the symmetries of EULUMDAT for others."""
-    photompy = pytest.importorskip("photompy", reason="photompy is not installed")
+    photompy = pytest.importorskip("photompy")
     rng = np.random.default_rng(1)
     values = rng.uniform(10.0, 90.0, (len(C), 4)).round(2)
     values[-1] = values[0] if C[-1] == 360.0 else values[-1]

@@ -550,7 +550,7 @@ def test_samples_of_several_lobes(m):
 
 @pytest.fixture(scope="module")
 def mitsuba() -> Any:
-    module = pytest.importorskip("mitsuba", reason="mitsuba is not installed")
+    module = pytest.importorskip("mitsuba")
     module.set_variant("scalar_rgb")
     return module
 

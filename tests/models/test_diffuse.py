@@ -319,7 +319,7 @@ def test_weights_scatter_less_than_by_the_cosine(m):
 
 def test_disney_against_mitsuba():
     """`principled` without specular reflection is Burley's lobe: in the form of 2015, that of 2012 multiplied out."""
-    mitsuba = pytest.importorskip("mitsuba", reason="mitsuba is not installed")
+    mitsuba = pytest.importorskip("mitsuba")
     mitsuba.set_variant("scalar_rgb")
     rng = np.random.default_rng(5)
     for roughness in (0.1, 0.5, 1.0):

@@ -156,14 +156,14 @@ def test_libraries_agree_and_gradients_are_finite(library):
     wi[0], wo[0] = wi[1], wi[1]
     wi[2], wo[3] = [0.0, 0.0, 1.0], [0.0, 0.0, 1.0]
     if library == "torch":
-        torch = pytest.importorskip("torch", reason="torch is not installed")
+        torch = pytest.importorskip("torch")
         x = torch.tensor(wi, requires_grad=True)
         M = ROUGH.mueller(x, torch.tensor(wo))
         M.sum().backward()
         assert torch.isfinite(x.grad).all()
         values = M.detach().numpy()
     else:
-        jax = pytest.importorskip("jax", reason="jax is not installed")
+        jax = pytest.importorskip("jax")
         jax.config.update("jax_enable_x64", True)
         values = np.asarray(jax.jit(ROUGH.mueller)(jax.numpy.array(wi), jax.numpy.array(wo)))
         slope = jax.jit(jax.grad(lambda x: ROUGH.mueller(x, jax.numpy.array(wo)).sum()))(jax.numpy.array(wi))
@@ -174,7 +174,7 @@ def test_libraries_agree_and_gradients_are_finite(library):
 
 @pytest.mark.parametrize("m", [ROUGH, MODELS["channels"]], ids=["one channel", "channels"])
 def test_drjit_agrees(m):
-    llvm = pytest.importorskip("drjit.llvm", reason="drjit.llvm is not installed")
+    llvm = pytest.importorskip("drjit.llvm")
     wi, wo = directions(50)
     expected = m.mueller(wi, wo)
     for vectors in ([llvm.TensorXf64(w) for w in (wi, wo)], [llvm.Array3f64(w.T) for w in (wi, wo)]):
@@ -183,7 +183,7 @@ def test_drjit_agrees(m):
 
 
 def test_arrays_with_named_axes_keep_them():
-    xarray = pytest.importorskip("xarray", reason="xarray is not installed")
+    xarray = pytest.importorskip("xarray")
     theta = xarray.DataArray([0.2, 0.4, 0.6], dims="theta", coords={"theta": [0.2, 0.4, 0.6]})
     wo = gn.direction(0.5, PI)
     for m, dims in ((ROUGH, ("theta",)), (MODELS["channels"], ("theta", "channel"))):
@@ -226,7 +226,7 @@ def test_priest_and_germers_model_masked_is_the_microfacet_model():
 
 
 def of_mitsuba(description: dict, wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
-    mi = pytest.importorskip("mitsuba", reason="Mitsuba is not installed")
+    mi = pytest.importorskip("mitsuba")
     if "llvm_ad_mono_polarized" not in mi.variants():
         pytest.skip("this Mitsuba has no llvm_ad_mono_polarized")
     mi.set_variant("llvm_ad_mono_polarized")
@@ -266,7 +266,7 @@ def test_plastic_agrees_with_mitsuba():
 
 @pytest.mark.parametrize(("eta", "limit"), [(1.5, 4e-7), (1 / 1.5, 1e-5), (0.2 + 3.9j, 4e-7), (1.3 + 0.01j, 4e-7)])
 def test_interfaces_agree_with_mitsuba(eta, limit):
-    mi = pytest.importorskip("mitsuba", reason="Mitsuba is not installed")
+    mi = pytest.importorskip("mitsuba")
     if "llvm_ad_mono_polarized" not in mi.variants():
         pytest.skip("this Mitsuba has no llvm_ad_mono_polarized")
     mi.set_variant("llvm_ad_mono_polarized")

@@ -305,7 +305,7 @@ def test_abc_fit_of_chrome():
 
 @pytest.fixture(scope="module")
 def mitsuba() -> Any:
-    module = pytest.importorskip("mitsuba", reason="mitsuba is not installed")
+    module = pytest.importorskip("mitsuba")
     module.set_variant("scalar_rgb")
     return module
 

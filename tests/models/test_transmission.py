@@ -315,7 +315,7 @@ def test_mitsuba(kind, m, most):
     (alpha, eta: 0.1, 1.5; 0.3, 1.5; 0.3, 1.33; 0.2, 0.67; 0.25, 2.4), Mitsuba within 1.1e-4, 1.5e-3, 1.2e-3, 5e-4,
     3.7e-3; in double precision it is within 1e-11 of gonio, and gonio's own single precision within 2e-5.
     """
-    mi = pytest.importorskip("mitsuba", reason="mitsuba is not installed")
+    mi = pytest.importorskip("mitsuba")
     mi.set_variant("llvm_ad_rgb")
     widths = {"alpha_u": m.distribution.alpha_x, "alpha_v": m.distribution.alpha_y}
     index = {"int_ior": m.eta, "ext_ior": 1.0}

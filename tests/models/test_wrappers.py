@@ -271,7 +271,7 @@ def test_rough_transmittance():
 
 def test_mitsuba_plastic():
     """A smooth coat on a Lambertian base is Mitsuba's `plastic`, with its own polynomial for R in place of ours."""
-    mitsuba = pytest.importorskip("mitsuba", reason="mitsuba is not installed")
+    mitsuba = pytest.importorskip("mitsuba")
     mitsuba.set_variant("scalar_rgb")
     for eta, rho, nonlinear in ((1.5, 0.6, True), (1.3, 0.9, True), (1.8, 0.4, False)):
         colour = {"type": "rgb", "value": [rho, rho, rho]}

@@ -14,7 +14,7 @@ from gonio.evaluate import batch
 from gonio.evaluate.computation import Computation, composite
 from gonio.numerics.embree import Triangles
 
-pytest.importorskip("embreex", reason="embreex is not installed")
+pytest.importorskip("embreex")
 RNG = np.random.default_rng(4)
 VERTICES = RNG.uniform(-1.0, 1.0, (90, 3)).astype("float32")
 CORNERS = RNG.permutation(90).reshape(30, 3)

@@ -200,7 +200,7 @@ def test_importing_gonio_imports_no_display():
 
 def test_ipython_shows_it():
     """By its own formatters, which ask for the methods."""
-    formatters = pytest.importorskip("IPython.core.formatters", reason="IPython is not installed")
+    formatters = pytest.importorskip("IPython.core.formatters")
     shown, _ = formatters.DisplayFormatter().format(GLOSSY)
     assert {"text/plain", "text/html", "image/png"} <= set(shown)
     assert shown["text/plain"] == repr(GLOSSY)

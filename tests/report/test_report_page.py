@@ -447,7 +447,7 @@ def test_formulas_are_typeset():
 @pytest.fixture(scope="module")
 def window():
     """A window of a browser, with what it asked for and complained of."""
-    api = pytest.importorskip("playwright.sync_api", reason="Playwright is not installed: pip install playwright")
+    api = pytest.importorskip("playwright.sync_api")
     program = next(filter(None, map(shutil.which, browser.NAMES)), None)
     if program is None:
         pytest.skip("no Chromium, Chrome or Edge is installed")

@@ -210,7 +210,7 @@ def test_figures(tmp_path):
 
 @pytest.fixture(scope="module")
 def mi():
-    mitsuba = pytest.importorskip("mitsuba", reason="Mitsuba is not installed")
+    mitsuba = pytest.importorskip("mitsuba")
     before = mitsuba.variant()
     mitsuba.set_variant("scalar_rgb")
     yield mitsuba

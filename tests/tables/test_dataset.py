@@ -70,7 +70,7 @@ def test_nothing_is_lost(m, tmp_path):
     np.testing.assert_array_equal(again.f(WI, WO), m.f(WI, WO))
     for name in ("a.nc4", "a.zip", "a.zarr"):
         if not name.endswith("nc4"):
-            pytest.importorskip("zarr", reason="zarr is not installed")
+            pytest.importorskip("zarr")
         gn.save(m, tmp_path / name)
         again = gn.load(tmp_path / name)
         kept(m, again)
@@ -185,7 +185,7 @@ def test_things_that_cannot_be_kept_are_refused(tmp_path):
 @pytest.mark.parametrize("suffix", [".nc", ".zip"])
 def test_every_cut_is_noticed(suffix, cuts, tmp_path):
     if suffix == ".zip":
-        pytest.importorskip("zarr", reason="zarr is not installed")
+        pytest.importorskip("zarr")
     whole = saved(small_grid(), suffix)
     for n in range(64, len(whole), len(whole) // cuts):
         (tmp_path / "cut").write_bytes(whole[:n])
@@ -240,7 +240,7 @@ def test_other_netcdf(tmp_path):
 
 
 def folder(tmp_path):
-    pytest.importorskip("zarr", reason="zarr is not installed")
+    pytest.importorskip("zarr")
     gn.save(small_grid(), tmp_path / "m.zarr")
     return tmp_path / "m.zarr"
 
@@ -256,7 +256,7 @@ def test_zarr_never_runs_what_it_reads(tmp_path):
 
 @pytest.mark.parametrize("codec", ["Blosc", "Zstd", "LZ4"])
 def test_zarr_chunks_that_promise_too_much(codec, tmp_path):
-    numcodecs = pytest.importorskip("numcodecs", reason="numcodecs is not installed")
+    numcodecs = pytest.importorskip("numcodecs")
     path = tmp_path / "m.zarr"
     gn.save(small_grid(), path)
     coded = getattr(numcodecs, codec)()
@@ -281,7 +281,7 @@ def test_zarr_chunks_that_promise_too_much(codec, tmp_path):
 def test_merl_is_kept_as_it_is(suffix, tmp_path):
     """Every number, and f between them, to rounding; then it is MERL's file again."""
     if suffix == ".zip":
-        pytest.importorskip("zarr", reason="zarr is not installed")
+        pytest.importorskip("zarr")
     gn.save(gn.Lambertian([0.1, 0.2, 0.3]) + gn.Microfacet(gn.GGX(0.2), 0.5), tmp_path / "m.binary")
     m = gn.load(tmp_path / "m.binary")
     raw = m.raw.copy()
@@ -313,7 +313,7 @@ def test_zarr_chunks_that_are_cut_short(tmp_path):
 @pytest.mark.parametrize("codec", ["Blosc", "GZip", "LZ4", "Zlib", "Zstd", "CRC32", "CRC32C", "Adler32", "Fletcher32"])
 def test_damaged_chunks_of_every_codec(codec, tmp_path):
     """Cut anywhere, or with one byte changed: an error of ours, or other numbers."""
-    numcodecs = pytest.importorskip("numcodecs", reason="numcodecs is not installed")
+    numcodecs = pytest.importorskip("numcodecs")
     path = folder(tmp_path)
     described = json.loads((path / "values" / ".zarray").read_text())
     chunk = next(p for p in (path / "values").iterdir() if not p.name.startswith("."))
@@ -375,7 +375,7 @@ def test_zip_bombs_are_refused(tmp_path):
     with zipfile.ZipFile(tmp_path / "bomb.zip", "w", zipfile.ZIP_LZMA) as packed:
         packed.writestr(".zgroup", '{"zarr_format": 2}')
         packed.writestr("values/0.0", bytes(1 << 23))
-    pytest.importorskip("zarr", reason="zarr is not installed")
+    pytest.importorskip("zarr")
     with pytest.raises(FormatError, match="unpacks to"):
         gn.load(tmp_path / "bomb.zip")
 
@@ -409,7 +409,7 @@ def test_a_folder_stays_as_it_was_if_writing_fails(tmp_path, monkeypatch):
 @pytest.mark.parametrize(("library", "suffix"), [("h5py", ".nc"), ("zarr", ".zip")])
 def test_without_the_library(library, suffix, tmp_path, monkeypatch):
     if library == "zarr":
-        pytest.importorskip("zarr", reason="zarr is not installed")
+        pytest.importorskip("zarr")
     whole = saved(small_grid(), suffix)
     real = builtins.__import__
 

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Collection, Iterable
+from collections.abc import Callable, Collection, Iterable, Iterator
+from contextlib import contextmanager
 from importlib import import_module
 from typing import Any
 
@@ -24,7 +25,7 @@ def colour_science(module: str = "colour") -> Any:
     """colour-science, or a module of it; the test is skipped without. Importing it changes how arrays are printed."""
     with warnings.catch_warnings(), np.printoptions():
         warnings.simplefilter("ignore")
-        return pytest.importorskip(module, reason="colour-science is not installed")
+        return pytest.importorskip(module)
 
 
 class Library:
@@ -124,7 +125,17 @@ def opened(kind: type[Library]) -> Library:
     try:
         return kind()
     except ImportError as error:
-        pytest.skip(f"{kind.name} cannot be imported: {error}")
+        pytest.skip(f"could not import {error.name!r}: {error}")
+
+
+@contextmanager
+def optimising() -> Iterator[None]:
+    """Kernels are compiled as they are for users: plans of kernels that were compiled otherwise are forgotten."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.delenv("GONIO_OPTIMISE", raising=False)
+        planning._PATTERNS.clear()
+        yield
+        planning._PATTERNS.clear()
 
 
 def switch_off(patch: pytest.MonkeyPatch) -> None:
