@@ -84,7 +84,7 @@ def _give_up(error: Exception) -> None:
 
 
 def known(task: Task, material: Parametrised, inputs: Sequence[Any]) -> Made | None:
-    """The plan of an earlier call of a task with such arrays, of this material or of one of its structure and shapes."""
+    """The plan of an earlier call of a task with such arrays, of this material or one of its structure and shapes."""
     key = _key(task, inputs)
     plans = material._derived.get(known)
     return (plans and plans.get(key)) or _of_pattern(key, material, inputs[0].dtype)
