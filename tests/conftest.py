@@ -25,6 +25,8 @@ from gonio.evaluate import planning
 from gonio.formats._reading import hdf
 from gonio.formula.fields import CLASSES
 
+pytest_plugins = ("near",)
+
 
 @pytest.hookimpl(tryfirst=True)  # before pytest leaves out what `-m` says
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
