@@ -4,8 +4,9 @@
                    and of the rooms above these; what is not committed counts too. On main: what is not committed
     --near=COMMIT  the same, since COMMIT
     --slice=K/N    one in N of all tests, by their names: a test stays in its slice, whatever is added
-    both           what is near, and the slice of the rest; where more than half of the files of tests are near, of what
-                   is marked `full` the slice alone: this bounds the time
+    both           what is near, and the slice of the rest. What is marked `full` takes as long again: where more than
+                   0.4 of the files of tests are near, it is run whole only of the changed rooms themselves, and where
+                   these have more than 0.4, of none
 
 Near to a room are the tests in its folder; to every room `tests/attacks` and `tests/house`, which use all of gonio. A
 module beside the rooms is near to whatever imports it; the doors that users enter by (`gonio/__init__.py`,
@@ -27,6 +28,8 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2]
 TO_ALL = {"pyproject.toml", "tests/conftest.py"}
 TO_EVERY_ROOM = ("tests/attacks/", "tests/house/")
+FEW = 0.4
+"""The largest part of the files of tests of which `full` is run whole beside a slice."""
 
 
 def _git(*words: str) -> str:
@@ -66,8 +69,11 @@ def using(tool: str) -> set[str]:
     return {path.relative_to(ROOT).as_posix() for path in found if path.stem.startswith("test_")}
 
 
-def near(names: Iterable[str]) -> list[str]:
-    """Of files of the repository that were changed: beginnings of the paths of all tests that are near."""
+def near(names: Iterable[str], up: bool = True) -> tuple[str, ...]:
+    """Of files of the repository that were changed: beginnings of the paths of all tests that are near.
+
+    `up`: with those of the rooms above.
+    """
     from rooms import DOORS, above, users
 
     parts: set[str] = set()
@@ -75,20 +81,20 @@ def near(names: Iterable[str]) -> list[str]:
     for name in names:
         place = Path(name)
         if name in TO_ALL:
-            return ["tests/"]
+            return ("tests/",)
         if name.startswith("src/gonio/") and len(place.parts) > 3:
             parts.add(place.parts[2])
         elif name.startswith("src/gonio/") and place.suffix == ".py" and place.name != "__init__.py":
             parts |= {place.stem} - DOORS
+        elif name.startswith("explorer/"):
+            parts.add("explorer")
         elif name.startswith("tests/tools/"):
             paths |= using(place.stem) or {"tests/"}
         elif name.startswith("tests/"):
             paths.add(name if place.stem.startswith("test_") else f"tests/{place.parts[1]}/")
-        elif name.startswith("explorer/"):
-            parts.add("explorer")
-        if not name.startswith("tests/"):
+        if up and not name.startswith("tests/"):
             paths.update(TO_EVERY_ROOM if name.startswith("src/") else ["tests/house/"])
-    return sorted(paths | {f"tests/{this}/" for this in above(parts, users())})
+    return tuple(sorted(paths | {f"tests/{part}/" for part in (above(parts, users()) if up else parts)}))
 
 
 def sliced(word: str) -> tuple[int, int]:
@@ -99,6 +105,11 @@ def sliced(word: str) -> tuple[int, int]:
     return int(found[1]), int(found[2])
 
 
+def listed(paths: Iterable[str]) -> str:
+    """Paths, for the header."""
+    return ", ".join(path.removeprefix("tests/") or "everything" for path in paths) or "nothing"
+
+
 class Selection:
     """What the two options leave of the tests."""
 
@@ -106,34 +117,25 @@ class Selection:
         """`commit`: of --near; "" for the one at which the branch began."""
         self.since = None if commit is None else commit or branched()
         self.number, self.count = sliced(piece) if piece else (0, 0)
-        self.paths: tuple[str, ...] = ()
-        self.changed: list[str] = []
-        if self.since is not None:
-            self.changed = changed(self.since)
-            self.paths = tuple(near(self.changed))
+        self.changed = [] if self.since is None else changed(self.since)
+        self.near = near(self.changed)
         files = [path.relative_to(ROOT).as_posix() for path in (ROOT / "tests").rglob("test_*.py")]
-        self.files = [file for file in files if self.is_near(file)]
-        self.wide = 2 * len(self.files) > len(files)
-
-    def is_near(self, file: str) -> bool:
-        return file.startswith(self.paths)
+        choices = (self.near, near(self.changed, up=False), ())
+        self.whole = next(c for c in choices if sum(file.startswith(c) for file in files) <= FEW * len(files))
+        """Where `full` is whole beside a slice."""
 
     def has(self, item: pytest.Item) -> bool:
         """Whether a test is selected."""
         if self.count and zlib.crc32(item.nodeid.encode()) % self.count == self.number - 1:
             return True
-        left_to_slices = self.count and self.wide and item.get_closest_marker("full")
-        return not left_to_slices and self.is_near(item.nodeid.partition("::")[0])
+        return item.nodeid.startswith(self.whole if self.count and item.get_closest_marker("full") else self.near)
 
     def pytest_report_header(self) -> list[str]:
         lines = []
         if self.since is not None:
-            where = ", ".join(path.removeprefix("tests/") or "everything" for path in self.paths) or "nothing"
-            lines.append(f"near, {len(self.changed)} files changed since {self.since:.12}: {where}")
-            if self.count and self.wide:
-                lines.append("more than half is near: what is marked `full` only of the slice")
+            lines.append(f"near, {len(self.changed)} files changed since {self.since:.12}: {listed(self.near)}")
         if self.count:
-            lines.append(f"slice {self.number} of {self.count}, by names")
+            lines.append(f"slice {self.number} of {self.count}; what is marked `full` whole: {listed(self.whole)}")
         return lines
 
     def pytest_ignore_collect(self, collection_path: Path) -> bool | None:
@@ -141,7 +143,7 @@ class Selection:
         is_test = collection_path.name.startswith("test_") and collection_path.suffix == ".py"
         if self.count or not is_test or not collection_path.is_relative_to(ROOT):
             return None
-        return True if not self.is_near(collection_path.relative_to(ROOT).as_posix()) else None
+        return None if collection_path.relative_to(ROOT).as_posix().startswith(self.near) else True
 
     @pytest.hookimpl(trylast=True)  # after conftest.py has marked what is `full`
     def pytest_collection_modifyitems(self, config: pytest.Config, items: list[pytest.Item]) -> None:

@@ -73,12 +73,12 @@ def part(name: str) -> str:
 
 
 _IMPORT = re.compile(r"^[ \t]*from (\.+)([\w.]*) import (\([^)]*\)|[^\n]*)", re.MULTILINE)
-_NAMED = re.compile(r'"gonio\.(\w+)')
+_NAMED = re.compile(r'"gonio\.(\w+)[\w.]*"')
 
 
 @cache
 def users() -> dict[str, set[str]]:
-    """For every part of the package those that import it, or name it in a text: packages are discovered by name.
+    """For every part of the package those that import it, or hold its name: packages are discovered by name.
 
     By lines, where `imported` reads the syntax, for a fiftieth of the time.
     """
