@@ -1,32 +1,44 @@
 """Set up gonio on a machine that has only Python and pip, and use it.
 
     python3 dev.py demo    install gonio, write a report about a measured material: gold.html
-    python3 dev.py test    install what the tests need, run them; -m full runs those that are left out for their time
+    python3 dev.py test    install what the tests need, run them; -m full runs those that are left out for their time,
+                           --near those of the rooms that were changed and of the rooms above; the rest goes to pytest
+    python3 dev.py lint    ruff and mypy, then the tests of pages, examples and the manual
     python3 dev.py lowest  the tests with the lowest versions that pyproject.toml allows; on Python 3.11
-    python3 dev.py lint    ruff and mypy
+    python3 dev.py wheel   build what is published, in dist, and write the report from it where there is no checkout
     python3 dev.py manual  build the manual as web pages, offline search included, in build/manual/html
     python3 dev.py docs    bring pages, tables, counts and the stub of types up to date; docs/make.py has options
 
 Everything goes into the virtual environment .venv (.venv-lowest) beside this file, or into the one this is run from.
 """
 
+from __future__ import annotations
+
 import hashlib
 import os
+import shutil
 import subprocess
 import sys
+import tempfile
 import time
 import venv
+import zipfile
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent
 
 
-def python(folder: str) -> str:
+def interpreter_of(home: Path) -> Path:
+    """Where a virtual environment has its Python."""
+    return home / ("Scripts/python.exe" if os.name == "nt" else "bin/python")
+
+
+def python(folder: str = ".venv") -> str:
     """The interpreter of the virtual environment, which is made if there is none."""
     if sys.prefix != sys.base_prefix:
         return sys.executable
     home = ROOT / folder
-    found = home / ("Scripts/python.exe" if os.name == "nt" else "bin/python")
+    found = interpreter_of(home)
     if not found.exists():
         print(f"making a virtual environment in {home}", flush=True)
         try:
@@ -53,7 +65,34 @@ def install(interpreter: str, extras: str) -> None:
     stamp.write_text(state)
 
 
-def lowest() -> list[str]:
+def run(*command: str | Path, where: Path | None = None) -> int:
+    """The exit code of a program."""
+    return subprocess.run(list(map(str, command)), cwd=where).returncode
+
+
+def demo(words: list[str]) -> int:
+    """A report about a measured material, in the working directory."""
+    interpreter = python()
+    install(interpreter, "")
+    command = ["report", "gold-metallic-paint", "-o", "gold.html"]
+    print("\n$ gonio " + " ".join(command), flush=True)
+    code = run(interpreter, "-m", "gonio", *command)
+    if code:
+        return code
+    gonio = Path(interpreter).parent / "gonio"
+    here = os.path.relpath(gonio) if gonio.is_relative_to(Path.cwd()) else gonio
+    print(f"\nOpen {Path('gold.html').resolve()} in a browser. Next:\n  {here} view gold\n  {here} materials")
+    return 0
+
+
+def test(words: list[str]) -> int:
+    """The tests, with pytest's options."""
+    interpreter = python()
+    install(interpreter, "test")
+    return run(interpreter, "-m", "pytest", *words, where=ROOT)
+
+
+def lowest_versions() -> list[str]:
     """All that pyproject.toml asks for, each in its lowest version; linters and PyTorch, for its size, aside."""
     import tomllib
 
@@ -65,48 +104,73 @@ def lowest() -> list[str]:
     return [requirement.replace(">=", "==") for requirement in needed if ">=" in requirement]
 
 
+def lowest(words: list[str]) -> int:
+    """The tests with these versions."""
+    interpreter = python(".venv-lowest")
+    pip = [interpreter, "-m", "pip", "install", "--quiet"]
+    code = run(*pip, "--only-binary", ":all:", *lowest_versions())
+    code = code or run(*pip, "--no-deps", "--no-build-isolation", ROOT)
+    # Old libraries use what has since been deprecated in those that they need themselves. Python keeps that from
+    # users; the commands, tested in this process, print every warning that it lets through.
+    return code or run(interpreter, "-m", "pytest", "-W", "ignore::DeprecationWarning", *words, where=ROOT)
+
+
+def lint(words: list[str]) -> int:
+    """Lint and types; then the tests of pages and examples, which build the manual."""
+    interpreter = python()
+    install(interpreter, "test,lint,docs")
+    commands = [["ruff", "check", "."], ["ruff", "format", "--check", "."], ["mypy"], ["pytest", "-m", "texts"]]
+    return max([run(interpreter, "-m", *command, where=ROOT) for command in commands])
+
+
+def wheel(words: list[str]) -> int:
+    """The two files that are published; the wheel is built from the other, holds all, and serves without a checkout."""
+    builder = python()
+    shutil.rmtree(ROOT / "dist", ignore_errors=True)
+    code = run(builder, "-m", "pip", "install", "--quiet", "build") or run(builder, "-m", "build", ROOT)
+    if code:
+        return code
+    (built,) = (ROOT / "dist").glob("*.whl")
+    with zipfile.ZipFile(built) as archive:
+        held = {name for name in archive.namelist() if name.startswith("gonio/")}
+    package = ROOT / "src" / "gonio"
+    there = {path.relative_to(ROOT / "src").as_posix() for path in package.rglob("*") if path.is_file()}
+    missing = sorted(name for name in there - held if "__pycache__" not in name)
+    if missing:
+        print(f"{built.name} lacks {', '.join(missing)}: pyproject.toml says what is packed")
+        return 1
+    with tempfile.TemporaryDirectory() as folder:
+        venv.create(folder, with_pip=True)
+        scripts = interpreter_of(Path(folder)).parent
+        code = run(scripts / "python", "-m", "pip", "install", "--quiet", built)
+        return code or run(scripts / "gonio", "report", "gold-metallic-paint", "-o", "gold.html", where=Path(folder))
+
+
+def manual(words: list[str]) -> int:
+    """The manual as web pages."""
+    interpreter = python()
+    install(interpreter, "docs")
+    return run(interpreter, ROOT / "docs" / "manual" / "build.py", *words)
+
+
+def docs(words: list[str]) -> int:
+    """What is made of the package, by docs/make.py."""
+    interpreter = python()
+    install(interpreter, "")
+    return run(interpreter, ROOT / "docs" / "make.py", *words)
+
+
+TASKS = {task.__name__: task for task in (demo, test, lint, lowest, wheel, manual, docs)}
+
+
 def main() -> int:
     if sys.version_info < (3, 11):  # noqa: UP036 (an older Python gets this word, not a failure of pip)
         sys.exit(f"gonio needs Python 3.11 or newer; this is {sys.version.split()[0]}: {sys.executable}")
-    task = sys.argv[1] if len(sys.argv) > 1 else ""
-    if task not in ("demo", "test", "lowest", "lint", "manual", "docs"):
+    task = TASKS.get(sys.argv[1] if len(sys.argv) > 1 else "")
+    if task is None:
         print(__doc__)
         return 2
-    interpreter = python(".venv-lowest" if task == "lowest" else ".venv")
-    if task == "demo":
-        install(interpreter, "")
-        command = ["report", "gold-metallic-paint", "-o", "gold.html"]
-        print("\n$ gonio " + " ".join(command), flush=True)
-        code = subprocess.run([interpreter, "-m", "gonio", *command]).returncode
-        if code:
-            return code
-        gonio = Path(interpreter).parent / "gonio"
-        here = os.path.relpath(gonio) if gonio.is_relative_to(Path.cwd()) else gonio
-        print(f"\nOpen {Path('gold.html').resolve()} in a browser. Next:\n  {here} view gold\n  {here} materials")
-        return 0
-    if task == "test":
-        install(interpreter, "test")
-        return subprocess.run([interpreter, "-m", "pytest", *sys.argv[2:]], cwd=ROOT).returncode
-    if task == "lowest":
-        pip = [interpreter, "-m", "pip", "install", "--quiet"]
-        subprocess.run([*pip, "--only-binary", ":all:", *lowest()], check=True)
-        subprocess.run([*pip, "--no-deps", "--no-build-isolation", str(ROOT)], check=True)
-        # Old libraries use what has since been deprecated in those that they need themselves. Python keeps that from
-        # users; the commands, tested in this process, print every warning that it lets through.
-        tests = [interpreter, "-m", "pytest", "-W", "ignore::DeprecationWarning", *sys.argv[2:]]
-        return subprocess.run(tests, cwd=ROOT).returncode
-    if task == "manual":
-        install(interpreter, "docs")
-        return subprocess.run([interpreter, str(ROOT / "docs" / "manual" / "build.py"), *sys.argv[2:]]).returncode
-    if task == "docs":
-        install(interpreter, "")
-        return subprocess.run([interpreter, str(ROOT / "docs" / "make.py"), *sys.argv[2:]]).returncode
-    install(interpreter, "test,lint")
-    codes = [
-        subprocess.run([interpreter, "-m", *command], cwd=ROOT).returncode
-        for command in (["ruff", "check", "."], ["ruff", "format", "--check", "."], ["mypy"])
-    ]
-    return max(codes)
+    return task(sys.argv[2:])
 
 
 if __name__ == "__main__":

@@ -29,7 +29,7 @@ from gonio.evaluate import planning
 from gonio.formats._reading import hdf
 from gonio.formula.fields import CLASSES
 
-pytest_plugins = ("second", "skips")
+pytest_plugins = ("near", "second", "skips")
 
 
 @pytest.hookimpl(tryfirst=True)  # before pytest leaves out what `-m` says

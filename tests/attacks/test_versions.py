@@ -45,7 +45,7 @@ def test_every_requirement_is_a_lower_bound_said_once():
     others = [r for r in ALL if not BOUND.fullmatch(r)]
     assert all(r.startswith("gonio[") for r in others), others
     assert len({name for name, _ in BOUNDS}) == len(BOUNDS)
-    pinned = run_path(str(ROOT / "dev.py"))["lowest"]()
+    pinned = run_path(str(ROOT / "dev.py"))["lowest_versions"]()
     left_out = names(EXTRAS["lint"]) | names(EXTRAS["torch"])
     assert sorted(pinned) == sorted(f"{name}=={low}" for name, low in BOUNDS if name not in left_out)
 

@@ -1,0 +1,105 @@
+"""The rooms of src/gonio, and what their modules import."""
+
+from __future__ import annotations
+
+import ast
+import re
+from collections.abc import Iterable
+from functools import cache
+from pathlib import Path
+
+from places import PACKAGE
+
+ROOMS = (
+    *("", "numerics", "radiometry", "trace", "arrays", "compile", "rays", "pictures"),
+    *("formula", "evaluate", "base", "polarization"),
+    *("surfaces", "distributions", "models", "lights", "tables", "integrals", "layers", "remote_sensing", "formats"),
+    *("conversion", "repair", "uncertainty", "laws", "fitting", "texels", "reconstruction", "planning"),
+    *("scenes", "interreflection", "instrument"),
+    *("catalogue", "bridges", "figures", "report", "explorer", "cli"),
+)
+"""Folders, from the ground up; "" stands for the modules beside them."""
+
+DOORS = {"", "__main__", "authoring", "testing"}
+"""What users enter by: these import from anywhere."""
+
+
+def _name(path: Path) -> str:
+    parts = path.relative_to(PACKAGE).with_suffix("").parts
+    return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
+
+
+MODULES = {_name(path): path for path in sorted(PACKAGE.rglob("*.py"))}
+
+
+def room(name: str) -> str:
+    """The folder that a module is in."""
+    return name.partition(".")[0] if "." in name or MODULES[name].name == "__init__.py" else ""
+
+
+def _meant(name: str, level: int, module: str | None, names: Iterable[str]) -> set[str]:
+    """Modules of the package that a relative import of one of them means."""
+    package = [part for part in name.split(".") if part]
+    package = package if MODULES[name].name == "__init__.py" else package[:-1]
+    base = package[: len(package) - level + 1] + (module.split(".") if module else [])
+    full = {".".join([*base, n]) for n in names}
+    return {f if f in MODULES else ".".join(base) for f in full}
+
+
+@cache
+def imported(name: str, executed: bool = False) -> tuple[set[str], set[str]]:
+    """Modules of the package that a module imports anywhere in its text, and names of other packages.
+
+    `executed`: without those that only a type checker sees.
+    """
+    path = MODULES[name]
+    own, others = set(), set()
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    if executed:
+        tree.body = [n for n in tree.body if not (isinstance(n, ast.If) and ast.unparse(n.test) == "TYPE_CHECKING")]
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            others.update(a.name.partition(".")[0] for a in node.names)
+        elif isinstance(node, ast.ImportFrom) and not node.level:
+            others.add((node.module or "").partition(".")[0])
+        elif isinstance(node, ast.ImportFrom):
+            own |= _meant(name, node.level, node.module, [a.name for a in node.names])
+    return own - {""}, others
+
+
+def part(name: str) -> str:
+    """What is near or far as a whole: the room of a module; of those beside the rooms each by itself."""
+    return room(name) or name
+
+
+_IMPORT = re.compile(r"^[ \t]*from (\.+)([\w.]*) import (\([^)]*\)|[^\n]*)", re.MULTILINE)
+_NAMED = re.compile(r'"gonio\.(\w+)[\w.]*"')
+
+
+@cache
+def users() -> dict[str, set[str]]:
+    """For every part of the package those that import it, or hold its name: packages are discovered by name.
+
+    By lines, where `imported` reads the syntax, for a fiftieth of the time.
+    """
+    graph: dict[str, set[str]] = {}
+    for name in set(MODULES) - DOORS:
+        text = MODULES[name].read_text(encoding="utf-8")
+        others = {n for n in _NAMED.findall(text) if n in MODULES}
+        for dots, module, names in _IMPORT.findall(text):
+            others |= _meant(name, len(dots), module, re.findall(r"\w+", re.sub(r" as \w+|#.*", "", names)))
+        for other in others - {""}:
+            graph.setdefault(part(other), set()).add(part(name))
+    return graph
+
+
+def above(parts: set[str], graph: dict[str, set[str]]) -> set[str]:
+    """Parts of the package, and all that import them, directly or by others."""
+    found: set[str] = set()
+    waiting = list(parts)
+    while waiting:
+        this = waiting.pop()
+        if this not in found:
+            found.add(this)
+            waiting += graph.get(this, ())
+    return found
