@@ -1,4 +1,4 @@
-"""What is kept in a process for later calls: within one lid, found while it is used, dropped while it runs, made again."""
+"""What is kept in a process for later calls: within one lid, found while it is used, dropped and made again."""
 
 from __future__ import annotations
 
