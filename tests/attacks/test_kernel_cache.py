@@ -127,7 +127,9 @@ def forged(path: Path, body: bytes, name: str = "") -> bytes:
     """A file as gonio writes it, with a right checksum for its name or this one, and this content."""
     data = path.read_bytes()
     start = data.index(b"\n") + 1
-    salt = b"" if hashlib.sha256(data[start + 32 :]).digest() == data[start : start + 32] else (name or path.name).encode()
+    salt = (
+        b"" if hashlib.sha256(data[start + 32 :]).digest() == data[start : start + 32] else (name or path.name).encode()
+    )
     return data[:start] + hashlib.sha256(salt + body).digest() + body
 
 
@@ -778,7 +780,7 @@ for name in ("llvm/machine.py", "llvm/elementary/angles.py"):
 
 
 def test_an_edit_that_leaves_the_code_alone_compiles_nothing(tmp_path):
-    """Of graphs, passes or the compiler: formulas are traced and written anew, and LLVM is asked for what changed. (D11)
+    """Of graphs, passes, the compiler: formulas are traced and written anew, and LLVM gets what changed. (D11)
 
     One digit of a sine changes the kernel that has one, and no other.
     """
@@ -788,7 +790,10 @@ written, generate = [], codegen.generate
 codegen.generate = lambda *a: written.append(1) or generate(*a)
 print(f(), len(written), f(Sine(0.5))[1], len(written))
 """
-    graph, sine = place / "gonio" / "trace" / "graph.py", place / "gonio" / "compile" / "llvm" / "elementary" / "angles.py"
+    graph, sine = (
+        place / "gonio" / "trace" / "graph.py",
+        place / "gonio" / "compile" / "llvm" / "elementary" / "angles.py",
+    )
     for edits, want in (
         ({}, f"{(RHO_PI, 1)} 1 1 2"),
         ({graph: (r"\A", "# A comment.\n"), sine: (r"\A", "# A comment.\n")}, f"{(RHO_PI, 0)} 1 0 2"),

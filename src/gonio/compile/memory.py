@@ -7,13 +7,13 @@ and nothing in between, so a buffer that no array is a view of has one reference
 from __future__ import annotations
 
 import math
-import os
 import sys
 from collections import deque
 from typing import Any
 
 import numpy as np
 
+from ..caches import lid, physical
 from ..errors import TooLargeError
 
 SMALL = 1 << 18  # bytes below which NumPy's own memory is as fast
@@ -44,7 +44,7 @@ def empty(shape: tuple[int, ...], dtype: np.dtype) -> np.ndarray:
         check(shape, dtype)
         room = _new(size, f"a result of shape {shape} and dtype {dtype}")
     array: np.ndarray = np.ndarray(shape, dtype, *room)
-    if size <= KEPT:
+    if size <= _kept():
         _ROOMS.setdefault(size, deque()).append(room)
     return array
 
@@ -64,7 +64,7 @@ def _free(size: int) -> _Room | None:
 
 
 def _new(size: int, what: str) -> _Room:
-    if sum(length * len(rooms) for length, rooms in list(_ROOMS.items())) + size > KEPT:
+    if sum(length * len(rooms) for length, rooms in list(_ROOMS.items())) + size > _kept():
         _ROOMS.clear()
     try:
         buffer = np.empty(size + LINE, np.uint8)
@@ -84,13 +84,6 @@ def check(shape: tuple[int, ...], dtype: Any, what: str = "a result") -> None:
         )
 
 
-def physical() -> float:
-    """Bytes of memory of this machine; infinity where the system does not say."""
-    try:
-        return float(os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES"))
-    except (AttributeError, ValueError, OSError):
-        return math.inf
-
-
-KEPT = int(min(1 << 29, physical() / 16))
-"""Bytes kept at most, in use or not; buffers that are not kept are freed as any array is."""
+def _kept() -> int:
+    """Bytes kept at most, in use or not; buffers that are not kept are freed as any array is."""
+    return lid() // 2

@@ -16,8 +16,9 @@ import os
 import re
 import sys
 from collections.abc import Callable, Iterable
-from typing import Any
+from typing import Any, NamedTuple
 
+from ..caches import Cache
 from ..trace import passes
 from . import cache_folder, elf
 from .llvm import machine
@@ -26,8 +27,9 @@ from .llvm.program import Program
 Function = Callable[..., None]
 """kernel(args, outer, inner, grain), see `codegen`; arguments are numbers of `ctypes`, which it takes as they are."""
 
-_KNOWN: dict[str, Any] = {}
+_KNOWN: Cache[str, Any] = Cache(lambda compiled: compiled.size)
 _PROTOTYPE = ctypes.CFUNCTYPE(None)
+PAGE = 4096  # of memory: code begins on one of its own
 _IMAGE, _OBJECT, _RECORD = b"i", b"o", b"r"
 _CODE = re.compile(rb"[0-9a-f]{40}")
 
@@ -43,14 +45,15 @@ def function(name: str, text: Callable[[], str], prototype: Any) -> Any:
     Raises DependencyError where llvmlite is needed and cannot be had, EngineError where no code may be run.
     """
     name = _digest(_versions() + name)
-    compiled = _KNOWN.get(name)
+    compiled = _KNOWN.find(name)
     if compiled is None:
         with machine.LOCK:
-            compiled = _KNOWN.get(name)
+            compiled = _KNOWN.find(name)
             if compiled is None:
-                address, keeper = _recorded(name) or _of_text(text(), name)
-                compiled = _KNOWN[name] = prototype(address)
-                compiled.keeper = keeper
+                placed = _recorded(name) or _of_text(text(), name)
+                compiled = prototype(placed.address)
+                compiled.keeper, compiled.size = placed.keeper, PAGE + placed.size
+                _KNOWN.keep(name, compiled)
     return compiled
 
 
@@ -75,8 +78,12 @@ def _width(program: Program) -> int:
     return register if single else 2 * register
 
 
-_Placed = tuple[int, Any]
-"""The address of a function, and the object that keeps it in memory."""
+class _Placed(NamedTuple):
+    """The address of a function, the object that keeps it in memory, and bytes of code."""
+
+    address: int
+    keeper: Any
+    size: int
 
 
 def _recorded(name: str) -> _Placed | None:
@@ -99,9 +106,10 @@ def _read(name: str) -> _Placed | None:
     data = cache_folder.read(name) or b""
     kind, entry, payload = data[:1], int.from_bytes(data[1:9], "little"), data[9:]
     if kind == _IMAGE and elf.POSSIBLE and entry < len(payload):
-        return elf.mapped(payload, entry)
+        return _Placed(*elf.mapped(payload, entry), len(payload))
     if kind == _OBJECT and not entry and elf.is_object(payload):
-        return machine.linked(payload)
+        placed = machine.linked(payload)
+        return placed and _Placed(*placed, len(payload))
     return None
 
 
@@ -117,7 +125,7 @@ def _compiled(text: str, name: str) -> _Placed:
         placed = elf.mapped(payload, entry)
     if _as_imported(_BACK, _back_sources):
         cache_folder.write(name, kind + entry.to_bytes(8, "little") + payload)
-    return placed
+    return _Placed(*placed, len(payload))
 
 
 def _as_imported(before: str, now: Callable[[], str]) -> bool:

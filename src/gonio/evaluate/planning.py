@@ -6,7 +6,7 @@ To carry out the plan of a compiled kernel takes addresses alone; `available` sa
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from functools import cache
 from typing import Any, NamedTuple
 
@@ -15,6 +15,7 @@ import numpy as np
 from ..arrays import LIBRARIES, AsStored, Fixed, Roomy, contiguous
 from ..arrays.kinds import COUNT, MATRIX, SQUARE, SUMMED, TOTAL, VALUE
 from ..bounds import COMPILED
+from ..caches import Cache, Passing, made
 from ..compile import elf
 from ..compile.llvm import machine
 from ..compile.llvm.program import EACH, ONCE, SQUARED
@@ -31,7 +32,8 @@ from .turned import Turned
 
 UNROLLED = 8  # channels up to which each has its own copy of a formula, if it looks up no matrices; more are an axis
 PLANS_KEPT = 64  # for a material
-PATTERNS_KEPT = 1000
+PLAN = 3000
+"""Bytes of memory that a plan takes, about: the arrays of its numbers belong to the material, but for single ones."""
 
 Made = Plan | Staged | Turned
 """A plan of any kind."""
@@ -94,14 +96,12 @@ class _Pattern(NamedTuple):
     """A plan without arrays, for other numbers of the same structure and shapes, and where these go in it."""
 
     plan: Made
-    trace: Trace
+    looked_up: frozenset[int]  # as those of its trace
+    reach: dict[int, int]
     as_axis: bool
     numbers: tuple[int, ...]  # those of the material's leaves, then of the merged ones, that are read
     merged: bool  # whether any merged ones are
     places: tuple[int, ...]  # the arrays of the plan that they are
-
-
-_PATTERNS: dict[tuple[Any, ...], _Pattern] = {}
 
 
 def _pattern(plan: Made, trace: Trace, as_axis: bool, leaves: int) -> _Pattern:
@@ -114,23 +114,38 @@ def _pattern(plan: Made, trace: Trace, as_axis: bool, leaves: int) -> _Pattern:
         bare = plan._replace(plan=plan.plan._replace(keeper=None))
     else:
         bare = plan._replace(keeper=None)
-    return _Pattern(bare, trace, as_axis, numbers, any(k >= leaves for k in numbers), places)
+    return _Pattern(bare, trace.looked_up, trace.reach, as_axis, numbers, any(k >= leaves for k in numbers), places)
+
+
+def _size(pattern: _Pattern) -> int:
+    """Bytes of a pattern, with the code that it holds and the graph of what is computed for each material."""
+    plan = pattern.plan
+    if isinstance(plan, Staged):
+        plans = {id(p): p for _, _, parts in plan.blocks for p in parts if p is not None}.values()
+        of_graph = plan.alone.graph.size() if plan.alone else 0
+        return of_graph + sum(PLAN + p.function.size for p in plans)
+    return PLAN + (plan.plan if isinstance(plan, Turned) else plan).function.size
+
+
+_PATTERNS: Cache[tuple[Any, ...], _Pattern] = Cache(_size)
 
 
 def _of_pattern(key: tuple[Any, ...], material: Parametrised, dtype: np.dtype) -> Made | None:
     """A plan for the numbers of this material, if there was one for others of their shapes."""
-    patterns = material.alike.setdefault(known, {})
+    patterns = material.alike.get(known)
+    if patterns is None:
+        patterns = material.alike[known] = Passing()
     pattern = patterns.get(key)
     if pattern is None:
         shapes = _shapes(material)
-        pattern = _PATTERNS.get((key, content(material).structure, shapes)) if shapes else None
+        pattern = _PATTERNS.find((key, content(material).structure, shapes)) if shapes else None
         if pattern is None:
             return None
         if len(patterns) >= PLANS_KEPT:
             patterns.clear()
         patterns[key] = pattern
-    tables = _tables(pattern.trace, material, dtype)
-    if not _within(pattern.trace, tables):
+    tables = _tables(pattern.looked_up, material, dtype)
+    if not _within(pattern.reach, tables):
         return None
     leaves = _leaves(material, pattern.merged)
     if isinstance(pattern.plan, Staged):
@@ -164,10 +179,13 @@ def _shapes(material: Parametrised) -> tuple[Any, ...] | None:
 
 
 def _remembered(key: tuple[Any, ...], material: Parametrised, plan: Made) -> Made:
-    plans = material._derived.setdefault(known, {})
-    if len(plans) >= PLANS_KEPT:
+    plans = material._derived.get(known)
+    if plans is None:
+        plans = material._derived[known] = Passing()
+    elif len(plans) >= PLANS_KEPT:
         plans.clear()
     plans[key] = plan
+    made(PLAN)
     return plan
 
 
@@ -199,21 +217,19 @@ def plan(call: Call) -> Made:
         as_axis, trace = False, traced(task, material, count)
     if trace.operations > COMPILED:
         raise TraceError(f"a formula of {trace.operations} operations, expected at most {COMPILED} to compile")
-    tables = _tables(trace, material, inputs[0].dtype)
-    if not _within(trace, tables):
+    tables = _tables(trace.looked_up, material, inputs[0].dtype)
+    if not _within(trace.reach, tables):
         raise TraceError("a formula looks up places beyond a table")
     try:
-        made = (_of_stages(call, trace, tables) if as_axis else None) or _of_one(call, trace, tables, as_axis)
+        new = (_of_stages(call, trace, tables) if as_axis else None) or _of_one(call, trace, tables, as_axis)
     except (DependencyError, EngineError) as error:
         _give_up(error)
         raise EngineError(str(error)) from None
     key = _key(task, call.inputs)
     if shapes := _shapes(material):
-        if len(_PATTERNS) >= PATTERNS_KEPT:
-            _PATTERNS.clear()
-        pattern = _pattern(made, trace, as_axis, len(content(material).leaves))
-        _PATTERNS[key, content(material).structure, shapes] = pattern
-    return _remembered(key, material, made)
+        pattern = _pattern(new, trace, as_axis, len(content(material).leaves))
+        _PATTERNS.keep((key, content(material).structure, shapes), pattern)
+    return _remembered(key, material, new)
 
 
 def _of_stages(call: Call, trace: Trace, tables: Sequence[np.ndarray]) -> Staged | None:
@@ -247,19 +263,19 @@ def _of_one(call: Call, trace: Trace, tables: Sequence[np.ndarray], as_axis: boo
 _USES = {VALUE: EACH, MATRIX: EACH, TOTAL: ADDED_UP, COUNT: ADDED_UP, SQUARE: SQUARED}
 
 
-def _tables(trace: Trace, material: Parametrised, dtype: np.dtype) -> list[np.ndarray]:
+def _tables(looked_up: Collection[int], material: Parametrised, dtype: np.dtype) -> list[np.ndarray]:
     """The tables in their order; those that are not looked up, which may take long to make, are left empty."""
     tables = content(material).tables
     if not tables:
         return []
     with np.errstate(all="ignore"):
-        return [_table(t, dtype) if k in trace.looked_up else np.zeros(2, dtype) for k, t in enumerate(tables)]
+        return [_table(t, dtype) if k in looked_up else np.zeros(2, dtype) for k, t in enumerate(tables)]
 
 
-def _within(trace: Trace, tables: Sequence[np.ndarray]) -> bool:
+def _within(reach: dict[int, int], tables: Sequence[np.ndarray]) -> bool:
     """Whether the constant places that are looked up are in the tables, and places that differ by constants can be:
     compiled code reads them as they are."""
-    return all(place < len(tables[k]) - 1 for k, place in trace.reach.items())
+    return all(place < len(tables[k]) - 1 for k, place in reach.items())
 
 
 def _table(table: Fixed, dtype: np.dtype) -> np.ndarray:
@@ -290,7 +306,7 @@ def interpreted(trace: Trace, call: Call, at: Box) -> list[np.ndarray]:
 
     nodes = [n for result in trace.results for n in result]
     with np.errstate(all="ignore"):
-        return evaluate(trace.graph, nodes, load, _tables(trace, call.material, dtype), dtype)
+        return evaluate(trace.graph, nodes, load, _tables(trace.looked_up, call.material, dtype), dtype)
 
 
 def _parameters(

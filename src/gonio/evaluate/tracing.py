@@ -14,6 +14,7 @@ import numpy as np
 
 from ..arrays import Fixed
 from ..arrays.kinds import MATRIX, SCALAR, TERMS, VALUE, VECTOR
+from ..caches import Cache
 from ..errors import Error, TraceError
 from ..formula.fields import Channels, Numbers, Part
 from ..formula.parametrised import Parametrised
@@ -21,8 +22,6 @@ from ..formula.state import State
 from ..trace.derive import gradient
 from ..trace.graph import Graph
 from ..trace.symbol import Symbol, TableSymbol, nodes
-
-TRACES_KEPT = 1000
 
 Kernel = Callable[..., tuple[Any, ...]]
 
@@ -118,7 +117,7 @@ def _structure(material: Parametrised) -> tuple[Any, ...]:
     return structure
 
 
-_TRACES: dict[tuple[Any, ...], Trace | str] = {}
+_TRACES: Cache[tuple[Any, ...], Trace | str] = Cache(lambda trace: 0 if isinstance(trace, str) else trace.graph.size())
 """Traces, or for what cannot be traced the reason."""
 _OF_FORMULAS = (
     *(Error, ArithmeticError, AssertionError, AttributeError, LookupError),
@@ -133,7 +132,7 @@ def traced(task: Task, material: Parametrised, channels: int | None) -> Trace:
     Raises TraceError where the formula cannot be traced.
     """
     key = (task._replace(adds=False), channels, content(material).structure)
-    trace = _TRACES.get(key)
+    trace = _TRACES.find(key)
     if trace is None:
         try:
             trace = (_squares if task.squares else _jacobian if task.by else _trace)(task, material, channels)
@@ -141,9 +140,7 @@ def traced(task: Task, material: Parametrised, channels: int | None) -> Trace:
             trace = str(error)
         except _OF_FORMULAS as error:  # called with arrays, the formula raises its own error
             trace = f"the formula of {type(material).__name__} fails on symbols: {error!r}"
-        if len(_TRACES) >= TRACES_KEPT:
-            _TRACES.clear()
-        _TRACES[key] = trace
+        _TRACES.keep(key, trace)
     if isinstance(trace, str):
         raise TraceError(trace)  # a new one: an error holds the arrays of all calls that it came out of
     return trace

@@ -12,6 +12,7 @@ import numpy as np
 
 from ..base import kernels
 from ..base.reflectance import Reflectance
+from ..caches import Cache
 from ..errors import NotFoundError, ParameterError, shown
 from ..evaluate.squares import Squares
 from ..evaluate.tracing import content, linear
@@ -216,17 +217,15 @@ def unknowns(
 
 def _linear(model: Reflectance, places: list[int], paths: list[str]) -> set[str]:
     """The paths of those parameters at these places in which f is linear."""
-    known = _LINEAR.get(key := (content(model).structure, tuple(places)))
+    known = _LINEAR.find(key := (content(model).structure, tuple(places)))
     if known is None:
-        if len(_LINEAR) >= KEPT:
-            _LINEAR.clear()
-        known = _LINEAR[key] = tuple(linear(kernels.value, (3, 3), model, places))
+        known = tuple(linear(kernels.value, (3, 3), model, places))
+        _LINEAR.keep(key, known)
     return {paths[k] for k in known}
 
 
-_LINEAR: dict[Any, tuple[int, ...]] = {}
-KEPT = 1000
-"""Structures of models whose linear parameters are kept: to find them, f is differentiated."""
+_LINEAR: Cache[Any, tuple[int, ...]] = Cache(lambda places: 0)
+"""To find those of a structure, f is differentiated."""
 
 
 def _with_channels_first(model: Reflectance, axes: int) -> Reflectance:

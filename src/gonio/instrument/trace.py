@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from functools import cache
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from ..base.angles import direction
 from ..base.reflectance import Reflectance
+from ..caches import kept
 from ..evaluate.computation import composite
 from ..formula.parametrised import Parametrised
 from ..numerics.lattice import lattice
@@ -29,7 +29,7 @@ TILES = 64
 """The unit square is walked through in so many tiles along each side, so that neighbours in a batch are near."""
 
 
-@cache
+@kept
 def points(count: int) -> np.ndarray:
     """Points (count, 2) spread evenly over the unit square, those that are near each other together."""
     spread = lattice(count, 2)

@@ -17,13 +17,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from functools import cache
 from typing import Any
 
 import numpy as np
 
 from ..arrays import ops
 from ..base.reflectance import Reflectance
+from ..caches import kept
 from ..formula.direction import Direction, dot, normalize, reflect
 from ..formula.distribution import Distribution
 
@@ -76,7 +76,7 @@ def rules(lobe: Reflectance) -> tuple[np.ndarray, ...]:
     return tuple(_rule(*size, even) for size in SIZES)
 
 
-@cache
+@kept
 def _rule(around: int, along: int, even: bool) -> np.ndarray:
     """Nodes and weights ((around + 1) or 2 around times along, 2 + SUMS) of the trapezium rule times Gauss's.
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from ..arrays import Fixed, ops
 from ..arrays.kinds import SCALAR, VECTOR
+from ..caches import kept
 from ..compile.threads import share
 from ..errors import DependencyError
 from ..evaluate.computation import Computation, composite
@@ -103,7 +104,7 @@ SENT = Computation(_sent, INPUTS, {"o": VECTOR, "d": VECTOR})
 PLACED = Computation(_placed, {"d": 3, "hit": 3}, {"patch": SCALAR})
 
 
-@cache
+@kept
 def points(count: int, dimensions: int) -> np.ndarray:
     """Points (1, count, dimensions) of the unit cube, float32; neighbours are near each other in the last two."""
     found = lattice(count, dimensions).astype(np.float32)

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from functools import cache
 from typing import Any
 
 import numpy as np
 
 from ..arrays import ops
 from ..arrays.kinds import COUNT, SCALAR, VECTOR
+from ..caches import kept
 from ..evaluate.computation import Computation, composite
 from ..formula.direction import Direction, cross, dot, select
 from .by_rays import at, barycentric, blockers, lifted, moved, points, quarters, shifts, which_shift
@@ -125,7 +125,7 @@ SENT = Computation(_sent, INPUTS, {"o": VECTOR, "way": VECTOR})
 AFTER = Computation(_sums, {**INPUTS, "clear": 1}, SUMS)
 
 
-@cache
+@kept
 def _in_quarters(rays: int) -> np.ndarray:
     """How many of the points of each shift are near each corner, and in the middle: (SHIFTS, 4)."""
     u = (points(rays, 4)[0, :, :2] + shifts(4)[:, None, :2]) % 1.0

@@ -9,10 +9,11 @@ light that the thinner of two media reflects totally.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import cache
 from typing import NamedTuple
 
 import numpy as np
+
+from ..caches import kept
 
 SAME = 1e-9  # of two indices, relative
 
@@ -42,7 +43,7 @@ class Grid(NamedTuple):
         return np.sqrt(self.etendue[: self.count(n)])
 
 
-@cache
+@kept
 def gauss(count: int) -> tuple[np.ndarray, np.ndarray]:
     """Nodes, increasing, and weights of the Gauss–Legendre rule on [0, 1]."""
     x, w = np.polynomial.legendre.leggauss(count)

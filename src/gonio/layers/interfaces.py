@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import cache
 from typing import Any
 
 import numpy as np
 
+from ..caches import kept
 from .adding import Matrices, even
 from .facets import fresnel, masking, shares, spread
 from .grid import Grid
@@ -175,7 +175,7 @@ def classes(pole: np.ndarray, least: float) -> np.ndarray:
     return np.clip(2.0 ** np.round(np.log2(np.sqrt(0.5 * np.minimum(pole, 2.0)))), least, 1.0)
 
 
-@cache
+@kept
 def turns(k: float, orders: int) -> tuple[np.ndarray, np.ndarray]:
     """The angles of `series`, and weights (angles, orders)."""
     count = 64 + orders

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from functools import cache
-
 import numpy as np
 
+from ..caches import kept
 
-@cache
+
+@kept
 def lattice(n: int, dimensions: int = 2) -> np.ndarray:
     """n points (n, dimensions) of the unit cube, evenly spread in all its dimensions at every n.
 

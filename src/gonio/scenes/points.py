@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from functools import cache
 from typing import Any
 
 import numpy as np
 
 from ..arrays import ops
+from ..caches import kept
 
 DIMENSIONS = 6
 GENERATOR = 60123
@@ -15,7 +15,7 @@ GENERATOR = 60123
 noise in pictures of glossy and matt spheres at 32, 64 and 256 points."""
 
 
-@cache
+@kept
 def points(start: int, stop: int) -> np.ndarray:
     """Points start to stop (n, 6) of a lattice sequence, float32 in [0, 1): of its first 2^m points, and of every 2^m
     after these, each dimension and each pair of them is evenly filled.

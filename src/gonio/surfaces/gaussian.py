@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from functools import cache, partial
+from functools import partial
 from typing import Annotated, Any
 
 import numpy as np
 
 from ..arguments import Within, checked
+from ..caches import kept
 from ..errors import ParameterError
 from .height_field import HeightField
 
@@ -72,7 +73,7 @@ def gaussian(
     )
 
 
-@cache
+@kept
 def _amplitudes(autocorrelation: str | Callable[..., Any], correlation: float, size: int) -> np.ndarray:
     """Square roots of the spectrum, as rfft2 lays it out."""
     if isinstance(autocorrelation, str) and autocorrelation not in SHAPES:

@@ -25,6 +25,9 @@ LEAVES = ("constant", "load", "state")
 OWN = {"take": 1, "loop": 1, "result": 1, "rays": 2}
 """The number of arguments, the first ones, that are no nodes."""
 
+NODE = 320
+"""Bytes of memory that a node takes, about."""
+
 _COMMUTE = {"add", "mul", "eq", "ne", "and", "or", "xor"}
 
 
@@ -58,6 +61,10 @@ class Graph:
 
     def __len__(self) -> int:
         return len(self.operations)
+
+    def size(self) -> int:
+        """Bytes of memory, about."""
+        return NODE * len(self)
 
     def _node(self, operation: str, arguments: tuple, kind: str) -> int:
         ordered = sorted(arguments) if operation in _COMMUTE else arguments

@@ -12,6 +12,7 @@ from collections.abc import Collection, Iterator, Sequence
 from typing import Any, NamedTuple
 from weakref import WeakKeyDictionary
 
+from ..caches import made
 from .costs import COSTS, OTHER
 from .graph import INDEX, MASK, REAL, Graph
 from .passes import wanted
@@ -48,9 +49,11 @@ def stages(
     """
     kept = _KNOWN.setdefault(graph, {})
     key = (tuple(outputs), inputs, tuple(within), tuple(around), wanted())
-    if key not in kept:
-        kept[key] = _divided(graph, *key)
-    return kept[key]
+    found = kept.get(key)
+    if found is None:
+        found = kept[key] = _divided(graph, *key)
+        made(found.second.size())
+    return found
 
 
 def _divided(

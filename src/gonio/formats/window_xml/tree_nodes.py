@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from functools import cache
 from typing import NamedTuple
 
 import numpy as np
 
+from ...caches import kept
 from ...errors import FormatError
 from .numbers import Numbers
 
@@ -56,7 +56,7 @@ def parse(content: Numbers, dimensions: int, where: str) -> Tree:
     return _with_means(*_nodes(texts, stored, dimensions), dimensions)
 
 
-@cache
+@kept
 def _order(dimensions: int, k: int) -> np.ndarray:
     """Places in a grid of 2^k per side, last dimension fastest, in the order of a tree's leaves."""
     place = np.zeros(1, int)
