@@ -11,8 +11,9 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 from libraries import switch_off
-from materials import DISTRIBUTIONS, MODELS, draws
+from materials import DISTRIBUTIONS, draws
 from seeds import SEEDS, small_grid
+from sweeps import every
 
 import gonio as gn
 from gonio.arrays import Fixed
@@ -150,10 +151,9 @@ def test_nothing_that_a_value_holds_may_be_written_to(case):
         assert value == m
 
 
-@pytest.mark.parametrize("model", MODELS, ids=lambda c: c.__name__)
-def test_models_copy_their_parameters(model):
+@every(draw=draws(1, every=50))
+def test_models_copy_their_parameters(draw):
     """Every parameter of every model that is given as an array. (D23)"""
-    (draw,) = (d for d in draws(1, every=50) if d.model is model)
     m = draw.material()
     own = {path: np.array([p.value] * 3, float) for path, p in m.parameters.items() if np.ndim(p.value) == 0}
     made = m.replace(own)
@@ -165,7 +165,7 @@ def test_models_copy_their_parameters(model):
         np.testing.assert_array_equal(p.value, kept[path])
 
 
-@pytest.mark.parametrize("kind", DISTRIBUTIONS, ids=lambda c: c.__name__)
+@every(kind=DISTRIBUTIONS)
 def test_distributions_copy_their_parameters(kind):
     """Every parameter of every distribution of normals. (D23)"""
     for name, field in kind.fields.items():

@@ -10,6 +10,7 @@ import time
 
 import numpy as np
 import pytest
+from sweeps import every
 
 import gonio as gn
 from gonio.bounds import CHANNELS, COMPILED, EVALUATIONS, NESTED
@@ -182,7 +183,7 @@ def test_what_measurements_in_json_say_of_themselves_is_no_deeper_than_can_be_ke
         gn.save(m, tmp_path / "again.brdf", format="BiRD")
 
 
-@pytest.mark.parametrize("name", sorted(set(CLASSES) - set(names())))
+@every(name=sorted(set(CLASSES) - set(names())))
 def test_bases_and_measurements_are_no_types_of_a_text(name, tmp_path):
     """{"type": "Reflectance"} is an unknown type, not a NotImplementedError later. (D15)"""
     with pytest.raises(FormatError, match="no type"):
@@ -191,7 +192,7 @@ def test_bases_and_measurements_are_no_types_of_a_text(name, tmp_path):
         gn.expression(f"{name}()")
 
 
-@pytest.mark.parametrize("name", sorted(names()))
+@every(name=sorted(names()))
 def test_every_type_of_a_text_can_be_evaluated_or_says_what_it_lacks(name):
     """Every name that texts may use is a concrete class. (D15)"""
     try:

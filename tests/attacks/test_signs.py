@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from libraries import switch_off
 from materials import DISTRIBUTIONS, MODELS, at_corners, breaks, draws
+from sweeps import every
 
 import gonio as gn
 from gonio.formula.direction import HORIZON, Direction, half_and_cosine
@@ -157,7 +158,7 @@ def test_check_tries_pairs_that_all_but_graze():
 
 
 @pytest.mark.parametrize("model", MODELS, ids=lambda c: c.__name__)
-@pytest.mark.parametrize("dtype", ["f4", "f8"])
+@every(dtype=["f4", "f8"])
 def test_the_ends_of_u_are_sampled(model, dtype, monkeypatch):
     """u = 0 and u = 1, and what is next to them, give directions and weights. (D28)"""
     switch_off(monkeypatch)

@@ -8,6 +8,7 @@ import pickle
 import numpy as np
 import pytest
 from materials import draws
+from sweeps import each_draw
 
 import gonio as gn
 from gonio.base.channel_names import places
@@ -24,12 +25,12 @@ def channels_of_f(m: gn.Reflectance) -> int | None:
     return values.shape[-1] if values.ndim > max(maps, 0) else None
 
 
-@pytest.mark.parametrize("draw", draws(1, every=100), ids=str)
-@pytest.mark.parametrize("count", [None, 3])
+@each_draw(draws(1, every=100))
 @pytest.mark.usefixtures("uncompiled")
-def test_channels_of_models_are_those_of_f(draw, count):
-    m = draw.material(count)
-    assert m.channels == channels_of_f(m)
+def test_channels_of_models_are_those_of_f(draw):
+    for count in (None, 3):
+        m = draw.material(count)
+        assert m.channels == channels_of_f(m)
 
 
 def test_channels_of_wrappers_sums_and_maps():

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 from materials import DISTRIBUTIONS, FRESNELS, MODELS, draws, most, on_sphere, public
+from sweeps import each_draw, every
 
 import gonio as gn
 from gonio import discover
@@ -45,7 +46,7 @@ LIGHTS = public(Light, discover.modules("gonio.lights"))
 LABELS = ("Shapes", "Units", "Error", "Source")
 
 
-@pytest.mark.parametrize("kind", [*MODELS, *DISTRIBUTIONS, *FRESNELS, *LIGHTS, Sum, Scaled], ids=lambda c: c.__name__)
+@every(kind=[*MODELS, *DISTRIBUTIONS, *FRESNELS, *LIGHTS, Sum, Scaled])
 def test_docstrings_have_their_labels(kind):
     text = inspect.cleandoc(kind.__doc__ or "")  # Python 3.13 cleans docstrings itself
     labels = ("Looks", *LABELS) if kind in MODELS else LABELS
@@ -54,7 +55,7 @@ def test_docstrings_have_their_labels(kind):
     assert all(f.doc for f in kind.fields.values())
 
 
-@pytest.mark.parametrize("kind", MODELS, ids=lambda c: c.__name__)
+@every(kind=MODELS)
 def test_looks_are_values_to_try(kind):
     """What a docstring says to try can be made: expressions of the class itself, and values of its parameters."""
     looks = inspect.cleandoc(kind.__doc__ or "").partition("\nLooks ")[2].partition("\nShapes ")[0]
@@ -382,7 +383,7 @@ def test_parameters_by_path():
     assert m.replace() == m
 
 
-@pytest.mark.parametrize("draw", draws(), ids=str)
+@each_draw(draws())
 def test_every_parameter_can_be_replaced(draw):
     for m in (draw.material(), draw.material(3)):
         values = {path: p.value for path, p in m.parameters.items()}
@@ -465,7 +466,6 @@ def test_names_that_are_none(names, words):
 # Values.
 
 VALUES = [
-    *(d.material(c) for d in draws() for c in (None, 3)),
     0.4 * gn.Lambertian(0.5),
     0.4 * (0.5 * gn.Lambertian(0.5)),
     2.0 * (gn.Lambertian(0.2) + 0.5 * gn.Phong()),
@@ -479,8 +479,18 @@ VALUES = [
 ]
 
 
-@pytest.mark.parametrize("m", VALUES, ids=lambda m: repr(m)[:60])
+@each_draw(draws())
+def test_random_materials_come_back(draw):
+    for channels in (None, 3):
+        comes_back(draw.material(channels))
+
+
+@every(m=VALUES)
 def test_round_trips(m):
+    comes_back(m)
+
+
+def comes_back(m: Any) -> None:
     """`repr` is the expression that makes it; pickles, copies and JSON give equal values, which hash alike."""
     again = [
         eval(repr(m), {k: getattr(gn, k) for k in CLASSES if hasattr(gn, k)}),

@@ -6,6 +6,7 @@ from importlib import resources
 
 import numpy as np
 import pytest
+from sweeps import every
 
 import gonio as gn
 from gonio.base.measured import Measured
@@ -30,7 +31,7 @@ def test_there_are_100_fits_and_13_substances():
     assert all(e.description and "doi:10." in e.source for e in ENTRIES)
 
 
-@pytest.mark.parametrize("entry", ENTRIES, ids=lambda e: e.name)
+@every(entry=ENTRIES)
 def test_every_entry_makes_a_reflectance(entry):
     m = gn.material(entry.name)
     w = gn.direction(np.array([0.3, 0.9]), np.array([0.1, 2.0]))

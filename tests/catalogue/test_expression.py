@@ -5,6 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from materials import most
+from sweeps import every
 
 import gonio as gn
 from gonio.base.reflectance import Reflectance
@@ -32,8 +33,7 @@ def _drawn(kind, rng):
     return kind(**values)
 
 
-@pytest.mark.parametrize("name", sorted(MODELS))
-@pytest.mark.parametrize("seed", range(3))
+@every(name=sorted(MODELS), seed=range(3))
 def test_expression_reverses_repr(name, seed):
     rng = np.random.default_rng(seed)
     m = _drawn(MODELS[name], rng)

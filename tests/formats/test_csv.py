@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 from format_cases import f, grid, loaded, rows
+from sweeps import every
 from text_files import CSV
 
 import gonio as gn
@@ -60,11 +61,14 @@ def test_csv_rows_of_one_wavelength_each(tmp_path):
         loaded(tmp_path, text + "30,10,180,450,1,1\n")
 
 
-@pytest.mark.parametrize("quantity", ["brdf", "brdf * cos(theta_o)", "brdf * cos(theta_i)", "reflectance factor"])
-@pytest.mark.parametrize("channels", [None, ("R", "cos"), (400.0, 500.5)])
 @pytest.mark.parametrize("kind", ["angles", "specular", "half_difference"])
-@pytest.mark.parametrize(("counts", "mirrored"), [((3, 4, 5), False), ((3, 4, 5), True), ((3, 4, 5, 2), False)])
-def test_csv_keeps_grids_exactly(tmp_path, quantity, channels, kind, counts, mirrored):
+@every(
+    quantity=["brdf", "brdf * cos(theta_o)", "brdf * cos(theta_i)", "reflectance factor"],
+    channels=[None, ("R", "cos"), (400.0, 500.5)],
+    counts=[((3, 4, 5), False), ((3, 4, 5), True), ((3, 4, 5, 2), False)],
+)
+def test_csv_keeps_grids_exactly(tmp_path, quantity, channels, kind, counts):
+    counts, mirrored = counts
     m = grid(kind, counts, channels, mirrored)
     stored = m.stored.copy()
     stored[1, 2, 3] = np.nan

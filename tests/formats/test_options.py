@@ -16,6 +16,7 @@ import pytest
 from binary_files import polarised
 from click.testing import CliRunner
 from seeds import SEEDS
+from sweeps import every
 
 import gonio as gn
 from gonio import discover
@@ -32,9 +33,6 @@ MODULES = {module.NAME: module for module in formats()}
 READ = [(name, o) for name, module in MODULES.items() for o in options(module.read).values()]
 WRITE = [(n, o) for n, module in MODULES.items() if hasattr(module, "write") for o in options(module.write).values()]
 CASES = [("read", *case) for case in READ] + [("write", *case) for case in WRITE]
-every_option = pytest.mark.parametrize(
-    ("does", "name", "option"), CASES, ids=[f"{d} {n} {o.name}" for d, n, o in CASES]
-)
 
 SEED_OF = {"CUReT": "CUReT Oren-Nayar", "RT-300S": "RT-300S raw"}
 ITSELF: dict[str, Any] = {}
@@ -94,8 +92,9 @@ def seed(name: str, folder: Path) -> Path:
     return path
 
 
-@every_option
-def test_every_option_says_what_it_is(does, name, option):
+@every(case=CASES)
+def test_every_option_says_what_it_is(case):
+    does, name, option = case
     assert option.declared.doc and option.expected and option.kinds
     assert option.default is None or option.checked(option.default) == option.default
     usual = option.declared.usual
@@ -103,23 +102,27 @@ def test_every_option_says_what_it_is(does, name, option):
     assert of_texts(MODULES[name], does, [f"{option.name}={option.usual}"] if option.usual else []) is not None
 
 
-@every_option
-def test_bad_values_are_parameter_errors(does, name, option, tmp_path):
+@pytest.mark.parametrize("name", sorted({name for _, name, _ in CASES}))
+def test_bad_values_are_parameter_errors(name, tmp_path):
     """Through the public face, before anything is read or written."""
-    file = seed(name, tmp_path) if does == "read" else tmp_path / "new"
-    for value in bad_values(option):
-        with pytest.raises((ParameterError, TooLargeError), match=rf"^{option.name}=") as error:
-            if does == "read":
-                gn.load(file, **{option.name: value})
-            else:
-                gn.save(gn.Lambertian(0.5), file, name, **{option.name: value})
-        assert "expected" in str(error.value) and f"`gonio formats {name}`" in str(error.value), value
-        assert len(str(error.value)) < 1200
-    assert does == "read" or not list(tmp_path.iterdir())
+    for does, option in ((does, option) for does, of, option in CASES if of == name):
+        folder = tmp_path / f"{does} {option.name}"
+        folder.mkdir()
+        file = seed(name, folder) if does == "read" else folder / "new"
+        for value in bad_values(option):
+            with pytest.raises((ParameterError, TooLargeError), match=rf"^{option.name}=") as error:
+                if does == "read":
+                    gn.load(file, **{option.name: value})
+                else:
+                    gn.save(gn.Lambertian(0.5), file, name, **{option.name: value})
+            assert "expected" in str(error.value) and f"`gonio formats {name}`" in str(error.value), value
+            assert len(str(error.value)) < 1200
+        assert does == "read" or not list(folder.iterdir())
 
 
-@every_option
-def test_values_at_the_bounds_are_taken(does, name, option):
+@every(case=CASES)
+def test_values_at_the_bounds_are_taken(case):
+    option = case[-1]
     d = option.declared
     kind = option.kinds[0]
     for word in d.words:

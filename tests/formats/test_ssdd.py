@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 from format_cases import f, grid, loaded, random_pairs
+from sweeps import every
 from text_files import SSDD, ssdd_binary
 
 import gonio as gn
@@ -64,11 +65,14 @@ def test_ssdd_grids_about_other_directions_become_rows(tmp_path):
     assert m.stored[where].tolist() == [4.0]  # 40 - 10 degrees: radial 10, phi 0
 
 
-@pytest.mark.parametrize("binary", [False, True])
-@pytest.mark.parametrize("channels", [None, ("R", "G", "B"), ("X", "Y", "Z"), (400.0, 500.5)])
 @pytest.mark.parametrize("kind", ["angles", "specular", "half_difference"])
-@pytest.mark.parametrize(("counts", "mirrored"), [((3, 4, 5), False), ((3, 4, 5), True), ((3, 4, 5, 2), False)])
-def test_ssdd_round_trip(tmp_path, binary, channels, kind, counts, mirrored):
+@every(
+    binary=[False, True],
+    channels=[None, ("R", "G", "B"), ("X", "Y", "Z"), (400.0, 500.5)],
+    counts=[((3, 4, 5), False), ((3, 4, 5), True), ((3, 4, 5, 2), False)],
+)
+def test_ssdd_round_trip(tmp_path, binary, channels, kind, counts):
+    counts, mirrored = counts
     m = grid(kind, counts, channels, mirrored)
     ssdd.write(m, tmp_path / "a", binary=binary)
     again = gn.load(tmp_path / "a")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from sweeps import every
 
 from gonio.formula.table_warp import ONE, MarginalWarp, _last, bilinear, both, bracket, tables
 
@@ -23,8 +24,7 @@ def steps(count: int) -> dict[str, np.ndarray]:
     }
 
 
-@pytest.mark.parametrize("name", steps(2))
-@pytest.mark.parametrize("count", [2, 3, 4, 5, 8, 31, 32, 33, 100, 127, 128, 129])
+@every(name=steps(2), count=[2, 3, 4, 5, 8, 31, 32, 33, 100, 127, 128, 129])
 def test_the_search_finds_what_numpy_finds(count, name):
     nodes = steps(count)[name]
     between = 0.5 * (nodes[1:] + nodes[:-1])

@@ -9,6 +9,7 @@ import pickle
 import numpy as np
 import pytest
 from places import PACKAGE
+from sweeps import every
 
 import gonio as gn
 from gonio import errors
@@ -433,7 +434,7 @@ def test_a_class_without_a_formula_is_abstract_and_its_subclass_is_not():
     assert _Kind().f(UP, UP) == 0.5
 
 
-@pytest.mark.parametrize("name", sorted(CLASSES))
+@every(name=sorted(CLASSES))
 def test_json_makes_what_it_says_or_nothing(name):
     beside = {"path": "x", "channel_names": ["a"], "numbers_from": "x", "fields": {}, "_tied": {}, "is_bound": True}
     none = {} if name == "FilmStack" else {"terms": []}  # a stack of no films is a bare substrate

@@ -17,6 +17,7 @@ import numpy as np
 import pytest
 from materials import DISTRIBUTIONS, FRESNELS, MODELS, public
 from places import ROOT
+from sweeps import every
 
 import gonio as gn
 from gonio import authoring, discover
@@ -30,7 +31,7 @@ from gonio.formula.json_form import from_json, names
 
 LIGHTS = public(Light, discover.modules("gonio.lights"))
 KINDS = [k for k in (*MODELS, *DISTRIBUTIONS, *FRESNELS, *LIGHTS, Scaled) if takes_fields(k)]
-named = pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.__name__)
+named = every(kind=KINDS)
 
 
 # Bases.

@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 from libraries import switch_off, thinned
 from materials import breaks, draws, on_sphere, pairs
+from sweeps import each_draw, each_draw_both_ways
 
 import gonio as gn
 from gonio.numerics.lattice import lattice
 
 LOBES = [d for d in draws() if d.model is not gn.Sum and not d.material().has_delta]
-each_lobe = pytest.mark.parametrize("draw", LOBES, ids=str)
 
 VIEWS = on_sphere(np.radians([0.0, 30.0, 60.0, 80.0, 89.0]), [0.0, 0.5, 2.0, -2.5, 1.0])
 
@@ -36,7 +36,7 @@ def area(torch: Any, m: Any, wo: np.ndarray, u: np.ndarray) -> tuple[np.ndarray,
     return np.linalg.norm(np.cross(slopes[:, 0], slopes[:, 1]), axis=-1), s.pdf.detach().numpy()
 
 
-@each_lobe
+@each_draw(LOBES)
 def test_pdf_is_the_jacobian(torch, draw):
     if draw.model is gn.NormalMapped:
         return  # its tangent facets fold directions onto others: several u give one wi; tested by quadrature
@@ -144,7 +144,7 @@ def test_lobes_by_quadrature(draw, monkeypatch):
 # Weights.
 
 
-@each_lobe
+@each_draw_both_ways(LOBES)
 def test_weight_is_f_cos_over_pdf(draw, evaluation):
     wo = pairs()[1]
     u = np.random.default_rng(5).random((len(wo), 2))
@@ -163,7 +163,7 @@ def test_weight_is_f_cos_over_pdf(draw, evaluation):
         np.testing.assert_array_equal(s.weight[~up], 0.0)
 
 
-@pytest.mark.parametrize("draw", draws(), ids=str)
+@each_draw_both_ways(draws())
 def test_samples_in_float32(draw, evaluation):
     u = np.random.default_rng(6).random((512, 2))
     top = 1.0 - 2.0**-24

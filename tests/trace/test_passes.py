@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from graphs import random_graph, steady
 from materials import COMPILED, Draw, draws, on_sphere, pairs
+from sweeps import every
 
 import gonio as gn
 from gonio.arrays import ops
@@ -57,8 +58,8 @@ def inputs_of(name: str) -> tuple[np.ndarray, np.ndarray]:
     return (wo, np.random.default_rng(5).random((len(wo), 2))) if name == "sample" else (wi, wo)
 
 
-@pytest.mark.parametrize("name", TASKS)
 @pytest.mark.parametrize("draw", DRAWS)
+@every(name=TASKS)
 def test_every_model_keeps_its_numbers(draw: Draw, name: str) -> None:
     """With each pass and without, in float64, to 1e-9 (below the horizon too, where numbers are masked)."""
     channels = draw.layouts[0]
