@@ -30,7 +30,8 @@ class View:
     def __init__(self, graph: Graph, outputs: Sequence[int], fixed: Collection[int]):
         self.graph, self.outputs, self.fixed = graph, list(outputs), frozenset(fixed)
         self.order = graph.reachable(outputs)
-        self.uses = Counter(source for node in self.order for source in graph.inputs(node)) + Counter(outputs)
+        self.sources = {node: graph.inputs(node) for node in self.order}
+        self.uses = Counter(source for inputs in self.sources.values() for source in inputs) + Counter(outputs)
         self.above_zero = self._above_zero()
         self.asked = frozenset().union(*self.above_zero.values())
 
@@ -38,18 +39,19 @@ class View:
         """For each node the nodes that are above 0 wherever its value is taken: choices see to that."""
         taken = dict.fromkeys(self.outputs, frozenset[int]())
         for node in reversed(self.order):
-            inputs = self.graph.inputs(node)
+            operation, inputs = self.graph.operations[node], self.sources[node]
             for i, source in enumerate(inputs):
-                by_choice = i > 0 and self.graph.operations[node] == "select"
-                here = taken[node] | self._tested(inputs[0], i == 1) if by_choice else taken[node]
-                if self.graph.operations[node] == "loop":  # its steps end whether or not its results are taken
+                here = taken[node]
+                if operation == "select" and i > 0:
+                    here |= self._tested(inputs[0], i == 1)
+                elif operation == "loop":  # its steps end whether or not its results are taken
                     here = frozenset()
                 taken[source] = taken[source] & here if source in taken else here
         return taken
 
     def _tested(self, condition: int, truth: bool) -> frozenset[int]:
         """The nodes that are above 0 where a condition is true, or where it is false."""
-        operation, inputs = self.graph.operations[condition], self.graph.inputs(condition)
+        operation, inputs = self.graph.operations[condition], self.sources[condition]
         if operation == ("and" if truth else "or"):
             return self._tested(inputs[0], truth) | self._tested(inputs[1], truth)
         if operation == "xor" and self.graph.value(inputs[1]) == 1:
@@ -76,7 +78,7 @@ class View:
         divided: set[int] = set()
         for node in self.order:
             operation = self.graph.operations[node]
-            of_divided = operation in ("add", "sub", "mul", "neg") and not divided.isdisjoint(self.graph.inputs(node))
+            of_divided = operation in ("add", "sub", "mul", "neg") and not divided.isdisjoint(self.sources[node])
             if operation == "div" or of_divided:
                 divided.add(node)
         return divided
@@ -87,7 +89,7 @@ class View:
         for node in reversed(self.order):
             operation = self.graph.operations[node]
             if operation not in ("mul", "div", "neg") and not (operation in ("add", "sub") and node in soft):
-                soft.difference_update(self.graph.inputs(node))
+                soft.difference_update(self.sources[node])
         return soft
 
     def cost(self, made: tuple[Graph, list[int]]) -> float:

@@ -23,8 +23,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Collection, Iterable, Iterator, Sequence
-from functools import partial, reduce
+from collections.abc import Callable, Collection, Iterable, Sequence
 from typing import NamedTuple
 
 from .costs import Choice, View
@@ -43,6 +42,9 @@ WIDE = {"exp", "power", "log", "tan", "take", "erfinv", "state", "result"}
 """Operations whose results may be as large as the dtype allows, or their reciprocals."""
 
 Nodes = frozenset[int] | None
+Facts = tuple[Nodes, Nodes]
+NONE = frozenset[int]()
+
 Powers = tuple[tuple[int, int], ...]
 """Atoms in order, each with its exponent in halves, not 0."""
 
@@ -105,12 +107,14 @@ class _Rewriting:
             if node in self.view.asked and product.coefficient == 1.0 and [e for _, e in product.powers] == [2]:
                 self.tested[product.powers[0][0]] = node
         ends = [self.products[node] for node in self.view.outputs]
-        self.reach = self._reach(ends)
-        used = [k for k, bits in enumerate(self.reach) if bits]
+        reach = self._reach(ends)
+        self.reach = [bits.bit_count() for bits in reach]
+        used = [k for k, bits in enumerate(reach) if bits]
         wanted = {*ends, *(product for k in used for product in self.atoms[k].products)}
         self.outputs = len(set(ends))
-        self.rooted = {k for product in wanted for k, e in product.powers if e < 0 and e % 2 and self.atoms[k].varies}
-        self.divisors = Counter(divisor for divisor in map(self._divisor, wanted) if divisor)
+        divided = [product for product in wanted if any(e < 0 for _, e in product.powers)]
+        self.rooted = {k for product in divided for k, e in product.powers if e < 0 and e % 2 and self.atoms[k].varies}
+        self.divisors = Counter(divisor for divisor in map(self._divisor, divided) if divisor)
         for k in used:
             self.written[k] = self._write(self.atoms[k])
         return self.new, [self._value(product) for product in ends]
@@ -118,22 +122,26 @@ class _Rewriting:
     # Reading.
 
     def _product(self, node: int) -> Product:
-        operation, inputs = self.graph.operations[node], [self.products[n] for n in self.graph.inputs(node)]
+        operation = self.graph.operations[node]
+        inputs = [self.products[n] for n in self.view.sources[node]]
         made = None
-        if operation == "constant":
-            value = self.graph.arguments[node][0]
-            if self.graph.kinds[node] == REAL and value and math.isfinite(value):
-                return Product(value, ())
-        elif self.graph.kinds[node] == REAL:
-            if operation == "neg":
-                return _times(inputs[0], Product(-1.0, ()))
-            if operation in ("mul", "div"):
-                made = self._multiply(inputs[0], inputs[1] if operation == "mul" else _inverse(inputs[1]), node)
-            elif operation in ("add", "sub"):
-                a, b = inputs
-                made = self._sum(a, b if operation == "add" else _times(b, Product(-1.0, ())), node)
+        if self.graph.kinds[node] == REAL:
+            if operation == "mul":
+                made = self._multiply(inputs[0], inputs[1], node)
+            elif operation == "div":
+                made = self._multiply(inputs[0], _inverse(inputs[1]), node)
+            elif operation == "add":
+                made = self._sum(inputs[0], inputs[1], node)
+            elif operation == "sub":
+                made = self._sum(inputs[0], _opposite(inputs[1]), node)
+            elif operation == "neg":
+                return _opposite(inputs[0])
             elif operation == "sqrt":
                 made = self._root(inputs[0], node)
+            elif operation == "constant":
+                value = self.graph.arguments[node][0]
+                if value and math.isfinite(value):
+                    return Product(value, ())
         if made is None or not _ordinary(made.coefficient):
             return self._atom(operation, tuple(inputs), node)
         if node in self.choice.kept and len(made.powers) > 1:
@@ -141,69 +149,71 @@ class _Rewriting:
         return made
 
     def _atom(self, operation: str, products: tuple[Product, ...], node: int) -> Product:
-        key: tuple[object, ...] = (operation, *products, node)
-        if operation == "sum":
-            key = (operation, *sorted(products))
-        if key not in self.numbers:
-            self.numbers[key] = len(self.atoms)
+        number = len(self.atoms)
+        if node < 0:  # of several nodes, each of which would make it
+            key = (operation, *(sorted(products) if operation == "sum" else products))
+            number = self.numbers.setdefault(key, number)
+        if number == len(self.atoms):
             self.atoms.append(_Atom(operation, products, node, *self._nature(operation, products, node)))
-        return Product(1.0, ((self.numbers[key], 2),))
+        return Product(1.0, ((number, 2),))
 
     def _nature(self, operation: str, products: tuple[Product, ...], node: int) -> tuple[bool, Nodes, Nodes, bool]:
         """What an atom is: varying, positive, nonzero, wide."""
-        none: Nodes = frozenset()
         if operation == "load":
             return self.graph.arguments[node][0] not in self.view.fixed, None, None, False
         if operation in ("state", "loop", "result", "rays"):
             return True, None, None, True
         if operation == "constant":
             value = self.graph.arguments[node][0]
-            return False, none if value >= 0 else None, None, not math.isfinite(value)
-        atoms = [self.atoms[k] for product in products for k, _ in product.powers]
-        positive, nonzero = ([of(p) for p in products] for of in (self._positive, self._nonzero))
-        is_positive = is_nonzero = None
-        if operation == "value":
-            is_positive, is_nonzero = positive[0], nonzero[0]
-        elif operation in ("sum", "minimum"):
-            is_positive = _all(positive)
-            is_nonzero = _all([is_positive, *([_any(nonzero)] if operation == "sum" else nonzero)])
-        elif operation == "maximum":
-            is_positive = _any(positive)
-            is_nonzero = _any([_all(both) for both in zip(positive, nonzero, strict=True)])
-        elif operation == "select":
-            is_positive, is_nonzero = _all(positive[1:]), _all(nonzero[1:])
-        elif operation == "absolute":
-            is_positive, is_nonzero = none, nonzero[0]
-        elif operation == "exp":
-            is_positive = is_nonzero = none
-        elif operation in ("sqrt", "ierfc"):
-            is_positive = none
-        return any(a.varies for a in atoms), is_positive, is_nonzero, self._wide(operation, products)
+            return False, NONE if value >= 0 else None, None, not math.isfinite(value)
+        varies = wide = False
+        for product in products:
+            for k, _ in product.powers:
+                atom = self.atoms[k]
+                varies, wide = varies or atom.varies, wide or atom.wide
+        if operation == "sum":  # with a number so small, its reciprocal may be large
+            wide = wide or any(not p.powers and abs(p.coefficient) < self.guard for p in products)
+        wide = operation in WIDE or (wide and operation not in BOUNDED)
+        facts = _FACTS.get(operation)
+        return varies, *(facts(self, products) if facts else (None, None)), wide
 
-    def _wide(self, operation: str, products: tuple[Product, ...]) -> bool:
-        """Whether a number may be as large as the dtype allows, or its reciprocal."""
-        if operation == "sum" and any(not p.powers and abs(p.coefficient) < self.guard for p in products):
-            return True
-        wide = any(self.atoms[k].wide for product in products for k, _ in product.powers)
-        return operation in WIDE or (wide and operation not in BOUNDED)
+    def _of_sum(self, products: Sequence[Product]) -> Facts:
+        positive = _all(self._positive(p) for p in products)
+        return positive, None if positive is None else _all((positive, _any(self._nonzero(p) for p in products)))
+
+    def _of_minimum(self, products: Sequence[Product]) -> Facts:
+        positive = _all(self._positive(p) for p in products)
+        return positive, None if positive is None else _all((positive, *(self._nonzero(p) for p in products)))
+
+    def _of_maximum(self, products: Sequence[Product]) -> Facts:
+        positive = [self._positive(p) for p in products]
+        above = [_all((fact, self._nonzero(p))) for fact, p in zip(positive, products, strict=True)]
+        return _any(positive), _any(above)
+
+    def _of_choice(self, products: Sequence[Product]) -> Facts:
+        return _all(self._positive(p) for p in products[1:]), _all(self._nonzero(p) for p in products[1:])
 
     def _positive(self, product: Product) -> Nodes:
         """The nodes that must be above 0 for a product to be positive, or 0."""
         if product.coefficient < 0:
             return None
-        return _all([_any([self.atoms[k].positive, self._test(k)]) for k, e in product.powers if e % 4 == 2])
+        return _all(self._fact(self.atoms[k].positive, k) for k, e in product.powers if e % 4 == 2)
 
     def _nonzero(self, product: Product) -> Nodes:
-        return _all([_any([self.atoms[k].nonzero, self._test(k)]) for k, _ in product.powers])
+        return _all(self._fact(self.atoms[k].nonzero, k) for k, _ in product.powers)
 
-    def _test(self, atom: int) -> Nodes:
-        return frozenset((self.tested[atom],)) if atom in self.tested else None
+    def _fact(self, known: Nodes, atom: int) -> Nodes:
+        """What a fact about an atom needs, which follows from its being above 0, too."""
+        test = self.tested.get(atom)
+        return known if test is None or (known is not None and len(known) < 2) else frozenset((test,))
 
     def _multiply(self, a: Product, b: Product, node: int) -> Product | None:
         """The product of two; None where it has a factor above the line and below it that may be 0 at the node."""
         other, known = dict(b.powers), self.view.above_zero[node]
-        opposite = [(k, e) for k, e in a.powers if other.get(k, 0) * e < 0]
-        needed = [(k, self._nonzero(Product(1.0, ((k, e),)))) for k, e in opposite]
+        opposite = [k for k, e in a.powers if other.get(k, 0) * e < 0]
+        if not opposite:
+            return _times(a, b)
+        needed = [(k, self._fact(self.atoms[k].nonzero, k)) for k in opposite]
         doubtful = {k for k, nodes in needed if nodes is None or not nodes <= known}
         if any(self.atoms[k].varies for k in doubtful):
             return None
@@ -222,29 +232,31 @@ class _Rewriting:
         return Product(math.sqrt(product.coefficient), tuple((k, e // 2) for k, e in product.powers))
 
     def _sum(self, a: Product, b: Product, node: int) -> Product:
-        common = self._common(a, b, node in self.choice.joined)
-        inverse = _inverse(common)
-        left, right = _times(a, inverse), _times(b, inverse)
+        left, right, scale, common = a, b, 1.0, self._common(a.powers, b.powers, node in self.choice.joined)
+        if common:
+            inverse = _inverse(Product(1.0, common))
+            left, right = _times(a, inverse), _times(b, inverse)
         if left.powers or right.powers:
             if abs(left.coefficient) == abs(right.coefficient):
                 scale = left.coefficient
-                common, left = common._replace(coefficient=scale), left._replace(coefficient=1.0)
-                right = right._replace(coefficient=right.coefficient / scale)
-            return _times(common, self._atom("sum", (left, right), -1))
+                left, right = Product(1.0, left.powers), Product(right.coefficient / scale, right.powers)
+            return _times(Product(scale, common), self._atom("sum", (left, right), -1))
         total = left.coefficient + right.coefficient
-        return _times(common, Product(total, ())) if total else self._atom("sum", (a, b), -1)
+        return Product(total, common) if total else self._atom("sum", (a, b), -1)
 
-    def _common(self, a: Product, b: Product, joined: bool) -> Product:
+    def _common(self, first: Powers, second: Powers, joined: bool) -> Powers:
         """What both terms of a sum have as a factor; if they are to be joined, with a common denominator."""
-        first, second = dict(a.powers), dict(b.powers)
+        a, b = dict(first), dict(second)
+        if not joined:
+            return tuple((k, min(e, b[k]) if e > 0 else max(e, b[k])) for k, e in first if b.get(k, 0) * e > 0)
         powers = []
-        for k in sorted(first.keys() | second.keys()):
-            e, f = first.get(k, 0), second.get(k, 0)
-            if e * f > 0:
+        for k in sorted(a.keys() | b.keys()):
+            e, f = a.get(k, 0), b.get(k, 0)
+            if min(e, f) < 0 and self.atoms[k].varies and not self.atoms[k].wide:
+                powers.append((k, min(e, f)))
+            elif e * f > 0:
                 powers.append((k, min(e, f) if e > 0 else max(e, f)))
-            if joined and min(e, f) < 0 and self.atoms[k].varies and not self.atoms[k].wide:
-                powers[-1 if e * f > 0 else len(powers) :] = [(k, min(e, f))]
-        return Product(1.0, tuple(powers))
+        return tuple(powers)
 
     # Writing.
 
@@ -255,9 +267,10 @@ class _Rewriting:
             for k, _ in product.powers:
                 reach[k] |= 1 << i
         for k in reversed(range(len(self.atoms))):
-            for product in self.atoms[k].products if reach[k] else ():
+            bits = reach[k]
+            for product in self.atoms[k].products if bits else ():
                 for below, _ in product.powers:
-                    reach[below] |= reach[k]
+                    reach[below] |= bits
         return reach
 
     def _write(self, atom: _Atom) -> int:
@@ -268,26 +281,35 @@ class _Rewriting:
             a, b = products if products[0].coefficient > 0 else products[::-1]
             if b.coefficient > 0 or a.coefficient < 0:
                 return self.new.apply("add", self._value(a), self._value(b))
-            return self.new.apply("sub", self._value(a), self._value(_times(b, Product(-1.0, ()))))
+            return self.new.apply("sub", self._value(a), self._value(_opposite(b)))
         return self.graph.copied(node, self.new, [self._value(product) for product in products])
 
     def _value(self, product: Product) -> int:
         """A node of the new graph."""
+        coefficient, powers = product
+        if not powers:
+            return self.new.constant(coefficient)
+        if coefficient == 1.0 and len(powers) == 1 and powers[0][1] == 2:
+            return self.written[powers[0][0]]
         if product not in self.values:
-            fixed = tuple(p for p in product.powers if not self.atoms[p[0]].varies)
-            varying = tuple(p for p in product.powers if self.atoms[p[0]].varies)
-            above, below = self._factors(varying, 1), self._factors(varying, -1)
-            if self.divisors[self._divisor(product)] > 1:
-                above.append(_Factor(self._quotient([], below), 0, 1))
-                below = []
-            negative = product.coefficient < 0 and bool(above)
-            scale = self._scale(abs(product.coefficient) if above else product.coefficient, fixed)
-            if scale is not None:
-                shared = [f for f in above if f.reach >= scale.reach]
-                above = [*shared, scale, *above[len(shared) :]]
-            value = self._quotient(above, below, product.coefficient)
-            self.values[product] = self.new.apply("neg", value) if negative else value
+            self.values[product] = self._quotient_of(coefficient, powers)
         return self.values[product]
+
+    def _quotient_of(self, coefficient: float, powers: Powers) -> int:
+        """A node for a product of some powers."""
+        fixed = tuple(p for p in powers if not self.atoms[p[0]].varies)
+        varying = tuple(p for p in powers if self.atoms[p[0]].varies) if fixed else powers
+        above, below = self._factors(varying, 1), self._factors(varying, -1)
+        if below and self.divisors[self._divisor(Product(coefficient, varying))] > 1:
+            above.append(_Factor(self._quotient([], below), 0, 1))
+            below = []
+        negative = coefficient < 0 and bool(above)
+        scale = self._scale(abs(coefficient) if above else coefficient, fixed)
+        if scale is not None:
+            shared = [f for f in above if f.reach >= scale.reach]
+            above = [*shared, scale, *above[len(shared) :]]
+        value = self._quotient(above, below, coefficient)
+        return self.new.apply("neg", value) if negative else value
 
     def _divisor(self, product: Product) -> Powers:
         """What does vary below the line, where it is divided by: a reciprocal root is multiplied."""
@@ -302,24 +324,25 @@ class _Rewriting:
         above, below = self._factors(fixed, 1), self._factors(fixed, -1)
         if coefficient != 1.0 or not above:
             above = [_Factor(self.new.constant(coefficient), 0, 1), *above]
-        reach = min(self.reach[k].bit_count() for k, _ in fixed)
-        return _Factor(self._quotient(above, below), reach, 1)
+        return _Factor(self._quotient(above, below), min(self.reach[k] for k, _ in fixed), 1)
 
     def _factors(self, powers: Powers, sign: int) -> list[_Factor]:
         """The powers above the line, sign = 1, or below it; what most outputs share comes first."""
         factors = []
         for k, exponent in powers:
-            node, count, reach = self.written[k], abs(exponent) // 2, self.reach[k].bit_count()
-            if k in self.rooted and exponent < 0:
-                if sign > 0:
-                    root = self.new.apply("div", self.new.constant(1.0), self.new.apply("sqrt", node))
-                    factors.append(_Factor(self._raised(root, -exponent), reach, 1))
-            elif exponent * sign > 0:
-                if exponent % 2:
-                    factors.append(_Factor(self.new.apply("sqrt", node), reach, 1))
-                if count:
-                    factors.append(_Factor(self._raised(node, count), reach, count))
-        return sorted(factors, key=lambda f: -f.reach)
+            rooted = exponent < 0 and k in self.rooted  # its reciprocal is multiplied
+            if (exponent > 0 or rooted) != (sign > 0):
+                continue
+            node, count, reach = self.written[k], abs(exponent) // 2, self.reach[k]
+            if rooted:
+                root = self.new.apply("div", self.new.constant(1.0), self.new.apply("sqrt", node))
+                factors.append(_Factor(self._raised(root, -exponent), reach, 1))
+                continue
+            if exponent % 2:
+                factors.append(_Factor(self.new.apply("sqrt", node), reach, 1))
+            if count:
+                factors.append(_Factor(self._raised(node, count), reach, count))
+        return sorted(factors, key=lambda f: -f.reach) if len(factors) > 1 else factors
 
     def _raised(self, node: int, count: int) -> int:
         if count == 1:
@@ -331,7 +354,7 @@ class _Rewriting:
     def _quotient(self, above: Sequence[_Factor], below: Sequence[_Factor], empty: float = 1.0) -> int:
         """The product of factors over that of others, in steps where these are many; `empty`: what stands above for no
         factors."""
-        tops, bottoms = (list(self._steps(factors)) for factors in (above, below))
+        tops, bottoms = self._steps(above), self._steps(below)
         value = tops[0] if tops else self.new.constant(empty)
         for i in range(max(len(tops), len(bottoms))):
             if 0 < i < len(tops):
@@ -340,26 +363,44 @@ class _Rewriting:
                 value = self.new.apply("div", value, bottoms[i])
         return value
 
-    def _steps(self, factors: Sequence[_Factor]) -> Iterator[int]:
+    def _steps(self, factors: Sequence[_Factor]) -> list[int]:
         """Products of as many factors as may be multiplied together, each of factors that as many outputs share."""
-        apart = sum(f.weight for f in factors) > self.together
-        step: list[_Factor] = []
+        if sum(f.weight for f in factors) <= self.together:
+            return [self._multiplied(factors)] if factors else []
+        steps: list[list[_Factor]] = []
         for factor in factors:
+            step = steps[-1] if steps else []
             full = sum(f.weight for f in step) + factor.weight > self.together
-            if step and (full or (apart and factor.reach != step[-1].reach)):
-                yield self._multiplied(step)
-                step = []
-            step.append(factor)
-        if step:
-            yield self._multiplied(step)
+            if not step or full or factor.reach != step[-1].reach:
+                steps.append([factor])
+            else:
+                step.append(factor)
+        return [self._multiplied(step) for step in steps]
 
     def _multiplied(self, factors: Sequence[_Factor]) -> int:
-        return reduce(partial(self.new.apply, "mul"), (f.node for f in factors))
+        node = factors[0].node
+        for factor in factors[1:]:
+            node = self.new.apply("mul", node, factor.node)
+        return node
+
+
+_FACTS: dict[str, Callable[[_Rewriting, Sequence[Product]], Facts]] = {
+    "value": lambda by, products: (by._positive(products[0]), by._nonzero(products[0])),
+    "sum": _Rewriting._of_sum,
+    "minimum": _Rewriting._of_minimum,
+    "maximum": _Rewriting._of_maximum,
+    "select": _Rewriting._of_choice,
+    "absolute": lambda by, products: (NONE, by._nonzero(products[0])),
+    "exp": lambda by, products: (NONE, NONE),
+    "sqrt": lambda by, products: (NONE, None),
+    "ierfc": lambda by, products: (NONE, None),
+}
+"""What is known of the results of operations: what these need to be positive, and not to be 0."""
 
 
 def _all(needed: Iterable[Nodes]) -> Nodes:
     """What all of some facts need; None where one is not known."""
-    total: frozenset[int] = frozenset()
+    total = NONE
     for nodes in needed:
         if nodes is None:
             return None
@@ -373,16 +414,25 @@ def _any(needed: Iterable[Nodes]) -> Nodes:
 
 
 def _times(a: Product, b: Product) -> Product:
-    if not a.powers or not b.powers:
-        return Product(a.coefficient * b.coefficient, a.powers or b.powers)
-    powers = dict(a.powers)
-    for k, e in b.powers:
+    coefficient, first, second = a.coefficient * b.coefficient, a.powers, b.powers
+    if not first or not second:
+        return Product(coefficient, first or second)
+    if first[-1][0] < second[0][0]:
+        return Product(coefficient, first + second)
+    if second[-1][0] < first[0][0]:
+        return Product(coefficient, second + first)
+    powers = dict(first)
+    for k, e in second:
         powers[k] = powers.get(k, 0) + e
-    return Product(a.coefficient * b.coefficient, tuple(sorted((k, e) for k, e in powers.items() if e)))
+    return Product(coefficient, tuple(sorted((k, e) for k, e in powers.items() if e)))
 
 
 def _inverse(a: Product) -> Product:
     return Product(1.0 / a.coefficient, tuple((k, -e) for k, e in a.powers))
+
+
+def _opposite(a: Product) -> Product:
+    return Product(-a.coefficient, a.powers)
 
 
 def _ordinary(coefficient: float) -> bool:

@@ -22,13 +22,15 @@ SEVERAL = "several"
 """The kind of what is no number, but has results that are."""
 
 LEAVES = ("constant", "load", "state")
-OWN = {"take": 1, "loop": 1, "result": 1, "rays": 2}
+OWN = {**dict.fromkeys(LEAVES, 2), "take": 1, "loop": 1, "result": 1, "rays": 2}
 """The number of arguments, the first ones, that are no nodes."""
 
 NODE = 320
 """Bytes of memory that a node takes, about."""
 
 _COMMUTE = {"add", "mul", "eq", "ne", "and", "or", "xor"}
+_KINDS = {**dict.fromkeys(COMPARISONS, MASK), "to_index": INDEX, "to_real": REAL}
+"""Kinds of operations that are not those of their last argument."""
 
 
 MET = ((REAL, REAL, REAL, INDEX), (MASK,))
@@ -67,8 +69,8 @@ class Graph:
         return NODE * len(self)
 
     def _node(self, operation: str, arguments: tuple, kind: str) -> int:
-        ordered = sorted(arguments) if operation in _COMMUTE else arguments
-        key = (operation, kind, *ordered)
+        turned = operation in _COMMUTE and arguments[0] > arguments[1]
+        key = (operation, kind, *(arguments[::-1] if turned else arguments))
         node = self._numbers.get(key)
         if node is None:
             node = self._numbers[key] = len(self.operations)
@@ -122,8 +124,6 @@ class Graph:
         operation, arguments = self.operations[node], self.arguments[node]
         if operation == "constant":
             return into.constant(arguments[0], self.kinds[node])
-        if operation in LEAVES:
-            return into._node(operation, arguments, self.kinds[node])
         if operation in OWN:
             return into._node(operation, (*arguments[: OWN[operation]], *inputs), self.kinds[node])
         return into.apply(operation, *inputs)
@@ -157,18 +157,12 @@ class Graph:
         same = self._simplified(operation, nodes)
         if same is not None:
             return same
-        kind = self.kinds[nodes[-1]]
-        if operation in COMPARISONS:
-            kind = MASK
-        elif operation == "to_index":
-            kind = INDEX
-        elif operation == "to_real":
-            kind = REAL
-        return self._node(operation, nodes, kind)
+        return self._node(operation, nodes, _KINDS.get(operation) or self.kinds[nodes[-1]])
 
     def _simplified(self, operation: str, nodes: Sequence[int]) -> int | None:
         """A node with the same value, bit by bit, that needs no operation; None where there is none."""
-        first, value = nodes[0], self.value(nodes[0])
+        first = nodes[0]
+        value = self.arguments[first][0] if self.operations[first] == "constant" else None
         if operation == "mul":
             if value == 1:
                 return nodes[1]
@@ -250,21 +244,19 @@ class Graph:
 
     def inputs(self, node: int) -> Sequence[int]:
         """The nodes that a node is computed from."""
-        operation = self.operations[node]
-        if operation in LEAVES:
-            return ()
-        return self.arguments[node][OWN[operation] :] if operation in OWN else self.arguments[node]
+        operation, arguments = self.operations[node], self.arguments[node]
+        return arguments[OWN[operation] :] if operation in OWN else arguments
 
     def reachable(self, outputs: Iterable[int]) -> list[int]:
         """The nodes that `outputs` depend on, in order."""
         ends = list(outputs)
         count = max(ends, default=-1) + 1
-        needed = bytearray(count)
+        needed, inputs = bytearray(count), self.inputs
         for node in ends:
             needed[node] = 1
         for node in range(count - 1, -1, -1):
             if needed[node]:
-                for source in self.inputs(node):
+                for source in inputs(node):
                     needed[source] = 1
         return [node for node in range(count) if needed[node]]
 
@@ -285,8 +277,7 @@ class Graph:
         for node in self.reachable(outputs):
             numbers[node] = len(numbers)
             operation, arguments = self.operations[node], self.arguments[node]
-            if operation not in LEAVES:
-                own = OWN.get(operation, 0)
-                arguments = (*arguments[:own], *(numbers[a] for a in arguments[own:]))
+            own = OWN.get(operation, 0)
+            arguments = (*arguments[:own], *(numbers[a] for a in arguments[own:]))
             text.append(f"{operation}{arguments}{self.kinds[node]}\n")
         return hashlib.sha256("".join(text).encode()), [numbers[node] for node in outputs]
