@@ -515,8 +515,8 @@ def test_all_models(monkeypatch):
     [pytest.param(m, id=m.__name__, marks=() if k % 6 == 0 else pytest.mark.texts) for k, m in enumerate(MODELS)],
 )
 def test_every_model_is_lawful(model, monkeypatch):
-    """Every verdict of docs/models/laws.md: with default parameters, by every law. Laws of all models with other ones are
-    those of tests/models/test_laws.py."""
+    """Every verdict of docs/models/laws.md: with default parameters, by every law. With other parameters all models are
+    held to the laws by tests/models/test_laws.py."""
     switch_off(monkeypatch)  # a dozen kernels for each take three times as long to compile as the laws to try
     report = gn.check(model())
     assert report.lawful, report
