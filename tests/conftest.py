@@ -9,8 +9,8 @@ from __future__ import annotations
 import os
 import sys
 
-# Before any of them is imported: double precision for JAX, and one thread, so that small arrays cost nothing. Threads of
-# BLAS that wait for each other beside the tests' other processes took twenty times as long for the matrices of layers.
+# Before any of them is imported: double precision for JAX, and one thread, so that small arrays cost nothing. Threads
+# of BLAS that wait for each other on a busy machine took twenty times as long for the matrices of layers.
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 os.environ.setdefault("JAX_ENABLE_X64", "1")
@@ -44,6 +44,8 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 
     models = {draw.model for draw in OBEDIENT}
     for item in items:
+        if "jax" in item.name or "jax" in getattr(item, "fixturenames", ()):
+            item.add_marker(pytest.mark.slow_because("JAX compiles each operation for each shape"))
         case = item.callspec if isinstance(item, pytest.Function) and hasattr(item, "callspec") else None
         if case is None:
             continue

@@ -109,6 +109,7 @@ def slow(job):
     return os.getpid(), {name: os.environ.get(name) for name in ENVIRONMENT}
 
 
+@pytest.mark.slow_because("the fits run in processes of their own, one of which is killed")
 @pytest.mark.filterwarnings("ignore::ResourceWarning")
 def test_processes_give_the_same_and_survive_a_kill(folder):
     pytest.importorskip("distributed")

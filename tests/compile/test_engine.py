@@ -665,6 +665,7 @@ def run_script(folder, warning: str = "", **environment) -> list[str]:
     return done.stdout.split()
 
 
+@pytest.mark.slow_because("the next process is what is tested")
 def test_kernels_are_kept_on_disk(tmp_path):
     value, compiled = run_script(tmp_path / "new")
     assert compiled == "1"
@@ -679,6 +680,7 @@ def test_kernels_are_kept_on_disk(tmp_path):
     assert {*code.parent.iterdir()} == {record, code}
 
 
+@pytest.mark.slow_because("the next process is what is tested")
 def test_a_folder_that_cannot_be_written(tmp_path):
     (tmp_path / "file").write_text("not a folder")
     value, compiled = run_script(tmp_path / "file", warning="cannot be made (Not a directory); set GONIO_CACHE_DIR")
@@ -689,6 +691,7 @@ def test_a_folder_that_cannot_be_written(tmp_path):
     )
 
 
+@pytest.mark.slow_because("the next process is what is tested")
 def test_processes_share_a_folder(tmp_path):
     with ThreadPoolExecutor(4) as pool:
         values = list(pool.map(lambda _: run_script(tmp_path)[0], range(6)))

@@ -208,15 +208,11 @@ def holzschuch(theta: float, beta: float, p: float) -> float:
 
 
 def bagher(theta: float, alpha: float, p: float) -> float:
-    import mpmath
+    from scipy.integrate import quad
 
     x = math.tan(theta) ** 2
-    P22 = (
-        alpha ** (p - 1.0)
-        / float(mpmath.gammainc(1.0 - p, alpha))
-        * math.exp(-(alpha**2 + x) / alpha)
-        / (alpha**2 + x) ** p
-    )
+    gamma = quad(lambda t: t**-p * math.exp(-t), alpha, math.inf, epsabs=0.0, epsrel=1e-12)[0]  # Gamma(1 - p, alpha)
+    P22 = alpha ** (p - 1.0) / gamma * math.exp(-(alpha**2 + x) / alpha) / (alpha**2 + x) ** p
     return P22 / (PI * math.cos(theta) ** 4)
 
 

@@ -144,14 +144,14 @@ def test_normal_equations_are_those_of_the_residuals(robust):
 def test_intervals_cover_the_truth(noise, known):
     truth = {"0.rho": 0.3, "1.distribution.alpha_x": 0.15, "1.fresnel.F0": 0.06}
     covered = np.zeros(3)
-    for seed in range(150):
+    for seed in range(60):
         wi, wo, f, u = noisy(GLOSSY, 300, noise, seed)
         found = gn.fit(
             (wi, wo, f, u) if known else (wi, wo, f), MODEL.replace(truth), "likelihood" if known else "log", starts=1
         )
         covered += [low <= truth[name] <= high for name, (low, high) in found.interval().items()]
-    # of 150 trials at 95 % fewer than 132 have a probability of 1e-4, of 98 % all are unlikely; the campaign has 1000
-    assert (covered >= 130).all(), covered
+    # of 60 trials at 95 % fewer than 50 have a probability of 5e-4; the campaign has 1000
+    assert (covered >= 50).all(), covered
 
 
 def test_robust_fits_bear_outliers():
@@ -215,7 +215,7 @@ def test_channels_that_share_nothing_are_fitted_one_by_one():
 
 def test_spectra_of_many_channels():
     wi, wo = spread_pairs(60)
-    rho = np.linspace(0.1, 0.8, 500)
+    rho = np.linspace(0.1, 0.8, 120)
     f = gn.Lambertian(rho).f(wi, wo) + gn.Microfacet(gn.GGX(0.4), gn.Schlick(0.05)).f(wi, wo)[:, None]
     with pytest.raises(gn.Error, match="found together"):
         gn.fit((wi, wo, f), MODEL)
@@ -403,7 +403,7 @@ def test_figures_and_command(tmp_path, monkeypatch):
     from gonio.cli.commands import cli
 
     monkeypatch.chdir(tmp_path)
-    gn.save(gn.tabulate(GLOSSY, resolution=(20, 20, 40)), "paint.csv")
+    gn.save(gn.tabulate(GLOSSY, resolution=(14, 14, 20)), "paint.csv")
     run = CliRunner().invoke(cli, ["fit", "paint.csv", "-o", "fit.json", "--plot", "fit.png"])
     assert run.exit_code == 0, run.output
     assert "1.distribution.alpha_x  0.15" in run.output and (tmp_path / "fit.png").stat().st_size > 10_000
@@ -419,13 +419,13 @@ def test_figures_and_command(tmp_path, monkeypatch):
 
 
 def test_selection_does_not_take_more_lobes_than_the_data_support():
-    wi, wo, f, u = noisy(GLOSSY, 800, 0.02, 12)
+    wi, wo, f, u = noisy(GLOSSY, 300, 0.02, 12)
     chosen = gn.select_model((wi, wo, f, u), "lobes")
     assert chosen.best.name == "Lambertian + GGX" and "no more" in chosen.verdict
     two = (
         gn.Lambertian(0.2) + gn.Microfacet(gn.GGX(0.05), gn.Schlick(0.04)) + gn.Microfacet(gn.GGX(0.4), gn.Schlick(0.2))
     )
-    assert gn.select_model(noisy(two, 1500, 0.01, 13), "lobes").best.name == "Lambertian + 2 GGX"
+    assert gn.select_model(noisy(two, 600, 0.01, 13), "lobes").best.name == "Lambertian + 2 GGX"
 
 
 def test_a_model_that_cannot_be_fitted_is_a_line_of_the_table():

@@ -153,6 +153,7 @@ def test_the_stub_has_every_public_name():
         assert re.search(rf"^(class|def) {name}\b|^from \S+ import \w+ as {name}$", stub, re.MULTILINE), name
 
 
+@pytest.mark.texts
 def test_type_checkers_accept_and_refuse(tmp_path):
     """Strict mypy accepts passes.py, and refuses the lines of fails.py, and no other, for the reasons given there."""
     pytest.importorskip("mypy")

@@ -30,7 +30,7 @@ def panels(edges: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def by_half_vectors(
-    m: gn.Reflectance, wi: np.ndarray, alpha: float, sides: int = 1536, rings: int = 160, across: float | None = None
+    m: gn.Reflectance, wi: np.ndarray, alpha: float, sides: int = 768, rings: int = 120, across: float | None = None
 ) -> float:
     """Albedo as an integral over half vectors: polar coordinates of their slopes, graded; uses m.f only.
 
@@ -50,7 +50,7 @@ def by_half_vectors(
     return float((solid * np.where(up, m.f(wi, wo) * wo[..., 2] * 4.0 * d, 0.0)).sum())
 
 
-def by_disc(m: gn.Reflectance, wi: np.ndarray, sides: int = 1536) -> float:
+def by_disc(m: gn.Reflectance, wi: np.ndarray, sides: int = 384) -> float:
     """Albedo as an integral over the unit disc, in polar coordinates about the mirror point; uses m.f only."""
     low, high = np.geomspace(1e-7, 0.5, 90), 1.0 - np.geomspace(0.5, 1e-8, 50)
     t, dt = panels(np.concatenate([[0.0], low, high[1:], [1.0]]))
@@ -185,10 +185,18 @@ def test_the_estimate_covers_the_error(draw):
     assert (error <= rough.error).all()
 
 
-@pytest.mark.parametrize("model", [gn.Microfacet, gn.ModifiedPhong, gn.ABC], ids=lambda c: c.__name__)
-def test_albedo_at_the_bounds_of_parameters(model):
+@pytest.mark.parametrize(
+    ("model", "structures"),
+    [
+        (gn.Microfacet, 3),
+        pytest.param(gn.Microfacet, None, marks=pytest.mark.full),
+        (gn.ModifiedPhong, None),
+        (gn.ABC, None),
+    ],
+)
+def test_albedo_at_the_bounds_of_parameters(model, structures):
     w = on_sphere([0.0, 1.0, GRAZING], 0.4)
-    for m in at_bounds(model):
+    for m in at_bounds(model, structures):
         found = gn.albedo(m, w, error=True)
         assert np.isfinite(found.value).all()
         assert (found.error <= 1e-4 * np.maximum(found.value, 1.0)).all()
@@ -463,7 +471,7 @@ def test_black_white_and_blue_sky():
     np.testing.assert_allclose(lit, gn.blue_sky_albedo(m, 1.2, 0.25), atol=1e-4)
 
 
-def brute(m: gn.Reflectance, incident, collected, n: int = 24, radiance=None):
+def brute(m: gn.Reflectance, incident, collected, n: int = 16, radiance=None):
     """The reflectance factor by Gauss–Legendre products in polar coordinates of each geometry, horizon masked."""
 
     def nodes(g):
@@ -521,10 +529,10 @@ def test_reciprocity(m, pair):
 @each_but_polished
 def test_either_integral_may_be_outside(m, monkeypatch):
     """The larger geometry outside, which needs more, gives the same: it is the other order of integration."""
-    smaller = gn.reflectance_factor(m, NARROW, WIDE, tolerance=2e-3)
+    smaller = gn.reflectance_factor(m, NARROW, WIDE, tolerance=5e-3)
     monkeypatch.setattr(factor_between, "smaller_first", lambda of, to: of.projected > to.projected)
-    larger = gn.reflectance_factor(m, NARROW, WIDE, tolerance=2e-3)
-    np.testing.assert_allclose(larger, smaller, rtol=3e-3, atol=3e-3)
+    larger = gn.reflectance_factor(m, NARROW, WIDE, tolerance=5e-3)
+    np.testing.assert_allclose(larger, smaller, rtol=5e-3, atol=5e-3)
 
 
 @each_material
@@ -544,16 +552,16 @@ def test_a_narrow_cone_is_a_direction(m):
 def test_parts_add_up(m):
     """What two halves of the hemisphere collect, side by side or as cone and rest, is the whole."""
     left, right = (Cone((0.0, s, 0.0), 0.5 * PI) for s in (-1.0, 1.0))
-    for incident, tolerance in ((A, 1e-4), (on_sphere(1.5, 1.0), 1e-4), (NARROW, 5e-3)):
+    for incident, tolerance in ((A, 1e-4), (on_sphere(1.5, 1.0), 1e-4), (NARROW, 1e-2)):
         whole = gn.reflectance(m, incident, SKY, tolerance=tolerance)
         parts = sum(gn.reflectance(m, incident, half, tolerance=tolerance) for half in (left, right))
         np.testing.assert_allclose(parts, whole, atol=2.0 * tolerance)
     inside = gn.reflectance(m, A, Cone((0.0, 0.0, 1.0), 0.5))
-    theta, d = panels(np.linspace(0.5, 0.5 * PI, 200))
-    phi = (np.arange(600) + 0.5) * (2.0 * PI / 600)
+    theta, d = panels(np.linspace(0.5, 0.5 * PI, 60))
+    phi = (np.arange(200) + 0.5) * (2.0 * PI / 200)
     wo = on_sphere(theta[:, None], phi)
     f = m.f(A, wo).reshape(*wo.shape[:2], -1)
-    rest = np.tensordot((np.sin(theta) * np.cos(theta) * d)[:, None] * np.full(600, 2.0 * PI / 600), f, 2)
+    rest = np.tensordot((np.sin(theta) * np.cos(theta) * d)[:, None] * np.full(200, 2.0 * PI / 200), f, 2)
     np.testing.assert_allclose(inside + (rest if inside.ndim else rest[0]), gn.albedo(m, A), atol=3e-4)
 
 
@@ -624,7 +632,15 @@ of_a_sky = pytest.mark.parametrize(
 )
 
 
-@of_a_sky
+@pytest.mark.parametrize(
+    ("incident", "collected"),
+    [
+        pytest.param(SKY, B, id="HD"),
+        pytest.param(WIDE, B, id="CD"),
+        pytest.param(WIDE, LOW, marks=pytest.mark.full, id="CC"),
+        pytest.param(SKY, SKY, marks=pytest.mark.full, id="HH"),
+    ],
+)
 def test_a_uniform_sky_is_no_sky(incident, collected):
     plain = gn.reflectance_factor(PLASTIC, incident, collected, tolerance=1e-3)
     lit = gn.reflectance_factor(PLASTIC, incident, collected, sky=gn.ConstantLight(7.0), tolerance=1e-3)
@@ -663,20 +679,27 @@ def test_a_coloured_sky():
     assert found[1] == pytest.approx(gn.reflectance_factor(PLASTIC, SKY, B), abs=2e-4)
 
 
-def test_an_environment_map():
+@pytest.mark.parametrize(
+    ("incident", "collected"),
+    [
+        pytest.param(SKY, B, id="HD"),
+        pytest.param(WIDE, B, id="CD"),
+        pytest.param(SKY, WIDE, marks=pytest.mark.full, id="HC"),
+    ],
+)
+def test_an_environment_map(incident, collected):
     w, _ = gn.radiometry.latlong_pixels(32, 64)
     picture = gn.EnvironmentLight(gradient(w))
     m = gn.Lambertian(0.3) + gn.Microfacet(gn.GGX(0.4))
-    for incident, collected in ((SKY, B), (WIDE, B), (SKY, WIDE)):
-        found = gn.reflectance_factor(m, incident, collected, sky=picture, tolerance=2e-3, error=True)
-        smooth = gn.reflectance_factor(m, incident, collected, sky=gn.FunctionLight(gradient))
-        assert found.value == pytest.approx(smooth, rel=6e-3)
-        assert found.error <= 2e-3
+    found = gn.reflectance_factor(m, incident, collected, sky=picture, tolerance=2e-3, error=True)
+    smooth = gn.reflectance_factor(m, incident, collected, sky=gn.FunctionLight(gradient))
+    assert found.value == pytest.approx(smooth, rel=6e-3)
+    assert found.error <= 2e-3
 
 
 def test_maps_under_the_sun_are_their_numbers_one_by_one():
     sun = gn.SunLight((0.3, 0.0, 1.0))
-    numbers = np.array([[0.2, 0.3, 0.4], [0.5, 0.6, 0.7]])
+    numbers = np.array([[0.2, 0.3], [0.5, 0.7]])
     for made in (gn.Lambertian, lambda x: gn.Microfacet(gn.GGX(x), gn.Conductor(0.2, 3.0))):
         for to in (SKY, B):
             measure = gn.reflectance if to is SKY else gn.reflectance_factor

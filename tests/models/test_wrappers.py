@@ -430,9 +430,11 @@ def test_tables(parameterisation, four):
     s = small.sample(WO, u)
     used = s.pdf > 0.0
     np.testing.assert_allclose(s.pdf[used], small.pdf(s.wi, WO)[used], rtol=1e-8)
-    if four:
-        return
-    report = gn.check(small)
+
+
+@pytest.mark.parametrize("parameterisation", ["angles", pytest.param("half_difference", marks=pytest.mark.full)])
+def test_tables_keep_the_laws(parameterisation):
+    report = gn.check(gn.tabulate(PAINT, parameterisation, SMALL[parameterisation, False]))
     assert {law.name for law in report.laws if not law.passed} <= {"energy", "furnace"}, report
 
 

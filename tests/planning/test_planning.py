@@ -50,7 +50,7 @@ def test_plans_for_models_with_errors_are_better_where_models_err():
     for misfit in (0.0, 0.05):
         planned, off = gn.plan(PAINT, 12, noise=0.002, misfit=misfit), []
         e = smooth_errors(planned.wi, planned.wo)
-        for seed in range(40):
+        for seed in range(12):
             f = PAINT.f(planned.wi, planned.wo) * (
                 1.0 + 0.05 * e @ np.random.default_rng(seed).standard_normal(e.shape[1])
             )
@@ -93,11 +93,11 @@ def test_no_other_choice_is_better(criterion):
 def test_fits_show_the_errors_that_were_promised():
     planned = gn.plan(PAINT, 20)
     f, fitted = PAINT.f(planned.wi, planned.wo), []
-    for seed in range(400):
+    for seed in range(120):
         noisy = f * (1.0 + 0.01 * np.random.default_rng(seed).standard_normal(len(f)))
         fitted.append(gn.fit((planned.wi, planned.wo, noisy, 0.01 * f), PAINT, starts=1).values)
     shown, promised = np.std(fitted, axis=0, ddof=1), np.array(list(planned.stderr.values()))
-    assert np.allclose(shown, promised, rtol=0.12)  # the standard error of a spread of 400 is 3.5 %; the bar is 10 %
+    assert np.allclose(shown, promised, rtol=0.15)  # the standard error of a spread of 120 is 6.5 %
 
 
 def test_as_many_of_a_regular_grid_tell_less():

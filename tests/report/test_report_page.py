@@ -77,14 +77,23 @@ def quick(monkeypatch):
     monkeypatch.setattr(pictures, "STILL", (45.0,))
 
 
+def reported(subjects, **options):
+    """What a report says, and its page."""
+    computed, kept = page.data, []
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(page, "data", lambda *given: kept.append(computed(*given)) or kept[-1])
+        text = page.made(subjects, **options)
+    return kept[0], text
+
+
 @pytest.fixture(scope="module")
 def paint():
     """The whole report of a paint: its data and its page."""
     subject = Subject("gold-metallic-paint", gn.material("gold-metallic-paint"), "gold-metallic-paint")
     told = []
-    text = page.made([subject], progress=lambda done, total: told.append(done / total))
+    said, text = reported([subject], progress=lambda done, total: told.append(done / total))
     assert told == sorted(told) and told[-1] == 1.0
-    return page.data([subject])["materials"][0], text
+    return said["materials"][0], text
 
 
 # What it says is true.
@@ -276,13 +285,14 @@ def test_every_kind_has_its_parts(quick, kind):
 
 def test_a_spectrum_has_a_plot_and_colours(quick):
     m = gn.material("gold", wavelengths=np.arange(400.0, 701.0, 10.0))
-    one = page.data([Subject.of("gold", m)], with_fits=False)["materials"][0]
+    said, text = reported([Subject.of("gold", m)], with_fits=False)
+    one = said["materials"][0]
     assert one["colour"]["spectrum"]["wavelengths"] == list(np.arange(400.0, 701.0, 10.0))
     assert one["albedo"]["table"]["shown"] == [0, 5, 10, 15, 20, 25, 30]
     patch = one["colour"]["patches"][0]
     rgb = gn.to_colour(one["albedo"]["table"]["values"][0], m.wavelengths)
     assert np.allclose(patch["rgb"], rgb, atol=2e-3)
-    read = whole(page.made([Subject.of("gold", m)], with_fits=False))
+    read = whole(text)
     assert "wavelength [nm]" in read.words and "7 of 31 channels" in read.words
 
 
@@ -291,17 +301,20 @@ def test_lab_is_that_of_the_cie():
     assert np.allclose(contents.lab_of(np.array([1.0, 0.0, 0.0])), [53.24, 80.09, 67.20], atol=0.02)
 
 
-def test_measurements_on_grids(quick, tmp_path):
-    """One of RGL's, and a MERL-like table, whose file's name is no HTML."""
+def test_measurements_in_files(quick, tmp_path):
+    """One of RGL's, whose file's name is no HTML."""
     path = tmp_path / "a<b>\"&'.bsdf"
     tensor_file.write(path, rgl_files.synthetic(n=12, n_ndf=16, n_theta=5))
+    assert whole(page.made([Subject.of("m", gn.load(path))], with_fits=False)).sections == EVERY
+
+
+def test_measurements_on_grids(quick):
+    """A MERL-like table."""
     theta = np.radians(np.linspace(0.0, 88.0, 12))
     axes = {"theta_h": theta, "theta_d": theta, "phi_d": np.radians(np.linspace(0.0, 180.0, 9))}
     f = np.full((12, 12, 9, 3), 0.1) + np.exp(-20.0 * theta)[:, None, None, None]
     table = gn.Gridded("half_difference", axes, f, channels=["R", "G", "B"])
-    for m in (gn.load(path), table):
-        read = whole(page.made([Subject.of("m", m)], with_fits=False))
-        assert read.sections == EVERY
+    assert whole(page.made([Subject.of("m", table)], with_fits=False)).sections == EVERY
 
 
 def test_names_are_text(quick):
@@ -320,10 +333,10 @@ def test_data_of_a_script_stays_in_it():
 
 def test_two_materials_stand_side_by_side(quick):
     subjects = [Subject.of(name, gn.material(name)) for name in ("gold", "brass")]
-    text = page.made(subjects, with_fits=False)
+    said, text = reported(subjects, with_fits=False)
     read = whole(text)
     assert {"m0", "m1", "side"} <= {*read.ids} and {f"m{k}-{part}" for k in (0, 1) for part in EVERY} <= {*read.ids}
-    summary = page.data(subjects)["summary"]
+    summary = said["summary"]
     for row, subject in zip(summary, subjects, strict=True):
         rho = gn.albedo(subject.m, gn.direction(np.radians(45.0), np.pi))
         assert row["albedo"][45.0] == pytest.approx(rho.mean(), abs=2e-4)
@@ -395,6 +408,7 @@ def test_without_a_browser_nothing_is_computed(tmp_path, monkeypatch):
         gn.write_report(gn.Lambertian(0.5), tmp_path / "a.pdf")
 
 
+@pytest.mark.slow_because("a whole report is made in a process of its own")
 def test_a_formula_needs_no_scipy(tmp_path):
     """SciPy takes 0.4 s to import, which only a report of measured data has to spend."""
     code = """
@@ -551,6 +565,7 @@ def test_the_page_without_scripts_is_still(opened):
     assert "✓ holds" in tab.inner_text("#m0-laws")
 
 
+@pytest.mark.slow_because("a browser prints")
 def test_it_prints(paint, tmp_path):
     try:
         browser.found()

@@ -193,12 +193,12 @@ def _pair(shape: Any) -> tuple[Any, Any]:
 
 
 def _read(path: str | os.PathLike[str]) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
+    if not os.path.isfile(path):
+        raise NotFoundError(f"{path}: no such file; expected a mesh")
     try:
         import trimesh
     except ImportError as error:
         raise DependencyError(f"meshes of files need trimesh ({error}); pip install 'gonio[mesh]'") from error
-    if not os.path.isfile(path):
-        raise NotFoundError(f"{path}: no such file; expected a mesh")
     try:
         mesh: Any = trimesh.load(os.fspath(path), force="mesh", process=False)
         vertices, faces = np.asarray(mesh.vertices), np.asarray(mesh.faces)
