@@ -11,6 +11,7 @@ import _thread
 import os
 from collections.abc import Callable, Iterable
 from contextlib import suppress
+from contextvars import copy_context
 from functools import cache
 from math import ceil, inf
 from typing import TYPE_CHECKING, Any
@@ -99,7 +100,8 @@ def share(work: Callable[..., Any], parts: Iterable[tuple], after: Callable[[], 
 
     The first error, or an interrupt, is raised when the parts that are under way have ended; no others are begun.
     """
-    job = workers.Job(work, list(parts))
+    context = copy_context()  # of the caller: a thread that helps has another, and none can be in two at a time
+    job = workers.Job(lambda *part: context.copy().run(work, *part), list(parts))
     seats = min(threads(), len(job.parts)) - 1 if len(job.parts) > 1 and not workers.busy() else 0
     try:
         if seats > 0:

@@ -27,7 +27,7 @@ from ..formula.texture import Texture
 from . import labelled, planning
 from .blocks import Box, cut, in_blocks, result_shape
 from .planning import Call
-from .tracing import Kernel, Task, traced
+from .tracing import Kernel, Task, brief, traced
 
 
 def run(
@@ -39,7 +39,7 @@ def run(
     out: np.ndarray | None = None,
 ) -> list[Any]:
     """Results of `kernel` over the broadcast batch of `inputs`, whose last axes have lengths `widths`."""
-    task = Task(kernel, kinds, widths)
+    task = Task(kernel, kinds, widths, brief=brief())
     if type(inputs[0]) is np.ndarray and material._labels is None:
         plan = planning.known(task, material, inputs)
         if plan is not None:
@@ -99,7 +99,7 @@ def jacobian(
 
     Raises TraceError where the formula cannot be traced.
     """
-    return compute(Task(kernel, (VALUE,), widths, (leaves, by_inputs)), material, inputs)
+    return compute(Task(kernel, (VALUE,), widths, (leaves, by_inputs), brief=brief()), material, inputs)
 
 
 def compute(

@@ -87,10 +87,12 @@ def staged(
     tables: Sequence[np.ndarray],
     batch: tuple[int, ...],
     channels: int,
+    brief: bool,
 ) -> Staged | None:
     """A plan of two stages for a task whose trace has one channel; None where one stage does as well.
 
-    `inputs`: each with the length of its vectors. `leaves`: the numbers of the material, then the merged ones.
+    `inputs`: each with the length of its vectors. `leaves`: the numbers of the material, then the merged ones. `brief`:
+    see `Task`.
     """
     summed = sums_only(kinds)
     if not summed and tuple(kinds) != (VALUE,):
@@ -122,7 +124,7 @@ def staged(
             cut = [(x[start : start + length] if cut else x, w) for (x, w), cut in zip(inputs, sliced, strict=True)]
             shape = (length, *batch[1:]) if batch else batch
             made[length] = _parts(
-                trace, two if shared else None, cut, of_channel, leaves, tables, shape, channels, place, dtype
+                trace, two if shared else None, cut, of_channel, leaves, tables, shape, channels, place, dtype, brief
             )
         parts.append((start, start + length, made[length]))
     shape = (*(batch[:-1] if summed else batch), channels)
@@ -144,6 +146,7 @@ def _parts(
     channels: int,
     place: str,
     dtype: np.dtype,
+    brief: bool,
 ) -> Parts:
     first, use = trace.inputs, EACH if place == BEHIND else SUMMED
     read = [first + k in trace.read for k in range(len(leaves))]
@@ -152,7 +155,7 @@ def _parts(
     if two is not None:
         plain = [_plain(v, dtype) if used else None for v, used in zip(leaves, read, strict=True)]
         results = [Result((node,), EACH, ()) for node in two.first]
-        shared = prepare(trace.graph, results, [*arrays, *plain], first, tables, batch, dtype)
+        shared = prepare(trace.graph, results, [*arrays, *plain], first, tables, batch, dtype, brief)
         between = [(np.empty((*batch, 1), dtype), 1)] * len(two.first)
     brought = [x and (_with_axis(x[0], place), x[1]) for x in (*arrays, *between)]
     needed = [*alone, *(v if used else None for v, used in zip(leaves, read, strict=True))]
@@ -164,7 +167,7 @@ def _parts(
     }[place]
     graph, nodes = (two.second, two.outputs) if two else (trace.graph, [n for r in trace.results for n in r])
     results = [Result((node,), use, ()) for node in nodes]
-    single = place == BEHIND and dtype == np.float32
+    single = brief or (place == BEHIND and dtype == np.float32)
     return Parts(shared, prepare(graph, results, [*brought, *own], len(brought), tables, shape, dtype, single))
 
 

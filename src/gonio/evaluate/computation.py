@@ -21,7 +21,7 @@ from ..formula.parametrised import Parametrised
 from ..formula.state import state
 from ..formula.text import listed
 from . import batch
-from .tracing import Kernel, Task
+from .tracing import Kernel, Task, brief
 
 
 class _Composite(Parametrised):
@@ -159,7 +159,7 @@ class Computation:
         return dict(zip(self.results, found[:count], strict=True)), found[count:]
 
     def _task(self, by: tuple[tuple[int, ...], ...] = (), adds: bool = False) -> Task:
-        return Task(self.kernel, self._kinds, self._widths, by, adds)
+        return Task(self.kernel, self._kinds, self._widths, by, adds, brief=brief())
 
     def _ordered(self, arrays: Mapping[str, Any]) -> list[Any]:
         if arrays.keys() != self.inputs.keys():

@@ -240,7 +240,7 @@ def _of_stages(call: Call, trace: Trace, tables: Sequence[np.ndarray]) -> Staged
     own = len(content(material).leaves)
     leaves = _leaves(material, any(k >= trace.inputs + own for k in trace.read))
     arrays = list(zip(inputs, task.widths, strict=True))
-    return channels.staged(trace, task.kinds, arrays, leaves, tables, batch, count)
+    return channels.staged(trace, task.kinds, arrays, leaves, tables, batch, count, task.brief)
 
 
 def _of_one(call: Call, trace: Trace, tables: Sequence[np.ndarray], as_axis: bool) -> Plan | Turned:
@@ -257,7 +257,7 @@ def _of_one(call: Call, trace: Trace, tables: Sequence[np.ndarray], as_axis: boo
     uses = [_USES.get(kind, ONCE if as_axis else EACH) for kind in task.kinds]
     uses += uses[:1] * (len(elements) - len(uses))
     results = [Result(*parts) for parts in zip(trace.results, uses, elements, strict=True)]
-    return prepare(trace.graph, results, arrays, trace.inputs, tables, shape, dtype, adds=task.adds)
+    return prepare(trace.graph, results, arrays, trace.inputs, tables, shape, dtype, task.brief, task.adds)
 
 
 _USES = {VALUE: EACH, MATRIX: EACH, TOTAL: ADDED_UP, COUNT: ADDED_UP, SQUARE: SQUARED}

@@ -6,7 +6,9 @@ values: these are arguments of the compiled kernel.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from contextvars import ContextVar
 from itertools import islice
 from typing import Any, NamedTuple
 
@@ -23,6 +25,32 @@ from ..trace.derive import gradient
 from ..trace.graph import Graph
 from ..trace.symbol import Symbol, TableSymbol, nodes
 
+FEW = 1 << 22
+"""Elements up to which code that is made sooner serves better than code that runs faster: a kernel of 1000 operations
+computes so many in a tenth of a second, is compiled in two, and by one vector at a time in one."""
+
+_BRIEF: ContextVar[bool] = ContextVar("brief", default=False)
+brief = _BRIEF.get
+"""Whether tasks that are made here and now have little to do: see `at_most`."""
+
+
+@contextmanager
+def at_most(elements: int) -> Iterator[None]:
+    """Who calls this knows that a kernel which runs within computes so many elements, or fewer: see `FEW`.
+
+    Example
+    >>> from gonio.evaluate.tracing import at_most
+    >>> with at_most(64):
+    ...     f = gn.Lambertian(0.5).f(gn.direction(0.5, 0.0), gn.direction(np.linspace(0.0, 1.5, 64), 0.0))
+    ...
+    """
+    before = _BRIEF.set(elements <= FEW)
+    try:
+        yield
+    finally:
+        _BRIEF.reset(before)
+
+
 Kernel = Callable[..., tuple[Any, ...]]
 
 
@@ -30,6 +58,8 @@ class Task(NamedTuple):
     """A kernel to be traced, with the kinds of its results; for derivatives of the first one, a value or its total,
     also the arguments. With `adds` the results are added to arrays that a call brings. The task itself is the key of
     its traces and plans: nobody else spells one.
+
+    `brief`: there is little to do, so that its kernels take one vector at a time: these are made in half of the time.
 
     `squares`: the kernel gives a residual r, a cost and a weight w. The results are sums in their place: of the cost,
     of w r dr/dp for each of these parameters p, and of w (dr/dp)(dr/dq) for each pair, as `numpy.triu_indices` does.
@@ -41,6 +71,7 @@ class Task(NamedTuple):
     by: tuple[tuple[int, ...], ...] = ()  # places of parameters and of inputs to differentiate by
     adds: bool = False
     squares: tuple[int, ...] = ()  # places of parameters
+    brief: bool = False
 
     @property
     def differentiates(self) -> bool:
@@ -131,7 +162,7 @@ def traced(task: Task, material: Parametrised, channels: int | None) -> Trace:
 
     Raises TraceError where the formula cannot be traced.
     """
-    key = (task._replace(adds=False), channels, content(material).structure)
+    key = (task._replace(adds=False, brief=False), channels, content(material).structure)
     trace = _TRACES.find(key)
     if trace is None:
         try:

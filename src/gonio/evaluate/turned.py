@@ -52,7 +52,7 @@ def turned(
     dtype = next(x[0].dtype for x in arrays if x is not None)
     results = [Result((node,), ADDED, ()) for nodes in trace.results for node in nodes]
     moved = [x and (_with_last_first(x[0], len(batch)), x[1]) for x in arrays]
-    plan = prepare(trace.graph, results, moved, trace.inputs, tables, (batch[-1], *batch[:-1]), dtype)
+    plan = prepare(trace.graph, results, moved, trace.inputs, tables, (batch[-1], *batch[:-1]), dtype, task.brief)
     elements = tuple(task.elements(() if channels is None else (channels,)))
     of_sums = np.dtype(float)
     shapes = [(*batch[:-1], *element) for element in elements]

@@ -12,9 +12,10 @@ from ..arguments import checked
 from ..base.light import Light
 from ..base.reflectance import Reflectance
 from ..errors import ParameterError
+from ..evaluate.tracing import at_most
 from ..pictures.colour import srgb_encode
 from ..pictures.image import Image
-from ..scenes.rendering import default_light, render
+from ..scenes.rendering import default_light, most_samples, render
 from ._drawing import MOST, check_target, named, new_figure
 
 if TYPE_CHECKING:
@@ -77,7 +78,8 @@ def gallery(
             if isinstance(thing, Image):
                 found.append(thing)
             else:
-                found.append(render(thing, default_light(thing, None) if light is None else light, **options))
+                with at_most(size * size * most_samples(samples, noise)):
+                    found.append(render(thing, default_light(thing, None) if light is None else light, **options))
             if progress is not None:
                 progress(len(found), count)
     if len(given) > 1:

@@ -16,6 +16,7 @@ from ..base.light import Light
 from ..base.reflectance import Reflectance
 from ..errors import ParameterError
 from ..evaluate import batch
+from ..evaluate.tracing import at_most
 from ..pictures.colour import srgb_encode
 from ..scenes.rendering import is_coloured, render, shown_as
 from ..tables.gridded import Gridded
@@ -27,6 +28,9 @@ from .fate_figure import draw_fate
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+PORTRAIT, SAMPLES = 256, 64
+"""Pixels across the sphere of a portrait, and samples of a pixel."""
 
 HELD = "Beyond the data the sphere and the albedo are those of the outermost values"
 
@@ -73,7 +77,8 @@ def overview(
         if batch.full_shape(m, ()):
             m = _draw_map(beside, m, bands)
         else:
-            picture = render(m, lights, size=size, samples=samples, progress=progress, bands=bands)
+            with at_most(size * size * samples):
+                picture = render(m, lights, size=size, samples=samples, progress=progress, bands=bands)
             _sphere(beside, m, picture, bands)
         panel = of_one(m)
         slices = [curve.slice for curve in panel.curves]
@@ -116,7 +121,9 @@ def portrait(
         raise ParameterError(f"{m!r:.60}: a map, expected a material of one place; gn.figures.overview(m) draws all")
     with new_figure(path, (6.4, 2.9)) as figure:
         grid = figure.add_gridspec(1, 2, width_ratios=[1.0, 1.35])
-        _sphere(figure.add_subplot(grid[0]), m, render(m, lights, size=256, samples=64))
+        with at_most(PORTRAIT * PORTRAIT * SAMPLES):
+            picture = render(m, lights, size=PORTRAIT, samples=SAMPLES)
+        _sphere(figure.add_subplot(grid[0]), m, picture)
         beside = figure.add_subplot(grid[1])
         if m.sides == "front":
             draw_polar(beside, of_one(m))

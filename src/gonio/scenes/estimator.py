@@ -51,8 +51,8 @@ def direct(colours: int = 1, each: bool = False, one_of_several: bool = False, b
         counts = at.met & (ops.absolute(part - scene.part) < 0.5) if one_of_several else at.met
         local = Frame(at.tangent, cross(at.normal, at.tangent), at.normal)
         wo = local.local(-d)
-        lights = [light.parts if colours > 1 else (light,) for light in scene.lights.parts]
-        merged = [light.parts[0] if colours > 1 else light for light in mean.lights.parts]
+        lights = [_channels(light) if colours > 1 else (light,) for light in scene.lights.parts]
+        merged = [light[0] for light in lights] if colours > 1 else mean.lights.parts
         m, m_mean = placed(scene, at.u, at.v), placed(mean, at.u, at.v, merged=True)
         several, holes = _reflected(m, m_mean, lights, merged, _Shown(scene, at, counts), local, wo, u[2:])
         none = 0.0 * u[0]
@@ -68,6 +68,12 @@ def direct(colours: int = 1, each: bool = False, one_of_several: bool = False, b
 
     results = dict.fromkeys((*_OF_LIGHT[:colours], "holes"), TOTAL) | {"seen": TOTAL if each else COUNT}
     return Computation(sums, {"pixel": 2 + DIMENSIONS, "point": DIMENSIONS}, results)
+
+
+def _channels(light: Any) -> tuple[Light, ...]:
+    """The channels of a light, of which what they share is computed once."""
+    first, *others = light.parts
+    return (first, *(other.sharing(first) for other in others))
 
 
 @cache

@@ -102,7 +102,7 @@ def render(
     >>> print(picture.pixels.shape, picture.alpha.shape)
     (16, 16, 3) (16, 16)
     """
-    wanted = samples if samples is not None else SAMPLES if noise is None else MOST
+    wanted = most_samples(samples, noise)
     check(size, wanted, seed)
     if noise is not None and not (isinstance(noise, (int, float)) and 0.0 < noise < math.inf):
         raise ParameterError(f"noise={noise!r}: expected a positive number, a share of the mean radiance, or None")
@@ -138,6 +138,11 @@ def render(
         error, taken = None, wanted
     names = tuple(map(str, m.channel_names)) if colour.shape[-1] > 3 and m.channel_names is not None else None
     return Image(colour, alpha, names, error, taken)
+
+
+def most_samples(samples: int | None, noise: float | None) -> int:
+    """How many samples of a pixel are taken at most, where so many and such a noise are asked for."""
+    return samples if samples is not None else SAMPLES if noise is None else MOST
 
 
 def _staged(

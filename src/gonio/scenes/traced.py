@@ -16,7 +16,8 @@ from ..evaluate import batch
 from ..evaluate.computation import Computation, composite
 from ..evaluate.planning import UNROLLED
 from ..formula.direction import Direction
-from ..formula.fields import Channels, param, part
+from ..formula.fields import Channels, part
+from ..formula.state import state
 from ..pictures.colour import transformed
 from .estimator import direct, shares
 from .passes import Found, identity
@@ -161,12 +162,16 @@ class Several(NamedTuple):
         return light, seen, holes
 
 
-class _OneChannel(Light):
-    """A light of which one channel is left, whose number formulas look up as a parameter."""
+class OneChannel(Light):
+    """A light of which one channel is left, whose number formulas know.
+
+    `own`: the paths of numbers that channels do not share.
+    """
 
     has_text = False
     of = part(Light, None, "the light")
-    number = param(0.0, 0.0, math.inf, "of the channel")
+    number: float = state(0.0)
+    own: frozenset[str] = state(frozenset())
 
     @property
     def is_delta(self) -> bool:  # type: ignore[override]
@@ -179,6 +184,11 @@ class _OneChannel(Light):
     @property
     def has_horizon(self) -> bool:  # type: ignore[override]
         return bool(self.of.has_horizon)
+
+    def sharing(self, other: OneChannel) -> OneChannel:
+        """The channel with the very numbers of another one that both share: what follows from them is computed once."""
+        shared = zip(other.leaf_paths(), other.leaves(), strict=True)
+        return self.with_values({path: value for path, value in shared if path not in self.own})
 
     @property
     def _chosen(self) -> Light:
@@ -198,10 +208,17 @@ class _OneChannel(Light):
         return self.of.drawn(p, u0, u1)
 
 
-def _of_channel(light: Light, j: int) -> Light:
+def _of_channel(light: Light, j: int) -> OneChannel:
     """One channel of a light."""
 
-    def chosen(path: str, field: Any, value: Any) -> Any:
-        return float(value[min(j, len(value) - 1)]) if np.ndim(value) else value
+    own: list[str] = []
 
-    return _OneChannel(light.rebuilt(chosen), float(j))
+    def chosen(path: str, field: Any, value: Any) -> Any:
+        if not np.ndim(value):
+            return value
+        own.append(f"of.{path}")
+        return float(value[min(j, len(value) - 1)])
+
+    one = OneChannel(light.rebuilt(chosen))
+    one._hold(number=float(j), own=frozenset(own))
+    return one

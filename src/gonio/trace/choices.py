@@ -33,18 +33,16 @@ def _decided(graph: Graph, order: Sequence[int], outputs: Sequence[int]) -> dict
     for node in order:
         if graph.operations[node] == "select":
             under.setdefault(graph.arguments[node][0], []).append(node)
-    loops = [n for node in order if graph.operations[node] == "loop" for n in graph.inputs(node)]  # they must end
+    sources = {node: graph.inputs(node) for node in order}
+    loops = [n for node in order if graph.operations[node] == "loop" for n in sources[node]]  # they must end
     decided: dict[int, int] = {}
     for condition, choices in under.items():
         if len(choices) < 2:
             continue
+        taken = sources | {node: sources[node][:2] for node in choices}
         free = {*outputs, *loops}  # nodes whose value matters where the condition holds
         for node in reversed(order):
-            if node not in free:
-                continue
-            sources = graph.inputs(node)
-            if graph.operations[node] == "select" and sources[0] == condition:
-                sources = sources[:2]
-            free.update(sources)
+            if node in free:
+                free.update(taken[node])
         decided.update((node, graph.arguments[node][2]) for node in choices if node not in free)
     return decided

@@ -178,8 +178,12 @@ class _Rewriting:
         return varies, *(facts(self, products) if facts else (None, None)), wide
 
     def _of_sum(self, products: Sequence[Product]) -> Facts:
-        positive = _all(self._positive(p) for p in products)
-        return positive, None if positive is None else _all((positive, _any(self._nonzero(p) for p in products)))
+        a, b = products
+        positive = self._positive(a)
+        if positive is None or (other := self._positive(b)) is None:
+            return None, None
+        positive |= other
+        return positive, _all((positive, _any((self._nonzero(a), self._nonzero(b)))))
 
     def _of_minimum(self, products: Sequence[Product]) -> Facts:
         positive = _all(self._positive(p) for p in products)
@@ -197,10 +201,23 @@ class _Rewriting:
         """The nodes that must be above 0 for a product to be positive, or 0."""
         if product.coefficient < 0:
             return None
-        return _all(self._fact(self.atoms[k].positive, k) for k, e in product.powers if e % 4 == 2)
+        total = NONE
+        for k, e in product.powers:
+            if e % 4 == 2:
+                nodes = self._fact(self.atoms[k].positive, k)
+                if nodes is None:
+                    return None
+                total |= nodes
+        return total
 
     def _nonzero(self, product: Product) -> Nodes:
-        return _all(self._fact(self.atoms[k].nonzero, k) for k, _ in product.powers)
+        total = NONE
+        for k, _ in product.powers:
+            nodes = self._fact(self.atoms[k].nonzero, k)
+            if nodes is None:
+                return None
+            total |= nodes
+        return total
 
     def _fact(self, known: Nodes, atom: int) -> Nodes:
         """What a fact about an atom needs, which follows from its being above 0, too."""

@@ -127,8 +127,16 @@ def _target_machine(level: int) -> Any:
     return _new_machine(opt=level, reloc="pic", codemodel="small")
 
 
+ALIKE = frozenset({"haswell", "skylake", "alderlake", "skylake-avx512", "icelake-server", "sapphirerapids"})
+"""Processors, by LLVM's names, for which its levels 1 and 2 make the same code of kernels, byte by byte. For AMD's the
+second puts instructions into another order, after registers are known."""
+
+
 def _level() -> int:
-    return 2 if optimises() else 0
+    """LLVM's level: the least of those that make the best code for this processor."""
+    if not optimises():
+        return 0
+    return 1 if _llvm().get_host_cpu_name() in ALIKE else 2
 
 
 def _new_machine(**options: Any) -> Any:

@@ -19,6 +19,7 @@ from ...base.angles import direction
 from ...base.frames import to_local, to_world
 from ...base.reflectance import Reflectance
 from ...evaluate import batch
+from ...evaluate.tracing import at_most
 from ...lights.environment import EnvironmentLight
 from ...numerics.lattice import lattice
 from ...pictures.files import png_jpeg
@@ -51,7 +52,8 @@ def picture(m: Reflectance) -> bytes | None:
         if m in _pictures:
             _pictures.move_to_end(m)
             return _pictures[m]
-    pixels, alpha = _map(m) if batch.full_shape(m, ()) else _sphere(m)
+    with at_most(SIZE * SIZE * SAMPLES):
+        pixels, alpha = _map(m) if batch.full_shape(m, ()) else _sphere(m)
     found = None if not np.isfinite(pixels).any() else png(pixels, alpha)
     with _lock:
         _pictures[m] = found

@@ -16,6 +16,7 @@ from ...arguments import checked
 from ...base.light import Light
 from ...base.reflectance import Reflectance
 from ...errors import ParameterError
+from ...evaluate.tracing import at_most
 from ...figures._drawing import named, of_one_place
 from ...files import replacing, target
 from ...version import __version__
@@ -101,7 +102,8 @@ def data(
     """What the report says, as JSON data with NaN."""
     several = []
     for k, subject in enumerate(subjects):
-        several.append(contents_of(subject, with_fits, _part(progress, k, len(subjects))))
+        with at_most(pictures.ELEMENTS):
+            several.append(contents_of(subject, with_fits, _part(progress, k, len(subjects))))
     return {
         "title": title or ", ".join(_short(subject.name) for subject in subjects),
         "gonio": __version__,
@@ -128,11 +130,12 @@ def made(
     for k, (subject, one) in enumerate(zip(subjects, report["materials"], strict=True)):
         tell = _part(_scaled(progress, NUMBERS, 1.0), k, len(subjects))
         m = subject.m
-        spheres = pictures.spheres(m, lights or pictures.usual_lights(m), _scaled_share(tell, 0.6))
-        of_lobes = Guarded()
-        of_lobes.add("lobes", partial(lobes.lobes, m))
-        given = of_lobes.parts["lobes"]
-        stills = pictures.stills(given) if given else []
+        with at_most(pictures.ELEMENTS):
+            spheres = pictures.spheres(m, lights or pictures.usual_lights(m), _scaled_share(tell, 0.6))
+            of_lobes = Guarded()
+            of_lobes.add("lobes", partial(lobes.lobes, m))
+            given = of_lobes.parts["lobes"]
+            stills = pictures.stills(given) if given else []
         one["left_out"].update(of_lobes.left_out)
         shown.append({"spheres": spheres, "lobes": script_data(_finite(given)) if given else "", "stills": stills})
         tell(1.0)

@@ -32,6 +32,9 @@ from .encoded import photograph
 SIZE, SAMPLES = 300, 24
 """Width and height [pixels] of a sphere, and samples of a pixel."""
 
+ELEMENTS = SIZE * SIZE * SAMPLES
+"""What is computed for a sphere, and for no other part of a report more."""
+
 SUN = (-0.6, -0.6, 0.55)
 """Direction to the sun of the sky."""
 
