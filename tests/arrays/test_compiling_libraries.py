@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from binary_files import random_table
 from libraries import thinned
-from materials import MODELS, PLUMBING, Draw, Sum, draws, pairs
+from materials import PLUMBING, Draw, Sum, draws, pairs
 from rgl_files import synthetic
 
 import gonio as gn
@@ -18,7 +18,22 @@ from gonio.evaluate import planning
 from gonio.formats.merl import MERL
 from gonio.formats.rgl import RGL
 
-FEW = [Draw(model, 0) for model in dict.fromkeys([*MODELS[::6], gn.Microfacet, Sum])]  # a compilation takes seconds
+FEW = [  # a compilation takes seconds
+    Draw(model, 0)
+    for model in (
+        *(
+            gn.ABC,
+            gn.AshikhminVelvet,
+            gn.CoxMunk,
+            gn.FdezAguera,
+            gn.Hapke,
+            gn.KullaConty,
+            gn.Microfacet,
+            gn.OpenPBRFuzz,
+        ),
+        *(gn.PriestGermer, gn.RoughCoated, gn.ShadingNormal, gn.Turquin, gn.Wolff, Sum),
+    )
+]
 SOME = pytest.mark.parametrize("draw", thinned(FEW, [Draw(Sum, 0)]), ids=str)
 each_plumbing = pytest.mark.parametrize("m", PLUMBING.values(), ids=PLUMBING)
 each_dtype = pytest.mark.parametrize("dtype", ["float32", "float64"])
