@@ -17,6 +17,8 @@ from text_files import ALTA, CSV, SSDD
 import gonio as gn
 from gonio.errors import FormatError
 
+pytestmark = pytest.mark.usefixtures("uncompiled")  # kernels take longer than all else, and are not what is asked
+
 BINARY = {
     *(
         "netCDF",

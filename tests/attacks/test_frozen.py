@@ -4,57 +4,18 @@ from __future__ import annotations
 
 import copy
 import pickle
-from collections.abc import Callable, Iterator
-from pathlib import Path
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
-from libraries import switch_off
+from frozen import WI, WO, assert_frozen
 from materials import DISTRIBUTIONS, draws
-from seeds import SEEDS, small_grid
+from seeds import small_grid
 from sweeps import every
 
 import gonio as gn
-from gonio.arrays import Fixed
-from gonio.evaluate import planning
 from gonio.formula.fields import Param
-
-WI, WO = gn.direction([0.2, 0.7, 1.2], [0.0, 1.0, 3.0]), gn.direction([0.9, 0.3, 0.6], [3.0, 4.0, 0.1])
-U = np.array([[0.1, 0.3], [0.5, 0.6], [0.9, 0.2]])
-PRIVATE = (planning.known,)
-"""Compiled formulas, which hold addresses."""
-
-
-def arrays(value: Any, path: str = "m", seen: set[int] | None = None) -> Iterator[tuple[str, np.ndarray]]:
-    """Every array that can be reached from a value, with those that it is a view of, and the way to it."""
-    seen = set() if seen is None else seen
-    if id(value) in seen or isinstance(value, (type, str, bytes, int, float, Callable)):
-        return
-    seen.add(id(value))
-    if isinstance(value, np.ndarray):
-        yield path, value
-        yield from arrays(value.base, f"{path}.base", seen)
-    elif isinstance(value, dict):
-        for name, x in value.items():
-            if name not in PRIVATE:
-                yield from arrays(x, f"{path}[{name!r}]", seen)
-    elif isinstance(value, (list, tuple)):
-        for k, x in enumerate(value):
-            yield from arrays(x, f"{path}[{k}]", seen)
-    elif isinstance(value, Fixed) or type(value).__module__.startswith("gonio"):
-        yield from arrays(getattr(value, "__dict__", {}), f"{path}.__dict__", seen)
-
-
-def assert_frozen(m: Any) -> None:
-    found = dict(arrays(m))
-    assert not [path for path, array in found.items() if array.flags.writeable]
-
-
-def used(m: gn.Reflectance) -> gn.Reflectance:
-    """The material, after all that makes tables."""
-    m.f(WI, WO), m.sample(WO, U), m.pdf(WI, WO), m.f(WI.astype("f4"), WO.astype("f4"))
-    return m
 
 
 class Made(NamedTuple):
@@ -176,21 +137,6 @@ def test_distributions_copy_their_parameters(kind):
             kept = made.__dict__[name].copy()
             own[...] = -1.0
             np.testing.assert_array_equal(made.__dict__[name], kept)
-
-
-@pytest.mark.parametrize("name", SEEDS)
-def test_what_is_read_from_files_is_read_only(name, tmp_path, monkeypatch):
-    """Measurements of every format, also what is made of their tables. (D23)"""
-    path = Path(tmp_path) / "seed"
-    content = SEEDS[name]()
-    if name == "MERL":  # whose seed is the beginning of one
-        content = np.array([90, 90, 180], "<i4").tobytes() + np.full(3 * 90 * 90 * 180, 0.5).tobytes()
-    path.write_bytes(content)
-    switch_off(monkeypatch)  # compiling takes longer than all else, and makes no tables
-    m = used(gn.load(path))
-    assert_frozen(m)
-    if name != "MERL":
-        assert_frozen(pickle.loads(pickle.dumps(m)))
 
 
 def test_the_axes_of_a_grid_cannot_be_changed():

@@ -13,6 +13,7 @@ import sys
 import threading
 from pathlib import Path
 from unittest import mock
+from zlib import crc32
 
 import numpy as np
 import pytest
@@ -428,9 +429,10 @@ def test_a_kill_leaves_a_whole_file_and_nothing_after_the_next_save(group, tmp_p
     if group in ("gzip and zip", "Zarr folder"):
         zarr()
     total = Outcome()
-    for number, (name, save) in enumerate(GROUPS[group].items()):
-        (tmp_path / str(number)).mkdir()
-        for outcome in campaign(save, tmp_path / str(number) / name, 6 // len(GROUPS[group]) + 1, number):
+    for name, save in GROUPS[group].items():
+        folder = tmp_path / f"of {name}"
+        folder.mkdir()
+        for outcome in campaign(save, folder / name, 6 // len(GROUPS[group]) + 1, crc32(name.encode())):
             total += outcome
     assert (total.damaged, total.missing, total.unswept) == (0, 0, 0)
 

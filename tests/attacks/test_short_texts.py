@@ -192,7 +192,7 @@ def test_bases_and_measurements_are_no_types_of_a_text(name, tmp_path):
         gn.expression(f"{name}()")
 
 
-@every(name=sorted(names()))
+@pytest.mark.parametrize("name", sorted(names()))
 def test_every_type_of_a_text_can_be_evaluated_or_says_what_it_lacks(name):
     """Every name that texts may use is a concrete class. (D15)"""
     try:

@@ -58,10 +58,3 @@ def test_hardly_anything(data, tmp_path):
 def test_every_format_has_a_seed():
     missing = [m.NAME for m in formats() if not any(name.startswith(m.NAME) for name in SEEDS)]
     assert not missing, f"add a minimal file of {missing} to tests/tools/seeds.py"
-
-
-@pytest.mark.parametrize("name", [name for name in SEEDS if name != "MERL"])
-def test_seeds_are_valid(name, tmp_path):
-    if name == "Excel":
-        pytest.importorskip("openpyxl")
-    assert outcome(SEEDS[name](), tmp_path / "seed", evaluate=True) == "read"

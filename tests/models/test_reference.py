@@ -8,9 +8,22 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
+import materials
 import numpy as np
 import pytest
-from materials import DISTRIBUTIONS, FRESNELS, MODELS, REFERENCE, Draw, number, on_sphere, random
+from materials import (
+    DISTRIBUTIONS,
+    FRESNELS,
+    MODELS,
+    REFERENCE,
+    Draw,
+    Sum,
+    draws,
+    number,
+    on_sphere,
+    random,
+    structures,
+)
 
 import gonio as gn
 from gonio.formula.direction import Direction
@@ -358,3 +371,14 @@ def test_random_parameters_stay_within_bounds():
             assert max(values) <= field.high
             assert np.ptp(values) > 0.0
     assert Draw(gn.Phong, 1).material() == Draw(gn.Phong, 1).material()
+
+
+def test_another_model_changes_no_draw(monkeypatch):
+    """What a test draws follows from the names of what it is drawn for, not from their places in a list."""
+    another = type("Aardvark", (), {"fields": {}})
+    before, sums = draws(), [Draw(Sum, seed) for seed in range(3)]
+    made = [draw.material(channels) for draw in sums for channels in (None, 3)]
+    monkeypatch.setattr(materials, "MODELS", [another, *MODELS])
+    monkeypatch.setattr(materials, "structures", lambda model: [{}] if model is another else structures(model))
+    assert [draw for draw in draws() if draw.model is not another] == before
+    assert [materials._material.__wrapped__(*draw, channels) for draw in sums for channels in (None, 3)] == made

@@ -10,7 +10,7 @@ or None; its options choose it where no other format has them.
 
 No file is claimed by two formats: a `matches` whose marks also occur in another format's files rejects those
 (`material_json`, `xarray_netcdf`). A damaged or contrived file with the marks of several formats goes to the first
-module by name (tests/formats/test_claims.py).
+module by name (tests/formats/test_contract.py).
 """
 
 from __future__ import annotations
