@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import re
 from typing import NamedTuple
 
 import near
 import pytest
 from places import ROOT
-from rooms import ROOMS, above, users
+from rooms import ROOMS, above, used, users
 
 FOLDERS = {f"tests/{room}/" for room in ROOMS if room}
 
@@ -31,12 +32,19 @@ def test_a_format_selects_formats_and_what_imports_them():
     found = selected("src/gonio/formats/merl.py")
     assert {"tests/formats/", "tests/conversion/", "tests/catalogue/", "tests/cli/"} <= found
     assert not found & {"tests/radiometry/", "tests/trace/", "tests/models/", "tests/scenes/"}
-    assert {"tests/attacks/", "tests/house/"} <= found
+    assert {"tests/attacks/test_small_files.py", "tests/house/"} <= found
 
 
-def test_the_top_selects_itself():
-    assert selected("src/gonio/cli/commands.py") == {"tests/cli/", "tests/attacks/", "tests/house/"}
-    assert selected("explorer/src/page.js") == {"tests/explorer/", "tests/cli/", "tests/house/"}
+def test_the_top_selects_itself_and_the_attacks_on_it():
+    attacks = {f"tests/attacks/test_{name}.py" for name in ("command_line", "opened_by_texts", "versions")}
+    assert selected("src/gonio/cli/commands.py") == {"tests/cli/", "tests/house/", *attacks}
+    assert selected("explorer/src/page.js") >= {"tests/explorer/", "tests/cli/", "tests/house/"}
+
+
+def test_attacks_are_near_to_what_they_name():
+    assert used("import gonio as gn\ngn.load(path)") == {"formats"}
+    text = "from gonio import files\nfrom gonio.compile import store\ngn.GGX(0.1)"
+    assert used(text) == {"files", "compile", "distributions"}
 
 
 def test_graphs_select_nearly_all():
@@ -46,7 +54,7 @@ def test_graphs_select_nearly_all():
 def test_modules_beside_the_rooms_select_what_imports_them():
     assert selected("src/gonio/errors.py") >= FOLDERS - {"tests/radiometry/"}
     for door in ("__init__.py", "__init__.pyi", "testing.py"):
-        assert selected(f"src/gonio/{door}") == {"tests/attacks/", "tests/house/"}
+        assert selected(f"src/gonio/{door}") == {"tests/house/"}
 
 
 def test_a_room_that_is_gone_selects_its_tests():
@@ -55,7 +63,7 @@ def test_a_room_that_is_gone_selects_its_tests():
 
 def test_texts_select_the_house():
     pages = ["README.md", "docs/engine.md", "docs/figures/make.py", "examples/portrait.py", "benchmarks/engine.txt"]
-    assert selected(*pages) == {"tests/house/"}
+    assert selected(*pages) == {"tests/house/", "tests/attacks/test_page.py"}
 
 
 def test_changed_tests_select_themselves():
@@ -70,6 +78,11 @@ def test_changed_tests_select_themselves():
 def test_a_commit_that_is_not_here():
     with pytest.raises(pytest.UsageError, match="expected a commit that is here"):
         near.changed("no-such-commit")
+
+
+def test_ci_knows_what_was_accepted_last():
+    """A commit, for `--near`. Where it is not in the history, CI takes the first commit."""
+    assert re.fullmatch(r"[0-9a-f]{40}\n", (ROOT / ".ci" / "accepted").read_text(encoding="utf-8"))
 
 
 @pytest.mark.parametrize("word", ["", "3", "0/8", "9/8", "a/b", "1/2/3"])
@@ -126,5 +139,6 @@ def test_files_that_are_far_are_not_read(monkeypatch):
     selection = near.Selection("HEAD", None)
     assert selection.pytest_ignore_collect(ROOT / "tests" / "rays" / "test_rays.py")
     assert not selection.pytest_ignore_collect(ROOT / "tests" / "cli" / "test_commands.py")
-    assert selection.pytest_report_header() == ["near, 1 files changed since HEAD: attacks/, cli/, house/"]
+    (line,) = selection.pytest_report_header()
+    assert line.startswith("near, 1 files changed since HEAD: attacks/test_command_line.py,") and "cli/, house/" in line
     assert not near.Selection("HEAD", "1/4").pytest_ignore_collect(ROOT / "tests" / "rays" / "test_rays.py")

@@ -8,11 +8,11 @@
                    0.4 of the files of tests are near, it is run whole only of the changed rooms themselves, and where
                    these have more than 0.4, of none
 
-Near to a room are the tests in its folder; to every room `tests/attacks` and `tests/house`, which use all of gonio. A
-module beside the rooms is near to whatever imports it; the doors that users enter by (`gonio/__init__.py`,
-`testing.py`) only to these two folders. Changed tests are near, and so are those that name a changed module of
-`tests/tools`, all of them if none does. `conftest.py` and `pyproject.toml` are near to all tests; pages, examples and
-whatever else is not the package, to `tests/house`.
+Near to a room are the tests in its folder, those files of `tests/attacks` that name something of it or of a room above,
+and `tests/house`. A module beside the rooms is near to whatever imports it; the doors that users enter by
+(`gonio/__init__.py`, `testing.py`) only to `tests/house`. Changed tests are near, and so are those that name a changed
+module of `tests/tools`, all of them if none does. `conftest.py` and `pyproject.toml` are near to all tests; pages,
+examples and whatever else is not the package, to `tests/house` and the test of the page about security.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 TO_ALL = {"pyproject.toml", "tests/conftest.py"}
-TO_EVERY_ROOM = ("tests/attacks/", "tests/house/")
+TO_TEXTS = ("tests/house/", "tests/attacks/test_page.py")
 FEW = 0.4
 """The largest part of the files of tests of which `full` is run whole beside a slice."""
 
@@ -74,7 +74,7 @@ def near(names: Iterable[str], up: bool = True) -> tuple[str, ...]:
 
     `up`: with those of the rooms above.
     """
-    from rooms import DOORS, above, users
+    from rooms import DOORS, above, used, users
 
     parts: set[str] = set()
     paths: set[str] = set()
@@ -93,8 +93,12 @@ def near(names: Iterable[str], up: bool = True) -> tuple[str, ...]:
         elif name.startswith("tests/"):
             paths.add(name if place.stem.startswith("test_") else f"tests/{place.parts[1]}/")
         if up and not name.startswith("tests/"):
-            paths.update(TO_EVERY_ROOM if name.startswith("src/") else ["tests/house/"])
-    return tuple(sorted(paths | {f"tests/{part}/" for part in (above(parts, users()) if up else parts)}))
+            paths.update(["tests/house/"] if name.startswith("src/") else TO_TEXTS)
+    if up:
+        parts = above(parts, users())
+        attacks = (ROOT / "tests" / "attacks").glob("test_*.py")
+        paths |= {f"tests/attacks/{file.name}" for file in attacks if used(file.read_text(encoding="utf-8")) & parts}
+    return tuple(sorted(paths | {f"tests/{part}/" for part in parts}))
 
 
 def sliced(word: str) -> tuple[int, int]:

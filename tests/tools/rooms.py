@@ -103,3 +103,20 @@ def above(parts: set[str], graph: dict[str, set[str]]) -> set[str]:
             found.add(this)
             waiting += graph.get(this, ())
     return found
+
+
+@cache
+def _public() -> dict[str, str]:
+    """Public name -> the part of the package that it comes from, by the stub."""
+    text = (PACKAGE / "__init__.pyi").read_text(encoding="utf-8")
+    lines = re.findall(r"^from \.([\w.]*) import (\w+) as _?(\w+)$", text, re.MULTILINE)
+    return {name: part(".".join(filter(None, (module, "" if module else this)))) for module, this, name in lines}
+
+
+def used(text: str) -> set[str]:
+    """Parts of the package that a program names, as modules or by what is public of them."""
+    modules = re.findall(r"\bgonio\.(\w+)|\bfrom gonio import (\w+)", text)
+    names = {first or second for first, second in modules}
+    return {part(n) for n in names if n in MODULES} | {
+        _public()[n] for n in re.findall(r"\bgn\.(\w+)", text) if n in _public()
+    }
