@@ -84,8 +84,8 @@ def _give_up(error: Exception) -> None:
 
 
 def known(task: Task, material: Parametrised, inputs: Sequence[Any]) -> Made | None:
-    """The plan of an earlier call of a task with such arrays, of this material or of one of its structure and shapes."""
-    key = _key(task, inputs)
+    """The plan of an earlier call of a task with such arrays, of this material or one of its structure and shapes."""
+    key = task.plan_key(inputs)
     plans = material._derived.get(known)
     return (plans and plans.get(key)) or _of_pattern(key, material, inputs[0].dtype)
 
@@ -122,8 +122,8 @@ def _of_pattern(key: tuple[Any, ...], material: Parametrised, dtype: np.dtype) -
     patterns = material.alike.setdefault(known, {})
     pattern = patterns.get(key)
     if pattern is None:
-        shapes = _shapes(material)
-        pattern = _PATTERNS.get((key, content(material).structure, shapes)) if shapes else None
+        whole = _pattern_key(key, material)
+        pattern = _PATTERNS.get(whole) if whole else None
         if pattern is None:
             return None
         if len(patterns) >= PLANS_KEPT:
@@ -150,8 +150,9 @@ def _of_pattern(key: tuple[Any, ...], material: Parametrised, dtype: np.dtype) -
     return _remembered(key, material, renewed(pattern.plan, arrays, tables))
 
 
-def _shapes(material: Parametrised) -> tuple[Any, ...] | None:
-    """The shapes of a material's numbers; None where some are of another library than NumPy."""
+def _pattern_key(key: tuple[Any, ...], material: Parametrised) -> tuple[Any, ...] | None:
+    """All that a pattern depends on: the key of its plan, and the structure of the material with the shapes of its
+    numbers. None where some of these are of another library than NumPy."""
     shapes: list[tuple[int, ...]] = []
     for x in content(material).leaves:
         if type(x) is float:
@@ -160,7 +161,7 @@ def _shapes(material: Parametrised) -> tuple[Any, ...] | None:
             shapes.append((x.numbers if isinstance(x, Fixed) else x).shape)
         else:
             return None
-    return tuple(shapes) or ((),)
+    return (key, content(material).structure, tuple(shapes))
 
 
 def _remembered(key: tuple[Any, ...], material: Parametrised, plan: Made) -> Made:
@@ -169,19 +170,6 @@ def _remembered(key: tuple[Any, ...], material: Parametrised, plan: Made) -> Mad
         plans.clear()
     plans[key] = plan
     return plan
-
-
-def _key(task: Task, inputs: Sequence[Any]) -> tuple[Any, ...]:
-    """All that a plan depends on beside the material."""
-    if len(inputs) == 2:
-        a, b = inputs
-        if type(a) is type(b) is np.ndarray:
-            return (task, a.dtype, a.shape, a.strides, b.dtype, b.shape, b.strides)
-    key: tuple[Any, ...] = (task,)
-    for x in inputs:
-        if type(x) is np.ndarray:
-            key += (x.dtype, x.shape, x.strides)
-    return key
 
 
 def plan(call: Call) -> Made:
@@ -207,12 +195,11 @@ def plan(call: Call) -> Made:
     except (DependencyError, EngineError) as error:
         _give_up(error)
         raise EngineError(str(error)) from None
-    key = _key(task, call.inputs)
-    if shapes := _shapes(material):
+    key = task.plan_key(call.inputs)
+    if whole := _pattern_key(key, material):
         if len(_PATTERNS) >= PATTERNS_KEPT:
             _PATTERNS.clear()
-        pattern = _pattern(made, trace, as_axis, len(content(material).leaves))
-        _PATTERNS[key, content(material).structure, shapes] = pattern
+        _PATTERNS[whole] = _pattern(made, trace, as_axis, len(content(material).leaves))
     return _remembered(key, material, made)
 
 
