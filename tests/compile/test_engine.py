@@ -22,6 +22,7 @@ from gonio.compile.plans import Result, carry_out, prepare
 from gonio.compile.threads import share
 from gonio.evaluate import batch, planning, tracing
 from gonio.evaluate.interpret import evaluate
+from gonio.evaluate.tracing import Task
 from gonio.formula.direction import Direction
 from gonio.formula.fields import option, param, table
 from gonio.trace.derive import gradient
@@ -96,7 +97,7 @@ def test_masks_beside_numbers_are_1_or_0(dtype):
         return 3.0 * above, above * 2, 0.5 - large, above * large, 1.0 * (above + large), x[0] * above + 4 * large
 
     x = (np.arange(37) / 32.0).astype(dtype)
-    found = batch.run(kernel, ("scalar",) * 6, gn.Lambertian(0.5), (x[:, None],), (1,))
+    found = batch.run(Task(kernel, ("scalar",) * 6, (1,)), gn.Lambertian(0.5), (x[:, None],))
     above, large = x > 0.5, x > 0.75
     want = (3.0 * above, above * 2, 0.5 - large, above * large, 1.0 * (above | large), x * above + 4 * large)
     for got, expected in zip(found, want, strict=True):
@@ -494,6 +495,9 @@ def squares(m, mean, wi, wo):
     return wi[2] * f, f * f, wi[2] * wo[2]
 
 
+SQUARES = Task(squares, (TOTAL,) * 3, (3, 3))
+
+
 @pytest.mark.parametrize("channels", [3, 9, 31, 401])
 @pytest.mark.parametrize("shape", [(50,), (700, 12), (2, 40, 64), (900, 64)])
 def test_totals_of_any_number_of_channels(channels, shape):
@@ -502,8 +506,7 @@ def test_totals_of_any_number_of_channels(channels, shape):
     m, count = gn.Microfacet(gn.GGX(0.3), metal), int(np.prod(shape))
     wi = directions(count, seed=8).reshape(*shape, 3)
     wo = directions(shape[-1], seed=9)
-    kinds = (TOTAL,) * 3
-    found = batch.run(squares, kinds, m, (wi, wo), (3, 3))
+    found = batch.run(SQUARES, m, (wi, wo))
     for total in found:
         assert total.shape == (*shape[:-1], channels)
         assert total.dtype == np.float64
@@ -520,7 +523,7 @@ def test_totals_of_maps_with_many_channels(rows):
     rng = np.random.default_rng(10)
     m = gn.Microfacet(gn.GGX(rng.uniform(0.2, 0.9, (rows, 1, 1))), gn.Schlick(rng.uniform(0.1, 0.9, (rows, 1, 15))))
     wi, wo = directions(rows * 64, seed=8).reshape(rows, 64, 3), directions(64, seed=9)
-    total = batch.run(squares, (TOTAL,) * 3, m, (wi, wo), (3, 3))[1]
+    total = batch.run(SQUARES, m, (wi, wo))[1]
     for c in (0, 7, 14):
         f = each_alone(m, 15)[c].f(wi, wo)[..., 0]
         np.testing.assert_allclose(total[:, c], (f * f).sum(axis=-1), rtol=1e-12)

@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 
-from ..arrays.kinds import MATRIX, SCALAR, VALUE, VECTOR
 from ..errors import NotFoundError, ParameterError, shown
 from ..evaluate import batch
 from ..formula.state import derived
@@ -41,7 +40,7 @@ class Calls(Hooks):
         """
         if uv is not None:
             return textured.value(self, wi, wo, uv, out)
-        return batch.run(kernels.value, (VALUE,), self, (wi, wo), (3, 3), out)[0]
+        return batch.run(kernels.F, self, (wi, wo), out)[0]
 
     def pdf(self, wi: Any, wo: Any) -> Any:
         """Density [1/sr] with which `sample` draws wi for given wo, delta lobes left out; shape (...).
@@ -51,7 +50,7 @@ class Calls(Hooks):
         >>> print(m.pdf(gn.direction(0.5, 0.0), gn.direction([0.4, 0.5, 0.6], np.pi)).round(3))
         [5.551 9.061 6.19 ]
         """
-        return batch.run(kernels.pdf, (SCALAR,), self, (wi, wo), (3, 3))[0]
+        return batch.run(kernels.PDF, self, (wi, wo))[0]
 
     def sample(self, wo: Any, u: Any) -> Sample:
         """Incident directions for given wo (..., 3) and uniform numbers u (..., 2) or (..., 3) in [0, 1); a 1 is
@@ -69,7 +68,7 @@ class Calls(Hooks):
         if self.sides != "front":
             self._require_one_direction()
         numbers = 3 if shape_of(u)[-1:] == (3,) else 2
-        return Sample(*batch.run(kernels.sample, (VECTOR, VALUE, SCALAR, SCALAR), self, (wo, u), (3, numbers)))
+        return Sample(*batch.run(kernels.SAMPLE[numbers], self, (wo, u)))
 
     @derived
     def disperses(self) -> bool:
@@ -110,7 +109,7 @@ class Calls(Hooks):
         2.3111 -23.2474
         """
         names, leaves, inputs = self._variables(by)
-        value, *slopes = batch.jacobian(kernels.value, self, (wi, wo), (3, 3), leaves, inputs)
+        value, *slopes = batch.compute(kernels.F.derivatives(leaves, inputs), self, (wi, wo))
         return Jacobian(value, dict(zip(names, slopes, strict=True)))
 
     def _variables(self, by: Iterable[str] | None) -> tuple[list[str], tuple[int, ...], tuple[int, ...]]:
@@ -155,8 +154,8 @@ class Calls(Hooks):
         >>> print(gn.SmoothDielectric(1.5).delta_reflectance([0, 0, 1], across=True).round(4))
         0.4267
         """
-        kernel = kernels.delta_transmission if _said(across) else kernels.delta_reflectance
-        return batch.run(kernel, (VALUE,), self, (wo,), (3,))[0]
+        task = kernels.DELTA_TRANSMISSION if _said(across) else kernels.DELTA_REFLECTANCE
+        return batch.run(task, self, (wo,))[0]
 
     def mueller(self, wi: Any, wo: Any) -> Any:
         """The Mueller matrix of the BRDF: Stokes vector of radiance out over that of irradiance in; M[..., 0, 0] is f.
@@ -177,7 +176,7 @@ class Calls(Hooks):
         >>> print((M @ [1, 0, 0, 0]).round(3))  # unpolarised light in: all of what leaves is horizontal
         [1.892 1.892 0.    0.   ]
         """
-        return batch.run(kernels.mueller, (MATRIX,), self, (wi, wo), (3, 3))[0]
+        return batch.run(kernels.MUELLER, self, (wi, wo))[0]
 
     def delta_mueller(self, wo: Any, across: bool = False) -> Any:
         """The Mueller matrix (...[, C], 4, 4) of all delta lobes together at the mirror direction of wo (..., 3).
@@ -192,8 +191,8 @@ class Calls(Hooks):
         >>> print(glass.delta_mueller([0, 0, 1], across=True).diagonal().round(3))
         [0.427 0.427 0.427 0.427]
         """
-        kernel = kernels.delta_mueller_across if _said(across) else kernels.delta_mueller
-        return batch.run(kernel, (MATRIX,), self, (wo,), (3,))[0]
+        task = kernels.DELTA_MUELLER_ACROSS if _said(across) else kernels.DELTA_MUELLER
+        return batch.run(task, self, (wo,))[0]
 
 
 def _said(across: Any) -> bool:

@@ -1,4 +1,5 @@
-"""Kernels: f, pdf, samples and delta lobes of a material on components of directions; `batch.run` gives them arrays.
+"""Kernels: f, pdf, samples and delta lobes of a material on components of directions; `batch.run` gives them arrays,
+by the tasks at the end.
 
 `m` computes values per channel; `mean`, the same material with merged channels, one number for sampling.
 """
@@ -8,6 +9,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ..arrays import ops
+from ..arrays.kinds import MATRIX, SCALAR, VALUE, VECTOR
+from ..evaluate.tracing import Task
 from ..formula.direction import BEHIND, HORIZON, NORMAL, Direction, dot, select, served
 from ..formula.mueller import Mueller
 from ..formula.sparse import is_zero
@@ -342,3 +345,13 @@ def _delta(m: Reflectance, wo: Direction, sides: str) -> tuple[Any, ...]:
         if lobe.is_delta and lobe.sides == sides:
             total = total + weight * lobe.mirror(wo_up)
     return (with_holes(ops.where(hidden, 0.0, total) + _nan_of(wo), m),)
+
+
+F = Task(value, (VALUE,), (3, 3))
+PDF = Task(pdf, (SCALAR,), (3, 3))
+SAMPLE = {numbers: Task(sample, (VECTOR, VALUE, SCALAR, SCALAR), (3, numbers)) for numbers in (2, 3)}
+"""By how many uniform numbers there are."""
+MUELLER = Task(mueller, (MATRIX,), (3, 3))
+RERADIATION = Task(reradiation, (VALUE,), (3, 3))
+DELTA_REFLECTANCE, DELTA_TRANSMISSION = (Task(k, (VALUE,), (3,)) for k in (delta_reflectance, delta_transmission))
+DELTA_MUELLER, DELTA_MUELLER_ACROSS = (Task(k, (MATRIX,), (3,)) for k in (delta_mueller, delta_mueller_across))

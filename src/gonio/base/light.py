@@ -16,6 +16,7 @@ from ..arrays import ops
 from ..arrays.kinds import SCALAR, VALUE, VECTOR, with_channels
 from ..errors import ParameterError
 from ..evaluate import batch
+from ..evaluate.tracing import Task
 from ..formula.direction import Direction, dot
 from ..formula.parametrised import Parametrised
 from ..formula.spectrum import Spectrum
@@ -202,7 +203,7 @@ class Light(Parametrised):
         if not self.is_formula():
             raise self._lacks("seen")
         w, position = _arrays("w", w, position)
-        return _with_channels(batch.run(_incident, (VALUE,), self, (w, position), (3, 3))[0], w, position)
+        return _with_channels(batch.run(_INCIDENT, self, (w, position))[0], w, position)
 
     def distance(self, w: Any, position: Any = ORIGIN) -> Any:
         """The distance [m] (...) to where light comes from, along unit world directions w (..., 3).
@@ -211,7 +212,7 @@ class Light(Parametrised):
         >>> print(gn.ConstantLight(2.0).distance(gn.direction(0.5, 0.0)))
         1e+30
         """
-        return batch.run(_distance, (SCALAR,), self, _arrays("w", w, position), (3, 3))[0]
+        return batch.run(_DISTANCE, self, _arrays("w", w, position))[0]
 
     def sample(self, u: Any, position: Any = ORIGIN) -> tuple[Any, Any]:
         """World directions (..., 3) for uniform numbers u (..., 2), and their density per solid angle [1/sr] (...).
@@ -222,7 +223,7 @@ class Light(Parametrised):
         >>> print(w.shape, np.allclose(pdf, light.pdf(w)))
         (2, 3) True
         """
-        w, pdf = batch.run(_sample, (VECTOR, SCALAR), self, _arrays("u", u, position), (2, 3))
+        w, pdf = batch.run(_SAMPLE, self, _arrays("u", u, position))
         return w, pdf
 
     def pdf(self, w: Any, position: Any = ORIGIN) -> Any:
@@ -234,7 +235,7 @@ class Light(Parametrised):
         >>> print(light.pdf(sun) > 10.0 * light.pdf(np.array([0.0, 0.0, 1.0])))
         True
         """
-        return batch.run(_pdf, (SCALAR,), self, _arrays("w", w, position), (3, 3))[0]
+        return batch.run(_PDF, self, _arrays("w", w, position))[0]
 
     def arrival(self, position: Any) -> Arrival:
         """The light that a delta light sends to `position` (..., 3).
@@ -244,7 +245,7 @@ class Light(Parametrised):
         [2.]
         """
         (position,) = _arrays("position", position)
-        w, E, distance = batch.run(_arrival, (VECTOR, VALUE, SCALAR), self, (position,), (3,))
+        w, E, distance = batch.run(_ARRIVAL, self, (position,))
         return Arrival(w, _with_channels(E, position), distance)
 
     def irradiance_at(self, position: Any, normal: Any) -> Any:
@@ -257,7 +258,7 @@ class Light(Parametrised):
         if not self.has_closed_form:
             return None
         position, normal = _arrays("position", position, normal)
-        found = batch.run(_irradiance, (VALUE,), self, (position, normal), (3, 3))[0]
+        found = batch.run(_IRRADIANCE, self, (position, normal))[0]
         return _with_channels(found, position, normal)
 
     def check_position(self, position: Any) -> None:
@@ -277,7 +278,7 @@ class Light(Parametrised):
         known = lib.known(position)
         if known is None:
             return
-        held = batch.run(_holds, (SCALAR,), self, (np.asarray(known, dtype=float),), (3,))[0]
+        held = batch.run(_HOLDS, self, (np.asarray(known, dtype=float),))[0]
         if np.any(held):
             where = ", ".join(f"{x:g}" for x in np.asarray(known)[np.asarray(held, dtype=bool)].reshape(-1, 3)[0])
             rule = "expected positions outside the light"
@@ -399,3 +400,12 @@ def _arrival(light: Light, mean: Light, p: Any) -> tuple[Any, ...]:
     none = 0.0 * _nan_of(*p)
     E = light.beam(Direction(*p))[1]
     return Direction(w.x + none, w.y + none, w.z + none), E + none, distance + none
+
+
+_INCIDENT = Task(_incident, (VALUE,), (3, 3))
+_DISTANCE = Task(_distance, (SCALAR,), (3, 3))
+_PDF = Task(_pdf, (SCALAR,), (3, 3))
+_SAMPLE = Task(_sample, (VECTOR, SCALAR), (2, 3))
+_HOLDS = Task(_holds, (SCALAR,), (3,))
+_IRRADIANCE = Task(_irradiance, (VALUE,), (3, 3))
+_ARRIVAL = Task(_arrival, (VECTOR, VALUE, SCALAR), (3,))

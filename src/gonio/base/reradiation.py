@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from ..arrays import ops
-from ..arrays.kinds import PAIRS, VALUE
+from ..arrays.kinds import PAIRS
 from ..errors import ParameterError
 from ..evaluate import batch, labelled
 from ..formula import bands
@@ -67,7 +67,7 @@ def matrix(m: Any, wi: Any, wo: Any) -> Any:
     lib = ops.library(f)
     if not m.fluoresces:
         return lib.of_pairs(None, f, channels)
-    found = batch.run(kernels.reradiation, (VALUE,), m._pairs, (wi, wo), (3, 3))[0]
+    found = batch.run(kernels.RERADIATION, m._pairs, (wi, wo))[0]
     if lib.name == "numpy":
         found = found.reshape((*lib.shape(f), channels))
         np.einsum("...ii->...i", found)[...] += f

@@ -15,6 +15,7 @@ from ..arrays.kinds import VALUE
 from ..errors import ArrayTypeError, ParameterError, shown
 from ..evaluate import batch
 from ..evaluate.computation import composite
+from ..evaluate.tracing import Task
 from ..formula.fields import channels, table
 from ..formula.parametrised import Parametrised
 from ..formula.state import state
@@ -97,6 +98,9 @@ def _value(scene: Any, mean: Any, wi: Any, wo: Any, uv: Any) -> tuple[Any, ...]:
     return (f + ((u - u) + (v - v)),)  # NaN where a place is
 
 
+_PLACED = Task(_value, (VALUE,), (3, 3, 2))
+
+
 def value(m: Calls, wi: Any, wo: Any, uv: Any, out: np.ndarray | None) -> Any:
     """f at places, see `Calls.f`."""
     found = textures(m)
@@ -106,7 +110,7 @@ def value(m: Calls, wi: Any, wo: Any, uv: Any, out: np.ndarray | None) -> Any:
     whole = m._derived.get(value)
     if whole is None:
         whole = m._derived[value] = composite(**mapped(m))
-    return batch.run(_value, (VALUE,), whole, (wi, wo, uv), (3, 3, 2), out)[0]
+    return batch.run(_PLACED, whole, (wi, wo, uv), out)[0]
 
 
 def at(m: M, uv: Any) -> M:

@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 
 from ..arrays import LIBRARIES, Fixed, Later, labels, ops
-from ..arrays.kinds import SCALAR, SQUARE, SUMMED, TERMS, VALUE
+from ..arrays.kinds import SCALAR, SQUARE, SUMMED, TERMS
 from ..errors import ArrayTypeError, EngineError, MeaningWarning, ParameterError, ShapeError, TraceError, warn
 from ..formula.parametrised import Parametrised
 from ..formula.spectrum import Spectrum
@@ -27,19 +27,11 @@ from ..formula.texture import Texture
 from . import labelled, planning
 from .blocks import Box, cut, in_blocks, result_shape
 from .planning import Call
-from .tracing import Kernel, Task, brief, traced
+from .tracing import Kernel, Task, traced
 
 
-def run(
-    kernel: Kernel,
-    kinds: tuple[str, ...],
-    material: Parametrised,
-    inputs: Sequence[Any],
-    widths: tuple[int, ...],
-    out: np.ndarray | None = None,
-) -> list[Any]:
-    """Results of `kernel` over the broadcast batch of `inputs`, whose last axes have lengths `widths`."""
-    task = Task(kernel, kinds, widths, brief=brief())
+def run(task: Task, material: Parametrised, inputs: Sequence[Any], out: np.ndarray | None = None) -> list[Any]:
+    """The results of a task over the broadcast batch of `inputs`; `out` takes the first."""
     if type(inputs[0]) is np.ndarray and material._labels is None:
         plan = planning.known(task, material, inputs)
         if plan is not None:
@@ -47,17 +39,17 @@ def run(
                 _check_out(out, *plan.outputs[0][1:3])
             return planning.carried_out(plan, inputs, out)
     if labelled.concern(material, inputs):
-        return _labelled(kernel, kinds, material, inputs, widths, out)
-    lib, inputs = _checked(inputs, widths)
+        return _labelled(task, material, inputs, out)
+    lib, inputs = _checked(inputs, task.widths)
     if lib.known(inputs[0]) is not None:
         _suspect_map(material, lib, inputs)
     if lib.name != "numpy":
         if out is not None:
             raise ArrayTypeError(f"out= is for NumPy arrays; got {lib.name} directions")
-        return (_by_channel if lib.channel_loop else _at_once)(kernel, kinds, material, lib, inputs)
+        return (_by_channel if lib.channel_loop else _at_once)(task.kernel, task.kinds, material, lib, inputs)
     call = Call(task, material, inputs, *_batch(material.leaves(), lib, inputs))
     if out is not None:
-        _check_out(out, result_shape(kinds[0], call.batch, call.channels), inputs[0].dtype)
+        _check_out(out, result_shape(task.kinds[0], call.batch, call.channels), inputs[0].dtype)
     results = _compiled(call, out)
     if results is not None:
         return results
@@ -68,38 +60,16 @@ def run(
     return [out]
 
 
-def _labelled(
-    kernel: Kernel,
-    kinds: tuple[str, ...],
-    material: Parametrised,
-    inputs: Sequence[Any],
-    widths: tuple[int, ...],
-    out: np.ndarray | None,
-) -> list[Any]:
+def _labelled(task: Task, material: Parametrised, inputs: Sequence[Any], out: np.ndarray | None) -> list[Any]:
     """The results where axes have names, or arrays are computed later."""
     special = [x for x in inputs if labels.is_named(x) or labels.is_lazy(x)]
-    if len(kinds) == 1 and out is None:
-        return labelled.call(lambda m, *arrays: run(kernel, kinds, m, arrays, widths), kinds, material, inputs, widths)
+    if len(task.kinds) == 1 and out is None:
+        return labelled.call(lambda m, *arrays: run(task, m, arrays), task.kinds, material, inputs, task.widths)
     if special or material._lazy:
-        what = "out=" if len(kinds) == 1 else "sample"
+        what = "out=" if len(task.kinds) == 1 else "sample"
         kind = type(special[0]).__name__ if special else "Dask parameters"
         raise ArrayTypeError(f"{what} is for plain arrays; got {kind}; take x.values, or x.compute()")
-    return run(kernel, kinds, material.unlabelled, inputs, widths, out)
-
-
-def jacobian(
-    kernel: Kernel,
-    material: Parametrised,
-    inputs: Sequence[Any],
-    widths: tuple[int, ...],
-    leaves: tuple[int, ...],
-    by_inputs: tuple[int, ...],
-) -> list[Any]:
-    """The value of a kernel and its derivatives by the numbers of a material, and by inputs: see `Task`.
-
-    Raises TraceError where the formula cannot be traced.
-    """
-    return compute(Task(kernel, (VALUE,), widths, (leaves, by_inputs), brief=brief()), material, inputs)
+    return run(task, material.unlabelled, inputs, out)
 
 
 def compute(

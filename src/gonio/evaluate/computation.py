@@ -21,7 +21,7 @@ from ..formula.parametrised import Parametrised
 from ..formula.state import state
 from ..formula.text import listed
 from . import batch
-from .tracing import Kernel, Task, brief
+from .tracing import Kernel, Task
 
 
 class _Composite(Parametrised):
@@ -106,11 +106,11 @@ class Computation:
 
     def __init__(self, kernel: Kernel, inputs: Mapping[str, int], results: Mapping[str, str]):
         self.kernel, self.inputs, self.results = kernel, dict(inputs), dict(results)
-        self._kinds, self._widths = tuple(results.values()), tuple(inputs.values())
+        self._task = Task(kernel, tuple(results.values()), tuple(inputs.values()))
 
     def __call__(self, scene: Parametrised, **arrays: Any) -> dict[str, Any]:
         """The results by name, for arrays of the inputs by name."""
-        found = batch.compute(self._task(), scene, self._ordered(arrays))
+        found = batch.compute(self._task, scene, self._ordered(arrays))
         return dict(zip(self.results, found, strict=True))
 
     def add(self, sums: Mapping[str, np.ndarray], scene: Parametrised, **arrays: Any) -> None:
@@ -121,7 +121,7 @@ class Computation:
         Raises ParameterError unless all results are sums, ShapeError and ArrayTypeError for arrays that cannot take
         them.
         """
-        if not SUMMED.issuperset(self._kinds):
+        if not SUMMED.issuperset(self._task.kinds):
             kept = [name for name, kind in self.results.items() if kind not in SUMMED]
             raise ParameterError(f"add: {listed(kept)} is stored for each element; expected sums alone; call instead")
         missing = [name for name in self.results if name not in sums]
@@ -135,7 +135,7 @@ class Computation:
                 what = f"{x.dtype} array" if isinstance(x, np.ndarray) else type(x).__name__
                 rule = "expected one of float64, in one piece, that may be written to: numpy.zeros(shape)"
                 raise ArrayTypeError(f"add: {name} is a {what}; {rule}")
-        batch.compute(self._task(adds=True), scene, self._ordered(arrays), into)
+        batch.compute(self._task._replace(adds=True), scene, self._ordered(arrays), into)
 
     def derivatives(self, scene: Parametrised, by: Sequence[str], **arrays: Any) -> tuple[dict[str, Any], list[Any]]:
         """The results, and the derivatives of the first one by parameters, in the same pass over the batch.
@@ -145,21 +145,19 @@ class Computation:
         held; where there is no channel axis it is the scene itself, so that kernels call `ops.stop_gradient` on what
         sampling decides. NumPy arrays only. Raises TraceError where the kernel cannot be traced.
         """
-        if self._kinds[0] not in (VALUE, TOTAL):
-            rule = f"the first result is of kind {self._kinds[0]}; expected {VALUE} or {TOTAL}"
+        kind = self._task.kinds[0]
+        if kind not in (VALUE, TOTAL):
+            rule = f"the first result is of kind {kind}; expected {VALUE} or {TOTAL}"
             raise ParameterError(f"derivatives: {rule}")
         paths = list(scene.leaf_paths())
         wanted = [scene.located(path) for path in by]
         unknown = [path for path in wanted if path not in paths]
         if unknown:
             raise NotFoundError(f"derivatives(by={listed(unknown)}): no number; expected some of {listed(paths)}")
-        task = self._task(by=(tuple(paths.index(path) for path in wanted), ()))
+        task = self._task.derivatives(tuple(paths.index(path) for path in wanted), ())
         found = batch.compute(task, scene, self._ordered(arrays))
         count = len(self.results)
         return dict(zip(self.results, found[:count], strict=True)), found[count:]
-
-    def _task(self, by: tuple[tuple[int, ...], ...] = (), adds: bool = False) -> Task:
-        return Task(self.kernel, self._kinds, self._widths, by, adds, brief=brief())
 
     def _ordered(self, arrays: Mapping[str, Any]) -> list[Any]:
         if arrays.keys() != self.inputs.keys():

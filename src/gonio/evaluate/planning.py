@@ -27,7 +27,7 @@ from . import channels, turned
 from .blocks import Box, cut
 from .channels import Staged
 from .interpret import evaluate
-from .tracing import Task, Trace, content, traced
+from .tracing import Task, Trace, brief, content, traced
 from .turned import Turned
 
 UNROLLED = 8  # channels up to which each has its own copy of a formula, if it looks up no matrices; more are an axis
@@ -87,7 +87,7 @@ def _give_up(error: Exception) -> None:
 
 def known(task: Task, material: Parametrised, inputs: Sequence[Any]) -> Made | None:
     """The plan of an earlier call of a task with such arrays, of this material or one of its structure and shapes."""
-    key = _key(task, inputs)
+    key = task.plan_key(inputs)
     plans = material._derived.get(known)
     return (plans and plans.get(key)) or _of_pattern(key, material, inputs[0].dtype)
 
@@ -137,8 +137,8 @@ def _of_pattern(key: tuple[Any, ...], material: Parametrised, dtype: np.dtype) -
         patterns = material.alike[known] = Passing()
     pattern = patterns.get(key)
     if pattern is None:
-        shapes = _shapes(material)
-        pattern = _PATTERNS.find((key, content(material).structure, shapes)) if shapes else None
+        whole = _pattern_key(key, material)
+        pattern = _PATTERNS.find(whole) if whole else None
         if pattern is None:
             return None
         if len(patterns) >= PLANS_KEPT:
@@ -165,8 +165,9 @@ def _of_pattern(key: tuple[Any, ...], material: Parametrised, dtype: np.dtype) -
     return _remembered(key, material, renewed(pattern.plan, arrays, tables))
 
 
-def _shapes(material: Parametrised) -> tuple[Any, ...] | None:
-    """The shapes of a material's numbers; None where some are of another library than NumPy."""
+def _pattern_key(key: tuple[Any, ...], material: Parametrised) -> tuple[Any, ...] | None:
+    """All that a pattern depends on: the key of its plan, and the structure of the material with the shapes of its
+    numbers. None where some of these are of another library than NumPy."""
     shapes: list[tuple[int, ...]] = []
     for x in content(material).leaves:
         if type(x) is float:
@@ -175,7 +176,7 @@ def _shapes(material: Parametrised) -> tuple[Any, ...] | None:
             shapes.append((x.numbers if isinstance(x, Fixed) else x).shape)
         else:
             return None
-    return tuple(shapes) or ((),)
+    return (key, content(material).structure, tuple(shapes))
 
 
 def _remembered(key: tuple[Any, ...], material: Parametrised, plan: Made) -> Made:
@@ -187,19 +188,6 @@ def _remembered(key: tuple[Any, ...], material: Parametrised, plan: Made) -> Mad
     plans[key] = plan
     made(PLAN)
     return plan
-
-
-def _key(task: Task, inputs: Sequence[Any]) -> tuple[Any, ...]:
-    """All that a plan depends on beside the material."""
-    if len(inputs) == 2:
-        a, b = inputs
-        if type(a) is type(b) is np.ndarray:
-            return (task, a.dtype, a.shape, a.strides, b.dtype, b.shape, b.strides)
-    key: tuple[Any, ...] = (task,)
-    for x in inputs:
-        if type(x) is np.ndarray:
-            key += (x.dtype, x.shape, x.strides)
-    return key
 
 
 def plan(call: Call) -> Made:
@@ -225,10 +213,9 @@ def plan(call: Call) -> Made:
     except (DependencyError, EngineError) as error:
         _give_up(error)
         raise EngineError(str(error)) from None
-    key = _key(task, call.inputs)
-    if shapes := _shapes(material):
-        pattern = _pattern(new, trace, as_axis, len(content(material).leaves))
-        _PATTERNS.keep((key, content(material).structure, shapes), pattern)
+    key = task.plan_key(call.inputs)
+    if whole := _pattern_key(key, material):
+        _PATTERNS.keep(whole, _pattern(new, trace, as_axis, len(content(material).leaves)))
     return _remembered(key, material, new)
 
 
@@ -240,7 +227,7 @@ def _of_stages(call: Call, trace: Trace, tables: Sequence[np.ndarray]) -> Staged
     own = len(content(material).leaves)
     leaves = _leaves(material, any(k >= trace.inputs + own for k in trace.read))
     arrays = list(zip(inputs, task.widths, strict=True))
-    return channels.staged(trace, task.kinds, arrays, leaves, tables, batch, count, task.brief)
+    return channels.staged(trace, task.kinds, arrays, leaves, tables, batch, count, brief())
 
 
 def _of_one(call: Call, trace: Trace, tables: Sequence[np.ndarray], as_axis: bool) -> Plan | Turned:
@@ -257,7 +244,7 @@ def _of_one(call: Call, trace: Trace, tables: Sequence[np.ndarray], as_axis: boo
     uses = [_USES.get(kind, ONCE if as_axis else EACH) for kind in task.kinds]
     uses += uses[:1] * (len(elements) - len(uses))
     results = [Result(*parts) for parts in zip(trace.results, uses, elements, strict=True)]
-    return prepare(trace.graph, results, arrays, trace.inputs, tables, shape, dtype, task.brief, task.adds)
+    return prepare(trace.graph, results, arrays, trace.inputs, tables, shape, dtype, brief(), task.adds)
 
 
 _USES = {VALUE: EACH, MATRIX: EACH, TOTAL: ADDED_UP, COUNT: ADDED_UP, SQUARE: SQUARED}

@@ -10,7 +10,7 @@ import numpy as np
 from ..arrays.kinds import COUNT
 from ..formula.parametrised import Parametrised
 from . import batch
-from .tracing import Kernel, Task, brief
+from .tracing import Kernel, Task
 
 
 class Squares(NamedTuple):
@@ -54,8 +54,7 @@ def squares(
     """
     count = len(leaves)
     sums = 1 + count + count * (count + 1) // 2
-    task = Task(kernel, (COUNT,) * sums, widths, squares=leaves, brief=brief())
-    cost, *others = batch.compute(task, material, inputs)
+    cost, *others = batch.compute(Task(kernel, (COUNT,) * sums, widths, squares=leaves), material, inputs)
     matrix, entries = np.empty((*np.shape(cost), count, count)), iter(others[count:])
     for i in range(count):
         for j in range(i, count):

@@ -31,7 +31,8 @@ computes so many in a tenth of a second, is compiled in two, and by one vector a
 
 _BRIEF: ContextVar[bool] = ContextVar("brief", default=False)
 brief = _BRIEF.get
-"""Whether tasks that are made here and now have little to do: see `at_most`."""
+"""Whether the kernels of plans that are made here and now have little to do, and so take one vector at a time, which
+are made in half of the time: see `at_most`."""
 
 
 @contextmanager
@@ -56,10 +57,9 @@ Kernel = Callable[..., tuple[Any, ...]]
 
 class Task(NamedTuple):
     """A kernel to be traced, with the kinds of its results; for derivatives of the first one, a value or its total,
-    also the arguments. With `adds` the results are added to arrays that a call brings. The task itself is the key of
-    its traces and plans: nobody else spells one.
+    also the arguments. With `adds` the results are added to arrays that a call brings.
 
-    `brief`: there is little to do, so that its kernels take one vector at a time: these are made in half of the time.
+    A task is a part of the keys of its traces and plans, and makes them: nobody else spells one.
 
     `squares`: the kernel gives a residual r, a cost and a weight w. The results are sums in their place: of the cost,
     of w r dr/dp for each of these parameters p, and of w (dr/dp)(dr/dq) for each pair, as `numpy.triu_indices` does.
@@ -71,12 +71,31 @@ class Task(NamedTuple):
     by: tuple[tuple[int, ...], ...] = ()  # places of parameters and of inputs to differentiate by
     adds: bool = False
     squares: tuple[int, ...] = ()  # places of parameters
-    brief: bool = False
 
     @property
     def differentiates(self) -> bool:
         """Whether any result is a derivative, or made of derivatives: only a trace has them."""
         return bool(self.by or self.squares)
+
+    def derivatives(self, parameters: tuple[int, ...], inputs: tuple[int, ...]) -> Task:
+        """The task with derivatives, by parameters and inputs at these places."""
+        return self._replace(by=(parameters, inputs))
+
+    def trace_key(self, material: Parametrised, channels: int | None) -> tuple[Any, ...]:
+        """All that a trace depends on."""
+        return (self._replace(adds=False), channels, content(material).structure)
+
+    def plan_key(self, inputs: Sequence[Any]) -> tuple[Any, ...]:
+        """All that a plan depends on beside the material."""
+        if len(inputs) == 2:
+            a, b = inputs
+            if type(a) is type(b) is np.ndarray:
+                return (self, brief(), a.dtype, a.shape, a.strides, b.dtype, b.shape, b.strides)
+        key: tuple[Any, ...] = (self, brief())
+        for x in inputs:
+            if type(x) is np.ndarray:
+                key += (x.dtype, x.shape, x.strides)
+        return key
 
     def elements(self, channels: tuple[int, ...]) -> list[tuple[int, ...]]:
         """The shape of one element of each result; `channels`: of a value."""
@@ -162,7 +181,7 @@ def traced(task: Task, material: Parametrised, channels: int | None) -> Trace:
 
     Raises TraceError where the formula cannot be traced.
     """
-    key = (task._replace(adds=False, brief=False), channels, content(material).structure)
+    key = task.trace_key(material, channels)
     trace = _TRACES.find(key)
     if trace is None:
         try:

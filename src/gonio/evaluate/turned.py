@@ -17,7 +17,7 @@ from ..arrays.kinds import SQUARE, SUMMED
 from ..compile.llvm import machine
 from ..compile.llvm.program import ADDED
 from ..compile.plans import DTYPES, Plan, Result, carry_out, prepare
-from .tracing import Task, Trace
+from .tracing import Task, Trace, brief
 
 LEAST = 256
 """Elements of the axes before the short one, at least."""
@@ -52,7 +52,7 @@ def turned(
     dtype = next(x[0].dtype for x in arrays if x is not None)
     results = [Result((node,), ADDED, ()) for nodes in trace.results for node in nodes]
     moved = [x and (_with_last_first(x[0], len(batch)), x[1]) for x in arrays]
-    plan = prepare(trace.graph, results, moved, trace.inputs, tables, (batch[-1], *batch[:-1]), dtype, task.brief)
+    plan = prepare(trace.graph, results, moved, trace.inputs, tables, (batch[-1], *batch[:-1]), dtype, brief())
     elements = tuple(task.elements(() if channels is None else (channels,)))
     of_sums = np.dtype(float)
     shapes = [(*batch[:-1], *element) for element in elements]

@@ -229,11 +229,11 @@ class Problem:
         if lib.name == "numpy":
             inputs = (wi, wo, target, weight)
             model = u.plain().with_values(self._by_path(np.asarray(values, float)))
-            flat = batch.run(difference(self.loss), (SCALAR,), model, inputs, WIDTHS)[0]
+            flat = batch.run(self._residual, model, inputs)[0]
             return np.broadcast_to(flat, weight.shape[:-1]).reshape(-1)
         inputs = tuple(lib.convert(x, values) for x in (wi, wo, target, weight))
         model = u.plain().with_values(self._by_path(values))
-        found = batch.run(difference(self.loss), (SCALAR,), model, inputs, WIDTHS)[0]
+        found = batch.run(self._residual, model, inputs)[0]
         return lib.module.reshape(lib.module.broadcast_to(found, weight.shape[:-1]), (-1,))
 
     def jacobian(self, values: Any) -> np.ndarray:
@@ -256,6 +256,10 @@ class Problem:
             for c in range(channels):
                 found[c, :, u.columns[c, k]] += slope[c]
         return found.reshape(channels * rows, -1)
+
+    @property
+    def _residual(self) -> Task:
+        return Task(difference(self.loss), (SCALAR,), WIDTHS)
 
     def _by_path(self, values: Any) -> dict[str, Any]:
         """Numbers (C, 1, 1) or (1, 1, 1) of every free parameter."""

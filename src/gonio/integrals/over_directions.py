@@ -13,6 +13,7 @@ from ..arrays import ops
 from ..arrays.kinds import TOTAL, VALUE, VECTOR, with_channels
 from ..base.reflectance import Reflectance
 from ..evaluate import batch
+from ..evaluate.tracing import Task
 from ..formula.direction import BEHIND, HORIZON, NORMAL, Direction, select, served
 from ..formula.fields import Channels, Numbers
 from ..numerics.quadrature import NODES, Evaluate, Integrals, Sums, cubature, in_order, of_squares, place, weighed
@@ -181,9 +182,9 @@ class _Integrand(NamedTuple):
         inputs = (self.fixed[rows][:, None], cells[:, None], nodes, self.domain.numbers[None, None])
         widths = (3, 6, nodes.shape[1], 16)
         if self.radiance is None:
-            *totals, absent = batch.run(kernel, (TOTAL,) * (nodes.shape[1] - 1), m, inputs, widths)
+            *totals, absent = batch.run(Task(kernel, (TOTAL,) * (nodes.shape[1] - 1), widths), m, inputs)
             return np.stack([with_channels(t, 1) for t in totals], axis=1), with_channels(absent, 1).max(axis=-1)
-        there, values, absent = batch.run(kernel, (VECTOR, VALUE, VALUE), m, inputs, widths)
+        there, values, absent = batch.run(Task(kernel, (VECTOR, VALUE, VALUE), widths), m, inputs)
         light = self.radiance(there, self.places.elements[rows])
         return weighed(with_channels(values, 2) * light), with_channels(absent, 2).max(axis=-1) @ NODES[:, 2]
 

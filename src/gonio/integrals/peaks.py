@@ -6,8 +6,10 @@ from typing import Any
 
 import numpy as np
 
+from ..arrays.kinds import VECTOR
 from ..base.reflectance import Reflectance
 from ..evaluate import batch
+from ..evaluate.tracing import Task
 from ..formula.direction import Direction, served
 from ..numerics.lattice import lattice
 from .domain import Domain
@@ -34,12 +36,15 @@ def _drawn(m: Reflectance, mean: Reflectance, w: Any, u: Any) -> tuple:
     return (mean.warp(fixed, *u),)
 
 
+_WARPED = Task(_drawn, (VECTOR,), (3, 2))
+
+
 def peaks(lobe: Reflectance, fixed: np.ndarray, places: Places, domain: Domain) -> tuple[np.ndarray, np.ndarray]:
     """Seeds (n, K, 4) for `cubature`: the points of a domain next to a lobe's samples, and the widths of cells there,
     over which the lobe's own coordinates change by `NARROW`. And whether more than one sample falls into it (n,)."""
     assert domain.inverse is not None and domain.contains is not None
     m = places.material(lobe) if batch.full_shape(lobe, ()) else lobe
-    (there,) = batch.run(_drawn, ("vector",), m, (fixed[:, None], _DRAWN), (3, 2))
+    (there,) = batch.run(_WARPED, m, (fixed[:, None], _DRAWN))
     sent = domain.contains(there[:, _SEEDS:]).sum(axis=-1) > 1
     x, y, period = (v.reshape(len(fixed), -1, 3) for v in domain.inverse(there[:, :_SEEDS]))
     with np.errstate(divide="ignore", invalid="ignore"):

@@ -87,7 +87,8 @@ def _mirror(base: Reflectance, mu: np.ndarray, by: str | None) -> np.ndarray:
     if by is None and not moved:
         return base.delta_reflectance(wo).reshape(len(mu), -1).T
     leaves = () if by is None else base._variables([by])[1]
-    value, *slopes = batch.jacobian(kernels.delta_reflectance, base, (wo,), (3,), leaves, (0,) if moved else ())
+    task = kernels.DELTA_REFLECTANCE.derivatives(leaves, (0,) if moved else ())
+    value, *slopes = batch.compute(task, base, (wo,))
     change = 0.0 if by is None else STEP * slopes[0].reshape(len(mu), -1)
     if moved:
         s = np.sqrt(1.0 - mu.real**2)

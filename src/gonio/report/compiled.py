@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
 from ..arguments import checked
-from ..arrays.kinds import SCALAR, VALUE, VECTOR
+from ..arrays.kinds import VECTOR
 from ..base import kernels
 from ..base.reflectance import Reflectance
 from ..compile import store
@@ -19,12 +18,12 @@ from ..notebooks import repr_html
 from ..trace import passes
 from ..trace.show import show
 
-_KERNELS: dict[str, tuple[Callable, tuple[tuple[str, str], ...], tuple[str, ...]]] = {
-    "f": (kernels.value, ((VALUE, "f"),), ("wi", "wo")),
-    "pdf": (kernels.pdf, ((SCALAR, "pdf"),), ("wi", "wo")),
-    "sample": (kernels.sample, ((VECTOR, "wi"), (VALUE, "weight"), (SCALAR, "pdf"), (SCALAR, "delta")), ("wo", "u")),
+_KERNELS: dict[str, tuple[tracing.Task, tuple[str, ...], tuple[str, ...]]] = {
+    "f": (kernels.F, ("f",), ("wi", "wo")),
+    "pdf": (kernels.PDF, ("pdf",), ("wi", "wo")),
+    "sample": (kernels.SAMPLE[2], ("wi", "weight", "pdf", "delta"), ("wo", "u")),
 }
-"""Method -> its kernel, kinds and names of its results, and its inputs."""
+"""Method -> its task, and the names of its results and inputs."""
 
 _COMPONENTS = {"wi": "xyz", "wo": "xyz", "u": "01"}
 
@@ -92,24 +91,24 @@ def kernel(m: Reflectance, method: str = "f") -> Kernel:
     """
     if method not in _KERNELS:
         raise NotFoundError(f"kernel(method={method!r}): expected one of {', '.join(map(repr, _KERNELS))}")
-    function, returned, names = _KERNELS[method]
-    kinds = tuple(kind for kind, _ in returned)
-    widths = tuple(len(_COMPONENTS[name]) for name in names)
+    task, returned, names = _KERNELS[method]
     paths, shapes = [path or "channel" for path in m.leaf_paths()], [np.shape(v)[-1:] for v in m.leaves()]
     channels = m.channels
-    trace = tracing.traced(tracing.Task(function, kinds, widths), m, channels)
+    trace = tracing.traced(task, m, channels)
     loads = _names(names, paths, shapes)
     outputs = {}
-    for (kind, name), nodes in zip(returned, trace.results, strict=True):
+    for kind, name, nodes in zip(task.kinds, returned, trace.results, strict=True):
         ends = [f".{c}" for c in "xyz"] if kind == VECTOR else _entries(len(nodes) if channels else None)
         outputs.update({name + end: node for end, node in zip(ends, nodes, strict=True)})
     order = trace.graph.reachable(outputs.values())
     read = tuple(loads[trace.graph.arguments[n]] for n in order if trace.graph.operations[n] == "load")
-    arrays = [Array(w, PACKED) for w in widths]
+    arrays = [Array(w, PACKED) for w in task.widths]
     arrays += [Array(shape[0] if shape else 1, SAME) for shape in shapes]
     arrays += [Array(1, SAME)] * (len(shapes) if channels else 0)
     tables = 1 + max((trace.graph.arguments[n][0] for n in order if trace.graph.operations[n] == "take"), default=-1)
-    graph, numbers = passes.rewritten(trace.graph, list(outputs.values()), "float32", range(len(widths), len(arrays)))
+    graph, numbers = passes.rewritten(
+        trace.graph, list(outputs.values()), "float32", range(len(task.widths), len(arrays))
+    )
     named = dict(zip(outputs, numbers, strict=True))
     table_names = [f"table{i}" for i in range(tables)]
     texts = [show(g, of, loads, table_names) for g, of in ((trace.graph, outputs), (graph, named))]

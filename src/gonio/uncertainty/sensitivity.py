@@ -11,6 +11,7 @@ from ..arrays import ops
 from ..arrays.kinds import SCALAR
 from ..base.reflectance import Reflectance
 from ..evaluate import batch
+from ..evaluate.tracing import Task
 from ..formula.direction import Direction, served
 from ..tables._lookup import LEAST_KNOWN
 from ..tables.gridded import Gridded
@@ -94,7 +95,7 @@ def around(m: Gridded, pairs: Pairs) -> Around:
     corners = (1 if m.interpolation == "nearest" else 2) ** sum(axis.size > 1 for axis in m.layout)
     inputs = [np.ascontiguousarray(w) for w in (pairs.wi, pairs.wo)]
     outputs = (SCALAR,) * (2 * corners + len(m.layout) + 2)
-    found = [np.asarray(x) for x in batch.run(_kernel, outputs, m, inputs, (3, 3))]
+    found = [np.asarray(x) for x in batch.run(Task(_kernel, outputs, (3, 3)), m, inputs)]
     closed = np.unravel_index(np.rint(found[:corners]).astype(np.int64), [axis.size for axis in m.layout])
     grid = [len(x) for x in m.axes.values()]
     node = np.ravel_multi_index([i % k for i, k in zip(closed, grid, strict=True)], grid)

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ...arrays.kinds import SCALAR, VALUE, VECTOR
+from ...arrays.kinds import SCALAR, VALUE
 from ...base import kernels
 from ...base.reflectance import Reflectance
 from ...errors import ParameterError
@@ -25,7 +25,6 @@ def _both(m: Reflectance, mean: Reflectance, wi: Any, wo: Any) -> tuple[Any, ...
 
 F, PDF = 0, 1
 BOTH = Task(_both, (VALUE, SCALAR), (3, 3))
-STRAIGHT = Task(kernels.delta_transmission, (VALUE,), (3,))
 
 
 class Carried:
@@ -36,7 +35,7 @@ class Carried:
         self.colours = Colours(mi, m)
         self.numbers, self.tables = numbers(mi, m), tables(mi, m)
         uniforms = 2 if m.sides == "front" else 3
-        self.drawing = Task(kernels.sample, (VECTOR, VALUE, SCALAR, SCALAR), (3, uniforms))
+        self.drawing = kernels.SAMPLE[uniforms]
         for task in (BOTH, self.drawing):
             traced(task, m, self.colours.copies)  # raises what stands in the way now, not while Mitsuba renders
 
@@ -167,7 +166,7 @@ def kind(variant: str) -> type:
         def eval_null_transmission(self, si: Any, active: Any = True) -> Any:
             if not self._straight:
                 return mi.Spectrum(0.0)
-            colour, _ = self.carried.coloured(STRAIGHT, 0, [], [list(si.wi)], si.wavelengths)
+            colour, _ = self.carried.coloured(kernels.DELTA_TRANSMISSION, 0, [], [list(si.wi)], si.wavelengths)
             return dr.select(active, _there(colour), 0.0)
 
         def _index(self, si: Any) -> Any:

@@ -11,6 +11,7 @@ from ...arrays.kinds import MATRIX, SCALAR, VALUE, VECTOR
 from ...base import kernels
 from ...base.reflectance import Reflectance
 from ...compile.source.language import Vector
+from ...evaluate.tracing import Task
 from ...trace.graph import MASK
 
 
@@ -26,6 +27,11 @@ class Function:
     inputs: tuple[Vector, ...]
     results: tuple[tuple[str, str], ...]
     meaning: str
+
+    @property
+    def task(self) -> Task:
+        kinds = tuple(SCALAR if kind == MASK else kind for _, kind in self.results)
+        return Task(self.kernel, kinds, tuple(v.width for v in self.inputs))
 
 
 _WI, _WO = (Vector(name, 3, is_direction=True) for name in ("wi", "wo"))

@@ -106,9 +106,9 @@ class Writer:
         return (k, False) if k < count else (k - count, True)
 
     def trace(self, function: Function, word: str) -> tracing.Trace:
-        kinds = tuple(SCALAR if kind == MASK else kind for _, kind in function.results)
-        by = (tuple(range(len(self.values))), ()) if word == "jacobian" else ()
-        task = tracing.Task(function.kernel, kinds, tuple(v.width for v in function.inputs), by)
+        task = function.task
+        if word == "jacobian":
+            task = task.derivatives(tuple(range(len(self.values))), ())
         trace = tracing.traced(task, self.m, self.channels)
         if trace.operations > OPERATIONS:
             raise ParameterError(
