@@ -1,4 +1,4 @@
-"""Of every model: code that runs fast, as users have it, gives the numbers of code that is made fast, as tests have it."""
+"""Of every model: code that runs fast, as users have it, gives the numbers of code that is made fast, as tests do."""
 
 from __future__ import annotations
 
