@@ -44,8 +44,8 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 
     models = {draw.model for draw in OBEDIENT}
     for item in items:
-        if "jax" in item.name or "jax" in getattr(item, "fixturenames", ()):
-            item.add_marker(pytest.mark.slow_because("JAX compiles each operation for each shape"))
+        if any(name in item.name for name in ("jax", "drjit")) or "jax" in getattr(item, "fixturenames", ()):
+            item.add_marker(pytest.mark.slow_because("JAX and Dr.Jit compile what they compute"))
         case = item.callspec if isinstance(item, pytest.Function) and hasattr(item, "callspec") else None
         if case is None:
             continue

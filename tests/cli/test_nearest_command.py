@@ -64,7 +64,8 @@ def test_the_picture_has_itself_and_the_nearest(run, count, columns, rows):
 
 
 def test_pictures_of_a_free_scale_and_other_lights(run):
-    said = run("gold", "-p", "distribution.alpha_x=0.2", "-n", 1, "--scale", "free", "-o", "a.svg", "-l", "sun", *SMALL)
+    words = ("-p", "distribution.alpha_x=0.2", "-n", 1, "-a", "brass", "-a", "chrome", "--scale", "free", "-l", "sun")
+    said = run("gold", *words, "-o", "a.svg", *SMALL)
     assert said.exit_code == 0 and "<svg" in Path("a.svg").read_text(encoding="utf-8")
 
 

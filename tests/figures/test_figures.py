@@ -4,20 +4,19 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from house import PLASTIC
 
 import gonio as gn
 from gonio.errors import ParameterError
 from gonio.figures import _drawing, half_difference_figure
 from gonio.figures._slices import USUAL, VIEWS, incidences, lit_range, one_number, plane, slices_of, spans
 
-GLOSSY = gn.Lambertian(0.3) + gn.Microfacet(gn.GGX(0.3), gn.Dielectric(1.5))
-
 
 def scan(phi: float = 0.0) -> gn.Scattered:
     """Measured in the plane of incidence, at 15 to 60 degrees, up to views of 70 degrees."""
     theta_i, view = np.meshgrid(np.radians([15.0, 30.0, 45.0, 60.0]), np.radians(np.arange(-70.0, 71.0, 10.0)))
     rows = [x.ravel() for x in (theta_i, phi + 0.0 * view, np.abs(view), np.where(view < 0.0, phi, phi + np.pi))]
-    f = GLOSSY.f_angles(*rows)
+    f = PLASTIC.f_angles(*rows)
     return gn.Scattered(*rows, f, uncertainty=0.02 * f)
 
 
@@ -26,7 +25,7 @@ def grid(**options: object) -> gn.Gridded:
     nodes = {"theta_i": (0.0, 61.0, 10.0), "theta_o": (0.0, 66.0, 5.0), "phi": (0.0, 360.0, 15.0)}
     axes = {name: np.radians(np.arange(*steps)) for name, steps in nodes.items()}
     theta_i, theta_o, phi = np.meshgrid(*axes.values(), indexing="ij")
-    return gn.Gridded("angles", axes, GLOSSY.f_angles(theta_i, 0.0, theta_o, phi), **options)
+    return gn.Gridded("angles", axes, PLASTIC.f_angles(theta_i, 0.0, theta_o, phi), **options)
 
 
 @pytest.mark.parametrize("phi", [0.0, 1.0])
@@ -38,7 +37,7 @@ def test_slices_of_a_scan_are_what_was_measured(phi):
     for s in slices:
         np.testing.assert_allclose(np.sort(s.views), np.arange(-70.0, 71.0, 10.0), atol=1e-6)
         seen = gn.direction(np.radians(np.abs(s.views)), np.where(s.views < 0.0, np.pi, 0.0))
-        true = GLOSSY.f(gn.direction(np.radians(s.theta), np.pi), seen)
+        true = PLASTIC.f(gn.direction(np.radians(s.theta), np.pi), seen)
         np.testing.assert_allclose(s.measured, true, rtol=1e-12)  # forward of the light is to the right
         np.testing.assert_allclose(s.u, 0.02 * true, rtol=1e-12)
         assert np.isnan(s.f[np.abs(VIEWS) > 70.5]).all() and np.isfinite(s.f[np.abs(VIEWS) < 69.5]).all()
@@ -53,17 +52,17 @@ def test_slices_of_a_grid_end_with_its_nodes():
             assert np.isnan(s.f[np.abs(VIEWS) > 65.1]).all() and np.isfinite(s.f[np.abs(VIEWS) < 64.9]).all()
             assert len(np.unique(s.views.round(6))) == 27 and s.u is None
             np.testing.assert_allclose(np.interp(s.views, VIEWS, s.f), s.measured, rtol=2e-3)
-    assert slices_of(GLOSSY)[0].views.size == 0 and spans(slices_of(GLOSSY)) == []
-    assert incidences(GLOSSY) == list(USUAL) and lit_range(GLOSSY) == (0.0, 90.0)
+    assert slices_of(PLASTIC)[0].views.size == 0 and spans(slices_of(PLASTIC)) == []
+    assert incidences(PLASTIC) == list(USUAL) and lit_range(PLASTIC) == (0.0, 90.0)
 
 
 def test_slices_across_the_plane_of_incidence():
     """Against f itself, at azimuths of 90 degrees; the measured rows of a grid are those at these azimuths."""
-    along, across = slices_of(GLOSSY, [45.0])[0], slices_of(GLOSSY, [45.0], 0.5 * np.pi)[0]
+    along, across = slices_of(PLASTIC, [45.0])[0], slices_of(PLASTIC, [45.0], 0.5 * np.pi)[0]
     wi = gn.direction(np.radians(45.0), np.pi)
     for s, turn in ((along, 0.0), (across, 0.5 * np.pi)):
         wo = gn.direction(np.radians(VIEWS), turn)  # negative: towards the light, turned
-        np.testing.assert_allclose(s.f, GLOSSY.f(wi, wo), rtol=1e-9)
+        np.testing.assert_allclose(s.f, PLASTIC.f(wi, wo), rtol=1e-9)
     assert across.f.max() < 0.5 * along.f.max()
     (of_grid,) = slices_of(grid(), [40.0], 0.5 * np.pi)
     assert len(np.unique(of_grid.views.round(6))) == 27
@@ -76,7 +75,7 @@ def test_the_plane_of_an_oriented_measurement_is_one_that_was_lit():
     m = gn.Scattered(*rows, np.ones(len(rows[0])), isotropic=False)
     assert plane(m) == pytest.approx(2.9)
     assert all(len(s.views) == 15 for s in slices_of(m))
-    assert plane(GLOSSY) == plane(scan(0.4)) == np.pi
+    assert plane(PLASTIC) == plane(scan(0.4)) == np.pi
 
 
 @pytest.mark.parametrize(
@@ -138,7 +137,7 @@ def lines(axes) -> list[tuple[np.ndarray, np.ndarray]]:
     return [line.get_data() for line in axes.lines if len(line.get_xdata()) > 8]
 
 
-TWO = {"a$b": gn.Lambertian(0.3), "_": GLOSSY}
+TWO = {"a$b": gn.Lambertian(0.3), "_": PLASTIC}
 """Labels as they are typed, that Matplotlib would take for mathematics, or leave out."""
 
 
@@ -147,11 +146,11 @@ def labels(axes) -> list[str]:
 
 
 def test_polar_slices_hold_f():
-    (host,) = gn.figures.polar(GLOSSY, np.radians([0.0, 60.0])).axes
+    (host,) = gn.figures.polar(PLASTIC, np.radians([0.0, 60.0])).axes
     (axes,) = host.child_axes
     for (theta, radius), incidence in zip(lines(axes), (0.0, 60.0), strict=True):
         wi = gn.direction(np.radians(incidence), np.pi)
-        np.testing.assert_allclose(10.0**radius, GLOSSY.f(wi, gn.direction(theta, 0.0)), rtol=1e-6)
+        np.testing.assert_allclose(10.0**radius, PLASTIC.f(wi, gn.direction(theta, 0.0)), rtol=1e-6)
     assert labels(host) == ["0°", "60°"]
     hosts = gn.figures.polar(TWO).axes
     assert len(hosts) == 3 and labels(hosts[1]) == list(TWO)
@@ -159,7 +158,7 @@ def test_polar_slices_hold_f():
 
 
 def test_slices_share_their_scale():
-    one = gn.figures.slices(GLOSSY).axes
+    one = gn.figures.slices(PLASTIC).axes
     assert len(one) == 2 and one[0].get_ylim() == one[1].get_ylim() and one[0].get_yscale() == "log"
     assert "[sr⁻¹]" in one[0].get_ylabel() and "[°]" in one[0].get_xlabel()
     several = gn.figures.slices(TWO, np.radians([30.0, 60.0])).axes
@@ -171,16 +170,16 @@ def test_slices_share_their_scale():
 
 
 def test_half_difference_slices_hold_f_and_leave_out_what_is_unknown():
-    axes, _, bar = gn.figures.half_difference([GLOSSY, grid()]).axes
+    axes, _, bar = gn.figures.half_difference([PLASTIC, grid()]).axes
     image = axes.collections[0].get_array().filled(np.nan)
     assert image.shape == half_difference_figure.CELLS[::-1] and bar.get_ylabel() == "f [sr⁻¹]"
     edges = half_difference_figure.nodes()
     theta_h, theta_d = (np.radians(0.5 * (e[1:] + e[:-1])) for e in edges)
     wi, wo = gn.from_half_difference(theta_h[20], 0.0, theta_d[50], 0.5 * np.pi)
-    np.testing.assert_allclose(image[50, 20], GLOSSY.f(wi, wo), rtol=1e-9)
+    np.testing.assert_allclose(image[50, 20], PLASTIC.f(wi, wo), rtol=1e-9)
     of_grid = half_difference_figure.slice_of(grid(), 0.5 * np.pi)
     assert np.isnan(of_grid[-1]).all() and np.isfinite(of_grid[0, 0])  # beyond 65 degrees there are no data
-    below = half_difference_figure.slice_of(GLOSSY, 0.0)
+    below = half_difference_figure.slice_of(PLASTIC, 0.0)
     assert np.isnan(below[-1, -1])  # below the horizon
 
 
@@ -278,7 +277,7 @@ def test_a_polar_figure_takes_polar_axes():
     from matplotlib.figure import Figure
 
     axes = Figure().add_subplot(projection="polar")
-    gn.figures.polar(GLOSSY, axes=axes)
+    gn.figures.polar(PLASTIC, axes=axes)
     assert len(lines(axes)) == len(USUAL) and not axes.child_axes
 
 
@@ -293,16 +292,16 @@ def test_notebooks_show_figures():
         (lambda: gn.figures.polar({"m": 3}), "expected a dictionary|expected"),
         (lambda: gn.figures.polar(MAP), "a map of 2 x 3 places"),
         (lambda: gn.figures.albedo({"x": MAP}), "overview"),
-        (lambda: gn.figures.slices(GLOSSY, [30.0, 60.0]), "in degrees"),
-        (lambda: gn.figures.slices(GLOSSY, []), "0 angles"),
+        (lambda: gn.figures.slices(PLASTIC, [30.0, 60.0]), "in degrees"),
+        (lambda: gn.figures.slices(PLASTIC, []), "0 angles"),
         (lambda: gn.figures.portrait(MAP), "a map"),
         (lambda: gn.figures.gallery([]), "at least one"),
-        (lambda: gn.figures.gallery([GLOSSY] * 401), "400 pictures"),
-        (lambda: gn.figures.gallery([GLOSSY], []), "lights"),
-        (lambda: gn.figures.gallery([GLOSSY], columns=-1), "columns=-1"),
-        (lambda: gn.figures.gallery([GLOSSY], exposure=1e4), "200 stops"),
-        (lambda: gn.figures.difference(GLOSSY), "got Expression|two materials"),
-        (lambda: gn.figures.difference(GLOSSY, GLOSSY, labels=["a"]), "expected two"),
+        (lambda: gn.figures.gallery([PLASTIC] * 401), "400 pictures"),
+        (lambda: gn.figures.gallery([PLASTIC], []), "lights"),
+        (lambda: gn.figures.gallery([PLASTIC], columns=-1), "columns=-1"),
+        (lambda: gn.figures.gallery([PLASTIC], exposure=1e4), "200 stops"),
+        (lambda: gn.figures.difference(PLASTIC), "got Expression|two materials"),
+        (lambda: gn.figures.difference(PLASTIC, PLASTIC, labels=["a"]), "expected two"),
     ],
 )
 def test_bad_input_is_refused_in_words(call, words):

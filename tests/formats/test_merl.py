@@ -9,6 +9,7 @@ import tracemalloc
 import numpy as np
 import pytest
 from binary_files import random_table
+from house import PAINT
 
 import gonio as gn
 from gonio.formats import formats, load, merl, save
@@ -17,7 +18,7 @@ from gonio.formula.direction import Direction, half_difference
 
 SCALE = (1.0 / 1500.0, 1.15 / 1500.0, 1.66 / 1500.0)
 SIZE = {180: 34_992_012, 360: 69_984_012}
-MODEL = gn.Lambertian([0.1, 0.2, 0.3]) + gn.Microfacet(gn.GGX(0.3), [0.9, 0.5, 0.2])
+MODEL = PAINT.replace(rho=[0.1, 0.2, 0.3], alpha=0.3)
 
 
 def directions(n, seed, low=0.0):

@@ -440,6 +440,7 @@ def test_libraries_draw_the_same_samples(library):
     m, rng = rgl.RGL(synthetic(4, n=8, n_ndf=10)), np.random.default_rng(10)
     wo, u = directions(rng, 200), rng.uniform(0, 1, (200, 2))
     got, want = m.sample(library.array(wo), library.array(u)), m.sample(wo, u)
+    library.compute(got.wi, got.weight, got.pdf)
     for name in ("wi", "weight", "pdf"):
         np.testing.assert_allclose(library.numpy(getattr(got, name)), getattr(want, name), rtol=1e-6, atol=1e-9)
 

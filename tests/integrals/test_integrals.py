@@ -7,6 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from house import PLASTIC
 from libraries import thinned
 from materials import at_bounds, draws, on_sphere
 
@@ -408,7 +409,6 @@ def test_overlap_of_cones(a, b):
 A, B = on_sphere(0.5, 0.3), on_sphere(1.0, 2.0)
 NARROW, WIDE, LOW = Cone(on_sphere(0.6, 0.2), 0.1), Cone(on_sphere(0.3, 2.0), 0.6), Cone(on_sphere(1.4, 3.0), 0.5)
 SKY = gn.Hemisphere()
-PLASTIC = gn.Lambertian(0.3) + gn.Microfacet(gn.GGX(0.3), gn.Dielectric(1.5))
 MATERIALS = {
     "plastic": PLASTIC,
     "brushed": gn.Microfacet(gn.GGX(0.15, 0.5), gn.Conductor([0.2, 0.9], [3.9, 2.4])),

@@ -46,9 +46,9 @@ def test_errors_with_a_misfit_are_those_of_least_squares_that_do_not_know_it(cri
 def test_plans_for_models_with_errors_are_better_where_models_err():
     wi, wo = gn.Goniometer(theta_i=(0.0, 1.5), theta_o=(0.0, 1.5)).pairs()
     assert np.sqrt((smooth_errors(wi, wo) ** 2).mean(axis=0).sum()) == pytest.approx(1.0, abs=0.15)
-    shown = {}
+    shown, arm = {}, gn.Goniometer(step_theta=np.radians(7.5), step_phi=np.radians(30.0))
     for misfit in (0.0, 0.05):
-        planned, off = gn.plan(PAINT, 12, noise=0.002, misfit=misfit), []
+        planned, off = gn.plan(PAINT, 12, goniometer=arm, noise=0.002, misfit=misfit), []
         e = smooth_errors(planned.wi, planned.wo)
         for seed in range(12):
             f = PAINT.f(planned.wi, planned.wo) * (

@@ -6,6 +6,7 @@ import re
 
 import numpy as np
 import pytest
+from house import PLASTIC
 
 import gonio as gn
 from gonio.base.history import Repair
@@ -17,7 +18,7 @@ from gonio.tables.angle_systems import angle_system
 from gonio.tables.gridded import Gridded
 from gonio.tables.scattered import Scattered
 
-MODEL = gn.Lambertian(0.3) + gn.Microfacet(gn.GGX(0.3), gn.Dielectric(1.5))
+MODEL = PLASTIC
 DEGREE = math.pi / 180.0
 
 

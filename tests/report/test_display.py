@@ -14,13 +14,13 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
+from house import PAINT
 
 import gonio as gn
 from gonio import notebooks
 from gonio.report import display
 from gonio.report.display import _html, _sphere, _things
 
-GLOSSY = gn.Lambertian([0.3, 0.1, 0.05]) + gn.Microfacet(gn.GGX(0.2), gn.Dielectric(1.5))
 FLOOR = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2, 3]]
 LAMP = [[0, 0, 1], [0, 1, 1], [1, 1, 1], [1, 0, 1]], [[0, 1, 2, 3]]
 UP = np.array([0.0, 0.0, 1.0])
@@ -42,14 +42,14 @@ def image() -> gn.Image:
 
 
 MADE: dict[str, Callable[[], Any]] = {
-    "model": lambda: GLOSSY,
+    "model": lambda: PAINT,
     "mirror": lambda: gn.IdealSpecular(0.9),
     "glass": lambda: gn.RoughDielectric(gn.GGX(0.2), 1.5),
     "map": lambda: gn.Lambertian(np.linspace(0.1, 0.9, 18).reshape(2, 3, 3)),
     "spectral": lambda: gn.Lambertian(np.linspace(0.1, 0.9, 7), wavelengths=np.linspace(400.0, 700.0, 7)),
     "bright": lambda: 1e8 * gn.Lambertian(1.0),
     "rows": scan,
-    "grid": lambda: gn.tabulate(GLOSSY, resolution=(6, 6, 12)),
+    "grid": lambda: gn.tabulate(PAINT, resolution=(6, 6, 12)),
     "distribution": lambda: gn.GGX(0.2),
     "fresnel": lambda: gn.Conductor([0.2, 0.9, 1.1], 3.9),
     "light": lambda: gn.SunLight([0.0, 0.0, 1.0], 3.0),
@@ -103,9 +103,9 @@ def test_classes_of_gonio_have_a_display():
 
 
 def test_a_material_shows_formula_picture_and_parameters():
-    shown = ElementTree.fromstring(GLOSSY._repr_html_())
+    shown = ElementTree.fromstring(PAINT._repr_html_())
     said = " ".join(" ".join(shown.itertext()).split())
-    for words in (repr(GLOSSY), "0.rho 0.3, 0.1, 0.05 0 … 1", "1.distribution.alpha_x", "slope scale along x"):
+    for words in (repr(PAINT), "0.rho 0.3, 0.1, 0.05 0 … 1", "1.distribution.alpha_x", "slope scale along x"):
         assert words in said
     assert len(list(shown.iter("img"))) == 1
     assert "≥" not in said and "∞" in display.html(gn.ConstantLight(1.0))
@@ -201,9 +201,9 @@ def test_importing_gonio_imports_no_display():
 def test_ipython_shows_it():
     """By its own formatters, which ask for the methods."""
     formatters = pytest.importorskip("IPython.core.formatters")
-    shown, _ = formatters.DisplayFormatter().format(GLOSSY)
+    shown, _ = formatters.DisplayFormatter().format(PAINT)
     assert {"text/plain", "text/html", "image/png"} <= set(shown)
-    assert shown["text/plain"] == repr(GLOSSY)
+    assert shown["text/plain"] == repr(PAINT)
 
 
 def test_without_a_maker_nothing_is_shown(monkeypatch):

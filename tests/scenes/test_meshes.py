@@ -7,6 +7,7 @@ import pickle
 
 import numpy as np
 import pytest
+from house import WHITE_FACETS
 
 import gonio as gn
 from gonio.errors import DependencyError, NotFoundError, ParameterError, ShapeError
@@ -15,7 +16,7 @@ from gonio.scenes.estimator import MARGIN
 from gonio.scenes.mesh import smoothed
 
 STUDIO = gn.EnvironmentLight.studio(height=32)
-METAL = gn.Microfacet(gn.GGX(0.3))
+METAL = WHITE_FACETS
 WHITE = gn.Lambertian(1.0)
 EVEN = gn.ConstantLight(1.0)
 

@@ -10,13 +10,14 @@ import time
 
 import numpy as np
 import pytest
+from house import WHITE_FACETS
 
 import gonio as gn
 from gonio.errors import FormatError, ParameterError
 from gonio.scenes.points import DIMENSIONS, points
 
 STUDIO = gn.EnvironmentLight.studio(height=32)
-METAL = gn.Microfacet(gn.GGX(0.3))
+METAL = WHITE_FACETS
 SMALL = {"lights": STUDIO, "size": 24}
 
 

@@ -2,12 +2,13 @@
 
 import numpy as np
 import pytest
+from house import PLASTIC
 
 import gonio as gn
 from gonio.tables.angle_systems import SYSTEMS, angle_system
 from gonio.tables.nodes import needed, own_nodes
 
-GLOSSY = gn.Lambertian(0.2) + gn.Microfacet(gn.GGX(0.4), gn.Dielectric(1.5))
+GLOSSY = PLASTIC.replace(rho=0.2, alpha=0.4)
 
 
 def lengths(m, name="angles"):

@@ -46,6 +46,9 @@ class Library:
         """The function, compiled as one by JAX, which else compiles each operation of a large formula."""
         return function
 
+    def compute(self, *arrays: Any) -> None:
+        """Computes them now, together by Dr.Jit, which else compiles what they share for each."""
+
 
 class Uncompiled(Library):
     """NumPy in blocks, as where llvmlite is missing."""
@@ -99,6 +102,9 @@ class DrJitTensor(Library):
 
     def dtype(self, x: Any) -> str:
         return import_module("drjit").type_v(x).name.lower()
+
+    def compute(self, *arrays: Any) -> None:
+        import_module("drjit").eval(*arrays)
 
 
 class DrJitArray(DrJitTensor):

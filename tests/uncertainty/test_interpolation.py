@@ -6,6 +6,7 @@ import math
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from house import PLASTIC
 
 import gonio as gn
 from gonio.cli import arguments
@@ -17,7 +18,7 @@ from gonio.tables.half_planes import half_planes, in_words
 from gonio.uncertainty.row_rehearsal import groups
 from tests.tools.synthetic import measured, results, surface, synthetic
 
-GLOSSY = gn.Lambertian(0.2) + gn.Microfacet(gn.GGX(0.2), gn.Dielectric(1.5))
+GLOSSY = PLASTIC.replace(rho=0.2, alpha=0.2)
 WI = gn.direction(np.radians(32.0), 0.0)
 
 
