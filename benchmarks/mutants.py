@@ -27,16 +27,11 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import NamedTuple
 
+from faults import Fault, chosen, room
+
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parent
 RESULTS = HERE / "mutants.txt"
-sys.path[1:1] = [str(ROOT / "tests" / "tools"), str(ROOT / "tests" / "house")]
-
-from faults import Fault, chosen, room  # noqa: E402
-from kills import processor  # noqa: E402
-from test_rooms import MODULES, ROOMS, imported  # noqa: E402
-from test_rooms import room as room_of  # noqa: E402
-
 MEMORY = 12 << 30
 """Bytes that a process of tests may take: a broken bound must not take the machine."""
 
@@ -154,7 +149,7 @@ def turns_of(fault: Fault, tree: Path, seen: list[str], whole: bool) -> Iterator
     yield seen
     home = room(fault.path)
     owned = {path: path.read_text(encoding="utf-8") for path in sorted((tree / "tests").glob("*/**/test_*.py"))}
-    own, above = [home] if home else ["house", "attacks"], rooms_above(home)
+    own, above = [home] if home else ["house", "attacks"], rooms_above(home, tree)
     named = {path: _mentions(fault, text) for path, text in owned.items()}
     folder = {path: path.relative_to(tree / "tests").parts[0] for path in owned}
     files = [path for path in owned if folder[path] in (*own, *above)]
@@ -175,16 +170,24 @@ def _mentions(fault: Fault, text: str) -> int:
 
 
 @cache
-def rooms_above(home: str) -> list[str]:
-    """Rooms that import a room, or import one that does, from the ground up."""
-    uses = {
-        name: {room_of(other) for name_ in MODULES if room_of(name_) == name for other in imported(name_)[0]}
-        for name in ROOMS
-    }
-    above = {home}
-    while more := {name for name in ROOMS if uses[name] & above} - above:
+def _imports(tree: Path) -> dict[str, set[str]]:
+    """Rooms -> the rooms that they import; "" is the ground, and no way up: its doors import from anywhere."""
+    package = tree / "src" / "gonio"
+    found: dict[str, set[str]] = {path.name: set() for path in package.iterdir() if path.is_dir()}
+    for file in package.glob("*/**/*.py"):
+        inside = file.parent.relative_to(package).parts
+        for dots, module, names in re.findall(r"from (\.+)([\w.]*) import (.*)", file.read_text(encoding="utf-8")):
+            base = [*inside[: len(inside) + 1 - len(dots)], *filter(None, module.split("."))]
+            found[inside[0]].update(base[:1] or re.findall(r"\w+", names))
+    return {name: {other if other in found else "" for other in others} for name, others in found.items()}
+
+
+def rooms_above(home: str, tree: Path) -> list[str]:
+    """Rooms that import a room, or import one that does."""
+    above, uses = {home}, _imports(tree)
+    while more := {name for name in uses if uses[name] & above} - above:
         above |= more
-    return [name for name in ROOMS if name in above]
+    return sorted(above, key=lambda name: len(uses.get(name, ())))
 
 
 def run(tree: Path, fault: Fault, tests: list[str], limit: float) -> tuple[int, str, float]:
@@ -244,7 +247,7 @@ def results() -> dict[tuple[int, str], Verdict]:
 
 
 def write(faults: dict[int, Fault], known: dict[tuple[int, str], Verdict]) -> None:
-    head = [f"{processor()}, Python {sys.version.split()[0]}; seconds of processors"]
+    head = [f"Python {sys.version.split()[0]}; seconds of processors"]
     for commit in dict.fromkeys(commit for _, commit in known):
         words = [v.word for (n, c), v in known.items() if c == commit and n not in EQUIVALENT]
         counts = ", ".join(f"{words.count(word)} {word}" for word in ("killed", "survived", "open", "gone"))
