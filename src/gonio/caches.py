@@ -22,7 +22,8 @@ import numpy as np
 
 from .errors import ParameterError
 
-K, V = TypeVar("K"), TypeVar("V")
+K = TypeVar("K")
+V = TypeVar("V")
 
 LID = 1024
 """MiB that all caches take at most, and an eighth of the machine's memory, unless GONIO_KEEP says otherwise."""

@@ -674,12 +674,14 @@ def test_kernels_are_kept_on_disk(tmp_path):
     assert compiled == "1"
     assert run_script(tmp_path / "new") == [value, "0"]
     record, code = sorted((tmp_path / "new" / cache_folder.FOLDER).iterdir(), key=lambda path: path.stat().st_size)
-    for file, compiled in ((record, "0"), (code, "1")):
+    whole = code.read_bytes()
+    damages = (b"", whole[:20], whole[:-1], whole[:-9] + b"x" + whole[-8:], whole + b"x", b"x" * len(whole))
+    cases = [(code, damaged, "1") for damaged in damages] + [(record, record.read_bytes()[:-1], "0")]
+    for file, damaged, compiled in cases:
         whole = file.read_bytes()
-        for damaged in (b"", whole[:20], whole[:-1], whole[:-9] + b"x" + whole[-8:], whole + b"x", b"x" * len(whole)):
-            file.write_bytes(damaged)
-            assert run_script(tmp_path / "new") == [value, compiled]
-            assert file.read_bytes() == whole
+        file.write_bytes(damaged)
+        assert run_script(tmp_path / "new") == [value, compiled]
+        assert file.read_bytes() == whole
     assert {*code.parent.iterdir()} == {record, code}
 
 

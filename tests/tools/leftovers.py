@@ -13,15 +13,14 @@ MUCH = 800 << 20
 
 
 def give_back() -> None:
-    """Where this process has much memory, drop what libraries keep compiled, and return to the system what is free."""
-    if resident() < MUCH:
-        return
-    gc.collect()
-    if "jax" in sys.modules:
-        sys.modules["jax"].clear_caches()  # a program for each operation, shape and dtype
-    if "drjit" in sys.modules:
-        sys.modules["drjit"].flush_kernel_cache()
-        sys.modules["drjit"].flush_malloc_cache()
+    """Return to the system what is free; where this process has much, drop before what libraries keep compiled."""
+    if resident() > MUCH:
+        gc.collect()
+        if "jax" in sys.modules:
+            sys.modules["jax"].clear_caches()  # a program for each operation, shape and dtype
+        if "drjit" in sys.modules:
+            sys.modules["drjit"].flush_kernel_cache()
+            sys.modules["drjit"].flush_malloc_cache()
     with suppress(AttributeError, OSError):  # glibc's alone
         ctypes.CDLL(None).malloc_trim(0)
 

@@ -27,7 +27,14 @@ from .llvm.program import Program
 Function = Callable[..., None]
 """kernel(args, outer, inner, grain), see `codegen`; arguments are numbers of `ctypes`, which it takes as they are."""
 
-_KNOWN: Cache[str, Any] = Cache(lambda compiled: compiled.size)
+
+def size(compiled: Any) -> int:
+    """Bytes of memory of a kernel, about."""
+    found: int = compiled.size
+    return found
+
+
+_KNOWN: Cache[str, Any] = Cache(size)
 _PROTOTYPE = ctypes.CFUNCTYPE(None)
 PAGE = 4096  # of memory: code begins on one of its own
 _IMAGE, _OBJECT, _RECORD = b"i", b"o", b"r"

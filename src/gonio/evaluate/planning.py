@@ -21,6 +21,7 @@ from ..compile.llvm import machine
 from ..compile.llvm.program import EACH, ONCE, SQUARED
 from ..compile.llvm.program import TOTAL as ADDED_UP
 from ..compile.plans import Plan, Result, carry_out, prepare, renewed
+from ..compile.store import size
 from ..errors import DependencyError, EngineError, EngineWarning, ParameterError, TraceError, warn
 from ..formula.parametrised import Parametrised
 from . import channels, turned
@@ -123,8 +124,8 @@ def _size(pattern: _Pattern) -> int:
     if isinstance(plan, Staged):
         plans = {id(p): p for _, _, parts in plan.blocks for p in parts if p is not None}.values()
         of_graph = plan.alone.graph.size() if plan.alone else 0
-        return of_graph + sum(PLAN + p.function.size for p in plans)
-    return PLAN + (plan.plan if isinstance(plan, Turned) else plan).function.size
+        return of_graph + sum(PLAN + size(p.function) for p in plans)
+    return PLAN + size((plan.plan if isinstance(plan, Turned) else plan).function)
 
 
 _PATTERNS: Cache[tuple[Any, ...], _Pattern] = Cache(_size)
