@@ -5,6 +5,8 @@
     python3 dev.py lowest  the tests with the lowest versions that pyproject.toml allows; on Python 3.11
     python3 dev.py lint    ruff and mypy
     python3 dev.py manual  build the manual as web pages, offline search included, in build/manual/html
+    python3 dev.py counts  bring tests/house/counts.txt up to date, what calls cost in calls, and show what has changed
+    python3 dev.py speed BASE    compare this commit with another in time, by asv: what has changed by more than noise
     python3 dev.py docs    bring pages, tables, counts and the stub of types up to date; docs/make.py has options
 
 Everything goes into the virtual environment .venv (.venv-lowest) beside this file, or into the one this is run from.
@@ -54,14 +56,14 @@ def install(interpreter: str, extras: str) -> None:
 
 
 def lowest() -> list[str]:
-    """All that pyproject.toml asks for, each in its lowest version; linters and PyTorch, for its size, aside."""
+    """All that pyproject.toml asks for, each in its lowest version; linters, asv and PyTorch, for its size, aside."""
     import tomllib
 
     declared = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
     project = declared["project"]
     needed = [*declared["build-system"]["requires"], *project["dependencies"]]
     for name, extra in project["optional-dependencies"].items():
-        needed += extra if name not in ("lint", "torch") else []
+        needed += extra if name not in ("lint", "speed", "torch") else []
     return [requirement.replace(">=", "==") for requirement in needed if ">=" in requirement]
 
 
@@ -69,7 +71,7 @@ def main() -> int:
     if sys.version_info < (3, 11):  # noqa: UP036 (an older Python gets this word, not a failure of pip)
         sys.exit(f"gonio needs Python 3.11 or newer; this is {sys.version.split()[0]}: {sys.executable}")
     task = sys.argv[1] if len(sys.argv) > 1 else ""
-    if task not in ("demo", "test", "lowest", "lint", "manual", "docs"):
+    if task not in ("demo", "test", "lowest", "lint", "manual", "counts", "speed", "docs"):
         print(__doc__)
         return 2
     interpreter = python(".venv-lowest" if task == "lowest" else ".venv")
@@ -98,6 +100,13 @@ def main() -> int:
     if task == "manual":
         install(interpreter, "docs")
         return subprocess.run([interpreter, str(ROOT / "docs" / "manual" / "build.py"), *sys.argv[2:]]).returncode
+    if task == "counts":
+        install(interpreter, "test")
+        return subprocess.run([interpreter, str(ROOT / "tests" / "tools" / "counting.py")]).returncode
+    if task == "speed":
+        install(interpreter, "speed")
+        compare = str(ROOT / "benchmarks" / "speed" / "compare.py")
+        return subprocess.run([interpreter, compare, *sys.argv[2:]]).returncode
     if task == "docs":
         install(interpreter, "")
         return subprocess.run([interpreter, str(ROOT / "docs" / "make.py"), *sys.argv[2:]]).returncode
