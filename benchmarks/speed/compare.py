@@ -32,8 +32,8 @@ def main() -> int:
         print(__doc__)
         return 2
     base, *further = sys.argv[1:]
-    git = ["git", "-C", str(HERE), "rev-parse", "--short", base, "HEAD"]
-    old, new = subprocess.run(git, capture_output=True, text=True, check=True).stdout.split()
+    git = ["git", "-C", str(HERE), "rev-parse", base, "HEAD"]
+    old, new = (name[:9] for name in subprocess.run(git, stdout=subprocess.PIPE, text=True, check=True).stdout.split())
     asv("machine", "--yes")
     code = asv("continuous", "--interleave-rounds", *further, old, new).returncode
     found = asv("compare", old, new, keep=True)
