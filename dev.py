@@ -7,6 +7,9 @@
     python3 dev.py lowest  the tests with the lowest versions that pyproject.toml allows; on Python 3.11
     python3 dev.py wheel   build what is published, in dist, and write the report from it where there is no checkout
     python3 dev.py manual  build the manual as web pages, offline search included, in build/manual/html
+    python3 dev.py counts  bring tests/house/counts.txt up to date, what calls cost in calls, and show what has changed
+    python3 dev.py speed   compare this commit in time with another, whose name follows, by asv: what has changed by more
+                           than noise
     python3 dev.py docs    bring pages, tables, counts and the stub of types up to date; docs/make.py has options
 
 Everything goes into the virtual environment .venv (.venv-lowest) beside this file, or into the one this is run from.
@@ -93,14 +96,14 @@ def test(words: list[str]) -> int:
 
 
 def lowest_versions() -> list[str]:
-    """All that pyproject.toml asks for, each in its lowest version; linters and PyTorch, for its size, aside."""
+    """All that pyproject.toml asks for, each in its lowest version; linters, asv and PyTorch, for its size, aside."""
     import tomllib
 
     declared = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
     project = declared["project"]
     needed = [*declared["build-system"]["requires"], *project["dependencies"]]
     for name, extra in project["optional-dependencies"].items():
-        needed += extra if name not in ("lint", "torch") else []
+        needed += extra if name not in ("lint", "speed", "torch") else []
     return [requirement.replace(">=", "==") for requirement in needed if ">=" in requirement]
 
 
@@ -153,6 +156,20 @@ def manual(words: list[str]) -> int:
     return run(interpreter, ROOT / "docs" / "manual" / "build.py", *words)
 
 
+def counts(words: list[str]) -> int:
+    """The table of counted speed, and what has changed in it."""
+    interpreter = python()
+    install(interpreter, "test")
+    return run(interpreter, ROOT / "tests" / "tools" / "counting.py")
+
+
+def speed(words: list[str]) -> int:
+    """The times of two commits."""
+    interpreter = python()
+    install(interpreter, "speed")
+    return run(interpreter, ROOT / "benchmarks" / "speed" / "compare.py", *words)
+
+
 def docs(words: list[str]) -> int:
     """What is made of the package, by docs/make.py."""
     interpreter = python()
@@ -160,7 +177,7 @@ def docs(words: list[str]) -> int:
     return run(interpreter, ROOT / "docs" / "make.py", *words)
 
 
-TASKS = {task.__name__: task for task in (demo, test, lint, lowest, wheel, manual, docs)}
+TASKS = {task.__name__: task for task in (demo, test, lint, lowest, wheel, manual, counts, speed, docs)}
 
 
 def main() -> int:

@@ -46,7 +46,7 @@ def test_every_requirement_is_a_lower_bound_said_once():
     assert all(r.startswith("gonio[") for r in others), others
     assert len({name for name, _ in BOUNDS}) == len(BOUNDS)
     pinned = run_path(str(ROOT / "dev.py"))["lowest_versions"]()
-    left_out = names(EXTRAS["lint"]) | names(EXTRAS["torch"])
+    left_out = names(EXTRAS["lint"]) | names(EXTRAS["speed"]) | names(EXTRAS["torch"])
     assert sorted(pinned) == sorted(f"{name}=={low}" for name, low in BOUNDS if name not in left_out)
 
 
@@ -183,7 +183,8 @@ def test_a_format_without_its_library_names_the_extra(name, head, extra, tmp_pat
 
 def test_the_commands_run_without_any_extra(tmp_path):
     """Help, facts and a picture need no more than the dependencies. (D13)"""
-    optional = sorted({n for name, extra in EXTRAS.items() if name != "lint" for n in names(extra)} | {"_pytest"})
+    extras = [extra for name, extra in EXTRAS.items() if name not in ("lint", "speed")]
+    optional = sorted({n for extra in extras for n in names(extra)} | {"_pytest"})
     code = f"""
         import sys
         sys.modules.update(dict.fromkeys({optional!r}))  # as if none were installed
