@@ -22,7 +22,6 @@ import pytest
 from libraries import KINDS, DrJitTensor, Library, Uncompiled, opened
 from materials import draws
 from scipy.special import erfinv
-from sweeps import every
 
 from gonio.arrays import Fixed, ops
 from gonio.base import kernels
@@ -333,6 +332,7 @@ def by_argument(own: Library, name: str, dtype: str) -> None:
             np.testing.assert_allclose(g, want, rtol=400.0 * UNITS[dtype] + 1e-12, atol=1e-30, err_msg=name)
 
 
+@pytest.mark.few_by_jax("float64")
 @each_dtype
 def test_take_and_to_index(library, dtype):
     places = np.array([0.0, 4.0, 2.9, 3.0, 0.999, 1.0, NAN, INF])
@@ -350,8 +350,9 @@ def test_take_and_to_index(library, dtype):
     np.testing.assert_array_equal(reals, whole[:6])
 
 
+@pytest.mark.few_by_jax("float64")
 @each_dtype
-@every(count=[2, 6, 40])
+@pytest.mark.parametrize("count", [2, 6, 40])
 def test_brackets(library, dtype, count):
     """The nodes around x by a library's own search, or comparing: linear interpolation is NumPy's."""
     nodes = np.cumsum(np.random.default_rng(count).uniform(0.1, 1.0, count)).astype(dtype)

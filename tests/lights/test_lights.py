@@ -61,7 +61,8 @@ EXAMPLES: dict[str, Any] = {
 
 DELTA = [name for name, light in EXAMPLES.items() if light.is_delta]
 EXTENDED = [name for name in EXAMPLES if name not in DELTA]
-CLOSED = [name for name in EXAMPLES if EXAMPLES[name].irradiance_at(HERE, NORMAL) is not None]
+PIXELLED = {"environment", "gray environment", "CIE sky", "clear sky", "turned environment"}
+CLOSED = [name for name in EXAMPLES if name not in PIXELLED]
 
 
 def test_all_lights_are_tested():
@@ -111,6 +112,7 @@ def test_samples_give_the_irradiance(name, dtype):
     if name in CLOSED:
         expected = light.irradiance_at(place, normal)
     else:
+        assert light.irradiance_at(place, normal) is None
         u = lattice(1 << 17)
         s = 2.0 * np.sqrt(u[:, 1] * (1.0 - u[:, 1]))
         w = np.stack([s * np.cos(2 * np.pi * u[:, 0]), s * np.sin(2 * np.pi * u[:, 0]), 1.0 - 2.0 * u[:, 1]], -1)

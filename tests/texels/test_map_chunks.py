@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from importlib.util import find_spec
+
 import numpy as np
 import pytest
+import xarray
 
 import gonio as gn
 from gonio.texels import map_chunks
 
-xarray = pytest.importorskip("xarray")
-pytest.importorskip("dask")
-pytest.importorskip("zarr")
+pytestmark = [
+    pytest.mark.skipif(find_spec(name) is None, reason=f"{name} is not installed") for name in ("dask", "zarr")
+]
 
 NAMES = ["rms", "used", "flags"]
 
