@@ -90,6 +90,14 @@ def _own_classes() -> Iterator[None]:
     CLASSES.update(before)
 
 
+@pytest.fixture(scope="module", autouse=True)
+def _room_after_jax() -> Iterator[None]:
+    """What JAX compiled for the tests of a file is of no use to those of the next, and takes room."""
+    yield
+    if "jax" in sys.modules:
+        sys.modules["jax"].clear_caches()
+
+
 @pytest.fixture
 def uncompiled(monkeypatch: pytest.MonkeyPatch) -> None:
     switch_off(monkeypatch)

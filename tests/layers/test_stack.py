@@ -39,9 +39,9 @@ def test_thin_media_scatter_once():
 
 
 def test_kubelka_munk_of_thick_paint():
-    mu, weights = np.polynomial.legendre.leggauss(32)
+    mu, weights = np.polynomial.legendre.leggauss(16)
     w = gn.direction(np.arccos(0.5 + 0.5 * mu), 0.0)
-    for ratio, error in ((0.001, 1e-4), (0.01, 6e-4), (0.1, 4e-3), (1.0, 1e-2)):
+    for ratio, error in ((0.001, 1e-4), (0.1, 4e-3), (1.0, 1e-2)):
         paint = gn.Stack([gn.Medium.kubelka_munk(1e3 * ratio, 1e3)])
         diffuse = (weights * (0.5 + 0.5 * mu) * gn.albedo(paint, w)).sum()
         assert abs(diffuse - (1.0 + ratio - math.sqrt(ratio * ratio + 2.0 * ratio))) < error
@@ -90,7 +90,7 @@ WALKS = [
     ([Smooth(1.5), Medium(1.0, 0.9, 0.5)], Diffuse(0.5)),
     ([Rough(1.5, 0.1), Medium(1.0, 0.9, 0.5)], Metal(0.2, 0.8)),
     ([Rough(1.33, 0.3), Medium(3.0, 1.0, 0.7)], Diffuse(0.2)),
-    ([Medium(2.0, 0.99, 0.9), Rough(1.5, 0.2)], None),
+    ([Medium(2.0, 0.99, 0.8), Rough(1.5, 0.2)], None),
     ([Smooth(1.5), Medium(0.5, 0.8, 0.0), Smooth(1.0 / 1.5)], None),
     ([Smooth(1.4), Rough(1.3, 0.2), Medium(0.3, 0.7, -0.5)], Metal(0.3, 0.9)),
 ]
@@ -149,7 +149,8 @@ def coarsely(*stacks):
     return [*coarse, *(pytest.param(m, marks=pytest.mark.full) for m in stacks)]
 
 
-@pytest.mark.parametrize("m", coarsely(*STACKS))
+@pytest.mark.parametrize("m", [*coarsely(*STACKS[1:]), pytest.param(STACKS[0], marks=pytest.mark.full)])
+@pytest.mark.usefixtures("uncompiled")  # kernels of all derivatives take longer to compile than few directions
 def test_derivatives_are_those_of_differences(m):
     wi, wo = (w[:40] for w in (WI, WO))
     found = m.jacobian(wi, wo)
@@ -165,7 +166,7 @@ def test_derivatives_are_those_of_differences(m):
 def test_stacks_are_reciprocal_and_sampled(m):
     np.testing.assert_allclose(m.f(WI, WO), m.f(WO, WI), rtol=1e-9)
     wo = gn.direction(0.7, 0.3)
-    s = m.sample(np.broadcast_to(wo, (100_000, 3)), np.random.default_rng(5).random((100_000, 2)))
+    s = m.sample(np.broadcast_to(wo, (30_000, 3)), np.random.default_rng(5).random((30_000, 2)))
     weight = s.weight if m.channels else s.weight[:, None]
     error = 4.0 * weight.std(axis=0) / math.sqrt(len(weight))
     assert (np.abs(weight.mean(axis=0) - gn.albedo(m, wo)) < error + 1e-4).all()
@@ -340,11 +341,17 @@ def test_a_stack_turned_over_is_the_layers_from_below(m):
     np.testing.assert_array_less(np.percentile(off, [50, 95, 100]), [1e-5, 1e-4, 2e-3])
 
 
-@pytest.mark.parametrize("m", OVER_NOTHING[:2])
-@pytest.mark.parametrize("theta", [0.7, 2.3])
+@pytest.mark.parametrize(
+    ("m", "theta"),
+    [
+        pytest.param(m, theta, marks=pytest.mark.full if k == (theta > 1.6) else ())
+        for k, m in enumerate(OVER_NOTHING[:2])
+        for theta in (0.7, 2.3)
+    ],
+)
 def test_samples_go_through(m, theta):
     wo = gn.direction(theta, 0.3)
-    s = m.sample(np.broadcast_to(wo, (200_000, 3)), np.random.default_rng(5).random((200_000, 2)))
+    s = m.sample(np.broadcast_to(wo, (60_000, 3)), np.random.default_rng(5).random((60_000, 2)))
     weight = s.weight.reshape(len(s.weight), -1)
     n = 1.0 / m.index if theta > 1.6 else m.index
     across = s.wi[:, 2] * wo[2] < 0.0
@@ -355,6 +362,7 @@ def test_samples_go_through(m, theta):
 
 
 @pytest.mark.parametrize("m", coarsely(*OVER_NOTHING[:2]))
+@pytest.mark.usefixtures("uncompiled")
 def test_derivatives_of_transmission_are_those_of_differences(m):
     wi, wo = (w[:60] for w in (BOTH_I, BOTH_O))
     found = m.jacobian(wi, wo)
