@@ -30,6 +30,7 @@ class Access:
         self.size = 4 if program.dtype == FLOAT32 else 8
         self.index_type = f"<{self.width} x i64>"
         self.lanes = f"<{', '.join(f'i64 {i}' for i in range(self.width))}>"
+        self.masks: dict[tuple[int, int, int], str] = {}  # of places that are left
         self.lookups = Lookups(program, v, order, min(machine.lanes(program.dtype), v.width))
 
     # Arguments and inputs.
@@ -101,10 +102,7 @@ class Access:
 
     def full_loads(self, nodes: Sequence[int]) -> list[Value]:
         loads: dict[int, Value] = {}
-        by_array: dict[int, list[int]] = {}
-        for node in nodes:
-            by_array.setdefault(self.program.graph.arguments[node][0], []).append(node)
-        for k, members in by_array.items():
+        for k, members in self.by_array(nodes).items():
             array = self.program.arrays[k]
             components = [self.program.graph.arguments[node][1] for node in members]
             if array.layout == PACKED and array.width <= INLINE:
@@ -116,6 +114,13 @@ class Access:
             loads.update(zip(members, values, strict=True))
         return [loads[node] for node in nodes]
 
+    def by_array(self, nodes: Sequence[int]) -> dict[int, list[int]]:
+        """The loads of each array."""
+        arrays: dict[int, list[int]] = {}
+        for node in nodes:
+            arrays.setdefault(self.program.graph.arguments[node][0], []).append(node)
+        return arrays
+
     def offset(self, k: int) -> str:
         """The address of element j of array k."""
         return self.moved(self.v.name(), f"%r{k}", "%j", f"%p{k}.s1")
@@ -123,24 +128,46 @@ class Access:
     def vector_load(self, address: str) -> Value:
         return self.v.emit("real", f"load {self.v.types['real']}, ptr {address}, align 1")
 
-    def packed_loads(self, k: int, components: Sequence[int]) -> list[Value]:
+    def packed_loads(self, k: int, components: Sequence[int], left: bool = False) -> list[Value]:
+        """Components of vectors side by side; `left`: those within the row alone, and 0."""
         base, n, w = self.offset(k), self.program.arrays[k].width, self.width
         if self.v.register * self.size == STRUCTURED:
             return self.structured_loads(base, n, components)
         if gcd(n, self.v.register) == 1 < n:
-            return self.blended_loads(base, n, components)
-        parts = [self.vector_load(self.beyond(base, i * w * self.size)) for i in range(n)]
+            return self.blended_loads(base, n, components, left)
+        parts = [self.side_by_side(base, i * w, w, n * left) for i in range(n)]
         return [self.merged(parts, [divmod(p, w) for p in range(c, n * w, n)]) for c in components]
 
-    def blended_loads(self, base: str, n: int, components: Sequence[int]) -> list[Value]:
+    def side_by_side(self, base: str, start: int, count: int, left: int) -> Value:
+        """So many numbers from the start-th after an address on; `left`: how many each element has of which only those
+        within the row are read."""
+        kind, address = f"<{count} x {self.real}>", self.beyond(base, start * self.size)
+        if not left:
+            return self.v.emit("real", f"load {kind}, ptr {address}, align 1")
+        if (left, start, count) not in self.masks:
+            self.masks[left, start, count] = self.places_left(left, start, count)
+        mask, suffix = self.masks[left, start, count], f"v{count}{'f32' if self.real == 'float' else 'f64'}"
+        arguments = ("ptr", address), ("i32", "1"), (f"<{count} x i1>", mask), (kind, "zeroinitializer")
+        return self.v.emit("real", self.v.intrinsic(f"masked.load.{suffix}.p0", kind, *arguments))
+
+    def places_left(self, width: int, start: int, count: int) -> str:
+        """A mask of places that are within the row: so many, from a start on, of vectors of this width."""
+        name, kind = self.v.name(), f"<{count} x i32>"
+        self.v.write(f"{name}.end = mul i32 %left.short, {width}")
+        self.v.write(f"{name}.some = insertelement {kind} poison, i32 {name}.end, i64 0")
+        self.v.write(f"{name}.all = shufflevector {kind} {name}.some, {kind} poison, {kind} zeroinitializer")
+        places = ", ".join(f"i32 {start + i}" for i in range(count))
+        self.v.write(f"{name} = icmp ult {kind} <{places}>, {name}.all")
+        return name
+
+    def blended_loads(self, base: str, n: int, components: Sequence[int], left: bool) -> list[Value]:
         """`packed_loads` where each lane of n registers side by side holds every component once: they are blended into
         a register for each component, which one permutation orders. (LLVM makes a blend and a permutation of two
         registers of it for AVX-512, where that takes no longer.)"""
-        w, kind = self.v.register, f"<{self.v.register} x {self.real}>"
+        w = self.v.register
         pieces: dict[int, list[Value]] = {c: [] for c in components}
         for start in range(0, n * self.width, n * w):
-            places = [self.beyond(base, (start + i * w) * self.size) for i in range(n)]
-            parts = [self.v.emit("real", f"load {kind}, ptr {place}, align 1") for place in places]
+            parts = [self.side_by_side(base, start + i * w, w, n * left) for i in range(n)]
             for c in components:
                 which = [next(i for i in range(n) if (i * w + lane) % n == c) for lane in range(w)]
                 gathered = self.blended(parts, which)
@@ -179,6 +206,32 @@ class Access:
             merged = self.v.shuffle(merged, parts[i], self.width, picks)
         return merged
 
+    def part_loads(self, nodes: Sequence[int]) -> list[Value]:
+        """The loads of the elements that are left of a row."""
+        loads: dict[int, Value] = {}
+        for k, members in self.by_array(nodes).items():
+            array = self.program.arrays[k]
+            packed = array.layout == PACKED and 1 < array.width <= INLINE
+            if packed and self.v.register * self.size != STRUCTURED:
+                loads.update(zip(members, self.packed_rest(k, members), strict=True))
+            else:
+                loads.update((node, self.part_load(node)) for node in members)
+        return [loads[node] for node in nodes]
+
+    def packed_rest(self, k: int, members: Sequence[int]) -> list[Value]:
+        """`packed_loads` of the elements that are left, and the row's last in all further lanes.
+
+        Gathers would do both at once, but compilers take them apart, number by number.
+        """
+        components = [self.program.graph.arguments[node][1] for node in members]
+        end, inside, found = self.moved(self.v.name(), f"%r{k}", "%final", f"%p{k}.s1"), Value("mask", "%inside"), []
+        for value, c in zip(self.packed_loads(k, components, left=True), components, strict=True):
+            address, name = self.component(end, k, c), self.v.name()
+            self.v.write(f"{name}.s = load {self.real}, ptr {address}, align 1")
+            last = Value("real", self.v.spread(name, self.real, f"{name}.s"))
+            found.append(self.v.select(inside, value, last))
+        return found
+
     def part_load(self, node: int) -> Value:
         """A component of the elements that are left of a row; where they lie side by side, by one masked load."""
         k, c = self.program.graph.arguments[node]
@@ -208,7 +261,7 @@ class Access:
 
     def remaining(self) -> None:
         """A mask of the lanes within the row, and an element for each lane: its own, or the row's last."""
-        self.v.write("%last = sub i64 %left, 1")
+        self.v.write("%last = sub i64 %left, 1", "%final = add i64 %j, %last", "%left.short = trunc i64 %left to i32")
         last = self.v.spread("%last.all", "i64", "%last")
         self.v.write(f"%inside = icmp ule {self.index_type} {self.lanes}, {last}")
         choice = f"select <{self.width} x i1> %inside, {self.index_type} {self.lanes}, {self.index_type} {last}"

@@ -145,7 +145,7 @@ class _Writer:
         v.write("br label %body")
         self.into("load.part")
         access.remaining()
-        part = [access.part_load(node) for node in varying]
+        part = access.part_loads(varying)
         v.write("br label %body")
 
         self.into("body")
