@@ -16,6 +16,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 os.environ.setdefault("JAX_ENABLE_X64", "1")
 os.environ.setdefault("JAX_PLATFORMS", "cpu")
 os.environ.setdefault("GONIO_OPTIMISE", "off")  # tests of the compiler itself switch it on
+os.environ.setdefault("GONIO_KEEP", "128")  # MiB
 os.environ.setdefault("XLA_FLAGS", "--xla_cpu_multi_thread_eigen=false intra_op_parallelism_threads=1")
 
 from collections.abc import Iterator
@@ -23,6 +24,7 @@ from functools import partial
 from typing import Any
 
 import pytest
+from leftovers import give_back
 from libraries import KINDS, Jax, Library, Torch, Uncompiled, opened, switch_off
 
 from gonio.evaluate import planning
@@ -91,11 +93,10 @@ def _own_classes() -> Iterator[None]:
 
 
 @pytest.fixture(scope="module", autouse=True)
-def _room_after_jax() -> Iterator[None]:
-    """What JAX compiled for the tests of a file is of no use to those of the next, and takes room."""
+def _memory() -> Iterator[None]:
+    """What the tests of a file leave behind is of no use to those of the next."""
     yield
-    if "jax" in sys.modules:
-        sys.modules["jax"].clear_caches()
+    give_back()
 
 
 @pytest.fixture
