@@ -8,7 +8,7 @@
     python3 dev.py wheel   build what is published, in dist, and write the report from it where there is no checkout
     python3 dev.py manual  build the manual as web pages, offline search included, in build/manual/html
     python3 dev.py counts  bring tests/house/counts.txt up to date, what calls cost in calls, and show what has changed
-    python3 dev.py speed   compare this commit in time with another, whose name follows, by asv: what has changed by more
+    python3 dev.py speed   compare this commit in time with another, whose name follows, by asv: what changed by more
                            than noise
     python3 dev.py docs    bring pages, tables, counts and the stub of types up to date; docs/make.py has options
 
