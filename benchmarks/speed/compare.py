@@ -39,7 +39,7 @@ def main() -> int:
     found = asv("compare", old, new, keep=True)
     if found.returncode:
         return found.returncode
-    lines = [f"{old} beside {new}, one thread; processor time, but of TimerawFirst the clock's", *machine(5)]
+    lines = [f"{old} beside {new}, one thread; processor time", *machine(5)]
     TABLE.write_text("\n".join([*lines, "", found.stdout.strip(), ""]), encoding="utf-8")
     return code if code not in (0, 1) else 0  # 1: something has become slower, which is said
 
