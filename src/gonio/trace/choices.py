@@ -36,7 +36,7 @@ def _decided(graph: Graph, order: Sequence[int], outputs: Sequence[int]) -> dict
     sources = {node: graph.inputs(node) for node in order}
     loops = [n for node in order if graph.operations[node] == "loop" for n in sources[node]]  # they must end
     decided: dict[int, int] = {}
-    for condition, choices in under.items():
+    for choices in under.values():
         if len(choices) < 2:
             continue
         taken = sources | {node: sources[node][:2] for node in choices}
