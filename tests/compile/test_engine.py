@@ -16,7 +16,7 @@ import gonio as gn
 from gonio.arrays import ops
 from gonio.arrays.kinds import TOTAL
 from gonio.compile import cache_folder, plans, store
-from gonio.compile.llvm import codegen
+from gonio.compile.llvm import codegen, machine
 from gonio.compile.llvm.program import EACH
 from gonio.compile.plans import Result, carry_out, prepare
 from gonio.compile.threads import share
@@ -752,3 +752,39 @@ def test_callers_share_the_threads(monkeypatch):
         gn.threads(before)
     assert gn.threads() >= 1
     np.testing.assert_array_equal(materials[0].f(wi, wo), want[0])
+
+
+def test_little_work_takes_one_vector_at_a_time(monkeypatch):
+    """Where a caller says that it is little, on all threads that share it; the numbers are the same to the last bit."""
+    programs, kernel = [], store.kernel
+    monkeypatch.setattr(store, "kernel", lambda program: programs.append(program) or kernel(program))
+    m, wi, wo = METAL.replace(alpha=0.3), WI[:777], WO[:777]
+    whole = m.f(wi, wo)
+    with tracing.at_most(len(wi)):
+        np.testing.assert_array_equal(m.f(wi, wo), whole)
+        share(lambda start: m.pdf(wi[start:], wo[start:]), [(1,), (2,)])
+    with tracing.at_most(tracing.FEW + 1):
+        m.pdf(wi, wo)
+    assert [program.single for program in programs] == [False, True, True, True, False]
+
+
+@pytest.mark.skipif(not machine.is_x86(), reason="these processors are x86's")
+def test_levels_of_llvm_make_the_same_code(monkeypatch):
+    """Byte by byte, so that the lower level is enough for these processors."""
+    llvm, programs, kernel = machine._llvm(), [], store.kernel
+    monkeypatch.setattr(store, "kernel", lambda program: programs.append(program) or kernel(program))
+    GREY.f(WI[:555], WO[:555])
+    GREY.sample(WO[:555], np.random.default_rng(1).random((555, 2)))
+    assert len(programs) == 2
+    target, wide = llvm.Target.from_default_triple(), {"skylake-avx512", "icelake-server", "sapphirerapids"}
+    for name in sorted(machine.ALIKE):
+        features = "+avx2,+fma" + ",+avx512f,+avx512dq,+avx512vl,+avx512bw,+avx512cd" * (name in wide)
+        monkeypatch.setattr(machine, "lane_bits", lambda name=name: 512 if name in wide else 256)
+        for text in map(store.source, programs):
+            code = []
+            for level in (1, 2):
+                options = {"opt": level, "reloc": "pic", "codemodel": "small"}
+                made = target.create_target_machine(cpu=name, features=features, **options)
+                monkeypatch.setattr(machine, "_target_machine", lambda _, made=made: made)
+                code.append(machine.to_object(text))
+            assert code[0] == code[1], name

@@ -16,7 +16,10 @@ import rgl_files
 from places import ROOT
 
 import gonio as gn
+from gonio.compile import store
 from gonio.errors import DependencyError, ParameterError, WriteError
+from gonio.evaluate import planning
+from gonio.evaluate.tracing import at_most
 from gonio.formats._reading import tensor_file
 from gonio.report import page
 from gonio.report.page import browser, chart, contents, curves, html, lobes, pictures
@@ -420,6 +423,24 @@ def test_a_formula_needs_no_scipy(tmp_path):
     command = [sys.executable, "-c", textwrap.dedent(code)]
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=300, check=True)
     assert done.stdout.strip() == "" and (tmp_path / "a.json").exists()
+
+
+@pytest.mark.skipif(not planning.available(), reason="nothing can be compiled here")
+def test_kernels_of_spheres(monkeypatch):
+    """One for each kind of light, by one vector at a time, of so many operations."""
+    programs, kernel = {}, store.kernel
+
+    def noted(program):
+        nodes = [node for output in program.outputs for node in output.nodes]
+        programs[program.digest()] = program.single, len(program.graph.reachable(nodes))
+        return kernel(program)
+
+    monkeypatch.setattr(store, "kernel", noted)
+    monkeypatch.setattr(pictures, "SIZE", 16)
+    m = gn.Microfacet(gn.GGX(0.3), gn.Conductor([0.2, 0.9, 1.2], [3.9, 2.4, 2.3]))
+    with at_most(pictures.ELEMENTS):
+        pictures.spheres(m, pictures.usual_lights(m), lambda share: None)
+    assert sorted(programs.values()) == [(True, 391), (True, 1140), (True, 1713)]
 
 
 # Drawings.

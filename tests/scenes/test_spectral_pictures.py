@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 
 import gonio as gn
+from gonio.compile import store
 from gonio.errors import ParameterError
+from gonio.evaluate import planning
 from gonio.pictures.colour import light_to_rgb, to_rgb
 from gonio.scenes import traced
 
@@ -70,3 +72,18 @@ def test_bands_outside_the_visible_are_no_colours():
     m = gn.Lambertian([0.3, 0.2], wavelengths=[858.5, 1640.0])
     picture = gn.render(m, gn.ConstantLight(gn.Spectrum([300.0, 2000.0], [1.0, 1.0])), size=8, samples=4)
     np.testing.assert_allclose(picture.pixels[4, 4], [0.3, 0.2], rtol=1e-6)
+
+
+@pytest.mark.skipif(not planning.available(), reason="nothing can be compiled here")
+def test_channels_of_a_light_share_what_they_can(monkeypatch):
+    """One kernel computes a sky once for its three channels, of a material of wavelengths: so many operations."""
+    counts, kernel = set(), store.kernel
+
+    def noted(program):
+        counts.add(len(program.graph.reachable([node for output in program.outputs for node in output.nodes])))
+        return kernel(program)
+
+    monkeypatch.setattr(store, "kernel", noted)
+    m = gn.Lambertian(np.linspace(0.2, 0.8, 31), wavelengths=np.linspace(400.0, 700.0, 31))
+    gn.render(m, gn.PreethamSky(3.0), size=8, samples=4)
+    assert max(counts) == 665
