@@ -505,9 +505,10 @@ def brute(m: gn.Reflectance, incident, collected, n: int = 16, radiance=None):
 @pytest.mark.parametrize("incident", [A, WIDE, LOW, SKY], ids=["direction", "wide", "low", "hemisphere"])
 def test_by_brute_force(incident, collected):
     m = gn.Lambertian(0.3) + gn.Microfacet(gn.GGX(0.5, 0.9), gn.Dielectric(1.5))
-    found = gn.reflectance_factor(m, incident, collected, error=True)
+    tolerance = 1e-4 if isinstance(incident, np.ndarray) or isinstance(collected, np.ndarray) else 1e-3
+    found = gn.reflectance_factor(m, incident, collected, tolerance=tolerance, error=True)
     assert found.value == pytest.approx(brute(m, incident, collected), rel=3e-3)
-    assert found.error <= 1e-4
+    assert found.error <= tolerance
 
 
 @each_material
