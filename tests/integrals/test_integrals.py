@@ -499,10 +499,17 @@ def brute(m: gn.Reflectance, incident, collected, n: int = 16, radiance=None):
     return PI * total / (lit.sum() * do.sum())
 
 
-@pytest.mark.parametrize(
-    "collected", [B, NARROW, WIDE, LOW, SKY], ids=["direction", "narrow", "wide", "low", "hemisphere"]
-)
-@pytest.mark.parametrize("incident", [A, WIDE, LOW, SKY], ids=["direction", "wide", "low", "hemisphere"])
+def pairs_of_geometries():
+    """Every one with every one; of two cones, which take long, two pairs are not `full`."""
+    kinds = {"direction": A, "wide": WIDE, "low": LOW, "hemisphere": SKY}
+    few = [("wide", "wide"), ("low", "narrow")]
+    for incident, i in kinds.items():
+        for collected, o in ({"narrow": NARROW} | kinds | {"direction": B}).items():
+            is_full = isinstance(i, Cone) and isinstance(o, Cone) and (incident, collected) not in few
+            yield pytest.param(i, o, id=f"{incident}-{collected}", marks=pytest.mark.full if is_full else ())
+
+
+@pytest.mark.parametrize(("incident", "collected"), [*pairs_of_geometries()])
 def test_by_brute_force(incident, collected):
     m = gn.Lambertian(0.3) + gn.Microfacet(gn.GGX(0.5, 0.9), gn.Dielectric(1.5))
     tolerance = 1e-4 if isinstance(incident, np.ndarray) or isinstance(collected, np.ndarray) else 1e-3
@@ -706,7 +713,7 @@ def test_an_environment_map(incident, collected):
 
 def test_maps_under_the_sun_are_their_numbers_one_by_one():
     sun = gn.SunLight((0.3, 0.0, 1.0))
-    numbers = np.array([[0.2, 0.3], [0.5, 0.7]])
+    numbers = np.array([[0.2], [0.7]])
     for made in (gn.Lambertian, lambda x: gn.Microfacet(gn.GGX(x), gn.Conductor(0.2, 3.0))):
         for to in (SKY, B):
             measure = gn.reflectance if to is SKY else gn.reflectance_factor
