@@ -213,9 +213,10 @@ def test_channels_that_share_nothing_are_fitted_one_by_one():
         assert np.allclose(list(whole.stderr.values())[c::3], list(one.stderr.values()), rtol=1e-2)
 
 
+@pytest.mark.slow_because("what only many channels show")
 def test_spectra_of_many_channels():
     wi, wo = spread_pairs(60)
-    rho = np.linspace(0.1, 0.8, 120)
+    rho = np.linspace(0.1, 0.8, 500)
     f = gn.Lambertian(rho).f(wi, wo) + gn.Microfacet(gn.GGX(0.4), gn.Schlick(0.05)).f(wi, wo)[:, None]
     with pytest.raises(gn.Error, match="found together"):
         gn.fit((wi, wo, f), MODEL)
@@ -397,13 +398,14 @@ def test_jax_differentiates_the_same_residuals():
         assert np.allclose(j, problem.jacobian(problem.x0), rtol=1e-7, atol=1e-9)
 
 
+@pytest.mark.slow_because("a choice among models is many fits")
 def test_figures_and_command(tmp_path, monkeypatch):
     from click.testing import CliRunner
 
     from gonio.cli.commands import cli
 
     monkeypatch.chdir(tmp_path)
-    gn.save(gn.tabulate(GLOSSY, resolution=(14, 14, 20)), "paint.csv")
+    gn.save(gn.tabulate(GLOSSY, resolution=(20, 20, 40)), "paint.csv")
     run = CliRunner().invoke(cli, ["fit", "paint.csv", "-o", "fit.json", "--plot", "fit.png"])
     assert run.exit_code == 0, run.output
     assert "1.distribution.alpha_x  0.15" in run.output and (tmp_path / "fit.png").stat().st_size > 10_000
@@ -418,14 +420,15 @@ def test_figures_and_command(tmp_path, monkeypatch):
     assert run.exit_code == 2 and "degrees" in run.output
 
 
+@pytest.mark.slow_because("a choice among models is many fits")
 def test_selection_does_not_take_more_lobes_than_the_data_support():
-    wi, wo, f, u = noisy(GLOSSY, 300, 0.02, 12)
+    wi, wo, f, u = noisy(GLOSSY, 800, 0.02, 12)
     chosen = gn.select_model((wi, wo, f, u), "lobes")
     assert chosen.best.name == "Lambertian + GGX" and "no more" in chosen.verdict
     two = (
         gn.Lambertian(0.2) + gn.Microfacet(gn.GGX(0.05), gn.Schlick(0.04)) + gn.Microfacet(gn.GGX(0.4), gn.Schlick(0.2))
     )
-    assert gn.select_model(noisy(two, 600, 0.01, 13), "lobes").best.name == "Lambertian + 2 GGX"
+    assert gn.select_model(noisy(two, 1500, 0.01, 13), "lobes").best.name == "Lambertian + 2 GGX"
 
 
 def test_a_model_that_cannot_be_fitted_is_a_line_of_the_table():

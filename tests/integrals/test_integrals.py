@@ -499,15 +499,23 @@ def brute(m: gn.Reflectance, incident, collected, n: int = 16, radiance=None):
     return PI * total / (lit.sum() * do.sum())
 
 
-@pytest.mark.parametrize(
-    "collected", [B, NARROW, WIDE, LOW, SKY], ids=["direction", "narrow", "wide", "low", "hemisphere"]
-)
-@pytest.mark.parametrize("incident", [A, WIDE, LOW, SKY], ids=["direction", "wide", "low", "hemisphere"])
+def pairs_of_geometries():
+    """Every one with every one; of two cones, which take long, two pairs are not `full`."""
+    kinds = {"direction": A, "wide": WIDE, "low": LOW, "hemisphere": SKY}
+    few = [("wide", "wide"), ("low", "narrow")]
+    for incident, i in kinds.items():
+        for collected, o in ({"narrow": NARROW} | kinds | {"direction": B}).items():
+            is_full = isinstance(i, Cone) and isinstance(o, Cone) and (incident, collected) not in few
+            yield pytest.param(i, o, id=f"{incident}-{collected}", marks=pytest.mark.full if is_full else ())
+
+
+@pytest.mark.parametrize(("incident", "collected"), [*pairs_of_geometries()])
 def test_by_brute_force(incident, collected):
     m = gn.Lambertian(0.3) + gn.Microfacet(gn.GGX(0.5, 0.9), gn.Dielectric(1.5))
-    found = gn.reflectance_factor(m, incident, collected, error=True)
+    tolerance = 1e-4 if isinstance(incident, np.ndarray) or isinstance(collected, np.ndarray) else 1e-3
+    found = gn.reflectance_factor(m, incident, collected, tolerance=tolerance, error=True)
     assert found.value == pytest.approx(brute(m, incident, collected), rel=3e-3)
-    assert found.error <= 1e-4
+    assert found.error <= tolerance
 
 
 @each_material
@@ -526,12 +534,15 @@ def test_reciprocity(m, pair):
     np.testing.assert_allclose(there.value, back.value, atol=float(np.max(there.error + back.error)) + 1e-12)
 
 
-@each_but_polished
+@pytest.mark.parametrize(
+    "m", [pytest.param(m, id=k, marks=() if k == "plastic" else pytest.mark.full) for k, m in MATERIALS.items()]
+)
 def test_either_integral_may_be_outside(m, monkeypatch):
     """The larger geometry outside, which needs more, gives the same: it is the other order of integration."""
-    smaller = gn.reflectance_factor(m, NARROW, WIDE, tolerance=5e-3)
+    wide = Cone(on_sphere(0.3, 2.0), 0.25)
+    smaller = gn.reflectance_factor(m, NARROW, wide, tolerance=5e-3)
     monkeypatch.setattr(factor_between, "smaller_first", lambda of, to: of.projected > to.projected)
-    larger = gn.reflectance_factor(m, NARROW, WIDE, tolerance=5e-3)
+    larger = gn.reflectance_factor(m, NARROW, wide, tolerance=5e-3)
     np.testing.assert_allclose(larger, smaller, rtol=5e-3, atol=5e-3)
 
 
@@ -548,14 +559,25 @@ def test_a_narrow_cone_is_a_direction(m):
     )
 
 
+def add_up(m, incident, tolerance):
+    """What two halves of the hemisphere collect is the whole."""
+    left, right = (Cone((0.0, s, 0.0), 0.5 * PI) for s in (-1.0, 1.0))
+    whole = gn.reflectance(m, incident, SKY, tolerance=tolerance)
+    parts = sum(gn.reflectance(m, incident, half, tolerance=tolerance) for half in (left, right))
+    np.testing.assert_allclose(parts, whole, atol=2.0 * tolerance)
+
+
+@pytest.mark.full
+@each_but_polished
+def test_parts_of_what_comes_from_a_cone_add_up(m):
+    add_up(m, NARROW, 5e-3)
+
+
 @each_but_polished
 def test_parts_add_up(m):
-    """What two halves of the hemisphere collect, side by side or as cone and rest, is the whole."""
-    left, right = (Cone((0.0, s, 0.0), 0.5 * PI) for s in (-1.0, 1.0))
-    for incident, tolerance in ((A, 1e-4), (on_sphere(1.5, 1.0), 1e-4), (NARROW, 1e-2)):
-        whole = gn.reflectance(m, incident, SKY, tolerance=tolerance)
-        parts = sum(gn.reflectance(m, incident, half, tolerance=tolerance) for half in (left, right))
-        np.testing.assert_allclose(parts, whole, atol=2.0 * tolerance)
+    """Side by side, or as cone and rest."""
+    for incident in (A, on_sphere(1.5, 1.0)):
+        add_up(m, incident, 1e-4)
     inside = gn.reflectance(m, A, Cone((0.0, 0.0, 1.0), 0.5))
     theta, d = panels(np.linspace(0.5, 0.5 * PI, 60))
     phi = (np.arange(200) + 0.5) * (2.0 * PI / 200)
@@ -625,22 +647,14 @@ of_a_sky = pytest.mark.parametrize(
     ("incident", "collected"),
     [
         pytest.param(SKY, B, id="HD"),
-        pytest.param(WIDE, B, marks=pytest.mark.full, id="CD"),
-        pytest.param(WIDE, LOW, id="CC"),
-        pytest.param(SKY, SKY, marks=pytest.mark.full, id="HH"),
-    ],
-)
-
-
-@pytest.mark.parametrize(
-    ("incident", "collected"),
-    [
-        pytest.param(SKY, B, id="HD"),
         pytest.param(WIDE, B, id="CD"),
         pytest.param(WIDE, LOW, marks=pytest.mark.full, id="CC"),
         pytest.param(SKY, SKY, marks=pytest.mark.full, id="HH"),
     ],
 )
+
+
+@of_a_sky
 def test_a_uniform_sky_is_no_sky(incident, collected):
     plain = gn.reflectance_factor(PLASTIC, incident, collected, tolerance=1e-3)
     lit = gn.reflectance_factor(PLASTIC, incident, collected, sky=gn.ConstantLight(7.0), tolerance=1e-3)
@@ -699,7 +713,7 @@ def test_an_environment_map(incident, collected):
 
 def test_maps_under_the_sun_are_their_numbers_one_by_one():
     sun = gn.SunLight((0.3, 0.0, 1.0))
-    numbers = np.array([[0.2, 0.3], [0.5, 0.7]])
+    numbers = np.array([[0.2], [0.7]])
     for made in (gn.Lambertian, lambda x: gn.Microfacet(gn.GGX(x), gn.Conductor(0.2, 3.0))):
         for to in (SKY, B):
             measure = gn.reflectance if to is SKY else gn.reflectance_factor
