@@ -397,7 +397,16 @@ def test_arrays_with_names():
     np.testing.assert_allclose(later.compute(), m.reradiation(wi, wo), rtol=1e-13)
 
 
-@pytest.mark.parametrize("m", [DYE, INK, gn.Coated(DYE), INK + gn.Lambertian(0.1), gn.Lambertian([0.1, 0.2, 0.3])])
+@pytest.mark.parametrize(
+    "m",
+    [
+        INK,
+        INK + gn.Lambertian(0.1),
+        gn.Lambertian([0.1, 0.2, 0.3]),
+        pytest.param(DYE, marks=pytest.mark.full),  # of whose bands every one meets every one: a minute to compile
+        pytest.param(gn.Coated(DYE), marks=pytest.mark.full),
+    ],
+)
 def test_drjit(m):
     """A tensor, whatever the directions are."""
     llvm = pytest.importorskip("drjit.llvm")
