@@ -185,6 +185,7 @@ def test_a_file_larger_than_allowed(tmp_path):
 # Inputs.
 
 
+@pytest.mark.slow_because("Zarr writes a store in many files, four times")
 def test_a_zarr_folder_is_a_material(run, tmp_path):
     """What convert has written, all commands read. (D18)"""
     (tmp_path / "m.csv").write_text(CSV)

@@ -597,6 +597,11 @@ def test_narrow_lobes_are_found():
     half = gn.reflectance(m, w, Cone(on_sphere(0.8 + 0.4, PI), 0.4), tolerance=1e-3)
     assert half == pytest.approx(0.5, abs=5e-3)
     assert gn.reflectance(m, w, Cone(on_sphere(0.8 + 0.45, PI), 0.4)) < 1e-6
+
+
+@pytest.mark.full
+def test_narrow_lobes_are_found_from_cones():
+    m, w, mirror = gn.Microfacet(gn.Beckmann(0.001)), on_sphere(0.8, 0.0), on_sphere(0.8, PI)
     both = gn.reflectance(m, Cone(w, 0.2), Cone(mirror, 0.21), tolerance=1e-2)
     assert both == pytest.approx(1.0, abs=1e-3)
 

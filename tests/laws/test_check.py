@@ -577,6 +577,7 @@ def test_efficiency_by_lobe():
     assert rows[2].effective < 1.0 and rows[2].lost > 0.0
 
 
+@pytest.mark.slow_because("a check tries all laws, and sampling at four angles")
 def test_command_line(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     run = CliRunner().invoke

@@ -535,7 +535,11 @@ def test_openpbr_layers_lobe_by_lobe(base):
         gn.KullaConty(0.7, gn.Conductor([0.2, 0.9, 1.2], [3.9, 2.4, 2.3])),
         gn.FdezAguera([0.2, 0.5, 0.9], 0.8),
         gn.OpenPBRGlossyDiffuse(0.7, 1.0, 0.3, 1.8),
-        gn.OpenPBRFuzz(gn.OpenPBRCoat(BASES["slabs"], 0.5, [0.8, 0.9, 1.0], 0.2), 0.3, [0.9, 0.5, 0.4], 0.6),
+        pytest.param(
+            gn.OpenPBRFuzz(gn.OpenPBRCoat(BASES["slabs"], 0.5, [0.8, 0.9, 1.0], 0.2), 0.3, [0.9, 0.5, 0.4], 0.6),
+            marks=pytest.mark.full,
+        ),
+        gn.OpenPBRFuzz(gn.Lambertian(0.5), 0.3, [0.9, 0.5, 0.4], 0.6),
         gn.DisneyPrincipled(0.4, roughness=0.4, anisotropic=0.6, clearcoat=1.0, clearcoat_gloss=0.4, sheen=0.3),
     ],
     ids=lambda m: type(m).__name__,
