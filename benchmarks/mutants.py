@@ -168,8 +168,8 @@ def turns_of(fault: Fault, tree: Path, seen: list[str], whole: bool) -> Iterator
 
 
 def _is_there(tree: Path, test: str) -> bool:
-    path, _, name = test.partition("::")
-    return (tree / path).exists() and f"def {name.partition('[')[0]}(" in (tree / path).read_text(encoding="utf-8")
+    path, _, name = test.partition("[")[0].partition("::")
+    return (tree / path).exists() and (not name or f"def {name}(" in (tree / path).read_text(encoding="utf-8"))
 
 
 def _mentions(fault: Fault, text: str) -> int:
