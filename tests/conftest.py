@@ -22,10 +22,11 @@ os.environ.setdefault("XLA_FLAGS", "--xla_cpu_multi_thread_eigen=false intra_op_
 from collections.abc import Iterator
 from functools import partial
 from typing import Any
+from zlib import crc32
 
 import pytest
 from leftovers import give_back
-from libraries import KINDS, Jax, Library, Torch, Uncompiled, opened, switch_off
+from libraries import KINDS, DrJitArray, DrJitTensor, Jax, Library, Torch, Uncompiled, opened, switch_off
 
 from gonio.evaluate import planning
 from gonio.formats._reading import hdf
@@ -39,8 +40,9 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """What is left out by default where a compiler is slow.
 
     Of random materials few are compiled, and all are evaluated in blocks, by the same formula: kernels of every model
-    are compared with arrays (`test_laws.py`), each operation by itself (`test_elementary.py`, `test_engine.py`). JAX
-    compiles each operation for each shape: of a test marked `few_by_jax` it runs the cases that the mark names.
+    are compared with arrays (`test_laws.py`), each operation by itself (`test_elementary.py`, `test_engine.py`). JAX and
+    Dr.Jit compile what they compute: of a test marked `few_by_jax` JAX runs the cases that the mark names; of other cases
+    with either a quarter runs, by their names, but of operations and laws (`test_ops.py`, `test_laws.py`) all.
     """
     from materials import OBEDIENT
 
@@ -56,6 +58,9 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
             item.add_marker("full")
         few = item.get_closest_marker("few_by_jax")
         if few and case.params.get("library") is Jax and not any(word in case.id for word in few.args):
+            item.add_marker("full")
+        by_compiler = case.params.get("library") in (Jax, DrJitTensor, DrJitArray)
+        if by_compiler and item.path.name not in ("test_ops.py", "test_laws.py") and crc32(item.nodeid.encode()) % 4:
             item.add_marker("full")
 
 

@@ -123,7 +123,7 @@ def test_a_kernel_that_runs_is_not_dropped(small):
     assert not wrong
 
 
-def test_a_formula_that_cannot_be_traced_keeps_no_arrays(classes):
+def test_a_formula_that_cannot_be_traced_keeps_no_arrays():
     class Untraced(gn.Reflectance):
         """Fails on symbols."""
 

@@ -31,7 +31,7 @@ def panels(edges: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def by_half_vectors(
-    m: gn.Reflectance, wi: np.ndarray, alpha: float, sides: int = 768, rings: int = 120, across: float | None = None
+    m: gn.Reflectance, wi: np.ndarray, alpha: float, sides: int = 768, rings: int = 160, across: float | None = None
 ) -> float:
     """Albedo as an integral over half vectors: polar coordinates of their slopes, graded; uses m.f only.
 
@@ -51,7 +51,7 @@ def by_half_vectors(
     return float((solid * np.where(up, m.f(wi, wo) * wo[..., 2] * 4.0 * d, 0.0)).sum())
 
 
-def by_disc(m: gn.Reflectance, wi: np.ndarray, sides: int = 384) -> float:
+def by_disc(m: gn.Reflectance, wi: np.ndarray, sides: int = 1536) -> float:
     """Albedo as an integral over the unit disc, in polar coordinates about the mirror point; uses m.f only."""
     low, high = np.geomspace(1e-7, 0.5, 90), 1.0 - np.geomspace(0.5, 1e-8, 50)
     t, dt = panels(np.concatenate([[0.0], low, high[1:], [1.0]]))
