@@ -74,8 +74,8 @@ def main() -> None:
             check(commit, tree, known)
         write(faults, known)
         return
-    for commit, tree in trees.items():
-        for number in asked.only or faults:
+    for number in asked.only or faults:
+        for commit, tree in trees.items():
             before = known.get((number, commit), Verdict("open", 0, "0"))
             done = (
                 before.seconds >= asked.cpu if before.word == "open" else before.word != "survived" or not asked.whole
