@@ -23,7 +23,7 @@ from killing import GROUPS, Outcome, campaign
 import gonio as gn
 from gonio import _unfinished, files
 from gonio.errors import NotFoundError, ParameterError, WriteError
-from gonio.pictures.image import Image
+from gonio.pictures.image import Image, read_image
 
 SOURCE = Path(gn.__file__).parents[1]
 ROOT = hasattr(os, "geteuid") and os.geteuid() == 0
@@ -218,6 +218,13 @@ def test_a_read_only_file_is_not_replaced(tmp_path):
             gn.save(grid(1.0) if name == "a.zarr" else PLAIN, tmp_path / name)
         assert tree(tmp_path) == before
     (tmp_path / "a.zarr").chmod(0o755)
+
+
+def test_a_name_may_be_a_text(tmp_path):
+    path = str(tmp_path / "a.png")
+    for value in (0.2, 0.8):
+        Image(np.full((2, 2, 3), value, "f4")).save(path)
+    assert read_image(path).pixels.min() > 0.7
 
 
 def test_hard_links_are_not_parted(tmp_path):
