@@ -1,7 +1,7 @@
 """Pytest, tests that name a word first: `python benchmarks/nearest_first.py FILE WORDS [ARGUMENTS OF PYTEST]`.
 
-WORDS are separated by commas. Of a test's cases the first comes before the second of any. FILE gets the first test that
-failed, or the file that could not be collected.
+WORDS are separated by commas. A test's later cases come after the first of others, those that must import a large
+library last. FILE gets the first test that failed, or the file that could not be collected.
 """
 
 from __future__ import annotations
@@ -13,6 +13,8 @@ from collections import Counter
 from pathlib import Path
 
 import pytest
+
+LARGE = re.compile("torch|jax|drjit|mitsuba|browser", re.IGNORECASE)
 
 
 class NearestFirst:
@@ -32,7 +34,8 @@ class NearestFirst:
                 texts[function] = inspect.isfunction(function) and bool(self.named.search(inspect.getsource(function)))
             cases[test] += 1
             rank = 0 if self.named.search(item.nodeid.partition("::")[2]) else 1 if texts[function] else 2
-            ranks[item] = rank, cases[test]
+            late = 4 if LARGE.search(item.nodeid) else min(3, cases[test] - 1)
+            ranks[item] = rank + late, rank, cases[test]
         items.sort(key=lambda item: ranks[item])
 
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:

@@ -12,6 +12,7 @@ import subprocess
 import sys
 import threading
 from pathlib import Path
+from types import SimpleNamespace
 from unittest import mock
 from zlib import crc32
 
@@ -20,9 +21,9 @@ import pytest
 from killing import GROUPS, Outcome, campaign
 
 import gonio as gn
-from gonio import files
+from gonio import _unfinished, files
 from gonio.errors import NotFoundError, ParameterError, WriteError
-from gonio.pictures.image import Image
+from gonio.pictures.image import Image, read_image
 
 SOURCE = Path(gn.__file__).parents[1]
 ROOT = hasattr(os, "geteuid") and os.geteuid() == 0
@@ -219,6 +220,13 @@ def test_a_read_only_file_is_not_replaced(tmp_path):
     (tmp_path / "a.zarr").chmod(0o755)
 
 
+def test_a_name_may_be_a_text(tmp_path):
+    path = str(tmp_path / "a.png")
+    for value in (0.2, 0.8):
+        Image(np.full((2, 2, 3), value, "f4")).save(path)
+    assert read_image(path).pixels.min() > 0.7
+
+
 def test_hard_links_are_not_parted(tmp_path):
     """Writing would part them, or change a file of another name: a backup, say. (D19)"""
     path, backup = tmp_path / "a.json", tmp_path / "backup"
@@ -349,6 +357,20 @@ def test_what_a_killed_writer_left_is_swept(writer, tmp_path):
     assert len(left) == 1 and re.fullmatch(r"\.gonio-unfinished-[0-9a-f]{16}", left[0])
     gn.save(PLAIN, tmp_path / "b.json")
     assert [p.name for p in tmp_path.iterdir()] == ["b.json"]
+
+
+def test_a_folder_of_many_names_is_listed_again_after_a_pause(tmp_path, monkeypatch):
+    """Listing it for each file would take longer than the file."""
+    now, listed, names = [0.0], [], os.listdir
+    monkeypatch.setattr(_unfinished, "time", SimpleNamespace(monotonic=lambda: now[0]))
+    monkeypatch.setattr(_unfinished, "_next_sweep", (Path(), 0.0))
+    monkeypatch.setattr(_unfinished, "MANY", 1)
+    monkeypatch.setattr(os, "listdir", lambda folder: (folder == tmp_path and listed.append(now[0])) or names(folder))
+    for name in "abc":
+        (tmp_path / name).write_text("")
+    for now[0] in (1.0, 1.0 + 2.9 * _unfinished.PAUSE, 1.0 + 3.1 * _unfinished.PAUSE):
+        gn.save(PLAIN, tmp_path / "a.json")
+    assert listed == [1.0, 1.0 + 3.1 * _unfinished.PAUSE]
 
 
 def test_what_a_living_writer_has_is_not_swept(writer, tmp_path):

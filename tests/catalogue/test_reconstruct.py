@@ -9,6 +9,7 @@ import pytest
 from places import real
 
 import gonio as gn
+from gonio.reconstruction.reflectance_basis import SYSTEM
 
 NAMES = [e.name for e in gn.materials() if e.kind == "measured fit"]
 OUT = NAMES[3::10]
@@ -35,6 +36,13 @@ def pairs(n, seed=0, limit=75.0):
 def noisy(m, wi, wo, seed=0, noise=0.01):
     f = m.f(wi, wo)
     return wi, wo, f * (1.0 + noise * np.random.default_rng(seed).standard_normal(f.shape)), noise * f
+
+
+def test_weights_are_those_of_projected_solid_angles():
+    """Of both directions alike: the mean of the product of their cosines is (2/3)^2."""
+    basis = gn.reflectance_basis([gn.Lambertian(r) for r in (0.1, 0.2, 0.4, 0.8)], resolution=(40, 20, 7))
+    wi, wo = SYSTEM.directions(basis.axes)
+    assert abs((basis.weights * wi[..., 2] * wo[..., 2]).sum() - 4.0 / 9.0) < 1e-3
 
 
 def at_nodes(m, found):

@@ -97,6 +97,18 @@ def test_bash_completes_names_and_files(tmp_path):
     assert {"gold-metallic-paint", "gold-sample.csv"} <= set(done.stdout.split()), done.stderr
 
 
+def test_files_are_offered_in_order(tmp_path, monkeypatch):
+    """In the same one on every disk."""
+    names = ["gold-a.csv", "gold-b.csv", "gold-c.csv"]
+    for name in names:
+        (tmp_path / name).write_text("")
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv(completion.VARIABLE, "bash_complete")
+    monkeypatch.setattr(completion.glob, "glob", lambda pattern: [names[k] for k in (1, 2, 0)])
+    offered = completion._and_files(["gold-metallic-paint"], "gold-")
+    assert [item.value for item in offered] == ["gold-", "gold-metallic-paint", *names]
+
+
 def test_an_unknown_shell_is_refused(run):
     done = run("completion", "tcsh")
     assert done.exit_code == 2 and "bash" in done.stderr and done.stderr.count("\n") == 1

@@ -112,6 +112,7 @@ def test_colours_of_files(tmp_path):
     np.testing.assert_allclose(gn.Texture(CODES, colour="srgb").texels, light, atol=1e-6)
     np.testing.assert_allclose(gn.Texture(CODES, colour="linear").texels, CODES / 255.0, atol=1e-6)
     np.testing.assert_allclose(gn.Texture(CODES.astype(np.uint16), colour="linear").texels, CODES / 65535.0, atol=1e-6)
+    assert gn.Texture(CODES, colour="linear").texels.dtype == np.float32  # codes fill half of its digits
     gn.Image(light).save(tmp_path / "light.exr")
     np.testing.assert_allclose(gn.Texture(tmp_path / "light.exr").texels, light, atol=1e-6)
     again = gn.Texture(tmp_path / "light.exr", colour="srgb").texels

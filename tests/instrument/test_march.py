@@ -133,8 +133,11 @@ def test_bounds_of_blocks_hold(shape, cell):
             blocks = values.reshape(len(rows) // size, size, len(columns) // size, size).max((1, 3))
             stated = low + step * bound[:: size // NEAR, :: size // NEAR]
             assert (stated >= blocks).all()
-            if values is top:  # of slopes only the sides of a sector are known
+            if values is top:
                 assert (stated <= blocks + 1.01 * step).all()
+            else:  # only the sides of a sector are known
+                assert (stated <= np.maximum(blocks, blocks / np.cos(np.pi / SECTORS)) + 1.01 * step).all()
+    assert held["steepest"] == pytest.approx(held["gentle"] + held["slope_step"] * steepest.max(), rel=1e-12)
 
 
 def test_a_ray_goes_on_where_it_was_left():

@@ -304,6 +304,16 @@ def test_cubature(f, exact):
         assert error <= tolerance * max(1.0, exact)
 
 
+@pytest.mark.parametrize("place", [(0.582, 0.362), (0.564, 0.638), (0.69, 0.202), (0.714, 0.22), (0.638, 0.305)])
+def test_small_details_are_seen_where_the_tolerance_is_small(place):
+    """A bump that is 200 times narrower than the square, and a hundredth of the integral."""
+
+    def bump(x, y):
+        return 1.0 + 0.01 * np.exp(-((x - place[0]) ** 2 + (y - place[1]) ** 2) / 5e-5) / (5e-5 * PI)
+
+    assert integral(bump, 1e-6)[0] == pytest.approx(1.01, abs=2e-6)
+
+
 def test_cubature_with_a_seam_and_with_seeds():
     def jump(x, y):
         return np.where(x < 0.3, np.sin(x) * y, 2.0 + x * y)

@@ -35,6 +35,12 @@ def cube(rho, exitance):
     return gn.Scene([quad(face, rho, exitance) for face in (FLOOR, CEILING, *WALLS)])
 
 
+def test_one_patch_may_be_asked_for():
+    light = gn.radiosity(gn.Scene(quad(FLOOR, 0.5, 2.0)), 1)
+    assert len(light.part) == 2  # the triangles of the square
+    np.testing.assert_array_equal(light.radiosity, 2.0)
+
+
 @pytest.mark.parametrize("method, count", [("rays", 600), ("dense", 48)])
 def test_a_closed_cavity_of_one_material_is_a_geometric_series(method, count):
     light = gn.radiosity(cube([0.8, 0.3], [1.0, 2.0]), count, method)

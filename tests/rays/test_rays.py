@@ -56,6 +56,7 @@ def test_first_hits(way):
     o, d = rays(2000)
     face, distance = one_by_one(mesh, o, d)
     hits = mesh.shoot(o, d)
+    assert [x.dtype for x in hits] == [np.int32, *3 * [np.float32]]
     assert 500 < (face >= 0).sum() < 2000
     assert (hits.face == face).mean() > 0.999  # but for rays along an edge
     same = hits.face == face

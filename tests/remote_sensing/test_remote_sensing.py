@@ -113,6 +113,7 @@ def test_fits_of_maps_keep_their_axes():
 
 
 def test_what_does_not_fit():
+    near = [0.5 + 1e-9 * angle for angle in (SUN, VIEW, PHI)]  # their slopes are apart, but nothing beside their values
     for call, error, words in (
         (lambda: rs.ross_thick(30, 0, 0), DirectionError, "in degrees"),
         (lambda: rs.ross_thick(0.3, 0.1, 120), DirectionError, "phi: 120.*in degrees"),
@@ -122,6 +123,7 @@ def test_what_does_not_fit():
         (lambda: rs.nbar(3, 0.1), ParameterError, "m=3"),
         (lambda: rs.fit_kernels(ROWS[:2], SUN[:2], VIEW[:2], PHI[:2]), ParameterError, "at least 3"),
         (lambda: rs.fit_kernels(ROWS, 0 * SUN, 0 * VIEW, PHI), ParameterError, "do not tell the kernels apart"),
+        (lambda: rs.fit_kernels(ROWS, *near), ParameterError, "do not tell the kernels apart"),
         (lambda: rs.fit_kernels(100 * ROWS, SUN, VIEW, PHI), ParameterError, "in percent"),
         (lambda: rs.fit_kernels(ROWS, SUN[:3], VIEW, PHI), ShapeError, r"theta_s: got shape \(3,\)"),
         (lambda: rs.fit_kernels(ROWS, SUN, VIEW, PHI, u=0.0), ParameterError, "above 0"),

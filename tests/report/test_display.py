@@ -156,6 +156,10 @@ def test_pictures_are_kept_for_equal_materials(monkeypatch):
         _sphere._pictures[gn.Lambertian(k / 1000.0)] = b""
     gn.Lambertian(0.9)._repr_html_()
     assert len(_sphere._pictures) <= _sphere.KEPT
+    oldest = next(iter(_sphere._pictures))
+    _sphere.picture(oldest)  # what was looked at last stays longest
+    gn.Lambertian(0.91)._repr_html_()
+    assert oldest in _sphere._pictures
 
 
 def test_a_failure_shows_what_prints(monkeypatch):
