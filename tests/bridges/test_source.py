@@ -50,6 +50,7 @@ def compare(
 
 
 @compiled("c")
+@pytest.mark.slow_because("the C of every model is compiled")
 def test_all_models_in_c(tmp_path: Path) -> None:
     compare(cases.models(), "c", tmp_path)
 

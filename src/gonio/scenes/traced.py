@@ -162,7 +162,7 @@ class Several(NamedTuple):
         return light, seen, holes
 
 
-class OneChannel(Light):
+class _OneChannel(Light):
     """A light of which one channel is left, whose number formulas know.
 
     `own`: the paths of numbers that channels do not share.
@@ -185,7 +185,7 @@ class OneChannel(Light):
     def has_horizon(self) -> bool:  # type: ignore[override]
         return bool(self.of.has_horizon)
 
-    def sharing(self, other: OneChannel) -> OneChannel:
+    def sharing(self, other: _OneChannel) -> _OneChannel:
         """The channel with the very numbers of another one that both share: what follows from them is computed once."""
         shared = zip(other.leaf_paths(), other.leaves(), strict=True)
         return self.with_values({path: value for path, value in shared if path not in self.own})
@@ -208,7 +208,7 @@ class OneChannel(Light):
         return self.of.drawn(p, u0, u1)
 
 
-def _of_channel(light: Light, j: int) -> OneChannel:
+def _of_channel(light: Light, j: int) -> _OneChannel:
     """One channel of a light."""
 
     own: list[str] = []
@@ -219,6 +219,6 @@ def _of_channel(light: Light, j: int) -> OneChannel:
         own.append(f"of.{path}")
         return float(value[min(j, len(value) - 1)])
 
-    one = OneChannel(light.rebuilt(chosen))
+    one = _OneChannel(light.rebuilt(chosen))
     one._hold(number=float(j), own=frozenset(own))
     return one
