@@ -104,7 +104,7 @@ print(json.dumps({"most": most[0], "helpers": len(workers.team().helpers), "sums
 
 
 @needs_linux
-@pytest.mark.parametrize("engine", ["", "numpy"])
+@pytest.mark.parametrize("engine", ["", pytest.param("numpy", marks=pytest.mark.full)])
 def test_a_picture_takes_as_many_threads_as_are_asked_for(engine):
     """None beside the caller and the pool's helpers computes, BLAS's own neither, and no tile shares out what it calls,
     be its batches as large as they may; the picture is the same."""
