@@ -31,6 +31,7 @@ COARSE = {"WINDOW XML": 0.1, "BRF table": 0.1, "OpenMATERIAL": 0.1}
 """Mean errors of formats whose cells or rows are wide; 0.05 of others."""
 pytestmark = pytest.mark.usefixtures("one_probe")
 each_writer = pytest.mark.parametrize("module", WRITERS.values(), ids=WRITERS)
+LARGE = {"CSAIL", "SCATFUN"}  # of a million values, whatever is written
 
 GRAY = gn.Lambertian(0.2) + gn.Microfacet(gn.GGX(0.4), gn.Dielectric(1.5))
 RGB = gn.Lambertian([0.1, 0.2, 0.3]) + gn.Microfacet(gn.GGX(0.4), gn.Dielectric(1.5))
@@ -60,7 +61,11 @@ def in_rgb(m, f):
 # Every format that can be written.
 
 
-@each_writer
+@pytest.mark.parametrize(
+    "module",
+    [pytest.param(m, marks=pytest.mark.full if name in LARGE else ()) for name, m in WRITERS.items()],
+    ids=WRITERS,
+)
 def test_a_material_survives_the_round_trip(module, tmp_path):
     path = tmp_path / f"a{module.SUFFIXES[0]}"
     m, report = held_by(module, path)

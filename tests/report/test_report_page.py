@@ -304,6 +304,7 @@ def test_lab_is_that_of_the_cie():
     assert np.allclose(contents.lab_of(np.array([1.0, 0.0, 0.0])), [53.24, 80.09, 67.20], atol=0.02)
 
 
+@pytest.mark.full
 def test_measurements_in_files(quick, tmp_path):
     """One of RGL's, whose file's name is no HTML."""
     path = tmp_path / "a<b>\"&'.bsdf"
@@ -334,9 +335,10 @@ def test_data_of_a_script_stays_in_it():
     assert text.count("<") == 2 and json.loads(text[text.index(">") + 1 : -9])["a"].startswith("</script>")
 
 
+@pytest.mark.slow_because("fits of two materials, and what is near to them")
 def test_two_materials_stand_side_by_side(quick):
     subjects = [Subject.of(name, gn.material(name)) for name in ("gold", "brass")]
-    said, text = reported(subjects, with_fits=False)
+    said, text = reported(subjects)
     read = whole(text)
     assert {"m0", "m1", "side"} <= {*read.ids} and {f"m{k}-{part}" for k in (0, 1) for part in EVERY} <= {*read.ids}
     summary = said["summary"]
