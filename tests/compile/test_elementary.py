@@ -9,6 +9,7 @@ import pytest
 
 from gonio.compile.llvm.elementary import FUNCTIONS
 from gonio.compile.llvm.lanes import Lanes, Value
+from gonio.compile.source import elementary as written
 from gonio.trace.costs import COSTS
 
 llvm = pytest.importorskip("llvmlite.binding")
@@ -258,6 +259,20 @@ def test_any_width(name, dtype, rng):
     values = evaluate(name, dtype, *arrays)
     for width in (2, 4, 32):
         np.testing.assert_array_equal(compiled(name, dtype, width)(*arrays), values)
+
+
+@pytest.mark.parametrize(
+    ("name", "low", "high"),
+    [
+        *((name, -20.0, 20.0) for name in ("sin", "cos", "sin_turn", "cos_turn")),
+        *(("tan", -1.5, 1.5), ("arccos", -1.0, 1.0), ("erf", -4.0, 4.0), ("ierfc", 0.0, 4.0)),
+        ("log", 0.7, 1.4),  # farther from 1 it is the language's own
+    ],
+)
+def test_formulas_written_for_other_languages(name, low, high):
+    x = np.linspace(low, high, 201, dtype=np.float32)
+    true = [float(TRUE[name](mp.mpf(float(v)))) for v in x]
+    np.testing.assert_allclose(written.FUNCTIONS[name][0](x), true, rtol=2e-6, atol=4e-7)
 
 
 def test_every_function_has_a_cost() -> None:
