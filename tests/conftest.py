@@ -40,9 +40,9 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """What is left out by default where a compiler is slow.
 
     Of random materials few are compiled, and all are evaluated in blocks, by the same formula: kernels of every model
-    are compared with arrays (`test_laws.py`), each operation by itself (`test_elementary.py`, `test_engine.py`). JAX and
-    Dr.Jit compile what they compute: of a test marked `few_by_jax` JAX runs the cases that the mark names; of other cases
-    with either a quarter runs, by their names, but of operations and laws (`test_ops.py`, `test_laws.py`) all.
+    are compared with arrays (`test_laws.py`), each operation by itself (`test_elementary.py`, `test_engine.py`). JAX
+    and Dr.Jit compile what they compute: of a test marked `few_by_jax` JAX runs the cases that the mark names; of other
+    cases with either a quarter runs, by their names, but of operations and laws (`test_ops.py`, `test_laws.py`) all.
     """
     from materials import OBEDIENT
 

@@ -49,20 +49,14 @@ def compare(
     assert cases.beyond(made, compilers.run(made, folder)) == []
 
 
-@compiled("c")
-@pytest.mark.slow_because("the C of every model is compiled")
-def test_all_models_in_c(tmp_path: Path) -> None:
-    compare(cases.models(), "c", tmp_path)
-
-
-@each(*(name for name in RUN if name != "c"))
+@each(*RUN)
 @pytest.mark.full
-def test_all_models_in_other_languages(language: str, tmp_path: Path) -> None:
+def test_all_models(language: str, tmp_path: Path) -> None:
     compare(cases.models(), language, tmp_path)
 
 
-@each(*(name for name in RUN if name != "c"))
-def test_models_in_other_languages(language: str, tmp_path: Path) -> None:
+@each(*RUN)
+def test_models(language: str, tmp_path: Path) -> None:
     compare(cases.few(), language, tmp_path)
 
 
