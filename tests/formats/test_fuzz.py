@@ -28,6 +28,7 @@ def numbers(name: str) -> list[int]:
     return np.loadtxt(file, dtype=int, ndmin=1).tolist() if file.exists() else list(range(20))
 
 
+@pytest.mark.slow_because("every file that once did harm, and twenty more")
 @pytest.mark.parametrize("name", TRIALS)
 def test_damaged_files(name, tmp_path):
     trial = TRIALS[name](tmp_path / "damaged")

@@ -172,6 +172,7 @@ def test_days_bands_and_quality_of_mcd43(tmp_path):
         gn.load(path, time="2018-07-03", band="nir", quality="full")
 
 
+@pytest.mark.slow_because("xarray opens a file a dozen times")
 def test_days_bands_and_quality_that_a_file_has_not(tmp_path):
     path = file_of_days(tmp_path / "file")
     for time in ("2018-06-30", 3):

@@ -38,6 +38,7 @@ def test_a_kaist_file_gives_its_matrices_about_the_facet():
 
 
 @pytest.mark.parametrize("element", [(0, 1), (1, 0), (1, 2), (2, 2), (2, 3), (3, 0), (3, 3)])
+@pytest.mark.slow_because("Mitsuba compiles each BSDF anew")
 def test_mitsuba_reads_the_same_matrices_from_a_kaist_file(element, tmp_path):
     mi = pytest.importorskip("mitsuba")
     if "llvm_ad_spectral_polarized" not in mi.variants():

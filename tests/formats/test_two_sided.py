@@ -304,6 +304,7 @@ def test_speos_transmission_is_by_angles_of_the_front(tmp_path):
 # SCATFUN.
 
 
+@pytest.mark.slow_because("a SCATFUN file holds a million values of each side")
 def test_scatfun_of_a_sheet(tmp_path):
     m = gn.Sheet(
         gn.Lambertian(0.2) + gn.Microfacet(gn.GGX(0.5)),
@@ -460,6 +461,7 @@ def test_parts_that_changed_places_are_not_written_as_they_were(tmp_path):
     assert gn.load(tmp_path / "c.xml").sides == "front"
 
 
+@pytest.mark.slow_because("files of both sides are written and compared four times")
 def test_a_two_sided_material_is_converted_and_tabulated(tmp_path):
     material = gn.TwoSided(gn.Lambertian(0.3), gn.Lambertian(0.1)) + gn.Across(0.5 * gn.Microfacet(gn.GGX(0.5)))
     report = gn.convert(material, tmp_path / "a.xml", "WINDOW XML")
