@@ -489,6 +489,9 @@ def there_and_back(a: str, b: str, kind: str, first: Any, folder: Any) -> None:
         assert chain["sha256"] == start.provenance["sha256"]
 
 
+WHOLE = pytest.mark.slow_because("whole tables are made for two formats, written and compared")
+
+
 @pytest.mark.parametrize(("a", "kind"), [(a, kind) for a in FORMATS for kind in FORMATS[a].holds])
 def test_a_file_holds_the_material(a, kind, first):
     held, m = first(a, kind), SOURCES[kind]
@@ -496,6 +499,7 @@ def test_a_file_holds_the_material(a, kind, first):
     check_values(m, held.m, change(m, a))
 
 
+@WHOLE
 @pytest.mark.parametrize(("a", "b"), thinned([pair for pair in PAIRS if pair not in REFUSED], RING))
 def test_there_and_back(a, b, first, folder):
     there_and_back(a, b, kind_of(a, b), first, folder)
@@ -507,6 +511,7 @@ ORIENTED = [a for a in FORMATS if FORMATS[a].oriented is not None]
 ORIENTED_PAIRS = [*zip(ORIENTED, ORIENTED[1:] + ORIENTED[:1], strict=True)]
 
 
+@WHOLE
 @pytest.mark.parametrize(("a", "b"), thinned(ORIENTED_PAIRS, ORIENTED_PAIRS[::2]))
 def test_there_and_back_of_what_has_a_direction(a, b, first, folder):
     there_and_back(a, b, "brushed", first, folder)
