@@ -8,6 +8,9 @@ import sys
 from contextlib import suppress
 from pathlib import Path
 
+from gonio.arrays import Fixed
+from gonio.formula.value import Value
+
 MUCH = 800 << 20
 """Bytes from which on it is worth the time to compile again what other files of tests have compiled, too."""
 
@@ -16,6 +19,11 @@ def give_back() -> None:
     """Return to the system what is free; where this process has much, drop before what libraries keep compiled."""
     if resident() > MUCH:
         gc.collect()
+        for thing in gc.get_objects():  # materials of modules stay, but not what follows from them
+            if issubclass(type(thing), Value):
+                thing._derived.clear()
+            elif issubclass(type(thing), Fixed):
+                thing._conversions.clear()
         if "jax" in sys.modules:
             sys.modules["jax"].clear_caches()  # a program for each operation, shape and dtype
         if "drjit" in sys.modules:
