@@ -71,7 +71,11 @@ class Fault:
     new: str
 
     def __str__(self) -> str:
-        return f"{self.path}:{self.line} {self.kind}: {self.change}"
+        return f"{self.place} {self.kind}: {self.change}"
+
+    @property
+    def place(self) -> str:
+        return f"{self.path}:{self.line}"
 
     @property
     def words(self) -> list[str]:
@@ -234,7 +238,7 @@ def _change(old: str, new: str) -> str:
 
 
 def chosen(tree: Path) -> list[Fault]:
-    """As many places of each room as its share of the source says, one at least; kinds in turn."""
+    """Places of each room, one at least, more of large ones; the kinds of faults in turn."""
     found: dict[str, list[Fault]] = {}
     for file in sorted((tree / "src" / "gonio").rglob("*.py")):
         path = file.relative_to(tree).as_posix()

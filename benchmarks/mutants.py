@@ -36,12 +36,12 @@ MEMORY = 12 << 30
 """Bytes that a process of tests may take: a broken bound must not take the machine."""
 
 EQUIVALENT = {
-    7: "one format alone has a function for folders, and of one thing any is all",
-    12: "the address, which is what is looked at, is the same for another dtype",
-    16: "names of channels of a table that is integrated and thrown away",
-    34: "the same directions; of what is found there the maximum is taken, or the place by its cosine",
+    "src/gonio/catalogue/typed.py:99": "one format alone has a function for folders, and of one thing any is all",
+    "src/gonio/compile/plans.py:284": "the address, which is what is looked at, is the same for another dtype",
+    "src/gonio/conversion/comparison.py:227": "names of channels of a table that is integrated and thrown away",
+    "src/gonio/laws/_probes.py:85": "the same directions, of which the maximum is taken, or one by its cosine",
 }
-"""Faults that no test can see, and why."""
+"""Faults of 5209b87 that no test can see, and why."""
 
 
 class Verdict(NamedTuple):
@@ -68,7 +68,7 @@ def main() -> None:
     if asked.list:
         print(*(f"{number:2} {fault}" for number, fault in faults.items()), sep="\n")
         return
-    end, known = time.monotonic() + 60.0 * asked.minutes, results()
+    end, known = time.monotonic() + 60.0 * asked.minutes, results(faults)
     if asked.check:
         for commit, tree in trees.items():
             check(commit, tree, known)
@@ -80,11 +80,11 @@ def main() -> None:
             done = (
                 before.seconds >= asked.cpu if before.word == "open" else before.word != "survived" or not asked.whole
             )
-            if done or number in EQUIVALENT or time.monotonic() > end:
+            if done or faults[number].place in EQUIVALENT or time.monotonic() > end:
                 continue
             seen = [v.test for (n, _), v in known.items() if n == number and v.test.startswith("tests")]
             found = verdict(faults[number], tree, seen, before, asked.cpu, asked.whole)
-            known |= results() | {(number, commit): found}  # another process may have found others
+            known |= results(faults) | {(number, commit): found}  # another process may have found others
             write(faults, known)
             print(f"{number:2} {commit} {found.word:8} {found.seconds:4} s  {found.test}  {faults[number]}", flush=True)
 
@@ -249,24 +249,32 @@ def check(commit: str, tree: Path, known: dict[tuple[int, str], Verdict]) -> Non
             del known[key]
 
 
-def results() -> dict[tuple[int, str], Verdict]:
-    """Number and commit -> verdict, of the file."""
-    text = RESULTS.read_text(encoding="utf-8") if RESULTS.exists() else ""
-    rows = re.findall(r"^ *(\d+) ([0-9a-f]{7}) (\w+) +(\d+) s  (.*)$", text, re.MULTILINE)
-    return {(int(number), commit): Verdict(word, int(s), test) for number, commit, word, s, test in rows}
+def results(faults: dict[int, Fault]) -> dict[tuple[int, str], Verdict]:
+    """Number and commit -> verdict: those in the file that are of these faults."""
+    found = {}
+    for block in RESULTS.read_text(encoding="utf-8").split("\n\n")[1:] if RESULTS.exists() else ():
+        title, *rows = block.splitlines()
+        number = int(title[:2])
+        if number in faults and title[3:] == str(faults[number]):
+            for commit, word, s, test in re.findall(
+                r"^ +([0-9a-f]{7}) (\w+) +(\d+) s  (.*)$", "\n".join(rows), re.MULTILINE
+            ):
+                found[number, commit] = Verdict(word, int(s), test)
+    return found
 
 
 def write(faults: dict[int, Fault], known: dict[tuple[int, str], Verdict]) -> None:
     head = [f"Python {sys.version.split()[0]}; seconds of processors"]
+    same = [number for number, fault in faults.items() if fault.place in EQUIVALENT]
     for commit in dict.fromkeys(commit for _, commit in known):
-        words = [v.word for (n, c), v in known.items() if c == commit and n not in EQUIVALENT]
+        words = [v.word for (n, c), v in known.items() if c == commit and n not in same]
         counts = ", ".join(f"{words.count(word)} {word}" for word in ("killed", "survived", "open", "gone"))
-        head.append(f"{commit}: of {len(faults) - len(EQUIVALENT)}, {len(EQUIVALENT)} equivalent ones aside: {counts}")
+        head.append(f"{commit}: of {len(faults) - len(same)}, {len(same)} equivalent ones aside: {counts}")
     rows = []
     for number, fault in faults.items():
         rows += ["", f"{number:2} {fault}"]
-        rows += [f"   equivalent: {EQUIVALENT[number]}"] if number in EQUIVALENT else []
-        rows += [f"{n:2} {c} {v.word:8} {v.seconds:4} s  {v.test}" for (n, c), v in known.items() if n == number]
+        rows += [f"   equivalent: {EQUIVALENT[fault.place]}"] if number in same else []
+        rows += [f"   {c} {v.word:8} {v.seconds:4} s  {v.test}" for (n, c), v in known.items() if n == number]
     RESULTS.write_text("\n".join([*head, *rows]) + "\n", encoding="utf-8")
 
 

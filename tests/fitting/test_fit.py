@@ -163,6 +163,14 @@ def test_robust_fits_bear_outliers():
         assert abs(found.values[0] - 0.3) < 0.3 * abs(plain.values[0] - 0.3), robust
 
 
+@pytest.mark.parametrize("robust", ["huber", "soft_l1", "cauchy"])
+def test_without_outliers_errors_of_robust_fits_are_as_large_as_others(robust):
+    data = noisy(GLOSSY, 500, 0.01, 4)[:3]
+    plain, found = (gn.fit(data, MODEL, "log", robust=way, starts=1) for way in ("none", robust))
+    ratios = [found.stderr[name] / plain.stderr[name] for name in plain.names]
+    assert min(ratios) > 0.2 and max(ratios) < 2.0
+
+
 def test_bounds_hold_and_are_said():
     wi, wo = spread_pairs(100)
     found = gn.fit((wi, wo, np.full(len(wi), 0.5)), gn.Lambertian())

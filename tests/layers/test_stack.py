@@ -162,7 +162,10 @@ def test_derivatives_are_those_of_differences(m):
         np.testing.assert_allclose(found.by[path], slope, atol=2e-4 * np.abs(slope).max(), err_msg=path)
 
 
-@pytest.mark.parametrize("m", STACKS)
+ROUGH_BELOW = gn.Stack([gn.Interface(1.3), gn.RoughInterface(1.4, 0.2)], gn.Lambertian(0.2), tolerance=0.05)
+
+
+@pytest.mark.parametrize("m", [*STACKS, ROUGH_BELOW])
 def test_stacks_are_reciprocal_and_sampled(m):
     np.testing.assert_allclose(m.f(WI, WO), m.f(WO, WI), rtol=1e-9)
     wo = gn.direction(0.7, 0.3)
