@@ -69,6 +69,7 @@ def test_versions_seen_to_fail_are_not_allowed(name):
     assert number(dict(BOUNDS)[name]) > number(version), reason
 
 
+@pytest.mark.slow_because("all modules are parsed")
 def test_every_library_that_is_imported_is_declared():
     """No module needs what neither the dependencies nor an extra name. (D13)"""
     imported = set()

@@ -11,6 +11,8 @@ import gonio as gn
 from gonio.cli.commands import cli
 from gonio.report.page import browser, contents, pictures
 
+pytestmark = pytest.mark.slow_because("a page is a dozen pictures")
+
 
 @pytest.fixture
 def run(tmp_path, monkeypatch):

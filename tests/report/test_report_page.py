@@ -26,6 +26,8 @@ from gonio.report.page import browser, chart, contents, curves, html, lobes, pic
 from gonio.report.page.subject import Subject
 from gonio.report.page.typeset import typeset
 
+pytestmark = pytest.mark.slow_because("a page is a dozen pictures")
+
 PTFE = ROOT / "examples" / "ptfe_in_plane.csv"
 EVERY = {"what", "lobe", "slices", "albedo", "light", "laws", "fits", "colour", "provenance", "reproduce"}
 VOID = {"meta", "img", "input", "link", "br", "hr", "col"}

@@ -25,6 +25,7 @@ SETTINGS = {
     "GONIO_CACHE": "off",
     "GONIO_OPTIMISE": "off",
     "GONIO_THREADS": "1",
+    "GONIO_KEEP": "1024",
     "OMP_NUM_THREADS": "1",
     "OPENBLAS_NUM_THREADS": "1",
     "PYTHONHASHSEED": "0",

@@ -127,6 +127,11 @@ _STYLE = re.compile("(\x1b\\[(?:0|1|31|32)m)")
 
 def _stop(message: str, code: int = BAD_INPUT) -> NoReturn:
     _say(f"gonio: error: {_one_line(message)}")
+    with contextlib.suppress(AttributeError, ValueError):  # none, or closed
+        try:
+            sys.stdout.flush()
+        except OSError:  # what it has not taken it never will
+            _drop("stdout")
     sys.exit(code)
 
 
