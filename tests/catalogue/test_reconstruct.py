@@ -311,6 +311,7 @@ def test_a_basis_of_tables_is_that_of_their_materials(basis):
     assert np.isclose(of_tables.variances.sum(), of_models.variances.sum(), atol=1e-3)
 
 
+@pytest.mark.slow_because("the first makes a basis of all built-in materials")
 @pytest.mark.parametrize("name", ["nist_ptfe/PTFE.data.532.csv", "rgl/paper_white_rgb.bsdf"])
 def test_real_materials_from_twenty_values(name):
     m = gn.load(real(name))
