@@ -23,7 +23,7 @@ BAR = 1.0
 """Seconds of processor time that a test may take."""
 LENIENCE = 8.0
 """How many times the bar a test fails at: beside other work the same takes up to four times as long, and the first to
-need what is kept for the process, such as a basis of all built-in materials, pays for it. Above the bar it is listed."""
+need what is kept for the process, such as a basis of materials, pays for it. Whatever is above the bar is listed."""
 STARTED = 0.25
 """The part of the time of other processes that counts."""
 SHARED = 5.0
