@@ -1,7 +1,7 @@
 """What a first call costs, beside another checkout: `python benchmarks/first_call.py OTHER [ROUNDS]`.
 
-OTHER is a folder with another commit (`git worktree add ../before COMMIT`). Both run in turns, each time in a new process,
-with no kernels kept; times are processor time [ms], the least of the rounds, and say nothing but in their ratio.
+OTHER is a folder with another commit (`git worktree add ../before COMMIT`). Both run in turns, each time in a new
+process, with no kernels kept. Times are processor time, the least of the rounds; only their ratio says anything.
 
     first f        the first f of 100 directions of a GGX metal, the import of llvmlite included
     operations     `fewer_operations` over the graphs of twelve materials; the digest of what it gives is that of all
