@@ -26,6 +26,7 @@ import tempfile
 import time
 import venv
 import zipfile
+from collections.abc import Callable
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent
@@ -149,35 +150,24 @@ def wheel(words: list[str]) -> int:
         return code or run(scripts / "gonio", "report", "gold-metallic-paint", "-o", "gold.html", where=Path(folder))
 
 
-def manual(words: list[str]) -> int:
-    """The manual as web pages."""
-    interpreter = python()
-    install(interpreter, "docs")
-    return run(interpreter, ROOT / "docs" / "manual" / "build.py", *words)
+def script(extras: str, path: str) -> Callable[[list[str]], int]:
+    """The task of running a program of this repository, which needs these extras."""
+
+    def task(words: list[str]) -> int:
+        interpreter = python()
+        install(interpreter, extras)
+        return run(interpreter, ROOT / path, *words)
+
+    return task
 
 
-def counts(words: list[str]) -> int:
-    """The table of counted speed, and what has changed in it."""
-    interpreter = python()
-    install(interpreter, "test")
-    return run(interpreter, ROOT / "tests" / "tools" / "counting.py")
-
-
-def speed(words: list[str]) -> int:
-    """The times of two commits."""
-    interpreter = python()
-    install(interpreter, "speed")
-    return run(interpreter, ROOT / "benchmarks" / "speed" / "compare.py", *words)
-
-
-def docs(words: list[str]) -> int:
-    """What is made of the package, by docs/make.py."""
-    interpreter = python()
-    install(interpreter, "")
-    return run(interpreter, ROOT / "docs" / "make.py", *words)
-
-
-TASKS = {task.__name__: task for task in (demo, test, lint, lowest, wheel, manual, counts, speed, docs)}
+TASKS = {
+    **{task.__name__: task for task in (demo, test, lint, lowest, wheel)},
+    "manual": script("docs", "docs/manual/build.py"),
+    "counts": script("test", "tests/tools/counting.py"),
+    "speed": script("speed", "benchmarks/speed/compare.py"),
+    "docs": script("", "docs/make.py"),
+}
 
 
 def main() -> int:

@@ -92,7 +92,7 @@ def staged(
     """A plan of two stages for a task whose trace has one channel; None where one stage does as well.
 
     `inputs`: each with the length of its vectors. `leaves`: the numbers of the material, then the merged ones. `brief`:
-    see `Task`.
+    as `tracing.brief` says.
     """
     summed = sums_only(kinds)
     if not summed and tuple(kinds) != (VALUE,):
