@@ -32,7 +32,7 @@ from gonio.evaluate import planning
 from gonio.formats._reading import hdf
 from gonio.formula.fields import CLASSES
 
-pytest_plugins = ("near", "second", "skips")
+pytest_plugins = ("near", "passed", "second", "skips")
 
 
 @pytest.hookimpl(tryfirst=True)  # before pytest leaves out what `-m` says

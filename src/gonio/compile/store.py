@@ -81,7 +81,8 @@ def _width(program: Program) -> int:
     # Two vectors at a time: each waits for its own results, and the processor works on the other meanwhile. On x86 two
     # of four lanes would be one of eight.
     register = machine.lanes(program.dtype)
-    single = program.single or (machine.lane_bits() == 128 and machine.is_x86())
+    soon = program.single or not machine.optimises()
+    single = soon or (machine.lane_bits() == 128 and machine.is_x86())
     return register if single else 2 * register
 
 
