@@ -139,6 +139,7 @@ def optimising() -> Iterator[None]:
     """Kernels are compiled as they are for users: plans of kernels that were compiled otherwise are forgotten."""
     with pytest.MonkeyPatch.context() as patch:
         patch.delenv("GONIO_OPTIMISE", raising=False)
+        patch.delenv("GONIO_PASSES", raising=False)
         planning._PATTERNS.clear()
         yield
         planning._PATTERNS.clear()
