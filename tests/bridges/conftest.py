@@ -1,0 +1,7 @@
+"""Source is written as users have it."""
+
+import pytest
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _as_users_have_it(optimised: None) -> None: ...

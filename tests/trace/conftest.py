@@ -1,0 +1,7 @@
+"""Passes are tested as users have them."""
+
+import pytest
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _as_users_have_it(optimised: None) -> None: ...
