@@ -237,13 +237,13 @@ def _change(old: str, new: str) -> str:
     return " -> ".join(" ".join(text[start : start + 70].split()) for text in (old, new))
 
 
-def chosen(tree: Path) -> list[Fault]:
+def chosen(tree: Path, seed: int = SEED) -> list[Fault]:
     """Places of each room, one at least, more of large ones; the kinds of faults in turn."""
     found: dict[str, list[Fault]] = {}
     for file in sorted((tree / "src" / "gonio").rglob("*.py")):
         path = file.relative_to(tree).as_posix()
         found.setdefault(room(path), []).extend(places(path, file.read_text(encoding="utf-8")))
-    draw, used, result = random.Random(SEED), dict[str, int](), []
+    draw, used, result = random.Random(seed), dict[str, int](), []
     rooms = sorted(name for name, all_ in found.items() if all_)
     rooms += draw.choices(rooms, [len(found[name]) ** 0.5 for name in rooms], k=COUNT - len(rooms))
     for name in sorted(rooms):

@@ -1,10 +1,11 @@
 """Faults that the tests must see: `python benchmarks/mutants.py COMMIT...`, results in benchmarks/mutants.txt.
 
 The source of the first commit is broken in 60 places, one at a time; a seed chooses them, of all rooms and kinds
-(benchmarks/faults.py). Each commit has the same line broken in a worktree of its own, made in the folder --trees (where
-this checkout is), and its tests run until one fails: first the one that saw the fault in another commit, then the files
-that name most of what is broken, the other tests of the room, those of the rooms above it, and with --whole all. A
-fault is open where --cpu seconds do not suffice; more of them go on where the last run stopped.
+(benchmarks/faults.py); those of another --seed K have their results in mutants_seed_K.txt. Each commit has the same
+line broken in a worktree of its own, made in the folder --trees (where this checkout is), and its tests run until one
+fails: first the one that saw the fault in another commit, then the files that name most of what is broken, the other
+tests of the room, those of the rooms above it, and with --whole all. A fault is open where --cpu seconds do not
+suffice; more of them go on where the last run stopped.
 
 Everything found is in the results at once, and is not asked for again. `--only 7 12` tries these, `--list` shows all,
 `--check` runs the tests that saw a fault on what is whole, and forgets those that fail there, too.
@@ -27,11 +28,10 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import NamedTuple
 
-from faults import Fault, chosen, room
+from faults import SEED, Fault, chosen, room
 
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parent
-RESULTS = HERE / "mutants.txt"
 MEMORY = 12 << 30
 """Bytes that a process of tests may take: a broken bound must not take the machine."""
 
@@ -59,20 +59,22 @@ def main() -> None:
     parser.add_argument("--cpu", type=int, default=180, metavar="SECONDS")
     parser.add_argument("--minutes", type=float, default=240.0)
     parser.add_argument("--only", type=int, nargs="+", metavar="NUMBER")
+    parser.add_argument("--seed", type=int, default=SEED)
     for option in ("--whole", "--list", "--check"):
         parser.add_argument(option, action="store_true")
     asked = parser.parse_args()
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(1))  # what is broken is mended first
     trees = {tree.name.rpartition("-")[2]: tree for tree in (worktree(name, asked.trees) for name in asked.commits)}
-    faults = dict(enumerate(chosen(next(iter(trees.values()))), 1))
+    faults = dict(enumerate(chosen(next(iter(trees.values())), asked.seed), 1))
+    file = HERE / ("mutants.txt" if asked.seed == SEED else f"mutants_seed_{asked.seed}.txt")
     if asked.list:
         print(*(f"{number:2} {fault}" for number, fault in faults.items()), sep="\n")
         return
-    end, known = time.monotonic() + 60.0 * asked.minutes, results(faults)
+    end, known = time.monotonic() + 60.0 * asked.minutes, results(file, faults)
     if asked.check:
         for commit, tree in trees.items():
             check(commit, tree, known)
-        write(faults, known)
+        write(file, faults, known)
         return
     for number in asked.only or faults:
         for commit, tree in trees.items():
@@ -84,8 +86,8 @@ def main() -> None:
                 continue
             seen = [v.test for (n, _), v in known.items() if n == number and v.test.startswith("tests")]
             found = verdict(faults[number], tree, seen, before, asked.cpu, asked.whole)
-            known |= results(faults) | {(number, commit): found}  # another process may have found others
-            write(faults, known)
+            known |= results(file, faults) | {(number, commit): found}  # another process may have found others
+            write(file, faults, known)
             print(f"{number:2} {commit} {found.word:8} {found.seconds:4} s  {found.test}  {faults[number]}", flush=True)
 
 
@@ -249,10 +251,10 @@ def check(commit: str, tree: Path, known: dict[tuple[int, str], Verdict]) -> Non
             del known[key]
 
 
-def results(faults: dict[int, Fault]) -> dict[tuple[int, str], Verdict]:
+def results(file: Path, faults: dict[int, Fault]) -> dict[tuple[int, str], Verdict]:
     """Number and commit -> verdict: those in the file that are of these faults."""
     found = {}
-    for block in RESULTS.read_text(encoding="utf-8").split("\n\n")[1:] if RESULTS.exists() else ():
+    for block in file.read_text(encoding="utf-8").split("\n\n")[1:] if file.exists() else ():
         title, *rows = block.splitlines()
         number = int(title[:2])
         if number in faults and title[3:] == str(faults[number]):
@@ -263,7 +265,7 @@ def results(faults: dict[int, Fault]) -> dict[tuple[int, str], Verdict]:
     return found
 
 
-def write(faults: dict[int, Fault], known: dict[tuple[int, str], Verdict]) -> None:
+def write(file: Path, faults: dict[int, Fault], known: dict[tuple[int, str], Verdict]) -> None:
     head = [f"Python {sys.version.split()[0]}; seconds of processors"]
     same = [number for number, fault in faults.items() if fault.place in EQUIVALENT]
     for commit in dict.fromkeys(commit for _, commit in known):
@@ -275,7 +277,7 @@ def write(faults: dict[int, Fault], known: dict[tuple[int, str], Verdict]) -> No
         rows += ["", f"{number:2} {fault}"]
         rows += [f"   equivalent: {EQUIVALENT[fault.place]}"] if number in same else []
         rows += [f"   {c} {v.word:8} {v.seconds:4} s  {v.test}" for (n, c), v in known.items() if n == number]
-    RESULTS.write_text("\n".join([*head, *rows]) + "\n", encoding="utf-8")
+    file.write_text("\n".join([*head, *rows]) + "\n", encoding="utf-8")
 
 
 if __name__ == "__main__":
