@@ -14,13 +14,13 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterator
-from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from threading import Timer
 from types import SimpleNamespace
 
 import pytest
+from libraries import thinned
 
 import gonio
 from gonio.compile import cache_folder, store
@@ -142,6 +142,14 @@ def folder(tmp_path, monkeypatch) -> Path:
     return tmp_path / cache_folder.FOLDER
 
 
+@pytest.fixture(scope="module")
+def filled(tmp_path_factory) -> Path:
+    """A folder in which a process has kept the kernel of f."""
+    made = tmp_path_factory.mktemp("filled")
+    run("print(f())", GONIO_CACHE_DIR=made)
+    return made
+
+
 def names(count: int) -> list[str]:
     return [hashlib.sha256(str(i).encode()).hexdigest()[:40] for i in range(count)]
 
@@ -249,6 +257,9 @@ def test_processes_fill_and_empty_a_folder_at_once(folder):
     code = """
 from gonio.compile import cache_folder
 import hashlib
+others = []
+while len(others) < 3 and 0 not in others:
+    others.append(os.fork())
 cache_folder.BYTES_KEPT, cache_folder.LOOK, right = 20 * cache_folder.BLOCK, 2 * cache_folder.BLOCK, 0
 for i in range(300):
     name = hashlib.sha256(str(i % 60).encode()).hexdigest()[:40]
@@ -258,11 +269,10 @@ for i in range(300):
     else:
         assert found == name.encode()
         right += 1
-print(right)
+if 0 not in others:
+    assert not any(os.waitpid(pid, 0)[1] for pid in others)
 """
-    with ThreadPoolExecutor(4) as pool:
-        done = list(pool.map(lambda _: run(code, GONIO_CACHE_DIR=folder.parent), range(4)))
-    assert not any(one.stderr for one in done)
+    assert not run(code, GONIO_CACHE_DIR=folder.parent).stderr
     assert len(kept(folder)) == len(list(folder.iterdir())) <= 20 + 4 * 2
 
 
@@ -284,9 +294,9 @@ def test_a_folder_made_while_it_is_looked_for(folder, monkeypatch, recwarn):
 # What is run.
 
 
-def test_a_folder_that_others_may_write_to_is_not_used(tmp_path):
+def test_a_folder_that_others_may_write_to_is_not_used(filled, tmp_path):
     """Its kernels are not run; one warning names the folder and the remedy. (D6)"""
-    run("print(f())", GONIO_CACHE_DIR=tmp_path)
+    shutil.copytree(filled, tmp_path, dirs_exist_ok=True)
     kernel, _ = kept(tmp_path)
     modes = (0o777, 0o1777, 0o775, 0o707, 0o755)
     code = f"for mode in {modes}: os.chmod(sys.argv[1], mode); print(forked(lambda: (f(), f())))"
@@ -335,10 +345,10 @@ PLANTED: dict[str, Callable[[Path, Path], object]] = {
 }
 
 
-def test_only_regular_files_of_ours_are_read(tmp_path):
+def test_only_regular_files_of_ours_are_read(filled, tmp_path):
     """A FIFO, a device, a link, a folder, a hard link, what others may write to and what has no end, in the place of
     code or of a record: made anew, in bounded time and memory, and replaced where a file can be. (D6)"""
-    run("print(f())", GONIO_CACHE_DIR=tmp_path)
+    shutil.copytree(filled, tmp_path, dirs_exist_ok=True)
     (code,), (record,) = kinds(tmp_path)
     begin = """
 resource.setrlimit(resource.RLIMIT_AS, (2 << 30, 2 << 30))
@@ -361,9 +371,9 @@ for line in sys.stdin:
     assert sorted(code.parent.iterdir()) == sorted((code, record))
 
 
-def test_what_a_file_says_is_checked_before_it_is_run(tmp_path):
+def test_what_a_file_says_is_checked_before_it_is_run(filled, tmp_path):
     """With a right checksum: an unknown kind, no code, a start outside of it, an object that is none. (D6)"""
-    run("print(f())", GONIO_CACHE_DIR=tmp_path / "cache")
+    shutil.copytree(filled, tmp_path / "cache")
     (kernel,), _ = kinds(tmp_path)
     (tmp_path / "bodies").mkdir()
     entry, code = bytes(8), kernel.read_bytes()[-200:]
@@ -394,11 +404,11 @@ for i in range(len(list(bodies.iterdir()))):
     assert done.lines == [str((RHO_PI, 1))] * len(bodies)
 
 
-def test_what_a_record_says_is_checked_before_it_is_followed(tmp_path):
+def test_what_a_record_says_is_checked_before_it_is_followed(filled, tmp_path):
     """With a right checksum: a name that leads out of the folder, no name, itself, what is not there. (D6)"""
     run("print(f(gn.Lambertian(0.5) + gn.Lambertian(0.25)))", GONIO_CACHE_DIR=tmp_path / "other")
     (other,), _ = kinds(tmp_path / "other")
-    run("print(f())", GONIO_CACHE_DIR=tmp_path / "cache")
+    shutil.copytree(filled, tmp_path / "cache")
     (code,), (record,) = kinds(tmp_path / "cache")
     body = other.read_bytes()[len(cache_folder.MAGIC) + 32 :]
     outside = [f"../{'a' * 37}", str(record.parent.parent / ("a" * 40)), "A" * 40, "a" * 39, f"{'a' * 40}.{'0' * 16}"]
@@ -641,14 +651,21 @@ except gn.errors.EngineError as error:
 
 @pytest.mark.parametrize(
     ("when", "error"),
-    [
-        ("import", "ImportError('no LLVM')"),
-        ("import", "OSError('libstdc++.so.6: version not found')"),
-        ("import", "AttributeError('undefined symbol: LLVMPY_X')"),
-        ("start", "OSError('Could not find/load shared object file')"),
-        ("start", "RuntimeError('no target')"),
-        ("absent", ""),
-    ],
+    thinned(
+        [
+            ("import", "ImportError('no LLVM')"),
+            ("import", "OSError('libstdc++.so.6: version not found')"),
+            ("import", "AttributeError('undefined symbol: LLVMPY_X')"),
+            ("start", "OSError('Could not find/load shared object file')"),
+            ("start", "RuntimeError('no target')"),
+            ("absent", ""),
+        ],
+        [
+            ("import", "AttributeError('undefined symbol: LLVMPY_X')"),
+            ("start", "OSError('Could not find/load shared object file')"),
+            ("absent", ""),
+        ],
+    ),
 )
 def test_numpy_computes_where_llvmlite_does_not_load(by_numpy, tmp_path, when, error):
     """Whatever is wrong with it, or where it is not there: the same numbers and one warning. (D9)"""

@@ -69,11 +69,12 @@ def test_a_csv_of_one_line_without_end_is_refused_in_little_memory(tmp_path, wha
     assert f"line 3: more than {plain_text.LONGEST} characters, expected shorter lines" in loaded(path, 150 * MB)
 
 
-def test_columns_are_counted(tmp_path):
-    """A table of a hundred thousand columns is refused, one of ten thousand is read. (D14)"""
+@pytest.mark.parametrize("count", [2_000, pytest.param(10_000, marks=pytest.mark.full)])
+def test_columns_are_counted(count, tmp_path):
+    """A table of a hundred thousand columns is refused, one of thousands is read. (D14)"""
     path = tmp_path / "a.csv"
-    path.write_text(table(10_000, 4))
-    assert len(gn.load(path).channel_names) == 9_997
+    path.write_text(table(count, 4))
+    assert len(gn.load(path).channel_names) == count - 3
     path.write_text(table(csv_table.MOST + 1))
     with pytest.raises(errors.FormatError, match=f"{csv_table.MOST + 1} columns, expected at most {csv_table.MOST}"):
         gn.load(path)

@@ -445,8 +445,9 @@ def test_without_an_exchange_in_one_step_a_kill_loses_no_store(tmp_path, monkeyp
     assert gn.load(path) == grid(1.0) and sorted(p.name for p in tmp_path.iterdir()) == ["a.zarr", "b.json"]
 
 
+@pytest.mark.parametrize("kills", [3, pytest.param(6, marks=pytest.mark.full)])
 @pytest.mark.parametrize("group", list(GROUPS))
-def test_a_kill_leaves_a_whole_file_and_nothing_after_the_next_save(group, tmp_path):
+def test_a_kill_leaves_a_whole_file_and_nothing_after_the_next_save(group, kills, tmp_path):
     """kill -9 at random times left .x-random.suffix files that nobody swept; benchmarks/kills.py does more. (D26)"""
     if group in ("gzip and zip", "Zarr folder"):
         zarr()
@@ -454,7 +455,7 @@ def test_a_kill_leaves_a_whole_file_and_nothing_after_the_next_save(group, tmp_p
     for name, save in GROUPS[group].items():
         folder = tmp_path / f"of {name}"
         folder.mkdir()
-        for outcome in campaign(save, folder / name, 6 // len(GROUPS[group]) + 1, crc32(name.encode())):
+        for outcome in campaign(save, folder / name, kills // len(GROUPS[group]) + 1, crc32(name.encode())):
             total += outcome
     assert (total.damaged, total.missing, total.unswept) == (0, 0, 0)
 

@@ -98,7 +98,7 @@ def panorama(kind: str, path: Path) -> None:
 
 
 @pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="reads the memory of a process in /proc")
-@pytest.mark.parametrize("kind", thinned(["half", "float", "rgba", "zeros", "hdr", "png"], ["rgba", "png"]))
+@pytest.mark.parametrize("kind", thinned(["half", "float", "rgba", "zeros", "hdr", "png"], ["rgba"]))
 def test_an_environment_map_takes_less_than_30_bytes_a_pixel(tmp_path, kind):
     """... of any format, while it is loaded, and when it is sampled for the first time. (D14)"""
     path = tmp_path / "sky"
@@ -289,7 +289,7 @@ except gn.Error as error:
 """
 
 
-@pytest.mark.parametrize("kind", ["KAIST", "CSAIL"])
+@pytest.mark.parametrize("kind", thinned(["KAIST", "CSAIL"], ["KAIST"]))
 def test_a_file_that_is_cut_short_after_it_was_loaded_changes_nothing(tmp_path, kind):
     """f is what was loaded, and no signal ends the program; the rest of the file is asked for in vain. (D22)"""
     path = tmp_path / {"KAIST": "a.pbsdf", "CSAIL": "a.dat"}[kind]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ast
 import inspect
 import re
 import subprocess
@@ -17,6 +16,7 @@ import click
 import numpy as np
 import pytest
 from places import ROOT
+from rooms import MODULES, imported
 
 import gonio as gn
 from gonio.catalogue import citations
@@ -72,14 +72,8 @@ def test_versions_seen_to_fail_are_not_allowed(name):
 @pytest.mark.slow_because("all modules are parsed")
 def test_every_library_that_is_imported_is_declared():
     """No module needs what neither the dependencies nor an extra name. (D13)"""
-    imported = set()
-    for path in (ROOT / "src").rglob("*.py"):
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-            if isinstance(node, ast.Import):
-                imported |= {a.name.partition(".")[0] for a in node.names}
-            elif isinstance(node, ast.ImportFrom) and not node.level:
-                imported.add((node.module or "").partition(".")[0])
-    libraries = imported - set(sys.stdlib_module_names) - {"gonio"}
+    found = set().union(*(imported(name)[1] for name in MODULES))
+    libraries = found - set(sys.stdlib_module_names) - {"gonio"}
     called = {
         "colour": "colour-science",
         "PIL": "pillow",

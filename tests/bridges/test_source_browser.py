@@ -61,8 +61,8 @@ def test_channels_and_arguments(page: Any, language: str) -> None:
 @pytest.fixture(scope="module")
 def measured(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
     folder = tmp_path_factory.mktemp("measured")
-    gn.convert(expression(GLOSSY), folder / "a.bsdf", format="rgl", resolution=8)
-    gn.convert(expression(GLOSSY), folder / "a.binary", format="MERL")
+    gn.save(expression(GLOSSY), folder / "a.bsdf", format="rgl", resolution=8)
+    gn.save(expression(GLOSSY), folder / "a.binary", format="MERL")
     rng = np.random.default_rng(1)
     return {
         "rgl": gn.load(folder / "a.bsdf"),

@@ -111,10 +111,11 @@ def slow(job):
 
 @pytest.mark.slow_because("the fits run in processes of their own, one of which is killed")
 @pytest.mark.filterwarnings("ignore::ResourceWarning")
-def test_processes_give_the_same_and_survive_a_kill(folder):
+@pytest.mark.parametrize("count", [1, pytest.param(2, marks=pytest.mark.full)])
+def test_processes_give_the_same_and_survive_a_kill(folder, count):
     pytest.importorskip("distributed")
     here = gn.fit_many(folder, MODELS)
-    with workers("processes:2") as crew:
+    with workers(f"processes:{count}") as crew:
         table = gn.fit_many(folder, MODELS, scheduler=crew.executor._client)
         ended = list(crew.results(slow, range(4)))
         pids = {result[0] for _, result, _ in ended}

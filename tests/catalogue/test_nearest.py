@@ -60,7 +60,7 @@ def test_a_free_scale_tells_the_factor(distance):
         first = gn.nearest(true * m, ["brass", "steel", "gold"], distance, "free", count=1)[0]
         assert first.name == "brass" and math.isclose(first.factor, true, rel_tol=1e-6)
         assert first.distance < 1e-6
-    given, free = (gn.nearest(0.25 * m, "*p*", distance, scale, count=113) for scale in ("given", "free"))
+    given, free = (gn.nearest(0.25 * m, "*paint*", distance, scale, count=113) for scale in ("given", "free"))
     of_given = {match.name: match.distance for match in given}
     assert all(match.distance <= of_given[match.name] + 1e-12 for match in free)
 

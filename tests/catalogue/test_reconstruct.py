@@ -311,13 +311,18 @@ def test_a_basis_of_tables_is_that_of_their_materials(basis):
     assert np.isclose(of_tables.variances.sum(), of_models.variances.sum(), atol=1e-3)
 
 
-@pytest.mark.slow_because("the first makes a basis of all built-in materials")
+@pytest.fixture(scope="module")
+def planned_by_all():
+    """By the basis of all built-in materials."""
+    return gn.plan_table(20, goniometer=gn.Goniometer(theta_i=(0.0, 1.1), theta_o=(0.0, 1.1)))
+
+
 @pytest.mark.parametrize("name", ["nist_ptfe/PTFE.data.532.csv", "rgl/paper_white_rgb.bsdf"])
-def test_real_materials_from_twenty_values(name):
+def test_real_materials_from_twenty_values(name, planned_by_all):
     m = gn.load(real(name))
     wi, wo = pairs(2000)
     truth = np.reshape(m.f(wi, wo), (2000, -1))
-    planned = gn.plan_table(20, goniometer=gn.Goniometer(theta_i=(0.0, 1.1), theta_o=(0.0, 1.1)))
+    planned = planned_by_all
     found = gn.reconstruct((planned.wi, planned.wo, m.f(planned.wi, planned.wo)))
     off = np.log(np.reshape(found.reflectance.f(wi, wo), truth.shape) / truth)
     assert np.sqrt(np.nanmean(off**2)) < 0.12

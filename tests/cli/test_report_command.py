@@ -16,12 +16,14 @@ pytestmark = pytest.mark.slow_because("a page is a dozen pictures")
 
 @pytest.fixture
 def run(tmp_path, monkeypatch):
-    """Runs the command in an empty folder, with one law and one small sphere, and returns its result."""
+    """Runs the command in an empty folder, with one law, a small sphere and a small lobe, and returns its result."""
     monkeypatch.setattr(pictures, "usual_lights", lambda m: [("Even light", [gn.ConstantLight(1.0)])])
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(contents, "check", lambda m, progress=None: gn.check(m, laws=["positivity"]))
-    monkeypatch.setattr(pictures, "SIZE", 16)
-    monkeypatch.setattr(pictures, "SAMPLES", 2)
+    for name in ("SIZE", "STILL_SIZE"):
+        monkeypatch.setattr(pictures, name, 16)
+    for name in ("SAMPLES", "STILL_SAMPLES"):
+        monkeypatch.setattr(pictures, name, 2)
     monkeypatch.setattr(pictures, "STILL", (45.0,))
     return lambda *args: CliRunner().invoke(cli, ["report", *map(str, args)])
 

@@ -7,10 +7,12 @@ import os
 import subprocess
 import sys
 import threading
+from itertools import product
 
 import numpy as np
 import pytest
 from copying import placed
+from libraries import thinned
 from places import ROOT
 
 import gonio as gn
@@ -30,17 +32,20 @@ def python(*arguments: str, lanes: str) -> subprocess.CompletedProcess[str]:
 
 
 @needs_a_compiler
-@pytest.mark.parametrize("lanes", [4, 8, 16])
-def test_every_vector_is_read_and_written_right(lanes):
+@pytest.mark.parametrize(
+    ("lanes", "widths"),
+    thinned([(4, "1 3"), (8, "2 5"), (16, "4"), (4, ""), (8, ""), (16, "")], [(4, "1 3"), (8, "2 5"), (16, "4")]),
+)
+def test_every_vector_is_read_and_written_right(lanes, widths):
     """Of 1 to 5 components, in every layout, from and to any place, within the caches and past them, masks too."""
-    done = python(str(ROOT / "tests" / "tools" / "copying.py"), lanes=str(lanes))
+    done = python(str(ROOT / "tests" / "tools" / "copying.py"), *widths.split(), lanes=str(lanes))
     assert done.returncode == 0, done.stderr[-2000:]
     seen = json.loads(done.stdout)
     assert seen["bits"] == min(32 * lanes, machine._own_bits())
     assert seen["failed"] == []
 
 
-@pytest.mark.parametrize("lanes", ["0", "32", "eight", "8 "])
+@pytest.mark.parametrize("lanes", thinned(["0", "32", "eight", "8 "], ["32", "8 "]))
 def test_a_wrong_number_of_lanes(lanes):
     done = python("-c", "import gonio as gn; gn.Lambertian(0.5).f([0, 0, 1], [0, 0, 1])", lanes=lanes)
     assert done.stderr.splitlines()[-1] == (
@@ -60,8 +65,13 @@ def test_the_lanes_are_in_the_name_of_a_kernel():
 
 
 @needs_a_compiler
-@pytest.mark.parametrize("dtype", [np.float32, np.float64])
-@pytest.mark.parametrize("channels", [1, 2, 3, 4])
+@pytest.mark.parametrize(
+    ("channels", "dtype"),
+    thinned(
+        product([1, 2, 3, 4], [np.float32, np.float64]),
+        [(1, np.float32), (2, np.float64), (3, np.float32), (4, np.float64)],
+    ),
+)
 def test_large_results_by_threads_in_pieces(channels, dtype, monkeypatch):
     """They are those of small ones: in memory of their own or in the caller's, where lines of the cache are cut too."""
     n = 100_077  # above the sizes from which on helpers join in, and are woken

@@ -38,7 +38,7 @@ Open = Callable[..., Any]
 def _measured(folder: Path) -> Path:
     """A file of measurements: a painted surface, as a table."""
     path = folder / "paint.bsdf"
-    gn.convert(expression(GLOSSY), path, format="rgl", resolution=24)
+    gn.save(expression(GLOSSY), path, format="rgl", resolution=24)
     return path
 
 
@@ -366,9 +366,13 @@ MATERIALS = [
 ]
 
 
-def test_values_of_the_browser_are_those_of_python(open_page, folder):
+FEW = ["gold", GLOSSY, "RoughDielectric(GGX(0.3), 1.5)", "Lambertian([0.1, 0.2, 0.3, 0.4, 0.5, 0.6])"]
+
+
+@pytest.mark.parametrize("materials", [FEW, pytest.param(MATERIALS, marks=pytest.mark.full)], ids=["few", "all"])
+def test_values_of_the_browser_are_those_of_python(open_page, folder, materials):
     measured = str(folder / "paint.bsdf")
-    texts = [*MATERIALS, measured]
+    texts = [*materials, measured]
     page = open_page(materials=[{"text": text} for text in texts], views=["facts"])
     rng = np.random.default_rng(1)
     wi, wo = (rng.normal(size=(300, 3)) for _ in range(2))

@@ -186,7 +186,7 @@ def test_a_page_that_goes_away(explorer):
     assert explorer.ask("names")["ok"]
 
 
-@pytest.mark.parametrize("count", [300, pytest.param(10_000, marks=pytest.mark.full)])
+@pytest.mark.parametrize("count", [100, pytest.param(10_000, marks=pytest.mark.full)])
 def test_messages_of_any_kind(explorer, count):
     with explorer.socket() as connection:
         for message in messages(count, seed=1):

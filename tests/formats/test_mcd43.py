@@ -20,7 +20,7 @@ from gonio.formats import xarray_netcdf
 # MCD43A1.
 
 
-pytestmark = pytest.mark.usefixtures("uncompiled")  # a kernel for every table takes longer than all else
+pytestmark = pytest.mark.usefixtures("uncompiled", "one_probe")  # a kernel for every table takes longer than all else
 
 
 def test_mcd43(tmp_path):

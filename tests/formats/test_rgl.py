@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import places
 import pytest
-from libraries import switch_off
+from libraries import switch_off, thinned
 from rgl_files import WAVELENGTHS, D, S, sigma, slopes, synthetic, unit, unwarp
 
 import gonio as gn
@@ -414,14 +414,14 @@ def test_samples_are_distributed_as_pdf_says_and_weights_are_bounded(source):
 # Laws of every reflectance.
 
 
-def test_float32_agrees_with_float64():
-    for r, channels in SYNTHETIC:
-        m, rng = rgl.RGL(synthetic(r, n=12, n_ndf=16, channels=channels)), np.random.default_rng(9)
-        wi, wo = directions(rng, 1000, 0.05), directions(rng, 1000, 0.05)
-        f32 = m.f(wi.astype(np.float32), wo.astype(np.float32))
-        assert f32.dtype == np.float32
-        assert m.pdf(wi.astype(np.float32), wo.astype(np.float32)).dtype == np.float32
-        np.testing.assert_allclose(f32, m.f(wi, wo), rtol=2e-4)
+@pytest.mark.parametrize(("r", "channels"), thinned(SYNTHETIC, [(0, 3), (4, 5)]))
+def test_float32_agrees_with_float64(r, channels):
+    m, rng = rgl.RGL(synthetic(r, n=12, n_ndf=16, channels=channels)), np.random.default_rng(9)
+    wi, wo = directions(rng, 1000, 0.05), directions(rng, 1000, 0.05)
+    f32 = m.f(wi.astype(np.float32), wo.astype(np.float32))
+    assert f32.dtype == np.float32
+    assert m.pdf(wi.astype(np.float32), wo.astype(np.float32)).dtype == np.float32
+    np.testing.assert_allclose(f32, m.f(wi, wo), rtol=2e-4)
 
 
 @pytest.mark.parametrize(("r", "dtype"), [pytest.param(0, "float32", marks=pytest.mark.full), (4, "float64")])
@@ -638,15 +638,16 @@ def test_damaged_containers_are_described(name, tmp_path):
     assert "bad.bsdf" in str(caught.value)
 
 
-def test_any_damage_is_an_error_of_ours_or_harmless(tmp_path, monkeypatch):
+@pytest.mark.parametrize("part", [0.25, pytest.param(1.0, marks=pytest.mark.full)])
+def test_any_damage_is_an_error_of_ours_or_harmless(part, tmp_path, monkeypatch):
     switch_off(monkeypatch)  # every damaged table would be a kernel
     data = tensor_file.serialise(small())
     rng, path = np.random.default_rng(14), tmp_path / "bad.bsdf"
     wi, wo = directions(rng, 8), directions(rng, 8)
     header = data.index(b"valid") + 30
-    cuts = [data[:n] for n in rng.integers(0, len(data), 60)]
+    cuts = [data[:n] for n in rng.integers(0, len(data), int(60 * part))]
     flips = []
-    for i in range(300):
+    for i in range(int(300 * part)):
         b = bytearray(data)
         for at in rng.integers(0, header if i % 3 else len(data), 1 + i % 4):
             b[at] = int(rng.choice([0, 1, 255, b[at] ^ (1 << int(rng.integers(8)))]))
@@ -663,7 +664,7 @@ def test_any_damage_is_an_error_of_ours_or_harmless(tmp_path, monkeypatch):
             m.f(wi.astype(np.float32), wo.astype(np.float32))
             m.sample(wo, wi[:, :2] * 0.5 + 0.5)
             assert m.valid.size
-    assert refused > 200
+    assert refused > 200 * part
 
 
 def test_other_tensor_files_are_left_to_other_formats(tmp_path):

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from materials import Sum, breaks, draws, on_sphere
+from materials import COMPILED, Draw, Sum, breaks, draws, on_sphere
 
 import gonio as gn
 from gonio.arrays import ops
@@ -90,7 +90,15 @@ def test_lambertian_in_constant_light(rho):
     np.testing.assert_allclose(radiance, 2.5 * rho, rtol=1e-12)
 
 
-@pytest.mark.parametrize("draw", draws(3, every=7), ids=str)
+IN_KERNELS = [Draw(kind, 0) for kind in (gn.Lambertian, gn.Microfacet, gn.RoughDielectric, gn.Across)]
+FURNACES = [
+    pytest.param(draw, evaluation, marks=() if draw in few else pytest.mark.full)
+    for evaluation, few in (("uncompiled", COMPILED), ("compiled", IN_KERNELS))
+    for draw in draws(3, every=7)
+]
+
+
+@pytest.mark.parametrize(("draw", "evaluation"), FURNACES, ids=str, indirect=["evaluation"])
 def test_white_furnace(draw, evaluation):
     """In equilibrium, radiance n^2 on each side, a reciprocal material returns albedo + transmittance, on every side.
 

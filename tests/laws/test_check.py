@@ -10,7 +10,7 @@ from typing import Any, ClassVar
 import numpy as np
 import pytest
 from click.testing import CliRunner
-from libraries import switch_off
+from libraries import switch_off, thinned
 from materials import MODELS
 from places import ROOT
 
@@ -270,9 +270,9 @@ def test_a_law_fails_where_it_is_broken(m, name):
     assert found.where and found.why
 
 
-@pytest.mark.parametrize("m", GOOD.values(), ids=GOOD)
-def test_laws_hold_where_they_are_obeyed(m):
-    report = gn.check(m)
+@pytest.mark.parametrize("name", thinned(GOOD, [name for name in GOOD if "narrow" not in name]))
+def test_laws_hold_where_they_are_obeyed(name):
+    report = gn.check(GOOD[name])
     assert report.passed and report.lawful, report
 
 
@@ -460,7 +460,7 @@ def test_declared_breaches():
 
 
 def test_two_runs_agree():
-    m = gn.Lambertian([0.2, 0.1, 0.3]) + gn.ABC()
+    m = gn.ModifiedPhong([0.2, 0.1, 0.3])
     assert gn.check(m) == gn.check(m)
 
 
@@ -512,7 +512,7 @@ def test_all_models(monkeypatch):
 
 @pytest.mark.parametrize(
     "model",
-    [pytest.param(m, id=m.__name__, marks=() if k % 6 == 0 else pytest.mark.texts) for k, m in enumerate(MODELS)],
+    [pytest.param(m, id=m.__name__, marks=() if k % 24 == 12 else pytest.mark.texts) for k, m in enumerate(MODELS)],
 )
 def test_every_model_is_lawful(model, monkeypatch):
     """Every verdict of docs/models/laws.md: with default parameters, by every law. With other parameters all models are
@@ -581,8 +581,8 @@ def test_efficiency_by_lobe():
 def test_command_line(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     run = CliRunner().invoke
-    result = run(cli, ["check", "Lambertian(0.2) + Microfacet(GGX(0.3), 0.5)", "--sampling"])
-    assert result.exit_code == 0 and "effective" in result.stdout and "1 Microfacet" in result.stdout
+    result = run(cli, ["check", "Lambertian(0.2) + ModifiedPhong(0.5)", "--sampling"])
+    assert result.exit_code == 0 and "effective" in result.stdout and "1 ModifiedPhong" in result.stdout
     found = json.loads(run(cli, ["check", "Phong()", "--sampling", "--json"]).stdout)
     assert found["laws"][3]["name"] == "energy" and found["laws"][3]["verdict"] == "breaks"
     assert found["lawful"] and not found["passed"]
@@ -599,10 +599,10 @@ def test_command_line_refuses(words):
     assert (result.exit_code == 2 and "expected one of" in result.stderr) or "--all takes no" in result.stderr
 
 
-@pytest.mark.parametrize("m", [gn.IdealSpecular(), _Infinite()], ids=lambda m: type(m).__name__)
+@pytest.mark.parametrize("m", thinned([gn.IdealSpecular(), _Infinite()], [_Infinite()]), ids=lambda m: type(m).__name__)
 def test_figures_of_odd_materials(tmp_path, m):
-    gn.figures.laws(m, Report("odd", gn.check(m, laws=["positivity"]).laws), tmp_path / "a.svg")
-    assert (tmp_path / "a.svg").read_text().startswith("<?xml")
+    gn.figures.laws(m, Report("odd", gn.check(m, laws=["positivity"]).laws), tmp_path / "a.png")
+    assert min(read_image(tmp_path / "a.png").pixels.shape[:2]) > 500
     with pytest.raises(ParameterError, match="ends in"):
         gn.figures.laws(m, Report("odd", ()), tmp_path / "a.gif")
 

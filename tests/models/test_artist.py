@@ -533,8 +533,8 @@ def test_openpbr_layers_lobe_by_lobe(base):
     "m",
     [
         gn.KullaConty(0.7, gn.Conductor([0.2, 0.9, 1.2], [3.9, 2.4, 2.3])),
-        gn.FdezAguera([0.2, 0.5, 0.9], 0.8),
-        gn.OpenPBRGlossyDiffuse(0.7, 1.0, 0.3, 1.8),
+        pytest.param(gn.FdezAguera([0.2, 0.5, 0.9], 0.8), marks=pytest.mark.full),
+        pytest.param(gn.OpenPBRGlossyDiffuse(0.7, 1.0, 0.3, 1.8), marks=pytest.mark.full),
         pytest.param(
             gn.OpenPBRFuzz(gn.OpenPBRCoat(BASES["slabs"], 0.5, [0.8, 0.9, 1.0], 0.2), 0.3, [0.9, 0.5, 0.4], 0.6),
             marks=pytest.mark.full,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import cmath
 import math
+from functools import cache
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -34,8 +35,11 @@ from gonio.formula.fresnel.dielectric import fresnel_dielectric
 PI = math.pi
 
 
+leggauss = cache(np.polynomial.legendre.leggauss)
+
+
 def gauss(low: float, high: float, n: int) -> tuple[np.ndarray, np.ndarray]:
-    x, w = np.polynomial.legendre.leggauss(n)
+    x, w = leggauss(n)
     return 0.5 * (high - low) * (x + 1.0) + low, 0.5 * (high - low) * w
 
 
@@ -174,7 +178,10 @@ def distributions() -> list[Any]:
     return made + [gn.GaussianFacets(a) for a in (1e-3, 0.05, 0.4, 1.0)]
 
 
-def normals(d: Any, n: int = 720) -> tuple[Direction, np.ndarray]:
+each_distribution = pytest.mark.parametrize("d", distributions(), ids=repr)  # of one table for all tests
+
+
+def normals(d: Any, n: int = 180) -> tuple[Direction, np.ndarray]:
     """Normals over the hemisphere and their solid angles: a polar grid, dense at the pole and where facets are few."""
     theta, weight = graded(0.5 * PI, 80, 1e-6)
     r = math.sqrt(getattr(d, "alpha_y", 1.0) / getattr(d, "alpha_x", 1.0))  # half of the stretch: both axes are dense
@@ -186,14 +193,14 @@ def normals(d: Any, n: int = 720) -> tuple[Direction, np.ndarray]:
     return Direction(w[..., 0], w[..., 1], w[..., 2]), solid
 
 
-@pytest.mark.parametrize("d", distributions(), ids=repr)
+@each_distribution
 def test_facets_cover_the_surface(d):
     """Integral of D cos(theta) = 1."""
     wm, solid = normals(d)
     assert (d.D(wm) * wm.z * solid).sum() == pytest.approx(1.0, abs=3e-5)
 
 
-@pytest.mark.parametrize("d", distributions(), ids=repr)
+@each_distribution
 def test_smith_masking_conserves_projected_area(d):
     """(1 + Lambda) cos(theta_o) is the area that all facets show to a direction: integral of D max(wo . wm, 0)."""
     wm, solid = normals(d)

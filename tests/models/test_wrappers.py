@@ -10,7 +10,7 @@ import warnings
 
 import numpy as np
 import pytest
-from libraries import switch_off
+from libraries import switch_off, thinned
 from materials import on_sphere
 from scipy.integrate import quad
 
@@ -207,6 +207,7 @@ def test_coated_against_angles(seed):
 
 
 @each_base
+@pytest.mark.usefixtures("uncompiled")  # large formulas, and few directions
 def test_a_coat_of_nothing(base):
     m = gn.Coated(base, 1.0)
     np.testing.assert_allclose(m.f(WI, WO), base.f(WI, WO), rtol=1e-7)  # of R, which is 1e-12 and not 0
@@ -413,7 +414,7 @@ SMALL = {
 }
 
 
-@pytest.mark.parametrize(("parameterisation", "four"), SMALL)
+@pytest.mark.parametrize(("parameterisation", "four"), thinned(SMALL, [("half_difference", False), ("angles", True)]))
 def test_tables(parameterisation, four):
     m = BRUSHED if four else PAINT
     size = SMALL[parameterisation, four]

@@ -93,7 +93,7 @@ def test_no_other_choice_is_better(criterion):
 @pytest.mark.parametrize(("trials", "near"), [(120, 0.15), pytest.param(400, 0.12, marks=pytest.mark.full)])
 def test_fits_show_the_errors_that_were_promised(trials, near):
     """To 10 %, and what the spread of so many trials is uncertain by: 6.5 % of 120, 3.5 % of 400."""
-    planned = gn.plan(PAINT, 20)
+    planned = gn.plan(PAINT, 20, goniometer=SMALL)
     f, fitted = PAINT.f(planned.wi, planned.wo), []
     for seed in range(trials):
         noisy = f * (1.0 + 0.01 * np.random.default_rng(seed).standard_normal(len(f)))

@@ -30,6 +30,7 @@ pytestmark = pytest.mark.slow_because("a page is a dozen pictures")
 
 PTFE = ROOT / "examples" / "ptfe_in_plane.csv"
 EVERY = {"what", "lobe", "slices", "albedo", "light", "laws", "fits", "colour", "provenance", "reproduce"}
+PAINT = Subject("gold-metallic-paint", gn.material("gold-metallic-paint"), "gold-metallic-paint")
 VOID = {"meta", "img", "input", "link", "br", "hr", "col"}
 
 
@@ -72,14 +73,21 @@ class Read(HTMLParser):
         return " ".join(" ".join(self.text).split())
 
 
+def small(patch, size, samples):
+    """Pictures of reports are so small."""
+    for name in ("SIZE", "STILL_SIZE"):
+        patch.setattr(pictures, name, size)
+    for name in ("SAMPLES", "STILL_SAMPLES"):
+        patch.setattr(pictures, name, samples)
+
+
 @pytest.fixture
 def quick(monkeypatch):
-    """Reports with one law and one small sphere, which take a moment."""
+    """Reports with one law, one small sphere and one small lobe, which take a moment."""
     monkeypatch.setattr(pictures, "usual_lights", lambda m: [("Even light", [gn.ConstantLight(1.0)])])
     monkeypatch.setattr(contents, "check", lambda m, progress=None: gn.check(m, laws=["positivity"]))
-    monkeypatch.setattr(pictures, "SIZE", 24)
-    monkeypatch.setattr(pictures, "SAMPLES", 4)
     monkeypatch.setattr(pictures, "STILL", (45.0,))
+    small(monkeypatch, 24, 4)
 
 
 def reported(subjects, **options):
@@ -93,10 +101,11 @@ def reported(subjects, **options):
 
 @pytest.fixture(scope="module")
 def paint():
-    """The whole report of a paint: its data and its page."""
-    subject = Subject("gold-metallic-paint", gn.material("gold-metallic-paint"), "gold-metallic-paint")
+    """The whole report of a paint, with small pictures: its data and its page."""
     told = []
-    said, text = reported([subject], progress=lambda done, total: told.append(done / total))
+    with pytest.MonkeyPatch.context() as patch:
+        small(patch, 100, 4)
+        said, text = reported([PAINT], progress=lambda done, total: told.append(done / total))
     assert told == sorted(told) and told[-1] == 1.0
     return said["materials"][0], text
 
@@ -261,6 +270,11 @@ def test_the_page_is_whole(paint):
     assert paint[1].count("<img") >= 7 and "<canvas" in paint[1]
 
 
+@pytest.mark.full
+def test_a_page_with_pictures_of_full_size_is_whole():
+    assert whole(page.made([PAINT])).sections == EVERY
+
+
 def test_equal_reports_are_equal(quick):
     subject = Subject.of("a", gn.Lambertian(0.5))
     both = [re.sub(r"on \d{4}-.*?\.", "", page.made([subject], with_fits=False)) for _ in range(2)]
@@ -421,6 +435,8 @@ def test_a_formula_needs_no_scipy(tmp_path):
     code = """
         import sys
         import gonio as gn
+        from gonio.report.page import pictures
+        pictures.SIZE = pictures.STILL_SIZE = 16
         gn.write_report(gn.material("gold"), "a.json")
         print(*sorted({name.partition(".")[0] for name in sys.modules} & {"scipy", "pandas", "matplotlib"}))
     """
@@ -590,15 +606,31 @@ def test_the_page_without_scripts_is_still(opened):
     assert "✓ holds" in tab.inner_text("#m0-laws")
 
 
-@pytest.mark.slow_because("a browser prints")
-def test_it_prints(paint, tmp_path):
+@pytest.fixture
+def printed(tmp_path):
+    """Prints a page, and returns the PDF."""
     try:
         browser.found()
     except DependencyError as error:
         pytest.skip(str(error))
-    path = tmp_path / "report.pdf"
-    page.write_page(path, paint[1])
-    assert path.read_bytes().startswith(b"%PDF") and 100_000 < path.stat().st_size < 3_000_000
+
+    def printed(text):
+        page.write_page(tmp_path / "report.pdf", text)
+        return (tmp_path / "report.pdf").read_bytes()
+
+    return printed
+
+
+@pytest.mark.slow_because("a browser prints")
+def test_it_prints(printed):
+    pdf = printed("<!doctype html><title>a page</title><h1>Words</h1>" + "<p>and more of them.</p>" * 100)
+    assert pdf.startswith(b"%PDF") and len(pdf) > 5_000
+
+
+@pytest.mark.full
+def test_a_whole_page_prints(printed, paint):
+    pdf = printed(paint[1])
+    assert pdf.startswith(b"%PDF") and 100_000 < len(pdf) < 3_000_000
 
 
 @pytest.mark.full

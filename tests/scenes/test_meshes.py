@@ -52,10 +52,10 @@ def test_a_white_convex_mesh_in_a_furnace_is_one():
 def test_finer_spheres_come_nearer_to_the_sphere():
     """Facets err by their size, where normals are their own, smooth ones by its square."""
     sun = gn.DistantLight([0.3, -0.9, 0.3], math.pi)
-    exact = gn.render(WHITE, sun, size=32, samples=256).pixels
+    exact = gn.render(WHITE, sun, size=32, samples=64).pixels
 
     def error(rows, crease):
-        picture = gn.render(WHITE, sun, gn.Mesh(ball(rows), crease=crease), size=32, samples=256)
+        picture = gn.render(WHITE, sun, gn.Mesh(ball(rows), crease=crease), size=32, samples=64)
         return np.abs(picture.pixels - exact)[10:22, 10:22].mean()
 
     facets, smooth = ([error(rows, crease) for rows in (6, 12, 24)] for crease in (0.0, 1.0))
@@ -181,7 +181,7 @@ def test_a_spectral_part_beside_a_gray_one():
 
 def test_the_same_picture_again_and_on_from_a_checkpoint(tmp_path):
     scene = gn.Scene([gn.Mesh(ball(6, 0.5, (x, 0.0, 0.0)), m) for x, m in ((-0.6, METAL), (0.6, gn.Lambertian(0.4)))])
-    arguments = {"lights": STUDIO, "size": 24, "ground": gn.Lambertian(0.6), "backdrop": True}
+    arguments = {"lights": STUDIO, "size": 12, "ground": gn.Lambertian(0.6), "backdrop": True}
     whole = gn.render(scene, samples=96, **arguments)
     np.testing.assert_array_equal(gn.render(scene, samples=96, **arguments).pixels, whole.pixels)
     file = tmp_path / "picture.npz"

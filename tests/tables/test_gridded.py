@@ -193,7 +193,7 @@ def test_beyond_the_nodes():
 @pytest.mark.parametrize(("name", "count"), AXES)
 def test_sampling(name, count):
     m = grid(name, count)
-    u = lattice(1 << 16)
+    u = lattice(1 << 14)
     wo = gn.direction(0.7, 0.4)
     s = m.sample(np.broadcast_to(wo, (len(u), 3)), u)
     used = s.pdf > 0.0

@@ -33,11 +33,10 @@ def test_at_normal_incidence_the_nodes_give_what_they_hold(system):
 
 
 @pytest.mark.parametrize("system", SYSTEMS)
-@pytest.mark.parametrize("phi_i", [0.0, 1.2])
-def test_at_normal_incidence_light_goes_to_all_azimuths(system, phi_i):
+def test_at_normal_incidence_light_goes_to_all_azimuths(system):
     """The integral is the one beside the normal."""
     m = wavy(system)
-    at, beside = (gn.albedo(m, gn.direction(theta, phi_i), tolerance=1e-6) for theta in (0.0, 1e-6))
+    at, beside = gn.albedo(m, gn.direction(np.array([[0.0], [1e-6]]), [0.0, 1.2]), tolerance=1e-6)
     assert at == pytest.approx(beside, rel=1e-4)
 
 

@@ -1,6 +1,7 @@
 """Compiled copies of vectors: of any length, layout and type, from and to any place in memory. Prints what is wrong.
 
-    python tests/tools/copying.py
+    python tests/tools/copying.py         of 1 to 5 components, and many lengths
+    python tests/tools/copying.py 2 4     of so many components, and few lengths
 
 GONIO_LANES says how many numbers a vector of the processor holds. Results are also written past the caches, which
 kernels do with large ones only, and where they begin with a line of the cache.
@@ -9,6 +10,7 @@ kernels do with large ones only, and where they begin with a line of the cache.
 from __future__ import annotations
 
 import json
+import sys
 
 import numpy as np
 
@@ -19,6 +21,7 @@ from gonio.compile.plans import Plan, Result, carry_out, prepare
 from gonio.trace.graph import REAL, Graph
 
 SIZES = (1, 3, 4, 7, 8, 15, 16, 17, 31, 32, 33, 64, 100, 1000, 4133)
+FEW = (1, 7, 16, 33, 1000)
 
 
 def placed(x: np.ndarray, offset: int) -> np.ndarray:
@@ -62,6 +65,7 @@ def wrong(width: int, n: int, dtype: type, past: bool) -> int:
 
 
 if __name__ == "__main__":
-    cases = [(w, n, d, p) for w in range(1, 6) for n in SIZES for d in (np.float32, np.float64) for p in (False, True)]
+    widths, sizes = ([*map(int, sys.argv[1:])], FEW) if sys.argv[1:] else (range(1, 6), SIZES)
+    cases = [(w, n, d, p) for w in widths for n in sizes for d in (np.float32, np.float64) for p in (False, True)]
     failed = [f"{w} x {n} {d.__name__} {'past' if p else 'near'}" for w, n, d, p in cases if wrong(w, n, d, p)]
     print(json.dumps({"bits": machine.lane_bits(), "failed": failed}))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import ast
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from functools import cache
 from pathlib import Path
 
@@ -46,23 +46,40 @@ def _meant(name: str, level: int, module: str | None, names: Iterable[str]) -> s
     return {f if f in MODULES else ".".join(base) for f in full}
 
 
+def _statements(tree: ast.Module) -> Iterator[ast.AST]:
+    """All statements of a module, without the expressions in them: imports are none."""
+    waiting: list[ast.AST] = [tree]
+    while waiting:
+        this = waiting.pop()
+        yield this
+        for part in ("body", "orelse", "finalbody", "handlers", "cases"):
+            waiting += getattr(this, part, ())
+
+
+@cache
+def _imports(name: str) -> list[tuple[ast.Import | ast.ImportFrom, bool]]:
+    """The imports anywhere in a module's text, and whether only a type checker sees them."""
+    tree = ast.parse(MODULES[name].read_text(encoding="utf-8"))
+    checked = [n for n in tree.body if isinstance(n, ast.If) and ast.unparse(n.test) == "TYPE_CHECKING"]
+    unseen = {node for block in checked for node in _statements(ast.Module([block], []))}
+    return [(n, n in unseen) for n in _statements(tree) if isinstance(n, ast.Import | ast.ImportFrom)]
+
+
 @cache
 def imported(name: str, executed: bool = False) -> tuple[set[str], set[str]]:
     """Modules of the package that a module imports anywhere in its text, and names of other packages.
 
     `executed`: without those that only a type checker sees.
     """
-    path = MODULES[name]
     own, others = set(), set()
-    tree = ast.parse(path.read_text(encoding="utf-8"))
-    if executed:
-        tree.body = [n for n in tree.body if not (isinstance(n, ast.If) and ast.unparse(n.test) == "TYPE_CHECKING")]
-    for node in ast.walk(tree):
+    for node, is_unseen in _imports(name):
+        if executed and is_unseen:
+            continue
         if isinstance(node, ast.Import):
             others.update(a.name.partition(".")[0] for a in node.names)
-        elif isinstance(node, ast.ImportFrom) and not node.level:
+        elif not node.level:
             others.add((node.module or "").partition(".")[0])
-        elif isinstance(node, ast.ImportFrom):
+        else:
             own |= _meant(name, node.level, node.module, [a.name for a in node.names])
     return own - {""}, others
 

@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 from graphs import random_graph, steady
-from materials import COMPILED, Draw, draws, on_sphere, pairs
+from libraries import thinned
+from materials import COMPILED, OBEDIENT, Draw, draws, on_sphere, pairs
 from sweeps import every
 
 import gonio as gn
@@ -39,6 +40,8 @@ DRAWS = [
     pytest.param(draw, id=str(draw), marks=() if draw in COMPILED else pytest.mark.full) for draw in draws(1, every=3)
 ]
 """Of every model at least one; a third of all with `full`."""
+FEW = thinned(draws(1, every=3), OBEDIENT)
+"""Of a third of the models one; as many as above with `full`."""
 
 
 def after(run: Any, trace: Trace, dtype: str) -> Trace:
@@ -59,10 +62,20 @@ def inputs_of(name: str) -> tuple[np.ndarray, np.ndarray]:
 
 
 @pytest.mark.parametrize("draw", DRAWS)
-@pytest.mark.parametrize("run", ["fewer_choices", pytest.param("fewer_operations", marks=pytest.mark.full), "all"])
-@every(name=TASKS)
-def test_every_model_keeps_its_numbers(draw: Draw, name: str, run: str) -> None:
+@pytest.mark.parametrize("run", thinned(PASSES, ["all"]))
+def test_every_model_keeps_its_numbers(draw: Draw, run: str) -> None:
     """With each pass and without, in float64, to 1e-9 (below the horizon too, where numbers are masked)."""
+    keeps_its_numbers(draw, "f", run)
+
+
+@pytest.mark.parametrize("draw", FEW, ids=str)
+@pytest.mark.parametrize("run", thinned(PASSES, ["all"]))
+@every(name=["pdf", "sample"])
+def test_samples_and_densities_keep_their_numbers(draw: Draw, name: str, run: str) -> None:
+    keeps_its_numbers(draw, name, run)
+
+
+def keeps_its_numbers(draw: Draw, name: str, run: str) -> None:
     channels = draw.layouts[0]
     m, task, inputs = draw.material(channels), TASKS[name], inputs_of(name)
     trace = traced(task, m, channels)
@@ -75,7 +88,7 @@ def test_every_model_keeps_its_numbers(draw: Draw, name: str, run: str) -> None:
             np.testing.assert_allclose(a, b, rtol=1e-9, atol=1e-12 * np.nanmax(np.abs(b), initial=1e-300))
 
 
-@pytest.mark.parametrize("draw", DRAWS)
+@pytest.mark.parametrize("draw", FEW, ids=str)
 def test_float32_is_as_true_as_before(draw: Draw) -> None:
     """No number is lost to a product that vanishes or overflows, and errors grow by no more than roundings of
     another order do (a quotient by a parameter is a product with its reciprocal)."""
@@ -180,7 +193,7 @@ def test_what_only_a_guard_keeps_from_0_is_moved_into_no_other_term() -> None:
     np.testing.assert_allclose(got, 1.25e-12, rtol=1e-5)
 
 
-@pytest.mark.parametrize("draw", DRAWS)
+@pytest.mark.parametrize("draw", FEW, ids=str)
 def test_samples_seen_along_the_normal_in_float32(draw: Draw) -> None:
     channels = draw.layouts[0]
     m, task = draw.material(channels), TASKS["sample"]

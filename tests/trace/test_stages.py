@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from materials import COMPILED, Draw, draws, on_sphere, pairs
+from libraries import thinned
+from materials import OBEDIENT, Draw, draws, on_sphere, pairs
 
 import gonio as gn
 from gonio.arrays import Fixed, ops
@@ -89,10 +90,8 @@ def test_what_stages_are_for() -> None:
 
 TASK = Task(kernels.value, (VALUE,), (3, 3))
 CHANNELS = 12
-DRAWS = [
-    pytest.param(draw, id=str(draw), marks=() if draw in COMPILED else pytest.mark.full) for draw in draws(1, every=3)
-]
-"""Of every model at least one; a third of all with `full`."""
+FEW = thinned(draws(1, every=3), OBEDIENT)
+"""Of a third of the models one; of every model, and a third of all, with `full`."""
 
 
 def values(m: gn.Reflectance, wi: np.ndarray, wo: np.ndarray, rewrite: bool) -> tuple[np.ndarray, np.ndarray]:
@@ -123,7 +122,7 @@ def values(m: gn.Reflectance, wi: np.ndarray, wo: np.ndarray, rewrite: bool) -> 
     return np.broadcast_to(whole, shape), np.broadcast_to(staged, shape)
 
 
-@pytest.mark.parametrize("draw", DRAWS)
+@pytest.mark.parametrize("draw", FEW, ids=str)
 def test_every_model_keeps_its_numbers(draw: Draw) -> None:
     """In float64, to 1e-9."""
     for rewrite in (False, True):
@@ -131,7 +130,7 @@ def test_every_model_keeps_its_numbers(draw: Draw) -> None:
         np.testing.assert_allclose(staged, whole, rtol=1e-9, atol=1e-12 * np.nanmax(np.abs(whole), initial=1e-300))
 
 
-@pytest.mark.parametrize("draw", DRAWS)
+@pytest.mark.parametrize("draw", FEW, ids=str)
 def test_float32_is_as_true_as_before(draw: Draw) -> None:
     """No number is lost to a product that vanishes or overflows, and errors grow by no more than roundings of another
     order do."""

@@ -54,16 +54,17 @@ def judged(made):
 # Beside the truth.
 
 
-def test_thirty_measurements():
-    """The same as benchmarks/uncertainty_campaign.py, on two grids."""
+@pytest.mark.parametrize("count", [4, pytest.param(15, marks=pytest.mark.full)])
+def test_measurements_on_two_grids(count):
+    """The same as benchmarks/uncertainty_campaign.py."""
     found = []
-    for number in range(15):
+    for number in range(count):
         of, noise = surface(np.random.default_rng(number)), (0.0, 0.01, 0.05)[number % 3]
         for kind, step, planes in (("grid", 15.0, 24), ("mirrored grid", 10.0, 2)):
             made = measured(np.random.default_rng(number), of, kind, step, planes, noise, 75.0)
             found += results(number, made, sky=False, angles=1)
     z, error, wide = judged(found).T
-    assert len(z) == 30 * 9
+    assert len(z) == count * 2 * 9
     assert (z <= 3.0).mean() >= 0.97
     assert np.median(wide[error > 1e-3]) < 10.0
     alone = np.concatenate([np.abs(r.error) <= 3.0 * r.noise for r in found])
@@ -114,11 +115,12 @@ def test_what_is_linear_along_the_axes_is_certain():
     assert repr(q).endswith("(noise 0, interpolation 0)")
 
 
-def test_noise_is_not_counted_twice():
+@pytest.mark.parametrize("count", [6, pytest.param(12, marks=pytest.mark.full)])
+def test_noise_is_not_counted_twice(count):
     """Of a table that is noise alone the rehearsal finds next to nothing, though its nodes differ from neighbours."""
     phi = np.radians(np.arange(0.0, 181.0, 15.0))
     wi = gn.direction(np.radians([12.0, 32.0, 57.0]), 0.0)
-    noisy = [scan(gn.Lambertian(0.5), 10.0, phi, 80.0, 0.05, seed) for seed in range(12)]
+    noisy = [scan(gn.Lambertian(0.5), 10.0, phi, 80.0, 0.05, seed) for seed in range(count)]
     found = [gn.with_uncertainty(gn.albedo, m, wi, correlation="independent") for m in noisy]
     bare = [gn.with_uncertainty(gn.albedo, m.with_brdf(m.brdf()), wi) for m in noisy]
     share, alone = (

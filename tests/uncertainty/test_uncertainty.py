@@ -313,7 +313,13 @@ def test_monte_carlo_takes_any_function():
     assert (again.draws == largest.draws[:5]).all()
 
 
-@pytest.mark.parametrize("correlation", ["independent", "channel", {"phi": 0.8, "channel": 100.0}])
+@pytest.mark.parametrize(
+    "correlation",
+    [
+        *(pytest.param(word, marks=pytest.mark.full) for word in ("independent", "channel")),
+        {"phi": 0.8, "channel": 100.0},
+    ],
+)
 def test_drawn_tables_have_the_covariance(correlation):
     m = spectral()
     errors = TableErrors(m, correlation)

@@ -123,14 +123,13 @@ def lobe_tables(m: Reflectance, oriented: bool) -> np.ndarray:
     phis = np.linspace(-math.pi, math.pi, TURNS + 1) if oriented else np.zeros(1)
     density = np.zeros((len(phis), VIEWS, ROWS, COLUMNS))
     for i, phi_o in enumerate(phis):
-        for k, theta_o in enumerate(np.linspace(0.0, STEEPEST, VIEWS)):
-            wo = direction(theta_o, phi_o)
-            cos_d = wm @ wo
-            wi = 2.0 * cos_d[..., None] * wm - wo
-            up = (wi[..., 2] > GRAZING) & (cos_d > 0.0)
-            f = np.zeros(up.shape)
-            values = m.f(wi[up], np.broadcast_to(wo, wi[up].shape)).reshape(int(up.sum()), -1)
-            f[up] = np.maximum(np.nan_to_num(values.mean(axis=-1)), 0.0)
-            density[i, k] = f * wi[..., 2] * cos_d * np.sin(theta) * x * (8.0 * math.pi**2)
+        wo = direction(np.linspace(0.0, STEEPEST, VIEWS), phi_o)
+        cos_d = np.stack([wm @ w for w in wo])
+        wi = 2.0 * cos_d[..., None] * wm - wo[:, None, None]
+        up = (wi[..., 2] > GRAZING) & (cos_d > 0.0)
+        f = np.zeros(up.shape)
+        values = m.f(wi[up], np.broadcast_to(wo[:, None, None], wi.shape)[up]).reshape(int(up.sum()), -1)
+        f[up] = np.maximum(np.nan_to_num(values.mean(axis=-1)), 0.0)
+        density[i] = f * wi[..., 2] * cos_d * np.sin(theta) * x * (8.0 * math.pi**2)
     mean = density.mean(axis=(-2, -1), keepdims=True)
     return density + np.where(mean > 0.0, 1e-3 * mean, 1.0)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -121,13 +122,20 @@ class Factors:
             tables = (rows[[i]].toarray().reshape(self.shape) for i in range(rows.shape[0]))
             parts = [sparse.csr_array(_along_axes(table, self.angles, 0).reshape(1, -1)) for table in tables]
             return sparse.vstack(parts, format="csr")
-        sizes = list(self.shape)
+        for spread in self._of_axes:
+            rows = sparse.csr_array(rows @ spread)
+        return rows
+
+    @cached_property
+    def _of_axes(self) -> list[Any]:
+        """The factors of axes as matrices on whole tables, one after the other."""
+        sizes, found = list(self.shape), []
         for axis, f in enumerate(self.angles):
             if f is not None:
                 before, behind = (sparse.eye_array(math.prod(part)) for part in (sizes[:axis], sizes[axis + 1 :]))
-                rows = sparse.csr_array(rows @ sparse.kron(sparse.kron(before, f), behind, format="csr"))
+                found.append(sparse.kron(sparse.kron(before, f), behind, format="csr"))
                 sizes[axis] = f.shape[1]
-        return rows
+        return found
 
     def draw(self, random: np.random.Generator) -> np.ndarray:
         """A table (nodes, C) of errors with standard deviation 1."""

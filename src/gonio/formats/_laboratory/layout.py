@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
@@ -92,10 +93,10 @@ def _candidates(
             continue
         row = _uncommented(row, rows[at])
         known, angle, value = 0, bool(wanted), False
-        for cell in row:
+        for cell, count in Counter(row).items():  # of a line of separators alone all cells are the same
             of = meaning(cell) if cell else Meaning()
             named = cell.lower() in wanted
-            known += named or of.key not in ("", IGNORE)
+            known += count * (named or of.key not in ("", IGNORE))
             angle = angle or named or of.key in (*ANGLES, "angle")
             value = value or named or (bool(of.key) and of.key not in (*ANGLES, WAVELENGTH, "angle", IGNORE))
         if skip is not None:

@@ -40,6 +40,9 @@ ORACLE = "real file, and the Beckmann conductor that it was computed from"
 SAMPLES, LEAST_SAMPLES = 8, 32
 """Intervals of the tables that are looked up, along half a circle: per order, and at least."""
 
+TOGETHER = 1 << 17
+"""Samples that are computed at once."""
+
 TRANSMITS = True
 SIGNS = {"front": (1.0, 1.0), "back": (-1.0, -1.0), "forward": (1.0, -1.0), "backward": (-1.0, 1.0)}
 """Of each part of a `Sheet` where light and viewer are: 1 in front."""
@@ -194,18 +197,21 @@ def _sampled(coefficients: np.ndarray, places: np.ndarray, width: int) -> tuple[
     first = np.where(lengths > 0, 4 + np.cumsum(entries) - entries, 0)
     samples = np.zeros((4 + int(entries.sum()), width), np.float32)
     for length in np.unique(lengths[lengths > 0]):
-        for pair in np.flatnonzero(lengths == length):
-            start = offsets[pair]
-            series = coefficients[start : start + width * length].reshape(width, length).astype(float)
-            samples[first[pair] : first[pair] + entries[pair]] = _colours(_summed(series, steps[pair])).T
+        pairs = np.flatnonzero(lengths == length)
+        count = int(steps[pairs[0]])
+        pieces = min(len(pairs), 1 + 2 * len(pairs) * width * count // TOGETHER)
+        for some in np.array_split(pairs, pieces):
+            series = coefficients[offsets[some, None] + np.arange(width * length)].reshape(-1, width, length)
+            found = _colours(np.moveaxis(_summed(series.astype(float), count), 1, 0))
+            samples[first[some, None] + np.arange(count + 3)] = np.moveaxis(found, 0, -1)
     return first.astype(float), steps.astype(float), samples
 
 
 def _summed(series: np.ndarray, steps: int) -> np.ndarray:
-    """Cosine series (width, orders) at -1 to steps + 1 steps, of which `steps` are half a circle."""
-    whole = np.fft.irfft(np.pad(series, ((0, 0), (0, steps + 1 - series.shape[1]))) * steps, 2 * steps)
-    whole[:] += series[:, :1] * 0.5  # irfft halves order 0, which all others have twice
-    return whole[:, np.arange(-1, steps + 2) % (2 * steps)]
+    """Cosine series (..., orders) at -1 to steps + 1 steps, of which `steps` are half a circle."""
+    whole = np.fft.irfft(series * steps, 2 * steps)
+    whole += series[..., :1] * 0.5  # irfft halves order 0, which all others have twice
+    return whole[..., np.arange(-1, steps + 2) % (2 * steps)]
 
 
 def _colours(series: np.ndarray) -> np.ndarray:

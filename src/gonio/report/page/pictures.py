@@ -41,6 +41,9 @@ SUN = (-0.6, -0.6, 0.55)
 STILL = (15.0, 45.0, 75.0)
 """Angles of incidence [degrees] at which lobes are shown as solid bodies, or those next to them."""
 
+STILL_SIZE, STILL_SAMPLES = 300, 8
+"""Width and height [pixels] of the picture of a solid lobe, and samples of a pixel."""
+
 STILL_LIGHTS: list[Light] = [DistantLight((-0.6, -0.6, 0.7), 2.2), ConstantLight(0.3)]
 """The lights of solid lobes."""
 
@@ -120,7 +123,7 @@ def _photographed(bodies: Sequence[Solid], theta: float, sides: int) -> Image:
     matt = Lambertian(Texture([[rho for _, rho in parts]], filter="nearest"))
     middle = 0.42 if sides == 1 else 0.1
     camera = OrthographicCamera((1.1, -3.6, middle + 1.28), (0.0, 0.0, middle), width=2.55)
-    return render(matt, STILL_LIGHTS, mesh, size=300, samples=8, camera=camera)
+    return render(matt, STILL_LIGHTS, mesh, size=STILL_SIZE, samples=STILL_SAMPLES, camera=camera)
 
 
 def _together(solids: Sequence[Solid]) -> Solid:
