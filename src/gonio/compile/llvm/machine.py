@@ -188,14 +188,14 @@ def to_object(text: str) -> bytes:
         module.triple = machine.triple
         module.data_layout = str(machine.target_data)
         module.verify()
-        options = llvm.create_pipeline_tuning_options()
-        builder = llvm.create_pass_builder(machine, options)
-        passes = llvm.create_new_function_pass_manager()
-        passes.add_instruction_combine_pass()
-        passes.add_simplify_cfg_pass()
-        for function in module.functions:
-            if not function.is_declaration:
-                passes.run(function, builder)
+        if optimises():
+            builder = llvm.create_pass_builder(machine, llvm.create_pipeline_tuning_options())
+            passes = llvm.create_new_function_pass_manager()
+            passes.add_instruction_combine_pass()
+            passes.add_simplify_cfg_pass()
+            for function in module.functions:
+                if not function.is_declaration:
+                    passes.run(function, builder)
         return machine.emit_object(module)
 
 
