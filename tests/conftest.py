@@ -26,7 +26,7 @@ from typing import Any
 from zlib import crc32
 
 import pytest
-from leftovers import give_back
+from leftovers import freeze, give_back
 from libraries import KINDS, DrJitArray, DrJitTensor, Jax, Library, Torch, Uncompiled, opened, optimising, switch_off
 
 from gonio.evaluate import planning
@@ -65,6 +65,10 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
             item.add_marker("full")
 
 
+def pytest_collection_finish() -> None:
+    freeze()
+
+
 @pytest.fixture(params=KINDS, ids=lambda kind: kind.name, scope="session")
 def library(request: pytest.FixtureRequest) -> Library:
     return opened(request.param)
@@ -98,9 +102,9 @@ def _own_classes() -> Iterator[None]:
     CLASSES.update(before)
 
 
-@pytest.fixture(scope="module", autouse=True)
+@pytest.fixture(autouse=True)
 def _memory() -> Iterator[None]:
-    """What the tests of a file leave behind is of no use to those of the next."""
+    """What tests leave behind is dropped when it is much."""
     yield
     give_back()
 

@@ -36,8 +36,8 @@ def child(*arguments: str, **environment: str) -> str:
     return run.stdout
 
 
-@pytest.mark.parametrize("count", [100, pytest.param(600, marks=pytest.mark.full)])
-@pytest.mark.parametrize("engine", ["", "numpy"])
+@pytest.mark.parametrize("count", [40, *(pytest.param(n, marks=pytest.mark.full) for n in (100, 600))])
+@pytest.mark.parametrize("engine", ["", pytest.param("numpy", marks=pytest.mark.full)])
 def test_interrupts_do_no_harm(engine, count):
     """Random exceptions from signal handlers: none is lost, no number is wrong, nothing is written after a call has
     been left, no helper goes missing. (D1, D2)"""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import hashlib
+import json
 import os
 import re
 import shutil
@@ -77,19 +78,66 @@ def forked(work=f, **environment):
 """
 RHO_PI = 0.5 / 3.141592653589793
 
+FORKS = """
+import json
+for line in sys.stdin:
+    code, arguments, environment, *files = json.loads(line)
+    pid = os.fork()
+    if not pid:
+        for number, file in enumerate((os.devnull, *files)):
+            os.dup2(os.open(file, os.O_RDWR), number)
+        os.environ.clear()
+        os.environ.update(environment)
+        sys.argv[1:], status = arguments, 1
+        try:
+            exec(code, globals())
+            status = 0
+        except BaseException:
+            traceback.print_exc()
+        sys.stdout.flush()
+        os._exit(status)
+    print(os.waitpid(pid, 0)[1], flush=True)
+"""
+
+
+@pytest.fixture(scope="module", autouse=True)
+def forks(tmp_path_factory) -> Iterator[None]:
+    """A process that has imported gonio and done nothing else, and a fork of it for each text that is run."""
+    folder = tmp_path_factory.mktemp("forks")
+    files = [folder / "stdout", folder / "stderr"]
+    with ongoing(FORKS, timeout=600.0, PYTHONPATH=SOURCES) as ask:
+
+        def answered(code: str, arguments: list[str], environment: dict[str, str]) -> tuple[int, str, str]:
+            for file in files:
+                file.write_text("")
+            status = ask(json.dumps([code, arguments, environment, *map(str, files)]))
+            return int(status), *(file.read_text() for file in files)
+
+        _FORKS[:] = [answered]
+        yield
+        _FORKS.clear()
+
+
+_FORKS: list[Callable[..., tuple[int, str, str]]] = []
+
 
 def run(code: str, *arguments: object, timeout: float = 300.0, **environment: str | None) -> SimpleNamespace:
-    """What a fresh process prints, line by line, and its warnings; None removes a variable."""
+    """What a process prints that has done nothing before, line by line, and its warnings; None removes a variable. It
+    is a new one where gonio is another, and else a fork."""
     both = {**os.environ, "PYTHONPATH": SOURCES, **environment}
     env = {name: str(value) for name, value in both.items() if value is not None}
-    command = [sys.executable, "-c", BEGIN + code, *map(str, arguments)]
-    done = subprocess.run(command, env=env, capture_output=True, text=True, timeout=timeout)
-    assert done.returncode == 0, done.stderr
-    return SimpleNamespace(lines=done.stdout.splitlines(), stderr=done.stderr, warned=done.stderr.count("Warning:"))
+    if env["PYTHONPATH"] == SOURCES:
+        status, out, err = _FORKS[0](code, [*map(str, arguments)], env)
+    else:
+        command = [sys.executable, "-c", BEGIN + code, *map(str, arguments)]
+        done = subprocess.run(command, env=env, capture_output=True, text=True, timeout=timeout)
+        status, out, err = done.returncode, done.stdout, done.stderr
+    assert status == 0, err
+    return SimpleNamespace(lines=out.splitlines(), stderr=err, warned=err.count("Warning:"))
 
 
 @contextmanager
-def ongoing(code: str, timeout: float = 300.0, **environment: object) -> Iterator[Callable[[], str]]:
+def ongoing(code: str, timeout: float = 300.0, **environment: object) -> Iterator[Callable[..., str]]:
     """A process that answers each line with a line; it is killed after a time."""
     env = {**os.environ, "PYTHONPATH": SOURCES, **{name: str(value) for name, value in environment.items()}}
     how = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True, "start_new_session": True}
@@ -97,8 +145,8 @@ def ongoing(code: str, timeout: float = 300.0, **environment: object) -> Iterato
         watch = Timer(timeout, os.killpg, (process.pid, signal.SIGKILL))  # with the children that it forked
         watch.start()
 
-        def ask() -> str:
-            print(file=process.stdin, flush=True)
+        def ask(line: str = "") -> str:
+            print(line, file=process.stdin, flush=True)
             return process.stdout.readline().rstrip()
 
         try:

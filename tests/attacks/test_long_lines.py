@@ -61,7 +61,7 @@ ROWS = [("0", "0", "0"), ("30", "0", "0"), ("0", "30", "0"), ("30", "30", "0")]
 
 
 @needs_proc
-@pytest.mark.parametrize("what", thinned([b"1.5 ", b"x", b",", b"0.1,0.2,"], [b"1.5 ", b","]))
+@pytest.mark.parametrize("what", thinned([b"1.5 ", b"x", b",", b"0.1,0.2,"], [b"1.5 "]))
 def test_a_csv_of_one_line_without_end_is_refused_in_little_memory(tmp_path, what):
     """... in three times its own size. (D14)"""
     path = tmp_path / "a.csv"
@@ -69,7 +69,7 @@ def test_a_csv_of_one_line_without_end_is_refused_in_little_memory(tmp_path, wha
     assert f"line 3: more than {plain_text.LONGEST} characters, expected shorter lines" in loaded(path, 150 * MB)
 
 
-@pytest.mark.parametrize("count", [2_000, pytest.param(10_000, marks=pytest.mark.full)])
+@pytest.mark.parametrize("count", [500, pytest.param(10_000, marks=pytest.mark.full)])
 def test_columns_are_counted(count, tmp_path):
     """A table of a hundred thousand columns is refused, one of thousands is read. (D14)"""
     path = tmp_path / "a.csv"
@@ -166,7 +166,7 @@ def test_xml_that_is_looked_at_again_and_again_is_refused(tmp_path, monkeypatch,
     assert chunks[0] <= 20
 
 
-@pytest.mark.parametrize("count", [1, 20])
+@pytest.mark.parametrize("count", [1, 8, pytest.param(20, marks=pytest.mark.full)])
 def test_xml_with_much_in_it_is_read_in_linear_time(tmp_path, count):
     """Text, CDATA and any number of comments below the bound are read. (D14)"""
     path = tmp_path / "a.xml"

@@ -9,6 +9,7 @@ import shutil
 import signal
 import subprocess
 import sys
+import warnings
 import zipfile
 import zlib
 from itertools import product
@@ -73,9 +74,19 @@ def zipped(path: Path) -> Path:
 
 
 @stores
-@pytest.mark.parametrize("packed", [False, True])
-@pytest.mark.parametrize("name", ["values", "valid", "theta_i"])
-@pytest.mark.parametrize("zarr_format", ["own", 2, 3])
+@pytest.mark.parametrize(
+    ("packed", "name", "zarr_format"),
+    thinned(
+        product([False, True], ["values", "valid", "theta_i"], ["own", 2, 3]),
+        [
+            (False, "theta_i", "own"),
+            (False, "values", 2),
+            (False, "theta_i", 3),
+            (True, "values", 3),
+            (True, "valid", "own"),
+        ],
+    ),
+)
 def test_a_lost_chunk_is_refused(zarr_format, name, packed, tmp_path):
     """It was read as zeros, f = 0 with valid 96 %, or as invalid everywhere. (D7)"""
     path = tmp_path / "m.zarr"
@@ -166,7 +177,9 @@ def test_a_chunk_that_is_no_file_is_refused(what, tmp_path):
 
 
 @stores
-@pytest.mark.parametrize("name", [".zattrs", ".zgroup", "values/.zattrs", "other/.zattrs"])
+@pytest.mark.parametrize(
+    "name", thinned([".zattrs", ".zgroup", "values/.zattrs", "other/.zattrs"], [".zattrs", "other/.zattrs"])
+)
 def test_all_descriptions_are_bounded(name, tmp_path):
     """A zip file of 1 MB whose .zattrs has 1 GiB took 3.2 GB. (D14)"""
     gn.save(grid(), tmp_path / "m.zip")
@@ -208,33 +221,33 @@ BOUNDED = """
 import resource, sys, gonio as gn
 import xarray, h5netcdf, gonio.formats.xarray_netcdf
 used = int(open("/proc/self/statm").read().split()[0]) * resource.getpagesize()
-resource.setrlimit(resource.RLIMIT_AS, (used + int(sys.argv[2]),) * 2)
-print(gn.load(sys.argv[1]).stored.shape)
+resource.setrlimit(resource.RLIMIT_AS, (used + {room},) * 2)
+for path in {paths}:
+    try: print(gn.load(path).stored.shape)
+    except gn.Error as error: print(error)
 """
 
 
 @pytest.mark.skipif(not Path("/proc/self/statm").exists(), reason="needs Linux' count of memory")
-@pytest.mark.parametrize(
-    ("named", "says"), [(True, "(3, 2, 3)"), (False, "theta_i has a dimension without a name, expected those of")]
-)
-def test_arrays_that_nothing_needs_are_not_read(named, says, tmp_path):
+def test_arrays_that_nothing_needs_are_not_read(tmp_path):
     """A netCDF file of 282 kB with a further dataset of zeros took 2.5 GB, or was called damaged. (D14)
 
     Without a dimension it takes their names from others, so that the library pads them to its length.
     """
-    path = tmp_path / "m.nc"
-    gn.save(grid(), path)
-    with h5py.File(path, "a") as file:
-        more = file.create_dataset("more", (200_000_000,), "i1", chunks=(1_000_000,), compression="gzip")
-        for start in range(0, 200_000_000, 1_000_000):
-            more.id.write_direct_chunk((start,), ZEROS)
-        more.attrs["scale_factor"] = 0.5
-        if named:
-            more.make_scale("more")
-    assert path.stat().st_size < 400_000
-    code = BOUNDED.replace("sys.argv[1]", repr(str(path))).replace("sys.argv[2]", str(600 << 20))
-    done = child(code)
-    assert says in (done.stdout or done.stderr), done.stderr
+    paths = [tmp_path / "named.nc", tmp_path / "nameless.nc"]
+    for path in paths:
+        gn.save(grid(), path)
+        with h5py.File(path, "a") as file:
+            more = file.create_dataset("more", (200_000_000,), "i1", chunks=(1_000_000,), compression="gzip")
+            for start in range(0, 200_000_000, 1_000_000):
+                more.id.write_direct_chunk((start,), ZEROS)
+            more.attrs["scale_factor"] = 0.5
+            if path.name == "named.nc":
+                more.make_scale("more")
+        assert path.stat().st_size < 400_000
+    done = child(BOUNDED.format(paths=[*map(str, paths)], room=600 << 20))
+    named, nameless = done.stdout.splitlines() or [done.stderr, ""]
+    assert named == "(3, 2, 3)" and "theta_i has a dimension without a name, expected those of" in nameless
 
 
 @stores
@@ -287,7 +300,7 @@ def test_whole_chunks_are_unpacked_once(tmp_path, monkeypatch):
     assert parts == [slice(0, 40)]
 
 
-@pytest.mark.parametrize("executable", ["", None, "/bin/false", "/nowhere/application"])
+@pytest.mark.parametrize("executable", thinned(["", None, "/bin/false", "/nowhere/application"], [None, "/bin/false"]))
 def test_netcdf_is_read_where_the_executable_is_not_python(executable, tmp_path, monkeypatch):
     """Embedded, every HDF5 file was "damaged", or there was a TypeError. (D16)"""
     gn.save(grid(), tmp_path / "m.nc")
@@ -325,37 +338,40 @@ def test_a_probe_that_never_ends_is_an_error(tmp_path, monkeypatch):
         gn.load(tmp_path / "m.nc")
 
 
-def test_netcdf_without_dimensions_says_one_thing(tmp_path):
+def test_netcdf_without_dimensions_says_one_thing(tmp_path, capfd):
     """h5netcdf's warning of phony_dims came with the error. (D18)"""
     with h5py.File(tmp_path / "m.nc", "w") as file:
         file["values"] = np.zeros((2, 3))
-    code = f"import gonio as gn\ntry: gn.load({str(tmp_path / 'm.nc')!r})\nexcept gn.Error as error: print(error)"
-    done = child(code)
-    assert done.stderr == "" and "has no attribute gonio_schema" in done.stdout
+    with warnings.catch_warnings(record=True) as warned, pytest.raises(FormatError, match="no attribute gonio_schema"):
+        warnings.simplefilter("always")
+        gn.load(tmp_path / "m.nc")
+    assert not warned and capfd.readouterr() == ("", "")
 
 
 @stores
 @pytest.mark.parametrize(
-    ("damage", "zarr_format"),
-    thinned(product(["descriptions", "chunks"], [2, 3]), [("descriptions", 2), ("chunks", 3)]),
+    "which", [[("chunks", 3)], pytest.param(list(product(["descriptions", "chunks"], [2, 3])), marks=pytest.mark.full)]
 )
-def test_an_error_of_a_store_comes_alone(damage, zarr_format, tmp_path):
+def test_an_error_of_a_store_comes_alone(which, tmp_path):
     """asyncio said "Task was destroyed but it is pending!" and more of the tasks that zarr left. (D18)"""
-    path = foreign(tmp_path / "m.zarr", zarr_format, compressors=None)
-    for file in path.rglob("*"):
-        if damage == "descriptions" and file.name in (".zarray", "zarr.json") and file.parent != path:
-            held = json.loads(file.read_text())
-            held["codecs" if zarr_format == 3 else "order"] = [{"name": "bytes"}] * 2 if zarr_format == 3 else "Q"
-            file.write_text(json.dumps(held))
-        elif damage == "chunks" and file.parent.parent != path.parent and file.is_file() and file.name[0] not in ".z":
-            file.write_bytes(b"?")
-    code = f"import gonio as gn\ntry: gn.load({str(path)!r})\nexcept gn.Error as error: print(type(error).__name__)"
-    done = child(code)
-    assert (done.stdout, done.stderr) == ("FormatError\n", "")
+    for damage, zarr_format in which:
+        path = foreign(tmp_path / f"{damage}{zarr_format}.zarr", zarr_format, compressors=None)
+        for file in path.rglob("*"):
+            if damage == "descriptions" and file.name in (".zarray", "zarr.json") and file.parent != path:
+                held = json.loads(file.read_text())
+                held["codecs" if zarr_format == 3 else "order"] = [{"name": "bytes"}] * 2 if zarr_format == 3 else "Q"
+                file.write_text(json.dumps(held))
+            elif (
+                damage == "chunks" and file.parent.parent != path.parent and file.is_file() and file.name[0] not in ".z"
+            ):
+                file.write_bytes(b"?")
+        code = f"import gonio as gn\ntry: gn.load({str(path)!r})\nexcept gn.Error as error: print(type(error).__name__)"
+        done = child(code)
+        assert (done.stdout, done.stderr) == ("FormatError\n", "")
 
 
 @stores
-@pytest.mark.parametrize("reads", [20, pytest.param(60, marks=pytest.mark.full)])
+@pytest.mark.parametrize("reads", [8, pytest.param(60, marks=pytest.mark.full)])
 def test_a_store_that_is_replaced_is_read_as_one_or_the_other(reads, tmp_path):
     """Two writers and a reader: 69 of 254 reads fell between two states and failed. (D18)"""
     path = tmp_path / "m.zarr"

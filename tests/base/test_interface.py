@@ -479,8 +479,15 @@ VALUES = [
 ]
 
 
-@each_draw(draws())
+@each_draw(draws(2, every=4))
 def test_random_materials_come_back(draw):
+    for channels in draw.layouts:
+        comes_back(draw.material(channels))
+
+
+@pytest.mark.full
+@each_draw(draws())
+def test_all_random_materials_come_back(draw):
     for channels in draw.layouts:
         comes_back(draw.material(channels))
 

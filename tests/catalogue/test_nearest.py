@@ -19,7 +19,7 @@ by_all = pytest.mark.parametrize("distance", DISTANCES)
 @pytest.mark.parametrize("scale", SCALES)
 def test_a_built_in_material_is_nearest_to_itself(distance, scale):
     names = ["brass", "pink-felt", "gold", "silica", "steel", "white-paint"]
-    for name in names[:4]:
+    for name in names[:2]:
         first, second = gn.nearest(gn.material(name), names, distance, scale, count=2)
         assert (first.name, first.rank, first.compared) == (name, 1, "RGB")
         assert first.distance < 1e-7 < second.distance

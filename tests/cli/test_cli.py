@@ -227,7 +227,7 @@ def test_the_sun_is_on_the_upper_left(run):
 
 def test_compare(run):
     """Materials under one light, and pictures that were rendered before."""
-    lit = ["-l", "constant", "--size", "32"]
+    lit = ["-l", "constant", "--size", "16"]
     said = run("compare", "Lambertian(0.5)", "Lambertian(0.6)", "-o", "d.png", *lit)
     assert said.exit_code == 0, said.stderr
     assert "d.png: Lambertian(0.6) is 20.0 % brighter than Lambertian(0.5); rms 2" in said.stdout
@@ -236,7 +236,7 @@ def test_compare(run):
     said = run("compare", "0.6.exr", "0.5.exr", "-o", "e.svg")
     assert "0.5.exr is 16.7 % darker than 0.6.exr" in said.stdout and Path("e.svg").exists()
     assert run("compare", "0.6.exr", "Lambertian(0.5)", "-o", "e.svg", *lit, "--noise", 0.1).exit_code == 0
-    wrong = run("compare", "0.6.exr", "Lambertian(0.5)", "-o", "e.svg", "--size", 16)
+    wrong = run("compare", "0.6.exr", "Lambertian(0.5)", "-o", "e.svg", "--size", 8)
     assert wrong.exit_code == 2 and "expected one size" in wrong.stderr
 
 
@@ -484,7 +484,8 @@ def test_a_photograph_with_values_below_zero_lights_with_a_warning(tmp_path):
     pixels[3, 4] = (-1e-6, 0.1, 0.1)
     Image(pixels).save(tmp_path / "sky.exr")
     out = tmp_path / "a.exr"
-    command = ["render", "gold", "--light", str(tmp_path / "sky.exr"), "--size", "8", "--samples", "1", "-o", str(out)]
+    of = ["--light", str(tmp_path / "sky.exr"), "--size", "8", "--samples", "1", "-o", str(out)]
+    command = ["render", "Lambertian(0.5)", *of]
     result = CliRunner().invoke(cli, command)
     assert result.exit_code == 0 and out.exists()
     assert "1 of 128 pixels are negative (down to -1e-06) and count as 0" in result.stderr

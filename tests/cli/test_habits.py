@@ -12,6 +12,7 @@ import sys
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from libraries import thinned
 
 import gonio as gn
 from gonio.base.typed_angles import all_in_degrees, in_degrees
@@ -43,7 +44,7 @@ def test_gonio_alone_says_three_commands(run):
 
 
 def completed(words: str, number: int, shell: str = "zsh") -> list[str]:
-    """The words that a shell is told."""
+    """The words that a shell is told, as `python -m gonio` tells them."""
     told = {"COMP_WORDS": words, "COMP_CWORD": str(number), completion.VARIABLE: f"{shell}_complete"}
     done = subprocess.run(
         [sys.executable, "-m", "gonio"], env={**os.environ, **told}, capture_output=True, text=True, timeout=120
@@ -54,16 +55,19 @@ def completed(words: str, number: int, shell: str = "zsh") -> list[str]:
 
 @pytest.mark.parametrize(
     ("words", "number", "found"),
-    [
-        ("gonio ", 1, {"report", "fit", "completion"}),
-        ("gonio info gold-", 2, {"gold-metallic-paint"}),
-        ("gonio models gg", 2, {"GGX"}),
-        ("gonio formats mer", 2, {"MERL"}),
-        ("gonio convert gold x.y --format RG", 5, {"RGL"}),
-        ("gonio render gold -l dis", 4, {"distant"}),
-        ("gonio source gold --language gl", 4, {"glsl"}),
-        ("gonio albedo gold --the", 3, {"--theta"}),
-    ],
+    thinned(
+        [
+            ("gonio ", 1, {"report", "fit", "completion"}),
+            ("gonio info gold-", 2, {"gold-metallic-paint"}),
+            ("gonio models gg", 2, {"GGX"}),
+            ("gonio formats mer", 2, {"MERL"}),
+            ("gonio convert gold x.y --format RG", 5, {"RGL"}),
+            ("gonio render gold -l dis", 4, {"distant"}),
+            ("gonio source gold --language gl", 4, {"glsl"}),
+            ("gonio albedo gold --the", 3, {"--theta"}),
+        ],
+        [("gonio ", 1, {"report", "fit", "completion"}), ("gonio info gold-", 2, {"gold-metallic-paint"})],
+    ),
 )
 def test_words_are_completed(words, number, found):
     assert found <= set(completed(words, number))

@@ -56,7 +56,7 @@ def uncompiled(call):
 # Random graphs.
 
 
-@pytest.mark.parametrize("seed", thinned(range(60), range(20)))
+@pytest.mark.parametrize("seed", thinned(range(60), range(10)))
 def test_random_graphs(seed, monkeypatch):
     """Compiled, they give what NumPy gives of the graph after its passes (which tests/trace/test_passes.py hold to the
     graph before them), wherever NumPy's own rounding does not decide."""
@@ -235,7 +235,7 @@ def test_a_table_shorter_than_its_lookups_are_apart_is_not_compiled():
 
 @pytest.mark.parametrize(
     ("dtype", "width"),
-    thinned(product(DTYPES, [4, 8, 32, 64]), [("float32", 4), ("float32", 32), ("float64", 8), ("float64", 64)]),
+    thinned(product(DTYPES, [4, 8, 32, 64]), [("float32", 8), ("float64", 64)]),
 )
 def test_every_width_of_lookups(width, dtype, monkeypatch):
     grid = gn.repair.resample(METAL, resolution=(8, 6, 8, 8))
@@ -287,7 +287,7 @@ SMOOTH = [
 ]
 
 
-@pytest.mark.parametrize("seed", range(12))
+@pytest.mark.parametrize("seed", thinned(range(12), range(6)))
 def test_gradients_of_random_graphs(seed):
     """Against central differences, where these are steady."""
     rng = np.random.default_rng(seed)
@@ -463,7 +463,7 @@ def each_alone(m: gn.Reflectance, channels: int) -> list[gn.Reflectance]:
     return [only(c) for c in range(channels)]
 
 
-@pytest.mark.parametrize("channels", [9, 31, 32, 401])
+@pytest.mark.parametrize("channels", thinned([9, 31, 32, 401], [9, 32]))
 def test_channels_in_two_stages_are_what_each_is_alone(channels):
     """In blocks of a large batch, for broadcast directions, for a single one; with NaN and below the horizon."""
     metal = gn.Conductor(np.linspace(0.2, 1.3, channels), np.linspace(3.9, 2.0, channels))

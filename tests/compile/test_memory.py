@@ -34,7 +34,7 @@ def python(*arguments: str, lanes: str) -> subprocess.CompletedProcess[str]:
 @needs_a_compiler
 @pytest.mark.parametrize(
     ("lanes", "widths"),
-    thinned([(4, "1 3"), (8, "2 5"), (16, "4"), (4, ""), (8, ""), (16, "")], [(4, "1 3"), (8, "2 5"), (16, "4")]),
+    thinned([(4, "1"), (8, "2"), (16, "3 5"), (4, ""), (8, ""), (16, "")], [(4, "1"), (8, "2"), (16, "3 5")]),
 )
 def test_every_vector_is_read_and_written_right(lanes, widths):
     """Of 1 to 5 components, in every layout, from and to any place, within the caches and past them, masks too."""

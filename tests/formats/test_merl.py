@@ -88,6 +88,11 @@ def asymmetric():
 
 
 @pytest.fixture(scope="module")
+def whole_circle():
+    return MERL(random_table(360))
+
+
+@pytest.fixture(scope="module")
 def path(tmp_path_factory):
     """A model, written."""
     file = tmp_path_factory.mktemp("merl") / "model.binary"
@@ -178,8 +183,8 @@ def test_only_three_colours_are_red_green_and_blue(names, tmp_path):
 
 
 @pytest.mark.parametrize("cells", [180, 360])
-def test_interpolation_against_a_scalar_implementation(cells, asymmetric):
-    m = asymmetric if cells == 180 else MERL(random_table(360))
+def test_interpolation_against_a_scalar_implementation(cells, asymmetric, whole_circle):
+    m = asymmetric if cells == 180 else whole_circle
     wi, wo = directions(300, 10), directions(300, 11)
     nearest = [scalar_nearest(m.raw, *w) for w in zip(wi.tolist(), wo.tolist(), strict=True)]
     trilinear = [scalar_trilinear(m.raw, *w) for w in zip(wi.tolist(), wo.tolist(), strict=True)]
@@ -188,8 +193,8 @@ def test_interpolation_against_a_scalar_implementation(cells, asymmetric):
     assert m.pdf(wi, wo).shape == (300,)
 
 
-def test_wraps_in_phi_and_stays_at_the_outermostcentres(asymmetric):
-    full = MERL(random_table(360))
+def test_wraps_in_phi_and_stays_at_the_outermostcentres(asymmetric, whole_circle):
+    full = whole_circle
     for m, around in ((asymmetric, 180.0), (full, 360.0)):
         for theta_d in (0.5, 30.0, 60.0):
             before, after = m.f(*pair(20.0, theta_d, around - 1e-7)), m.f(*pair(20.0, theta_d, 1e-7))
@@ -299,8 +304,8 @@ def test_write_read_write_is_bit_exact(tmp_path, path, measured):
     assert path.stat().st_size == SIZE[180]
 
 
-def test_odd_numbers_and_the_long_variant_survive(tmp_path):
-    raw = random_table(360)
+def test_odd_numbers_and_the_long_variant_survive(tmp_path, whole_circle):
+    raw = whole_circle.raw.copy()
     raw.reshape(-1)[:6] = [np.nan, np.inf, -np.inf, -0.0, 5e-324, 1e308]
     raw.view(np.uint64).reshape(-1)[6] = 0x7FF8_0000_DEAD_BEEF
     file = tmp_path / "long.binary"
@@ -309,7 +314,7 @@ def test_odd_numbers_and_the_long_variant_survive(tmp_path):
     m = load(file)
     assert m.raw.tobytes() == raw.tobytes()
     assert m == MERL(raw)
-    assert m != MERL(random_table(360, 5))
+    assert m != whole_circle
     assert raw.flags.writeable
     assert np.array_equal(m.valid.reshape(-1)[:7], [False, False, False, True, True, True, False])
 

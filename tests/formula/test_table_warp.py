@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from libraries import thinned
 from sweeps import every
 
 from gonio.formula.table_warp import ONE, MarginalWarp, _last, bilinear, both, bracket, tables
@@ -76,10 +77,11 @@ def interpolated(values: np.ndarray, at) -> np.ndarray:
     return sum(np.asarray(weight)[:, None, None] * flat[number] for number, weight in at)
 
 
+@pytest.mark.parametrize("n", thinned([120, 400], [120]))
 @pytest.mark.parametrize("name", sets())
-def test_the_warp_is_that_of_the_interpolated_table(name):
+def test_the_warp_is_that_of_the_interpolated_table(name, n):
     """Density, inverse and samples against distribution functions summed up here, table by table."""
-    values, n = sets()[name], 400
+    values = sets()[name]
     at, warp = at_the_places(n), warp_of(values)
     table = interpolated(values, at)
     u = np.random.default_rng(7).random((2, n))

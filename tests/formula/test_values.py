@@ -8,6 +8,7 @@ import pickle
 
 import numpy as np
 import pytest
+from libraries import thinned
 from places import PACKAGE
 from sweeps import every
 
@@ -232,7 +233,8 @@ def fresh(m: Reflectance, wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
 
 
 @compiled
-def test_plans_of_one_structure_compute_with_the_numbers_of_each():
+@pytest.mark.parametrize("dtype", thinned(["float32", "float64"], ["float64"]))
+def test_plans_of_one_structure_compute_with_the_numbers_of_each(dtype):
     start = gn.Microfacet(gn.GGX(0.3), gn.Conductor(0.2, 3.9))
     maps = [np.linspace(0.1, 0.9, 21).reshape(7, 3), np.linspace(0.2, 0.5, 7).reshape(7, 1), [0.1, 0.5, 0.9]]
     turns = [
@@ -246,13 +248,12 @@ def test_plans_of_one_structure_compute_with_the_numbers_of_each():
         gn.NormalMapped(gn.Lambertian(0.3), 0.1, 0.2),
         gn.NormalMapped(gn.Lambertian(0.4), 0.2, 0.1),
     ]
-    for dtype in (np.float64, np.float32):
-        wi, wo = WI.astype(dtype), WO.astype(dtype)
-        found = [[m.f(wi, wo), m.pdf(wi, wo), m.sample(wo, wi[:, :2] % 1.0).wi] for m in turns for _ in range(2)]
-        for m, values in zip([m for m in turns for _ in range(2)], found, strict=True):
-            expected = [fresh(m, wi, wo), m.pdf(wi, wo), m.sample(wo, wi[:, :2] % 1.0).wi]
-            for value, one in zip(values, expected, strict=True):
-                np.testing.assert_array_equal(value, one)
+    wi, wo = WI.astype(dtype), WO.astype(dtype)
+    found = [[m.f(wi, wo), m.pdf(wi, wo), m.sample(wo, wi[:, :2] % 1.0).wi] for m in turns for _ in range(2)]
+    for m, values in zip([m for m in turns for _ in range(2)], found, strict=True):
+        expected = [fresh(m, wi, wo), m.pdf(wi, wo), m.sample(wo, wi[:, :2] % 1.0).wi]
+        for value, one in zip(values, expected, strict=True):
+            np.testing.assert_array_equal(value, one)
 
 
 @compiled

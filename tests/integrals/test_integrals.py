@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from itertools import pairwise
+from functools import cache
+from itertools import pairwise, product
 
 import numpy as np
 import pytest
@@ -72,18 +73,19 @@ def by_disc(m: gn.Reflectance, wi: np.ndarray, sides: int = 768) -> float:
 ANGLES = [0.0, 60.0, 85.0, 88.0, 89.5, 89.99]
 
 
-@pytest.mark.parametrize("alpha", thinned((0.001, 0.01, 0.05, 0.1, 0.3, 0.8, 1.0), (0.001, 0.3)))
-@pytest.mark.parametrize(
-    ("made", "sides"),
-    [
-        (lambda a: gn.Microfacet(gn.GGX(a), gn.Conductor(0.18, 3.42), "separable"), 256),
-        (lambda a: gn.Microfacet(gn.GGX(a), masking="v_groove"), 768),  # grooves have edges
-        (lambda a: gn.Microfacet(gn.Beckmann(a)), 256),
-        (gn.TorranceSparrow, 768),
-    ],
-    ids=["GGX", "GGX v-groove", "Beckmann", "Torrance-Sparrow"],
-)
-def test_albedo_of_facets(made, sides, alpha):
+FACETS = {
+    "GGX": (lambda a: gn.Microfacet(gn.GGX(a), gn.Conductor(0.18, 3.42), "separable"), 256),
+    "GGX v-groove": (lambda a: gn.Microfacet(gn.GGX(a), masking="v_groove"), 768),  # grooves have edges
+    "Beckmann": (lambda a: gn.Microfacet(gn.Beckmann(a)), 256),
+    "Torrance-Sparrow": (gn.TorranceSparrow, 768),
+}
+WIDTHS = (0.001, 0.01, 0.05, 0.1, 0.3, 0.8, 1.0)
+USUAL = [("GGX", 0.001), ("GGX", 0.3), ("GGX v-groove", 0.001), ("Beckmann", 0.001), ("Torrance-Sparrow", 0.3)]
+
+
+@pytest.mark.parametrize(("kind", "alpha"), thinned(product(FACETS, WIDTHS), USUAL))
+def test_albedo_of_facets(kind, alpha):
+    made, sides = FACETS[kind]
     m, some = made(alpha), ANGLES[int(1e3 * alpha) % 2 :: 2]
     w = on_sphere(np.radians(some), 0.7)
     found = gn.albedo(m, w, error=True)
@@ -104,7 +106,7 @@ NARROW_FACETS = [
 ]
 
 
-@pytest.mark.parametrize("facets", NARROW_FACETS, ids=repr)
+@pytest.mark.parametrize("facets", thinned(NARROW_FACETS, NARROW_FACETS[1:5:2]), ids=repr)
 def test_albedo_of_narrow_lobes(facets):
     """To 1e-4 against graded rings of half vectors, which hold 2e-5 themselves; more digits where asked for."""
     masking = "separable" if facets.alpha_x > 0.01 else "height_correlated"
@@ -177,7 +179,7 @@ def test_albedo_in_closed_form(tolerance):
         assert (found.error <= tolerance).all()
 
 
-@pytest.mark.parametrize("draw", thinned(draws(2, every=5), OBEDIENT | LAYERED), ids=str)
+@pytest.mark.parametrize("draw", thinned(draws(2, every=5), {*sorted(OBEDIENT, key=str)[::2]} | LAYERED), ids=str)
 def test_the_estimate_covers_the_error(draw):
     m = draw.material()
     w = on_sphere(np.radians([0.0, 35.0, 70.0, 86.0, 89.9]), [0.0, 0.5, 1.0, -2.0, 3.0])
@@ -243,17 +245,19 @@ def test_channels_are_integrated_as_each_alone():
         np.testing.assert_allclose(lit[:, c], sky[c] * alone, atol=6e-5)
 
 
-@pytest.mark.parametrize("channels", [31, 401])
-def test_albedo_of_many_channels(channels):
+@pytest.mark.parametrize(
+    ("channels", "masking"),
+    thinned(product((31, 401), ("height_correlated", "v_groove")), [(31, "v_groove"), (401, "height_correlated")]),
+)
+def test_albedo_of_many_channels(channels, masking):
     """In compiled kernels, as each alone, for smooth lobes and for those that cells integrate."""
     eta, k = np.linspace(0.2, 1.3, channels), np.linspace(3.9, 2.0, channels)
     w = on_sphere([0.2, 1.3, 1.56], 0.5)
-    for masking in ("height_correlated", "v_groove"):
-        many = gn.albedo(gn.Microfacet(gn.GGX(0.1), gn.Conductor(eta, k), masking), w)
-        assert many.shape == (3, channels)
-        for c in (0, 17, channels - 1):
-            alone = gn.albedo(gn.Microfacet(gn.GGX(0.1), gn.Conductor(eta[c], k[c]), masking), w, 1e-6)
-            np.testing.assert_allclose(many[:, c], alone, atol=1e-4)
+    many = gn.albedo(gn.Microfacet(gn.GGX(0.1), gn.Conductor(eta, k), masking), w)
+    assert many.shape == (3, channels)
+    for c in (0, 17, channels - 1):
+        alone = gn.albedo(gn.Microfacet(gn.GGX(0.1), gn.Conductor(eta[c], k[c]), masking), w, 1e-6)
+        np.testing.assert_allclose(many[:, c], alone, atol=1e-4)
 
 
 def test_a_tolerance_that_is_not_reached_is_said(monkeypatch):
@@ -334,6 +338,12 @@ def test_cubature_with_a_seam_and_with_seeds():
 # Geometries.
 
 
+@cache
+def spread(count: int) -> np.ndarray:
+    """Directions (count, 3), evenly over the hemisphere."""
+    return on_sphere(np.arccos(1.0 - (np.arange(count) + 0.5) / count), np.arange(count) * 2.399963229728653)
+
+
 @pytest.mark.parametrize(
     "cone", [Cone((0, 0, 1), 0.4), Cone(on_sphere(1.4, 2.0), 0.5), Cone(on_sphere(1.8, -1.0), 1.0)]
 )
@@ -354,7 +364,7 @@ def test_coordinates_of_a_cone(cone):
         np.testing.assert_allclose(x0[inner], np.broadcast_to(u0, x0.shape)[inner], atol=1e-6)
         np.testing.assert_allclose(x1[inner], np.broadcast_to(u1, x1.shape)[inner], atol=1e-6)
     assert total == pytest.approx(cone.projected, rel=1e-5)
-    many = on_sphere(np.arccos(1.0 - (np.arange(300_000) + 0.5) / 300_000), np.arange(300_000) * 2.399963229728653)
+    many = spread(300_000)
     share = (many[:, 2] * cone.contains(many)).mean() * 2.0 * PI
     assert share == pytest.approx(cone.projected, rel=2e-3)
 
@@ -404,9 +414,9 @@ def test_an_isotropic_material_in_a_tilted_cone_is_integrated_by_polar_angle(mon
     ],
 )
 def test_overlap_of_cones(a, b):
-    many = on_sphere(np.arccos(1.0 - (np.arange(300_000) + 0.5) / 300_000), np.arange(300_000) * 2.399963229728653)
+    many = spread(100_000)
     expected = (many[:, 2] * (a.contains(many) & b.contains(many))).mean() * 2.0 * PI
-    x, w = panels(np.linspace(0.0, 1.0, 101))
+    x, w = panels(np.linspace(0.0, 1.0, 51))
     for first, second in ((a, b), (b, a)):
         points, _ = overlap(first, second)
         directions, solid = points(x[:, None], x)
@@ -431,17 +441,18 @@ each_but_polished = pytest.mark.parametrize(
 )
 
 
-def test_all_nine_of_a_lambertian_surface():
+@pytest.mark.parametrize("tolerance", thinned([1e-2, 1e-4], [1e-2]))
+def test_all_nine_of_a_lambertian_surface(tolerance):
     """R = rho, whatever the geometry; the reflectance is rho times the projected solid angle over pi."""
     m = gn.Lambertian([0.4, 0.7])
     for incident in (A, NARROW, SKY):
         for collected in (B, LOW, SKY):
-            np.testing.assert_allclose(gn.reflectance_factor(m, incident, collected), [0.4, 0.7], rtol=1e-8)
+            found = gn.reflectance_factor(m, incident, collected, tolerance=tolerance)
+            np.testing.assert_allclose(found, [0.4, 0.7], rtol=1e-8)
     for collected, size in ((WIDE, PI * math.sin(0.6) ** 2 * math.cos(0.3)), (SKY, PI)):
         for incident in (A, NARROW, SKY):
-            np.testing.assert_allclose(
-                gn.reflectance(m, incident, collected), np.array([0.4, 0.7]) * size / PI, rtol=1e-8
-            )
+            found = gn.reflectance(m, incident, collected, tolerance=tolerance)
+            np.testing.assert_allclose(found, np.array([0.4, 0.7]) * size / PI, rtol=1e-8)
 
 
 @pytest.mark.parametrize(
@@ -519,8 +530,9 @@ def pairs_of_geometries():
             both = isinstance(i, Cone) and isinstance(o, Cone)
             marks, nodes = pytest.mark.full if both or i is LOW or o is LOW else (), 24 if both else 16
             yield pytest.param(i, o, 1e-4, nodes, id=f"{incident}-{collected}", marks=marks)
-    yield pytest.param(WIDE, WIDE, 1e-3, 16, id="wide-wide, coarsely")
-    yield pytest.param(LOW, NARROW, 1e-3, 16, id="low-narrow, coarsely")
+    yield pytest.param(WIDE, WIDE, 1e-3, 16, id="wide-wide, coarsely", marks=pytest.mark.full)
+    yield pytest.param(LOW, NARROW, 1e-3, 16, id="low-narrow, coarsely", marks=pytest.mark.full)
+    yield pytest.param(WIDE, NARROW, 1e-2, 8, id="wide-narrow, coarsely")
 
 
 @pytest.mark.parametrize(("incident", "collected", "tolerance", "nodes"), [*pairs_of_geometries()])
@@ -562,11 +574,12 @@ def test_either_integral_may_be_outside(m, monkeypatch):
     both_orders(m, WIDE, 2e-3, monkeypatch)
 
 
-def test_either_integral_may_be_outside_of_a_small_cone(monkeypatch):
-    both_orders(MATERIALS["plastic"], Cone(on_sphere(0.3, 2.0), 0.25), 5e-3, monkeypatch)
+@pytest.mark.parametrize(("half_angle", "tolerance"), thinned([(0.15, 2e-2), (0.25, 5e-3)], [(0.15, 2e-2)]))
+def test_either_integral_may_be_outside_of_a_small_cone(half_angle, tolerance, monkeypatch):
+    both_orders(MATERIALS["plastic"], Cone(on_sphere(0.3, 2.0), half_angle), tolerance, monkeypatch)
 
 
-@pytest.mark.parametrize("name", thinned(MATERIALS, ["brushed", "polished"]))
+@pytest.mark.parametrize("name", thinned(MATERIALS, ["polished"]))
 def test_a_narrow_cone_is_a_direction(name):
     m = MATERIALS[name]
     mirror = A * [-1.0, -1.0, 1.0]
@@ -656,7 +669,7 @@ def test_a_mirror_between_cones():
     m = gn.IdealSpecular(0.9)
     assert gn.reflectance(m, a, around) == pytest.approx(0.9, abs=1e-6)
     assert gn.reflectance(m, a, within) == pytest.approx(0.9 * within.projected / a.projected, abs=1e-6)
-    many = on_sphere(np.arccos(1.0 - (np.arange(400_000) + 0.5) / 400_000), np.arange(400_000) * 2.399963229728653)
+    many = spread(400_000)
     both = (many[:, 2] * (a.contains(many) & across.mirrored().contains(many))).mean() * 2.0 * PI
     assert gn.reflectance(m, a, across) == pytest.approx(0.9 * both / a.projected, rel=5e-3)
     assert gn.reflectance(m, a, Cone(on_sphere(0.6, 0.2), 0.2)) == 0.0

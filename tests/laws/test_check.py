@@ -20,6 +20,7 @@ from gonio.base.reflectance import Reflectance
 from gonio.cli.commands import cli
 from gonio.discover import docstring, labelled
 from gonio.errors import NotFoundError, ParameterError
+from gonio.figures import laws_figure
 from gonio.formula.direction import Direction
 from gonio.formula.fields import param
 from gonio.formula.mueller import Mueller
@@ -510,9 +511,12 @@ def test_all_models(monkeypatch):
     assert result.exit_code == 0 and listed["name"] == "_Declared" and listed["lawful"] and not listed["passed"]
 
 
+LISTED = (gn.ABC, gn.Lambertian, gn.Phong)
+
+
 @pytest.mark.parametrize(
     "model",
-    [pytest.param(m, id=m.__name__, marks=() if k % 24 == 12 else pytest.mark.texts) for k, m in enumerate(MODELS)],
+    [pytest.param(m, id=m.__name__, marks=() if m in LISTED else pytest.mark.texts) for m in MODELS],
 )
 def test_every_model_is_lawful(model, monkeypatch):
     """Every verdict of docs/models/laws.md: with default parameters, by every law. With other parameters all models are
@@ -587,10 +591,17 @@ def test_command_line(tmp_path, monkeypatch):
     assert found["laws"][3]["name"] == "energy" and found["laws"][3]["verdict"] == "breaks"
     assert found["lawful"] and not found["passed"]
     assert found["sampling"][0]["theta_o"] == 0.0 and found["sampling"][0]["lobe"] == "all"
-    result = run(cli, ["check", "Phong()", "--plot", "a.png"])
-    assert result.exit_code == 1, result.output
-    assert min(read_image("a.png").pixels.shape[:2]) > 500
     assert run(cli, ["check", "Phong()", "--plot", "a.txt"]).exit_code != 0
+
+
+@pytest.mark.parametrize("whole", thinned([False, True], [False]))
+def test_plot_of_the_command(tmp_path, monkeypatch, whole):
+    """The whole figure is drawn by `test_figures_of_odd_materials`, too."""
+    if not whole:
+        monkeypatch.setattr(laws_figure, "_draw", lambda figure, m, report: figure.add_subplot())
+    result = CliRunner().invoke(cli, ["check", "Phong()", "--plot", str(tmp_path / "a.png")])
+    assert result.exit_code == 1, result.output
+    assert min(read_image(tmp_path / "a.png").pixels.shape[:2]) > 500
 
 
 @pytest.mark.parametrize("words", [[], ["gold", "--all"], ["--all", "--sampling"], ["--all", "-p", "rho=1"]], ids=str)

@@ -37,7 +37,7 @@ def directions(n: int, lowest: float) -> tuple[np.ndarray, np.ndarray]:
     return gn.direction(theta[0], phi[0]), gn.direction(theta[1], phi[1])
 
 
-@pytest.mark.parametrize("name", thinned([*FRONT, *BOTH], ["lacquer", "under a smooth one", *BOTH]))
+@pytest.mark.parametrize("name", thinned([*FRONT, *BOTH], ["lacquer", "milk", "ground coat"]))
 def test_the_first_element_is_f_and_the_matrix_can_be(name):
     """And M/n_o^2 goes the same way back."""
     m = (FRONT | BOTH)[name]

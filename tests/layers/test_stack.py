@@ -112,7 +112,7 @@ def stack_of(parts, base):
 
 
 @pytest.mark.parametrize("theta", [pytest.param(0.3, marks=pytest.mark.full), 1.1])
-@pytest.mark.parametrize(("parts", "base"), thinned(WALKS, [WALKS[k] for k in (0, 1, 3, 5)]))
+@pytest.mark.parametrize(("parts", "base"), thinned(WALKS, [WALKS[k] for k in (0, 1, 3)]))
 def test_photons_leave_as_the_stack_says(parts, base, theta):
     """Counts in 8 x 8 cells of the hemisphere, beside f integrated over each; the mirrored light apart."""
     count, wi, m = 100_000, gn.direction(theta, 0.0), stack_of(parts, base)
@@ -153,7 +153,7 @@ def coarsely(*stacks, kept):
     return [*thinned(coarse, [coarse[k] for k in kept]), *(pytest.param(m, marks=pytest.mark.full) for m in stacks)]
 
 
-@pytest.mark.parametrize("m", [*coarsely(*STACKS[1:], kept=[0, 2]), pytest.param(STACKS[0], marks=pytest.mark.full)])
+@pytest.mark.parametrize("m", [*coarsely(*STACKS[1:], kept=[2]), pytest.param(STACKS[0], marks=pytest.mark.full)])
 @pytest.mark.usefixtures("uncompiled")  # kernels of all derivatives take longer to compile than few directions
 def test_derivatives_are_those_of_differences(m):
     wi, wo = (w[:40] for w in (WI, WO))
@@ -169,7 +169,7 @@ def test_derivatives_are_those_of_differences(m):
 ROUGH_BELOW = gn.Stack([gn.Interface(1.3), gn.RoughInterface(1.4, 0.2)], gn.Lambertian(0.2), tolerance=0.05)
 
 
-@pytest.mark.parametrize("m", [*thinned(STACKS, STACKS[:2]), ROUGH_BELOW])
+@pytest.mark.parametrize("m", [*thinned(STACKS, STACKS[1:2]), ROUGH_BELOW])
 def test_stacks_are_reciprocal_and_sampled(m):
     np.testing.assert_allclose(m.f(WI, WO), m.f(WO, WI), rtol=1e-9)
     wo = gn.direction(0.7, 0.3)
@@ -180,7 +180,8 @@ def test_stacks_are_reciprocal_and_sampled(m):
 
 
 @pytest.mark.parametrize(
-    ("finest", "tolerances"), [(1e-4, (1e-2, 1e-3)), pytest.param(1e-5, (1e-2, 1e-3, 1e-4), marks=pytest.mark.full)]
+    ("finest", "tolerances"),
+    thinned([(1e-3, (1e-2,)), (1e-4, (1e-2, 1e-3)), (1e-5, (1e-2, 1e-3, 1e-4))], [(1e-3, (1e-2,))]),
 )
 def test_tolerance_is_kept(finest, tolerances):
     layers, base = [gn.RoughInterface(1.5, 0.1), gn.Medium(1.0, 0.9, 0.5)], gn.Microfacet(gn.GGX(0.2), 0.9)
@@ -259,7 +260,7 @@ def test_a_smooth_interface_over_nothing_is_a_smooth_dielectric(eta):
         np.testing.assert_allclose(ours.wi[through], theirs.wi[through], atol=1e-12)
 
 
-@pytest.mark.parametrize("depth", [0.0, 0.3])
+@pytest.mark.parametrize("depth", thinned([0.0, 0.3], [0.3]))
 def test_two_smooth_interfaces_are_a_pane(depth):
     """The sum of the bounces of light that counts as unpolarised at each: `ThinDielectric` has s and p apart, which is
     the same along the normal."""
@@ -314,7 +315,7 @@ GOES_THROUGH = [
 ]
 
 
-@pytest.mark.parametrize(("layers", "error"), thinned(GOES_THROUGH, [GOES_THROUGH[k] for k in (2, 6, 8, 10)]))
+@pytest.mark.parametrize(("layers", "error"), thinned(GOES_THROUGH, [GOES_THROUGH[k] for k in (2, 8)]))
 def test_nothing_is_lost_of_light_that_goes_through(layers, error):
     white = gn.Stack(layers)
     np.testing.assert_allclose(
@@ -331,7 +332,7 @@ OVER_NOTHING = [
 ]
 
 
-@pytest.mark.parametrize("m", OVER_NOTHING)
+@pytest.mark.parametrize("m", coarsely(*OVER_NOTHING, kept=[0, 1, 2]))
 def test_light_may_go_either_way_through(m):
     n = {1.0: 1.0, -1.0: m.index}
     of_i, of_o = (np.array([n[s] ** 2 for s in np.sign(w[:, 2])])[:, None] for w in (BOTH_I, BOTH_O))
@@ -354,7 +355,7 @@ def test_a_stack_turned_over_is_the_layers_from_below(m):
 @pytest.mark.parametrize(
     ("m", "theta"),
     [
-        pytest.param(m, theta, marks=pytest.mark.full if k == (theta > 1.6) else ())
+        pytest.param(m, theta, marks=() if k else pytest.mark.full)
         for k, m in enumerate(OVER_NOTHING[:2])
         for theta in (0.7, 2.3)
     ],
@@ -371,13 +372,21 @@ def test_samples_go_through(m, theta):
         assert (np.abs(got.mean(axis=0) - expected) < error + 1e-4).all()
 
 
-@pytest.mark.parametrize("m", coarsely(*OVER_NOTHING[:2], kept=[1]))
+@pytest.mark.parametrize(
+    ("m", "by"),
+    [
+        (gn.Stack(OVER_NOTHING[1].layers, tolerance=0.1), ["0.alpha", "1.albedo"]),
+        *(pytest.param(*m.values, None, marks=pytest.mark.full) for m in coarsely(*OVER_NOTHING[:2], kept=[])),
+    ],
+)
 @pytest.mark.usefixtures("uncompiled")
-def test_derivatives_of_transmission_are_those_of_differences(m):
+def test_derivatives_of_transmission_are_those_of_differences(m, by):
     wi, wo = (w[:60] for w in (BOTH_I, BOTH_O))
-    found = m.jacobian(wi, wo)
+    found = m.jacobian(wi, wo, by)
     np.testing.assert_allclose(found.f, m.f(wi, wo), rtol=1e-12)
     for path, p in m.parameters.items():
+        if by and path not in by:
+            continue
         if path == "0.eta" and isinstance(m.layers[0], gn.RoughInterface):
             continue  # facets begin to reflect totally by a square root: differences jump as nodes pass it
         step = 1e-4 * max(float(np.max(np.abs(p.value))), 0.1)
@@ -397,7 +406,7 @@ THROUGH = [
 
 
 @pytest.mark.parametrize("theta", [0.3, pytest.param(1.1, marks=pytest.mark.full)])
-@pytest.mark.parametrize("parts", thinned(THROUGH, [THROUGH[k] for k in (1, 3, 4)]))
+@pytest.mark.parametrize("parts", thinned(THROUGH, [THROUGH[k] for k in (0, 3, 4)]))
 def test_photons_go_through_as_the_stack_says(parts, theta):
     """Counts in 8 x 8 cells of the lower hemisphere, beside f integrated over each; the light that is not scattered
     apart."""
@@ -430,3 +439,10 @@ def test_the_index_of_a_rough_interface_may_be_a_tensor(torch):
     assert gn.RoughInterface(eta).eta is eta
     with pytest.raises(ParameterError, match="expected eta at least"):
         gn.RoughInterface(torch.tensor(1.001, requires_grad=True))
+
+
+def test_what_does_not_scatter_takes_one_order():
+    """What rounding leaves of light that went straight through is no reason for more: 256 of them took 200 MB."""
+    black = gn.Stack([gn.Interface(1.5), gn.Medium(1.0, 0.0)])
+    assert black._response(0).orders == 1
+    assert gn.transmittance(black, WI[0]) < gn.transmittance(gn.SmoothDielectric(1.5), WI[0])

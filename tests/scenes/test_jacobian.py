@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import product
+
 import numpy as np
 import pytest
 from libraries import thinned
@@ -34,11 +36,11 @@ LIGHTS = {
 }
 
 
-@pytest.mark.parametrize("under", thinned(LIGHTS, ["sun", "sky"]))
-def test_by_roughness_and_index(under):
-    """Against differences of pictures of 4096 samples, in the mean over the shape."""
+@pytest.mark.parametrize(("under", "samples"), thinned(product(LIGHTS, (512, 4096)), [("sun", 512), ("sky", 4096)]))
+def test_by_roughness_and_index(under, samples):
+    """Against differences of pictures of many samples, in the mean over the shape."""
     m = gn.Microfacet(gn.GGX(0.4), gn.Dielectric(1.5)) + gn.Lambertian(0.2)
-    more = {"size": 24, "samples": 4096}
+    more = {"size": 24, "samples": samples}
     light = LIGHTS[under]
     _, slopes = gn.picture_jacobian(m, light, by=["alpha", "eta"], **more)
     for name, h in (("alpha", 0.02), ("eta", 0.05)):

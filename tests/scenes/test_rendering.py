@@ -197,13 +197,14 @@ def test_lattices_fill_every_dimension():
     assert (cells > 0).mean() > 0.95
 
 
-def test_figures(tmp_path):
-    for m, name in (
-        (MATTE, "a.png"),
-        (gn.IdealSpecular(0.5), "b.svg"),
-    ):
-        gn.figures.overview(m, gn.ConstantLight(1.0), tmp_path / name, size=16, samples=1)
-        assert (tmp_path / name).stat().st_size > 10_000
+@pytest.mark.parametrize(
+    ("m", "name"),
+    [(MATTE, "a.png"), pytest.param(gn.IdealSpecular(0.5), "b.svg", marks=pytest.mark.full)],
+    ids=["png", "svg"],
+)
+def test_figures(tmp_path, m, name):
+    gn.figures.overview(m, gn.ConstantLight(1.0), tmp_path / name, size=16, samples=1)
+    assert (tmp_path / name).stat().st_size > 10_000
     with pytest.raises(ParameterError, match=r"\.png, \.jpg, \.pdf, \.svg"):
         gn.figures.overview(MATTE, gn.ConstantLight(1.0), tmp_path / "a.gif")
 

@@ -25,6 +25,15 @@ NODES = {3: (9, 9, 12), 4: (6, 6, 8, 8)}
 pytestmark = pytest.mark.usefixtures("one_probe")
 every = pytest.mark.parametrize("system", SYSTEMS.values(), ids=SYSTEMS)
 both = pytest.mark.parametrize("count", [3, 4], ids=["isotropic", "oriented"])
+CASES = {f"{count}-{name}": (system, count) for name, system in SYSTEMS.items() for count in (3, 4)}
+each_once = pytest.mark.parametrize(
+    ("system", "count"),
+    [
+        pytest.param(*case, id=name, marks=() if k % 4 in (0, 3) else pytest.mark.full)
+        for k, (name, case) in enumerate(CASES.items())
+    ],
+)
+"""By default every other system isotropic, the others oriented."""
 
 
 @pytest.fixture(autouse=True)
@@ -90,8 +99,7 @@ def test_exchanging_wi_and_wo_does_to_the_angles_what_is_said(system, count):
         assert np.allclose(np.exp(1j * after[other]), np.exp(1j * (sign * x + shift)), atol=1e-9), name
 
 
-@every
-@both
+@each_once
 def test_to_dataset_and_back(system, count):
     ds = gn.to_dataset(MATERIALS[count], system.name, NODES[count])
     assert ds.attrs["parameterisation"] == system.name
@@ -104,8 +112,7 @@ def test_to_dataset_and_back(system, count):
     assert gn.to_dataset(MATERIALS[count], system.name)["values"].shape == system.coarse[count == 4]
 
 
-@every
-@both
+@each_once
 def test_resample(system, count):
     m = gn.repair.resample(MATERIALS[count], system.name, resolution=NODES[count])
     assert m.parameterisation == system.name and tuple(m.axes) == system.axes(count == 4)
@@ -116,8 +123,7 @@ def test_resample(system, count):
     assert np.allclose(other.stored[up], table(system, count).f(wi[up], wo[up]))
 
 
-@every
-@both
+@each_once
 @pytest.mark.parametrize("kind", ["reciprocity", "plane", "isotropy"])
 def test_symmetrise(system, count, kind):
     m = gn.repair.symmetrise(table(system, count), kind)
@@ -130,8 +136,7 @@ def test_symmetrise(system, count, kind):
     assert bool(m.repairs[-1].figures["on_grid"]) == exact
 
 
-@every
-@both
+@each_once
 def test_on_the_command_line(system, count, tmp_path):
     source, path = tmp_path / "x.json", tmp_path / "x.nc"
     gn.save(MATERIALS[count], source)
@@ -143,8 +148,7 @@ def test_on_the_command_line(system, count, tmp_path):
     assert system.title in " ".join(facts_as_text(said).split())
 
 
-@every
-@both
+@each_once
 @pytest.mark.parametrize("suffix", [".nc", ".zarr", ".csv"])
 def test_files_that_hold_tables_hold_each(system, count, suffix, tmp_path):
     m = table(system, count)
@@ -158,8 +162,7 @@ def test_files_that_hold_tables_hold_each(system, count, suffix, tmp_path):
         assert gn.load(tmp_path / "y.nc").parameterisation == system.name
 
 
-@every
-@both
+@each_once
 def test_ssdd_which_has_three_systems_holds_each(system, count, tmp_path):
     """A relative table's nodes are those of a grid of both azimuths, too, if its steps are the same."""
     m = gn.repair.resample(MATERIALS[count], system.name, resolution=NODES[count])

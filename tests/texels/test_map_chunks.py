@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import pickle
+from concurrent.futures import Executor, Future
 from importlib.util import find_spec
+from typing import Any
 
 import numpy as np
 import pytest
@@ -46,7 +49,21 @@ def test_without_output_nothing_is_computed_yet(scan):
     same(found.compute(scheduler="synchronous"), whole)
 
 
-@pytest.mark.parametrize("scheduler", [None, "processes:1"])
+class _Sent(Executor):
+    """Calls at once what pickle makes of a function and its arguments, as another process gets them."""
+
+    def submit(self, fn: Any, /, *args: Any, **kwargs: Any) -> Future:
+        future: Future = Future()
+        work, given, named = pickle.loads(pickle.dumps((fn, args, kwargs)))
+        future.set_result(work(*given, **named))
+        return future
+
+
+@pytest.mark.parametrize(
+    "scheduler",
+    [None, _Sent(), pytest.param("processes:1", marks=pytest.mark.full)],
+    ids=["threads", "sent", "processes"],
+)
 def test_from_store_to_store(scan, tmp_path, scheduler):
     wi, wo, f, whole = scan
     counts = []

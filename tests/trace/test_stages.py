@@ -90,8 +90,9 @@ def test_what_stages_are_for() -> None:
 
 TASK = Task(kernels.value, (VALUE,), (3, 3))
 CHANNELS = 12
-FEW = thinned(draws(1, every=3), OBEDIENT)
-"""Of a third of the models one; of every model, and a third of all, with `full`."""
+LONG = {Draw(kind, 0) for kind in (gn.Microfacet, gn.RoughDielectric)}
+FEW = thinned(draws(1, every=3), {draw._replace(seed=9) if draw in LONG else draw for draw in OBEDIENT})
+"""Of a third of the models one, whose graph is not too large; of every model, and a third of all, with `full`."""
 
 
 def values(m: gn.Reflectance, wi: np.ndarray, wo: np.ndarray, rewrite: bool) -> tuple[np.ndarray, np.ndarray]:

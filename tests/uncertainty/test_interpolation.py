@@ -54,7 +54,7 @@ def judged(made):
 # Beside the truth.
 
 
-@pytest.mark.parametrize("count", [4, pytest.param(15, marks=pytest.mark.full)])
+@pytest.mark.parametrize("count", [3, pytest.param(15, marks=pytest.mark.full)])
 def test_measurements_on_two_grids(count):
     """The same as benchmarks/uncertainty_campaign.py."""
     found = []
@@ -115,7 +115,7 @@ def test_what_is_linear_along_the_axes_is_certain():
     assert repr(q).endswith("(noise 0, interpolation 0)")
 
 
-@pytest.mark.parametrize("count", [6, pytest.param(12, marks=pytest.mark.full)])
+@pytest.mark.parametrize("count", [4, pytest.param(12, marks=pytest.mark.full)])
 def test_noise_is_not_counted_twice(count):
     """Of a table that is noise alone the rehearsal finds next to nothing, though its nodes differ from neighbours."""
     phi = np.radians(np.arange(0.0, 181.0, 15.0))

@@ -18,8 +18,8 @@ CHUNKS = (12, 32, 80, 160, 256)
 FEWEST, FEWEST_OF_ROUGH, MOST = 24, 36, 128
 """Nodes from the normal to the horizon; beside facets' total reflection, which begins by a root, there are more."""
 
-NOTHING = 1e-10
-"""What is less is rounding [1/sr]."""
+NOTHING = 1e-12
+"""What is less is rounding [1/sr]: some 1e-13 remain where light that went straight through is taken away."""
 
 
 class Smooth(NamedTuple):
@@ -126,7 +126,7 @@ def response(parts: Sequence[Part], base: Base | None, tolerance: float, nodes: 
             scale = np.outer(*(grating.root(n) for n in pair))
             of_side.append(rest / (np.pi * np.where(orders == 0, 2.0, 1.0) * scale))
             size = np.abs(of_side[-1][:, rows][:, :, columns]).max(axis=(1, 2), initial=0.0)
-            needed |= size > 0.1 * tolerance * max(np.abs(of_side[0][0]).max(), NOTHING)
+            needed |= size > max(0.1 * tolerance * np.abs(of_side[0][0]).max(), NOTHING)
         last = np.flatnonzero(needed)
         if not len(last) or last[-1] < 0.75 * (stop - start):
             kept = last[-1] + 1 if len(last) else 1 if start == 0 else 0
