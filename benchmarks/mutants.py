@@ -66,6 +66,8 @@ def main() -> None:
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(1))  # what is broken is mended first
     trees = {tree.name.rpartition("-")[2]: tree for tree in (worktree(name, asked.trees) for name in asked.commits)}
     faults = dict(enumerate(chosen(next(iter(trees.values())), asked.seed), 1))
+    if asked.seed != SEED:
+        EQUIVALENT.clear()  # they are places of that seed's
     file = HERE / ("mutants.txt" if asked.seed == SEED else f"mutants_seed_{asked.seed}.txt")
     if asked.list:
         print(*(f"{number:2} {fault}" for number, fault in faults.items()), sep="\n")
