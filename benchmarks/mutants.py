@@ -1,7 +1,7 @@
 """Faults that the tests must see: `python benchmarks/mutants.py COMMIT...`, results in benchmarks/mutants.txt.
 
 The source of the first commit is broken in 60 places, one at a time; a seed chooses them, of all rooms and kinds
-(benchmarks/faults.py); those of another --seed K have their results in mutants_seed_K.txt. Each commit has the same
+(benchmarks/faults.py); another --seed chooses others, whose results have a file of their own. Each commit has the same
 line broken in a worktree of its own, made in the folder --trees (where this checkout is), and its tests run until one
 fails: first the one that saw the fault in another commit, then the files that name most of what is broken, the other
 tests of the room, those of the rooms above it, and with --whole all. A fault is open where --cpu seconds do not
