@@ -18,7 +18,7 @@ import gonio as gn
 from gonio.formula.direction import HORIZON, Direction, half_and_cosine
 from gonio.laws import _probes
 
-COUNT = 1500
+COUNT = 3000
 
 
 def on_sphere(z: np.ndarray, phi: np.ndarray) -> np.ndarray:

@@ -70,8 +70,9 @@ def test_models(language: str, tmp_path: Path) -> None:
 
 @each(*RUN)
 @in_blocks
-def test_channels(language: str, tmp_path: Path) -> None:
-    counts = (None, 2, 5) if language == "osl" else (1, 3, 4)
+@pytest.mark.parametrize("whole", [False, pytest.param(True, marks=FULL)])
+def test_channels(language: str, whole: bool, tmp_path: Path) -> None:
+    counts = (None, 1, 2, 3, 4, 5) if whole else (None, 2, 5) if language == "osl" else (1, 3, 4)
     compare({f"m{count or 0}": cases.of_channels(count) for count in counts}, language, tmp_path, (*FUNCTIONS, "f_cos"))
 
 

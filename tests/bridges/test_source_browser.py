@@ -49,15 +49,18 @@ def compare(page: Any, materials: Mapping[str, Any], language: str, parameters: 
 
 @both
 @in_blocks
-def test_models(page: Any, language: str) -> None:
-    names = ("coated", "coxmunk", "microfacet") if language == "glsl" else ("eon", "hapke", "rossli")
+@pytest.mark.parametrize("whole", [False, pytest.param(True, marks=pytest.mark.full)])
+def test_models(page: Any, language: str, whole: bool) -> None:
+    few = ("coated", "coxmunk", "microfacet") if language == "glsl" else ("eon", "hapke", "rossli")
+    names = ("coated", "coxmunk", "disneyprincipled", "eon", "hapke", "microfacet", "rossli", "sgd") if whole else few
     compare(page, {name: m for name, m in cases.models().items() if name in names}, language)
 
 
 @both
 @in_blocks
-def test_channels_and_arguments(page: Any, language: str) -> None:
-    materials = {f"m{count or 0}": cases.of_channels(count) for count in (None, 2, 5)}
+@pytest.mark.parametrize("counts", [(None, 2, 5), pytest.param((None, 1, 2, 5), marks=pytest.mark.full)], ids=str)
+def test_channels_and_arguments(page: Any, language: str, counts: tuple[int | None, ...]) -> None:
+    materials = {f"m{count or 0}": cases.of_channels(count) for count in counts}
     compare(page, materials, language, "arguments")
 
 

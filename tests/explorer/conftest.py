@@ -1,4 +1,4 @@
-"""A server of the explorer in a process of its own."""
+"""A server of the explorer in a process of its own; shader source is written as users have it."""
 
 from __future__ import annotations
 
@@ -6,6 +6,10 @@ from collections.abc import Iterator
 
 import pytest
 from explorer_server import Explorer
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _as_users_have_it(optimised: None) -> None: ...
 
 
 @pytest.fixture(scope="module")

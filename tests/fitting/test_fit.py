@@ -145,14 +145,16 @@ def test_normal_equations_are_those_of_the_residuals(robust):
 @pytest.mark.parametrize(
     ("noise", "known"), thinned(itertools.product([0.001, 0.1], [True, False]), [(0.001, True), (0.1, False)])
 )
-@pytest.mark.parametrize(("trials", "least"), thinned([(30, 23), (60, 50), (150, 130)], [(30, 23)]))
-def test_intervals_cover_the_truth(noise, known, trials, least):
+@pytest.mark.parametrize(
+    ("rows", "trials", "least"), thinned([(100, 30, 23), (300, 60, 50), (300, 150, 130)], [(100, 30, 23)])
+)
+def test_intervals_cover_the_truth(noise, known, rows, trials, least):
     """Of 30 trials at 95 % fewer than 23 have a probability of 1e-4, of 60 fewer than 50 one of 5e-4, of 150 fewer than
     132 one of 1e-4; the campaign has 1000."""
     truth = {"0.rho": 0.3, "1.distribution.alpha_x": 0.15, "1.fresnel.F0": 0.06}
     covered = np.zeros(3)
     for seed in range(trials):
-        wi, wo, f, u = noisy(GLOSSY, 100, noise, seed)
+        wi, wo, f, u = noisy(GLOSSY, rows, noise, seed)
         found = gn.fit(
             (wi, wo, f, u) if known else (wi, wo, f), MODEL.replace(truth), "likelihood" if known else "log", starts=1
         )
@@ -415,13 +417,14 @@ def test_jax_differentiates_the_same_residuals():
 
 
 @pytest.mark.slow_because("a choice among models is many fits")
-def test_figures_and_command(tmp_path, monkeypatch):
+@pytest.mark.parametrize("half", thinned([8, 20], [8]))
+def test_figures_and_command(half, tmp_path, monkeypatch):
     from click.testing import CliRunner
 
     from gonio.cli.commands import cli
 
     monkeypatch.chdir(tmp_path)
-    gn.save(gn.tabulate(GLOSSY, resolution=(8, 8, 16)), "paint.csv")
+    gn.save(gn.tabulate(GLOSSY, resolution=(half, half, 2 * half)), "paint.csv")
     run = CliRunner().invoke(cli, ["fit", "paint.csv", "-o", "fit.json", "--plot", "fit.png"])
     assert run.exit_code == 0, run.output
     assert "1.distribution.alpha_x  0.15" in run.output and (tmp_path / "fit.png").stat().st_size > 10_000
@@ -438,17 +441,18 @@ def test_figures_and_command(tmp_path, monkeypatch):
 
 @pytest.mark.full  # by default the command does
 def test_selection_does_not_take_more_lobes_than_the_data_support():
-    wi, wo, f, u = noisy(GLOSSY, 400, 0.02, 12)
+    wi, wo, f, u = noisy(GLOSSY, 800, 0.02, 12)
     chosen = gn.select_model((wi, wo, f, u), "lobes")
     assert chosen.best.name == "Lambertian + GGX" and "no more" in chosen.verdict
 
 
 @pytest.mark.slow_because("a choice among models is many fits")
-def test_selection_takes_as_many_lobes_as_the_data_support():
+@pytest.mark.parametrize("rows", thinned([700, 1500], [700]))
+def test_selection_takes_as_many_lobes_as_the_data_support(rows):
     two = (
         gn.Lambertian(0.2) + gn.Microfacet(gn.GGX(0.05), gn.Schlick(0.04)) + gn.Microfacet(gn.GGX(0.4), gn.Schlick(0.2))
     )
-    assert gn.select_model(noisy(two, 700, 0.01, 13), "lobes").best.name == "Lambertian + 2 GGX"
+    assert gn.select_model(noisy(two, rows, 0.01, 13), "lobes").best.name == "Lambertian + 2 GGX"
 
 
 def test_a_model_that_cannot_be_fitted_is_a_line_of_the_table():

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from binary_files import layered, random_layered
 from format_cases import ANISOTROPIC, GRAY, MODEL, claimed, directions, file_of
+from libraries import thinned
 from places import real
 
 import gonio as gn
@@ -145,9 +146,10 @@ def test_scatfun_real_file_samples_what_it_reflects():
 
 
 @pytest.mark.parametrize("m", [MODEL, GRAY], ids=["rgb", "gray"])
-def test_scatfun_of_a_model(tmp_path, m):
+@pytest.mark.parametrize("nodes", thinned([16, 24], [16]))
+def test_scatfun_of_a_model(tmp_path, m, nodes):
     path = tmp_path / "model.bsdf"
-    save(m, path, format="SCATFUN", nodes=16)
+    save(m, path, format="SCATFUN", nodes=nodes)
     found = load(path)
     mu = found.parts["mu"].astype(float)
     theta = np.arccos(mu[mu > 0.0])

@@ -9,6 +9,7 @@ import optical_files as files
 import pytest
 from binary_files import layered
 from format_cases import file_of, grid
+from libraries import thinned
 from places import real
 from test_window_xml import radiance
 from window_xml_texts import block, document, grid_of, numbers_of, tree_file, words
@@ -274,11 +275,12 @@ def test_integra_ddt_is_transmission(oriented, tmp_path):
 
 
 @pytest.mark.parametrize("suffix", ["brdf", "anisotropicbsdf"])
-def test_speos_of_a_sheet(suffix, tmp_path):
+@pytest.mark.parametrize("step", thinned([4.0, 2.0], [4.0]))
+def test_speos_of_a_sheet(suffix, step, tmp_path):
     R, T = gn.Lambertian(0.3) + 0.2 * gn.Microfacet(gn.GGX(0.4)), 0.5 * gn.Microfacet(gn.GGX(0.5))
     m = gn.Sheet(R, R, T, T)
     path, again = tmp_path / f"a.{suffix}", tmp_path / f"b.{suffix}"
-    gn.save(m, path, "Speos", step=4.0)
+    gn.save(m, path, "Speos", step=step)
     back = gn.load(path, side="both")
     wi, wo = gn.direction(np.radians([20.0, 40.0, 60.0]), 1.0), gn.direction(np.radians([30.0, 50.0, 10.0]), 2.5)
     for i, o in ((wi, wo), (wi, wo * MIRRORED), (wi * MIRRORED, wo), (wi * TURNED, wo * TURNED)):
@@ -286,7 +288,7 @@ def test_speos_of_a_sheet(suffix, tmp_path):
     gn.save(back, again, "Speos")
     assert gn.load(again, side="both") == back
     assert gn.load(path) == back.front
-    gn.save(gn.Across(T), path, "Speos", step=4.0)
+    gn.save(gn.Across(T), path, "Speos", step=step)
     back = gn.load(path)
     np.testing.assert_allclose(np.squeeze(back.f(wi, wo * MIRRORED)), m.f(wi, wo * MIRRORED), rtol=5e-3)
     with pytest.raises(FormatError, match="read it with side='both'"):

@@ -119,7 +119,6 @@ def test_page_runs(page, tmp_path):
         "PYTHONPATH": os.pathsep.join(map(str, (home, ROOT / "tests" / "tools"))),
         "PYTHONIOENCODING": "utf-8",
         "MPLBACKEND": "Agg",
-        "GONIO_PASSES": "",  # as readers have it
     }
     command = [sys.executable, "-W", "error", str(file)]
     done = subprocess.run(command, cwd=work, env=environment, capture_output=True, encoding="utf-8")

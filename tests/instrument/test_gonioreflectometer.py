@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 import pytest
+from libraries import thinned
 
 import gonio as gn
 from gonio.errors import DirectionError, ParameterError, ToleranceWarning
@@ -57,13 +58,14 @@ def test_energy_is_conserved():
     np.testing.assert_allclose((m.stored * projected).sum((1, 2)), m.report.reflected[:, 0], rtol=1e-6)
 
 
-def test_facets_of_any_reflectance():
+@pytest.mark.parametrize(("rays", "bounces"), thinned([(1 << 13, 60), (1 << 15, 200)], [(1 << 13, 60)]))
+def test_facets_of_any_reflectance(rays, bounces):
     """Mirrors as a number and as a material are alike; white facets of any kind return everything."""
-    surface, named = gn.surfaces.gaussian(0.4, size=64), {"theta_i": 0.7, "error": 1.0, "rays": 1 << 13}
+    surface, named = gn.surfaces.gaussian(0.4, size=64), {"theta_i": 0.7, "error": 1.0, "rays": rays}
     number = gn.gonioreflectometer(surface, 0.5, **named)
     material = gn.gonioreflectometer(surface, gn.IdealSpecular(0.5), **named)
     np.testing.assert_allclose(number.bounces, material.bounces, atol=2e-4)
-    white = gn.gonioreflectometer(surface, gn.Lambertian(1.0), **named, bounces=60)
+    white = gn.gonioreflectometer(surface, gn.Lambertian(1.0), **named, bounces=bounces)
     np.testing.assert_allclose(white.report.reflected, 1.0, atol=2e-3)
     red = gn.gonioreflectometer(surface, gn.Lambertian([0.8, 0.2, 0.1]), **named)
     assert red.channels == 3 and red.stored.shape == (1, 18, 19, 3)
@@ -80,13 +82,14 @@ def test_flat_facets_are_the_facet():
     np.testing.assert_allclose(m.bounces[0, 0, 0], [0.6, 0.3], rtol=1e-5)
 
 
-def test_uncertainty_is_that_of_independent_surfaces():
+@pytest.mark.parametrize("count", thinned([16, 24], [16]))
+def test_uncertainty_is_that_of_independent_surfaces(count):
     """The spread of whole measurements is the uncertainty that each states."""
     surface, named = (
         gn.surfaces.gaussian(0.4, size=64),
         {"theta_i": 0.5, "error": 1.0, "rays": 1 << 14, "cells": (6, 8)},
     )
-    runs = [gn.gonioreflectometer(surface, **named, seed=seed) for seed in range(16)]
+    runs = [gn.gonioreflectometer(surface, **named, seed=seed) for seed in range(count)]
     f, u = (np.stack([getattr(m, name)[0] for m in runs]) for name in ("stored", "uncertainty"))
     strong = f.mean(0) > 0.1 * f.mean(0).max()
     ratio = np.sqrt((u**2).mean(0))[strong] / f.std(0, ddof=1)[strong]

@@ -413,10 +413,11 @@ def test_an_isotropic_material_in_a_tilted_cone_is_integrated_by_polar_angle(mon
         (Cone(on_sphere(1.3, 3.0), 1.2), gn.Hemisphere()),
     ],
 )
-def test_overlap_of_cones(a, b):
-    many = spread(100_000)
+@pytest.mark.parametrize(("count", "edges"), thinned([(100_000, 51), (300_000, 101)], [(100_000, 51)]))
+def test_overlap_of_cones(a, b, count, edges):
+    many = spread(count)
     expected = (many[:, 2] * (a.contains(many) & b.contains(many))).mean() * 2.0 * PI
-    x, w = panels(np.linspace(0.0, 1.0, 51))
+    x, w = panels(np.linspace(0.0, 1.0, edges))
     for first, second in ((a, b), (b, a)):
         points, _ = overlap(first, second)
         directions, solid = points(x[:, None], x)

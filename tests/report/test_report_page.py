@@ -142,6 +142,13 @@ def test_numbers_are_those_of_gonio(paint):
     json.dumps(page._finite(one), allow_nan=False)
 
 
+@pytest.mark.full
+def test_laws_are_those_of_check(paint):
+    assert [law.value for law in gn.check(gn.material("gold-metallic-paint")).laws] == [
+        law.value for law in paint[2].laws
+    ]
+
+
 def test_the_program_of_a_report_gives_its_numbers(paint, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     one, *_ = paint
@@ -354,8 +361,9 @@ def test_data_of_a_script_stays_in_it():
 
 
 @pytest.mark.slow_because("fits of two materials, and what is near to them")
-def test_two_materials_stand_side_by_side(quick, monkeypatch):
-    monkeypatch.setattr(fits, "SIMPLER", 1)
+@pytest.mark.parametrize("simpler", thinned([1, fits.SIMPLER], [1]))
+def test_two_materials_stand_side_by_side(quick, simpler, monkeypatch):
+    monkeypatch.setattr(fits, "SIMPLER", simpler)
     subjects = [Subject.of(name, gn.material(name)) for name in ("gold", "brass")]
     said, text = reported(subjects)
     read = whole(text)

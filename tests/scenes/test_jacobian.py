@@ -36,7 +36,9 @@ LIGHTS = {
 }
 
 
-@pytest.mark.parametrize(("under", "samples"), thinned(product(LIGHTS, (512, 4096)), [("sun", 512), ("sky", 4096)]))
+@pytest.mark.parametrize(
+    ("under", "samples"), thinned([("sun", 512), *product(LIGHTS, [4096])], [("sun", 512), ("sky", 4096)])
+)
 def test_by_roughness_and_index(under, samples):
     """Against differences of pictures of many samples, in the mean over the shape."""
     m = gn.Microfacet(gn.GGX(0.4), gn.Dielectric(1.5)) + gn.Lambertian(0.2)

@@ -194,9 +194,10 @@ def test_beyond_the_nodes():
 @pytest.mark.parametrize(
     ("name", "count"), thinned(AXES, [case for case in AXES if case[1] == 4 or case[0] == "angles"])
 )
-def test_sampling(name, count):
+@pytest.mark.parametrize("samples", thinned([1 << 14, 1 << 16], [1 << 14]))
+def test_sampling(name, count, samples):
     m = grid(name, count)
-    u = lattice(1 << 14)
+    u = lattice(samples)
     wo = gn.direction(0.7, 0.4)
     s = m.sample(np.broadcast_to(wo, (len(u), 3)), u)
     used = s.pdf > 0.0

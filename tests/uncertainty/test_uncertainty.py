@@ -9,6 +9,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from libraries import thinned
 from scipy import sparse
 
 import gonio as gn
@@ -263,9 +264,9 @@ def test_channels():
         quote(gn.albedo, spectral(("R", "G", "B")), WI, correlation={"channel": 80.0})
 
 
-def test_rows_in_no_grid_share_their_errors_with_the_nodes_around_them():
+@pytest.mark.parametrize("n", thinned([36, 60], [36]))
+def test_rows_in_no_grid_share_their_errors_with_the_nodes_around_them(n):
     rng = np.random.default_rng(5)
-    n = 36
     angles = [1.2 * rng.random(n), 0.0 * rng.random(n), 1.3 * rng.random(n), 6.0 * rng.random(n)]
     values = np.full(n, RHO / np.pi)
     m = Scattered(*angles, values, uncertainty=0.02 * values)
