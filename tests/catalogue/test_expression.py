@@ -193,17 +193,27 @@ MARKS = [
 ]
 
 
-@pytest.mark.parametrize("count", [50, pytest.param(150, marks=pytest.mark.full)])
-def test_any_text_gives_a_reflectance_or_a_gonio_error(count):
-    @settings(max_examples=count, deadline=None, derandomize=True)
-    @given(st.one_of(st.text(max_size=40), st.lists(st.sampled_from(WORDS + MARKS), max_size=14).map("".join)))
-    def held(text):
-        try:
-            assert isinstance(expression(text), Reflectance)
-        except gn.Error as error:
-            assert str(error)
+TEXTS = st.one_of(st.text(max_size=40), st.lists(st.sampled_from(WORDS + MARKS), max_size=14).map("".join))
 
-    held()
+
+def gives_a_reflectance_or_a_gonio_error(text):
+    try:
+        assert isinstance(expression(text), Reflectance)
+    except gn.Error as error:
+        assert str(error)
+
+
+@settings(max_examples=50, deadline=None, derandomize=True)
+@given(TEXTS)
+def test_any_text_gives_a_reflectance_or_a_gonio_error(text):
+    gives_a_reflectance_or_a_gonio_error(text)
+
+
+@pytest.mark.full
+@settings(max_examples=150, deadline=None, derandomize=True)
+@given(TEXTS)
+def test_many_texts_give_a_reflectance_or_a_gonio_error(text):
+    gives_a_reflectance_or_a_gonio_error(text)
 
 
 ARGUMENTS = [
