@@ -26,7 +26,7 @@ from typing import Any
 from zlib import crc32
 
 import pytest
-from leftovers import freeze, give_back
+from leftovers import give_back
 from libraries import KINDS, DrJitArray, DrJitTensor, Jax, Library, Torch, Uncompiled, opened, optimising, switch_off
 
 from gonio.evaluate import planning
@@ -63,10 +63,6 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
         by_compiler = case.params.get("library") in (Jax, DrJitTensor, DrJitArray)
         if by_compiler and item.path.name not in ("test_ops.py", "test_laws.py") and crc32(item.nodeid.encode()) % 4:
             item.add_marker("full")
-
-
-def pytest_collection_finish() -> None:
-    freeze()
 
 
 @pytest.fixture(params=KINDS, ids=lambda kind: kind.name, scope="session")

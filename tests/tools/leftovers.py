@@ -14,14 +14,6 @@ from gonio.formula.value import Value
 MUCH, MORE = 600 << 20, 100 << 20
 """Bytes from which on it is worth the time to look, and by which a process has grown since the last look."""
 _LEFT = [0]
-_OF_MODULES: list[Value | Fixed] = []
-
-
-def freeze() -> None:
-    """What modules hold stays as long as the process: the collector need not look at it again."""
-    gc.collect()
-    _OF_MODULES[:] = _keeping()
-    gc.freeze()
 
 
 def give_back() -> None:
@@ -29,8 +21,11 @@ def give_back() -> None:
     if resident() < max(MUCH, _LEFT[0] + MORE):
         return
     gc.collect()
-    for thing in [*_OF_MODULES, *_keeping()]:  # materials stay, but not what follows from them
-        (thing._derived if isinstance(thing, Value) else thing._conversions).clear()
+    for thing in gc.get_objects():  # materials stay, but not what follows from them
+        if issubclass(type(thing), Value):
+            thing._derived.clear()
+        elif issubclass(type(thing), Fixed):
+            thing._conversions.clear()
     if "jax" in sys.modules:
         sys.modules["jax"].clear_caches()  # a program for each operation, shape and dtype
     if "drjit" in sys.modules:
@@ -39,11 +34,6 @@ def give_back() -> None:
     with suppress(AttributeError, OSError):  # glibc's alone
         ctypes.CDLL(None).malloc_trim(0)
     _LEFT[0] = resident()
-
-
-def _keeping() -> list[Value | Fixed]:
-    """All that keeps what follows from it."""
-    return [thing for thing in gc.get_objects() if issubclass(type(thing), Value | Fixed)]
 
 
 def resident() -> int:
