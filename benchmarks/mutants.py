@@ -155,7 +155,7 @@ def put(fault: Fault, text: str) -> str:
 
 def turns_of(fault: Fault, tree: Path, seen: list[str], whole: bool) -> Iterator[list[str]]:
     """Tests to run, the nearest first."""
-    yield [test for test in seen if _is_there(tree, test)]
+    yield list(dict.fromkeys(test.partition("[")[0] for test in seen if _is_there(tree, test)))  # cases change
     home = room(fault.path)
     owned = {path: path.read_text(encoding="utf-8") for path in sorted((tree / "tests").glob("*/**/test_*.py"))}
     own, above = [home] if home else ["house", "attacks"], rooms_above(home, tree)
