@@ -26,7 +26,7 @@ from typing import Any
 from zlib import crc32
 
 import pytest
-from leftovers import give_back
+from leftovers import give_back, settle
 from libraries import KINDS, DrJitArray, DrJitTensor, Jax, Library, Torch, Uncompiled, opened, optimising, switch_off
 
 from gonio.evaluate import planning
@@ -34,6 +34,10 @@ from gonio.formats._reading import hdf
 from gonio.formula.fields import CLASSES
 
 pytest_plugins = ("near", "passed", "second", "skips")
+
+
+def pytest_configure() -> None:
+    settle()
 
 
 @pytest.hookimpl(tryfirst=True)  # before pytest leaves out what `-m` says

@@ -75,6 +75,8 @@ def test_the_plane_of_an_oriented_measurement_is_one_that_was_lit():
     m = gn.Scattered(*rows, np.ones(len(rows[0])), isotropic=False)
     assert plane(m) == pytest.approx(2.9)
     assert all(len(s.views) == 15 for s in slices_of(m))
+    axes = {"theta_i": [0.0, 0.8], "theta_o": [0.0, 0.8], "phi_i": [0.0, 1.0, 2.8, 4.5], "phi_o": [0.0, 3.0]}
+    assert plane(gn.Gridded("angles", axes, np.ones((2, 2, 4, 2)))) == 2.8
     assert plane(PLASTIC) == plane(scan(0.4)) == np.pi
 
 
@@ -230,6 +232,8 @@ def test_differences_are_signed(tmp_path):
         again.axes[2].images[0].get_array().filled(0.0),
         gn.figures.difference(one, two).axes[2].images[0].get_array().filled(0.0),
     )
+    high = gn.figures.difference(*(gn.Image(picture.pixels[:, 8:14]) for picture in (one, two)))
+    assert high.get_figheight() > 2.0 * again.get_figheight()
     of_models = gn.figures.difference(gn.Lambertian(0.3), gn.Lambertian(0.6)).axes[2].collections[0].get_array()
     np.testing.assert_allclose(of_models, 100.0 * 0.3 / 0.45)
 

@@ -96,6 +96,18 @@ def test_what_stands_between_throws_a_shadow():
     )
 
 
+def test_half_shadows_of_exchanged_patches_are_those_of_rays():
+    """What is seen in part is looked at by more rays."""
+    screen = [[0.2, 0.2, 0.5], [0.8, 0.2, 0.5], [0.8, 0.8, 0.5], [0.2, 0.8, 0.5]]
+    scene = gn.Scene([quad(FLOOR, 0.5), quad(screen, 0.0), quad(CEILING, 0.0, 1.0)])
+    by = {method: gn.radiosity(scene, 200, method) for method in ("dense", "rays")}
+    arriving = {
+        method: (light._patches.areas * light.irradiance[:, 0])[light.part == 0].sum() for method, light in by.items()
+    }
+    assert arriving["dense"] == pytest.approx(arriving["rays"], rel=0.03)
+    assert arriving["dense"] < 0.8 * ff.parallel_rectangles(1.0, 1.0, 1.0)
+
+
 def test_patches_are_small_where_light_changes():
     small = [[0.45, 0.45, 0.05], [0.45, 0.55, 0.05], [0.55, 0.55, 0.05], [0.55, 0.45, 0.05]]
     light = gn.radiosity(gn.Scene([quad(FLOOR, 0.5), quad(small, 0.0, 1.0)]), 500, "rays")

@@ -159,6 +159,8 @@ def test_closed_forms_of_textbooks():
     half = gn.SphereLight([5.0, 0.0, 0.0], 3.0)  # the horizon halves it
     edge = math.asin(0.6)
     assert gn.irradiance(half) == pytest.approx(edge - 0.6 * 0.8, rel=1e-9)
+    alone = [gn.irradiance(light) for light in (disk, sphere, square)]
+    assert gn.irradiance([disk, sphere, square]) == pytest.approx(sum(alone), rel=1e-12)
 
 
 def test_a_polygon_of_four_corners_is_a_rectangle():

@@ -13,6 +13,7 @@ from gonio.base.reflectance import Reflectance
 from gonio.errors import ParameterError
 from gonio.formula.mueller import of_amplitudes
 from gonio.integrals.over_hemisphere import integrate
+from gonio.models._reversed import Reversed
 from gonio.numerics.lattice import lattice
 
 PI = math.pi
@@ -332,6 +333,9 @@ def test_mitsuba(kind, m, most):
 
 
 def test_a_sheet_of_two_transmissions_need_not_be_reciprocal():
+    forward = gn.Microfacet(gn.GGX(0.4), 0.3)
+    for pair in ((forward, Reversed(forward)), (Reversed(forward), forward)):
+        assert "reciprocity" not in gn.Sheet(forward=pair[0], backward=pair[1]).breaches()
     one = gn.Sheet(forward=gn.Lambertian(0.2), backward=gn.Lambertian(0.2))
     two = gn.Sheet(forward=gn.Lambertian(0.2), backward=gn.Lambertian(0.3))
     assert one.breaches() == {} and list(two.breaches()) == ["reciprocity"]

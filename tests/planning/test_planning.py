@@ -10,6 +10,7 @@ import pytest
 
 import gonio as gn
 from gonio.errors import ParameterError
+from gonio.planning.directions import order_of
 from gonio.planning.misfit import smooth_errors
 
 PAINT = gn.Lambertian(0.3) + gn.Microfacet(gn.GGX(0.2), gn.Schlick(0.04))
@@ -100,6 +101,15 @@ def test_fits_show_the_errors_that_were_promised(trials, near):
         fitted.append(gn.fit((planned.wi, planned.wo, noisy, 0.01 * f), PAINT, starts=1).values)
     shown, promised = np.std(fitted, axis=0, ddof=1), np.array(list(planned.stderr.values()))
     assert np.allclose(shown, promised, rtol=near)
+
+
+def test_arms_move_little_between_directions():
+    """By the light first, then by the azimuth between, the view last."""
+    angles = np.array(list(itertools.product([0.2, 0.5], [0.1, 1.0], [0.3, 2.0], [0.4, 0.9])))  # the order itself
+    theta_i, phi_i, phi, theta_o = angles[np.random.default_rng(1).permutation(len(angles))].T
+    order = order_of(gn.direction(theta_i, phi_i), gn.direction(theta_o, phi_i + phi))
+    found = np.stack([theta_i, phi_i, phi, theta_o], axis=-1)[order]
+    np.testing.assert_array_equal(found, angles)
 
 
 def test_as_many_of_a_regular_grid_tell_less():

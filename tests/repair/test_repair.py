@@ -932,11 +932,11 @@ def test_merl_files_are_grids():
     assert r.parameterisation == "half_difference"
     assert r.channel_names == ("R", "G", "B")
     assert r.periods == {"phi_d": pytest.approx(np.pi)}
-    known = raw > 0.0
-    scaled = raw * np.reshape(SCALE, (3, 1, 1, 1))
-    assert np.array_equal(np.moveaxis(r.stored, -1, 0)[known], scaled[known])
-    filled, beside = np.moveaxis(r.stored, -1, 0), scaled[:, 20:24, 30:34, 39]
-    np.testing.assert_allclose(filled[:, 20:24, 30:34, 40:44], beside[..., None] + np.zeros(4), rtol=0.05)
+    for c, scale in enumerate(SCALE):
+        filled, known = r.stored[..., c], raw[c] > 0.0
+        assert np.array_equal(filled[known], scale * raw[c][known])
+        beside = scale * raw[c, 20:24, 30:34, 39, None]
+        np.testing.assert_allclose(filled[20:24, 30:34, 40:44], beside + np.zeros(4), rtol=0.05)
     assert r.repairs[0].cells == r.repairs[0].filled == 64
     wi, wo = gn.direction(np.array([0.3, 0.9]), 0.1), gn.direction(np.array([0.8, 0.2]), 2.0)
     np.testing.assert_allclose(r.f(wi, wo), m.f(wi, wo), rtol=1e-6)

@@ -59,7 +59,7 @@ def main() -> None:
     messages.CALLS.update({name: messages.Call(1.0, {}) for name in ("crash", "hang", "exhaust")})
     python, unsafe, code, text = process.command()
     process.command = lambda: [python, unsafe, code, f"exec({MORE_CALLS!r}); {text}"]
-    exec(MORE_CALLS)
+    exec(MORE_CALLS, {})  # with globals of their own, as in the worker
     sys.argv = ["gonio", "view", *sys.argv[1:]]
     command_line()
 
