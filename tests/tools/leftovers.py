@@ -15,7 +15,7 @@ MUCH, MORE = 500 << 20, 50 << 20
 """Bytes from which on it is worth the time to look, and by which a process has grown since the last look."""
 _LEFT = [0]
 LARGE = 1 << 20
-"""Bytes from which on memory comes from the system, and goes back when it is free: among what is kept it leaves holes."""
+"""Bytes from which on memory comes from the system, and goes back when it is free: in the heap it leaves holes."""
 _MMAP_THRESHOLD, _TRIM_THRESHOLD = -3, -1  # of glibc's malloc.h
 
 
