@@ -18,7 +18,7 @@ import numpy as np
 
 MILLION = 1_000_000
 CALLS = 1000
-"""Calls in a row of what takes microseconds: asv runs `setup` before each sample, after which one call is a cold one."""
+"""Calls in a row of what takes microseconds: asv runs `setup` before each sample, so that one would be cold."""
 
 
 class _Task:

@@ -376,6 +376,15 @@ def test_what_bad_rows_say(make, words):
 GOOD = {"theta_i": EVEN, "theta_o": EVEN, "phi": TURN}
 
 
+def test_values_between_wavelengths():
+    values = np.ones((7, 7, 5, 3)) * [0.1, 0.2, 0.3]
+    m = Gridded("angles", GOOD, values, uncertainty=0.1 * values, channels=(450.0, 550.0, 650.0))
+    between = m.at([500.0, 600.0])
+    assert between.channel_names == (500.0, 600.0)
+    np.testing.assert_allclose(between.f([0.0, 0.0, 1.0], [0.6, 0.0, 0.8]), [0.15, 0.25])
+    np.testing.assert_allclose(between.uncertainty, 0.1 * between.stored)
+
+
 @pytest.mark.parametrize(
     ("make", "words"),
     [
