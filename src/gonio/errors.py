@@ -11,9 +11,8 @@ def visible(text: str, keep: str = "") -> str:
     marks that turn the direction of writing, halves of characters. `keep`: characters that stay."""
     if text.isprintable():
         return text
-    return "".join(
-        c if c.isprintable() or c in keep or unicodedata.category(c) == "Zs" else repr(c)[1:-1] for c in text
-    )
+    odd = [c for c in {*text} if not (c.isprintable() or c in keep or unicodedata.category(c) == "Zs")]
+    return text.translate({ord(c): repr(c)[1:-1] for c in odd}) if odd else text
 
 
 def suggestion(name: str, names: Iterable[str]) -> str:

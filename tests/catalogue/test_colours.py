@@ -71,6 +71,29 @@ def test_the_default_needs_no_library(monkeypatch):
         gn.illuminant("A")
 
 
+LOUD = """
+import warnings
+import numpy
+numpy.set_printoptions(precision=2)
+warnings.warn("something is missing")
+class A:
+    wavelengths, values = [400.0, 700.0], [1.0, 2.0]
+SDS_ILLUMINANTS = {"A": A}
+"""
+
+
+@pytest.mark.filterwarnings("error")
+def test_a_library_that_warns_and_changes_how_arrays_are_printed(tmp_path, monkeypatch):
+    (tmp_path / "colour.py").write_text(LOUD)
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.setitem(sys.modules, "colour", None)  # which remembers what was there
+    del sys.modules["colour"]
+    before = np.get_printoptions()
+    assert gn.illuminant("A").at(700.0) == 2.0
+    assert np.get_printoptions() == before
+
+
+@pytest.mark.full
 def test_the_library_changes_nothing_else(colour):
     code = "import numpy as np, gonio as gn; options = np.get_printoptions(); gn.illuminant('A'); "
     code += "print(options == np.get_printoptions())"
@@ -141,6 +164,8 @@ def test_bad_input(colour):
         gn.to_colour(ones, NM, gn.Spectrum([300.0, 900.0], [0.0, 0.0]))
     with pytest.raises(ParameterError, match="temperature"):
         gn.blackbody(0.0)
+    with pytest.raises(ShapeError, match=r"got shape \(2,\), expected"):
+        gn.colour_difference([0.1, 0.2], [0.1, 0.2], space="Lab")
 
 
 def test_bands_outside_the_visible_are_no_colours():

@@ -170,7 +170,7 @@ def test_each_channel_is_reconstructed_on_its_own(basis, planned):
     assert gn.reconstruct((planned.wi, planned.wo, hole), basis).used.tolist() == [10, 9, 10]
 
 
-def test_tables_are_reflectances(basis, planned, tmp_path):
+def test_tables_are_reflectances(basis, planned, tmp_path, one_probe):
     m = gn.material("blue-fabric")
     found = gn.reconstruct(noisy(m, planned.wi, planned.wo), basis)
     table = found.reflectance
@@ -191,7 +191,7 @@ def test_intervals_and_draws_have_the_spread_of_the_posterior(basis):
     offset = basis.offset
     assert np.allclose(np.log((high.stored + offset) / (low.stored + offset)), 2.0 * found.log_u, atol=0.02)
     assert np.allclose(0.5 * (high.stored - low.stored), found.reflectance.uncertainty, atol=1e-3, rtol=0.05)
-    drawn = np.log(np.array([t.stored for t in found.draws(400)]) + offset)
+    drawn = np.log(np.array([t.stored for t in found.draws(200)]) + offset)
     ratio = drawn.std(axis=0)[found.log_u > 0.1] / found.log_u[found.log_u > 0.1]
     assert 0.85 < np.median(ratio) < 1.15
     assert np.array_equal(next(found.draws(1)).stored, next(found.draws(1)).stored)
@@ -255,14 +255,14 @@ def test_plans_promise_what_reconstructions_show(basis, planned):
     found = gn.reconstruct((planned.wi, planned.wo, f, 0.01 * f), basis)
     assert np.allclose(found.error, planned.error, rtol=0.05)
     known = gn.reconstruct((planned.wi, planned.wo, f[:, 0], 0.01 * f[:, 0]), basis)
-    more = gn.plan_table(5, basis, measured=known)
+    more = gn.plan_table(5, basis, measured=known, starts=1)
     assert np.isclose(more.before, known.error, rtol=1e-6) and more.error < known.error
-    same = gn.plan_table(5, basis, measured=(planned.wi, planned.wo, f[:, 0], 0.01 * f[:, 0]))
+    same = gn.plan_table(5, basis, measured=(planned.wi, planned.wo, f[:, 0], 0.01 * f[:, 0]), starts=1)
     assert np.allclose(same.wi, more.wi) and np.isclose(same.before, more.before)
     arm = gn.Goniometer(theta_o=(0.0, np.radians(40.0)), in_plane=True)
     limited = gn.plan_table(6, basis, goniometer=arm)
     assert gn.angles(limited.wo)[0].max() < np.radians(40.1) and np.abs(limited.wo[:, 1]).max() < 1e-9
-    assert limited.error > gn.plan_table(6, basis).error
+    assert limited.error > gn.plan_table(6, basis, starts=1).error
     other = gn.reflectance_basis(NAMES[:6], resolution=(6, 5, 3))
     with pytest.raises(gn.Error, match="another basis"):
         gn.plan_table(3, other, measured=known)
@@ -316,7 +316,7 @@ def test_a_basis_of_tables_is_that_of_their_materials(basis, count):
 @pytest.fixture(scope="module")
 def planned_by_all():
     """By the basis of all built-in materials."""
-    return gn.plan_table(20, goniometer=gn.Goniometer(theta_i=(0.0, 1.1), theta_o=(0.0, 1.1)))
+    return gn.plan_table(20, goniometer=gn.Goniometer(theta_i=(0.0, 1.1), theta_o=(0.0, 1.1)), starts=1)
 
 
 @pytest.mark.parametrize(

@@ -79,10 +79,9 @@ def test_models_are_listed_and_explained(run):
     assert "no model 'Lambertain'; did you mean 'Lambertian'?" in said
 
 
-def test_the_installed_program_and_its_imports():
-    assert process("-m", "gonio", "--version").stdout == f"gonio {gn.__version__}\n"
+def test_the_program_and_its_imports():
     shown = process("-X", "importtime", "-m", "gonio", "--help")
-    assert shown.returncode == 0
+    assert shown.returncode == 0 and shown.stdout.startswith("Usage: gonio ")
     imported = {line.rpartition("|")[2].strip() for line in shown.stderr.splitlines()}
     assert "click" in imported
     assert not imported & {
@@ -448,7 +447,7 @@ def test_missing_data_is_announced_in_one_line(run, monkeypatch):
 
 
 def test_a_real_process_fails_in_one_line(tmp_path):
-    result = process("-m", "gonio", "render", "Lambertian(7)", "-o", "a.png", cwd=tmp_path, env=_environment())
+    result = process("-m", "gonio", "info", "Lambertian(7)", cwd=tmp_path, env=_environment())
     assert result.returncode == 2
     assert result.stdout == ""
     assert re.fullmatch(r"gonio: error: Lambertian[^\n]+\n", result.stderr)

@@ -29,7 +29,7 @@ def test_a_surface_by_name(tmp_path):
     assert gn.albedo(m, [0, 0, 1]) == pytest.approx(said["directions"][0]["reflected"], abs=0.05)
 
 
-def test_a_map(tmp_path):
+def test_a_map(tmp_path, one_probe):
     heights = 0.3 * np.sin(np.arange(48) / 4.0)[:, None] * np.cos(np.arange(40) / 5.0)
     np.save(tmp_path / "a.npy", heights)
     few = ("--error", 1, "--rays", 1024, "--cells", "4,8", "--theta", 30, "--phi", "0,90")

@@ -21,6 +21,12 @@ def run(tmp_path, monkeypatch):
     return lambda *args: CliRunner().invoke(cli, ["nearest", *map(str, args)])
 
 
+@pytest.fixture
+def unlaid(monkeypatch):
+    """Figures are not laid out, which takes half of their time."""
+    monkeypatch.setattr("matplotlib.layout_engine.ConstrainedLayoutEngine.execute", lambda *_: None)
+
+
 def test_the_nearest_are_listed(run):
     lines = run("brass", "-n", 3).stdout.splitlines()
     assert lines[0].split() == ["name", "distance", "what", "it", "is"] and len(lines) == 4
@@ -59,6 +65,7 @@ def test_a_reason_takes_one_line(run):
 @pytest.mark.parametrize(
     ("count", "columns", "rows"), thinned([(1, 2, 1), (5, 6, 1), (6, 4, 2), (10, 6, 2)], [(6, 4, 2)])
 )
+@pytest.mark.usefixtures("unlaid")
 def test_the_picture_has_itself_and_the_nearest(run, count, columns, rows):
     said = run("brass", "-n", count, "-o", "near.png", *SMALL)
     assert said.exit_code == 0 and said.stdout.splitlines()[-1].startswith("near.png: brass and the nearest, ")

@@ -31,13 +31,14 @@ def fill(path, m):
     Path(path).write_text("\n".join(lines))
 
 
-def test_a_plan_is_filled_and_becomes_a_table(run):
+def test_a_plan_is_filled_and_becomes_a_table(run, tmp_path, one_probe):
     assert run("--plan", 5, "-o", "plan.csv", *FEW).exit_code == 0
     m = gn.material("brass")
     fill("plan.csv", m)
-    result = run("plan.csv", "-o", "table.nc", *FEW)
-    assert result.exit_code == 0 and "values" in result.stdout and result.stdout.splitlines()[-1] == "table.nc"
-    table = gn.load("table.nc")
+    path = tmp_path / "table.nc"
+    result = run("plan.csv", "-o", path, *FEW)
+    assert result.exit_code == 0 and "values" in result.stdout and result.stdout.splitlines()[-1] == str(path)
+    table = gn.load(path)
     assert np.allclose(gn.albedo(table, [0, 0, 1]), gn.albedo(m, [0, 0, 1])[0], rtol=0.15)
     assert table.uncertainty is not None
     told = json.loads(run("plan.csv", "--json", *FEW).stdout)

@@ -102,6 +102,13 @@ def test_one_number_of_many_channels_has_a_name(names, count, words, weights):
 MAP = gn.Lambertian(np.linspace(0.1, 0.9, 6).reshape(2, 3, 1))
 
 
+@pytest.fixture
+def unlaid(monkeypatch):
+    """Figures are not laid out, which takes half of their time."""
+    monkeypatch.setattr("matplotlib.layout_engine.ConstrainedLayoutEngine.execute", lambda *_: None)
+
+
+@pytest.mark.usefixtures("unlaid")
 @pytest.mark.parametrize("m", [scan(), MAP, gn.Lambertian(np.linspace(0.1, 0.5, 7))], ids=["scan", "map", "7 channels"])
 def test_figures_say_what_they_draw(m, tmp_path, monkeypatch):
     """No light is needed; the title is no path; what is no data says so."""
@@ -218,6 +225,7 @@ def test_a_gallery_shows_what_is_rendered(tmp_path):
     assert (tmp_path / "c.png").stat().st_size > 1000
 
 
+@pytest.mark.usefixtures("unlaid")
 def test_differences_are_signed(tmp_path):
     image = pytest.importorskip("PIL.Image")
     one, two = (gn.render(gn.Lambertian(rho), SKY, size=24, samples=4) for rho in (0.3, 0.6))
@@ -232,6 +240,9 @@ def test_differences_are_signed(tmp_path):
         again.axes[2].images[0].get_array().filled(0.0),
         gn.figures.difference(one, two).axes[2].images[0].get_array().filled(0.0),
     )
+    drawn = again.axes[2].images[0]
+    red, _, blue, _ = drawn.to_rgba(drawn.get_array())[12, 12]
+    assert red > blue  # of the difference itself, beside its scale
     high = gn.figures.difference(*(gn.Image(picture.pixels[:, 8:14]) for picture in (one, two)))
     assert high.get_figheight() > 2.0 * again.get_figheight()
     of_models = gn.figures.difference(gn.Lambertian(0.3), gn.Lambertian(0.6)).axes[2].collections[0].get_array()

@@ -594,6 +594,12 @@ def test_command_line(tmp_path, monkeypatch):
     assert run(cli, ["check", "Phong()", "--plot", "a.txt"]).exit_code != 0
 
 
+@pytest.fixture
+def unlaid(monkeypatch):
+    """Figures are not laid out, which takes half of their time."""
+    monkeypatch.setattr("matplotlib.layout_engine.ConstrainedLayoutEngine.execute", lambda *_: None)
+
+
 @pytest.mark.parametrize("whole", thinned([False, True], [False]))
 def test_plot_of_the_command(tmp_path, monkeypatch, whole):
     """The whole figure is drawn by `test_figures_of_odd_materials`, too."""
@@ -610,8 +616,11 @@ def test_command_line_refuses(words):
     assert (result.exit_code == 2 and "expected one of" in result.stderr) or "--all takes no" in result.stderr
 
 
+@pytest.mark.parametrize("laid", thinned([False, True], [False]))
 @pytest.mark.parametrize("m", thinned([gn.IdealSpecular(), _Infinite()], [_Infinite()]), ids=lambda m: type(m).__name__)
-def test_figures_of_odd_materials(tmp_path, m):
+def test_figures_of_odd_materials(tmp_path, m, laid, request):
+    if not laid:
+        request.getfixturevalue("unlaid")
     gn.figures.laws(m, Report("odd", gn.check(m, laws=["positivity"]).laws), tmp_path / "a.png")
     assert min(read_image(tmp_path / "a.png").pixels.shape[:2]) > 500
     with pytest.raises(ParameterError, match="ends in"):

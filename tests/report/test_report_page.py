@@ -7,6 +7,7 @@ import shutil
 import subprocess
 import sys
 import textwrap
+from functools import cache
 from html.parser import HTMLParser
 from pathlib import Path
 
@@ -440,7 +441,8 @@ def test_without_a_browser_nothing_is_computed(tmp_path, monkeypatch):
         gn.write_report(gn.Lambertian(0.5), tmp_path / "a.pdf")
 
 
-FEWER = """pictures.STILL = (45.0,)
+FEWER = """pictures.STILL, fits.SIMPLER = (45.0,), 1
+        contents.check = lambda m, progress: gn.check(m, laws=["positivity"])
         pictures.usual_lights = lambda m: [("Even light", [gn.ConstantLight(1.0)])]"""
 
 
@@ -451,7 +453,7 @@ def test_a_formula_needs_no_scipy(tmp_path, fewer):
     code = f"""
         import sys
         import gonio as gn
-        from gonio.report.page import pictures
+        from gonio.report.page import contents, fits, pictures
         {fewer}
         pictures.SIZE = pictures.STILL_SIZE = 16
         gn.write_report(gn.material("gold"), "a.json")
@@ -538,17 +540,16 @@ def window():
         program_.close()
 
 
-@pytest.fixture
-def opened(window, paint, tmp_path):
-    """Opens the report of the paint, and closes it after the test, which must have left no trace."""
-    path = tmp_path / "report.html"
+@pytest.fixture(scope="module")
+def tabs(window, paint, tmp_path_factory):
+    """The report of the paint in a tab with scripts and in one without, and what was asked for and complained of."""
+    path = tmp_path_factory.mktemp("page") / "report.html"
     path.write_text(paint[1], encoding="utf-8")
-    contexts, said = [], []
+    said = []
 
-    def open_it(width=1400, **more):
-        context = window.new_context(viewport={"width": width, "height": 900}, **more)
-        contexts.append(context)
-        tab = context.new_page()
+    @cache
+    def opened(scripts):
+        tab = window.new_context(java_script_enabled=scripts).new_page()
         tab.on("console", lambda message: said.append(message.text))
         tab.on("pageerror", lambda error: said.append(str(error)))
         tab.on(
@@ -558,9 +559,21 @@ def opened(window, paint, tmp_path):
         tab.goto(path.as_uri())
         return tab
 
-    yield open_it
-    for context in contexts:
-        context.close()
+    return opened, said
+
+
+@pytest.fixture
+def opened(tabs):
+    """Shows the report of the paint; the test must leave no trace."""
+    open_it, said = tabs
+
+    def shown(width=1400, scheme="light", scripts=True):
+        tab = open_it(scripts)
+        tab.set_viewport_size({"width": width, "height": 900})
+        tab.emulate_media(media="screen", color_scheme=scheme)
+        return tab
+
+    yield shown
     assert said == []
 
 
@@ -607,7 +620,7 @@ def test_angles_become_radians(opened):
 
 
 def test_light_dark_and_small(opened):
-    tab = opened(390, color_scheme="dark")
+    tab = opened(390, "dark")
     paper = "() => getComputedStyle(document.body).backgroundColor"
     assert tab.evaluate(paper) == "rgb(18, 20, 23)"
     assert tab.evaluate("() => document.documentElement.scrollWidth") <= 390
@@ -618,7 +631,7 @@ def test_light_dark_and_small(opened):
 
 
 def test_the_page_without_scripts_is_still(opened):
-    tab = opened(java_script_enabled=False)
+    tab = opened(scripts=False)
     assert tab.is_visible(".stills img") and not tab.is_visible("canvas") and not tab.is_visible("button")
     assert "✓ holds" in tab.inner_text("#m0-laws")
 

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 from house import PLASTIC
+from synthetic import measured, results, surface, synthetic
 
 import gonio as gn
 from gonio.cli import arguments
@@ -16,7 +17,6 @@ from gonio.laws._significance import both_ways
 from gonio.tables.angle_systems import SYSTEMS
 from gonio.tables.half_planes import half_planes, in_words
 from gonio.uncertainty.row_rehearsal import groups
-from tests.tools.synthetic import measured, results, surface, synthetic
 
 GLOSSY = PLASTIC.replace(rho=0.2, alpha=0.2)
 WI = gn.direction(np.radians(32.0), 0.0)

@@ -247,14 +247,11 @@ def spectral(names=(450.0, 550.0, 650.0)):
 
 def test_channels():
     m = spectral()
-    correlation = {}
-    for word in ("independent", "common", "channel"):
-        V = quote(gn.albedo, m, WI, correlation=word).covariance
-        correlation[word] = V[0, 1] / math.sqrt(V[0, 0] * V[1, 1])
+    of = {word: quote(gn.albedo, m, WI, correlation=word) for word in ("independent", "common", "channel")}
+    correlation = {word: q.covariance[0, 1] / math.prod(q.u[:2]) for word, q in of.items()}
     assert correlation == pytest.approx({"independent": 0.0, "common": 1.0, "channel": 0.0}, abs=1e-9)
-    u = [quote(gn.albedo, m, WI, correlation=word).u for word in ("common", "channel")]
-    assert u[0] == pytest.approx(u[1])
-    assert u[0] == pytest.approx(0.02 * RHO * np.array([0.5, 1.0, 1.5]), rel=2e-3)
+    assert of["common"].u == pytest.approx(of["channel"].u)
+    assert of["common"].u == pytest.approx(0.02 * RHO * np.array([0.5, 1.0, 1.5]), rel=2e-3)
     V = quote(gn.albedo, m, WI, correlation={"channel": 80.0}).covariance
     assert V[0, 1] / math.sqrt(V[0, 0] * V[1, 1]) == pytest.approx(math.exp(-0.5 * (100.0 / 80.0) ** 2), rel=1e-9)
     several = quote(gn.albedo, m, gn.direction(np.array([0.5, 1.2]), 0.0))

@@ -128,9 +128,7 @@ class Reflectance(Calls, Fluorescent):
     def __add__(self, other: Reflectance) -> Sum:
         if not isinstance(other, Reflectance):
             return NotImplemented
-        flat = [m.terms if isinstance(m, Sum) and m._given("channel_names") is None else (m,) for m in (self, other)]
-        terms = [t for several in flat for t in several]
-        return Sum(*terms)
+        return sum_of([self, other])
 
     def __radd__(self, other: Any) -> Reflectance:
         """`sum` begins with 0."""
@@ -340,6 +338,12 @@ class Sum(Reflectance):
 
     def to_json(self) -> dict[str, Any]:
         return {"type": "Sum", "terms": [t.to_json() for t in self.terms], **self._names_in_json()}
+
+
+def sum_of(materials: Iterable[Reflectance]) -> Sum:
+    """Their sum, with the terms of sums in place of these."""
+    flat = [m.terms if isinstance(m, Sum) and m._given("channel_names") is None else (m,) for m in materials]
+    return Sum(*(t for several in flat for t in several))
 
 
 def weighed(parts: Iterable[tuple[Any, Reflectance]]) -> Sum:

@@ -19,11 +19,11 @@ from typing import Any, NoReturn
 
 from ..arguments import checked
 from ..base.light import Light
-from ..base.reflectance import Reflectance, Scaled
+from ..base.reflectance import Reflectance, Scaled, sum_of
 from ..bounds import MAX_DEPTH, MAX_LENGTH
 from ..errors import DependencyError, Error, ExpressionError
 from ..formats import load
-from ..formula.json_form import SPECTRA, names
+from ..formula.json_form import SPECTRA, kind_of, names
 from ..formula.parametrised import Parametrised
 from ..formula.spectrum import Spectrum
 from ..layers.layer import Layer
@@ -90,6 +90,10 @@ def _opened(make: Callable[..., Any], arguments: list[Any], named: dict[str, Any
     return [path for path in first if isinstance(path, str)]
 
 
+def _added(terms: list[Any]) -> Any:
+    return sum_of(terms) if len(terms) > 1 else terms[0]
+
+
 class _Reader:
     def __init__(self, text: str, words: bool, files: bool):
         self.text, self.words, self.files = text.strip().replace("\n", " "), words, files
@@ -150,9 +154,10 @@ class _Reader:
             self._fail(node, f"a{kind} is no part of an expression; expected numbers, names with (...), + and *")
         if name in _NUMBERS:
             return _NUMBERS[name]
-        if self.words and depth == 0 and name not in names():
+        is_known = kind_of(name) is not None
+        if self.words and depth == 0 and not is_known:
             return name
-        if name in names() or name in _FUNCTIONS:
+        if is_known or name in _FUNCTIONS:
             self._fail(node, f"{name} without arguments; write {name}(...)")
         return self._unknown(node, name)
 
@@ -186,10 +191,14 @@ class _Reader:
         while isinstance(first, ast.BinOp):
             chain.append(first)
             first = first.left
-        value = self._value(first, depth + 1)
+        terms = [self._value(first, depth + 1)]  # added at the end: a sum for each plus would take all before it anew
         for step in reversed(chain):
-            value = self._combined(step, value, self._value(step.right, depth + 1))
-        return value
+            other = self._value(step.right, depth + 1)
+            if isinstance(step.op, ast.Add) and isinstance(terms[-1], Reflectance) and isinstance(other, Reflectance):
+                terms.append(other)
+            else:
+                terms = [self._combined(step, _added(terms), other)]
+        return _added(terms)
 
     def _combined(self, node: ast.BinOp, a: Any, b: Any) -> Any:
         sign, compute = _ARITHMETIC.get(type(node.op), ("", operator.add))
@@ -201,8 +210,6 @@ class _Reader:
             if not math.isfinite(result):
                 self._fail(node, f"{a:g} {sign} {b:g} is no finite number")
             return result
-        if sign == "+" and isinstance(a, Reflectance) and isinstance(b, Reflectance):
-            return a + b
         if sign == "*" and isinstance(b, Reflectance) and isinstance(a, (float, list, Spectrum)):
             return Scaled(a, b)
         if sign == "*" and isinstance(a, Reflectance) and isinstance(b, (float, list, Spectrum)):
@@ -215,7 +222,7 @@ class _Reader:
         name = self._name(node.func)
         if name is None:
             self._fail(node, "a call of something that is no name; expected a model such as Lambertian(0.5)")
-        make = _FUNCTIONS.get(name) or names().get(name)
+        make = _FUNCTIONS.get(name) or kind_of(name)
         if make is None:
             self._unknown(node, name)
         for item in node.args:

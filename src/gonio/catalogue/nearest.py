@@ -7,7 +7,7 @@ import math
 import os
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
-from functools import cache
+from functools import cache, cached_property
 from pathlib import Path
 from typing import Annotated, Any, NamedTuple
 
@@ -202,8 +202,9 @@ def nearest(
     if not candidates:
         raise ParameterError(f"nearest(among={shown(among)}): nothing to compare with; expected one material at least")
     found: list[Match] = []
+    kept: dict[int, np.ndarray] = {}
     for done, candidate in enumerate(candidates, 1):
-        found.append(_match(own, candidate, DISTANCES[distance], scale == "free"))
+        found.append(_match(own, candidate, DISTANCES[distance], scale == "free", kept))
         if progress is not None:
             progress(done, len(candidates))
     ranked = sorted((x for x in found if not x.reason), key=lambda x: x.distance)[:count]
@@ -314,13 +315,15 @@ def _pairs() -> tuple[np.ndarray, np.ndarray]:
     return wi, wo
 
 
-class _Seen(NamedTuple):
+@dataclass(frozen=True)
+class _Seen:
     """f cos(theta_i) (N, C) at the pairs, whether it is RGB, gray or other channels, and the names of these."""
 
     values: np.ndarray
     kind: str
     names: tuple[Any, ...] | None = None
 
+    @cached_property
     def luminance(self) -> np.ndarray:
         """One number (N, 1): the luminance of a colour, the mean of other channels."""
         shares = LUMINANCE if self.kind == COLOUR else np.full(self.values.shape[1], 1.0 / self.values.shape[1])
@@ -373,7 +376,8 @@ def _mirrored(m: Reflectance, wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
 # Distances.
 
 
-def _match(own: _Seen, candidate: _Candidate, distance: Distance, free: bool) -> Match:
+def _match(own: _Seen, candidate: _Candidate, distance: Distance, free: bool, kept: dict[int, np.ndarray]) -> Match:
+    """`kept`: what is compared of `own`, by the address of its values."""
     try:
         other = candidate.make()
         what = _text(other) if candidate.what == "file" else candidate.what
@@ -395,7 +399,12 @@ def _match(own: _Seen, candidate: _Candidate, distance: Distance, free: bool) ->
     if known.sum() < FEWEST:
         few = f"{known.sum()} of {len(known)} pairs of directions have a value in both, expected {FEWEST} at least"
         return replace(match, reason=few)
-    found, factor = _apart(ours[known], theirs[known], distance, free)
+    if known.all():
+        if id(ours) not in kept:
+            kept[id(ours)] = distance.compared(ours)
+        found, factor = _apart(kept[id(ours)], theirs, distance, free)
+    else:
+        found, factor = _apart(distance.compared(ours[known]), theirs[known], distance, free)
     return replace(match, distance=found, factor=factor)
 
 
@@ -404,31 +413,31 @@ def _comparable(a: _Seen, b: _Seen) -> tuple[np.ndarray, np.ndarray, str]:
     if OTHER not in (a.kind, b.kind):
         if a.kind == b.kind:
             return a.values, b.values, a.kind
-        return a.luminance(), b.luminance(), "luminance"
+        return a.luminance, b.luminance, "luminance"
     count = a.values.shape[1]
     if a.kind == b.kind and a.names == b.names and count == b.values.shape[1]:
         return a.values, b.values, f"{count} channels"
     words = {COLOUR: "luminance", GRAY: "gray"}
     of = [words.get(x.kind, f"mean of {x.values.shape[1]} channels") for x in (a, b)]
-    return a.luminance(), b.luminance(), " and ".join(dict.fromkeys(of))
+    return a.luminance, b.luminance, " and ".join(dict.fromkeys(of))
 
 
-def _apart(ours: np.ndarray, theirs: np.ndarray, distance: Distance, free: bool) -> tuple[float, float]:
-    """The distance, and the factor of `theirs`."""
-    factor = _best_factor(ours, theirs, distance) if free else 1.0
-    off = distance.compared(ours) - distance.compared(factor * theirs)
+def _apart(compared: np.ndarray, theirs: np.ndarray, distance: Distance, free: bool) -> tuple[float, float]:
+    """The distance from what is compared of a material, and the factor of `theirs`."""
+    factor = _best_factor(theirs, distance, compared) if free else 1.0
+    off = compared - distance.compared(factor * theirs if free else theirs)
     return float(np.sqrt(np.mean(off * off))), factor
 
 
-def _best_factor(ours: np.ndarray, theirs: np.ndarray, distance: Distance) -> float:
+def _best_factor(theirs: np.ndarray, distance: Distance, compared: np.ndarray) -> float:
     """The factor of `theirs` that makes the distance least: 1 where they are 0."""
     if not theirs.max() > 0.0:
         return 1.0
     if distance is not DISTANCES["log"]:
-        x, y = distance.compared(theirs), distance.compared(ours)
+        x, y = distance.compared(theirs), compared
         share = max(float((x * y).sum() / (x * x).sum()), 0.0)
         return share if distance is DISTANCES["cosine"] else share**3
-    x, y = np.maximum(theirs, 0.0).ravel(), np.log1p(np.maximum(ours, 0.0)).ravel()
+    x, y = np.maximum(theirs, 0.0).ravel(), compared.ravel()
     few, of_few = x[::16], y[::16]  # the sum of squares may have several minima
     tried = np.arange(-LARGEST, LARGEST + 0.1, 0.5)
     t = tried[np.argmin([np.sum((np.log1p(math.exp(t) * few) - of_few) ** 2) for t in tried])]

@@ -246,8 +246,10 @@ def _tables(theta: np.ndarray, phi: np.ndarray, values: np.ndarray) -> _Tables:
     parts = np.where(both > 0.0, ours / np.where(both > 0.0, both, 1.0), 0.5)
     densities = both / (0.5 * WIDTH * np.diff(rows[1]))[:, None]
     from_horizon = 0.5 * math.pi - angles
-    harmonics = area_harmonics(nodes, from_horizon, COLUMNS)
-    shown = projected_areas(at_nodes * (np.sin(nodes) * width)[:, None], harmonics) - np.cos(from_horizon)[:, None]
+    weighed = at_nodes * (np.sin(nodes) * width)[:, None]
+    seen = np.split(from_horizon, range(64, len(from_horizon), 64))  # as much as a processor's cache holds
+    areas = [projected_areas(weighed, area_harmonics(nodes, some, COLUMNS)) for some in seen]
+    shown = np.concatenate(areas) - np.cos(from_horizon)[:, None]
     beyond = 4.0 * shown[-1] - 6.0 * shown[-2] + 4.0 * shown[-3] - shown[-4]
     shown = np.pad(np.concatenate([shown[1:2], shown, beyond[None]]), ((0, 0), (1, 2)), "wrap")
     D = np.pad(D, ((0, 0), (0, 1)), "wrap")

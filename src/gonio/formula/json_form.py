@@ -19,7 +19,17 @@ from .texture import Texture
 
 def names() -> dict[str, type[Parametrised]]:
     """The classes that a text may name: no abstract bases, tables and files."""
-    return {name: kind for name, kind in CLASSES.items() if kind.has_text and not kind.unwritten()}
+    return {name: kind for name, kind in CLASSES.items() if _may_be_named(kind)}
+
+
+def kind_of(name: str) -> type[Parametrised] | None:
+    """The class of this name that a text may name, or none."""
+    kind = CLASSES.get(name)
+    return kind if kind is not None and _may_be_named(kind) else None
+
+
+def _may_be_named(kind: type[Parametrised]) -> bool:
+    return kind.has_text and not kind.unwritten()
 
 
 def from_json(data: Any, files: bool = False, depth: int = 1) -> Any:
@@ -44,7 +54,7 @@ def _of_object(data: dict[str, Any], files: bool, depth: int) -> Any:
     kind = CLASSES.get(name) if isinstance(name, str) else None
     if kind is None and "module" in data:
         raise NotFoundError(_missing(name, data["module"]))
-    if kind is None or name not in names():
+    if kind is None or not _may_be_named(kind):
         raise NotFoundError(unknown("material file", name, list(names()), what="type"))
     if isinstance(terms := data.get("terms"), list) and len(terms) > EVALUATIONS:
         raise ParameterError(f"{name}: a sum of {len(terms)} terms, expected at most {EVALUATIONS}; write fewer")

@@ -11,6 +11,9 @@ from .grid import gauss
 NODES = 14
 """Nodes between two places where the integrals of `shares` have a kink: 2e-6."""
 
+SOME = 4
+"""Directions of which `shares` are computed at a time: the arrays of more do not stay in a processor's cache."""
+
 NEVER = 1e9
 """A slope that is as good as infinite."""
 
@@ -42,6 +45,11 @@ def shares(mu: np.ndarray, eta: complex, alpha: complex) -> tuple[np.ndarray, np
     between the places where a facet is seen edge on, sends light along the horizon, or begins to reflect totally:
     there the integrand has a kink, or begins by a square root.
     """
+    parts = [_shares(some, eta, alpha) for some in np.split(mu, range(SOME, len(mu), SOME))]
+    return tuple(map(np.concatenate, zip(*parts, strict=True)))  # type: ignore[return-value]  # of two: two
+
+
+def _shares(mu: np.ndarray, eta: complex, alpha: complex) -> tuple[np.ndarray, np.ndarray]:
     s = np.sqrt(1.0 - mu * mu)
     chi, weight = _between(np.arctan(np.stack(_slopes(mu, s, eta), axis=-1) / alpha), 0.5 * np.pi)
     weight = weight * np.sin(2.0 * chi)

@@ -32,14 +32,21 @@ def area_harmonics(theta: np.ndarray, theta_o: np.ndarray, count: int) -> Iterat
     """
     A, B = np.multiply.outer(np.sin(theta_o), np.sin(theta)), np.multiply.outer(np.cos(theta_o), np.cos(theta))
     edge = np.arccos(np.clip(-B / np.maximum(A, 1e-300), -1.0, 1.0))  # the azimuth at which facets turn away
-    sines = np.zeros_like(edge), np.sin(edge)  # of (k - 1) edge and of k edge
+    before, sine = np.zeros_like(edge), np.sin(edge)  # of (k - 1) edge and of k edge
     cosine = 2.0 * np.cos(edge)
-    yield 2.0 * (A * sines[1] + B * edge)
+    yield 2.0 * (A * sine + B * edge)
+    after, part = np.empty_like(edge), np.empty_like(edge)  # in place: new arrays would take as long as the numbers
     for k in range(1, count // 2 + 1):
-        after = cosine * sines[1] - sines[0]
-        below = edge if k == 1 else sines[0] / (k - 1)
-        yield A * (below + after / (k + 1)) + (2.0 / k) * B * sines[1]
-        sines = sines[1], after
+        np.multiply(cosine, sine, out=after)
+        after -= before
+        found = after / (k + 1)
+        found += edge if k == 1 else np.divide(before, k - 1, out=part)
+        found *= A
+        np.multiply(2.0 / k, B, out=part)
+        part *= sine
+        found += part
+        yield found
+        before, sine, after = sine, after, before
 
 
 def projected_areas(D: np.ndarray, harmonics: Iterable[np.ndarray]) -> np.ndarray:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Callable, Iterable, Sequence
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -265,9 +266,13 @@ def is_coloured(m: Reflectance, bands: Sequence[str | float] | None = None) -> b
 
 def default_light(m: Reflectance, bands: Sequence[str | float] | None = None) -> EnvironmentLight:
     """The light of pictures for which nobody asked for another: the studio, in gray where channels are no colours."""
+    return _studio(bands is not None or not is_coloured(m))
+
+
+@cache
+def _studio(gray: bool) -> EnvironmentLight:
     studio = EnvironmentLight.studio()
-    is_gray = bands is not None or not is_coloured(m)
-    return EnvironmentLight(transformed(studio.image.pixels, LUMINANCE[:, None])) if is_gray else studio
+    return EnvironmentLight(transformed(studio.image.pixels, LUMINANCE[:, None])) if gray else studio
 
 
 def _chosen(m: Reflectance, bands: Any) -> np.ndarray | None:

@@ -113,8 +113,9 @@ def _by_radial_functions(tree: Any, values: np.ndarray, targets: np.ndarray) -> 
         distance, index = tree.query(targets[part], k=count)
         order = np.argsort(index, axis=1)
         distance, index = (np.take_along_axis(x, order, axis=1) for x in (distance, index))
-        around, which = np.unique(index, axis=0, return_inverse=True)
-        which = which.reshape(-1)
+        rows = index.astype(np.int32).view(np.dtype((np.void, 4 * count)))  # one thing each, not `count` fields
+        _, first, which = np.unique(rows.reshape(-1), return_index=True, return_inverse=True)
+        around = index[first]
         squares = sum((x[:, :, None] - x[:, None]) ** 2 for x in np.moveaxis(tree.data[around], -1, 0))
         system = np.ones((len(around), count + 1, count + 1))
         right = np.zeros((len(around), count + 1, values.shape[1]))

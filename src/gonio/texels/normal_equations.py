@@ -76,6 +76,6 @@ def cofactors(A: np.ndarray) -> np.ndarray:
 
 def times(A: np.ndarray, x: np.ndarray) -> np.ndarray:
     """A x (C, 3, T) of symmetric matrices (C, 6, T) and vectors (3, T) or (C, 3, T)."""
-    x, y, z = np.moveaxis(x, -2, 0)
-    xx, yy, zz, xy, xz, yz = np.moveaxis(A, 1, 0)
+    x, y, z = (x[..., k, :] for k in range(3))
+    xx, yy, zz, xy, xz, yz = (A[:, k] for k in range(6))
     return np.stack([xx * x + xy * y + xz * z, xy * x + yy * y + yz * z, xz * x + yz * y + zz * z], axis=1)

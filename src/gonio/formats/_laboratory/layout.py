@@ -16,6 +16,9 @@ from .sheets import DELIMITERS, CellSheet, Row, TextSheet
 HEAD = 400
 """Rows among which the line of column names is sought."""
 
+BELOW = 12
+"""Rows below the names among which the first of numbers stands."""
+
 LONGEST, LONGEST_LINE = 60, 500
 """Characters of a cell that may be a number written in another way, and of a line of text that may say something."""
 
@@ -56,13 +59,14 @@ def find(
 ) -> Layout:
     """The table of a sheet: the first line of known names, or of `columns`, above numbers; with `skip` the line behind
     so many. Raises FormatError, which says what is there instead."""
-    chosen = sheet.delimiters if delimiter is None else (delimiter,)
-    tried = [(d, sheet.head(d, HEAD + (skip or 0))) for d in chosen]
+    count = HEAD + (skip or 0)
+    chosen = [d for d in sheet.delimiters if sheet.has(d, count)] if delimiter is None else [delimiter]
+    tried = [(d, sheet.head(d, count)) for d in chosen]
     listed = None if columns is None or isinstance(columns, Mapping) else list(columns)
     wanted = {str(name).strip().lower() for name in _flat(columns.values())} if isinstance(columns, Mapping) else set()
     best: tuple[int, Layout] | None = None
     for d, rows in tried:
-        for score, at in _candidates(rows, wanted, listed, skip):
+        for score, at in _candidates(rows, d, wanted, listed, skip):
             layout = _below(rows, at, d, listed)
             if layout is not None:
                 if best is None or score > best[0]:
@@ -79,7 +83,7 @@ def _flat(values: Any) -> Iterator[Any]:
 
 
 def _candidates(
-    rows: list[Row], wanted: set[str], listed: list[str] | None, skip: int | None
+    rows: list[Row], delimiter: str, wanted: set[str], listed: list[str] | None, skip: int | None
 ) -> Iterator[tuple[int, int]]:
     """Rows that may be the names, by place, with the number of names that are known."""
     if listed is not None:
@@ -88,10 +92,13 @@ def _candidates(
                 yield len(listed), at
                 return
         return
-    for at, (number, row) in enumerate(rows):
+    for at in range(len(rows)) if skip is not None else _above_numbers(rows, delimiter):
+        number, row = rows[at]
         if skip is not None and number <= skip:
             continue
         row = _uncommented(row, rows[at])
+        if skip is None and len(row) < 2:
+            continue
         known, angle, value = 0, bool(wanted), False
         for cell, count in Counter(row).items():  # of a line of separators alone all cells are the same
             of = meaning(cell) if cell else Meaning()
@@ -105,6 +112,17 @@ def _candidates(
                 return
         elif known >= 2 and angle and value:
             yield known, at
+
+
+def _above_numbers(rows: list[Row], delimiter: str) -> list[int]:
+    """Places of rows with numbers close below: of other rows it takes long to find out what their words mean."""
+    found, first = [], len(rows) + BELOW
+    for at in range(len(rows) - 1, -1, -1):
+        if first - at <= BELOW:
+            found.append(at)
+        if is_data(_split_again(rows[at][1], delimiter)):
+            first = at
+    return found[::-1]
 
 
 def _uncommented(row: list[str], numbered: Row) -> list[str]:
@@ -125,7 +143,7 @@ def _below(rows: list[Row], at: int, delimiter: str, listed: list[str] | None) -
     units = [""] * len(names)
     start = at if listed is not None else at + 1
     k = start
-    while k < len(rows) and k < start + 12:
+    while k < len(rows) and k < start + BELOW:
         cells = rows[k][1]
         if is_data(_split_again(cells, delimiter)):
             break

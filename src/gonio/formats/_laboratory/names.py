@@ -156,6 +156,7 @@ _FILLING = frozenset(["of", "at", "for", "the", "value", "values", "k", "combine
 _CHANNELS = {"r": "R", "g": "G", "b": "B", "x": "X", "y": "Y", "z": "Z", "red": "R", "green": "G", "blue": "B"}
 
 _BRACKET = re.compile(r"[\[({]([^\[\](){}]*)[\])}]")
+_NUMBER = re.compile(r"[-+]?[0-9.,]+(?:[eE][-+]?[0-9]+)?")
 _OWN = re.compile(rf"(u_)?({OWN})(?:_([^\s\[\](){{}}/]+))?", re.IGNORECASE)
 _COVERAGE = re.compile(r"(?<![a-z])k\s*=?\s*([0-9]+(?:[.,][0-9]+)?)(?![0-9a-z])", re.IGNORECASE)
 _WAVELENGTH = re.compile(r"(?<![\w.,])([0-9]+(?:[.,][0-9]+)?)[\s_]*(nm|um|μm)(?![a-z])", re.IGNORECASE)
@@ -184,6 +185,8 @@ def unit_in(name: str) -> str:
 @lru_cache(maxsize=4096)
 def meaning(name: str) -> Meaning:
     """The meaning of the name of a column."""
+    if _NUMBER.fullmatch(name):
+        return Meaning()
     if match := _OWN.fullmatch(name.strip()):
         found = _own(match)
         if found is not None:

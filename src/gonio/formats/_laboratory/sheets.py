@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 import re
-import sys
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -41,24 +40,38 @@ class TextSheet:
             .replace("\N{MINUS SIGN}", "-")
             .replace("\N{NO-BREAK SPACE}", " ")
         )
+        self._first: tuple[int, list[str]] = (0, [])
 
     def head(self, delimiter: str, count: int) -> list[Row]:
         """The first rows, numbered from 1; a line that begins with "#" is one cell."""
-        return [row for piece in self._pieces(delimiter, 0, 0, count) for row in piece]
+        return self._split(self._first_lines(count), 1, delimiter, strict=False)
+
+    def has(self, delimiter: str, count: int) -> bool:
+        """Whether any of the first rows may have several cells."""
+        return (delimiter.isspace() and delimiter != "\t") or any(delimiter in line for line in self._first_lines(count))
+
+    def _first_lines(self, count: int) -> list[str]:
+        if self._first[0] != count:
+            at = 0
+            lines: list[str] = []
+            while at < min(len(self.text), HEAD) and len(lines) < count:
+                end = self.text.find("\n", at)
+                end = len(self.text) if end < 0 else end
+                lines.append(self.text[at:end])
+                at = end + 1
+            self._first = count, lines
+        return self._first[1]
 
     def rows(self, delimiter: str, start: int = 0) -> Iterator[list[Row]]:
         """Rows in pieces, after the line of number `start`."""
-        return self._pieces(delimiter, start, CHUNK)
-
-    def _pieces(self, delimiter: str, start: int, size: int, count: int = sys.maxsize) -> Iterator[list[Row]]:
         at, number = 0, 0
-        while at < len(self.text) and number < start + count and (size or at < HEAD):
-            end = self.text.find("\n", at + size if number >= start else at)
+        while at < len(self.text):
+            end = self.text.find("\n", at + CHUNK if number >= start else at)
             end = len(self.text) if end < 0 else end
             lines = self.text[at:end].split("\n")
             at, number = end + 1, number + len(lines)
             if number > start:
-                yield self._split(lines, number - len(lines) + 1, delimiter, strict=size > 0)
+                yield self._split(lines, number - len(lines) + 1, delimiter, strict=True)
 
     def _split(self, lines: list[str], number: int, delimiter: str, strict: bool) -> list[Row]:
         for k, line in enumerate(lines, number):
@@ -76,6 +89,10 @@ class CellSheet:
 
     def __init__(self, path: Path, content: list[list[str]]):
         self.path, self.content = path, content
+
+    def has(self, delimiter: str, count: int) -> bool:
+        """Whether any of the first rows may have several cells."""
+        return True
 
     def head(self, delimiter: str, count: int) -> list[Row]:
         """The first rows, numbered from 1."""

@@ -128,11 +128,12 @@ class MERL(Measured):
 
     def as_grid(self) -> Gridded:
         """f at the centres of cells, NaN where there is no data; between them trilinear f is the same, to 6e-15."""
-        f = np.where(self.valid, self.raw * np.reshape(SCALE, (3, 1, 1, 1)), np.nan)
+        f = self.raw * np.reshape(SCALE, (3, 1, 1, 1))
+        f[~self.valid] = np.nan
         periods = {"phi_d": math.radians(self.phi_cells)}
         interpolation = "linear" if self.interpolation == "trilinear" else "nearest"
         return Gridded(
-            self.parameterisation, self.axes, np.moveaxis(f, 0, -1), channels=tuple("RGB"), periods=periods,
+            self.parameterisation, self.axes, Ours(np.moveaxis(f, 0, -1)), channels=tuple("RGB"), periods=periods,
             interpolation=interpolation, about={"made_of": repr(self), **self.about},
         )  # fmt: skip
 

@@ -94,9 +94,11 @@ def stills(given: dict[str, Any]) -> list[dict[str, Any]]:
     chosen = sorted({min(given["lobes"], key=lambda x: abs(x["theta_i"] - theta))["theta_i"] for theta in STILL})
     found = []
     for lobe in given["lobes"]:
+        if lobe["theta_i"] not in chosen:
+            continue
         bodies = [_body(lobe, given, side) for side in ("codes", "through") if side in lobe]
         shown = [body for body in bodies if body is not None]
-        if lobe["theta_i"] in chosen and shown:
+        if shown:
             found.append(
                 {"theta_i": lobe["theta_i"], "src": photograph(_photographed(shown, lobe["theta_i"], len(bodies)))}
             )
