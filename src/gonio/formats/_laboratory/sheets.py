@@ -48,7 +48,8 @@ class TextSheet:
 
     def has(self, delimiter: str, count: int) -> bool:
         """Whether any of the first rows may have several cells."""
-        return (delimiter.isspace() and delimiter != "\t") or any(delimiter in line for line in self._first_lines(count))
+        at_spaces = delimiter.isspace() and delimiter != "\t"
+        return at_spaces or any(delimiter in line for line in self._first_lines(count))
 
     def _first_lines(self, count: int) -> list[str]:
         if self._first[0] != count:
