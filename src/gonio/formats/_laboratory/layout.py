@@ -188,6 +188,8 @@ def is_numeric(cell: str) -> bool:
 
 def is_data(row: list[str]) -> bool:
     filled = [cell for cell in row if cell]
+    if len(filled) < 2:
+        return False
     numbers = sum(1 for cell in filled if is_numeric(cell) or plain_text.is_number(cell))
     return numbers >= 2 and 2 * numbers >= len(filled)
 
