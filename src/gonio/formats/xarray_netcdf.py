@@ -84,7 +84,8 @@ def write(
     ds, encoding = encoded(m, parameterisation, resolution)
     for name in ds.data_vars:
         encoding.setdefault(name, {}).update(zlib=True, complevel=4, shuffle=True)
-    with apart(_content, ds, encoding) as content, replacing(path) as temporary:
+    content = apart(_content, ds, encoding)
+    with replacing(path) as temporary:
         temporary.write_bytes(content.getbuffer())
 
 
