@@ -123,6 +123,12 @@ def uncompiled(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.fixture
+def unlaid(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Figures are not laid out, which takes half of their time."""
+    monkeypatch.setattr("matplotlib.layout_engine.ConstrainedLayoutEngine.execute", lambda *_: None)
+
+
+@pytest.fixture
 def one_probe(monkeypatch: pytest.MonkeyPatch) -> None:
     """On Linux HDF files are looked at by one process for all, instead of by a new one for each."""
     if sys.platform == "linux":

@@ -21,12 +21,6 @@ def run(tmp_path, monkeypatch):
     return lambda *args: CliRunner().invoke(cli, ["nearest", *map(str, args)])
 
 
-@pytest.fixture
-def unlaid(monkeypatch):
-    """Figures are not laid out, which takes half of their time."""
-    monkeypatch.setattr("matplotlib.layout_engine.ConstrainedLayoutEngine.execute", lambda *_: None)
-
-
 def test_the_nearest_are_listed(run):
     lines = run("brass", "-n", 3).stdout.splitlines()
     assert lines[0].split() == ["name", "distance", "what", "it", "is"] and len(lines) == 4

@@ -102,12 +102,6 @@ def test_one_number_of_many_channels_has_a_name(names, count, words, weights):
 MAP = gn.Lambertian(np.linspace(0.1, 0.9, 6).reshape(2, 3, 1))
 
 
-@pytest.fixture
-def unlaid(monkeypatch):
-    """Figures are not laid out, which takes half of their time."""
-    monkeypatch.setattr("matplotlib.layout_engine.ConstrainedLayoutEngine.execute", lambda *_: None)
-
-
 @pytest.mark.usefixtures("unlaid")
 @pytest.mark.parametrize("m", [scan(), MAP, gn.Lambertian(np.linspace(0.1, 0.5, 7))], ids=["scan", "map", "7 channels"])
 def test_figures_say_what_they_draw(m, tmp_path, monkeypatch):

@@ -594,12 +594,6 @@ def test_command_line(tmp_path, monkeypatch):
     assert run(cli, ["check", "Phong()", "--plot", "a.txt"]).exit_code != 0
 
 
-@pytest.fixture
-def unlaid(monkeypatch):
-    """Figures are not laid out, which takes half of their time."""
-    monkeypatch.setattr("matplotlib.layout_engine.ConstrainedLayoutEngine.execute", lambda *_: None)
-
-
 @pytest.mark.parametrize("whole", thinned([False, True], [False]))
 def test_plot_of_the_command(tmp_path, monkeypatch, whole):
     """The whole figure is drawn by `test_figures_of_odd_materials`, too."""
