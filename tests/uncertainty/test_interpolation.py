@@ -178,6 +178,11 @@ def test_rows_in_no_grid(phi):
     assert q.u < (0.1 if phi is None else 0.5) * q.value
 
 
+@pytest.mark.parametrize(("count", "names"), [(3, []), (4, ["rows"])])
+def test_of_three_rows_in_no_grid_none_is_left_out(count, names):
+    assert [group.name for group in groups(rows(GLOSSY, count))] == names
+
+
 def test_rows_are_left_out_by_what_they_lie_in():
     names = [group.name for group in groups(rows(gn.Lambertian(0.5)))]
     assert names == ["rows"]
