@@ -10,16 +10,25 @@ import numpy as np
 
 from . import interfaces, media
 from .adding import Matrices, added, even, under_smooth
-from .grid import Grid, grid
+from .grid import SAME, Grid, grid
 
-CHUNKS = (12, 32, 80, 160, 256)
+CHUNKS = (12, 32, 56, 80, 108, 136, 160, 184, 208, 232, 256)
 """Orders that are computed at first, and where these are not enough."""
+
+AROUND = np.pi * np.arange(17) / 16
+"""Azimuths at which a series must be as good as it is asked to be."""
 
 FEWEST, FEWEST_OF_ROUGH, MOST = 24, 36, 128
 """Nodes from the normal to the horizon; beside facets' total reflection, which begins by a root, there are more."""
 
 NOTHING = 1e-12
 """What is less is rounding [1/sr]: some 1e-13 remain where light that went straight through is taken away."""
+
+ROUNDING = 1e-11
+"""The same, of elements of matrices."""
+
+LOWEST = 0.02
+"""The cosine from which on a series is as good as it is asked to be."""
 
 
 class Smooth(NamedTuple):
@@ -59,10 +68,11 @@ class Block(NamedTuple):
 
 class Response(NamedTuple):
     """What a stack does, all but the closed forms: reflection; over nothing also that from behind, and transmission,
-    by the direction in front and that behind."""
+    by the direction in front and that behind. `media`: the number of the first medium that each panel ends with."""
 
     grid: Grid
     blocks: tuple[Block, ...]
+    media: tuple[int, ...]
 
     @property
     def nodes(self) -> int:
@@ -73,11 +83,6 @@ class Response(NamedTuple):
     def orders(self) -> int:
         """The number of orders."""
         return len(self.blocks[0].coefficients)
-
-    @property
-    def has_kinks(self) -> bool:
-        """Whether light is seen in a medium in which some of it is totally reflected: f has a kink in the angle."""
-        return any(self.grid.count(n) > self.grid.panels[0][1] for block in self.blocks for n in block[:2])
 
 
 def nodes_for(parts: Sequence[Part], tolerance: float) -> int:
@@ -111,29 +116,41 @@ def indices(parts: Sequence[Part]) -> list[complex]:
 
 
 def response(parts: Sequence[Part], base: Base | None, tolerance: float, nodes: int | None = None) -> Response:
-    """The response of a stack on a base, or over nothing."""
+    """The response of a stack on a base, or over nothing.
+
+    The series ends where no order is more than a tenth of the tolerance of the least f around the circle, for any two
+    nodes: of forward particles it is what leaves at grazing that takes most.
+    """
     whole = _real(indices(parts))
     grating = grid(whole, nodes or nodes_for(parts, tolerance))
     ends = [(0, 0)] if base is not None else [(0, 0), (-1, -1), (0, -1)]
     sides = [(whole[a], whole[b]) for a, b in ends]
-    clear = [tuple(grating.mu(n).real > 0.1 for n in pair) for pair in sides]
+    clear = [np.ix_(*(np.flatnonzero(grating.mu(n).real > LOWEST) for n in pair)) for pair in sides]
+    roots = [np.outer(*(grating.root(n) for n in pair)) for pair in sides]
+    sums: list[Any] = [0.0 for _ in sides]
     found: list[list[np.ndarray]] = [[] for _ in sides]
     for start, stop in zip((0, *CHUNKS), CHUNKS, strict=False):
-        orders = np.arange(start, stop)[:, None, None]
-        rests = _rest(parts, base, grating, whole, range(start, stop), tolerance)
+        orders = np.arange(start, stop)
+        over = np.pi * np.where(orders == 0, 2.0, 1.0)[:, None, None]
         needed: Any = np.zeros(stop - start, bool)
-        for of_side, rest, pair, (rows, columns) in zip(found, rests, sides, clear, strict=True):
-            scale = np.outer(*(grating.root(n) for n in pair))
-            of_side.append(rest / (np.pi * np.where(orders == 0, 2.0, 1.0) * scale))
-            size = np.abs(of_side[-1][:, rows][:, :, columns]).max(axis=(1, 2), initial=0.0)
-            needed |= size > max(0.1 * tolerance * np.abs(of_side[0][0]).max(), NOTHING)
+        blocks = _rest(parts, base, grating, whole, range(start, stop), tolerance)
+        for k, (rest, total) in enumerate(blocks):
+            found[k].append(rest / (over * roots[k]))
+            total, root = (total / (over * roots[k])).real[:, *clear[k]], roots[k].real[clear[k]]
+            sums[k] = sums[k] + np.tensordot(np.cos(AROUND[:, None] * orders), total, 1)
+            size = np.abs(sums[k])
+            least = np.maximum(size.min(axis=0), 1e-6 * size.max(axis=0))
+            least = np.maximum(0.1 * tolerance * least, NOTHING + ROUNDING / root)
+            needed |= (np.abs(found[k][-1][:, *clear[k]]) > least).any(axis=(1, 2))
         last = np.flatnonzero(needed)
         if not len(last) or last[-1] < 0.75 * (stop - start):
-            kept = last[-1] + 1 if len(last) else 1 if start == 0 else 0
+            enough = last[-1] + 1 if len(last) else 1 if start == 0 else 0
             for of_side in found:
-                of_side[-1] = of_side[-1][:kept]
+                of_side[-1] = of_side[-1][:enough]
             break
-    return Response(grating, tuple(Block(*pair, np.concatenate(x)) for pair, x in zip(sides, found, strict=True)))
+    media = (next(k for k, n in enumerate(whole) if abs(n.real - end.real) <= SAME * end.real) for end, _ in grating.panels)
+    blocks = (Block(*pair, np.concatenate(x)) for pair, x in zip(sides, found, strict=True))
+    return Response(grating, tuple(blocks), tuple(media))
 
 
 def _real(numbers: Sequence[complex]) -> list[complex]:
@@ -143,8 +160,9 @@ def _real(numbers: Sequence[complex]) -> list[complex]:
 
 def _rest(
     parts: Sequence[Part], base: Base | None, grid: Grid, whole: Sequence[complex], orders: range, tolerance: float
-) -> list[np.ndarray]:
-    """Matrices of the stack, less delta lobes, and less what the closed forms have, for the blocks of `Response`."""
+) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Matrices of the stack, less delta lobes and less what the closed forms have, and with that, for each block of
+    `Response`."""
     n, at = list(whole[:-1]), whole[-1]
     if base is None:
         deltas, rest = nothing(grid.count(at)), nothing(grid.count(at), through=0.0)
@@ -167,8 +185,14 @@ def _rest(
         closed = _once(layer, closed, straight)
         common = min(len(layer.straight), len(straight))
         straight = layer.straight[:common] * straight[:common]
-    above, down, up, behind = (a - b for a, b in zip(rest, closed, strict=True))
-    return [even(above)] if base else [even(above), even(behind), 0.5 * (up + np.swapaxes(down, -1, -2))]
+    several = [_blocks(Matrices(*(a - b for a, b in zip(rest, closed, strict=True))), base), _blocks(rest, base)]
+    return list(zip(*several, strict=True))
+
+
+def _blocks(whole: Matrices, base: Base | None) -> list[np.ndarray]:
+    """The blocks of `Response`."""
+    through = 0.5 * (whole.up + np.swapaxes(whole.down, -1, -2))
+    return [even(whole.above)] if base else [even(whole.above), even(whole.below), through]
 
 
 class _Layer(NamedTuple):
