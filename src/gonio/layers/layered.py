@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from functools import cache, partial
 from typing import Any, ClassVar, TypeVar
 
@@ -11,7 +11,7 @@ import numpy as np
 from ..arrays import Fixed, ops
 from ..base.reflectance import Reflectance
 from ..base.sides import choose
-from ..formula.direction import Direction, select
+from ..formula.direction import HORIZON, Direction, select
 from ..formula.fresnel.dielectric import fresnel_dielectric
 from ..formula.mueller import Mueller
 from ..formula.state import inferred, state
@@ -21,7 +21,7 @@ from . import polarized
 from .base import STEP, reflected
 from .layer import Layer, Medium, RoughInterface
 from .response import Part, Response, Rough, Scatterers, Smooth, response
-from .table import FAR, Tables, shape_for, tabulated
+from .table import FAR, Tables, albedos, shape_for, tabulated
 
 TABLES = ("splines", "shape")
 
@@ -166,9 +166,15 @@ class _Layered(Reflectance):
         m = self.__dict__["base"]
         by = path.removeprefix("base.") if path is not None and path.startswith("base.") else None
 
-        def base(grid: Any, n: complex, orders: int) -> tuple[np.ndarray, np.ndarray]:
-            matrices, mirror = reflected(m, grid, n, orders, by)
-            return matrices[channel % len(matrices)], mirror[channel % len(mirror)]
+        def base(grid: Any, n: complex) -> tuple[Callable[[range], np.ndarray], np.ndarray]:
+            matrices, mirror = reflected(m, grid, n, by)
+
+            def of_channel(orders: range) -> np.ndarray:
+                found = matrices(orders)
+                of: np.ndarray = found[channel % len(found)]
+                return of
+
+            return of_channel, mirror[channel % len(mirror)]
 
         return response(parts, base, self.tolerance)
 
@@ -257,6 +263,13 @@ class _Table(_Lobe):
             total = total + away * looked_up(1 + number)
         return total
 
+    def collected_by(self, number: int, w: np.ndarray, by_rows: bool) -> np.ndarray:
+        """What a block of the response sends of light from directions (n, 3), (n, C)."""
+        responses = [self._response(c) for c in range(self.channels or 1)]
+        z = np.clip(w[:, 2], 0.0, 1.0)
+        found = np.stack([albedos(r.grid, r.blocks[number], z, by_rows) for r in responses], axis=-1)
+        return np.where(np.isnan(w).any(axis=-1, keepdims=True), np.nan, np.where(w[:, 2:] > HORIZON, found, 0.0))
+
     def crossed_first(self, w: Direction, behind: Any) -> Mueller:
         """What the smooth interfaces on top do to s and p, or where `behind` those at the bottom."""
         front, back = (
@@ -292,6 +305,9 @@ class _Rest(Drawn, _Table):
         n = choose(self.behind, self._indices()[-1], 1.0)
         return self.found(choose(self.behind, 1.0, 0.0), wi, n, wo, n) * self.over()
 
+    def collected(self, w: np.ndarray, incident: bool) -> np.ndarray:
+        return self.collected_by(int(self.behind), w, True)
+
     def _seen_from(self, wo: Direction) -> tuple[Slices, Any]:
         at, phi = super()._seen_from(wo)
         if "base" in self.fields:
@@ -321,6 +337,14 @@ class _Through(_Table):
             behind = self.behind > 0.5
             front, below = select(behind, wi, wo), select(behind, wo, wi)
         return self.found(2.0, front, 1.0, below, self._indices()[-1]) * self.over()
+
+    def collected(self, w: np.ndarray, incident: bool) -> np.ndarray:
+        # Light that comes from in front is seen from behind.
+        found = self.collected_by(2, w, bool(self.behind) == incident)
+        if incident:
+            return found
+        index = np.atleast_1d(self._indices()[-1])
+        return found * (index * index if self.behind else 1.0 / (index * index))
 
     def polarized(self, wi: Direction, wo: Direction) -> Mueller:
         into = self.crossed_first(upward(wi), turned_over(self.behind, True))

@@ -135,19 +135,16 @@ def scattering(
 def harmonics(mu: np.ndarray, orders: range, terms: int) -> np.ndarray:
     """Associated Legendre functions (orders, nodes, terms): sqrt((l - m)!/(l + m)!) P_l^m(mu), and 0 for l < m."""
     m = np.array(orders)
-    y = np.zeros((len(orders), len(mu), terms), mu.dtype)
+    y = np.zeros((terms, len(orders), len(mu)), mu.dtype)
     sine = np.sqrt(1.0 - mu * mu)
-    start = np.array(
-        [math.exp(0.5 * (math.lgamma(2 * k + 1) - 2.0 * math.lgamma(k + 1)) - k * math.log(2.0)) for k in m]
-    )
-    for i, k in enumerate(m):
+    start = [math.exp(0.5 * (math.lgamma(2 * k + 1) - 2.0 * math.lgamma(k + 1)) - k * math.log(2.0)) for k in orders]
+    for i, k in enumerate(orders):
         if k < terms:
-            y[i, :, k] = np.where(np.abs(sine) ** k < NOTHING, 0.0, start[i] * sine**k)
+            y[k, i] = np.where(np.abs(sine) ** k < NOTHING, 0.0, start[i] * sine**k)
     for degree in range(1, terms):
-        inner = m < degree
-        if inner.any():
-            k = m[inner, None]
-            lower = y[inner, :, degree - 2] if degree > 1 else 0.0
-            last = (2 * degree - 1) * mu * y[inner, :, degree - 1] - np.sqrt((degree - 1.0) ** 2 - k * k) * lower
-            y[inner, :, degree] = last / np.sqrt(degree * degree - k * k)
-    return y
+        inner = slice(0, max(0, min(len(m), degree - orders.start)))  # orders below the degree
+        k = m[inner, None]
+        lower = y[degree - 2, inner] if degree > 1 else 0.0
+        last = (2 * degree - 1) * mu * y[degree - 1, inner] - np.sqrt((degree - 1.0) ** 2 - k * k) * lower
+        y[degree, inner] = last / np.sqrt(degree * degree - k * k)
+    return np.ascontiguousarray(np.moveaxis(y, 0, -1))

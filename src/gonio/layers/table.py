@@ -101,6 +101,22 @@ def _splines(values: np.ndarray, parity: float) -> np.ndarray:
     return np.concatenate([inner[1:2], inner, parity * inner[-2:-1]])
 
 
+def albedos(grid: Grid, block: Block, w_z: np.ndarray, by_rows: bool) -> np.ndarray:
+    """What a block sends, in all, of light from directions of these cosines in the medium of its rows, or columns."""
+    c, (n, other) = block.coefficients[0], (block.rows, block.columns) if by_rows else (block.columns, block.rows)
+    at_nodes = 2.0 * math.pi * ((c if by_rows else c.T) @ grid.etendue[: grid.count(other)])
+    s2, low, result = n * n * (1.0 - w_z * w_z), 0.0, np.zeros(len(w_z))
+    for (end, _), of in zip(grid.panels, grid.parts(n), strict=False):
+        last = of.stop == grid.count(n)
+        here = np.flatnonzero((s2 >= low) & ((s2 < end * end) | last))
+        x = w_z[here] if last and not low else np.sqrt(np.maximum(1.0 - s2[here] / (end * end), 0.0))
+        x = x / math.sqrt(1.0 - low / (end * end))
+        for some in np.array_split(np.arange(len(here)), 1 + len(here) // 10_000):
+            result[here[some]] = interpolated(of.stop - of.start, x[some]) @ at_nodes[of]
+        low = end * end
+    return result
+
+
 class Tables(NamedTuple):
     """Splines of all panels, where those of a block begin, and how many there are along each axis.
 
