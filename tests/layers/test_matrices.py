@@ -50,7 +50,7 @@ def test_slabs_add_up():
     thin, thick = (media.slab(nodes, 1.5, depth, 0.9, 0.6, range(8), 20)[0] for depth in (0.7, 2.1))
     twice = adding.added(thin, adding.added(thin, thin))
     for one, other in zip(twice, thick, strict=True):
-        np.testing.assert_allclose(one, other, atol=1e-12)
+        np.testing.assert_allclose(one, other, atol=1e-11)  # the rounding of eigenvectors
 
 
 @pytest.mark.parametrize(("depth", "albedo", "g"), [(0.003, 1.0, 0.9), (1e6, 1.0, 0.0), (50.0, 0.7, -0.9), (2.0, 0.0, 0.5)])

@@ -10,6 +10,8 @@ from abc import abstractmethod
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
+import numpy as np
+
 from ..formula import warp
 from ..formula.direction import Direction, mirror
 from ..formula.distribution import Spread
@@ -81,6 +83,16 @@ class Hooks(Parametrised):
         1.5 1.0
         """
         return 1.0
+
+    @property
+    def kinks(self) -> list[float]:
+        """Sines of the angles in front at which total reflection sets in: there f has kinks.
+
+        Example
+        >>> print(gn.SmoothDielectric(1.25).kinks, gn.SmoothDielectric(1.25).turned(True).kinks)
+        [] [0.8]
+        """
+        return sorted({float(n) for n in np.ravel(self.index) if n < 1.0})
 
     @property
     def split(self) -> bool:

@@ -19,6 +19,7 @@ from ..formula.table_warp import MarginalWarp, Slices, tables_when_needed
 from ..tables.drawing import KINDS, VIEWS, Drawn, lobe_tables
 from . import polarized
 from .base import STEP, reflected
+from .grid import SAME
 from .layer import Layer, Medium, RoughInterface
 from .response import Part, Response, Rough, Scatterers, Smooth, response
 from .table import FAR, Tables, albedos, shape_for, tabulated
@@ -80,6 +81,12 @@ class _Layered(Reflectance):
             return 1.0
         last = self._indices()[-1]
         return 1.0 / last if self.behind else last
+
+    @property
+    def kinks(self) -> list[float]:
+        indices = self._indices()
+        here = np.asarray(indices[-1 if self.behind else 0])
+        return sorted({float(x) for n in indices for x in np.ravel(n / here) if x < 1.0 - SAME})
 
     def _indices(self) -> list[Any]:
         """The index of each medium, from that in front on, over that in front."""
