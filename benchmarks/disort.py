@@ -20,7 +20,10 @@ LIT, SEEN, AZIMUTHS = (0.05, 0.3, 1.0), (0.04, 0.1, 0.35, 0.97), (0.0, 1.0, np.p
 def main() -> None:
     from PythonicDISORT.pydisort import pydisort
 
-    lines = ["# PythonicDISORT 1.8: f [1/sr] of a medium over black; benchmarks/disort.py", "depth\talbedo\tg\tmu_i\tmu_o\tphi\tf"]
+    lines = [
+        "# PythonicDISORT 1.8: f [1/sr] of a medium over black; benchmarks/disort.py",
+        "depth\talbedo\tg\tmu_i\tmu_o\tphi\tf",
+    ]
     for g, streams in STREAMS.items():
         legendre = g ** np.arange(2 * streams)
         for depth in DEPTHS:

@@ -53,7 +53,9 @@ def test_slabs_add_up():
         np.testing.assert_allclose(one, other, atol=1e-11)  # the rounding of eigenvectors
 
 
-@pytest.mark.parametrize(("depth", "albedo", "g"), [(0.003, 1.0, 0.9), (1e6, 1.0, 0.0), (50.0, 0.7, -0.9), (2.0, 0.0, 0.5)])
+@pytest.mark.parametrize(
+    ("depth", "albedo", "g"), [(0.003, 1.0, 0.9), (1e6, 1.0, 0.0), (50.0, 0.7, -0.9), (2.0, 0.0, 0.5)]
+)
 def test_slabs_by_eigenvectors_are_those_by_doubling(depth, albedo, g):
     nodes = grid([1.0], 48)
     found = [media.slab(nodes, 1.0, number, albedo, g, range(3), 90)[0] for number in (depth, depth + 0j)]

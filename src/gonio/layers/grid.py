@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -39,7 +40,7 @@ class Grid(NamedTuple):
     def parts(self, n: complex) -> list[slice]:
         """The nodes of each panel that light in a medium of index n has."""
         ends = [0, *(end for _, end in self.panels if end <= self.count(n))]
-        return [slice(low, high) for low, high in zip(ends, ends[1:], strict=False)]
+        return [slice(low, high) for low, high in pairwise(ends)]
 
     def mu(self, n: complex) -> np.ndarray:
         """Cosines of the nodes in a medium of index n."""
@@ -74,7 +75,7 @@ def rule(count: int) -> tuple[np.ndarray, np.ndarray]:
 def pieces(count: int) -> list[slice]:
     """The nodes of each piece of a panel, whose nodes decrease, from the horizon on."""
     ends = count - np.cumsum((0, *LOW, count - sum(LOW)))
-    return [slice(int(low), int(high)) for high, low in zip(ends, ends[1:], strict=False)]
+    return [slice(int(low), int(high)) for high, low in pairwise(ends)]
 
 
 def grid(indices: Sequence[complex], nodes: int) -> Grid:

@@ -39,9 +39,10 @@ def smooth_matrices(grid: Grid, a: complex, b: complex) -> Matrices:
 def rough(
     grid: Grid, a: complex, b: complex, alpha: complex, kept: bool
 ) -> Callable[[range], tuple[Matrices, Matrices]]:
-    """An interface of GGX facets with Smith's separable masking, Walter et al. 2007, and what it scatters once, of orders
-    that are asked for from 0 on; `kept`: whether light that facets scatter more than once leaves as in Kulla & Conty's lobe, to both sides.
+    """What makes the matrices, of orders that are asked for from 0 on, of an interface of GGX facets with Smith's
+    separable masking, Walter et al. 2007, and of what it scatters once.
 
+    `kept`: whether light that facets scatter more than once leaves as in Kulla & Conty's lobe, to both sides.
     With f_t over n_o^2 light may go either way: |wi.wm||wo.wm| (1 - F) G D/(mu_i mu_o (n_i wi.wm + n_o wo.wm)^2).
     """
     (mu_a, s), mu_b = (grid.mu(a), np.sqrt(grid.s2)), grid.mu(b)

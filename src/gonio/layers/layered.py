@@ -11,6 +11,8 @@ import numpy as np
 from ..arrays import Fixed, ops
 from ..base.reflectance import Reflectance
 from ..base.sides import choose
+from ..caches import physical
+from ..errors import TooLargeError
 from ..formula.direction import HORIZON, Direction, select
 from ..formula.fresnel.dielectric import fresnel_dielectric
 from ..formula.mueller import Mueller
@@ -129,22 +131,37 @@ class _Layered(Reflectance):
         count = self.channels or 1
         responses = [self._response(c) for c in range(count)]
         cells, turns = shape_for(responses, self.tolerance)
-        tables, blocks, first = [], [], 0
-        for number, block in enumerate(responses[0].blocks):
-            several = [(r.grid, r.blocks[number]) for r in responses]
-            reach = tuple(max(len(g.parts(b[side])) for g, b in several) for side in range(2))
-            blocks += [first, *reach]
-            first += count * (1 + len(self.paths)) * reach[0] * reach[1]
-            tables += [tabulated(g, b, reach, cells, turns) for g, b in several]
-            for path in self.paths:
-                slopes = (self._response(c, path) for c in range(count))
-                tables += [tabulated(r.grid, r.blocks[number], reach, cells, turns).imag / STEP for r in slopes]
+        blocks: list[tuple[int, int, int]] = []
+        first = 0
+        for of_block in zip(*(r.blocks for r in responses), strict=True):
+            ends = [
+                (len(r.grid.parts(b.rows)), len(r.grid.parts(b.columns)))
+                for r, b in zip(responses, of_block, strict=True)
+            ]
+            rows, columns = (max(x) for x in zip(*ends, strict=True))
+            blocks.append((first, rows, columns))
+            first += count * (1 + len(self.paths)) * rows * columns
+        size = 8 * first * (cells + 3) ** 2 * (turns + 3)
+        if size > physical():
+            raise TooLargeError(
+                f"Stack: {first} tables of {(turns - 6) // 2} orders take {size / 1e9:.1f} GB and this machine has "
+                f"{physical() / 1e9:.1f} GB; take a larger tolerance, or fewer channels at a time"
+            )
+        splines = np.empty((first, cells + 3, cells + 3, turns + 3))
+        for number, (at, rows, columns) in enumerate(blocks):
+            for path in (None, *self.paths):
+                for c in range(count):
+                    r = self._response(c, path)
+                    table = tabulated(r.grid, r.blocks[number], (rows, columns), cells, turns)
+                    part = table.real if path is None else table.imag / STEP
+                    splines[at : at + rows * columns] = part.reshape(-1, *splines.shape[1:])
+                    at += rows * columns
         media = np.full((count, len(self._indices())), -1)
         for c, r in enumerate(responses):
             media[c, : len(r.media)] = r.media
         values = [np.broadcast_to(self.parameters[path].value, (count,)) for path in self.paths]
-        shape = np.concatenate([[cells, turns, count], blocks, media.reshape(-1), *values])
-        return np.concatenate([t.real.reshape(-1) for t in tables]), shape
+        shape = np.concatenate([[cells, turns, count], np.ravel(blocks), media.reshape(-1), *values])
+        return splines.reshape(-1), shape
 
     def _response(self, channel: int, path: str | None = None) -> Response:
         """The response in a channel; complex, with a step of a parameter."""

@@ -20,8 +20,8 @@ def slab(
 
     T + R = (C - h Q S)/(C + h Q S),  C = cosh(h sqrt(P Q)), S = sinh(h sqrt(P Q))/(h sqrt(P Q)),
 
-    and T - R the same with P and Q exchanged. Also returns what goes straight through, at each node, and the matrices of
-    what was scattered once.
+    and T - R the same with P and Q exchanged. Also returns what goes straight through, at each node, and the matrices
+    of what was scattered once.
     """
     mu, root = grid.mu(n), grid.root(n)
     beyond = g**terms  # of the phase function, forward: what a series that ends misses (Wiscombe 1977, delta-M)
@@ -32,8 +32,10 @@ def slab(
     missed = 1.0 / mu - (root @ (first[0] + again[0])) / root
     away = np.diag(1.0 / mu) - albedo * (ahead + np.diag(missed))
     p, q = away + albedo * back, away - albedo * back
-    layers = _by_doubling if np.iscomplexobj(p) or np.iscomplexobj(depth) else _by_eigenvectors
-    reflection, change = layers(p, q, depth, mu)
+    if np.iscomplexobj(p) or np.iscomplexobj(depth):
+        reflection, change = _by_doubling(p, q, depth, mu)
+    else:
+        reflection, change = _by_eigenvectors(p, q, depth.real)
     transmission = change + np.eye(len(mu))
     straight = 1.0 / mu - albedo * missed
     paths = straight[:, None] + straight
@@ -47,7 +49,7 @@ def slab(
     return Matrices(reflection, transmission, transmission, reflection), np.exp(-depth * straight), once
 
 
-def _by_eigenvectors(p: np.ndarray, q: np.ndarray, depth: float, mu: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _by_eigenvectors(p: np.ndarray, q: np.ndarray, depth: float) -> tuple[np.ndarray, np.ndarray]:
     """What a slab reflects, and what it transmits, less 1, of real numbers.
 
     P = L L^T, L^T Q L = V k^2 V^T, A = L V and B = A^-T: P Q = A k^2 A^-1. With G = B k tanh(h k) B^T, T + R is
@@ -138,11 +140,11 @@ def harmonics(mu: np.ndarray, orders: range, terms: int) -> np.ndarray:
     y = np.zeros((terms, len(orders), len(mu)), mu.dtype)
     sine = np.sqrt(1.0 - mu * mu)
     start = [math.exp(0.5 * (math.lgamma(2 * k + 1) - 2.0 * math.lgamma(k + 1)) - k * math.log(2.0)) for k in orders]
-    for i, k in enumerate(orders):
-        if k < terms:
-            y[k, i] = np.where(np.abs(sine) ** k < NOTHING, 0.0, start[i] * sine**k)
+    for i, order in enumerate(orders):
+        if order < terms:
+            y[order, i] = np.where(np.abs(sine) ** order < NOTHING, 0.0, start[i] * sine**order)
     for degree in range(1, terms):
-        inner = slice(0, max(0, min(len(m), degree - orders.start)))  # orders below the degree
+        inner = slice(0, max(0, degree - orders.start))  # orders below the degree
         k = m[inner, None]
         lower = y[degree - 2, inner] if degree > 1 else 0.0
         last = (2 * degree - 1) * mu * y[degree - 1, inner] - np.sqrt((degree - 1.0) ** 2 - k * k) * lower

@@ -129,7 +129,7 @@ def response(parts: Sequence[Part], base: Base | None, tolerance: float, nodes: 
     grating = grid(whole, nodes or nodes_for(parts, tolerance))
     ends = [(0, 0)] if base is not None else [(0, 0), (-1, -1), (0, -1)]
     sides = [(whole[a], whole[b]) for a, b in ends]
-    clear = [np.ix_(*(np.flatnonzero(grating.mu(n).real > LOWEST) for n in pair)) for pair in sides]
+    clear: list[Any] = [(..., *np.ix_(*(np.flatnonzero(grating.mu(n).real > LOWEST) for n in pair))) for pair in sides]
     roots = [np.outer(*(grating.root(n) for n in pair)) for pair in sides]
     sums: list[Any] = [0.0 for _ in sides]
     found: list[list[np.ndarray]] = [[] for _ in sides]
@@ -143,19 +143,21 @@ def response(parts: Sequence[Part], base: Base | None, tolerance: float, nodes: 
             needed: Any = np.zeros(stop - start, bool)
             for k, (rest, total) in enumerate(_shared(layers, below, grating, whole, range(start, stop), rough)):
                 found[k].append(rest / (over * roots[k]))
-                total, root = (total / (over * roots[k])).real[:, *clear[k]], roots[k].real[clear[k]]
+                total, root = (total / (over * roots[k])).real[clear[k]], roots[k].real[clear[k]]
                 sums[k] = sums[k] + np.tensordot(np.cos(AROUND[:, None] * orders), total, 1)
                 size = np.abs(sums[k])
                 least = np.maximum(size.min(axis=0), 1e-6 * size.max(axis=0))
                 least = np.maximum(0.1 * tolerance * least, NOTHING + ROUNDING / root)
-                needed |= (np.abs(found[k][-1][:, *clear[k]]) > least).any(axis=(1, 2))
+                needed |= (np.abs(found[k][-1][clear[k]]) > least).any(axis=(1, 2))
             last = np.flatnonzero(needed)
             if not len(last) or last[-1] < 0.75 * (stop - start):
                 enough = last[-1] + 1 if len(last) else 1 if start == 0 else 0
                 for of_side in found:
                     of_side[-1] = of_side[-1][:enough]
                 break
-    media = (next(k for k, n in enumerate(whole) if abs(n.real - end.real) <= SAME * end.real) for end, _ in grating.panels)
+    media = (
+        next(k for k, n in enumerate(whole) if abs(n.real - end.real) <= SAME * end.real) for end, _ in grating.panels
+    )
     blocks = (Block(*pair, np.concatenate(x)) for pair, x in zip(sides, found, strict=True))
     return Response(grating, tuple(blocks), tuple(media))
 
@@ -180,7 +182,8 @@ def _shared(
         found[number] = _rest(layers, of_part, grid, whole, parts[number])
 
     share(work, [(number,) for number in range(len(parts))])
-    return [(np.concatenate(rests), np.concatenate(totals)) for rests, totals in (zip(*x) for x in zip(*found))]
+    pairs = (zip(*of_block, strict=True) for of_block in zip(*found, strict=True))
+    return [(np.concatenate(rests), np.concatenate(totals)) for rests, totals in pairs]
 
 
 def _rest(
@@ -212,14 +215,14 @@ def _rest(
         closed = _once(layer, closed, straight)
         common = min(len(layer.straight), len(straight))
         straight = layer.straight[:common] * straight[:common]
-    several = [_blocks(Matrices(*(a - b for a, b in zip(rest, closed, strict=True))), base), _blocks(rest, base)]
-    return list(zip(*several, strict=True))
+    without = Matrices(*(a - b for a, b in zip(rest, closed, strict=True)))
+    return list(zip(*(_blocks(x, base is not None) for x in (without, rest)), strict=True))
 
 
-def _blocks(whole: Matrices, base: Base | None) -> list[np.ndarray]:
-    """The blocks of `Response`."""
+def _blocks(whole: Matrices, closed: bool) -> list[np.ndarray]:
+    """The blocks of `Response`; `closed`: there is a base."""
     through = 0.5 * (whole.up + np.swapaxes(whole.down, -1, -2))
-    return [even(whole.above)] if base else [even(whole.above), even(whole.below), through]
+    return [even(whole.above)] if closed else [even(whole.above), even(whole.below), through]
 
 
 class _Layer(NamedTuple):

@@ -36,8 +36,8 @@ def tabulated(grid: Grid, block: Block, reach: tuple[int, int], cells: int, turn
 
     `reach`: the number of panels of rows and of columns; where light has fewer the table is 0. Polar angles count by
     psi, x = (1 - cos psi)/2, x the cosine over the widest of the panel: f goes on evenly beyond both ends of psi, or,
-    along the normal, by the parity of the order; orders but the first are 0 there. Factors (mu_i + mu_o), cosines in the
-    medium that the further panel ends with, take away the pole where both are at its horizon.
+    along the normal, by the parity of the order; orders but the first are 0 there. Factors (mu_i + mu_o), cosines in
+    the medium that the further panel ends with, take away the pole where both are at its horizon.
     """
     c = block.coefficients
     orders = np.arange(len(c))
@@ -103,17 +103,19 @@ def _splines(values: np.ndarray, parity: float) -> np.ndarray:
 
 def albedos(grid: Grid, block: Block, w_z: np.ndarray, by_rows: bool) -> np.ndarray:
     """What a block sends, in all, of light from directions of these cosines in the medium of its rows, or columns."""
-    c, (n, other) = block.coefficients[0], (block.rows, block.columns) if by_rows else (block.columns, block.rows)
-    at_nodes = 2.0 * math.pi * ((c if by_rows else c.T) @ grid.etendue[: grid.count(other)])
+    c, n, other = block.coefficients[0], block.rows.real, block.columns.real
+    if not by_rows:
+        c, n, other = c.T, other, n
+    at_nodes = 2.0 * math.pi * (c @ grid.etendue[: grid.count(other)])
     s2, low, result = n * n * (1.0 - w_z * w_z), 0.0, np.zeros(len(w_z))
-    for (end, _), of in zip(grid.panels, grid.parts(n), strict=False):
-        last = of.stop == grid.count(n)
-        here = np.flatnonzero((s2 >= low) & ((s2 < end * end) | last))
-        x = w_z[here] if last and not low else np.sqrt(np.maximum(1.0 - s2[here] / (end * end), 0.0))
-        x = x / math.sqrt(1.0 - low / (end * end))
+    for (index, _), of in zip(grid.panels, grid.parts(n), strict=False):
+        high, last = index.real**2, of.stop == grid.count(n)
+        here = np.flatnonzero((s2 >= low) & ((s2 < high) | last))
+        x2 = w_z[here] ** 2 + (1.0 - w_z[here] ** 2) * (1.0 - n * n / high)
+        x = np.sqrt(np.maximum(x2, 0.0) / (1.0 - low / high))
         for some in np.array_split(np.arange(len(here)), 1 + len(here) // 10_000):
             result[here[some]] = interpolated(of.stop - of.start, x[some]) @ at_nodes[of]
-        low = end * end
+        low = high
     return result
 
 
@@ -153,7 +155,9 @@ class Tables(NamedTuple):
             row: Any = 0.0
             for b in range(4):
                 at = start + a * stride + b * turns
-                line = sum((w[c] * ops.take(self.splines, at + c) for c in range(1, 4)), w[0] * ops.take(self.splines, at))
+                line = sum(
+                    (w[c] * ops.take(self.splines, at + c) for c in range(1, 4)), w[0] * ops.take(self.splines, at)
+                )
                 row = row + v[b] * line
             total = total + u[a] * row
         if len(self.ends) == 1:
@@ -174,7 +178,7 @@ class Tables(NamedTuple):
 
 
 def _squared(w: Direction, n: Any, other: Any) -> Any:
-    """The squared cosine of light along w, in a medium of index n, in one of another index; below 0: none gets there."""
+    """The squared cosine in a medium of another index of light along w, in one of index n; below 0: none gets there."""
     return w.z * w.z + (w.x * w.x + w.y * w.y) * (1.0 - (n * n) / (other * other))
 
 
