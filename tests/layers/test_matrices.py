@@ -50,7 +50,17 @@ def test_slabs_add_up():
     thin, thick = (media.slab(nodes, 1.5, depth, 0.9, 0.6, range(8), 20)[0] for depth in (0.7, 2.1))
     twice = adding.added(thin, adding.added(thin, thin))
     for one, other in zip(twice, thick, strict=True):
-        np.testing.assert_allclose(one, other, atol=1e-13)
+        np.testing.assert_allclose(one, other, atol=1e-11)  # the rounding of eigenvectors
+
+
+@pytest.mark.parametrize(
+    ("depth", "albedo", "g"), [(0.003, 1.0, 0.9), (1e6, 1.0, 0.0), (50.0, 0.7, -0.9), (2.0, 0.0, 0.5)]
+)
+def test_slabs_by_eigenvectors_are_those_by_doubling(depth, albedo, g):
+    nodes = grid([1.0], 48)
+    found = [media.slab(nodes, 1.0, number, albedo, g, range(3), 90)[0] for number in (depth, depth + 0j)]
+    for one, other in zip(*found, strict=True):
+        np.testing.assert_allclose(one, other, atol=2e-11)
 
 
 @pytest.mark.parametrize("eta", [1.5, 1.0 / 1.5, 2.4])
@@ -70,7 +80,7 @@ INTERFACES = [(1.5, 0.1, 1), (1.33, 0.4, 1), (1.0 / 1.5, 0.2, 1), (1.0 / 1.5, 0.
 def test_rough_interfaces_reflect_as_facets_do_and_keep_all_light_if_asked(eta, alpha, every):
     """Albedos at every so many of the nodes."""
     nodes = grid([1.0, eta], 64)
-    found, once = interfaces.rough(nodes, 1.0, eta, alpha, 2, kept=True)
+    found, once = interfaces.rough(nodes, 1.0, eta, alpha, kept=True)(range(2))
     root, other = nodes.root(1.0), nodes.root(eta)
     for share in shares(found, root, other):
         np.testing.assert_allclose(share, 1.0, atol=1e-12)
@@ -89,7 +99,8 @@ def test_what_facets_transmit_is_what_their_lobe_holds(alpha):
     nodes = grid([1.0, 1.5], 128)
     wanted = facets.shares(nodes.mu(1.0), 1.5, alpha)[1]
     rng = np.random.default_rng(3)
-    for number in (5, 60, 120):
+    for cos in (0.995, 0.54, 0.009):
+        number = int(np.abs(nodes.mu(1.0) - cos).argmin())
         mu = nodes.mu(1.0)[number]
         _, down = walked([Rough(1.5, alpha)], None, gn.direction(math.acos(mu), 0.0), 200_000, rng)
         share = len(down) / 200_000
@@ -107,7 +118,7 @@ def test_fourier_coefficients_are_those_of_layerlabs_rough_gold():
     i, o = np.indices((half, half)).reshape(2, -1)
     s = np.sqrt(np.maximum(1.0 - above * above, 1e-30))
     k = interfaces.classes(interfaces.poles(s, above[i] + above[o], i, o, 0.2), LEAST)
-    red = _series(model, above, i, o, k, orders, None)[0].reshape(orders, half, half) * above[:, None]
+    red = _series(model, above, i, o, k, range(orders), None)[0].reshape(orders, half, half) * above[:, None]
     red /= np.pi * np.where(np.arange(orders) == 0, 2.0, 1.0)[:, None, None]
     exact = model.f(gn.direction(np.arccos(above[4:, None]), math.pi), gn.direction(np.arccos(above[4:]), 0.0))[..., 0]
     np.testing.assert_allclose(red[:, 4:, 4:].sum(axis=0), exact * above[4:, None], rtol=1e-6, atol=1e-7)

@@ -10,6 +10,8 @@ from abc import abstractmethod
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
+import numpy as np
+
 from ..formula import warp
 from ..formula.direction import Direction, mirror
 from ..formula.distribution import Spread
@@ -83,6 +85,16 @@ class Hooks(Parametrised):
         return 1.0
 
     @property
+    def kinks(self) -> list[float]:
+        """Sines of the angles in front at which total reflection sets in: there f has kinks.
+
+        Example
+        >>> print(gn.SmoothDielectric(1.25).kinks, gn.SmoothDielectric(1.25).turned(True).kinks)
+        [] [0.8]
+        """
+        return sorted({float(n) for n in np.ravel(self.index) if n < 1.0})
+
+    @property
     def split(self) -> bool:
         """Whether this lobe and the next one share what is drawn, such as a facet that reflects or refracts.
 
@@ -146,6 +158,11 @@ class Hooks(Parametrised):
         """The terms of this sum: pairs (weight, model)."""
         whole: Any = self  # a Reflectance: nothing else has these hooks
         yield 1.0, whole
+
+    def collected(self, w: Any, incident: bool) -> Any:
+        """Integrals (n, C) of f cos over the directions of light, or `incident` of the viewer, for fixed directions
+        (n, 3) of the viewer, or of light, of a lobe whose tables hold these; None: none does."""
+        return None
 
     def diffuse(self) -> Any:
         """Albedo of the Lambertian part of f, where there is one: f is never below this over pi."""

@@ -58,6 +58,10 @@ def over_directions(
         largest = np.abs(weight).max(axis=-1)
         if not largest.any():
             continue
+        known = lobe.collected(fixed, incident) if domain is SAMPLED and radiance is None else None
+        if known is not None:
+            value = value + weight * known
+            continue
         goal = tolerance / (len(lobes) * np.fmax(largest, 1e-300))
         integrands = [_Integrand(lobe, fixed, places, incident, domain, radiance).of(*c) for c in _alike(lobe)]
         groups = [integrand.integrals(goal, unit, side) for integrand in integrands]

@@ -17,6 +17,7 @@ from ..numerics.lattice import lattice
 PAIRS = 1 << 17
 SAMPLES = 1 << 16
 INCIDENCE = np.radians([0.0, 15.0, 30.0, 45.0, 60.0, 70.0, 80.0, 85.0, 88.0, 89.5, 89.9])
+BESIDE = np.radians([-0.3, 0.3])
 VIEWS = np.radians([0.0, 30.0, 60.0, 80.0])
 
 
@@ -81,9 +82,21 @@ def azimuths(m: Reflectance) -> np.ndarray:
 
 
 def incidence(m: Reflectance) -> np.ndarray:
-    """Directions (K, 3) at INCIDENCE and `azimuths`; of a material that transmits from behind the surface too."""
-    theta = INCIDENCE if m.sides == "front" else np.concatenate([INCIDENCE, np.pi - INCIDENCE[::-1]])
+    """Directions (K, 3) at INCIDENCE, beside the kinks of f and at `azimuths`; of a material that transmits from behind
+    the surface too."""
+    theta = _angles(m)
+    if m.sides != "front":
+        theta = np.concatenate([theta, np.pi - _angles(m.turned(True))[::-1]])
     return direction(theta[:, None], azimuths(m)[None, :]).reshape(-1, 3)
+
+
+def _angles(m: Reflectance) -> np.ndarray:
+    """Angles of incidence [rad] from in front; of many kinks, as of many wavelengths, the first and the last count."""
+    sines = [sine for _, lobe in m.lobes() for sine in lobe.kinks]
+    if not sines:
+        return INCIDENCE
+    critical = np.arcsin([min(sines), max(sines)])[:, None] + BESIDE
+    return np.unique(np.append(INCIDENCE, critical[(critical > 0.0) & (critical < INCIDENCE[-1])]))
 
 
 def is_measured(m: Reflectance) -> bool:

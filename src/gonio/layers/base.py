@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -15,12 +17,18 @@ from .interfaces import classes, poles, turns
 STEP = 1e-20
 """Imaginary part of a number that is differentiated by: so small that its square is nothing beside 1."""
 
+RINGS = 1e-13
+"""Orders that are this little beside the first are rounding, and so are those after them."""
+
 LEAST = 2.0**-4
 """The strongest map of azimuths: lobes without a peak are still integrated to rounding with it."""
 
 
-def reflected(base: Reflectance, grid: Grid, n: complex, orders: int, by: str | None = None) -> tuple[Any, Any]:
-    """Matrices (C, orders, nodes, nodes) of f in a medium of index n, and the reflectances (C, nodes) of delta lobes.
+def reflected(
+    base: Reflectance, grid: Grid, n: complex, by: str | None = None
+) -> tuple[Callable[[range], np.ndarray], np.ndarray]:
+    """Matrices (C, orders, nodes, nodes), of such orders, of f in a medium of index n; and the reflectances (C, nodes)
+    of delta lobes.
 
     `by`: a parameter; the results are then complex, their imaginary parts `STEP` times the derivatives by it. An index
     with an imaginary part moves the nodes: the derivatives by direction then count, too.
@@ -32,12 +40,22 @@ def reflected(base: Reflectance, grid: Grid, n: complex, orders: int, by: str | 
     if spreads:
         alpha = min(float(np.min(x)) for spread in spreads for x in (spread.alpha_x, spread.alpha_y))
         k = classes(poles(s, (n * (mu[i] + mu[o])).real, i, o, alpha), LEAST)
-    found = _series(base, mu, i, o, k, orders, by)
-    return found.reshape(-1, orders, len(mu), len(mu)) * (np.outer(root, root) / (n * n)), _mirror(base, mu, by)
+    spent = [math.inf]
+
+    def matrices(orders: range) -> np.ndarray:
+        if orders.start >= spent[0]:
+            return np.zeros((1, len(orders), len(mu), len(mu)))
+        found = _series(base, mu, i, o, k, orders, by)
+        size = np.abs(found).max(axis=(0, 2))
+        if orders.start == 0 and (size[len(size) // 2 :] < RINGS * size[0]).all():
+            spent[0] = orders.stop
+        return found.reshape(-1, len(orders), len(mu), len(mu)) * (np.outer(root, root) / (n * n))
+
+    return matrices, _mirror(base, mu, by)
 
 
 def _series(
-    m: Reflectance, mu: np.ndarray, i: np.ndarray, o: np.ndarray, k: np.ndarray, orders: int, by: str | None
+    m: Reflectance, mu: np.ndarray, i: np.ndarray, o: np.ndarray, k: np.ndarray, orders: range, by: str | None
 ) -> np.ndarray:
     """Integrals of f cos(m phi) over the circle, (C, orders, pairs)."""
     result: Any = None
@@ -50,7 +68,7 @@ def _series(
             f = _values(m, wi[i[part]], wo[o[part]], mu[i[part]], mu[o[part]], by)
             values = np.moveaxis(f.reshape(len(part), len(phi), -1), -1, 0) @ weights
             if result is None:
-                result = np.zeros((len(values), orders, len(i)), values.dtype)
+                result = np.zeros((len(values), len(orders), len(i)), values.dtype)
             result[..., part] = values.swapaxes(1, 2)
     return result
 

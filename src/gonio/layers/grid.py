@@ -3,12 +3,14 @@
 A smooth interface keeps s = n sin(theta), so that nodes in s serve every medium: light of node j in front of it is
 light of node j behind it. Radiance over n^2 is kept too, and so is the etendue n^2 cos(theta) dcos(theta) = s ds, the
 weight of a node. A medium of index n has the nodes with s < n; between two indices there is a panel of its own, of
-light that the thinner of two media reflects totally.
+light that the thinner of two media reflects totally. Each panel is cut into pieces, closer to its horizon.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -16,6 +18,12 @@ import numpy as np
 from ..caches import kept
 
 SAME = 1e-9  # of two indices, relative
+
+CUTS = (0.0, 0.03, 0.2, 1.0)
+"""Where the pieces of a panel end, in its cosine over the widest there."""
+
+LOW = (12, 12)
+"""Nodes of the pieces near the horizon, in which thin layers change as exp(-depth/mu)."""
 
 
 class Grid(NamedTuple):
@@ -28,6 +36,11 @@ class Grid(NamedTuple):
     def count(self, n: complex) -> int:
         """The number of nodes, from the first, that light in a medium of index n has."""
         return next(end for index, end in self.panels if abs(index.real - n.real) <= SAME * n.real)
+
+    def parts(self, n: complex) -> list[slice]:
+        """The nodes of each panel that light in a medium of index n has."""
+        ends = [0, *(end for _, end in self.panels if end <= self.count(n))]
+        return [slice(low, high) for low, high in pairwise(ends)]
 
     def mu(self, n: complex) -> np.ndarray:
         """Cosines of the nodes in a medium of index n."""
@@ -50,10 +63,26 @@ def gauss(count: int) -> tuple[np.ndarray, np.ndarray]:
     return 0.5 * (x + 1.0), 0.5 * w
 
 
-def grid(indices: Sequence[complex], nodes: int) -> Grid:
-    """The grid of a stack of media with these indices, the first in front, `nodes` of them from there to the horizon.
+@kept
+def rule(count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Nodes, increasing, and weights on [0, 1] of a panel: a Gauss–Legendre rule in each of its pieces."""
+    low, size = CUTS[:-1], np.diff(CUTS)
+    rules = [gauss(n) for n in (*LOW, count - sum(LOW))]
+    x = [start + width * nodes for start, width, (nodes, _) in zip(low, size, rules, strict=True)]
+    return np.concatenate(x), np.concatenate([width * w for width, (_, w) in zip(size, rules, strict=True)])
 
-    In each panel the nodes are those of a Gauss–Legendre rule in the cosine in the medium that the panel ends with:
+
+def pieces(count: int) -> list[slice]:
+    """The nodes of each piece of a panel, whose nodes decrease, from the horizon on."""
+    ends = count - np.cumsum((0, *LOW, count - sum(LOW)))
+    return [slice(int(low), int(high)) for high, low in pairwise(ends)]
+
+
+def grid(indices: Sequence[complex], nodes: int) -> Grid:
+    """The grid of a stack of media with these indices, the first in front, for lobes that a rule of so many `nodes`
+    from the normal to the horizon resolves.
+
+    In each panel the nodes are those of Gauss–Legendre rules in the cosine in the medium that the panel ends with:
     Fresnel's formulas and attenuation are smooth there.
     """
     ends: list[complex] = []
@@ -64,8 +93,9 @@ def grid(indices: Sequence[complex], nodes: int) -> Grid:
     panels: list[tuple[complex, int]] = []
     for n in ends:
         widest = np.sqrt(1.0 - before * before / (n * n))
-        count = nodes if not panels else 4 * int(np.ceil(max(8.0, 0.75 * nodes * widest.real) / 4.0))
-        x, w = gauss(count)
+        wanted = nodes if not panels else 4 * int(np.ceil(max(8.0, 0.75 * nodes * widest.real) / 4.0))
+        count = sum(LOW) + max(10, math.ceil(0.75 * wanted))
+        x, w = rule(count)
         mu, w = widest * x[::-1], widest * w[::-1]
         s2.append(n * n * (1.0 - mu * mu))
         etendue.append(n * n * mu * w)

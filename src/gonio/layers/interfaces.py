@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..caches import kept
+from ..compile.threads import share
 from .adding import Matrices, even
 from .facets import fresnel, masking, shares, spread
 from .grid import Grid
@@ -35,10 +36,13 @@ def smooth_matrices(grid: Grid, a: complex, b: complex) -> Matrices:
     return Matrices(np.diag(above)[None], through[None], through.T[None], np.diag(below)[None])
 
 
-def rough(grid: Grid, a: complex, b: complex, alpha: complex, orders: int, kept: bool) -> tuple[Matrices, Matrices]:
-    """An interface of GGX facets with Smith's separable masking, Walter et al. 2007, and what it scatters once;
-    `kept`: whether light that facets scatter more than once leaves as in Kulla & Conty's lobe, to both sides.
+def rough(
+    grid: Grid, a: complex, b: complex, alpha: complex, kept: bool
+) -> Callable[[range], tuple[Matrices, Matrices]]:
+    """What makes the matrices, of orders that are asked for from 0 on, of an interface of GGX facets with Smith's
+    separable masking, Walter et al. 2007, and of what it scatters once.
 
+    `kept`: whether light that facets scatter more than once leaves as in Kulla & Conty's lobe, to both sides.
     With f_t over n_o^2 light may go either way: |wi.wm||wo.wm| (1 - F) G D/(mu_i mu_o (n_i wi.wm + n_o wo.wm)^2).
     """
     (mu_a, s), mu_b = (grid.mu(a), np.sqrt(grid.s2)), grid.mu(b)
@@ -71,29 +75,44 @@ def rough(grid: Grid, a: complex, b: complex, alpha: complex, orders: int, kept:
     def z_reflected(mu: np.ndarray, n: complex) -> Callable[[Any, Any], Any]:
         return lambda i, o: n * (mu[i] + mu[o])
 
-    from_a = symmetric(reflected(a, mu_a, b / a), s[: len(mu_a)], z_reflected(mu_a, a), alpha, orders)
-    from_b = symmetric(reflected(b, mu_b, a / b), s[: len(mu_b)], z_reflected(mu_b, b), alpha, orders)
     i, o = np.indices((len(mu_a), len(mu_b))).reshape(2, -1)
-    down = series(refracted, i, o, poles(s, b * mu_b[o] - a * mu_a[i], i, o, alpha), orders)
-    down = np.swapaxes(down.reshape(orders, len(mu_a), len(mu_b)), 1, 2) * tilted(grid, a, b)
+    pole = poles(s, b * mu_b[o] - a * mu_a[i], i, o, alpha)
     ga, gb = grid.root(a), grid.root(b)
-    above, below, down = from_a * np.outer(ga, ga), from_b * np.outer(gb, gb), down * np.outer(gb, ga)
+    shadow = tilted(grid, a, b) * np.outer(gb, ga)
+
+    def scattered(orders: range) -> list[np.ndarray]:
+        """Reflection above and below, and transmission downwards."""
+        above, below = (
+            symmetric(reflected(n, mu, eta), s[: len(mu)], z_reflected(mu, n), alpha, orders) * np.outer(g, g)
+            for n, mu, eta, g in ((a, mu_a, b / a, ga), (b, mu_b, a / b, gb))
+        )
+        down = series(refracted, i, o, pole, orders).reshape(len(orders), len(mu_a), len(mu_b))
+        return [above, below, np.swapaxes(down, 1, 2) * shadow]
+
     (again_a, through_a), (again_b, through_b) = shares(mu_a, b / a, alpha), shares(mu_b, a / b, alpha)
-    above, below = (
-        even(scaled(x, g * share, g * share, g, g)) for x, g, share in ((above, ga, again_a), (below, gb, again_b))
-    )
-    down = scaled(down, ga * through_a, gb * through_b, ga, gb)
-    once = Matrices(above, down, np.swapaxes(down, 1, 2), below)
-    if kept:
-        lost_a, lost_b = ga - ga @ above[0] - gb @ down[0], gb - gb @ below[0] - down[0] @ ga
-        share = 1.0 / (ga @ lost_a + gb @ lost_b)
-        first = np.zeros(orders)
-        first[0] = 1.0
-        first = first[:, None, None]
-        above = above + first * (share * np.outer(lost_a, lost_a))
-        below = below + first * (share * np.outer(lost_b, lost_b))
-        down = down + first * (share * np.outer(lost_b, lost_a))
-    return Matrices(above, down, np.swapaxes(down, 1, 2), below), once
+    sides = ((ga, again_a, ga, again_a), (gb, again_b, gb, again_b), (ga, through_a, gb, through_b))
+    factors: list[np.ndarray] = []  # of all orders, by the first
+
+    def matrices(orders: range) -> tuple[Matrices, Matrices]:
+        found = scattered(orders)
+        if orders.start == 0:
+            factors[:] = [
+                scaling(of[0], x * share_x, y * share_y, x, y)
+                for of, (x, share_x, y, share_y) in zip(found, sides, strict=True)
+            ]
+        above, below, down = (of * factor for of, factor in zip(found, factors, strict=True))
+        above, below = even(above), even(below)
+        once = Matrices(above, down, np.swapaxes(down, 1, 2), below)
+        if kept and orders.start == 0:
+            lost_a, lost_b = ga - ga @ above[0] - gb @ down[0], gb - gb @ below[0] - down[0] @ ga
+            lobe = 1.0 / (ga @ lost_a + gb @ lost_b)
+            more = (lobe * np.outer(x, y) for x, y in ((lost_a, lost_a), (lost_b, lost_b), (lost_b, lost_a)))
+            above, below, down = (
+                np.concatenate([of[:1] + extra, of[1:]]) for of, extra in zip((above, below, down), more, strict=True)
+            )
+        return Matrices(above, down, np.swapaxes(down, 1, 2), below), once
+
+    return matrices
 
 
 def tilted(grid: Grid, a: complex, b: complex) -> np.ndarray:
@@ -113,21 +132,21 @@ def tilted(grid: Grid, a: complex, b: complex) -> np.ndarray:
     return 0.5 * area / np.outer(high_b - low_b, high_a - low_a)
 
 
-def scaled(matrix: np.ndarray, columns: Any, rows: Any, into: Any, out: Any) -> np.ndarray:
-    """A matrix, of all orders, by factors of its columns and of its rows that make `columns` of out @ matrix[0], and
-    `rows` of matrix[0] @ into.
+def scaling(matrix: np.ndarray, columns: Any, rows: Any, into: Any, out: Any) -> np.ndarray:
+    """Factors of a matrix, products of one for its column and one for its row, that make `columns` of out @ matrix, and
+    `rows` of matrix @ into.
 
     Sinkhorn & Knopp's iteration, by roots of its steps: what is symmetric stays so.
     """
     right, left = np.ones_like(columns), np.ones_like(rows)
     for _ in range(ROUNDS):
-        more = columns / (right * ((out * left) @ matrix[0])), rows / (left * (matrix[0] @ (into * right)))
+        more = columns / (right * ((out * left) @ matrix)), rows / (left * (matrix @ (into * right)))
         right, left = right * np.sqrt(more[0]), left * np.sqrt(more[1])
-    return matrix * np.outer(left, right)
+    return np.outer(left, right)
 
 
 ROUNDS = 256
-"""Steps of `scaled`."""
+"""Steps of `scaling`."""
 
 
 def _across(a: Any, b: Any, turn: Any) -> Any:
@@ -141,33 +160,39 @@ def poles(s: np.ndarray, z: Any, i: Any, o: Any, alpha: complex) -> np.ndarray:
     return np.arccosh(1.0 + ((a - b) ** 2 + (alpha.real * np.abs(np.real(z))) ** 2) / (2.0 * a * b))
 
 
-def symmetric(f: Pairs, s: np.ndarray, z: Callable[[Any, Any], Any], alpha: complex, orders: int) -> np.ndarray:
+def symmetric(f: Pairs, s: np.ndarray, z: Callable[[Any, Any], Any], alpha: complex, orders: range) -> np.ndarray:
     """Fourier coefficients (orders, nodes, nodes) of what is the same with both directions exchanged."""
     i, o = np.tril_indices(len(s))
     found = series(f, i, o, poles(s, z(i, o), i, o, alpha), orders)
-    whole = np.empty((orders, len(s), len(s)), found.dtype)
+    whole = np.empty((len(orders), len(s), len(s)), found.dtype)
     whole[:, i, o] = whole[:, o, i] = found
     return whole
 
 
-def series(f: Pairs, i: np.ndarray, o: np.ndarray, pole: np.ndarray, orders: int) -> np.ndarray:
+def series(f: Pairs, i: np.ndarray, o: np.ndarray, pole: np.ndarray, orders: range) -> np.ndarray:
     """Integrals of f cos(m phi) over the circle, (orders, pairs).
 
     Trapezoids in t, tan(phi/2) = k tan(t/2): with k = sqrt(pole/2) the peak at phi = 0 is as wide in t as the map
     allows. Pairs of nodes share the k of their class.
     """
     k = classes(pole, 2.0**-6)
-    result: Any = None
+    parts: list[tuple[np.ndarray, np.ndarray, np.ndarray]] = []
     for shared in np.unique(k):
         of_class = np.flatnonzero(k == shared)
         phi, weights = turns(float(shared), orders)
         turn = 2.0 * np.sin(0.5 * phi) ** 2
-        for part in np.array_split(of_class, max(1, len(of_class) * len(turn) // 2_000_000)):
-            values = f(i[part, None], o[part, None], turn) @ weights
-            if result is None:
-                result = np.zeros((orders, len(i)), values.dtype)
-            result[:, part] = values.T
+        parts += [(x, turn, weights) for x in np.array_split(of_class, 1 + len(of_class) * len(turn) // TOGETHER)]
+    result = np.empty((len(orders), len(i)), f(i[:1, None], o[:1, None], np.ones(1)).dtype)
+
+    def work(part: np.ndarray, turn: np.ndarray, weights: np.ndarray) -> None:
+        result[:, part] = (f(i[part, None], o[part, None], turn) @ weights).T
+
+    share(work, parts)
     return result
+
+
+TOGETHER = 200_000
+"""Values of f that are computed together: more do not stay in a processor's cache."""
 
 
 def classes(pole: np.ndarray, least: float) -> np.ndarray:
@@ -176,10 +201,10 @@ def classes(pole: np.ndarray, least: float) -> np.ndarray:
 
 
 @kept
-def turns(k: float, orders: int) -> tuple[np.ndarray, np.ndarray]:
+def turns(k: float, orders: range) -> tuple[np.ndarray, np.ndarray]:
     """The angles of `series`, and weights (angles, orders)."""
-    count = 64 + orders
+    count = 64 + orders.stop
     t = np.pi * (np.arange(count) + 0.5) / count
     phi = 2.0 * np.arctan(k * np.tan(0.5 * t))
     slope = k / (np.cos(0.5 * t) ** 2 + k * k * np.sin(0.5 * t) ** 2)
-    return phi, np.cos(phi[:, None] * np.arange(orders)) * (slope * (2.0 * np.pi / count))[:, None]
+    return phi, np.cos(phi[:, None] * np.array(orders)) * (slope * (2.0 * np.pi / count))[:, None]

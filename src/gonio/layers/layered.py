@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from functools import cache, partial
 from typing import Any, ClassVar, TypeVar
 
@@ -11,7 +11,9 @@ import numpy as np
 from ..arrays import Fixed, ops
 from ..base.reflectance import Reflectance
 from ..base.sides import choose
-from ..formula.direction import Direction, select
+from ..caches import physical
+from ..errors import TooLargeError
+from ..formula.direction import HORIZON, Direction, select
 from ..formula.fresnel.dielectric import fresnel_dielectric
 from ..formula.mueller import Mueller
 from ..formula.state import inferred, state
@@ -19,9 +21,10 @@ from ..formula.table_warp import MarginalWarp, Slices, tables_when_needed
 from ..tables.drawing import KINDS, VIEWS, Drawn, lobe_tables
 from . import polarized
 from .base import STEP, reflected
+from .grid import SAME
 from .layer import Layer, Medium, RoughInterface
 from .response import Part, Response, Rough, Scatterers, Smooth, response
-from .table import lookup, shape_for, tabulated
+from .table import FAR, Tables, albedos, shape_for, tabulated
 
 TABLES = ("splines", "shape")
 
@@ -76,12 +79,24 @@ class _Layered(Reflectance):
 
     @property
     def index(self) -> Any:
-        product: Any = 1.0
-        if "base" not in self.fields:
-            for layer in self._seen():
-                if not isinstance(layer, Medium):
-                    product = product * layer.__dict__["eta"]
-        return product
+        if "base" in self.fields:
+            return 1.0
+        last = self._indices()[-1]
+        return 1.0 / last if self.behind else last
+
+    @property
+    def kinks(self) -> list[float]:
+        indices = self._indices()
+        here = np.asarray(indices[-1 if self.behind else 0])
+        return sorted({float(x) for n in indices for x in np.ravel(n / here) if x < 1.0 - SAME})
+
+    def _indices(self) -> list[Any]:
+        """The index of each medium, from that in front on, over that in front."""
+        found: list[Any] = [1.0]
+        for layer in self.layers:
+            if not isinstance(layer, Medium):
+                found.append(found[-1] * layer.__dict__["eta"])
+        return found
 
     def _seen(self) -> tuple[Layer, ...]:
         """The layers, from the side of the viewer on."""
@@ -112,18 +127,41 @@ class _Layered(Reflectance):
 
     def _built(self) -> tuple[np.ndarray, np.ndarray]:
         """Splines, of all channels one after the other, then those of slopes, and so on for each block of the response;
-        the table's shape and the values of the parameters that slopes are by."""
+        and what `_Table.found` must know of them."""
         count = self.channels or 1
         responses = [self._response(c) for c in range(count)]
-        cells, turns = shape_for(responses)
-        tables = []
-        for number in range(len(responses[0].blocks)):
-            tables += [tabulated(r.grid, r.blocks[number], cells, turns) for r in responses]
-            for path in self.paths:
-                slopes = (self._response(c, path) for c in range(count))
-                tables += [tabulated(r.grid, r.blocks[number], cells, turns).imag / STEP for r in slopes]
+        cells, turns = shape_for(responses, self.tolerance)
+        blocks: list[tuple[int, int, int]] = []
+        first = 0
+        for of_block in zip(*(r.blocks for r in responses), strict=True):
+            ends = [
+                (len(r.grid.parts(b.rows)), len(r.grid.parts(b.columns)))
+                for r, b in zip(responses, of_block, strict=True)
+            ]
+            rows, columns = (max(x) for x in zip(*ends, strict=True))
+            blocks.append((first, rows, columns))
+            first += count * (1 + len(self.paths)) * rows * columns
+        size = 8 * first * (cells + 3) ** 2 * (turns + 3)
+        if size > physical():
+            raise TooLargeError(
+                f"Stack: {first} tables of {(turns - 6) // 2} orders take {size / 1e9:.1f} GB and this machine has "
+                f"{physical() / 1e9:.1f} GB; take a larger tolerance, or fewer channels at a time"
+            )
+        splines = np.empty((first, cells + 3, cells + 3, turns + 3))
+        for number, (at, rows, columns) in enumerate(blocks):
+            for path in (None, *self.paths):
+                for c in range(count):
+                    r = self._response(c, path)
+                    table = tabulated(r.grid, r.blocks[number], (rows, columns), cells, turns)
+                    part = table.real if path is None else table.imag / STEP
+                    splines[at : at + rows * columns] = part.reshape(-1, *splines.shape[1:])
+                    at += rows * columns
+        media = np.full((count, len(self._indices())), -1)
+        for c, r in enumerate(responses):
+            media[c, : len(r.media)] = r.media
         values = [np.broadcast_to(self.parameters[path].value, (count,)) for path in self.paths]
-        return np.concatenate([t.real.reshape(-1) for t in tables]), np.concatenate([[cells, turns, count], *values])
+        shape = np.concatenate([[cells, turns, count], np.ravel(blocks), media.reshape(-1), *values])
+        return splines.reshape(-1), shape
 
     def _response(self, channel: int, path: str | None = None) -> Response:
         """The response in a channel; complex, with a step of a parameter."""
@@ -152,9 +190,15 @@ class _Layered(Reflectance):
         m = self.__dict__["base"]
         by = path.removeprefix("base.") if path is not None and path.startswith("base.") else None
 
-        def base(grid: Any, n: complex, orders: int) -> tuple[np.ndarray, np.ndarray]:
-            matrices, mirror = reflected(m, grid, n, orders, by)
-            return matrices[channel % len(matrices)], mirror[channel % len(mirror)]
+        def base(grid: Any, n: complex) -> tuple[Callable[[range], np.ndarray], np.ndarray]:
+            matrices, mirror = reflected(m, grid, n, by)
+
+            def of_channel(orders: range) -> np.ndarray:
+                found = matrices(orders)
+                of: np.ndarray = found[channel % len(found)]
+                return of
+
+            return of_channel, mirror[channel % len(mirror)]
 
         return response(parts, base, self.tolerance)
 
@@ -210,22 +254,45 @@ def turned_over(behind: Any, back: Any) -> Any:
 class _Table(_Lobe):
     """A lobe from tables. `behind` may be a symbol here: one look-up serves both sides."""
 
-    def found(self, block: Any, wi: Direction, wo: Direction) -> Any:
-        """f/n_o^2 of a block of the response."""
-        cells, turns, count = (ops.take(self.shape, ops.to_index(0.0 * wi.z) + k) for k in range(3))
-        size = (cells + 3.0) * (cells + 3.0) * (turns + 3.0)
-        first = count * (block * (1 + len(self.paths))) + self.channel
-        total = lookup(self.splines, first * size, cells, turns, wi, wo)
+    def found(self, block: Any, wi: Direction, n_i: Any, wo: Direction, n_o: Any) -> Any:
+        """f/n_o^2 of a block of the response, for light in media of these indices."""
+        zero, indices, many = ops.to_index(0.0 * wi.z), self._indices(), 1 if "base" in self.fields else 3
+
+        def noted(at: Any) -> Any:
+            return ops.take(self.shape, zero + ops.to_index(at))
+
+        cells, turns, count = (noted(k) for k in range(3))
+        first, *reach = (noted(3.0 * block + (3.0 + k)) for k in range(3))
+        ends = []
+        for k in range(len(indices) if len(indices) > 1 else 0):
+            medium, end = noted((3.0 + 3.0 * many + k) + self.channel * float(len(indices))), FAR
+            for number, n in enumerate(indices):
+                end = ops.where(ops.absolute(medium - float(number)) < 0.5, n, end)
+            ends.append(end)
+        tables = Tables(self.splines, 0.0, (reach[0], reach[1]), cells, turns, ends or indices)
+        several = reach[0] * reach[1]
+        values = 3.0 + 3.0 * many + count * float(len(indices))
+
+        def looked_up(number: int) -> Any:
+            at = first + (count * float(number) + self.channel) * several
+            return tables._replace(first=at).at(wi, n_i, wo, n_o)
+
+        total = looked_up(0)
         for number, path in enumerate(self.paths):
             # The value is 0; its derivative is the slope.
             value: Any = self
             for name in path.split("."):
                 value = value.__dict__[name]
-            at = count * number + self.channel
-            start = (first + count * (1 + number)) * size
-            away = value - ops.take(self.shape, ops.to_index(at + 3.0))
-            total = total + away * lookup(self.splines, start, cells, turns, wi, wo)
+            away = value - noted(values + (count * float(number) + self.channel))
+            total = total + away * looked_up(1 + number)
         return total
+
+    def collected_by(self, number: int, w: np.ndarray, by_rows: bool) -> np.ndarray:
+        """What a block of the response sends of light from directions (n, 3), (n, C)."""
+        responses = [self._response(c) for c in range(self.channels or 1)]
+        z = np.clip(w[:, 2], 0.0, 1.0)
+        found = np.stack([albedos(r.grid, r.blocks[number], z, by_rows) for r in responses], axis=-1)
+        return np.where(np.isnan(w).any(axis=-1, keepdims=True), np.nan, np.where(w[:, 2:] > HORIZON, found, 0.0))
 
     def crossed_first(self, w: Direction, behind: Any) -> Mueller:
         """What the smooth interfaces on top do to s and p, or where `behind` those at the bottom."""
@@ -243,8 +310,8 @@ class _Table(_Lobe):
 
     def over(self) -> Any:
         """n_o^2, over that in front."""
-        index = self._as(type(self), behind=False).index
-        return choose(self.behind, index * index, 1.0)
+        n = self._indices()[-1]
+        return choose(self.behind, n * n, 1.0)
 
 
 class _Rest(Drawn, _Table):
@@ -258,8 +325,12 @@ class _Rest(Drawn, _Table):
 
     def formula(self, wi: Direction, wo: Direction) -> Any:
         if "base" in self.fields:
-            return self.found(0, wi, wo)
-        return self.found(choose(self.behind, 1.0, 0.0), wi, wo) * self.over()
+            return self.found(0.0, wi, 1.0, wo, 1.0)
+        n = choose(self.behind, self._indices()[-1], 1.0)
+        return self.found(choose(self.behind, 1.0, 0.0), wi, n, wo, n) * self.over()
+
+    def collected(self, w: np.ndarray, incident: bool) -> np.ndarray:
+        return self.collected_by(int(self.behind), w, True)
 
     def _seen_from(self, wo: Direction) -> tuple[Slices, Any]:
         at, phi = super()._seen_from(wo)
@@ -289,7 +360,15 @@ class _Through(_Table):
         else:
             behind = self.behind > 0.5
             front, below = select(behind, wi, wo), select(behind, wo, wi)
-        return self.found(2, front, below) * self.over()
+        return self.found(2.0, front, 1.0, below, self._indices()[-1]) * self.over()
+
+    def collected(self, w: np.ndarray, incident: bool) -> np.ndarray:
+        # Light that comes from in front is seen from behind.
+        found = self.collected_by(2, w, bool(self.behind) == incident)
+        if incident:
+            return found
+        index = np.atleast_1d(self._indices()[-1])
+        return found * (index * index if self.behind else 1.0 / (index * index))
 
     def polarized(self, wi: Direction, wo: Direction) -> Mueller:
         into = self.crossed_first(upward(wi), turned_over(self.behind, True))

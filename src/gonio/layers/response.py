@@ -8,18 +8,30 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..compile.threads import share, threads
+from ..numerics.one_thread import one_thread
 from . import interfaces, media
 from .adding import Matrices, added, even, under_smooth
-from .grid import Grid, grid
+from .grid import SAME, Grid, grid
 
-CHUNKS = (12, 32, 80, 160, 256)
-"""Orders that are computed at first, and where these are not enough."""
+CHUNKS = (12, 32, 56, 80, 108, 136, 160, 184, 208, 232, 256)
+CHUNKS_OF_ROUGH = (12, 32, 80, 160, 256)
+"""Orders that are computed at first, and where these are not enough: of facets fewer times, for they begin anew."""
+
+AROUND = np.pi * np.arange(17) / 16
+"""Azimuths at which a series must be as good as it is asked to be."""
 
 FEWEST, FEWEST_OF_ROUGH, MOST = 24, 36, 128
 """Nodes from the normal to the horizon; beside facets' total reflection, which begins by a root, there are more."""
 
 NOTHING = 1e-12
 """What is less is rounding [1/sr]: some 1e-13 remain where light that went straight through is taken away."""
+
+ROUNDING = 1e-11
+"""The same, of elements of matrices."""
+
+LOWEST = 0.02
+"""The cosine from which on a series is as good as it is asked to be."""
 
 
 class Smooth(NamedTuple):
@@ -45,8 +57,9 @@ class Scatterers(NamedTuple):
 
 
 Part = Smooth | Rough | Scatterers
-Base = Callable[[Grid, complex, int], tuple[np.ndarray, np.ndarray]]
-"""Matrices (orders, nodes, nodes) and delta reflectances (nodes) of what lies below, in a medium of this index."""
+Base = Callable[[Grid, complex], tuple[Callable[[range], np.ndarray], np.ndarray]]
+"""Matrices (orders, nodes, nodes) of orders, and delta reflectances (nodes), of what lies below, in a medium of this
+index."""
 
 
 class Block(NamedTuple):
@@ -59,10 +72,11 @@ class Block(NamedTuple):
 
 class Response(NamedTuple):
     """What a stack does, all but the closed forms: reflection; over nothing also that from behind, and transmission,
-    by the direction in front and that behind."""
+    by the direction in front and that behind. `media`: the number of the first medium that each panel ends with."""
 
     grid: Grid
     blocks: tuple[Block, ...]
+    media: tuple[int, ...]
 
     @property
     def nodes(self) -> int:
@@ -73,11 +87,6 @@ class Response(NamedTuple):
     def orders(self) -> int:
         """The number of orders."""
         return len(self.blocks[0].coefficients)
-
-    @property
-    def has_kinks(self) -> bool:
-        """Whether light is seen in a medium in which some of it is totally reflected: f has a kink in the angle."""
-        return any(self.grid.count(n) > self.grid.panels[0][1] for block in self.blocks for n in block[:2])
 
 
 def nodes_for(parts: Sequence[Part], tolerance: float) -> int:
@@ -111,29 +120,46 @@ def indices(parts: Sequence[Part]) -> list[complex]:
 
 
 def response(parts: Sequence[Part], base: Base | None, tolerance: float, nodes: int | None = None) -> Response:
-    """The response of a stack on a base, or over nothing."""
+    """The response of a stack on a base, or over nothing.
+
+    The series ends where no order is more than a tenth of the tolerance of the least f around the circle, for any two
+    nodes: of forward particles it is what leaves at grazing that takes most.
+    """
     whole = _real(indices(parts))
     grating = grid(whole, nodes or nodes_for(parts, tolerance))
     ends = [(0, 0)] if base is not None else [(0, 0), (-1, -1), (0, -1)]
     sides = [(whole[a], whole[b]) for a, b in ends]
-    clear = [tuple(grating.mu(n).real > 0.1 for n in pair) for pair in sides]
+    clear: list[Any] = [(..., *np.ix_(*(np.flatnonzero(grating.mu(n).real > LOWEST) for n in pair))) for pair in sides]
+    roots = [np.outer(*(grating.root(n) for n in pair)) for pair in sides]
+    sums: list[Any] = [0.0 for _ in sides]
     found: list[list[np.ndarray]] = [[] for _ in sides]
-    for start, stop in zip((0, *CHUNKS), CHUNKS, strict=False):
-        orders = np.arange(start, stop)[:, None, None]
-        rests = _rest(parts, base, grating, whole, range(start, stop), tolerance)
-        needed: Any = np.zeros(stop - start, bool)
-        for of_side, rest, pair, (rows, columns) in zip(found, rests, sides, clear, strict=True):
-            scale = np.outer(*(grating.root(n) for n in pair))
-            of_side.append(rest / (np.pi * np.where(orders == 0, 2.0, 1.0) * scale))
-            size = np.abs(of_side[-1][:, rows][:, :, columns]).max(axis=(1, 2), initial=0.0)
-            needed |= size > max(0.1 * tolerance * np.abs(of_side[0][0]).max(), NOTHING)
-        last = np.flatnonzero(needed)
-        if not len(last) or last[-1] < 0.75 * (stop - start):
-            kept = last[-1] + 1 if len(last) else 1 if start == 0 else 0
-            for of_side in found:
-                of_side[-1] = of_side[-1][:kept]
-            break
-    return Response(grating, tuple(Block(*pair, np.concatenate(x)) for pair, x in zip(sides, found, strict=True)))
+    rough = any(isinstance(part, Rough) for part in parts)
+    chunks = CHUNKS_OF_ROUGH if rough else CHUNKS
+    with one_thread():
+        layers, below = _layers(parts, grating, whole, tolerance), None if base is None else base(grating, whole[-1])
+        for start, stop in zip((0, *chunks), chunks, strict=False):
+            orders = np.arange(start, stop)
+            over = np.pi * np.where(orders == 0, 2.0, 1.0)[:, None, None]
+            needed: Any = np.zeros(stop - start, bool)
+            for k, (rest, total) in enumerate(_shared(layers, below, grating, whole, range(start, stop), rough)):
+                found[k].append(rest / (over * roots[k]))
+                total, root = (total / (over * roots[k])).real[clear[k]], roots[k].real[clear[k]]
+                sums[k] = sums[k] + np.tensordot(np.cos(AROUND[:, None] * orders), total, 1)
+                size = np.abs(sums[k])
+                least = np.maximum(size.min(axis=0), 1e-6 * size.max(axis=0))
+                least = np.maximum(0.1 * tolerance * least, NOTHING + ROUNDING / root)
+                needed |= (np.abs(found[k][-1][clear[k]]) > least).any(axis=(1, 2))
+            last = np.flatnonzero(needed)
+            if not len(last) or last[-1] < 0.75 * (stop - start):
+                enough = last[-1] + 1 if len(last) else 1 if start == 0 else 0
+                for of_side in found:
+                    of_side[-1] = of_side[-1][:enough]
+                break
+    media = (
+        next(k for k, n in enumerate(whole) if abs(n.real - end.real) <= SAME * end.real) for end, _ in grating.panels
+    )
+    blocks = (Block(*pair, np.concatenate(x)) for pair, x in zip(sides, found, strict=True))
+    return Response(grating, tuple(blocks), tuple(media))
 
 
 def _real(numbers: Sequence[complex]) -> list[complex]:
@@ -141,24 +167,46 @@ def _real(numbers: Sequence[complex]) -> list[complex]:
     return list(numbers) if any(np.imag(n) for n in numbers) else [float(np.real(n)) for n in numbers]
 
 
+def _shared(
+    layers: Sequence[_Makes], below: _Below | None, grid: Grid, whole: Sequence[complex], orders: range, rough: bool
+) -> list[tuple[np.ndarray, np.ndarray]]:
+    """The same as `_rest`, on all threads; `rough`: there are facets, which take them themselves."""
+    base = None if below is None else (below[0](orders), below[1])
+    step = len(orders) if rough else math.ceil(len(orders) / min(threads(), len(orders)))
+    parts = [orders[k : k + step] for k in range(0, len(orders), step)]
+    found: list[Any] = [None] * len(parts)
+
+    def work(number: int) -> None:
+        part = slice(parts[number].start - orders.start, parts[number].stop - orders.start)
+        of_part = None if base is None else (base[0][part], base[1])
+        found[number] = _rest(layers, of_part, grid, whole, parts[number])
+
+    share(work, [(number,) for number in range(len(parts))])
+    pairs = (zip(*of_block, strict=True) for of_block in zip(*found, strict=True))
+    return [(np.concatenate(rests), np.concatenate(totals)) for rests, totals in pairs]
+
+
 def _rest(
-    parts: Sequence[Part], base: Base | None, grid: Grid, whole: Sequence[complex], orders: range, tolerance: float
-) -> list[np.ndarray]:
-    """Matrices of the stack, less delta lobes, and less what the closed forms have, for the blocks of `Response`."""
-    n, at = list(whole[:-1]), whole[-1]
+    layers: Sequence[_Makes],
+    base: tuple[np.ndarray, np.ndarray] | None,
+    grid: Grid,
+    whole: Sequence[complex],
+    orders: range,
+) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Matrices of the stack, less delta lobes and less what the closed forms have, and with that, for each block of
+    `Response`."""
+    at = grid.count(whole[-1])
     if base is None:
-        deltas, rest = nothing(grid.count(at)), nothing(grid.count(at), through=0.0)
-        closed, straight = rest, np.ones(grid.count(at))
+        deltas, rest = nothing(at), nothing(at, through=0.0)
+        closed, straight = rest, np.ones(at)
     else:  # a layer with no nodes below it
-        below, mirror = base(grid, at, orders.stop)
-        opaque = nothing(grid.count(at), 0)
-        deltas, rest = opaque._replace(above=np.diag(mirror)[None]), opaque._replace(above=below[orders.start :])
+        below, mirror = base
+        opaque = nothing(at, 0)
+        deltas, rest = opaque._replace(above=np.diag(mirror)[None]), opaque._replace(above=below)
         closed, straight = rest, np.ones(0)
-    for part in reversed(parts):
-        upper = at if isinstance(part, Scatterers) else n.pop()
-        layer = _layer(part, grid, upper, at, orders, tolerance)
-        at = upper
-        if isinstance(part, Smooth):
+    for makes in reversed(layers):
+        layer = makes(orders)
+        if layer.smooth:
             rest = under_smooth(layer.whole, deltas, rest)
         else:
             total = added(layer.whole, Matrices(*(a + b for a, b in zip(deltas, rest, strict=True))))
@@ -167,35 +215,72 @@ def _rest(
         closed = _once(layer, closed, straight)
         common = min(len(layer.straight), len(straight))
         straight = layer.straight[:common] * straight[:common]
-    above, down, up, behind = (a - b for a, b in zip(rest, closed, strict=True))
-    return [even(above)] if base else [even(above), even(behind), 0.5 * (up + np.swapaxes(down, -1, -2))]
+    without = Matrices(*(a - b for a, b in zip(rest, closed, strict=True)))
+    return list(zip(*(_blocks(x, base is not None) for x in (without, rest)), strict=True))
+
+
+def _blocks(whole: Matrices, closed: bool) -> list[np.ndarray]:
+    """The blocks of `Response`; `closed`: there is a base."""
+    through = 0.5 * (whole.up + np.swapaxes(whole.down, -1, -2))
+    return [even(whole.above)] if closed else [even(whole.above), even(whole.below), through]
 
 
 class _Layer(NamedTuple):
-    """What a layer does in all; its delta lobes; what goes straight on at each node; what is scattered once."""
+    """What a layer does in all; its delta lobes; what goes straight on at each node; what is scattered once; whether it
+    is a smooth interface."""
 
     whole: Matrices
     deltas: Matrices
     straight: np.ndarray
     once: Matrices
+    smooth: bool = False
 
 
-def _layer(part: Part, grid: Grid, upper: complex, at: complex, orders: range, tolerance: float) -> _Layer:
-    a, b = grid.count(upper), grid.count(at)
-    none = nothing(a, b, through=0.0)
-    if isinstance(part, Scatterers):
-        depth, albedo, g = _real(part)
+_Makes = Callable[[range], _Layer]
+_Below = tuple[Callable[[range], np.ndarray], np.ndarray]
+
+
+def _layers(parts: Sequence[Part], grid: Grid, whole: Sequence[complex], tolerance: float) -> list[_Makes]:
+    """What makes each layer, of some orders, from the top down."""
+    n, found = iter(whole), list[_Makes]()
+    at = next(n)
+    for part in parts:
+        upper, at = at, at if isinstance(part, Scatterers) else next(n)
+        makes = {Scatterers: _medium, Smooth: _smooth, Rough: _rough}[type(part)]
+        found.append(makes(part, grid, upper, at, tolerance))
+    return found
+
+
+def _medium(part: Any, grid: Grid, upper: complex, at: complex, tolerance: float) -> _Makes:
+    depth, albedo, g = _real(part)
+    none = nothing(grid.count(at), through=0.0)
+
+    def makes(orders: range) -> _Layer:
         whole, through, once = media.slab(grid, at, depth, albedo, g, orders, terms(part, tolerance))
         straight = np.diag(through)[None]
         return _Layer(whole, Matrices(none.above, straight, straight, none.below), through, once)
-    if isinstance(part, Smooth):
-        whole = interfaces.smooth_matrices(grid, upper, at)
-        common = min(a, b)
-        return _Layer(whole, whole, 1.0 - interfaces.smooth(grid, upper, at)[0][:common], none)
-    alpha = part.alpha if part.alpha.imag else part.alpha.real
-    found = interfaces.rough(grid, upper, at, alpha, orders.stop, part.kept)
-    whole, once = (Matrices(*(x[orders.start :] for x in of)) for of in found)
-    return _Layer(whole, none, np.zeros(min(a, b)), once)
+
+    return makes
+
+
+def _smooth(part: Any, grid: Grid, upper: complex, at: complex, tolerance: float) -> _Makes:
+    a, b = grid.count(upper), grid.count(at)
+    whole = interfaces.smooth_matrices(grid, upper, at)
+    straight = 1.0 - interfaces.smooth(grid, upper, at)[0][: min(a, b)]
+    layer = _Layer(whole, whole, straight, nothing(a, b, through=0.0), smooth=True)
+    return lambda orders: layer
+
+
+def _rough(part: Any, grid: Grid, upper: complex, at: complex, tolerance: float) -> _Makes:
+    a, b = grid.count(upper), grid.count(at)
+    makes = interfaces.rough(grid, upper, at, part.alpha if part.alpha.imag else part.alpha.real, part.kept)
+    none = nothing(a, b, through=0.0)
+
+    def layer(orders: range) -> _Layer:
+        whole, once = makes(orders)
+        return _Layer(whole, none, np.zeros(min(a, b)), once)
+
+    return layer
 
 
 def nothing(above: int, below: int | None = None, through: float = 1.0) -> Matrices:
