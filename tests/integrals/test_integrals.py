@@ -14,11 +14,11 @@ from materials import OBEDIENT, Draw, at_bounds, draws, on_sphere
 
 import gonio as gn
 from gonio.errors import MissingDataWarning, ParameterError, ToleranceWarning
-from gonio.integrals import factor_between, over_directions
+from gonio.integrals import by_polar_angle, factor_between, over_directions
 from gonio.integrals.cones import Cone, Rings, overlap
 from gonio.numerics import quadrature
 from gonio.numerics.lattice import lattice
-from gonio.numerics.quadrature import Sums, cubature, place, weighed
+from gonio.numerics.quadrature import Integrals, Sums, cubature, place, weighed
 
 PI = math.pi
 GRAZING = math.radians(89.99)
@@ -243,6 +243,120 @@ def test_channels_are_integrated_as_each_alone():
         alone = gn.albedo(gn.Microfacet(gn.GGX(alpha[c]), F[c]), w, 1e-5)
         np.testing.assert_allclose(together[:, c], alone, atol=2e-5)
         np.testing.assert_allclose(lit[:, c], sky[c] * alone, atol=6e-5)
+
+
+WEIGHTS = np.array([0.2, 0.6, 0.7])
+COLOURLESS = {
+    "stack": lambda k: gn.Stack([gn.Interface(1.5)], k * gn.Lambertian(0.9)),
+    "both sides": lambda k: gn.Sheet(k * gn.Lambertian(0.5), gn.Lambertian(0.3), k * gn.Lambertian(0.4)),
+    "fuzz": lambda k: gn.OpenPBRFuzz(k * gn.Lambertian(0.5), 0.3),
+    "mirror on a map": lambda k: np.array([[[0.5]], [[0.8]], [[0.3]]]) * (k * gn.IdealSpecular(gn.Dielectric(1.5))),
+    "map": lambda k: k * (gn.Lambertian(np.linspace(0.1, 0.9, 3)[:, None, None]) + gn.ThinDielectric(1.5)),
+}
+
+
+@pytest.mark.parametrize("made", COLOURLESS.values(), ids=COLOURLESS)
+def test_as_many_directions_as_channels(made):
+    """A weight for each channel is none for each direction, and a map none for either."""
+    w = on_sphere([[0.1, 0.7, 1.3]] * 3, 0.4)
+    for call in (gn.albedo, gn.transmittance):
+        found = call(made(WEIGHTS), w)
+        assert found.shape == (3, 3, 3)
+        np.testing.assert_allclose(found, np.concatenate([call(made(k), w) for k in WEIGHTS[:, None]], -1), atol=1e-4)
+
+
+# Many polar angles.
+
+SMOOTH = {
+    "gold": gn.Microfacet(gn.GGX(0.2), gn.Conductor([0.2, 0.9, 1.2], [3.9, 2.4, 2.3])),
+    "narrow": gn.Microfacet(gn.GGX(0.002), gn.Dielectric(1.5)),
+    "out of glass": gn.RoughDielectric(gn.GGX(0.02), 1.0 / 1.5),
+    "bent": gn.OpenPBRCoat(gn.Lambertian(0.5), 0.8),
+}
+
+
+@pytest.mark.parametrize("m", SMOOTH.values(), ids=SMOOTH)
+def test_many_angles_are_integrated_as_each_alone(m, monkeypatch):
+    theta = np.concatenate([np.linspace(0.0, 1.5, 90), 0.5 * PI - np.geomspace(1e-4, 0.05, 30)])
+    w = on_sphere(theta, np.linspace(0.0, 20.0, len(theta)))
+    for call in (gn.albedo,) if m.sides == "front" else (gn.albedo, gn.transmittance):
+        each = call(m, w, 1e-4)
+        monkeypatch.setattr(by_polar_angle, "ALONE", 3)
+        found = call(m, w, 1e-4, error=True)
+        monkeypatch.undo()
+        off = np.abs(found.value - each).reshape(len(w), -1).max(axis=-1)
+        assert (off <= 1e-4 * np.maximum(1.0, each.reshape(len(w), -1).max(axis=-1))).all()
+        assert (off > 0.0).any()
+        assert (found.error <= 1e-4 * np.maximum(1.0, each.max())).all()
+
+
+def test_a_million_angles_need_few_integrals(monkeypatch):
+    counts, hemisphere = [], over_directions._Integrand.over_hemisphere
+
+    def counted(integrand, *more):
+        counts.append(len(integrand.fixed))
+        return hemisphere(integrand, *more)
+
+    monkeypatch.setattr(over_directions._Integrand, "over_hemisphere", counted)
+    w = on_sphere(np.linspace(0.0, 1.57, 100_000), np.linspace(0.0, 20.0, 100_000))
+    gn.albedo(SMOOTH["gold"], w)
+    assert sum(counts) < 500
+    counts.clear()
+    gn.albedo(SMOOTH["gold"], on_sphere(np.repeat([0.3, 1.2, 2.0], 1000), np.linspace(0.0, 20.0, 3000)))
+    assert sum(counts) == 3
+    counts.clear()
+    turned = gn.Microfacet(gn.GGX(0.2, 0.3))
+    found = gn.albedo(turned, on_sphere(0.8, np.linspace(0.0, 1.5, 300)))
+    assert sum(counts) == 300
+    assert np.ptp(found) > 1e-3
+
+
+@pytest.mark.parametrize(
+    "of_angle",
+    [
+        lambda t: 0.3 + 0.2 * np.cos(t) - 0.1 * np.sin(t),
+        lambda t: np.where(t < 0.7, 0.2, 0.9),
+        lambda t: np.abs(t - 0.4) + np.sqrt(np.maximum(np.sin(t - 0.9), 0.0)),
+        lambda t: np.sin(40.0 * t) ** 2,
+        lambda t: 40.0 * t * np.cos(t),  # to the tolerance of its size
+        lambda t: 0.01 / (0.01 + np.cos(t)),
+    ],
+    ids=["smooth", "step", "bends", "waves", "large", "steep"],
+)
+def test_between_polar_angles(of_angle):
+    """What is not smooth is found, and integrated by itself where it is."""
+    w = on_sphere(np.random.default_rng(2).uniform(0.0, 0.5 * PI - 1e-5, 20_000), 0.3)
+    counts = []
+
+    def direct(w, tolerance, unit):
+        counts.append(len(w))
+        value = of_angle(np.arctan2(np.hypot(w[:, 0], w[:, 1]), w[:, 2]))[:, None] * [1.0, 0.2]
+        return Integrals(value, 0.1 * tolerance, np.zeros(len(w)))
+
+    goal = np.full(len(w), 1e-4)
+    found = by_polar_angle.by_polar_angle(gn.Lambertian(0.5), w, goal, np.ones(len(w)), direct)
+    exact = direct(w, goal, goal).value
+    error = np.abs(found.value - exact).max(axis=-1)
+    size = np.maximum(1.0, np.abs(exact).max(axis=-1))
+    assert (error <= found.error).all()
+    assert (found.error <= 1e-4 * size).all()
+    assert sum(counts[:-1]) < 2500
+
+
+def test_holes_between_polar_angles_are_integrated_by_themselves():
+    w = on_sphere(np.linspace(0.0, 1.5, 5000), 0.3)
+
+    def direct(w, tolerance, unit):
+        return Integrals(w[:, 2:], 0.0 * tolerance, np.where(w[:, 2] < 0.5, 0.1, 0.0))
+
+    found = by_polar_angle.by_polar_angle(gn.Lambertian(0.5), w, np.full(5000, 1e-4), np.ones(5000), direct)
+    np.testing.assert_array_equal(found.missing, np.where(w[:, 2] < 0.5, 0.1, 0.0))
+
+
+def test_panels_end_at_nodes_of_tables():
+    axes = {"theta_i": [0.0, 0.5, 1.0], "theta_o": [0.0, 0.7, 1.5], "phi": [0.0]}
+    m = gn.Coated(gn.Gridded("angles", axes, np.full((3, 3, 1), 0.1)))
+    assert {0.5, 0.7, 1.0} <= set(by_polar_angle._bends(m))
 
 
 @pytest.mark.parametrize(

@@ -8,11 +8,11 @@
                    0.4 of the files of tests are near, it is run whole only of the changed rooms themselves, and where
                    these have more than 0.4, of none
 
-Near to a room are the tests in its folder, those files of `tests/attacks` that name something of it or of a room above,
-and `tests/house`. A module beside the rooms is near to whatever imports it; the doors that users enter by
-(`gonio/__init__.py`, `testing.py`) only to `tests/house`. Changed tests are near, and so are those that name a changed
-module of `tests/tools`, all of them if none does. `conftest.py` and `pyproject.toml` are near to all tests; pages,
-examples and whatever else is not the package, to `tests/house` and the test of the page about security.
+Near to a room are the tests in its folder, those files of `tests/attacks` and `tests/sweeps` that name something of it
+or of a room above, and `tests/house`. A module beside the rooms is near to whatever imports it; the doors that users
+enter by (`gonio/__init__.py`, `testing.py`) only to `tests/house`. Changed tests are near, and so are those that name a
+changed module of `tests/tools`, all of them if none does. `conftest.py` and `pyproject.toml` are near to all tests;
+pages, examples and whatever else is not the package, to `tests/house` and the test of the page about security.
 """
 
 from __future__ import annotations
@@ -27,6 +27,8 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 TO_ALL = {"pyproject.toml", "tests/conftest.py"}
+ACROSS = ("tests/attacks", "tests/sweeps")
+"""Folders of tests that go across the rooms."""
 TO_TEXTS = ("tests/house/", "tests/attacks/test_page.py")
 FEW = 0.4
 """The largest part of the files of tests of which `full` is run whole beside a slice."""
@@ -96,8 +98,9 @@ def near(names: Iterable[str], up: bool = True) -> tuple[str, ...]:
             paths.update(["tests/house/"] if name.startswith("src/") else TO_TEXTS)
     if up:
         parts = above(parts, users())
-        attacks = (ROOT / "tests" / "attacks").glob("test_*.py")
-        paths |= {f"tests/attacks/{file.name}" for file in attacks if used(file.read_text(encoding="utf-8")) & parts}
+        files = (file for folder in ACROSS for file in (ROOT / folder).glob("test_*.py"))
+        naming = [file for file in files if used(file.read_text(encoding="utf-8")) & parts]
+        paths |= {file.relative_to(ROOT).as_posix() for file in naming}
     return tuple(sorted(paths | {f"tests/{part}/" for part in parts}))
 
 

@@ -25,7 +25,7 @@ from ..arrays import ops
 from ..base.reflectance import Reflectance
 from ..caches import kept
 from ..formula.direction import Direction, dot, normalize, reflect
-from ..formula.distribution import Distribution
+from .by_polar_angle import is_even
 
 SIZES = ((20, 28), (40, 56), (80, 112))
 """Nodes around half a circle, and along a radius, of the rules that are tried one after the other."""
@@ -67,12 +67,7 @@ def rules(lobe: Reflectance) -> tuple[np.ndarray, ...]:
     spread = lobe.slope_spread
     if spread is None:
         return ()
-    parts = [part for part in lobe._components() if not isinstance(part, Distribution)]
-    even = (
-        np.array_equal(spread.alpha_x, spread.alpha_y)
-        and not lobe.oriented
-        and not any(part.is_oriented() for part in parts)
-    )
+    even = is_even(lobe)
     return tuple(_rule(*size, even) for size in SIZES)
 
 

@@ -18,6 +18,7 @@ from ..formula.direction import BEHIND, HORIZON, NORMAL, Direction, select, serv
 from ..formula.fields import Channels, Numbers
 from ..numerics.quadrature import NODES, Evaluate, Integrals, Sums, cubature, in_order, of_squares, place, weighed
 from . import half_vectors
+from .by_polar_angle import by_polar_angle, is_even
 from .domain import SAMPLED, Coordinates, Domain
 from .peaks import GRAZING, SHARP, peaks
 from .places import Places
@@ -113,6 +114,14 @@ class _Integrand(NamedTuple):
         where it is narrow and leaves at grazing: too thin then to be found in others."""
         domain, lobe = self.domain, self.lobe
         if domain.coordinates is None:
+            if self.radiance is None and not batch.full_shape(lobe, ()) and is_even(lobe):
+                return by_polar_angle(
+                    lobe,
+                    self.fixed,
+                    tolerance,
+                    unit,
+                    lambda fixed, *goal: self._replace(fixed=fixed).over_hemisphere(*goal, side),
+                )
             return self.over_hemisphere(tolerance, unit, side)
         seeds, sent = peaks(lobe, self.fixed, self.places, domain)
         narrow = (np.median(seeds[..., 2:].min(axis=-1), axis=-1) < SHARP) & (self.fixed[:, 2] < GRAZING) & sent

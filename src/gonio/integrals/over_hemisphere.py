@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..arrays import ops
+from ..arrays.kinds import with_channels
 from ..base.angles import check_unit
 from ..base.kernels import with_holes
 from ..base.reflectance import Reflectance, lobes_on
@@ -118,7 +119,7 @@ def _integrate(
             double = np.broadcast_to(w, (*shape, 3)).astype(float)
             index = np.arange(math.prod(shape))
             places = Places(shape, index)
-            part = places.values(_delta(lobe, double, incident))
+            part = places.values(with_channels(_delta(lobe, double, incident), len(shape)))
             if radiance is not None:
                 mirrored = lobe.sample(double, np.zeros(2)).wi
                 owner = np.broadcast_to(np.arange(len(flat)).reshape(w.shape[:-1]), shape).reshape(-1)

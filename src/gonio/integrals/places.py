@@ -27,10 +27,8 @@ class Places(NamedTuple):
         return there
 
     def values(self, x: Any) -> np.ndarray:
-        """A weight or a reflectance, a number or (...[, C]), at the places: (n or 1, C or 1)."""
+        """A number, or an array whose last axis is that of channels, as parameters are, at the places: (n or 1, C)."""
         x = np.asarray(x, dtype=float)
-        if x.ndim <= 1 and x.shape != self.shape:
+        if x.ndim <= 1:
             return x.reshape(1, -1)
-        if x.ndim == len(self.shape):
-            x = x[..., None]
         return np.broadcast_to(x, (*self.shape, x.shape[-1])).reshape(-1, x.shape[-1])[self.elements]
