@@ -9,7 +9,7 @@ import numpy as np
 
 from ..arguments import checked
 from ..base.reflectance import Reflectance
-from ..errors import ParameterError, ShapeError, TooLargeError
+from ..errors import ParameterError, ShapeError, ToleranceWarning, TooLargeError, warn
 from ..integrals.albedo import white_sky_albedo
 from ..scenes.scene import Scene
 from .by_rays import ByRays
@@ -17,7 +17,7 @@ from .checkpoint import Begun, Checkpoint
 from .contacts import divided_at_contacts
 from .dense import Dense
 from .lamps import from_lamps
-from .patches import Patches, patches_of
+from .patches import Patches, enclosing, patches_of
 from .residuals import gmres
 from .result import Radiosity
 
@@ -41,6 +41,9 @@ BOUNCES, RAYS, SHADOW_RAYS = 3, 64, 32
 
 LAST_SHADOW_RAYS = 256
 """From a patch to a face of a lamp, in the end: they decide how well the edges of shadows are known."""
+
+LEAK = 1e-3
+"""Share of the light that may get out of a closed surface unsaid."""
 
 FIRST = 0.35
 """Share of the patches that are of like size, before the first round."""
@@ -77,8 +80,10 @@ def radiosity(
 
     Shapes   result: `radiosity`, `irradiance` (n, C).
     Units    those of the exitance, W m-2, or per nm.
-    Error    `balance` and `reciprocity` of the result say what the rays cost. In closed rooms of equal patches 1e-7;
-             of a box with two blocks, 4000 patches, see docs/radiosity.md. Patches have one radiosity each.
+    Error    `balance + escaped` and `reciprocity` of the result say what the rays cost. In closed rooms of equal
+             patches 1e-7; of a box with two blocks, 4000 patches, see docs/radiosity.md. Patches have one radiosity
+             each. The same to 1e-4 up to 1e7 sizes of the scene from the origin, in any unit. A ToleranceWarning says
+             what gets out of a closed surface, for want of digits.
     Raises   ParameterError where nothing emits, nothing absorbs, or an albedo is above 1; ShapeError for channels that
              do not match; TooLargeError for more than 5000 patches of "dense"; ParameterError for a checkpoint of
              another scene, FormatError for a file that is none.
@@ -157,9 +162,22 @@ def radiosity(
     on = surface(divided)
     reflected, arriving = _solve(operator, on, direct)
     names = next((material.channel_names for material in materials if material.channels), None)
-    return Radiosity(
-        divided, on.albedo, on.exitance, on.exitance - on.spread_out + reflected, arriving, operator, names
+    light = Radiosity(
+        divided.world, on.albedo, on.exitance, on.exitance - on.spread_out + reflected, arriving, operator, names
     )
+    _warn_of_leaks(light, divided)
+    return light
+
+
+def _warn_of_leaks(light: Radiosity, patches: Patches) -> None:
+    """Say how much light got through surfaces that are closed, for want of digits."""
+    if light.escaped.max() <= LEAK:
+        return
+    through = light._escaped_from(enclosing(patches.faces)[patches.face]).max()
+    if through > LEAK:
+        rule = f"single precision does not tell its parts from each other, {2.0 * patches.faces.place.unit:.1g} across"
+        cure = "expected a scene without parts that are far away, or that are much smaller than the whole"
+        warn(f"radiosity: {through:.1%} of the light got out of a closed surface; {rule}; {cure}", ToleranceWarning)
 
 
 def _materials(scene: Scene) -> list[Reflectance]:
