@@ -11,9 +11,11 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
+from ..base.light import Light
 from ..base.reflectance import Reflectance
 from ..errors import ParameterError
 from ..formula.text import shown
+from ..formula.world import moved
 from ..surfaces.height_field import HeightField
 from ._bodies import Body, Facets, Ground, Solid
 from .camera import FRONT, MARGIN, View, facing
@@ -36,11 +38,13 @@ AROUND = 1.3
 
 
 class Stage(NamedTuple):
-    """Bodies; materials by the numbers of parts, None for that of the picture; the camera, and half the width of what
-    it sees; the size of the scene; points (N, K, 3) whose hulls hold all triangles, or None; what tells this stage from
-    others, for checkpoints; whether all that rays miss is seen too."""
+    """Bodies, as seen from their middle; that middle in the world; materials by the numbers of parts, None for that of
+    the picture; the camera, and half the width of what it sees; the size of the scene; points (N, K, 3) whose hulls
+    hold all triangles, or None; what tells this stage from others, for checkpoints; whether all that rays miss is seen
+    too."""
 
     bodies: tuple[Body, ...]
+    middle: np.ndarray
     materials: tuple[Reflectance | None, ...]
     camera: View
     margin: float
@@ -81,21 +85,31 @@ class Stage(NamedTuple):
             centre, radius, low, hulls, told = facets.centre, facets.radius, facets.low, facets.hulls, facets.identity
         if ground is not None:
             materials.append(ground)
-            bodies.append(Ground(low, 2.0 * radius, float(len(materials) - 1)))
+            bodies.append(Ground(low - float(centre[2]), 2.0 * radius, float(len(materials) - 1)))
         if camera is None and ground is None and hulls is None:
             view, margin = FRONT, MARGIN
         else:
             view, margin = facing(centre, wide * radius, tilt) if camera is None else camera, 1.0
-        return cls(tuple(bodies), tuple(materials), view, margin, radius, hulls, told, backdrop)
+        return cls(tuple(bodies), centre, tuple(materials), view, margin, radius, hulls, told, backdrop)
 
     @property
     def is_simple(self) -> bool:
         """Whether it is one convex shape, which nothing shadows."""
         return len(self.bodies) == 1 and isinstance(self.bodies[0], Solid)
 
+    @property
+    def is_centred(self) -> bool:
+        """Whether the bodies are where the world has them."""
+        return not self.middle.any()
+
+    def lit_by(self, lights: Sequence[Light]) -> list[Light]:
+        """Lights of the world where the bodies see them."""
+        return [*lights] if self.is_centred else [light.moved((-self.middle).tolist()) for light in lights]
+
     def values(self, size: int) -> dict[str, Any]:
         """What kernels need of it, for pictures of so many pixels across."""
-        given = {"bodies": list(self.bodies), "camera": self.camera, "size": self.size}
+        camera = self.camera if self.is_centred else moved(self.camera, (-self.middle).tolist())
+        given = {"bodies": list(self.bodies), "camera": camera, "size": self.size}
         return {**given, "scale": 2.0 * self.margin / size, "margin": self.margin, "part": 0.0}
 
 
@@ -162,7 +176,8 @@ def _facets(meshes: Sequence[Mesh]) -> _Facets:
     box = np.array([vertices.min(axis=0), vertices.max(axis=0)])
     centre = box.mean(axis=0)
     radius = float(np.linalg.norm(vertices - centre, axis=1).max())
-    body = Facets.of(vertices, faces, normals, places, of_faces if len(materials) > 1 else None, box)
+    at = vertices - centre, faces, normals, places, of_faces if len(materials) > 1 else None, box - centre
+    body = Facets.of(*at)
     return _Facets(body, tuple(materials), centre, radius, float(box[0, 2]), _hulls(vertices[faces]), told.hexdigest())
 
 
