@@ -333,6 +333,23 @@ def test_files_are_meshes(tmp_path):
     np.testing.assert_allclose(of_file.pixels, gn.render(METAL, STUDIO, gn.Mesh(ball(6)), 16, 8).pixels, atol=1e-3)
 
 
+def test_files_keep_the_digits_that_they_hold(tmp_path):
+    pytest.importorskip("trimesh")
+    x, y = 12345678.125, 5400000.25
+    corners = np.array([[x, y, 0.0], [x + 1.0, y, 0.0], [x + 1.0, y + 1.0, 0.5]])
+    rows = [" ".join(f"{x:.3f}" for x in corner) for corner in corners]
+    head = "ply\nformat ascii 1.0\nelement vertex 3\n" + "".join(f"property double {x}\n" for x in "xyz")
+    (tmp_path / "a.obj").write_text("\n".join(f"v {row}" for row in rows) + "\nf 1 2 3\n")
+    (tmp_path / "a.off").write_text("\n".join(["OFF", "3 1 0", *rows, "3 0 1 2", ""]))
+    (tmp_path / "a.ply").write_text(
+        "\n".join(
+            [f"{head}element face 1", "property list uchar int vertex_indices", "end_header", *rows, "3 0 1 2", ""]
+        )
+    )
+    for name in ("a.obj", "a.off", "a.ply"):
+        np.testing.assert_array_equal(gn.Mesh(tmp_path / name).triangles.corners[0], corners)
+
+
 def test_derivatives_of_pictures_of_meshes():
     mesh = gn.Mesh(ball(6))
     picture, slopes = gn.picture_jacobian(gn.Lambertian(0.5), STUDIO, ["rho"], mesh, size=16)

@@ -10,6 +10,7 @@ import numpy as np
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import connected_components
 
+from ..numerics.unique_rows import unique_rows
 from ..rays.triangles import Triangles
 from ..scenes.scene import Scene
 
@@ -159,12 +160,8 @@ def patches_of(scene: Scene) -> Patches:
 def enclosing(triangles: Triangles) -> np.ndarray:
     """Which faces (F,) are of surfaces that are closed and show their fronts within: no light of these escapes."""
     corners = triangles.local.corners
-    places = np.round(corners.reshape(-1, 3) / LEVEL).astype(np.int64)
-    order = np.lexsort(places.T)
-    new = np.append(False, (np.diff(places[order], axis=0) != 0).any(axis=1))
-    vertex = np.empty(len(places), np.int64)
-    vertex[order] = np.cumsum(new)
-    a, count = vertex.reshape(-1, 3), len(places)
+    _, vertex, _ = unique_rows(np.round(corners.reshape(-1, 3) / LEVEL))
+    a, count = vertex.reshape(-1, 3), len(vertex)
     b = np.roll(a, -1, axis=1)
     edges, others = (a * count + b).reshape(-1), (b * count + a).reshape(-1)
     known, first, each = np.unique(edges, return_index=True, return_counts=True)

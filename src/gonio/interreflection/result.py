@@ -12,6 +12,7 @@ from ..arguments import checked
 from ..errors import ParameterError, shown
 from ..files import replacing
 from ..notebooks import repr_html
+from ..numerics.unique_rows import unique_rows
 from ..pictures.colour import light_to_rgb, rgb_of, srgb_encode
 from ..pictures.image import Image
 from ..rays.triangles import Place
@@ -155,8 +156,7 @@ class Radiosity:
             ],
             axis=1,
         ).astype(np.int64)
-        _, first, of = np.unique(key, axis=0, return_index=True, return_inverse=True)
-        of = of.reshape(-1)
+        first, of, _ = unique_rows(key)
         weight = np.repeat(self._patches.areas, 3)
         values = np.repeat(self.radiosity, 3, axis=0)
         total = np.bincount(of, weights=weight)

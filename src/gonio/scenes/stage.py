@@ -7,12 +7,12 @@ import math
 import os
 from collections.abc import Sequence
 from typing import Any, NamedTuple, Self
-from weakref import WeakKeyDictionary
 
 import numpy as np
 
 from ..base.light import Light
 from ..base.reflectance import Reflectance
+from ..caches import at_end
 from ..errors import ParameterError
 from ..formula.text import shown
 from ..formula.world import moved
@@ -77,9 +77,11 @@ class Stage(NamedTuple):
             held = _holder(shape)
             if not glows:
                 _refuse_glow(_parts(held))
-            facets = _made.get(held)
+            facets = _made.get(id(held))
             if facets is None:
-                facets = _made[held] = _facets(_parts(held))
+                facets = _facets(_parts(held))
+                at_end(held, _made.pop, id(held))
+                _made[id(held)] = facets
             bodies.append(facets.body)
             materials += facets.materials
             centre, radius, low, hulls, told = facets.centre, facets.radius, facets.low, facets.hulls, facets.identity
@@ -151,8 +153,8 @@ class _Facets(NamedTuple):
     identity: str
 
 
-_made: WeakKeyDictionary[Mesh | Scene, _Facets] = WeakKeyDictionary()
-"""Meshes and scenes of earlier pictures, as bodies."""
+_made: dict[int, _Facets] = {}
+"""Meshes and scenes of earlier pictures, by their numbers, as bodies."""
 
 
 def _facets(meshes: Sequence[Mesh]) -> _Facets:
