@@ -12,6 +12,7 @@ from gonio.arrays.kinds import SCALAR
 from gonio.errors import (
     DependencyError,
     FormatError,
+    LeftOutWarning,
     NotFoundError,
     ParameterError,
     ShapeError,
@@ -165,6 +166,25 @@ def test_a_closed_solid_that_shines_outwards_loses_its_light_unsaid():
     assert gn.radiosity(gn.Scene([quad(face, 0.5, 1.0) for face in faces]), 100).escaped == 1.0
 
 
+@pytest.mark.parametrize(
+    "m, words",
+    [
+        (gn.Microfacet(gn.GGX(0.05), 0.9), r"part 0, Microfacet\(.* counts as matt"),
+        (gn.IdealSpecular(0.5), r"part 0, IdealSpecular\(.* counts as matt"),
+        (gn.SmoothDielectric(1.5), r"part 0, SmoothDielectric\(.* what it transmits as absorbed"),
+    ],
+)
+def test_what_is_not_matt_is_named(m, words):
+    with pytest.warns(LeftOutWarning, match=words) as said:
+        gn.radiosity(gn.Scene([gn.Mesh((FLOOR, [[0, 1, 2, 3]]), m), quad(CEILING, 0.5, 1.0)]), 8)
+    assert len(said) == 1 and "part 1" not in str(said[0].message)
+
+
+@pytest.mark.parametrize("m", [0.5 * gn.Lambertian(0.5) + gn.Lambertian(0.2), gn.EON(0.5, 0.0)])
+def test_of_what_is_matt_nothing_is_said(m):
+    gn.radiosity(gn.Scene([gn.Mesh((FLOOR, [[0, 1, 2, 3]]), m), quad(CEILING, 0.5, 1.0)]), 8)
+
+
 def test_two_squares_light_each_other():
     """B₁ = M + ρ F B₂, B₂ = ρ F B₁ of two patches each would be exact; of many the mean is within the unevenness."""
     scene = gn.Scene([quad(FLOOR, 0.5, 1.0), quad(CEILING, 0.8)])
@@ -305,6 +325,7 @@ def test_pictures_and_files(tmp_path):
         (lambda: gn.radiosity(cube(0.5, 1.0), tolerance=0.0), ParameterError, "tolerance=0"),
         (lambda: gn.radiosity(cube([0.5, 0.4, 0.3], [1.0, 1.0])), ShapeError, "part 0 has exitances"),
         (lambda: gn.radiosity(gn.Lambertian(0.5)), ParameterError, "scene"),
+        (lambda: gn.radiosity(cube(0.5, 1.0), lights=gn.SunLight()), ParameterError, "SunLight.*exitance=1.0"),
         (lambda: gn.Scene([gn.Lambertian(0.5)]), ParameterError, "expected meshes"),
         (lambda: gn.Scene([]), ParameterError, "got none"),
         (lambda: gn.radiosity(gn.Scene(gn.Mesh((FLOOR, [[0, 1, 2, 3]])))), ParameterError, "part 0 has no material"),

@@ -9,8 +9,12 @@ import numpy as np
 
 from ..arguments import checked
 from ..base.reflectance import Reflectance
-from ..errors import ParameterError, ShapeError, ToleranceWarning, TooLargeError, warn
+from ..errors import LeftOutWarning, ParameterError, ShapeError, ToleranceWarning, TooLargeError, shown, warn
+from ..formula.text import listed
 from ..integrals.albedo import white_sky_albedo
+from ..models.lambertian import Lambertian
+from ..numerics.lattice import lattice
+from ..scenes.left_out import lets_through
 from ..scenes.scene import Scene
 from .by_rays import ByRays
 from .checkpoint import Begun, Checkpoint
@@ -64,12 +68,14 @@ def radiosity(
     method: str = "auto",
     tolerance: float = 0.01,
     checkpoint: str | os.PathLike[str] | None = None,
+    lights: Any = None,
 ) -> Radiosity:
     r"""Light between diffuse surfaces that light each other: B_i = M_i + ρ_i Σ_j F_ij B_j, for every patch i.
 
-    Materials count as Lambertian with their white-sky albedo, which is exact for `gn.Lambertian`; their channels (RGB,
-    or wavelengths) are those of the result. All faces are divided into `patches` triangles, most of them where the
-    light changes most. Fronts reflect and emit; backs are black.
+    Materials count as Lambertian with their white-sky albedo, which is exact for `gn.Lambertian`; of others, which
+    shine or transmit light, a LeftOutWarning names the parts. Their channels (RGB, or wavelengths) are those of the
+    result. All faces are divided into `patches` triangles, most of them where the light changes most. Fronts reflect
+    and emit; backs are black. Parts that emit are the only `lights`.
 
     `method`: "rays", form factors by rays, for any number of patches; "dense", those of all pairs in closed form, times
     what rays see, up to 5000 patches; "auto" takes the second up to 200. Light of lamps (faces that emit, up to 64,
@@ -103,6 +109,10 @@ def radiosity(
         raise ParameterError(f"method={method!r:.40}: expected 'auto', 'dense' or 'rays'")
     if not 1e-5 <= tolerance <= 1.0:
         raise ParameterError(f"tolerance={tolerance}: expected a number from 1e-5 to 1")
+    if lights is not None:
+        rule = "it takes light from parts of the scene that send it out, and from nothing else"
+        cure = "expected gn.Mesh(shape, material, exitance=1.0) in the place of the lamp"
+        raise ParameterError(f"radiosity(lights={shown(lights)}): {rule}; {cure}")
     whole = patches_of(scene)
     divided = divided_at_contacts(whole)
     count = max(patches, len(divided))
@@ -111,6 +121,7 @@ def radiosity(
     dense = method == "dense" or (method == "auto" and count <= SMALL)
     materials = _materials(scene)
     albedo, exitance = _of_parts(scene, materials)
+    _tell_of_shine(materials)
     rays = int(np.clip(np.ceil(5.12 / tolerance), 16, 1 << 14))
     corners, is_lamp, strength = whole.corners, *_lamps(whole, exitance)
 
@@ -186,6 +197,25 @@ def _materials(scene: Scene) -> list[Reflectance]:
     if bare:
         raise ParameterError(f"part {bare[0]} has no material, expected one of each: gn.Mesh(shape, material)")
     return [part.material for part in scene.parts if part.material is not None]
+
+
+def _is_matt(m: Reflectance) -> bool:
+    """Whether a material is as bright from all sides, however it is lit: tried at a few pairs of directions."""
+    if all(isinstance(lobe, Lambertian) for _, lobe in m.lobes()):
+        return True
+    u = lattice(16, 4)
+    f = m.f_angles(1.5 * u[:, 0], 6.0 * u[:, 1], 1.5 * u[:, 2], 6.0 * u[:, 3]).reshape(len(u), -1)
+    return not m.has_delta and bool((np.ptp(f, axis=0) <= 1e-6 * f.max(axis=0)).all())
+
+
+def _tell_of_shine(materials: list[Reflectance]) -> None:
+    """Say which parts are not matt, as all count here."""
+    through = [f"part {k}, {m!r:.60}" for k, m in enumerate(materials) if lets_through(m)]
+    shiny = [f"part {k}, {m!r:.60}" for k, m in enumerate(materials) if not lets_through(m) and not _is_matt(m)]
+    told = [f"{listed(shiny, 6)} counts as matt, with its white-sky albedo: as bright from all sides"] if shiny else []
+    told += [f"{listed(through, 6)} counts as matt, and what it transmits as absorbed"] if through else []
+    if told:
+        warn(f"radiosity: {'; '.join(told)}", LeftOutWarning)
 
 
 def _of_parts(scene: Scene, materials: list[Reflectance]) -> tuple[np.ndarray, np.ndarray]:
