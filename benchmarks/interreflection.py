@@ -35,8 +35,9 @@ def timed(patches: int) -> None:
         light = gn.radiosity(scene, patches=patches, method="rays")
         wall, work = time.perf_counter() - wall, time.process_time() - work
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20
+    total = (light.balance + light.escaped).round(4)
     print(
-        f"{patches:>8} {wall:8.2f} {work:8.2f} {peak:8.2f}   {light.balance.round(4)} {light.reciprocity:10.1e}",
+        f"{patches:>8} {wall:8.2f} {work:8.2f} {peak:8.2f}   {total} {light.reciprocity:10.1e}",
         flush=True,
     )
 

@@ -13,7 +13,7 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Callable
-from functools import cache, wraps
+from functools import cache, partial, wraps
 from threading import RLock
 from typing import Any, TypeVar
 from weakref import ref
@@ -116,6 +116,20 @@ class Cache(Passing[K, V]):
         """Drop everything."""
         self.before = {}
         super().clear()
+
+
+_ENDS: dict[int, list[ref[Any]]] = {}
+"""By the numbers of objects, what calls when they go."""
+
+
+def at_end(owner: Any, function: Callable[..., Any], *arguments: Any) -> None:
+    """Call a function of C when an object goes, with these arguments and a weak reference behind them.
+
+    An exception of a signal's handler that arrives in a finalizer is lost, and handlers run between the instructions of
+    Python alone: finalizers and weak dictionaries of the standard library consist of these, and nothing here does.
+    """
+    ends = ref(owner, partial(function, *arguments)), ref(owner, partial(_ENDS.pop, id(owner)))
+    _ENDS.setdefault(id(owner), []).extend(ends)
 
 
 F = TypeVar("F", bound=Callable[..., Any])

@@ -3,7 +3,9 @@
 import sys
 import unicodedata
 import warnings
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
 
 
 def visible(text: str, keep: str = "") -> str:
@@ -148,12 +150,35 @@ class MeaningWarning(UserWarning):
     """Numbers are likely not what was meant: percent, micrometres, a map in the place of channels."""
 
 
+class LeftOutWarning(UserWarning):
+    """A result leaves out some of the light: behind a surface, between shiny ones, or what facets scatter twice."""
+
+
 class EngineWarning(UserWarning):
     """Results take longer than necessary: formulas are not compiled, or compiled ones are not kept on disk."""
 
 
+_SAID: ContextVar[set[str] | None] = ContextVar("said", default=None)
+"""What has been warned of within a call of many parts."""
+
+
+@contextmanager
+def said_once() -> Iterator[None]:
+    """Within this, a warning of a text is given once: for a call that makes many of what warns."""
+    before = _SAID.set(set() if _SAID.get() is None else _SAID.get())
+    try:
+        yield
+    finally:
+        _SAID.reset(before)
+
+
 def warn(text: str, category: type[Warning]) -> None:
     """Warns at the line that called gonio, however deep inside the cause is."""
+    said = _SAID.get()
+    if said is not None:
+        if text in said:
+            return
+        said.add(text)
     package, level = f"{__name__.partition('.')[0]}.", 2
     frame = sys._getframe(1)
     while frame.f_back is not None and f"{frame.f_globals.get('__name__', '')}.".startswith(package):

@@ -3,25 +3,28 @@
 from __future__ import annotations
 
 import ctypes
+import gc
 import inspect
 import json
 import os
 import subprocess
 import sys
 import threading
+import weakref
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from places import ROOT
+from places import PACKAGE, ROOT
 
 import gonio as gn
 from gonio.compile import plans, store, workers
 from gonio.compile.llvm import machine
 from gonio.compile.threads import apart, share
 from gonio.evaluate import planning, tracing
+from gonio.numerics.embree import Triangles as Packets
 
 CAMPAIGN = ROOT / "tests" / "tools" / "interrupting.py"
 
@@ -261,6 +264,61 @@ def test_parts_that_nobody_began_are_left_when_one_fails():
             assert 4 <= len(begun) < 1000
     finally:
         gn.threads(before)
+
+
+def facets() -> Any:
+    pytest.importorskip("embreex")
+    return Packets([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
+
+
+def shown() -> Any:
+    mesh = gn.Mesh(([[0, 0, 0], [1, 0, 0], [0, 0, 1]], [[0, 1, 2]]))
+    gn.render(gn.Lambertian(0.5), gn.ConstantLight(1.0), mesh, size=4, samples=1)
+    return mesh
+
+
+def quoted() -> Any:
+    table = gn.tabulate(gn.Lambertian(0.5), resolution=(4, 4, 6))
+    gn.with_uncertainty(gn.albedo, table, [0.0, 0.0, 1.0])
+    return table
+
+
+@pytest.mark.parametrize("make", [facets, shown, quoted])
+def test_no_line_of_python_runs_as_a_thing_goes(make):
+    """An exception that a signal's handler raises in a finalizer is printed, and lost: what is done then, C does."""
+    make()  # what is imported late, and kept for all
+    ran: list[str] = []
+
+    def seen(frame: Any, event: str, argument: Any) -> None:
+        if event == "call":
+            ran.append(frame.f_code.co_qualname)
+
+    for in_a_circle in (False, True):
+        things = [make()]
+        gone = weakref.ref(things[0])
+        if in_a_circle:  # which the collector finds
+            things.append(things)
+        else:
+            gc.collect()
+        gc.disable()
+        sys.setprofile(seen)
+        try:
+            del things
+            gc.collect()
+        finally:
+            sys.setprofile(None)
+            gc.enable()
+        assert gone() is None and ran == []
+
+
+def test_no_finalizer_is_written_in_python():
+    found = [
+        f"{path.relative_to(PACKAGE)}: {name}"
+        for path in PACKAGE.rglob("*.py")
+        for name in ("weakref.finalize", "WeakKeyDictionary", "WeakValueDictionary", "WeakSet", "def __del__")
+        if name in path.read_text(encoding="utf-8")
+    ]
+    assert found == []
 
 
 def test_work_apart_is_done_by_a_thread_that_no_signal_reaches():

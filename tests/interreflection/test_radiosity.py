@@ -9,7 +9,16 @@ import pytest
 
 import gonio as gn
 from gonio.arrays.kinds import SCALAR
-from gonio.errors import FormatError, NotFoundError, ParameterError, ShapeError, TooLargeError
+from gonio.errors import (
+    DependencyError,
+    FormatError,
+    LeftOutWarning,
+    NotFoundError,
+    ParameterError,
+    ShapeError,
+    ToleranceWarning,
+    TooLargeError,
+)
 from gonio.evaluate.computation import Computation, composite
 from gonio.formula.direction import Direction
 from gonio.interreflection import by_rays, dense, lamps, patches
@@ -52,6 +61,130 @@ def test_a_closed_cavity_of_one_material_is_a_geometric_series(method, count):
     np.testing.assert_allclose(light.balance, 1.0, atol=1e-6)
 
 
+TURN, _ = np.linalg.qr(np.random.default_rng(3).normal(size=(3, 3)))
+TURN = TURN * np.sign(np.linalg.det(TURN))  # a rotation, not a mirror
+AWAY = np.array([1.0, -0.7, 0.3])
+SHEET = [[0.2, 0.2, 0.5], [0.8, 0.2, 0.5], [0.8, 0.8, 0.5], [0.2, 0.8, 0.5]]
+
+
+def moved(scene, shift, scale=1.0, turn=None):
+    """A scene turned and scaled, then shifted by so many of its sizes."""
+
+    def at(x):
+        return scale * (x if turn is None else x @ turn.T) + scale * shift * AWAY
+
+    parts = [(at(part.triangles.vertices), part.triangles.faces, part.material, part.exitance) for part in scene.parts]
+    return gn.Scene([gn.Mesh((vertices, faces), m, exitance) for vertices, faces, m, exitance in parts])
+
+
+def room_with_a_sheet():
+    """The floor black, the ceiling the light, a sheet between."""
+    rho, exitance = {0: 0.0}, {1: 1.0}
+    faces = (FLOOR, CEILING, *WALLS, SHEET)
+    return gn.Scene([quad(face, rho.get(k, 0.5), exitance.get(k, 0.0)) for k, face in enumerate(faces)])
+
+
+@pytest.fixture
+def without_embree(monkeypatch):
+    def missing(*_, **__):
+        raise DependencyError("not installed")
+
+    monkeypatch.setattr(by_rays, "Packets", missing)
+    monkeypatch.setitem(sys.modules, "gonio.rays.embree", None)
+
+
+def same_light(method, count, places):
+    room = room_with_a_sheet()
+    here = gn.radiosity(room, count, method, tolerance=0.05)
+    assert here.escaped[0] == 0.0 and here.irradiance[here.part == 0].min() > 0.05
+    for shift, scale in places:
+        there = gn.radiosity(moved(room, shift, scale), count, method, tolerance=0.05)
+        np.testing.assert_allclose(there.radiosity, here.radiosity, rtol=1e-4)
+        np.testing.assert_allclose(there.irradiance, here.irradiance, rtol=1e-4)
+        np.testing.assert_allclose(there.balance, here.balance, rtol=1e-4)
+        np.testing.assert_allclose(there.corners / scale - shift * AWAY, here.corners, atol=1e-15 + 1e-15 * shift)
+
+
+def test_light_by_rays_is_the_same_wherever_a_room_is():
+    same_light("rays", 150, ((1e3, 1.0), (1e5, 1e-9), (1e7, 1.0), (0.0, 1e9)))
+
+
+def test_light_by_rays_of_the_own_tree_is_the_same_wherever_a_room_is(without_embree):
+    same_light("rays", 60, ((1e7, 1.0),))
+
+
+def test_light_by_all_pairs_is_the_same_wherever_a_room_is():
+    same_light("dense", 20, ((1e7, 1.0),))
+
+
+def test_a_closed_cavity_is_a_geometric_series_wherever_it_is_and_however_it_is_turned():
+    for shift, scale in ((1e3, 1e-6), (1e5, 1e6), (1e7, 1.0)):
+        light = gn.radiosity(moved(cube(0.5, 1.0), shift, scale, TURN), 150, "rays", tolerance=0.05)
+        np.testing.assert_allclose(light.radiosity, 2.0, rtol=1e-4)
+
+
+def test_pictures_and_files_of_light_are_the_same_wherever_a_room_is(tmp_path):
+    trimesh = pytest.importorskip("trimesh")
+    pictures = []
+    for shift in (0.0, 1e7):
+        light = gn.radiosity(moved(room_with_a_sheet(), shift), 100, "rays", tolerance=0.1)
+        pictures.append(light.image(shift * AWAY + [0.5, -2.0, 0.5], shift * AWAY + 0.5, size=16))
+        light.save(tmp_path / "light.ply")
+        mesh = trimesh.load(tmp_path / "light.ply", process=False)
+        np.testing.assert_allclose(mesh.vertices[mesh.faces], light.corners, atol=1e-5)  # those of a plane are shared
+    assert (pictures[0].alpha == 1.0).sum() > 50
+    np.testing.assert_allclose(pictures[1].pixels, pictures[0].pixels, rtol=1e-4)
+
+
+def test_what_leaves_by_a_missing_wall_is_missing_in_the_balance():
+    f = ff.parallel_rectangles(1.0, 1.0, 1.0)
+    light = gn.radiosity(gn.Scene([quad(face, 0.0, 1.0) for face in (FLOOR, *WALLS)]), 400, "rays")
+    np.testing.assert_allclose(light.escaped, 1.0 / 5.0, rtol=0.01)  # by reciprocity what the opening would send in
+    np.testing.assert_allclose(light.balance + light.escaped, 1.0, atol=1e-12)
+    assert f"balance {light.balance[0]:.4f}, escaped 0.2" in repr(light)
+    two = gn.radiosity(gn.Scene([quad(FLOOR, 0.0, 1.0), quad(CEILING, 0.0)]), 400, "rays")
+    np.testing.assert_allclose(two.balance, f, rtol=0.02)
+
+
+def test_backs_absorb_and_let_nothing_escape():
+    for method in ("rays", "dense"):
+        light = gn.radiosity(room_with_a_sheet(), 150, method)
+        assert light.escaped[0] < 1e-12
+        np.testing.assert_allclose(light.balance, 1.0, rtol=0.01)
+
+
+def test_a_closed_room_that_loses_light_says_so():
+    """Two rooms, so far from each other that no digit of single precision is left for either."""
+    rooms = [moved(cube(0.5, 1.0), shift) for shift in (0.0, 1e8)]
+    with pytest.warns(ToleranceWarning, match="of the light got out of a closed surface"):
+        light = gn.radiosity(gn.Scene([part for room in rooms for part in room.parts]), 300, "rays")
+    assert light.balance[0] < 0.999
+
+
+def test_a_closed_solid_that_shines_outwards_loses_its_light_unsaid():
+    faces = [face[::-1] for face in (FLOOR, CEILING, *WALLS)]
+    assert gn.radiosity(gn.Scene([quad(face, 0.5, 1.0) for face in faces]), 100).escaped == 1.0
+
+
+@pytest.mark.parametrize(
+    "m, words",
+    [
+        (gn.Microfacet(gn.GGX(0.05), 0.9), r"part 0, Microfacet\(.* counts as matt"),
+        (gn.IdealSpecular(0.5), r"part 0, IdealSpecular\(.* counts as matt"),
+        (gn.SmoothDielectric(1.5), r"part 0, SmoothDielectric\(.* what it transmits as absorbed"),
+    ],
+)
+def test_what_is_not_matt_is_named(m, words):
+    with pytest.warns(LeftOutWarning, match=words) as said:
+        gn.radiosity(gn.Scene([gn.Mesh((FLOOR, [[0, 1, 2, 3]]), m), quad(CEILING, 0.5, 1.0)]), 8)
+    assert len(said) == 1 and "part 1" not in str(said[0].message)
+
+
+@pytest.mark.parametrize("m", [0.5 * gn.Lambertian(0.5) + gn.Lambertian(0.2), gn.EON(0.5, 0.0)])
+def test_of_what_is_matt_nothing_is_said(m):
+    gn.radiosity(gn.Scene([gn.Mesh((FLOOR, [[0, 1, 2, 3]]), m), quad(CEILING, 0.5, 1.0)]), 8)
+
+
 def test_two_squares_light_each_other():
     """B₁ = M + ρ F B₂, B₂ = ρ F B₁ of two patches each would be exact; of many the mean is within the unevenness."""
     scene = gn.Scene([quad(FLOOR, 0.5, 1.0), quad(CEILING, 0.8)])
@@ -63,7 +196,7 @@ def test_two_squares_light_each_other():
         area = light._patches.areas
         arrives = (area * light.irradiance[:, 0])[light.part == 1].sum()
         assert abs(arrives / (f * 1.0) - 1.0) < 0.02  # what returns once more is ρ₁ ρ₂ F² < 2 %
-        assert abs(light.balance[0] - 1.0) < limit
+        assert abs(light.balance[0] + light.escaped[0] - 1.0) < limit
 
 
 def test_dense_factors_are_reciprocal_and_close():
@@ -192,6 +325,7 @@ def test_pictures_and_files(tmp_path):
         (lambda: gn.radiosity(cube(0.5, 1.0), tolerance=0.0), ParameterError, "tolerance=0"),
         (lambda: gn.radiosity(cube([0.5, 0.4, 0.3], [1.0, 1.0])), ShapeError, "part 0 has exitances"),
         (lambda: gn.radiosity(gn.Lambertian(0.5)), ParameterError, "scene"),
+        (lambda: gn.radiosity(cube(0.5, 1.0), lights=gn.SunLight()), ParameterError, "SunLight.*exitance=1.0"),
         (lambda: gn.Scene([gn.Lambertian(0.5)]), ParameterError, "expected meshes"),
         (lambda: gn.Scene([]), ParameterError, "got none"),
         (lambda: gn.radiosity(gn.Scene(gn.Mesh((FLOOR, [[0, 1, 2, 3]])))), ParameterError, "part 0 has no material"),

@@ -127,6 +127,24 @@ def test_samples_give_the_irradiance(name, dtype):
     np.testing.assert_allclose(found, expected, rtol=2e-3)
 
 
+@pytest.mark.parametrize("name", EXAMPLES)
+def test_a_light_that_is_moved_says_there_what_it_said_here(name):
+    light, by = EXAMPLES[name], np.array([3.0, -5.0, 2.0])
+    moved = light.moved(by.tolist())
+    if light.is_delta:
+        pairs = zip(moved.arrival(HERE + by), light.arrival(HERE), strict=True)
+    else:
+        u = np.random.default_rng(0).random((20, 2))
+        (w, density), there = light.sample(u, HERE), HERE + by
+        pairs = zip(
+            (*moved.sample(u, there), moved.incident(w, there), moved.distance(w, there)),
+            (w, density, light.incident(w, HERE), light.distance(w, HERE)),
+            strict=True,
+        )
+    for found, wanted in pairs:
+        np.testing.assert_allclose(found, wanted, rtol=1e-9, atol=1e-12)
+
+
 @pytest.mark.parametrize("name", CLOSED)
 def test_closed_forms_are_the_integrals(name):
     """... at places and for normals such that the horizon cuts the light, or hides it."""

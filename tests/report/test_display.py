@@ -95,6 +95,13 @@ def test_every_object_is_shown(name):
         assert base64.b64decode(picture.attrib["src"].partition(",")[2]).startswith(b"\x89PNG")
 
 
+def test_a_mesh_is_shown_as_it_is_wherever_it_is():
+    corners = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.5]])
+    shown = [gn.Mesh((corners + shift, [[0, 1, 2], [0, 2, 3]]))._repr_html_() for shift in (0.0, 1e7)]
+    pictures = [next(ElementTree.fromstring(html).iter("img")).attrib["src"] for html in shown]
+    assert pictures[0] == pictures[1]
+
+
 def test_classes_of_gonio_have_a_display():
     """A class of objects that gonio makes takes `_repr_html_ = repr_html`."""
     kinds = [getattr(gn, name) for name in gn.__all__]

@@ -11,6 +11,7 @@ from house import WHITE_FACETS
 from libraries import thinned
 
 import gonio as gn
+import gonio.authoring
 from gonio.errors import DependencyError, NotFoundError, ParameterError, ShapeError
 from gonio.scenes import _bodies
 from gonio.scenes.estimator import MARGIN
@@ -125,6 +126,87 @@ def test_mitsuba_shows_the_same_mesh(mi, tmp_path):
     assert abs(ours.mean() / theirs.mean() - 1.0) < 2e-3
     ours, theirs = (x.reshape(4, 6, 4, 6, 3).mean(axis=(1, 3)) for x in (ours, theirs))
     np.testing.assert_allclose(ours, theirs, rtol=2e-2, atol=2e-3)
+
+
+def elsewhere(shift, scale=1.0, lamps=3, ground=None):
+    """A picture of two balls in each other's shadow, under lamps near to them; all shifted by so many sizes."""
+
+    def at(p):
+        return scale * np.asarray(p, float) + scale * shift * np.array([1.0, -0.7, 0.3])
+
+    size, (vertices, faces), half_a_turn = scale * np.eye(3), ball(6), np.array([-1.0, -1.0, 1.0])
+    lights = [
+        gn.TurnedLight(gn.PointLight(half_a_turn * at([-1.5, -3.0, 2.0]), 20.0 * scale**2), math.pi),
+        gn.RectangleLight(at([1.5, -2.0, 2.0]), size[0], -0.7 * size[1], 5.0),
+        gn.MeshLight((at([[-2, -2, 2], [-1, -2, 2.2], [-1.5, -1.5, 2.5]]), [[0, 1, 2]]), 9.0),
+    ]
+    balls = gn.Scene([gn.Mesh((at(vertices), faces)), gn.Mesh((at(0.3 * vertices + [1.0, -0.5, 0.8]), faces))])
+    camera = gn.Camera(at([1.5, -4.0, 1.5]), target=at([0.0, 0.0, 0.0]))
+    return gn.render(WHITE, lights[:lamps], balls, size=16, samples=8, camera=camera, ground=ground).pixels
+
+
+def test_pictures_are_the_same_wherever_a_scene_is():
+    here = elsewhere(0.0)
+    for shift, scale in ((1e3, 1.0), (1e5, 1e-9), (1e7, 1.0), (0.0, 1e9)):
+        np.testing.assert_allclose(elsewhere(shift, scale), here, atol=1e-4 * here.mean())
+
+
+def test_pictures_by_the_own_tree_are_the_same_wherever_a_scene_is(monkeypatch):
+    def missing(*_):
+        raise DependencyError("not installed")
+
+    monkeypatch.setattr(_bodies, "Triangles", missing)
+    here = elsewhere(0.0, lamps=1)
+    np.testing.assert_allclose(elsewhere(1e7, lamps=1), here, atol=1e-4 * here.mean())
+
+
+def test_the_ground_and_its_texture_stay_below_a_scene_wherever_it_is():
+    ground = gn.Lambertian(gn.Texture(np.random.default_rng(0).random((4, 4))))
+    here = elsewhere(0.0, lamps=1, ground=ground)
+    np.testing.assert_allclose(elsewhere(1e7, lamps=1, ground=ground), here, atol=1e-4 * here.mean())
+
+
+def test_normals_are_smooth_wherever_a_mesh_is():
+    vertices, faces = ball(8)
+    normals = gn.Mesh((vertices + np.array([1e7, 3e6, -2e6]), faces)).normals
+    np.testing.assert_allclose(normals, gn.Mesh((vertices, faces)).normals, atol=1e-6)
+
+
+class _Glow(gn.authoring.Light):
+    """Light of a sky that is dark below a level.
+
+    Shapes   level: a number.
+    Units    level: m.
+    Error    none.
+    Source   made up.
+    """
+
+    level = gn.authoring.param(0.0, -1e30, 1e30, "the level", unit="m")
+
+    def seen(self, p, w):
+        return gn.authoring.ops.where(p.z > self.level, 1.0, 0.0), 1e30
+
+
+def test_lights_of_ones_own_that_ask_where_they_are_stay_where_they_are():
+    for height in (0.0, 7.0):
+        light, cube = _Glow(height), gn.Mesh((CUBE[0] + [3.0, 0.0, height], CUBE[1]))
+        camera = gn.OrthographicCamera([3.0, -4.0, height], target=[3.0, 0.0, height], width=1.0)
+        picture = gn.render(WHITE, light, cube, size=8, samples=16, camera=camera).pixels[..., 0]
+        np.testing.assert_allclose(picture[:4], 1.0, rtol=0.2)
+        assert (picture[4:] == 0.0).all()
+
+
+def test_derivatives_by_the_angle_of_a_light_that_goes_round_a_far_axis():
+    square = gn.Mesh((SQUARE[0] * 0.1 + [3.0, 1.0, 0.0], SQUARE[1]))
+    camera = gn.OrthographicCamera([3.0, 1.0, 4.0], target=[3.0, 1.0, 0.0], up=[0, 1, 0], width=0.1)
+    arguments = {"shape": square, "size": 4, "samples": 4, "camera": camera}
+
+    def light(angle):
+        return gn.TurnedLight(gn.PointLight([2.0, -1.5, 1.0], 5.0), angle)
+
+    _, slopes = gn.picture_jacobian(gn.Lambertian(0.5), light(0.4), "lights.0.angle", **arguments)
+    up, down = (gn.render(gn.Lambertian(0.5), light(0.4 + x), **arguments).pixels for x in (1e-2, -1e-2))
+    np.testing.assert_allclose(slopes["lights.0.angle"].pixels, (up - down) / 2e-2, rtol=2e-3)
 
 
 def test_a_mesh_takes_the_light_of_what_is_behind_it():
@@ -249,6 +331,23 @@ def test_files_are_meshes(tmp_path):
     of_file = gn.render(METAL, STUDIO, tmp_path / "ball.ply", size=16, samples=8)
     np.testing.assert_array_equal(of_file.pixels, gn.render(METAL, STUDIO, str(tmp_path / "ball.ply"), 16, 8).pixels)
     np.testing.assert_allclose(of_file.pixels, gn.render(METAL, STUDIO, gn.Mesh(ball(6)), 16, 8).pixels, atol=1e-3)
+
+
+def test_files_keep_the_digits_that_they_hold(tmp_path):
+    pytest.importorskip("trimesh")
+    x, y = 12345678.125, 5400000.25
+    corners = np.array([[x, y, 0.0], [x + 1.0, y, 0.0], [x + 1.0, y + 1.0, 0.5]])
+    rows = [" ".join(f"{x:.3f}" for x in corner) for corner in corners]
+    head = "ply\nformat ascii 1.0\nelement vertex 3\n" + "".join(f"property double {x}\n" for x in "xyz")
+    (tmp_path / "a.obj").write_text("\n".join(f"v {row}" for row in rows) + "\nf 1 2 3\n")
+    (tmp_path / "a.off").write_text("\n".join(["OFF", "3 1 0", *rows, "3 0 1 2", ""]))
+    (tmp_path / "a.ply").write_text(
+        "\n".join(
+            [f"{head}element face 1", "property list uchar int vertex_indices", "end_header", *rows, "3 0 1 2", ""]
+        )
+    )
+    for name in ("a.obj", "a.off", "a.ply"):
+        np.testing.assert_array_equal(gn.Mesh(tmp_path / name).triangles.corners[0], corners)
 
 
 def test_derivatives_of_pictures_of_meshes():

@@ -30,6 +30,12 @@ def test_realisations(name):
     assert not surface.heights.flags.writeable
 
 
+def test_heights_count_from_their_mean_wherever_the_surface_is():
+    heights = SURFACES["gaussian"].heights.astype(float)
+    for made in (gn.surfaces.HeightField, lambda x: gn.surfaces.from_map(x, 1.0, edges="wrap")):
+        np.testing.assert_allclose(made(heights + 1e7).slopes, made(heights).slopes, atol=1e-6)
+
+
 def test_gaussian_slopes_are_beckmanns():
     surface = gn.surfaces.gaussian(0.4, 0.2, size=512)
     assert surface.rms_slopes == pytest.approx((0.4 / math.sqrt(2.0), 0.2 / math.sqrt(2.0)), rel=1e-5)

@@ -88,6 +88,10 @@ def works(folder: Path) -> dict[str, Callable[[], Any]]:
     u = np.random.default_rng(4).random((100_000, 2))
     out = np.empty(len(wi))
     light = gn.EnvironmentLight.studio(height=16)
+    corners = np.array([[x, y, z] for x in (0.0, 1.0) for y in (0.0, 1.0) for z in (0.0, 1.0)])
+    sides = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
+    boxes = gn.Scene([gn.Mesh((corners + 2.0 * k, sides), gn.Lambertian(0.5), 1.0) for k in range(2)])
+    rows = few, few[::-1], gn.OrenNayar(0.5, 0.3).f(few, few[::-1])
     small = gn.tabulate(m, resolution=(4, 4, 6), anisotropic=False)
 
     def into() -> Any:
@@ -115,13 +119,23 @@ def works(folder: Path) -> dict[str, Callable[[], Any]]:
         "jacobian": lambda: m.jacobian(wi[:40_000], wo[:40_000]).f,
         "albedo": lambda: gn.albedo(m, few),
         "render": lambda: gn.render(m, light, size=24, samples=8).pixels,
+        "radiosity": lambda: gn.radiosity(boxes, 60, "rays", tolerance=0.2).radiosity,
+        "fit": lambda: gn.fit(rows, gn.OrenNayar()).model.rho,
         "compile": anew,
     }
     saving = {"save CSV": saved("a.csv"), "save netCDF": saved("a.nc"), "save Zarr": saved("a.zarr")}
     return computing | (saving if planning.available() else {})  # whoever computes, it is the same
 
 
-WEIGHTS = {"compile": 0.2, "save netCDF": 0.2, "save Zarr": 0.1, "save CSV": 0.5, "render": 0.5, "albedo": 0.5}
+WEIGHTS = {
+    "compile": 0.2,
+    "save netCDF": 0.2,
+    "save Zarr": 0.1,
+    "save CSV": 0.5,
+    "render": 0.5,
+    "albedo": 0.5,
+    "radiosity": 0.5,
+}
 
 
 def busy(tid: int) -> int:

@@ -107,6 +107,18 @@ class Hooks(Parametrised):
         """
         return False
 
+    @property
+    def single_scatter(self) -> Any:
+        """The reflectance of facets like these that absorb nothing, where light that they scatter twice is lost: what
+        it lacks of 1 is lost. None where nothing is.
+
+        Example
+        >>> white = gn.Microfacet(gn.GGX(1.0), gn.material("gold").fresnel).single_scatter
+        >>> print(gn.albedo(white, [0, 0, 1]).round(4), gn.KullaConty(0.5).single_scatter)  # 1 - log(2)
+        0.3069 None
+        """
+        return None
+
     @abstractmethod
     def formula(self, wi: Direction, wo: Direction) -> Any:
         """f [1/sr] for directions above the horizon, without the cosine; of a lobe across the surface wi is below."""

@@ -14,13 +14,15 @@ import numpy as np
 
 from ..arrays import ops
 from ..arrays.kinds import SCALAR, VALUE, VECTOR, with_channels
-from ..errors import ParameterError
+from ..errors import ParameterError, TraceError
 from ..evaluate import batch
-from ..evaluate.tracing import Task
+from ..evaluate.tracing import Task, traced
 from ..formula.direction import Direction, dot
+from ..formula.fields import part
 from ..formula.parametrised import Parametrised
 from ..formula.spectrum import Spectrum
 from ..formula.state import derived
+from ..formula.world import moved, vector
 
 FAR = 1e30
 """The distance [m] of light from infinitely far away."""
@@ -190,6 +192,19 @@ class Light(Parametrised):
             return self.beam(p)[1]
         raise self._lacks("strength")
 
+    def moved(self, by: Sequence[float]) -> Light:
+        """The same light, moved by three lengths along x, y and z: where p + by is, it is as it was at p.
+
+        Pictures move lights to where they see the scene from. By default the positions among its numbers move, its
+        `vector(...)`s; of a light without any the formula gets p - by, if it asks where p is.
+
+        Example
+        >>> print(gn.PointLight([0.0, 0.0, 2.0]).moved((1.0, 0.0, 0.0)).position, gn.ConstantLight().moved((1, 0, 0)))
+        [1.0, 0.0, 2.0] ConstantLight(radiance=1.0)
+        """
+        new = moved(self, by)
+        return _Moved(self, tuple(by)) if new is self and _asks_where(self) else new
+
     # The same for arrays of any library.
 
     def incident(self, w: Any, position: Any = ORIGIN) -> Any:
@@ -331,6 +346,53 @@ class Light(Parametrised):
         return self._facts[2]
 
 
+class _Moved(Light):
+    """A light elsewhere, whose formula depends on positions by other numbers than vectors."""
+
+    has_text = False
+    of = part(Light, None, "the light")
+    by = vector((0.0, 0.0, 0.0), "by how much it is moved [m]")
+
+    @property
+    def is_delta(self) -> bool:  # type: ignore[override]
+        return bool(self.of.is_delta)
+
+    @property
+    def has_edges(self) -> bool:  # type: ignore[override]
+        return bool(self.of.has_edges)
+
+    @property
+    def can_sample(self) -> bool:  # type: ignore[override]
+        return bool(self.of.can_sample)
+
+    @property
+    def has_horizon(self) -> bool:  # type: ignore[override]
+        return bool(self.of.has_horizon)
+
+    def seen(self, p: Direction, w: Direction) -> tuple[Any, Any]:
+        seen: tuple[Any, Any] = self.of.seen(p - self.by.vector, w)
+        return seen
+
+    def beam(self, p: Direction) -> tuple[Direction, Any, Any]:
+        beam: tuple[Direction, Any, Any] = self.of.beam(p - self.by.vector)
+        return beam
+
+    def density(self, p: Direction, w: Direction) -> Any:
+        return self.of.density(p - self.by.vector, w)
+
+    def drawn(self, p: Direction, u0: Any, u1: Any) -> tuple[Direction, Any]:
+        drawn: tuple[Direction, Any] = self.of.drawn(p - self.by.vector, u0, u1)
+        return drawn
+
+
+def _asks_where(light: Light) -> bool:
+    """Whether what a formula gives depends on the position."""
+    try:
+        return 0 in traced(_PLACED, light, None).read
+    except TraceError:
+        return True
+
+
 def _is_foreign(x: Any) -> bool:
     lib = ops.library_of_type(type(x))
     return lib is not None and lib.name != "numpy"
@@ -402,6 +464,19 @@ def _arrival(light: Light, mean: Light, p: Any) -> tuple[Any, ...]:
     return Direction(w.x + none, w.y + none, w.z + none), E + none, distance + none
 
 
+def _placed(light: Light, mean: Light, p: Any, w: Any, u: Any) -> tuple[Any, ...]:
+    p, w = Direction(*p), Direction(*w)
+    if light.is_delta:
+        towards, E, distance = light.beam(p)
+        return towards, E, distance
+    if not light.can_sample and not light.has_horizon:
+        return w, *light.seen(p, w)
+    drawn, density = light.drawn(p, *u)
+    L, distance = light.seen(p, w)
+    return drawn, L + 0.0 * density, distance
+
+
+_PLACED = Task(_placed, (VECTOR, SCALAR, SCALAR), (3, 3, 2))
 _INCIDENT = Task(_incident, (VALUE,), (3, 3))
 _DISTANCE = Task(_distance, (SCALAR,), (3, 3))
 _PDF = Task(_pdf, (SCALAR,), (3, 3))

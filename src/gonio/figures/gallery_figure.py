@@ -11,7 +11,7 @@ import numpy as np
 from ..arguments import checked
 from ..base.light import Light
 from ..base.reflectance import Reflectance
-from ..errors import ParameterError
+from ..errors import ParameterError, said_once
 from ..evaluate.tracing import at_most
 from ..pictures.colour import srgb_encode
 from ..pictures.image import Image
@@ -73,15 +73,15 @@ def gallery(
         raise ParameterError(f"{len(things)} materials under {len(given)} lights; expected up to {MOST} pictures")
     options: dict[str, Any] = {"size": size, "samples": samples, "seed": seed, "noise": noise}
     found: list[Image] = []
-    for thing in things.values():
-        for light in given.values() if given else (None,):
-            if isinstance(thing, Image):
-                found.append(thing)
-            else:
-                with at_most(size * size * most_samples(samples, noise)):
+    with said_once(), at_most(size * size * most_samples(samples, noise)):
+        for thing in things.values():
+            for light in given.values() if given else (None,):
+                if isinstance(thing, Image):
+                    found.append(thing)
+                else:
                     found.append(render(thing, default_light(thing, None) if light is None else light, **options))
-            if progress is not None:
-                progress(len(found), count)
+                if progress is not None:
+                    progress(len(found), count)
     if len(given) > 1:
         rows = [found[k : k + len(given)] for k in range(0, count, len(given))]
         titles = [list(given)] + [[""] * len(given)] * (len(rows) - 1)

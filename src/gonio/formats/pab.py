@@ -23,6 +23,7 @@ from ..base.reflectance import Reflectance
 from ..errors import FormatError, ParameterError
 from ..files import replacing
 from ..models.sheet import Sheet
+from ..numerics.unique_rows import unique_rows
 from ..tables.gridded import Gridded
 from ._options import Declared
 from ._reading import plain_text
@@ -142,7 +143,7 @@ def write(
     pairs = rows_of(m, resolution, (QUANTITIES["bsdf"], QUANTITIES["dsf"]), incident)
     if pairs.channels not in (None, CHANNELS):
         raise ParameterError(f"{m!r:.80}: has channels {pairs.channels}, expected one or X, Y, Z; write one of them")
-    lit_from = np.unique(pairs.angles[:, :2], axis=0)
+    lit_from, _, _ = unique_rows(pairs.angles[:, :2])
     if len(lit_from) != 1:
         rule = "expected one; give incident=(theta_i, phi_i) in radians, and write a file of each"
         raise ParameterError(f"{m!r:.80}: has {len(lit_from)} incident directions there, {rule}")

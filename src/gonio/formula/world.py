@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from typing import Any, ClassVar
+from collections.abc import Sequence
+from typing import Any, ClassVar, TypeVar
 
 import numpy as np
 
@@ -70,11 +71,12 @@ class WorldVector(Parametrised):
 
 
 class Vector(Part):
-    """A field of three numbers in the world; directions (`unit`) are divided by their length."""
+    """A field of three numbers in the world; directions (`unit`) are divided by their length, positions (`is_place`)
+    move with the world."""
 
-    def __init__(self, default: Any, doc: str, unit: bool):
+    def __init__(self, default: Any, doc: str, unit: bool = False, is_place: bool = True):
         super().__init__(WorldVector, default, doc, None, "front")
-        self.unit = unit
+        self.unit, self.is_place = unit, is_place and not unit
         self.range, self.accepts = "three numbers", "Array"
 
     def check(self, owner: str, value: Any) -> WorldVector:
@@ -113,14 +115,32 @@ def _length(v: WorldVector) -> float:
     return float(np.linalg.norm(np.asarray(v)))
 
 
-def vector(default: Any, doc: str, unit: bool = False) -> Any:
+def vector(default: Any, doc: str, unit: bool = False, is_place: bool = True) -> Any:
     """Three numbers in world space, a position or (`unit`) a direction; formulas read `.vector`, or `.unit`.
 
-    Each is a parameter of its own, such as `position.z`.
+    Each is a parameter of its own, such as `position.z`. Pictures move positions to where they see the scene from;
+    `is_place=False` is for what is neither a position nor a direction, such as an edge.
 
     Example
     >>> from gonio.authoring import vector
     >>> print(vector((0.0, 0.0, 1.0), "direction to the light", unit=True).default)
     (0.0, 0.0, 1.0)
     """
-    return Vector(default, doc, unit)
+    return Vector(default, doc, unit, is_place)
+
+
+T = TypeVar("T", bound=Parametrised)
+
+
+def moved(value: T, by: Sequence[float]) -> T:
+    """The same with all its positions moved by three lengths along x, y and z; itself where it has none.
+
+    Example
+    >>> from gonio.formula.world import moved
+    >>> print(moved(gn.SpotLight([0.0, 0.0, 2.0], [0.0, 0.0, -1.0]), (1e6, 0.0, 0.0)).position)
+    [1000000.0, 0.0, 2.0]
+    """
+    places = [(path, held) for path, field, held, _ in value.walk() if isinstance(field, Vector) and field.is_place]
+    return value.with_values(
+        {f"{path}.{axis}": x + d for path, held in places for axis, x, d in zip("xyz", held.vector, by, strict=True)}
+    )

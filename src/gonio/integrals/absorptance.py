@@ -8,6 +8,7 @@ from ..arguments import checked
 from ..base.reflectance import Reflectance
 from .albedo import albedo
 from .over_hemisphere import Integral
+from .scattered_once import tell_of_lost_light
 from .transmittance import transmittance
 
 
@@ -15,8 +16,8 @@ from .transmittance import transmittance
 def absorptance(m: Reflectance, wi: Any, tolerance: float = 1e-4, error: bool = False) -> Any:
     """The fraction of light from wi that is absorbed, 1 - reflected - transmitted.
 
-    In thermal equilibrium it is the emissivity towards wi. Light that a model loses, such as that which facets scatter
-    twice, counts as absorbed.
+    In thermal equilibrium it is the emissivity towards wi. Light that facets scatter twice is lost by models of single
+    scattering, such as `Microfacet`, and counts as absorbed: a LeftOutWarning says of which part, and how much.
 
     Shapes   wi: (..., 3), above or below the surface; result (...[, C]), or with `error` an `Integral` of it and (...).
     Units    1.
@@ -27,6 +28,7 @@ def absorptance(m: Reflectance, wi: Any, tolerance: float = 1e-4, error: bool = 
     >>> print(gn.absorptance(gn.Lambertian(0.3), [0, 0, 1]).round(4))
     0.7
     """
+    tell_of_lost_light("absorptance", m, wi)
     if not error:
         return 1.0 - albedo(m, wi, tolerance) - transmittance(m, wi, tolerance)
     R, T = albedo(m, wi, tolerance, error=True), transmittance(m, wi, tolerance, error=True)

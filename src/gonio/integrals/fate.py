@@ -10,6 +10,7 @@ from ..arguments import checked
 from ..base.reflectance import Reflectance
 from ..notebooks import repr_html
 from .albedo import albedo
+from .scattered_once import tell_of_lost_light
 from .transmittance import transmittance
 
 
@@ -41,7 +42,7 @@ class Fate(NamedTuple):
 def fate(m: Reflectance, wi: Any, tolerance: float = 1e-4) -> Fate:
     """What becomes of light from wi: the fractions reflected, transmitted and absorbed.
 
-    Light that a model loses (facets that scatter twice) counts as absorbed.
+    Light that a model loses (facets that scatter twice) counts as absorbed, with a LeftOutWarning.
 
     Shapes   wi: (..., 3), above or below the surface; each (...[, C]).
     Units    1.
@@ -53,5 +54,6 @@ def fate(m: Reflectance, wi: Any, tolerance: float = 1e-4) -> Fate:
     >>> print(*(x.round(3) for x in gn.fate(leaf, [0, 0, 1])))
     0.1 0.2 0.7
     """
+    tell_of_lost_light("fate", m, wi)
     R, T = albedo(m, wi, tolerance), transmittance(m, wi, tolerance)
     return Fate(R, T, 1.0 - R - T)

@@ -154,7 +154,7 @@ class _Shooter:
             "axes": frames(patches).reshape(n, 1, 9).astype(np.float32),
             "shift": shifts(4)[which_shift(n), None],
         }
-        self._faces = patches.faces
+        self._faces = patches.faces.local
         self._tables |= blockers(patches)
 
     def __call__(self, rows: Any, u: np.ndarray, aside: float = 0.0) -> np.ndarray:
@@ -174,8 +174,9 @@ def blockers(patches: Patches) -> dict[str, Fixed]:
     """The triangles that kernels shoot at; none where Embree is missing, or where kernels are not compiled."""
     if not available():
         return {}
+    faces = patches.faces.local
     try:
-        return {"triangles": Fixed(Packets(patches.faces.vertices, patches.faces.faces, robust=True).handle)}
+        return {"triangles": Fixed(Packets(faces.vertices, faces.faces, robust=True).handle)}
     except DependencyError:
         return {}
 
@@ -183,8 +184,8 @@ def blockers(patches: Patches) -> dict[str, Fixed]:
 class ByRays:
     """F x = mean of x over what `count` rays of each patch meet; x is 0 on backs and where there is nothing.
 
-    `hits` (n, count): numbers of patches; n stands for backs and nothing. `found`: the first rows of it, from before;
-    `keep`: is given all rows found so far, again and again.
+    `hits` (n, count): numbers of patches; n stands for nothing, n + 1 for backs. `found`: the first rows of it, from
+    before; `keep`: is given all rows found so far, again and again.
     """
 
     def __init__(
@@ -206,7 +207,7 @@ class ByRays:
             row, ray = np.nonzero(met == NOTHING)
             if len(row):
                 met[row, ray] = shoot(start + row, u[0, ray, None], ASIDE)[:, 0]
-            self.hits[rows] = np.where(met < 0.0, n, met)
+            self.hits[rows] = np.where(met < 0.0, n + NOTHING - met, met)
             if keep is not None:
                 keep(self.hits[: rows.stop])
 
@@ -215,12 +216,17 @@ class ByRays:
         """Sums of the factors of each patch (n,)."""
         return np.mean(self.hits < len(self.patches), axis=1)
 
+    @property
+    def escaping(self) -> np.ndarray:
+        """The share of what each patch sends out that meets nothing, (n,)."""
+        return np.mean(self.hits == len(self.patches), axis=1)
+
     def __call__(self, x: np.ndarray) -> np.ndarray:
         """F x, (n, C) of (n, C)."""
         from scipy.sparse import csr_matrix
 
         n, count = self.hits.shape
-        padded = np.append(x, np.zeros((1, x.shape[1])), axis=0)
+        padded = np.append(x, np.zeros((2, x.shape[1])), axis=0)
         result = np.empty(x.shape)
         step = max(1, ENTRIES // count)
         data, ends = np.full(step * count, 1.0 / count), np.arange(step + 1, dtype=np.int32) * count
@@ -228,7 +234,7 @@ class ByRays:
         def work(start: int, stop: int) -> None:
             part = self.hits[start:stop].reshape(-1)
             size = stop - start
-            matrix = csr_matrix((data[: len(part)], part, ends[: size + 1]), shape=(size, n + 1))
+            matrix = csr_matrix((data[: len(part)], part, ends[: size + 1]), shape=(size, n + 2))
             result[start:stop] = matrix @ padded
 
         share(work, [(start, min(start + step, n)) for start in range(0, n, step)])
@@ -237,7 +243,7 @@ class ByRays:
     def spread(self, x: np.ndarray) -> np.ndarray:
         """How much the irradiance by x differs between the four parts of a patch that its middle divides: (n,)."""
         n, count = self.hits.shape
-        padded = np.append(x, 0.0)
+        padded = np.append(x, [0.0, 0.0])
         places = barycentric(*np.moveaxis((points(count, 4)[..., :2] + shifts(4)[:, None, :2]) % 1.0, -1, 0))
         region = quarters(np.stack(places, axis=-1))
         shift = which_shift(n)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cached_property
+
 import numpy as np
 
 from ..compile.threads import share
@@ -52,7 +54,7 @@ class Dense:
         exchange[i, j] *= seen
         exchange[j, i] *= seen
         rows = exchange.sum(axis=1) / areas
-        if (ByRays(patches, CLOSED).hits < n).all() and n > 1:
+        if (self._by_rays.hits < n).all() and n > 1:
             self.unseen = float(np.abs(rows - 1.0).max())
             exchange = _closed(exchange, areas)
         return exchange / areas[:, None]
@@ -63,7 +65,7 @@ class Dense:
         s = np.sqrt(u[:, [0, 2]])
         places = np.stack([1.0 - s, s * (1.0 - u[:, [1, 3]]), s * u[:, [1, 3]]], axis=-1).astype(np.float32)
         lifted = (self.patches.corners + self.patches.lift * self.patches.normals[:, None]).astype(np.float32)
-        triangles = self.patches.faces
+        triangles = self.patches.faces.local
         triangles.faces_met(lifted[:1, 0], self.patches.normals[:1])
         seen = np.empty(len(i))
 
@@ -84,10 +86,20 @@ class Dense:
         share(work, [(start, min(start + BLOCK // 4, len(i))) for start in range(0, len(i), BLOCK // 4)])
         return seen
 
+    @cached_property
+    def _by_rays(self) -> ByRays:
+        return ByRays(self.patches, CLOSED)
+
     @property
     def rows(self) -> np.ndarray:
         """Sums of the factors of each patch (n,)."""
         return self.factors.sum(axis=1)
+
+    @property
+    def escaping(self) -> np.ndarray:
+        """The share of what each patch sends out that meets nothing, (n,): of what meets no front, that of rays."""
+        nothing, lost = self._by_rays.escaping, 1.0 - self._by_rays.rows
+        return np.where(lost > 0.0, (1.0 - self.rows) * nothing / np.where(lost > 0.0, lost, 1.0), 0.0)
 
     def __call__(self, x: np.ndarray) -> np.ndarray:
         """F x, (n, C) of (n, C)."""

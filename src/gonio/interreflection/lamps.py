@@ -172,7 +172,7 @@ def from_lamps(patches: Patches, lamps: np.ndarray, strength: np.ndarray, rays: 
                 found = WHOLE(scene, **rays_of)
             else:
                 o, way = (x.reshape(-1, 3) for x in SENT(empty, **rays_of).values())
-                clear = ~patches.faces.occluded(o, way, np.ones(len(o)))
+                clear = ~patches.faces.local.occluded(o, way, np.ones(len(o)))
                 found = AFTER(empty, **rays_of, clear=clear.reshape(len(rows), rays, 1).astype(np.float32))
             arrives = np.stack([found[name] for name in ("a", "b", "c", "middle")], axis=1)
             carried = found["carried"]

@@ -2,13 +2,20 @@
 
 from __future__ import annotations
 
+import math
 from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
+from scipy.sparse import csr_matrix
+from scipy.sparse.csgraph import connected_components
 
+from ..numerics.unique_rows import unique_rows
 from ..rays.triangles import Triangles
 from ..scenes.scene import Scene
+
+LEVEL = 1e-9
+"""The distance, in units of the scene's place, up to which corners of faces are one."""
 
 
 class Halvings(NamedTuple):
@@ -41,7 +48,8 @@ class Halvings(NamedTuple):
 
 
 class Patches:
-    """Triangles `corners` (n, 3, 3), each of a part and a face (n,) of the scene, whose triangles are `faces`.
+    """Triangles `corners` (n, 3, 3), each of a part and a face (n,) of the scene, whose triangles are `faces`: as seen
+    from their place, but for those of `world`.
 
     `places` (n, 3, 2): the corners (u, v) on the face; `halvings`: how the faces became patches.
     """
@@ -81,10 +89,16 @@ class Patches:
         """(n, 3)"""
         return self.corners.mean(axis=1)
 
+    @property
+    def world(self) -> Patches:
+        """These patches in the world."""
+        corners = self.faces.place.world(self.corners)
+        return Patches(self.faces, corners, self.part, self.face, self.places, self.halvings)
+
     @cached_property
     def lift(self) -> float:
         """How far above a patch its rays begin: enough that rounding leaves none below it."""
-        return 4e-6 * float(np.abs(self.corners - self.corners.mean(axis=(0, 1))).max() + np.abs(self.corners).max())
+        return 4e-6 * float(np.ptp(self.corners, axis=(0, 1)).max())
 
     @cached_property
     def _cross(self) -> np.ndarray:
@@ -111,18 +125,24 @@ class Patches:
     def halved(self, chosen: np.ndarray) -> Patches:
         """With these patches, numbers (k,), halved at the middle of their longest edges; second halves come last."""
         c = self.corners[chosen]
-        longest = np.argmax(np.linalg.norm(np.roll(c, -1, axis=1) - c, axis=2), axis=1)
+        longest = np.argmax(_in_steps(np.linalg.norm(np.roll(c, -1, axis=1) - c, axis=2)), axis=1)
         return self.split(chosen, longest, np.full(len(chosen), 0.5))
 
     def divided(self, count: int) -> Patches:
         """With the largest patches divided until there are `count`."""
         patches = self
         while len(patches) < count:
-            areas = patches.areas
+            areas = _in_steps(patches.areas)
             large = np.flatnonzero(areas > 0.5 * areas.max())
             order = large[np.argsort(-areas[large], kind="stable")]
             patches = patches.halved(order[: count - len(patches)])
         return patches
+
+
+def _in_steps(x: np.ndarray) -> np.ndarray:
+    """Numbers in steps of a millionth of the largest or so: those that differ by rounding alone are equal. Halves and
+    quarters of the largest are not between two steps."""
+    return np.round(x * (math.pi * 1e6 / x.max()))
 
 
 def patches_of(scene: Scene) -> Patches:
@@ -134,4 +154,22 @@ def patches_of(scene: Scene) -> Patches:
     n = len(faces)
     part = np.repeat(np.arange(len(meshes)), [len(mesh.faces) for mesh in meshes])
     places = np.tile([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]], (n, 1, 1))
-    return Patches(triangles, triangles.corners, part, np.arange(n), places, Halvings.none(n))
+    return Patches(triangles, triangles.local.corners, part, np.arange(n), places, Halvings.none(n))
+
+
+def enclosing(triangles: Triangles) -> np.ndarray:
+    """Which faces (F,) are of surfaces that are closed and show their fronts within: no light of these escapes."""
+    corners = triangles.local.corners
+    _, vertex, _ = unique_rows(np.round(corners.reshape(-1, 3) / LEVEL))
+    a, count = vertex.reshape(-1, 3), len(vertex)
+    b = np.roll(a, -1, axis=1)
+    edges, others = (a * count + b).reshape(-1), (b * count + a).reshape(-1)
+    known, first, each = np.unique(edges, return_index=True, return_counts=True)
+    at = np.minimum(np.searchsorted(known, others), len(known) - 1)
+    shared = (known[at] == others) & (each[at] == 1)
+    face, beside = np.repeat(np.arange(len(a)), 3)[shared], first[at[shared]] // 3
+    graph = csr_matrix((np.ones(len(face), bool), (face, beside)), shape=(len(a), len(a)))
+    _, surface = connected_components(graph, directed=False)
+    opens = np.bincount(surface, ~shared.reshape(-1, 3).all(axis=1)) > 0.0
+    volume = np.bincount(surface, np.linalg.det(corners))
+    return (~opens & (volume < 0.0))[surface]

@@ -12,8 +12,10 @@ from ..arguments import checked
 from ..errors import ParameterError, shown
 from ..files import replacing
 from ..notebooks import repr_html
+from ..numerics.unique_rows import unique_rows
 from ..pictures.colour import light_to_rgb, rgb_of, srgb_encode
 from ..pictures.image import Image
+from ..rays.triangles import Place
 from .by_rays import ByRays
 from .dense import Dense
 from .patches import Patches
@@ -36,7 +38,7 @@ class Radiosity:
     >>> scene = gn.Scene([gn.Mesh(floor, gn.Lambertian(0.5)), gn.Mesh(lamp, gn.Lambertian(0.0), exitance=1.0)])
     >>> light = gn.radiosity(scene, patches=64)
     >>> print(light)
-    Radiosity(64 patches of 2 parts, dense, balance 1.0000, reciprocity 0.0e+00)
+    Radiosity(64 patches of 2 parts, dense, balance 0.1201, escaped 0.8799, reciprocity 0.0e+00)
     """
 
     _repr_html_ = repr_html
@@ -59,9 +61,10 @@ class Radiosity:
 
     def __repr__(self) -> str:
         way = "dense" if isinstance(self._operator, Dense) else f"{self._operator.hits.shape[1]} rays each"
-        balance = ", ".join(f"{b:.4f}" for b in self.balance[:3])
+        balance, escaped = (", ".join(f"{b:.4f}" for b in shares[:3]) for shares in (self.balance, self.escaped))
         counts = f"{len(self.part)} patches of {self.part.max() + 1} parts"
-        return f"Radiosity({counts}, {way}, balance {balance}, reciprocity {self.reciprocity:.1e})"
+        told = f"balance {balance}, escaped {escaped}, reciprocity {self.reciprocity:.1e}"
+        return f"Radiosity({counts}, {way}, {told})"
 
     @cached_property
     def factors(self) -> np.ndarray:
@@ -90,20 +93,41 @@ class Radiosity:
 
     @cached_property
     def balance(self) -> np.ndarray:
-        """What is absorbed, and what leaves the scene or meets a back, over what is emitted, (C,): 1 but for the rays.
+        """What fronts and backs absorb, over what is emitted, (C,): in a closed scene 1, but for the rays; less where
+        light leaves it, which `escaped` says.
 
         Example
         >>> floor = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2, 3]]
         >>> lamp = [[0, 0, 1], [0, 1, 1], [1, 1, 1], [1, 0, 1]], [[0, 1, 2, 3]]
         >>> scene = gn.Scene([gn.Mesh(floor, gn.Lambertian(0.5)), gn.Mesh(lamp, gn.Lambertian(0.0), exitance=1.0)])
-        >>> print(gn.radiosity(scene, patches=64).balance.round(6))
-        [1.]
+        >>> light = gn.radiosity(scene, patches=64)
+        >>> print(light.balance.round(3), (light.balance + light.escaped).round(6))
+        [0.12] [1.]
         """
         area = self._patches.areas[:, None]
-        absorbed = np.sum(area * (1.0 - self.albedo) * self.irradiance, axis=0)
-        lost = np.sum(area * (1.0 - self._operator.rows[:, None]) * self.radiosity, axis=0)
-        emitted = np.sum(area * self.exitance, axis=0)
-        return np.where(emitted > 0.0, (absorbed + lost) / np.where(emitted > 0.0, emitted, 1.0), 1.0)
+        on_backs = 1.0 - self._operator.rows - self._operator.escaping
+        return self._of_emitted(area * ((1.0 - self.albedo) * self.irradiance + on_backs[:, None] * self.radiosity))
+
+    @cached_property
+    def escaped(self) -> np.ndarray:
+        """What leaves the scene, over what is emitted, (C,): in a closed scene 0.
+
+        Example
+        >>> floor = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2, 3]]
+        >>> scene = gn.Scene(gn.Mesh(floor, gn.Lambertian(0.5), exitance=1.0))
+        >>> print(gn.radiosity(scene, patches=16).escaped)
+        [1.]
+        """
+        return self._escaped_from(np.ones(len(self.part), bool))
+
+    def _escaped_from(self, chosen: np.ndarray) -> np.ndarray:
+        """The same of some patches, (n,) of bool."""
+        return self._of_emitted((self._patches.areas * self._operator.escaping * chosen)[:, None] * self.radiosity)
+
+    def _of_emitted(self, power: np.ndarray) -> np.ndarray:
+        """The sum over patches, over what is emitted, (C,)."""
+        emitted = np.sum(self._patches.areas[:, None] * self.exitance, axis=0)
+        return np.sum(power, axis=0) / np.where(emitted > 0.0, emitted, 1.0)
 
     @cached_property
     def reciprocity(self) -> float:
@@ -123,22 +147,21 @@ class Radiosity:
     def _smooth(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Places (V, 3), their radiosity (V, C), and those of the patches' corners (n, 3): one for all patches of a
         part that meet there, in one plane."""
-        size = np.abs(self.corners).max()
+        corners = self.corners.reshape(-1, 3)
         key = np.concatenate(
             [
-                np.round(self.corners.reshape(-1, 3) / size * 1e5),
+                np.round(Place.of(corners).local(corners) * 1e5),
                 np.repeat(np.round(self._patches.normals * 64.0), 3, axis=0),
                 np.repeat(self.part[:, None], 3, axis=0),
             ],
             axis=1,
         ).astype(np.int64)
-        _, first, of = np.unique(key, axis=0, return_index=True, return_inverse=True)
-        of = of.reshape(-1)
+        first, of, _ = unique_rows(key)
         weight = np.repeat(self._patches.areas, 3)
         values = np.repeat(self.radiosity, 3, axis=0)
         total = np.bincount(of, weights=weight)
         mean = np.stack([np.bincount(of, weights=weight * v) / total for v in values.T], axis=1)
-        return self.corners.reshape(-1, 3)[first], mean, of.reshape(-1, 3)
+        return corners[first], mean, of.reshape(-1, 3)
 
     def _rgb(self, values: np.ndarray) -> np.ndarray:
         """Linear RGB (or gray) of values (..., C)."""
@@ -246,11 +269,11 @@ class Radiosity:
         code = np.round(255.0 * srgb_encode(np.clip(2.0**exposure * rgb, 0.0, 1.0))).astype(np.uint8)
         bands = [f"b{k}" for k in range(values.shape[1])]
         head = ["ply", "format binary_little_endian 1.0", f"element vertex {len(places)}"]
-        head += [f"property float {name}" for name in ("x", "y", "z")]
+        head += [f"property double {name}" for name in ("x", "y", "z")]
         head += [f"property uchar {name}" for name in ("red", "green", "blue")]
         head += [f"property float {name}" for name in bands]
         head += [f"element face {len(of)}", "property list uchar int vertex_indices", "end_header"]
-        corner = np.empty(len(places), [("x", "<f4", 3), ("rgb", "u1", 3), ("b", "<f4", len(bands))])
+        corner = np.empty(len(places), [("x", "<f8", 3), ("rgb", "u1", 3), ("b", "<f4", len(bands))])
         corner["x"], corner["rgb"], corner["b"] = places, code, values
         face = np.empty(len(of), [("count", "u1"), ("of", "<i4", 3)])
         face["count"], face["of"] = 3, of

@@ -9,15 +9,19 @@ import numpy as np
 
 from ..arguments import checked
 from ..base.reflectance import Reflectance
-from ..errors import ParameterError, ShapeError, TooLargeError
+from ..errors import LeftOutWarning, ParameterError, ShapeError, ToleranceWarning, TooLargeError, shown, warn
+from ..formula.text import listed
 from ..integrals.albedo import white_sky_albedo
+from ..models.lambertian import Lambertian
+from ..numerics.lattice import lattice
+from ..scenes.left_out import lets_through
 from ..scenes.scene import Scene
 from .by_rays import ByRays
 from .checkpoint import Begun, Checkpoint
 from .contacts import divided_at_contacts
 from .dense import Dense
 from .lamps import from_lamps
-from .patches import Patches, patches_of
+from .patches import Patches, enclosing, patches_of
 from .residuals import gmres
 from .result import Radiosity
 
@@ -42,6 +46,9 @@ BOUNCES, RAYS, SHADOW_RAYS = 3, 64, 32
 LAST_SHADOW_RAYS = 256
 """From a patch to a face of a lamp, in the end: they decide how well the edges of shadows are known."""
 
+LEAK = 1e-3
+"""Share of the light that may get out of a closed surface unsaid."""
+
 FIRST = 0.35
 """Share of the patches that are of like size, before the first round."""
 
@@ -61,12 +68,14 @@ def radiosity(
     method: str = "auto",
     tolerance: float = 0.01,
     checkpoint: str | os.PathLike[str] | None = None,
+    lights: Any = None,
 ) -> Radiosity:
     r"""Light between diffuse surfaces that light each other: B_i = M_i + ρ_i Σ_j F_ij B_j, for every patch i.
 
-    Materials count as Lambertian with their white-sky albedo, which is exact for `gn.Lambertian`; their channels (RGB,
-    or wavelengths) are those of the result. All faces are divided into `patches` triangles, most of them where the
-    light changes most. Fronts reflect and emit; backs are black.
+    Materials count as Lambertian with their white-sky albedo, which is exact for `gn.Lambertian`; of others, which
+    shine or transmit light, a LeftOutWarning names the parts. Their channels (RGB, or wavelengths) are those of the
+    result. All faces are divided into `patches` triangles, most of them where the light changes most. Fronts reflect
+    and emit; backs are black. Parts that emit are the only `lights`.
 
     `method`: "rays", form factors by rays, for any number of patches; "dense", those of all pairs in closed form, times
     what rays see, up to 5000 patches; "auto" takes the second up to 200. Light of lamps (faces that emit, up to 64,
@@ -77,8 +86,10 @@ def radiosity(
 
     Shapes   result: `radiosity`, `irradiance` (n, C).
     Units    those of the exitance, W m-2, or per nm.
-    Error    `balance` and `reciprocity` of the result say what the rays cost. In closed rooms of equal patches 1e-7;
-             of a box with two blocks, 4000 patches, see docs/radiosity.md. Patches have one radiosity each.
+    Error    `balance + escaped` and `reciprocity` of the result say what the rays cost. In closed rooms of equal
+             patches 1e-7; of a box with two blocks, 4000 patches, see docs/radiosity.md. Patches have one radiosity
+             each. The same to 1e-4 up to 1e7 sizes of the scene from the origin, in any unit. A ToleranceWarning says
+             what gets out of a closed surface, for want of digits.
     Raises   ParameterError where nothing emits, nothing absorbs, or an albedo is above 1; ShapeError for channels that
              do not match; TooLargeError for more than 5000 patches of "dense"; ParameterError for a checkpoint of
              another scene, FormatError for a file that is none.
@@ -98,6 +109,10 @@ def radiosity(
         raise ParameterError(f"method={method!r:.40}: expected 'auto', 'dense' or 'rays'")
     if not 1e-5 <= tolerance <= 1.0:
         raise ParameterError(f"tolerance={tolerance}: expected a number from 1e-5 to 1")
+    if lights is not None:
+        rule = "it takes light from parts of the scene that send it out, and from nothing else"
+        cure = "expected gn.Mesh(shape, material, exitance=1.0) in the place of the lamp"
+        raise ParameterError(f"radiosity(lights={shown(lights)}): {rule}; {cure}")
     whole = patches_of(scene)
     divided = divided_at_contacts(whole)
     count = max(patches, len(divided))
@@ -106,6 +121,7 @@ def radiosity(
     dense = method == "dense" or (method == "auto" and count <= SMALL)
     materials = _materials(scene)
     albedo, exitance = _of_parts(scene, materials)
+    _tell_of_shine(materials)
     rays = int(np.clip(np.ceil(5.12 / tolerance), 16, 1 << 14))
     corners, is_lamp, strength = whole.corners, *_lamps(whole, exitance)
 
@@ -157,9 +173,22 @@ def radiosity(
     on = surface(divided)
     reflected, arriving = _solve(operator, on, direct)
     names = next((material.channel_names for material in materials if material.channels), None)
-    return Radiosity(
-        divided, on.albedo, on.exitance, on.exitance - on.spread_out + reflected, arriving, operator, names
+    light = Radiosity(
+        divided.world, on.albedo, on.exitance, on.exitance - on.spread_out + reflected, arriving, operator, names
     )
+    _warn_of_leaks(light, divided)
+    return light
+
+
+def _warn_of_leaks(light: Radiosity, patches: Patches) -> None:
+    """Say how much light got through surfaces that are closed, for want of digits."""
+    if light.escaped.max() <= LEAK:
+        return
+    through = light._escaped_from(enclosing(patches.faces)[patches.face]).max()
+    if through > LEAK:
+        rule = f"single precision does not tell its parts from each other, {2.0 * patches.faces.place.unit:.1g} across"
+        cure = "expected a scene without parts that are far away, or that are much smaller than the whole"
+        warn(f"radiosity: {through:.1%} of the light got out of a closed surface; {rule}; {cure}", ToleranceWarning)
 
 
 def _materials(scene: Scene) -> list[Reflectance]:
@@ -168,6 +197,25 @@ def _materials(scene: Scene) -> list[Reflectance]:
     if bare:
         raise ParameterError(f"part {bare[0]} has no material, expected one of each: gn.Mesh(shape, material)")
     return [part.material for part in scene.parts if part.material is not None]
+
+
+def _is_matt(m: Reflectance) -> bool:
+    """Whether a material is as bright from all sides, however it is lit: tried at a few pairs of directions."""
+    if all(isinstance(lobe, Lambertian) for _, lobe in m.lobes()):
+        return True
+    u = lattice(16, 4)
+    f = m.f_angles(1.5 * u[:, 0], 6.0 * u[:, 1], 1.5 * u[:, 2], 6.0 * u[:, 3]).reshape(len(u), -1)
+    return not m.has_delta and bool((np.ptp(f, axis=0) <= 1e-6 * f.max(axis=0)).all())
+
+
+def _tell_of_shine(materials: list[Reflectance]) -> None:
+    """Say which parts are not matt, as all count here."""
+    through = [f"part {k}, {m!r:.60}" for k, m in enumerate(materials) if lets_through(m)]
+    shiny = [f"part {k}, {m!r:.60}" for k, m in enumerate(materials) if not lets_through(m) and not _is_matt(m)]
+    told = [f"{listed(shiny, 6)} counts as matt, with its white-sky albedo: as bright from all sides"] if shiny else []
+    told += [f"{listed(through, 6)} counts as matt, and what it transmits as absorbed"] if through else []
+    if told:
+        warn(f"radiosity: {'; '.join(told)}", LeftOutWarning)
 
 
 def _of_parts(scene: Scene, materials: list[Reflectance]) -> tuple[np.ndarray, np.ndarray]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import cached_property
 from typing import Any, ClassVar
 
@@ -124,6 +124,9 @@ class MeshLight(Light):
             "first": Fixed(frozen(share)),
             "facts": Fixed(frozen(facts)),
         }
+
+    def moved(self, by: Sequence[float]) -> MeshLight:
+        return self.replace(shape=Facets(self.shape.vertices + np.asarray(by), self.shape.faces))
 
     def to_json(self) -> dict[str, Any]:
         t = self.shape

@@ -37,7 +37,7 @@ class Corners(Parametrised):
     def __init__(self, *corners: Any):
         if not 3 <= len(corners) <= MOST:
             raise ParameterError(f"PolygonLight: {len(corners)} corners, expected 3 to {MOST}")
-        fields: dict[str, Field] = {str(i): Vector(None, f"corner {i} [m]", False) for i in range(len(corners))}
+        fields: dict[str, Field] = {str(i): Vector(None, f"corner {i} [m]") for i in range(len(corners))}
         for name, field in fields.items():
             field.name = name
         self._set(dict(zip(fields, corners, strict=True)), fields=fields)

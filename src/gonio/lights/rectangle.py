@@ -37,8 +37,8 @@ class RectangleLight(Light):
     """
 
     centre = vector((0.0, 0.0, 1.0), "its centre [m]")
-    edge_x = vector((1.0, 0.0, 0.0), "one side [m]")
-    edge_y = vector((0.0, -1.0, 0.0), "the other side, perpendicular to it [m]")
+    edge_x = vector((1.0, 0.0, 0.0), "one side [m]", is_place=False)
+    edge_y = vector((0.0, -1.0, 0.0), "the other side, perpendicular to it [m]", is_place=False)
     radiance = param(1.0, 0.0, 1e30, "radiance", unit="W m-2 sr-1")
     sides = sides()
 

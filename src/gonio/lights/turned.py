@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Any
 
 from ..arrays import ops
@@ -67,33 +68,57 @@ class TurnedLight(Light):
         sin = -sin if back else sin
         return Direction(cos * v.x - sin * v.y, sin * v.x + cos * v.y, v.z)
 
+    def _place(self, p: Direction) -> Direction:
+        """A position of the world in the light."""
+        return self._turned(p, back=True)
+
+    def moved(self, by: Sequence[float]) -> Light:
+        back = Direction(*map(float, self._turned(Direction(*by), back=True)))
+        light = self.light.moved(back)
+        return self if light is self.light else _TurnedAbout(light, self.angle, back.x, back.y, self.angle)
+
     def seen(self, p: Direction, w: Direction) -> tuple[Any, Any]:
-        seen: tuple[Any, Any] = self.light.seen(self._turned(p, back=True), self._turned(w, back=True))
+        seen: tuple[Any, Any] = self.light.seen(self._place(p), self._turned(w, back=True))
         return seen
 
     def warp(self, p: Direction, u0: Any, u1: Any) -> Direction:
-        return self._turned(self.light.warp(self._turned(p, back=True), u0, u1))
+        return self._turned(self.light.warp(self._place(p), u0, u1))
 
     def density(self, p: Direction, w: Direction) -> Any:
-        return self.light.density(self._turned(p, back=True), self._turned(w, back=True))
+        return self.light.density(self._place(p), self._turned(w, back=True))
 
     def drawn(self, p: Direction, u0: Any, u1: Any) -> tuple[Direction, Any]:
-        w, density = self.light.drawn(self._turned(p, back=True), u0, u1)
+        w, density = self.light.drawn(self._place(p), u0, u1)
         return self._turned(w), density
 
     def beam(self, p: Direction) -> tuple[Direction, Any, Any]:
-        w, E, distance = self.light.beam(self._turned(p, back=True))
+        w, E, distance = self.light.beam(self._place(p))
         return self._turned(w), E, distance
 
     def irradiance_on(self, p: Direction, n: Direction) -> Any:
-        return self.light.irradiance_on(self._turned(p, back=True), self._turned(n, back=True))
+        return self.light.irradiance_on(self._place(p), self._turned(n, back=True))
 
     def strength(self, p: Direction) -> Any:
-        return self.light.strength(self._turned(p, back=True))
+        return self.light.strength(self._place(p))
 
     def holds(self, p: Direction) -> Any:
-        held = self.light.holds(self._turned(p, back=True))
+        held = self.light.holds(self._place(p))
         return p.x < p.x if held is None else held
+
+
+class _TurnedAbout(TurnedLight):
+    """A light turned about a vertical elsewhere: at the angle that it had when it was moved it is where it should be,
+    and a change of the angle takes it round that vertical."""
+
+    has_text = False
+    axis_x = param(0.0, -1e30, 1e30, "where the vertical is, in the light, along x", unit="m")
+    axis_y = param(0.0, -1e30, 1e30, "and along y", unit="m")
+    since = param(0.0, -1e6, 1e6, "the angle that it was moved at", unit="rad")
+
+    def _place(self, p: Direction) -> Direction:
+        at, more = self._turned(p, back=True), self.angle - self.since
+        x, y, sin, rest = self.axis_x, self.axis_y, ops.sin(1.0 * more), 1.0 - ops.cos(1.0 * more)
+        return Direction(at.x + x * rest - y * sin, at.y + y * rest + x * sin, at.z)
 
 
 def turned(light: Light, angle: float) -> Light:

@@ -8,6 +8,7 @@ from typing import Any, ClassVar
 from ..base.reflectance import Reflectance
 from ..formula.direction import Direction, half_and_cosine, reflect
 from ..formula.distribution import Distribution, Spread
+from ..formula.fields import part
 from ..formula.maskings import MASKINGS
 from ..formula.mueller import Mueller, about_facet
 
@@ -29,6 +30,10 @@ class Facets(Reflectance):
     def slope_spread(self) -> Spread | None:
         spread = self.facets.slope_spread
         return spread if spread is not None and getattr(self, "masking", None) in self.smooth_maskings else None
+
+    @property
+    def single_scatter(self) -> Any:
+        return _White.unchecked(of=self)
 
     def G(self, wi: Direction, wo: Direction, wm: Direction) -> Any:
         """The fraction of facets wm that is both lit and seen."""
@@ -62,3 +67,24 @@ class Facets(Reflectance):
 
     def estimate(self, wo: Direction) -> Any:
         return self.fresnel.F(wo.z)
+
+
+class _White(Reflectance):
+    """Facets that reflect all light."""
+
+    has_text = False
+    oriented: ClassVar[bool] = True
+    of = part(Reflectance, None, "the facets of another reflectance")
+
+    @property
+    def slope_spread(self) -> Spread | None:
+        return self.of.slope_spread
+
+    def formula(self, wi: Direction, wo: Direction) -> Any:
+        return self.of.without_fresnel(wi, wo, half_and_cosine(wi, wo)[0])
+
+    def warp(self, wo: Direction, u0: Any, u1: Any) -> Direction:
+        return self.of.warp(wo, u0, u1)
+
+    def density(self, wi: Direction, wo: Direction) -> Any:
+        return self.of.density(wi, wo)

@@ -102,6 +102,7 @@ class Turquin(Facets):
     }
 
     masking = "height_correlated"
+    single_scatter = Reflectance.single_scatter  # what they lose is given back
 
     @property
     def facets(self) -> Distribution:

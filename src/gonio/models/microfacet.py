@@ -6,7 +6,7 @@ from typing import Any
 
 from ..base.reflectance import Reflectance
 from ..distributions.ggx import GGX
-from ..formula.direction import Direction, mirror
+from ..formula.direction import Direction, half_and_cosine, mirror
 from ..formula.distribution import Distribution
 from ..formula.fields import option, part
 from ..formula.fresnel import as_fresnel
@@ -81,6 +81,10 @@ class RetroMicrofacet(Microfacet):
 
     def formula(self, wi: Direction, wo: Direction) -> Any:
         return super().formula(wi, mirror(wo))
+
+    def without_fresnel(self, wi: Direction, wo: Direction, wm: Direction) -> Any:
+        wo = mirror(wo)
+        return super().without_fresnel(wi, wo, half_and_cosine(wi, wo)[0])
 
     def warp(self, wo: Direction, u0: Any, u1: Any) -> Direction:
         return super().warp(mirror(wo), u0, u1)

@@ -63,6 +63,10 @@ class RoughDielectric(BetweenMedia):
     def validate(self) -> None:
         refuse_equal_media(type(self).__name__, self.eta)
 
+    @property
+    def single_scatter(self) -> Any:
+        return self  # it absorbs nothing
+
     def lobes(self) -> Iterable[tuple[Any, Reflectance]]:
         return facets(self.distribution, self.eta)
 

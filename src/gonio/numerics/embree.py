@@ -5,8 +5,7 @@ functions that take packets of 16 rays, which compiled kernels call (`ops.neares
 from __future__ import annotations
 
 import ctypes
-import weakref
-from ctypes import c_int, c_size_t, c_uint, c_void_p
+from ctypes import c_int, c_size_t, c_uint, c_void_p, py_object
 from functools import cache
 from importlib.util import find_spec
 from pathlib import Path
@@ -14,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from ..caches import at_end
 from ..errors import DependencyError, ParameterError, ShapeError
 
 PIECES = 4
@@ -47,7 +47,7 @@ def _library() -> Any:
         ("rtcAttachGeometry", c_uint, (c_void_p, c_void_p)),
         ("rtcReleaseGeometry", None, (c_void_p,)),
         ("rtcCommitScene", None, (c_void_p,)),
-        ("rtcReleaseScene", None, (c_void_p,)),
+        ("rtcReleaseScene", None, (c_void_p, py_object)),  # what calls it when a scene's owner goes, which it ignores
     ):
         function = getattr(library, name)
         function.restype, function.argtypes = result, arguments
@@ -90,7 +90,7 @@ class Triangles:
         self._triangles = np.ascontiguousarray(triangles, np.uint32)
         library, device = _library(), _device()
         scene = library.rtcNewScene(device)
-        weakref.finalize(self, library.rtcReleaseScene, scene)
+        at_end(self, library.rtcReleaseScene, scene)
         library.rtcSetSceneFlags(scene, _ROBUST if robust else 0)
         geometry = library.rtcNewGeometry(device, _TRIANGLES)
         for kind, form, array, count in (

@@ -12,6 +12,7 @@ from ..arguments import checked
 from ..base.angles import direction
 from ..errors import ParameterError, TooLargeError, shown
 from ..notebooks import repr_html
+from ..numerics.unique_rows import unique_rows
 
 MOST = 2_000_000
 """Pairs of directions that a goniometer may have to choose from."""
@@ -100,7 +101,7 @@ class Goniometer:
             key = np.stack([wi[kept, 2], wo[kept, 2], (wi * wo).sum(axis=-1)[kept]], axis=-1)
         else:
             key = np.concatenate([wi[kept], wo[kept]], axis=-1)
-        kept = kept[np.sort(np.unique(key.round(9) + 0.0, axis=0, return_index=True)[1])]
+        kept = kept[np.sort(unique_rows(key.round(9) + 0.0)[0])]
         return wi[kept], wo[kept]
 
     def _azimuths(self, isotropic: bool) -> np.ndarray:

@@ -14,6 +14,7 @@ from ..errors import ParameterError, shown
 from ..fitting.covariance import correlations
 from ..fitting.samples import names_of
 from ..notebooks import repr_html
+from ..numerics.unique_rows import unique_rows
 from .planned import Planned, aligned, csv_of, noise_told
 
 CRITERIA = {
@@ -165,9 +166,8 @@ class Plan(Planned):
         >>> print(gn.plan(gn.Lambertian(0.5), 4, repeats=True).rows()[0][-1])
         4
         """
-        _, first = np.unique(self.angles, axis=0, return_index=True)
         rows = []
-        for k in np.sort(first):
+        for k in np.sort(unique_rows(self.angles)[0]):
             a, f = self.angles[k], np.atleast_1d(self.f[k])
             times = int((self.angles == a).all(axis=1).sum())
             text = " ".join(f"{x:.4g}" for x in f[:4]) + (" ..." if len(f) > 4 else "")

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 
@@ -26,8 +27,34 @@ class Hits(NamedTuple):
     v: np.ndarray
 
 
+class Place(NamedTuple):
+    """Where things are in the world: the middle of the box about them, and as a unit the power of 2 next above half of
+    its longest side. About that middle, in that unit, single precision has all its digits."""
+
+    middle: np.ndarray
+    unit: float
+
+    @classmethod
+    def of(cls, points: np.ndarray) -> Self:
+        """That of points (N, 3)."""
+        low, high = points.min(axis=0), points.max(axis=0)
+        half = 0.5 * high - 0.5 * low
+        return cls(low + half, math.ldexp(1.0, math.frexp(float(half.max()))[1]))
+
+    def local(self, points: Any) -> np.ndarray:
+        """Points of the world, in double precision, as seen from there: within 1."""
+        return (np.asarray(points) - self.middle) / self.unit
+
+    def world(self, points: np.ndarray) -> np.ndarray:
+        """Such points in the world."""
+        return self.middle + points * self.unit
+
+
 class Triangles:
     """Triangles of vertices (V, 3), a face (F, 3) being three numbers of vertices, counterclockwise from its front.
+
+    Rays may be given anywhere in the world, in double precision: single precision sees them from the triangles'
+    `place`.
 
     Errors   ShapeError; ParameterError for none, for vertices that are not finite, faces that name no vertex or have no
              area, and an edge of more than two faces.
@@ -52,8 +79,21 @@ class Triangles:
         return _cross(self.corners) / (2.0 * self.areas[:, None])
 
     @cached_property
+    def place(self) -> Place:
+        """Where they are in the world."""
+        return Place.of(self.vertices)
+
+    @cached_property
+    def local(self) -> Triangles:
+        """The same triangles as seen from their place."""
+        local = Triangles.__new__(Triangles)
+        local.vertices, local.faces = self.place.local(self.vertices), self.faces
+        return local
+
+    @cached_property
     def _caster(self) -> Any:
-        vertices, faces = self.vertices.astype(np.float32), np.ascontiguousarray(self.faces, np.int32)
+        vertices = self.place.local(self.vertices).astype(np.float32)
+        faces = np.ascontiguousarray(self.faces, np.int32)
         try:
             from .embree import Embree
 
@@ -79,11 +119,11 @@ class Triangles:
     def faces_met(self, origins: np.ndarray, directions: np.ndarray) -> np.ndarray:
         """The same, faces (N,) alone; on the thread that calls."""
         far = np.full(len(origins), 1e37, np.float32)
-        return self._caster.face(_single(origins), _single(directions), far)
+        return self._caster.face(*self._single(origins, directions), far)
 
     def any_met(self, origins: np.ndarray, directions: np.ndarray, far: float) -> np.ndarray:
         """Whether rays meet any triangle within `far` lengths, (N,); on the thread that calls."""
-        return self._caster.any(_single(origins), _single(directions), np.full(len(origins), far, np.float32))
+        return self._caster.any(*self._single(origins, directions), np.full(len(origins), far, np.float32))
 
     def occluded(self, origins: np.ndarray, directions: np.ndarray, far: np.ndarray) -> np.ndarray:
         """Whether rays meet any triangle within `far` lengths of their directions: (N,) of bool."""
@@ -96,16 +136,18 @@ class Triangles:
         return met
 
     def _in_threads(self, work: Callable[..., None], origins: Any, directions: Any, far: np.ndarray) -> None:
-        o, d, limit = _single(origins), _single(directions), np.minimum(far, np.float32(1e37))
-        if o.shape != d.shape or o.shape[1:] != (3,):
-            raise ShapeError(f"rays have origins {o.shape} and directions {d.shape}, expected (N, 3) of both")
+        shapes = np.shape(origins), np.shape(directions)
+        if shapes[0] != shapes[1] or shapes[0][1:] != (3,):
+            raise ShapeError(f"rays have origins {shapes[0]} and directions {shapes[1]}, expected (N, 3) of both")
+        (o, d), limit = self._single(origins, directions), np.minimum(far, np.float32(1e37))
         _ = self._caster  # on one thread
         slices = [slice(start, start + CHUNK) for start in range(0, len(o), CHUNK)]
         share(lambda at: work(at, o[at], d[at], limit[at]), [(at,) for at in slices])
 
-
-def _single(vectors: Any) -> np.ndarray:
-    return np.ascontiguousarray(vectors, np.float32)
+    def _single(self, origins: Any, directions: Any) -> tuple[np.ndarray, np.ndarray]:
+        """Rays as seen from the place of the triangles, in single precision; their lengths count as before."""
+        both = self.place.local(origins), np.asarray(directions) / self.place.unit
+        return np.ascontiguousarray(both[0], np.float32), np.ascontiguousarray(both[1], np.float32)
 
 
 def _cross(corners: np.ndarray) -> np.ndarray:

@@ -15,6 +15,7 @@ from ..errors import ParameterError
 from ..formula.text import listed
 from ..pictures.image import Image
 from .camera import View
+from .left_out import tell
 from .passes import Found, Sums, passes, warn_of_holes
 from .pixels import Pixels
 from .rendering import check, colours_of, lights_of
@@ -53,6 +54,7 @@ def picture_jacobian(
     [0.5] [1.]
     """
     names = [by] if isinstance(by, str) else list(by)
+    tell("picture_jacobian", Stage.of(shape, camera), [m], shape)
     job, paths, _ = derived(m, lights, names, shape, size, samples, seed, bands, camera, "picture_jacobian")
     count = 1 + len(paths)
 

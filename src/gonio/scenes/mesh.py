@@ -121,7 +121,7 @@ def smoothed(triangles: Triangles, crease: float) -> np.ndarray | None:
     sides = sides / np.sqrt(np.einsum("fki,fki->fk", sides, sides))[..., None]
     cosines = -np.einsum("fki,fki->fk", sides, np.roll(sides, 1, axis=1))
     weights = np.arccos(np.clip(cosines, -1.0, 1.0)).reshape(-1)
-    vertex = _positions(triangles.vertices)[faces.reshape(-1)]
+    vertex = _positions(triangles.local.vertices)[faces.reshape(-1)]
     normals = np.repeat(triangles.normals, 3, axis=0)
     axes = np.stack([np.bincount(vertex, weights * normals[:, i]) for i in range(3)], -1)
     axes = axes / np.maximum(np.sqrt(np.einsum("vi,vi->v", axes, axes)), 1e-300)[:, None]

@@ -28,6 +28,7 @@ from . import by_arrays
 from ._bodies import Solid
 from .camera import View
 from .estimator import FRONTS
+from .left_out import tell
 from .passes import Checkpoint, Sums, passes, warn_of_holes
 from .pixels import Pixels
 from .scene import Scene
@@ -108,6 +109,7 @@ def render(
     if noise is not None and not (isinstance(noise, (int, float)) and 0.0 < noise < math.inf):
         raise ParameterError(f"noise={noise!r}: expected a positive number, a share of the mean radiance, or None")
     stage, materials = _staged(m, shape, camera, ground, backdrop)
+    tell("render", stage, materials, m if isinstance(m, Scene) else shape)
     if all(x.sides == "front" for x in materials):
         _check_fronts(stage)
     pixels = Pixels.of(stage, size, seed)

@@ -7,13 +7,15 @@ import math
 import os
 from collections.abc import Sequence
 from typing import Any, NamedTuple, Self
-from weakref import WeakKeyDictionary
 
 import numpy as np
 
+from ..base.light import Light
 from ..base.reflectance import Reflectance
+from ..caches import at_end
 from ..errors import ParameterError
 from ..formula.text import shown
+from ..formula.world import moved
 from ..surfaces.height_field import HeightField
 from ._bodies import Body, Facets, Ground, Solid
 from .camera import FRONT, MARGIN, View, facing
@@ -36,11 +38,13 @@ AROUND = 1.3
 
 
 class Stage(NamedTuple):
-    """Bodies; materials by the numbers of parts, None for that of the picture; the camera, and half the width of what
-    it sees; the size of the scene; points (N, K, 3) whose hulls hold all triangles, or None; what tells this stage from
-    others, for checkpoints; whether all that rays miss is seen too."""
+    """Bodies, as seen from their middle; that middle in the world; materials by the numbers of parts, None for that of
+    the picture; the camera, and half the width of what it sees; the size of the scene; points (N, K, 3) whose hulls
+    hold all triangles, or None; what tells this stage from others, for checkpoints; whether all that rays miss is seen
+    too."""
 
     bodies: tuple[Body, ...]
+    middle: np.ndarray
     materials: tuple[Reflectance | None, ...]
     camera: View
     margin: float
@@ -73,29 +77,41 @@ class Stage(NamedTuple):
             held = _holder(shape)
             if not glows:
                 _refuse_glow(_parts(held))
-            facets = _made.get(held)
+            facets = _made.get(id(held))
             if facets is None:
-                facets = _made[held] = _facets(_parts(held))
+                facets = _facets(_parts(held))
+                at_end(held, _made.pop, id(held))
+                _made[id(held)] = facets
             bodies.append(facets.body)
             materials += facets.materials
             centre, radius, low, hulls, told = facets.centre, facets.radius, facets.low, facets.hulls, facets.identity
         if ground is not None:
             materials.append(ground)
-            bodies.append(Ground(low, 2.0 * radius, float(len(materials) - 1)))
+            bodies.append(Ground(low - float(centre[2]), 2.0 * radius, float(len(materials) - 1)))
         if camera is None and ground is None and hulls is None:
             view, margin = FRONT, MARGIN
         else:
             view, margin = facing(centre, wide * radius, tilt) if camera is None else camera, 1.0
-        return cls(tuple(bodies), tuple(materials), view, margin, radius, hulls, told, backdrop)
+        return cls(tuple(bodies), centre, tuple(materials), view, margin, radius, hulls, told, backdrop)
 
     @property
     def is_simple(self) -> bool:
         """Whether it is one convex shape, which nothing shadows."""
         return len(self.bodies) == 1 and isinstance(self.bodies[0], Solid)
 
+    @property
+    def is_centred(self) -> bool:
+        """Whether the bodies are where the world has them."""
+        return not self.middle.any()
+
+    def lit_by(self, lights: Sequence[Light]) -> list[Light]:
+        """Lights of the world where the bodies see them."""
+        return [*lights] if self.is_centred else [light.moved((-self.middle).tolist()) for light in lights]
+
     def values(self, size: int) -> dict[str, Any]:
         """What kernels need of it, for pictures of so many pixels across."""
-        given = {"bodies": list(self.bodies), "camera": self.camera, "size": self.size}
+        camera = self.camera if self.is_centred else moved(self.camera, (-self.middle).tolist())
+        given = {"bodies": list(self.bodies), "camera": camera, "size": self.size}
         return {**given, "scale": 2.0 * self.margin / size, "margin": self.margin, "part": 0.0}
 
 
@@ -137,8 +153,8 @@ class _Facets(NamedTuple):
     identity: str
 
 
-_made: WeakKeyDictionary[Mesh | Scene, _Facets] = WeakKeyDictionary()
-"""Meshes and scenes of earlier pictures, as bodies."""
+_made: dict[int, _Facets] = {}
+"""Meshes and scenes of earlier pictures, by their numbers, as bodies."""
 
 
 def _facets(meshes: Sequence[Mesh]) -> _Facets:
@@ -162,7 +178,8 @@ def _facets(meshes: Sequence[Mesh]) -> _Facets:
     box = np.array([vertices.min(axis=0), vertices.max(axis=0)])
     centre = box.mean(axis=0)
     radius = float(np.linalg.norm(vertices - centre, axis=1).max())
-    body = Facets.of(vertices, faces, normals, places, of_faces if len(materials) > 1 else None, box)
+    at = vertices - centre, faces, normals, places, of_faces if len(materials) > 1 else None, box - centre
+    body = Facets.of(*at)
     return _Facets(body, tuple(materials), centre, radius, float(box[0, 2]), _hulls(vertices[faces]), told.hexdigest())
 
 

@@ -26,6 +26,7 @@ from ..polarization import analyser, dop
 from ..polarization.axes import as_array
 from ..polarization.filters import polariser as filter_at
 from .by_arrays import Points, picture
+from .left_out import tell
 from .pixels import Pixels
 from .rendering import check, colours_of, lights_of, refuse_shadows
 from .stage import Stage
@@ -123,6 +124,7 @@ def render_stokes(
     check(size, samples, seed)
     stage = Stage.of(shape)
     refuse_shadows(stage, "render_stokes")
+    tell("render_stokes", stage, [m], shape)
     lights, by_power = lights_of(m, lights, bands)
     before, after = colours_of(m, lights, bands, by_power)
     arriving = None if polariser is None else filter_at(polariser)[:, 0].astype(np.float32)

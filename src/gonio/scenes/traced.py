@@ -57,6 +57,7 @@ class Traced(NamedTuple):
     ) -> Traced:
         """The picture of a material; the matrices make RGB of its f, or of the radiance. `part`: the number of the
         part that alone counts."""
+        lights = pixels.stage.lit_by(lights)
         lit = [batch.channels(light) or 1 for light in lights]
         colours = 3 if before is not None and 3 in lit else 1
         given: list[Any] = [*lights]

@@ -13,7 +13,7 @@ import numpy as np
 from ..arguments import Within, checked
 from ..base.light import Light
 from ..base.reflectance import Reflectance
-from ..errors import ParameterError
+from ..errors import ParameterError, said_once
 from ..files import target
 from ..integrals.illumination import as_lights
 from ..lights.environment import EnvironmentLight
@@ -78,15 +78,16 @@ def turntable(
     given = as_lights(lights)
     view = camera
     pictures = []
-    for k in range(frames):
-        angle = 2.0 * math.pi * k / frames * (1.0 if turns == "lights" else -1.0)
-        if turns == "shape":  # which is the same as all else going round the other way
-            view = _turned(_camera(m if isinstance(m, Scene) else shape, camera, ground), angle)
-        round_ = [turned(light, angle) for light in given]
-        options = {"bands": bands, "noise": noise, "camera": view, "ground": ground, "backdrop": backdrop}
-        pictures.append(render(m, round_, shape, size, samples, seed, **options))
-        if progress is not None:
-            progress(k + 1, frames)
+    with said_once():
+        for k in range(frames):
+            angle = 2.0 * math.pi * k / frames * (1.0 if turns == "lights" else -1.0)
+            if turns == "shape":  # which is the same as all else going round the other way
+                view = _turned(_camera(m if isinstance(m, Scene) else shape, camera, ground), angle)
+            round_ = [turned(light, angle) for light in given]
+            options = {"bands": bands, "noise": noise, "camera": view, "ground": ground, "backdrop": backdrop}
+            pictures.append(render(m, round_, shape, size, samples, seed, **options))
+            if progress is not None:
+                progress(k + 1, frames)
     if path is not None:
         save_animation(pictures, path, seconds, exposure)
     return pictures

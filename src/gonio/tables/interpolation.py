@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..base.angles import direction
+from ..numerics.unique_rows import unique_rows
 from .rows import SAME
 
 NEIGHBOURS = 24
@@ -71,7 +72,7 @@ def at_angles(
     f_there = np.full((len(targets), values.shape[1]), np.nan)
     u_there = None if u is None else f_there.copy()
     known = np.isfinite(values)
-    for pattern in np.unique(known, axis=1).T:
+    for pattern in known.T[unique_rows(known.T)[0]]:
         channels = (known == pattern[:, None]).all(axis=0)
         if pattern.any():
             at = np.ix_(pattern, channels)
@@ -127,11 +128,10 @@ def _by_radial_functions(tree: Any, values: np.ndarray, targets: np.ndarray) -> 
 
 def _merged(places: np.ndarray, values: np.ndarray, u: np.ndarray | None) -> tuple[np.ndarray, Any, Any]:
     """Places, values (n, C) and uncertainties of rows; rows at the same place become their mean."""
-    _, first, which = np.unique(np.round(places / SAME), axis=0, return_index=True, return_inverse=True)
-    which = which.reshape(-1)
+    first, which, count = unique_rows(np.round(places / SAME))
     if len(first) == len(places):
         return places, values, u
-    count = np.bincount(which)[:, None]
+    count = count[:, None]
     mean = np.zeros((len(first), values.shape[1]))
     np.add.at(mean, which, values)
     if u is not None:

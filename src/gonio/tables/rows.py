@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from ..numerics.unique_rows import unique_rows
 from .angle_systems import SYSTEMS
 
 ROW_ANGLES = ("theta_i", "phi_i", "theta_o", "phi_o")
@@ -69,8 +70,8 @@ def _written_out(at: list, axes: list, azimuths: list, free: list) -> np.ndarray
     """Whether a row along the normal is one of several there, each at azimuths that are nodes."""
     on_nodes = [np.abs(x[k] - phi) <= SAME for x, k, phi in zip(axes[2:], at[2:], azimuths, strict=True)]
     places = np.stack([*at[:2], *(np.where(pole, -1, k) for k, pole in zip(at[2:], free, strict=True))], axis=1)
-    _, place, count = np.unique(places, axis=0, return_inverse=True, return_counts=True)
-    return np.all(on_nodes, axis=0) & (count[place.reshape(-1)] > 1)
+    _, place, count = unique_rows(places)
+    return np.all(on_nodes, axis=0) & (count[place] > 1)
 
 
 def grid_for(rows: np.ndarray, four: bool) -> tuple[dict[str, np.ndarray], bool]:

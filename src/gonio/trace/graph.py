@@ -60,6 +60,8 @@ class Graph:
         self._numbers: dict[tuple, int] = {}
         self._hashed: dict[tuple[int, ...], tuple[Any, list[int]]] = {}
         self.depth = 0  # of loops whose steps are being traced
+        self.kept: dict[Any, dict[Any, Any]] = {}
+        """What has been made of the graph, by who made it."""
 
     def __len__(self) -> int:
         return len(self.operations)

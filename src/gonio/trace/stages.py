@@ -9,8 +9,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Collection, Iterator, Sequence
-from typing import Any, NamedTuple
-from weakref import WeakKeyDictionary
+from typing import NamedTuple
 
 from ..caches import made
 from .costs import COSTS, OTHER
@@ -36,9 +35,6 @@ class Stages(NamedTuple):
     outputs: tuple[int, ...]  # nodes of the second graph
 
 
-_KNOWN: WeakKeyDictionary[Graph, dict[Any, Stages]] = WeakKeyDictionary()
-
-
 def stages(
     graph: Graph, outputs: Sequence[int], inputs: int, within: Collection[int], around: Collection[int]
 ) -> Stages:
@@ -47,7 +43,7 @@ def stages(
     What depends on arrays around and on none within is the first stage; what depends on arrays within and on none
     around is alone. Kept with the graph.
     """
-    kept = _KNOWN.setdefault(graph, {})
+    kept = graph.kept.setdefault(stages, {})
     key = (tuple(outputs), inputs, tuple(within), tuple(around), wanted())
     found = kept.get(key)
     if found is None:

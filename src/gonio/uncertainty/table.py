@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import weakref
 from functools import cached_property
 from typing import Any
 
@@ -11,6 +10,7 @@ import numpy as np
 from scipy import sparse
 
 from ..base.reflectance import Reflectance
+from ..caches import at_end
 from ..errors import ParameterError
 from ..tables import half_planes
 from ..tables.gridded import Gridded
@@ -175,8 +175,8 @@ def _assumed(m: Gridded, correlation: Any, noisy: bool, scale: float) -> str:
 def _ledger(m: Gridded, key: tuple) -> Ledger:
     """The ledger of a table's results under an assumption: kept as long as the table is."""
     if id(m) not in _LEDGERS:
+        at_end(m, _LEDGERS.pop, id(m))
         _LEDGERS[id(m)] = {}
-        weakref.finalize(m, _LEDGERS.pop, id(m), None)
     return _LEDGERS[id(m)].setdefault(key, Ledger())
 
 

@@ -66,9 +66,9 @@ class Writer:
         ends = {name: {"type": "disk", "to_world": at, "bsdf": bsdf} for name, at in (("top", top), ("bottom", bottom))}
         return {"shape": wall, **ends}
 
-    def ground(self, m: Reflectance, level: float, size: float) -> dict[str, Any]:
+    def ground(self, m: Reflectance, middle: np.ndarray, size: float) -> dict[str, Any]:
         """A large square, for a plane without end."""
-        at = self.turn().translate([0, 0, level]) @ self.turn().scale(FAR * size)
+        at = self.turn().translate(middle.tolist()) @ self.turn().scale(FAR * size)
         return {"type": "rectangle", "to_world": at, "bsdf": self.bsdf(m)}
 
     def sensor(self, camera: View, size: int, samples: int) -> dict[str, Any]:
@@ -229,7 +229,8 @@ def dictionary(
         **writer.shapes(shape, m),
     }
     if ground is not None:
-        found["ground"] = writer.ground(ground, float(stage.bodies[-1].parameters["level"].value), stage.size)
+        below = (0.0, 0.0, float(stage.bodies[-1].parameters["level"].value))
+        found["ground"] = writer.ground(ground, stage.middle + below, stage.size)
     for k, light in enumerate(lights):
         found[f"light_{k}"] = writer.light(light)
     return found

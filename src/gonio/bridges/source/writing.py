@@ -5,7 +5,6 @@ from __future__ import annotations
 import textwrap
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any
-from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -22,7 +21,7 @@ from ...errors import ParameterError
 from ...evaluate import tracing
 from ...formula.parametrised import Parametrised
 from ...trace import passes
-from ...trace.graph import MASK, REAL, Graph
+from ...trace.graph import MASK, REAL
 from ...version import __version__
 from .functions import FUNCTIONS, Function
 from .result import Argument, Source, SourceTable
@@ -35,9 +34,6 @@ OPERATIONS = 60_000
 
 CHANNEL = "channel"
 """The name of the number that says which channel a formula is for."""
-
-_SIMPLIFIED: WeakKeyDictionary[Graph, dict[tuple[int, ...], tuple[Graph, list[int]]]] = WeakKeyDictionary()
-"""Graph of a trace -> nodes of its results -> the graph that is written, and the nodes there."""
 
 
 class Writer:
@@ -131,7 +127,7 @@ class Writer:
         places = [k for k, v in enumerate(function.inputs) if not v.is_direction]
         shares = {(k, c) for k in places for c in range(function.inputs[k].width)}
         fixed = range(trace.inputs, trace.inputs + 2 * len(self.values))
-        kept = _SIMPLIFIED.setdefault(trace.graph, {})
+        kept = trace.graph.kept.setdefault(Writer, {})  # by the nodes of results: what is written, and the nodes there
         holed = tuple(k for k in sorted(trace.looked_up) if np.isnan(self.content.tables[k].numbers).any())
         if (key := (*nodes, -1, *holed)) not in kept:  # the longest part, the same for all languages and numbers
             kept[key] = passes.rewritten(*finite(trace.graph, nodes, shares, holed), "float32", fixed)

@@ -10,6 +10,7 @@ import numpy as np
 
 from ...base.reflectance import Reflectance
 from ...errors import FormatError, ParameterError
+from ...numerics.unique_rows import unique_rows
 from .._options import Declared
 from . import plain_text
 
@@ -45,12 +46,12 @@ def by_channel(
     Raises FormatError where most of these cells would be empty.
     """
     channels, at = np.unique(channel, return_inverse=True)
-    kinds = np.unique(geometry, axis=0, return_inverse=True)[1].reshape(-1)
+    _, kinds, _ = unique_rows(geometry)
     keys = np.stack([kinds, _times_before(kinds * len(channels) + at)], axis=1)
-    _, first, place = np.unique(keys, axis=0, return_index=True, return_inverse=True)
+    first, place, _ = unique_rows(keys)
     order = np.argsort(first)
     rank = np.argsort(order)
-    cell = rank[place.reshape(-1)] * len(channels) + at
+    cell = rank[place] * len(channels) + at
     if len(first) * len(channels) > 16 * len(cell) + 64:
         raise FormatError(
             f"{where}: {len(first)} pairs of directions and {len(channels)} wavelengths, but only {len(cell)} values, "

@@ -10,6 +10,7 @@ import numpy as np
 
 from ...base.angles import angles
 from ...errors import FormatError, ParameterError
+from ...numerics.unique_rows import unique_rows
 from ...tables.angle_systems import ANGLES, SYSTEMS, AngleSystem
 from ...tables.axes import INSIDE
 from ...tables.gridded import Gridded
@@ -149,7 +150,7 @@ def _of_all_channels(path: str, pairs: Pairs, wavelength: np.ndarray) -> Pairs:
     if pairs.channels is not None:
         raise FormatError(f"{path}: a column wavelength and channels {pairs.channels}, expected one of these")
     pairs = pairs.by_channel(wavelength, path)
-    if not np.isfinite(wavelength).all() or len(np.unique(pairs.angles, axis=0)) < len(pairs.angles):
+    if not np.isfinite(wavelength).all() or len(unique_rows(pairs.angles)[0]) < len(pairs.angles):
         raise FormatError(
             f"{path}: a wavelength is no number, or one of {len(pairs.angles)} pairs has several values at one "
             f"wavelength; expected each pair once at each wavelength"

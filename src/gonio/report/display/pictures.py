@@ -118,7 +118,8 @@ def _radiosity(light: Radiosity) -> Cut:
         of = light.part == part
         leaves, arrives = (np.average(x[of], axis=0, weights=area[of]) for x in (light.radiosity, light.irradiance))
         rows.append((part, int(of.sum()), *(", ".join(f"{x:.4g}" for x in values[:4]) for values in (leaves, arrives))))
-    words = f"{len(light.part)} patches; energy balance {', '.join(f'{b:.4f}' for b in light.balance[:3])}"
+    balance, escaped = (", ".join(f"{b:.4f}" for b in shares[:3]) for shares in (light.balance, light.escaped))
+    words = f"{len(light.part)} patches; energy balance {balance}, escaped {escaped}"
     head = ("part", "patches", "leaves [W m-2]", "arrives [W m-2]")
     return Cut("Radiosity", words, parts=(table(head, rows), paragraph("means over area", quiet=True)))
 
