@@ -75,7 +75,7 @@ def test_every_model_fits_its_own_values(name):
     truth = model.replace(numbers)
     wi, wo = spread_pairs(3000)
     f = truth.f(wi, wo)
-    found = gn.fit((wi, wo, f), model, "log")
+    found = gn.fit((wi, wo, f), model, "log", by=numbers)
     off = np.log1p(found.model.f(wi, wo) * wi[:, 2]) - np.log1p(f * wi[:, 2])
     assert found.converged and np.sqrt(np.mean(off**2)) < 1e-3 * np.sqrt(np.mean(np.log1p(f * wi[:, 2]) ** 2))
     found.report()
@@ -200,6 +200,19 @@ def test_parameters_that_are_held_keep_their_numbers():
     assert found.model.parameters["1.distribution.alpha_x"].value == 0.15
     assert found.names == ("0.rho", "1.fresnel.F0")
     assert np.allclose(found.values, [0.3, 0.06], rtol=1e-6)
+
+
+def test_shapes_of_kernels_are_kept_unless_they_are_asked_for():
+    """A surface that no kernel model is: the shapes would go to a bound."""
+    wi, wo = spread_pairs(300)
+    data = wi, wo, gn.OrenNayar(0.9, 0.3).f(wi, wo)
+    found = gn.fit(data, gn.RossLi() + gn.Maignan())
+    assert found.names == ("0.f_iso", "0.f_vol", "0.f_geo", "1.C")
+    assert (found.model.parameters["0.h_b"].value, found.model.parameters["0.b_r"].value) == (2.0, 1.0)
+    assert any("0.h_b, 0.b_r, 1.ndvi, 1.eta" in note for note in found.notes)
+    asked = gn.fit(data, gn.RossLi(), by=["f_iso", "h_b"])
+    assert asked.names == ("f_iso", "h_b") and not any("b_r" in note for note in asked.notes)
+    assert gn.fit_problem(data, gn.RossLi()).names == ("f_iso", "f_vol", "f_geo")
 
 
 def test_channels_share_what_is_not_linear():

@@ -62,7 +62,8 @@ def fit(
     have uncertainties, else "cosine".
     `robust`: "none"; or "huber", "soft_l1", "cauchy", with which outliers count less. Their scale is that of the
     residuals.
-    `by`: names of the parameters that are fitted; all without it. The others keep the numbers of `model`.
+    `by`: names of the parameters that are fitted; all without it, but for those whose declaration says that fits keep
+    them (`param(..., fitted=False)`): shapes of kernels. The others keep the numbers of `model`.
     `per_channel`: names of the parameters with a number for each channel, or True, or False. Without it those in
     which f is linear, and those of which the model has an array.
     `weights`: of the squares, (N,) or (N, C). `theta_max` [rad]: rows with a direction beyond it are left out.

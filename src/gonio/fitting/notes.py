@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..formula.text import listed
 from ..integrals.albedo import albedo
 from .problem import Problem
 from .solver import minimise
@@ -25,6 +26,8 @@ def notes_of(fit: Fit) -> Iterator[str]:
     """Sentences about a fit."""
     if not fit.converged:
         yield "the solver stopped before an optimum: more data, or fewer unknowns, would help"
+    if kept := fit.problem.unknowns.kept:
+        yield f"kept as they are, as is usual for this model: {listed(kept)}; `by` asks for them"
     for name, _, remark in fit.rows():
         if remark:
             yield f"{name} is {remark}"

@@ -51,6 +51,8 @@ class Unknowns:
     model: Reflectance
     free: tuple[Free, ...]
     channels: int
+    kept: tuple[str, ...] = ()
+    """Parameters that fits keep unless they are asked for."""
 
     @cached_property
     def names(self) -> tuple[str, ...]:
@@ -138,7 +140,7 @@ class Unknowns:
             return float(value[c if len(value) > 1 else 0]) if np.ndim(value) else value
 
         free = tuple(f._replace(by_channel=False, start=f.start[c : c + 1]) for f in self.free)
-        return Unknowns(self.model.rebuilt(picked), free, 1)
+        return Unknowns(self.model.rebuilt(picked), free, 1, self.kept)
 
     def gathered(self, sums: Squares, x: np.ndarray) -> Squares:
         """Normal equations (B,) of the unknowns x (B, n), from those (B, C) of each channel's numbers."""
@@ -178,7 +180,7 @@ def unknowns(
 ) -> Unknowns:
     """The unknowns of a fit of `model` to data of so many channels.
 
-    `by`: the names of the free parameters; all without it. `per_channel`: the names of those that have a number for
+    `by`: the names of the free parameters; without it all but those that are declared as kept. `per_channel`: the names of those that have a number for
     each channel, or True for all, or False. Without it they are those in which f is linear (albedos, weights), and
     those that the model has an array of.
     """
@@ -186,7 +188,8 @@ def unknowns(
     if not parameters:
         raise ParameterError(f"{model!r:.80}: it has no parameters; expected a model such as gn.Lambertian()")
     _refuse_tables(model)
-    chosen = list(parameters) if by is None else _paths(model, by, "by")
+    kept = () if by is not None else tuple(p for p, f, *_ in model._numbers() if isinstance(f, Param) and not f.fitted)
+    chosen = [path for path in parameters if path not in kept] if by is None else _paths(model, by, "by")
     if not chosen:
         raise ParameterError("by: got no names; expected at least one parameter to be fitted")
     for path in chosen:
@@ -212,7 +215,7 @@ def unknowns(
         start = np.broadcast_to(np.asarray(p.value, float).reshape(-1), channels).copy()
         by_channel = channels > 1 and path in several
         made.append(Free(path, place, p.low, p.high, path in lines, by_channel, start))
-    return Unknowns(model, tuple(made), channels)
+    return Unknowns(model, tuple(made), channels, kept)
 
 
 def _linear(model: Reflectance, places: list[int], paths: list[str]) -> set[str]:

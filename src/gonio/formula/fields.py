@@ -106,9 +106,20 @@ class Param(Numbers):
 
     accepts = "float | Array"
 
-    def __init__(self, default: Any, low: float, high: float, doc: str, unit: str, alias: str | None, sampled: str):
+    def __init__(
+        self,
+        default: Any,
+        low: float,
+        high: float,
+        doc: str,
+        unit: str,
+        alias: str | None,
+        sampled: str,
+        fitted: bool,
+    ):
         super().__init__(default, doc)
         self.low, self.high, self.unit, self.alias, self.sampled = low, high, unit, alias, sampled
+        self.fitted = fitted
         bounds = f"{low:g} to {high:g}" if high < 1e30 else f"at least {low:g}" if low > -1e30 else "any"
         self.range = bounds + (f" [{unit}]" if unit != "1" else "")
 
@@ -251,13 +262,22 @@ class Wavelengths(Numbers):
 
 
 def param(
-    default: Any, low: float, high: float, doc: str, unit: str = "1", alias: str | None = None, sampled: str = "mean"
+    default: Any,
+    low: float,
+    high: float,
+    doc: str,
+    unit: str = "1",
+    alias: str | None = None,
+    sampled: str = "mean",
+    fitted: bool = True,
 ) -> Any:
     """A parameter with its bounds. A default that names another parameter ties this one to it until it is given.
 
     `alias`: a keyword that sets this parameter and everything tied to it (`GGX(alpha=0.3)`).
     `sampled`: sampling uses one value for all channels: their "mean", or for the width of a lobe the "max" or "min",
     whichever makes it widest, so that no channel's weights run away.
+    `fitted`: False for what those who fit the model keep, such as the shape of a kernel: a fit takes it where `by` names
+    it.
 
     Example
     >>> from gonio.authoring import Reflectance, param
@@ -271,7 +291,7 @@ def param(
     >>> print(Paint(0.3).parameters["rho"].value)
     0.3
     """
-    return Param(default, low, high, doc, unit, alias, sampled)
+    return Param(default, low, high, doc, unit, alias, sampled, fitted)
 
 
 def option(default: str, *choices: str, doc: str) -> Any:

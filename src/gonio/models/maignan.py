@@ -19,7 +19,7 @@ class Maignan(Reflectance):
     alpha is the angle of incidence on facets that mirror wi into wo, half of that between wi and wo, and F Fresnel's
     reflectance; the Mueller matrix has that of the facets in place of F. The published model is the polarised part
     alone, R_p = pi |(Q, U)| under unpolarised light, to which C is fitted; what leaves unpolarised is another model's:
-    `RPV(...) + Maignan(...)`.
+    `RPV(...) + Maignan(...)`. A fit is one of C, as theirs; f depends on C exp(-ndvi) alone.
 
     Looks    `Maignan(10, 0, 2)` is dark gray, the brightest land; `Maignan()` is nearly black: it sends back 3 % of the
              light. What goes on away from the sun is polarised, what comes back is not.
@@ -39,8 +39,8 @@ class Maignan(Reflectance):
     """
 
     C = param(5.0, 0.0, 10.0, "factor, of the kind of land")
-    ndvi = param(0.5, -1.0, 1.0, "normalised difference vegetation index")
-    eta = param(1.5, 1.0, 2.0, "refractive index of leaves and grains")
+    ndvi = param(0.5, -1.0, 1.0, "normalised difference vegetation index", fitted=False)
+    eta = param(1.5, 1.0, 2.0, "refractive index of leaves and grains", fitted=False)
 
     def _without_fresnel(self, wi: Direction, wo: Direction) -> Any:
         """f of facets whose F is 1."""

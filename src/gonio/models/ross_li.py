@@ -105,6 +105,7 @@ class RossLi(PowerCosine):
     `li_dense_r`) the shadows of spheroids h/b high with the ratio of axes b/r: functions of this module. In the papers
     relative azimuth 0 is back-scatter, as phi_o - phi_i = 0 is here. Weights of MODIS' and VIIRS' albedo products
     (MCD43A1, VNP43) are those of the defaults; the papers' Li-dense has h_b = 2, b_r = 2.5.
+    A fit is one of the weights, as those of the products; `by` asks for h_b or b_r too.
 
     Looks    `RossLi(0.2, 0.1, 0.03)` is a field; `RossLi(0.2, 0, 0.05)` is sparse shrubs, brightest where no shadow is
              seen.
@@ -126,8 +127,8 @@ class RossLi(PowerCosine):
     f_iso = param(0.2, 0.0, 2.0, "weight of the constant")
     f_vol = param(0.1, -2.0, 2.0, "weight of the volumetric kernel")
     f_geo = param(0.03, -2.0, 2.0, "weight of the geometric kernel")
-    h_b = param(2.0, 0.1, 10.0, "height of the crowns' centres over their vertical half axis")
-    b_r = param(1.0, 0.1, 10.0, "vertical over horizontal half axis of the crowns")
+    h_b = param(2.0, 0.1, 10.0, "height of the crowns' centres over their vertical half axis", fitted=False)
+    b_r = param(1.0, 0.1, 10.0, "vertical over horizontal half axis of the crowns", fitted=False)
     volumetric = option("ross_thick", "ross_thin", "ross_thick_hotspot", doc="kernel of scattering by leaves")
     geometric = option("li_sparse_r", "li_dense_r", doc="kernel of crowns' shadows")
 
