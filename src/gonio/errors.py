@@ -148,6 +148,10 @@ class MeaningWarning(UserWarning):
     """Numbers are likely not what was meant: percent, micrometres, a map in the place of channels."""
 
 
+class FluorescenceWarning(UserWarning):
+    """A result has nothing of the light that leaves at another wavelength than it arrived at: no light is known."""
+
+
 class EngineWarning(UserWarning):
     """Results take longer than necessary: formulas are not compiled, or compiled ones are not kept on disk."""
 

@@ -32,6 +32,17 @@ class Fluorescent(Channelled):
         """
         return any(part.fluoresces for part in self._reflectances())
 
+    @property
+    def exchanges(self) -> bool:
+        """Whether light is exchanged between its channels: it fluoresces, and has several.
+
+        Example
+        >>> dye = gn.FluorescentLambertian(gn.Spectrum([400.0, 700.0], [0.2, 0.8]))
+        >>> print(dye.at([450.0, 650.0]).exchanges, dye.at(550.0).exchanges)
+        True False
+        """
+        return self.fluoresces and (self.channels or 1) > 1
+
     def reradiation(self, wi: Any, wo: Any) -> Any:
         """The bispectral matrix F of light that leaves at wavelength o and arrived at i: L_o = sum_i F[o, i] E_i.
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from ..arrays import ops
 from ..arrays.kinds import PAIRS
-from ..errors import ParameterError
+from ..errors import FluorescenceWarning, ParameterError, warn
 from ..evaluate import batch, labelled
 from ..formula import bands
 from ..formula.exchange import Exchange
@@ -101,6 +101,17 @@ def under(m: Any, light: Any, seen: Any) -> Any:
             f"all wavelengths, or seen=..., the light of the picture: m.under(E, seen=np.ones({len(E)}))"
         )
     return m if seen is None and not m.fluoresces else CLASSES["UnderLight"](m, E, for_light)
+
+
+def warn_of_reradiation(m: Any, instead: str) -> None:
+    """Says that a result has nothing of the light that leaves at another wavelength, since no light is known."""
+    if m.exchanges:
+        text = (
+            f"{m!r:.60} fluoresces, and light that leaves at another wavelength than it arrived at is left out, for no "
+            f"light is known; expected m.under(E) in its place, as it is under light of a spectrum E, or {instead}; "
+            f"m.reradiation(wi, wo) has all of it"
+        )
+        warn(text, FluorescenceWarning)
 
 
 def of_bands(name: str, value: Any, m: Any) -> np.ndarray:

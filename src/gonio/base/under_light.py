@@ -27,7 +27,7 @@ class _OverBands(Reflectance):
     Formulas know the numbers of their own channel alone. Those of all channels stand in a table here.
     """
 
-    of = part(Reflectance, None, "the fluorescent material")
+    of = part(Reflectance, None, "the fluorescent material", sides="any")
     channel = channels("number of the wavelength")
 
     varying: tuple[str, ...] = state(())
@@ -137,6 +137,13 @@ class UnderLight(_OverBands):
     light = param(1.0, 0.0, 1e30, "spectrum of the light: irradiance per band, in any unit")
     seen = param(1.0, 1e-30, 1e30, "spectrum of the light for which f is")
 
+    def validate(self) -> None:
+        if self.of.sides != "front" and not isinstance(self, _Glow):
+            raise ParameterError(
+                f"UnderLight(of={self.of!r:.60}): transmits light; expected a reflectance lit and seen in front only"
+            )
+        super().validate()
+
     @inferred
     def channel_names(self) -> tuple[Any, ...] | None:
         """Those of the material."""
@@ -173,9 +180,14 @@ class UnderLight(_OverBands):
 
 
 class _Glow(UnderLight):
-    """The light of other wavelengths."""
+    """The light of other wavelengths, which leaves in front."""
 
-    lobes = Reflectance.lobes
+    lobes, polarized, polarizes = Reflectance.lobes, Reflectance.polarized, False  # type: ignore[assignment]
 
     def formula(self, wi: Direction, wo: Direction) -> Any:
         return self._total(wi, wo) / self.seen
+
+
+def glow(m: Reflectance, light: Any, seen: Any) -> Reflectance:
+    """What a material re-radiates under light, irradiances (C,) of its bands, over those of the light `seen` (C,)."""
+    return _Glow(m, light, seen)

@@ -6,9 +6,8 @@ from typing import Any
 
 from ..arguments import checked
 from ..base.reflectance import Reflectance
-from .albedo import albedo
+from .fate import leaving
 from .over_hemisphere import Integral
-from .transmittance import transmittance
 
 
 @checked
@@ -16,7 +15,8 @@ def absorptance(m: Reflectance, wi: Any, tolerance: float = 1e-4, error: bool = 
     """The fraction of light from wi that is absorbed, 1 - reflected - transmitted.
 
     In thermal equilibrium it is the emissivity towards wi. Light that a model loses, such as that which facets scatter
-    twice, counts as absorbed.
+    twice, counts as absorbed. It is energy, by the wavelength that arrives, as in `fate`: what fluorescence sends out
+    again is not absorbed, and of what fluoresces it is no emissivity.
 
     Shapes   wi: (..., 3), above or below the surface; result (...[, C]), or with `error` an `Integral` of it and (...).
     Units    1.
@@ -27,7 +27,5 @@ def absorptance(m: Reflectance, wi: Any, tolerance: float = 1e-4, error: bool = 
     >>> print(gn.absorptance(gn.Lambertian(0.3), [0, 0, 1]).round(4))
     0.7
     """
-    if not error:
-        return 1.0 - albedo(m, wi, tolerance) - transmittance(m, wi, tolerance)
-    R, T = albedo(m, wi, tolerance, error=True), transmittance(m, wi, tolerance, error=True)
-    return Integral(1.0 - R.value - T.value, R.error + T.error)
+    R, T = leaving(m, wi, tolerance, error)
+    return Integral(1.0 - R.value - T.value, R.error + T.error) if error else 1.0 - R - T
