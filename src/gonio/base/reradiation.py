@@ -15,6 +15,7 @@ from ..arrays.kinds import PAIRS
 from ..errors import FluorescenceWarning, ParameterError, warn
 from ..evaluate import batch, labelled
 from ..formula import bands
+from ..formula.direction import NORMAL
 from ..formula.exchange import Exchange
 from ..formula.fields import CLASSES, Field, Wavelengths, part
 from ..formula.parametrised import Parametrised
@@ -33,12 +34,13 @@ class _Pairs(Parametrised):
 
 def pairs(m: Any, channels: int) -> _Pairs:
     """Both copies of a material, with a channel o C + i for each pair of channels."""
+    m = m._with_rounds(lambda _, coat: coat.to_and_fro(channels))
     o, i = np.divmod(np.arange(channels * channels), channels)
 
     def at(own: np.ndarray) -> Any:
         def chosen(path: str, field: Field, value: Any) -> Any:
             if isinstance(field, Exchange):
-                return _flat(matrices[path])
+                return _flat(field.between(matrices[path]))
             return value[..., own] if np.ndim(value) and np.shape(value)[-1] > 1 else value
 
         return m.rebuilt(chosen)
@@ -47,8 +49,13 @@ def pairs(m: Any, channels: int) -> _Pairs:
     return _Pairs.unchecked(leaves_at=at(o), arrives_at=at(i))
 
 
-def _flat(matrix: Any) -> Any:
-    between = Exchange.between(matrix)
+def along_normal(m: Any, channels: int) -> Any:
+    """Re-radiation along the normal [1/sr], (...) or (..., C C), in arrays of the material's own library."""
+    both = pairs(m, channels)
+    return both.leaves_at.reradiated(both.arrives_at, NORMAL, NORMAL)
+
+
+def _flat(between: Any) -> Any:
     return between if np.ndim(between) == 0 else between.reshape(*between.shape[:-2], -1)
 
 

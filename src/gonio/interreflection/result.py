@@ -45,6 +45,7 @@ class Radiosity:
         self,
         patches: Patches,
         albedo: np.ndarray,
+        energy: np.ndarray,
         exitance: np.ndarray,
         radiosity: np.ndarray,
         irradiance: np.ndarray,
@@ -54,7 +55,7 @@ class Radiosity:
         if not isinstance(patches, Patches):
             raise ParameterError(f"Radiosity({shown(patches)}, ...): made by gn.radiosity(scene); call that")
         self._patches, self._operator, self._names = patches, operator, channel_names
-        self.corners, self.part = patches.corners, patches.part
+        self.corners, self.part, self._energy = patches.corners, patches.part, energy
         self.albedo, self.exitance, self.radiosity, self.irradiance = albedo, exitance, radiosity, irradiance
 
     def __repr__(self) -> str:
@@ -91,6 +92,7 @@ class Radiosity:
     @cached_property
     def balance(self) -> np.ndarray:
         """What is absorbed, and what leaves the scene or meets a back, over what is emitted, (C,): 1 but for the rays.
+        Where light changes its wavelength, of all channels together.
 
         Example
         >>> floor = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2, 3]]
@@ -100,9 +102,11 @@ class Radiosity:
         [1.]
         """
         area = self._patches.areas[:, None]
-        absorbed = np.sum(area * (1.0 - self.albedo) * self.irradiance, axis=0)
+        absorbed = np.sum(area * (1.0 - self._energy) * self.irradiance, axis=0)
         lost = np.sum(area * (1.0 - self._operator.rows[:, None]) * self.radiosity, axis=0)
         emitted = np.sum(area * self.exitance, axis=0)
+        if (self._energy != self.albedo).any():
+            absorbed, lost, emitted = (np.full(len(x), x.sum()) for x in (absorbed, lost, emitted))
         return np.where(emitted > 0.0, (absorbed + lost) / np.where(emitted > 0.0, emitted, 1.0), 1.0)
 
     @cached_property
