@@ -240,7 +240,7 @@ def lights_of(m: Reflectance, lights: Light | Iterable[Light] | None, bands: Any
     if maps := batch.full_shape(m, ()):
         place = next(path for path, _, x, _ in m._numbers() if np.ndim(x) > 1)
         rule = "a picture shows one material: one number, or one per channel"
-        cure = f"for one place of the map m.replace({{{place!r}: values[index]}})"
+        cure = f"for one place of the map m.replace({{{place!r}: values[index]}}), or an option of the file's format"
         raise ShapeError(f"render: {place} is a map of shape {maps}, with channels last; {rule}; {cure}")
     given = as_lights(default_light(m, bands) if lights is None else lights)
     return [light.in_numpy() for light in at_wavelengths(given, m)], any(map(has_spectra, given))
@@ -321,9 +321,9 @@ def glows_of(
     matrix that makes RGB of its reflectance, where the lights are taken for daylight."""
     if not m.exchanges:
         return []
-    nm, power = m.wavelengths, None
-    if nm is not None and (by_power or (bands is None and shown_as(m) is not None)):
-        power = widths(m) * (1.0 if by_power else np.maximum(daylight(nm), 1e-6))
+    power = None
+    if m.wavelengths is not None and (by_power or (bands is None and shown_as(m) is not None)):
+        power = widths(m) if by_power else _daylight(m)
     if before is None:
         return glows(m, lights, power)
     E = np.ones(m.channels or 1) if power is None else power
@@ -335,3 +335,14 @@ def refuse_fluorescence(m: Reflectance, who: str) -> None:
     if m.exchanges:
         rule = "which has none of the light that leaves at another wavelength; expected the material under a light"
         raise ParameterError(f"{who}: {m!r:.60} fluoresces, and this is made of its f, {rule}: m.under(E)")
+
+
+def in_daylight(m: Reflectance) -> Reflectance:
+    """A material that fluoresces as it is in daylight, where its wavelengths are known; others as they are."""
+    return m.under(_daylight(m)) if m.exchanges and m.wavelengths is not None and m.sides == "front" else m
+
+
+def _daylight(m: Reflectance) -> np.ndarray:
+    """The power of daylight in a material's bands (C,), and a little where it has none."""
+    power: np.ndarray = widths(m) * np.maximum(daylight(m.wavelengths), 1e-6)
+    return power
